@@ -1,0 +1,206 @@
+//! Curves of profiles and paths: straight segments and arcs, and how they become certified chords.
+
+use alloc::vec;
+use alloc::vec::Vec;
+use core::f64::consts::{PI, TAU};
+
+use libm::{asin, atan2, ceil, cos, fmin, hypot, round, sin, sqrt};
+
+use crate::exact::arc::{Arc, ArcChords, ArcError, Turn};
+use crate::exact::lattice::{COORD_MAX, Length, LatticeError, Point};
+use crate::exact::ring::Piece;
+use crate::exact::segment::Segment;
+
+/// A straight segment or a circular arc.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Curve {
+    /// A straight segment.
+    Line(Segment),
+    /// A circular arc.
+    Arc(Arc),
+}
+
+impl Curve {
+    /// Where it begins.
+    #[must_use]
+    pub fn from(&self) -> Point {
+        match self {
+            Self::Line(segment) => segment.from,
+            Self::Arc(arc) => arc.from(),
+        }
+    }
+
+    /// Where it ends.
+    #[must_use]
+    pub fn to(&self) -> Point {
+        match self {
+            Self::Line(segment) => segment.to,
+            Self::Arc(arc) => arc.to(),
+        }
+    }
+
+    /// Its length in lattice units.
+    #[must_use]
+    pub fn length(&self) -> f64 {
+        match self {
+            Self::Line(segment) => {
+                let d = segment.to.minus(segment.from);
+                hypot(f64::from(d.dx), f64::from(d.dy))
+            }
+            Self::Arc(arc) => sweep(arc) * radius(arc),
+        }
+    }
+
+    /// The curve as checked chords, each within `slack` of it. A line keeps `line_slack`, the bound its maker gives on
+    /// how far the true curve leaves it.
+    ///
+    /// # Errors
+    /// [`ArcError`] when the proposed chords fail the exact check, as for a `slack` below 6 units.
+    pub fn piece(&self, slack: Length, line_slack: Length) -> Result<Piece, ArcError> {
+        match self {
+            Self::Line(segment) => Ok(Piece::Line { segment: *segment, slack: line_slack }),
+            Self::Arc(arc) => ArcChords::check(arc, propose_chords(arc, slack)).map(Piece::Arc),
+        }
+    }
+
+    /// The corners of the curve's chords within `slack` of it, checked; two points for a line.
+    ///
+    /// # Errors
+    /// As [`Curve::piece`], and [`ArcError::Chord`] when the checked slack exceeds the one asked for.
+    pub fn chord_points(&self, slack: Length) -> Result<Vec<Point>, ArcError> {
+        match self.piece(slack, Length::ZERO)? {
+            Piece::Line { segment, .. } => Ok(vec![segment.from, segment.to]),
+            Piece::Arc(chords) if chords.slack() <= slack => Ok(chords.points().to_vec()),
+            Piece::Arc(_) => Err(ArcError::Chord { at: self.from() }),
+        }
+    }
+}
+
+/// The point of the lattice nearest to `(x, y)`, given in lattice units.
+///
+/// # Errors
+/// [`LatticeError`] when a coordinate is not finite or beyond ±2^29.
+pub fn nearest_point(x: f64, y: f64) -> Result<Point, LatticeError> {
+    Point::from_units(nearest_unit(x), nearest_unit(y))
+}
+
+/// The integer nearest to `value`, or one off the lattice when `value` is not finite or too large.
+#[must_use]
+#[expect(clippy::cast_possible_truncation, reason = "the magnitude is compared with the bound first")]
+pub fn nearest_unit(value: f64) -> i64 {
+    let limit = f64::from(COORD_MAX) + 1.0;
+    if value.abs() <= limit { round(value) as i64 } else { i64::MAX }
+}
+
+/// The arc from `from` to `to` about the lattice centre near `(x, y)`, in lattice units, that fits both ends best.
+///
+/// # Errors
+/// [`ArcError`] when no centre within two units makes both ends lie on one circle.
+pub fn fit_arc(from: Point, to: Point, (x, y): (f64, f64), turn: Turn) -> Result<Arc, ArcError> {
+    let (x0, y0) = (nearest_unit(x), nearest_unit(y));
+    let mut best: Option<(f64, Arc)> = None;
+    let mut refused = ArcError::OffCircle { at: to };
+    for (dx, dy) in (-2..=2).flat_map(|dx| (-2..=2).map(move |dy| (dx, dy))) {
+        let Ok(centre) = Point::from_units(x0.saturating_add(dx), y0.saturating_add(dy)) else { continue };
+        match Arc::new(from, to, centre, turn) {
+            Ok(arc) => {
+                let mismatch = (distance(from, centre) - distance(to, centre)).abs();
+                let moved = hypot(f64::from(centre.x.units()) - x, f64::from(centre.y.units()) - y);
+                let cost = mismatch + 0.25 * moved;
+                if best.is_none_or(|(least, _)| cost < least) {
+                    best = Some((cost, arc));
+                }
+            }
+            Err(error) => refused = error,
+        }
+    }
+    best.map(|(_, arc)| arc).ok_or(refused)
+}
+
+/// The angle that the arc turns through, in (0, 2π).
+#[must_use]
+pub fn sweep(arc: &Arc) -> f64 {
+    let (start, end) = (angle(arc.centre(), arc.from()), angle(arc.centre(), arc.to()));
+    let turned = if arc.turn() == Turn::Left { end - start } else { start - end };
+    if turned <= 0.0 { turned + TAU } else { turned }
+}
+
+/// The polar angle of `point` about `centre`, in (−π, π].
+#[must_use]
+pub fn angle(centre: Point, point: Point) -> f64 {
+    let d = point.minus(centre);
+    atan2(f64::from(d.dy), f64::from(d.dx))
+}
+
+/// The arc's radius, from its beginning, in lattice units.
+#[must_use]
+pub fn radius(arc: &Arc) -> f64 {
+    distance(arc.from(), arc.centre())
+}
+
+fn distance(p: Point, q: Point) -> f64 {
+    let d = p.minus(q);
+    hypot(f64::from(d.dx), f64::from(d.dy))
+}
+
+/// Slack that [`ArcChords::check`] adds to the sagitta: the ring's width, and one unit of rounding up.
+const RING_WIDTH: f64 = 4.0;
+
+fn propose_chords(arc: &Arc, slack: Length) -> Vec<Point> {
+    let (rho, end_rho) = (radius(arc), distance(arc.to(), arc.centre()));
+    let sagitta = (f64::from(slack.units()) - RING_WIDTH).max(1.0);
+    // `L² / 7ρ` is the checker's bound on the sagitta; two units of rounding are kept back from L.
+    let longest = fmin(sqrt(7.0 * rho * sagitta) - 2.0, 0.9 * rho).max(4.0);
+    let (start, turned) = (angle(arc.centre(), arc.from()), sweep(arc));
+    let count = ceil(turned / (2.0 * asin(fmin(longest / (2.0 * rho), 0.5)))).max(1.0);
+    let step = if arc.turn() == Turn::Left { turned / count } else { -turned / count };
+    let (cx, cy) = (f64::from(arc.centre().x.units()), f64::from(arc.centre().y.units()));
+    let mut points = vec![arc.from()];
+    let mut k = 1.0;
+    while k < count {
+        let r = rho + (end_rho - rho) * (k / count);
+        let phi = start + step * k;
+        if let Ok(point) = nearest_point(cx + r * cos(phi), cy + r * sin(phi)) {
+            points.push(point);
+        }
+        k += 1.0;
+    }
+    points.push(arc.to());
+    points
+}
+
+/// Splits the turn of `sweep` radians into equal parts of at most half a circle.
+#[must_use]
+pub fn half_circle_parts(sweep: f64) -> u8 {
+    if sweep <= PI + 1e-9 {
+        1
+    } else if sweep <= TAU + 1e-9 {
+        2
+    } else {
+        3
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn proposed_chords_pass_the_check_for_all_sizes() {
+        for radius in [100, 1_000, 30_000, 300_000, 10_000_000, 200_000_000_i64] {
+            for turn in [Turn::Left, Turn::Right] {
+                let at = |x, y| Point::from_units(x, y).unwrap();
+                let arc = Arc::new(at(radius + 7, 9), at(7 - radius, 9), at(7, 9), turn).unwrap();
+                let chords = Curve::Arc(arc).chord_points(Length::from_units(10).unwrap()).unwrap();
+                assert!(chords.len() > 2);
+            }
+        }
+    }
+
+    #[test]
+    fn off_lattice_values_are_refused() {
+        for bad in [f64::NAN, f64::INFINITY, -1e300, 6e8] {
+            assert!(nearest_point(bad, 0.0).is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,267 @@
+//! Circular arcs on the lattice, and the check that a chain of chords follows one.
+
+use alloc::vec::Vec;
+use core::fmt;
+
+use super::lattice::{Length, Point};
+use super::predicate::Orientation;
+use super::segment::{Segment, distance_2, orientation, points_within};
+
+/// Smallest radius of an arc, in lattice units (0.64 µm). Below it the slack bound of [`ArcChords::check`] is not proven.
+pub const RADIUS_MIN: i64 = 64;
+
+/// Rounding of an arc's points: with ρ = ⌊|from − centre|⌋ every point lies between ρ − 1 and ρ + 2 from the centre.
+const INWARD: i64 = 1;
+const OUTWARD: i64 = 2;
+
+/// The direction in which an arc is run through.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Turn {
+    /// Counter-clockwise (G3).
+    Left,
+    /// Clockwise (G2).
+    Right,
+}
+
+impl Turn {
+    /// The other direction.
+    #[must_use]
+    pub fn reversed(self) -> Self {
+        match self {
+            Self::Left => Self::Right,
+            Self::Right => Self::Left,
+        }
+    }
+
+    fn agrees_with(self, orientation: Orientation) -> bool {
+        matches!((self, orientation), (Self::Left, Orientation::Left) | (Self::Right, Orientation::Right))
+    }
+}
+
+/// A circular arc with distinct ends, about a lattice centre.
+///
+/// It stands for *any* curve from `from` to `to` that turns about `centre` and stays between ρ − 1 and ρ + 2 lattice
+/// units from it, ρ = ⌊|from − centre|⌋; in that sense its ends and its centre need not fit to the last bit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Arc {
+    from: Point,
+    to: Point,
+    centre: Point,
+    turn: Turn,
+    radius: Length,
+}
+
+/// Why an arc, or a chain of chords for it, is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ArcError {
+    /// The ends are the same point; a circle is two arcs.
+    EndsCoincide {
+        /// That point.
+        at: Point,
+    },
+    /// The radius is below 0.64 µm or above 5.37 m.
+    Radius {
+        /// Its square, in square lattice units.
+        radius_2: i64,
+    },
+    /// A point is not on the circle, to 20 nm.
+    OffCircle {
+        /// The point.
+        at: Point,
+    },
+    /// The chain does not begin and end where the arc does.
+    Ends,
+    /// A chord is longer than the radius or does not advance in the arc's direction.
+    Chord {
+        /// Where the chord begins.
+        at: Point,
+    },
+}
+
+impl fmt::Display for ArcError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::EndsCoincide { at } => write!(f, "arc begins and ends at {at:?}"),
+            Self::Radius { radius_2 } => {
+                write!(f, "arc radius (square: {radius_2} lattice units) is out of range")
+            }
+            Self::OffCircle { at } => write!(f, "{at:?} is not on the arc's circle"),
+            Self::Ends => write!(f, "chords do not begin and end where the arc does"),
+            Self::Chord { at } => {
+                write!(f, "chord from {at:?} is too long or goes against the arc's direction")
+            }
+        }
+    }
+}
+
+impl core::error::Error for ArcError {}
+
+impl Arc {
+    /// Checks that both ends lie on one circle about `centre`.
+    ///
+    /// # Errors
+    /// [`ArcError`] when the ends coincide, the radius is out of range, or `to` is off the circle by more than rounding.
+    pub fn new(from: Point, to: Point, centre: Point, turn: Turn) -> Result<Self, ArcError> {
+        if from == to {
+            return Err(ArcError::EndsCoincide { at: from });
+        }
+        let radius_2 = distance_2(from, centre);
+        let radius = match Length::from_units(radius_2.isqrt()) {
+            Ok(radius) if radius_2.isqrt() >= RADIUS_MIN => radius,
+            _ => return Err(ArcError::Radius { radius_2 }),
+        };
+        let arc = Self { from, to, centre, turn, radius };
+        if arc.has_on_circle(to) { Ok(arc) } else { Err(ArcError::OffCircle { at: to }) }
+    }
+
+    /// Where it begins.
+    #[must_use]
+    pub fn from(&self) -> Point {
+        self.from
+    }
+
+    /// Where it ends.
+    #[must_use]
+    pub fn to(&self) -> Point {
+        self.to
+    }
+
+    /// Its centre.
+    #[must_use]
+    pub fn centre(&self) -> Point {
+        self.centre
+    }
+
+    /// Its direction.
+    #[must_use]
+    pub fn turn(&self) -> Turn {
+        self.turn
+    }
+
+    /// ρ, the distance from centre to beginning, rounded down, in lattice units.
+    #[must_use]
+    pub fn radius(&self) -> Length {
+        self.radius
+    }
+
+    /// The same arc run through the other way.
+    ///
+    /// # Errors
+    /// [`ArcError::OffCircle`] when rounding makes the reversed arc miss its other end.
+    pub fn reversed(&self) -> Result<Self, ArcError> {
+        Self::new(self.to, self.from, self.centre, self.turn.reversed())
+    }
+
+    fn has_on_circle(&self, point: Point) -> bool {
+        let rho = i64::from(self.radius.units());
+        let ring = |r: i64| r.saturating_mul(r);
+        let d_2 = distance_2(point, self.centre);
+        (ring(rho.saturating_sub(INWARD))..=ring(rho.saturating_add(OUTWARD))).contains(&d_2)
+    }
+}
+
+/// A chain of chords that was checked to follow an [`Arc`] within a slack.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ArcChords {
+    points: Vec<Point>,
+    slack: Length,
+}
+
+impl ArcChords {
+    /// Believes `points` to follow `arc` after exact checks.
+    ///
+    /// Each point lies on the circle (between ρ − 1 and ρ + 2), each chord advances about the centre in the arc's
+    /// direction and is no longer than ρ, and the chain begins and ends where the arc does, so that it passes every
+    /// polar angle of the arc. With chords of length at most `L ≤ ρ` and ρ ≥ 64 the sagitta is at most `L² / 7ρ`; the
+    /// slack is that plus 3 units for the width of the ring.
+    ///
+    /// # Errors
+    /// [`ArcError`] naming the point at which the claim fails.
+    pub fn check(arc: &Arc, points: Vec<Point>) -> Result<Self, ArcError> {
+        if points.len() < 2 || points.first() != Some(&arc.from) || points.last() != Some(&arc.to) {
+            return Err(ArcError::Ends);
+        }
+        let mut longest_2 = 0;
+        for pair in points.windows(2) {
+            let &[a, b] = pair else { continue };
+            if !arc.has_on_circle(b) {
+                return Err(ArcError::OffCircle { at: b });
+            }
+            let advances = arc.turn.agrees_with(orientation(arc.centre, a, b));
+            if !advances || points_within(a, b, arc.radius).is_clear() {
+                return Err(ArcError::Chord { at: a });
+            }
+            longest_2 = longest_2.max(distance_2(a, b));
+        }
+        let seven_rho = i64::from(arc.radius.units()).saturating_mul(7);
+        let sagitta = longest_2.checked_div(seven_rho).map_or(i64::MAX, |quotient| quotient.saturating_add(1));
+        let slack = Length::from_units(sagitta.saturating_add(INWARD).saturating_add(OUTWARD))
+            .map_err(|_| ArcError::Radius { radius_2: distance_2(arc.from, arc.centre) })?;
+        Ok(Self { points, slack })
+    }
+
+    /// The corners of the chain, first and last included.
+    #[must_use]
+    pub fn points(&self) -> &[Point] {
+        &self.points
+    }
+
+    /// How far the arc can leave the chain.
+    #[must_use]
+    pub fn slack(&self) -> Length {
+        self.slack
+    }
+
+    /// The chords in order.
+    pub fn segments(&self) -> impl Iterator<Item = Segment> + '_ {
+        self.points.windows(2).filter_map(|pair| match *pair {
+            [from, to] => Some(Segment { from, to }),
+            _ => None,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::vec;
+
+    fn at(x: i64, y: i64) -> Point {
+        Point::from_units(x, y).unwrap()
+    }
+
+    fn quarter() -> Arc {
+        Arc::new(at(1000, 0), at(0, 1000), Point::ORIGIN, Turn::Left).unwrap()
+    }
+
+    #[test]
+    fn chain_that_follows_is_believed_with_a_true_slack() {
+        let chords = ArcChords::check(&quarter(), vec![at(1000, 0), at(707, 707), at(0, 1000)]).unwrap();
+        // True sagitta of a 45° chord of radius 1000: 1000·(1 − cos 22.5°) = 76.1.
+        assert!(chords.slack().units() >= 77 && chords.slack().units() <= 90, "{:?}", chords.slack());
+    }
+
+    #[test]
+    fn wrong_chains_are_rejected() {
+        let arc = quarter();
+        let rejects = |points| ArcChords::check(&arc, points).unwrap_err();
+        assert_eq!(rejects(vec![at(1000, 0), at(0, 1000)]), ArcError::Chord { at: at(1000, 0) });
+        assert_eq!(rejects(vec![at(1000, 0), at(707, 707)]), ArcError::Ends);
+        assert_eq!(
+            rejects(vec![at(1000, 0), at(704, 704), at(0, 1000)]),
+            ArcError::OffCircle { at: at(704, 704) }
+        );
+        let backwards = vec![at(1000, 0), at(707, -707), at(707, 707), at(0, 1000)];
+        assert_eq!(rejects(backwards), ArcError::Chord { at: at(1000, 0) });
+        assert_eq!(rejects(vec![]), ArcError::Ends);
+    }
+
+    #[test]
+    fn impossible_arcs_are_rejected() {
+        let new = |from, to, centre| Arc::new(from, to, centre, Turn::Right);
+        assert_eq!(new(at(9, 9), at(9, 9), at(0, 0)), Err(ArcError::EndsCoincide { at: at(9, 9) }));
+        assert_eq!(new(at(1000, 0), at(0, 1003), at(0, 0)), Err(ArcError::OffCircle { at: at(0, 1003) }));
+        assert!(new(at(1000, 0), at(0, 1002), at(0, 0)).is_ok());
+        assert_eq!(new(at(30, 0), at(0, 30), at(0, 0)), Err(ArcError::Radius { radius_2: 900 }));
+    }
+}

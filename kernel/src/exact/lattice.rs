@@ -1,0 +1,160 @@
+//! Coordinates, points, vectors and lengths on the integer lattice.
+
+use core::fmt;
+
+use super::width::COORD_BITS;
+
+/// Lattice units in one millimetre: the unit is 10 nm.
+pub const UNITS_PER_MM: i32 = 100_000;
+
+/// Largest magnitude of a coordinate or length in lattice units: 2^29, which is 5.37 m.
+pub const COORD_MAX: i32 = 1 << COORD_BITS;
+
+/// A value that does not fit the lattice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LatticeError {
+    /// The offending value in lattice units.
+    pub units: i64,
+    /// Smallest value that would have been accepted, in lattice units.
+    pub least: i32,
+}
+
+impl fmt::Display for LatticeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} lattice units is outside {} ..= {COORD_MAX} (5.37 m)", self.units, self.least)
+    }
+}
+
+impl core::error::Error for LatticeError {}
+
+fn bounded(units: i64, least: i32) -> Result<i32, LatticeError> {
+    match i32::try_from(units) {
+        Ok(value) if (least..=COORD_MAX).contains(&value) => Ok(value),
+        _ => Err(LatticeError { units, least }),
+    }
+}
+
+/// One coordinate in lattice units, `|c| ≤ 2^29`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Coord(i32);
+
+impl Coord {
+    /// Checks that `units` lies on the lattice.
+    ///
+    /// # Errors
+    /// [`LatticeError`] when `|units| > 2^29`.
+    pub fn from_units(units: i64) -> Result<Self, LatticeError> {
+        bounded(units, -COORD_MAX).map(Self)
+    }
+
+    /// The coordinate in lattice units.
+    #[must_use]
+    pub const fn units(self) -> i32 {
+        self.0
+    }
+}
+
+/// A point of the lattice, in units of 10 nm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Point {
+    /// Abscissa.
+    pub x: Coord,
+    /// Ordinate.
+    pub y: Coord,
+}
+
+impl Point {
+    /// The origin.
+    pub const ORIGIN: Self = Self { x: Coord(0), y: Coord(0) };
+
+    /// Checks that both coordinates, in lattice units, lie on the lattice.
+    ///
+    /// # Errors
+    /// [`LatticeError`] for the first coordinate whose magnitude exceeds 2^29.
+    pub fn from_units(x: i64, y: i64) -> Result<Self, LatticeError> {
+        Ok(Self { x: Coord::from_units(x)?, y: Coord::from_units(y)? })
+    }
+
+    /// The point moved by `vector`.
+    ///
+    /// # Errors
+    /// [`LatticeError`] when the result leaves the lattice.
+    pub fn translated(self, vector: Vector) -> Result<Self, LatticeError> {
+        let moved = |c: Coord, d: i32| i64::from(c.0).saturating_add(i64::from(d));
+        Self::from_units(moved(self.x, vector.dx), moved(self.y, vector.dy))
+    }
+
+    /// The vector from `origin` to this point; each component fits 31 bits.
+    #[must_use]
+    pub fn minus(self, origin: Self) -> Vector {
+        // |a − b| ≤ 2^30, asserted in `width`, so these never saturate.
+        Vector { dx: self.x.0.saturating_sub(origin.x.0), dy: self.y.0.saturating_sub(origin.y.0) }
+    }
+}
+
+/// The difference of two points, in lattice units; `|component| ≤ 2^30`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Vector {
+    /// Component along x.
+    pub dx: i32,
+    /// Component along y.
+    pub dy: i32,
+}
+
+/// A length in lattice units, `0 ≤ l ≤ 2^29`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Length(i32);
+
+impl Length {
+    /// No length.
+    pub const ZERO: Self = Self(0);
+
+    /// Checks that `units` is a length of the lattice.
+    ///
+    /// # Errors
+    /// [`LatticeError`] when `units` is negative or exceeds 2^29.
+    pub fn from_units(units: i64) -> Result<Self, LatticeError> {
+        bounded(units, 0).map(Self)
+    }
+
+    /// The length in lattice units.
+    #[must_use]
+    pub const fn units(self) -> i32 {
+        self.0
+    }
+
+    /// The sum of two lengths.
+    ///
+    /// # Errors
+    /// [`LatticeError`] when the sum exceeds 2^29.
+    pub fn plus(self, other: Self) -> Result<Self, LatticeError> {
+        Self::from_units(i64::from(self.0).saturating_add(i64::from(other.0)))
+    }
+
+    /// The sum of two lengths, or the largest length when it would exceed 2^29 (which blocks everything).
+    #[must_use]
+    pub fn saturating_plus(self, other: Self) -> Self {
+        Self(self.0.saturating_add(other.0).min(COORD_MAX))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bounds_are_inclusive_and_named_in_the_error() {
+        let limit = i64::from(COORD_MAX);
+        assert!(Coord::from_units(limit).is_ok() && Coord::from_units(-limit).is_ok());
+        assert_eq!(Coord::from_units(limit + 1), Err(LatticeError { units: limit + 1, least: -COORD_MAX }));
+        assert!(Length::from_units(-1).is_err());
+        assert!(Coord::from_units(i64::MIN).is_err());
+    }
+
+    #[test]
+    fn saturated_length_blocks() {
+        let long = Length::from_units(i64::from(COORD_MAX)).unwrap();
+        assert_eq!(long.saturating_plus(long), long);
+        assert!(long.plus(Length::from_units(1).unwrap()).is_err());
+    }
+}

@@ -1,0 +1,168 @@
+//! The predicates, generic over the integer width.
+//!
+//! Each function decides a statement about real geometry without rounding. "Near" is `distance ≤ r`: a threshold that
+//! is exactly met is not clear.
+
+use core::cmp::Ordering;
+
+use super::width::Lattice;
+
+/// A point at width `L`.
+#[derive(Clone, Copy, Debug)]
+pub struct Site<L: Lattice> {
+    /// Abscissa.
+    pub x: L::Linear,
+    /// Ordinate.
+    pub y: L::Linear,
+}
+
+/// Where a point lies with respect to a directed line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Orientation {
+    /// To the left: `a, b, c` turn counter-clockwise.
+    Left,
+    /// On the line.
+    On,
+    /// To the right: `a, b, c` turn clockwise.
+    Right,
+}
+
+/// The answer to "is the distance greater than the threshold?".
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Proximity {
+    /// The distance is greater than the threshold.
+    Clear,
+    /// The distance is the threshold or less.
+    Near,
+}
+
+impl Proximity {
+    /// Whether the distance is greater than the threshold.
+    #[must_use]
+    pub fn is_clear(self) -> bool {
+        self == Self::Clear
+    }
+
+    #[inline(always)]
+    fn near_if(near: bool) -> Self {
+        if near { Self::Near } else { Self::Clear }
+    }
+}
+
+#[inline(always)]
+fn cross<L: Lattice>(o: Site<L>, a: Site<L>, b: Site<L>) -> L::Area {
+    let (ax, ay) = (L::difference(a.x, o.x), L::difference(a.y, o.y));
+    let (bx, by) = (L::difference(b.x, o.x), L::difference(b.y, o.y));
+    L::gap(L::product(ax, by), L::product(ay, bx))
+}
+
+#[inline(always)]
+fn dot<L: Lattice>(o: Site<L>, a: Site<L>, b: Site<L>) -> L::Area {
+    let (ax, ay) = (L::difference(a.x, o.x), L::difference(a.y, o.y));
+    let (bx, by) = (L::difference(b.x, o.x), L::difference(b.y, o.y));
+    L::sum(L::product(ax, bx), L::product(ay, by))
+}
+
+/// The side of the directed line `a → b` on which `c` lies (sign of the cross product of `b − a` and `c − a`).
+#[inline(always)]
+pub fn orientation<L: Lattice>(a: Site<L>, b: Site<L>, c: Site<L>) -> Orientation {
+    match L::compare(cross::<L>(a, b, c), L::zero()) {
+        Ordering::Greater => Orientation::Left,
+        Ordering::Equal => Orientation::On,
+        Ordering::Less => Orientation::Right,
+    }
+}
+
+/// Whether `|p − q| ≤ r`.
+#[inline(always)]
+pub fn point_point<L: Lattice>(p: Site<L>, q: Site<L>, r: L::Linear) -> Proximity {
+    Proximity::near_if(L::compare(dot::<L>(p, q, q), L::product(r, r)) != Ordering::Greater)
+}
+
+/// Whether some point of the segment `a b` is within `r` of `p`, for `r ≥ 0`.
+///
+/// With `t = (p − a)·(b − a)`: before `a` when `t ≤ 0`, past `b` when `t ≥ |b − a|²`, else the foot of the
+/// perpendicular is inside and `cross² ≤ r²·|b − a|²` decides. A segment of zero length is its point.
+#[inline(always)]
+pub fn point_segment<L: Lattice>(p: Site<L>, a: Site<L>, b: Site<L>, r: L::Linear) -> Proximity {
+    let along = dot::<L>(a, p, b);
+    let length_2 = dot::<L>(a, b, b);
+    if L::compare(along, L::zero()) != Ordering::Greater {
+        return point_point::<L>(p, a, r);
+    }
+    if L::compare(along, length_2) != Ordering::Less {
+        return point_point::<L>(p, b, r);
+    }
+    let off = cross::<L>(a, b, p);
+    let reach = L::product_of_areas(L::product(r, r), length_2);
+    Proximity::near_if(L::compare_volumes(L::product_of_areas(off, off), reach) != Ordering::Greater)
+}
+
+/// Whether the segments cross at a point interior to both.
+#[inline(always)]
+pub fn crosses_properly<L: Lattice>(a: Site<L>, b: Site<L>, c: Site<L>, d: Site<L>) -> bool {
+    let opposite = |s, t| {
+        matches!(
+            (s, t),
+            (Orientation::Left, Orientation::Right) | (Orientation::Right, Orientation::Left)
+        )
+    };
+    opposite(orientation::<L>(a, b, c), orientation::<L>(a, b, d))
+        && opposite(orientation::<L>(c, d, a), orientation::<L>(c, d, b))
+}
+
+/// Whether the segments `a b` and `c d` come within `r` of each other.
+///
+/// If they do not cross properly, the distance is attained at one of the four ends (`research`: T3, Cramer and
+/// convexity), so four point–segment questions and one crossing question decide.
+#[inline(always)]
+pub fn segment_segment<L: Lattice>(
+    a: Site<L>,
+    b: Site<L>,
+    c: Site<L>,
+    d: Site<L>,
+    r: L::Linear,
+) -> Proximity {
+    let ends_clear = point_segment::<L>(c, a, b, r).is_clear()
+        && point_segment::<L>(d, a, b, r).is_clear()
+        && point_segment::<L>(a, c, d, r).is_clear()
+        && point_segment::<L>(b, c, d, r).is_clear();
+    Proximity::near_if(!ends_clear || crosses_properly::<L>(a, b, c, d))
+}
+
+/// Whether `p` lies strictly inside the triangle `a b c`, of either orientation.
+#[inline(always)]
+pub fn strictly_inside<L: Lattice>(p: Site<L>, a: Site<L>, b: Site<L>, c: Site<L>) -> bool {
+    let first = orientation::<L>(a, b, p);
+    first != Orientation::On && first == orientation::<L>(b, c, p) && first == orientation::<L>(c, a, p)
+}
+
+/// Whether the filled triangle `a b c` and the segment `d e` come within `r` of each other.
+///
+/// Either a side of the triangle does, or the segment lies wholly inside, which its end `d` then tells.
+#[inline(always)]
+pub fn triangle_segment<L: Lattice>(
+    [a, b, c]: [Site<L>; 3],
+    d: Site<L>,
+    e: Site<L>,
+    r: L::Linear,
+) -> Proximity {
+    let sides_clear = segment_segment::<L>(a, b, d, e, r).is_clear()
+        && segment_segment::<L>(b, c, d, e, r).is_clear()
+        && segment_segment::<L>(c, a, d, e, r).is_clear();
+    Proximity::near_if(!sides_clear || strictly_inside::<L>(d, a, b, c))
+}
+
+/// Whether the ray from `p` toward +x crosses the edge `a b`, counting an edge's lower end and not its upper one, so
+/// that the parity over a closed ring is odd exactly for points inside. `p` must not lie on the edge.
+#[inline(always)]
+pub fn ray_crosses<L: Lattice>(p: Site<L>, a: Site<L>, b: Site<L>) -> bool
+where
+    L::Linear: Ord,
+{
+    if (a.y > p.y) == (b.y > p.y) {
+        return false;
+    }
+    let (low, high) = if a.y > p.y { (b, a) } else { (a, b) };
+    orientation::<L>(low, high, p) == Orientation::Left
+}

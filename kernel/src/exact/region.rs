@@ -1,0 +1,157 @@
+//! A region: disjoint simple rings, nested to any depth, filled by the even–odd rule.
+
+use alloc::vec::Vec;
+use core::fmt;
+
+use super::lattice::Point;
+use super::ring::{Contact, Ring, first_contact};
+use super::segment::{Segment, Window};
+
+/// Disjoint simple rings. A point is inside when it lies within an odd number of them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Region {
+    rings: Vec<Ring>,
+}
+
+/// Two rings that touch or cross, or no ring at all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RegionError {
+    /// There is no ring.
+    Empty,
+    /// Two rings touch or cross.
+    RingsTouch {
+        /// Index of the first ring.
+        first: usize,
+        /// Index of the second ring.
+        second: usize,
+        /// Where, to the lattice unit.
+        at: Point,
+    },
+}
+
+impl fmt::Display for RegionError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Empty => write!(f, "a region needs at least one ring"),
+            Self::RingsTouch { first, second, at } => {
+                write!(f, "rings {first} and {second} cross or touch at {at:?}")
+            }
+        }
+    }
+}
+
+impl core::error::Error for RegionError {}
+
+/// Where a point lies with respect to a region.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Location {
+    /// Within an odd number of rings.
+    Inside,
+    /// Within an even number of rings.
+    Outside,
+    /// On a ring.
+    Boundary,
+}
+
+impl Region {
+    /// Checks that no two rings touch.
+    ///
+    /// # Errors
+    /// [`RegionError`] with the place of the first contact.
+    pub fn new(rings: Vec<Ring>) -> Result<Self, RegionError> {
+        if rings.is_empty() {
+            return Err(RegionError::Empty);
+        }
+        let mut edges: Vec<Segment> = Vec::new();
+        let mut owners: Vec<usize> = Vec::new();
+        for (owner, ring) in rings.iter().enumerate() {
+            edges.extend(ring.segments());
+            owners.resize(edges.len(), owner);
+        }
+        let owner = |edge: usize| owners.get(edge).copied().unwrap_or(usize::MAX);
+        // Rings are simple already: only edges of different rings are asked.
+        let meet = |(i, one): (usize, Segment), (j, other): (usize, Segment)| {
+            owner(i) != owner(j) && one.touches(other)
+        };
+        match first_contact(&edges, meet) {
+            Some(Contact { first, second, at }) => {
+                Err(RegionError::RingsTouch { first: owner(first), second: owner(second), at })
+            }
+            None => Ok(Self { rings }),
+        }
+    }
+
+    /// The rings.
+    #[must_use]
+    pub fn rings(&self) -> &[Ring] {
+        &self.rings
+    }
+
+    /// Where `point` lies.
+    #[must_use]
+    pub fn locate(&self, point: Point) -> Location {
+        let zero = super::lattice::Length::ZERO;
+        if self.segments().any(|edge| !edge.near_point(point, zero).is_clear()) {
+            return Location::Boundary;
+        }
+        let odd = self.rings.iter().fold(false, |odd, ring| odd ^ ring.crossing_parity_is_odd(point));
+        if odd { Location::Inside } else { Location::Outside }
+    }
+
+    /// The number of other rings around each ring: 0 for an outer ring, 1 for a hole, 2 for an island in it.
+    #[must_use]
+    pub fn depths(&self) -> Vec<usize> {
+        let around = |i: usize, ring: &Ring| {
+            let Some(&point) = ring.vertices().first() else { return 0 };
+            let others = self.rings.iter().enumerate().filter(|&(j, _)| j != i);
+            others.filter(|(_, other)| other.crossing_parity_is_odd(point)).count()
+        };
+        self.rings.iter().enumerate().map(|(i, ring)| around(i, ring)).collect()
+    }
+
+    /// All edges, ring by ring.
+    pub fn segments(&self) -> impl Iterator<Item = Segment> + '_ {
+        self.rings.iter().flat_map(Ring::segments)
+    }
+
+    /// The least box that holds the region.
+    #[must_use]
+    pub fn bounds(&self) -> Window {
+        let mut windows = self.segments().map(Segment::bounds);
+        let first = windows.next().unwrap_or(Window::of(Point::ORIGIN));
+        windows.fold(first, Window::union)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::vec;
+
+    fn square(low: i64, high: i64) -> Ring {
+        let at = |x, y| Point::from_units(x, y).unwrap();
+        Ring::new(vec![at(low, low), at(high, low), at(high, high), at(low, high)]).unwrap()
+    }
+
+    #[test]
+    fn nesting_fills_by_even_odd() {
+        let region = Region::new(vec![square(0, 90), square(10, 80), square(20, 70)]).unwrap();
+        let place = |c| region.locate(Point::from_units(c, c).unwrap());
+        assert_eq!(place(5), Location::Inside);
+        assert_eq!(place(15), Location::Outside);
+        assert_eq!(place(30), Location::Inside);
+        assert_eq!(place(20), Location::Boundary);
+        assert_eq!(place(-5), Location::Outside);
+        assert_eq!(region.depths(), [0, 1, 2]);
+    }
+
+    #[test]
+    fn touching_rings_are_refused_with_the_place() {
+        let error = Region::new(vec![square(0, 10), square(10, 20)]).unwrap_err();
+        assert_eq!(
+            error,
+            RegionError::RingsTouch { first: 0, second: 1, at: Point::from_units(10, 10).unwrap() }
+        );
+        assert_eq!(Region::new(vec![]), Err(RegionError::Empty));
+    }
+}

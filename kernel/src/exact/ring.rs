@@ -1,0 +1,302 @@
+//! Closed simple rings of chords.
+
+use alloc::vec::Vec;
+use core::fmt;
+
+use super::arc::ArcChords;
+use super::lattice::{Length, Point};
+use super::predicate::{self, Orientation};
+use super::segment::{Segment, orientation};
+use super::width::{Lattice, Product};
+
+/// One piece of a ring's outline.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Piece {
+    /// A straight piece; `slack` bounds how far the true curve leaves it (zero for a true line).
+    Line {
+        /// The piece.
+        segment: Segment,
+        /// Bound on the distance between piece and true curve.
+        slack: Length,
+    },
+    /// Checked chords of an arc.
+    Arc(ArcChords),
+}
+
+/// A closed simple polygon; each edge carries the slack between chord and true curve.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Ring {
+    vertices: Vec<Point>,
+    slacks: Vec<Length>,
+}
+
+/// Why a ring is refused; edge `i` runs from vertex `i` to the next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RingError {
+    /// Fewer than three vertices.
+    TooFewVertices {
+        /// How many there are.
+        count: usize,
+    },
+    /// Two consecutive vertices are the same point.
+    ZeroLengthEdge {
+        /// That point.
+        at: Point,
+    },
+    /// A piece does not begin where the one before it ended.
+    Gap {
+        /// Where the piece before ended.
+        from: Point,
+        /// Where the piece begins.
+        to: Point,
+    },
+    /// Two edges meet where they should not.
+    Contact(Contact),
+}
+
+/// Two edges that meet where they should not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Contact {
+    /// The first edge.
+    pub first: usize,
+    /// The second edge.
+    pub second: usize,
+    /// Where they meet, to the lattice unit.
+    pub at: Point,
+}
+
+impl fmt::Display for RingError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::TooFewVertices { count } => write!(f, "a ring needs three vertices, this one has {count}"),
+            Self::ZeroLengthEdge { at } => write!(f, "edge of zero length at {at:?}"),
+            Self::Gap { from, to } => write!(f, "outline is open between {from:?} and {to:?}"),
+            Self::Contact(contact) => write!(f, "ring crosses or touches itself at {:?}", contact.at),
+        }
+    }
+}
+
+impl core::error::Error for RingError {}
+
+impl Ring {
+    /// A ring of straight edges through `vertices`, the last joined to the first.
+    ///
+    /// # Errors
+    /// [`RingError`] with the place of the first fault.
+    pub fn new(vertices: Vec<Point>) -> Result<Self, RingError> {
+        let slacks = vertices.iter().map(|_| Length::ZERO).collect();
+        Self::checked(vertices, slacks)
+    }
+
+    /// A ring from consecutive pieces, the last ending where the first begins.
+    ///
+    /// # Errors
+    /// [`RingError`] with the place of the first fault.
+    pub fn from_pieces(pieces: &[Piece]) -> Result<Self, RingError> {
+        let mut vertices: Vec<Point> = Vec::new();
+        let mut slacks = Vec::new();
+        let mut end = pieces.last().map(Piece::end);
+        for piece in pieces {
+            match end {
+                Some(from) if from != piece.start() => {
+                    return Err(RingError::Gap { from, to: piece.start() });
+                }
+                _ => end = Some(piece.end()),
+            }
+            match piece {
+                Piece::Line { segment, slack } => {
+                    vertices.push(segment.from);
+                    slacks.push(*slack);
+                }
+                Piece::Arc(chords) => {
+                    for chord in chords.segments() {
+                        vertices.push(chord.from);
+                        slacks.push(chords.slack());
+                    }
+                }
+            }
+        }
+        Self::checked(vertices, slacks)
+    }
+
+    fn checked(vertices: Vec<Point>, slacks: Vec<Length>) -> Result<Self, RingError> {
+        if vertices.len() < 3 {
+            return Err(RingError::TooFewVertices { count: vertices.len() });
+        }
+        let ring = Self { vertices, slacks };
+        if let Some(edge) = ring.segments().find(|edge| edge.from == edge.to) {
+            return Err(RingError::ZeroLengthEdge { at: edge.from });
+        }
+        let edges: Vec<Segment> = ring.segments().collect();
+        let meet = |(i, one): (usize, Segment), (j, other): (usize, Segment)| {
+            if ring.adjacent(i, j) { folds_back(one, other) } else { one.touches(other) }
+        };
+        match first_contact(&edges, meet) {
+            Some(contact) => Err(RingError::Contact(contact)),
+            None => Ok(ring),
+        }
+    }
+
+    fn adjacent(&self, i: usize, j: usize) -> bool {
+        let next = |k: usize| if k.saturating_add(1) == self.vertices.len() { 0 } else { k.saturating_add(1) };
+        next(i) == j || next(j) == i
+    }
+
+    /// The vertices in order.
+    #[must_use]
+    pub fn vertices(&self) -> &[Point] {
+        &self.vertices
+    }
+
+    /// The edges in order, edge `i` from vertex `i`.
+    pub fn segments(&self) -> impl Iterator<Item = Segment> + '_ {
+        let ends = self.vertices.iter().skip(1).chain(self.vertices.first());
+        self.vertices.iter().zip(ends).map(|(&from, &to)| Segment { from, to })
+    }
+
+    /// The slack of each edge, in the order of [`Ring::segments`].
+    #[must_use]
+    pub fn slacks(&self) -> &[Length] {
+        &self.slacks
+    }
+
+    /// Twice the enclosed area in square lattice units; positive when the ring runs counter-clockwise.
+    #[must_use]
+    pub fn double_area(&self) -> i128 {
+        let Some(&origin) = self.vertices.first() else { return 0 };
+        self.segments()
+            .map(|edge| {
+                let (a, b) = (edge.from.minus(origin), edge.to.minus(origin));
+                i128::from(Product::gap(Product::product(a.dx, b.dy), Product::product(a.dy, b.dx)))
+            })
+            .fold(0, i128::saturating_add)
+    }
+
+    /// Whether an odd number of edges is crossed by the ray from `point` toward +x; odd means inside. The answer is
+    /// meaningless for a point on the ring.
+    #[must_use]
+    pub fn crossing_parity_is_odd(&self, point: Point) -> bool {
+        self.segments().fold(false, |odd, edge| {
+            odd ^ predicate::ray_crosses::<Product>(point.into(), edge.from.into(), edge.to.into())
+        })
+    }
+}
+
+impl Piece {
+    /// Where the piece begins.
+    #[must_use]
+    pub fn start(&self) -> Point {
+        match self {
+            Self::Line { segment, .. } => segment.from,
+            Self::Arc(chords) => chords.points().first().copied().unwrap_or(Point::ORIGIN),
+        }
+    }
+
+    /// Where the piece ends.
+    #[must_use]
+    pub fn end(&self) -> Point {
+        match self {
+            Self::Line { segment, .. } => segment.to,
+            Self::Arc(chords) => chords.points().last().copied().unwrap_or(Point::ORIGIN),
+        }
+    }
+}
+
+/// The first two edges that `meet` says meet, among those whose boxes do, by sweeping along x.
+pub(super) fn first_contact(
+    edges: &[Segment],
+    meet: impl Fn((usize, Segment), (usize, Segment)) -> bool,
+) -> Option<Contact> {
+    let mut order: Vec<usize> = (0..edges.len()).collect();
+    let left = |edge: &Segment| edge.from.x.min(edge.to.x);
+    let right = |edge: &Segment| edge.from.x.max(edge.to.x);
+    order.sort_by_key(|&i| edges.get(i).map(left));
+    let mut open: Vec<(usize, Segment)> = Vec::new();
+    for i in order {
+        let edge = *edges.get(i)?;
+        open.retain(|(_, other)| right(other) >= left(&edge));
+        for &(j, other) in &open {
+            if edge.bounds().meets(other.bounds()) && meet((i, edge), (j, other)) {
+                let (first, second) = (i.min(j), i.max(j));
+                return Some(Contact { first, second, at: meeting_point(edge, other) });
+            }
+        }
+        open.push((i, edge));
+    }
+    None
+}
+
+/// Whether two edges that share an end share more than it.
+fn folds_back(one: Segment, other: Segment) -> bool {
+    let beyond = |shared: Point, edge: Segment| if edge.from == shared { edge.to } else { edge.from };
+    let shared = if one.from == other.to || one.from == other.from { one.from } else { one.to };
+    let (a, b) = (beyond(shared, one), beyond(shared, other));
+    let near = |point, edge: Segment| !edge.near_point(point, Length::ZERO).is_clear();
+    a == b
+        || orientation(shared, a, b) == Orientation::On
+            && (near(a, Segment { from: shared, to: b }) || near(b, Segment { from: shared, to: a }))
+}
+
+/// A lattice point at, or within a unit of, the meeting of two touching segments. For messages only.
+fn meeting_point(one: Segment, other: Segment) -> Point {
+    let on = |point: Point, edge: Segment| !edge.near_point(point, Length::ZERO).is_clear();
+    for (point, edge) in [(one.from, other), (one.to, other), (other.from, one), (other.to, one)] {
+        if on(point, edge) {
+            return point;
+        }
+    }
+    // Proper crossing: from + d·n/m with n/m in (0, 1); i128 holds every product.
+    let (d, e, w) = (one.to.minus(one.from), other.to.minus(other.from), other.from.minus(one.from));
+    let cross = |ax: i32, ay: i32, bx: i32, by: i32| {
+        i128::from(Product::gap(Product::product(ax, by), Product::product(ay, bx)))
+    };
+    let (n, m) = (cross(w.dx, w.dy, e.dx, e.dy), cross(d.dx, d.dy, e.dx, e.dy));
+    let along = |c: i32, span: i32| {
+        let step = i128::from(span).saturating_mul(n).checked_div(m).unwrap_or(0);
+        i64::from(c).saturating_add(i64::try_from(step).unwrap_or(0))
+    };
+    Point::from_units(along(one.from.x.units(), d.dx), along(one.from.y.units(), d.dy)).unwrap_or(one.from)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::vec;
+
+    fn ring(points: &[(i64, i64)]) -> Result<Ring, RingError> {
+        Ring::new(points.iter().map(|&(x, y)| Point::from_units(x, y).unwrap()).collect())
+    }
+
+    fn at(x: i64, y: i64) -> Point {
+        Point::from_units(x, y).unwrap()
+    }
+
+    #[test]
+    fn square_is_a_ring_with_its_area() {
+        let square = ring(&[(0, 0), (10, 0), (10, 10), (0, 10)]).unwrap();
+        assert_eq!(square.double_area(), 200);
+        assert!(square.crossing_parity_is_odd(at(5, 5)));
+        assert!(!square.crossing_parity_is_odd(at(15, 5)));
+    }
+
+    #[test]
+    fn faults_name_their_place() {
+        let contact = |points: &[(i64, i64)]| match ring(points).unwrap_err() {
+            RingError::Contact(contact) => contact.at,
+            other => panic!("{other:?}"),
+        };
+        assert_eq!(contact(&[(0, 0), (10, 10), (10, 0), (0, 10)]), at(5, 5), "bow tie");
+        assert_eq!(contact(&[(0, 0), (10, 0), (4, 0), (4, 9)]), at(10, 0), "fold back");
+        assert_eq!(contact(&[(0, 0), (8, 0), (8, 4), (4, 0), (0, 4)]), at(4, 0), "vertex on edge");
+        assert_eq!(ring(&[(0, 0), (1, 0)]), Err(RingError::TooFewVertices { count: 2 }));
+        assert_eq!(ring(&[(0, 0), (1, 0), (1, 0), (3, 4)]), Err(RingError::ZeroLengthEdge { at: at(1, 0) }));
+        assert!(ring(&[(0, 0), (9, 0), (4, 0)]).is_err(), "flat triangle");
+    }
+
+    #[test]
+    fn gap_between_pieces_is_an_error() {
+        let line = |a, b| Piece::Line { segment: Segment { from: a, to: b }, slack: Length::ZERO };
+        let pieces = vec![line(at(0, 0), at(9, 0)), line(at(9, 1), at(4, 5)), line(at(4, 5), at(0, 0))];
+        assert_eq!(Ring::from_pieces(&pieces), Err(RingError::Gap { from: at(9, 0), to: at(9, 1) }));
+    }
+}

@@ -1,0 +1,115 @@
+//! Integer widths: the one place of the trusted core where numbers are added and multiplied.
+//!
+//! The predicates are written once over [`Lattice`]. The product runs them at [`Product`] width; exhaustive tests and
+//! model checkers run the same source at [`Narrow`] width.
+
+use core::cmp::Ordering;
+
+/// A coordinate has magnitude at most `2^COORD_BITS`.
+pub const COORD_BITS: u32 = 29;
+const NARROW_COORD_BITS: u32 = 5;
+
+/// The bounds that keep every operation of [`Lattice`] from overflowing, for coordinates of `bits` bits.
+const fn widths_hold(bits: u32, linear: u32, area: u32, volume: u32) -> bool {
+    let difference = bits + 1; //        |a − b|          ≤ 2^(bits + 1)
+    let sum = 2 * difference + 1; //     |ab + cd|        ≤ 2^(2·difference + 1)
+    let product = 2 * sum; //            |(ab + cd)·(…)|  ≤ 2^(2·sum)
+    difference < linear - 1 && sum < area - 1 && product < volume - 1
+}
+
+const _: () = assert!(widths_hold(COORD_BITS, i32::BITS, i64::BITS, i128::BITS));
+const _: () = assert!(widths_hold(NARROW_COORD_BITS, i8::BITS, i16::BITS, i32::BITS));
+
+mod sealed {
+    pub trait Sealed {}
+}
+
+/// A tower of integer widths over which the predicates are written. Sealed.
+///
+/// `Linear` holds coordinates and their differences, `Area` sums of two products of differences, `Volume` products of
+/// two areas. No operation overflows while coordinates and thresholds stay within the width's bound.
+pub trait Lattice: sealed::Sealed + Copy {
+    /// Coordinates, lengths and differences of coordinates.
+    type Linear: Copy;
+    /// Sums of two products of two linear values.
+    type Area: Copy;
+    /// Products of two areas.
+    type Volume: Copy;
+
+    /// `a − b`.
+    fn difference(a: Self::Linear, b: Self::Linear) -> Self::Linear;
+    /// `a · b`.
+    fn product(a: Self::Linear, b: Self::Linear) -> Self::Area;
+    /// `a + b` of two products.
+    fn sum(a: Self::Area, b: Self::Area) -> Self::Area;
+    /// `a − b` of two products.
+    fn gap(a: Self::Area, b: Self::Area) -> Self::Area;
+    /// `a · b` of two areas.
+    fn product_of_areas(a: Self::Area, b: Self::Area) -> Self::Volume;
+    /// Compares two areas.
+    fn compare(a: Self::Area, b: Self::Area) -> Ordering;
+    /// Compares two volumes.
+    fn compare_volumes(a: Self::Volume, b: Self::Volume) -> Ordering;
+    /// The area zero.
+    fn zero() -> Self::Area;
+}
+
+macro_rules! lattice {
+    ($(#[$doc:meta])* $name:ident: $linear:ty, $area:ty, $volume:ty) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug)]
+        pub struct $name;
+
+        impl sealed::Sealed for $name {}
+
+        #[expect(clippy::arithmetic_side_effects, reason = "`widths_hold` is asserted for these widths above")]
+        impl Lattice for $name {
+            type Linear = $linear;
+            type Area = $area;
+            type Volume = $volume;
+
+            #[inline(always)]
+            fn difference(a: $linear, b: $linear) -> $linear {
+                a - b
+            }
+            #[inline(always)]
+            fn product(a: $linear, b: $linear) -> $area {
+                <$area>::from(a) * <$area>::from(b)
+            }
+            #[inline(always)]
+            fn sum(a: $area, b: $area) -> $area {
+                a + b
+            }
+            #[inline(always)]
+            fn gap(a: $area, b: $area) -> $area {
+                a - b
+            }
+            #[inline(always)]
+            fn product_of_areas(a: $area, b: $area) -> $volume {
+                <$volume>::from(a) * <$volume>::from(b)
+            }
+            #[inline(always)]
+            fn compare(a: $area, b: $area) -> Ordering {
+                a.cmp(&b)
+            }
+            #[inline(always)]
+            fn compare_volumes(a: $volume, b: $volume) -> Ordering {
+                a.cmp(&b)
+            }
+            #[inline(always)]
+            fn zero() -> $area {
+                0
+            }
+        }
+    };
+}
+
+lattice! {
+    /// The width that ships: 30-bit coordinates, `i64` areas, `i128` volumes.
+    Product: i32, i64, i128
+}
+
+lattice! {
+    /// A lattice of at most ±32 units, small enough to be searched exhaustively; same source as [`Product`].
+    Narrow: i8, i16, i32
+}

@@ -1,0 +1,38 @@
+//! The geometry kernel of Keepout.
+//!
+//! Everything that safety rests on lives in [`exact`]: coordinates on an integer lattice of 10 nm, predicates decided
+//! in integers, and the checks by which proposals are believed. The rest of the crate proposes (in `f64`) and asks
+//! [`exact`] for the answer.
+//!
+//! ```
+//! use keepout_kernel::{Length, Point, ProhibitedRegion, Region, Ring, Side};
+//!
+//! let corner = |x, y| Point::from_units(x, y).unwrap();
+//! let square = Ring::new(vec![corner(0, 0), corner(1000, 0), corner(1000, 1000), corner(0, 1000)]).unwrap();
+//! let region = Region::new(vec![square]).unwrap();
+//! let prohibited = ProhibitedRegion::new(region, Side::Outside);
+//! let threshold = Length::from_units(300).unwrap();
+//! let start = prohibited.free_point(corner(-400, 500), threshold).unwrap();
+//! assert!(prohibited.motion(start, corner(-400, 2000)).is_ok());
+//! assert!(prohibited.motion(start, corner(1400, 500)).is_err());
+//! ```
+#![no_std]
+#![forbid(unsafe_code)]
+
+extern crate alloc;
+
+pub mod clear;
+pub mod clip;
+pub mod curve;
+pub mod exact;
+pub mod index;
+pub mod offset;
+
+pub use clear::{Blocked, FreePoint, ProhibitedRegion, Side};
+pub use curve::Curve;
+pub use exact::arc::{Arc, Turn};
+pub use exact::lattice::{Coord, Length, LatticeError, Point, UNITS_PER_MM, Vector};
+pub use exact::region::Region;
+pub use exact::ring::Ring;
+pub use exact::segment::{Proximity, Segment, Triangle};
+pub use index::{Edge, EdgeRuns};

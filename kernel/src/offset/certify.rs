@@ -1,0 +1,82 @@
+//! The certificate "no gouge": every motion of a path keeps its distance.
+
+use core::fmt;
+
+use crate::clear::{Blocked, FreePoint, ProhibitedRegion};
+use crate::curve::Curve;
+use crate::exact::arc::ArcError;
+use crate::exact::lattice::{Length, Point};
+
+/// An arc of a path is certified as chords within this distance of it, in lattice units (0.1 µm).
+pub const PATH_SLACK: i64 = 10;
+
+/// A motion of a path that could not be certified.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Gouge {
+    /// Index of the curve in the path.
+    pub index: usize,
+    /// Where the refused motion begins.
+    pub at: Point,
+    /// Why.
+    pub cause: GougeCause,
+}
+
+/// Why a motion of a path was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GougeCause {
+    /// It comes too near the part.
+    Blocked(Blocked),
+    /// The curve does not begin where the one before it ended.
+    Discontinuous,
+    /// An arc could not be turned into checked chords.
+    Arc(ArcError),
+}
+
+impl fmt::Display for Gouge {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.cause {
+            GougeCause::Blocked(blocked) => write!(f, "motion {} of the path: {blocked}", self.index),
+            GougeCause::Discontinuous => {
+                write!(f, "motion {} does not begin where the one before it ends", self.index)
+            }
+            GougeCause::Arc(error) => write!(f, "motion {}: {error}", self.index),
+        }
+    }
+}
+
+impl core::error::Error for Gouge {}
+
+/// Certifies that the whole path stays farther than `threshold` from the part.
+///
+/// Arcs are taken as checked chords and asked with [`PATH_SLACK`] more. Returns the free point at the path's end, or
+/// `None` for an empty path.
+///
+/// # Errors
+/// [`Gouge`] for the first motion that is refused.
+pub fn certify_path(
+    part: &ProhibitedRegion,
+    threshold: Length,
+    path: &[Curve],
+) -> Result<Option<FreePoint>, Gouge> {
+    let slack = Length::from_units(PATH_SLACK).unwrap_or(Length::ZERO);
+    let mut end: Option<FreePoint> = None;
+    for (index, curve) in path.iter().enumerate() {
+        let refuse = |at, cause| Gouge { index, at, cause };
+        let mut free = match end {
+            Some(free) if free.point() == curve.from() => free,
+            Some(free) => return Err(refuse(free.point(), GougeCause::Discontinuous)),
+            None => part
+                .free_point(curve.from(), threshold.saturating_plus(slack))
+                .map_err(|blocked| refuse(curve.from(), GougeCause::Blocked(blocked)))?,
+        };
+        let points =
+            curve.chord_points(slack).map_err(|error| refuse(curve.from(), GougeCause::Arc(error)))?;
+        for &point in points.iter().skip(1) {
+            free = part
+                .motion(free, point)
+                .map_err(|blocked| refuse(free.point(), GougeCause::Blocked(blocked)))?;
+        }
+        end = Some(free);
+    }
+    Ok(end)
+}

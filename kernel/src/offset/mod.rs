@@ -1,0 +1,11 @@
+//! The set at distance `d` from the profile on the free side, as closed loops of lines and true arcs.
+//!
+//! [`propose`] searches in `f64`; [`certify_path`] believes nothing: each motion of a path is checked exactly against
+//! the part at the threshold the caller states.
+
+mod certify;
+mod plane;
+mod propose;
+
+pub use certify::{Gouge, PATH_SLACK, certify_path};
+pub use propose::{Offset, OffsetLoop, Outline, propose};

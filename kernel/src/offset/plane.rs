@@ -1,0 +1,261 @@
+//! Plane geometry in `f64` for the search: vectors, curves, intersections. Proposals only.
+
+use core::f64::consts::TAU;
+
+use libm::{atan2, cos, fmod, hypot, sin, sqrt};
+
+use crate::curve::Curve;
+use crate::exact::arc::Turn;
+use crate::exact::lattice::Point;
+
+/// A point or vector, in lattice units.
+pub type Xy = (f64, f64);
+
+pub fn xy(point: Point) -> Xy {
+    (f64::from(point.x.units()), f64::from(point.y.units()))
+}
+
+pub fn minus(a: Xy, b: Xy) -> Xy {
+    (a.0 - b.0, a.1 - b.1)
+}
+
+pub fn plus(a: Xy, b: Xy, factor: f64) -> Xy {
+    (a.0 + b.0 * factor, a.1 + b.1 * factor)
+}
+
+pub fn dot(a: Xy, b: Xy) -> f64 {
+    a.0 * b.0 + a.1 * b.1
+}
+
+pub fn cross(a: Xy, b: Xy) -> f64 {
+    a.0 * b.1 - a.1 * b.0
+}
+
+pub fn norm(a: Xy) -> f64 {
+    hypot(a.0, a.1)
+}
+
+pub fn unit(a: Xy) -> Xy {
+    let length = norm(a);
+    if length > 0.0 { (a.0 / length, a.1 / length) } else { (0.0, 0.0) }
+}
+
+/// The vector turned by −90°: to the right of its direction.
+pub fn right_of(a: Xy) -> Xy {
+    (a.1, -a.0)
+}
+
+/// A directed line piece or arc; arcs turn by `sweep`, positive counter-clockwise.
+#[derive(Clone, Copy, Debug)]
+pub enum Shape {
+    Line { from: Xy, to: Xy },
+    Arc { centre: Xy, radius: f64, start: f64, sweep: f64 },
+}
+
+impl Shape {
+    pub fn of(curve: &Curve) -> Self {
+        match curve {
+            Curve::Line(segment) => Self::Line { from: xy(segment.from), to: xy(segment.to) },
+            Curve::Arc(arc) => {
+                let turned = crate::curve::sweep(arc);
+                Self::Arc {
+                    centre: xy(arc.centre()),
+                    radius: crate::curve::radius(arc),
+                    start: crate::curve::angle(arc.centre(), arc.from()),
+                    sweep: if arc.turn() == Turn::Left { turned } else { -turned },
+                }
+            }
+        }
+    }
+
+    pub fn reversed(self) -> Self {
+        match self {
+            Self::Line { from, to } => Self::Line { from: to, to: from },
+            Self::Arc { centre, radius, start, sweep } => {
+                Self::Arc { centre, radius, start: start + sweep, sweep: -sweep }
+            }
+        }
+    }
+
+    pub fn length(&self) -> f64 {
+        match *self {
+            Self::Line { from, to } => norm(minus(to, from)),
+            Self::Arc { radius, sweep, .. } => radius * sweep.abs(),
+        }
+    }
+
+    /// The point at `t` in [0, 1].
+    pub fn at(&self, t: f64) -> Xy {
+        match *self {
+            Self::Line { from, to } => plus(from, minus(to, from), t),
+            Self::Arc { centre, radius, start, sweep } => {
+                let phi = start + sweep * t;
+                (centre.0 + radius * cos(phi), centre.1 + radius * sin(phi))
+            }
+        }
+    }
+
+    /// The unit direction of travel at `t`.
+    pub fn direction(&self, t: f64) -> Xy {
+        match *self {
+            Self::Line { from, to } => unit(minus(to, from)),
+            Self::Arc { start, sweep, .. } => {
+                let phi = start + sweep * t;
+                let sign = if sweep > 0.0 { 1.0 } else { -1.0 };
+                (-sin(phi) * sign, cos(phi) * sign)
+            }
+        }
+    }
+
+    /// The shape at distance `d` to the right, if there is one.
+    pub fn offset_right(&self, d: f64) -> Option<Self> {
+        match *self {
+            Self::Line { from, to } => {
+                let normal = right_of(unit(minus(to, from)));
+                Some(Self::Line { from: plus(from, normal, d), to: plus(to, normal, d) })
+            }
+            Self::Arc { centre, radius, start, sweep } => {
+                let radius = if sweep > 0.0 { radius + d } else { radius - d };
+                (radius > 1.0).then_some(Self::Arc { centre, radius, start, sweep })
+            }
+        }
+    }
+
+    pub fn part(&self, t0: f64, t1: f64) -> Self {
+        match *self {
+            Self::Line { .. } => Self::Line { from: self.at(t0), to: self.at(t1) },
+            Self::Arc { centre, radius, start, sweep } => {
+                Self::Arc { centre, radius, start: start + sweep * t0, sweep: sweep * (t1 - t0) }
+            }
+        }
+    }
+
+    /// The box `(min x, min y, max x, max y)`, generous for arcs.
+    pub fn bounds(&self) -> (f64, f64, f64, f64) {
+        let (a, b) = (self.at(0.0), self.at(1.0));
+        let low = (a.0.min(b.0), a.1.min(b.1));
+        let high = (a.0.max(b.0), a.1.max(b.1));
+        match *self {
+            Self::Line { .. } => (low.0, low.1, high.0, high.1),
+            // An arc leaves its chord by at most half the chord, or the sagitta of what it turns through.
+            Self::Arc { radius, sweep, .. } => {
+                let bulge = radius * (1.0 - cos((sweep.abs() / 2.0).min(core::f64::consts::PI)));
+                (low.0 - bulge, low.1 - bulge, high.0 + bulge, high.1 + bulge)
+            }
+        }
+    }
+
+    /// The distance from `p`.
+    pub fn distance(&self, p: Xy) -> f64 {
+        match *self {
+            Self::Line { from, to } => {
+                let d = minus(to, from);
+                let length_2 = dot(d, d);
+                let t = if length_2 > 0.0 { (dot(minus(p, from), d) / length_2).clamp(0.0, 1.0) } else { 0.0 };
+                norm(minus(p, plus(from, d, t)))
+            }
+            Self::Arc { centre, radius, .. } => {
+                let w = minus(p, centre);
+                match self.parameter_of_angle(atan2(w.1, w.0)) {
+                    Some(_) => (norm(w) - radius).abs(),
+                    None => norm(minus(p, self.at(0.0))).min(norm(minus(p, self.at(1.0)))),
+                }
+            }
+        }
+    }
+
+    fn parameter_of_angle(&self, phi: f64) -> Option<f64> {
+        let Self::Arc { start, sweep, .. } = *self else { return None };
+        let turned = if sweep > 0.0 { phi - start } else { start - phi };
+        let turned = fmod(turned, TAU);
+        let turned = if turned < 0.0 { turned + TAU } else { turned };
+        (turned <= sweep.abs()).then(|| turned / sweep.abs())
+    }
+
+    /// The parameters on this shape of its meetings with the whole line or circle that carries `other`, kept when the
+    /// meeting is on this shape and near `other`.
+    pub fn meetings(&self, other: &Self, tolerance: f64) -> [Option<f64>; 2] {
+        let points = match (self.carrier(), other.carrier()) {
+            (Carrier::Line(p, d), Carrier::Line(q, e)) => {
+                let m = cross(d, e);
+                if m.abs() > 1e-12 { [Some(plus(p, d, cross(minus(q, p), e) / m)), None] } else { [None, None] }
+            }
+            (Carrier::Line(p, d), Carrier::Circle(c, r)) | (Carrier::Circle(c, r), Carrier::Line(p, d)) => {
+                line_circle(p, d, c, r)
+            }
+            (Carrier::Circle(c, r), Carrier::Circle(o, s)) => circle_circle(c, r, o, s),
+        };
+        points.map(|point| {
+            let point = point.filter(|&point| other.distance(point) <= tolerance)?;
+            self.parameter(point)
+        })
+    }
+
+    fn parameter(&self, p: Xy) -> Option<f64> {
+        match *self {
+            Self::Line { from, to } => {
+                let d = minus(to, from);
+                let t = dot(minus(p, from), d) / dot(d, d);
+                (0.0..=1.0).contains(&t).then_some(t)
+            }
+            Self::Arc { centre, .. } => {
+                let w = minus(p, centre);
+                self.parameter_of_angle(atan2(w.1, w.0))
+            }
+        }
+    }
+
+    fn carrier(&self) -> Carrier {
+        match *self {
+            Self::Line { from, to } => Carrier::Line(from, unit(minus(to, from))),
+            Self::Arc { centre, radius, .. } => Carrier::Circle(centre, radius),
+        }
+    }
+
+    /// Its share in twice the signed area about `origin`.
+    pub fn double_area(&self, origin: Xy) -> f64 {
+        let (a, b) = (minus(self.at(0.0), origin), minus(self.at(1.0), origin));
+        let chord = cross(a, b);
+        match *self {
+            Self::Line { .. } => chord,
+            Self::Arc { radius, sweep, .. } => chord + radius * radius * (sweep - sin(sweep)),
+        }
+    }
+}
+
+enum Carrier {
+    Line(Xy, Xy),
+    Circle(Xy, f64),
+}
+
+fn line_circle(p: Xy, d: Xy, centre: Xy, radius: f64) -> [Option<Xy>; 2] {
+    let w = minus(p, centre);
+    let along = -dot(w, d);
+    let off = cross(d, w);
+    let half_2 = radius * radius - off * off;
+    if half_2 < 0.0 {
+        // A near miss of a tangent still divides the curve there.
+        let miss = off.abs() - radius;
+        return [(miss < 1.0).then(|| plus(p, d, along)), None];
+    }
+    let half = sqrt(half_2);
+    [Some(plus(p, d, along - half)), Some(plus(p, d, along + half))]
+}
+
+fn circle_circle(c: Xy, r: f64, o: Xy, s: f64) -> [Option<Xy>; 2] {
+    let w = minus(o, c);
+    let d = norm(w);
+    if d < 1e-9 {
+        return [None, None];
+    }
+    let along = (d * d + r * r - s * s) / (2.0 * d);
+    let half_2 = r * r - along * along;
+    let axis = (w.0 / d, w.1 / d);
+    if half_2 < 0.0 {
+        let miss = (d - r - s).max((r - s).abs() - d);
+        return [(miss < 1.0).then(|| plus(c, axis, r.min(along))), None];
+    }
+    let half = sqrt(half_2);
+    let foot = plus(c, axis, along);
+    [Some(plus(foot, right_of(axis), half)), Some(plus(foot, right_of(axis), -half))]
+}
