@@ -147,8 +147,7 @@ impl ProhibitedRegion {
     /// # Errors
     /// [`Blocked::ByEdge`] with an edge in the way.
     pub fn motion(&self, from: FreePoint, to: Point) -> Result<FreePoint, Blocked> {
-        let motion = Segment { from: from.point, to };
-        self.ask(motion.bounds(), from.threshold, |edge, r| motion.near_segment(edge.chord, r).is_clear())?;
+        self.edges_clear(Segment { from: from.point, to }, from.threshold)?;
         Ok(FreePoint { point: to, threshold: from.threshold })
     }
 
@@ -163,6 +162,14 @@ impl ProhibitedRegion {
         let fan = Triangle { corners: [a.point, b.point, to] };
         self.ask(fan.bounds(), a.threshold, |edge, r| fan.near_segment(edge.chord, r).is_clear())?;
         Ok(FreePoint { point: to, threshold: a.threshold })
+    }
+
+    /// Whether every edge is farther than `threshold` from the whole motion, whichever side it is on.
+    ///
+    /// # Errors
+    /// [`Blocked::ByEdge`] with an edge in the way.
+    pub fn edges_clear(&self, motion: Segment, threshold: Length) -> Result<(), Blocked> {
+        self.ask(motion.bounds(), threshold, |edge, r| motion.near_segment(edge.chord, r).is_clear())
     }
 
     /// The edges that can come within `threshold` of `window`.

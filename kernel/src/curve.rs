@@ -144,7 +144,7 @@ fn distance(p: Point, q: Point) -> f64 {
 }
 
 /// Slack that [`ArcChords::check`] adds to the sagitta: the ring's width, and one unit of rounding up.
-const RING_WIDTH: f64 = 4.0;
+const RING_WIDTH: f64 = 5.0;
 
 fn propose_chords(arc: &Arc, slack: Length) -> Vec<Point> {
     let (rho, end_rho) = (radius(arc), distance(arc.to(), arc.centre()));

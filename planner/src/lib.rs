@@ -1,1 +1,20 @@
-//! stub
+//! From a drawing to a certified plan.
+//!
+//! ```text
+//! drawing (DXF) ── import ── chain ──> profile ── margin ── offset ──> plan file ──> picture
+//! ```
+//!
+//! Nothing here is trusted: a plan is believed after [`plan::Plan::certify`], which asks the kernel's exact predicates
+//! about every motion, and whoever loads a plan file does that again.
+
+pub mod drawing;
+pub mod finish;
+pub mod job;
+pub mod machine;
+pub mod margin;
+pub mod picture;
+pub mod plan;
+pub mod plan_file;
+pub mod profile;
+pub mod route;
+pub mod units;

@@ -10,9 +10,12 @@ use super::segment::{Segment, distance_2, orientation, points_within};
 /// Smallest radius of an arc, in lattice units (0.64 µm). Below it the slack bound of [`ArcChords::check`] is not proven.
 pub const RADIUS_MIN: i64 = 64;
 
-/// Rounding of an arc's points: with ρ = ⌊|from − centre|⌋ every point lies between ρ − 1 and ρ + 2 from the centre.
-const INWARD: i64 = 1;
-const OUTWARD: i64 = 2;
+/// Rounding of an arc's ends: with ρ = ⌊|from − centre|⌋ the curve stays between ρ − 1 and ρ + 2 from the centre.
+const ENDS: (i64, i64) = (1, 2);
+/// Rounding of its chords' corners: between ρ − 2 and ρ + 3.
+const CORNERS: (i64, i64) = (2, 3);
+/// The most by which a radius in one of the two rings differs from one in the other.
+const RING_WIDTH: i64 = 4;
 
 /// The direction in which an arc is run through.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -111,7 +114,7 @@ impl Arc {
             _ => return Err(ArcError::Radius { radius_2 }),
         };
         let arc = Self { from, to, centre, turn, radius };
-        if arc.has_on_circle(to) { Ok(arc) } else { Err(ArcError::OffCircle { at: to }) }
+        if arc.has_on_circle(to, ENDS) { Ok(arc) } else { Err(ArcError::OffCircle { at: to }) }
     }
 
     /// Where it begins.
@@ -152,11 +155,11 @@ impl Arc {
         Self::new(self.to, self.from, self.centre, self.turn.reversed())
     }
 
-    fn has_on_circle(&self, point: Point) -> bool {
+    fn has_on_circle(&self, point: Point, (inward, outward): (i64, i64)) -> bool {
         let rho = i64::from(self.radius.units());
         let ring = |r: i64| r.saturating_mul(r);
         let d_2 = distance_2(point, self.centre);
-        (ring(rho.saturating_sub(INWARD))..=ring(rho.saturating_add(OUTWARD))).contains(&d_2)
+        (ring(rho.saturating_sub(inward))..=ring(rho.saturating_add(outward))).contains(&d_2)
     }
 }
 
@@ -170,10 +173,11 @@ pub struct ArcChords {
 impl ArcChords {
     /// Believes `points` to follow `arc` after exact checks.
     ///
-    /// Each point lies on the circle (between ρ − 1 and ρ + 2), each chord advances about the centre in the arc's
+    /// Each corner lies on the circle (between ρ − 2 and ρ + 3), each chord advances about the centre in the arc's
     /// direction and is no longer than ρ, and the chain begins and ends where the arc does, so that it passes every
-    /// polar angle of the arc. With chords of length at most `L ≤ ρ` and ρ ≥ 64 the sagitta is at most `L² / 7ρ`; the
-    /// slack is that plus 3 units for the width of the ring.
+    /// polar angle of the arc. With chords of length at most `L ≤ ρ` and ρ ≥ 64 the sagitta is at most `L² / 7ρ`: at
+    /// the same polar angle the chord's radius lies in [ρ − 2 − L²/7ρ, ρ + 3] and the curve's in [ρ − 1, ρ + 2], so the
+    /// slack is the sagitta plus 4 units.
     ///
     /// # Errors
     /// [`ArcError`] naming the point at which the claim fails.
@@ -184,7 +188,7 @@ impl ArcChords {
         let mut longest_2 = 0;
         for pair in points.windows(2) {
             let &[a, b] = pair else { continue };
-            if !arc.has_on_circle(b) {
+            if !arc.has_on_circle(b, CORNERS) {
                 return Err(ArcError::OffCircle { at: b });
             }
             let advances = arc.turn.agrees_with(orientation(arc.centre, a, b));
@@ -195,7 +199,7 @@ impl ArcChords {
         }
         let seven_rho = i64::from(arc.radius.units()).saturating_mul(7);
         let sagitta = longest_2.checked_div(seven_rho).map_or(i64::MAX, |quotient| quotient.saturating_add(1));
-        let slack = Length::from_units(sagitta.saturating_add(INWARD).saturating_add(OUTWARD))
+        let slack = Length::from_units(sagitta.saturating_add(RING_WIDTH))
             .map_err(|_| ArcError::Radius { radius_2: distance_2(arc.from, arc.centre) })?;
         Ok(Self { points, slack })
     }

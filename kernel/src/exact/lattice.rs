@@ -117,6 +117,13 @@ impl Length {
         bounded(units, 0).map(Self)
     }
 
+    /// A length below 2.56 µm, for constants: every `u8` is on the lattice.
+    #[must_use]
+    #[expect(clippy::as_conversions, reason = "`From` is not const; u8 to i32 loses nothing")]
+    pub const fn small(units: u8) -> Self {
+        Self(units as i32)
+    }
+
     /// The length in lattice units.
     #[must_use]
     pub const fn units(self) -> i32 {

@@ -56,16 +56,26 @@ impl Shape {
     pub fn of(curve: &Curve) -> Self {
         match curve {
             Curve::Line(segment) => Self::Line { from: xy(segment.from), to: xy(segment.to) },
-            Curve::Arc(arc) => {
-                let turned = crate::curve::sweep(arc);
-                Self::Arc {
-                    centre: xy(arc.centre()),
-                    radius: crate::curve::radius(arc),
-                    start: crate::curve::angle(arc.centre(), arc.from()),
-                    sweep: if arc.turn() == Turn::Left { turned } else { -turned },
-                }
-            }
+            Curve::Arc(arc) => Self::arc_through(xy(arc.from()), xy(arc.to()), xy(arc.centre()), arc.turn()),
         }
+    }
+
+    /// The arc through both ends, about the point of their perpendicular bisector nearest to `centre`: lattice ends
+    /// and centres fit each other only to a unit, and offsets must join far better than that.
+    fn arc_through(from: Xy, to: Xy, centre: Xy, turn: Turn) -> Self {
+        let chord = minus(to, from);
+        let middle = plus(from, chord, 0.5);
+        let off = dot(minus(centre, middle), chord) / dot(chord, chord);
+        let centre = plus(centre, chord, -off);
+        let polar = |p: Xy| {
+            let w = minus(p, centre);
+            atan2(w.1, w.0)
+        };
+        let (start, end) = (polar(from), polar(to));
+        let turned = if turn == Turn::Left { end - start } else { start - end };
+        let turned = if turned <= 0.0 { turned + TAU } else { turned };
+        let sweep = if turn == Turn::Left { turned } else { -turned };
+        Self::Arc { centre, radius: norm(minus(from, centre)), start, sweep }
     }
 
     pub fn reversed(self) -> Self {

@@ -268,7 +268,14 @@ fn push_loop(kept: &[Kept], chain: &[usize], offset: &mut Offset) {
             Shape::Line { .. } => line,
             Shape::Arc { centre, sweep, .. } => {
                 let turn = if sweep > 0.0 { Turn::Left } else { Turn::Right };
-                curve::fit_arc(from, to, centre, turn).map_or(line, Curve::Arc)
+                match curve::fit_arc(from, to, centre, turn) {
+                    Ok(arc) => Curve::Arc(arc),
+                    Err(_) if line.length() < JOINT => line,
+                    Err(_) => {
+                        offset.loose_ends.push(kept[index].shape.at(1.0));
+                        return;
+                    }
+                }
             }
         });
     }

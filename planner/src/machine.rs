@@ -1,0 +1,122 @@
+//! Machine profiles: what a machine can do and how exactly, as data.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// A two-axis machine and its controller. All figures are for one axis unless said otherwise.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MachineProfile {
+    /// What people call it.
+    pub name: String,
+    /// Travel of x and y, mm.
+    pub stroke_mm: [f64; 2],
+    /// Top speed, mm/s.
+    pub max_rate_mm_s: f64,
+    /// Acceleration, mm/s².
+    pub acceleration_mm_s2: f64,
+    /// Steps per mm; a commanded position is met to half a step.
+    pub steps_per_mm: f64,
+    /// Last digit of a reported position, mm.
+    pub report_digit_mm: f64,
+    /// How far the controller's chords leave an arc, mm (GRBL: `$12`).
+    pub arc_tolerance_mm: f64,
+    /// Half width of the band into which positions repeat, mm.
+    pub repeatability_mm: f64,
+    /// How far the true path leaves the commanded one while moving, mm.
+    pub contour_error_mm: f64,
+}
+
+/// Why a machine profile is refused.
+#[derive(Debug, Error)]
+pub enum MachineError {
+    /// The file can not be read.
+    #[error("can not read {}: {source}. Check the path.", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The file is no machine profile.
+    #[error("{} is no machine profile: {reason}", path.display())]
+    Parse {
+        /// The file.
+        path: PathBuf,
+        /// Where and what.
+        reason: String,
+    },
+    /// A figure is out of range.
+    #[error("machine profile: {field} is {value}, it must be {range}")]
+    Figure {
+        /// The field.
+        field: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is accepted.
+        range: &'static str,
+    },
+}
+
+impl MachineProfile {
+    /// The built-in simulated machine: a 400 mm × 350 mm table under a GRBL 1.1 controller.
+    #[must_use]
+    pub fn simulated() -> Self {
+        Self {
+            name: "simulated GRBL 1.1 table".into(),
+            stroke_mm: [400.0, 350.0],
+            max_rate_mm_s: 200.0,
+            acceleration_mm_s2: 1000.0,
+            steps_per_mm: 400.0,
+            report_digit_mm: 0.001,
+            arc_tolerance_mm: 0.002,
+            repeatability_mm: 0.005,
+            contour_error_mm: 0.001,
+        }
+    }
+
+    /// Reads a profile from a TOML file.
+    ///
+    /// # Errors
+    /// [`MachineError`] naming the file and the field.
+    pub fn load(path: &Path) -> Result<Self, MachineError> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| MachineError::Read { path: path.to_path_buf(), source })?;
+        let profile: Self = toml::from_str(&text)
+            .map_err(|error| MachineError::Parse { path: path.to_path_buf(), reason: error.to_string() })?;
+        profile.checked()
+    }
+
+    /// Checks that every figure is one a machine can have.
+    ///
+    /// # Errors
+    /// [`MachineError::Figure`] naming the first that is not.
+    pub fn checked(self) -> Result<Self, MachineError> {
+        let positive = [
+            ("stroke_mm", self.stroke_mm[0], 5000.0),
+            ("stroke_mm", self.stroke_mm[1], 5000.0),
+            ("max_rate_mm_s", self.max_rate_mm_s, 1e5),
+            ("acceleration_mm_s2", self.acceleration_mm_s2, 1e6),
+            ("steps_per_mm", self.steps_per_mm, 1e6),
+        ];
+        let small = [
+            ("report_digit_mm", self.report_digit_mm),
+            ("arc_tolerance_mm", self.arc_tolerance_mm),
+            ("repeatability_mm", self.repeatability_mm),
+            ("contour_error_mm", self.contour_error_mm),
+        ];
+        for (field, value, most) in positive {
+            if !(value > 0.0 && value <= most) {
+                return Err(MachineError::Figure { field, value, range: "positive and of a machine's size" });
+            }
+        }
+        for (field, value) in small {
+            if !(0.0..=10.0).contains(&value) {
+                return Err(MachineError::Figure { field, value, range: "between 0 and 10 mm" });
+            }
+        }
+        Ok(self)
+    }
+}

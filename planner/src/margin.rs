@@ -1,0 +1,127 @@
+//! The margin M: how far the tool can be from where the plan believes it is, term by term.
+
+use std::f64::consts::SQRT_2;
+
+use keepout_kernel::Length;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::machine::MachineProfile;
+use crate::units::{length_up_from_mm, mm};
+
+/// One named term of the margin.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Term {
+    /// Its name.
+    pub name: String,
+    /// Its size in mm.
+    pub mm: f64,
+    /// Where the figure comes from.
+    pub source: String,
+}
+
+/// The margin, as the sum of its terms.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Budget {
+    /// The terms.
+    pub terms: Vec<Term>,
+}
+
+/// Why a margin is refused.
+#[derive(Debug, Error, PartialEq)]
+pub enum MarginError {
+    /// The margin asked for is less than what rounding and the controller need.
+    #[error("--margin-mm {asked} is less than the {least:.5} mm that rounding and the controller's resolution need. Give at least that much, plus the machine's own error.")]
+    TooSmall {
+        /// What was asked for, mm.
+        asked: f64,
+        /// The least that is accepted, mm.
+        least: f64,
+    },
+    /// It is no length.
+    #[error("--margin-mm {asked} is no length of this machine")]
+    NoLength {
+        /// What was asked for, mm.
+        asked: f64,
+    },
+}
+
+/// A drawing's point, a path's point and an arc's centre are each met to within about a lattice unit.
+const LATTICE_MM: f64 = 0.000_04;
+/// A path's arcs are certified as chords within 0.1 µm of them.
+const CHORD_MM: f64 = 0.000_1;
+
+impl Budget {
+    /// The margin of `machine`. `total_mm` replaces the machine's own errors by what it leaves for them.
+    ///
+    /// # Errors
+    /// [`MarginError`] when `total_mm` is no length or less than rounding and resolution.
+    pub fn of(machine: &MachineProfile, total_mm: Option<f64>) -> Result<Self, MarginError> {
+        let term = |name: &str, mm: f64, source: &str| Term { name: name.into(), mm, source: source.into() };
+        // Half a step each for where the tool goes and for where a report finds it.
+        let steps = SQRT_2 / machine.steps_per_mm;
+        let half_digit = machine.report_digit_mm * SQRT_2 / 2.0;
+        let mut terms = vec![
+            term("lattice rounding", LATTICE_MM, "drawing, path and arc centres on the 10 nm lattice"),
+            term("chord slack", CHORD_MM, "arcs certified as chords"),
+            term("controller resolution: step", steps, "half a step on both axes, commanded and reported"),
+            term("controller resolution: report", half_digit, "half the last digit on both axes"),
+            term("controller resolution: arcs", machine.arc_tolerance_mm, "the controller's chords in an arc"),
+        ];
+        let least: f64 = terms.iter().map(|term| term.mm).sum();
+        match total_mm {
+            None => {
+                terms.push(term("contour error", machine.contour_error_mm, "machine profile"));
+                terms.push(term("repeatability", machine.repeatability_mm, "machine profile"));
+            }
+            Some(asked) if !(asked.is_finite() && asked < 1000.0) => {
+                return Err(MarginError::NoLength { asked });
+            }
+            Some(asked) if asked < least => return Err(MarginError::TooSmall { asked, least }),
+            Some(asked) => {
+                terms.push(term("contour error and repeatability", asked - least, "the rest of --margin-mm"));
+            }
+        }
+        Ok(Self { terms })
+    }
+
+    /// The sum of the terms, rounded up to the lattice.
+    ///
+    /// # Errors
+    /// [`keepout_kernel::LatticeError`] when a term is negative, no number or too large.
+    pub fn total(&self) -> Result<Length, keepout_kernel::LatticeError> {
+        self.terms.iter().map(|term| length_up_from_mm(term.mm)).try_fold(Length::ZERO, |sum, term| sum.plus(term?))
+    }
+}
+
+impl std::fmt::Display for Budget {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        for term in &self.terms {
+            writeln!(f, "  {:<32} {:>9.5} mm   {}", term.name, term.mm, term.source)?;
+        }
+        let total = self.total().map_or(f64::NAN, |total| mm(total.units()));
+        write!(f, "  {:<32} {total:>9.5} mm", "margin M")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn terms_add_up_and_round_up() {
+        let budget = Budget::of(&MachineProfile::simulated(), None).unwrap();
+        let sum: f64 = budget.terms.iter().map(|term| term.mm).sum();
+        let total = mm(budget.total().unwrap().units());
+        assert!(total >= sum && total - sum < 0.000_1, "{total} {sum}");
+    }
+
+    #[test]
+    fn margin_asked_for_is_met_and_not_undercut() {
+        let machine = MachineProfile::simulated();
+        let total = Budget::of(&machine, Some(0.05)).unwrap().total().unwrap();
+        assert!((mm(total.units()) - 0.05).abs() < 1e-4);
+        assert!(matches!(Budget::of(&machine, Some(0.001)), Err(MarginError::TooSmall { .. })));
+        assert!(matches!(Budget::of(&machine, Some(f64::NAN)), Err(MarginError::NoLength { .. })));
+    }
+}

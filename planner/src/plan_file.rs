@@ -1,0 +1,282 @@
+//! The plan file: versioned, hashed, self-contained. What is read from it is certified before use.
+//!
+//! Layout: the 12 bytes `KEEPOUT PLAN`, the version as `u16`, the SHA-256 of the payload, the payload (postcard).
+//! Numbers are little-endian.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use keepout_kernel::exact::arc::ArcError;
+use keepout_kernel::{Arc, Curve, LatticeError, Length, Point, Segment, Turn};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use thiserror::Error;
+
+use crate::finish::{FinishingLoop, FinishingPath};
+use crate::machine::{MachineError, MachineProfile};
+use crate::margin::Budget;
+use crate::plan::Plan;
+use crate::profile::{MachinedSide, Profile, ProfileEdge, ProfileLoop};
+
+const MAGIC: &[u8; 12] = b"KEEPOUT PLAN";
+/// The version that is written, and the only one that is read.
+pub const VERSION: u16 = 1;
+const HEADER: usize = MAGIC.len() + 2 + 32;
+/// Largest plan file that is read, in bytes.
+pub const SIZE_MAX: u64 = 1 << 30;
+
+/// Why a plan file can not be read or written.
+#[derive(Debug, Error)]
+pub enum PlanFileError {
+    /// The file can not be read.
+    #[error("can not read {}: {source}. Check the path, or make the plan with `keepout plan`.", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The file can not be written.
+    #[error("can not write {}: {source}. Nothing was changed.", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// It is no plan file.
+    #[error("this is no plan file: it does not begin with \"KEEPOUT PLAN\". Make one with `keepout plan`.")]
+    NoPlan,
+    /// It was written by another version.
+    #[error("the plan file has version {found}, this program reads version {VERSION}. Make the plan again from the drawing.")]
+    Version {
+        /// The file's version.
+        found: u16,
+    },
+    /// Its bytes are not those that were written.
+    #[error("the plan file is damaged: its contents do not match its hash. Copy it again, or make the plan again from the drawing.")]
+    Damaged,
+    /// It is larger than any plan.
+    #[error("the plan file has {bytes} bytes; at most {SIZE_MAX} are read")]
+    TooLarge {
+        /// Its size.
+        bytes: u64,
+    },
+    /// Its contents make no plan.
+    #[error("the plan file holds no valid plan: {0}. Make it again from the drawing.")]
+    Contents(String),
+}
+
+#[derive(Serialize, Deserialize)]
+struct Stored {
+    drawing: String,
+    drawing_hash: [u8; 32],
+    unit: String,
+    remarks: Vec<String>,
+    machine: MachineProfile,
+    side: MachinedSide,
+    tool_radius: i32,
+    allowance: i32,
+    budget: Budget,
+    loops: Vec<Vec<(StoredCurve, i32)>>,
+    finish: Vec<(Vec<StoredCurve>, u64)>,
+    residual_length_mm: f64,
+    residual_area_mm2: f64,
+    profile_length_mm: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+enum StoredCurve {
+    Line([i32; 4]),
+    Arc { ends: [i32; 4], centre: [i32; 2], left: bool },
+}
+
+/// The SHA-256 of bytes, as recorded for drawings.
+#[must_use]
+pub fn hash(bytes: &[u8]) -> [u8; 32] {
+    Sha256::digest(bytes).into()
+}
+
+/// A hash as hexadecimal digits.
+#[must_use]
+pub fn hex(hash: &[u8]) -> String {
+    hash.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// The plan as the bytes of a plan file.
+///
+/// # Errors
+/// [`PlanFileError::Contents`] when it can not be serialised.
+pub fn encode(plan: &Plan) -> Result<Vec<u8>, PlanFileError> {
+    let payload =
+        postcard::to_allocvec(&stored(plan)).map_err(|error| PlanFileError::Contents(error.to_string()))?;
+    let mut bytes = Vec::with_capacity(HEADER + payload.len());
+    bytes.extend(MAGIC);
+    bytes.extend(VERSION.to_le_bytes());
+    bytes.extend(hash(&payload));
+    bytes.extend(payload);
+    Ok(bytes)
+}
+
+/// The plan in the bytes of a plan file; it is not certified yet.
+///
+/// # Errors
+/// [`PlanFileError`] saying what is wrong with the file.
+pub fn decode(bytes: &[u8]) -> Result<Plan, PlanFileError> {
+    let rest = bytes.strip_prefix(MAGIC).ok_or(PlanFileError::NoPlan)?;
+    let (version, rest) = rest.split_first_chunk::<2>().ok_or(PlanFileError::Damaged)?;
+    let found = u16::from_le_bytes(*version);
+    if found != VERSION {
+        return Err(PlanFileError::Version { found });
+    }
+    let (expected, payload) = rest.split_first_chunk::<32>().ok_or(PlanFileError::Damaged)?;
+    if hash(payload) != *expected {
+        return Err(PlanFileError::Damaged);
+    }
+    let (stored, left): (Stored, _) =
+        postcard::take_from_bytes(payload).map_err(|error| PlanFileError::Contents(error.to_string()))?;
+    if left.is_empty() { restored(stored) } else { Err(PlanFileError::Damaged) }
+}
+
+/// Writes the plan to `path`, by a temporary file and a rename.
+///
+/// # Errors
+/// [`PlanFileError::Write`]; the file at `path` is then as it was.
+pub fn save(plan: &Plan, path: &Path) -> Result<(), PlanFileError> {
+    let bytes = encode(plan)?;
+    write_whole(path, &bytes).map_err(|source| PlanFileError::Write { path: path.to_path_buf(), source })
+}
+
+/// Writes `bytes` to `path` whole or not at all: to a temporary file beside it, flushed, then renamed.
+///
+/// # Errors
+/// The system's error; the temporary file is removed.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    let mut name = path.file_name().unwrap_or_default().to_os_string();
+    name.push(format!(".{}.tmp", std::process::id()));
+    let temporary = path.with_file_name(name);
+    let written = std::fs::File::create(&temporary)
+        .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
+        .and_then(|()| std::fs::rename(&temporary, path));
+    if written.is_err() {
+        let _ = std::fs::remove_file(&temporary);
+    }
+    written
+}
+
+/// Reads the plan at `path`; it is not certified yet.
+///
+/// # Errors
+/// [`PlanFileError`] saying what is wrong with the file.
+pub fn load(path: &Path) -> Result<Plan, PlanFileError> {
+    let failed = |source| PlanFileError::Read { path: path.to_path_buf(), source };
+    let bytes = std::fs::metadata(path).map_err(failed)?.len();
+    if bytes > SIZE_MAX {
+        return Err(PlanFileError::TooLarge { bytes });
+    }
+    decode(&std::fs::read(path).map_err(failed)?)
+}
+
+fn stored(plan: &Plan) -> Stored {
+    let each_loop =
+        |each: &ProfileLoop| each.edges.iter().map(|edge| (stored_curve(&edge.curve), edge.slack.units())).collect();
+    let finishing = |each: &FinishingLoop| {
+        let component = u64::try_from(each.component).unwrap_or(u64::MAX);
+        (each.curves.iter().map(stored_curve).collect(), component)
+    };
+    Stored {
+        drawing: plan.drawing.clone(),
+        drawing_hash: plan.drawing_hash,
+        unit: plan.unit.clone(),
+        remarks: plan.remarks.clone(),
+        machine: plan.machine.clone(),
+        side: plan.side,
+        tool_radius: plan.tool_radius.units(),
+        allowance: plan.allowance.units(),
+        budget: plan.budget.clone(),
+        loops: plan.profile.loops.iter().map(each_loop).collect(),
+        finish: plan.finish.loops.iter().map(finishing).collect(),
+        residual_length_mm: plan.finish.residual_length_mm,
+        residual_area_mm2: plan.finish.residual_area_mm2,
+        profile_length_mm: plan.finish.profile_length_mm,
+    }
+}
+
+fn stored_curve(curve: &Curve) -> StoredCurve {
+    let xy = |p: Point| [p.x.units(), p.y.units()];
+    let ([a, b], [c, d]) = (xy(curve.from()), xy(curve.to()));
+    match curve {
+        Curve::Line(_) => StoredCurve::Line([a, b, c, d]),
+        Curve::Arc(arc) => StoredCurve::Arc {
+            ends: [a, b, c, d],
+            centre: xy(arc.centre()),
+            left: arc.turn() == Turn::Left,
+        },
+    }
+}
+
+fn restored(stored: Stored) -> Result<Plan, PlanFileError> {
+    let length = |units: i32| Length::from_units(units.into()).map_err(PlanFileError::from);
+    let mut profile = Profile::default();
+    for each in &stored.loops {
+        let edge = |(curve, slack): &(StoredCurve, i32)| {
+            Ok(ProfileEdge { curve: restored_curve(curve)?, slack: length(*slack)? })
+        };
+        let edges = each.iter().map(edge).collect::<Result<_, PlanFileError>>()?;
+        profile.loops.push(ProfileLoop { edges });
+    }
+    let mut loops = Vec::new();
+    for (curves, component) in &stored.finish {
+        let curves = curves.iter().map(restored_curve).collect::<Result<_, _>>()?;
+        let component =
+            usize::try_from(*component).map_err(|error| PlanFileError::Contents(error.to_string()))?;
+        loops.push(FinishingLoop { curves, component });
+    }
+    Ok(Plan {
+        tool_radius: length(stored.tool_radius)?,
+        allowance: length(stored.allowance)?,
+        machine: stored.machine.checked()?,
+        drawing: stored.drawing,
+        drawing_hash: stored.drawing_hash,
+        unit: stored.unit,
+        remarks: stored.remarks,
+        side: stored.side,
+        budget: stored.budget,
+        profile,
+        finish: FinishingPath {
+            loops,
+            residual_length_mm: stored.residual_length_mm,
+            residual_area_mm2: stored.residual_area_mm2,
+            profile_length_mm: stored.profile_length_mm,
+        },
+    })
+}
+
+fn restored_curve(curve: &StoredCurve) -> Result<Curve, PlanFileError> {
+    let at = |x: i32, y: i32| Point::from_units(x.into(), y.into());
+    Ok(match *curve {
+        StoredCurve::Line([a, b, c, d]) => Curve::Line(Segment { from: at(a, b)?, to: at(c, d)? }),
+        StoredCurve::Arc { ends: [a, b, c, d], centre: [x, y], left } => {
+            let turn = if left { Turn::Left } else { Turn::Right };
+            Curve::Arc(Arc::new(at(a, b)?, at(c, d)?, at(x, y)?, turn)?)
+        }
+    })
+}
+
+impl From<LatticeError> for PlanFileError {
+    fn from(error: LatticeError) -> Self {
+        Self::Contents(error.to_string())
+    }
+}
+
+impl From<ArcError> for PlanFileError {
+    fn from(error: ArcError) -> Self {
+        Self::Contents(error.to_string())
+    }
+}
+
+impl From<MachineError> for PlanFileError {
+    fn from(error: MachineError) -> Self {
+        Self::Contents(error.to_string())
+    }
+}

@@ -1,0 +1,130 @@
+//! The profile: closed loops of lines and arcs on the lattice, and the part they bound.
+
+use keepout_kernel::exact::region::RegionError;
+use keepout_kernel::exact::ring::RingError;
+use keepout_kernel::offset::Outline;
+use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, Region, Ring, Side};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::units::place;
+
+/// How far a curve may leave its chords: 0.1 µm.
+pub const CHORD_SLACK: Length = Length::small(10);
+
+/// An edge of the profile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ProfileEdge {
+    /// The curve.
+    pub curve: Curve,
+    /// How far the drawing's curve leaves a line that stands for it; zero for true lines and arcs.
+    pub slack: Length,
+}
+
+/// A closed loop of edges, each beginning where the one before ends.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ProfileLoop {
+    /// The edges in order.
+    pub edges: Vec<ProfileEdge>,
+}
+
+/// Closed loops taken from the drawing.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Profile {
+    /// The loops.
+    pub loops: Vec<ProfileLoop>,
+}
+
+/// Which side of the profile is machined, as the user says it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum MachinedSide {
+    /// The tool stays outside: the part is inside the profile.
+    Outside,
+    /// The tool stays inside: the part is outside the profile.
+    Inside,
+}
+
+impl From<MachinedSide> for Side {
+    fn from(side: MachinedSide) -> Self {
+        match side {
+            MachinedSide::Outside => Self::Outside,
+            MachinedSide::Inside => Self::Inside,
+        }
+    }
+}
+
+/// Why loops make no part.
+#[derive(Debug, Error, PartialEq, Eq)]
+pub enum ProfileError {
+    /// A contour crosses or touches itself.
+    #[error("a contour crosses or touches itself at {}. Trim the curves there in the CAD system.", place(*at))]
+    SelfContact {
+        /// Where.
+        at: Point,
+    },
+    /// Two contours cross or touch.
+    #[error("two contours cross or touch at {}. Separate or join them in the CAD system, or choose layers with --layer.", place(*at))]
+    ContoursTouch {
+        /// Where.
+        at: Point,
+    },
+    /// A loop is no contour: too few edges, or collapsed.
+    #[error("a contour near {} is no closed shape: {reason}. Remove it in the CAD system.", place(*at))]
+    Degenerate {
+        /// A point of it.
+        at: Point,
+        /// What is wrong.
+        reason: String,
+    },
+    /// There is no loop.
+    #[error("the drawing has no closed contour. Draw one, or choose other layers with --layer.")]
+    Empty,
+}
+
+impl Profile {
+    /// The part that the profile bounds, from chords checked against every arc.
+    ///
+    /// # Errors
+    /// [`ProfileError`] with the place of the first fault.
+    pub fn part(&self, side: MachinedSide) -> Result<ProhibitedRegion, ProfileError> {
+        let rings = self.loops.iter().map(ProfileLoop::ring).collect::<Result<Vec<_>, _>>()?;
+        let region = Region::new(rings).map_err(|error| match error {
+            RegionError::Empty => ProfileError::Empty,
+            RegionError::RingsTouch { at, .. } => ProfileError::ContoursTouch { at },
+        })?;
+        Ok(ProhibitedRegion::new(region, side.into()))
+    }
+
+    /// The loops as outlines for offsetting, told on which side of each the tool is.
+    #[must_use]
+    pub fn outlines(&self, part: &ProhibitedRegion) -> Vec<Outline> {
+        let depths = part.region().depths();
+        let rings = part.region().rings().iter().zip(depths);
+        let outline = |(each, (ring, depth)): (&ProfileLoop, (&Ring, usize))| {
+            let counter_clockwise = ring.double_area() > 0;
+            let material_inside = (depth % 2 == 0) == (part.side() == Side::Outside);
+            Outline {
+                curves: each.edges.iter().map(|edge| edge.curve).collect(),
+                free_on_left: counter_clockwise != material_inside,
+            }
+        };
+        self.loops.iter().zip(rings).map(outline).collect()
+    }
+}
+
+impl ProfileLoop {
+    fn ring(&self) -> Result<Ring, ProfileError> {
+        let at = self.edges.first().map_or(Point::ORIGIN, |edge| edge.curve.from());
+        let degenerate = |reason: String| ProfileError::Degenerate { at, reason };
+        let pieces = self
+            .edges
+            .iter()
+            .map(|edge| edge.curve.piece(CHORD_SLACK, edge.slack))
+            .collect::<Result<Vec<_>, _>>()
+            .map_err(|error| degenerate(error.to_string()))?;
+        Ring::from_pieces(&pieces).map_err(|error| match error {
+            RingError::Contact(contact) => ProfileError::SelfContact { at: contact.at },
+            other => degenerate(other.to_string()),
+        })
+    }
+}
