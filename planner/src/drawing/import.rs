@@ -20,20 +20,20 @@ const FLAT_MM: f64 = 5e-6;
 /// What a line type says about a line: these are drawn for the reader, not for the cutter.
 const CONSTRUCTION: [&str; 7] = ["HIDDEN", "CENTER", "CENTRE", "PHANTOM", "DASHDOT", "DIVIDE", "ISO"];
 
-/// Reads the DXF file at `path`. `layers` restricts to those layers when not empty; `unit` overrides the file's unit.
+/// Reads the bytes of the drawing at `path`.
 ///
 /// # Errors
-/// [`DrawingError`], naming the file, line, entity or layer at fault and the remedy.
-pub fn import_file(path: &Path, layers: &[String], unit: Option<&str>) -> Result<Drawing, DrawingError> {
+/// [`DrawingError::Read`] and [`DrawingError::TooLarge`].
+pub fn read_file(path: &Path) -> Result<Vec<u8>, DrawingError> {
     let failed = |source| DrawingError::Read { path: path.to_path_buf(), source };
     let bytes = std::fs::metadata(path).map_err(failed)?.len();
     if bytes > SIZE_MAX {
         return Err(DrawingError::TooLarge { bytes });
     }
-    import(&std::fs::read(path).map_err(failed)?, layers, unit)
+    std::fs::read(path).map_err(failed)
 }
 
-/// Reads DXF bytes, ASCII or binary; see [`import_file`].
+/// Reads DXF bytes, ASCII or binary. `layers` restricts to those layers when not empty; `unit` overrides the file's.
 ///
 /// # Errors
 /// [`DrawingError`], naming the line, entity or layer at fault and the remedy.

@@ -10,7 +10,7 @@ use keepout_kernel::{LatticeError, Point};
 use thiserror::Error;
 
 pub use chain::{Chained, JOIN_MM, Repair, chain};
-pub use import::{SIZE_MAX, import, import_file};
+pub use import::{SIZE_MAX, import, read_file};
 
 use crate::units::place;
 

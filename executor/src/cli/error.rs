@@ -1,0 +1,91 @@
+//! Errors of the command line and their exit codes.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use keepout_executor::link::port::PortError;
+use keepout_executor::operator::OperatorError;
+use keepout_executor::session::{LogError, PlaceError, SimError};
+use keepout_planner::drawing::DrawingError;
+use keepout_planner::machine::MachineError;
+use keepout_planner::plan::PlanError;
+use keepout_planner::plan_file::PlanFileError;
+use thiserror::Error;
+
+/// Why a command failed.
+#[derive(Debug, Error)]
+pub enum CliError {
+    /// The drawing can not be used.
+    #[error("{path}: {source}", path = path.display())]
+    Drawing {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: DrawingError,
+    },
+    /// No plan can be made.
+    #[error(transparent)]
+    Plan(PlanError),
+    /// A plan file does not hold what it claims.
+    #[error("{path}: not certified: {source}", path = path.display())]
+    NotCertified {
+        /// The file.
+        path: PathBuf,
+        /// Which claim fails.
+        source: PlanError,
+    },
+    /// A plan file can not be read or written.
+    #[error("{0}")]
+    PlanFile(#[from] PlanFileError),
+    /// A machine profile is refused.
+    #[error(transparent)]
+    Machine(#[from] MachineError),
+    /// There is no operator.
+    #[error(transparent)]
+    Operator(#[from] OperatorError),
+    /// The job does not lie on the machine.
+    #[error(transparent)]
+    Place(#[from] PlaceError),
+    /// The port.
+    #[error(transparent)]
+    Port(#[from] PortError),
+    /// The log.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// An argument is out of range.
+    #[error("{0}")]
+    Argument(String),
+    /// A file can not be written.
+    #[error("can not write {}: {source}. Nothing was changed.", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+}
+
+impl From<SimError> for CliError {
+    fn from(error: SimError) -> Self {
+        match error {
+            SimError::Place(error) => Self::Place(error),
+            SimError::Port(error) => Self::Port(error),
+            SimError::Log(error) => Self::Log(error),
+        }
+    }
+}
+
+impl CliError {
+    /// The exit code of the error's class; see `keepout --help`.
+    #[must_use]
+    pub fn exit_code(&self) -> ExitCode {
+        ExitCode::from(match self {
+            Self::Argument(_) | Self::Operator(_) | Self::Machine(_) => 2,
+            Self::Drawing { .. } => 3,
+            Self::Plan(_) | Self::Place(_) => 4,
+            Self::PlanFile(PlanFileError::Write { .. }) | Self::Write { .. } | Self::Log(_) => 7,
+            Self::PlanFile(_) | Self::NotCertified { .. } => 5,
+            Self::Port(_) => 6,
+        })
+    }
+}

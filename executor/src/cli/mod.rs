@@ -1,0 +1,190 @@
+//! The command line.
+
+mod error;
+mod plan;
+mod run;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use keepout_planner::profile::MachinedSide;
+
+pub use error::CliError;
+
+/// Machine a part by hand, straight from its drawing: the computer keeps the tool out of the part, whatever you do,
+/// and then cuts the finishing contour by itself.
+#[derive(Debug, Parser)]
+#[command(version, after_help = EXIT_CODES)]
+pub struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXIT_CODES: &str = "Exit codes: 0 done · 2 wrong arguments · 3 the drawing can not be used · 4 no plan can be made \
+(tool, margin, contours) · 5 the plan file is damaged or not certified · 6 port, controller or machine fault · 7 a file \
+can not be written · 8 the witness saw the tool in the part · 9 the run ended before the contour was finished";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Make a plan from a DXF drawing: what is kept out of, and the finishing path.
+    Plan(PlanArguments),
+    /// Draw a plan as an SVG picture.
+    Show(ShowArguments),
+    /// Prove a plan again from nothing but its own data.
+    Verify {
+        /// The plan.
+        plan: PathBuf,
+    },
+    /// Steer the machine by hand around the part, then let it cut the contour.
+    Run(RunArguments),
+    /// The whole job on the built-in drawing and the simulated machine, with a report to look at.
+    Demo {
+        /// Where the plan, the pictures and the report go.
+        #[arg(short, long, default_value = "keepout-demo")]
+        output: PathBuf,
+        /// How long the operator pushes at the wall, seconds of machine time.
+        #[arg(long, default_value_t = 60.0)]
+        manual_s: f64,
+    },
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum SideArgument {
+    /// The tool works outside the contour; the part is inside it.
+    Outside,
+    /// The tool works inside the contour; the part is around it.
+    Inside,
+}
+
+impl From<SideArgument> for MachinedSide {
+    fn from(side: SideArgument) -> Self {
+        match side {
+            SideArgument::Outside => Self::Outside,
+            SideArgument::Inside => Self::Inside,
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+struct PlanArguments {
+    /// The drawing: a DXF file with lines, arcs, circles and polylines.
+    drawing: PathBuf,
+    /// Diameter of the cutter, mm.
+    #[arg(long, value_name = "MM")]
+    tool_diameter: f64,
+    /// Which side of the contour is machined.
+    #[arg(long, value_enum, default_value = "outside")]
+    side: SideArgument,
+    /// Stock that roughing by hand leaves for the finishing cut, mm.
+    #[arg(long, value_name = "MM", default_value_t = 0.2)]
+    allowance_mm: f64,
+    /// The whole margin for the machine's errors, mm. Without it the machine profile's figures are used.
+    #[arg(long, value_name = "MM")]
+    margin_mm: Option<f64>,
+    /// Only these layers of the drawing; may be given more than once.
+    #[arg(long, value_name = "NAME")]
+    layer: Vec<String>,
+    /// The drawing's unit, when the file states none or a wrong one: mm, cm, m, in, ft.
+    #[arg(long, value_name = "UNIT")]
+    units: Option<String>,
+    /// Gaps up to this are closed, and listed, mm.
+    #[arg(long, value_name = "MM", default_value_t = keepout_planner::drawing::JOIN_MM)]
+    join_mm: f64,
+    /// The machine's figures, a TOML file. Without it the simulated machine's are used.
+    #[arg(long, value_name = "FILE")]
+    machine_profile: Option<PathBuf>,
+    /// Where the plan goes.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+}
+
+#[derive(Debug, Args)]
+struct ShowArguments {
+    /// The plan.
+    plan: PathBuf,
+    /// Where the picture goes.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum MachineArgument {
+    /// The simulated machine behind a pty, in real time.
+    Sim,
+    /// The simulated machine in virtual time: minutes pass in seconds.
+    SimFast,
+}
+
+#[derive(Debug, Args)]
+struct RunArguments {
+    /// The plan.
+    plan: PathBuf,
+    /// A simulated machine to run on.
+    #[arg(long, value_enum, default_value = "sim", conflicts_with = "port")]
+    machine: MachineArgument,
+    /// The serial port of a real machine, such as /dev/ttyUSB0.
+    #[arg(long, value_name = "DEVICE", requires = "origin_mm")]
+    port: Option<String>,
+    /// Baud rate of the port.
+    #[arg(long, default_value_t = 115_200)]
+    baud: u32,
+    /// Where the drawing's origin lies on the machine, machine coordinates, mm. A real machine does not move without it.
+    #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true)]
+    origin_mm: Option<(f64, f64)>,
+    /// Home the real machine first, tool raised.
+    #[arg(long)]
+    home: bool,
+    /// Who steers: calm, random, wall, reversal, or a script file.
+    #[arg(long, default_value = "calm")]
+    operator: String,
+    /// How long a modelled operator steers before touching the part, s.
+    #[arg(long, value_name = "S", default_value_t = 60.0)]
+    manual_s: f64,
+    /// Feed of the finishing contour, mm/min.
+    #[arg(long, value_name = "F", default_value_t = 900)]
+    feed_mm_min: u32,
+    /// The run is stopped after this time, s.
+    #[arg(long, value_name = "S", default_value_t = 3600.0)]
+    limit_s: f64,
+    /// Simulated machine: added delay each way, ms.
+    #[arg(long, value_name = "MS", default_value_t = 1)]
+    latency_ms: u64,
+    /// Simulated machine: travel in x and y, mm.
+    #[arg(long, value_name = "X,Y", value_parser = pair)]
+    stroke_mm: Option<(f64, f64)>,
+    /// Simulated machine: where the tool is let down, drawing coordinates, mm.
+    #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true)]
+    start_mm: Option<(f64, f64)>,
+    /// Simulated machine and operator: seed of everything random.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Append everything that happens to this file.
+    #[arg(long, value_name = "FILE")]
+    log: Option<PathBuf>,
+    /// Write a page with picture and table.
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+    /// Write the picture of the run.
+    #[arg(long, value_name = "FILE.svg")]
+    picture: Option<PathBuf>,
+}
+
+/// `X,Y` as two numbers.
+fn pair(text: &str) -> Result<(f64, f64), String> {
+    let wrong = || format!("\"{text}\" is not two numbers with a comma between, such as -200,-175");
+    let (x, y) = text.split_once(',').ok_or_else(wrong)?;
+    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(wrong);
+    Ok((number(x)?, number(y)?))
+}
+
+/// Does what the arguments say.
+pub fn execute(arguments: Arguments) -> Result<ExitCode, CliError> {
+    match arguments.command {
+        Command::Plan(arguments) => plan::plan(&arguments),
+        Command::Show(arguments) => plan::show(&arguments),
+        Command::Verify { plan } => plan::verify(&plan),
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Demo { output, manual_s } => run::demo(&output, manual_s),
+    }
+}

@@ -1,0 +1,249 @@
+//! `run` and `demo`.
+
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use keepout_executor::link::dialect::Grbl;
+use keepout_executor::link::serial::Serial;
+use keepout_executor::operator::{self, Operator};
+use keepout_executor::session::{
+    Ended, Link, Log, RealClock, RunFacts, Session, SimRun, html, picture_of_run, place_on_table, run_simulated,
+};
+use keepout_executor::sim::{Sample, SampleKind};
+use keepout_executor::supervisor::{Options, Phase, Supervisor};
+use keepout_executor::time::Time;
+use keepout_planner::machine::MachineProfile;
+use keepout_planner::picture::svg;
+use keepout_planner::plan::{CertifiedPlan, Job};
+use keepout_planner::plan_file;
+use keepout_planner::profile::MachinedSide;
+use keepout_planner::units::{point_from_mm, point_mm};
+
+use super::plan::{Source, load, make, write};
+use super::{CliError, MachineArgument, RunArguments};
+
+/// The drawing of the demonstration.
+const BRACKET: &[u8] = include_bytes!("../../drawings/bracket.dxf");
+
+pub fn run(arguments: &RunArguments) -> Result<ExitCode, CliError> {
+    let plan = load(&arguments.plan)?;
+    let limit = seconds("--limit-s", arguments.limit_s)?;
+    let manual = seconds("--manual-s", arguments.manual_s)?;
+    let operator = operator::named(&arguments.operator, manual.as_secs_f64(), arguments.seed)?;
+    let log = match &arguments.log {
+        Some(path) => Log::create(path)?,
+        None => Log::none(),
+    };
+    let outputs = Outputs { report: arguments.report.clone(), picture: arguments.picture.clone() };
+    match &arguments.port {
+        Some(port) => on_port(plan, port, arguments, limit, operator, log, &outputs),
+        None => on_simulation(plan, &simulation(arguments, limit)?, operator, log, &outputs),
+    }
+}
+
+fn seconds(name: &str, value: f64) -> Result<Duration, CliError> {
+    let known = (0.0..=1e7).contains(&value);
+    if known { Ok(Duration::from_secs_f64(value)) } else { Err(CliError::Argument(format!("{name} {value} is no time"))) }
+}
+
+fn simulation(arguments: &RunArguments, limit: Duration) -> Result<SimRun, CliError> {
+    let mut machine = MachineProfile::simulated();
+    if let Some((x, y)) = arguments.stroke_mm {
+        machine.stroke_mm = [x, y];
+        machine = machine.checked()?;
+    }
+    let start = arguments.start_mm.map(|start| {
+        point_from_mm(start).map_err(|error| CliError::Argument(format!("--start-mm: {error}")))
+    });
+    Ok(SimRun {
+        machine,
+        link: if arguments.machine == MachineArgument::Sim { Link::Pty } else { Link::Virtual },
+        baud: arguments.baud,
+        latency: Duration::from_millis(arguments.latency_ms),
+        seed: arguments.seed,
+        feed_mm_min: arguments.feed_mm_min.max(1),
+        limit,
+        start: start.transpose()?,
+        origin_mm: arguments.origin_mm,
+    })
+}
+
+/// Files that a run leaves.
+struct Outputs {
+    report: Option<PathBuf>,
+    picture: Option<PathBuf>,
+}
+
+fn on_simulation(
+    plan: CertifiedPlan,
+    run: &SimRun,
+    operator: Box<dyn Operator + Send>,
+    log: Log,
+    outputs: &Outputs,
+) -> Result<ExitCode, CliError> {
+    let display = Display::new();
+    let result = run_simulated(plan, run, operator, log, |_| {}, &mut |supervisor, witness, now| {
+        display.show(supervisor, witness.closest_mm(), now);
+    })?;
+    display.finish();
+    finish(&result.plan, &result.facts, &result.samples, outputs)
+}
+
+fn on_port(
+    plan: CertifiedPlan,
+    name: &str,
+    arguments: &RunArguments,
+    limit: Duration,
+    operator: Box<dyn Operator + Send>,
+    log: Log,
+    outputs: &Outputs,
+) -> Result<ExitCode, CliError> {
+    let machine = plan.plan.machine.clone();
+    let place = place_on_table(&plan, &machine, arguments.origin_mm)?;
+    let options = Options {
+        feed_mm_min: arguments.feed_mm_min.max(1),
+        home: arguments.home,
+        stroke: place.stroke,
+        answer_within: Duration::from_secs(5),
+        steps_per_mm: machine.steps_per_mm,
+    };
+    let port = Serial::open(name, arguments.baud)?;
+    let mut session = Session::new(Supervisor::new(plan, options), Grbl::new(place.offset), port, operator, log);
+    let display = Display::new();
+    let mut samples: Vec<Sample> = Vec::new();
+    let mut last = Time::ZERO;
+    let ended = session.run(&mut RealClock::default(), limit, |session, now| {
+        display.show(&session.supervisor, None, now);
+        last = now;
+        let Some(position) = session.supervisor.position() else { return };
+        let contouring = session.supervisor.phase() == Phase::Contouring;
+        let kind = if contouring { SampleKind::Run } else { SampleKind::Jog };
+        let sample = Sample { at: now, position_mm: point_mm(position), kind };
+        if samples.last().is_none_or(|last| last.position_mm != sample.position_mm) && samples.len() < 2_000_000 {
+            samples.push(sample);
+        }
+    })?;
+    display.finish();
+    let supervisor = session.supervisor;
+    let facts = RunFacts {
+        ended,
+        fault: supervisor.fault().map(ToString::to_string),
+        seconds: last.seconds(),
+        counts: supervisor.counts(),
+        loops: (supervisor.finished().len(), supervisor.plan().plan.finish.loops.len()),
+        deepest_mm: None,
+        closest_mm: None,
+        coverage: None,
+        setting: format!("{} on {name}, {} baud; positions as reported", machine.name, arguments.baud),
+        notices: supervisor.notices().to_vec(),
+    };
+    let plan = supervisor.into_plan();
+    finish(&plan, &facts, &samples, outputs)
+}
+
+/// Prints the table, writes what was asked for, and answers with the exit code.
+fn finish(
+    plan: &CertifiedPlan,
+    facts: &RunFacts,
+    samples: &[Sample],
+    outputs: &Outputs,
+) -> Result<ExitCode, CliError> {
+    for (name, value) in facts.rows(plan) {
+        println!("{name:<36} {value}");
+    }
+    let title = format!("{}, as run", plan.plan.drawing);
+    let picture = picture_of_run(plan, &title, samples);
+    if let Some(path) = &outputs.picture {
+        write(path, picture.as_bytes())?;
+        println!("{:<36} {}", "picture", path.display());
+    }
+    if let Some(path) = &outputs.report {
+        write(path, html(plan, facts, &picture).as_bytes())?;
+        println!("{:<36} {}", "report", path.display());
+    }
+    Ok(exit_code(facts))
+}
+
+fn exit_code(facts: &RunFacts) -> ExitCode {
+    if facts.deepest_mm.is_some_and(|depth| depth > 0.0) {
+        return ExitCode::from(8);
+    }
+    match facts.ended {
+        Ended::Faulted => ExitCode::from(6),
+        Ended::OutOfTime => ExitCode::from(9),
+        Ended::Done if facts.loops.0 == 0 => ExitCode::from(9),
+        Ended::Done => ExitCode::SUCCESS,
+    }
+}
+
+/// A line that tells how it goes; silent when the output is no terminal.
+struct Display {
+    bar: ProgressBar,
+}
+
+impl Display {
+    fn new() -> Self {
+        let bar = if std::io::stderr().is_terminal() { ProgressBar::new_spinner() } else { ProgressBar::hidden() };
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}") {
+            bar.set_style(style);
+        }
+        Self { bar }
+    }
+
+    fn show(&self, supervisor: &Supervisor, closest_mm: Option<f64>, now: Time) {
+        if self.bar.is_hidden() || now.micros() / 1000 % 100 != 0 {
+            return;
+        }
+        let position = supervisor.position().map_or("position unknown".into(), |point| {
+            let (x, y) = point_mm(point);
+            format!("x {x:9.3}  y {y:9.3} mm")
+        });
+        let progress = supervisor.guard().contour_progress().map_or(String::new(), |(sent, all)| format!("  motion {sent}/{all}"));
+        let closest = closest_mm.map_or(String::new(), |mm| format!("  closest {mm:.4} mm"));
+        self.bar.set_message(format!("{:7.1} s  {:?}  {position}{progress}{closest}", now.seconds(), supervisor.phase()));
+        self.bar.tick();
+    }
+
+    fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+pub fn demo(output: &Path, manual_s: f64) -> Result<ExitCode, CliError> {
+    let manual_s = seconds("--manual-s", manual_s)?.as_secs_f64();
+    std::fs::create_dir_all(output).map_err(|source| CliError::Write { path: output.to_path_buf(), source })?;
+    let machine = MachineProfile::simulated();
+    let source = Source {
+        name: "bracket.dxf",
+        bytes: BRACKET,
+        layers: &[],
+        units: None,
+        join_mm: keepout_planner::drawing::JOIN_MM,
+    };
+    let job = Job { tool_diameter_mm: 6.0, allowance_mm: 0.2, side: MachinedSide::Outside, margin_mm: None };
+    println!("1. Plan: a bracket with holes, arcs and an inside corner, 6 mm cutter.\n");
+    let plan = make(Path::new("bracket.dxf"), &source, &job, &machine)?;
+    println!("{}\n", plan.summary());
+    plan_file::save(&plan.plan, &output.join("bracket.plan"))?;
+    write(&output.join("plan.svg"), svg(&plan, "bracket.dxf", &[]).as_bytes())?;
+    println!(
+        "2. Run on the simulated machine: {manual_s:.0} s of an operator pushing at the wall at {:.0} mm/s, over 9600 baud \
+         with 150 ms added each way;\n   then the operator touches the part, and the contour is cut.\n",
+        machine.max_rate_mm_s
+    );
+    let run = SimRun { baud: 9600, latency: Duration::from_millis(150), machine, ..SimRun::default() };
+    let operator = operator::named("wall", manual_s, run.seed)?;
+    let outputs = Outputs { report: Some(output.join("report.html")), picture: Some(output.join("run.svg")) };
+    let log = output.join("session.log");
+    match std::fs::remove_file(&log) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            return Err(CliError::Write { path: log, source: error });
+        }
+        _ => {}
+    }
+    let log = Log::create(&log)?;
+    on_simulation(plan, &run, operator, log, &outputs)
+}

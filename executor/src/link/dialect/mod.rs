@@ -1,0 +1,5 @@
+//! Controller languages, one file each.
+
+mod grbl;
+
+pub use grbl::Grbl;

@@ -1,0 +1,160 @@
+//! How near the cut contour comes to the profile: the machinist's question after finishing.
+
+use std::collections::BTreeMap;
+
+use keepout_kernel::{Curve, Length, Point};
+use keepout_planner::plan::CertifiedPlan;
+use keepout_planner::profile::ProfileLoop;
+use keepout_planner::units::{length_up_from_mm, mm, point_from_mm, point_mm};
+
+/// What the cut contour is like.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Coverage {
+    /// Points of the profile that were looked at.
+    pub points: usize,
+    /// Of these, points that the tool can touch from the free space it was in.
+    pub reachable: usize,
+    /// Largest distance from a reachable point to the cut contour, mm.
+    pub worst_mm: f64,
+    /// Mean of those distances, mm.
+    pub mean_mm: f64,
+    /// Where the largest is, mm.
+    pub worst_at: (f64, f64),
+}
+
+/// Points of the profile are looked at this far apart, mm.
+const STEP_MM: f64 = 0.2;
+/// Where the tool could stand to touch a point, it must be clear but for this, mm.
+const TOUCHING_MM: f64 = 0.000_5;
+
+/// Measures the paths that the tool's centre really took while cutting against the profile.
+///
+/// A point of the profile counts as reachable when the tool fits against it at R + M, decided exactly, in the same
+/// connected piece of free space as the cut.
+#[must_use]
+pub fn coverage<'a>(plan: &CertifiedPlan, cut: impl Iterator<Item = &'a [Point]>) -> Coverage {
+    let radius = mm(plan.plan.tool_radius.units());
+    let centres = CentrePaths::new(cut, radius + 0.5);
+    let components = centres.components(plan);
+    let mut result = Coverage::default();
+    let mut sum = 0.0;
+    let outlines = plan.plan.profile.outlines(&plan.part);
+    for (each, outline) in plan.plan.profile.loops.iter().zip(outlines) {
+        for (at, normal) in stations(each, outline.free_on_left) {
+            result.points += 1;
+            let Some(centre) = touching_centre(plan, at, normal) else { continue };
+            if !components.contains(&plan.plan.finish.component_of(centre)) {
+                continue;
+            }
+            result.reachable += 1;
+            let off = (centres.distance(at) - radius).abs();
+            sum += off;
+            if off > result.worst_mm {
+                (result.worst_mm, result.worst_at) = (off, at);
+            }
+        }
+    }
+    if result.reachable > 0 {
+        result.mean_mm = sum / f64::from(u32::try_from(result.reachable).unwrap_or(u32::MAX));
+    }
+    result
+}
+
+/// Where the tool's centre would be when it touches the profile at `at`, if it fits there.
+fn touching_centre(plan: &CertifiedPlan, at: (f64, f64), normal: (f64, f64)) -> Option<Point> {
+    let reach = mm(plan.finishing.units());
+    let centre = point_from_mm((at.0 + normal.0 * reach, at.1 + normal.1 * reach)).ok()?;
+    let less = length_up_from_mm(TOUCHING_MM).ok()?;
+    let threshold = Length::from_units(i64::from(plan.finishing.units()) - i64::from(less.units())).ok()?;
+    plan.part.free_point(centre, threshold).ok().map(|free| free.point())
+}
+
+type Station = ((f64, f64), (f64, f64));
+
+/// Points along a loop with the direction toward the free side, both ends of every curve among them.
+fn stations(each: &ProfileLoop, free_on_left: bool) -> Vec<Station> {
+    let sign = if free_on_left { -1.0 } else { 1.0 };
+    let mut stations = Vec::new();
+    for edge in &each.edges {
+        let length = edge.curve.length() / f64::from(keepout_kernel::UNITS_PER_MM);
+        let count = (length / STEP_MM).ceil().max(1.0);
+        let mut k = 0.0;
+        while k <= count {
+            let (at, direction) = along(&edge.curve, k / count);
+            stations.push((at, (direction.1 * sign, -direction.0 * sign)));
+            k += 1.0;
+        }
+    }
+    stations
+}
+
+fn along(curve: &Curve, t: f64) -> ((f64, f64), (f64, f64)) {
+    let (a, b) = (point_mm(curve.from()), point_mm(curve.to()));
+    match curve {
+        Curve::Line(_) => {
+            let (dx, dy) = (b.0 - a.0, b.1 - a.1);
+            let length = dx.hypot(dy).max(f64::MIN_POSITIVE);
+            ((a.0 + dx * t, a.1 + dy * t), (dx / length, dy / length))
+        }
+        Curve::Arc(arc) => {
+            let sign = if arc.turn() == keepout_kernel::Turn::Left { 1.0 } else { -1.0 };
+            let phi = keepout_kernel::curve::angle(arc.centre(), arc.from())
+                + sign * keepout_kernel::curve::sweep(arc) * t;
+            let (c, r) = (point_mm(arc.centre()), keepout_kernel::curve::radius(arc) / f64::from(keepout_kernel::UNITS_PER_MM));
+            ((c.0 + r * phi.cos(), c.1 + r * phi.sin()), (-phi.sin() * sign, phi.cos() * sign))
+        }
+    }
+}
+
+/// The centre's paths in cells, to find the nearest piece.
+struct CentrePaths {
+    cell: f64,
+    cells: BTreeMap<(i64, i64), Vec<usize>>,
+    pieces: Vec<((f64, f64), (f64, f64))>,
+    firsts: Vec<Point>,
+}
+
+impl CentrePaths {
+    fn new<'a>(cut: impl Iterator<Item = &'a [Point]>, cell: f64) -> Self {
+        let mut paths = Self { cell, cells: BTreeMap::new(), pieces: Vec::new(), firsts: Vec::new() };
+        for path in cut {
+            paths.firsts.extend(path.first());
+            for pair in path.windows(2) {
+                let piece = (point_mm(pair[0]), point_mm(pair[1]));
+                let index = paths.pieces.len();
+                let (a, b) = (paths.key(piece.0), paths.key(piece.1));
+                for x in a.0.min(b.0)..=a.0.max(b.0) {
+                    for y in a.1.min(b.1)..=a.1.max(b.1) {
+                        paths.cells.entry((x, y)).or_default().push(index);
+                    }
+                }
+                paths.pieces.push(piece);
+            }
+        }
+        paths
+    }
+
+    fn key(&self, (x, y): (f64, f64)) -> (i64, i64) {
+        let index = |c: f64| keepout_kernel::curve::nearest_unit((c / self.cell).floor());
+        (index(x), index(y))
+    }
+
+    fn components(&self, plan: &CertifiedPlan) -> Vec<usize> {
+        self.firsts.iter().map(|&point| plan.plan.finish.component_of(point)).collect()
+    }
+
+    /// The distance from `p` to the nearest piece, if it is within a cell; infinite otherwise.
+    fn distance(&self, p: (f64, f64)) -> f64 {
+        let (i, j) = self.key(p);
+        let near = (i - 1..=i + 1).flat_map(|x| (j - 1..=j + 1).map(move |y| (x, y)));
+        let pieces = near.filter_map(|key| self.cells.get(&key)).flatten();
+        pieces.map(|&index| to_piece(p, self.pieces[index])).fold(f64::INFINITY, f64::min)
+    }
+}
+
+fn to_piece(p: (f64, f64), (a, b): ((f64, f64), (f64, f64))) -> f64 {
+    let (dx, dy) = (b.0 - a.0, b.1 - a.1);
+    let length_2 = dx * dx + dy * dy;
+    let t = if length_2 > 0.0 { (((p.0 - a.0) * dx + (p.1 - a.1) * dy) / length_2).clamp(0.0, 1.0) } else { 0.0 };
+    (p.0 - a.0 - dx * t).hypot(p.1 - a.1 - dy * t)
+}

@@ -1,0 +1,120 @@
+//! Where the drawing lies on the machine, and where the tool starts.
+
+use keepout_kernel::exact::segment::Window;
+use keepout_kernel::{Length, Point, Vector};
+use keepout_planner::machine::MachineProfile;
+use keepout_planner::plan::CertifiedPlan;
+use keepout_planner::units::{length_up_from_mm, mm, point_from_mm, point_mm};
+use thiserror::Error;
+
+/// A drawing placed on a machine.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    /// Machine coordinates less drawing coordinates.
+    pub offset: Vector,
+    /// The machine's travel, drawing coordinates.
+    pub stroke: Window,
+}
+
+/// Why a drawing can not be placed.
+#[derive(Debug, Error)]
+pub enum PlaceError {
+    /// The machine is too small.
+    #[error("the job needs {needed_x:.1} × {needed_y:.1} mm of travel, {machine} has {has_x:.1} × {has_y:.1} mm. Turn the drawing, or use a larger machine (--stroke-mm for the simulated one).")]
+    TooLarge {
+        /// Travel needed in x, mm.
+        needed_x: f64,
+        /// Travel needed in y, mm.
+        needed_y: f64,
+        /// The machine.
+        machine: String,
+        /// Travel in x, mm.
+        has_x: f64,
+        /// Travel in y, mm.
+        has_y: f64,
+    },
+    /// The offset is off the lattice.
+    #[error("this place of the drawing on the machine is beyond ±5.37 m: {0}")]
+    OffLattice(#[from] keepout_kernel::LatticeError),
+    /// No clear place to start from.
+    #[error("the tool fits nowhere clear of the part with the roughing allowance. Lower --allowance-mm, or take a smaller tool.")]
+    NoStart,
+}
+
+/// Offsets are multiples of this, lattice units (1 µm): jog targets are then written with three decimals.
+const GRID: i32 = 100;
+
+/// Travel kept free at the table's edges, mm: the home position lies there.
+const EDGE_MM: f64 = 2.0;
+
+/// Places the drawing's origin at `origin_mm` (machine coordinates), or the job in the middle of the travel, which is
+/// [−width, 0] × [−height, 0].
+///
+/// # Errors
+/// [`PlaceError`] when the finishing path leaves the travel.
+pub fn place_on_table(
+    plan: &CertifiedPlan,
+    machine: &MachineProfile,
+    origin_mm: Option<(f64, f64)>,
+) -> Result<Placement, PlaceError> {
+    let (low, high) = path_box(plan)?;
+    let [width, height] = machine.stroke_mm;
+    let (x0, y0) = point_mm(low);
+    let (x1, y1) = point_mm(high);
+    let middle = (-width / 2.0 - f64::midpoint(x0, x1), -height / 2.0 - f64::midpoint(y0, y1));
+    let offset = point_from_mm(origin_mm.unwrap_or(middle))?;
+    let to_grid = |c: i32| c.div_euclid(GRID) * GRID;
+    let offset = Vector { dx: to_grid(offset.x.units()), dy: to_grid(offset.y.units()) };
+    let back = Vector { dx: -offset.dx, dy: -offset.dy };
+    let corner = |x: f64, y: f64| point_from_mm((x, y))?.translated(back);
+    let stroke = Window::of(corner(-width, -height)?).including(corner(0.0, 0.0)?);
+    let room = stroke.holds(low) && stroke.holds(high);
+    let fits = x1 - x0 + EDGE_MM <= width && y1 - y0 + EDGE_MM <= height;
+    if room && fits {
+        Ok(Placement { offset, stroke })
+    } else {
+        Err(PlaceError::TooLarge {
+            needed_x: x1 - x0 + EDGE_MM,
+            needed_y: y1 - y0 + EDGE_MM,
+            machine: machine.name.clone(),
+            has_x: width,
+            has_y: height,
+        })
+    }
+}
+
+/// The box of the finishing path, grown by the allowance: roughing goes around it too.
+fn path_box(plan: &CertifiedPlan) -> Result<(Point, Point), PlaceError> {
+    let slack = Length::small(200);
+    let points = plan.plan.finish.loops.iter().flat_map(|each| &each.curves).flat_map(|curve| {
+        curve.chord_points(slack).unwrap_or_else(|_| vec![curve.from(), curve.to()])
+    });
+    let window = points.map(Window::of).reduce(Window::union).unwrap_or(Window::of(Point::ORIGIN));
+    let grown = window.grown(plan.plan.allowance).grown(length_up_from_mm(0.1)?);
+    let (x0, y0, x1, y1) = grown.corners();
+    Ok((Point::from_units(x0.into(), y0.into())?, Point::from_units(x1.into(), y1.into())?))
+}
+
+/// A clear place beside the longest finishing loops: where the tool is let down when it can not come in from outside.
+///
+/// # Errors
+/// [`PlaceError::NoStart`] when no such place is found.
+pub fn start_inside(plan: &CertifiedPlan) -> Result<Point, PlaceError> {
+    let beyond = mm(plan.plan.allowance.units()) + 0.1;
+    let mut curves: Vec<_> = plan.plan.finish.loops.iter().flat_map(|each| &each.curves).collect();
+    curves.sort_by(|a, b| b.length().total_cmp(&a.length()));
+    curves
+        .into_iter()
+        .filter_map(|curve| {
+            let points = curve.chord_points(Length::small(250)).ok()?;
+            let pair = points.windows(2).nth(points.len().saturating_sub(1) / 2)?;
+            let (a, b) = (point_mm(pair[0]), point_mm(pair[1]));
+            let (dx, dy) = (b.0 - a.0, b.1 - a.1);
+            let length = dx.hypot(dy).max(f64::MIN_POSITIVE);
+            // The free side is on the right of the path.
+            let middle = (f64::midpoint(a.0, b.0), f64::midpoint(a.1, b.1));
+            point_from_mm((middle.0 + dy / length * beyond, middle.1 - dx / length * beyond)).ok()
+        })
+        .find(|&point| plan.part.free_point(point, plan.roughing).is_ok())
+        .ok_or(PlaceError::NoStart)
+}

@@ -1,0 +1,133 @@
+//! The page and the picture that remain of a run.
+
+use std::fmt::Write as _;
+
+use keepout_planner::picture::{Trace, TraceKind, escape, svg};
+use keepout_planner::plan::CertifiedPlan;
+use keepout_planner::units::mm;
+
+use super::coverage::Coverage;
+use super::run::Ended;
+use crate::sim::{Sample, SampleKind};
+use crate::supervisor::Counts;
+
+/// The figures of a run.
+#[derive(Clone, Debug)]
+pub struct RunFacts {
+    /// How it ended.
+    pub ended: Ended,
+    /// The fault, in words.
+    pub fault: Option<String>,
+    /// Machine time, s.
+    pub seconds: f64,
+    /// The supervisor's counters.
+    pub counts: Counts,
+    /// Finishing loops contoured, and in all.
+    pub loops: (usize, usize),
+    /// Deepest incursion by the witness, mm; `None` without a witness.
+    pub deepest_mm: Option<f64>,
+    /// Least distance between tool and part by the witness, mm.
+    pub closest_mm: Option<f64>,
+    /// The cut contour by the witness.
+    pub coverage: Option<Coverage>,
+    /// Operator, machine and port, in words.
+    pub setting: String,
+    /// What the operator was told.
+    pub notices: Vec<String>,
+}
+
+impl RunFacts {
+    /// The rows of the table: what, and how much.
+    #[must_use]
+    pub fn rows(&self, plan: &CertifiedPlan) -> Vec<(String, String)> {
+        let row = |name: &str, value: String| (name.to_string(), value);
+        let mut rows = vec![
+            row("ended", self.fault.clone().unwrap_or_else(|| format!("{:?}", self.ended))),
+            row("setting", self.setting.clone()),
+            row("time", format!("{:.1} s", self.seconds)),
+            row(
+                "commands sent",
+                format!(
+                    "{} jogs, {} contour motions, {} cancels, {} queries",
+                    self.counts.jogs, self.counts.contour_motions, self.counts.cancels, self.counts.queries
+                ),
+            ),
+            row("wishes cut short at the wall", self.counts.clipped.to_string()),
+        ];
+        if let Some(deepest) = self.deepest_mm {
+            rows.push(row("deepest incursion", format!("{deepest:.5} mm")));
+        }
+        if let Some(closest) = self.closest_mm {
+            rows.push(row("closest approach of tool and part", format!("{closest:.5} mm")));
+        }
+        rows.push(row("finishing loops contoured", format!("{} of {}", self.loops.0, self.loops.1)));
+        if let Some(coverage) = self.coverage.filter(|coverage| coverage.reachable > 0) {
+            rows.push(row(
+                "cut contour to profile",
+                format!(
+                    "at most {:.4} mm, mean {:.4} mm, over {} reachable of {} points",
+                    coverage.worst_mm, coverage.mean_mm, coverage.reachable, coverage.points
+                ),
+            ));
+        }
+        let finish = &plan.plan.finish;
+        rows.push(row(
+            "residual",
+            format!("{:.3} mm of contour, {:.3} mm²", finish.residual_length_mm, finish.residual_area_mm2),
+        ));
+        rows.push(row("margin M", format!("{:.5} mm", plan.plan.budget.total().map_or(f64::NAN, |m| mm(m.units())))));
+        rows.extend(self.notices.iter().map(|notice| row("note", notice.clone())));
+        rows
+    }
+}
+
+/// Most points of a trace that are drawn.
+const DRAWN: usize = 40_000;
+
+/// The picture of a run from the true positions, in drawing coordinates.
+#[must_use]
+pub fn picture_of_run(plan: &CertifiedPlan, title: &str, samples: &[Sample]) -> String {
+    let mut traces: Vec<Trace> = Vec::new();
+    let every = (samples.len() / DRAWN).max(1);
+    let mut last_kept = 0;
+    for (index, sample) in samples.iter().enumerate() {
+        let kind = match sample.kind {
+            SampleKind::Rest => continue,
+            SampleKind::Jog => TraceKind::Manual,
+            SampleKind::Run => TraceKind::Contour,
+        };
+        match traces.last_mut() {
+            Some(trace) if trace.kind == kind => {
+                if index - last_kept < every {
+                    continue;
+                }
+                trace.points_mm.push(sample.position_mm);
+            }
+            _ => traces.push(Trace { kind, points_mm: vec![sample.position_mm] }),
+        }
+        last_kept = index;
+    }
+    svg(plan, title, &traces)
+}
+
+/// A self-contained page: picture and table.
+#[must_use]
+pub fn html(plan: &CertifiedPlan, facts: &RunFacts, picture: &str) -> String {
+    let mut table = String::new();
+    for (name, value) in facts.rows(plan) {
+        let _ = writeln!(table, "<tr><th>{}</th><td>{}</td></tr>", escape(&name), escape(&value));
+    }
+    let title = format!("Keepout: {}", plan.plan.drawing);
+    format!(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{title}</title>\n<style>\
+         body{{font-family:Helvetica,Arial,sans-serif;max-width:1120px;margin:1.5em auto;color:#1d2025}}\
+         table{{border-collapse:collapse;margin:1em 0}}th{{text-align:left;font-weight:600;padding:.25em 1.5em .25em 0;\
+         vertical-align:top}}td{{padding:.25em 0}}tr{{border-bottom:1px solid #dde1e6}}pre{{background:#f4f6f8;\
+         padding:1em;overflow:auto}}svg{{width:100%;height:auto}}</style></head>\n<body><h1>{title}</h1>\n\
+         <table>\n{table}</table>\n{picture}\n<h2>The plan</h2>\n<pre>{}</pre>\n<p>drawing SHA-256 {}</p>\n\
+         </body></html>\n",
+        escape(&plan.summary()),
+        keepout_planner::plan_file::hex(&plan.plan.drawing_hash),
+        title = escape(&title),
+    )
+}

@@ -1,0 +1,542 @@
+//! A controller that speaks GRBL 1.1, as far as a host can see.
+//!
+//! Behaviour follows what was observed on the real firmware: `$J=` is acknowledged when its block is planned, a line
+//! that finds the planner full waits with its absolute target, 0x85 acts only while jogging and leaves waiting bytes
+//! alone, so that a line that waited is planned from where the tool stopped.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use keepout_planner::machine::MachineProfile;
+
+use super::motion::{Drives, Motion, Outcome, Sample, SampleKind};
+use crate::time::Time;
+
+/// How the simulated controller is set up.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SimSettings {
+    /// The machine.
+    pub machine: MachineProfile,
+    /// Where the tool stands at power-up, machine coordinates, mm.
+    pub start_mm: (f64, f64),
+    /// Whether it is homed already.
+    pub homed: bool,
+    /// How long homing takes.
+    pub homing: Duration,
+}
+
+const RX_BUFFER: usize = 128;
+const LINE_MAX: usize = 80;
+const PLANNER_BLOCKS: usize = 15;
+const TICK: Duration = Duration::from_micros(500);
+const GREETING: &str = "\r\nGrbl 1.1h ['$' for help]\r\n";
+/// Reports carry the work offset every so many times.
+const OFFSET_EVERY: u32 = 30;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Mode {
+    Idle,
+    Jog,
+    Run,
+    Hold,
+    Home(Time),
+    Alarm,
+    /// After ALARM:2 nothing is answered until a reset.
+    Locked,
+}
+
+/// Motions of a line that still have to be planned; its `ok` comes when all are.
+#[derive(Clone, Debug)]
+struct Waiting {
+    targets: VecDeque<(f64, f64)>,
+    feed: f64,
+    jog: bool,
+}
+
+/// The simulated controller.
+#[derive(Clone, Debug)]
+pub struct GrblSim {
+    settings: SimSettings,
+    motion: Motion,
+    mode: Mode,
+    rx: VecDeque<u8>,
+    line: Vec<u8>,
+    overflowed: bool,
+    waiting: Option<Waiting>,
+    tx: Vec<u8>,
+    now: Time,
+    reports: u32,
+    report_mask: u8,
+    feed: f64,
+    absolute: bool,
+    straight: bool,
+    samples: Vec<Sample>,
+    lost_bytes: u64,
+}
+
+impl GrblSim {
+    /// A controller that was just switched on.
+    #[must_use]
+    pub fn new(settings: SimSettings) -> Self {
+        let drives = Drives {
+            max_rate: settings.machine.max_rate_mm_s,
+            acceleration: settings.machine.acceleration_mm_s2,
+            junction_deviation: 0.01,
+        };
+        Self {
+            motion: Motion::new(drives, settings.start_mm),
+            mode: if settings.homed { Mode::Idle } else { Mode::Alarm },
+            settings,
+            rx: VecDeque::new(),
+            line: Vec::new(),
+            overflowed: false,
+            waiting: None,
+            tx: GREETING.as_bytes().to_vec(),
+            now: Time::ZERO,
+            reports: 0,
+            report_mask: 1,
+            feed: 0.0,
+            absolute: true,
+            straight: true,
+            samples: Vec::new(),
+            lost_bytes: 0,
+        }
+    }
+
+    /// Takes a byte from the line: realtime characters act at once, others wait in the receive buffer.
+    pub fn receive(&mut self, byte: u8) {
+        match byte {
+            b'?' => self.report(),
+            b'!' => self.feed_hold(),
+            b'~' => self.cycle_start(),
+            0x18 => self.reset(),
+            0x85 => self.jog_cancel(),
+            0x80..=0xff => {}
+            _ if self.rx.len() < RX_BUFFER => self.rx.push_back(byte),
+            _ => self.lost_bytes += 1,
+        }
+    }
+
+    /// Bytes to send, in order.
+    pub fn transmit(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.tx)
+    }
+
+    /// The true positions since the last call.
+    pub fn take_samples(&mut self) -> Vec<Sample> {
+        std::mem::take(&mut self.samples)
+    }
+
+    /// Bytes that found the receive buffer full.
+    #[must_use]
+    pub fn lost_bytes(&self) -> u64 {
+        self.lost_bytes
+    }
+
+    /// Runs until `now`.
+    pub fn advance(&mut self, now: Time) {
+        while self.now.after(TICK) <= now {
+            self.now = self.now.after(TICK);
+            self.tick();
+        }
+        self.process_lines();
+    }
+
+    fn tick(&mut self) {
+        self.process_lines();
+        if let Mode::Home(done) = self.mode {
+            if self.now >= done {
+                self.mode = Mode::Idle;
+                self.reply("ok");
+            }
+            return;
+        }
+        let kind = self.sample_kind();
+        let (at, samples) = (self.now, &mut self.samples);
+        let outcome = self.motion.tick(TICK.as_secs_f64(), |position_mm| samples.push(Sample { at, position_mm, kind }));
+        match outcome {
+            Outcome::Held => self.mode = Mode::Hold,
+            Outcome::Flushed => self.mode = Mode::Idle,
+            Outcome::Going if self.motion.is_resting() && matches!(self.mode, Mode::Jog | Mode::Run) => {
+                self.mode = Mode::Idle;
+            }
+            Outcome::Going => {}
+        }
+        self.samples.push(Sample { at, position_mm: self.motion.position(), kind });
+        self.plan_waiting();
+    }
+
+    fn sample_kind(&self) -> SampleKind {
+        match self.mode {
+            Mode::Jog => SampleKind::Jog,
+            Mode::Run => SampleKind::Run,
+            _ => SampleKind::Rest,
+        }
+    }
+
+    fn reply(&mut self, text: &str) {
+        self.tx.extend(text.as_bytes());
+        self.tx.extend(b"\r\n");
+    }
+
+    fn report(&mut self) {
+        let state = match self.mode {
+            Mode::Idle => "Idle",
+            Mode::Jog => "Jog",
+            Mode::Run => "Run",
+            Mode::Hold => "Hold:0",
+            Mode::Alarm => "Alarm",
+            Mode::Home(_) | Mode::Locked => return,
+        };
+        let (x, y) = self.motion.position();
+        let step = |c: f64| (c * self.settings.machine.steps_per_mm).round() / self.settings.machine.steps_per_mm;
+        let mut text = format!("<{state}|MPos:{:.3},{:.3},0.000", step(x), step(y));
+        if self.report_mask & 2 != 0 {
+            let free = PLANNER_BLOCKS - self.motion.queued().min(PLANNER_BLOCKS);
+            text += &format!("|Bf:{free},{}", RX_BUFFER - self.rx.len());
+        }
+        text += &format!("|FS:{:.0},0", self.motion.speed() * 60.0);
+        if self.reports % OFFSET_EVERY == 0 {
+            text += "|WCO:0.000,0.000,0.000";
+        }
+        self.reports += 1;
+        self.reply(&(text + ">"));
+    }
+
+    fn feed_hold(&mut self) {
+        match self.mode {
+            Mode::Jog => self.motion.cancel(),
+            Mode::Run => self.motion.hold(),
+            Mode::Idle => self.mode = Mode::Hold,
+            _ => {}
+        }
+    }
+
+    fn cycle_start(&mut self) {
+        if self.mode == Mode::Hold {
+            self.motion.resume();
+            self.mode = if self.motion.queued() > 0 { Mode::Run } else { Mode::Idle };
+        }
+    }
+
+    fn jog_cancel(&mut self) {
+        if self.mode == Mode::Jog {
+            self.motion.cancel();
+        }
+    }
+
+    fn reset(&mut self) {
+        let moving = self.motion.speed() > 0.0 || matches!(self.mode, Mode::Home(_));
+        self.motion.kill();
+        self.rx.clear();
+        self.line.clear();
+        self.waiting = None;
+        if moving {
+            self.reply("ALARM:3");
+        }
+        self.mode = if moving || matches!(self.mode, Mode::Alarm | Mode::Locked) { Mode::Alarm } else { Mode::Idle };
+        self.tx.extend(GREETING.as_bytes());
+    }
+
+    /// Reads lines from the receive buffer until one has to wait.
+    fn process_lines(&mut self) {
+        while self.waiting.is_none() && !matches!(self.mode, Mode::Home(_) | Mode::Locked | Mode::Hold) {
+            let Some(byte) = self.rx.pop_front() else { break };
+            if byte != b'\n' && byte != b'\r' {
+                if self.line.len() < LINE_MAX { self.line.push(byte) } else { self.overflowed = true }
+                continue;
+            }
+            let line = std::mem::take(&mut self.line);
+            if std::mem::take(&mut self.overflowed) {
+                self.reply("error:11");
+                continue;
+            }
+            let text: String =
+                String::from_utf8_lossy(&line).chars().filter(|c| !c.is_whitespace()).collect::<String>().to_uppercase();
+            match self.execute(&text) {
+                Ok(true) => self.reply("ok"),
+                Ok(false) => {}
+                Err(code) => self.reply(&format!("error:{code}")),
+            }
+            self.plan_waiting();
+        }
+    }
+
+    /// Executes a line: whether its `ok` is due now.
+    fn execute(&mut self, line: &str) -> Result<bool, u8> {
+        match line {
+            "" => Ok(true),
+            "$$" => {
+                self.list_settings();
+                Ok(true)
+            }
+            "$H" => {
+                self.mode = Mode::Home(self.now.after(self.settings.homing));
+                Ok(false)
+            }
+            "$X" => {
+                self.mode = if self.mode == Mode::Alarm { Mode::Idle } else { self.mode };
+                Ok(true)
+            }
+            _ if line.starts_with("$J=") => self.jog(&line[3..]),
+            _ if line.starts_with("$10=") => {
+                self.report_mask = line[4..].parse().map_err(|_| 2_u8)?;
+                Ok(true)
+            }
+            _ if line.starts_with('$') => Err(3),
+            _ if self.mode == Mode::Alarm => Err(9),
+            _ if self.mode == Mode::Jog => Err(9),
+            _ => self.program(line),
+        }
+    }
+
+    fn list_settings(&mut self) {
+        let machine = self.settings.machine.clone();
+        let per_minute = machine.max_rate_mm_s * 60.0;
+        let values = [
+            (10, f64::from(self.report_mask)),
+            (11, 0.01),
+            (12, machine.arc_tolerance_mm),
+            (20, 1.0),
+            (22, 1.0),
+            (100, machine.steps_per_mm),
+            (101, machine.steps_per_mm),
+            (110, per_minute),
+            (111, per_minute),
+            (120, machine.acceleration_mm_s2),
+            (121, machine.acceleration_mm_s2),
+            (130, machine.stroke_mm[0]),
+            (131, machine.stroke_mm[1]),
+        ];
+        for (number, value) in values {
+            let text = if [10, 20, 22].contains(&number) { format!("${number}={value:.0}") } else { format!("${number}={value:.3}") };
+            self.reply(&text);
+        }
+    }
+
+    fn jog(&mut self, text: &str) -> Result<bool, u8> {
+        if !matches!(self.mode, Mode::Idle | Mode::Jog) {
+            return Err(8);
+        }
+        let words = words(text)?;
+        if words.iter().any(|&(letter, value)| letter == 'G' && (value == 0.0 || value == 1.0)) {
+            return Err(16);
+        }
+        let feed = value_of(&words, 'F').ok_or(22_u8)?;
+        let relative = words.contains(&('G', 91.0));
+        let to = self.target(&words, !relative)?;
+        if self.is_beyond(to) {
+            return Err(15);
+        }
+        self.waiting = Some(Waiting { targets: VecDeque::from([to]), feed: feed / 60.0, jog: true });
+        Ok(false)
+    }
+
+    fn program(&mut self, text: &str) -> Result<bool, u8> {
+        let words = words(text)?;
+        let mut arc = None;
+        for &(letter, value) in &words {
+            if letter == 'G' {
+                match value {
+                    0.0 | 1.0 => self.straight = true,
+                    2.0 | 3.0 => arc = Some(value > 2.5),
+                    90.0 | 91.0 => self.absolute = value < 90.5,
+                    17.0 | 21.0 | 40.0 | 49.0 | 53.0 | 54.0 | 80.0 | 94.0 => {}
+                    _ => return Err(20),
+                }
+            }
+        }
+        if let Some(feed) = value_of(&words, 'F') {
+            self.feed = feed / 60.0;
+        }
+        if value_of(&words, 'X').is_none() && value_of(&words, 'Y').is_none() {
+            return Ok(true);
+        }
+        if self.feed <= 0.0 {
+            return Err(22);
+        }
+        let to = self.target(&words, self.absolute)?;
+        let targets = match arc {
+            Some(left) => self.arc_chords(to, &words, left)?,
+            None => VecDeque::from([to]),
+        };
+        if targets.iter().any(|&target| self.is_beyond(target)) {
+            self.motion.kill();
+            self.mode = Mode::Locked;
+            self.reply("ALARM:2");
+            self.reply("[MSG:Reset to continue]");
+            return Ok(false);
+        }
+        self.waiting = Some(Waiting { targets, feed: self.feed, jog: false });
+        Ok(false)
+    }
+
+    fn target(&self, words: &[(char, f64)], absolute: bool) -> Result<(f64, f64), u8> {
+        let end = self.motion.planned_end();
+        let axis = |letter, from: f64| match value_of(words, letter) {
+            Some(value) if absolute => value,
+            Some(value) => from + value,
+            None => from,
+        };
+        let to = (axis('X', end.0), axis('Y', end.1));
+        if to.0.is_finite() && to.1.is_finite() { Ok(to) } else { Err(2) }
+    }
+
+    /// GRBL's `mc_arc`: chords that leave the arc by at most `$12`.
+    fn arc_chords(&self, to: (f64, f64), words: &[(char, f64)], left: bool) -> Result<VecDeque<(f64, f64)>, u8> {
+        let from = self.motion.planned_end();
+        let (i, j) = (value_of(words, 'I').unwrap_or(0.0), value_of(words, 'J').unwrap_or(0.0));
+        let centre = (from.0 + i, from.1 + j);
+        let radius = i.hypot(j);
+        let miss = ((to.0 - centre.0).hypot(to.1 - centre.1) - radius).abs();
+        if radius == 0.0 || miss > 0.005 && (miss > 0.5 || miss > 0.001 * radius) {
+            return Err(33);
+        }
+        let start = (-j).atan2(-i);
+        let end = (to.1 - centre.1).atan2(to.0 - centre.0);
+        let turned = if left { end - start } else { start - end };
+        let turned = if turned <= 5e-7 { turned + std::f64::consts::TAU } else { turned };
+        let tolerance = self.settings.machine.arc_tolerance_mm.min(radius);
+        let count = (0.5 * turned * radius / (tolerance * (2.0 * radius - tolerance)).sqrt()).floor().max(1.0);
+        let step = if left { turned / count } else { -turned / count };
+        let mut targets = VecDeque::new();
+        let mut k = 1.0;
+        while k < count {
+            let phi = start + step * k;
+            targets.push_back((centre.0 + radius * phi.cos(), centre.1 + radius * phi.sin()));
+            k += 1.0;
+        }
+        targets.push_back(to);
+        Ok(targets)
+    }
+
+    fn is_beyond(&self, (x, y): (f64, f64)) -> bool {
+        let [width, height] = self.settings.machine.stroke_mm;
+        !(-width..=0.0).contains(&x) || !(-height..=0.0).contains(&y)
+    }
+
+    /// Plans what is waiting, as far as the planner has room.
+    fn plan_waiting(&mut self) {
+        let stopping = matches!(self.mode, Mode::Hold | Mode::Alarm | Mode::Locked);
+        let Some(waiting) = self.waiting.as_mut().filter(|_| !stopping) else { return };
+        // While a cancel is under way the planner is not added to.
+        if waiting.jog && self.mode == Mode::Run {
+            return;
+        }
+        let shortest = 0.5 / self.settings.machine.steps_per_mm;
+        while self.motion.queued() < PLANNER_BLOCKS {
+            let Some(target) = waiting.targets.pop_front() else { break };
+            let moves = self.motion.push(target, waiting.feed, shortest);
+            if moves && self.mode == Mode::Idle {
+                self.mode = if waiting.jog { Mode::Jog } else { Mode::Run };
+            }
+        }
+        if waiting.targets.is_empty() {
+            self.waiting = None;
+            self.reply("ok");
+        }
+    }
+}
+
+fn words(text: &str) -> Result<Vec<(char, f64)>, u8> {
+    let mut words = Vec::new();
+    let mut rest = text;
+    while let Some(letter) = rest.chars().next() {
+        if !letter.is_ascii_uppercase() {
+            return Err(1);
+        }
+        let number = &rest[1..];
+        let end = number.find(|c: char| !(c.is_ascii_digit() || "+-.".contains(c))).unwrap_or(number.len());
+        words.push((letter, number[..end].parse().map_err(|_| 2_u8)?));
+        rest = &number[end..];
+    }
+    Ok(words)
+}
+
+fn value_of(words: &[(char, f64)], letter: char) -> Option<f64> {
+    words.iter().find(|word| word.0 == letter).map(|word| word.1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn idle() -> GrblSim {
+        let settings = SimSettings {
+            machine: MachineProfile::simulated(),
+            start_mm: (-100.0, -100.0),
+            homed: true,
+            homing: Duration::from_secs(1),
+        };
+        let mut sim = GrblSim::new(settings);
+        sim.transmit();
+        sim
+    }
+
+    fn say(sim: &mut GrblSim, bytes: &[u8], ms: u64) -> String {
+        bytes.iter().for_each(|&byte| sim.receive(byte));
+        let until = sim.now.after(Duration::from_millis(ms));
+        sim.advance(until);
+        String::from_utf8(sim.transmit()).unwrap()
+    }
+
+    #[test]
+    fn jog_is_acknowledged_when_planned_and_ends_idle() {
+        let mut sim = idle();
+        assert_eq!(say(&mut sim, b"$J=G53G90G21X-90Y-100F6000\n", 1), "ok\r\n");
+        assert!(say(&mut sim, b"?", 20).starts_with("<Jog|MPos:-100.000,-100.000"));
+        say(&mut sim, b"", 2000);
+        assert!(say(&mut sim, b"?", 1).contains("<Idle|MPos:-90.000,-100.000"));
+    }
+
+    #[test]
+    fn refusals_of_the_real_firmware() {
+        let mut sim = idle();
+        assert_eq!(say(&mut sim, b"$J=G90X-90\n", 1), "error:22\r\n");
+        assert_eq!(say(&mut sim, b"$J=G1X-90F100\n", 1), "error:16\r\n");
+        assert_eq!(say(&mut sim, b"$J=G90X5F100\n", 1), "error:15\r\n");
+        assert_eq!(say(&mut sim, &[b'X'; 95], 1), "");
+        assert_eq!(say(&mut sim, b"\n", 1), "error:11\r\n");
+        assert_eq!(say(&mut sim, b"G2X-90Y-100I3J4F100\n", 1), "error:33\r\n");
+        assert!(say(&mut sim, b"G1X5Y0F100\n", 1).starts_with("ALARM:2"));
+        assert_eq!(say(&mut sim, b"?", 5), "", "nothing answers until reset");
+        assert!(say(&mut sim, b"\x18", 5).contains("Grbl 1.1h"));
+    }
+
+    #[test]
+    fn line_that_waits_through_a_cancel_runs_from_where_the_tool_stopped() {
+        let mut sim = idle();
+        for k in 0..16 {
+            let line = format!("$J=G53G90G21X{}Y-100F6000\n", -99 + k);
+            line.bytes().for_each(|byte| sim.receive(byte));
+            let now = sim.now.after(Duration::from_millis(1));
+            sim.advance(now);
+        }
+        let acknowledged = String::from_utf8(sim.transmit()).unwrap().matches("ok").count();
+        assert_eq!(acknowledged, 15, "the sixteenth waits for planner space");
+        sim.receive(0x85);
+        say(&mut sim, b"", 3000);
+        let (x, _) = sim.motion.position();
+        assert!((x - -84.0).abs() < 1e-6, "it drove on to the waiting line's target: {x}");
+    }
+
+    #[test]
+    fn reset_while_moving_loses_the_position() {
+        let mut sim = idle();
+        say(&mut sim, b"$J=G53G90G21X-10Y-100F6000\n", 300);
+        let text = say(&mut sim, b"\x18", 5);
+        assert!(text.contains("ALARM:3") && text.contains("Grbl 1.1h"), "{text}");
+        assert_eq!(say(&mut sim, b"$J=G90X-50F100\n", 5), "error:8\r\n");
+    }
+
+    #[test]
+    fn arcs_are_chords_within_the_tolerance_inside_the_circle() {
+        let mut sim = idle();
+        say(&mut sim, b"G21G90G17G94\n", 1);
+        say(&mut sim, b"G3X-100Y-80I0J10F3000\n", 3000);
+        let samples = sim.take_samples();
+        let off = |s: &Sample| 10.0 - (s.position_mm.0 + 100.0).hypot(s.position_mm.1 + 90.0);
+        let worst = samples.iter().map(off).fold(0.0_f64, f64::max);
+        assert!(samples.iter().map(off).all(|off| off > -1e-6) && worst > 0.0005 && worst < 0.0021, "{worst}");
+    }
+}

@@ -1,0 +1,293 @@
+//! Planner and drives of the simulated controller: straight blocks, look-ahead, trapezoidal speed.
+
+use std::collections::VecDeque;
+
+use crate::time::Time;
+
+/// What the machine was doing at a sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SampleKind {
+    /// Standing still.
+    Rest,
+    /// Moving by jogs.
+    Jog,
+    /// Moving by programmed motions.
+    Run,
+}
+
+/// A true tool position: between two samples the tool moves straight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// When.
+    pub at: Time,
+    /// Where, machine coordinates, mm.
+    pub position_mm: (f64, f64),
+    /// What the machine was doing.
+    pub kind: SampleKind,
+}
+
+/// What the drives can do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drives {
+    /// Top speed of an axis, mm/s.
+    pub max_rate: f64,
+    /// Acceleration of an axis, mm/s².
+    pub acceleration: f64,
+    /// Junction deviation, mm (GRBL `$11`).
+    pub junction_deviation: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Block {
+    to: (f64, f64),
+    unit: (f64, f64),
+    left: f64,
+    nominal: f64,
+    acceleration: f64,
+    max_entry: f64,
+    entry: f64,
+}
+
+/// How a stop under way ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stop {
+    /// Keep what is queued.
+    Hold,
+    /// Drop what is queued.
+    Flush,
+}
+
+/// What a tick of the drives brought about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// Nothing to tell.
+    Going,
+    /// A hold has come to rest.
+    Held,
+    /// A cancel has come to rest, and the queue is empty.
+    Flushed,
+}
+
+/// The planner queue and the tool's motion along it.
+#[derive(Clone, Debug)]
+pub struct Motion {
+    drives: Drives,
+    blocks: VecDeque<Block>,
+    position: (f64, f64),
+    speed: f64,
+    stop: Option<Stop>,
+}
+
+/// The slowest speed inside a block, mm/s: keeps the last micrometre from taking forever.
+const CREEP: f64 = 0.2;
+/// Nearer than this a target counts as reached, mm.
+const REACHED: f64 = 1e-9;
+
+impl Motion {
+    pub fn new(drives: Drives, position: (f64, f64)) -> Self {
+        Self { drives, blocks: VecDeque::new(), position, speed: 0.0, stop: None }
+    }
+
+    pub fn position(&self) -> (f64, f64) {
+        self.position
+    }
+
+    pub fn speed(&self) -> f64 {
+        self.speed
+    }
+
+    pub fn queued(&self) -> usize {
+        self.blocks.len()
+    }
+
+    pub fn is_resting(&self) -> bool {
+        self.blocks.is_empty() && self.stop.is_none()
+    }
+
+    /// Where the last queued block ends.
+    pub fn planned_end(&self) -> (f64, f64) {
+        self.blocks.back().map_or(self.position, |block| block.to)
+    }
+
+    /// Queues a straight block at `feed` mm/s; whether it was long enough to be one.
+    pub fn push(&mut self, to: (f64, f64), feed: f64, shortest: f64) -> bool {
+        let from = self.planned_end();
+        let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+        let length = dx.hypot(dy);
+        if length < shortest {
+            return false;
+        }
+        let unit = (dx / length, dy / length);
+        let share = unit.0.abs().max(unit.1.abs());
+        let acceleration = self.drives.acceleration / share;
+        let nominal = feed.min(self.drives.max_rate / share).max(CREEP);
+        let max_entry = self.blocks.back().map_or(0.0, |before| {
+            self.junction_speed(before.unit, unit, acceleration).min(nominal).min(before.nominal)
+        });
+        let block = Block { to, unit, left: length, nominal, acceleration, max_entry, entry: 0.0 };
+        self.blocks.push_back(block);
+        self.look_ahead();
+        true
+    }
+
+    /// GRBL's junction speed: the speed at which a circle that cuts the corner by the deviation would be followed. The
+    /// path itself is not left.
+    fn junction_speed(&self, a: (f64, f64), b: (f64, f64), acceleration: f64) -> f64 {
+        let cos = -(a.0 * b.0 + a.1 * b.1);
+        if cos > 0.999_999 {
+            return 0.0;
+        }
+        let sin_half = ((1.0 - cos) / 2.0).sqrt();
+        if sin_half > 0.999_999 {
+            return f64::INFINITY;
+        }
+        (acceleration * self.drives.junction_deviation * sin_half / (1.0 - sin_half)).sqrt()
+    }
+
+    /// Entry speeds from which each following block can still come to rest at the end of the queue.
+    fn look_ahead(&mut self) {
+        let mut exit = 0.0_f64;
+        for block in self.blocks.iter_mut().rev() {
+            block.entry = (exit * exit + 2.0 * block.acceleration * block.left).sqrt().min(block.max_entry);
+            exit = block.entry;
+        }
+    }
+
+    /// Begins to stop, keeping the queue.
+    pub fn hold(&mut self) {
+        self.stop = Some(Stop::Hold);
+    }
+
+    /// Begins to stop, and drops the queue at rest.
+    pub fn cancel(&mut self) {
+        self.stop = Some(Stop::Flush);
+    }
+
+    /// Goes on after a hold.
+    pub fn resume(&mut self) {
+        self.stop = None;
+    }
+
+    /// Stops dead and drops everything.
+    pub fn kill(&mut self) {
+        self.blocks.clear();
+        self.speed = 0.0;
+        self.stop = None;
+    }
+
+    /// Moves on by `dt` seconds; calls `corner` at every block end passed.
+    pub fn tick(&mut self, dt: f64, mut corner: impl FnMut((f64, f64))) -> Outcome {
+        let mut left = dt;
+        while left > 1e-9 {
+            let exit = self.blocks.get(1).map_or(0.0, |next| next.entry);
+            let Some(block) = self.blocks.front_mut() else { break };
+            let a = block.acceleration;
+            let wanted = match self.stop {
+                Some(_) => self.speed - a * left,
+                None => {
+                    let braking = (exit * exit + 2.0 * a * (block.left - self.speed * left).max(0.0)).sqrt();
+                    (self.speed + a * left).min(block.nominal).min(braking).max(CREEP)
+                }
+            };
+            if wanted <= 0.0 {
+                // Comes to rest within this tick: the rest of the braking distance is speed² / 2a.
+                let step = (self.speed * self.speed / (2.0 * a)).min(block.left);
+                advance(block, &mut self.position, step);
+                self.speed = 0.0;
+                return self.come_to_rest();
+            }
+            let step = f64::midpoint(self.speed, wanted) * left;
+            if step >= block.left - REACHED {
+                let share = if step > 0.0 { (block.left / step).min(1.0) } else { 1.0 };
+                left *= 1.0 - share;
+                self.position = block.to;
+                self.speed = if self.stop.is_some() { wanted } else { wanted.min(exit.max(CREEP)) };
+                self.blocks.pop_front();
+                corner(self.position);
+            } else {
+                advance(block, &mut self.position, step);
+                self.speed = wanted;
+                left = 0.0;
+            }
+        }
+        if self.blocks.is_empty() {
+            self.speed = 0.0;
+            if self.stop.is_some() {
+                return self.come_to_rest();
+            }
+        }
+        Outcome::Going
+    }
+
+    fn come_to_rest(&mut self) -> Outcome {
+        match self.stop {
+            Some(Stop::Flush) => {
+                self.blocks.clear();
+                self.stop = None;
+                Outcome::Flushed
+            }
+            Some(Stop::Hold) => {
+                // What follows starts from rest.
+                if let Some(first) = self.blocks.front_mut() {
+                    first.max_entry = 0.0;
+                }
+                Outcome::Held
+            }
+            None => Outcome::Going,
+        }
+    }
+}
+
+fn advance(block: &mut Block, position: &mut (f64, f64), step: f64) {
+    block.left -= step;
+    // Measured from the end, so that rounding does not add up.
+    *position = (block.to.0 - block.unit.0 * block.left, block.to.1 - block.unit.1 * block.left);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn motion() -> Motion {
+        Motion::new(Drives { max_rate: 200.0, acceleration: 500.0, junction_deviation: 0.01 }, (0.0, 0.0))
+    }
+
+    #[test]
+    fn block_is_run_to_its_end_in_trapezoid_time() {
+        let mut motion = motion();
+        motion.push((100.0, 0.0), 100.0, 0.001);
+        let mut ticks = 0;
+        while motion.queued() > 0 {
+            motion.tick(0.0005, |_| {});
+            ticks += 1;
+        }
+        assert!(motion.position() == (100.0, 0.0));
+        // 0.2 s up, 0.2 s down, 80 mm at 100 mm/s between.
+        let seconds = f64::from(ticks) * 0.0005;
+        assert!((seconds - 1.2).abs() < 0.02, "{seconds}");
+    }
+
+    #[test]
+    fn cancel_stops_on_the_path_within_the_braking_distance() {
+        let mut motion = motion();
+        motion.push((60.0, 80.0), 100.0, 0.001);
+        for _ in 0..1000 {
+            motion.tick(0.0005, |_| {});
+        }
+        let before = motion.position();
+        motion.cancel();
+        let mut outcome = Outcome::Going;
+        for _ in 0..1000 {
+            outcome = motion.tick(0.0005, |_| {});
+            if outcome == Outcome::Flushed {
+                break;
+            }
+        }
+        let after = motion.position();
+        assert_eq!(outcome, Outcome::Flushed);
+        assert!((after.0 * 80.0 - after.1 * 60.0).abs() < 1e-9, "on the line");
+        let travelled = (after.0 - before.0).hypot(after.1 - before.1);
+        // Acceleration along the diagonal is 500 / 0.8.
+        assert!((travelled - 100.0 * 100.0 / (2.0 * 625.0)).abs() < 0.2, "{travelled}");
+    }
+}

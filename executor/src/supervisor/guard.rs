@@ -1,0 +1,500 @@
+//! TRUSTED. The guard: the in-flight set, and the only maker of [`Certified`] motions.
+//!
+//! **In-flight set.** The tail (where the tool was last known to be) and the target of every line that may still be
+//! executed. **Invariant:** its convex hull is clear of the part at the manual threshold. A new target `t` is admitted
+//! only if for every two points `a`, `b` of the set the triangle `a b t` is clear. Every point of the new hull lies in
+//! the old hull or on a segment from `t` to its boundary, and the boundary consists of segments `a b`: so the new hull
+//! is clear, and the invariant holds again.
+//!
+//! **Why that is enough.** A straight motion from a point of a convex set to a target in the set stays in the set.
+//! Lines lost, repeated, reordered, cancelled half-way and planned from wherever the tool stopped are such motions,
+//! however long each takes. So nothing here depends on latency.
+//!
+//! **Leaving the set.** A target leaves only by evidence, see [`Guard::reported`].
+//!
+//! **Contouring** is different: its motions run along the part, and hulls would cut through it. There each motion
+//! begins where the one before it ended, and is sent only after the one before it was acknowledged, so none can be
+//! skipped.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use keepout_kernel::exact::segment::{Window, points_within};
+use keepout_kernel::offset::{Gouge, certify_path};
+use keepout_kernel::{Blocked, Curve, FreePoint, Length, Point, ProhibitedRegion, Segment, Triangle, Vector};
+use thiserror::Error;
+
+use crate::time::Time;
+
+/// A motion that the guard has certified. Only the guard makes one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Certified {
+    motion: Motion,
+}
+
+/// A motion of the tool centre, in drawing coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Motion {
+    /// Straight from wherever the tool is; can be cancelled.
+    Jog {
+        /// The target.
+        to: Point,
+        /// Feed, mm/min.
+        feed_mm_min: u32,
+    },
+    /// The next motion of a contour.
+    Contour {
+        /// The line or arc, beginning where the one before ended.
+        curve: Curve,
+        /// Feed, mm/min.
+        feed_mm_min: u32,
+    },
+}
+
+impl Certified {
+    /// The motion.
+    #[must_use]
+    pub fn motion(&self) -> &Motion {
+        &self.motion
+    }
+
+    /// Where it ends.
+    #[must_use]
+    pub fn target(&self) -> Point {
+        match &self.motion {
+            Motion::Jog { to, .. } => *to,
+            Motion::Contour { curve, .. } => curve.to(),
+        }
+    }
+}
+
+/// Why the guard refuses.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum Refusal {
+    /// The part is in the way.
+    #[error("{0}")]
+    Blocked(Blocked),
+    /// A motion of a contour comes too near the part.
+    #[error("{0}")]
+    Gouge(Gouge),
+    /// The target is beyond the machine's travel.
+    #[error("{} is beyond the machine's travel", keepout_planner::units::place(*.0))]
+    BeyondStroke(Point),
+    /// Where the tool is, is not known.
+    #[error("where the tool is, is not known")]
+    PositionUnknown,
+    /// The tool is moving, or may be about to.
+    #[error("motions are still under way")]
+    InMotion,
+    /// More targets in flight than are tracked.
+    #[error("too many motions are under way")]
+    Full,
+    /// An acknowledgement that belongs to no line.
+    #[error("the controller acknowledged a line that was not sent")]
+    UnexpectedAcknowledgement,
+    /// The reported position lies outside everything that was certified.
+    #[error("the tool is reported at {}, where nothing was sent to", keepout_planner::units::place(*.0))]
+    OffCertified(Point),
+}
+
+/// What a status report says, as far as the guard is concerned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sighting {
+    /// The reported position.
+    pub position: Point,
+    /// The controller says that it stands still and waits for commands.
+    pub at_rest: bool,
+    /// Blocks in the controller's planner; `None` when the report does not say.
+    pub queued: Option<usize>,
+}
+
+/// How many lines had been sent and acknowledged when a query left.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stamp {
+    sent: u64,
+    acknowledged: u64,
+    at: Time,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Line {
+    number: u64,
+    target: FreePoint,
+}
+
+#[derive(Clone, Debug)]
+struct Contour {
+    curves: Vec<(Curve, u32)>,
+    /// Motions handed out.
+    sent: usize,
+    /// The first motion on which the tool can still be.
+    first: usize,
+    /// The point at the end, already certified at the manual threshold.
+    end: FreePoint,
+}
+
+/// Most lines in flight at once.
+const LINES_MAX: usize = 8;
+/// A block that has left the planner is executed within this time: six segments of 10 ms, and the last ones may be
+/// slower (GRBL's stepper buffer).
+pub const DRAIN: Duration = Duration::from_millis(250);
+
+/// The guard; see the module's documentation for what it promises.
+#[derive(Debug)]
+pub struct Guard {
+    part: ProhibitedRegion,
+    stroke: Window,
+    manual: Length,
+    finishing: Length,
+    /// How far a reported position can be from the commanded one.
+    resolution: Length,
+    tail: Option<FreePoint>,
+    lines: VecDeque<Line>,
+    sent: u64,
+    acknowledged: u64,
+    /// Lines up to this number had left the planner when the report at this time arrived.
+    left_planner: Option<(u64, Time)>,
+    rests_seen: u8,
+    contour: Option<Contour>,
+    /// The planted fault of the test build: targets are certified from the reported position only.
+    #[cfg(test)]
+    pub(crate) forget_in_flight: bool,
+}
+
+impl Guard {
+    /// A guard for `part`: manual motions keep `manual`, contours keep `finishing`, targets stay inside `stroke`.
+    #[must_use]
+    pub fn new(
+        part: ProhibitedRegion,
+        stroke: Window,
+        manual: Length,
+        finishing: Length,
+        resolution: Length,
+    ) -> Self {
+        Self {
+            part,
+            stroke,
+            manual,
+            finishing,
+            resolution,
+            tail: None,
+            lines: VecDeque::new(),
+            sent: 0,
+            acknowledged: 0,
+            left_planner: None,
+            rests_seen: 0,
+            contour: None,
+            #[cfg(test)]
+            forget_in_flight: false,
+        }
+    }
+
+    /// The part.
+    #[must_use]
+    pub fn part(&self) -> &ProhibitedRegion {
+        &self.part
+    }
+
+    /// Forgets where the tool is: nothing is admitted until [`Guard::locate`].
+    pub fn forget(&mut self) {
+        self.tail = None;
+        self.lines.clear();
+        self.contour = None;
+        self.left_planner = None;
+        self.rests_seen = 0;
+        self.acknowledged = self.sent;
+    }
+
+    /// Takes the position of a machine that stands still with nothing under way, after connecting or homing.
+    ///
+    /// # Errors
+    /// [`Refusal::Blocked`] when the tool stands in the prohibited region, [`Refusal::InMotion`] with lines in flight.
+    pub fn locate(&mut self, position: Point) -> Result<(), Refusal> {
+        if !self.lines.is_empty() || self.contour.is_some() {
+            return Err(Refusal::InMotion);
+        }
+        self.tail = Some(self.part.free_point(position, self.manual).map_err(Refusal::Blocked)?);
+        Ok(())
+    }
+
+    /// Where the tool is or will be once all lines are executed.
+    #[must_use]
+    pub fn end(&self) -> Option<FreePoint> {
+        if let Some(contour) = &self.contour {
+            return Some(contour.end);
+        }
+        self.lines.back().map(|line| line.target).or(self.tail)
+    }
+
+    /// Where the tool was last known to be, and the targets in flight, in order.
+    pub fn in_flight(&self) -> impl Iterator<Item = Point> + '_ {
+        self.tail.iter().map(|tail| tail.point()).chain(self.lines.iter().map(|line| line.target.point()))
+    }
+
+    /// Lines sent and not acknowledged.
+    #[must_use]
+    pub fn unacknowledged(&self) -> u64 {
+        self.sent - self.acknowledged
+    }
+
+    /// Whether the tool stands still at a known place with nothing under way.
+    #[must_use]
+    pub fn settled(&self) -> bool {
+        self.tail.is_some() && self.lines.is_empty() && self.contour.is_none()
+    }
+
+    /// Whether a jog to `to` would be admitted.
+    ///
+    /// # Errors
+    /// [`Refusal`] saying why not.
+    pub fn admits(&self, to: Point) -> Result<FreePoint, Refusal> {
+        if self.contour.is_some() {
+            return Err(Refusal::InMotion);
+        }
+        let tail = self.tail.ok_or(Refusal::PositionUnknown)?;
+        if !self.stroke.holds(to) {
+            return Err(Refusal::BeyondStroke(to));
+        }
+        if self.lines.len() >= LINES_MAX {
+            return Err(Refusal::Full);
+        }
+        #[cfg(test)]
+        if self.forget_in_flight {
+            return self.part.motion(tail, to).map_err(Refusal::Blocked);
+        }
+        let mut admitted = self.part.motion(tail, to).map_err(Refusal::Blocked)?;
+        let points: Vec<FreePoint> =
+            std::iter::once(tail).chain(self.lines.iter().map(|line| line.target)).collect();
+        for (i, &a) in points.iter().enumerate() {
+            for &b in &points[i + 1..] {
+                admitted = self.part.fan(a, b, to).map_err(Refusal::Blocked)?;
+            }
+        }
+        Ok(admitted)
+    }
+
+    /// Certifies a jog to `to` and counts it as sent.
+    ///
+    /// # Errors
+    /// [`Refusal`] saying why it may not be sent.
+    pub fn jog(&mut self, to: Point, feed_mm_min: u32) -> Result<Certified, Refusal> {
+        let target = self.admits(to)?;
+        self.count_sent(target);
+        Ok(Certified { motion: Motion::Jog { to, feed_mm_min } })
+    }
+
+    fn count_sent(&mut self, target: FreePoint) {
+        self.sent += 1;
+        self.rests_seen = 0;
+        self.lines.push_back(Line { number: self.sent, target });
+    }
+
+    /// Certifies a whole contour, which begins and ends at manual clearance, and takes it up.
+    ///
+    /// # Errors
+    /// [`Refusal`] naming the motion that is not clear; nothing is taken up then.
+    pub fn take_contour(&mut self, curves: Vec<(Curve, u32)>) -> Result<(), Refusal> {
+        if !self.settled() {
+            return Err(Refusal::InMotion);
+        }
+        let tail = self.tail.ok_or(Refusal::PositionUnknown)?;
+        let path: Vec<Curve> = curves.iter().map(|&(curve, _)| curve).collect();
+        let (Some(first), Some(last)) = (path.first(), path.last()) else {
+            return Err(Refusal::PositionUnknown);
+        };
+        if first.from() != tail.point() {
+            return Err(Refusal::OffCertified(first.from()));
+        }
+        if let Some(beyond) = self.beyond_stroke(&path) {
+            return Err(Refusal::BeyondStroke(beyond));
+        }
+        certify_path(&self.part, self.finishing, &path).map_err(Refusal::Gouge)?;
+        let end = self.part.free_point(last.to(), self.manual).map_err(Refusal::Blocked)?;
+        self.contour = Some(Contour { curves, sent: 0, first: 0, end });
+        Ok(())
+    }
+
+    fn beyond_stroke(&self, path: &[Curve]) -> Option<Point> {
+        let slack = Length::small(200);
+        path.iter().find_map(|curve| match curve.chord_points(slack) {
+            Ok(points) => points.into_iter().find(|&point| !self.stroke.holds(point)),
+            Err(_) => Some(curve.from()),
+        })
+    }
+
+    /// The next motion of the contour, once the one before is acknowledged; counts it as sent.
+    pub fn next_of_contour(&mut self) -> Option<Certified> {
+        if self.unacknowledged() > 0 {
+            return None;
+        }
+        let contour = self.contour.as_mut()?;
+        let &(curve, feed_mm_min) = contour.curves.get(contour.sent)?;
+        contour.sent += 1;
+        self.sent += 1;
+        self.rests_seen = 0;
+        Some(Certified { motion: Motion::Contour { curve, feed_mm_min } })
+    }
+
+    /// Motions of the contour sent, and in all.
+    #[must_use]
+    pub fn contour_progress(&self) -> Option<(usize, usize)> {
+        self.contour.as_ref().map(|contour| (contour.sent, contour.curves.len()))
+    }
+
+    /// Counts an acknowledgement of the oldest line.
+    ///
+    /// # Errors
+    /// [`Refusal::UnexpectedAcknowledgement`] when none is outstanding.
+    pub fn acknowledged(&mut self) -> Result<(), Refusal> {
+        if self.unacknowledged() == 0 {
+            return Err(Refusal::UnexpectedAcknowledgement);
+        }
+        self.acknowledged += 1;
+        Ok(())
+    }
+
+    /// The stamp of a query that leaves now.
+    #[must_use]
+    pub fn stamp(&self, now: Time) -> Stamp {
+        Stamp { sent: self.sent, acknowledged: self.acknowledged, at: now }
+    }
+
+    /// Takes a report as evidence. `stamp` is that of the query it answers, or of an earlier one.
+    ///
+    /// *Settling:* the controller rests with an empty planner, every line ever sent was acknowledged before the query
+    /// left, and either the tool is at the last target or two such reports agree. Then only the tail remains.
+    ///
+    /// *Retiring:* with `q` blocks in the planner, all acknowledged lines but the last `q` have left it. Lines that
+    /// had left it at a report that arrived [`DRAIN`] before this query left are executed, and leave the set.
+    ///
+    /// # Errors
+    /// [`Refusal::OffCertified`] when the position is outside the certified set by more than the resolution.
+    pub fn reported(&mut self, sighting: &Sighting, stamp: Stamp, now: Time) -> Result<(), Refusal> {
+        if self.contour.is_some() {
+            return self.reported_in_contour(sighting, stamp);
+        }
+        if self.tail.is_none() {
+            return Ok(());
+        }
+        match self.snap(sighting.position) {
+            Snap::At(tail) => self.tail = Some(tail),
+            Snap::Keep => return Ok(()),
+            Snap::Off => return Err(Refusal::OffCertified(sighting.position)),
+        }
+        if self.rests(sighting, stamp) {
+            self.rests_seen = self.rests_seen.saturating_add(1);
+            let last = self.lines.back().map(|line| line.target.point());
+            let arrived = last.is_none_or(|last| !points_within(last, sighting.position, self.resolution).is_clear());
+            if arrived || self.rests_seen >= 2 {
+                self.lines.clear();
+                self.left_planner = None;
+            }
+            return Ok(());
+        }
+        self.rests_seen = 0;
+        if let Some((number, arrived)) = self.left_planner
+            && stamp.at >= arrived.after(DRAIN)
+        {
+            self.lines.retain(|line| line.number > number);
+            self.left_planner = None;
+        }
+        if let (Some(queued), None) = (sighting.queued, self.left_planner) {
+            let left = self.acknowledged.saturating_sub(u64::try_from(queued).unwrap_or(u64::MAX));
+            self.left_planner = Some((left, now));
+        }
+        Ok(())
+    }
+
+    fn rests(&self, sighting: &Sighting, stamp: Stamp) -> bool {
+        let all_acknowledged = stamp.sent == self.sent && stamp.acknowledged == self.sent;
+        sighting.at_rest && sighting.queued.is_none_or(|queued| queued == 0) && all_acknowledged
+    }
+
+    /// A certified point that the tool is at, to the resolution: on a segment between two points of the set, or the
+    /// reported point itself when that is inside their hull.
+    fn snap(&self, position: Point) -> Snap {
+        let points: Vec<FreePoint> =
+            self.tail.into_iter().chain(self.lines.iter().map(|line| line.target)).collect();
+        let mut within = false;
+        for (i, &a) in points.iter().enumerate() {
+            for &b in &points[i..] {
+                let Some(foot) = project(position, Segment { from: a.point(), to: b.point() }) else { continue };
+                if points_within(foot, position, self.resolution).is_clear() {
+                    continue;
+                }
+                within = true;
+                // The foot is rounded, and may be rounded into the threshold: its neighbours are as good.
+                let around = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| Vector { dx, dy }));
+                let tries = std::iter::once(Vector { dx: 0, dy: 0 }).chain(around);
+                let free = tries.filter_map(|step| foot.translated(step).ok()).find_map(|p| self.part.motion(a, p).ok());
+                if let Some(free) = free {
+                    return Snap::At(free);
+                }
+            }
+        }
+        let here = Segment { from: position, to: position };
+        let holds = |corners| !Triangle { corners }.near_segment(here, Length::ZERO).is_clear();
+        for (i, &a) in points.iter().enumerate() {
+            for (j, &b) in points.iter().enumerate().skip(i + 1) {
+                let hull = points.iter().skip(j + 1).any(|c| holds([a.point(), b.point(), c.point()]));
+                if hull {
+                    return self.part.motion(a, position).map_or(Snap::Keep, Snap::At);
+                }
+            }
+        }
+        if within { Snap::Keep } else { Snap::Off }
+    }
+
+    fn reported_in_contour(&mut self, sighting: &Sighting, stamp: Stamp) -> Result<(), Refusal> {
+        let rests = self.rests(sighting, stamp);
+        let resolution = self.resolution;
+        let Some(contour) = self.contour.as_mut() else { return Ok(()) };
+        let on = (contour.first..contour.sent.max(contour.first + 1).min(contour.curves.len()))
+            .find(|&k| lies_on(sighting.position, &contour.curves[k].0, resolution));
+        contour.first = on.ok_or(Refusal::OffCertified(sighting.position))?;
+        let done = contour.sent == contour.curves.len();
+        let arrived = !points_within(contour.end.point(), sighting.position, resolution).is_clear();
+        if rests && done && arrived {
+            self.tail = Some(contour.end);
+            self.contour = None;
+        }
+        Ok(())
+    }
+}
+
+/// What becomes of the tail when a position is reported.
+enum Snap {
+    /// It is here.
+    At(FreePoint),
+    /// The position is in the set, but no clear lattice point was found for it: the tail stays where it was.
+    Keep,
+    /// The position is outside the set.
+    Off,
+}
+
+/// The lattice point nearest to the foot of the perpendicular from `p` on the segment, or the nearer end.
+fn project(p: Point, segment: Segment) -> Option<Point> {
+    let (d, w) = (segment.to.minus(segment.from), p.minus(segment.from));
+    let product = |a: i32, b: i32| i128::from(a) * i128::from(b);
+    let length_2 = product(d.dx, d.dx) + product(d.dy, d.dy);
+    if length_2 == 0 {
+        return Some(segment.from);
+    }
+    let along = (product(w.dx, d.dx) + product(w.dy, d.dy)).clamp(0, length_2);
+    let part = |span: i32| {
+        let twice = 2 * i128::from(span) * along + length_2;
+        i64::try_from(twice.div_euclid(2 * length_2)).ok()
+    };
+    let (x, y) = (i64::from(segment.from.x.units()), i64::from(segment.from.y.units()));
+    Point::from_units(x + part(d.dx)?, y + part(d.dy)?).ok()
+}
+
+/// Whether `p` lies on the curve, to `tolerance`; arcs are taken as chords within 2 µm.
+fn lies_on(p: Point, curve: &Curve, tolerance: Length) -> bool {
+    let slack = Length::small(200);
+    let reach = tolerance.saturating_plus(slack).saturating_plus(slack);
+    let points = curve.chord_points(slack).unwrap_or_default();
+    points
+        .windows(2)
+        .any(|pair| !Segment { from: pair[0], to: pair[1] }.near_point(p, reach).is_clear())
+}

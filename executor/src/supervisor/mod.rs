@@ -1,0 +1,744 @@
+//! The supervisor: a pure state machine between operator, guard and controller.
+//!
+//! `step(event, now)` takes one event and the time, and answers with the commands to send; it reads no clock, touches
+//! no port and draws no random numbers. Motions come only from the [`guard`].
+
+pub mod guard;
+mod manual;
+
+use std::time::Duration;
+
+use keepout_kernel::exact::segment::Window;
+use keepout_kernel::{Curve, Length, Point};
+use keepout_planner::job::{Leg, contour_job};
+use keepout_planner::margin::Budget;
+use keepout_planner::plan::CertifiedPlan;
+use keepout_planner::units::{length_up_from_mm, mm};
+use thiserror::Error;
+
+use crate::time::Time;
+use guard::{Certified, Guard, Refusal, Sighting, Stamp};
+
+/// What the operator wants, as read from a joystick, script or model.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Wish {
+    /// Direction and share of full speed; the length counts up to 1.
+    pub direction: (f64, f64),
+    /// Touching the part starts the contour.
+    pub automatic: bool,
+    /// Stop and end the session.
+    pub quit: bool,
+}
+
+/// The controller's state, as far as the supervisor needs it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// Stands still, waits for commands.
+    Idle,
+    /// Moves: jogging, or running a contour.
+    Moving,
+    /// Held by a feed hold.
+    Held,
+    /// Homing.
+    Homing,
+    /// Locked by an alarm: homing or unlocking needed.
+    Alarm,
+    /// Something else: door, check, sleep.
+    Other,
+}
+
+/// A status report.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Report {
+    /// The controller's state.
+    pub mode: Mode,
+    /// The tool centre, drawing coordinates.
+    pub position: Point,
+    /// Free blocks in the planner, when reported.
+    pub free_blocks: Option<usize>,
+}
+
+/// A decoded line from the controller.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Reply {
+    /// The oldest line is accepted.
+    Ok,
+    /// The oldest line is refused.
+    Error(u16),
+    /// An alarm.
+    Alarm(u16),
+    /// A status report.
+    Report(Report),
+    /// A setting, number and value.
+    Setting(u16, f64),
+    /// The greeting after power-up or reset.
+    Greeting(String),
+    /// A message worth keeping, nothing to act on.
+    Message(String),
+    /// Not a line of this controller's language.
+    Garbled(String),
+}
+
+/// What happens to the supervisor.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// A line from the controller.
+    Reply(Reply),
+    /// The operator's wish of this moment.
+    Operator(Wish),
+    /// Time has passed.
+    Tick,
+    /// The port failed.
+    PortLost(String),
+}
+
+/// What the supervisor wants sent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Command {
+    /// Ask for a status report.
+    Query,
+    /// Stop a jog.
+    Cancel,
+    /// Stop a contour, keeping the position.
+    Hold,
+    /// Reset the controller.
+    Reset,
+    /// Read the controller's settings.
+    ReadSettings,
+    /// Have planner blocks reported.
+    ReportBlocks,
+    /// Set the modes that motions rely on.
+    SetModes,
+    /// Find the reference position.
+    Home,
+    /// A certified motion.
+    Move(Certified),
+}
+
+/// What the session was set up with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// Feed of the finishing contour, mm/min.
+    pub feed_mm_min: u32,
+    /// Home the machine before the start.
+    pub home: bool,
+    /// The machine's travel, drawing coordinates.
+    pub stroke: Window,
+    /// Longest silence of the controller.
+    pub answer_within: Duration,
+    /// Steps per mm below which the controller's own setting is refused.
+    pub steps_per_mm: f64,
+}
+
+/// Why a session stopped.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum Fault {
+    /// The controller does not answer.
+    #[error("no answer from the controller for {seconds:.1} s. Check cable, power, port and baud rate.")]
+    Silent {
+        /// How long.
+        seconds: f64,
+    },
+    /// It answered something that is not its language.
+    #[error("the controller sent {line:?}, which is not GRBL 1.1. Check the baud rate and the cable.")]
+    Garbled {
+        /// The line.
+        line: String,
+    },
+    /// It refused a line.
+    #[error("the controller refused a line with error {code}{}. The machine has stopped at its last certified target.", error_text(*.code))]
+    Refused {
+        /// Its error number.
+        code: u16,
+    },
+    /// It raised an alarm.
+    #[error("the controller raised alarm {code}{}. Find the cause, then home the machine again.", alarm_text(*.code))]
+    Alarm {
+        /// Its alarm number.
+        code: u16,
+    },
+    /// It was reset under way.
+    #[error("the controller was reset. Its position may be lost: home it and start again.")]
+    WasReset,
+    /// It is locked and homing was not asked for.
+    #[error("the machine is not homed: where the tool is, is not known. Start with --home, with the tool raised.")]
+    NotHomed,
+    /// Its settings are not those that safety needs.
+    #[error("controller setting ${number} is {value}, it must be {needed}")]
+    Setting {
+        /// The setting's number.
+        number: u16,
+        /// Its value.
+        value: f64,
+        /// What is needed.
+        needed: &'static str,
+    },
+    /// The tool stands where it must not.
+    #[error("the tool stands at {}: {refusal}. Raise it, move it clear by hand, and start again.", keepout_planner::units::place(*at))]
+    StandsInside {
+        /// Where it stands.
+        at: Point,
+        /// What the guard says.
+        refusal: Refusal,
+    },
+    /// The guard found something that can not be.
+    #[error("stopped: {0}")]
+    Guard(#[from] Refusal),
+    /// It entered a state that it was not sent to.
+    #[error("the controller went into {mode:?} by itself: somebody pressed a button there, or a door opened")]
+    Unexpected {
+        /// The state.
+        mode: Mode,
+    },
+    /// The port failed.
+    #[error("the port was lost: {0}")]
+    PortLost(String),
+}
+
+fn error_text(code: u16) -> &'static str {
+    match code {
+        1..=3 => " (a damaged line)",
+        8 => " (not idle)",
+        9 => " (locked by an alarm)",
+        11 | 14 => " (a line too long)",
+        15 => " (beyond the machine's travel)",
+        20..=25 | 33..=35 => " (not valid G-code)",
+        _ => "",
+    }
+}
+
+fn alarm_text(code: u16) -> &'static str {
+    match code {
+        1 => " (limit switch)",
+        2 => " (beyond the machine's travel)",
+        3 => " (reset while moving: position lost)",
+        6..=9 => " (homing failed)",
+        _ => "",
+    }
+}
+
+/// What the supervisor is doing; each state carries only its own data.
+#[derive(Debug)]
+enum State {
+    Connecting,
+    ReadingSettings(Settings),
+    /// Waiting for the report mask to be stored.
+    StoringMask,
+    Homing,
+    /// Waiting for the modes to be accepted, then for a report at rest.
+    Locating { modes_set: bool },
+    Manual(manual::Manual),
+    Contouring { legs: Vec<(Option<usize>, usize)> },
+    Stopping,
+    Done,
+    Faulted(Fault),
+}
+
+/// The state's name, for the operator and the log.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// Connecting, reading settings, homing.
+    Starting,
+    /// Steered by the operator.
+    Manual,
+    /// Contouring by itself.
+    Contouring,
+    /// Coming to rest before the end.
+    Stopping,
+    /// Ended as wanted.
+    Done,
+    /// Stopped by a fault.
+    Faulted,
+}
+
+/// Controller settings that the supervisor uses.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Settings {
+    report_mask: Option<f64>,
+    homing: Option<f64>,
+    steps_per_mm: [Option<f64>; 2],
+    max_rate_mm_min: [Option<f64>; 2],
+    acceleration_mm_s2: [Option<f64>; 2],
+}
+
+/// Counters for the report.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Jogs sent.
+    pub jogs: u64,
+    /// Contour motions sent.
+    pub contour_motions: u64,
+    /// Jogs cancelled.
+    pub cancels: u64,
+    /// Wishes that the wall shortened or turned.
+    pub clipped: u64,
+    /// Queries sent.
+    pub queries: u64,
+}
+
+/// A status query without an answer is repeated after this time.
+const QUERY_AGAIN: Duration = Duration::from_millis(1000);
+/// Time between an answer and the next query.
+const QUERY_PAUSE: Duration = Duration::from_millis(40);
+/// Homing may keep the controller silent for this long.
+const HOMING_MAX: Duration = Duration::from_secs(90);
+/// The wall counts as touched within this distance beyond the roughing threshold, mm.
+const TOUCH_MM: f64 = 0.1;
+
+/// The supervisor; see the module's documentation.
+#[derive(Debug)]
+pub struct Supervisor {
+    plan: CertifiedPlan,
+    guard: Guard,
+    options: Options,
+    state: State,
+    wish: Wish,
+    wished_at: Option<Time>,
+    heard_at: Time,
+    queries: std::collections::VecDeque<Stamp>,
+    asked_at: Option<Time>,
+    answered_at: Time,
+    round_trip: Duration,
+    planner_blocks: Option<usize>,
+    limits: manual::Limits,
+    finished: Vec<usize>,
+    notices: Vec<String>,
+    counts: Counts,
+    position: Option<Point>,
+}
+
+impl Supervisor {
+    /// A supervisor for a certified plan. The part is copied into the guard.
+    #[must_use]
+    pub fn new(plan: CertifiedPlan, options: Options) -> Self {
+        let resolution = resolution(&plan.plan.budget);
+        let guard =
+            Guard::new(plan.part.clone(), options.stroke, plan.roughing, plan.finishing, resolution);
+        let limits = manual::Limits {
+            speed_mm_s: plan.plan.machine.max_rate_mm_s,
+            acceleration_mm_s2: plan.plan.machine.acceleration_mm_s2,
+        };
+        Self {
+            plan,
+            guard,
+            options,
+            state: State::Connecting,
+            wish: Wish::default(),
+            wished_at: None,
+            heard_at: Time::ZERO,
+            queries: std::collections::VecDeque::new(),
+            asked_at: None,
+            answered_at: Time::ZERO,
+            round_trip: Duration::from_millis(100),
+            planner_blocks: None,
+            limits,
+            finished: Vec::new(),
+            notices: Vec::new(),
+            counts: Counts::default(),
+            position: None,
+        }
+    }
+
+    /// Takes one event and answers with the commands to send, in order.
+    pub fn step(&mut self, event: Event, now: Time) -> Vec<Command> {
+        let mut commands = Vec::new();
+        let outcome = match event {
+            Event::Reply(reply) => {
+                self.heard_at = now;
+                self.take_reply(reply, now, &mut commands)
+            }
+            Event::Operator(wish) => {
+                self.wish = wish;
+                self.wished_at = Some(now);
+                Ok(())
+            }
+            Event::Tick => self.check_silence(now),
+            Event::PortLost(reason) => Err(Fault::PortLost(reason)),
+        };
+        let outcome = outcome.and_then(|()| self.act(now, &mut commands));
+        if let Err(fault) = outcome {
+            self.stop(fault, &mut commands);
+        }
+        commands
+    }
+
+    /// What the supervisor is doing.
+    #[must_use]
+    pub fn phase(&self) -> Phase {
+        match self.state {
+            State::Connecting
+            | State::ReadingSettings(_)
+            | State::StoringMask
+            | State::Homing
+            | State::Locating { .. } => Phase::Starting,
+            State::Manual(_) => Phase::Manual,
+            State::Contouring { .. } => Phase::Contouring,
+            State::Stopping => Phase::Stopping,
+            State::Done => Phase::Done,
+            State::Faulted(_) => Phase::Faulted,
+        }
+    }
+
+    /// The fault that ended the session.
+    #[must_use]
+    pub fn fault(&self) -> Option<&Fault> {
+        if let State::Faulted(fault) = &self.state { Some(fault) } else { None }
+    }
+
+    /// The plan.
+    #[must_use]
+    pub fn plan(&self) -> &CertifiedPlan {
+        &self.plan
+    }
+
+    /// The plan, when the session is over.
+    #[must_use]
+    pub fn into_plan(self) -> CertifiedPlan {
+        self.plan
+    }
+
+    /// The guard, to look at.
+    #[must_use]
+    pub fn guard(&self) -> &Guard {
+        &self.guard
+    }
+
+    #[cfg(test)]
+    pub(crate) fn guard_mut(&mut self) -> &mut Guard {
+        &mut self.guard
+    }
+
+    /// The last reported position of the tool centre.
+    #[must_use]
+    pub fn position(&self) -> Option<Point> {
+        self.position
+    }
+
+    /// Finishing loops contoured so far.
+    #[must_use]
+    pub fn finished(&self) -> &[usize] {
+        &self.finished
+    }
+
+    /// Things the operator should know.
+    #[must_use]
+    pub fn notices(&self) -> &[String] {
+        &self.notices
+    }
+
+    /// Counters.
+    #[must_use]
+    pub fn counts(&self) -> Counts {
+        self.counts
+    }
+
+    fn take_reply(&mut self, reply: Reply, now: Time, commands: &mut Vec<Command>) -> Result<(), Fault> {
+        match reply {
+            Reply::Report(report) => self.take_report(&report, now, commands),
+            Reply::Ok => self.take_ok(commands),
+            Reply::Error(code) => Err(Fault::Refused { code }),
+            Reply::Alarm(code) => Err(Fault::Alarm { code }),
+            Reply::Garbled(line) => match self.state {
+                // What is left in the line from before the connection is not held against the controller.
+                State::Connecting => Ok(()),
+                _ => Err(Fault::Garbled { line }),
+            },
+            Reply::Greeting(_) => match self.state {
+                State::Connecting => Ok(()),
+                _ => Err(Fault::WasReset),
+            },
+            Reply::Setting(number, value) => {
+                if let State::ReadingSettings(settings) = &mut self.state {
+                    settings.take(number, value);
+                }
+                Ok(())
+            }
+            Reply::Message(text) => {
+                self.notices.push(text);
+                Ok(())
+            }
+        }
+    }
+
+    fn take_ok(&mut self, commands: &mut Vec<Command>) -> Result<(), Fault> {
+        match &self.state {
+            State::Connecting => {}
+            State::ReadingSettings(settings) => {
+                let settings = *settings;
+                settings.check(self.options.steps_per_mm)?;
+                self.limits = settings.limits(self.limits);
+                if settings.reports_blocks() {
+                    self.home_or_locate(commands);
+                } else {
+                    commands.push(Command::ReportBlocks);
+                    self.state = State::StoringMask;
+                }
+            }
+            State::StoringMask => self.home_or_locate(commands),
+            State::Homing => self.locate(commands),
+            State::Locating { modes_set: false } => self.state = State::Locating { modes_set: true },
+            _ => self.guard.acknowledged()?,
+        }
+        Ok(())
+    }
+
+    fn home_or_locate(&mut self, commands: &mut Vec<Command>) {
+        if self.options.home {
+            commands.push(Command::Home);
+            self.state = State::Homing;
+        } else {
+            self.locate(commands);
+        }
+    }
+
+    fn locate(&mut self, commands: &mut Vec<Command>) {
+        commands.push(Command::SetModes);
+        self.state = State::Locating { modes_set: false };
+    }
+
+    fn take_report(&mut self, report: &Report, now: Time, commands: &mut Vec<Command>) -> Result<(), Fault> {
+        self.position = Some(report.position);
+        if let Some(asked) = self.asked_at.take() {
+            let measured = now.since(asked);
+            // Quick to grow, slow to shrink.
+            self.round_trip = if measured > self.round_trip { measured } else { (self.round_trip * 7 + measured) / 8 };
+        }
+        self.answered_at = now;
+        let stamp = self.queries.pop_front();
+        match &self.state {
+            State::Connecting => self.connected(report, commands),
+            State::Locating { modes_set: true } => self.take_place(report),
+            State::Manual(_) | State::Contouring { .. } | State::Stopping => {
+                self.check_mode(report)?;
+                match stamp {
+                    Some(stamp) => self.take_sighting(report, stamp, now),
+                    None => Ok(()),
+                }
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn connected(&mut self, report: &Report, commands: &mut Vec<Command>) -> Result<(), Fault> {
+        match report.mode {
+            Mode::Idle => {}
+            Mode::Alarm if self.options.home => {}
+            Mode::Alarm => return Err(Fault::NotHomed),
+            mode => return Err(Fault::Unexpected { mode }),
+        }
+        commands.push(Command::ReadSettings);
+        self.state = State::ReadingSettings(Settings::default());
+        Ok(())
+    }
+
+    fn take_place(&mut self, report: &Report) -> Result<(), Fault> {
+        if report.mode != Mode::Idle {
+            return Ok(());
+        }
+        self.planner_blocks = report.free_blocks;
+        self.guard
+            .locate(report.position)
+            .map_err(|refusal| Fault::StandsInside { at: report.position, refusal })?;
+        self.state = State::Manual(manual::Manual::default());
+        Ok(())
+    }
+
+    fn check_mode(&self, report: &Report) -> Result<(), Fault> {
+        match report.mode {
+            Mode::Idle | Mode::Moving => Ok(()),
+            Mode::Held if matches!(self.state, State::Stopping) => Ok(()),
+            Mode::Alarm => Err(Fault::Alarm { code: 0 }),
+            mode => Err(Fault::Unexpected { mode }),
+        }
+    }
+
+    fn take_sighting(&mut self, report: &Report, stamp: Stamp, now: Time) -> Result<(), Fault> {
+        let queued = match (self.planner_blocks, report.free_blocks) {
+            (Some(all), Some(free)) => Some(all.saturating_sub(free)),
+            _ => None,
+        };
+        let sighting = Sighting { position: report.position, at_rest: report.mode == Mode::Idle, queued };
+        self.guard.reported(&sighting, stamp, now)?;
+        if self.guard.settled() {
+            match &mut self.state {
+                State::Manual(manual) => manual.settle(),
+                State::Contouring { legs } => {
+                    self.finished.extend(legs.iter().filter_map(|leg| leg.0));
+                    self.state = State::Manual(manual::Manual::default());
+                }
+                State::Stopping => self.state = State::Done,
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn check_silence(&self, now: Time) -> Result<(), Fault> {
+        let silent = now.since(self.heard_at);
+        let allowed = if matches!(self.state, State::Homing) { HOMING_MAX } else { self.options.answer_within };
+        let over = matches!(self.state, State::Done | State::Faulted(_));
+        if silent > allowed && !over { Err(Fault::Silent { seconds: silent.as_secs_f64() }) } else { Ok(()) }
+    }
+
+    /// What the state wants done now.
+    fn act(&mut self, now: Time, commands: &mut Vec<Command>) -> Result<(), Fault> {
+        if self.wants_query(now) {
+            self.query(now, commands);
+        }
+        match &self.state {
+            State::Manual(_) => {
+                if self.wish.quit {
+                    self.begin_stopping(commands);
+                    return Ok(());
+                }
+                self.touch_or_steer(now, commands);
+            }
+            State::Contouring { legs } => {
+                let motions: Vec<usize> = legs.iter().map(|leg| leg.1).collect();
+                if let Some(certified) = self.guard.next_of_contour() {
+                    debug_assert!(self.guard.contour_progress().is_some_and(|(_, all)| all == motions.iter().sum()));
+                    self.counts.contour_motions += 1;
+                    commands.push(Command::Move(certified));
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn begin_stopping(&mut self, commands: &mut Vec<Command>) {
+        if self.guard.settled() {
+            self.state = State::Done;
+        } else {
+            commands.push(Command::Cancel);
+            self.state = State::Stopping;
+        }
+    }
+
+    fn wants_query(&self, now: Time) -> bool {
+        let over = matches!(self.state, State::Done | State::Faulted(_) | State::Homing);
+        let waiting = matches!(self.state, State::ReadingSettings(_) | State::StoringMask);
+        let due = match self.asked_at {
+            Some(asked) => now.since(asked) >= QUERY_AGAIN.max(self.round_trip * 2),
+            None => now.since(self.answered_at) >= QUERY_PAUSE,
+        };
+        !over && !waiting && due
+    }
+
+    fn query(&mut self, now: Time, commands: &mut Vec<Command>) {
+        self.asked_at = Some(now);
+        self.queries.push_back(self.guard.stamp(now));
+        self.counts.queries += 1;
+        commands.push(Command::Query);
+    }
+
+    fn touch_or_steer(&mut self, now: Time, commands: &mut Vec<Command>) {
+        if self.wish.automatic && self.guard.settled() && self.touches() {
+            match self.begin_contour() {
+                Ok(()) => return,
+                Err(reason) => {
+                    if self.notices.last() != Some(&reason) {
+                        self.notices.push(reason);
+                    }
+                }
+            }
+        }
+        let State::Manual(manual) = &mut self.state else { return };
+        let wish = manual::fresh(self.wish, self.wished_at, now);
+        manual.steer(wish, self.round_trip, &self.limits, &mut self.guard, &mut self.counts, commands);
+    }
+
+    /// Whether the tool stands at the wall.
+    fn touches(&self) -> bool {
+        let Some(at) = self.guard.end() else { return false };
+        let Ok(band) = length_up_from_mm(TOUCH_MM) else { return false };
+        let here = keepout_kernel::Segment { from: at.point(), to: at.point() };
+        self.plan.part.edges_clear(here, at.threshold().saturating_plus(band)).is_err()
+    }
+
+    fn begin_contour(&mut self) -> Result<(), String> {
+        let from = self.guard.end().ok_or("the tool's position is not known")?.point();
+        let job = contour_job(&self.plan, from, self.options.stroke).map_err(|error| error.to_string())?;
+        let open: Vec<&Leg> = job.legs.iter().collect();
+        let fast = manual::feed(self.limits.speed_mm_s / 2.0);
+        let feed = |leg: &Leg| if leg.cuts.is_some() { self.options.feed_mm_min } else { fast };
+        let curves: Vec<(Curve, u32)> =
+            open.iter().flat_map(|leg| leg.curves.iter().map(|&curve| (curve, feed(leg)))).collect();
+        let legs = open.iter().map(|leg| (leg.cuts, leg.curves.len())).collect();
+        self.guard.take_contour(curves).map_err(|refusal| format!("contouring refused: {refusal}"))?;
+        for unreached in &job.unreached {
+            self.notices.push(format!("no way was found to finishing loop {}", unreached + 1));
+        }
+        self.state = State::Contouring { legs };
+        Ok(())
+    }
+
+    fn stop(&mut self, fault: Fault, commands: &mut Vec<Command>) {
+        if matches!(self.state, State::Faulted(_) | State::Done) {
+            return;
+        }
+        commands.retain(|command| !matches!(command, Command::Move(_)));
+        commands.push(if matches!(self.state, State::Contouring { .. }) { Command::Hold } else { Command::Cancel });
+        self.guard.forget();
+        self.state = State::Faulted(fault);
+    }
+}
+
+impl Settings {
+    fn take(&mut self, number: u16, value: f64) {
+        match number {
+            10 => self.report_mask = Some(value),
+            22 => self.homing = Some(value),
+            100 | 101 => self.steps_per_mm[usize::from(number - 100)] = Some(value),
+            110 | 111 => self.max_rate_mm_min[usize::from(number - 110)] = Some(value),
+            120 | 121 => self.acceleration_mm_s2[usize::from(number - 120)] = Some(value),
+            _ => {}
+        }
+    }
+
+    fn check(&self, steps_per_mm: f64) -> Result<(), Fault> {
+        let missing = |number| Fault::Setting { number, value: f64::NAN, needed: "reported by the controller" };
+        let homing = self.homing.ok_or(missing(22))?;
+        if homing < 1.0 {
+            let needed = "1: without homing the position is not known";
+            return Err(Fault::Setting { number: 22, value: homing, needed });
+        }
+        for (number, value) in [(100, self.steps_per_mm[0]), (101, self.steps_per_mm[1])] {
+            let value = value.ok_or(missing(number))?;
+            if value.is_nan() || value < steps_per_mm * 0.999 {
+                let needed = "at least the steps per mm that the plan's margin was made for";
+                return Err(Fault::Setting { number, value, needed });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether reports carry machine positions (bit 0) and planner blocks (bit 1).
+    fn reports_blocks(&self) -> bool {
+        self.report_mask.is_some_and(|mask| mask.rem_euclid(4.0) >= 3.0)
+    }
+
+    fn limits(&self, fallback: manual::Limits) -> manual::Limits {
+        let least = |values: [Option<f64>; 2], scale: f64, fallback: f64| {
+            let known = values.into_iter().flatten().filter(|value| *value > 0.0);
+            known.map(|value| value * scale).fold(fallback, f64::min)
+        };
+        manual::Limits {
+            speed_mm_s: least(self.max_rate_mm_min, 1.0 / 60.0, fallback.speed_mm_s),
+            acceleration_mm_s2: least(self.acceleration_mm_s2, 1.0, fallback.acceleration_mm_s2),
+        }
+    }
+}
+
+/// How far a reported position can be from the commanded one: the budget's controller resolution.
+fn resolution(budget: &Budget) -> Length {
+    let terms = budget.terms.iter().filter(|term| term.name.starts_with("controller resolution"));
+    let sum: f64 = terms.map(|term| term.mm).sum();
+    length_up_from_mm(sum).unwrap_or(Length::small(100))
+}
+
+/// A point for the log, in mm.
+#[must_use]
+pub fn log_point(point: Point) -> String {
+    format!("{:.5},{:.5}", mm(point.x.units()), mm(point.y.units()))
+}
