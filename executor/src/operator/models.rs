@@ -154,7 +154,7 @@ impl Model {
         if t >= self.until {
             self.until = t + 0.3 + 1.7 * self.random.f64();
             let graze = 5.0_f64.to_radians();
-            let variants = [0.0, graze, -graze, 0.9, -0.9, 1.45, -1.45, f64::NAN, std::f64::consts::PI];
+            let variants = [0.0, 0.0, graze, -graze, 0.9, -0.9, 1.45, -1.45, f64::NAN];
             self.variant = variants[self.random.usize(0..variants.len())];
         }
         if self.variant.is_nan() && t + 0.05 > self.until {

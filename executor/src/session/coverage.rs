@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use keepout_kernel::{Curve, Length, Point};
+use keepout_kernel::{Curve, Point};
+use keepout_planner::finish::GUARD;
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::profile::ProfileLoop;
 use keepout_planner::units::{length_up_from_mm, mm, point_from_mm, point_mm};
@@ -42,8 +43,8 @@ pub fn coverage<'a>(plan: &CertifiedPlan, cut: impl Iterator<Item = &'a [Point]>
     for (each, outline) in plan.plan.profile.loops.iter().zip(outlines) {
         for (at, normal) in stations(each, outline.free_on_left) {
             result.points += 1;
-            let Some(centre) = touching_centre(plan, at, normal) else { continue };
-            if !components.contains(&plan.plan.finish.component_of(centre)) {
+            let Some(component) = component_touching(plan, at, normal) else { continue };
+            if !components.contains(&component) {
                 continue;
             }
             result.reachable += 1;
@@ -60,13 +61,17 @@ pub fn coverage<'a>(plan: &CertifiedPlan, cut: impl Iterator<Item = &'a [Point]>
     result
 }
 
-/// Where the tool's centre would be when it touches the profile at `at`, if it fits there.
-fn touching_centre(plan: &CertifiedPlan, at: (f64, f64), normal: (f64, f64)) -> Option<Point> {
-    let reach = mm(plan.finishing.units());
-    let centre = point_from_mm((at.0 + normal.0 * reach, at.1 + normal.1 * reach)).ok()?;
-    let less = length_up_from_mm(TOUCHING_MM).ok()?;
-    let threshold = Length::from_units(i64::from(plan.finishing.units()) - i64::from(less.units())).ok()?;
-    plan.part.free_point(centre, threshold).ok().map(|free| free.point())
+/// Farther out than the chords by which loops are told apart leave their arcs, mm.
+const ASIDE_MM: f64 = 0.01;
+
+/// The free space from which the tool touches the profile at `at`, if it fits there.
+fn component_touching(plan: &CertifiedPlan, at: (f64, f64), normal: (f64, f64)) -> Option<usize> {
+    let off = |distance_mm: f64| point_from_mm((at.0 + normal.0 * distance_mm, at.1 + normal.1 * distance_mm)).ok();
+    let path = mm(plan.finishing.units()) + mm(i32::from(GUARD));
+    let threshold = length_up_from_mm(path - TOUCHING_MM).ok()?;
+    plan.part.free_point(off(path)?, threshold).ok()?;
+    // Looked at from a little farther out: the place itself lies on the loop that bounds the free space.
+    Some(plan.plan.finish.component_of(off(path + ASIDE_MM)?))
 }
 
 type Station = ((f64, f64), (f64, f64));

@@ -65,8 +65,13 @@ impl RunFacts {
             rows.push(row(
                 "cut contour to profile",
                 format!(
-                    "at most {:.4} mm, mean {:.4} mm, over {} reachable of {} points",
-                    coverage.worst_mm, coverage.mean_mm, coverage.reachable, coverage.points
+                    "at most {:.4} mm (at {:.2}, {:.2}), mean {:.4} mm, over {} reachable of {} points",
+                    coverage.worst_mm,
+                    coverage.worst_at.0,
+                    coverage.worst_at.1,
+                    coverage.mean_mm,
+                    coverage.reachable,
+                    coverage.points
                 ),
             ));
         }

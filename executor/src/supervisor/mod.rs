@@ -305,6 +305,8 @@ pub struct Supervisor {
     notices: Vec<String>,
     counts: Counts,
     position: Option<Point>,
+    /// Whether a touch starts a contour: asked for, and not yet done since.
+    armed: bool,
 }
 
 impl Supervisor {
@@ -336,18 +338,22 @@ impl Supervisor {
             notices: Vec::new(),
             counts: Counts::default(),
             position: None,
+            armed: false,
         }
     }
 
     /// Takes one event and answers with the commands to send, in order.
     pub fn step(&mut self, event: Event, now: Time) -> Vec<Command> {
         let mut commands = Vec::new();
+        let tick = event == Event::Tick;
         let outcome = match event {
             Event::Reply(reply) => {
                 self.heard_at = now;
                 self.take_reply(reply, now, &mut commands)
             }
             Event::Operator(wish) => {
+                // Automatic mode is armed by being chosen, and spent by a contour.
+                self.armed = wish.automatic && (self.armed || !self.wish.automatic);
                 self.wish = wish;
                 self.wished_at = Some(now);
                 Ok(())
@@ -355,7 +361,7 @@ impl Supervisor {
             Event::Tick => self.check_silence(now),
             Event::PortLost(reason) => Err(Fault::PortLost(reason)),
         };
-        let outcome = outcome.and_then(|()| self.act(now, &mut commands));
+        let outcome = outcome.and_then(|()| self.act(tick, now, &mut commands));
         if let Err(fault) = outcome {
             self.stop(fault, &mut commands);
         }
@@ -580,8 +586,8 @@ impl Supervisor {
         if silent > allowed && !over { Err(Fault::Silent { seconds: silent.as_secs_f64() }) } else { Ok(()) }
     }
 
-    /// What the state wants done now.
-    fn act(&mut self, now: Time, commands: &mut Vec<Command>) -> Result<(), Fault> {
+    /// What the state wants done now. A mere tick steers only when the operator has fallen silent.
+    fn act(&mut self, tick: bool, now: Time, commands: &mut Vec<Command>) -> Result<(), Fault> {
         if self.wants_query(now) {
             self.query(now, commands);
         }
@@ -591,7 +597,9 @@ impl Supervisor {
                     self.begin_stopping(commands);
                     return Ok(());
                 }
-                self.touch_or_steer(now, commands);
+                if !tick || manual::fresh(self.wish, self.wished_at, now).is_none() {
+                    self.touch_or_steer(now, commands);
+                }
             }
             State::Contouring { legs } => {
                 let motions: Vec<usize> = legs.iter().map(|leg| leg.1).collect();
@@ -633,7 +641,7 @@ impl Supervisor {
     }
 
     fn touch_or_steer(&mut self, now: Time, commands: &mut Vec<Command>) {
-        if self.wish.automatic && self.guard.settled() && self.touches() {
+        if self.armed && self.guard.settled() && self.touches() {
             match self.begin_contour() {
                 Ok(()) => return,
                 Err(reason) => {
@@ -670,6 +678,7 @@ impl Supervisor {
             self.notices.push(format!("no way was found to finishing loop {}", unreached + 1));
         }
         self.state = State::Contouring { legs };
+        self.armed = false;
         Ok(())
     }
 
