@@ -134,6 +134,7 @@ fn on_port(
         seconds: last.seconds(),
         counts: supervisor.counts(),
         loops: (supervisor.finished().len(), supervisor.plan().plan.finish.loops.len()),
+        unreached: supervisor.unreached(),
         deepest_mm: None,
         closest_mm: None,
         coverage: None,
@@ -174,7 +175,7 @@ fn exit_code(facts: &RunFacts) -> ExitCode {
     match facts.ended {
         Ended::Faulted => ExitCode::from(6),
         Ended::OutOfTime => ExitCode::from(9),
-        Ended::Done if facts.loops.0 == 0 => ExitCode::from(9),
+        Ended::Done if facts.loops.0 == 0 || facts.unreached > 0 => ExitCode::from(9),
         Ended::Done => ExitCode::SUCCESS,
     }
 }

@@ -15,7 +15,9 @@ pub struct Coverage {
     pub points: usize,
     /// Of these, points that the tool can touch from the free space it was in.
     pub reachable: usize,
-    /// Largest distance from a reachable point to the cut contour, mm.
+    /// Of these, points that no cut came near: their contour was not run.
+    pub missed: usize,
+    /// Largest distance from another reachable point to the cut contour, mm.
     pub worst_mm: f64,
     /// Mean of those distances, mm.
     pub mean_mm: f64,
@@ -35,7 +37,7 @@ const TOUCHING_MM: f64 = 0.000_5;
 #[must_use]
 pub fn coverage<'a>(plan: &CertifiedPlan, cut: impl Iterator<Item = &'a [Point]>) -> Coverage {
     let radius = mm(plan.plan.tool_radius.units());
-    let centres = CentrePaths::new(cut, radius + 0.5);
+    let centres = CentrePaths::new(cut, radius + MISSED_MM);
     let components = centres.components(plan);
     let mut result = Coverage::default();
     let mut sum = 0.0;
@@ -48,19 +50,27 @@ pub fn coverage<'a>(plan: &CertifiedPlan, cut: impl Iterator<Item = &'a [Point]>
                 continue;
             }
             result.reachable += 1;
-            let off = (centres.distance(at) - radius).abs();
+            let distance = centres.distance(at);
+            if distance > radius + MISSED_MM {
+                result.missed += 1;
+                continue;
+            }
+            let off = (distance - radius).abs();
             sum += off;
             if off > result.worst_mm {
                 (result.worst_mm, result.worst_at) = (off, at);
             }
         }
     }
-    if result.reachable > 0 {
-        result.mean_mm = sum / f64::from(u32::try_from(result.reachable).unwrap_or(u32::MAX));
+    let cut = result.reachable - result.missed;
+    if cut > 0 {
+        result.mean_mm = sum / f64::from(u32::try_from(cut).unwrap_or(u32::MAX));
     }
     result
 }
 
+/// A point farther than this from every cut was not cut at all, mm.
+const MISSED_MM: f64 = 0.5;
 /// Farther out than the chords by which loops are told apart leave their arcs, mm.
 const ASIDE_MM: f64 = 0.01;
 

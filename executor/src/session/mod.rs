@@ -6,6 +6,8 @@ mod place;
 mod report;
 mod run;
 mod simulated;
+#[cfg(test)]
+mod hostile_test;
 
 pub use coverage::{Coverage, coverage};
 pub use log::{Log, LogError};

@@ -22,8 +22,10 @@ pub struct RunFacts {
     pub seconds: f64,
     /// The supervisor's counters.
     pub counts: Counts,
-    /// Finishing loops contoured, and in all.
+    /// Finishing loops contoured, and in all; those in other free space can only be done from there.
     pub loops: (usize, usize),
+    /// Finishing loops in the same free space that no way was found to.
+    pub unreached: usize,
     /// Deepest incursion by the witness, mm; `None` without a witness.
     pub deepest_mm: Option<f64>,
     /// Least distance between tool and part by the witness, mm.
@@ -74,6 +76,9 @@ impl RunFacts {
                     coverage.points
                 ),
             ));
+            if coverage.missed > 0 {
+                rows.push(row("reachable points not contoured", coverage.missed.to_string()));
+            }
         }
         let finish = &plan.plan.finish;
         rows.push(row(

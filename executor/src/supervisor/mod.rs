@@ -307,6 +307,7 @@ pub struct Supervisor {
     position: Option<Point>,
     /// Whether a touch starts a contour: asked for, and not yet done since.
     armed: bool,
+    unreached: usize,
 }
 
 impl Supervisor {
@@ -339,6 +340,7 @@ impl Supervisor {
             counts: Counts::default(),
             position: None,
             armed: false,
+            unreached: 0,
         }
     }
 
@@ -424,6 +426,12 @@ impl Supervisor {
     #[must_use]
     pub fn finished(&self) -> &[usize] {
         &self.finished
+    }
+
+    /// Finishing loops of the last contour's free space that no way was found to.
+    #[must_use]
+    pub fn unreached(&self) -> usize {
+        self.unreached
     }
 
     /// Things the operator should know.
@@ -674,8 +682,9 @@ impl Supervisor {
             open.iter().flat_map(|leg| leg.curves.iter().map(|&curve| (curve, feed(leg)))).collect();
         let legs = open.iter().map(|leg| (leg.cuts, leg.curves.len())).collect();
         self.guard.take_contour(curves).map_err(|refusal| format!("contouring refused: {refusal}"))?;
+        self.unreached = job.unreached.len();
         for unreached in &job.unreached {
-            self.notices.push(format!("no way was found to finishing loop {}", unreached + 1));
+            self.notices.push(format!("no way wide enough for roughing leads to finishing loop {}", unreached + 1));
         }
         self.state = State::Contouring { legs };
         self.armed = false;
