@@ -152,8 +152,8 @@ pub struct Guard {
     lines: VecDeque<Line>,
     sent: u64,
     acknowledged: u64,
-    /// Lines up to this number had left the planner when the report at this time arrived.
-    left_planner: Option<(u64, Time)>,
+    /// Lines up to this number had left the planner when the report at this time arrived; both ascending.
+    left_planner: VecDeque<(u64, Time)>,
     rests_seen: u8,
     contour: Option<Contour>,
     /// The planted fault of the test build: the set is the last reported position, and nothing else.
@@ -181,7 +181,7 @@ impl Guard {
             lines: VecDeque::new(),
             sent: 0,
             acknowledged: 0,
-            left_planner: None,
+            left_planner: VecDeque::new(),
             rests_seen: 0,
             contour: None,
             #[cfg(test)]
@@ -200,7 +200,7 @@ impl Guard {
         self.tail = None;
         self.lines.clear();
         self.contour = None;
-        self.left_planner = None;
+        self.left_planner.clear();
         self.rests_seen = 0;
         self.acknowledged = self.sent;
     }
@@ -392,20 +392,22 @@ impl Guard {
             let arrived = last.is_none_or(|last| !points_within(last, sighting.position, self.resolution).is_clear());
             if arrived || self.rests_seen >= 2 {
                 self.lines.clear();
-                self.left_planner = None;
+                self.left_planner.clear();
             }
             return Ok(());
         }
         self.rests_seen = 0;
-        if let Some((number, arrived)) = self.left_planner
+        while let Some(&(number, arrived)) = self.left_planner.front()
             && stamp.at >= arrived.after(DRAIN)
         {
             self.lines.retain(|line| line.number > number);
-            self.left_planner = None;
+            self.left_planner.pop_front();
         }
-        if let (Some(queued), None) = (sighting.queued, self.left_planner) {
+        if let Some(queued) = sighting.queued {
             let left = self.acknowledged.saturating_sub(u64::try_from(queued).unwrap_or(u64::MAX));
-            self.left_planner = Some((left, now));
+            if self.left_planner.back().is_none_or(|&(known, _)| left > known) {
+                self.left_planner.push_back((left, now));
+            }
         }
         Ok(())
     }
@@ -502,4 +504,147 @@ fn lies_on(p: Point, curve: &Curve, tolerance: Length) -> bool {
     points
         .windows(2)
         .any(|pair| !Segment { from: pair[0], to: pair[1] }.near_point(p, reach).is_clear())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use keepout_kernel::{Region, Ring, Side};
+
+    fn at(x: i64, y: i64) -> Point {
+        Point::from_units(x, y).unwrap()
+    }
+
+    /// An L, in lattice units, and a guard that keeps 300 units from it.
+    fn guard() -> Guard {
+        let corners = [(0, 0), (9000, 0), (9000, 2500), (3000, 2500), (3000, 7000), (0, 7000)];
+        let ring = Ring::new(corners.iter().map(|&(x, y)| at(x, y)).collect()).unwrap();
+        let part = ProhibitedRegion::new(Region::new(vec![ring]).unwrap(), Side::Outside);
+        let stroke = Window::of(at(-20_000, -20_000)).including(at(20_000, 20_000));
+        let length = |units| Length::from_units(units).unwrap();
+        Guard::new(part, stroke, length(300), length(290), length(5))
+    }
+
+    /// The adversary executes lines in any order, any number of times, each only as far as it likes.
+    #[test]
+    fn no_execution_of_admitted_lines_comes_near_the_part() {
+        let mut random = fastrand::Rng::with_seed(11);
+        let (mut admitted, mut refused) = (0_u32, 0_u32);
+        for _ in 0..400 {
+            let mut guard = guard();
+            guard.locate(at(-3000, random.i64(-3000..10_000))).unwrap();
+            let mut tool = guard.end().unwrap().point();
+            for _ in 0..6 {
+                let target = at(random.i64(-4000..14_000), random.i64(-4000..11_000));
+                match guard.jog(target, 600) {
+                    Ok(_) => admitted += 1,
+                    Err(_) => refused += 1,
+                }
+                let targets: Vec<Point> = guard.in_flight().collect();
+                for _ in 0..12 {
+                    let to = targets[random.usize(0..targets.len())];
+                    let share = random.i64(0..=16);
+                    let d = to.minus(tool);
+                    let part = |d: i32| i64::from(d) * share / 16;
+                    let next =
+                        at(i64::from(tool.x.units()) + part(d.dx), i64::from(tool.y.units()) + part(d.dy));
+                    // Rounding to the lattice moves the tool by a unit and more with every step.
+                    let threshold = Length::from_units(300 - 12).unwrap();
+                    let motion = Segment { from: tool, to: next };
+                    guard.part().edges_clear(motion, threshold).unwrap();
+                    tool = if random.bool() { next } else { to };
+                    if tool == to {
+                        guard.part().edges_clear(Segment { from: next, to }, threshold).unwrap();
+                    }
+                }
+            }
+        }
+        assert!(admitted > 400 && refused > 400, "{admitted} admitted, {refused} refused");
+    }
+
+    #[test]
+    fn without_a_position_nothing_is_admitted() {
+        let mut guard = guard();
+        assert_eq!(guard.jog(at(-1000, 0), 600), Err(Refusal::PositionUnknown));
+        assert!(matches!(guard.locate(at(100, 100)), Err(Refusal::Blocked(_))));
+        guard.locate(at(-1000, 0)).unwrap();
+        assert_eq!(guard.jog(at(-30_000, 0), 600), Err(Refusal::BeyondStroke(at(-30_000, 0))));
+        guard.jog(at(-1000, 900), 600).unwrap();
+        assert_eq!(guard.locate(at(-1000, 0)), Err(Refusal::InMotion));
+        guard.forget();
+        assert_eq!(guard.jog(at(-1000, 0), 600), Err(Refusal::PositionUnknown));
+    }
+
+    fn sighting(position: Point, at_rest: bool, queued: usize) -> Sighting {
+        Sighting { position, at_rest, queued: Some(queued) }
+    }
+
+    const MS: u64 = 1000;
+
+    #[test]
+    fn targets_leave_only_by_evidence() {
+        let mut guard = guard();
+        let time = |ms: u64| Time::from_micros(ms * MS);
+        guard.locate(at(-1000, 0)).unwrap();
+        let before = guard.stamp(time(0));
+        guard.jog(at(-1000, 2000), 600).unwrap();
+        // A report at rest that was asked for before the line proves nothing.
+        guard.reported(&sighting(at(-1000, 0), true, 0), before, time(50)).unwrap();
+        assert_eq!(guard.in_flight().count(), 2);
+        guard.acknowledged().unwrap();
+        assert_eq!(guard.acknowledged(), Err(Refusal::UnexpectedAcknowledgement));
+        guard.jog(at(-1000, 4000), 600).unwrap();
+        guard.acknowledged().unwrap();
+        // The first block has left the planner; it is executed for sure only after the drain time.
+        let stamp = guard.stamp(time(100));
+        guard.reported(&sighting(at(-1000, 1500), false, 1), stamp, time(120)).unwrap();
+        assert_eq!(guard.in_flight().count(), 3);
+        let stamp = guard.stamp(time(200));
+        guard.reported(&sighting(at(-1000, 2100), false, 1), stamp, time(220)).unwrap();
+        assert_eq!(guard.in_flight().count(), 3, "too early");
+        let stamp = guard.stamp(time(400));
+        guard.reported(&sighting(at(-1000, 2500), false, 1), stamp, time(420)).unwrap();
+        assert_eq!(guard.in_flight().collect::<Vec<_>>(), [at(-1000, 2500), at(-1000, 4000)]);
+        // At rest short of the target: once may be a report between two motions, twice is a stop.
+        let stamp = guard.stamp(time(500));
+        guard.reported(&sighting(at(-1000, 3000), true, 0), stamp, time(520)).unwrap();
+        assert!(!guard.settled());
+        let stamp = guard.stamp(time(600));
+        guard.reported(&sighting(at(-1000, 3000), true, 0), stamp, time(620)).unwrap();
+        assert!(guard.settled());
+    }
+
+    #[test]
+    fn position_off_the_certified_set_is_refused() {
+        let mut guard = guard();
+        guard.locate(at(-1000, 0)).unwrap();
+        guard.jog(at(-1000, 2000), 600).unwrap();
+        let stamp = guard.stamp(Time::ZERO);
+        assert!(guard.reported(&sighting(at(-1004, 500), false, 1), stamp, Time::ZERO).is_ok());
+        let off = at(-1010, 500);
+        assert_eq!(guard.reported(&sighting(off, false, 1), stamp, Time::ZERO), Err(Refusal::OffCertified(off)));
+    }
+
+    #[test]
+    fn contour_is_certified_whole_and_handed_out_one_by_one() {
+        let mut guard = guard();
+        guard.locate(at(-310, 0)).unwrap();
+        let line = |a, b| (Curve::Line(Segment { from: a, to: b }), 300);
+        let (p, q, r) = (at(-310, 0), at(-301, 3000), at(-310, 6000));
+        let gouge = vec![line(p, at(-280, 3000)), line(at(-280, 3000), r)];
+        assert!(matches!(guard.take_contour(gouge), Err(Refusal::Gouge(gouge)) if gouge.index == 0));
+        let jump = vec![line(q, r)];
+        assert_eq!(guard.take_contour(jump), Err(Refusal::OffCertified(q)));
+        guard.take_contour(vec![line(p, q), line(q, r)]).unwrap();
+        assert_eq!(guard.next_of_contour().unwrap().target(), q);
+        assert_eq!(guard.next_of_contour(), None, "not before the acknowledgement");
+        assert_eq!(guard.jog(p, 600), Err(Refusal::InMotion));
+        guard.acknowledged().unwrap();
+        assert_eq!(guard.next_of_contour().unwrap().target(), r);
+        guard.acknowledged().unwrap();
+        let stamp = guard.stamp(Time::ZERO);
+        guard.reported(&sighting(r, true, 0), stamp, Time::ZERO).unwrap();
+        assert!(guard.settled());
+        assert_eq!(guard.end().unwrap().point(), r);
+    }
 }
