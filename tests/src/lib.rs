@@ -1,1 +1,93 @@
-//! stub
+//! What the end-to-end tests share: making plans from drawings, and finding the shared test data.
+
+use std::path::{Path, PathBuf};
+
+use keepout_planner::drawing::{JOIN_MM, chain, import, read_file};
+use keepout_planner::machine::MachineProfile;
+use keepout_planner::plan::{CertifiedPlan, Job, Plan};
+use keepout_planner::plan_file;
+use keepout_planner::profile::MachinedSide;
+
+/// How a drawing is to be planned.
+#[derive(Clone, Debug)]
+pub struct Wanted {
+    /// Tool diameter, mm.
+    pub tool_mm: f64,
+    /// Which side is machined.
+    pub side: MachinedSide,
+    /// Layers to take; all when empty.
+    pub layers: Vec<String>,
+    /// Unit that overrides the file's.
+    pub units: Option<String>,
+    /// Gaps to close, mm.
+    pub join_mm: f64,
+}
+
+impl Default for Wanted {
+    fn default() -> Self {
+        Self { tool_mm: 3.0, side: MachinedSide::Outside, layers: Vec::new(), units: None, join_mm: JOIN_MM }
+    }
+}
+
+/// Drawing file to certified plan for the simulated machine.
+///
+/// # Errors
+/// The message that a person would read.
+pub fn plan_of(path: &Path, wanted: &Wanted) -> Result<CertifiedPlan, String> {
+    let text = |error: &dyn std::fmt::Display| error.to_string();
+    let bytes = read_file(path).map_err(|error| text(&error))?;
+    let drawing = import(&bytes, &wanted.layers, wanted.units.as_deref()).map_err(|error| text(&error))?;
+    let chained = chain(&drawing.curves, wanted.join_mm).map_err(|error| text(&error))?;
+    let remarks = chained.repairs.iter().map(ToString::to_string).collect();
+    let job =
+        Job { tool_diameter_mm: wanted.tool_mm, allowance_mm: 0.2, side: wanted.side, margin_mm: None };
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let machine = MachineProfile::simulated();
+    Plan::make(&name, plan_file::hash(&bytes), (drawing.unit, remarks), chained, &job, &machine)
+        .map_err(|error| text(&error))
+}
+
+/// Area of the part's contours by the even–odd rule, mm².
+#[must_use]
+pub fn area_mm2(plan: &CertifiedPlan) -> f64 {
+    let region = plan.part.region();
+    let rings = region.rings().iter().zip(region.depths());
+    let signed = rings.map(|(ring, depth)| {
+        let area = ring.double_area().unsigned_abs();
+        let area = u64::try_from(area).map_or(f64::INFINITY, |area| approximate(area) / 2e10);
+        if depth % 2 == 0 { area } else { -area }
+    });
+    signed.sum()
+}
+
+#[expect(clippy::cast_precision_loss, reason = "areas are compared to a thousandth")]
+fn approximate(value: u64) -> f64 {
+    value as f64
+}
+
+/// The folder of shared test data, from `KEEPOUT_SHARED`; says on standard error when a test is skipped without it.
+#[must_use]
+pub fn shared() -> Option<PathBuf> {
+    let folder = std::env::var_os("KEEPOUT_SHARED").map(PathBuf::from);
+    if folder.is_none() {
+        eprintln!("skipped: no KEEPOUT_SHARED");
+    }
+    folder
+}
+
+/// Drawings of the shared set that the whole job is run on: file, exporter.
+pub const REAL_DRAWINGS: [(&str, &str); 13] = [
+    ("gen__dev_cq_plate.dxf", "ezdxf (CadQuery)"),
+    ("gen__dev_fc_plate_r14.dxf", "FreeCAD"),
+    ("gen__dev_mk_ellipse.dxf", "maker.js"),
+    ("Mendel90__y_heatshield.dxf", "OpenSCAD"),
+    ("dxf__hatches.dxf", "LibreCAD"),
+    ("lumberjack-keyboard__brutal60-split.dxf", "KiCad"),
+    ("source_one__SO_v0.2_5inch_arm_hole_4mm_4x.dxf", "QCAD"),
+    ("source_one__Wolf_Outline.dxf", "AutoCAD-style writer"),
+    ("trimesh__apu-mount.DXF", "SolidWorks"),
+    ("trimesh__2_cycloidal.dxf", "AutoCAD family"),
+    ("trimesh__ChuteHolderPrint.DXF", "SolidWorks"),
+    ("trimesh__buffer_regions.dxf", "AutoCAD family"),
+    ("trimesh__wrench.dxf", "unknown"),
+];

@@ -19,8 +19,6 @@ pub struct PtyMachine {
     stop: Arc<AtomicBool>,
     samples: Arc<Mutex<Vec<Sample>>>,
     thread: Option<JoinHandle<()>>,
-    /// Kept open, so that the other end never sees a hang-up.
-    _device: TTYPort,
 }
 
 impl PtyMachine {
@@ -30,15 +28,16 @@ impl PtyMachine {
     /// [`PortError::Open`] when the system gives no pty.
     pub fn start(machine: SimMachine) -> Result<Self, PortError> {
         let failed = |reason: String| PortError::Open { name: "pty".into(), reason };
-        let (mut host, mut device) = TTYPort::pair().map_err(|error| failed(error.to_string()))?;
-        device.set_exclusive(false).map_err(|error| failed(error.to_string()))?;
+        let (mut host, device) = TTYPort::pair().map_err(|error| failed(error.to_string()))?;
         host.set_timeout(Duration::from_millis(1)).map_err(|error| failed(error.to_string()))?;
         let name = device.name().ok_or_else(|| failed("the pty has no name".into()))?;
+        // The device is locked while it is open here; whoever runs the session opens it by name.
+        drop(device);
         let stop = Arc::new(AtomicBool::new(false));
         let samples = Arc::new(Mutex::new(Vec::new()));
         let shared = (Arc::clone(&stop), Arc::clone(&samples));
         let thread = std::thread::spawn(move || serve(machine, host, &shared.0, &shared.1));
-        Ok(Self { name, stop, samples, thread: Some(thread), _device: device })
+        Ok(Self { name, stop, samples, thread: Some(thread) })
     }
 
     /// The name to open.

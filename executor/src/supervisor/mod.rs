@@ -220,7 +220,8 @@ fn alarm_text(code: u16) -> &'static str {
 /// What the supervisor is doing; each state carries only its own data.
 #[derive(Debug)]
 enum State {
-    Connecting,
+    /// Waiting for a first report; what came instead is kept for the message.
+    Connecting { garbled: Option<String> },
     ReadingSettings(Settings),
     /// Waiting for the report mask to be stored.
     StoringMask,
@@ -325,7 +326,7 @@ impl Supervisor {
             plan,
             guard,
             options,
-            state: State::Connecting,
+            state: State::Connecting { garbled: None },
             wish: Wish::default(),
             wished_at: None,
             heard_at: Time::ZERO,
@@ -350,7 +351,10 @@ impl Supervisor {
         let tick = event == Event::Tick;
         let outcome = match event {
             Event::Reply(reply) => {
-                self.heard_at = now;
+                // Noise is no sign of life.
+                if !matches!(reply, Reply::Garbled(_)) {
+                    self.heard_at = now;
+                }
                 self.take_reply(reply, now, &mut commands)
             }
             Event::Operator(wish) => {
@@ -374,7 +378,7 @@ impl Supervisor {
     #[must_use]
     pub fn phase(&self) -> Phase {
         match self.state {
-            State::Connecting
+            State::Connecting { .. }
             | State::ReadingSettings(_)
             | State::StoringMask
             | State::Homing
@@ -452,13 +456,16 @@ impl Supervisor {
             Reply::Ok => self.take_ok(commands),
             Reply::Error(code) => Err(Fault::Refused { code }),
             Reply::Alarm(code) => Err(Fault::Alarm { code }),
-            Reply::Garbled(line) => match self.state {
+            Reply::Garbled(line) => match &mut self.state {
                 // What is left in the line from before the connection is not held against the controller.
-                State::Connecting => Ok(()),
+                State::Connecting { garbled } => {
+                    *garbled = Some(line);
+                    Ok(())
+                }
                 _ => Err(Fault::Garbled { line }),
             },
             Reply::Greeting(_) => match self.state {
-                State::Connecting => Ok(()),
+                State::Connecting { .. } => Ok(()),
                 _ => Err(Fault::WasReset),
             },
             Reply::Setting(number, value) => {
@@ -476,7 +483,7 @@ impl Supervisor {
 
     fn take_ok(&mut self, commands: &mut Vec<Command>) -> Result<(), Fault> {
         match &self.state {
-            State::Connecting => {}
+            State::Connecting { .. } => {}
             State::ReadingSettings(settings) => {
                 let settings = *settings;
                 settings.check(self.options.steps_per_mm)?;
@@ -520,7 +527,7 @@ impl Supervisor {
         self.answered_at = now;
         let stamp = self.queries.pop_front();
         match &self.state {
-            State::Connecting => self.connected(report, commands),
+            State::Connecting { .. } => self.connected(report, commands),
             State::Locating { modes_set: true } => self.take_place(report),
             State::Manual(_) | State::Contouring { .. } | State::Stopping => {
                 self.check_mode(report)?;
@@ -591,7 +598,11 @@ impl Supervisor {
         let silent = now.since(self.heard_at);
         let allowed = if matches!(self.state, State::Homing) { HOMING_MAX } else { self.options.answer_within };
         let over = matches!(self.state, State::Done | State::Faulted(_));
-        if silent > allowed && !over { Err(Fault::Silent { seconds: silent.as_secs_f64() }) } else { Ok(()) }
+        match &self.state {
+            _ if silent <= allowed || over => Ok(()),
+            State::Connecting { garbled: Some(line) } => Err(Fault::Garbled { line: line.clone() }),
+            _ => Err(Fault::Silent { seconds: silent.as_secs_f64() }),
+        }
     }
 
     /// What the state wants done now. A mere tick steers only when the operator has fallen silent.

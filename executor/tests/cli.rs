@@ -1,0 +1,159 @@
+//! The command line as a person meets it: results, messages, exit codes, and nothing half-written.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn keepout(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_keepout")).args(arguments).output().unwrap()
+}
+
+/// An empty folder of this test's own.
+fn folder(name: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_dir_all(&path);
+    std::fs::create_dir_all(&path).unwrap();
+    path
+}
+
+fn drawing(name: &str) -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/drawings").join(name).display().to_string()
+}
+
+fn bracket() -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("drawings/bracket.dxf").display().to_string()
+}
+
+fn code(output: &Output) -> i32 {
+    output.status.code().unwrap()
+}
+
+fn complaint(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn files(folder: &Path) -> Vec<String> {
+    let names = std::fs::read_dir(folder).unwrap();
+    names.map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect()
+}
+
+fn planned(folder: &Path) -> String {
+    let plan = folder.join("part.plan").display().to_string();
+    let output = keepout(&["plan", &bracket(), "--tool-diameter", "6", "-o", &plan]);
+    assert_eq!(code(&output), 0, "{}", complaint(&output));
+    plan
+}
+
+#[test]
+fn plan_verify_show_and_run() {
+    let folder = folder("whole");
+    let plan = planned(&folder);
+    let verified = keepout(&["verify", &plan]);
+    let text = String::from_utf8_lossy(&verified.stdout).into_owned();
+    assert!(code(&verified) == 0 && text.contains("proved") && text.contains("margin M"), "{text}");
+    let picture = folder.join("part.svg").display().to_string();
+    assert_eq!(code(&keepout(&["show", &plan, "-o", &picture])), 0);
+    assert!(std::fs::read_to_string(&picture).unwrap().ends_with("</svg>\n"));
+    let (log, report) = (folder.join("run.log"), folder.join("run.html"));
+    let run = keepout(&[
+        "run", &plan, "--machine", "sim-fast", "--operator", "wall", "--manual-s", "10", "--log",
+        &log.display().to_string(), "--report", &report.display().to_string(),
+    ]);
+    let text = String::from_utf8_lossy(&run.stdout).into_owned();
+    assert!(code(&run) == 0 && text.contains("deepest incursion                    0.00000 mm"), "{text}");
+    let page = std::fs::read_to_string(report).unwrap();
+    assert!(page.contains("<svg") && page.contains("closest approach"));
+    assert!(std::fs::read_to_string(log).unwrap().lines().count() > 50);
+}
+
+#[test]
+fn pty_run_is_the_same_job_in_real_time() {
+    let folder = folder("pty");
+    let plan = planned(&folder);
+    let run = keepout(&[
+        "run", &plan, "--machine", "sim", "--baud", "115200", "--operator", "wall", "--manual-s", "3", "--feed-mm-min",
+        "6000",
+    ]);
+    let text = String::from_utf8_lossy(&run.stdout).into_owned();
+    assert!(code(&run) == 0, "{text}{}", complaint(&run));
+    assert!(text.contains("pty") && text.contains("deepest incursion                    0.00000 mm"), "{text}");
+}
+
+#[test]
+fn script_steers_and_its_faults_are_named() {
+    let folder = folder("script");
+    let plan = planned(&folder);
+    let script = folder.join("hand.txt");
+    std::fs::write(&script, "0 -1 -1\n1.5 -1 -0.2\n3 -0.3 -0.3 auto\n").unwrap();
+    let script = script.display().to_string();
+    let run = keepout(&["run", &plan, "--machine", "sim-fast", "--operator", &script, "--limit-s", "120"]);
+    assert!([0, 9].contains(&code(&run)), "{}", complaint(&run));
+    assert!(String::from_utf8_lossy(&run.stdout).contains("deepest incursion                    0.00000 mm"));
+    std::fs::write(&script, "0 -1\n").unwrap();
+    let run = keepout(&["run", &plan, "--machine", "sim-fast", "--operator", &script]);
+    assert!(code(&run) == 2 && complaint(&run).contains("script line 1"), "{}", complaint(&run));
+    let run = keepout(&["run", &plan, "--operator", "nobody"]);
+    assert!(code(&run) == 2 && complaint(&run).contains("calm, random, wall, reversal"), "{}", complaint(&run));
+}
+
+#[test]
+fn bad_drawings_and_jobs_have_their_codes_and_write_nothing() {
+    let folder = folder("bad");
+    let plan = folder.join("x.plan").display().to_string();
+    let attempt = |file: &str, more: &[&str]| {
+        let mut arguments = vec!["plan", file, "-o", &plan];
+        arguments.extend(more);
+        let output = keepout(&arguments);
+        (code(&output), complaint(&output))
+    };
+    let tool = ["--tool-diameter", "6"];
+    let cases: [(&str, &[&str], i32, &str); 8] = [
+        ("missing.dxf", &tool, 3, "can not read"),
+        ("binary_noise.dxf", &tool, 3, "not a readable DXF"),
+        ("gap_wide.dxf", &tool, 3, "0.250 mm away"),
+        ("bow_tie.dxf", &tool, 4, "(20.000, 20.000) mm"),
+        ("far_away.dxf", &tool, 3, "5.37 m"),
+        ("triangle.dxf", &["--tool-diameter", "900"], 4, "no tool"),
+        ("triangle.dxf", &["--tool-diameter", "6", "--margin-mm", "0.001"], 4, "--margin-mm"),
+        ("triangle.dxf", &["--tool-diameter", "6", "--units", "cubit"], 3, "unknown unit"),
+    ];
+    for (file, more, wanted, words) in cases {
+        let (code, complaint) = attempt(&drawing(file), more);
+        assert!(code == wanted && complaint.contains(words), "{file}: {code} {complaint}");
+    }
+    let (found, words) = attempt(&drawing("pocket.dxf"), &["--tool-diameter", "300", "--side", "inside"]);
+    assert!(found == 4 && words.contains("fits nowhere"), "{words}");
+    assert_eq!(attempt(&drawing("triangle.dxf"), &[]).0, 2, "a missing argument");
+    assert_eq!(files(&folder), Vec::<String>::new());
+    let nowhere = folder.join("no/such/folder.plan").display().to_string();
+    let output = keepout(&["plan", &bracket(), "--tool-diameter", "6", "-o", &nowhere]);
+    assert_eq!(code(&output), 7, "{}", complaint(&output));
+}
+
+#[test]
+fn every_flipped_bit_of_a_plan_is_noticed() {
+    let folder = folder("flipped");
+    let plan = planned(&folder);
+    let bytes = std::fs::read(&plan).unwrap();
+    for index in [0, 5, 12, 13, 14, 40, 46, 60, bytes.len() / 2, bytes.len() - 1] {
+        let mut damaged = bytes.clone();
+        damaged[index] ^= 0x10;
+        std::fs::write(&plan, &damaged).unwrap();
+        let output = keepout(&["verify", &plan]);
+        assert_eq!(code(&output), 5, "byte {index}: {}", complaint(&output));
+    }
+    std::fs::write(&plan, &bytes[..bytes.len() - 3]).unwrap();
+    assert_eq!(code(&keepout(&["run", &plan])), 5);
+    std::fs::write(&plan, b"").unwrap();
+    assert_eq!(code(&keepout(&["show", &plan, "-o", "x.svg"])), 5);
+}
+
+#[test]
+fn ports_that_are_not_there_and_jobs_that_do_not_fit() {
+    let folder = folder("ports");
+    let plan = planned(&folder);
+    let run = keepout(&["run", &plan, "--port", "/dev/no-such-port", "--origin-mm", "-200,-175"]);
+    assert!(code(&run) == 6 && complaint(&run).contains("can not open port"), "{}", complaint(&run));
+    assert_eq!(code(&keepout(&["run", &plan, "--port", "/dev/no-such-port"])), 2, "unregistered");
+    let run = keepout(&["run", &plan, "--machine", "sim-fast", "--stroke-mm", "80,80"]);
+    assert!(code(&run) == 4 && complaint(&run).contains("--stroke-mm"), "{}", complaint(&run));
+}
