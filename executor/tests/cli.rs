@@ -55,8 +55,18 @@ fn plan_verify_show_and_run() {
     assert!(std::fs::read_to_string(&picture).unwrap().ends_with("</svg>\n"));
     let (log, report) = (folder.join("run.log"), folder.join("run.html"));
     let run = keepout(&[
-        "run", &plan, "--machine", "sim-fast", "--operator", "wall", "--manual-s", "10", "--log",
-        &log.display().to_string(), "--report", &report.display().to_string(),
+        "run",
+        &plan,
+        "--machine",
+        "sim-fast",
+        "--operator",
+        "wall",
+        "--manual-s",
+        "10",
+        "--log",
+        &log.display().to_string(),
+        "--report",
+        &report.display().to_string(),
     ]);
     let text = String::from_utf8_lossy(&run.stdout).into_owned();
     assert!(code(&run) == 0 && text.contains("deepest incursion                    0.00000 mm"), "{text}");
@@ -70,12 +80,25 @@ fn pty_run_is_the_same_job_in_real_time() {
     let folder = folder("pty");
     let plan = planned(&folder);
     let run = keepout(&[
-        "run", &plan, "--machine", "sim", "--baud", "115200", "--operator", "wall", "--manual-s", "3", "--feed-mm-min",
+        "run",
+        &plan,
+        "--machine",
+        "sim",
+        "--baud",
+        "115200",
+        "--operator",
+        "wall",
+        "--manual-s",
+        "3",
+        "--feed-mm-min",
         "6000",
     ]);
     let text = String::from_utf8_lossy(&run.stdout).into_owned();
     assert!(code(&run) == 0, "{text}{}", complaint(&run));
-    assert!(text.contains("pty") && text.contains("deepest incursion                    0.00000 mm"), "{text}");
+    assert!(
+        text.contains("pty") && text.contains("deepest incursion                    0.00000 mm"),
+        "{text}"
+    );
 }
 
 #[test]
@@ -92,7 +115,11 @@ fn script_steers_and_its_faults_are_named() {
     let run = keepout(&["run", &plan, "--machine", "sim-fast", "--operator", &script]);
     assert!(code(&run) == 2 && complaint(&run).contains("script line 1"), "{}", complaint(&run));
     let run = keepout(&["run", &plan, "--operator", "nobody"]);
-    assert!(code(&run) == 2 && complaint(&run).contains("calm, random, wall, reversal"), "{}", complaint(&run));
+    assert!(
+        code(&run) == 2 && complaint(&run).contains("calm, random, wall, reversal"),
+        "{}",
+        complaint(&run)
+    );
 }
 
 #[test]

@@ -41,14 +41,11 @@ fn plan() -> CertifiedPlan {
     let drawing = import(include_bytes!("../drawings/bracket.dxf"), &[], None).unwrap();
     let chained = chain(&drawing.curves, JOIN_MM).unwrap();
     let job = Job { tool_diameter_mm: 6.0, allowance_mm: 0.2, side: MachinedSide::Outside, margin_mm: None };
-    Plan::make("bracket", [0; 32], (drawing.unit, vec![]), chained, &job, &MachineProfile::simulated()).unwrap()
+    Plan::make("bracket", [0; 32], (drawing.unit, vec![]), chained, &job, &MachineProfile::simulated())
+        .unwrap()
 }
 
-fn fault_of(
-    rule: impl FnMut(&[u8]) -> Vec<u8>,
-    home: bool,
-    lost_at: Option<Time>,
-) -> (Fault, Vec<u8>) {
+fn fault_of(rule: impl FnMut(&[u8]) -> Vec<u8>, home: bool, lost_at: Option<Time>) -> (Fault, Vec<u8>) {
     let plan = plan();
     let place = place_on_table(&plan, &MachineProfile::simulated(), None).unwrap();
     let options = Options {
@@ -75,7 +72,8 @@ fn grbl(mut jog: impl FnMut(u32) -> Vec<u8>) -> impl FnMut(&[u8]) -> Vec<u8> {
         if bytes == b"?" {
             b"<Idle|MPos:-10.000,-10.000,0.000|Bf:15,128|FS:0,0>\r\n".to_vec()
         } else if bytes == b"$$\n" {
-            b"$10=3\r\n$22=1\r\n$100=400.000\r\n$101=400.000\r\n$110=6000.000\r\n$111=6000.000\r\nok\r\n".to_vec()
+            b"$10=3\r\n$22=1\r\n$100=400.000\r\n$101=400.000\r\n$110=6000.000\r\n$111=6000.000\r\nok\r\n"
+                .to_vec()
         } else if bytes.starts_with(b"$J=") {
             jogs += 1;
             jog(jogs)
@@ -151,7 +149,8 @@ fn tool_somewhere_else() {
 
 #[test]
 fn not_homed_no_homing_switches_and_standing_inside() {
-    let alarm = |bytes: &[u8]| if bytes == b"?" { b"<Alarm|MPos:0.000,0.000,0.000>\r\n".to_vec() } else { vec![] };
+    let alarm =
+        |bytes: &[u8]| if bytes == b"?" { b"<Alarm|MPos:0.000,0.000,0.000>\r\n".to_vec() } else { vec![] };
     assert_eq!(fault_of(alarm, false, None).0, Fault::NotHomed);
     let mut inner = grbl(|_| Vec::new());
     let unhomed = move |bytes: &[u8]| {

@@ -22,8 +22,10 @@ pub fn longest_prefix(from: Point, to: Point, mut accepts: impl FnMut(Point) -> 
     while high - low > 1 {
         let middle = i64::midpoint(low, high);
         let part = |d: i32| i64::from(d) * middle / (1 << HALVINGS);
-        let candidate =
-            Point::from_units(i64::from(from.x.units()) + part(span.dx), i64::from(from.y.units()) + part(span.dy));
+        let candidate = Point::from_units(
+            i64::from(from.x.units()) + part(span.dx),
+            i64::from(from.y.units()) + part(span.dy),
+        );
         match candidate {
             Ok(point) if point == best || accepts(point) => (low, best) = (middle, point),
             _ => high = middle,
@@ -117,7 +119,8 @@ fn away_from(p: Point, segment: Segment) -> Option<((i128, i128), f64)> {
     let ((dx, dy), (wx, wy)) = (wide(d), wide(w));
     let length_2 = dx * dx + dy * dy;
     let along = (wx * dx + wy * dy).clamp(0, length_2);
-    let away = if length_2 == 0 { (wx, wy) } else { (wx * length_2 - dx * along, wy * length_2 - dy * along) };
+    let away =
+        if length_2 == 0 { (wx, wy) } else { (wx * length_2 - dx * along, wy * length_2 - dy * along) };
     (away != (0, 0)).then_some((away, approximate(length_2.max(1))))
 }
 

@@ -7,7 +7,7 @@ use core::f64::consts::{PI, TAU};
 use libm::{asin, atan2, ceil, cos, fmin, hypot, round, sin, sqrt};
 
 use crate::exact::arc::{Arc, ArcChords, ArcError, Turn};
-use crate::exact::lattice::{COORD_MAX, Length, LatticeError, Point};
+use crate::exact::lattice::{COORD_MAX, LatticeError, Length, Point};
 use crate::exact::ring::Piece;
 use crate::exact::segment::Segment;
 

@@ -31,7 +31,7 @@ pub mod offset;
 pub use clear::{Blocked, FreePoint, ProhibitedRegion, Side};
 pub use curve::Curve;
 pub use exact::arc::{Arc, Turn};
-pub use exact::lattice::{Coord, Length, LatticeError, Point, UNITS_PER_MM, Vector};
+pub use exact::lattice::{Coord, LatticeError, Length, Point, UNITS_PER_MM, Vector};
 pub use exact::region::Region;
 pub use exact::ring::Ring;
 pub use exact::segment::{Proximity, Segment, Triangle};

@@ -40,7 +40,9 @@ pub struct FinishingPath {
 #[derive(Debug, Error, PartialEq)]
 pub enum FinishError {
     /// The tool fits nowhere.
-    #[error("a tool of {diameter_mm:.3} mm diameter fits nowhere on this side of the profile. Take a smaller tool, or the other --side.")]
+    #[error(
+        "a tool of {diameter_mm:.3} mm diameter fits nowhere on this side of the profile. Take a smaller tool, or the other --side."
+    )]
     ToolFitsNowhere {
         /// The tool's diameter, mm.
         diameter_mm: f64,
@@ -79,8 +81,7 @@ pub fn propose(
 
 fn path_of(offset: Offset) -> FinishingPath {
     let unit = f64::from(UNITS_PER_MM);
-    let outlines: Vec<LoopOutline> =
-        offset.loops.iter().map(|each| LoopOutline::new(&each.curves)).collect();
+    let outlines: Vec<LoopOutline> = offset.loops.iter().map(|each| LoopOutline::new(&each.curves)).collect();
     let component = |i: usize| {
         let own = &outlines[i];
         if own.is_room() { i + 1 } else { component_at(&outlines, own.points[0], Some(i)) }
@@ -100,7 +101,8 @@ impl FinishingPath {
     /// is expected to be clear of the part.
     #[must_use]
     pub fn component_of(&self, point: Point) -> usize {
-        let outlines: Vec<LoopOutline> = self.loops.iter().map(|each| LoopOutline::new(&each.curves)).collect();
+        let outlines: Vec<LoopOutline> =
+            self.loops.iter().map(|each| LoopOutline::new(&each.curves)).collect();
         component_at(&outlines, point, None)
     }
 
@@ -121,12 +123,16 @@ struct LoopOutline {
 impl LoopOutline {
     fn new(curves: &[Curve]) -> Self {
         let coarse = Length::small(200);
-        let corners = |curve: &Curve| curve.chord_points(coarse).unwrap_or_else(|_| vec![curve.from(), curve.to()]);
-        let points: Vec<Point> = curves.iter().flat_map(|curve| {
-            let mut points = corners(curve);
-            points.pop();
-            points
-        }).collect();
+        let corners =
+            |curve: &Curve| curve.chord_points(coarse).unwrap_or_else(|_| vec![curve.from(), curve.to()]);
+        let points: Vec<Point> = curves
+            .iter()
+            .flat_map(|curve| {
+                let mut points = corners(curve);
+                points.pop();
+                points
+            })
+            .collect();
         let xy = |p: Point| (f64::from(p.x.units()), f64::from(p.y.units()));
         let edges = points.iter().zip(points.iter().cycle().skip(1));
         let double_area = edges.map(|(&a, &b)| xy(a).0 * xy(b).1 - xy(a).1 * xy(b).0).sum();

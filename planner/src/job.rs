@@ -57,8 +57,7 @@ const TRIES: u32 = 64;
 /// # Errors
 /// [`JobError`] when the tool stands too near, or there is nothing to finish here.
 pub fn contour_job(plan: &CertifiedPlan, from: Point, within: Window) -> Result<ContourJob, JobError> {
-    let mut here =
-        plan.part.free_point(from, plan.roughing).map_err(|_| JobError::NotClear { from })?;
+    let mut here = plan.part.free_point(from, plan.roughing).map_err(|_| JobError::NotClear { from })?;
     let component = plan.plan.finish.component_of(from);
     let loops = &plan.plan.finish.loops;
     let mut open: Vec<usize> = (0..loops.len()).filter(|&i| loops[i].component == component).collect();
@@ -94,7 +93,8 @@ fn legs_for(
         let cut = around(curves, touched, here.point())?;
         return Some((vec![Leg { cuts: Some(index), curves: cut }], here));
     }
-    let mut entries: Vec<Entry> = (0..TRIES).map(|k| entry_at(curves, f64::from(k) / f64::from(TRIES))).collect();
+    let mut entries: Vec<Entry> =
+        (0..TRIES).map(|k| entry_at(curves, f64::from(k) / f64::from(TRIES))).collect();
     let (x, y) = point_mm(here.point());
     let far = |entry: &Entry| (entry.at.0 - x).hypot(entry.at.1 - y);
     entries.sort_by(|a, b| far(a).total_cmp(&far(b)));

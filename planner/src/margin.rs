@@ -31,7 +31,9 @@ pub struct Budget {
 #[derive(Debug, Error, PartialEq)]
 pub enum MarginError {
     /// The margin asked for is less than what rounding and the controller need.
-    #[error("--margin-mm {asked} is less than the {least:.5} mm that rounding and the controller's resolution need. Give at least that much, plus the machine's own error.")]
+    #[error(
+        "--margin-mm {asked} is less than the {least:.5} mm that rounding and the controller's resolution need. Give at least that much, plus the machine's own error."
+    )]
     TooSmall {
         /// What was asked for, mm.
         asked: f64,
@@ -66,7 +68,11 @@ impl Budget {
             term("chord slack", CHORD_MM, "arcs certified as chords"),
             term("controller resolution: step", steps, "half a step on both axes, commanded and reported"),
             term("controller resolution: report", half_digit, "half the last digit on both axes"),
-            term("controller resolution: arcs", machine.arc_tolerance_mm, "the controller's chords in an arc"),
+            term(
+                "controller resolution: arcs",
+                machine.arc_tolerance_mm,
+                "the controller's chords in an arc",
+            ),
         ];
         let least: f64 = terms.iter().map(|term| term.mm).sum();
         match total_mm {
@@ -90,7 +96,10 @@ impl Budget {
     /// # Errors
     /// [`keepout_kernel::LatticeError`] when a term is negative, no number or too large.
     pub fn total(&self) -> Result<Length, keepout_kernel::LatticeError> {
-        self.terms.iter().map(|term| length_up_from_mm(term.mm)).try_fold(Length::ZERO, |sum, term| sum.plus(term?))
+        self.terms
+            .iter()
+            .map(|term| length_up_from_mm(term.mm))
+            .try_fold(Length::ZERO, |sum, term| sum.plus(term?))
     }
 }
 

@@ -122,7 +122,8 @@ fn loop_path(curves: impl Iterator<Item = Curve>, view: &View) -> String {
                 let _ = write!(path, "L{x:.3} {y:.3}");
             }
             Curve::Arc(arc) => {
-                let r = keepout_kernel::curve::radius(&arc) / f64::from(keepout_kernel::UNITS_PER_MM) * view.scale;
+                let r = keepout_kernel::curve::radius(&arc) / f64::from(keepout_kernel::UNITS_PER_MM)
+                    * view.scale;
                 let large = u8::from(keepout_kernel::curve::sweep(&arc) > std::f64::consts::PI);
                 // The picture is mirrored in y: a turn to the left runs against SVG's positive angle.
                 let sweep = u8::from(arc.turn() == Turn::Right);
@@ -218,7 +219,8 @@ fn draw_tool(out: &mut String, at: (f64, f64), radius_mm: f64, view: &View) {
 fn draw_scale(out: &mut String, view: &View) {
     let wanted = 160.0 / view.scale;
     let decade = 10_f64.powf(wanted.log10().floor());
-    let step = [1.0, 2.0, 5.0].into_iter().rev().map(|k| k * decade).find(|&step| step <= wanted).unwrap_or(decade);
+    let step =
+        [1.0, 2.0, 5.0].into_iter().rev().map(|k| k * decade).find(|&step| step <= wanted).unwrap_or(decade);
     let (x, y, w) = (PAD + 16.0, PAD + view.height - 18.0, step * view.scale);
     let _ = writeln!(
         out,
@@ -261,8 +263,15 @@ fn draw_legend(out: &mut String, plan: &CertifiedPlan, title: &str, traces: &[Tr
         let x = PAD + column * 520.0;
         let y = top + 32.0 + 24.0 * f64::from(u8::try_from(row).unwrap_or(0));
         let mark = match *mark {
-            "box" => format!("<rect x=\"{x}\" y=\"{}\" width=\"30\" height=\"14\" fill=\"{colour}\" stroke=\"#777\" stroke-width=\"0.5\"/>", y - 11.0),
-            "ring" => format!("<circle cx=\"{}\" cy=\"{}\" r=\"7\" fill=\"{colour}\" fill-opacity=\"0.15\" stroke=\"{colour}\" stroke-width=\"1.5\"/>", x + 15.0, y - 4.0),
+            "box" => format!(
+                "<rect x=\"{x}\" y=\"{}\" width=\"30\" height=\"14\" fill=\"{colour}\" stroke=\"#777\" stroke-width=\"0.5\"/>",
+                y - 11.0
+            ),
+            "ring" => format!(
+                "<circle cx=\"{}\" cy=\"{}\" r=\"7\" fill=\"{colour}\" fill-opacity=\"0.15\" stroke=\"{colour}\" stroke-width=\"1.5\"/>",
+                x + 15.0,
+                y - 4.0
+            ),
             style => {
                 let dash = if style == "dash" { " stroke-dasharray=\"7 3\"" } else { "" };
                 format!("<path d=\"M{x} {}h30\" stroke=\"{colour}\" stroke-width=\"2\"{dash}/>", y - 4.0)

@@ -125,7 +125,8 @@ impl Plan {
         if !(0.001..=500.0).contains(&diameter_mm) {
             return Err(PlanError::Tool { diameter_mm });
         }
-        let length = |what, value| length_up_from_mm(value).map_err(|source| PlanError::Length { what, source });
+        let length =
+            |what, value| length_up_from_mm(value).map_err(|source| PlanError::Length { what, source });
         let tool_radius = length("tool radius", diameter_mm / 2.0)?;
         let allowance = length("allowance", job.allowance_mm)?;
         let budget = Budget::of(machine, job.margin_mm)?;
@@ -166,7 +167,9 @@ impl Plan {
             let number = index + 1;
             let end = certify_path(&part, finishing, &each.curves)
                 .map_err(|gouge| PlanError::Gouge { number, gouge })?;
-            if end.map(keepout_kernel::FreePoint::point) != each.curves.first().map(keepout_kernel::Curve::from) {
+            if end.map(keepout_kernel::FreePoint::point)
+                != each.curves.first().map(keepout_kernel::Curve::from)
+            {
                 return Err(PlanError::OpenLoop { number });
             }
             certified_motions += each.curves.len();
@@ -191,14 +194,25 @@ impl CertifiedPlan {
             MachinedSide::Inside => "inside (the part is outside the contour)",
         };
         let mut lines = vec![
-            format!("drawing      {} ({} contours, unit {})", plan.drawing, plan.profile.loops.len(), plan.unit),
+            format!(
+                "drawing      {} ({} contours, unit {})",
+                plan.drawing,
+                plan.profile.loops.len(),
+                plan.unit
+            ),
             format!("machined     {side}"),
             format!("tool radius  {:.5} mm", mm(plan.tool_radius.units())),
             format!("allowance    {:.5} mm", mm(plan.allowance.units())),
             format!("margin for   {}", plan.machine.name),
             plan.budget.to_string(),
-            format!("roughing     the tool centre stays more than {:.5} mm from the part", mm(self.roughing.units())),
-            format!("finishing    the tool centre stays more than {:.5} mm from the part", mm(self.finishing.units())),
+            format!(
+                "roughing     the tool centre stays more than {:.5} mm from the part",
+                mm(self.roughing.units())
+            ),
+            format!(
+                "finishing    the tool centre stays more than {:.5} mm from the part",
+                mm(self.finishing.units())
+            ),
             format!(
                 "path         {} loops, {} motions, {:.1} mm, every motion certified",
                 finish.loops.len(),

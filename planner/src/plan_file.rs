@@ -48,13 +48,17 @@ pub enum PlanFileError {
     #[error("this is no plan file: it does not begin with \"KEEPOUT PLAN\". Make one with `keepout plan`.")]
     NoPlan,
     /// It was written by another version.
-    #[error("the plan file has version {found}, this program reads version {VERSION}. Make the plan again from the drawing.")]
+    #[error(
+        "the plan file has version {found}, this program reads version {VERSION}. Make the plan again from the drawing."
+    )]
     Version {
         /// The file's version.
         found: u16,
     },
     /// Its bytes are not those that were written.
-    #[error("the plan file is damaged: its contents do not match its hash. Copy it again, or make the plan again from the drawing.")]
+    #[error(
+        "the plan file is damaged: its contents do not match its hash. Copy it again, or make the plan again from the drawing."
+    )]
     Damaged,
     /// It is larger than any plan.
     #[error("the plan file has {bytes} bytes; at most {SIZE_MAX} are read")]
@@ -178,8 +182,9 @@ pub fn load(path: &Path) -> Result<Plan, PlanFileError> {
 }
 
 fn stored(plan: &Plan) -> Stored {
-    let each_loop =
-        |each: &ProfileLoop| each.edges.iter().map(|edge| (stored_curve(&edge.curve), edge.slack.units())).collect();
+    let each_loop = |each: &ProfileLoop| {
+        each.edges.iter().map(|edge| (stored_curve(&edge.curve), edge.slack.units())).collect()
+    };
     let finishing = |each: &FinishingLoop| {
         let component = u64::try_from(each.component).unwrap_or(u64::MAX);
         (each.curves.iter().map(stored_curve).collect(), component)
@@ -207,11 +212,9 @@ fn stored_curve(curve: &Curve) -> StoredCurve {
     let ([a, b], [c, d]) = (xy(curve.from()), xy(curve.to()));
     match curve {
         Curve::Line(_) => StoredCurve::Line([a, b, c, d]),
-        Curve::Arc(arc) => StoredCurve::Arc {
-            ends: [a, b, c, d],
-            centre: xy(arc.centre()),
-            left: arc.turn() == Turn::Left,
-        },
+        Curve::Arc(arc) => {
+            StoredCurve::Arc { ends: [a, b, c, d], centre: xy(arc.centre()), left: arc.turn() == Turn::Left }
+        }
     }
 }
 

@@ -109,7 +109,8 @@ fn shortened(part: &ProhibitedRegion, from: FreePoint, points: &[Point]) -> Vec<
     let mut here = from;
     let mut next = 0;
     while next < points.len() {
-        let farthest = (next..points.len()).rev().find_map(|k| part.motion(here, points[k]).ok().map(|free| (k, free)));
+        let farthest =
+            (next..points.len()).rev().find_map(|k| part.motion(here, points[k]).ok().map(|free| (k, free)));
         let Some((k, free)) = farthest else { return points.to_vec() };
         kept.push(points[k]);
         (here, next) = (free, k + 1);

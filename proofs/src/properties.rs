@@ -1,8 +1,8 @@
 //! The properties. Each asserts; engines choose the inputs.
 
 use keepout_kernel::exact::predicate::{
-    Orientation, Site, crosses_properly, orientation, point_point, point_segment, segment_segment, strictly_inside,
-    triangle_segment,
+    Orientation, Site, crosses_properly, orientation, point_point, point_segment, segment_segment,
+    strictly_inside, triangle_segment,
 };
 use keepout_kernel::exact::width::Lattice;
 
@@ -91,7 +91,13 @@ pub fn triangle_segment_is_exact<L: FromPlain>(corners: [Xy; 3], d: Xy, e: Xy, r
 }
 
 /// A fan covers every motion from the old motion to the new target: what is near a chord of it is near the fan.
-pub fn fan_covers_every_retargeted_motion<L: FromPlain>(corners: [Xy; 3], share: (i64, i64), d: Xy, e: Xy, r: i64) {
+pub fn fan_covers_every_retargeted_motion<L: FromPlain>(
+    corners: [Xy; 3],
+    share: (i64, i64),
+    d: Xy,
+    e: Xy,
+    r: i64,
+) {
     let [(ax, ay), (bx, by), target] = corners;
     let (k, n) = share;
     // A lattice point of the side a b, when there is one at k / n.
@@ -101,7 +107,8 @@ pub fn fan_covers_every_retargeted_motion<L: FromPlain>(corners: [Xy; 3], share:
     }
     let from = (ax + dx / n, ay + dy / n);
     let near = |sites: [Xy; 2]| {
-        !segment_segment::<L>(L::site(sites[0]), L::site(sites[1]), L::site(d), L::site(e), L::linear(r)).is_clear()
+        !segment_segment::<L>(L::site(sites[0]), L::site(sites[1]), L::site(d), L::site(e), L::linear(r))
+            .is_clear()
     };
     if near([from, target]) {
         let fan = triangle_segment::<L>(corners.map(L::site), L::site(d), L::site(e), L::linear(r));

@@ -63,7 +63,13 @@ fn triangle_segment_and_fan() {
                     for &e in &points {
                         for r in 0..=1 {
                             properties::triangle_segment_is_exact::<Narrow>([a, b, c], d, e, r);
-                            properties::fan_covers_every_retargeted_motion::<Narrow>([a, b, c], (1, 2), d, e, r);
+                            properties::fan_covers_every_retargeted_motion::<Narrow>(
+                                [a, b, c],
+                                (1, 2),
+                                d,
+                                e,
+                                r,
+                            );
                         }
                     }
                 }

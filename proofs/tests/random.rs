@@ -2,8 +2,10 @@
 
 use keepout_kernel::exact::lattice::COORD_MAX;
 use keepout_kernel::exact::width::Product;
-use keepout_kernel::{Curve, EdgeRuns, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side, Triangle};
 use keepout_kernel::index::EdgeSource;
+use keepout_kernel::{
+    Curve, EdgeRuns, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side, Triangle,
+};
 use keepout_proofs::oracle::{Big, inside_polygon, segment_segment_within, triangle_segment_within};
 use keepout_proofs::properties::{self, Xy};
 use proptest::prelude::*;

@@ -39,8 +39,7 @@ pub fn plan_of(path: &Path, wanted: &Wanted) -> Result<CertifiedPlan, String> {
     let drawing = import(&bytes, &wanted.layers, wanted.units.as_deref()).map_err(|error| text(&error))?;
     let chained = chain(&drawing.curves, wanted.join_mm).map_err(|error| text(&error))?;
     let remarks = chained.repairs.iter().map(ToString::to_string).collect();
-    let job =
-        Job { tool_diameter_mm: wanted.tool_mm, allowance_mm: 0.2, side: wanted.side, margin_mm: None };
+    let job = Job { tool_diameter_mm: wanted.tool_mm, allowance_mm: 0.2, side: wanted.side, margin_mm: None };
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let machine = MachineProfile::simulated();
     Plan::make(&name, plan_file::hash(&bytes), (drawing.unit, remarks), chained, &job, &machine)

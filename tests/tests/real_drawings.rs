@@ -89,7 +89,8 @@ fn whole_job_on_real_drawings() {
     let Some(shared) = shared() else { return };
     for (index, (name, exporter)) in REAL_DRAWINGS.iter().enumerate() {
         let operator = ["wall", "calm", "random"][index % 3];
-        whole_job(&shared.join("dxf/dev").join(name), operator).unwrap_or_else(|reason| panic!("{name} ({exporter}), {operator}: {reason}"));
+        whole_job(&shared.join("dxf/dev").join(name), operator)
+            .unwrap_or_else(|reason| panic!("{name} ({exporter}), {operator}: {reason}"));
     }
 }
 
@@ -104,7 +105,8 @@ fn whole_job(path: &Path, operator: &str) -> Result<(), String> {
     };
     run.machine.stroke_mm = [480.0, 440.0];
     let operator = operator::named(operator, 20.0, 5).map_err(|error| error.to_string())?;
-    let result = run_simulated(plan, &run, operator, Log::none(), |_| {}, &mut |_, _, _| {}).map_err(|error| error.to_string())?;
+    let result = run_simulated(plan, &run, operator, Log::none(), |_| {}, &mut |_, _, _| {})
+        .map_err(|error| error.to_string())?;
     let facts = &result.facts;
     let coverage = facts.coverage.ok_or(format!("nothing was contoured: {facts:?}"))?;
     if facts.deepest_mm != Some(0.0) {

@@ -174,7 +174,8 @@ struct RunArguments {
 fn pair(text: &str) -> Result<(f64, f64), String> {
     let wrong = || format!("\"{text}\" is not two numbers with a comma between, such as -200,-175");
     let (x, y) = text.split_once(',').ok_or_else(wrong)?;
-    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(wrong);
+    let number =
+        |text: &str| text.trim().parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(wrong);
     Ok((number(x)?, number(y)?))
 }
 

@@ -58,7 +58,12 @@ pub fn plan(arguments: &PlanArguments) -> Result<ExitCode, CliError> {
 }
 
 /// Drawing bytes to certified plan.
-pub fn make(path: &Path, source: &Source<'_>, job: &Job, machine: &MachineProfile) -> Result<CertifiedPlan, CliError> {
+pub fn make(
+    path: &Path,
+    source: &Source<'_>,
+    job: &Job,
+    machine: &MachineProfile,
+) -> Result<CertifiedPlan, CliError> {
     let wrong = |error| CliError::Drawing { path: path.to_path_buf(), source: error };
     let drawing = import(source.bytes, source.layers, source.units).map_err(wrong)?;
     let chained = chain(&drawing.curves, source.join_mm).map_err(wrong)?;

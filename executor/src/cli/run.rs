@@ -10,7 +10,8 @@ use keepout_executor::link::dialect::Grbl;
 use keepout_executor::link::serial::Serial;
 use keepout_executor::operator::{self, Operator};
 use keepout_executor::session::{
-    Ended, Link, Log, RealClock, RunFacts, Session, SimRun, html, picture_of_run, place_on_table, run_simulated,
+    Ended, Link, Log, RealClock, RunFacts, Session, SimRun, html, picture_of_run, place_on_table,
+    run_simulated,
 };
 use keepout_executor::sim::{Sample, SampleKind};
 use keepout_executor::supervisor::{Options, Phase, Supervisor};
@@ -46,7 +47,11 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, CliError> {
 
 fn seconds(name: &str, value: f64) -> Result<Duration, CliError> {
     let known = (0.0..=1e7).contains(&value);
-    if known { Ok(Duration::from_secs_f64(value)) } else { Err(CliError::Argument(format!("{name} {value} is no time"))) }
+    if known {
+        Ok(Duration::from_secs_f64(value))
+    } else {
+        Err(CliError::Argument(format!("{name} {value} is no time")))
+    }
 }
 
 fn simulation(arguments: &RunArguments, limit: Duration) -> Result<SimRun, CliError> {
@@ -111,7 +116,8 @@ fn on_port(
         steps_per_mm: machine.steps_per_mm,
     };
     let port = Serial::open(name, arguments.baud)?;
-    let mut session = Session::new(Supervisor::new(plan, options), Grbl::new(place.offset), port, operator, log);
+    let mut session =
+        Session::new(Supervisor::new(plan, options), Grbl::new(place.offset), port, operator, log);
     let display = Display::new();
     let mut samples: Vec<Sample> = Vec::new();
     let mut last = Time::ZERO;
@@ -122,7 +128,9 @@ fn on_port(
         let contouring = session.supervisor.phase() == Phase::Contouring;
         let kind = if contouring { SampleKind::Run } else { SampleKind::Jog };
         let sample = Sample { at: now, position_mm: point_mm(position), kind };
-        if samples.last().is_none_or(|last| last.position_mm != sample.position_mm) && samples.len() < 2_000_000 {
+        if samples.last().is_none_or(|last| last.position_mm != sample.position_mm)
+            && samples.len() < 2_000_000
+        {
             samples.push(sample);
         }
     })?;
@@ -187,7 +195,8 @@ struct Display {
 
 impl Display {
     fn new() -> Self {
-        let bar = if std::io::stderr().is_terminal() { ProgressBar::new_spinner() } else { ProgressBar::hidden() };
+        let bar =
+            if std::io::stderr().is_terminal() { ProgressBar::new_spinner() } else { ProgressBar::hidden() };
         if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}") {
             bar.set_style(style);
         }
@@ -202,9 +211,16 @@ impl Display {
             let (x, y) = point_mm(point);
             format!("x {x:9.3}  y {y:9.3} mm")
         });
-        let progress = supervisor.guard().contour_progress().map_or(String::new(), |(sent, all)| format!("  motion {sent}/{all}"));
+        let progress = supervisor
+            .guard()
+            .contour_progress()
+            .map_or(String::new(), |(sent, all)| format!("  motion {sent}/{all}"));
         let closest = closest_mm.map_or(String::new(), |mm| format!("  closest {mm:.4} mm"));
-        self.bar.set_message(format!("{:7.1} s  {:?}  {position}{progress}{closest}", now.seconds(), supervisor.phase()));
+        self.bar.set_message(format!(
+            "{:7.1} s  {:?}  {position}{progress}{closest}",
+            now.seconds(),
+            supervisor.phase()
+        ));
         self.bar.tick();
     }
 
@@ -215,7 +231,8 @@ impl Display {
 
 pub fn demo(output: &Path, manual_s: f64) -> Result<ExitCode, CliError> {
     let manual_s = seconds("--manual-s", manual_s)?.as_secs_f64();
-    std::fs::create_dir_all(output).map_err(|source| CliError::Write { path: output.to_path_buf(), source })?;
+    std::fs::create_dir_all(output)
+        .map_err(|source| CliError::Write { path: output.to_path_buf(), source })?;
     let machine = MachineProfile::simulated();
     let source = Source {
         name: "bracket.dxf",

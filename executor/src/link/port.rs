@@ -8,7 +8,9 @@ use crate::time::Time;
 #[derive(Debug, Error)]
 pub enum PortError {
     /// It can not be opened.
-    #[error("can not open port {name}: {reason}. Check that the device is plugged in, that its name is right, and that you may use it (group dialout).")]
+    #[error(
+        "can not open port {name}: {reason}. Check that the device is plugged in, that its name is right, and that you may use it (group dialout)."
+    )]
     Open {
         /// The port's name.
         name: String,

@@ -58,5 +58,9 @@ pub fn named(name: &str, manual_s: f64, seed: u64) -> Result<Box<dyn Operator + 
         return Ok(Box::new(Model::new(kind, manual_s, seed)));
     }
     let path = std::path::Path::new(name);
-    if path.exists() { Ok(Box::new(Script::load(path)?)) } else { Err(OperatorError::Unknown { name: name.into() }) }
+    if path.exists() {
+        Ok(Box::new(Script::load(path)?))
+    } else {
+        Err(OperatorError::Unknown { name: name.into() })
+    }
 }

@@ -31,7 +31,9 @@ pub enum ScriptError {
         source: std::io::Error,
     },
     /// A line says nothing that is understood.
-    #[error("script line {number}: \"{line}\" is not \"SECONDS X Y [auto]\" or \"SECONDS quit\", with times that do not go back")]
+    #[error(
+        "script line {number}: \"{line}\" is not \"SECONDS X Y [auto]\" or \"SECONDS quit\", with times that do not go back"
+    )]
     Line {
         /// Its number, from 1.
         number: usize,

@@ -76,7 +76,8 @@ const ASIDE_MM: f64 = 0.01;
 
 /// The free space from which the tool touches the profile at `at`, if it fits there.
 fn component_touching(plan: &CertifiedPlan, at: (f64, f64), normal: (f64, f64)) -> Option<usize> {
-    let off = |distance_mm: f64| point_from_mm((at.0 + normal.0 * distance_mm, at.1 + normal.1 * distance_mm)).ok();
+    let off =
+        |distance_mm: f64| point_from_mm((at.0 + normal.0 * distance_mm, at.1 + normal.1 * distance_mm)).ok();
     let path = mm(plan.finishing.units()) + mm(i32::from(GUARD));
     let threshold = length_up_from_mm(path - TOUCHING_MM).ok()?;
     plan.part.free_point(off(path)?, threshold).ok()?;
@@ -115,7 +116,10 @@ fn along(curve: &Curve, t: f64) -> ((f64, f64), (f64, f64)) {
             let sign = if arc.turn() == keepout_kernel::Turn::Left { 1.0 } else { -1.0 };
             let phi = keepout_kernel::curve::angle(arc.centre(), arc.from())
                 + sign * keepout_kernel::curve::sweep(arc) * t;
-            let (c, r) = (point_mm(arc.centre()), keepout_kernel::curve::radius(arc) / f64::from(keepout_kernel::UNITS_PER_MM));
+            let (c, r) = (
+                point_mm(arc.centre()),
+                keepout_kernel::curve::radius(arc) / f64::from(keepout_kernel::UNITS_PER_MM),
+            );
             ((c.0 + r * phi.cos(), c.1 + r * phi.sin()), (-phi.sin() * sign, phi.cos() * sign))
         }
     }
@@ -170,6 +174,7 @@ impl CentrePaths {
 fn to_piece(p: (f64, f64), (a, b): ((f64, f64), (f64, f64))) -> f64 {
     let (dx, dy) = (b.0 - a.0, b.1 - a.1);
     let length_2 = dx * dx + dy * dy;
-    let t = if length_2 > 0.0 { (((p.0 - a.0) * dx + (p.1 - a.1) * dy) / length_2).clamp(0.0, 1.0) } else { 0.0 };
+    let t =
+        if length_2 > 0.0 { (((p.0 - a.0) * dx + (p.1 - a.1) * dy) / length_2).clamp(0.0, 1.0) } else { 0.0 };
     (p.0 - a.0 - dx * t).hypot(p.1 - a.1 - dy * t)
 }

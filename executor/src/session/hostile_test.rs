@@ -15,7 +15,8 @@ fn bracket() -> CertifiedPlan {
     let drawing = import(include_bytes!("../../drawings/bracket.dxf"), &[], None).unwrap();
     let chained = chain(&drawing.curves, JOIN_MM).unwrap();
     let job = Job { tool_diameter_mm: 6.0, allowance_mm: 0.2, side: MachinedSide::Outside, margin_mm: None };
-    Plan::make("bracket", [0; 32], (drawing.unit, vec![]), chained, &job, &MachineProfile::simulated()).unwrap()
+    Plan::make("bracket", [0; 32], (drawing.unit, vec![]), chained, &job, &MachineProfile::simulated())
+        .unwrap()
 }
 
 /// Deepest incursion of one minute of an operator over a slow line, mm.
@@ -42,7 +43,11 @@ fn nobody_gets_in_and_without_the_in_flight_rule_they_do() {
     let mut invasions = 0;
     for operator in ["wall", "random", "reversal"] {
         for seed in 0..4 {
-            assert_eq!(deepest(operator, seed, false).to_bits(), 0.0_f64.to_bits(), "{operator}, seed {seed}");
+            assert_eq!(
+                deepest(operator, seed, false).to_bits(),
+                0.0_f64.to_bits(),
+                "{operator}, seed {seed}"
+            );
             invasions += u32::from(deepest(operator, seed, true) > 0.0);
         }
     }

@@ -20,7 +20,9 @@ pub struct Placement {
 #[derive(Debug, Error)]
 pub enum PlaceError {
     /// The machine is too small.
-    #[error("the job needs {needed_x:.1} × {needed_y:.1} mm of travel, {machine} has {has_x:.1} × {has_y:.1} mm. Turn the drawing, or use a larger machine (--stroke-mm for the simulated one).")]
+    #[error(
+        "the job needs {needed_x:.1} × {needed_y:.1} mm of travel, {machine} has {has_x:.1} × {has_y:.1} mm. Turn the drawing, or use a larger machine (--stroke-mm for the simulated one)."
+    )]
     TooLarge {
         /// Travel needed in x, mm.
         needed_x: f64,
@@ -37,7 +39,9 @@ pub enum PlaceError {
     #[error("this place of the drawing on the machine is beyond ±5.37 m: {0}")]
     OffLattice(#[from] keepout_kernel::LatticeError),
     /// No clear place to start from.
-    #[error("the tool fits nowhere clear of the part with the roughing allowance. Lower --allowance-mm, or take a smaller tool.")]
+    #[error(
+        "the tool fits nowhere clear of the part with the roughing allowance. Lower --allowance-mm, or take a smaller tool."
+    )]
     NoStart,
 }
 
@@ -86,9 +90,13 @@ pub fn place_on_table(
 /// The box of the finishing path, grown by the allowance: roughing goes around it too.
 fn path_box(plan: &CertifiedPlan) -> Result<(Point, Point), PlaceError> {
     let slack = Length::small(200);
-    let points = plan.plan.finish.loops.iter().flat_map(|each| &each.curves).flat_map(|curve| {
-        curve.chord_points(slack).unwrap_or_else(|_| vec![curve.from(), curve.to()])
-    });
+    let points = plan
+        .plan
+        .finish
+        .loops
+        .iter()
+        .flat_map(|each| &each.curves)
+        .flat_map(|curve| curve.chord_points(slack).unwrap_or_else(|_| vec![curve.from(), curve.to()]));
     let window = points.map(Window::of).reduce(Window::union).unwrap_or(Window::of(Point::ORIGIN));
     let grown = window.grown(plan.plan.allowance).grown(length_up_from_mm(0.1)?);
     let (x0, y0, x1, y1) = grown.corners();

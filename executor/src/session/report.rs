@@ -85,7 +85,10 @@ impl RunFacts {
             "residual",
             format!("{:.3} mm of contour, {:.3} mm²", finish.residual_length_mm, finish.residual_area_mm2),
         ));
-        rows.push(row("margin M", format!("{:.5} mm", plan.plan.budget.total().map_or(f64::NAN, |m| mm(m.units())))));
+        rows.push(row(
+            "margin M",
+            format!("{:.5} mm", plan.plan.budget.total().map_or(f64::NAN, |m| mm(m.units()))),
+        ));
         rows.extend(self.notices.iter().map(|notice| row("note", notice.clone())));
         rows
     }

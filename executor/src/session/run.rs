@@ -179,7 +179,8 @@ impl<'a, P: Port> Session<'a, P> {
         }
         let after = self.supervisor.phase();
         if after != before {
-            let text = self.supervisor.fault().map_or(format!("{after:?}"), |fault| format!("{after:?}: {fault}"));
+            let text =
+                self.supervisor.fault().map_or(format!("{after:?}"), |fault| format!("{after:?}: {fault}"));
             self.log.line(now, "phase", &text)?;
         }
         Ok(())
@@ -191,7 +192,8 @@ impl<'a, P: Port> Session<'a, P> {
             Command::Move(certified) => {
                 let kind = if matches!(certified.motion(), Motion::Jog { .. }) { "jog" } else { "contour" };
                 let in_flight: Vec<String> = self.supervisor.guard().in_flight().map(log_point).collect();
-                let text = format!("{} certified with {{{}}}", log_point(certified.target()), in_flight.join(" "));
+                let text =
+                    format!("{} certified with {{{}}}", log_point(certified.target()), in_flight.join(" "));
                 self.log.line(now, kind, &text)
             }
             other => self.log.line(now, "command", &format!("{other:?}")),

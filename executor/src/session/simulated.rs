@@ -200,7 +200,8 @@ fn point_mm_of(v: keepout_kernel::Vector) -> (f64, f64) {
 /// Whether the tool can stand at the home position, and finds something to finish from there.
 fn comes_from_home(plan: &CertifiedPlan, place: &super::place::Placement, home: (f64, f64)) -> bool {
     let back = keepout_kernel::Vector { dx: -place.offset.dx, dy: -place.offset.dy };
-    let Ok(point) = keepout_planner::units::point_from_mm(home).and_then(|point| point.translated(back)) else {
+    let Ok(point) = keepout_planner::units::point_from_mm(home).and_then(|point| point.translated(back))
+    else {
         return false;
     };
     plan.part.free_point(point, plan.roughing).is_ok() && contour_job(plan, point, place.stroke).is_ok()

@@ -153,7 +153,9 @@ impl GrblSim {
         }
         let kind = self.sample_kind();
         let (at, samples) = (self.now, &mut self.samples);
-        let outcome = self.motion.tick(TICK.as_secs_f64(), |position_mm| samples.push(Sample { at, position_mm, kind }));
+        let outcome = self
+            .motion
+            .tick(TICK.as_secs_f64(), |position_mm| samples.push(Sample { at, position_mm, kind }));
         match outcome {
             Outcome::Held => self.mode = Mode::Hold,
             Outcome::Flushed => self.mode = Mode::Idle,
@@ -189,7 +191,8 @@ impl GrblSim {
             Mode::Home(_) | Mode::Locked => return,
         };
         let (x, y) = self.motion.position();
-        let step = |c: f64| (c * self.settings.machine.steps_per_mm).round() / self.settings.machine.steps_per_mm;
+        let step =
+            |c: f64| (c * self.settings.machine.steps_per_mm).round() / self.settings.machine.steps_per_mm;
         let mut text = format!("<{state}|MPos:{:.3},{:.3},0.000", step(x), step(y));
         if self.report_mask & 2 != 0 {
             let free = PLANNER_BLOCKS - self.motion.queued().min(PLANNER_BLOCKS);
@@ -234,7 +237,8 @@ impl GrblSim {
         if moving {
             self.reply("ALARM:3");
         }
-        self.mode = if moving || matches!(self.mode, Mode::Alarm | Mode::Locked) { Mode::Alarm } else { Mode::Idle };
+        self.mode =
+            if moving || matches!(self.mode, Mode::Alarm | Mode::Locked) { Mode::Alarm } else { Mode::Idle };
         self.tx.extend(GREETING.as_bytes());
     }
 
@@ -243,7 +247,11 @@ impl GrblSim {
         while self.waiting.is_none() && !matches!(self.mode, Mode::Home(_) | Mode::Locked | Mode::Hold) {
             let Some(byte) = self.rx.pop_front() else { break };
             if byte != b'\n' && byte != b'\r' {
-                if self.line.len() < LINE_MAX { self.line.push(byte) } else { self.overflowed = true }
+                if self.line.len() < LINE_MAX {
+                    self.line.push(byte)
+                } else {
+                    self.overflowed = true
+                }
                 continue;
             }
             let line = std::mem::take(&mut self.line);
@@ -251,8 +259,11 @@ impl GrblSim {
                 self.reply("error:11");
                 continue;
             }
-            let text: String =
-                String::from_utf8_lossy(&line).chars().filter(|c| !c.is_whitespace()).collect::<String>().to_uppercase();
+            let text: String = String::from_utf8_lossy(&line)
+                .chars()
+                .filter(|c| !c.is_whitespace())
+                .collect::<String>()
+                .to_uppercase();
             match self.execute(&text) {
                 Ok(true) => self.reply("ok"),
                 Ok(false) => {}
@@ -309,7 +320,11 @@ impl GrblSim {
             (131, machine.stroke_mm[1]),
         ];
         for (number, value) in values {
-            let text = if [10, 20, 22].contains(&number) { format!("${number}={value:.0}") } else { format!("${number}={value:.3}") };
+            let text = if [10, 20, 22].contains(&number) {
+                format!("${number}={value:.0}")
+            } else {
+                format!("${number}={value:.3}")
+            };
             self.reply(&text);
         }
     }
@@ -383,7 +398,12 @@ impl GrblSim {
     }
 
     /// GRBL's `mc_arc`: chords that leave the arc by at most `$12`.
-    fn arc_chords(&self, to: (f64, f64), words: &[(char, f64)], left: bool) -> Result<VecDeque<(f64, f64)>, u8> {
+    fn arc_chords(
+        &self,
+        to: (f64, f64),
+        words: &[(char, f64)],
+        left: bool,
+    ) -> Result<VecDeque<(f64, f64)>, u8> {
         let from = self.motion.planned_end();
         let (i, j) = (value_of(words, 'I').unwrap_or(0.0), value_of(words, 'J').unwrap_or(0.0));
         let centre = (from.0 + i, from.1 + j);
@@ -397,7 +417,8 @@ impl GrblSim {
         let turned = if left { end - start } else { start - end };
         let turned = if turned <= 5e-7 { turned + std::f64::consts::TAU } else { turned };
         let tolerance = self.settings.machine.arc_tolerance_mm.min(radius);
-        let count = (0.5 * turned * radius / (tolerance * (2.0 * radius - tolerance)).sqrt()).floor().max(1.0);
+        let count =
+            (0.5 * turned * radius / (tolerance * (2.0 * radius - tolerance)).sqrt()).floor().max(1.0);
         let step = if left { turned / count } else { -turned / count };
         let mut targets = VecDeque::new();
         let mut k = 1.0;
@@ -537,6 +558,9 @@ mod tests {
         let samples = sim.take_samples();
         let off = |s: &Sample| 10.0 - (s.position_mm.0 + 100.0).hypot(s.position_mm.1 + 90.0);
         let worst = samples.iter().map(off).fold(0.0_f64, f64::max);
-        assert!(samples.iter().map(off).all(|off| off > -1e-6) && worst > 0.0005 && worst < 0.0021, "{worst}");
+        assert!(
+            samples.iter().map(off).all(|off| off > -1e-6) && worst > 0.0005 && worst < 0.0021,
+            "{worst}"
+        );
     }
 }

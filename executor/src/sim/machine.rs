@@ -37,7 +37,8 @@ impl ToolError {
         let left = dx.hypot(dy);
         if left < DRIFT {
             // The next error to reach, uniform in the disc.
-            let (r, phi) = (self.random.f64().sqrt() * self.band_mm, self.random.f64() * std::f64::consts::TAU);
+            let (r, phi) =
+                (self.random.f64().sqrt() * self.band_mm, self.random.f64() * std::f64::consts::TAU);
             self.goal = (r * phi.cos(), r * phi.sin());
         } else {
             self.now = (self.now.0 + dx / left * DRIFT, self.now.1 + dy / left * DRIFT);

@@ -59,7 +59,9 @@ impl Witness {
     /// Watches the next true position.
     pub fn watch(&mut self, sample: &Sample) {
         let back = Vector { dx: -self.offset.dx, dy: -self.offset.dy };
-        let Ok(here) = point_from_mm(sample.position_mm).and_then(|point| point.translated(back)) else { return };
+        let Ok(here) = point_from_mm(sample.position_mm).and_then(|point| point.translated(back)) else {
+            return;
+        };
         self.watched += 1;
         match self.last {
             None => self.inside = self.part.holds(here),

@@ -389,7 +389,8 @@ impl Guard {
         if self.rests(sighting, stamp) {
             self.rests_seen = self.rests_seen.saturating_add(1);
             let last = self.lines.back().map(|line| line.target.point());
-            let arrived = last.is_none_or(|last| !points_within(last, sighting.position, self.resolution).is_clear());
+            let arrived =
+                last.is_none_or(|last| !points_within(last, sighting.position, self.resolution).is_clear());
             if arrived || self.rests_seen >= 2 {
                 self.lines.clear();
                 self.left_planner.clear();
@@ -425,7 +426,9 @@ impl Guard {
         let mut within = false;
         for (i, &a) in points.iter().enumerate() {
             for &b in &points[i..] {
-                let Some(foot) = project(position, Segment { from: a.point(), to: b.point() }) else { continue };
+                let Some(foot) = project(position, Segment { from: a.point(), to: b.point() }) else {
+                    continue;
+                };
                 if points_within(foot, position, self.resolution).is_clear() {
                     continue;
                 }
@@ -433,7 +436,9 @@ impl Guard {
                 // The foot is rounded, and may be rounded into the threshold: its neighbours are as good.
                 let around = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| Vector { dx, dy }));
                 let tries = std::iter::once(Vector { dx: 0, dy: 0 }).chain(around);
-                let free = tries.filter_map(|step| foot.translated(step).ok()).find_map(|p| self.part.motion(a, p).ok());
+                let free = tries
+                    .filter_map(|step| foot.translated(step).ok())
+                    .find_map(|p| self.part.motion(a, p).ok());
                 if let Some(free) = free {
                     return Snap::At(free);
                 }
@@ -501,9 +506,7 @@ fn lies_on(p: Point, curve: &Curve, tolerance: Length) -> bool {
     let slack = Length::small(200);
     let reach = tolerance.saturating_plus(slack).saturating_plus(slack);
     let points = curve.chord_points(slack).unwrap_or_default();
-    points
-        .windows(2)
-        .any(|pair| !Segment { from: pair[0], to: pair[1] }.near_point(p, reach).is_clear())
+    points.windows(2).any(|pair| !Segment { from: pair[0], to: pair[1] }.near_point(p, reach).is_clear())
 }
 
 #[cfg(test)]
@@ -622,7 +625,10 @@ mod tests {
         let stamp = guard.stamp(Time::ZERO);
         assert!(guard.reported(&sighting(at(-1004, 500), false, 1), stamp, Time::ZERO).is_ok());
         let off = at(-1010, 500);
-        assert_eq!(guard.reported(&sighting(off, false, 1), stamp, Time::ZERO), Err(Refusal::OffCertified(off)));
+        assert_eq!(
+            guard.reported(&sighting(off, false, 1), stamp, Time::ZERO),
+            Err(Refusal::OffCertified(off))
+        );
     }
 
     #[test]

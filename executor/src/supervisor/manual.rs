@@ -102,7 +102,8 @@ impl Manual {
             return;
         }
         let Some(end) = guard.end() else { return };
-        let step = |d: f64| i32::try_from(nearest_unit(d * missing_mm * f64::from(UNITS_PER_MM))).unwrap_or(0);
+        let step =
+            |d: f64| i32::try_from(nearest_unit(d * missing_mm * f64::from(UNITS_PER_MM))).unwrap_or(0);
         let wish = Vector { dx: step(unit.0), dy: step(unit.1) };
         if let Some(target) = reach(guard, end, wish, counts) {
             if let Ok(certified) = guard.jog(target, feed(speed)) {
@@ -155,7 +156,9 @@ fn reach(guard: &Guard, end: FreePoint, wish: Vector, counts: &mut Counts) -> Op
     });
     let best = slides.max_by(|a, b| a.0.total_cmp(&b.0));
     match best {
-        Some((progress, target)) if progress > gained && length_mm(target.minus(end.point())) >= SHORTEST_MM => {
+        Some((progress, target))
+            if progress > gained && length_mm(target.minus(end.point())) >= SHORTEST_MM =>
+        {
             Some(target)
         }
         _ => straight.filter(|_| gained >= SHORTEST_MM),

@@ -161,7 +161,9 @@ pub enum Fault {
     #[error("the controller was reset. Its position may be lost: home it and start again.")]
     WasReset,
     /// It is locked and homing was not asked for.
-    #[error("the machine is not homed: where the tool is, is not known. Start with --home, with the tool raised.")]
+    #[error(
+        "the machine is not homed: where the tool is, is not known. Start with --home, with the tool raised."
+    )]
     NotHomed,
     /// Its settings are not those that safety needs.
     #[error("controller setting ${number} is {value}, it must be {needed}")]
@@ -221,15 +223,21 @@ fn alarm_text(code: u16) -> &'static str {
 #[derive(Debug)]
 enum State {
     /// Waiting for a first report; what came instead is kept for the message.
-    Connecting { garbled: Option<String> },
+    Connecting {
+        garbled: Option<String>,
+    },
     ReadingSettings(Settings),
     /// Waiting for the report mask to be stored.
     StoringMask,
     Homing,
     /// Waiting for the modes to be accepted, then for a report at rest.
-    Locating { modes_set: bool },
+    Locating {
+        modes_set: bool,
+    },
     Manual(manual::Manual),
-    Contouring { legs: Vec<(Option<usize>, usize)> },
+    Contouring {
+        legs: Vec<(Option<usize>, usize)>,
+    },
     Stopping,
     Done,
     Faulted(Fault),
@@ -316,8 +324,7 @@ impl Supervisor {
     #[must_use]
     pub fn new(plan: CertifiedPlan, options: Options) -> Self {
         let resolution = resolution(&plan.plan.budget);
-        let guard =
-            Guard::new(plan.part.clone(), options.stroke, plan.roughing, plan.finishing, resolution);
+        let guard = Guard::new(plan.part.clone(), options.stroke, plan.roughing, plan.finishing, resolution);
         let limits = manual::Limits {
             speed_mm_s: plan.plan.machine.max_rate_mm_s,
             acceleration_mm_s2: plan.plan.machine.acceleration_mm_s2,
@@ -522,7 +529,8 @@ impl Supervisor {
         if let Some(asked) = self.asked_at.take() {
             let measured = now.since(asked);
             // Quick to grow, slow to shrink.
-            self.round_trip = if measured > self.round_trip { measured } else { (self.round_trip * 7 + measured) / 8 };
+            self.round_trip =
+                if measured > self.round_trip { measured } else { (self.round_trip * 7 + measured) / 8 };
         }
         self.answered_at = now;
         let stamp = self.queries.pop_front();
@@ -596,7 +604,8 @@ impl Supervisor {
 
     fn check_silence(&self, now: Time) -> Result<(), Fault> {
         let silent = now.since(self.heard_at);
-        let allowed = if matches!(self.state, State::Homing) { HOMING_MAX } else { self.options.answer_within };
+        let allowed =
+            if matches!(self.state, State::Homing) { HOMING_MAX } else { self.options.answer_within };
         let over = matches!(self.state, State::Done | State::Faulted(_));
         match &self.state {
             _ if silent <= allowed || over => Ok(()),
@@ -623,7 +632,9 @@ impl Supervisor {
             State::Contouring { legs } => {
                 let motions: Vec<usize> = legs.iter().map(|leg| leg.1).collect();
                 if let Some(certified) = self.guard.next_of_contour() {
-                    debug_assert!(self.guard.contour_progress().is_some_and(|(_, all)| all == motions.iter().sum()));
+                    debug_assert!(
+                        self.guard.contour_progress().is_some_and(|(_, all)| all == motions.iter().sum())
+                    );
                     self.counts.contour_motions += 1;
                     commands.push(Command::Move(certified));
                 }
@@ -695,7 +706,8 @@ impl Supervisor {
         self.guard.take_contour(curves).map_err(|refusal| format!("contouring refused: {refusal}"))?;
         self.unreached = job.unreached.len();
         for unreached in &job.unreached {
-            self.notices.push(format!("no way wide enough for roughing leads to finishing loop {}", unreached + 1));
+            self.notices
+                .push(format!("no way wide enough for roughing leads to finishing loop {}", unreached + 1));
         }
         self.state = State::Contouring { legs };
         self.armed = false;
@@ -707,7 +719,11 @@ impl Supervisor {
             return;
         }
         commands.retain(|command| !matches!(command, Command::Move(_)));
-        commands.push(if matches!(self.state, State::Contouring { .. }) { Command::Hold } else { Command::Cancel });
+        commands.push(if matches!(self.state, State::Contouring { .. }) {
+            Command::Hold
+        } else {
+            Command::Cancel
+        });
         self.guard.forget();
         self.state = State::Faulted(fault);
     }
@@ -726,7 +742,8 @@ impl Settings {
     }
 
     fn check(&self, steps_per_mm: f64) -> Result<(), Fault> {
-        let missing = |number| Fault::Setting { number, value: f64::NAN, needed: "reported by the controller" };
+        let missing =
+            |number| Fault::Setting { number, value: f64::NAN, needed: "reported by the controller" };
         let homing = self.homing.ok_or(missing(22))?;
         if homing < 1.0 {
             let needed = "1: without homing the position is not known";

@@ -198,7 +198,8 @@ impl ArcChords {
             longest_2 = longest_2.max(distance_2(a, b));
         }
         let seven_rho = i64::from(arc.radius.units()).saturating_mul(7);
-        let sagitta = longest_2.checked_div(seven_rho).map_or(i64::MAX, |quotient| quotient.saturating_add(1));
+        let sagitta =
+            longest_2.checked_div(seven_rho).map_or(i64::MAX, |quotient| quotient.saturating_add(1));
         let slack = Length::from_units(sagitta.saturating_add(RING_WIDTH))
             .map_err(|_| ArcError::Radius { radius_2: distance_2(arc.from, arc.centre) })?;
         Ok(Self { points, slack })

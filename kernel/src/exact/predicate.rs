@@ -102,10 +102,7 @@ pub fn point_segment<L: Lattice>(p: Site<L>, a: Site<L>, b: Site<L>, r: L::Linea
 #[inline(always)]
 pub fn crosses_properly<L: Lattice>(a: Site<L>, b: Site<L>, c: Site<L>, d: Site<L>) -> bool {
     let opposite = |s, t| {
-        matches!(
-            (s, t),
-            (Orientation::Left, Orientation::Right) | (Orientation::Right, Orientation::Left)
-        )
+        matches!((s, t), (Orientation::Left, Orientation::Right) | (Orientation::Right, Orientation::Left))
     };
     opposite(orientation::<L>(a, b, c), orientation::<L>(a, b, d))
         && opposite(orientation::<L>(c, d, a), orientation::<L>(c, d, b))

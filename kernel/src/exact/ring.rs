@@ -138,7 +138,8 @@ impl Ring {
     }
 
     fn adjacent(&self, i: usize, j: usize) -> bool {
-        let next = |k: usize| if k.saturating_add(1) == self.vertices.len() { 0 } else { k.saturating_add(1) };
+        let next =
+            |k: usize| if k.saturating_add(1) == self.vertices.len() { 0 } else { k.saturating_add(1) };
         next(i) == j || next(j) == i
     }
 

@@ -161,7 +161,8 @@ impl Shape {
             Self::Line { from, to } => {
                 let d = minus(to, from);
                 let length_2 = dot(d, d);
-                let t = if length_2 > 0.0 { (dot(minus(p, from), d) / length_2).clamp(0.0, 1.0) } else { 0.0 };
+                let t =
+                    if length_2 > 0.0 { (dot(minus(p, from), d) / length_2).clamp(0.0, 1.0) } else { 0.0 };
                 norm(minus(p, plus(from, d, t)))
             }
             Self::Arc { centre, radius, .. } => {
@@ -188,7 +189,11 @@ impl Shape {
         let points = match (self.carrier(), other.carrier()) {
             (Carrier::Line(p, d), Carrier::Line(q, e)) => {
                 let m = cross(d, e);
-                if m.abs() > 1e-12 { [Some(plus(p, d, cross(minus(q, p), e) / m)), None] } else { [None, None] }
+                if m.abs() > 1e-12 {
+                    [Some(plus(p, d, cross(minus(q, p), e) / m)), None]
+                } else {
+                    [None, None]
+                }
             }
             (Carrier::Line(p, d), Carrier::Circle(c, r)) | (Carrier::Circle(c, r), Carrier::Line(p, d)) => {
                 line_circle(p, d, c, r)

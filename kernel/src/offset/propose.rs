@@ -167,10 +167,8 @@ fn push_run(shape: &Shape, source: Source, run: Option<(f64, f64)>, kept: &mut V
 
 /// Joins kept pieces end to beginning into loops and adds their areas.
 fn stitch(kept: &[Kept], d: f64, part_area: f64, offset: &mut Offset) {
-    let starts: Vec<Shape> = kept
-        .iter()
-        .map(|piece| Shape::Line { from: piece.shape.at(0.0), to: piece.shape.at(0.0) })
-        .collect();
+    let starts: Vec<Shape> =
+        kept.iter().map(|piece| Shape::Line { from: piece.shape.at(0.0), to: piece.shape.at(0.0) }).collect();
     let grid = Grid::new(&starts, JOINT * 4.0);
     let mut used = vec![false; kept.len()];
     let mut cut_area = 0.0;
@@ -323,7 +321,8 @@ impl Grid {
         for key in self.keys(b, reach) {
             for &index in self.cells.get(&key).map_or(&[][..], Vec::as_slice) {
                 let o = self.boxes[index];
-                let meets = o.0 <= b.2 + reach && b.0 <= o.2 + reach && o.1 <= b.3 + reach && b.1 <= o.3 + reach;
+                let meets =
+                    o.0 <= b.2 + reach && b.0 <= o.2 + reach && o.1 <= b.3 + reach && b.1 <= o.3 + reach;
                 if meets {
                     seen.push(index);
                 }

@@ -220,7 +220,12 @@ fn join(
 /// Groups of points that are linked by steps of at most `reach` lattice units.
 fn groups_within(points: &[Point], reach: f64) -> Vec<Vec<usize>> {
     let cell = |c: i32| (f64::from(c) / reach).floor();
-    let key = |p: &Point| (keepout_kernel::curve::nearest_unit(cell(p.x.units())), keepout_kernel::curve::nearest_unit(cell(p.y.units())));
+    let key = |p: &Point| {
+        (
+            keepout_kernel::curve::nearest_unit(cell(p.x.units())),
+            keepout_kernel::curve::nearest_unit(cell(p.y.units())),
+        )
+    };
     let mut cells: BTreeMap<(i64, i64), Vec<usize>> = BTreeMap::new();
     for (i, point) in points.iter().enumerate() {
         cells.entry(key(point)).or_default().push(i);
@@ -336,9 +341,14 @@ mod tests {
             [line((0.0, 0.0), (10.0, 0.0)), line((10.0, gap), (5.0, 8.0)), line((5.0, 8.0), (0.0, 0.0))]
         };
         let chained = chain(&triangle(0.004), JOIN_MM).unwrap();
-        assert!(matches!(chained.repairs[..], [Repair::GapClosed { gap_mm, .. }] if (gap_mm - 0.004).abs() < 1e-9));
+        assert!(
+            matches!(chained.repairs[..], [Repair::GapClosed { gap_mm, .. }] if (gap_mm - 0.004).abs() < 1e-9)
+        );
         let error = chain(&triangle(0.25), JOIN_MM).unwrap_err();
-        assert!(matches!(error, DrawingError::Open { gap_mm: Some(gap), .. } if (gap - 0.25).abs() < 1e-9), "{error}");
+        assert!(
+            matches!(error, DrawingError::Open { gap_mm: Some(gap), .. } if (gap - 0.25).abs() < 1e-9),
+            "{error}"
+        );
         assert!(chain(&triangle(0.25), 0.3).is_ok());
     }
 

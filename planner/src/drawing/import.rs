@@ -1,15 +1,17 @@
 //! Reads a DXF file into curves in millimetres.
 
+use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::{PI, TAU};
 use std::io::Cursor;
 use std::path::Path;
+use std::sync::Once;
 
 use dxf::entities::{Entity, EntityType, LwPolyline, Polyline};
 use dxf::enums::Units;
 use dxf::tables::Layer;
 
-use super::{DrawingError, Drawing, DrawnCurve, Origin, RawCurve};
+use super::{Drawing, DrawingError, DrawnCurve, Origin, RawCurve};
 
 /// Largest file that is read, in bytes.
 pub const SIZE_MAX: u64 = 512 << 20;
@@ -104,7 +106,8 @@ fn frozen_layers(bytes: &[u8]) -> BTreeSet<String> {
 
 /// Parses the file. The reader is kept from taking the program down: a panic in it is a damaged file.
 fn load(bytes: &[u8]) -> Result<dxf::Drawing, DrawingError> {
-    let looks_like_dxf = bytes.starts_with(b"AutoCAD Binary DXF") || bytes.iter().take(4096).any(|&b| b == b'\n');
+    let looks_like_dxf =
+        bytes.starts_with(b"AutoCAD Binary DXF") || bytes.iter().take(4096).any(|&b| b == b'\n');
     if !looks_like_dxf {
         return Err(DrawingError::Damaged { reason: "it has no DXF group codes".into() });
     }
@@ -116,9 +119,26 @@ fn load(bytes: &[u8]) -> Result<dxf::Drawing, DrawingError> {
     }
 }
 
-/// Runs `work`, turning a panic of the DXF reader into `None`.
+thread_local! {
+    /// Whether panics of this thread are expected, and say nothing.
+    static QUIET: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Runs `work`, turning a panic of the DXF reader into `None`, without its message.
 fn quietly<T>(work: impl FnOnce() -> T) -> Option<T> {
-    std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)).ok()
+    static HOOK: Once = Once::new();
+    HOOK.call_once(|| {
+        let usual = std::panic::take_hook();
+        std::panic::set_hook(Box::new(move |info| {
+            if !QUIET.get() {
+                usual(info);
+            }
+        }));
+    });
+    QUIET.set(true);
+    let result = std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)).ok();
+    QUIET.set(false);
+    result
 }
 
 fn scale_of(asked: Option<&str>, stated: Units) -> Result<(f64, String), DrawingError> {
@@ -191,7 +211,10 @@ fn invisible(entity: &Entity, layer: Option<&Layer>, frozen: bool) -> Option<Str
     let by_layer = named.is_empty() || named.eq_ignore_ascii_case("BYLAYER");
     let line_type = if by_layer { layer.map(|layer| &layer.line_type_name) } else { Some(named) };
     let line_type = line_type?.to_uppercase();
-    CONSTRUCTION.iter().any(|name| line_type.contains(name)).then(|| format!("construction lines ({line_type})"))
+    CONSTRUCTION
+        .iter()
+        .any(|name| line_type.contains(name))
+        .then(|| format!("construction lines ({line_type})"))
 }
 
 type Curves = Result<Option<Vec<RawCurve>>, DrawingError>;
@@ -298,11 +321,7 @@ fn polyline(line: &Polyline, scale: f64, bad: Bad<'_>) -> Result<Vec<RawCurve>, 
     bulged(&vertices, line.flags & 1 != 0, bad)
 }
 
-fn bulged(
-    vertices: &[((f64, f64), f64)],
-    closed: bool,
-    bad: Bad<'_>,
-) -> Result<Vec<RawCurve>, DrawingError> {
+fn bulged(vertices: &[((f64, f64), f64)], closed: bool, bad: Bad<'_>) -> Result<Vec<RawCurve>, DrawingError> {
     let count = if closed { vertices.len() } else { vertices.len().saturating_sub(1) };
     let mut curves = Vec::with_capacity(count);
     for i in 0..count {

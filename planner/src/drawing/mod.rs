@@ -93,13 +93,17 @@ pub enum DrawingError {
         source: std::io::Error,
     },
     /// The file is larger than is read into memory.
-    #[error("the drawing has {bytes} bytes; at most {SIZE_MAX} are read. Purge it in the CAD system, or export only the profile.")]
+    #[error(
+        "the drawing has {bytes} bytes; at most {SIZE_MAX} are read. Purge it in the CAD system, or export only the profile."
+    )]
     TooLarge {
         /// Its size.
         bytes: u64,
     },
     /// The file is no DXF, or a damaged one.
-    #[error("not a readable DXF file: {reason}. Export it again from the CAD system, as ASCII DXF R12 or later.")]
+    #[error(
+        "not a readable DXF file: {reason}. Export it again from the CAD system, as ASCII DXF R12 or later."
+    )]
     Damaged {
         /// What the reader stumbled over, and where.
         reason: String,
@@ -111,7 +115,9 @@ pub enum DrawingError {
         name: String,
     },
     /// The profile has curves that are not supported.
-    #[error("{count} {kind} on layer \"{layer}\" can not be machined yet. Explode or convert to lines and arcs, or choose other layers with --layer.")]
+    #[error(
+        "{count} {kind} on layer \"{layer}\" can not be machined yet. Explode or convert to lines and arcs, or choose other layers with --layer."
+    )]
     Unsupported {
         /// The entity's type.
         kind: String,

@@ -72,7 +72,9 @@ fn main() -> ExitCode {
             });
         }
     });
-    println!("| drawing | exporter | operator | jogs | contour motions | time s | deepest mm | closest mm | cut to profile mm | result |");
+    println!(
+        "| drawing | exporter | operator | jogs | contour motions | time s | deepest mm | closest mm | cut to profile mm | result |"
+    );
     println!("|---|---|---|---|---|---|---|---|---|---|");
     for row in rows.lock().map(|rows| rows.clone()).unwrap_or_default() {
         println!("{row}");
@@ -97,7 +99,8 @@ fn one(path: &std::path::Path, name: &str, arguments: &Arguments) -> (bool, Stri
             ..SimRun::default()
         };
         run.machine.stroke_mm = [480.0, 440.0];
-        let operator = operator::named(name, arguments.manual_s, arguments.seed).map_err(|e| e.to_string())?;
+        let operator =
+            operator::named(name, arguments.manual_s, arguments.seed).map_err(|e| e.to_string())?;
         let result = run_simulated(plan, &run, operator, Log::none(), |_| {}, &mut |_, _, _| {})
             .map_err(|error| error.to_string())?;
         let facts = result.facts;

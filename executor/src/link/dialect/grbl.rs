@@ -54,7 +54,10 @@ impl Grbl {
         match motion {
             Motion::Jog { to, feed_mm_min } => {
                 let to = to.translated(self.offset)?;
-                Ok(format!("$J=G53G90G21{}F{feed_mm_min}\n", words(&[('X', to.x.units()), ('Y', to.y.units())])))
+                Ok(format!(
+                    "$J=G53G90G21{}F{feed_mm_min}\n",
+                    words(&[('X', to.x.units()), ('Y', to.y.units())])
+                ))
             }
             Motion::Contour { curve, feed_mm_min } => {
                 let to = self.work(curve.to())?;
@@ -66,7 +69,10 @@ impl Grbl {
                         (code, words(&[('I', ij.dx), ('J', ij.dy)]))
                     }
                 };
-                Ok(format!("{code}{}{centre}F{feed_mm_min}\n", words(&[('X', to.x.units()), ('Y', to.y.units())])))
+                Ok(format!(
+                    "{code}{}{centre}F{feed_mm_min}\n",
+                    words(&[('X', to.x.units()), ('Y', to.y.units())])
+                ))
             }
         }
     }
@@ -194,7 +200,8 @@ mod tests {
     #[test]
     fn report_is_read_in_drawing_coordinates() {
         let mut grbl = dialect();
-        let replies = grbl.decode(b"<Jog|MPos:-150.000,20.005,0.000|Bf:14,128|FS:600,0|WCO:1.000,2.000,0.000>\r\nok\r\n");
+        let replies = grbl
+            .decode(b"<Jog|MPos:-150.000,20.005,0.000|Bf:14,128|FS:600,0|WCO:1.000,2.000,0.000>\r\nok\r\n");
         let position = Point::from_units(5_000_000, 2_000_000).unwrap();
         let report = Report { mode: Mode::Moving, position, free_blocks: Some(14) };
         assert_eq!(replies, [Reply::Report(report), Reply::Ok]);
@@ -224,7 +231,8 @@ mod tests {
         let mut grbl = dialect();
         for _ in 0..20_000 {
             let alphabet = b"<>|:,.-+0123456789MPosBfWCOIdleJogokerror\r\n\n$=[]\xff\x00";
-            let bytes: Vec<u8> = (0..random.usize(0..40)).map(|_| alphabet[random.usize(0..alphabet.len())]).collect();
+            let bytes: Vec<u8> =
+                (0..random.usize(0..40)).map(|_| alphabet[random.usize(0..alphabet.len())]).collect();
             grbl.decode(&bytes);
             assert!(grbl.line.len() <= LINE_MAX);
         }
