@@ -1,4 +1,5 @@
 //! The command line as a person meets it: results, messages, exit codes, and nothing half-written.
+#![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

@@ -1,4 +1,5 @@
 //! Controllers that answer garbage, nothing, or the wrong thing: the session stops and says why.
+#![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 use std::time::Duration;
 

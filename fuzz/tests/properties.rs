@@ -4,9 +4,10 @@ use std::path::Path;
 
 fn drawings() -> Vec<Vec<u8>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/drawings");
-    let mut names: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let entries = std::fs::read_dir(folder).expect("the drawings are in the repository");
+    let mut names: Vec<_> = entries.map(|entry| entry.expect("readable").path()).collect();
     names.sort();
-    names.iter().map(|path| std::fs::read(path).unwrap()).collect()
+    names.iter().map(|path| std::fs::read(path).expect("readable")).collect()
 }
 
 /// Flips, cuts, doubles and swaps pieces, and replaces numbers by hostile ones.

@@ -1,4 +1,5 @@
 //! Offsets with known answers: lengths, loops, residuals; and the certificate that refuses wrong ones.
+#![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 use std::f64::consts::PI;
 

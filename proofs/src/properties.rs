@@ -39,6 +39,9 @@ fn big((x, y): Xy) -> Big {
 }
 
 /// Orientation is the sign of the area, changes sign with a swap and none with a rotation.
+///
+/// # Panics
+/// When the property does not hold.
 pub fn orientation_is_the_sign_of_the_area<L: FromPlain>(a: Xy, b: Xy, c: Xy) {
     let of = |p, q, r| orientation::<L>(L::site(p), L::site(q), L::site(r));
     let sign = match of(a, b, c) {
@@ -57,6 +60,9 @@ pub fn orientation_is_the_sign_of_the_area<L: FromPlain>(a: Xy, b: Xy, c: Xy) {
 }
 
 /// Point–segment: near exactly when some point of the segment is within r.
+///
+/// # Panics
+/// When the property does not hold.
 pub fn point_segment_is_exact<L: FromPlain>(p: Xy, a: Xy, b: Xy, r: i64) {
     let near = !point_segment::<L>(L::site(p), L::site(a), L::site(b), L::linear(r)).is_clear();
     assert_eq!(near, oracle::point_segment_within(&big(p), &big(a), &big(b), r), "{p:?} {a:?} {b:?} {r}");
@@ -66,6 +72,9 @@ pub fn point_segment_is_exact<L: FromPlain>(p: Xy, a: Xy, b: Xy, r: i64) {
 }
 
 /// Segment–segment: near exactly when some two points are within r; the same from both sides.
+///
+/// # Panics
+/// When the property does not hold.
 pub fn segment_segment_is_exact<L: FromPlain>(a: Xy, b: Xy, c: Xy, d: Xy, r: i64) {
     let of = |p, q, s, t| {
         !segment_segment::<L>(L::site(p), L::site(q), L::site(s), L::site(t), L::linear(r)).is_clear()
@@ -80,6 +89,9 @@ pub fn segment_segment_is_exact<L: FromPlain>(a: Xy, b: Xy, c: Xy, d: Xy, r: i64
 }
 
 /// Triangle–segment: near exactly when some point of the filled triangle is within r of the segment.
+///
+/// # Panics
+/// When the property does not hold.
 pub fn triangle_segment_is_exact<L: FromPlain>(corners: [Xy; 3], d: Xy, e: Xy, r: i64) {
     let near = !triangle_segment::<L>(corners.map(L::site), L::site(d), L::site(e), L::linear(r)).is_clear();
     let [a, b, c] = corners.map(big);
@@ -91,6 +103,9 @@ pub fn triangle_segment_is_exact<L: FromPlain>(corners: [Xy; 3], d: Xy, e: Xy, r
 }
 
 /// A fan covers every motion from the old motion to the new target: what is near a chord of it is near the fan.
+///
+/// # Panics
+/// When the property does not hold.
 pub fn fan_covers_every_retargeted_motion<L: FromPlain>(
     corners: [Xy; 3],
     share: (i64, i64),

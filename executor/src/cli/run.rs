@@ -204,7 +204,7 @@ impl Display {
     }
 
     fn show(&self, supervisor: &Supervisor, closest_mm: Option<f64>, now: Time) {
-        if self.bar.is_hidden() || now.micros() / 1000 % 100 != 0 {
+        if self.bar.is_hidden() || !(now.micros() / 1000).is_multiple_of(100) {
             return;
         }
         let position = supervisor.position().map_or("position unknown".into(), |point| {

@@ -224,7 +224,7 @@ impl Eye {
                 continue;
             }
             self.seen += 1;
-            if self.seen % self.every != 0 {
+            if !self.seen.is_multiple_of(self.every) {
                 continue;
             }
             let (x, y) = sample.position_mm;

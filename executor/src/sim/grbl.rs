@@ -199,7 +199,7 @@ impl GrblSim {
             text += &format!("|Bf:{free},{}", RX_BUFFER - self.rx.len());
         }
         text += &format!("|FS:{:.0},0", self.motion.speed() * 60.0);
-        if self.reports % OFFSET_EVERY == 0 {
+        if self.reports.is_multiple_of(OFFSET_EVERY) {
             text += "|WCO:0.000,0.000,0.000";
         }
         self.reports += 1;

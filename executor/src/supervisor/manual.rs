@@ -105,12 +105,12 @@ impl Manual {
         let step =
             |d: f64| i32::try_from(nearest_unit(d * missing_mm * f64::from(UNITS_PER_MM))).unwrap_or(0);
         let wish = Vector { dx: step(unit.0), dy: step(unit.1) };
-        if let Some(target) = reach(guard, end, wish, counts) {
-            if let Ok(certified) = guard.jog(target, feed(speed)) {
-                self.heading = Some(unit);
-                counts.jogs += 1;
-                commands.push(Command::Move(certified));
-            }
+        if let Some(target) = reach(guard, end, wish, counts)
+            && let Ok(certified) = guard.jog(target, feed(speed))
+        {
+            self.heading = Some(unit);
+            counts.jogs += 1;
+            commands.push(Command::Move(certified));
         }
     }
 

@@ -10,6 +10,10 @@ pub const COORD_BITS: u32 = 29;
 const NARROW_COORD_BITS: u32 = 5;
 
 /// The bounds that keep every operation of [`Lattice`] from overflowing, for coordinates of `bits` bits.
+#[expect(
+    clippy::arithmetic_side_effects,
+    reason = "evaluated at compile time only, where overflow is an error"
+)]
 const fn widths_hold(bits: u32, linear: u32, area: u32, volume: u32) -> bool {
     let difference = bits + 1; //        |a − b|          ≤ 2^(bits + 1)
     let sum = 2 * difference + 1; //     |ab + cd|        ≤ 2^(2·difference + 1)
