@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | exhaustive | `tests/exhaustive.rs` | every input on a small lattice, at [`Narrow`] and at product width |
 //! | random, full range | `tests/random.rs` | proptest, with thresholds at and beside the exact distance |
-//! | Kani | [`harnesses`] under `cfg(kani)` | all inputs at [`Narrow`] width, symbolically; for reviewers who have Kani |
+//! | Kani | `src/harnesses.rs` under `cfg(kani)` | all inputs at [`Narrow`] width, symbolically; for reviewers who have Kani |
 //!
 //! The mathematical side of each property is [`oracle`]: exact rational arithmetic on big integers, written from the
 //! definitions and sharing nothing with the kernel.
