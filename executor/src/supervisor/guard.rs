@@ -591,9 +591,14 @@ mod tests {
         guard.locate(at(-1000, 0)).unwrap();
         let before = guard.stamp(time(0));
         guard.jog(at(-1000, 2000), 600).unwrap();
-        // A report at rest that was asked for before the line proves nothing.
-        guard.reported(&sighting(at(-1000, 0), true, 0), before, time(50)).unwrap();
-        assert_eq!(guard.in_flight().count(), 2);
+        // Reports at rest that were asked for before the line, or before its acknowledgement, prove nothing.
+        for _ in 0..3 {
+            guard.reported(&sighting(at(-1000, 0), true, 0), before, time(50)).unwrap();
+            assert_eq!(guard.in_flight().count(), 2);
+            let unacknowledged = guard.stamp(time(50));
+            guard.reported(&sighting(at(-1000, 0), true, 0), unacknowledged, time(60)).unwrap();
+            assert_eq!(guard.in_flight().count(), 2);
+        }
         guard.acknowledged().unwrap();
         assert_eq!(guard.acknowledged(), Err(Refusal::UnexpectedAcknowledgement));
         guard.jog(at(-1000, 4000), 600).unwrap();

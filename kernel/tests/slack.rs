@@ -1,0 +1,54 @@
+//! Slacks count: of the profile's edges in clear queries, of a path's arcs in the certificate.
+#![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
+
+use keepout_kernel::exact::ring::Piece;
+use keepout_kernel::offset::certify_path;
+use keepout_kernel::{Arc, Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side, Turn};
+
+fn at(x: i64, y: i64) -> Point {
+    Point::from_units(x, y).unwrap()
+}
+
+/// A square of 10 mm with one upper edge that the true curve may leave by `slack` units.
+fn part(slack: i64) -> ProhibitedRegion {
+    let corners = [at(0, 0), at(1_000_000, 0), at(1_000_000, 1_000_000), at(0, 1_000_000)];
+    let piece = |i: usize| Piece::Line {
+        segment: Segment { from: corners[i], to: corners[(i + 1) % 4] },
+        slack: Length::from_units(if i == 2 { slack } else { 0 }).unwrap(),
+    };
+    let ring = Ring::from_pieces(&[piece(0), piece(1), piece(2), piece(3)]).unwrap();
+    ProhibitedRegion::new(Region::new(vec![ring]).unwrap(), Side::Outside)
+}
+
+#[test]
+fn every_query_adds_the_slack_of_each_edge() {
+    let threshold = Length::from_units(300_000).unwrap();
+    let height = |beyond: i64| 1_000_000 + 300_000 + beyond;
+    for slack in [0, 10, 5_000] {
+        let part = part(slack);
+        let free = |beyond| part.free_point(at(500_000, height(beyond)), threshold);
+        assert!(free(slack).is_err(), "met is not clear, slack {slack}");
+        let start = free(slack + 1).unwrap();
+        let along = |beyond| part.motion(start, at(600_000, height(beyond)));
+        assert!(along(slack).is_err());
+        let end = along(slack + 1).unwrap();
+        assert!(part.fan(start, end, at(550_000, height(slack))).is_err());
+        assert!(part.fan(start, end, at(550_000, height(slack + 1))).is_ok());
+    }
+}
+
+#[test]
+fn certificate_counts_what_an_arc_leaves_its_chords() {
+    let part = part(0);
+    let threshold = Length::from_units(300_000).unwrap();
+    // An arc that hangs down toward the upper edge: its lowest point is `beyond` units clear.
+    let hanging = |beyond: i64| {
+        let (radius, lowest) = (800_000, 1_000_000 + 300_000 + beyond);
+        let centre = at(500_000, lowest + radius);
+        let ends = (at(500_000 - radius, lowest + radius), at(500_000 + radius, lowest + radius));
+        let arc = Arc::new(ends.0, ends.1, centre, Turn::Left).unwrap();
+        certify_path(&part, threshold, &[Curve::Arc(arc)])
+    };
+    assert!(hanging(25).is_ok());
+    assert!(hanging(5).is_err(), "chords are clear by more than the arc is");
+}
