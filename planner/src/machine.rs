@@ -72,7 +72,7 @@ impl MachineProfile {
             steps_per_mm: 400.0,
             report_digit_mm: 0.001,
             arc_tolerance_mm: 0.002,
-            repeatability_mm: 0.005,
+            repeatability_mm: 0.004,
             contour_error_mm: 0.001,
         }
     }
