@@ -363,7 +363,10 @@ mod tests {
         ];
         let chained = chain(&curves, JOIN_MM).unwrap();
         assert_eq!(chained.repairs.len(), 2, "{:?}", chained.repairs);
+        // A second triangle that shares a corner: four ends meet there.
         curves.push(line((5.0, 8.0), (20.0, 20.0)));
-        assert!(matches!(chain(&curves, JOIN_MM), Err(DrawingError::Branch { count: 3, .. })));
+        curves.push(line((20.0, 20.0), (30.0, 0.0)));
+        curves.push(line((30.0, 0.0), (5.0, 8.0)));
+        assert!(matches!(chain(&curves, JOIN_MM), Err(DrawingError::Branch { count: 4, .. })));
     }
 }
