@@ -151,7 +151,13 @@ fn bad_drawings_and_jobs_have_their_codes_and_write_nothing() {
     let (found, words) = attempt(&drawing("pocket.dxf"), &["--tool-diameter", "300", "--side", "inside"]);
     assert!(found == 4 && words.contains("fits nowhere"), "{words}");
     assert_eq!(attempt(&drawing("triangle.dxf"), &[]).0, 2, "a missing argument");
+    let (found, words) = attempt(&drawing("triangle.dxf"), &["--tool-diameter", "6", "--allowance-mm=-1"]);
+    assert!(found == 2 && words.contains("--allowance-mm"), "{words}");
     assert_eq!(files(&folder), Vec::<String>::new());
+    let own = folder.join("own.dxf").display().to_string();
+    std::fs::copy(bracket(), &own).unwrap();
+    let output = keepout(&["plan", &own, "--tool-diameter", "6", "-o", &own]);
+    assert!(code(&output) == 2 && std::fs::read(&own).unwrap() == std::fs::read(bracket()).unwrap());
     let nowhere = folder.join("no/such/folder.plan").display().to_string();
     let output = keepout(&["plan", &bracket(), "--tool-diameter", "6", "-o", &nowhere]);
     assert_eq!(code(&output), 7, "{}", complaint(&output));
@@ -179,9 +185,17 @@ fn every_flipped_bit_of_a_plan_is_noticed() {
 fn ports_that_are_not_there_and_jobs_that_do_not_fit() {
     let folder = folder("ports");
     let plan = planned(&folder);
-    let run = keepout(&["run", &plan, "--port", "/dev/no-such-port", "--origin-mm", "-200,-175"]);
+    let run = keepout(&["run", &plan, "--port", "/dev/no-such-port", "--origin-mm", "-200,-175", "--home"]);
     assert!(code(&run) == 6 && complaint(&run).contains("can not open port"), "{}", complaint(&run));
     assert_eq!(code(&keepout(&["run", &plan, "--port", "/dev/no-such-port"])), 2, "unregistered");
+    let run = keepout(&["run", &plan, "--port", "/dev/no-such-port", "--origin-mm", "-200,-175"]);
+    assert!(code(&run) == 2 && complaint(&run).contains("--homed"), "{}", complaint(&run));
+    for (start, words) in [("-3,20", "too near"), ("50,15", "inside the part"), ("-1000,0", "travel")] {
+        let run = keepout(&["run", &plan, "--machine", "sim-fast", "--start-mm", start]);
+        assert!(code(&run) == 4 && complaint(&run).contains(words), "{start}: {}", complaint(&run));
+    }
+    let run = keepout(&["run", &plan, "--machine", "sim-fast", "--origin-mm", "0,0"]);
+    assert!(code(&run) == 4 && complaint(&run).contains("--origin-mm may be"), "{}", complaint(&run));
     let run = keepout(&["run", &plan, "--machine", "sim-fast", "--stroke-mm", "80,80"]);
     assert!(code(&run) == 4 && complaint(&run).contains("--stroke-mm"), "{}", complaint(&run));
 }

@@ -55,6 +55,7 @@ fn fault_of(rule: impl FnMut(&[u8]) -> Vec<u8>, home: bool, lost_at: Option<Time
         stroke: place.stroke,
         answer_within: Duration::from_secs(3),
         steps_per_mm: 400.0,
+        arc_tolerance_mm: 0.0005,
     };
     let port = Scripted { rule, pending: Vec::new(), written: Vec::new(), lost_at };
     let operator = operator::named("wall", 60.0, 1).unwrap();
@@ -71,9 +72,9 @@ fn grbl(mut jog: impl FnMut(u32) -> Vec<u8>) -> impl FnMut(&[u8]) -> Vec<u8> {
     let mut jogs = 0;
     move |bytes: &[u8]| {
         if bytes == b"?" {
-            b"<Idle|MPos:-10.000,-10.000,0.000|Bf:15,128|FS:0,0>\r\n".to_vec()
+            b"<Idle|MPos:-10.000,-10.000,0.000|Bf:15,128|FS:0,0|WCO:-5.000,0.000,0.000>\r\n".to_vec()
         } else if bytes == b"$$\n" {
-            b"$10=3\r\n$22=1\r\n$100=400.000\r\n$101=400.000\r\n$110=6000.000\r\n$111=6000.000\r\nok\r\n"
+            b"$10=3\r\n$12=0.001\r\n$13=0\r\n$22=1\r\n$100=400.000\r\n$101=400.000\r\n$110=6000.000\r\n$111=6000.000\r\nok\r\n"
                 .to_vec()
         } else if bytes.starts_with(b"$J=") {
             jogs += 1;

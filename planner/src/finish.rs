@@ -48,7 +48,7 @@ pub enum FinishError {
         diameter_mm: f64,
     },
     /// The proposed path could not be closed.
-    #[error("no closed path was found near {}: {count} loose ends. This is a limit of the path search; simplify the contour there, or change the tool a little.", place(*at))]
+    #[error("no closed path was found near {}: {count} loose ends. This is a limit of the path search, not of the drawing: a tool diameter changed by a hundredth often helps.", place(*at))]
     LooseEnds {
         /// Near the first loose end.
         at: Point,

@@ -4,6 +4,7 @@
 
 use keepout_kernel::curve::{angle, fit_arc, radius};
 use keepout_kernel::exact::segment::Window;
+use keepout_kernel::offset::shortest_arc;
 use keepout_kernel::{Curve, FreePoint, Point, Segment};
 use thiserror::Error;
 
@@ -244,7 +245,10 @@ fn between(curve: &Curve, from: Point, to: Point) -> Option<Option<Curve>> {
         Curve::Line(_) => Some(Some(Curve::Line(Segment { from, to }))),
         Curve::Arc(arc) => {
             let centre = (f64::from(arc.centre().x.units()), f64::from(arc.centre().y.units()));
-            fit_arc(from, to, centre, arc.turn()).ok().map(|arc| Some(Curve::Arc(arc)))
+            let part = fit_arc(from, to, centre, arc.turn()).ok()?;
+            let line = Curve::Line(Segment { from, to });
+            let short = line.length() <= f64::from(shortest_arc(part.radius()).units());
+            Some(Some(if short { line } else { Curve::Arc(part) }))
         }
     }
 }

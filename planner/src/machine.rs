@@ -21,7 +21,7 @@ pub struct MachineProfile {
     pub steps_per_mm: f64,
     /// Last digit of a reported position, mm.
     pub report_digit_mm: f64,
-    /// How far the controller's chords leave an arc, mm (GRBL: `$12`).
+    /// Arc tolerance that the controller is given, mm (GRBL: `$12`): its chords leave an arc by up to four times this.
     pub arc_tolerance_mm: f64,
     /// Half width of the band into which positions repeat, mm.
     pub repeatability_mm: f64,
@@ -71,7 +71,7 @@ impl MachineProfile {
             acceleration_mm_s2: 1000.0,
             steps_per_mm: 400.0,
             report_digit_mm: 0.001,
-            arc_tolerance_mm: 0.002,
+            arc_tolerance_mm: 0.000_5,
             repeatability_mm: 0.004,
             contour_error_mm: 0.001,
         }
@@ -100,10 +100,10 @@ impl MachineProfile {
             ("max_rate_mm_s", self.max_rate_mm_s, 1e5),
             ("acceleration_mm_s2", self.acceleration_mm_s2, 1e6),
             ("steps_per_mm", self.steps_per_mm, 1e6),
+            ("arc_tolerance_mm", self.arc_tolerance_mm - 0.000_099, 1.0),
         ];
         let small = [
             ("report_digit_mm", self.report_digit_mm),
-            ("arc_tolerance_mm", self.arc_tolerance_mm),
             ("repeatability_mm", self.repeatability_mm),
             ("contour_error_mm", self.contour_error_mm),
         ];

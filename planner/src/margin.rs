@@ -50,6 +50,8 @@ pub enum MarginError {
 
 /// A drawing's point, a path's point and an arc's centre are each met to within about a lattice unit.
 const LATTICE_MM: f64 = 0.000_04;
+/// A coordinate of 1 m as a 32-bit float, in and out, on both axes.
+const FLOAT_MM: f64 = 0.000_1;
 /// A path's arcs are certified as chords within 0.1 µm of them.
 const CHORD_MM: f64 = 0.000_1;
 
@@ -68,11 +70,9 @@ impl Budget {
             term("chord slack", CHORD_MM, "arcs certified as chords"),
             term("controller resolution: step", steps, "half a step on both axes, commanded and reported"),
             term("controller resolution: report", half_digit, "half the last digit on both axes"),
-            term(
-                "controller resolution: arcs",
-                machine.arc_tolerance_mm,
-                "the controller's chords in an arc",
-            ),
+            term("controller arithmetic", FLOAT_MM, "32-bit floats on a table of a metre"),
+            // GRBL rounds the number of chords down: one can turn twice the angle, and leave the arc four times as far.
+            term("controller arcs", 4.0 * machine.arc_tolerance_mm, "four times the arc tolerance ($12)"),
         ];
         let least: f64 = terms.iter().map(|term| term.mm).sum();
         match total_mm {

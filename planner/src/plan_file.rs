@@ -151,11 +151,17 @@ pub fn save(plan: &Plan, path: &Path) -> Result<(), PlanFileError> {
     write_whole(path, &bytes).map_err(|source| PlanFileError::Write { path: path.to_path_buf(), source })
 }
 
-/// Writes `bytes` to `path` whole or not at all: to a temporary file beside it, flushed, then renamed.
+/// Writes `bytes` to `path` whole or not at all: to a temporary file beside it, flushed, then renamed. Links are
+/// followed; what exists and is no regular file is left alone.
 ///
 /// # Errors
 /// The system's error; the temporary file is removed.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    let followed = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    let path = followed.as_path();
+    if std::fs::metadata(path).is_ok_and(|found| !found.is_file()) {
+        return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, "it is not a regular file"));
+    }
     let mut name = path.file_name().unwrap_or_default().to_os_string();
     name.push(format!(".{}.tmp", std::process::id()));
     let temporary = path.with_file_name(name);

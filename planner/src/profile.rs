@@ -77,7 +77,9 @@ pub enum ProfileError {
         reason: String,
     },
     /// There is no loop.
-    #[error("the drawing has no closed contour. Draw one, or choose other layers with --layer.")]
+    #[error(
+        "the drawing has no closed contour. Draw one, choose other layers with --layer, or lower --join-mm when it is that small."
+    )]
     Empty,
 }
 

@@ -112,6 +112,9 @@ fn whole_job(path: &Path, operator: &str) -> Result<(), String> {
     if facts.deepest_mm != Some(0.0) {
         return Err(format!("the tool went into the part: {facts:?}"));
     }
+    if facts.closest_by_hand_mm.is_none_or(|closest| closest <= 0.2) {
+        return Err(format!("by hand the allowance was not kept: {facts:?}"));
+    }
     if facts.ended != Ended::Done || facts.unreached > 0 || coverage.missed > 0 || coverage.worst_mm > 0.020 {
         return Err(format!("{facts:?}"));
     }

@@ -135,6 +135,9 @@ struct RunArguments {
     /// Home the real machine first, tool raised.
     #[arg(long)]
     home: bool,
+    /// The real machine was homed since power-up, and no alarm was unlocked by hand since.
+    #[arg(long, conflicts_with = "home")]
+    homed: bool,
     /// Who steers: calm, random, wall, reversal, or a script file.
     #[arg(long, default_value = "calm")]
     operator: String,
@@ -142,7 +145,7 @@ struct RunArguments {
     #[arg(long, value_name = "S", default_value_t = 60.0)]
     manual_s: f64,
     /// Feed of the finishing contour, mm/min.
-    #[arg(long, value_name = "F", default_value_t = 900)]
+    #[arg(long, value_name = "F", default_value_t = 900, value_parser = clap::value_parser!(u32).range(1..=600_000))]
     feed_mm_min: u32,
     /// The run is stopped after this time, s.
     #[arg(long, value_name = "S", default_value_t = 3600.0)]

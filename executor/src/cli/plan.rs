@@ -32,6 +32,11 @@ pub fn plan(arguments: &PlanArguments) -> Result<ExitCode, CliError> {
         Some(path) => MachineProfile::load(path)?,
         None => MachineProfile::simulated(),
     };
+    refuse_same(path, &arguments.output)?;
+    if !(0.0..=1000.0).contains(&arguments.allowance_mm) {
+        let reason = format!("--allowance-mm {} must be between 0 and 1000", arguments.allowance_mm);
+        return Err(CliError::Argument(reason));
+    }
     if !(0.0..=100.0).contains(&arguments.join_mm) {
         return Err(CliError::Argument(format!("--join-mm {} must be between 0 and 100", arguments.join_mm)));
     }
@@ -80,6 +85,7 @@ pub fn load(path: &Path) -> Result<CertifiedPlan, CliError> {
 }
 
 pub fn show(arguments: &ShowArguments) -> Result<ExitCode, CliError> {
+    refuse_same(&arguments.plan, &arguments.output)?;
     let certified = load(&arguments.plan)?;
     let picture = svg(&certified, &certified.plan.drawing, &[]);
     write(&arguments.output, picture.as_bytes())?;
@@ -98,6 +104,20 @@ pub fn verify(path: &Path) -> Result<ExitCode, CliError> {
         keepout_planner::units::mm(certified.finishing.units())
     );
     Ok(ExitCode::SUCCESS)
+}
+
+/// Refuses an output that is the input.
+pub fn refuse_same(input: &Path, output: &Path) -> Result<(), CliError> {
+    let same = std::fs::canonicalize(input)
+        .ok()
+        .zip(std::fs::canonicalize(output).ok())
+        .is_some_and(|(a, b)| a == b);
+    if same {
+        let reason =
+            format!("{} is what is read: it is not overwritten. Choose another output.", output.display());
+        return Err(CliError::Argument(reason));
+    }
+    Ok(())
 }
 
 /// Writes a file whole or not at all.

@@ -23,13 +23,16 @@ use keepout_planner::plan_file;
 use keepout_planner::profile::MachinedSide;
 use keepout_planner::units::{point_from_mm, point_mm};
 
-use super::plan::{Source, load, make, write};
+use super::plan::{Source, load, make, refuse_same, write};
 use super::{CliError, MachineArgument, RunArguments};
 
 /// The drawing of the demonstration.
 const BRACKET: &[u8] = include_bytes!("../../drawings/bracket.dxf");
 
 pub fn run(arguments: &RunArguments) -> Result<ExitCode, CliError> {
+    for output in [&arguments.log, &arguments.report, &arguments.picture].into_iter().flatten() {
+        refuse_same(&arguments.plan, output)?;
+    }
     let plan = load(&arguments.plan)?;
     let limit = seconds("--limit-s", arguments.limit_s)?;
     let manual = seconds("--manual-s", arguments.manual_s)?;
@@ -39,6 +42,10 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, CliError> {
         None => Log::none(),
     };
     let outputs = Outputs { report: arguments.report.clone(), picture: arguments.picture.clone() };
+    if arguments.port.is_some() && !arguments.home && !arguments.homed {
+        let reason = "a real machine needs --home (tool raised), or --homed when it was homed since power-up";
+        return Err(CliError::Argument(reason.into()));
+    }
     match &arguments.port {
         Some(port) => on_port(plan, port, arguments, limit, operator, log, &outputs),
         None => on_simulation(plan, &simulation(arguments, limit)?, operator, log, &outputs),
@@ -69,7 +76,7 @@ fn simulation(arguments: &RunArguments, limit: Duration) -> Result<SimRun, CliEr
         baud: arguments.baud,
         latency: Duration::from_millis(arguments.latency_ms),
         seed: arguments.seed,
-        feed_mm_min: arguments.feed_mm_min.max(1),
+        feed_mm_min: arguments.feed_mm_min,
         limit,
         start: start.transpose()?,
         origin_mm: arguments.origin_mm,
@@ -109,11 +116,12 @@ fn on_port(
     let machine = plan.plan.machine.clone();
     let place = place_on_table(&plan, &machine, arguments.origin_mm)?;
     let options = Options {
-        feed_mm_min: arguments.feed_mm_min.max(1),
+        feed_mm_min: arguments.feed_mm_min,
         home: arguments.home,
         stroke: place.stroke,
         answer_within: Duration::from_secs(5),
         steps_per_mm: machine.steps_per_mm,
+        arc_tolerance_mm: machine.arc_tolerance_mm,
     };
     let port = Serial::open(name, arguments.baud)?;
     let mut session =
@@ -145,6 +153,7 @@ fn on_port(
         unreached: supervisor.unreached(),
         deepest_mm: None,
         closest_mm: None,
+        closest_by_hand_mm: None,
         coverage: None,
         setting: format!("{} on {name}, {} baud; positions as reported", machine.name, arguments.baud),
         notices: supervisor.notices().to_vec(),

@@ -30,6 +30,9 @@ pub enum ScriptError {
         /// What the system says.
         source: std::io::Error,
     },
+    /// It has no line that says anything.
+    #[error("the script says nothing: give lines such as \"0 1 0\"")]
+    Empty,
     /// A line says nothing that is understood.
     #[error(
         "script line {number}: \"{line}\" is not \"SECONDS X Y [auto]\" or \"SECONDS quit\", with times that do not go back"
@@ -78,7 +81,7 @@ impl Script {
             }
             steps.push((at, wish));
         }
-        Ok(Self { steps, began: None })
+        if steps.is_empty() { Err(ScriptError::Empty) } else { Ok(Self { steps, began: None }) }
     }
 }
 
@@ -118,6 +121,7 @@ mod tests {
         let script = Script::parse("# a comment\n0 1 0\n2.5 0 -0.5 auto # touch\n9 quit\n").unwrap();
         assert_eq!(script.steps.len(), 3);
         assert!(script.steps[1].1.automatic && script.steps[2].1.quit);
+        assert!(matches!(Script::parse("# nothing\n\n"), Err(ScriptError::Empty)));
         for bad in ["0 1", "x 1 0", "5 0 0\n4 0 0", "0 nan 0", "0 1 0 now"] {
             assert!(matches!(Script::parse(bad), Err(ScriptError::Line { .. })), "{bad}");
         }

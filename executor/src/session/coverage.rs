@@ -37,7 +37,7 @@ const TOUCHING_MM: f64 = 0.000_5;
 #[must_use]
 pub fn coverage<'a>(plan: &CertifiedPlan, cut: impl Iterator<Item = &'a [Point]>) -> Coverage {
     let radius = mm(plan.plan.tool_radius.units());
-    let centres = CentrePaths::new(cut, radius + MISSED_MM);
+    let centres = CentrePaths::new(cut, mm(plan.finishing.units()) + MISSED_MM);
     let components = centres.components(plan);
     let mut result = Coverage::default();
     let mut sum = 0.0;
@@ -51,7 +51,7 @@ pub fn coverage<'a>(plan: &CertifiedPlan, cut: impl Iterator<Item = &'a [Point]>
             }
             result.reachable += 1;
             let distance = centres.distance(at);
-            if distance > radius + MISSED_MM {
+            if distance > mm(plan.finishing.units()) + MISSED_MM {
                 result.missed += 1;
                 continue;
             }
@@ -69,7 +69,7 @@ pub fn coverage<'a>(plan: &CertifiedPlan, cut: impl Iterator<Item = &'a [Point]>
     result
 }
 
-/// A point farther than this from every cut was not cut at all, mm.
+/// A point farther than the margin and this from every cut was not cut at all, mm.
 const MISSED_MM: f64 = 0.5;
 /// Farther out than the chords by which loops are told apart leave their arcs, mm.
 const ASIDE_MM: f64 = 0.01;

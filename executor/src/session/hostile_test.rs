@@ -35,6 +35,8 @@ fn deepest(operator: &str, seed: u64, forget_in_flight: bool) -> f64 {
     let result = run_simulated(bracket(), &run, operator, Log::none(), prepare, &mut |_, _, _| {}).unwrap();
     assert!(result.watched > 100_000, "the witness watched at 2 kHz");
     assert!(result.facts.counts.jogs > 20, "the operator did steer: {:?}", result.facts);
+    let by_hand = result.facts.closest_by_hand_mm.unwrap();
+    assert!(forget_in_flight || by_hand > 0.2, "by hand the allowance of 0.2 mm is kept: {by_hand}");
     result.facts.deepest_mm.unwrap()
 }
 

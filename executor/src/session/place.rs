@@ -35,8 +35,26 @@ pub enum PlaceError {
         /// Travel in y, mm.
         has_y: f64,
     },
+    /// The drawing lies beyond the travel.
+    #[error("with its origin there the drawing lies beyond the machine's travel: --origin-mm may be {:.1} to {:.1} in x and {:.1} to {:.1} in y", x.0, x.1, y.0, y.1)]
+    Misplaced {
+        /// Least and largest place of the origin in x, machine coordinates, mm.
+        x: (f64, f64),
+        /// The same in y.
+        y: (f64, f64),
+    },
+    /// The tool can not be let down there.
+    #[error("the tool can not start at {}: {reason}. Choose another --start-mm.", keepout_planner::units::place(*at))]
+    Start {
+        /// The place.
+        at: Point,
+        /// Why not.
+        reason: String,
+    },
     /// The offset is off the lattice.
-    #[error("this place of the drawing on the machine is beyond ±5.37 m: {0}")]
+    #[error(
+        "the drawing lies too far from its origin for this machine: {0}. Move it nearer to its origin in the CAD system."
+    )]
     OffLattice(#[from] keepout_kernel::LatticeError),
     /// No clear place to start from.
     #[error(
@@ -72,19 +90,19 @@ pub fn place_on_table(
     let back = Vector { dx: -offset.dx, dy: -offset.dy };
     let corner = |x: f64, y: f64| point_from_mm((x, y))?.translated(back);
     let stroke = Window::of(corner(-width, -height)?).including(corner(0.0, 0.0)?);
-    let room = stroke.holds(low) && stroke.holds(high);
-    let fits = x1 - x0 + EDGE_MM <= width && y1 - y0 + EDGE_MM <= height;
-    if room && fits {
-        Ok(Placement { offset, stroke })
-    } else {
-        Err(PlaceError::TooLarge {
+    if x1 - x0 + EDGE_MM > width || y1 - y0 + EDGE_MM > height {
+        return Err(PlaceError::TooLarge {
             needed_x: x1 - x0 + EDGE_MM,
             needed_y: y1 - y0 + EDGE_MM,
             machine: machine.name.clone(),
             has_x: width,
             has_y: height,
-        })
+        });
     }
+    if !(stroke.holds(low) && stroke.holds(high)) {
+        return Err(PlaceError::Misplaced { x: (-width - x0, -x1), y: (-height - y0, -y1) });
+    }
+    Ok(Placement { offset, stroke })
 }
 
 /// The box of the finishing path, grown by the allowance: roughing goes around it too.
@@ -108,7 +126,12 @@ fn path_box(plan: &CertifiedPlan) -> Result<(Point, Point), PlaceError> {
 /// # Errors
 /// [`PlaceError::NoStart`] when no such place is found.
 pub fn start_inside(plan: &CertifiedPlan) -> Result<Point, PlaceError> {
-    let beyond = mm(plan.plan.allowance.units()) + 0.1;
+    [0.1, 0.02, 0.004].into_iter().find_map(|beyond| start_beside(plan, beyond)).ok_or(PlaceError::NoStart)
+}
+
+/// A clear place `beyond` mm outside the roughing threshold, beside the longest finishing loops.
+fn start_beside(plan: &CertifiedPlan, beyond: f64) -> Option<Point> {
+    let beyond = mm(plan.plan.allowance.units()) + beyond;
     let mut curves: Vec<_> = plan.plan.finish.loops.iter().flat_map(|each| &each.curves).collect();
     curves.sort_by(|a, b| b.length().total_cmp(&a.length()));
     curves
@@ -124,5 +147,4 @@ pub fn start_inside(plan: &CertifiedPlan) -> Result<Point, PlaceError> {
             point_from_mm((middle.0 + dy / length * beyond, middle.1 - dx / length * beyond)).ok()
         })
         .find(|&point| plan.part.free_point(point, plan.roughing).is_ok())
-        .ok_or(PlaceError::NoStart)
 }

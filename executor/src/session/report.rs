@@ -30,6 +30,8 @@ pub struct RunFacts {
     pub deepest_mm: Option<f64>,
     /// Least distance between tool and part by the witness, mm.
     pub closest_mm: Option<f64>,
+    /// The same while steered by hand, mm.
+    pub closest_by_hand_mm: Option<f64>,
     /// The cut contour by the witness.
     pub coverage: Option<Coverage>,
     /// Operator, machine and port, in words.
@@ -61,6 +63,9 @@ impl RunFacts {
         }
         if let Some(closest) = self.closest_mm {
             rows.push(row("closest approach of tool and part", format!("{closest:.5} mm")));
+        }
+        if let Some(closest) = self.closest_by_hand_mm {
+            rows.push(row("closest approach by hand", format!("{closest:.5} mm")));
         }
         rows.push(row("finishing loops contoured", format!("{} of {}", self.loops.0, self.loops.1)));
         if let Some(coverage) = self.coverage.filter(|coverage| coverage.reachable > 0) {

@@ -60,6 +60,8 @@ impl Clock for VirtualClock {
 
 /// Time between two wishes of the operator.
 const WISH_EVERY: Duration = Duration::from_millis(10);
+/// After the time is over, the machine comes to rest within this.
+const REST_WITHIN: Duration = Duration::from_secs(10);
 /// Time between two flushes of the log.
 const FLUSH_EVERY: Duration = Duration::from_millis(500);
 
@@ -103,7 +105,12 @@ impl<'a, P: Port> Session<'a, P> {
         &mut self.port
     }
 
-    /// Runs until the end, or for `limit`; `watch` is called after every round.
+    /// Reads and forgets what the machine still says.
+    pub fn drain(&mut self, now: Time) {
+        let _ = self.port.read(&mut Vec::new(), now);
+    }
+
+    /// Runs until the end; after `limit` the machine is brought to rest. `watch` is called after every round.
     ///
     /// # Errors
     /// [`LogError`] when the log can not be written on; the machine is stopped first.
@@ -113,8 +120,14 @@ impl<'a, P: Port> Session<'a, P> {
         limit: Duration,
         mut watch: impl FnMut(&mut Self, Time),
     ) -> Result<Ended, LogError> {
+        let mut over: Option<Time> = None;
         loop {
             let now = clock.now();
+            if over.is_none() && now.since(Time::ZERO) >= limit {
+                over = Some(now);
+                let commands = self.supervisor.halt();
+                self.send(&commands, now)?;
+            }
             if let Err(error) = self.round(now) {
                 // Without a log nothing may go on: what is in flight ends at its certified target, or sooner.
                 for command in [Command::Cancel, Command::Hold] {
@@ -124,9 +137,10 @@ impl<'a, P: Port> Session<'a, P> {
             }
             watch(self, now);
             let ended = match self.supervisor.phase() {
-                Phase::Done => Some(Ended::Done),
                 Phase::Faulted => Some(Ended::Faulted),
-                _ if now.since(Time::ZERO) >= limit => Some(Ended::OutOfTime),
+                Phase::Done if over.is_some() => Some(Ended::OutOfTime),
+                Phase::Done => Some(Ended::Done),
+                _ if over.is_some_and(|over| now.since(over) > REST_WITHIN) => Some(Ended::OutOfTime),
                 _ => None,
             };
             if let Some(ended) = ended {
@@ -166,22 +180,32 @@ impl<'a, P: Port> Session<'a, P> {
     fn feed(&mut self, event: Event, now: Time) -> Result<(), LogError> {
         let before = self.supervisor.phase();
         let commands = self.supervisor.step(event, now);
-        for command in commands {
-            self.log_command(&command, now)?;
-            let Ok(bytes) = self.dialect.encode(&command) else {
-                let lost = "a target left the lattice in machine coordinates".to_string();
-                self.supervisor.step(Event::PortLost(lost), now);
-                continue;
-            };
-            if let Err(error) = self.port.write(&bytes, now) {
-                self.supervisor.step(Event::PortLost(error.to_string()), now);
-            }
-        }
+        self.send(&commands, now)?;
         let after = self.supervisor.phase();
         if after != before {
             let text =
                 self.supervisor.fault().map_or(format!("{after:?}"), |fault| format!("{after:?}: {fault}"));
             self.log.line(now, "phase", &text)?;
+        }
+        Ok(())
+    }
+
+    /// Sends commands; when one can not be sent, nothing after it is, but what the supervisor then wants: to stop.
+    fn send(&mut self, commands: &[Command], now: Time) -> Result<(), LogError> {
+        for command in commands {
+            self.log_command(command, now)?;
+            let sent = match self.dialect.encode(command) {
+                Ok(bytes) => self.port.write(&bytes, now).map_err(|error| error.to_string()),
+                Err(error) => Err(format!("a target is off the lattice in machine coordinates: {error}")),
+            };
+            if let Err(reason) = sent {
+                for last in self.supervisor.step(Event::PortLost(reason), now) {
+                    if let Ok(bytes) = self.dialect.encode(&last) {
+                        let _ = self.port.write(&bytes, now);
+                    }
+                }
+                return Ok(());
+            }
         }
         Ok(())
     }

@@ -101,6 +101,9 @@ pub enum SimError {
 /// Most samples that are kept for the picture; beyond it every other one is dropped.
 const SAMPLES_MAX: usize = 2_000_000;
 
+/// After the session's end the machine is watched for this long, and the line's latency.
+const SETTLE: Duration = Duration::from_millis(2500);
+
 /// Called after every round with the supervisor, the witness and the time.
 pub type Watch<'a> = dyn FnMut(&Supervisor, &Witness, Time) + 'a;
 
@@ -123,6 +126,14 @@ pub fn run_simulated(
         None if comes_from_home(&plan, &place, home) => None,
         None => Some(start_inside(&plan)?),
     };
+    if let Some(at) = start {
+        if !place.stroke.holds(at) {
+            return Err(PlaceError::Start { at, reason: "it is beyond the machine's travel".into() }.into());
+        }
+        plan.part
+            .free_point(at, plan.roughing)
+            .map_err(|blocked| PlaceError::Start { at, reason: blocked.to_string() })?;
+    }
     let start_mm = match start {
         Some(point) => point_mm(point.translated(place.offset).map_err(PlaceError::from)?),
         None => home,
@@ -132,6 +143,7 @@ pub fn run_simulated(
         start_mm,
         homed: start.is_some(),
         homing: Duration::from_secs(1),
+        work_offset_mm: (-37.25, -21.5),
     };
     let options = Options {
         feed_mm_min: run.feed_mm_min,
@@ -139,6 +151,7 @@ pub fn run_simulated(
         stroke: place.stroke,
         answer_within: Duration::from_secs(5) + run.latency * 4,
         steps_per_mm: plan.plan.machine.steps_per_mm,
+        arc_tolerance_mm: plan.plan.machine.arc_tolerance_mm,
     };
     let witness = Witness::new(plan.part.clone(), plan.plan.tool_radius, place.offset);
     let mut eye = Eye { witness, samples: Vec::new(), every: 1, seen: 0, offset: point_mm_of(place.offset) };
@@ -150,7 +163,7 @@ pub fn run_simulated(
         Link::Virtual => {
             let mut session = Session::new(supervisor, dialect, VirtualPort { machine }, operator, log);
             let take = |session: &mut Session<'_, VirtualPort>| session.port().machine.take_samples();
-            drive(&mut session, &mut VirtualClock::default(), run.limit, &mut eye, take, watch)
+            drive(&mut session, &mut VirtualClock::default(), run, &mut eye, take, watch)
                 .map(|(ended, seconds)| (ended, seconds, session.supervisor))?
         }
         Link::Pty => on_pty(supervisor, dialect, operator, log, machine, run, &mut eye, watch)?,
@@ -174,7 +187,7 @@ fn on_pty(
     let port = Serial::open(pty.name(), run.baud)?;
     let mut session = Session::new(supervisor, dialect, port, operator, log);
     let take = |_: &mut Session<'_, Serial>| pty.take_samples();
-    let (ended, seconds) = drive(&mut session, &mut RealClock::default(), run.limit, eye, take, watch)?;
+    let (ended, seconds) = drive(&mut session, &mut RealClock::default(), run, eye, take, watch)?;
     Ok((ended, seconds, session.supervisor))
 }
 
@@ -244,21 +257,30 @@ impl Eye {
 fn drive<P: Port>(
     session: &mut Session<'_, P>,
     clock: &mut impl Clock,
-    limit: Duration,
+    run: &SimRun,
     eye: &mut Eye,
     take: impl Fn(&mut Session<'_, P>) -> Vec<Sample>,
     watch: &mut Watch<'_>,
 ) -> Result<(Ended, f64), LogError> {
     let mut last = Time::ZERO;
-    let ended = session.run(clock, limit, |session, now| {
+    let ended = session.run(clock, run.limit, |session, now| {
         let samples = take(session);
         eye.take(samples);
         watch(&session.supervisor, &eye.witness, now);
         last = now;
     })?;
-    let samples = take(session);
-    eye.take(samples);
-    Ok((ended, last.seconds()))
+    // What is still under way is watched to its end: the last commands arrive, and the tool comes to rest.
+    let rest = last.after(run.latency + SETTLE);
+    loop {
+        let now = clock.now();
+        session.drain(now);
+        let samples = take(session);
+        eye.take(samples);
+        if now >= rest {
+            return Ok((ended, last.seconds()));
+        }
+        clock.wait();
+    }
 }
 
 fn result_of(supervisor: Supervisor, ended: Ended, seconds: f64, run: &SimRun, eye: Eye) -> SimResult {
@@ -281,6 +303,7 @@ fn result_of(supervisor: Supervisor, ended: Ended, seconds: f64, run: &SimRun, e
         unreached: supervisor.unreached(),
         deepest_mm: Some(witness.deepest().map_or(0.0, |incursion| incursion.depth_mm)),
         closest_mm: witness.closest_mm(),
+        closest_by_hand_mm: witness.closest_by_hand_mm(),
         coverage,
         setting,
         notices: supervisor.notices().to_vec(),

@@ -30,6 +30,7 @@ pub struct Witness {
     inside: bool,
     /// Largest distance beyond the radius that has never been undercut so far.
     closest: Length,
+    closest_by_hand: Length,
     deepest: Option<Incursion>,
     cut: Vec<Vec<Point>>,
     watched: u64,
@@ -50,6 +51,7 @@ impl Witness {
             last: None,
             inside: false,
             closest,
+            closest_by_hand: closest,
             deepest: None,
             cut: Vec::new(),
             watched: 0,
@@ -59,7 +61,10 @@ impl Witness {
     /// Watches the next true position.
     pub fn watch(&mut self, sample: &Sample) {
         let back = Vector { dx: -self.offset.dx, dy: -self.offset.dy };
-        let Ok(here) = point_from_mm(sample.position_mm).and_then(|point| point.translated(back)) else {
+        let here = point_from_mm(sample.position_mm).and_then(|point| point.translated(back));
+        let Ok(here) = here else {
+            // A tool that can not be followed is a tool in the part.
+            self.deepest = Some(Incursion { depth_mm: f64::INFINITY, at: sample.at, centre: Point::ORIGIN });
             return;
         };
         self.watched += 1;
@@ -70,9 +75,23 @@ impl Witness {
             Some(_) => {}
         }
         let from = self.last.unwrap_or(here);
-        self.look(Segment { from, to: here }, sample.at);
+        let motion = Segment { from, to: here };
+        self.look(motion, sample.at);
+        if sample.kind == SampleKind::Jog {
+            self.closest_by_hand = self.nearer(motion, self.closest_by_hand);
+        }
         self.remember_cut(sample.kind, from, here);
         self.last = Some(here);
+    }
+
+    /// The least of `known` and the distance between the tool's edge and the part on this motion.
+    fn nearer(&self, motion: Segment, known: Length) -> Length {
+        let clear = |r: Length| self.part.edges_clear(motion, r).is_ok();
+        if clear(self.radius.saturating_plus(known)) {
+            return known;
+        }
+        let beyond = i64::from(largest_clear(FAR, clear)) - i64::from(self.radius.units());
+        Length::from_units(beyond.max(0)).unwrap_or(Length::ZERO).min(known)
     }
 
     fn look(&mut self, motion: Segment, at: Time) {
@@ -130,6 +149,12 @@ impl Witness {
     #[must_use]
     pub fn closest_mm(&self) -> Option<f64> {
         (i64::from(self.closest.units()) < FAR).then(|| mm(self.closest.units()))
+    }
+
+    /// The least distance between the tool's edge and the part while jogging, mm.
+    #[must_use]
+    pub fn closest_by_hand_mm(&self) -> Option<f64> {
+        (i64::from(self.closest_by_hand.units()) < FAR).then(|| mm(self.closest_by_hand.units()))
     }
 
     /// The tool's centre while it ran programmed motions, one path for each run.

@@ -19,7 +19,7 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use keepout_kernel::exact::segment::{Window, points_within};
+use keepout_kernel::exact::segment::{Window, distance_2, points_within};
 use keepout_kernel::offset::{Gouge, certify_path};
 use keepout_kernel::{Blocked, Curve, FreePoint, Length, Point, ProhibitedRegion, Segment, Triangle, Vector};
 use thiserror::Error;
@@ -89,6 +89,12 @@ pub enum Refusal {
     /// More targets in flight than are tracked.
     #[error("too many motions are under way")]
     Full,
+    /// The motion is no longer than a step or two of the controller.
+    #[error("the motion is shorter than the controller resolves")]
+    TooShort,
+    /// An arc so short that a controller can take it for a full circle.
+    #[error("an arc at {} is too short for the controller to tell from a full circle", keepout_planner::units::place(*.0))]
+    ArcTooShort(Point),
     /// An acknowledgement that belongs to no line.
     #[error("the controller acknowledged a line that was not sent")]
     UnexpectedAcknowledgement,
@@ -135,9 +141,9 @@ struct Contour {
 
 /// Most lines in flight at once.
 const LINES_MAX: usize = 8;
-/// A block that has left the planner is executed within this time: six segments of 10 ms, and the last ones may be
-/// slower (GRBL's stepper buffer).
-pub const DRAIN: Duration = Duration::from_millis(250);
+/// A block that has left the planner is executed within this time: six segments of 10 ms, or of a step each when that
+/// is longer; at 1 mm/s and 20 steps/mm, 300 ms (GRBL's stepper buffer).
+pub const DRAIN: Duration = Duration::from_millis(500);
 
 /// The guard; see the module's documentation for what it promises.
 #[derive(Debug)]
@@ -148,6 +154,8 @@ pub struct Guard {
     finishing: Length,
     /// How far a reported position can be from the commanded one.
     resolution: Length,
+    /// A jog shorter than this on both axes might be no block to the controller, and spoil the counting of blocks.
+    shortest: Length,
     tail: Option<FreePoint>,
     lines: VecDeque<Line>,
     sent: u64,
@@ -163,6 +171,7 @@ pub struct Guard {
 
 impl Guard {
     /// A guard for `part`: manual motions keep `manual`, contours keep `finishing`, targets stay inside `stroke`.
+    /// `resolution` is how far a report can be from the commanded position, `shortest` is at least two steps.
     #[must_use]
     pub fn new(
         part: ProhibitedRegion,
@@ -170,6 +179,7 @@ impl Guard {
         manual: Length,
         finishing: Length,
         resolution: Length,
+        shortest: Length,
     ) -> Self {
         Self {
             part,
@@ -177,6 +187,7 @@ impl Guard {
             manual,
             finishing,
             resolution,
+            shortest,
             tail: None,
             lines: VecDeque::new(),
             sent: 0,
@@ -258,6 +269,10 @@ impl Guard {
         if self.lines.len() >= LINES_MAX {
             return Err(Refusal::Full);
         }
+        let way = to.minus(self.lines.back().map_or(tail, |line| line.target).point());
+        if way.dx.abs().max(way.dy.abs()) < self.shortest.units() {
+            return Err(Refusal::TooShort);
+        }
         let mut admitted = self.part.motion(tail, to).map_err(Refusal::Blocked)?;
         let points: Vec<FreePoint> =
             std::iter::once(tail).chain(self.lines.iter().map(|line| line.target)).collect();
@@ -308,6 +323,9 @@ impl Guard {
         if let Some(beyond) = self.beyond_stroke(&path) {
             return Err(Refusal::BeyondStroke(beyond));
         }
+        if let Some(arc) = path.iter().find(|curve| is_arc_too_short(curve)) {
+            return Err(Refusal::ArcTooShort(arc.from()));
+        }
         certify_path(&self.part, self.finishing, &path).map_err(Refusal::Gouge)?;
         let end = self.part.free_point(last.to(), self.manual).map_err(Refusal::Blocked)?;
         self.contour = Some(Contour { curves, sent: 0, first: 0, end });
@@ -351,6 +369,26 @@ impl Guard {
         }
         self.acknowledged += 1;
         Ok(())
+    }
+
+    /// Takes back the only unacknowledged jog: the controller refused it, and will not execute it. Answers whether
+    /// there was one.
+    pub fn refused(&mut self) -> bool {
+        if self.unacknowledged() != 1
+            || self.contour.is_some()
+            || self.lines.back().map(|line| line.number) != Some(self.sent)
+        {
+            return false;
+        }
+        self.lines.pop_back();
+        self.sent -= 1;
+        true
+    }
+
+    /// Whether the query of this stamp left before the newest acknowledged line: its answer can not be still to come.
+    #[must_use]
+    pub fn is_outdated(&self, stamp: &Stamp) -> bool {
+        stamp.sent < self.acknowledged
     }
 
     /// The stamp of a query that leaves now.
@@ -414,47 +452,44 @@ impl Guard {
     }
 
     fn rests(&self, sighting: &Sighting, stamp: Stamp) -> bool {
-        let all_acknowledged = stamp.sent == self.sent && stamp.acknowledged == self.sent;
+        // A line that was refused and taken back may still be counted in the stamp as sent.
+        let all_acknowledged = stamp.sent >= self.sent && stamp.acknowledged == self.sent;
         sighting.at_rest && sighting.queued.is_none_or(|queued| queued == 0) && all_acknowledged
     }
 
-    /// A certified point that the tool is at, to the resolution: on a segment between two points of the set, or the
-    /// reported point itself when that is inside their hull.
+    /// The point of the set's hull nearest to the reported position, as a certified tail. Where the tool was commanded
+    /// to be lies in the hull, and projection onto a convex set brings nothing farther away: the tail is no farther
+    /// from there than the report is.
     fn snap(&self, position: Point) -> Snap {
         let points: Vec<FreePoint> =
             self.tail.into_iter().chain(self.lines.iter().map(|line| line.target)).collect();
-        let mut within = false;
+        let here = Segment { from: position, to: position };
+        let holds = |corners| !Triangle { corners }.near_segment(here, Length::ZERO).is_clear();
+        let mut nearest: Option<(i64, FreePoint, Point)> = None;
         for (i, &a) in points.iter().enumerate() {
-            for &b in &points[i..] {
+            for (j, &b) in points.iter().enumerate().skip(i) {
+                if points.iter().skip(j).any(|c| holds([a.point(), b.point(), c.point()])) {
+                    return self.part.motion(a, position).map_or(Snap::Keep, Snap::At);
+                }
                 let Some(foot) = project(position, Segment { from: a.point(), to: b.point() }) else {
                     continue;
                 };
-                if points_within(foot, position, self.resolution).is_clear() {
-                    continue;
-                }
-                within = true;
-                // The foot is rounded, and may be rounded into the threshold: its neighbours are as good.
-                let around = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| Vector { dx, dy }));
-                let tries = std::iter::once(Vector { dx: 0, dy: 0 }).chain(around);
-                let free = tries
-                    .filter_map(|step| foot.translated(step).ok())
-                    .find_map(|p| self.part.motion(a, p).ok());
-                if let Some(free) = free {
-                    return Snap::At(free);
+                let away_2 = distance_2(foot, position);
+                if nearest.is_none_or(|(least_2, ..)| away_2 < least_2) {
+                    nearest = Some((away_2, a, foot));
                 }
             }
         }
-        let here = Segment { from: position, to: position };
-        let holds = |corners| !Triangle { corners }.near_segment(here, Length::ZERO).is_clear();
-        for (i, &a) in points.iter().enumerate() {
-            for (j, &b) in points.iter().enumerate().skip(i + 1) {
-                let hull = points.iter().skip(j + 1).any(|c| holds([a.point(), b.point(), c.point()]));
-                if hull {
-                    return self.part.motion(a, position).map_or(Snap::Keep, Snap::At);
-                }
-            }
+        let Some((_, from, foot)) = nearest else { return Snap::Off };
+        if points_within(foot, position, self.resolution).is_clear() {
+            return Snap::Off;
         }
-        if within { Snap::Keep } else { Snap::Off }
+        // The foot is rounded, and may be rounded into the threshold: its neighbours are as good.
+        let around = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| Vector { dx, dy }));
+        let tries = std::iter::once(Vector { dx: 0, dy: 0 }).chain(around);
+        let free =
+            tries.filter_map(|step| foot.translated(step).ok()).find_map(|p| self.part.motion(from, p).ok());
+        free.map_or(Snap::Keep, Snap::At)
     }
 
     fn reported_in_contour(&mut self, sighting: &Sighting, stamp: Stamp) -> Result<(), Refusal> {
@@ -472,6 +507,14 @@ impl Guard {
         }
         Ok(())
     }
+}
+
+/// Whether the ends of an arc are so near that a controller computing in 32-bit floats can mistake its sweep for a full
+/// turn: GRBL adds one when the angle comes out below 5e-7.
+fn is_arc_too_short(curve: &Curve) -> bool {
+    let Curve::Arc(arc) = curve else { return false };
+    let least = keepout_kernel::offset::shortest_arc(arc.radius());
+    !points_within(arc.from(), arc.to(), least).is_clear()
 }
 
 /// What becomes of the tail when a position is reported.
@@ -525,7 +568,7 @@ mod tests {
         let part = ProhibitedRegion::new(Region::new(vec![ring]).unwrap(), Side::Outside);
         let stroke = Window::of(at(-20_000, -20_000)).including(at(20_000, 20_000));
         let length = |units| Length::from_units(units).unwrap();
-        Guard::new(part, stroke, length(300), length(290), length(5))
+        Guard::new(part, stroke, length(300), length(290), length(5), length(4))
     }
 
     /// The adversary executes lines in any order, any number of times, each only as far as it likes.
@@ -572,6 +615,9 @@ mod tests {
         assert!(matches!(guard.locate(at(100, 100)), Err(Refusal::Blocked(_))));
         guard.locate(at(-1000, 0)).unwrap();
         assert_eq!(guard.jog(at(-30_000, 0), 600), Err(Refusal::BeyondStroke(at(-30_000, 0))));
+        assert_eq!(guard.jog(at(-1003, -3), 600), Err(Refusal::TooShort));
+        guard.jog(at(-1000, 900), 600).unwrap();
+        assert!(guard.refused() && !guard.refused() && guard.settled(), "a refused jog is taken back");
         guard.jog(at(-1000, 900), 600).unwrap();
         assert_eq!(guard.locate(at(-1000, 0)), Err(Refusal::InMotion));
         guard.forget();
@@ -610,15 +656,15 @@ mod tests {
         let stamp = guard.stamp(time(200));
         guard.reported(&sighting(at(-1000, 2100), false, 1), stamp, time(220)).unwrap();
         assert_eq!(guard.in_flight().count(), 3, "too early");
-        let stamp = guard.stamp(time(400));
-        guard.reported(&sighting(at(-1000, 2500), false, 1), stamp, time(420)).unwrap();
+        let stamp = guard.stamp(time(700));
+        guard.reported(&sighting(at(-1000, 2500), false, 1), stamp, time(720)).unwrap();
         assert_eq!(guard.in_flight().collect::<Vec<_>>(), [at(-1000, 2500), at(-1000, 4000)]);
         // At rest short of the target: once may be a report between two motions, twice is a stop.
-        let stamp = guard.stamp(time(500));
-        guard.reported(&sighting(at(-1000, 3000), true, 0), stamp, time(520)).unwrap();
+        let stamp = guard.stamp(time(800));
+        guard.reported(&sighting(at(-1000, 3000), true, 0), stamp, time(820)).unwrap();
         assert!(!guard.settled());
-        let stamp = guard.stamp(time(600));
-        guard.reported(&sighting(at(-1000, 3000), true, 0), stamp, time(620)).unwrap();
+        let stamp = guard.stamp(time(900));
+        guard.reported(&sighting(at(-1000, 3000), true, 0), stamp, time(920)).unwrap();
         assert!(guard.settled());
     }
 

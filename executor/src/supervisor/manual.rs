@@ -55,15 +55,20 @@ pub(super) fn fresh(wish: Wish, at: Option<Time>, now: Time) -> Option<(f64, f64
     Some((x * scale, y * scale))
 }
 
-/// A feed word for a speed, mm/min, at least 1.
+/// A feed word for a speed, mm/min. Not below 60: slower steps would outlast [`super::guard::DRAIN`].
 pub(super) fn feed(speed_mm_s: f64) -> u32 {
-    u32::try_from(nearest_unit((speed_mm_s * 60.0).floor())).unwrap_or(1).max(1)
+    u32::try_from(nearest_unit((speed_mm_s * 60.0).floor())).unwrap_or(1).max(60)
 }
 
 impl Manual {
     /// The tool has come to rest with nothing in flight.
     pub(super) fn settle(&mut self) {
         self.cancelling = false;
+    }
+
+    /// Nothing is sent until the tool has settled.
+    pub(super) fn wait_for_rest(&mut self) {
+        self.cancelling = true;
     }
 
     /// Sends what the wish asks for, as far as it is certified and not already under way.

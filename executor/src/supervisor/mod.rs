@@ -52,8 +52,10 @@ pub enum Mode {
 pub struct Report {
     /// The controller's state.
     pub mode: Mode,
-    /// The tool centre, drawing coordinates.
-    pub position: Point,
+    /// The tool centre, drawing coordinates; `None` when the report gives no machine position.
+    pub position: Option<Point>,
+    /// The work offset, when this report carries it, in machine coordinates.
+    pub work_offset: Option<Point>,
     /// Free blocks in the planner, when reported.
     pub free_blocks: Option<usize>,
 }
@@ -103,11 +105,18 @@ pub enum Command {
     Hold,
     /// Reset the controller.
     Reset,
+    /// End whatever line the controller may have half of.
+    Wake,
     /// Read the controller's settings.
     ReadSettings,
     /// Have planner blocks reported.
     ReportBlocks,
-    /// Set the modes that motions rely on.
+    /// Set how far chords may leave an arc.
+    SetArcTolerance {
+        /// The tolerance, mm.
+        mm: f64,
+    },
+    /// Set the modes that motions rely on; two lines.
     SetModes,
     /// Find the reference position.
     Home,
@@ -128,6 +137,8 @@ pub struct Options {
     pub answer_within: Duration,
     /// Steps per mm below which the controller's own setting is refused.
     pub steps_per_mm: f64,
+    /// Arc tolerance, mm, that the controller is given unless its own is smaller.
+    pub arc_tolerance_mm: f64,
 }
 
 /// Why a session stopped.
@@ -183,6 +194,12 @@ pub enum Fault {
         /// What the guard says.
         refusal: Refusal,
     },
+    /// A line was neither accepted nor refused.
+    #[error("a line was lost on the way to the controller. Check cable and baud rate.")]
+    LineLost,
+    /// Its work offset changed under way.
+    #[error("the controller's work offset changed while the session ran: somebody set it there")]
+    OffsetChanged,
     /// The guard found something that can not be.
     #[error("stopped: {0}")]
     Guard(#[from] Refusal),
@@ -226,13 +243,17 @@ enum State {
     Connecting {
         garbled: Option<String>,
     },
+    /// Waiting for the answer to an empty line, whatever it is.
+    Waking,
     ReadingSettings(Settings),
-    /// Waiting for the report mask to be stored.
-    StoringMask,
+    /// Waiting for settings to be stored.
+    Storing {
+        open: u8,
+    },
     Homing,
-    /// Waiting for the modes to be accepted, then for a report at rest.
+    /// Waiting for the lines that set modes to be accepted, then for a report at rest, with the work offset known.
     Locating {
-        modes_set: bool,
+        lines_open: u8,
     },
     Manual(manual::Manual),
     Contouring {
@@ -264,6 +285,8 @@ pub enum Phase {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Settings {
     report_mask: Option<f64>,
+    arc_tolerance_mm: Option<f64>,
+    inches: Option<f64>,
     homing: Option<f64>,
     steps_per_mm: [Option<f64>; 2],
     max_rate_mm_min: [Option<f64>; 2],
@@ -291,6 +314,8 @@ const QUERY_AGAIN: Duration = Duration::from_millis(1000);
 const QUERY_PAUSE: Duration = Duration::from_millis(40);
 /// Homing may keep the controller silent for this long.
 const HOMING_MAX: Duration = Duration::from_secs(90);
+/// Refusals in a row after which the session ends.
+const REFUSED_MAX: u8 = 20;
 /// The wall counts as touched within this distance beyond the roughing threshold, mm.
 const TOUCH_MM: f64 = 0.1;
 
@@ -317,6 +342,11 @@ pub struct Supervisor {
     /// Whether a touch starts a contour: asked for, and not yet done since.
     armed: bool,
     unreached: usize,
+    work_offset: Option<Point>,
+    /// Since when the controller rests although a line is unanswered.
+    unanswered_since: Option<Time>,
+    /// Jogs refused because the controller was still running, in a row.
+    refused: u8,
 }
 
 impl Supervisor {
@@ -324,7 +354,10 @@ impl Supervisor {
     #[must_use]
     pub fn new(plan: CertifiedPlan, options: Options) -> Self {
         let resolution = resolution(&plan.plan.budget);
-        let guard = Guard::new(plan.part.clone(), options.stroke, plan.roughing, plan.finishing, resolution);
+        // Two steps and a little: the controller may have up to as few steps per mm as the profile says.
+        let two_steps = length_up_from_mm(2.2 / options.steps_per_mm).unwrap_or(Length::small(u8::MAX));
+        let part = plan.part.clone();
+        let guard = Guard::new(part, options.stroke, plan.roughing, plan.finishing, resolution, two_steps);
         let limits = manual::Limits {
             speed_mm_s: plan.plan.machine.max_rate_mm_s,
             acceleration_mm_s2: plan.plan.machine.acceleration_mm_s2,
@@ -349,6 +382,9 @@ impl Supervisor {
             position: None,
             armed: false,
             unreached: 0,
+            work_offset: None,
+            unanswered_since: None,
+            refused: 0,
         }
     }
 
@@ -386,8 +422,9 @@ impl Supervisor {
     pub fn phase(&self) -> Phase {
         match self.state {
             State::Connecting { .. }
+            | State::Waking
             | State::ReadingSettings(_)
-            | State::StoringMask
+            | State::Storing { .. }
             | State::Homing
             | State::Locating { .. } => Phase::Starting,
             State::Manual(_) => Phase::Manual,
@@ -461,7 +498,7 @@ impl Supervisor {
         match reply {
             Reply::Report(report) => self.take_report(&report, now, commands),
             Reply::Ok => self.take_ok(commands),
-            Reply::Error(code) => Err(Fault::Refused { code }),
+            Reply::Error(code) => self.take_error(code, commands),
             Reply::Alarm(code) => Err(Fault::Alarm { code }),
             Reply::Garbled(line) => match &mut self.state {
                 // What is left in the line from before the connection is not held against the controller.
@@ -493,21 +530,70 @@ impl Supervisor {
             State::Connecting { .. } => {}
             State::ReadingSettings(settings) => {
                 let settings = *settings;
-                settings.check(self.options.steps_per_mm)?;
+                settings.check(&self.options)?;
                 self.limits = settings.limits(self.limits);
-                if settings.reports_blocks() {
-                    self.home_or_locate(commands);
-                } else {
-                    commands.push(Command::ReportBlocks);
-                    self.state = State::StoringMask;
-                }
+                self.store(&settings, commands);
             }
-            State::StoringMask => self.home_or_locate(commands),
+            State::Storing { open: open @ 2.. } => self.state = State::Storing { open: open - 1 },
+            State::Storing { .. } => self.home_or_locate(commands),
+            State::Waking => self.read_settings(commands),
             State::Homing => self.locate(commands),
-            State::Locating { modes_set: false } => self.state = State::Locating { modes_set: true },
-            _ => self.guard.acknowledged()?,
+            State::Locating { lines_open: open @ 1.. } => {
+                self.state = State::Locating { lines_open: open - 1 }
+            }
+            _ => {
+                self.guard.acknowledged()?;
+                self.refused = 0;
+                // An answer to a query that left before this line would have come before this acknowledgement.
+                let guard = &self.guard;
+                self.queries.retain(|stamp| !guard.is_outdated(stamp));
+            }
         }
         Ok(())
+    }
+
+    fn take_error(&mut self, code: u16, commands: &mut Vec<Command>) -> Result<(), Fault> {
+        /// Not idle: a jog stream that ran dry leaves GRBL in Run for a moment.
+        const NOT_IDLE: u16 = 8;
+        match &mut self.state {
+            State::Connecting { .. } => Ok(()),
+            State::Waking => {
+                self.read_settings(commands);
+                Ok(())
+            }
+            State::Manual(manual)
+                if code == NOT_IDLE && self.refused < REFUSED_MAX && self.guard.refused() =>
+            {
+                self.refused += 1;
+                manual.wait_for_rest();
+                Ok(())
+            }
+            _ => Err(Fault::Refused { code }),
+        }
+    }
+
+    fn read_settings(&mut self, commands: &mut Vec<Command>) {
+        commands.push(Command::ReadSettings);
+        self.state = State::ReadingSettings(Settings::default());
+    }
+
+    /// Sets what the session relies on, where the controller has it otherwise.
+    fn store(&mut self, settings: &Settings, commands: &mut Vec<Command>) {
+        let mut open = 0;
+        if !settings.reports_blocks() {
+            commands.push(Command::ReportBlocks);
+            open += 1;
+        }
+        let mm = self.options.arc_tolerance_mm;
+        if !settings.follows_arcs(mm) {
+            commands.push(Command::SetArcTolerance { mm });
+            open += 1;
+        }
+        if open == 0 {
+            self.home_or_locate(commands);
+        } else {
+            self.state = State::Storing { open };
+        }
     }
 
     fn home_or_locate(&mut self, commands: &mut Vec<Command>) {
@@ -521,11 +607,18 @@ impl Supervisor {
 
     fn locate(&mut self, commands: &mut Vec<Command>) {
         commands.push(Command::SetModes);
-        self.state = State::Locating { modes_set: false };
+        self.state = State::Locating { lines_open: 2 };
     }
 
     fn take_report(&mut self, report: &Report, now: Time, commands: &mut Vec<Command>) -> Result<(), Fault> {
-        self.position = Some(report.position);
+        self.position = report.position.or(self.position);
+        if let (Some(known), Some(now)) = (self.work_offset, report.work_offset)
+            && known != now
+            && self.phase() != Phase::Starting
+        {
+            return Err(Fault::OffsetChanged);
+        }
+        self.work_offset = report.work_offset.or(self.work_offset);
         if let Some(asked) = self.asked_at.take() {
             let measured = now.since(asked);
             // Quick to grow, slow to shrink.
@@ -536,7 +629,7 @@ impl Supervisor {
         let stamp = self.queries.pop_front();
         match &self.state {
             State::Connecting { .. } => self.connected(report, commands),
-            State::Locating { modes_set: true } => self.take_place(report),
+            State::Locating { lines_open: 0 } => self.take_place(report),
             State::Manual(_) | State::Contouring { .. } | State::Stopping => {
                 self.check_mode(report)?;
                 match stamp {
@@ -555,19 +648,17 @@ impl Supervisor {
             Mode::Alarm => return Err(Fault::NotHomed),
             mode => return Err(Fault::Unexpected { mode }),
         }
-        commands.push(Command::ReadSettings);
-        self.state = State::ReadingSettings(Settings::default());
+        commands.push(Command::Wake);
+        self.state = State::Waking;
         Ok(())
     }
 
     fn take_place(&mut self, report: &Report) -> Result<(), Fault> {
-        if report.mode != Mode::Idle {
+        let (Mode::Idle, Some(at), Some(_)) = (report.mode, report.position, self.work_offset) else {
             return Ok(());
-        }
+        };
         self.planner_blocks = report.free_blocks;
-        self.guard
-            .locate(report.position)
-            .map_err(|refusal| Fault::StandsInside { at: report.position, refusal })?;
+        self.guard.locate(at).map_err(|refusal| Fault::StandsInside { at, refusal })?;
         self.state = State::Manual(manual::Manual::default());
         Ok(())
     }
@@ -586,8 +677,13 @@ impl Supervisor {
             (Some(all), Some(free)) => Some(all.saturating_sub(free)),
             _ => None,
         };
-        let sighting = Sighting { position: report.position, at_rest: report.mode == Mode::Idle, queued };
+        let Some(position) = report.position else { return Ok(()) };
+        let sighting = Sighting { position, at_rest: report.mode == Mode::Idle, queued };
+        self.check_answers(&sighting, now)?;
         self.guard.reported(&sighting, stamp, now)?;
+        if report.mode == Mode::Held && matches!(self.state, State::Stopping) {
+            self.state = State::Done;
+        }
         if self.guard.settled() {
             match &mut self.state {
                 State::Manual(manual) => manual.settle(),
@@ -600,6 +696,17 @@ impl Supervisor {
             }
         }
         Ok(())
+    }
+
+    /// A line is lost when the controller rests with an empty planner for long, and has not answered it.
+    fn check_answers(&mut self, sighting: &Sighting, now: Time) -> Result<(), Fault> {
+        let open = self.guard.unacknowledged() > 0;
+        if !(open && sighting.at_rest && sighting.queued.is_none_or(|queued| queued == 0)) {
+            self.unanswered_since = None;
+            return Ok(());
+        }
+        let since = *self.unanswered_since.get_or_insert(now);
+        if now.since(since) > self.options.answer_within { Err(Fault::LineLost) } else { Ok(()) }
     }
 
     fn check_silence(&self, now: Time) -> Result<(), Fault> {
@@ -629,6 +736,7 @@ impl Supervisor {
                     self.touch_or_steer(now, commands);
                 }
             }
+            State::Contouring { .. } if self.wish.quit => self.begin_stopping(commands),
             State::Contouring { legs } => {
                 let motions: Vec<usize> = legs.iter().map(|leg| leg.1).collect();
                 if let Some(certified) = self.guard.next_of_contour() {
@@ -645,17 +753,27 @@ impl Supervisor {
     }
 
     fn begin_stopping(&mut self, commands: &mut Vec<Command>) {
-        if self.guard.settled() {
-            self.state = State::Done;
-        } else {
-            commands.push(Command::Cancel);
-            self.state = State::Stopping;
+        let contouring = matches!(self.state, State::Contouring { .. });
+        self.state = if self.guard.settled() { State::Done } else { State::Stopping };
+        if !self.guard.settled() {
+            commands.push(if contouring { Command::Hold } else { Command::Cancel });
         }
+    }
+
+    /// Brings the machine to rest and ends the session.
+    pub fn halt(&mut self) -> Vec<Command> {
+        let mut commands = Vec::new();
+        match self.state {
+            State::Manual(_) | State::Contouring { .. } => self.begin_stopping(&mut commands),
+            State::Stopping | State::Done | State::Faulted(_) => {}
+            _ => self.state = State::Done,
+        }
+        commands
     }
 
     fn wants_query(&self, now: Time) -> bool {
         let over = matches!(self.state, State::Done | State::Faulted(_) | State::Homing);
-        let waiting = matches!(self.state, State::ReadingSettings(_) | State::StoringMask);
+        let waiting = matches!(self.state, State::Waking | State::ReadingSettings(_) | State::Storing { .. });
         let due = match self.asked_at {
             Some(asked) => now.since(asked) >= QUERY_AGAIN.max(self.round_trip * 2),
             None => now.since(self.answered_at) >= QUERY_PAUSE,
@@ -733,6 +851,8 @@ impl Settings {
     fn take(&mut self, number: u16, value: f64) {
         match number {
             10 => self.report_mask = Some(value),
+            12 => self.arc_tolerance_mm = Some(value),
+            13 => self.inches = Some(value),
             22 => self.homing = Some(value),
             100 | 101 => self.steps_per_mm[usize::from(number - 100)] = Some(value),
             110 | 111 => self.max_rate_mm_min[usize::from(number - 110)] = Some(value),
@@ -741,13 +861,18 @@ impl Settings {
         }
     }
 
-    fn check(&self, steps_per_mm: f64) -> Result<(), Fault> {
+    fn check(&self, options: &Options) -> Result<(), Fault> {
+        let steps_per_mm = options.steps_per_mm;
         let missing =
             |number| Fault::Setting { number, value: f64::NAN, needed: "reported by the controller" };
         let homing = self.homing.ok_or(missing(22))?;
         if homing < 1.0 {
             let needed = "1: without homing the position is not known";
             return Err(Fault::Setting { number: 22, value: homing, needed });
+        }
+        let inches = self.inches.ok_or(missing(13))?;
+        if inches.abs() > 0.0 {
+            return Err(Fault::Setting { number: 13, value: inches, needed: "0: positions are read in mm" });
         }
         for (number, value) in [(100, self.steps_per_mm[0]), (101, self.steps_per_mm[1])] {
             let value = value.ok_or(missing(number))?;
@@ -762,6 +887,11 @@ impl Settings {
     /// Whether reports carry machine positions (bit 0) and planner blocks (bit 1).
     fn reports_blocks(&self) -> bool {
         self.report_mask.is_some_and(|mask| mask.rem_euclid(4.0) >= 3.0)
+    }
+
+    /// Whether the arc tolerance is provably no more than `mm`: it is reported with three decimals.
+    fn follows_arcs(&self, mm: f64) -> bool {
+        self.arc_tolerance_mm.is_some_and(|reported| reported >= 0.001 && reported + 0.0005 <= mm)
     }
 
     fn limits(&self, fallback: manual::Limits) -> manual::Limits {

@@ -21,7 +21,10 @@ pub struct LatticeError {
 
 impl fmt::Display for LatticeError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} lattice units is outside {} ..= {COORD_MAX} (5.37 m)", self.units, self.least)
+        if self.units == i64::MAX {
+            return write!(f, "a coordinate or length is no number, or beyond ±5.37 m");
+        }
+        write!(f, "{} lattice units of 10 nm is outside {} ..= {COORD_MAX} (5.37 m)", self.units, self.least)
     }
 }
 

@@ -1,4 +1,4 @@
-//! All edges in runs of consecutive ones, each run behind its bounding box.
+//! All edges in runs of consecutive ones, behind bounding boxes.
 
 use alloc::vec::Vec;
 use core::ops::ControlFlow;
@@ -25,16 +25,16 @@ impl Edge {
     }
 }
 
-/// Consecutive edges of a profile mostly lie close together: 32 of them share one box.
-const RUN: usize = 32;
+/// Consecutive edges of a profile mostly lie close together: this many share one box, and this many boxes another.
+const RUN: usize = 16;
 
-/// The edges of a region, in runs of consecutive ones with a bounding box each.
-///
-/// A query costs one box test per run and one per edge of the runs that pass.
+/// The edges of a region in runs of consecutive ones, each behind its bounding box, runs of runs behind theirs, and so
+/// on up to one box.
 #[derive(Clone, Debug)]
 pub struct EdgeRuns {
     edges: Vec<Edge>,
-    boxes: Vec<Window>,
+    /// Boxes of runs of 16 edges, of 16 such runs, ...; the last level has one box.
+    levels: Vec<Vec<Window>>,
 }
 
 impl EdgeRuns {
@@ -45,9 +45,13 @@ impl EdgeRuns {
             ring.segments().zip(ring.slacks()).map(|(chord, &slack)| Edge { chord, slack }).collect()
         };
         let edges: Vec<Edge> = region.rings().iter().flat_map(with_slack).collect();
-        let union = |run: &[Edge]| run.iter().map(Edge::bounds).reduce(Window::union);
-        let boxes = edges.chunks(RUN).filter_map(union).collect();
-        Self { edges, boxes }
+        let mut boxes: Vec<Window> = edges.iter().map(Edge::bounds).collect();
+        let mut levels = Vec::new();
+        while boxes.len() > 1 {
+            boxes = boxes.chunks(RUN).filter_map(|run| run.iter().copied().reduce(Window::union)).collect();
+            levels.push(boxes.clone());
+        }
+        Self { edges, levels }
     }
 
     /// All edges.
@@ -55,17 +59,32 @@ impl EdgeRuns {
     pub fn edges(&self) -> &[Edge] {
         &self.edges
     }
+
+    /// Visits what lies below box `index` of the level that has `above` levels of boxes at and below it.
+    fn descend(
+        &self,
+        above: usize,
+        index: usize,
+        window: Window,
+        visit: &mut dyn FnMut(&Edge) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        let Some(level) = above.checked_sub(1) else {
+            return match self.edges.get(index) {
+                Some(edge) if edge.bounds().meets(window) => visit(edge),
+                _ => ControlFlow::Continue(()),
+            };
+        };
+        if !self.levels[level].get(index).is_some_and(|bounds| bounds.meets(window)) {
+            return ControlFlow::Continue(());
+        }
+        let below = if level == 0 { self.edges.len() } else { self.levels[level - 1].len() };
+        (index * RUN..below.min((index + 1) * RUN))
+            .try_for_each(|child| self.descend(level, child, window, visit))
+    }
 }
 
 impl EdgeSource for EdgeRuns {
     fn visit(&self, window: Window, visit: &mut dyn FnMut(&Edge) -> ControlFlow<()>) -> ControlFlow<()> {
-        for (run, bounds) in self.edges.chunks(RUN).zip(&self.boxes) {
-            if bounds.meets(window) {
-                for edge in run.iter().filter(|edge| edge.bounds().meets(window)) {
-                    visit(edge)?;
-                }
-            }
-        }
-        ControlFlow::Continue(())
+        self.descend(self.levels.len(), 0, window, visit)
     }
 }

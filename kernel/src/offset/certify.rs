@@ -10,6 +10,14 @@ use crate::exact::lattice::{Length, Point};
 /// An arc of a path is certified as chords within this distance of it, in lattice units (0.1 µm).
 pub const PATH_SLACK: i64 = 10;
 
+/// An arc whose ends are this near or nearer is given as a line: controllers that compute in 32-bit floats can take it
+/// for a full circle. 10 µm, or 20 ppm of the radius when that is more.
+#[must_use]
+pub fn shortest_arc(radius: Length) -> Length {
+    let units = (i64::from(radius.units()) / 50_000).max(1_000);
+    Length::from_units(units).unwrap_or(radius)
+}
+
 /// A motion of a path that could not be certified.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Gouge {

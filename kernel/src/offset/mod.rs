@@ -7,5 +7,5 @@ mod certify;
 mod plane;
 mod propose;
 
-pub use certify::{Gouge, PATH_SLACK, certify_path};
+pub use certify::{Gouge, PATH_SLACK, certify_path, shortest_arc};
 pub use propose::{Offset, OffsetLoop, Outline, propose};

@@ -4,8 +4,9 @@ use alloc::collections::BTreeMap;
 use alloc::vec;
 use alloc::vec::Vec;
 
-use libm::{atan2, floor};
+use libm::{atan2, floor, sqrt};
 
+use super::certify::shortest_arc;
 use super::plane::{Shape, Xy, cross, dot, minus, norm, plus, right_of};
 use crate::curve::{self, Curve};
 use crate::exact::arc::Turn;
@@ -45,9 +46,16 @@ pub struct Offset {
 }
 
 /// A point nearer than `d` by more than this (lattice units) is covered.
-const COVER: f64 = 1e-3;
-/// Ends nearer than this (lattice units, 0.3 µm) belong to one joint.
+const COVER: f64 = 1e-4;
+/// Ends nearer than this (lattice units, 0.3 µm) belong to one joint, at least; see [`joint_width`].
 const JOINT: f64 = 30.0;
+
+/// How far apart the ends of two shapes can be that belong to one joint. At a concave joint of a small angle θ both
+/// shapes overhang by `dθ/2` and dip below `d` by no more than `dθ²/4`; when that is less than [`COVER`] both overhangs
+/// are kept, and their ends are `dθ < 2·√(d·COVER)` apart.
+fn joint_width(d: f64) -> f64 {
+    JOINT.max(6.0 * sqrt(d * COVER))
+}
 
 /// Where an offset shape comes from.
 #[derive(Clone, Copy, Debug)]
@@ -169,7 +177,8 @@ fn push_run(shape: &Shape, source: Source, run: Option<(f64, f64)>, kept: &mut V
 fn stitch(kept: &[Kept], d: f64, part_area: f64, offset: &mut Offset) {
     let starts: Vec<Shape> =
         kept.iter().map(|piece| Shape::Line { from: piece.shape.at(0.0), to: piece.shape.at(0.0) }).collect();
-    let grid = Grid::new(&starts, JOINT * 4.0);
+    let joint = joint_width(d);
+    let grid = Grid::new(&starts, joint * 4.0);
     let mut used = vec![false; kept.len()];
     let mut cut_area = 0.0;
     for first in 0..kept.len() {
@@ -181,7 +190,7 @@ fn stitch(kept: &[Kept], d: f64, part_area: f64, offset: &mut Offset) {
         let begin = kept[first].shape.at(0.0);
         let closed = loop {
             let end = kept[chain[chain.len() - 1]].shape.at(1.0);
-            match continuation(kept, &grid, &used, end, chain.len() > 1, begin) {
+            match continuation(kept, &grid, &used, end, (chain.len() > 1).then_some(begin), joint) {
                 Next::Piece(next) => {
                     used[next] = true;
                     chain.push(next);
@@ -208,19 +217,18 @@ enum Next {
 }
 
 /// What follows at `end`: the nearest unused beginning within a joint, or the loop's own beginning when that is nearer.
-fn continuation(kept: &[Kept], grid: &Grid, used: &[bool], end: Xy, may_close: bool, begin: Xy) -> Next {
-    let mut best = (JOINT, Next::Nothing);
-    grid.near((end.0, end.1, end.0, end.1), JOINT, |candidate| {
+fn continuation(kept: &[Kept], grid: &Grid, used: &[bool], end: Xy, begin: Option<Xy>, joint: f64) -> Next {
+    let mut best = (joint, Next::Nothing);
+    grid.near((end.0, end.1, end.0, end.1), joint, |candidate| {
         let gap = norm(minus(kept[candidate].shape.at(0.0), end));
         if !used[candidate] && gap < best.0 {
             best = (gap, Next::Piece(candidate));
         }
     });
-    let gap = norm(minus(begin, end));
-    if may_close && gap <= best.0 {
-        best = (gap, Next::Close);
+    match begin.map(|begin| norm(minus(begin, end))) {
+        Some(gap) if gap <= best.0 => Next::Close,
+        _ => best.1,
     }
-    best.1
 }
 
 /// The area on the left of the contour that the disc cuts when its centre runs along the chain: touched profile, and
@@ -267,7 +275,10 @@ fn push_loop(kept: &[Kept], chain: &[usize], offset: &mut Offset) {
             Shape::Arc { centre, sweep, .. } => {
                 let turn = if sweep > 0.0 { Turn::Left } else { Turn::Right };
                 match curve::fit_arc(from, to, centre, turn) {
-                    Ok(arc) => Curve::Arc(arc),
+                    Ok(arc) if line.length() > f64::from(shortest_arc(arc.radius()).units()) => {
+                        Curve::Arc(arc)
+                    }
+                    Ok(_) => line,
                     Err(_) if line.length() < JOINT => line,
                     Err(_) => {
                         offset.loose_ends.push(kept[index].shape.at(1.0));

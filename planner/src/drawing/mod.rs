@@ -161,7 +161,7 @@ pub enum DrawingError {
         gap_mm: Option<f64>,
     },
     /// More than two curves meet.
-    #[error("{count} curve ends meet at {}, one of them {origin}: which contour goes on where is not decided. Remove doubled or construction lines, or choose layers with --layer.", place(*.at))]
+    #[error("{count} curve ends meet at {}, one of them {origin}: which contour goes on where is not decided. Remove doubled or construction lines, choose layers with --layer, or lower --join-mm when the drawing has details that small.", place(*.at))]
     Branch {
         /// One of the curves.
         origin: Box<Origin>,

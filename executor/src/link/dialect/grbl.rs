@@ -42,9 +42,12 @@ impl Grbl {
             Command::Cancel => vec![0x85],
             Command::Hold => b"!".to_vec(),
             Command::Reset => vec![0x18],
+            Command::Wake => b"\n".to_vec(),
             Command::ReadSettings => b"$$\n".to_vec(),
+            Command::SetArcTolerance { mm } => format!("$12={mm:.5}\n").into_bytes(),
             Command::ReportBlocks => b"$10=3\n".to_vec(),
-            Command::SetModes => b"G21G90G94G17G40G49G80G54\n".to_vec(),
+            // A change of work coordinates makes the next report carry their offset.
+            Command::SetModes => b"G21G90G94G17G40G49G80G55\nG54\n".to_vec(),
             Command::Home => b"$H\n".to_vec(),
             Command::Move(certified) => self.motion(certified.motion())?.into_bytes(),
         })
@@ -126,7 +129,7 @@ impl Grbl {
             }
         } else if text.starts_with("Grbl ") || text.starts_with("GrblHAL ") {
             Reply::Greeting(text.into())
-        } else if text.starts_with('[') && text.ends_with(']') {
+        } else if text.starts_with('[') && text.ends_with(']') || text.starts_with('>') {
             Reply::Message(text.into())
         } else {
             garbled()
@@ -145,19 +148,26 @@ impl Grbl {
             "Door" | "Check" | "Sleep" | "Tool" => Mode::Other,
             _ => return None,
         };
-        let mut position = None;
+        let (mut position, mut work_offset) = (None, None);
         let mut free_blocks = None;
         for field in fields {
             let (name, value) = field.split_once(':')?;
             match name {
                 "MPos" => position = Some(plane(value)?),
                 "Bf" => free_blocks = Some(value.split(',').next()?.parse().ok()?),
-                "WCO" => self.work_offset = plane(value)?.minus(Point::ORIGIN),
+                "WCO" => work_offset = Some(plane(value)?),
                 _ => {}
             }
         }
         let back = Vector { dx: -self.offset.dx, dy: -self.offset.dy };
-        Some(Report { mode, position: position?.translated(back).ok()?, free_blocks })
+        if let Some(offset) = work_offset {
+            self.work_offset = offset.minus(Point::ORIGIN);
+        }
+        let position = match position {
+            Some(position) => Some(Point::translated(position, back).ok()?),
+            None => None,
+        };
+        Some(Report { mode, position, work_offset, free_blocks })
     }
 }
 
@@ -203,7 +213,9 @@ mod tests {
         let replies = grbl
             .decode(b"<Jog|MPos:-150.000,20.005,0.000|Bf:14,128|FS:600,0|WCO:1.000,2.000,0.000>\r\nok\r\n");
         let position = Point::from_units(5_000_000, 2_000_000).unwrap();
-        let report = Report { mode: Mode::Moving, position, free_blocks: Some(14) };
+        let work_offset = Some(Point::from_units(100_000, 200_000).unwrap());
+        let report =
+            Report { mode: Mode::Moving, position: Some(position), work_offset, free_blocks: Some(14) };
         assert_eq!(replies, [Reply::Report(report), Reply::Ok]);
         assert_eq!(grbl.work_offset, Vector { dx: 100_000, dy: 200_000 });
     }
