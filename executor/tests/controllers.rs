@@ -80,7 +80,7 @@ fn grbl(mut jog: impl FnMut(u32) -> Vec<u8>) -> impl FnMut(&[u8]) -> Vec<u8> {
             jogs += 1;
             jog(jogs)
         } else if bytes.ends_with(b"\n") {
-            b"ok\r\n".to_vec()
+            b"ok\r\n".repeat(bytes.iter().filter(|&&byte| byte == b'\n').count())
         } else {
             Vec::new()
         }
@@ -123,6 +123,34 @@ fn refusals_alarms_and_resets() {
     assert_eq!(fault, Fault::Alarm { code: 1 });
     let (fault, _) = fault_of(grbl(|_| b"\r\nGrbl 1.1h ['$' for help]\r\n".to_vec()), false, None);
     assert_eq!(fault, Fault::WasReset);
+}
+
+#[test]
+fn lost_acknowledgements_of_setting_up_and_of_a_jog() {
+    let mut inner = grbl(|_| Vec::new());
+    let unanswered =
+        move |bytes: &[u8]| if bytes.starts_with(b"G21") { b"ok\r\n".to_vec() } else { inner(bytes) };
+    assert_eq!(fault_of(unanswered, false, None).0, Fault::LineLost);
+    assert_eq!(fault_of(grbl(|_| Vec::new()), false, None).0, Fault::LineLost);
+}
+
+#[test]
+fn not_idle_is_waited_for_and_not_forever() {
+    let twice = |jog: u32| if jog <= 2 { b"error:8\r\n".to_vec() } else { b"error:15\r\n".to_vec() };
+    assert_eq!(fault_of(grbl(twice), false, None).0, Fault::Refused { code: 15 });
+    assert_eq!(fault_of(grbl(|_| b"error:8\r\n".to_vec()), false, None).0, Fault::Refused { code: 8 });
+}
+
+#[test]
+fn inches_and_too_few_steps_are_refused() {
+    for (from, to, number) in [("$13=0", "$13=1", 13), ("$100=400.000", "$100=80.000", 100)] {
+        let mut inner = grbl(|_| Vec::new());
+        let other =
+            move |bytes: &[u8]| String::from_utf8(inner(bytes)).unwrap().replace(from, to).into_bytes();
+        assert!(
+            matches!(fault_of(other, false, None).0, Fault::Setting { number: found, .. } if found == number)
+        );
+    }
 }
 
 #[test]

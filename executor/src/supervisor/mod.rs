@@ -314,6 +314,8 @@ const QUERY_AGAIN: Duration = Duration::from_millis(1000);
 const QUERY_PAUSE: Duration = Duration::from_millis(40);
 /// Homing may keep the controller silent for this long.
 const HOMING_MAX: Duration = Duration::from_secs(90);
+/// Each step of the start is done within this, or something was lost.
+const START_WITHIN: Duration = Duration::from_secs(20);
 /// Refusals in a row after which the session ends.
 const REFUSED_MAX: u8 = 20;
 /// The wall counts as touched within this distance beyond the roughing threshold, mm.
@@ -343,6 +345,8 @@ pub struct Supervisor {
     armed: bool,
     unreached: usize,
     work_offset: Option<Point>,
+    /// When the start last got on by an acknowledgement.
+    progress_at: Time,
     /// Since when the controller rests although a line is unanswered.
     unanswered_since: Option<Time>,
     /// Jogs refused because the controller was still running, in a row.
@@ -383,6 +387,7 @@ impl Supervisor {
             armed: false,
             unreached: 0,
             work_offset: None,
+            progress_at: Time::ZERO,
             unanswered_since: None,
             refused: 0,
         }
@@ -397,6 +402,11 @@ impl Supervisor {
                 // Noise is no sign of life.
                 if !matches!(reply, Reply::Garbled(_)) {
                     self.heard_at = now;
+                }
+                if matches!(reply, Reply::Ok | Reply::Error(_))
+                    || matches!(self.state, State::Connecting { .. })
+                {
+                    self.progress_at = now;
                 }
                 self.take_reply(reply, now, &mut commands)
             }
@@ -715,6 +725,11 @@ impl Supervisor {
             if matches!(self.state, State::Homing) { HOMING_MAX } else { self.options.answer_within };
         let over = matches!(self.state, State::Done | State::Faulted(_));
         match &self.state {
+            State::Waking | State::ReadingSettings(_) | State::Storing { .. } | State::Locating { .. }
+                if now.since(self.progress_at) > START_WITHIN.max(allowed) =>
+            {
+                Err(Fault::LineLost)
+            }
             _ if silent <= allowed || over => Ok(()),
             State::Connecting { garbled: Some(line) } => Err(Fault::Garbled { line: line.clone() }),
             _ => Err(Fault::Silent { seconds: silent.as_secs_f64() }),
