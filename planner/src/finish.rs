@@ -2,6 +2,7 @@
 
 use keepout_kernel::curve::nearest_point;
 use keepout_kernel::exact::predicate::ray_crosses;
+use keepout_kernel::exact::segment::Window;
 use keepout_kernel::exact::width::Product;
 use keepout_kernel::offset::{self, Offset};
 use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, UNITS_PER_MM};
@@ -101,9 +102,13 @@ impl FinishingPath {
     /// is expected to be clear of the part.
     #[must_use]
     pub fn component_of(&self, point: Point) -> usize {
-        let outlines: Vec<LoopOutline> =
-            self.loops.iter().map(|each| LoopOutline::new(&each.curves)).collect();
-        component_at(&outlines, point, None)
+        self.free_spaces().component_of(point)
+    }
+
+    /// The connected pieces of free space, to ask about many points.
+    #[must_use]
+    pub fn free_spaces(&self) -> FreeSpaces {
+        FreeSpaces { outlines: self.loops.iter().map(|each| LoopOutline::new(&each.curves)).collect() }
     }
 
     /// The length of all loops, mm.
@@ -114,9 +119,23 @@ impl FinishingPath {
     }
 }
 
+/// The connected pieces of free space, bounded by the finishing loops.
+pub struct FreeSpaces {
+    outlines: Vec<LoopOutline>,
+}
+
+impl FreeSpaces {
+    /// As [`FinishingPath::component_of`].
+    #[must_use]
+    pub fn component_of(&self, point: Point) -> usize {
+        component_at(&self.outlines, point, None)
+    }
+}
+
 /// A loop as a polygon good enough to tell what lies within.
 struct LoopOutline {
     points: Vec<Point>,
+    bounds: Window,
     double_area: f64,
 }
 
@@ -136,7 +155,8 @@ impl LoopOutline {
         let xy = |p: Point| (f64::from(p.x.units()), f64::from(p.y.units()));
         let edges = points.iter().zip(points.iter().cycle().skip(1));
         let double_area = edges.map(|(&a, &b)| xy(a).0 * xy(b).1 - xy(a).1 * xy(b).0).sum();
-        Self { points, double_area }
+        let bounds = points.iter().map(|&point| Window::of(point)).reduce(Window::union);
+        Self { bounds: bounds.unwrap_or(Window::of(Point::ORIGIN)), points, double_area }
     }
 
     /// Whether the free space is within the loop: the part is on its left and it runs clockwise.
@@ -145,6 +165,9 @@ impl LoopOutline {
     }
 
     fn holds(&self, point: Point) -> bool {
+        if !self.bounds.holds(point) {
+            return false;
+        }
         let edges = self.points.iter().zip(self.points.iter().cycle().skip(1));
         edges.filter(|&(&a, &b)| ray_crosses::<Product>(point.into(), a.into(), b.into())).count() % 2 == 1
     }

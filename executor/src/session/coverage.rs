@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use keepout_kernel::{Curve, Point};
-use keepout_planner::finish::GUARD;
+use keepout_kernel::{Curve, Point, Segment};
+use keepout_planner::finish::{FreeSpaces, GUARD};
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::profile::ProfileLoop;
 use keepout_planner::units::{length_up_from_mm, mm, point_from_mm, point_mm};
@@ -38,14 +38,15 @@ const TOUCHING_MM: f64 = 0.000_5;
 pub fn coverage<'a>(plan: &CertifiedPlan, cut: impl Iterator<Item = &'a [Point]>) -> Coverage {
     let radius = mm(plan.plan.tool_radius.units());
     let centres = CentrePaths::new(cut, mm(plan.finishing.units()) + MISSED_MM);
-    let components = centres.components(plan);
+    let spaces = plan.plan.finish.free_spaces();
+    let components: Vec<usize> = centres.firsts.iter().map(|&point| spaces.component_of(point)).collect();
     let mut result = Coverage::default();
     let mut sum = 0.0;
     let outlines = plan.plan.profile.outlines(&plan.part);
     for (each, outline) in plan.plan.profile.loops.iter().zip(outlines) {
         for (at, normal) in stations(each, outline.free_on_left) {
             result.points += 1;
-            let Some(component) = component_touching(plan, at, normal) else { continue };
+            let Some(component) = component_touching(plan, &spaces, at, normal) else { continue };
             if !components.contains(&component) {
                 continue;
             }
@@ -75,14 +76,23 @@ const MISSED_MM: f64 = 0.5;
 const ASIDE_MM: f64 = 0.01;
 
 /// The free space from which the tool touches the profile at `at`, if it fits there.
-fn component_touching(plan: &CertifiedPlan, at: (f64, f64), normal: (f64, f64)) -> Option<usize> {
+///
+/// No edge nearer to that centre than the profile's own point means that nothing lies between them: the centre is on
+/// the side that the normal points to.
+fn component_touching(
+    plan: &CertifiedPlan,
+    spaces: &FreeSpaces,
+    at: (f64, f64),
+    normal: (f64, f64),
+) -> Option<usize> {
     let off =
         |distance_mm: f64| point_from_mm((at.0 + normal.0 * distance_mm, at.1 + normal.1 * distance_mm)).ok();
     let path = mm(plan.finishing.units()) + mm(i32::from(GUARD));
     let threshold = length_up_from_mm(path - TOUCHING_MM).ok()?;
-    plan.part.free_point(off(path)?, threshold).ok()?;
+    let centre = off(path)?;
+    plan.part.edges_clear(Segment { from: centre, to: centre }, threshold).ok()?;
     // Looked at from a little farther out: the place itself lies on the loop that bounds the free space.
-    Some(plan.plan.finish.component_of(off(path + ASIDE_MM)?))
+    Some(spaces.component_of(off(path + ASIDE_MM)?))
 }
 
 type Station = ((f64, f64), (f64, f64));
@@ -156,10 +166,6 @@ impl CentrePaths {
     fn key(&self, (x, y): (f64, f64)) -> (i64, i64) {
         let index = |c: f64| keepout_kernel::curve::nearest_unit((c / self.cell).floor());
         (index(x), index(y))
-    }
-
-    fn components(&self, plan: &CertifiedPlan) -> Vec<usize> {
-        self.firsts.iter().map(|&point| plan.plan.finish.component_of(point)).collect()
     }
 
     /// The distance from `p` to the nearest piece, if it is within a cell; infinite otherwise.

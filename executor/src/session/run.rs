@@ -2,7 +2,10 @@
 
 use std::time::{Duration, Instant};
 
-use keepout_planner::units::point_mm;
+use keepout_kernel::Point;
+use keepout_kernel::exact::segment::Window;
+use keepout_planner::plan::CertifiedPlan;
+use keepout_planner::units::{length_up_from_mm, point_mm};
 
 use super::log::{Log, LogError};
 use crate::link::dialect::Grbl;
@@ -231,7 +234,7 @@ impl<'a, P: Port> Session<'a, P> {
         let ((x0, y0), (x1, y1)) = (point_mm(low), point_mm(high));
         Seen {
             position_mm,
-            wall_mm: position_mm.and_then(|position| nearest_wall(plan, position)),
+            wall_mm: self.supervisor.position().and_then(|position| nearest_wall(plan, position)),
             part_box_mm: (x0, y0, x1, y1),
             phase: self.supervisor.phase(),
             contoured: !self.supervisor.finished().is_empty(),
@@ -239,18 +242,30 @@ impl<'a, P: Port> Session<'a, P> {
     }
 }
 
-/// The nearest point of the part, for the operator's eye.
-fn nearest_wall(plan: &keepout_planner::plan::CertifiedPlan, p: (f64, f64)) -> Option<(f64, f64)> {
-    let mut best: Option<(f64, (f64, f64))> = None;
-    for edge in plan.part.edges() {
-        let (a, b) = (point_mm(edge.chord.from), point_mm(edge.chord.to));
-        let (dx, dy) = (b.0 - a.0, b.1 - a.1);
-        let t = (((p.0 - a.0) * dx + (p.1 - a.1) * dy) / (dx * dx + dy * dy)).clamp(0.0, 1.0);
-        let foot = (a.0 + dx * t, a.1 + dy * t);
-        let distance = (p.0 - foot.0).hypot(p.1 - foot.1);
-        if best.is_none_or(|(least, _)| distance < least) {
-            best = Some((distance, foot));
+/// The nearest point of the part, for the operator's eye: looked for in windows that double until one holds it.
+fn nearest_wall(plan: &CertifiedPlan, position: Point) -> Option<(f64, f64)> {
+    let p = point_mm(position);
+    let mut reach_mm = 4.0;
+    while reach_mm < 11_000.0 {
+        let mut best: Option<(f64, (f64, f64))> = None;
+        let reach = length_up_from_mm(reach_mm).ok().or(length_up_from_mm(5000.0).ok())?;
+        plan.part.edges_near(Window::of(position), reach, |edge| {
+            let foot = nearest_on(p, point_mm(edge.chord.from), point_mm(edge.chord.to));
+            let distance = (p.0 - foot.0).hypot(p.1 - foot.1);
+            if best.is_none_or(|(least, _)| distance < least) {
+                best = Some((distance, foot));
+            }
+        });
+        if let Some((_, foot)) = best.filter(|&(distance, _)| distance <= reach_mm) {
+            return Some(foot);
         }
+        reach_mm *= 2.0;
     }
-    best.map(|(_, foot)| foot)
+    None
+}
+
+fn nearest_on(p: (f64, f64), a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
+    let (dx, dy) = (b.0 - a.0, b.1 - a.1);
+    let t = (((p.0 - a.0) * dx + (p.1 - a.1) * dy) / (dx * dx + dy * dy)).clamp(0.0, 1.0);
+    (a.0 + dx * t, a.1 + dy * t)
 }
