@@ -3,8 +3,15 @@
 //! `step(event, now)` takes one event and the time, and answers with the commands to send; it reads no clock, touches
 //! no port and draws no random numbers. Motions come only from the [`guard`].
 
+mod event;
+mod fault;
 pub mod guard;
 mod manual;
+mod settings;
+mod start;
+
+pub use event::{Command, Event, Mode, Reply, Report, Wish};
+pub use fault::Fault;
 
 use std::time::Duration;
 
@@ -14,115 +21,10 @@ use keepout_planner::job::{Leg, contour_job};
 use keepout_planner::margin::Budget;
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::{length_up_from_mm, mm};
-use thiserror::Error;
 
 use crate::time::Time;
-use guard::{Certified, Guard, Refusal, Sighting, Stamp};
-
-/// What the operator wants, as read from a joystick, script or model.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Wish {
-    /// Direction and share of full speed; the length counts up to 1.
-    pub direction: (f64, f64),
-    /// Touching the part starts the contour.
-    pub automatic: bool,
-    /// Stop and end the session.
-    pub quit: bool,
-}
-
-/// The controller's state, as far as the supervisor needs it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mode {
-    /// Stands still, waits for commands.
-    Idle,
-    /// Moves: jogging, or running a contour.
-    Moving,
-    /// Held by a feed hold.
-    Held,
-    /// Homing.
-    Homing,
-    /// Locked by an alarm: homing or unlocking needed.
-    Alarm,
-    /// Something else: door, check, sleep.
-    Other,
-}
-
-/// A status report.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Report {
-    /// The controller's state.
-    pub mode: Mode,
-    /// The tool centre, drawing coordinates; `None` when the report gives no machine position.
-    pub position: Option<Point>,
-    /// The work offset, when this report carries it, in machine coordinates.
-    pub work_offset: Option<Point>,
-    /// Free blocks in the planner, when reported.
-    pub free_blocks: Option<usize>,
-}
-
-/// A decoded line from the controller.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Reply {
-    /// The oldest line is accepted.
-    Ok,
-    /// The oldest line is refused.
-    Error(u16),
-    /// An alarm.
-    Alarm(u16),
-    /// A status report.
-    Report(Report),
-    /// A setting, number and value.
-    Setting(u16, f64),
-    /// The greeting after power-up or reset.
-    Greeting(String),
-    /// A message worth keeping, nothing to act on.
-    Message(String),
-    /// Not a line of this controller's language.
-    Garbled(String),
-}
-
-/// What happens to the supervisor.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Event {
-    /// A line from the controller.
-    Reply(Reply),
-    /// The operator's wish of this moment.
-    Operator(Wish),
-    /// Time has passed.
-    Tick,
-    /// The port failed.
-    PortLost(String),
-}
-
-/// What the supervisor wants sent.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Command {
-    /// Ask for a status report.
-    Query,
-    /// Stop a jog.
-    Cancel,
-    /// Stop a contour, keeping the position.
-    Hold,
-    /// Reset the controller.
-    Reset,
-    /// End whatever line the controller may have half of.
-    Wake,
-    /// Read the controller's settings.
-    ReadSettings,
-    /// Have planner blocks reported.
-    ReportBlocks,
-    /// Set how far chords may leave an arc.
-    SetArcTolerance {
-        /// The tolerance, mm.
-        mm: f64,
-    },
-    /// Set the modes that motions rely on; two lines.
-    SetModes,
-    /// Find the reference position.
-    Home,
-    /// A certified motion.
-    Move(Certified),
-}
+use guard::{Guard, Sighting, Stamp};
+use settings::Settings;
 
 /// What the session was set up with.
 #[derive(Clone, Debug, PartialEq)]
@@ -139,101 +41,6 @@ pub struct Options {
     pub steps_per_mm: f64,
     /// Arc tolerance, mm, that the controller is given unless its own is smaller.
     pub arc_tolerance_mm: f64,
-}
-
-/// Why a session stopped.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum Fault {
-    /// The controller does not answer.
-    #[error("no answer from the controller for {seconds:.1} s. Check cable, power, port and baud rate.")]
-    Silent {
-        /// How long.
-        seconds: f64,
-    },
-    /// It answered something that is not its language.
-    #[error("the controller sent {line:?}, which is not GRBL 1.1. Check the baud rate and the cable.")]
-    Garbled {
-        /// The line.
-        line: String,
-    },
-    /// It refused a line.
-    #[error("the controller refused a line with error {code}{}. The machine has stopped at its last certified target.", error_text(*.code))]
-    Refused {
-        /// Its error number.
-        code: u16,
-    },
-    /// It raised an alarm.
-    #[error("the controller raised alarm {code}{}. Find the cause, then home the machine again.", alarm_text(*.code))]
-    Alarm {
-        /// Its alarm number.
-        code: u16,
-    },
-    /// It was reset under way.
-    #[error("the controller was reset. Its position may be lost: home it and start again.")]
-    WasReset,
-    /// It is locked and homing was not asked for.
-    #[error(
-        "the machine is not homed: where the tool is, is not known. Start with --home, with the tool raised."
-    )]
-    NotHomed,
-    /// Its settings are not those that safety needs.
-    #[error("controller setting ${number} is {value}, it must be {needed}")]
-    Setting {
-        /// The setting's number.
-        number: u16,
-        /// Its value.
-        value: f64,
-        /// What is needed.
-        needed: &'static str,
-    },
-    /// The tool stands where it must not.
-    #[error("the tool stands at {}: {refusal}. Raise it, move it clear by hand, and start again.", keepout_planner::units::place(*at))]
-    StandsInside {
-        /// Where it stands.
-        at: Point,
-        /// What the guard says.
-        refusal: Refusal,
-    },
-    /// A line was neither accepted nor refused.
-    #[error("a line was lost on the way to the controller. Check cable and baud rate.")]
-    LineLost,
-    /// Its work offset changed under way.
-    #[error("the controller's work offset changed while the session ran: somebody set it there")]
-    OffsetChanged,
-    /// The guard found something that can not be.
-    #[error("stopped: {0}")]
-    Guard(#[from] Refusal),
-    /// It entered a state that it was not sent to.
-    #[error("the controller went into {mode:?} by itself: somebody pressed a button there, or a door opened")]
-    Unexpected {
-        /// The state.
-        mode: Mode,
-    },
-    /// The port failed.
-    #[error("the port was lost: {0}")]
-    PortLost(String),
-}
-
-fn error_text(code: u16) -> &'static str {
-    match code {
-        1..=3 => " (a damaged line)",
-        8 => " (not idle)",
-        9 => " (locked by an alarm)",
-        11 | 14 => " (a line too long)",
-        15 => " (beyond the machine's travel)",
-        20..=25 | 33..=35 => " (not valid G-code)",
-        _ => "",
-    }
-}
-
-fn alarm_text(code: u16) -> &'static str {
-    match code {
-        1 => " (limit switch)",
-        2 => " (beyond the machine's travel)",
-        3 => " (reset while moving: position lost)",
-        6..=9 => " (homing failed)",
-        _ => "",
-    }
 }
 
 /// What the supervisor is doing; each state carries only its own data.
@@ -279,18 +86,6 @@ pub enum Phase {
     Done,
     /// Stopped by a fault.
     Faulted,
-}
-
-/// Controller settings that the supervisor uses.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Settings {
-    report_mask: Option<f64>,
-    arc_tolerance_mm: Option<f64>,
-    inches: Option<f64>,
-    homing: Option<f64>,
-    steps_per_mm: [Option<f64>; 2],
-    max_rate_mm_min: [Option<f64>; 2],
-    acceleration_mm_s2: [Option<f64>; 2],
 }
 
 /// Counters for the report.
@@ -535,91 +330,6 @@ impl Supervisor {
         }
     }
 
-    fn take_ok(&mut self, commands: &mut Vec<Command>) -> Result<(), Fault> {
-        match &self.state {
-            State::Connecting { .. } => {}
-            State::ReadingSettings(settings) => {
-                let settings = *settings;
-                settings.check(&self.options)?;
-                self.limits = settings.limits(self.limits);
-                self.store(&settings, commands);
-            }
-            State::Storing { open: open @ 2.. } => self.state = State::Storing { open: open - 1 },
-            State::Storing { .. } => self.home_or_locate(commands),
-            State::Waking => self.read_settings(commands),
-            State::Homing => self.locate(commands),
-            State::Locating { lines_open: open @ 1.. } => {
-                self.state = State::Locating { lines_open: open - 1 }
-            }
-            _ => {
-                self.guard.acknowledged()?;
-                self.refused = 0;
-                // An answer to a query that left before this line would have come before this acknowledgement.
-                let guard = &self.guard;
-                self.queries.retain(|stamp| !guard.is_outdated(stamp));
-            }
-        }
-        Ok(())
-    }
-
-    fn take_error(&mut self, code: u16, commands: &mut Vec<Command>) -> Result<(), Fault> {
-        /// Not idle: a jog stream that ran dry leaves GRBL in Run for a moment.
-        const NOT_IDLE: u16 = 8;
-        match &mut self.state {
-            State::Connecting { .. } => Ok(()),
-            State::Waking => {
-                self.read_settings(commands);
-                Ok(())
-            }
-            State::Manual(manual)
-                if code == NOT_IDLE && self.refused < REFUSED_MAX && self.guard.refused() =>
-            {
-                self.refused += 1;
-                manual.wait_for_rest();
-                Ok(())
-            }
-            _ => Err(Fault::Refused { code }),
-        }
-    }
-
-    fn read_settings(&mut self, commands: &mut Vec<Command>) {
-        commands.push(Command::ReadSettings);
-        self.state = State::ReadingSettings(Settings::default());
-    }
-
-    /// Sets what the session relies on, where the controller has it otherwise.
-    fn store(&mut self, settings: &Settings, commands: &mut Vec<Command>) {
-        let mut open = 0;
-        if !settings.reports_blocks() {
-            commands.push(Command::ReportBlocks);
-            open += 1;
-        }
-        let mm = self.options.arc_tolerance_mm;
-        if !settings.follows_arcs(mm) {
-            commands.push(Command::SetArcTolerance { mm });
-            open += 1;
-        }
-        if open == 0 {
-            self.home_or_locate(commands);
-        } else {
-            self.state = State::Storing { open };
-        }
-    }
-
-    fn home_or_locate(&mut self, commands: &mut Vec<Command>) {
-        if self.options.home {
-            commands.push(Command::Home);
-            self.state = State::Homing;
-        } else {
-            self.locate(commands);
-        }
-    }
-
-    fn locate(&mut self, commands: &mut Vec<Command>) {
-        commands.push(Command::SetModes);
-        self.state = State::Locating { lines_open: 2 };
-    }
-
     fn take_report(&mut self, report: &Report, now: Time, commands: &mut Vec<Command>) -> Result<(), Fault> {
         self.position = report.position.or(self.position);
         if let (Some(known), Some(now)) = (self.work_offset, report.work_offset)
@@ -649,28 +359,6 @@ impl Supervisor {
             }
             _ => Ok(()),
         }
-    }
-
-    fn connected(&mut self, report: &Report, commands: &mut Vec<Command>) -> Result<(), Fault> {
-        match report.mode {
-            Mode::Idle => {}
-            Mode::Alarm if self.options.home => {}
-            Mode::Alarm => return Err(Fault::NotHomed),
-            mode => return Err(Fault::Unexpected { mode }),
-        }
-        commands.push(Command::Wake);
-        self.state = State::Waking;
-        Ok(())
-    }
-
-    fn take_place(&mut self, report: &Report) -> Result<(), Fault> {
-        let (Mode::Idle, Some(at), Some(_)) = (report.mode, report.position, self.work_offset) else {
-            return Ok(());
-        };
-        self.planner_blocks = report.free_blocks;
-        self.guard.locate(at).map_err(|refusal| Fault::StandsInside { at, refusal })?;
-        self.state = State::Manual(manual::Manual::default());
-        Ok(())
     }
 
     fn check_mode(&self, report: &Report) -> Result<(), Fault> {
@@ -859,65 +547,6 @@ impl Supervisor {
         });
         self.guard.forget();
         self.state = State::Faulted(fault);
-    }
-}
-
-impl Settings {
-    fn take(&mut self, number: u16, value: f64) {
-        match number {
-            10 => self.report_mask = Some(value),
-            12 => self.arc_tolerance_mm = Some(value),
-            13 => self.inches = Some(value),
-            22 => self.homing = Some(value),
-            100 | 101 => self.steps_per_mm[usize::from(number - 100)] = Some(value),
-            110 | 111 => self.max_rate_mm_min[usize::from(number - 110)] = Some(value),
-            120 | 121 => self.acceleration_mm_s2[usize::from(number - 120)] = Some(value),
-            _ => {}
-        }
-    }
-
-    fn check(&self, options: &Options) -> Result<(), Fault> {
-        let steps_per_mm = options.steps_per_mm;
-        let missing =
-            |number| Fault::Setting { number, value: f64::NAN, needed: "reported by the controller" };
-        let homing = self.homing.ok_or(missing(22))?;
-        if homing < 1.0 {
-            let needed = "1: without homing the position is not known";
-            return Err(Fault::Setting { number: 22, value: homing, needed });
-        }
-        let inches = self.inches.ok_or(missing(13))?;
-        if inches.abs() > 0.0 {
-            return Err(Fault::Setting { number: 13, value: inches, needed: "0: positions are read in mm" });
-        }
-        for (number, value) in [(100, self.steps_per_mm[0]), (101, self.steps_per_mm[1])] {
-            let value = value.ok_or(missing(number))?;
-            if value.is_nan() || value < steps_per_mm * 0.999 {
-                let needed = "at least the steps per mm that the plan's margin was made for";
-                return Err(Fault::Setting { number, value, needed });
-            }
-        }
-        Ok(())
-    }
-
-    /// Whether reports carry machine positions (bit 0) and planner blocks (bit 1).
-    fn reports_blocks(&self) -> bool {
-        self.report_mask.is_some_and(|mask| mask.rem_euclid(4.0) >= 3.0)
-    }
-
-    /// Whether the arc tolerance is provably no more than `mm`: it is reported with three decimals.
-    fn follows_arcs(&self, mm: f64) -> bool {
-        self.arc_tolerance_mm.is_some_and(|reported| reported >= 0.001 && reported + 0.0005 <= mm)
-    }
-
-    fn limits(&self, fallback: manual::Limits) -> manual::Limits {
-        let least = |values: [Option<f64>; 2], scale: f64, fallback: f64| {
-            let known = values.into_iter().flatten().filter(|value| *value > 0.0);
-            known.map(|value| value * scale).fold(fallback, f64::min)
-        };
-        manual::Limits {
-            speed_mm_s: least(self.max_rate_mm_min, 1.0 / 60.0, fallback.speed_mm_s),
-            acceleration_mm_s2: least(self.acceleration_mm_s2, 1.0, fallback.acceleration_mm_s2),
-        }
     }
 }
 

@@ -1,0 +1,110 @@
+//! What goes in and out of the supervisor: events, replies, commands.
+
+use keepout_kernel::Point;
+
+use super::guard::Certified;
+
+/// What the operator wants, as read from a joystick, script or model.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Wish {
+    /// Direction and share of full speed; the length counts up to 1.
+    pub direction: (f64, f64),
+    /// Touching the part starts the contour.
+    pub automatic: bool,
+    /// Stop and end the session.
+    pub quit: bool,
+}
+
+/// The controller's state, as far as the supervisor needs it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// Stands still, waits for commands.
+    Idle,
+    /// Moves: jogging, or running a contour.
+    Moving,
+    /// Held by a feed hold.
+    Held,
+    /// Homing.
+    Homing,
+    /// Locked by an alarm: homing or unlocking needed.
+    Alarm,
+    /// Something else: door, check, sleep.
+    Other,
+}
+
+/// A status report.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Report {
+    /// The controller's state.
+    pub mode: Mode,
+    /// The tool centre, drawing coordinates; `None` when the report gives no machine position.
+    pub position: Option<Point>,
+    /// The work offset, when this report carries it, in machine coordinates.
+    pub work_offset: Option<Point>,
+    /// Free blocks in the planner, when reported.
+    pub free_blocks: Option<usize>,
+}
+
+/// A decoded line from the controller.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Reply {
+    /// The oldest line is accepted.
+    Ok,
+    /// The oldest line is refused.
+    Error(u16),
+    /// An alarm.
+    Alarm(u16),
+    /// A status report.
+    Report(Report),
+    /// A setting, number and value.
+    Setting(u16, f64),
+    /// The greeting after power-up or reset.
+    Greeting(String),
+    /// A message worth keeping, nothing to act on.
+    Message(String),
+    /// Not a line of this controller's language.
+    Garbled(String),
+}
+
+/// What happens to the supervisor.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// A line from the controller.
+    Reply(Reply),
+    /// The operator's wish of this moment.
+    Operator(Wish),
+    /// Time has passed.
+    Tick,
+    /// The port failed.
+    PortLost(String),
+}
+
+/// What the supervisor wants sent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Command {
+    /// Ask for a status report.
+    Query,
+    /// Stop a jog.
+    Cancel,
+    /// Stop a contour, keeping the position.
+    Hold,
+    /// Reset the controller.
+    Reset,
+    /// End whatever line the controller may have half of.
+    Wake,
+    /// Read the controller's settings.
+    ReadSettings,
+    /// Have planner blocks reported.
+    ReportBlocks,
+    /// Set how far chords may leave an arc.
+    SetArcTolerance {
+        /// The tolerance, mm.
+        mm: f64,
+    },
+    /// Set the modes that motions rely on; two lines.
+    SetModes,
+    /// Find the reference position.
+    Home,
+    /// A certified motion.
+    Move(Certified),
+}
