@@ -36,8 +36,11 @@ pub struct Witness {
     watched: u64,
 }
 
-/// Distances beyond this count as far, lattice units (5.3 m).
-const FAR: i64 = 1 << 29;
+/// Distances between the tool's edge and the part beyond this are not measured, lattice units (5 mm): every sample is
+/// then one cheap question.
+const FAR: i64 = 500_000;
+/// Depths inside the part are measured up to this, lattice units (5.3 m).
+const DEEP: i64 = 1 << 29;
 
 impl Witness {
     /// A witness for a tool of `radius` at a part placed at `offset` on the machine.
@@ -90,7 +93,8 @@ impl Witness {
         if clear(self.radius.saturating_plus(known)) {
             return known;
         }
-        let beyond = i64::from(largest_clear(FAR, clear)) - i64::from(self.radius.units());
+        let reach = i64::from(self.radius.units()) + i64::from(known.units());
+        let beyond = i64::from(largest_clear(reach + 1, clear)) - i64::from(self.radius.units());
         Length::from_units(beyond.max(0)).unwrap_or(Length::ZERO).min(known)
     }
 
@@ -99,7 +103,8 @@ impl Witness {
         if !self.inside && clear(self.radius.saturating_plus(self.closest)) {
             return;
         }
-        let distance = largest_clear(FAR, clear);
+        let reach = i64::from(self.radius.units()) + i64::from(self.closest.units());
+        let distance = largest_clear(reach + 1, clear);
         let beyond = i64::from(distance) - i64::from(self.radius.units());
         if !self.inside && beyond >= 0 {
             self.closest = Length::from_units(beyond).unwrap_or(Length::ZERO).min(self.closest);
@@ -109,7 +114,7 @@ impl Witness {
         let crossed = self.inside || self.part.holds(motion.to);
         let depth_mm = if crossed {
             let here = Segment { from: motion.to, to: motion.to };
-            let within = largest_clear(FAR, |r| self.part.edges_clear(here, r).is_ok());
+            let within = largest_clear(DEEP, |r| self.part.edges_clear(here, r).is_ok());
             mm(self.radius.units()) + mm(within.max(0))
         } else {
             -mm(i32::try_from(beyond).unwrap_or(0))
@@ -145,13 +150,13 @@ impl Witness {
         self.deepest
     }
 
-    /// The least distance between the tool's edge and the part, mm; zero after an incursion.
+    /// The least distance between the tool's edge and the part, mm; zero after an incursion, `None` beyond 5 mm.
     #[must_use]
     pub fn closest_mm(&self) -> Option<f64> {
         (i64::from(self.closest.units()) < FAR).then(|| mm(self.closest.units()))
     }
 
-    /// The least distance between the tool's edge and the part while jogging, mm.
+    /// The least distance between the tool's edge and the part while jogging, mm; `None` beyond 5 mm.
     #[must_use]
     pub fn closest_by_hand_mm(&self) -> Option<f64> {
         (i64::from(self.closest_by_hand.units()) < FAR).then(|| mm(self.closest_by_hand.units()))
