@@ -2,7 +2,7 @@
 //!
 //! It only proposes. The executor's guard certifies every motion again before the first is sent.
 
-use keepout_kernel::curve::{angle, fit_arc, radius};
+use keepout_kernel::curve::{angle, fit_arc};
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::offset::shortest_arc;
 use keepout_kernel::{Curve, FreePoint, Point, Segment};
@@ -10,7 +10,7 @@ use thiserror::Error;
 
 use crate::plan::CertifiedPlan;
 use crate::route::route;
-use crate::units::{place, point_from_mm, point_mm};
+use crate::units::{along_mm, place, point_from_mm, point_mm};
 
 /// A stretch of a contouring job.
 #[derive(Clone, Debug, PartialEq)]
@@ -171,22 +171,9 @@ fn entry_at(curves: &[Curve], t: f64) -> Entry {
 }
 
 fn place_on(curve: &Curve, index: usize, share: f64) -> Entry {
-    let (a, b) = (point_mm(curve.from()), point_mm(curve.to()));
-    match curve {
-        Curve::Line(_) => {
-            let (dx, dy) = (b.0 - a.0, b.1 - a.1);
-            let length = dx.hypot(dy).max(f64::MIN_POSITIVE);
-            Entry { index, at: (a.0 + dx * share, a.1 + dy * share), outward: (dy / length, -dx / length) }
-        }
-        Curve::Arc(arc) => {
-            let left = arc.turn() == keepout_kernel::Turn::Left;
-            let sign = if left { 1.0 } else { -1.0 };
-            let phi = angle(arc.centre(), arc.from()) + sign * keepout_kernel::curve::sweep(arc) * share;
-            let (c, r) = (point_mm(arc.centre()), radius(arc) / f64::from(keepout_kernel::UNITS_PER_MM));
-            let (cos, sin) = (phi.cos(), phi.sin());
-            Entry { index, at: (c.0 + r * cos, c.1 + r * sin), outward: (sign * cos, sign * sin) }
-        }
-    }
+    let (at, (dx, dy)) = along_mm(curve, share);
+    // The part is on the left of the path.
+    Entry { index, at, outward: (dy, -dx) }
 }
 
 /// The place on the loop that is nearest to `point`, and its distance in mm.

@@ -1,7 +1,7 @@
 //! The `f64` door: millimetres to lattice units and back.
 
-use keepout_kernel::curve::{nearest_point, nearest_unit};
-use keepout_kernel::{LatticeError, Length, Point, UNITS_PER_MM};
+use keepout_kernel::curve::{angle, nearest_point, nearest_unit, radius, sweep};
+use keepout_kernel::{Curve, LatticeError, Length, Point, Turn, UNITS_PER_MM};
 
 /// Millimetres of a coordinate or length given in lattice units.
 #[must_use]
@@ -39,6 +39,35 @@ pub fn length_up_from_mm(value_mm: f64) -> Result<Length, LatticeError> {
 pub fn place(point: Point) -> String {
     let (x, y) = point_mm(point);
     format!("({x:.3}, {y:.3}) mm")
+}
+
+/// The point of a curve at the share `t` in [0, 1] of its length, mm, and the unit direction of travel there.
+#[must_use]
+pub fn along_mm(curve: &Curve, t: f64) -> ((f64, f64), (f64, f64)) {
+    let (a, b) = (point_mm(curve.from()), point_mm(curve.to()));
+    match curve {
+        Curve::Line(_) => {
+            let (dx, dy) = (b.0 - a.0, b.1 - a.1);
+            let length = dx.hypot(dy).max(f64::MIN_POSITIVE);
+            ((a.0 + dx * t, a.1 + dy * t), (dx / length, dy / length))
+        }
+        Curve::Arc(arc) => {
+            let sign = if arc.turn() == Turn::Left { 1.0 } else { -1.0 };
+            let phi = angle(arc.centre(), arc.from()) + sign * sweep(arc) * t;
+            let (c, r) = (point_mm(arc.centre()), radius(arc) / f64::from(UNITS_PER_MM));
+            ((c.0 + r * phi.cos(), c.1 + r * phi.sin()), (-phi.sin() * sign, phi.cos() * sign))
+        }
+    }
+}
+
+/// The point of the segment `a b` that is nearest to `p`.
+#[must_use]
+pub fn nearest_on_mm(p: (f64, f64), a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
+    let (dx, dy) = (b.0 - a.0, b.1 - a.1);
+    let length_2 = dx * dx + dy * dy;
+    let t =
+        if length_2 > 0.0 { (((p.0 - a.0) * dx + (p.1 - a.1) * dy) / length_2).clamp(0.0, 1.0) } else { 0.0 };
+    (a.0 + dx * t, a.1 + dy * t)
 }
 
 #[cfg(test)]

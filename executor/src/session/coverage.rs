@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use keepout_kernel::{Curve, Point, Segment};
+use keepout_kernel::{Point, Segment};
 use keepout_planner::finish::{FreeSpaces, GUARD};
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::profile::ProfileLoop;
-use keepout_planner::units::{length_up_from_mm, mm, point_from_mm, point_mm};
+use keepout_planner::units::{along_mm, length_up_from_mm, mm, nearest_on_mm, point_from_mm, point_mm};
 
 /// What the cut contour is like.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -106,33 +106,12 @@ fn stations(each: &ProfileLoop, free_on_left: bool) -> Vec<Station> {
         let count = (length / STEP_MM).ceil().max(1.0);
         let mut k = 0.0;
         while k <= count {
-            let (at, direction) = along(&edge.curve, k / count);
+            let (at, direction) = along_mm(&edge.curve, k / count);
             stations.push((at, (direction.1 * sign, -direction.0 * sign)));
             k += 1.0;
         }
     }
     stations
-}
-
-fn along(curve: &Curve, t: f64) -> ((f64, f64), (f64, f64)) {
-    let (a, b) = (point_mm(curve.from()), point_mm(curve.to()));
-    match curve {
-        Curve::Line(_) => {
-            let (dx, dy) = (b.0 - a.0, b.1 - a.1);
-            let length = dx.hypot(dy).max(f64::MIN_POSITIVE);
-            ((a.0 + dx * t, a.1 + dy * t), (dx / length, dy / length))
-        }
-        Curve::Arc(arc) => {
-            let sign = if arc.turn() == keepout_kernel::Turn::Left { 1.0 } else { -1.0 };
-            let phi = keepout_kernel::curve::angle(arc.centre(), arc.from())
-                + sign * keepout_kernel::curve::sweep(arc) * t;
-            let (c, r) = (
-                point_mm(arc.centre()),
-                keepout_kernel::curve::radius(arc) / f64::from(keepout_kernel::UNITS_PER_MM),
-            );
-            ((c.0 + r * phi.cos(), c.1 + r * phi.sin()), (-phi.sin() * sign, phi.cos() * sign))
-        }
-    }
 }
 
 /// The centre's paths in cells, to find the nearest piece.
@@ -170,17 +149,13 @@ impl CentrePaths {
 
     /// The distance from `p` to the nearest piece, if it is within a cell; infinite otherwise.
     fn distance(&self, p: (f64, f64)) -> f64 {
+        let to_piece = |(a, b)| {
+            let foot = nearest_on_mm(p, a, b);
+            (p.0 - foot.0).hypot(p.1 - foot.1)
+        };
         let (i, j) = self.key(p);
         let near = (i - 1..=i + 1).flat_map(|x| (j - 1..=j + 1).map(move |y| (x, y)));
         let pieces = near.filter_map(|key| self.cells.get(&key)).flatten();
-        pieces.map(|&index| to_piece(p, self.pieces[index])).fold(f64::INFINITY, f64::min)
+        pieces.map(|&index| to_piece(self.pieces[index])).fold(f64::INFINITY, f64::min)
     }
-}
-
-fn to_piece(p: (f64, f64), (a, b): ((f64, f64), (f64, f64))) -> f64 {
-    let (dx, dy) = (b.0 - a.0, b.1 - a.1);
-    let length_2 = dx * dx + dy * dy;
-    let t =
-        if length_2 > 0.0 { (((p.0 - a.0) * dx + (p.1 - a.1) * dy) / length_2).clamp(0.0, 1.0) } else { 0.0 };
-    (p.0 - a.0 - dx * t).hypot(p.1 - a.1 - dy * t)
 }

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use keepout_kernel::Point;
 use keepout_kernel::exact::segment::Window;
 use keepout_planner::plan::CertifiedPlan;
-use keepout_planner::units::{length_up_from_mm, point_mm};
+use keepout_planner::units::{length_up_from_mm, nearest_on_mm, point_mm};
 
 use super::log::{Log, LogError};
 use crate::link::dialect::Grbl;
@@ -250,7 +250,7 @@ fn nearest_wall(plan: &CertifiedPlan, position: Point) -> Option<(f64, f64)> {
         let mut best: Option<(f64, (f64, f64))> = None;
         let reach = length_up_from_mm(reach_mm).ok().or(length_up_from_mm(5000.0).ok())?;
         plan.part.edges_near(Window::of(position), reach, |edge| {
-            let foot = nearest_on(p, point_mm(edge.chord.from), point_mm(edge.chord.to));
+            let foot = nearest_on_mm(p, point_mm(edge.chord.from), point_mm(edge.chord.to));
             let distance = (p.0 - foot.0).hypot(p.1 - foot.1);
             if best.is_none_or(|(least, _)| distance < least) {
                 best = Some((distance, foot));
@@ -262,10 +262,4 @@ fn nearest_wall(plan: &CertifiedPlan, position: Point) -> Option<(f64, f64)> {
         reach_mm *= 2.0;
     }
     None
-}
-
-fn nearest_on(p: (f64, f64), a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
-    let (dx, dy) = (b.0 - a.0, b.1 - a.1);
-    let t = (((p.0 - a.0) * dx + (p.1 - a.1) * dy) / (dx * dx + dy * dy)).clamp(0.0, 1.0);
-    (a.0 + dx * t, a.1 + dy * t)
 }

@@ -172,7 +172,7 @@ fn reach(guard: &Guard, end: FreePoint, wish: Vector, counts: &mut Counts) -> Op
 
 /// The longest admitted prefix of a motion, on the grid; `None` when that is nothing.
 fn prefix(guard: &Guard, from: Point, wish: Vector) -> Option<Point> {
-    let to = bounded_target(from, wish)?;
+    let to = from.translated(wish).ok()?;
     let mut best = None;
     longest_prefix(from, to, |point| {
         let Some(target) = on_grid(point) else { return false };
@@ -183,10 +183,6 @@ fn prefix(guard: &Guard, from: Point, wish: Vector) -> Option<Point> {
         admitted
     });
     best.filter(|&target| target != from)
-}
-
-fn bounded_target(from: Point, wish: Vector) -> Option<Point> {
-    from.translated(wish).ok()
 }
 
 fn on_grid(point: Point) -> Option<Point> {

@@ -64,7 +64,8 @@ enum State {
     },
     Manual(manual::Manual),
     Contouring {
-        legs: Vec<(Option<usize>, usize)>,
+        /// The finishing loops that it cuts.
+        cuts: Vec<usize>,
     },
     Stopping,
     Done,
@@ -385,8 +386,8 @@ impl Supervisor {
         if self.guard.settled() {
             match &mut self.state {
                 State::Manual(manual) => manual.settle(),
-                State::Contouring { legs } => {
-                    self.finished.extend(legs.iter().filter_map(|leg| leg.0));
+                State::Contouring { cuts } => {
+                    self.finished.append(cuts);
                     self.state = State::Manual(manual::Manual::default());
                 }
                 State::Stopping => self.state = State::Done,
@@ -440,12 +441,8 @@ impl Supervisor {
                 }
             }
             State::Contouring { .. } if self.wish.quit => self.begin_stopping(commands),
-            State::Contouring { legs } => {
-                let motions: Vec<usize> = legs.iter().map(|leg| leg.1).collect();
+            State::Contouring { .. } => {
                 if let Some(certified) = self.guard.next_of_contour() {
-                    debug_assert!(
-                        self.guard.contour_progress().is_some_and(|(_, all)| all == motions.iter().sum())
-                    );
                     self.counts.contour_motions += 1;
                     commands.push(Command::Move(certified));
                 }
@@ -518,19 +515,18 @@ impl Supervisor {
     fn begin_contour(&mut self) -> Result<(), String> {
         let from = self.guard.end().ok_or("the tool's position is not known")?.point();
         let job = contour_job(&self.plan, from, self.options.stroke).map_err(|error| error.to_string())?;
-        let open: Vec<&Leg> = job.legs.iter().collect();
         let fast = manual::feed(self.limits.speed_mm_s / 2.0);
         let feed = |leg: &Leg| if leg.cuts.is_some() { self.options.feed_mm_min } else { fast };
         let curves: Vec<(Curve, u32)> =
-            open.iter().flat_map(|leg| leg.curves.iter().map(|&curve| (curve, feed(leg)))).collect();
-        let legs = open.iter().map(|leg| (leg.cuts, leg.curves.len())).collect();
+            job.legs.iter().flat_map(|leg| leg.curves.iter().map(|&curve| (curve, feed(leg)))).collect();
+        let cuts = job.legs.iter().filter_map(|leg| leg.cuts).collect();
         self.guard.take_contour(curves).map_err(|refusal| format!("contouring refused: {refusal}"))?;
         self.unreached = job.unreached.len();
         for unreached in &job.unreached {
             self.notices
                 .push(format!("no way wide enough for roughing leads to finishing loop {}", unreached + 1));
         }
-        self.state = State::Contouring { legs };
+        self.state = State::Contouring { cuts };
         self.armed = false;
         Ok(())
     }
