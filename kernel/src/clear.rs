@@ -4,13 +4,16 @@
 //! points and comes nearer to no edge than the threshold can not have changed sides, so only edges are asked: the
 //! induction is carried by the type.
 
+use alloc::vec::Vec;
 use core::fmt;
 use core::ops::ControlFlow;
 
 use crate::exact::lattice::{Length, Point};
+use crate::exact::predicate::Proximity;
 use crate::exact::region::{Location, Region};
 use crate::exact::segment::{Segment, Triangle, Window};
-use crate::index::{Edge, EdgeRuns, EdgeSource};
+use crate::index::cells::Answer;
+use crate::index::{CellFault, Cells, CheckedIndex, Edge, IndexFault, build, subdivide};
 
 /// Which side of the profile the tool works on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -89,26 +92,54 @@ impl core::error::Error for Blocked {}
 
 /// The part, seen from the tool: a region, the side of it that is prohibited, and the queries.
 ///
-/// Distances are to the true curves: each edge is asked with the threshold plus its slack.
+/// Distances are to the true curves: each edge is asked with the threshold plus its slack. No query allocates.
 #[derive(Clone, Debug)]
 pub struct ProhibitedRegion {
     region: Region,
-    edges: EdgeRuns,
+    index: CheckedIndex,
+    cells: Vec<Cells>,
     side: Side,
 }
 
 impl ProhibitedRegion {
-    /// The part bounded by `region`, to be machined from `side`.
+    /// The part bounded by `region`, to be machined from `side`; builds and checks the clearance index.
+    ///
+    /// # Errors
+    /// [`IndexFault::TooManyEdges`] above 2^30 edges.
+    pub fn new(region: Region, side: Side) -> Result<Self, IndexFault> {
+        let index = build::build(build::edges_of(&region))?;
+        Ok(Self { region, index, cells: Vec::new(), side })
+    }
+
+    /// Builds and checks cells for `threshold`, so that points and short motions are answered faster at exactly that
+    /// threshold. Answers stay the same.
+    ///
+    /// # Errors
+    /// [`CellFault::Whole`] when what is near the part at that threshold does not fit the lattice.
+    pub fn prepare(&mut self, threshold: Length) -> Result<(), CellFault> {
+        if self.cells_for(threshold).is_none() {
+            self.cells.push(subdivide::build(&self.index, threshold)?);
+        }
+        Ok(())
+    }
+
+    /// The cells made for `threshold`, if any.
     #[must_use]
-    pub fn new(region: Region, side: Side) -> Self {
-        let edges = EdgeRuns::of(&region);
-        Self { region, edges, side }
+    #[inline]
+    pub fn cells_for(&self, threshold: Length) -> Option<&Cells> {
+        self.cells.iter().find(|cells| cells.threshold() == threshold)
     }
 
     /// The region.
     #[must_use]
     pub fn region(&self) -> &Region {
         &self.region
+    }
+
+    /// The clearance index.
+    #[must_use]
+    pub fn index(&self) -> &CheckedIndex {
+        &self.index
     }
 
     /// The side the tool works on.
@@ -120,16 +151,38 @@ impl ProhibitedRegion {
     /// The edges with their slacks.
     #[must_use]
     pub fn edges(&self) -> &[Edge] {
-        self.edges.edges()
+        self.index.edges()
     }
 
     /// Whether `point` is on the part's side of the profile, or on the profile.
     #[must_use]
     pub fn holds(&self, point: Point) -> bool {
-        match (self.region.locate(point), self.side) {
+        match (self.index.locate(point), self.side) {
             (Location::Boundary, _) => true,
             (Location::Inside, side) => side == Side::Outside,
             (Location::Outside, side) => side == Side::Inside,
+        }
+    }
+
+    /// Whether every edge is farther than `threshold` from `point`, whichever side it is on.
+    #[must_use]
+    #[inline]
+    pub fn point_clear(&self, point: Point, threshold: Length) -> Proximity {
+        match self.cells_for(threshold).map_or(Answer::Unknown, |cells| cells.point(&self.index, point)) {
+            Answer::Clear => Proximity::Clear,
+            Answer::Near(_) => Proximity::Near,
+            Answer::Unknown => near_if(self.index.near_point(point, threshold).is_some()),
+        }
+    }
+
+    /// Whether every edge is farther than `threshold` from the whole motion, whichever side it is on.
+    #[must_use]
+    #[inline]
+    pub fn motion_clear(&self, motion: Segment, threshold: Length) -> Proximity {
+        match self.cells_for(threshold).map_or(Answer::Unknown, |cells| cells.motion(&self.index, motion)) {
+            Answer::Clear => Proximity::Clear,
+            Answer::Near(_) => Proximity::Near,
+            Answer::Unknown => near_if(self.index.near_motion(motion, threshold).is_some()),
         }
     }
 
@@ -138,7 +191,9 @@ impl ProhibitedRegion {
     /// # Errors
     /// [`Blocked`] by the first edge found, or because the point is on the part's side.
     pub fn free_point(&self, point: Point, threshold: Length) -> Result<FreePoint, Blocked> {
-        self.ask(Window::of(point), threshold, |edge, r| edge.chord.near_point(point, r).is_clear())?;
+        if let Some(edge) = self.index.near_point(point, threshold) {
+            return Err(Blocked::ByEdge(*edge));
+        }
         if self.holds(point) { Err(Blocked::OnPartSide(point)) } else { Ok(FreePoint { point, threshold }) }
     }
 
@@ -146,6 +201,7 @@ impl ProhibitedRegion {
     ///
     /// # Errors
     /// [`Blocked::ByEdge`] with an edge in the way.
+    #[inline]
     pub fn motion(&self, from: FreePoint, to: Point) -> Result<FreePoint, Blocked> {
         self.edges_clear(Segment { from: from.point, to }, from.threshold)?;
         Ok(FreePoint { point: to, threshold: from.threshold })
@@ -159,42 +215,67 @@ impl ProhibitedRegion {
         if a.threshold != b.threshold {
             return Err(Blocked::StartTooNear(if a.threshold < b.threshold { a.point } else { b.point }));
         }
+        if a.point == b.point {
+            return self.motion(a, to);
+        }
         let fan = Triangle { corners: [a.point, b.point, to] };
-        self.ask(fan.bounds(), a.threshold, |edge, r| fan.near_segment(edge.chord, r).is_clear())?;
-        Ok(FreePoint { point: to, threshold: a.threshold })
+        match self.index.near_fan(fan, a.threshold) {
+            Some(edge) => Err(Blocked::ByEdge(*edge)),
+            None => Ok(FreePoint { point: to, threshold: a.threshold }),
+        }
+    }
+
+    /// Certifies a way out: from a point that is clear only at a lower threshold, the straight motion to `to` comes
+    /// nearer to no edge that is, or comes, within `threshold`. What the tool does not touch it does not touch on the way.
+    ///
+    /// The distance to a chord never falls on such a motion, so it crosses none and ends on the free side; the answer is a
+    /// free point at the threshold of `from`.
+    ///
+    /// # Errors
+    /// [`Blocked::ByEdge`] with an edge that the motion approaches.
+    pub fn recedes(&self, from: FreePoint, to: Point, threshold: Length) -> Result<FreePoint, Blocked> {
+        match self.index.approached(Segment { from: from.point, to }, threshold.max(from.threshold)) {
+            Some(edge) => Err(Blocked::ByEdge(*edge)),
+            None => Ok(FreePoint { point: to, threshold: from.threshold }),
+        }
+    }
+
+    /// A certified lower bound on the distance of `point` to the part's edges, within two units of it; `None` when the
+    /// point is on an edge or within its slack.
+    #[must_use]
+    pub fn clearance(&self, point: Point) -> Option<Length> {
+        self.index.clearance(point)
     }
 
     /// Whether every edge is farther than `threshold` from the whole motion, whichever side it is on.
     ///
     /// # Errors
     /// [`Blocked::ByEdge`] with an edge in the way.
+    #[inline]
     pub fn edges_clear(&self, motion: Segment, threshold: Length) -> Result<(), Blocked> {
-        self.ask(motion.bounds(), threshold, |edge, r| motion.near_segment(edge.chord, r).is_clear())
+        let known =
+            self.cells_for(threshold).map_or(Answer::Unknown, |cells| cells.motion(&self.index, motion));
+        let near = match known {
+            Answer::Clear => return Ok(()),
+            Answer::Near(number) => usize::try_from(number).ok().and_then(|number| self.edges().get(number)),
+            Answer::Unknown => match self.index.near_motion(motion, threshold) {
+                None => return Ok(()),
+                near => near,
+            },
+        };
+        let near = near.or_else(|| self.index.near_motion(motion, threshold));
+        near.map_or(Ok(()), |edge| Err(Blocked::ByEdge(*edge)))
     }
 
     /// The edges that can come within `threshold` of `window`.
     pub fn edges_near(&self, window: Window, threshold: Length, mut visit: impl FnMut(&Edge)) {
-        let _ = self.edges.visit(window.grown(threshold), &mut |edge| {
+        let _ = self.index.visit(window.grown(threshold), |_, edge| {
             visit(edge);
             ControlFlow::Continue(())
         });
     }
+}
 
-    fn ask(
-        &self,
-        bounds: Window,
-        threshold: Length,
-        clear: impl Fn(&Edge, Length) -> bool,
-    ) -> Result<(), Blocked> {
-        let mut blocked = None;
-        let _ = self.edges.visit(bounds.grown(threshold), &mut |edge| {
-            if clear(edge, threshold.saturating_plus(edge.slack)) {
-                ControlFlow::Continue(())
-            } else {
-                blocked = Some(Blocked::ByEdge(*edge));
-                ControlFlow::Break(())
-            }
-        });
-        blocked.map_or(Ok(()), Err)
-    }
+fn near_if(near: bool) -> Proximity {
+    if near { Proximity::Near } else { Proximity::Clear }
 }

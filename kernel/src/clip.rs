@@ -2,9 +2,17 @@
 //!
 //! Everything here proposes; each answer has passed [`ProhibitedRegion::motion`].
 
+use core::ops::ControlFlow;
+
 use crate::clear::{FreePoint, ProhibitedRegion};
 use crate::exact::lattice::{Length, Point, Vector};
 use crate::exact::segment::{Segment, Window};
+use crate::index::Edge;
+use crate::index::cells::{Known, Square};
+use crate::index::nearest::xy;
+
+/// How far before the first contact the end of a clipped motion is tried, in lattice units.
+const SET_BACK: [f64; 7] = [1.0, 2.0, 3.0, 5.0, 10.0, 40.0, 200.0];
 
 /// Halvings of a motion when its clear prefix is sought: a motion of 1 m is resolved to 1 µm.
 const HALVINGS: u32 = 20;
@@ -35,9 +43,33 @@ pub fn longest_prefix(from: Point, to: Point, mut accepts: impl FnMut(Point) -> 
 }
 
 impl ProhibitedRegion {
-    /// The end of the longest prefix of the motion `from → to` that is certified clear.
+    /// The end of a certified clear prefix of the motion `from → to`, the longest to within a few lattice units.
+    ///
+    /// The first contact is computed in `f64`; the end is set back from it until the exact query lets the motion pass.
     #[must_use]
     pub fn clip(&self, from: FreePoint, to: Point) -> FreePoint {
+        let motion = Segment { from: from.point(), to };
+        let contact = match self.first_contact(motion, from.threshold()) {
+            None => match self.motion(from, to) {
+                Ok(free) => return free,
+                Err(_) => 1.0,
+            },
+            Some(contact) => contact,
+        };
+        let span = xy_of(to.minus(motion.from));
+        let length = libm::hypot(span.0, span.1);
+        let start = xy(motion.from);
+        for back in SET_BACK {
+            let t = contact - back / length;
+            if t <= 0.0 {
+                break;
+            }
+            let end = crate::curve::nearest_point(start.0 + span.0 * t, start.1 + span.1 * t);
+            if let Ok(free) = end.map_err(|_| ()).and_then(|end| self.motion(from, end).map_err(|_| ())) {
+                return free;
+            }
+        }
+        // A contact that the floats missed: halve.
         let mut end = from;
         longest_prefix(from.point(), to, |point| match self.motion(from, point) {
             Ok(free) => {
@@ -47,6 +79,57 @@ impl ProhibitedRegion {
             Err(_) => false,
         });
         end
+    }
+
+    /// The share of the motion at which it first comes within `threshold` of an edge; `None` when no edge does.
+    fn first_contact(&self, motion: Segment, threshold: Length) -> Option<f64> {
+        let line = Line::of(motion);
+        if let Some(cells) = self.cells_for(threshold) {
+            let mut first: Option<f64> = None;
+            let mut known = true;
+            let contact = |number: &u32| {
+                let edge = self.edges().get(*number as usize)?;
+                line.contact_with(edge, motion, threshold)
+            };
+            let walked = cells.walk(motion, |square| {
+                let here = match square.known {
+                    Known::Free => return ControlFlow::Continue(()),
+                    Known::Blocked(number) => contact(&number),
+                    Known::Near(list) => list.iter().filter_map(contact).reduce(f64::min),
+                    Known::Open => {
+                        known = false;
+                        return ControlFlow::Break(());
+                    }
+                };
+                first = here.into_iter().chain(first).reduce(f64::min);
+                if first.is_some_and(|first| first <= line.exit(square)) {
+                    ControlFlow::Break(())
+                } else {
+                    ControlFlow::Continue(())
+                }
+            });
+            if walked.is_some() && known {
+                return first;
+            }
+        }
+        self.first_contact_by_index(motion, &line, threshold)
+    }
+
+    fn first_contact_by_index(&self, motion: Segment, line: &Line, threshold: Length) -> Option<f64> {
+        let mut first: Option<f64> = None;
+        // What begins after the first contact is not looked at.
+        let mut rest = motion;
+        let _ = self.index().along(motion, threshold, |_, edge| {
+            let reach = edge.bounds().grown(threshold);
+            let contact =
+                if reach.meets(rest.bounds()) { line.contact_with(edge, rest, threshold) } else { None };
+            if let Some(contact) = contact.filter(|&contact| first.is_none_or(|first| contact < first)) {
+                first = Some(contact);
+                rest.to = line.point_beyond(contact).unwrap_or(rest.to);
+            }
+            ControlFlow::Continue(())
+        });
+        first
     }
 
     /// The wall nearest to `from`, if one is within its threshold and `band`; which is nearest is a proposal.
@@ -66,6 +149,94 @@ impl ProhibitedRegion {
         });
         nearest.map(|(_, wall)| wall)
     }
+}
+
+/// A motion as `f64`, for the search.
+struct Line {
+    start: (f64, f64),
+    span: (f64, f64),
+    length_2: f64,
+}
+
+impl Line {
+    fn of(motion: Segment) -> Self {
+        let span = xy_of(motion.to.minus(motion.from));
+        Self { start: xy(motion.from), span, length_2: span.0 * span.0 + span.1 * span.1 }
+    }
+
+    /// The share of the motion at which it first comes near the edge; `None` when `motion` (a beginning of this line)
+    /// exactly does not.
+    fn contact_with(&self, edge: &Edge, motion: Segment, threshold: Length) -> Option<f64> {
+        if edge.near_motion(motion, threshold).is_clear() {
+            return None;
+        }
+        let r = f64::from(threshold.saturating_plus(edge.slack).units());
+        Some(self.contact(edge.chord, r).unwrap_or(1.0))
+    }
+
+    /// The least share in [0, 1] of the motion that is within `r` of the chord.
+    fn contact(&self, chord: Segment, r: f64) -> Option<f64> {
+        let (a, b) = (xy(chord.from), xy(chord.to));
+        let (ux, uy) = (b.0 - a.0, b.1 - a.1);
+        let (wx, wy) = (self.start.0 - a.0, self.start.1 - a.1);
+        let length_2 = ux * ux + uy * uy;
+        let mut first = f64::INFINITY;
+        let mut consider = |t: f64| {
+            if t < first && (0.0..=1.0).contains(&t) {
+                first = t;
+            }
+        };
+        if length_2 > 0.0 {
+            // Beside the chord: the distance from its line is r on the side of the start.
+            let off = ux * wy - uy * wx;
+            let rate = ux * self.span.1 - uy * self.span.0;
+            let reach = r * libm::sqrt(length_2);
+            if off * rate < 0.0 && off.abs() >= reach {
+                let t = (off.abs() - reach) / rate.abs();
+                let foot = (wx + self.span.0 * t) * ux + (wy + self.span.1 * t) * uy;
+                if (0.0..=length_2).contains(&foot) {
+                    return (t <= 1.0).then_some(t);
+                }
+            }
+        }
+        for end in [a, b] {
+            consider(self.enters_disc(end, r));
+        }
+        first.is_finite().then_some(first)
+    }
+
+    /// The share at which the motion enters the disc; 0 when it starts inside, infinite when it never does.
+    fn enters_disc(&self, centre: (f64, f64), r: f64) -> f64 {
+        let (wx, wy) = (self.start.0 - centre.0, self.start.1 - centre.1);
+        let toward = -(wx * self.span.0 + wy * self.span.1);
+        let outside_2 = wx * wx + wy * wy - r * r;
+        if outside_2 <= 0.0 {
+            return 0.0;
+        }
+        let root = toward * toward - self.length_2 * outside_2;
+        if toward <= 0.0 || root < 0.0 { f64::INFINITY } else { outside_2 / (toward + libm::sqrt(root)) }
+    }
+
+    /// The share of the motion at which it leaves the square.
+    fn exit(&self, square: Square<'_>) -> f64 {
+        let side = f64::from(1_u32 << square.log_2);
+        let along = |start: f64, span: f64, low: i32| {
+            let far = if span > 0.0 { f64::from(low) + side } else { f64::from(low) };
+            if span == 0.0 { f64::INFINITY } else { (far - start) / span }
+        };
+        along(self.start.0, self.span.0, square.low.0).min(along(self.start.1, self.span.1, square.low.1))
+    }
+
+    /// A lattice point of the motion two units beyond `t`.
+    fn point_beyond(&self, t: f64) -> Option<Point> {
+        let t = t + 2.0 / libm::sqrt(self.length_2);
+        let at = (self.start.0 + self.span.0 * t, self.start.1 + self.span.1 * t);
+        (t < 1.0).then(|| crate::curve::nearest_point(at.0, at.1).ok()).flatten()
+    }
+}
+
+fn xy_of(v: Vector) -> (f64, f64) {
+    (f64::from(v.dx), f64::from(v.dy))
 }
 
 /// A wall near the tool: the direction away from it.
@@ -157,7 +328,7 @@ mod tests {
 
     fn square() -> ProhibitedRegion {
         let ring = Ring::new(vec![at(0, 0), at(1000, 0), at(1000, 1000), at(0, 1000)]).unwrap();
-        ProhibitedRegion::new(Region::new(vec![ring]).unwrap(), Side::Outside)
+        ProhibitedRegion::new(Region::new(vec![ring]).unwrap(), Side::Outside).unwrap()
     }
 
     #[test]

@@ -10,7 +10,7 @@
 //! let corner = |x, y| Point::from_units(x, y).unwrap();
 //! let square = Ring::new(vec![corner(0, 0), corner(1000, 0), corner(1000, 1000), corner(0, 1000)]).unwrap();
 //! let region = Region::new(vec![square]).unwrap();
-//! let prohibited = ProhibitedRegion::new(region, Side::Outside);
+//! let prohibited = ProhibitedRegion::new(region, Side::Outside).unwrap();
 //! let threshold = Length::from_units(300).unwrap();
 //! let start = prohibited.free_point(corner(-400, 500), threshold).unwrap();
 //! assert!(prohibited.motion(start, corner(-400, 2000)).is_ok());
@@ -35,4 +35,4 @@ pub use exact::lattice::{Coord, LatticeError, Length, Point, UNITS_PER_MM, Vecto
 pub use exact::region::Region;
 pub use exact::ring::Ring;
 pub use exact::segment::{Proximity, Segment, Triangle};
-pub use index::{Edge, EdgeRuns};
+pub use index::{Cells, CheckedIndex, Edge, NearList, Nearest};

@@ -31,7 +31,7 @@ fn part_of(outlines: &[Vec<Curve>], side: Side) -> ProhibitedRegion {
         let pieces: Vec<_> = curves.iter().map(|curve| curve.piece(slack, Length::ZERO).unwrap()).collect();
         Ring::from_pieces(&pieces).unwrap()
     };
-    ProhibitedRegion::new(Region::new(outlines.iter().map(ring).collect()).unwrap(), side)
+    ProhibitedRegion::new(Region::new(outlines.iter().map(ring).collect()).unwrap(), side).unwrap()
 }
 
 /// Outlines given counter-clockwise, the material inside.

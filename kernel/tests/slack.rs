@@ -17,7 +17,7 @@ fn part(slack: i64) -> ProhibitedRegion {
         slack: Length::from_units(if i == 2 { slack } else { 0 }).unwrap(),
     };
     let ring = Ring::from_pieces(&[piece(0), piece(1), piece(2), piece(3)]).unwrap();
-    ProhibitedRegion::new(Region::new(vec![ring]).unwrap(), Side::Outside)
+    ProhibitedRegion::new(Region::new(vec![ring]).unwrap(), Side::Outside).unwrap()
 }
 
 #[test]

@@ -76,6 +76,12 @@ pub enum ProfileError {
         /// What is wrong.
         reason: String,
     },
+    /// More edges than can be indexed.
+    #[error("the drawing is too large: {reason}. Leave out layers with --layer.")]
+    TooLarge {
+        /// What is too large.
+        reason: String,
+    },
     /// There is no loop.
     #[error(
         "the drawing has no closed contour. Draw one, choose other layers with --layer, or lower --join-mm when it is that small."
@@ -94,7 +100,8 @@ impl Profile {
             RegionError::Empty => ProfileError::Empty,
             RegionError::RingsTouch { at, .. } => ProfileError::ContoursTouch { at },
         })?;
-        Ok(ProhibitedRegion::new(region, side.into()))
+        ProhibitedRegion::new(region, side.into())
+            .map_err(|error| ProfileError::TooLarge { reason: error.to_string() })
     }
 
     /// The loops as outlines for offsetting, told on which side of each the tool is.

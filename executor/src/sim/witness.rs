@@ -193,7 +193,7 @@ mod tests {
     fn witness() -> Witness {
         let at = |x, y| point_from_mm((x, y)).unwrap();
         let ring = Ring::new(vec![at(0.0, 0.0), at(40.0, 0.0), at(40.0, 30.0), at(0.0, 30.0)]).unwrap();
-        let part = ProhibitedRegion::new(Region::new(vec![ring]).unwrap(), Side::Outside);
+        let part = ProhibitedRegion::new(Region::new(vec![ring]).unwrap(), Side::Outside).unwrap();
         Witness::new(part, Length::from_units(300_000).unwrap(), Vector { dx: 0, dy: 0 })
     }
 

@@ -565,7 +565,7 @@ mod tests {
     fn guard() -> Guard {
         let corners = [(0, 0), (9000, 0), (9000, 2500), (3000, 2500), (3000, 7000), (0, 7000)];
         let ring = Ring::new(corners.iter().map(|&(x, y)| at(x, y)).collect()).unwrap();
-        let part = ProhibitedRegion::new(Region::new(vec![ring]).unwrap(), Side::Outside);
+        let part = ProhibitedRegion::new(Region::new(vec![ring]).unwrap(), Side::Outside).unwrap();
         let stroke = Window::of(at(-20_000, -20_000)).including(at(20_000, 20_000));
         let length = |units| Length::from_units(units).unwrap();
         Guard::new(part, stroke, length(300), length(290), length(5), length(4))

@@ -163,3 +163,55 @@ where
     let (low, high) = if a.y > p.y { (b, a) } else { (a, b) };
     orientation::<L>(low, high, p) == Orientation::Left
 }
+
+/// Whether the closed box from `low` to `high` (`low ≤ high` in both coordinates) comes within `r` of `p`.
+#[inline(always)]
+pub fn box_point<L: Lattice>(low: Site<L>, high: Site<L>, p: Site<L>, r: L::Linear) -> Proximity
+where
+    L::Linear: Ord,
+{
+    // The nearest point of a box is found in each coordinate on its own.
+    let foot = Site { x: p.x.clamp(low.x, high.x), y: p.y.clamp(low.y, high.y) };
+    point_point::<L>(p, foot, r)
+}
+
+/// Whether the closed box from `low` to `high` and the segment `a b` come within `r` of each other.
+///
+/// Two convex polygons that do not meet are nearest at a corner of one of them. When they meet without a corner or an
+/// end being in the other, the segment enters and leaves through two sides, and so crosses a diagonal.
+#[inline(always)]
+pub fn box_segment<L: Lattice>(low: Site<L>, high: Site<L>, a: Site<L>, b: Site<L>, r: L::Linear) -> Proximity
+where
+    L::Linear: Ord,
+{
+    let (right, left) = (Site { x: high.x, y: low.y }, Site { x: low.x, y: high.y });
+    let clear = box_point::<L>(low, high, a, r).is_clear()
+        && box_point::<L>(low, high, b, r).is_clear()
+        && [low, right, high, left].into_iter().all(|corner| point_segment::<L>(corner, a, b, r).is_clear())
+        && !crosses_properly::<L>(low, high, a, b)
+        && !crosses_properly::<L>(right, left, a, b);
+    Proximity::near_if(!clear)
+}
+
+/// Whether the distance to the segment `a b` never falls on the motion `p → q`.
+///
+/// The distance to a convex set is convex along a line: it never falls when it does not fall at the start. There the
+/// nearest point is `a`, `b` or the foot of the perpendicular, as in [`point_segment`], and the sign of the motion's
+/// component away from it decides. From a point of the segment itself every motion recedes.
+#[inline(always)]
+pub fn recedes<L: Lattice>(p: Site<L>, q: Site<L>, a: Site<L>, b: Site<L>) -> bool {
+    let along = dot::<L>(a, p, b);
+    let away_from = |end| L::compare(dot::<L>(p, end, q), L::zero()) != Ordering::Greater;
+    if L::compare(along, L::zero()) != Ordering::Greater {
+        return away_from(a);
+    }
+    if L::compare(along, dot::<L>(a, b, b)) != Ordering::Less {
+        return away_from(b);
+    }
+    let growth = L::compare(cross::<L>(a, b, q), cross::<L>(a, b, p));
+    match orientation::<L>(a, b, p) {
+        Orientation::Left => growth != Ordering::Less,
+        Orientation::Right => growth != Ordering::Greater,
+        Orientation::On => true,
+    }
+}

@@ -3,8 +3,9 @@
 use alloc::vec::Vec;
 use core::fmt;
 
+use super::contact::first_contact;
 use super::lattice::Point;
-use super::ring::{Contact, Ring, first_contact};
+use super::ring::{Contact, Ring};
 use super::segment::{Segment, Window};
 
 /// Disjoint simple rings. A point is inside when it lies within an odd number of them.
@@ -70,11 +71,13 @@ impl Region {
         }
         let owner = |edge: usize| owners.get(edge).copied().unwrap_or(usize::MAX);
         // Rings are simple already: only edges of different rings are asked.
-        let meet = |(i, one): (usize, Segment), (j, other): (usize, Segment)| {
-            owner(i) != owner(j) && one.touches(other)
+        let meet = |i: usize, j: usize| match (edges.get(i), edges.get(j)) {
+            (Some(one), Some(&other)) => owner(i) != owner(j) && one.touches(other),
+            _ => false,
         };
         match first_contact(&edges, meet) {
-            Some(Contact { first, second, at }) => {
+            Some(pair) => {
+                let Contact { first, second, at } = Contact::of(&edges, pair);
                 Err(RegionError::RingsTouch { first: owner(first), second: owner(second), at })
             }
             None => Ok(Self { rings }),

@@ -4,6 +4,7 @@ use alloc::vec::Vec;
 use core::fmt;
 
 use super::arc::ArcChords;
+use super::contact::first_contact;
 use super::lattice::{Length, Point};
 use super::predicate::{self, Orientation};
 use super::segment::{Segment, orientation};
@@ -63,6 +64,16 @@ pub struct Contact {
     pub second: usize,
     /// Where they meet, to the lattice unit.
     pub at: Point,
+}
+
+impl Contact {
+    pub(super) fn of(edges: &[Segment], (first, second): (usize, usize)) -> Self {
+        let at = match (edges.get(first), edges.get(second)) {
+            (Some(&one), Some(&other)) => meeting_point(one, other),
+            _ => Point::ORIGIN,
+        };
+        Self { first, second, at }
+    }
 }
 
 impl fmt::Display for RingError {
@@ -128,11 +139,13 @@ impl Ring {
             return Err(RingError::ZeroLengthEdge { at: edge.from });
         }
         let edges: Vec<Segment> = ring.segments().collect();
-        let meet = |(i, one): (usize, Segment), (j, other): (usize, Segment)| {
-            if ring.adjacent(i, j) { folds_back(one, other) } else { one.touches(other) }
+        let meet = |i: usize, j: usize| match (edges.get(i), edges.get(j)) {
+            (Some(&one), Some(&other)) if ring.adjacent(i, j) => folds_back(one, other),
+            (Some(&one), Some(&other)) => one.touches(other),
+            _ => false,
         };
         match first_contact(&edges, meet) {
-            Some(contact) => Err(RingError::Contact(contact)),
+            Some(pair) => Err(RingError::Contact(Contact::of(&edges, pair))),
             None => Ok(ring),
         }
     }
@@ -201,30 +214,6 @@ impl Piece {
             Self::Arc(chords) => chords.points().last().copied().unwrap_or(Point::ORIGIN),
         }
     }
-}
-
-/// The first two edges that `meet` says meet, among those whose boxes do, by sweeping along x.
-pub(super) fn first_contact(
-    edges: &[Segment],
-    meet: impl Fn((usize, Segment), (usize, Segment)) -> bool,
-) -> Option<Contact> {
-    let mut order: Vec<usize> = (0..edges.len()).collect();
-    let left = |edge: &Segment| edge.from.x.min(edge.to.x);
-    let right = |edge: &Segment| edge.from.x.max(edge.to.x);
-    order.sort_by_key(|&i| edges.get(i).map(left));
-    let mut open: Vec<(usize, Segment)> = Vec::new();
-    for i in order {
-        let edge = *edges.get(i)?;
-        open.retain(|(_, other)| right(other) >= left(&edge));
-        for &(j, other) in &open {
-            if edge.bounds().meets(other.bounds()) && meet((i, edge), (j, other)) {
-                let (first, second) = (i.min(j), i.max(j));
-                return Some(Contact { first, second, at: meeting_point(edge, other) });
-            }
-        }
-        open.push((i, edge));
-    }
-    None
 }
 
 /// Whether two edges that share an end share more than it.

@@ -1,6 +1,6 @@
 //! Segments and triangles of the lattice, with the threshold questions that safety asks.
 
-use super::lattice::{Length, Point};
+use super::lattice::{COORD_MAX, Length, Point};
 use super::predicate::{self, Orientation, Site};
 use super::width::Product;
 
@@ -60,6 +60,13 @@ impl Segment {
         !self.near_segment(other, Length::ZERO).is_clear()
     }
 
+    /// Whether the distance to `wall` never falls on the motion along this segment.
+    #[must_use]
+    #[inline]
+    pub fn recedes_from(self, wall: Self) -> bool {
+        predicate::recedes::<Product>(self.from.into(), self.to.into(), wall.from.into(), wall.to.into())
+    }
+
     /// The box `[min x, min y, max x, max y]` of the segment.
     #[must_use]
     #[inline]
@@ -103,6 +110,13 @@ pub struct Window {
 }
 
 impl Window {
+    /// The box with these corners, in lattice units; empty when a minimum exceeds its maximum.
+    #[must_use]
+    #[inline]
+    pub const fn from_corners(min_x: i32, min_y: i32, max_x: i32, max_y: i32) -> Self {
+        Self { min_x, min_y, max_x, max_y }
+    }
+
     /// The box that holds one point.
     #[must_use]
     #[inline]
@@ -143,6 +157,31 @@ impl Window {
         }
     }
 
+    /// Whether the box, as far as it lies on the lattice, comes within `r` of the segment.
+    #[must_use]
+    #[inline]
+    pub fn near_segment(self, segment: Segment, r: Length) -> Proximity {
+        let [low, _, high, _] = self.lattice_corners();
+        predicate::box_segment::<Product>(low, high, segment.from.into(), segment.to.into(), r.units())
+    }
+
+    /// Whether every point of the box, as far as it lies on the lattice, is within `r` of the segment: its corners are,
+    /// and what is within `r` of a segment is convex.
+    #[must_use]
+    pub fn within_reach_of(self, segment: Segment, r: Length) -> bool {
+        let (from, to) = (segment.from.into(), segment.to.into());
+        let near = |corner| !predicate::point_segment::<Product>(corner, from, to, r.units()).is_clear();
+        self.lattice_corners().into_iter().all(near)
+    }
+
+    /// The corners of the part on the lattice, counter-clockwise from the lowest. Where the box leaves the lattice it is
+    /// cut off, so that predicates keep their widths.
+    fn lattice_corners(self) -> [Site<Product>; 4] {
+        let cut = |c: i32| c.clamp(-COORD_MAX, COORD_MAX);
+        let (x0, y0, x1, y1) = (cut(self.min_x), cut(self.min_y), cut(self.max_x), cut(self.max_y));
+        [(x0, y0), (x1, y0), (x1, y1), (x0, y1)].map(|(x, y)| Site { x, y })
+    }
+
     /// Whether the closed boxes share a point.
     #[must_use]
     #[inline]
@@ -151,6 +190,22 @@ impl Window {
             && other.min_x <= self.max_x
             && self.min_y <= other.max_y
             && other.min_y <= self.max_y
+    }
+
+    /// Whether the box holds no point: a minimum exceeds its maximum.
+    #[must_use]
+    pub fn is_empty(self) -> bool {
+        self.min_x > self.max_x || self.min_y > self.max_y
+    }
+
+    /// Whether every point of the other box is one of this.
+    #[must_use]
+    #[inline]
+    pub fn contains(self, other: Self) -> bool {
+        self.min_x <= other.min_x
+            && self.min_y <= other.min_y
+            && self.max_x >= other.max_x
+            && self.max_y >= other.max_y
     }
 
     /// Whether the closed box holds `point`.

@@ -1,18 +1,81 @@
-//! Which edges a query has to look at.
+//! The clearance index: which edges a query has to look at, and what is known already for a fixed threshold.
+//!
+//! [`build`](mod@build) proposes bounding boxes over blocks of consecutive edges, [`check`] believes them after exact comparisons
+//! and gives a [`CheckedIndex`], over which all safety queries are written. [`Cells`] is an accelerator for one
+//! threshold: squares of the plane certified free, blocked, or near to a few named edges only. [`nearest`](mod@nearest) and
+//! [`NearList`] propose, in `f64`.
 
-mod runs;
+pub mod build;
+pub mod cells;
+pub mod check;
+pub mod near_list;
+pub mod nearest;
+pub mod query;
+pub mod subdivide;
 
-pub use runs::{Edge, EdgeRuns};
+pub use cells::{CellFault, Cells};
+pub use check::{CheckedIndex, IndexFault};
+pub use near_list::NearList;
+pub use nearest::Nearest;
 
-use core::ops::ControlFlow;
+use crate::exact::lattice::{Length, Point};
+use crate::exact::predicate::Proximity;
+use crate::exact::segment::{Segment, Triangle, Window};
 
-use crate::exact::segment::Window;
+/// One edge of the profile: a chord and how far the true curve leaves it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Edge {
+    /// The chord.
+    pub chord: Segment,
+    /// Bound on the distance between the true curve and the chord.
+    pub slack: Length,
+}
 
-/// A source of edges near a window: what the clear queries are written over.
-///
-/// An implementation may hand out more edges than asked for, never fewer: every edge whose own box meets `window`
-/// when grown by the edge's slack must be visited.
-pub trait EdgeSource {
-    /// Visits the edges whose box, grown by their slack, meets `window`, until `visit` breaks.
-    fn visit(&self, window: Window, visit: &mut dyn FnMut(&Edge) -> ControlFlow<()>) -> ControlFlow<()>;
+impl Edge {
+    /// The box of the chord, grown by the slack.
+    #[must_use]
+    #[inline]
+    pub fn bounds(&self) -> Window {
+        self.chord.bounds().grown(self.slack)
+    }
+
+    /// Whether the chord comes within `threshold` plus slack of `point`.
+    #[must_use]
+    #[inline]
+    pub fn near_point(&self, point: Point, threshold: Length) -> Proximity {
+        self.at(threshold, |r| self.chord.near_point(point, r))
+    }
+
+    /// Whether the chord comes within `threshold` plus slack of the straight motion.
+    #[must_use]
+    #[inline]
+    pub fn near_motion(&self, motion: Segment, threshold: Length) -> Proximity {
+        self.at(threshold, |r| motion.near_segment(self.chord, r))
+    }
+
+    /// Whether the chord comes within `threshold` plus slack of the filled triangle.
+    #[must_use]
+    #[inline]
+    pub fn near_fan(&self, fan: Triangle, threshold: Length) -> Proximity {
+        self.at(threshold, |r| fan.near_segment(self.chord, r))
+    }
+
+    /// Whether the chord comes within `threshold` plus slack of some point of the box that is on the lattice.
+    #[must_use]
+    #[inline]
+    pub fn near_box(&self, window: Window, threshold: Length) -> Proximity {
+        self.at(threshold, |r| window.near_segment(self.chord, r))
+    }
+
+    /// Whether every point of the box that is on the lattice is within `threshold` plus slack of the chord.
+    #[must_use]
+    pub fn reaches_all(&self, window: Window, threshold: Length) -> bool {
+        threshold.plus(self.slack).is_ok_and(|r| window.within_reach_of(self.chord, r))
+    }
+
+    /// A threshold that leaves the lattice when the slack is added blocks everything.
+    #[inline(always)]
+    fn at(&self, threshold: Length, ask: impl Fn(Length) -> Proximity) -> Proximity {
+        threshold.plus(self.slack).map_or(Proximity::Near, ask)
+    }
 }

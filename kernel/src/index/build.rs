@@ -1,0 +1,50 @@
+//! Builds the boxes of the clearance index. Untrusted: [`CheckedIndex::check`] looks at everything again.
+
+use alloc::vec;
+use alloc::vec::Vec;
+
+use super::Edge;
+use super::check::{CheckedIndex, IndexFault, LANES, Node, Proposal};
+use crate::exact::region::Region;
+use crate::exact::segment::Window;
+
+/// The edges of a region, ring by ring, with their slacks.
+#[must_use]
+pub fn edges_of(region: &Region) -> Vec<Edge> {
+    let count = region.rings().iter().map(|ring| ring.vertices().len()).sum();
+    let mut edges = Vec::with_capacity(count);
+    for ring in region.rings() {
+        edges.extend(ring.segments().zip(ring.slacks()).map(|(chord, &slack)| Edge { chord, slack }));
+    }
+    edges
+}
+
+/// Proposes the boxes over `edges`.
+#[must_use]
+pub fn propose(edges: &[Edge]) -> Proposal {
+    let mut levels = Vec::new();
+    let mut boxes: Vec<Window> = edges
+        .chunks(LANES)
+        .filter_map(|block| block.iter().map(Edge::bounds).reduce(Window::union))
+        .collect();
+    while !boxes.is_empty() {
+        let nodes: Vec<Node> = boxes.chunks(LANES).map(|run| Node::of(run.iter().copied())).collect();
+        let last = nodes.len() == 1;
+        boxes = if last {
+            vec![]
+        } else {
+            boxes.chunks(LANES).filter_map(|run| run.iter().copied().reduce(Window::union)).collect()
+        };
+        levels.push(nodes);
+    }
+    Proposal { levels }
+}
+
+/// Proposes boxes and has them checked.
+///
+/// # Errors
+/// [`IndexFault::TooManyEdges`] above 2^30 edges.
+pub fn build(edges: Vec<Edge>) -> Result<CheckedIndex, IndexFault> {
+    let proposal = propose(&edges);
+    CheckedIndex::check(edges, proposal)
+}

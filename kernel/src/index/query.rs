@@ -1,0 +1,154 @@
+//! TRUSTED: the threshold questions over a checked index. Each answer is the exact one over all edges.
+//!
+//! An edge that comes within a threshold T plus its slack of a shape has a box, grown by the slack, that meets the box of
+//! the shape grown by T; [`CheckedIndex::search`] leaves out no such edge. For long motions a box is also left out when
+//! it lies, grown by T, wholly on one side of the motion's line.
+
+#![deny(clippy::arithmetic_side_effects, clippy::as_conversions, clippy::float_arithmetic)]
+
+use core::ops::ControlFlow;
+
+use super::Edge;
+use super::check::{CheckedIndex, Node, Search};
+use crate::exact::lattice::{Length, Point};
+use crate::exact::predicate::{Proximity, ray_crosses};
+use crate::exact::region::Location;
+use crate::exact::segment::{Segment, Triangle, Window};
+use crate::exact::width::Product;
+
+impl CheckedIndex {
+    /// An edge within `threshold` of `point`, if there is one.
+    #[must_use]
+    pub fn near_point(&self, point: Point, threshold: Length) -> Option<&Edge> {
+        self.first(Window::of(point).grown(threshold), |edge| edge.near_point(point, threshold))
+    }
+
+    /// An edge within `threshold` of the straight motion, if there is one.
+    #[must_use]
+    pub fn near_motion(&self, motion: Segment, threshold: Length) -> Option<&Edge> {
+        let mut near = None;
+        let _ = self.along(motion, threshold, |index, edge| match edge.near_motion(motion, threshold) {
+            Proximity::Clear => ControlFlow::Continue(()),
+            Proximity::Near => {
+                near = self.edges().get(index);
+                ControlFlow::Break(())
+            }
+        });
+        near
+    }
+
+    /// An edge within `threshold` of the filled triangle, if there is one.
+    #[must_use]
+    pub fn near_fan(&self, fan: Triangle, threshold: Length) -> Option<&Edge> {
+        self.first(fan.bounds().grown(threshold), |edge| edge.near_fan(fan, threshold))
+    }
+
+    /// An edge within `threshold` of the part of the box on the lattice, if there is one.
+    #[must_use]
+    pub fn near_box(&self, window: Window, threshold: Length) -> Option<&Edge> {
+        self.first(window.grown(threshold), |edge| edge.near_box(window, threshold))
+    }
+
+    /// An edge that the motion approaches: it comes within `threshold` of it, and the distance between them falls.
+    #[must_use]
+    pub fn approached(&self, motion: Segment, threshold: Length) -> Option<&Edge> {
+        self.first(motion.bounds().grown(threshold), |edge| {
+            if motion.recedes_from(edge.chord) {
+                Proximity::Clear
+            } else {
+                edge.near_motion(motion, threshold)
+            }
+        })
+    }
+
+    /// Where `point` lies: inside when the ray from it toward +x crosses an odd number of chords.
+    #[must_use]
+    pub fn locate(&self, point: Point) -> Location {
+        let (x, y, ..) = Window::of(point).corners();
+        let mut on_chord = false;
+        let mut odd = false;
+        let _ = self.visit(Window::from_corners(x, y, i32::MAX, y), |_, edge| {
+            let chord = edge.chord;
+            on_chord |= !chord.near_point(point, Length::ZERO).is_clear();
+            odd ^= ray_crosses::<Product>(point.into(), chord.from.into(), chord.to.into());
+            ControlFlow::Continue(())
+        });
+        match (on_chord, odd) {
+            (true, _) => Location::Boundary,
+            (false, true) => Location::Inside,
+            (false, false) => Location::Outside,
+        }
+    }
+
+    /// Visits every edge that can come within `threshold` of the motion, and others, until `visit` breaks.
+    #[inline]
+    pub fn along(
+        &self,
+        motion: Segment,
+        threshold: Length,
+        visit: impl FnMut(usize, &Edge) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        let window = motion.bounds().grown(threshold);
+        self.search(&mut Along { motion, window, threshold, visit })
+    }
+
+    #[inline]
+    fn first(&self, window: Window, ask: impl Fn(&Edge) -> Proximity) -> Option<&Edge> {
+        let mut near = None;
+        let _ = self.visit(window, |index, edge| match ask(edge) {
+            Proximity::Clear => ControlFlow::Continue(()),
+            Proximity::Near => {
+                near = self.edges().get(index);
+                ControlFlow::Break(())
+            }
+        });
+        near
+    }
+}
+
+struct Along<F> {
+    motion: Segment,
+    window: Window,
+    threshold: Length,
+    visit: F,
+}
+
+impl<F: FnMut(usize, &Edge) -> ControlFlow<()>> Search for Along<F> {
+    #[inline(always)]
+    fn enter(&mut self, node: &Node) -> u8 {
+        let mut lanes = node.meeting(self.window);
+        let mut rest = lanes;
+        while rest != 0 {
+            let lane = rest.trailing_zeros();
+            rest &= rest.wrapping_sub(1);
+            if node.window(lane).is_some_and(|window| beside(window.grown(self.threshold), self.motion)) {
+                lanes &= !(1_u8 << (lane & 7));
+            }
+        }
+        lanes
+    }
+
+    #[inline(always)]
+    fn edge(&mut self, index: usize, edge: &Edge) -> ControlFlow<()> {
+        (self.visit)(index, edge)
+    }
+}
+
+/// Whether the box lies strictly on one side of the motion's line.
+///
+/// With d the motion and w from its start, `d × w` over the box is between the sums of its least and greatest terms.
+/// Box coordinates are below 2^31 in magnitude and those of points at most 2^29, so |w| < 2^32, |d| ≤ 2^30, a term is
+/// below 2^62 and the sum of two below 2^63.
+#[inline(always)]
+fn beside(window: Window, motion: Segment) -> bool {
+    let (min_x, min_y, max_x, max_y) = window.corners();
+    let d = motion.to.minus(motion.from);
+    let (x, y) = (i64::from(motion.from.x.units()), i64::from(motion.from.y.units()));
+    let term =
+        |factor: i32, c: i32, origin: i64| i64::from(factor).wrapping_mul(i64::from(c).wrapping_sub(origin));
+    let (up_a, up_b) = (term(d.dx, min_y, y), term(d.dx, max_y, y));
+    let (left_a, left_b) = (term(d.dy, min_x, x), term(d.dy, max_x, x));
+    let least = up_a.min(up_b).wrapping_sub(left_a.max(left_b));
+    let greatest = up_a.max(up_b).wrapping_sub(left_a.min(left_b));
+    least > 0 || greatest < 0
+}
