@@ -197,6 +197,11 @@ impl ProhibitedRegion {
         if self.holds(point) { Err(Blocked::OnPartSide(point)) } else { Ok(FreePoint { point, threshold }) }
     }
 
+    #[doc(hidden)]
+    pub fn free_point_unchecked(&self, point: Point, threshold: Length) -> FreePoint {
+        FreePoint { point, threshold }
+    }
+
     /// Certifies that the straight motion from a free point to `to` stays clear at that point's threshold.
     ///
     /// # Errors

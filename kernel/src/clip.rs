@@ -62,7 +62,7 @@ impl ProhibitedRegion {
         for back in SET_BACK {
             let t = contact - back / length;
             if t <= 0.0 {
-                break;
+                return from;
             }
             let end = crate::curve::nearest_point(start.0 + span.0 * t, start.1 + span.1 * t);
             if let Ok(free) = end.map_err(|_| ()).and_then(|end| self.motion(from, end).map_err(|_| ())) {

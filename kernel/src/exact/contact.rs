@@ -2,21 +2,22 @@
 
 use alloc::vec::Vec;
 
-use super::segment::{Segment, Window};
+use super::lattice::{COORD_MAX, Length, Point};
+use super::segment::{Segment, Window, distance_2};
 
 /// Segments in a block, and blocks under one box.
 const BLOCK: usize = 8;
 
 /// The first pair `i < j`, in the order of a divide-and-conquer walk, of which `meet` says that it meets, among the pairs
-/// whose boxes do.
+/// that are not kept apart by what bounds them.
 ///
-/// Boxes over blocks of consecutive segments, and over blocks of those, are made here; two blocks whose boxes do not
-/// meet hold no pair that does. Near-linear when consecutive segments lie near each other.
+/// Bounds of blocks of consecutive segments, and of blocks of those, are made here; two blocks that their bounds keep apart
+/// hold no pair that meets. Near-linear when consecutive segments lie near each other, needles or not.
 pub fn first_contact(edges: &[Segment], meet: impl Fn(usize, usize) -> bool) -> Option<(usize, usize)> {
-    let mut levels: Vec<Vec<Window>> = Vec::new();
-    let mut below: Vec<Window> = edges.iter().map(|edge| edge.bounds()).collect();
+    let mut levels: Vec<Vec<Bound>> = Vec::new();
+    let mut below: Vec<Bound> = edges.iter().map(|&edge| Bound::of(edge)).collect();
     while below.len() > 1 {
-        let above = below.chunks(BLOCK).filter_map(|run| run.iter().copied().reduce(Window::union)).collect();
+        let above = below.chunks(BLOCK).filter_map(Bound::around).collect();
         levels.push(below);
         below = above;
     }
@@ -24,51 +25,98 @@ pub fn first_contact(edges: &[Segment], meet: impl Fn(usize, usize) -> bool) -> 
     search.within(search.levels.len(), 0)
 }
 
+/// What bounds a block: its box, and a segment of which all its points are within a radius.
+#[derive(Clone, Copy)]
+struct Bound {
+    window: Window,
+    axis: Segment,
+    radius: Length,
+}
+
+impl Bound {
+    fn of(segment: Segment) -> Self {
+        Self { window: segment.bounds(), axis: segment, radius: Length::ZERO }
+    }
+
+    /// The bound of a block of bounds. The axis joins two ends of axes that are far apart; what is within r of a segment is
+    /// convex, so it holds an axis when it holds both its ends.
+    fn around(block: &[Self]) -> Option<Self> {
+        let ends = || block.iter().flat_map(|bound| [bound.axis.from, bound.axis.to]);
+        let window = block.iter().map(|bound| bound.window).reduce(Window::union)?;
+        let far_from = |start: Point| ends().max_by_key(|&end| distance_2(start, end));
+        let from = far_from(ends().next()?)?;
+        let axis = Segment { from, to: far_from(from)? };
+        let radius = block.iter().fold(Length::ZERO, |radius, bound| {
+            let away = reach(axis, bound.axis.from).max(reach(axis, bound.axis.to));
+            radius.max(away.saturating_plus(bound.radius))
+        });
+        Some(Self { window, axis, radius })
+    }
+
+    /// Whether nothing in the two blocks can meet.
+    fn apart(&self, other: &Self) -> bool {
+        // A sum beyond the lattice, or a radius that was cut off there, bounds nothing.
+        let reach = self.radius.plus(other.radius).ok().filter(|reach| reach.units() < COORD_MAX);
+        !self.window.meets(other.window)
+            || reach.is_some_and(|reach| self.axis.near_segment(other.axis, reach).is_clear())
+    }
+}
+
+/// The distance from the segment to the point, rounded up; cut off at the largest length.
+fn reach(segment: Segment, point: Point) -> Length {
+    let (mut low, mut high) = (-1_i64, i64::from(COORD_MAX));
+    while high.saturating_sub(low) > 1 {
+        let middle = i64::midpoint(low, high);
+        match Length::from_units(middle) {
+            Ok(r) if segment.near_point(point, r).is_clear() => low = middle,
+            _ => high = middle,
+        }
+    }
+    Length::from_units(high).unwrap_or(Length::ZERO)
+}
+
 struct Search<F> {
-    /// Boxes of single segments, of blocks, of blocks of blocks; without the one box over everything.
-    levels: Vec<Vec<Window>>,
+    /// Bounds of single segments, of blocks, of blocks of blocks; without the one over everything.
+    levels: Vec<Vec<Bound>>,
     meet: F,
 }
 
 impl<F: Fn(usize, usize) -> bool> Search<F> {
-    /// The numbers of what is under box `index` of the level above `level`, with their boxes.
-    fn under(&self, level: usize, index: usize) -> impl Iterator<Item = (usize, Window)> + '_ {
-        let windows = self.levels.get(level).map_or(&[][..], Vec::as_slice);
+    /// The numbers of what is under item `index` of the level above `level`, with their bounds.
+    fn under(&self, level: usize, index: usize) -> impl Iterator<Item = (usize, &Bound)> + '_ {
         let first = index.saturating_mul(BLOCK);
-        windows.iter().copied().enumerate().skip(first).take(BLOCK)
+        let bounds = self.levels.get(level).and_then(|bounds| bounds.get(first..)).unwrap_or(&[]);
+        (first..).zip(bounds).take(BLOCK)
     }
 
-    /// A pair of segments both under box `index`, `height` levels above the segments.
+    /// A pair of segments both under item `index`, `height` levels above the segments.
     fn within(&self, height: usize, index: usize) -> Option<(usize, usize)> {
         let level = height.checked_sub(1)?;
         let found = self.under(level, index).find_map(|(i, _)| self.within(level, i));
         found.or_else(|| {
-            self.under(level, index).find_map(|(i, window)| {
-                let later = self.under(level, index).filter(|&(j, other)| j > i && window.meets(other));
+            self.under(level, index).find_map(|(i, one)| {
+                let later = self.under(level, index).filter(|&(j, other)| j > i && !one.apart(other));
                 later.map(|(j, _)| self.between(level, i, j)).find_map(|pair| pair)
             })
         })
     }
 
-    /// A pair of segments, one under each of two different boxes that meet.
+    /// A pair of segments, one under each of two different items that their bounds do not keep apart.
     fn between(&self, height: usize, i: usize, j: usize) -> Option<(usize, usize)> {
         let Some(level) = height.checked_sub(1) else {
             return (self.meet)(i, j).then_some((i, j));
         };
-        let across = self.levels.get(height).and_then(|windows| windows.get(j)).copied();
-        self.under(level, i).filter(|&(_, one)| across.is_none_or(|across| one.meets(across))).find_map(
-            |(a, one)| {
-                let meeting = self.under(level, j).filter(|&(_, other)| one.meets(other));
-                meeting.map(|(b, _)| self.between(level, a, b)).find_map(|pair| pair)
-            },
-        )
+        let across = self.levels.get(height).and_then(|bounds| bounds.get(j))?;
+        self.under(level, i).filter(|(_, one)| !one.apart(across)).find_map(|(a, one)| {
+            let meeting = self.under(level, j).filter(|(_, other)| !one.apart(other));
+            meeting.map(|(b, _)| self.between(level, a, b)).find_map(|pair| pair)
+        })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::exact::lattice::Point;
 
     /// Every pair whose boxes meet is asked, as all pairs would be.
     #[test]

@@ -56,7 +56,13 @@ impl Segment {
 
     /// Whether the segments share at least one point.
     #[must_use]
+    #[inline]
     pub fn touches(self, other: Self) -> bool {
+        // Both ends strictly on one side: most pairs that are asked.
+        let side = orientation(self.from, self.to, other.from);
+        if side != Orientation::On && side == orientation(self.from, self.to, other.to) {
+            return false;
+        }
         !self.near_segment(other, Length::ZERO).is_clear()
     }
 

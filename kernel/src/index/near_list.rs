@@ -11,8 +11,10 @@ use crate::exact::segment::{Window, points_within};
 const CAPACITY: usize = 64;
 /// How far beyond the nearest edge a list looks, in lattice units: at first, at least, at most.
 const BEYOND: (i64, i64, i64) = (50_000, 5_000, 1_000_000);
-/// Questions that go straight to the index after a list did not fit, times the number of failures in a row.
-const REST: u32 = 16;
+/// Questions that go straight to the index after a list did not fit; doubled with every failure in a row, this often.
+const REST: (u32, u32) = (16, 8);
+/// Most edges that are looked at for a list.
+const LOOKED_AT: usize = 512;
 
 /// Every edge within a reach of an anchor point: complete, by exact tests, for points nearer to the anchor than the reach
 /// leaves over.
@@ -120,7 +122,12 @@ impl NearList {
         let distance = crate::curve::nearest_unit(libm::ceil(distance));
         let Ok(reach) = Length::from_units(distance.saturating_add(self.beyond)) else { return };
         (self.anchor, self.count) = (point, 0);
+        let mut looked_at = 0;
         let complete = index.visit(Window::of(point).grown(reach), |number, edge| {
+            looked_at += 1;
+            if looked_at > LOOKED_AT {
+                return ControlFlow::Break(());
+            }
             if edge.near_point(point, reach).is_clear() {
                 return ControlFlow::Continue(());
             }
@@ -139,8 +146,8 @@ impl NearList {
             }
         } else {
             self.beyond = (self.beyond / 2).max(BEYOND.1);
-            self.failures = (self.failures + 1).min(16);
-            self.resting = self.failures * REST;
+            self.resting = REST.0 << self.failures;
+            self.failures = (self.failures + 1).min(REST.1);
         }
     }
 }
