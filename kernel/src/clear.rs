@@ -8,10 +8,12 @@ use alloc::vec::Vec;
 use core::fmt;
 use core::ops::ControlFlow;
 
+use crate::exact::arc::Arc;
 use crate::exact::lattice::{Length, Point};
 use crate::exact::predicate::Proximity;
 use crate::exact::region::{Location, Region};
 use crate::exact::segment::{Segment, Triangle, Window};
+use crate::exact::swept_arc::SweptArc;
 use crate::index::cells::Answer;
 use crate::index::{CellFault, Cells, CheckedIndex, Edge, IndexFault, build, subdivide};
 
@@ -210,6 +212,28 @@ impl ProhibitedRegion {
     pub fn motion(&self, from: FreePoint, to: Point) -> Result<FreePoint, Blocked> {
         self.edges_clear(Segment { from: from.point, to }, from.threshold)?;
         Ok(FreePoint { point: to, threshold: from.threshold })
+    }
+
+    /// Certifies that the curve of an arc that begins at a free point stays clear at that point's threshold.
+    ///
+    /// # Errors
+    /// [`Blocked::ByEdge`] with an edge in the way, or not proven to be out of it.
+    pub fn arc(&self, from: FreePoint, arc: &Arc) -> Result<FreePoint, Blocked> {
+        let threshold = from.threshold;
+        let Some(swept) = SweptArc::of(arc).filter(|_| arc.from() == from.point) else {
+            return Err(Blocked::StartTooNear(from.point));
+        };
+        let mut near = None;
+        let _ = self.index.visit(swept.bounds().grown(threshold), |_, edge| {
+            let reach = threshold.plus(edge.slack);
+            if reach.is_ok_and(|reach| swept.near_chord(edge.chord, reach).is_clear()) {
+                return ControlFlow::Continue(());
+            }
+            near = Some(*edge);
+            ControlFlow::Break(())
+        });
+        let end = FreePoint { point: arc.to(), threshold };
+        near.map_or(Ok(end), |edge| Err(Blocked::ByEdge(edge)))
     }
 
     /// Certifies the fan from the in-flight motion `a b` to the new target `to`: the whole filled triangle is clear.

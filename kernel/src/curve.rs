@@ -92,6 +92,14 @@ pub fn nearest_unit(value: f64) -> i64 {
     if value.abs() <= limit { round(value) as i64 } else { i64::MAX }
 }
 
+/// The integer nearest to `value`, clamped to ±2^53; 0 for what is no number.
+#[must_use]
+#[expect(clippy::cast_possible_truncation, reason = "clamped to integers that f64 holds exactly")]
+pub fn integer(value: f64) -> i64 {
+    const EXACT: f64 = 9_007_199_254_740_992.0;
+    round(value.clamp(-EXACT, EXACT)) as i64
+}
+
 /// The arc from `from` to `to` about the lattice centre near `(x, y)`, in lattice units, that fits both ends best.
 ///
 /// # Errors
@@ -100,6 +108,12 @@ pub fn fit_arc(from: Point, to: Point, (x, y): (f64, f64), turn: Turn) -> Result
     let (x0, y0) = (nearest_unit(x), nearest_unit(y));
     let mut best: Option<(f64, Arc)> = None;
     let mut refused = ArcError::OffCircle { at: to };
+    if let Ok(arc) =
+        Point::from_units(x0, y0).map_err(|_| refused).and_then(|centre| Arc::new(from, to, centre, turn))
+        && (distance(from, arc.centre()) - distance(to, arc.centre())).abs() < 1.0
+    {
+        return Ok(arc);
+    }
     for (dx, dy) in (-2..=2).flat_map(|dx| (-2..=2).map(move |dy| (dx, dy))) {
         let Ok(centre) = Point::from_units(x0.saturating_add(dx), y0.saturating_add(dy)) else { continue };
         match Arc::new(from, to, centre, turn) {

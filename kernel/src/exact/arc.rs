@@ -155,6 +155,32 @@ impl Arc {
         Self::new(self.to, self.from, self.centre, self.turn.reversed())
     }
 
+    /// Whether `to` is ahead of `from` by less than half a turn about the centre, in the arc's direction.
+    pub(super) fn is_ahead(&self, from: Point, to: Point) -> bool {
+        self.turn.agrees_with(orientation(self.centre, from, to))
+    }
+
+    /// Whether the point can be a corner of the arc's chords.
+    pub(super) fn has_corner(&self, point: Point) -> bool {
+        self.has_on_circle(point, CORNERS)
+    }
+
+    /// A point of the ring half-way between two that are less than half a turn apart; a proposal.
+    pub(super) fn middle(&self, from: Point, to: Point) -> Option<Point> {
+        let (a, b) = (from.minus(self.centre), to.minus(self.centre));
+        let sum = |p: i32, q: i32| i64::from(p).saturating_add(i64::from(q));
+        let (x, y) = (sum(a.dx, b.dx), sum(a.dy, b.dy));
+        let length = x.saturating_mul(x).saturating_add(y.saturating_mul(y)).isqrt();
+        let rho = i64::from(self.radius.units());
+        let scaled = |c: i64| {
+            let doubled = c.saturating_mul(rho).saturating_mul(2).checked_div(length)?;
+            Some(doubled.saturating_add(1).div_euclid(2))
+        };
+        let moved = |c: i32, d: i64| i64::from(c).saturating_add(d);
+        Point::from_units(moved(self.centre.x.units(), scaled(x)?), moved(self.centre.y.units(), scaled(y)?))
+            .ok()
+    }
+
     fn has_on_circle(&self, point: Point, (inward, outward): (i64, i64)) -> bool {
         let rho = i64::from(self.radius.units());
         let ring = |r: i64| r.saturating_mul(r);

@@ -12,4 +12,5 @@ pub mod predicate;
 pub mod region;
 pub mod ring;
 pub mod segment;
+pub mod swept_arc;
 pub mod width;

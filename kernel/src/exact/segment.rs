@@ -1,6 +1,6 @@
 //! Segments and triangles of the lattice, with the threshold questions that safety asks.
 
-use super::lattice::{COORD_MAX, Length, Point};
+use super::lattice::{COORD_MAX, Length, Point, Vector};
 use super::predicate::{self, Orientation, Site};
 use super::width::Product;
 
@@ -225,6 +225,18 @@ impl Window {
     pub fn corners(self) -> (i32, i32, i32, i32) {
         (self.min_x, self.min_y, self.max_x, self.max_y)
     }
+}
+
+/// Whether the projection of `point − origin` on the direction `along` exceeds `units`: dot > units · |along|.
+#[must_use]
+pub fn ahead(origin: Point, point: Point, along: Vector, units: u8) -> bool {
+    use super::width::Lattice;
+    let w = point.minus(origin);
+    let dot = Product::sum(Product::product(w.dx, along.dx), Product::product(w.dy, along.dy));
+    let length_2 = Product::sum(Product::product(along.dx, along.dx), Product::product(along.dy, along.dy));
+    let units_2 = Product::product(i32::from(units), i32::from(units));
+    let squares = (Product::product_of_areas(dot, dot), Product::product_of_areas(units_2, length_2));
+    dot > 0 && Product::compare_volumes(squares.0, squares.1) == core::cmp::Ordering::Greater
 }
 
 /// `|p − q|²` in square lattice units; at most 2^61.

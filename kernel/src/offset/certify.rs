@@ -56,7 +56,7 @@ impl core::error::Error for Gouge {}
 
 /// Certifies that the whole path stays farther than `threshold` from the part.
 ///
-/// Arcs are taken as checked chords and asked with [`PATH_SLACK`] more. Returns the free point at the path's end, or
+/// Arcs are asked whole; one that is not proven clear that way is taken as checked chords, asked with [`PATH_SLACK`] more. Returns the free point at the path's end, or
 /// `None` for an empty path.
 ///
 /// # Errors
@@ -77,6 +77,13 @@ pub fn certify_path(
                 .free_point(curve.from(), threshold.saturating_plus(slack))
                 .map_err(|blocked| refuse(curve.from(), GougeCause::Blocked(blocked)))?,
         };
+        if let Curve::Arc(arc) = curve
+            && let Ok(swept) = part.arc(free, arc)
+        {
+            end = Some(swept);
+            continue;
+        }
+        // A line; or an arc that is not proven clear at once, whose chords tell the place.
         let points =
             curve.chord_points(slack).map_err(|error| refuse(curve.from(), GougeCause::Arc(error)))?;
         for &point in points.iter().skip(1) {

@@ -6,6 +6,8 @@
 mod certify;
 mod plane;
 mod propose;
+mod stitch;
+mod track;
 
 pub use certify::{Gouge, PATH_SLACK, certify_path, shortest_arc};
 pub use propose::{Offset, OffsetLoop, Outline, propose};

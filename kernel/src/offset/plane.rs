@@ -45,6 +45,11 @@ pub fn right_of(a: Xy) -> Xy {
     (a.1, -a.0)
 }
 
+/// The vector turned by 90°: to the left of its direction.
+pub fn left_of(a: Xy) -> Xy {
+    (-a.1, a.0)
+}
+
 /// A directed line piece or arc; arcs turn by `sweep`, positive counter-clockwise.
 #[derive(Clone, Copy, Debug)]
 pub enum Shape {

@@ -1,0 +1,204 @@
+//! Whether a disc that runs along an arc stays clear of a chord.
+//!
+//! As in [`super::arc`] an arc stands for any curve that turns about its centre c and stays between ρ − 1 and ρ + 2 from
+//! it. A chord is clear of the curve by more than t when one of four rules says so; each is sound, and together they decide
+//! all but the last few units:
+//!
+//! 1. *Inside.* Both ends of the chord are within ρ − 2 − t of c. So is all of it, and the curve is t + 1 farther out.
+//! 2. *Outside.* The chord is farther than ρ + 2 + t from c, and the curve no farther than ρ + 2.
+//! 3. *Chord of the arc.* A piece of the curve between points a and b of the ring, with |ab| = L ≤ ρ, leaves the segment ab by
+//!    at most s = L²/7ρ + 5 ([`ArcChords::check`](super::arc::ArcChords::check)). The chord is farther than t + s from ab.
+//! 4. *Corner.* An end v of the chord is within 3 of c, ρ ≥ t + 13, and seen from c neither a nor b lies more than 4 ahead
+//!    along the chord's direction. A curve point P of the piece is αa + βb with α + β ≤ 1.25 for pieces of at most 60°,
+//!    so it is at most 5 ahead of c, 8 ahead of v, and |P − v| ≥ ρ − 4: from the chord's line ahead of v it is at least
+//!    √((t + 9)² − 64) > t away, and from v itself t + 9.
+
+use super::arc::{Arc, Turn};
+use super::lattice::{Length, Point};
+use super::predicate::Proximity;
+use super::segment::{Segment, Window, ahead, distance_2, points_within};
+
+/// The most pieces of an arc: eighths of a turn.
+const PIECES: usize = 8;
+/// How often a piece is halved: 3 m by 2^24 is below a unit.
+const HALVINGS: u32 = 24;
+
+/// An arc cut into pieces of at most an eighth of a turn, ready to be asked.
+#[derive(Clone, Copy, Debug)]
+pub struct SweptArc {
+    arc: Arc,
+    corners: [Point; PIECES + 1],
+    count: usize,
+}
+
+impl SweptArc {
+    /// Cuts the arc; `None` when rounding does not let it, as for radii of a few units.
+    #[must_use]
+    pub fn of(arc: &Arc) -> Option<Self> {
+        let mut swept = Self { arc: *arc, corners: [arc.from(); PIECES + 1], count: 0 };
+        let mut at = arc.from();
+        // Whole quarters while the end lies beyond the next one.
+        for _ in 0..4 {
+            let next = quarter(arc, at)?;
+            if swept.reaches_before(at, next) {
+                swept.push_halves(at, arc.to())?;
+                return Some(swept);
+            }
+            swept.push_halves(at, next)?;
+            at = next;
+        }
+        None
+    }
+
+    /// Whether the end is met on the quarter turn from `at` to `next`: it is ahead of both `at` and the way back from `next`.
+    fn reaches_before(&self, at: Point, next: Point) -> bool {
+        let to = self.arc.to();
+        self.arc.is_ahead(at, to) && (to == next || self.arc.is_ahead(to, next))
+    }
+
+    fn push_halves(&mut self, from: Point, to: Point) -> Option<()> {
+        if from == to {
+            return Some(());
+        }
+        let middle = self
+            .arc
+            .middle(from, to)
+            .filter(|&middle| self.follows(from, middle) && self.follows(middle, to));
+        for corner in middle.into_iter().chain([to]) {
+            let from = self.corners.get(self.count).copied()?;
+            if !self.follows(from, corner) {
+                return None;
+            }
+            self.count = self.count.saturating_add(1);
+            *self.corners.get_mut(self.count)? = corner;
+        }
+        Some(())
+    }
+
+    /// Whether the ring between the two points is a piece to which rule 3 applies.
+    fn follows(&self, from: Point, to: Point) -> bool {
+        let short = !points_within(from, to, self.arc.radius()).is_clear();
+        short && self.arc.is_ahead(from, to) && (to == self.arc.to() || self.arc.has_corner(to))
+    }
+
+    fn pieces(&self) -> impl Iterator<Item = (Point, Point)> + '_ {
+        let corners = self.corners.get(..=self.count).unwrap_or(&[]);
+        corners.iter().copied().zip(corners.iter().copied().skip(1))
+    }
+
+    /// A box that holds the curve: each piece is within its slack of its chord.
+    #[must_use]
+    pub fn bounds(&self) -> Window {
+        let start = Window::of(self.arc.from());
+        self.pieces().fold(start, |bounds, (a, b)| {
+            let slack = self.slack(a, b).unwrap_or(self.arc.radius());
+            bounds.union(Segment { from: a, to: b }.bounds().grown(slack))
+        })
+    }
+
+    /// Clear when the curve is proven to be farther than `t` from the chord.
+    #[must_use]
+    pub fn near_chord(&self, chord: Segment, t: Length) -> Proximity {
+        let (centre, radius, t_units) = (self.arc.centre(), self.arc.radius(), i64::from(t.units()));
+        let rho = i64::from(radius.units());
+        let inside = |r: Length| {
+            !points_within(chord.from, centre, r).is_clear() && !points_within(chord.to, centre, r).is_clear()
+        };
+        let outside = |r: Length| chord.near_point(centre, r).is_clear();
+        if Length::from_units(rho.saturating_sub(2).saturating_sub(t_units)).is_ok_and(inside)
+            || Length::from_units(rho.saturating_add(2).saturating_add(t_units)).is_ok_and(outside)
+        {
+            return Proximity::Clear;
+        }
+        let clear = self.pieces().all(|(a, b)| self.piece_clear(a, b, chord, t, HALVINGS));
+        if clear { Proximity::Clear } else { Proximity::Near }
+    }
+
+    fn piece_clear(&self, a: Point, b: Point, chord: Segment, t: Length, halvings: u32) -> bool {
+        let reach = self.slack(a, b).and_then(|slack| t.plus(slack).ok());
+        if reach.is_some_and(|reach| Segment { from: a, to: b }.near_segment(chord, reach).is_clear())
+            || self.behind_corner(a, b, chord, t)
+            || self.behind_corner(a, b, Segment { from: chord.to, to: chord.from }, t)
+        {
+            return true;
+        }
+        let Some(halvings) = halvings.checked_sub(1) else { return false };
+        let middle =
+            self.arc.middle(a, b).filter(|&middle| self.follows(a, middle) && self.follows(middle, b));
+        middle.is_some_and(|middle| {
+            self.piece_clear(a, middle, chord, t, halvings) && self.piece_clear(middle, b, chord, t, halvings)
+        })
+    }
+
+    /// The slack of rule 3.
+    fn slack(&self, a: Point, b: Point) -> Option<Length> {
+        let seven_rho = i64::from(self.arc.radius().units()).saturating_mul(7);
+        let sagitta = distance_2(a, b).checked_div(seven_rho)?;
+        Length::from_units(sagitta.saturating_add(5 + 1)).ok()
+    }
+
+    /// Rule 4 for the end `chord.from`.
+    fn behind_corner(&self, a: Point, b: Point, chord: Segment, t: Length) -> bool {
+        let centre = self.arc.centre();
+        let behind = |point| !ahead(centre, point, chord.to.minus(chord.from), 4);
+        let room = i64::from(self.arc.radius().units()) >= i64::from(t.units()).saturating_add(13);
+        room && !points_within(chord.from, centre, Length::small(3)).is_clear() && behind(a) && behind(b)
+    }
+}
+
+/// The ring's point a quarter turn after `at`: exact, as both coordinates only change places.
+fn quarter(arc: &Arc, at: Point) -> Option<Point> {
+    let d = at.minus(arc.centre());
+    let turned = match arc.turn() {
+        Turn::Left => (d.dy.checked_neg()?, d.dx),
+        Turn::Right => (d.dy, d.dx.checked_neg()?),
+    };
+    let coordinate = |c: i32, d: i32| i64::from(c).saturating_add(i64::from(d));
+    let centre = arc.centre();
+    Point::from_units(coordinate(centre.x.units(), turned.0), coordinate(centre.y.units(), turned.1)).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(x: i64, y: i64) -> Point {
+        Point::from_units(x, y).unwrap()
+    }
+
+    #[test]
+    fn arcs_of_all_turns_are_cut_and_cover_their_sweep() {
+        for (to, turn, least) in [
+            (at(0, 1000), Turn::Left, 2),
+            (at(0, 1000), Turn::Right, 6),
+            (at(-1000, 0), Turn::Left, 4),
+            (at(998, 60), Turn::Left, 1),
+            (at(998, 60), Turn::Right, 7),
+            (at(998, -60), Turn::Left, 7),
+        ] {
+            let arc = Arc::new(at(1000, 0), to, Point::ORIGIN, turn).unwrap();
+            let swept = SweptArc::of(&arc).unwrap();
+            assert!(swept.count >= least, "{to:?} {turn:?} {}", swept.count);
+            assert_eq!(swept.corners[swept.count], to);
+        }
+    }
+
+    #[test]
+    fn each_rule_decides_where_it_should() {
+        let arc = Arc::new(at(3000, 0), at(0, 3000), Point::ORIGIN, Turn::Left).unwrap();
+        let swept = SweptArc::of(&arc).unwrap();
+        let near = |from, to, t| swept.near_chord(Segment { from, to }, Length::from_units(t).unwrap());
+        // Inside and outside.
+        assert!(near(at(100, 100), at(-100, 50), 2800).is_clear());
+        assert!(!near(at(100, 100), at(-100, 50), 2900).is_clear());
+        assert!(near(at(6000, 5000), at(5000, 6000), 4000).is_clear());
+        // Behind the corner: the chord leaves the centre away from the arc.
+        assert!(near(at(0, 0), at(-9000, -1), 2980).is_clear());
+        assert!(near(at(0, 0), at(-9000, 0), 2987).is_clear());
+        assert!(!near(at(0, 0), at(-9000, 0), 2999).is_clear());
+        assert!(!near(at(0, 0), at(-9000, 900), 2980).is_clear(), "the arc's end is ahead");
+        // The far side of the circle does not matter: only the quarter is swept.
+        assert!(near(at(-3000, -10), at(-3000, 10), 2000).is_clear());
+        assert!(!near(at(3000, 10), at(3100, 900), 20).is_clear());
+    }
+}

@@ -1,0 +1,184 @@
+//! Joins kept pieces of offset shapes into loops, and rounds the loops to the lattice.
+
+use alloc::vec;
+use alloc::vec::Vec;
+
+use libm::{atan2, floor, sqrt};
+
+use super::certify::shortest_arc;
+use super::plane::{Shape, Xy, cross, dot, minus, norm, plus, right_of};
+use super::propose::{COVER, Offset, OffsetLoop};
+use crate::curve::{self, Curve};
+use crate::exact::arc::Turn;
+use crate::exact::segment::Segment;
+
+/// Ends nearer than this (lattice units, 0.3 µm) belong to one joint, at least; see [`joint_width`].
+const JOINT: f64 = 30.0;
+
+/// How far apart the ends of two shapes can be that belong to one joint. At a concave joint of a small angle θ both
+/// shapes overhang by `dθ/2` and dip below `d` by no more than `dθ²/4`; when that is less than [`COVER`] both overhangs
+/// are kept, and their ends are `dθ < 2·√(d·COVER)` apart.
+fn joint_width(d: f64) -> f64 {
+    JOINT.max(6.0 * sqrt(d * COVER))
+}
+
+/// A piece of an offset shape that no edge covers.
+pub struct Kept {
+    pub shape: Shape,
+    pub outline: usize,
+    /// The part of the profile that the disc touches on it; `None` at a corner.
+    pub touched: Option<Shape>,
+}
+
+/// Joins kept pieces end to beginning into loops and adds their areas.
+pub fn stitch(kept: &[Kept], d: f64, part_area: f64, offset: &mut Offset) {
+    let joint = joint_width(d);
+    let starts = Starts::of(kept, joint);
+    let mut used = vec![false; kept.len()];
+    let mut cut_area = 0.0;
+    for first in 0..kept.len() {
+        if used[first] {
+            continue;
+        }
+        let mut chain = vec![first];
+        used[first] = true;
+        let begin = kept[first].shape.at(0.0);
+        let closed = loop {
+            let end = kept[chain[chain.len() - 1]].shape.at(1.0);
+            match continuation(&starts, &used, end, (chain.len() > 1).then_some(begin), joint) {
+                Next::Piece(next) => {
+                    used[next] = true;
+                    chain.push(next);
+                }
+                Next::Close => break true,
+                Next::Nothing => {
+                    offset.loose_ends.push(end);
+                    break false;
+                }
+            }
+        };
+        if closed {
+            cut_area += cut_area_of(kept, &chain, d);
+            push_loop(kept, &chain, offset);
+        }
+    }
+    offset.residual_area = (cut_area - part_area).abs();
+}
+
+enum Next {
+    Piece(usize),
+    Close,
+    Nothing,
+}
+
+/// What follows at `end`: the nearest unused beginning within a joint, or the loop's own beginning when that is nearer.
+fn continuation(starts: &Starts, used: &[bool], end: Xy, begin: Option<Xy>, joint: f64) -> Next {
+    let mut best = (joint, Next::Nothing);
+    starts.near(end, |candidate, start| {
+        let gap = norm(minus(start, end));
+        if !used[candidate] && gap < best.0 {
+            best = (gap, Next::Piece(candidate));
+        }
+    });
+    match begin.map(|begin| norm(minus(begin, end))) {
+        Some(gap) if gap <= best.0 => Next::Close,
+        _ => best.1,
+    }
+}
+
+/// The area on the left of the contour that the disc cuts when its centre runs along the chain: touched profile, and
+/// an arc about every joint at which the path turns toward the free side.
+fn cut_area_of(kept: &[Kept], chain: &[usize], d: f64) -> f64 {
+    let mut contour: Vec<Shape> = Vec::new();
+    for (k, &index) in chain.iter().enumerate() {
+        contour.extend(kept[index].touched);
+        let next = &kept[chain[(k + 1) % chain.len()]].shape;
+        let joint = kept[index].shape.at(1.0);
+        let (incoming, outgoing) = (kept[index].shape.direction(1.0), next.direction(0.0));
+        let turned = atan2(cross(incoming, outgoing), dot(incoming, outgoing));
+        if turned < 0.0 {
+            let toward_part = right_of(incoming);
+            let start = atan2(-toward_part.1, -toward_part.0);
+            contour.push(Shape::Arc { centre: joint, radius: d, start, sweep: turned });
+        }
+    }
+    let origin = contour.first().map_or((0.0, 0.0), |shape| shape.at(0.0));
+    contour.iter().map(|shape| shape.double_area(origin) / 2.0).sum()
+}
+
+/// Rounds a chain to the lattice: joints to points, arcs fitted through them, a line where no arc fits.
+fn push_loop(kept: &[Kept], chain: &[usize], offset: &mut Offset) {
+    let joint = |k: usize| {
+        let (before, after) = (&kept[chain[k % chain.len()]], &kept[chain[(k + 1) % chain.len()]]);
+        let middle = plus(before.shape.at(1.0), minus(after.shape.at(0.0), before.shape.at(1.0)), 0.5);
+        curve::nearest_point(middle.0, middle.1)
+    };
+    let mut curves = Vec::new();
+    let mut outlines: Vec<usize> = Vec::new();
+    for (k, &index) in chain.iter().enumerate() {
+        let (Ok(from), Ok(to)) = (joint(k + chain.len() - 1), joint(k)) else {
+            offset.loose_ends.push(kept[index].shape.at(1.0));
+            return;
+        };
+        outlines.push(kept[index].outline);
+        if from == to {
+            continue;
+        }
+        let line = Curve::Line(Segment { from, to });
+        curves.push(match kept[index].shape {
+            Shape::Line { .. } => line,
+            Shape::Arc { centre, sweep, .. } => {
+                let turn = if sweep > 0.0 { Turn::Left } else { Turn::Right };
+                match curve::fit_arc(from, to, centre, turn) {
+                    Ok(arc) if line.length() > f64::from(shortest_arc(arc.radius()).units()) => {
+                        Curve::Arc(arc)
+                    }
+                    Ok(_) => line,
+                    Err(_) if line.length() < JOINT => line,
+                    Err(_) => {
+                        offset.loose_ends.push(kept[index].shape.at(1.0));
+                        return;
+                    }
+                }
+            }
+        });
+    }
+    outlines.sort_unstable();
+    outlines.dedup();
+    if curves.len() > 1 {
+        offset.loops.push(OffsetLoop { curves, outlines });
+    }
+}
+
+/// Where kept pieces begin, by cells as wide as a joint.
+struct Starts {
+    width: f64,
+    /// Column and row of the cell, number of the piece, its beginning; ascending.
+    cells: Vec<((i64, i64), usize, Xy)>,
+}
+
+impl Starts {
+    fn of(kept: &[Kept], width: f64) -> Self {
+        let start = |(number, piece): (usize, &Kept)| {
+            let at = piece.shape.at(0.0);
+            (cell(at, width), number, at)
+        };
+        let mut cells: Vec<_> = kept.iter().enumerate().map(start).collect();
+        cells.sort_unstable_by_key(|&(cell, number, _)| (cell, number));
+        Self { width, cells }
+    }
+
+    /// Calls `visit` with every piece that begins within a width of `at`, and with others.
+    fn near(&self, at: Xy, mut visit: impl FnMut(usize, Xy)) {
+        let (column, row) = cell(at, self.width);
+        for column in column - 1..=column + 1 {
+            let first = self.cells.partition_point(|&(cell, ..)| cell < (column, row - 1));
+            let near = self.cells[first..].iter().take_while(|&&(cell, ..)| cell <= (column, row + 1));
+            near.for_each(|&(_, number, start)| visit(number, start));
+        }
+    }
+}
+
+fn cell((x, y): Xy, width: f64) -> (i64, i64) {
+    (curve::integer(floor(x / width)), curve::integer(floor(y / width)))
+}

@@ -1,0 +1,305 @@
+//! An offset shape as a track with a parameter, and the part of it that an edge covers. Proposals only.
+//!
+//! A parameter grows along the track: the length on a straight track; 1 − cos θ on a bend of less than half a circle, which
+//! needs no trigonometry; the share of the sweep on any other arc.
+
+use core::f64::consts::{PI, TAU};
+
+use libm::{acos, cos, sin, sqrt};
+
+use super::plane::{Shape, Xy, cross, dot, left_of, minus, norm, plus};
+
+/// An offset shape, ready to be cut.
+#[derive(Clone, Copy, Debug)]
+pub enum Track {
+    Straight { from: Xy, along: Xy, length: f64 },
+    Bend { centre: Xy, radius: f64, start: Xy, turn: f64, sweep: f64 },
+    General(Shape),
+}
+
+/// A straight edge with what its capsule needs.
+#[derive(Clone, Copy, Debug)]
+pub struct Wall {
+    pub from: Xy,
+    pub to: Xy,
+    pub along: Xy,
+    pub length: f64,
+}
+
+impl Wall {
+    pub fn of(shape: &Shape) -> Option<Self> {
+        match *shape {
+            Shape::Line { from, to } => {
+                let d = minus(to, from);
+                let length = sqrt(dot(d, d));
+                (length > 0.0).then(|| Self { from, to, along: (d.0 / length, d.1 / length), length })
+            }
+            Shape::Arc { .. } => None,
+        }
+    }
+}
+
+impl Track {
+    pub fn of(shape: &Shape) -> Self {
+        match *shape {
+            Shape::Line { from, to } => {
+                let d = minus(to, from);
+                let length = sqrt(dot(d, d)).max(f64::MIN_POSITIVE);
+                Self::Straight { from, along: (d.0 / length, d.1 / length), length }
+            }
+            Shape::Arc { centre, radius, start, sweep } if sweep.abs() < 0.99 * PI => Self::Bend {
+                centre,
+                radius,
+                start: (cos(start), sin(start)),
+                turn: if sweep > 0.0 { 1.0 } else { -1.0 },
+                sweep: sweep.abs(),
+            },
+            Shape::Arc { .. } => Self::General(*shape),
+        }
+    }
+
+    /// The parameter at the end; it begins at 0.
+    pub fn end(&self) -> f64 {
+        match *self {
+            Self::Straight { length, .. } => length,
+            Self::Bend { sweep, .. } => 1.0 - cos(sweep),
+            Self::General(_) => 1.0,
+        }
+    }
+
+    /// The point at a parameter.
+    pub fn at(&self, p: f64) -> Xy {
+        match *self {
+            Self::Straight { from, along, .. } => plus(from, along, p),
+            Self::Bend { centre, radius, start, turn, .. } => {
+                let (c, s) = (1.0 - p, sqrt((p * (2.0 - p)).max(0.0)));
+                let across = left_of(start);
+                let u = (start.0 * c + across.0 * s * turn, start.1 * c + across.1 * s * turn);
+                plus(centre, u, radius)
+            }
+            Self::General(shape) => shape.at(p),
+        }
+    }
+
+    /// The share of the whole, 0 to 1, at a parameter.
+    pub fn share(&self, p: f64) -> f64 {
+        match *self {
+            Self::Straight { length, .. } => p / length,
+            Self::Bend { sweep, .. } => acos((1.0 - p).clamp(-1.0, 1.0)) / sweep,
+            Self::General(_) => p,
+        }
+    }
+
+    fn parameter(&self, share: f64) -> f64 {
+        match *self {
+            Self::Straight { length, .. } => share * length,
+            Self::Bend { sweep, .. } => 1.0 - cos(share * sweep),
+            Self::General(_) => share,
+        }
+    }
+
+    /// The length between two parameters, roughly.
+    pub fn length_between(&self, p: f64, q: f64) -> f64 {
+        match *self {
+            Self::Straight { .. } => q - p,
+            Self::Bend { .. } => norm(minus(self.at(q), self.at(p))),
+            Self::General(shape) => (q - p) * shape.length(),
+        }
+    }
+
+    /// A box of the track between two parameters: `(min x, min y, max x, max y)`.
+    pub fn bounds(&self, p: f64, q: f64) -> (f64, f64, f64, f64) {
+        let (a, b) = (self.at(p), self.at(q));
+        let bulge = match *self {
+            Self::Straight { .. } => 0.0,
+            // Half a chord bounds the sagitta of less than half a circle.
+            Self::Bend { .. } => norm(minus(b, a)) / 2.0,
+            Self::General(shape) => match shape {
+                Shape::Arc { radius, .. } => 2.0 * radius,
+                Shape::Line { .. } => 0.0,
+            },
+        };
+        (a.0.min(b.0) - bulge, a.1.min(b.1) - bulge, a.0.max(b.0) + bulge, a.1.max(b.1) + bulge)
+    }
+
+    /// Calls `covered` with intervals of parameters whose points are within `r` of the straight edge.
+    #[inline]
+    pub fn covered_by_wall(&self, wall: &Wall, r: f64, mut covered: impl FnMut(f64, f64)) {
+        match *self {
+            Self::Straight { from, along, .. } => {
+                if let Some((low, high)) = straight_in_capsule(from, along, wall, r) {
+                    covered(low, high);
+                }
+            }
+            Self::Bend { centre, radius, .. } => {
+                let Some((entry, exit)) = circle_in_capsule(centre, radius, wall, r) else { return };
+                let (low, high) = (self.bend_parameter(entry), self.bend_parameter(exit));
+                let turn = self.turn();
+                let (low, high) = if turn > 0.0 { (low, high) } else { (high, low) };
+                if low <= high {
+                    covered(low, high);
+                } else {
+                    covered(low, 2.0);
+                    covered(-2.0, high);
+                }
+            }
+            Self::General(_) => {
+                let edge = Shape::Line { from: wall.from, to: wall.to };
+                self.covered_by(&edge, r, covered);
+            }
+        }
+    }
+
+    /// As [`Track::covered_by_wall`] for any edge: cuts the track where it meets what lies at distance `r` from the edge, and
+    /// looks at the middle of each piece.
+    pub fn covered_by(&self, edge: &Shape, r: f64, mut covered: impl FnMut(f64, f64)) {
+        let shape = self.shape();
+        let circle = |centre| Shape::Arc { centre, radius: r, start: 0.0, sweep: TAU };
+        let around = [
+            edge.offset_right(r),
+            edge.reversed().offset_right(r),
+            Some(circle(edge.at(0.0))),
+            Some(circle(edge.at(1.0))),
+        ];
+        let mut cuts = [1.0; 10];
+        cuts[0] = 0.0;
+        let mut count = 1;
+        for other in around.into_iter().flatten() {
+            for cut in shape.meetings(&other, 1.0).into_iter().flatten() {
+                cuts[count] = cut;
+                count += 1;
+            }
+        }
+        cuts[..=count].sort_by(f64::total_cmp);
+        for pair in cuts[..=count].windows(2) {
+            if edge.distance(shape.at(f64::midpoint(pair[0], pair[1]))) < r {
+                covered(self.parameter(pair[0]), self.parameter(pair[1]));
+            }
+        }
+    }
+
+    fn shape(&self) -> Shape {
+        match *self {
+            Self::Straight { from, along, length } => Shape::Line { from, to: plus(from, along, length) },
+            Self::Bend { centre, radius, start, turn, sweep } => {
+                Shape::Arc { centre, radius, start: libm::atan2(start.1, start.0), sweep: sweep * turn }
+            }
+            Self::General(shape) => shape,
+        }
+    }
+
+    fn turn(&self) -> f64 {
+        match *self {
+            Self::Bend { turn, .. } => turn,
+            _ => 1.0,
+        }
+    }
+
+    /// 1 − cos θ of a direction from the bend's centre, negative for directions before its start.
+    fn bend_parameter(&self, u: Xy) -> f64 {
+        let Self::Bend { start, turn, .. } = *self else { return 0.0 };
+        let forward = cross(start, u) * turn >= 0.0;
+        let p = 1.0 - dot(start, u);
+        if forward { p } else { -p }
+    }
+}
+
+/// The parameters at which a line is in the capsule of radius `r` about the wall; the capsule is convex.
+#[inline]
+fn straight_in_capsule(from: Xy, along: Xy, wall: &Wall, r: f64) -> Option<(f64, f64)> {
+    let mut low = f64::INFINITY;
+    let mut high = f64::NEG_INFINITY;
+    let mut add = |a: f64, b: f64| {
+        low = low.min(a);
+        high = high.max(b);
+    };
+    for end in [wall.from, wall.to] {
+        let w = minus(end, from);
+        let (near, off) = (dot(w, along), cross(along, w));
+        let half_2 = r * r - off * off;
+        if half_2 > 0.0 {
+            let half = sqrt(half_2);
+            add(near - half, near + half);
+        }
+    }
+    // Beside the wall: |off| < r and the foot within it, both linear in the parameter.
+    let w = minus(from, wall.from);
+    let (off, off_rate) = (cross(wall.along, w), cross(wall.along, along));
+    let (foot, foot_rate) = (dot(wall.along, w), dot(wall.along, along));
+    let (a, b) = linear_within(off, off_rate, -r, r);
+    let (c, d) = linear_within(foot, foot_rate, 0.0, wall.length);
+    let (a, b) = (a.max(c), b.min(d));
+    if a < b {
+        add(a, b);
+    }
+    (low < high).then_some((low, high))
+}
+
+/// The parameters at which `value + rate · p` is between `low` and `high`.
+#[inline]
+fn linear_within(value: f64, rate: f64, low: f64, high: f64) -> (f64, f64) {
+    if rate.abs() < 1e-15 {
+        let inside = low < value && value < high;
+        return if inside { (f64::NEG_INFINITY, f64::INFINITY) } else { (f64::INFINITY, f64::NEG_INFINITY) };
+    }
+    let (p, q) = ((low - value) / rate, (high - value) / rate);
+    (p.min(q), p.max(q))
+}
+
+/// The directions in which a circle enters and leaves the capsule of radius `r` about the wall, counter-clockwise.
+///
+/// For equal radii the boundaries of two sums of disjoint convex sets with one disc cross at most twice; here the radii
+/// differ by next to nothing. `None` when the circle is outside, or touches too little to tell.
+#[inline]
+fn circle_in_capsule(centre: Xy, radius: f64, wall: &Wall, r: f64) -> Option<(Xy, Xy)> {
+    let w = minus(centre, wall.from);
+    let (foot, off) = (dot(wall.along, w), cross(wall.along, w));
+    let beyond = (-foot).max(foot - wall.length).max(0.0);
+    if beyond * beyond + off * off >= (radius + r) * (radius + r) {
+        return None;
+    }
+    let (mut entry, mut exit) = (None, None);
+    // In the wall's frame: x along it, y to its left, the centre at (foot, off). A direction u meets the boundary at
+    // P = centre + radius · u; it enters when the counter-clockwise tangent points against the outward normal there.
+    let mut consider = |u: Xy, normal: Xy| {
+        let tangent = left_of(u);
+        *(if dot(tangent, normal) < 0.0 { &mut entry } else { &mut exit }) = Some(u);
+    };
+    for (x, ahead) in [(0.0, -1.0), (wall.length, 1.0)] {
+        let to = (x - foot, -off);
+        let distance_2 = dot(to, to);
+        if distance_2 < 1e-6 {
+            continue;
+        }
+        // |radius · u − to| = r.
+        let k = (radius * radius + distance_2 - r * r) / (2.0 * radius);
+        let rest = distance_2 - k * k;
+        if rest <= 0.0 {
+            continue;
+        }
+        let q = sqrt(rest);
+        for sign in [-1.0, 1.0] {
+            let u = ((to.0 * k - to.1 * q * sign) / distance_2, (to.1 * k + to.0 * q * sign) / distance_2);
+            let from_end = (radius * u.0 - to.0, radius * u.1 - to.1);
+            if from_end.0 * ahead >= 0.0 {
+                consider(u, from_end);
+            }
+        }
+    }
+    for side in [-r, r] {
+        let y = (side - off) / radius;
+        if y.abs() < 1.0 {
+            let x = sqrt(1.0 - y * y);
+            for u in [(x, y), (-x, y)] {
+                if (0.0..=wall.length).contains(&(foot + radius * u.0)) {
+                    consider(u, (0.0, side));
+                }
+            }
+        }
+    }
+    let turned = |u: Xy| {
+        let across = left_of(wall.along);
+        (wall.along.0 * u.0 + across.0 * u.1, wall.along.1 * u.0 + across.1 * u.1)
+    };
+    Some((turned(entry?), turned(exit?)))
+}
