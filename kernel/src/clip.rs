@@ -57,7 +57,7 @@ impl ProhibitedRegion {
             Some(contact) => contact,
         };
         let span = xy_of(to.minus(motion.from));
-        let length = libm::hypot(span.0, span.1);
+        let length = crate::curve::hypot(span.0, span.1);
         let start = xy(motion.from);
         for back in SET_BACK {
             let t = contact - back / length;

@@ -4,7 +4,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 use core::f64::consts::{PI, TAU};
 
-use libm::{asin, atan2, ceil, cos, fmin, hypot, round, sin, sqrt};
+use libm::{asin, atan2, ceil, cos, fmin, sin, sqrt};
 
 use crate::exact::arc::{Arc, ArcChords, ArcError, Turn};
 use crate::exact::lattice::{COORD_MAX, LatticeError, Length, Point};
@@ -86,18 +86,35 @@ pub fn nearest_point(x: f64, y: f64) -> Result<Point, LatticeError> {
 
 /// The integer nearest to `value`, or one off the lattice when `value` is not finite or too large.
 #[must_use]
-#[expect(clippy::cast_possible_truncation, reason = "the magnitude is compared with the bound first")]
 pub fn nearest_unit(value: f64) -> i64 {
     let limit = f64::from(COORD_MAX) + 1.0;
-    if value.abs() <= limit { round(value) as i64 } else { i64::MAX }
+    if value.abs() <= limit { round_down(value + 0.5) } else { i64::MAX }
 }
 
-/// The integer nearest to `value`, clamped to ±2^53; 0 for what is no number.
+/// The greatest integer not above `value`, which is clamped to ±2^52; 0 for what is no number.
 #[must_use]
-#[expect(clippy::cast_possible_truncation, reason = "clamped to integers that f64 holds exactly")]
-pub fn integer(value: f64) -> i64 {
-    const EXACT: f64 = 9_007_199_254_740_992.0;
-    round(value.clamp(-EXACT, EXACT)) as i64
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_precision_loss,
+    reason = "clamped to integers that f64 holds exactly"
+)]
+pub fn round_down(value: f64) -> i64 {
+    const EXACT: f64 = 4_503_599_627_370_496.0;
+    let value = value.clamp(-EXACT, EXACT);
+    let truncated = value as i64;
+    truncated - i64::from(truncated as f64 > value)
+}
+
+/// The least integer not below `value`, as [`round_down`].
+#[must_use]
+pub fn round_up(value: f64) -> i64 {
+    -round_down(-value)
+}
+
+/// The length of the vector `(x, y)`, in lattice units: no square overflows or vanishes there.
+#[must_use]
+pub fn hypot(x: f64, y: f64) -> f64 {
+    sqrt(x * x + y * y)
 }
 
 /// The arc from `from` to `to` about the lattice centre near `(x, y)`, in lattice units, that fits both ends best.

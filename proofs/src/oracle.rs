@@ -118,3 +118,109 @@ pub fn inside_polygon(p: &Big, polygon: &[Big]) -> Option<bool> {
     }
     Some(winding % 2 != 0)
 }
+
+/// The square of the distance from `p` to the segment `a b`, as a fraction with a positive denominator.
+#[must_use]
+pub fn point_segment_distance_2(p: &Big, a: &Big, b: &Big) -> (BigInt, BigInt) {
+    let (d, w) = (b.minus(a), p.minus(a));
+    let denominator = d.dot(&d);
+    if denominator == zero() {
+        return (w.dot(&w), BigInt::from(1));
+    }
+    let t = w.dot(&d).clamp(zero(), denominator.clone());
+    let off = Big { x: &w.x * &denominator - &d.x * &t, y: &w.y * &denominator - &d.y * &t };
+    (off.dot(&off), &denominator * &denominator)
+}
+
+/// Whether no point of the motion `p q` is nearer to the segment `a b` than `p` is. Distance to a convex set is convex
+/// along a line, so this is what "the distance never falls" means. When `p q` crosses `a b` away from `p`, or some end is
+/// nearer, it falls; else the least distance is at `p`.
+#[must_use]
+pub fn never_nearer(p: &Big, q: &Big, a: &Big, b: &Big) -> bool {
+    let start = point_segment_distance_2(p, a, b);
+    if start.0 == zero() {
+        return true;
+    }
+    if segment_segment_within(p, q, a, b, 0) {
+        return false;
+    }
+    let others = [
+        point_segment_distance_2(q, a, b),
+        point_segment_distance_2(a, p, q),
+        point_segment_distance_2(b, p, q),
+    ];
+    others.iter().all(|other| &other.0 * &start.1 >= &start.0 * &other.1)
+}
+
+/// Whether the closed box and the segment come within `r`: the box is two triangles.
+#[must_use]
+pub fn box_segment_within(low: &Big, high: &Big, a: &Big, b: &Big, r: i64) -> bool {
+    let right = Big { x: high.x.clone(), y: low.y.clone() };
+    let left = Big { x: low.x.clone(), y: high.y.clone() };
+    triangle_segment_within([low, &right, high], a, b, r)
+        || triangle_segment_within([low, high, &left], a, b, r)
+}
+
+/// Answers in `f64` that are certain, for speed: `None` means "ask the exact definition". Coordinates are below 2^30, so a
+/// distance computed through the nearest point carries an error far below a thousandth of a unit, and squares far below
+/// a unit of their last place times a few.
+pub mod quick {
+    /// A point or vector.
+    pub type Xy = (f64, f64);
+
+    const SURE: f64 = 1e-2;
+
+    fn decide(distance: f64, r: f64) -> Option<bool> {
+        ((distance - r).abs() > SURE + r * 1e-9).then_some(distance < r)
+    }
+
+    /// The distance from a point to a segment.
+    #[must_use]
+    pub fn point_segment(p: Xy, a: Xy, b: Xy) -> f64 {
+        let (d, w) = ((b.0 - a.0, b.1 - a.1), (p.0 - a.0, p.1 - a.1));
+        let length_2 = d.0 * d.0 + d.1 * d.1;
+        let t = if length_2 > 0.0 { ((w.0 * d.0 + w.1 * d.1) / length_2).clamp(0.0, 1.0) } else { 0.0 };
+        (w.0 - t * d.0).hypot(w.1 - t * d.1)
+    }
+
+    /// Whether they come within `r`.
+    #[must_use]
+    pub fn point_segment_within(p: Xy, a: Xy, b: Xy, r: f64) -> Option<bool> {
+        decide(point_segment(p, a, b), r)
+    }
+
+    /// Whether they come within `r`.
+    #[must_use]
+    pub fn segment_segment_within(a: Xy, b: Xy, c: Xy, d: Xy, r: f64) -> Option<bool> {
+        let ends =
+            [point_segment(a, c, d), point_segment(b, c, d), point_segment(c, a, b), point_segment(d, a, b)];
+        let least = ends.into_iter().fold(f64::INFINITY, f64::min);
+        let side = |p: Xy, q: Xy, s: Xy| (q.0 - p.0) * (s.1 - p.1) - (q.1 - p.1) * (s.0 - p.0);
+        let crossing = [side(a, b, c), side(a, b, d), side(c, d, a), side(c, d, b)];
+        // Products of 2^31 and 2^31: an error below 2^10.
+        if crossing.iter().any(|s| s.abs() < 4096.0) {
+            return None;
+        }
+        let crosses =
+            (crossing[0] > 0.0) != (crossing[1] > 0.0) && (crossing[2] > 0.0) != (crossing[3] > 0.0);
+        if crosses { Some(true) } else { decide(least, r) }
+    }
+
+    /// Whether the filled triangle and the segment come within `r`.
+    #[must_use]
+    pub fn triangle_segment_within([a, b, c]: [Xy; 3], d: Xy, e: Xy, r: f64) -> Option<bool> {
+        let side = |p: Xy, q: Xy, s: Xy| (q.0 - p.0) * (s.1 - p.1) - (q.1 - p.1) * (s.0 - p.0);
+        let sides = [side(a, b, d), side(b, c, d), side(c, a, d)];
+        if sides.iter().any(|s| s.abs() < 4096.0) {
+            return None;
+        }
+        if sides.iter().all(|&s| s > 0.0) || sides.iter().all(|&s| s < 0.0) {
+            return Some(true);
+        }
+        let mut any = false;
+        for (p, q) in [(a, b), (b, c), (c, a)] {
+            any |= segment_segment_within(p, q, d, e, r)?;
+        }
+        Some(any)
+    }
+}

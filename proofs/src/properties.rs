@@ -1,8 +1,8 @@
 //! The properties. Each asserts; engines choose the inputs.
 
 use keepout_kernel::exact::predicate::{
-    Orientation, Site, crosses_properly, orientation, point_point, point_segment, segment_segment,
-    strictly_inside, triangle_segment,
+    Orientation, Site, box_point, box_segment, crosses_properly, orientation, point_point, point_segment,
+    recedes, segment_segment, strictly_inside, triangle_segment,
 };
 use keepout_kernel::exact::width::Lattice;
 
@@ -129,4 +129,31 @@ pub fn fan_covers_every_retargeted_motion<L: FromPlain>(
         let fan = triangle_segment::<L>(corners.map(L::site), L::site(d), L::site(e), L::linear(r));
         assert!(!fan.is_clear(), "{corners:?} {from:?} {d:?} {e:?} {r}");
     }
+}
+
+/// A motion recedes from a segment exactly when no point of it is nearer than its start.
+///
+/// # Panics
+/// When the property does not hold.
+pub fn receding_never_comes_nearer<L: FromPlain>(p: Xy, q: Xy, a: Xy, b: Xy) {
+    let answer = recedes::<L>(L::site(p), L::site(q), L::site(a), L::site(b));
+    assert_eq!(answer, oracle::never_nearer(&big(p), &big(q), &big(a), &big(b)), "{p:?} {q:?} {a:?} {b:?}");
+    assert_eq!(answer, recedes::<L>(L::site(p), L::site(q), L::site(b), L::site(a)), "either way round");
+}
+
+/// Box–segment and box–point: near exactly when some point of the filled box is within r.
+///
+/// # Panics
+/// When the property does not hold.
+pub fn box_segment_is_exact<L: FromPlain>(p: Xy, q: Xy, a: Xy, b: Xy, r: i64)
+where
+    L::Linear: Ord,
+{
+    let (low, high) = ((p.0.min(q.0), p.1.min(q.1)), (p.0.max(q.0), p.1.max(q.1)));
+    let near =
+        !box_segment::<L>(L::site(low), L::site(high), L::site(a), L::site(b), L::linear(r)).is_clear();
+    let truth = oracle::box_segment_within(&big(low), &big(high), &big(a), &big(b), r);
+    assert_eq!(near, truth, "{low:?} {high:?} {a:?} {b:?} {r}");
+    let point = !box_point::<L>(L::site(low), L::site(high), L::site(a), L::linear(r)).is_clear();
+    assert_eq!(point, oracle::box_segment_within(&big(low), &big(high), &big(a), &big(a), r), "{a:?} {r}");
 }

@@ -69,6 +69,23 @@ proptest! {
     }
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 20_000, ..ProptestConfig::default() })]
+
+    #[test]
+    fn receding(p in point(), q in point(), a in point(), b in point()) {
+        properties::receding_never_comes_nearer::<Product>(p, q, a, b);
+        // From beside the segment, straight away and straight along.
+        properties::receding_never_comes_nearer::<Product>(p, (p.0, q.1), a, (b.0, a.1));
+        properties::receding_never_comes_nearer::<Product>(p, (q.0, p.1), a, (b.0, a.1));
+    }
+
+    #[test]
+    fn boxes(p in point(), q in point(), a in point(), b in point(), pick in 0_i64..8, any in 0..=LIMIT) {
+        properties::box_segment_is_exact::<Product>(p, q, a, b, threshold(q, a, pick, any));
+    }
+}
+
 /// A star-shaped ring about the origin from radii: simple whatever the radii are.
 fn star(radii: &[i64]) -> Option<Vec<Point>> {
     let n = radii.len() as f64;

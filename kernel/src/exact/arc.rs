@@ -110,7 +110,7 @@ impl Arc {
         }
         let radius_2 = distance_2(from, centre);
         let radius = match Length::from_units(radius_2.isqrt()) {
-            Ok(radius) if radius_2.isqrt() >= RADIUS_MIN => radius,
+            Ok(radius) if i64::from(radius.units()) >= RADIUS_MIN => radius,
             _ => return Err(ArcError::Radius { radius_2 }),
         };
         let arc = Self { from, to, centre, turn, radius };

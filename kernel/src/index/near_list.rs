@@ -119,7 +119,7 @@ impl NearList {
             self.resting -= 1;
             return;
         }
-        let distance = crate::curve::nearest_unit(libm::ceil(distance));
+        let distance = crate::curve::round_up(distance);
         let Ok(reach) = Length::from_units(distance.saturating_add(self.beyond)) else { return };
         (self.anchor, self.count) = (point, 0);
         let mut looked_at = 0;

@@ -81,7 +81,7 @@ impl CheckedIndex {
             let nearest = self.nearest(point, hint)?;
             let slack = self.edges().get(nearest.edge).map_or(0, |edge| edge.slack.units());
             reach = reach.min(nearest.distance() - f64::from(slack));
-            let below = crate::curve::nearest_unit(libm::floor(reach) - 1.0);
+            let below = crate::curve::round_down(reach) - 1;
             let threshold = Length::from_units(below).ok()?;
             match self.near_point(point, threshold) {
                 None => return Some(threshold),
@@ -93,7 +93,7 @@ impl CheckedIndex {
             }
         }
         // Many slacks: halve the interval instead.
-        let (mut low, mut high) = (-1_i64, crate::curve::nearest_unit(libm::floor(reach.max(0.0))));
+        let (mut low, mut high) = (-1_i64, crate::curve::round_down(reach.max(0.0)));
         while high - low > 1 {
             let middle = i64::midpoint(low, high);
             match Length::from_units(middle) {

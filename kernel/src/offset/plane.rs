@@ -2,9 +2,9 @@
 
 use core::f64::consts::TAU;
 
-use libm::{atan2, cos, fmod, hypot, sin, sqrt};
+use libm::{atan2, cos, fmod, sin, sqrt};
 
-use crate::curve::Curve;
+use crate::curve::{Curve, hypot};
 use crate::exact::arc::Turn;
 use crate::exact::lattice::Point;
 
@@ -141,21 +141,6 @@ impl Shape {
             Self::Line { .. } => Self::Line { from: self.at(t0), to: self.at(t1) },
             Self::Arc { centre, radius, start, sweep } => {
                 Self::Arc { centre, radius, start: start + sweep * t0, sweep: sweep * (t1 - t0) }
-            }
-        }
-    }
-
-    /// The box `(min x, min y, max x, max y)`, generous for arcs.
-    pub fn bounds(&self) -> (f64, f64, f64, f64) {
-        let (a, b) = (self.at(0.0), self.at(1.0));
-        let low = (a.0.min(b.0), a.1.min(b.1));
-        let high = (a.0.max(b.0), a.1.max(b.1));
-        match *self {
-            Self::Line { .. } => (low.0, low.1, high.0, high.1),
-            // An arc leaves its chord by at most half the chord, or the sagitta of what it turns through.
-            Self::Arc { radius, sweep, .. } => {
-                let bulge = radius * (1.0 - cos((sweep.abs() / 2.0).min(core::f64::consts::PI)));
-                (low.0 - bulge, low.1 - bulge, high.0 + bulge, high.1 + bulge)
             }
         }
     }

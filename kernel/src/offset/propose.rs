@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 use core::ops::ControlFlow;
 
-use libm::{atan2, ceil, cos, floor};
+use libm::{atan2, ceil, cos};
 
 use super::plane::{Shape, cross, dot, right_of};
 use super::stitch::{Kept, stitch};
@@ -127,7 +127,7 @@ fn push_chords(edge: &Shape, chords: &mut Vec<Edge>) -> Option<()> {
             (count, radius * (1.0 - cos(sweep.abs() / count / 2.0)))
         }
     };
-    let slack = Length::from_units(curve::nearest_unit(ceil(sagitta) + 2.0)).ok()?;
+    let slack = Length::from_units(curve::round_up(sagitta) + 2).ok()?;
     let mut k = 0.0;
     while k < count {
         chords
@@ -248,12 +248,12 @@ impl Cutter<'_> {
             return Window::from_corners(1, 1, 0, 0);
         };
         let (x0, y0, x1, y1) = track.bounds(first.0, last.1);
-        let unit = |c: f64| {
-            let limit = f64::from(COORD_MAX) * 2.0 - 1.0;
-            i32::try_from(curve::integer(c.clamp(-limit, limit))).unwrap_or(0)
-        };
+        let limit = f64::from(COORD_MAX) * 2.0;
+        let unit = |c: f64| c.clamp(-limit, limit);
+        let down = |c: f64| i32::try_from(curve::round_down(unit(c))).unwrap_or(i32::MIN);
+        let up = |c: f64| i32::try_from(curve::round_up(unit(c))).unwrap_or(i32::MAX);
         let r = self.d + 1.0;
-        Window::from_corners(unit(floor(x0 - r)), unit(floor(y0 - r)), unit(ceil(x1 + r)), unit(ceil(y1 + r)))
+        Window::from_corners(down(x0 - r), down(y0 - r), up(x1 + r), up(y1 + r))
     }
 
     fn keep(&self, shape: &Shape, outline: usize, edge: Option<Shape>, kept: &mut Vec<Kept>) {

@@ -3,7 +3,7 @@
 use alloc::vec;
 use alloc::vec::Vec;
 
-use libm::{atan2, floor, sqrt};
+use libm::{atan2, sqrt};
 
 use super::certify::shortest_arc;
 use super::plane::{Shape, Xy, cross, dot, minus, norm, plus, right_of};
@@ -180,5 +180,5 @@ impl Starts {
 }
 
 fn cell((x, y): Xy, width: f64) -> (i64, i64) {
-    (curve::integer(floor(x / width)), curve::integer(floor(y / width)))
+    (curve::round_down(x / width), curve::round_down(y / width))
 }
