@@ -120,7 +120,7 @@ impl ProhibitedRegion {
     /// [`CellFault::Whole`] when what is near the part at that threshold does not fit the lattice.
     pub fn prepare(&mut self, threshold: Length) -> Result<(), CellFault> {
         if self.cells_for(threshold).is_none() {
-            self.cells.push(subdivide::build(&self.index, threshold)?);
+            self.cells.push(subdivide::build(&self.index, threshold, None)?);
         }
         Ok(())
     }

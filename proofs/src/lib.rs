@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | exhaustive | `tests/exhaustive.rs` | every input on a small lattice, at [`Narrow`] and at product width |
 //! | random, full range | `tests/random.rs` | proptest, with thresholds at and beside the exact distance |
+//! | soak, degenerate families | `tests/soak.rs`, and `cargo run --release -p keepout-proofs --bin soak` for as long as one likes | predicates, index, cells, near list and arcs beside the definitions over all edges |
 //! | Kani | `src/harnesses.rs` under `cfg(kani)` | all inputs at [`Narrow`] width, symbolically; for reviewers who have Kani |
 //!
 //! The mathematical side of each property is [`oracle`]: exact rational arithmetic on big integers, written from the
@@ -11,8 +12,10 @@
 //!
 //! [`Narrow`]: keepout_kernel::exact::width::Narrow
 
+pub mod families;
 pub mod oracle;
 pub mod properties;
+pub mod soak;
 
 #[cfg(kani)]
 mod harnesses;

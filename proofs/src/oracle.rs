@@ -189,31 +189,45 @@ pub mod quick {
         decide(point_segment(p, a, b), r)
     }
 
+    /// The sign of the turn a, b, c; `None` when rounding could have made it. Differences below 2^26 multiply exactly.
+    fn turn(a: Xy, b: Xy, c: Xy) -> Option<f64> {
+        let (u, v) = ((b.0 - a.0, b.1 - a.1), (c.0 - a.0, c.1 - a.1));
+        let area = u.0 * v.1 - u.1 * v.0;
+        let exact = [u.0, u.1, v.0, v.1].iter().all(|d| d.abs() < 67_108_864.0);
+        (exact || area.abs() > 4096.0).then_some(area)
+    }
+
+    /// Whether the segments cross at a point inside both.
+    fn crosses(a: Xy, b: Xy, c: Xy, d: Xy) -> Option<bool> {
+        Some(turn(a, b, c)? * turn(a, b, d)? < 0.0 && turn(c, d, a)? * turn(c, d, b)? < 0.0)
+    }
+
+    /// The distance between two segments.
+    fn segment_segment(a: Xy, b: Xy, c: Xy, d: Xy) -> Option<f64> {
+        let ends =
+            [point_segment(a, c, d), point_segment(b, c, d), point_segment(c, a, b), point_segment(d, a, b)];
+        Some(if crosses(a, b, c, d)? { 0.0 } else { ends.into_iter().fold(f64::INFINITY, f64::min) })
+    }
+
     /// Whether they come within `r`.
     #[must_use]
     pub fn segment_segment_within(a: Xy, b: Xy, c: Xy, d: Xy, r: f64) -> Option<bool> {
-        let ends =
-            [point_segment(a, c, d), point_segment(b, c, d), point_segment(c, a, b), point_segment(d, a, b)];
-        let least = ends.into_iter().fold(f64::INFINITY, f64::min);
-        let side = |p: Xy, q: Xy, s: Xy| (q.0 - p.0) * (s.1 - p.1) - (q.1 - p.1) * (s.0 - p.0);
-        let crossing = [side(a, b, c), side(a, b, d), side(c, d, a), side(c, d, b)];
-        // Products of 2^31 and 2^31: an error below 2^10.
-        if crossing.iter().any(|s| s.abs() < 4096.0) {
-            return None;
-        }
-        let crosses =
-            (crossing[0] > 0.0) != (crossing[1] > 0.0) && (crossing[2] > 0.0) != (crossing[3] > 0.0);
-        if crosses { Some(true) } else { decide(least, r) }
+        decide(segment_segment(a, b, c, d)?, r)
+    }
+
+    /// Whether no point of the motion `p q` is nearer to the segment than `p`.
+    #[must_use]
+    pub fn never_nearer(p: Xy, q: Xy, a: Xy, b: Xy) -> Option<bool> {
+        let start = point_segment(p, a, b);
+        let others = [point_segment(q, a, b), point_segment(a, p, q), point_segment(b, p, q)];
+        let least = if crosses(p, q, a, b)? { 0.0 } else { others.into_iter().fold(f64::INFINITY, f64::min) };
+        ((least - start).abs() > SURE + start * 1e-9).then_some(least > start)
     }
 
     /// Whether the filled triangle and the segment come within `r`.
     #[must_use]
     pub fn triangle_segment_within([a, b, c]: [Xy; 3], d: Xy, e: Xy, r: f64) -> Option<bool> {
-        let side = |p: Xy, q: Xy, s: Xy| (q.0 - p.0) * (s.1 - p.1) - (q.1 - p.1) * (s.0 - p.0);
-        let sides = [side(a, b, d), side(b, c, d), side(c, a, d)];
-        if sides.iter().any(|s| s.abs() < 4096.0) {
-            return None;
-        }
+        let sides = [turn(a, b, d)?, turn(b, c, d)?, turn(c, a, d)?];
         if sides.iter().all(|&s| s > 0.0) || sides.iter().all(|&s| s < 0.0) {
             return Some(true);
         }

@@ -81,7 +81,7 @@ impl CheckedIndex {
             let nearest = self.nearest(point, hint)?;
             let slack = self.edges().get(nearest.edge).map_or(0, |edge| edge.slack.units());
             reach = reach.min(nearest.distance() - f64::from(slack));
-            let below = crate::curve::round_down(reach) - 1;
+            let below = (crate::curve::round_down(reach) - 1).max(0);
             let threshold = Length::from_units(below).ok()?;
             match self.near_point(point, threshold) {
                 None => return Some(threshold),

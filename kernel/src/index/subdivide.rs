@@ -17,21 +17,23 @@ const LIST_MAX: usize = 96;
 const LEAST: u32 = 14;
 /// Squares above this size (5.2 mm) are divided whenever an edge is near.
 const COARSE: u32 = 19;
-/// Groups that are not exceeded, so that the cells stay below 64 MB.
-const GROUPS_MAX: usize = 1 << 20;
+/// Groups of squares that are enough for any profile measured, and more for every so many edges.
+const GROUPS: (usize, usize) = (1 << 15, 8);
 
-/// Divides the plane for a threshold, and has the result checked.
+/// Divides the plane for a threshold into at most so many groups of squares (64 bytes each, and their lists), by default
+/// enough for parts of the size of a machine, and has the result checked. What is left undivided stays open.
 ///
 /// # Errors
 /// [`CellFault::Whole`] when the threshold reaches beyond the lattice.
-pub fn build(index: &CheckedIndex, threshold: Length) -> Result<Cells, CellFault> {
-    let proposal = propose(index, threshold).ok_or(CellFault::Whole)?;
+pub fn build(index: &CheckedIndex, threshold: Length, groups: Option<usize>) -> Result<Cells, CellFault> {
+    let groups = groups.unwrap_or(GROUPS.0 + index.edges().len() / GROUPS.1);
+    let proposal = propose(index, threshold, groups).ok_or(CellFault::Whole)?;
     Cells::check(index, proposal)
 }
 
-/// Proposes cells; `None` when what is near the edges does not fit the lattice.
+/// Proposes cells in at most so many groups; `None` when what is near the edges does not fit the lattice.
 #[must_use]
-pub fn propose(index: &CheckedIndex, threshold: Length) -> Option<Proposal> {
+pub fn propose(index: &CheckedIndex, threshold: Length, groups: usize) -> Option<Proposal> {
     let boxes = index.levels().last().and_then(|top| top.first())?.windows();
     let window = boxes.filter(|window| !window.is_empty()).reduce(Window::union)?;
     let beyond = threshold.plus(Length::small(2)).ok()?;
@@ -46,6 +48,7 @@ pub fn propose(index: &CheckedIndex, threshold: Length) -> Option<Proposal> {
     let origin = (corner(min_x)?, corner(min_y)?);
     let mut builder = Builder {
         index,
+        groups,
         hint: None,
         proposal: Proposal { threshold, origin, log_2, claims: Vec::new(), lists: Vec::new() },
         found: Vec::new(),
@@ -56,6 +59,7 @@ pub fn propose(index: &CheckedIndex, threshold: Length) -> Option<Proposal> {
 
 struct Builder<'a> {
     index: &'a CheckedIndex,
+    groups: usize,
     hint: Option<usize>,
     proposal: Proposal,
     found: Vec<u32>,
@@ -85,7 +89,8 @@ impl Builder<'_> {
         let centre =
             Point::from_units(i64::from(low.0) + i64::from(side / 2), i64::from(low.1) + i64::from(side / 2));
         let nearest = centre.ok().and_then(|centre| Some((centre, self.index.nearest(centre, self.hint)?)));
-        let may_divide = log_2 > LEAST.max(DIVIDE) && self.proposal.claims.len() < GROUPS_MAX * GROUP;
+        let may_divide =
+            log_2 > LEAST.max(DIVIDE) && self.proposal.claims.len() < self.groups.saturating_mul(GROUP);
         if let Some((centre, nearest)) = nearest {
             self.hint = Some(nearest.edge);
             let away = least_distance(centre, &self.index.edges()[nearest.edge]);

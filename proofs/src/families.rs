@@ -1,0 +1,222 @@
+//! Degenerate profiles, family by family: edges as no drawing should have them.
+
+use fastrand::Rng;
+use keepout_kernel::exact::lattice::COORD_MAX;
+use keepout_kernel::{Edge, Length, Point, Segment};
+
+use crate::properties::Xy;
+
+/// What is degenerate about a set of edges.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Family {
+    /// Nothing: edges anywhere in a field.
+    Scattered,
+    /// Edges that are there twice, some backwards.
+    Duplicates,
+    /// Overlapping pieces of a few lines.
+    Overlapping,
+    /// A straight run of many collinear edges.
+    Collinear,
+    /// Edges that end in the middle of others.
+    TJunctions,
+    /// Fans of edges from a few vertices.
+    SharedVertices,
+    /// Edges of zero length among others.
+    ZeroLength,
+    /// Long needles a unit or two wide.
+    Needles,
+    /// Two parallel walls exactly two thresholds apart.
+    Slot,
+    /// Coordinates at both extremes of the lattice.
+    Extremes,
+    /// A lattice-aligned grid, thresholds being exact distances.
+    Grid,
+    /// Many edges in a few units.
+    Crowded,
+    /// A part much smaller than the threshold.
+    TinyPart,
+    /// Edges with slacks from nothing to more than the threshold.
+    Slacks,
+}
+
+impl Family {
+    /// All families.
+    pub const ALL: [Self; 14] = [
+        Self::Scattered,
+        Self::Duplicates,
+        Self::Overlapping,
+        Self::Collinear,
+        Self::TJunctions,
+        Self::SharedVertices,
+        Self::ZeroLength,
+        Self::Needles,
+        Self::Slot,
+        Self::Extremes,
+        Self::Grid,
+        Self::Crowded,
+        Self::TinyPart,
+        Self::Slacks,
+    ];
+
+    /// Edges of the family, and the threshold at which they are to be asked.
+    pub fn profile(self, random: &mut Rng) -> Profile {
+        let count = random.usize(1..=120);
+        let mut profile = Profile { edges: Vec::new(), threshold: random.i64(0..=400) };
+        self.fill(&mut profile, count, random);
+        if profile.edges.is_empty() {
+            profile.push((0, 0), (1, 0));
+        }
+        profile
+    }
+
+    fn fill(self, profile: &mut Profile, count: usize, random: &mut Rng) {
+        let field = 3_000;
+        let anywhere = |random: &mut Rng| (random.i64(-field..=field), random.i64(-field..=field));
+        match self {
+            Self::Scattered | Self::Duplicates | Self::ZeroLength | Self::Slacks => {
+                for k in 0..count {
+                    let (a, b) = (anywhere(random), anywhere(random));
+                    let b = (a.0 + b.0 / 20, a.1 + b.1 / 20);
+                    match self {
+                        Self::Duplicates => {
+                            profile.push(a, b);
+                            if k % 2 == 0 { profile.push(b, a) } else { profile.push(a, b) }
+                        }
+                        Self::ZeroLength if k % 3 == 0 => profile.push(a, a),
+                        _ => profile.push(a, b),
+                    }
+                }
+                if self == Self::Slacks {
+                    for edge in &mut profile.edges {
+                        edge.slack = length(if random.bool() { 0 } else { random.i64(0..=900) });
+                    }
+                }
+            }
+            Self::Overlapping | Self::Collinear => {
+                let (origin, (dx, dy)) = (anywhere(random), (random.i64(-9..=9), random.i64(-9..=9)));
+                let mut k = 0;
+                for _ in 0..count {
+                    let from = if self == Self::Collinear { k } else { random.i64(-200..=200) };
+                    k = from + random.i64(1..=20);
+                    let along = |k: i64| (origin.0 + dx * k, origin.1 + dy * k);
+                    profile.push(along(from), along(k));
+                }
+            }
+            Self::TJunctions => {
+                for _ in 0..count {
+                    let (a, (dx, dy)) = (anywhere(random), (random.i64(-40..=40), random.i64(-40..=40)));
+                    let (b, middle) = ((a.0 + 4 * dx, a.1 + 4 * dy), (a.0 + dx, a.1 + dy));
+                    profile.push(a, b);
+                    profile.push(middle, (middle.0 - 3 * dy, middle.1 + 3 * dx));
+                }
+            }
+            Self::SharedVertices => {
+                let hubs: Vec<Xy> = (0..4).map(|_| anywhere(random)).collect();
+                for k in 0..count {
+                    profile.push(hubs[k % 4], (random.i64(-field..=field), random.i64(-field..=field)));
+                }
+            }
+            Self::Needles => {
+                for _ in 0..count {
+                    let (tip, end) = (anywhere(random), anywhere(random));
+                    profile.push(tip, end);
+                    profile.push(end, (tip.0 + random.i64(-2..=2), tip.1 + random.i64(-2..=2)));
+                }
+            }
+            Self::Slot => {
+                let half = profile.threshold;
+                for k in 0..=(count as i64 / 2) {
+                    profile.push((k * 50, -half), (k * 50 + 50, -half));
+                    profile.push((k * 50 + 50, half), (k * 50, half));
+                }
+            }
+            Self::Extremes => {
+                let limit = i64::from(COORD_MAX);
+                let mut corner = || match random.u8(0..4) {
+                    0 => -limit,
+                    1 => limit,
+                    2 => limit - random.i64(0..3),
+                    _ => random.i64(-limit..=limit),
+                };
+                for _ in 0..count {
+                    let (a, b) = ((corner(), corner()), (corner(), corner()));
+                    profile.push(a, b);
+                }
+                profile.threshold = *[0, 1, limit / 3, limit].get(count % 4).unwrap_or(&0);
+            }
+            Self::Grid => {
+                profile.threshold = 25 * random.i64(0..=8);
+                for _ in 0..count {
+                    let mut node = || 25 * random.i64(-8..=8);
+                    let (a, b) = ((node(), node()), (node(), node()));
+                    profile.push(a, b);
+                }
+            }
+            Self::Crowded => {
+                for _ in 0..count * 4 {
+                    let mut near = || random.i64(-6..=6);
+                    let (a, b) = ((near(), near()), (near(), near()));
+                    profile.push(a, b);
+                }
+            }
+            Self::TinyPart => {
+                profile.threshold = random.i64(100_000..=400_000);
+                for _ in 0..count {
+                    let mut near = || random.i64(-40..=40);
+                    let (a, b) = ((near(), near()), (near(), near()));
+                    profile.push(a, b);
+                }
+            }
+        }
+    }
+}
+
+/// Edges, and a threshold in lattice units.
+#[derive(Clone, Debug)]
+pub struct Profile {
+    /// The edges.
+    pub edges: Vec<Edge>,
+    /// The threshold.
+    pub threshold: i64,
+}
+
+impl Profile {
+    fn push(&mut self, a: Xy, b: Xy) {
+        self.edges.push(Edge { chord: Segment { from: at(a), to: at(b) }, slack: Length::ZERO });
+    }
+
+    /// A point worth asking about: near an edge's end, at the threshold from one, on one, or anywhere around.
+    pub fn query(&self, random: &mut Rng) -> Xy {
+        let edge = &self.edges[random.usize(..self.edges.len())];
+        let end = if random.bool() { edge.chord.from } else { edge.chord.to };
+        let (x, y) = (i64::from(end.x.units()), i64::from(end.y.units()));
+        let r = self.threshold + i64::from(edge.slack.units());
+        let shift = match random.u8(0..8) {
+            0 => (r, 0),
+            1 => (0, -r),
+            2 => (-r - 1, random.i64(-1..=1)),
+            3 => (r * 3 / 5, r * 4 / 5),
+            4 => (random.i64(-3..=3), random.i64(-3..=3)),
+            5 => {
+                let way = edge.chord.to.minus(edge.chord.from);
+                (i64::from(way.dx) / 2 - i64::from(way.dy).signum() * r, i64::from(way.dy) / 2)
+            }
+            _ => (random.i64(-2 * r - 50..=2 * r + 50), random.i64(-2 * r - 50..=2 * r + 50)),
+        };
+        let limit = i64::from(COORD_MAX);
+        ((x + shift.0).clamp(-limit, limit), (y + shift.1).clamp(-limit, limit))
+    }
+}
+
+/// The lattice point of plain coordinates, moved onto the lattice when it is off.
+#[must_use]
+pub fn at((x, y): Xy) -> Point {
+    let limit = i64::from(COORD_MAX);
+    Point::from_units(x.clamp(-limit, limit), y.clamp(-limit, limit)).unwrap_or(Point::ORIGIN)
+}
+
+/// The length, moved onto the lattice when it is off.
+#[must_use]
+pub fn length(units: i64) -> Length {
+    Length::from_units(units.clamp(0, i64::from(COORD_MAX))).unwrap_or(Length::ZERO)
+}
