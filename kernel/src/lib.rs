@@ -26,6 +26,7 @@ pub mod clip;
 pub mod curve;
 pub mod exact;
 pub mod index;
+pub mod mesh;
 pub mod offset;
 
 pub use clear::{Blocked, FreePoint, ProhibitedRegion, Side};
@@ -36,3 +37,4 @@ pub use exact::region::Region;
 pub use exact::ring::Ring;
 pub use exact::segment::{Proximity, Segment, Triangle};
 pub use index::{Cells, CheckedIndex, Edge, NearList, Nearest};
+pub use mesh::{Mesh, MeshError};
