@@ -47,6 +47,17 @@ impl FreePoint {
     pub fn threshold(self) -> Length {
         self.threshold
     }
+
+    /// The same point, claimed at a threshold that is not higher.
+    #[must_use]
+    pub fn lowered(self, threshold: Length) -> Option<Self> {
+        (threshold <= self.threshold).then_some(Self { threshold, ..self })
+    }
+
+    /// The end of a motion from here that was found clear at this threshold: the caller vouches for that.
+    pub(crate) fn moved(self, point: Point) -> Self {
+        Self { point, ..self }
+    }
 }
 
 /// Why a query is answered "no".
@@ -197,11 +208,6 @@ impl ProhibitedRegion {
             return Err(Blocked::ByEdge(*edge));
         }
         if self.holds(point) { Err(Blocked::OnPartSide(point)) } else { Ok(FreePoint { point, threshold }) }
-    }
-
-    #[doc(hidden)]
-    pub fn free_point_unchecked(&self, point: Point, threshold: Length) -> FreePoint {
-        FreePoint { point, threshold }
     }
 
     /// Certifies that the straight motion from a free point to `to` stays clear at that point's threshold.

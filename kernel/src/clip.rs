@@ -10,6 +10,7 @@ use crate::exact::segment::{Segment, Window};
 use crate::index::Edge;
 use crate::index::cells::{Known, Square};
 use crate::index::nearest::xy;
+use crate::probe::Probe;
 
 /// How far before the first contact the end of a clipped motion is tried, in lattice units.
 const SET_BACK: [f64; 7] = [1.0, 2.0, 3.0, 5.0, 10.0, 40.0, 200.0];
@@ -42,20 +43,18 @@ pub fn longest_prefix(from: Point, to: Point, mut accepts: impl FnMut(Point) -> 
     best
 }
 
-impl ProhibitedRegion {
-    /// The end of a certified clear prefix of the motion `from → to`, the longest to within a few lattice units.
+impl Probe<'_> {
+    /// The end of a certified clear prefix of the motion `from → to`, the longest to within a few lattice units. `from` is
+    /// free at the probe's threshold or more.
     ///
     /// The first contact is computed in `f64`; the end is set back from it until the exact query lets the motion pass.
     #[must_use]
-    pub fn clip(&self, from: FreePoint, to: Point) -> FreePoint {
+    pub fn clip(&mut self, from: FreePoint, to: Point) -> FreePoint {
         let motion = Segment { from: from.point(), to };
-        let contact = match self.first_contact(motion, from.threshold()) {
-            None => match self.motion(from, to) {
-                Ok(free) => return free,
-                Err(_) => 1.0,
-            },
-            Some(contact) => contact,
-        };
+        if let Some(free) = self.passes(from, to) {
+            return free;
+        }
+        let contact = self.first_contact(motion).unwrap_or(1.0);
         let span = xy_of(to.minus(motion.from));
         let length = crate::curve::hypot(span.0, span.1);
         let start = xy(motion.from);
@@ -65,20 +64,47 @@ impl ProhibitedRegion {
                 return from;
             }
             let end = crate::curve::nearest_point(start.0 + span.0 * t, start.1 + span.1 * t);
-            if let Ok(free) = end.map_err(|_| ()).and_then(|end| self.motion(from, end).map_err(|_| ())) {
+            if let Some(free) = end.ok().and_then(|end| self.passes(from, end)) {
                 return free;
             }
         }
         // A contact that the floats missed: halve.
         let mut end = from;
-        longest_prefix(from.point(), to, |point| match self.motion(from, point) {
-            Ok(free) => {
+        longest_prefix(from.point(), to, |point| match self.passes(from, point) {
+            Some(free) => {
                 end = free;
                 true
             }
-            Err(_) => false,
+            None => false,
         });
         end
+    }
+
+    /// The share of the motion at which it first comes within the threshold of an edge; `None` when no edge does.
+    fn first_contact(&mut self, motion: Segment) -> Option<f64> {
+        let threshold = self.threshold();
+        let part = self.part();
+        let Some((_, square)) = self.in_square(motion.from, motion.to) else {
+            return part.first_contact(motion, threshold);
+        };
+        let line = Line::of(motion);
+        let contact =
+            |number: &u32| line.contact_with(part.edges().get(*number as usize)?, motion, threshold);
+        match square.known {
+            Known::Free => None,
+            Known::Blocked(number) => contact(&number),
+            Known::Near(list) => list.iter().filter_map(contact).reduce(f64::min),
+            Known::Open => part.first_contact(motion, threshold),
+        }
+    }
+}
+
+impl ProhibitedRegion {
+    /// The end of a certified clear prefix of the motion `from → to`, the longest to within a few lattice units; see
+    /// [`Probe::clip`].
+    #[must_use]
+    pub fn clip(&self, from: FreePoint, to: Point) -> FreePoint {
+        Probe::new(self, from.threshold()).clip(from, to)
     }
 
     /// The share of the motion at which it first comes within `threshold` of an edge; `None` when no edge does.

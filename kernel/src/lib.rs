@@ -28,6 +28,7 @@ pub mod exact;
 pub mod index;
 pub mod mesh;
 pub mod offset;
+pub mod probe;
 
 pub use clear::{Blocked, FreePoint, ProhibitedRegion, Side};
 pub use curve::Curve;
@@ -38,3 +39,4 @@ pub use exact::ring::Ring;
 pub use exact::segment::{Proximity, Segment, Triangle};
 pub use index::{Cells, CheckedIndex, Edge, NearList, Nearest};
 pub use mesh::{Mesh, MeshError};
+pub use probe::Probe;

@@ -38,14 +38,14 @@ impl Motion {
     }
 
     /// `count` query points.
-    pub fn points(self, index: &CheckedIndex, count: usize) -> Vec<Point> {
+    pub fn points(self, index: &CheckedIndex, field: (f64, f64), count: usize) -> Vec<Point> {
         let mut random = fastrand::Rng::with_seed(7);
         if self == Self::Random {
-            let mut anywhere = || at((random.f64() - 0.5) * 400.0, (random.f64() - 0.5) * 350.0);
+            let mut anywhere = || at((random.f64() - 0.5) * field.0, (random.f64() - 0.5) * field.1);
             return (0..count).map(|_| anywhere()).collect();
         }
         let mut points = Vec::new();
-        let mut here = (230.0, 1.0);
+        let mut here = (field.0 / 2.0 + 10.0, 1.0);
         let mut phase: f64 = 0.0;
         while points.len() < count {
             phase += 0.004;

@@ -17,25 +17,60 @@ pub enum Family {
     /// A band that winds through the field in rows, its edges as long as the rows are apart, each vertex moved by up to a
     /// sixth of that: dense and even.
     Maze,
+    /// Eight-sided studs of 4 mm, 12 mm apart: the more edges the larger the field, the same everywhere.
+    Studs,
 }
 
 impl Family {
-    pub const ALL: [Self; 2] = [Self::Star, Self::Maze];
+    pub const ALL: [Self; 3] = [Self::Star, Self::Maze, Self::Studs];
 
     pub fn name(self) -> &'static str {
         match self {
             Self::Star => "star",
             Self::Maze => "maze",
+            Self::Studs => "studs",
         }
     }
 
-    /// A closed profile of about `count` edges, counter-clockwise, as its vertices.
-    pub fn vertices(self, count: usize) -> Vec<Point> {
+    /// Closed rings of about `count` edges in all, counter-clockwise, as their vertices.
+    pub fn rings(self, count: usize) -> Vec<Vec<Point>> {
         match self {
-            Self::Star => star(count),
-            Self::Maze => maze(count),
+            Self::Star => vec![star(count)],
+            Self::Maze => vec![maze(count)],
+            Self::Studs => studs(count),
         }
     }
+
+    /// The size of the field, mm.
+    pub fn field(self, count: usize) -> (f64, f64) {
+        match self {
+            Self::Star | Self::Maze => (400.0, 350.0),
+            Self::Studs => {
+                let side = PITCH * stud_rows(count) as f64;
+                (side, side)
+            }
+        }
+    }
+}
+
+/// The distance between studs, mm.
+const PITCH: f64 = 12.0;
+
+fn stud_rows(count: usize) -> usize {
+    ((count as f64 / 8.0).sqrt().round() as usize).max(2)
+}
+
+fn studs(count: usize) -> Vec<Vec<Point>> {
+    let rows = stud_rows(count);
+    let place = |k: usize| PITCH * (k as f64 + 0.5 - rows as f64 / 2.0);
+    let stud = |column: usize, row: usize| {
+        let corner = |k: u32| {
+            let phi = TAU * (f64::from(k) + 0.5) / 8.0;
+            at(place(column) + 2.0 * phi.cos(), place(row) + 2.0 * phi.sin())
+        };
+        (0..8).map(corner).collect()
+    };
+    (0..rows).flat_map(|row| (0..rows).map(move |column| stud(column, row))).collect()
 }
 
 fn star(count: usize) -> Vec<Point> {
@@ -88,11 +123,14 @@ pub fn at(x: f64, y: f64) -> Point {
     keepout_kernel::curve::nearest_point(x * MM, y * MM).expect("profiles lie in the field")
 }
 
-/// The closed polygon's edges, without slack.
-pub fn edges(vertices: &[Point]) -> Vec<Edge> {
-    let next = vertices.iter().cycle().skip(1);
-    let edge = |(&from, &to)| Edge { chord: Segment { from, to }, slack: Length::ZERO };
-    vertices.iter().zip(next).map(edge).collect()
+/// The closed polygons' edges, without slack.
+pub fn edges(rings: &[Vec<Point>]) -> Vec<Edge> {
+    let of = |ring: &Vec<Point>| -> Vec<Edge> {
+        let next = ring.iter().cycle().skip(1);
+        let edge = |(&from, &to)| Edge { chord: Segment { from, to }, slack: Length::ZERO };
+        ring.iter().zip(next).map(edge).collect()
+    };
+    rings.iter().flat_map(of).collect()
 }
 
 /// Millimetres of a point.

@@ -4,7 +4,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use super::Edge;
-use super::check::{CheckedIndex, IndexFault, LANES, Node, Proposal};
+use super::check::{CheckedIndex, IndexFault, LANES, LEAF, Node, Proposal};
 use crate::exact::region::Region;
 use crate::exact::segment::Window;
 
@@ -23,10 +23,8 @@ pub fn edges_of(region: &Region) -> Vec<Edge> {
 #[must_use]
 pub fn propose(edges: &[Edge]) -> Proposal {
     let mut levels = Vec::new();
-    let mut boxes: Vec<Window> = edges
-        .chunks(LANES)
-        .filter_map(|block| block.iter().map(Edge::bounds).reduce(Window::union))
-        .collect();
+    let mut boxes: Vec<Window> =
+        edges.chunks(LEAF).filter_map(|block| block.iter().map(Edge::bounds).reduce(Window::union)).collect();
     while !boxes.is_empty() {
         let nodes: Vec<Node> = boxes.chunks(LANES).map(|run| Node::of(run.iter().copied())).collect();
         let last = nodes.len() == 1;

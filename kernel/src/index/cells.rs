@@ -166,6 +166,17 @@ pub enum Known<'a> {
     Open,
 }
 
+impl Square<'_> {
+    /// Whether the closed square holds the point.
+    #[must_use]
+    #[inline(always)]
+    pub fn holds(&self, point: Point) -> bool {
+        let side = 1_u32.wrapping_shl(self.log_2);
+        let within = |c: i32, low: i32| c.wrapping_sub(low).cast_unsigned() <= side;
+        within(point.x.units(), self.low.0) & within(point.y.units(), self.low.1)
+    }
+}
+
 impl Cells {
     /// Believes the proposal after checking every square against the index, in time that grows with the number of squares and
     /// of edges near them.
@@ -241,6 +252,17 @@ impl Cells {
                 list.iter().copied().find(near).map_or(Answer::Clear, Answer::Near)
             }
         }
+    }
+
+    /// Answers for the square as [`Cells::point`] and [`Cells::motion`] do, for a shape wholly in its closed box.
+    #[inline(always)]
+    pub fn ask_square(
+        &self,
+        index: &CheckedIndex,
+        square: &Square<'_>,
+        ask: impl Fn(&Edge) -> Proximity,
+    ) -> Answer {
+        self.ask(index, square.known, ask)
     }
 
     /// Hands out, from start to end, squares whose closed boxes cover the motion, until `visit` breaks; `None` when the

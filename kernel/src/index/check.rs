@@ -12,9 +12,11 @@ use core::ops::ControlFlow;
 use super::Edge;
 use crate::exact::segment::Window;
 
-/// Edges in a leaf, and boxes in a node.
+/// Boxes in a node.
 pub const LANES: usize = 8;
-/// Levels that 2^32 edges need: 8^11 is more.
+/// Edges in a leaf.
+pub const LEAF: usize = 4;
+/// Levels that 2^30 edges need: 4 · 8^10 is more.
 const LEVELS: usize = 11;
 
 /// The empty box runs from here to its negative: off the lattice, and differences to lattice points fit `i32`.
@@ -78,7 +80,7 @@ impl Node {
     }
 }
 
-/// What a builder proposes: the boxes over blocks of eight consecutive edges, the boxes over eight of those, and so on;
+/// What a builder proposes: the boxes over blocks of four consecutive edges, the boxes over eight of those, and so on;
 /// the first level is the one just above the edges, the last has one node.
 #[derive(Clone, Debug, Default)]
 pub struct Proposal {
@@ -148,7 +150,7 @@ pub trait Search {
 impl CheckedIndex {
     /// Believes the proposal after exact checks, in time linear in the number of edges.
     ///
-    /// Edge `i` is in lane `i / 8 mod 8` of node `i / 64` of the first level, box `i` of each level in lane `i mod 8` of
+    /// Edge `i` is in lane `i / 4 mod 8` of node `i / 32` of the first level, box `i` of each level in lane `i mod 8` of
     /// node `i / 8` of the next: with the right number of nodes on every level, each edge is in exactly one leaf and
     /// each box below exactly one other.
     ///
@@ -160,7 +162,7 @@ impl CheckedIndex {
         }
         let levels = proposal.levels;
         let wrong_count = Err(IndexFault::Levels { count: levels.len() });
-        let mut below = edges.len().div_ceil(LANES);
+        let mut below = edges.len().div_ceil(LEAF);
         let mut remaining = levels.iter().enumerate();
         while below > 0 {
             let Some((level, nodes)) = remaining.next() else { return wrong_count };
@@ -173,7 +175,7 @@ impl CheckedIndex {
             return wrong_count;
         }
         if let Some(first) = levels.first() {
-            let blocks = edges.chunks(LANES).map(|block| block.iter().map(Edge::bounds));
+            let blocks = edges.chunks(LEAF).map(|block| block.iter().map(Edge::bounds));
             check_boxes(0, first, blocks)?;
         }
         for (level, (lower, upper)) in levels.iter().zip(levels.iter().skip(1)).enumerate() {
@@ -255,8 +257,8 @@ impl CheckedIndex {
 
     #[inline(always)]
     fn leaf(&self, block: usize, search: &mut impl Search) -> ControlFlow<()> {
-        let first = block << 3_u32;
-        let end = first.saturating_add(LANES).min(self.edges.len());
+        let first = block << 2_u32;
+        let end = first.saturating_add(LEAF).min(self.edges.len());
         for (lane, edge) in self.edges.get(first..end).unwrap_or(&[]).iter().enumerate() {
             search.edge(first | lane, edge)?;
         }

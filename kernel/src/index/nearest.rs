@@ -6,7 +6,7 @@
 )]
 
 use super::Edge;
-use super::check::{CheckedIndex, LANES, Node};
+use super::check::{CheckedIndex, LANES, LEAF, Node};
 use crate::exact::lattice::{Length, Point};
 use crate::exact::segment::Segment;
 
@@ -27,10 +27,10 @@ impl Nearest {
     }
 }
 
-/// Levels of an index: it has at most 2^30 edges.
-const LEVELS: usize = 11;
-/// Bounds in `f32` carry three roundings of 2^-24 and one of a conversion: less than this share.
+/// Bounds in `f32` carry a few roundings of 2^-24 of their value: less than this share.
 const F32_SHARE: f32 = 1.0 - 1.0 / 1_048_576.0;
+/// Coordinates below 2^30 are off by at most 32 units in `f32`, a difference of two by less than this.
+const F32_OFF: f32 = 192.0;
 
 impl CheckedIndex {
     /// The chord nearest to `point`; `None` without edges. A `hint`, such as the answer for a point near by, saves time
@@ -39,35 +39,10 @@ impl CheckedIndex {
     pub fn nearest(&self, point: Point, hint: Option<usize>) -> Option<Nearest> {
         let start = hint.unwrap_or(0);
         let (at, first) = (xy(point), self.edges().get(start)?);
-        let mut best = Nearest { edge: start, distance_2: distance_2(at, first.chord) };
-        let levels = self.levels();
-        let mut path = [Step { node: 0, lanes: 0, bounds: [0.0; LANES] }; LEVELS];
-        let top = levels.len().checked_sub(1)?;
-        let mut level = top;
-        path[level].enter(&levels[level][0], 0, point, best.distance_2);
-        loop {
-            let Some(child) = path[level].next(best.distance_2) else {
-                if level == top {
-                    return Some(best);
-                }
-                level += 1;
-                continue;
-            };
-            if level > 0 {
-                if let Some(node) = levels[level - 1].get(child) {
-                    level -= 1;
-                    path[level].enter(node, child, point, best.distance_2);
-                }
-                continue;
-            }
-            let block = self.edges().get(child * LANES..).unwrap_or(&[]);
-            for (lane, edge) in block.iter().take(LANES).enumerate() {
-                let found = distance_2(at, edge.chord);
-                if found < best.distance_2 {
-                    best = Nearest { edge: child * LANES + lane, distance_2: found };
-                }
-            }
-        }
+        let best = Nearest { edge: start, distance_2: distance_2(at, first.chord) };
+        let mut search = Search { index: self, point, at, best };
+        search.descend(self.levels().len().checked_sub(1)?, 0);
+        Some(search.best)
     }
 
     /// A threshold at which `point` is certified clear, as large as the search for the nearest chord finds it: a
@@ -105,47 +80,67 @@ impl CheckedIndex {
     }
 }
 
-/// A node on the way down: the lanes still to be entered, and the squares of the least distances to their boxes.
-#[derive(Clone, Copy)]
-struct Step {
-    node: usize,
-    lanes: u8,
-    bounds: [f32; LANES],
+struct Search<'a> {
+    index: &'a CheckedIndex,
+    point: Point,
+    at: (f64, f64),
+    best: Nearest,
 }
 
-impl Step {
+impl Search<'_> {
+    /// Enters the boxes of a node that are nearer than the best edge so far, the nearest first.
+    fn descend(&mut self, level: usize, number: usize) {
+        let Some(node) = self.index.levels()[level].get(number) else { return };
+        let (bounds, mut lanes) = self.bounds(node);
+        while lanes != 0 {
+            let (mut least, mut chosen) = (f32::INFINITY, 0);
+            let mut rest = lanes;
+            while rest != 0 {
+                let lane = rest.trailing_zeros() as usize;
+                rest &= rest - 1;
+                if bounds[lane] < least {
+                    (least, chosen) = (bounds[lane], lane);
+                }
+            }
+            if f64::from(least) >= self.best.distance_2 {
+                return;
+            }
+            lanes &= !(1 << chosen);
+            let child = number * LANES + chosen;
+            match level.checked_sub(1) {
+                Some(level) => self.descend(level, child),
+                None => self.leaf(child),
+            }
+        }
+    }
+
+    /// Lower bounds on the squared distances to the boxes of a node, and the lanes that can be nearer than the best edge.
     #[inline(always)]
-    fn enter(&mut self, node: &Node, number: usize, point: Point, within_2: f64) {
-        let (x, y) = (point.x.units(), point.y.units());
+    fn bounds(&self, node: &Node) -> ([f32; LANES], u8) {
+        let (x, y) = (self.at.0 as f32, self.at.1 as f32);
         let [min_x, min_y, max_x, max_y] = node.corners();
-        let gap = |low: i32, high: i32, c: i32| low.wrapping_sub(c).max(c.wrapping_sub(high)).max(0) as f32;
+        let gap = |low: i32, high: i32, c: f32| (low as f32 - c).max(c - high as f32).max(F32_OFF) - F32_OFF;
+        let within = (self.best.distance_2 as f32) * (2.0 - F32_SHARE);
         let mut bounds = [0.0_f32; LANES];
+        let mut nearer = [false; LANES];
         for lane in 0..LANES {
             let (dx, dy) = (gap(min_x[lane], max_x[lane], x), gap(min_y[lane], max_y[lane], y));
             bounds[lane] = (dx * dx + dy * dy) * F32_SHARE;
+            nearer[lane] = bounds[lane] < within;
         }
-        let mut lanes = 0;
-        for (lane, &bound) in bounds.iter().enumerate() {
-            lanes |= u8::from(f64::from(bound) < within_2) << lane;
-        }
-        *self = Self { node: number, lanes, bounds };
+        let lanes = nearer.into_iter().rev().fold(0, |lanes, nearer| (lanes << 1) | u8::from(nearer));
+        (bounds, lanes)
     }
 
-    /// The box with the least bound that is not yet entered, if that is below `within_2`.
     #[inline(always)]
-    fn next(&mut self, within_2: f64) -> Option<usize> {
-        let (mut least, mut chosen) = (f32::INFINITY, None);
-        let mut rest = self.lanes;
-        while rest != 0 {
-            let lane = rest.trailing_zeros() as usize;
-            rest &= rest - 1;
-            if self.bounds[lane] < least {
-                (least, chosen) = (self.bounds[lane], Some(lane));
+    fn leaf(&mut self, block: usize) {
+        let edges = self.index.edges().get(block * LEAF..).unwrap_or(&[]);
+        for (lane, edge) in edges.iter().take(LEAF).enumerate() {
+            let found = distance_2(self.at, edge.chord);
+            if found < self.best.distance_2 {
+                self.best = Nearest { edge: block * LEAF + lane, distance_2: found };
             }
         }
-        let lane = chosen.filter(|_| f64::from(least) < within_2)?;
-        self.lanes &= !(1 << lane);
-        Some(self.node * LANES + lane)
     }
 }
 
