@@ -30,6 +30,8 @@ pub struct Timed {
     pub name: &'static str,
     pub ns: f64,
     pub answers: Vec<f64>,
+    /// How many answers were found to be wrong, where that was looked at.
+    pub wrong: Option<usize>,
 }
 
 /// Times all rivals in turn, `rounds` times, after one round in which their answers are kept.
@@ -39,7 +41,7 @@ pub fn race(rivals: Vec<Rival<'_>>, queries: usize, rounds: usize) -> Vec<Timed>
     for rival in &mut rivals {
         let mut answers = Vec::new();
         (rival.run)(Some(&mut answers));
-        timed.push((Timed { name: rival.name, ns: 0.0, answers }, Vec::new()));
+        timed.push((Timed { name: rival.name, ns: 0.0, answers, wrong: None }, Vec::new()));
     }
     for _ in 0..rounds {
         for (rival, (_, times)) in rivals.iter_mut().zip(&mut timed) {

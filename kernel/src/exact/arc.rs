@@ -295,4 +295,12 @@ mod tests {
         assert!(new(at(1000, 0), at(0, 1002), at(0, 0)).is_ok());
         assert_eq!(new(at(30, 0), at(0, 30), at(0, 0)), Err(ArcError::Radius { radius_2: 900 }));
     }
+
+    #[test]
+    fn chains_that_begin_or_end_elsewhere_are_rejected() {
+        let arc = quarter();
+        let rejects = |points| ArcChords::check(&arc, points).unwrap_err();
+        assert_eq!(rejects(vec![at(966, 259), at(707, 707), at(0, 1000)]), ArcError::Ends, "first");
+        assert_eq!(rejects(vec![at(1000, 0), at(707, 707), at(259, 966)]), ArcError::Ends, "last");
+    }
 }

@@ -139,4 +139,36 @@ mod tests {
             assert!(found.is_none_or(|(i, j)| i < j && meet(i, j)));
         }
     }
+
+    fn at(x: i64, y: i64) -> Point {
+        Point::from_units(x, y).unwrap()
+    }
+
+    #[test]
+    fn reach_is_the_distance_rounded_up() {
+        let segment = Segment { from: at(0, 0), to: at(100, 0) };
+        for (x, y, away) in [(50, 7, 7), (50, 0, 0), (103, 4, 5), (-1, 1, 2), (50, -1_000_000, 1_000_000)] {
+            assert_eq!(reach(segment, at(x, y)).units(), away, "{x} {y}");
+        }
+        let corner = i64::from(COORD_MAX);
+        let far = Segment { from: at(-corner, -corner), to: at(-corner, -corner) };
+        assert_eq!(reach(far, at(corner, corner)).units(), COORD_MAX, "cut off");
+    }
+
+    #[test]
+    fn bounds_keep_apart_only_what_they_bound() {
+        let window = Window::from_corners(-COORD_MAX, -COORD_MAX, COORD_MAX, COORD_MAX);
+        let bound = |x, y, radius| {
+            let axis = Segment { from: at(x, y), to: at(x, y) };
+            Bound { window, axis, radius: Length::from_units(radius).unwrap() }
+        };
+        assert!(bound(0, 0, 10).apart(&bound(30, 0, 19)), "axes are farther apart than both radii");
+        assert!(!bound(0, 0, 10).apart(&bound(30, 0, 20)), "met");
+        let corner = i64::from(COORD_MAX);
+        let cut = bound(-corner, -corner, corner);
+        assert!(!cut.apart(&bound(corner, corner, 0)), "a radius that was cut off bounds nothing");
+        assert!(!cut.apart(&bound(corner, corner, 5)), "nor a sum beyond the lattice");
+        let beside = Bound { window: Window::from_corners(5, 5, 6, 6), ..cut };
+        assert!(beside.apart(&Bound { window: Window::from_corners(7, 5, 8, 6), ..cut }), "but boxes do");
+    }
 }

@@ -289,4 +289,25 @@ mod tests {
         let pieces = vec![line(at(0, 0), at(9, 0)), line(at(9, 1), at(4, 5)), line(at(4, 5), at(0, 0))];
         assert_eq!(Ring::from_pieces(&pieces), Err(RingError::Gap { from: at(9, 0), to: at(9, 1) }));
     }
+
+    #[test]
+    fn triangles_and_straight_corners_are_rings() {
+        assert!(ring(&[(0, 0), (9, 0), (4, 7)]).is_ok());
+        assert!(ring(&[(0, 0), (5, 0), (10, 0), (10, 10), (0, 10)]).is_ok(), "a corner of 180 degrees");
+        assert!(ring(&[(5, 0), (10, 0), (10, 10), (0, 10), (0, 0)]).is_ok(), "at the beginning");
+    }
+
+    #[test]
+    fn edges_fold_back_from_either_end() {
+        let edge = |a: (i64, i64), b: (i64, i64)| Segment { from: at(a.0, a.1), to: at(b.0, b.1) };
+        for (far, folds) in
+            [((4, 0), true), ((9, 0), true), ((14, 0), true), ((-4, 0), false), ((4, 1), false)]
+        {
+            // The second edge goes on where the first ended, and the other way about; in either direction.
+            assert_eq!(folds_back(edge((9, 0), (0, 0)), edge((0, 0), far)), folds, "{far:?}");
+            assert_eq!(folds_back(edge((0, 0), far), edge((9, 0), (0, 0))), folds, "{far:?}");
+            assert_eq!(folds_back(edge((0, 0), (9, 0)), edge((0, 0), far)), folds, "{far:?}");
+            assert_eq!(folds_back(edge((9, 0), (0, 0)), edge(far, (0, 0))), folds, "{far:?}");
+        }
+    }
 }

@@ -246,3 +246,46 @@ pub fn distance_2(p: Point, q: Point) -> i64 {
     let d = p.minus(q);
     Product::sum(Product::product(d.dx, d.dx), Product::product(d.dy, d.dy))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::vec::Vec;
+
+    fn at(x: i64, y: i64) -> Point {
+        Point::from_units(x, y).unwrap()
+    }
+
+    #[test]
+    fn touching_is_a_distance_of_nothing() {
+        let points: Vec<Point> = (0..16).map(|k| at(k % 4, k / 4)).collect();
+        for (&a, &b) in points.iter().flat_map(|a| points.iter().map(move |b| (a, b))) {
+            for (&c, &d) in points.iter().flat_map(|c| points.iter().map(move |d| (c, d))) {
+                let (one, other) = (Segment { from: a, to: b }, Segment { from: c, to: d });
+                let touches = !one.near_segment(other, Length::ZERO).is_clear();
+                assert_eq!(one.touches(other), touches, "{one:?} {other:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn windows_know_what_is_in_them() {
+        let window = Window::from_corners(0, 0, 10, 20);
+        assert!(window.contains(window) && !window.is_empty());
+        for (x0, y0, x1, y1) in [(-1, 0, 10, 20), (0, -1, 10, 20), (0, 0, 11, 20), (0, 0, 10, 21)] {
+            assert!(!window.contains(Window::from_corners(x0, y0, x1, y1)));
+        }
+        assert!(!Window::from_corners(3, 3, 3, 3).is_empty(), "a point");
+        assert!(Window::from_corners(4, 3, 3, 3).is_empty() && Window::from_corners(3, 4, 3, 3).is_empty());
+        assert!(!Window::from_corners(-9, -9, 3, 3).is_empty());
+    }
+
+    #[test]
+    fn ahead_is_beyond_so_many_units_along() {
+        let along = Vector { dx: 3000, dy: 4000 };
+        let by = |k: i64| at(3 * k, 4 * k);
+        assert!(ahead(Point::ORIGIN, by(1), along, 4));
+        assert!(!ahead(Point::ORIGIN, by(1), along, 5) && !ahead(Point::ORIGIN, by(-9), along, 5));
+        assert!(!ahead(Point::ORIGIN, at(-4000, 3000), along, 0), "beside");
+    }
+}

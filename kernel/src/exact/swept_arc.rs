@@ -201,4 +201,33 @@ mod tests {
         assert!(near(at(-3000, -10), at(-3000, 10), 2000).is_clear());
         assert!(!near(at(3000, 10), at(3100, 900), 20).is_clear());
     }
+
+    #[test]
+    fn pieces_follow_the_ring_forward_and_short() {
+        let arc = Arc::new(at(3000, 0), at(0, 3000), Point::ORIGIN, Turn::Left).unwrap();
+        let swept = SweptArc::of(&arc).unwrap();
+        let east = at(3000, 0);
+        assert!(swept.follows(east, at(2121, 2121)));
+        assert!(!swept.follows(at(2121, 2121), east), "backward");
+        assert!(!swept.follows(east, at(2110, 2110)), "off the ring");
+        assert!(!swept.follows(east, at(0, 3000)), "longer than the radius");
+        // The end need not be on the ring of corners, only on that of ends.
+        assert!(swept.follows(at(2121, 2121), arc.to()));
+    }
+
+    #[test]
+    fn each_rule_decides_alone_by_a_unit() {
+        let arc = Arc::new(at(3000, 0), at(0, 3000), Point::ORIGIN, Turn::Left).unwrap();
+        let swept = SweptArc::of(&arc).unwrap();
+        let near = |from, to, t| swept.near_chord(Segment { from, to }, Length::from_units(t).unwrap());
+        // Inside: a chord that touches the circle of radius 1000 from within.
+        assert!(near(at(600, 800), at(800, 600), 1998).is_clear());
+        // Outside: the chord is 4000 from the centre.
+        assert!(near(at(4000, -9), at(4000, 5000), 997).is_clear());
+        assert!(!near(at(4000, -9), at(4000, 5000), 1000).is_clear());
+        // Behind a corner two units off the centre, either end first.
+        assert!(near(at(-2, 0), at(-5000, -5000), 2987).is_clear());
+        assert!(near(at(-5000, -5000), at(-2, 0), 2987).is_clear());
+        assert!(!near(at(-4, 0), at(-5000, -5000), 2996).is_clear(), "too far from the centre to tell");
+    }
 }

@@ -117,3 +117,17 @@ lattice! {
     /// A lattice of at most ±32 units, small enough to be searched exhaustively; same source as [`Product`].
     Narrow: i8, i16, i32
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bounds_fail_one_bit_beyond() {
+        assert!(widths_hold(29, 32, 64, 128));
+        assert!(!widths_hold(30, 32, 64, 128) && !widths_hold(31, 64, 64, 128));
+        assert!(!widths_hold(29, 31, 64, 128), "differences");
+        assert!(widths_hold(29, 32, 63, 124) && !widths_hold(29, 32, 62, 124), "areas");
+        assert!(!widths_hold(29, 32, 64, 123), "volumes");
+    }
+}

@@ -1,0 +1,196 @@
+//! Offsets with their certificates beside the peers' without.
+
+use cavalier_contours::polyline::{PlineSource, PlineSourceMut, Polyline};
+use clipper2_rust::core::{PathD, PathsD, PointD};
+use clipper2_rust::offset::{EndType, JoinType};
+use i_overlay::mesh::float::outline::offset::OutlineOffset;
+use i_overlay::mesh::float::style::{LineJoin, OutlineStyle};
+use keepout_kernel::offset::{self, Outline};
+use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side};
+
+use crate::paths::RADIUS_MM;
+use crate::profiles::{Family, MM, mm};
+use crate::rivals::Xy;
+use crate::timing::{median, seconds};
+
+/// Flattening that the peers are allowed, mm.
+const FLAT_MM: f64 = 0.001;
+/// A peer that took longer than this at one size is not run at the next.
+const PATIENCE_S: f64 = 12.0;
+/// Ours keeps this much more than the radius, as the planner does: its loops are certified at the radius.
+const GUARD: f64 = 60.0;
+
+/// One offsetter on one profile.
+pub struct Run {
+    pub name: &'static str,
+    pub ms: f64,
+    pub loops: usize,
+    pub pieces: usize,
+    /// The least distance between the result and the profile, mm.
+    pub least_mm: f64,
+}
+
+/// All offsetters on one profile and side.
+pub struct Offsets {
+    pub family: Family,
+    pub edges: usize,
+    pub outside: bool,
+    pub runs: Vec<Run>,
+    /// Of ours: milliseconds for the certificate, and motions refused by it.
+    pub certificate_ms: f64,
+    pub refused: usize,
+}
+
+/// Result points, by loops.
+type Loops = Vec<Vec<Xy>>;
+
+/// Runs all offsetters that are not too slow; `slow` remembers those that are.
+pub fn run(family: Family, count: usize, outside: bool, slow: &mut Vec<&'static str>) -> Offsets {
+    let vertices = family.rings(count).swap_remove(0);
+    let rounds = if count <= 1_000 {
+        15
+    } else if count <= 10_000 {
+        3
+    } else {
+        1
+    };
+    let ring = Ring::new(vertices.clone()).expect("profiles are simple");
+    let side = if outside { Side::Outside } else { Side::Inside };
+    let part = ProhibitedRegion::new(Region::new(vec![ring]).expect("one ring"), side).expect("few edges");
+    let mut certificate = Vec::new();
+    let mut refused = 0;
+    let mut ours = |count_refused: &mut usize| {
+        let next = vertices.iter().cycle().skip(1);
+        let curves =
+            vertices.iter().zip(next).map(|(&from, &to)| Curve::Line(Segment { from, to })).collect();
+        let outline = [Outline { curves, free_on_left: !outside }];
+        let made = offset::propose(&outline, RADIUS_MM * MM + GUARD);
+        let threshold = Length::from_units((RADIUS_MM * MM).round() as i64).expect("a length");
+        let (time, bad) = seconds(|| {
+            made.loops
+                .iter()
+                .filter(|each| offset::certify_path(&part, threshold, &each.curves).is_err())
+                .count()
+        });
+        certificate.push(time * 1e3);
+        *count_refused = bad + made.loose_ends.len();
+        let corners = |each: &offset::OffsetLoop| -> Vec<Xy> {
+            each.curves.iter().flat_map(|curve| sampled(curve)).collect()
+        };
+        let pieces = made.loops.iter().map(|each| each.curves.len()).sum();
+        (made, pieces, corners)
+    };
+    let mut runs = Vec::new();
+    let mut times = Vec::new();
+    let mut last = None;
+    for _ in 0..rounds {
+        let (time, made) = seconds(|| ours(&mut refused));
+        times.push(time * 1e3);
+        last = Some(made);
+    }
+    if let Some((made, pieces, corners)) = last {
+        let loops: Loops = made.loops.iter().map(corners).collect();
+        runs.push(measured("keepout, certified", median(&mut times), pieces, &loops, &part));
+    }
+    type Offsetter = fn(&[Xy], f64) -> (f64, Loops, usize);
+    let peers: [(&'static str, Offsetter); 3] =
+        [("cavalier_contours", cavalier), ("i_overlay", i_overlay), ("clipper2-rust", clipper)];
+    let points: Vec<Xy> = vertices.iter().map(|&point| mm(point)).collect();
+    let distance = if outside { RADIUS_MM } else { -RADIUS_MM };
+    for (name, peer) in peers {
+        if slow.contains(&name) {
+            continue;
+        }
+        let mut times = Vec::new();
+        let mut made = (Loops::new(), 0);
+        for _ in 0..rounds {
+            let (time, loops, pieces) = peer(&points, distance);
+            times.push(time * 1e3);
+            made = (loops, pieces);
+            if time > PATIENCE_S {
+                slow.push(name);
+            }
+            if time > 1.0 {
+                break;
+            }
+        }
+        runs.push(measured(name, median(&mut times), made.1, &made.0, &part));
+    }
+    Offsets { family, edges: points.len(), outside, runs, certificate_ms: median(&mut certificate), refused }
+}
+
+fn measured(name: &'static str, ms: f64, pieces: usize, loops: &Loops, part: &ProhibitedRegion) -> Run {
+    let mut least_mm = f64::INFINITY;
+    let mut hint = None;
+    for each in loops {
+        for (&a, &b) in each.iter().zip(each.iter().cycle().skip(1)) {
+            let middle = (f64::midpoint(a.0, b.0), f64::midpoint(a.1, b.1));
+            for (x, y) in [a, middle] {
+                let Ok(point) = keepout_kernel::curve::nearest_point(x * MM, y * MM) else { continue };
+                let Some(nearest) = part.index().nearest(point, hint) else { continue };
+                hint = Some(nearest.edge);
+                least_mm = least_mm.min(nearest.distance() / MM);
+            }
+        }
+    }
+    Run { name, ms, loops: loops.len(), pieces, least_mm }
+}
+
+/// Points along a curve, dense enough that chords between them leave an arc by next to nothing.
+fn sampled(curve: &Curve) -> Vec<Xy> {
+    let slack = Length::from_units(7).expect("a length");
+    let points = curve.chord_points(slack).unwrap_or_else(|_| vec![curve.from(), curve.to()]);
+    let in_mm = |&point: &Point| mm(point);
+    points[..points.len() - 1].iter().map(in_mm).collect()
+}
+
+/// Each peer answers the seconds of its own work, input and output conversions left out, its loops and its pieces.
+fn cavalier(points: &[Xy], distance: f64) -> (f64, Loops, usize) {
+    let mut polyline = Polyline::<f64>::new_closed();
+    for &(x, y) in points {
+        polyline.add(x, y, 0.0);
+    }
+    // Positive is to the left; the profiles run counter-clockwise.
+    let (time, made) = seconds(|| polyline.parallel_offset(-distance));
+    let pieces = made.iter().map(PlineSource::vertex_count).sum();
+    let flat = |each: &Polyline<f64>| {
+        let flat = each.arcs_to_approx_lines(1e-5);
+        flat.map_or(vec![], |flat| flat.iter_vertexes().map(|vertex| (vertex.x, vertex.y)).collect())
+    };
+    (time, made.iter().map(flat).collect(), pieces)
+}
+
+fn i_overlay(points: &[Xy], distance: f64) -> (f64, Loops, usize) {
+    let contour: Vec<[f64; 2]> = points.iter().map(|&(x, y)| [x, y]).collect();
+    let angle = 2.0 * (1.0 - FLAT_MM / RADIUS_MM).acos();
+    let style = OutlineStyle::new(distance).line_join(LineJoin::Round(angle));
+    let contours = vec![contour];
+    let (time, shapes) = seconds(|| contours.outline(&style));
+    let loops: Loops = shapes
+        .iter()
+        .flatten()
+        .map(|contour| contour.iter().map(|point| (point[0], point[1])).collect())
+        .collect();
+    let pieces = loops.iter().map(Vec::len).sum();
+    (time, loops, pieces)
+}
+
+fn clipper(points: &[Xy], distance: f64) -> (f64, Loops, usize) {
+    let path: PathD = points.iter().map(|&(x, y)| PointD { x, y }).collect();
+    let paths: PathsD = vec![path];
+    let (time, made) = seconds(|| {
+        clipper2_rust::clipper::inflate_paths_d(
+            &paths,
+            distance,
+            JoinType::Round,
+            EndType::Polygon,
+            2.0,
+            5,
+            FLAT_MM,
+        )
+    });
+    let loops: Loops =
+        made.iter().map(|path| path.iter().map(|point| (point.x, point.y)).collect()).collect();
+    let pieces = loops.iter().map(Vec::len).sum();
+    (time, loops, pieces)
+}

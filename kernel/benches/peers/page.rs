@@ -1,0 +1,368 @@
+//! The results page, written from what was measured: `docs/performance.md` and its pictures.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use crate::builds::Built;
+use crate::offsets::Offsets;
+use crate::paths::Motion;
+use crate::profiles::Family;
+use crate::queries::{self, Question};
+use crate::timing::Timed;
+
+/// Everything that was measured.
+pub struct Measured {
+    pub queries: Vec<queries::Result>,
+    pub builds: Vec<Built>,
+    pub memory: Vec<(String, f64)>,
+    pub memory_edges: usize,
+    pub offsets: Vec<Offsets>,
+}
+
+/// What the kernel's own entries are called.
+const OURS: [&str; 12] = [
+    "probe",
+    "cells",
+    "index alone",
+    "near list",
+    "index, hint",
+    "mesh",
+    "mesh, refined",
+    "fan",
+    "its motion alone",
+    "index, checked",
+    "cells, proposed and checked",
+    "rings found simple",
+];
+
+fn is_ours(name: &str) -> bool {
+    OURS.contains(&name) || name.starts_with("keepout")
+}
+
+/// Writes the page and its pictures below `docs`.
+pub fn write(docs: &Path, measured: &Measured) -> std::io::Result<()> {
+    std::fs::create_dir_all(docs.join("performance"))?;
+    let mut page = String::from(INTRODUCTION);
+    for question in Question::ALL {
+        section(&mut page, question, measured);
+    }
+    mesh_section(&mut page, measured);
+    growth_section(&mut page);
+    builds_section(&mut page, measured);
+    offsets_section(&mut page, measured);
+    whole(&docs.join("performance.md"), &page)?;
+    for (family, motion) in [(Family::Studs, Motion::Contact), (Family::Studs, Motion::Approach)] {
+        let name = format!("growth-{}.svg", motion.name());
+        whole(&docs.join("performance").join(name), &growth(measured, Question::Point, family, motion))?;
+    }
+    for family in Family::ALL {
+        let name = format!("nearest-{}.svg", family.name());
+        whole(
+            &docs.join("performance").join(name),
+            &growth(measured, Question::Nearest, family, Motion::Approach),
+        )?;
+    }
+    Ok(())
+}
+
+fn whole(path: &Path, text: &str) -> std::io::Result<()> {
+    let part = path.with_extension("part");
+    std::fs::write(&part, text)?;
+    std::fs::rename(part, path)
+}
+
+const INTRODUCTION: &str = "# Performance
+
+Written by `cargo bench -p keepout-kernel -- --write`; not by hand. The peers run in the same process on the same data, in
+turn, round after round; a figure is the median over the rounds, in ns per query unless said. Machines differ and are noisy:
+read the ratios. Our answers are exact, the peers' are floating point; *wrong* counts answers that differ from the exact one.
+
+Profiles in 400 × 350 mm: **star**, a radial random polygon (its triangles are needles); **maze**, a band that winds
+through the field in rows. **studs**: eight-sided studs of 4 mm in a field that grows with their number, everywhere the same.
+Tool radius 3 mm and margin 50 µm. *approach*: along the wall, swinging between the threshold and 4 mm more, in steps of 50 µm;
+*contact*: within 20 µm of the threshold, in steps of 50 µm; *random*: anywhere in the field, motions of any length.
+
+*probe* and *cells* answer from the squares certified for the threshold, the probe from the last square first; *index alone* is the
+checked bounding-box index, which safety rests on and which answers any threshold; *near list* is the list of edges near the last
+point. The *goal* is a ratio: the fastest peer's time over ours.
+
+";
+
+fn goal(question: Question, motion: Motion, edges: usize) -> Option<f64> {
+    match (question, motion) {
+        (Question::Point, Motion::Approach) => Some(5.0),
+        (Question::Point, Motion::Contact) => Some(3.0),
+        (Question::Point, Motion::Random) => Some(1.0),
+        (Question::Motion | Question::Clip, _) if edges >= 900 => Some(4.0),
+        (Question::Nearest, Motion::Random) => Some(2.0),
+        (Question::Nearest, _) => Some(3.0),
+        _ => None,
+    }
+}
+
+fn fastest<'a>(timed: &'a [Timed], ours: bool) -> Option<&'a Timed> {
+    let chosen = timed.iter().filter(|each| is_ours(each.name) == ours);
+    chosen.min_by(|a, b| a.ns.total_cmp(&b.ns))
+}
+
+fn section(page: &mut String, question: Question, measured: &Measured) {
+    let _ = writeln!(page, "## {}\n", question.name());
+    let mut names: Vec<&str> = Vec::new();
+    for result in measured.queries.iter().filter(|result| result.question == question) {
+        for each in &result.timed {
+            if !names.contains(&each.name) {
+                names.push(each.name);
+            }
+        }
+    }
+    let _ = writeln!(page, "| profile | edges | path | {} | ratio | goal |", names.join(" | "));
+    let _ = writeln!(page, "|---|---|---|{}---|---|", "---|".repeat(names.len()));
+    let mut missed = Vec::new();
+    for result in measured.queries.iter().filter(|result| result.question == question) {
+        let cell = |name: &&str| {
+            let found = result.timed.iter().find(|each| each.name == *name);
+            found.map_or("–".into(), |each| match each.wrong {
+                Some(wrong) if wrong > 0 => format!("{:.0} ({wrong} wrong)", each.ns),
+                _ => format!("{:.0}", each.ns),
+            })
+        };
+        let cells: Vec<String> = names.iter().map(cell).collect();
+        let ratio = match (fastest(&result.timed, true), fastest(&result.timed, false)) {
+            (Some(ours), Some(peer)) => Some(peer.ns / ours.ns),
+            _ => None,
+        };
+        let goal = goal(question, result.motion, result.edges);
+        let met = match (ratio, goal) {
+            (Some(ratio), Some(goal)) if ratio >= goal => format!("{goal} met"),
+            (Some(ratio), Some(goal)) => {
+                let place = format!("{} {} {}", result.family.name(), result.edges, result.motion.name());
+                missed.push(format!("{place} ({ratio:.1} of {goal})"));
+                format!("{goal} missed")
+            }
+            _ => "–".into(),
+        };
+        let ratio = ratio.map_or("–".into(), |ratio| format!("{ratio:.1}"));
+        let place = format!("{} | {} | {}", result.family.name(), result.edges, result.motion.name());
+        let _ = writeln!(page, "| {place} | {} | {ratio} | {met} |", cells.join(" | "));
+    }
+    page.push('\n');
+    if question == Question::Clip {
+        casts(page, measured);
+    }
+    if !missed.is_empty() {
+        let _ = writeln!(page, "Missed: {}.\n", missed.join("; "));
+    }
+}
+
+/// Ours against parry2d's f64 cast, from 10^3 edges up: the goal is 25.
+fn casts(page: &mut String, measured: &Measured) {
+    let mut ratios = Vec::new();
+    for result in &measured.queries {
+        let of = |name: &str| result.timed.iter().find(|each| each.name == name).map(|each| each.ns);
+        if let (Question::Clip, Some(ours), Some(cast)) =
+            (result.question, of("probe"), of("parry2d f64 cast"))
+            && result.edges >= 900
+        {
+            let place = format!("{} {} {}", result.family.name(), result.edges, result.motion.name());
+            ratios.push(format!("{place} {:.0}", cast / ours));
+        }
+    }
+    let _ =
+        writeln!(page, "Against the `f64` shape cast (goal 25 from 10³ edges up): {}.\n", ratios.join("; "));
+}
+
+fn mesh_section(page: &mut String, measured: &Measured) {
+    page.push_str("## Nearest by mesh, index or list\n\nThe curves, approach path (star, maze, studs):\n\n");
+    for family in Family::ALL {
+        let _ = writeln!(page, "![nearest, {0}](performance/nearest-{0}.svg)\n", family.name());
+    }
+    let mut wins = std::collections::BTreeMap::<&str, usize>::new();
+    for result in measured.queries.iter().filter(|result| result.question == Question::Nearest) {
+        if let Some(best) = fastest(&result.timed, true) {
+            *wins.entry(best.name).or_default() += 1;
+        }
+    }
+    let wins: Vec<String> = wins.iter().map(|(name, wins)| format!("{name} {wins}")).collect();
+    let _ = writeln!(page, "Fastest of ours, by number of rows above: {}.\n", wins.join(", "));
+}
+
+fn growth_section(page: &mut String) {
+    page.push_str(
+        "## Growth at fixed local density\n\nclear(point) over the studs, whose field grows with their number:\n\n\
+         ![approach](performance/growth-approach.svg)\n\n![contact](performance/growth-contact.svg)\n\n",
+    );
+}
+
+fn builds_section(page: &mut String, measured: &Measured) {
+    page.push_str("## Building, ms\n\n");
+    let mut names: Vec<&str> = Vec::new();
+    for built in &measured.builds {
+        for (name, _) in &built.ms {
+            if !names.contains(name) {
+                names.push(name);
+            }
+        }
+    }
+    let _ = writeln!(page, "| profile | edges | {} |", names.join(" | "));
+    let _ = writeln!(page, "|---|---|{}", "---|".repeat(names.len()));
+    for built in &measured.builds {
+        let cell = |name: &&str| {
+            let found = built.ms.iter().find(|(other, _)| other == name);
+            found.map_or(
+                "–".into(),
+                |(_, ms)| if *ms < 10.0 { format!("{ms:.3}") } else { format!("{ms:.0}") },
+            )
+        };
+        let cells: Vec<String> = names.iter().map(cell).collect();
+        let _ = writeln!(page, "| {} | {} | {} |", built.family.name(), built.edges, cells.join(" | "));
+    }
+    page.push('\n');
+    for built in &measured.builds {
+        let notes: Vec<String> =
+            built.notes.iter().map(|(what, value)| format!("{what} {value:.0}")).collect();
+        let _ = writeln!(page, "- {} {}: {}", built.family.name(), built.edges, notes.join(", "));
+    }
+    if !measured.memory.is_empty() {
+        let _ = writeln!(
+            page,
+            "\nResident memory that an index adds to a process of its own, maze of {} edges, segments included, MB: {}.",
+            measured.memory_edges,
+            measured
+                .memory
+                .iter()
+                .map(|(name, bytes)| format!("{name} {:.1}", bytes / 1e6))
+                .collect::<Vec<_>>()
+                .join(", ")
+        );
+    }
+    page.push('\n');
+}
+
+fn offsets_section(page: &mut String, measured: &Measured) {
+    page.push_str(
+        "## Offset by 3.05 mm, ms\n\nOurs is proposed, then certified (the certificate's share is given); it runs 0.6 µm outside, as the \
+         planner's does. The peers carry no certificate; those without arcs may flatten by 1 µm. *least* is the smallest distance \
+         found between result and profile, mm. geo-buf, a mitre offsetter, can not be linked beside the current geo.\n\n\
+         | profile | edges | side | offsetter | ms | certificate | loops | pieces | least | ratio |\n|---|---|---|---|---|---|---|---|---|---|\n",
+    );
+    for each in &measured.offsets {
+        let side = if each.outside { "outside" } else { "inside" };
+        let ours = each.runs.first().map_or(f64::NAN, |run| run.ms);
+        for (i, run) in each.runs.iter().enumerate() {
+            let certificate = if i == 0 {
+                format!("{:.3}, {} refused", each.certificate_ms, each.refused)
+            } else {
+                "–".into()
+            };
+            let ratio = if i == 0 { "–".into() } else { format!("{:.1}", run.ms / ours) };
+            let least = if run.least_mm.is_finite() { format!("{:.4}", run.least_mm) } else { "–".into() };
+            let _ = writeln!(
+                page,
+                "| {} | {} | {side} | {} | {:.3} | {certificate} | {} | {} | {least} | {ratio} |",
+                each.family.name(),
+                each.edges,
+                run.name,
+                run.ms,
+                run.loops,
+                run.pieces
+            );
+        }
+    }
+    page.push('\n');
+}
+
+const WIDTH: f64 = 760.0;
+const HEIGHT: f64 = 420.0;
+const COLOURS: [&str; 10] = [
+    "#0b6e4f", "#1f77b4", "#d1495b", "#edae49", "#66408e", "#555555", "#00a6a6", "#a0522d", "#7f9c2a",
+    "#e377c2",
+];
+
+/// ns per query against the number of edges, both logarithmic.
+fn growth(measured: &Measured, question: Question, family: Family, motion: Motion) -> String {
+    let results: Vec<&queries::Result> = measured
+        .queries
+        .iter()
+        .filter(|each| each.question == question && each.family == family && each.motion == motion)
+        .collect();
+    let mut names: Vec<&str> = Vec::new();
+    for each in results.iter().flat_map(|result| &result.timed) {
+        if !names.contains(&each.name) && !each.name.starts_with("geo") {
+            names.push(each.name);
+        }
+    }
+    let x = |edges: usize| 60.0 + ((edges as f64).log10() - 1.9) / 4.2 * (WIDTH - 260.0);
+    let y = |ns: f64| HEIGHT - 50.0 - (ns.max(1.0).log10() / 4.6) * (HEIGHT - 90.0);
+    let mut svg = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" font-family=\"sans-serif\" font-size=\"12\">\n\
+         <rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n<text x=\"60\" y=\"22\" font-size=\"15\">{}, {} path over {}: ns per query</text>\n",
+        question.name(),
+        motion.name(),
+        family.name()
+    );
+    for decade in 2..=6 {
+        let at = x(10_usize.pow(decade));
+        let _ = writeln!(
+            svg,
+            "<line x1=\"{at:.0}\" y1=\"{:.0}\" x2=\"{at:.0}\" y2=\"{:.0}\" stroke=\"#ddd\"/>",
+            y(1.0),
+            y(4e4)
+        );
+        let _ = writeln!(
+            svg,
+            "<text x=\"{at:.0}\" y=\"{:.0}\" text-anchor=\"middle\">10^{decade}</text>",
+            HEIGHT - 30.0
+        );
+    }
+    for decade in 0..=4 {
+        let ns = 10_f64.powi(decade);
+        let _ = writeln!(
+            svg,
+            "<line x1=\"60\" y1=\"{0:.0}\" x2=\"{1:.0}\" y2=\"{0:.0}\" stroke=\"#ddd\"/>",
+            y(ns),
+            WIDTH - 190.0
+        );
+        let _ = writeln!(svg, "<text x=\"52\" y=\"{:.0}\" text-anchor=\"end\">{ns:.0}</text>", y(ns) + 4.0);
+    }
+    let _ = writeln!(
+        svg,
+        "<text x=\"{:.0}\" y=\"{:.0}\" text-anchor=\"middle\">edges</text>",
+        WIDTH / 2.0 - 90.0,
+        HEIGHT - 10.0
+    );
+    let mut labels: Vec<(f64, usize)> = Vec::new();
+    for (k, name) in names.iter().enumerate() {
+        let colour = COLOURS[k % COLOURS.len()];
+        let points: Vec<(f64, f64)> = results
+            .iter()
+            .filter_map(|result| {
+                Some((x(result.edges), y(result.timed.iter().find(|each| each.name == *name)?.ns)))
+            })
+            .collect();
+        let path: Vec<String> = points.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
+        let (width, dash) = if is_ours(name) { (2.5, "") } else { (1.3, " stroke-dasharray=\"5 3\"") };
+        let _ = writeln!(
+            svg,
+            "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\"{dash}/>",
+            path.join(" ")
+        );
+        if let Some(last) = points.last() {
+            labels.push((last.1, k));
+        }
+    }
+    // Labels beside the ends, pushed apart.
+    labels.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut below = f64::NEG_INFINITY;
+    for (at, k) in labels {
+        below = at.max(below + 15.0);
+        let _ = writeln!(
+            svg,
+            "<text x=\"{:.0}\" y=\"{below:.0}\" fill=\"{}\">{}</text>",
+            WIDTH - 182.0,
+            COLOURS[k % COLOURS.len()],
+            names[k]
+        );
+    }
+    svg.push_str("</svg>\n");
+    svg
+}
