@@ -1,9 +1,14 @@
 //! Offsets with known answers: lengths, loops, residuals; and the certificate that refuses wrong ones.
-#![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
+#![expect(
+    clippy::unwrap_used,
+    clippy::cast_possible_truncation,
+    clippy::cast_precision_loss,
+    reason = "a helper of a test may stop it; shapes are drawn in f64"
+)]
 
 use std::f64::consts::PI;
 
-use keepout_kernel::offset::{Offset, Outline, certify_path, propose};
+use keepout_kernel::offset::{Offset, Outline, RESOLUTION, certify_complete, certify_path, propose};
 use keepout_kernel::{Arc, Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side, Turn};
 
 const MM: i64 = 100_000;
@@ -150,5 +155,82 @@ fn circles_of_all_sizes_certify() {
         let offset = propose(&shape, 3e5 + 60.0);
         let threshold = Length::from_units(300_000).unwrap();
         certify_path(&part, threshold, &offset.loops[0].curves).unwrap();
+    }
+}
+
+/// Profiles of many kinds: whatever is proposed is certified both ways, and a loop left out is missed.
+#[test]
+fn certificates_hold_both_ways_and_a_missing_loop_is_found() {
+    let mut random = fastrand::Rng::with_seed(31);
+    let mut loops_seen = 0;
+    for case in 0..60 {
+        let corners = random.usize(5..60);
+        let share = |k: usize| std::f64::consts::TAU * k as f64 / corners as f64;
+        let radius: Vec<f64> = (0..corners).map(|_| 1e5 * (8.0 + 40.0 * random.f64())).collect();
+        let vertex = |k: usize| {
+            let (sine, cosine) = share(k).sin_cos();
+            keepout_kernel::curve::nearest_point(radius[k] * cosine, radius[k] * sine).unwrap()
+        };
+        let points: Vec<Point> = (0..corners).map(vertex).collect();
+        for free_on_left in [false, true] {
+            let outlines = [Outline { curves: polygon(&points), free_on_left }];
+            let side = if free_on_left { Side::Inside } else { Side::Outside };
+            let part = part_of(&[outlines[0].curves.clone()], side);
+            let d = f64::from(random.i32(50_000..500_000));
+            let offset = propose(&outlines, d + 60.0);
+            assert!(offset.loose_ends.is_empty(), "case {case}");
+            let threshold = Length::from_units(d as i64).unwrap();
+            for each in &offset.loops {
+                certify_path(&part, threshold, &each.curves).unwrap();
+            }
+            certify_complete(&part, &outlines, d + 60.0, &offset.loops).unwrap();
+            for left_out in 0..offset.loops.len() {
+                let mut loops = offset.loops.clone();
+                let gone = loops.remove(left_out);
+                let length: f64 = gone.curves.iter().map(Curve::length).sum();
+                loops_seen += 1;
+                // A loop of a few micrometres is below the resolution.
+                let noticed = certify_complete(&part, &outlines, d + 60.0, &loops).is_err();
+                assert!(noticed || length < 10.0 * RESOLUTION, "case {case}, loop of {length} units");
+            }
+        }
+    }
+    assert!(loops_seen > 100, "{loops_seen}");
+}
+
+#[test]
+fn slots_pockets_and_rounds_are_complete() {
+    let dumbbell = |waist: i64| {
+        let (a, b) = (10 - waist / 2, 10 + waist - waist / 2);
+        let at = |x: i64, y: i64| Point::from_units(x * MM, y * MM).unwrap();
+        let points = [
+            at(0, 0),
+            at(20, 0),
+            at(20, a),
+            at(30, a),
+            at(30, 0),
+            at(50, 0),
+            at(50, 20),
+            at(30, 20),
+            at(30, b),
+            at(20, b),
+            at(20, 20),
+            at(0, 20),
+        ];
+        polygon(&points)
+    };
+    let shapes = [dumbbell(4), dumbbell(6), dumbbell(8), circle(at(5, 5), 9), circle(at(5, 5), 30)];
+    for (case, shape) in shapes.into_iter().enumerate() {
+        for (free_on_left, side) in [(false, Side::Outside), (true, Side::Inside)] {
+            // A radius of 3: the waist of 6 is exactly as wide as the tool, met from both sides.
+            for d in [299_940.0, 300_000.0, 300_060.0] {
+                let outlines = [Outline { curves: shape.clone(), free_on_left }];
+                let part = part_of(&[shape.clone()], side);
+                let offset = propose(&outlines, d);
+                certify_complete(&part, &outlines, d, &offset.loops).unwrap_or_else(|missing| {
+                    panic!("shape {case}, {side:?}, d {d}: {missing}; loose {:?}", offset.loose_ends)
+                });
+            }
+        }
     }
 }

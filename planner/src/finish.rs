@@ -4,7 +4,7 @@ use keepout_kernel::curve::nearest_point;
 use keepout_kernel::exact::predicate::ray_crosses;
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::exact::width::Product;
-use keepout_kernel::offset::{self, Offset};
+use keepout_kernel::offset::{self, Missing, Offset};
 use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, UNITS_PER_MM};
 use thiserror::Error;
 
@@ -48,6 +48,12 @@ pub enum FinishError {
         /// The tool's diameter, mm.
         diameter_mm: f64,
     },
+    /// The path leaves out a piece of the contour that the tool can reach.
+    #[error("the path that was found leaves out a piece near {}. This is a limit of the path search, not of the drawing: a tool diameter changed by a hundredth often helps.", place(*at))]
+    Incomplete {
+        /// A place on the piece.
+        at: Point,
+    },
     /// The proposed path could not be closed.
     #[error("no closed path was found near {}: {count} loose ends. This is a limit of the path search, not of the drawing: a tool diameter changed by a hundredth often helps.", place(*at))]
     LooseEnds {
@@ -69,11 +75,14 @@ pub fn propose(
     diameter_mm: f64,
 ) -> Result<FinishingPath, FinishError> {
     let d = f64::from(distance.units()) + f64::from(GUARD);
-    let offset = offset::propose(&profile.outlines(part), d);
+    let outlines = profile.outlines(part);
+    let offset = offset::propose(&outlines, d);
     if let Some(&(x, y)) = offset.loose_ends.first() {
         let at = nearest_point(x, y).unwrap_or(Point::ORIGIN);
         return Err(FinishError::LooseEnds { at, count: offset.loose_ends.len() });
     }
+    offset::certify_complete(part, &outlines, d, &offset.loops)
+        .map_err(|Missing { at }| FinishError::Incomplete { at })?;
     if offset.loops.is_empty() {
         return Err(FinishError::ToolFitsNowhere { diameter_mm });
     }

@@ -70,105 +70,98 @@ impl Family {
     }
 
     fn fill(self, profile: &mut Profile, count: usize, random: &mut Rng) {
-        let field = 3_000;
-        let anywhere = |random: &mut Rng| (random.i64(-field..=field), random.i64(-field..=field));
         match self {
             Self::Scattered | Self::Duplicates | Self::ZeroLength | Self::Slacks => {
-                for k in 0..count {
-                    let (a, b) = (anywhere(random), anywhere(random));
-                    let b = (a.0 + b.0 / 20, a.1 + b.1 / 20);
-                    match self {
-                        Self::Duplicates => {
-                            profile.push(a, b);
-                            if k % 2 == 0 { profile.push(b, a) } else { profile.push(a, b) }
-                        }
-                        Self::ZeroLength if k % 3 == 0 => profile.push(a, a),
-                        _ => profile.push(a, b),
-                    }
-                }
-                if self == Self::Slacks {
-                    for edge in &mut profile.edges {
-                        edge.slack = length(if random.bool() { 0 } else { random.i64(0..=900) });
-                    }
-                }
+                self.scatter(profile, count, random);
             }
-            Self::Overlapping | Self::Collinear => {
-                let (origin, (dx, dy)) = (anywhere(random), (random.i64(-9..=9), random.i64(-9..=9)));
-                let mut k = 0;
-                for _ in 0..count {
-                    let from = if self == Self::Collinear { k } else { random.i64(-200..=200) };
-                    k = from + random.i64(1..=20);
-                    let along = |k: i64| (origin.0 + dx * k, origin.1 + dy * k);
-                    profile.push(along(from), along(k));
-                }
-            }
-            Self::TJunctions => {
-                for _ in 0..count {
-                    let (a, (dx, dy)) = (anywhere(random), (random.i64(-40..=40), random.i64(-40..=40)));
-                    let (b, middle) = ((a.0 + 4 * dx, a.1 + 4 * dy), (a.0 + dx, a.1 + dy));
-                    profile.push(a, b);
-                    profile.push(middle, (middle.0 - 3 * dy, middle.1 + 3 * dx));
-                }
-            }
-            Self::SharedVertices => {
-                let hubs: Vec<Xy> = (0..4).map(|_| anywhere(random)).collect();
-                for k in 0..count {
-                    profile.push(hubs[k % 4], (random.i64(-field..=field), random.i64(-field..=field)));
-                }
-            }
-            Self::Needles => {
-                for _ in 0..count {
-                    let (tip, end) = (anywhere(random), anywhere(random));
-                    profile.push(tip, end);
-                    profile.push(end, (tip.0 + random.i64(-2..=2), tip.1 + random.i64(-2..=2)));
-                }
-            }
+            Self::Overlapping | Self::Collinear => self.line(profile, count, random),
+            Self::TJunctions | Self::SharedVertices | Self::Needles => self.join(profile, count, random),
             Self::Slot => {
                 let half = profile.threshold;
-                for k in 0..=(count as i64 / 2) {
-                    profile.push((k * 50, -half), (k * 50 + 50, -half));
-                    profile.push((k * 50 + 50, half), (k * 50, half));
+                for x in (0..=random.i64(0..60)).map(|k| k * 50) {
+                    profile.push((x, -half), (x + 50, -half));
+                    profile.push((x + 50, half), (x, half));
                 }
             }
             Self::Extremes => {
                 let limit = i64::from(COORD_MAX);
-                let mut corner = || match random.u8(0..4) {
+                profile.threshold = *[0, 1, limit / 3, limit].get(count % 4).unwrap_or(&0);
+                profile.crowd(count, || match random.u8(0..4) {
                     0 => -limit,
                     1 => limit,
                     2 => limit - random.i64(0..3),
                     _ => random.i64(-limit..=limit),
-                };
-                for _ in 0..count {
-                    let (a, b) = ((corner(), corner()), (corner(), corner()));
-                    profile.push(a, b);
-                }
-                profile.threshold = *[0, 1, limit / 3, limit].get(count % 4).unwrap_or(&0);
+                });
             }
             Self::Grid => {
                 profile.threshold = 25 * random.i64(0..=8);
-                for _ in 0..count {
-                    let mut node = || 25 * random.i64(-8..=8);
-                    let (a, b) = ((node(), node()), (node(), node()));
-                    profile.push(a, b);
-                }
+                profile.crowd(count, || 25 * random.i64(-8..=8));
             }
-            Self::Crowded => {
-                for _ in 0..count * 4 {
-                    let mut near = || random.i64(-6..=6);
-                    let (a, b) = ((near(), near()), (near(), near()));
-                    profile.push(a, b);
-                }
-            }
+            Self::Crowded => profile.crowd(count * 4, || random.i64(-6..=6)),
             Self::TinyPart => {
                 profile.threshold = random.i64(100_000..=400_000);
-                for _ in 0..count {
-                    let mut near = || random.i64(-40..=40);
-                    let (a, b) = ((near(), near()), (near(), near()));
+                profile.crowd(count, || random.i64(-40..=40));
+            }
+        }
+    }
+
+    /// Short edges anywhere in the field, with what the family adds.
+    fn scatter(self, profile: &mut Profile, count: usize, random: &mut Rng) {
+        for k in 0..count {
+            let (a, b) = (anywhere(random), anywhere(random));
+            let b = (a.0 + b.0 / 20, a.1 + b.1 / 20);
+            match self {
+                Self::Duplicates => {
                     profile.push(a, b);
+                    if k % 2 == 0 { profile.push(b, a) } else { profile.push(a, b) }
+                }
+                Self::ZeroLength if k % 3 == 0 => profile.push(a, a),
+                _ => profile.push(a, b),
+            }
+        }
+        if self == Self::Slacks {
+            for edge in &mut profile.edges {
+                edge.slack = length(if random.bool() { 0 } else { random.i64(0..=900) });
+            }
+        }
+    }
+
+    /// Pieces of one line, end to end or anyhow.
+    fn line(self, profile: &mut Profile, count: usize, random: &mut Rng) {
+        let (origin, (dx, dy)) = (anywhere(random), (random.i64(-9..=9), random.i64(-9..=9)));
+        let along = |k: i64| (origin.0 + dx * k, origin.1 + dy * k);
+        let mut k = 0;
+        for _ in 0..count {
+            let from = if self == Self::Collinear { k } else { random.i64(-200..=200) };
+            k = from + random.i64(1..=20);
+            profile.push(along(from), along(k));
+        }
+    }
+
+    /// Edges that share points in the family's way.
+    fn join(self, profile: &mut Profile, count: usize, random: &mut Rng) {
+        let hubs: Vec<Xy> = (0..4).map(|_| anywhere(random)).collect();
+        for k in 0..count {
+            let (a, b) = (anywhere(random), anywhere(random));
+            match self {
+                Self::TJunctions => {
+                    let (dx, dy) = (b.0 / 75, b.1 / 75);
+                    let middle = (a.0 + dx, a.1 + dy);
+                    profile.push(a, (a.0 + 4 * dx, a.1 + 4 * dy));
+                    profile.push(middle, (middle.0 - 3 * dy, middle.1 + 3 * dx));
+                }
+                Self::SharedVertices => profile.push(hubs[k % 4], b),
+                _ => {
+                    profile.push(a, b);
+                    profile.push(b, (a.0 + random.i64(-2..=2), a.1 + random.i64(-2..=2)));
                 }
             }
         }
     }
+}
+
+fn anywhere(random: &mut Rng) -> Xy {
+    (random.i64(-3_000..=3_000), random.i64(-3_000..=3_000))
 }
 
 /// Edges, and a threshold in lattice units.
@@ -183,6 +176,14 @@ pub struct Profile {
 impl Profile {
     fn push(&mut self, a: Xy, b: Xy) {
         self.edges.push(Edge { chord: Segment { from: at(a), to: at(b) }, slack: Length::ZERO });
+    }
+
+    /// Edges with coordinates drawn one by one.
+    fn crowd(&mut self, count: usize, mut coordinate: impl FnMut() -> i64) {
+        for _ in 0..count {
+            let (a, b) = ((coordinate(), coordinate()), (coordinate(), coordinate()));
+            self.push(a, b);
+        }
     }
 
     /// A point worth asking about: near an edge's end, at the threshold from one, on one, or anywhere around.

@@ -1,5 +1,4 @@
 //! Short runs of the differential soaks, and the degenerate profiles that are too large for them.
-#![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 use fastrand::Rng;
 use keepout_kernel::index::{build::build, subdivide};

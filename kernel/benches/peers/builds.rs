@@ -2,7 +2,7 @@
 
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::index::{build, subdivide};
-use keepout_kernel::{Mesh, Ring};
+use keepout_kernel::{CheckedIndex, Edge, Mesh, Point, Ring};
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 
 use crate::paths::threshold;
@@ -22,73 +22,27 @@ type Spade = ConstrainedDelaunayTriangulation<Point2<f64>>;
 
 pub const FRAME: Window = Window::from_corners(-400_000_000, -400_000_000, 400_000_000, 400_000_000);
 
+/// A name and what it does: seconds of its own work.
+type Work = (&'static str, Box<dyn FnMut() -> f64>);
+
 /// Builds everything once per round and takes medians.
 pub fn run(family: Family, count: usize, rounds: usize) -> Built {
     let rings = family.rings(count);
     let chords = edges(&rings);
-    let segments: Vec<(Xy, Xy)> =
-        chords.iter().map(|edge| (mm(edge.chord.from), mm(edge.chord.to))).collect();
     let index = build::build(chords.clone()).expect("few edges");
-    let mut works: Vec<(&'static str, Box<dyn FnMut() -> f64>)> = vec![
-        (
-            "index, checked",
-            Box::new({
-                let chords = chords.clone();
-                move || {
-                    let chords = chords.clone();
-                    seconds(|| build::build(chords)).0
-                }
-            }),
-        ),
-        (
-            "cells, proposed and checked",
-            Box::new({
-                let index = index.clone();
-                move || seconds(|| subdivide::build(&index, threshold(), None)).0
-            }),
-        ),
-        (
-            "rings found simple",
-            Box::new({
-                let rings = rings.clone();
-                move || {
-                    let rings = rings.clone();
-                    seconds(|| rings.into_iter().all(|ring| Ring::new(ring).is_ok())).0
-                }
-            }),
-        ),
-        ("parry2d", with(&segments, |s| seconds(|| Parry::build(s)).0)),
-        ("rstar", with(&segments, |s| seconds(|| Rstar::build(s)).0)),
-        ("bvh", with(&segments, |s| seconds(|| BvhTree::build(s)).0)),
-        ("static_aabb2d_index", with(&segments, |s| seconds(|| Static::build(s)).0)),
-        (
-            "mesh",
-            Box::new({
-                let index = index.clone();
-                move || seconds(|| Mesh::build(&index, FRAME, false)).0
-            }),
-        ),
-    ];
-    if count <= 100_000 {
-        works.push((
-            "mesh, refined",
-            Box::new({
-                let index = index.clone();
-                move || seconds(|| Mesh::build(&index, FRAME, true)).0
-            }),
-        ));
-    }
-    // Spade's bulk load takes most of a minute on a round outline of a million edges: once is enough.
-    let spade_rounds = if count > 200_000 { 1 } else { rounds };
-    let mut ms: Vec<(&'static str, Vec<f64>)> = works.iter().map(|work| (work.0, Vec::new())).collect();
+    let mut works = ours(&rings, &chords, &index);
+    works.extend(peers(&chords));
+    let mut times: Vec<Vec<f64>> = vec![Vec::new(); works.len()];
     for _ in 0..rounds {
-        for ((_, work), (_, times)) in works.iter_mut().zip(&mut ms) {
+        for ((_, work), times) in works.iter_mut().zip(&mut times) {
             times.push(work() * 1e3);
         }
     }
+    // Spade's bulk load takes most of a minute on a round outline of a million edges: once is enough.
+    let spade_rounds = if count > 200_000 { 1 } else { rounds };
     let mut spade: Vec<f64> = (0..spade_rounds).map(|_| bulk_load(&rings) * 1e3).collect();
-    let mut ms: Vec<(&'static str, f64)> =
-        ms.iter_mut().map(|(name, times)| (*name, median(times))).collect();
+    let named = works.iter().zip(&mut times);
+    let mut ms: Vec<(&'static str, f64)> = named.map(|((name, _), times)| (*name, median(times))).collect();
     ms.push(("spade, bulk load", median(&mut spade)));
     let mesh = Mesh::build(&index, FRAME, true).expect("the frame holds the field");
     let cells = subdivide::build(&index, threshold(), None).expect("the field is on the lattice");
@@ -96,7 +50,47 @@ pub fn run(family: Family, count: usize, rounds: usize) -> Built {
         ("points added to the refined mesh", mesh.added() as f64),
         ("bytes of the cells", cells.bytes() as f64),
     ];
-    Built { family, edges: segments.len(), ms, notes }
+    Built { family, edges: chords.len(), ms, notes }
+}
+
+fn ours(rings: &[Vec<Point>], chords: &[Edge], index: &CheckedIndex) -> Vec<Work> {
+    let (rings, chords, for_cells) = (rings.to_vec(), chords.to_vec(), index.clone());
+    let mut works: Vec<Work> = vec![
+        (
+            "index, checked",
+            Box::new(move || {
+                let chords = chords.clone();
+                seconds(|| build::build(chords)).0
+            }),
+        ),
+        (
+            "cells, proposed and checked",
+            Box::new(move || seconds(|| subdivide::build(&for_cells, threshold(), None)).0),
+        ),
+        (
+            "rings found simple",
+            Box::new(move || {
+                let rings = rings.clone();
+                seconds(|| rings.into_iter().all(|ring| Ring::new(ring).is_ok())).0
+            }),
+        ),
+    ];
+    for (name, refined) in [("mesh", false), ("mesh, refined", true)] {
+        let index = index.clone();
+        works.push((name, Box::new(move || seconds(|| Mesh::build(&index, FRAME, refined)).0)));
+    }
+    works
+}
+
+fn peers(chords: &[Edge]) -> Vec<Work> {
+    let segments: Vec<(Xy, Xy)> =
+        chords.iter().map(|edge| (mm(edge.chord.from), mm(edge.chord.to))).collect();
+    vec![
+        ("parry2d", with(&segments, |s| seconds(|| Parry::build(s)).0)),
+        ("rstar", with(&segments, |s| seconds(|| Rstar::build(s)).0)),
+        ("bvh", with(&segments, |s| seconds(|| BvhTree::build(s)).0)),
+        ("static_aabb2d_index", with(&segments, |s| seconds(|| Static::build(s)).0)),
+    ]
 }
 
 fn with(

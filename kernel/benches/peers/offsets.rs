@@ -44,6 +44,8 @@ pub struct Offsets {
 /// Result points, by loops.
 type Loops = Vec<Vec<Xy>>;
 
+type Offsetter = fn(&[Xy], f64) -> (f64, Loops, usize);
+
 /// Runs all offsetters that are not too slow; `slow` remembers those that are.
 pub fn run(family: Family, count: usize, outside: bool, slow: &mut Vec<&'static str>) -> Offsets {
     let vertices = family.rings(count).swap_remove(0);
@@ -57,45 +59,12 @@ pub fn run(family: Family, count: usize, outside: bool, slow: &mut Vec<&'static 
     let ring = Ring::new(vertices.clone()).expect("profiles are simple");
     let side = if outside { Side::Outside } else { Side::Inside };
     let part = ProhibitedRegion::new(Region::new(vec![ring]).expect("one ring"), side).expect("few edges");
-    let mut certificate = Vec::new();
-    let mut refused = 0;
-    let mut ours = |count_refused: &mut usize| {
-        let next = vertices.iter().cycle().skip(1);
-        let curves =
-            vertices.iter().zip(next).map(|(&from, &to)| Curve::Line(Segment { from, to })).collect();
-        let outline = [Outline { curves, free_on_left: !outside }];
-        let made = offset::propose(&outline, RADIUS_MM * MM + GUARD);
-        let threshold = Length::from_units((RADIUS_MM * MM).round() as i64).expect("a length");
-        let (time, bad) = seconds(|| {
-            made.loops
-                .iter()
-                .filter(|each| offset::certify_path(&part, threshold, &each.curves).is_err())
-                .count()
-        });
-        certificate.push(time * 1e3);
-        *count_refused = bad + made.loose_ends.len();
-        let corners = |each: &offset::OffsetLoop| -> Vec<Xy> {
-            each.curves.iter().flat_map(|curve| sampled(curve)).collect()
-        };
-        let pieces = made.loops.iter().map(|each| each.curves.len()).sum();
-        (made, pieces, corners)
-    };
-    let mut runs = Vec::new();
-    let mut times = Vec::new();
-    let mut last = None;
-    for _ in 0..rounds {
-        let (time, made) = seconds(|| ours(&mut refused));
-        times.push(time * 1e3);
-        last = Some(made);
-    }
-    if let Some((made, pieces, corners)) = last {
-        let loops: Loops = made.loops.iter().map(corners).collect();
-        runs.push(measured("keepout, certified", median(&mut times), pieces, &loops, &part));
-    }
-    type Offsetter = fn(&[Xy], f64) -> (f64, Loops, usize);
+    let points: Vec<Xy> = vertices.iter().map(|&point| mm(point)).collect();
+    let mut offsets =
+        Offsets { family, edges: points.len(), outside, runs: Vec::new(), certificate_ms: 0.0, refused: 0 };
+    ours(&vertices, &part, rounds, &mut offsets);
     let peers: [(&'static str, Offsetter); 3] =
         [("cavalier_contours", cavalier), ("i_overlay", i_overlay), ("clipper2-rust", clipper)];
-    let points: Vec<Xy> = vertices.iter().map(|&point| mm(point)).collect();
     let distance = if outside { RADIUS_MM } else { -RADIUS_MM };
     for (name, peer) in peers {
         if slow.contains(&name) {
@@ -114,9 +83,34 @@ pub fn run(family: Family, count: usize, outside: bool, slow: &mut Vec<&'static 
                 break;
             }
         }
-        runs.push(measured(name, median(&mut times), made.1, &made.0, &part));
+        offsets.runs.push(measured(name, median(&mut times), made.1, &made.0, &part));
     }
-    Offsets { family, edges: points.len(), outside, runs, certificate_ms: median(&mut certificate), refused }
+    offsets
+}
+
+/// Proposes and certifies, so many times.
+fn ours(vertices: &[Point], part: &ProhibitedRegion, rounds: usize, offsets: &mut Offsets) {
+    let threshold = Length::from_units((RADIUS_MM * MM).round() as i64).expect("a length");
+    let next = vertices.iter().cycle().skip(1);
+    let curves = vertices.iter().zip(next).map(|(&from, &to)| Curve::Line(Segment { from, to })).collect();
+    let outline = [Outline { curves, free_on_left: !offsets.outside }];
+    let (mut times, mut certificates) = (Vec::new(), Vec::new());
+    let mut made = offset::Offset::default();
+    for _ in 0..rounds {
+        let (proposing, proposed) = seconds(|| offset::propose(&outline, RADIUS_MM * MM + GUARD));
+        let refused =
+            |each: &&offset::OffsetLoop| offset::certify_path(part, threshold, &each.curves).is_err();
+        let (certifying, refused) = seconds(|| proposed.loops.iter().filter(refused).count());
+        times.push((proposing + certifying) * 1e3);
+        certificates.push(certifying * 1e3);
+        offsets.refused = refused + proposed.loose_ends.len();
+        made = proposed;
+    }
+    let corners = |each: &offset::OffsetLoop| each.curves.iter().flat_map(sampled).collect();
+    let loops: Loops = made.loops.iter().map(corners).collect();
+    let pieces = made.loops.iter().map(|each| each.curves.len()).sum();
+    offsets.certificate_ms = median(&mut certificates);
+    offsets.runs.push(measured("keepout, certified", median(&mut times), pieces, &loops, part));
 }
 
 fn measured(name: &'static str, ms: f64, pieces: usize, loops: &Loops, part: &ProhibitedRegion) -> Run {

@@ -1,6 +1,5 @@
 //! Clear, clip and nearest beside the peers.
 
-use keepout_kernel::index::build;
 use keepout_kernel::{
     CheckedIndex, FreePoint, Mesh, NearList, Point, Probe, ProhibitedRegion, Region, Ring, Segment, Side,
 };
@@ -259,9 +258,4 @@ fn differing(mut timed: Vec<Timed>) -> Vec<Timed> {
         each.wrong = Some(each.answers.iter().zip(&truth).filter(|(a, b)| a != b).count());
     }
     timed
-}
-
-/// Builds the index alone, for timing.
-pub fn index_of(family: Family, count: usize) -> CheckedIndex {
-    build::build(edges(&family.rings(count))).expect("few edges")
 }

@@ -6,8 +6,11 @@ use std::time::Instant;
 /// Something that answers all queries of a run.
 pub struct Rival<'a> {
     pub name: &'static str,
-    run: Box<dyn FnMut(Option<&mut Vec<f64>>) + 'a>,
+    run: Run<'a>,
 }
+
+/// Answers all queries, and keeps the answers when told where.
+type Run<'a> = Box<dyn FnMut(Option<&mut Vec<f64>>) + 'a>;
 
 impl<'a> Rival<'a> {
     /// Answers query `i` of `count` by `answer(i)`.

@@ -2,6 +2,7 @@
 
 #![expect(
     clippy::cast_precision_loss,
+    clippy::cast_possible_truncation,
     reason = "bounds are relaxed by more than f32 rounding; the rest proposes"
 )]
 
@@ -40,7 +41,7 @@ impl CheckedIndex {
         let start = hint.unwrap_or(0);
         let (at, first) = (xy(point), self.edges().get(start)?);
         let best = Nearest { edge: start, distance_2: distance_2(at, first.chord) };
-        let mut search = Search { index: self, point, at, best };
+        let mut search = Search { index: self, at, best };
         search.descend(self.levels().len().checked_sub(1)?, 0);
         Some(search.best)
     }
@@ -82,7 +83,6 @@ impl CheckedIndex {
 
 struct Search<'a> {
     index: &'a CheckedIndex,
-    point: Point,
     at: (f64, f64),
     best: Nearest,
 }

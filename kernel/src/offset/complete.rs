@@ -1,0 +1,201 @@
+//! The certificate "none missing": every stretch of the true offset has a loop beside it.
+//!
+//! **Claim.** A point at distance d from the profile, on the free side, has a nearest profile point: it lies on the offset
+//! shape of that point's edge or corner. So it is enough to walk along all offset shapes. Where an edge covers a
+//! stretch, that is, comes nearer than d to all of it by exact tests, no point of the stretch is at distance d. Elsewhere a
+//! loop must be within [`BESIDE`], again by an exact test. What is neither covered nor beside a loop for longer than
+//! [`RESOLUTION`] is a missing piece.
+
+use alloc::vec::Vec;
+use core::fmt;
+
+use super::plane::{Shape, cross, dot, right_of};
+use super::propose::{OffsetLoop, Outline};
+use crate::clear::ProhibitedRegion;
+use crate::curve::{nearest_point, round_down};
+use crate::exact::lattice::{Length, Point};
+use crate::exact::segment::Segment;
+use crate::index::nearest::xy;
+use crate::index::{CheckedIndex, Edge, build};
+
+/// A loop is beside a place when it is this near, in lattice units (8 µm).
+pub const BESIDE: u16 = 800;
+/// The longest stretch without a loop beside it that goes unnoticed, in lattice units (20 µm).
+pub const RESOLUTION: f64 = 2_000.0;
+/// Rounding of a place, of a distance, and of a sagitta, in lattice units, together.
+const ROUNDING: f64 = 4.0;
+/// Slack of the loops' chords, lattice units.
+const CHORD_SLACK: u8 = 200;
+/// Steps are tried at least this long, lattice units (1 µm).
+const LEAST_STEP: f64 = 100.0;
+
+/// A stretch of the true offset that no loop is beside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Missing {
+    /// A place on it.
+    pub at: Point,
+}
+
+impl fmt::Display for Missing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mm = |units: i32| f64::from(units) / f64::from(crate::UNITS_PER_MM);
+        let (x, y) = (mm(self.at.x.units()), mm(self.at.y.units()));
+        write!(f, "a piece of the offset near ({x:.3}, {y:.3}) mm is in no loop")
+    }
+}
+
+impl core::error::Error for Missing {}
+
+/// Certifies that every stretch longer than [`RESOLUTION`] of the set at distance `d` (lattice units) from the outlines,
+/// on their free side, has one of the loops within [`BESIDE`]. `part` is the part that the outlines bound.
+///
+/// # Errors
+/// [`Missing`] with a place of the first stretch that has none.
+pub fn certify_complete(
+    part: &ProhibitedRegion,
+    outlines: &[Outline],
+    d: f64,
+    loops: &[OffsetLoop],
+) -> Result<(), Missing> {
+    let Some(beside) = index_of(loops) else { return Err(Missing { at: Point::ORIGIN }) };
+    let mut walk = Walk { part: part.index(), beside, d, nearest: None, loop_edge: None };
+    for outline in outlines {
+        let mut edges: Vec<Shape> = outline.curves.iter().map(Shape::of).collect();
+        if outline.free_on_left {
+            edges = edges.into_iter().rev().map(Shape::reversed).collect();
+        }
+        for (edge, next) in edges.iter().zip(edges.iter().cycle().skip(1)) {
+            if let Some(shape) = edge.offset_right(d) {
+                walk.along(&shape)?;
+            }
+            let (incoming, outgoing) = (edge.direction(1.0), next.direction(0.0));
+            let turned = libm::atan2(cross(incoming, outgoing), dot(incoming, outgoing));
+            if turned * d > 1.0 {
+                let normal = right_of(incoming);
+                let start = libm::atan2(normal.1, normal.0);
+                walk.along(&Shape::Arc { centre: edge.at(1.0), radius: d, start, sweep: turned })?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The loops' chords, behind boxes; `None` when a loop's arc can not be turned into chords.
+fn index_of(loops: &[OffsetLoop]) -> Option<CheckedIndex> {
+    let slack = Length::small(CHORD_SLACK);
+    let mut chords = Vec::new();
+    for curve in loops.iter().flat_map(|each| &each.curves) {
+        let points = curve.chord_points(slack).ok()?;
+        let ends = points.iter().zip(points.iter().skip(1));
+        chords.extend(ends.map(|(&from, &to)| Edge { chord: Segment { from, to }, slack: Length::ZERO }));
+    }
+    build::build(chords).ok()
+}
+
+struct Walk<'a> {
+    part: &'a CheckedIndex,
+    beside: CheckedIndex,
+    d: f64,
+    nearest: Option<usize>,
+    loop_edge: Option<usize>,
+}
+
+impl Walk<'_> {
+    fn along(&mut self, shape: &Shape) -> Result<(), Missing> {
+        let length = shape.length();
+        let mut walked = 0.0;
+        let mut unaccounted = 0.0;
+        while walked <= length {
+            // Off the lattice no tool can be.
+            let Some(place) = nearest_on(shape, walked) else {
+                walked += LEAST_STEP;
+                continue;
+            };
+            let step = match self.cover(place, shape, walked) {
+                Some(cover) => Some(cover),
+                None => self.step_beside_loop(place, shape, walked),
+            };
+            match step {
+                Some(step) => {
+                    unaccounted = 0.0;
+                    walked += step;
+                }
+                None => {
+                    unaccounted += LEAST_STEP;
+                    walked += LEAST_STEP;
+                    if unaccounted > RESOLUTION {
+                        return Err(Missing { at: place });
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// How far along the shape from the place the nearest edge covers it, by exact tests.
+    ///
+    /// What is within a radius of a chord is convex: a straight shape is covered between two covered places, and so is an arc
+    /// whose sagitta between them is below a unit, with [`ROUNDING`] to spare. Around a place within d − δ of an edge
+    /// everything within δ is covered.
+    fn cover(&mut self, place: Point, shape: &Shape, walked: f64) -> Option<f64> {
+        let nearest = self.part.nearest(place, self.nearest)?;
+        self.nearest = Some(nearest.edge);
+        let edge = self.part.edges().get(nearest.edge)?;
+        // The true curve is within the slack of the chord.
+        let radius = round_down(self.d - ROUNDING) - i64::from(edge.slack.units());
+        let radius = Length::from_units(radius).ok()?;
+        let covers = |place: Point| !edge.chord.near_point(place, radius).is_clear();
+        if !covers(place) {
+            return None;
+        }
+        let rest = shape.length() - walked;
+        let covered_at = |step: f64| nearest_on(shape, walked + step).is_some_and(covers);
+        let depth = self.d - nearest.distance() - f64::from(edge.slack.units()) - ROUNDING;
+        let deep = Length::from_units(i64::from(radius.units()) - round_down(depth)).ok();
+        let mut step = match deep {
+            Some(deep) if !edge.chord.near_point(place, deep).is_clear() => depth - 2.0,
+            _ => 0.0,
+        };
+        let farthest = match *shape {
+            Shape::Line { .. } => rest,
+            Shape::Arc { radius, .. } => rest.min(libm::sqrt(8.0 * radius)),
+        };
+        let mut tried = step.max(LEAST_STEP).min(farthest);
+        while tried > step && covered_at(tried) {
+            step = tried;
+            tried = (2.0 * tried).min(farthest);
+        }
+        (step >= 1.0 || step >= rest).then_some(step.max(1.0))
+    }
+
+    /// How far the walk may go on beside a loop: a straight shape to the end of the loop's chord, when that end is beside the
+    /// shape too (what is near a chord is convex); any other shape a small step.
+    fn step_beside_loop(&mut self, place: Point, shape: &Shape, walked: f64) -> Option<f64> {
+        let near = Length::from_units(i64::from(BESIDE)).ok()?;
+        let nearest = self.beside.nearest(place, self.loop_edge)?;
+        self.loop_edge = Some(nearest.edge);
+        let chord = self.beside.edges().get(nearest.edge)?.chord;
+        if chord.near_point(place, near).is_clear() {
+            return None;
+        }
+        let length = shape.length();
+        let direction = shape.direction(walked / length.max(f64::MIN_POSITIVE));
+        let here = xy(place);
+        let ahead = |end: Point| {
+            let (x, y) = xy(end);
+            (x - here.0) * direction.0 + (y - here.1) * direction.1
+        };
+        let far = ahead(chord.from).max(ahead(chord.to)).min(length - walked);
+        let stays_beside = |step: f64| {
+            nearest_on(shape, walked + step).is_some_and(|end| !chord.near_point(end, near).is_clear())
+        };
+        // An arc leaves its chord by less than the loop's own arc does in so short a piece: both ends beside are enough.
+        Some(if far > LEAST_STEP && stays_beside(far) { far } else { LEAST_STEP })
+    }
+}
+
+/// The lattice point nearest to the place so far along the shape.
+fn nearest_on(shape: &Shape, walked: f64) -> Option<Point> {
+    let (x, y) = shape.at(walked / shape.length().max(f64::MIN_POSITIVE));
+    nearest_point(x, y).ok()
+}
