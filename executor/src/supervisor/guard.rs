@@ -465,31 +465,36 @@ impl Guard {
             self.tail.into_iter().chain(self.lines.iter().map(|line| line.target)).collect();
         let here = Segment { from: position, to: position };
         let holds = |corners| !Triangle { corners }.near_segment(here, Length::ZERO).is_clear();
-        let mut nearest: Option<(i64, FreePoint, Point)> = None;
+        let mut nearest: Option<(i64, [FreePoint; 2], Point)> = None;
         for (i, &a) in points.iter().enumerate() {
             for (j, &b) in points.iter().enumerate().skip(i) {
                 if points.iter().skip(j).any(|c| holds([a.point(), b.point(), c.point()])) {
-                    return self.part.motion(a, position).map_or(Snap::Keep, Snap::At);
+                    return self.reached(&points, position).map_or(Snap::Keep, Snap::At);
                 }
                 let Some(foot) = project(position, Segment { from: a.point(), to: b.point() }) else {
                     continue;
                 };
                 let away_2 = distance_2(foot, position);
                 if nearest.is_none_or(|(least_2, ..)| away_2 < least_2) {
-                    nearest = Some((away_2, a, foot));
+                    nearest = Some((away_2, [a, b], foot));
                 }
             }
         }
-        let Some((_, from, foot)) = nearest else { return Snap::Off };
+        let Some((_, ends, foot)) = nearest else { return Snap::Off };
         if points_within(foot, position, self.resolution).is_clear() {
             return Snap::Off;
         }
         // The foot is rounded, and may be rounded into the threshold: its neighbours are as good.
         let around = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| Vector { dx, dy }));
         let tries = std::iter::once(Vector { dx: 0, dy: 0 }).chain(around);
-        let free =
-            tries.filter_map(|step| foot.translated(step).ok()).find_map(|p| self.part.motion(from, p).ok());
-        free.map_or(Snap::Keep, Snap::At)
+        let mut places = tries.filter_map(|step| foot.translated(step).ok());
+        places.find_map(|place| self.reached(&ends, place)).map_or(Snap::Keep, Snap::At)
+    }
+
+    /// The place as a free point, when the way to it from one of the points is clear. One way is enough: which one the tool
+    /// took was certified before. A tail that was rounded can have lost its way to a far target by a unit.
+    fn reached(&self, from: &[FreePoint], place: Point) -> Option<FreePoint> {
+        from.iter().find_map(|&point| self.part.motion(point, place).ok())
     }
 
     fn reported_in_contour(&mut self, sighting: &Sighting, stamp: Stamp) -> Result<(), Refusal> {
@@ -703,5 +708,26 @@ mod tests {
         guard.reported(&sighting(r, true, 0), stamp, Time::ZERO).unwrap();
         assert!(guard.settled());
         assert_eq!(guard.end().unwrap().point(), r);
+    }
+
+    /// The tail was rounded, and lost its straight way to the last target by a unit, as happens in sliding contact. At
+    /// rest at the target the set must become the target all the same, or the tool could never move again.
+    #[test]
+    fn rest_at_a_target_is_settled_whatever_the_tail_sees() {
+        let mut guard = guard();
+        let time = Time::from_micros(MS);
+        guard.locate(at(-301, -500)).unwrap();
+        guard.jog(at(-301, 7200), 600).unwrap();
+        guard.acknowledged().unwrap();
+        // Rounded toward the wall, beyond the corner's reach: free, but the way along the wall is blocked.
+        guard.tail = Some(guard.part().free_point(at(-280, -120), Length::from_units(300).unwrap()).unwrap());
+        let tail = guard.tail.unwrap();
+        assert!(guard.part().motion(tail, at(-301, 7200)).is_err());
+        for _ in 0..2 {
+            let stamp = guard.stamp(time);
+            guard.reported(&sighting(at(-304, 7198), true, 0), stamp, time).unwrap();
+        }
+        assert!(guard.settled());
+        guard.jog(at(-900, 7200), 600).unwrap();
     }
 }
