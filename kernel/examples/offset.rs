@@ -1,0 +1,75 @@
+//! The certified offset of a part with a pocket the disc does not fit, and what the mesh knows of it:
+//! `cargo run -p keepout-kernel --example offset`.
+
+use std::error::Error;
+
+use keepout_kernel::exact::segment::Window;
+use keepout_kernel::offset::{Outline, certify_complete, certify_path, propose};
+use keepout_kernel::{
+    Curve, Length, Mesh, Point, ProhibitedRegion, Region, Ring, Segment, Side, UNITS_PER_MM,
+};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let unit = f64::from(UNITS_PER_MM);
+    let corners = [
+        (0.0, 0.0),
+        (50.0, 0.0),
+        (50.0, 30.0),
+        (30.0, 30.0),
+        (30.0, 10.0),
+        (25.0, 10.0),
+        (25.0, 30.0),
+        (0.0, 30.0),
+    ];
+    let vertices: Vec<Point> = corners
+        .into_iter()
+        .map(|(x, y)| keepout_kernel::curve::nearest_point(x * unit, y * unit))
+        .collect::<Result<_, _>>()?;
+    let next = vertices.iter().cycle().skip(1);
+    let curves = vertices.iter().zip(next).map(|(&from, &to)| Curve::Line(Segment { from, to })).collect();
+    let outlines = [Outline { curves, free_on_left: false }];
+    let part = ProhibitedRegion::new(Region::new(vec![Ring::new(vertices)?])?, Side::Outside)?;
+
+    // Proposed half a micrometre outside of what is certified: joints and arcs are rounded to the lattice.
+    let threshold = Length::from_units(300_000)?;
+    let distance = f64::from(threshold.units()) + 60.0;
+    let offset = propose(&outlines, distance);
+    for each in &offset.loops {
+        let end = certify_path(&part, threshold, &each.curves)?;
+        let arcs = each.curves.iter().filter(|curve| matches!(curve, Curve::Arc(_))).count();
+        println!(
+            "a loop of {} motions, {arcs} of them arcs, certified: {}",
+            each.curves.len(),
+            end.is_some()
+        );
+    }
+    certify_complete(&part, &outlines, distance, &offset.loops)?;
+    println!("no piece of the offset is missing");
+    println!(
+        "the disc can not touch {:.3} mm of the profile",
+        (offset.profile_length - offset.touched_length) / unit
+    );
+
+    let mesh = Mesh::build(
+        part.index(),
+        Window::from_corners(-5_000_000, -5_000_000, 10_000_000, 10_000_000),
+        true,
+    )?;
+    println!(
+        "{} triangles, {} points added, {} connected pieces",
+        mesh.triangles(),
+        mesh.added(),
+        mesh.components()
+    );
+    let mut walk = mesh.walk();
+    let point = keepout_kernel::curve::nearest_point(27.0 * unit, 20.0 * unit)?;
+    if let Some(nearest) = walk.nearest(&mesh, part.index(), point) {
+        let confirmed = part.index().confirms(point, nearest);
+        println!(
+            "nearest to (27, 20): edge {} at {:.3} mm, confirmed: {confirmed}",
+            nearest.edge,
+            nearest.distance() / unit
+        );
+    }
+    Ok(())
+}

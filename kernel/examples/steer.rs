@@ -1,0 +1,64 @@
+//! Steering a disc of 3 mm radius around an L-shaped part: `cargo run -p keepout-kernel --example steer`.
+//!
+//! Shows the queries a controller is written over: a free point, a clipped motion, sliding along the wall, the fan for a machine
+//! that is re-targeted in the middle of a motion, and the way out for a tool that stands too near.
+
+use std::error::Error;
+
+use keepout_kernel::clip::{SLIDE_TURNS, contact_band};
+use keepout_kernel::{Length, Point, Probe, ProhibitedRegion, Region, Ring, Side, UNITS_PER_MM};
+
+fn mm(x: f64, y: f64) -> Result<Point, Box<dyn Error>> {
+    let unit = f64::from(UNITS_PER_MM);
+    Ok(keepout_kernel::curve::nearest_point(x * unit, y * unit)?)
+}
+
+fn show(what: &str, point: Point) {
+    let in_mm = |units: i32| f64::from(units) / f64::from(UNITS_PER_MM);
+    println!("{what:<44} ({:9.5}, {:9.5}) mm", in_mm(point.x.units()), in_mm(point.y.units()));
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let corners = [(0.0, 0.0), (40.0, 0.0), (40.0, 15.0), (15.0, 15.0), (15.0, 40.0), (0.0, 40.0)];
+    let vertices = corners.into_iter().map(|(x, y)| mm(x, y)).collect::<Result<_, _>>()?;
+    let mut part = ProhibitedRegion::new(Region::new(vec![Ring::new(vertices)?])?, Side::Outside)?;
+
+    // The threshold: the tool's radius and a margin of 50 µm. Cells make questions at this threshold faster, not different.
+    let threshold = Length::from_units(i64::from(UNITS_PER_MM) * 305 / 100)?;
+    part.prepare(threshold)?;
+    let mut probe = Probe::new(&part, threshold);
+
+    let start = part.free_point(mm(-20.0, 20.0)?, threshold)?;
+    show("start, certified free", start.point());
+    let at_wall = probe.clip(start, mm(20.0, 30.0)?);
+    show("pushed at the wall, stops at", at_wall.point());
+
+    let wish = mm(20.0, 30.0)?.minus(at_wall.point());
+    if let Some(wall) = part.wall(at_wall, contact_band()) {
+        let slides = SLIDE_TURNS.iter().filter_map(|&turn| wall.slide(wish, turn));
+        let target = slides
+            .filter_map(|along| at_wall.point().translated(along).ok())
+            .find(|&target| part.motion(at_wall, target).is_ok());
+        if let Some(target) = target {
+            show("pushed on, slides along the wall to", target);
+        }
+    }
+
+    let aside = part.motion(start, mm(-10.0, -10.0)?)?;
+    match part.fan(start, aside, mm(0.0, -20.0)?) {
+        Ok(free) => show("re-targeted in mid-motion, certified to", free.point()),
+        Err(blocked) => println!("re-targeting is refused: {blocked}"),
+    }
+    if let Err(blocked) = part.fan(start, aside, mm(50.0, 20.0)?) {
+        println!("another target is refused: {blocked}");
+    }
+
+    // Found 1 mm from the wall at power-up: nearer than the threshold, but free. Only motions that approach nothing are allowed.
+    let too_near = part.free_point(mm(-1.0, 20.0)?, Length::ZERO)?;
+    if let Some(clearance) = part.clearance(too_near.point()) {
+        println!("stands {:.5} mm from the part", f64::from(clearance.units()) / f64::from(UNITS_PER_MM));
+    }
+    show("the way out", part.recedes(too_near, mm(-4.0, 25.0)?, threshold)?.point());
+    println!("the way in is refused: {}", part.recedes(too_near, mm(-0.9, 20.0)?, threshold).is_err());
+    Ok(())
+}
