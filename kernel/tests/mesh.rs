@@ -1,7 +1,6 @@
 //! The mesh agrees with the index, and with brute force, on profiles of many kinds.
 #![expect(
     clippy::unwrap_used,
-    clippy::cast_possible_truncation,
     clippy::cast_precision_loss,
     reason = "a helper of a test may stop it; shapes are drawn in f64"
 )]

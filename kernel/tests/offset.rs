@@ -225,7 +225,7 @@ fn slots_pockets_and_rounds_are_complete() {
             // A radius of 3: the waist of 6 is exactly as wide as the tool, met from both sides.
             for d in [299_940.0, 300_000.0, 300_060.0] {
                 let outlines = [Outline { curves: shape.clone(), free_on_left }];
-                let part = part_of(&[shape.clone()], side);
+                let part = part_of(std::slice::from_ref(&shape), side);
                 let offset = propose(&outlines, d);
                 certify_complete(&part, &outlines, d, &offset.loops).unwrap_or_else(|missing| {
                     panic!("shape {case}, {side:?}, d {d}: {missing}; loose {:?}", offset.loose_ends)

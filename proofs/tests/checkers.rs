@@ -221,3 +221,36 @@ fn the_whole_must_hold_everything_near_by_a_unit() {
     }
     assert!(Cells::check(&index, whole(-65, -85, 7)).is_ok());
 }
+
+#[test]
+fn lists_must_be_complete_and_known_and_nothing_left_over() {
+    let edge = |x: i64| Edge {
+        chord: Segment { from: Point::from_units(x, 0).unwrap(), to: Point::from_units(x, 9).unwrap() },
+        slack: Length::ZERO,
+    };
+    let index = build::build(vec![edge(0), edge(20)]).unwrap();
+    // One group over everything; its squares are 64 wide, and the one that holds both edges has the list.
+    let with = |claims: usize, lists: Vec<u32>| {
+        let mut all = vec![Packed::of(Claim::Open); claims];
+        all[GROUP / 2 + 2] = Packed::of(Claim::Near(0));
+        cells::Proposal { threshold: Length::small(3), origin: (-128, -128), log_2: 8, claims: all, lists }
+    };
+    let check = |proposal| Cells::check(&index, proposal).map(|_| ());
+    assert_eq!(check(with(GROUP, vec![2, 0, 1])), Ok(()));
+    let faulty =
+        |lists| matches!(check(with(GROUP, lists)), Err(CellFault::Claim { claim: Claim::Near(0), .. }));
+    assert!(faulty(vec![1, 0]) && faulty(vec![1, 1]) && faulty(vec![0]), "an edge is missing");
+    assert!(faulty(vec![2, 1, 0]), "not ascending");
+    assert!(faulty(vec![3, 0, 1, 2]), "an edge that is not there");
+    assert_eq!(check(with(GROUP, vec![2, 0, 1, 0])), Err(CellFault::Order { at: 3 }), "a list left over");
+    assert_eq!(check(with(2 * GROUP, vec![2, 0, 1])), Err(CellFault::Order { at: 3 }), "a group left over");
+    assert_eq!(check(with(GROUP, vec![9, 0, 1])), Err(CellFault::Order { at: 0 }), "a list beyond the end");
+    let largest = length(i64::from(keepout_kernel::exact::lattice::COORD_MAX));
+    let whole = cells::Proposal {
+        threshold: largest,
+        origin: (-(1 << 29), -(1 << 29)),
+        log_2: 30,
+        ..with(GROUP, vec![])
+    };
+    assert_eq!(check(whole), Err(CellFault::Whole), "a threshold that can not be exceeded");
+}

@@ -36,8 +36,9 @@ pub struct Offsets {
     pub edges: usize,
     pub outside: bool,
     pub runs: Vec<Run>,
-    /// Of ours: milliseconds for the certificate, and motions refused by it.
+    /// Of ours: milliseconds for the certificate, for the one that nothing is missing, and loops refused by either.
     pub certificate_ms: f64,
+    pub complete_ms: f64,
     pub refused: usize,
 }
 
@@ -60,8 +61,15 @@ pub fn run(family: Family, count: usize, outside: bool, slow: &mut Vec<&'static 
     let side = if outside { Side::Outside } else { Side::Inside };
     let part = ProhibitedRegion::new(Region::new(vec![ring]).expect("one ring"), side).expect("few edges");
     let points: Vec<Xy> = vertices.iter().map(|&point| mm(point)).collect();
-    let mut offsets =
-        Offsets { family, edges: points.len(), outside, runs: Vec::new(), certificate_ms: 0.0, refused: 0 };
+    let mut offsets = Offsets {
+        family,
+        edges: points.len(),
+        outside,
+        runs: Vec::new(),
+        certificate_ms: 0.0,
+        complete_ms: 0.0,
+        refused: 0,
+    };
     ours(&vertices, &part, rounds, &mut offsets);
     let peers: [(&'static str, Offsetter); 3] =
         [("cavalier_contours", cavalier), ("i_overlay", i_overlay), ("clipper2-rust", clipper)];
@@ -106,6 +114,10 @@ fn ours(vertices: &[Point], part: &ProhibitedRegion, rounds: usize, offsets: &mu
         offsets.refused = refused + proposed.loose_ends.len();
         made = proposed;
     }
+    let (completing, complete) =
+        seconds(|| offset::certify_complete(part, &outline, RADIUS_MM * MM + GUARD, &made.loops));
+    offsets.complete_ms = completing * 1e3;
+    offsets.refused += usize::from(complete.is_err());
     let corners = |each: &offset::OffsetLoop| each.curves.iter().flat_map(sampled).collect();
     let loops: Loops = made.loops.iter().map(corners).collect();
     let pieces = made.loops.iter().map(|each| each.curves.len()).sum();
