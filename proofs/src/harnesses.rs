@@ -43,3 +43,15 @@ fn triangle_segment_is_exact() {
     let corners = [point(), point(), point()];
     properties::triangle_segment_is_exact::<Narrow>(corners, point(), point(), radius());
 }
+
+#[kani::proof]
+#[kani::solver(kissat)]
+fn receding_never_comes_nearer() {
+    properties::receding_never_comes_nearer::<Narrow>(point(), point(), point(), point());
+}
+
+#[kani::proof]
+#[kani::solver(kissat)]
+fn box_segment_is_exact() {
+    properties::box_segment_is_exact::<Narrow>(point(), point(), point(), point(), radius());
+}
