@@ -171,7 +171,7 @@ impl CheckedIndex {
             }
             below = if nodes.len() == 1 { 0 } else { nodes.len() };
         }
-        if remaining.next().is_some() || levels.len() > LEVELS {
+        if remaining.next().is_some() {
             return wrong_count;
         }
         if let Some(first) = levels.first() {
