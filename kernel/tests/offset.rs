@@ -234,3 +234,26 @@ fn slots_pockets_and_rounds_are_complete() {
         }
     }
 }
+
+/// A profile of edges shorter than the resolution, with no loop at all, is not complete; nor is an arc whose loop is its chord.
+#[test]
+fn short_edges_and_long_arcs_hide_nothing() {
+    let corner = |k: u32| {
+        let phi = f64::from(k) * std::f64::consts::TAU / 628.0;
+        keepout_kernel::curve::nearest_point(1e5 * phi.cos(), 1e5 * phi.sin()).unwrap()
+    };
+    let points: Vec<Point> = (0..628).map(corner).collect();
+    let outlines = [Outline { curves: polygon(&points), free_on_left: false }];
+    let part = part_of(&[outlines[0].curves.clone()], Side::Outside);
+    assert!(certify_complete(&part, &outlines, 1e5, &[]).is_err());
+    let offset = propose(&outlines, 1e5);
+    certify_complete(&part, &outlines, 1e5, &offset.loops).unwrap();
+
+    let round = [Outline { curves: circle(at(0, 0), 100), free_on_left: false }];
+    let part = part_of(&[round[0].curves.clone()], Side::Outside);
+    let mut loops = propose(&round, 3e5).loops;
+    certify_complete(&part, &round, 3e5, &loops).unwrap();
+    let straight = |curve: &Curve| Curve::Line(Segment { from: curve.from(), to: curve.to() });
+    loops[0].curves = loops[0].curves.iter().map(straight).collect();
+    assert!(certify_complete(&part, &round, 3e5, &loops).is_err());
+}

@@ -1,5 +1,4 @@
 //! Wrong arrays given to the checkers: rejected, or harmless; never a panic.
-#![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 use fastrand::Rng;
 use keepout_kernel::exact::segment::Window;
@@ -253,4 +252,72 @@ fn lists_must_be_complete_and_known_and_nothing_left_over() {
         ..with(GROUP, vec![])
     };
     assert_eq!(check(whole), Err(CellFault::Whole), "a threshold that can not be exceeded");
+}
+
+/// Every motion between the points of a small field, over squares of several sizes: walks end, also through corners and
+/// along borders, and answer as the index does.
+#[test]
+fn every_walk_over_a_small_field_ends_with_the_right_answer() {
+    let mut random = Rng::with_seed(47);
+    let mut asked = 0_u64;
+    for _ in 0..12 {
+        let edge = |random: &mut Rng| {
+            let mut c = || random.i64(-14..=14);
+            let (a, b) = ((c(), c()), (c(), c()));
+            Edge { chord: Segment { from: at(a), to: at(b) }, slack: Length::ZERO }
+        };
+        let index = build::build((0..3).map(|_| edge(&mut random)).collect()).unwrap();
+        let threshold = length(random.i64(0..=5));
+        // Squares divided at random, claimed free or near as they are.
+        let cells = random_cells(&index, threshold, &mut random);
+        let points: Vec<Point> = (0..81).map(|k| at((4 * (k % 9) - 16, 4 * (k / 9) - 16))).collect();
+        for &p in &points {
+            for &q in &points {
+                let motion = Segment { from: p, to: q };
+                let near = index.near_motion(motion, threshold).is_some();
+                match cells.motion(&index, motion) {
+                    Answer::Unknown => {}
+                    answer => assert_eq!(answer != Answer::Clear, near, "{motion:?}"),
+                }
+                asked += 1;
+            }
+        }
+    }
+    assert_eq!(asked, 12 * 81 * 81);
+}
+
+/// Cells over −32 … 32 whose squares, down to the unit, are divided by the toss of a coin.
+fn random_cells(index: &CheckedIndex, threshold: Length, random: &mut Rng) -> Cells {
+    struct Toss<'a>(&'a CheckedIndex, Length, Vec<Packed>, Vec<u32>);
+    fn group(toss: &mut Toss<'_>, low: (i32, i32), log_2: u32, random: &mut Rng) -> u32 {
+        let first = toss.2.len();
+        toss.2.extend([Packed::of(Claim::Open); GROUP]);
+        let part = log_2 - cells::DIVIDE;
+        for lane in 0..GROUP {
+            let (column, row) = (i32::try_from(lane % 4).unwrap(), i32::try_from(lane / 4).unwrap());
+            let low = (low.0 + (column << part), low.1 + (row << part));
+            let square = Window::from_corners(low.0, low.1, low.0 + (1 << part), low.1 + (1 << part));
+            let near: Vec<u32> = (0_u32..)
+                .zip(toss.0.edges())
+                .filter(|(_, edge)| !edge.near_box(square, toss.1).is_clear())
+                .map(|(number, _)| number)
+                .collect();
+            let claim = if part >= cells::DIVIDE && random.u8(0..3) == 0 {
+                Claim::Divided(group(toss, low, part, random))
+            } else if near.is_empty() {
+                Claim::Free
+            } else {
+                let list = u32::try_from(toss.3.len()).unwrap();
+                toss.3.push(u32::try_from(near.len()).unwrap());
+                toss.3.extend(near);
+                Claim::Near(list)
+            };
+            toss.2[first + lane] = Packed::of(claim);
+        }
+        u32::try_from(first / GROUP).unwrap()
+    }
+    let mut toss = Toss(index, threshold, Vec::new(), Vec::new());
+    group(&mut toss, (-32, -32), 6, random);
+    let proposal = cells::Proposal { threshold, origin: (-32, -32), log_2: 6, claims: toss.2, lists: toss.3 };
+    Cells::check(index, proposal).unwrap()
 }

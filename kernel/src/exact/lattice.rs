@@ -141,7 +141,7 @@ impl Length {
         Self::from_units(i64::from(self.0).saturating_add(i64::from(other.0)))
     }
 
-    /// The sum of two lengths, or the largest length when it would exceed 2^29 (which blocks everything).
+    /// The sum of two lengths, cut off at the largest length. A threshold that must not be cut off takes [`Length::plus`].
     #[must_use]
     pub fn saturating_plus(self, other: Self) -> Self {
         Self(self.0.saturating_add(other.0).min(COORD_MAX))

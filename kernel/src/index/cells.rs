@@ -268,10 +268,10 @@ impl Cells {
     /// Hands out, from start to end, squares whose closed boxes cover the motion, until `visit` breaks; `None` when the
     /// motion leaves the whole.
     ///
-    /// The walk keeps a lattice square unit `(x, y)`, whose square contains the motion's point at the current exit. From
-    /// a square the motion leaves through the side that it meets first, which cross products of 31-bit numbers tell; the
-    /// other coordinate there is rounded down, so the new unit contains the point of exit. Each step moves one
-    /// coordinate strictly along the motion and the other never against it: the walk ends.
+    /// The walk keeps the lattice unit `(x, y)` that the motion enters at the current exit: its closed square contains the point
+    /// of exit. From a square the motion leaves through the side that it meets first, which cross products of 31-bit numbers
+    /// tell. Each coordinate of the unit is one monotone function of the share of the motion (rounded down where it
+    /// rises, up and one less where it falls), and the unit is outside the square just left: the walk ends.
     #[inline]
     pub fn walk<'a>(
         &'a self,
@@ -312,7 +312,11 @@ impl Cells {
         loop {
             log_2 = log_2.checked_sub(DIVIDE)?;
             let lane = (((up >> log_2) & LAST_U) << DIVIDE) | ((across >> log_2) & LAST_U);
-            let claim = self.claims.get(usize::try_from((group << (2 * DIVIDE)) | lane).ok()?)?.claim();
+            let first = usize::try_from(group).ok()?.checked_shl(2 * DIVIDE)?;
+            let claim = self
+                .claims
+                .get(first | usize::try_from(lane).ok()?)
+                .map_or(Claim::Open, |packed| packed.claim());
             let known = match claim {
                 Claim::Divided(below) => {
                     group = below;
@@ -357,9 +361,11 @@ fn leave(from: (i32, i32), end: (i32, i32), low: (i32, i32), high: (i32, i32)) -
     let (run_x, run_y) = (dx.wrapping_abs(), dy.wrapping_abs());
     let x_first = run_y == 0 || run_x != 0 && way_x.wrapping_mul(run_y) <= way_y.wrapping_mul(run_x);
     let beyond = |d: i64, low: i32, high: i32| if d > 0 { high } else { low.wrapping_sub(1) };
-    // way / run is the share of the motion at the exit; the other coordinate there, rounded down.
+    // way / run is the share of the motion at the exit; the unit that the motion enters there in the other coordinate: rounded
+    // down, or, when it falls, up and one less.
     let other = |origin: i32, d: i64, way: i64, run: i64| {
-        let moved = d.wrapping_mul(way).checked_div_euclid(run).unwrap_or(0);
+        let before = i64::from(d < 0);
+        let moved = d.wrapping_mul(way).wrapping_sub(before).checked_div_euclid(run).unwrap_or(0);
         i32::try_from(i64::from(origin).wrapping_add(moved)).unwrap_or(i32::MAX)
     };
     if x_first {

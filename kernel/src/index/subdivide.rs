@@ -39,6 +39,9 @@ pub fn propose(index: &CheckedIndex, threshold: Length, groups: usize) -> Option
     let beyond = threshold.plus(Length::small(2)).ok()?;
     let (min_x, min_y, max_x, max_y) = window.grown(beyond).corners();
     let span = (i64::from(max_x) - i64::from(min_x)).max(i64::from(max_y) - i64::from(min_y));
+    if span > 1 << 30 {
+        return None;
+    }
     let mut log_2 = 2 * DIVIDE;
     while i64::from(1_u32 << log_2) < span {
         log_2 += 1;

@@ -73,8 +73,10 @@ pub fn certify_path(
         let mut free = match end {
             Some(free) if free.point() == curve.from() => free,
             Some(free) => return Err(refuse(free.point(), GougeCause::Discontinuous)),
-            None => part
-                .free_point(curve.from(), threshold.saturating_plus(slack))
+            None => threshold
+                .plus(slack)
+                .map_err(|_| Blocked::StartTooNear(curve.from()))
+                .and_then(|start| part.free_point(curve.from(), start))
                 .map_err(|blocked| refuse(curve.from(), GougeCause::Blocked(blocked)))?,
         };
         if let Curve::Arc(arc) = curve

@@ -2,7 +2,7 @@
 //!
 //! **Claim.** A point at distance d from the profile, on the free side, has a nearest profile point: it lies on the offset
 //! shape of that point's edge or corner. So it is enough to walk along all offset shapes. Where an edge covers a
-//! stretch, that is, comes nearer than d to all of it by exact tests, no point of the stretch is at distance d. Elsewhere a
+//! stretch, that is, comes nearer than d to all of it by exact tests, no point of the stretch is at distance d; nor where it is on the part's side. Elsewhere a
 //! loop must be within [`BESIDE`], again by an exact test. What is neither covered nor beside a loop for longer than
 //! [`RESOLUTION`] is a missing piece.
 
@@ -11,6 +11,7 @@ use core::fmt;
 
 use super::plane::{Shape, cross, dot, right_of};
 use super::propose::{OffsetLoop, Outline};
+use super::track::{Track, Wall};
 use crate::clear::ProhibitedRegion;
 use crate::curve::{nearest_point, round_down};
 use crate::exact::lattice::{Length, Point};
@@ -18,7 +19,8 @@ use crate::exact::segment::Segment;
 use crate::index::nearest::xy;
 use crate::index::{CheckedIndex, Edge, build};
 
-/// A loop is beside a place when it is this near, in lattice units (8 µm).
+/// A loop is beside a place when one of its chords is this near, in lattice units (8 µm); with the slack of the chords, and what
+/// an arc leaves between two places, the loop is within 11 µm.
 pub const BESIDE: u16 = 800;
 /// The longest stretch without a loop beside it that goes unnoticed, in lattice units (20 µm).
 pub const RESOLUTION: f64 = 2_000.0;
@@ -58,26 +60,44 @@ pub fn certify_complete(
     loops: &[OffsetLoop],
 ) -> Result<(), Missing> {
     let Some(beside) = index_of(loops) else { return Err(Missing { at: Point::ORIGIN }) };
-    let mut walk = Walk { part: part.index(), beside, d, nearest: None, loop_edge: None };
+    let mut walk = Walk { part, beside, d, nearest: None, loop_edge: None, unaccounted: 0.0 };
     for outline in outlines {
         let mut edges: Vec<Shape> = outline.curves.iter().map(Shape::of).collect();
         if outline.free_on_left {
             edges = edges.into_iter().rev().map(Shape::reversed).collect();
         }
-        for (edge, next) in edges.iter().zip(edges.iter().cycle().skip(1)) {
-            if let Some(shape) = edge.offset_right(d) {
-                walk.along(&shape)?;
-            }
-            let (incoming, outgoing) = (edge.direction(1.0), next.direction(0.0));
-            let turned = libm::atan2(cross(incoming, outgoing), dot(incoming, outgoing));
-            if turned * d > 1.0 {
-                let normal = right_of(incoming);
-                let start = libm::atan2(normal.1, normal.0);
-                walk.along(&Shape::Arc { centre: edge.at(1.0), radius: d, start, sweep: turned })?;
+        // A stretch can run over the place where the outline begins: it is followed on a second round.
+        walk.unaccounted = 0.0;
+        for round in 0..2 {
+            for (edge, next) in edges.iter().zip(edges.iter().cycle().skip(1)) {
+                if round > 0 && walk.unaccounted == 0.0 {
+                    break;
+                }
+                if let Some(shape) = edge.offset_right(d) {
+                    walk.along(&shape)?;
+                }
+                if let Some(corner) = corner(edge, next, d) {
+                    walk.along(&corner)?;
+                }
             }
         }
     }
     Ok(())
+}
+
+/// The arc around the corner between two edges, when it is convex to the tool.
+pub(super) fn corner(edge: &Shape, next: &Shape, d: f64) -> Option<Shape> {
+    let (incoming, outgoing) = (edge.direction(1.0), next.direction(0.0));
+    let (sine, cosine) = (cross(incoming, outgoing), dot(incoming, outgoing));
+    // A cusp turns by half a circle; about a notch the arc is covered.
+    let cusp = cosine < 0.0 && sine.abs() < 1e-9;
+    if sine <= 0.0 && !cusp {
+        return None;
+    }
+    let turned = if cusp { core::f64::consts::PI } else { libm::atan2(sine, cosine) };
+    let normal = right_of(incoming);
+    let start = libm::atan2(normal.1, normal.0);
+    (turned * d > 1.0).then_some(Shape::Arc { centre: edge.at(1.0), radius: d, start, sweep: turned })
 }
 
 /// The loops' chords, behind boxes; `None` when a loop's arc can not be turned into chords.
@@ -93,18 +113,19 @@ fn index_of(loops: &[OffsetLoop]) -> Option<CheckedIndex> {
 }
 
 struct Walk<'a> {
-    part: &'a CheckedIndex,
+    part: &'a ProhibitedRegion,
     beside: CheckedIndex,
     d: f64,
     nearest: Option<usize>,
     loop_edge: Option<usize>,
+    /// The length walked since the last place that was covered or beside a loop.
+    unaccounted: f64,
 }
 
 impl Walk<'_> {
     fn along(&mut self, shape: &Shape) -> Result<(), Missing> {
         let length = shape.length();
         let mut walked = 0.0;
-        let mut unaccounted = 0.0;
         while walked <= length {
             // Off the lattice no tool can be.
             let Some(place) = nearest_on(shape, walked) else {
@@ -113,17 +134,17 @@ impl Walk<'_> {
             };
             let step = match self.cover(place, shape, walked) {
                 Some(cover) => Some(cover),
-                None => self.step_beside_loop(place, shape, walked),
+                None => self.step_beside_loop(place, shape, walked).or_else(|| self.beyond_wall(place)),
             };
             match step {
                 Some(step) => {
-                    unaccounted = 0.0;
-                    walked += step;
+                    self.unaccounted = 0.0;
+                    walked += step.max(1.0);
                 }
                 None => {
-                    unaccounted += LEAST_STEP;
+                    self.unaccounted += LEAST_STEP.min(length - walked).max(1.0);
                     walked += LEAST_STEP;
-                    if unaccounted > RESOLUTION {
+                    if self.unaccounted >= RESOLUTION {
                         return Err(Missing { at: place });
                     }
                 }
@@ -132,15 +153,23 @@ impl Walk<'_> {
         Ok(())
     }
 
-    /// How far along the shape from the place the nearest edge covers it, by exact tests.
+    /// How far along the shape from the place an edge covers it, by exact tests: the edge that covered the last place, or
+    /// else the nearest.
+    fn cover(&mut self, place: Point, shape: &Shape, walked: f64) -> Option<f64> {
+        if let Some(step) = self.nearest.and_then(|last| self.covered_by(last, place, shape, walked)) {
+            return Some(step);
+        }
+        let nearest = self.part.index().nearest(place, self.nearest)?;
+        self.nearest = Some(nearest.edge);
+        self.covered_by(nearest.edge, place, shape, walked)
+    }
+
+    /// How far the edge covers the shape from the place on.
     ///
     /// What is within a radius of a chord is convex: a straight shape is covered between two covered places, and so is an arc
-    /// whose sagitta between them is below a unit, with [`ROUNDING`] to spare. Around a place within d − δ of an edge
-    /// everything within δ is covered.
-    fn cover(&mut self, place: Point, shape: &Shape, walked: f64) -> Option<f64> {
-        let nearest = self.part.nearest(place, self.nearest)?;
-        self.nearest = Some(nearest.edge);
-        let edge = self.part.edges().get(nearest.edge)?;
+    /// whose sagitta between them is below a unit, with [`ROUNDING`] to spare.
+    fn covered_by(&self, edge: usize, place: Point, shape: &Shape, walked: f64) -> Option<f64> {
+        let edge = self.part.edges().get(edge)?;
         // The true curve is within the slack of the chord.
         let radius = round_down(self.d - ROUNDING) - i64::from(edge.slack.units());
         let radius = Length::from_units(radius).ok()?;
@@ -150,17 +179,16 @@ impl Walk<'_> {
         }
         let rest = shape.length() - walked;
         let covered_at = |step: f64| nearest_on(shape, walked + step).is_some_and(covers);
-        let depth = self.d - nearest.distance() - f64::from(edge.slack.units()) - ROUNDING;
-        let deep = Length::from_units(i64::from(radius.units()) - round_down(depth)).ok();
-        let mut step = match deep {
-            Some(deep) if !edge.chord.near_point(place, deep).is_clear() => depth - 2.0,
-            _ => 0.0,
-        };
         let farthest = match *shape {
             Shape::Line { .. } => rest,
             Shape::Arc { radius, .. } => rest.min(libm::sqrt(8.0 * radius)),
         };
-        let mut tried = step.max(LEAST_STEP).min(farthest);
+        // Where a line leaves the cover is computed, and tried; else steps are doubled.
+        let exit = self.exit(shape, edge.chord, radius) - walked - 1.0;
+        if exit > LEAST_STEP && covered_at(exit.min(farthest)) {
+            return Some(exit.min(farthest));
+        }
+        let (mut step, mut tried) = (0.0, LEAST_STEP.min(farthest));
         while tried > step && covered_at(tried) {
             step = tried;
             tried = (2.0 * tried).min(farthest);
@@ -168,8 +196,29 @@ impl Walk<'_> {
         (step >= 1.0 || step >= rest).then_some(step.max(1.0))
     }
 
-    /// How far the walk may go on beside a loop: a straight shape to the end of the loop's chord, when that end is beside the
-    /// shape too (what is near a chord is convex); any other shape a small step.
+    /// How far along a straight shape it leaves what is within the radius of the chord; 0 for other shapes.
+    fn exit(&self, shape: &Shape, chord: Segment, radius: Length) -> f64 {
+        let track = Track::of(shape);
+        let wall = Wall::of(&Shape::Line { from: xy(chord.from), to: xy(chord.to) });
+        let (Track::Straight { .. }, Some(wall)) = (track, wall) else { return 0.0 };
+        let mut exit = 0.0;
+        track.covered_by_wall(&wall, f64::from(radius.units()), |_, high| exit = high);
+        exit
+    }
+
+    /// How far the walk may go on where it is on the part's side: as far as no edge is near, by an exact test, everything is
+    /// on that side. A free space narrower than [`ROUNDING`] lets shapes through its far wall.
+    fn beyond_wall(&self, place: Point) -> Option<f64> {
+        if !self.part.holds(place) {
+            return None;
+        }
+        let clear = self.part.clearance(place)?;
+        let step = f64::from(clear.units()) - 2.0;
+        (step > LEAST_STEP).then_some(step)
+    }
+
+    /// How far the walk may go on beside a loop: to the end of the loop's chord, or a shorter way on an arc, when that place is
+    /// beside the chord too (what is near a chord is convex); else a small step.
     fn step_beside_loop(&mut self, place: Point, shape: &Shape, walked: f64) -> Option<f64> {
         let near = Length::from_units(i64::from(BESIDE)).ok()?;
         let nearest = self.beside.nearest(place, self.loop_edge)?;
@@ -185,11 +234,15 @@ impl Walk<'_> {
             let (x, y) = xy(end);
             (x - here.0) * direction.0 + (y - here.1) * direction.1
         };
-        let far = ahead(chord.from).max(ahead(chord.to)).min(length - walked);
+        // Between two places beside the chord a line is; an arc leaves its own chord by less than 100 units.
+        let bound = match *shape {
+            Shape::Line { .. } => length,
+            Shape::Arc { radius, .. } => libm::sqrt(800.0 * radius),
+        };
+        let far = ahead(chord.from).max(ahead(chord.to)).min(length - walked).min(bound);
         let stays_beside = |step: f64| {
             nearest_on(shape, walked + step).is_some_and(|end| !chord.near_point(end, near).is_clear())
         };
-        // An arc leaves its chord by less than the loop's own arc does in so short a piece: both ends beside are enough.
         Some(if far > LEAST_STEP && stays_beside(far) { far } else { LEAST_STEP })
     }
 }

@@ -3,9 +3,10 @@
 use alloc::vec::Vec;
 use core::ops::ControlFlow;
 
-use libm::{atan2, ceil, cos};
+use libm::{ceil, cos};
 
-use super::plane::{Shape, cross, dot, right_of};
+use super::complete::corner;
+use super::plane::Shape;
 use super::stitch::{Kept, stitch};
 use super::track::{Track, Wall};
 use crate::curve::{self, Curve};
@@ -158,16 +159,7 @@ impl Cutter<'_> {
                 self.cut(&shape, (first, end), (i, i));
                 self.keep(&shape, outline, Some(edge), kept);
             }
-            let (incoming, outgoing) = (edge.direction(1.0), self.edges[next].direction(0.0));
-            let (sine, cosine) = (cross(incoming, outgoing), dot(incoming, outgoing));
-            if sine <= 0.0 && cosine > -1.0 {
-                continue;
-            }
-            let turned = atan2(sine, cosine);
-            if turned * self.d > 1.0 {
-                let normal = right_of(incoming);
-                let start = atan2(normal.1, normal.0);
-                let corner = Shape::Arc { centre: edge.at(1.0), radius: self.d, start, sweep: turned };
+            if let Some(corner) = corner(&edge, &self.edges[next], self.d) {
                 self.cut(&corner, (first, end), (i, next));
                 self.keep(&corner, outline, None, kept);
             }
