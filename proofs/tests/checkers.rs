@@ -251,7 +251,11 @@ fn lists_must_be_complete_and_known_and_nothing_left_over() {
         log_2: 30,
         ..with(GROUP, vec![])
     };
-    assert_eq!(check(whole), Err(CellFault::Whole), "a threshold that can not be exceeded");
+    assert_eq!(check(whole.clone()), Err(CellFault::Whole), "a threshold that can not be exceeded");
+    // Even where the whole would just hold the boxes grown by it.
+    let dot = Edge { chord: Segment { from: Point::ORIGIN, to: Point::ORIGIN }, slack: Length::ZERO };
+    let dot = build::build(vec![dot]).unwrap();
+    assert_eq!(Cells::check(&dot, whole).map(|_| ()), Err(CellFault::Whole));
 }
 
 /// Every motion between the points of a small field, over squares of several sizes: walks end, also through corners and
