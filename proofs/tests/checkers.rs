@@ -1,4 +1,5 @@
 //! Wrong arrays given to the checkers: rejected, or harmless; never a panic.
+#![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 use fastrand::Rng;
 use keepout_kernel::exact::segment::Window;
