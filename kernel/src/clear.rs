@@ -184,7 +184,7 @@ impl ProhibitedRegion {
         match self.cells_for(threshold).map_or(Answer::Unknown, |cells| cells.point(&self.index, point)) {
             Answer::Clear => Proximity::Clear,
             Answer::Near(_) => Proximity::Near,
-            Answer::Unknown => near_if(self.index.near_point(point, threshold).is_some()),
+            Answer::Unknown => Proximity::near_if(self.index.near_point(point, threshold).is_some()),
         }
     }
 
@@ -192,11 +192,7 @@ impl ProhibitedRegion {
     #[must_use]
     #[inline]
     pub fn motion_clear(&self, motion: Segment, threshold: Length) -> Proximity {
-        match self.cells_for(threshold).map_or(Answer::Unknown, |cells| cells.motion(&self.index, motion)) {
-            Answer::Clear => Proximity::Clear,
-            Answer::Near(_) => Proximity::Near,
-            Answer::Unknown => near_if(self.index.near_motion(motion, threshold).is_some()),
-        }
+        Proximity::near_if(self.edges_clear(motion, threshold).is_err())
     }
 
     /// Certifies that `point` is farther than `threshold` from the part and outside it.
@@ -290,15 +286,15 @@ impl ProhibitedRegion {
     pub fn edges_clear(&self, motion: Segment, threshold: Length) -> Result<(), Blocked> {
         let known =
             self.cells_for(threshold).map_or(Answer::Unknown, |cells| cells.motion(&self.index, motion));
+        let by_index = || self.index.near_motion(motion, threshold);
         let near = match known {
-            Answer::Clear => return Ok(()),
-            Answer::Near(number) => usize::try_from(number).ok().and_then(|number| self.edges().get(number)),
-            Answer::Unknown => match self.index.near_motion(motion, threshold) {
-                None => return Ok(()),
-                near => near,
-            },
+            Answer::Clear => None,
+            Answer::Near(number) => {
+                let named = usize::try_from(number).ok().and_then(|number| self.edges().get(number));
+                named.or_else(by_index)
+            }
+            Answer::Unknown => by_index(),
         };
-        let near = near.or_else(|| self.index.near_motion(motion, threshold));
         near.map_or(Ok(()), |edge| Err(Blocked::ByEdge(*edge)))
     }
 
@@ -309,8 +305,4 @@ impl ProhibitedRegion {
             ControlFlow::Continue(())
         });
     }
-}
-
-fn near_if(near: bool) -> Proximity {
-    if near { Proximity::Near } else { Proximity::Clear }
 }

@@ -5,11 +5,11 @@
 use core::ops::ControlFlow;
 
 use crate::clear::{FreePoint, ProhibitedRegion};
+use crate::curve::xy;
 use crate::exact::lattice::{Length, Point, Vector};
 use crate::exact::segment::{Segment, Window};
 use crate::index::Edge;
 use crate::index::cells::{Known, Square};
-use crate::index::nearest::xy;
 use crate::probe::Probe;
 
 /// How far before the first contact the end of a clipped motion is tried, in lattice units.
@@ -54,7 +54,7 @@ impl Probe<'_> {
         if let Some(free) = self.passes(from, to) {
             return free;
         }
-        let contact = self.first_contact(motion).unwrap_or(1.0);
+        let contact = self.part().first_contact(motion, self.threshold()).unwrap_or(1.0);
         let span = xy_of(to.minus(motion.from));
         let length = crate::curve::hypot(span.0, span.1);
         let start = xy(motion.from);
@@ -78,24 +78,6 @@ impl Probe<'_> {
             None => false,
         });
         end
-    }
-
-    /// The share of the motion at which it first comes within the threshold of an edge; `None` when no edge does.
-    fn first_contact(&mut self, motion: Segment) -> Option<f64> {
-        let threshold = self.threshold();
-        let part = self.part();
-        let Some((_, square)) = self.in_square(motion.from, motion.to) else {
-            return part.first_contact(motion, threshold);
-        };
-        let line = Line::of(motion);
-        let contact =
-            |number: &u32| line.contact_with(part.edges().get(*number as usize)?, motion, threshold);
-        match square.known {
-            Known::Free => None,
-            Known::Blocked(number) => contact(&number),
-            Known::Near(list) => list.iter().filter_map(contact).reduce(f64::min),
-            Known::Open => part.first_contact(motion, threshold),
-        }
     }
 }
 

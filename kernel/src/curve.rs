@@ -76,6 +76,12 @@ impl Curve {
     }
 }
 
+/// The coordinates of a point as `f64`, in lattice units: exact.
+#[must_use]
+pub fn xy(point: Point) -> (f64, f64) {
+    (f64::from(point.x.units()), f64::from(point.y.units()))
+}
+
 /// The point of the lattice nearest to `(x, y)`, given in lattice units.
 ///
 /// # Errors

@@ -4,8 +4,8 @@ use crate::clear::{FreePoint, ProhibitedRegion};
 use crate::exact::lattice::{Length, Point};
 use crate::exact::predicate::Proximity;
 use crate::exact::segment::Segment;
-use crate::index::Cells;
 use crate::index::cells::{Answer, Square};
+use crate::index::{Cells, Edge};
 
 /// A part and a threshold, and the square in which the last question was answered. What is known of a closed square holds
 /// for every point in it and every motion with both ends in it, as squares are convex; anything else is looked up anew.
@@ -30,13 +30,11 @@ impl<'a> Probe<'a> {
     #[must_use]
     #[inline]
     pub fn point_clear(&mut self, point: Point) -> Proximity {
-        let answer = self.in_square(point, point).map_or(Answer::Unknown, |(cells, square)| {
-            cells.ask_square(self.part.index(), &square, |edge| edge.near_point(point, self.threshold))
-        });
-        match answer {
+        let threshold = self.threshold;
+        match self.ask_square(point, point, |edge| edge.near_point(point, threshold)) {
             Answer::Clear => Proximity::Clear,
             Answer::Near(_) => Proximity::Near,
-            Answer::Unknown => self.part.point_clear(point, self.threshold),
+            Answer::Unknown => self.part.point_clear(point, threshold),
         }
     }
 
@@ -44,13 +42,11 @@ impl<'a> Probe<'a> {
     #[must_use]
     #[inline]
     pub fn motion_clear(&mut self, motion: Segment) -> Proximity {
-        let answer = self.in_square(motion.from, motion.to).map_or(Answer::Unknown, |(cells, square)| {
-            cells.ask_square(self.part.index(), &square, |edge| edge.near_motion(motion, self.threshold))
-        });
-        match answer {
+        let threshold = self.threshold;
+        match self.ask_square(motion.from, motion.to, |edge| edge.near_motion(motion, threshold)) {
             Answer::Clear => Proximity::Clear,
             Answer::Near(_) => Proximity::Near,
-            Answer::Unknown => self.part.motion_clear(motion, self.threshold),
+            Answer::Unknown => self.part.motion_clear(motion, threshold),
         }
     }
 
@@ -74,14 +70,15 @@ impl<'a> Probe<'a> {
         self.threshold
     }
 
-    /// The square that holds both points, if one does, found from the last one or anew.
+    /// The answer of the square that holds both points, found from the last one or anew; unknown when none does.
     #[inline(always)]
-    pub(crate) fn in_square(&mut self, from: Point, to: Point) -> Option<(&'a Cells, Square<'a>)> {
-        let cells = self.cells?;
-        if let Some(square) = self.square.filter(|square| square.holds(to) && square.holds(from)) {
-            return Some((cells, square));
+    fn ask_square(&mut self, from: Point, to: Point, ask: impl Fn(&Edge) -> Proximity) -> Answer {
+        let Some(cells) = self.cells else { return Answer::Unknown };
+        let holds = |square: &Square<'_>| square.holds(to) && square.holds(from);
+        if !self.square.as_ref().is_some_and(holds) {
+            self.square = cells.square_at(to.x.units(), to.y.units());
         }
-        self.square = cells.square_at(to.x.units(), to.y.units());
-        self.square.filter(|square| square.holds(from)).map(|square| (cells, square))
+        let square = self.square.filter(holds);
+        square.map_or(Answer::Unknown, |square| cells.ask(self.part.index(), square.known, ask))
     }
 }

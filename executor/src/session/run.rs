@@ -3,9 +3,8 @@
 use std::time::{Duration, Instant};
 
 use keepout_kernel::Point;
-use keepout_kernel::exact::segment::Window;
 use keepout_planner::plan::CertifiedPlan;
-use keepout_planner::units::{length_up_from_mm, nearest_on_mm, point_mm};
+use keepout_planner::units::{nearest_on_mm, point_mm};
 
 use super::log::{Log, LogError};
 use crate::link::dialect::Grbl;
@@ -242,24 +241,9 @@ impl<'a, P: Port> Session<'a, P> {
     }
 }
 
-/// The nearest point of the part, for the operator's eye: looked for in windows that double until one holds it.
+/// The nearest point of the part, for the operator's eye.
 fn nearest_wall(plan: &CertifiedPlan, position: Point) -> Option<(f64, f64)> {
-    let p = point_mm(position);
-    let mut reach_mm = 4.0;
-    while reach_mm < 11_000.0 {
-        let mut best: Option<(f64, (f64, f64))> = None;
-        let reach = length_up_from_mm(reach_mm).ok().or(length_up_from_mm(5000.0).ok())?;
-        plan.part.edges_near(Window::of(position), reach, |edge| {
-            let foot = nearest_on_mm(p, point_mm(edge.chord.from), point_mm(edge.chord.to));
-            let distance = (p.0 - foot.0).hypot(p.1 - foot.1);
-            if best.is_none_or(|(least, _)| distance < least) {
-                best = Some((distance, foot));
-            }
-        });
-        if let Some((_, foot)) = best.filter(|&(distance, _)| distance <= reach_mm) {
-            return Some(foot);
-        }
-        reach_mm *= 2.0;
-    }
-    None
+    let nearest = plan.part.index().nearest(position, None)?;
+    let chord = plan.part.edges().get(nearest.edge)?.chord;
+    Some(nearest_on_mm(point_mm(position), point_mm(chord.from), point_mm(chord.to)))
 }

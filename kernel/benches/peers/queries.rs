@@ -171,6 +171,10 @@ fn nearest_race(index: &CheckedIndex, peers: &Peers, points: &[Point], rounds: u
     race(rivals, n, rounds)
 }
 
+fn ends_mm(moves: &[(FreePoint, Point)]) -> Vec<(Xy, Xy)> {
+    moves.iter().map(|&(p, q)| (mm(p.point()), mm(q))).collect()
+}
+
 fn motions_race(
     part: &ProhibitedRegion,
     plain: &ProhibitedRegion,
@@ -178,7 +182,7 @@ fn motions_race(
     moves: &[(FreePoint, Point)],
     rounds: usize,
 ) -> Vec<Timed> {
-    let at: Vec<(Xy, Xy)> = moves.iter().map(|&(p, q)| (mm(p.point()), mm(q))).collect();
+    let at = ends_mm(moves);
     let (n, r) = (moves.len(), RADIUS_MM);
     let yes = |clear: bool| f64::from(u8::from(clear));
     let mut probe = Probe::new(part, threshold());
@@ -199,7 +203,7 @@ fn clips_race(
     moves: &[(FreePoint, Point)],
     rounds: usize,
 ) -> Vec<Timed> {
-    let at: Vec<(Xy, Xy)> = moves.iter().map(|&(p, q)| (mm(p.point()), mm(q))).collect();
+    let at = ends_mm(moves);
     let (n, r) = (moves.len(), RADIUS_MM);
     let x = |end: FreePoint| f64::from(end.point().x.units());
     let mut probe = Probe::new(part, threshold());

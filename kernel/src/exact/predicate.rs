@@ -44,7 +44,7 @@ impl Proximity {
     }
 
     #[inline(always)]
-    fn near_if(near: bool) -> Self {
+    pub(crate) fn near_if(near: bool) -> Self {
         if near { Self::Near } else { Self::Clear }
     }
 }

@@ -238,8 +238,9 @@ impl Cells {
         walked.map_or(Answer::Unknown, |_| answer)
     }
 
+    /// The answer of a square for a shape wholly in its closed box: `ask` tells whether an edge is near the shape.
     #[inline(always)]
-    fn ask(&self, index: &CheckedIndex, known: Known<'_>, ask: impl Fn(&Edge) -> Proximity) -> Answer {
+    pub fn ask(&self, index: &CheckedIndex, known: Known<'_>, ask: impl Fn(&Edge) -> Proximity) -> Answer {
         match known {
             Known::Free => Answer::Clear,
             Known::Blocked(number) => Answer::Near(number),
@@ -252,17 +253,6 @@ impl Cells {
                 list.iter().copied().find(near).map_or(Answer::Clear, Answer::Near)
             }
         }
-    }
-
-    /// Answers for the square as [`Cells::point`] and [`Cells::motion`] do, for a shape wholly in its closed box.
-    #[inline(always)]
-    pub fn ask_square(
-        &self,
-        index: &CheckedIndex,
-        square: &Square<'_>,
-        ask: impl Fn(&Edge) -> Proximity,
-    ) -> Answer {
-        self.ask(index, square.known, ask)
     }
 
     /// Hands out, from start to end, squares whose closed boxes cover the motion, until `visit` breaks; `None` when the

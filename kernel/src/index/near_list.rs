@@ -3,7 +3,8 @@
 use core::ops::ControlFlow;
 
 use super::check::CheckedIndex;
-use super::nearest::{Nearest, distance_2, xy};
+use super::nearest::{Nearest, distance_2};
+use crate::curve::{round_up, xy};
 use crate::exact::lattice::{Length, Point};
 use crate::exact::segment::{Window, points_within};
 
@@ -58,14 +59,13 @@ impl NearList {
 
     /// The chord nearest to `point`, as [`CheckedIndex::nearest`] finds it; a proposal.
     pub fn nearest(&mut self, index: &CheckedIndex, point: Point) -> Option<Nearest> {
-        if let Some(reach) = self.reach {
-            let best = self.best(index, point);
-            let moved_2 = square_of(self.anchor, point);
-            let left = best.map_or(-1.0, |best| f64::from(reach.units()) - best.distance());
-            if left > 0.0 && moved_2 < left * left {
-                self.last = best.map(|best| best.edge);
-                return best;
-            }
+        if self.reach.is_some()
+            && let Some(best) = self.best(index, point)
+            && let Ok(within) = Length::from_units(round_up(best.distance()))
+            && self.covers(point, within)
+        {
+            self.last = Some(best.edge);
+            return Some(best);
         }
         let nearest = index.nearest(point, self.last)?;
         self.last = Some(nearest.edge);
@@ -119,7 +119,7 @@ impl NearList {
             self.resting -= 1;
             return;
         }
-        let distance = crate::curve::round_up(distance);
+        let distance = round_up(distance);
         let Ok(reach) = Length::from_units(distance.saturating_add(self.beyond)) else { return };
         (self.anchor, self.count) = (point, 0);
         let mut looked_at = 0;
@@ -150,10 +150,4 @@ impl NearList {
             self.failures = (self.failures + 1).min(REST.1);
         }
     }
-}
-
-fn square_of(p: Point, q: Point) -> f64 {
-    let d = p.minus(q);
-    let (dx, dy) = (f64::from(d.dx), f64::from(d.dy));
-    dx * dx + dy * dy
 }

@@ -8,6 +8,7 @@
 
 use super::Edge;
 use super::check::{CheckedIndex, LANES, LEAF, Node};
+use crate::curve::{round_down, xy};
 use crate::exact::lattice::{Length, Point};
 use crate::exact::segment::Segment;
 
@@ -55,21 +56,19 @@ impl CheckedIndex {
         let mut hint = None;
         for _ in 0..4 {
             let nearest = self.nearest(point, hint)?;
-            let slack = self.edges().get(nearest.edge).map_or(0, |edge| edge.slack.units());
-            reach = reach.min(nearest.distance() - f64::from(slack));
-            let below = (crate::curve::round_down(reach) - 1).max(0);
+            reach = reach.min(least_distance(point, self.edges().get(nearest.edge)?));
+            let below = (round_down(reach) - 1).max(0);
             let threshold = Length::from_units(below).ok()?;
             match self.near_point(point, threshold) {
                 None => return Some(threshold),
                 Some(edge) => {
-                    let blocking = libm::sqrt(distance_2(xy(point), edge.chord));
-                    reach = reach.min(blocking - f64::from(edge.slack.units())) - 1.0;
+                    reach = reach.min(least_distance(point, edge)) - 1.0;
                     hint = Some(nearest.edge);
                 }
             }
         }
         // Many slacks: halve the interval instead.
-        let (mut low, mut high) = (-1_i64, crate::curve::round_down(reach.max(0.0)));
+        let (mut low, mut high) = (-1_i64, round_down(reach.max(0.0)));
         while high - low > 1 {
             let middle = i64::midpoint(low, high);
             match Length::from_units(middle) {
@@ -142,10 +141,6 @@ impl Search<'_> {
             }
         }
     }
-}
-
-pub(crate) fn xy(point: Point) -> (f64, f64) {
-    (f64::from(point.x.units()), f64::from(point.y.units()))
 }
 
 /// The square of the distance from a point to a chord.

@@ -93,7 +93,7 @@ impl CheckedIndex {
     }
 
     #[inline]
-    fn first(&self, window: Window, ask: impl Fn(&Edge) -> Proximity) -> Option<&Edge> {
+    pub(crate) fn first(&self, window: Window, ask: impl Fn(&Edge) -> Proximity) -> Option<&Edge> {
         let mut near = None;
         let _ = self.visit(window, |index, edge| match ask(edge) {
             Proximity::Clear => ControlFlow::Continue(()),

@@ -92,8 +92,7 @@ impl Builder<'_> {
         let centre =
             Point::from_units(i64::from(low.0) + i64::from(side / 2), i64::from(low.1) + i64::from(side / 2));
         let nearest = centre.ok().and_then(|centre| Some((centre, self.index.nearest(centre, self.hint)?)));
-        let may_divide =
-            log_2 > LEAST.max(DIVIDE) && self.proposal.claims.len() < self.groups.saturating_mul(GROUP);
+        let may_divide = log_2 > LEAST && self.proposal.claims.len() < self.groups.saturating_mul(GROUP);
         if let Some((centre, nearest)) = nearest {
             self.hint = Some(nearest.edge);
             let away = least_distance(centre, &self.index.edges()[nearest.edge]);

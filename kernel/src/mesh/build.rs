@@ -10,10 +10,10 @@ use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
 
 use super::{Mesh, MeshError, NONE, Triangle};
+use crate::curve::xy;
 use crate::exact::lattice::{COORD_MAX, Point};
 use crate::exact::segment::Window;
 use crate::index::CheckedIndex;
-use crate::index::nearest::xy;
 
 /// A square with at most this many points is not divided further when points are added.
 const CROWD: usize = 3;

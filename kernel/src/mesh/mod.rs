@@ -31,6 +31,7 @@ use core::fmt;
 pub use walk::Walk;
 
 use crate::exact::lattice::Point;
+use crate::exact::segment::Window;
 use crate::index::CheckedIndex;
 use crate::index::nearest::Nearest;
 
@@ -123,8 +124,8 @@ impl Mesh {
     pub fn neighbours(&self, index: &CheckedIndex, number: usize) -> Vec<usize> {
         let Some(edge) = index.edges().get(number) else { return vec![] };
         let mut found = Vec::new();
+        let mut walk = self.walk();
         for end in [edge.chord.from, edge.chord.to] {
-            let mut walk = self.walk();
             let Some(triangle) = walk.locate(self, end) else { continue };
             self.around(end, triangle, &mut found);
         }
@@ -168,12 +169,8 @@ impl CheckedIndex {
         let reached = length(distance + 1).is_ok_and(|reach| !edge.chord.near_point(point, reach).is_clear());
         // Thresholds add slack: an edge with slack within the distance is looked at without it.
         let nearer = length(distance - 1).is_ok_and(|within| {
-            let mut nearer = false;
-            let _ = self.visit(crate::exact::segment::Window::of(point).grown(within), |_, edge| {
-                nearer |= !edge.chord.near_point(point, within).is_clear();
-                if nearer { core::ops::ControlFlow::Break(()) } else { core::ops::ControlFlow::Continue(()) }
-            });
-            nearer
+            let window = Window::of(point).grown(within);
+            self.first(window, |edge| edge.chord.near_point(point, within)).is_some()
         });
         reached && !nearer
     }

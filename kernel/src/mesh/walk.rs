@@ -4,11 +4,12 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use super::{Mesh, NONE};
+use crate::curve::xy;
 use crate::exact::lattice::Point;
 use crate::exact::predicate::Orientation;
 use crate::exact::segment::{Segment, orientation};
 use crate::index::CheckedIndex;
-use crate::index::nearest::{Nearest, distance_2, xy};
+use crate::index::nearest::{Nearest, distance_2};
 
 /// Where a walk stands, and what it needs to look around. Nothing is allocated while it walks, once its queue has grown.
 #[derive(Clone, Debug)]

@@ -56,8 +56,8 @@ impl core::error::Error for Gouge {}
 
 /// Certifies that the whole path stays farther than `threshold` from the part.
 ///
-/// Arcs are asked whole; one that is not proven clear that way is taken as checked chords, asked with [`PATH_SLACK`] more. Returns the free point at the path's end, or
-/// `None` for an empty path.
+/// Arcs are asked whole; one that is not proven clear that way is taken as checked chords, asked with [`PATH_SLACK`] more.
+/// Returns the free point at the path's end, or `None` for an empty path.
 ///
 /// # Errors
 /// [`Gouge`] for the first motion that is refused.

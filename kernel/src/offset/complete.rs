@@ -2,21 +2,20 @@
 //!
 //! **Claim.** A point at distance d from the profile, on the free side, has a nearest profile point: it lies on the offset
 //! shape of that point's edge or corner. So it is enough to walk along all offset shapes. Where an edge covers a
-//! stretch, that is, comes nearer than d to all of it by exact tests, no point of the stretch is at distance d; nor where it is on the part's side. Elsewhere a
-//! loop must be within [`BESIDE`], again by an exact test. What is neither covered nor beside a loop for longer than
+//! stretch, that is, comes nearer than d to all of it by exact tests, no point of the stretch is at distance d; nor where
+//! it is on the part's side. Elsewhere a loop must be within [`BESIDE`], again by an exact test. What is neither covered nor beside a loop for longer than
 //! [`RESOLUTION`] is a missing piece.
 
 use alloc::vec::Vec;
 use core::fmt;
 
-use super::plane::{Shape, cross, dot, right_of};
+use super::plane::Shape;
 use super::propose::{OffsetLoop, Outline};
 use super::track::{Track, Wall};
 use crate::clear::ProhibitedRegion;
-use crate::curve::{nearest_point, round_down};
+use crate::curve::{nearest_point, round_down, xy};
 use crate::exact::lattice::{Length, Point};
 use crate::exact::segment::Segment;
-use crate::index::nearest::xy;
 use crate::index::{CheckedIndex, Edge, build};
 
 /// A loop is beside a place when one of its chords is this near, in lattice units (8 µm); with the slack of the chords, and what
@@ -62,10 +61,7 @@ pub fn certify_complete(
     let Some(beside) = index_of(loops) else { return Err(Missing { at: Point::ORIGIN }) };
     let mut walk = Walk { part, beside, d, nearest: None, loop_edge: None, unaccounted: 0.0 };
     for outline in outlines {
-        let mut edges: Vec<Shape> = outline.curves.iter().map(Shape::of).collect();
-        if outline.free_on_left {
-            edges = edges.into_iter().rev().map(Shape::reversed).collect();
-        }
+        let edges = outline.shapes();
         // A stretch can run over the place where the outline begins: it is followed on a second round.
         walk.unaccounted = 0.0;
         for round in 0..2 {
@@ -76,28 +72,13 @@ pub fn certify_complete(
                 if let Some(shape) = edge.offset_right(d) {
                     walk.along(&shape)?;
                 }
-                if let Some(corner) = corner(edge, next, d) {
+                if let Some(corner) = edge.corner_right(next, d) {
                     walk.along(&corner)?;
                 }
             }
         }
     }
     Ok(())
-}
-
-/// The arc around the corner between two edges, when it is convex to the tool.
-pub(super) fn corner(edge: &Shape, next: &Shape, d: f64) -> Option<Shape> {
-    let (incoming, outgoing) = (edge.direction(1.0), next.direction(0.0));
-    let (sine, cosine) = (cross(incoming, outgoing), dot(incoming, outgoing));
-    // A cusp turns by half a circle; about a notch the arc is covered.
-    let cusp = cosine < 0.0 && sine.abs() < 1e-9;
-    if sine <= 0.0 && !cusp {
-        return None;
-    }
-    let turned = if cusp { core::f64::consts::PI } else { libm::atan2(sine, cosine) };
-    let normal = right_of(incoming);
-    let start = libm::atan2(normal.1, normal.0);
-    (turned * d > 1.0).then_some(Shape::Arc { centre: edge.at(1.0), radius: d, start, sweep: turned })
 }
 
 /// The loops' chords, behind boxes; `None` when a loop's arc can not be turned into chords.
@@ -132,11 +113,9 @@ impl Walk<'_> {
                 walked += LEAST_STEP;
                 continue;
             };
-            let step = match self.cover(place, shape, walked) {
-                Some(cover) => Some(cover),
-                None => self.step_beside_loop(place, shape, walked).or_else(|| self.beyond_wall(place)),
-            };
-            match step {
+            let covered = self.cover(place, shape, walked);
+            let beside = covered.or_else(|| self.step_beside_loop(place, shape, walked));
+            match beside.or_else(|| self.beyond_wall(place)) {
                 Some(step) => {
                     self.unaccounted = 0.0;
                     walked += step.max(1.0);
@@ -184,7 +163,7 @@ impl Walk<'_> {
             Shape::Arc { radius, .. } => rest.min(libm::sqrt(8.0 * radius)),
         };
         // Where a line leaves the cover is computed, and tried; else steps are doubled.
-        let exit = self.exit(shape, edge.chord, radius) - walked - 1.0;
+        let exit = exit(shape, edge.chord, radius) - walked - 1.0;
         if exit > LEAST_STEP && covered_at(exit.min(farthest)) {
             return Some(exit.min(farthest));
         }
@@ -194,16 +173,6 @@ impl Walk<'_> {
             tried = (2.0 * tried).min(farthest);
         }
         (step >= 1.0 || step >= rest).then_some(step.max(1.0))
-    }
-
-    /// How far along a straight shape it leaves what is within the radius of the chord; 0 for other shapes.
-    fn exit(&self, shape: &Shape, chord: Segment, radius: Length) -> f64 {
-        let track = Track::of(shape);
-        let wall = Wall::of(&Shape::Line { from: xy(chord.from), to: xy(chord.to) });
-        let (Track::Straight { .. }, Some(wall)) = (track, wall) else { return 0.0 };
-        let mut exit = 0.0;
-        track.covered_by_wall(&wall, f64::from(radius.units()), |_, high| exit = high);
-        exit
     }
 
     /// How far the walk may go on where it is on the part's side: as far as no edge is near, by an exact test, everything is
@@ -251,4 +220,14 @@ impl Walk<'_> {
 fn nearest_on(shape: &Shape, walked: f64) -> Option<Point> {
     let (x, y) = shape.at(walked / shape.length().max(f64::MIN_POSITIVE));
     nearest_point(x, y).ok()
+}
+
+/// How far along a straight shape it leaves what is within the radius of the chord; 0 for other shapes.
+fn exit(shape: &Shape, chord: Segment, radius: Length) -> f64 {
+    let track = Track::of(shape);
+    let wall = Wall::of(&Shape::Line { from: xy(chord.from), to: xy(chord.to) });
+    let (Track::Straight { .. }, Some(wall)) = (track, wall) else { return 0.0 };
+    let mut exit = 0.0;
+    track.covered_by_wall(&wall, f64::from(radius.units()), |_, high| exit = high);
+    exit
 }

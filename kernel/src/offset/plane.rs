@@ -4,16 +4,11 @@ use core::f64::consts::TAU;
 
 use libm::{atan2, cos, fmod, sin, sqrt};
 
-use crate::curve::{Curve, hypot};
+use crate::curve::{Curve, hypot, xy};
 use crate::exact::arc::Turn;
-use crate::exact::lattice::Point;
 
 /// A point or vector, in lattice units.
 pub type Xy = (f64, f64);
-
-pub fn xy(point: Point) -> Xy {
-    (f64::from(point.x.units()), f64::from(point.y.units()))
-}
 
 pub fn minus(a: Xy, b: Xy) -> Xy {
     (a.0 - b.0, a.1 - b.1)
@@ -134,6 +129,21 @@ impl Shape {
                 (radius > 1.0).then_some(Self::Arc { centre, radius, start, sweep })
             }
         }
+    }
+
+    /// The arc of radius `d` around the corner from this shape to the next, when that is convex on the right.
+    pub fn corner_right(&self, next: &Self, d: f64) -> Option<Self> {
+        let (incoming, outgoing) = (self.direction(1.0), next.direction(0.0));
+        let (sine, cosine) = (cross(incoming, outgoing), dot(incoming, outgoing));
+        // A cusp turns by half a circle; about a notch the arc is covered.
+        let cusp = cosine < 0.0 && sine.abs() < 1e-9;
+        if sine <= 0.0 && !cusp {
+            return None;
+        }
+        let turned = if cusp { core::f64::consts::PI } else { atan2(sine, cosine) };
+        let normal = right_of(incoming);
+        let start = atan2(normal.1, normal.0);
+        (turned * d > 1.0).then_some(Self::Arc { centre: self.at(1.0), radius: d, start, sweep: turned })
     }
 
     pub fn part(&self, t0: f64, t1: f64) -> Self {

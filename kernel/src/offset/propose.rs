@@ -5,7 +5,6 @@ use core::ops::ControlFlow;
 
 use libm::{ceil, cos};
 
-use super::complete::corner;
 use super::plane::Shape;
 use super::stitch::{Kept, stitch};
 use super::track::{Track, Wall};
@@ -22,6 +21,14 @@ pub struct Outline {
     pub curves: Vec<Curve>,
     /// Whether the free side is on the left instead, so that the chain is to be run through backwards.
     pub free_on_left: bool,
+}
+
+impl Outline {
+    /// The curves in the direction that has the free side on the right.
+    pub(super) fn shapes(&self) -> Vec<Shape> {
+        let shapes = self.curves.iter().map(Shape::of);
+        if self.free_on_left { shapes.rev().map(Shape::reversed).collect() } else { shapes.collect() }
+    }
 }
 
 /// A closed loop of the offset, in path order: the part is on the left of its direction.
@@ -69,12 +76,7 @@ pub fn propose(outlines: &[Outline], d: f64) -> Offset {
     let mut chains: Vec<(usize, usize)> = Vec::new();
     for outline in outlines {
         let first = edges.len();
-        let shapes = outline.curves.iter().map(Shape::of);
-        if outline.free_on_left {
-            edges.extend(shapes.rev().map(Shape::reversed));
-        } else {
-            edges.extend(shapes);
-        }
+        edges.extend(outline.shapes());
         chains.push((first, edges.len()));
     }
     let mut offset = Offset { profile_length: edges.iter().map(Shape::length).sum(), ..Offset::default() };
@@ -159,7 +161,7 @@ impl Cutter<'_> {
                 self.cut(&shape, (first, end), (i, i));
                 self.keep(&shape, outline, Some(edge), kept);
             }
-            if let Some(corner) = corner(&edge, &self.edges[next], self.d) {
+            if let Some(corner) = edge.corner_right(&self.edges[next], self.d) {
                 self.cut(&corner, (first, end), (i, next));
                 self.keep(&corner, outline, None, kept);
             }
