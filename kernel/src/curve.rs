@@ -6,39 +6,12 @@ use core::f64::consts::{PI, TAU};
 
 use libm::{asin, atan2, ceil, cos, fmin, sin, sqrt};
 
+pub use crate::exact::arc::Curve;
 use crate::exact::arc::{Arc, ArcChords, ArcError, Turn};
 use crate::exact::lattice::{COORD_MAX, LatticeError, Length, Point};
 use crate::exact::ring::Piece;
-use crate::exact::segment::Segment;
-
-/// A straight segment or a circular arc.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Curve {
-    /// A straight segment.
-    Line(Segment),
-    /// A circular arc.
-    Arc(Arc),
-}
 
 impl Curve {
-    /// Where it begins.
-    #[must_use]
-    pub fn from(&self) -> Point {
-        match self {
-            Self::Line(segment) => segment.from,
-            Self::Arc(arc) => arc.from(),
-        }
-    }
-
-    /// Where it ends.
-    #[must_use]
-    pub fn to(&self) -> Point {
-        match self {
-            Self::Line(segment) => segment.to,
-            Self::Arc(arc) => arc.to(),
-        }
-    }
-
     /// Its length in lattice units.
     #[must_use]
     pub fn length(&self) -> f64 {
@@ -51,15 +24,18 @@ impl Curve {
         }
     }
 
-    /// The curve as checked chords, each within `slack` of it. A line keeps `line_slack`, the bound its maker gives on
-    /// how far the true curve leaves it.
+    /// The curve as checked chords, each within `slack` of it; `own` is the bound its maker gives on how far the true curve
+    /// leaves it.
     ///
     /// # Errors
     /// [`ArcError`] when the proposed chords fail the exact check, as for a `slack` below 6 units.
-    pub fn piece(&self, slack: Length, line_slack: Length) -> Result<Piece, ArcError> {
+    pub fn piece(&self, slack: Length, own: Length) -> Result<Piece, ArcError> {
         match self {
-            Self::Line(segment) => Ok(Piece::Line { segment: *segment, slack: line_slack }),
-            Self::Arc(arc) => ArcChords::check(arc, propose_chords(arc, slack)).map(Piece::Arc),
+            Self::Line(segment) => Ok(Piece::Line { segment: *segment, slack: own }),
+            Self::Arc(arc) => {
+                let chords = ArcChords::check(arc, propose_chords(arc, slack))?;
+                Ok(Piece::Arc { chords, slack: own })
+            }
         }
     }
 
@@ -70,8 +46,8 @@ impl Curve {
     pub fn chord_points(&self, slack: Length) -> Result<Vec<Point>, ArcError> {
         match self.piece(slack, Length::ZERO)? {
             Piece::Line { segment, .. } => Ok(vec![segment.from, segment.to]),
-            Piece::Arc(chords) if chords.slack() <= slack => Ok(chords.points().to_vec()),
-            Piece::Arc(_) => Err(ArcError::Chord { at: self.from() }),
+            Piece::Arc { chords, .. } if chords.slack() <= slack => Ok(chords.points().to_vec()),
+            Piece::Arc { .. } => Err(ArcError::Chord { at: self.from() }),
         }
     }
 }

@@ -189,6 +189,35 @@ impl Arc {
     }
 }
 
+/// A straight segment or a circular arc.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Curve {
+    /// A straight segment.
+    Line(Segment),
+    /// A circular arc.
+    Arc(Arc),
+}
+
+impl Curve {
+    /// Where it begins.
+    #[must_use]
+    pub fn from(&self) -> Point {
+        match self {
+            Self::Line(segment) => segment.from,
+            Self::Arc(arc) => arc.from(),
+        }
+    }
+
+    /// Where it ends.
+    #[must_use]
+    pub fn to(&self) -> Point {
+        match self {
+            Self::Line(segment) => segment.to,
+            Self::Arc(arc) => arc.to(),
+        }
+    }
+}
+
 /// A chain of chords that was checked to follow an [`Arc`] within a slack.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ArcChords {

@@ -6,6 +6,7 @@
 #![deny(clippy::arithmetic_side_effects, clippy::as_conversions, clippy::float_arithmetic)]
 
 pub mod arc;
+pub mod bezier;
 pub mod contact;
 pub mod lattice;
 pub mod predicate;

@@ -20,8 +20,13 @@ pub enum Piece {
         /// Bound on the distance between piece and true curve.
         slack: Length,
     },
-    /// Checked chords of an arc.
-    Arc(ArcChords),
+    /// Checked chords of an arc; `slack` bounds how far the true curve leaves the arc (zero for a true arc).
+    Arc {
+        /// The chords.
+        chords: ArcChords,
+        /// Bound on the distance between arc and true curve.
+        slack: Length,
+    },
 }
 
 /// A closed simple polygon; each edge carries the slack between chord and true curve.
@@ -119,10 +124,12 @@ impl Ring {
                     vertices.push(segment.from);
                     slacks.push(*slack);
                 }
-                Piece::Arc(chords) => {
+                Piece::Arc { chords, slack } => {
+                    // Cut off at the largest length, a sum is too much for any threshold: everything is near then.
+                    let total = chords.slack().saturating_plus(*slack);
                     for chord in chords.segments() {
                         vertices.push(chord.from);
-                        slacks.push(chords.slack());
+                        slacks.push(total);
                     }
                 }
             }
@@ -202,7 +209,7 @@ impl Piece {
     pub fn start(&self) -> Point {
         match self {
             Self::Line { segment, .. } => segment.from,
-            Self::Arc(chords) => chords.points().first().copied().unwrap_or(Point::ORIGIN),
+            Self::Arc { chords, .. } => chords.points().first().copied().unwrap_or(Point::ORIGIN),
         }
     }
 
@@ -211,7 +218,7 @@ impl Piece {
     pub fn end(&self) -> Point {
         match self {
             Self::Line { segment, .. } => segment.to,
-            Self::Arc(chords) => chords.points().last().copied().unwrap_or(Point::ORIGIN),
+            Self::Arc { chords, .. } => chords.points().last().copied().unwrap_or(Point::ORIGIN),
         }
     }
 }

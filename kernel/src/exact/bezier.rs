@@ -1,0 +1,295 @@
+//! Rational Bézier curves, and the check that one stays beside a chain of lines and arcs.
+
+use alloc::vec::Vec;
+use core::fmt;
+
+use super::arc::{Arc, Curve};
+use super::lattice::{Length, Point};
+use super::segment::{Segment, points_within};
+
+/// Highest degree of a curve.
+pub const DEGREE_MAX: usize = 15;
+/// Weights lie between these: the second is 2^24 times the first.
+pub const WEIGHTS: (u64, u64) = (1 << 16, 1 << 40);
+
+/// Control points of a piece that is being looked at.
+const PLACES: usize = DEGREE_MAX + 1;
+/// Halvings of the parameter: after 30 of a curve as long as the lattice no piece is longer than a unit or two.
+const DEPTH_MAX: usize = 32;
+/// Pieces looked at before the check gives up.
+const BUDGET: u32 = 1 << 16;
+/// Coordinates times weights are carried with this many binary places more.
+const PLACES_MORE: u32 = 40;
+
+/// Control points of one piece, from the first control point of the whole curve: x·w, y·w and w.
+///
+/// |x| ≤ 2^30, w ≤ 2^40 and 40 more places: less than 2^111, so that sums of two fit `i128`.
+type Row = [[i128; 3]; PLACES];
+
+/// A rational Bézier curve with control points on the lattice.
+///
+/// It is the curve Σ Bᵢ(t)·wᵢ·pᵢ / Σ Bᵢ(t)·wᵢ, t in [0, 1], Bᵢ the Bernstein polynomials; it lies in the convex hull of its
+/// control points (Farin, Curves and Surfaces for CAGD, §13.7).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Bezier {
+    control: Vec<Point>,
+    weights: Vec<u64>,
+}
+
+/// Why control points and weights make no curve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BezierError {
+    /// There are fewer than two control points, more than [`DEGREE_MAX`] allows, or not as many weights.
+    Count {
+        /// The number of control points.
+        points: usize,
+        /// The number of weights.
+        weights: usize,
+    },
+    /// A weight is out of range.
+    Weight {
+        /// The weight.
+        weight: u64,
+    },
+}
+
+impl fmt::Display for BezierError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Count { points, weights } => {
+                write!(f, "{points} control points and {weights} weights make no curve of a degree up to {DEGREE_MAX}")
+            }
+            Self::Weight { weight } => write!(f, "the weight {weight} is not in {} ..= {}", WEIGHTS.0, WEIGHTS.1),
+        }
+    }
+}
+
+impl core::error::Error for BezierError {}
+
+/// A place where a curve was not found to be beside the chain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stray {
+    /// The place.
+    pub at: Point,
+}
+
+impl Bezier {
+    /// Checks counts and weights.
+    ///
+    /// # Errors
+    /// [`BezierError`].
+    pub fn new(control: Vec<Point>, weights: Vec<u64>) -> Result<Self, BezierError> {
+        let points = control.len();
+        if !(2..=PLACES).contains(&points) || weights.len() != points {
+            return Err(BezierError::Count { points, weights: weights.len() });
+        }
+        match weights.iter().find(|weight| !(WEIGHTS.0..=WEIGHTS.1).contains(*weight)) {
+            Some(&weight) => Err(BezierError::Weight { weight }),
+            None => Ok(Self { control, weights }),
+        }
+    }
+
+    /// The control points.
+    #[must_use]
+    pub fn control(&self) -> &[Point] {
+        &self.control
+    }
+
+    /// The weights.
+    #[must_use]
+    pub fn weights(&self) -> &[u64] {
+        &self.weights
+    }
+
+    /// Checks that every point of the curve is within `slack` of a line of the chain, or of the circle of one of its arcs
+    /// beside that arc.
+    ///
+    /// The curve is halved until the convex hull of each piece's control points lies beside one curve of the chain. Beside
+    /// a line are all points within `slack` of it; beside an arc of less than half a turn are those within `slack` of the
+    /// circle of radius ρ about its centre and between the rays to its ends, and those within `slack` of an end. Control
+    /// points of the pieces are rounded to the lattice, by less than a unit together with the halvings, which is taken
+    /// off the slack.
+    ///
+    /// # Errors
+    /// [`Stray`] with a place where the curve is not beside the chain, or was not found to be within the budget of pieces.
+    pub fn beside(&self, chain: &[Curve], slack: Length) -> Result<(), Stray> {
+        let origin = self.control.first().copied().unwrap_or(Point::ORIGIN);
+        let Ok(slack) = Length::from_units(i64::from(slack.units()).saturating_sub(1)) else {
+            return Err(Stray { at: origin });
+        };
+        let mut row: Row = [[0; 3]; PLACES];
+        for ((place, point), &weight) in row.iter_mut().zip(&self.control).zip(&self.weights) {
+            let d = point.minus(origin);
+            let weight = i128::from(weight) << PLACES_MORE;
+            *place = [i128::from(d.dx).saturating_mul(weight), i128::from(d.dy).saturating_mul(weight), weight];
+        }
+        let mut search = Search { origin, chain, slack, count: self.control.len(), left: BUDGET };
+        search.piece(&row, 0)
+    }
+}
+
+struct Search<'a> {
+    origin: Point,
+    chain: &'a [Curve],
+    slack: Length,
+    /// Control points of each piece.
+    count: usize,
+    /// Pieces that may still be looked at.
+    left: u32,
+}
+
+impl Search<'_> {
+    fn piece(&mut self, row: &Row, depth: usize) -> Result<(), Stray> {
+        let mut points = [self.origin; PLACES];
+        for (point, place) in points.iter_mut().zip(row).take(self.count) {
+            *point = self.rounded(*place).ok_or(Stray { at: self.origin })?;
+        }
+        let hull = points.get(..self.count).unwrap_or(&points);
+        if self.chain.iter().any(|curve| is_beside(hull, curve, self.slack)) {
+            return Ok(());
+        }
+        self.left = self.left.saturating_sub(1);
+        if depth >= DEPTH_MAX || self.left == 0 {
+            return Err(Stray { at: hull.first().copied().unwrap_or(self.origin) });
+        }
+        let (first, second) = halved(row, self.count);
+        self.piece(&first, depth.saturating_add(1))?;
+        self.piece(&second, depth.saturating_add(1))
+    }
+
+    /// The control point on the lattice, rounded to the nearest.
+    fn rounded(&self, [x, y, w]: [i128; 3]) -> Option<Point> {
+        let nearest = |c: i128| {
+            let doubled = c.saturating_mul(2).saturating_add(w);
+            i64::try_from(doubled.checked_div_euclid(w.saturating_mul(2))?).ok()
+        };
+        let moved = |c: i32, d: i64| i64::from(c).saturating_add(d);
+        Point::from_units(moved(self.origin.x.units(), nearest(x)?), moved(self.origin.y.units(), nearest(y)?)).ok()
+    }
+}
+
+/// The two halves of the curve, by de Casteljau's algorithm at 1/2. Each mean is rounded down by less than one of 2^56, the
+/// least weight with its places; through all rounds of all halvings by less than 2^10, and so every quotient by less than
+/// (2^30 + 1)·2^10 / 2^56, far below a unit.
+fn halved(row: &Row, count: usize) -> (Row, Row) {
+    let (mut first, mut second) = ([[0; 3]; PLACES], [[0; 3]; PLACES]);
+    let mut means = *row;
+    for round in 0..count {
+        let last = count.saturating_sub(1).saturating_sub(round);
+        if let (Some(place), Some(mean)) = (first.get_mut(round), means.first()) {
+            *place = *mean;
+        }
+        if let (Some(place), Some(mean)) = (second.get_mut(last), means.get(last)) {
+            *place = *mean;
+        }
+        for i in 0..last {
+            if let (Some(&a), Some(&b)) = (means.get(i), means.get(i.saturating_add(1)))
+                && let Some(mean) = means.get_mut(i)
+            {
+                *mean = core::array::from_fn(|k| {
+                    let side = |v: [i128; 3]| v.get(k).copied().unwrap_or(0);
+                    side(a).saturating_add(side(b)) >> 1
+                });
+            }
+        }
+    }
+    (first, second)
+}
+
+/// Whether the whole convex hull of the points is beside the curve.
+fn is_beside(hull: &[Point], curve: &Curve, slack: Length) -> bool {
+    let near_end = |end: Point| hull.iter().all(|&p| !points_within(p, end, slack).is_clear());
+    match curve {
+        Curve::Line(segment) => hull.iter().all(|&p| !segment.near_point(p, slack).is_clear()),
+        Curve::Arc(arc) => is_along(hull, arc, slack) || near_end(arc.from()) || near_end(arc.to()),
+    }
+}
+
+/// Whether the hull lies between the rays to the arc's ends, within the slack of its circle.
+fn is_along(hull: &[Point], arc: &Arc, slack: Length) -> bool {
+    let (from, to, centre) = (arc.from(), arc.to(), arc.centre());
+    if !arc.is_ahead(from, to) {
+        return false;
+    }
+    // Rays less than half a turn apart bound a convex wedge.
+    let in_wedge = |p: Point| !arc.is_ahead(p, from) && !arc.is_ahead(to, p);
+    let Ok(outer) = arc.radius().plus(slack) else { return false };
+    let in_disc = |p: Point| !points_within(p, centre, outer).is_clear();
+    if !hull.iter().all(|&p| in_wedge(p) && in_disc(p)) {
+        return false;
+    }
+    let inner = i64::from(arc.radius().units()).saturating_sub(i64::from(slack.units()));
+    let Ok(inner) = Length::from_units(inner) else { return true };
+    // The hull's outline is among the segments between its points; it does not go round the wedge's tip.
+    hull.iter().enumerate().all(|(i, &from)| {
+        let others = hull.iter().skip(i);
+        others.into_iter().all(|&to| Segment { from, to }.near_point(centre, inner).is_clear())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::arc::Turn;
+    use super::*;
+    use alloc::vec;
+
+    fn at(x: i64, y: i64) -> Point {
+        Point::from_units(x, y).unwrap()
+    }
+
+    fn slack(units: i64) -> Length {
+        Length::from_units(units).unwrap()
+    }
+
+    /// A quarter of a circle of 1 mm, exactly: weights 1, 1, 2 (Farin §12.7).
+    fn quarter() -> Bezier {
+        let w = WEIGHTS.0;
+        Bezier::new(vec![at(100_000, 0), at(100_000, 100_000), at(0, 100_000)], vec![w, w, 2 * w]).unwrap()
+    }
+
+    #[test]
+    fn quarter_circle_is_beside_its_arc_and_not_its_chord() {
+        let arc = Arc::new(at(100_000, 0), at(0, 100_000), Point::ORIGIN, Turn::Left).unwrap();
+        assert_eq!(quarter().beside(&[Curve::Arc(arc)], slack(4)), Ok(()));
+        let chord = Curve::Line(Segment { from: at(100_000, 0), to: at(0, 100_000) });
+        // The sagitta is 100 000·(1 − cos 45°) = 29 289.3.
+        assert_eq!(quarter().beside(&[chord], slack(29_292)), Ok(()));
+        assert!(quarter().beside(&[chord], slack(29_289)).is_err());
+    }
+
+    #[test]
+    fn arcs_that_are_off_by_more_than_the_slack_are_refused() {
+        for (radius, wrong) in [(100_010, true), (99_990, true), (100_005, false), (99_995, false)] {
+            let arc = Arc::new(at(radius, 0), at(0, radius), Point::ORIGIN, Turn::Left).unwrap();
+            assert_eq!(quarter().beside(&[Curve::Arc(arc)], slack(8)).is_err(), wrong, "{radius}");
+        }
+        // The other three quarters of the circle are not beside it; nor is half a turn or more believed.
+        let rest = Arc::new(at(100_000, 0), at(0, 100_000), Point::ORIGIN, Turn::Right).unwrap();
+        assert!(quarter().beside(&[Curve::Arc(rest)], slack(8)).is_err());
+        // An arc that ends early leaves the curve's end alone.
+        let short = Arc::new(at(100_000, 0), at(70_711, 70_711), Point::ORIGIN, Turn::Left).unwrap();
+        let stray = quarter().beside(&[Curve::Arc(short)], slack(8)).unwrap_err();
+        assert!((stray.at.x.units() - 70_711).abs() < 1_000, "{stray:?}");
+    }
+
+    #[test]
+    fn a_loop_of_the_curve_is_not_overlooked() {
+        // Both ends on the line, the middle far from it.
+        let w = WEIGHTS.1;
+        let curve = Bezier::new(vec![at(0, 0), at(9_000, 8_000), at(-8_000, 8_000), at(1_000, 0)], vec![w; 4]);
+        let line = Curve::Line(Segment { from: at(0, 0), to: at(1_000, 0) });
+        assert!(curve.unwrap().beside(&[line], slack(100)).is_err());
+    }
+
+    #[test]
+    fn nonsense_is_refused() {
+        assert!(Bezier::new(vec![at(0, 0)], vec![WEIGHTS.0]).is_err());
+        assert!(Bezier::new(vec![at(0, 0); 17], vec![WEIGHTS.0; 17]).is_err());
+        assert!(Bezier::new(vec![at(0, 0); 3], vec![WEIGHTS.0; 2]).is_err());
+        assert!(Bezier::new(vec![at(0, 0); 2], vec![1, WEIGHTS.0]).is_err());
+        assert!(Bezier::new(vec![at(0, 0); 2], vec![WEIGHTS.0, WEIGHTS.1 + 1]).is_err());
+        let edge = Bezier::new(vec![at(-(1 << 29), -(1 << 29)), at(1 << 29, 1 << 29)], vec![WEIGHTS.1; 2]).unwrap();
+        assert!(edge.beside(&[], slack(100)).is_err());
+        assert!(edge.beside(&[], Length::ZERO).is_err());
+    }
+}
