@@ -9,10 +9,9 @@ use keepout_executor::operator;
 use keepout_executor::session::{Ended, Log, Session, VirtualClock, place_on_table};
 use keepout_executor::supervisor::{Fault, Options, Supervisor};
 use keepout_executor::time::Time;
-use keepout_planner::drawing::{JOIN_MM, chain, import};
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::plan::{CertifiedPlan, Job, Plan};
-use keepout_planner::profile::MachinedSide;
+use keepout_planner::order::Order;
+use keepout_planner::plan::CertifiedPlan;
 
 /// A controller that answers each write by a rule.
 struct Scripted<F: FnMut(&[u8]) -> Vec<u8>> {
@@ -39,11 +38,8 @@ impl<F: FnMut(&[u8]) -> Vec<u8>> Port for Scripted<F> {
 }
 
 fn plan() -> CertifiedPlan {
-    let drawing = import(include_bytes!("../drawings/bracket.dxf"), &[], None).unwrap();
-    let chained = chain(&drawing.curves, JOIN_MM).unwrap();
-    let job = Job { tool_diameter_mm: 6.0, allowance_mm: 0.2, side: MachinedSide::Outside, margin_mm: None };
-    Plan::make("bracket", [0; 32], (drawing.unit, vec![]), chained, &job, &MachineProfile::simulated())
-        .unwrap()
+    let bytes = include_bytes!("../drawings/bracket.dxf");
+    Order::default().plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap()
 }
 
 fn fault_of(rule: impl FnMut(&[u8]) -> Vec<u8>, home: bool, lost_at: Option<Time>) -> (Fault, Vec<u8>) {

@@ -5,11 +5,9 @@
 
 use keepout_executor::link::dialect::Grbl;
 use keepout_kernel::Vector;
-use keepout_planner::drawing::{JOIN_MM, chain, import};
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::plan::{Job, Plan};
+use keepout_planner::order::Order;
 use keepout_planner::plan_file;
-use keepout_planner::profile::MachinedSide;
 
 /// Drawings with more curves than this are imported and not planned: the fuzzer is after faults, not after work.
 const CURVES_MAX: usize = 400;
@@ -19,20 +17,13 @@ const CURVES_MAX: usize = 400;
 /// # Panics
 /// When a plan that was certified is not believed when read back.
 pub fn dxf_import(bytes: &[u8]) {
-    let Ok(drawing) = import(bytes, &[], None) else { return };
-    if drawing.curves.len() > CURVES_MAX {
+    let order = Order::default();
+    let Ok((drawing, chained)) = order.contours(bytes) else { return };
+    let edges: usize = chained.profile.loops.iter().map(|each| each.edges.len()).sum();
+    if drawing.curves.len().max(edges) > CURVES_MAX {
         return;
     }
-    let Ok(chained) = chain(&drawing.curves, JOIN_MM) else { return };
-    let job = Job { tool_diameter_mm: 3.0, allowance_mm: 0.2, side: MachinedSide::Outside, margin_mm: None };
-    let made = Plan::make(
-        "fuzz",
-        plan_file::hash(bytes),
-        (drawing.unit, Vec::new()),
-        chained,
-        &job,
-        &MachineProfile::simulated(),
-    );
+    let made = order.plan("fuzz", bytes, &MachineProfile::simulated(), &mut |_| {});
     let Ok(certified) = made else { return };
     let stored = plan_file::encode(&certified.plan).expect("a plan in memory can be written");
     let again = plan_file::decode(&stored).expect("what was written can be read");

@@ -43,7 +43,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             end.is_some()
         );
     }
-    certify_complete(&part, &outlines, distance, &offset.loops)?;
+    let path = offset.loops.iter().flat_map(|each| &each.curves);
+    certify_complete(&part, &outlines, distance, path)?;
     println!("no piece of the offset is missing");
     println!(
         "the disc can not touch {:.3} mm of the profile",

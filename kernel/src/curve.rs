@@ -10,6 +10,7 @@ pub use crate::exact::arc::Curve;
 use crate::exact::arc::{Arc, ArcChords, ArcError, Turn};
 use crate::exact::lattice::{COORD_MAX, LatticeError, Length, Point};
 use crate::exact::ring::Piece;
+use crate::exact::segment::Segment;
 
 impl Curve {
     /// Its length in lattice units.
@@ -21,6 +22,18 @@ impl Curve {
                 hypot(f64::from(d.dx), f64::from(d.dy))
             }
             Self::Arc(arc) => sweep(arc) * radius(arc),
+        }
+    }
+
+    /// The same curve run through the other way; `None` when no lattice centre fits both ends of an arc then.
+    #[must_use]
+    pub fn reversed(&self) -> Option<Self> {
+        match self {
+            Self::Line(segment) => Some(Self::Line(Segment { from: segment.to, to: segment.from })),
+            Self::Arc(arc) => {
+                let again = || fit_arc(arc.to(), arc.from(), xy(arc.centre()), arc.turn().reversed());
+                arc.reversed().or_else(|_| again()).ok().map(Self::Arc)
+            }
         }
     }
 

@@ -4,7 +4,7 @@ use keepout_kernel::curve::nearest_point;
 use keepout_kernel::exact::predicate::ray_crosses;
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::exact::width::Product;
-use keepout_kernel::offset::{self, Missing, Offset};
+use keepout_kernel::offset::{self, Gouge, Missing, Offset, certify_complete, certify_path};
 use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, UNITS_PER_MM};
 use thiserror::Error;
 
@@ -48,12 +48,6 @@ pub enum FinishError {
         /// The tool's diameter, mm.
         diameter_mm: f64,
     },
-    /// The path leaves out a piece of the contour that the tool can reach.
-    #[error("the path that was found leaves out a piece near {}. This is a limit of the path search, not of the drawing: a tool diameter changed by a hundredth often helps.", place(*at))]
-    Incomplete {
-        /// A place on the piece.
-        at: Point,
-    },
     /// The proposed path could not be closed.
     #[error("no closed path was found near {}: {count} loose ends. This is a limit of the path search, not of the drawing: a tool diameter changed by a hundredth often helps.", place(*at))]
     LooseEnds {
@@ -62,6 +56,28 @@ pub enum FinishError {
         /// How many there are.
         count: usize,
     },
+}
+
+/// Why a finishing path is not believed.
+#[derive(Debug, Error, PartialEq)]
+pub enum PathRefusal {
+    /// A motion comes too near the part.
+    #[error("loop {number}: {gouge}")]
+    Gouge {
+        /// The loop, from 1.
+        number: usize,
+        /// The motion.
+        gouge: Gouge,
+    },
+    /// A loop does not close.
+    #[error("loop {number} does not close")]
+    OpenLoop {
+        /// The loop, from 1.
+        number: usize,
+    },
+    /// A stretch of the profile that the tool can touch has no path beside it.
+    #[error("{0}")]
+    Incomplete(Missing),
 }
 
 /// Proposes the path at distance `distance` (R + M) plus [`GUARD`] from the profile.
@@ -74,19 +90,24 @@ pub fn propose(
     distance: Length,
     diameter_mm: f64,
 ) -> Result<FinishingPath, FinishError> {
-    let d = f64::from(distance.units()) + f64::from(GUARD);
+    let d = centre_distance(profile, distance);
     let outlines = profile.outlines(part);
     let offset = offset::propose(&outlines, d);
     if let Some(&(x, y)) = offset.loose_ends.first() {
         let at = nearest_point(x, y).unwrap_or(Point::ORIGIN);
         return Err(FinishError::LooseEnds { at, count: offset.loose_ends.len() });
     }
-    offset::certify_complete(part, &outlines, d, &offset.loops)
-        .map_err(|Missing { at }| FinishError::Incomplete { at })?;
     if offset.loops.is_empty() {
         return Err(FinishError::ToolFitsNowhere { diameter_mm });
     }
     Ok(path_of(offset))
+}
+
+/// The distance of the path from the profile for a threshold, lattice units: what the true curves may leave the profile's
+/// edges by, and [`GUARD`], are added.
+#[must_use]
+pub fn centre_distance(profile: &Profile, threshold: Length) -> f64 {
+    f64::from(threshold.units()) + f64::from(GUARD) + f64::from(profile.slack().units())
 }
 
 fn path_of(offset: Offset) -> FinishingPath {
@@ -107,6 +128,33 @@ fn path_of(offset: Offset) -> FinishingPath {
 }
 
 impl FinishingPath {
+    /// Certifies that no motion comes within `threshold` of the part, that every loop closes, and that no stretch of the
+    /// true offset is missing; answers with the number of motions.
+    ///
+    /// # Errors
+    /// [`PathRefusal`] for the first claim that does not hold.
+    pub fn certify(
+        &self,
+        profile: &Profile,
+        part: &ProhibitedRegion,
+        threshold: Length,
+    ) -> Result<usize, PathRefusal> {
+        let mut motions = 0;
+        for (index, each) in self.loops.iter().enumerate() {
+            let number = index + 1;
+            let end = certify_path(part, threshold, &each.curves)
+                .map_err(|gouge| PathRefusal::Gouge { number, gouge })?;
+            if end.map(keepout_kernel::FreePoint::point) != each.curves.first().map(Curve::from) {
+                return Err(PathRefusal::OpenLoop { number });
+            }
+            motions += each.curves.len();
+        }
+        let curves = self.loops.iter().flat_map(|each| &each.curves);
+        certify_complete(part, &profile.outlines(part), centre_distance(profile, threshold), curves)
+            .map_err(PathRefusal::Incomplete)?;
+        Ok(motions)
+    }
+
     /// The connected piece of free space that `point` lies in, numbered like [`FinishingLoop::component`]. The point
     /// is expected to be clear of the part.
     #[must_use]

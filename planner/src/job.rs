@@ -4,11 +4,12 @@
 
 use keepout_kernel::curve::{angle, fit_arc};
 use keepout_kernel::exact::segment::Window;
-use keepout_kernel::offset::shortest_arc;
-use keepout_kernel::{Curve, FreePoint, Point, Segment};
+use keepout_kernel::offset::{certify_path, shortest_arc};
+use keepout_kernel::{Curve, FreePoint, Point, Segment, Turn, UNITS_PER_MM};
 use thiserror::Error;
 
-use crate::plan::CertifiedPlan;
+use crate::finish::FinishingLoop;
+use crate::plan::{CertifiedPlan, Cut};
 use crate::route::route;
 use crate::units::{along_mm, place, point_from_mm, point_mm};
 
@@ -16,9 +17,24 @@ use crate::units::{along_mm, place, point_from_mm, point_mm};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Leg {
     /// The finishing loop that it cuts; `None` for a way through clear space.
-    pub cuts: Option<usize>,
+    pub cuts: Option<LoopNumber>,
     /// Its motions.
     pub curves: Vec<Curve>,
+}
+
+/// A loop of a finishing pass, both counted from 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct LoopNumber {
+    /// The pass.
+    pub pass: usize,
+    /// The loop of its path.
+    pub index: usize,
+}
+
+impl std::fmt::Display for LoopNumber {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "loop {} of pass {}", self.index + 1, self.pass + 1)
+    }
 }
 
 /// A contouring job and what it leaves out.
@@ -27,7 +43,9 @@ pub struct ContourJob {
     /// The legs, each beginning where the one before ends.
     pub legs: Vec<Leg>,
     /// Loops of the same free space that no way was found to.
-    pub unreached: Vec<usize>,
+    pub unreached: Vec<LoopNumber>,
+    /// Cuts that begin and end along the contour's own direction; others run straight at it.
+    pub tangential: usize,
 }
 
 /// Why contouring can not begin.
@@ -52,72 +70,97 @@ const STAND_OFF_MM: f64 = 0.05;
 /// Points tried on a loop for leading in.
 const TRIES: u32 = 64;
 
-/// The job that contours every finishing loop in the free space around `from`, the nearest first, and ends where the
-/// last loop was entered. Ways between loops keep the roughing threshold and stay inside `within`.
+/// The job that contours every finishing loop in the free space around `from`, pass by pass, in each the nearest loop
+/// first, and ends where the last loop was entered. Ways between loops keep the roughing threshold and stay inside
+/// `within`.
 ///
 /// # Errors
 /// [`JobError`] when the tool stands too near, or there is nothing to finish here.
 pub fn contour_job(plan: &CertifiedPlan, from: Point, within: Window) -> Result<ContourJob, JobError> {
     let mut here = plan.part.free_point(from, plan.roughing).map_err(|_| JobError::NotClear { from })?;
-    let component = plan.plan.finish.component_of(from);
-    let loops = &plan.plan.finish.loops;
-    let mut open: Vec<usize> = (0..loops.len()).filter(|&i| loops[i].component == component).collect();
-    if open.is_empty() {
-        return Err(JobError::NothingHere { from });
-    }
     let mut job = ContourJob::default();
-    while !open.is_empty() {
-        let near = |i: usize| nearest_on(&loops[i].curves, here.point()).0;
-        open.sort_by(|&a, &b| near(b).total_cmp(&near(a)));
-        let Some(next) = open.pop() else { break };
-        match legs_for(plan, here, next, within) {
-            Some((legs, end)) => {
-                job.legs.extend(legs);
-                here = end;
+    for (pass, each) in plan.plan.passes.iter().enumerate() {
+        let component = each.path.component_of(from);
+        let loops = &each.path.loops;
+        let mut open: Vec<usize> = (0..loops.len()).filter(|&i| loops[i].component == component).collect();
+        while !open.is_empty() {
+            let near = |i: usize| nearest_on(&loops[i].curves, here.point()).0;
+            open.sort_by(|&a, &b| near(b).total_cmp(&near(a)));
+            let Some(index) = open.pop() else { break };
+            let number = LoopNumber { pass, index };
+            match legs_for(plan, here, number, within) {
+                Some((legs, end, tangential)) => {
+                    job.legs.extend(legs);
+                    job.tangential += usize::from(tangential);
+                    here = end;
+                }
+                None => job.unreached.push(number),
             }
-            None => job.unreached.push(next),
         }
     }
     if job.legs.is_empty() { Err(JobError::NothingHere { from }) } else { Ok(job) }
 }
 
-/// The way to a loop and once around it: straight in from here when that is clear, else by an approach point.
+/// Loops and edges up to which a preview is made.
+const PREVIEW_MAX: (usize, usize) = (300, 20_000);
+
+/// The jobs as they would be run from one place of touch in each free space; empty for plans too large to draw them in.
+#[must_use]
+pub fn preview(plan: &CertifiedPlan) -> Vec<ContourJob> {
+    if plan.plan.loop_count() > PREVIEW_MAX.0 || plan.part.edges().len() > PREVIEW_MAX.1 {
+        return Vec::new();
+    }
+    let finish = plan.plan.finish();
+    let mut components: Vec<usize> = finish.loops.iter().map(|each| each.component).collect();
+    components.sort_unstable();
+    components.dedup();
+    let field = plan.part.region().bounds().grown(plan.roughing).grown(plan.roughing);
+    let spaces = finish.free_spaces();
+    let starts = components.into_iter().filter_map(|component| {
+        let loops = finish.loops.iter().filter(|each| each.component == component);
+        let beside = |each: &FinishingLoop| {
+            (0..TRIES).find_map(|k| {
+                let stand_off = crate::units::mm(plan.plan.allowance.units()) + STAND_OFF_MM;
+                let place = entry_at(&each.curves, f64::from(k) / f64::from(TRIES)).aside(0.0, stand_off)?;
+                let clear = plan.part.free_point(place, plan.roughing).is_ok();
+                (clear && spaces.component_of(place) == component).then_some(place)
+            })
+        };
+        loops.into_iter().find_map(beside)
+    });
+    starts.filter_map(|start| contour_job(plan, start, field).ok()).collect()
+}
+
+/// The way to a loop and once around it: in from here when that is clear, else by an approach point. Says also whether the
+/// cut begins and ends along the contour.
 fn legs_for(
     plan: &CertifiedPlan,
     here: FreePoint,
-    index: usize,
+    number: LoopNumber,
     within: Window,
-) -> Option<(Vec<Leg>, FreePoint)> {
-    let curves = &plan.plan.finish.loops[index].curves;
+) -> Option<(Vec<Leg>, FreePoint, bool)> {
+    let pass = &plan.plan.passes[number.pass];
+    let curves = &pass.path.loops[number.index].curves;
     let touched = nearest_on(curves, here.point()).1;
-    if leads_in(plan, here.point(), curves, touched) {
-        let cut = around(curves, touched, here.point())?;
-        return Some((vec![Leg { cuts: Some(index), curves: cut }], here));
+    let cutter = Cutter { plan, curves, within };
+    if let Some((cut, tangential)) = cutter.around(touched, here.point()) {
+        return Some((vec![Leg { cuts: Some(number), curves: cut }], here, tangential));
     }
     let mut entries: Vec<Entry> =
         (0..TRIES).map(|k| entry_at(curves, f64::from(k) / f64::from(TRIES))).collect();
     let (x, y) = point_mm(here.point());
     let far = |entry: &Entry| (entry.at.0 - x).hypot(entry.at.1 - y);
     entries.sort_by(|a, b| far(a).total_cmp(&far(b)));
-    let stand_off = crate::units::mm(plan.plan.allowance.units()) + STAND_OFF_MM;
+    let left_by_roughing = plan.plan.allowance.units() - pass.allowance.units();
+    let stand_off = crate::units::mm(left_by_roughing) + STAND_OFF_MM;
     entries.iter().find_map(|entry| {
-        let (nx, ny) = entry.outward;
-        let approach = point_from_mm((entry.at.0 + nx * stand_off, entry.at.1 + ny * stand_off)).ok()?;
-        let clear = plan.part.free_point(approach, plan.roughing).is_ok() && within.holds(approach);
-        if !clear || !leads_in(plan, approach, curves, *entry) {
-            return None;
-        }
+        let approach = entry.aside(0.0, stand_off)?;
+        let free = plan.part.free_point(approach, plan.roughing).ok().filter(|_| within.holds(approach))?;
+        let (cut, tangential) = cutter.around(*entry, approach)?;
         let way = route(&plan.part, here, approach, within)?;
-        let free = plan.part.free_point(approach, plan.roughing).ok()?;
-        let cut = around(curves, *entry, approach)?;
         let way = Leg { cuts: None, curves: polyline(here.point(), &way) };
-        Some((vec![way, Leg { cuts: Some(index), curves: cut }], free))
+        Some((vec![way, Leg { cuts: Some(number), curves: cut }], free, tangential))
     })
-}
-
-fn leads_in(plan: &CertifiedPlan, from: Point, curves: &[Curve], entry: Entry) -> bool {
-    let Some(point) = entry.point(curves) else { return false };
-    plan.part.free_point(from, plan.finishing).is_ok_and(|free| plan.part.motion(free, point).is_ok())
 }
 
 fn polyline(from: Point, points: &[Point]) -> Vec<Curve> {
@@ -135,6 +178,15 @@ struct Entry {
 }
 
 impl Entry {
+    /// The lattice point so far along the direction of travel and so far away from the part, mm.
+    fn aside(&self, along_mm: f64, out_mm: f64) -> Option<Point> {
+        let (nx, ny) = self.outward;
+        // The part is on the left: travel is the outward direction turned to the left.
+        let (dx, dy) = (-ny, nx);
+        let (x, y) = (self.at.0 + dx * along_mm + nx * out_mm, self.at.1 + dy * along_mm + ny * out_mm);
+        point_from_mm((x, y)).ok()
+    }
+
     /// The lattice point to enter at: the place itself, or the curve's end when it is that.
     fn point(&self, curves: &[Curve]) -> Option<Point> {
         let point = point_from_mm(self.at).ok()?;
@@ -209,18 +261,83 @@ fn share_nearest(curve: &Curve, p: (f64, f64)) -> f64 {
     }
 }
 
-/// In from `outside`, once around from the entry, and out again. `None` when an arc can not be split there.
-fn around(curves: &[Curve], entry: Entry, outside: Point) -> Option<Vec<Curve>> {
-    let at = entry.point(curves)?;
-    let split = &curves[entry.index];
-    let line = |from: Point, to: Point| (from != to).then_some(Curve::Line(Segment { from, to }));
-    let mut path: Vec<Curve> = line(outside, at).into_iter().collect();
-    path.extend(between(split, at, split.to())?);
-    path.extend(&curves[entry.index + 1..]);
-    path.extend(&curves[..entry.index]);
-    path.extend(between(split, split.from(), at)?);
-    path.extend(line(at, outside));
-    Some(path)
+/// Radii that are tried for the arcs along which a cut begins and ends, as shares of the tool's radius.
+const LEAD_SHARES: [f64; 5] = [1.0, 0.5, 0.25, 0.125, 0.06];
+
+/// Makes the cut around one loop.
+struct Cutter<'a> {
+    plan: &'a CertifiedPlan,
+    curves: &'a [Curve],
+    within: Window,
+}
+
+impl Cutter<'_> {
+    /// In from `outside`, once around from the entry, and out again, in the plan's direction; and whether it is led in and
+    /// out along the contour. `None` when no way in and out keeps clear.
+    fn around(&self, entry: Entry, outside: Point) -> Option<(Vec<Curve>, bool)> {
+        let at = entry.point(self.curves)?;
+        let split = &self.curves[entry.index];
+        let mut round: Vec<Curve> = between(split, at, split.to())?.into_iter().collect();
+        round.extend(&self.curves[entry.index + 1..]);
+        round.extend(&self.curves[..entry.index]);
+        round.extend(between(split, split.from(), at)?);
+        let radius = crate::units::mm(self.plan.plan.tool_radius.units());
+        let arcs = LEAD_SHARES.iter().filter_map(|share| self.arcs(entry, at, outside, radius * share));
+        let straight = || {
+            let line = line_between(outside, at).into_iter().collect();
+            Some((line, line_between(at, outside).into_iter().collect()))
+        };
+        let clear = |(lead_in, lead_out): &(Vec<Curve>, Vec<Curve>)| {
+            self.is_clear(outside, lead_in) && self.is_clear(at, lead_out)
+        };
+        let mut tangential = true;
+        let led = arcs.into_iter().find(clear).or_else(|| {
+            tangential = false;
+            straight().filter(clear)
+        })?;
+        let path: Vec<Curve> = led.0.into_iter().chain(round).chain(led.1).collect();
+        match self.plan.plan.cut {
+            Cut::Conventional => Some((path, tangential)),
+            Cut::Climb => {
+                let backwards = path.iter().rev().map(Curve::reversed).collect::<Option<_>>()?;
+                Some((backwards, tangential))
+            }
+        }
+    }
+
+    /// Quarter circles that touch the path at the entry, on the tool's side, with lines from and to the outside.
+    fn arcs(
+        &self,
+        entry: Entry,
+        at: Point,
+        outside: Point,
+        radius_mm: f64,
+    ) -> Option<(Vec<Curve>, Vec<Curve>)> {
+        let centre = point_mm(entry.aside(0.0, radius_mm)?);
+        let centre = (centre.0 * f64::from(UNITS_PER_MM), centre.1 * f64::from(UNITS_PER_MM));
+        let (begin, end) = (entry.aside(-radius_mm, radius_mm)?, entry.aside(radius_mm, radius_mm)?);
+        // The tool's side is on the right.
+        let lead_in = fit_arc(begin, at, centre, Turn::Right).ok()?;
+        let lead_out = fit_arc(at, end, centre, Turn::Right).ok()?;
+        let to_arc = line_between(outside, begin);
+        let back = line_between(end, outside);
+        Some((
+            to_arc.into_iter().chain([Curve::Arc(lead_in)]).collect(),
+            std::iter::once(Curve::Arc(lead_out)).chain(back).collect(),
+        ))
+    }
+
+    fn is_clear(&self, from: Point, path: &[Curve]) -> bool {
+        let inside =
+            path.iter().all(|curve| self.within.holds(curve.from()) && self.within.holds(curve.to()));
+        // A lead ends on the path, which keeps the finishing threshold.
+        let begins = path.first().is_none_or(|first| first.from() == from);
+        inside && begins && certify_path(&self.plan.part, self.plan.finishing, path).is_ok()
+    }
+}
+
+fn line_between(from: Point, to: Point) -> Option<Curve> {
+    (from != to).then_some(Curve::Line(Segment { from, to }))
 }
 
 /// The part of `curve` from one of its points to another; nothing when they are the same.

@@ -9,12 +9,15 @@
 
 pub mod drawing;
 pub mod finish;
+pub mod inspect;
 pub mod job;
 pub mod machine;
 pub mod margin;
+pub mod order;
 pub mod picture;
 pub mod plan;
 pub mod plan_file;
 pub mod profile;
 pub mod route;
+pub mod select;
 pub mod units;

@@ -52,15 +52,19 @@ pub enum MarginError {
 const LATTICE_MM: f64 = 0.000_04;
 /// A coordinate of 1 m as a 32-bit float, in and out, on both axes.
 const FLOAT_MM: f64 = 0.000_1;
+/// A point up to 10 m from the origin, turned and moved: sine, cosine, two products and two sums round by 2^-53 of that
+/// each, together less than 1e-11 mm. One lattice unit stands for it.
+const PLACED_MM: f64 = 0.000_01;
 /// A path's arcs are certified as chords within 0.1 µm of them.
 const CHORD_MM: f64 = 0.000_1;
 
 impl Budget {
-    /// The margin of `machine`. `total_mm` replaces the machine's own errors by what it leaves for them.
+    /// The margin of `machine`, for a drawing that was `placed` (turned and moved) or not. `total_mm` replaces the machine's
+    /// own errors by what it leaves for them.
     ///
     /// # Errors
     /// [`MarginError`] when `total_mm` is no length or less than rounding and resolution.
-    pub fn of(machine: &MachineProfile, total_mm: Option<f64>) -> Result<Self, MarginError> {
+    pub fn of(machine: &MachineProfile, total_mm: Option<f64>, placed: bool) -> Result<Self, MarginError> {
         let term = |name: &str, mm: f64, source: &str| Term { name: name.into(), mm, source: source.into() };
         // Half a step each for where the tool goes and for where a report finds it.
         let steps = SQRT_2 / machine.steps_per_mm;
@@ -74,6 +78,9 @@ impl Budget {
             // GRBL rounds the number of chords down: one can turn twice the angle, and leave the arc four times as far.
             term("controller arcs", 4.0 * machine.arc_tolerance_mm, "four times the arc tolerance ($12)"),
         ];
+        if placed {
+            terms.push(term("work offset and rotation", PLACED_MM, "sine, cosine and sums in 64-bit floats"));
+        }
         let least: f64 = terms.iter().map(|term| term.mm).sum();
         match total_mm {
             None => {
@@ -119,7 +126,7 @@ mod tests {
 
     #[test]
     fn terms_add_up_and_round_up() {
-        let budget = Budget::of(&MachineProfile::simulated(), None).unwrap();
+        let budget = Budget::of(&MachineProfile::simulated(), None, false).unwrap();
         let sum: f64 = budget.terms.iter().map(|term| term.mm).sum();
         let total = mm(budget.total().unwrap().units());
         assert!(total >= sum && total - sum < 0.000_1, "{total} {sum}");
@@ -128,9 +135,9 @@ mod tests {
     #[test]
     fn margin_asked_for_is_met_and_not_undercut() {
         let machine = MachineProfile::simulated();
-        let total = Budget::of(&machine, Some(0.05)).unwrap().total().unwrap();
+        let total = Budget::of(&machine, Some(0.05), false).unwrap().total().unwrap();
         assert!((mm(total.units()) - 0.05).abs() < 1e-4);
-        assert!(matches!(Budget::of(&machine, Some(0.001)), Err(MarginError::TooSmall { .. })));
-        assert!(matches!(Budget::of(&machine, Some(f64::NAN)), Err(MarginError::NoLength { .. })));
+        assert!(matches!(Budget::of(&machine, Some(0.001), true), Err(MarginError::TooSmall { .. })));
+        assert!(matches!(Budget::of(&machine, Some(f64::NAN), false), Err(MarginError::NoLength { .. })));
     }
 }

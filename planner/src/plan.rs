@@ -1,13 +1,14 @@
 //! The plan: everything the executor needs, and the certificate that it is believed on.
 
-use keepout_kernel::offset::{Gouge, certify_path};
-use keepout_kernel::{LatticeError, Length, Point, ProhibitedRegion};
+use keepout_kernel::offset::{COVERAGE, RESOLUTION};
+use keepout_kernel::{LatticeError, Length, Point, ProhibitedRegion, UNITS_PER_MM};
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::drawing::Chained;
-use crate::finish::{FinishError, FinishingPath, propose};
+use crate::finish::{FinishError, FinishingPath, PathRefusal, propose};
 use crate::machine::MachineProfile;
 use crate::margin::{Budget, MarginError};
+use crate::order::Stage;
 use crate::profile::{MachinedSide, Profile, ProfileError};
 use crate::units::{length_up_from_mm, mm};
 
@@ -22,19 +23,106 @@ pub struct Job {
     pub side: MachinedSide,
     /// The whole margin, mm, in place of the machine profile's errors.
     pub margin_mm: Option<f64>,
+    /// Finishing passes, first to last; none means one along the profile itself.
+    pub passes: Vec<PassJob>,
+    /// Which way round the tool cuts.
+    pub cut: Cut,
+}
+
+impl Default for Job {
+    fn default() -> Self {
+        Self {
+            tool_diameter_mm: 6.0,
+            allowance_mm: 0.2,
+            side: MachinedSide::Outside,
+            margin_mm: None,
+            passes: Vec::new(),
+            cut: Cut::default(),
+        }
+    }
+}
+
+/// A finishing pass, as it is ordered.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PassJob {
+    /// Stock that the pass leaves, mm.
+    pub allowance_mm: f64,
+    /// Its feed, mm/min; the run's own when none is given.
+    pub feed_mm_min: Option<u32>,
+}
+
+/// Which way round a clockwise cutter goes about the part.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Cut {
+    /// Against the feed, the part on the left: the cutter does not pull itself in where a drive has play.
+    #[default]
+    Conventional,
+    /// With the feed, the part on the right: a better surface on drives without play.
+    Climb,
+}
+
+/// Something to know about a drawing, and where.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Remark {
+    /// The place, when it has one.
+    pub at: Option<Point>,
+    /// What.
+    pub text: String,
+}
+
+impl From<String> for Remark {
+    fn from(text: String) -> Self {
+        Self { at: None, text }
+    }
+}
+
+/// Where a plan comes from.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Sheet {
+    /// Name of the drawing.
+    pub name: String,
+    /// SHA-256 of the drawing's bytes.
+    pub hash: [u8; 32],
+    /// The unit the drawing was read in.
+    pub unit: String,
+    /// What was repaired in the drawing, and what was left out.
+    pub remarks: Vec<Remark>,
+    /// How the drawing was turned, degrees, and then moved, mm.
+    pub placed: Option<(f64, (f64, f64))>,
+}
+
+/// A finishing pass.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pass {
+    /// Stock that it leaves.
+    pub allowance: Length,
+    /// Its feed, mm/min; the run's own when none is given.
+    pub feed_mm_min: Option<u32>,
+    /// Its path.
+    pub path: FinishingPath,
+}
+
+impl Pass {
+    fn summary(&self, number: usize) -> String {
+        let feed = self.feed_mm_min.map_or(String::new(), |feed| format!(", {feed} mm/min"));
+        let path = &self.path;
+        format!(
+            "pass {number}       leaves {:.4} mm{feed}: {} loops, {:.1} mm; residual {:.3} mm of {:.1} mm contour, {:.3} mm²",
+            mm(self.allowance.units()),
+            path.loops.len(),
+            path.length_mm(),
+            path.residual_length_mm,
+            path.profile_length_mm,
+            path.residual_area_mm2
+        )
+    }
 }
 
 /// A plan. Believe it after [`Plan::certify`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// Name of the drawing.
-    pub drawing: String,
-    /// SHA-256 of the drawing's bytes.
-    pub drawing_hash: [u8; 32],
-    /// The unit the drawing was read in.
-    pub unit: String,
-    /// What was repaired in the drawing, and what was left out, in words.
-    pub remarks: Vec<String>,
+    /// Where it comes from.
+    pub sheet: Sheet,
     /// The machine the margin was made for.
     pub machine: MachineProfile,
     /// Which side is machined.
@@ -47,8 +135,10 @@ pub struct Plan {
     pub budget: Budget,
     /// The profile.
     pub profile: Profile,
-    /// The finishing path.
-    pub finish: FinishingPath,
+    /// Which way round the tool cuts.
+    pub cut: Cut,
+    /// The finishing passes, first to last; there is at least one.
+    pub passes: Vec<Pass>,
 }
 
 /// Why there is no plan, or a plan is not believed.
@@ -77,20 +167,25 @@ pub enum PlanError {
         /// What was given.
         diameter_mm: f64,
     },
-    /// A motion of the finishing path comes too near the part.
-    #[error("finishing loop {number}: {gouge}")]
-    Gouge {
-        /// The loop, from 1.
+    /// A finishing pass does not hold what it claims.
+    #[error("finishing pass {number}, {refusal}")]
+    Pass {
+        /// The pass, from 1.
         number: usize,
-        /// The motion.
-        gouge: Gouge,
+        /// Why.
+        refusal: PathRefusal,
     },
-    /// A loop of the finishing path does not close.
-    #[error("finishing loop {number} does not close")]
-    OpenLoop {
-        /// The loop, from 1.
-        number: usize,
+    /// Passes do not take off something each.
+    #[error(
+        "a finishing pass leaves {allowance_mm:.4} mm: each pass must leave less than the one before, and the first no more than roughing leaves (--allowance-mm)"
+    )]
+    PassOrder {
+        /// What the pass leaves, mm.
+        allowance_mm: f64,
     },
+    /// There is no finishing pass.
+    #[error("the plan has no finishing pass")]
+    NoPass,
 }
 
 /// A plan whose every claim was checked, with the part it was checked against.
@@ -104,22 +199,21 @@ pub struct CertifiedPlan {
     pub roughing: Length,
     /// Threshold of finishing, R + M: what the finishing path keeps.
     pub finishing: Length,
-    /// Motions of the finishing path that were certified.
+    /// Motions of the finishing passes that were certified.
     pub certified_motions: usize,
 }
 
 impl Plan {
-    /// Plans a job: part, margin, finishing path; and certifies it.
+    /// Plans a job: part, margin, finishing passes; and certifies it. `stage` is told what is being done.
     ///
     /// # Errors
     /// [`PlanError`] with place and remedy.
     pub fn make(
-        name: &str,
-        drawing_hash: [u8; 32],
-        (unit, remarks): (String, Vec<String>),
-        chained: Chained,
+        sheet: Sheet,
+        profile: Profile,
         job: &Job,
         machine: &MachineProfile,
+        stage: &mut dyn FnMut(Stage),
     ) -> Result<CertifiedPlan, PlanError> {
         let diameter_mm = job.tool_diameter_mm;
         if !(0.001..=500.0).contains(&diameter_mm) {
@@ -129,27 +223,52 @@ impl Plan {
             |what, value| length_up_from_mm(value).map_err(|source| PlanError::Length { what, source });
         let tool_radius = length("tool radius", diameter_mm / 2.0)?;
         let allowance = length("allowance", job.allowance_mm)?;
-        let budget = Budget::of(machine, job.margin_mm)?;
-        let part = chained.profile.part(job.side)?;
+        let budget = Budget::of(machine, job.margin_mm, sheet.placed.is_some())?;
+        stage(Stage::Checking);
+        let part = profile.part(job.side)?;
         let finishing = finishing_threshold(tool_radius, &budget)?;
-        let finish = propose(&chained.profile, &part, finishing, diameter_mm)?;
+        stage(Stage::Offsetting);
+        let single = [PassJob::default()];
+        let ordered = if job.passes.is_empty() { &single[..] } else { &job.passes };
+        let mut passes = Vec::new();
+        for each in ordered {
+            let left = length("allowance of a pass", each.allowance_mm)?;
+            let threshold = plus(finishing, left)?;
+            let path = propose(&profile, &part, threshold, diameter_mm)?;
+            passes.push(Pass { allowance: left, feed_mm_min: each.feed_mm_min, path });
+        }
         let plan = Self {
-            drawing: name.into(),
-            drawing_hash,
-            unit,
-            remarks,
+            sheet,
             machine: machine.clone(),
             side: job.side,
             tool_radius,
             allowance,
             budget,
-            profile: chained.profile,
-            finish,
+            profile,
+            cut: job.cut,
+            passes,
         };
+        stage(Stage::Certifying);
         plan.certify_against(part)
     }
 
-    /// Certifies the plan from nothing but its own data: builds the part, and checks every motion of the path.
+    /// The path of the last pass, which finishes the part.
+    ///
+    /// # Panics
+    /// Never for a plan that was made or read: it has a pass.
+    #[must_use]
+    pub fn finish(&self) -> &FinishingPath {
+        &self.passes.last().expect("a plan has a pass").path
+    }
+
+    /// The number of loops of all passes.
+    #[must_use]
+    pub fn loop_count(&self) -> usize {
+        self.passes.iter().map(|pass| pass.path.loops.len()).sum()
+    }
+
+    /// Certifies the plan from nothing but its own data: builds the part, and checks every motion and the completeness of
+    /// every pass.
     ///
     /// # Errors
     /// [`PlanError`] for the first claim that does not hold.
@@ -160,24 +279,42 @@ impl Plan {
 
     fn certify_against(self, mut part: ProhibitedRegion) -> Result<CertifiedPlan, PlanError> {
         let finishing = finishing_threshold(self.tool_radius, &self.budget)?;
-        let too_long = |source| PlanError::Length { what: "roughing threshold", source };
-        let roughing = finishing.plus(self.allowance).map_err(too_long)?;
+        let roughing = plus(finishing, self.allowance)?;
+        self.certify_order()?;
         // Cells only make answers at the roughing threshold faster; a part too large for them is asked by its index.
         let _ = part.prepare(roughing);
         let mut certified_motions = 0;
-        for (index, each) in self.finish.loops.iter().enumerate() {
-            let number = index + 1;
-            let end = certify_path(&part, finishing, &each.curves)
-                .map_err(|gouge| PlanError::Gouge { number, gouge })?;
-            if end.map(keepout_kernel::FreePoint::point)
-                != each.curves.first().map(keepout_kernel::Curve::from)
-            {
-                return Err(PlanError::OpenLoop { number });
-            }
-            certified_motions += each.curves.len();
+        for (index, pass) in self.passes.iter().enumerate() {
+            let threshold = plus(finishing, pass.allowance)?;
+            let refused = |refusal| PlanError::Pass { number: index + 1, refusal };
+            certified_motions += pass.path.certify(&self.profile, &part, threshold).map_err(refused)?;
         }
         Ok(CertifiedPlan { plan: self, part, roughing, finishing, certified_motions })
     }
+
+    /// Checks that each pass leaves less than the one before, and the first less than roughing does.
+    fn certify_order(&self) -> Result<(), PlanError> {
+        let mut before = None;
+        for pass in &self.passes {
+            if before.is_some_and(|before| pass.allowance >= before) {
+                return Err(PlanError::PassOrder { allowance_mm: mm(pass.allowance.units()) });
+            }
+            before = Some(pass.allowance);
+        }
+        match self.passes.first() {
+            None => Err(PlanError::NoPass),
+            Some(first) if first.allowance > self.allowance => {
+                Err(PlanError::PassOrder { allowance_mm: mm(first.allowance.units()) })
+            }
+            Some(_) => Ok(()),
+        }
+    }
+}
+
+fn plus(threshold: Length, more: Length) -> Result<Length, PlanError> {
+    threshold
+        .plus(more)
+        .map_err(|source| PlanError::Length { what: "roughing or finishing threshold", source })
 }
 
 fn finishing_threshold(tool_radius: Length, budget: &Budget) -> Result<Length, PlanError> {
@@ -190,7 +327,7 @@ impl CertifiedPlan {
     #[must_use]
     pub fn summary(&self) -> String {
         let plan = &self.plan;
-        let finish = &plan.finish;
+        let sheet = &plan.sheet;
         let side = match plan.side {
             MachinedSide::Outside => "outside (the part is inside the contour)",
             MachinedSide::Inside => "inside (the part is outside the contour)",
@@ -198,9 +335,9 @@ impl CertifiedPlan {
         let mut lines = vec![
             format!(
                 "drawing      {} ({} contours, unit {})",
-                plan.drawing,
+                sheet.name,
                 plan.profile.loops.len(),
-                plan.unit
+                sheet.unit
             ),
             format!("machined     {side}"),
             format!("tool radius  {:.5} mm", mm(plan.tool_radius.units())),
@@ -215,18 +352,63 @@ impl CertifiedPlan {
                 "finishing    the tool centre stays more than {:.5} mm from the part",
                 mm(self.finishing.units())
             ),
-            format!(
-                "path         {} loops, {} motions, {:.1} mm, every motion certified",
-                finish.loops.len(),
-                self.certified_motions,
-                finish.length_mm()
-            ),
-            format!(
-                "residual     {:.3} mm of {:.1} mm contour, {:.3} mm² left in corners the tool does not fit",
-                finish.residual_length_mm, finish.profile_length_mm, finish.residual_area_mm2
-            ),
         ];
-        lines.extend(plan.remarks.iter().map(|remark| format!("note         {remark}")));
+        if let Some((degrees, (x, y))) = sheet.placed {
+            lines.insert(
+                1,
+                format!("placed       turned by {degrees}° about its origin, then moved by ({x}, {y}) mm"),
+            );
+        }
+        let sources: usize = plan.profile.loops.iter().map(|each| each.sources.len()).sum();
+        if sources > 0 {
+            let slack = plan.profile.slack();
+            lines.push(format!(
+                "curves       {sources} pieces of splines and ellipses, within {:.5} mm of their arcs and lines",
+                mm(slack.units())
+            ));
+        }
+        let way = match plan.cut {
+            Cut::Conventional => "conventional (part on the left)",
+            Cut::Climb => "climb (part on the right)",
+        };
+        lines.push(format!("cut          {way}, {} motions, every motion certified", self.certified_motions));
+        lines.extend(plan.passes.iter().enumerate().map(|(index, pass)| pass.summary(index + 1)));
+        lines.extend(sheet.remarks.iter().map(|remark| format!("note         {}", remark.text)));
+        lines.join("\n")
+    }
+
+    /// What a successful [`Plan::certify`] proves, with the numbers, for a person.
+    #[must_use]
+    pub fn proved(&self) -> String {
+        let plan = &self.plan;
+        let sources: usize = plan.profile.loops.iter().map(|each| each.sources.len()).sum();
+        let mut lines = vec![format!(
+            "proved       the {} contours are closed, simple and apart: {} chords, checked against their arcs",
+            plan.profile.loops.len(),
+            self.part.edges().len()
+        )];
+        if sources > 0 {
+            let slack = mm(plan.profile.slack().units());
+            lines.push(format!(
+                "proved       each of {sources} pieces of splines and ellipses is within {slack:.5} mm of its arcs and lines"
+            ));
+        }
+        for (index, pass) in plan.passes.iter().enumerate() {
+            let threshold = mm(self.finishing.units()) + mm(pass.allowance.units());
+            let motions: usize = pass.path.loops.iter().map(|each| each.curves.len()).sum();
+            lines.push(format!(
+                "proved       pass {}: no gouge: each of {motions} motions farther than {threshold:.5} mm from every chord, \
+                 and its slack more",
+                index + 1
+            ));
+            lines.push(format!(
+                "proved       pass {}: coverage: no stretch of the true offset longer than {:.3} mm is farther than {:.4} mm \
+                 from the path; what is not beside it is residual",
+                index + 1,
+                RESOLUTION / f64::from(UNITS_PER_MM),
+                COVERAGE / f64::from(UNITS_PER_MM)
+            ));
+        }
         lines.join("\n")
     }
 

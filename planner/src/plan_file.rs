@@ -7,6 +7,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use keepout_kernel::exact::arc::ArcError;
+use keepout_kernel::exact::bezier::Bezier;
 use keepout_kernel::{Arc, Curve, LatticeError, Length, Point, Segment, Turn};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -15,12 +16,12 @@ use thiserror::Error;
 use crate::finish::{FinishingLoop, FinishingPath};
 use crate::machine::{MachineError, MachineProfile};
 use crate::margin::Budget;
-use crate::plan::Plan;
-use crate::profile::{MachinedSide, Profile, ProfileEdge, ProfileLoop};
+use crate::plan::{Cut, Pass, Plan, Remark, Sheet};
+use crate::profile::{MachinedSide, Profile, ProfileEdge, ProfileLoop, SourceCurve};
 
 const MAGIC: &[u8; 12] = b"KEEPOUT PLAN";
 /// The version that is written, and the only one that is read.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 const HEADER: usize = MAGIC.len() + 2 + 32;
 /// Largest plan file that is read, in bytes.
 pub const SIZE_MAX: u64 = 1 << 30;
@@ -76,17 +77,39 @@ struct Stored {
     drawing: String,
     drawing_hash: [u8; 32],
     unit: String,
-    remarks: Vec<String>,
+    remarks: Vec<(Option<[i32; 2]>, String)>,
+    placed: Option<(f64, (f64, f64))>,
     machine: MachineProfile,
     side: MachinedSide,
     tool_radius: i32,
     allowance: i32,
     budget: Budget,
-    loops: Vec<Vec<(StoredCurve, i32)>>,
-    finish: Vec<(Vec<StoredCurve>, u64)>,
+    loops: Vec<StoredLoop>,
+    cut: Cut,
+    passes: Vec<StoredPass>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct StoredPass {
+    allowance: i32,
+    feed_mm_min: Option<u32>,
+    loops: Vec<(Vec<StoredCurve>, u64)>,
     residual_length_mm: f64,
     residual_area_mm2: f64,
     profile_length_mm: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+struct StoredLoop {
+    edges: Vec<(StoredCurve, i32)>,
+    sources: Vec<StoredSource>,
+}
+
+/// A spline or ellipse: control points, weights, and the edges that stand for it.
+#[derive(Serialize, Deserialize)]
+struct StoredSource {
+    control: Vec<([i32; 2], u64)>,
+    edges: (u32, u32),
 }
 
 #[derive(Serialize, Deserialize)]
@@ -188,29 +211,87 @@ pub fn load(path: &Path) -> Result<Plan, PlanFileError> {
 }
 
 fn stored(plan: &Plan) -> Stored {
-    let each_loop = |each: &ProfileLoop| {
-        each.edges.iter().map(|edge| (stored_curve(&edge.curve), edge.slack.units())).collect()
+    let each_loop = |each: &ProfileLoop| StoredLoop {
+        edges: each.edges.iter().map(|edge| (stored_curve(&edge.curve), edge.slack.units())).collect(),
+        sources: each.sources.iter().map(stored_source).collect(),
     };
-    let finishing = |each: &FinishingLoop| {
-        let component = u64::try_from(each.component).unwrap_or(u64::MAX);
-        (each.curves.iter().map(stored_curve).collect(), component)
-    };
+    let sheet = &plan.sheet;
     Stored {
-        drawing: plan.drawing.clone(),
-        drawing_hash: plan.drawing_hash,
-        unit: plan.unit.clone(),
-        remarks: plan.remarks.clone(),
+        drawing: sheet.name.clone(),
+        drawing_hash: sheet.hash,
+        unit: sheet.unit.clone(),
+        remarks: sheet.remarks.iter().map(stored_remark).collect(),
+        placed: sheet.placed,
         machine: plan.machine.clone(),
         side: plan.side,
         tool_radius: plan.tool_radius.units(),
         allowance: plan.allowance.units(),
         budget: plan.budget.clone(),
         loops: plan.profile.loops.iter().map(each_loop).collect(),
-        finish: plan.finish.loops.iter().map(finishing).collect(),
-        residual_length_mm: plan.finish.residual_length_mm,
-        residual_area_mm2: plan.finish.residual_area_mm2,
-        profile_length_mm: plan.finish.profile_length_mm,
+        cut: plan.cut,
+        passes: plan.passes.iter().map(stored_pass).collect(),
     }
+}
+
+fn stored_remark(remark: &Remark) -> (Option<[i32; 2]>, String) {
+    (remark.at.map(|at| [at.x.units(), at.y.units()]), remark.text.clone())
+}
+
+fn restored_remark((at, text): (Option<[i32; 2]>, String)) -> Result<Remark, PlanFileError> {
+    let at = at.map(|[x, y]| Point::from_units(x.into(), y.into())).transpose()?;
+    Ok(Remark { at, text })
+}
+
+fn stored_pass(pass: &Pass) -> StoredPass {
+    let finishing = |each: &FinishingLoop| {
+        let component = u64::try_from(each.component).unwrap_or(u64::MAX);
+        (each.curves.iter().map(stored_curve).collect(), component)
+    };
+    StoredPass {
+        allowance: pass.allowance.units(),
+        feed_mm_min: pass.feed_mm_min,
+        loops: pass.path.loops.iter().map(finishing).collect(),
+        residual_length_mm: pass.path.residual_length_mm,
+        residual_area_mm2: pass.path.residual_area_mm2,
+        profile_length_mm: pass.path.profile_length_mm,
+    }
+}
+
+fn restored_pass(stored: &StoredPass) -> Result<Pass, PlanFileError> {
+    let mut loops = Vec::new();
+    for (curves, component) in &stored.loops {
+        let curves = curves.iter().map(restored_curve).collect::<Result<_, _>>()?;
+        let component =
+            usize::try_from(*component).map_err(|error| PlanFileError::Contents(error.to_string()))?;
+        loops.push(FinishingLoop { curves, component });
+    }
+    let path = FinishingPath {
+        loops,
+        residual_length_mm: stored.residual_length_mm,
+        residual_area_mm2: stored.residual_area_mm2,
+        profile_length_mm: stored.profile_length_mm,
+    };
+    let allowance = Length::from_units(stored.allowance.into())?;
+    Ok(Pass { allowance, feed_mm_min: stored.feed_mm_min, path })
+}
+
+fn stored_source(source: &SourceCurve) -> StoredSource {
+    let index = |i: usize| u32::try_from(i).unwrap_or(u32::MAX);
+    let curve = &source.curve;
+    let control = curve.control().iter().zip(curve.weights());
+    StoredSource {
+        control: control.map(|(p, &weight)| ([p.x.units(), p.y.units()], weight)).collect(),
+        edges: (index(source.first), index(source.end)),
+    }
+}
+
+fn restored_source(source: &StoredSource) -> Result<SourceCurve, PlanFileError> {
+    let index = |i: u32| usize::try_from(i).unwrap_or(usize::MAX);
+    let point = |&([x, y], _): &([i32; 2], u64)| Point::from_units(x.into(), y.into());
+    let control = source.control.iter().map(point).collect::<Result<_, _>>()?;
+    let weights = source.control.iter().map(|&(_, weight)| weight).collect();
+    let curve = Bezier::new(control, weights).map_err(|error| PlanFileError::Contents(error.to_string()))?;
+    Ok(SourceCurve { curve, first: index(source.edges.0), end: index(source.edges.1) })
 }
 
 fn stored_curve(curve: &Curve) -> StoredCurve {
@@ -231,33 +312,30 @@ fn restored(stored: Stored) -> Result<Plan, PlanFileError> {
         let edge = |(curve, slack): &(StoredCurve, i32)| {
             Ok(ProfileEdge { curve: restored_curve(curve)?, slack: length(*slack)? })
         };
-        let edges = each.iter().map(edge).collect::<Result<_, PlanFileError>>()?;
-        profile.loops.push(ProfileLoop { edges });
+        let edges = each.edges.iter().map(edge).collect::<Result<_, PlanFileError>>()?;
+        let sources = each.sources.iter().map(restored_source).collect::<Result<_, PlanFileError>>()?;
+        profile.loops.push(ProfileLoop { edges, sources });
     }
-    let mut loops = Vec::new();
-    for (curves, component) in &stored.finish {
-        let curves = curves.iter().map(restored_curve).collect::<Result<_, _>>()?;
-        let component =
-            usize::try_from(*component).map_err(|error| PlanFileError::Contents(error.to_string()))?;
-        loops.push(FinishingLoop { curves, component });
+    let passes = stored.passes.iter().map(restored_pass).collect::<Result<Vec<_>, _>>()?;
+    if passes.is_empty() {
+        return Err(PlanFileError::Contents("it has no finishing pass".into()));
     }
     Ok(Plan {
+        sheet: Sheet {
+            name: stored.drawing,
+            hash: stored.drawing_hash,
+            unit: stored.unit,
+            remarks: stored.remarks.into_iter().map(restored_remark).collect::<Result<_, _>>()?,
+            placed: stored.placed,
+        },
         tool_radius: length(stored.tool_radius)?,
         allowance: length(stored.allowance)?,
         machine: stored.machine.checked()?,
-        drawing: stored.drawing,
-        drawing_hash: stored.drawing_hash,
-        unit: stored.unit,
-        remarks: stored.remarks,
         side: stored.side,
         budget: stored.budget,
         profile,
-        finish: FinishingPath {
-            loops,
-            residual_length_mm: stored.residual_length_mm,
-            residual_area_mm2: stored.residual_area_mm2,
-            profile_length_mm: stored.profile_length_mm,
-        },
+        cut: stored.cut,
+        passes,
     })
 }
 

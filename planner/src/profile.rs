@@ -1,5 +1,6 @@
 //! The profile: closed loops of lines and arcs on the lattice, and the part they bound.
 
+use keepout_kernel::exact::bezier::Bezier;
 use keepout_kernel::exact::region::RegionError;
 use keepout_kernel::exact::ring::RingError;
 use keepout_kernel::offset::Outline;
@@ -21,11 +22,24 @@ pub struct ProfileEdge {
     pub slack: Length,
 }
 
+/// A curve of the drawing that edges stand for, within their slack.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SourceCurve {
+    /// The curve, in the direction of the loop.
+    pub curve: Bezier,
+    /// The first of the edges.
+    pub first: usize,
+    /// One past the last.
+    pub end: usize,
+}
+
 /// A closed loop of edges, each beginning where the one before ends.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ProfileLoop {
     /// The edges in order.
     pub edges: Vec<ProfileEdge>,
+    /// The splines and ellipses that some of them stand for.
+    pub sources: Vec<SourceCurve>,
 }
 
 /// Closed loops taken from the drawing.
@@ -68,6 +82,12 @@ pub enum ProfileError {
         /// Where.
         at: Point,
     },
+    /// Lines and arcs do not follow the spline or ellipse that they stand for.
+    #[error("near {} the contour's lines and arcs leave the spline or ellipse they stand for by more than is stated", place(*at))]
+    Curve {
+        /// Where.
+        at: Point,
+    },
     /// A loop is no contour: too few edges, or collapsed.
     #[error("a contour near {} is no closed shape: {reason}. Remove it in the CAD system.", place(*at))]
     Degenerate {
@@ -89,8 +109,23 @@ pub enum ProfileError {
     Empty,
 }
 
+impl ProfileError {
+    /// Where, when it is anywhere.
+    #[must_use]
+    pub fn at(&self) -> Option<Point> {
+        match *self {
+            Self::SelfContact { at }
+            | Self::ContoursTouch { at }
+            | Self::Curve { at }
+            | Self::Degenerate { at, .. } => Some(at),
+            Self::TooLarge { .. } | Self::Empty => None,
+        }
+    }
+}
+
 impl Profile {
-    /// The part that the profile bounds, from chords checked against every arc.
+    /// The part that the profile bounds, from chords checked against every arc, and arcs and lines checked against every
+    /// spline and ellipse that they stand for.
     ///
     /// # Errors
     /// [`ProfileError`] with the place of the first fault.
@@ -102,6 +137,13 @@ impl Profile {
         })?;
         ProhibitedRegion::new(region, side.into())
             .map_err(|error| ProfileError::TooLarge { reason: error.to_string() })
+    }
+
+    /// The largest slack of an edge.
+    #[must_use]
+    pub fn slack(&self) -> Length {
+        let edges = self.loops.iter().flat_map(|each| &each.edges);
+        edges.map(|edge| edge.slack).max().unwrap_or(Length::ZERO)
     }
 
     /// The loops as outlines for offsetting, told on which side of each the tool is.
@@ -122,7 +164,39 @@ impl Profile {
 }
 
 impl ProfileLoop {
-    fn ring(&self) -> Result<Ring, ProfileError> {
+    /// Whether it is a line drawn to and fro, which bounds nothing.
+    #[must_use]
+    pub fn is_flat(&self) -> bool {
+        matches!(
+            self.edges[..],
+            [ProfileEdge { curve: Curve::Line(_), .. }, ProfileEdge { curve: Curve::Line(_), .. }]
+        )
+    }
+
+    /// Checks that the edges follow the curves they stand for within their slack.
+    fn check_sources(&self) -> Result<(), ProfileError> {
+        for source in &self.sources {
+            let at = source.curve.control().first().copied().unwrap_or(Point::ORIGIN);
+            let edges = self.edges.get(source.first..source.end).unwrap_or(&[]);
+            let ends = edges.first().zip(edges.last()).map(|(a, b)| (a.curve.from(), b.curve.to()));
+            let (first, last) = (source.curve.control().first(), source.curve.control().last());
+            let slack = edges.iter().map(|edge| edge.slack).min();
+            let (Some(slack), Some(ends)) = (slack, ends) else { return Err(ProfileError::Curve { at }) };
+            if first.copied().zip(last.copied()) != Some(ends) {
+                return Err(ProfileError::Curve { at });
+            }
+            let chain: Vec<Curve> = edges.iter().map(|edge| edge.curve).collect();
+            source.curve.beside(&chain, slack).map_err(|stray| ProfileError::Curve { at: stray.at })?;
+        }
+        Ok(())
+    }
+
+    /// The loop as a closed simple polygon of checked chords.
+    ///
+    /// # Errors
+    /// [`ProfileError`] with the place of the first fault.
+    pub fn ring(&self) -> Result<Ring, ProfileError> {
+        self.check_sources()?;
         let at = self.edges.first().map_or(Point::ORIGIN, |edge| edge.curve.from());
         let degenerate = |reason: String| ProfileError::Degenerate { at, reason };
         let pieces = self

@@ -2,48 +2,26 @@
 
 use std::path::{Path, PathBuf};
 
-use keepout_planner::drawing::{JOIN_MM, chain, import, read_file};
+use keepout_planner::drawing::read_file;
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::plan::{CertifiedPlan, Job, Plan};
-use keepout_planner::plan_file;
-use keepout_planner::profile::MachinedSide;
+use keepout_planner::order::Order;
+use keepout_planner::plan::{CertifiedPlan, Job};
 
-/// How a drawing is to be planned.
-#[derive(Clone, Debug)]
-pub struct Wanted {
-    /// Tool diameter, mm.
-    pub tool_mm: f64,
-    /// Which side is machined.
-    pub side: MachinedSide,
-    /// Layers to take; all when empty.
-    pub layers: Vec<String>,
-    /// Unit that overrides the file's.
-    pub units: Option<String>,
-    /// Gaps to close, mm.
-    pub join_mm: f64,
-}
-
-impl Default for Wanted {
-    fn default() -> Self {
-        Self { tool_mm: 3.0, side: MachinedSide::Outside, layers: Vec::new(), units: None, join_mm: JOIN_MM }
-    }
+/// An order for a tool of the diameter, all else by default.
+#[must_use]
+pub fn order(tool_diameter_mm: f64) -> Order {
+    Order { job: Job { tool_diameter_mm, ..Job::default() }, ..Order::default() }
 }
 
 /// Drawing file to certified plan for the simulated machine.
 ///
 /// # Errors
 /// The message that a person would read.
-pub fn plan_of(path: &Path, wanted: &Wanted) -> Result<CertifiedPlan, String> {
-    let text = |error: &dyn std::fmt::Display| error.to_string();
-    let bytes = read_file(path).map_err(|error| text(&error))?;
-    let drawing = import(&bytes, &wanted.layers, wanted.units.as_deref()).map_err(|error| text(&error))?;
-    let chained = chain(&drawing.curves, wanted.join_mm).map_err(|error| text(&error))?;
-    let remarks = chained.repairs.iter().map(ToString::to_string).collect();
-    let job = Job { tool_diameter_mm: wanted.tool_mm, allowance_mm: 0.2, side: wanted.side, margin_mm: None };
-    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+pub fn plan_of(path: &Path, order: &Order) -> Result<CertifiedPlan, String> {
+    let bytes = read_file(path).map_err(|error| error.to_string())?;
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
     let machine = MachineProfile::simulated();
-    Plan::make(&name, plan_file::hash(&bytes), (drawing.unit, remarks), chained, &job, &machine)
-        .map_err(|error| text(&error))
+    order.plan(&name, &bytes, &machine, &mut |_| {}).map_err(|error| error.to_string())
 }
 
 /// Area of the part's contours by the even–odd rule, mm².

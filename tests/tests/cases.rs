@@ -2,9 +2,12 @@
 
 use std::path::Path;
 
+use keepout_planner::drawing::Choice;
+use keepout_planner::order::Order;
 use keepout_planner::plan_file;
 use keepout_planner::profile::MachinedSide;
-use keepout_tests::{Wanted, area_mm2, plan_of};
+use keepout_planner::select::Selection;
+use keepout_tests::{area_mm2, order, plan_of};
 use serde::Deserialize;
 
 #[derive(Deserialize)]
@@ -41,22 +44,57 @@ struct Case {
     repairs: Option<usize>,
     #[serde(default)]
     error: Vec<String>,
+    #[serde(default)]
+    with: Vec<String>,
+    #[serde(default)]
+    line_types: Vec<String>,
+    #[serde(default)]
+    at: Vec<(f64, f64)>,
+    #[serde(default)]
+    leave_out_open: bool,
+    #[serde(default)]
+    min_area: Option<f64>,
+    #[serde(default)]
+    max_area: Option<f64>,
+    #[serde(default)]
+    rotate_deg: Option<f64>,
+    #[serde(default)]
+    offset_mm: Option<(f64, f64)>,
+    #[serde(default)]
+    left_out: Option<String>,
+}
+
+impl Case {
+    fn order(&self) -> Result<Order, String> {
+        let mut wanted = order(self.tool.unwrap_or(3.0));
+        wanted.job.side = match self.side.as_deref() {
+            Some("inside") => MachinedSide::Inside,
+            None | Some("outside") => MachinedSide::Outside,
+            Some(other) => return Err(format!("no side {other}")),
+        };
+        wanted.choice = Choice {
+            layers: self.layers.clone(),
+            unit: self.units.clone(),
+            line_types: self.line_types.clone(),
+            hatches: self.with.iter().any(|with| with == "hatch"),
+            solids: self.with.iter().any(|with| with == "solid"),
+            placed: self.offset_mm.map(|by| (self.rotate_deg.unwrap_or(0.0), by)),
+            ..Choice::default()
+        };
+        wanted.selection = Selection {
+            at: self.at.clone(),
+            least_area_mm2: self.min_area,
+            most_area_mm2: self.max_area,
+            leave_out_open: self.leave_out_open,
+        };
+        wanted.join_mm = self.join_mm.unwrap_or(wanted.join_mm);
+        Ok(wanted)
+    }
 }
 
 fn check(case: &Case) -> Result<(), String> {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let default = Wanted::default();
-    let wanted = Wanted {
-        tool_mm: case.tool.unwrap_or(default.tool_mm),
-        side: match case.side.as_deref() {
-            Some("inside") => MachinedSide::Inside,
-            None | Some("outside") => MachinedSide::Outside,
-            Some(other) => return Err(format!("no side {other}")),
-        },
-        layers: case.layers.clone(),
-        units: case.units.clone(),
-        join_mm: case.join_mm.unwrap_or(default.join_mm),
-    };
+    let wanted = case.order()?;
     let made = plan_of(&here.join("drawings").join(&case.drawing), &wanted);
     let plan = match made {
         Err(message) if case.error.is_empty() => return Err(message),
@@ -72,14 +110,20 @@ fn check(case: &Case) -> Result<(), String> {
         _ => Ok(()),
     };
     same("contours", plan.plan.profile.loops.len(), case.contours)?;
-    same("finishing loops", plan.plan.finish.loops.len(), case.finish_loops)?;
-    same("repairs", plan.plan.remarks.len(), case.repairs.or(Some(0)))?;
+    same("finishing loops", plan.plan.finish().loops.len(), case.finish_loops)?;
+    let repairs = plan.plan.sheet.remarks.iter().filter(|remark| remark.at.is_some()).count();
+    same("repairs", repairs, case.repairs.or(Some(0)))?;
+    if let Some(words) = &case.left_out
+        && !plan.plan.sheet.remarks.iter().any(|remark| remark.text.contains(words.as_str()))
+    {
+        return Err(format!("no remark says \"{words}\": {:?}", plan.plan.sheet.remarks));
+    }
     let near = |what: &str, found: f64, wanted: Option<f64>, tolerance: f64| match wanted {
         Some(wanted) if (wanted - found).abs() > tolerance => Err(format!("{what} {found}, {wanted} wanted")),
         _ => Ok(()),
     };
     near("area", area_mm2(&plan), case.area, case.area_tolerance.unwrap_or(0.15))?;
-    near("residual", plan.plan.finish.residual_area_mm2, case.residual_mm2, 0.001)?;
+    near("residual", plan.plan.finish().residual_area_mm2, case.residual_mm2, 0.001)?;
     // The plan survives its file, and is believed again from nothing but that.
     let bytes = plan_file::encode(&plan.plan).map_err(|error| error.to_string())?;
     let again = plan_file::decode(&bytes).map_err(|error| error.to_string())?;
@@ -104,5 +148,5 @@ fn every_case_of_ours() {
         }
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
-    assert!(count >= 25, "only {count} cases were found");
+    assert!(count >= 75, "only {count} cases were found");
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use keepout_executor::operator;
 use keepout_executor::session::{Ended, Link, Log, SimRun, run_simulated};
 use keepout_planner::units::point_mm;
-use keepout_tests::{REAL_DRAWINGS, Wanted, area_mm2, plan_of, shared};
+use keepout_tests::{REAL_DRAWINGS, area_mm2, order, plan_of, shared};
 use serde_json::Value;
 
 /// What an independent reading found in a drawing.
@@ -49,7 +49,7 @@ fn every_drawing_is_understood_or_explained() {
     let (mut planned, mut explained, mut wrong) = (0, 0, Vec::new());
     for (name, entry) in entries.as_object().unwrap() {
         let path = shared.join("dxf").join(name);
-        match plan_of(&path, &Wanted { tool_mm: 1.0, ..Wanted::default() }) {
+        match plan_of(&path, &order(1.0)) {
             Ok(plan) => {
                 planned += 1;
                 if let Err(difference) = compare(&plan, entry) {
@@ -95,7 +95,7 @@ fn whole_job_on_real_drawings() {
 }
 
 fn whole_job(path: &Path, operator: &str) -> Result<(), String> {
-    let plan = plan_of(path, &Wanted::default())?;
+    let plan = plan_of(path, &order(3.0))?;
     let mut run = SimRun {
         link: Link::Virtual,
         baud: 9600,

@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use keepout_executor::link::port::PortError;
 use keepout_executor::operator::OperatorError;
 use keepout_executor::session::{LogError, PlaceError, SimError};
-use keepout_planner::drawing::DrawingError;
 use keepout_planner::machine::MachineError;
+use keepout_planner::order::OrderError;
 use keepout_planner::plan::PlanError;
 use keepout_planner::plan_file::PlanFileError;
 use thiserror::Error;
@@ -15,17 +15,14 @@ use thiserror::Error;
 /// Why a command failed.
 #[derive(Debug, Error)]
 pub enum CliError {
-    /// The drawing can not be used.
+    /// The drawing can not be used, or no plan can be made of it.
     #[error("{path}: {source}", path = path.display())]
-    Drawing {
+    Order {
         /// The file.
         path: PathBuf,
         /// Why.
-        source: DrawingError,
+        source: OrderError,
     },
-    /// No plan can be made.
-    #[error(transparent)]
-    Plan(PlanError),
     /// A plan file does not hold what it claims.
     #[error("{path}: not certified: {source}", path = path.display())]
     NotCertified {
@@ -81,8 +78,8 @@ impl CliError {
     pub fn exit_code(&self) -> ExitCode {
         ExitCode::from(match self {
             Self::Argument(_) | Self::Operator(_) | Self::Machine(_) => 2,
-            Self::Drawing { .. } => 3,
-            Self::Plan(_) | Self::Place(_) => 4,
+            Self::Order { source: OrderError::Drawing(_) | OrderError::Select(_), .. } => 3,
+            Self::Order { .. } | Self::Place(_) => 4,
             Self::PlanFile(PlanFileError::Write { .. }) | Self::Write { .. } | Self::Log(_) => 7,
             Self::PlanFile(_) | Self::NotCertified { .. } => 5,
             Self::Port(_) => 6,

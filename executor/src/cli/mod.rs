@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use keepout_planner::plan::{Cut, PassJob};
 use keepout_planner::profile::MachinedSide;
 
 pub use error::CliError;
@@ -27,6 +28,8 @@ can not be written · 8 the witness saw the tool in the part · 9 the run ended 
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Say what was understood of a DXF drawing: layers, contours, repairs, problems; and draw it.
+    Inspect(InspectArguments),
     /// Make a plan from a DXF drawing: what is kept out of, and the finishing path.
     Plan(PlanArguments),
     /// Draw a plan as an SVG picture.
@@ -66,10 +69,82 @@ impl From<SideArgument> for MachinedSide {
     }
 }
 
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum CutArgument {
+    /// Part on the left of the path: the cutter does not pull itself in where a drive has play.
+    Conventional,
+    /// Part on the right of the path, for drives without play.
+    Climb,
+}
+
+impl From<CutArgument> for Cut {
+    fn from(cut: CutArgument) -> Self {
+        match cut {
+            CutArgument::Conventional => Self::Conventional,
+            CutArgument::Climb => Self::Climb,
+        }
+    }
+}
+
+/// Entities that bound contours only when asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Extra {
+    /// The boundaries of hatches.
+    Hatch,
+    /// The outlines of solids and traces.
+    Solid,
+}
+
+/// What is taken of a drawing.
+#[derive(Debug, Args)]
+struct DrawingArguments {
+    /// The drawing: a DXF file, ASCII or binary.
+    drawing: PathBuf,
+    /// Only these layers of the drawing; may be given more than once.
+    #[arg(long, value_name = "NAME")]
+    layer: Vec<String>,
+    /// Not these layers; may be given more than once.
+    #[arg(long, value_name = "NAME")]
+    without_layer: Vec<String>,
+    /// The drawing's unit, when the file states none or a wrong one: mm, cm, m, in, ft.
+    #[arg(long, value_name = "UNIT")]
+    units: Option<String>,
+    /// Gaps up to this are closed, and listed, mm.
+    #[arg(long, value_name = "MM", default_value_t = keepout_planner::drawing::JOIN_MM)]
+    join_mm: f64,
+    /// Splines and ellipses become arcs and lines within this, mm.
+    #[arg(long, value_name = "MM", default_value_t = keepout_planner::drawing::CURVE_MM)]
+    curve_mm: f64,
+    /// Take lines of this line type though it has gaps; may be given more than once.
+    #[arg(long, value_name = "NAME")]
+    line_type: Vec<String>,
+    /// Take what is no contour of its own, too.
+    #[arg(long, value_enum)]
+    with: Vec<Extra>,
+    /// Turn the drawing about its origin, counter-clockwise: how the workpiece lies on the table.
+    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
+    rotate_deg: Option<f64>,
+    /// Move the drawing, after turning it, mm.
+    #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true)]
+    offset_mm: Option<(f64, f64)>,
+}
+
+#[derive(Debug, Args)]
+struct InspectArguments {
+    #[command(flatten)]
+    drawing: DrawingArguments,
+    /// Draw what was understood, with repairs and problems marked.
+    #[arg(short, long, value_name = "FILE.svg")]
+    output: Option<PathBuf>,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+}
+
 #[derive(Debug, Args)]
 struct PlanArguments {
-    /// The drawing: a DXF file with lines, arcs, circles and polylines.
-    drawing: PathBuf,
+    #[command(flatten)]
+    drawing: DrawingArguments,
     /// Diameter of the cutter, mm.
     #[arg(long, value_name = "MM")]
     tool_diameter: f64,
@@ -82,15 +157,25 @@ struct PlanArguments {
     /// The whole margin for the machine's errors, mm. Without it the machine profile's figures are used.
     #[arg(long, value_name = "MM")]
     margin_mm: Option<f64>,
-    /// Only these layers of the drawing; may be given more than once.
-    #[arg(long, value_name = "NAME")]
-    layer: Vec<String>,
-    /// The drawing's unit, when the file states none or a wrong one: mm, cm, m, in, ft.
-    #[arg(long, value_name = "UNIT")]
-    units: Option<String>,
-    /// Gaps up to this are closed, and listed, mm.
-    #[arg(long, value_name = "MM", default_value_t = keepout_planner::drawing::JOIN_MM)]
-    join_mm: f64,
+    /// Only the smallest contour around this point, and those directly within it; may be given more than once.
+    #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true)]
+    at: Vec<(f64, f64)>,
+    /// Only contours of at least this area, mm².
+    #[arg(long, value_name = "MM2")]
+    min_area_mm2: Option<f64>,
+    /// Only contours of at most this area, mm².
+    #[arg(long, value_name = "MM2")]
+    max_area_mm2: Option<f64>,
+    /// Leave out curves that do not close, and list them, instead of refusing the drawing.
+    #[arg(long)]
+    leave_out_open: bool,
+    /// A finishing pass: the stock it leaves in mm, with its feed in mm/min after a colon. Twice for the double pass,
+    /// such as --pass 0.1:900 --pass 0:600. Without any, one pass along the contour itself.
+    #[arg(long, value_name = "MM[:F]", value_parser = pass)]
+    pass: Vec<PassJob>,
+    /// Which way round the tool cuts, for a cutter that turns clockwise seen from above.
+    #[arg(long, value_enum, default_value = "conventional")]
+    cut: CutArgument,
     /// The machine's figures, a TOML file. Without it the simulated machine's are used.
     #[arg(long, value_name = "FILE")]
     machine_profile: Option<PathBuf>,
@@ -182,9 +267,26 @@ fn pair(text: &str) -> Result<(f64, f64), String> {
     Ok((number(x)?, number(y)?))
 }
 
+/// `ALLOWANCE` or `ALLOWANCE:FEED`.
+fn pass(text: &str) -> Result<PassJob, String> {
+    let wrong = || {
+        format!("\"{text}\" is no pass: the stock it leaves in mm, and its feed in mm/min, such as 0.1:900")
+    };
+    let (allowance, feed) =
+        text.split_once(':').map_or((text, None), |(allowance, feed)| (allowance, Some(feed)));
+    let allowance_mm =
+        allowance.parse::<f64>().ok().filter(|value| (0.0..=1000.0).contains(value)).ok_or_else(wrong)?;
+    let feed = feed.map(|feed| feed.parse::<u32>().ok().filter(|feed| (1..=600_000).contains(feed)));
+    match feed {
+        Some(None) => Err(wrong()),
+        feed => Ok(PassJob { allowance_mm, feed_mm_min: feed.flatten() }),
+    }
+}
+
 /// Does what the arguments say.
 pub fn execute(arguments: Arguments) -> Result<ExitCode, CliError> {
     match arguments.command {
+        Command::Inspect(arguments) => plan::inspect(&arguments),
         Command::Plan(arguments) => plan::plan(&arguments),
         Command::Show(arguments) => plan::show(&arguments),
         Command::Verify { plan } => plan::verify(&plan),

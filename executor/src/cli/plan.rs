@@ -1,33 +1,103 @@
-//! `plan`, `show` and `verify`.
+//! `inspect`, `plan`, `show` and `verify`.
 
+use std::io::IsTerminal;
 use std::path::Path;
 use std::process::ExitCode;
+use std::time::Duration;
 
-use keepout_planner::drawing::{chain, import};
+use indicatif::{ProgressBar, ProgressStyle};
+use keepout_planner::inspect::inspect as look_at;
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::picture::svg;
-use keepout_planner::plan::{CertifiedPlan, Job, Plan};
+use keepout_planner::order::{Order, OrderError, Stage};
+use keepout_planner::picture::{inspection_svg, svg};
+use keepout_planner::plan::{CertifiedPlan, Job};
 use keepout_planner::plan_file;
+use keepout_planner::select::Selection;
 
-use super::{CliError, PlanArguments, ShowArguments};
+use super::{CliError, DrawingArguments, InspectArguments, PlanArguments, ShowArguments};
 
-/// What makes a plan of a drawing.
-pub struct Source<'a> {
-    /// Name of the drawing, for people.
-    pub name: &'a str,
-    /// Its bytes.
-    pub bytes: &'a [u8],
-    /// Layers to take; all when empty.
-    pub layers: &'a [String],
-    /// Unit that overrides the file's.
-    pub units: Option<&'a str>,
-    /// Gaps to close, mm.
-    pub join_mm: f64,
+/// A line that tells what is being done; silent when the output is no terminal.
+struct Progress {
+    bar: ProgressBar,
+}
+
+impl Progress {
+    fn new() -> Self {
+        let bar =
+            if std::io::stderr().is_terminal() { ProgressBar::new_spinner() } else { ProgressBar::hidden() };
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {msg}") {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(Duration::from_millis(120));
+        Self { bar }
+    }
+
+    fn show(&self, stage: Stage) {
+        self.bar.set_message(stage.to_string());
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// What is to be taken of a drawing, without a job yet.
+fn order_of(arguments: &DrawingArguments) -> Result<Order, CliError> {
+    if !(0.0..=100.0).contains(&arguments.join_mm) {
+        return Err(CliError::Argument(format!("--join-mm {} must be between 0 and 100", arguments.join_mm)));
+    }
+    let mut order = Order { join_mm: arguments.join_mm, curve_mm: arguments.curve_mm, ..Order::default() };
+    let choice = &mut order.choice;
+    choice.layers.clone_from(&arguments.layer);
+    choice.without.clone_from(&arguments.without_layer);
+    choice.unit.clone_from(&arguments.units);
+    choice.line_types.clone_from(&arguments.line_type);
+    choice.hatches = arguments.with.contains(&super::Extra::Hatch);
+    choice.solids = arguments.with.contains(&super::Extra::Solid);
+    choice.placed = match (arguments.rotate_deg, arguments.offset_mm) {
+        (None, None) => None,
+        (degrees, offset) => Some((degrees.unwrap_or(0.0), offset.unwrap_or((0.0, 0.0)))),
+    };
+    if choice.placed.is_some_and(|(degrees, _)| !(-360.0..=360.0).contains(&degrees)) {
+        return Err(CliError::Argument("--rotate-deg must be between -360 and 360".into()));
+    }
+    Ok(order)
+}
+
+pub fn inspect(arguments: &InspectArguments) -> Result<ExitCode, CliError> {
+    let path = &arguments.drawing.drawing;
+    let wrong = |source: OrderError| CliError::Order { path: path.clone(), source };
+    let order = order_of(&arguments.drawing)?;
+    if let Some(output) = &arguments.output {
+        refuse_same(path, output)?;
+    }
+    let bytes = keepout_planner::drawing::read_file(path).map_err(|error| wrong(error.into()))?;
+    let progress = Progress::new();
+    progress.show(Stage::Reading);
+    let (drawing, chained) = order.contours(&bytes).map_err(|error| wrong(error.into()))?;
+    progress.show(Stage::Checking);
+    let found = look_at(&drawing, &chained);
+    drop(progress);
+    if let Some(output) = &arguments.output {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        write(output, inspection_svg(&found, &chained, &name).as_bytes())?;
+    }
+    if arguments.json {
+        let json = serde_json::to_string_pretty(&found);
+        println!("{}", json.map_err(|error| CliError::Argument(format!("no JSON can be made: {error}")))?);
+    } else {
+        println!("{found}");
+        if let Some(output) = &arguments.output {
+            println!("written      {}", output.display());
+        }
+    }
+    Ok(if found.problems.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(3) })
 }
 
 pub fn plan(arguments: &PlanArguments) -> Result<ExitCode, CliError> {
-    let path = &arguments.drawing;
-    let wrong = |source| CliError::Drawing { path: path.clone(), source };
+    let path = &arguments.drawing.drawing;
     let machine = match &arguments.machine_profile {
         Some(path) => MachineProfile::load(path)?,
         None => MachineProfile::simulated(),
@@ -37,25 +107,24 @@ pub fn plan(arguments: &PlanArguments) -> Result<ExitCode, CliError> {
         let reason = format!("--allowance-mm {} must be between 0 and 1000", arguments.allowance_mm);
         return Err(CliError::Argument(reason));
     }
-    if !(0.0..=100.0).contains(&arguments.join_mm) {
-        return Err(CliError::Argument(format!("--join-mm {} must be between 0 and 100", arguments.join_mm)));
-    }
-    let bytes = keepout_planner::drawing::read_file(path).map_err(wrong)?;
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let source = Source {
-        name: &name,
-        bytes: &bytes,
-        layers: &arguments.layer,
-        units: arguments.units.as_deref(),
-        join_mm: arguments.join_mm,
+    let mut order = order_of(&arguments.drawing)?;
+    order.selection = Selection {
+        at: arguments.at.clone(),
+        least_area_mm2: arguments.min_area_mm2,
+        most_area_mm2: arguments.max_area_mm2,
+        leave_out_open: arguments.leave_out_open,
     };
-    let job = Job {
+    order.job = Job {
         tool_diameter_mm: arguments.tool_diameter,
         allowance_mm: arguments.allowance_mm,
         side: arguments.side.into(),
         margin_mm: arguments.margin_mm,
+        passes: arguments.pass.clone(),
+        cut: arguments.cut.into(),
     };
-    let certified = make(path, &source, &job, &machine)?;
+    let bytes = keepout_planner::drawing::read_file(path)
+        .map_err(|error| CliError::Order { path: path.clone(), source: error.into() })?;
+    let certified = make(path, &bytes, &order, &machine)?;
     plan_file::save(&certified.plan, &arguments.output)?;
     println!("{}", certified.summary());
     println!("written      {}", arguments.output.display());
@@ -65,29 +134,29 @@ pub fn plan(arguments: &PlanArguments) -> Result<ExitCode, CliError> {
 /// Drawing bytes to certified plan.
 pub fn make(
     path: &Path,
-    source: &Source<'_>,
-    job: &Job,
+    bytes: &[u8],
+    order: &Order,
     machine: &MachineProfile,
 ) -> Result<CertifiedPlan, CliError> {
-    let wrong = |error| CliError::Drawing { path: path.to_path_buf(), source: error };
-    let drawing = import(source.bytes, source.layers, source.units).map_err(wrong)?;
-    let chained = chain(&drawing.curves, source.join_mm).map_err(wrong)?;
-    let mut remarks: Vec<String> = chained.repairs.iter().map(ToString::to_string).collect();
-    remarks.extend(drawing.left_out.iter().map(|(why, count)| format!("left out: {count} {why}")));
-    let hash = plan_file::hash(source.bytes);
-    Plan::make(source.name, hash, (drawing.unit, remarks), chained, job, machine).map_err(CliError::Plan)
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let progress = Progress::new();
+    order
+        .plan(&name, bytes, machine, &mut |stage| progress.show(stage))
+        .map_err(|source| CliError::Order { path: path.to_path_buf(), source })
 }
 
 /// Reads a plan file and certifies it.
 pub fn load(path: &Path) -> Result<CertifiedPlan, CliError> {
     let plan = plan_file::load(path)?;
+    let progress = Progress::new();
+    progress.show(Stage::Certifying);
     plan.certify().map_err(|source| CliError::NotCertified { path: path.to_path_buf(), source })
 }
 
 pub fn show(arguments: &ShowArguments) -> Result<ExitCode, CliError> {
     refuse_same(&arguments.plan, &arguments.output)?;
     let certified = load(&arguments.plan)?;
-    let picture = svg(&certified, &certified.plan.drawing, &[]);
+    let picture = svg(&certified, &certified.plan.sheet.name, &[]);
     write(&arguments.output, picture.as_bytes())?;
     println!("written      {}", arguments.output.display());
     Ok(ExitCode::SUCCESS)
@@ -96,13 +165,8 @@ pub fn show(arguments: &ShowArguments) -> Result<ExitCode, CliError> {
 pub fn verify(path: &Path) -> Result<ExitCode, CliError> {
     let certified = load(path)?;
     println!("{}", certified.summary());
-    println!("drawing hash {}", plan_file::hex(&certified.plan.drawing_hash));
-    println!(
-        "proved       contours closed, simple and apart ({} edges); every motion of the finishing path farther than \
-         {:.5} mm from every edge, decided in integers",
-        certified.part.edges().len(),
-        keepout_planner::units::mm(certified.finishing.units())
-    );
+    println!("drawing hash {}", plan_file::hex(&certified.plan.sheet.hash));
+    println!("{}", certified.proved());
     Ok(ExitCode::SUCCESS)
 }
 

@@ -17,13 +17,13 @@ use keepout_executor::sim::{Sample, SampleKind};
 use keepout_executor::supervisor::{Options, Phase, Supervisor};
 use keepout_executor::time::Time;
 use keepout_planner::machine::MachineProfile;
+use keepout_planner::order::Order;
 use keepout_planner::picture::svg;
-use keepout_planner::plan::{CertifiedPlan, Job};
+use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::plan_file;
-use keepout_planner::profile::MachinedSide;
 use keepout_planner::units::{point_from_mm, point_mm};
 
-use super::plan::{Source, load, make, refuse_same, write};
+use super::plan::{load, make, refuse_same, write};
 use super::{CliError, MachineArgument, RunArguments};
 
 /// The drawing of the demonstration.
@@ -149,7 +149,7 @@ fn on_port(
         fault: supervisor.fault().map(ToString::to_string),
         seconds: last.seconds(),
         counts: supervisor.counts(),
-        loops: (supervisor.finished().len(), supervisor.plan().plan.finish.loops.len()),
+        loops: (supervisor.finished().len(), supervisor.plan().plan.loop_count()),
         unreached: supervisor.unreached(),
         deepest_mm: None,
         closest_mm: None,
@@ -172,7 +172,7 @@ fn finish(
     for (name, value) in facts.rows(plan) {
         println!("{name:<36} {value}");
     }
-    let title = format!("{}, as run", plan.plan.drawing);
+    let title = format!("{}, as run", plan.plan.sheet.name);
     let picture = picture_of_run(plan, &title, samples);
     if let Some(path) = &outputs.picture {
         write(path, picture.as_bytes())?;
@@ -243,16 +243,8 @@ pub fn demo(output: &Path, manual_s: f64) -> Result<ExitCode, CliError> {
     std::fs::create_dir_all(output)
         .map_err(|source| CliError::Write { path: output.to_path_buf(), source })?;
     let machine = MachineProfile::simulated();
-    let source = Source {
-        name: "bracket.dxf",
-        bytes: BRACKET,
-        layers: &[],
-        units: None,
-        join_mm: keepout_planner::drawing::JOIN_MM,
-    };
-    let job = Job { tool_diameter_mm: 6.0, allowance_mm: 0.2, side: MachinedSide::Outside, margin_mm: None };
     println!("1. Plan: a bracket with holes, arcs and an inside corner, 6 mm cutter.\n");
-    let plan = make(Path::new("bracket.dxf"), &source, &job, &machine)?;
+    let plan = make(Path::new("bracket.dxf"), BRACKET, &Order::default(), &machine)?;
     println!("{}\n", plan.summary());
     plan_file::save(&plan.plan, &output.join("bracket.plan"))?;
     write(&output.join("plan.svg"), svg(&plan, "bracket.dxf", &[]).as_bytes())?;

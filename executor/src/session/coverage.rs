@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use keepout_kernel::{Point, Segment};
-use keepout_planner::finish::{FreeSpaces, GUARD};
+use keepout_kernel::{Point, Segment, UNITS_PER_MM};
+use keepout_planner::finish::{FreeSpaces, centre_distance};
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::profile::ProfileLoop;
 use keepout_planner::units::{along_mm, length_up_from_mm, mm, nearest_on_mm, point_from_mm, point_mm};
@@ -38,7 +38,7 @@ const TOUCHING_MM: f64 = 0.000_5;
 pub fn coverage<'a>(plan: &CertifiedPlan, cut: impl Iterator<Item = &'a [Point]>) -> Coverage {
     let radius = mm(plan.plan.tool_radius.units());
     let centres = CentrePaths::new(cut, mm(plan.finishing.units()) + MISSED_MM);
-    let spaces = plan.plan.finish.free_spaces();
+    let spaces = plan.plan.finish().free_spaces();
     let components: Vec<usize> = centres.firsts.iter().map(|&point| spaces.component_of(point)).collect();
     let mut result = Coverage::default();
     let mut sum = 0.0;
@@ -87,7 +87,7 @@ fn component_touching(
 ) -> Option<usize> {
     let off =
         |distance_mm: f64| point_from_mm((at.0 + normal.0 * distance_mm, at.1 + normal.1 * distance_mm)).ok();
-    let path = mm(plan.finishing.units()) + mm(i32::from(GUARD));
+    let path = centre_distance(&plan.plan.profile, plan.finishing) / f64::from(UNITS_PER_MM);
     let threshold = length_up_from_mm(path - TOUCHING_MM).ok()?;
     let centre = off(path)?;
     plan.part.edges_clear(Segment { from: centre, to: centre }, threshold).ok()?;
@@ -102,7 +102,7 @@ fn stations(each: &ProfileLoop, free_on_left: bool) -> Vec<Station> {
     let sign = if free_on_left { -1.0 } else { 1.0 };
     let mut stations = Vec::new();
     for edge in &each.edges {
-        let length = edge.curve.length() / f64::from(keepout_kernel::UNITS_PER_MM);
+        let length = edge.curve.length() / f64::from(UNITS_PER_MM);
         let count = (length / STEP_MM).ceil().max(1.0);
         let mut k = 0.0;
         while k <= count {

@@ -2,21 +2,17 @@
 
 use std::time::Duration;
 
-use keepout_planner::drawing::{JOIN_MM, chain, import};
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::plan::{CertifiedPlan, Job, Plan};
-use keepout_planner::profile::MachinedSide;
+use keepout_planner::order::Order;
+use keepout_planner::plan::CertifiedPlan;
 
 use super::log::Log;
 use super::simulated::{SimRun, run_simulated};
 use crate::operator;
 
 fn bracket() -> CertifiedPlan {
-    let drawing = import(include_bytes!("../../drawings/bracket.dxf"), &[], None).unwrap();
-    let chained = chain(&drawing.curves, JOIN_MM).unwrap();
-    let job = Job { tool_diameter_mm: 6.0, allowance_mm: 0.2, side: MachinedSide::Outside, margin_mm: None };
-    Plan::make("bracket", [0; 32], (drawing.unit, vec![]), chained, &job, &MachineProfile::simulated())
-        .unwrap()
+    let bytes = include_bytes!("../../drawings/bracket.dxf");
+    Order::default().plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap()
 }
 
 /// Deepest incursion of one minute of an operator over a slow line, mm.

@@ -110,7 +110,7 @@ fn path_box(plan: &CertifiedPlan) -> Result<(Point, Point), PlaceError> {
     let slack = Length::small(200);
     let points = plan
         .plan
-        .finish
+        .finish()
         .loops
         .iter()
         .flat_map(|each| &each.curves)
@@ -132,7 +132,7 @@ pub fn start_inside(plan: &CertifiedPlan) -> Result<Point, PlaceError> {
 /// A clear place `beyond` mm outside the roughing threshold, beside the longest finishing loops.
 fn start_beside(plan: &CertifiedPlan, beyond: f64) -> Option<Point> {
     let beyond = mm(plan.plan.allowance.units()) + beyond;
-    let mut curves: Vec<_> = plan.plan.finish.loops.iter().flat_map(|each| &each.curves).collect();
+    let mut curves: Vec<_> = plan.plan.finish().loops.iter().flat_map(|each| &each.curves).collect();
     curves.sort_by(|a, b| b.length().total_cmp(&a.length()));
     curves
         .into_iter()

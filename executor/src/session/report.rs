@@ -85,7 +85,7 @@ impl RunFacts {
                 rows.push(row("reachable points not contoured", coverage.missed.to_string()));
             }
         }
-        let finish = &plan.plan.finish;
+        let finish = plan.plan.finish();
         rows.push(row(
             "residual",
             format!("{:.3} mm of contour, {:.3} mm²", finish.residual_length_mm, finish.residual_area_mm2),
@@ -135,7 +135,7 @@ pub fn html(plan: &CertifiedPlan, facts: &RunFacts, picture: &str) -> String {
     for (name, value) in facts.rows(plan) {
         let _ = writeln!(table, "<tr><th>{}</th><td>{}</td></tr>", escape(&name), escape(&value));
     }
-    let title = format!("Keepout: {}", plan.plan.drawing);
+    let title = format!("Keepout: {}", plan.plan.sheet.name);
     format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{title}</title>\n<style>\
          body{{font-family:Helvetica,Arial,sans-serif;max-width:1120px;margin:1.5em auto;color:#1d2025}}\
@@ -145,7 +145,7 @@ pub fn html(plan: &CertifiedPlan, facts: &RunFacts, picture: &str) -> String {
          <table>\n{table}</table>\n{picture}\n<h2>The plan</h2>\n<pre>{}</pre>\n<p>drawing SHA-256 {}</p>\n\
          </body></html>\n",
         escape(&plan.summary()),
-        keepout_planner::plan_file::hex(&plan.plan.drawing_hash),
+        keepout_planner::plan_file::hex(&plan.plan.sheet.hash),
         title = escape(&title),
     )
 }

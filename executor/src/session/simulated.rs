@@ -299,7 +299,7 @@ fn result_of(supervisor: Supervisor, ended: Ended, seconds: f64, run: &SimRun, e
         fault: supervisor.fault().map(ToString::to_string),
         seconds,
         counts: supervisor.counts(),
-        loops: (finished, supervisor.plan().plan.finish.loops.len()),
+        loops: (finished, supervisor.plan().plan.loop_count()),
         unreached: supervisor.unreached(),
         deepest_mm: Some(witness.deepest().map_or(0.0, |incursion| incursion.depth_mm)),
         closest_mm: witness.closest_mm(),

@@ -17,7 +17,7 @@ use std::time::Duration;
 
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Curve, Length, Point};
-use keepout_planner::job::{Leg, contour_job};
+use keepout_planner::job::{Leg, LoopNumber, contour_job};
 use keepout_planner::margin::Budget;
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::{length_up_from_mm, mm};
@@ -65,7 +65,7 @@ enum State {
     Manual(manual::Manual),
     Contouring {
         /// The finishing loops that it cuts.
-        cuts: Vec<usize>,
+        cuts: Vec<LoopNumber>,
     },
     Stopping,
     Done,
@@ -133,7 +133,7 @@ pub struct Supervisor {
     round_trip: Duration,
     planner_blocks: Option<usize>,
     limits: manual::Limits,
-    finished: Vec<usize>,
+    finished: Vec<LoopNumber>,
     notices: Vec<String>,
     counts: Counts,
     position: Option<Point>,
@@ -278,7 +278,7 @@ impl Supervisor {
 
     /// Finishing loops contoured so far.
     #[must_use]
-    pub fn finished(&self) -> &[usize] {
+    pub fn finished(&self) -> &[LoopNumber] {
         &self.finished
     }
 
@@ -516,15 +516,18 @@ impl Supervisor {
         let from = self.guard.end().ok_or("the tool's position is not known")?.point();
         let job = contour_job(&self.plan, from, self.options.stroke).map_err(|error| error.to_string())?;
         let fast = manual::feed(self.limits.speed_mm_s / 2.0);
-        let feed = |leg: &Leg| if leg.cuts.is_some() { self.options.feed_mm_min } else { fast };
+        let of_pass = |cut: LoopNumber| self.plan.plan.passes[cut.pass].feed_mm_min;
+        let feed = |leg: &Leg| match leg.cuts {
+            Some(cut) => of_pass(cut).unwrap_or(self.options.feed_mm_min),
+            None => fast,
+        };
         let curves: Vec<(Curve, u32)> =
             job.legs.iter().flat_map(|leg| leg.curves.iter().map(|&curve| (curve, feed(leg)))).collect();
         let cuts = job.legs.iter().filter_map(|leg| leg.cuts).collect();
         self.guard.take_contour(curves).map_err(|refusal| format!("contouring refused: {refusal}"))?;
         self.unreached = job.unreached.len();
         for unreached in &job.unreached {
-            self.notices
-                .push(format!("no way wide enough for roughing leads to finishing loop {}", unreached + 1));
+            self.notices.push(format!("no way wide enough for roughing leads to finishing {unreached}"));
         }
         self.state = State::Contouring { cuts };
         self.armed = false;

@@ -114,8 +114,10 @@ fn ours(vertices: &[Point], part: &ProhibitedRegion, rounds: usize, offsets: &mu
         offsets.refused = refused + proposed.loose_ends.len();
         made = proposed;
     }
-    let (completing, complete) =
-        seconds(|| offset::certify_complete(part, &outline, RADIUS_MM * MM + GUARD, &made.loops));
+    let (completing, complete) = seconds(|| {
+        let path = made.loops.iter().flat_map(|each| &each.curves);
+        offset::certify_complete(part, &outline, RADIUS_MM * MM + GUARD, path)
+    });
     offsets.complete_ms = completing * 1e3;
     offsets.refused += usize::from(complete.is_err());
     let corners = |each: &offset::OffsetLoop| each.curves.iter().flat_map(sampled).collect();

@@ -10,23 +10,27 @@ use alloc::vec::Vec;
 use core::fmt;
 
 use super::plane::Shape;
-use super::propose::{OffsetLoop, Outline};
+use super::propose::Outline;
 use super::track::{Track, Wall};
 use crate::clear::ProhibitedRegion;
-use crate::curve::{nearest_point, round_down, xy};
+use crate::curve::{Curve, nearest_point, round_down, xy};
 use crate::exact::lattice::{Length, Point};
 use crate::exact::segment::Segment;
 use crate::index::{CheckedIndex, Edge, build};
 
-/// A loop is beside a place when one of its chords is this near, in lattice units (8 µm); with the slack of the chords, and what
-/// an arc leaves between two places, the loop is within 11 µm.
-pub const BESIDE: u16 = 800;
+/// A loop is beside a place when one of its chords is this near, in lattice units (1 µm).
+pub const BESIDE: u16 = 100;
+/// The path is within this of every stretch of the true offset that is longer than [`RESOLUTION`], in lattice units (1.6 µm):
+/// [`BESIDE`], the slack of the chords, what an arc leaves between two places, and [`ROUNDING`].
+pub const COVERAGE: f64 = 160.0;
 /// The longest stretch without a loop beside it that goes unnoticed, in lattice units (20 µm).
 pub const RESOLUTION: f64 = 2_000.0;
 /// Rounding of a place, of a distance, and of a sagitta, in lattice units, together.
 const ROUNDING: f64 = 4.0;
 /// Slack of the loops' chords, lattice units.
-const CHORD_SLACK: u8 = 200;
+const CHORD_SLACK: u8 = 25;
+/// What an arc leaves its own chord by between two places, lattice units.
+const SAGITTA: f64 = 25.0;
 /// Steps are tried at least this long, lattice units (1 µm).
 const LEAST_STEP: f64 = 100.0;
 
@@ -48,17 +52,17 @@ impl fmt::Display for Missing {
 impl core::error::Error for Missing {}
 
 /// Certifies that every stretch longer than [`RESOLUTION`] of the set at distance `d` (lattice units) from the outlines,
-/// on their free side, has one of the loops within [`BESIDE`]. `part` is the part that the outlines bound.
+/// on their free side, has a curve of the path within [`BESIDE`]. `part` is the part that the outlines bound.
 ///
 /// # Errors
 /// [`Missing`] with a place of the first stretch that has none.
-pub fn certify_complete(
+pub fn certify_complete<'a>(
     part: &ProhibitedRegion,
     outlines: &[Outline],
     d: f64,
-    loops: &[OffsetLoop],
+    path: impl Iterator<Item = &'a Curve>,
 ) -> Result<(), Missing> {
-    let Some(beside) = index_of(loops) else { return Err(Missing { at: Point::ORIGIN }) };
+    let Some(beside) = index_of(path) else { return Err(Missing { at: Point::ORIGIN }) };
     let mut walk = Walk { part, beside, d, nearest: None, loop_edge: None, unaccounted: 0.0 };
     for outline in outlines {
         let edges = outline.shapes();
@@ -82,10 +86,10 @@ pub fn certify_complete(
 }
 
 /// The loops' chords, behind boxes; `None` when a loop's arc can not be turned into chords.
-fn index_of(loops: &[OffsetLoop]) -> Option<CheckedIndex> {
+fn index_of<'a>(path: impl Iterator<Item = &'a Curve>) -> Option<CheckedIndex> {
     let slack = Length::small(CHORD_SLACK);
     let mut chords = Vec::new();
-    for curve in loops.iter().flat_map(|each| &each.curves) {
+    for curve in path {
         let points = curve.chord_points(slack).ok()?;
         let ends = points.iter().zip(points.iter().skip(1));
         chords.extend(ends.map(|(&from, &to)| Edge { chord: Segment { from, to }, slack: Length::ZERO }));
@@ -203,10 +207,10 @@ impl Walk<'_> {
             let (x, y) = xy(end);
             (x - here.0) * direction.0 + (y - here.1) * direction.1
         };
-        // Between two places beside the chord a line is; an arc leaves its own chord by less than 100 units.
+        // Between two places beside the chord a line is; an arc leaves its own chord by less than the sagitta.
         let bound = match *shape {
             Shape::Line { .. } => length,
-            Shape::Arc { radius, .. } => libm::sqrt(800.0 * radius),
+            Shape::Arc { radius, .. } => libm::sqrt(8.0 * SAGITTA * radius),
         };
         let far = ahead(chord.from).max(ahead(chord.to)).min(length - walked).min(bound);
         let stays_beside = |step: f64| {

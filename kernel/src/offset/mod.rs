@@ -12,5 +12,5 @@ mod stitch;
 mod track;
 
 pub use certify::{Gouge, PATH_SLACK, certify_path, shortest_arc};
-pub use complete::{BESIDE, Missing, RESOLUTION, certify_complete};
+pub use complete::{BESIDE, COVERAGE, Missing, RESOLUTION, certify_complete};
 pub use propose::{Offset, OffsetLoop, Outline, propose};

@@ -1,21 +1,22 @@
-//! Joins curves end to end into closed loops on the lattice, and says what it had to repair.
+//! Joins curves end to end into closed loops on the lattice, and says what it had to repair and what it could not.
 
-use std::collections::BTreeMap;
+use std::collections::{HashMap, HashSet};
+use std::f64::consts::TAU;
 
-use keepout_kernel::curve::{fit_arc, half_circle_parts};
+use keepout_kernel::curve::{fit_arc, half_circle_parts, nearest_unit, xy};
+use keepout_kernel::exact::bezier::Bezier;
 use keepout_kernel::{Curve, Length, Point, Segment, Turn, UNITS_PER_MM};
 
-use super::{DrawingError, DrawnCurve, Origin, RawCurve};
-use crate::profile::{CHORD_SLACK, Profile, ProfileEdge, ProfileLoop};
-use crate::units::{mm, place, point_from_mm, point_mm};
+use super::fit::{BezierFault, chain_along, on_lattice};
+use super::join::{Joiner, distance_mm};
+use super::{Drawing, DrawingError, Origin, RawBezier, RawCurve, overlap};
+use crate::profile::{Profile, ProfileEdge, ProfileLoop, SourceCurve};
+use crate::units::{length_up_from_mm, place, point_from_mm};
 
 /// Gaps up to this are closed, in millimetres, unless the caller says otherwise.
 pub const JOIN_MM: f64 = 0.01;
 
-/// Gaps up to this, in lattice units (0.1 µm), are rounding and not worth a word.
-const ROUNDING: f64 = 10.0;
-
-/// An arc of larger radius (mm) is carried as chords: its centre would leave the lattice.
+/// An arc of larger radius (mm) is carried as a Bézier curve: its centre would leave the lattice.
 const RADIUS_MAX_MM: f64 = 2000.0;
 
 /// Something that was changed in the drawing to make contours of it.
@@ -28,345 +29,538 @@ pub enum Repair {
         /// How far apart the ends were.
         gap_mm: f64,
     },
-    /// A curve no longer than the joining tolerance was left out.
+    /// A piece no longer than the joining tolerance, with a loose end, was left out.
     TinyDropped {
         /// Where it began.
         at: Point,
         /// Its length.
         length_mm: f64,
     },
+    /// Pieces without length were left out.
+    ZeroLength {
+        /// Where the first was.
+        at: Point,
+        /// How many there were.
+        count: usize,
+    },
     /// A curve that repeats another was left out.
     DuplicateDropped {
         /// Where it began.
         at: Point,
+        /// Its length.
+        length_mm: f64,
     },
+    /// Lines that lie partly on each other were made one.
+    OverlapMerged {
+        /// Where the common line begins.
+        at: Point,
+        /// Its length.
+        length_mm: f64,
+        /// How many lines there were.
+        count: usize,
+    },
+}
+
+impl Repair {
+    /// Where it was made.
+    #[must_use]
+    pub fn at(&self) -> Point {
+        match *self {
+            Self::GapClosed { at, .. }
+            | Self::TinyDropped { at, .. }
+            | Self::ZeroLength { at, .. }
+            | Self::DuplicateDropped { at, .. }
+            | Self::OverlapMerged { at, .. } => at,
+        }
+    }
 }
 
 impl std::fmt::Display for Repair {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let at = place(self.at());
         match self {
-            Self::GapClosed { at, gap_mm } => write!(f, "gap of {gap_mm:.5} mm closed at {}", place(*at)),
-            Self::TinyDropped { at, length_mm } => {
-                write!(f, "piece of {length_mm:.5} mm left out at {}", place(*at))
+            Self::GapClosed { gap_mm, .. } => write!(f, "gap of {gap_mm:.5} mm closed at {at}"),
+            Self::TinyDropped { length_mm, .. } => {
+                write!(f, "loose piece of {length_mm:.5} mm left out at {at}")
             }
-            Self::DuplicateDropped { at } => write!(f, "doubled curve left out at {}", place(*at)),
+            Self::ZeroLength { count, .. } => {
+                write!(f, "{count} pieces without length left out, the first at {at}")
+            }
+            Self::DuplicateDropped { length_mm, .. } => {
+                write!(f, "doubled curve of {length_mm:.3} mm left out at {at}")
+            }
+            Self::OverlapMerged { length_mm, count, .. } => {
+                write!(f, "{count} overlapping lines made one of {length_mm:.3} mm at {at}")
+            }
         }
     }
 }
 
-/// Closed loops and what was repaired on the way.
-#[derive(Clone, Debug)]
+/// Something that keeps a contour from being closed.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Problem {
+    /// A chain of curves ends with nothing to join.
+    Open {
+        /// The curve with the loose end.
+        origin: Box<Origin>,
+        /// The loose end.
+        at: Point,
+        /// Distance to the nearest other loose end, if there is one.
+        gap_mm: Option<f64>,
+    },
+    /// A chain ends on the middle of another curve.
+    Tee {
+        /// The curve that ends.
+        origin: Box<Origin>,
+        /// The curve that it ends on.
+        on: Box<Origin>,
+        /// Where.
+        at: Point,
+    },
+    /// More than two curves meet.
+    Branch {
+        /// One of the curves.
+        origin: Box<Origin>,
+        /// Where they meet.
+        at: Point,
+        /// How many ends meet.
+        count: usize,
+    },
+}
+
+impl Problem {
+    /// Where it is.
+    #[must_use]
+    pub fn at(&self) -> Point {
+        match *self {
+            Self::Open { at, .. } | Self::Tee { at, .. } | Self::Branch { at, .. } => at,
+        }
+    }
+}
+
+impl std::fmt::Display for Problem {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let at = place(self.at());
+        match self {
+            Self::Open { origin, gap_mm, .. } => {
+                let other = match gap_mm {
+                    Some(gap) => format!("the nearest other loose end is {gap:.3} mm away"),
+                    None => "there is no other loose end".into(),
+                };
+                write!(
+                    f,
+                    "open contour: {origin} ends at {at} with nothing to join; {other}. Close it in the CAD system, allow \
+                     the gap with --join-mm, or leave open curves out with --leave-out-open."
+                )
+            }
+            Self::Tee { origin, on, .. } => write!(
+                f,
+                "{origin} ends at {at} on the middle of {on}: which way the contour goes on is not decided. Trim or \
+                 delete one of them in the CAD system, choose layers with --layer, or leave open curves out with \
+                 --leave-out-open."
+            ),
+            Self::Branch { origin, count, .. } => write!(
+                f,
+                "{count} curve ends meet at {at}, one of them {origin}: which contour goes on where is not decided. \
+                 Remove doubled or construction lines, choose layers with --layer, or lower --join-mm when the drawing \
+                 has details that small."
+            ),
+        }
+    }
+}
+
+/// Curves that were not closed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OpenChain {
+    /// The curves.
+    pub curves: Vec<Curve>,
+    /// The entity of the first.
+    pub origin: Origin,
+}
+
+/// Closed loops, what was repaired on the way, and what could not be.
+#[derive(Clone, Debug, Default)]
 pub struct Chained {
     /// The loops.
     pub profile: Profile,
+    /// The layer of each loop's first curve.
+    pub layers: Vec<std::sync::Arc<str>>,
     /// The repairs, in no particular order.
     pub repairs: Vec<Repair>,
+    /// The problems.
+    pub problems: Vec<Problem>,
+    /// The curves that the problems are about.
+    pub open: Vec<OpenChain>,
+}
+
+impl Chained {
+    /// The same when nothing is left open.
+    ///
+    /// # Errors
+    /// [`DrawingError::Problems`].
+    pub fn closed(self) -> Result<Self, DrawingError> {
+        if self.problems.is_empty() { Ok(self) } else { Err(DrawingError::Problems(self.problems)) }
+    }
 }
 
 /// A curve on its way to the lattice: its ends may still move.
-#[derive(Clone, Copy, Debug)]
-struct Piece<'a> {
-    from: Point,
-    to: Point,
-    /// Centre in lattice units, and direction; `None` for a line.
-    arc: Option<((f64, f64), Turn)>,
-    slack: Length,
-    origin: &'a Origin,
+#[derive(Clone, Debug)]
+pub(super) struct Piece {
+    pub from: Point,
+    pub to: Point,
+    pub bend: Bend,
+    /// The entity it comes from.
+    pub origin: u32,
+    /// Whether that entity is a closed contour by itself.
+    pub whole: bool,
+    /// What it is joined to at its beginning and at its end.
+    pub joined: [Option<End>; 2],
 }
 
-/// Joins the curves into closed loops; ends up to `join_mm` apart are moved together, and listed.
-///
-/// # Errors
-/// [`DrawingError::Open`] and [`DrawingError::Branch`] with the place, [`DrawingError::OffLattice`] with the entity.
-pub fn chain(curves: &[DrawnCurve], join_mm: f64) -> Result<Chained, DrawingError> {
-    let mut repairs = Vec::new();
-    let mut pieces = Vec::new();
-    for drawn in curves {
-        let start = pieces.len();
-        lattice_pieces(drawn, &mut pieces)?;
-        let length_mm = |piece: &Piece<'_>| distance(piece.from, piece.to) / f64::from(UNITS_PER_MM);
-        if let [only] = pieces[start..]
-            && only.arc.is_none()
-            && length_mm(&only) <= join_mm
-        {
-            if length_mm(&only) > 0.0 {
-                repairs.push(Repair::TinyDropped { at: only.from, length_mm: length_mm(&only) });
+#[derive(Clone, Debug)]
+pub(super) enum Bend {
+    Straight,
+    /// Centre in lattice units, and direction.
+    Round((f64, f64), Turn),
+    Free(Box<Bezier>),
+}
+
+/// One end of a piece: 0 its beginning, 1 its end.
+pub(super) type End = (usize, usize);
+
+impl Piece {
+    pub fn end(&self, which: usize) -> Point {
+        if which == 0 { self.from } else { self.to }
+    }
+
+    pub fn length_mm(&self) -> f64 {
+        let chord = distance_mm(self.from, self.to);
+        match &self.bend {
+            Bend::Straight => chord,
+            Bend::Round(centre, turn) => {
+                let angle = |p: Point| {
+                    let (x, y) = xy(p);
+                    (y - centre.1).atan2(x - centre.0)
+                };
+                let turned =
+                    (angle(self.to) - angle(self.from)) * if *turn == Turn::Left { 1.0 } else { -1.0 };
+                let (x, y) = xy(self.from);
+                let sweep = turned.rem_euclid(TAU);
+                (x - centre.0).hypot(y - centre.1) / f64::from(UNITS_PER_MM) * sweep
             }
-            pieces.truncate(start);
+            Bend::Free(curve) => curve.control().windows(2).map(|pair| distance_mm(pair[0], pair[1])).sum(),
         }
     }
-    drop_duplicates(&mut pieces, &mut repairs);
-    let joints = join(&mut pieces, join_mm, &mut repairs)?;
-    let loops = follow(&pieces, &joints)?;
-    Ok(Chained { profile: Profile { loops }, repairs })
 }
 
-fn lattice_pieces<'a>(drawn: &'a DrawnCurve, pieces: &mut Vec<Piece<'a>>) -> Result<(), DrawingError> {
-    let origin = &drawn.origin;
-    let on_lattice = |p| {
-        point_from_mm(p)
-            .map_err(|source| DrawingError::OffLattice { origin: Box::new(origin.clone()), source })
-    };
-    let mut push = |from: (f64, f64), to: (f64, f64), arc: Option<((f64, f64), Turn)>, slack: Length| {
-        let (from, to) = (on_lattice(from)?, on_lattice(to)?);
-        if from != to || arc.is_none() {
-            pieces.push(Piece { from, to, arc, slack, origin });
+/// Joins the drawing's curves into closed loops. Ends up to `join_mm` apart are moved together, and listed; splines and
+/// ellipses become lines and arcs within `curve_mm`.
+///
+/// # Errors
+/// [`DrawingError::OffLattice`] and [`DrawingError::BadEntity`] with the entity; [`DrawingError::CurveBound`].
+pub fn chain(drawing: &Drawing, join_mm: f64, curve_mm: f64) -> Result<Chained, DrawingError> {
+    let bound = length_up_from_mm(curve_mm).ok().filter(|bound| bound.units() >= 10);
+    let bound = bound.ok_or(DrawingError::CurveBound { curve_mm })?;
+    let mut chained = Chained::default();
+    let mut pieces = Vec::with_capacity(drawing.curves.len());
+    let mut zero: Option<(Point, usize)> = None;
+    for run in &drawing.runs {
+        let first = pieces.len();
+        for curve in &drawing.curves[run.first..run.end] {
+            lattice_pieces(curve, run.origin, drawing, &mut pieces, &mut zero)?;
         }
-        Ok::<(), DrawingError>(())
+        let last = pieces.len().saturating_sub(1);
+        for i in first..last {
+            pieces[i].joined[1] = Some((i + 1, 0));
+            pieces[i + 1].joined[0] = Some((i, 1));
+        }
+        if run.closed && first < pieces.len() && pieces[first].from == pieces[last].to {
+            pieces[first].joined[0] = Some((last, 1));
+            pieces[last].joined[1] = Some((first, 0));
+            pieces[first..].iter_mut().for_each(|piece| piece.whole = true);
+        }
+    }
+    if let Some((at, count)) = zero {
+        chained.repairs.push(Repair::ZeroLength { at, count });
+    }
+    drop_duplicates(&mut pieces, &mut chained.repairs);
+    let mut joiner = Joiner::new(pieces, join_mm);
+    joiner.coincident();
+    overlap::merge(&mut joiner, &mut chained.repairs);
+    joiner.drop_tiny(&mut chained.repairs);
+    joiner.close_gaps(&mut chained.repairs);
+    joiner.problems(&drawing.origins, &mut chained.problems);
+    follow(&joiner.pieces, bound, &drawing.origins, &mut chained)?;
+    Ok(chained)
+}
+
+fn lattice_pieces(
+    curve: &RawCurve,
+    origin: u32,
+    drawing: &Drawing,
+    pieces: &mut Vec<Piece>,
+    zero: &mut Option<(Point, usize)>,
+) -> Result<(), DrawingError> {
+    let named = || Box::new(drawing.origins[origin as usize].clone());
+    let off = |source| {
+        let (low, high) = drawing.bounds();
+        DrawingError::OffLattice { origin: named(), source, low, high }
     };
-    match drawn.curve {
-        RawCurve::Line { from, to } => push(from, to, None, Length::ZERO),
-        RawCurve::Arc { centre, radius, from, to, start, sweep } => {
-            let at = |t: f64| match t {
-                0.0 => from,
-                1.0 => to,
-                _ => {
-                    let phi = start + sweep * t;
+    let on_lattice_point = |p| point_from_mm(p).map_err(off);
+    let free_bend = |raw: &RawBezier| {
+        on_lattice(raw).map(|curve| Bend::Free(Box::new(curve))).map_err(|fault| match fault {
+            BezierFault::OffLattice(source) => off(source),
+            BezierFault::Uneven => DrawingError::BadEntity {
+                origin: named(),
+                problem: "its weights differ by more than a factor of 2^24",
+            },
+        })
+    };
+    let mut push = |from: Point, to: Point, bend: Bend| {
+        let turns_back = matches!(&bend, Bend::Free(curve) if curve.control().iter().any(|&p| p != from));
+        if from != to || turns_back {
+            pieces.push(Piece { from, to, bend, origin, whole: false, joined: [None; 2] });
+        } else {
+            zero.get_or_insert((from, 0)).1 += 1;
+        }
+    };
+    match curve {
+        RawCurve::Line { from, to } => push(on_lattice_point(*from)?, on_lattice_point(*to)?, Bend::Straight),
+        &RawCurve::Arc { centre, radius, from, to, start, sweep } => {
+            let turn = if sweep > 0.0 { Turn::Left } else { Turn::Right };
+            let flat = radius > RADIUS_MAX_MM || point_from_mm(centre).is_err();
+            let count = if flat { eighths(sweep) } else { half_circle_parts(sweep.abs()) };
+            let step = sweep / f64::from(count);
+            let at = |k: u8| match k {
+                0 => from,
+                k if k == count => to,
+                k => {
+                    let phi = start + step * f64::from(k);
                     (centre.0 + radius * phi.cos(), centre.1 + radius * phi.sin())
                 }
             };
             let scale = f64::from(UNITS_PER_MM);
-            let centre_units = (centre.0 * scale, centre.1 * scale);
-            let turn = if sweep > 0.0 { Turn::Left } else { Turn::Right };
-            let flat = radius > RADIUS_MAX_MM || on_lattice(centre).is_err();
-            let (parts, arc, slack) = if flat {
-                (chords_needed(radius, sweep), None, CHORD_SLACK)
-            } else {
-                (f64::from(half_circle_parts(sweep.abs())), Some((centre_units, turn)), Length::ZERO)
-            };
-            let mut k = 0.0;
-            while k < parts {
-                push(at(k / parts), at((k + 1.0) / parts), arc, slack)?;
-                k += 1.0;
+            for k in 0..count {
+                let (p, q) = (at(k), at(k + 1));
+                let bend = if flat {
+                    let middle = start + step * (f64::from(k) + 0.5);
+                    let weight = (step / 2.0).cos();
+                    let r = radius / weight;
+                    let corner = (centre.0 + r * middle.cos(), centre.1 + r * middle.sin());
+                    let raw = RawBezier { points: vec![p, corner, q], weights: vec![1.0, weight, 1.0] };
+                    free_bend(&raw)?
+                } else {
+                    Bend::Round((centre.0 * scale, centre.1 * scale), turn)
+                };
+                push(on_lattice_point(p)?, on_lattice_point(q)?, bend);
             }
-            Ok(())
         }
+        RawCurve::Bezier(raw) => {
+            let bend = free_bend(raw)?;
+            push(on_lattice_point(curve.from())?, on_lattice_point(curve.to())?, bend);
+        }
+    }
+    Ok(())
+}
+
+/// Eighths of a turn in a sweep, rounded up.
+fn eighths(sweep: f64) -> u8 {
+    let count = (sweep.abs() / (TAU / 8.0) - 1e-9).ceil().clamp(1.0, 8.0);
+    u8::try_from(nearest_unit(count)).unwrap_or(8)
+}
+
+/// What makes two pieces the same curve: the ends and the bend, whichever way it is run.
+type Key = ((Point, Point), Vec<i64>);
+
+fn key_of(piece: &Piece) -> Key {
+    let forwards = piece.from < piece.to;
+    let ends = if forwards { (piece.from, piece.to) } else { (piece.to, piece.from) };
+    let bend = match &piece.bend {
+        Bend::Straight => Vec::new(),
+        // The same arc drawn the other way has its turn swapped, too.
+        Bend::Round((x, y), turn) => {
+            vec![nearest_unit(*x), nearest_unit(*y), i64::from((*turn == Turn::Left) == forwards)]
+        }
+        Bend::Free(curve) => {
+            let units = |p: &Point| [i64::from(p.x.units()), i64::from(p.y.units())];
+            let mut control: Vec<[i64; 2]> = curve.control().iter().map(units).collect();
+            if !forwards {
+                control.reverse();
+            }
+            control.into_iter().flatten().collect()
+        }
+    };
+    (ends, bend)
+}
+
+/// Leaves out closed contours that repeat another, and other pieces that repeat a piece of another entity. Contours that
+/// are closed by themselves stay whole.
+fn drop_duplicates(pieces: &mut Vec<Piece>, repairs: &mut Vec<Repair>) {
+    let keys: Vec<Key> = pieces.iter().map(key_of).collect();
+    let mut doubled: HashSet<usize> = HashSet::new();
+    let mut contours: HashSet<Vec<&Key>> = HashSet::new();
+    let mut seen: HashMap<&Key, u32> = HashMap::new();
+    let mut end = 0;
+    for group in pieces.chunk_by(|a, b| a.origin == b.origin && a.whole == b.whole) {
+        let range = end..end + group.len();
+        end = range.end;
+        if !group[0].whole {
+            continue;
+        }
+        let mut contour: Vec<&Key> = keys[range.clone()].iter().collect();
+        contour.sort();
+        if contours.insert(contour) {
+            keys[range].iter().for_each(|key| _ = seen.insert(key, group[0].origin));
+        } else {
+            doubled.extend(range);
+        }
+    }
+    for (i, piece) in pieces.iter().enumerate().filter(|(_, piece)| !piece.whole) {
+        if *seen.entry(&keys[i]).or_insert(piece.origin) != piece.origin {
+            doubled.insert(i);
+        }
+    }
+    let mut dropped: Vec<usize> = doubled.iter().copied().collect();
+    dropped.sort_unstable();
+    for i in dropped {
+        repairs.push(Repair::DuplicateDropped { at: pieces[i].from, length_mm: pieces[i].length_mm() });
+    }
+    if !doubled.is_empty() {
+        remove(pieces, &doubled);
     }
 }
 
-/// Chords of a flat arc whose sagitta, with a unit of rounding on either side, stays within [`CHORD_SLACK`].
-fn chords_needed(radius_mm: f64, sweep: f64) -> f64 {
-    let sagitta_mm = mm(CHORD_SLACK.units()) * 0.7;
-    let step = (8.0 * sagitta_mm / radius_mm).sqrt();
-    (sweep.abs() / step).ceil().max(1.0)
-}
-
-fn drop_duplicates(pieces: &mut Vec<Piece<'_>>, repairs: &mut Vec<Repair>) {
-    let mut seen = std::collections::BTreeSet::new();
-    pieces.retain(|piece| {
-        // The same arc drawn the other way has its ends and its turn swapped.
-        let forwards = piece.from < piece.to;
-        let ends = if forwards { (piece.from, piece.to) } else { (piece.to, piece.from) };
-        let bend = piece.arc.map(|((x, y), turn)| {
-            let round = |c: f64| keepout_kernel::curve::nearest_unit(c);
-            (round(x), round(y), (turn == Turn::Left) == forwards)
-        });
-        let new = seen.insert((ends, bend));
-        if !new {
-            repairs.push(Repair::DuplicateDropped { at: piece.from });
+/// Takes pieces out; what was joined to them is loose then.
+pub(super) fn remove(pieces: &mut Vec<Piece>, gone: &HashSet<usize>) {
+    let mut number = vec![usize::MAX; pieces.len()];
+    let mut next = 0;
+    for (i, number) in number.iter_mut().enumerate() {
+        if !gone.contains(&i) {
+            *number = next;
+            next += 1;
         }
-        new
+    }
+    let mut index = 0;
+    pieces.retain_mut(|piece| {
+        let stays = number[index] != usize::MAX;
+        index += 1;
+        for joint in &mut piece.joined {
+            *joint = joint
+                .and_then(|(other, which)| Some((number[other], which)).filter(|(n, _)| *n != usize::MAX));
+        }
+        stays
     });
 }
 
-/// One end of a piece.
-type End = (usize, bool);
-
-fn end_point(pieces: &[Piece<'_>], (index, at_end): End) -> Point {
-    if at_end { pieces[index].to } else { pieces[index].from }
-}
-
-/// Pairs the ends, moves both of a pair to one point, and answers with the partner of each end.
-fn join(
-    pieces: &mut [Piece<'_>],
-    join_mm: f64,
-    repairs: &mut Vec<Repair>,
-) -> Result<BTreeMap<End, End>, DrawingError> {
-    let reach = join_mm.max(0.0) * f64::from(UNITS_PER_MM);
-    let reach = reach.max(ROUNDING);
-    let ends: Vec<End> = (0..pieces.len()).flat_map(|i| [(i, false), (i, true)]).collect();
-    let points: Vec<Point> = ends.iter().map(|&end| end_point(pieces, end)).collect();
-    let groups = groups_within(&points, reach);
-    let mut partners = BTreeMap::new();
-    let loose: Vec<usize> = groups.iter().filter(|group| group.len() == 1).map(|group| group[0]).collect();
-    if let Some((&first, others)) = loose.split_first() {
-        let gap = |&i: &usize| distance(points[first], points[i]) / f64::from(UNITS_PER_MM);
-        let gap_mm = others.iter().map(gap).min_by(f64::total_cmp);
-        let origin = Box::new(pieces[ends[first].0].origin.clone());
-        return Err(DrawingError::Open { origin, at: points[first], gap_mm });
-    }
-    for group in groups {
-        let (a, b, at) = (group[0], group[1], points[group[0]]);
-        if group.len() > 2 {
-            let origin = Box::new(pieces[ends[a].0].origin.clone());
-            return Err(DrawingError::Branch { origin, at, count: group.len() });
-        }
-        let gap = distance(points[a], points[b]);
-        let (p, q) = (point_mm(points[a]), point_mm(points[b]));
-        let middle = point_from_mm((f64::midpoint(p.0, q.0), f64::midpoint(p.1, q.1))).unwrap_or(points[a]);
-        for end in [ends[a], ends[b]] {
-            let piece = &mut pieces[end.0];
-            if end.1 { piece.to = middle } else { piece.from = middle }
-        }
-        if gap > ROUNDING {
-            repairs.push(Repair::GapClosed { at: middle, gap_mm: gap / f64::from(UNITS_PER_MM) });
-        }
-        partners.insert(ends[a], ends[b]);
-        partners.insert(ends[b], ends[a]);
-    }
-    Ok(partners)
-}
-
-/// Groups of points that are linked by steps of at most `reach` lattice units.
-fn groups_within(points: &[Point], reach: f64) -> Vec<Vec<usize>> {
-    let cell = |c: i32| (f64::from(c) / reach).floor();
-    let key = |p: &Point| {
-        (
-            keepout_kernel::curve::nearest_unit(cell(p.x.units())),
-            keepout_kernel::curve::nearest_unit(cell(p.y.units())),
-        )
-    };
-    let mut cells: BTreeMap<(i64, i64), Vec<usize>> = BTreeMap::new();
-    for (i, point) in points.iter().enumerate() {
-        cells.entry(key(point)).or_default().push(i);
-    }
-    let mut grouped = vec![false; points.len()];
-    let mut groups = Vec::new();
-    for first in 0..points.len() {
-        if grouped[first] {
+/// Runs through the joined pieces: closed loops to the profile, the rest to the open chains.
+fn follow(
+    pieces: &[Piece],
+    bound: Length,
+    origins: &[Origin],
+    chained: &mut Chained,
+) -> Result<(), DrawingError> {
+    let mut used = vec![false; pieces.len()];
+    // Open chains first, from their loose ends; what is left after that is closed.
+    let loose =
+        (0..pieces.len()).flat_map(|i| [(i, 0), (i, 1)]).filter(|&(i, w)| pieces[i].joined[w].is_none());
+    for start in loose {
+        if used[start.0] {
             continue;
         }
-        grouped[first] = true;
-        let mut group = vec![first];
-        let mut next = 0;
-        while let Some(&i) = group.get(next) {
-            next += 1;
-            let (x, y) = key(&points[i]);
-            for near in (x - 1..=x + 1).flat_map(|x| (y - 1..=y + 1).map(move |y| (x, y))) {
-                for &j in cells.get(&near).map_or(&[][..], Vec::as_slice) {
-                    if !grouped[j] && distance(points[i], points[j]) <= reach {
-                        grouped[j] = true;
-                        group.push(j);
-                    }
+        let each = walk(pieces, start, &mut used, bound, origins)?;
+        let curves = each.edges.iter().map(|edge| edge.curve).collect();
+        let origin = origins[pieces[start.0].origin as usize].clone();
+        chained.open.push(OpenChain { curves, origin });
+    }
+    for first in 0..pieces.len() {
+        if used[first] {
+            continue;
+        }
+        let each = walk(pieces, (first, 0), &mut used, bound, origins)?;
+        if !each.edges.is_empty() {
+            chained.layers.push(origins[pieces[first].origin as usize].layer.clone());
+            chained.profile.loops.push(each);
+        }
+    }
+    Ok(())
+}
+
+/// The pieces from one entered at `entry` on.
+fn walk(
+    pieces: &[Piece],
+    mut entry: End,
+    used: &mut [bool],
+    bound: Length,
+    origins: &[Origin],
+) -> Result<ProfileLoop, DrawingError> {
+    let mut each = ProfileLoop::default();
+    while !used[entry.0] {
+        used[entry.0] = true;
+        edges_of(&pieces[entry.0], entry.1 == 1, bound, origins, &mut each)?;
+        let Some(next) = pieces[entry.0].joined[1 - entry.1] else { break };
+        entry = next;
+    }
+    Ok(each)
+}
+
+/// The piece as edges run from its entry, fitted through the ends where they are now.
+fn edges_of(
+    piece: &Piece,
+    backwards: bool,
+    bound: Length,
+    origins: &[Origin],
+    out: &mut ProfileLoop,
+) -> Result<(), DrawingError> {
+    let bad = |problem| {
+        let origin = Box::new(origins[piece.origin as usize].clone());
+        Err(DrawingError::BadEntity { origin, problem })
+    };
+    let (from, to) = if backwards { (piece.to, piece.from) } else { (piece.from, piece.to) };
+    let exact = |curve| ProfileEdge { curve, slack: Length::ZERO };
+    match &piece.bend {
+        Bend::Free(curve) => {
+            let Some(curve) = ending_at(curve, backwards, from, to) else {
+                return bad("its control points are no curve");
+            };
+            let Ok(chain) = chain_along(&curve, bound) else {
+                return bad("no arcs and lines were found that follow it within --curve-mm");
+            };
+            let first = out.edges.len();
+            out.edges.extend(chain.into_iter().map(|curve| ProfileEdge { curve, slack: bound }));
+            out.sources.push(SourceCurve { curve, first, end: out.edges.len() });
+        }
+        _ if from == to => {}
+        Bend::Straight => out.edges.push(exact(Curve::Line(Segment { from, to }))),
+        Bend::Round(centre, turn) => {
+            let turn = if backwards { turn.reversed() } else { *turn };
+            match fit_arc(from, to, onto_bisector(*centre, from, to), turn) {
+                Ok(arc) => out.edges.push(exact(Curve::Arc(arc))),
+                Err(_) => {
+                    return bad("its arc has a radius below 1 µm, or its ends do not lie on one circle");
                 }
             }
         }
-        groups.push(group);
     }
-    groups
+    Ok(())
 }
 
-fn distance(p: Point, q: Point) -> f64 {
-    let d = p.minus(q);
-    f64::from(d.dx).hypot(f64::from(d.dy))
-}
-
-/// Runs through the joined pieces, loop by loop.
-fn follow(pieces: &[Piece<'_>], partners: &BTreeMap<End, End>) -> Result<Vec<ProfileLoop>, DrawingError> {
-    let mut used = vec![false; pieces.len()];
-    let mut loops = Vec::new();
-    for first in 0..pieces.len() {
-        let mut edges = Vec::new();
-        let mut entry: End = (first, false);
-        while !used[entry.0] {
-            used[entry.0] = true;
-            edges.extend(edge_of(&pieces[entry.0], entry.1)?);
-            let exit = (entry.0, !entry.1);
-            entry = partners.get(&exit).copied().unwrap_or(entry);
-        }
-        if !edges.is_empty() {
-            loops.push(ProfileLoop { edges });
-        }
+/// The curve run from one end to the other, its ends where they are now.
+fn ending_at(curve: &Bezier, backwards: bool, from: Point, to: Point) -> Option<Bezier> {
+    let (mut control, mut weights) = (curve.control().to_vec(), curve.weights().to_vec());
+    if backwards {
+        control.reverse();
+        weights.reverse();
     }
-    Ok(loops)
-}
-
-/// The piece as an edge run from its entry, its arc fitted through the ends where they are now.
-fn edge_of(piece: &Piece<'_>, backwards: bool) -> Result<Option<ProfileEdge>, DrawingError> {
-    let (from, to) = if backwards { (piece.to, piece.from) } else { (piece.from, piece.to) };
-    if from == to {
-        return Ok(None);
-    }
-    let Some((centre, turn)) = piece.arc else {
-        return Ok(Some(ProfileEdge { curve: Curve::Line(Segment { from, to }), slack: piece.slack }));
-    };
-    let turn = if backwards { turn.reversed() } else { turn };
-    match fit_arc(from, to, onto_bisector(centre, from, to), turn) {
-        Ok(arc) => Ok(Some(ProfileEdge { curve: Curve::Arc(arc), slack: Length::ZERO })),
-        Err(_) => Err(DrawingError::BadEntity {
-            origin: Box::new(piece.origin.clone()),
-            problem: "its arc has a radius below 1 µm, or its ends do not lie on one circle",
-        }),
-    }
+    *control.first_mut()? = from;
+    *control.last_mut()? = to;
+    Bezier::new(control, weights).ok()
 }
 
 /// The point on the perpendicular bisector of the ends that is nearest to `centre`.
 fn onto_bisector(centre: (f64, f64), from: Point, to: Point) -> (f64, f64) {
-    let xy = |p: Point| (f64::from(p.x.units()), f64::from(p.y.units()));
     let (a, b) = (xy(from), xy(to));
     let (dx, dy) = (b.0 - a.0, b.1 - a.1);
     let (mx, my) = (f64::midpoint(a.0, b.0), f64::midpoint(a.1, b.1));
     let off = ((centre.0 - mx) * dx + (centre.1 - my) * dy) / (dx * dx + dy * dy);
     (centre.0 - dx * off, centre.1 - dy * off)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn drawn(curve: RawCurve) -> DrawnCurve {
-        DrawnCurve { curve, origin: Origin { kind: "LINE", handle: 0, number: 1, layer: "0".into() } }
-    }
-
-    fn line(from: (f64, f64), to: (f64, f64)) -> DrawnCurve {
-        drawn(RawCurve::Line { from, to })
-    }
-
-    #[test]
-    fn shuffled_and_turned_lines_make_one_loop() {
-        let square = [
-            line((0.0, 0.0), (10.0, 0.0)),
-            line((0.0, 10.0), (10.0, 10.0)),
-            line((0.0, 10.0), (0.0, 0.0)),
-            line((10.0, 0.0), (10.0, 10.0)),
-        ];
-        let chained = chain(&square, JOIN_MM).unwrap();
-        assert_eq!((chained.profile.loops.len(), chained.profile.loops[0].edges.len()), (1, 4));
-        assert!(chained.repairs.is_empty());
-    }
-
-    #[test]
-    fn small_gap_is_closed_and_reported_and_a_wide_one_is_an_error() {
-        let triangle = |gap: f64| {
-            [line((0.0, 0.0), (10.0, 0.0)), line((10.0, gap), (5.0, 8.0)), line((5.0, 8.0), (0.0, 0.0))]
-        };
-        let chained = chain(&triangle(0.004), JOIN_MM).unwrap();
-        assert!(
-            matches!(chained.repairs[..], [Repair::GapClosed { gap_mm, .. }] if (gap_mm - 0.004).abs() < 1e-9)
-        );
-        let error = chain(&triangle(0.25), JOIN_MM).unwrap_err();
-        assert!(
-            matches!(error, DrawingError::Open { gap_mm: Some(gap), .. } if (gap - 0.25).abs() < 1e-9),
-            "{error}"
-        );
-        assert!(chain(&triangle(0.25), 0.3).is_ok());
-    }
-
-    #[test]
-    fn duplicates_tiny_pieces_and_branches() {
-        let mut curves = vec![
-            line((0.0, 0.0), (10.0, 0.0)),
-            line((10.0, 0.0), (5.0, 8.0)),
-            line((5.0, 8.0), (0.0, 0.0)),
-            line((0.0, 0.0), (5.0, 8.0)),
-            line((5.0, 8.0), (5.0, 8.005)),
-        ];
-        let chained = chain(&curves, JOIN_MM).unwrap();
-        assert_eq!(chained.repairs.len(), 2, "{:?}", chained.repairs);
-        // A second triangle that shares a corner: four ends meet there.
-        curves.push(line((5.0, 8.0), (20.0, 20.0)));
-        curves.push(line((20.0, 20.0), (30.0, 0.0)));
-        curves.push(line((30.0, 0.0), (5.0, 8.0)));
-        assert!(matches!(chain(&curves, JOIN_MM), Err(DrawingError::Branch { count: 4, .. })));
-    }
 }

@@ -10,7 +10,7 @@ use std::time::Duration;
 use clap::{Parser, ValueEnum};
 use keepout_executor::operator;
 use keepout_executor::session::{Ended, Link, Log, SimRun, run_simulated};
-use keepout_tests::{REAL_DRAWINGS, Wanted, plan_of, shared};
+use keepout_tests::{REAL_DRAWINGS, order, plan_of, shared};
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum LinkArgument {
@@ -86,7 +86,7 @@ fn main() -> ExitCode {
 
 fn one(path: &std::path::Path, name: &str, arguments: &Arguments) -> (bool, String) {
     let run = || -> Result<(bool, String), String> {
-        let plan = plan_of(path, &Wanted { tool_mm: arguments.tool_mm, ..Wanted::default() })?;
+        let plan = plan_of(path, &order(arguments.tool_mm))?;
         let mut run = SimRun {
             link: match arguments.link {
                 LinkArgument::Pty => Link::Pty,

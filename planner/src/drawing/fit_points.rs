@@ -1,0 +1,175 @@
+//! Splines given only by points they go through: the cubic with continuous curvature, by chord length.
+
+use super::RawCurve;
+
+type Xy = (f64, f64);
+
+/// Cubic pieces through the points. Directions at the ends are kept when they are given; else the curvature is zero there
+/// (a natural spline), and a closed one goes on smoothly where it began.
+///
+/// Unknowns are the derivatives at the points, from the tridiagonal system of cubic Hermite interpolation with knots at
+/// the chord lengths (de Boor, A Practical Guide to Splines, ch. IV).
+pub fn through(points: &[Xy], closed: bool, directions: (Option<Xy>, Option<Xy>), out: &mut Vec<RawCurve>) {
+    let mut points = points.to_vec();
+    points.dedup();
+    if closed && points.len() > 2 && points.first() != points.last() {
+        points.push(points[0]);
+    }
+    let closed = closed && points.len() > 3;
+    if points.len() < 2 {
+        return;
+    }
+    let steps: Vec<f64> = points.windows(2).map(|pair| distance(pair[0], pair[1])).collect();
+    let slopes = if closed { periodic(&points, &steps) } else { open(&points, &steps, directions) };
+    for (i, &h) in steps.iter().enumerate() {
+        let (p, q) = (points[i], points[i + 1]);
+        let (u, v) = (slopes[i], slopes[i + 1]);
+        let inner = [(p.0 + u.0 * h / 3.0, p.1 + u.1 * h / 3.0), (q.0 - v.0 * h / 3.0, q.1 - v.1 * h / 3.0)];
+        out.push(RawCurve::bezier(vec![p, inner[0], inner[1], q], vec![1.0; 4]));
+    }
+}
+
+fn distance(p: Xy, q: Xy) -> f64 {
+    (p.0 - q.0).hypot(p.1 - q.1)
+}
+
+/// A row of a tridiagonal system: below, on and above the diagonal, and the right side.
+#[derive(Clone, Copy)]
+struct Row {
+    below: f64,
+    on: f64,
+    above: f64,
+    right: Xy,
+}
+
+/// The row that makes the curvature continuous at a point between two steps.
+fn smooth(before: f64, after: f64, [p, q, r]: [Xy; 3]) -> Row {
+    let side = |p: f64, q: f64, r: f64| 3.0 * (after * (q - p) / before + before * (r - q) / after);
+    Row {
+        below: after,
+        on: 2.0 * (before + after),
+        above: before,
+        right: (side(p.0, q.0, r.0), side(p.1, q.1, r.1)),
+    }
+}
+
+fn open(points: &[Xy], steps: &[f64], directions: (Option<Xy>, Option<Xy>)) -> Vec<Xy> {
+    let last = steps.len();
+    let end = |direction: Option<Xy>, step: f64, p: Xy, q: Xy, first: bool| {
+        let length = direction.map_or(0.0, |d| d.0.hypot(d.1));
+        match direction {
+            Some(d) if length > 0.0 => {
+                Row { below: 0.0, on: 1.0, above: 0.0, right: (d.0 / length, d.1 / length) }
+            }
+            _ => {
+                let (below, above) = if first { (0.0, 1.0) } else { (1.0, 0.0) };
+                let right = (3.0 * (q.0 - p.0) / step, 3.0 * (q.1 - p.1) / step);
+                Row { below, on: 2.0, above, right }
+            }
+        }
+    };
+    let mut rows = vec![end(directions.0, steps[0], points[0], points[1], true)];
+    for i in 1..last {
+        rows.push(smooth(steps[i - 1], steps[i], [points[i - 1], points[i], points[i + 1]]));
+    }
+    rows.push(end(directions.1, steps[last - 1], points[last - 1], points[last], false));
+    solve(&rows)
+}
+
+/// The slopes of a closed spline: the first point's row couples the last two steps round the corner, which is undone by
+/// the formula of Sherman and Morrison.
+fn periodic(points: &[Xy], steps: &[f64]) -> Vec<Xy> {
+    let n = steps.len();
+    let row = |i: usize| {
+        let before = (i + n - 1) % n;
+        smooth(steps[before], steps[i], [points[before], points[i], points[i + 1]])
+    };
+    let mut rows: Vec<Row> = (0..n).map(row).collect();
+    let (corner_above, corner_below) = (rows[0].below, rows[n - 1].above);
+    let gamma = -rows[0].on;
+    rows[0].on -= gamma;
+    rows[n - 1].on -= corner_below * corner_above / gamma;
+    let plain = solve(&rows);
+    let mut unit_rows: Vec<Row> = rows.iter().map(|row| Row { right: (0.0, 0.0), ..*row }).collect();
+    unit_rows[0].right = (gamma, 0.0);
+    unit_rows[n - 1].right = (corner_below, 0.0);
+    let z: Vec<f64> = solve(&unit_rows).into_iter().map(|(x, _)| x).collect();
+    let share = |first: f64, last: f64| first + corner_above * last / gamma;
+    let below = 1.0 + share(z[0], z[n - 1]);
+    let factor = (share(plain[0].0, plain[n - 1].0) / below, share(plain[0].1, plain[n - 1].1) / below);
+    let mut slopes: Vec<Xy> =
+        plain.iter().zip(&z).map(|(p, z)| (p.0 - factor.0 * z, p.1 - factor.1 * z)).collect();
+    slopes.push(slopes[0]);
+    slopes
+}
+
+/// Solves a tridiagonal system, diagonally dominant as all of these are (Thomas' algorithm).
+fn solve(rows: &[Row]) -> Vec<Xy> {
+    let mut above = Vec::with_capacity(rows.len());
+    let mut right: Vec<Xy> = Vec::with_capacity(rows.len());
+    let (mut last_above, mut last) = (0.0, (0.0, 0.0));
+    for row in rows {
+        let on = row.on - row.below * last_above;
+        last = ((row.right.0 - row.below * last.0) / on, (row.right.1 - row.below * last.1) / on);
+        last_above = row.above / on;
+        above.push(last_above);
+        right.push(last);
+    }
+    for i in (0..rows.len().saturating_sub(1)).rev() {
+        let next = right[i + 1];
+        right[i] = (right[i].0 - above[i] * next.0, right[i].1 - above[i] * next.1);
+    }
+    right
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn beziers(points: &[Xy], closed: bool) -> Vec<Vec<Xy>> {
+        let mut out = Vec::new();
+        through(points, closed, (None, None), &mut out);
+        let control = |curve: &RawCurve| match curve {
+            RawCurve::Bezier(bezier) => bezier.points.clone(),
+            RawCurve::Line { from, to } => vec![*from, *to],
+            RawCurve::Arc { .. } => panic!("no arcs here"),
+        };
+        out.iter().map(control).collect()
+    }
+
+    /// Second derivatives by chord length at the beginning and end of a piece.
+    fn bends(b: &[Xy]) -> (Xy, Xy) {
+        let h = distance(b[0], b[3]);
+        let second = |p: Xy, q: Xy, r: Xy| {
+            (6.0 * (p.0 - 2.0 * q.0 + r.0) / (h * h), 6.0 * (p.1 - 2.0 * q.1 + r.1) / (h * h))
+        };
+        (second(b[0], b[1], b[2]), second(b[1], b[2], b[3]))
+    }
+
+    #[test]
+    fn curvature_goes_on_at_every_point_and_round_a_closed_one() {
+        let points = [(0.0, 0.0), (10.0, 3.0), (17.0, -4.0), (9.0, -12.0), (-3.0, -6.0)];
+        for closed in [false, true] {
+            let pieces = beziers(&points, closed);
+            assert_eq!(pieces.len(), if closed { 5 } else { 4 });
+            let next = pieces.iter().cycle().skip(1);
+            let count = if closed { 5 } else { 3 };
+            for (a, b) in pieces.iter().zip(next).take(count) {
+                let (end, begin) = (bends(a).1, bends(b).0);
+                assert!(distance(end, begin) < 1e-9, "{closed}: {end:?} {begin:?}");
+                assert_eq!(a[3], b[0]);
+            }
+            if !closed {
+                assert!(distance(bends(&pieces[0]).0, (0.0, 0.0)) < 1e-9, "natural at its beginning");
+                assert!(distance(bends(&pieces[3]).1, (0.0, 0.0)) < 1e-9, "natural at its end");
+            }
+        }
+    }
+
+    #[test]
+    fn few_points() {
+        assert_eq!(beziers(&[(0.0, 0.0), (3.0, 0.0)], true).len(), 1);
+        assert!(beziers(&[(0.0, 0.0), (0.0, 0.0)], false).is_empty());
+        assert_eq!(beziers(&[(0.0, 0.0), (3.0, 0.0), (0.0, 3.0)], true).len(), 3);
+    }
+}

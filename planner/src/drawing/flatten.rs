@@ -1,0 +1,349 @@
+//! Entities to curves: blocks set in, planes turned, everything seen from above.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use super::entity::{Boundary, Ellipse, Entity, Hidden, Insert, Polyline, Shape, Vec3};
+use super::file::DxfFile;
+use super::import::{Choice, Visibility};
+use super::placement::{Placement, bulge, cross, unit};
+use super::spline;
+use super::{Drawing, DrawingError, Origin, RawCurve, Run};
+
+/// Blocks within blocks that are followed.
+const DEPTH_MAX: usize = 32;
+/// Entities looked at, blocks set in many times counted each time: nested arrays multiply.
+const VISITS_MAX: usize = 20_000_000;
+/// Curves taken.
+pub const CURVES_MAX: usize = 8_000_000;
+
+/// Turns entities into the curves of a drawing.
+pub struct Flattener<'a> {
+    file: &'a DxfFile,
+    choice: &'a Choice,
+    /// The drawing that grows.
+    pub drawing: Drawing,
+    visits: usize,
+    /// Numbers of the names of the blocks that are being set in.
+    open: Vec<u32>,
+}
+
+/// What an entity inherits from the block it is in.
+#[derive(Clone)]
+struct Setting {
+    placement: Placement,
+    /// Layer and line type of the outermost insert.
+    layer: Option<u32>,
+    line_type: Option<u32>,
+    block: Option<Arc<str>>,
+}
+
+impl<'a> Flattener<'a> {
+    /// A drawing without curves yet.
+    #[must_use]
+    pub fn new(file: &'a DxfFile, choice: &'a Choice, unit: String) -> Self {
+        let drawing = Drawing { unit, ..Drawing::default() };
+        Self { file, choice, drawing, visits: 0, open: Vec::new() }
+    }
+
+    /// Takes all entities of the drawing.
+    ///
+    /// # Errors
+    /// [`DrawingError`] naming the entity.
+    pub fn run(&mut self, placement: Placement) -> Result<(), DrawingError> {
+        let setting = Setting { placement, layer: None, line_type: None, block: None };
+        self.entities(&self.file.entities, &setting)
+    }
+
+    fn entities(&mut self, entities: &[Entity], setting: &Setting) -> Result<(), DrawingError> {
+        for entity in entities {
+            self.visits += 1;
+            if self.visits > VISITS_MAX || self.drawing.curves.len() > CURVES_MAX {
+                return Err(DrawingError::TooMany {
+                    origin: Box::new(self.origin(entity, setting, "entity")),
+                });
+            }
+            self.entity(entity, setting)?;
+        }
+        Ok(())
+    }
+
+    fn leave_out(&mut self, why: String) {
+        *self.drawing.left_out.entry(why).or_default() += 1;
+    }
+
+    fn layer_of(&self, entity: &Entity, setting: &Setting) -> u32 {
+        match setting.layer {
+            Some(outer) if &**self.file.names.get(entity.layer) == "0" => outer,
+            _ => entity.layer,
+        }
+    }
+
+    fn origin(&self, entity: &Entity, setting: &Setting, kind: &'static str) -> Origin {
+        let layer = self.file.names.get(self.layer_of(entity, setting)).clone();
+        Origin { kind, handle: entity.handle, at: entity.at, layer, block: setting.block.clone() }
+    }
+
+    fn entity(&mut self, entity: &Entity, setting: &Setting) -> Result<(), DrawingError> {
+        if entity.hidden == Some(Hidden::Paper) {
+            self.leave_out("in paper space".into());
+            return Ok(());
+        }
+        let kind = match kind_of(&entity.shape, self.choice) {
+            Ok(kind) => kind,
+            Err(why) => {
+                self.leave_out(why);
+                return Ok(());
+            }
+        };
+        let layer = self.layer_of(entity, setting);
+        let names = &self.file.names;
+        let by_block = |number: u32| names.get(number).eq_ignore_ascii_case("BYBLOCK");
+        let line_type = match entity.line_type {
+            Some(number) if by_block(number) => setting.line_type,
+            own => own,
+        };
+        let is_insert = matches!(entity.shape, Shape::Insert(_));
+        let hidden = entity.hidden.is_some();
+        match self.choice.visibility(self.file, layer, line_type, hidden, is_insert) {
+            Visibility::Shown => {}
+            Visibility::LeftOut(why) => {
+                self.leave_out(why);
+                return Ok(());
+            }
+        }
+        if let Shape::Insert(insert) = &entity.shape {
+            return self.insert(entity, insert, (layer, line_type), setting);
+        }
+        let name = self.file.names.get(layer);
+        if !self.drawing.layers.contains_key(name) {
+            self.drawing.layers.insert(name.clone(), 0);
+        }
+        if !self.choice.takes_layer(name) {
+            self.leave_out("on layers not asked for".into());
+            return Ok(());
+        }
+        let origin = self.origin(entity, setting, kind);
+        let before = self.drawing.curves.len();
+        let number = u32::try_from(self.drawing.origins.len()).unwrap_or(u32::MAX);
+        self.drawing.origins.push(origin);
+        self.shape(&entity.shape, entity.normal, &setting.placement, number)?;
+        let taken = self.drawing.curves.len() - before;
+        if taken == 0 {
+            self.leave_out(format!("{kind} without size"));
+        }
+        if let Some(count) = self.drawing.layers.get_mut(name) {
+            *count += taken;
+        }
+        Ok(())
+    }
+
+    fn insert(
+        &mut self,
+        entity: &Entity,
+        insert: &Insert,
+        (layer, line_type): (u32, Option<u32>),
+        setting: &Setting,
+    ) -> Result<(), DrawingError> {
+        let origin = |problem| DrawingError::BadEntity {
+            origin: Box::new(self.origin(entity, setting, "INSERT")),
+            problem,
+        };
+        let file = self.file;
+        let name = file.names.get(insert.block);
+        let Some(block) = file.blocks.get(&name.to_uppercase()) else {
+            self.leave_out(format!("insert of block \"{name}\", which the file does not define"));
+            return Ok(());
+        };
+        if block.external {
+            self.leave_out(format!("insert of \"{name}\", which is another file"));
+            return Ok(());
+        }
+        if self.open.contains(&insert.block) {
+            return Err(origin("the block it sets in contains itself"));
+        }
+        if self.open.len() >= DEPTH_MAX {
+            return Err(origin("blocks are nested more than 32 deep"));
+        }
+        self.open.push(insert.block);
+        let (columns, rows) = insert.count;
+        let (mut row, mut r) = (0, 0.0);
+        while row < rows {
+            let (mut column, mut c) = (0, 0.0);
+            while column < columns {
+                let inner = Setting {
+                    placement: setting.placement.inserted(insert, entity.normal, block.base, (c, r)),
+                    layer: Some(layer),
+                    line_type,
+                    block: Some(name.clone()),
+                };
+                // An empty block costs a visit too: arrays of nothing end as well.
+                self.visits += 1;
+                if self.visits > VISITS_MAX {
+                    let origin = Box::new(self.origin(entity, setting, "INSERT"));
+                    return Err(DrawingError::TooMany { origin });
+                }
+                self.entities(&block.entities, &inner)?;
+                (column, c) = (column + 1, c + 1.0);
+            }
+            (row, r) = (row + 1, r + 1.0);
+        }
+        self.open.pop();
+        Ok(())
+    }
+
+    fn shape(
+        &mut self,
+        shape: &Shape,
+        normal: Vec3,
+        placement: &Placement,
+        origin: u32,
+    ) -> Result<(), DrawingError> {
+        let first = self.drawing.curves.len();
+        let out = &mut self.drawing.curves;
+        let plane = placement.in_plane(normal);
+        let mut closed = false;
+        let mut problem = None;
+        match shape {
+            Shape::Line { from, to } => {
+                let (from, to) = (placement.seen(*from), placement.seen(*to));
+                if from != to {
+                    out.push(RawCurve::Line { from, to });
+                }
+            }
+            Shape::Arc { centre, radius, angles } => {
+                closed = angles.is_none();
+                problem = arc(&plane, *centre, *radius, *angles, out).err();
+            }
+            Shape::Ellipse(ellipse) => {
+                // A hatch's ellipse is in the hatch's plane, an entity's is in space: callers give the placement.
+                problem = self::ellipse(placement, ellipse, normal, out).err();
+            }
+            Shape::Polyline(line) => {
+                closed = line.closed;
+                polyline(if line.planar { &plane } else { placement }, line, out);
+            }
+            Shape::Spline(spline) => problem = spline::pieces(spline, placement, out).err(),
+            Shape::Hatch(paths) => return self.hatch(paths, &plane, origin),
+            Shape::Solid(corners) => {
+                closed = true;
+                let vertices = corners.iter().map(|&corner| (corner, 0.0)).collect();
+                let line = Polyline { vertices, closed, planar: true, kind: "SOLID" };
+                polyline(&plane, &line, out);
+            }
+            Shape::Insert(_) | Shape::Other(_) => {}
+        }
+        self.finish(first, closed, origin, problem)
+    }
+
+    fn hatch(&mut self, paths: &[Boundary], plane: &Placement, origin: u32) -> Result<(), DrawingError> {
+        const UP: Vec3 = [0.0, 0.0, 1.0];
+        for path in paths {
+            match path {
+                Boundary::Polyline(vertices) => {
+                    let vertices = vertices.clone();
+                    let line = Polyline { vertices, closed: true, planar: true, kind: "HATCH" };
+                    self.shape(&Shape::Polyline(Box::new(line)), UP, plane, origin)?;
+                }
+                Boundary::Edges(edges) => {
+                    edges.iter().try_for_each(|edge| self.shape(edge, UP, plane, origin))?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks the curves taken since `first`, and makes a run of them.
+    fn finish(
+        &mut self,
+        first: usize,
+        closed: bool,
+        origin: u32,
+        problem: Option<&'static str>,
+    ) -> Result<(), DrawingError> {
+        let taken = &self.drawing.curves[first..];
+        let finite = taken.iter().all(RawCurve::is_finite);
+        let problem = problem
+            .or_else(|| (!finite).then_some("a coordinate, radius or angle is too large or no number"));
+        if let Some(problem) = problem {
+            let origin = Box::new(self.drawing.origins[origin as usize].clone());
+            return Err(DrawingError::BadEntity { origin, problem });
+        }
+        if !taken.is_empty() {
+            let closed = closed || taken.len() > 1 && taken[0].from() == taken[taken.len() - 1].to();
+            self.drawing.runs.push(Run { first, end: self.drawing.curves.len(), closed, origin });
+        }
+        Ok(())
+    }
+}
+
+/// The name of an entity that is taken, or why it is not.
+fn kind_of(shape: &Shape, choice: &Choice) -> Result<&'static str, String> {
+    Ok(match shape {
+        Shape::Other(what) => return Err(format!("{what} (no profile)")),
+        Shape::Hatch(_) if !choice.hatches => {
+            return Err("hatch (its boundaries can be taken with --with hatch)".into());
+        }
+        Shape::Solid(_) if !choice.solids => {
+            return Err("solid or trace (its outline can be taken with --with solid)".into());
+        }
+        Shape::Line { .. } => "LINE",
+        Shape::Arc { angles: Some(_), .. } => "ARC",
+        Shape::Arc { .. } => "CIRCLE",
+        Shape::Ellipse(_) => "ELLIPSE",
+        Shape::Polyline(line) => line.kind,
+        Shape::Spline(_) => "SPLINE",
+        Shape::Insert(_) => "INSERT",
+        Shape::Hatch(_) => "HATCH",
+        Shape::Solid(_) => "SOLID",
+    })
+}
+
+fn arc(
+    plane: &Placement,
+    centre: Vec3,
+    radius: f64,
+    angles: Option<(f64, f64)>,
+    out: &mut Vec<RawCurve>,
+) -> Result<(), &'static str> {
+    if radius < 0.0 {
+        return Err("its radius is negative");
+    }
+    let (start, sweep) = angles.map_or((0.0, TAU), |(start, end)| {
+        let sweep = (end - start).to_radians().rem_euclid(TAU);
+        (start.to_radians(), if sweep == 0.0 { TAU } else { sweep })
+    });
+    if radius > 0.0 {
+        plane.arc(centre, ([radius, 0.0, 0.0], [0.0, radius, 0.0]), start, sweep, out);
+    }
+    Ok(())
+}
+
+fn ellipse(
+    placement: &Placement,
+    ellipse: &Ellipse,
+    normal: Vec3,
+    out: &mut Vec<RawCurve>,
+) -> Result<(), &'static str> {
+    let Ellipse { centre, major, ratio, range: (start, end) } = *ellipse;
+    let normal = unit(normal).unwrap_or([0.0, 0.0, 1.0]);
+    let minor = cross(normal, major).map(|c| c * ratio);
+    let sweep = (end - start).rem_euclid(TAU);
+    // Files give a whole ellipse as 0 to 2π, sometimes rounded.
+    let whole = sweep < 1e-9 || TAU - sweep < 1e-6;
+    if ratio == 0.0 || major == [0.0; 3] {
+        return Err("it has no width");
+    }
+    placement.arc(centre, (major, minor), start, if whole { TAU } else { sweep }, out);
+    Ok(())
+}
+
+fn polyline(placement: &Placement, line: &Polyline, out: &mut Vec<RawCurve>) {
+    let vertices = &line.vertices;
+    for (i, &(from, b)) in vertices.iter().enumerate() {
+        let Some(&(to, _)) = vertices.get(i + 1).or_else(|| vertices.first().filter(|_| line.closed)) else {
+            return;
+        };
+        bulge(placement, from, to, b, out);
+    }
+}

@@ -1,0 +1,278 @@
+//! Which ends belong together: those that coincide, then those a small gap apart.
+
+use std::cmp::Reverse;
+use std::collections::{BinaryHeap, HashMap, HashSet};
+
+use keepout_kernel::curve::{nearest_unit, xy};
+use keepout_kernel::exact::segment::Window;
+use keepout_kernel::index::{CheckedIndex, Edge, build};
+use keepout_kernel::{Length, Point, Segment, UNITS_PER_MM};
+
+use super::Origin;
+use super::chain::{Bend, End, Piece, Problem, Repair, remove};
+use crate::units::{length_up_from_mm, point_from_mm, point_mm};
+
+/// Gaps up to this, in lattice units (0.1 µm), are rounding and not worth a word.
+pub(super) const ROUNDING: f64 = 10.0;
+/// Problems whose distance to other loose ends is measured.
+const MEASURED: usize = 200;
+
+/// Pieces, and the joints found so far.
+pub(super) struct Joiner {
+    pub pieces: Vec<Piece>,
+    /// Places where more than two loose ends coincide.
+    pub crowded: Vec<Vec<End>>,
+    reach: f64,
+}
+
+impl Joiner {
+    pub fn new(pieces: Vec<Piece>, join_mm: f64) -> Self {
+        let reach = (join_mm.max(0.0) * f64::from(UNITS_PER_MM)).max(ROUNDING);
+        Self { pieces, crowded: Vec::new(), reach }
+    }
+
+    /// Ends that are joined to nothing.
+    pub fn loose(&self) -> Vec<End> {
+        let ends = (0..self.pieces.len()).flat_map(|i| [(i, 0), (i, 1)]);
+        ends.filter(|&(i, which)| self.pieces[i].joined[which].is_none()).collect()
+    }
+
+    pub fn at(&self, (piece, which): End) -> Point {
+        self.pieces[piece].end(which)
+    }
+
+    fn join(&mut self, a: End, b: End) {
+        self.pieces[a.0].joined[a.1] = Some(b);
+        self.pieces[b.0].joined[b.1] = Some(a);
+    }
+
+    /// Joins loose ends that coincide but for rounding, two and two; where more meet is noted.
+    pub fn coincident(&mut self) {
+        self.crowded.clear();
+        let mut ends = self.loose();
+        ends.sort_by_key(|&end| self.at(end));
+        // Most ends meet at the very same point of the lattice.
+        let mut first = 0;
+        let mut rest = Vec::new();
+        while first < ends.len() {
+            let same = ends[first..].iter().take_while(|&&end| self.at(end) == self.at(ends[first])).count();
+            match ends[first..first + same] {
+                [a, b] => self.join(a, b),
+                ref others => rest.extend_from_slice(others),
+            }
+            first += same;
+        }
+        let points: Vec<Point> = rest.iter().map(|&end| self.at(end)).collect();
+        for group in groups_within(&points, ROUNDING) {
+            match group[..] {
+                [_] => {}
+                [a, b] => {
+                    self.meet(rest[a], rest[b]);
+                }
+                _ => self.crowded.push(group.into_iter().map(|i| rest[i]).collect()),
+            }
+        }
+    }
+
+    /// Joins two ends half-way between them.
+    fn meet(&mut self, a: End, b: End) -> Point {
+        let (p, q) = (point_mm(self.at(a)), point_mm(self.at(b)));
+        let middle = (f64::midpoint(p.0, q.0), f64::midpoint(p.1, q.1));
+        let middle = point_from_mm(middle).unwrap_or(self.at(a));
+        for (piece, which) in [a, b] {
+            let piece = &mut self.pieces[piece];
+            if which == 0 { piece.from = middle } else { piece.to = middle }
+        }
+        self.join(a, b);
+        middle
+    }
+
+    /// Leaves out pieces that are no longer than the reach and have a loose end that coincides with nothing.
+    pub fn drop_tiny(&mut self, repairs: &mut Vec<Repair>) {
+        let reach_mm = self.reach / f64::from(UNITS_PER_MM);
+        loop {
+            let crowded: HashSet<End> = self.crowded.iter().flatten().copied().collect();
+            let alone = |i: usize, which: usize| {
+                self.pieces[i].joined[which].is_none() && !crowded.contains(&(i, which))
+            };
+            let tiny = |&i: &usize| (alone(i, 0) || alone(i, 1)) && self.pieces[i].length_mm() <= reach_mm;
+            let gone: HashSet<usize> = (0..self.pieces.len()).filter(tiny).collect();
+            if gone.is_empty() {
+                return;
+            }
+            for &i in &gone {
+                let piece = &self.pieces[i];
+                repairs.push(Repair::TinyDropped { at: piece.from, length_mm: piece.length_mm() });
+            }
+            remove(&mut self.pieces, &gone);
+            self.coincident();
+        }
+    }
+
+    /// Moves loose ends together that are within reach of each other, the nearest first.
+    pub fn close_gaps(&mut self, repairs: &mut Vec<Repair>) {
+        let crowded: HashSet<End> = self.crowded.iter().flatten().copied().collect();
+        let ends: Vec<End> = self.loose().into_iter().filter(|end| !crowded.contains(end)).collect();
+        let points: Vec<Point> = ends.iter().map(|&end| self.at(end)).collect();
+        let mut pairs = BinaryHeap::new();
+        let grid = Grid::of(&points, self.reach);
+        for i in 0..points.len() {
+            grid.near(&points, i, |j| {
+                if i < j {
+                    pairs.push(Reverse((nearest_unit(distance(points[i], points[j]) * 16.0), i, j)));
+                }
+            });
+        }
+        let mut taken = vec![false; ends.len()];
+        while let Some(Reverse((_, i, j))) = pairs.pop() {
+            if taken[i] || taken[j] {
+                continue;
+            }
+            (taken[i], taken[j]) = (true, true);
+            let gap_mm = distance_mm(points[i], points[j]);
+            let at = self.meet(ends[i], ends[j]);
+            repairs.push(Repair::GapClosed { at, gap_mm });
+        }
+    }
+
+    /// What is loose or crowded still.
+    pub fn problems(&self, origins: &[Origin], problems: &mut Vec<Problem>) {
+        let origin = |(i, _): End| Box::new(origins[self.pieces[i].origin as usize].clone());
+        for group in &self.crowded {
+            problems.push(Problem::Branch {
+                origin: origin(group[0]),
+                at: self.at(group[0]),
+                count: group.len(),
+            });
+        }
+        let crowded: HashSet<End> = self.crowded.iter().flatten().copied().collect();
+        let loose: Vec<End> = self.loose().into_iter().filter(|end| !crowded.contains(end)).collect();
+        if loose.is_empty() {
+            return;
+        }
+        let lines = LineIndex::of(&self.pieces);
+        for (number, &end) in loose.iter().enumerate() {
+            let at = self.at(end);
+            let tee = lines.as_ref().and_then(|lines| lines.passing(&self.pieces, at, self.reach, end.0));
+            if let Some(other) = tee {
+                problems.push(Problem::Tee { origin: origin(end), on: origin((other, 0)), at });
+                continue;
+            }
+            let others = loose.iter().filter(|&&other| other != end);
+            let gap_mm = (number < MEASURED)
+                .then(|| others.map(|&other| distance_mm(at, self.at(other))).min_by(f64::total_cmp))
+                .flatten();
+            problems.push(Problem::Open { origin: origin(end), at, gap_mm });
+        }
+    }
+}
+
+/// The straight pieces behind boxes.
+pub(super) struct LineIndex {
+    index: CheckedIndex,
+    /// The piece of each edge, as the index holds them.
+    pieces: HashMap<(Point, Point), usize>,
+}
+
+impl LineIndex {
+    pub fn of(pieces: &[Piece]) -> Option<Self> {
+        let straight = |(i, piece): (usize, &Piece)| {
+            matches!(piece.bend, Bend::Straight).then_some((piece.from, piece.to, i))
+        };
+        let lines: Vec<(Point, Point, usize)> = pieces.iter().enumerate().filter_map(straight).collect();
+        let edge = |&(from, to, _): &(Point, Point, usize)| Edge {
+            chord: Segment { from, to },
+            slack: Length::ZERO,
+        };
+        let index = build::build(lines.iter().map(edge).collect()).ok()?;
+        Some(Self { index, pieces: lines.into_iter().map(|(from, to, i)| ((from, to), i)).collect() })
+    }
+
+    /// The straight pieces that come within `reach` lattice units of the point.
+    pub fn near(&self, at: Point, reach: f64) -> Vec<usize> {
+        let Ok(reach) = length_up_from_mm(reach / f64::from(UNITS_PER_MM)) else { return Vec::new() };
+        let mut found = Vec::new();
+        let _ = self.index.visit(Window::of(at).grown(reach), |_, edge| {
+            if !edge.chord.near_point(at, reach).is_clear() {
+                found.extend(self.pieces.get(&(edge.chord.from, edge.chord.to)));
+            }
+            std::ops::ControlFlow::<()>::Continue(())
+        });
+        found
+    }
+
+    /// A straight piece, other than `own`, whose middle comes within `reach` of the point.
+    fn passing(&self, pieces: &[Piece], at: Point, reach: f64, own: usize) -> Option<usize> {
+        let ends_here = |piece: &Piece| [piece.from, piece.to].iter().any(|&end| distance(end, at) <= reach);
+        self.near(at, reach).into_iter().find(|&i| i != own && !ends_here(&pieces[i]))
+    }
+}
+
+pub(super) fn distance(p: Point, q: Point) -> f64 {
+    let (a, b) = (xy(p), xy(q));
+    (a.0 - b.0).hypot(a.1 - b.1)
+}
+
+pub(super) fn distance_mm(p: Point, q: Point) -> f64 {
+    distance(p, q) / f64::from(UNITS_PER_MM)
+}
+
+/// Points by the square they lie in.
+struct Grid {
+    reach: f64,
+    cells: HashMap<(i64, i64), Vec<usize>>,
+}
+
+impl Grid {
+    fn of(points: &[Point], reach: f64) -> Self {
+        let mut grid = Self { reach, cells: HashMap::new() };
+        for (i, &point) in points.iter().enumerate() {
+            grid.cells.entry(grid.key(point)).or_default().push(i);
+        }
+        grid
+    }
+
+    fn key(&self, p: Point) -> (i64, i64) {
+        let (x, y) = xy(p);
+        let cell = |c: f64| keepout_kernel::curve::round_down(c / self.reach);
+        (cell(x), cell(y))
+    }
+
+    /// Visits the other points within reach of the point number `i`.
+    fn near(&self, points: &[Point], i: usize, mut visit: impl FnMut(usize)) {
+        let (x, y) = self.key(points[i]);
+        for cell in (x - 1..=x + 1).flat_map(|x| (y - 1..=y + 1).map(move |y| (x, y))) {
+            for &j in self.cells.get(&cell).map_or(&[][..], Vec::as_slice) {
+                if j != i && distance(points[i], points[j]) <= self.reach {
+                    visit(j);
+                }
+            }
+        }
+    }
+}
+
+/// Groups of points that are linked by steps of at most `reach` lattice units.
+fn groups_within(points: &[Point], reach: f64) -> Vec<Vec<usize>> {
+    let grid = Grid::of(points, reach);
+    let mut grouped = vec![false; points.len()];
+    let mut groups = Vec::new();
+    for first in 0..points.len() {
+        if grouped[first] {
+            continue;
+        }
+        grouped[first] = true;
+        let mut group = vec![first];
+        let mut next = 0;
+        while let Some(&i) = group.get(next) {
+            next += 1;
+            grid.near(points, i, |j| {
+                if !grouped[j] {
+                    grouped[j] = true;
+                    group.push(j);
+                }
+            });
+        }
+        groups.push(group);
+    }
+    groups
+}

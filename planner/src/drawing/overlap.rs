@@ -1,0 +1,171 @@
+//! Lines that lie partly on each other, made one where a contour can not be followed otherwise.
+
+use std::collections::{BTreeMap, HashSet};
+
+use keepout_kernel::Point;
+use keepout_kernel::curve::xy;
+
+use super::chain::{Bend, Piece, Repair, remove};
+use super::join::{Joiner, LineIndex, ROUNDING, distance, distance_mm};
+
+/// Rounds of merging: a merged line can uncover another overlap.
+const ROUNDS: usize = 3;
+
+/// Merges straight pieces that overlap on one line, near ends that are loose or crowded. Closed contours that lie on
+/// others are left for the check of contours to name.
+pub(super) fn merge(joiner: &mut Joiner, repairs: &mut Vec<Repair>) {
+    for _ in 0..ROUNDS {
+        let groups = overlapping(joiner);
+        if groups.is_empty() {
+            return;
+        }
+        let mut gone = HashSet::new();
+        let mut made = Vec::new();
+        for group in &groups {
+            let (whole, own): (Vec<usize>, Vec<usize>) = group.iter().partition(|&&i| joiner.pieces[i].whole);
+            if whole.is_empty() {
+                made.extend(merged(joiner, group, repairs));
+                gone.extend(group);
+            } else {
+                gone.extend(own.into_iter().filter(|&i| lies_on(joiner, i, &whole, repairs)));
+            }
+        }
+        if gone.is_empty() {
+            return;
+        }
+        remove(&mut joiner.pieces, &gone);
+        joiner.pieces.extend(made);
+        joiner.coincident();
+    }
+}
+
+/// Whether a piece lies on one of those closed contours are made of: it adds nothing then. They stay as they are.
+fn lies_on(joiner: &Joiner, i: usize, whole: &[usize], repairs: &mut Vec<Repair>) -> bool {
+    let piece = &joiner.pieces[i];
+    let covers = |&j: &usize| {
+        let line = Line::of(&joiner.pieces[j]);
+        [piece.from, piece.to].iter().all(|&p| {
+            let t = line.along(p);
+            line.off(p) <= ROUNDING && t >= -ROUNDING && t <= line.length + ROUNDING
+        })
+    };
+    let covered = whole.iter().any(covers);
+    if covered {
+        repairs.push(Repair::OverlapMerged { at: piece.from, length_mm: piece.length_mm(), count: 2 });
+    }
+    covered
+}
+
+/// Groups of straight pieces that overlap, found at loose and crowded ends.
+fn overlapping(joiner: &Joiner) -> Vec<Vec<usize>> {
+    let loose = joiner.loose();
+    if loose.is_empty() {
+        return Vec::new();
+    }
+    let Some(lines) = LineIndex::of(&joiner.pieces) else { return Vec::new() };
+    let mut leader: BTreeMap<usize, usize> = BTreeMap::new();
+    for &end in &loose {
+        let near = lines.near(joiner.at(end), ROUNDING);
+        for (k, &i) in near.iter().enumerate() {
+            for &j in &near[k + 1..] {
+                if overlap(&joiner.pieces[i], &joiner.pieces[j]) {
+                    let (a, b) = (led_by(&leader, i), led_by(&leader, j));
+                    leader.entry(i).or_insert(i);
+                    leader.entry(j).or_insert(j);
+                    leader.insert(a.max(b), a.min(b));
+                }
+            }
+        }
+    }
+    let mut groups: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for &i in leader.keys() {
+        groups.entry(led_by(&leader, i)).or_default().push(i);
+    }
+    groups.into_values().filter(|group| group.len() > 1).collect()
+}
+
+fn led_by(leader: &BTreeMap<usize, usize>, mut i: usize) -> usize {
+    while let Some(&up) = leader.get(&i) {
+        if up == i {
+            break;
+        }
+        i = up;
+    }
+    i
+}
+
+/// Whether two straight pieces lie on one line and share more than a point of it.
+fn overlap(one: &Piece, other: &Piece) -> bool {
+    let straight = |piece: &Piece| matches!(piece.bend, Bend::Straight);
+    if !straight(one) || !straight(other) {
+        return false;
+    }
+    let (long, short) = if distance(one.from, one.to) >= distance(other.from, other.to) {
+        (one, other)
+    } else {
+        (other, one)
+    };
+    let line = Line::of(long);
+    if [short.from, short.to].iter().any(|&p| line.off(p) > ROUNDING) {
+        return false;
+    }
+    let (a, b) = (line.along(short.from), line.along(short.to));
+    a.max(b).min(line.length) - a.min(b).max(0.0) > ROUNDING
+}
+
+struct Line {
+    from: (f64, f64),
+    direction: (f64, f64),
+    length: f64,
+}
+
+impl Line {
+    fn of(piece: &Piece) -> Self {
+        let (a, b) = (xy(piece.from), xy(piece.to));
+        let length = distance(piece.from, piece.to);
+        Self { from: a, direction: ((b.0 - a.0) / length, (b.1 - a.1) / length), length }
+    }
+
+    fn along(&self, p: Point) -> f64 {
+        let (x, y) = xy(p);
+        (x - self.from.0) * self.direction.0 + (y - self.from.1) * self.direction.1
+    }
+
+    fn off(&self, p: Point) -> f64 {
+        let (x, y) = xy(p);
+        ((y - self.from.1) * self.direction.0 - (x - self.from.0) * self.direction.1).abs()
+    }
+}
+
+/// The lines that a group covers, cut where other pieces end on them.
+fn merged(joiner: &Joiner, group: &[usize], repairs: &mut Vec<Repair>) -> Vec<Piece> {
+    let pieces = || group.iter().map(|&i| &joiner.pieces[i]);
+    let longest = pieces().max_by(|a, b| distance(a.from, a.to).total_cmp(&distance(b.from, b.to)));
+    let Some(longest) = longest else { return Vec::new() };
+    let line = Line::of(longest);
+    let mut ends: Vec<Point> = pieces().flat_map(|piece| [piece.from, piece.to]).collect();
+    ends.sort_by(|&p, &q| line.along(p).total_cmp(&line.along(q)));
+    let (Some(&first), Some(&last)) = (ends.first(), ends.last()) else { return Vec::new() };
+    repairs.push(Repair::OverlapMerged {
+        at: first,
+        length_mm: distance_mm(first, last),
+        count: group.len(),
+    });
+    // Other pieces that end between the two ends of the whole cut it there.
+    let on_it = |&p: &Point| {
+        let t = line.along(p);
+        line.off(p) <= ROUNDING && t > line.along(first) + ROUNDING && t < line.along(last) - ROUNDING
+    };
+    let members: HashSet<usize> = group.iter().copied().collect();
+    let joined = group.iter().flat_map(|&i| joiner.pieces[i].joined).flatten();
+    let others = joined.chain(joiner.loose()).filter(|(i, _)| !members.contains(i));
+    let mut cuts: Vec<Point> = others.map(|end| joiner.at(end)).filter(on_it).collect();
+    cuts.sort_by(|&p, &q| line.along(p).total_cmp(&line.along(q)));
+    cuts.dedup();
+    let from = std::iter::once(first).chain(cuts.iter().copied());
+    let to = cuts.iter().copied().chain([last]);
+    let origin = longest.origin;
+    let piece =
+        |(from, to)| Piece { from, to, bend: Bend::Straight, origin, whole: false, joined: [None; 2] };
+    from.zip(to).map(piece).collect()
+}

@@ -1,0 +1,237 @@
+//! Splines to rational Bézier pieces.
+
+use super::entity::Spline;
+use super::placement::Placement;
+use super::{RawBezier, RawCurve};
+
+/// Highest degree that is taken.
+pub const DEGREE_MAX: usize = 15;
+
+/// The pieces of a spline, seen from above after `placement`.
+///
+/// Pieces are taken out by blossoming: control point j of the piece over [a, b] is the blossom at a repeated p − j times and
+/// b repeated j times (Ramshaw 1989; Piegl & Tiller, The NURBS Book, §5.2 and 5.3 give the same by knot insertion).
+///
+/// # Errors
+/// What is wrong with the spline, for a person.
+pub fn pieces(spline: &Spline, placement: &Placement, out: &mut Vec<RawCurve>) -> Result<(), &'static str> {
+    if spline.control.len() < 2 && spline.fit.len() >= 2 {
+        let points: Vec<(f64, f64)> = spline.fit.iter().map(|&p| placement.seen(p)).collect();
+        let origin = placement.seen([0.0; 3]);
+        let direction = |v: [f64; 3]| {
+            let (x, y) = placement.seen(v);
+            (x - origin.0, y - origin.1)
+        };
+        let (first, last) = spline.tangents;
+        super::fit_points::through(&points, spline.closed, (first.map(direction), last.map(direction)), out);
+        return Ok(());
+    }
+    let count = spline.control.len();
+    let degree = usize::try_from(spline.degree).unwrap_or(0);
+    if !(1..=DEGREE_MAX).contains(&degree) {
+        return Err("its degree is not between 1 and 15");
+    }
+    if count <= degree {
+        return Err("it has fewer control points than its degree needs");
+    }
+    let knots = knots_of(spline, degree)?;
+    let weights = match spline.weights.len() {
+        0 => vec![1.0; count],
+        n if n == count => spline.weights.clone(),
+        _ => return Err("it has not as many weights as control points"),
+    };
+    if weights.iter().any(|&weight| weight <= 0.0) {
+        return Err("a weight is not positive");
+    }
+    let control: Vec<Homogeneous> = spline
+        .control
+        .iter()
+        .zip(&weights)
+        .map(|(&p, &w)| {
+            let (x, y) = placement.seen(p);
+            [x * w, y * w, w]
+        })
+        .collect();
+    let mut last = None;
+    for span in degree..count {
+        let (a, b) = (knots[span], knots[span + 1]);
+        if a >= b {
+            continue;
+        }
+        let mut piece = piece_over(&control, &knots, degree, span);
+        // Where one piece ends the next begins, to the last bit.
+        if let Some(end) = last {
+            piece.points[0] = end;
+        }
+        last = piece.points.last().copied();
+        out.push(piece.simplified());
+    }
+    if last.is_none() {
+        return Err("its knots leave no curve");
+    }
+    close_up(spline, out);
+    Ok(())
+}
+
+type Homogeneous = [f64; 3];
+
+/// The knots, or even ones when there are none.
+fn knots_of(spline: &Spline, degree: usize) -> Result<Vec<f64>, &'static str> {
+    let count = spline.control.len();
+    let wanted = count + degree + 1;
+    if spline.knots.is_empty() {
+        let inner = count - degree;
+        let mut knot = 0.0;
+        let mut knots = vec![0.0; degree + 1];
+        for _ in 1..inner {
+            knot += 1.0;
+            knots.push(knot);
+        }
+        knots.resize(wanted, knot + 1.0);
+        return Ok(knots);
+    }
+    if spline.knots.len() != wanted {
+        return Err("it has not as many knots as its degree and control points need");
+    }
+    if spline.knots.windows(2).any(|pair| pair[0] > pair[1]) {
+        return Err("its knots do not ascend");
+    }
+    Ok(spline.knots.clone())
+}
+
+fn piece_over(control: &[Homogeneous], knots: &[f64], degree: usize, span: usize) -> RawBezier {
+    let (a, b) = (knots[span], knots[span + 1]);
+    let blossom = |ends: usize| {
+        // De Boor's algorithm with argument b in the first `ends` rounds, then a.
+        let mut d: Vec<Homogeneous> = control[span - degree..=span].to_vec();
+        for round in 1..=degree {
+            let u = if round <= ends { b } else { a };
+            for j in (round..=degree).rev() {
+                let (low, high) = (knots[span - degree + j], knots[span + 1 + j - round]);
+                let t = if high > low { (u - low) / (high - low) } else { 0.0 };
+                let before = d[j - 1];
+                d[j] = [0, 1, 2].map(|i| before[i] * (1.0 - t) + d[j][i] * t);
+            }
+        }
+        d[degree]
+    };
+    let points = (0..=degree).map(blossom);
+    let (mut at, mut weights) = (Vec::with_capacity(degree + 1), Vec::with_capacity(degree + 1));
+    for [x, y, w] in points {
+        at.push((x / w, y / w));
+        weights.push(w);
+    }
+    RawBezier { points: at, weights }
+}
+
+/// A closed spline whose ends meet but for rounding is made to meet exactly.
+fn close_up(spline: &Spline, out: &mut [RawCurve]) {
+    const ROUNDING_MM: f64 = 1e-6;
+    let Some(begin) = out.first().map(RawCurve::from) else { return };
+    let Some(last) = out.last_mut() else { return };
+    let end = last.to();
+    if spline.closed && (end.0 - begin.0).hypot(end.1 - begin.1) < ROUNDING_MM {
+        last.set_to(begin);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pieces_of(spline: &Spline) -> Vec<RawCurve> {
+        let mut out = Vec::new();
+        pieces(spline, &Placement::scaled(1.0), &mut out).unwrap();
+        out
+    }
+
+    fn at(curve: &RawCurve, t: f64) -> (f64, f64) {
+        match curve {
+            RawCurve::Bezier(bezier) => bezier.at(t),
+            RawCurve::Line { from, to } => (from.0 + (to.0 - from.0) * t, from.1 + (to.1 - from.1) * t),
+            RawCurve::Arc { .. } => panic!("no arcs here"),
+        }
+    }
+
+    /// De Boor's algorithm, straight from the definition: the oracle.
+    fn de_boor(spline: &Spline, u: f64) -> (f64, f64) {
+        let p = usize::try_from(spline.degree).unwrap();
+        let basis = |i: usize, u: f64| basis(&spline.knots, i, p, u);
+        let weight = |i: usize| spline.weights.get(i).copied().unwrap_or(1.0);
+        let mut sum = [0.0; 3];
+        for (i, c) in spline.control.iter().enumerate() {
+            let n = basis(i, u) * weight(i);
+            sum = [sum[0] + n * c[0], sum[1] + n * c[1], sum[2] + n];
+        }
+        (sum[0] / sum[2], sum[1] / sum[2])
+    }
+
+    fn basis(knots: &[f64], i: usize, p: usize, u: f64) -> f64 {
+        if p == 0 {
+            return if knots[i] <= u && u < knots[i + 1] { 1.0 } else { 0.0 };
+        }
+        let part = |top: f64, below: f64| if below > 0.0 { top / below } else { 0.0 };
+        part(u - knots[i], knots[i + p] - knots[i]) * basis(knots, i, p - 1, u)
+            + part(knots[i + p + 1] - u, knots[i + p + 1] - knots[i + 1]) * basis(knots, i + 1, p - 1, u)
+    }
+
+    #[test]
+    fn pieces_agree_with_the_basis_functions() {
+        let control = vec![
+            [0.0; 3],
+            [10.0, 5.0, 0.0],
+            [20.0, -8.0, 3.0],
+            [33.0, 4.0, 0.0],
+            [40.0, 0.0, 0.0],
+            [52.0, 9.0, 0.0],
+        ];
+        let cases = [
+            (3, vec![0.0, 0.0, 0.0, 0.0, 1.0, 2.5, 3.0, 3.0, 3.0, 3.0], vec![]),
+            (3, vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0], vec![1.0, 0.5, 2.0, 3.0, 0.7, 1.0]),
+            (2, vec![0.0, 0.0, 0.0, 1.0, 1.0, 2.0, 3.0, 3.0, 3.0], vec![]),
+            (
+                5,
+                vec![0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0],
+                vec![1.0, 2.0, 1.0, 1.0, 4.0, 1.0],
+            ),
+            (1, vec![0.0, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 5.0], vec![]),
+        ];
+        for (degree, knots, weights) in cases {
+            let spline = Spline { degree, knots, weights, control: control.clone(), ..Spline::default() };
+            let p = usize::try_from(degree).unwrap();
+            let spans: Vec<(f64, f64)> = spline.knots[p..=control.len()]
+                .windows(2)
+                .filter(|pair| pair[0] < pair[1])
+                .map(|pair| (pair[0], pair[1]))
+                .collect();
+            let found = pieces_of(&spline);
+            assert_eq!(found.len(), spans.len());
+            for (curve, (a, b)) in found.iter().zip(spans) {
+                for t in [0.0, 0.25, 0.5, 0.999] {
+                    let (x, y) = at(curve, t);
+                    let (u, v) = de_boor(&spline, a + (b - a) * t);
+                    assert!((x - u).hypot(y - v) < 1e-9, "degree {degree} at {t}: {x} {y}, {u} {v}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn nonsense_is_named() {
+        let control = vec![[0.0; 3]; 4];
+        let bad = |spline: Spline| pieces(&spline, &Placement::scaled(1.0), &mut Vec::new()).unwrap_err();
+        assert!(bad(Spline { degree: 99, control: control.clone(), ..Spline::default() }).contains("degree"));
+        assert!(bad(Spline { degree: 5, control: control.clone(), ..Spline::default() }).contains("fewer"));
+        let knots = vec![0.0; 3];
+        assert!(
+            bad(Spline { degree: 3, knots, control: control.clone(), ..Spline::default() }).contains("knots")
+        );
+        let knots = vec![0.0, 0.0, 0.0, 2.0, 1.0, 3.0, 3.0, 3.0];
+        assert!(
+            bad(Spline { degree: 3, knots, control: control.clone(), ..Spline::default() })
+                .contains("ascend")
+        );
+        let weights = vec![1.0, -1.0, 1.0, 1.0];
+        assert!(bad(Spline { degree: 3, weights, control, ..Spline::default() }).contains("weight"));
+    }
+}

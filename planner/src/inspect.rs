@@ -1,0 +1,261 @@
+//! What was understood of a drawing: layers, contours, nesting, repairs, problems.
+
+use std::collections::BTreeMap;
+
+use keepout_kernel::exact::region::RegionError;
+use keepout_kernel::{Curve, Point, Region, Ring, UNITS_PER_MM};
+use serde::Serialize;
+
+use crate::drawing::{Chained, Drawing};
+use crate::profile::{ProfileError, ProfileLoop};
+use crate::select::Outline;
+use crate::units::{mm, point_mm};
+
+/// What was understood of a drawing. Lengths in mm, areas in mm².
+#[derive(Clone, Debug, Serialize)]
+pub struct Inspection {
+    /// The unit the drawing was read in.
+    pub unit: String,
+    /// Curves taken from each visible layer.
+    pub layers: BTreeMap<String, usize>,
+    /// Curves taken altogether.
+    pub curves: usize,
+    /// The closed contours, in file order.
+    pub contours: Vec<Contour>,
+    /// Contours that lie within an even number of others.
+    pub outer: usize,
+    /// Contours that lie within an odd number of others.
+    pub inner: usize,
+    /// The area within an odd number of contours.
+    pub area_mm2: f64,
+    /// Least x, least y, largest x, largest y of the contours; `None` without any.
+    pub box_mm: Option<[f64; 4]>,
+    /// Pieces of splines and ellipses, and the bound within which arcs and lines stand for them.
+    pub free_curves: usize,
+    /// That bound.
+    pub curve_bound_mm: f64,
+    /// Chains of curves that do not close.
+    pub open_chains: usize,
+    /// What was changed in the drawing.
+    pub repairs: Vec<Note>,
+    /// What keeps a plan from being made.
+    pub problems: Vec<Note>,
+    /// What was left out, by reason.
+    pub left_out: BTreeMap<String, usize>,
+    /// What else to know about the file.
+    pub remarks: Vec<String>,
+}
+
+/// A closed contour.
+#[derive(Clone, Debug, Serialize)]
+pub struct Contour {
+    /// The layer of its first curve.
+    pub layer: String,
+    /// How many contours it lies within.
+    pub depth: usize,
+    /// The area within it.
+    pub area_mm2: f64,
+    /// Its length.
+    pub length_mm: f64,
+    /// Straight edges.
+    pub lines: usize,
+    /// Arcs.
+    pub arcs: usize,
+    /// Least x, least y, largest x, largest y.
+    pub box_mm: [f64; 4],
+    /// A point within it that `--at` selects it by, when one was found.
+    pub inside_mm: Option<(f64, f64)>,
+}
+
+/// A place, and what is to be said of it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Note {
+    /// Where, mm.
+    pub at_mm: (f64, f64),
+    /// What.
+    pub text: String,
+}
+
+/// Contacts between contours that are listed.
+const CONTACTS_MAX: usize = 50;
+
+/// Looks at a drawing's contours.
+#[must_use]
+pub fn inspect(drawing: &Drawing, chained: &Chained) -> Inspection {
+    let loops = &chained.profile.loops;
+    let outlines: Vec<Outline> = loops.iter().map(Outline::of).collect();
+    let depths = depths(&outlines);
+    let signed = |(outline, depth): (&Outline, &usize)| {
+        if depth % 2 == 0 { outline.area_mm2 } else { -outline.area_mm2 }
+    };
+    let contours: Vec<Contour> = loops
+        .iter()
+        .zip(&outlines)
+        .enumerate()
+        .map(|(i, (each, outline))| contour(each, outline, &chained.layers[i], depths[i]))
+        .collect();
+    let note = |at: Point, text: String| Note { at_mm: point_mm(at), text };
+    let mut repairs: Vec<Note> =
+        chained.repairs.iter().map(|repair| note(repair.at(), repair.to_string())).collect();
+    for each in loops.iter().filter(|each| each.is_flat()) {
+        let text = "a line drawn to and fro, which bounds nothing, is left out".into();
+        repairs.push(note(each.edges[0].curve.from(), text));
+    }
+    let mut problems: Vec<Note> =
+        chained.problems.iter().map(|problem| note(problem.at(), problem.to_string())).collect();
+    problems.extend(contacts(loops).into_iter().map(|(at, text)| note(at, text)));
+    Inspection {
+        unit: drawing.unit.clone(),
+        layers: drawing.layers.iter().map(|(name, &count)| (name.to_string(), count)).collect(),
+        curves: drawing.curves.len(),
+        outer: depths.iter().zip(loops).filter(|(depth, each)| *depth % 2 == 0 && !each.is_flat()).count(),
+        inner: depths.iter().filter(|&depth| depth % 2 == 1).count(),
+        area_mm2: outlines.iter().zip(&depths).map(signed).fold(0.0, |sum, area| sum + area),
+        box_mm: contours.iter().map(|contour| contour.box_mm).reduce(union),
+        contours,
+        free_curves: loops.iter().map(|each| each.sources.len()).sum(),
+        curve_bound_mm: mm(chained.profile.slack().units()),
+        open_chains: chained.open.len(),
+        repairs,
+        problems,
+        left_out: drawing.left_out.clone(),
+        remarks: drawing.remarks.clone(),
+    }
+}
+
+fn union(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
+    [a[0].min(b[0]), a[1].min(b[1]), a[2].max(b[2]), a[3].max(b[3])]
+}
+
+fn contour(each: &ProfileLoop, outline: &Outline, layer: &str, depth: usize) -> Contour {
+    let length: f64 = each.edges.iter().map(|edge| edge.curve.length()).sum();
+    let lines = each.edges.iter().filter(|edge| matches!(edge.curve, Curve::Line(_))).count();
+    let (low, high) = outline.bounds;
+    Contour {
+        layer: layer.into(),
+        depth,
+        area_mm2: outline.area_mm2,
+        length_mm: length / f64::from(UNITS_PER_MM),
+        lines,
+        arcs: each.edges.len() - lines,
+        box_mm: [low.0, low.1, high.0, high.1],
+        inside_mm: inside(outline),
+    }
+}
+
+/// A point within, in the middle of the widest stretch of a horizontal line half-way up.
+fn inside(outline: &Outline) -> Option<(f64, f64)> {
+    let (low, high) = outline.bounds;
+    let y = f64::midpoint(low.1, high.1);
+    let next = outline.points.iter().cycle().skip(1);
+    let mut crossings: Vec<f64> = outline
+        .points
+        .iter()
+        .zip(next)
+        .filter(|(a, b)| (a.1 > y) != (b.1 > y))
+        .map(|(a, b)| a.0 + (b.0 - a.0) * (y - a.1) / (b.1 - a.1))
+        .collect();
+    crossings.sort_by(f64::total_cmp);
+    let widest = crossings.chunks_exact(2).max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))?;
+    Some((f64::midpoint(widest[0], widest[1]), y))
+}
+
+/// How many contours each lies within, by its first corner.
+fn depths(outlines: &[Outline]) -> Vec<usize> {
+    let depth = |(i, outline): (usize, &Outline)| {
+        if outline.area_mm2 == 0.0 {
+            return 0;
+        }
+        let Some(&corner) = outline.points.first() else { return 0 };
+        let around = |(j, other): (usize, &Outline)| j != i && other.holds(corner);
+        outlines.iter().enumerate().filter(|&each| around(each)).count()
+    };
+    outlines.iter().enumerate().map(depth).collect()
+}
+
+/// Where contours touch or cross themselves or each other, or are no shapes at all.
+fn contacts(loops: &[ProfileLoop]) -> Vec<(Point, String)> {
+    let mut found = Vec::new();
+    let mut rings: Vec<Ring> = Vec::new();
+    for each in loops.iter().filter(|each| !each.is_flat()) {
+        match each.ring() {
+            Ok(ring) => rings.push(ring),
+            Err(error) => found.push((error.at().unwrap_or(each.edges[0].curve.from()), error.to_string())),
+        }
+    }
+    while found.len() < CONTACTS_MAX {
+        match Region::new(rings.clone()) {
+            Err(RegionError::RingsTouch { second, at, .. }) => {
+                found.push((at, ProfileError::ContoursTouch { at }.to_string()));
+                rings.remove(second);
+            }
+            _ => break,
+        }
+    }
+    found
+}
+
+impl std::fmt::Display for Inspection {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        writeln!(f, "unit         {}", self.unit)?;
+        let layers: Vec<String> =
+            self.layers.iter().map(|(name, count)| format!("\"{name}\" {count}")).collect();
+        writeln!(f, "layers       {} (curves taken from each)", layers.join(", "))?;
+        if self.free_curves > 0 {
+            let (count, bound) = (self.free_curves, self.curve_bound_mm);
+            writeln!(
+                f,
+                "curves       {count} pieces of splines and ellipses, as arcs and lines within {bound:.5} mm"
+            )?;
+        }
+        let (closed, open) = (self.contours.len(), self.open_chains);
+        writeln!(
+            f,
+            "contours     {closed} closed ({} outer, {} inner), {open} open",
+            self.outer, self.inner
+        )?;
+        writeln!(f, "area         {:.3} mm² within an odd number of contours", self.area_mm2)?;
+        if let Some([x0, y0, x1, y1]) = self.box_mm {
+            writeln!(
+                f,
+                "box          ({x0:.3}, {y0:.3}) to ({x1:.3}, {y1:.3}) mm: {:.3} × {:.3}",
+                x1 - x0,
+                y1 - y0
+            )?;
+        }
+        for (number, contour) in self.contours.iter().enumerate().take(LISTED) {
+            let at = contour.inside_mm.map_or(String::new(), |(x, y)| format!(", --at {x:.3},{y:.3}"));
+            writeln!(
+                f,
+                "  {:>4}  depth {}  {:>12.3} mm²  {:>10.3} mm  {} lines, {} arcs, layer \"{}\"{at}",
+                number + 1,
+                contour.depth,
+                contour.area_mm2,
+                contour.length_mm,
+                contour.lines,
+                contour.arcs,
+                contour.layer
+            )?;
+        }
+        more(f, self.contours.len())?;
+        for (what, count) in &self.left_out {
+            writeln!(f, "left out     {count} {what}")?;
+        }
+        self.remarks.iter().try_for_each(|remark| writeln!(f, "note         {remark}"))?;
+        self.repairs.iter().take(LISTED).try_for_each(|note| writeln!(f, "repaired     {}", note.text))?;
+        more(f, self.repairs.len())?;
+        self.problems.iter().take(LISTED).try_for_each(|note| writeln!(f, "PROBLEM      {}", note.text))?;
+        more(f, self.problems.len())?;
+        match self.problems.len() {
+            0 => write!(f, "A plan can be made of this drawing."),
+            n => write!(f, "{n} problems keep a plan from being made of all contours."),
+        }
+    }
+}
+
+/// Lines of a kind that are listed; more are counted.
+const LISTED: usize = 40;
+
+fn more(f: &mut std::fmt::Formatter<'_>, count: usize) -> std::fmt::Result {
+    if count > LISTED { writeln!(f, "  … and {} more (--json lists all)", count - LISTED) } else { Ok(()) }
+}

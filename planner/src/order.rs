@@ -1,0 +1,119 @@
+//! An order: what a person decides about a drawing and a job, and the way from there to a certified plan.
+
+use thiserror::Error;
+
+use crate::drawing::{CURVE_MM, Chained, Choice, Drawing, DrawingError, JOIN_MM, Repair, chain, import};
+use crate::machine::MachineProfile;
+use crate::plan::{CertifiedPlan, Job, Plan, PlanError, Remark, Sheet};
+use crate::plan_file;
+use crate::select::{SelectError, Selection};
+
+/// What a person decides.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Order {
+    /// What is taken from the drawing.
+    pub choice: Choice,
+    /// Gaps up to this are closed, mm.
+    pub join_mm: f64,
+    /// Splines and ellipses become arcs and lines within this, mm.
+    pub curve_mm: f64,
+    /// Which contours make the part.
+    pub selection: Selection,
+    /// Tool, side, allowances, passes.
+    pub job: Job,
+}
+
+impl Default for Order {
+    fn default() -> Self {
+        Self {
+            choice: Choice::default(),
+            join_mm: JOIN_MM,
+            curve_mm: CURVE_MM,
+            selection: Selection::default(),
+            job: Job::default(),
+        }
+    }
+}
+
+/// Why there is no plan.
+#[derive(Debug, Error)]
+pub enum OrderError {
+    /// The drawing can not be used.
+    #[error(transparent)]
+    Drawing(#[from] DrawingError),
+    /// The selection leaves nothing.
+    #[error(transparent)]
+    Select(#[from] SelectError),
+    /// No plan can be made of it.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+}
+
+/// A stage on the way to a plan, for those who wait.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// The file is read.
+    Reading,
+    /// Curves are joined.
+    Joining,
+    /// The part's contours are checked.
+    Checking,
+    /// The finishing path is sought.
+    Offsetting,
+    /// The finishing path is certified.
+    Certifying,
+}
+
+impl std::fmt::Display for Stage {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Reading => "reading the drawing",
+            Self::Joining => "joining curves to contours",
+            Self::Checking => "checking the contours",
+            Self::Offsetting => "seeking the finishing path",
+            Self::Certifying => "certifying the finishing path",
+        })
+    }
+}
+
+impl Order {
+    /// The drawing's contours, chained and not yet selected.
+    ///
+    /// # Errors
+    /// [`DrawingError`].
+    pub fn contours(&self, bytes: &[u8]) -> Result<(Drawing, Chained), DrawingError> {
+        let drawing = import(bytes, &self.choice)?;
+        let chained = chain(&drawing, self.join_mm, self.curve_mm)?;
+        Ok((drawing, chained))
+    }
+
+    /// Drawing bytes to certified plan; `stage` is told what is being done.
+    ///
+    /// # Errors
+    /// [`OrderError`] with place and remedy.
+    pub fn plan(
+        &self,
+        name: &str,
+        bytes: &[u8],
+        machine: &MachineProfile,
+        stage: &mut dyn FnMut(Stage),
+    ) -> Result<CertifiedPlan, OrderError> {
+        stage(Stage::Reading);
+        let drawing = import(bytes, &self.choice)?;
+        stage(Stage::Joining);
+        let chained = chain(&drawing, self.join_mm, self.curve_mm)?;
+        let left_out = drawing.left_out.iter().map(|(why, count)| format!("left out: {count} {why}"));
+        let repaired = |repair: &Repair| Remark { at: Some(repair.at()), text: repair.to_string() };
+        let mut remarks: Vec<Remark> = chained.repairs.iter().map(repaired).collect();
+        remarks.extend(drawing.remarks.iter().cloned().chain(left_out).map(Remark::from));
+        let profile = self.selection.apply(chained, &mut remarks)?;
+        let sheet = Sheet {
+            name: name.into(),
+            hash: plan_file::hash(bytes),
+            unit: drawing.unit,
+            remarks,
+            placed: self.choice.placed,
+        };
+        Ok(Plan::make(sheet, profile, &self.job, machine, stage)?)
+    }
+}

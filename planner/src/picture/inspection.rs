@@ -1,0 +1,90 @@
+//! The picture of what was understood of a drawing: contours, repairs, problems.
+
+use std::fmt::Write as _;
+
+use super::view::{Entry, Mark, View, path_of, sheet};
+use crate::drawing::Chained;
+use crate::inspect::{Inspection, Note};
+use crate::units::point_mm;
+
+const INSIDE: &str = "#d5dae1";
+const EDGE: &str = "#2b2f36";
+const OPEN: &str = "#c8102e";
+const REPAIR: &str = "#b45309";
+/// Marks that are numbered in the picture.
+const NUMBERED: usize = 60;
+
+/// Contours filled by the even-odd rule, open curves, repairs and problems with their numbers in the report.
+#[must_use]
+pub fn inspection_svg(found: &Inspection, chained: &Chained, title: &str) -> String {
+    let view = view_of(found, chained);
+    let mut body = String::new();
+    let loops = &chained.profile.loops;
+    let outline: String =
+        loops.iter().map(|each| path_of(each.edges.iter().map(|edge| edge.curve), &view) + "Z").collect();
+    let _ = writeln!(
+        body,
+        "<path d=\"{outline}\" fill=\"{INSIDE}\" fill-rule=\"evenodd\" stroke=\"{EDGE}\" stroke-width=\"1.2\"/>"
+    );
+    for open in &chained.open {
+        let path = path_of(open.curves.iter().copied(), &view);
+        let _ = writeln!(
+            body,
+            "<path d=\"{path}\" fill=\"none\" stroke=\"{OPEN}\" stroke-width=\"1.8\" stroke-dasharray=\"5 3\"/>"
+        );
+    }
+    marks(&mut body, &found.repairs, REPAIR, &view);
+    marks(&mut body, &found.problems, OPEN, &view);
+    let legend = [
+        Entry::new(
+            INSIDE,
+            Mark::Area,
+            format!(
+                "within an odd number of contours: {} closed, {:.3} mm²",
+                found.contours.len(),
+                found.area_mm2
+            ),
+        ),
+        Entry::new(OPEN, Mark::Dash, format!("{} chains of open curves", found.open_chains)),
+        Entry::new(
+            REPAIR,
+            Mark::Ring,
+            format!("{} repairs, in the order of the report", found.repairs.len()),
+        ),
+        Entry::new(
+            OPEN,
+            Mark::Ring,
+            format!("{} problems, in the order of the report", found.problems.len()),
+        ),
+    ];
+    sheet(&view, title, &legend, &body)
+}
+
+fn view_of(found: &Inspection, chained: &Chained) -> View {
+    let ends = chained.open.iter().flat_map(|open| &open.curves).flat_map(|curve| [curve.from(), curve.to()]);
+    let ends = ends.map(point_mm).map(|(x, y)| [x, y, x, y]);
+    let union = |a: [f64; 4], b: [f64; 4]| [a[0].min(b[0]), a[1].min(b[1]), a[2].max(b[2]), a[3].max(b[3])];
+    let [x0, y0, x1, y1] = ends.chain(found.box_mm).reduce(union).unwrap_or([0.0, 0.0, 1.0, 1.0]);
+    let room = 0.04 * (x1 - x0).max(y1 - y0).max(1.0);
+    View::of((x0 - room, y0 - room), (x1 + room, y1 + room))
+}
+
+fn marks(out: &mut String, notes: &[Note], colour: &str, view: &View) {
+    for (k, note) in notes.iter().enumerate() {
+        let (x, y) = view.xy(note.at_mm);
+        let _ = writeln!(
+            out,
+            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"7\" fill=\"{colour}\" fill-opacity=\"0.12\" stroke=\"{colour}\" \
+             stroke-width=\"1.8\"/>"
+        );
+        if k < NUMBERED {
+            let _ = writeln!(
+                out,
+                "<text x=\"{:.1}\" y=\"{:.1}\" font-size=\"11\" font-weight=\"bold\" fill=\"{colour}\">{}</text>",
+                x + 8.0,
+                y - 6.0,
+                k + 1
+            );
+        }
+    }
+}

@@ -1,0 +1,9 @@
+//! SVG pictures: of what was understood of a drawing, of a plan, and of a run.
+
+mod inspection;
+mod plan;
+mod view;
+
+pub use inspection::inspection_svg;
+pub use plan::{Trace, TraceKind, svg};
+pub use view::escape;

@@ -1,0 +1,173 @@
+//! Which contours of a drawing make the part.
+
+use keepout_kernel::curve::{radius, sweep, xy};
+use keepout_kernel::{Curve, Turn, UNITS_PER_MM};
+use thiserror::Error;
+
+use crate::drawing::{Chained, DrawingError, Problem};
+use crate::plan::Remark;
+use crate::profile::{Profile, ProfileLoop};
+use crate::units::point_mm;
+
+/// What is taken of a drawing's contours; everything by default.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Selection {
+    /// Points, mm: of each the smallest contour around it, and the contours directly within that one.
+    pub at: Vec<(f64, f64)>,
+    /// Contours of less area are left out, mm².
+    pub least_area_mm2: Option<f64>,
+    /// Contours of more area are left out, mm².
+    pub most_area_mm2: Option<f64>,
+    /// Whether open curves are left out instead of being an error.
+    pub leave_out_open: bool,
+}
+
+/// Why a selection is refused.
+#[derive(Debug, Error)]
+pub enum SelectError {
+    /// Contours are open.
+    #[error(transparent)]
+    Open(#[from] DrawingError),
+    /// There is no contour around a point.
+    #[error("no closed contour lies around --at {:.3},{:.3} mm. `keepout inspect` lists and draws the contours.", .at.0, .at.1)]
+    NothingAt {
+        /// The point, mm.
+        at: (f64, f64),
+    },
+    /// No contour is left.
+    #[error(
+        "of {count} closed contours none is of the area asked for: the largest has {largest_mm2:.3} mm²."
+    )]
+    NothingOfArea {
+        /// How many there were.
+        count: usize,
+        /// Area of the largest, mm².
+        largest_mm2: f64,
+    },
+}
+
+impl Selection {
+    /// The contours that are taken; what is left out is told in `remarks`.
+    ///
+    /// # Errors
+    /// [`SelectError`].
+    pub fn apply(&self, chained: Chained, remarks: &mut Vec<Remark>) -> Result<Profile, SelectError> {
+        // Whoever points at contours has said which curves matter: others may be open.
+        let chained = if self.leave_out_open || !self.at.is_empty() {
+            if !chained.open.is_empty() {
+                let chains = format!("left out: {} chains of open curves", chained.open.len());
+                remarks.push(chains.into());
+                let open = |problem: &Problem| Remark {
+                    at: Some(problem.at()),
+                    text: format!("left out: {problem}"),
+                };
+                remarks.extend(chained.problems.iter().take(20).map(open));
+            }
+            chained
+        } else {
+            chained.closed()?
+        };
+        let (flat, loops): (Vec<_>, Vec<_>) =
+            chained.profile.loops.into_iter().partition(ProfileLoop::is_flat);
+        let flat = flat.iter().map(|each| Remark {
+            at: each.edges.first().map(|edge| edge.curve.from()),
+            text: "left out: a line drawn to and fro, which bounds nothing".into(),
+        });
+        remarks.extend(flat);
+        let outlines: Vec<Outline> = loops.iter().map(Outline::of).collect();
+        let mut taken = vec![self.at.is_empty(); loops.len()];
+        for &at in &self.at {
+            let around = |i: &usize| outlines[*i].holds(at);
+            let by_area = |a: &usize, b: &usize| outlines[*a].area_mm2.total_cmp(&outlines[*b].area_mm2);
+            let chosen = (0..loops.len()).filter(around).min_by(by_area);
+            let chosen = chosen.ok_or(SelectError::NothingAt { at })?;
+            taken[chosen] = true;
+            for (i, taken) in taken.iter_mut().enumerate() {
+                *taken |= parent(&outlines, i) == Some(chosen);
+            }
+        }
+        let largest_mm2 = outlines.iter().map(|outline| outline.area_mm2).fold(0.0, f64::max);
+        let fits = |outline: &Outline| {
+            self.least_area_mm2.is_none_or(|least| outline.area_mm2 >= least)
+                && self.most_area_mm2.is_none_or(|most| outline.area_mm2 <= most)
+        };
+        let count = loops.len();
+        let keep: Vec<bool> =
+            taken.iter().zip(&outlines).map(|(&taken, outline)| taken && fits(outline)).collect();
+        let mut kept = keep.iter();
+        let loops: Vec<ProfileLoop> = loops.into_iter().filter(|_| kept.next() == Some(&true)).collect();
+        if loops.is_empty() && count > 0 {
+            return Err(SelectError::NothingOfArea { count, largest_mm2 });
+        }
+        if loops.len() < count {
+            let text = format!("left out: {} closed contours that were not selected", count - loops.len());
+            remarks.push(text.into());
+        }
+        Ok(Profile { loops })
+    }
+}
+
+/// The smallest contour around another.
+fn parent(outlines: &[Outline], i: usize) -> Option<usize> {
+    let &inner = outlines[i].points.first()?;
+    let around =
+        |&j: &usize| j != i && outlines[j].area_mm2 > outlines[i].area_mm2 && outlines[j].holds(inner);
+    (0..outlines.len()).filter(around).min_by(|&a, &b| outlines[a].area_mm2.total_cmp(&outlines[b].area_mm2))
+}
+
+/// A contour as a polygon, near enough to tell what lies within it.
+pub struct Outline {
+    /// Corners, mm.
+    pub points: Vec<(f64, f64)>,
+    /// Area, mm².
+    pub area_mm2: f64,
+    /// Least and largest corner of the box around it, mm.
+    pub bounds: ((f64, f64), (f64, f64)),
+}
+
+impl Outline {
+    /// The outline of a loop.
+    #[must_use]
+    pub fn of(each: &ProfileLoop) -> Self {
+        let coarse = keepout_kernel::Length::small(200);
+        let unit = f64::from(UNITS_PER_MM);
+        let mut points = Vec::new();
+        for edge in &each.edges {
+            let ends = || vec![edge.curve.from(), edge.curve.to()];
+            let corners = edge.curve.chord_points(coarse).unwrap_or_else(|_| ends());
+            let corners = corners[..corners.len() - 1].iter().map(|&p| xy(p));
+            points.extend(corners.map(|(x, y)| (x / unit, y / unit)));
+        }
+        let corners: Vec<(f64, f64)> = each.edges.iter().map(|edge| point_mm(edge.curve.from())).collect();
+        let next = corners.iter().cycle().skip(1);
+        let bulges: f64 = each.edges.iter().map(|edge| beyond_chord_mm2(&edge.curve)).sum();
+        let double = corners.iter().zip(next).map(|(a, b)| a.0 * b.1 - a.1 * b.0).sum::<f64>() + 2.0 * bulges;
+        let low = points.iter().fold((f64::MAX, f64::MAX), |a, p| (a.0.min(p.0), a.1.min(p.1)));
+        let high = points.iter().fold((f64::MIN, f64::MIN), |a, p| (a.0.max(p.0), a.1.max(p.1)));
+        Self { points, area_mm2: double.abs() / 2.0, bounds: (low, high) }
+    }
+
+    /// Whether the point is within, by the crossings of a ray.
+    #[must_use]
+    pub fn holds(&self, (x, y): (f64, f64)) -> bool {
+        let (low, high) = self.bounds;
+        if x < low.0 || x > high.0 || y < low.1 || y > high.1 {
+            return false;
+        }
+        let next = self.points.iter().cycle().skip(1);
+        let crossings = self
+            .points
+            .iter()
+            .zip(next)
+            .filter(|&(a, b)| (a.1 > y) != (b.1 > y) && x < a.0 + (b.0 - a.0) * (y - a.1) / (b.1 - a.1));
+        crossings.count() % 2 == 1
+    }
+}
+
+/// The area between an arc and its chord, mm², positive when the arc turns to the left.
+fn beyond_chord_mm2(curve: &Curve) -> f64 {
+    let Curve::Arc(arc) = curve else { return 0.0 };
+    let (r, angle) = (radius(arc) / f64::from(UNITS_PER_MM), sweep(arc));
+    let area = r * r * (angle - angle.sin()) / 2.0;
+    if arc.turn() == Turn::Left { area } else { -area }
+}
