@@ -1,10 +1,12 @@
 //! What the end-to-end tests share: making plans from drawings, and finding the shared test data.
 
+pub mod oracle;
+
 use std::path::{Path, PathBuf};
 
 use keepout_planner::drawing::read_file;
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::order::Order;
+use keepout_planner::order::{Order, OrderError};
 use keepout_planner::plan::{CertifiedPlan, Job};
 
 /// An order for a tool of the diameter, all else by default.
@@ -20,8 +22,15 @@ pub fn order(tool_diameter_mm: f64) -> Order {
 pub fn plan_of(path: &Path, order: &Order) -> Result<CertifiedPlan, String> {
     let bytes = read_file(path).map_err(|error| error.to_string())?;
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let machine = MachineProfile::simulated();
-    order.plan(&name, &bytes, &machine, &mut |_| {}).map_err(|error| error.to_string())
+    plan_bytes(&name, &bytes, order).map_err(|error| error.to_string())
+}
+
+/// Drawing bytes to certified plan for the simulated machine.
+///
+/// # Errors
+/// [`OrderError`].
+pub fn plan_bytes(name: &str, bytes: &[u8], order: &Order) -> Result<CertifiedPlan, OrderError> {
+    order.plan(name, bytes, &MachineProfile::simulated(), &mut |_| {})
 }
 
 /// Area of the part's contours by the even–odd rule, mm².

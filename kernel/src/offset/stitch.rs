@@ -22,6 +22,11 @@ fn joint_width(d: f64) -> f64 {
     JOINT.max(6.0 * sqrt(d * COVER))
 }
 
+/// Ends that found no joint are joined up to this distance (lattice units, 20 µm), the nearest first. Where an arc is
+/// nearly tangent to its neighbour, and its ends are rounded, the places where each leaves the other's cover are that far
+/// apart; the certificates say whether the path may run between them.
+const WIDE_JOINT: f64 = 2_000.0;
+
 /// A piece of an offset shape that no edge covers.
 pub struct Kept {
     pub shape: Shape,
@@ -36,6 +41,7 @@ pub fn stitch(kept: &[Kept], d: f64, part_area: f64, offset: &mut Offset) {
     let starts = Starts::of(kept, joint);
     let mut used = vec![false; kept.len()];
     let mut cut_area = 0.0;
+    let mut open: Vec<Vec<usize>> = Vec::new();
     for first in 0..kept.len() {
         if used[first] {
             continue;
@@ -51,16 +57,19 @@ pub fn stitch(kept: &[Kept], d: f64, part_area: f64, offset: &mut Offset) {
                     chain.push(next);
                 }
                 Next::Close => break true,
-                Next::Nothing => {
-                    offset.loose_ends.push(end);
-                    break false;
-                }
+                Next::Nothing => break false,
             }
         };
         if closed {
             cut_area += cut_area_of(kept, &chain, d);
             push_loop(kept, &chain, offset);
+        } else {
+            open.push(chain);
         }
+    }
+    for chain in close_wide(kept, open, offset) {
+        cut_area += cut_area_of(kept, &chain, d);
+        push_loop(kept, &chain, offset);
     }
     offset.residual_area = (cut_area - part_area).abs();
 }
@@ -69,6 +78,51 @@ enum Next {
     Piece(usize),
     Close,
     Nothing,
+}
+
+/// Joins open chains end to beginning up to [`WIDE_JOINT`], the nearest first; ends that are left are noted as loose.
+fn close_wide(kept: &[Kept], mut open: Vec<Vec<usize>>, offset: &mut Offset) -> Vec<Vec<usize>> {
+    let begin = |chain: &Vec<usize>| chain.first().map(|&first| kept[first].shape.at(0.0));
+    let end = |chain: &Vec<usize>| chain.last().map(|&last| kept[last].shape.at(1.0));
+    let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
+    let starts: Vec<Kept> = open
+        .iter()
+        .filter_map(|chain| chain.first())
+        .map(|&first| Kept { shape: kept[first].shape, outline: 0, touched: None })
+        .collect();
+    let cells = Starts::of(&starts, WIDE_JOINT);
+    for (i, chain) in open.iter().enumerate() {
+        let Some(end) = end(chain) else { continue };
+        cells.near(end, |j, start| {
+            let gap = norm(minus(start, end));
+            if gap <= WIDE_JOINT {
+                pairs.push((gap, i, j));
+            }
+        });
+    }
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (mut next, mut taken) = (vec![usize::MAX; open.len()], vec![false; open.len()]);
+    for (_, i, j) in pairs {
+        if next[i] == usize::MAX && !taken[j] {
+            (next[i], taken[j]) = (j, true);
+        }
+    }
+    let mut closed = Vec::new();
+    // Chains that nothing leads to first: what is left then goes round.
+    let (after, first): (Vec<usize>, Vec<usize>) = (0..open.len()).partition(|&i| taken[i]);
+    for first in first.into_iter().chain(after) {
+        let (mut chain, mut at) = (Vec::new(), first);
+        while at != usize::MAX && begin(&open[at]).is_some() {
+            chain.append(&mut open[at]);
+            at = next[at];
+        }
+        match at {
+            _ if chain.is_empty() => {}
+            usize::MAX => offset.loose_ends.extend(end(&chain)),
+            _ => closed.push(chain),
+        }
+    }
+    closed
 }
 
 /// What follows at `end`: the nearest unused beginning within a joint, or the loop's own beginning when that is nearer.

@@ -9,6 +9,9 @@ use libm::{acos, cos, sin, sqrt};
 
 use super::plane::{Shape, Xy, cross, dot, left_of, minus, norm, plus};
 
+/// A bend of larger radius (lattice units, 0.1 m) is cut by angles: 1 − cos θ is too coarse for small angles there.
+const FLAT: f64 = 1e7;
+
 /// An offset shape, ready to be cut.
 #[derive(Clone, Copy, Debug)]
 pub enum Track {
@@ -39,6 +42,14 @@ impl Wall {
     }
 }
 
+impl Wall {
+    fn distance(&self, p: Xy) -> f64 {
+        let w = minus(p, self.from);
+        let foot = dot(w, self.along).clamp(0.0, self.length);
+        norm(minus(w, (self.along.0 * foot, self.along.1 * foot)))
+    }
+}
+
 impl Track {
     pub fn of(shape: &Shape) -> Self {
         match *shape {
@@ -47,13 +58,15 @@ impl Track {
                 let length = sqrt(dot(d, d)).max(f64::MIN_POSITIVE);
                 Self::Straight { from, along: (d.0 / length, d.1 / length), length }
             }
-            Shape::Arc { centre, radius, start, sweep } if sweep.abs() < 0.99 * PI => Self::Bend {
-                centre,
-                radius,
-                start: (cos(start), sin(start)),
-                turn: if sweep > 0.0 { 1.0 } else { -1.0 },
-                sweep: sweep.abs(),
-            },
+            Shape::Arc { centre, radius, start, sweep } if sweep.abs() < 0.99 * PI && radius < FLAT => {
+                Self::Bend {
+                    centre,
+                    radius,
+                    start: (cos(start), sin(start)),
+                    turn: if sweep > 0.0 { 1.0 } else { -1.0 },
+                    sweep: sweep.abs(),
+                }
+            }
             Shape::Arc { .. } => Self::General(*shape),
         }
     }
@@ -138,9 +151,15 @@ impl Track {
                 let (low, high) = if turn > 0.0 { (low, high) } else { (high, low) };
                 if low <= high {
                     covered(low, high);
-                } else {
-                    covered(low, 2.0);
-                    covered(-2.0, high);
+                    return;
+                }
+                // Round the back; or a touch so short that rounding has swapped its ends, which covers nothing.
+                let end = self.end();
+                for (a, b) in [(low, 2.0), (-2.0, high)] {
+                    let middle = self.at(f64::midpoint(a.clamp(0.0, end), b.clamp(0.0, end)));
+                    if wall.distance(middle) < r {
+                        covered(a, b);
+                    }
                 }
             }
             Self::General(_) => {
