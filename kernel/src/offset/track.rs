@@ -144,8 +144,14 @@ impl Track {
                     covered(low, high);
                 }
             }
-            Self::Bend { centre, radius, .. } => {
-                let Some((entry, exit)) = circle_in_capsule(centre, radius, wall, r) else { return };
+            Self::Bend { centre, radius, .. } if (radius - r).abs() < 1.0 => {
+                let Some((entry, exit)) = circle_in_capsule(centre, radius, wall, r) else {
+                    // The whole circle is on one side of the capsule's outline.
+                    if wall.distance(self.at(self.end() / 2.0)) < r {
+                        covered(-2.0, 2.0);
+                    }
+                    return;
+                };
                 let (low, high) = (self.bend_parameter(entry), self.bend_parameter(exit));
                 let turn = self.turn();
                 let (low, high) = if turn > 0.0 { (low, high) } else { (high, low) };
@@ -162,7 +168,8 @@ impl Track {
                     }
                 }
             }
-            Self::General(_) => {
+            // Beside an arc of the profile a circle can cross a capsule four times.
+            Self::Bend { .. } | Self::General(_) => {
                 let edge = Shape::Line { from: wall.from, to: wall.to };
                 self.covered_by(&edge, r, covered);
             }
@@ -267,8 +274,8 @@ fn linear_within(value: f64, rate: f64, low: f64, high: f64) -> (f64, f64) {
 
 /// The directions in which a circle enters and leaves the capsule of radius `r` about the wall, counter-clockwise.
 ///
-/// For equal radii the boundaries of two sums of disjoint convex sets with one disc cross at most twice; here the radii
-/// differ by next to nothing. `None` when the circle is outside, or touches too little to tell.
+/// The circle is one about a corner, and the radii differ by next to nothing: the boundaries of two sums of disjoint convex
+/// sets with one disc cross at most twice. `None` when the circle is outside or inside, or touches too little to tell.
 #[inline]
 fn circle_in_capsule(centre: Xy, radius: f64, wall: &Wall, r: f64) -> Option<(Xy, Xy)> {
     let w = minus(centre, wall.from);
