@@ -12,6 +12,7 @@ use crate::exact::arc::Arc;
 use crate::exact::lattice::{Length, Point};
 use crate::exact::predicate::Proximity;
 use crate::exact::region::{Location, Region};
+use crate::exact::ring::Ring;
 use crate::exact::segment::{Segment, Triangle, Window};
 use crate::exact::swept_arc::SweptArc;
 use crate::index::cells::Answer;
@@ -109,6 +110,7 @@ impl core::error::Error for Blocked {}
 #[derive(Clone, Debug)]
 pub struct ProhibitedRegion {
     region: Region,
+    zones: Vec<Ring>,
     index: CheckedIndex,
     cells: Vec<Cells>,
     side: Side,
@@ -120,8 +122,19 @@ impl ProhibitedRegion {
     /// # Errors
     /// [`IndexFault::TooManyEdges`] above 2^30 edges.
     pub fn new(region: Region, side: Side) -> Result<Self, IndexFault> {
-        let index = build::build(build::edges_of(&region))?;
-        Ok(Self { region, index, cells: Vec::new(), side })
+        Self::with_zones(region, side, Vec::new())
+    }
+
+    /// As [`ProhibitedRegion::new`], with zones that are prohibited too, each all that is within its ring: clamps, a vice.
+    /// Zones may lie on the part and on each other.
+    ///
+    /// # Errors
+    /// [`IndexFault::TooManyEdges`] above 2^30 edges.
+    pub fn with_zones(region: Region, side: Side, zones: Vec<Ring>) -> Result<Self, IndexFault> {
+        let mut edges = build::edges_of(&region);
+        edges.extend(build::edges_of_rings(&zones));
+        let index = build::build(edges)?;
+        Ok(Self { region, zones, index, cells: Vec::new(), side })
     }
 
     /// Builds and checks cells for `threshold`, so that points and short motions are answered faster at exactly that
@@ -149,6 +162,12 @@ impl ProhibitedRegion {
         &self.region
     }
 
+    /// The zones that are prohibited besides the part.
+    #[must_use]
+    pub fn zones(&self) -> &[Ring] {
+        &self.zones
+    }
+
     /// The clearance index.
     #[must_use]
     pub fn index(&self) -> &CheckedIndex {
@@ -167,9 +186,15 @@ impl ProhibitedRegion {
         self.index.edges()
     }
 
-    /// Whether `point` is on the part's side of the profile, or on the profile.
+    /// Whether `point` is on the part's side of the profile, in a zone, or on the outline of either.
+    ///
+    /// A ray from a point outside all zones crosses the outline of each an even number of times: the number of its crossings
+    /// with all edges is odd when that with the profile is.
     #[must_use]
     pub fn holds(&self, point: Point) -> bool {
+        if self.zones.iter().any(|zone| zone.crossing_parity_is_odd(point)) {
+            return true;
+        }
         match (self.index.locate(point), self.side) {
             (Location::Boundary, _) => true,
             (Location::Inside, side) => side == Side::Outside,

@@ -4,11 +4,11 @@ use keepout_kernel::curve::nearest_point;
 use keepout_kernel::exact::predicate::ray_crosses;
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::exact::width::Product;
-use keepout_kernel::offset::{self, Gouge, Missing, Offset, certify_complete, certify_path};
+use keepout_kernel::offset::{self, Gouge, Missing, Offset, Outline, certify_complete, certify_path};
 use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, UNITS_PER_MM};
 use thiserror::Error;
 
-use crate::profile::Profile;
+use crate::profile::{Profile, free_outlines};
 use crate::units::place;
 
 /// Added to R + M for the path's own rounding and chords, lattice units (0.6 µm): two chord slacks of the profile, two
@@ -31,8 +31,8 @@ pub struct FinishingPath {
     pub loops: Vec<FinishingLoop>,
     /// Length of profile that the tool can not touch, mm.
     pub residual_length_mm: f64,
-    /// Area that the tool can not clear, mm².
-    pub residual_area_mm2: f64,
+    /// Area that the tool can not clear, mm²; `None` among zones, where it is not worked out.
+    pub residual_area_mm2: Option<f64>,
     /// Length of the whole profile, mm.
     pub profile_length_mm: f64,
 }
@@ -85,14 +85,18 @@ pub enum PathRefusal {
 /// # Errors
 /// [`FinishError`] when the tool fits nowhere, or the search leaves loose ends.
 pub fn propose(
-    profile: &Profile,
+    (profile, zones): (&Profile, &Profile),
     part: &ProhibitedRegion,
     distance: Length,
     diameter_mm: f64,
 ) -> Result<FinishingPath, FinishError> {
-    let d = centre_distance(profile, distance);
-    let outlines = profile.outlines(part);
-    let offset = offset::propose(&outlines, d);
+    let d = centre_distance(profile, zones, distance);
+    let outlines = free_outlines(profile, zones, part);
+    let offset = if zones.loops.is_empty() {
+        offset::propose(&outlines, d)
+    } else {
+        among_zones(outlines, part, d, profile.loops.len())
+    };
     if let Some(&(x, y)) = offset.loose_ends.first() {
         let at = nearest_point(x, y).unwrap_or(Point::ORIGIN);
         return Err(FinishError::LooseEnds { at, count: offset.loose_ends.len() });
@@ -106,8 +110,26 @@ pub fn propose(
 /// The distance of the path from the profile for a threshold, lattice units: what the true curves may leave the profile's
 /// edges by, and [`GUARD`], are added.
 #[must_use]
-pub fn centre_distance(profile: &Profile, threshold: Length) -> f64 {
-    f64::from(threshold.units()) + f64::from(GUARD) + f64::from(profile.slack().units())
+pub fn centre_distance(profile: &Profile, zones: &Profile, threshold: Length) -> f64 {
+    let slack = profile.slack().max(zones.slack());
+    f64::from(threshold.units()) + f64::from(GUARD) + f64::from(slack.units())
+}
+
+/// The offset where zones may lie on the part: outlines are offset to both sides, so that all loops close, and loops within
+/// the part or a zone are left out again. How much of the profile is touched is counted on what is left; the area of the
+/// residual is not known here.
+fn among_zones(outlines: Vec<Outline>, part: &ProhibitedRegion, d: f64, profile_loops: usize) -> Offset {
+    let other = |outline: &Outline| Outline { free_on_left: !outline.free_on_left, ..outline.clone() };
+    let length = |outline: &Outline| outline.curves.iter().map(Curve::length).sum::<f64>();
+    let profile_length = outlines[..profile_loops].iter().map(length).sum();
+    let others: Vec<Outline> = outlines.iter().map(other).collect();
+    let both: Vec<Outline> = outlines.into_iter().chain(others).collect();
+    let mut offset = offset::propose(&both, d);
+    offset.loops.retain(|each| each.curves.first().is_some_and(|curve| !part.holds(curve.from())));
+    let touched = offset.loops.iter().flat_map(|each| &each.outlines);
+    let touched_length =
+        touched.filter(|(outline, _)| *outline < profile_loops).map(|(_, length)| length).sum();
+    Offset { profile_length, touched_length, residual_area: f64::NAN, ..offset }
 }
 
 fn path_of(offset: Offset) -> FinishingPath {
@@ -122,12 +144,20 @@ fn path_of(offset: Offset) -> FinishingPath {
     FinishingPath {
         loops: loops.map(|(each, component)| FinishingLoop { curves: each.curves, component }).collect(),
         residual_length_mm: (offset.profile_length - offset.touched_length).max(0.0) / unit,
-        residual_area_mm2: offset.residual_area / (unit * unit),
+        residual_area_mm2: Some(offset.residual_area / (unit * unit)).filter(|area| area.is_finite()),
         profile_length_mm: offset.profile_length / unit,
     }
 }
 
 impl FinishingPath {
+    /// What the tool leaves, in words.
+    #[must_use]
+    pub fn residual(&self) -> String {
+        let area =
+            self.residual_area_mm2.map_or("area not worked out".into(), |area| format!("{area:.3} mm²"));
+        format!("{:.3} of {:.1} mm contour, {area}", self.residual_length_mm, self.profile_length_mm)
+    }
+
     /// Certifies that no motion comes within `threshold` of the part, that every loop closes, and that no stretch of the
     /// true offset is missing; answers with the number of motions.
     ///
@@ -135,7 +165,7 @@ impl FinishingPath {
     /// [`PathRefusal`] for the first claim that does not hold.
     pub fn certify(
         &self,
-        profile: &Profile,
+        (profile, zones): (&Profile, &Profile),
         part: &ProhibitedRegion,
         threshold: Length,
     ) -> Result<usize, PathRefusal> {
@@ -150,7 +180,8 @@ impl FinishingPath {
             motions += each.curves.len();
         }
         let curves = self.loops.iter().flat_map(|each| &each.curves);
-        certify_complete(part, &profile.outlines(part), centre_distance(profile, threshold), curves)
+        let outlines = free_outlines(profile, zones, part);
+        certify_complete(part, &outlines, centre_distance(profile, zones, threshold), curves)
             .map_err(PathRefusal::Incomplete)?;
         Ok(motions)
     }

@@ -1,11 +1,13 @@
 //! An order: what a person decides about a drawing and a job, and the way from there to a certified plan.
 
+use keepout_kernel::exact::segment::Window;
 use thiserror::Error;
 
 use crate::drawing::{CURVE_MM, Chained, Choice, Drawing, DrawingError, JOIN_MM, Repair, chain, import};
 use crate::machine::MachineProfile;
-use crate::plan::{CertifiedPlan, Job, Plan, PlanError, Remark, Sheet};
+use crate::plan::{CertifiedPlan, Job, Plan, PlanError, Remark, Shapes, Sheet};
 use crate::plan_file;
+use crate::profile::Profile;
 use crate::select::{SelectError, Selection};
 
 /// What a person decides.
@@ -19,6 +21,10 @@ pub struct Order {
     pub curve_mm: f64,
     /// Which contours make the part.
     pub selection: Selection,
+    /// Layers whose closed contours the tool keeps out of besides the part: clamps, a vice.
+    pub zone_layers: Vec<String>,
+    /// The layer of a rectangle that the tool's centre stays in.
+    pub stroke_layer: Option<String>,
     /// Tool, side, allowances, passes.
     pub job: Job,
 }
@@ -30,6 +36,8 @@ impl Default for Order {
             join_mm: JOIN_MM,
             curve_mm: CURVE_MM,
             selection: Selection::default(),
+            zone_layers: Vec::new(),
+            stroke_layer: None,
             job: Job::default(),
         }
     }
@@ -44,6 +52,16 @@ pub enum OrderError {
     /// The selection leaves nothing.
     #[error(transparent)]
     Select(#[from] SelectError),
+    /// The machine's travel is drawn as something else than a rectangle.
+    #[error(
+        "layer \"{layer}\" must hold the machine's travel and nothing else: one rectangle along the axes, after turning. It holds {count} closed contours."
+    )]
+    Stroke {
+        /// The layer.
+        layer: String,
+        /// Its closed contours.
+        count: usize,
+    },
     /// No plan can be made of it.
     #[error(transparent)]
     Plan(#[from] PlanError),
@@ -82,9 +100,41 @@ impl Order {
     /// # Errors
     /// [`DrawingError`].
     pub fn contours(&self, bytes: &[u8]) -> Result<(Drawing, Chained), DrawingError> {
-        let drawing = import(bytes, &self.choice)?;
+        let drawing = import(bytes, &self.part_choice())?;
         let chained = chain(&drawing, self.join_mm, self.curve_mm)?;
         Ok((drawing, chained))
+    }
+
+    /// What is taken for the part: not the layers that say something else.
+    fn part_choice(&self) -> Choice {
+        let mut choice = self.choice.clone();
+        choice.without.extend(self.zone_layers.iter().chain(&self.stroke_layer).cloned());
+        choice
+    }
+
+    fn closed_on(&self, bytes: &[u8], layers: &[String]) -> Result<Profile, DrawingError> {
+        let choice = Choice { layers: layers.to_vec(), ..self.choice.clone() };
+        let drawing = import(bytes, &choice)?;
+        Ok(chain(&drawing, self.join_mm, self.curve_mm)?.closed()?.profile)
+    }
+
+    fn zones(&self, bytes: &[u8]) -> Result<Profile, DrawingError> {
+        if self.zone_layers.is_empty() {
+            Ok(Profile::default())
+        } else {
+            self.closed_on(bytes, &self.zone_layers)
+        }
+    }
+
+    fn stroke(&self, bytes: &[u8]) -> Result<Option<Window>, OrderError> {
+        let Some(layer) = &self.stroke_layer else { return Ok(None) };
+        let profile = self.closed_on(bytes, std::slice::from_ref(layer))?;
+        let rectangle = match &profile.loops[..] {
+            [only] => only.rectangle(),
+            _ => None,
+        };
+        let wrong = || OrderError::Stroke { layer: layer.clone(), count: profile.loops.len() };
+        Ok(Some(rectangle.ok_or_else(wrong)?))
     }
 
     /// Drawing bytes to certified plan; `stage` is told what is being done.
@@ -99,14 +149,18 @@ impl Order {
         stage: &mut dyn FnMut(Stage),
     ) -> Result<CertifiedPlan, OrderError> {
         stage(Stage::Reading);
-        let drawing = import(bytes, &self.choice)?;
+        let drawing = import(bytes, &self.part_choice())?;
         stage(Stage::Joining);
         let chained = chain(&drawing, self.join_mm, self.curve_mm)?;
         let left_out = drawing.left_out.iter().map(|(why, count)| format!("left out: {count} {why}"));
         let repaired = |repair: &Repair| Remark { at: Some(repair.at()), text: repair.to_string() };
         let mut remarks: Vec<Remark> = chained.repairs.iter().map(repaired).collect();
         remarks.extend(drawing.remarks.iter().cloned().chain(left_out).map(Remark::from));
-        let profile = self.selection.apply(chained, &mut remarks)?;
+        let shapes = Shapes {
+            profile: self.selection.apply(chained, &mut remarks)?,
+            zones: self.zones(bytes)?,
+            stroke: self.stroke(bytes)?,
+        };
         let sheet = Sheet {
             name: name.into(),
             hash: plan_file::hash(bytes),
@@ -114,6 +168,6 @@ impl Order {
             remarks,
             placed: self.choice.placed,
         };
-        Ok(Plan::make(sheet, profile, &self.job, machine, stage)?)
+        Ok(Plan::make(sheet, shapes, &self.job, machine, stage)?)
     }
 }

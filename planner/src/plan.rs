@@ -1,7 +1,8 @@
 //! The plan: everything the executor needs, and the certificate that it is believed on.
 
+use keepout_kernel::exact::segment::Window;
 use keepout_kernel::offset::{COVERAGE, RESOLUTION};
-use keepout_kernel::{LatticeError, Length, Point, ProhibitedRegion, UNITS_PER_MM};
+use keepout_kernel::{LatticeError, Length, Point, ProhibitedRegion, Ring, Segment, UNITS_PER_MM};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -91,6 +92,17 @@ pub struct Sheet {
     pub placed: Option<(f64, (f64, f64))>,
 }
 
+/// What a drawing says of a job.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Shapes {
+    /// The part's contours.
+    pub profile: Profile,
+    /// What the tool keeps out of besides.
+    pub zones: Profile,
+    /// Where the tool's centre may go, when the drawing says so.
+    pub stroke: Option<Window>,
+}
+
 /// A finishing pass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pass {
@@ -107,13 +119,11 @@ impl Pass {
         let feed = self.feed_mm_min.map_or(String::new(), |feed| format!(", {feed} mm/min"));
         let path = &self.path;
         format!(
-            "pass {number}       leaves {:.4} mm{feed}: {} loops, {:.1} mm; residual {:.3} mm of {:.1} mm contour, {:.3} mm²",
+            "pass {number}       leaves {:.4} mm{feed}: {} loops, {:.1} mm; residual {}",
             mm(self.allowance.units()),
             path.loops.len(),
             path.length_mm(),
-            path.residual_length_mm,
-            path.profile_length_mm,
-            path.residual_area_mm2
+            path.residual()
         )
     }
 }
@@ -135,6 +145,10 @@ pub struct Plan {
     pub budget: Budget,
     /// The profile.
     pub profile: Profile,
+    /// Closed loops that the tool keeps out of besides: clamps, a vice.
+    pub zones: Profile,
+    /// Where the tool's centre may go, when the drawing says so.
+    pub stroke: Option<Window>,
     /// Which way round the tool cuts.
     pub cut: Cut,
     /// The finishing passes, first to last; there is at least one.
@@ -210,7 +224,7 @@ impl Plan {
     /// [`PlanError`] with place and remedy.
     pub fn make(
         sheet: Sheet,
-        profile: Profile,
+        shapes: Shapes,
         job: &Job,
         machine: &MachineProfile,
         stage: &mut dyn FnMut(Stage),
@@ -224,8 +238,9 @@ impl Plan {
         let tool_radius = length("tool radius", diameter_mm / 2.0)?;
         let allowance = length("allowance", job.allowance_mm)?;
         let budget = Budget::of(machine, job.margin_mm, sheet.placed.is_some())?;
+        let Shapes { profile, zones, stroke } = shapes;
         stage(Stage::Checking);
-        let part = profile.part(job.side)?;
+        let part = profile.part(job.side, &zones)?;
         let finishing = finishing_threshold(tool_radius, &budget)?;
         stage(Stage::Offsetting);
         let single = [PassJob::default()];
@@ -234,7 +249,7 @@ impl Plan {
         for each in ordered {
             let left = length("allowance of a pass", each.allowance_mm)?;
             let threshold = plus(finishing, left)?;
-            let path = propose(&profile, &part, threshold, diameter_mm)?;
+            let path = propose((&profile, &zones), &part, threshold, diameter_mm)?;
             passes.push(Pass { allowance: left, feed_mm_min: each.feed_mm_min, path });
         }
         let plan = Self {
@@ -245,6 +260,8 @@ impl Plan {
             allowance,
             budget,
             profile,
+            zones,
+            stroke,
             cut: job.cut,
             passes,
         };
@@ -273,7 +290,7 @@ impl Plan {
     /// # Errors
     /// [`PlanError`] for the first claim that does not hold.
     pub fn certify(self) -> Result<CertifiedPlan, PlanError> {
-        let part = self.profile.part(self.side)?;
+        let part = self.profile.part(self.side, &self.zones)?;
         self.certify_against(part)
     }
 
@@ -287,7 +304,8 @@ impl Plan {
         for (index, pass) in self.passes.iter().enumerate() {
             let threshold = plus(finishing, pass.allowance)?;
             let refused = |refusal| PlanError::Pass { number: index + 1, refusal };
-            certified_motions += pass.path.certify(&self.profile, &part, threshold).map_err(refused)?;
+            certified_motions +=
+                pass.path.certify((&self.profile, &self.zones), &part, threshold).map_err(refused)?;
         }
         Ok(CertifiedPlan { plan: self, part, roughing, finishing, certified_motions })
     }
@@ -359,6 +377,12 @@ impl CertifiedPlan {
                 format!("placed       turned by {degrees}° about its origin, then moved by ({x}, {y}) mm"),
             );
         }
+        if !plan.zones.loops.is_empty() {
+            lines.push(format!(
+                "zones        {} closed loops are prohibited besides the part",
+                plan.zones.loops.len()
+            ));
+        }
         let sources: usize = plan.profile.loops.iter().map(|each| each.sources.len()).sum();
         if sources > 0 {
             let slack = plan.profile.slack();
@@ -412,10 +436,12 @@ impl CertifiedPlan {
         lines.join("\n")
     }
 
-    /// The corners `(low, high)` of the box around the part, on the lattice.
+    /// The corners `(low, high)` of the box around the part and the zones, on the lattice.
     #[must_use]
     pub fn part_box(&self) -> (Point, Point) {
-        let (x0, y0, x1, y1) = self.part.region().bounds().corners();
+        let segments = self.part.zones().iter().flat_map(Ring::segments);
+        let bounds = segments.map(Segment::bounds).fold(self.part.region().bounds(), Window::union);
+        let (x0, y0, x1, y1) = bounds.corners();
         let at = |x: i32, y: i32| Point::from_units(x.into(), y.into()).unwrap_or(Point::ORIGIN);
         (at(x0, y0), at(x1, y1))
     }

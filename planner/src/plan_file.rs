@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use keepout_kernel::exact::arc::ArcError;
 use keepout_kernel::exact::bezier::Bezier;
+use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Arc, Curve, LatticeError, Length, Point, Segment, Turn};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -85,6 +86,8 @@ struct Stored {
     allowance: i32,
     budget: Budget,
     loops: Vec<StoredLoop>,
+    zones: Vec<StoredLoop>,
+    stroke: Option<[i32; 4]>,
     cut: Cut,
     passes: Vec<StoredPass>,
 }
@@ -95,7 +98,7 @@ struct StoredPass {
     feed_mm_min: Option<u32>,
     loops: Vec<(Vec<StoredCurve>, u64)>,
     residual_length_mm: f64,
-    residual_area_mm2: f64,
+    residual_area_mm2: Option<f64>,
     profile_length_mm: f64,
 }
 
@@ -211,10 +214,6 @@ pub fn load(path: &Path) -> Result<Plan, PlanFileError> {
 }
 
 fn stored(plan: &Plan) -> Stored {
-    let each_loop = |each: &ProfileLoop| StoredLoop {
-        edges: each.edges.iter().map(|edge| (stored_curve(&edge.curve), edge.slack.units())).collect(),
-        sources: each.sources.iter().map(stored_source).collect(),
-    };
     let sheet = &plan.sheet;
     Stored {
         drawing: sheet.name.clone(),
@@ -227,7 +226,12 @@ fn stored(plan: &Plan) -> Stored {
         tool_radius: plan.tool_radius.units(),
         allowance: plan.allowance.units(),
         budget: plan.budget.clone(),
-        loops: plan.profile.loops.iter().map(each_loop).collect(),
+        loops: plan.profile.loops.iter().map(stored_loop).collect(),
+        zones: plan.zones.loops.iter().map(stored_loop).collect(),
+        stroke: plan.stroke.map(|stroke| {
+            let (x0, y0, x1, y1) = stroke.corners();
+            [x0, y0, x1, y1]
+        }),
         cut: plan.cut,
         passes: plan.passes.iter().map(stored_pass).collect(),
     }
@@ -275,6 +279,26 @@ fn restored_pass(stored: &StoredPass) -> Result<Pass, PlanFileError> {
     Ok(Pass { allowance, feed_mm_min: stored.feed_mm_min, path })
 }
 
+fn stored_loop(each: &ProfileLoop) -> StoredLoop {
+    StoredLoop {
+        edges: each.edges.iter().map(|edge| (stored_curve(&edge.curve), edge.slack.units())).collect(),
+        sources: each.sources.iter().map(stored_source).collect(),
+    }
+}
+
+fn restored_loop(each: &StoredLoop) -> Result<ProfileLoop, PlanFileError> {
+    let edge = |(curve, slack): &(StoredCurve, i32)| {
+        Ok(ProfileEdge { curve: restored_curve(curve)?, slack: Length::from_units((*slack).into())? })
+    };
+    let edges = each.edges.iter().map(edge).collect::<Result<_, PlanFileError>>()?;
+    let sources = each.sources.iter().map(restored_source).collect::<Result<_, PlanFileError>>()?;
+    Ok(ProfileLoop { edges, sources })
+}
+
+fn restored_profile(loops: &[StoredLoop]) -> Result<Profile, PlanFileError> {
+    Ok(Profile { loops: loops.iter().map(restored_loop).collect::<Result<_, _>>()? })
+}
+
 fn stored_source(source: &SourceCurve) -> StoredSource {
     let index = |i: usize| u32::try_from(i).unwrap_or(u32::MAX);
     let curve = &source.curve;
@@ -307,15 +331,6 @@ fn stored_curve(curve: &Curve) -> StoredCurve {
 
 fn restored(stored: Stored) -> Result<Plan, PlanFileError> {
     let length = |units: i32| Length::from_units(units.into()).map_err(PlanFileError::from);
-    let mut profile = Profile::default();
-    for each in &stored.loops {
-        let edge = |(curve, slack): &(StoredCurve, i32)| {
-            Ok(ProfileEdge { curve: restored_curve(curve)?, slack: length(*slack)? })
-        };
-        let edges = each.edges.iter().map(edge).collect::<Result<_, PlanFileError>>()?;
-        let sources = each.sources.iter().map(restored_source).collect::<Result<_, PlanFileError>>()?;
-        profile.loops.push(ProfileLoop { edges, sources });
-    }
     let passes = stored.passes.iter().map(restored_pass).collect::<Result<Vec<_>, _>>()?;
     if passes.is_empty() {
         return Err(PlanFileError::Contents("it has no finishing pass".into()));
@@ -333,7 +348,9 @@ fn restored(stored: Stored) -> Result<Plan, PlanFileError> {
         machine: stored.machine.checked()?,
         side: stored.side,
         budget: stored.budget,
-        profile,
+        profile: restored_profile(&stored.loops)?,
+        zones: restored_profile(&stored.zones)?,
+        stroke: stored.stroke.map(|[x0, y0, x1, y1]| Window::from_corners(x0, y0, x1, y1)),
         cut: stored.cut,
         passes,
     })

@@ -3,8 +3,9 @@
 use keepout_kernel::exact::bezier::Bezier;
 use keepout_kernel::exact::region::RegionError;
 use keepout_kernel::exact::ring::RingError;
+use keepout_kernel::exact::segment::Window;
 use keepout_kernel::offset::Outline;
-use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, Region, Ring, Side};
+use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -125,17 +126,18 @@ impl ProfileError {
 
 impl Profile {
     /// The part that the profile bounds, from chords checked against every arc, and arcs and lines checked against every
-    /// spline and ellipse that they stand for.
+    /// spline and ellipse that they stand for. What the loops of `zones` enclose is prohibited besides.
     ///
     /// # Errors
     /// [`ProfileError`] with the place of the first fault.
-    pub fn part(&self, side: MachinedSide) -> Result<ProhibitedRegion, ProfileError> {
+    pub fn part(&self, side: MachinedSide, zones: &Self) -> Result<ProhibitedRegion, ProfileError> {
+        let zones = zones.loops.iter().map(ProfileLoop::ring).collect::<Result<Vec<_>, _>>()?;
         let rings = self.loops.iter().map(ProfileLoop::ring).collect::<Result<Vec<_>, _>>()?;
         let region = Region::new(rings).map_err(|error| match error {
             RegionError::Empty => ProfileError::Empty,
             RegionError::RingsTouch { at, .. } => ProfileError::ContoursTouch { at },
         })?;
-        ProhibitedRegion::new(region, side.into())
+        ProhibitedRegion::with_zones(region, side.into(), zones)
             .map_err(|error| ProfileError::TooLarge { reason: error.to_string() })
     }
 
@@ -163,7 +165,31 @@ impl Profile {
     }
 }
 
+/// The outlines that bound free space, as [`keepout_kernel::offset::certify_complete`] wants them: the profile's, and the
+/// zones' from outside.
+#[must_use]
+pub fn free_outlines(profile: &Profile, zones: &Profile, part: &ProhibitedRegion) -> Vec<Outline> {
+    let mut outlines = profile.outlines(part);
+    outlines.extend(zones.loops.iter().zip(part.zones()).map(|(each, ring)| Outline {
+        curves: each.edges.iter().map(|edge| edge.curve).collect(),
+        free_on_left: ring.double_area() < 0,
+    }));
+    outlines
+}
+
 impl ProfileLoop {
+    /// The box that the loop is, when it is a rectangle along the axes.
+    #[must_use]
+    pub fn rectangle(&self) -> Option<Window> {
+        let corners: Vec<Point> = self.edges.iter().map(|edge| edge.curve.from()).collect();
+        let window = corners.iter().map(|&corner| Window::of(corner)).reduce(Window::union)?;
+        let along = |edge: &ProfileEdge| match edge.curve {
+            Curve::Line(Segment { from, to }) => from.x == to.x || from.y == to.y,
+            Curve::Arc(_) => false,
+        };
+        (corners.len() == 4 && self.edges.iter().all(along)).then_some(window)
+    }
+
     /// Whether it is a line drawn to and fro, which bounds nothing.
     #[must_use]
     pub fn is_flat(&self) -> bool {

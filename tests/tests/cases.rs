@@ -4,6 +4,7 @@ use std::path::Path;
 
 use keepout_planner::drawing::Choice;
 use keepout_planner::order::Order;
+use keepout_planner::plan::PassJob;
 use keepout_planner::plan_file;
 use keepout_planner::profile::MachinedSide;
 use keepout_planner::select::Selection;
@@ -62,6 +63,14 @@ struct Case {
     offset_mm: Option<(f64, f64)>,
     #[serde(default)]
     left_out: Option<String>,
+    #[serde(default)]
+    zone_layers: Vec<String>,
+    #[serde(default)]
+    stroke_layer: Option<String>,
+    #[serde(default)]
+    passes: Vec<f64>,
+    #[serde(default)]
+    finish_length: Option<f64>,
 }
 
 impl Case {
@@ -87,6 +96,10 @@ impl Case {
             most_area_mm2: self.max_area,
             leave_out_open: self.leave_out_open,
         };
+        wanted.zone_layers.clone_from(&self.zone_layers);
+        wanted.stroke_layer.clone_from(&self.stroke_layer);
+        let pass = |&allowance_mm: &f64| PassJob { allowance_mm, feed_mm_min: None };
+        wanted.job.passes = self.passes.iter().map(pass).collect();
         wanted.join_mm = self.join_mm.unwrap_or(wanted.join_mm);
         Ok(wanted)
     }
@@ -122,8 +135,9 @@ fn check(case: &Case) -> Result<(), String> {
         Some(wanted) if (wanted - found).abs() > tolerance => Err(format!("{what} {found}, {wanted} wanted")),
         _ => Ok(()),
     };
+    near("length of the finishing path", plan.plan.finish().length_mm(), case.finish_length, 0.01)?;
     near("area", area_mm2(&plan), case.area, case.area_tolerance.unwrap_or(0.15))?;
-    near("residual", plan.plan.finish().residual_area_mm2, case.residual_mm2, 0.001)?;
+    near("residual", plan.plan.finish().residual_area_mm2.unwrap_or(f64::NAN), case.residual_mm2, 0.001)?;
     // The plan survives its file, and is believed again from nothing but that.
     let bytes = plan_file::encode(&plan.plan).map_err(|error| error.to_string())?;
     let again = plan_file::decode(&bytes).map_err(|error| error.to_string())?;

@@ -78,7 +78,10 @@ impl CliError {
     pub fn exit_code(&self) -> ExitCode {
         ExitCode::from(match self {
             Self::Argument(_) | Self::Operator(_) | Self::Machine(_) => 2,
-            Self::Order { source: OrderError::Drawing(_) | OrderError::Select(_), .. } => 3,
+            Self::Order {
+                source: OrderError::Drawing(_) | OrderError::Select(_) | OrderError::Stroke { .. },
+                ..
+            } => 3,
             Self::Order { .. } | Self::Place(_) => 4,
             Self::PlanFile(PlanFileError::Write { .. }) | Self::Write { .. } | Self::Log(_) => 7,
             Self::PlanFile(_) | Self::NotCertified { .. } => 5,

@@ -169,6 +169,12 @@ struct PlanArguments {
     /// Leave out curves that do not close, and list them, instead of refusing the drawing.
     #[arg(long)]
     leave_out_open: bool,
+    /// The tool keeps out of what is closed on this layer, too: clamps, a vice. May be given more than once.
+    #[arg(long, value_name = "NAME")]
+    zone_layer: Vec<String>,
+    /// This layer holds a rectangle that the tool's centre stays in: the machine's travel.
+    #[arg(long, value_name = "NAME")]
+    stroke_layer: Option<String>,
     /// A finishing pass: the stock it leaves in mm, with its feed in mm/min after a colon. Twice for the double pass,
     /// such as --pass 0.1:900 --pass 0:600. Without any, one pass along the contour itself.
     #[arg(long, value_name = "MM[:F]", value_parser = pass)]

@@ -114,6 +114,8 @@ pub fn plan(arguments: &PlanArguments) -> Result<ExitCode, CliError> {
         most_area_mm2: arguments.max_area_mm2,
         leave_out_open: arguments.leave_out_open,
     };
+    order.zone_layers.clone_from(&arguments.zone_layer);
+    order.stroke_layer.clone_from(&arguments.stroke_layer);
     order.job = Job {
         tool_diameter_mm: arguments.tool_diameter,
         allowance_mm: arguments.allowance_mm,

@@ -87,7 +87,8 @@ fn component_touching(
 ) -> Option<usize> {
     let off =
         |distance_mm: f64| point_from_mm((at.0 + normal.0 * distance_mm, at.1 + normal.1 * distance_mm)).ok();
-    let path = centre_distance(&plan.plan.profile, plan.finishing) / f64::from(UNITS_PER_MM);
+    let path =
+        centre_distance(&plan.plan.profile, &plan.plan.zones, plan.finishing) / f64::from(UNITS_PER_MM);
     let threshold = length_up_from_mm(path - TOUCHING_MM).ok()?;
     let centre = off(path)?;
     plan.part.edges_clear(Segment { from: centre, to: centre }, threshold).ok()?;

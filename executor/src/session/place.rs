@@ -83,13 +83,20 @@ pub fn place_on_table(
     let [width, height] = machine.stroke_mm;
     let (x0, y0) = point_mm(low);
     let (x1, y1) = point_mm(high);
-    let middle = (-width / 2.0 - f64::midpoint(x0, x1), -height / 2.0 - f64::midpoint(y0, y1));
+    // In the middle of the travel; travel that is drawn lies with its own middle there.
+    let drawn = plan.plan.stroke.map(|stroke| {
+        let (x0, y0, x1, y1) = stroke.corners();
+        (mm(x0), mm(y0), mm(x1), mm(y1))
+    });
+    let (left, low_y, right, high_y) = drawn.unwrap_or((x0, y0, x1, y1));
+    let middle = (-width / 2.0 - f64::midpoint(left, right), -height / 2.0 - f64::midpoint(low_y, high_y));
     let offset = point_from_mm(origin_mm.unwrap_or(middle))?;
     let to_grid = |c: i32| c.div_euclid(GRID) * GRID;
     let offset = Vector { dx: to_grid(offset.x.units()), dy: to_grid(offset.y.units()) };
     let back = Vector { dx: -offset.dx, dy: -offset.dy };
     let corner = |x: f64, y: f64| point_from_mm((x, y))?.translated(back);
-    let stroke = Window::of(corner(-width, -height)?).including(corner(0.0, 0.0)?);
+    let travel = Window::of(corner(-width, -height)?).including(corner(0.0, 0.0)?);
+    let stroke = plan.plan.stroke.map_or(travel, |drawn| travel.common(drawn));
     if x1 - x0 + EDGE_MM > width || y1 - y0 + EDGE_MM > height {
         return Err(PlaceError::TooLarge {
             needed_x: x1 - x0 + EDGE_MM,

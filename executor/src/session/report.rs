@@ -86,10 +86,7 @@ impl RunFacts {
             }
         }
         let finish = plan.plan.finish();
-        rows.push(row(
-            "residual",
-            format!("{:.3} mm of contour, {:.3} mm²", finish.residual_length_mm, finish.residual_area_mm2),
-        ));
+        rows.push(row("residual", finish.residual()));
         rows.push(row(
             "margin M",
             format!("{:.5} mm", plan.plan.budget.total().map_or(f64::NAN, |m| mm(m.units()))),

@@ -150,6 +150,17 @@ impl Window {
         }
     }
 
+    /// What two boxes have in common; empty when they share no point.
+    #[must_use]
+    pub fn common(self, other: Self) -> Self {
+        Self {
+            min_x: self.min_x.max(other.min_x),
+            min_y: self.min_y.max(other.min_y),
+            max_x: self.max_x.min(other.max_x),
+            max_y: self.max_y.min(other.max_y),
+        }
+    }
+
     /// The box grown by `r` on every side. Nothing farther than `r` from a point outside the grown box can be in it.
     #[must_use]
     #[inline]

@@ -6,14 +6,21 @@ use alloc::vec::Vec;
 use super::Edge;
 use super::check::{CheckedIndex, IndexFault, LANES, LEAF, Node, Proposal};
 use crate::exact::region::Region;
+use crate::exact::ring::Ring;
 use crate::exact::segment::Window;
 
 /// The edges of a region, ring by ring, with their slacks.
 #[must_use]
 pub fn edges_of(region: &Region) -> Vec<Edge> {
-    let count = region.rings().iter().map(|ring| ring.vertices().len()).sum();
+    edges_of_rings(region.rings())
+}
+
+/// The edges of rings, one after the other, with their slacks.
+#[must_use]
+pub fn edges_of_rings(rings: &[Ring]) -> Vec<Edge> {
+    let count = rings.iter().map(|ring| ring.vertices().len()).sum();
     let mut edges = Vec::with_capacity(count);
-    for ring in region.rings() {
+    for ring in rings {
         edges.extend(ring.segments().zip(ring.slacks()).map(|(chord, &slack)| Edge { chord, slack }));
     }
     edges

@@ -36,8 +36,8 @@ impl Outline {
 pub struct OffsetLoop {
     /// Lines and arcs, each beginning where the one before ends, the last ending where the first begins.
     pub curves: Vec<Curve>,
-    /// Indices of the outlines that the loop touches, ascending.
-    pub outlines: Vec<usize>,
+    /// The outlines that the loop touches, ascending, and the length of each that the disc touches on it, in lattice units.
+    pub outlines: Vec<(usize, f64)>,
 }
 
 /// A proposed offset.

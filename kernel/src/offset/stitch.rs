@@ -1,5 +1,6 @@
 //! Joins kept pieces of offset shapes into loops, and rounds the loops to the lattice.
 
+use alloc::collections::BTreeMap;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -168,13 +169,14 @@ fn push_loop(kept: &[Kept], chain: &[usize], offset: &mut Offset) {
         curve::nearest_point(middle.0, middle.1)
     };
     let mut curves = Vec::new();
-    let mut outlines: Vec<usize> = Vec::new();
+    let mut outlines: BTreeMap<usize, f64> = BTreeMap::new();
     for (k, &index) in chain.iter().enumerate() {
         let (Ok(from), Ok(to)) = (joint(k + chain.len() - 1), joint(k)) else {
             offset.loose_ends.push(kept[index].shape.at(1.0));
             return;
         };
-        outlines.push(kept[index].outline);
+        *outlines.entry(kept[index].outline).or_default() +=
+            kept[index].touched.map_or(0.0, |edge| edge.length());
         if from == to {
             continue;
         }
@@ -197,8 +199,7 @@ fn push_loop(kept: &[Kept], chain: &[usize], offset: &mut Offset) {
             }
         });
     }
-    outlines.sort_unstable();
-    outlines.dedup();
+    let outlines = outlines.into_iter().collect();
     if curves.len() > 1 {
         offset.loops.push(OffsetLoop { curves, outlines });
     }

@@ -33,6 +33,7 @@ const PART: &str = "#b9c0ca";
 const PART_EDGE: &str = "#2b2f36";
 const KEEP_OUT: &str = "#f9d5cf";
 const KEEP_OUT_FINISH: &str = "#f0b0a6";
+const ZONE: &str = "#6b7280";
 const RESIDUAL: &str = "#c8102e";
 const FINISH: &str = "#0b7a3b";
 const WAY: &str = "#7a8594";
@@ -48,6 +49,7 @@ pub fn svg(plan: &CertifiedPlan, title: &str, traces: &[Trace]) -> String {
     let view = view_of(plan, traces);
     let mut body = String::new();
     draw_part(&mut body, plan, &view);
+    draw_zones(&mut body, plan, &view);
     for trace in traces {
         draw_trace(&mut body, trace, &view);
     }
@@ -90,11 +92,12 @@ fn view_of(plan: &CertifiedPlan, traces: &[Trace]) -> View {
 fn draw_part(out: &mut String, plan: &CertifiedPlan, view: &View) {
     let each = |ring: &ProfileLoop| path_of(ring.edges.iter().map(|edge| edge.curve), view) + "Z";
     let outline: String = plan.plan.profile.loops.iter().map(each).collect();
+    let zones: String = plan.plan.zones.loops.iter().map(each).collect();
     for (threshold, colour) in [(plan.roughing, KEEP_OUT), (plan.finishing, KEEP_OUT_FINISH)] {
         let width = 2.0 * mm(threshold.units()) * view.scale;
         let _ = writeln!(
             out,
-            "<path d=\"{outline}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width:.2}\" \
+            "<path d=\"{outline}{zones}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width:.2}\" \
              stroke-linejoin=\"round\"/>"
         );
     }
@@ -110,6 +113,17 @@ fn draw_part(out: &mut String, plan: &CertifiedPlan, view: &View) {
     );
 }
 
+fn draw_zones(out: &mut String, plan: &CertifiedPlan, view: &View) {
+    let each = |ring: &ProfileLoop| path_of(ring.edges.iter().map(|edge| edge.curve), view) + "Z";
+    let zones: String = plan.plan.zones.loops.iter().map(each).collect();
+    if !zones.is_empty() {
+        let _ = writeln!(
+            out,
+            "<path d=\"{zones}\" fill=\"{ZONE}\" stroke=\"{PART_EDGE}\" stroke-width=\"1.3\"/>"
+        );
+    }
+}
+
 /// What the tool leaves: everything that no disc of its size about a clear centre covers, as far as it is not the part.
 fn draw_residual(out: &mut String, plan: &CertifiedPlan, view: &View) {
     let loops = &plan.plan.finish().loops;
@@ -119,7 +133,8 @@ fn draw_residual(out: &mut String, plan: &CertifiedPlan, view: &View) {
         Side::Outside => format!("M-9999 -9999H{0}V{0}H-9999Z", 9999.0 + view.height),
         Side::Inside => String::new(),
     };
-    let touching = centre_distance(&plan.plan.profile, plan.finishing) / f64::from(UNITS_PER_MM);
+    let touching =
+        centre_distance(&plan.plan.profile, &plan.plan.zones, plan.finishing) / f64::from(UNITS_PER_MM);
     let _ = writeln!(
         out,
         "<mask id=\"left\" maskUnits=\"userSpaceOnUse\" x=\"0\" y=\"0\" width=\"{WIDTH}\" height=\"{height:.1}\">\
@@ -152,10 +167,10 @@ fn draw_job(out: &mut String, job: &ContourJob, view: &View) {
             let _ =
                 writeln!(out, "<path d=\"{path}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.2\"/>");
         };
-        if leg.cuts.is_none() {
+        let Some(cut) = leg.cuts else {
             stroke(out, &leg.curves);
             continue;
-        }
+        };
         // The leads are the first two and the last two motions: a line and an arc.
         let count = leg.curves.len();
         stroke(out, &leg.curves[..count.min(2)]);
@@ -163,7 +178,9 @@ fn draw_job(out: &mut String, job: &ContourJob, view: &View) {
         number += 1;
         let longest = leg.curves.iter().max_by(|a, b| a.length().total_cmp(&b.length()));
         if let Some(curve) = longest {
-            let (middle, direction) = crate::units::along_mm(curve, 0.5);
+            // Passes lie close together: their numbers stand beside each other.
+            let earlier = u8::try_from(cut.pass).unwrap_or(u8::MAX).min(4);
+            let (middle, direction) = crate::units::along_mm(curve, 0.5 - 0.1 * f64::from(earlier));
             arrow(out, view.xy(middle), direction, number);
         }
     }
@@ -229,16 +246,12 @@ fn legend(plan: &CertifiedPlan, traces: &[Trace]) -> Vec<Entry> {
             Mark::Area,
             format!("finishing: centre kept out, {finishing:.3} mm around the part"),
         ),
-        Entry::new(
-            RESIDUAL,
-            Mark::Area,
-            format!(
-                "residual, what the tool leaves: {:.3} mm of contour, {:.3} mm²",
-                finish.residual_length_mm, finish.residual_area_mm2
-            ),
-        ),
+        Entry::new(RESIDUAL, Mark::Area, format!("residual, what the tool leaves: {}", finish.residual())),
         Entry::new(FINISH, Mark::Dash, "finishing path of the tool centre"),
     ];
+    if !plan.plan.zones.loops.is_empty() {
+        entries.push(Entry::new(ZONE, Mark::Area, "zones kept out of besides: clamps, a vice"));
+    }
     if plan.plan.sheet.remarks.iter().any(|remark| remark.at.is_some()) {
         entries.push(Entry::new(REPAIR, Mark::Ring, "repaired in the drawing"));
     }

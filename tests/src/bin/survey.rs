@@ -175,7 +175,9 @@ fn plan_all(file: &str, bytes: &[u8], found: &Inspection, row: &mut Row) {
                         OrderError::Plan(PlanError::Pass { .. }) => "path not certified",
                         OrderError::Plan(PlanError::Profile(_)) => "contours touch or cross",
                         OrderError::Plan(_) => "other",
-                        OrderError::Drawing(_) | OrderError::Select(_) => "contours open",
+                        OrderError::Drawing(_) | OrderError::Select(_) | OrderError::Stroke { .. } => {
+                            "contours open"
+                        }
                     };
                     *row.refusals.entry(why.into()).or_default() += 1;
                     let expected = matches!(why, "tool fits nowhere") || !found.problems.is_empty();
