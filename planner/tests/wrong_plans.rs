@@ -1,0 +1,227 @@
+//! Proposals that are wrong on purpose: the checkers refuse each, and name the place.
+
+use keepout_kernel::curve::fit_arc;
+use keepout_kernel::{Arc, Curve, Point, Segment, Vector};
+use keepout_planner::finish::PathRefusal;
+use keepout_planner::machine::MachineProfile;
+use keepout_planner::order::Order;
+use keepout_planner::plan::{CertifiedPlan, Cut, Job, PassJob, Plan, PlanError};
+use keepout_planner::profile::{MachinedSide, ProfileError};
+
+/// A plate with a boss-like bow, a slot with round ends, an ellipse and a spline.
+const PLATE: &[u8] = include_bytes!("../../tests/drawings/rounded_plate.dxf");
+
+#[expect(clippy::unwrap_used, reason = "a drawing of ours")]
+fn plan(side: MachinedSide) -> CertifiedPlan {
+    let job = Job { tool_diameter_mm: 4.0, side, ..Job::default() };
+    let order = Order { job, ..Order::default() };
+    order.plan("plate", PLATE, &MachineProfile::simulated(), &mut |_| {}).unwrap()
+}
+
+fn moved(curve: &Curve, by: Vector) -> Curve {
+    let point = |p: Point| p.translated(by).expect("near the origin");
+    match curve {
+        Curve::Line(Segment { from, to }) => Curve::Line(Segment { from: point(*from), to: point(*to) }),
+        Curve::Arc(arc) => {
+            let moved = Arc::new(point(arc.from()), point(arc.to()), point(arc.centre()), arc.turn());
+            Curve::Arc(moved.expect("the same arc elsewhere"))
+        }
+    }
+}
+
+fn refusal(plan: Plan) -> PathRefusal {
+    match plan.certify().err().expect("a wrong plan") {
+        PlanError::Pass { number: 1, refusal } => refusal,
+        other => panic!("{other}"),
+    }
+}
+
+const SIDES: [MachinedSide; 2] = [MachinedSide::Outside, MachinedSide::Inside];
+
+#[test]
+fn a_loop_moved_by_two_micrometres() {
+    for side in SIDES {
+        let good = plan(side).plan;
+        for index in 0..good.finish().loops.len() {
+            for (dx, dy) in [(200, 0), (-200, 0), (0, 200), (0, -200)] {
+                let mut wrong = good.clone();
+                let each = &mut wrong.passes[0].path.loops[index];
+                each.curves = each.curves.iter().map(|curve| moved(curve, Vector { dx, dy })).collect();
+                let refusal = refusal(wrong);
+                let named = matches!(&refusal, PathRefusal::Gouge { number, .. } if *number == index + 1);
+                assert!(named, "loop {index}, {dx} {dy}: {refusal}");
+            }
+        }
+    }
+}
+
+/// Two micrometres farther out everywhere: nothing is gouged, and the stock left is noticed.
+#[test]
+fn a_path_two_micrometres_too_far_out() {
+    for side in SIDES {
+        let good = plan(side).plan;
+        let job = Job {
+            tool_diameter_mm: 4.0,
+            side,
+            passes: vec![PassJob { allowance_mm: 0.002, feed_mm_min: None }],
+            ..Job::default()
+        };
+        let order = Order { job, ..Order::default() };
+        let farther = order.plan("plate", PLATE, &MachineProfile::simulated(), &mut |_| {}).unwrap().plan;
+        let mut wrong = good.clone();
+        wrong.passes[0].path = farther.passes[0].path.clone();
+        let refusal = refusal(wrong);
+        assert!(matches!(refusal, PathRefusal::Incomplete(_)), "{refusal}");
+    }
+}
+
+#[test]
+fn a_loop_left_out() {
+    for side in SIDES {
+        let good = plan(side).plan;
+        for index in 0..good.finish().loops.len() {
+            let mut wrong = good.clone();
+            let gone = wrong.passes[0].path.loops.remove(index);
+            let PathRefusal::Incomplete(missing) = refusal(wrong) else { panic!("a loop is missing") };
+            let nearest = gone
+                .curves
+                .iter()
+                .flat_map(|curve| curve.chord_points(keepout_kernel::Length::small(200)).unwrap())
+                .map(|p| p.minus(missing.at))
+                .map(|d| f64::from(d.dx).hypot(f64::from(d.dy)))
+                .fold(f64::INFINITY, f64::min);
+            assert!(nearest < 200_000.0, "loop {index}: the place is {nearest} units from the loop");
+        }
+    }
+}
+
+/// Every arc with a sagitta of more than 2 µm, as its chord: too near the part where it bends around it, too far away in
+/// hollows.
+#[test]
+fn an_arc_replaced_by_its_chord() {
+    let (mut gouged, mut missing) = (0, 0);
+    for side in SIDES {
+        let good = plan(side).plan;
+        for (index, each) in good.finish().loops.iter().enumerate() {
+            for (k, curve) in each.curves.iter().enumerate() {
+                let Curve::Arc(arc) = curve else { continue };
+                let chord = Segment { from: arc.from(), to: arc.to() };
+                let length = Curve::Line(chord).length();
+                if length * length / (8.0 * keepout_kernel::curve::radius(arc)) < 200.0 {
+                    continue;
+                }
+                let mut wrong = good.clone();
+                wrong.passes[0].path.loops[index].curves[k] = Curve::Line(chord);
+                match refusal(wrong) {
+                    PathRefusal::Gouge { number, gouge } => {
+                        assert_eq!((number, gouge.index), (index + 1, k));
+                        gouged += 1;
+                    }
+                    PathRefusal::Incomplete(_) => missing += 1,
+                    other => panic!("{other}"),
+                }
+            }
+        }
+    }
+    assert!(gouged > 10 && missing > 5, "{gouged} gouges, {missing} stretches missing");
+}
+
+#[test]
+fn a_loop_that_does_not_close() {
+    let mut wrong = plan(MachinedSide::Outside).plan;
+    wrong.passes[0].path.loops[0].curves.pop();
+    assert!(matches!(refusal(wrong), PathRefusal::OpenLoop { number: 1 }));
+}
+
+/// Edges that leave the spline or ellipse they stand for by more than their slack.
+#[test]
+fn edges_that_do_not_follow_their_curve() {
+    let good = plan(MachinedSide::Outside).plan;
+    let mut tampered = 0;
+    for index in 0..good.profile.loops.len() {
+        for source in 0..good.profile.loops[index].sources.len() {
+            // Half the slack is claimed.
+            let mut wrong = good.clone();
+            let each = &mut wrong.profile.loops[index];
+            let (first, end) = (each.sources[source].first, each.sources[source].end);
+            for edge in &mut each.edges[first..end] {
+                edge.slack = keepout_kernel::Length::small(5);
+            }
+            let error = wrong.certify().err().expect("a slack that is too small");
+            assert!(matches!(error, PlanError::Profile(ProfileError::Curve { .. })), "{error}");
+            // An arc in the middle bends twice as much.
+            let mut wrong = good.clone();
+            let each = &mut wrong.profile.loops[index];
+            let edge = &mut each.edges[usize::midpoint(first, end)];
+            if let Curve::Arc(arc) = edge.curve {
+                let middle = |a: Point, b: Point| (a.x.units() + b.x.units(), a.y.units() + b.y.units());
+                let (x, y) = middle(arc.from(), arc.to());
+                let c = arc.centre();
+                let off = (
+                    f64::from(x) / 2.0 - f64::from(c.x.units()),
+                    f64::from(y) / 2.0 - f64::from(c.y.units()),
+                );
+                let nearer = (f64::from(c.x.units()) + off.0 * 0.5, f64::from(c.y.units()) + off.1 * 0.5);
+                edge.curve = Curve::Arc(fit_arc(arc.from(), arc.to(), nearer, arc.turn()).unwrap());
+                let error = wrong.certify().err().expect("an arc that leaves the curve");
+                assert!(matches!(error, PlanError::Profile(ProfileError::Curve { .. })), "{error}");
+                tampered += 1;
+            }
+        }
+    }
+    assert!(tampered >= 5, "only {tampered} arcs were bent");
+}
+
+/// A zone that the plan did not know of.
+#[test]
+fn a_zone_on_the_path() {
+    let clamps = include_bytes!("../../tests/drawings/clamps.dxf");
+    let mut order = Order { stroke_layer: Some("TABLE".into()), ..Order::default() };
+    order.choice.without.push("CLAMPS".into());
+    let bare = order.plan("clamps", clamps, &MachineProfile::simulated(), &mut |_| {}).unwrap().plan;
+    order.choice.without.clear();
+    order.zone_layers.push("CLAMPS".into());
+    let clamped = order.plan("clamps", clamps, &MachineProfile::simulated(), &mut |_| {}).unwrap().plan;
+    let mut wrong = bare;
+    wrong.zones = clamped.zones;
+    assert!(matches!(refusal(wrong), PathRefusal::Gouge { .. }));
+}
+
+/// Climb milling has the part on the right, conventional milling on the left; both are led in and out along the contour.
+#[test]
+fn the_way_round() {
+    for (cut, left) in [(Cut::Conventional, true), (Cut::Climb, false)] {
+        let job = Job { tool_diameter_mm: 4.0, cut, ..Job::default() };
+        let order = Order { job, ..Order::default() };
+        let plan = order.plan("plate", PLATE, &MachineProfile::simulated(), &mut |_| {}).unwrap();
+        let (low, high) = plan.part_box();
+        let field = keepout_kernel::exact::segment::Window::of(low).including(high);
+        let room = keepout_kernel::Length::from_units(3_000_000).unwrap();
+        let from = Point::from_units(i64::from(low.x.units()) - 1_000_000, low.y.units().into()).unwrap();
+        let job = keepout_planner::job::contour_job(&plan, from, field.grown(room)).unwrap();
+        let cuts: Vec<_> = job.legs.iter().filter(|leg| leg.cuts.is_some()).collect();
+        assert_eq!((cuts.len(), job.tangential), (1, 1));
+        let curves = &cuts[0].curves;
+        assert!(curves.windows(2).all(|pair| pair[0].to() == pair[1].from()), "no jumps");
+        // Twice the area within the cut, which goes around the part once: positive when the part is on the left.
+        let xy = keepout_kernel::curve::xy;
+        let area: f64 = curves
+            .iter()
+            .flat_map(|curve| {
+                curve
+                    .chord_points(keepout_kernel::Length::small(200))
+                    .unwrap()
+                    .windows(2)
+                    .map(|p| (xy(p[0]), xy(p[1])))
+                    .collect::<Vec<_>>()
+            })
+            .map(|(a, b)| a.0 * b.1 - a.1 * b.0)
+            .sum();
+        assert_eq!(area > 0.0, left, "{cut:?}");
+        // The lead-in is a line and an arc that goes on in the direction of the contour.
+        let Curve::Arc(lead) = curves[1] else { panic!("{:?}", curves[1]) };
+        let (_, at_end) = keepout_planner::units::along_mm(&Curve::Arc(lead), 1.0);
+        let (_, at_begin) = keepout_planner::units::along_mm(&curves[2], 0.0);
+        assert!((at_end.0 * at_begin.1 - at_end.1 * at_begin.0).abs() < 0.01, "{at_end:?} {at_begin:?}");
+    }
+}
