@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         );
     }
     let path = offset.loops.iter().flat_map(|each| &each.curves);
-    certify_complete(&part, &outlines, distance, path)?;
+    certify_complete(&part, &outlines, distance, Length::small(20), path)?;
     println!("no piece of the offset is missing");
     println!(
         "the disc can not touch {:.3} mm of the profile",

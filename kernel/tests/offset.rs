@@ -187,14 +187,14 @@ fn certificates_hold_both_ways_and_a_missing_loop_is_found() {
             for each in &offset.loops {
                 certify_path(&part, threshold, &each.curves).unwrap();
             }
-            certify_complete(&part, &outlines, d + 60.0, curves(&offset.loops)).unwrap();
+            certify_complete(&part, &outlines, d + 60.0, CHORDS, curves(&offset.loops)).unwrap();
             for left_out in 0..offset.loops.len() {
                 let mut loops = offset.loops.clone();
                 let gone = loops.remove(left_out);
                 let length: f64 = gone.curves.iter().map(Curve::length).sum();
                 loops_seen += 1;
                 // A loop of a few micrometres is below the resolution.
-                let noticed = certify_complete(&part, &outlines, d + 60.0, curves(&loops)).is_err();
+                let noticed = certify_complete(&part, &outlines, d + 60.0, CHORDS, curves(&loops)).is_err();
                 assert!(noticed || length < 10.0 * RESOLUTION, "case {case}, loop of {length} units");
             }
         }
@@ -231,9 +231,11 @@ fn slots_pockets_and_rounds_are_complete() {
                 let outlines = [Outline { curves: shape.clone(), free_on_left }];
                 let part = part_of(std::slice::from_ref(&shape), side);
                 let offset = propose(&outlines, d);
-                certify_complete(&part, &outlines, d, curves(&offset.loops)).unwrap_or_else(|missing| {
-                    panic!("shape {case}, {side:?}, d {d}: {missing}; loose {:?}", offset.loose_ends)
-                });
+                certify_complete(&part, &outlines, d, CHORDS, curves(&offset.loops)).unwrap_or_else(
+                    |missing| {
+                        panic!("shape {case}, {side:?}, d {d}: {missing}; loose {:?}", offset.loose_ends)
+                    },
+                );
             }
         }
     }
@@ -249,18 +251,21 @@ fn short_edges_and_long_arcs_hide_nothing() {
     let points: Vec<Point> = (0..628).map(corner).collect();
     let outlines = [Outline { curves: polygon(&points), free_on_left: false }];
     let part = part_of(&[outlines[0].curves.clone()], Side::Outside);
-    assert!(certify_complete(&part, &outlines, 1e5, curves(&[])).is_err());
+    assert!(certify_complete(&part, &outlines, 1e5, CHORDS, curves(&[])).is_err());
     let offset = propose(&outlines, 1e5);
-    certify_complete(&part, &outlines, 1e5, curves(&offset.loops)).unwrap();
+    certify_complete(&part, &outlines, 1e5, CHORDS, curves(&offset.loops)).unwrap();
 
     let round = [Outline { curves: circle(at(0, 0), 100), free_on_left: false }];
     let part = part_of(&[round[0].curves.clone()], Side::Outside);
     let mut loops = propose(&round, 3e5).loops;
-    certify_complete(&part, &round, 3e5, curves(&loops)).unwrap();
+    certify_complete(&part, &round, 3e5, CHORDS, curves(&loops)).unwrap();
     let straight = |curve: &Curve| Curve::Line(Segment { from: curve.from(), to: curve.to() });
     loops[0].curves = loops[0].curves.iter().map(straight).collect();
-    assert!(certify_complete(&part, &round, 3e5, curves(&loops)).is_err());
+    assert!(certify_complete(&part, &round, 3e5, CHORDS, curves(&loops)).is_err());
 }
+
+/// What arcs leave their chords by in the parts made here.
+const CHORDS: Length = Length::small(20);
 
 fn curves(loops: &[OffsetLoop]) -> impl Iterator<Item = &Curve> {
     loops.iter().flat_map(|each| &each.curves)

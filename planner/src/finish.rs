@@ -8,7 +8,7 @@ use keepout_kernel::offset::{self, Gouge, Missing, Offset, Outline, certify_comp
 use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, UNITS_PER_MM};
 use thiserror::Error;
 
-use crate::profile::{Profile, free_outlines};
+use crate::profile::{ARC_CHORD_SLACK, Profile, free_outlines};
 use crate::units::place;
 
 /// Added to R + M for the path's own rounding and chords, lattice units (0.6 µm): two chord slacks of the profile, two
@@ -69,7 +69,7 @@ pub enum PathRefusal {
         /// The motion.
         gouge: Gouge,
     },
-    /// A loop does not close.
+    /// A loop does not close, or has no motion.
     #[error("loop {number} does not close")]
     OpenLoop {
         /// The loop, from 1.
@@ -174,15 +174,22 @@ impl FinishingPath {
             let number = index + 1;
             let end = certify_path(part, threshold, &each.curves)
                 .map_err(|gouge| PathRefusal::Gouge { number, gouge })?;
-            if end.map(keepout_kernel::FreePoint::point) != each.curves.first().map(Curve::from) {
+            let end = end.map(keepout_kernel::FreePoint::point);
+            if end.is_none() || end != each.curves.first().map(Curve::from) {
                 return Err(PathRefusal::OpenLoop { number });
             }
             motions += each.curves.len();
         }
         let curves = self.loops.iter().flat_map(|each| &each.curves);
         let outlines = free_outlines(profile, zones, part);
-        certify_complete(part, &outlines, centre_distance(profile, zones, threshold), curves)
-            .map_err(PathRefusal::Incomplete)?;
+        certify_complete(
+            part,
+            &outlines,
+            centre_distance(profile, zones, threshold),
+            ARC_CHORD_SLACK,
+            curves,
+        )
+        .map_err(PathRefusal::Incomplete)?;
         Ok(motions)
     }
 

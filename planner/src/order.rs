@@ -82,6 +82,23 @@ pub enum Stage {
     Certifying,
 }
 
+impl Stage {
+    /// The number of stages.
+    pub const COUNT: u64 = 5;
+
+    /// How many come before.
+    #[must_use]
+    pub fn number(self) -> u64 {
+        match self {
+            Self::Reading => 0,
+            Self::Joining => 1,
+            Self::Checking => 2,
+            Self::Offsetting => 3,
+            Self::Certifying => 4,
+        }
+    }
+}
+
 impl std::fmt::Display for Stage {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {

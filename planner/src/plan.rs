@@ -6,7 +6,7 @@ use keepout_kernel::{LatticeError, Length, Point, ProhibitedRegion, Ring, Segmen
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::finish::{FinishError, FinishingPath, PathRefusal, propose};
+use crate::finish::{FinishError, FinishingPath, PathRefusal, centre_distance, propose};
 use crate::machine::MachineProfile;
 use crate::margin::{Budget, MarginError};
 use crate::order::Stage;
@@ -42,6 +42,9 @@ impl Default for Job {
         }
     }
 }
+
+/// Most finishing passes of a plan.
+pub const PASSES_MAX: usize = 16;
 
 /// A finishing pass, as it is ordered.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -197,9 +200,12 @@ pub enum PlanError {
         /// What the pass leaves, mm.
         allowance_mm: f64,
     },
-    /// There is no finishing pass.
-    #[error("the plan has no finishing pass")]
-    NoPass,
+    /// There is no finishing pass, or there are too many.
+    #[error("{count} finishing passes: a plan has at least one and at most {PASSES_MAX}")]
+    PassCount {
+        /// How many there are.
+        count: usize,
+    },
 }
 
 /// A plan whose every claim was checked, with the part it was checked against.
@@ -294,12 +300,10 @@ impl Plan {
         self.certify_against(part)
     }
 
-    fn certify_against(self, mut part: ProhibitedRegion) -> Result<CertifiedPlan, PlanError> {
+    fn certify_against(self, part: ProhibitedRegion) -> Result<CertifiedPlan, PlanError> {
         let finishing = finishing_threshold(self.tool_radius, &self.budget)?;
         let roughing = plus(finishing, self.allowance)?;
         self.certify_order()?;
-        // Cells only make answers at the roughing threshold faster; a part too large for them is asked by its index.
-        let _ = part.prepare(roughing);
         let mut certified_motions = 0;
         for (index, pass) in self.passes.iter().enumerate() {
             let threshold = plus(finishing, pass.allowance)?;
@@ -312,6 +316,10 @@ impl Plan {
 
     /// Checks that each pass leaves less than the one before, and the first less than roughing does.
     fn certify_order(&self) -> Result<(), PlanError> {
+        let count = self.passes.len();
+        if !(1..=PASSES_MAX).contains(&count) {
+            return Err(PlanError::PassCount { count });
+        }
         let mut before = None;
         for pass in &self.passes {
             if before.is_some_and(|before| pass.allowance >= before) {
@@ -320,11 +328,10 @@ impl Plan {
             before = Some(pass.allowance);
         }
         match self.passes.first() {
-            None => Err(PlanError::NoPass),
             Some(first) if first.allowance > self.allowance => {
                 Err(PlanError::PassOrder { allowance_mm: mm(first.allowance.units()) })
             }
-            Some(_) => Ok(()),
+            _ => Ok(()),
         }
     }
 }
@@ -405,20 +412,22 @@ impl CertifiedPlan {
     #[must_use]
     pub fn proved(&self) -> String {
         let plan = &self.plan;
-        let sources: usize = plan.profile.loops.iter().map(|each| each.sources.len()).sum();
+        let loops = plan.profile.loops.iter().chain(&plan.zones.loops);
+        let sources: usize = loops.map(|each| each.sources.len()).sum();
         let mut lines = vec![format!(
-            "proved       the {} contours are closed, simple and apart: {} chords, checked against their arcs",
+            "proved       the {} contours are closed, and their chords simple and apart: {} chords, checked against their arcs",
             plan.profile.loops.len(),
             self.part.edges().len()
         )];
         if sources > 0 {
-            let slack = mm(plan.profile.slack().units());
             lines.push(format!(
-                "proved       each of {sources} pieces of splines and ellipses is within {slack:.5} mm of its arcs and lines"
+                "proved       each of {sources} pieces of splines and ellipses follows its arcs and lines within {:.5} mm",
+                mm(plan.profile.slack().max(plan.zones.slack()).units())
             ));
         }
         for (index, pass) in plan.passes.iter().enumerate() {
-            let threshold = mm(self.finishing.units()) + mm(pass.allowance.units());
+            let at_least = self.finishing.saturating_plus(pass.allowance);
+            let threshold = mm(at_least.units());
             let motions: usize = pass.path.loops.iter().map(|each| each.curves.len()).sum();
             lines.push(format!(
                 "proved       pass {}: no gouge: each of {motions} motions farther than {threshold:.5} mm from every chord, \
@@ -426,11 +435,12 @@ impl CertifiedPlan {
                 index + 1
             ));
             lines.push(format!(
-                "proved       pass {}: coverage: no stretch of the true offset longer than {:.3} mm is farther than {:.4} mm \
-                 from the path; what is not beside it is residual",
+                "proved       pass {}: coverage: walking along all edges at {:.5} mm, wherever no edge is nearer, the path is within \
+                 {:.4} mm; no more than {:.3} mm is passed before it is so again. What has no path beside it is residual",
                 index + 1,
-                RESOLUTION / f64::from(UNITS_PER_MM),
-                COVERAGE / f64::from(UNITS_PER_MM)
+                centre_distance(&plan.profile, &plan.zones, at_least) / f64::from(UNITS_PER_MM),
+                COVERAGE / f64::from(UNITS_PER_MM),
+                RESOLUTION / f64::from(UNITS_PER_MM)
             ));
         }
         lines.join("\n")

@@ -2,7 +2,7 @@
 
 use keepout_kernel::exact::bezier::Bezier;
 use keepout_kernel::exact::region::RegionError;
-use keepout_kernel::exact::ring::RingError;
+use keepout_kernel::exact::ring::{Piece, RingError};
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::offset::Outline;
 use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side};
@@ -14,6 +14,13 @@ use crate::units::place;
 /// How far a curve may leave its chords: 0.1 µm.
 pub const CHORD_SLACK: Length = Length::small(10);
 
+/// What arcs leave their checked chords by at most: the sagitta asked for, and what rounding adds.
+pub const ARC_CHORD_SLACK: Length = Length::small(20);
+/// Most that edges may leave the curves they stand for by: 1 mm.
+const SLACK_MAX: Length = Length::whole_mm(1);
+/// Chords of one contour's arcs that are held.
+const CHORDS_MAX: usize = 16_000_000;
+
 /// An edge of the profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ProfileEdge {
@@ -21,6 +28,12 @@ pub struct ProfileEdge {
     pub curve: Curve,
     /// How far the drawing's curve leaves a line that stands for it; zero for true lines and arcs.
     pub slack: Length,
+}
+
+impl ProfileEdge {
+    fn is_exact(&self) -> bool {
+        self.slack == Length::ZERO
+    }
 }
 
 /// A curve of the drawing that edges stand for, within their slack.
@@ -199,22 +212,26 @@ impl ProfileLoop {
         )
     }
 
-    /// Checks that the edges follow the curves they stand for within their slack.
+    /// Checks that edges stand for curves, each edge with a slack for exactly one, and follow them within it: the source follows
+    /// the chain of its edges within their least slack ([`Bezier::follows`]).
     fn check_sources(&self) -> Result<(), ProfileError> {
+        let mut checked = 0;
         for source in &self.sources {
             let at = source.curve.control().first().copied().unwrap_or(Point::ORIGIN);
-            let edges = self.edges.get(source.first..source.end).unwrap_or(&[]);
-            let ends = edges.first().zip(edges.last()).map(|(a, b)| (a.curve.from(), b.curve.to()));
-            let (first, last) = (source.curve.control().first(), source.curve.control().last());
-            let slack = edges.iter().map(|edge| edge.slack).min();
-            let (Some(slack), Some(ends)) = (slack, ends) else { return Err(ProfileError::Curve { at }) };
-            if first.copied().zip(last.copied()) != Some(ends) {
-                return Err(ProfileError::Curve { at });
-            }
+            // In order and apart, so that the work is bounded by the number of edges; none between them has a slack.
+            let before = self.edges.get(checked..source.first).ok_or(ProfileError::Curve { at })?;
+            let edges = self.edges.get(source.first..source.end).ok_or(ProfileError::Curve { at })?;
+            let slack = edges.iter().map(|edge| edge.slack).min().filter(|slack| *slack <= SLACK_MAX);
+            let slack = slack.filter(|_| before.iter().all(ProfileEdge::is_exact));
+            let slack = slack.ok_or(ProfileError::Curve { at })?;
             let chain: Vec<Curve> = edges.iter().map(|edge| edge.curve).collect();
-            source.curve.beside(&chain, slack).map_err(|stray| ProfileError::Curve { at: stray.at })?;
+            source.curve.follows(&chain, slack).map_err(|stray| ProfileError::Curve { at: stray.at })?;
+            checked = source.end;
         }
-        Ok(())
+        match self.edges.iter().skip(checked).find(|edge| !edge.is_exact()) {
+            Some(edge) => Err(ProfileError::Curve { at: edge.curve.from() }),
+            None => Ok(()),
+        }
     }
 
     /// The loop as a closed simple polygon of checked chords.
@@ -225,12 +242,23 @@ impl ProfileLoop {
         self.check_sources()?;
         let at = self.edges.first().map_or(Point::ORIGIN, |edge| edge.curve.from());
         let degenerate = |reason: String| ProfileError::Degenerate { at, reason };
-        let pieces = self
-            .edges
-            .iter()
-            .map(|edge| edge.curve.piece(CHORD_SLACK, edge.slack))
-            .collect::<Result<Vec<_>, _>>()
-            .map_err(|error| degenerate(error.to_string()))?;
+        let mut chords = 0;
+        let mut pieces = Vec::with_capacity(self.edges.len());
+        for edge in &self.edges {
+            let piece =
+                edge.curve.piece(CHORD_SLACK, edge.slack).map_err(|error| degenerate(error.to_string()))?;
+            if let Piece::Arc { chords: arc, .. } = &piece {
+                if arc.slack() > ARC_CHORD_SLACK {
+                    return Err(degenerate("an arc is not followed closely by its chords".into()));
+                }
+                chords += arc.points().len();
+            }
+            if chords > CHORDS_MAX {
+                let reason = format!("a contour has arcs of more than {CHORDS_MAX} chords");
+                return Err(ProfileError::TooLarge { reason });
+            }
+            pieces.push(piece);
+        }
         Ring::from_pieces(&pieces).map_err(|error| match error {
             RingError::Contact(contact) => ProfileError::SelfContact { at: contact.at },
             other => degenerate(other.to_string()),

@@ -127,6 +127,9 @@ struct DrawingArguments {
     /// Move the drawing, after turning it, mm.
     #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true)]
     offset_mm: Option<(f64, f64)>,
+    /// Give up after this time, s.
+    #[arg(long, value_name = "S", default_value_t = plan::LIMIT_S)]
+    limit_s: f64,
 }
 
 #[derive(Debug, Args)]

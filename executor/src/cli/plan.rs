@@ -3,6 +3,8 @@
 use std::io::IsTerminal;
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -16,29 +18,62 @@ use keepout_planner::select::Selection;
 
 use super::{CliError, DrawingArguments, InspectArguments, PlanArguments, ShowArguments};
 
-/// A line that tells what is being done; silent when the output is no terminal.
+/// How long a drawing or plan may take unless the caller says otherwise, s.
+pub const LIMIT_S: f64 = 900.0;
+
+/// A bar over the stages of planning, silent when the output is no terminal, and a limit on the time they take.
 struct Progress {
     bar: ProgressBar,
+    stage: Arc<Mutex<Option<Stage>>>,
+    done: Arc<AtomicBool>,
 }
 
 impl Progress {
-    fn new() -> Self {
-        let bar =
-            if std::io::stderr().is_terminal() { ProgressBar::new_spinner() } else { ProgressBar::hidden() };
-        if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {msg}") {
+    /// Begins; after `limit_s` seconds the program ends with a message, before anything is written.
+    fn new(limit_s: f64) -> Self {
+        let hidden = !std::io::stderr().is_terminal();
+        let bar = if hidden { ProgressBar::hidden() } else { ProgressBar::new(Stage::COUNT) };
+        if let Ok(style) = ProgressStyle::with_template("[{bar:20}] {pos}/{len} {elapsed} {msg}") {
             bar.set_style(style);
         }
-        bar.enable_steady_tick(Duration::from_millis(120));
-        Self { bar }
+        bar.enable_steady_tick(Duration::from_millis(200));
+        let (stage, done) = (Arc::new(Mutex::new(None)), Arc::new(AtomicBool::new(false)));
+        watch(limit_s, Arc::clone(&stage), Arc::clone(&done));
+        Self { bar, stage, done }
     }
 
     fn show(&self, stage: Stage) {
+        self.bar.set_position(stage.number());
         self.bar.set_message(stage.to_string());
+        if let Ok(mut shown) = self.stage.lock() {
+            *shown = Some(stage);
+        }
     }
+}
+
+/// Ends the program when it is not done in time. Files are written whole after that, or not at all.
+fn watch(limit_s: f64, stage: Arc<Mutex<Option<Stage>>>, done: Arc<AtomicBool>) {
+    let limit = Duration::try_from_secs_f64(limit_s).unwrap_or(Duration::MAX);
+    std::thread::spawn(move || {
+        std::thread::sleep(limit);
+        if !done.load(Ordering::SeqCst) {
+            let doing = stage
+                .lock()
+                .ok()
+                .and_then(|stage| *stage)
+                .map_or(String::new(), |stage| format!(", {stage}"));
+            eprintln!(
+                "keepout: not done after {limit_s} s{doing}: the drawing is too large or too tangled. Choose layers with \
+                 --layer, export only the profile, or give more time with --limit-s. Nothing was written."
+            );
+            std::process::exit(4);
+        }
+    });
 }
 
 impl Drop for Progress {
     fn drop(&mut self) {
+        self.done.store(true, Ordering::SeqCst);
         self.bar.finish_and_clear();
     }
 }
@@ -74,7 +109,7 @@ pub fn inspect(arguments: &InspectArguments) -> Result<ExitCode, CliError> {
         refuse_same(path, output)?;
     }
     let bytes = keepout_planner::drawing::read_file(path).map_err(|error| wrong(error.into()))?;
-    let progress = Progress::new();
+    let progress = Progress::new(arguments.drawing.limit_s);
     progress.show(Stage::Reading);
     let (drawing, chained) = order.contours(&bytes).map_err(|error| wrong(error.into()))?;
     progress.show(Stage::Checking);
@@ -126,7 +161,7 @@ pub fn plan(arguments: &PlanArguments) -> Result<ExitCode, CliError> {
     };
     let bytes = keepout_planner::drawing::read_file(path)
         .map_err(|error| CliError::Order { path: path.clone(), source: error.into() })?;
-    let certified = make(path, &bytes, &order, &machine)?;
+    let certified = make(path, &bytes, &order, &machine, arguments.drawing.limit_s)?;
     plan_file::save(&certified.plan, &arguments.output)?;
     println!("{}", certified.summary());
     println!("written      {}", arguments.output.display());
@@ -139,9 +174,10 @@ pub fn make(
     bytes: &[u8],
     order: &Order,
     machine: &MachineProfile,
+    limit_s: f64,
 ) -> Result<CertifiedPlan, CliError> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let progress = Progress::new();
+    let progress = Progress::new(limit_s);
     order
         .plan(&name, bytes, machine, &mut |stage| progress.show(stage))
         .map_err(|source| CliError::Order { path: path.to_path_buf(), source })
@@ -150,7 +186,7 @@ pub fn make(
 /// Reads a plan file and certifies it.
 pub fn load(path: &Path) -> Result<CertifiedPlan, CliError> {
     let plan = plan_file::load(path)?;
-    let progress = Progress::new();
+    let progress = Progress::new(LIMIT_S);
     progress.show(Stage::Certifying);
     plan.certify().map_err(|source| CliError::NotCertified { path: path.to_path_buf(), source })
 }

@@ -23,7 +23,7 @@ use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::plan_file;
 use keepout_planner::units::{point_from_mm, point_mm};
 
-use super::plan::{load, make, refuse_same, write};
+use super::plan::{LIMIT_S, load, make, refuse_same, write};
 use super::{CliError, MachineArgument, RunArguments};
 
 /// The drawing of the demonstration.
@@ -244,7 +244,7 @@ pub fn demo(output: &Path, manual_s: f64) -> Result<ExitCode, CliError> {
         .map_err(|source| CliError::Write { path: output.to_path_buf(), source })?;
     let machine = MachineProfile::simulated();
     println!("1. Plan: a bracket with holes, arcs and an inside corner, 6 mm cutter.\n");
-    let plan = make(Path::new("bracket.dxf"), BRACKET, &Order::default(), &machine)?;
+    let plan = make(Path::new("bracket.dxf"), BRACKET, &Order::default(), &machine, LIMIT_S)?;
     println!("{}\n", plan.summary());
     plan_file::save(&plan.plan, &output.join("bracket.plan"))?;
     write(&output.join("plan.svg"), svg(&plan, "bracket.dxf", &[]).as_bytes())?;

@@ -156,7 +156,9 @@ impl Supervisor {
         let resolution = resolution(&plan.plan.budget);
         // Two steps and a little: the controller may have up to as few steps per mm as the profile says.
         let two_steps = length_up_from_mm(2.2 / options.steps_per_mm).unwrap_or(Length::small(u8::MAX));
-        let part = plan.part.clone();
+        let mut part = plan.part.clone();
+        // Cells only make answers at the roughing threshold faster; a part too large for them is asked by its index.
+        let _ = part.prepare(plan.roughing);
         let guard = Guard::new(part, options.stroke, plan.roughing, plan.finishing, resolution, two_steps);
         let limits = manual::Limits {
             speed_mm_s: plan.plan.machine.max_rate_mm_s,

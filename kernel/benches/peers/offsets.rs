@@ -116,7 +116,7 @@ fn ours(vertices: &[Point], part: &ProhibitedRegion, rounds: usize, offsets: &mu
     }
     let (completing, complete) = seconds(|| {
         let path = made.loops.iter().flat_map(|each| &each.curves);
-        offset::certify_complete(part, &outline, RADIUS_MM * MM + GUARD, path)
+        offset::certify_complete(part, &outline, RADIUS_MM * MM + GUARD, Length::small(20), path)
     });
     offsets.complete_ms = completing * 1e3;
     offsets.refused += usize::from(complete.is_err());

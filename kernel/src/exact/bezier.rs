@@ -1,4 +1,4 @@
-//! Rational Bézier curves, and the check that one stays beside a chain of lines and arcs.
+//! Rational Bézier curves, and the check that one follows a chain of lines and arcs.
 
 use alloc::vec::Vec;
 use core::fmt;
@@ -9,15 +9,16 @@ use super::segment::{Segment, points_within};
 
 /// Highest degree of a curve.
 pub const DEGREE_MAX: usize = 15;
-/// Weights lie between these: the second is 2^24 times the first.
-pub const WEIGHTS: (u64, u64) = (1 << 16, 1 << 40);
+/// Weights lie between these: the second is 2^16 times the first, so that a weight rounded to an integer moves no point of the
+/// curve by more than 2^-24 of its size.
+pub const WEIGHTS: (u64, u64) = (1 << 24, 1 << 40);
 
 /// Control points of a piece that is being looked at.
 const PLACES: usize = DEGREE_MAX + 1;
 /// Halvings of the parameter: after 30 of a curve as long as the lattice no piece is longer than a unit or two.
 const DEPTH_MAX: usize = 32;
-/// Pieces looked at before the check gives up.
-const BUDGET: u32 = 1 << 16;
+/// Pieces looked at for each curve of the chain before the check gives up.
+const PIECES_EACH: usize = 2048;
 /// Coordinates times weights are carried with this many binary places more.
 const PLACES_MORE: u32 = 40;
 
@@ -71,7 +72,7 @@ impl fmt::Display for BezierError {
 
 impl core::error::Error for BezierError {}
 
-/// A place where a curve was not found to be beside the chain.
+/// A place where a curve was not found to follow the chain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stray {
     /// The place.
@@ -106,22 +107,33 @@ impl Bezier {
         &self.weights
     }
 
-    /// Checks that every point of the curve is within `slack` of a line of the chain, or of the circle of one of its arcs
-    /// beside that arc.
+    /// Checks that the curve follows the chain, each curve of which begins where the one before ends, within `slack`.
     ///
-    /// The curve is halved until the convex hull of each piece's control points lies beside one curve of the chain. Beside
-    /// a line are all points within `slack` of it; beside an arc of less than half a turn are those within `slack` of the
-    /// circle of radius ρ about its centre and between the rays to its ends, and those within `slack` of an end. Control
-    /// points of the pieces are rounded to the lattice, by less than a unit together with the halvings, which is taken
-    /// off the slack.
+    /// **Claim.** The curve's parameter range falls into consecutive intervals, one for each curve of the chain in order. On its
+    /// interval every point is beside that curve: within `slack` of a line, or, for an arc of less than half a turn, within
+    /// `slack` of the circle of radius ρ about its centre and between the rays to its ends, or within `slack` of an end. Where
+    /// one interval ends and the next begins the point is within `slack` of the joint. So every point of the curve is within
+    /// `slack` of the chain, and, the curve being continuous, every point of the chain is within twice that of the curve.
+    ///
+    /// The curve is halved until the convex hull of each piece's control points lies beside the chain's current curve, or
+    /// beside the next one with the piece's beginning near the joint. Control points of the pieces are rounded to the lattice,
+    /// by less than a unit together with the halvings, which is taken off the slack.
     ///
     /// # Errors
-    /// [`Stray`] with a place where the curve is not beside the chain, or was not found to be within the budget of pieces.
-    pub fn beside(&self, chain: &[Curve], slack: Length) -> Result<(), Stray> {
+    /// [`Stray`] with a place where the curve does not follow the chain, or was not found to within the budget of pieces.
+    pub fn follows(&self, chain: &[Curve], slack: Length) -> Result<(), Stray> {
         let origin = self.control.first().copied().unwrap_or(Point::ORIGIN);
+        let refused = Err(Stray { at: origin });
         let Ok(slack) = Length::from_units(i64::from(slack.units()).saturating_sub(1)) else {
-            return Err(Stray { at: origin });
+            return refused;
         };
+        let joins =
+            |pair: &[Curve]| pair.iter().skip(1).zip(pair).all(|(next, curve)| curve.to() == next.from());
+        let ends = (chain.first().map(Curve::from), chain.last().map(Curve::to));
+        let own = (self.control.first().copied(), self.control.last().copied());
+        if ends != own || !chain.windows(2).all(joins) || !chain.iter().all(is_short_of_half_a_turn) {
+            return refused;
+        }
         let mut row: Row = [[0; 3]; PLACES];
         for ((place, point), &weight) in row.iter_mut().zip(&self.control).zip(&self.weights) {
             let d = point.minus(origin);
@@ -129,8 +141,10 @@ impl Bezier {
             *place =
                 [i128::from(d.dx).saturating_mul(weight), i128::from(d.dy).saturating_mul(weight), weight];
         }
-        let mut search = Search { origin, chain, slack, count: self.control.len(), left: BUDGET };
-        search.piece(&row, 0)
+        let left = chain.len().saturating_mul(PIECES_EACH).saturating_add(PIECES_EACH);
+        let mut search = Search { origin, chain, slack, count: self.control.len(), left, reached: 0 };
+        search.piece(&row, 0)?;
+        search.finish()
     }
 }
 
@@ -141,7 +155,9 @@ struct Search<'a> {
     /// Control points of each piece.
     count: usize,
     /// Pieces that may still be looked at.
-    left: u32,
+    left: usize,
+    /// The curve of the chain that the last piece was beside.
+    reached: usize,
 }
 
 impl Search<'_> {
@@ -151,7 +167,7 @@ impl Search<'_> {
             *point = self.rounded(*place).ok_or(Stray { at: self.origin })?;
         }
         let hull = points.get(..self.count).unwrap_or(&points);
-        if self.chain.iter().any(|curve| is_beside(hull, curve, self.slack)) {
+        if self.goes_on(hull) {
             return Ok(());
         }
         self.left = self.left.saturating_sub(1);
@@ -161,6 +177,33 @@ impl Search<'_> {
         let (first, second) = halved(row, self.count);
         self.piece(&first, depth.saturating_add(1))?;
         self.piece(&second, depth.saturating_add(1))
+    }
+
+    /// Whether the piece is beside the current curve of the chain; or beside the next, beginning near the joint.
+    fn goes_on(&mut self, hull: &[Point]) -> bool {
+        let (Some(current), Some(&first)) = (self.chain.get(self.reached), hull.first()) else {
+            return false;
+        };
+        if is_beside(hull, current, self.slack) {
+            return true;
+        }
+        let next = self.reached.saturating_add(1);
+        let near_joint = !points_within(first, current.to(), self.slack).is_clear();
+        let goes_on =
+            near_joint && self.chain.get(next).is_some_and(|curve| is_beside(hull, curve, self.slack));
+        if goes_on {
+            self.reached = next;
+        }
+        goes_on
+    }
+
+    /// At the curve's end, curves of the chain are left only when all their joints are near it: being of less than half a
+    /// turn, they are short then.
+    fn finish(&self) -> Result<(), Stray> {
+        let Some(end) = self.chain.last().map(Curve::to) else { return Err(Stray { at: self.origin }) };
+        let left = self.chain.iter().skip(self.reached).map(Curve::to);
+        let mut far = left.filter(|&joint| points_within(joint, end, self.slack).is_clear());
+        far.next().map_or(Ok(()), |at| Err(Stray { at }))
     }
 
     /// The control point on the lattice, rounded to the nearest.
@@ -178,9 +221,9 @@ impl Search<'_> {
     }
 }
 
-/// The two halves of the curve, by de Casteljau's algorithm at 1/2. Each mean is rounded down by less than one of 2^56, the
+/// The two halves of the curve, by de Casteljau's algorithm at 1/2. Each mean is rounded down by less than one of 2^64, the
 /// least weight with its places; through all rounds of all halvings by less than 2^10, and so every quotient by less than
-/// (2^30 + 1)·2^10 / 2^56, far below a unit.
+/// (2^30 + 1)·2^10 / 2^64, far below a unit.
 fn halved(row: &Row, count: usize) -> (Row, Row) {
     let (mut first, mut second) = ([[0; 3]; PLACES], [[0; 3]; PLACES]);
     let mut means = *row;
@@ -204,6 +247,13 @@ fn halved(row: &Row, count: usize) -> (Row, Row) {
         }
     }
     (first, second)
+}
+
+fn is_short_of_half_a_turn(curve: &Curve) -> bool {
+    match curve {
+        Curve::Line(_) => true,
+        Curve::Arc(arc) => arc.is_ahead(arc.from(), arc.to()),
+    }
 }
 
 /// Whether the whole convex hull of the points is beside the curve.
@@ -258,28 +308,73 @@ mod tests {
     }
 
     #[test]
-    fn quarter_circle_is_beside_its_arc_and_not_its_chord() {
+    fn quarter_circle_follows_its_arc_and_not_its_chord() {
         let arc = Arc::new(at(100_000, 0), at(0, 100_000), Point::ORIGIN, Turn::Left).unwrap();
-        assert_eq!(quarter().beside(&[Curve::Arc(arc)], slack(4)), Ok(()));
+        assert_eq!(quarter().follows(&[Curve::Arc(arc)], slack(4)), Ok(()));
         let chord = Curve::Line(Segment { from: at(100_000, 0), to: at(0, 100_000) });
         // The sagitta is 100 000·(1 − cos 45°) = 29 289.3.
-        assert_eq!(quarter().beside(&[chord], slack(29_292)), Ok(()));
-        assert!(quarter().beside(&[chord], slack(29_289)).is_err());
+        assert_eq!(quarter().follows(&[chord], slack(29_292)), Ok(()));
+        assert!(quarter().follows(&[chord], slack(29_289)).is_err());
     }
 
     #[test]
     fn arcs_that_are_off_by_more_than_the_slack_are_refused() {
-        for (radius, wrong) in [(100_010, true), (99_990, true), (100_005, false), (99_995, false)] {
-            let arc = Arc::new(at(radius, 0), at(0, radius), Point::ORIGIN, Turn::Left).unwrap();
-            assert_eq!(quarter().beside(&[Curve::Arc(arc)], slack(8)).is_err(), wrong, "{radius}");
+        // About centres moved along the bisector of its ends, arcs bend less or more: by 0.29 of the way in the middle.
+        for (moved, wrong) in [(-60, true), (60, true), (-15, false), (15, false)] {
+            let arc = Arc::new(at(100_000, 0), at(0, 100_000), at(moved, moved), Turn::Left).unwrap();
+            assert_eq!(quarter().follows(&[Curve::Arc(arc)], slack(14)).is_err(), wrong, "{moved}");
         }
         // The other three quarters of the circle are not beside it; nor is half a turn or more believed.
         let rest = Arc::new(at(100_000, 0), at(0, 100_000), Point::ORIGIN, Turn::Right).unwrap();
-        assert!(quarter().beside(&[Curve::Arc(rest)], slack(8)).is_err());
-        // An arc that ends early leaves the curve's end alone.
-        let short = Arc::new(at(100_000, 0), at(70_711, 70_711), Point::ORIGIN, Turn::Left).unwrap();
-        let stray = quarter().beside(&[Curve::Arc(short)], slack(8)).unwrap_err();
-        assert!((stray.at.x.units() - 70_711).abs() < 1_000, "{stray:?}");
+        assert!(quarter().follows(&[Curve::Arc(rest)], slack(8)).is_err());
+        // Half of it as an arc, half as a chord: the place is in the second half.
+        let half = Arc::new(at(100_000, 0), at(70_711, 70_711), Point::ORIGIN, Turn::Left).unwrap();
+        let chord = Curve::Line(Segment { from: at(70_711, 70_711), to: at(0, 100_000) });
+        let stray = quarter().follows(&[Curve::Arc(half), chord], slack(8)).unwrap_err();
+        assert!((stray.at.x.units() - 70_711).abs() < 2_000, "{stray:?}");
+        assert_eq!(
+            quarter().follows(&[chord, Curve::Arc(half)], slack(8)),
+            Err(Stray { at: at(100_000, 0) })
+        );
+        assert!(quarter().follows(&[Curve::Arc(half)], slack(8)).is_err(), "it ends early");
+    }
+
+    /// What lies within the slack of some curve of the chain need not follow it: a chain that leaves the curve through a neck
+    /// and comes back, by lines or by two arcs, is refused.
+    #[test]
+    fn chains_that_leave_the_curve_and_come_back_are_refused() {
+        let w = WEIGHTS.1;
+        let line = Bezier::new(vec![at(0, 0), at(100_000, 0)], vec![w; 2]).unwrap();
+        let path = |points: &[(i64, i64)]| -> Vec<Curve> {
+            let ends = points.iter().zip(points.iter().skip(1));
+            ends.map(|(&(a, b), &(c, d))| Curve::Line(Segment { from: at(a, b), to: at(c, d) })).collect()
+        };
+        assert_eq!(line.follows(&path(&[(0, 0), (50_000, 0), (50_004, 0), (100_000, 0)]), slack(8)), Ok(()));
+        let pocket = [
+            (0, 0),
+            (50_000, 0),
+            (50_000, -900),
+            (60_000, -900),
+            (60_000, -1_000),
+            (50_004, -1_000),
+            (50_004, 0),
+            (100_000, 0),
+        ];
+        assert!(line.follows(&path(&pocket), slack(8)).is_err());
+        let spur = [(0, 0), (50_000, 0), (50_002, -9_000), (50_004, 0), (100_000, 0)];
+        assert!(line.follows(&path(&spur), slack(8)).is_err());
+        let arc = |from, to, centre| Curve::Arc(Arc::new(from, to, centre, Turn::Left).unwrap());
+        let round = [
+            path(&[(0, 0), (50_000, 0)])[0],
+            arc(at(50_000, 0), at(50_001, -2_000), at(50_000, -1_000)),
+            arc(at(50_001, -2_000), at(50_000, 0), at(50_001, -1_000)),
+            path(&[(50_000, 0), (100_000, 0)])[0],
+        ];
+        assert!(line.follows(&round, slack(8)).is_err());
+        // Backwards, twice over, and from elsewhere.
+        assert!(line.follows(&path(&[(100_000, 0), (0, 0)]), slack(8)).is_err());
+        assert!(line.follows(&path(&[(0, 0), (100_000, 0), (0, 0), (100_000, 0)]), slack(8)).is_err());
+        assert!(line.follows(&path(&[(0, 1), (100_000, 0)]), slack(8)).is_err());
     }
 
     #[test]
@@ -289,7 +384,7 @@ mod tests {
         let curve =
             Bezier::new(vec![at(0, 0), at(9_000, 8_000), at(-8_000, 8_000), at(1_000, 0)], vec![w; 4]);
         let line = Curve::Line(Segment { from: at(0, 0), to: at(1_000, 0) });
-        assert!(curve.unwrap().beside(&[line], slack(100)).is_err());
+        assert!(curve.unwrap().follows(&[line], slack(100)).is_err());
     }
 
     #[test]
@@ -301,7 +396,7 @@ mod tests {
         assert!(Bezier::new(vec![at(0, 0); 2], vec![WEIGHTS.0, WEIGHTS.1 + 1]).is_err());
         let edge =
             Bezier::new(vec![at(-(1 << 29), -(1 << 29)), at(1 << 29, 1 << 29)], vec![WEIGHTS.1; 2]).unwrap();
-        assert!(edge.beside(&[], slack(100)).is_err());
-        assert!(edge.beside(&[], Length::ZERO).is_err());
+        assert!(edge.follows(&[], slack(100)).is_err());
+        assert!(edge.follows(&[], Length::ZERO).is_err());
     }
 }

@@ -127,6 +127,13 @@ impl Length {
         Self(units as i32)
     }
 
+    /// A length of so many millimetres, up to 255, for constants.
+    #[must_use]
+    #[expect(clippy::as_conversions, reason = "`From` is not const; u8 to i32 loses nothing")]
+    pub const fn whole_mm(count: u8) -> Self {
+        Self((count as i32).saturating_mul(UNITS_PER_MM))
+    }
+
     /// The length in lattice units.
     #[must_use]
     pub const fn units(self) -> i32 {

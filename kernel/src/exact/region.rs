@@ -104,10 +104,13 @@ impl Region {
     /// The number of other rings around each ring: 0 for an outer ring, 1 for a hole, 2 for an island in it.
     #[must_use]
     pub fn depths(&self) -> Vec<usize> {
+        let bounds = |ring: &Ring| ring.segments().map(Segment::bounds).reduce(Window::union);
+        let boxes: Vec<Option<Window>> = self.rings.iter().map(bounds).collect();
         let around = |i: usize, ring: &Ring| {
             let Some(&point) = ring.vertices().first() else { return 0 };
-            let others = self.rings.iter().enumerate().filter(|&(j, _)| j != i);
-            others.filter(|(_, other)| other.crossing_parity_is_odd(point)).count()
+            let others = self.rings.iter().zip(&boxes).enumerate().filter(|&(j, _)| j != i);
+            let near = others.filter(|(_, (_, bounds))| bounds.is_some_and(|bounds| bounds.holds(point)));
+            near.filter(|(_, (other, _))| other.crossing_parity_is_odd(point)).count()
         };
         self.rings.iter().enumerate().map(|(i, ring)| around(i, ring)).collect()
     }

@@ -3,8 +3,9 @@
 //! **Claim.** A point at distance d from the profile, on the free side, has a nearest profile point: it lies on the offset
 //! shape of that point's edge or corner. So it is enough to walk along all offset shapes. Where an edge covers a
 //! stretch, that is, comes nearer than d to all of it by exact tests, no point of the stretch is at distance d; nor where
-//! it is on the part's side. Elsewhere a loop must be within [`BESIDE`], again by an exact test. What is neither covered nor beside a loop for longer than
-//! [`RESOLUTION`] is a missing piece.
+//! it is on the part's side. Elsewhere a loop must be within [`BESIDE`], again by an exact test. What is neither covered nor
+//! beside a loop is counted, until a loop is beside the walk again: a stretch may be made of pieces of many shapes, with what
+//! is covered between them. More than [`RESOLUTION`] is a missing piece.
 
 use alloc::vec::Vec;
 use core::fmt;
@@ -14,16 +15,17 @@ use super::propose::Outline;
 use super::track::{Track, Wall};
 use crate::clear::ProhibitedRegion;
 use crate::curve::{Curve, nearest_point, round_down, xy};
-use crate::exact::lattice::{Length, Point};
+use crate::exact::lattice::{COORD_MAX, Length, Point};
 use crate::exact::segment::Segment;
 use crate::index::{CheckedIndex, Edge, build};
 
 /// A loop is beside a place when one of its chords is this near, in lattice units (1 µm).
 pub const BESIDE: u16 = 100;
-/// The path is within this of every stretch of the true offset that is longer than [`RESOLUTION`], in lattice units (1.6 µm):
-/// [`BESIDE`], the slack of the chords, what an arc leaves between two places, and [`ROUNDING`].
-pub const COVERAGE: f64 = 160.0;
-/// The longest stretch without a loop beside it that goes unnoticed, in lattice units (20 µm).
+/// The path is within this of every place between two that were found beside it, in lattice units (1.8 µm): [`BESIDE`], the
+/// slack of the chords, half a step or what an arc leaves between two places, and [`ROUNDING`].
+pub const COVERAGE: f64 = 180.0;
+/// The greatest length without a loop beside it that goes unnoticed, in lattice units (20 µm): all stretches together that are
+/// walked between two places beside a loop.
 pub const RESOLUTION: f64 = 2_000.0;
 /// Rounding of a place, of a distance, and of a sagitta, in lattice units, together.
 const ROUNDING: f64 = 4.0;
@@ -31,6 +33,8 @@ const ROUNDING: f64 = 4.0;
 const CHORD_SLACK: u8 = 25;
 /// What an arc leaves its own chord by between two places, lattice units.
 const SAGITTA: f64 = 25.0;
+/// Chords of a path that are held.
+const CHORDS_MAX: usize = 16_000_000;
 /// Steps are tried at least this long, lattice units (1 µm).
 const LEAST_STEP: f64 = 100.0;
 
@@ -52,7 +56,8 @@ impl fmt::Display for Missing {
 impl core::error::Error for Missing {}
 
 /// Certifies that every stretch longer than [`RESOLUTION`] of the set at distance `d` (lattice units) from the outlines,
-/// on their free side, has a curve of the path within [`BESIDE`]. `part` is the part that the outlines bound.
+/// on their free side, has a curve of the path within [`BESIDE`]. `part` is the part that the outlines bound, its arcs followed
+/// by chords within `chord_slack`.
 ///
 /// # Errors
 /// [`Missing`] with a place of the first stretch that has none.
@@ -60,14 +65,14 @@ pub fn certify_complete<'a>(
     part: &ProhibitedRegion,
     outlines: &[Outline],
     d: f64,
+    chord_slack: Length,
     path: impl Iterator<Item = &'a Curve>,
 ) -> Result<(), Missing> {
     let Some(beside) = index_of(path) else { return Err(Missing { at: Point::ORIGIN }) };
-    let mut walk = Walk { part, beside, d, nearest: None, loop_edge: None, unaccounted: 0.0 };
+    let mut walk = Walk { part, beside, d, nearest: None, loop_edge: None, chord_slack, unaccounted: 0.0 };
     for outline in outlines {
         let edges = outline.shapes();
         // A stretch can run over the place where the outline begins: it is followed on a second round.
-        walk.unaccounted = 0.0;
         for round in 0..2 {
             for (edge, next) in edges.iter().zip(edges.iter().cycle().skip(1)) {
                 if round > 0 && walk.unaccounted == 0.0 {
@@ -90,7 +95,7 @@ fn index_of<'a>(path: impl Iterator<Item = &'a Curve>) -> Option<CheckedIndex> {
     let slack = Length::small(CHORD_SLACK);
     let mut chords = Vec::new();
     for curve in path {
-        let points = curve.chord_points(slack).ok()?;
+        let points = curve.chord_points(slack).ok().filter(|_| chords.len() < CHORDS_MAX)?;
         let ends = points.iter().zip(points.iter().skip(1));
         chords.extend(ends.map(|(&from, &to)| Edge { chord: Segment { from, to }, slack: Length::ZERO }));
     }
@@ -103,7 +108,9 @@ struct Walk<'a> {
     d: f64,
     nearest: Option<usize>,
     loop_edge: Option<usize>,
-    /// The length walked since the last place that was covered or beside a loop.
+    /// Bound on how far arcs of the outlines leave their chords in `part`.
+    chord_slack: Length,
+    /// The length neither covered nor beside a loop since the last place that was beside one.
     unaccounted: f64,
 }
 
@@ -114,16 +121,20 @@ impl Walk<'_> {
         while walked <= length {
             // Off the lattice no tool can be.
             let Some(place) = nearest_on(shape, walked) else {
-                walked += LEAST_STEP;
+                walked += beyond_lattice(shape, walked).max(LEAST_STEP);
                 continue;
             };
-            let covered = self.cover(place, shape, walked);
-            let beside = covered.or_else(|| self.step_beside_loop(place, shape, walked));
-            match beside.or_else(|| self.beyond_wall(place)) {
-                Some(step) => {
-                    self.unaccounted = 0.0;
-                    walked += step.max(1.0);
-                }
+            if let Some(step) = self.cover(place, shape, walked) {
+                walked += step.max(1.0);
+                continue;
+            }
+            if let Some(step) = self.step_beside_loop(place, shape, walked) {
+                self.unaccounted = 0.0;
+                walked += step.max(1.0);
+                continue;
+            }
+            match self.beyond_wall(place) {
+                Some(step) => walked += step.max(1.0),
                 None => {
                     self.unaccounted += LEAST_STEP.min(length - walked).max(1.0);
                     walked += LEAST_STEP;
@@ -153,8 +164,9 @@ impl Walk<'_> {
     /// whose sagitta between them is below a unit, with [`ROUNDING`] to spare.
     fn covered_by(&self, edge: usize, place: Point, shape: &Shape, walked: f64) -> Option<f64> {
         let edge = self.part.edges().get(edge)?;
-        // The true curve is within the slack of the chord.
-        let radius = round_down(self.d - ROUNDING) - i64::from(edge.slack.units());
+        // The edge is within that of the chord; what the edge stands for is no matter here.
+        let slack = edge.slack.min(self.chord_slack);
+        let radius = round_down(self.d - ROUNDING) - i64::from(slack.units());
         let radius = Length::from_units(radius).ok()?;
         let covers = |place: Point| !edge.chord.near_point(place, radius).is_clear();
         if !covers(place) {
@@ -224,6 +236,12 @@ impl Walk<'_> {
 fn nearest_on(shape: &Shape, walked: f64) -> Option<Point> {
     let (x, y) = shape.at(walked / shape.length().max(f64::MIN_POSITIVE));
     nearest_point(x, y).ok()
+}
+
+/// How far a place off the lattice is beyond it.
+fn beyond_lattice(shape: &Shape, walked: f64) -> f64 {
+    let (x, y) = shape.at(walked / shape.length().max(f64::MIN_POSITIVE));
+    x.abs().max(y.abs()) - f64::from(COORD_MAX)
 }
 
 /// How far along a straight shape it leaves what is within the radius of the chord; 0 for other shapes.

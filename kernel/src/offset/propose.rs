@@ -126,7 +126,7 @@ fn push_chords(edge: &Shape, chords: &mut Vec<Edge>) -> Option<()> {
     let (count, sagitta) = match *edge {
         Shape::Line { .. } => (1.0, 0.0),
         Shape::Arc { radius, sweep, .. } => {
-            let count = ceil(sweep.abs()).max(1.0);
+            let count = ceil(sweep.abs() * 4.0).max(1.0);
             (count, radius * (1.0 - cos(sweep.abs() / count / 2.0)))
         }
     };

@@ -312,7 +312,7 @@ fn lattice_pieces(
             BezierFault::OffLattice(source) => off(source),
             BezierFault::Uneven => DrawingError::BadEntity {
                 origin: named(),
-                problem: "its weights differ by more than a factor of 2^24",
+                problem: "its weights differ by more than a factor of 2^16",
             },
         })
     };

@@ -67,7 +67,7 @@ pub fn chain_along(curve: &Bezier, bound: Length) -> Result<Vec<Curve>, Stray> {
     for share in SHARES {
         let mut chain = Vec::new();
         fitter.fit(f64::from(bound.units()) * share, &mut chain);
-        match curve.beside(&chain, bound) {
+        match curve.follows(&chain, bound) {
             Ok(()) if !chain.is_empty() => return Ok(chain),
             Ok(()) => {}
             Err(stray) => refused = stray,

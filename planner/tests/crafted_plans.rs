@@ -1,0 +1,207 @@
+//! Plans that nobody's drawing makes: claims that would hold by the letter and not in the metal. Found by review.
+
+use keepout_kernel::exact::bezier::Bezier;
+use keepout_kernel::{Arc, Curve, Length, Point, Segment, Turn};
+use keepout_planner::finish::{FinishingLoop, PathRefusal};
+use keepout_planner::machine::MachineProfile;
+use keepout_planner::plan::{CertifiedPlan, Job, PASSES_MAX, Plan, PlanError, Shapes, Sheet};
+use keepout_planner::plan_file;
+use keepout_planner::profile::{MachinedSide, Profile, ProfileEdge, ProfileError, ProfileLoop, SourceCurve};
+
+#[expect(clippy::unwrap_used, reason = "coordinates of ours")]
+fn at(x_mm: f64, y_mm: f64) -> Point {
+    keepout_planner::units::point_from_mm((x_mm, y_mm)).unwrap()
+}
+
+#[expect(clippy::unwrap_used, reason = "slacks of ours")]
+fn polygon(corners: &[Point], slack: i64) -> ProfileLoop {
+    let slack = Length::from_units(slack).unwrap();
+    let ends = corners.iter().zip(corners.iter().cycle().skip(1));
+    let edge = |(&from, &to)| ProfileEdge { curve: Curve::Line(Segment { from, to }), slack };
+    ProfileLoop { edges: ends.map(edge).collect(), sources: Vec::new() }
+}
+
+fn round(radius_mm: f64, count: u32) -> ProfileLoop {
+    let angle = |k: u32| f64::from(k) * std::f64::consts::TAU / f64::from(count);
+    let corners: Vec<Point> =
+        (0..count).map(|k| at(radius_mm * angle(k).cos(), radius_mm * angle(k).sin())).collect();
+    polygon(&corners, 0)
+}
+
+fn square() -> ProfileLoop {
+    polygon(&[at(-20.0, -20.0), at(20.0, -20.0), at(20.0, 20.0), at(-20.0, 20.0)], 0)
+}
+
+fn make(
+    loops: Vec<ProfileLoop>,
+    side: MachinedSide,
+    tool_diameter_mm: f64,
+) -> Result<CertifiedPlan, PlanError> {
+    let shapes = Shapes { profile: Profile { loops }, ..Shapes::default() };
+    let job = Job { side, tool_diameter_mm, ..Job::default() };
+    Plan::make(Sheet::default(), shapes, &job, &MachineProfile::simulated(), &mut |_| {})
+}
+
+/// The plan as whoever is given its file believes it.
+#[expect(clippy::unwrap_used, reason = "what was written can be read")]
+fn believed(plan: &Plan) -> Result<CertifiedPlan, PlanError> {
+    plan_file::decode(&plan_file::encode(plan).unwrap()).unwrap().certify()
+}
+
+fn refusal(plan: &Plan) -> PathRefusal {
+    match believed(plan).err().expect("a wrong plan") {
+        PlanError::Pass { refusal, .. } => refusal,
+        other => panic!("{other}"),
+    }
+}
+
+/// Holes that a CAD system has flattened: every edge's piece of the offset is shorter than what may go unnoticed.
+#[test]
+fn the_loop_in_a_hole_of_many_short_edges() {
+    for (radius, count) in [(3.25, 126), (3.3, 126), (3.5, 180), (4.0, 360)] {
+        let mut wrong = make(vec![square(), round(radius, count)], MachinedSide::Outside, 6.0).unwrap().plan;
+        let small =
+            |each: &FinishingLoop| each.curves.iter().all(|curve| curve.from().x.units().abs() < 1_000_000);
+        let before = wrong.finish().loops.len();
+        wrong.passes[0].path.loops.retain(|each| !small(each));
+        assert_eq!(wrong.finish().loops.len() + 1, before);
+        assert!(matches!(refusal(&wrong), PathRefusal::Incomplete(_)), "{radius} {count}");
+        let mut none = make(vec![round(radius, count)], MachinedSide::Inside, 6.0).unwrap().plan;
+        none.passes[0].path.loops.clear();
+        assert!(matches!(refusal(&none), PathRefusal::Incomplete(_)), "{radius} {count}, no path at all");
+    }
+}
+
+#[test]
+fn the_path_in_such_a_hole_farther_from_its_wall() {
+    let good = make(vec![round(3.3, 126)], MachinedSide::Inside, 6.0).unwrap().plan;
+    for inward in [200.0, 1_000.0, 5_000.0, 20_000.0] {
+        let mut wrong = good.clone();
+        let moved = |p: Point| {
+            let (x, y) = keepout_kernel::curve::xy(p);
+            let share = 1.0 - inward / x.hypot(y);
+            keepout_kernel::curve::nearest_point(x * share, y * share).unwrap()
+        };
+        let each = &mut wrong.passes[0].path.loops[0];
+        let corners: Vec<Point> = each.curves.iter().map(|curve| moved(curve.from())).collect();
+        let ends = corners.iter().zip(corners.iter().cycle().skip(1));
+        each.curves = ends.map(|(&from, &to)| Curve::Line(Segment { from, to })).collect();
+        assert!(matches!(refusal(&wrong), PathRefusal::Incomplete(_)), "{inward} units");
+    }
+}
+
+/// A disc with teeth of 10 µm all round.
+#[test]
+fn no_path_about_a_serrated_disc() {
+    let teeth = 1_200_u32;
+    let corner = |k: u32| {
+        let angle = f64::from(k) * std::f64::consts::TAU / f64::from(2 * teeth);
+        let r = if k % 2 == 0 { 2.0 } else { 1.993 };
+        at(r * angle.cos(), r * angle.sin())
+    };
+    let corners: Vec<Point> = (0..2 * teeth).map(corner).collect();
+    let mut wrong = make(vec![polygon(&corners, 0)], MachinedSide::Outside, 1.0).unwrap().plan;
+    wrong.passes[0].path.loops.clear();
+    assert!(matches!(refusal(&wrong), PathRefusal::Incomplete(_)));
+}
+
+#[test]
+fn a_slack_that_stands_for_nothing() {
+    for edge in 0..4 {
+        let mut each = square();
+        each.edges[edge].slack = Length::from_units(500).unwrap();
+        let error = make(vec![each], MachinedSide::Outside, 6.0).err().expect("no source");
+        assert!(matches!(error, PlanError::Profile(ProfileError::Curve { .. })), "{error}");
+    }
+}
+
+fn straight_source(from: Point, to: Point, first: usize, end: usize) -> SourceCurve {
+    let curve = Bezier::new(vec![from, to], vec![1 << 30; 2]).expect("two points");
+    SourceCurve { curve, first, end }
+}
+
+/// A straight source for edges that run down a neck of 80 nm, about a pocket, and back: the pocket is metal.
+#[test]
+fn a_source_that_jumps_over_the_neck_of_a_pocket() {
+    let g = 0.000_04;
+    let corners = [
+        at(-40.0, 20.0),
+        at(-40.0, -20.0),
+        at(40.0, -20.0),
+        at(40.0, 20.0),
+        at(g, 20.0),
+        at(g, 19.0),
+        at(10.0, 10.0),
+        at(10.0, -10.0),
+        at(-10.0, -10.0),
+        at(-10.0, 10.0),
+        at(-g, 19.0),
+        at(-g, 20.0),
+    ];
+    let mut each = polygon(&corners, 0);
+    let count = each.edges.len();
+    each.edges[3..].iter_mut().for_each(|edge| edge.slack = Length::small(100));
+    each.sources.push(straight_source(at(40.0, 20.0), at(-40.0, 20.0), 3, count));
+    let error = make(vec![each], MachinedSide::Outside, 6.0).err().expect("the source does not follow");
+    assert!(matches!(error, PlanError::Profile(ProfileError::Curve { .. })), "{error}");
+}
+
+#[test]
+fn sources_that_are_points_or_overlap() {
+    let mut each = square();
+    each.edges.iter_mut().for_each(|edge| edge.slack = Length::small(100));
+    let corner = at(-20.0, -20.0);
+    each.sources.push(straight_source(corner, corner, 0, 4));
+    assert!(make(vec![each.clone()], MachinedSide::Outside, 6.0).is_err(), "a point for an outline");
+    each.sources.clear();
+    each.edges.iter_mut().skip(1).for_each(|edge| edge.slack = Length::ZERO);
+    each.sources = vec![straight_source(corner, at(20.0, -20.0), 0, 1)];
+    assert!(make(vec![each.clone()], MachinedSide::Outside, 6.0).is_ok(), "one edge, one source");
+    each.sources.push(each.sources[0].clone());
+    assert!(make(vec![each.clone()], MachinedSide::Outside, 6.0).is_err(), "the same edge twice");
+    for (first, end) in [(1, 0), (0, 9), (usize::MAX, usize::MAX), (4, 4)] {
+        each.sources = vec![straight_source(corner, at(20.0, -20.0), first, end)];
+        assert!(make(vec![each.clone()], MachinedSide::Outside, 6.0).is_err(), "{first}..{end}");
+    }
+}
+
+/// Shallow hollows with a coarse bound for curves: nothing is missing there.
+#[test]
+fn hollows_with_a_coarse_bound_are_complete() {
+    for (degrees, slack) in [(2.0_f64, 100), (2.0, 200), (10.0, 1_000), (20.0, 1_000), (40.0, 1_000)] {
+        let high = 20.0 * (degrees.to_radians() / 2.0).tan();
+        let corners = [at(-20.0, -20.0), at(20.0, -20.0), at(20.0, high), at(0.0, 0.0), at(-20.0, high)];
+        let mut each = polygon(&corners, slack);
+        for i in 0..corners.len() {
+            let (from, to) = (corners[i], corners[(i + 1) % corners.len()]);
+            each.sources.push(straight_source(from, to, i, i + 1));
+        }
+        if let Err(error) = make(vec![each], MachinedSide::Outside, 6.0) {
+            panic!("{degrees}°, slack {slack}: {error}");
+        }
+    }
+}
+
+#[test]
+fn empty_loops_and_endless_passes() {
+    let good = make(vec![square()], MachinedSide::Outside, 6.0).unwrap().plan;
+    let mut wrong = good.clone();
+    wrong.passes[0].path.loops.push(FinishingLoop { curves: Vec::new(), component: 0 });
+    assert!(matches!(refusal(&wrong), PathRefusal::OpenLoop { number: 2 }));
+    let mut wrong = good;
+    wrong.passes = vec![wrong.passes[0].clone(); PASSES_MAX + 1];
+    assert!(matches!(believed(&wrong), Err(PlanError::PassCount { .. })));
+}
+
+/// Arcs of metres, thousands of them: refused before their chords fill the memory.
+#[test]
+fn thousands_of_huge_arcs() {
+    let (a, b) = (Point::from_units(0, 270_000_000).unwrap(), Point::from_units(0, -270_000_000).unwrap());
+    let half = |from, to| {
+        let arc = Arc::new(from, to, Point::ORIGIN, Turn::Left).expect("half a circle");
+        ProfileEdge { curve: Curve::Arc(arc), slack: Length::ZERO }
+    };
+    let edges = (0..4_000).map(|k| if k % 2 == 0 { half(a, b) } else { half(b, a) }).collect();
+    let each = ProfileLoop { edges, sources: Vec::new() };
+    assert!(make(vec![each], MachinedSide::Outside, 6.0).is_err());
+}
