@@ -49,7 +49,7 @@ fn believed(plan: &Plan) -> Result<CertifiedPlan, PlanError> {
 }
 
 fn refusal(plan: &Plan) -> PathRefusal {
-    match believed(plan).err().expect("a wrong plan") {
+    match error_of(believed(plan), "a wrong plan") {
         PlanError::Pass { refusal, .. } => refusal,
         other => panic!("{other}"),
     }
@@ -96,7 +96,7 @@ fn no_path_about_a_serrated_disc() {
     let teeth = 1_200_u32;
     let corner = |k: u32| {
         let angle = f64::from(k) * std::f64::consts::TAU / f64::from(2 * teeth);
-        let r = if k % 2 == 0 { 2.0 } else { 1.993 };
+        let r = if k.is_multiple_of(2) { 2.0 } else { 1.993 };
         at(r * angle.cos(), r * angle.sin())
     };
     let corners: Vec<Point> = (0..2 * teeth).map(corner).collect();
@@ -110,7 +110,7 @@ fn a_slack_that_stands_for_nothing() {
     for edge in 0..4 {
         let mut each = square();
         each.edges[edge].slack = Length::from_units(500).unwrap();
-        let error = make(vec![each], MachinedSide::Outside, 6.0).err().expect("no source");
+        let error = error_of(make(vec![each], MachinedSide::Outside, 6.0), "no source");
         assert!(matches!(error, PlanError::Profile(ProfileError::Curve { .. })), "{error}");
     }
 }
@@ -142,7 +142,7 @@ fn a_source_that_jumps_over_the_neck_of_a_pocket() {
     let count = each.edges.len();
     each.edges[3..].iter_mut().for_each(|edge| edge.slack = Length::small(100));
     each.sources.push(straight_source(at(40.0, 20.0), at(-40.0, 20.0), 3, count));
-    let error = make(vec![each], MachinedSide::Outside, 6.0).err().expect("the source does not follow");
+    let error = error_of(make(vec![each], MachinedSide::Outside, 6.0), "the source does not follow");
     assert!(matches!(error, PlanError::Profile(ProfileError::Curve { .. })), "{error}");
 }
 
@@ -204,4 +204,12 @@ fn thousands_of_huge_arcs() {
     let edges = (0..4_000).map(|k| if k % 2 == 0 { half(a, b) } else { half(b, a) }).collect();
     let each = ProfileLoop { edges, sources: Vec::new() };
     assert!(make(vec![each], MachinedSide::Outside, 6.0).is_err());
+}
+
+/// The error; what was believed is too long to print.
+fn error_of<T, E>(result: Result<T, E>, what: &str) -> E {
+    match result {
+        Err(error) => error,
+        Ok(_) => panic!("{what}: was believed"),
+    }
 }

@@ -30,7 +30,7 @@ fn moved(curve: &Curve, by: Vector) -> Curve {
 }
 
 fn refusal(plan: Plan) -> PathRefusal {
-    match plan.certify().err().expect("a wrong plan") {
+    match error_of(plan.certify(), "a wrong plan") {
         PlanError::Pass { number: 1, refusal } => refusal,
         other => panic!("{other}"),
     }
@@ -147,7 +147,7 @@ fn edges_that_do_not_follow_their_curve() {
             for edge in &mut each.edges[first..end] {
                 edge.slack = keepout_kernel::Length::small(5);
             }
-            let error = wrong.certify().err().expect("a slack that is too small");
+            let error = error_of(wrong.certify(), "a slack that is too small");
             assert!(matches!(error, PlanError::Profile(ProfileError::Curve { .. })), "{error}");
             // An arc in the middle bends twice as much.
             let mut wrong = good.clone();
@@ -163,7 +163,7 @@ fn edges_that_do_not_follow_their_curve() {
                 );
                 let nearer = (f64::from(c.x.units()) + off.0 * 0.5, f64::from(c.y.units()) + off.1 * 0.5);
                 edge.curve = Curve::Arc(fit_arc(arc.from(), arc.to(), nearer, arc.turn()).unwrap());
-                let error = wrong.certify().err().expect("an arc that leaves the curve");
+                let error = error_of(wrong.certify(), "an arc that leaves the curve");
                 assert!(matches!(error, PlanError::Profile(ProfileError::Curve { .. })), "{error}");
                 tampered += 1;
             }
@@ -223,5 +223,13 @@ fn the_way_round() {
         let (_, at_end) = keepout_planner::units::along_mm(&Curve::Arc(lead), 1.0);
         let (_, at_begin) = keepout_planner::units::along_mm(&curves[2], 0.0);
         assert!((at_end.0 * at_begin.1 - at_end.1 * at_begin.0).abs() < 0.01, "{at_end:?} {at_begin:?}");
+    }
+}
+
+/// The error; what was believed is too long to print.
+fn error_of<T, E>(result: Result<T, E>, what: &str) -> E {
+    match result {
+        Err(error) => error,
+        Ok(_) => panic!("{what}: was believed"),
     }
 }

@@ -92,6 +92,10 @@ fn component_touching(
     let threshold = length_up_from_mm(path - TOUCHING_MM).ok()?;
     let centre = off(path)?;
     plan.part.edges_clear(Segment { from: centre, to: centre }, threshold).ok()?;
+    // A zone may lie over the profile: the centre is in it then.
+    if plan.part.zones().iter().any(|zone| zone.crossing_parity_is_odd(centre)) {
+        return None;
+    }
     // Looked at from a little farther out: the place itself lies on the loop that bounds the free space.
     Some(spaces.component_of(off(path + ASIDE_MM)?))
 }

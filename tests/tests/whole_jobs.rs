@@ -1,0 +1,70 @@
+//! The whole job on drawings of ours, with everything a plan can say: passes, climb milling, clamps, a turned drawing.
+
+use std::path::Path;
+use std::time::Duration;
+
+use keepout_executor::operator;
+use keepout_executor::session::{Ended, Link, Log, SimRun, run_simulated};
+use keepout_planner::order::Order;
+use keepout_planner::plan::{Cut, PassJob};
+use keepout_planner::profile::MachinedSide;
+use keepout_tests::{order, plan_of};
+
+/// Runs the job with an operator over a slow line, and says what is wrong with the outcome.
+fn run(drawing: &str, order: &Order, operator: &str) -> Result<(), String> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("drawings");
+    let plan = plan_of(&folder.join(drawing), order)?;
+    let loops = plan.plan.loop_count();
+    let run = SimRun {
+        link: Link::Virtual,
+        baud: 9600,
+        latency: Duration::from_millis(150),
+        feed_mm_min: 3000,
+        ..SimRun::default()
+    };
+    let operator = operator::named(operator, 15.0, 7).map_err(|error| error.to_string())?;
+    let result = run_simulated(plan, &run, operator, Log::none(), |_| {}, &mut |_, _, _| {})
+        .map_err(|error| error.to_string())?;
+    let facts = result.facts;
+    let coverage = facts.coverage.ok_or(format!("nothing was contoured: {facts:?}"))?;
+    let whole = facts.ended == Ended::Done && facts.unreached == 0 && facts.loops.1 == loops;
+    let good = facts.deepest_mm == Some(0.0)
+        && facts.closest_by_hand_mm.is_some_and(|closest| closest > 0.2)
+        && coverage.missed == 0
+        && coverage.worst_mm <= 0.020;
+    if whole && good && facts.loops.0 > 0 { Ok(()) } else { Err(format!("{facts:?}")) }
+}
+
+#[test]
+fn double_pass_and_climb_milling_around_splines() {
+    let mut wanted = order(4.0);
+    wanted.job.passes = vec![
+        PassJob { allowance_mm: 0.1, feed_mm_min: Some(3000) },
+        PassJob { allowance_mm: 0.0, feed_mm_min: Some(1500) },
+    ];
+    for (cut, operator) in [(Cut::Conventional, "wall"), (Cut::Climb, "calm")] {
+        wanted.job.cut = cut;
+        run("rounded_plate.dxf", &wanted, operator).unwrap_or_else(|reason| panic!("{cut:?}: {reason}"));
+    }
+}
+
+#[test]
+fn clamps_are_kept_out_of_and_gone_around() {
+    let mut wanted = order(6.0);
+    wanted.zone_layers = vec!["CLAMPS".into()];
+    wanted.stroke_layer = Some("TABLE".into());
+    for side in [MachinedSide::Outside, MachinedSide::Inside] {
+        wanted.job.side = side;
+        for operator in ["wall", "random"] {
+            run("clamps.dxf", &wanted, operator)
+                .unwrap_or_else(|reason| panic!("{side:?}, {operator}: {reason}"));
+        }
+    }
+}
+
+#[test]
+fn a_drawing_turned_on_the_table() {
+    let mut wanted = order(4.0);
+    wanted.choice.placed = Some((33.3, (12.5, -7.25)));
+    run("rounded_plate.dxf", &wanted, "reversal").unwrap_or_else(|reason| panic!("{reason}"));
+}
