@@ -67,6 +67,8 @@ pub enum JobError {
 
 /// Stand-off of an approach point from the roughing threshold, mm.
 const STAND_OFF_MM: f64 = 0.05;
+/// A loop is cut from where the tool stands when it is this near, in tool radii.
+const BESIDE: f64 = 4.0;
 /// Points tried on a loop for leading in.
 const TRIES: u32 = 64;
 
@@ -141,10 +143,16 @@ fn legs_for(
 ) -> Option<(Vec<Leg>, FreePoint, bool)> {
     let pass = &plan.plan.passes[number.pass];
     let curves = &pass.path.loops[number.index].curves;
-    let touched = nearest_on(curves, here.point()).1;
+    let (distance, touched) = nearest_on(curves, here.point());
     let cutter = Cutter { plan, curves, within };
-    if let Some((cut, tangential)) = cutter.around(touched, here.point()) {
-        return Some((vec![Leg { cuts: Some(number), curves: cut }], here, tangential));
+    let from_here = || {
+        let (cut, tangential) = cutter.around(touched, here.point())?;
+        Some((vec![Leg { cuts: Some(number), curves: cut }], here, tangential))
+    };
+    // From farther away the tool is better not led back to where it came from.
+    let beside = distance <= crate::units::mm(plan.plan.tool_radius.units()) * BESIDE;
+    if let Some(legs) = beside.then(from_here).flatten() {
+        return Some(legs);
     }
     let mut entries: Vec<Entry> =
         (0..TRIES).map(|k| entry_at(curves, f64::from(k) / f64::from(TRIES))).collect();
@@ -153,14 +161,15 @@ fn legs_for(
     entries.sort_by(|a, b| far(a).total_cmp(&far(b)));
     let left_by_roughing = plan.plan.allowance.units() - pass.allowance.units();
     let stand_off = crate::units::mm(left_by_roughing) + STAND_OFF_MM;
-    entries.iter().find_map(|entry| {
+    let by_approach = entries.iter().find_map(|entry| {
         let approach = entry.aside(0.0, stand_off)?;
         let free = plan.part.free_point(approach, plan.roughing).ok().filter(|_| within.holds(approach))?;
         let (cut, tangential) = cutter.around(*entry, approach)?;
         let way = route(&plan.part, here, approach, within)?;
         let way = Leg { cuts: None, curves: polyline(here.point(), &way) };
         Some((vec![way, Leg { cuts: Some(number), curves: cut }], free, tangential))
-    })
+    });
+    by_approach.or_else(from_here)
 }
 
 fn polyline(from: Point, points: &[Point]) -> Vec<Curve> {
