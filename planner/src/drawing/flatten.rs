@@ -279,14 +279,21 @@ impl<'a> Flattener<'a> {
 
 /// The name of an entity that is taken, or why it is not.
 fn kind_of(shape: &Shape, choice: &Choice) -> Result<&'static str, String> {
-    Ok(match shape {
-        Shape::Other(what) => return Err(format!("{what} (no profile)")),
+    match shape {
         Shape::Hatch(_) if !choice.hatches => {
-            return Err("hatch (its boundaries can be taken with --with hatch)".into());
+            Err("hatch (its boundaries can be taken with --with hatch)".into())
         }
         Shape::Solid(_) if !choice.solids => {
-            return Err("solid or trace (its outline can be taken with --with solid)".into());
+            Err("solid or trace (its outline can be taken with --with solid)".into())
         }
+        shape => name_of(shape).map_err(|what| format!("{what} (no profile)")),
+    }
+}
+
+/// The name of an entity as DXF has it, or what people call one without a profile.
+pub(super) fn name_of(shape: &Shape) -> Result<&'static str, &'static str> {
+    Ok(match shape {
+        Shape::Other(what) => return Err(what),
         Shape::Line { .. } => "LINE",
         Shape::Arc { angles: Some(_), .. } => "ARC",
         Shape::Arc { .. } => "CIRCLE",

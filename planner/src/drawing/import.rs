@@ -1,10 +1,12 @@
 //! Reads a DXF file into curves in millimetres.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::file::{DxfFile, read};
-use super::flatten::Flattener;
+use super::flatten::{Flattener, name_of};
 use super::placement::Placement;
+use super::tags::Damage;
 use super::{Drawing, DrawingError};
 
 /// Largest file that is read, in bytes.
@@ -118,6 +120,18 @@ pub fn import(bytes: &[u8], choice: &Choice) -> Result<Drawing, DrawingError> {
         return Err(DrawingError::Empty { left_out: drawing.left_out });
     }
     Ok(drawing)
+}
+
+/// How many entities of each kind that can bound a contour the file has outside blocks.
+///
+/// # Errors
+/// [`Damage`] with the place.
+pub fn census(bytes: &[u8]) -> Result<BTreeMap<&'static str, usize>, Damage> {
+    let mut counts = BTreeMap::new();
+    for name in read(bytes)?.entities.iter().filter_map(|entity| name_of(&entity.shape).ok()) {
+        *counts.entry(name).or_default() += 1;
+    }
+    Ok(counts)
 }
 
 fn scale_of(asked: Option<&str>, stated: Option<i64>) -> Result<(f64, String), DrawingError> {

@@ -28,7 +28,7 @@ use thiserror::Error;
 pub use chain::{Chained, JOIN_MM, OpenChain, Problem, Repair, chain};
 pub use fit::CURVE_MM;
 pub use flatten::CURVES_MAX;
-pub use import::{Choice, SIZE_MAX, import, read_file};
+pub use import::{Choice, SIZE_MAX, census, import, read_file};
 pub use tags::{Damage, FilePlace};
 
 /// Where a curve comes from in the file.

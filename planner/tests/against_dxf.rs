@@ -1,0 +1,63 @@
+//! Our reader beside the `dxf` crate: the same entities in every drawing that both can read.
+//!
+//! Why there is a reader of our own: the crate has no HATCH, drops the frozen flag of layers, keeps only the last of several
+//! ENTITIES sections, says of entities neither where they are in the file nor which group of theirs is bad, and takes several
+//! times as long (docs/planning.md).
+
+use std::collections::BTreeMap;
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+
+use dxf::entities::EntityType;
+use keepout_planner::drawing::census;
+
+fn drawings() -> Vec<PathBuf> {
+    let ours = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/drawings");
+    let shared = std::env::var_os("KEEPOUT_SHARED").map(|shared| PathBuf::from(shared).join("dxf/dev"));
+    if shared.is_none() {
+        eprintln!("skipped: no KEEPOUT_SHARED (our own drawings are read)");
+    }
+    let files =
+        |folder: PathBuf| std::fs::read_dir(folder).into_iter().flatten().flatten().map(|file| file.path());
+    std::iter::once(ours).chain(shared).flat_map(files).collect()
+}
+
+fn by_crate(bytes: &[u8]) -> Option<BTreeMap<&'static str, usize>> {
+    let drawing = std::panic::catch_unwind(|| dxf::Drawing::load(&mut Cursor::new(bytes))).ok()?.ok()?;
+    let mut counts = BTreeMap::new();
+    for entity in drawing.entities() {
+        let name = match entity.specific {
+            EntityType::Line(_) => "LINE",
+            EntityType::Arc(_) => "ARC",
+            EntityType::Circle(_) => "CIRCLE",
+            EntityType::Ellipse(_) => "ELLIPSE",
+            EntityType::LwPolyline(_) => "LWPOLYLINE",
+            EntityType::Spline(_) => "SPLINE",
+            EntityType::Insert(_) => "INSERT",
+            _ => continue,
+        };
+        *counts.entry(name).or_default() += 1;
+    }
+    Some(counts)
+}
+
+#[test]
+fn the_same_entities() {
+    // Several ENTITIES sections: the crate keeps the last one only.
+    const CRATE_LOSES: [&str; 2] = ["many_sections.dxf", "ezdxf__recover01.dxf"];
+    let (mut same, mut differ) = (0, Vec::new());
+    for path in drawings() {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let bytes = std::fs::read(&path).unwrap();
+        let (Some(theirs), Ok(mut ours)) = (by_crate(&bytes), census(&bytes)) else { continue };
+        // Old polylines are counted with their meshes there.
+        ours.retain(|kind, _| !matches!(*kind, "POLYLINE" | "HATCH" | "SOLID"));
+        if ours == theirs || CRATE_LOSES.contains(&name.as_str()) {
+            same += 1;
+        } else {
+            differ.push(format!("{name}: ours {ours:?}, theirs {theirs:?}"));
+        }
+    }
+    assert!(differ.is_empty(), "{}", differ.join("\n"));
+    assert!(same >= 60, "only {same} drawings were compared");
+}
