@@ -1,15 +1,18 @@
 //! What was understood of a drawing: layers, contours, nesting, repairs, problems.
 
 use std::collections::BTreeMap;
+use std::ops::ControlFlow;
 
 use keepout_kernel::exact::region::RegionError;
-use keepout_kernel::{Curve, Point, Region, Ring, UNITS_PER_MM};
+use keepout_kernel::exact::segment::Window;
+use keepout_kernel::index::{Edge, build};
+use keepout_kernel::{Curve, Length, Point, Region, Ring, Segment, UNITS_PER_MM};
 use serde::Serialize;
 
 use crate::drawing::{Chained, Drawing};
 use crate::profile::{ProfileError, ProfileLoop};
 use crate::select::Outline;
-use crate::units::{mm, point_mm};
+use crate::units::{mm, point_from_mm, point_mm};
 
 /// What was understood of a drawing. Lengths in mm, areas in mm².
 #[derive(Clone, Debug, Serialize)]
@@ -162,13 +165,19 @@ fn inside(outline: &Outline) -> Option<(f64, f64)> {
 
 /// How many contours each lies within, by its first corner.
 fn depths(outlines: &[Outline]) -> Vec<usize> {
+    // The diagonals of their boxes, behind boxes: few outlines are asked about each corner.
+    let point = |p: (f64, f64)| point_from_mm(p).unwrap_or(Point::ORIGIN);
+    let diagonal = |outline: &Outline| Segment { from: point(outline.bounds.0), to: point(outline.bounds.1) };
+    let edge = |outline: &Outline| Edge { chord: diagonal(outline), slack: Length::ZERO };
+    let Ok(index) = build::build(outlines.iter().map(edge).collect()) else { return vec![0; outlines.len()] };
     let depth = |(i, outline): (usize, &Outline)| {
-        if outline.area_mm2 == 0.0 {
-            return 0;
-        }
-        let Some(&corner) = outline.points.first() else { return 0 };
-        let around = |(j, other): (usize, &Outline)| j != i && other.holds(corner);
-        outlines.iter().enumerate().filter(|&each| around(each)).count()
+        let Some(&corner) = outline.points.first().filter(|_| outline.area_mm2 > 0.0) else { return 0 };
+        let mut around = 0;
+        let _ = index.visit(Window::of(point(corner)), |j, _| {
+            around += usize::from(j != i && outlines[j].holds(corner));
+            ControlFlow::<()>::Continue(())
+        });
+        around
     };
     outlines.iter().enumerate().map(depth).collect()
 }

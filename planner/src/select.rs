@@ -61,7 +61,7 @@ impl Selection {
                     at: Some(problem.at()),
                     text: format!("left out: {problem}"),
                 };
-                remarks.extend(chained.problems.iter().take(20).map(open));
+                remarks.extend(chained.problems.iter().map(open));
             }
             chained
         } else {
@@ -84,6 +84,17 @@ impl Selection {
             taken[chosen] = true;
             for (i, taken) in taken.iter_mut().enumerate() {
                 *taken |= parent(&outlines, i) == Some(chosen);
+            }
+        }
+        // What is open within a contour that was pointed at is its business: an island, perhaps.
+        let within = |problem: &&Problem| {
+            let at = point_mm(problem.at());
+            taken.iter().zip(&outlines).any(|(&taken, outline)| taken && outline.holds(at))
+        };
+        if !self.leave_out_open && !self.at.is_empty() {
+            let open: Vec<Problem> = chained.problems.iter().filter(within).cloned().collect();
+            if !open.is_empty() {
+                return Err(DrawingError::Problems(open).into());
             }
         }
         let largest_mm2 = outlines.iter().map(|outline| outline.area_mm2).fold(0.0, f64::max);

@@ -52,6 +52,9 @@ pub enum Shape {
     Arc { centre: Xy, radius: f64, start: f64, sweep: f64 },
 }
 
+/// Cosine beyond which two shapes meet in a cusp: within about 0.26° of running back.
+const CUSP: f64 = 0.999_99;
+
 impl Shape {
     pub fn of(curve: &Curve) -> Self {
         match curve {
@@ -131,13 +134,22 @@ impl Shape {
         }
     }
 
+    /// Whether `next`, which runs back along this shape, lies on its left: what is between them is material then.
+    fn is_left_of_return(&self, next: &Self) -> bool {
+        let away = 0.25 * self.length().min(next.length());
+        let before = self.at(1.0 - away / self.length());
+        let after = next.at(away / next.length());
+        cross(self.direction(1.0), minus(after, before)) > 0.0
+    }
+
     /// The arc of radius `d` around the corner from this shape to the next, when that is convex on the right.
     pub fn corner_right(&self, next: &Self, d: f64) -> Option<Self> {
         let (incoming, outgoing) = (self.direction(1.0), next.direction(0.0));
         let (sine, cosine) = (cross(incoming, outgoing), dot(incoming, outgoing));
-        // A cusp turns by half a circle; about a notch the arc is covered.
-        let cusp = cosine < 0.0 && sine.abs() < 1e-9;
-        if sine <= 0.0 && !cusp {
+        // At a cusp the directions do not tell a spike of material from a notch of no width: the shapes a little away do.
+        let cusp = cosine < -CUSP;
+        let convex = if cusp { self.is_left_of_return(next) } else { sine > 0.0 };
+        if !convex {
             return None;
         }
         let turned = if cusp { core::f64::consts::PI } else { atan2(sine, cosine) };

@@ -9,7 +9,7 @@ use keepout_kernel::{Curve, Length, Point, Segment, Turn, UNITS_PER_MM};
 
 use super::fit::{BezierFault, chain_along, on_lattice};
 use super::join::{Joiner, distance_mm};
-use super::{Drawing, DrawingError, Origin, RawBezier, RawCurve, overlap};
+use super::{Drawing, DrawingError, Origin, RawBezier, RawCurve, doubled, overlap};
 use crate::profile::{Profile, ProfileEdge, ProfileLoop, SourceCurve};
 use crate::units::{length_up_from_mm, place, point_from_mm};
 
@@ -259,7 +259,7 @@ impl Piece {
 /// # Errors
 /// [`DrawingError::OffLattice`] and [`DrawingError::BadEntity`] with the entity; [`DrawingError::CurveBound`].
 pub fn chain(drawing: &Drawing, join_mm: f64, curve_mm: f64) -> Result<Chained, DrawingError> {
-    let bound = length_up_from_mm(curve_mm).ok().filter(|bound| bound.units() >= 10);
+    let bound = length_up_from_mm(curve_mm).ok().filter(|bound| (10..=100_000).contains(&bound.units()));
     let bound = bound.ok_or(DrawingError::CurveBound { curve_mm })?;
     let mut chained = Chained::default();
     let mut pieces = Vec::with_capacity(drawing.curves.len());
@@ -285,12 +285,14 @@ pub fn chain(drawing: &Drawing, join_mm: f64, curve_mm: f64) -> Result<Chained, 
     }
     drop_duplicates(&mut pieces, &mut chained.repairs);
     let mut joiner = Joiner::new(pieces, join_mm);
+    joiner.drop_specks(&mut chained.repairs);
     joiner.coincident();
     overlap::merge(&mut joiner, &mut chained.repairs);
-    joiner.drop_tiny(&mut chained.repairs);
     joiner.close_gaps(&mut chained.repairs);
+    joiner.drop_tiny(&mut chained.repairs);
     joiner.problems(&drawing.origins, &mut chained.problems);
     follow(&joiner.pieces, bound, &drawing.origins, &mut chained)?;
+    doubled::drop_contours(&mut chained, join_mm);
     Ok(chained)
 }
 
@@ -382,8 +384,10 @@ fn key_of(piece: &Piece) -> Key {
             vec![nearest_unit(*x), nearest_unit(*y), i64::from((*turn == Turn::Left) == forwards)]
         }
         Bend::Free(curve) => {
-            let units = |p: &Point| [i64::from(p.x.units()), i64::from(p.y.units())];
-            let mut control: Vec<[i64; 2]> = curve.control().iter().map(units).collect();
+            let units = |(p, &w): (&Point, &u64)| {
+                [i64::from(p.x.units()), i64::from(p.y.units()), i64::try_from(w).unwrap_or(i64::MAX)]
+            };
+            let mut control: Vec<[i64; 3]> = curve.control().iter().zip(curve.weights()).map(units).collect();
             if !forwards {
                 control.reverse();
             }

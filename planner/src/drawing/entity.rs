@@ -187,6 +187,16 @@ impl<'t, 'a> Fields<'t, 'a> {
         ])
     }
 
+    /// Checks that groups are there.
+    ///
+    /// # Errors
+    /// [`Damage::Missing`] for the first that is not.
+    pub fn has(&self, codes: &[i16]) -> Result<(), Damage> {
+        let missing = codes.iter().find(|code| self.find(**code).is_none());
+        let at = self.tags.last().map_or(FilePlace::Line(0), |tag| tag.at);
+        missing.map_or(Ok(()), |&code| Err(Damage::Missing { at, code }))
+    }
+
     /// Text.
     #[must_use]
     pub fn text(&self, code: i16) -> &'a [u8] {
@@ -226,15 +236,18 @@ pub fn shape_of(
 ) -> Result<Shape, Damage> {
     const NONE: Vec3 = [0.0; 3];
     Ok(match kind {
-        b"LINE" | b"3DLINE" => Shape::Line { from: fields.point(10, NONE)?, to: fields.point(11, NONE)? },
-        b"ARC" | b"CIRCLE" => Shape::Arc {
-            centre: fields.point(10, NONE)?,
-            radius: fields.real(40, 0.0)?,
-            angles: match kind {
+        b"LINE" | b"3DLINE" => {
+            fields.has(&[10, 20, 11, 21])?;
+            Shape::Line { from: fields.point(10, NONE)?, to: fields.point(11, NONE)? }
+        }
+        b"ARC" | b"CIRCLE" => {
+            fields.has(&[10, 20, 40])?;
+            let angles = match kind {
                 b"ARC" => Some((fields.real(50, 0.0)?, fields.real(51, 360.0)?)),
                 _ => None,
-            },
-        },
+            };
+            Shape::Arc { centre: fields.point(10, NONE)?, radius: fields.real(40, 0.0)?, angles }
+        }
         b"ELLIPSE" => Shape::Ellipse(Box::new(Ellipse {
             centre: fields.point(10, NONE)?,
             major: fields.point(11, NONE)?,

@@ -79,7 +79,7 @@ impl Names {
             Ok(text) => text.to_string(),
             Err(_) => self.encoding.unwrap_or(encoding_rs::WINDOWS_1252).decode(bytes).0.into_owned(),
         };
-        escapes(&text)
+        escapes(&text).replace(char::is_control, "\u{fffd}")
     }
 }
 
@@ -180,12 +180,22 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
+    /// Ends a section at this group: when it is not the section's own end, it is read again.
+    fn leave(&mut self, tag: Tag<'a>) {
+        if tag.text() != b"ENDSEC" {
+            self.tags.hold(tag);
+        }
+    }
+
     fn header(&mut self) -> Result<(), Damage> {
         let mut variable: &[u8] = b"";
         loop {
             let tag = self.inside("the header")?;
             match (tag.code, variable) {
-                (0, _) => return Ok(()),
+                (0, _) => {
+                    self.leave(tag);
+                    return Ok(());
+                }
                 (9, _) => variable = tag.text(),
                 (70, b"$INSUNITS") => self.file.units = tag.integer().ok(),
                 (3, b"$DWGCODEPAGE") => self.file.names.encoding = encoding_of(tag.text()),
@@ -208,7 +218,7 @@ impl<'a> Reader<'a> {
 
     fn tables(&mut self) -> Result<(), Damage> {
         let mut head = self.gather("the tables")?;
-        while !matches!(head.text(), b"ENDSEC" | b"EOF") {
+        while !matches!(head.text(), b"ENDSEC" | b"EOF" | b"SECTION") {
             let next = self.gather("the tables")?;
             let fields = Fields::new(&self.group);
             let name = self.file.names.decode(fields.text(2)).to_uppercase();
@@ -229,6 +239,7 @@ impl<'a> Reader<'a> {
             }
             head = next;
         }
+        self.leave(head);
         Ok(())
     }
 
@@ -237,8 +248,8 @@ impl<'a> Reader<'a> {
         loop {
             match head.text() {
                 b"ENDSEC" => return Ok(()),
-                b"EOF" => {
-                    self.tags.hold(head);
+                b"EOF" | b"SECTION" => {
+                    self.leave(head);
                     return Ok(());
                 }
                 b"BLOCK" => {

@@ -15,7 +15,7 @@ const DEPTH_MAX: usize = 32;
 /// Entities looked at, blocks set in many times counted each time: nested arrays multiply.
 const VISITS_MAX: usize = 20_000_000;
 /// Curves taken.
-pub const CURVES_MAX: usize = 8_000_000;
+pub const CURVES_MAX: usize = 2_000_000;
 
 /// Turns entities into the curves of a drawing.
 pub struct Flattener<'a> {
@@ -32,9 +32,11 @@ pub struct Flattener<'a> {
 #[derive(Clone)]
 struct Setting {
     placement: Placement,
-    /// Layer and line type of the outermost insert.
+    /// Layer and line type of the insert.
     layer: Option<u32>,
     line_type: Option<u32>,
+    /// The layer that gives the insert its line type, when it has none of its own.
+    line_layer: Option<u32>,
     block: Option<Arc<str>>,
 }
 
@@ -51,7 +53,7 @@ impl<'a> Flattener<'a> {
     /// # Errors
     /// [`DrawingError`] naming the entity.
     pub fn run(&mut self, placement: Placement) -> Result<(), DrawingError> {
-        let setting = Setting { placement, layer: None, line_type: None, block: None };
+        let setting = Setting { placement, layer: None, line_type: None, line_layer: None, block: None };
         self.entities(&self.file.entities, &setting)
     }
 
@@ -99,13 +101,14 @@ impl<'a> Flattener<'a> {
         let layer = self.layer_of(entity, setting);
         let names = &self.file.names;
         let by_block = |number: u32| names.get(number).eq_ignore_ascii_case("BYBLOCK");
-        let line_type = match entity.line_type {
-            Some(number) if by_block(number) => setting.line_type,
-            own => own,
+        // By block, a line is drawn as the insert is.
+        let (line_type, line_layer) = match entity.line_type {
+            Some(number) if by_block(number) => (setting.line_type, setting.line_layer.unwrap_or(layer)),
+            own => (own, layer),
         };
         let is_insert = matches!(entity.shape, Shape::Insert(_));
         let hidden = entity.hidden.is_some();
-        match self.choice.visibility(self.file, layer, line_type, hidden, is_insert) {
+        match self.choice.visibility(self.file, layer, (line_type, line_layer), hidden, is_insert) {
             Visibility::Shown => {}
             Visibility::LeftOut(why) => {
                 self.leave_out(why);
@@ -113,7 +116,7 @@ impl<'a> Flattener<'a> {
             }
         }
         if let Shape::Insert(insert) = &entity.shape {
-            return self.insert(entity, insert, (layer, line_type), setting);
+            return self.insert(entity, insert, (layer, line_type, line_layer), setting);
         }
         let name = self.file.names.get(layer);
         if !self.drawing.layers.contains_key(name) {
@@ -142,7 +145,7 @@ impl<'a> Flattener<'a> {
         &mut self,
         entity: &Entity,
         insert: &Insert,
-        (layer, line_type): (u32, Option<u32>),
+        (layer, line_type, line_layer): (u32, Option<u32>, u32),
         setting: &Setting,
     ) -> Result<(), DrawingError> {
         let origin = |problem| DrawingError::BadEntity {
@@ -175,6 +178,7 @@ impl<'a> Flattener<'a> {
                     placement: setting.placement.inserted(insert, entity.normal, block.base, (c, r)),
                     layer: Some(layer),
                     line_type,
+                    line_layer: Some(line_layer),
                     block: Some(name.clone()),
                 };
                 // An empty block costs a visit too: arrays of nothing end as well.
@@ -317,13 +321,22 @@ fn arc(
         return Err("its radius is negative");
     }
     let (start, sweep) = angles.map_or((0.0, TAU), |(start, end)| {
-        let sweep = (end - start).to_radians().rem_euclid(TAU);
-        (start.to_radians(), if sweep == 0.0 { TAU } else { sweep })
+        (start.to_radians(), sweep_of(start.to_radians(), end.to_radians()))
     });
     if radius > 0.0 {
         plane.arc(centre, ([radius, 0.0, 0.0], [0.0, radius, 0.0]), start, sweep, out);
     }
     Ok(())
+}
+
+/// The angle from `start` forward to `end`. Whole turns are written as 0 to 2π with as many digits as the writer cares for: what
+/// is within 1e-4 of a turn is one, and so is none at all.
+fn sweep_of(start: f64, end: f64) -> f64 {
+    const ROUNDED: f64 = 1e-4;
+    let turned = end - start;
+    let sweep = turned.rem_euclid(TAU);
+    let whole = turned.abs() > 1.0 && (sweep < ROUNDED || TAU - sweep < ROUNDED);
+    if whole || sweep == 0.0 { TAU } else { sweep }
 }
 
 fn ellipse(
@@ -335,13 +348,11 @@ fn ellipse(
     let Ellipse { centre, major, ratio, range: (start, end) } = *ellipse;
     let normal = unit(normal).unwrap_or([0.0, 0.0, 1.0]);
     let minor = cross(normal, major).map(|c| c * ratio);
-    let sweep = (end - start).rem_euclid(TAU);
-    // Files give a whole ellipse as 0 to 2π, sometimes rounded.
-    let whole = sweep < 1e-9 || TAU - sweep < 1e-6;
+    let sweep = sweep_of(start, end);
     if ratio == 0.0 || major == [0.0; 3] {
         return Err("it has no width");
     }
-    placement.arc(centre, (major, minor), start, if whole { TAU } else { sweep }, out);
+    placement.arc(centre, (major, minor), start, sweep, out);
     Ok(())
 }
 

@@ -102,10 +102,8 @@ impl<'t, 'a> Reader<'t, 'a> {
                 spline.weights.push(weight.real()?);
             }
         }
-        if self.tags.first().is_some_and(|tag| tag.code == 97)
-            && self.tags.get(1).is_some_and(|tag| tag.code == 11)
-        {
-            self.tags = &self.tags[1..];
+        // Newer files count fit points, often none; the count of the path's source objects may stand in its place.
+        if self.take(97).is_some() {
             while self.tags.first().is_some_and(|tag| tag.code == 11) {
                 spline.fit.push(self.point(11)?);
             }

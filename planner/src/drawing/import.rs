@@ -46,7 +46,7 @@ impl Choice {
     /// Whether curves of the layer are taken.
     #[must_use]
     pub fn takes_layer(&self, name: &str) -> bool {
-        let has = |names: &[String]| names.iter().any(|asked| asked.eq_ignore_ascii_case(name));
+        let has = |names: &[String]| names.iter().any(|asked| same_name(asked, name));
         (self.layers.is_empty() || has(&self.layers)) && !has(&self.without)
     }
 
@@ -54,7 +54,7 @@ impl Choice {
         &self,
         file: &DxfFile,
         layer: u32,
-        line_type: Option<u32>,
+        (line_type, line_layer): (Option<u32>, u32),
         invisible: bool,
         is_insert: bool,
     ) -> Visibility {
@@ -69,7 +69,8 @@ impl Choice {
         }
         let own = line_type.map(|number| file.names.get(number).to_uppercase());
         let own = own.filter(|name| !name.is_empty() && name != "BYLAYER");
-        let name = own.or_else(|| layer.map(|layer| layer.line_type.clone())).unwrap_or_default();
+        let by_layer = file.layers.get(&file.names.get(line_layer).to_uppercase());
+        let name = own.or_else(|| by_layer.map(|layer| layer.line_type.clone())).unwrap_or_default();
         let wanted = self.line_types.iter().any(|asked| asked.eq_ignore_ascii_case(&name));
         let gaps = file.gaps.get(&name).copied().unwrap_or(false);
         if !wanted && (gaps || CONSTRUCTION.iter().any(|word| name.contains(word))) {
@@ -77,6 +78,11 @@ impl Choice {
         }
         Visibility::Shown
     }
+}
+
+/// Names are told apart without regard to case, as CAD systems do.
+fn same_name(one: &str, other: &str) -> bool {
+    one.eq_ignore_ascii_case(other) || one.to_uppercase() == other.to_uppercase()
 }
 
 /// Reads the bytes of the drawing at `path`.
@@ -111,7 +117,7 @@ pub fn import(bytes: &[u8], choice: &Choice) -> Result<Drawing, DrawingError> {
             .remarks
             .push("the file has no end mark (EOF): if it was cut short, contours may be missing".into());
     }
-    let known = |name: &String| drawing.layers.keys().any(|layer| layer.eq_ignore_ascii_case(name));
+    let known = |name: &String| drawing.layers.keys().any(|layer| same_name(layer, name));
     if let Some(missing) = choice.layers.iter().find(|name| !known(name)) {
         let present = drawing.layers.keys().map(ToString::to_string).collect();
         return Err(DrawingError::NoLayer { asked: missing.clone(), present });

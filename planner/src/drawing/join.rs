@@ -14,6 +14,8 @@ use crate::units::{length_up_from_mm, point_from_mm, point_mm};
 
 /// Gaps up to this, in lattice units (0.1 µm), are rounding and not worth a word.
 pub(super) const ROUNDING: f64 = 10.0;
+/// Nearest loose ends that are tried for a gap.
+const CANDIDATES: usize = 8;
 /// Problems whose distance to other loose ends is measured.
 const MEASURED: usize = 200;
 
@@ -87,26 +89,42 @@ impl Joiner {
         middle
     }
 
-    /// Leaves out pieces that are no longer than the reach and have a loose end that coincides with nothing.
+    /// Leaves out pieces no longer than rounding that stand alone: their neighbours meet without them.
+    pub fn drop_specks(&mut self, repairs: &mut Vec<Repair>) {
+        let rounding_mm = ROUNDING / f64::from(UNITS_PER_MM);
+        let speck = |piece: &Piece| piece.joined == [None; 2] && piece.length_mm() <= rounding_mm;
+        self.drop(repairs, |joiner, i| speck(&joiner.pieces[i]));
+    }
+
+    /// Leaves out straight pieces no longer than the reach that dangle where others meet, or stand alone. It is done once: what
+    /// dangles on a piece that was left out stays, and is told of as open.
     pub fn drop_tiny(&mut self, repairs: &mut Vec<Repair>) {
         let reach_mm = self.reach / f64::from(UNITS_PER_MM);
-        loop {
-            let crowded: HashSet<End> = self.crowded.iter().flatten().copied().collect();
-            let alone = |i: usize, which: usize| {
-                self.pieces[i].joined[which].is_none() && !crowded.contains(&(i, which))
-            };
-            let tiny = |&i: &usize| (alone(i, 0) || alone(i, 1)) && self.pieces[i].length_mm() <= reach_mm;
-            let gone: HashSet<usize> = (0..self.pieces.len()).filter(tiny).collect();
-            if gone.is_empty() {
-                return;
-            }
-            for &i in &gone {
-                let piece = &self.pieces[i];
-                repairs.push(Repair::TinyDropped { at: piece.from, length_mm: piece.length_mm() });
-            }
-            remove(&mut self.pieces, &gone);
-            self.coincident();
+        let crowded: HashSet<End> = self.crowded.iter().flatten().copied().collect();
+        let dangles = |piece: &Piece, i: usize| {
+            let alone = |which: usize| piece.joined[which].is_none() && !crowded.contains(&(i, which));
+            let held = |which: usize| crowded.contains(&(i, which));
+            alone(0) && (alone(1) || held(1)) || alone(1) && held(0)
+        };
+        self.drop(repairs, |joiner, i| {
+            let piece = &joiner.pieces[i];
+            matches!(piece.bend, Bend::Straight) && dangles(piece, i) && piece.length_mm() <= reach_mm
+        });
+    }
+
+    fn drop(&mut self, repairs: &mut Vec<Repair>, is_dropped: impl Fn(&Self, usize) -> bool) {
+        let gone: HashSet<usize> = (0..self.pieces.len()).filter(|&i| is_dropped(self, i)).collect();
+        if gone.is_empty() {
+            return;
         }
+        let mut dropped: Vec<usize> = gone.iter().copied().collect();
+        dropped.sort_unstable();
+        for i in dropped {
+            let piece = &self.pieces[i];
+            repairs.push(Repair::TinyDropped { at: piece.from, length_mm: piece.length_mm() });
+        }
+        remove(&mut self.pieces, &gone);
+        self.coincident();
     }
 
     /// Moves loose ends together that are within reach of each other, the nearest first.
@@ -117,11 +135,17 @@ impl Joiner {
         let mut pairs = BinaryHeap::new();
         let grid = Grid::of(&points, self.reach);
         for i in 0..points.len() {
+            // A straight piece is not bent round to its own end.
+            let own =
+                |j: usize| ends[i].0 == ends[j].0 && matches!(self.pieces[ends[i].0].bend, Bend::Straight);
+            let mut near: Vec<(i64, usize)> = Vec::new();
             grid.near(&points, i, |j| {
-                if i < j {
-                    pairs.push(Reverse((nearest_unit(distance(points[i], points[j]) * 16.0), i, j)));
+                if !own(j) {
+                    near.push((nearest_unit(distance(points[i], points[j]) * 16.0), j));
                 }
             });
+            near.sort_unstable();
+            pairs.extend(near.into_iter().take(CANDIDATES).map(|(gap, j)| Reverse((gap, i, j))));
         }
         let mut taken = vec![false; ends.len()];
         while let Some(Reverse((_, i, j))) = pairs.pop() {
@@ -170,8 +194,8 @@ impl Joiner {
 /// The straight pieces behind boxes.
 pub(super) struct LineIndex {
     index: CheckedIndex,
-    /// The piece of each edge, as the index holds them.
-    pieces: HashMap<(Point, Point), usize>,
+    /// The piece of each edge.
+    pieces: Vec<usize>,
 }
 
 impl LineIndex {
@@ -185,16 +209,16 @@ impl LineIndex {
             slack: Length::ZERO,
         };
         let index = build::build(lines.iter().map(edge).collect()).ok()?;
-        Some(Self { index, pieces: lines.into_iter().map(|(from, to, i)| ((from, to), i)).collect() })
+        Some(Self { index, pieces: lines.into_iter().map(|(.., i)| i).collect() })
     }
 
     /// The straight pieces that come within `reach` lattice units of the point.
     pub fn near(&self, at: Point, reach: f64) -> Vec<usize> {
         let Ok(reach) = length_up_from_mm(reach / f64::from(UNITS_PER_MM)) else { return Vec::new() };
         let mut found = Vec::new();
-        let _ = self.index.visit(Window::of(at).grown(reach), |_, edge| {
+        let _ = self.index.visit(Window::of(at).grown(reach), |number, edge| {
             if !edge.chord.near_point(at, reach).is_clear() {
-                found.extend(self.pieces.get(&(edge.chord.from, edge.chord.to)));
+                found.extend(self.pieces.get(number));
             }
             std::ops::ControlFlow::<()>::Continue(())
         });

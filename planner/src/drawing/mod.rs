@@ -5,6 +5,7 @@
 //! ```
 
 mod chain;
+mod doubled;
 mod entity;
 mod file;
 mod fit;
@@ -314,17 +315,23 @@ fn problems_text(problems: &[Problem]) -> String {
 fn remedy(low: (f64, f64), high: (f64, f64)) -> String {
     const ROOM_MM: f64 = 5300.0;
     let (width, height) = (high.0 - low.0, high.1 - low.1);
-    if width.max(height) < ROOM_MM {
+    if low.0.min(low.1) > -ROOM_MM && high.0.max(high.1) < ROOM_MM {
+        "One of its arcs or curves reaches that far: repair it in the CAD system, or leave out its layer."
+            .into()
+    } else if width.max(height) < ROOM_MM {
         let (x, y) = ((-low.0).floor(), (-low.1).floor());
         format!(
             "The drawing lies far from its origin: move it with --offset-mm {x:.0},{y:.0}, or check its units (--units)."
         )
-    } else {
+    } else if width.max(height) < 1e9 {
         format!(
             "The drawing is {:.1} m × {:.1} m large: check its units (--units), or choose layers with --layer.",
             width / 1000.0,
             height / 1000.0
         )
+    } else {
+        "The drawing is larger than any part: check its units (--units), or choose layers with --layer."
+            .into()
     }
 }
 

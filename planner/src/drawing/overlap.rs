@@ -8,6 +8,8 @@ use keepout_kernel::curve::xy;
 use super::chain::{Bend, Piece, Repair, remove};
 use super::join::{Joiner, LineIndex, ROUNDING, distance, distance_mm};
 
+/// Lines at one end that are looked at in a round.
+const NEAR_MAX: usize = 256;
 /// Rounds of merging: a merged line can uncover another overlap.
 const ROUNDS: usize = 3;
 
@@ -65,15 +67,12 @@ fn overlapping(joiner: &Joiner) -> Vec<Vec<usize>> {
     let Some(lines) = LineIndex::of(&joiner.pieces) else { return Vec::new() };
     let mut leader: BTreeMap<usize, usize> = BTreeMap::new();
     for &end in &loose {
-        let near = lines.near(joiner.at(end), ROUNDING);
-        for (k, &i) in near.iter().enumerate() {
-            for &j in &near[k + 1..] {
-                if overlap(&joiner.pieces[i], &joiner.pieces[j]) {
-                    let (a, b) = (led_by(&leader, i), led_by(&leader, j));
-                    leader.entry(i).or_insert(i);
-                    leader.entry(j).or_insert(j);
-                    leader.insert(a.max(b), a.min(b));
-                }
+        let i = end.0;
+        for j in lines.near(joiner.at(end), ROUNDING).into_iter().take(NEAR_MAX) {
+            if i != j && overlap(&joiner.pieces[i], &joiner.pieces[j]) {
+                let (a, b) = (led_by(&leader, i), led_by(&leader, j));
+                let first = a.min(b);
+                [i, j, a, b].into_iter().for_each(|each| _ = leader.insert(each, first));
             }
         }
     }

@@ -201,6 +201,9 @@ pub(super) fn cross(a: Vec3, b: Vec3) -> Vec3 {
 }
 
 pub(super) fn unit(v: Vec3) -> Option<Vec3> {
+    // Scaled first: squares of very large or small numbers are none.
+    let largest = v.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
+    let v = v.map(|c| c / largest);
     let length = v.iter().map(|c| c * c).sum::<f64>().sqrt();
     (length.is_finite() && length > 0.0).then(|| v.map(|c| c / length))
 }

@@ -7,6 +7,9 @@ use super::{RawBezier, RawCurve};
 /// Highest degree that is taken.
 pub const DEGREE_MAX: usize = 15;
 
+/// Ends this near belong together, mm.
+const ROUNDING_MM: f64 = 1e-6;
+
 /// The pieces of a spline, seen from above after `placement`.
 ///
 /// Pieces are taken out by blossoming: control point j of the piece over [a, b] is the blossom at a repeated p − j times and
@@ -52,7 +55,7 @@ pub fn pieces(spline: &Spline, placement: &Placement, out: &mut Vec<RawCurve>) -
             [x * w, y * w, w]
         })
         .collect();
-    let mut last = None;
+    let mut last: Option<(f64, f64)> = None;
     for span in degree..count {
         let (a, b) = (knots[span], knots[span + 1]);
         if a >= b {
@@ -60,8 +63,12 @@ pub fn pieces(spline: &Spline, placement: &Placement, out: &mut Vec<RawCurve>) -
         }
         let mut piece = piece_over(&control, &knots, degree, span);
         // Where one piece ends the next begins, to the last bit.
-        if let Some(end) = last {
-            piece.points[0] = end;
+        if let Some((x, y)) = last {
+            let (u, v) = piece.points[0];
+            if (u - x).hypot(v - y) > ROUNDING_MM {
+                return Err("it jumps at one of its inner knots");
+            }
+            piece.points[0] = (x, y);
         }
         last = piece.points.last().copied();
         out.push(piece.simplified());
@@ -93,10 +100,16 @@ fn knots_of(spline: &Spline, degree: usize) -> Result<Vec<f64>, &'static str> {
     if spline.knots.len() != wanted {
         return Err("it has not as many knots as its degree and control points need");
     }
-    if spline.knots.windows(2).any(|pair| pair[0] > pair[1]) {
-        return Err("its knots do not ascend");
+    // What descends by no more than rounding is made to stay.
+    let range = spline.knots[wanted - 1] - spline.knots[0];
+    let mut knots = spline.knots.clone();
+    for i in 1..wanted {
+        if knots[i] < knots[i - 1] - 1e-6 * range.abs() {
+            return Err("its knots do not ascend");
+        }
+        knots[i] = knots[i].max(knots[i - 1]);
     }
-    Ok(spline.knots.clone())
+    Ok(knots)
 }
 
 fn piece_over(control: &[Homogeneous], knots: &[f64], degree: usize, span: usize) -> RawBezier {
@@ -126,7 +139,6 @@ fn piece_over(control: &[Homogeneous], knots: &[f64], degree: usize, span: usize
 
 /// A closed spline whose ends meet but for rounding is made to meet exactly.
 fn close_up(spline: &Spline, out: &mut [RawCurve]) {
-    const ROUNDING_MM: f64 = 1e-6;
     let Some(begin) = out.first().map(RawCurve::from) else { return };
     let Some(last) = out.last_mut() else { return };
     let end = last.to();

@@ -44,6 +44,14 @@ pub enum Damage {
         /// What is there, shortened.
         found: String,
     },
+    /// An entity lacks a group.
+    #[error("the entity that ends at {at} lacks its group {code}")]
+    Missing {
+        /// Where.
+        at: FilePlace,
+        /// The group.
+        code: i16,
+    },
     /// The file ends in the middle.
     #[error("it ends at {at} inside {inside}: a piece of the file is missing")]
     EndsEarly {

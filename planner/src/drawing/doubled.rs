@@ -1,0 +1,101 @@
+//! Contours drawn twice, not quite in the same place: a ring as thin as the joining tolerance is nobody's part.
+
+use std::ops::ControlFlow;
+
+use keepout_kernel::exact::segment::Window;
+use keepout_kernel::index::{CheckedIndex, Edge, build};
+use keepout_kernel::{Length, Point, Segment};
+
+use super::chain::{Chained, Repair};
+use crate::profile::ProfileLoop;
+use crate::units::length_up_from_mm;
+
+/// Chords stand for arcs within this, lattice units (1 µm).
+const COARSE: Length = Length::small(100);
+
+/// Leaves out every contour that stays within `join_mm` of one before it, all round and the other way as well.
+pub(super) fn drop_contours(chained: &mut Chained, join_mm: f64) {
+    let Ok(reach) = length_up_from_mm(join_mm.max(0.0)) else { return };
+    let reach = reach.saturating_plus(COARSE).saturating_plus(COARSE);
+    let loops = &chained.profile.loops;
+    let boxes: Vec<Option<Window>> = loops.iter().map(box_of).collect();
+    let mut order: Vec<usize> = (0..loops.len()).filter(|&i| boxes[i].is_some()).collect();
+    order.sort_by_key(|&i| boxes[i].map(Window::corners));
+    let mut gone = vec![false; loops.len()];
+    for (k, &i) in order.iter().enumerate() {
+        for &j in &order[k + 1..] {
+            let (Some(one), Some(other)) = (boxes[i], boxes[j]) else { continue };
+            if other.corners().0 > one.corners().0.saturating_add(reach.units()) {
+                break;
+            }
+            let later = i.max(j);
+            if !gone[i] && !gone[j] && alike(one, other, reach) && stay_near(&loops[i], &loops[j], reach) {
+                gone[later] = true;
+                let at = loops[later].edges.first().map_or(Point::ORIGIN, |edge| edge.curve.from());
+                let length: f64 = loops[later].edges.iter().map(|edge| edge.curve.length()).sum();
+                let length_mm = length / f64::from(keepout_kernel::UNITS_PER_MM);
+                chained.repairs.push(Repair::DuplicateDropped { at, length_mm });
+            }
+        }
+    }
+    let mut index = 0;
+    let mut stays = |_: &_| {
+        index += 1;
+        !gone[index - 1]
+    };
+    chained.profile.loops.retain(&mut stays);
+    index = 0;
+    chained.layers.retain(|_| {
+        index += 1;
+        !gone[index - 1]
+    });
+}
+
+fn corners_of(each: &ProfileLoop) -> Vec<Point> {
+    let corners = |curve: &keepout_kernel::Curve| {
+        let mut points = curve.chord_points(COARSE).unwrap_or_else(|_| vec![curve.from(), curve.to()]);
+        points.pop();
+        points
+    };
+    each.edges.iter().flat_map(|edge| corners(&edge.curve)).collect()
+}
+
+fn box_of(each: &ProfileLoop) -> Option<Window> {
+    corners_of(each).into_iter().map(Window::of).reduce(Window::union)
+}
+
+/// Whether the boxes differ by no more than the reach on any side.
+fn alike(one: Window, other: Window, reach: Length) -> bool {
+    let ((a, b, c, d), (e, f, g, h)) = (one.corners(), other.corners());
+    [(a, e), (b, f), (c, g), (d, h)].into_iter().all(|(p, q)| p.abs_diff(q) <= reach.units().unsigned_abs())
+}
+
+fn stay_near(one: &ProfileLoop, other: &ProfileLoop, reach: Length) -> bool {
+    let (one, other) = (corners_of(one), corners_of(other));
+    all_near(&one, &other, reach) && all_near(&other, &one, reach)
+}
+
+/// Whether every corner, and the middle between each two, is within reach of the other contour.
+fn all_near(corners: &[Point], other: &[Point], reach: Length) -> bool {
+    let ends = other.iter().zip(other.iter().cycle().skip(1));
+    let edges = ends.map(|(&from, &to)| Edge { chord: Segment { from, to }, slack: Length::ZERO });
+    let Ok(index) = build::build(edges.collect()) else { return false };
+    let middle = |p: Point, q: Point| {
+        let mean = |a: i32, b: i32| (i64::from(a) + i64::from(b)) / 2;
+        Point::from_units(mean(p.x.units(), q.x.units()), mean(p.y.units(), q.y.units())).unwrap_or(p)
+    };
+    let pairs = corners.iter().zip(corners.iter().cycle().skip(1));
+    pairs.into_iter().all(|(&p, &q)| is_near(&index, p, reach) && is_near(&index, middle(p, q), reach))
+}
+
+fn is_near(index: &CheckedIndex, point: Point, reach: Length) -> bool {
+    index
+        .visit(Window::of(point).grown(reach), |_, edge| {
+            if edge.chord.near_point(point, reach).is_clear() {
+                ControlFlow::Continue(())
+            } else {
+                ControlFlow::Break(())
+            }
+        })
+        .is_break()
+}
