@@ -54,15 +54,7 @@ impl Selection {
     pub fn apply(&self, chained: Chained, remarks: &mut Vec<Remark>) -> Result<Profile, SelectError> {
         // Whoever points at contours has said which curves matter: others may be open.
         let chained = if self.leave_out_open || !self.at.is_empty() {
-            if !chained.open.is_empty() {
-                let chains = format!("left out: {} chains of open curves", chained.open.len());
-                remarks.push(chains.into());
-                let open = |problem: &Problem| Remark {
-                    at: Some(problem.at()),
-                    text: format!("left out: {problem}"),
-                };
-                remarks.extend(chained.problems.iter().map(open));
-            }
+            tell_open(&chained, remarks);
             chained
         } else {
             chained.closed()?
@@ -75,28 +67,7 @@ impl Selection {
         });
         remarks.extend(flat);
         let outlines: Vec<Outline> = loops.iter().map(Outline::of).collect();
-        let mut taken = vec![self.at.is_empty(); loops.len()];
-        for &at in &self.at {
-            let around = |i: &usize| outlines[*i].holds(at);
-            let by_area = |a: &usize, b: &usize| outlines[*a].area_mm2.total_cmp(&outlines[*b].area_mm2);
-            let chosen = (0..loops.len()).filter(around).min_by(by_area);
-            let chosen = chosen.ok_or(SelectError::NothingAt { at })?;
-            taken[chosen] = true;
-            for (i, taken) in taken.iter_mut().enumerate() {
-                *taken |= parent(&outlines, i) == Some(chosen);
-            }
-        }
-        // What is open within a contour that was pointed at is its business: an island, perhaps.
-        let within = |problem: &&Problem| {
-            let at = point_mm(problem.at());
-            taken.iter().zip(&outlines).any(|(&taken, outline)| taken && outline.holds(at))
-        };
-        if !self.leave_out_open && !self.at.is_empty() {
-            let open: Vec<Problem> = chained.problems.iter().filter(within).cloned().collect();
-            if !open.is_empty() {
-                return Err(DrawingError::Problems(open).into());
-            }
-        }
+        let taken = self.pointed_at(&outlines, &chained.problems)?;
         let largest_mm2 = outlines.iter().map(|outline| outline.area_mm2).fold(0.0, f64::max);
         let fits = |outline: &Outline| {
             self.least_area_mm2.is_none_or(|least| outline.area_mm2 >= least)
@@ -115,6 +86,42 @@ impl Selection {
             remarks.push(text.into());
         }
         Ok(Profile { loops })
+    }
+
+    /// Which contours were pointed at; all, when there was no pointing. What is open within one of them is its business, an
+    /// island perhaps, and stays an error.
+    fn pointed_at(&self, outlines: &[Outline], problems: &[Problem]) -> Result<Vec<bool>, SelectError> {
+        let mut taken = vec![self.at.is_empty(); outlines.len()];
+        for &at in &self.at {
+            let around = |i: &usize| outlines[*i].holds(at);
+            let by_area = |a: &usize, b: &usize| outlines[*a].area_mm2.total_cmp(&outlines[*b].area_mm2);
+            let chosen = (0..outlines.len()).filter(around).min_by(by_area);
+            let chosen = chosen.ok_or(SelectError::NothingAt { at })?;
+            taken[chosen] = true;
+            for (i, taken) in taken.iter_mut().enumerate() {
+                *taken |= parent(outlines, i) == Some(chosen);
+            }
+        }
+        let within = |problem: &&Problem| {
+            let at = point_mm(problem.at());
+            taken.iter().zip(outlines).any(|(&taken, outline)| taken && outline.holds(at))
+        };
+        let open: Vec<Problem> = problems.iter().filter(within).cloned().collect();
+        if self.leave_out_open || self.at.is_empty() || open.is_empty() {
+            Ok(taken)
+        } else {
+            Err(DrawingError::Problems(open).into())
+        }
+    }
+}
+
+fn tell_open(chained: &Chained, remarks: &mut Vec<Remark>) {
+    if !chained.open.is_empty() {
+        let chains = format!("left out: {} chains of open curves", chained.open.len());
+        remarks.push(chains.into());
+        let open =
+            |problem: &Problem| Remark { at: Some(problem.at()), text: format!("left out: {problem}") };
+        remarks.extend(chained.problems.iter().map(open));
     }
 }
 

@@ -22,7 +22,7 @@ use crate::index::{CheckedIndex, Edge, build};
 /// A loop is beside a place when one of its chords is this near, in lattice units (1 µm).
 pub const BESIDE: u16 = 100;
 /// The path is within this of every place between two that were found beside it, in lattice units (1.8 µm): [`BESIDE`], the
-/// slack of the chords, half a step or what an arc leaves between two places, and [`ROUNDING`].
+/// slack of the chords, half a step or what an arc leaves between two places, and rounding.
 pub const COVERAGE: f64 = 180.0;
 /// The greatest length without a loop beside it that goes unnoticed, in lattice units (20 µm): all stretches together that are
 /// walked between two places beside a loop.
