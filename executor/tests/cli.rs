@@ -199,3 +199,54 @@ fn ports_that_are_not_there_and_jobs_that_do_not_fit() {
     let run = keepout(&["run", &plan, "--machine", "sim-fast", "--stroke-mm", "80,80"]);
     assert!(code(&run) == 4 && complaint(&run).contains("--stroke-mm"), "{}", complaint(&run));
 }
+
+#[test]
+fn inspect_says_and_draws_what_was_understood() {
+    let folder = folder("inspect");
+    let picture = folder.join("part.svg").display().to_string();
+    let good = keepout(&["inspect", &drawing("rounded_plate.dxf"), "-o", &picture]);
+    let text = String::from_utf8_lossy(&good.stdout).into_owned();
+    assert!(code(&good) == 0 && text.contains("5 closed (1 outer, 4 inner), 0 open"), "{text}");
+    assert!(text.contains("--at") && text.contains("within 0.00100 mm"), "{text}");
+    assert!(std::fs::read_to_string(&picture).unwrap().ends_with("</svg>\n"));
+    let bad = keepout(&["inspect", &drawing("tee.dxf"), "--json"]);
+    let found: serde_json::Value = serde_json::from_slice(&bad.stdout).unwrap();
+    assert_eq!(code(&bad), 3, "a drawing with problems");
+    assert_eq!((found["contours"].as_array().unwrap().len(), found["open_chains"].as_u64()), (1, Some(1)));
+    assert!((found["area_mm2"].as_f64().unwrap() - 1200.0).abs() < 1e-6);
+    let problem = &found["problems"][0];
+    assert_eq!((problem["at_mm"][0].as_f64(), problem["at_mm"][1].as_f64()), (Some(20.0), Some(0.0)));
+    assert!(problem["text"].as_str().unwrap().contains("on the middle of"));
+    let onto_itself = keepout(&["inspect", &drawing("tee.dxf"), "-o", &drawing("tee.dxf")]);
+    assert!(code(&onto_itself) == 2 && complaint(&onto_itself).contains("not overwritten"));
+}
+
+#[test]
+fn passes_and_limits_that_are_none_are_named() {
+    let folder = folder("passes");
+    let plan = folder.join("part.plan").display().to_string();
+    let part = bracket();
+    let with = |more: &[&str]| {
+        let mut arguments = vec!["plan", &part, "--tool-diameter", "6", "-o", &plan];
+        arguments.extend(more);
+        keepout(&arguments)
+    };
+    for (more, words) in [
+        (&["--pass", "thin"][..], "is no pass"),
+        (&["--pass", "0.1:0"], "is no pass"),
+        (&["--curve-mm", "1000"], "--curve-mm"),
+        (&["--rotate-deg", "1000"], "--rotate-deg"),
+        (&["--at", "900,900"], "--at 900.000,900.000"),
+        (&["--limit-s", "0"], "--limit-s"),
+    ] {
+        let output = with(more);
+        assert!(code(&output) != 0 && complaint(&output).contains(words), "{more:?}: {}", complaint(&output));
+        assert!(files(&folder).is_empty(), "{more:?} left {:?}", files(&folder));
+    }
+    let double = with(&["--pass", "0.1:900", "--pass", "0:600", "--cut", "climb", "--rotate-deg", "12.5"]);
+    let text = String::from_utf8_lossy(&double.stdout).into_owned();
+    assert!(
+        code(&double) == 0 && text.contains("pass 2") && text.contains("climb") && text.contains("12.5°"),
+        "{text}"
+    );
+}

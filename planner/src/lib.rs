@@ -20,4 +20,5 @@ pub mod plan_file;
 pub mod profile;
 pub mod route;
 pub mod select;
+mod summary;
 pub mod units;

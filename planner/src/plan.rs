@@ -1,12 +1,11 @@
 //! The plan: everything the executor needs, and the certificate that it is believed on.
 
 use keepout_kernel::exact::segment::Window;
-use keepout_kernel::offset::{COVERAGE, RESOLUTION};
-use keepout_kernel::{LatticeError, Length, Point, ProhibitedRegion, Ring, Segment, UNITS_PER_MM};
+use keepout_kernel::{LatticeError, Length, Point, ProhibitedRegion, Ring, Segment};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::finish::{FinishError, FinishingPath, PathRefusal, centre_distance, propose};
+use crate::finish::{FinishError, FinishingPath, PathRefusal, propose};
 use crate::machine::MachineProfile;
 use crate::margin::{Budget, MarginError};
 use crate::order::Stage;
@@ -115,20 +114,6 @@ pub struct Pass {
     pub feed_mm_min: Option<u32>,
     /// Its path.
     pub path: FinishingPath,
-}
-
-impl Pass {
-    fn summary(&self, number: usize) -> String {
-        let feed = self.feed_mm_min.map_or(String::new(), |feed| format!(", {feed} mm/min"));
-        let path = &self.path;
-        format!(
-            "pass {number}       leaves {:.4} mm{feed}: {} loops, {:.1} mm; residual {}",
-            mm(self.allowance.units()),
-            path.loops.len(),
-            path.length_mm(),
-            path.residual()
-        )
-    }
 }
 
 /// A plan. Believe it after [`Plan::certify`].
@@ -348,104 +333,6 @@ fn finishing_threshold(tool_radius: Length, budget: &Budget) -> Result<Length, P
 }
 
 impl CertifiedPlan {
-    /// What was planned or proved, in lines for a person.
-    #[must_use]
-    pub fn summary(&self) -> String {
-        let plan = &self.plan;
-        let sheet = &plan.sheet;
-        let side = match plan.side {
-            MachinedSide::Outside => "outside (the part is inside the contour)",
-            MachinedSide::Inside => "inside (the part is outside the contour)",
-        };
-        let mut lines = vec![
-            format!(
-                "drawing      {} ({} contours, unit {})",
-                sheet.name,
-                plan.profile.loops.len(),
-                sheet.unit
-            ),
-            format!("machined     {side}"),
-            format!("tool radius  {:.5} mm", mm(plan.tool_radius.units())),
-            format!("allowance    {:.5} mm", mm(plan.allowance.units())),
-            format!("margin for   {}", plan.machine.name),
-            plan.budget.to_string(),
-            format!(
-                "roughing     the tool centre stays more than {:.5} mm from the part",
-                mm(self.roughing.units())
-            ),
-            format!(
-                "finishing    the tool centre stays more than {:.5} mm from the part",
-                mm(self.finishing.units())
-            ),
-        ];
-        if let Some((degrees, (x, y))) = sheet.placed {
-            lines.insert(
-                1,
-                format!("placed       turned by {degrees}° about its origin, then moved by ({x}, {y}) mm"),
-            );
-        }
-        if !plan.zones.loops.is_empty() {
-            lines.push(format!(
-                "zones        {} closed loops are prohibited besides the part",
-                plan.zones.loops.len()
-            ));
-        }
-        let sources: usize = plan.profile.loops.iter().map(|each| each.sources.len()).sum();
-        if sources > 0 {
-            let slack = plan.profile.slack();
-            lines.push(format!(
-                "curves       {sources} pieces of splines and ellipses, within {:.5} mm of their arcs and lines",
-                mm(slack.units())
-            ));
-        }
-        let way = match plan.cut {
-            Cut::Conventional => "conventional (part on the left)",
-            Cut::Climb => "climb (part on the right)",
-        };
-        lines.push(format!("cut          {way}, {} motions, every motion certified", self.certified_motions));
-        lines.extend(plan.passes.iter().enumerate().map(|(index, pass)| pass.summary(index + 1)));
-        lines.extend(sheet.remarks.iter().map(|remark| format!("note         {}", remark.text)));
-        lines.join("\n")
-    }
-
-    /// What a successful [`Plan::certify`] proves, with the numbers, for a person.
-    #[must_use]
-    pub fn proved(&self) -> String {
-        let plan = &self.plan;
-        let loops = plan.profile.loops.iter().chain(&plan.zones.loops);
-        let sources: usize = loops.map(|each| each.sources.len()).sum();
-        let mut lines = vec![format!(
-            "proved       the {} contours are closed, and their chords simple and apart: {} chords, checked against their arcs",
-            plan.profile.loops.len(),
-            self.part.edges().len()
-        )];
-        if sources > 0 {
-            lines.push(format!(
-                "proved       each of {sources} pieces of splines and ellipses follows its arcs and lines within {:.5} mm",
-                mm(plan.profile.slack().max(plan.zones.slack()).units())
-            ));
-        }
-        for (index, pass) in plan.passes.iter().enumerate() {
-            let at_least = self.finishing.saturating_plus(pass.allowance);
-            let threshold = mm(at_least.units());
-            let motions: usize = pass.path.loops.iter().map(|each| each.curves.len()).sum();
-            lines.push(format!(
-                "proved       pass {}: no gouge: each of {motions} motions farther than {threshold:.5} mm from every chord, \
-                 and its slack more",
-                index + 1
-            ));
-            lines.push(format!(
-                "proved       pass {}: coverage: walking along all edges at {:.5} mm, wherever no edge is nearer, the path is within \
-                 {:.4} mm; no more than {:.3} mm is passed before it is so again. What has no path beside it is residual",
-                index + 1,
-                centre_distance(&plan.profile, &plan.zones, at_least) / f64::from(UNITS_PER_MM),
-                COVERAGE / f64::from(UNITS_PER_MM),
-                RESOLUTION / f64::from(UNITS_PER_MM)
-            ));
-        }
-        lines.join("\n")
-    }
-
     /// The corners `(low, high)` of the box around the part and the zones, on the lattice.
     #[must_use]
     pub fn part_box(&self) -> (Point, Point) {

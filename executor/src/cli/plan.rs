@@ -83,6 +83,12 @@ fn order_of(arguments: &DrawingArguments) -> Result<Order, CliError> {
     if !(0.0..=100.0).contains(&arguments.join_mm) {
         return Err(CliError::Argument(format!("--join-mm {} must be between 0 and 100", arguments.join_mm)));
     }
+    if !(0.001..=1e7).contains(&arguments.limit_s) {
+        return Err(CliError::Argument(format!(
+            "--limit-s {} must be between 0.001 and 10⁷",
+            arguments.limit_s
+        )));
+    }
     let mut order = Order { join_mm: arguments.join_mm, curve_mm: arguments.curve_mm, ..Order::default() };
     let choice = &mut order.choice;
     choice.layers.clone_from(&arguments.layer);

@@ -6,7 +6,7 @@ use keepout_kernel::exact::segment::Window;
 use keepout_kernel::index::{CheckedIndex, Edge, build};
 use keepout_kernel::{Length, Point, Segment};
 
-use super::chain::{Chained, Repair};
+use super::{Chained, Repair};
 use crate::profile::ProfileLoop;
 use crate::units::length_up_from_mm;
 

@@ -8,8 +8,8 @@ use keepout_kernel::exact::segment::Window;
 use keepout_kernel::index::{CheckedIndex, Edge, build};
 use keepout_kernel::{Length, Point, Segment, UNITS_PER_MM};
 
-use super::Origin;
-use super::chain::{Bend, End, Piece, Problem, Repair, remove};
+use super::chain::{Bend, End, Piece, remove};
+use super::{Origin, Problem, Repair};
 use crate::units::{length_up_from_mm, point_from_mm, point_mm};
 
 /// Gaps up to this, in lattice units (0.1 µm), are rounding and not worth a word.

@@ -16,6 +16,7 @@ mod import;
 mod join;
 mod overlap;
 mod placement;
+mod repair;
 mod spline;
 mod tags;
 
@@ -26,10 +27,11 @@ use std::sync::Arc;
 use keepout_kernel::LatticeError;
 use thiserror::Error;
 
-pub use chain::{Chained, JOIN_MM, OpenChain, Problem, Repair, chain};
+pub use chain::{Chained, JOIN_MM, OpenChain, chain};
 pub use fit::CURVE_MM;
 pub use flatten::CURVES_MAX;
 pub use import::{Choice, SIZE_MAX, census, import, read_file};
+pub use repair::{Problem, Repair};
 pub use tags::{Damage, FilePlace};
 
 /// Where a curve comes from in the file.

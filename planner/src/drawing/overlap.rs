@@ -5,7 +5,8 @@ use std::collections::{BTreeMap, HashSet};
 use keepout_kernel::Point;
 use keepout_kernel::curve::xy;
 
-use super::chain::{Bend, Piece, Repair, remove};
+use super::Repair;
+use super::chain::{Bend, Piece, remove};
 use super::join::{Joiner, LineIndex, ROUNDING, distance, distance_mm};
 
 /// Lines at one end that are looked at in a round.
