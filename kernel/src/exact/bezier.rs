@@ -371,6 +371,16 @@ mod tests {
             path(&[(50_000, 0), (100_000, 0)])[0],
         ];
         assert!(line.follows(&round, slack(8)).is_err());
+        // One arc nearly all round, its ends beside each other.
+        let all_round = Arc::new(at(50_000, 0), at(50_002, 0), at(50_001, -1_000), Turn::Left).unwrap();
+        let [before, after] = [path(&[(0, 0), (50_000, 0)])[0], path(&[(50_002, 0), (100_000, 0)])[0]];
+        assert!(line.follows(&[before, Curve::Arc(all_round), after], slack(8)).is_err());
+        // Beside every line of a Z in turn, but never near where its first two meet.
+        let rising = Bezier::new(vec![at(0, 0), at(100_000, 30)], vec![w; 2]).unwrap();
+        let zigzag = path(&[(0, 0), (60_000, 0), (40_000, 30), (100_000, 30)]);
+        assert!(rising.follows(&zigzag, slack(17)).is_err());
+        // A gap of a few units.
+        assert!(line.follows(&[before, after], slack(8)).is_err());
         // Backwards, twice over, and from elsewhere.
         assert!(line.follows(&path(&[(100_000, 0), (0, 0)]), slack(8)).is_err());
         assert!(line.follows(&path(&[(0, 0), (100_000, 0), (0, 0), (100_000, 0)]), slack(8)).is_err());
