@@ -62,7 +62,7 @@ pub fn shared() -> Option<PathBuf> {
 }
 
 /// Drawings of the shared set that the whole job is run on: file, exporter.
-pub const REAL_DRAWINGS: [(&str, &str); 13] = [
+pub const REAL_DRAWINGS: [(&str, &str); 16] = [
     ("gen__dev_cq_plate.dxf", "ezdxf (CadQuery)"),
     ("gen__dev_fc_plate_r14.dxf", "FreeCAD"),
     ("gen__dev_mk_ellipse.dxf", "maker.js"),
@@ -76,4 +76,7 @@ pub const REAL_DRAWINGS: [(&str, &str); 13] = [
     ("trimesh__ChuteHolderPrint.DXF", "SolidWorks"),
     ("trimesh__buffer_regions.dxf", "AutoCAD family"),
     ("trimesh__wrench.dxf", "unknown"),
+    ("dxf__issue27b.dxf", "Adobe Illustrator, splines"),
+    ("ezdxf__x0292430_c.dxf", "Creo, splines and ellipses"),
+    ("gen__dev_fc_cam_r14.dxf", "FreeCAD, spline"),
 ];

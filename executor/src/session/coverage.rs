@@ -89,7 +89,9 @@ fn component_touching(
         |distance_mm: f64| point_from_mm((at.0 + normal.0 * distance_mm, at.1 + normal.1 * distance_mm)).ok();
     let path =
         centre_distance(&plan.plan.profile, &plan.plan.zones, plan.finishing) / f64::from(UNITS_PER_MM);
-    let threshold = length_up_from_mm(path - TOUCHING_MM).ok()?;
+    // Edges are asked with their slack on top.
+    let slack = plan.plan.profile.slack().max(plan.plan.zones.slack());
+    let threshold = length_up_from_mm(path - mm(slack.units()) - TOUCHING_MM).ok()?;
     let centre = off(path)?;
     plan.part.edges_clear(Segment { from: centre, to: centre }, threshold).ok()?;
     // A zone may lie over the profile: the centre is in it then.
