@@ -69,7 +69,7 @@ impl CertifiedPlan {
         lines.join("\n")
     }
 
-    /// What a successful [`Plan::certify`] proves, with the numbers, for a person.
+    /// What a successful [`crate::plan::Plan::certify`] proves, with the numbers, for a person.
     #[must_use]
     pub fn proved(&self) -> String {
         let plan = &self.plan;

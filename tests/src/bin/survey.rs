@@ -25,6 +25,9 @@ struct Arguments {
     /// Where the page goes; printed when not given.
     #[arg(long, value_name = "FILE")]
     write: Option<PathBuf>,
+    /// Write a drawing of so many lines to this file instead, to see how large drawings fare.
+    #[arg(long, num_args = 2, value_names = ["COUNT", "FILE"])]
+    make_lines: Option<Vec<String>>,
 }
 
 const TOOLS_MM: [f64; 4] = [1.0, 3.0, 6.0, 12.0];
@@ -51,6 +54,9 @@ struct Row {
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
+    if let Some([count, file]) = arguments.make_lines.as_deref() {
+        return make_lines(count, Path::new(file));
+    }
     let Some(shared) = shared() else { return ExitCode::from(2) };
     let entries = match oracle::read(&shared) {
         Ok(entries) => entries,
@@ -89,6 +95,38 @@ fn main() -> ExitCode {
         None => println!("{page}"),
     }
     ExitCode::from(u8::from(faults > 0))
+}
+
+/// A wavy outline of separate lines, with noise of 0.3 µm.
+fn make_lines(count: &str, file: &Path) -> ExitCode {
+    let Some(count) = count.parse::<u32>().ok().filter(|count| (3..=2_000_000).contains(count)) else {
+        eprintln!("{count} is no number of lines between 3 and 2000000");
+        return ExitCode::from(2);
+    };
+    let mut random = fastrand::Rng::with_seed(5);
+    let noise: Vec<f64> = (0..count).map(|_| random.f64() * 0.000_6 - 0.000_3).collect();
+    let at = |k: usize| {
+        let share = f64::from(u32::try_from(k).unwrap_or(0)) / f64::from(count);
+        let a = std::f64::consts::TAU * share;
+        let r = 150.0 * (0.75 + 0.2 * (5.0 * a).sin() + 0.04 * (37.0 * a).sin()) + noise[k];
+        (200.0 + r * a.cos(), 175.0 + r * a.sin())
+    };
+    let mut text = String::from("0\nSECTION\n2\nENTITIES\n");
+    for k in 0..noise.len() {
+        let ((x0, y0), (x1, y1)) = (at(k), at((k + 1) % noise.len()));
+        let _ = write!(
+            text,
+            "  0\nLINE\n  8\n0\n 10\n{x0:.9}\n 20\n{y0:.9}\n 30\n0.0\n 11\n{x1:.9}\n 21\n{y1:.9}\n 31\n0.0\n"
+        );
+    }
+    text.push_str("0\nENDSEC\n0\nEOF\n");
+    match keepout_planner::plan_file::write_whole(file, text.as_bytes()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{}: {error}", file.display());
+            ExitCode::from(2)
+        }
+    }
 }
 
 fn look_at(path: &Path, name: &str, oracle: &Oracle) -> Row {
