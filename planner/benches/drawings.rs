@@ -15,11 +15,11 @@ use i_overlay::mesh::float::style::{LineJoin, OutlineStyle};
 use keepout_kernel::curve::sweep;
 use keepout_kernel::{Curve, Length, Turn};
 use keepout_planner::drawing::{Choice, import};
-use keepout_planner::finish::propose;
+use keepout_planner::finish::{centre_distance, propose};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::order::Order;
 use keepout_planner::plan::{Job, Plan, Shapes, Sheet};
-use keepout_planner::profile::{MachinedSide, Profile};
+use keepout_planner::profile::{MachinedSide, Profile, free_outlines};
 use keepout_planner::units::point_mm;
 
 const ROUNDS: usize = 9;
@@ -254,7 +254,11 @@ fn planned(file: &File) -> Option<Planned> {
     let contours = contours(&profile, &part);
     for _ in 0..rounds {
         whole.push(seconds(make).0);
-        proposing.push(seconds(|| propose((&profile, &none), &part, certified.finishing, 3.0).is_ok()).0);
+        let seek = || {
+            let outlines = free_outlines(&profile, &none, &part);
+            propose(&outlines, &part, centre_distance(&profile, &none, certified.finishing), 3.0).is_ok()
+        };
+        proposing.push(seconds(seek).0);
         let options = ShapeOffsetOptions::default();
         let offset = || std::panic::catch_unwind(|| shape.parallel_offset(-RADIUS_MM, &options)).is_ok();
         if cavalier.last().is_none_or(|&last| last < PATIENCE_S) {

@@ -8,7 +8,7 @@ use keepout_kernel::offset::{self, Gouge, Missing, Offset, Outline, certify_comp
 use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, UNITS_PER_MM};
 use thiserror::Error;
 
-use crate::profile::{ARC_CHORD_SLACK, Profile, free_outlines};
+use crate::profile::{ARC_CHORD_SLACK, Profile, corners};
 use crate::units::place;
 
 /// Added to R + M for the path's own rounding and chords, lattice units (0.6 µm): two chord slacks of the profile, two
@@ -80,23 +80,19 @@ pub enum PathRefusal {
     Incomplete(Missing),
 }
 
-/// Proposes the path at distance `distance` (R + M) plus [`GUARD`] from the profile.
+/// Proposes the path at distance `d` ([`centre_distance`], lattice units) from the outlines that bound free space
+/// ([`crate::profile::free_outlines`]).
 ///
 /// # Errors
 /// [`FinishError`] when the tool fits nowhere, or the search leaves loose ends.
 pub fn propose(
-    (profile, zones): (&Profile, &Profile),
+    outlines: &[Outline],
     part: &ProhibitedRegion,
-    distance: Length,
+    d: f64,
     diameter_mm: f64,
 ) -> Result<FinishingPath, FinishError> {
-    let d = centre_distance(profile, zones, distance);
-    let outlines = free_outlines(profile, zones, part);
-    let offset = if zones.loops.is_empty() {
-        offset::propose(&outlines, d)
-    } else {
-        among_zones(outlines, part, d, profile.loops.len())
-    };
+    let offset =
+        if part.zones().is_empty() { offset::propose(outlines, d) } else { among_zones(outlines, part, d) };
     if let Some(&(x, y)) = offset.loose_ends.first() {
         let at = nearest_point(x, y).unwrap_or(Point::ORIGIN);
         return Err(FinishError::LooseEnds { at, count: offset.loose_ends.len() });
@@ -118,12 +114,12 @@ pub fn centre_distance(profile: &Profile, zones: &Profile, threshold: Length) ->
 /// The offset where zones may lie on the part: outlines are offset to both sides, so that all loops close, and loops within
 /// the part or a zone are left out again. How much of the profile is touched is counted on what is left; the area of the
 /// residual is not known here.
-fn among_zones(outlines: Vec<Outline>, part: &ProhibitedRegion, d: f64, profile_loops: usize) -> Offset {
+fn among_zones(outlines: &[Outline], part: &ProhibitedRegion, d: f64) -> Offset {
+    let profile_loops = part.region().rings().len();
     let other = |outline: &Outline| Outline { free_on_left: !outline.free_on_left, ..outline.clone() };
     let length = |outline: &Outline| outline.curves.iter().map(Curve::length).sum::<f64>();
     let profile_length = outlines[..profile_loops].iter().map(length).sum();
-    let others: Vec<Outline> = outlines.iter().map(other).collect();
-    let both: Vec<Outline> = outlines.into_iter().chain(others).collect();
+    let both: Vec<Outline> = outlines.iter().cloned().chain(outlines.iter().map(other)).collect();
     let mut offset = offset::propose(&both, d);
     offset.loops.retain(|each| each.curves.first().is_some_and(|curve| !part.holds(curve.from())));
     let touched = offset.loops.iter().flat_map(|each| &each.outlines);
@@ -159,15 +155,15 @@ impl FinishingPath {
     }
 
     /// Certifies that no motion comes within `threshold` of the part, that every loop closes, and that no stretch of the
-    /// true offset is missing; answers with the number of motions.
+    /// true offset of the outlines at distance `d` is missing; answers with the number of motions.
     ///
     /// # Errors
     /// [`PathRefusal`] for the first claim that does not hold.
     pub fn certify(
         &self,
-        (profile, zones): (&Profile, &Profile),
+        outlines: &[Outline],
         part: &ProhibitedRegion,
-        threshold: Length,
+        (threshold, d): (Length, f64),
     ) -> Result<usize, PathRefusal> {
         let mut motions = 0;
         for (index, each) in self.loops.iter().enumerate() {
@@ -181,15 +177,7 @@ impl FinishingPath {
             motions += each.curves.len();
         }
         let curves = self.loops.iter().flat_map(|each| &each.curves);
-        let outlines = free_outlines(profile, zones, part);
-        certify_complete(
-            part,
-            &outlines,
-            centre_distance(profile, zones, threshold),
-            ARC_CHORD_SLACK,
-            curves,
-        )
-        .map_err(PathRefusal::Incomplete)?;
+        certify_complete(part, outlines, d, ARC_CHORD_SLACK, curves).map_err(PathRefusal::Incomplete)?;
         Ok(motions)
     }
 
@@ -236,17 +224,7 @@ struct LoopOutline {
 
 impl LoopOutline {
     fn new(curves: &[Curve]) -> Self {
-        let coarse = Length::small(200);
-        let corners =
-            |curve: &Curve| curve.chord_points(coarse).unwrap_or_else(|_| vec![curve.from(), curve.to()]);
-        let points: Vec<Point> = curves
-            .iter()
-            .flat_map(|curve| {
-                let mut points = corners(curve);
-                points.pop();
-                points
-            })
-            .collect();
+        let points = corners(curves.iter(), Length::small(200));
         let xy = |p: Point| (f64::from(p.x.units()), f64::from(p.y.units()));
         let edges = points.iter().zip(points.iter().cycle().skip(1));
         let double_area = edges.map(|(&a, &b)| xy(a).0 * xy(b).1 - xy(a).1 * xy(b).0).sum();

@@ -116,7 +116,7 @@ pub fn inspect(drawing: &Drawing, chained: &Chained) -> Inspection {
         area_mm2: outlines.iter().zip(&depths).map(signed).fold(0.0, |sum, area| sum + area),
         box_mm: contours.iter().map(|contour| contour.box_mm).reduce(union),
         contours,
-        free_curves: loops.iter().map(|each| each.sources.len()).sum(),
+        free_curves: chained.profile.source_count(),
         curve_bound_mm: mm(chained.profile.slack().units()),
         open_chains: chained.open.len(),
         repairs,
@@ -126,7 +126,8 @@ pub fn inspect(drawing: &Drawing, chained: &Chained) -> Inspection {
     }
 }
 
-fn union(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
+/// The least box around two.
+pub(crate) fn union(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
     [a[0].min(b[0]), a[1].min(b[1]), a[2].max(b[2]), a[3].max(b[3])]
 }
 

@@ -3,7 +3,9 @@
 use keepout_kernel::exact::segment::Window;
 use thiserror::Error;
 
-use crate::drawing::{CURVE_MM, Chained, Choice, Drawing, DrawingError, JOIN_MM, Repair, chain, import};
+use crate::drawing::{
+    CURVE_MM, Chained, Choice, Drawing, DrawingError, DxfFile, JOIN_MM, Repair, chain, curves_of, read,
+};
 use crate::machine::MachineProfile;
 use crate::plan::{CertifiedPlan, Job, Plan, PlanError, Remark, Shapes, Sheet};
 use crate::plan_file;
@@ -117,7 +119,7 @@ impl Order {
     /// # Errors
     /// [`DrawingError`].
     pub fn contours(&self, bytes: &[u8]) -> Result<(Drawing, Chained), DrawingError> {
-        let drawing = import(bytes, &self.part_choice())?;
+        let drawing = curves_of(&read(bytes)?, &self.part_choice())?;
         let chained = chain(&drawing, self.join_mm, self.curve_mm)?;
         Ok((drawing, chained))
     }
@@ -129,23 +131,23 @@ impl Order {
         choice
     }
 
-    fn closed_on(&self, bytes: &[u8], layers: &[String]) -> Result<Profile, DrawingError> {
+    fn closed_on(&self, file: &DxfFile, layers: &[String]) -> Result<Profile, DrawingError> {
         let choice = Choice { layers: layers.to_vec(), ..self.choice.clone() };
-        let drawing = import(bytes, &choice)?;
+        let drawing = curves_of(file, &choice)?;
         Ok(chain(&drawing, self.join_mm, self.curve_mm)?.closed()?.profile)
     }
 
-    fn zones(&self, bytes: &[u8]) -> Result<Profile, DrawingError> {
+    fn zones(&self, file: &DxfFile) -> Result<Profile, DrawingError> {
         if self.zone_layers.is_empty() {
             Ok(Profile::default())
         } else {
-            self.closed_on(bytes, &self.zone_layers)
+            self.closed_on(file, &self.zone_layers)
         }
     }
 
-    fn stroke(&self, bytes: &[u8]) -> Result<Option<Window>, OrderError> {
+    fn stroke(&self, file: &DxfFile) -> Result<Option<Window>, OrderError> {
         let Some(layer) = &self.stroke_layer else { return Ok(None) };
-        let profile = self.closed_on(bytes, std::slice::from_ref(layer))?;
+        let profile = self.closed_on(file, std::slice::from_ref(layer))?;
         let rectangle = match &profile.loops[..] {
             [only] => only.rectangle(),
             _ => None,
@@ -166,7 +168,8 @@ impl Order {
         stage: &mut dyn FnMut(Stage),
     ) -> Result<CertifiedPlan, OrderError> {
         stage(Stage::Reading);
-        let drawing = import(bytes, &self.part_choice())?;
+        let file = read(bytes).map_err(DrawingError::from)?;
+        let drawing = curves_of(&file, &self.part_choice())?;
         stage(Stage::Joining);
         let chained = chain(&drawing, self.join_mm, self.curve_mm)?;
         let left_out = drawing.left_out.iter().map(|(why, count)| format!("left out: {count} {why}"));
@@ -175,8 +178,8 @@ impl Order {
         remarks.extend(drawing.remarks.iter().cloned().chain(left_out).map(Remark::from));
         let shapes = Shapes {
             profile: self.selection.apply(chained, &mut remarks)?,
-            zones: self.zones(bytes)?,
-            stroke: self.stroke(bytes)?,
+            zones: self.zones(&file)?,
+            stroke: self.stroke(&file)?,
         };
         let sheet = Sheet {
             name: name.into(),

@@ -1,15 +1,16 @@
 //! The plan: everything the executor needs, and the certificate that it is believed on.
 
 use keepout_kernel::exact::segment::Window;
+use keepout_kernel::offset::Outline;
 use keepout_kernel::{LatticeError, Length, Point, ProhibitedRegion, Ring, Segment};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::finish::{FinishError, FinishingPath, PathRefusal, propose};
+use crate::finish::{FinishError, FinishingPath, PathRefusal, centre_distance, propose};
 use crate::machine::MachineProfile;
 use crate::margin::{Budget, MarginError};
 use crate::order::Stage;
-use crate::profile::{MachinedSide, Profile, ProfileError};
+use crate::profile::{MachinedSide, Profile, ProfileError, free_outlines};
 use crate::units::{length_up_from_mm, mm};
 
 /// What the user decides about a job.
@@ -233,6 +234,7 @@ impl Plan {
         stage(Stage::Checking);
         let part = profile.part(job.side, &zones)?;
         let finishing = finishing_threshold(tool_radius, &budget)?;
+        let outlines = free_outlines(&profile, &zones, &part);
         stage(Stage::Offsetting);
         let single = [PassJob::default()];
         let ordered = if job.passes.is_empty() { &single[..] } else { &job.passes };
@@ -240,7 +242,8 @@ impl Plan {
         for each in ordered {
             let left = length("allowance of a pass", each.allowance_mm)?;
             let threshold = plus(finishing, left)?;
-            let path = propose((&profile, &zones), &part, threshold, diameter_mm)?;
+            let d = centre_distance(&profile, &zones, threshold);
+            let path = propose(&outlines, &part, d, diameter_mm)?;
             passes.push(Pass { allowance: left, feed_mm_min: each.feed_mm_min, path });
         }
         let plan = Self {
@@ -257,7 +260,7 @@ impl Plan {
             passes,
         };
         stage(Stage::Certifying);
-        plan.certify_against(part)
+        plan.certify_against(part, &outlines)
     }
 
     /// The path of the last pass, which finishes the part.
@@ -282,10 +285,15 @@ impl Plan {
     /// [`PlanError`] for the first claim that does not hold.
     pub fn certify(self) -> Result<CertifiedPlan, PlanError> {
         let part = self.profile.part(self.side, &self.zones)?;
-        self.certify_against(part)
+        let outlines = free_outlines(&self.profile, &self.zones, &part);
+        self.certify_against(part, &outlines)
     }
 
-    fn certify_against(self, part: ProhibitedRegion) -> Result<CertifiedPlan, PlanError> {
+    fn certify_against(
+        self,
+        part: ProhibitedRegion,
+        outlines: &[Outline],
+    ) -> Result<CertifiedPlan, PlanError> {
         let finishing = finishing_threshold(self.tool_radius, &self.budget)?;
         let roughing = plus(finishing, self.allowance)?;
         self.certify_order()?;
@@ -293,8 +301,8 @@ impl Plan {
         for (index, pass) in self.passes.iter().enumerate() {
             let threshold = plus(finishing, pass.allowance)?;
             let refused = |refusal| PlanError::Pass { number: index + 1, refusal };
-            certified_motions +=
-                pass.path.certify((&self.profile, &self.zones), &part, threshold).map_err(refused)?;
+            let d = centre_distance(&self.profile, &self.zones, threshold);
+            certified_motions += pass.path.certify(outlines, &part, (threshold, d)).map_err(refused)?;
         }
         Ok(CertifiedPlan { plan: self, part, roughing, finishing, certified_motions })
     }

@@ -161,6 +161,12 @@ impl Profile {
         edges.map(|edge| edge.slack).max().unwrap_or(Length::ZERO)
     }
 
+    /// The number of pieces of splines and ellipses that edges stand for.
+    #[must_use]
+    pub fn source_count(&self) -> usize {
+        self.loops.iter().map(|each| each.sources.len()).sum()
+    }
+
     /// The loops as outlines for offsetting, told on which side of each the tool is.
     #[must_use]
     pub fn outlines(&self, part: &ProhibitedRegion) -> Vec<Outline> {
@@ -190,7 +196,22 @@ pub fn free_outlines(profile: &Profile, zones: &Profile, part: &ProhibitedRegion
     outlines
 }
 
+/// The corners of closed curves' chords within `slack` of them, each once; only the ends of a curve that has no such chords.
+pub(crate) fn corners<'a>(curves: impl Iterator<Item = &'a Curve>, slack: Length) -> Vec<Point> {
+    let mut corners = Vec::new();
+    for curve in curves {
+        corners.extend(curve.chord_points(slack).unwrap_or_else(|_| vec![curve.from(), curve.to()]));
+        corners.pop();
+    }
+    corners
+}
+
 impl ProfileLoop {
+    /// Its curves.
+    pub(crate) fn curves(&self) -> impl Iterator<Item = &Curve> {
+        self.edges.iter().map(|edge| &edge.curve)
+    }
+
     /// The box that the loop is, when it is a rectangle along the axes.
     #[must_use]
     pub fn rectangle(&self) -> Option<Window> {

@@ -1,12 +1,12 @@
 //! Which contours of a drawing make the part.
 
-use keepout_kernel::curve::{radius, sweep, xy};
+use keepout_kernel::curve::{radius, sweep};
 use keepout_kernel::{Curve, Turn, UNITS_PER_MM};
 use thiserror::Error;
 
 use crate::drawing::{Chained, DrawingError, Problem};
 use crate::plan::Remark;
-use crate::profile::{Profile, ProfileLoop};
+use crate::profile::{Profile, ProfileLoop, corners};
 use crate::units::point_mm;
 
 /// What is taken of a drawing's contours; everything by default.
@@ -147,19 +147,12 @@ impl Outline {
     /// The outline of a loop.
     #[must_use]
     pub fn of(each: &ProfileLoop) -> Self {
-        let coarse = keepout_kernel::Length::small(200);
-        let unit = f64::from(UNITS_PER_MM);
-        let mut points = Vec::new();
-        for edge in &each.edges {
-            let ends = || vec![edge.curve.from(), edge.curve.to()];
-            let corners = edge.curve.chord_points(coarse).unwrap_or_else(|_| ends());
-            let corners = corners[..corners.len() - 1].iter().map(|&p| xy(p));
-            points.extend(corners.map(|(x, y)| (x / unit, y / unit)));
-        }
-        let corners: Vec<(f64, f64)> = each.edges.iter().map(|edge| point_mm(edge.curve.from())).collect();
-        let next = corners.iter().cycle().skip(1);
+        let points = corners(each.curves(), keepout_kernel::Length::small(200));
+        let points: Vec<(f64, f64)> = points.into_iter().map(point_mm).collect();
+        let ends: Vec<(f64, f64)> = each.edges.iter().map(|edge| point_mm(edge.curve.from())).collect();
+        let next = ends.iter().cycle().skip(1);
         let bulges: f64 = each.edges.iter().map(|edge| beyond_chord_mm2(&edge.curve)).sum();
-        let double = corners.iter().zip(next).map(|(a, b)| a.0 * b.1 - a.1 * b.0).sum::<f64>() + 2.0 * bulges;
+        let double = ends.iter().zip(next).map(|(a, b)| a.0 * b.1 - a.1 * b.0).sum::<f64>() + 2.0 * bulges;
         let low = points.iter().fold((f64::MAX, f64::MAX), |a, p| (a.0.min(p.0), a.1.min(p.1)));
         let high = points.iter().fold((f64::MIN, f64::MIN), |a, p| (a.0.max(p.0), a.1.max(p.1)));
         Self { points, area_mm2: double.abs() / 2.0, bounds: (low, high) }

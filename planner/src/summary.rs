@@ -51,7 +51,7 @@ impl CertifiedPlan {
                 plan.zones.loops.len()
             ));
         }
-        let sources: usize = plan.profile.loops.iter().map(|each| each.sources.len()).sum();
+        let sources = plan.profile.source_count();
         if sources > 0 {
             let slack = plan.profile.slack();
             lines.push(format!(
@@ -73,8 +73,7 @@ impl CertifiedPlan {
     #[must_use]
     pub fn proved(&self) -> String {
         let plan = &self.plan;
-        let loops = plan.profile.loops.iter().chain(&plan.zones.loops);
-        let sources: usize = loops.map(|each| each.sources.len()).sum();
+        let sources = plan.profile.source_count() + plan.zones.source_count();
         let mut lines = vec![format!(
             "proved       the {} contours are closed, and their chords simple and apart: {} chords, checked against their arcs",
             plan.profile.loops.len(),

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use keepout_kernel::{Point, Segment, UNITS_PER_MM};
-use keepout_planner::finish::{FreeSpaces, centre_distance};
+use keepout_kernel::{Length, Point, UNITS_PER_MM};
+use keepout_planner::finish::{FreeSpaces, GUARD, centre_distance};
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::profile::ProfileLoop;
 use keepout_planner::units::{along_mm, length_up_from_mm, mm, nearest_on_mm, point_from_mm, point_mm};
@@ -43,10 +43,11 @@ pub fn coverage<'a>(plan: &CertifiedPlan, cut: impl Iterator<Item = &'a [Point]>
     let mut result = Coverage::default();
     let mut sum = 0.0;
     let outlines = plan.plan.profile.outlines(&plan.part);
+    let touching = Touching::of(plan);
     for (each, outline) in plan.plan.profile.loops.iter().zip(outlines) {
         for (at, normal) in stations(each, outline.free_on_left) {
             result.points += 1;
-            let Some(component) = component_touching(plan, &spaces, at, normal) else { continue };
+            let Some(component) = touching.component(plan, &spaces, at, normal) else { continue };
             if !components.contains(&component) {
                 continue;
             }
@@ -75,31 +76,42 @@ const MISSED_MM: f64 = 0.5;
 /// Farther out than the chords by which loops are told apart leave their arcs, mm.
 const ASIDE_MM: f64 = 0.01;
 
-/// The free space from which the tool touches the profile at `at`, if it fits there.
-///
-/// No edge nearer to that centre than the profile's own point means that nothing lies between them: the centre is on
-/// the side that the normal points to.
-fn component_touching(
-    plan: &CertifiedPlan,
-    spaces: &FreeSpaces,
-    at: (f64, f64),
-    normal: (f64, f64),
-) -> Option<usize> {
-    let off =
-        |distance_mm: f64| point_from_mm((at.0 + normal.0 * distance_mm, at.1 + normal.1 * distance_mm)).ok();
-    let path =
-        centre_distance(&plan.plan.profile, &plan.plan.zones, plan.finishing) / f64::from(UNITS_PER_MM);
-    // Edges are asked with their slack on top.
-    let slack = plan.plan.profile.slack().max(plan.plan.zones.slack());
-    let threshold = length_up_from_mm(path - mm(slack.units()) - TOUCHING_MM).ok()?;
-    let centre = off(path)?;
-    plan.part.edges_clear(Segment { from: centre, to: centre }, threshold).ok()?;
-    // A zone may lie over the profile: the centre is in it then.
-    if plan.part.zones().iter().any(|zone| zone.crossing_parity_is_odd(centre)) {
-        return None;
+/// Where the centre of a tool is that touches the profile.
+struct Touching {
+    /// Distance of the path from the profile, mm.
+    path_mm: f64,
+    /// What the centre is clear at; edges are asked with their slack on top.
+    threshold: Length,
+}
+
+impl Touching {
+    fn of(plan: &CertifiedPlan) -> Self {
+        let path = centre_distance(&plan.plan.profile, &plan.plan.zones, plan.finishing);
+        let threshold = mm(plan.finishing.units()) + mm(i32::from(GUARD)) - TOUCHING_MM;
+        Self {
+            path_mm: path / f64::from(UNITS_PER_MM),
+            threshold: length_up_from_mm(threshold).unwrap_or(plan.finishing),
+        }
     }
-    // Looked at from a little farther out: the place itself lies on the loop that bounds the free space.
-    Some(spaces.component_of(off(path + ASIDE_MM)?))
+
+    /// The free space from which the tool touches the profile at `at`, if it fits there.
+    ///
+    /// No edge nearer to that centre than the profile's own point means that nothing lies between them: the centre is on
+    /// the side that the normal points to, unless it is in a zone that lies over the profile.
+    fn component(
+        &self,
+        plan: &CertifiedPlan,
+        spaces: &FreeSpaces,
+        at: (f64, f64),
+        normal: (f64, f64),
+    ) -> Option<usize> {
+        let off = |distance_mm: f64| {
+            point_from_mm((at.0 + normal.0 * distance_mm, at.1 + normal.1 * distance_mm)).ok()
+        };
+        plan.part.free_point(off(self.path_mm)?, self.threshold).ok()?;
+        // Looked at from a little farther out: the place itself lies on the loop that bounds the free space.
+        Some(spaces.component_of(off(self.path_mm + ASIDE_MM)?))
+    }
 }
 
 type Station = ((f64, f64), (f64, f64));

@@ -39,7 +39,7 @@ pub struct Kept {
 /// Joins kept pieces end to beginning into loops and adds their areas.
 pub fn stitch(kept: &[Kept], d: f64, part_area: f64, offset: &mut Offset) {
     let joint = joint_width(d);
-    let starts = Starts::of(kept, joint);
+    let starts = Starts::of(kept.iter().map(|piece| piece.shape.at(0.0)), joint);
     let mut used = vec![false; kept.len()];
     let mut cut_area = 0.0;
     let mut open: Vec<Vec<usize>> = Vec::new();
@@ -86,15 +86,10 @@ fn close_wide(kept: &[Kept], mut open: Vec<Vec<usize>>, offset: &mut Offset) -> 
     let begin = |chain: &Vec<usize>| chain.first().map(|&first| kept[first].shape.at(0.0));
     let end = |chain: &Vec<usize>| chain.last().map(|&last| kept[last].shape.at(1.0));
     let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
-    let starts: Vec<Kept> = open
-        .iter()
-        .filter_map(|chain| chain.first())
-        .map(|&first| Kept { shape: kept[first].shape, outline: 0, touched: None })
-        .collect();
-    let cells = Starts::of(&starts, WIDE_JOINT);
+    let starts = Starts::of(open.iter().filter_map(begin), WIDE_JOINT);
     for (i, chain) in open.iter().enumerate() {
         let Some(end) = end(chain) else { continue };
-        cells.near(end, |j, start| {
+        starts.near(end, |j, start| {
             let gap = norm(minus(start, end));
             if gap <= WIDE_JOINT {
                 pairs.push((gap, i, j));
@@ -213,12 +208,9 @@ struct Starts {
 }
 
 impl Starts {
-    fn of(kept: &[Kept], width: f64) -> Self {
-        let start = |(number, piece): (usize, &Kept)| {
-            let at = piece.shape.at(0.0);
-            (cell(at, width), number, at)
-        };
-        let mut cells: Vec<_> = kept.iter().enumerate().map(start).collect();
+    fn of(starts: impl Iterator<Item = Xy>, width: f64) -> Self {
+        let mut cells: Vec<_> =
+            starts.enumerate().map(|(number, at)| (cell(at, width), number, at)).collect();
         cells.sort_unstable_by_key(|&(cell, number, _)| (cell, number));
         Self { width, cells }
     }

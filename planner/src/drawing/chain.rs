@@ -9,6 +9,7 @@ use keepout_kernel::{Curve, Length, Point, Segment, Turn, UNITS_PER_MM};
 
 use super::fit::{BezierFault, chain_along, on_lattice};
 use super::join::{Joiner, distance_mm};
+use super::placement::elliptic_beziers;
 use super::{Drawing, DrawingError, Origin, Problem, RawBezier, RawCurve, Repair, doubled, overlap};
 use crate::profile::{Profile, ProfileEdge, ProfileLoop, SourceCurve};
 use crate::units::{length_up_from_mm, point_from_mm};
@@ -141,7 +142,7 @@ pub fn chain(drawing: &Drawing, join_mm: f64, curve_mm: f64) -> Result<Chained, 
     joiner.close_gaps(&mut chained.repairs);
     joiner.drop_tiny(&mut chained.repairs);
     joiner.problems(&drawing.origins, &mut chained.problems);
-    follow(&joiner.pieces, bound, &drawing.origins, &mut chained)?;
+    follow(&joiner, bound, &drawing.origins, &mut chained)?;
     doubled::drop_contours(&mut chained, join_mm);
     Ok(chained)
 }
@@ -179,32 +180,26 @@ fn lattice_pieces(
     match curve {
         RawCurve::Line { from, to } => push(on_lattice_point(*from)?, on_lattice_point(*to)?, Bend::Straight),
         &RawCurve::Arc { centre, radius, from, to, start, sweep } => {
+            let at = |phi: f64| (centre.0 + radius * phi.cos(), centre.1 + radius * phi.sin());
+            if radius > RADIUS_MAX_MM || point_from_mm(centre).is_err() {
+                let mut flat = Vec::new();
+                elliptic_beziers(&at, centre, (start, sweep), TAU / 8.0, &mut flat);
+                flat.first_mut().into_iter().for_each(|first| first.set_from(from));
+                flat.last_mut().into_iter().for_each(|last| last.set_to(to));
+                return flat
+                    .iter()
+                    .try_for_each(|piece| lattice_pieces(piece, origin, drawing, pieces, zero));
+            }
             let turn = if sweep > 0.0 { Turn::Left } else { Turn::Right };
-            let flat = radius > RADIUS_MAX_MM || point_from_mm(centre).is_err();
-            let count = if flat { eighths(sweep) } else { half_circle_parts(sweep.abs()) };
+            let count = half_circle_parts(sweep.abs());
             let step = sweep / f64::from(count);
-            let at = |k: u8| match k {
-                0 => from,
-                k if k == count => to,
-                k => {
-                    let phi = start + step * f64::from(k);
-                    (centre.0 + radius * phi.cos(), centre.1 + radius * phi.sin())
-                }
-            };
             let scale = f64::from(UNITS_PER_MM);
-            for k in 0..count {
-                let (p, q) = (at(k), at(k + 1));
-                let bend = if flat {
-                    let middle = start + step * (f64::from(k) + 0.5);
-                    let weight = (step / 2.0).cos();
-                    let r = radius / weight;
-                    let corner = (centre.0 + r * middle.cos(), centre.1 + r * middle.sin());
-                    let raw = RawBezier { points: vec![p, corner, q], weights: vec![1.0, weight, 1.0] };
-                    free_bend(&raw)?
-                } else {
-                    Bend::Round((centre.0 * scale, centre.1 * scale), turn)
-                };
-                push(on_lattice_point(p)?, on_lattice_point(q)?, bend);
+            let mut begin = from;
+            for k in 1..=count {
+                let end = if k == count { to } else { at(start + step * f64::from(k)) };
+                let bend = Bend::Round((centre.0 * scale, centre.1 * scale), turn);
+                push(on_lattice_point(begin)?, on_lattice_point(end)?, bend);
+                begin = end;
             }
         }
         RawCurve::Bezier(raw) => {
@@ -213,12 +208,6 @@ fn lattice_pieces(
         }
     }
     Ok(())
-}
-
-/// Eighths of a turn in a sweep, rounded up.
-fn eighths(sweep: f64) -> u8 {
-    let count = (sweep.abs() / (TAU / 8.0) - 1e-9).ceil().clamp(1.0, 8.0);
-    u8::try_from(nearest_unit(count)).unwrap_or(8)
 }
 
 /// What makes two pieces the same curve: the ends and the bend, whichever way it is run.
@@ -308,16 +297,15 @@ pub(super) fn remove(pieces: &mut Vec<Piece>, gone: &HashSet<usize>) {
 
 /// Runs through the joined pieces: closed loops to the profile, the rest to the open chains.
 fn follow(
-    pieces: &[Piece],
+    joiner: &Joiner,
     bound: Length,
     origins: &[Origin],
     chained: &mut Chained,
 ) -> Result<(), DrawingError> {
+    let pieces = &joiner.pieces;
     let mut used = vec![false; pieces.len()];
     // Open chains first, from their loose ends; what is left after that is closed.
-    let loose =
-        (0..pieces.len()).flat_map(|i| [(i, 0), (i, 1)]).filter(|&(i, w)| pieces[i].joined[w].is_none());
-    for start in loose {
+    for start in joiner.loose() {
         if used[start.0] {
             continue;
         }

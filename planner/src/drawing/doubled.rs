@@ -7,7 +7,7 @@ use keepout_kernel::index::{CheckedIndex, Edge, build};
 use keepout_kernel::{Length, Point, Segment};
 
 use super::{Chained, Repair};
-use crate::profile::ProfileLoop;
+use crate::profile::{ProfileLoop, corners};
 use crate::units::length_up_from_mm;
 
 /// Chords stand for arcs within this, lattice units (1 µm).
@@ -51,17 +51,8 @@ pub(super) fn drop_contours(chained: &mut Chained, join_mm: f64) {
     });
 }
 
-fn corners_of(each: &ProfileLoop) -> Vec<Point> {
-    let corners = |curve: &keepout_kernel::Curve| {
-        let mut points = curve.chord_points(COARSE).unwrap_or_else(|_| vec![curve.from(), curve.to()]);
-        points.pop();
-        points
-    };
-    each.edges.iter().flat_map(|edge| corners(&edge.curve)).collect()
-}
-
 fn box_of(each: &ProfileLoop) -> Option<Window> {
-    corners_of(each).into_iter().map(Window::of).reduce(Window::union)
+    corners(each.curves(), COARSE).into_iter().map(Window::of).reduce(Window::union)
 }
 
 /// Whether the boxes differ by no more than the reach on any side.
@@ -71,7 +62,7 @@ fn alike(one: Window, other: Window, reach: Length) -> bool {
 }
 
 fn stay_near(one: &ProfileLoop, other: &ProfileLoop, reach: Length) -> bool {
-    let (one, other) = (corners_of(one), corners_of(other));
+    let (one, other) = (corners(one.curves(), COARSE), corners(other.curves(), COARSE));
     all_near(&one, &other, reach) && all_near(&other, &one, reach)
 }
 

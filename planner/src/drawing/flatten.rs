@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::entity::{Boundary, Ellipse, Entity, Hidden, Insert, Polyline, Shape, Vec3};
 use super::file::DxfFile;
-use super::import::{Choice, Visibility};
+use super::import::Choice;
 use super::placement::{Placement, bulge, cross, unit};
 use super::spline;
 use super::{Drawing, DrawingError, Origin, RawCurve, Run};
@@ -59,15 +59,19 @@ impl<'a> Flattener<'a> {
 
     fn entities(&mut self, entities: &[Entity], setting: &Setting) -> Result<(), DrawingError> {
         for entity in entities {
-            self.visits += 1;
-            if self.visits > VISITS_MAX || self.drawing.curves.len() > CURVES_MAX {
-                return Err(DrawingError::TooMany {
-                    origin: Box::new(self.origin(entity, setting, "entity")),
-                });
-            }
+            self.visit(entity, setting, "entity")?;
             self.entity(entity, setting)?;
         }
         Ok(())
+    }
+
+    /// Counts a visit.
+    fn visit(&mut self, entity: &Entity, setting: &Setting, kind: &'static str) -> Result<(), DrawingError> {
+        self.visits += 1;
+        if self.visits <= VISITS_MAX && self.drawing.curves.len() <= CURVES_MAX {
+            return Ok(());
+        }
+        Err(DrawingError::TooMany { origin: Box::new(self.origin(entity, setting, kind)) })
     }
 
     fn leave_out(&mut self, why: String) {
@@ -108,12 +112,9 @@ impl<'a> Flattener<'a> {
         };
         let is_insert = matches!(entity.shape, Shape::Insert(_));
         let hidden = entity.hidden.is_some();
-        match self.choice.visibility(self.file, layer, (line_type, line_layer), hidden, is_insert) {
-            Visibility::Shown => {}
-            Visibility::LeftOut(why) => {
-                self.leave_out(why);
-                return Ok(());
-            }
+        if let Some(why) = self.choice.hides(self.file, layer, (line_type, line_layer), hidden, is_insert) {
+            self.leave_out(why);
+            return Ok(());
         }
         if let Shape::Insert(insert) = &entity.shape {
             return self.insert(entity, insert, (layer, line_type, line_layer), setting);
@@ -182,11 +183,7 @@ impl<'a> Flattener<'a> {
                     block: Some(name.clone()),
                 };
                 // An empty block costs a visit too: arrays of nothing end as well.
-                self.visits += 1;
-                if self.visits > VISITS_MAX {
-                    let origin = Box::new(self.origin(entity, setting, "INSERT"));
-                    return Err(DrawingError::TooMany { origin });
-                }
+                self.visit(entity, setting, "INSERT")?;
                 self.entities(&block.entities, &inner)?;
                 (column, c) = (column + 1, c + 1.0);
             }

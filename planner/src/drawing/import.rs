@@ -34,14 +34,6 @@ pub struct Choice {
     pub placed: Option<(f64, (f64, f64))>,
 }
 
-/// Whether an entity is looked at.
-pub(super) enum Visibility {
-    /// It is.
-    Shown,
-    /// It is not, for the reason.
-    LeftOut(String),
-}
-
 impl Choice {
     /// Whether curves of the layer are taken.
     #[must_use]
@@ -50,22 +42,23 @@ impl Choice {
         (self.layers.is_empty() || has(&self.layers)) && !has(&self.without)
     }
 
-    pub(super) fn visibility(
+    /// Why an entity is not looked at; `None` when it is.
+    pub(super) fn hides(
         &self,
         file: &DxfFile,
         layer: u32,
         (line_type, line_layer): (Option<u32>, u32),
         invisible: bool,
         is_insert: bool,
-    ) -> Visibility {
+    ) -> Option<String> {
         let layer = file.layers.get(&file.names.get(layer).to_uppercase());
         // A layer that is only off hides what a block has on it, not the block's other layers.
         let hides = layer.is_some_and(|layer| layer.frozen || layer.off && !is_insert);
         if invisible || hides {
-            return Visibility::LeftOut("hidden, off or frozen".into());
+            return Some("hidden, off or frozen".into());
         }
         if is_insert {
-            return Visibility::Shown;
+            return None;
         }
         let own = line_type.map(|number| file.names.get(number).to_uppercase());
         let own = own.filter(|name| !name.is_empty() && name != "BYLAYER");
@@ -73,10 +66,8 @@ impl Choice {
         let name = own.or_else(|| by_layer.map(|layer| layer.line_type.clone())).unwrap_or_default();
         let wanted = self.line_types.iter().any(|asked| asked.eq_ignore_ascii_case(&name));
         let gaps = file.gaps.get(&name).copied().unwrap_or(false);
-        if !wanted && (gaps || CONSTRUCTION.iter().any(|word| name.contains(word))) {
-            return Visibility::LeftOut(format!("construction lines (line type {name})"));
-        }
-        Visibility::Shown
+        let construction = gaps || CONSTRUCTION.iter().any(|word| name.contains(word));
+        (construction && !wanted).then(|| format!("construction lines (line type {name})"))
     }
 }
 
@@ -103,13 +94,20 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>, DrawingError> {
 /// # Errors
 /// [`DrawingError`], naming the line, entity or layer at fault and the remedy.
 pub fn import(bytes: &[u8], choice: &Choice) -> Result<Drawing, DrawingError> {
-    let file = read(bytes)?;
+    curves_of(&read(bytes)?, choice)
+}
+
+/// The curves of a file that are chosen.
+///
+/// # Errors
+/// As [`import`].
+pub(crate) fn curves_of(file: &DxfFile, choice: &Choice) -> Result<Drawing, DrawingError> {
     let (scale, unit) = scale_of(choice.unit.as_deref(), file.units)?;
     let mut placement = Placement::scaled(scale);
     if let Some((degrees, by)) = choice.placed {
         placement = placement.placed(degrees, by);
     }
-    let mut flattener = Flattener::new(&file, choice, unit);
+    let mut flattener = Flattener::new(file, choice, unit);
     flattener.run(placement)?;
     let mut drawing = flattener.drawing;
     if !file.ends_well {

@@ -39,6 +39,16 @@ impl Joiner {
         ends.filter(|&(i, which)| self.pieces[i].joined[which].is_none()).collect()
     }
 
+    fn crowded_ends(&self) -> HashSet<End> {
+        self.crowded.iter().flatten().copied().collect()
+    }
+
+    /// Loose ends that coincide with nothing.
+    fn alone(&self) -> Vec<End> {
+        let crowded = self.crowded_ends();
+        self.loose().into_iter().filter(|end| !crowded.contains(end)).collect()
+    }
+
     pub fn at(&self, (piece, which): End) -> Point {
         self.pieces[piece].end(which)
     }
@@ -100,7 +110,7 @@ impl Joiner {
     /// dangles on a piece that was left out stays, and is told of as open.
     pub fn drop_tiny(&mut self, repairs: &mut Vec<Repair>) {
         let reach_mm = self.reach / f64::from(UNITS_PER_MM);
-        let crowded: HashSet<End> = self.crowded.iter().flatten().copied().collect();
+        let crowded = self.crowded_ends();
         let dangles = |piece: &Piece, i: usize| {
             let alone = |which: usize| piece.joined[which].is_none() && !crowded.contains(&(i, which));
             let held = |which: usize| crowded.contains(&(i, which));
@@ -129,8 +139,7 @@ impl Joiner {
 
     /// Moves loose ends together that are within reach of each other, the nearest first.
     pub fn close_gaps(&mut self, repairs: &mut Vec<Repair>) {
-        let crowded: HashSet<End> = self.crowded.iter().flatten().copied().collect();
-        let ends: Vec<End> = self.loose().into_iter().filter(|end| !crowded.contains(end)).collect();
+        let ends = self.alone();
         let points: Vec<Point> = ends.iter().map(|&end| self.at(end)).collect();
         let mut pairs = BinaryHeap::new();
         let grid = Grid::of(&points, self.reach);
@@ -169,8 +178,7 @@ impl Joiner {
                 count: group.len(),
             });
         }
-        let crowded: HashSet<End> = self.crowded.iter().flatten().copied().collect();
-        let loose: Vec<End> = self.loose().into_iter().filter(|end| !crowded.contains(end)).collect();
+        let loose = self.alone();
         if loose.is_empty() {
             return;
         }

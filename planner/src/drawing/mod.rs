@@ -28,8 +28,10 @@ use keepout_kernel::LatticeError;
 use thiserror::Error;
 
 pub use chain::{Chained, JOIN_MM, OpenChain, chain};
+pub(crate) use file::{DxfFile, read};
 pub use fit::CURVE_MM;
 pub use flatten::CURVES_MAX;
+pub(crate) use import::curves_of;
 pub use import::{Choice, SIZE_MAX, census, import, read_file};
 pub use repair::{Problem, Repair};
 pub use tags::{Damage, FilePlace};

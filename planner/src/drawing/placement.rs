@@ -2,6 +2,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use keepout_kernel::curve::half_circle_parts;
+
 use super::RawCurve;
 use super::entity::{Insert, Vec3};
 
@@ -103,7 +105,7 @@ impl Placement {
             out.push(RawCurve::Arc { centre: c, radius: la, from, to, start, sweep: sign * sweep });
         } else if det.abs() <= ROUND * larger * larger {
             // Edge-on: there and back along a line.
-            let parts = half_turns(sweep);
+            let parts = f64::from(half_circle_parts(sweep.abs()));
             let mut k = 0.0;
             while k < parts {
                 let ends = (at(start + sweep * k / parts), at(start + sweep * (k + 1.0) / parts));
@@ -111,26 +113,22 @@ impl Placement {
                 k += 1.0;
             }
         } else {
-            elliptic_beziers(&at, c, start, sweep, whole, out);
+            elliptic_beziers(&at, c, (start, sweep), PI / 2.0, out);
         }
     }
 }
 
-fn half_turns(sweep: f64) -> f64 {
-    (sweep.abs() / PI - 1e-9).ceil().max(1.0)
-}
-
-/// Rational quadratic pieces of at most a quarter turn: the middle point is where the end tangents meet, its weight the
+/// Rational quadratic pieces of at most the longest angle: the middle point is where the end tangents meet, its weight the
 /// cosine of half the piece's angle (Piegl & Tiller, The NURBS Book, §7.3).
-fn elliptic_beziers(
+pub(super) fn elliptic_beziers(
     at: &dyn Fn(f64) -> (f64, f64),
     centre: (f64, f64),
-    start: f64,
-    sweep: f64,
-    whole: bool,
+    (start, sweep): (f64, f64),
+    longest: f64,
     out: &mut Vec<RawCurve>,
 ) {
-    let parts = (sweep.abs() / (PI / 2.0) - 1e-9).ceil().max(1.0);
+    let whole = sweep.abs() >= TAU;
+    let parts = (sweep.abs() / longest - 1e-9).ceil().max(1.0);
     let step = sweep / parts;
     let weight = (step / 2.0).cos();
     let first = at(start);

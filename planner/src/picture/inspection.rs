@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::view::{Entry, Mark, View, path_of, sheet};
 use crate::drawing::Chained;
-use crate::inspect::{Inspection, Note};
+use crate::inspect::{Inspection, Note, union};
 use crate::units::point_mm;
 
 const INSIDE: &str = "#d5dae1";
@@ -63,7 +63,6 @@ pub fn inspection_svg(found: &Inspection, chained: &Chained, title: &str) -> Str
 fn view_of(found: &Inspection, chained: &Chained) -> View {
     let ends = chained.open.iter().flat_map(|open| &open.curves).flat_map(|curve| [curve.from(), curve.to()]);
     let ends = ends.map(point_mm).map(|(x, y)| [x, y, x, y]);
-    let union = |a: [f64; 4], b: [f64; 4]| [a[0].min(b[0]), a[1].min(b[1]), a[2].max(b[2]), a[3].max(b[3])];
     let [x0, y0, x1, y1] = ends.chain(found.box_mm).reduce(union).unwrap_or([0.0, 0.0, 1.0, 1.0]);
     let room = 0.04 * (x1 - x0).max(y1 - y0).max(1.0);
     View::of((x0 - room, y0 - room), (x1 + room, y1 + room))
