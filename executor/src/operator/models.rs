@@ -195,17 +195,17 @@ impl Operator for Model {
         }
         let since = *self.automatic_since.get_or_insert(now);
         if seen.contoured && seen.phase == Phase::Manual {
-            return Wish { quit: true, ..Wish::default() };
+            return Wish::QUIT;
         }
         if seen.phase == Phase::Contouring {
             return Wish { automatic: true, ..Wish::default() };
         }
         let waited = now.since(since).as_secs_f64();
         if waited > TOUCH_WITHIN {
-            return Wish { quit: true, ..Wish::default() };
+            return Wish::QUIT;
         }
         let (Some(position), Some(wall)) = (seen.position_mm, seen.wall_mm) else { return Wish::default() };
         let (x, y) = toward(position, wall, 0.0);
-        Wish { direction: (x * APPROACH, y * APPROACH), automatic: true, quit: false }
+        Wish { direction: (x * APPROACH, y * APPROACH), automatic: true, ..Wish::default() }
     }
 }

@@ -89,11 +89,12 @@ fn step(content: &str) -> Option<(f64, Wish)> {
     let fields: Vec<&str> = content.split_whitespace().collect();
     let number = |text: &str| text.parse::<f64>().ok().filter(|value| value.is_finite());
     match fields[..] {
-        [at, "quit"] => Some((number(at)?, Wish { quit: true, ..Wish::default() })),
+        [at, "quit"] => Some((number(at)?, Wish::QUIT)),
         [at, x, y] => Some((number(at)?, Wish { direction: (number(x)?, number(y)?), ..Wish::default() })),
-        [at, x, y, "auto"] => {
-            Some((number(at)?, Wish { direction: (number(x)?, number(y)?), automatic: true, quit: false }))
-        }
+        [at, x, y, "auto"] => Some((
+            number(at)?,
+            Wish { direction: (number(x)?, number(y)?), automatic: true, ..Wish::default() },
+        )),
         _ => None,
     }
 }
@@ -108,7 +109,7 @@ impl Operator for Script {
         let last = current.is_none_or(|index| index + 1 == self.steps.len());
         let wish = current.map_or(Wish::default(), |index| self.steps[index].1);
         let finished = last && (!wish.automatic || seen.contoured && seen.phase == Phase::Manual);
-        if finished && current.is_some() { Wish { quit: true, ..Wish::default() } } else { wish }
+        if finished && current.is_some() { Wish::QUIT } else { wish }
     }
 }
 
@@ -120,7 +121,7 @@ mod tests {
     fn lines_are_read_and_faults_named() {
         let script = Script::parse("# a comment\n0 1 0\n2.5 0 -0.5 auto # touch\n9 quit\n").unwrap();
         assert_eq!(script.steps.len(), 3);
-        assert!(script.steps[1].1.automatic && script.steps[2].1.quit);
+        assert!(script.steps[1].1.automatic && script.steps[2].1 == Wish::QUIT);
         assert!(matches!(Script::parse("# nothing\n\n"), Err(ScriptError::Empty)));
         for bad in ["0 1", "x 1 0", "5 0 0\n4 0 0", "0 nan 0", "0 1 0 now"] {
             assert!(matches!(Script::parse(bad), Err(ScriptError::Line { .. })), "{bad}");

@@ -9,10 +9,31 @@ use super::guard::Certified;
 pub struct Wish {
     /// Direction and share of full speed; the length counts up to 1.
     pub direction: (f64, f64),
+    /// How far the handwheels were turned since the last wish, mm.
+    pub turned_mm: (f64, f64),
     /// Touching the part starts the contour.
     pub automatic: bool,
+    /// What is asked for besides.
+    pub ask: Option<Ask>,
+}
+
+/// What an operator asks for besides steering. It counts when it is first said, and again after a wish without it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ask {
+    /// Stop where it is; a contour can go on later.
+    Pause,
+    /// Go on with what was paused.
+    Resume,
+    /// Begin anew with the controller after a fault, and know where the contour was.
+    Recover,
     /// Stop and end the session.
-    pub quit: bool,
+    Quit,
+}
+
+impl Wish {
+    /// Nothing but the end of the session.
+    pub const QUIT: Self =
+        Self { direction: (0.0, 0.0), turned_mm: (0.0, 0.0), automatic: false, ask: Some(Ask::Quit) };
 }
 
 /// The controller's state, as far as the supervisor needs it.

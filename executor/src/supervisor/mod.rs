@@ -10,7 +10,7 @@ mod manual;
 mod settings;
 mod start;
 
-pub use event::{Command, Event, Mode, Reply, Report, Wish};
+pub use event::{Ask, Command, Event, Mode, Reply, Report, Wish};
 pub use fault::Fault;
 
 use std::time::Duration;
@@ -434,7 +434,7 @@ impl Supervisor {
         }
         match &self.state {
             State::Manual(_) => {
-                if self.wish.quit {
+                if self.wish.ask == Some(Ask::Quit) {
                     self.begin_stopping(commands);
                     return Ok(());
                 }
@@ -442,7 +442,7 @@ impl Supervisor {
                     self.touch_or_steer(now, commands);
                 }
             }
-            State::Contouring { .. } if self.wish.quit => self.begin_stopping(commands),
+            State::Contouring { .. } if self.wish.ask == Some(Ask::Quit) => self.begin_stopping(commands),
             State::Contouring { .. } => {
                 if let Some(certified) = self.guard.next_of_contour() {
                     self.counts.contour_motions += 1;
