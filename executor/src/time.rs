@@ -10,6 +10,9 @@ impl Time {
     /// The session's beginning.
     pub const ZERO: Self = Self(0);
 
+    /// A moment that never comes.
+    pub const NEVER: Self = Self(u64::MAX);
+
     /// The moment `micros` microseconds after the beginning.
     #[must_use]
     pub const fn from_micros(micros: u64) -> Self {

@@ -4,7 +4,8 @@ use std::path::Path;
 use std::time::Duration;
 
 use keepout_executor::operator;
-use keepout_executor::session::{Ended, Link, Log, SimRun, run_simulated};
+use keepout_executor::session::{Ended, Going, Link, NoTape, SimRun, run_simulated};
+use keepout_executor::supervisor::Workpiece;
 use keepout_planner::drawing::read_file;
 use keepout_planner::inspect::inspect;
 use keepout_tests::{REAL_DRAWINGS, oracle, order, plan_bytes, plan_of, shared};
@@ -68,7 +69,10 @@ fn whole_job(path: &Path, operator: &str) -> Result<(), String> {
     };
     run.machine.stroke_mm = [480.0, 440.0];
     let operator = operator::named(operator, 20.0, 5).map_err(|error| error.to_string())?;
-    let result = run_simulated(plan, &run, operator, Log::none(), |_| {}, &mut |_, _, _| {})
+    let result =
+        run_simulated(Workpiece::new(plan), &run, operator, Box::new(NoTape), |_| {}, &mut |_, _, _| {
+            Going::On
+        })
         .map_err(|error| error.to_string())?;
     let facts = &result.facts;
     let coverage = facts.coverage.ok_or(format!("nothing was contoured: {facts:?}"))?;

@@ -4,7 +4,8 @@ use std::path::Path;
 use std::time::Duration;
 
 use keepout_executor::operator;
-use keepout_executor::session::{Ended, Link, Log, SimRun, run_simulated};
+use keepout_executor::session::{Ended, Going, Link, NoTape, SimRun, run_simulated};
+use keepout_executor::supervisor::Workpiece;
 use keepout_planner::order::Order;
 use keepout_planner::plan::{Cut, PassJob};
 use keepout_planner::profile::MachinedSide;
@@ -23,7 +24,10 @@ fn run(drawing: &str, order: &Order, operator: &str) -> Result<(), String> {
         ..SimRun::default()
     };
     let operator = operator::named(operator, 15.0, 7).map_err(|error| error.to_string())?;
-    let result = run_simulated(plan, &run, operator, Log::none(), |_| {}, &mut |_, _, _| {})
+    let result =
+        run_simulated(Workpiece::new(plan), &run, operator, Box::new(NoTape), |_| {}, &mut |_, _, _| {
+            Going::On
+        })
         .map_err(|error| error.to_string())?;
     let facts = result.facts;
     let coverage = facts.coverage.ok_or(format!("nothing was contoured: {facts:?}"))?;

@@ -5,7 +5,8 @@ use std::process::ExitCode;
 
 use keepout_executor::link::port::PortError;
 use keepout_executor::operator::OperatorError;
-use keepout_executor::session::{LogError, PlaceError, SimError};
+use keepout_executor::session::log::LogError;
+use keepout_executor::session::{PlaceError, SimError, TapeError};
 use keepout_planner::machine::MachineError;
 use keepout_planner::order::OrderError;
 use keepout_planner::plan::PlanError;
@@ -49,6 +50,9 @@ pub enum CliError {
     /// The log.
     #[error(transparent)]
     Log(#[from] LogError),
+    /// The log could not be written on.
+    #[error(transparent)]
+    Tape(#[from] TapeError),
     /// An argument is out of range.
     #[error("{0}")]
     Argument(String),
@@ -67,7 +71,7 @@ impl From<SimError> for CliError {
         match error {
             SimError::Place(error) => Self::Place(error),
             SimError::Port(error) => Self::Port(error),
-            SimError::Log(error) => Self::Log(error),
+            SimError::Tape(error) => Self::Tape(error),
         }
     }
 }
@@ -83,7 +87,10 @@ impl CliError {
                 ..
             } => 3,
             Self::Order { .. } | Self::Place(_) => 4,
-            Self::PlanFile(PlanFileError::Write { .. }) | Self::Write { .. } | Self::Log(_) => 7,
+            Self::PlanFile(PlanFileError::Write { .. })
+            | Self::Write { .. }
+            | Self::Log(_)
+            | Self::Tape(_) => 7,
             Self::PlanFile(_) | Self::NotCertified { .. } => 5,
             Self::Port(_) => 6,
         })

@@ -220,6 +220,9 @@ struct RunArguments {
     /// The serial port of a real machine, such as /dev/ttyUSB0.
     #[arg(long, value_name = "DEVICE", requires = "origin_mm")]
     port: Option<String>,
+    /// What the controller speaks: grbl or grblhal.
+    #[arg(long, value_name = "DIALECT", default_value = "grbl")]
+    dialect: String,
     /// Baud rate of the port.
     #[arg(long, default_value_t = 115_200)]
     baud: u32,
@@ -256,7 +259,7 @@ struct RunArguments {
     /// Simulated machine and operator: seed of everything random.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Append everything that happens to this file.
+    /// Write everything that happens to this file, which must not exist yet.
     #[arg(long, value_name = "FILE")]
     log: Option<PathBuf>,
     /// Write a page with picture and table.

@@ -6,15 +6,16 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use keepout_executor::link::dialect::Grbl;
+use keepout_executor::link::dialect::{Language, Setting};
 use keepout_executor::link::serial::Serial;
 use keepout_executor::operator::{self, Operator};
+use keepout_executor::session::log::{Header, LogTape};
 use keepout_executor::session::{
-    Ended, Link, Log, RealClock, RunFacts, Session, SimRun, html, picture_of_run, place_on_table,
-    run_simulated,
+    Ended, Engine, Going, Link, NoTape, RealClock, RunFacts, Scene, Session, SimRun, Tape, html,
+    picture_of_run, place_on_table, run_scene,
 };
 use keepout_executor::sim::{Sample, SampleKind};
-use keepout_executor::supervisor::{Options, Phase, Supervisor};
+use keepout_executor::supervisor::{Options, Phase, Supervisor, Workpiece};
 use keepout_executor::time::Time;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::order::Order;
@@ -37,18 +38,17 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, CliError> {
     let limit = seconds("--limit-s", arguments.limit_s)?;
     let manual = seconds("--manual-s", arguments.manual_s)?;
     let operator = operator::named(&arguments.operator, manual.as_secs_f64(), arguments.seed)?;
-    let log = match &arguments.log {
-        Some(path) => Log::create(path)?,
-        None => Log::none(),
-    };
     let outputs = Outputs { report: arguments.report.clone(), picture: arguments.picture.clone() };
     if arguments.port.is_some() && !arguments.home && !arguments.homed {
         let reason = "a real machine needs --home (tool raised), or --homed when it was homed since power-up";
         return Err(CliError::Argument(reason.into()));
     }
+    let work = Workpiece::new(plan);
     match &arguments.port {
-        Some(port) => on_port(plan, port, arguments, limit, operator, log, &outputs),
-        None => on_simulation(plan, &simulation(arguments, limit)?, operator, log, &outputs),
+        Some(port) => on_port(work, port, arguments, limit, operator, &outputs),
+        None => {
+            on_simulation(work, &simulation(arguments, limit)?, operator, arguments.log.as_deref(), &outputs)
+        }
     }
 }
 
@@ -72,6 +72,7 @@ fn simulation(arguments: &RunArguments, limit: Duration) -> Result<SimRun, CliEr
     });
     Ok(SimRun {
         machine,
+        language: language(arguments)?,
         link: if arguments.machine == MachineArgument::Sim { Link::Pty } else { Link::Virtual },
         baud: arguments.baud,
         latency: Duration::from_millis(arguments.latency_ms),
@@ -89,51 +90,88 @@ struct Outputs {
     picture: Option<PathBuf>,
 }
 
+/// The dialect that was asked for.
+fn language(arguments: &RunArguments) -> Result<Language, CliError> {
+    Language::named(&arguments.dialect).map_err(|error| CliError::Argument(error.to_string()))
+}
+
+/// The log of a session, when one is wanted.
+fn tape(
+    path: Option<&Path>,
+    work: &Workpiece,
+    language: &Language,
+    (options, setting): (&Options, &Setting),
+    machine: String,
+) -> Result<Box<dyn Tape>, CliError> {
+    let Some(path) = path else { return Ok(Box::new(NoTape)) };
+    let header = Header {
+        plan: plan_file::hex(&plan_file::hash(&plan_file::encode(&work.plan.plan)?)),
+        drawing: work.plan.plan.sheet.name.clone(),
+        dialect: language.name().into(),
+        offset: setting.offset,
+        stroke: options.stroke,
+        feed_mm_min: options.feed_mm_min,
+        home: options.home,
+        answer_within_ms: u64::try_from(options.answer_within.as_millis()).unwrap_or(u64::MAX),
+        setting: machine,
+    };
+    Ok(Box::new(LogTape::create(path, &header)?))
+}
+
 fn on_simulation(
-    plan: CertifiedPlan,
+    work: Workpiece,
     run: &SimRun,
     operator: Box<dyn Operator + Send>,
-    log: Log,
+    log: Option<&Path>,
     outputs: &Outputs,
 ) -> Result<ExitCode, CliError> {
     let display = Display::new();
-    let result = run_simulated(plan, run, operator, log, |_| {}, &mut |supervisor, witness, now| {
+    let scene = Scene::of(&work.plan, run)?;
+    let tape = tape(log, &work, &run.language, (&scene.options, &scene.setting), run.machine.name.clone())?;
+    let result = run_scene(work, run, scene, operator, tape, |_| {}, &mut |supervisor, witness, now| {
         display.show(supervisor, witness.closest_mm(), now);
+        Going::On
     })?;
     display.finish();
-    finish(&result.plan, &result.facts, &result.samples, outputs)
+    finish(&result.work.plan, &result.facts, &result.samples, outputs)
 }
 
 fn on_port(
-    plan: CertifiedPlan,
+    work: Workpiece,
     name: &str,
     arguments: &RunArguments,
     limit: Duration,
     operator: Box<dyn Operator + Send>,
-    log: Log,
     outputs: &Outputs,
 ) -> Result<ExitCode, CliError> {
-    let machine = plan.plan.machine.clone();
-    let place = place_on_table(&plan, &machine, arguments.origin_mm)?;
+    let machine = work.plan.plan.machine.clone();
+    let language = language(arguments)?;
+    let place = place_on_table(&work.plan, &machine, arguments.origin_mm)?;
     let options = Options {
         feed_mm_min: arguments.feed_mm_min,
         home: arguments.home,
         stroke: place.stroke,
         answer_within: Duration::from_secs(5),
+    };
+    let setting = Setting {
+        offset: place.offset,
         steps_per_mm: machine.steps_per_mm,
         arc_tolerance_mm: machine.arc_tolerance_mm,
     };
     let port = Serial::open(name, arguments.baud)?;
-    let mut session =
-        Session::new(Supervisor::new(plan, options), Grbl::new(place.offset), port, operator, log);
+    let dialect = language.dialect(setting);
+    let tape = tape(arguments.log.as_deref(), &work, &language, (&options, &setting), machine.name.clone())?;
+    let supervisor = Supervisor::new(work, options, dialect.abilities());
+    let mut session = Session::new(Engine::new(supervisor, dialect), port, operator, tape);
     let display = Display::new();
     let mut samples: Vec<Sample> = Vec::new();
     let mut last = Time::ZERO;
     let ended = session.run(&mut RealClock::default(), limit, |session, now| {
-        display.show(&session.supervisor, None, now);
+        let supervisor = session.supervisor();
+        display.show(supervisor, None, now);
         last = now;
-        let Some(position) = session.supervisor.position() else { return };
-        let contouring = session.supervisor.phase() == Phase::Contouring;
+        let Some(position) = supervisor.position() else { return Going::On };
+        let contouring = supervisor.phase() == Phase::Contouring;
         let kind = if contouring { SampleKind::Run } else { SampleKind::Jog };
         let sample = Sample { at: now, position_mm: point_mm(position), kind };
         if samples.last().is_none_or(|last| last.position_mm != sample.position_mm)
@@ -141,9 +179,10 @@ fn on_port(
         {
             samples.push(sample);
         }
+        Going::On
     })?;
     display.finish();
-    let supervisor = session.supervisor;
+    let supervisor = session.into_supervisor();
     let facts = RunFacts {
         ended,
         fault: supervisor.fault().map(ToString::to_string),
@@ -158,8 +197,7 @@ fn on_port(
         setting: format!("{} on {name}, {} baud; positions as reported", machine.name, arguments.baud),
         notices: supervisor.notices().to_vec(),
     };
-    let plan = supervisor.into_plan();
-    finish(&plan, &facts, &samples, outputs)
+    finish(supervisor.plan(), &facts, &samples, outputs)
 }
 
 /// Prints the table, writes what was asked for, and answers with the exit code.
@@ -263,6 +301,5 @@ pub fn demo(output: &Path, manual_s: f64) -> Result<ExitCode, CliError> {
         }
         _ => {}
     }
-    let log = Log::create(&log)?;
-    on_simulation(plan, &run, operator, log, &outputs)
+    on_simulation(Workpiece::new(plan), &run, operator, Some(&log), &outputs)
 }

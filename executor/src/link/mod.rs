@@ -1,5 +1,25 @@
 //! The link to the controller: ports, and the dialects spoken over them.
 
 pub mod dialect;
+pub mod faults;
 pub mod port;
 pub mod serial;
+
+use crate::supervisor::guard::MotionShape;
+
+/// What a dialect's controller can do, as far as the supervisor needs it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Abilities {
+    /// How it drives to a target.
+    pub shape: MotionShape,
+    /// It drives arcs.
+    pub arcs: bool,
+    /// It takes motions while it moves, and joins them.
+    pub queues: bool,
+    /// Jogs can be stopped under way.
+    pub cancels: bool,
+    /// A contour can be held and gone on with.
+    pub holds: bool,
+    /// A checksum protects the line both ways.
+    pub checked: bool,
+}

@@ -40,4 +40,9 @@ pub trait Port {
     /// # Errors
     /// [`PortError::Lost`] when the port is gone.
     fn read(&mut self, into: &mut Vec<u8>, now: Time) -> Result<(), PortError>;
+
+    /// When there may be something to read; now and then for ports that can not tell.
+    fn next_event(&self) -> Time {
+        Time::ZERO
+    }
 }

@@ -31,8 +31,13 @@ pub struct Seen {
 
 /// Somebody who steers.
 pub trait Operator {
-    /// The wish of this moment; asked for every 10 ms.
+    /// The wish of this moment.
     fn wish(&mut self, seen: &Seen, now: Time) -> Wish;
+
+    /// Time between two wishes.
+    fn every(&self) -> std::time::Duration {
+        std::time::Duration::from_millis(10)
+    }
 }
 
 /// Why there is no operator.

@@ -194,10 +194,10 @@ impl Operator for Model {
             return Wish { direction: self.steer(seen, t), ..Wish::default() };
         }
         let since = *self.automatic_since.get_or_insert(now);
-        if seen.contoured && seen.phase == Phase::Manual {
+        if seen.contoured && seen.phase.is_steered() {
             return Wish::QUIT;
         }
-        if seen.phase == Phase::Contouring {
+        if matches!(seen.phase, Phase::Contouring | Phase::Touching) {
             return Wish { automatic: true, ..Wish::default() };
         }
         let waited = now.since(since).as_secs_f64();

@@ -108,7 +108,7 @@ impl Operator for Script {
         let current = self.steps.iter().rposition(|step| step.0 <= t);
         let last = current.is_none_or(|index| index + 1 == self.steps.len());
         let wish = current.map_or(Wish::default(), |index| self.steps[index].1);
-        let finished = last && (!wish.automatic || seen.contoured && seen.phase == Phase::Manual);
+        let finished = last && (!wish.automatic || seen.contoured && seen.phase.is_steered());
         if finished && current.is_some() { Wish::QUIT } else { wish }
     }
 }

@@ -1,17 +1,18 @@
-//! A session: supervisor, dialect, port, operator and log, run together against a clock.
+//! A session: engine, port, operator and log, run together against a clock; and what remains of it.
 
 mod coverage;
-#[cfg(test)]
-mod hostile_test;
-mod log;
+mod engine;
+pub mod log;
 mod place;
 mod report;
 mod run;
 mod simulated;
+mod tape;
 
 pub use coverage::{Coverage, coverage};
-pub use log::{Log, LogError};
+pub use engine::Engine;
 pub use place::{PlaceError, Placement, place_on_table, start_inside};
 pub use report::{RunFacts, html, picture_of_run};
-pub use run::{Clock, Ended, RealClock, Session, VirtualClock};
-pub use simulated::{Link, SimError, SimResult, SimRun, run_simulated};
+pub use run::{Clock, Ended, Going, RealClock, Reopen, Session, VirtualClock, nearest_wall};
+pub use simulated::{Link, Scene, SimError, SimResult, SimRun, run_scene, run_simulated};
+pub use tape::{NoTape, Record, Tape, TapeError};

@@ -1,25 +1,29 @@
-//! The loop that feeds the supervisor.
+//! The loop that feeds the engine.
 
+use std::sync::Arc;
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use keepout_kernel::Point;
+use keepout_planner::job::{ContourJob, contour_job};
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::{nearest_on_mm, point_mm};
 
-use super::log::{Log, LogError};
-use crate::link::dialect::Grbl;
-use crate::link::port::Port;
+use super::engine::Engine;
+use super::tape::{Tape, TapeError};
+use crate::link::port::{Port, PortError};
 use crate::operator::{Operator, Seen};
-use crate::supervisor::guard::Motion;
-use crate::supervisor::{Command, Event, Phase, Supervisor, log_point};
+use crate::supervisor::{Phase, Supervisor};
 use crate::time::Time;
 
 /// Where time comes from.
 pub trait Clock {
     /// The time now.
     fn now(&mut self) -> Time;
-    /// Waits until about the next millisecond.
-    fn wait(&mut self);
+    /// Waits until something may be due: `until` at the latest.
+    fn wait(&mut self, until: Time);
+    /// Whether work that takes long must be done elsewhere.
+    fn is_real(&self) -> bool;
 }
 
 /// The machine's clock.
@@ -39,8 +43,13 @@ impl Clock for RealClock {
         Time::ZERO.after(self.began.elapsed())
     }
 
-    fn wait(&mut self) {
-        std::thread::sleep(Duration::from_millis(1));
+    fn wait(&mut self, until: Time) {
+        let left = until.since(self.now());
+        std::thread::sleep(left.min(Duration::from_micros(500)));
+    }
+
+    fn is_real(&self) -> bool {
+        true
     }
 }
 
@@ -55,17 +64,21 @@ impl Clock for VirtualClock {
         self.now
     }
 
-    fn wait(&mut self) {
-        self.now = self.now.after(Duration::from_millis(1));
+    fn wait(&mut self, until: Time) {
+        self.now = until.max(self.now.after(Duration::from_micros(1)));
+    }
+
+    fn is_real(&self) -> bool {
+        false
     }
 }
 
-/// Time between two wishes of the operator.
-const WISH_EVERY: Duration = Duration::from_millis(10);
 /// After the time is over, the machine comes to rest within this.
 const REST_WITHIN: Duration = Duration::from_secs(10);
 /// Time between two flushes of the log.
 const FLUSH_EVERY: Duration = Duration::from_millis(500);
+/// Time between two attempts to open a lost port again.
+const REOPEN_EVERY: Duration = Duration::from_secs(1);
 
 /// How a session ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,171 +91,262 @@ pub enum Ended {
     OutOfTime,
 }
 
+/// Opens a port again.
+pub type Reopen<'a, P> = Box<dyn FnMut() -> Result<P, PortError> + 'a>;
+
 /// A session under way.
 pub struct Session<'a, P: Port> {
-    /// The supervisor.
-    pub supervisor: Supervisor,
-    dialect: Grbl,
-    port: P,
+    engine: Engine,
+    port: Option<P>,
+    reopen: Option<Reopen<'a, P>>,
     operator: Box<dyn Operator + Send + 'a>,
-    log: Log,
+    tape: Box<dyn Tape + 'a>,
     wish_due: Time,
     flush_due: Time,
+    reopen_due: Time,
+    bytes: Vec<u8>,
+    job: Option<JoinHandle<Result<ContourJob, String>>>,
+    /// A fault does not end the session: the operator can recover from it.
+    recovers: bool,
 }
 
 impl<'a, P: Port> Session<'a, P> {
     /// Puts a session together.
     pub fn new(
-        supervisor: Supervisor,
-        dialect: Grbl,
+        engine: Engine,
         port: P,
         operator: Box<dyn Operator + Send + 'a>,
-        log: Log,
+        tape: Box<dyn Tape + 'a>,
     ) -> Self {
-        Self { supervisor, dialect, port, operator, log, wish_due: Time::ZERO, flush_due: Time::ZERO }
+        Self {
+            engine,
+            port: Some(port),
+            reopen: None,
+            operator,
+            tape,
+            wish_due: Time::ZERO,
+            flush_due: Time::ZERO,
+            reopen_due: Time::ZERO,
+            bytes: Vec::with_capacity(4096),
+            job: None,
+            recovers: false,
+        }
     }
 
-    /// The port.
-    pub fn port(&mut self) -> &mut P {
-        &mut self.port
+    /// The same session, from whose faults the operator can recover; a lost port is opened again by `reopen`.
+    #[must_use]
+    pub fn recovering(self, reopen: Reopen<'a, P>) -> Self {
+        Self { reopen: Some(reopen), recovers: true, ..self }
+    }
+
+    /// The supervisor.
+    #[must_use]
+    pub fn supervisor(&self) -> &Supervisor {
+        &self.engine.supervisor
+    }
+
+    /// Gives the supervisor back.
+    #[must_use]
+    pub fn into_supervisor(self) -> Supervisor {
+        self.engine.supervisor
+    }
+
+    /// The port, unless it is lost.
+    pub fn port(&mut self) -> Option<&mut P> {
+        self.port.as_mut()
     }
 
     /// Reads and forgets what the machine still says.
     pub fn drain(&mut self, now: Time) {
-        let _ = self.port.read(&mut Vec::new(), now);
+        self.bytes.clear();
+        if let Some(port) = &mut self.port {
+            let _ = port.read(&mut self.bytes, now);
+        }
     }
 
-    /// Runs until the end; after `limit` the machine is brought to rest. `watch` is called after every round.
+    /// Runs until the end; after `limit` the machine is brought to rest. `watch` is called after every round, and may end
+    /// the session.
     ///
     /// # Errors
-    /// [`LogError`] when the log can not be written on; the machine is stopped first.
+    /// [`TapeError`] when the log can not be written on; the machine is stopped first.
     pub fn run(
         &mut self,
         clock: &mut impl Clock,
         limit: Duration,
-        mut watch: impl FnMut(&mut Self, Time),
-    ) -> Result<Ended, LogError> {
+        mut watch: impl FnMut(&mut Self, Time) -> Going,
+    ) -> Result<Ended, TapeError> {
         let mut over: Option<Time> = None;
+        let mut halted = false;
         loop {
             let now = clock.now();
-            if over.is_none() && now.since(Time::ZERO) >= limit {
+            if over.is_none() && (halted || now >= Time::ZERO.after(limit)) {
                 over = Some(now);
-                let commands = self.supervisor.halt();
-                self.send(&commands, now)?;
+                self.guarded(now, |session| session.engine.halt(now, session.tape.as_mut()))?;
             }
-            if let Err(error) = self.round(now) {
-                // Without a log nothing may go on: what is in flight ends at its certified target, or sooner.
-                for command in [Command::Cancel, Command::Hold] {
-                    let _ = self.dialect.encode(&command).map(|bytes| self.port.write(&bytes, now));
-                }
-                return Err(error);
-            }
-            watch(self, now);
-            let ended = match self.supervisor.phase() {
-                Phase::Faulted => Some(Ended::Faulted),
-                Phase::Done if over.is_some() => Some(Ended::OutOfTime),
-                Phase::Done => Some(Ended::Done),
-                _ if over.is_some_and(|over| now.since(over) > REST_WITHIN) => Some(Ended::OutOfTime),
-                _ => None,
-            };
-            if let Some(ended) = ended {
-                self.log.line(now, "end", &format!("{ended:?}"))?;
-                self.log.flush()?;
+            self.guarded(now, |session| session.round(now, clock.is_real()))?;
+            halted |= watch(self, now) == Going::Halt;
+            if let Some(ended) = self.ended(over.filter(|_| !halted), over, now) {
+                self.tape.flush()?;
                 return Ok(ended);
             }
-            clock.wait();
+            clock.wait(self.due(limit, over));
         }
+    }
+
+    fn ended(&self, out_of_time: Option<Time>, over: Option<Time>, now: Time) -> Option<Ended> {
+        match self.supervisor().phase() {
+            Phase::Faulted if !self.recovers || over.is_some() => Some(Ended::Faulted),
+            Phase::Done if out_of_time.is_some() => Some(Ended::OutOfTime),
+            Phase::Done => Some(Ended::Done),
+            _ if over.is_some_and(|over| now.since(over) > REST_WITHIN) => Some(Ended::OutOfTime),
+            _ => None,
+        }
+    }
+
+    /// When something is due.
+    fn due(&self, limit: Duration, over: Option<Time>) -> Time {
+        let port = self.port.as_ref().map_or(self.reopen_due, Port::next_event);
+        let end = over.map_or(Time::ZERO.after(limit), |over| over.after(REST_WITHIN).after(FLUSH_EVERY));
+        self.engine.supervisor.due().min(self.wish_due).min(self.flush_due).min(port).min(end)
+    }
+
+    /// Without a log nothing may go on: what is in flight ends at its certified target, or sooner.
+    fn guarded(
+        &mut self,
+        now: Time,
+        act: impl FnOnce(&mut Self) -> Result<(), TapeError>,
+    ) -> Result<(), TapeError> {
+        let outcome = act(self).and_then(|()| self.write(now));
+        outcome.inspect_err(|_| {
+            let stop = self.engine.stop_bytes();
+            if let Some(port) = &mut self.port {
+                let _ = port.write(&stop, now);
+            }
+        })
     }
 
     /// One round: replies in, the operator's wish, a tick; commands out.
-    fn round(&mut self, now: Time) -> Result<(), LogError> {
-        let mut bytes = Vec::new();
-        if let Err(error) = self.port.read(&mut bytes, now) {
-            self.feed(Event::PortLost(error.to_string()), now)?;
-        }
-        for reply in self.dialect.decode(&bytes) {
-            self.log.line(now, "reply", &format!("{reply:?}"))?;
-            self.feed(Event::Reply(reply), now)?;
-        }
+    fn round(&mut self, now: Time, real: bool) -> Result<(), TapeError> {
+        self.read(now)?;
         if now >= self.wish_due {
-            self.wish_due = now.after(WISH_EVERY);
+            self.wish_due = now.after(self.operator.every());
             let seen = self.seen();
             let wish = self.operator.wish(&seen, now);
-            self.feed(Event::Operator(wish), now)?;
-        } else {
-            self.feed(Event::Tick, now)?;
+            self.engine.wish(wish, now, self.tape.as_mut())?;
         }
+        if now >= self.engine.supervisor.due() {
+            self.engine.tick(now, self.tape.as_mut())?;
+        }
+        self.work_out(now, real)?;
         if now >= self.flush_due {
             self.flush_due = now.after(FLUSH_EVERY);
-            self.log.flush()?;
+            self.tape.flush()?;
         }
         Ok(())
     }
 
-    fn feed(&mut self, event: Event, now: Time) -> Result<(), LogError> {
-        let before = self.supervisor.phase();
-        let commands = self.supervisor.step(event, now);
-        self.send(&commands, now)?;
-        let after = self.supervisor.phase();
-        if after != before {
-            let text =
-                self.supervisor.fault().map_or(format!("{after:?}"), |fault| format!("{after:?}: {fault}"));
-            self.log.line(now, "phase", &text)?;
+    fn read(&mut self, now: Time) -> Result<(), TapeError> {
+        self.bytes.clear();
+        let Some(port) = &mut self.port else { return self.find_port(now) };
+        let outcome = port.read(&mut self.bytes, now);
+        self.engine.receive(&self.bytes, now, self.tape.as_mut())?;
+        match outcome {
+            Ok(()) => Ok(()),
+            Err(error) => self.lose_port(&error, now),
+        }
+    }
+
+    fn lose_port(&mut self, error: &PortError, now: Time) -> Result<(), TapeError> {
+        if self.reopen.is_some() {
+            self.port = None;
+            self.reopen_due = now.after(REOPEN_EVERY);
+        }
+        self.engine.port_lost(&error.to_string(), now, self.tape.as_mut())
+    }
+
+    fn find_port(&mut self, now: Time) -> Result<(), TapeError> {
+        let Some(reopen) = self.reopen.as_mut().filter(|_| now >= self.reopen_due) else { return Ok(()) };
+        self.reopen_due = now.after(REOPEN_EVERY);
+        if let Ok(port) = reopen() {
+            self.port = Some(port);
+            self.engine.port_found(now, self.tape.as_mut())?;
         }
         Ok(())
     }
 
-    /// Sends commands; when one can not be sent, nothing after it is, but what the supervisor then wants: to stop.
-    fn send(&mut self, commands: &[Command], now: Time) -> Result<(), LogError> {
-        for command in commands {
-            self.log_command(command, now)?;
-            let sent = match self.dialect.encode(command) {
-                Ok(bytes) => self.port.write(&bytes, now).map_err(|error| error.to_string()),
-                Err(error) => Err(format!("a target is off the lattice in machine coordinates: {error}")),
-            };
-            if let Err(reason) = sent {
-                for last in self.supervisor.step(Event::PortLost(reason), now) {
-                    if let Ok(bytes) = self.dialect.encode(&last) {
-                        let _ = self.port.write(&bytes, now);
-                    }
+    /// Works out a contouring job that is wanted: in a thread when time is real.
+    fn work_out(&mut self, now: Time, real: bool) -> Result<(), TapeError> {
+        if let Some(thread) = self.job.take_if(|thread| thread.is_finished()) {
+            let job = thread.join().unwrap_or(Err("working it out failed".into()));
+            return self.engine.job(job, now, self.tape.as_mut());
+        }
+        let Some(from) = self.engine.wanted_job().filter(|_| self.job.is_none()) else { return Ok(()) };
+        let plan = Arc::clone(&self.supervisor().work().plan);
+        let stroke = self.supervisor().guard().rules().stroke;
+        let work = move || contour_job(&plan, from, stroke).map_err(|error| error.to_string());
+        if real {
+            self.job = Some(std::thread::spawn(work));
+            Ok(())
+        } else {
+            self.engine.job(work(), now, self.tape.as_mut())
+        }
+    }
+
+    /// Writes what the engine wants sent, after the log has been handed to the system.
+    fn write(&mut self, now: Time) -> Result<(), TapeError> {
+        let mut lost = None;
+        for _ in 0..2 {
+            self.bytes.clear();
+            let mut pieces = 0;
+            let (bytes, port) = (&mut self.bytes, &mut self.port);
+            let tape = &mut self.tape;
+            let mut flushed = Ok(());
+            self.engine.drain(|piece| {
+                if pieces == 0 {
+                    flushed = tape.flush();
                 }
-                return Ok(());
+                pieces += 1;
+                let Some(port) = port.as_mut().filter(|_| flushed.is_ok() && lost.is_none()) else { return };
+                lost = port.write(piece, now).err();
+                bytes.extend(piece);
+            });
+            flushed?;
+            match lost.take() {
+                Some(error) => self.lose_port(&error, now)?,
+                None => return Ok(()),
             }
         }
         Ok(())
-    }
-
-    fn log_command(&mut self, command: &Command, now: Time) -> Result<(), LogError> {
-        match command {
-            Command::Query => Ok(()),
-            Command::Move(certified) => {
-                let kind = if matches!(certified.motion(), Motion::Jog { .. }) { "jog" } else { "contour" };
-                let in_flight: Vec<String> = self.supervisor.guard().in_flight().map(log_point).collect();
-                let text =
-                    format!("{} certified with {{{}}}", log_point(certified.target()), in_flight.join(" "));
-                self.log.line(now, kind, &text)
-            }
-            other => self.log.line(now, "command", &format!("{other:?}")),
-        }
     }
 
     fn seen(&self) -> Seen {
-        let plan = self.supervisor.plan();
-        let position_mm = self.supervisor.position().map(point_mm);
+        let supervisor = self.supervisor();
+        let plan = supervisor.plan();
+        let position_mm = supervisor.position().map(point_mm);
         let (low, high) = plan.part_box();
         let ((x0, y0), (x1, y1)) = (point_mm(low), point_mm(high));
         Seen {
             position_mm,
-            wall_mm: self.supervisor.position().and_then(|position| nearest_wall(plan, position)),
+            wall_mm: supervisor.position().and_then(|position| nearest_wall(plan, position)),
             part_box_mm: (x0, y0, x1, y1),
-            phase: self.supervisor.phase(),
-            contoured: !self.supervisor.finished().is_empty(),
+            phase: supervisor.phase(),
+            contoured: !supervisor.finished().is_empty(),
         }
     }
 }
 
+/// Whether a session goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Going {
+    /// It does.
+    On,
+    /// The machine is to be brought to rest, and the session ends.
+    Halt,
+}
+
 /// The nearest point of the part, for the operator's eye.
-fn nearest_wall(plan: &CertifiedPlan, position: Point) -> Option<(f64, f64)> {
+#[must_use]
+pub fn nearest_wall(plan: &CertifiedPlan, position: Point) -> Option<(f64, f64)> {
     let nearest = plan.part.index().nearest(position, None)?;
     let chord = plan.part.edges().get(nearest.edge)?.chord;
     Some(nearest_on_mm(point_mm(position), point_mm(chord.from), point_mm(chord.to)))

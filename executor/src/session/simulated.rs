@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use keepout_kernel::Point;
+use keepout_kernel::{Point, Vector};
 use keepout_planner::job::contour_job;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::CertifiedPlan;
@@ -10,17 +10,18 @@ use keepout_planner::units::{mm, point_mm};
 use thiserror::Error;
 
 use super::coverage::coverage;
-use super::log::{Log, LogError};
-use super::place::{PlaceError, place_on_table, start_inside};
+use super::engine::Engine;
+use super::place::{PlaceError, Placement, place_on_table, start_inside};
 use super::report::RunFacts;
-use super::run::{Clock, Ended, RealClock, Session, VirtualClock};
-use crate::link::dialect::Grbl;
+use super::run::{Clock, Ended, Going, RealClock, Session, VirtualClock};
+use super::tape::{Tape, TapeError};
+use crate::link::dialect::{Language, Setting};
 use crate::link::port::{Port, PortError};
 use crate::link::serial::Serial;
 use crate::operator::Operator;
 use crate::sim::witness::Witness;
-use crate::sim::{Sample, SampleKind, SimMachine, SimSettings, VirtualPort};
-use crate::supervisor::{Options, Supervisor};
+use crate::sim::{Sample, SampleKind, SimMachine, SimSettings, Slip, VirtualPort, speaking};
+use crate::supervisor::{Options, Supervisor, Workpiece};
 use crate::time::Time;
 
 /// How the simulated machine is reached.
@@ -39,6 +40,8 @@ pub struct SimRun {
     pub machine: MachineProfile,
     /// How it is reached.
     pub link: Link,
+    /// What its controller speaks.
+    pub language: Language,
     /// Baud rate of the line.
     pub baud: u32,
     /// Added delay each way.
@@ -60,6 +63,7 @@ impl Default for SimRun {
         Self {
             machine: MachineProfile::simulated(),
             link: Link::Virtual,
+            language: Language::Grbl,
             baud: 115_200,
             latency: Duration::from_millis(1),
             seed: 1,
@@ -79,7 +83,7 @@ pub struct SimResult {
     /// The true tool positions while it moved, drawing coordinates.
     pub samples: Vec<Sample>,
     /// The plan.
-    pub plan: CertifiedPlan,
+    pub work: Workpiece,
     /// Positions that the witness watched.
     pub watched: u64,
 }
@@ -95,7 +99,7 @@ pub enum SimError {
     Port(#[from] PortError),
     /// The log failed.
     #[error(transparent)]
-    Log(#[from] LogError),
+    Tape(#[from] TapeError),
 }
 
 /// Most samples that are kept for the picture; beyond it every other one is dropped.
@@ -105,79 +109,130 @@ const SAMPLES_MAX: usize = 2_000_000;
 const SETTLE: Duration = Duration::from_millis(2500);
 
 /// Called after every round with the supervisor, the witness and the time.
-pub type Watch<'a> = dyn FnMut(&Supervisor, &Witness, Time) + 'a;
+pub type Watch<'a> = dyn FnMut(&Supervisor, &Witness, Time) -> Going + 'a;
+
+/// A simulated session before it begins.
+#[derive(Debug)]
+pub struct Scene {
+    /// What the session is set up with.
+    pub options: Options,
+    /// What its dialect is told.
+    pub setting: Setting,
+    sim: SimSettings,
+}
+
+impl Scene {
+    /// Puts the drawing on the table and the tool where it starts.
+    ///
+    /// # Errors
+    /// [`PlaceError`] when the job does not fit, or the tool can not start where it is wanted.
+    pub fn of(plan: &CertifiedPlan, run: &SimRun) -> Result<Self, PlaceError> {
+        let place = place_on_table(plan, &run.machine, run.origin_mm)?;
+        let home = (-1.0, -1.0);
+        let start = match run.start {
+            Some(point) => Some(point),
+            None if comes_from_home(plan, &place, home) => None,
+            None => Some(start_inside(plan)?),
+        };
+        if let Some(at) = start {
+            check_start(plan, &place, at)?;
+        }
+        let start_mm = match start {
+            Some(point) => point_mm(point.translated(place.offset)?),
+            None => home,
+        };
+        let sim = SimSettings {
+            machine: run.machine.clone(),
+            start_mm,
+            homed: start.is_some(),
+            homing: Duration::from_secs(1),
+            work_offset_mm: (-37.25, -21.5),
+        };
+        let options = Options {
+            feed_mm_min: run.feed_mm_min,
+            home: start.is_none(),
+            stroke: place.stroke,
+            answer_within: Duration::from_secs(5) + run.latency * 4,
+        };
+        let machine = &plan.plan.machine;
+        let setting = Setting {
+            offset: place.offset,
+            steps_per_mm: machine.steps_per_mm,
+            arc_tolerance_mm: machine.arc_tolerance_mm,
+        };
+        Ok(Self { options, setting, sim })
+    }
+}
+
+fn check_start(plan: &CertifiedPlan, place: &Placement, at: Point) -> Result<(), PlaceError> {
+    if !place.stroke.holds(at) {
+        return Err(PlaceError::Start { at, reason: "it is beyond the machine's travel".into() });
+    }
+    let free = plan.part.free_point(at, plan.roughing);
+    free.map_err(|blocked| PlaceError::Start { at, reason: blocked.to_string() })?;
+    Ok(())
+}
 
 /// Runs a whole session on the simulated machine. `prepare` may touch the supervisor before the start.
 ///
 /// # Errors
 /// [`SimError`] when the job does not fit the table, there is no pty, or the log can not be written on.
 pub fn run_simulated(
-    plan: CertifiedPlan,
+    work: Workpiece,
     run: &SimRun,
     operator: Box<dyn Operator + Send>,
-    log: Log,
+    tape: Box<dyn Tape>,
     prepare: impl FnOnce(&mut Supervisor),
     watch: &mut Watch<'_>,
 ) -> Result<SimResult, SimError> {
-    let place = place_on_table(&plan, &run.machine, run.origin_mm)?;
-    let home = (-1.0, -1.0);
-    let start = match run.start {
-        Some(point) => Some(point),
-        None if comes_from_home(&plan, &place, home) => None,
-        None => Some(start_inside(&plan)?),
-    };
-    if let Some(at) = start {
-        if !place.stroke.holds(at) {
-            return Err(PlaceError::Start { at, reason: "it is beyond the machine's travel".into() }.into());
-        }
-        plan.part
-            .free_point(at, plan.roughing)
-            .map_err(|blocked| PlaceError::Start { at, reason: blocked.to_string() })?;
-    }
-    let start_mm = match start {
-        Some(point) => point_mm(point.translated(place.offset).map_err(PlaceError::from)?),
-        None => home,
-    };
-    let settings = SimSettings {
-        machine: run.machine.clone(),
-        start_mm,
-        homed: start.is_some(),
-        homing: Duration::from_secs(1),
-        work_offset_mm: (-37.25, -21.5),
-    };
-    let options = Options {
-        feed_mm_min: run.feed_mm_min,
-        home: start.is_none(),
-        stroke: place.stroke,
-        answer_within: Duration::from_secs(5) + run.latency * 4,
-        steps_per_mm: plan.plan.machine.steps_per_mm,
-        arc_tolerance_mm: plan.plan.machine.arc_tolerance_mm,
-    };
-    let witness = Witness::new(plan.part.clone(), plan.plan.tool_radius, place.offset);
-    let mut eye = Eye { witness, samples: Vec::new(), every: 1, seen: 0, offset: point_mm_of(place.offset) };
-    let mut supervisor = Supervisor::new(plan, options);
+    let scene = Scene::of(&work.plan, run)?;
+    run_scene(work, run, scene, operator, tape, prepare, watch)
+}
+
+/// As [`run_simulated`], of a scene that was set before.
+///
+/// # Errors
+/// [`SimError`] when there is no pty, or the log can not be written on.
+pub fn run_scene(
+    work: Workpiece,
+    run: &SimRun,
+    scene: Scene,
+    operator: Box<dyn Operator + Send>,
+    tape: Box<dyn Tape>,
+    prepare: impl FnOnce(&mut Supervisor),
+    watch: &mut Watch<'_>,
+) -> Result<SimResult, SimError> {
+    let offset = scene.setting.offset;
+    let witness = Witness::new(work.plan.part.clone(), work.plan.plan.tool_radius, offset);
+    let mut eye = Eye { witness, samples: Vec::new(), every: 1, seen: 0, offset: point_mm_of(offset) };
+    let dialect = run.language.dialect(scene.setting);
+    let mut supervisor = Supervisor::new(work, scene.options, dialect.abilities());
     prepare(&mut supervisor);
-    let machine = SimMachine::new(settings, run.baud, run.latency, run.seed);
-    let dialect = Grbl::new(place.offset);
+    let slip = Slip::wandering(run.machine.repeatability_mm, run.machine.steps_per_mm, run.seed);
+    let machine = SimMachine::new(speaking(&run.language, scene.sim), run.baud, run.latency, slip);
+    let engine = Engine::new(supervisor, dialect);
     let (ended, seconds, supervisor) = match run.link {
         Link::Virtual => {
-            let mut session = Session::new(supervisor, dialect, VirtualPort { machine }, operator, log);
-            let take = |session: &mut Session<'_, VirtualPort>| session.port().machine.take_samples();
-            drive(&mut session, &mut VirtualClock::default(), run, &mut eye, take, watch)
-                .map(|(ended, seconds)| (ended, seconds, session.supervisor))?
+            let mut session = Session::new(engine, VirtualPort { machine }, operator, tape);
+            let take = |session: &mut Session<'_, VirtualPort>, into: &mut Vec<Sample>| {
+                if let Some(port) = session.port() {
+                    port.machine.take_samples(into);
+                }
+            };
+            let (ended, seconds) =
+                drive(&mut session, &mut VirtualClock::default(), run, &mut eye, take, watch)?;
+            (ended, seconds, session.into_supervisor())
         }
-        Link::Pty => on_pty(supervisor, dialect, operator, log, machine, run, &mut eye, watch)?,
+        Link::Pty => on_pty(engine, operator, tape, machine, run, &mut eye, watch)?,
     };
     Ok(result_of(supervisor, ended, seconds, run, eye))
 }
 
 #[cfg(unix)]
-#[expect(clippy::too_many_arguments, reason = "the pieces of one session, handed over once")]
 fn on_pty(
-    supervisor: Supervisor,
-    dialect: Grbl,
+    engine: Engine,
     operator: Box<dyn Operator + Send>,
-    log: Log,
+    tape: Box<dyn Tape>,
     machine: SimMachine,
     run: &SimRun,
     eye: &mut Eye,
@@ -185,19 +240,17 @@ fn on_pty(
 ) -> Result<(Ended, f64, Supervisor), SimError> {
     let pty = crate::sim::pty::PtyMachine::start(machine)?;
     let port = Serial::open(pty.name(), run.baud)?;
-    let mut session = Session::new(supervisor, dialect, port, operator, log);
-    let take = |_: &mut Session<'_, Serial>| pty.take_samples();
+    let mut session = Session::new(engine, port, operator, tape);
+    let take = |_: &mut Session<'_, Serial>, into: &mut Vec<Sample>| into.append(&mut pty.take_samples());
     let (ended, seconds) = drive(&mut session, &mut RealClock::default(), run, eye, take, watch)?;
-    Ok((ended, seconds, session.supervisor))
+    Ok((ended, seconds, session.into_supervisor()))
 }
 
 #[cfg(not(unix))]
-#[expect(clippy::too_many_arguments, reason = "the pieces of one session, handed over once")]
 fn on_pty(
-    _: Supervisor,
-    _: Grbl,
+    _: Engine,
     _: Box<dyn Operator + Send>,
-    _: Log,
+    _: Box<dyn Tape>,
     _: SimMachine,
     _: &SimRun,
     _: &mut Eye,
@@ -206,13 +259,13 @@ fn on_pty(
     Err(PortError::Open { name: "pty".into(), reason: "this system has no ptys".into() }.into())
 }
 
-fn point_mm_of(v: keepout_kernel::Vector) -> (f64, f64) {
+fn point_mm_of(v: Vector) -> (f64, f64) {
     (mm(v.dx), mm(v.dy))
 }
 
 /// Whether the tool can stand at the home position, and finds something to finish from there.
-fn comes_from_home(plan: &CertifiedPlan, place: &super::place::Placement, home: (f64, f64)) -> bool {
-    let back = keepout_kernel::Vector { dx: -place.offset.dx, dy: -place.offset.dy };
+fn comes_from_home(plan: &CertifiedPlan, place: &Placement, home: (f64, f64)) -> bool {
+    let back = Vector { dx: -place.offset.dx, dy: -place.offset.dy };
     let Ok(point) = keepout_planner::units::point_from_mm(home).and_then(|point| point.translated(back))
     else {
         return false;
@@ -230,8 +283,8 @@ struct Eye {
 }
 
 impl Eye {
-    fn take(&mut self, samples: Vec<Sample>) {
-        for sample in samples {
+    fn take(&mut self, samples: &mut Vec<Sample>) {
+        for sample in samples.drain(..) {
             self.witness.watch(&sample);
             if sample.kind == SampleKind::Rest {
                 continue;
@@ -259,27 +312,28 @@ fn drive<P: Port>(
     clock: &mut impl Clock,
     run: &SimRun,
     eye: &mut Eye,
-    take: impl Fn(&mut Session<'_, P>) -> Vec<Sample>,
+    take: impl Fn(&mut Session<'_, P>, &mut Vec<Sample>),
     watch: &mut Watch<'_>,
-) -> Result<(Ended, f64), LogError> {
+) -> Result<(Ended, f64), TapeError> {
     let mut last = Time::ZERO;
+    let mut samples = Vec::new();
     let ended = session.run(clock, run.limit, |session, now| {
-        let samples = take(session);
-        eye.take(samples);
-        watch(&session.supervisor, &eye.witness, now);
+        take(session, &mut samples);
+        eye.take(&mut samples);
         last = now;
+        watch(session.supervisor(), &eye.witness, now)
     })?;
     // What is still under way is watched to its end: the last commands arrive, and the tool comes to rest.
     let rest = last.after(run.latency + SETTLE);
     loop {
         let now = clock.now();
         session.drain(now);
-        let samples = take(session);
-        eye.take(samples);
+        take(session, &mut samples);
+        eye.take(&mut samples);
         if now >= rest {
             return Ok((ended, last.seconds()));
         }
-        clock.wait();
+        clock.wait(rest);
     }
 }
 
@@ -309,5 +363,5 @@ fn result_of(supervisor: Supervisor, ended: Ended, seconds: f64, run: &SimRun, e
         notices: supervisor.notices().to_vec(),
     };
     let watched = witness.watched();
-    SimResult { facts, samples: eye.samples, plan: supervisor.into_plan(), watched }
+    SimResult { facts, samples: eye.samples, work: supervisor.work().clone(), watched }
 }

@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use keepout_planner::machine::MachineProfile;
 
+use super::controller::{Controller, Disturbance};
 use super::motion::{Drives, Motion, Outcome, Sample, SampleKind};
 use crate::time::Time;
 
@@ -27,11 +28,41 @@ pub struct SimSettings {
     pub work_offset_mm: (f64, f64),
 }
 
-const RX_BUFFER: usize = 128;
-const LINE_MAX: usize = 80;
-const PLANNER_BLOCKS: usize = 15;
-const TICK: Duration = Duration::from_micros(500);
-const GREETING: &str = "\r\nGrbl 1.1h ['$' for help]\r\n";
+/// What GRBL 1.1 and grblHAL do differently.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Firmware {
+    greeting: &'static str,
+    rx_buffer: usize,
+    line_max: usize,
+    blocks: usize,
+    /// A hold stops a jog, as a cancel would.
+    hold_cancels_jogs: bool,
+    /// A cancel throws away what was received.
+    cancel_flushes: bool,
+    /// What reports carry besides.
+    extra: &'static str,
+}
+
+const GRBL: Firmware = Firmware {
+    greeting: "\r\nGrbl 1.1h ['$' for help]\r\n",
+    rx_buffer: 128,
+    line_max: 80,
+    blocks: 15,
+    hold_cancels_jogs: true,
+    cancel_flushes: false,
+    extra: "",
+};
+
+const GRBL_HAL: Firmware = Firmware {
+    greeting: "\r\nGrblHAL 1.1f ['$' or '$HELP' for help]\r\n",
+    rx_buffer: 1024,
+    line_max: 120,
+    blocks: 100,
+    hold_cancels_jogs: false,
+    cancel_flushes: true,
+    extra: "|TLR:0|H:1",
+};
+
 /// Reports carry the work offset every so many times.
 const OFFSET_EVERY: u32 = 30;
 
@@ -58,6 +89,7 @@ struct Waiting {
 /// The simulated controller.
 #[derive(Clone, Debug)]
 pub struct GrblSim {
+    firmware: Firmware,
     settings: SimSettings,
     motion: Motion,
     mode: Mode,
@@ -79,15 +111,26 @@ pub struct GrblSim {
 }
 
 impl GrblSim {
-    /// A controller that was just switched on.
+    /// A GRBL 1.1 controller that was just switched on.
     #[must_use]
     pub fn new(settings: SimSettings) -> Self {
+        Self::with(settings, GRBL)
+    }
+
+    /// A grblHAL controller that was just switched on.
+    #[must_use]
+    pub fn hal(settings: SimSettings) -> Self {
+        Self::with(settings, GRBL_HAL)
+    }
+
+    fn with(settings: SimSettings, firmware: Firmware) -> Self {
         let drives = Drives {
             max_rate: settings.machine.max_rate_mm_s,
             acceleration: settings.machine.acceleration_mm_s2,
             junction_deviation: 0.01,
         };
         Self {
+            firmware,
             motion: Motion::new(drives, settings.start_mm),
             mode: if settings.homed { Mode::Idle } else { Mode::Alarm },
             settings,
@@ -95,7 +138,7 @@ impl GrblSim {
             line: Vec::new(),
             overflowed: false,
             waiting: None,
-            tx: GREETING.as_bytes().to_vec(),
+            tx: firmware.greeting.as_bytes().to_vec(),
             now: Time::ZERO,
             reports: 0,
             report_mask: 1,
@@ -109,59 +152,20 @@ impl GrblSim {
         }
     }
 
-    /// Takes a byte from the line: realtime characters act at once, others wait in the receive buffer.
-    pub fn receive(&mut self, byte: u8) {
-        match byte {
-            b'?' => self.report(),
-            b'!' => self.feed_hold(),
-            b'~' => self.cycle_start(),
-            0x18 => self.reset(),
-            0x85 => self.jog_cancel(),
-            0x80..=0xff => {}
-            _ if self.rx.len() < RX_BUFFER => self.rx.push_back(byte),
-            _ => self.lost_bytes += 1,
-        }
-    }
-
-    /// Bytes to send, in order.
-    pub fn transmit(&mut self) -> Vec<u8> {
-        std::mem::take(&mut self.tx)
-    }
-
-    /// The true positions since the last call.
-    pub fn take_samples(&mut self) -> Vec<Sample> {
-        std::mem::take(&mut self.samples)
-    }
-
     /// Bytes that found the receive buffer full.
     #[must_use]
     pub fn lost_bytes(&self) -> u64 {
         self.lost_bytes
     }
 
-    /// Runs until `now`.
-    pub fn advance(&mut self, now: Time) {
-        while self.now.after(TICK) <= now {
-            self.now = self.now.after(TICK);
-            self.tick();
-        }
-        self.process_lines();
-    }
-
-    fn tick(&mut self) {
-        self.process_lines();
-        if let Mode::Home(done) = self.mode {
-            if self.now >= done {
-                self.mode = Mode::Idle;
-                self.reply("ok");
-            }
-            return;
-        }
+    /// Goes on by the time to the next thing that happens, `now` at most.
+    fn go_on(&mut self, now: Time) {
+        let left = now.since(self.now).as_secs_f64();
+        let step = self.motion.next_event().map_or(left, |event| (event + 1e-6).min(left));
+        let at = if step < left { self.now.after(Duration::from_secs_f64(step)) } else { now };
         let kind = self.sample_kind();
-        let (at, samples) = (self.now, &mut self.samples);
-        let outcome = self
-            .motion
-            .tick(TICK.as_secs_f64(), |position_mm| samples.push(Sample { at, position_mm, kind }));
+        let samples = &mut self.samples;
+        let outcome = self.motion.advance(step, |position_mm| samples.push(Sample { at, position_mm, kind }));
         match outcome {
             Outcome::Held => self.mode = Mode::Hold,
             Outcome::Flushed => self.mode = Mode::Idle,
@@ -171,7 +175,9 @@ impl GrblSim {
             Outcome::Going => {}
         }
         self.samples.push(Sample { at, position_mm: self.motion.position(), kind });
+        self.now = at;
         self.plan_waiting();
+        self.process_lines();
     }
 
     fn sample_kind(&self) -> SampleKind {
@@ -191,6 +197,7 @@ impl GrblSim {
         let state = match self.mode {
             Mode::Idle => "Idle",
             Mode::Jog => "Jog",
+            Mode::Run if self.motion.is_stopping() => "Hold:1",
             Mode::Run => "Run",
             Mode::Hold => "Hold:0",
             Mode::Alarm => "Alarm",
@@ -201,8 +208,8 @@ impl GrblSim {
             |c: f64| (c * self.settings.machine.steps_per_mm).round() / self.settings.machine.steps_per_mm;
         let mut text = format!("<{state}|MPos:{:.3},{:.3},0.000", step(x), step(y));
         if self.report_mask & 2 != 0 {
-            let free = PLANNER_BLOCKS - self.motion.queued().min(PLANNER_BLOCKS);
-            text += &format!("|Bf:{free},{}", RX_BUFFER - self.rx.len());
+            let free = self.firmware.blocks - self.motion.queued().min(self.firmware.blocks);
+            text += &format!("|Bf:{free},{}", self.firmware.rx_buffer - self.rx.len());
         }
         text += &format!("|FS:{:.0},0", self.motion.speed() * 60.0);
         if self.reports.is_multiple_of(OFFSET_EVERY) {
@@ -210,6 +217,7 @@ impl GrblSim {
             text += &format!("|WCO:{x:.3},{y:.3},0.000");
         }
         self.reports += 1;
+        text += self.firmware.extra;
         self.reply(&(text + ">"));
     }
 
@@ -220,7 +228,7 @@ impl GrblSim {
 
     fn feed_hold(&mut self) {
         match self.mode {
-            Mode::Jog => self.motion.cancel(),
+            Mode::Jog if self.firmware.hold_cancels_jogs => self.motion.cancel(),
             Mode::Run => self.motion.hold(),
             Mode::Idle => self.mode = Mode::Hold,
             _ => {}
@@ -235,8 +243,14 @@ impl GrblSim {
     }
 
     fn jog_cancel(&mut self) {
-        if self.mode == Mode::Jog {
-            self.motion.cancel();
+        if self.mode != Mode::Jog {
+            return;
+        }
+        self.motion.cancel();
+        if self.firmware.cancel_flushes {
+            self.rx.clear();
+            self.line.clear();
+            self.waiting = None;
         }
     }
 
@@ -251,7 +265,7 @@ impl GrblSim {
         }
         self.mode =
             if moving || matches!(self.mode, Mode::Alarm | Mode::Locked) { Mode::Alarm } else { Mode::Idle };
-        self.tx.extend(GREETING.as_bytes());
+        self.tx.extend(self.firmware.greeting.as_bytes());
     }
 
     /// Reads lines from the receive buffer until one has to wait.
@@ -259,7 +273,7 @@ impl GrblSim {
         while self.waiting.is_none() && !matches!(self.mode, Mode::Home(_) | Mode::Locked | Mode::Hold) {
             let Some(byte) = self.rx.pop_front() else { break };
             if byte != b'\n' && byte != b'\r' {
-                if self.line.len() < LINE_MAX {
+                if self.line.len() < self.firmware.line_max {
                     self.line.push(byte)
                 } else {
                     self.overflowed = true
@@ -468,12 +482,12 @@ impl GrblSim {
     fn plan_waiting(&mut self) {
         let stopping = matches!(self.mode, Mode::Hold | Mode::Alarm | Mode::Locked);
         let Some(waiting) = self.waiting.as_mut().filter(|_| !stopping) else { return };
-        // While a cancel is under way the planner is not added to.
-        if waiting.jog && self.mode == Mode::Run {
+        // While a stop is under way the planner is not added to.
+        if waiting.jog && self.mode == Mode::Run || self.motion.is_stopping() {
             return;
         }
         let shortest = 0.5 / self.settings.machine.steps_per_mm;
-        while self.motion.queued() < PLANNER_BLOCKS {
+        while self.motion.queued() < self.firmware.blocks {
             let Some(target) = waiting.targets.pop_front() else { break };
             let moves = self.motion.push(target, waiting.feed, shortest);
             if moves && self.mode == Mode::Idle {
@@ -483,6 +497,73 @@ impl GrblSim {
         if waiting.targets.is_empty() {
             self.waiting = None;
             self.reply("ok");
+        }
+    }
+}
+
+impl Controller for GrblSim {
+    /// Realtime characters act at once, others wait in the receive buffer.
+    fn receive(&mut self, byte: u8) {
+        match byte {
+            b'?' => self.report(),
+            b'!' => self.feed_hold(),
+            b'~' => self.cycle_start(),
+            0x18 => self.reset(),
+            0x85 => self.jog_cancel(),
+            0x80..=0xff => {}
+            _ if self.rx.len() < self.firmware.rx_buffer => self.rx.push_back(byte),
+            _ => self.lost_bytes += 1,
+        }
+        if byte == b'\n' || byte == b'\r' {
+            self.process_lines();
+        }
+    }
+
+    fn minds(&self, byte: u8) -> bool {
+        matches!(byte, b'\n' | b'\r' | b'?' | b'!' | b'~' | 0x18 | 0x80..)
+    }
+
+    fn transmit(&mut self, into: &mut Vec<u8>) {
+        into.append(&mut self.tx);
+    }
+
+    fn take_samples(&mut self, into: &mut Vec<Sample>) {
+        into.append(&mut self.samples);
+    }
+
+    fn advance(&mut self, now: Time) {
+        if let Mode::Home(done) = self.mode
+            && now >= done
+        {
+            self.now = self.now.max(done);
+            self.mode = Mode::Idle;
+            self.reply("ok");
+            self.process_lines();
+        }
+        while self.now < now {
+            self.go_on(now);
+        }
+    }
+
+    fn next_event(&self) -> Time {
+        if let Mode::Home(done) = self.mode {
+            return done;
+        }
+        let busy = self.waiting.is_some() || self.motion.is_stopping() || !self.rx.is_empty();
+        match self.motion.next_event() {
+            Some(seconds) if busy => self.now.after(Duration::from_secs_f64(seconds + 2e-6)),
+            _ => Time::NEVER,
+        }
+    }
+
+    fn disturb(&mut self, disturbance: Disturbance) {
+        match disturbance {
+            Disturbance::Reset => self.reset(),
+            Disturbance::Alarm => {
+                self.motion.kill();
+                self.mode = Mode::Alarm;
+                self.reply("ALARM:1");
+            }
         }
     }
 }
@@ -525,15 +606,27 @@ mod tests {
             work_offset_mm: (-30.0, -20.0),
         };
         let mut sim = GrblSim::new(settings);
-        sim.transmit();
+        sim.transmit(&mut Vec::new());
         sim
+    }
+
+    fn said(sim: &mut GrblSim) -> String {
+        let mut bytes = Vec::new();
+        sim.transmit(&mut bytes);
+        String::from_utf8(bytes).unwrap()
+    }
+
+    fn samples(sim: &mut GrblSim) -> Vec<Sample> {
+        let mut samples = Vec::new();
+        sim.take_samples(&mut samples);
+        samples
     }
 
     fn say(sim: &mut GrblSim, bytes: &[u8], ms: u64) -> String {
         bytes.iter().for_each(|&byte| sim.receive(byte));
         let until = sim.now.after(Duration::from_millis(ms));
         sim.advance(until);
-        String::from_utf8(sim.transmit()).unwrap()
+        said(sim)
     }
 
     #[test]
@@ -568,7 +661,7 @@ mod tests {
             let now = sim.now.after(Duration::from_millis(1));
             sim.advance(now);
         }
-        let acknowledged = String::from_utf8(sim.transmit()).unwrap().matches("ok").count();
+        let acknowledged = said(&mut sim).matches("ok").count();
         assert_eq!(acknowledged, 15, "the sixteenth waits for planner space");
         sim.receive(0x85);
         say(&mut sim, b"", 3000);
@@ -591,13 +684,14 @@ mod tests {
         assert_eq!(say(&mut sim, b"G21G90G17G94G55\nG54\n", 1), "ok\r\nok\r\n");
         assert!(say(&mut sim, b"?", 1).contains("WCO:-30.000,-20.000"));
         say(&mut sim, b"G3X-70Y-60I0J10F3000\n", 3000);
-        let samples = sim.take_samples();
-        let off = |s: &Sample| 10.0 - (s.position_mm.0 + 100.0).hypot(s.position_mm.1 + 90.0);
-        let worst = samples.iter().map(off).fold(0.0_f64, f64::max);
-        assert!(
-            samples.iter().map(off).all(|off| off > -2e-5) && worst > 0.001 && worst < 4.0 * 0.002,
-            "{worst}"
-        );
+        let corners = samples(&mut sim);
+        let places = corners.windows(2).flat_map(|pair| {
+            let (a, b) = (pair[0].position_mm, pair[1].position_mm);
+            (0..=8).map(f64::from).map(move |k| (a.0 + (b.0 - a.0) * k / 8.0, a.1 + (b.1 - a.1) * k / 8.0))
+        });
+        let off: Vec<f64> = places.map(|(x, y)| 10.0 - (x + 100.0).hypot(y + 90.0)).collect();
+        let worst = off.iter().copied().fold(0.0_f64, f64::max);
+        assert!(off.iter().all(|&off| off > -2e-5) && worst > 0.001 && worst < 4.0 * 0.002, "{worst}");
         assert!((sim.motion.position().1 - -80.0).abs() < 1e-5);
     }
 
@@ -607,7 +701,7 @@ mod tests {
         say(&mut sim, b"G21G90G17G94\n", 1);
         // 20 nm along a circle of 3 mm: less than single precision holds at −100 mm.
         say(&mut sim, b"G3X-69.99999998Y-80I0J3F3000\n", 3000);
-        let farthest = sim.take_samples().iter().map(|s| s.position_mm.1 + 100.0).fold(0.0_f64, f64::max);
+        let farthest = samples(&mut sim).iter().map(|s| s.position_mm.1 + 100.0).fold(0.0_f64, f64::max);
         assert!(farthest > 5.9, "that is why the guard refuses such arcs: {farthest}");
     }
 }

@@ -81,6 +81,6 @@ fn serve(mut machine: SimMachine, mut host: TTYPort, stop: &AtomicBool, samples:
         if !out.is_empty() && host.write_all(&out).is_ok() {
             out.clear();
         }
-        samples.lock().unwrap_or_else(PoisonError::into_inner).extend(machine.take_samples());
+        machine.take_samples(&mut samples.lock().unwrap_or_else(PoisonError::into_inner));
     }
 }

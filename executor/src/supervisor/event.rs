@@ -1,8 +1,22 @@
 //! What goes in and out of the supervisor: events, replies, commands.
 
+use arrayvec::ArrayString;
 use keepout_kernel::Point;
+use keepout_planner::job::ContourJob;
 
 use super::guard::Certified;
+use super::manual::Limits;
+
+/// A line of text of bounded length: what does not fit is cut off.
+pub type Text = ArrayString<80>;
+
+/// The beginning of `text`, as far as it fits.
+#[must_use]
+pub fn text(text: &str) -> Text {
+    let mut short = Text::new();
+    text.chars().take_while(|&letter| short.try_push(letter).is_ok()).for_each(drop);
+    short
+}
 
 /// What the operator wants, as read from a joystick, script or model.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -43,7 +57,9 @@ pub enum Mode {
     Idle,
     /// Moves: jogging, or running a contour.
     Moving,
-    /// Held by a feed hold.
+    /// Slowing down for a hold.
+    Slowing,
+    /// Stands still, held.
     Held,
     /// Homing.
     Homing,
@@ -58,74 +74,102 @@ pub enum Mode {
 pub struct Report {
     /// The controller's state.
     pub mode: Mode,
-    /// The tool centre, drawing coordinates; `None` when the report gives no machine position.
+    /// The tool centre, drawing coordinates; `None` when it is not reported, or the coordinates are not known yet.
     pub position: Option<Point>,
-    /// The work offset, when this report carries it, in machine coordinates.
-    pub work_offset: Option<Point>,
-    /// Free blocks in the planner, when reported.
-    pub free_blocks: Option<usize>,
+    /// Motions in the controller's queue; `None` when the report does not say.
+    pub queued: Option<usize>,
+    /// Whether the controller has received something that it has not acted on; `None` when the report does not say.
+    pub waiting: Option<bool>,
 }
 
-/// A decoded line from the controller.
-#[derive(Clone, Debug, PartialEq)]
+/// What a controller needs to be, and is not.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unfit {
+    /// Its name for the setting.
+    pub name: &'static str,
+    /// The setting's value.
+    pub value: f64,
+    /// What is needed.
+    pub needed: &'static str,
+}
+
+/// A decoded message from the controller.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reply {
-    /// The oldest line is accepted.
-    Ok,
+    /// The oldest motion is accepted.
+    Accepted,
     /// The oldest line is refused.
-    Error(u16),
+    Refused {
+        /// The controller's number for it.
+        code: u16,
+        /// What that number means; empty when it is not known.
+        meaning: &'static str,
+        /// It can be tried again at rest.
+        transient: bool,
+    },
     /// An alarm.
-    Alarm(u16),
+    Alarm {
+        /// The controller's number for it.
+        code: u16,
+        /// What that number means; empty when it is not known.
+        meaning: &'static str,
+    },
     /// A status report.
     Report(Report),
-    /// A setting, number and value.
-    Setting(u16, f64),
-    /// The greeting after power-up or reset.
-    Greeting(String),
+    /// The controller is set up; what it says it can do.
+    Prepared(Limits),
+    /// The controller can not be used as it is.
+    Unfit(Unfit),
+    /// The reference position was found.
+    Homed,
+    /// The modes that motions rely on are set.
+    Armed,
+    /// It was reset, or switched on.
+    Restarted,
+    /// Its coordinates were changed by somebody.
+    Displaced,
     /// A message worth keeping, nothing to act on.
-    Message(String),
-    /// Not a line of this controller's language.
-    Garbled(String),
+    Message(Text),
+    /// Not of this controller's language.
+    Garbled(Text),
 }
 
 /// What happens to the supervisor.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub enum Event {
-    /// A line from the controller.
+    /// A message from the controller.
     Reply(Reply),
     /// The operator's wish of this moment.
     Operator(Wish),
     /// Time has passed.
     Tick,
+    /// The contouring job that was asked for.
+    Job(Box<Result<ContourJob, String>>),
     /// The port failed.
-    PortLost(String),
+    PortLost(Text),
+    /// The port is back.
+    PortFound,
 }
 
-/// What the supervisor wants sent.
+/// What the supervisor wants done.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Command {
     /// Ask for a status report.
     Query,
-    /// Stop a jog.
+    /// Stop jogging, and forget jogs that are queued.
     Cancel,
-    /// Stop a contour, keeping the position.
+    /// Stop a contour, keeping what is queued.
     Hold,
-    /// Reset the controller.
-    Reset,
-    /// End whatever line the controller may have half of.
-    Wake,
-    /// Read the controller's settings.
-    ReadSettings,
-    /// Have planner blocks reported.
-    ReportBlocks,
-    /// Set how far chords may leave an arc.
-    SetArcTolerance {
-        /// The tolerance, mm.
-        mm: f64,
-    },
-    /// Set the modes that motions rely on; two lines.
-    SetModes,
+    /// Go on after a hold.
+    Continue,
+    /// Forget what is queued, at rest after a hold.
+    Abort,
+    /// Read the controller's settings, and set those that the session relies on.
+    Prepare,
     /// Find the reference position.
     Home,
+    /// Set the modes that motions rely on.
+    Arm,
     /// A certified motion.
     Move(Certified),
 }

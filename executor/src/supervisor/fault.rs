@@ -3,11 +3,11 @@
 use keepout_kernel::Point;
 use thiserror::Error;
 
-use super::event::Mode;
+use super::event::{Mode, Text, Unfit};
 use super::guard::Refusal;
 
 /// Why a session stopped.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum Fault {
     /// The controller does not answer.
     #[error("no answer from the controller for {seconds:.1} s. Check cable, power, port and baud rate.")]
@@ -16,22 +16,28 @@ pub enum Fault {
         seconds: f64,
     },
     /// It answered something that is not its language.
-    #[error("the controller sent {line:?}, which is not GRBL 1.1. Check the baud rate and the cable.")]
+    #[error(
+        "the controller sent {line:?}, which is not its language. Check the dialect, the baud rate and the cable."
+    )]
     Garbled {
         /// The line.
-        line: String,
+        line: Text,
     },
     /// It refused a line.
-    #[error("the controller refused a line with error {code}{}. The machine has stopped at its last certified target.", error_text(*.code))]
+    #[error("the controller refused a line with error {code}{}{meaning}. The machine has stopped at its last certified target.", if meaning.is_empty() { "" } else { ": " })]
     Refused {
         /// Its error number.
         code: u16,
+        /// What that means.
+        meaning: &'static str,
     },
     /// It raised an alarm.
-    #[error("the controller raised alarm {code}{}. Find the cause, then home the machine again.", alarm_text(*.code))]
+    #[error("the controller raised alarm {code}{}{meaning}. Find the cause, then home the machine again.", if meaning.is_empty() { "" } else { ": " })]
     Alarm {
         /// Its alarm number.
         code: u16,
+        /// What that means.
+        meaning: &'static str,
     },
     /// It was reset under way.
     #[error("the controller was reset. Its position may be lost: home it and start again.")]
@@ -42,17 +48,10 @@ pub enum Fault {
     )]
     NotHomed,
     /// Its settings are not those that safety needs.
-    #[error("controller setting ${number} is {value}, it must be {needed}")]
-    Setting {
-        /// The setting's number.
-        number: u16,
-        /// Its value.
-        value: f64,
-        /// What is needed.
-        needed: &'static str,
-    },
-    /// The tool stands where it must not.
-    #[error("the tool stands at {}: {refusal}. Raise it, move it clear by hand, and start again.", keepout_planner::units::place(*at))]
+    #[error("controller setting {} is {}, it must be {}", .0.name, .0.value, .0.needed)]
+    Setting(Unfit),
+    /// The tool stands in the part.
+    #[error("the tool stands at {}: {refusal}. Raise it, move it clear of the part, and start again.", keepout_planner::units::place(*at))]
     StandsInside {
         /// Where it stands.
         at: Point,
@@ -76,27 +75,20 @@ pub enum Fault {
     },
     /// The port failed.
     #[error("the port was lost: {0}")]
-    PortLost(String),
+    PortLost(Text),
 }
 
-fn error_text(code: u16) -> &'static str {
-    match code {
-        1..=3 => " (a damaged line)",
-        8 => " (not idle)",
-        9 => " (locked by an alarm)",
-        11 | 14 => " (a line too long)",
-        15 => " (beyond the machine's travel)",
-        20..=25 | 33..=35 => " (not valid G-code)",
-        _ => "",
-    }
-}
-
-fn alarm_text(code: u16) -> &'static str {
-    match code {
-        1 => " (limit switch)",
-        2 => " (beyond the machine's travel)",
-        3 => " (reset while moving: position lost)",
-        6..=9 => " (homing failed)",
-        _ => "",
+impl Fault {
+    /// Whether the controller may have lost where the tool is: it must be homed again.
+    #[must_use]
+    pub fn loses_position(&self) -> bool {
+        !matches!(
+            self,
+            Self::Silent { .. }
+                | Self::Garbled { .. }
+                | Self::Refused { .. }
+                | Self::LineLost
+                | Self::PortLost(_)
+        )
     }
 }

@@ -1,6 +1,6 @@
-//! Manual mode: from the operator's wish to certified jogs.
+//! Steering by hand: from the operator's wish to certified jogs.
 //!
-//! Everything here proposes a target; [`Guard::jog`] decides.
+//! Everything here proposes a target; [`Guard::jog`] and [`Guard::escape`] decide.
 
 use std::time::Duration;
 
@@ -8,8 +8,9 @@ use keepout_kernel::clip::{SLIDE_TURNS, contact_band, longest_prefix};
 use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::{FreePoint, Point, UNITS_PER_MM, Vector};
 
-use super::guard::Guard;
+use super::guard::{Guard, MotionShape};
 use super::{Command, Counts, Wish};
+use crate::link::Abilities;
 use crate::time::Time;
 
 /// What the machine can do, as far as steering needs it.
@@ -21,8 +22,19 @@ pub struct Limits {
     pub acceleration_mm_s2: f64,
 }
 
+impl Limits {
+    /// The lesser of both in each.
+    #[must_use]
+    pub fn least(self, other: Self) -> Self {
+        Self {
+            speed_mm_s: self.speed_mm_s.min(other.speed_mm_s),
+            acceleration_mm_s2: self.acceleration_mm_s2.min(other.acceleration_mm_s2),
+        }
+    }
+}
+
 /// A wish older than this counts as none: the device is gone, or the program behind it.
-const STALE: Duration = Duration::from_millis(250);
+pub(super) const STALE: Duration = Duration::from_millis(250);
 /// Below this deflection nothing moves.
 const DEAD_ZONE: f64 = 0.03;
 /// Jog targets lie on this grid, lattice units (1 µm): they are then written exactly with three decimals.
@@ -31,16 +43,51 @@ const GRID: i64 = 100;
 const SHORTEST_MM: f64 = 0.01;
 /// A wish that turns by more than this (cosine) cancels what is in flight.
 const TURNED: f64 = 0.7;
+/// The same where the queue is not added to while it runs.
+const TURNED_SINGLE: f64 = 0.995;
 /// In-flight motion shorter than this is left to end by itself, mm.
 const SHORT_QUEUE_MM: f64 = 1.0;
+/// Handwheels are at most this far ahead of the tool, mm.
+const WHEEL_AHEAD_MM: f64 = 10.0;
+/// Where motions can not be joined, each lasts up to this, s.
+const SINGLE_S: f64 = 1.0;
+/// Step along a wall where axes run apart, mm.
+const STAIR_MM: f64 = 0.5;
+/// A slide that gets this share of its way is taken without trying others.
+const GOOD_SHARE: f64 = 0.98;
 
-/// What manual mode remembers.
+/// What steering remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Manual {
-    /// A cancel was sent: nothing is sent until the tool has settled.
-    cancelling: bool,
+pub struct Steering {
     /// Direction of the last jog's wish.
     heading: Option<(f64, f64)>,
+    /// Lines sent and acknowledged when the last cancel left.
+    cancelled: Option<(u64, u64)>,
+    /// Nothing is sent until the tool has settled.
+    resting: bool,
+    /// What handwheels were turned and the tool has not followed yet, mm.
+    turned_mm: (f64, f64),
+}
+
+/// What a proposal ran into.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Contact {
+    /// Nothing new was proposed.
+    Unknown,
+    /// Nothing: the tool goes where it is wished.
+    Free,
+    /// The wall: the motion was cut short, or runs along it.
+    Wall,
+}
+
+/// What steering works with.
+pub(super) struct Helm<'a> {
+    pub(super) guard: &'a mut Guard,
+    pub(super) counts: &'a mut Counts,
+    pub(super) commands: &'a mut Vec<Command>,
+    pub(super) limits: Limits,
+    pub(super) abilities: Abilities,
+    pub(super) round_trip: Duration,
 }
 
 /// The wish, or none when it is stale or no number.
@@ -60,129 +107,279 @@ pub(super) fn feed(speed_mm_s: f64) -> u32 {
     u32::try_from(nearest_unit((speed_mm_s * 60.0).floor())).unwrap_or(1).max(60)
 }
 
-impl Manual {
+impl Steering {
     /// The tool has come to rest with nothing in flight.
     pub(super) fn settle(&mut self) {
-        self.cancelling = false;
+        self.resting = false;
+        self.cancelled = None;
     }
 
     /// Nothing is sent until the tool has settled.
     pub(super) fn wait_for_rest(&mut self) {
-        self.cancelling = true;
+        self.resting = true;
+    }
+
+    /// Handwheels were turned.
+    pub(super) fn turn(&mut self, (x, y): (f64, f64)) {
+        let sum = |a: f64, b: f64| {
+            let sum = a + b;
+            if sum.is_finite() { sum.clamp(-WHEEL_AHEAD_MM, WHEEL_AHEAD_MM) } else { a }
+        };
+        self.turned_mm = (sum(self.turned_mm.0, x), sum(self.turned_mm.1, y));
     }
 
     /// Sends what the wish asks for, as far as it is certified and not already under way.
-    pub(super) fn steer(
-        &mut self,
-        wish: Option<(f64, f64)>,
-        round_trip: Duration,
-        limits: &Limits,
-        guard: &mut Guard,
-        counts: &mut Counts,
-        commands: &mut Vec<Command>,
-    ) {
-        // One line at a time is unacknowledged, and none when a cancel leaves: a line that waits for planner space
-        // would otherwise be executed after it.
-        if self.cancelling || guard.unacknowledged() > 0 {
-            return;
+    pub(super) fn steer(&mut self, wish: Option<(f64, f64)>, helm: &mut Helm<'_>) -> Contact {
+        let Some((x, y)) = wish else { return self.turn_wheels(helm) };
+        self.turned_mm = (0.0, 0.0);
+        if self.resting {
+            return Contact::Unknown;
         }
-        let queued_mm = queue_length_mm(guard);
-        let Some((x, y)) = wish else {
-            self.cancel_if(!guard.settled(), counts, commands);
-            return;
-        };
         let length = x.hypot(y);
         let unit = (x / length, y / length);
-        let turned = self.heading.is_some_and(|(hx, hy)| hx * unit.0 + hy * unit.1 < TURNED);
-        if turned && queued_mm > SHORT_QUEUE_MM {
-            self.cancel_if(true, counts, commands);
-            self.heading = None;
-            return;
+        let ahead_mm = self.ahead_mm(helm.guard);
+        let single = !helm.abilities.queues;
+        let turned = if single { TURNED_SINGLE } else { TURNED };
+        let turns = self.heading.is_some_and(|(hx, hy)| hx * unit.0 + hy * unit.1 < turned);
+        if turns && (ahead_mm > SHORT_QUEUE_MM || single) {
+            self.cancel(helm);
         }
-        let speed = length * limits.speed_mm_s;
-        let horizon = (round_trip.as_secs_f64() * 1.5 + 0.03).clamp(0.06, 2.0);
-        let wanted_mm = speed * speed / (2.0 * limits.acceleration_mm_s2) + speed * horizon;
-        let missing_mm = wanted_mm - queued_mm;
+        if helm.guard.unacknowledged() > 0 || single && !helm.guard.settled() {
+            return Contact::Unknown;
+        }
+        let speed = length * helm.limits.speed_mm_s;
+        let missing_mm = wanted_mm(speed, helm) - self.ahead_mm(helm.guard);
         if missing_mm < speed * 0.02 {
-            return;
+            return Contact::Unknown;
         }
-        let Some(end) = guard.end() else { return };
-        let step =
-            |d: f64| i32::try_from(nearest_unit(d * missing_mm * f64::from(UNITS_PER_MM))).unwrap_or(0);
-        let wish = Vector { dx: step(unit.0), dy: step(unit.1) };
-        if let Some(target) = reach(guard, end, wish, counts)
-            && let Ok(certified) = guard.jog(target, feed(speed))
+        let Some(base) = self.base(helm) else { return Contact::Unknown };
+        let way = vector(unit, missing_mm);
+        let (target, contact) = helm.reach(base, way);
+        if let Some((target, share)) = target
+            && let Ok(certified) = helm.guard.jog(target, feed(speed * share))
         {
             self.heading = Some(unit);
-            counts.jogs += 1;
-            commands.push(Command::Move(certified));
+            helm.counts.jogs += 1;
+            helm.commands.push(Command::Move(certified));
+        }
+        contact
+    }
+
+    /// Sends a way out where the wish leads: nearer to no edge that is too near.
+    pub(super) fn escape(&mut self, wish: Option<(f64, f64)>, helm: &mut Helm<'_>) {
+        let Some((x, y)) = wish else {
+            self.cancel(helm);
+            return;
+        };
+        if self.resting || !helm.guard.settled() || helm.guard.unacknowledged() > 0 {
+            return;
+        }
+        let Some(from) = helm.guard.tail() else { return };
+        let speed = (x.hypot(y) * helm.limits.speed_mm_s).min(ESCAPE_MM_S);
+        let single_axis = if x.abs() > y.abs() { (x, 0.0) } else { (0.0, y) };
+        let along = if helm.abilities.shape == MotionShape::Box { single_axis } else { (x, y) };
+        let to = from.point().translated(vector(along, ESCAPE_STEP_MM));
+        let Ok(to) = to else { return };
+        let mut best = None;
+        longest_prefix(from.point(), to, |point| {
+            let target = on_grid(point).filter(|&target| helm.guard.admits_escape(target).is_ok());
+            best = target.or(best);
+            target.is_some()
+        });
+        if let Some(certified) = best.and_then(|target| helm.guard.escape(target, feed(speed)).ok()) {
+            helm.counts.jogs += 1;
+            helm.commands.push(Command::Move(certified));
         }
     }
 
-    fn cancel_if(&mut self, moving: bool, counts: &mut Counts, commands: &mut Vec<Command>) {
-        if moving {
-            counts.cancels += 1;
-            self.cancelling = true;
-            commands.push(Command::Cancel);
+    /// Without a push on the stick: what the wheels were turned, or rest.
+    fn turn_wheels(&mut self, helm: &mut Helm<'_>) -> Contact {
+        let step = vector(self.turned_mm, 1.0);
+        let short = step.dx.abs().max(step.dy.abs()) < helm.guard.rules().shortest.units();
+        if short {
+            if self.heading.is_some() {
+                self.cancel(helm);
+            }
+            return Contact::Unknown;
         }
+        if self.heading.is_some() {
+            // The stick was let go before the wheel was turned: rest first.
+            self.cancel(helm);
+            self.heading = if helm.guard.settled() { None } else { self.heading };
+        }
+        let busy = helm.guard.unacknowledged() > 0 || !helm.abilities.queues && !helm.guard.settled();
+        if self.resting || busy || self.heading.is_some() {
+            return Contact::Unknown;
+        }
+        let Some(end) = helm.guard.end() else { return Contact::Unknown };
+        self.turned_mm = (0.0, 0.0);
+        let target = helm.prefix(end, step);
+        let wished = end.point().translated(step).ok().and_then(on_grid);
+        if let Some(certified) =
+            target.and_then(|target| helm.guard.jog(target, feed(helm.limits.speed_mm_s)).ok())
+        {
+            helm.counts.jogs += 1;
+            helm.commands.push(Command::Move(certified));
+        }
+        if target == wished { Contact::Free } else { Contact::Wall }
+    }
+
+    /// Cancels what moves, once for each state of what was sent and acknowledged: a line that waited for room in the queue
+    /// runs after a cancel, and needs another.
+    pub(super) fn cancel(&mut self, helm: &mut Helm<'_>) {
+        let counts = (helm.guard.sent(), helm.guard.unacknowledged());
+        if helm.guard.settled() || self.cancelled == Some(counts) {
+            return;
+        }
+        self.cancelled = Some(counts);
+        if helm.abilities.cancels {
+            helm.counts.cancels += 1;
+            helm.commands.push(Command::Cancel);
+        }
+    }
+
+    /// The way still ahead of the tool, mm: along the targets that no cancel has struck out.
+    fn ahead_mm(&self, guard: &Guard) -> f64 {
+        let struck = self.cancelled.map_or(0, |(sent, _)| sent);
+        let mut last: Option<Point> = None;
+        let mut sum = 0.0;
+        for point in guard.way_after(struck) {
+            sum += last.map_or(0.0, |last| length_mm(point.minus(last)));
+            last = Some(point);
+        }
+        sum
+    }
+
+    /// Where the next motion begins: at the last target, or after a cancel where the tool will stand.
+    fn base(&self, helm: &Helm<'_>) -> Option<FreePoint> {
+        if self.cancelled.is_none_or(|(sent, _)| sent != helm.guard.sent()) {
+            return helm.guard.end();
+        }
+        let tail = helm.guard.tail()?;
+        let speed = helm.limits.speed_mm_s;
+        let mut left = speed * speed / (2.0 * helm.limits.acceleration_mm_s2)
+            + speed * helm.round_trip.as_secs_f64() / 2.0;
+        let mut at = tail.point();
+        for next in helm.guard.way_after(0).skip(1) {
+            let step = next.minus(at);
+            let length = length_mm(step);
+            let share = (left / length.max(1e-9)).min(1.0);
+            at = at.translated(vector((mm_of(step.dx) * share, mm_of(step.dy) * share), 1.0)).ok()?;
+            left -= length;
+            if left <= 0.0 {
+                break;
+            }
+        }
+        helm.guard.part().motion(tail, at).ok().or(Some(tail))
     }
 }
 
-/// The way along the targets in flight, from where the tool was last known to be, mm.
-fn queue_length_mm(guard: &Guard) -> f64 {
-    let points: Vec<Point> = guard.in_flight().collect();
-    points.windows(2).map(|pair| length_mm(pair[1].minus(pair[0]))).sum()
+/// Fastest way out, mm/s.
+const ESCAPE_MM_S: f64 = 5.0;
+/// Longest single way out, mm.
+const ESCAPE_STEP_MM: f64 = 2.0;
+
+/// How far ahead of the tool targets are wanted, mm: to brake, and to bridge the time until the next can arrive.
+fn wanted_mm(speed: f64, helm: &Helm<'_>) -> f64 {
+    let horizon = (helm.round_trip.as_secs_f64() * 1.5 + 0.03).clamp(0.06, 2.0);
+    let horizon = if helm.abilities.queues { horizon } else { horizon.max(SINGLE_S) };
+    speed * speed / (2.0 * helm.limits.acceleration_mm_s2) + speed * horizon
+}
+
+fn mm_of(units: i32) -> f64 {
+    f64::from(units) / f64::from(UNITS_PER_MM)
 }
 
 fn length_mm(v: Vector) -> f64 {
-    f64::from(v.dx).hypot(f64::from(v.dy)) / f64::from(UNITS_PER_MM)
+    mm_of(v.dx).hypot(mm_of(v.dy))
 }
 
-/// The target that goes farthest along the wish: straight, or along the wall when the wall is near.
-fn reach(guard: &Guard, end: FreePoint, wish: Vector, counts: &mut Counts) -> Option<Point> {
-    let straight = prefix(guard, end.point(), wish);
-    let wished = length_mm(wish);
-    let gained = straight.map_or(0.0, |p| length_mm(p.minus(end.point())));
-    if gained >= wished * 0.999 {
-        return straight;
-    }
-    counts.clipped += 1;
-    let wall = guard.part().wall(end, contact_band());
-    let Some(wall) = wall.filter(|wall| !wall.is_left_by(wish)) else {
-        return straight.filter(|_| gained >= SHORTEST_MM);
-    };
-    let slides = SLIDE_TURNS.iter().filter_map(|&turn| {
-        let along = wall.slide(wish, turn)?;
-        let target = prefix(guard, end.point(), along)?;
-        let moved = target.minus(end.point());
-        let progress = f64::from(moved.dx) * f64::from(along.dx) + f64::from(moved.dy) * f64::from(along.dy);
-        let progress = progress / f64::from(along.dx).hypot(f64::from(along.dy)) / f64::from(UNITS_PER_MM);
-        Some((progress, target))
-    });
-    let best = slides.max_by(|a, b| a.0.total_cmp(&b.0));
-    match best {
-        Some((progress, target))
-            if progress > gained && length_mm(target.minus(end.point())) >= SHORTEST_MM =>
-        {
-            Some(target)
-        }
-        _ => straight.filter(|_| gained >= SHORTEST_MM),
-    }
+/// A direction times a length in mm, on the lattice.
+fn vector((x, y): (f64, f64), mm: f64) -> Vector {
+    let step = |d: f64| i32::try_from(nearest_unit(d * mm * f64::from(UNITS_PER_MM))).unwrap_or(0);
+    Vector { dx: step(x), dy: step(y) }
 }
 
-/// The longest admitted prefix of a motion, on the grid; `None` when that is nothing.
-fn prefix(guard: &Guard, from: Point, wish: Vector) -> Option<Point> {
-    let to = from.translated(wish).ok()?;
-    let mut best = None;
-    longest_prefix(from, to, |point| {
-        let Some(target) = on_grid(point) else { return false };
-        let admitted = guard.admits(target).is_ok();
-        if admitted {
-            best = Some(target);
+impl Helm<'_> {
+    /// The target that goes farthest along the wish, straight or along the wall when that is near, with the share of the
+    /// wished speed that is left; and what was met.
+    fn reach(&mut self, base: FreePoint, wish: Vector) -> (Option<(Point, f64)>, Contact) {
+        let straight = self.prefix(base, wish);
+        let wished = length_mm(wish);
+        let gained = straight.map_or(0.0, |p| length_mm(p.minus(base.point())));
+        if gained >= wished * 0.999 {
+            return (straight.map(|target| (target, 1.0)), Contact::Free);
         }
-        admitted
-    });
-    best.filter(|&target| target != from)
+        self.counts.clipped += 1;
+        let straight = straight.filter(|_| gained >= SHORTEST_MM).map(|target| (target, 1.0));
+        let wall = self.guard.part().wall(base, contact_band());
+        let Some(wall) = wall.filter(|wall| !wall.is_left_by(wish)) else {
+            return (straight, if gained > 0.0 { Contact::Unknown } else { Contact::Wall });
+        };
+        let mut best: Option<(f64, Point, f64)> = None;
+        for &turn in &SLIDE_TURNS {
+            let Some(along) = wall.slide(wish, turn) else { continue };
+            for along in self.ways_along(along) {
+                let Some(target) = along.and_then(|along| self.prefix(base, along)) else { continue };
+                let Some(along) = along else { continue };
+                let moved = target.minus(base.point());
+                let length = length_mm(along).max(1e-9);
+                let progress =
+                    (mm_of(moved.dx) * mm_of(along.dx) + mm_of(moved.dy) * mm_of(along.dy)) / length;
+                if best.is_none_or(|(most, ..)| progress > most) {
+                    best = Some((progress, target, (length / wished).clamp(0.05, 1.0)));
+                }
+                if progress >= GOOD_SHARE * length && progress > gained {
+                    return (Some((target, (length / wished).clamp(0.05, 1.0))), Contact::Wall);
+                }
+            }
+        }
+        let along = best.filter(|&(progress, target, _)| {
+            progress > gained && length_mm(target.minus(base.point())) >= SHORTEST_MM
+        });
+        (along.map(|(_, target, share)| (target, share)).or(straight), Contact::Wall)
+    }
+
+    /// The motions to try along a wall: straight along it, or a stair where axes run apart.
+    fn ways_along(&self, along: Vector) -> [Option<Vector>; 3] {
+        if self.abilities.shape == MotionShape::Line {
+            return [Some(along), None, None];
+        }
+        let length = length_mm(along).max(1e-9);
+        let scale = STAIR_MM.min(length) / length;
+        let (x, y) = (mm_of(along.dx) * scale, mm_of(along.dy) * scale);
+        let flat = x.abs() < 0.002 || y.abs() < 0.002;
+        [Some(along).filter(|_| flat), Some(vector((x, 0.0), 1.0)), Some(vector((0.0, y), 1.0))]
+    }
+
+    /// The longest admitted prefix of a motion, on the grid; `None` when that is nothing.
+    fn prefix(&self, from: FreePoint, wish: Vector) -> Option<Point> {
+        let to = from.point().translated(wish).ok()?;
+        let admitted =
+            |point: Point| on_grid(point).filter(|&at| at != from.point() && self.guard.admits(at).is_ok());
+        if let Some(target) = admitted(to) {
+            return Some(target);
+        }
+        let clipped = self.guard.part().clip(from, to).point();
+        let length = length_mm(wish).max(1e-9);
+        for back_mm in [0.0, 0.001, 0.002] {
+            let set_back = vector((-mm_of(wish.dx) / length, -mm_of(wish.dy) / length), back_mm);
+            if let Some(target) = clipped.translated(set_back).ok().and_then(admitted) {
+                return Some(target);
+            }
+        }
+        if clipped == from.point() {
+            return None;
+        }
+        // The way is clear, and something in flight is in the way of the fan: halve.
+        let mut best = None;
+        longest_prefix(from.point(), clipped, |point| {
+            let target = admitted(point);
+            best = target.or(best);
+            target.is_some()
+        });
+        best
+    }
 }
 
 fn on_grid(point: Point) -> Option<Point> {

@@ -1,30 +1,64 @@
 //! The supervisor: a pure state machine between operator, guard and controller.
 //!
-//! `step(event, now)` takes one event and the time, and answers with the commands to send; it reads no clock, touches
-//! no port and draws no random numbers. Motions come only from the [`guard`].
+//! `step(event, now, commands)` takes one event and the time, and adds the commands to send; it reads no clock, touches
+//! no port and draws no random numbers. Motions come only from the [`guard`]. After the start it allocates nothing while it
+//! steers.
 
+mod contouring;
 mod event;
 mod fault;
 pub mod guard;
 mod manual;
-mod settings;
 mod start;
+mod state;
+mod watch;
 
-pub use event::{Ask, Command, Event, Mode, Reply, Report, Wish};
+pub use event::{Ask, Command, Event, Mode, Reply, Report, Text, Unfit, Wish, text};
 pub use fault::Fault;
+pub use manual::Limits;
+pub use state::Phase;
 
+use std::collections::VecDeque;
+use std::sync::Arc;
 use std::time::Duration;
 
 use keepout_kernel::exact::segment::Window;
-use keepout_kernel::{Curve, Length, Point};
-use keepout_planner::job::{Leg, LoopNumber, contour_job};
+use keepout_kernel::{Length, Point, ProhibitedRegion};
+use keepout_planner::job::LoopNumber;
 use keepout_planner::margin::Budget;
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::{length_up_from_mm, mm};
 
+use crate::link::Abilities;
 use crate::time::Time;
-use guard::{Guard, Sighting, Stamp};
-use settings::Settings;
+use guard::{Guard, Rules, Stamp};
+use manual::{Contact, Helm, Steering};
+use state::{State, Touch};
+
+/// A certified plan, and its part prepared for questions at the roughing threshold. Cheap to clone.
+#[derive(Clone, Debug)]
+pub struct Workpiece {
+    /// The plan.
+    pub plan: Arc<CertifiedPlan>,
+    part: Arc<ProhibitedRegion>,
+}
+
+impl Workpiece {
+    /// Prepares the part of a certified plan.
+    #[must_use]
+    pub fn new(plan: CertifiedPlan) -> Self {
+        let mut part = plan.part.clone();
+        // Cells only make answers at the roughing threshold faster; a part too large for them is asked by its index.
+        let _ = part.prepare(plan.roughing);
+        Self { plan: Arc::new(plan), part: Arc::new(part) }
+    }
+
+    /// The part.
+    #[must_use]
+    pub fn part(&self) -> &ProhibitedRegion {
+        &self.part
+    }
+}
 
 /// What the session was set up with.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,56 +71,6 @@ pub struct Options {
     pub stroke: Window,
     /// Longest silence of the controller.
     pub answer_within: Duration,
-    /// Steps per mm below which the controller's own setting is refused.
-    pub steps_per_mm: f64,
-    /// Arc tolerance, mm, that the controller is given unless its own is smaller.
-    pub arc_tolerance_mm: f64,
-}
-
-/// What the supervisor is doing; each state carries only its own data.
-#[derive(Debug)]
-enum State {
-    /// Waiting for a first report; what came instead is kept for the message.
-    Connecting {
-        garbled: Option<String>,
-    },
-    /// Waiting for the answer to an empty line, whatever it is.
-    Waking,
-    ReadingSettings(Settings),
-    /// Waiting for settings to be stored.
-    Storing {
-        open: u8,
-    },
-    Homing,
-    /// Waiting for the lines that set modes to be accepted, then for a report at rest, with the work offset known.
-    Locating {
-        lines_open: u8,
-    },
-    Manual(manual::Manual),
-    Contouring {
-        /// The finishing loops that it cuts.
-        cuts: Vec<LoopNumber>,
-    },
-    Stopping,
-    Done,
-    Faulted(Fault),
-}
-
-/// The state's name, for the operator and the log.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Phase {
-    /// Connecting, reading settings, homing.
-    Starting,
-    /// Steered by the operator.
-    Manual,
-    /// Contouring by itself.
-    Contouring,
-    /// Coming to rest before the end.
-    Stopping,
-    /// Ended as wanted.
-    Done,
-    /// Stopped by a fault.
-    Faulted,
 }
 
 /// Counters for the report.
@@ -104,161 +88,171 @@ pub struct Counts {
     pub queries: u64,
 }
 
-/// A status query without an answer is repeated after this time.
-const QUERY_AGAIN: Duration = Duration::from_millis(1000);
-/// Time between an answer and the next query.
-const QUERY_PAUSE: Duration = Duration::from_millis(40);
-/// Homing may keep the controller silent for this long.
-const HOMING_MAX: Duration = Duration::from_secs(90);
-/// Each step of the start is done within this, or something was lost.
-const START_WITHIN: Duration = Duration::from_secs(20);
-/// Refusals in a row after which the session ends.
-const REFUSED_MAX: u8 = 20;
-/// The wall counts as touched within this distance beyond the roughing threshold, mm.
-const TOUCH_MM: f64 = 0.1;
+/// Most queries without an answer.
+const QUERIES_MAX: usize = 64;
+/// Most notices kept.
+const NOTICES_MAX: usize = 64;
+/// Motions of a contour that are certified in one step.
+const CERTIFIED_AT_ONCE: usize = 32;
 
 /// The supervisor; see the module's documentation.
 #[derive(Debug)]
 pub struct Supervisor {
-    plan: CertifiedPlan,
+    work: Workpiece,
     guard: Guard,
     options: Options,
+    abilities: Abilities,
     state: State,
     wish: Wish,
     wished_at: Option<Time>,
+    /// When the wish went stale, steering was told so.
+    rested_for_stale: bool,
     heard_at: Time,
-    queries: std::collections::VecDeque<Stamp>,
+    queries: VecDeque<Stamp>,
     asked_at: Option<Time>,
     answered_at: Time,
     round_trip: Duration,
-    planner_blocks: Option<usize>,
-    limits: manual::Limits,
+    limits: Limits,
     finished: Vec<LoopNumber>,
     notices: Vec<String>,
     counts: Counts,
     position: Option<Point>,
+    mode: Option<Mode>,
     /// Whether a touch starts a contour: asked for, and not yet done since.
     armed: bool,
     unreached: usize,
-    work_offset: Option<Point>,
-    /// When the start last got on by an acknowledgement.
+    /// When the start last got on.
     progress_at: Time,
     /// Since when the controller rests although a line is unanswered.
     unanswered_since: Option<Time>,
     /// Jogs refused because the controller was still running, in a row.
     refused: u8,
+    /// Home the machine before it is located.
+    homes: bool,
 }
 
 impl Supervisor {
-    /// A supervisor for a certified plan. The part is copied into the guard.
+    /// A supervisor for a certified plan, over a controller of these abilities.
     #[must_use]
-    pub fn new(plan: CertifiedPlan, options: Options) -> Self {
-        let resolution = resolution(&plan.plan.budget);
+    pub fn new(work: Workpiece, options: Options, abilities: Abilities) -> Self {
+        let plan = &work.plan;
+        let machine = &plan.plan.machine;
         // Two steps and a little: the controller may have up to as few steps per mm as the profile says.
-        let two_steps = length_up_from_mm(2.2 / options.steps_per_mm).unwrap_or(Length::small(u8::MAX));
-        let mut part = plan.part.clone();
-        // Cells only make answers at the roughing threshold faster; a part too large for them is asked by its index.
-        let _ = part.prepare(plan.roughing);
-        let guard = Guard::new(part, options.stroke, plan.roughing, plan.finishing, resolution, two_steps);
-        let limits = manual::Limits {
-            speed_mm_s: plan.plan.machine.max_rate_mm_s,
-            acceleration_mm_s2: plan.plan.machine.acceleration_mm_s2,
+        let shortest = length_up_from_mm(2.2 / machine.steps_per_mm).unwrap_or(Length::small(u8::MAX));
+        let rules = Rules {
+            stroke: options.stroke,
+            manual: plan.roughing,
+            finishing: finishing_as_sent(plan, abilities),
+            resolution: resolution(&plan.plan.budget),
+            shortest,
+            shape: abilities.shape,
+            checked: abilities.checked,
         };
+        let limits =
+            Limits { speed_mm_s: machine.max_rate_mm_s, acceleration_mm_s2: machine.acceleration_mm_s2 };
         Self {
-            plan,
-            guard,
+            guard: Guard::new(Arc::clone(&work.part), rules),
+            work,
+            homes: options.home,
             options,
+            abilities,
             state: State::Connecting { garbled: None },
             wish: Wish::default(),
             wished_at: None,
+            rested_for_stale: false,
             heard_at: Time::ZERO,
-            queries: std::collections::VecDeque::new(),
+            queries: VecDeque::with_capacity(QUERIES_MAX),
             asked_at: None,
             answered_at: Time::ZERO,
             round_trip: Duration::from_millis(100),
-            planner_blocks: None,
             limits,
             finished: Vec::new(),
             notices: Vec::new(),
             counts: Counts::default(),
             position: None,
+            mode: None,
             armed: false,
             unreached: 0,
-            work_offset: None,
             progress_at: Time::ZERO,
             unanswered_since: None,
             refused: 0,
         }
     }
 
-    /// Takes one event and answers with the commands to send, in order.
-    pub fn step(&mut self, event: Event, now: Time) -> Vec<Command> {
-        let mut commands = Vec::new();
-        let tick = event == Event::Tick;
+    /// Takes one event, and adds the commands to send, in order.
+    pub fn step(&mut self, event: Event, now: Time, commands: &mut Vec<Command>) {
+        let first = commands.len();
+        let tick = matches!(event, Event::Tick);
         let outcome = match event {
-            Event::Reply(reply) => {
-                // Noise is no sign of life.
-                if !matches!(reply, Reply::Garbled(_)) {
-                    self.heard_at = now;
-                }
-                if matches!(reply, Reply::Ok | Reply::Error(_))
-                    || matches!(self.state, State::Connecting { .. })
-                {
-                    self.progress_at = now;
-                }
-                self.take_reply(reply, now, &mut commands)
-            }
+            Event::Reply(reply) => self.hear(reply, now, commands),
             Event::Operator(wish) => {
-                // Automatic mode is armed by being chosen, and spent by a contour.
-                self.armed = wish.automatic && (self.armed || !self.wish.automatic);
-                self.wish = wish;
-                self.wished_at = Some(now);
+                self.take_wish(wish, now, commands);
                 Ok(())
             }
             Event::Tick => self.check_silence(now),
+            Event::Job(job) => {
+                self.take_job(*job);
+                Ok(())
+            }
             Event::PortLost(reason) => Err(Fault::PortLost(reason)),
+            Event::PortFound => {
+                self.heard_at = now;
+                Ok(())
+            }
         };
-        let outcome = outcome.and_then(|()| self.act(tick, now, &mut commands));
+        let outcome = outcome.and_then(|()| self.act(tick, now, commands));
         if let Err(fault) = outcome {
-            self.stop(fault, &mut commands);
+            self.stop(fault, first, commands);
         }
-        commands
+    }
+
+    fn take_wish(&mut self, wish: Wish, now: Time, commands: &mut Vec<Command>) {
+        // Automatic mode is armed by being chosen, and spent by a contour.
+        self.armed = wish.automatic && (self.armed || !self.wish.automatic);
+        let asked = wish.ask.filter(|_| wish.ask != self.wish.ask);
+        self.wish = wish;
+        self.wished_at = Some(now);
+        self.rested_for_stale = false;
+        if let State::Manual(steering) | State::Sliding(steering) = &mut self.state {
+            steering.turn(wish.turned_mm);
+        }
+        if let Some(ask) = asked {
+            self.asked(ask, now, commands);
+        }
+    }
+
+    fn asked(&mut self, ask: Ask, now: Time, commands: &mut Vec<Command>) {
+        match (ask, self.phase()) {
+            (Ask::Quit, _) => commands.extend(self.halt()),
+            (Ask::Pause, Phase::Contouring) => self.hold(commands),
+            (Ask::Resume, Phase::Holding) => self.go_on(commands),
+            (Ask::Recover, Phase::Faulted) => self.recover(now),
+            _ => {}
+        }
     }
 
     /// What the supervisor is doing.
     #[must_use]
     pub fn phase(&self) -> Phase {
-        match self.state {
-            State::Connecting { .. }
-            | State::Waking
-            | State::ReadingSettings(_)
-            | State::Storing { .. }
-            | State::Homing
-            | State::Locating { .. } => Phase::Starting,
-            State::Manual(_) => Phase::Manual,
-            State::Contouring { .. } => Phase::Contouring,
-            State::Stopping => Phase::Stopping,
-            State::Done => Phase::Done,
-            State::Faulted(_) => Phase::Faulted,
-        }
+        self.state.phase()
     }
 
-    /// The fault that ended the session.
+    /// The fault that stopped the machine.
     #[must_use]
     pub fn fault(&self) -> Option<&Fault> {
-        if let State::Faulted(fault) = &self.state { Some(fault) } else { None }
+        if let State::Faulted { fault, .. } = &self.state { Some(fault) } else { None }
+    }
+
+    /// The plan and its part.
+    #[must_use]
+    pub fn work(&self) -> &Workpiece {
+        &self.work
     }
 
     /// The plan.
     #[must_use]
     pub fn plan(&self) -> &CertifiedPlan {
-        &self.plan
-    }
-
-    /// The plan, when the session is over.
-    #[must_use]
-    pub fn into_plan(self) -> CertifiedPlan {
-        self.plan
+        &self.work.plan
     }
 
     /// The guard, to look at.
@@ -267,8 +261,9 @@ impl Supervisor {
         &self.guard
     }
 
-    #[cfg(test)]
-    pub(crate) fn guard_mut(&mut self) -> &mut Guard {
+    /// The guard, to take something out of it.
+    #[cfg(feature = "mutations")]
+    pub fn guard_mut(&mut self) -> &mut Guard {
         &mut self.guard
     }
 
@@ -302,128 +297,15 @@ impl Supervisor {
         self.counts
     }
 
-    fn take_reply(&mut self, reply: Reply, now: Time, commands: &mut Vec<Command>) -> Result<(), Fault> {
-        match reply {
-            Reply::Report(report) => self.take_report(&report, now, commands),
-            Reply::Ok => self.take_ok(commands),
-            Reply::Error(code) => self.take_error(code, commands),
-            Reply::Alarm(code) => Err(Fault::Alarm { code }),
-            Reply::Garbled(line) => match &mut self.state {
-                // What is left in the line from before the connection is not held against the controller.
-                State::Connecting { garbled } => {
-                    *garbled = Some(line);
-                    Ok(())
-                }
-                _ => Err(Fault::Garbled { line }),
-            },
-            Reply::Greeting(_) => match self.state {
-                State::Connecting { .. } => Ok(()),
-                _ => Err(Fault::WasReset),
-            },
-            Reply::Setting(number, value) => {
-                if let State::ReadingSettings(settings) = &mut self.state {
-                    settings.take(number, value);
-                }
-                Ok(())
-            }
-            Reply::Message(text) => {
-                self.notices.push(text);
-                Ok(())
-            }
-        }
+    /// The time from a query to its answer, as lately measured.
+    #[must_use]
+    pub fn round_trip(&self) -> Duration {
+        self.round_trip
     }
 
-    fn take_report(&mut self, report: &Report, now: Time, commands: &mut Vec<Command>) -> Result<(), Fault> {
-        self.position = report.position.or(self.position);
-        if let (Some(known), Some(now)) = (self.work_offset, report.work_offset)
-            && known != now
-            && self.phase() != Phase::Starting
-        {
-            return Err(Fault::OffsetChanged);
-        }
-        self.work_offset = report.work_offset.or(self.work_offset);
-        if let Some(asked) = self.asked_at.take() {
-            let measured = now.since(asked);
-            // Quick to grow, slow to shrink.
-            self.round_trip =
-                if measured > self.round_trip { measured } else { (self.round_trip * 7 + measured) / 8 };
-        }
-        self.answered_at = now;
-        let stamp = self.queries.pop_front();
-        match &self.state {
-            State::Connecting { .. } => self.connected(report, commands),
-            State::Locating { lines_open: 0 } => self.take_place(report),
-            State::Manual(_) | State::Contouring { .. } | State::Stopping => {
-                self.check_mode(report)?;
-                match stamp {
-                    Some(stamp) => self.take_sighting(report, stamp, now),
-                    None => Ok(()),
-                }
-            }
-            _ => Ok(()),
-        }
-    }
-
-    fn check_mode(&self, report: &Report) -> Result<(), Fault> {
-        match report.mode {
-            Mode::Idle | Mode::Moving => Ok(()),
-            Mode::Held if matches!(self.state, State::Stopping) => Ok(()),
-            Mode::Alarm => Err(Fault::Alarm { code: 0 }),
-            mode => Err(Fault::Unexpected { mode }),
-        }
-    }
-
-    fn take_sighting(&mut self, report: &Report, stamp: Stamp, now: Time) -> Result<(), Fault> {
-        let queued = match (self.planner_blocks, report.free_blocks) {
-            (Some(all), Some(free)) => Some(all.saturating_sub(free)),
-            _ => None,
-        };
-        let Some(position) = report.position else { return Ok(()) };
-        let sighting = Sighting { position, at_rest: report.mode == Mode::Idle, queued };
-        self.check_answers(&sighting, now)?;
-        self.guard.reported(&sighting, stamp, now)?;
-        if report.mode == Mode::Held && matches!(self.state, State::Stopping) {
-            self.state = State::Done;
-        }
-        if self.guard.settled() {
-            match &mut self.state {
-                State::Manual(manual) => manual.settle(),
-                State::Contouring { cuts } => {
-                    self.finished.append(cuts);
-                    self.state = State::Manual(manual::Manual::default());
-                }
-                State::Stopping => self.state = State::Done,
-                _ => {}
-            }
-        }
-        Ok(())
-    }
-
-    /// A line is lost when the controller rests with an empty planner for long, and has not answered it.
-    fn check_answers(&mut self, sighting: &Sighting, now: Time) -> Result<(), Fault> {
-        let open = self.guard.unacknowledged() > 0;
-        if !(open && sighting.at_rest && sighting.queued.is_none_or(|queued| queued == 0)) {
-            self.unanswered_since = None;
-            return Ok(());
-        }
-        let since = *self.unanswered_since.get_or_insert(now);
-        if now.since(since) > self.options.answer_within { Err(Fault::LineLost) } else { Ok(()) }
-    }
-
-    fn check_silence(&self, now: Time) -> Result<(), Fault> {
-        let silent = now.since(self.heard_at);
-        let allowed =
-            if matches!(self.state, State::Homing) { HOMING_MAX } else { self.options.answer_within };
-        let over = matches!(self.state, State::Done | State::Faulted(_));
-        match &self.state {
-            State::Waking | State::ReadingSettings(_) | State::Storing { .. } | State::Locating { .. }
-                if now.since(self.progress_at) > START_WITHIN.max(allowed) =>
-            {
-                Err(Fault::LineLost)
-            }
-            _ if silent <= allowed || over => Ok(()),
-            State::Connecting { garbled: Some(line) } => Err(Fault::Garbled { line: line.clone() }),
-            _ => Err(Fault::Silent { seconds: silent.as_secs_f64() }),
+    fn note(&mut self, notice: String) {
+        if self.notices.len() < NOTICES_MAX && self.notices.last() != Some(&notice) {
+            self.notices.push(notice);
         }
     }
 
@@ -432,122 +314,140 @@ impl Supervisor {
         if self.wants_query(now) {
             self.query(now, commands);
         }
-        match &self.state {
-            State::Manual(_) => {
-                if self.wish.ask == Some(Ask::Quit) {
-                    self.begin_stopping(commands);
-                    return Ok(());
-                }
-                if !tick || manual::fresh(self.wish, self.wished_at, now).is_none() {
-                    self.touch_or_steer(now, commands);
+        match &mut self.state {
+            State::Manual(_) | State::Sliding(_) | State::Escaping(_) => {
+                let wish = manual::fresh(self.wish, self.wished_at, now);
+                let silent = self.is_stale(now);
+                if !tick || silent && !self.rested_for_stale {
+                    self.rested_for_stale = silent;
+                    self.touch_or_steer(wish, commands);
                 }
             }
-            State::Contouring { .. } if self.wish.ask == Some(Ask::Quit) => self.begin_stopping(commands),
-            State::Contouring { .. } => {
-                if let Some(certified) = self.guard.next_of_contour() {
+            State::Touching(Touch::Certifying(_)) => self.certify_on(),
+            State::Contouring(_) => {
+                while let Some(certified) = self.guard.next_of_contour() {
                     self.counts.contour_motions += 1;
                     commands.push(Command::Move(certified));
                 }
             }
+            State::Stopping { .. } if self.guard.settled() => self.state = State::Done,
             _ => {}
         }
         Ok(())
     }
 
-    fn begin_stopping(&mut self, commands: &mut Vec<Command>) {
-        let contouring = matches!(self.state, State::Contouring { .. });
-        self.state = if self.guard.settled() { State::Done } else { State::Stopping };
-        if !self.guard.settled() {
-            commands.push(if contouring { Command::Hold } else { Command::Cancel });
+    fn is_stale(&self, now: Time) -> bool {
+        self.wished_at.is_none_or(|at| now.since(at) > manual::STALE)
+    }
+
+    fn touch_or_steer(&mut self, wish: Option<(f64, f64)>, commands: &mut Vec<Command>) {
+        if self.armed && self.guard.settled() && !self.guard.stands_inside() && self.touches() {
+            self.armed = false;
+            self.state = State::Touching(Touch::Asked);
+            return;
         }
+        let mut helm = Helm {
+            guard: &mut self.guard,
+            counts: &mut self.counts,
+            commands,
+            limits: self.limits,
+            abilities: self.abilities,
+            round_trip: self.round_trip,
+        };
+        let contact = match &mut self.state {
+            State::Manual(steering) | State::Sliding(steering) => steering.steer(wish, &mut helm),
+            State::Escaping(steering) => {
+                steering.escape(wish, &mut helm);
+                Contact::Unknown
+            }
+            _ => return,
+        };
+        self.state = match (std::mem::replace(&mut self.state, State::Done), contact) {
+            (State::Manual(steering), Contact::Wall) => State::Sliding(steering),
+            (State::Sliding(steering), Contact::Free) => State::Manual(steering),
+            (state, _) => state,
+        };
+    }
+
+    /// Where a tool that has come to rest goes on.
+    fn at_rest(&mut self) {
+        let inside = self.guard.stands_inside();
+        self.state = match std::mem::replace(&mut self.state, State::Done) {
+            State::Escaping(_) if !inside => State::Manual(Steering::default()),
+            State::Manual(mut steering) => {
+                steering.settle();
+                State::Manual(steering)
+            }
+            State::Sliding(mut steering) => {
+                steering.settle();
+                State::Sliding(steering)
+            }
+            State::Escaping(mut steering) => {
+                steering.settle();
+                State::Escaping(steering)
+            }
+            State::Contouring(run) => {
+                self.finished.extend(run.cuts());
+                State::Manual(Steering::default())
+            }
+            State::Stopping { .. } => State::Done,
+            state => state,
+        };
     }
 
     /// Brings the machine to rest and ends the session.
-    pub fn halt(&mut self) -> Vec<Command> {
-        let mut commands = Vec::new();
-        match self.state {
-            State::Manual(_) | State::Contouring { .. } => self.begin_stopping(&mut commands),
-            State::Stopping | State::Done | State::Faulted(_) => {}
-            _ => self.state = State::Done,
-        }
-        commands
-    }
-
-    fn wants_query(&self, now: Time) -> bool {
-        let over = matches!(self.state, State::Done | State::Faulted(_) | State::Homing);
-        let waiting = matches!(self.state, State::Waking | State::ReadingSettings(_) | State::Storing { .. });
-        let due = match self.asked_at {
-            Some(asked) => now.since(asked) >= QUERY_AGAIN.max(self.round_trip * 2),
-            None => now.since(self.answered_at) >= QUERY_PAUSE,
-        };
-        !over && !waiting && due
-    }
-
-    fn query(&mut self, now: Time, commands: &mut Vec<Command>) {
-        self.asked_at = Some(now);
-        self.queries.push_back(self.guard.stamp(now));
-        self.counts.queries += 1;
-        commands.push(Command::Query);
-    }
-
-    fn touch_or_steer(&mut self, now: Time, commands: &mut Vec<Command>) {
-        if self.armed && self.guard.settled() && self.touches() {
-            match self.begin_contour() {
-                Ok(()) => return,
-                Err(reason) => {
-                    if self.notices.last() != Some(&reason) {
-                        self.notices.push(reason);
-                    }
-                }
+    pub fn halt(&mut self) -> Option<Command> {
+        let stopping = State::Stopping { aborted: false };
+        match self.phase() {
+            Phase::Stopping | Phase::Done => None,
+            Phase::Faulted | Phase::Starting => {
+                self.state = State::Done;
+                None
+            }
+            Phase::Holding => {
+                self.state = stopping;
+                None
+            }
+            Phase::Touching => {
+                self.guard.withdraw_contour();
+                self.state = State::Done;
+                None
+            }
+            Phase::Contouring => {
+                self.state = stopping;
+                self.abilities.holds.then_some(Command::Hold)
+            }
+            Phase::Manual | Phase::Sliding | Phase::Escaping if self.guard.settled() => {
+                self.state = State::Done;
+                None
+            }
+            Phase::Manual | Phase::Sliding | Phase::Escaping => {
+                self.state = stopping;
+                self.abilities.cancels.then_some(Command::Cancel)
             }
         }
-        let State::Manual(manual) = &mut self.state else { return };
-        let wish = manual::fresh(self.wish, self.wished_at, now);
-        manual.steer(wish, self.round_trip, &self.limits, &mut self.guard, &mut self.counts, commands);
     }
 
-    /// Whether the tool stands at the wall.
-    fn touches(&self) -> bool {
-        let Some(at) = self.guard.end() else { return false };
-        let Ok(band) = length_up_from_mm(TOUCH_MM) else { return false };
-        let here = keepout_kernel::Segment { from: at.point(), to: at.point() };
-        self.plan.part.edges_clear(here, at.threshold().saturating_plus(band)).is_err()
-    }
-
-    fn begin_contour(&mut self) -> Result<(), String> {
-        let from = self.guard.end().ok_or("the tool's position is not known")?.point();
-        let job = contour_job(&self.plan, from, self.options.stroke).map_err(|error| error.to_string())?;
-        let fast = manual::feed(self.limits.speed_mm_s / 2.0);
-        let of_pass = |cut: LoopNumber| self.plan.plan.passes[cut.pass].feed_mm_min;
-        let feed = |leg: &Leg| match leg.cuts {
-            Some(cut) => of_pass(cut).unwrap_or(self.options.feed_mm_min),
-            None => fast,
-        };
-        let curves: Vec<(Curve, u32)> =
-            job.legs.iter().flat_map(|leg| leg.curves.iter().map(|&curve| (curve, feed(leg)))).collect();
-        let cuts = job.legs.iter().filter_map(|leg| leg.cuts).collect();
-        self.guard.take_contour(curves).map_err(|refusal| format!("contouring refused: {refusal}"))?;
-        self.unreached = job.unreached.len();
-        for unreached in &job.unreached {
-            self.notices.push(format!("no way wide enough for roughing leads to finishing {unreached}"));
-        }
-        self.state = State::Contouring { cuts };
-        self.armed = false;
-        Ok(())
-    }
-
-    fn stop(&mut self, fault: Fault, commands: &mut Vec<Command>) {
-        if matches!(self.state, State::Faulted(_) | State::Done) {
+    /// Stops on a fault: motions that were about to be sent are not, and what moves is stopped where that keeps it on its
+    /// certified way.
+    fn stop(&mut self, fault: Fault, first: usize, commands: &mut Vec<Command>) {
+        if matches!(self.phase(), Phase::Faulted | Phase::Done) {
             return;
         }
-        commands.retain(|command| !matches!(command, Command::Move(_)));
-        commands.push(if matches!(self.state, State::Contouring { .. }) {
-            Command::Hold
-        } else {
-            Command::Cancel
+        let mut index = 0;
+        commands.retain(|command| {
+            index += 1;
+            index <= first || !matches!(command, Command::Move(_))
         });
+        let contouring = matches!(self.phase(), Phase::Contouring | Phase::Holding | Phase::Stopping);
+        if contouring && self.abilities.holds {
+            commands.push(Command::Hold);
+        } else if !contouring && self.abilities.cancels {
+            commands.push(Command::Cancel);
+        }
         self.guard.forget();
-        self.state = State::Faulted(fault);
+        self.queries.clear();
+        self.state = State::Faulted { fault, warned: false };
     }
 }
 
@@ -556,6 +456,15 @@ fn resolution(budget: &Budget) -> Length {
     let terms = budget.terms.iter().filter(|term| term.name.starts_with("controller resolution"));
     let sum: f64 = terms.map(|term| term.mm).sum();
     length_up_from_mm(sum).unwrap_or(Length::small(100))
+}
+
+/// The threshold of contours as they are sent. A controller that turns arcs into chords leaves them by a term of the margin;
+/// one that is sent chords does not, and the chords are asked without that term.
+fn finishing_as_sent(plan: &CertifiedPlan, abilities: Abilities) -> Length {
+    let term = plan.plan.budget.terms.iter().find(|term| term.name == "controller arcs");
+    let units = term.filter(|_| !abilities.arcs).and_then(|term| length_up_from_mm(term.mm).ok());
+    let less = units.map_or(0, |term| i64::from(term.units()) - 1).max(0);
+    Length::from_units(i64::from(plan.finishing.units()) - less).unwrap_or(plan.finishing)
 }
 
 /// A point for the log, in mm.

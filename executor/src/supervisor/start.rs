@@ -1,114 +1,90 @@
-//! The start of a session: connecting, settings, homing, finding the place.
+//! The start of a session: connecting, settings, homing, finding the place; and beginning anew after a fault.
 
-use super::event::{Command, Mode, Report};
-use super::settings::Settings;
-use super::{Fault, REFUSED_MAX, State, Supervisor, manual};
+use super::event::{Command, Mode, Reply, Report};
+use super::manual::Steering;
+use super::state::State;
+use super::{Fault, Supervisor};
+use crate::time::Time;
 
 impl Supervisor {
-    pub(super) fn take_ok(&mut self, commands: &mut Vec<Command>) -> Result<(), Fault> {
-        match &self.state {
-            State::Connecting { .. } => {}
-            State::ReadingSettings(settings) => {
-                let settings = *settings;
-                settings.check(&self.options)?;
-                self.limits = settings.limits(self.limits);
-                self.store(&settings, commands);
-            }
-            State::Storing { open: open @ 2.. } => self.state = State::Storing { open: open - 1 },
-            State::Storing { .. } => self.home_or_locate(commands),
-            State::Waking => self.read_settings(commands),
-            State::Homing => self.locate(commands),
-            State::Locating { lines_open: open @ 1.. } => {
-                self.state = State::Locating { lines_open: open - 1 }
-            }
-            _ => {
-                self.guard.acknowledged()?;
-                self.refused = 0;
-                // An answer to a query that left before this line would have come before this acknowledgement.
-                let guard = &self.guard;
-                self.queries.retain(|stamp| !guard.is_outdated(stamp));
-            }
-        }
-        Ok(())
-    }
-
-    pub(super) fn take_error(&mut self, code: u16, commands: &mut Vec<Command>) -> Result<(), Fault> {
-        /// Not idle: a jog stream that ran dry leaves GRBL in Run for a moment.
-        const NOT_IDLE: u16 = 8;
-        match &mut self.state {
-            State::Connecting { .. } => Ok(()),
-            State::Waking => {
-                self.read_settings(commands);
-                Ok(())
-            }
-            State::Manual(manual)
-                if code == NOT_IDLE && self.refused < REFUSED_MAX && self.guard.refused() =>
-            {
-                self.refused += 1;
-                manual.wait_for_rest();
-                Ok(())
-            }
-            _ => Err(Fault::Refused { code }),
-        }
-    }
-
-    fn read_settings(&mut self, commands: &mut Vec<Command>) {
-        commands.push(Command::ReadSettings);
-        self.state = State::ReadingSettings(Settings::default());
-    }
-
-    /// Sets what the session relies on, where the controller has it otherwise.
-    fn store(&mut self, settings: &Settings, commands: &mut Vec<Command>) {
-        let mut open = 0;
-        if !settings.reports_blocks() {
-            commands.push(Command::ReportBlocks);
-            open += 1;
-        }
-        let mm = self.options.arc_tolerance_mm;
-        if !settings.follows_arcs(mm) {
-            commands.push(Command::SetArcTolerance { mm });
-            open += 1;
-        }
-        if open == 0 {
-            self.home_or_locate(commands);
-        } else {
-            self.state = State::Storing { open };
-        }
-    }
-
-    fn home_or_locate(&mut self, commands: &mut Vec<Command>) {
-        if self.options.home {
-            commands.push(Command::Home);
-            self.state = State::Homing;
-        } else {
-            self.locate(commands);
-        }
-    }
-
-    fn locate(&mut self, commands: &mut Vec<Command>) {
-        commands.push(Command::SetModes);
-        self.state = State::Locating { lines_open: 2 };
-    }
-
-    pub(super) fn connected(&mut self, report: &Report, commands: &mut Vec<Command>) -> Result<(), Fault> {
+    pub(super) fn connected(
+        &mut self,
+        report: &Report,
+        now: Time,
+        commands: &mut Vec<Command>,
+    ) -> Result<(), Fault> {
         match report.mode {
             Mode::Idle => {}
-            Mode::Alarm if self.options.home => {}
+            Mode::Alarm if self.homes => {}
             Mode::Alarm => return Err(Fault::NotHomed),
+            // After a fault it may still run to its last certified target, or stand held there.
+            Mode::Moving | Mode::Slowing => return Ok(()),
+            Mode::Held => {
+                commands.push(Command::Abort);
+                return Ok(());
+            }
             mode => return Err(Fault::Unexpected { mode }),
         }
-        commands.push(Command::Wake);
-        self.state = State::Waking;
+        commands.push(Command::Prepare);
+        self.progress_at = now;
+        self.state = State::Preparing;
         Ok(())
+    }
+
+    /// Takes the answer to a step of the start, and makes the next.
+    pub(super) fn start_on(&mut self, reply: &Reply, commands: &mut Vec<Command>) {
+        match (&self.state, reply) {
+            (State::Preparing, Reply::Prepared(limits)) => {
+                self.limits = self.limits.least(*limits);
+                if self.homes {
+                    commands.push(Command::Home);
+                    self.state = State::Homing;
+                } else {
+                    commands.push(Command::Arm);
+                    self.state = State::Arming;
+                }
+            }
+            (State::Homing, Reply::Homed) => {
+                self.homes = false;
+                commands.push(Command::Arm);
+                self.state = State::Arming;
+            }
+            (State::Arming, Reply::Armed) => self.state = State::Locating,
+            _ => {}
+        }
     }
 
     pub(super) fn take_place(&mut self, report: &Report) -> Result<(), Fault> {
-        let (Mode::Idle, Some(at), Some(_)) = (report.mode, report.position, self.work_offset) else {
-            return Ok(());
-        };
-        self.planner_blocks = report.free_blocks;
+        let (Mode::Idle, Some(at)) = (report.mode, report.position) else { return Ok(()) };
         self.guard.locate(at).map_err(|refusal| Fault::StandsInside { at, refusal })?;
-        self.state = State::Manual(manual::Manual::default());
+        self.state = if self.guard.stands_inside() {
+            self.note(
+                "the tool stands nearer to the part than roughing allows: only ways out are allowed".into(),
+            );
+            State::Escaping(Steering::default())
+        } else {
+            State::Manual(Steering::default())
+        };
         Ok(())
+    }
+
+    /// Begins anew after a fault. When the controller may have lost its place the machine is homed, and that is asked for
+    /// twice: the tool must be raised first.
+    pub(super) fn recover(&mut self, now: Time) {
+        let State::Faulted { fault, warned } = &mut self.state else { return };
+        if fault.loses_position() && !*warned {
+            *warned = true;
+            self.note("raise the tool: the machine will be homed. Ask again when it is raised.".into());
+            return;
+        }
+        self.homes = fault.loses_position();
+        self.guard.forget();
+        self.queries.clear();
+        self.asked_at = None;
+        self.unanswered_since = None;
+        self.refused = 0;
+        self.heard_at = now;
+        self.armed = false;
+        self.state = State::Connecting { garbled: None };
     }
 }

@@ -1,10 +1,10 @@
 //! Segments and triangles of the lattice, with the threshold questions that safety asks.
 
 use super::lattice::{COORD_MAX, Length, Point, Vector};
-use super::predicate::{self, Orientation, Site};
+use super::predicate::{self, Site};
 use super::width::Product;
 
-pub use super::predicate::Proximity;
+pub use super::predicate::{Orientation, Proximity};
 
 impl From<Point> for Site<Product> {
     fn from(point: Point) -> Self {

@@ -9,7 +9,8 @@ use std::time::Duration;
 
 use clap::{Parser, ValueEnum};
 use keepout_executor::operator;
-use keepout_executor::session::{Ended, Link, Log, SimRun, run_simulated};
+use keepout_executor::session::{Ended, Going, Link, NoTape, SimRun, run_simulated};
+use keepout_executor::supervisor::Workpiece;
 use keepout_tests::{REAL_DRAWINGS, order, plan_of, shared};
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -101,7 +102,10 @@ fn one(path: &std::path::Path, name: &str, arguments: &Arguments) -> (bool, Stri
         run.machine.stroke_mm = [480.0, 440.0];
         let operator =
             operator::named(name, arguments.manual_s, arguments.seed).map_err(|e| e.to_string())?;
-        let result = run_simulated(plan, &run, operator, Log::none(), |_| {}, &mut |_, _, _| {})
+        let result =
+            run_simulated(Workpiece::new(plan), &run, operator, Box::new(NoTape), |_| {}, &mut |_, _, _| {
+                Going::On
+            })
             .map_err(|error| error.to_string())?;
         let facts = result.facts;
         let coverage = facts.coverage.unwrap_or_default();

@@ -1,196 +1,423 @@
-//! GRBL 1.1: jogs with absolute machine targets, contours in G1/G2/G3, realtime status.
+//! GRBL 1.1 and grblHAL: jogs with absolute machine targets, contours in G1/G2/G3, realtime status.
 //!
 //! Drawing coordinates become machine coordinates by an offset. Targets are written from integers, digit by digit, so
 //! nothing is rounded on the way; GRBL itself holds them in 32-bit floats (below 0.03 µm on a 400 mm table).
-
-use std::fmt::Write as _;
+//!
+//! grblHAL differs where it matters here: a hold does not stop a jog (it is cancelled instead, which both know), its planner
+//! has more blocks (they are counted from what it reports at rest), and it says more (fields that are not known are skipped).
 
 use keepout_kernel::{Curve, LatticeError, Point, Turn, Vector};
-use keepout_planner::units::point_from_mm;
 
-use crate::supervisor::guard::Motion;
-use crate::supervisor::{Command, Mode, Reply, Report};
+use super::lines::{Line, Lines, as_str, plane, push_mm, push_number};
+use super::{Dialect, Setting};
+use crate::link::Abilities;
+use crate::supervisor::guard::{Motion, MotionShape};
+use crate::supervisor::{Command, Limits, Mode, Reply, Report, Unfit, text};
 
-/// Longest line that GRBL is expected to send.
-const LINE_MAX: usize = 256;
+/// What the dialect is in the middle of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Stage {
+    /// Nothing was sent yet that is answered.
+    Silent,
+    /// An empty line was sent, to end whatever the controller may have half of.
+    Waking,
+    Reading(Settings),
+    /// So many lines that store settings are unanswered.
+    Storing(u8, Limits),
+    Prepared,
+    Homing,
+    /// So many lines that set modes are unanswered.
+    Arming(u8),
+    Ready,
+    /// A reset was sent, and a greeting will come.
+    Aborting,
+}
 
 /// The GRBL 1.1 dialect of one session.
 #[derive(Clone, Debug)]
 pub struct Grbl {
-    /// Machine coordinates less drawing coordinates.
-    offset: Vector,
+    setting: Setting,
+    stage: Stage,
     /// Work coordinate offset, machine coordinates, once reported.
-    work_offset: Vector,
-    line: Vec<u8>,
-    overlong: bool,
+    work_offset: Option<Vector>,
+    /// Free blocks at rest.
+    blocks: Option<usize>,
+    /// Free bytes of the receive buffer at rest.
+    bytes: Option<usize>,
+    lines: Lines,
 }
 
 impl Grbl {
-    /// The dialect for a drawing placed at `offset` on the machine.
+    /// The dialect for a drawing placed on the machine.
     #[must_use]
-    pub fn new(offset: Vector) -> Self {
-        Self { offset, work_offset: Vector { dx: 0, dy: 0 }, line: Vec::new(), overlong: false }
+    pub fn new(setting: Setting) -> Self {
+        Self {
+            setting,
+            stage: Stage::Silent,
+            work_offset: None,
+            blocks: None,
+            bytes: None,
+            lines: Lines::default(),
+        }
     }
 
-    /// The bytes of a command.
-    ///
-    /// # Errors
-    /// [`LatticeError`] when a target leaves the lattice in machine coordinates.
-    pub fn encode(&self, command: &Command) -> Result<Vec<u8>, LatticeError> {
-        Ok(match command {
-            Command::Query => b"?".to_vec(),
-            Command::Cancel => vec![0x85],
-            Command::Hold => b"!".to_vec(),
-            Command::Reset => vec![0x18],
-            Command::Wake => b"\n".to_vec(),
-            Command::ReadSettings => b"$$\n".to_vec(),
-            Command::SetArcTolerance { mm } => format!("$12={mm:.5}\n").into_bytes(),
-            Command::ReportBlocks => b"$10=3\n".to_vec(),
-            // A change of work coordinates makes the next report carry their offset.
-            Command::SetModes => b"G21G90G94G17G40G49G80G55\nG54\n".to_vec(),
-            Command::Home => b"$H\n".to_vec(),
-            Command::Move(certified) => self.motion(certified.motion())?.into_bytes(),
-        })
-    }
-
-    fn motion(&self, motion: &Motion) -> Result<String, LatticeError> {
-        match motion {
+    fn motion(&self, motion: &Motion, out: &mut Vec<u8>) -> Result<(), LatticeError> {
+        let feed = match motion {
             Motion::Jog { to, feed_mm_min } => {
-                let to = to.translated(self.offset)?;
-                Ok(format!(
-                    "$J=G53G90G21{}F{feed_mm_min}\n",
-                    words(&[('X', to.x.units()), ('Y', to.y.units())])
-                ))
+                let to = to.translated(self.setting.offset)?;
+                out.extend(b"$J=G53G90G21");
+                words(out, &[(b'X', to.x.units()), (b'Y', to.y.units())]);
+                feed_mm_min
             }
             Motion::Contour { curve, feed_mm_min } => {
                 let to = self.work(curve.to())?;
-                let (code, centre) = match curve {
-                    Curve::Line(_) => ("G1", String::new()),
-                    Curve::Arc(arc) => {
-                        let ij = arc.centre().minus(arc.from());
-                        let code = if arc.turn() == Turn::Left { "G3" } else { "G2" };
-                        (code, words(&[('I', ij.dx), ('J', ij.dy)]))
-                    }
-                };
-                Ok(format!(
-                    "{code}{}{centre}F{feed_mm_min}\n",
-                    words(&[('X', to.x.units()), ('Y', to.y.units())])
-                ))
+                out.extend(match curve {
+                    Curve::Line(_) => b"G1",
+                    Curve::Arc(arc) if arc.turn() == Turn::Left => b"G3",
+                    Curve::Arc(_) => b"G2",
+                });
+                words(out, &[(b'X', to.x.units()), (b'Y', to.y.units())]);
+                if let Curve::Arc(arc) = curve {
+                    let ij = arc.centre().minus(arc.from());
+                    words(out, &[(b'I', ij.dx), (b'J', ij.dy)]);
+                }
+                feed_mm_min
             }
-        }
+        };
+        out.push(b'F');
+        push_number(out, u64::from(*feed));
+        out.push(b'\n');
+        Ok(())
     }
 
     fn work(&self, point: Point) -> Result<Point, LatticeError> {
-        let back = Vector { dx: -self.work_offset.dx, dy: -self.work_offset.dy };
-        point.translated(self.offset)?.translated(back)
+        let offset = self.work_offset.unwrap_or(Vector { dx: 0, dy: 0 });
+        point.translated(self.setting.offset)?.translated(Vector { dx: -offset.dx, dy: -offset.dy })
     }
 
-    /// The replies completed by `bytes`. Total: any bytes give some replies, never a panic, and no line is kept longer
-    /// than 256 bytes.
-    pub fn decode(&mut self, bytes: &[u8]) -> Vec<Reply> {
-        let mut replies = Vec::new();
-        for &byte in bytes {
-            match byte {
-                b'\n' => replies.extend(self.end_of_line()),
-                b'\r' => {}
-                _ if self.line.len() < LINE_MAX => self.line.push(byte),
-                _ => self.overlong = true,
-            }
-        }
-        replies
-    }
-
-    fn end_of_line(&mut self) -> Option<Reply> {
-        let bytes = std::mem::take(&mut self.line);
-        let overlong = std::mem::take(&mut self.overlong);
-        let text = String::from_utf8_lossy(&bytes).into_owned();
-        if overlong || !bytes.iter().all(|byte| (0x20..0x7f).contains(byte)) {
-            return Some(Reply::Garbled(text));
-        }
-        if text.is_empty() { None } else { Some(self.reply(&text)) }
-    }
-
-    fn reply(&mut self, text: &str) -> Reply {
-        let garbled = || Reply::Garbled(text.to_string());
+    fn reply(&mut self, line: &str, out: &mut Vec<u8>) -> Option<Reply> {
+        let garbled = Some(Reply::Garbled(text(line)));
         let number = |rest: &str| rest.trim().parse::<u16>().ok();
-        if text == "ok" {
-            Reply::Ok
-        } else if let Some(rest) = text.strip_prefix("error:") {
-            number(rest).map_or_else(garbled, Reply::Error)
-        } else if let Some(rest) = text.strip_prefix("ALARM:") {
-            number(rest).map_or_else(garbled, Reply::Alarm)
-        } else if let Some(inner) = text.strip_prefix('<').and_then(|rest| rest.strip_suffix('>')) {
-            self.report(inner).map_or_else(garbled, Reply::Report)
-        } else if let Some((number, value)) = text.strip_prefix('$').and_then(|rest| rest.split_once('=')) {
-            match (number.parse(), value.split_whitespace().next().unwrap_or("").parse()) {
-                (Ok(number), Ok(value)) => Reply::Setting(number, value),
-                _ if number.starts_with('N') => Reply::Message(text.into()),
-                _ => garbled(),
+        if line == "ok" {
+            self.answered(out)
+        } else if let Some(rest) = line.strip_prefix("error:") {
+            number(rest).map_or(garbled, |code| self.refused(code, out))
+        } else if let Some(rest) = line.strip_prefix("ALARM:") {
+            number(rest).map_or(garbled, |code| Some(Reply::Alarm { code, meaning: alarm_text(code) }))
+        } else if let Some(inner) = line.strip_prefix('<').and_then(|rest| rest.strip_suffix('>')) {
+            self.report(inner).or(garbled)
+        } else if let Some((name, value)) = line.strip_prefix('$').and_then(|rest| rest.split_once('=')) {
+            match (name.parse::<u16>(), value.split_whitespace().next().unwrap_or("").parse::<f64>()) {
+                (Ok(number), Ok(value)) => {
+                    if let Stage::Reading(settings) = &mut self.stage {
+                        settings.take(number, value);
+                    }
+                    None
+                }
+                // grblHAL has settings that are no numbers.
+                (Ok(_), Err(_)) if matches!(self.stage, Stage::Reading(_)) => None,
+                _ if name.starts_with('N') => Some(Reply::Message(text(line))),
+                _ => garbled,
             }
-        } else if text.starts_with("Grbl ") || text.starts_with("GrblHAL ") {
-            Reply::Greeting(text.into())
-        } else if text.starts_with('[') && text.ends_with(']') || text.starts_with('>') {
-            Reply::Message(text.into())
+        } else if line.starts_with("Grbl ") || line.starts_with("GrblHAL ") {
+            self.greeted()
+        } else if line.starts_with('[') && line.ends_with(']') || line.starts_with('>') {
+            Some(Reply::Message(text(line)))
         } else {
-            garbled()
+            garbled
         }
     }
 
-    fn report(&mut self, inner: &str) -> Option<Report> {
+    fn greeted(&mut self) -> Option<Reply> {
+        match self.stage {
+            Stage::Silent => None,
+            Stage::Aborting => {
+                self.stage = Stage::Silent;
+                None
+            }
+            _ => Some(Reply::Restarted),
+        }
+    }
+
+    /// The oldest line is accepted.
+    fn answered(&mut self, out: &mut Vec<u8>) -> Option<Reply> {
+        match self.stage {
+            Stage::Silent | Stage::Aborting => None,
+            Stage::Waking => {
+                self.read_settings(out);
+                None
+            }
+            Stage::Reading(settings) => self.store(&settings, out),
+            Stage::Storing(open @ 2.., limits) => {
+                self.stage = Stage::Storing(open - 1, limits);
+                None
+            }
+            Stage::Storing(_, limits) => self.prepared(limits),
+            Stage::Homing => {
+                self.stage = Stage::Prepared;
+                Some(Reply::Homed)
+            }
+            Stage::Arming(open @ 2..) => {
+                self.stage = Stage::Arming(open - 1);
+                None
+            }
+            Stage::Arming(_) => {
+                self.stage = Stage::Ready;
+                Some(Reply::Armed)
+            }
+            Stage::Prepared | Stage::Ready => Some(Reply::Accepted),
+        }
+    }
+
+    fn refused(&mut self, code: u16, out: &mut Vec<u8>) -> Option<Reply> {
+        /// Not idle: a jog stream that ran dry leaves GRBL in Run for a moment.
+        const NOT_IDLE: u16 = 8;
+        match self.stage {
+            Stage::Silent | Stage::Aborting => None,
+            Stage::Waking => {
+                self.read_settings(out);
+                None
+            }
+            _ => Some(Reply::Refused { code, meaning: error_text(code), transient: code == NOT_IDLE }),
+        }
+    }
+
+    fn read_settings(&mut self, out: &mut Vec<u8>) {
+        out.extend(b"$$\n");
+        self.stage = Stage::Reading(Settings::default());
+    }
+
+    /// Checks the settings, and sets what the session relies on where the controller has it otherwise.
+    fn store(&mut self, settings: &Settings, out: &mut Vec<u8>) -> Option<Reply> {
+        if let Err(unfit) = settings.check(self.setting.steps_per_mm) {
+            return Some(Reply::Unfit(unfit));
+        }
+        let mut open = 0;
+        if !settings.reports_blocks() {
+            out.extend(b"$10=3\n");
+            open += 1;
+        }
+        let mm = self.setting.arc_tolerance_mm;
+        if !settings.follows_arcs(mm) {
+            out.extend(format!("$12={mm:.5}\n").bytes());
+            open += 1;
+        }
+        let limits = settings.limits();
+        self.stage = Stage::Storing(open, limits);
+        if open == 0 { self.prepared(limits) } else { None }
+    }
+
+    fn prepared(&mut self, limits: Limits) -> Option<Reply> {
+        self.stage = Stage::Prepared;
+        Some(Reply::Prepared(limits))
+    }
+
+    fn report(&mut self, inner: &str) -> Option<Reply> {
         let mut fields = inner.split('|');
-        let state = fields.next()?;
-        let mode = match state.split(':').next()? {
-            "Idle" => Mode::Idle,
-            "Jog" | "Run" => Mode::Moving,
-            "Hold" => Mode::Held,
-            "Home" => Mode::Homing,
-            "Alarm" => Mode::Alarm,
-            "Door" | "Check" | "Sleep" | "Tool" => Mode::Other,
-            _ => return None,
-        };
-        let (mut position, mut work_offset) = (None, None);
-        let mut free_blocks = None;
+        let mode = mode(fields.next()?)?;
+        let (mut position, mut buffers) = (None, None);
         for field in fields {
             let (name, value) = field.split_once(':')?;
             match name {
                 "MPos" => position = Some(plane(value)?),
-                "Bf" => free_blocks = Some(value.split(',').next()?.parse().ok()?),
-                "WCO" => work_offset = Some(plane(value)?),
+                "Bf" => {
+                    let (blocks, bytes) = value.split_once(',')?;
+                    buffers = Some((blocks.parse::<usize>().ok()?, bytes.parse::<usize>().ok()?));
+                }
+                "WCO" if self.displaced(plane(value)?) => return Some(Reply::Displaced),
                 _ => {}
             }
         }
-        let back = Vector { dx: -self.offset.dx, dy: -self.offset.dy };
-        if let Some(offset) = work_offset {
-            self.work_offset = offset.minus(Point::ORIGIN);
+        if let (Mode::Idle, Some((blocks, bytes))) = (mode, buffers) {
+            self.blocks = self.blocks.max(Some(blocks));
+            self.bytes = self.bytes.max(Some(bytes));
         }
+        let queued = self.blocks.zip(buffers).map(|(all, (free, _))| all.saturating_sub(free));
+        let waiting = self.bytes.zip(buffers).map(|(all, (_, free))| free < all);
+        let back = Vector { dx: -self.setting.offset.dx, dy: -self.setting.offset.dy };
         let position = match position {
-            Some(position) => Some(Point::translated(position, back).ok()?),
+            Some(position) => Some(position.translated(back).ok()?),
             None => None,
         };
-        Some(Report { mode, position, work_offset, free_blocks })
+        let position = position.filter(|_| self.work_offset.is_some() || self.stage != Stage::Ready);
+        Some(Reply::Report(Report { mode, position, queued, waiting }))
+    }
+
+    /// Takes the work offset; whether it changed while it was relied on.
+    fn displaced(&mut self, offset: Point) -> bool {
+        let offset = offset.minus(Point::ORIGIN);
+        let before = self.work_offset.replace(offset);
+        self.stage == Stage::Ready && before.is_some_and(|before| before != offset)
     }
 }
 
-/// The first two of a list of mm values.
-fn plane(value: &str) -> Option<Point> {
-    let mut values = value.split(',').map(|number| number.parse::<f64>().ok());
-    point_from_mm((values.next()??, values.next()??)).ok()
-}
-
-/// `X1.5Y-0.00001`: words in mm, exact, with as few digits as it takes.
-fn words(values: &[(char, i32)]) -> String {
-    let mut text = String::new();
-    for &(letter, units) in values {
-        let sign = if units < 0 { "-" } else { "" };
-        let magnitude = units.unsigned_abs();
-        let (whole, fraction) = (magnitude / 100_000, magnitude % 100_000);
-        let _ = write!(text, "{letter}{sign}{whole}");
-        if fraction != 0 {
-            let digits = format!("{fraction:05}");
-            let _ = write!(text, ".{}", digits.trim_end_matches('0'));
+impl Dialect for Grbl {
+    fn abilities(&self) -> Abilities {
+        Abilities {
+            shape: MotionShape::Line,
+            arcs: true,
+            queues: true,
+            cancels: true,
+            holds: true,
+            checked: false,
         }
     }
-    text
+
+    fn encode(&mut self, command: &Command, out: &mut Vec<u8>) -> Result<(), LatticeError> {
+        match command {
+            Command::Query => out.push(b'?'),
+            Command::Cancel => out.push(0x85),
+            Command::Hold => out.push(b'!'),
+            Command::Continue => out.push(b'~'),
+            Command::Abort => {
+                out.push(0x18);
+                self.stage = Stage::Aborting;
+            }
+            Command::Prepare => {
+                out.push(b'\n');
+                self.stage = Stage::Waking;
+            }
+            // A change of work coordinates makes the next report carry their offset.
+            Command::Arm => {
+                out.extend(b"G21G90G94G17G40G49G80G55\nG54\n");
+                self.work_offset = None;
+                self.stage = Stage::Arming(2);
+            }
+            Command::Home => {
+                out.extend(b"$H\n");
+                self.stage = Stage::Homing;
+            }
+            Command::Move(certified) => {
+                let first = out.len();
+                self.motion(certified.motion(), out).inspect_err(|_| out.truncate(first))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn decode(&mut self, byte: u8, out: &mut Vec<u8>) -> Option<Reply> {
+        match self.lines.take(byte)? {
+            Line::Garbled(line) => Some(Reply::Garbled(line)),
+            Line::Text(line) => self.reply(as_str(&line), out),
+        }
+    }
+
+    fn reset(&mut self) {
+        self.stage = Stage::Silent;
+        self.lines.clear();
+    }
+}
+
+fn mode(state: &str) -> Option<Mode> {
+    Some(match state.split_once(':').unwrap_or((state, "")) {
+        ("Idle", _) => Mode::Idle,
+        ("Jog" | "Run", _) => Mode::Moving,
+        ("Hold", "1") => Mode::Slowing,
+        ("Hold", _) => Mode::Held,
+        ("Home", _) => Mode::Homing,
+        ("Alarm", _) => Mode::Alarm,
+        ("Door" | "Check" | "Sleep" | "Tool", _) => Mode::Other,
+        _ => return None,
+    })
+}
+
+/// `X1.5Y-0.00001`: words in mm.
+fn words(out: &mut Vec<u8>, values: &[(u8, i32)]) {
+    for &(letter, units) in values {
+        out.push(letter);
+        push_mm(out, units);
+    }
+}
+
+fn error_text(code: u16) -> &'static str {
+    match code {
+        1..=3 => "a damaged line",
+        8 => "not idle",
+        9 => "locked by an alarm",
+        11 | 14 => "a line too long",
+        15 => "beyond the machine's travel",
+        20..=25 | 33..=35 => "not valid G-code",
+        _ => "",
+    }
+}
+
+fn alarm_text(code: u16) -> &'static str {
+    match code {
+        1 => "limit switch",
+        2 => "beyond the machine's travel",
+        3 => "reset while moving, position lost",
+        6..=9 => "homing failed",
+        _ => "",
+    }
+}
+
+/// Controller settings that safety and steering rest on.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Settings {
+    report_mask: Option<f64>,
+    arc_tolerance_mm: Option<f64>,
+    inches: Option<f64>,
+    homing: Option<f64>,
+    steps_per_mm: [Option<f64>; 2],
+    max_rate_mm_min: [Option<f64>; 2],
+    acceleration_mm_s2: [Option<f64>; 2],
+}
+
+impl Settings {
+    fn take(&mut self, number: u16, value: f64) {
+        match number {
+            10 => self.report_mask = Some(value),
+            12 => self.arc_tolerance_mm = Some(value),
+            13 => self.inches = Some(value),
+            22 => self.homing = Some(value),
+            100 | 101 => self.steps_per_mm[usize::from(number - 100)] = Some(value),
+            110 | 111 => self.max_rate_mm_min[usize::from(number - 110)] = Some(value),
+            120 | 121 => self.acceleration_mm_s2[usize::from(number - 120)] = Some(value),
+            _ => {}
+        }
+    }
+
+    fn check(&self, steps_per_mm: f64) -> Result<(), Unfit> {
+        let unfit = |name, value, needed| Unfit { name, value, needed };
+        let missing = |name| unfit(name, f64::NAN, "reported by the controller");
+        let homing = self.homing.ok_or(missing("$22"))?;
+        if homing < 1.0 {
+            return Err(unfit("$22", homing, "1: without homing the position is not known"));
+        }
+        let inches = self.inches.ok_or(missing("$13"))?;
+        if inches.abs() > 0.0 {
+            return Err(unfit("$13", inches, "0: positions are read in mm"));
+        }
+        for (name, value) in [("$100", self.steps_per_mm[0]), ("$101", self.steps_per_mm[1])] {
+            let value = value.ok_or(missing(name))?;
+            if value.is_nan() || value < steps_per_mm * 0.999 {
+                let needed = "at least the steps per mm that the plan's margin was made for";
+                return Err(unfit(name, value, needed));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether reports carry machine positions (bit 0) and planner blocks (bit 1).
+    fn reports_blocks(&self) -> bool {
+        self.report_mask.is_some_and(|mask| mask.rem_euclid(4.0) >= 3.0)
+    }
+
+    /// Whether the arc tolerance is provably no more than `mm`: it is reported with three decimals.
+    fn follows_arcs(&self, mm: f64) -> bool {
+        self.arc_tolerance_mm.is_some_and(|reported| reported >= 0.001 && reported + 0.0005 <= mm)
+    }
+
+    fn limits(&self) -> Limits {
+        let least = |values: [Option<f64>; 2], scale: f64| {
+            let known = values.into_iter().flatten().filter(|value| *value > 0.0);
+            known.map(|value| value * scale).fold(f64::INFINITY, f64::min)
+        };
+        Limits {
+            speed_mm_s: least(self.max_rate_mm_min, 1.0 / 60.0),
+            acceleration_mm_s2: least(self.acceleration_mm_s2, 1.0),
+        }
+    }
 }
 
 #[cfg(test)]
@@ -198,58 +425,85 @@ mod tests {
     use super::*;
 
     fn dialect() -> Grbl {
-        Grbl::new(Vector { dx: -20_000_000, dy: 500 })
+        let offset = Vector { dx: -20_000_000, dy: 500 };
+        Grbl::new(Setting { offset, steps_per_mm: 400.0, arc_tolerance_mm: 0.0005 })
     }
 
-    #[test]
-    fn words_are_exact_and_short() {
-        assert_eq!(words(&[('X', 150_000), ('Y', -1)]), "X1.5Y-0.00001");
-        assert_eq!(words(&[('X', 0), ('Y', -12_345_600)]), "X0Y-123.456");
+    fn hear(grbl: &mut Grbl, text: &[u8]) -> (Vec<Reply>, Vec<u8>) {
+        let mut out = Vec::new();
+        (text.iter().filter_map(|&byte| grbl.decode(byte, &mut out)).collect(), out)
+    }
+
+    fn ready() -> Grbl {
+        let mut grbl = dialect();
+        grbl.stage = Stage::Ready;
+        grbl
     }
 
     #[test]
     fn report_is_read_in_drawing_coordinates() {
-        let mut grbl = dialect();
-        let replies = grbl
-            .decode(b"<Jog|MPos:-150.000,20.005,0.000|Bf:14,128|FS:600,0|WCO:1.000,2.000,0.000>\r\nok\r\n");
-        let position = Point::from_units(5_000_000, 2_000_000).unwrap();
-        let work_offset = Some(Point::from_units(100_000, 200_000).unwrap());
-        let report =
-            Report { mode: Mode::Moving, position: Some(position), work_offset, free_blocks: Some(14) };
-        assert_eq!(replies, [Reply::Report(report), Reply::Ok]);
-        assert_eq!(grbl.work_offset, Vector { dx: 100_000, dy: 200_000 });
+        let mut grbl = ready();
+        let idle = b"<Idle|MPos:0.000,0.000,0.000|Bf:15,128|WCO:1.000,2.000,0.000>\r\n";
+        hear(&mut grbl, idle);
+        let (replies, _) = hear(&mut grbl, b"<Jog|MPos:-150.000,20.005,0.000|Bf:14,100|FS:600,0>\r\nok\r\n");
+        let position = Some(Point::from_units(5_000_000, 2_000_000).unwrap());
+        let report = Report { mode: Mode::Moving, position, queued: Some(1), waiting: Some(true) };
+        assert_eq!(replies, [Reply::Report(report), Reply::Accepted]);
+        assert_eq!(grbl.work_offset, Some(Vector { dx: 100_000, dy: 200_000 }));
+        let (replies, _) = hear(&mut grbl, b"<Idle|MPos:0.000,0.000,0.000|WCO:1.001,2.000,0.000>\r\n");
+        assert_eq!(replies, [Reply::Displaced]);
     }
 
     #[test]
     fn replies_of_the_real_firmware() {
-        let mut grbl = dialect();
-        let text = "Grbl 1.1h ['$' for help]\r\n$10=1\r\n$130=400.000 (x max travel)\r\nerror:15\r\nALARM:2\r\n[MSG:Reset to continue]\r\n";
-        assert_eq!(
-            grbl.decode(text.as_bytes()),
-            [
-                Reply::Greeting("Grbl 1.1h ['$' for help]".into()),
-                Reply::Setting(10, 1.0),
-                Reply::Setting(130, 400.0),
-                Reply::Error(15),
-                Reply::Alarm(2),
-                Reply::Message("[MSG:Reset to continue]".into()),
-            ]
+        let mut grbl = ready();
+        let text = "error:15\r\nALARM:2\r\n[MSG:Reset to continue]\r\nGrbl 1.1h ['$' for help]\r\n<Hold:1|MPos:0,0,0>\r\n";
+        let (replies, _) = hear(&mut grbl, text.as_bytes());
+        assert!(
+            matches!(
+                replies[..],
+                [
+                    Reply::Refused { code: 15, transient: false, .. },
+                    Reply::Alarm { code: 2, .. },
+                    Reply::Message(_),
+                    Reply::Restarted,
+                    Reply::Report(Report { mode: Mode::Slowing, position: None, .. }),
+                ]
+            ),
+            "{replies:?}"
         );
+    }
+
+    #[test]
+    fn settings_are_read_checked_and_set() {
+        let mut grbl = dialect();
+        let mut out = Vec::new();
+        grbl.encode(&Command::Prepare, &mut out).unwrap();
+        assert_eq!(out, b"\n");
+        assert_eq!(hear(&mut grbl, b"ok\r\n"), (vec![], b"$$\n".to_vec()));
+        let listed = b"$10=1\r\n$12=0.002\r\n$13=0\r\n$22=1\r\n$74=name\r\n$100=400.000\r\n$101=400.000 (y)\r\n$110=6000\r\n$111=3000\r\n$120=100\r\n$121=90\r\n";
+        assert_eq!(hear(&mut grbl, listed), (vec![], vec![]));
+        assert_eq!(hear(&mut grbl, b"ok\r\n"), (vec![], b"$10=3\n$12=0.00050\n".to_vec()));
+        let limits = Limits { speed_mm_s: 50.0, acceleration_mm_s2: 90.0 };
+        assert_eq!(hear(&mut grbl, b"ok\r\nok\r\n").0, [Reply::Prepared(limits)]);
+        let mut unfit = dialect();
+        unfit.stage = Stage::Reading(Settings::default());
+        assert!(matches!(hear(&mut unfit, b"ok\r\n").0[..], [Reply::Unfit(_)]));
     }
 
     #[test]
     fn decode_is_total() {
         let mut random = fastrand::Rng::with_seed(7);
         let mut grbl = dialect();
-        for _ in 0..20_000 {
+        for round in 0..20_000 {
+            if round % 100 == 0 {
+                let commands = [Command::Prepare, Command::Arm, Command::Home, Command::Abort];
+                let _ = grbl.encode(&commands[random.usize(0..4)], &mut Vec::new());
+            }
             let alphabet = b"<>|:,.-+0123456789MPosBfWCOIdleJogokerror\r\n\n$=[]\xff\x00";
             let bytes: Vec<u8> =
                 (0..random.usize(0..40)).map(|_| alphabet[random.usize(0..alphabet.len())]).collect();
-            grbl.decode(&bytes);
-            assert!(grbl.line.len() <= LINE_MAX);
+            hear(&mut grbl, &bytes);
         }
-        grbl.decode(b"\n");
-        assert_eq!(grbl.decode(&[b'x'; 5000]).len(), 0);
-        assert!(matches!(grbl.decode(b"\n")[..], [Reply::Garbled(_)]));
     }
 }

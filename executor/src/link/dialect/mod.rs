@@ -1,5 +1,46 @@
 //! Controller languages, one file each.
 
 mod grbl;
+mod language;
+mod lines;
 
 pub use grbl::Grbl;
+pub use language::{Language, LanguageError};
+
+use keepout_kernel::{LatticeError, Vector};
+
+use super::Abilities;
+use crate::supervisor::{Command, Reply};
+
+/// A controller's language: commands to bytes, bytes to replies.
+///
+/// Exchanges of more than one line (reading settings, echoed characters) are the dialect's own affair: whatever it hears, it
+/// may add bytes to send. It keeps no time and no more than one line.
+pub trait Dialect: Send {
+    /// What the controller can do.
+    fn abilities(&self) -> Abilities;
+
+    /// Adds the bytes of a command.
+    ///
+    /// # Errors
+    /// [`LatticeError`] when a target leaves the lattice in machine coordinates; nothing is added then.
+    fn encode(&mut self, command: &Command, out: &mut Vec<u8>) -> Result<(), LatticeError>;
+
+    /// Takes one byte from the controller, and answers with the message that it completes. Adds bytes to send when the
+    /// exchange goes on. Total: any bytes give some replies, never a panic, and memory is bounded.
+    fn decode(&mut self, byte: u8, out: &mut Vec<u8>) -> Option<Reply>;
+
+    /// The port was opened anew: what was half received or half done is forgotten.
+    fn reset(&mut self);
+}
+
+/// What a dialect is told of the session.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setting {
+    /// Machine coordinates less drawing coordinates.
+    pub offset: Vector,
+    /// Steps per mm below which the controller's own figure is refused.
+    pub steps_per_mm: f64,
+    /// Arc tolerance, mm, that the controller is given unless its own is smaller.
+    pub arc_tolerance_mm: f64,
+}

@@ -1,0 +1,60 @@
+//! Which language a controller speaks.
+
+use thiserror::Error;
+
+use super::{Dialect, Grbl, Setting};
+
+/// A controller's language, as it is asked for.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Language {
+    /// GRBL 1.1.
+    #[default]
+    Grbl,
+    /// grblHAL.
+    GrblHal,
+}
+
+/// Why there is no such language.
+#[derive(Debug, Error)]
+pub enum LanguageError {
+    /// Neither built in nor a file.
+    #[error("no dialect \"{name}\": it is none of {} and no file that describes one", Language::NAMES.join(", "))]
+    Unknown {
+        /// What was asked for.
+        name: String,
+    },
+}
+
+impl Language {
+    /// The names of the languages that are built in.
+    pub const NAMES: [&'static str; 2] = ["grbl", "grblhal"];
+
+    /// The language of that name, or described by the file of that name.
+    ///
+    /// # Errors
+    /// [`LanguageError`] naming what is wrong.
+    pub fn named(name: &str) -> Result<Self, LanguageError> {
+        Ok(match name {
+            "grbl" => Self::Grbl,
+            "grblhal" => Self::GrblHal,
+            _ => return Err(LanguageError::Unknown { name: name.into() }),
+        })
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Grbl => "grbl",
+            Self::GrblHal => "grblhal",
+        }
+    }
+
+    /// The dialect of one session.
+    #[must_use]
+    pub fn dialect(&self, setting: Setting) -> Box<dyn Dialect> {
+        match self {
+            Self::Grbl | Self::GrblHal => Box::new(Grbl::new(setting)),
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! The lines of a log: text to entries and back.
+
+use std::fmt::Write as _;
+
+use keepout_kernel::exact::segment::Window;
+use keepout_kernel::{Point, Vector};
+use keepout_planner::job::ContourJob;
+use thiserror::Error;
+
+use super::job;
+use super::write::Header;
+use crate::supervisor::{Ask, Wish};
+use crate::time::Time;
+
+/// One thing that happened, as it was logged.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Entry {
+    /// Bytes came from the controller.
+    Received(Vec<u8>),
+    /// The operator's wish.
+    Wish(Wish),
+    /// Time passed.
+    Tick,
+    /// A contouring job was worked out.
+    Job(Result<ContourJob, String>),
+    /// The port failed.
+    PortLost(String),
+    /// The port came back.
+    PortFound,
+    /// The session was to end.
+    Halt,
+    /// A motion was certified: its target and in-flight set, as text.
+    Certificate(String),
+    /// Bytes went to the controller.
+    Sent(Vec<u8>),
+    /// The supervisor went into another state.
+    Phase(String),
+}
+
+/// Why a line says nothing that is understood.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum LineError {
+    /// It is not formed as its kind is.
+    #[error("\"{0}\" is not formed as it should be")]
+    Form(String),
+    /// Its time is before that of the line before.
+    #[error("its time is before that of the line before")]
+    Backwards,
+}
+
+/// The checksum of a line that follows one with the sum `before`: CRC-32 over both.
+pub(super) fn checksum(before: u32, text: &str) -> u32 {
+    let mut hasher = crc32fast::Hasher::new();
+    hasher.update(&before.to_le_bytes());
+    hasher.update(text.as_bytes());
+    hasher.finalize()
+}
+
+/// The text of a line without its end, and its sum, when that matches.
+pub(super) fn verified(line: &[u8], before: u32) -> Option<(&str, u32)> {
+    let text = std::str::from_utf8(line).ok()?;
+    let (text, _) = text.rsplit_once('\t')?;
+    let sum = stated(line)?;
+    (checksum(before, text) == sum).then_some((text, sum))
+}
+
+/// The sum that a line states.
+pub(super) fn stated(line: &[u8]) -> Option<u32> {
+    let text = std::str::from_utf8(line).ok()?;
+    let (_, sum) = text.rsplit_once('\t')?;
+    if sum.len() == 8 { u32::from_str_radix(sum, 16).ok() } else { None }
+}
+
+const MAGIC: &str = "keepout-log 1";
+
+pub(super) fn header(header: &Header) -> String {
+    let (x0, y0, x1, y1) = header.stroke.corners();
+    format!(
+        "{MAGIC} plan={} drawing={} dialect={} offset={},{} stroke={x0},{y0},{x1},{y1} feed={} home={} answer={} setting={}",
+        header.plan,
+        quoted(&header.drawing),
+        quoted(&header.dialect),
+        header.offset.dx,
+        header.offset.dy,
+        header.feed_mm_min,
+        u8::from(header.home),
+        header.answer_within_ms,
+        quoted(&header.setting),
+    )
+}
+
+/// Without spaces, tabs and line ends.
+fn quoted(text: &str) -> String {
+    text.escape_default().to_string().replace(' ', "\\x20")
+}
+
+/// The bytes behind escapes as `escape_ascii` and `escape_default` write them.
+pub(super) fn unescaped(text: &str) -> Option<Vec<u8>> {
+    let mut bytes = Vec::with_capacity(text.len());
+    let mut rest = text.chars();
+    while let Some(letter) = rest.next() {
+        if letter != '\\' {
+            bytes.extend(letter.encode_utf8(&mut [0; 4]).bytes());
+            continue;
+        }
+        match rest.next()? {
+            'n' => bytes.push(b'\n'),
+            'r' => bytes.push(b'\r'),
+            't' => bytes.push(b'\t'),
+            'x' => {
+                let digits: String = rest.by_ref().take(2).collect();
+                bytes.push(u8::from_str_radix(&digits, 16).ok()?);
+            }
+            'u' => {
+                let digits: String = rest.by_ref().skip(1).take_while(|&c| c != '}').collect();
+                let letter = char::from_u32(u32::from_str_radix(&digits, 16).ok()?)?;
+                bytes.extend(letter.encode_utf8(&mut [0; 4]).bytes());
+            }
+            other => bytes.extend(other.encode_utf8(&mut [0; 4]).bytes()),
+        }
+    }
+    Some(bytes)
+}
+
+fn unquoted(text: &str) -> Option<String> {
+    String::from_utf8(unescaped(text)?).ok()
+}
+
+pub(super) fn parse_header(text: &str) -> Result<Header, LineError> {
+    let bad = || LineError::Form(text.chars().take(200).collect());
+    let rest = text.strip_prefix(MAGIC).ok_or_else(bad)?;
+    let field = |name: &str| {
+        rest.split(' ').find_map(|field| field.strip_prefix(name)?.strip_prefix('=')).ok_or_else(bad)
+    };
+    let numbers = |name: &str| -> Result<Vec<i32>, LineError> {
+        field(name)?.split(',').map(|number| number.parse().map_err(|_| bad())).collect()
+    };
+    let word = |name: &str| unquoted(field(name)?).ok_or_else(bad);
+    let (offset, stroke) = (numbers("offset")?, numbers("stroke")?);
+    let (&[dx, dy], &[x0, y0, x1, y1]) = (&offset[..], &stroke[..]) else { return Err(bad()) };
+    let corner = |x: i32, y: i32| Point::from_units(x.into(), y.into()).map_err(|_| bad());
+    Ok(Header {
+        plan: word("plan")?,
+        drawing: word("drawing")?,
+        dialect: word("dialect")?,
+        offset: Vector { dx, dy },
+        stroke: Window::of(corner(x0, y0)?).including(corner(x1, y1)?),
+        feed_mm_min: field("feed")?.parse().map_err(|_| bad())?,
+        home: field("home")? == "1",
+        answer_within_ms: field("answer")?.parse().map_err(|_| bad())?,
+        setting: word("setting")?,
+    })
+}
+
+/// `w X Y TURNED_X TURNED_Y AUTO ASK`; numbers are written so that they are read as the same.
+pub(super) fn push_wish(text: &mut String, wish: &Wish) {
+    let ask = match wish.ask {
+        None => '-',
+        Some(Ask::Pause) => 'p',
+        Some(Ask::Resume) => 'r',
+        Some(Ask::Recover) => 'f',
+        Some(Ask::Quit) => 'q',
+    };
+    let ((x, y), (u, v)) = (wish.direction, wish.turned_mm);
+    let _ = write!(text, "w {x:?} {y:?} {u:?} {v:?} {} {ask}", u8::from(wish.automatic));
+}
+
+pub(super) fn push_job(text: &mut String, job: &Result<ContourJob, String>) {
+    text.push_str("j ");
+    job::push(text, job);
+}
+
+/// Reads line after line; a wish that is as the one before says only that.
+#[derive(Debug, Default)]
+pub(super) struct Reader {
+    wish: Wish,
+}
+
+impl Reader {
+    pub(super) fn parse(&mut self, text: &str) -> Result<(Time, Entry), LineError> {
+        let bad = || LineError::Form(text.chars().take(200).collect());
+        let (time, rest) = text.split_once(' ').ok_or_else(bad)?;
+        let time = Time::from_micros(time.parse().map_err(|_| bad())?);
+        let (kind, payload) = rest.split_once(' ').unwrap_or((rest, ""));
+        let bytes = || unescaped(payload).ok_or_else(bad);
+        let entry = match kind {
+            "r" => Entry::Received(bytes()?),
+            "s" => Entry::Sent(bytes()?),
+            "w" if payload.is_empty() => Entry::Wish(self.wish),
+            "w" => {
+                self.wish = wish(payload).ok_or_else(bad)?;
+                Entry::Wish(self.wish)
+            }
+            "t" => Entry::Tick,
+            "j" => Entry::Job(job::parse(payload).ok_or_else(bad)?),
+            "x" => Entry::PortLost(unquoted(payload).ok_or_else(bad)?),
+            "o" => Entry::PortFound,
+            "h" => Entry::Halt,
+            "c" => Entry::Certificate(payload.into()),
+            "p" => Entry::Phase(unquoted(payload).ok_or_else(bad)?),
+            _ => return Err(bad()),
+        };
+        Ok((time, entry))
+    }
+}
+
+fn wish(payload: &str) -> Option<Wish> {
+    let mut fields = payload.split(' ');
+    let mut number = || fields.next()?.parse::<f64>().ok();
+    let direction = (number()?, number()?);
+    let turned_mm = (number()?, number()?);
+    let automatic = fields.next()? == "1";
+    let ask = match fields.next()? {
+        "-" => None,
+        "p" => Some(Ask::Pause),
+        "r" => Some(Ask::Resume),
+        "f" => Some(Ask::Recover),
+        "q" => Some(Ask::Quit),
+        _ => return None,
+    };
+    Some(Wish { direction, turned_mm, automatic, ask })
+}

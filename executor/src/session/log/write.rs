@@ -1,0 +1,154 @@
+//! Writing the log.
+
+use std::fmt::Write as _;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use keepout_kernel::Vector;
+use keepout_kernel::exact::segment::Window;
+use thiserror::Error;
+
+use super::line;
+use crate::session::tape::{Record, Tape, TapeError};
+use crate::supervisor::{Wish, log_point};
+use crate::time::Time;
+
+/// Why a log can not be written.
+#[derive(Debug, Error)]
+pub enum LogError {
+    /// It can not be created.
+    #[error("can not write the log {}: {source}. Choose another place with --log.", path.display())]
+    Create {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// There is something there already.
+    #[error("the log {} exists already: a log is written once and never changed. Choose another name, or move it away.", path.display())]
+    Exists {
+        /// The file.
+        path: PathBuf,
+    },
+}
+
+/// What a log says of its session: enough to play it again.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Header {
+    /// SHA-256 of the plan file's content.
+    pub plan: String,
+    /// Name of the drawing.
+    pub drawing: String,
+    /// The dialect, as it is asked for on the command line.
+    pub dialect: String,
+    /// Machine coordinates less drawing coordinates.
+    pub offset: Vector,
+    /// The machine's travel, drawing coordinates.
+    pub stroke: Window,
+    /// Feed of the contour, mm/min.
+    pub feed_mm_min: u32,
+    /// Whether the session begins with homing.
+    pub home: bool,
+    /// Longest silence of the controller, ms.
+    pub answer_within_ms: u64,
+    /// The machine and its port, in words.
+    pub setting: String,
+}
+
+/// A log that is written.
+#[derive(Debug)]
+pub struct LogTape {
+    out: BufWriter<std::fs::File>,
+    sum: u32,
+    wish: Option<Wish>,
+    text: String,
+    dirty: bool,
+}
+
+impl LogTape {
+    /// A new log at `path`.
+    ///
+    /// # Errors
+    /// [`LogError`] when there is one already, or it can not be created.
+    pub fn create(path: &Path, header: &Header) -> Result<Self, LogError> {
+        let file = std::fs::OpenOptions::new().create_new(true).append(true).open(path);
+        let file = file.map_err(|source| match source.kind() {
+            std::io::ErrorKind::AlreadyExists => LogError::Exists { path: path.to_path_buf() },
+            _ => LogError::Create { path: path.to_path_buf(), source },
+        })?;
+        let mut log =
+            Self { out: BufWriter::new(file), sum: 0, wish: None, text: String::new(), dirty: false };
+        log.text = line::header(header);
+        log.end_line().and_then(|()| log.flush()).map_err(|error| LogError::Create {
+            path: path.to_path_buf(),
+            source: std::io::Error::other(error.to_string()),
+        })?;
+        Ok(log)
+    }
+
+    fn end_line(&mut self) -> Result<(), TapeError> {
+        self.sum = line::checksum(self.sum, &self.text);
+        writeln!(self.out, "{}\t{:08x}", self.text, self.sum)?;
+        self.dirty = true;
+        Ok(())
+    }
+}
+
+impl Tape for LogTape {
+    fn take(&mut self, now: Time, record: &Record<'_>) -> Result<(), TapeError> {
+        let text = &mut self.text;
+        text.clear();
+        // Writing to a string does not fail.
+        let _ = write!(text, "{} ", now.micros());
+        match record {
+            Record::Received(bytes) => {
+                let _ = write!(text, "r {}", bytes.escape_ascii());
+            }
+            Record::Sent(bytes) => {
+                let _ = write!(text, "s {}", bytes.escape_ascii());
+            }
+            Record::Wish(wish) if self.wish == Some(*wish) => text.push('w'),
+            Record::Wish(wish) => {
+                line::push_wish(text, wish);
+                self.wish = Some(*wish);
+            }
+            Record::Tick => text.push('t'),
+            Record::Job(job) => line::push_job(text, job),
+            Record::PortLost(reason) => {
+                let _ = write!(text, "x {}", reason.escape_default());
+            }
+            Record::PortFound => text.push('o'),
+            Record::Halt => text.push('h'),
+            Record::Certificate(certified, guard) => {
+                let _ = write!(text, "c {} {{", log_point(certified.target()));
+                for (index, point) in guard.in_flight().enumerate() {
+                    let space = if index == 0 { "" } else { " " };
+                    let _ = write!(text, "{space}{}", log_point(point));
+                }
+                text.push('}');
+            }
+            Record::Phase(phase, fault) => {
+                let _ = write!(text, "p {phase:?}");
+                if let Some(fault) = fault {
+                    let _ = write!(text, " {}", fault.to_string().escape_default());
+                }
+            }
+        }
+        self.end_line()
+    }
+
+    fn flush(&mut self) -> Result<(), TapeError> {
+        if std::mem::take(&mut self.dirty) {
+            self.out.flush()?;
+        }
+        Ok(())
+    }
+}
+
+impl Drop for LogTape {
+    fn drop(&mut self) {
+        // What was flushed outlives the program; this makes it outlive a power cut too.
+        let _ = self.out.flush();
+        let _ = self.out.get_ref().sync_data();
+    }
+}

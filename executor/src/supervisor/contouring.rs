@@ -1,0 +1,166 @@
+//! Touching and contouring: from the wall around the part, held, gone on with, given up.
+
+use keepout_kernel::{Curve, Length, Point, Segment};
+use keepout_planner::job::{ContourJob, Leg, LoopNumber};
+use keepout_planner::units::length_up_from_mm;
+
+use super::event::Command;
+use super::guard::{Certification, MotionShape};
+use super::manual::{self, Steering};
+use super::state::{Run, State, Touch};
+use super::{CERTIFIED_AT_ONCE, Supervisor};
+
+/// The wall counts as touched within this distance beyond the roughing threshold, mm.
+const TOUCH_MM: f64 = 0.1;
+
+impl Supervisor {
+    /// Whether the tool stands at the wall.
+    pub(super) fn touches(&self) -> bool {
+        let Some(at) = self.guard.end() else { return false };
+        let Ok(band) = length_up_from_mm(TOUCH_MM) else { return false };
+        let here = Segment { from: at.point(), to: at.point() };
+        self.work.part().edges_clear(here, at.threshold().saturating_plus(band)).is_err()
+    }
+
+    /// Where a contouring job is wanted from. It is worked out elsewhere, and comes as an event.
+    #[must_use]
+    pub fn wanted_job(&self) -> Option<Point> {
+        self.guard.tail().filter(|_| self.wants_job()).map(keepout_kernel::FreePoint::point)
+    }
+
+    pub(super) fn wants_job(&self) -> bool {
+        matches!(self.state, State::Touching(Touch::Asked))
+    }
+
+    pub(super) fn take_job(&mut self, job: Result<ContourJob, String>) {
+        if !self.wants_job() {
+            return;
+        }
+        let taken = job.and_then(|job| self.begin(job));
+        match taken {
+            Ok(run) => self.state = State::Touching(Touch::Certifying(run)),
+            Err(reason) => self.give_up(&reason),
+        }
+    }
+
+    fn give_up(&mut self, reason: &str) {
+        self.guard.withdraw_contour();
+        self.note(format!("no contour: {reason}"));
+        self.state = State::Sliding(Steering::default());
+    }
+
+    fn begin(&mut self, job: ContourJob) -> Result<Run, String> {
+        let fast = manual::feed(self.limits.speed_mm_s / 2.0);
+        let of_pass = |cut: LoopNumber| self.work.plan.plan.passes[cut.pass].feed_mm_min;
+        let feed = |leg: &Leg| match leg.cuts {
+            Some(cut) => of_pass(cut).unwrap_or(self.options.feed_mm_min),
+            None => fast,
+        };
+        let mut curves: Vec<(Curve, u32)> = Vec::new();
+        for leg in &job.legs {
+            for curve in &leg.curves {
+                self.as_sent(curve, feed(leg), &mut curves)?;
+            }
+        }
+        self.guard.begin_contour(curves).map_err(|refusal| refusal.to_string())?;
+        self.unreached = job.unreached.len();
+        for unreached in &job.unreached {
+            self.note(format!("no way wide enough for roughing leads to finishing {unreached}"));
+        }
+        Ok(Run { legs: job.legs })
+    }
+
+    /// The motions that the controller is sent for a curve: itself, or lines where it knows no arcs, in steps where it can
+    /// not be held or its axes run apart.
+    fn as_sent(&self, curve: &Curve, feed: u32, into: &mut Vec<(Curve, u32)>) -> Result<(), String> {
+        let whole = self.abilities.holds && self.abilities.shape == MotionShape::Line;
+        if whole && (self.abilities.arcs || matches!(curve, Curve::Line(_))) {
+            into.push((*curve, feed));
+            return Ok(());
+        }
+        if self.abilities.arcs && curve.length() < STEP_MAX_MM * f64::from(keepout_kernel::UNITS_PER_MM) {
+            into.push((*curve, feed));
+            return Ok(());
+        }
+        let points = curve.chord_points(self.chord_slack()).map_err(|error| error.to_string())?;
+        for pair in points.windows(2) {
+            let line = Segment { from: pair[0], to: pair[1] };
+            self.steps(line, &mut |from, to| into.push((Curve::Line(Segment { from, to }), feed)));
+        }
+        Ok(())
+    }
+
+    /// How far chords may leave an arc: what the certified threshold leaves for it.
+    fn chord_slack(&self) -> Length {
+        let left = self.plan().finishing.units() - self.guard.rules().finishing.units();
+        Length::from_units(i64::from(left) - 2).unwrap_or(CHORD_LEAST).max(CHORD_LEAST)
+    }
+
+    /// Cuts a line into steps: short enough to stop after, and where the axes run apart so short that the box of each is
+    /// clear.
+    fn steps(&self, line: Segment, take: &mut dyn FnMut(Point, Point)) {
+        let d = line.to.minus(line.from);
+        let longest = if self.abilities.shape == MotionShape::Box && d.dx != 0 && d.dy != 0 {
+            BOX_STEP
+        } else {
+            STEP_MAX
+        };
+        let count = i64::from(d.dx.abs().max(d.dy.abs())).div_euclid(longest) + 1;
+        let mut from = line.from;
+        for k in 1..=count {
+            let part = |c: i32, d: i32| i64::from(c) + i64::from(d) * k / count;
+            let to = Point::from_units(part(line.from.x.units(), d.dx), part(line.from.y.units(), d.dy));
+            let to = if k == count { line.to } else { to.unwrap_or(line.to) };
+            if to != from {
+                take(from, to);
+            }
+            from = to;
+        }
+    }
+
+    /// Certifies a little more of the contour.
+    pub(super) fn certify_on(&mut self) {
+        match self.guard.certify_contour(CERTIFIED_AT_ONCE) {
+            Ok(Certification::Under { .. }) => {}
+            Ok(Certification::Done) => {
+                if let State::Touching(Touch::Certifying(run)) =
+                    std::mem::replace(&mut self.state, State::Done)
+                {
+                    self.state = State::Contouring(run);
+                }
+            }
+            Err(refusal) => self.give_up(&format!("contouring refused: {refusal}")),
+        }
+    }
+
+    /// Holds the contour: at once where the controller can, or after the motion under way.
+    pub(super) fn hold(&mut self, commands: &mut Vec<Command>) {
+        if let State::Contouring(run) = std::mem::replace(&mut self.state, State::Done) {
+            self.state = State::Holding(run);
+            if self.abilities.holds {
+                commands.push(Command::Hold);
+            }
+        }
+    }
+
+    /// Goes on with a contour that was held.
+    pub(super) fn go_on(&mut self, commands: &mut Vec<Command>) {
+        if let State::Holding(run) = std::mem::replace(&mut self.state, State::Done) {
+            self.state = State::Contouring(run);
+            if self.abilities.holds {
+                commands.push(Command::Continue);
+            }
+        }
+    }
+
+    /// Notes how far the contour has come.
+    pub(super) fn follow_contour(&mut self, _position: Point) {}
+}
+
+/// Longest motion of a contour where the controller can not hold it, lattice units (2 mm).
+const STEP_MAX: i64 = 200_000;
+const STEP_MAX_MM: f64 = 2.0;
+/// Longest slanted motion of a contour where axes run apart, lattice units (20 µm).
+const BOX_STEP: i64 = 2_000;
+/// Chords never leave an arc by less than this: 0.1 µm.
+const CHORD_LEAST: Length = Length::small(10);

@@ -1,0 +1,315 @@
+//! TRUSTED. The in-flight set: every point where the tool may still be, and every target it may still execute.
+//!
+//! **Invariant:** the set's hull is clear of the part at the threshold of its points. For a controller that drives straight
+//! ([`MotionShape::Line`]) the hull is the convex hull; for one whose axes run apart ([`MotionShape::Box`]) it is the smallest
+//! box along the axes. Either way a motion from a point of the hull to a target in the set stays in the hull.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use keepout_kernel::exact::segment::{Window, distance_2, points_within};
+use keepout_kernel::{Blocked, FreePoint, Length, Point, ProhibitedRegion, Segment, Triangle, Vector};
+
+use super::Refusal;
+use crate::time::Time;
+
+/// How a controller drives to a target.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MotionShape {
+    /// Straight.
+    Line,
+    /// Each axis by itself: anywhere in the box between start and target.
+    Box,
+}
+
+/// What a status report says, as far as the guard is concerned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sighting {
+    /// The reported position.
+    pub position: Point,
+    /// The controller says that it stands still and waits for commands.
+    pub at_rest: bool,
+    /// Motions in the controller's queue; `None` when the report does not say.
+    pub queued: Option<usize>,
+    /// Whether it has received something that it has not acted on.
+    pub waiting: bool,
+}
+
+/// How many lines had been sent and acknowledged when a query left.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stamp {
+    pub(super) sent: u64,
+    pub(super) acknowledged: u64,
+    pub(super) at: Time,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Line {
+    pub(super) number: u64,
+    pub(super) target: FreePoint,
+}
+
+/// Most lines in flight at once.
+pub(super) const LINES_MAX: usize = 8;
+/// Reports that are remembered while lines wait to be retired.
+const SEEN_MAX: usize = 64;
+/// A block that has left the planner is executed within this time: six segments of 10 ms, or of a step each when that
+/// is longer; at 1 mm/s and 20 steps/mm, 300 ms (GRBL's stepper buffer).
+pub const DRAIN: Duration = Duration::from_millis(500);
+
+/// The set. Allocates nothing after [`InFlight::new`].
+#[derive(Debug)]
+pub(super) struct InFlight {
+    pub(super) shape: MotionShape,
+    /// How far a reported position can be from the commanded one.
+    pub(super) resolution: Length,
+    /// Reports are protected by a checksum: one is evidence. Otherwise two are needed, so that one that was damaged into a
+    /// valid one does no harm.
+    pub(super) checked: bool,
+    /// Where the tool was at the last report, and at the one before it when one report is no evidence.
+    pub(super) tail: Option<FreePoint>,
+    pub(super) before: Option<FreePoint>,
+    pub(super) lines: VecDeque<Line>,
+    /// Lines up to this number had left the queue when the report at this time arrived; both ascending.
+    left_queue: VecDeque<(u64, Time)>,
+    /// What the last report said had left the queue.
+    left_before: u64,
+    /// Lines up to this number were executed when the last report was asked for.
+    executed: u64,
+    rests_seen: u8,
+    rested_at: Option<Point>,
+}
+
+impl InFlight {
+    pub(super) fn new(shape: MotionShape, resolution: Length, checked: bool) -> Self {
+        Self {
+            shape,
+            resolution,
+            checked,
+            tail: None,
+            before: None,
+            lines: VecDeque::with_capacity(LINES_MAX),
+            left_queue: VecDeque::with_capacity(SEEN_MAX),
+            left_before: 0,
+            executed: 0,
+            rests_seen: 0,
+            rested_at: None,
+        }
+    }
+
+    pub(super) fn points(&self) -> impl Iterator<Item = FreePoint> + Clone + '_ {
+        let lines = self.lines.iter().map(|line| line.target);
+        self.before.into_iter().chain(self.tail).chain(lines)
+    }
+
+    pub(super) fn place(&mut self, tail: Option<FreePoint>) {
+        self.tail = tail;
+        self.before = None;
+        self.lines.clear();
+        self.left_queue.clear();
+        self.left_before = 0;
+        self.moving();
+    }
+
+    /// A line was sent: what was seen at rest is no evidence any more.
+    pub(super) fn moving(&mut self) {
+        self.rests_seen = 0;
+        self.rested_at = None;
+    }
+
+    /// Certifies that the hull stays clear when `to` is taken into the set.
+    pub(super) fn admit(
+        &self,
+        part: &ProhibitedRegion,
+        tail: FreePoint,
+        to: Point,
+    ) -> Result<FreePoint, Refusal> {
+        match self.shape {
+            MotionShape::Line => self.admit_line(part, tail, to).map_err(Refusal::Blocked),
+            MotionShape::Box => {
+                let window =
+                    self.points().fold(Window::of(to), |window, free| window.including(free.point()));
+                clear_box(part, tail, window).map_err(Refusal::Blocked)?;
+                part.motion(tail, to).map_err(Refusal::Blocked)
+            }
+        }
+    }
+
+    /// Every point of the new hull lies in the old one or on a segment from `to` to its boundary, and the boundary consists
+    /// of segments between points of the set: the triangles over all pairs cover it.
+    fn admit_line(&self, part: &ProhibitedRegion, tail: FreePoint, to: Point) -> Result<FreePoint, Blocked> {
+        let mut admitted = part.motion(tail, to)?;
+        for (i, a) in self.points().enumerate() {
+            for b in self.points().skip(i + 1) {
+                admitted = part.fan(a, b, to)?;
+            }
+        }
+        Ok(admitted)
+    }
+
+    /// The point of the hull nearest to the reported position, as a certified tail. Where the tool was commanded to be lies
+    /// in the hull, and projection onto a convex set brings nothing farther away: the tail is no farther from there than the
+    /// report is.
+    fn snap(&self, part: &ProhibitedRegion, position: Point) -> Snap {
+        let foot = match self.shape {
+            MotionShape::Line => self.foot_in_hull(position),
+            MotionShape::Box => self.foot_in_box(position),
+        };
+        let Some(foot) = foot else { return Snap::Off };
+        if points_within(foot, position, self.resolution).is_clear() {
+            return Snap::Off;
+        }
+        // The foot is rounded, and may be rounded into the threshold: its neighbours are as good.
+        let around = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| Vector { dx, dy }));
+        let tries = std::iter::once(Vector { dx: 0, dy: 0 }).chain(around);
+        let mut places = tries.filter_map(|step| foot.translated(step).ok());
+        places.find_map(|place| self.reached(part, place)).map_or(Snap::Keep, Snap::At)
+    }
+
+    fn foot_in_hull(&self, position: Point) -> Option<Point> {
+        let here = Segment { from: position, to: position };
+        let holds = |corners| !Triangle { corners }.near_segment(here, Length::ZERO).is_clear();
+        let mut nearest: Option<(i64, Point)> = None;
+        for (i, a) in self.points().enumerate() {
+            for (j, b) in self.points().enumerate().skip(i) {
+                if self.points().skip(j).any(|c| holds([a.point(), b.point(), c.point()])) {
+                    return Some(position);
+                }
+                let Some(foot) = project(position, Segment { from: a.point(), to: b.point() }) else {
+                    continue;
+                };
+                let away_2 = distance_2(foot, position);
+                if nearest.is_none_or(|(least_2, _)| away_2 < least_2) {
+                    nearest = Some((away_2, foot));
+                }
+            }
+        }
+        nearest.map(|(_, foot)| foot)
+    }
+
+    fn foot_in_box(&self, position: Point) -> Option<Point> {
+        let window = self.points().map(|free| Window::of(free.point())).reduce(Window::union)?;
+        let (x0, y0, x1, y1) = window.corners();
+        let (x, y) = (position.x.units().clamp(x0, x1), position.y.units().clamp(y0, y1));
+        Point::from_units(x.into(), y.into()).ok()
+    }
+
+    /// The place as a free point, when the way to it from one of the points is clear. One way is enough: which one the tool
+    /// took was certified before. A tail that was rounded can have lost its way to a far target by a unit.
+    fn reached(&self, part: &ProhibitedRegion, place: Point) -> Option<FreePoint> {
+        self.points().find_map(|point| part.motion(point, place).ok())
+    }
+
+    /// Takes a report as evidence; `all` says whether all lines ever sent were acknowledged before the query left. Answers
+    /// whether the tool is known to rest at the tail, with nothing else in the set.
+    pub(super) fn reported(
+        &mut self,
+        part: &ProhibitedRegion,
+        sighting: &Sighting,
+        all: bool,
+        acknowledged: u64,
+        (asked, now): (Time, Time),
+    ) -> Result<bool, Refusal> {
+        match self.snap(part, sighting.position) {
+            Snap::At(tail) => {
+                self.before = self.tail.filter(|_| !self.checked);
+                self.tail = Some(tail);
+            }
+            Snap::Keep => return Ok(false),
+            Snap::Off => return Err(Refusal::OffCertified(sighting.position)),
+        }
+        if sighting.rests() && all {
+            return Ok(self.settle(sighting.position));
+        }
+        self.moving();
+        self.retire(sighting, acknowledged, asked, now);
+        Ok(false)
+    }
+
+    fn settle(&mut self, position: Point) -> bool {
+        let near = |other: Point| !points_within(other, position, self.resolution).is_clear();
+        let again = self.rested_at.is_some_and(near);
+        self.rests_seen = if again { self.rests_seen.saturating_add(1) } else { 1 };
+        self.rested_at = Some(position);
+        let arrived = self.lines.back().is_none_or(|line| near(line.target.point()));
+        let enough = self.rests_seen >= 2 || self.checked && arrived;
+        if enough {
+            self.before = None;
+            self.lines.clear();
+            self.left_queue.clear();
+        }
+        enough
+    }
+
+    /// With `q` motions in the queue, all acknowledged lines but the last `q` have left it. Lines that had left it at a
+    /// report that arrived [`DRAIN`] before this query left are executed.
+    fn retire(&mut self, sighting: &Sighting, acknowledged: u64, asked: Time, now: Time) {
+        let before = self.executed;
+        while let Some(&(number, arrived)) = self.left_queue.front()
+            && asked >= arrived.after(DRAIN)
+        {
+            self.executed = number;
+            self.left_queue.pop_front();
+        }
+        // Without a checksum the line stays until both places that are remembered were reported after it was executed.
+        let certain = if self.checked { self.executed } else { before };
+        self.lines.retain(|line| line.number > certain);
+        let Some(queued) = sighting.queued else { return };
+        let left = acknowledged.saturating_sub(u64::try_from(queued).unwrap_or(u64::MAX));
+        let believed = if self.checked { left } else { left.min(self.left_before) };
+        self.left_before = left;
+        let news = self.left_queue.back().map_or(believed > 0, |&(known, _)| believed > known);
+        if news && self.left_queue.len() < SEEN_MAX {
+            self.left_queue.push_back((believed, now));
+        }
+    }
+}
+
+impl Sighting {
+    /// At rest, with nothing left to do.
+    pub(super) fn rests(&self) -> bool {
+        self.at_rest && !self.waiting && self.queued.is_none_or(|queued| queued == 0)
+    }
+}
+
+/// What becomes of the tail when a position is reported.
+enum Snap {
+    /// It is here.
+    At(FreePoint),
+    /// The position is in the set, but no clear lattice point was found for it: the tail stays where it was.
+    Keep,
+    /// The position is outside the set.
+    Off,
+}
+
+/// Certifies that a box is clear. `from` is a free point in it: the triangles from there over the four sides cover it.
+pub(super) fn clear_box(part: &ProhibitedRegion, from: FreePoint, window: Window) -> Result<(), Blocked> {
+    let (x0, y0, x1, y1) = window.corners();
+    let corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)];
+    let mut last: Option<FreePoint> = None;
+    for (x, y) in corners {
+        let at = Point::from_units(x.into(), y.into()).map_err(|_| Blocked::StartTooNear(from.point()))?;
+        last = Some(match last {
+            None => part.motion(from, at)?,
+            Some(before) => part.fan(from, before, at)?,
+        });
+    }
+    Ok(())
+}
+
+/// The lattice point nearest to the foot of the perpendicular from `p` on the segment, or the nearer end.
+fn project(p: Point, segment: Segment) -> Option<Point> {
+    let (d, w) = (segment.to.minus(segment.from), p.minus(segment.from));
+    let product = |a: i32, b: i32| i128::from(a) * i128::from(b);
+    let length_2 = product(d.dx, d.dx) + product(d.dy, d.dy);
+    if length_2 == 0 {
+        return Some(segment.from);
+    }
+    let along = (product(w.dx, d.dx) + product(w.dy, d.dy)).clamp(0, length_2);
+    let part = |span: i32| {
+        let twice = 2 * i128::from(span) * along + length_2;
+        i64::try_from(twice.div_euclid(2 * length_2)).ok()
+    };
+    let (x, y) = (i64::from(segment.from.x.units()), i64::from(segment.from.y.units()));
+    Point::from_units(x + part(d.dx)?, y + part(d.dy)?).ok()
+}

@@ -1,0 +1,414 @@
+//! TRUSTED. The guard: the in-flight set, and the only maker of [`Certified`] motions.
+//!
+//! A new target is admitted only if the hull of the [in-flight set](in_flight) with it stays clear of the part at the manual
+//! threshold. Straight motions from a point of a convex set to a target in the set stay in the set: lines lost, repeated,
+//! reordered, cancelled half-way and planned from wherever the tool stopped are such motions, however long each takes. So
+//! nothing here depends on latency. A target leaves the set only by evidence, see [`Guard::reported`].
+//!
+//! **Contouring** is different: its motions run along the part, and hulls would cut through it. There each motion
+//! begins where the one before it ended, and is sent only after the one before it was acknowledged, so none can be
+//! skipped. The whole path is certified before the first is sent.
+//!
+//! **Escaping:** a tool that stands nearer than the manual threshold, but not in the part, is admitted single motions on
+//! which it comes nearer to no edge within that threshold.
+
+mod contour;
+mod in_flight;
+mod motion;
+#[cfg(test)]
+mod tests;
+
+pub use contour::Certification;
+pub use in_flight::{DRAIN, MotionShape, Sighting, Stamp};
+pub use motion::{Certified, Motion, Refusal};
+
+use keepout_kernel::exact::segment::Window;
+use keepout_kernel::{FreePoint, Length, Point, ProhibitedRegion};
+
+use crate::time::Time;
+use contour::Contour;
+use in_flight::{InFlight, LINES_MAX, Line};
+
+/// What a guard keeps to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rules {
+    /// Where the tool's centre may go: the machine's travel.
+    pub stroke: Window,
+    /// Threshold of motions by hand.
+    pub manual: Length,
+    /// Threshold of contours, as they are sent.
+    pub finishing: Length,
+    /// How far a reported position can be from the commanded one.
+    pub resolution: Length,
+    /// A jog shorter than this on both axes might be no motion to the controller, and spoil the counting of its queue: at
+    /// least two steps.
+    pub shortest: Length,
+    /// How the controller drives to a target.
+    pub shape: MotionShape,
+    /// Whether a checksum protects the line both ways.
+    pub checked: bool,
+}
+
+/// Parts of the guard that a test build can take out, one at a time, to see that somebody notices.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mutation {
+    /// Nothing is taken out.
+    #[default]
+    None,
+    /// The set is the last reported position alone.
+    ForgetInFlight,
+    /// The fans are left out: only the motion from the last target is asked.
+    NoFans,
+    /// Lines leave the set as soon as they are acknowledged.
+    RetireOnAcknowledgement,
+    /// One report at rest settles, whenever it was asked for.
+    SettleAtOnce,
+    /// Any reported position is believed.
+    BelieveAnyPosition,
+    /// One damaged report is believed.
+    TrustOneReport,
+    /// Contours are not certified.
+    UncertifiedContour,
+    /// A contour goes on without waiting for acknowledgements.
+    ContourUnacknowledged,
+    /// An escape may lead anywhere.
+    EscapeAnywhere,
+    /// Axes that run apart are taken to drive straight.
+    StraightAnyway,
+    /// The margin and allowance are forgotten: the threshold is the tool's radius less 20 µm.
+    NoMargin,
+}
+
+/// The guard; see the module's documentation for what it promises.
+#[derive(Debug)]
+pub struct Guard {
+    part: std::sync::Arc<ProhibitedRegion>,
+    rules: Rules,
+    set: InFlight,
+    sent: u64,
+    acknowledged: u64,
+    contour: Option<Contour>,
+    #[cfg(feature = "mutations")]
+    mutation: Mutation,
+}
+
+impl Guard {
+    /// A guard for `part`.
+    #[must_use]
+    pub fn new(part: std::sync::Arc<ProhibitedRegion>, rules: Rules) -> Self {
+        Self {
+            part,
+            set: InFlight::new(rules.shape, rules.resolution, rules.checked),
+            rules,
+            sent: 0,
+            acknowledged: 0,
+            contour: None,
+            #[cfg(feature = "mutations")]
+            mutation: Mutation::None,
+        }
+    }
+
+    /// The part.
+    #[must_use]
+    pub fn part(&self) -> &ProhibitedRegion {
+        &self.part
+    }
+
+    /// What it keeps to.
+    #[must_use]
+    pub fn rules(&self) -> &Rules {
+        &self.rules
+    }
+
+    /// Forgets where the tool is: nothing is admitted until [`Guard::locate`].
+    pub fn forget(&mut self) {
+        self.set.place(None);
+        self.contour = None;
+        self.acknowledged = self.sent;
+    }
+
+    /// Takes the position of a machine that stands still with nothing under way, after connecting or homing. Nearer than the
+    /// manual threshold only [`Guard::escape`] and [`Guard::begin_contour`] lead on.
+    ///
+    /// # Errors
+    /// [`Refusal::Blocked`] when the tool stands in the part itself, [`Refusal::InMotion`] with lines in flight.
+    pub fn locate(&mut self, position: Point) -> Result<(), Refusal> {
+        if !self.set.lines.is_empty() || self.contour.is_some() {
+            return Err(Refusal::InMotion);
+        }
+        let place = self.free_place(position)?;
+        self.set.place(Some(place));
+        Ok(())
+    }
+
+    /// The point as free at the manual threshold, or else at whatever distance the part is.
+    fn free_place(&self, position: Point) -> Result<FreePoint, Refusal> {
+        self.part.free_point(position, self.rules.manual).or_else(|blocked| {
+            let clearance = self.part.clearance(position).ok_or(Refusal::Blocked(blocked))?;
+            let threshold = clearance.min(self.rules.manual);
+            self.part.free_point(position, threshold).map_err(Refusal::Blocked)
+        })
+    }
+
+    /// Where the tool is or will be once all lines are executed.
+    #[must_use]
+    pub fn end(&self) -> Option<FreePoint> {
+        if let Some(contour) = &self.contour {
+            return Some(contour.end());
+        }
+        self.set.lines.back().map(|line| line.target).or(self.set.tail)
+    }
+
+    /// Where the tool was last known to be.
+    #[must_use]
+    pub fn tail(&self) -> Option<FreePoint> {
+        self.set.tail
+    }
+
+    /// The in-flight set: where the tool was last known to be, and the targets in flight, in order.
+    pub fn in_flight(&self) -> impl Iterator<Item = Point> + '_ {
+        self.set.points().map(FreePoint::point)
+    }
+
+    /// Where the tool was last known to be, and the targets in flight of lines sent after the one of this number, in order.
+    pub fn way_after(&self, number: u64) -> impl Iterator<Item = Point> + '_ {
+        let lines = self.set.lines.iter().filter(move |line| line.number > number);
+        self.set.tail.into_iter().chain(lines.map(|line| line.target)).map(FreePoint::point)
+    }
+
+    /// Lines sent, ever.
+    #[must_use]
+    pub fn sent(&self) -> u64 {
+        self.sent
+    }
+
+    /// Lines sent and not acknowledged.
+    #[must_use]
+    pub fn unacknowledged(&self) -> u64 {
+        self.sent - self.acknowledged
+    }
+
+    /// Whether the tool stands still at a known place with nothing under way.
+    #[must_use]
+    pub fn settled(&self) -> bool {
+        self.set.tail.is_some()
+            && self.set.before.is_none()
+            && self.set.lines.is_empty()
+            && self.contour.is_none()
+    }
+
+    /// Whether the tool stands nearer to the part than the manual threshold.
+    #[must_use]
+    pub fn stands_inside(&self) -> bool {
+        self.set.tail.is_some_and(|tail| tail.threshold() < self.rules.manual)
+    }
+
+    /// Whether a jog to `to` would be admitted.
+    ///
+    /// # Errors
+    /// [`Refusal`] saying why not.
+    pub fn admits(&self, to: Point) -> Result<FreePoint, Refusal> {
+        let tail = self.ready(to)?;
+        if self.stands_inside() {
+            return Err(Refusal::StandsInside);
+        }
+        #[cfg(feature = "mutations")]
+        if self.mutation == Mutation::NoFans {
+            let last = self.set.lines.back().map_or(tail, |line| line.target);
+            return self.part.motion(last, to).map_err(Refusal::Blocked);
+        }
+        self.set.admit(&self.part, tail, to)
+    }
+
+    /// The tail, when a motion to `to` can be thought of at all.
+    fn ready(&self, to: Point) -> Result<FreePoint, Refusal> {
+        if self.contour.is_some() {
+            return Err(Refusal::InMotion);
+        }
+        let tail = self.set.tail.ok_or(Refusal::PositionUnknown)?;
+        if !self.rules.stroke.holds(to) {
+            return Err(Refusal::BeyondStroke(to));
+        }
+        if self.set.lines.len() >= LINES_MAX {
+            return Err(Refusal::Full);
+        }
+        let way = to.minus(self.set.lines.back().map_or(tail, |line| line.target).point());
+        let short = way.dx.abs().max(way.dy.abs()) < self.rules.shortest.units();
+        if short { Err(Refusal::TooShort) } else { Ok(tail) }
+    }
+
+    /// Certifies a jog to `to` and counts it as sent.
+    ///
+    /// # Errors
+    /// [`Refusal`] saying why it may not be sent.
+    pub fn jog(&mut self, to: Point, feed_mm_min: u32) -> Result<Certified, Refusal> {
+        let target = self.admits(to)?;
+        Ok(self.send_jog(target, feed_mm_min))
+    }
+
+    /// Whether a way out to `to` would be admitted: from rest, nearer to no edge within the manual threshold.
+    ///
+    /// # Errors
+    /// [`Refusal`] saying why not.
+    pub fn admits_escape(&self, to: Point) -> Result<FreePoint, Refusal> {
+        let tail = self.ready(to)?;
+        if !self.stands_inside() {
+            return Err(Refusal::StandsClear);
+        }
+        if !self.settled() {
+            return Err(Refusal::InMotion);
+        }
+        let way = to.minus(tail.point());
+        if self.rules.shape == MotionShape::Box && way.dx != 0 && way.dy != 0 {
+            return Err(Refusal::Slanted(tail.point()));
+        }
+        #[cfg(feature = "mutations")]
+        if self.mutation == Mutation::EscapeAnywhere {
+            return self.part.recedes(tail, to, Length::ZERO).map_err(Refusal::Blocked);
+        }
+        self.part.recedes(tail, to, self.rules.manual).map_err(Refusal::Blocked)
+    }
+
+    /// Certifies a way out to `to` and counts it as sent.
+    ///
+    /// # Errors
+    /// [`Refusal`] saying why it may not be sent.
+    pub fn escape(&mut self, to: Point, feed_mm_min: u32) -> Result<Certified, Refusal> {
+        let target = self.admits_escape(to)?;
+        Ok(self.send_jog(target, feed_mm_min))
+    }
+
+    fn send_jog(&mut self, target: FreePoint, feed_mm_min: u32) -> Certified {
+        self.sent += 1;
+        self.set.moving();
+        let line = Line { number: self.sent, target };
+        #[cfg(feature = "mutations")]
+        if self.mutation == Mutation::ForgetInFlight {
+            return Certified { motion: Motion::Jog { to: target.point(), feed_mm_min } };
+        }
+        self.set.lines.push_back(line);
+        Certified { motion: Motion::Jog { to: target.point(), feed_mm_min } }
+    }
+
+    /// Counts an acknowledgement of the oldest line.
+    ///
+    /// # Errors
+    /// [`Refusal::UnexpectedAcknowledgement`] when none is outstanding.
+    pub fn acknowledged(&mut self) -> Result<(), Refusal> {
+        if self.unacknowledged() == 0 {
+            return Err(Refusal::UnexpectedAcknowledgement);
+        }
+        self.acknowledged += 1;
+        #[cfg(feature = "mutations")]
+        if self.mutation == Mutation::RetireOnAcknowledgement && self.contour.is_none() {
+            self.set.tail = self.set.lines.back().map(|line| line.target).or(self.set.tail);
+            self.set.lines.clear();
+        }
+        Ok(())
+    }
+
+    /// Takes back the only unacknowledged jog: the controller refused it, and will not execute it. Answers whether
+    /// there was one.
+    pub fn refused(&mut self) -> bool {
+        if self.unacknowledged() != 1
+            || self.contour.is_some()
+            || self.set.lines.back().map(|line| line.number) != Some(self.sent)
+        {
+            return false;
+        }
+        self.set.lines.pop_back();
+        self.sent -= 1;
+        true
+    }
+
+    /// Whether the query of this stamp left before the newest acknowledged line: its answer can not be still to come.
+    #[must_use]
+    pub fn is_outdated(&self, stamp: &Stamp) -> bool {
+        stamp.sent < self.acknowledged
+    }
+
+    /// The stamp of a query that leaves now.
+    #[must_use]
+    pub fn stamp(&self, now: Time) -> Stamp {
+        Stamp { sent: self.sent, acknowledged: self.acknowledged, at: now }
+    }
+
+    /// Takes a report as evidence. `stamp` is that of the query it answers, or of an earlier one.
+    ///
+    /// *Settling:* the controller rests with an empty queue, every line ever sent was acknowledged before the query left,
+    /// and two such reports agree (one at the last target, over a line with a checksum). Then only the tail remains.
+    ///
+    /// *Retiring:* with `q` motions in the queue, all acknowledged lines but the last `q` have left it. Lines that
+    /// had left it at a report that arrived [`DRAIN`] before this query left are executed, and leave the set.
+    ///
+    /// # Errors
+    /// [`Refusal::OffCertified`] when the position is outside the certified set by more than the resolution.
+    pub fn reported(&mut self, sighting: &Sighting, stamp: Stamp, now: Time) -> Result<(), Refusal> {
+        let all = self.all_acknowledged(stamp);
+        if self.contour.is_some() {
+            return self.reported_in_contour(sighting, all);
+        }
+        if self.set.tail.is_none() {
+            return Ok(());
+        }
+        #[cfg(feature = "mutations")]
+        if self.mutate_report(sighting) {
+            return Ok(());
+        }
+        let settled = self.set.reported(&self.part, sighting, all, self.acknowledged, (stamp.at, now))?;
+        if settled
+            && self.stands_inside()
+            && let Some(tail) = self.set.tail
+        {
+            self.set.tail = Some(self.free_place(tail.point()).unwrap_or(tail));
+        }
+        Ok(())
+    }
+
+    /// A line that was refused and taken back may still be counted in the stamp as sent.
+    fn all_acknowledged(&self, stamp: Stamp) -> bool {
+        stamp.sent >= self.sent && stamp.acknowledged == self.sent
+    }
+}
+
+#[cfg(feature = "mutations")]
+impl Guard {
+    /// Takes out a part of the guard, for a test that must notice.
+    pub fn mutate(&mut self, mutation: Mutation) {
+        self.mutation = mutation;
+        match mutation {
+            Mutation::StraightAnyway => {
+                self.rules.shape = MotionShape::Line;
+                self.set.shape = MotionShape::Line;
+            }
+            Mutation::TrustOneReport => self.set.checked = true,
+            Mutation::NoMargin => {
+                let less =
+                    |length: Length| Length::from_units(i64::from(length.units()) * 9 / 10).unwrap_or(length);
+                self.rules.manual = less(self.rules.finishing);
+                self.rules.finishing = less(self.rules.finishing);
+            }
+            _ => {}
+        }
+    }
+
+    /// Whether a mutation has dealt with the report.
+    fn mutate_report(&mut self, sighting: &Sighting) -> bool {
+        let place = self.free_place(sighting.position).ok();
+        match self.mutation {
+            Mutation::ForgetInFlight => self.set.tail = place.or(self.set.tail),
+            Mutation::BelieveAnyPosition if place.is_some() => {
+                self.set.tail = place;
+                self.set.before = None;
+                if sighting.rests() {
+                    self.set.lines.clear();
+                }
+            }
+            Mutation::SettleAtOnce if sighting.at_rest => {
+                self.set.place(place.or(self.set.tail));
+            }
+            _ => return false,
+        }
+        true
+    }
+}

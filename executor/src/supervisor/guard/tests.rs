@@ -1,0 +1,196 @@
+//! The guard, against hand-made cases and an adversary.
+
+use std::sync::Arc;
+
+use keepout_kernel::exact::segment::Window;
+use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side};
+
+use super::*;
+use crate::time::Time;
+
+fn at(x: i64, y: i64) -> Point {
+    Point::from_units(x, y).unwrap()
+}
+
+/// An L, in lattice units, and a guard that keeps 300 units from it.
+fn guard_of(shape: MotionShape, checked: bool) -> Guard {
+    let corners = [(0, 0), (9000, 0), (9000, 2500), (3000, 2500), (3000, 7000), (0, 7000)];
+    let ring = Ring::new(corners.iter().map(|&(x, y)| at(x, y)).collect()).unwrap();
+    let part = ProhibitedRegion::new(Region::new(vec![ring]).unwrap(), Side::Outside).unwrap();
+    let length = |units| Length::from_units(units).unwrap();
+    let rules = Rules {
+        stroke: Window::of(at(-20_000, -20_000)).including(at(20_000, 20_000)),
+        manual: length(300),
+        finishing: length(290),
+        resolution: length(5),
+        shortest: length(4),
+        shape,
+        checked,
+    };
+    Guard::new(Arc::new(part), rules)
+}
+
+fn guard() -> Guard {
+    guard_of(MotionShape::Line, true)
+}
+
+/// The adversary executes lines in any order, any number of times, each only as far as it likes.
+#[test]
+fn no_execution_of_admitted_lines_comes_near_the_part() {
+    let mut random = fastrand::Rng::with_seed(11);
+    let (mut admitted, mut refused) = (0_u32, 0_u32);
+    for _ in 0..400 {
+        let mut guard = guard();
+        guard.locate(at(-3000, random.i64(-3000..10_000))).unwrap();
+        let mut tool = guard.end().unwrap().point();
+        for _ in 0..6 {
+            let target = at(random.i64(-4000..14_000), random.i64(-4000..11_000));
+            match guard.jog(target, 600) {
+                Ok(_) => admitted += 1,
+                Err(_) => refused += 1,
+            }
+            let targets: Vec<Point> = guard.in_flight().collect();
+            for _ in 0..12 {
+                let to = targets[random.usize(0..targets.len())];
+                let share = random.i64(0..=16);
+                let d = to.minus(tool);
+                let part = |d: i32| i64::from(d) * share / 16;
+                let next = at(i64::from(tool.x.units()) + part(d.dx), i64::from(tool.y.units()) + part(d.dy));
+                // Rounding to the lattice moves the tool by a unit and more with every step.
+                let threshold = Length::from_units(300 - 12).unwrap();
+                let motion = Segment { from: tool, to: next };
+                guard.part().edges_clear(motion, threshold).unwrap();
+                tool = if random.bool() { next } else { to };
+                if tool == to {
+                    guard.part().edges_clear(Segment { from: next, to }, threshold).unwrap();
+                }
+            }
+        }
+    }
+    assert!(admitted > 400 && refused > 400, "{admitted} admitted, {refused} refused");
+}
+
+#[test]
+fn without_a_position_nothing_is_admitted() {
+    let mut guard = guard();
+    assert_eq!(guard.jog(at(-1000, 0), 600), Err(Refusal::PositionUnknown));
+    assert!(matches!(guard.locate(at(100, 100)), Err(Refusal::Blocked(_))));
+    guard.locate(at(-200, 100)).unwrap();
+    assert!(guard.stands_inside());
+    assert_eq!(guard.jog(at(-900, 100), 600), Err(Refusal::StandsInside));
+    guard.locate(at(-1000, 0)).unwrap();
+    assert_eq!(guard.jog(at(-30_000, 0), 600), Err(Refusal::BeyondStroke(at(-30_000, 0))));
+    assert_eq!(guard.jog(at(-1003, -3), 600), Err(Refusal::TooShort));
+    guard.jog(at(-1000, 900), 600).unwrap();
+    assert!(guard.refused() && !guard.refused() && guard.settled(), "a refused jog is taken back");
+    guard.jog(at(-1000, 900), 600).unwrap();
+    assert_eq!(guard.locate(at(-1000, 0)), Err(Refusal::InMotion));
+    guard.forget();
+    assert_eq!(guard.jog(at(-1000, 0), 600), Err(Refusal::PositionUnknown));
+}
+
+fn sighting(position: Point, at_rest: bool, queued: usize) -> Sighting {
+    Sighting { position, at_rest, queued: Some(queued), waiting: false }
+}
+
+const MS: u64 = 1000;
+
+#[test]
+fn targets_leave_only_by_evidence() {
+    let mut guard = guard();
+    let time = |ms: u64| Time::from_micros(ms * MS);
+    guard.locate(at(-1000, 0)).unwrap();
+    let before = guard.stamp(time(0));
+    guard.jog(at(-1000, 2000), 600).unwrap();
+    // Reports at rest that were asked for before the line, or before its acknowledgement, prove nothing.
+    for _ in 0..3 {
+        guard.reported(&sighting(at(-1000, 0), true, 0), before, time(50)).unwrap();
+        assert_eq!(guard.in_flight().count(), 2);
+        let unacknowledged = guard.stamp(time(50));
+        guard.reported(&sighting(at(-1000, 0), true, 0), unacknowledged, time(60)).unwrap();
+        assert_eq!(guard.in_flight().count(), 2);
+    }
+    guard.acknowledged().unwrap();
+    assert_eq!(guard.acknowledged(), Err(Refusal::UnexpectedAcknowledgement));
+    guard.jog(at(-1000, 4000), 600).unwrap();
+    guard.acknowledged().unwrap();
+    // The first block has left the planner; it is executed for sure only after the drain time.
+    let stamp = guard.stamp(time(100));
+    guard.reported(&sighting(at(-1000, 1500), false, 1), stamp, time(120)).unwrap();
+    assert_eq!(guard.in_flight().count(), 3);
+    let stamp = guard.stamp(time(200));
+    guard.reported(&sighting(at(-1000, 2100), false, 1), stamp, time(220)).unwrap();
+    assert_eq!(guard.in_flight().count(), 3, "too early");
+    let stamp = guard.stamp(time(700));
+    guard.reported(&sighting(at(-1000, 2500), false, 1), stamp, time(720)).unwrap();
+    assert_eq!(guard.in_flight().collect::<Vec<_>>(), [at(-1000, 2500), at(-1000, 4000)]);
+    // At rest short of the target: once may be a report between two motions, twice is a stop.
+    let stamp = guard.stamp(time(800));
+    guard.reported(&sighting(at(-1000, 3000), true, 0), stamp, time(820)).unwrap();
+    assert!(!guard.settled());
+    let stamp = guard.stamp(time(900));
+    guard.reported(&sighting(at(-1000, 3000), true, 0), stamp, time(920)).unwrap();
+    assert!(guard.settled());
+}
+
+#[test]
+fn position_off_the_certified_set_is_refused() {
+    let mut guard = guard();
+    guard.locate(at(-1000, 0)).unwrap();
+    guard.jog(at(-1000, 2000), 600).unwrap();
+    let stamp = guard.stamp(Time::ZERO);
+    assert!(guard.reported(&sighting(at(-1004, 500), false, 1), stamp, Time::ZERO).is_ok());
+    let off = at(-1010, 500);
+    assert_eq!(guard.reported(&sighting(off, false, 1), stamp, Time::ZERO), Err(Refusal::OffCertified(off)));
+}
+
+fn take_contour(guard: &mut Guard, curves: Vec<(Curve, u32)>) -> Result<(), Refusal> {
+    guard.begin_contour(curves)?;
+    assert_eq!(guard.next_of_contour(), None, "not before it is certified");
+    while guard.certify_contour(1)? != Certification::Done {}
+    Ok(())
+}
+
+#[test]
+fn contour_is_certified_whole_and_handed_out_one_by_one() {
+    let mut guard = guard();
+    guard.locate(at(-310, 0)).unwrap();
+    let line = |a, b| (Curve::Line(Segment { from: a, to: b }), 300);
+    let (p, q, r) = (at(-310, 0), at(-301, 3000), at(-310, 6000));
+    let gouge = vec![line(p, at(-280, 3000)), line(at(-280, 3000), r)];
+    assert!(matches!(take_contour(&mut guard, gouge), Err(Refusal::Gouge(gouge)) if gouge.index == 0));
+    let jump = vec![line(q, r)];
+    assert_eq!(take_contour(&mut guard, jump), Err(Refusal::OffCertified(q)));
+    take_contour(&mut guard, vec![line(p, q), line(q, r)]).unwrap();
+    assert_eq!(guard.next_of_contour().unwrap().target(), q);
+    assert_eq!(guard.next_of_contour(), None, "not before the acknowledgement");
+    assert_eq!(guard.jog(p, 600), Err(Refusal::InMotion));
+    guard.acknowledged().unwrap();
+    assert_eq!(guard.next_of_contour().unwrap().target(), r);
+    guard.acknowledged().unwrap();
+    let stamp = guard.stamp(Time::ZERO);
+    guard.reported(&sighting(r, true, 0), stamp, Time::ZERO).unwrap();
+    assert!(guard.settled());
+    assert_eq!(guard.end().unwrap().point(), r);
+}
+
+/// The tail was rounded, and lost its straight way to the last target by a unit, as happens in sliding contact. At
+/// rest at the target the set must become the target all the same, or the tool could never move again.
+#[test]
+fn rest_at_a_target_is_settled_whatever_the_tail_sees() {
+    let mut guard = guard();
+    let time = Time::from_micros(MS);
+    guard.locate(at(-301, -500)).unwrap();
+    guard.jog(at(-301, 7200), 600).unwrap();
+    guard.acknowledged().unwrap();
+    // Rounded toward the wall, beyond the corner's reach: free, but the way along the wall is blocked.
+    guard.set.tail = Some(guard.part().free_point(at(-280, -120), Length::from_units(300).unwrap()).unwrap());
+    let tail = guard.set.tail.unwrap();
+    assert!(guard.part().motion(tail, at(-301, 7200)).is_err());
+    for _ in 0..2 {
+        let stamp = guard.stamp(time);
+        guard.reported(&sighting(at(-304, 7198), true, 0), stamp, time).unwrap();
+    }
+    assert!(guard.settled());
+    guard.jog(at(-900, 7200), 600).unwrap();
+}

@@ -1,0 +1,239 @@
+//! What comes from the controller: replies, reports, silence.
+
+use std::time::Duration;
+
+use super::event::{Command, Mode, Reply, Report};
+use super::guard::{Sighting, Stamp};
+use super::state::{Phase, State};
+use super::{Fault, QUERIES_MAX, Supervisor};
+use crate::time::Time;
+
+/// A status query without an answer is repeated after this time.
+const QUERY_AGAIN: Duration = Duration::from_millis(1000);
+/// Time between an answer and the next query.
+const QUERY_PAUSE: Duration = Duration::from_millis(40);
+/// The same while a tool that was stopped is waited for.
+const QUERY_SOON: Duration = Duration::from_millis(10);
+/// Homing may keep the controller silent for this long.
+const HOMING_MAX: Duration = Duration::from_secs(90);
+/// Each step of the start is done within this, or something was lost.
+const START_WITHIN: Duration = Duration::from_secs(20);
+/// Refusals in a row after which the session ends.
+const REFUSED_MAX: u8 = 20;
+
+impl Supervisor {
+    pub(super) fn hear(&mut self, reply: Reply, now: Time, commands: &mut Vec<Command>) -> Result<(), Fault> {
+        // Noise is no sign of life.
+        if !matches!(reply, Reply::Garbled(_)) {
+            self.heard_at = now;
+        }
+        match reply {
+            Reply::Report(report) => self.take_report(&report, now, commands),
+            Reply::Accepted => {
+                self.guard.acknowledged()?;
+                self.refused = 0;
+                // An answer to a query that left before this line would have come before this acknowledgement.
+                let guard = &self.guard;
+                self.queries.retain(|stamp| !guard.is_outdated(stamp));
+                Ok(())
+            }
+            Reply::Refused { code, meaning, transient } => self.refused(code, meaning, transient),
+            Reply::Alarm { code, meaning } => Err(Fault::Alarm { code, meaning }),
+            Reply::Garbled(line) => match &mut self.state {
+                // What is left in the line from before the connection is not held against the controller.
+                State::Connecting { garbled } => {
+                    *garbled = Some(line);
+                    Ok(())
+                }
+                _ => Err(Fault::Garbled { line }),
+            },
+            Reply::Restarted => match self.state {
+                State::Connecting { .. } | State::Stopping { aborted: true } => Ok(()),
+                _ => Err(Fault::WasReset),
+            },
+            Reply::Displaced => Err(Fault::OffsetChanged),
+            Reply::Unfit(unfit) => Err(Fault::Setting(unfit)),
+            Reply::Message(text) => {
+                self.note(text.to_string());
+                Ok(())
+            }
+            Reply::Prepared(_) | Reply::Homed | Reply::Armed => {
+                self.progress_at = now;
+                self.start_on(&reply, commands);
+                Ok(())
+            }
+        }
+    }
+
+    fn refused(&mut self, code: u16, meaning: &'static str, transient: bool) -> Result<(), Fault> {
+        let again = transient && self.refused < REFUSED_MAX;
+        match &mut self.state {
+            State::Connecting { .. } => Ok(()),
+            State::Manual(steering) | State::Sliding(steering) | State::Escaping(steering)
+                if again && self.guard.refused() =>
+            {
+                self.refused += 1;
+                steering.wait_for_rest();
+                Ok(())
+            }
+            _ => Err(Fault::Refused { code, meaning }),
+        }
+    }
+
+    fn take_report(&mut self, report: &Report, now: Time, commands: &mut Vec<Command>) -> Result<(), Fault> {
+        self.position = report.position.or(self.position);
+        self.mode = Some(report.mode);
+        if let Some(asked) = self.asked_at.take() {
+            let measured = now.since(asked);
+            // Quick to grow, slow to shrink.
+            self.round_trip =
+                if measured > self.round_trip { measured } else { (self.round_trip * 7 + measured) / 8 };
+        }
+        self.answered_at = now;
+        let stamp = self.queries.pop_front();
+        match &self.state {
+            State::Connecting { .. } => self.connected(report, now, commands),
+            State::Locating => self.take_place(report),
+            State::Preparing | State::Homing | State::Arming | State::Done | State::Faulted { .. } => Ok(()),
+            _ => {
+                self.check_mode(report)?;
+                match stamp {
+                    Some(stamp) => self.take_sighting(report, stamp, now, commands),
+                    None => Ok(()),
+                }
+            }
+        }
+    }
+
+    fn check_mode(&self, report: &Report) -> Result<(), Fault> {
+        let holds = matches!(self.state, State::Stopping { .. } | State::Holding(_) | State::Contouring(_));
+        match report.mode {
+            Mode::Idle | Mode::Moving => Ok(()),
+            Mode::Held | Mode::Slowing if holds => Ok(()),
+            Mode::Alarm => Err(Fault::Alarm { code: 0, meaning: "" }),
+            mode => Err(Fault::Unexpected { mode }),
+        }
+    }
+
+    fn take_sighting(
+        &mut self,
+        report: &Report,
+        stamp: Stamp,
+        now: Time,
+        commands: &mut Vec<Command>,
+    ) -> Result<(), Fault> {
+        let Some(position) = report.position else { return Ok(()) };
+        let sighting = Sighting {
+            position,
+            at_rest: report.mode == Mode::Idle,
+            queued: report.queued,
+            waiting: report.waiting.unwrap_or(false),
+        };
+        self.check_answers(&sighting, now)?;
+        self.guard.reported(&sighting, stamp, now)?;
+        self.follow_contour(position);
+        if let State::Stopping { aborted } = &mut self.state {
+            match report.mode {
+                // What is queued behind the hold is forgotten, so that nobody starts it later.
+                Mode::Held if !*aborted => {
+                    *aborted = true;
+                    commands.push(Command::Abort);
+                }
+                Mode::Idle
+                    if *aborted
+                        || !self.abilities.holds && sighting.queued.is_none_or(|queued| queued == 0) =>
+                {
+                    self.state = State::Done;
+                }
+                _ => {}
+            }
+        }
+        if self.guard.settled() {
+            self.at_rest();
+        }
+        Ok(())
+    }
+
+    /// A line is lost when the controller rests with an empty queue for long, and has not answered it.
+    fn check_answers(&mut self, sighting: &Sighting, now: Time) -> Result<(), Fault> {
+        let open = self.guard.unacknowledged() > 0;
+        if !(open && sighting.at_rest && sighting.queued.is_none_or(|queued| queued == 0)) {
+            self.unanswered_since = None;
+            return Ok(());
+        }
+        let since = *self.unanswered_since.get_or_insert(now);
+        if now.since(since) > self.options.answer_within { Err(Fault::LineLost) } else { Ok(()) }
+    }
+
+    /// How long the controller may be silent.
+    fn allowed(&self) -> Duration {
+        if matches!(self.state, State::Homing) { HOMING_MAX } else { self.options.answer_within }
+    }
+
+    pub(super) fn check_silence(&self, now: Time) -> Result<(), Fault> {
+        let silent = now.since(self.heard_at);
+        let over = matches!(self.state, State::Done | State::Faulted { .. });
+        let starts = matches!(self.state, State::Preparing | State::Arming | State::Locating);
+        if starts && now.since(self.progress_at) > START_WITHIN.max(self.allowed()) {
+            return Err(Fault::LineLost);
+        }
+        if silent <= self.allowed() || over {
+            return Ok(());
+        }
+        match &self.state {
+            State::Connecting { garbled: Some(line) } => Err(Fault::Garbled { line: *line }),
+            _ => Err(Fault::Silent { seconds: silent.as_secs_f64() }),
+        }
+    }
+
+    fn asks(&self) -> bool {
+        !matches!(self.state, State::Done | State::Faulted { .. } | State::Homing | State::Preparing)
+    }
+
+    /// When the next query is due.
+    fn query_due(&self) -> Time {
+        match self.asked_at {
+            Some(asked) => asked.after(QUERY_AGAIN.max(self.round_trip * 2)),
+            None => {
+                let steered = self.phase().is_steered();
+                let waits = steered && !self.guard.settled() && self.wish.direction == (0.0, 0.0);
+                self.answered_at.after(if waits { QUERY_SOON } else { QUERY_PAUSE })
+            }
+        }
+    }
+
+    pub(super) fn wants_query(&self, now: Time) -> bool {
+        self.asks() && now >= self.query_due() && self.queries.len() < QUERIES_MAX
+    }
+
+    pub(super) fn query(&mut self, now: Time, commands: &mut Vec<Command>) {
+        self.asked_at = Some(now);
+        self.queries.push_back(self.guard.stamp(now));
+        self.counts.queries += 1;
+        commands.push(Command::Query);
+    }
+
+    /// When the supervisor wants a tick, at the latest.
+    #[must_use]
+    pub fn due(&self) -> Time {
+        let step = Duration::from_micros(1);
+        if self.phase() == Phase::Touching && !self.wants_job() {
+            return Time::ZERO;
+        }
+        let silence = self.heard_at.after(self.allowed()).after(step);
+        let over = matches!(self.state, State::Done | State::Faulted { .. });
+        let mut due = if over { Time::NEVER } else { silence };
+        if matches!(self.state, State::Preparing | State::Arming | State::Locating) {
+            due = due.min(self.progress_at.after(START_WITHIN.max(self.allowed())).after(step));
+        }
+        if self.asks() && self.queries.len() < QUERIES_MAX {
+            due = due.min(self.query_due());
+        }
+        match self.wished_at {
+            Some(at) if self.phase().is_steered() && !self.rested_for_stale => {
+                due.min(at.after(super::manual::STALE).after(step))
+            }
+            _ => due,
+        }
+    }
+}
