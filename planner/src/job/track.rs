@@ -1,0 +1,232 @@
+//! A finishing loop as it is cut: its curves in the direction of the cut, and places on it.
+
+use keepout_kernel::curve::{angle, fit_arc, sweep};
+use keepout_kernel::offset::shortest_arc;
+use keepout_kernel::{Curve, Point, Segment, Turn, UNITS_PER_MM};
+
+use crate::finish::FinishingLoop;
+use crate::plan::Cut;
+use crate::units::{along_mm, nearest_on_mm, point_from_mm, point_mm};
+
+/// Nothing shorter than this is split off a curve, lattice units (10 µm).
+const SHORT: i32 = 1000;
+/// Places nearer than this to a curve's end are moved there, mm.
+const AT_END_MM: f64 = 0.001;
+/// Nothing shorter than this is left of a curve where a loop is taken up again, mm.
+pub(super) const PIECE_MM: f64 = 0.015;
+
+/// A loop in the direction of the cut.
+pub(super) struct Track {
+    curves: Vec<Curve>,
+    /// Where each curve begins, and where the last ends, along the loop, mm.
+    starts_mm: Vec<f64>,
+    cut: Cut,
+}
+
+/// A place on a track.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Entry {
+    /// The curve.
+    index: usize,
+    /// The place, mm.
+    pub at: (f64, f64),
+    /// How far along the track it is, mm.
+    pub along_mm: f64,
+    /// The direction away from the part.
+    outward: (f64, f64),
+    /// The direction of travel.
+    travel: (f64, f64),
+}
+
+impl Entry {
+    /// The lattice point so far along the direction of travel and so far away from the part, mm.
+    pub fn aside(&self, along_mm: f64, out_mm: f64) -> Option<Point> {
+        let ((nx, ny), (dx, dy)) = (self.outward, self.travel);
+        let (x, y) = (self.at.0 + dx * along_mm + nx * out_mm, self.at.1 + dy * along_mm + ny * out_mm);
+        point_from_mm((x, y)).ok()
+    }
+
+    /// Its distance from a point, mm.
+    pub fn distance_mm(&self, point: Point) -> f64 {
+        let (x, y) = point_mm(point);
+        (self.at.0 - x).hypot(self.at.1 - y)
+    }
+}
+
+/// A place on a track that a motion begins or ends at.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Joint {
+    /// The place.
+    pub entry: Entry,
+    /// Its lattice point.
+    pub point: Point,
+}
+
+impl Track {
+    /// The loop in the direction of the cut; `None` when an arc of it can not be turned about.
+    pub fn of(each: &FinishingLoop, cut: Cut) -> Option<Self> {
+        let curves: Vec<Curve> = match cut {
+            Cut::Conventional => each.curves.clone(),
+            Cut::Climb => each.curves.iter().rev().map(Curve::reversed).collect::<Option<_>>()?,
+        };
+        let mut starts_mm = vec![0.0];
+        let mut along = 0.0;
+        for curve in &curves {
+            along += length_mm(curve);
+            starts_mm.push(along);
+        }
+        (!curves.is_empty()).then_some(Self { curves, starts_mm, cut })
+    }
+
+    /// Its length, mm.
+    pub fn length_mm(&self) -> f64 {
+        self.starts_mm.last().copied().unwrap_or(0.0)
+    }
+
+    /// The way in which an arc turns that touches the track from the tool's side, in the direction of travel.
+    pub fn lead_turn(&self) -> Turn {
+        match self.cut {
+            Cut::Conventional => Turn::Right,
+            Cut::Climb => Turn::Left,
+        }
+    }
+
+    /// The place so far along, mm, which is taken modulo the length.
+    pub fn at(&self, along_mm: f64) -> Entry {
+        let along = along_mm.rem_euclid(self.length_mm().max(f64::MIN_POSITIVE));
+        let index = self.starts_mm.partition_point(|&start| start <= along).clamp(1, self.curves.len()) - 1;
+        let share = (along - self.starts_mm[index]) / length_mm(&self.curves[index]);
+        self.on(index, share.clamp(0.0, 1.0))
+    }
+
+    fn on(&self, index: usize, share: f64) -> Entry {
+        let curve = &self.curves[index];
+        let (at, (dx, dy)) = along_mm(curve, share);
+        let outward = match self.cut {
+            Cut::Conventional => (dy, -dx),
+            Cut::Climb => (-dy, dx),
+        };
+        let along_mm = self.starts_mm[index] + share * length_mm(curve);
+        Entry { index, at, along_mm, outward, travel: (dx, dy) }
+    }
+
+    /// The place of each curve that is nearest to `point`, with its distance in mm.
+    pub fn nearest_of_each(&self, point: Point) -> impl Iterator<Item = (f64, Entry)> {
+        self.curves.iter().enumerate().map(move |(index, curve)| {
+            let entry = self.on(index, share_nearest(curve, point_mm(point)));
+            (entry.distance_mm(point), entry)
+        })
+    }
+
+    /// The place that is nearest to `point`, with its distance in mm.
+    pub fn nearest(&self, point: Point) -> (f64, Entry) {
+        let by_distance = |a: &(f64, Entry), b: &(f64, Entry)| a.0.total_cmp(&b.0);
+        let nearest = self.nearest_of_each(point).min_by(by_distance);
+        nearest.unwrap_or_else(|| (f64::INFINITY, self.on(0, 0.0)))
+    }
+
+    /// Where to enter at a place: there, or at the curve's end when that is near.
+    pub fn joint(&self, entry: Entry) -> Option<Joint> {
+        let point = point_from_mm(entry.at).ok()?;
+        let curve = &self.curves[entry.index];
+        let close = |end: Point| {
+            let d = end.minus(point);
+            d.dx.abs() <= SHORT && d.dy.abs() <= SHORT
+        };
+        let (from, to) = (curve.from(), curve.to());
+        let joint = |point, entry| Some(Joint { entry, point });
+        match (close(from), close(to)) {
+            (true, _) => joint(from, self.on(entry.index, 0.0)),
+            (_, true) => joint(to, self.on(entry.index, 1.0)),
+            _ => joint(point, entry),
+        }
+    }
+
+    /// Where to take the track up again at `along_mm`: there, or before it, so that no piece below 15 µm is left.
+    pub fn joint_before(&self, along_mm: f64) -> Option<Joint> {
+        let Entry { index, along_mm, .. } = self.at(along_mm);
+        let length = length_mm(&self.curves[index]);
+        let on = (along_mm - self.starts_mm[index]).min(length - PIECE_MM);
+        self.joint_on(index, if on < PIECE_MM { 0.0 } else { on })
+    }
+
+    /// Where to leave the track at `along_mm`: there, or behind it, so that no piece below 15 µm is left.
+    pub fn joint_behind(&self, along_mm: f64) -> Option<Joint> {
+        let Entry { index, along_mm, .. } = self.at(along_mm);
+        let length = length_mm(&self.curves[index]);
+        let on = along_mm - self.starts_mm[index];
+        let at_begin = on < AT_END_MM;
+        let on = if length - on < PIECE_MM { length } else { on };
+        self.joint_on(index, if at_begin { 0.0 } else { on })
+    }
+
+    fn joint_on(&self, index: usize, on_mm: f64) -> Option<Joint> {
+        let (curve, length) = (&self.curves[index], length_mm(&self.curves[index]));
+        if on_mm <= 0.0 {
+            return Some(Joint { entry: self.on(index, 0.0), point: curve.from() });
+        }
+        if on_mm >= length {
+            return Some(Joint { entry: self.on(index, 1.0), point: curve.to() });
+        }
+        let entry = self.on(index, on_mm / length);
+        Some(Joint { entry, point: point_from_mm(entry.at).ok()? })
+    }
+
+    /// The curves from one place to another in the direction of travel: once around when `to` is not beyond `from` on the
+    /// same curve.
+    pub fn stretch(&self, from: &Joint, to: &Joint) -> Option<Vec<Curve>> {
+        let (i, j) = (from.entry.index, to.entry.index);
+        if i == j && from.entry.along_mm < to.entry.along_mm {
+            return Some(between(&self.curves[i], from.point, to.point)?.into_iter().collect());
+        }
+        let mut curves: Vec<Curve> =
+            between(&self.curves[i], from.point, self.curves[i].to())?.into_iter().collect();
+        let count = (j + self.curves.len() - i - 1) % self.curves.len();
+        curves.extend(self.curves.iter().cycle().skip(i + 1).take(count));
+        curves.extend(between(&self.curves[j], self.curves[j].from(), to.point)?);
+        Some(curves)
+    }
+}
+
+/// A curve's length, mm.
+pub(super) fn length_mm(curve: &Curve) -> f64 {
+    curve.length() / f64::from(UNITS_PER_MM)
+}
+
+/// The share of the curve's length at which it is nearest to `p`, mm.
+pub(super) fn share_nearest(curve: &Curve, p: (f64, f64)) -> f64 {
+    let (a, b) = (point_mm(curve.from()), point_mm(curve.to()));
+    let far = |p: (f64, f64), q: (f64, f64)| (q.0 - p.0).hypot(q.1 - p.1);
+    match curve {
+        Curve::Line(_) => far(a, nearest_on_mm(p, a, b)) / far(a, b).max(f64::MIN_POSITIVE),
+        Curve::Arc(arc) => {
+            let c = point_mm(arc.centre());
+            let sign = if arc.turn() == Turn::Left { 1.0 } else { -1.0 };
+            let turned = sign * ((p.1 - c.1).atan2(p.0 - c.0) - angle(arc.centre(), arc.from()));
+            let share = turned.rem_euclid(std::f64::consts::TAU) / sweep(arc);
+            match share {
+                share if share <= 1.0 => share,
+                _ if far(a, p) <= far(b, p) => 0.0,
+                _ => 1.0,
+            }
+        }
+    }
+}
+
+/// The part of `curve` from one of its points to another; nothing when they are the same.
+pub(super) fn between(curve: &Curve, from: Point, to: Point) -> Option<Option<Curve>> {
+    if from == to {
+        return Some(None);
+    }
+    match curve {
+        Curve::Line(_) => Some(Some(Curve::Line(Segment { from, to }))),
+        Curve::Arc(arc) if from == arc.from() && to == arc.to() => Some(Some(*curve)),
+        Curve::Arc(arc) => {
+            let centre = (f64::from(arc.centre().x.units()), f64::from(arc.centre().y.units()));
+            let part = fit_arc(from, to, centre, arc.turn()).ok()?;
+            let line = Curve::Line(Segment { from, to });
+            let short = line.length() <= f64::from(shortest_arc(part.radius()).units());
+            Some(Some(if short { line } else { Curve::Arc(part) }))
+        }
+    }
+}

@@ -1,0 +1,401 @@
+//! A contouring job that is interrupted anywhere, any number of times, is cut whole, and nothing twice.
+#![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
+
+use std::collections::BTreeMap;
+
+use keepout_kernel::exact::segment::Window;
+use keepout_kernel::offset::certify_path;
+use keepout_kernel::{Curve, Length, Point, UNITS_PER_MM};
+use keepout_planner::job::{
+    ContourJob, JobError, LoopNumber, PartialLoop, Progress, ProgressError, contour_job, resume_in_place,
+    resume_job,
+};
+use keepout_planner::machine::MachineProfile;
+use keepout_planner::order::Order;
+use keepout_planner::plan::{CertifiedPlan, Cut, Job, PassJob};
+use keepout_planner::profile::MachinedSide;
+use keepout_planner::units::{along_mm, nearest_on_mm, point_from_mm, point_mm};
+use proptest::prelude::{Strategy, any, proptest};
+use proptest::test_runner::{Config, TestRunner};
+
+/// A drawing, the side that is machined, and the tool's diameter.
+type Case = (&'static str, MachinedSide, f64);
+
+const CASES: [Case; 11] = [
+    ("executor/drawings/bracket.dxf", MachinedSide::Outside, 6.0),
+    ("executor/drawings/bracket.dxf", MachinedSide::Inside, 3.0),
+    ("tests/drawings/rounded_plate.dxf", MachinedSide::Outside, 4.0),
+    ("tests/drawings/insert_array.dxf", MachinedSide::Outside, 3.0),
+    ("tests/drawings/nested.dxf", MachinedSide::Outside, 2.0),
+    ("tests/drawings/pocket.dxf", MachinedSide::Inside, 5.0),
+    ("tests/drawings/d_pocket.dxf", MachinedSide::Inside, 2.0),
+    ("tests/drawings/ellipse.dxf", MachinedSide::Outside, 6.0),
+    ("tests/drawings/triangle.dxf", MachinedSide::Outside, 1.0),
+    ("tests/drawings/slot_exact.dxf", MachinedSide::Outside, 5.9),
+    ("tests/drawings/needle.dxf", MachinedSide::Outside, 6.0),
+];
+
+fn planned((file, side, diameter): Case, cut: Cut, passes: &[f64]) -> CertifiedPlan {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(file);
+    let bytes = std::fs::read(path).unwrap();
+    let pass = |&allowance_mm: &f64| PassJob { allowance_mm, feed_mm_min: None };
+    let passes = passes.iter().map(pass).collect();
+    let job = Job { tool_diameter_mm: diameter, side, cut, passes, ..Job::default() };
+    let order = Order { job, ..Order::default() };
+    order.plan(file, &bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap()
+}
+
+fn field(plan: &CertifiedPlan) -> Window {
+    let (low, high) = plan.part_box();
+    Window::of(low).including(high).grown(Length::from_units(6_000_000).unwrap())
+}
+
+/// A clear place beside each free space's loops.
+fn starts(plan: &CertifiedPlan) -> Vec<Point> {
+    let jobs = keepout_planner::job::preview(plan);
+    jobs.iter().map(|job| job.legs[0].curves[0].from()).collect()
+}
+
+fn length_mm(curves: &[Curve]) -> f64 {
+    curves.iter().map(Curve::length).sum::<f64>() / f64::from(UNITS_PER_MM)
+}
+
+/// Draws numbers in [0, 1) from a list.
+struct Draws(Vec<f64>, usize);
+
+impl Draws {
+    fn next(&mut self) -> f64 {
+        self.1 += 1;
+        self.0[(self.1 - 1) % self.0.len()]
+    }
+}
+
+/// An interruption: the leg, the motion, the share of it that is done.
+fn interruption(job: &ContourJob, draws: &mut Draws) -> (usize, usize, f64) {
+    let whole: f64 = job.legs.iter().map(|leg| length_mm(&leg.curves)).sum();
+    let mut left = draws.next() * whole;
+    for (number, leg) in job.legs.iter().enumerate() {
+        for (index, curve) in leg.curves.iter().enumerate() {
+            let length = length_mm(&[*curve]);
+            if left < length {
+                return (number, index, left / length);
+            }
+            left -= length;
+        }
+    }
+    (job.legs.len(), 0, 0.0)
+}
+
+/// What was cut of each loop, mm, and by which curves.
+#[derive(Default)]
+struct Done {
+    mm: BTreeMap<LoopNumber, f64>,
+    curves: BTreeMap<LoopNumber, Vec<Curve>>,
+}
+
+impl Done {
+    fn forget(&mut self, number: LoopNumber) {
+        self.mm.remove(&number);
+        self.curves.remove(&number);
+    }
+
+    fn add(&mut self, job: &ContourJob, (leg_now, curve_now, share): (usize, usize, f64)) {
+        for (index, leg) in job.legs.iter().enumerate().take(leg_now + 1) {
+            let Some(number) = leg.cuts else { continue };
+            for k in leg.on_loop.clone() {
+                let curve = leg.curves[k];
+                let part = if index < leg_now || k < curve_now {
+                    1.0
+                } else if k == curve_now {
+                    share
+                } else {
+                    0.0
+                };
+                *self.mm.entry(number).or_default() += part * length_mm(&[curve]);
+                if part > 0.0 {
+                    self.curves.entry(number).or_default().push(curve);
+                }
+            }
+        }
+    }
+}
+
+/// Every motion of the job is certified, joins the one before, and no finished loop is cut.
+fn check_job(plan: &CertifiedPlan, job: &ContourJob, from: Point) {
+    let mut here = from;
+    for leg in &job.legs {
+        assert_eq!(leg.curves.first().unwrap().from(), here);
+        let end = certify_path(&plan.part, plan.finishing, &leg.curves).unwrap().unwrap();
+        here = end.point();
+        plan.part.free_point(here, plan.roughing).unwrap();
+        assert_eq!(leg.cuts.is_some(), !leg.on_loop.is_empty());
+        assert!(leg.cuts.is_none_or(|number| !job.before.has_finished(number)));
+    }
+    let count: usize = job.legs.iter().map(|leg| leg.curves.len()).sum();
+    assert_eq!(job.motion(count), None);
+    let last = job.legs.len() - 1;
+    assert_eq!(job.motion(count - 1), Some((last, job.legs[last].curves.len() - 1)));
+}
+
+/// A reported position: rounded to 1 µm, and a step off.
+fn reported(curve: &Curve, share: f64, draws: &mut Draws) -> Point {
+    let (x, y) = along_mm(curve, share).0;
+    let digit = |c: f64, d: f64| ((c + (d - 0.5) * 0.005) * 1000.0).round() / 1000.0;
+    point_from_mm((digit(x, draws.next()), digit(y, draws.next()))).unwrap()
+}
+
+fn interrupted_often(plan: &CertifiedPlan, start: Point, mut draws: Draws, times: usize) -> usize {
+    let within = field(plan);
+    let (mut done, mut progress, mut recut, mut anew) = (Done::default(), Progress::default(), 0.0, 0);
+    let first = contour_job(plan, start, within).unwrap();
+    let loops: Vec<LoopNumber> = first.legs.iter().filter_map(|leg| leg.cuts).collect();
+    let mut job = first.clone();
+    for _ in 0..times {
+        check_job(plan, &job, start);
+        let at = interruption(&job, &mut draws);
+        done.add(&job, at);
+        let report = match job.legs.get(at.0) {
+            Some(leg) => reported(&leg.curves[at.1], at.2, &mut draws),
+            None => start,
+        };
+        let before = progress.finished.len();
+        progress = Progress::after(&job, at.0, at.1, report);
+        assert!(progress.finished.len() >= before && progress.partial.len() <= 1);
+        let mut next = resume_job(plan, start, within, &progress);
+        if let Some(number) = no_way_back(&next, &progress) {
+            progress.forget(number);
+            done.forget(number);
+            anew += 1;
+            next = resume_job(plan, start, within, &progress);
+        }
+        match next {
+            Ok(next) => job = next,
+            Err(JobError::AllFinished { .. }) => break,
+            Err(error) => panic!("{error}"),
+        }
+        assert_eq!(job.unreached, first.unreached, "after {progress:?}");
+        recut += job.recut_mm;
+    }
+    if resume_job(plan, start, within, &progress).is_ok() {
+        check_job(plan, &job, start);
+        done.add(&job, (job.legs.len(), 0, 0.0));
+        progress = Progress::after(&job, job.legs.len(), 0, start);
+    }
+    let mut finished = progress.finished.clone();
+    finished.sort_unstable();
+    let mut all = loops;
+    all.sort_unstable();
+    assert_eq!(finished, all);
+    assert!(progress.partial.is_empty());
+    check_whole(plan, &done, times, recut);
+    anew
+}
+
+/// An interrupted loop that nothing leads back to.
+fn no_way_back(next: &Result<ContourJob, JobError>, progress: &Progress) -> Option<LoopNumber> {
+    let unreached = match next {
+        Ok(job) => job.unreached.clone(),
+        Err(JobError::NoWayBack { number, .. }) => vec![*number],
+        Err(_) => Vec::new(),
+    };
+    let partial = progress.partial.iter().map(|each| each.number);
+    partial.into_iter().find(|number| unreached.contains(number))
+}
+
+/// What was cut adds up to each loop's length, and every place of each loop was passed.
+fn check_whole(plan: &CertifiedPlan, done: &Done, times: usize, recut: f64) {
+    for (number, cut) in &done.mm {
+        let curves = &plan.plan.passes[number.pass].path.loops[number.index].curves;
+        let length = length_mm(curves);
+        let slack = 0.012 * (1.0 + f64::from(u32::try_from(times).unwrap()));
+        assert!(*cut > length - slack && *cut < length + recut + slack, "{number}: {cut} of {length}");
+        let chords: Vec<((f64, f64), (f64, f64))> = done.curves[number]
+            .iter()
+            .flat_map(|curve| {
+                let points = curve.chord_points(Length::small(50)).unwrap();
+                points.windows(2).map(|p| (point_mm(p[0]), point_mm(p[1]))).collect::<Vec<_>>()
+            })
+            .collect();
+        for k in 0..curves.len().max(200) {
+            let curve = &curves[k % curves.len()];
+            let p = along_mm(curve, f64::from(u8::try_from(k % 200).unwrap()) / 200.0).0;
+            let away = chords.iter().map(|&(a, b)| {
+                let q = nearest_on_mm(p, a, b);
+                (q.0 - p.0).hypot(q.1 - p.1)
+            });
+            let away = away.fold(f64::INFINITY, f64::min);
+            assert!(away < 0.012, "{number}: {p:?} is {away} mm from all cuts");
+        }
+    }
+}
+
+#[test]
+fn interrupted_anywhere_any_number_of_times() {
+    let (mut runs, begun_anew) = (0, std::cell::Cell::new(0));
+    for case in CASES {
+        for (cut, passes) in [(Cut::Conventional, &[][..]), (Cut::Climb, &[0.1, 0.0])] {
+            let plan = planned(case, cut, passes);
+            for start in starts(&plan) {
+                let mut runner =
+                    TestRunner::new(Config { cases: 24, failure_persistence: None, ..Config::default() });
+                let draws = proptest::collection::vec(0.0..1.0_f64, 40);
+                let strategy = (draws, 1_usize..7);
+                let outcome = runner.run(&strategy, |(draws, times)| {
+                    let anew = interrupted_often(&plan, start, Draws(draws, 0), times);
+                    // In a slot that the tool just passes it can not be entered anywhere.
+                    assert!(anew == 0 || case.0.contains("slot"), "{anew} loops begun anew");
+                    begun_anew.set(begun_anew.get() + anew);
+                    Ok(())
+                });
+                outcome.unwrap_or_else(|error| panic!("{case:?} {cut:?} from {start:?}: {error}"));
+                runs += 1;
+            }
+        }
+    }
+    assert!(runs >= 24 && begun_anew.get() > 0, "only {runs} free spaces");
+}
+
+/// With room around the part nothing is cut twice but for the joints.
+#[test]
+fn where_there_is_room_nothing_is_cut_twice() {
+    let plan = planned(CASES[2], Cut::Conventional, &[]);
+    let start = starts(&plan)[0];
+    let job = contour_job(&plan, start, field(&plan)).unwrap();
+    let leg = job.legs.iter().position(|leg| leg.cuts.is_some()).unwrap();
+    for k in job.legs[leg].on_loop.clone() {
+        for share in [0.0, 0.3, 0.5, 0.999] {
+            let at = point_from_mm(along_mm(&job.legs[leg].curves[k], share).0).unwrap();
+            let progress = Progress::after(&job, leg, k, at);
+            let Ok(rest) = resume_job(&plan, start, field(&plan), &progress) else { continue };
+            assert!(rest.recut_mm <= 0.05, "{} mm at motion {k}, {share}", rest.recut_mm);
+            assert_eq!(rest.tangential, job.tangential, "led in and out along the contour");
+        }
+    }
+}
+
+/// In a slot that the tool just passes it can not be led in or out. Near the mouth what was cut before is cut again up to a
+/// tool radius.
+#[test]
+fn in_a_slot_no_more_is_cut_again_than_needed() {
+    let (mut again, mut again_at_entry, mut lost) = (0, 0, 0);
+    for diameter in [5.9, 5.95] {
+        let job = Job { tool_diameter_mm: diameter, margin_mm: Some(0.02), ..Job::default() };
+        let order = Order { job, ..Order::default() };
+        let slot = include_bytes!("../../tests/drawings/slot_exact.dxf");
+        let plan = order.plan("slot", slot, &MachineProfile::simulated(), &mut |_| {}).unwrap();
+        let start = starts(&plan)[0];
+        let job = contour_job(&plan, start, field(&plan)).unwrap();
+        let leg = job.legs.iter().position(|leg| leg.cuts.is_some()).unwrap();
+        for (k, share) in job.legs[leg].on_loop.clone().flat_map(|k| (0..100_u8).map(move |n| (k, n))) {
+            let share = f64::from(share) / 100.0;
+            let at = point_from_mm(along_mm(&job.legs[leg].curves[k], share).0).unwrap();
+            let progress = Progress::after(&job, leg, k, at);
+            match resume_job(&plan, start, field(&plan), &progress) {
+                Ok(rest) => {
+                    let mut done = Done::default();
+                    done.add(&job, (leg, k, share));
+                    done.add(&rest, (rest.legs.len(), 0, 0.0));
+                    check_whole(&plan, &done, 1, rest.recut_mm);
+                    check_job(&plan, &rest, start);
+                    again += usize::from(rest.recut_mm > 0.1);
+                    assert!(rest.recut_mm < diameter, "{}", rest.recut_mm);
+                    let led: f64 = rest.legs.iter().map(|leg| length_mm(&leg.curves)).sum();
+                    let on_loop = rest.legs.iter().map(|leg| length_mm(&leg.curves[leg.on_loop.clone()]));
+                    assert!(led - on_loop.sum::<f64>() > rest.recut_mm.min(diameter / 2.0) - 0.06);
+                }
+                Err(JobError::NoWayBack { .. }) => lost += 1,
+                Err(error) => panic!("{error}"),
+            }
+            // Entered there, and interrupted where there is room.
+            let longest = |a: &&Curve, b: &&Curve| a.length().total_cmp(&b.length());
+            let room = job.legs[leg].curves.iter().max_by(longest).unwrap();
+            let cut_to = point_from_mm(along_mm(room, 0.4).0).unwrap();
+            let partial = PartialLoop { number: job.legs[leg].cuts.unwrap(), entry: at, cut_to };
+            let progress = Progress { partial: vec![partial], ..Progress::default() };
+            if let Ok(rest) = resume_job(&plan, start, field(&plan), &progress) {
+                check_job(&plan, &rest, start);
+                assert!(rest.recut_mm < diameter, "{}", rest.recut_mm);
+                again_at_entry += usize::from(rest.recut_mm > 0.1);
+            }
+        }
+    }
+    assert!(again > 3 && again_at_entry > 3 && lost > 10, "{again}, {again_at_entry}, {lost}");
+}
+
+#[test]
+fn progress_that_does_not_fit_is_refused() {
+    let plan = planned(CASES[0], Cut::Conventional, &[]);
+    let (start, within) = (starts(&plan)[0], field(&plan));
+    let job = contour_job(&plan, start, within).unwrap();
+    let leg = job.legs.iter().find(|leg| leg.cuts.is_some()).unwrap();
+    let (number, entry) = (leg.cuts.unwrap(), leg.entry.unwrap());
+    let with = |partial| Progress { partial: vec![partial], ..Progress::default() };
+    let resumed = |partial| resume_job(&plan, start, within, &with(partial));
+    let off = resumed(PartialLoop { number, entry, cut_to: start }).unwrap_err();
+    assert!(matches!(off, JobError::Progress(ProgressError::Off { at, .. }) if at == start), "{off}");
+    assert!(off.to_string().contains("begin anew"), "{off}");
+    let elsewhere = LoopNumber { pass: 3, index: 0 };
+    let none = resumed(PartialLoop { number: elsewhere, entry, cut_to: entry }).unwrap_err();
+    assert!(matches!(none, JobError::Progress(ProgressError::NoSuchLoop { .. })), "{none}");
+    // At its end it is finished.
+    let rest = resumed(PartialLoop { number, entry, cut_to: entry });
+    assert!(rest.is_err() || rest.unwrap().legs.iter().all(|leg| leg.cuts != Some(number)));
+    let all: Vec<LoopNumber> = job.legs.iter().filter_map(|leg| leg.cuts).collect();
+    let all = Progress { finished: all, ..Progress::default() };
+    assert_eq!(resume_job(&plan, start, within, &all), Err(JobError::AllFinished { from: start }));
+}
+
+#[test]
+fn what_was_seen_tells_what_is_done() {
+    let plan = planned(CASES[4], Cut::Climb, &[0.1, 0.0]);
+    let within = field(&plan);
+    let jobs = starts(&plan).into_iter().map(|start| (start, contour_job(&plan, start, within).unwrap()));
+    let (start, job) = jobs.max_by_key(|(_, job)| job.legs.len()).unwrap();
+    let cuts: Vec<usize> = (0..job.legs.len()).filter(|&k| job.legs[k].cuts.is_some()).collect();
+    assert_eq!(cuts.len(), 4, "around and within a ring, two passes");
+    let leg = &job.legs[cuts[2]];
+    let seen = |curve: usize, share: f64| {
+        let at = point_from_mm(along_mm(&leg.curves[curve], share).0).unwrap();
+        Progress::after(&job, cuts[2], curve, at)
+    };
+    let two: Vec<LoopNumber> = cuts[..2].iter().filter_map(|&k| job.legs[k].cuts).collect();
+    let led_in = seen(0, 0.5);
+    assert_eq!((&led_in.finished, led_in.partial.len()), (&two, 0), "nothing is cut while led in");
+    let begun = seen(leg.on_loop.start, 0.5);
+    let entry = leg.entry.unwrap();
+    assert_eq!((&begun.finished, begun.partial[0].entry), (&two, entry));
+    assert_eq!(leg.curves[leg.on_loop.end - 1].to(), entry, "the cut ends where it began");
+    assert_eq!(seen(leg.on_loop.end, 0.0).finished.len(), 3, "led out");
+    assert_eq!(Progress::after(&job, 99, 0, start).finished.len(), 4);
+    let lost = Progress::after(&job, cuts[2], leg.on_loop.start + 1, start);
+    assert_eq!(lost.partial[0].cut_to, leg.curves[leg.on_loop.start + 1].from(), "off the curve");
+    // An interruption before the loop is taken up again changes nothing.
+    let rest = resume_job(&plan, start, within, &begun).unwrap();
+    assert_eq!(Progress::after(&rest, 0, 0, start), begun);
+}
+
+proptest! {
+    #![proptest_config(Config { cases: 16, failure_persistence: None, ..Config::default() })]
+    #[test]
+    fn standing_on_the_path_it_goes_on_from_there(case in 0..CASES.len(), climb in any::<bool>(),
+        draws in proptest::collection::vec(0.0..1.0_f64, 200).prop_map(|draws| draws)) {
+        let cut = if climb { Cut::Climb } else { Cut::Conventional };
+        let plan = planned(CASES[case], cut, &[]);
+        let mut draws = Draws(draws, 0);
+        let job = contour_job(&plan, starts(&plan)[0], field(&plan)).unwrap();
+        let curves: Vec<Curve> = job.legs.iter().flat_map(|leg| leg.curves.iter().copied()).collect();
+        for _ in 0..40 {
+            let (leg, index, share) = interruption(&job, &mut draws);
+            let first: usize = job.legs[..leg].iter().map(|leg| leg.curves.len()).sum::<usize>() + index;
+            let at = reported(&curves[first], share, &mut draws);
+            let rest = resume_in_place(&plan, &curves[first..], at).unwrap();
+            let wanted = length_mm(&curves[first..]) - share * length_mm(&curves[first..=first]);
+            let got = length_mm(&rest);
+            assert!((got - wanted).abs() < 0.02, "{got} for {wanted}");
+            let away = rest[0].from().minus(at);
+            assert!(away.dx.abs().max(away.dy.abs()) < 1000, "{away:?}");
+            certify_path(&plan.part, plan.finishing, &rest).unwrap();
+            assert_eq!(rest.last().unwrap().to(), curves.last().unwrap().to());
+        }
+    }
+}
