@@ -9,6 +9,7 @@ use keepout_executor::operator;
 use keepout_executor::session::{Ended, Engine, Going, NoTape, Session, VirtualClock, place_on_table};
 use keepout_executor::supervisor::{Fault, Options, Supervisor, Workpiece};
 use keepout_executor::time::Time;
+use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::order::Order;
 use keepout_planner::plan::CertifiedPlan;
@@ -45,8 +46,13 @@ fn plan() -> CertifiedPlan {
 fn fault_of(rule: impl FnMut(&[u8]) -> Vec<u8>, home: bool, lost_at: Option<Time>) -> (Fault, Vec<u8>) {
     let plan = plan();
     let place = place_on_table(&plan, &MachineProfile::simulated(), None).unwrap();
-    let options =
-        Options { feed_mm_min: 600, home, stroke: place.stroke, answer_within: Duration::from_secs(3) };
+    let options = Options {
+        feed_mm_min: 600,
+        home,
+        stroke: place.stroke,
+        answer_within: Duration::from_secs(3),
+        progress: Progress::default(),
+    };
     let dialect = Grbl::new(Setting { offset: place.offset, steps_per_mm: 400.0, arc_tolerance_mm: 0.0005 });
     let supervisor = Supervisor::new(Workpiece::new(plan), options, dialect.abilities());
     let port = Scripted { rule, pending: Vec::new(), written: Vec::new(), lost_at };

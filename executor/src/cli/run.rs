@@ -17,6 +17,7 @@ use keepout_executor::session::{
 use keepout_executor::sim::{Sample, SampleKind};
 use keepout_executor::supervisor::{Options, Phase, Supervisor, Workpiece};
 use keepout_executor::time::Time;
+use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::order::Order;
 use keepout_planner::picture::svg;
@@ -81,6 +82,7 @@ fn simulation(arguments: &RunArguments, limit: Duration) -> Result<SimRun, CliEr
         limit,
         start: start.transpose()?,
         origin_mm: arguments.origin_mm,
+        progress: Progress::default(),
     })
 }
 
@@ -113,6 +115,7 @@ fn tape(
         feed_mm_min: options.feed_mm_min,
         home: options.home,
         answer_within_ms: u64::try_from(options.answer_within.as_millis()).unwrap_or(u64::MAX),
+        progress: options.progress.clone(),
         setting: machine,
     };
     Ok(Box::new(LogTape::create(path, &header)?))
@@ -152,6 +155,7 @@ fn on_port(
         home: arguments.home,
         stroke: place.stroke,
         answer_within: Duration::from_secs(5),
+        progress: Progress::default(),
     };
     let setting = Setting {
         offset: place.offset,

@@ -1,11 +1,11 @@
 //! The engine: supervisor and dialect, from bytes and wishes to bytes. No clock, no port, no file.
 
-use keepout_kernel::{LatticeError, Point};
+use keepout_kernel::LatticeError;
 use keepout_planner::job::ContourJob;
 
 use super::tape::{Record, Tape, TapeError};
 use crate::link::dialect::Dialect;
-use crate::supervisor::{Command, Event, Phase, Supervisor, Wish, text};
+use crate::supervisor::{Command, Event, JobRequest, Phase, Supervisor, Wish, text};
 use crate::time::Time;
 
 /// Supervisor and dialect. Everything that goes in, and everything that comes out, is told to a [`Tape`]: played again, it
@@ -117,9 +117,9 @@ impl Engine {
         self.send(now, tape)
     }
 
-    /// Where a contouring job is wanted from.
+    /// The contouring job that is wanted.
     #[must_use]
-    pub fn wanted_job(&self) -> Option<Point> {
+    pub fn wanted_job(&self) -> Option<JobRequest> {
         self.supervisor.wanted_job()
     }
 

@@ -4,6 +4,7 @@ mod coverage;
 mod engine;
 pub mod log;
 mod place;
+pub mod replay;
 mod report;
 mod run;
 mod simulated;

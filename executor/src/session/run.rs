@@ -5,7 +5,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use keepout_kernel::Point;
-use keepout_planner::job::{ContourJob, contour_job};
+use keepout_planner::job::ContourJob;
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::{nearest_on_mm, point_mm};
 
@@ -280,10 +280,12 @@ impl<'a, P: Port> Session<'a, P> {
             let job = thread.join().unwrap_or(Err("working it out failed".into()));
             return self.engine.job(job, now, self.tape.as_mut());
         }
-        let Some(from) = self.engine.wanted_job().filter(|_| self.job.is_none()) else { return Ok(()) };
+        if self.job.is_some() {
+            return Ok(());
+        }
+        let Some(request) = self.engine.wanted_job() else { return Ok(()) };
         let plan = Arc::clone(&self.supervisor().work().plan);
-        let stroke = self.supervisor().guard().rules().stroke;
-        let work = move || contour_job(&plan, from, stroke).map_err(|error| error.to_string());
+        let work = move || request.work_out(&plan);
         if real {
             self.job = Some(std::thread::spawn(work));
             Ok(())

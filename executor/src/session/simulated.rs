@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use keepout_kernel::{Point, Vector};
-use keepout_planner::job::contour_job;
+use keepout_planner::job::{Progress, contour_job};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::{mm, point_mm};
@@ -56,6 +56,8 @@ pub struct SimRun {
     pub start: Option<Point>,
     /// Machine coordinates of the drawing's origin, mm; the middle of the table when not given.
     pub origin_mm: Option<(f64, f64)>,
+    /// What an earlier session has done of the plan's contours.
+    pub progress: Progress,
 }
 
 impl Default for SimRun {
@@ -71,6 +73,7 @@ impl Default for SimRun {
             limit: Duration::from_secs(3600),
             start: None,
             origin_mm: None,
+            progress: Progress::default(),
         }
     }
 }
@@ -153,6 +156,7 @@ impl Scene {
             home: start.is_none(),
             stroke: place.stroke,
             answer_within: Duration::from_secs(5) + run.latency * 4,
+            progress: run.progress.clone(),
         };
         let machine = &plan.plan.machine;
         let setting = Setting {

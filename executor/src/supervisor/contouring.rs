@@ -1,7 +1,9 @@
 //! Touching and contouring: from the wall around the part, held, gone on with, given up.
 
+use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Curve, Length, Point, Segment};
-use keepout_planner::job::{ContourJob, Leg, LoopNumber};
+use keepout_planner::job::{ContourJob, Leg, LoopNumber, Progress, resume_in_place, resume_job};
+use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::length_up_from_mm;
 
 use super::event::Command;
@@ -22,14 +24,30 @@ impl Supervisor {
         self.work.part().edges_clear(here, at.threshold().saturating_plus(band)).is_err()
     }
 
-    /// Where a contouring job is wanted from. It is worked out elsewhere, and comes as an event.
+    /// The contouring job that is wanted. It is worked out elsewhere, and comes as an event.
     #[must_use]
-    pub fn wanted_job(&self) -> Option<Point> {
-        self.guard.tail().filter(|_| self.wants_job()).map(keepout_kernel::FreePoint::point)
+    pub fn wanted_job(&self) -> Option<JobRequest> {
+        let State::Touching(Touch::Asked { in_place }) = self.state else { return None };
+        let from = self.guard.tail()?.point();
+        Some(JobRequest {
+            from,
+            within: self.guard.rules().stroke,
+            progress: self.progress.clone(),
+            interrupted: self.interrupted.clone().filter(|_| in_place),
+        })
     }
 
     pub(super) fn wants_job(&self) -> bool {
-        matches!(self.state, State::Touching(Touch::Asked))
+        matches!(self.state, State::Touching(Touch::Asked { .. }))
+    }
+
+    /// Goes on with what is left of the contour: from where the tool stands on it, or from clear space.
+    pub(super) fn resume(&mut self) {
+        let in_place = self.guard.stands_inside();
+        let begun = self.progress != Progress::default();
+        if self.guard.settled() && if in_place { self.interrupted.is_some() } else { begun } {
+            self.state = State::Touching(Touch::Asked { in_place });
+        }
     }
 
     pub(super) fn take_job(&mut self, job: Result<ContourJob, String>) {
@@ -46,7 +64,9 @@ impl Supervisor {
     fn give_up(&mut self, reason: &str) {
         self.guard.withdraw_contour();
         self.note(format!("no contour: {reason}"));
-        self.state = State::Sliding(Steering::default());
+        let steering = Steering::default();
+        self.state =
+            if self.guard.stands_inside() { State::Escaping(steering) } else { State::Sliding(steering) };
     }
 
     fn begin(&mut self, job: ContourJob) -> Result<Run, String> {
@@ -57,17 +77,21 @@ impl Supervisor {
             None => fast,
         };
         let mut curves: Vec<(Curve, u32)> = Vec::new();
-        for leg in &job.legs {
-            for curve in &leg.curves {
-                self.as_sent(curve, feed(leg), &mut curves)?;
-            }
+        let mut sources = Vec::new();
+        let motions = job.legs.iter().flat_map(|leg| leg.curves.iter().map(move |curve| (leg, curve)));
+        for (source, (leg, curve)) in motions.enumerate() {
+            self.as_sent(curve, feed(leg), &mut curves)?;
+            sources.resize(curves.len(), source);
         }
         self.guard.begin_contour(curves).map_err(|refusal| refusal.to_string())?;
         self.unreached = job.unreached.len();
         for unreached in &job.unreached {
             self.note(format!("no way wide enough for roughing leads to finishing {unreached}"));
         }
-        Ok(Run { legs: job.legs })
+        if job.recut_mm > 0.0 {
+            self.note(format!("{:.2} mm are cut again, to enter where it was left", job.recut_mm));
+        }
+        Ok(Run { job, sources })
     }
 
     /// The motions that the controller is sent for a curve: itself, or lines where it knows no arcs, in steps where it can
@@ -153,8 +177,94 @@ impl Supervisor {
         }
     }
 
-    /// Notes how far the contour has come.
-    pub(super) fn follow_contour(&mut self, _position: Point) {}
+    /// What is done of the contours of this plan, now.
+    #[must_use]
+    pub fn progress(&self) -> Progress {
+        let (State::Contouring(run) | State::Holding(run)) = &self.state else {
+            return self.progress.clone();
+        };
+        match (self.guard.contour_at(), self.position) {
+            (Some(sent), Some(at)) => run.progress(sent, at),
+            _ => self.progress.clone(),
+        }
+    }
+
+    /// Keeps what is needed to go on with a contour that ends here unfinished.
+    pub(super) fn interrupt(&mut self) {
+        self.progress = self.progress();
+        let at = self.guard.contour_at();
+        if let State::Contouring(run) | State::Holding(run) = &mut self.state {
+            let first = at.and_then(|at| run.sources.get(at).copied()).unwrap_or(0);
+            let job = std::mem::take(&mut run.job);
+            self.interrupted = Some(Interrupted { job, first });
+        }
+    }
+}
+
+/// A contour that was interrupted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Interrupted {
+    job: ContourJob,
+    /// The first of its motions that may not be done.
+    first: usize,
+}
+
+/// A contouring job that the supervisor wants.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JobRequest {
+    from: Point,
+    within: Window,
+    progress: Progress,
+    interrupted: Option<Interrupted>,
+}
+
+impl JobRequest {
+    /// Works the job out. May take long.
+    ///
+    /// # Errors
+    /// What the operator should know when there is none.
+    pub fn work_out(&self, plan: &CertifiedPlan) -> Result<ContourJob, String> {
+        match &self.interrupted {
+            Some(interrupted) => interrupted.go_on(plan, self.from, &self.progress),
+            None => {
+                resume_job(plan, self.from, self.within, &self.progress).map_err(|error| error.to_string())
+            }
+        }
+    }
+}
+
+impl Interrupted {
+    /// The rest of the job, for a tool that stands on it.
+    fn go_on(&self, plan: &CertifiedPlan, at: Point, done: &Progress) -> Result<ContourJob, String> {
+        let all = self.job.legs.iter().flat_map(|leg| leg.curves.iter().copied());
+        let left: Vec<Curve> = all.skip(self.first).collect();
+        let rest = resume_in_place(plan, &left, at)
+            .ok_or("the tool stands where no way leads on along the contour: lead it away from the part")?;
+        Ok(ContourJob {
+            legs: dealt(&self.job.legs, rest),
+            before: done.clone(),
+            unreached: self.job.unreached.clone(),
+            ..ContourJob::default()
+        })
+    }
+}
+
+/// The legs with the motions of `rest`, dealt from the last leg backwards: what is left of the first is led onto.
+fn dealt(legs: &[Leg], mut rest: Vec<Curve>) -> Vec<Leg> {
+    let mut result = Vec::new();
+    for leg in legs.iter().rev() {
+        if rest.is_empty() {
+            break;
+        }
+        let earlier = result.len() + 1 < legs.len();
+        let first = if earlier { rest.len().saturating_sub(leg.curves.len()) } else { 0 };
+        let curves = rest.split_off(first);
+        let moved = |index: usize| (index + curves.len()).saturating_sub(leg.curves.len());
+        let on_loop = moved(leg.on_loop.start)..moved(leg.on_loop.end);
+        result.push(Leg { cuts: leg.cuts, entry: leg.entry, on_loop, curves });
+    }
+    result.reverse();
+    result
 }
 
 /// Longest motion of a contour where the controller can not hold it, lattice units (2 mm).

@@ -13,6 +13,7 @@ mod start;
 mod state;
 mod watch;
 
+pub use contouring::{Interrupted, JobRequest};
 pub use event::{Ask, Command, Event, Mode, Reply, Report, Text, Unfit, Wish, text};
 pub use fault::Fault;
 pub use manual::Limits;
@@ -24,7 +25,7 @@ use std::time::Duration;
 
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Length, Point, ProhibitedRegion};
-use keepout_planner::job::LoopNumber;
+use keepout_planner::job::{LoopNumber, Progress};
 use keepout_planner::margin::Budget;
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::{length_up_from_mm, mm};
@@ -71,6 +72,8 @@ pub struct Options {
     pub stroke: Window,
     /// Longest silence of the controller.
     pub answer_within: Duration,
+    /// What an earlier session has done of the plan's contours.
+    pub progress: Progress,
 }
 
 /// Counters for the report.
@@ -113,7 +116,9 @@ pub struct Supervisor {
     answered_at: Time,
     round_trip: Duration,
     limits: Limits,
-    finished: Vec<LoopNumber>,
+    /// What is done of the plan's contours, but for the one under way.
+    progress: Progress,
+    interrupted: Option<Interrupted>,
     notices: Vec<String>,
     counts: Counts,
     position: Option<Point>,
@@ -154,7 +159,6 @@ impl Supervisor {
             guard: Guard::new(Arc::clone(&work.part), rules),
             work,
             homes: options.home,
-            options,
             abilities,
             state: State::Connecting { garbled: None },
             wish: Wish::default(),
@@ -166,7 +170,8 @@ impl Supervisor {
             answered_at: Time::ZERO,
             round_trip: Duration::from_millis(100),
             limits,
-            finished: Vec::new(),
+            progress: options.progress.clone(),
+            interrupted: None,
             notices: Vec::new(),
             counts: Counts::default(),
             position: None,
@@ -176,6 +181,7 @@ impl Supervisor {
             progress_at: Time::ZERO,
             unanswered_since: None,
             refused: 0,
+            options,
         }
     }
 
@@ -226,6 +232,7 @@ impl Supervisor {
             (Ask::Quit, _) => commands.extend(self.halt()),
             (Ask::Pause, Phase::Contouring) => self.hold(commands),
             (Ask::Resume, Phase::Holding) => self.go_on(commands),
+            (Ask::Resume, phase) if phase.is_steered() => self.resume(),
             (Ask::Recover, Phase::Faulted) => self.recover(now),
             _ => {}
         }
@@ -276,7 +283,7 @@ impl Supervisor {
     /// Finishing loops contoured so far.
     #[must_use]
     pub fn finished(&self) -> &[LoopNumber] {
-        &self.finished
+        &self.progress.finished
     }
 
     /// Finishing loops of the last contour's free space that no way was found to.
@@ -343,7 +350,7 @@ impl Supervisor {
     fn touch_or_steer(&mut self, wish: Option<(f64, f64)>, commands: &mut Vec<Command>) {
         if self.armed && self.guard.settled() && !self.guard.stands_inside() && self.touches() {
             self.armed = false;
-            self.state = State::Touching(Touch::Asked);
+            self.state = State::Touching(Touch::Asked { in_place: false });
             return;
         }
         let mut helm = Helm {
@@ -387,7 +394,8 @@ impl Supervisor {
                 State::Escaping(steering)
             }
             State::Contouring(run) => {
-                self.finished.extend(run.cuts());
+                self.progress = run.finished();
+                self.interrupted = None;
                 State::Manual(Steering::default())
             }
             State::Stopping { .. } => State::Done,
@@ -405,6 +413,7 @@ impl Supervisor {
                 None
             }
             Phase::Holding => {
+                self.interrupt();
                 self.state = stopping;
                 None
             }
@@ -414,6 +423,7 @@ impl Supervisor {
                 None
             }
             Phase::Contouring => {
+                self.interrupt();
                 self.state = stopping;
                 self.abilities.holds.then_some(Command::Hold)
             }
@@ -445,6 +455,7 @@ impl Supervisor {
         } else if !contouring && self.abilities.cancels {
             commands.push(Command::Cancel);
         }
+        self.interrupt();
         self.guard.forget();
         self.queries.clear();
         self.state = State::Faulted { fault, warned: false };

@@ -1,6 +1,7 @@
 //! What the supervisor is doing.
 
-use keepout_planner::job::{Leg, LoopNumber};
+use keepout_kernel::Point;
+use keepout_planner::job::{ContourJob, Progress};
 
 use super::event::Text;
 use super::fault::Fault;
@@ -43,8 +44,8 @@ pub(super) enum State {
 /// A contour before its first motion.
 #[derive(Debug)]
 pub(super) enum Touch {
-    /// The job was asked for.
-    Asked,
+    /// The job was asked for; in place, when the tool stands on a contour that was interrupted.
+    Asked { in_place: bool },
     /// It is being certified.
     Certifying(Run),
 }
@@ -52,14 +53,25 @@ pub(super) enum Touch {
 /// A contour under way.
 #[derive(Debug)]
 pub(super) struct Run {
-    /// What it cuts, in order.
-    pub(super) legs: Vec<Leg>,
+    /// What it cuts.
+    pub(super) job: ContourJob,
+    /// For each motion that is sent, which of the job's motions it is of.
+    pub(super) sources: Vec<usize>,
 }
 
 impl Run {
-    /// The finishing loops that it cuts.
-    pub(super) fn cuts(&self) -> impl Iterator<Item = LoopNumber> + '_ {
-        self.legs.iter().filter_map(|leg| leg.cuts)
+    /// What is done when the tool was last seen at `at`, on the sent motion of this number.
+    pub(super) fn progress(&self, sent: usize, at: Point) -> Progress {
+        let source = self.sources.get(sent).copied();
+        match source.and_then(|source| self.job.motion(source)) {
+            Some((leg, curve)) => Progress::after(&self.job, leg, curve, at),
+            None => self.finished(),
+        }
+    }
+
+    /// What is done when all of it is.
+    pub(super) fn finished(&self) -> Progress {
+        Progress::after(&self.job, self.job.legs.len(), 0, Point::ORIGIN)
     }
 }
 

@@ -131,7 +131,6 @@ impl Supervisor {
         };
         self.check_answers(&sighting, now)?;
         self.guard.reported(&sighting, stamp, now)?;
-        self.follow_contour(position);
         if let State::Stopping { aborted } = &mut self.state {
             match report.mode {
                 // What is queued behind the hold is forgotten, so that nobody starts it later.

@@ -3,12 +3,14 @@
 use std::fmt::Write as _;
 
 use keepout_kernel::exact::segment::Window;
-use keepout_kernel::{Point, Vector};
+use keepout_kernel::{Curve, Point, Vector};
 use keepout_planner::job::ContourJob;
 use thiserror::Error;
 
 use super::job;
 use super::write::Header;
+use crate::session::tape::Record;
+use crate::supervisor::guard::{Certified, Guard, Motion};
 use crate::supervisor::{Ask, Wish};
 use crate::time::Time;
 
@@ -75,8 +77,10 @@ const MAGIC: &str = "keepout-log 1";
 
 pub(super) fn header(header: &Header) -> String {
     let (x0, y0, x1, y1) = header.stroke.corners();
+    let mut progress = String::new();
+    job::push_progress(&mut progress, &header.progress);
     format!(
-        "{MAGIC} plan={} drawing={} dialect={} offset={},{} stroke={x0},{y0},{x1},{y1} feed={} home={} answer={} setting={}",
+        "{MAGIC} plan={} drawing={} dialect={} offset={},{} stroke={x0},{y0},{x1},{y1} feed={} home={} answer={} progress={} setting={}",
         header.plan,
         quoted(&header.drawing),
         quoted(&header.dialect),
@@ -85,6 +89,7 @@ pub(super) fn header(header: &Header) -> String {
         header.feed_mm_min,
         u8::from(header.home),
         header.answer_within_ms,
+        quoted(&progress),
         quoted(&header.setting),
     )
 }
@@ -148,12 +153,13 @@ pub(super) fn parse_header(text: &str) -> Result<Header, LineError> {
         feed_mm_min: field("feed")?.parse().map_err(|_| bad())?,
         home: field("home")? == "1",
         answer_within_ms: field("answer")?.parse().map_err(|_| bad())?,
+        progress: job::parse_progress(&word("progress")?).ok_or_else(bad)?,
         setting: word("setting")?,
     })
 }
 
 /// `w X Y TURNED_X TURNED_Y AUTO ASK`; numbers are written so that they are read as the same.
-pub(super) fn push_wish(text: &mut String, wish: &Wish) {
+fn push_wish(text: &mut String, wish: &Wish) {
     let ask = match wish.ask {
         None => '-',
         Some(Ask::Pause) => 'p',
@@ -165,9 +171,96 @@ pub(super) fn push_wish(text: &mut String, wish: &Wish) {
     let _ = write!(text, "w {x:?} {y:?} {u:?} {v:?} {} {ask}", u8::from(wish.automatic));
 }
 
-pub(super) fn push_job(text: &mut String, job: &Result<ContourJob, String>) {
-    text.push_str("j ");
-    job::push(text, job);
+/// The record without its time. A wish that is as the one before says only that.
+pub(super) fn push_record(text: &mut String, record: &Record<'_>, before: &mut Option<Wish>) {
+    // Writing to a string does not fail.
+    let _ = match record {
+        Record::Received(bytes) => write!(text, "r {}", bytes.escape_ascii()),
+        Record::Sent(bytes) => write!(text, "s {}", bytes.escape_ascii()),
+        Record::Wish(wish) if *before == Some(*wish) => write!(text, "w"),
+        Record::Wish(wish) => {
+            push_wish(text, wish);
+            *before = Some(*wish);
+            Ok(())
+        }
+        Record::Tick => write!(text, "t"),
+        Record::Job(job) => {
+            text.push_str("j ");
+            job::push(text, job);
+            Ok(())
+        }
+        Record::PortLost(reason) => write!(text, "x {}", reason.escape_default()),
+        Record::PortFound => write!(text, "o"),
+        Record::Halt => write!(text, "h"),
+        Record::Certificate(certified, guard) => write!(text, "c {}", certificate(certified, guard)),
+        Record::Phase(phase, None) => write!(text, "p {phase:?}"),
+        Record::Phase(phase, Some(fault)) => {
+            write!(text, "p {phase:?} {}", fault.to_string().escape_default())
+        }
+    };
+}
+
+/// What allowed a motion: `jog X Y F {SET}` with the in-flight set in lattice units, which holds the target; `line X Y X Y F`
+/// or `arc X Y X Y CX CY + F` of a contour.
+fn certificate(certified: &Certified, guard: &Guard) -> String {
+    let mut text = String::new();
+    match certified.motion() {
+        Motion::Jog { to, feed_mm_min } => {
+            text.push_str("jog ");
+            job::push_point(&mut text, *to);
+            let _ = write!(text, " {feed_mm_min} {{");
+            for (index, point) in guard.in_flight().enumerate() {
+                text.push_str(if index > 0 { ", " } else { "" });
+                job::push_point(&mut text, point);
+            }
+            text.push('}');
+        }
+        Motion::Contour { curve, feed_mm_min } => {
+            text.push_str(if matches!(curve, Curve::Line(_)) { "line " } else { "arc " });
+            job::push_point(&mut text, curve.from());
+            text.push(' ');
+            job::push_curve(&mut text, curve);
+            let _ = write!(text, " {feed_mm_min}");
+        }
+    }
+    text
+}
+
+/// The record as it will be read again.
+pub(crate) fn as_entry(record: &Record<'_>) -> Option<Entry> {
+    Some(match record {
+        Record::Sent(bytes) => Entry::Sent(bytes.to_vec()),
+        Record::Certificate(certified, guard) => Entry::Certificate(certificate(certified, guard)),
+        Record::Phase(phase, None) => Entry::Phase(format!("{phase:?}")),
+        Record::Phase(phase, Some(fault)) => Entry::Phase(format!("{phase:?} {fault}")),
+        _ => return None,
+    })
+}
+
+/// A certificate as it was logged.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Certificate {
+    /// A jog: its target, and the in-flight set with it.
+    Jog(Point, Vec<Point>),
+    /// A motion of a contour.
+    Contour(Curve),
+}
+
+impl Certificate {
+    /// Reads the text of [`Entry::Certificate`].
+    #[must_use]
+    pub fn parse(text: &str) -> Option<Self> {
+        let mut fields = text.split(' ');
+        if fields.next()? == "jog" {
+            let target = job::point(&mut fields)?;
+            let (_, set) = text.split_once('{')?;
+            let points = set.strip_suffix('}')?.split(", ").map(|point| job::point(&mut point.split(' ')));
+            return Some(Self::Jog(target, points.collect::<Option<_>>()?));
+        }
+        let from = job::point(&mut fields)?;
+        let rest: Vec<&str> = fields.collect();
+        job::curve(from, &rest.join(" ")).map(Self::Contour)
+    }
 }
 
 /// Reads line after line; a wish that is as the one before says only that.

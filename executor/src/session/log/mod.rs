@@ -16,6 +16,7 @@ mod line;
 mod read;
 mod write;
 
-pub use line::{Entry, LineError};
+pub(crate) use line::as_entry;
+pub use line::{Certificate, Entry, LineError};
 pub use read::{Log, LogReadError};
 pub use write::{Header, LogError, LogTape};

@@ -6,11 +6,12 @@ use std::path::{Path, PathBuf};
 
 use keepout_kernel::Vector;
 use keepout_kernel::exact::segment::Window;
+use keepout_planner::job::Progress;
 use thiserror::Error;
 
 use super::line;
 use crate::session::tape::{Record, Tape, TapeError};
-use crate::supervisor::{Wish, log_point};
+use crate::supervisor::Wish;
 use crate::time::Time;
 
 /// Why a log can not be written.
@@ -51,6 +52,8 @@ pub struct Header {
     pub home: bool,
     /// Longest silence of the controller, ms.
     pub answer_within_ms: u64,
+    /// What an earlier session had done of the plan's contours.
+    pub progress: Progress,
     /// The machine and its port, in words.
     pub setting: String,
 }
@@ -100,40 +103,7 @@ impl Tape for LogTape {
         text.clear();
         // Writing to a string does not fail.
         let _ = write!(text, "{} ", now.micros());
-        match record {
-            Record::Received(bytes) => {
-                let _ = write!(text, "r {}", bytes.escape_ascii());
-            }
-            Record::Sent(bytes) => {
-                let _ = write!(text, "s {}", bytes.escape_ascii());
-            }
-            Record::Wish(wish) if self.wish == Some(*wish) => text.push('w'),
-            Record::Wish(wish) => {
-                line::push_wish(text, wish);
-                self.wish = Some(*wish);
-            }
-            Record::Tick => text.push('t'),
-            Record::Job(job) => line::push_job(text, job),
-            Record::PortLost(reason) => {
-                let _ = write!(text, "x {}", reason.escape_default());
-            }
-            Record::PortFound => text.push('o'),
-            Record::Halt => text.push('h'),
-            Record::Certificate(certified, guard) => {
-                let _ = write!(text, "c {} {{", log_point(certified.target()));
-                for (index, point) in guard.in_flight().enumerate() {
-                    let space = if index == 0 { "" } else { " " };
-                    let _ = write!(text, "{space}{}", log_point(point));
-                }
-                text.push('}');
-            }
-            Record::Phase(phase, fault) => {
-                let _ = write!(text, "p {phase:?}");
-                if let Some(fault) = fault {
-                    let _ = write!(text, " {}", fault.to_string().escape_default());
-                }
-            }
-        }
+        line::push_record(text, record, &mut self.wish);
         self.end_line()
     }
 
