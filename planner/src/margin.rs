@@ -1,4 +1,7 @@
 //! The margin M: how far the tool can be from where the plan believes it is, term by term.
+//!
+//! How well it is known where the workpiece lies ([`crate::registration`]) is no term: path and part are one drawing, and shift
+//! together.
 
 use std::f64::consts::SQRT_2;
 

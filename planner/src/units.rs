@@ -37,7 +37,12 @@ pub fn length_up_from_mm(value_mm: f64) -> Result<Length, LatticeError> {
 /// A point for messages, in millimetres: `(12.340, −5.000)`.
 #[must_use]
 pub fn place(point: Point) -> String {
-    let (x, y) = point_mm(point);
+    mm_pair(point_mm(point))
+}
+
+/// A point in millimetres for messages, as [`place`].
+#[must_use]
+pub fn mm_pair((x, y): (f64, f64)) -> String {
     format!("({x:.3}, {y:.3}) mm")
 }
 

@@ -11,6 +11,8 @@ use keepout_planner::machine::MachineError;
 use keepout_planner::order::OrderError;
 use keepout_planner::plan::PlanError;
 use keepout_planner::plan_file::PlanFileError;
+use keepout_planner::registration::RegistrationError;
+use keepout_planner::setup::SetupError;
 use thiserror::Error;
 
 /// Why a command failed.
@@ -38,6 +40,12 @@ pub enum CliError {
     /// A machine profile is refused.
     #[error(transparent)]
     Machine(#[from] MachineError),
+    /// The touches do not say how the workpiece lies.
+    #[error(transparent)]
+    Registration(#[from] RegistrationError),
+    /// A setup is refused.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
     /// There is no operator.
     #[error(transparent)]
     Operator(#[from] OperatorError),
@@ -81,7 +89,13 @@ impl CliError {
     #[must_use]
     pub fn exit_code(&self) -> ExitCode {
         ExitCode::from(match self {
-            Self::Argument(_) | Self::Operator(_) | Self::Machine(_) => 2,
+            Self::Setup(SetupError::Turned { .. } | SetupError::Moved { .. }) => 4,
+            Self::Setup(SetupError::Write { .. }) => 7,
+            Self::Argument(_)
+            | Self::Operator(_)
+            | Self::Machine(_)
+            | Self::Registration(_)
+            | Self::Setup(_) => 2,
             Self::Order {
                 source: OrderError::Drawing(_) | OrderError::Select(_) | OrderError::Stroke { .. },
                 ..

@@ -2,6 +2,7 @@
 
 mod error;
 mod plan;
+mod register;
 mod run;
 
 use std::path::PathBuf;
@@ -10,6 +11,7 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use keepout_planner::plan::{Cut, PassJob};
 use keepout_planner::profile::MachinedSide;
+use keepout_planner::registration::{TOLERANCE_MM, TOUCH_ERROR_MM, Touch};
 
 pub use error::CliError;
 
@@ -30,6 +32,8 @@ can not be written · 8 the witness saw the tool in the part · 9 the run ended 
 enum Command {
     /// Say what was understood of a DXF drawing: layers, contours, repairs, problems; and draw it.
     Inspect(InspectArguments),
+    /// Find how the workpiece lies on the machine, from points or edges of it that were touched.
+    Register(RegisterArguments),
     /// Make a plan from a DXF drawing: what is kept out of, and the finishing path.
     Plan(PlanArguments),
     /// Draw a plan as an SVG picture.
@@ -145,9 +149,42 @@ struct InspectArguments {
 }
 
 #[derive(Debug, Args)]
+struct RegisterArguments {
+    #[command(flatten)]
+    drawing: DrawingArguments,
+    /// Which side of the contour is machined: edges are touched from there.
+    #[arg(long, value_enum, default_value = "outside")]
+    side: SideArgument,
+    /// A point of the drawing and the machine coordinates of the tool's centre on it, mm. Two or more measure the rotation
+    /// too; one alone gives the offset.
+    #[arg(long, value_name = "DX,DY=MX,MY", value_parser = register::touch, allow_hyphen_values = true)]
+    point: Vec<Touch>,
+    /// A place near a straight edge of the drawing, and the machine coordinates of the tool's centre where the tool touched
+    /// that edge, mm. Two along one edge and one of another measure the rotation too; one each of two edges give the offset.
+    #[arg(long, value_name = "DX,DY=MX,MY", value_parser = register::touch, allow_hyphen_values = true,
+        requires = "probe_diameter")]
+    edge: Vec<Touch>,
+    /// Diameter of the probe or tool that touched the edges, mm.
+    #[arg(long, value_name = "MM")]
+    probe_diameter: Option<f64>,
+    /// How far a touch may be wrong, mm.
+    #[arg(long, value_name = "MM", default_value_t = TOUCH_ERROR_MM)]
+    touch_error_mm: f64,
+    /// How far drawing and machine may disagree, mm.
+    #[arg(long, value_name = "MM", default_value_t = TOLERANCE_MM)]
+    tolerance_mm: f64,
+    /// Where the setup goes, a TOML file.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+}
+
+#[derive(Debug, Args)]
 struct PlanArguments {
     #[command(flatten)]
     drawing: DrawingArguments,
+    /// Turn the drawing as the workpiece lies: the file that `keepout register` wrote. `run` wants it too.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["rotate_deg", "offset_mm"])]
+    setup: Option<PathBuf>,
     /// Diameter of the cutter, mm.
     #[arg(long, value_name = "MM")]
     tool_diameter: f64,
@@ -210,7 +247,7 @@ enum MachineArgument {
     SimFast,
 }
 
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 struct RunArguments {
     /// The plan.
     plan: PathBuf,
@@ -218,7 +255,7 @@ struct RunArguments {
     #[arg(long, value_enum, default_value = "sim", conflicts_with = "port")]
     machine: MachineArgument,
     /// The serial port of a real machine, such as /dev/ttyUSB0.
-    #[arg(long, value_name = "DEVICE", requires = "origin_mm")]
+    #[arg(long, value_name = "DEVICE", requires = "place")]
     port: Option<String>,
     /// What the controller speaks: grbl or grblhal.
     #[arg(long, value_name = "DIALECT", default_value = "grbl")]
@@ -227,8 +264,11 @@ struct RunArguments {
     #[arg(long, default_value_t = 115_200)]
     baud: u32,
     /// Where the drawing's origin lies on the machine, machine coordinates, mm. A real machine does not move without it.
-    #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true, group = "place")]
     origin_mm: Option<(f64, f64)>,
+    /// Where it lies, as the file says that `keepout register` wrote, and that the plan was made with.
+    #[arg(long, value_name = "FILE", group = "place")]
+    setup: Option<PathBuf>,
     /// Home the real machine first, tool raised.
     #[arg(long)]
     home: bool,
@@ -299,6 +339,7 @@ fn pass(text: &str) -> Result<PassJob, String> {
 pub fn execute(arguments: Arguments) -> Result<ExitCode, CliError> {
     match arguments.command {
         Command::Inspect(arguments) => plan::inspect(&arguments),
+        Command::Register(arguments) => register::register(&arguments),
         Command::Plan(arguments) => plan::plan(&arguments),
         Command::Show(arguments) => plan::show(&arguments),
         Command::Verify { plan } => plan::verify(&plan),

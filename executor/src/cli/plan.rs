@@ -15,6 +15,7 @@ use keepout_planner::picture::{inspection_svg, svg};
 use keepout_planner::plan::{CertifiedPlan, Job};
 use keepout_planner::plan_file;
 use keepout_planner::select::Selection;
+use keepout_planner::setup::Setup;
 
 use super::{CliError, DrawingArguments, InspectArguments, PlanArguments, ShowArguments};
 
@@ -79,7 +80,7 @@ impl Drop for Progress {
 }
 
 /// What is to be taken of a drawing, without a job yet.
-fn order_of(arguments: &DrawingArguments) -> Result<Order, CliError> {
+pub fn order_of(arguments: &DrawingArguments) -> Result<Order, CliError> {
     if !(0.0..=100.0).contains(&arguments.join_mm) {
         return Err(CliError::Argument(format!("--join-mm {} must be between 0 and 100", arguments.join_mm)));
     }
@@ -149,6 +150,10 @@ pub fn plan(arguments: &PlanArguments) -> Result<ExitCode, CliError> {
         return Err(CliError::Argument(reason));
     }
     let mut order = order_of(&arguments.drawing)?;
+    if let Some(setup) = &arguments.setup {
+        order.choice.placed = Setup::load(setup)?.placed();
+        refuse_same(setup, &arguments.output)?;
+    }
     order.selection = Selection {
         at: arguments.at.clone(),
         least_area_mm2: arguments.min_area_mm2,

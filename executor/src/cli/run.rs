@@ -26,6 +26,7 @@ use keepout_planner::plan_file;
 use keepout_planner::units::{point_from_mm, point_mm};
 
 use super::plan::{LIMIT_S, load, make, refuse_same, write};
+use super::register::placed;
 use super::{CliError, MachineArgument, RunArguments};
 
 /// The drawing of the demonstration.
@@ -36,6 +37,7 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, CliError> {
         refuse_same(&arguments.plan, output)?;
     }
     let plan = load(&arguments.plan)?;
+    let arguments = &placed(arguments, &plan)?;
     let limit = seconds("--limit-s", arguments.limit_s)?;
     let manual = seconds("--manual-s", arguments.manual_s)?;
     let operator = operator::named(&arguments.operator, manual.as_secs_f64(), arguments.seed)?;

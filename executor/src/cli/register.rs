@@ -1,0 +1,115 @@
+//! `register`: how the workpiece lies on the machine.
+
+use std::process::ExitCode;
+
+use keepout_planner::order::OrderError;
+use keepout_planner::plan::{CertifiedPlan, PlanError};
+use keepout_planner::profile::Profile;
+use keepout_planner::registration::{Part, Registration, Touch, Touches, register as registered};
+use keepout_planner::setup::{Method, Setup, VERSION};
+use keepout_planner::units::mm_pair;
+
+use super::plan::{order_of, refuse_same};
+use super::{CliError, RegisterArguments, RunArguments, pair};
+
+/// `DX,DY=MX,MY`: a place in the drawing and machine coordinates.
+pub fn touch(text: &str) -> Result<Touch, String> {
+    let (drawing, machine) = text.split_once('=').ok_or_else(|| {
+        format!("\"{text}\" is no touch: give drawing and machine coordinates, such as 0,0=-250.5,-200")
+    })?;
+    Ok(Touch { drawing_mm: pair(drawing)?, machine_mm: pair(machine)? })
+}
+
+pub fn register(arguments: &RegisterArguments) -> Result<ExitCode, CliError> {
+    let path = &arguments.drawing.drawing;
+    if arguments.drawing.rotate_deg.is_some() || arguments.drawing.offset_mm.is_some() {
+        let reason = "how the drawing is turned and moved is what `register` finds: leave out --rotate-deg and --offset-mm";
+        return Err(CliError::Argument(reason.into()));
+    }
+    refuse_same(path, &arguments.output)?;
+    let part = part_of(arguments)?;
+    let touches = Touches {
+        points: arguments.point.clone(),
+        edges: arguments.edge.clone(),
+        probe_diameter_mm: arguments.probe_diameter.unwrap_or(0.0),
+        touch_error_mm: arguments.touch_error_mm,
+        tolerance_mm: arguments.tolerance_mm,
+    };
+    let found = registered(&part, &touches)?;
+    let setup = setup_of(&found, &touches, &path.file_name().unwrap_or_default().to_string_lossy());
+    setup.save(&arguments.output)?;
+    println!("{}", summary(&found, &touches));
+    println!("written      {}", arguments.output.display());
+    Ok(ExitCode::SUCCESS)
+}
+
+fn part_of(arguments: &RegisterArguments) -> Result<Part, CliError> {
+    let path = &arguments.drawing.drawing;
+    let wrong = |source: OrderError| CliError::Order { path: path.clone(), source };
+    let order = order_of(&arguments.drawing)?;
+    let bytes = keepout_planner::drawing::read_file(path).map_err(|error| wrong(error.into()))?;
+    let (_, chained) = order.contours(&bytes).map_err(|error| wrong(error.into()))?;
+    let loops = chained.profile.loops.into_iter().filter(|each| !each.is_flat()).collect();
+    Part::of(&Profile { loops }, arguments.side.into()).map_err(|error| wrong(PlanError::from(error).into()))
+}
+
+fn setup_of(found: &Registration, touches: &Touches, drawing: &str) -> Setup {
+    let method = match (touches.points.is_empty(), touches.edges.is_empty()) {
+        (false, false) => Method::PointsAndEdges,
+        (true, _) => Method::Edges,
+        (false, true) => Method::Points,
+    };
+    let (x, y) = found.origin_mm;
+    Setup {
+        version: VERSION,
+        rotation_deg: found.rotation_deg,
+        origin_mm: [x, y],
+        drawing: drawing.into(),
+        method,
+        touches: touches.points.len() + touches.edges.len(),
+        rotation_measured: found.turned,
+        residual_mm: found.residual_mm(),
+        touch_error_mm: touches.touch_error_mm,
+        uncertainty_mm: found.uncertainty_mm,
+    }
+}
+
+fn summary(found: &Registration, touches: &Touches) -> String {
+    let measured =
+        if found.turned { "" } else { " (not measured: the drawing's axes are taken for the machine's)" };
+    let mut lines = vec![
+        format!("rotation     {}°{measured}", found.rotation_deg),
+        format!("origin       {} machine coordinates", mm_pair(found.origin_mm)),
+    ];
+    let points = (1..=touches.points.len()).map(|number| format!("point {number}"));
+    let edges = (1..=touches.edges.len()).map(|number| format!("edge touch {number}"));
+    let residuals = points.chain(edges).zip(&found.residuals_mm);
+    lines.extend(residuals.map(|(touch, off)| format!("residual     {off:.4} mm at {touch}")));
+    lines.push(format!(
+        "uncertainty  the part can lie up to {:.4} mm off at {} of the drawing, for {} mm at each touch",
+        found.uncertainty_mm,
+        mm_pair(found.worst_at_mm),
+        touches.touch_error_mm
+    ));
+    lines.push(
+        "margin       no term of it: path and part shift together. It is what the part may be off in its stock, against \
+         features made before, and against clamps that are drawn"
+            .into(),
+    );
+    if found.poor {
+        let gain = found.uncertainty_mm / touches.touch_error_mm;
+        lines.push(format!(
+            "note         that is {gain:.0} times the touch error: touch points farther apart, and edges square to each other"
+        ));
+    }
+    lines.join("\n")
+}
+
+/// The arguments with the origin that their setup gives for the plan.
+pub fn placed(arguments: &RunArguments, plan: &CertifiedPlan) -> Result<RunArguments, CliError> {
+    let mut placed = arguments.clone();
+    if let Some(path) = &arguments.setup {
+        placed.origin_mm = Some(Setup::load(path)?.origin_for(&plan.plan)?);
+    }
+    Ok(placed)
+}

@@ -1,0 +1,167 @@
+//! `keepout register`, and the setup file between it, `plan` and `run`.
+#![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn keepout(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_keepout")).args(arguments).output().unwrap()
+}
+
+/// An empty folder of this test's own.
+fn folder(name: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_dir_all(&path);
+    std::fs::create_dir_all(&path).unwrap();
+    path
+}
+
+fn bracket() -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("drawings/bracket.dxf").display().to_string()
+}
+
+fn code(output: &Output) -> i32 {
+    output.status.code().unwrap()
+}
+
+fn complaint(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// A point of the drawing where it lies when turned by 12° with its origin at (−250, −200).
+fn point(x: f64, y: f64) -> String {
+    let (sin, cos) = 12_f64.to_radians().sin_cos();
+    format!("{x},{y}={:.4},{:.4}", x * cos - y * sin - 250.0, x * sin + y * cos - 200.0)
+}
+
+fn registered(folder: &Path) -> String {
+    let setup = folder.join("setup.toml").display().to_string();
+    let points = [point(0.0, 0.0), point(100.0, 0.0), point(0.0, 60.0)];
+    let mut arguments = vec!["register".to_owned(), bracket(), "-o".into(), setup.clone()];
+    arguments.extend(points.into_iter().flat_map(|point| ["--point".into(), point]));
+    let output = keepout(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
+    let text = said(&output);
+    assert_eq!(code(&output), 0, "{}", complaint(&output));
+    assert!(text.contains("rotation     1") && text.contains("no term of it"), "{text}");
+    setup
+}
+
+#[test]
+fn register_plan_and_run() {
+    let folder = folder("register");
+    let setup = registered(&folder);
+    let plan = folder.join("part.plan").display().to_string();
+    let made = keepout(&["plan", &bracket(), "--tool-diameter", "6", "--setup", &setup, "-o", &plan]);
+    let text = said(&made);
+    assert!(code(&made) == 0 && text.contains("placed       turned by 1"), "{text}{}", complaint(&made));
+    let run = keepout(&[
+        "run",
+        &plan,
+        "--machine",
+        "sim-fast",
+        "--operator",
+        "wall",
+        "--manual-s",
+        "5",
+        "--setup",
+        &setup,
+    ]);
+    let text = said(&run);
+    assert!(
+        code(&run) == 0 && text.contains("deepest incursion                    0.00000 mm"),
+        "{text}{}",
+        complaint(&run)
+    );
+    // The setup says where it lies, so that a real machine is not asked for it again.
+    let port = ["run", &plan, "--port", "/dev/no-such-port", "--home"];
+    assert_eq!(code(&keepout(&port)), 2, "unregistered");
+    let run = keepout(&[&port[..], &["--setup", &setup]].concat());
+    assert!(code(&run) == 6 && complaint(&run).contains("can not open port"), "{}", complaint(&run));
+    let run = keepout(&[&port[..], &["--setup", &setup, "--origin-mm", "-250,-200"]].concat());
+    assert_eq!(code(&run), 2, "{}", complaint(&run));
+}
+
+#[test]
+fn plans_that_lie_otherwise_are_refused() {
+    let folder = folder("register_otherwise");
+    let setup = registered(&folder);
+    let plan = folder.join("part.plan").display().to_string();
+    let planned = |more: &[&str]| {
+        let mut arguments = vec!["plan", "", "--tool-diameter", "6", "-o", &plan];
+        let drawing = bracket();
+        arguments[1] = &drawing;
+        arguments.extend(more);
+        keepout(&arguments)
+    };
+    let run = || keepout(&["run", &plan, "--machine", "sim-fast", "--setup", &setup]);
+    for (more, words) in [
+        (&[][..], "turned by 0°"),
+        (&["--rotate-deg", "11"], "turned by 11°"),
+        (&["--rotate-deg", "12", "--offset-mm", "1,2"], "--offset-mm 1,2"),
+    ] {
+        assert_eq!(code(&planned(more)), 0, "{more:?}");
+        let run = run();
+        assert!(code(&run) == 4 && complaint(&run).contains(words), "{more:?}: {}", complaint(&run));
+    }
+    for more in [["--rotate-deg", "12"], ["--offset-mm", "1,2"]] {
+        let both = planned(&[&["--setup", &setup][..], &more].concat());
+        assert!(code(&both) == 2 && complaint(&both).contains("--setup"), "{}", complaint(&both));
+    }
+    let onto = keepout(&["plan", &bracket(), "--tool-diameter", "6", "--setup", &setup, "-o", &setup]);
+    assert!(code(&onto) == 2 && complaint(&onto).contains("not overwritten"), "{}", complaint(&onto));
+    let text = std::fs::read_to_string(&setup).unwrap();
+    let damages = [
+        (text.replace("version = 1", "version = 9"), "version 9"),
+        (text.replace("version = 1", "version = 1\nshear_deg = 1.0"), "shear_deg"),
+        (text.replace("origin_mm = [", "origin_mm = [1.0, "), "two numbers"),
+        (text.replace("rotation_deg = 1", "rotation_deg = 9991"), "rotation_deg is 9991"),
+        (String::new(), "no setup"),
+    ];
+    for (damaged, words) in damages {
+        std::fs::write(&setup, damaged).unwrap();
+        let made = planned(&["--setup", &setup]);
+        assert!(code(&made) == 2 && complaint(&made).contains(words), "{words}: {}", complaint(&made));
+    }
+    std::fs::remove_file(&setup).unwrap();
+    assert!(complaint(&run()).contains("keepout register"));
+}
+
+#[test]
+fn touches_that_do_not_say_it_are_refused_and_write_nothing() {
+    let folder = folder("register_refused");
+    let setup = folder.join("setup.toml").display().to_string();
+    let drawing = bracket();
+    let attempt = |more: &[&str]| keepout(&[&["register", &drawing, "-o", &setup], more].concat());
+    let cases: [(&[&str], i32, &str); 8] = [
+        (&[], 2, "too few touches"),
+        (&["--point", "here"], 2, "no touch"),
+        (&["--point", "0,0=1"], 2, "two numbers"),
+        (
+            &["--point", "0,0=-200,-200", "--point", "100,0=-100.5,-200"],
+            2,
+            "100.0000 mm apart in the drawing",
+        ),
+        (&["--edge", "50,0=-200,-203"], 2, "--probe-diameter"),
+        (&["--point", "0,0=-200,-200", "--rotate-deg", "3"], 2, "leave out --rotate-deg"),
+        (&["--point", "0,0=-200,-200", "--layer", "NONE"], 3, "NONE"),
+        (&["--point", "0,0=-200,-200", "--touch-error-mm", "0"], 2, "touch error"),
+    ];
+    for (more, wanted, words) in cases {
+        let output = attempt(more);
+        assert!(
+            code(&output) == wanted && complaint(&output).contains(words),
+            "{more:?}: {} {}",
+            code(&output),
+            complaint(&output)
+        );
+    }
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 0);
+    let edges = ["--edge", "50,0=-200,-203", "--edge", "0,30=-253,-170", "--probe-diameter", "6"];
+    let output = attempt(&edges);
+    assert!(code(&output) == 0 && said(&output).contains("not measured"), "{}", complaint(&output));
+    assert!(said(&output).contains("(-250.000, -200.000) mm machine"), "{}", said(&output));
+}

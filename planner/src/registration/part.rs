@@ -1,0 +1,141 @@
+//! What of a part can be touched: its straight edges.
+
+use keepout_kernel::{Curve, UNITS_PER_MM};
+
+use super::RegistrationError;
+use crate::profile::{MachinedSide, Profile, ProfileError};
+use crate::select::Outline;
+use crate::units::{nearest_on_mm, point_mm};
+
+/// A straight edge of the part, drawing coordinates, mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StraightEdge {
+    /// Where it begins.
+    pub from_mm: (f64, f64),
+    /// Where it ends.
+    pub to_mm: (f64, f64),
+    /// The unit vector square to it, away from the part.
+    pub outward: (f64, f64),
+}
+
+/// The straight edges of a part, and the box around it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    edges: Vec<StraightEdge>,
+    low_mm: (f64, f64),
+    high_mm: (f64, f64),
+}
+
+/// Edges shorter than this are not touched, mm.
+const EDGE_MIN_MM: f64 = 0.5;
+/// Edges whose lines are this near to each other's ends are one edge to whoever touches them, mm.
+const ONE_LINE_MM: f64 = 0.001;
+/// An edge is meant when every other one is this many times farther from the place that was given, and by [`APART_MM`].
+const CLEARLY: f64 = 2.0;
+/// See [`CLEARLY`], mm.
+const APART_MM: f64 = 0.1;
+
+impl Part {
+    /// The part that a profile bounds, as it lies in the drawing.
+    ///
+    /// # Errors
+    /// [`ProfileError`] when it bounds none.
+    pub fn of(profile: &Profile, side: MachinedSide) -> Result<Self, ProfileError> {
+        let region = profile.part(side, &Profile::default())?;
+        let lines = |outline: &keepout_kernel::offset::Outline| {
+            let free_on_left = outline.free_on_left;
+            let straight = |curve: &Curve| StraightEdge::of(curve, free_on_left);
+            outline.curves.iter().filter_map(straight).collect::<Vec<_>>()
+        };
+        let edges = profile.outlines(&region).iter().flat_map(lines).collect();
+        let boxes: Vec<_> = profile.loops.iter().map(|each| Outline::of(each).bounds).collect();
+        let low_mm = boxes.iter().fold((f64::MAX, f64::MAX), |a, (b, _)| (a.0.min(b.0), a.1.min(b.1)));
+        let high_mm = boxes.iter().fold((f64::MIN, f64::MIN), |a, (_, b)| (a.0.max(b.0), a.1.max(b.1)));
+        Ok(Self { edges, low_mm, high_mm })
+    }
+
+    /// The diagonal of its box, mm.
+    #[must_use]
+    pub fn size_mm(&self) -> f64 {
+        (self.high_mm.0 - self.low_mm.0).hypot(self.high_mm.1 - self.low_mm.1)
+    }
+
+    /// The middle of its box, mm.
+    #[must_use]
+    pub fn middle_mm(&self) -> (f64, f64) {
+        (f64::midpoint(self.low_mm.0, self.high_mm.0), f64::midpoint(self.low_mm.1, self.high_mm.1))
+    }
+
+    /// The corners of its box, mm.
+    #[must_use]
+    pub fn corners_mm(&self) -> [(f64, f64); 4] {
+        let ((x0, y0), (x1, y1)) = (self.low_mm, self.high_mm);
+        [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
+    }
+
+    /// The straight edge that is meant by a place near it.
+    pub(super) fn edge_near(&self, near: (f64, f64)) -> Result<StraightEdge, RegistrationError> {
+        let by_distance =
+            |a: &&StraightEdge, b: &&StraightEdge| a.distance(near).total_cmp(&b.distance(near));
+        let nearest = self.edges.iter().min_by(by_distance).ok_or(RegistrationError::NoEdge { near })?;
+        let distance = nearest.distance(near);
+        if !(distance.is_finite() && distance <= self.size_mm()) {
+            return Err(RegistrationError::NoEdge { near });
+        }
+        let others = self.edges.iter().filter(|edge| !edge.is_along(nearest));
+        let next = others.map(|edge| edge.distance(near)).fold(f64::INFINITY, f64::min);
+        if next < CLEARLY * distance || next - distance < APART_MM {
+            return Err(RegistrationError::WhichEdge { near });
+        }
+        Ok(*nearest)
+    }
+}
+
+impl StraightEdge {
+    fn of(curve: &Curve, free_on_left: bool) -> Option<Self> {
+        let Curve::Line(segment) = curve else { return None };
+        let length_mm = curve.length() / f64::from(UNITS_PER_MM);
+        let (from_mm, to_mm) = (point_mm(segment.from), point_mm(segment.to));
+        let (dx, dy) = ((to_mm.0 - from_mm.0) / length_mm, (to_mm.1 - from_mm.1) / length_mm);
+        let outward = if free_on_left { (-dy, dx) } else { (dy, -dx) };
+        (length_mm >= EDGE_MIN_MM).then_some(Self { from_mm, to_mm, outward })
+    }
+
+    fn distance(&self, p: (f64, f64)) -> f64 {
+        let foot = nearest_on_mm(p, self.from_mm, self.to_mm);
+        (foot.0 - p.0).hypot(foot.1 - p.1)
+    }
+
+    fn length(&self) -> f64 {
+        (self.to_mm.0 - self.from_mm.0).hypot(self.to_mm.1 - self.from_mm.1)
+    }
+
+    /// How far along the edge a place is, mm.
+    pub(super) fn along(&self, (x, y): (f64, f64)) -> f64 {
+        let (dx, dy) = (self.to_mm.0 - self.from_mm.0, self.to_mm.1 - self.from_mm.1);
+        ((x - self.from_mm.0) * dx + (y - self.from_mm.1) * dy) / self.length()
+    }
+
+    /// The place of the edge's line nearest to another, mm.
+    pub(super) fn foot(&self, p: (f64, f64)) -> (f64, f64) {
+        let off = self.off_line(p);
+        (p.0 - self.outward.0 * off, p.1 - self.outward.1 * off)
+    }
+
+    fn off_line(&self, (x, y): (f64, f64)) -> f64 {
+        (x - self.from_mm.0) * self.outward.0 + (y - self.from_mm.1) * self.outward.1
+    }
+
+    /// Whether the other is on the same line, with the part on the same side.
+    pub(super) fn is_along(&self, other: &Self) -> bool {
+        let same_side = self.outward.0 * other.outward.0 + self.outward.1 * other.outward.1 > 0.0;
+        let on_line = |p| self.off_line(p).abs() <= ONE_LINE_MM;
+        same_side && on_line(other.from_mm) && on_line(other.to_mm)
+    }
+
+    /// How far a place lies beyond the edge's nearer end, mm; negative within.
+    pub(super) fn beyond(&self, p: (f64, f64)) -> f64 {
+        let along = self.along(p);
+        (-along).max(along - self.length())
+    }
+}

@@ -1,0 +1,223 @@
+//! The setup file: how the workpiece lies on the machine, and how that was found.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::plan::Plan;
+use crate::plan_file::write_whole;
+
+/// The version that is written, and the only one that is read.
+pub const VERSION: u32 = 1;
+
+/// How a setup was found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// By points of the drawing.
+    Points,
+    /// By touches of edges.
+    Edges,
+    /// By both.
+    PointsAndEdges,
+}
+
+/// How the workpiece lies on the machine. The drawing is turned about its origin when it is planned, so that what is certified
+/// is as it lies; when it is run it is only moved.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Setup {
+    /// [`VERSION`].
+    pub version: u32,
+    /// Rotation of the drawing about its origin, counter-clockwise, degrees.
+    pub rotation_deg: f64,
+    /// Machine coordinates of the drawing's origin, mm.
+    pub origin_mm: [f64; 2],
+    /// The drawing it was found with.
+    pub drawing: String,
+    /// How it was found.
+    pub method: Method,
+    /// With how many touches.
+    pub touches: usize,
+    /// Whether the rotation was measured, and not taken for 0.
+    pub rotation_measured: bool,
+    /// The largest residual, mm.
+    pub residual_mm: f64,
+    /// What each touch may be wrong by, mm.
+    pub touch_error_mm: f64,
+    /// How far a place of the part may be off for that, mm.
+    pub uncertainty_mm: f64,
+}
+
+/// Why a setup is refused.
+#[derive(Debug, Error)]
+pub enum SetupError {
+    /// The file can not be read.
+    #[error("can not read {}: {source}. Check the path, or make it with `keepout register`.", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The file can not be written.
+    #[error("can not write {}: {source}. Nothing was changed.", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The file is no setup.
+    #[error("{} is no setup: {reason}. Make one with `keepout register`.", path.display())]
+    Parse {
+        /// The file.
+        path: PathBuf,
+        /// Where and what.
+        reason: String,
+    },
+    /// It was written by another version.
+    #[error("{} has version {found}, this program reads version {VERSION}. Register the workpiece again.", path.display())]
+    Version {
+        /// The file.
+        path: PathBuf,
+        /// Its version.
+        found: i64,
+    },
+    /// A figure is out of range.
+    #[error("setup: {field} is {value}, it must be {range}. Register the workpiece again.")]
+    Figure {
+        /// The field.
+        field: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is accepted.
+        range: &'static str,
+    },
+    /// The plan is turned otherwise.
+    #[error(
+        "the plan was made for a drawing turned by {plan_deg}°, the workpiece lies turned by {setup_deg}°. Make the plan again with `keepout plan --setup`."
+    )]
+    Turned {
+        /// The plan's rotation, degrees.
+        plan_deg: f64,
+        /// The setup's.
+        setup_deg: f64,
+    },
+    /// The plan is moved.
+    #[error(
+        "the plan was made with --offset-mm {},{}: the setup says where the drawing lies as it was drawn. Make the plan again with `keepout plan --setup`, without --offset-mm.",
+        .by_mm.0, .by_mm.1
+    )]
+    Moved {
+        /// What the plan is moved by, mm.
+        by_mm: (f64, f64),
+    },
+}
+
+impl Setup {
+    /// Reads a setup.
+    ///
+    /// # Errors
+    /// [`SetupError`] naming the file and what is wrong with it.
+    pub fn load(path: &Path) -> Result<Self, SetupError> {
+        let own = || path.to_path_buf();
+        let text =
+            std::fs::read_to_string(path).map_err(|source| SetupError::Read { path: own(), source })?;
+        let parse = |error: toml::de::Error| SetupError::Parse { path: own(), reason: error.to_string() };
+        let table: toml::Table = toml::from_str(&text).map_err(parse)?;
+        let found = table.get("version").and_then(toml::Value::as_integer);
+        if let Some(found) = found.filter(|&found| found != i64::from(VERSION)) {
+            return Err(SetupError::Version { path: own(), found });
+        }
+        // Serde takes the first two of an array and leaves the rest.
+        let origin = table.get("origin_mm").and_then(toml::Value::as_array);
+        if origin.is_some_and(|origin| origin.len() != 2) {
+            return Err(SetupError::Parse { path: own(), reason: "origin_mm must be two numbers".into() });
+        }
+        toml::from_str::<Self>(&text).map_err(parse)?.checked()
+    }
+
+    /// Writes it whole or not at all.
+    ///
+    /// # Errors
+    /// [`SetupError`] with the system's error.
+    pub fn save(&self, path: &Path) -> Result<(), SetupError> {
+        let own = || path.to_path_buf();
+        let reason = |error: toml::ser::Error| SetupError::Parse { path: own(), reason: error.to_string() };
+        let text = toml::to_string(self).map_err(reason)?;
+        write_whole(path, text.as_bytes()).map_err(|source| SetupError::Write { path: own(), source })
+    }
+
+    /// Checks that every figure is one a workpiece can have.
+    ///
+    /// # Errors
+    /// [`SetupError::Figure`] naming the first that is not.
+    pub fn checked(self) -> Result<Self, SetupError> {
+        let [x, y] = self.origin_mm;
+        let figures = [
+            ("rotation_deg", self.rotation_deg, -360.0..=360.0, "between -360 and 360"),
+            ("origin_mm", x, -1e4..=1e4, "within 10 m"),
+            ("origin_mm", y, -1e4..=1e4, "within 10 m"),
+            ("residual_mm", self.residual_mm, 0.0..=1e3, "a length"),
+            ("touch_error_mm", self.touch_error_mm, 0.0..=1e3, "a length"),
+            ("uncertainty_mm", self.uncertainty_mm, 0.0..=1e3, "a length"),
+        ];
+        match figures.into_iter().find(|(_, value, range, _)| !range.contains(value)) {
+            Some((field, value, _, range)) => Err(SetupError::Figure { field, value, range }),
+            None => Ok(self),
+        }
+    }
+
+    /// How a drawing is placed for planning ([`crate::drawing::Choice::placed`]): turned, not moved.
+    #[must_use]
+    pub fn placed(&self) -> Option<(f64, (f64, f64))> {
+        (self.rotation_deg != 0.0).then_some((self.rotation_deg, (0.0, 0.0)))
+    }
+
+    /// Machine coordinates of the plan's origin, mm.
+    ///
+    /// # Errors
+    /// [`SetupError`] when the plan is turned otherwise, or moved.
+    pub fn origin_for(&self, plan: &Plan) -> Result<(f64, f64), SetupError> {
+        let (plan_deg, by_mm) = plan.sheet.placed.unwrap_or_default();
+        if by_mm != (0.0, 0.0) {
+            return Err(SetupError::Moved { by_mm });
+        }
+        #[expect(clippy::float_cmp, reason = "both were read from the same digits")]
+        if plan_deg != self.rotation_deg {
+            return Err(SetupError::Turned { plan_deg, setup_deg: self.rotation_deg });
+        }
+        let [x, y] = self.origin_mm;
+        Ok((x, y))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_is_read() {
+        let setup = Setup {
+            version: VERSION,
+            rotation_deg: -12.345_678_9,
+            origin_mm: [-250.001, 17.5],
+            drawing: "a \"part\".dxf".into(),
+            method: Method::PointsAndEdges,
+            touches: 4,
+            rotation_measured: true,
+            residual_mm: 0.001_25,
+            touch_error_mm: 0.005,
+            uncertainty_mm: 0.02,
+        };
+        let path = std::env::temp_dir().join(format!("keepout-setup-{}.toml", std::process::id()));
+        setup.save(&path).unwrap();
+        let read = Setup::load(&path);
+        std::fs::remove_file(&path).unwrap();
+        assert_eq!(read.unwrap(), setup);
+        assert_eq!(setup.placed(), Some((-12.345_678_9, (0.0, 0.0))));
+        assert!(Setup { residual_mm: f64::NAN, ..setup }.checked().is_err());
+    }
+}
