@@ -23,6 +23,10 @@ pub struct Seen {
     pub wall_mm: Option<(f64, f64)>,
     /// The box around the part, `(min x, min y, max x, max y)`, mm.
     pub part_box_mm: (f64, f64, f64, f64),
+    /// Where the tool will be once all that is in flight is executed, drawing coordinates, mm.
+    pub end_mm: Option<(f64, f64)>,
+    /// Motions sent and not acknowledged.
+    pub unacknowledged: u64,
     /// What the supervisor is doing.
     pub phase: Phase,
     /// Whether a contour was finished.

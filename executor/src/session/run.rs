@@ -331,6 +331,8 @@ impl<'a, P: Port> Session<'a, P> {
             position_mm,
             wall_mm: supervisor.position().and_then(|position| nearest_wall(plan, position)),
             part_box_mm: (x0, y0, x1, y1),
+            end_mm: supervisor.guard().end().map(|end| point_mm(end.point())),
+            unacknowledged: supervisor.guard().unacknowledged(),
             phase: supervisor.phase(),
             contoured: !supervisor.finished().is_empty(),
         }

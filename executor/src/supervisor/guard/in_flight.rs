@@ -242,7 +242,8 @@ impl InFlight {
     }
 
     /// With `q` motions in the queue, all acknowledged lines but the last `q` have left it. Lines that had left it at a
-    /// report that arrived [`DRAIN`] before this query left are executed.
+    /// report that arrived [`DRAIN`] before this query left are executed; and, should the clock have jumped meanwhile, they
+    /// stay until the tool is seen on the way between them and what follows.
     fn retire(&mut self, sighting: &Sighting, acknowledged: u64, asked: Time, now: Time) {
         let before = self.executed;
         while let Some(&(number, arrived)) = self.left_queue.front()
@@ -253,7 +254,8 @@ impl InFlight {
         }
         // Without a checksum the line stays until both places that are remembered were reported after it was executed.
         let certain = if self.checked { self.executed } else { before };
-        self.lines.retain(|line| line.number > certain);
+        let passed = self.passed(sighting.position, certain);
+        self.lines.retain(|line| line.number > passed);
         let Some(queued) = sighting.queued else { return };
         let left = acknowledged.saturating_sub(u64::try_from(queued).unwrap_or(u64::MAX));
         let believed = if self.checked { left } else { left.min(self.left_before) };
@@ -262,6 +264,18 @@ impl InFlight {
         if news && self.left_queue.len() < SEEN_MAX {
             self.left_queue.push_back((believed, now));
         }
+    }
+}
+
+impl InFlight {
+    /// The last of the lines up to `certain` that the tool has passed, seen between its target and the next.
+    fn passed(&self, position: Point, certain: u64) -> u64 {
+        let pairs = self.lines.iter().zip(self.lines.iter().skip(1));
+        let on = pairs.filter(|(line, next)| {
+            let way = Segment { from: line.target.point(), to: next.target.point() };
+            line.number <= certain && !way.near_point(position, self.resolution).is_clear()
+        });
+        on.map(|(line, _)| line.number).last().unwrap_or(0)
     }
 }
 
