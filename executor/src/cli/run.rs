@@ -8,7 +8,7 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use keepout_executor::link::dialect::Grbl;
 use keepout_executor::link::serial::Serial;
-use keepout_executor::operator::{self, Operator};
+use keepout_executor::operator::{self, Panel};
 use keepout_executor::session::{
     Ended, Link, Log, RealClock, RunFacts, Session, SimRun, html, picture_of_run, place_on_table,
     run_simulated,
@@ -23,20 +23,23 @@ use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::plan_file;
 use keepout_planner::units::{point_from_mm, point_mm};
 
+use super::operators::{Hands, hands};
 use super::plan::{LIMIT_S, load, make, refuse_same, write};
+use super::screen::Screen;
 use super::{CliError, MachineArgument, RunArguments};
 
 /// The drawing of the demonstration.
 const BRACKET: &[u8] = include_bytes!("../../drawings/bracket.dxf");
 
 pub fn run(arguments: &RunArguments) -> Result<ExitCode, CliError> {
-    for output in [&arguments.log, &arguments.report, &arguments.picture].into_iter().flatten() {
+    for output in
+        [&arguments.log, &arguments.report, &arguments.picture, &arguments.record_trace].into_iter().flatten()
+    {
         refuse_same(&arguments.plan, output)?;
     }
     let plan = load(&arguments.plan)?;
     let limit = seconds("--limit-s", arguments.limit_s)?;
     let manual = seconds("--manual-s", arguments.manual_s)?;
-    let operator = operator::named(&arguments.operator, manual.as_secs_f64(), arguments.seed)?;
     let log = match &arguments.log {
         Some(path) => Log::create(path)?,
         None => Log::none(),
@@ -46,9 +49,11 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, CliError> {
         let reason = "a real machine needs --home (tool raised), or --homed when it was homed since power-up";
         return Err(CliError::Argument(reason.into()));
     }
+    let real_time = arguments.port.is_some() || arguments.machine == MachineArgument::Sim;
+    let hands = hands(arguments, manual.as_secs_f64(), real_time)?;
     match &arguments.port {
-        Some(port) => on_port(plan, port, arguments, limit, operator, log, &outputs),
-        None => on_simulation(plan, &simulation(arguments, limit)?, operator, log, &outputs),
+        Some(port) => on_port(plan, port, arguments, limit, hands, log, &outputs),
+        None => on_simulation(plan, &simulation(arguments, limit)?, hands, log, &outputs),
     }
 }
 
@@ -92,12 +97,12 @@ struct Outputs {
 fn on_simulation(
     plan: CertifiedPlan,
     run: &SimRun,
-    operator: Box<dyn Operator + Send>,
+    hands: Hands,
     log: Log,
     outputs: &Outputs,
 ) -> Result<ExitCode, CliError> {
-    let display = Display::new();
-    let result = run_simulated(plan, run, operator, log, |_| {}, &mut |supervisor, witness, now| {
+    let mut display = Display::new(hands.screen, hands.panel);
+    let result = run_simulated(plan, run, hands.operator, log, |_| {}, &mut |supervisor, witness, now| {
         display.show(supervisor, witness.closest_mm(), now);
     })?;
     display.finish();
@@ -109,7 +114,7 @@ fn on_port(
     name: &str,
     arguments: &RunArguments,
     limit: Duration,
-    operator: Box<dyn Operator + Send>,
+    hands: Hands,
     log: Log,
     outputs: &Outputs,
 ) -> Result<ExitCode, CliError> {
@@ -125,8 +130,8 @@ fn on_port(
     };
     let port = Serial::open(name, arguments.baud)?;
     let mut session =
-        Session::new(Supervisor::new(plan, options), Grbl::new(place.offset), port, operator, log);
-    let display = Display::new();
+        Session::new(Supervisor::new(plan, options), Grbl::new(place.offset), port, hands.operator, log);
+    let mut display = Display::new(hands.screen, hands.panel);
     let mut samples: Vec<Sample> = Vec::new();
     let mut last = Time::ZERO;
     let ended = session.run(&mut RealClock::default(), limit, |session, now| {
@@ -197,22 +202,27 @@ fn exit_code(facts: &RunFacts) -> ExitCode {
     }
 }
 
-/// A line that tells how it goes; silent when the output is no terminal.
+/// The view, or a line that tells how it goes; silent when the output is no terminal.
 struct Display {
     bar: ProgressBar,
+    screen: Option<Screen>,
+    panel: Panel,
 }
 
 impl Display {
-    fn new() -> Self {
-        let bar =
-            if std::io::stderr().is_terminal() { ProgressBar::new_spinner() } else { ProgressBar::hidden() };
+    fn new(screen: Option<Screen>, panel: Panel) -> Self {
+        let line = screen.is_none() && std::io::stderr().is_terminal();
+        let bar = if line { ProgressBar::new_spinner() } else { ProgressBar::hidden() };
         if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}") {
             bar.set_style(style);
         }
-        Self { bar }
+        Self { bar, screen, panel }
     }
 
-    fn show(&self, supervisor: &Supervisor, closest_mm: Option<f64>, now: Time) {
+    fn show(&mut self, supervisor: &Supervisor, closest_mm: Option<f64>, now: Time) {
+        if let Some(screen) = &mut self.screen {
+            screen.show(supervisor, now);
+        }
         if self.bar.is_hidden() || !(now.micros() / 1000).is_multiple_of(100) {
             return;
         }
@@ -233,8 +243,14 @@ impl Display {
         self.bar.tick();
     }
 
-    fn finish(&self) {
+    fn finish(self) {
         self.bar.finish_and_clear();
+        drop(self.screen);
+        // The operator may live on until its session is taken apart; what is printed now needs the terminal as it was.
+        operator::terminal::restore();
+        for notice in self.panel.notices() {
+            eprintln!("{notice}");
+        }
     }
 }
 
@@ -264,5 +280,6 @@ pub fn demo(output: &Path, manual_s: f64) -> Result<ExitCode, CliError> {
         _ => {}
     }
     let log = Log::create(&log)?;
-    on_simulation(plan, &run, operator, log, &outputs)
+    let hands = Hands { operator, screen: None, panel: Panel::default() };
+    on_simulation(plan, &run, hands, log, &outputs)
 }
