@@ -22,10 +22,14 @@ use super::view::{Headline, Outline, Tone, ViewFacts, draw, headline_lines};
 
 /// Between two pictures: at most 20 a second.
 const EVERY: Duration = Duration::from_millis(50);
+/// The terminal's size is asked for this often; where the system does not know it, that starts a program.
+const MEASURE_EVERY: Duration = Duration::from_millis(500);
 /// The wall counts as reached within this, mm.
 const AT_WALL_MM: f64 = 0.1;
 /// Points of the trail.
 const TRAIL_MAX: usize = 1500;
+/// Notices that are kept for the view.
+const NOTICES_MAX: usize = 4;
 /// Over this time the speed is measured.
 const SPEED_OVER: Duration = Duration::from_millis(250);
 
@@ -38,6 +42,9 @@ pub struct Screen {
     trail: Vec<(f64, f64)>,
     track: VecDeque<(Time, (f64, f64))>,
     panel: Panel,
+    /// The last notices, and how many of the panel's and the supervisor's were taken.
+    notices: Vec<String>,
+    heard: (usize, usize),
     keys: &'static str,
     _screen: SecondScreen,
 }
@@ -56,6 +63,8 @@ impl Screen {
             trail: Vec::new(),
             track: VecDeque::new(),
             panel,
+            notices: Vec::new(),
+            heard: (0, 0),
             keys,
             _screen: screen,
         })
@@ -85,8 +94,7 @@ impl Screen {
         let wall_mm = supervisor.position().and_then(|position| distance_to_part(plan, position));
         let wall_mm = wall_mm.map(|distance| (distance - mm(threshold.units())).max(0.0));
         self.follow(position_mm, now);
-        let mut notices = self.panel.notices();
-        notices.extend(supervisor.notices().iter().rev().take(2).rev().cloned());
+        self.hear(supervisor.notices());
         ViewFacts {
             headline: headline(supervisor, wall_mm),
             position_mm,
@@ -96,10 +104,20 @@ impl Screen {
             outline,
             trail: self.trail.clone(),
             status: self.panel.status(),
-            notices,
+            notices: self.notices.clone(),
             keys: self.keys.into(),
             seconds: now.seconds(),
         }
+    }
+
+    /// Takes what was said since, by whomever.
+    fn hear(&mut self, supervisor: &[String]) {
+        let (new, said) = self.panel.since(self.heard.0);
+        self.notices.extend(new);
+        self.notices.extend(supervisor.iter().skip(self.heard.1).cloned());
+        self.heard = (said, supervisor.len());
+        let old = self.notices.len().saturating_sub(NOTICES_MAX);
+        self.notices.drain(..old);
     }
 
     fn follow(&mut self, position_mm: Option<(f64, f64)>, now: Time) {
@@ -183,13 +201,16 @@ fn show_all(pictures: &Receiver<ViewFacts>) {
 #[derive(Default)]
 struct There {
     size: (u16, u16),
+    measured: Option<Instant>,
     tone: Option<Tone>,
     lines: Vec<String>,
 }
 
 impl There {
     fn show(&mut self, facts: &ViewFacts) -> std::io::Result<()> {
-        let size = terminal::size()?;
+        let clock = Instant::now();
+        let known = self.measured.filter(|at| clock.duration_since(*at) < MEASURE_EVERY);
+        let size = if known.is_some() { self.size } else { terminal::size()? };
         let (width, height) = (usize::from(size.0), usize::from(size.1));
         let lines = draw(facts, width, height);
         let tone = facts.headline.tone();
@@ -214,7 +235,7 @@ impl There {
                 queue!(out, SetForegroundColor(Color::Reset), SetAttribute(Attribute::Reset))?;
             }
         }
-        *self = Self { size, tone: Some(tone), lines };
+        *self = Self { size, measured: known.or(Some(clock)), tone: Some(tone), lines };
         let mut terminal = stdout().lock();
         terminal.write_all(&out)?;
         terminal.flush()

@@ -95,6 +95,19 @@ impl Gamepad {
     }
 }
 
+impl Gamepad {
+    /// What is held, chosen and switched on.
+    fn status(&self) -> String {
+        let device = match (self.wheel, self.last.dead_man) {
+            (true, _) => self.last.status.as_str(),
+            (false, true) => "dead-man held",
+            (false, false) => "dead-man released",
+        };
+        let automatic = if self.last.automatic { ", automatic" } else { "" };
+        format!("{device}{automatic}")
+    }
+}
+
 /// The thread's work: to read, and to leave it for the loop.
 fn serve<D: Devices>(mut reader: Reader<D>, began: Instant, left: &Mutex<Left>, stop: &AtomicBool) {
     while !stop.load(Ordering::Relaxed) {
@@ -130,12 +143,7 @@ impl Operator for Gamepad {
             left.reading.turned_mm = (0.0, 0.0);
             left.taken = true;
         }
-        if self.wheel {
-            self.panel.set_status(&self.last.status);
-        } else {
-            let dead_man = if self.last.dead_man { "dead-man held" } else { "dead-man released" };
-            self.panel.set_status(dead_man);
-        }
+        self.panel.set_status(&self.status());
         self.hand.wish(&self.last, self.heard.elapsed(), seen.phase)
     }
 }

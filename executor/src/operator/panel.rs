@@ -13,6 +13,7 @@ pub struct Panel(Arc<Mutex<Lines>>);
 #[derive(Debug, Default)]
 struct Lines {
     notices: VecDeque<String>,
+    said: usize,
     status: String,
 }
 
@@ -27,6 +28,7 @@ impl Panel {
             lines.notices.pop_front();
         }
         lines.notices.push_back(notice);
+        lines.said += 1;
     }
 
     /// Sets the line about the device's state, such as its step size.
@@ -49,6 +51,14 @@ impl Panel {
         self.lines().notices.iter().cloned().collect()
     }
 
+    /// The notices after the first `heard`, as far as they are kept, and how many were said in all.
+    #[must_use]
+    pub fn since(&self, heard: usize) -> (Vec<String>, usize) {
+        let lines = self.lines();
+        let new = lines.said.saturating_sub(heard).min(lines.notices.len());
+        (lines.notices.range(lines.notices.len() - new..).cloned().collect(), lines.said)
+    }
+
     fn lines(&self) -> MutexGuard<'_, Lines> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -69,6 +79,9 @@ mod tests {
             panel.say(number.to_string());
         }
         assert_eq!(panel.notices().len(), NOTICES_MAX);
+        assert_eq!(panel.since(99), (vec!["98".into(), "99".into()], 101));
+        assert_eq!(panel.since(0).0.len(), NOTICES_MAX);
+        assert_eq!(panel.since(500).0.len(), 0);
         assert_eq!(panel.notices().last().map(String::as_str), Some("99"));
     }
 }

@@ -7,7 +7,7 @@
 //! 6.0        0     0.3   auto
 //! 20.0       pause
 //! 25.0       resume
-//! 50.0       turn  0.05  -0.1          (handwheels, mm)
+//! 50.0       turn  0.05  -0.1          # handwheels, mm
 //! 60.0       quit
 //! ```
 //!

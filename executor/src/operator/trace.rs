@@ -249,4 +249,19 @@ mod tests {
         assert!(trace.wish(&seen(Phase::Contouring), late).ask.is_none());
         assert_eq!(trace.wish(&seen(Phase::Manual), late), Wish::QUIT);
     }
+
+    #[test]
+    fn no_text_breaks_it() {
+        let mut random = fastrand::Rng::with_seed(2);
+        let pieces =
+            ["0", "1.5", "-", "end", "a", "q", "\n", " ", "#", "e9", "nan", ".", "é", "\0", "0 0 0 0 0 a\n"];
+        for _ in 0..20_000 {
+            let text: String =
+                (0..random.usize(0..20)).map(|_| pieces[random.usize(0..pieces.len())]).collect();
+            if let Ok(mut trace) = read(&text) {
+                trace.wish(&seen(Phase::Manual), Time::ZERO);
+            }
+        }
+        assert!(matches!(Trace::read(&b"\xff\xfe"[..], Path::new("test")), Err(TraceError::Read { .. })));
+    }
 }

@@ -4,8 +4,8 @@
 //! evdev ──> Reader (its thread) ──> Reading (shared) ──> Hand ──> Wish
 //! ```
 //!
-//! The [`Reader`] follows unplugging and plugging in, the [`Pad`](pad::Pad) what the events mean, the
-//! [`Hand`](hand::Hand) decides what of it may move the tool. All but `linux` is free of devices and clocks.
+//! The [`Reader`] follows unplugging and plugging in, the [`Pad`] what the events mean, the
+//! [`Hand`] decides what of it may move the tool. All but `linux` is free of devices and clocks.
 
 mod hand;
 #[cfg(target_os = "linux")]

@@ -307,4 +307,29 @@ mod tests {
         (0..10_000).for_each(|value| pad.take(RawEvent::Axis { code: 0, value }));
         assert!(!pad.in_step() && pad.open.is_empty());
     }
+
+    #[test]
+    fn whatever_the_device_says_the_axes_are_bounded_and_a_dead_man_is_certain() {
+        let mut random = fastrand::Rng::with_seed(11);
+        let mut pad = pad();
+        for _ in 0..20_000 {
+            pad.take(match random.u8(0..40) {
+                0 => RawEvent::Dropped,
+                1..=10 => RawEvent::Report,
+                11..=20 => RawEvent::Button { code: random.u16(0x100..0x140), down: random.bool() },
+                21..=30 => RawEvent::Turned { code: random.u16(0..12), pulses: random.i32(..) },
+                _ => RawEvent::Axis { code: random.u16(0..4), value: random.i32(..) },
+            });
+            let (x, y) = pad.axes();
+            assert!(x.abs() <= 1.0 && y.abs() <= 1.0);
+            assert!(pad.in_step() || !pad.dead_man() && !pad.automatic() && (x, y) == (0.0, 0.0));
+            let (dx, dy) = pad.wheel().take_mm();
+            assert!(dx.abs() <= 10.0 && dy.abs() <= 10.0);
+            if !pad.in_step() && random.u8(0..5) == 0 {
+                let range = AxisRange { low: random.i32(..), high: random.i32(..) };
+                let axes = Some([(range, random.i32(..)); 2]);
+                pad.resynchronise(Snapshot { axes, buttons: BTreeSet::from([TL]) });
+            }
+        }
+    }
 }
