@@ -235,8 +235,8 @@ struct RunArguments {
     /// The real machine was homed since power-up, and no alarm was unlocked by hand since.
     #[arg(long, conflicts_with = "home")]
     homed: bool,
-    /// Who steers: keyboard, gamepad[:DEVICE], handwheel[:DEVICE]; a model: calm, jittery, wall, random, stuck, reversal;
-    /// a script file, or trace:FILE.
+    /// Who steers: keyboard; gamepad or gamepad:DEVICE; handwheel or handwheel:DEVICE; a model: calm, jittery, wall, random,
+    /// stuck, reversal; a script file; trace:FILE.
     #[arg(long, default_value = "calm")]
     operator: String,
     /// Record every change of the operator's wish to this new file, to be played by --operator trace:FILE.

@@ -5,9 +5,10 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use keepout_executor::operator::device::{Mapping, Wanted};
+use keepout_executor::operator::terminal::restore;
 use keepout_executor::operator::{
     Attended, Endable, Gamepad, Keyboard, Operator, OperatorError, Panel, Recorder, Stick, StickSettings,
-    named,
+    TerminalError, named,
 };
 
 use super::screen::Screen;
@@ -57,7 +58,7 @@ pub fn hands(arguments: &RunArguments, manual_s: f64, real_time: bool) -> Result
         }
         (Some(other), false) => other,
     };
-    let operator = if ordered_end { ended_by_signals(operator) } else { operator };
+    let operator = if ordered_end { ended_by_signals(operator)? } else { operator };
     let operator = match &arguments.record_trace {
         Some(path) => Box::new(Recorder::create(operator, path, panel.clone()).map_err(OperatorError::from)?),
         None => operator,
@@ -89,20 +90,31 @@ fn other(
     Ok(Box::new(Gamepad::open(wanted, Mapping::default(), stick, panel.clone())?))
 }
 
-/// The first signal to end lets the session stop the machine and put the terminal back; the second ends at once.
+/// The first signal to end lets the session stop the machine and put the terminal back; the second puts the terminal back
+/// and ends at once.
 #[cfg(unix)]
-fn ended_by_signals(operator: Box<dyn Operator + Send>) -> Box<dyn Operator + Send> {
+fn ended_by_signals(operator: Box<dyn Operator + Send>) -> Result<Box<dyn Operator + Send>, OperatorError> {
+    use std::sync::atomic::Ordering;
+
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    use signal_hook::iterator::Signals;
+
     let end = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM, SIGHUP] {
-        let second = signal_hook::flag::register_conditional_default(signal, Arc::clone(&end));
-        let first = signal_hook::flag::register(signal, Arc::clone(&end));
-        debug_assert!(second.is_ok() && first.is_ok(), "these signals can be handled");
-    }
-    Box::new(Endable::new(operator, end))
+    let mut signals = Signals::new([SIGINT, SIGTERM, SIGHUP]).map_err(TerminalError::Setup)?;
+    let raised = Arc::clone(&end);
+    let wait = move || {
+        for signal in signals.forever() {
+            if raised.swap(true, Ordering::Relaxed) {
+                restore();
+                let _ = signal_hook::low_level::emulate_default_handler(signal);
+            }
+        }
+    };
+    std::thread::Builder::new().name("signals".into()).spawn(wait).map_err(TerminalError::Setup)?;
+    Ok(Box::new(Endable::new(operator, end)))
 }
 
 #[cfg(not(unix))]
-fn ended_by_signals(operator: Box<dyn Operator + Send>) -> Box<dyn Operator + Send> {
-    Box::new(Endable::new(operator, Arc::new(AtomicBool::new(false))))
+fn ended_by_signals(operator: Box<dyn Operator + Send>) -> Result<Box<dyn Operator + Send>, OperatorError> {
+    Ok(Box::new(Endable::new(operator, Arc::new(AtomicBool::new(false)))))
 }
