@@ -1,9 +1,12 @@
 //! The command line.
 
 mod error;
+mod operators;
 mod plan;
 mod register;
 mod run;
+mod screen;
+mod view;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -275,9 +278,22 @@ struct RunArguments {
     /// The real machine was homed since power-up, and no alarm was unlocked by hand since.
     #[arg(long, conflicts_with = "home")]
     homed: bool,
-    /// Who steers: calm, random, wall, reversal, or a script file.
+    /// Who steers: keyboard; gamepad or gamepad:DEVICE; handwheel or handwheel:DEVICE; a model: calm, jittery, wall, random,
+    /// stuck, reversal; a script file; trace:FILE.
     #[arg(long, default_value = "calm")]
     operator: String,
+    /// Record every change of the operator's wish to this new file, to be played by --operator trace:FILE.
+    #[arg(long, value_name = "FILE")]
+    record_trace: Option<PathBuf>,
+    /// Show position, wall and a small plan on the whole terminal. Without a terminal it is left out.
+    #[arg(long)]
+    view: bool,
+    /// Gamepad: radius of the dead zone, share of the throw.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.12)]
+    dead_zone: f64,
+    /// Gamepad: share of the cubic in the stick's response, 0 to 1; the more, the finer near the middle.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.5)]
+    expo: f64,
     /// How long a modelled operator steers before touching the part, s.
     #[arg(long, value_name = "S", default_value_t = 60.0)]
     manual_s: f64,

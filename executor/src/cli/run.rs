@@ -8,7 +8,7 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use keepout_executor::link::dialect::{Language, Setting};
 use keepout_executor::link::serial::Serial;
-use keepout_executor::operator::{self, Operator};
+use keepout_executor::operator::{self, Panel};
 use keepout_executor::session::log::{Header, LogTape};
 use keepout_executor::session::{
     Ended, Engine, Going, Link, NoTape, RealClock, RunFacts, Scene, Session, SimRun, Tape, html,
@@ -25,32 +25,37 @@ use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::plan_file;
 use keepout_planner::units::{point_from_mm, point_mm};
 
+use super::operators::{Hands, hands};
 use super::plan::{LIMIT_S, load, make, refuse_same, write};
 use super::register::placed;
+use super::screen::Screen;
 use super::{CliError, MachineArgument, RunArguments};
 
 /// The drawing of the demonstration.
 const BRACKET: &[u8] = include_bytes!("../../drawings/bracket.dxf");
 
 pub fn run(arguments: &RunArguments) -> Result<ExitCode, CliError> {
-    for output in [&arguments.log, &arguments.report, &arguments.picture].into_iter().flatten() {
+    for output in
+        [&arguments.log, &arguments.report, &arguments.picture, &arguments.record_trace].into_iter().flatten()
+    {
         refuse_same(&arguments.plan, output)?;
     }
     let plan = load(&arguments.plan)?;
     let arguments = &placed(arguments, &plan)?;
     let limit = seconds("--limit-s", arguments.limit_s)?;
     let manual = seconds("--manual-s", arguments.manual_s)?;
-    let operator = operator::named(&arguments.operator, manual.as_secs_f64(), arguments.seed)?;
     let outputs = Outputs { report: arguments.report.clone(), picture: arguments.picture.clone() };
     if arguments.port.is_some() && !arguments.home && !arguments.homed {
         let reason = "a real machine needs --home (tool raised), or --homed when it was homed since power-up";
         return Err(CliError::Argument(reason.into()));
     }
+    let real_time = arguments.port.is_some() || arguments.machine == MachineArgument::Sim;
+    let hands = hands(arguments, manual.as_secs_f64(), real_time)?;
     let work = Workpiece::new(plan);
     match &arguments.port {
-        Some(port) => on_port(work, port, arguments, limit, operator, &outputs),
+        Some(port) => on_port(work, port, arguments, limit, hands, &outputs),
         None => {
-            on_simulation(work, &simulation(arguments, limit)?, operator, arguments.log.as_deref(), &outputs)
+            on_simulation(work, &simulation(arguments, limit)?, hands, arguments.log.as_deref(), &outputs)
         }
     }
 }
@@ -126,13 +131,14 @@ fn tape(
 fn on_simulation(
     work: Workpiece,
     run: &SimRun,
-    operator: Box<dyn Operator + Send>,
+    hands: Hands,
     log: Option<&Path>,
     outputs: &Outputs,
 ) -> Result<ExitCode, CliError> {
-    let display = Display::new();
+    let mut display = Display::new(hands.screen, hands.panel);
     let scene = Scene::of(&work.plan, run)?;
     let tape = tape(log, &work, &run.language, (&scene.options, &scene.setting), run.machine.name.clone())?;
+    let operator = hands.operator;
     let result = run_scene(work, run, scene, operator, tape, |_| {}, &mut |supervisor, witness, now| {
         display.show(supervisor, witness.closest_mm(), now);
         Going::On
@@ -146,7 +152,7 @@ fn on_port(
     name: &str,
     arguments: &RunArguments,
     limit: Duration,
-    operator: Box<dyn Operator + Send>,
+    hands: Hands,
     outputs: &Outputs,
 ) -> Result<ExitCode, CliError> {
     let machine = work.plan.plan.machine.clone();
@@ -168,8 +174,11 @@ fn on_port(
     let dialect = language.dialect(setting);
     let tape = tape(arguments.log.as_deref(), &work, &language, (&options, &setting), machine.name.clone())?;
     let supervisor = Supervisor::new(work, options, dialect.abilities());
-    let mut session = Session::new(Engine::new(supervisor, dialect), port, operator, tape);
-    let display = Display::new();
+    let mut session = Session::new(Engine::new(supervisor, dialect), port, hands.operator, tape);
+    if hands.recovers {
+        session = session.recovering(Box::new(|| Serial::open(name, arguments.baud)));
+    }
+    let mut display = Display::new(hands.screen, hands.panel);
     let mut samples: Vec<Sample> = Vec::new();
     let mut last = Time::ZERO;
     let ended = session.run(&mut RealClock::default(), limit, |session, now| {
@@ -241,22 +250,27 @@ fn exit_code(facts: &RunFacts) -> ExitCode {
     }
 }
 
-/// A line that tells how it goes; silent when the output is no terminal.
+/// The view, or a line that tells how it goes; silent when the output is no terminal.
 struct Display {
     bar: ProgressBar,
+    screen: Option<Screen>,
+    panel: Panel,
 }
 
 impl Display {
-    fn new() -> Self {
-        let bar =
-            if std::io::stderr().is_terminal() { ProgressBar::new_spinner() } else { ProgressBar::hidden() };
+    fn new(screen: Option<Screen>, panel: Panel) -> Self {
+        let line = screen.is_none() && std::io::stderr().is_terminal();
+        let bar = if line { ProgressBar::new_spinner() } else { ProgressBar::hidden() };
         if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}") {
             bar.set_style(style);
         }
-        Self { bar }
+        Self { bar, screen, panel }
     }
 
-    fn show(&self, supervisor: &Supervisor, closest_mm: Option<f64>, now: Time) {
+    fn show(&mut self, supervisor: &Supervisor, closest_mm: Option<f64>, now: Time) {
+        if let Some(screen) = &mut self.screen {
+            screen.show(supervisor, now);
+        }
         if self.bar.is_hidden() || !(now.micros() / 1000).is_multiple_of(100) {
             return;
         }
@@ -277,8 +291,14 @@ impl Display {
         self.bar.tick();
     }
 
-    fn finish(&self) {
+    fn finish(self) {
         self.bar.finish_and_clear();
+        drop(self.screen);
+        // The operator may live on until its session is taken apart; what is printed now needs the terminal as it was.
+        operator::terminal::restore();
+        for notice in self.panel.notices() {
+            eprintln!("{notice}");
+        }
     }
 }
 
@@ -307,5 +327,6 @@ pub fn demo(output: &Path, manual_s: f64) -> Result<ExitCode, CliError> {
         }
         _ => {}
     }
-    on_simulation(Workpiece::new(plan), &run, operator, Some(&log), &outputs)
+    let hands = Hands { operator, screen: None, panel: Panel::default(), recovers: false };
+    on_simulation(Workpiece::new(plan), &run, hands, Some(&log), &outputs)
 }

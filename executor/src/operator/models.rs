@@ -1,8 +1,8 @@
 //! Models of operators.
 
-use std::collections::VecDeque;
 use std::f64::consts::TAU;
 
+use super::hand::{DT, Lag, Reaction, Sticking, Tremor};
 use super::{Operator, Seen};
 use crate::supervisor::{Phase, Wish};
 use crate::time::Time;
@@ -18,11 +18,16 @@ pub enum ModelKind {
     Wall,
     /// Full reversals, timed to the wall.
     Reversal,
+    /// As calm, but quicker to react, and the hand trembles by a fifth of the throw at 8 to 12 Hz.
+    Jittery,
+    /// Goes from place to place with a stick that sticks: for seconds it holds its deflection, or falls to its stop,
+    /// while the person wants something else.
+    Stuck,
 }
 
 impl ModelKind {
     /// The names by which models are asked for.
-    pub const NAMES: [&'static str; 4] = ["calm", "random", "wall", "reversal"];
+    pub const NAMES: [&'static str; 6] = ["calm", "random", "wall", "reversal", "jittery", "stuck"];
 
     /// The model of that name.
     #[must_use]
@@ -32,15 +37,19 @@ impl ModelKind {
             "random" => Self::Random,
             "wall" => Self::Wall,
             "reversal" => Self::Reversal,
+            "jittery" => Self::Jittery,
+            "stuck" => Self::Stuck,
             _ => return None,
         })
     }
 }
 
-/// Between two wishes, s.
-const DT: f64 = 0.01;
 /// Reaction time of the calm operator, in wishes.
 const REACTION: usize = 25;
+/// Reaction time of the jittery operator, in wishes.
+const QUICK_REACTION: usize = 20;
+/// Strongest tremor of the jittery operator, share of the throw.
+const TREMOR: f64 = 0.2;
 /// In automatic mode the operator walks up to the part at this deflection.
 const APPROACH: f64 = 0.25;
 /// An automatic phase that has not begun to contour after this time is given up, s.
@@ -59,27 +68,9 @@ pub struct Model {
     variant: f64,
     hand: Lag,
     drift: (f64, f64),
-    delayed: VecDeque<(f64, f64)>,
-}
-
-/// The arm: a second-order lag, 10 rad/s, damping 0.7.
-#[derive(Clone, Copy, Debug, Default)]
-struct Lag {
-    at: (f64, f64),
-    rate: (f64, f64),
-}
-
-impl Lag {
-    fn step(&mut self, to: (f64, f64)) -> (f64, f64) {
-        const W: f64 = 10.0;
-        let axis = |at: &mut f64, rate: &mut f64, to: f64| {
-            *rate += (W * W * (to - *at) - 1.4 * W * *rate) * DT;
-            *at += *rate * DT;
-        };
-        axis(&mut self.at.0, &mut self.rate.0, to.0);
-        axis(&mut self.at.1, &mut self.rate.1, to.1);
-        self.at
-    }
+    reaction: Reaction,
+    tremor: Tremor,
+    sticking: Sticking,
 }
 
 impl Model {
@@ -97,7 +88,9 @@ impl Model {
             variant: 0.0,
             hand: Lag::default(),
             drift: (0.0, 0.0),
-            delayed: VecDeque::new(),
+            reaction: Reaction::default(),
+            tremor: Tremor::default(),
+            sticking: Sticking::default(),
         }
     }
 
@@ -107,25 +100,42 @@ impl Model {
             ModelKind::Random => self.random(t),
             ModelKind::Wall => self.wall(seen, t),
             ModelKind::Reversal => self.reversal(seen, t),
+            ModelKind::Jittery => self.jittery(seen, t),
+            ModelKind::Stuck => self.stuck(seen, t),
         }
     }
 
     fn calm(&mut self, seen: &Seen, t: f64) -> (f64, f64) {
-        let Some(position) = seen.position_mm else { return (0.0, 0.0) };
+        let Some((x, y)) = self.go_around(seen, t, REACTION) else { return (0.0, 0.0) };
+        let tremor = 0.002 * (TAU * 9.0 * t).sin();
+        let remnant = 1.0 + 0.05 * (self.random.f64() - 0.5);
+        (x * remnant + tremor, y * remnant - tremor)
+    }
+
+    fn jittery(&mut self, seen: &Seen, t: f64) -> (f64, f64) {
+        let (x, y) = self.go_around(seen, t, QUICK_REACTION).unwrap_or((0.0, 0.0));
+        let tremor = self.tremor.step(TREMOR, &mut self.random);
+        (x + tremor.0, y + tremor.1)
+    }
+
+    fn stuck(&mut self, seen: &Seen, t: f64) -> (f64, f64) {
+        let wanted = self.go_around(seen, t, REACTION).unwrap_or((0.0, 0.0));
+        self.sticking.step(wanted, t, &mut self.random)
+    }
+
+    /// Where the arm has the stick on the way from place to place; none while the position is not known.
+    fn go_around(&mut self, seen: &Seen, t: f64, reaction: usize) -> Option<(f64, f64)> {
+        let position = seen.position_mm?;
         if t >= self.until {
             self.goal = self.place_around(seen.part_box_mm);
             self.until = t + 2.0 + 4.0 * self.random.f64();
         }
-        self.delayed.push_back((self.goal.0 - position.0, self.goal.1 - position.1));
-        let error = if self.delayed.len() > REACTION { self.delayed.pop_front() } else { None };
-        let (ex, ey) = error.unwrap_or((0.0, 0.0));
+        let error = (self.goal.0 - position.0, self.goal.1 - position.1);
+        let (ex, ey) = self.reaction.step(error, reaction);
         let far = ex.hypot(ey).max(1e-9);
         // Full use of the stick (0.6) beyond 20 mm, less when near.
         let want = (far / 20.0).min(1.0) * 0.6;
-        let (x, y) = self.hand.step((ex / far * want, ey / far * want));
-        let tremor = 0.002 * (TAU * 9.0 * t).sin();
-        let remnant = 1.0 + 0.05 * (self.random.f64() - 0.5);
-        (x * remnant + tremor, y * remnant - tremor)
+        Some(self.hand.step((ex / far * want, ey / far * want)))
     }
 
     /// Somewhere in the box around the part, grown by a fifth: outside it, near it, or on it.
@@ -207,5 +217,63 @@ impl Operator for Model {
         let (Some(position), Some(wall)) = (seen.position_mm, seen.wall_mm) else { return Wish::default() };
         let (x, y) = toward(position, wall, 0.0);
         Wish { direction: (x * APPROACH, y * APPROACH), automatic: true, ..Wish::default() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::operator::tests::seen;
+
+    /// What a model wishes during a minute in which the tool follows it at up to 50 mm/s.
+    fn minute(kind: ModelKind, seed: u64) -> Vec<(f64, f64)> {
+        let mut model = Model::new(kind, 100.0, seed);
+        let mut seen = seen(Phase::Manual);
+        let mut at = (-20.0, 10.0);
+        (0..6000)
+            .map(|i| {
+                seen.position_mm = Some(at);
+                let (x, y) = model.wish(&seen, Time::from_micros(i * 10_000)).direction;
+                at = (at.0 + 0.5 * x, at.1 + 0.5 * y);
+                (x, y)
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_seed_makes_the_model() {
+        for name in ModelKind::NAMES {
+            let kind = ModelKind::named(name).unwrap();
+            let first = minute(kind, 7);
+            assert_eq!(first, minute(kind, 7), "{name}");
+            assert_ne!(first, minute(kind, 8), "{name}");
+            assert!(first.iter().any(|(x, y)| x.hypot(*y) > 0.1), "{name}");
+        }
+    }
+
+    #[test]
+    fn the_jittery_hand_trembles_at_8_to_12_hertz_with_an_amplitude_that_matters() {
+        let wishes = minute(ModelKind::Jittery, 1);
+        // What is quicker than the arm: the difference to the mean of a tenth of a second around.
+        let quick: Vec<f64> = wishes
+            .windows(11)
+            .map(|around| around[5].0 - around.iter().map(|wish| wish.0).sum::<f64>() / 11.0)
+            .collect();
+        let rises = quick.windows(2).filter(|pair| pair[0] < 0.0 && pair[1] >= 0.0).count();
+        assert!((8 * 59..=12 * 61).contains(&rises), "{rises} periods in a minute");
+        assert!(quick.iter().filter(|deflection| deflection.abs() > 0.05).count() > 2000);
+    }
+
+    #[test]
+    fn the_stuck_stick_holds_for_seconds_and_sometimes_at_its_stop() {
+        let wishes = minute(ModelKind::Stuck, 1);
+        let mut longest = [0, 0];
+        let mut same = 0;
+        for pair in wishes.windows(2) {
+            same = if pair[0] == pair[1] { same + 1 } else { 0 };
+            let full = usize::from((pair[1].0.hypot(pair[1].1) - 1.0).abs() < 1e-9);
+            longest[full] = longest[full].max(same);
+        }
+        assert!(longest[0] > 150 && longest[1] > 90, "{longest:?} wishes");
     }
 }

@@ -275,7 +275,7 @@ impl InFlight {
             let way = Segment { from: line.target.point(), to: next.target.point() };
             line.number <= certain && !way.near_point(position, self.resolution).is_clear()
         });
-        on.map(|(line, _)| line.number).last().unwrap_or(0)
+        on.map(|(line, _)| line.number).max().unwrap_or(0)
     }
 }
 

@@ -1,0 +1,289 @@
+//! The view of a run in a terminal: what a machinist with gloves wants to see from two metres.
+
+mod canvas;
+mod letters;
+mod plan;
+
+use std::sync::Arc;
+
+pub use plan::Outline;
+
+/// What the machine is doing, in plain words.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Headline {
+    /// Connecting, homing.
+    Starting,
+    /// The hand steers.
+    Manual,
+    /// The hand steers, and stands at the wall.
+    AtTheWall,
+    /// The contour is cut by itself.
+    Contouring {
+        /// How much of it, if known.
+        percent: Option<u8>,
+    },
+    /// The hand steers a tool that stands too near: only away from the part.
+    Escaping,
+    /// Stands at the wall, and works out the contour.
+    Touching,
+    /// Waits to go on.
+    Paused,
+    /// Comes to rest.
+    Stopping,
+    /// Ended as wanted.
+    Done,
+    /// Stopped by a fault.
+    Stopped {
+        /// What is wrong.
+        reason: String,
+        /// What to do, if it is known.
+        remedy: String,
+    },
+}
+
+/// How urgent a headline is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tone {
+    /// All is well.
+    Calm,
+    /// Look here.
+    Alert,
+    /// Something is wrong.
+    Alarm,
+}
+
+impl Headline {
+    /// The headline of a fault, whose message is the reason and then the remedy, each a sentence.
+    pub fn stopped(fault: &str) -> Self {
+        let (reason, remedy) = fault.split_once(". ").unwrap_or((fault, ""));
+        Self::Stopped { reason: reason.trim_end_matches('.').into(), remedy: remedy.into() }
+    }
+
+    /// How urgent it is.
+    pub fn tone(&self) -> Tone {
+        match self {
+            Self::Stopped { .. } => Tone::Alarm,
+            Self::AtTheWall | Self::Escaping | Self::Paused | Self::Stopping => Tone::Alert,
+            Self::Starting | Self::Manual | Self::Touching | Self::Contouring { .. } | Self::Done => {
+                Tone::Calm
+            }
+        }
+    }
+
+    fn words(&self) -> String {
+        match self {
+            Self::Starting => "STARTING".into(),
+            Self::Manual => "MANUAL".into(),
+            Self::AtTheWall => "AT THE WALL".into(),
+            Self::Contouring { percent: Some(percent) } => format!("CONTOURING {percent} %"),
+            Self::Contouring { percent: None } => "CONTOURING".into(),
+            Self::Escaping => "LEAVE THE PART".into(),
+            Self::Touching => "TOUCHED".into(),
+            Self::Paused => "PAUSED".into(),
+            Self::Stopping => "STOPPING".into(),
+            Self::Done => "DONE".into(),
+            Self::Stopped { .. } => "STOPPED".into(),
+        }
+    }
+}
+
+/// What the view shows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ViewFacts {
+    /// What the machine is doing.
+    pub headline: Headline,
+    /// The tool's centre, drawing coordinates, mm.
+    pub position_mm: Option<(f64, f64)>,
+    /// From the tool's centre to where the wall stops it, mm; 0 at the wall.
+    pub wall_mm: Option<f64>,
+    /// How fast the tool moves, mm/s.
+    pub speed_mm_s: Option<f64>,
+    /// The tool's radius, mm.
+    pub tool_radius_mm: f64,
+    /// The part.
+    pub outline: Arc<Outline>,
+    /// Where the tool was, oldest first, mm.
+    pub trail: Vec<(f64, f64)>,
+    /// The line of the operator's device: speed, step size.
+    pub status: String,
+    /// The last notices, oldest first.
+    pub notices: Vec<String>,
+    /// What the keys do.
+    pub keys: String,
+    /// Time since the session began, s.
+    pub seconds: f64,
+}
+
+/// From this size on letters are large.
+const LARGE: (usize, usize) = (76, 22);
+/// Columns of the figures beside the plan, where letters are large.
+const FIGURES: usize = 44;
+/// Columns of the figures where letters are small.
+const SMALL_FIGURES: usize = 20;
+
+/// The view in `width` columns and `height` lines: exactly `height` lines, none wider than `width`.
+pub fn draw(facts: &ViewFacts, width: usize, height: usize) -> Vec<String> {
+    let mut lines = if width >= LARGE.0 && height >= LARGE.1 {
+        large_view(facts, width, height)
+    } else {
+        small_view(facts, width, height)
+    };
+    lines.resize(height, String::new());
+    lines.into_iter().map(|line| cut(&line, width)).collect()
+}
+
+/// How many of the first lines are the headline.
+pub fn headline_lines(width: usize, height: usize) -> usize {
+    if width >= LARGE.0 && height >= LARGE.1 { 3 } else { 1 }
+}
+
+fn large_view(facts: &ViewFacts, width: usize, height: usize) -> Vec<String> {
+    let words = facts.headline.words();
+    let mut lines =
+        letters::large(&words, width).map_or(vec![words, String::new(), String::new()], Vec::from);
+    lines.extend(explained(&facts.headline, width));
+    lines.push("─".repeat(width));
+    // Below the figures and the plan: a rule, two notices, the keys.
+    let body = height.saturating_sub(lines.len() + 4);
+    let figures = large_figures(facts, body);
+    let plan = plan_of(facts, width - FIGURES, body);
+    lines.extend(beside(&figures, &plan, FIGURES));
+    lines.push("─".repeat(width));
+    let notices = last_notices(facts, 2);
+    lines.extend((0..2).map(|index| notices.get(index).cloned().unwrap_or_default()));
+    lines.push(facts.keys.clone());
+    lines
+}
+
+fn small_view(facts: &ViewFacts, width: usize, height: usize) -> Vec<String> {
+    let mut lines = vec![facts.headline.words()];
+    lines.extend(explained(&facts.headline, width));
+    let body = height.saturating_sub(lines.len() + 2);
+    let figures = [
+        format!("X {}", position(facts.position_mm.map(|at| at.0))),
+        format!("Y {}", position(facts.position_mm.map(|at| at.1))),
+        format!("wall {:>8} mm", distance(facts.wall_mm)),
+        speed(facts),
+        facts.status.clone(),
+        clock(facts.seconds),
+    ];
+    let figures: Vec<String> = figures.into_iter().take(body).map(|line| cut(&line, SMALL_FIGURES)).collect();
+    let plan = plan_of(facts, width.saturating_sub(SMALL_FIGURES + 1), body);
+    lines.extend(beside(&figures, &plan, SMALL_FIGURES + 1));
+    lines.extend(last_notices(facts, 1).into_iter().chain([String::new()]).take(1));
+    lines.push(facts.keys.clone());
+    lines
+}
+
+/// Reason and remedy, a line or two each.
+fn explained(headline: &Headline, width: usize) -> Vec<String> {
+    let Headline::Stopped { reason, remedy } = headline else { return Vec::new() };
+    [reason, remedy].into_iter().flat_map(|text| wrapped(&plain(text), width)).take(4).collect()
+}
+
+/// As much as there is room for, the most important first: place, wall, then the rest on single lines.
+fn large_figures(facts: &ViewFacts, room: usize) -> Vec<String> {
+    let big = |label: &str, value: &str| -> Vec<String> {
+        let rows = letters::large(value, FIGURES - 6).unwrap_or([String::new(), value.into(), String::new()]);
+        let labels = ["", label, ""];
+        rows.iter().zip(labels).map(|(row, label)| format!("{label:<5}{row}").trim_end().into()).collect()
+    };
+    let mut lines = big("X", &position(facts.position_mm.map(|at| at.0)));
+    lines.push(String::new());
+    lines.extend(big("Y", &position(facts.position_mm.map(|at| at.1))));
+    lines.push(String::new());
+    lines.extend(big("WALL", &format!("{:>9}", distance(facts.wall_mm))));
+    let rest = [speed(facts), facts.status.clone(), clock(facts.seconds)];
+    if lines.len() + rest.len() < room {
+        lines.push(String::new());
+    }
+    lines.extend(rest.into_iter().filter(|line| !line.is_empty()).map(|line| format!("{:<5}{line}", "")));
+    lines.truncate(room);
+    lines
+}
+
+fn plan_of(facts: &ViewFacts, columns: usize, lines: usize) -> Vec<String> {
+    let tool = facts.position_mm.map(|at| (at, facts.tool_radius_mm));
+    plan::plan(&facts.outline, &facts.trail, tool, columns, lines)
+}
+
+fn position(value: Option<f64>) -> String {
+    match value {
+        Some(mm) if mm.abs() < 99_999.0 => format!("{:>9}", format!("{:.3}", mm + 0.0)),
+        _ => format!("{:>9}", "---"),
+    }
+}
+
+fn distance(value: Option<f64>) -> String {
+    match value {
+        Some(mm) if (0.0..99_999.0).contains(&mm) => format!("{mm:.3}"),
+        _ => "---".into(),
+    }
+}
+
+fn speed(facts: &ViewFacts) -> String {
+    match facts.speed_mm_s {
+        Some(speed) if speed.is_finite() => format!("moving {speed:.1} mm/s"),
+        _ => "moving ---".into(),
+    }
+}
+
+fn clock(seconds: f64) -> String {
+    let whole = keepout_kernel::curve::round_down(seconds.clamp(0.0, 1e9));
+    let (hours, minutes, seconds) = (whole / 3600, whole / 60 % 60, whole % 60);
+    format!("time {hours}:{minutes:02}:{seconds:02}")
+}
+
+fn last_notices(facts: &ViewFacts, count: usize) -> Vec<String> {
+    let from = facts.notices.len().saturating_sub(count);
+    facts.notices[from..].iter().map(|notice| format!("• {}", plain(notice))).collect()
+}
+
+/// Two blocks of lines side by side, the second from column `at`.
+fn beside(left: &[String], right: &[String], at: usize) -> Vec<String> {
+    (0..left.len().max(right.len()))
+        .map(|index| {
+            let text = left.get(index).map_or("", String::as_str);
+            let pad = " ".repeat(at.saturating_sub(text.chars().count()));
+            let beside = right.get(index).map_or("", String::as_str);
+            format!("{text}{pad}{beside}").trim_end().into()
+        })
+        .collect()
+}
+
+/// The text without what a terminal would obey, and without characters wider than a column.
+fn plain(text: &str) -> String {
+    let narrow =
+        |c: char| !c.is_control() && (u32::from(c) < 0x300 || (0x2000..0x2bff).contains(&u32::from(c)));
+    let hidden = |c: char| (0x200b..=0x206f).contains(&u32::from(c)) && !matches!(c, '\u{2010}'..='\u{2027}');
+    text.chars().map(|c| if narrow(c) && !hidden(c) { c } else { '?' }).collect()
+}
+
+/// The text in lines of at most `width` columns, broken at spaces.
+fn wrapped(text: &str, width: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= width => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.into()),
+        }
+    }
+    lines
+}
+
+/// At most `width` columns of the text, with a mark where it was cut.
+fn cut(text: &str, width: usize) -> String {
+    let text = plain(text);
+    if text.chars().count() <= width {
+        return text;
+    }
+    let mut kept: String = text.chars().take(width.saturating_sub(1)).collect();
+    kept.extend((width > 0).then_some('…'));
+    kept
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,101 @@
+use super::*;
+
+fn facts() -> ViewFacts {
+    let part = vec![(0.0, 0.0), (120.0, 0.0), (120.0, 80.0), (0.0, 80.0), (0.0, 0.0)];
+    let hole = vec![(40.0, 30.0), (80.0, 30.0), (80.0, 50.0), (40.0, 50.0), (40.0, 30.0)];
+    ViewFacts {
+        headline: Headline::AtTheWall,
+        position_mm: Some((-3.2204, 41.5)),
+        wall_mm: Some(0.0124),
+        speed_mm_s: Some(12.34),
+        tool_radius_mm: 3.0,
+        outline: Arc::new(Outline::new(&[part, hole])),
+        trail: (0..40).map(|i| (-3.3, f64::from(i))).collect(),
+        status: "speed 20 %".into(),
+        notices: vec!["first".into(), "second".into(), "third".into()],
+        keys: "arrows steer · space STOP · q quit".into(),
+        seconds: 3723.9,
+    }
+}
+
+fn check(facts: &ViewFacts, width: usize, height: usize) {
+    let lines = draw(facts, width, height);
+    assert_eq!(lines.len(), height);
+    for line in &lines {
+        assert!(line.chars().count() <= width, "{width}×{height}: {line:?}");
+        assert!(!line.chars().any(char::is_control));
+    }
+}
+
+#[test]
+fn the_large_view() {
+    let view = draw(&facts(), 80, 24).join("\n");
+    let expected = include_str!("large.txt");
+    assert_eq!(view.trim_end(), expected.trim_end(), "\n{view}");
+}
+
+#[test]
+fn the_small_view() {
+    let view = draw(&facts(), 40, 12).join("\n");
+    let expected = include_str!("small.txt");
+    assert_eq!(view.trim_end(), expected.trim_end(), "\n{view}");
+}
+
+#[test]
+fn a_fault_is_told_with_its_remedy() {
+    let fault = "no answer from the controller for 5.0 s. Check cable, power, port and baud rate.";
+    let facts = ViewFacts { headline: Headline::stopped(fault), ..facts() };
+    assert_eq!(facts.headline.tone(), Tone::Alarm);
+    for (width, height) in [(80, 24), (40, 12)] {
+        let view = draw(&facts, width, height).join(" ");
+        assert!(view.contains("no answer from the controller"), "{view}");
+        assert!(view.contains("Check cable, power"), "{view}");
+        check(&facts, width, height);
+    }
+}
+
+#[test]
+fn every_headline_fits_80_columns_large() {
+    let all = [
+        Headline::Starting,
+        Headline::Manual,
+        Headline::AtTheWall,
+        Headline::Contouring { percent: Some(100) },
+        Headline::Contouring { percent: None },
+        Headline::Escaping,
+        Headline::Touching,
+        Headline::Paused,
+        Headline::Stopping,
+        Headline::Done,
+        Headline::stopped("x"),
+    ];
+    for headline in all {
+        assert!(letters::large(&headline.words(), 80).is_some(), "{headline:?}");
+    }
+}
+
+#[test]
+fn no_size_and_no_facts_break_it() {
+    let odd = ViewFacts {
+        headline: Headline::stopped(&"a long reason \u{1b}[2J 漢字 ".repeat(40)),
+        position_mm: Some((f64::NAN, f64::INFINITY)),
+        wall_mm: Some(-1.0),
+        speed_mm_s: Some(f64::NAN),
+        tool_radius_mm: f64::INFINITY,
+        outline: Arc::new(Outline::default()),
+        trail: vec![(f64::NAN, 0.0), (f64::MAX, f64::MIN)],
+        status: "\u{7}".into(),
+        notices: vec!["\u{1b}]0;title\u{7}".into(), "\u{202e}gnirts".into()],
+        keys: "k".repeat(500),
+        seconds: f64::NAN,
+    };
+    let far = ViewFacts { position_mm: Some((-123_456.789, 99_998.999)), wall_mm: Some(1e9), ..facts() };
+    let none = ViewFacts { position_mm: None, wall_mm: None, speed_mm_s: None, ..facts() };
+    for facts in [facts(), odd, far, none] {
+        for width in (0..=100).chain([200, 1000]) {
+            for height in (0..=30).chain([100]) {
+                check(&facts, width, height);
+            }
+        }
+    }
+}

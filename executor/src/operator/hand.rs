@@ -1,0 +1,125 @@
+//! What stands between a person's will and the stick: the arm, reaction time, tremor, and a stick that sticks.
+
+use std::collections::VecDeque;
+use std::f64::consts::TAU;
+
+/// Between two wishes, s.
+pub(super) const DT: f64 = 0.01;
+
+/// The arm: a second-order lag, 10 rad/s, damping 0.7.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Lag {
+    at: (f64, f64),
+    rate: (f64, f64),
+}
+
+impl Lag {
+    pub(super) fn step(&mut self, to: (f64, f64)) -> (f64, f64) {
+        const W: f64 = 10.0;
+        let axis = |at: &mut f64, rate: &mut f64, to: f64| {
+            *rate += (W * W * (to - *at) - 1.4 * W * *rate) * DT;
+            *at += *rate * DT;
+        };
+        axis(&mut self.at.0, &mut self.rate.0, to.0);
+        axis(&mut self.at.1, &mut self.rate.1, to.1);
+        self.at
+    }
+}
+
+/// What was seen some wishes ago is acted on now.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Reaction {
+    seen: VecDeque<(f64, f64)>,
+}
+
+impl Reaction {
+    /// What was seen `wishes` wishes ago; nothing before that.
+    pub(super) fn step(&mut self, seen: (f64, f64), wishes: usize) -> (f64, f64) {
+        self.seen.push_back(seen);
+        let due = if self.seen.len() > wishes { self.seen.pop_front() } else { None };
+        due.unwrap_or((0.0, 0.0))
+    }
+}
+
+/// Tremor of 8 to 12 Hz whose pitch and strength wander; each axis has its own.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Tremor {
+    axes: [Wave; 2],
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Wave {
+    turn: f64,
+    hertz: f64,
+    strength: f64,
+    left: f64,
+}
+
+impl Tremor {
+    /// Amplitude between a half and the whole of `most`.
+    pub(super) fn step(&mut self, most: f64, random: &mut fastrand::Rng) -> (f64, f64) {
+        let [x, y] = self.axes.each_mut().map(|wave| wave.step(random) * most);
+        (x, y)
+    }
+}
+
+impl Wave {
+    fn step(&mut self, random: &mut fastrand::Rng) -> f64 {
+        self.left -= DT;
+        if self.left <= 0.0 {
+            self.left = 0.2 + 0.5 * random.f64();
+            self.hertz = 8.0 + 4.0 * random.f64();
+            self.strength = 0.5 + 0.5 * random.f64();
+        }
+        self.turn = (self.turn + self.hertz * DT).fract();
+        self.strength * (TAU * self.turn).sin()
+    }
+}
+
+/// A stick that now and then holds its deflection for seconds, whatever the hand wants; sometimes it falls to its stop.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Sticking {
+    held: Option<(f64, f64)>,
+    until: f64,
+}
+
+impl Sticking {
+    /// The stick's deflection at `t` seconds, when the hand wants `wanted`.
+    pub(super) fn step(&mut self, wanted: (f64, f64), t: f64, random: &mut fastrand::Rng) -> (f64, f64) {
+        if t >= self.until {
+            let free = self.held.is_some() || self.until == 0.0;
+            self.until = t + if free { 1.0 + 3.0 * random.f64() } else { 1.0 + 4.0 * random.f64() };
+            let full = random.u8(0..3) == 0;
+            self.held = if free { None } else { Some(if full { at_its_stop(wanted) } else { wanted }) };
+        }
+        self.held.unwrap_or(wanted)
+    }
+}
+
+fn at_its_stop((x, y): (f64, f64)) -> (f64, f64) {
+    let length = x.hypot(y);
+    if length > 0.0 { (x / length, y / length) } else { (1.0, 0.0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tremor_is_of_8_to_12_hertz() {
+        let mut random = fastrand::Rng::with_seed(3);
+        let mut tremor = Tremor::default();
+        let waves: Vec<f64> = (0..6000).map(|_| tremor.step(0.2, &mut random).0).collect();
+        let rises = waves.windows(2).filter(|pair| pair[0] < 0.0 && pair[1] >= 0.0).count();
+        assert!((8 * 60..=12 * 60).contains(&rises), "{rises} periods in 60 s");
+        assert!(waves.iter().all(|wave| wave.abs() <= 0.2) && waves.iter().any(|wave| wave.abs() > 0.15));
+    }
+
+    #[test]
+    fn a_reaction_takes_its_time() {
+        let mut reaction = Reaction::default();
+        let answers: Vec<f64> = (1..=30).map(|i| reaction.step((f64::from(i), 0.0), 20).0).collect();
+        assert!(answers[..20].iter().all(|answer| *answer == 0.0));
+        assert_eq!(answers[20..], [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0]);
+    }
+}

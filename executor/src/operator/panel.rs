@@ -1,0 +1,87 @@
+//! What the operator's device has to tell the person: notices, and a line about its own state.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// Notices that are kept; older ones are forgotten.
+const NOTICES_MAX: usize = 32;
+
+/// Shared between the operator, the threads that read its devices, and the view. Locks are held for a copy at most.
+#[derive(Clone, Debug, Default)]
+pub struct Panel(Arc<Mutex<Lines>>);
+
+#[derive(Debug, Default)]
+struct Lines {
+    notices: VecDeque<String>,
+    said: usize,
+    status: String,
+}
+
+impl Panel {
+    /// Tells the person something; what was said last is not said again.
+    pub fn say(&self, notice: impl Into<String>) {
+        let (mut lines, notice) = (self.lines(), notice.into());
+        if lines.notices.back() == Some(&notice) {
+            return;
+        }
+        if lines.notices.len() >= NOTICES_MAX {
+            lines.notices.pop_front();
+        }
+        lines.notices.push_back(notice);
+        lines.said += 1;
+    }
+
+    /// Sets the line about the device's state, such as its step size.
+    pub fn set_status(&self, status: &str) {
+        let mut lines = self.lines();
+        if lines.status != status {
+            lines.status = status.into();
+        }
+    }
+
+    /// The line about the device's state.
+    #[must_use]
+    pub fn status(&self) -> String {
+        self.lines().status.clone()
+    }
+
+    /// The last notices, oldest first.
+    #[must_use]
+    pub fn notices(&self) -> Vec<String> {
+        self.lines().notices.iter().cloned().collect()
+    }
+
+    /// The notices after the first `heard`, as far as they are kept, and how many were said in all.
+    #[must_use]
+    pub fn since(&self, heard: usize) -> (Vec<String>, usize) {
+        let lines = self.lines();
+        let new = lines.said.saturating_sub(heard).min(lines.notices.len());
+        (lines.notices.range(lines.notices.len() - new..).cloned().collect(), lines.said)
+    }
+
+    fn lines(&self) -> MutexGuard<'_, Lines> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn notices_are_bounded_and_not_repeated() {
+        let panel = Panel::default();
+        for _ in 0..3 {
+            panel.say("unplugged");
+        }
+        assert_eq!(panel.notices(), ["unplugged"]);
+        for number in 0..100 {
+            panel.say(number.to_string());
+        }
+        assert_eq!(panel.notices().len(), NOTICES_MAX);
+        assert_eq!(panel.since(99), (vec!["98".into(), "99".into()], 101));
+        assert_eq!(panel.since(0).0.len(), NOTICES_MAX);
+        assert_eq!(panel.since(500).0.len(), 0);
+        assert_eq!(panel.notices().last().map(String::as_str), Some("99"));
+    }
+}

@@ -1,0 +1,153 @@
+//! Operators as a person meets them on the command line: a trace repeats its session, the keyboard steers from a
+//! terminal and leaves it as it was, and what is missing is said with what to do.
+#![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+fn keepout(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_keepout")).args(arguments).stdin(Stdio::null()).output().unwrap()
+}
+
+/// An empty folder of this test's own, with a plan in it.
+fn planned(name: &str) -> (PathBuf, String) {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    let drawing = Path::new(env!("CARGO_MANIFEST_DIR")).join("drawings/bracket.dxf");
+    let plan = folder.join("bracket.plan").display().to_string();
+    let made = keepout(&["plan", &drawing.display().to_string(), "--tool-diameter", "6", "-o", &plan]);
+    assert!(made.status.success());
+    (folder, plan)
+}
+
+#[test]
+fn a_trace_repeats_the_session_it_was_recorded_in() {
+    for operator in ["wall", "random"] {
+        let (folder, plan) = planned(&format!("trace-{operator}"));
+        let file = |name: &str| folder.join(name).display().to_string();
+        let (first, second, trace) = (file("first.log"), file("second.log"), file("run.trace"));
+        let run = |operator: &str, more: &[&str]| {
+            let fixed = ["run", &plan, "--machine", "sim-fast", "--manual-s", "10", "--operator", operator];
+            keepout(&[&fixed, more].concat())
+        };
+        let recorded = run(operator, &["--log", &first, "--record-trace", &trace]);
+        assert_eq!(recorded.status.code(), Some(0), "{recorded:?}");
+        let played = run(&format!("trace:{trace}"), &["--log", &second, "--view"]);
+        assert_eq!(played.stdout, recorded.stdout);
+        assert_eq!(std::fs::read(&first).unwrap(), std::fs::read(&second).unwrap());
+        let again = run(operator, &["--record-trace", &trace]);
+        assert_eq!(again.status.code(), Some(2), "a trace is not overwritten");
+    }
+}
+
+#[test]
+fn who_is_missing_is_said_with_what_to_do() {
+    let (folder, plan) = planned("missing");
+    let none = folder.join("event0").display().to_string();
+    let cases: [(&[&str], &str); 5] = [
+        (&["--operator", "keyboard"], "start keepout in a terminal"),
+        (&["--operator", "keyboard", "--machine", "sim-fast"], "--machine sim"),
+        (&["--operator", &format!("gamepad:{none}")], "event0"),
+        (&["--operator", &format!("trace:{none}")], "can not read trace"),
+        (&["--operator", "gamepad", "--dead-zone", "2"], "choose 0 to 0.9"),
+    ];
+    for (arguments, wanted) in cases {
+        let output = keepout(&[&["run", &plan], arguments].concat());
+        let complaint = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{complaint}");
+        assert!(complaint.contains(wanted), "{arguments:?}: {complaint}");
+    }
+}
+
+#[cfg(unix)]
+mod terminal {
+    use std::fs::OpenOptions;
+    use std::io::{Read, Write};
+    use std::process::Child;
+    use std::time::{Duration, Instant};
+
+    use serialport::{SerialPort, TTYPort};
+
+    use super::*;
+
+    /// A program in a terminal of its own.
+    struct Terminal {
+        keys: TTYPort,
+        child: Child,
+        shown: Vec<u8>,
+    }
+
+    impl Terminal {
+        fn run(arguments: &[&str]) -> Self {
+            let (mut keys, device) = TTYPort::pair().unwrap();
+            keys.set_timeout(Duration::from_millis(10)).unwrap();
+            let name = device.name().unwrap();
+            drop(device);
+            let end = || OpenOptions::new().read(true).write(true).open(&name).unwrap();
+            let child = Command::new(env!("CARGO_BIN_EXE_keepout"))
+                .args(arguments)
+                .stdin(end())
+                .stdout(end())
+                .stderr(Stdio::null())
+                .spawn()
+                .unwrap();
+            Self { keys, child, shown: Vec::new() }
+        }
+
+        /// Types, answering as a plain terminal does, for a time or until the program has ended.
+        fn type_for(&mut self, time: Duration, keys: &[u8], every: Duration) {
+            let (began, mut due) = (Instant::now(), Duration::ZERO);
+            while began.elapsed() < time && self.child.try_wait().unwrap().is_none() {
+                let mut bytes = [0; 4096];
+                if let Ok(count) = self.keys.read(&mut bytes) {
+                    self.shown.extend(&bytes[..count]);
+                    if bytes[..count].windows(3).any(|question| question == b"\x1b[c") {
+                        self.keys.write_all(b"\x1b[?62;c").unwrap();
+                    }
+                }
+                if began.elapsed() >= due {
+                    due += every;
+                    self.keys.write_all(keys).unwrap();
+                }
+            }
+        }
+
+        /// Waits for the end, and reads what was shown last.
+        fn end(&mut self) -> Option<i32> {
+            let status = self.child.try_wait().unwrap();
+            let _ = self.child.kill();
+            let _ = self.child.wait();
+            let mut bytes = [0; 4096];
+            while let Ok(count @ 1..) = self.keys.read(&mut bytes) {
+                self.shown.extend(&bytes[..count]);
+            }
+            status?.code()
+        }
+    }
+
+    #[test]
+    fn the_keyboard_steers_and_leaves_the_terminal_as_it_was() {
+        let (folder, plan) = planned("keyboard");
+        let trace = folder.join("keys.trace").display().to_string();
+        let run = ["run", &plan, "--operator", "keyboard", "--view", "--record-trace", &trace];
+        let mut terminal = Terminal::run(&run);
+        let (held, once) = (Duration::from_millis(30), Duration::from_secs(60));
+        terminal.type_for(Duration::from_secs(4), b"", once);
+        terminal.type_for(Duration::from_millis(100), b"4", once);
+        terminal.type_for(Duration::from_millis(600), b"\x1b[D", held);
+        terminal.type_for(Duration::from_millis(600), b"", once);
+        terminal.type_for(Duration::from_secs(20), b"q", Duration::from_secs(1));
+        assert_eq!(terminal.end(), Some(9), "ended in order, without a contour");
+        let wishes = std::fs::read_to_string(&trace).unwrap();
+        let pushed = wishes.lines().find(|line| line.contains(" -1 0 0 0 -")).unwrap();
+        let released = wishes.lines().skip_while(|line| *line != pushed).nth(1).unwrap();
+        let at = |line: &str| line.split(' ').next().unwrap().parse::<f64>().unwrap();
+        assert!(released.ends_with(" 0 0 0 0 -"), "{wishes}");
+        assert!((0.5..2.0).contains(&(at(released) - at(pushed))), "{wishes}");
+        assert!(wishes.contains(" q\n"), "{wishes}");
+        let shown = String::from_utf8_lossy(&terminal.shown).into_owned();
+        let (enter, leave) = (shown.find("\u{1b}[?1049h"), shown.rfind("\u{1b}[?1049l"));
+        assert!(enter.is_some() && leave > enter && shown.rfind("\u{1b}[?25h") > enter);
+    }
+}
