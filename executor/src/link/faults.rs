@@ -56,13 +56,14 @@ pub struct Faults {
     rates: Rates,
     random: fastrand::Rng,
     happened: u64,
+    rubbish: bool,
 }
 
 impl Faults {
     /// Faults at these rates.
     #[must_use]
     pub fn new(rates: Rates, seed: u64) -> Self {
-        Self { rates, random: fastrand::Rng::with_seed(seed), happened: 0 }
+        Self { rates, random: fastrand::Rng::with_seed(seed), happened: 0, rubbish: false }
     }
 
     /// Faults that have happened.
@@ -71,9 +72,15 @@ impl Faults {
         self.happened
     }
 
+    /// The two ends are set to different rates, or no longer: every byte is damaged.
+    pub fn rubbish(&mut self, rubbish: bool) {
+        self.rubbish = rubbish;
+    }
+
     /// From here on nothing happens any more.
     pub fn end(&mut self) {
         self.rates = Rates::default();
+        self.rubbish = false;
     }
 
     fn happens(&mut self, chance: f64) -> bool {
@@ -109,7 +116,7 @@ impl Faults {
 
     /// What a byte arrives as: itself, another, or nothing.
     pub fn hurt(&mut self, byte: u8) -> Option<u8> {
-        if !self.happens(self.rates.damage) {
+        if !self.happens(if self.rubbish { 1.0 } else { self.rates.damage }) {
             return Some(byte);
         }
         match self.rates.kind {

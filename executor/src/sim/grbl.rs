@@ -78,6 +78,17 @@ enum Mode {
     Locked,
 }
 
+/// What bare axis words mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum MotionMode {
+    /// G0 or G1.
+    Straight,
+    Arc {
+        left: bool,
+    },
+    Cancelled,
+}
+
 /// Motions of a line that still have to be planned; its `ok` comes when all are.
 #[derive(Clone, Debug)]
 struct Waiting {
@@ -104,7 +115,8 @@ pub struct GrblSim {
     arc_tolerance_mm: f64,
     feed: f64,
     absolute: bool,
-    straight: bool,
+    motion_mode: MotionMode,
+    startup: [String; 2],
     in_g54: bool,
     samples: Vec<Sample>,
     lost_bytes: u64,
@@ -145,7 +157,8 @@ impl GrblSim {
             arc_tolerance_mm: 0.002,
             feed: 0.0,
             absolute: true,
-            straight: true,
+            motion_mode: MotionMode::Straight,
+            startup: [String::new(), String::new()],
             in_g54: true,
             samples: Vec::new(),
             lost_bytes: 0,
@@ -266,6 +279,16 @@ impl GrblSim {
         self.mode =
             if moving || matches!(self.mode, Mode::Alarm | Mode::Locked) { Mode::Alarm } else { Mode::Idle };
         self.tx.extend(self.firmware.greeting.as_bytes());
+        self.in_g54 = true;
+        self.absolute = true;
+        self.feed = 1e9;
+        self.motion_mode = MotionMode::Straight;
+        if self.mode == Mode::Idle {
+            for line in self.startup.clone().iter().filter(|line| !line.is_empty()) {
+                self.reply(&format!(">{line}:ok"));
+                let _ = self.program(line);
+            }
+        }
     }
 
     /// Reads lines from the receive buffer until one has to wait.
@@ -322,6 +345,16 @@ impl GrblSim {
             }
             _ if line.starts_with("$12=") => {
                 self.arc_tolerance_mm = line[4..].parse().map_err(|_| 2_u8)?;
+                Ok(true)
+            }
+            "$N" => {
+                for (number, text) in self.startup.clone().iter().enumerate() {
+                    self.reply(&format!("$N{number}={text}"));
+                }
+                Ok(true)
+            }
+            _ if line.starts_with("$N0=") || line.starts_with("$N1=") => {
+                self.startup[usize::from(line.starts_with("$N1="))] = line[4..].into();
                 Ok(true)
             }
             _ if line.starts_with('$') => Err(3),
@@ -381,17 +414,17 @@ impl GrblSim {
 
     fn program(&mut self, text: &str) -> Result<bool, u8> {
         let words = words(text)?;
-        let mut arc = None;
         for &(letter, value) in &words {
             if letter == 'G' {
                 match value {
-                    0.0 | 1.0 => self.straight = true,
-                    2.0 | 3.0 => arc = Some(value > 2.5),
+                    0.0 | 1.0 => self.motion_mode = MotionMode::Straight,
+                    2.0 | 3.0 => self.motion_mode = MotionMode::Arc { left: value > 2.5 },
+                    80.0 => self.motion_mode = MotionMode::Cancelled,
                     90.0 | 91.0 => self.absolute = value < 90.5,
                     // A change of work coordinates is told with the next report.
                     54.0 => (self.in_g54, self.reports) = (true, 0),
                     55.0 => (self.in_g54, self.reports) = (false, 0),
-                    17.0 | 21.0 | 40.0 | 49.0 | 53.0 | 80.0 | 94.0 => {}
+                    17.0 | 21.0 | 40.0 | 49.0 | 53.0 | 94.0 => {}
                     _ => return Err(20),
                 }
             }
@@ -402,13 +435,16 @@ impl GrblSim {
         if value_of(&words, 'X').is_none() && value_of(&words, 'Y').is_none() {
             return Ok(true);
         }
+        if self.motion_mode == MotionMode::Cancelled {
+            return Err(31);
+        }
         if self.feed <= 0.0 {
             return Err(22);
         }
         let to = self.target(&words, self.absolute, self.work_offset())?;
-        let targets = match arc {
-            Some(left) => self.arc_chords(to, &words, left)?,
-            None => VecDeque::from([to]),
+        let targets = match self.motion_mode {
+            MotionMode::Arc { left } => self.arc_chords(to, &words, left)?,
+            _ => VecDeque::from([to]),
         };
         if targets.iter().any(|&target| self.is_beyond(target)) {
             self.motion.kill();
@@ -444,8 +480,10 @@ impl GrblSim {
         const EPSILON: f32 = 5e-7;
         let from = self.motion.planned_end();
         let (x, y, to_x, to_y) = (from.0 as f32, from.1 as f32, to.0 as f32, to.1 as f32);
-        let i = value_of(words, 'I').unwrap_or(0.0) as f32;
-        let j = value_of(words, 'J').unwrap_or(0.0) as f32;
+        let (i, j) = match value_of(words, 'R') {
+            Some(radius) => centre_of(to_x - x, to_y - y, radius as f32, left)?,
+            None => (value_of(words, 'I').unwrap_or(0.0) as f32, value_of(words, 'J').unwrap_or(0.0) as f32),
+        };
         let (cx, cy) = (x + i, y + j);
         let radius = i.hypot(j);
         let miss = ((to_x - cx).hypot(to_y - cy) - radius).abs();
@@ -566,6 +604,21 @@ impl Controller for GrblSim {
             }
         }
     }
+}
+
+/// GRBL's arc by its radius: the centre, seen from the start.
+fn centre_of(x: f32, y: f32, radius: f32, left: bool) -> Result<(f32, f32), u8> {
+    if x == 0.0 && y == 0.0 {
+        return Err(33);
+    }
+    let inside = 4.0 * radius * radius - x * x - y * y;
+    if inside < 0.0 {
+        return Err(34);
+    }
+    let h = -inside.sqrt() / x.hypot(y);
+    let h = if left { -h } else { h };
+    let h = if radius < 0.0 { -h } else { h };
+    Ok((0.5 * (x - y * h), 0.5 * (y + x * h)))
 }
 
 /// A coordinate as the firmware holds it.

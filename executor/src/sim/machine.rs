@@ -114,6 +114,15 @@ impl SimMachine {
         }
     }
 
+    /// The two ends of the line are set to different baud rates, or no longer.
+    pub fn mistune(&mut self, wrong: bool) {
+        for wire in [&mut self.to_controller, &mut self.to_host] {
+            if let Some(faults) = wire.faults() {
+                faults.rubbish(wrong);
+            }
+        }
+    }
+
     /// Faults that have happened on the line.
     pub fn faults(&mut self) -> u64 {
         let mut sum = 0;

@@ -1,10 +1,12 @@
 //! Touching and contouring: from the wall around the part, held, gone on with, given up.
 
+use std::f64::consts::FRAC_PI_2;
+
 use keepout_kernel::exact::segment::Window;
-use keepout_kernel::{Curve, Length, Point, Segment};
+use keepout_kernel::{Arc, Curve, Length, Point, Segment, Turn};
 use keepout_planner::job::{ContourJob, Leg, LoopNumber, Progress, resume_in_place, resume_job};
 use keepout_planner::plan::CertifiedPlan;
-use keepout_planner::units::length_up_from_mm;
+use keepout_planner::units::{length_up_from_mm, point_from_mm, point_mm};
 
 use super::event::Command;
 use super::guard::{Certification, MotionShape};
@@ -98,13 +100,19 @@ impl Supervisor {
     /// not be held or its axes run apart.
     fn as_sent(&self, curve: &Curve, feed: u32, into: &mut Vec<(Curve, u32)>) -> Result<(), String> {
         let whole = self.abilities.holds && self.abilities.shape == MotionShape::Line;
-        if whole && (self.abilities.arcs || matches!(curve, Curve::Line(_))) {
-            into.push((*curve, feed));
-            return Ok(());
-        }
-        if self.abilities.arcs && curve.length() < STEP_MAX_MM * f64::from(keepout_kernel::UNITS_PER_MM) {
-            into.push((*curve, feed));
-            return Ok(());
+        match curve {
+            Curve::Line(_) if whole => {
+                into.push((*curve, feed));
+                return Ok(());
+            }
+            Curve::Arc(arc) if self.abilities.arcs => {
+                let longest = if whole { f64::INFINITY } else { STEP_MAX_MM };
+                for piece in quarters(arc, longest)? {
+                    into.push((Curve::Arc(piece), feed));
+                }
+                return Ok(());
+            }
+            _ => {}
         }
         let points = curve.chord_points(self.chord_slack()).map_err(|error| error.to_string())?;
         for pair in points.windows(2) {
@@ -199,6 +207,27 @@ impl Supervisor {
             self.interrupted = Some(Interrupted { job, first });
         }
     }
+}
+
+/// The arc in pieces that turn by a quarter at most, and are no longer than `longest` mm.
+fn quarters(arc: &Arc, longest: f64) -> Result<Vec<Arc>, String> {
+    let (cx, cy) = point_mm(arc.centre());
+    let (x, y) = point_mm(arc.from());
+    let (radius, begin) = ((x - cx).hypot(y - cy), (y - cy).atan2(x - cx));
+    let sweep = keepout_kernel::curve::sweep(arc);
+    let count = (sweep / FRAC_PI_2).max(sweep * radius / longest).ceil().max(1.0);
+    let sign = if arc.turn() == Turn::Left { 1.0 } else { -1.0 };
+    let mut pieces = Vec::new();
+    let (mut from, mut k) = (arc.from(), 1.0);
+    while k <= count {
+        let angle = begin + sign * sweep * k / count;
+        let at = (cx + radius * angle.cos(), cy + radius * angle.sin());
+        let to =
+            if k + 0.5 > count { arc.to() } else { point_from_mm(at).map_err(|error| error.to_string())? };
+        pieces.push(Arc::new(from, to, arc.centre(), arc.turn()).map_err(|error| error.to_string())?);
+        (from, k) = (to, k + 1.0);
+    }
+    Ok(pieces)
 }
 
 /// A contour that was interrupted.

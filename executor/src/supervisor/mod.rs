@@ -115,6 +115,7 @@ pub struct Supervisor {
     asked_at: Option<Time>,
     answered_at: Time,
     round_trip: Duration,
+    last_trip: Duration,
     limits: Limits,
     /// What is done of the plan's contours, but for the one under way.
     progress: Progress,
@@ -169,6 +170,7 @@ impl Supervisor {
             asked_at: None,
             answered_at: Time::ZERO,
             round_trip: Duration::from_millis(100),
+            last_trip: Duration::ZERO,
             limits,
             progress: options.progress.clone(),
             interrupted: None,

@@ -49,13 +49,19 @@ impl Supervisor {
                 commands.push(Command::Arm);
                 self.state = State::Arming;
             }
-            (State::Arming, Reply::Armed) => self.state = State::Locating,
+            (State::Arming, Reply::Armed) => self.state = State::Locating { seen: None },
             _ => {}
         }
     }
 
     pub(super) fn take_place(&mut self, report: &Report) -> Result<(), Fault> {
         let (Mode::Idle, Some(at)) = (report.mode, report.position) else { return Ok(()) };
+        if let State::Locating { seen } = &mut self.state
+            && !self.abilities.checked
+            && seen.replace(at) != Some(at)
+        {
+            return Ok(());
+        }
         self.guard.locate(at).map_err(|refusal| Fault::StandsInside { at, refusal })?;
         self.state = if self.guard.stands_inside() {
             self.note(

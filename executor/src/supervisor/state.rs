@@ -19,8 +19,10 @@ pub(super) enum State {
     Homing,
     /// Waiting for the modes that motions rely on.
     Arming,
-    /// Waiting for a report at rest, with the coordinates known.
-    Locating,
+    /// Waiting for a report at rest, with the coordinates known; and for another that agrees, where one may be damaged.
+    Locating {
+        seen: Option<Point>,
+    },
     Manual(Steering),
     /// As by hand, along the wall.
     Sliding(Steering),
@@ -111,9 +113,11 @@ impl Phase {
 impl State {
     pub(super) fn phase(&self) -> Phase {
         match self {
-            Self::Connecting { .. } | Self::Preparing | Self::Homing | Self::Arming | Self::Locating => {
-                Phase::Starting
-            }
+            Self::Connecting { .. }
+            | Self::Preparing
+            | Self::Homing
+            | Self::Arming
+            | Self::Locating { .. } => Phase::Starting,
             Self::Manual(_) => Phase::Manual,
             Self::Sliding(_) => Phase::Sliding,
             Self::Escaping(_) => Phase::Escaping,

@@ -14,6 +14,9 @@ const QUERY_AGAIN: Duration = Duration::from_millis(1000);
 const QUERY_PAUSE: Duration = Duration::from_millis(40);
 /// The same while a tool that was stopped is waited for.
 const QUERY_SOON: Duration = Duration::from_millis(10);
+/// An answer that comes twice comes within this: what 140 bytes take at 4800 baud. It must not be taken for the answer to the
+/// next query.
+const ECHO_MAX: Duration = Duration::from_millis(300);
 /// Homing may keep the controller silent for this long.
 const HOMING_MAX: Duration = Duration::from_secs(90);
 /// Each step of the start is done within this, or something was lost.
@@ -85,6 +88,7 @@ impl Supervisor {
         self.mode = Some(report.mode);
         if let Some(asked) = self.asked_at.take() {
             let measured = now.since(asked);
+            self.last_trip = measured;
             // Quick to grow, slow to shrink.
             self.round_trip =
                 if measured > self.round_trip { measured } else { (self.round_trip * 7 + measured) / 8 };
@@ -93,7 +97,7 @@ impl Supervisor {
         let stamp = self.queries.pop_front();
         match &self.state {
             State::Connecting { .. } => self.connected(report, now, commands),
-            State::Locating => self.take_place(report),
+            State::Locating { .. } => self.take_place(report),
             State::Preparing | State::Homing | State::Arming | State::Done | State::Faulted { .. } => Ok(()),
             _ => {
                 self.check_mode(report)?;
@@ -172,7 +176,7 @@ impl Supervisor {
     pub(super) fn check_silence(&self, now: Time) -> Result<(), Fault> {
         let silent = now.since(self.heard_at);
         let over = matches!(self.state, State::Done | State::Faulted { .. });
-        let starts = matches!(self.state, State::Preparing | State::Arming | State::Locating);
+        let starts = matches!(self.state, State::Preparing | State::Arming | State::Locating { .. });
         if starts && now.since(self.progress_at) > START_WITHIN.max(self.allowed()) {
             return Err(Fault::LineLost);
         }
@@ -196,7 +200,8 @@ impl Supervisor {
             None => {
                 let steered = self.phase().is_steered();
                 let waits = steered && !self.guard.settled() && self.wish.direction == (0.0, 0.0);
-                self.answered_at.after(if waits { QUERY_SOON } else { QUERY_PAUSE })
+                let pause = if waits { QUERY_SOON } else { QUERY_PAUSE };
+                self.answered_at.after(pause.max(self.last_trip.min(ECHO_MAX)))
             }
         }
     }
@@ -222,7 +227,7 @@ impl Supervisor {
         let silence = self.heard_at.after(self.allowed()).after(step);
         let over = matches!(self.state, State::Done | State::Faulted { .. });
         let mut due = if over { Time::NEVER } else { silence };
-        if matches!(self.state, State::Preparing | State::Arming | State::Locating) {
+        if matches!(self.state, State::Preparing | State::Arming | State::Locating { .. }) {
             due = due.min(self.progress_at.after(START_WITHIN.max(self.allowed())).after(step));
         }
         if self.asks() && self.queries.len() < QUERIES_MAX {

@@ -3,6 +3,9 @@
 //! Drawing coordinates become machine coordinates by an offset. Targets are written from integers, digit by digit, so
 //! nothing is rounded on the way; GRBL itself holds them in 32-bit floats (below 0.03 µm on a 400 mm table).
 //!
+//! Arcs are written by their radius, to 10 nm, and turn a quarter at most: the arc through the same ends leaves the certified
+//! one by less than half the difference of the radii. One that arrives twice is refused (its ends coincide).
+//!
 //! grblHAL differs where it matters here: a hold does not stop a jog (it is cancelled instead, which both know), its planner
 //! has more blocks (they are counted from what it reports at rest), and it says more (fields that are not known are skipped).
 
@@ -22,6 +25,8 @@ enum Stage {
     /// An empty line was sent, to end whatever the controller may have half of.
     Waking,
     Reading(Settings),
+    /// The lines that the controller runs after a reset are read.
+    ReadingBlocks(Settings, StartupBlocks),
     /// So many lines that store settings are unanswered.
     Storing(u8, Limits),
     Prepared,
@@ -77,9 +82,9 @@ impl Grbl {
                     Curve::Arc(_) => b"G2",
                 });
                 words(out, &[(b'X', to.x.units()), (b'Y', to.y.units())]);
+                // By its radius: given by its centre, an arc that arrives twice would be a full circle somewhere else.
                 if let Curve::Arc(arc) = curve {
-                    let ij = arc.centre().minus(arc.from());
-                    words(out, &[(b'I', ij.dx), (b'J', ij.dy)]);
+                    words(out, &[(b'R', arc.radius().units())]);
                 }
                 feed_mm_min
             }
@@ -116,7 +121,13 @@ impl Grbl {
                 }
                 // grblHAL has settings that are no numbers.
                 (Ok(_), Err(_)) if matches!(self.stage, Stage::Reading(_)) => None,
-                _ if name.starts_with('N') => Some(Reply::Message(text(line))),
+                _ if name.starts_with('N') => {
+                    if let Stage::ReadingBlocks(_, blocks) = &mut self.stage {
+                        blocks.take(name, value);
+                        return None;
+                    }
+                    Some(Reply::Message(text(line)))
+                }
                 _ => garbled,
             }
         } else if line.starts_with("Grbl ") || line.starts_with("GrblHAL ") {
@@ -147,7 +158,15 @@ impl Grbl {
                 self.read_settings(out);
                 None
             }
-            Stage::Reading(settings) => self.store(&settings, out),
+            Stage::Reading(settings) => match settings.check(self.setting.steps_per_mm) {
+                Ok(()) => {
+                    out.extend(b"$N\n");
+                    self.stage = Stage::ReadingBlocks(settings, StartupBlocks::default());
+                    None
+                }
+                Err(unfit) => Some(Reply::Unfit(unfit)),
+            },
+            Stage::ReadingBlocks(settings, blocks) => self.store(&settings, blocks, out),
             Stage::Storing(open @ 2.., limits) => {
                 self.stage = Stage::Storing(open - 1, limits);
                 None
@@ -187,12 +206,17 @@ impl Grbl {
         self.stage = Stage::Reading(Settings::default());
     }
 
-    /// Checks the settings, and sets what the session relies on where the controller has it otherwise.
-    fn store(&mut self, settings: &Settings, out: &mut Vec<u8>) -> Option<Reply> {
-        if let Err(unfit) = settings.check(self.setting.steps_per_mm) {
-            return Some(Reply::Unfit(unfit));
-        }
+    /// Sets what the session relies on where the controller has it otherwise.
+    fn store(&mut self, settings: &Settings, blocks: StartupBlocks, out: &mut Vec<u8>) -> Option<Reply> {
         let mut open = 0;
+        match blocks.needed() {
+            Ok(None) => {}
+            Ok(Some(line)) => {
+                out.extend(line);
+                open += 1;
+            }
+            Err(unfit) => return Some(Reply::Unfit(unfit)),
+        }
         if !settings.reports_blocks() {
             out.extend(b"$10=3\n");
             open += 1;
@@ -351,6 +375,39 @@ fn alarm_text(code: u16) -> &'static str {
     }
 }
 
+/// What the controller runs after a reset. One of the two lines must cancel the motion mode: a jog whose beginning a reset
+/// swallowed is a line of axis words, and would be run as a rapid motion in work coordinates.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct StartupBlocks {
+    /// Whether each is there, and empty.
+    free: [bool; 2],
+    cancels_motion: bool,
+}
+
+impl StartupBlocks {
+    fn take(&mut self, name: &str, value: &str) {
+        let value = value.trim();
+        self.cancels_motion |= value.eq_ignore_ascii_case("G80");
+        if let Some(free) = name.strip_prefix('N').and_then(|n| self.free.get_mut(n.parse::<usize>().ok()?)) {
+            *free = value.is_empty();
+        }
+    }
+
+    /// The line that is still to be stored, if any.
+    fn needed(self) -> Result<Option<&'static [u8]>, Unfit> {
+        match (self.cancels_motion, self.free) {
+            (true, _) => Ok(None),
+            // The last to be run has the last word.
+            (false, [_, true]) => Ok(Some(b"$N1=G80\n")),
+            (false, [true, _]) => Ok(Some(b"$N0=G80\n")),
+            (false, _) => {
+                let needed = "G80, or empty: after a reset the rest of a line must not be run as a motion";
+                Err(Unfit { name: "$N1", value: f64::NAN, needed })
+            }
+        }
+    }
+}
+
 /// Controller settings that safety and steering rest on.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Settings {
@@ -483,9 +540,11 @@ mod tests {
         assert_eq!(hear(&mut grbl, b"ok\r\n"), (vec![], b"$$\n".to_vec()));
         let listed = b"$10=1\r\n$12=0.002\r\n$13=0\r\n$22=1\r\n$74=name\r\n$100=400.000\r\n$101=400.000 (y)\r\n$110=6000\r\n$111=3000\r\n$120=100\r\n$121=90\r\n";
         assert_eq!(hear(&mut grbl, listed), (vec![], vec![]));
-        assert_eq!(hear(&mut grbl, b"ok\r\n"), (vec![], b"$10=3\n$12=0.00050\n".to_vec()));
+        assert_eq!(hear(&mut grbl, b"ok\r\n"), (vec![], b"$N\n".to_vec()));
+        let (replies, sent) = hear(&mut grbl, b"$N0=G54\r\n$N1=\r\nok\r\n");
+        assert_eq!((replies, sent), (vec![], b"$N1=G80\n$10=3\n$12=0.00050\n".to_vec()));
         let limits = Limits { speed_mm_s: 50.0, acceleration_mm_s2: 90.0 };
-        assert_eq!(hear(&mut grbl, b"ok\r\nok\r\n").0, [Reply::Prepared(limits)]);
+        assert_eq!(hear(&mut grbl, b"ok\r\nok\r\nok\r\n").0, [Reply::Prepared(limits)]);
         let mut unfit = dialect();
         unfit.stage = Stage::Reading(Settings::default());
         assert!(matches!(hear(&mut unfit, b"ok\r\n").0[..], [Reply::Unfit(_)]));

@@ -104,6 +104,9 @@ impl Guard {
             (MotionShape::Line, Curve::Arc(arc)) if is_too_short(arc) => {
                 return Err(Refusal::ArcTooShort(arc.from()));
             }
+            (MotionShape::Line, Curve::Arc(arc)) if is_too_long(arc) => {
+                return Err(Refusal::ArcTooLong(arc.from()));
+            }
             (MotionShape::Line, _) => {}
             (MotionShape::Box, Curve::Arc(arc)) => return Err(Refusal::Slanted(arc.from())),
             (MotionShape::Box, Curve::Line(line)) => {
@@ -214,6 +217,17 @@ impl Guard {
 /// turn: GRBL adds one when the angle comes out below 5e-7.
 fn is_too_short(arc: &Arc) -> bool {
     !points_within(arc.from(), arc.to(), shortest_arc(arc.radius())).is_clear()
+}
+
+/// Whether an arc turns by more than about a quarter (97°): its ends, seen from the centre, are more than that apart.
+fn is_too_long(arc: &Arc) -> bool {
+    let (c, from, to) = (arc.centre(), arc.from(), arc.to());
+    let ahead = if arc.turn() == Turn::Left { Orientation::Left } else { Orientation::Right };
+    let (a, b) = (from.minus(c), to.minus(c));
+    let product = |p: i32, q: i32| i128::from(p) * i128::from(q);
+    let cosine = product(a.dx, b.dx) + product(a.dy, b.dy);
+    let radius_2 = product(arc.radius().units(), arc.radius().units());
+    orientation(c, from, to) != ahead || 8 * cosine < -radius_2
 }
 
 /// How far a controller's chords may leave an arc, lattice units (2 µm).

@@ -15,12 +15,16 @@
 mod contour;
 mod in_flight;
 mod motion;
+#[cfg(feature = "mutations")]
+mod mutation;
 #[cfg(test)]
 mod tests;
 
 pub use contour::Certification;
 pub use in_flight::{DRAIN, MotionShape, Sighting, Stamp};
 pub use motion::{Certified, Motion, Refusal};
+#[cfg(feature = "mutations")]
+pub use mutation::Mutation;
 
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{FreePoint, Length, Point, ProhibitedRegion};
@@ -47,36 +51,6 @@ pub struct Rules {
     pub shape: MotionShape,
     /// Whether a checksum protects the line both ways.
     pub checked: bool,
-}
-
-/// Parts of the guard that a test build can take out, one at a time, to see that somebody notices.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Mutation {
-    /// Nothing is taken out.
-    #[default]
-    None,
-    /// The set is the last reported position alone.
-    ForgetInFlight,
-    /// The fans are left out: only the motion from the last target is asked.
-    NoFans,
-    /// Lines leave the set as soon as they are acknowledged.
-    RetireOnAcknowledgement,
-    /// One report at rest settles, whenever it was asked for.
-    SettleAtOnce,
-    /// Any reported position is believed.
-    BelieveAnyPosition,
-    /// One damaged report is believed.
-    TrustOneReport,
-    /// Contours are not certified.
-    UncertifiedContour,
-    /// A contour goes on without waiting for acknowledgements.
-    ContourUnacknowledged,
-    /// An escape may lead anywhere.
-    EscapeAnywhere,
-    /// Axes that run apart are taken to drive straight.
-    StraightAnyway,
-    /// The margin and allowance are forgotten: the threshold is the tool's radius less 20 µm.
-    NoMargin,
 }
 
 /// The guard; see the module's documentation for what it promises.
@@ -368,47 +342,5 @@ impl Guard {
     /// A line that was refused and taken back may still be counted in the stamp as sent.
     fn all_acknowledged(&self, stamp: Stamp) -> bool {
         stamp.sent >= self.sent && stamp.acknowledged == self.sent
-    }
-}
-
-#[cfg(feature = "mutations")]
-impl Guard {
-    /// Takes out a part of the guard, for a test that must notice.
-    pub fn mutate(&mut self, mutation: Mutation) {
-        self.mutation = mutation;
-        match mutation {
-            Mutation::StraightAnyway => {
-                self.rules.shape = MotionShape::Line;
-                self.set.shape = MotionShape::Line;
-            }
-            Mutation::TrustOneReport => self.set.checked = true,
-            Mutation::NoMargin => {
-                let less =
-                    |length: Length| Length::from_units(i64::from(length.units()) * 9 / 10).unwrap_or(length);
-                self.rules.manual = less(self.rules.finishing);
-                self.rules.finishing = less(self.rules.finishing);
-            }
-            _ => {}
-        }
-    }
-
-    /// Whether a mutation has dealt with the report.
-    fn mutate_report(&mut self, sighting: &Sighting) -> bool {
-        let place = self.free_place(sighting.position).ok();
-        match self.mutation {
-            Mutation::ForgetInFlight => self.set.tail = place.or(self.set.tail),
-            Mutation::BelieveAnyPosition if place.is_some() => {
-                self.set.tail = place;
-                self.set.before = None;
-                if sighting.rests() {
-                    self.set.lines.clear();
-                }
-            }
-            Mutation::SettleAtOnce if sighting.at_rest => {
-                self.set.place(place.or(self.set.tail));
-            }
-            _ => return false,
-        }
-        true
     }
 }

@@ -82,6 +82,9 @@ pub enum Refusal {
     /// An arc so short that a controller can take it for a full circle.
     #[error("an arc at {} is too short for the controller to tell from a full circle", keepout_planner::units::place(*.0))]
     ArcTooShort(Point),
+    /// An arc that turns by more than a quarter: the radius alone would not tell its centre well.
+    #[error("an arc at {} turns by more than a quarter: send it in pieces", keepout_planner::units::place(*.0))]
+    ArcTooLong(Point),
     /// An acknowledgement that belongs to no line.
     #[error("the controller acknowledged a line that was not sent")]
     UnexpectedAcknowledgement,

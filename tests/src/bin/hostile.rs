@@ -1,0 +1,312 @@
+//! Hostile simulation: sessions by the thousand, each from a seed; the judge decides exactly.
+//!
+//! `cargo run --release -p keepout-tests --bin hostile -- --seed 1 --hours 100`
+//!
+//! A session that fails is printed with the seeds that play it again, made smaller, and ends the run with a failure.
+
+use std::collections::BTreeMap;
+use std::process::ExitCode;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use clap::Parser;
+use keepout_executor::link::dialect::Language;
+use keepout_executor::session::{NoTape, Tape};
+use keepout_kernel::Length;
+use keepout_tests::REAL_DRAWINGS;
+use keepout_tests::hostile::{Outcome, Part, Spec, Verdict, World, Worlds, log, play, play_on, shrink};
+
+/// Hostile operators, lines and controllers against the guard.
+#[derive(Debug, Parser)]
+struct Arguments {
+    /// Seed of the whole run.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Simulated hours at least.
+    #[arg(long, default_value_t = 1.0)]
+    hours: f64,
+    /// Sessions at least.
+    #[arg(long, default_value_t = 0)]
+    sessions: u64,
+    /// Stop after so many minutes of real time, whatever was reached.
+    #[arg(long)]
+    minutes: Option<f64>,
+    /// Sessions played in each drawing.
+    #[arg(long, default_value_t = 200)]
+    per_drawing: u64,
+    /// Threads.
+    #[arg(long, default_value_t = 2)]
+    threads: usize,
+    /// What controllers speak; may be given more than once.
+    #[arg(long)]
+    dialect: Vec<String>,
+    /// Play one session again, by the seeds of its drawing and its own: WORLD:SESSION.
+    #[arg(long)]
+    replay: Option<String>,
+    /// Write the log of the session that is played again.
+    #[arg(long, requires = "replay")]
+    log: Option<std::path::PathBuf>,
+    /// Take each part of the guard out in turn; each must be noticed. Needs the feature of that name.
+    #[cfg(feature = "mutations")]
+    #[arg(long)]
+    mutations: bool,
+    /// Name the sessions that were not played to their end.
+    #[arg(long)]
+    verbose: bool,
+}
+
+#[derive(Default)]
+struct Totals {
+    sessions: AtomicU64,
+    worlds: AtomicU64,
+    millis: AtomicU64,
+    jogs: AtomicU64,
+    contour_motions: AtomicU64,
+    cancels: AtomicU64,
+    rounds: AtomicU64,
+    way_m: AtomicU64,
+    contours: AtomicU64,
+    faults: AtomicU64,
+    recoveries: AtomicU64,
+    broken: AtomicU64,
+    ends: Mutex<BTreeMap<String, u64>>,
+}
+
+impl Totals {
+    fn add(&self, outcome: &Outcome) {
+        let add = |counter: &AtomicU64, value: u64| {
+            counter.fetch_add(value, Ordering::Relaxed);
+        };
+        add(&self.sessions, 1);
+        add(&self.millis, Duration::from_secs_f64(outcome.seconds).as_millis().try_into().unwrap_or(0));
+        add(&self.jogs, outcome.counts.jogs);
+        add(&self.contour_motions, outcome.counts.contour_motions);
+        add(&self.cancels, outcome.counts.cancels);
+        add(&self.rounds, outcome.rounds);
+        add(
+            &self.way_m,
+            Duration::from_secs_f64(outcome.way_mm / 1000.0).as_micros().try_into().unwrap_or(0),
+        );
+        add(&self.contours, outcome.contoured.try_into().unwrap_or(0));
+        add(&self.faults, outcome.faults);
+        add(&self.recoveries, outcome.recoveries);
+        add(&self.broken, u64::from(outcome.ended.is_none()));
+        let end = outcome
+            .fault
+            .as_deref()
+            .map_or("ended without a fault", |fault| fault.split([':', '.', '(']).next().unwrap_or(fault));
+        let end: String = end.chars().filter(|letter| !letter.is_ascii_digit()).take(60).collect();
+        if let Ok(mut ends) = self.ends.lock() {
+            *ends.entry(end).or_default() += 1;
+        }
+    }
+
+    fn hours(&self) -> f64 {
+        Duration::from_millis(self.millis.load(Ordering::Relaxed)).as_secs_f64() / 3600.0
+    }
+
+    fn print(&self) {
+        let get = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
+        println!(
+            "{:.1} simulated hours, {} sessions, {} drawings",
+            self.hours(),
+            get(&self.sessions),
+            get(&self.worlds)
+        );
+        println!(
+            "{} jogs, {} cancels, {} contour motions, {} loops contoured, {:.1} km of way",
+            get(&self.jogs),
+            get(&self.cancels),
+            get(&self.contour_motions),
+            get(&self.contours),
+            Duration::from_micros(get(&self.way_m)).as_secs_f64() / 1000.0
+        );
+        println!(
+            "{} decisions, {} faults of the line, {} recoveries",
+            get(&self.rounds),
+            get(&self.faults),
+            get(&self.recoveries)
+        );
+        if let Ok(ends) = self.ends.lock() {
+            for (end, count) in ends.iter() {
+                println!("  {count:>9}  {end}");
+            }
+        }
+    }
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let worlds = match worlds(&arguments) {
+        Ok(worlds) => worlds,
+        Err(message) => {
+            eprintln!("hostile: {message}");
+            return ExitCode::from(2);
+        }
+    };
+    if let Some(seeds) = &arguments.replay {
+        return replay(&worlds, seeds, arguments.log.as_deref());
+    }
+    #[cfg(feature = "mutations")]
+    if arguments.mutations {
+        return mutations(&worlds, &arguments);
+    }
+    hunt(&worlds, &arguments)
+}
+
+fn worlds(arguments: &Arguments) -> Result<Worlds, String> {
+    let names: Vec<&str> = if arguments.dialect.is_empty() {
+        Language::NAMES.to_vec()
+    } else {
+        arguments.dialect.iter().map(String::as_str).collect()
+    };
+    let languages = names.into_iter().map(Language::named).collect::<Result<_, _>>();
+    let languages = languages.map_err(|error| error.to_string())?;
+    let shared = std::env::var_os("KEEPOUT_SHARED").map(std::path::PathBuf::from);
+    let real = shared.map_or(Vec::new(), |shared| {
+        REAL_DRAWINGS.iter().map(|(name, _)| shared.join("dxf/dev").join(name)).collect()
+    });
+    Ok(Worlds { real, languages })
+}
+
+/// The seed of a drawing, and of a session in it.
+fn seeds(run: u64, world: u64, session: u64) -> (u64, u64) {
+    let mix = |value: u64| {
+        // Steele, Lea and Flood's mixer, so that neighbouring numbers give unrelated streams.
+        let value = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let value = (value ^ value >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let value = (value ^ value >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        value ^ value >> 31
+    };
+    let world = mix(run).wrapping_add(world);
+    (world, mix(mix(world) ^ session))
+}
+
+fn hunt(worlds: &Worlds, arguments: &Arguments) -> ExitCode {
+    let began = Instant::now();
+    let totals = Totals::default();
+    let next = AtomicU64::new(0);
+    let failed = AtomicBool::new(false);
+    let over = || {
+        let late = arguments.minutes.is_some_and(|minutes| began.elapsed().as_secs_f64() > minutes * 60.0);
+        let enough = totals.hours() >= arguments.hours
+            && totals.sessions.load(Ordering::Relaxed) >= arguments.sessions;
+        late || enough || failed.load(Ordering::Relaxed)
+    };
+    std::thread::scope(|scope| {
+        for _ in 0..arguments.threads.max(1) {
+            scope.spawn(|| {
+                while !over() {
+                    let number = next.fetch_add(1, Ordering::Relaxed);
+                    let (seed, _) = seeds(arguments.seed, number, 0);
+                    let Some(world) = worlds.world(seed) else { continue };
+                    totals.worlds.fetch_add(1, Ordering::Relaxed);
+                    for session in 0..arguments.per_drawing {
+                        let spec = Spec::of(seeds(arguments.seed, number, session).1);
+                        let outcome = play(&world, &spec, Part::default());
+                        totals.add(&outcome);
+                        if let Some(verdict) = outcome.verdict {
+                            failed.store(true, Ordering::Relaxed);
+                            tell(&world, &spec, verdict, Part::default());
+                        }
+                        if over() {
+                            break;
+                        }
+                    }
+                }
+            });
+        }
+    });
+    totals.print();
+    println!("{:.0} s of real time on {} threads", began.elapsed().as_secs_f64(), arguments.threads);
+    let broken = totals.broken.load(Ordering::Relaxed);
+    if failed.load(Ordering::Relaxed) || broken > 0 {
+        println!("FAILED: the guard let something through, or the program failed ({broken} sessions)");
+        ExitCode::FAILURE
+    } else {
+        println!("0 incursions, the allowance kept by hand");
+        ExitCode::SUCCESS
+    }
+}
+
+fn tell(world: &World, spec: &Spec, verdict: Verdict, part: Part) {
+    let (Verdict::Incursion { centre, .. } | Verdict::Allowance { centre, .. }) = verdict;
+    let mm = |length: Length| keepout_planner::units::mm(length.units());
+    println!(
+        "  clearance {:?} mm, tool {} mm, by hand {} mm, roughing threshold {} mm, {:?}",
+        world.part.clearance(centre).map(mm),
+        mm(world.work.plan.plan.tool_radius),
+        mm(world.by_hand),
+        mm(world.work.plan.roughing),
+        world.machine
+    );
+    println!("{verdict:?}\n  in {} ({}), {spec:?}", world.name, world.language.name());
+    println!("  again: --replay {}:{}", world.seed, spec.seed);
+    println!("  smaller: {:?}", shrink(world, spec, part));
+}
+
+fn replay(worlds: &Worlds, seeds: &str, path: Option<&std::path::Path>) -> ExitCode {
+    let parsed =
+        seeds.split_once(':').and_then(|(world, session)| Some((world.parse().ok()?, session.parse().ok()?)));
+    let Some((world, session)) = parsed else {
+        eprintln!("hostile: \"{seeds}\" is not WORLD:SESSION, two numbers");
+        return ExitCode::from(2);
+    };
+    let Some(world) = worlds.world(world) else {
+        eprintln!(
+            "hostile: no plan can be made of that drawing (with these dialects, and with the real drawings at hand)"
+        );
+        return ExitCode::from(2);
+    };
+    let spec = Spec::of(session);
+    let tape = path.map_or(Ok(Box::new(NoTape) as Box<dyn Tape>), |path| log(&world, &spec, path));
+    let outcome = match tape {
+        Ok(tape) => play_on(&world, &spec, Part::default(), tape),
+        Err(error) => {
+            eprintln!("hostile: {error}");
+            return ExitCode::from(2);
+        }
+    };
+    println!("{} ({})\n{spec:#?}\n{outcome:#?}", world.name, world.language.name());
+    let Some(verdict) = outcome.verdict else { return ExitCode::SUCCESS };
+    tell(&world, &spec, verdict, Part::default());
+    ExitCode::FAILURE
+}
+
+/// Takes each part of the guard out; each must be noticed.
+#[cfg(feature = "mutations")]
+fn mutations(worlds: &Worlds, arguments: &Arguments) -> ExitCode {
+    let mut missed = 0;
+    for part in Part::ALL {
+        let began = Instant::now();
+        let (mut played, mut found) = (0_u64, None);
+        'search: for number in 0.. {
+            let (seed, _) = seeds(arguments.seed, number, 0);
+            let Some(world) = worlds.world(seed) else { continue };
+            for session in 0..arguments.per_drawing.min(60) {
+                let spec = Spec::of(seeds(arguments.seed, number, session).1);
+                played += 1;
+                if let Some(verdict) = play(&world, &spec, part).verdict {
+                    found = Some((world.name.clone(), verdict));
+                    break 'search;
+                }
+                let limit = arguments.minutes.unwrap_or(1.0) * 60.0;
+                if began.elapsed().as_secs_f64() > limit {
+                    break 'search;
+                }
+            }
+        }
+        let seconds = began.elapsed().as_secs_f64();
+        match found {
+            Some((name, verdict)) => {
+                println!("{part:?}: noticed after {played} sessions, {seconds:.1} s, in {name}: {verdict:?}");
+            }
+            None => {
+                missed += 1;
+                println!("{part:?}: NOT noticed in {played} sessions, {seconds:.1} s");
+            }
+        }
+    }
+    if missed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}

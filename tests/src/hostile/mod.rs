@@ -1,0 +1,18 @@
+//! Hostile simulation: the whole stack from operator to simulated controller in virtual time, with faults from a menu, on
+//! drawings random and real. An exact judge decides whether the tool was in the part. Everything follows from a seed.
+
+mod drawing;
+mod judge;
+mod operator;
+mod play;
+mod shrink;
+mod spec;
+mod world;
+
+pub use drawing::random_drawing;
+pub use judge::{Judge, Verdict};
+pub use operator::{Hostile, Style};
+pub use play::{Outcome, Part, log, play, play_on};
+pub use shrink::shrink;
+pub use spec::{Fault, Spec};
+pub use world::{World, Worlds};

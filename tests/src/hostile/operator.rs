@@ -1,0 +1,153 @@
+//! Operators that mean it.
+
+use std::f64::consts::{PI, TAU};
+use std::time::Duration;
+
+use fastrand::Rng;
+use keepout_executor::operator::{Model, ModelKind, Operator, Seen};
+use keepout_executor::supervisor::{Ask, Phase, Wish};
+use keepout_executor::time::Time;
+
+/// How a hostile operator steers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Style {
+    /// One of the modelled people.
+    Model(ModelKind),
+    /// Chooses moment and direction by what is in flight: around corners while motions are under way, back when they are
+    /// acknowledged, into the wall just before they are.
+    Adversarial,
+    /// Turns the handwheels into the wall.
+    Wheels,
+    /// Lets go, falls silent, comes back.
+    Stale,
+}
+
+impl Style {
+    /// All of them.
+    pub const ALL: [Self; 9] = [
+        Self::Model(ModelKind::Calm),
+        Self::Model(ModelKind::Jittery),
+        Self::Model(ModelKind::Wall),
+        Self::Model(ModelKind::Random),
+        Self::Model(ModelKind::Stuck),
+        Self::Model(ModelKind::Reversal),
+        Self::Adversarial,
+        Self::Wheels,
+        Self::Stale,
+    ];
+}
+
+/// Steers in its style, and asks for everything that can be asked for.
+pub struct Hostile {
+    style: Style,
+    model: Model,
+    random: Rng,
+    every: Duration,
+    until: Time,
+    turn: f64,
+    automatic: bool,
+    ask: Option<Ask>,
+    /// Chance of an ask or a change of mode, for each wish.
+    restless: f64,
+}
+
+/// Longer than any session by hand.
+const FOREVER_S: f64 = 1e6;
+
+impl Hostile {
+    /// An operator of the style; `automatic` ones let the contour be cut.
+    #[must_use]
+    pub fn new(style: Style, automatic: bool, seed: u64) -> Self {
+        let mut random = Rng::with_seed(seed);
+        let kind = if let Style::Model(kind) = style { kind } else { ModelKind::Wall };
+        Self {
+            style,
+            model: Model::new(kind, FOREVER_S, random.u64(..)),
+            every: Duration::from_millis(random.u64(10..50)),
+            until: Time::ZERO,
+            turn: 0.0,
+            automatic,
+            ask: None,
+            restless: if random.bool() { 0.01 } else { 0.0 },
+            random,
+        }
+    }
+
+    fn direction(&mut self, seen: &Seen, now: Time) -> ((f64, f64), (f64, f64)) {
+        let still = (0.0, 0.0);
+        match self.style {
+            Style::Model(_) => (self.model.wish(seen, now).direction, still),
+            Style::Adversarial => (self.against(seen, now), still),
+            Style::Wheels => {
+                let toward = self.toward(seen, 0.0);
+                let step = [0.01, 0.1, 1.0, 3.0][self.random.usize(0..4)];
+                (still, (toward.0 * step, toward.1 * step))
+            }
+            Style::Stale => {
+                let phase = now.seconds() % 3.0;
+                (if phase < 1.5 { self.toward(seen, self.turn) } else { still }, still)
+            }
+        }
+    }
+
+    /// Where the motions in flight end decides: the next is wished around the corner from there.
+    fn against(&mut self, seen: &Seen, now: Time) -> (f64, f64) {
+        if now >= self.until || seen.unacknowledged == 0 && self.random.u8(0..4) == 0 {
+            self.until = now.after(Duration::from_millis(self.random.u64(20..800)));
+            self.turn = match self.random.u8(0..6) {
+                0 => 0.0,
+                1 => PI / 2.0,
+                2 => -PI / 2.0,
+                3 => PI,
+                4 => 0.05,
+                _ => TAU * self.random.f64(),
+            };
+        }
+        let (Some(end), Some(wall)) = (seen.end_mm, seen.wall_mm) else { return (0.0, 0.0) };
+        let (dx, dy) = (wall.0 - end.0, wall.1 - end.1);
+        let length = dx.hypot(dy).max(1e-9);
+        turned((dx / length, dy / length), self.turn)
+    }
+
+    fn toward(&mut self, seen: &Seen, turn: f64) -> (f64, f64) {
+        let (Some(position), Some(wall)) = (seen.position_mm, seen.wall_mm) else { return (0.0, 0.0) };
+        let (dx, dy) = (wall.0 - position.0, wall.1 - position.1);
+        let length = dx.hypot(dy).max(1e-9);
+        turned((dx / length, dy / length), turn)
+    }
+
+    fn asked(&mut self, phase: Phase) -> Option<Ask> {
+        if self.ask.take().is_some() {
+            return None;
+        }
+        let chance = self.random.f64();
+        self.ask = match phase {
+            Phase::Faulted if chance < 0.05 => Some(Ask::Recover),
+            Phase::Contouring if chance < self.restless => Some(Ask::Pause),
+            Phase::Holding if chance < 0.05 => Some(Ask::Resume),
+            phase if phase.is_steered() && chance < self.restless => Some(Ask::Resume),
+            _ => None,
+        };
+        self.ask
+    }
+}
+
+fn turned((x, y): (f64, f64), turn: f64) -> (f64, f64) {
+    (x * turn.cos() - y * turn.sin(), x * turn.sin() + y * turn.cos())
+}
+
+impl Operator for Hostile {
+    fn wish(&mut self, seen: &Seen, now: Time) -> Wish {
+        if seen.phase == Phase::Starting {
+            return Wish::default();
+        }
+        let (direction, turned_mm) = self.direction(seen, now);
+        // Armed once a while: choosing automatic mode again arms it again.
+        let automatic = self.automatic && now.micros() % 16_000_000 > 8_000_000;
+        Wish { direction, turned_mm, automatic, ask: self.asked(seen.phase) }
+    }
+
+    fn every(&self) -> Duration {
+        self.every
+    }
+}

@@ -1,0 +1,328 @@
+//! Playing one session.
+
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
+use std::time::Duration;
+
+use fastrand::Rng;
+use keepout_executor::link::dialect::Setting;
+use keepout_executor::link::faults::Faults;
+use keepout_executor::link::port::{Port, PortError};
+use keepout_executor::session::log::{Header, LogError, LogTape};
+use keepout_executor::session::{Clock, Ended, Engine, Going, NoTape, Session, Tape};
+use keepout_executor::sim::{Disturbance, Sample, SimMachine, SimSettings, Slip, speaking};
+use keepout_executor::supervisor::{Counts, Options, Supervisor};
+use keepout_executor::time::Time;
+use keepout_planner::job::Progress;
+use keepout_planner::units::point_mm;
+
+use super::judge::{Judge, Verdict};
+use super::operator::Hostile;
+use super::spec::{Fault, Spec};
+use super::world::World;
+
+/// A part of the guard that is taken out, in builds that can.
+#[cfg(feature = "mutations")]
+pub type Part = keepout_executor::supervisor::guard::Mutation;
+/// Nothing is taken out of the guard.
+#[cfg(not(feature = "mutations"))]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Part;
+
+/// What came of a session.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// What the judge found.
+    pub verdict: Option<Verdict>,
+    /// How it ended; `None` when the program itself failed.
+    pub ended: Option<Ended>,
+    /// The last fault.
+    pub fault: Option<String>,
+    /// Simulated time, s.
+    pub seconds: f64,
+    /// The supervisor's counters.
+    pub counts: Counts,
+    /// Loops contoured.
+    pub contoured: usize,
+    /// Way of the tool, mm.
+    pub way_mm: f64,
+    /// Faults of the line that happened.
+    pub faults: u64,
+    /// Wishes that were given, replies that were heard, ticks: decisions that were taken.
+    pub rounds: u64,
+    /// How often the operator began anew after a fault.
+    pub recoveries: u64,
+}
+
+/// The cable's end at the computer, whose clock can be ahead of the machine's.
+#[derive(Clone)]
+struct Cable {
+    machine: Rc<RefCell<SimMachine>>,
+    ahead: Rc<Cell<Duration>>,
+}
+
+impl Cable {
+    fn machine_time(&self, now: Time) -> Time {
+        Time::ZERO.after(now.since(Time::ZERO.after(self.ahead.get())))
+    }
+}
+
+impl Port for Cable {
+    fn write(&mut self, bytes: &[u8], now: Time) -> Result<(), PortError> {
+        let now = self.machine_time(now);
+        let mut machine = self.machine.borrow_mut();
+        if !machine.is_connected() {
+            return Err(unplugged());
+        }
+        machine.host_writes(bytes, now);
+        Ok(())
+    }
+
+    fn read(&mut self, into: &mut Vec<u8>, now: Time) -> Result<(), PortError> {
+        let now = self.machine_time(now);
+        let mut machine = self.machine.borrow_mut();
+        machine.advance(now);
+        machine.host_reads(into, now);
+        if machine.is_connected() { Ok(()) } else { Err(unplugged()) }
+    }
+
+    fn next_event(&self) -> Time {
+        self.machine.borrow().next_event().after(self.ahead.get())
+    }
+}
+
+fn unplugged() -> PortError {
+    PortError::Lost { name: "simulated".into(), reason: "unplugged".into() }
+}
+
+/// A clock that can stand still for the program while the machine goes on, or be ahead of it.
+#[derive(Debug, Default)]
+struct HostClock {
+    now: Time,
+    /// When the program stands still or the clock jumps, and how far; latest first.
+    breaks: Vec<(Time, Duration)>,
+    /// The clock jumps: the machine's does not.
+    jumps: bool,
+    ahead: Rc<Cell<Duration>>,
+}
+
+impl Clock for HostClock {
+    fn now(&mut self) -> Time {
+        self.now
+    }
+
+    fn wait(&mut self, until: Time) {
+        self.now = until.max(self.now.after(Duration::from_micros(1)));
+        if let Some((_, span)) = self.breaks.pop_if(|(at, _)| *at <= self.now) {
+            self.now = self.now.after(span);
+            if self.jumps {
+                self.ahead.set(self.ahead.get() + span);
+            }
+        }
+    }
+
+    fn is_real(&self) -> bool {
+        false
+    }
+}
+
+/// What happens to the machine, latest first.
+enum Happening {
+    Reset,
+    Alarm,
+    Unplug,
+    Plug,
+    Mistune(bool),
+}
+
+/// Plays the session in the world. `part` is taken out of the guard.
+#[must_use]
+pub fn play(world: &World, spec: &Spec, part: Part) -> Outcome {
+    play_on(world, spec, part, Box::new(NoTape))
+}
+
+/// As [`play`], and tells the tape.
+#[must_use]
+pub fn play_on(world: &World, spec: &Spec, part: Part, tape: Box<dyn Tape>) -> Outcome {
+    let mut random = Rng::with_seed(spec.seed ^ 0x5e55_1011);
+    let dialect = world.language.dialect(setting(world));
+    let abilities = dialect.abilities();
+    let inside = spec.begins_inside && !world.inside.is_empty();
+    let places = if inside { &world.inside } else { &world.starts };
+    let start = places[random.usize(0..places.len())];
+    let machine =
+        Rc::new(RefCell::new(machine(world, spec, point_mm_on_machine(world, start), abilities.checked)));
+    let homed = true;
+    let options = Options {
+        feed_mm_min: [300, 900, 3000][random.usize(0..3)],
+        home: !homed,
+        stroke: world.place.stroke,
+        answer_within: Duration::from_secs(5) + spec.latency * 4,
+        progress: Progress::default(),
+    };
+    let mut supervisor = Supervisor::new(world.work.clone(), options, abilities);
+    take_out(&mut supervisor, part);
+    let operator = Hostile::new(spec.style, spec.automatic, random.u64(..));
+    let engine = Engine::new(supervisor, dialect);
+    let ahead = Rc::new(Cell::new(Duration::ZERO));
+    let cable = Cable { machine: Rc::clone(&machine), ahead: Rc::clone(&ahead) };
+    let again = cable.clone();
+    let reopen =
+        move || if again.machine.borrow().is_connected() { Ok(again.clone()) } else { Err(unplugged()) };
+    let there = cable.clone();
+    let mut session = Session::new(engine, cable, Box::new(operator), tape).recovering(Box::new(reopen));
+    let radius = world.work.plan.plan.tool_radius;
+    let mut judge =
+        Judge::new(world.part.clone(), world.place.offset, radius, (world.by_hand, world.outside));
+    let mut happenings = happenings(spec, &mut random);
+    let mut clock = HostClock {
+        now: Time::ZERO,
+        breaks: breaks(spec, &mut random),
+        jumps: spec.suffers(Fault::Clock),
+        ahead,
+    };
+    let mut samples: Vec<Sample> = Vec::new();
+    let (mut rounds, mut last, mut recoveries, mut was_faulted) = (0, Time::ZERO, 0, false);
+    let ended = session.run(&mut clock, spec.limit, |session, now| {
+        rounds += 1;
+        last = now;
+        let mut machine = machine.borrow_mut();
+        while let Some((_, happening)) = happenings.pop_if(|(at, _)| *at <= now) {
+            happen(&mut machine, &happening, there.machine_time(now));
+        }
+        machine.take_samples(&mut samples);
+        samples.drain(..).for_each(|sample| judge.watch(&sample));
+        let faulted = session.supervisor().fault().is_some();
+        recoveries += u64::from(was_faulted && !faulted);
+        was_faulted = faulted;
+        let stuck = faulted && spec.faults.is_empty();
+        if judge.verdict().is_some() || stuck { Going::Halt } else { Going::On }
+    });
+    // What is still under way is watched to its end.
+    let mut machine = machine.borrow_mut();
+    machine.connect(true);
+    machine.advance(last.after(spec.latency + Duration::from_secs(30)));
+    machine.take_samples(&mut samples);
+    samples.drain(..).for_each(|sample| judge.watch(&sample));
+    let supervisor = session.supervisor();
+    Outcome {
+        verdict: judge.verdict(),
+        ended: ended.ok(),
+        fault: supervisor.fault().map(ToString::to_string),
+        seconds: last.seconds(),
+        counts: supervisor.counts(),
+        contoured: supervisor.finished().len(),
+        way_mm: judge.way_mm(),
+        faults: machine.faults(),
+        rounds,
+        recoveries,
+    }
+}
+
+/// A log for a session in the world.
+///
+/// # Errors
+/// [`LogError`] when it can not be created.
+pub fn log(world: &World, spec: &Spec, path: &std::path::Path) -> Result<Box<dyn Tape>, LogError> {
+    let header = Header {
+        plan: String::new(),
+        drawing: world.name.clone(),
+        dialect: world.language.name().into(),
+        offset: world.place.offset,
+        stroke: world.place.stroke,
+        feed_mm_min: 900,
+        home: false,
+        answer_within_ms: 5000,
+        progress: Progress::default(),
+        setting: format!("hostile session {}:{}", world.seed, spec.seed),
+    };
+    Ok(Box::new(LogTape::create(path, &header)?))
+}
+
+#[cfg(feature = "mutations")]
+fn take_out(supervisor: &mut Supervisor, part: Part) {
+    supervisor.guard_mut().mutate(part);
+}
+
+#[cfg(not(feature = "mutations"))]
+fn take_out(_: &mut Supervisor, _: Part) {}
+
+fn setting(world: &World) -> Setting {
+    Setting {
+        offset: world.place.offset,
+        steps_per_mm: world.machine.steps_per_mm,
+        arc_tolerance_mm: world.machine.arc_tolerance_mm,
+    }
+}
+
+fn point_mm_on_machine(world: &World, start: keepout_kernel::Point) -> (f64, f64) {
+    start.translated(world.place.offset).map_or((-1.0, -1.0), point_mm)
+}
+
+fn machine(world: &World, spec: &Spec, start_mm: (f64, f64), checked: bool) -> SimMachine {
+    let settings = SimSettings {
+        machine: world.machine.clone(),
+        start_mm,
+        homed: true,
+        homing: Duration::from_secs(1),
+        work_offset_mm: (-37.25, -21.5),
+    };
+    let (band, steps) = (world.machine.repeatability_mm, world.machine.steps_per_mm);
+    let slip = if spec.suffers(Fault::LostSteps) {
+        Slip::sudden(band, steps, spec.seed)
+    } else {
+        Slip::wandering(band, steps, spec.seed)
+    };
+    let controller = speaking(&world.language, settings);
+    let there = Faults::new(spec.rates(false, checked), spec.seed ^ 0x7e0);
+    let here = Faults::new(spec.rates(true, checked), spec.seed ^ 0x4e1);
+    SimMachine::new(controller, spec.baud, spec.latency, slip).hurt(there, here)
+}
+
+fn happenings(spec: &Spec, random: &mut Rng) -> Vec<(Time, Happening)> {
+    let mut list = Vec::new();
+    let at = |random: &mut Rng| Time::ZERO.after(spec.limit.mul_f64(random.f64()));
+    for fault in &spec.faults {
+        let when = at(random);
+        match fault {
+            Fault::Reset => list.push((when, Happening::Reset)),
+            Fault::Alarm => list.push((when, Happening::Alarm)),
+            Fault::PortLoss => {
+                let back = when.after(Duration::from_millis(random.u64(1..8000)));
+                list.extend([(when, Happening::Unplug), (back, Happening::Plug)]);
+            }
+            Fault::Baud => {
+                let back = when.after(Duration::from_millis(random.u64(1..8000)));
+                list.extend([(when, Happening::Mistune(true)), (back, Happening::Mistune(false))]);
+            }
+            _ => {}
+        }
+    }
+    list.sort_by_key(|each| std::cmp::Reverse(each.0));
+    list
+}
+
+fn happen(machine: &mut SimMachine, happening: &Happening, now: Time) {
+    match happening {
+        Happening::Reset => machine.disturb(Disturbance::Reset, now),
+        Happening::Alarm => machine.disturb(Disturbance::Alarm, now),
+        Happening::Unplug => machine.connect(false),
+        Happening::Plug => machine.connect(true),
+        Happening::Mistune(wrong) => machine.mistune(*wrong),
+    }
+}
+
+fn breaks(spec: &Spec, random: &mut Rng) -> Vec<(Time, Duration)> {
+    if !spec.suffers(Fault::Clock) && !spec.suffers(Fault::Stall) {
+        return Vec::new();
+    }
+    let count = random.usize(1..12);
+    let mut list: Vec<(Time, Duration)> = (0..count)
+        .map(|_| {
+            let span = Duration::from_secs_f64(0.01 * 1000.0_f64.powf(random.f64()));
+            (Time::ZERO.after(spec.limit.mul_f64(random.f64())), span)
+        })
+        .collect();
+    list.sort_by_key(|each| std::cmp::Reverse(each.0));
+    list
+}

@@ -1,0 +1,143 @@
+//! What a session is made of, from a seed.
+
+use std::time::Duration;
+
+use fastrand::Rng;
+use keepout_executor::link::faults::{Damage, Rates};
+
+use super::operator::Style;
+
+/// Something that goes wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Fault {
+    /// Pieces are held up, up to 10 s.
+    Delay,
+    /// Pieces are lost.
+    Loss,
+    /// Pieces arrive twice.
+    Doubling,
+    /// Pieces change places.
+    Swap,
+    /// Bytes to the host are damaged, into anything.
+    DamageToHost,
+    /// Bytes to the controller are damaged: into anything behind a checksum, else into what the controller refuses.
+    DamageToController,
+    /// Noise.
+    Noise,
+    /// The controller is reset.
+    Reset,
+    /// The controller raises an alarm.
+    Alarm,
+    /// Steps are lost, within the margin.
+    LostSteps,
+    /// The cable is pulled and put back.
+    PortLoss,
+    /// The program stands still for a while.
+    Stall,
+    /// The clock jumps ahead.
+    Clock,
+    /// The wrong baud rate for a while: nothing but rubbish.
+    Baud,
+}
+
+impl Fault {
+    /// The whole menu.
+    pub const ALL: [Self; 14] = [
+        Self::Delay,
+        Self::Loss,
+        Self::Doubling,
+        Self::Swap,
+        Self::DamageToHost,
+        Self::DamageToController,
+        Self::Noise,
+        Self::Reset,
+        Self::Alarm,
+        Self::LostSteps,
+        Self::PortLoss,
+        Self::Stall,
+        Self::Clock,
+        Self::Baud,
+    ];
+}
+
+/// A session: everything about it follows from its seed and what was left out of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spec {
+    /// The seed of all but the drawing.
+    pub seed: u64,
+    /// What goes wrong in it.
+    pub faults: Vec<Fault>,
+    /// How the operator steers.
+    pub style: Style,
+    /// Whether the operator lets the contour be cut.
+    pub automatic: bool,
+    /// How long it lasts.
+    pub limit: Duration,
+    /// Baud rate.
+    pub baud: u32,
+    /// Delay each way.
+    pub latency: Duration,
+    /// Whether the tool begins nearer than roughing allows.
+    pub begins_inside: bool,
+}
+
+impl Spec {
+    /// The session of this seed.
+    #[must_use]
+    pub fn of(seed: u64) -> Self {
+        let mut random = Rng::with_seed(seed);
+        let count = [0, 1, 1, 1, 2, 2, 3, 5][random.usize(0..8)];
+        let mut faults = Fault::ALL.to_vec();
+        random.shuffle(&mut faults);
+        faults.truncate(count);
+        let automatic = random.u8(0..3) == 0;
+        let limit = if automatic { random.u64(20..120) } else { random.u64(8..50) };
+        // From 1 ms to 3 s, as many short ones as long.
+        let latency = Duration::from_secs_f64(0.001 * 3000.0_f64.powf(random.f64() * random.f64()));
+        Self {
+            seed,
+            faults,
+            style: Style::ALL[random.usize(0..Style::ALL.len())],
+            automatic,
+            limit: Duration::from_secs(limit),
+            baud: [9600, 38_400, 115_200][random.usize(0..3)],
+            latency,
+            begins_inside: random.u8(0..16) == 0,
+        }
+    }
+
+    fn has(&self, fault: Fault) -> bool {
+        self.faults.contains(&fault)
+    }
+
+    /// Whether the fault is in it.
+    #[must_use]
+    pub fn suffers(&self, fault: Fault) -> bool {
+        self.has(fault)
+    }
+
+    /// The rates of one direction's faults.
+    #[must_use]
+    pub fn rates(&self, to_host: bool, checked: bool) -> Rates {
+        let mut random = Rng::with_seed(self.seed ^ if to_host { 0x51 } else { 0xa7 });
+        // From rare to often.
+        let mut chance = |most: f64| most * 10.0_f64.powf(-2.5 * random.f64());
+        let mut rates = Rates::default();
+        let mut set = |fault, rate: &mut f64, most| {
+            let value = chance(most);
+            if self.has(fault) {
+                *rate = value;
+            }
+        };
+        set(Fault::Delay, &mut rates.delay, 0.2);
+        set(Fault::Loss, &mut rates.loss, 0.05);
+        set(Fault::Doubling, &mut rates.doubling, 0.05);
+        set(Fault::Swap, &mut rates.swap, 0.1);
+        set(Fault::Noise, &mut rates.noise, 0.02);
+        let damage = if to_host { Fault::DamageToHost } else { Fault::DamageToController };
+        set(damage, &mut rates.damage, 0.02);
+        rates.kind = if to_host || checked { Damage::Any } else { Damage::Detectable };
+        rates.delay_max = Duration::from_secs(10);
+        rates
+    }
+}

@@ -1,0 +1,166 @@
+//! The worlds that sessions are set in: a drawing, a tool, a machine, a certified plan.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use fastrand::Rng;
+use keepout_executor::link::dialect::Language;
+use keepout_executor::session::Placement;
+use keepout_executor::session::place_on_table;
+use keepout_executor::supervisor::Workpiece;
+use keepout_kernel::{Length, Point, ProhibitedRegion};
+use keepout_planner::machine::MachineProfile;
+use keepout_planner::order::Order;
+use keepout_planner::plan::{Cut, Job, PassJob};
+use keepout_planner::profile::MachinedSide;
+use keepout_planner::units::{length_up_from_mm, mm, point_from_mm, point_mm};
+
+use super::drawing::random_drawing;
+
+/// A plan and everything that sessions in it share.
+pub struct World {
+    /// Its seed.
+    pub seed: u64,
+    /// The drawing's name.
+    pub name: String,
+    /// The language that its controller speaks.
+    pub language: Language,
+    /// The machine.
+    pub machine: MachineProfile,
+    /// The plan.
+    pub work: Workpiece,
+    /// The part, prepared for the judge's questions.
+    pub part: Arc<ProhibitedRegion>,
+    /// Where the drawing lies.
+    pub place: Placement,
+    /// Threshold of the judge while the tool is steered.
+    pub by_hand: Length,
+    /// Beyond this the tool has left the allowance for certain.
+    pub outside: Length,
+    /// Places where the tool can begin.
+    pub starts: Vec<Point>,
+    /// Places nearer than roughing allows, and not in the part.
+    pub inside: Vec<Point>,
+}
+
+/// Where drawings come from.
+#[derive(Clone, Debug, Default)]
+pub struct Worlds {
+    /// Real drawings; random ones are made besides.
+    pub real: Vec<PathBuf>,
+    /// The languages that controllers speak.
+    pub languages: Vec<Language>,
+}
+
+/// Share of real drawings, where there are some: one in so many.
+const REAL_EVERY: u64 = 8;
+/// Places looked for.
+const PLACES: usize = 24;
+
+impl Worlds {
+    /// The world of this seed; `None` when no plan can be made of its drawing, or it does not fit its machine.
+    #[must_use]
+    pub fn world(&self, seed: u64) -> Option<World> {
+        let mut random = Rng::with_seed(seed);
+        let language = self.languages.get(random.usize(0..self.languages.len().max(1)))?.clone();
+        let real = !self.real.is_empty() && seed.is_multiple_of(REAL_EVERY);
+        let (name, bytes) = if real {
+            let path = &self.real[random.usize(0..self.real.len())];
+            (path.file_name()?.to_string_lossy().into_owned(), std::fs::read(path).ok()?)
+        } else {
+            (format!("random {seed}"), random_drawing(&mut random).into_bytes())
+        };
+        let machine = machine(&mut random);
+        let order = order(&mut random);
+        let plan = order.plan(&name, &bytes, &machine, &mut |_| {}).ok()?;
+        // Sessions are many: a huge drawing would take all the time.
+        if plan.part.edges().len() > 20_000 {
+            return None;
+        }
+        let place = place_on_table(&plan, &machine, None).ok()?;
+        let by_hand = Length::from_units(
+            i64::from(plan.plan.tool_radius.units()) + i64::from(plan.plan.allowance.units()),
+        )
+        .ok()?;
+        let margin = plan.roughing.units() - by_hand.units();
+        let outside = Length::from_units(i64::from(plan.roughing.units()) + i64::from(margin)).ok()?;
+        let mut part = plan.part.clone();
+        let _ = part.prepare(outside);
+        let _ = part.prepare(by_hand);
+        let _ = part.prepare(plan.plan.tool_radius);
+        let mut world = World {
+            seed,
+            name,
+            language,
+            machine,
+            work: Workpiece::new(plan),
+            part: Arc::new(part),
+            place,
+            by_hand,
+            outside,
+            starts: Vec::new(),
+            inside: Vec::new(),
+        };
+        world.look_for_places(&mut random);
+        (!world.starts.is_empty()).then_some(world)
+    }
+}
+
+impl World {
+    /// Looks for places around and in the part's box.
+    fn look_for_places(&mut self, random: &mut Rng) {
+        let plan = &self.work.plan;
+        let (low, high) = plan.part_box();
+        let ((x0, y0), (x1, y1)) = (point_mm(low), point_mm(high));
+        let reach = 4.0 * mm(plan.roughing.units());
+        let finishing = length_up_from_mm(mm(plan.finishing.units()) + 0.002).unwrap_or(plan.finishing);
+        for _ in 0..4000 {
+            if self.starts.len() >= PLACES && self.inside.len() >= 4 {
+                return;
+            }
+            let within = |low: f64, high: f64, t: f64| low - reach + (high - low + 2.0 * reach) * t;
+            let place = (within(x0, x1, random.f64()), within(y0, y1, random.f64()));
+            let Ok(point) = point_from_mm(place) else { continue };
+            if !self.place.stroke.holds(point) {
+                continue;
+            }
+            if plan.part.free_point(point, plan.roughing).is_ok() {
+                if self.starts.len() < PLACES {
+                    self.starts.push(point);
+                }
+            } else if plan.part.free_point(point, finishing).is_ok() {
+                self.inside.push(point);
+            }
+        }
+    }
+}
+
+fn machine(random: &mut Rng) -> MachineProfile {
+    let simulated = MachineProfile::simulated();
+    MachineProfile {
+        max_rate_mm_s: [20.0, 60.0, 200.0][random.usize(0..3)],
+        acceleration_mm_s2: [100.0, 500.0, 3000.0][random.usize(0..3)],
+        steps_per_mm: [80.0, 200.0, 400.0, 2000.0][random.usize(0..4)],
+        repeatability_mm: [0.0, 0.004, 0.02][random.usize(0..3)],
+        ..simulated
+    }
+}
+
+fn order(random: &mut Rng) -> Order {
+    let tool_diameter_mm = [1.0, 2.0, 3.0, 6.0, 10.0][random.usize(0..5)];
+    let passes = match random.u8(0..4) {
+        0 => vec![PassJob { allowance_mm: 0.1, feed_mm_min: None }, PassJob::default()],
+        // Axes that run apart can not follow slanted walls closer than this.
+        1 => vec![PassJob { allowance_mm: 0.05, feed_mm_min: None }],
+        _ => Vec::new(),
+    };
+    let job = Job {
+        tool_diameter_mm,
+        allowance_mm: [0.15, 0.2, 0.5, 2.0][random.usize(0..4)],
+        side: if random.u8(0..3) == 0 { MachinedSide::Inside } else { MachinedSide::Outside },
+        passes,
+        cut: if random.bool() { Cut::Climb } else { Cut::Conventional },
+        ..Job::default()
+    };
+    Order { job, ..Order::default() }
+}
