@@ -112,6 +112,12 @@ impl Wire {
         self.under_way.front().map(|&(at, _)| at)
     }
 
+    /// When the next byte arrives that is minded.
+    #[must_use]
+    pub fn next_minded(&self, minds: impl Fn(u8) -> bool) -> Option<Time> {
+        self.under_way.iter().find(|&&(_, byte)| minds(byte)).map(|&(at, _)| at)
+    }
+
     /// When the next line is complete, or the last byte that is on the way arrives.
     #[must_use]
     pub fn next_line(&self) -> Option<Time> {

@@ -221,7 +221,7 @@ impl SimMachine {
     #[must_use]
     pub fn next_event(&self) -> Time {
         let controller = self.controller.next_event();
-        let there = self.to_controller.next_arrival().unwrap_or(Time::NEVER);
+        let there = self.to_controller.next_minded(|byte| self.controller.minds(byte)).unwrap_or(Time::NEVER);
         let here = self.to_host.next_line().unwrap_or(Time::NEVER);
         controller.min(there).min(here)
     }

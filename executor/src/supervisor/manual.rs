@@ -53,6 +53,12 @@ const WHEEL_AHEAD_MM: f64 = 10.0;
 const SINGLE_S: f64 = 1.0;
 /// Step along a wall where axes run apart, mm.
 const STAIR_MM: f64 = 0.5;
+/// How finely a motion is cut short where something in flight is in its way: to one part in 64.
+const HALVINGS: u32 = 6;
+/// Angles tried along a wall while motions are under way; at rest all of [`SLIDE_TURNS`] are.
+const TURNS_UNDER_WAY: [u32; 4] = [12, 8, 5, 3];
+/// Directions are alike within this (cosine): 0.8°.
+const ALIKE: f64 = 0.9999;
 /// A slide that gets this share of its way is taken without trying others.
 const GOOD_SHARE: f64 = 0.98;
 
@@ -65,6 +71,8 @@ pub struct Steering {
     cancelled: Option<(u64, u64)>,
     /// Nothing is sent until the tool has settled.
     resting: bool,
+    /// From where, with the tool where, and in which direction nothing was admitted last: asked again it would not be.
+    fruitless: Option<(Point, Point, (f64, f64))>,
     /// What handwheels were turned and the tool has not followed yet, mm.
     turned_mm: (f64, f64),
 }
@@ -153,8 +161,16 @@ impl Steering {
             return Contact::Unknown;
         }
         let Some(base) = self.base(helm) else { return Contact::Unknown };
-        let way = vector(unit, missing_mm);
-        let (target, contact) = helm.reach(base, way);
+        let place = (base.point(), helm.guard.tail().map_or(base.point(), FreePoint::point));
+        let alike = |(at, tail, (x, y)): (Point, Point, (f64, f64))| {
+            (at, tail) == place && x * unit.0 + y * unit.1 > ALIKE
+        };
+        if self.fruitless.is_some_and(alike) {
+            helm.counts.clipped += 1;
+            return Contact::Unknown;
+        }
+        let (target, contact) = helm.reach(base, vector(unit, missing_mm));
+        self.fruitless = target.is_none().then_some((place.0, place.1, unit));
         if let Some((target, share)) = target
             && let Ok(certified) = helm.guard.jog(target, feed(speed * share))
         {
@@ -317,7 +333,8 @@ impl Helm<'_> {
             return (straight, if gained > 0.0 { Contact::Unknown } else { Contact::Wall });
         };
         let mut best: Option<(f64, Point, f64)> = None;
-        for &turn in &SLIDE_TURNS {
+        let turns: &[u32] = if self.guard.settled() { &SLIDE_TURNS } else { &TURNS_UNDER_WAY };
+        for &turn in turns {
             let Some(along) = wall.slide(wish, turn) else { continue };
             for along in self.ways_along(along) {
                 let Some(target) = along.and_then(|along| self.prefix(base, along)) else { continue };
@@ -372,12 +389,16 @@ impl Helm<'_> {
             return None;
         }
         // The way is clear, and something in flight is in the way of the fan: halve.
-        let mut best = None;
-        longest_prefix(from.point(), clipped, |point| {
-            let target = admitted(point);
-            best = target.or(best);
-            target.is_some()
-        });
+        let span = clipped.minus(from.point());
+        let (mut low, mut high, mut best) = (0.0, 1.0, None);
+        for _ in 0..HALVINGS {
+            let share = f64::midpoint(low, high);
+            let part = vector((mm_of(span.dx) * share, mm_of(span.dy) * share), 1.0);
+            match from.point().translated(part).ok().and_then(admitted) {
+                Some(target) => (low, best) = (share, Some(target)),
+                None => high = share,
+            }
+        }
         best
     }
 }

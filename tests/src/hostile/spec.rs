@@ -91,7 +91,7 @@ impl Spec {
         random.shuffle(&mut faults);
         faults.truncate(count);
         let automatic = random.u8(0..3) == 0;
-        let limit = if automatic { random.u64(20..120) } else { random.u64(8..50) };
+        let limit = if automatic { random.u64(20..80) } else { random.u64(6..40) };
         // From 1 ms to 3 s, as many short ones as long.
         let latency = Duration::from_secs_f64(0.001 * 3000.0_f64.powf(random.f64() * random.f64()));
         Self {

@@ -124,24 +124,28 @@ impl InFlight {
         tail: FreePoint,
         to: Point,
     ) -> Result<FreePoint, Refusal> {
-        match self.shape {
-            MotionShape::Line => self.admit_line(part, tail, to).map_err(Refusal::Blocked),
-            MotionShape::Box => {
-                let window =
-                    self.points().fold(Window::of(to), |window, free| window.including(free.point()));
-                clear_box(part, tail, window).map_err(Refusal::Blocked)?;
-                part.motion(tail, to).map_err(Refusal::Blocked)
-            }
-        }
+        let window = self.points().fold(Window::of(to), |window, free| window.including(free.point()));
+        // The hull lies in the box: where that is clear nothing else need be asked.
+        let outcome = match (clear_box(part, tail, window), self.shape) {
+            (Err(_), MotionShape::Line) => self.admit_line(part, tail, to),
+            (outcome, _) => outcome.and_then(|()| part.motion(tail, to)),
+        };
+        outcome.map_err(Refusal::Blocked)
     }
 
     /// Every point of the new hull lies in the old one or on a segment from `to` to its boundary, and the boundary consists
-    /// of segments between points of the set: the triangles over all pairs cover it.
+    /// of segments between points of the set: the triangles over all pairs cover it. Those with the last target are asked
+    /// first: what is in the way is mostly there.
     fn admit_line(&self, part: &ProhibitedRegion, tail: FreePoint, to: Point) -> Result<FreePoint, Blocked> {
-        let mut admitted = part.motion(tail, to)?;
+        let last = self.lines.back().map_or(tail, |line| line.target);
+        let admitted = part.motion(last, to)?;
+        for a in self.points() {
+            part.fan(a, last, to)?;
+        }
         for (i, a) in self.points().enumerate() {
-            for b in self.points().skip(i + 1) {
-                admitted = part.fan(a, b, to)?;
+            let others = self.points().skip(i + 1).filter(|b| *b != last && b.point() != a.point());
+            for b in others.filter(|_| a != last) {
+                part.fan(a, b, to)?;
             }
         }
         Ok(admitted)
@@ -296,19 +300,16 @@ enum Snap {
     Off,
 }
 
-/// Certifies that a box is clear. `from` is a free point in it: the triangles from there over the four sides cover it.
+/// Certifies that a box is clear, at the threshold of a free point in it: no edge comes near it, so all of it is on that
+/// point's side.
 pub(super) fn clear_box(part: &ProhibitedRegion, from: FreePoint, window: Window) -> Result<(), Blocked> {
-    let (x0, y0, x1, y1) = window.corners();
-    let corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)];
-    let mut last: Option<FreePoint> = None;
-    for (x, y) in corners {
-        let at = Point::from_units(x.into(), y.into()).map_err(|_| Blocked::StartTooNear(from.point()))?;
-        last = Some(match last {
-            None => part.motion(from, at)?,
-            Some(before) => part.fan(from, before, at)?,
-        });
+    if !window.holds(from.point()) {
+        return Err(Blocked::StartTooNear(from.point()));
     }
-    Ok(())
+    match part.index().near_box(window, from.threshold()) {
+        Some(edge) => Err(Blocked::ByEdge(*edge)),
+        None => Ok(()),
+    }
 }
 
 /// The lattice point nearest to the foot of the perpendicular from `p` on the segment, or the nearer end.
