@@ -121,6 +121,8 @@ impl Faults {
         }
         match self.rates.kind {
             Damage::Detectable => Some(b"#@`{}\\"[self.random.usize(0..6)]),
+            // A digit that becomes another is what nothing but a checksum notices.
+            Damage::Any if byte.is_ascii_digit() && self.random.bool() => Some(self.random.u8(b'0'..=b'9')),
             Damage::Any => match self.random.u8(0..10) {
                 0 => None,
                 // A single bit, as on a real line.

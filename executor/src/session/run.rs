@@ -13,7 +13,7 @@ use super::engine::Engine;
 use super::tape::{Tape, TapeError};
 use crate::link::port::{Port, PortError};
 use crate::operator::{Operator, Seen};
-use crate::supervisor::{Phase, Supervisor};
+use crate::supervisor::{JobRequest, Phase, Supervisor};
 use crate::time::Time;
 
 /// Where time comes from.
@@ -91,6 +91,9 @@ pub enum Ended {
     OutOfTime,
 }
 
+/// Works out contouring jobs.
+pub type Planner<'a> = Box<dyn FnMut(&JobRequest, &CertifiedPlan) -> Result<ContourJob, String> + 'a>;
+
 /// Opens a port again.
 pub type Reopen<'a, P> = Box<dyn FnMut() -> Result<P, PortError> + 'a>;
 
@@ -106,6 +109,8 @@ pub struct Session<'a, P: Port> {
     reopen_due: Time,
     bytes: Vec<u8>,
     job: Option<JoinHandle<Result<ContourJob, String>>>,
+    /// In virtual time, instead of the planner.
+    planner: Option<Planner<'a>>,
     /// A fault does not end the session: the operator can recover from it.
     recovers: bool,
 }
@@ -130,6 +135,7 @@ impl<'a, P: Port> Session<'a, P> {
             bytes: Vec::with_capacity(4096),
             job: None,
             recovers: false,
+            planner: None,
         }
     }
 
@@ -137,6 +143,12 @@ impl<'a, P: Port> Session<'a, P> {
     #[must_use]
     pub fn recovering(self, reopen: Reopen<'a, P>) -> Self {
         Self { reopen: Some(reopen), recovers: true, ..self }
+    }
+
+    /// The same session with another planner, in virtual time: what it proposes is certified all the same.
+    #[must_use]
+    pub fn planned_by(self, planner: Planner<'a>) -> Self {
+        Self { planner: Some(planner), ..self }
     }
 
     /// The supervisor.
@@ -285,13 +297,15 @@ impl<'a, P: Port> Session<'a, P> {
         }
         let Some(request) = self.engine.wanted_job() else { return Ok(()) };
         let plan = Arc::clone(&self.supervisor().work().plan);
-        let work = move || request.work_out(&plan);
         if real {
-            self.job = Some(std::thread::spawn(work));
-            Ok(())
-        } else {
-            self.engine.job(work(), now, self.tape.as_mut())
+            self.job = Some(std::thread::spawn(move || request.work_out(&plan)));
+            return Ok(());
         }
+        let job = match &mut self.planner {
+            Some(planner) => planner(&request, &plan),
+            None => request.work_out(&plan),
+        };
+        self.engine.job(job, now, self.tape.as_mut())
     }
 
     /// Writes what the engine wants sent, after the log has been handed to the system.

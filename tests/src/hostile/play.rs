@@ -13,7 +13,8 @@ use keepout_executor::session::{Clock, Ended, Engine, Going, NoTape, Session, Ta
 use keepout_executor::sim::{Disturbance, Sample, SimMachine, SimSettings, Slip, speaking};
 use keepout_executor::supervisor::{Counts, Options, Supervisor};
 use keepout_executor::time::Time;
-use keepout_planner::job::Progress;
+use keepout_kernel::{Curve, Segment, Vector};
+use keepout_planner::job::{ContourJob, Progress};
 use keepout_planner::units::point_mm;
 
 use super::judge::{Judge, Verdict};
@@ -171,6 +172,12 @@ pub fn play_on(world: &World, spec: &Spec, part: Part, tape: Box<dyn Tape>) -> O
         move || if again.machine.borrow().is_connected() { Ok(again.clone()) } else { Err(unplugged()) };
     let there = cable.clone();
     let mut session = Session::new(engine, cable, Box::new(operator), tape).recovering(Box::new(reopen));
+    if spec.suffers(Fault::Planner) {
+        let mut wrong = Rng::with_seed(spec.seed ^ 0x9_1a77e4);
+        session = session.planned_by(Box::new(move |request, plan| {
+            request.work_out(plan).map(|job| spoilt(job, &mut wrong))
+        }));
+    }
     let radius = world.work.plan.plan.tool_radius;
     let mut judge =
         Judge::new(world.part.clone(), world.place.offset, radius, (world.by_hand, world.outside));
@@ -237,6 +244,44 @@ pub fn log(world: &World, spec: &Spec, path: &std::path::Path) -> Result<Box<dyn
         setting: format!("hostile session {}:{}", world.seed, spec.seed),
     };
     Ok(Box::new(LogTape::create(path, &header)?))
+}
+
+/// A job with a corner moved, a motion left out, or one turned around.
+fn spoilt(mut job: ContourJob, random: &mut Rng) -> ContourJob {
+    let count = job.legs.len().max(1);
+    let Some(leg) = job.legs.get_mut(random.usize(0..count)) else { return job };
+    let index = random.usize(0..leg.curves.len().max(1));
+    match random.u8(0..4) {
+        0 if leg.curves.len() > 2 && index > 0 && index + 1 < leg.curves.len() => {
+            // Straight on past what was left out.
+            let from = leg.curves[index - 1].to();
+            leg.curves.remove(index);
+            let to = leg.curves[index].to();
+            if from != to {
+                leg.curves[index] = Curve::Line(Segment { from, to });
+            }
+        }
+        1 => {
+            if let Some(curve) = leg.curves.get_mut(index)
+                && let Some(reversed) = curve.reversed()
+            {
+                *curve = reversed;
+            }
+        }
+        _ => move_corner(&mut leg.curves, index, random),
+    }
+    job
+}
+
+/// Moves the corner between a line and the line behind it by up to a few mm.
+fn move_corner(curves: &mut [Curve], index: usize, random: &mut Rng) {
+    let reach = 10_i32.pow(random.u32(1..6));
+    let step = Vector { dx: random.i32(-reach..=reach), dy: random.i32(-reach..=reach) };
+    let Some([Curve::Line(a), Curve::Line(b)]) = curves.get_mut(index..index + 2) else { return };
+    if let Ok(corner) = a.to.translated(step) {
+        a.to = corner;
+        b.from = corner;
+    }
 }
 
 #[cfg(feature = "mutations")]

@@ -36,13 +36,15 @@ pub enum Fault {
     Stall,
     /// The clock jumps ahead.
     Clock,
+    /// The planner proposes contours that are wrong.
+    Planner,
     /// The wrong baud rate for a while: nothing but rubbish.
     Baud,
 }
 
 impl Fault {
     /// The whole menu.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::Delay,
         Self::Loss,
         Self::Doubling,
@@ -56,6 +58,7 @@ impl Fault {
         Self::PortLoss,
         Self::Stall,
         Self::Clock,
+        Self::Planner,
         Self::Baud,
     ];
 }
