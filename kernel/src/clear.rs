@@ -137,6 +137,17 @@ impl ProhibitedRegion {
         Ok(Self { region, zones, index, cells: Vec::new(), side })
     }
 
+    /// The same part asked by another index over edges that cover its own.
+    pub(crate) fn with_index(&self, index: CheckedIndex) -> Self {
+        Self {
+            region: self.region.clone(),
+            zones: self.zones.clone(),
+            index,
+            cells: Vec::new(),
+            side: self.side,
+        }
+    }
+
     /// Builds and checks cells for `threshold`, so that points and short motions are answered faster at exactly that
     /// threshold. Answers stay the same.
     ///

@@ -23,6 +23,7 @@ extern crate alloc;
 
 pub mod clear;
 pub mod clip;
+mod coarse;
 pub mod curve;
 pub mod exact;
 pub mod index;

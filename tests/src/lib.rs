@@ -1,5 +1,6 @@
 //! What the end-to-end tests share: making plans from drawings, and finding the shared test data.
 
+pub mod decisions;
 pub mod hostile;
 pub mod oracle;
 

@@ -23,7 +23,7 @@ impl Supervisor {
         let Some(at) = self.guard.end() else { return false };
         let Ok(band) = length_up_from_mm(TOUCH_MM) else { return false };
         let here = Segment { from: at.point(), to: at.point() };
-        self.work.part().edges_clear(here, at.threshold().saturating_plus(band)).is_err()
+        self.work.coarse().edges_clear(here, at.threshold().saturating_plus(band)).is_err()
     }
 
     /// The contouring job that is wanted. It is worked out elsewhere, and comes as an event.

@@ -36,22 +36,34 @@ use guard::{Guard, Rules, Stamp};
 use manual::{Contact, Helm, Steering};
 use state::{State, Touch};
 
-/// A certified plan, and its part prepared for questions at the roughing threshold. Cheap to clone.
+/// A certified plan, and its part prepared for steering. Cheap to clone.
 #[derive(Clone, Debug)]
 pub struct Workpiece {
     /// The plan.
     pub plan: Arc<CertifiedPlan>,
     part: Arc<ProhibitedRegion>,
+    coarse: Arc<ProhibitedRegion>,
 }
+
+/// Runs of edges within this of a chord are under one chord while the tool is steered by hand, lattice units (2 µm): many
+/// short edges would make decisions slow.
+const COARSE: Length = Length::small(200);
 
 impl Workpiece {
     /// Prepares the part of a certified plan.
     #[must_use]
     pub fn new(plan: CertifiedPlan) -> Self {
-        let mut part = plan.part.clone();
+        let mut coarse = plan.part.coarsened(COARSE).unwrap_or_else(|_| plan.part.clone());
         // Cells only make answers at the roughing threshold faster; a part too large for them is asked by its index.
-        let _ = part.prepare(plan.roughing);
-        Self { plan: Arc::new(plan), part: Arc::new(part) }
+        let _ = coarse.prepare(plan.roughing);
+        let part = Arc::new(plan.part.clone());
+        Self { plan: Arc::new(plan), part, coarse: Arc::new(coarse) }
+    }
+
+    /// The part as steering by hand sees it: up to 4 µm larger.
+    #[must_use]
+    pub fn coarse(&self) -> &ProhibitedRegion {
+        &self.coarse
     }
 
     /// The part.
@@ -157,7 +169,7 @@ impl Supervisor {
         let limits =
             Limits { speed_mm_s: machine.max_rate_mm_s, acceleration_mm_s2: machine.acceleration_mm_s2 };
         Self {
-            guard: Guard::new(Arc::clone(&work.part), rules),
+            guard: Guard::new(Arc::clone(&work.part), Arc::clone(&work.coarse), rules),
             work,
             homes: options.home,
             abilities,

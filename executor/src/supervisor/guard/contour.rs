@@ -61,7 +61,7 @@ impl Guard {
         if !near {
             return Err(Refusal::OffCertified(first.from()));
         }
-        let reached = self.part.free_point(first.from(), self.rules.finishing).map_err(Refusal::Blocked)?;
+        let reached = self.exact.free_point(first.from(), self.rules.finishing).map_err(Refusal::Blocked)?;
         self.contour = Some(Contour { curves, certified: 0, reached, sent: 0, first: 0, rests_seen: 0 });
         Ok(())
     }
@@ -82,7 +82,7 @@ impl Guard {
         let answer = if certified < all {
             Certification::Under { done: certified, all }
         } else {
-            let end = self.part.free_point(contour.reached.point(), self.rules.manual);
+            let end = self.coarse.free_point(contour.reached.point(), self.rules.manual);
             contour.reached = end.map_err(Refusal::Blocked)?;
             Certification::Done
         };
@@ -93,7 +93,7 @@ impl Guard {
     fn certify_motion(&self, index: usize, curve: &Curve, from: FreePoint) -> Result<FreePoint, Refusal> {
         #[cfg(feature = "mutations")]
         if self.mutation == Mutation::UncertifiedContour {
-            return self.part.free_point(curve.to(), Length::ZERO).map_err(Refusal::Blocked);
+            return self.exact.free_point(curve.to(), Length::ZERO).map_err(Refusal::Blocked);
         }
         if curve.from() != from.point() {
             let gouge = Gouge { index, at: from.point(), cause: GougeCause::Discontinuous };
@@ -111,10 +111,10 @@ impl Guard {
             (MotionShape::Box, Curve::Arc(arc)) => return Err(Refusal::Slanted(arc.from())),
             (MotionShape::Box, Curve::Line(line)) => {
                 let window = Window::of(line.from).including(line.to);
-                clear_box(&self.part, from, window).map_err(Refusal::Blocked)?;
+                clear_box(&self.exact, from, window).map_err(Refusal::Blocked)?;
             }
         }
-        let end = certify_path(&self.part, self.rules.finishing, std::slice::from_ref(curve));
+        let end = certify_path(&self.exact, self.rules.finishing, std::slice::from_ref(curve));
         let end = end.map_err(|gouge| Refusal::Gouge(Gouge { index, ..gouge }))?;
         end.and_then(|end| end.lowered(self.rules.finishing)).ok_or(Refusal::PositionUnknown)
     }

@@ -26,6 +26,8 @@ pub use motion::{Certified, Motion, Refusal};
 #[cfg(feature = "mutations")]
 pub use mutation::Mutation;
 
+use std::sync::Arc;
+
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{FreePoint, Length, Point, ProhibitedRegion};
 
@@ -56,7 +58,9 @@ pub struct Rules {
 /// The guard; see the module's documentation for what it promises.
 #[derive(Debug)]
 pub struct Guard {
-    part: std::sync::Arc<ProhibitedRegion>,
+    exact: Arc<ProhibitedRegion>,
+    /// The part with fewer edges, and a little larger: what is clear of it is clear of the part.
+    coarse: Arc<ProhibitedRegion>,
     rules: Rules,
     set: InFlight,
     sent: u64,
@@ -67,11 +71,13 @@ pub struct Guard {
 }
 
 impl Guard {
-    /// A guard for `part`.
+    /// A guard for `part`. `coarse` is the part itself, or [coarsened](ProhibitedRegion::coarsened): steering by
+    /// hand is certified against it, contours and ways out against the part.
     #[must_use]
-    pub fn new(part: std::sync::Arc<ProhibitedRegion>, rules: Rules) -> Self {
+    pub fn new(part: Arc<ProhibitedRegion>, coarse: Arc<ProhibitedRegion>, rules: Rules) -> Self {
         Self {
-            part,
+            exact: part,
+            coarse,
             set: InFlight::new(rules.shape, rules.resolution, rules.checked),
             rules,
             sent: 0,
@@ -82,10 +88,10 @@ impl Guard {
         }
     }
 
-    /// The part.
+    /// The part as steering by hand sees it.
     #[must_use]
     pub fn part(&self) -> &ProhibitedRegion {
-        &self.part
+        &self.coarse
     }
 
     /// What it keeps to.
@@ -117,10 +123,10 @@ impl Guard {
 
     /// The point as free at the manual threshold, or else at whatever distance the part is.
     fn free_place(&self, position: Point) -> Result<FreePoint, Refusal> {
-        self.part.free_point(position, self.rules.manual).or_else(|blocked| {
-            let clearance = self.part.clearance(position).ok_or(Refusal::Blocked(blocked))?;
-            let threshold = clearance.min(self.rules.manual);
-            self.part.free_point(position, threshold).map_err(Refusal::Blocked)
+        self.coarse.free_point(position, self.rules.manual).or_else(|blocked| {
+            let clearance = self.exact.clearance(position).ok_or(Refusal::Blocked(blocked))?;
+            let below = Length::from_units(i64::from(self.rules.manual.units()) - 1).unwrap_or(Length::ZERO);
+            self.exact.free_point(position, clearance.min(below)).map_err(Refusal::Blocked)
         })
     }
 
@@ -189,9 +195,9 @@ impl Guard {
         #[cfg(feature = "mutations")]
         if self.mutation == Mutation::NoFans {
             let last = self.set.lines.back().map_or(tail, |line| line.target);
-            return self.part.motion(last, to).map_err(Refusal::Blocked);
+            return self.coarse.motion(last, to).map_err(Refusal::Blocked);
         }
-        self.set.admit(&self.part, tail, to)
+        self.set.admit(&self.coarse, tail, to)
     }
 
     /// The tail, when a motion to `to` can be thought of at all.
@@ -238,9 +244,9 @@ impl Guard {
         }
         #[cfg(feature = "mutations")]
         if self.mutation == Mutation::EscapeAnywhere {
-            return self.part.recedes(tail, to, Length::ZERO).map_err(Refusal::Blocked);
+            return self.exact.recedes(tail, to, Length::ZERO).map_err(Refusal::Blocked);
         }
-        self.part.recedes(tail, to, self.rules.manual).map_err(Refusal::Blocked)
+        self.exact.recedes(tail, to, self.rules.manual).map_err(Refusal::Blocked)
     }
 
     /// Certifies a way out to `to` and counts it as sent.
@@ -329,7 +335,8 @@ impl Guard {
         if self.mutate_report(sighting) {
             return Ok(());
         }
-        let settled = self.set.reported(&self.part, sighting, all, self.acknowledged, (stamp.at, now))?;
+        let part = if self.stands_inside() { &*self.exact } else { &*self.coarse };
+        let settled = self.set.reported(part, sighting, all, self.acknowledged, (stamp.at, now))?;
         if settled
             && self.stands_inside()
             && let Some(tail) = self.set.tail

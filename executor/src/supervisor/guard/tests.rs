@@ -27,7 +27,8 @@ fn guard_of(shape: MotionShape, checked: bool) -> Guard {
         shape,
         checked,
     };
-    Guard::new(Arc::new(part), rules)
+    let part = Arc::new(part);
+    Guard::new(Arc::clone(&part), part, rules)
 }
 
 fn guard() -> Guard {

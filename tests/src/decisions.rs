@@ -1,0 +1,165 @@
+//! An engine against the simulated machine in virtual time, one decision at a time: for what is measured of a decision.
+
+use std::time::Duration;
+
+use keepout_executor::link::dialect::{Language, Setting};
+use keepout_executor::operator::{Operator, Seen};
+use keepout_executor::session::{Engine, NoTape, nearest_wall, place_on_table};
+use keepout_executor::sim::{Sample, SimMachine, SimSettings, Slip, speaking};
+use keepout_executor::supervisor::{Options, Phase, Supervisor, Wish, Workpiece};
+use keepout_executor::time::Time;
+use keepout_kernel::Point;
+use keepout_planner::job::Progress;
+use keepout_planner::machine::MachineProfile;
+use keepout_planner::units::{mm, point_from_mm, point_mm};
+
+/// What a decision is taken on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// Bytes from the controller.
+    Reply,
+    /// A wish of the operator.
+    Wish,
+    /// Time that has passed.
+    Tick,
+}
+
+/// An engine and a machine, stepped from one decision to the next.
+pub struct Decisions {
+    engine: Engine,
+    machine: SimMachine,
+    operator: Box<dyn Operator>,
+    now: Time,
+    wish_due: Time,
+    bytes: Vec<u8>,
+    samples: Vec<Sample>,
+    wall: Option<(f64, f64)>,
+    wishes: u32,
+}
+
+/// The wall nearest to the tool is looked for every so many wishes: a person's eye is no quicker.
+const LOOK_EVERY: u32 = 10;
+
+impl Decisions {
+    /// An engine for the workpiece on a simulated GRBL machine, with the tool a tool's width off the part.
+    ///
+    /// # Errors
+    /// What does not fit, in words.
+    pub fn new(work: Workpiece, operator: Box<dyn Operator>) -> Result<Self, String> {
+        let mut machine = MachineProfile::simulated();
+        machine.stroke_mm = [1000.0, 1000.0];
+        let place = place_on_table(&work.plan, &machine, None).map_err(|error| error.to_string())?;
+        let (low, _) = work.plan.part_box();
+        let (x, y) = point_mm(low);
+        let off = 2.0 * mm(work.plan.roughing.units());
+        let start = point_from_mm((x - off, y - off)).map_err(|error| error.to_string())?;
+        let on_machine: Point = start.translated(place.offset).map_err(|error| error.to_string())?;
+        let settings = SimSettings {
+            machine: machine.clone(),
+            start_mm: point_mm(on_machine),
+            homed: true,
+            homing: Duration::from_secs(1),
+            work_offset_mm: (0.0, 0.0),
+        };
+        let setting = Setting {
+            offset: place.offset,
+            steps_per_mm: machine.steps_per_mm,
+            arc_tolerance_mm: machine.arc_tolerance_mm,
+        };
+        let options = Options {
+            feed_mm_min: 6000,
+            home: false,
+            stroke: place.stroke,
+            answer_within: Duration::from_secs(5),
+            progress: Progress::default(),
+        };
+        let dialect = Language::Grbl.dialect(setting);
+        let supervisor = Supervisor::new(work, options, dialect.abilities());
+        let slip = Slip::wandering(0.0, machine.steps_per_mm, 1);
+        let machine =
+            SimMachine::new(speaking(&Language::Grbl, settings), 115_200, Duration::from_millis(1), slip);
+        Ok(Self {
+            engine: Engine::new(supervisor, dialect),
+            machine,
+            operator,
+            now: Time::ZERO,
+            wish_due: Time::ZERO,
+            bytes: Vec::with_capacity(4096),
+            samples: Vec::with_capacity(4096),
+            wall: None,
+            wishes: 0,
+        })
+    }
+
+    /// What the supervisor is doing.
+    #[must_use]
+    pub fn phase(&self) -> Phase {
+        self.engine.supervisor.phase()
+    }
+
+    /// Machine time.
+    #[must_use]
+    pub fn now(&self) -> Time {
+        self.now
+    }
+
+    /// The supervisor.
+    #[must_use]
+    pub fn supervisor(&self) -> &Supervisor {
+        &self.engine.supervisor
+    }
+
+    /// Goes on to the next moment at which something is to be decided, and has each decision taken by `decide`: input in,
+    /// bytes to send out. A contouring job that is wanted is worked out outside of it.
+    pub fn step(&mut self, mut decide: impl FnMut(Cause, &mut dyn FnMut())) {
+        let due = self.engine.supervisor.due().min(self.wish_due).min(self.machine.next_event());
+        self.now = due.max(self.now.after(Duration::from_micros(1)));
+        let now = self.now;
+        self.machine.advance(now);
+        self.bytes.clear();
+        self.machine.host_reads(&mut self.bytes, now);
+        let (engine, bytes) = (&mut self.engine, &self.bytes);
+        if !bytes.is_empty() {
+            decide(Cause::Reply, &mut || drop(engine.receive(bytes, now, &mut NoTape)));
+        }
+        if now >= self.wish_due {
+            let wish = self.wish();
+            self.wish_due = now.after(self.operator.every());
+            let engine = &mut self.engine;
+            decide(Cause::Wish, &mut || drop(engine.wish(wish, now, &mut NoTape)));
+        }
+        let engine = &mut self.engine;
+        if now >= engine.supervisor.due() {
+            decide(Cause::Tick, &mut || drop(engine.tick(now, &mut NoTape)));
+        }
+        if let Some(request) = self.engine.wanted_job() {
+            let job = request.work_out(self.engine.supervisor.plan());
+            let _ = self.engine.job(job, now, &mut NoTape);
+        }
+        let machine = &mut self.machine;
+        self.engine.drain(|piece| machine.host_writes(piece, now));
+        self.machine.take_samples(&mut self.samples);
+        self.samples.clear();
+    }
+
+    fn wish(&mut self) -> Wish {
+        let supervisor = &self.engine.supervisor;
+        let position = supervisor.position();
+        self.wishes += 1;
+        if self.wishes.is_multiple_of(LOOK_EVERY) {
+            self.wall = position.and_then(|position| nearest_wall(supervisor.plan(), position));
+        }
+        let (low, high) = supervisor.plan().part_box();
+        let ((x0, y0), (x1, y1)) = (point_mm(low), point_mm(high));
+        let seen = Seen {
+            position_mm: position.map(point_mm),
+            wall_mm: self.wall,
+            part_box_mm: (x0, y0, x1, y1),
+            end_mm: supervisor.guard().end().map(|end| point_mm(end.point())),
+            unacknowledged: supervisor.guard().unacknowledged(),
+            phase: supervisor.phase(),
+            contoured: !supervisor.finished().is_empty(),
+        };
+        self.operator.wish(&seen, self.now)
+    }
+}

@@ -1,0 +1,43 @@
+//! After the start a decision allocates nothing: operator input or reply in, command bytes out.
+
+use std::path::Path;
+
+use keepout_executor::supervisor::{Phase, Workpiece};
+use keepout_tests::decisions::Decisions;
+use keepout_tests::hostile::{Hostile, Style};
+use keepout_tests::{order, plan_of};
+
+#[global_allocator]
+static ALLOCATOR: dhat::Alloc = dhat::Alloc;
+
+#[test]
+fn decisions_allocate_nothing_after_the_start() {
+    let _profiler = dhat::Profiler::builder().testing().build();
+    let drawing = Path::new(env!("CARGO_MANIFEST_DIR")).join("../executor/drawings/bracket.dxf");
+    for style in Style::ALL {
+        let work = Workpiece::new(plan_of(&drawing, &order(6.0)).unwrap());
+        let mut run = Decisions::new(work, Box::new(Hostile::new(style, true, 3))).unwrap();
+        while run.phase() == Phase::Starting {
+            run.step(|_, take| take());
+        }
+        let (mut decisions, mut contouring, mut worst) = (0_u64, 0_u64, 0);
+        while decisions < 20_000 {
+            let phase = run.phase();
+            run.step(|cause, take| {
+                let before = dhat::HeapStats::get().total_blocks;
+                take();
+                let blocks = dhat::HeapStats::get().total_blocks - before;
+                // Working a contour out and certifying it comes before its start.
+                if !matches!(phase, Phase::Touching) && blocks > 0 {
+                    worst = worst.max(blocks);
+                    eprintln!("{style:?}, {phase:?}, {cause:?}: {blocks} blocks");
+                }
+                decisions += 1;
+                contouring += u64::from(phase == Phase::Contouring);
+            });
+        }
+        assert_eq!(worst, 0, "{style:?}");
+        assert!(run.supervisor().counts().jogs > 10, "{style:?}: {:?}", run.supervisor().counts());
+        eprintln!("{style:?}: {contouring} of {decisions} decisions while contouring");
+    }
+}
