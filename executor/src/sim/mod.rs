@@ -8,15 +8,20 @@ mod grbl;
 mod line;
 mod machine;
 mod motion;
+mod plant;
 #[cfg(unix)]
 pub mod pty;
+#[cfg(test)]
+mod round_trip;
 pub mod witness;
+mod zaber;
 
 pub use controller::{Controller, Disturbance};
 pub use grbl::{GrblSim, SimSettings};
 pub use line::Wire;
 pub use machine::{SimMachine, Slip, VirtualPort};
 pub use motion::{Sample, SampleKind};
+pub use zaber::ZaberSim;
 
 use crate::link::dialect::Language;
 
@@ -26,5 +31,6 @@ pub fn speaking(language: &Language, settings: SimSettings) -> Box<dyn Controlle
     match language {
         Language::Grbl => Box::new(GrblSim::new(settings)),
         Language::GrblHal => Box::new(GrblSim::hal(settings)),
+        Language::Zaber => Box::new(ZaberSim::new(settings)),
     }
 }

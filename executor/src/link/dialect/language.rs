@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::{Dialect, Grbl, Setting};
+use super::{Dialect, Grbl, Setting, Zaber};
 
 /// A controller's language, as it is asked for.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -12,6 +12,8 @@ pub enum Language {
     Grbl,
     /// grblHAL.
     GrblHal,
+    /// Zaber ASCII, with streams.
+    Zaber,
 }
 
 /// Why there is no such language.
@@ -27,7 +29,7 @@ pub enum LanguageError {
 
 impl Language {
     /// The names of the languages that are built in.
-    pub const NAMES: [&'static str; 2] = ["grbl", "grblhal"];
+    pub const NAMES: [&'static str; 3] = ["grbl", "grblhal", "zaber"];
 
     /// The language of that name, or described by the file of that name.
     ///
@@ -37,6 +39,7 @@ impl Language {
         Ok(match name {
             "grbl" => Self::Grbl,
             "grblhal" => Self::GrblHal,
+            "zaber" => Self::Zaber,
             _ => return Err(LanguageError::Unknown { name: name.into() }),
         })
     }
@@ -47,6 +50,7 @@ impl Language {
         match self {
             Self::Grbl => "grbl",
             Self::GrblHal => "grblhal",
+            Self::Zaber => "zaber",
         }
     }
 
@@ -55,6 +59,7 @@ impl Language {
     pub fn dialect(&self, setting: Setting) -> Box<dyn Dialect> {
         match self {
             Self::Grbl | Self::GrblHal => Box::new(Grbl::new(setting)),
+            Self::Zaber => Box::new(Zaber::new(setting)),
         }
     }
 }

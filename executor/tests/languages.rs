@@ -1,0 +1,52 @@
+//! Whole sessions in virtual time with controllers of every language: by hand, then the contour.
+#![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
+
+use std::time::Duration;
+
+use keepout_executor::link::dialect::Language;
+use keepout_executor::operator;
+use keepout_executor::session::{Ended, Going, NoTape, RunFacts, SimRun, run_simulated};
+use keepout_executor::supervisor::Workpiece;
+use keepout_planner::machine::MachineProfile;
+use keepout_planner::order::Order;
+use keepout_planner::plan::{CertifiedPlan, PassJob};
+
+/// The bracket, with one finishing pass that leaves `stock_mm`.
+fn plan(stock_mm: f64) -> CertifiedPlan {
+    let bytes = include_bytes!("../drawings/bracket.dxf");
+    let mut order = Order::default();
+    if stock_mm > 0.0 {
+        order.job.passes = vec![PassJob { allowance_mm: stock_mm, feed_mm_min: None }];
+    }
+    order.plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap()
+}
+
+fn run(language: &str, operator: &str, stock_mm: f64, seed: u64) -> RunFacts {
+    let run = SimRun {
+        language: Language::named(language).unwrap(),
+        feed_mm_min: 3000,
+        latency: Duration::from_millis(2),
+        seed,
+        ..SimRun::default()
+    };
+    let operator = operator::named(operator, 20.0, seed).unwrap();
+    let work = Workpiece::new(plan(stock_mm));
+    run_simulated(work, &run, operator, Box::new(NoTape), |_| {}, &mut |_, _, _| Going::On).unwrap().facts
+}
+
+fn whole(language: &str, stock_mm: f64) {
+    for (operator, seed) in [("wall", 1), ("random", 2)] {
+        let facts = run(language, operator, stock_mm, seed);
+        assert_eq!(facts.deepest_mm, Some(0.0), "{language} {operator}: {facts:?}");
+        assert!(facts.ended == Ended::Done && facts.loops.0 > 0, "{language} {operator}: {facts:?}");
+        assert!(facts.counts.jogs > 10, "{language} {operator}: {facts:?}");
+        let coverage = facts.coverage.unwrap();
+        assert!(coverage.missed == 0, "{language} {operator}: {coverage:?}");
+        println!("{language} {operator}: {:.0} s, {:?}", facts.seconds, facts.counts);
+    }
+}
+
+#[test]
+fn zaber() {
+    whole("zaber", 0.0);
+}
