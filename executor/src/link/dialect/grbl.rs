@@ -255,6 +255,7 @@ impl Dialect for Grbl {
     fn abilities(&self) -> Abilities {
         Abilities {
             shape: MotionShape::Line,
+            contours: MotionShape::Line,
             arcs: true,
             queues: true,
             cancels: true,

@@ -301,6 +301,7 @@ impl Dialect for Zaber {
     fn abilities(&self) -> Abilities {
         Abilities {
             shape: MotionShape::Line,
+            contours: MotionShape::Line,
             arcs: false,
             queues: false,
             cancels: false,
