@@ -50,3 +50,8 @@ fn whole(language: &str, stock_mm: f64) {
 fn zaber() {
     whole("zaber", 0.0);
 }
+
+#[test]
+fn venus() {
+    whole("venus", 0.0);
+}

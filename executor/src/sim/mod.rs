@@ -3,6 +3,7 @@
 //! The same objects run in virtual time ([`VirtualPort`]) and behind a real pty ([`pty`]). The [`witness`] watches the
 //! true tool position and knows only the part and the tool.
 
+mod apart;
 mod controller;
 mod grbl;
 mod line;
@@ -13,6 +14,7 @@ mod plant;
 pub mod pty;
 #[cfg(test)]
 mod round_trip;
+mod venus;
 pub mod witness;
 mod zaber;
 
@@ -21,6 +23,7 @@ pub use grbl::{GrblSim, SimSettings};
 pub use line::Wire;
 pub use machine::{SimMachine, Slip, VirtualPort};
 pub use motion::{Sample, SampleKind};
+pub use venus::VenusSim;
 pub use zaber::ZaberSim;
 
 use crate::link::dialect::Language;
@@ -32,5 +35,6 @@ pub fn speaking(language: &Language, settings: SimSettings) -> Box<dyn Controlle
         Language::Grbl => Box::new(GrblSim::new(settings)),
         Language::GrblHal => Box::new(GrblSim::hal(settings)),
         Language::Zaber => Box::new(ZaberSim::new(settings)),
+        Language::Venus => Box::new(VenusSim::new(settings)),
     }
 }

@@ -2,13 +2,17 @@
 
 use std::time::Duration;
 
+use super::apart::Apart;
 use super::motion::{Drives, Motion, Sample, SampleKind};
 use crate::time::Time;
 
 /// The drives of a simulated controller, in its own time.
 #[derive(Clone, Debug)]
 pub(super) struct Plant {
+    drives: Drives,
     motion: Motion,
+    /// While axes run apart.
+    apart: Option<Apart>,
     kind: SampleKind,
     homing: Option<Time>,
     now: Time,
@@ -23,6 +27,8 @@ impl Plant {
     pub(super) fn new(drives: Drives, start_mm: (f64, f64)) -> Self {
         Self {
             motion: Motion::new(drives, start_mm),
+            drives,
+            apart: None,
             kind: SampleKind::Rest,
             homing: None,
             now: Time::ZERO,
@@ -35,12 +41,12 @@ impl Plant {
     }
 
     pub(super) fn position(&self) -> (f64, f64) {
-        self.motion.position()
+        self.apart.map_or(self.motion.position(), |apart| apart.position())
     }
 
     /// Whether anything moves, or is about to.
     pub(super) fn is_busy(&self) -> bool {
-        !self.motion.is_resting() || self.homing.is_some()
+        !self.motion.is_resting() || self.apart.is_some() || self.homing.is_some()
     }
 
     pub(super) fn is_homing(&self) -> bool {
@@ -58,15 +64,26 @@ impl Plant {
         self.kind = SampleKind::Run;
     }
 
-    /// Slows down on the path, and forgets what is queued.
-    pub(super) fn stop(&mut self) {
-        if self.motion.queued() > 0 {
-            self.motion.cancel();
+    /// Drives each axis to `to` by itself, from rest.
+    pub(super) fn push_apart(&mut self, to: (f64, f64), feed: f64) {
+        let speed = feed.min(self.drives.max_rate);
+        self.apart = Some(Apart::go(self.position(), to, speed, self.drives.acceleration));
+        self.kind = SampleKind::Run;
+    }
+
+    /// Each axis slows down by itself, and what is queued is forgotten: the tool may leave its line.
+    pub(super) fn stop_apart(&mut self) {
+        let velocity = self.apart.map_or(self.motion.velocity(), |apart| apart.velocity());
+        if velocity != (0.0, 0.0) || self.is_busy() {
+            let at = self.position();
+            self.motion = Motion::new(self.drives, at);
+            self.apart = Some(Apart::brake(at, velocity, self.drives.acceleration));
         }
     }
 
     /// Stops dead.
     pub(super) fn kill(&mut self) {
+        self.settle();
         self.motion.kill();
         self.homing = None;
     }
@@ -78,12 +95,37 @@ impl Plant {
 
     /// When what moves has come to rest or gone on to its next block; `None` at rest.
     pub(super) fn next_event(&self) -> Option<Time> {
-        let motion = self.motion.next_event().map(|s| self.now.after(Duration::from_secs_f64(s + 2e-6)));
+        let seconds = self.apart.map(|apart| apart.left()).or(self.motion.next_event());
+        let motion = seconds.map(|s| self.now.after(Duration::from_secs_f64(s + 2e-6)));
         self.homing.or(motion)
+    }
+
+    /// The axes are where they are, and at rest.
+    fn settle(&mut self) {
+        if let Some(apart) = self.apart.take() {
+            self.motion = Motion::new(self.drives, apart.position());
+        }
+    }
+
+    fn go_on_apart(&mut self, mut apart: Apart, now: Time) {
+        // Whole microseconds, and at least one.
+        let step = Duration::from_secs_f64(apart.look().min(apart.left() + 1e-6).max(1e-6));
+        let at = self.now.after(step).min(now);
+        apart.advance(at.since(self.now).as_secs_f64());
+        self.now = at;
+        self.samples.push(Sample { at, position_mm: apart.position(), kind: self.kind });
+        self.apart = Some(apart);
+        if apart.left() <= 0.0 {
+            self.settle();
+        }
     }
 
     /// Goes on by the time to the next thing that happens, `now` at most.
     fn go_on(&mut self, now: Time) {
+        if let Some(apart) = self.apart {
+            self.go_on_apart(apart, now);
+            return;
+        }
         let left = now.since(self.now).as_secs_f64();
         let step = self.motion.next_event().map_or(left, |event| (event + 1e-6).min(left));
         let at = if step < left { self.now.after(Duration::from_secs_f64(step)) } else { now };

@@ -119,3 +119,8 @@ fn grbl() {
 fn zaber() {
     through("zaber");
 }
+
+#[test]
+fn venus() {
+    through("venus");
+}

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::{Dialect, Grbl, Setting, Zaber};
+use super::{Dialect, Grbl, Setting, Venus, Zaber};
 
 /// A controller's language, as it is asked for.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -14,6 +14,8 @@ pub enum Language {
     GrblHal,
     /// Zaber ASCII, with streams.
     Zaber,
+    /// Venus-1 (ITK/Micos Corvus).
+    Venus,
 }
 
 /// Why there is no such language.
@@ -29,7 +31,7 @@ pub enum LanguageError {
 
 impl Language {
     /// The names of the languages that are built in.
-    pub const NAMES: [&'static str; 3] = ["grbl", "grblhal", "zaber"];
+    pub const NAMES: [&'static str; 4] = ["grbl", "grblhal", "zaber", "venus"];
 
     /// The language of that name, or described by the file of that name.
     ///
@@ -40,6 +42,7 @@ impl Language {
             "grbl" => Self::Grbl,
             "grblhal" => Self::GrblHal,
             "zaber" => Self::Zaber,
+            "venus" => Self::Venus,
             _ => return Err(LanguageError::Unknown { name: name.into() }),
         })
     }
@@ -51,6 +54,7 @@ impl Language {
             Self::Grbl => "grbl",
             Self::GrblHal => "grblhal",
             Self::Zaber => "zaber",
+            Self::Venus => "venus",
         }
     }
 
@@ -60,6 +64,7 @@ impl Language {
         match self {
             Self::Grbl | Self::GrblHal => Box::new(Grbl::new(setting)),
             Self::Zaber => Box::new(Zaber::new(setting)),
+            Self::Venus => Box::new(Venus::new(setting)),
         }
     }
 }

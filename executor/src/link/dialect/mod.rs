@@ -7,10 +7,12 @@ mod lines;
 mod scale;
 #[cfg(test)]
 pub(crate) mod testing;
+mod venus;
 pub(crate) mod zaber;
 
 pub use grbl::Grbl;
 pub use language::{Language, LanguageError};
+pub use venus::Venus;
 pub use zaber::Zaber;
 
 use keepout_kernel::{LatticeError, Vector};
