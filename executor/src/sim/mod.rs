@@ -5,6 +5,7 @@
 
 mod apart;
 mod controller;
+mod described;
 mod grbl;
 mod line;
 mod machine;
@@ -19,6 +20,7 @@ pub mod witness;
 mod zaber;
 
 pub use controller::{Controller, Disturbance};
+pub use described::DescribedSim;
 pub use grbl::{GrblSim, SimSettings};
 pub use line::Wire;
 pub use machine::{SimMachine, Slip, VirtualPort};
@@ -36,5 +38,6 @@ pub fn speaking(language: &Language, settings: SimSettings) -> Box<dyn Controlle
         Language::GrblHal => Box::new(GrblSim::hal(settings)),
         Language::Zaber => Box::new(ZaberSim::new(settings)),
         Language::Venus => Box::new(VenusSim::new(settings)),
+        Language::Described { description, .. } => Box::new(DescribedSim::new(description, settings)),
     }
 }

@@ -44,6 +44,11 @@ impl Plant {
         self.apart.map_or(self.motion.position(), |apart| apart.position())
     }
 
+    /// Where what is queued ends.
+    pub(super) fn planned_end(&self) -> (f64, f64) {
+        self.motion.planned_end()
+    }
+
     /// Whether anything moves, or is about to.
     pub(super) fn is_busy(&self) -> bool {
         !self.motion.is_resting() || self.apart.is_some() || self.homing.is_some()
@@ -62,6 +67,13 @@ impl Plant {
     pub(super) fn push(&mut self, to: (f64, f64), feed: f64) {
         self.motion.push(to, feed, SHORTEST);
         self.kind = SampleKind::Run;
+    }
+
+    /// Slows down on the path, and forgets what is queued.
+    pub(super) fn stop(&mut self) {
+        if self.motion.queued() > 0 {
+            self.motion.cancel();
+        }
     }
 
     /// Drives each axis to `to` by itself, from rest.

@@ -124,3 +124,10 @@ fn zaber() {
 fn venus() {
     through("venus");
 }
+
+#[test]
+fn described() {
+    for file in ["nsk-style", "tango", "../tests/described/ok-style", "../tests/described/one-answer"] {
+        through(&format!("{}/dialects/{file}.toml", env!("CARGO_MANIFEST_DIR")));
+    }
+}

@@ -59,6 +59,11 @@ impl<K: Copy> Exchanges<K> {
         self.open.first().copied()
     }
 
+    /// Whether one exchange is unanswered, and no more.
+    pub(super) fn is_single(&self) -> bool {
+        self.open.len() == 1
+    }
+
     /// The oldest exchange is answered: the next line is sent.
     pub(super) fn close(&mut self, out: &mut Vec<u8>) -> Option<K> {
         let closed = self.open.pop_at(0);

@@ -1,8 +1,11 @@
 //! Which language a controller speaks.
 
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
 use thiserror::Error;
 
-use super::{Dialect, Grbl, Setting, Venus, Zaber};
+use super::{Described, Description, DescriptionError, Dialect, Grbl, Setting, Venus, Zaber};
 
 /// A controller's language, as it is asked for.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -16,6 +19,13 @@ pub enum Language {
     Zaber,
     /// Venus-1 (ITK/Micos Corvus).
     Venus,
+    /// Described by a file.
+    Described {
+        /// The file, as it was named.
+        file: String,
+        /// What it says.
+        description: Arc<Description>,
+    },
 }
 
 /// Why there is no such language.
@@ -26,6 +36,14 @@ pub enum LanguageError {
     Unknown {
         /// What was asked for.
         name: String,
+    },
+    /// A file that describes none.
+    #[error("{}: {error}", path.display())]
+    Description {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        error: DescriptionError,
     },
 }
 
@@ -43,6 +61,12 @@ impl Language {
             "grblhal" => Self::GrblHal,
             "zaber" => Self::Zaber,
             "venus" => Self::Venus,
+            _ if Path::new(name).is_file() => {
+                let path = Path::new(name);
+                let description = Description::load(path)
+                    .map_err(|error| LanguageError::Description { path: path.to_path_buf(), error })?;
+                Self::Described { file: name.into(), description: Arc::new(description) }
+            }
             _ => return Err(LanguageError::Unknown { name: name.into() }),
         })
     }
@@ -55,6 +79,7 @@ impl Language {
             Self::GrblHal => "grblhal",
             Self::Zaber => "zaber",
             Self::Venus => "venus",
+            Self::Described { file, .. } => file,
         }
     }
 
@@ -65,6 +90,7 @@ impl Language {
             Self::Grbl | Self::GrblHal => Box::new(Grbl::new(setting)),
             Self::Zaber => Box::new(Zaber::new(setting)),
             Self::Venus => Box::new(Venus::new(setting)),
+            Self::Described { description, .. } => Box::new(Described::new(Arc::clone(description), setting)),
         }
     }
 }

@@ -47,6 +47,11 @@ impl Lines {
         (!line.is_empty()).then_some(Line::Text(line))
     }
 
+    /// Whether this and nothing else has come since the last line.
+    pub(super) fn stands_at(&self, text: &[u8]) -> bool {
+        !self.spoilt && self.line.as_slice() == text
+    }
+
     /// Forgets what was begun.
     pub(super) fn clear(&mut self) {
         self.line.clear();
@@ -66,7 +71,7 @@ pub(super) fn plane(value: &str) -> Option<Point> {
 }
 
 /// Takes bytes; those that do not fit are dropped.
-pub(super) trait Sink {
+pub(crate) trait Sink {
     /// Takes a byte.
     fn put(&mut self, byte: u8);
 }

@@ -1,5 +1,6 @@
 //! Controller languages, one file each.
 
+pub(crate) mod described;
 mod exchange;
 mod grbl;
 mod language;
@@ -10,6 +11,7 @@ pub(crate) mod testing;
 mod venus;
 pub(crate) mod zaber;
 
+pub use described::{Described, Description, DescriptionError, TemplateError};
 pub use grbl::Grbl;
 pub use language::{Language, LanguageError};
 pub use venus::Venus;
