@@ -22,10 +22,22 @@ fn plan(stock_mm: f64) -> CertifiedPlan {
 }
 
 fn run(language: &str, operator: &str, stock_mm: f64, seed: u64) -> RunFacts {
+    run_over(115_200, 2, language, operator, stock_mm, seed)
+}
+
+fn run_over(
+    baud: u32,
+    latency_ms: u64,
+    language: &str,
+    operator: &str,
+    stock_mm: f64,
+    seed: u64,
+) -> RunFacts {
     let run = SimRun {
         language: Language::named(language).unwrap(),
         feed_mm_min: 3000,
-        latency: Duration::from_millis(2),
+        baud,
+        latency: Duration::from_millis(latency_ms),
         seed,
         ..SimRun::default()
     };
@@ -82,6 +94,16 @@ fn ok_style() {
 #[test]
 fn one_answer() {
     whole(&described("tests/described/one-answer"), 0.0);
+}
+
+/// Exchanges of several lines take a second and more each here.
+#[test]
+fn slow_lines() {
+    for language in ["zaber", "venus", &described("dialects/nsk-style"), &described("dialects/tango")] {
+        let facts = run_over(9600, 150, language, "calm", 0.1, 3);
+        assert_eq!(facts.deepest_mm, Some(0.0), "{language}: {facts:?}");
+        assert!(facts.ended == Ended::Done && facts.loops.0 > 0, "{language}: {facts:?}");
+    }
 }
 
 #[test]

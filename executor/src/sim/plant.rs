@@ -36,6 +36,7 @@ impl Plant {
         }
     }
 
+    #[cfg(test)]
     pub(super) fn now(&self) -> Time {
         self.now
     }

@@ -9,7 +9,7 @@ use super::controller::{Controller, Disturbance};
 use super::grbl::SimSettings;
 use super::motion::{Drives, Sample};
 use super::plant::Plant;
-use crate::link::dialect::zaber::{checksum, content};
+use crate::link::dialect::zaber::wire::{checksum, content};
 use crate::time::Time;
 
 /// The simulated controller.

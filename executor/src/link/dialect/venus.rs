@@ -32,7 +32,8 @@ enum What {
     Query,
     Velocity,
     Acceleration,
-    Homing,
+    /// A status after so many words of homing.
+    Homing(u8),
     Arming,
     /// A status after a jog.
     Jog,
@@ -149,12 +150,12 @@ impl Venus {
         self.exchanges.close(out);
         let busy = number & BUSY != 0;
         Some(match what {
-            What::Homing if busy => {
+            What::Homing(_) if busy => {
                 self.ask(what, b"st ", out);
                 None
             }
+            What::Homing(done) => self.home(done, out),
             What::Jog => Some(Reply::Accepted),
-            What::Homing => Some(Reply::Homed),
             What::Arming => {
                 self.ask(What::Error, b"ge ", out);
                 None
@@ -165,6 +166,14 @@ impl Venus {
             }
             _ => Some(Reply::Armed),
         })
+    }
+
+    /// To the near end, to the far end, and zero there: each begins when the tool rests after the one before.
+    fn home(&mut self, done: u8, out: &mut Vec<u8>) -> Option<Reply> {
+        let words: [&[u8]; 3] = [b"cal st ", b"rm st ", b"0 0 setpos st "];
+        let Some(next) = words.get(usize::from(done)) else { return Some(Reply::Homed) };
+        self.ask(What::Homing(done + 1), next, out);
+        None
     }
 
     fn figure_read(&mut self, what: What, figure: f64, out: &mut Vec<u8>) -> Option<Reply> {
@@ -238,7 +247,7 @@ impl Dialect for Venus {
                 // Two dimensions, mm, no joystick.
                 self.ask(What::Velocity, b"2 setdim 2 0 setunit 2 1 setunit 2 2 setunit 0 j getvel ", out);
             }
-            Command::Home => self.ask(What::Homing, b"cal rm 0 0 setpos st ", out),
+            Command::Home => drop(self.home(0, out)),
             Command::Arm => {
                 self.feed_mm_min = 0;
                 self.ask(What::Arming, b"2 setdim st ", out);

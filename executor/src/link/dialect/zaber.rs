@@ -11,17 +11,20 @@
 //! How a stream that is stopped midway leaves its line is not documented. So nothing is ever stopped: a jog is sent at rest
 //! and kept short, and a contour is held by not sending the rest of it.
 
-use std::io::Write as _;
+#[cfg(test)]
+mod tests;
+pub(crate) mod wire;
 
 use keepout_kernel::{Curve, LatticeError, Point, Vector};
 
-use super::exchange::{Exchanges, Sent};
+use super::exchange::Exchanges;
 use super::lines::{Line, Lines, as_str};
 use super::scale::Scale;
 use super::{Dialect, Setting};
 use crate::link::Abilities;
 use crate::supervisor::guard::{Motion, MotionShape};
 use crate::supervisor::{Command, Limits, Mode, Reply, Report, Unfit, text};
+use wire::{Answer, alarm, content, framed, refusal};
 
 /// What a line asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -171,7 +174,7 @@ impl Zaber {
     }
 
     fn answered(&mut self, answer: &Answer<'_>, line: &str, out: &mut Vec<u8>) -> Option<Reply> {
-        let Some(asked) = self.exchanges.open() else { return None };
+        let asked = self.exchanges.open()?;
         // An answer that was given up and comes after all.
         if answer.number != asked.number {
             return None;
@@ -343,106 +346,3 @@ impl Dialect for Zaber {
 /// Taken when the machine profile has no usable steps; it is refused before anything moves.
 const FALLBACK: Scale = Scale::ONE;
 const UNLIMITED: Limits = Limits { speed_mm_s: f64::INFINITY, acceleration_mm_s2: f64::INFINITY };
-
-/// `/1 0 07 get pos:A3`.
-fn framed(number: u8, command: std::fmt::Arguments<'_>) -> Sent {
-    let mut line = Sent::new();
-    // Commands are far shorter than a line.
-    let _ = write!(line, "/1 0 {number:02} {command}");
-    let sum = checksum(&line[1..]);
-    let _ = writeln!(line, ":{sum:02X}");
-    line
-}
-
-/// The two's complement of the sum of the bytes.
-pub(crate) fn checksum(bytes: &[u8]) -> u8 {
-    bytes.iter().fold(0_u8, |sum, &byte| sum.wrapping_add(byte)).wrapping_neg()
-}
-
-/// What stands between the first character and the checksum, which must be right, and there when it is `needed`.
-pub(crate) fn content(line: &str, needed: bool) -> Option<&str> {
-    let rest = line.get(1..)?;
-    match rest.rsplit_once(':') {
-        Some((content, sum)) => {
-            let right = sum.len() == 2 && u8::from_str_radix(sum, 16) == Ok(checksum(content.as_bytes()));
-            right.then_some(content)
-        }
-        None => (!needed).then_some(rest),
-    }
-}
-
-/// An answer: `01 0 07 OK IDLE -- 12345 678`.
-#[derive(Clone, Copy, Debug)]
-struct Answer<'a> {
-    number: u8,
-    ok: bool,
-    busy: bool,
-    warning: &'a str,
-    data: &'a str,
-}
-
-impl<'a> Answer<'a> {
-    fn read(content: &'a str) -> Option<Self> {
-        let mut fields = content.splitn(7, ' ');
-        let (device, _axis) = (fields.next()?, fields.next()?);
-        let number = fields.next()?;
-        let (flag, status, warning) = (fields.next()?, fields.next()?, fields.next()?);
-        let known = matches!(flag, "OK" | "RJ") && matches!(status, "IDLE" | "BUSY") && device == "01";
-        known.then_some(Self {
-            number: number.parse().ok()?,
-            ok: flag == "OK",
-            busy: status == "BUSY",
-            warning,
-            data: fields.next().unwrap_or("").trim(),
-        })
-    }
-
-    fn pair(&self) -> Option<[i64; 2]> {
-        let mut values = self.data.split(' ').map(|value| value.parse::<i64>().ok());
-        Some([values.next()??, values.next()??])
-    }
-
-    fn mode(&self) -> Mode {
-        match self.warning {
-            warning if warning.starts_with('F') => Mode::Alarm,
-            // No reference, not homed, a limit where none should be.
-            "WR" | "WH" | "WL" => Mode::Alarm,
-            // Somebody turns the knob.
-            "NC" => Mode::Other,
-            _ if self.busy => Mode::Moving,
-            _ => Mode::Idle,
-        }
-    }
-}
-
-fn alarm(warning: &str) -> Reply {
-    let (code, meaning) = match warning.get(..2).unwrap_or("") {
-        "FS" => (1, "stalled and stopped"),
-        "FE" => (2, "limit switches"),
-        "FQ" => (3, "encoder"),
-        "FD" => (4, "driver off"),
-        "FB" => (5, "a stream left the travel"),
-        "FO" | "FP" => (6, "the path was left"),
-        "WR" | "WH" => (7, "not homed"),
-        "WL" => (8, "a limit switch where none should be"),
-        _ => (0, ""),
-    };
-    Reply::Alarm { code, meaning }
-}
-
-fn refusal(reason: &str) -> (u16, &'static str) {
-    match reason {
-        "AGAIN" => (1, "the stream is full"),
-        "BADAXIS" => (2, "no such axis"),
-        "BADCOMMAND" => (3, "no such command"),
-        "BADDATA" => (4, "beyond the machine's travel, or no number it takes"),
-        "STATUSBUSY" => (5, "busy"),
-        "FULL" => (6, "no room"),
-        "NOACCESS" => (7, "no access"),
-        "PARKED" => (8, "parked"),
-        _ => (0, ""),
-    }
-}
-
-#[cfg(test)]
-mod tests;

@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
 use thiserror::Error;
 
 use super::super::exchange::SENT_MAX;
 use super::super::scale::Scale;
+use super::file::{AcceptedName, ExchangeTable, File, RuleTable, mode_of, shape_of};
 use super::template::{Slot, Template, TemplateError};
 use crate::supervisor::Mode;
 use crate::supervisor::guard::MotionShape;
@@ -44,143 +44,6 @@ pub enum DescriptionError {
         /// What it must be.
         needed: &'static str,
     },
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    #[serde(default)]
-    line: LineTable,
-    units: UnitsTable,
-    ask: AskTable,
-    status: StatusTable,
-    motion: MotionTable,
-    #[serde(default)]
-    start: StartTable,
-    #[serde(default)]
-    errors: Vec<ErrorTable>,
-    #[serde(default)]
-    ignore: Vec<String>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-struct LineTable {
-    end: String,
-    echo: bool,
-    prompt: String,
-}
-
-impl Default for LineTable {
-    fn default() -> Self {
-        Self { end: "\r".into(), echo: false, prompt: String::new() }
-    }
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct UnitsTable {
-    counts_per_mm: f64,
-    #[serde(default)]
-    decimals: u8,
-    speed_counts_per_mm_s: f64,
-    #[serde(default)]
-    speed_decimals: u8,
-    #[serde(default)]
-    zero: [i64; 2],
-    #[serde(default)]
-    swap: bool,
-    #[serde(default)]
-    invert: [bool; 2],
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct AskTable {
-    status: ExchangeTable,
-    position: Option<ExchangeTable>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ExchangeTable {
-    send: String,
-    answer: String,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct StatusTable {
-    rules: Vec<RuleTable>,
-    otherwise: ModeName,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RuleTable {
-    equals: Option<String>,
-    contains: Option<String>,
-    bits: Option<u32>,
-    mode: ModeName,
-}
-
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum ModeName {
-    Idle,
-    Moving,
-    Homing,
-    Alarm,
-    Other,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct MotionTable {
-    line: Vec<String>,
-    arc_left: Option<Vec<String>>,
-    arc_right: Option<Vec<String>>,
-    stop: Option<String>,
-    #[serde(default)]
-    stop_at_once: bool,
-    accepted: AcceptedName,
-    #[serde(default)]
-    answer: Option<String>,
-    shape: ShapeName,
-    contours: Option<ShapeName>,
-    #[serde(default)]
-    queues: bool,
-}
-
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
-#[serde(rename_all = "lowercase")]
-enum AcceptedName {
-    Prompt,
-    Answer,
-    Query,
-}
-
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum ShapeName {
-    Line,
-    Box,
-}
-
-#[derive(Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-struct StartTable {
-    prepare: Vec<String>,
-    home: Vec<String>,
-    arm: Vec<String>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ErrorTable {
-    says: String,
-    #[serde(default)]
-    transient: bool,
 }
 
 /// How a line without data is answered.
@@ -376,6 +239,11 @@ impl Description {
                 "motion.accepted",
                 "\"prompt\" when there is a line.prompt: it answers every line",
             ),
+            (
+                self.zero.iter().all(|&zero| i32::try_from(zero).is_ok()) && self.home.len() < 100,
+                "units.zero",
+                "counts within ±2^31, and fewer than 100 lines of start.home",
+            ),
             (has_all(&self.status.answer, &[Slot::Status]), "ask.status.answer", "a line with {status}"),
             (
                 has_all(&where_from.answer, &place),
@@ -459,23 +327,6 @@ fn rule(table: &RuleTable) -> Result<(Test, Mode), DescriptionError> {
         _ => return Err(value("status.rules", "each with one of equals, contains and bits")),
     };
     Ok((test, mode_of(table.mode)))
-}
-
-fn mode_of(name: ModeName) -> Mode {
-    match name {
-        ModeName::Idle => Mode::Idle,
-        ModeName::Moving => Mode::Moving,
-        ModeName::Homing => Mode::Homing,
-        ModeName::Alarm => Mode::Alarm,
-        ModeName::Other => Mode::Other,
-    }
-}
-
-fn shape_of(name: ShapeName) -> MotionShape {
-    match name {
-        ShapeName::Line => MotionShape::Line,
-        ShapeName::Box => MotionShape::Box,
-    }
 }
 
 fn value(key: &'static str, needed: &'static str) -> DescriptionError {

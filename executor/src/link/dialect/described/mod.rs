@@ -5,7 +5,10 @@
 //! acknowledges nothing, with the answer to a question for its state that was sent behind it. Echoed characters must be those
 //! that were sent. Where motions can not be queued, one of a contour is accepted when the tool rests at its end.
 
+mod axes;
 mod description;
+mod file;
+mod heard;
 mod template;
 #[cfg(test)]
 mod tests;
@@ -13,7 +16,6 @@ mod tests;
 use std::sync::Arc;
 
 use arrayvec::ArrayVec;
-use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::{Curve, LatticeError, Point, Turn, UNITS_PER_MM, Vector};
 
 pub(crate) use description::Accepted;
@@ -22,45 +24,13 @@ pub use template::TemplateError;
 pub(crate) use template::{Slot, Template};
 
 use super::exchange::{Exchanges, SENT_MAX, Sent};
-use super::lines::{Line, Lines, Sink, as_str, push_number};
+use super::lines::{Line, Lines, Sink, as_str};
 use super::{Dialect, Setting};
 use crate::link::Abilities;
 use crate::supervisor::guard::{Motion, MotionShape};
 use crate::supervisor::{Command, Limits, Mode, Reply, Report, Unfit, text};
-use description::Figure;
-
-/// What a line is for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum For {
-    /// One of several lines, or a stop.
-    Nothing,
-    Query,
-    Preparing,
-    /// The description is too coarse for the plan.
-    Unfit,
-    Home,
-    Homing,
-    Arming,
-    Jog,
-    Contour,
-}
-
-/// What a line is, and so what its answer looks like.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Asked {
-    Say(For),
-    Status(For),
-    Position(For),
-}
-
-/// What was heard of the exchange under way.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Heard {
-    Accepted,
-    Status(Mode, Option<(f64, f64)>),
-    Position((f64, f64)),
-    Error { code: u16, transient: bool },
-}
+use axes::push_figure;
+use heard::{Asked, For, Heard};
 
 /// Most characters whose echo is waited for.
 const ECHO_MAX: usize = 4 * SENT_MAX;
@@ -144,28 +114,6 @@ impl Described {
         self.exchanges.send(Asked::Status(purpose), sent, out);
     }
 
-    /// A vector in the controller's axes, counts.
-    fn counts(&self, v: Vector) -> [i64; 2] {
-        let Description { coordinate, swap, invert, .. } = *self.description;
-        let (a, b) = if swap { (v.dy, v.dx) } else { (v.dx, v.dy) };
-        let axis = |c: i32, invert: bool| coordinate.scale.counts(if invert { -c } else { c });
-        [axis(a, invert[0]), axis(b, invert[1])]
-    }
-
-    /// A point of the machine from the numbers that the controller says.
-    fn point(&self, (a, b): (f64, f64)) -> Option<Point> {
-        let Description { coordinate, swap, invert, zero, .. } = *self.description;
-        let axis = |written: f64, zero: i64, invert: bool| {
-            let zero = f64::from(i32::try_from(zero).ok()?);
-            let mm = written * coordinate.ten() - zero;
-            let units = nearest_unit(mm / coordinate.scale.per_mm_f64() * f64::from(UNITS_PER_MM));
-            Some(if invert { units.checked_neg()? } else { units })
-        };
-        let (a, b) = (axis(a, zero[0], invert[0])?, axis(b, zero[1], invert[1])?);
-        let (x, y) = if swap { (b, a) } else { (a, b) };
-        Point::from_units(x, y).ok()
-    }
-
     fn motion(&mut self, motion: &Motion, out: &mut Vec<u8>) -> Result<(), LatticeError> {
         let (to, feed_mm_min, purpose) = match motion {
             Motion::Jog { to, feed_mm_min } => (*to, *feed_mm_min, For::Jog),
@@ -178,11 +126,11 @@ impl Described {
                 let mirrored = description.swap ^ description.invert[0] ^ description.invert[1];
                 let [left, right] = description.arcs.as_ref().ok_or_else(super::no_such_motion)?;
                 let is_left = (arc.turn() == Turn::Left) != mirrored;
-                (if is_left { left } else { right }, self.counts(arc.centre().minus(arc.from())))
+                (if is_left { left } else { right }, description.counts(arc.centre().minus(arc.from())))
             }
             _ => (&description.line, [0, 0]),
         };
-        let [a, b] = self.counts(to.minus(Point::ORIGIN));
+        let [a, b] = description.counts(to.minus(Point::ORIGIN));
         let units_s =
             i32::try_from(i64::from(feed_mm_min) * i64::from(UNITS_PER_MM) / 60).unwrap_or(i32::MAX);
         let values = Values {
@@ -307,8 +255,8 @@ impl Described {
                 value: self.description.coordinate.scale.per_mm_f64(),
                 needed: "at least the steps per mm that the plan's margin was made for",
             })),
-            For::Home | For::Homing => {
-                self.ask_status(For::Homing, out);
+            For::Homing(_) => {
+                self.ask_status(purpose, out);
                 None
             }
             For::Arming => Some(Reply::Armed),
@@ -317,6 +265,23 @@ impl Described {
                 None
             }
             For::Jog | For::Contour => Some(Reply::Accepted),
+        }
+    }
+
+    /// Each line of homing is sent when the tool rests after the one before.
+    fn home(&mut self, done: u8, out: &mut Vec<u8>) -> Option<Reply> {
+        let description = Arc::clone(&self.description);
+        match description.home.get(usize::from(done)) {
+            Some(line) => {
+                let purpose = For::Homing(done.saturating_add(1));
+                self.say(std::slice::from_ref(line), &Values::default(), purpose, out);
+                None
+            }
+            None if done == 0 => {
+                self.say(&[], &Values::default(), For::Homing(1), out);
+                None
+            }
+            None => Some(Reply::Homed),
         }
     }
 
@@ -344,17 +309,15 @@ impl Described {
                     (None, None) => Some(Reply::Garbled(text("a state without a position"))),
                 }
             }
-            (For::Homing | For::Home, Mode::Idle) => Some(Reply::Homed),
-            (For::Homing | For::Home, Mode::Alarm) => {
-                Some(Reply::Alarm { code: 0, meaning: "homing failed" })
-            }
+            (For::Homing(done), Mode::Idle) => self.home(done, out),
+            (For::Homing(_), Mode::Alarm) => Some(Reply::Alarm { code: 0, meaning: "homing failed" }),
             _ => self.said(purpose, out),
         }
     }
 
     /// A position was said, after the state.
     fn placed(&mut self, purpose: For, place: (f64, f64), out: &mut Vec<u8>) -> Option<Reply> {
-        let at = self.point(place);
+        let at = self.description.point(place);
         if purpose == For::Contour {
             return self.arrived(at, out);
         }
@@ -411,37 +374,11 @@ impl Described {
                     false => self.say(&description.prepare, &none, For::Preparing, out),
                 }
             }
-            Command::Home => self.say(&description.home, &none, For::Home, out),
+            Command::Home => drop(self.home(0, out)),
             Command::Arm => self.say(&description.arm, &none, For::Arming, out),
             Command::Move(certified) => self.motion(certified.motion(), out)?,
         }
         Ok(())
-    }
-}
-
-impl Description {
-    /// What a line says to what was asked; `None` when it is not of the language there.
-    fn heard(&self, asked: Option<Asked>, line: &str) -> Option<Heard> {
-        let error = self.errors.iter().find_map(|(says, transient)| Some((says.read(line)?, *transient)));
-        if let Some((captures, transient)) = error {
-            let code = captures.text(Slot::Code).and_then(|code| code.parse().ok()).unwrap_or(0);
-            return Some(Heard::Error { code, transient });
-        }
-        let place =
-            |captures: &template::Captures<'_>| Some((captures.number(Slot::X)?, captures.number(Slot::Y)?));
-        match asked? {
-            Asked::Say(_) => match &self.accepted {
-                Accepted::Answer(answer) => answer.read(line).map(|_| Heard::Accepted),
-                Accepted::Prompt | Accepted::Query => None,
-            },
-            Asked::Status(_) => {
-                let captures = self.status.answer.read(line)?;
-                let has_place = self.position.is_none();
-                let place = if has_place { Some(place(&captures)?) } else { None };
-                Some(Heard::Status(self.mode(captures.text(Slot::Status)?), place))
-            }
-            Asked::Position(_) => place(&self.position.as_ref()?.answer.read(line)?).map(Heard::Position),
-        }
     }
 }
 
@@ -480,22 +417,5 @@ impl Dialect for Described {
     fn reset(&mut self) {
         self.forget();
         self.lines.clear();
-    }
-}
-
-/// Writes counts as a number with the figure's decimals, exact.
-fn push_figure(out: &mut Sent, counts: i64, figure: Figure) {
-    if counts < 0 {
-        out.put(b'-');
-    }
-    let ten = 10_u64.pow(figure.decimals.into());
-    push_number(out, counts.unsigned_abs() / ten);
-    let mut place = ten / 10;
-    if place > 0 {
-        out.put(b'.');
-    }
-    while place > 0 {
-        push_number(out, counts.unsigned_abs() / place % 10);
-        place /= 10;
     }
 }

@@ -79,8 +79,9 @@ fn start_without_acknowledgements() {
     let mut tango = dialect(TANGO);
     assert_eq!(said(&mut tango, &Command::Prepare), "!dim 2 2\r?statusaxis\r");
     assert!(matches!(hear(&mut tango, "@@-.-\r").0[..], [Reply::Prepared(_)]));
-    assert_eq!(said(&mut tango, &Command::Home), "!cal\r!rm\r?statusaxis\r");
+    assert_eq!(said(&mut tango, &Command::Home), "!cal\r?statusaxis\r");
     assert_eq!(hear(&mut tango, "MM-.-\r").1, "?statusaxis\r");
+    assert_eq!(hear(&mut tango, "@@-.-\r").1, "!rm\r?statusaxis\r");
     assert_eq!(hear(&mut tango, "@@-.-\r").0, [Reply::Homed]);
     assert_eq!(said(&mut tango, &Command::Arm), "?statusaxis\r");
     assert_eq!(hear(&mut tango, "@@-.-\r").0, [Reply::Armed]);
@@ -104,6 +105,7 @@ fn descriptions_are_refused_by_key() {
         ("answer = \"{x},{y}\"", "answer = \"{x}\"", "ask.position.answer: a line with {x} and {y}"),
         ("prompt = \":\"", "prompt = \"\"", "motion.accepted"),
         ("accepted = \"prompt\"", "accepted = \"query\"", "motion.accepted"),
+        ("\nzero = [400000, 350000]", "\nzero = [4000000000, 0]", "units.zero"),
         ("counts_per_mm = 1000", "counts_per_mm = 0", "units.counts_per_mm: more than 0"),
         ("{ bits = 1, mode", "{ mode", "status.rules"),
         ("[\"MV{feed}\", \"MA{x},{y}\"]", "[\"MA{x}\"]", "motion.line"),

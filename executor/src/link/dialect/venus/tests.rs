@@ -56,8 +56,11 @@ fn start_sets_units_and_reads_what_is_needed() {
     assert_eq!(hear(&mut venus, "100.000\r\n"), (vec![], "getaccel ".into()));
     let limits = Limits { speed_mm_s: 100.0, acceleration_mm_s2: 500.0 };
     assert_eq!(hear(&mut venus, "500.0\r\n").0, [Reply::Prepared(limits)]);
-    assert_eq!(said(&mut venus, &Command::Home), "cal rm 0 0 setpos st ");
-    assert_eq!(hear(&mut venus, "1\r\n0\r\n").0, [Reply::Homed]);
+    assert_eq!(said(&mut venus, &Command::Home), "cal st ");
+    assert_eq!(hear(&mut venus, "1\r\n").1, "st ");
+    assert_eq!(hear(&mut venus, "0\r\n").1, "rm st ");
+    assert_eq!(hear(&mut venus, "0\r\n").1, "0 0 setpos st ");
+    assert_eq!(hear(&mut venus, "0\r\n").0, [Reply::Homed]);
     assert_eq!(said(&mut venus, &Command::Arm), "2 setdim st ");
     assert_eq!(hear(&mut venus, "0\r\n").1, "ge ");
     let mut refused = venus.clone();

@@ -1,3 +1,4 @@
+use super::wire::checksum;
 use super::*;
 use crate::link::dialect::testing::{contour_to, jog_to};
 
