@@ -10,7 +10,8 @@
 //! interpreter, and `abort` is always heard.
 //!
 //! Both axes are interpolated. How `abort` slows down is not documented: a jog may leave its line and so is certified
-//! as a box; a contour is never aborted, and certified as drawn.
+//! as a box; a contour is never aborted, and certified as drawn. The box holds as long as no axis takes longer to stop than
+//! it would have to its target: that `abort` brakes no softer than `move` does is taken for granted.
 //!
 //! Homing ends at the far end of travel, and that becomes zero: the table lies in [−width, 0]. A controller that was homed by
 //! somebody else may count from elsewhere: this dialect therefore can not tell whether it is homed, and trusts the operator.

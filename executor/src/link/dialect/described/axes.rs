@@ -4,10 +4,33 @@ use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::{Point, UNITS_PER_MM, Vector};
 
 use super::description::{Description, Figure};
+use super::template::{Slot, Template};
 use crate::link::dialect::exchange::Sent;
 use crate::link::dialect::lines::{Sink, push_number};
 
+/// What stands in the places of a motion's lines.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Values {
+    pub(super) to: [i64; 2],
+    pub(super) centre: [i64; 2],
+    pub(super) feed: i64,
+}
+
 impl Description {
+    /// Adds a line, ended.
+    pub(super) fn write(&self, template: &Template, values: &Values, sent: &mut Sent) {
+        let Description { coordinate, speed, .. } = *self;
+        template.write(sent, |slot, sent| match slot {
+            Slot::X => push_figure(sent, values.to[0], coordinate),
+            Slot::Y => push_figure(sent, values.to[1], coordinate),
+            Slot::I => push_figure(sent, values.centre[0], coordinate),
+            Slot::J => push_figure(sent, values.centre[1], coordinate),
+            Slot::Feed => push_figure(sent, values.feed, speed),
+            Slot::Status | Slot::Code | Slot::Any => {}
+        });
+        self.end.iter().for_each(|&byte| sent.put(byte));
+    }
+
     /// A vector in the controller's axes, counts.
     pub(super) fn counts(&self, v: Vector) -> [i64; 2] {
         let Description { coordinate, swap, invert, .. } = *self;

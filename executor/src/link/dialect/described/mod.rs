@@ -29,7 +29,7 @@ use super::{Dialect, Setting};
 use crate::link::Abilities;
 use crate::supervisor::guard::{Motion, MotionShape};
 use crate::supervisor::{Command, Limits, Mode, Reply, Report, Unfit, text};
-use axes::push_figure;
+use axes::Values;
 use heard::{Asked, For, Heard};
 
 /// Most characters whose echo is waited for.
@@ -49,14 +49,6 @@ pub struct Described {
     /// Where the last motion goes, machine coordinates.
     target: Point,
     lines: Lines,
-}
-
-/// What stands in the places of a motion's lines.
-#[derive(Clone, Copy, Debug, Default)]
-struct Values {
-    to: [i64; 2],
-    centre: [i64; 2],
-    feed: i64,
 }
 
 impl Described {
@@ -81,7 +73,7 @@ impl Described {
         let acknowledged = description.accepted != Accepted::Query;
         let mut sent = Sent::new();
         for (index, line) in lines.iter().enumerate() {
-            self.write(line, values, &mut sent);
+            description.write(line, values, &mut sent);
             if acknowledged {
                 let last = index + 1 == lines.len();
                 let purpose = if last { purpose } else { For::Nothing };
@@ -89,28 +81,15 @@ impl Described {
             }
         }
         if !acknowledged || lines.is_empty() {
-            self.write(&description.status.send, values, &mut sent);
+            description.write(&description.status.send, values, &mut sent);
             self.exchanges.send(Asked::Status(purpose), sent, out);
         }
-    }
-
-    fn write(&self, template: &Template, values: &Values, sent: &mut Sent) {
-        let Description { coordinate, speed, .. } = *self.description;
-        template.write(sent, |slot, sent| match slot {
-            Slot::X => push_figure(sent, values.to[0], coordinate),
-            Slot::Y => push_figure(sent, values.to[1], coordinate),
-            Slot::I => push_figure(sent, values.centre[0], coordinate),
-            Slot::J => push_figure(sent, values.centre[1], coordinate),
-            Slot::Feed => push_figure(sent, values.feed, speed),
-            Slot::Status | Slot::Code | Slot::Any => {}
-        });
-        self.description.end.iter().for_each(|&byte| sent.put(byte));
     }
 
     fn ask_status(&mut self, purpose: For, out: &mut Vec<u8>) {
         let description = Arc::clone(&self.description);
         let mut sent = Sent::new();
-        self.write(&description.status.send, &Values::default(), &mut sent);
+        description.write(&description.status.send, &Values::default(), &mut sent);
         self.exchanges.send(Asked::Status(purpose), sent, out);
     }
 
@@ -147,7 +126,7 @@ impl Described {
         let description = Arc::clone(&self.description);
         let Some(stop) = &description.stop else { return };
         let mut sent = Sent::new();
-        self.write(stop, &Values::default(), &mut sent);
+        description.write(stop, &Values::default(), &mut sent);
         match (description.accepted == Accepted::Query, description.stop_at_once) {
             (true, _) => out.extend(&sent),
             (false, true) => self.exchanges.send_now(Asked::Say(For::Nothing), &sent, out),
@@ -302,7 +281,7 @@ impl Described {
                     (Some(place), _) => self.placed(purpose, place, out),
                     (None, Some(position)) => {
                         let mut sent = Sent::new();
-                        self.write(&position.send, &Values::default(), &mut sent);
+                        description.write(&position.send, &Values::default(), &mut sent);
                         self.exchanges.send_next(Asked::Position(purpose), sent, out);
                         None
                     }
