@@ -17,7 +17,7 @@ pub(super) type Sent = ArrayVec<u8, SENT_MAX>;
 
 /// Lines that wait for their turn, and what is unanswered. `K` says what a line is, and so what its answer is.
 ///
-/// Nothing is dropped but by [`Exchanges::give_up`] and [`Exchanges::clear`], and lines stay in order but for stops.
+/// Nothing is dropped but by [`Exchanges::withdraw`], [`Exchanges::give_up`] and [`Exchanges::clear`], and lines stay in order but for stops.
 #[derive(Clone, Debug)]
 pub(super) struct Exchanges<K> {
     open: ArrayVec<K, OPEN_MAX>,
@@ -83,6 +83,11 @@ impl<K: Copy> Exchanges<K> {
             self.give_up(out);
         }
         !self.any(is_query)
+    }
+
+    /// Lines that wait and shall not be sent after all: what they needed was refused.
+    pub(super) fn withdraw(&mut self, is: impl Fn(&K) -> bool) {
+        self.waiting.retain(|(kind, _)| !is(kind));
     }
 
     /// What is unanswered is not waited for any longer.

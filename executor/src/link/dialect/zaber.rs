@@ -179,6 +179,11 @@ impl Zaber {
         if answer.number != asked.number {
             return None;
         }
+        if !answer.ok && asked.what == What::Feed {
+            // The supervisor hears that the motion is refused: it must not follow.
+            self.exchanges.withdraw(|asked| matches!(asked.what, What::Jog | What::Contour));
+            self.feed_mm_min = 0;
+        }
         self.exchanges.close(out);
         if !answer.ok {
             return self.refused(asked.what, answer.data, out);
@@ -239,7 +244,9 @@ impl Zaber {
             }
             _ => {
                 let (code, meaning) = refusal(reason);
-                Some(Reply::Refused { code, meaning, transient: reason == "STATUSBUSY" })
+                // Only a refused motion can be taken back.
+                let transient = reason == "STATUSBUSY" && matches!(what, What::Feed | What::Jog);
+                Some(Reply::Refused { code, meaning, transient })
             }
         }
     }

@@ -7,8 +7,9 @@ use crate::supervisor::Mode;
 /// What a line is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum For {
-    /// One of several lines, or a stop.
+    /// One of several lines.
     Nothing,
+    Stop,
     Query,
     Preparing,
     /// The description is too coarse for the plan.

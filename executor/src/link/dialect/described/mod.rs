@@ -129,8 +129,8 @@ impl Described {
         description.write(stop, &Values::default(), &mut sent);
         match (description.accepted == Accepted::Query, description.stop_at_once) {
             (true, _) => out.extend(&sent),
-            (false, true) => self.exchanges.send_now(Asked::Say(For::Nothing), &sent, out),
-            (false, false) => self.exchanges.send_next(Asked::Say(For::Nothing), sent, out),
+            (false, true) => self.exchanges.send_now(Asked::Say(For::Stop), &sent, out),
+            (false, false) => self.exchanges.send_next(Asked::Say(For::Stop), sent, out),
         }
     }
 
@@ -210,9 +210,16 @@ impl Described {
 
     /// The oldest exchange is over.
     fn over(&mut self, heard: Option<Heard>, out: &mut Vec<u8>) -> Option<Reply> {
+        if let (Some(Asked::Say(For::Nothing)), Some(Heard::Error { .. })) = (self.exchanges.open(), heard) {
+            // The supervisor hears that all of it is refused: the rest must not follow.
+            self.exchanges.withdraw(|asked| matches!(asked, Asked::Say(purpose) if *purpose != For::Stop));
+        }
         let asked = self.exchanges.close(out)?;
         match (asked, heard) {
             (_, Some(Heard::Error { code, transient })) => {
+                // Only a refused motion can be taken back, where it is told which line was refused.
+                let motion = matches!(asked, Asked::Say(For::Nothing | For::Jog));
+                let transient = transient && motion && self.description.accepted != Accepted::Query;
                 Some(Reply::Refused { code, meaning: "", transient })
             }
             (Asked::Say(purpose), None | Some(Heard::Accepted)) => self.said(purpose, out),
@@ -227,7 +234,7 @@ impl Described {
     fn said(&mut self, purpose: For, out: &mut Vec<u8>) -> Option<Reply> {
         const UNLIMITED: Limits = Limits { speed_mm_s: f64::INFINITY, acceleration_mm_s2: f64::INFINITY };
         match purpose {
-            For::Nothing | For::Query => None,
+            For::Nothing | For::Stop | For::Query => None,
             For::Preparing => Some(Reply::Prepared(UNLIMITED)),
             For::Unfit => Some(Reply::Unfit(Unfit {
                 name: "units.counts_per_mm",

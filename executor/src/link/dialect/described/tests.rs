@@ -70,8 +70,12 @@ fn damage_and_refusals_are_noticed() {
     assert!(matches!(hear(&mut nsk, "TS\r\n:").0[..], [Reply::Garbled(_)]), "no data");
     let mut nsk = dialect(NSK);
     said(&mut nsk, &jog_to(0, 0, 600));
-    let (replies, _) = hear(&mut nsk, "MV10000\r\n E7 BUSY\r\n:");
+    let (replies, sent) = hear(&mut nsk, "MV10000\r\n E7 BUSY\r\n:");
     assert!(matches!(replies[..], [Reply::Refused { code: 7, transient: true, .. }]), "{replies:?}");
+    assert_eq!(sent, "", "the motion does not follow");
+    said(&mut nsk, &Command::Query);
+    let (replies, _) = hear(&mut nsk, "TS\r\n E7 BUSY\r\n:");
+    assert!(matches!(replies[..], [Reply::Refused { transient: false, .. }]), "no motion was refused");
 }
 
 #[test]

@@ -107,6 +107,15 @@ fn warnings_and_refusals() {
 }
 
 #[test]
+fn motion_does_not_follow_a_refused_feed() {
+    let mut zaber = ready();
+    assert!(said(&mut zaber, &jog_to(0, 0, 600)).contains("maxspeed"));
+    let (replies, sent) = hear(&mut zaber, "@01 0 01 RJ BUSY -- STATUSBUSY");
+    assert!(matches!(replies[..], [Reply::Refused { transient: true, .. }]) && sent.is_empty(), "{sent}");
+    assert!(said(&mut zaber, &jog_to(0, 0, 600)).contains("maxspeed"), "the feed is set again");
+}
+
+#[test]
 fn decode_is_total() {
     let alphabet = b"@!#/01 OKRJIDLEBUSY-- 123456789:ABCDEF\r\n\n\xff\x00";
     crate::link::dialect::testing::decode_is_total(|| Box::new(ready()), alphabet);
