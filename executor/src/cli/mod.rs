@@ -260,7 +260,7 @@ struct RunArguments {
     /// The serial port of a real machine, such as /dev/ttyUSB0.
     #[arg(long, value_name = "DEVICE", requires = "place")]
     port: Option<String>,
-    /// What the controller speaks: grbl or grblhal.
+    /// What the controller speaks: grbl, grblhal, zaber, venus, or a file that describes its language.
     #[arg(long, value_name = "DIALECT", default_value = "grbl")]
     dialect: String,
     /// Baud rate of the port.

@@ -10,8 +10,10 @@ use crate::supervisor::guard::MotionShape;
 /// What a dialect's controller can do, as far as the supervisor needs it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Abilities {
-    /// How it drives to a target.
+    /// How it drives to a jog's target, cancelled under way or not.
     pub shape: MotionShape,
+    /// How it drives the motions of a contour, which are never cancelled.
+    pub contours: MotionShape,
     /// It drives arcs.
     pub arcs: bool,
     /// It takes motions while it moves, and joins them.

@@ -134,11 +134,17 @@ impl Engine {
         self.ends.clear();
     }
 
-    /// The bytes that stop whatever moves, should nothing else work any more.
+    /// The bytes that stop whatever moves, should nothing else work any more: as far as the controller then stays where it was
+    /// certified. What can not be stopped so ends at its certified target.
     pub fn stop_bytes(&mut self) -> Vec<u8> {
         let mut bytes = Vec::new();
-        for command in [Command::Cancel, Command::Hold] {
-            let _ = self.dialect.encode(&command, &mut bytes);
+        let abilities = self.dialect.abilities();
+        let contouring = self.supervisor.guard().contour_progress().is_some();
+        if abilities.cancels && (!contouring || abilities.holds) {
+            let _ = self.dialect.encode(&Command::Cancel, &mut bytes);
+        }
+        if abilities.holds {
+            let _ = self.dialect.encode(&Command::Hold, &mut bytes);
         }
         bytes
     }

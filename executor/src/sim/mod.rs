@@ -3,20 +3,30 @@
 //! The same objects run in virtual time ([`VirtualPort`]) and behind a real pty ([`pty`]). The [`witness`] watches the
 //! true tool position and knows only the part and the tool.
 
+mod apart;
 mod controller;
+mod described;
 mod grbl;
 mod line;
 mod machine;
 mod motion;
+mod plant;
 #[cfg(unix)]
 pub mod pty;
+#[cfg(test)]
+mod round_trip;
+mod venus;
 pub mod witness;
+mod zaber;
 
 pub use controller::{Controller, Disturbance};
+pub use described::DescribedSim;
 pub use grbl::{GrblSim, SimSettings};
 pub use line::Wire;
 pub use machine::{SimMachine, Slip, VirtualPort};
 pub use motion::{Sample, SampleKind};
+pub use venus::VenusSim;
+pub use zaber::ZaberSim;
 
 use crate::link::dialect::Language;
 
@@ -26,5 +36,8 @@ pub fn speaking(language: &Language, settings: SimSettings) -> Box<dyn Controlle
     match language {
         Language::Grbl => Box::new(GrblSim::new(settings)),
         Language::GrblHal => Box::new(GrblSim::hal(settings)),
+        Language::Zaber => Box::new(ZaberSim::new(settings)),
+        Language::Venus => Box::new(VenusSim::new(settings)),
+        Language::Described { description, .. } => Box::new(DescribedSim::new(description, settings)),
     }
 }

@@ -98,6 +98,12 @@ impl Motion {
         self.speed
     }
 
+    /// Speed of each axis, mm/s.
+    pub fn velocity(&self) -> (f64, f64) {
+        let unit = self.blocks.front().map_or((0.0, 0.0), |block| block.unit);
+        (unit.0 * self.speed, unit.1 * self.speed)
+    }
+
     pub fn queued(&self) -> usize {
         self.blocks.len()
     }

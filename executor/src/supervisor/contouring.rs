@@ -82,7 +82,7 @@ impl Supervisor {
         let mut sources = Vec::new();
         let motions = job.legs.iter().flat_map(|leg| leg.curves.iter().map(move |curve| (leg, curve)));
         for (source, (leg, curve)) in motions.enumerate() {
-            self.as_sent(curve, feed(leg), &mut curves)?;
+            self.as_sent(curve, feed(leg), self.stock(leg), &mut curves)?;
             sources.resize(curves.len(), source);
         }
         self.guard.begin_contour(curves).map_err(|refusal| refusal.to_string())?;
@@ -96,16 +96,28 @@ impl Supervisor {
         Ok(Run { job, sources })
     }
 
+    /// What a leg leaves on the part beyond what its contour may touch.
+    fn stock(&self, leg: &Leg) -> Length {
+        let plan = &self.work.plan.plan;
+        leg.cuts.map_or(plan.allowance, |cut| plan.passes[cut.pass].allowance)
+    }
+
     /// The motions that the controller is sent for a curve: itself, or lines where it knows no arcs, in steps where it can
     /// not be held or its axes run apart.
-    fn as_sent(&self, curve: &Curve, feed: u32, into: &mut Vec<(Curve, u32)>) -> Result<(), String> {
-        let whole = self.abilities.holds && self.abilities.shape == MotionShape::Line;
+    fn as_sent(
+        &self,
+        curve: &Curve,
+        feed: u32,
+        stock: Length,
+        into: &mut Vec<(Curve, u32)>,
+    ) -> Result<(), String> {
+        let whole = self.abilities.holds && self.abilities.contours == MotionShape::Line;
         match curve {
             Curve::Line(_) if whole => {
                 into.push((*curve, feed));
                 return Ok(());
             }
-            Curve::Arc(arc) if self.abilities.arcs => {
+            Curve::Arc(arc) if self.abilities.arcs && self.abilities.contours == MotionShape::Line => {
                 let longest = if whole { f64::INFINITY } else { STEP_MAX_MM };
                 for piece in quarters(arc, longest)? {
                     into.push((Curve::Arc(piece), feed));
@@ -117,7 +129,7 @@ impl Supervisor {
         let points = curve.chord_points(self.chord_slack()).map_err(|error| error.to_string())?;
         for pair in points.windows(2) {
             let line = Segment { from: pair[0], to: pair[1] };
-            self.steps(line, &mut |from, to| into.push((Curve::Line(Segment { from, to }), feed)));
+            self.steps(line, stock, &mut |from, to| into.push((Curve::Line(Segment { from, to }), feed)))?;
         }
         Ok(())
     }
@@ -128,16 +140,23 @@ impl Supervisor {
         Length::from_units(i64::from(left) - 2).unwrap_or(CHORD_LEAST).max(CHORD_LEAST)
     }
 
-    /// Cuts a line into steps: short enough to stop after, and where the axes run apart so short that the box of each is
-    /// clear.
-    fn steps(&self, line: Segment, take: &mut dyn FnMut(Point, Point)) {
+    /// Cuts a line into steps: short enough to stop after, and where the axes run apart so short that the box of each stays
+    /// within the stock.
+    fn steps(&self, line: Segment, stock: Length, take: &mut dyn FnMut(Point, Point)) -> Result<(), String> {
         let d = line.to.minus(line.from);
-        let longest = if self.abilities.shape == MotionShape::Box && d.dx != 0 && d.dy != 0 {
-            BOX_STEP
-        } else {
-            STEP_MAX
-        };
-        let count = i64::from(d.dx.abs().max(d.dy.abs())).div_euclid(longest) + 1;
+        let mut count = i64::from(d.dx.abs().max(d.dy.abs())).div_euclid(STEP_MAX) + 1;
+        if self.abilities.contours == MotionShape::Box && d.dx != 0 && d.dy != 0 {
+            let room = i64::from(stock.units()) - BOX_ROUNDING;
+            if room < BOX_ROOM_LEAST {
+                return Err(format!(
+                    "this controller's axes run apart, and a slanted wall needs stock for that: give a finishing pass that leaves at least {BOX_STOCK_MM} mm"
+                ));
+            }
+            // The corner of a box lies so far beside its diagonal; that of the n-th part, the n-th part of it.
+            let (x, y) = (f64::from(d.dx), f64::from(d.dy));
+            let beside = keepout_kernel::curve::nearest_unit((x * y).abs() / x.hypot(y));
+            count = count.max(beside.div_euclid(room) + 1);
+        }
         let mut from = line.from;
         for k in 1..=count {
             let part = |c: i32, d: i32| i64::from(c) + i64::from(d) * k / count;
@@ -148,6 +167,7 @@ impl Supervisor {
             }
             from = to;
         }
+        Ok(())
     }
 
     /// Certifies a little more of the contour.
@@ -299,7 +319,11 @@ fn dealt(legs: &[Leg], mut rest: Vec<Curve>) -> Vec<Leg> {
 /// Longest motion of a contour where the controller can not hold it, lattice units (2 mm).
 const STEP_MAX: i64 = 200_000;
 const STEP_MAX_MM: f64 = 2.0;
-/// Longest slanted motion of a contour where axes run apart, lattice units (20 µm).
-const BOX_STEP: i64 = 2_000;
+/// Rounding of steps and of the chords of arcs, lattice units (0.5 µm).
+const BOX_ROUNDING: i64 = 50;
+/// Where axes run apart, less room than this beside the path makes steps too short to be driven, lattice units (9.5 µm).
+const BOX_ROOM_LEAST: i64 = 950;
+/// The stock that leaves that room, mm.
+const BOX_STOCK_MM: f64 = 0.01;
 /// Chords never leave an arc by less than this: 0.1 µm.
 const CHORD_LEAST: Length = Length::small(10);

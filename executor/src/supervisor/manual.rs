@@ -51,6 +51,8 @@ const SHORT_QUEUE_MM: f64 = 1.0;
 const WHEEL_AHEAD_MM: f64 = 10.0;
 /// Where motions can not be joined, each lasts up to this, s.
 const SINGLE_S: f64 = 1.0;
+/// The same where they can not be cancelled either: the hand is not followed for that long, s.
+const UNSTOPPABLE_S: f64 = 0.25;
 /// Step along a wall where axes run apart, mm.
 const STAIR_MM: f64 = 0.5;
 /// How finely a motion is cut short where something in flight is in its way: to one part in 64.
@@ -298,7 +300,8 @@ const ESCAPE_STEP_MM: f64 = 2.0;
 /// How far ahead of the tool targets are wanted, mm: to brake, and to bridge the time until the next can arrive.
 fn wanted_mm(speed: f64, helm: &Helm<'_>) -> f64 {
     let horizon = (helm.round_trip.as_secs_f64() * 1.5 + 0.03).clamp(0.06, 2.0);
-    let horizon = if helm.abilities.queues { horizon } else { horizon.max(SINGLE_S) };
+    let single = if helm.abilities.cancels { SINGLE_S } else { UNSTOPPABLE_S };
+    let horizon = if helm.abilities.queues { horizon } else { horizon.max(single) };
     speed * speed / (2.0 * helm.limits.acceleration_mm_s2) + speed * horizon
 }
 

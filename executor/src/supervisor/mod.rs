@@ -164,6 +164,7 @@ impl Supervisor {
             resolution: resolution(&plan.plan.budget),
             shortest,
             shape: abilities.shape,
+            contours: abilities.contours,
             checked: abilities.checked,
         };
         let limits =

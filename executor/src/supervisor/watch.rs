@@ -35,6 +35,7 @@ impl Supervisor {
             Reply::Accepted => {
                 self.guard.acknowledged()?;
                 self.refused = 0;
+                self.unanswered_since = None;
                 // An answer to a query that left before this line would have come before this acknowledgement.
                 let guard = &self.guard;
                 self.queries.retain(|stamp| !guard.is_outdated(stamp));

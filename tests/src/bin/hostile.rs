@@ -156,8 +156,9 @@ fn main() -> ExitCode {
 }
 
 fn worlds(arguments: &Arguments) -> Result<Worlds, String> {
+    let described = concat!(env!("CARGO_MANIFEST_DIR"), "/../executor/dialects/nsk-style.toml");
     let names: Vec<&str> = if arguments.dialect.is_empty() {
-        Language::NAMES.to_vec()
+        Language::NAMES.into_iter().chain([described]).collect()
     } else {
         arguments.dialect.iter().map(String::as_str).collect()
     };

@@ -147,82 +147,121 @@ pub fn play(world: &World, spec: &Spec, part: Part) -> Outcome {
 pub fn play_on(world: &World, spec: &Spec, part: Part, tape: Box<dyn Tape>) -> Outcome {
     let mut random = Rng::with_seed(spec.seed ^ 0x5e55_1011);
     let dialect = world.language.dialect(setting(world));
-    let abilities = dialect.abilities();
-    let inside = spec.begins_inside && !world.inside.is_empty();
-    let places = if inside { &world.inside } else { &world.starts };
-    let start = places[random.usize(0..places.len())];
-    let machine =
-        Rc::new(RefCell::new(machine(world, spec, point_mm_on_machine(world, start), abilities.checked)));
-    let homed = true;
-    let options = Options {
-        feed_mm_min: [300, 900, 3000][random.usize(0..3)],
-        home: !homed,
-        stroke: world.place.stroke,
-        answer_within: Duration::from_secs(5) + spec.latency * 4,
-        progress: Progress::default(),
-    };
-    let mut supervisor = Supervisor::new(world.work.clone(), options, abilities);
+    let machine = machine(world, spec, start_mm(world, spec, &mut random), dialect.abilities().checked);
+    let cable = Cable { machine: Rc::new(RefCell::new(machine)), ahead: Rc::new(Cell::new(Duration::ZERO)) };
+    let mut supervisor =
+        Supervisor::new(world.work.clone(), options(world, spec, &mut random), dialect.abilities());
     take_out(&mut supervisor, part);
     let operator = Hostile::new(spec.style, spec.automatic, random.u64(..));
-    let engine = Engine::new(supervisor, dialect);
-    let ahead = Rc::new(Cell::new(Duration::ZERO));
-    let cable = Cable { machine: Rc::clone(&machine), ahead: Rc::clone(&ahead) };
     let again = cable.clone();
     let reopen =
         move || if again.machine.borrow().is_connected() { Ok(again.clone()) } else { Err(unplugged()) };
-    let there = cable.clone();
-    let mut session = Session::new(engine, cable, Box::new(operator), tape).recovering(Box::new(reopen));
+    let engine = Engine::new(supervisor, dialect);
+    let mut session =
+        Session::new(engine, cable.clone(), Box::new(operator), tape).recovering(Box::new(reopen));
     if spec.suffers(Fault::Planner) {
-        let mut wrong = Rng::with_seed(spec.seed ^ 0x9_1a77e4);
+        let mut wrong = Rng::with_seed(spec.seed ^ 0x0091_a77e);
         session = session.planned_by(Box::new(move |request, plan| {
             request.work_out(plan).map(|job| spoilt(job, &mut wrong))
         }));
     }
-    let radius = world.work.plan.plan.tool_radius;
-    let mut judge =
-        Judge::new(world.part.clone(), world.place.offset, radius, (world.by_hand, world.outside));
-    let mut happenings = happenings(spec, &mut random);
     let mut clock = HostClock {
         now: Time::ZERO,
         breaks: breaks(spec, &mut random),
         jumps: spec.suffers(Fault::Clock),
-        ahead,
+        ahead: Rc::clone(&cable.ahead),
     };
-    let mut samples: Vec<Sample> = Vec::new();
-    let (mut rounds, mut last, mut recoveries, mut was_faulted) = (0, Time::ZERO, 0, false);
-    let ended = session.run(&mut clock, spec.limit, |session, now| {
-        rounds += 1;
-        last = now;
-        let mut machine = machine.borrow_mut();
-        while let Some((_, happening)) = happenings.pop_if(|(at, _)| *at <= now) {
-            happen(&mut machine, &happening, there.machine_time(now));
+    let mut watcher = Watcher::new(world, spec, cable, &mut random);
+    let ended = session.run(&mut clock, spec.limit, |session, now| watcher.watch(session.supervisor(), now));
+    watcher.outcome(session.supervisor(), ended.ok(), spec)
+}
+
+fn options(world: &World, spec: &Spec, random: &mut Rng) -> Options {
+    Options {
+        feed_mm_min: [300, 900, 3000][random.usize(0..3)],
+        home: false,
+        stroke: world.place.stroke,
+        answer_within: Duration::from_secs(5) + spec.latency * 4,
+        progress: Progress::default(),
+    }
+}
+
+/// Where the tool begins, machine coordinates.
+fn start_mm(world: &World, spec: &Spec, random: &mut Rng) -> (f64, f64) {
+    let inside = spec.begins_inside && !world.inside.is_empty();
+    let places = if inside { &world.inside } else { &world.starts };
+    let start = places[random.usize(0..places.len())];
+    start.translated(world.place.offset).map_or((-1.0, -1.0), point_mm)
+}
+
+/// What watches the machine while a session is played, and lets things happen to it.
+struct Watcher {
+    cable: Cable,
+    judge: Judge,
+    happenings: Vec<(Time, Happening)>,
+    samples: Vec<Sample>,
+    calm: bool,
+    rounds: u64,
+    last: Time,
+    recoveries: u64,
+    faulted: bool,
+}
+
+impl Watcher {
+    fn new(world: &World, spec: &Spec, cable: Cable, random: &mut Rng) -> Self {
+        let radius = world.work.plan.plan.tool_radius;
+        let part = std::sync::Arc::clone(&world.part);
+        Self {
+            cable,
+            judge: Judge::new(part, world.place.offset, radius, (world.by_hand, world.outside)),
+            happenings: happenings(spec, random),
+            samples: Vec::new(),
+            calm: spec.faults.is_empty(),
+            rounds: 0,
+            last: Time::ZERO,
+            recoveries: 0,
+            faulted: false,
         }
-        machine.take_samples(&mut samples);
-        samples.drain(..).for_each(|sample| judge.watch(&sample));
-        let faulted = session.supervisor().fault().is_some();
-        recoveries += u64::from(was_faulted && !faulted);
-        was_faulted = faulted;
-        let stuck = faulted && spec.faults.is_empty();
-        if judge.verdict().is_some() || stuck { Going::Halt } else { Going::On }
-    });
-    // What is still under way is watched to its end.
-    let mut machine = machine.borrow_mut();
-    machine.connect(true);
-    machine.advance(last.after(spec.latency + Duration::from_secs(30)));
-    machine.take_samples(&mut samples);
-    samples.drain(..).for_each(|sample| judge.watch(&sample));
-    let supervisor = session.supervisor();
-    Outcome {
-        verdict: judge.verdict(),
-        ended: ended.ok(),
-        fault: supervisor.fault().map(ToString::to_string),
-        seconds: last.seconds(),
-        counts: supervisor.counts(),
-        contoured: supervisor.finished().len(),
-        way_mm: judge.way_mm(),
-        faults: machine.faults(),
-        rounds,
-        recoveries,
+    }
+
+    fn watch(&mut self, supervisor: &Supervisor, now: Time) -> Going {
+        self.rounds += 1;
+        self.last = now;
+        let at = self.cable.machine_time(now);
+        while let Some((_, happening)) = self.happenings.pop_if(|(at, _)| *at <= now) {
+            happen(&mut self.cable.machine.borrow_mut(), &happening, at);
+        }
+        self.look();
+        let faulted = supervisor.fault().is_some();
+        self.recoveries += u64::from(self.faulted && !faulted);
+        self.faulted = faulted;
+        let over = self.judge.verdict().is_some() || faulted && self.calm;
+        if over { Going::Halt } else { Going::On }
+    }
+
+    fn look(&mut self) {
+        self.cable.machine.borrow_mut().take_samples(&mut self.samples);
+        self.samples.drain(..).for_each(|sample| self.judge.watch(&sample));
+    }
+
+    /// What came of it, once all that is still under way was watched to its end.
+    fn outcome(mut self, supervisor: &Supervisor, ended: Option<Ended>, spec: &Spec) -> Outcome {
+        let rest = self.cable.machine_time(self.last).after(spec.latency + Duration::from_secs(30));
+        self.cable.machine.borrow_mut().connect(true);
+        self.cable.machine.borrow_mut().advance(rest);
+        self.look();
+        Outcome {
+            verdict: self.judge.verdict(),
+            ended,
+            fault: supervisor.fault().map(ToString::to_string),
+            seconds: self.last.seconds(),
+            counts: supervisor.counts(),
+            contoured: supervisor.finished().len(),
+            way_mm: self.judge.way_mm(),
+            faults: self.cable.machine.borrow_mut().faults(),
+            rounds: self.rounds,
+            recoveries: self.recoveries,
+        }
     }
 }
 
@@ -298,10 +337,6 @@ fn setting(world: &World) -> Setting {
         steps_per_mm: world.machine.steps_per_mm,
         arc_tolerance_mm: world.machine.arc_tolerance_mm,
     }
-}
-
-fn point_mm_on_machine(world: &World, start: keepout_kernel::Point) -> (f64, f64) {
-    start.translated(world.place.offset).map_or((-1.0, -1.0), point_mm)
 }
 
 fn machine(world: &World, spec: &Spec, start_mm: (f64, f64), checked: bool) -> SimMachine {

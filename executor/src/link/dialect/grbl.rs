@@ -279,6 +279,7 @@ impl Dialect for Grbl {
     fn abilities(&self) -> Abilities {
         Abilities {
             shape: MotionShape::Line,
+            contours: MotionShape::Line,
             arcs: true,
             queues: true,
             cancels: true,

@@ -1,8 +1,11 @@
 //! Which language a controller speaks.
 
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
 use thiserror::Error;
 
-use super::{Dialect, Grbl, Setting};
+use super::{Described, Description, DescriptionError, Dialect, Grbl, Setting, Venus, Zaber};
 
 /// A controller's language, as it is asked for.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -12,6 +15,17 @@ pub enum Language {
     Grbl,
     /// grblHAL.
     GrblHal,
+    /// Zaber ASCII, with streams.
+    Zaber,
+    /// Venus-1 (ITK/Micos Corvus).
+    Venus,
+    /// Described by a file.
+    Described {
+        /// The file, as it was named.
+        file: String,
+        /// What it says.
+        description: Arc<Description>,
+    },
 }
 
 /// Why there is no such language.
@@ -23,11 +37,19 @@ pub enum LanguageError {
         /// What was asked for.
         name: String,
     },
+    /// A file that describes none.
+    #[error("{}: {error}", path.display())]
+    Description {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        error: DescriptionError,
+    },
 }
 
 impl Language {
     /// The names of the languages that are built in.
-    pub const NAMES: [&'static str; 2] = ["grbl", "grblhal"];
+    pub const NAMES: [&'static str; 4] = ["grbl", "grblhal", "zaber", "venus"];
 
     /// The language of that name, or described by the file of that name.
     ///
@@ -37,6 +59,14 @@ impl Language {
         Ok(match name {
             "grbl" => Self::Grbl,
             "grblhal" => Self::GrblHal,
+            "zaber" => Self::Zaber,
+            "venus" => Self::Venus,
+            _ if Path::new(name).is_file() => {
+                let path = Path::new(name);
+                let description = Description::load(path)
+                    .map_err(|error| LanguageError::Description { path: path.to_path_buf(), error })?;
+                Self::Described { file: name.into(), description: Arc::new(description) }
+            }
             _ => return Err(LanguageError::Unknown { name: name.into() }),
         })
     }
@@ -47,6 +77,9 @@ impl Language {
         match self {
             Self::Grbl => "grbl",
             Self::GrblHal => "grblhal",
+            Self::Zaber => "zaber",
+            Self::Venus => "venus",
+            Self::Described { file, .. } => file,
         }
     }
 
@@ -55,6 +88,9 @@ impl Language {
     pub fn dialect(&self, setting: Setting) -> Box<dyn Dialect> {
         match self {
             Self::Grbl | Self::GrblHal => Box::new(Grbl::new(setting)),
+            Self::Zaber => Box::new(Zaber::new(setting)),
+            Self::Venus => Box::new(Venus::new(setting)),
+            Self::Described { description, .. } => Box::new(Described::new(Arc::clone(description), setting)),
         }
     }
 }

@@ -47,6 +47,11 @@ impl Lines {
         (!line.is_empty()).then_some(Line::Text(line))
     }
 
+    /// Whether this and nothing else has come since the last line.
+    pub(super) fn stands_at(&self, text: &[u8]) -> bool {
+        !self.spoilt && self.line.as_slice() == text
+    }
+
     /// Forgets what was begun.
     pub(super) fn clear(&mut self) {
         self.line.clear();
@@ -65,10 +70,28 @@ pub(super) fn plane(value: &str) -> Option<Point> {
     point_from_mm((values.next()??, values.next()??)).ok()
 }
 
+/// Takes bytes; those that do not fit are dropped.
+pub(crate) trait Sink {
+    /// Takes a byte.
+    fn put(&mut self, byte: u8);
+}
+
+impl Sink for Vec<u8> {
+    fn put(&mut self, byte: u8) {
+        self.push(byte);
+    }
+}
+
+impl<const N: usize> Sink for ArrayVec<u8, N> {
+    fn put(&mut self, byte: u8) {
+        let _ = self.try_push(byte);
+    }
+}
+
 /// Adds a length as decimal mm, exact, with as few digits as it takes: `1.5`, `-0.00001`.
-pub(super) fn push_mm(out: &mut Vec<u8>, units: i32) {
+pub(super) fn push_mm(out: &mut impl Sink, units: i32) {
     if units < 0 {
-        out.push(b'-');
+        out.put(b'-');
     }
     let magnitude = units.unsigned_abs();
     push_number(out, u64::from(magnitude / 100_000));
@@ -76,24 +99,24 @@ pub(super) fn push_mm(out: &mut Vec<u8>, units: i32) {
     if fraction == 0 {
         return;
     }
-    out.push(b'.');
+    out.put(b'.');
     let mut place = 10_000;
     while fraction > 0 {
-        out.push(digit(u64::from(fraction / place)));
+        out.put(digit(u64::from(fraction / place)));
         fraction %= place;
         place = (place / 10).max(1);
     }
 }
 
 /// Adds a whole number.
-pub(super) fn push_number(out: &mut Vec<u8>, number: u64) {
+pub(super) fn push_number(out: &mut impl Sink, number: u64) {
     let mut place = 1;
     while number / place >= 10 {
         place *= 10;
     }
     let mut rest = number;
     while place > 0 {
-        out.push(digit(rest / place));
+        out.put(digit(rest / place));
         rest %= place;
         place /= 10;
     }

@@ -1,11 +1,21 @@
 //! Controller languages, one file each.
 
+pub(crate) mod described;
+mod exchange;
 mod grbl;
 mod language;
 mod lines;
+mod scale;
+#[cfg(test)]
+pub(crate) mod testing;
+mod venus;
+pub(crate) mod zaber;
 
+pub use described::{Described, Description, DescriptionError, TemplateError};
 pub use grbl::Grbl;
 pub use language::{Language, LanguageError};
+pub use venus::Venus;
+pub use zaber::Zaber;
 
 use keepout_kernel::{LatticeError, Vector};
 
@@ -15,7 +25,7 @@ use crate::supervisor::{Command, Reply};
 /// A controller's language: commands to bytes, bytes to replies.
 ///
 /// Exchanges of more than one line (reading settings, echoed characters) are the dialect's own affair: whatever it hears, it
-/// may add bytes to send. It keeps no time and no more than one line.
+/// may add bytes to send. It keeps no time, no more than one line of what it hears, and few of what it has still to say.
 pub trait Dialect: Send {
     /// What the controller can do.
     fn abilities(&self) -> Abilities;
@@ -43,4 +53,9 @@ pub struct Setting {
     pub steps_per_mm: f64,
     /// Arc tolerance, mm, that the controller is given unless its own is smaller.
     pub arc_tolerance_mm: f64,
+}
+
+/// A motion that the dialect said it has not: encoding it fails, and the session stops.
+fn no_such_motion() -> LatticeError {
+    LatticeError { units: i64::MAX, least: 0 }
 }

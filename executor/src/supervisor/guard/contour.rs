@@ -100,7 +100,7 @@ impl Guard {
             return Err(Refusal::Gouge(gouge));
         }
         self.within_stroke(curve)?;
-        match (self.rules.shape, curve) {
+        match (self.rules.contours, curve) {
             (MotionShape::Line, Curve::Arc(arc)) if is_too_short(arc) => {
                 return Err(Refusal::ArcTooShort(arc.from()));
             }
@@ -173,14 +173,14 @@ impl Guard {
 
     /// Takes a report of a machine that runs the contour.
     pub(super) fn reported_in_contour(&mut self, sighting: &Sighting, all: bool) -> Result<(), Refusal> {
-        let resolution = self.rules.resolution;
+        let (resolution, shape) = (self.rules.resolution, self.rules.contours);
         let Some(contour) = self.contour.as_mut() else { return Ok(()) };
         if contour.sent == 0 {
             return Ok(());
         }
         let last = contour.sent.max(contour.first + 1).min(contour.curves.len());
-        let on =
-            (contour.first..last).find(|&k| lies_on(sighting.position, &contour.curves[k].0, resolution));
+        let on = (contour.first..last)
+            .find(|&k| lies_on(sighting.position, &contour.curves[k].0, resolution, shape));
         contour.first = on.ok_or(Refusal::OffCertified(sighting.position))?;
         let done = contour.sent == contour.curves.len();
         let arrived = !points_within(contour.reached.point(), sighting.position, resolution).is_clear();
@@ -233,9 +233,13 @@ fn is_too_long(arc: &Arc) -> bool {
 /// How far a controller's chords may leave an arc, lattice units (2 µm).
 const CHORDED: Length = Length::small(200);
 
-/// Whether `p` lies on the curve, to `tolerance`; an arc may be driven as chords within 2 µm.
-fn lies_on(p: Point, curve: &Curve, tolerance: Length) -> bool {
+/// Whether `p` lies where the tool can be on its way along the curve, to `tolerance`: on it, or where axes run apart anywhere in
+/// the box that was certified for it. An arc may be driven as chords within 2 µm.
+fn lies_on(p: Point, curve: &Curve, tolerance: Length, shape: MotionShape) -> bool {
     match curve {
+        Curve::Line(line) if shape == MotionShape::Box => {
+            Window::of(line.from).including(line.to).grown(tolerance).holds(p)
+        }
         Curve::Line(line) => !line.near_point(p, tolerance).is_clear(),
         Curve::Arc(arc) => lies_on_arc(p, arc, tolerance.saturating_plus(CHORDED)),
     }
@@ -293,6 +297,11 @@ mod tests {
             assert_eq!(lies_on_arc(point, &quarter, tolerance.saturating_plus(CHORDED)), short, "{point:?}");
         }
         let line = Curve::Line(Segment { from: at(0, 0), to: at(100, 0) });
-        assert!(lies_on(at(50, 10), &line, tolerance) && !lies_on(at(50, 11), &line, tolerance));
+        let on = |p, shape| lies_on(p, &line, tolerance, shape);
+        assert!(on(at(50, 10), MotionShape::Line) && !on(at(50, 11), MotionShape::Line));
+        let line = Curve::Line(Segment { from: at(0, 0), to: at(100, 60) });
+        let on = |p, shape| lies_on(p, &line, tolerance, shape);
+        assert!(on(at(99, -9), MotionShape::Box) && !on(at(99, -9), MotionShape::Line));
+        assert!(!on(at(99, -11), MotionShape::Box) && !on(at(111, 60), MotionShape::Box));
     }
 }

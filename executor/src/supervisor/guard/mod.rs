@@ -49,8 +49,10 @@ pub struct Rules {
     /// A jog shorter than this on both axes might be no motion to the controller, and spoil the counting of its queue: at
     /// least two steps.
     pub shortest: Length,
-    /// How the controller drives to a target.
+    /// How the controller drives to a jog's target, wherever the jog is cancelled.
     pub shape: MotionShape,
+    /// How it drives the motions of a contour: they are never cancelled, so this may be straighter.
+    pub contours: MotionShape,
     /// Whether a checksum protects the line both ways.
     pub checked: bool,
 }

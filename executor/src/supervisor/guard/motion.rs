@@ -30,6 +30,12 @@ pub enum Motion {
 }
 
 impl Certified {
+    /// A motion that nobody certified, for tests of what becomes of it.
+    #[cfg(test)]
+    pub(crate) fn for_test(motion: Motion) -> Self {
+        Self { motion }
+    }
+
     /// The motion.
     #[must_use]
     pub fn motion(&self) -> &Motion {

@@ -58,6 +58,7 @@ impl Guard {
         match mutation {
             Mutation::StraightAnyway => {
                 self.rules.shape = MotionShape::Line;
+                self.rules.contours = MotionShape::Line;
                 self.set.shape = MotionShape::Line;
             }
             Mutation::TrustOneReport => self.set.checked = true,

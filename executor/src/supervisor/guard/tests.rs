@@ -25,6 +25,7 @@ fn guard_of(shape: MotionShape, checked: bool) -> Guard {
         resolution: length(5),
         shortest: length(4),
         shape,
+        contours: shape,
         checked,
     };
     let part = Arc::new(part);
@@ -194,4 +195,39 @@ fn rest_at_a_target_is_settled_whatever_the_tail_sees() {
     }
     assert!(guard.settled());
     guard.jog(at(-900, 7200), 600).unwrap();
+}
+
+/// Jogs of which a cancel may leave the line, and contours that keep to it.
+#[test]
+fn jogs_can_be_boxes_and_contours_lines() {
+    let slanted = Curve::Line(Segment { from: at(-1000, 2000), to: at(-400, 2600) });
+    let certify = |shape, contours, to: Point| {
+        let mut guard = guard_of(shape, true);
+        guard.rules.contours = contours;
+        guard.locate(at(-1000, 2000)).unwrap();
+        let jog = guard.admits(to);
+        guard.begin_contour(vec![(slanted, 600)]).unwrap();
+        (jog.is_ok(), guard.certify_contour(9).is_ok())
+    };
+    // Past the corner of the L: the line is clear, its box is not.
+    let past = at(300, 12_000);
+    assert_eq!(certify(MotionShape::Line, MotionShape::Line, past), (true, true));
+    assert_eq!(certify(MotionShape::Box, MotionShape::Line, past), (false, true));
+    assert_eq!(certify(MotionShape::Box, MotionShape::Box, at(-400, 2600)), (true, true));
+    let arc = |to: Point| {
+        let turn = keepout_kernel::Turn::Left;
+        Curve::Arc(keepout_kernel::Arc::new(at(-1000, 2000), to, at(-2000, 2000), turn).unwrap())
+    };
+    let quarter = arc(at(-2000, 3000));
+    let mut guard = guard_of(MotionShape::Line, true);
+    guard.locate(at(-1000, 2000)).unwrap();
+    guard.begin_contour(vec![(arc(at(-3000, 2000)), 600)]).unwrap();
+    assert_eq!(guard.certify_contour(9), Err(Refusal::ArcTooLong(at(-1000, 2000))));
+    for (contours, clear) in [(MotionShape::Line, true), (MotionShape::Box, false)] {
+        let mut guard = guard_of(MotionShape::Box, true);
+        guard.rules.contours = contours;
+        guard.locate(at(-1000, 2000)).unwrap();
+        guard.begin_contour(vec![(quarter, 600)]).unwrap();
+        assert_eq!(guard.certify_contour(9).is_ok(), clear, "{contours:?}");
+    }
 }

@@ -1,0 +1,331 @@
+//! Venus-1 of the ITK/Micos Corvus, in host mode: words before a space, answers in lines.
+//!
+//! Sources: the Corvus adapter of Micro-Manager and the Corvus eco manual for `st` (bit 0: busy), `p`, `move`, `abort`, `2 setdim`,
+//! `cal`, `rm`, `0 0 setpos`, `getvel`, `setvel`, `getaccel`, `1 j`, and that a second `move` locks the interpreter until the first is
+//! done; from general knowledge, not yet tried on a controller: `2 n setunit` (2 is mm; 0 is the unit of velocity), `ge` (0 is no
+//! error), that `st` answered after `move` says busy, and that no status bit but the first matters here.
+//!
+//! Nothing is acknowledged. The interpreter reads in order, so the answer to an `st` that was sent after a motion says that
+//! the motion was read. A motion of a contour is accepted when the tool rests at its end: so none is skipped, none ever locks the
+//! interpreter, and `abort` is always heard.
+//!
+//! Both axes are interpolated. How `abort` slows down is not documented: a jog may leave its line and so is certified
+//! as a box; a contour is never aborted, and certified as drawn. The box holds as long as no axis takes longer to stop than
+//! it would have to its target: that `abort` brakes no softer than `move` does is taken for granted.
+//!
+//! Homing ends at the far end of travel, and that becomes zero: the table lies in [−width, 0]. A controller that was homed by
+//! somebody else may count from elsewhere: this dialect therefore can not tell whether it is homed, and trusts the operator.
+
+use keepout_kernel::{Curve, LatticeError, Point, Vector};
+use keepout_planner::units::point_from_mm;
+
+use super::exchange::{Exchanges, Sent, sent};
+use super::lines::{Line, Lines, Sink, as_str, push_mm, push_number};
+use super::{Dialect, Setting};
+use crate::link::Abilities;
+use crate::supervisor::guard::{Motion, MotionShape};
+use crate::supervisor::{Command, Limits, Mode, Reply, Report, Unfit, text};
+
+/// What a line asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum What {
+    /// Status and position, in this order: a tool that was at rest is still there.
+    Query,
+    Velocity,
+    Acceleration,
+    /// A status after so many words of homing.
+    Homing(u8),
+    Arming,
+    /// A status after a jog.
+    Jog,
+    /// Status and position after a motion of a contour.
+    Contour,
+    /// The error number, after an answer that says something is wrong.
+    Error,
+}
+
+/// The Venus-1 dialect of one session.
+#[derive(Clone, Debug)]
+pub struct Venus {
+    setting: Setting,
+    exchanges: Exchanges<What>,
+    /// The status of the query that is half answered.
+    status: Option<u32>,
+    speed_mm_s: f64,
+    feed_mm_min: u32,
+    /// Where the last motion goes, machine coordinates.
+    target: Point,
+    /// Positions are in mm: before that they may be in anything.
+    in_mm: bool,
+    lines: Lines,
+}
+
+/// Bit 0 of the status: something moves.
+const BUSY: u32 = 1;
+/// A motion ended where it should, to so many steps.
+const NEAR_STEPS: f64 = 3.0;
+
+impl Venus {
+    /// The dialect for a drawing placed on the machine.
+    #[must_use]
+    pub fn new(setting: Setting) -> Self {
+        Self {
+            setting,
+            exchanges: Exchanges::default(),
+            status: None,
+            speed_mm_s: 0.0,
+            feed_mm_min: 0,
+            target: Point::ORIGIN,
+            in_mm: false,
+            lines: Lines::default(),
+        }
+    }
+
+    fn ask(&mut self, what: What, line: &[u8], out: &mut Vec<u8>) {
+        self.exchanges.send(what, sent(line), out);
+    }
+
+    fn motion(&mut self, motion: &Motion, out: &mut Vec<u8>) -> Result<(), LatticeError> {
+        let (to, feed_mm_min, what) = match motion {
+            Motion::Jog { to, feed_mm_min } => (*to, *feed_mm_min, What::Jog),
+            Motion::Contour { curve: Curve::Line(line), feed_mm_min } => {
+                (line.to, *feed_mm_min, What::Contour)
+            }
+            // Never asked for: this dialect says that it knows no arcs.
+            Motion::Contour { curve: Curve::Arc(_), .. } => return Err(super::no_such_motion()),
+        };
+        let to = to.translated(self.setting.offset)?;
+        self.target = to;
+        let mut line = Words::default();
+        if self.feed_mm_min != feed_mm_min {
+            self.feed_mm_min = feed_mm_min;
+            line.thousandths(u64::from(feed_mm_min) * 1000 / 60);
+            line.word(b"setvel");
+        }
+        line.length(to.x.units());
+        line.length(to.y.units());
+        line.word(b"move");
+        line.word(b"st");
+        if what == What::Contour {
+            line.word(b"p");
+        }
+        self.exchanges.send(what, line.line, out);
+        Ok(())
+    }
+
+    fn reply(&mut self, line: &str, out: &mut Vec<u8>) -> Option<Reply> {
+        let Some(what) = self.exchanges.open() else {
+            // Answers that are not waited for any more.
+            return None;
+        };
+        self.answer(what, line, out).unwrap_or_else(|| {
+            self.status = None;
+            self.exchanges.close(out);
+            Some(Reply::Garbled(text(line)))
+        })
+    }
+
+    /// `None` when the line is no answer to this.
+    fn answer(&mut self, what: What, line: &str, out: &mut Vec<u8>) -> Option<Option<Reply>> {
+        if matches!(what, What::Query | What::Contour) {
+            let Some(status) = self.status else {
+                self.status = Some(number(line)?);
+                return Some(None);
+            };
+            let at_mm = place(line)?;
+            let reply = if what == What::Query {
+                Some(self.report(status, at_mm)?)
+            } else {
+                self.arrived(status, point_from_mm(at_mm).ok()?, out)
+            };
+            self.status = None;
+            self.exchanges.close(out);
+            return Some(reply);
+        }
+        if matches!(what, What::Velocity | What::Acceleration) {
+            let figure = figure(line)?;
+            self.exchanges.close(out);
+            return Some(self.figure_read(what, figure, out));
+        }
+        let number = number(line)?;
+        self.exchanges.close(out);
+        let busy = number & BUSY != 0;
+        Some(match what {
+            What::Homing(_) if busy => {
+                self.ask(what, b"st ", out);
+                None
+            }
+            What::Homing(done) => self.home(done, out),
+            What::Jog => Some(Reply::Accepted),
+            What::Arming => {
+                self.ask(What::Error, b"ge ", out);
+                None
+            }
+            _ if number != 0 => {
+                let code = u16::try_from(number).unwrap_or(u16::MAX);
+                Some(Reply::Refused { code, meaning: error_text(number), transient: false })
+            }
+            _ => Some(Reply::Armed),
+        })
+    }
+
+    /// To the near end, to the far end, and zero there: each begins when the tool rests after the one before.
+    fn home(&mut self, done: u8, out: &mut Vec<u8>) -> Option<Reply> {
+        let words: [&[u8]; 3] = [b"cal st ", b"rm st ", b"0 0 setpos st "];
+        let Some(next) = words.get(usize::from(done)) else { return Some(Reply::Homed) };
+        self.ask(What::Homing(done + 1), next, out);
+        None
+    }
+
+    fn figure_read(&mut self, what: What, figure: f64, out: &mut Vec<u8>) -> Option<Reply> {
+        if figure <= 0.0 {
+            let name = if what == What::Velocity { "velocity" } else { "acceleration" };
+            return Some(Reply::Unfit(Unfit { name, value: figure, needed: "more than 0" }));
+        }
+        if what == What::Velocity {
+            self.speed_mm_s = figure;
+            self.ask(What::Acceleration, b"getaccel ", out);
+            return None;
+        }
+        self.in_mm = true;
+        Some(Reply::Prepared(Limits { speed_mm_s: self.speed_mm_s, acceleration_mm_s2: figure }))
+    }
+
+    /// A motion of a contour is accepted when it is done. One that was not read would make the next one begin elsewhere.
+    fn arrived(&mut self, status: u32, at: Point, out: &mut Vec<u8>) -> Option<Reply> {
+        if status & BUSY != 0 {
+            self.ask(What::Contour, b"st p ", out);
+            return None;
+        }
+        let off = at.minus(self.target);
+        let near = f64::from(off.dx.abs().max(off.dy.abs())) <= NEAR_STEPS * 1e5 / self.setting.steps_per_mm;
+        let meaning = "a motion of the contour was not executed";
+        Some(if near { Reply::Accepted } else { Reply::Refused { code: 0, meaning, transient: false } })
+    }
+
+    /// `None` when the place is not on the lattice.
+    fn report(&self, status: u32, at_mm: (f64, f64)) -> Option<Reply> {
+        let Vector { dx, dy } = self.setting.offset;
+        let back = Vector { dx: -dx, dy: -dy };
+        let position =
+            if self.in_mm { Some(point_from_mm(at_mm).ok()?.translated(back).ok()?) } else { None };
+        let mode = if status & BUSY != 0 { Mode::Moving } else { Mode::Idle };
+        Some(Reply::Report(Report { mode, position, queued: None, waiting: None }))
+    }
+}
+
+impl Dialect for Venus {
+    fn abilities(&self) -> Abilities {
+        Abilities {
+            shape: MotionShape::Box,
+            contours: MotionShape::Line,
+            arcs: false,
+            queues: false,
+            cancels: true,
+            holds: false,
+            checked: false,
+        }
+    }
+
+    fn encode(&mut self, command: &Command, out: &mut Vec<u8>) -> Result<(), LatticeError> {
+        match command {
+            Command::Query => {
+                if self.exchanges.wants_query(|what| *what == What::Query, out) {
+                    if self.exchanges.open().is_none() {
+                        self.status = None;
+                    }
+                    self.ask(What::Query, b"st p ", out);
+                }
+            }
+            // It is not answered.
+            Command::Cancel => out.extend(b"abort "),
+            // Not offered, so not asked for: contours run to their certified end.
+            Command::Hold | Command::Continue | Command::Abort => {}
+            Command::Prepare => {
+                self.exchanges.clear();
+                self.status = None;
+                self.in_mm = false;
+                // Two dimensions, mm, no joystick.
+                self.ask(What::Velocity, b"2 setdim 2 0 setunit 2 1 setunit 2 2 setunit 0 j getvel ", out);
+            }
+            Command::Home => drop(self.home(0, out)),
+            Command::Arm => {
+                self.feed_mm_min = 0;
+                self.ask(What::Arming, b"2 setdim st ", out);
+            }
+            Command::Move(certified) => self.motion(certified.motion(), out)?,
+        }
+        Ok(())
+    }
+
+    fn decode(&mut self, byte: u8, out: &mut Vec<u8>) -> Option<Reply> {
+        match self.lines.take(byte)? {
+            Line::Garbled(line) => Some(Reply::Garbled(line)),
+            Line::Text(line) => self.reply(as_str(&line), out),
+        }
+    }
+
+    fn reset(&mut self) {
+        self.exchanges.clear();
+        self.status = None;
+        self.in_mm = false;
+        self.lines.clear();
+    }
+}
+
+/// Words of a line, each ended by a space. The longest line has six, far shorter than what it holds.
+#[derive(Default)]
+struct Words {
+    line: Sent,
+}
+
+impl Words {
+    fn word(&mut self, word: &[u8]) {
+        word.iter().for_each(|&byte| self.line.put(byte));
+        self.line.put(b' ');
+    }
+
+    /// A length in mm, exact.
+    fn length(&mut self, units: i32) {
+        push_mm(&mut self.line, units);
+        self.line.put(b' ');
+    }
+
+    /// A number with three decimals.
+    fn thousandths(&mut self, thousandths: u64) {
+        push_number(&mut self.line, thousandths / 1000);
+        self.line.put(b'.');
+        for place in [100, 10, 1] {
+            push_number(&mut self.line, thousandths / place % 10);
+        }
+        self.line.put(b' ');
+    }
+}
+
+/// `None` when there are no two numbers.
+fn place(line: &str) -> Option<(f64, f64)> {
+    let mut values = line.split_whitespace().map(figure);
+    Some((values.next()??, values.next()??))
+}
+
+fn number(word: &str) -> Option<u32> {
+    word.trim().parse().ok()
+}
+
+fn figure(word: &str) -> Option<f64> {
+    word.trim().parse().ok().filter(|figure: &f64| figure.is_finite())
+}
+
+fn error_text(number: u32) -> &'static str {
+    match number {
+        1001 | 1002 => "a word of the wrong kind",
+        1003 => "beyond the machine's travel",
+        1004 => "a word that it does not know",
+        1008 => "too few numbers before a word",
+        1009 => "beyond the machine's travel, or a number it does not take",
+        _ => "",
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,76 @@
+use super::*;
+use crate::link::dialect::testing::{contour_to, jog_to};
+
+fn dialect() -> Venus {
+    let offset = Vector { dx: -20_000_000, dy: 500 };
+    let mut venus = Venus::new(Setting { offset, steps_per_mm: 400.0, arc_tolerance_mm: 0.0005 });
+    venus.in_mm = true;
+    venus
+}
+
+fn hear(venus: &mut Venus, text: &str) -> (Vec<Reply>, String) {
+    let mut out = Vec::new();
+    let replies = text.bytes().filter_map(|byte| venus.decode(byte, &mut out)).collect();
+    (replies, String::from_utf8(out).unwrap())
+}
+
+fn said(venus: &mut Venus, command: &Command) -> String {
+    let mut out = Vec::new();
+    venus.encode(command, &mut out).unwrap();
+    String::from_utf8(out).unwrap()
+}
+
+#[test]
+fn report_is_status_and_then_position() {
+    let mut venus = dialect();
+    assert_eq!(said(&mut venus, &Command::Query), "st p ");
+    assert_eq!(hear(&mut venus, "3\r\n").0, []);
+    let position = Some(Point::from_units(5_000_000, 2_000_000).unwrap());
+    let report = Report { mode: Mode::Moving, position, queued: None, waiting: None };
+    assert_eq!(hear(&mut venus, "-150.000000 20.005000\r\n").0, [Reply::Report(report)]);
+    said(&mut venus, &Command::Query);
+    assert!(matches!(hear(&mut venus, "-150.0 20.0\r\n").0[..], [Reply::Garbled(_)]), "no status came");
+    said(&mut venus, &Command::Query);
+    assert!(matches!(hear(&mut venus, "0\r\n17\r\n").0[..], [Reply::Garbled(_)]), "no position came");
+}
+
+#[test]
+fn jogs_are_accepted_when_read_and_contours_when_done() {
+    let mut venus = dialect();
+    assert_eq!(said(&mut venus, &jog_to(500_123, 0, 600)), "10.000 setvel -194.99877 0.005 move st ");
+    assert_eq!(said(&mut venus, &Command::Query), "", "it waits");
+    assert_eq!(said(&mut venus, &Command::Cancel), "abort ", "it does not");
+    assert_eq!(hear(&mut venus, "1\r\n"), (vec![Reply::Accepted], "st p ".into()));
+    assert_eq!(hear(&mut venus, "1\r\n0 0\r\n").0.len(), 1);
+    assert_eq!(said(&mut venus, &contour_to(0, -500, 600)), "-200 0 move st p ");
+    assert_eq!(hear(&mut venus, "1\r\n-198 0\r\n"), (vec![], "st p ".into()));
+    let mut skipped = venus.clone();
+    assert_eq!(hear(&mut venus, "0\r\n-200.002 0\r\n"), (vec![Reply::Accepted], String::new()));
+    assert!(matches!(hear(&mut skipped, "0\r\n-198 0\r\n").0[..], [Reply::Refused { .. }]));
+}
+
+#[test]
+fn start_sets_units_and_reads_what_is_needed() {
+    let mut venus = dialect();
+    assert!(said(&mut venus, &Command::Prepare).ends_with("0 j getvel "));
+    assert_eq!(hear(&mut venus, "100.000\r\n"), (vec![], "getaccel ".into()));
+    let limits = Limits { speed_mm_s: 100.0, acceleration_mm_s2: 500.0 };
+    assert_eq!(hear(&mut venus, "500.0\r\n").0, [Reply::Prepared(limits)]);
+    assert_eq!(said(&mut venus, &Command::Home), "cal st ");
+    assert_eq!(hear(&mut venus, "1\r\n").1, "st ");
+    assert_eq!(hear(&mut venus, "0\r\n").1, "rm st ");
+    assert_eq!(hear(&mut venus, "0\r\n").1, "0 0 setpos st ");
+    assert_eq!(hear(&mut venus, "0\r\n").0, [Reply::Homed]);
+    assert_eq!(said(&mut venus, &Command::Arm), "2 setdim st ");
+    assert_eq!(hear(&mut venus, "0\r\n").1, "ge ");
+    let mut refused = venus.clone();
+    assert_eq!(hear(&mut venus, "0\r\n").0, [Reply::Armed]);
+    assert!(matches!(hear(&mut refused, "1004\r\n").0[..], [Reply::Refused { code: 1004, .. }]));
+    said(&mut venus, &Command::Prepare);
+    assert!(matches!(hear(&mut venus, "0.0\r\n").0[..], [Reply::Unfit(_)]));
+}
+
+#[test]
+fn decode_is_total() {
+    crate::link::dialect::testing::decode_is_total(|| Box::new(dialect()), b"0123 456.789-0 \r\n\n\xff\x00e");
+}

@@ -1,0 +1,152 @@
+//! Two axes that each run their own way: from rest to a target, or from a speed to rest.
+
+/// One axis: where it is at any time since it began.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Axis {
+    from: f64,
+    /// Signed: which way.
+    sign: f64,
+    length: f64,
+    acceleration: f64,
+    /// Speed at the beginning, and at the top.
+    entry: f64,
+    top: f64,
+}
+
+impl Axis {
+    /// From rest to rest.
+    fn go(from: f64, to: f64, speed: f64, acceleration: f64) -> Self {
+        let length = (to - from).abs();
+        let top = speed.min((acceleration * length).sqrt());
+        Self { from, sign: (to - from).signum(), length, acceleration, entry: 0.0, top }
+    }
+
+    /// To rest as soon as can be.
+    fn brake(from: f64, velocity: f64, acceleration: f64) -> Self {
+        let speed = velocity.abs();
+        let length = speed * speed / (2.0 * acceleration);
+        Self { from, sign: velocity.signum(), length, acceleration, entry: speed, top: speed }
+    }
+
+    /// How long it speeds up, cruises, and slows down.
+    fn times(&self) -> (f64, f64, f64) {
+        if self.top <= 0.0 {
+            return (0.0, 0.0, 0.0);
+        }
+        let up = (self.top - self.entry) / self.acceleration;
+        let down = self.top / self.acceleration;
+        let ways = f64::midpoint(self.entry, self.top) * up + self.top / 2.0 * down;
+        (up, ((self.length - ways) / self.top).max(0.0), down)
+    }
+
+    fn lasts(&self) -> f64 {
+        let (up, cruise, down) = self.times();
+        up + cruise + down
+    }
+
+    fn speed(&self, t: f64) -> f64 {
+        let left = (self.lasts() - t).max(0.0);
+        (self.entry + self.acceleration * t).min(self.top).min(self.acceleration * left)
+    }
+
+    fn at(&self, t: f64) -> f64 {
+        let (up, cruise, _) = self.times();
+        let left = self.lasts() - t;
+        let way = if left <= 0.0 {
+            self.length
+        } else if t < up {
+            (self.entry + self.acceleration * t / 2.0) * t
+        } else if t < up + cruise {
+            f64::midpoint(self.entry, self.top) * up + self.top * (t - up)
+        } else {
+            self.length - self.acceleration * left * left / 2.0
+        };
+        self.from + self.sign * way
+    }
+}
+
+/// Both axes under way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Apart {
+    axes: [Axis; 2],
+    elapsed: f64,
+}
+
+/// The way is looked at in steps of no more than this, mm and s.
+const STEP_MM: f64 = 0.05;
+const STEP_S: f64 = 0.005;
+
+impl Apart {
+    /// Each from rest to its target, mm, mm/s, mm/s².
+    pub(super) fn go(from: (f64, f64), to: (f64, f64), speed: f64, acceleration: f64) -> Self {
+        let axis = |from, to| Axis::go(from, to, speed, acceleration);
+        Self { axes: [axis(from.0, to.0), axis(from.1, to.1)], elapsed: 0.0 }
+    }
+
+    /// Each to rest.
+    pub(super) fn brake(from: (f64, f64), velocity: (f64, f64), acceleration: f64) -> Self {
+        let axis = |from, velocity| Axis::brake(from, velocity, acceleration);
+        Self { axes: [axis(from.0, velocity.0), axis(from.1, velocity.1)], elapsed: 0.0 }
+    }
+
+    pub(super) fn position(&self) -> (f64, f64) {
+        (self.axes[0].at(self.elapsed), self.axes[1].at(self.elapsed))
+    }
+
+    pub(super) fn velocity(&self) -> (f64, f64) {
+        let axis = |axis: &Axis| axis.sign * axis.speed(self.elapsed);
+        (axis(&self.axes[0]), axis(&self.axes[1]))
+    }
+
+    /// Seconds until both rest.
+    pub(super) fn left(&self) -> f64 {
+        self.axes[0].lasts().max(self.axes[1].lasts()) - self.elapsed
+    }
+
+    /// Seconds after which to look again, so that straight pieces trace the way.
+    pub(super) fn look(&self) -> f64 {
+        let (x, y) = self.velocity();
+        // What is gained in the step is a fifth of what can be gained in five of them.
+        let fastest = x.hypot(y) + self.axes[0].acceleration.hypot(self.axes[1].acceleration) * STEP_S / 5.0;
+        (STEP_MM / fastest).clamp(1e-5, STEP_S / 5.0)
+    }
+
+    pub(super) fn advance(&mut self, dt: f64) {
+        self.elapsed += dt;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn axes_run_apart_and_arrive() {
+        let mut random = fastrand::Rng::with_seed(3);
+        for _ in 0..500 {
+            let mut coordinate = || random.f64() * 20.0 - 10.0;
+            let (from, to) = ((coordinate(), coordinate()), (coordinate(), coordinate()));
+            let mut apart = Apart::go(from, to, 30.0, 500.0);
+            let (mut last, mut farthest) = (from, 0.0_f64);
+            while apart.left() > 0.0 {
+                apart.advance(apart.look());
+                let at = apart.position();
+                let inside = |v: f64, a: f64, b: f64| v >= a.min(b) - 1e-9 && v <= a.max(b) + 1e-9;
+                assert!(inside(at.0, from.0, to.0) && inside(at.1, from.1, to.1), "within the box");
+                farthest = farthest.max((at.0 - last.0).hypot(at.1 - last.1));
+                last = at;
+            }
+            assert!((last.0 - to.0).abs() < 1e-9 && (last.1 - to.1).abs() < 1e-9);
+            assert!(farthest <= STEP_MM * 1.01, "{farthest}");
+        }
+    }
+
+    #[test]
+    fn braking_ends_within_the_braking_distance() {
+        let mut apart = Apart::brake((1.0, 1.0), (30.0, -10.0), 500.0);
+        assert!((apart.velocity().0 - 30.0).abs() < 1e-9 && (apart.left() - 0.06).abs() < 1e-9);
+        apart.advance(1.0);
+        let (x, y) = apart.position();
+        assert!((x - 1.9).abs() < 1e-9 && (y - 0.9).abs() < 1e-9);
+    }
+}
