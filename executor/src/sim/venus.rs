@@ -117,6 +117,7 @@ impl VenusSim {
             }
             "setpos" => drop((self.stack.pop()?, self.stack.pop()?)),
             "cal" | "rm" => self.plant.home(self.settings.homing / 2),
+            "clear" => self.stack.clear(),
             "abort" => self.plant.stop_apart(),
             "move" => {
                 let (y, x) = (self.stack.pop()?, self.stack.pop()?);

@@ -171,6 +171,18 @@ fn worlds(arguments: &Arguments) -> Result<Worlds, String> {
     Ok(Worlds { real, languages })
 }
 
+/// The whole guard.
+#[cfg(feature = "mutations")]
+fn whole() -> Part {
+    Part::default()
+}
+
+/// The whole guard.
+#[cfg(not(feature = "mutations"))]
+fn whole() -> Part {
+    Part
+}
+
 /// The seed of a drawing, and of a session in it.
 fn seeds(run: u64, world: u64, session: u64) -> (u64, u64) {
     let mix = |value: u64| {
@@ -205,11 +217,11 @@ fn hunt(worlds: &Worlds, arguments: &Arguments) -> ExitCode {
                     totals.worlds.fetch_add(1, Ordering::Relaxed);
                     for session in 0..arguments.per_drawing {
                         let spec = Spec::of(seeds(arguments.seed, number, session).1);
-                        let outcome = play(&world, &spec, Part::default());
+                        let outcome = play(&world, &spec, whole());
                         totals.add(&outcome);
                         if let Some(verdict) = outcome.verdict {
                             failed.store(true, Ordering::Relaxed);
-                            tell(&world, &spec, verdict, Part::default());
+                            tell(&world, &spec, verdict, whole());
                         }
                         if over() {
                             break;
@@ -263,7 +275,7 @@ fn replay(worlds: &Worlds, seeds: &str, path: Option<&std::path::Path>) -> ExitC
     let spec = Spec::of(session);
     let tape = path.map_or(Ok(Box::new(NoTape) as Box<dyn Tape>), |path| log(&world, &spec, path));
     let outcome = match tape {
-        Ok(tape) => play_on(&world, &spec, Part::default(), tape),
+        Ok(tape) => play_on(&world, &spec, whole(), tape),
         Err(error) => {
             eprintln!("hostile: {error}");
             return ExitCode::from(2);
@@ -271,7 +283,7 @@ fn replay(worlds: &Worlds, seeds: &str, path: Option<&std::path::Path>) -> ExitC
     };
     println!("{} ({})\n{spec:#?}\n{outcome:#?}", world.name, world.language.name());
     let Some(verdict) = outcome.verdict else { return ExitCode::SUCCESS };
-    tell(&world, &spec, verdict, Part::default());
+    tell(&world, &spec, verdict, whole());
     ExitCode::FAILURE
 }
 

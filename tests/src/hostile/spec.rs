@@ -138,7 +138,7 @@ impl Spec {
         set(Fault::Swap, &mut rates.swap, 0.1);
         set(Fault::Noise, &mut rates.noise, 0.02);
         let damage = if to_host { Fault::DamageToHost } else { Fault::DamageToController };
-        set(damage, &mut rates.damage, 0.02);
+        set(damage, &mut rates.damage, 0.005);
         rates.kind = if to_host || checked { Damage::Any } else { Damage::Detectable };
         rates.delay_max = Duration::from_secs(10);
         rates

@@ -3,7 +3,7 @@
 //! Sources: the Corvus adapter of Micro-Manager and the Corvus eco manual for `st` (bit 0: busy), `p`, `move`, `abort`, `2 setdim`,
 //! `cal`, `rm`, `0 0 setpos`, `getvel`, `setvel`, `getaccel`, `1 j`, and that a second `move` locks the interpreter until the first is
 //! done; from general knowledge, not yet tried on a controller: `2 n setunit` (2 is mm; 0 is the unit of velocity), `ge` (0 is no
-//! error), that `st` answered after `move` says busy, and that no status bit but the first matters here.
+//! error), that `clear` empties the stack, that `st` answered after `move` says busy, and that no status bit but the first matters here.
 //!
 //! Nothing is acknowledged. The interpreter reads in order, so the answer to an `st` that was sent after a motion says that
 //! the motion was read. A motion of a contour is accepted when the tool rests at its end: so none is skipped, none ever locks the
@@ -60,6 +60,9 @@ pub struct Venus {
     lines: Lines,
 }
 
+/// So often the stack is cleared before the target is put on it: numbers that a damaged line left there would be taken for a
+/// coordinate that is damaged now. With the stack empty `move` finds too little, and does nothing.
+const CLEARED: u32 = 4;
 /// Bit 0 of the status: something moves.
 const BUSY: u32 = 1;
 /// A motion ended where it should, to so many steps.
@@ -101,6 +104,13 @@ impl Venus {
             self.feed_mm_min = feed_mm_min;
             line.thousandths(u64::from(feed_mm_min) * 1000 / 60);
             line.word(b"setvel");
+        }
+        // A reset would change the unit under a line that is on its way.
+        for word in [&b"2"[..], b"1", b"setunit", b"2", b"2", b"setunit"] {
+            line.word(word);
+        }
+        for _ in 0..CLEARED {
+            line.word(b"clear");
         }
         line.length(to.x.units());
         line.length(to.y.units());
