@@ -1,0 +1,299 @@
+//! Playing a log again: every command that was sent is certified again, and must come out the same.
+//!
+//! Two checks, one behind the other. The engine is given what went in, and must give what came out, byte by byte. And each
+//! certificate is checked by itself, without the guard: the triangles over the logged in-flight set, or the motion of the
+//! contour, against the part.
+
+mod certificate;
+mod story;
+
+use std::collections::VecDeque;
+use std::io::BufRead;
+use std::time::Duration;
+
+use keepout_planner::plan_file;
+use thiserror::Error;
+
+use super::engine::Engine;
+use super::log::{Entry, Header, Log, LogReadError, LogReader, as_entry};
+use super::tape::{Record, Tape, TapeError};
+use crate::link::dialect::{Language, LanguageError, Setting};
+use crate::supervisor::{Options, Phase, Supervisor, Workpiece};
+use crate::time::Time;
+pub use story::{Happening, Spent, Story};
+
+/// Why a log does not hold what it claims.
+#[derive(Debug, Error)]
+pub enum ReplayError {
+    /// It can not be read.
+    #[error(transparent)]
+    Log(#[from] LogReadError),
+    /// It was made with another plan.
+    #[error(
+        "the log is of another plan: it names {logged}, this one is {given}. Give the plan that was run."
+    )]
+    OtherPlan {
+        /// The plan's hash, as logged.
+        logged: String,
+        /// The hash of the plan that was given.
+        given: String,
+    },
+    /// The plan can not be written as a file is.
+    #[error(transparent)]
+    Plan(#[from] keepout_planner::plan_file::PlanFileError),
+    /// The dialect is not known.
+    #[error(transparent)]
+    Language(#[from] LanguageError),
+    /// Something else came out.
+    #[error(
+        "line {line} of the log, {seconds:.3} s: logged {logged}, played again {played}. The log was changed, or written by another version of this program."
+    )]
+    Differs {
+        /// The line of the log, from 1.
+        line: usize,
+        /// Its time, s.
+        seconds: f64,
+        /// What is logged.
+        logged: String,
+        /// What came out.
+        played: String,
+    },
+    /// A certificate does not hold.
+    #[error(
+        "line {line} of the log, {seconds:.3} s: the motion is not certified by what is logged: {reason}"
+    )]
+    NotCertified {
+        /// The line of the log, from 1.
+        line: usize,
+        /// Its time, s.
+        seconds: f64,
+        /// Why not.
+        reason: String,
+    },
+}
+
+/// What a log holds.
+pub struct Replay {
+    /// The supervisor as it was when the log ended.
+    pub supervisor: Supervisor,
+    /// What was counted.
+    pub counted: Counted,
+    /// What happened, and where.
+    pub story: Story,
+    /// The last phase and fault that were logged.
+    pub last_phase: String,
+}
+
+/// What was counted while a log was played.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counted {
+    /// The last moment that was logged.
+    pub ended: Time,
+    /// Pieces of bytes to the controller that came out the same, byte by byte.
+    pub commands: u64,
+    /// Certificates that were checked by themselves.
+    pub certificates: u64,
+    /// Wishes of the operator.
+    pub wishes: u64,
+    /// Lines from the controller.
+    pub replies: u64,
+}
+
+/// How a log ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LogEnd<'a> {
+    /// As the operator wanted.
+    Done,
+    /// By a fault.
+    Faulted(&'a str),
+    /// In the middle: the program was ended there, or its power.
+    Open(&'a str),
+}
+
+impl Replay {
+    /// How the log ends.
+    #[must_use]
+    pub fn end(&self) -> LogEnd<'_> {
+        match self.last_phase.split_once(' ').unwrap_or((&self.last_phase, "")) {
+            ("Done", _) => LogEnd::Done,
+            ("Faulted", fault) => LogEnd::Faulted(fault),
+            (phase, _) => LogEnd::Open(phase),
+        }
+    }
+}
+
+impl std::fmt::Display for LogEnd<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Done => write!(f, "as the operator wanted"),
+            Self::Faulted(fault) => write!(f, "by a fault: {fault}"),
+            Self::Open("") => write!(f, "in the middle, before anything was known"),
+            Self::Open(phase) => write!(f, "in the middle, in phase {phase}: the program did not end it"),
+        }
+    }
+}
+
+/// What comes out while the engine is played.
+#[derive(Default)]
+struct Outcome {
+    entries: VecDeque<Entry>,
+}
+
+impl Tape for Outcome {
+    fn take(&mut self, _: Time, record: &Record<'_>) -> Result<(), TapeError> {
+        self.entries.extend(as_entry(record));
+        Ok(())
+    }
+
+    fn flush(&mut self) -> Result<(), TapeError> {
+        Ok(())
+    }
+}
+
+/// Plays a log again.
+///
+/// # Errors
+/// [`ReplayError`] naming the line from which on it does not hold.
+pub fn replay(log: &Log, work: Workpiece) -> Result<Replay, ReplayError> {
+    let mut player = Player::new(&log.header, work)?;
+    for (index, (time, entry)) in log.entries.iter().enumerate() {
+        player.play(index + 2, *time, entry)?;
+    }
+    Ok(player.end())
+}
+
+/// Plays a log again while it is read.
+///
+/// # Errors
+/// [`ReplayError`] naming the line from which on it does not hold.
+pub fn replay_from<R: BufRead>(log: &mut LogReader<R>, work: Workpiece) -> Result<Replay, ReplayError> {
+    let mut player = Player::new(log.header(), work)?;
+    for entry in log {
+        let (line, time, entry) = entry?;
+        player.play(line, time, &entry)?;
+    }
+    Ok(player.end())
+}
+
+fn check_plan(header: &Header, work: &Workpiece) -> Result<(), ReplayError> {
+    let given = plan_file::hex(&plan_file::hash(&plan_file::encode(&work.plan.plan)?));
+    let logged = header.plan.clone();
+    if logged == given { Ok(()) } else { Err(ReplayError::OtherPlan { logged, given }) }
+}
+
+struct Player {
+    engine: Engine,
+    outcome: Outcome,
+    counted: Counted,
+    story: Story,
+    last_phase: String,
+}
+
+impl Player {
+    fn new(header: &Header, work: Workpiece) -> Result<Self, ReplayError> {
+        check_plan(header, &work)?;
+        let machine = &work.plan.plan.machine;
+        let setting = Setting {
+            offset: header.offset,
+            steps_per_mm: machine.steps_per_mm,
+            arc_tolerance_mm: machine.arc_tolerance_mm,
+        };
+        let options = Options {
+            feed_mm_min: header.feed_mm_min,
+            home: header.home,
+            stroke: header.stroke,
+            answer_within: Duration::from_millis(header.answer_within_ms),
+            progress: header.progress.clone(),
+        };
+        let dialect = Language::named(&header.dialect)?.dialect(setting);
+        let supervisor = Supervisor::new(work, options, dialect.abilities());
+        Ok(Self {
+            story: Story::of(&supervisor),
+            engine: Engine::new(supervisor, dialect),
+            outcome: Outcome::default(),
+            counted: Counted::default(),
+            last_phase: String::new(),
+        })
+    }
+
+    fn play(&mut self, line: usize, time: Time, entry: &Entry) -> Result<(), ReplayError> {
+        self.counted.ended = time;
+        self.story.pass(self.engine.supervisor.phase(), time);
+        let tape = &mut self.outcome;
+        if entry.is_input()
+            && let Some(extra) = tape.entries.pop_front()
+        {
+            return Err(differs(line, time, "nothing", &extra));
+        }
+        let engine = &mut self.engine;
+        let fed = match entry {
+            Entry::Received(bytes) => {
+                self.counted.replies += bytes.iter().map(|&byte| u64::from(byte == b'\n')).sum::<u64>();
+                engine.receive(bytes, time, tape)
+            }
+            Entry::Wish(wish) => {
+                self.counted.wishes += 1;
+                engine.wish(*wish, time, tape)
+            }
+            Entry::Tick => engine.tick(time, tape),
+            Entry::Job(job) => engine.job((**job).clone(), time, tape),
+            Entry::PortLost(reason) => engine.port_lost(reason, time, tape),
+            Entry::PortFound => engine.port_found(time, tape),
+            Entry::Halt => engine.halt(time, tape),
+            Entry::Sent(_) | Entry::Certificate(_) | Entry::Phase(_) => {
+                return self.compare(line, time, entry);
+            }
+        };
+        engine.drain(|_| {});
+        self.story.see(&self.engine.supervisor, entry, time);
+        fed.map_err(|error| differs(line, time, &error.to_string(), entry))
+    }
+
+    fn compare(&mut self, line: usize, time: Time, logged: &Entry) -> Result<(), ReplayError> {
+        match self.outcome.entries.pop_front() {
+            Some(played) if played == *logged => {}
+            Some(played) => return Err(differs(line, time, &format!("{logged:?}"), &played)),
+            None => {
+                return Err(ReplayError::Differs {
+                    line,
+                    seconds: time.seconds(),
+                    logged: format!("{logged:?}"),
+                    played: "nothing".into(),
+                });
+            }
+        }
+        match logged {
+            Entry::Sent(_) => self.counted.commands += 1,
+            Entry::Certificate(text) => {
+                let supervisor = &self.engine.supervisor;
+                // The phase is logged behind what was sent when it changed.
+                let escapes = supervisor.phase() == Phase::Escaping || self.last_phase == "Escaping";
+                let (part, rules) = (supervisor.work().part(), supervisor.guard().rules());
+                certificate::check(text, part, rules, escapes)
+                    .map_err(|reason| ReplayError::NotCertified { line, seconds: time.seconds(), reason })?;
+                self.counted.certificates += 1;
+            }
+            Entry::Phase(phase) => self.last_phase.clone_from(phase),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn end(self) -> Replay {
+        Replay {
+            counted: self.counted,
+            story: self.story,
+            last_phase: self.last_phase,
+            supervisor: self.engine.supervisor,
+        }
+    }
+}
+
+fn differs(line: usize, time: Time, logged: &str, played: &Entry) -> ReplayError {
+    ReplayError::Differs {
+        line,
+        seconds: time.seconds(),
+        logged: logged.into(),
+        played: format!("{played:?}"),
+    }
+}
