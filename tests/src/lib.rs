@@ -1,5 +1,7 @@
 //! What the end-to-end tests share: making plans from drawings, and finding the shared test data.
 
+#[cfg(unix)]
+pub mod kills;
 pub mod oracle;
 
 use std::path::{Path, PathBuf};

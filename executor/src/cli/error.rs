@@ -8,6 +8,8 @@ use keepout_executor::operator::OperatorError;
 use keepout_executor::session::log::{LogError, LogReadError};
 use keepout_executor::session::replay::ReplayError;
 use keepout_executor::session::{PlaceError, SimError, TapeError};
+#[cfg(unix)]
+use keepout_executor::sim::standalone::StandaloneError;
 use keepout_planner::machine::MachineError;
 use keepout_planner::order::OrderError;
 use keepout_planner::plan::PlanError;
@@ -62,6 +64,10 @@ pub enum CliError {
     /// The log could not be written on.
     #[error(transparent)]
     Tape(#[from] TapeError),
+    /// The simulated machine can not run.
+    #[cfg(unix)]
+    #[error(transparent)]
+    Simulate(#[from] StandaloneError),
     /// A log can not be read.
     #[error(transparent)]
     LogRead(#[from] LogReadError),
@@ -137,6 +143,12 @@ impl CliError {
             | Self::Tape(_) => 7,
             Self::LogRead(LogReadError::Read { .. }) | Self::NoPlan { .. } => 2,
             Self::PlanFile(_) | Self::NotCertified { .. } | Self::LogRead(_) | Self::Replay { .. } => 5,
+            #[cfg(unix)]
+            Self::Simulate(StandaloneError::Pty(_)) => 6,
+            #[cfg(unix)]
+            Self::Simulate(StandaloneError::File { .. }) => 7,
+            #[cfg(unix)]
+            Self::Simulate(_) => 2,
             Self::Port(_) => 6,
         })
     }

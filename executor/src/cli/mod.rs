@@ -10,6 +10,8 @@ mod report;
 mod resume;
 mod run;
 mod screen;
+#[cfg(unix)]
+mod simulate;
 mod view;
 
 use std::path::PathBuf;
@@ -57,6 +59,9 @@ enum Command {
     Replay(replay::ReplayArguments),
     /// Make the page that is kept with the part from the log of its run.
     Report(report::ReportArguments),
+    /// A simulated machine behind a pty, as a program of its own: for trying out hosts and programs around this one.
+    #[cfg(unix)]
+    Simulate(simulate::SimulateArguments),
     /// The whole job on the built-in drawing and the simulated machine, with a report to look at.
     Demo {
         /// Where the plan, the pictures and the report go.
@@ -379,6 +384,8 @@ pub fn execute(arguments: Arguments) -> Result<ExitCode, CliError> {
         Command::Run(arguments) => run::run(&arguments),
         Command::Replay(arguments) => replay::replay(&arguments),
         Command::Report(arguments) => report::report(&arguments),
+        #[cfg(unix)]
+        Command::Simulate(arguments) => simulate::simulate(&arguments),
         Command::Demo { output, manual_s } => run::demo(&output, manual_s),
     }
 }

@@ -10,6 +10,8 @@ mod machine;
 mod motion;
 #[cfg(unix)]
 pub mod pty;
+#[cfg(unix)]
+pub mod standalone;
 pub mod witness;
 
 pub use controller::{Controller, Disturbance};
