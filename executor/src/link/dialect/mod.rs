@@ -1,10 +1,13 @@
 //! Controller languages, one file each.
 
 mod grbl;
+mod grbl_inspect;
+mod inspect;
 mod language;
 mod lines;
 
 pub use grbl::Grbl;
+pub use inspect::{Finding, Fit, Inspected, Inspector};
 pub use language::{Language, LanguageError};
 
 use keepout_kernel::{LatticeError, Vector};
@@ -32,6 +35,12 @@ pub trait Dialect: Send {
 
     /// The port was opened anew: what was half received or half done is forgotten.
     fn reset(&mut self);
+
+    /// What asks the controller who it is and how it is set up, without changing anything. A dialect without such questions
+    /// has none; its settings are read when a session begins.
+    fn inspector(&self) -> Option<Box<dyn Inspector>> {
+        None
+    }
 }
 
 /// What a dialect is told of the session.
