@@ -145,6 +145,21 @@ impl Trials {
     }
 }
 
+/// A log that holds.
+struct Played {
+    replay: Replay,
+    /// The last phase before a fault or the end.
+    phase: String,
+    sent: Vec<u8>,
+}
+
+/// Whether a machine can have received this from two sessions: of each a beginning. What the first had written when it was
+/// killed may arrive when the second opens the port.
+fn follows(received: &[u8], first: &[u8], second: &[u8]) -> bool {
+    let of_first = received.iter().zip(first).take_while(|(a, b)| a == b).count();
+    (0..=of_first).rev().any(|count| second.starts_with(&received[count..]))
+}
+
 /// One moment under way.
 struct Trial<'a> {
     trials: &'a Trials,
@@ -167,15 +182,15 @@ impl Trial<'_> {
             machine = self.machine(2)?;
         }
         self.rest()?;
-        let first = self.log("first.log", "received.1")?;
-        let phase = first.as_ref().map_or(String::new(), |(_, phase)| phase.clone());
-        let left = first.as_ref().is_none_or(|(replay, _)| {
-            let progress = replay.supervisor.progress();
+        let first = self.log("first.log", &self.received(1)?, &[])?;
+        let phase = first.as_ref().map_or(String::new(), |first| first.phase.clone());
+        let left = first.as_ref().is_none_or(|first| {
+            let progress = first.replay.supervisor.progress();
             progress.finished.is_empty() || !progress.partial.is_empty()
         });
-        let mut commands = first.as_ref().map_or(0, |(replay, _)| replay.counted.commands);
+        let mut commands = first.as_ref().map_or(0, |first| first.replay.counted.commands);
         if left {
-            commands += self.finish(first.is_some(), &phase)?;
+            commands += self.finish(first.as_ref(), &phase)?;
         }
         machine.signal("TERM")?;
         machine.wait(REST_WITHIN)?;
@@ -214,8 +229,9 @@ impl Trial<'_> {
 
     /// By turns a model, and a script that pauses the contour.
     fn operator(&self) -> Result<String, String> {
-        if self.moment.number / 3 % 2 == 0 {
-            return Ok(["wall", "calm"][usize::from(self.moment.number / 6 % 2 > 0)].into());
+        let turn = self.moment.number / 3;
+        if turn.is_multiple_of(2) {
+            return Ok(if turn.is_multiple_of(4) { "wall" } else { "calm" }.into());
         }
         let script =
             "0 -0.7 -0.7\n1 0.4 -0.9\n1.4 -0.9 0.3\n2 -0.6 -0.6 auto\n4 pause\n5.5 resume\n6 0 0 auto\n";
@@ -245,10 +261,13 @@ impl Trial<'_> {
         Ok(())
     }
 
+    fn received(&self, machine: u32) -> Result<Vec<u8>, String> {
+        std::fs::read(self.folder.join(format!("received.{machine}"))).map_err(|error| error.to_string())
+    }
+
     /// Reads a log, compares it with what the machine received, and plays it again; none when the session was ended before
-    /// its first line. With the last phase before a fault or the end.
-    fn log(&self, log: &str, received: &str) -> Result<Option<(Replay, String)>, String> {
-        let received = std::fs::read(self.folder.join(received)).map_err(|error| error.to_string())?;
+    /// its first line. With the last phase before a fault or the end, and what was sent.
+    fn log(&self, log: &str, received: &[u8], earlier: &[u8]) -> Result<Option<Played>, String> {
         let path = self.folder.join(log);
         let log = match Log::load(&path) {
             Ok(log) => log,
@@ -265,12 +284,8 @@ impl Trial<'_> {
             _ => None,
         });
         let sent: Vec<u8> = sent.flatten().copied().collect();
-        if !sent.starts_with(&received) {
-            let same = sent.iter().zip(&received).take_while(|(a, b)| a == b).count();
-            return Err(format!(
-                "{}: byte {same} of what the machine received is not logged",
-                path.display()
-            ));
+        if !follows(received, earlier, &sent) {
+            return Err(format!("{}: the machine received what is not logged", path.display()));
         }
         let mut phases = log.entries.iter().rev().filter_map(|(_, entry)| match entry {
             Entry::Phase(phase) => phase.split(' ').next(),
@@ -279,31 +294,30 @@ impl Trial<'_> {
         let phase = phases.find(|phase| !["Faulted", "Done"].contains(phase)).unwrap_or("Starting");
         let replay = replay(&log, self.trials.work.clone());
         let replay = replay.map_err(|error| format!("{}: {error}", path.display()))?;
-        Ok(Some((replay, phase.into())))
+        Ok(Some(Played { replay, phase: phase.into(), sent }))
     }
 
     /// Takes the contour up again and finishes it; how many commands that took.
-    fn finish(&self, logged: bool, phase: &str) -> Result<u64, String> {
-        let first = self.path("first.log");
+    fn finish(&self, first: Option<&Played>, phase: &str) -> Result<u64, String> {
+        let log = self.path("first.log");
         let homed = self.moment.victim != Victim::Controller && !["", "Starting"].contains(&phase);
         let home = if homed { "--homed" } else { "--home" };
         let mut more = vec![home];
-        if logged {
-            more.extend(["--resume", &first]);
+        if first.is_some() {
+            more.extend(["--resume", &log]);
         }
-        let before = |name: &str| std::fs::metadata(self.folder.join(name)).map_or(0, |file| file.len());
-        let name = if self.moment.victim == Victim::Controller { "received.2" } else { "received.1" };
-        let heard = usize::try_from(before(name)).unwrap_or(0);
         let mut executor = self.executor("calm", &more, "second.log")?;
         let code = executor.wait(RESUMED_WITHIN)?;
         if code != Some(0) {
             return Err(format!("taken up again, it ended with exit code {code:?}"));
         }
-        // What it received since.
-        let received = std::fs::read(self.folder.join(name)).map_err(|error| error.to_string())?;
-        std::fs::write(self.folder.join("received.later"), &received[heard..])
-            .map_err(|error| error.to_string())?;
-        let (replay, _) = self.log("second.log", "received.later")?.ok_or("there is no second log")?;
+        // Another machine has received nothing of the first session.
+        let (machine, earlier) = match (self.moment.victim, first) {
+            (Victim::Controller, _) => (2, &[][..]),
+            (_, first) => (1, first.map_or(&[][..], |first| &first.sent)),
+        };
+        let second = self.log("second.log", &self.received(machine)?, earlier)?;
+        let replay = second.ok_or("there is no second log")?.replay;
         Ok(replay.counted.commands)
     }
 

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use keepout_executor::link::examine::ExamineError;
 use keepout_executor::link::port::PortError;
 use keepout_executor::operator::OperatorError;
 use keepout_executor::session::log::{LogError, LogReadError};
@@ -68,6 +69,9 @@ pub enum CliError {
     #[cfg(unix)]
     #[error(transparent)]
     Simulate(#[from] StandaloneError),
+    /// The controller could not be examined.
+    #[error(transparent)]
+    Examine(#[from] ExamineError),
     /// A log can not be read.
     #[error(transparent)]
     LogRead(#[from] LogReadError),
@@ -149,7 +153,7 @@ impl CliError {
             Self::Simulate(StandaloneError::File { .. }) => 7,
             #[cfg(unix)]
             Self::Simulate(_) => 2,
-            Self::Port(_) => 6,
+            Self::Port(_) | Self::Examine(_) => 6,
         })
     }
 }

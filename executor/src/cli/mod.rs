@@ -1,6 +1,7 @@
 //! The command line.
 
 mod display;
+mod doctor;
 mod error;
 mod operators;
 mod plan;
@@ -59,6 +60,8 @@ enum Command {
     Replay(replay::ReplayArguments),
     /// Make the page that is kept with the part from the log of its run.
     Report(report::ReportArguments),
+    /// Look at a controller before anything is entrusted to it: who it is, how it is set up, how quickly it answers.
+    Doctor(doctor::DoctorArguments),
     /// A simulated machine behind a pty, as a program of its own: for trying out hosts and programs around this one.
     #[cfg(unix)]
     Simulate(simulate::SimulateArguments),
@@ -384,6 +387,7 @@ pub fn execute(arguments: Arguments) -> Result<ExitCode, CliError> {
         Command::Run(arguments) => run::run(&arguments),
         Command::Replay(arguments) => replay::replay(&arguments),
         Command::Report(arguments) => report::report(&arguments),
+        Command::Doctor(arguments) => doctor::doctor(&arguments),
         #[cfg(unix)]
         Command::Simulate(arguments) => simulate::simulate(&arguments),
         Command::Demo { output, manual_s } => run::demo(&output, manual_s),

@@ -7,17 +7,20 @@ use keepout_kernel::{FreePoint, Length, Point, ProhibitedRegion};
 use crate::session::log::Certificate;
 use crate::supervisor::guard::{MotionShape, Rules};
 
-/// Checks what a motion was certified with. `escapes`: whether the tool stood so near that only ways out were allowed.
+/// Checks what a motion was certified with. `escapes`: whether the tool may have stood so near
+/// that only ways out were allowed.
 ///
 /// # Errors
 /// Why it does not hold.
 pub(super) fn check(text: &str, part: &ProhibitedRegion, rules: &Rules, escapes: bool) -> Result<(), String> {
     match Certificate::parse(text).ok_or("it can not be read")? {
         Certificate::Jog(target, set) if !set.contains(&target) => Err("its set lacks its target".into()),
-        Certificate::Jog(target, set) if escapes => check_escape(part, rules.manual, target, &set),
-        Certificate::Jog(_, set) => {
-            let set = if rules.shape == MotionShape::Box { corners(&set) } else { set };
-            check_hull(part, rules.manual, &set)
+        Certificate::Jog(target, set) => {
+            let hull = if rules.shape == MotionShape::Box { corners(&set) } else { set.clone() };
+            match check_hull(part, rules.manual, &hull) {
+                Err(_) if escapes => check_escape(part, rules.manual, target, &set),
+                checked => checked,
+            }
         }
         Certificate::Contour(curve) => match certify_path(part, rules.finishing, &[curve]) {
             Ok(_) => Ok(()),

@@ -266,7 +266,7 @@ impl Player {
             Entry::Sent(_) => self.counted.commands += 1,
             Entry::Certificate(text) => {
                 let supervisor = &self.engine.supervisor;
-                // The phase is logged behind what was sent when it changed.
+                // What was sent may belong to the phase before or behind a change, which is logged behind it.
                 let escapes = supervisor.phase() == Phase::Escaping || self.last_phase == "Escaping";
                 let (part, rules) = (supervisor.work().part(), supervisor.guard().rules());
                 certificate::check(text, part, rules, escapes)
