@@ -3,18 +3,20 @@
 use std::fmt::Write as _;
 use std::time::Duration;
 
-use keepout_kernel::Point;
-use keepout_planner::picture::{Spot, SpotKind, escape, svg_of_run};
+use keepout_kernel::{Point, Segment};
+use keepout_planner::picture::{Spot, SpotKind, Trace, TraceKind, escape, svg_of_run};
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::plan_file::hex;
-use keepout_planner::units::{mm, point_mm};
+use keepout_planner::units::{mm, point_from_mm, point_mm};
 
 use super::log::Header;
 use super::replay::{Happening, Replay, Spent};
 use super::report::{page, table, traces};
+use crate::sim::{Sample, SampleKind};
 use crate::time::Time;
 
-/// The picture of a run from the positions that its log holds, with touches and stops.
+/// The picture of a run as its log tells it, with touches and stops: by hand from position to position as reported, the contour
+/// as it was sent.
 #[must_use]
 pub fn picture_of_log(header: &Header, replay: &Replay) -> String {
     let story = &replay.story;
@@ -27,8 +29,30 @@ pub fn picture_of_log(header: &Header, replay: &Replay) -> String {
         Some(Spot { kind, at_mm: point_mm((*at)?) })
     };
     let spots: Vec<Spot> = story.happenings.iter().filter_map(spot).collect();
-    let title = format!("{}, as reported by the controller, {}", header.drawing, header.began);
-    svg_of_run(replay.supervisor.plan(), &title, &traces(&story.samples), &spots)
+    let plan = replay.supervisor.plan();
+    let mut drawn = traces_by_hand(plan, &story.samples);
+    let contours = story.contours.iter().cloned();
+    drawn.extend(contours.map(|points_mm| Trace { kind: TraceKind::Contour, points_mm }));
+    // The tool is drawn where the last trace ends.
+    drawn.extend(
+        story.samples.last().map(|last| Trace { kind: TraceKind::Manual, points_mm: vec![last.position_mm] }),
+    );
+    let title = format!("{}, {}: by hand as reported, contour as sent", header.drawing, header.began);
+    svg_of_run(plan, &title, &drawn, &spots)
+}
+
+/// The way by hand, from report to report. Where reports lie so far apart that the straight line between them would cut the part, the
+/// tool was elsewhere, and nothing is drawn.
+fn traces_by_hand(plan: &CertifiedPlan, samples: &[Sample]) -> Vec<Trace> {
+    let clear = |a: &Sample, b: &Sample| {
+        let (Ok(from), Ok(to)) = (point_from_mm(a.position_mm), point_from_mm(b.position_mm)) else {
+            return false;
+        };
+        plan.part.edges_clear(Segment { from, to }, plan.plan.tool_radius).is_ok()
+    };
+    let by_hand = |pair: &[Sample]| pair.iter().all(|sample| sample.kind == SampleKind::Jog);
+    let stretches = samples.chunk_by(|a, b| by_hand(&[*a, *b]) && clear(a, b));
+    stretches.flat_map(traces).filter(|trace| trace.kind == TraceKind::Manual).collect()
 }
 
 /// The page: picture, table, what happened, and the plan. `file` says which log it is.

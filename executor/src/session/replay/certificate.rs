@@ -12,17 +12,22 @@ use crate::supervisor::guard::{MotionShape, Rules};
 ///
 /// # Errors
 /// Why it does not hold.
-pub(super) fn check(text: &str, part: &ProhibitedRegion, rules: &Rules, escapes: bool) -> Result<(), String> {
-    match Certificate::parse(text).ok_or("it can not be read")? {
-        Certificate::Jog(target, set) if !set.contains(&target) => Err("its set lacks its target".into()),
+pub(super) fn check(
+    certificate: &Certificate,
+    part: &ProhibitedRegion,
+    rules: &Rules,
+    escapes: bool,
+) -> Result<(), String> {
+    match certificate {
+        Certificate::Jog(target, set) if !set.contains(target) => Err("its set lacks its target".into()),
         Certificate::Jog(target, set) => {
-            let hull = if rules.shape == MotionShape::Box { corners(&set) } else { set.clone() };
+            let hull = if rules.shape == MotionShape::Box { corners(set) } else { set.clone() };
             match check_hull(part, rules.manual, &hull) {
-                Err(_) if escapes => check_escape(part, rules.manual, target, &set),
+                Err(_) if escapes => check_escape(part, rules.manual, *target, set),
                 checked => checked,
             }
         }
-        Certificate::Contour(curve) => match certify_path(part, rules.finishing, &[curve]) {
+        Certificate::Contour(curve) => match certify_path(part, rules.finishing, &[*curve]) {
             Ok(_) => Ok(()),
             Err(gouge) => Err(gouge.to_string()),
         },

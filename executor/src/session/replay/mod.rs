@@ -15,7 +15,7 @@ use keepout_planner::plan_file;
 use thiserror::Error;
 
 use super::engine::Engine;
-use super::log::{Entry, Header, Log, LogReadError, LogReader, as_entry};
+use super::log::{Certificate, Entry, Header, Log, LogReadError, LogReader, as_entry};
 use super::tape::{Record, Tape, TapeError};
 use crate::link::dialect::{Language, LanguageError, Setting};
 use crate::supervisor::{Options, Phase, Supervisor, Workpiece};
@@ -265,16 +265,29 @@ impl Player {
         match logged {
             Entry::Sent(_) => self.counted.commands += 1,
             Entry::Certificate(text) => {
-                let supervisor = &self.engine.supervisor;
-                // What was sent may belong to the phase before or behind a change, which is logged behind it.
-                let escapes = supervisor.phase() == Phase::Escaping || self.last_phase == "Escaping";
-                let (part, rules) = (supervisor.work().part(), supervisor.guard().rules());
-                certificate::check(text, part, rules, escapes)
-                    .map_err(|reason| ReplayError::NotCertified { line, seconds: time.seconds(), reason })?;
+                self.check(text).map_err(|reason| ReplayError::NotCertified {
+                    line,
+                    seconds: time.seconds(),
+                    reason,
+                })?;
                 self.counted.certificates += 1;
             }
             Entry::Phase(phase) => self.last_phase.clone_from(phase),
             _ => {}
+        }
+        Ok(())
+    }
+
+    /// Checks a certificate by itself.
+    fn check(&mut self, text: &str) -> Result<(), String> {
+        let certificate = Certificate::parse(text).ok_or("it can not be read")?;
+        let supervisor = &self.engine.supervisor;
+        // What was sent may belong to the phase before or behind a change, which is logged behind it.
+        let escapes = supervisor.phase() == Phase::Escaping || self.last_phase == "Escaping";
+        let (part, rules) = (supervisor.work().part(), supervisor.guard().rules());
+        certificate::check(&certificate, part, rules, escapes)?;
+        if let Certificate::Contour(curve) = &certificate {
+            self.story.sent(curve);
         }
         Ok(())
     }

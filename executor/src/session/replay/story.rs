@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use keepout_kernel::{Length, Point};
+use keepout_kernel::{Curve, Length, Point};
 use keepout_planner::job::LoopNumber;
 use keepout_planner::units::{mm, point_mm};
 
@@ -58,6 +58,8 @@ pub struct Story {
     pub spent: Spent,
     /// Where the tool was reported while it moved, drawing coordinates.
     pub samples: Vec<Sample>,
+    /// The motions of contours as they were sent: chains of points, drawing coordinates, mm.
+    pub contours: Vec<Vec<(f64, f64)>>,
     /// Of the reported positions, the nearest to the part: its distance and time.
     closest: Option<(Length, Time)>,
     radius: Length,
@@ -67,6 +69,9 @@ pub struct Story {
     last: Time,
 }
 
+/// Chords leave the arcs that they are drawn for by less than this: 1 µm.
+const CHORD: Length = Length::small(100);
+
 impl Story {
     /// Before anything happened.
     pub(super) fn of(supervisor: &Supervisor) -> Self {
@@ -74,6 +79,7 @@ impl Story {
             happenings: Vec::new(),
             spent: Spent::default(),
             samples: Vec::new(),
+            contours: Vec::new(),
             closest: None,
             radius: supervisor.plan().plan.tool_radius,
             phase: supervisor.phase(),
@@ -131,6 +137,18 @@ impl Story {
             Phase::Manual | Phase::Sliding | Phase::Escaping | Phase::Stopping => return,
         };
         self.happenings.push((now, happening, at));
+    }
+
+    /// A motion of a contour was sent.
+    pub(super) fn sent(&mut self, curve: &Curve) {
+        let points = curve.chord_points(CHORD).unwrap_or_else(|_| vec![curve.from(), curve.to()]);
+        let from = point_mm(curve.from());
+        if self.contours.last().is_none_or(|chain| chain.last() != Some(&from)) {
+            self.contours.push(vec![from]);
+        }
+        if let Some(chain) = self.contours.last_mut() {
+            chain.extend(points.into_iter().skip(1).map(point_mm));
+        }
     }
 
     fn see_position(&mut self, supervisor: &Supervisor, at: Time) {
