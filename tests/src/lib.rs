@@ -2,6 +2,8 @@
 
 pub mod decisions;
 pub mod hostile;
+#[cfg(unix)]
+pub mod kills;
 pub mod oracle;
 
 use std::path::{Path, PathBuf};

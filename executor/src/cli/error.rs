@@ -3,10 +3,14 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use keepout_executor::link::examine::ExamineError;
 use keepout_executor::link::port::PortError;
 use keepout_executor::operator::OperatorError;
-use keepout_executor::session::log::LogError;
+use keepout_executor::session::log::{LogError, LogReadError};
+use keepout_executor::session::replay::ReplayError;
 use keepout_executor::session::{PlaceError, SimError, TapeError};
+#[cfg(unix)]
+use keepout_executor::sim::standalone::StandaloneError;
 use keepout_planner::machine::MachineError;
 use keepout_planner::order::OrderError;
 use keepout_planner::plan::PlanError;
@@ -61,6 +65,42 @@ pub enum CliError {
     /// The log could not be written on.
     #[error(transparent)]
     Tape(#[from] TapeError),
+    /// The simulated machine can not run.
+    #[cfg(unix)]
+    #[error(transparent)]
+    Simulate(#[from] StandaloneError),
+    /// The controller could not be examined.
+    #[error(transparent)]
+    Examine(#[from] ExamineError),
+    /// A log can not be read.
+    #[error(transparent)]
+    LogRead(#[from] LogReadError),
+    /// A log does not hold what it claims.
+    #[error("{path}: {source}", path = path.display())]
+    Replay {
+        /// The log.
+        path: PathBuf,
+        /// From where on.
+        source: ReplayError,
+    },
+    /// The plan of a log is not there.
+    #[error(
+        "the log {} is of the plan with SHA-256 {hash} of {drawing}, and none of the {seen} plan files in {} is it. Give it with --plan.",
+        log.display(),
+        folder.display()
+    )]
+    NoPlan {
+        /// The log.
+        log: PathBuf,
+        /// The plan's hash.
+        hash: String,
+        /// The drawing's name.
+        drawing: String,
+        /// Where it was looked for.
+        folder: PathBuf,
+        /// Plan files that were found there.
+        seen: usize,
+    },
     /// An argument is out of range.
     #[error("{0}")]
     Argument(String),
@@ -105,8 +145,15 @@ impl CliError {
             | Self::Write { .. }
             | Self::Log(_)
             | Self::Tape(_) => 7,
-            Self::PlanFile(_) | Self::NotCertified { .. } => 5,
-            Self::Port(_) => 6,
+            Self::LogRead(LogReadError::Read { .. }) | Self::NoPlan { .. } => 2,
+            Self::PlanFile(_) | Self::NotCertified { .. } | Self::LogRead(_) | Self::Replay { .. } => 5,
+            #[cfg(unix)]
+            Self::Simulate(StandaloneError::Pty(_)) => 6,
+            #[cfg(unix)]
+            Self::Simulate(StandaloneError::File { .. }) => 7,
+            #[cfg(unix)]
+            Self::Simulate(_) => 2,
+            Self::Port(_) | Self::Examine(_) => 6,
         })
     }
 }

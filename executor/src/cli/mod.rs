@@ -1,17 +1,25 @@
 //! The command line.
 
+mod display;
+mod doctor;
 mod error;
 mod operators;
 mod plan;
 mod register;
+mod replay;
+mod report;
+mod resume;
 mod run;
 mod screen;
+#[cfg(unix)]
+mod simulate;
 mod view;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use keepout_planner::job::LoopNumber;
 use keepout_planner::plan::{Cut, PassJob};
 use keepout_planner::profile::MachinedSide;
 use keepout_planner::registration::{TOLERANCE_MM, TOUCH_ERROR_MM, Touch};
@@ -28,7 +36,7 @@ pub struct Arguments {
 }
 
 const EXIT_CODES: &str = "Exit codes: 0 done · 2 wrong arguments · 3 the drawing can not be used · 4 no plan can be made \
-(tool, margin, contours) · 5 the plan file is damaged or not certified · 6 port, controller or machine fault · 7 a file \
+(tool, margin, contours) · 5 a plan or log is damaged, or does not hold when it is proved again · 6 port, controller or machine fault · 7 a file \
 can not be written · 8 the witness saw the tool in the part · 9 the run ended before the contour was finished";
 
 #[derive(Debug, Subcommand)]
@@ -48,6 +56,15 @@ enum Command {
     },
     /// Steer the machine by hand around the part, then let it cut the contour.
     Run(RunArguments),
+    /// Play the log of a run again: certify every command that was sent once more, and draw the run.
+    Replay(replay::ReplayArguments),
+    /// Make the page that is kept with the part from the log of its run.
+    Report(report::ReportArguments),
+    /// Look at a controller before anything is entrusted to it: who it is, how it is set up, how quickly it answers.
+    Doctor(doctor::DoctorArguments),
+    /// A simulated machine behind a pty, as a program of its own: for trying out hosts and programs around this one.
+    #[cfg(unix)]
+    Simulate(simulate::SimulateArguments),
     /// The whole job on the built-in drawing and the simulated machine, with a report to look at.
     Demo {
         /// Where the plan, the pictures and the report go.
@@ -318,6 +335,14 @@ struct RunArguments {
     /// Write everything that happens to this file, which must not exist yet.
     #[arg(long, value_name = "FILE")]
     log: Option<PathBuf>,
+    /// Take up what an earlier run left of the contours: the log of that run, which is played again first. This run's own
+    /// log is another file.
+    #[arg(long, value_name = "LOG")]
+    resume: Option<PathBuf>,
+    /// With --resume: cut this loop anew, whatever was cut of it. Its number as printed, "LOOP", or "LOOP:PASS" for another
+    /// pass than the first; may be given more than once.
+    #[arg(long, value_name = "LOOP[:PASS]", value_parser = resume::number, requires = "resume")]
+    recut: Vec<LoopNumber>,
     /// Write a page with picture and table.
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
@@ -360,6 +385,11 @@ pub fn execute(arguments: Arguments) -> Result<ExitCode, CliError> {
         Command::Show(arguments) => plan::show(&arguments),
         Command::Verify { plan } => plan::verify(&plan),
         Command::Run(arguments) => run::run(&arguments),
+        Command::Replay(arguments) => replay::replay(&arguments),
+        Command::Report(arguments) => report::report(&arguments),
+        Command::Doctor(arguments) => doctor::doctor(&arguments),
+        #[cfg(unix)]
+        Command::Simulate(arguments) => simulate::simulate(&arguments),
         Command::Demo { output, manual_s } => run::demo(&output, manual_s),
     }
 }

@@ -1,15 +1,13 @@
 //! `run` and `demo`.
 
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
-use indicatif::{ProgressBar, ProgressStyle};
 use keepout_executor::link::dialect::{Language, Setting};
 use keepout_executor::link::serial::Serial;
 use keepout_executor::operator::{self, Panel};
-use keepout_executor::session::log::{Header, LogTape};
+use keepout_executor::session::log::{Header, LogTape, rfc_3339};
 use keepout_executor::session::{
     Ended, Engine, Going, Link, NoTape, RealClock, RunFacts, Scene, Session, SimRun, Tape, html,
     picture_of_run, place_on_table, run_scene,
@@ -25,10 +23,11 @@ use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::plan_file;
 use keepout_planner::units::{point_from_mm, point_mm};
 
+use super::display::Display;
 use super::operators::{Hands, hands};
 use super::plan::{LIMIT_S, load, make, refuse_same, write};
 use super::register::placed;
-use super::screen::Screen;
+use super::resume::progress_of;
 use super::{CliError, MachineArgument, RunArguments};
 
 /// The drawing of the demonstration.
@@ -39,6 +38,7 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, CliError> {
         [&arguments.log, &arguments.report, &arguments.picture, &arguments.record_trace].into_iter().flatten()
     {
         refuse_same(&arguments.plan, output)?;
+        arguments.resume.as_ref().map_or(Ok(()), |log| refuse_same(log, output))?;
     }
     let plan = load(&arguments.plan)?;
     let arguments = &placed(arguments, &plan)?;
@@ -50,12 +50,23 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, CliError> {
         return Err(CliError::Argument(reason.into()));
     }
     let real_time = arguments.port.is_some() || arguments.machine == MachineArgument::Sim;
-    let hands = hands(arguments, manual.as_secs_f64(), real_time)?;
     let work = Workpiece::new(plan);
+    let progress = match &arguments.resume {
+        Some(log) => progress_of(log, &work, &arguments.recut)?,
+        None => Progress::default(),
+    };
+    if progress.finished.len() == work.plan.plan.loop_count() {
+        println!("every contour of the plan is finished: nothing is left to do");
+        return Ok(ExitCode::SUCCESS);
+    }
+    let hands = hands(arguments, manual.as_secs_f64(), real_time)?;
     match &arguments.port {
-        Some(port) => on_port(work, port, arguments, limit, hands, &outputs),
+        Some(port) => on_port(work, port, arguments, limit, hands, progress, &outputs),
         None => {
-            on_simulation(work, &simulation(arguments, limit)?, hands, arguments.log.as_deref(), &outputs)
+            let run = SimRun { progress, ..simulation(arguments, limit)? };
+            let machine = run.machine.name.clone();
+            let (log, operator) = (arguments.log.as_deref(), arguments.operator.as_str());
+            on_simulation(work, &run, hands, &Recording { log, operator, machine }, &outputs)
         }
     }
 }
@@ -104,40 +115,51 @@ fn language(arguments: &RunArguments) -> Result<Language, CliError> {
     Language::named(&arguments.dialect).map_err(|error| CliError::Argument(error.to_string()))
 }
 
-/// The log of a session, when one is wanted.
-fn tape(
-    path: Option<&Path>,
-    work: &Workpiece,
-    language: &Language,
-    (options, setting): (&Options, &Setting),
+/// The log of a session that is wanted.
+struct Recording<'a> {
+    log: Option<&'a Path>,
+    operator: &'a str,
+    /// The machine and its port, in words.
     machine: String,
-) -> Result<Box<dyn Tape>, CliError> {
-    let Some(path) = path else { return Ok(Box::new(NoTape)) };
-    let header = Header {
-        plan: plan_file::hex(&plan_file::hash(&plan_file::encode(&work.plan.plan)?)),
-        drawing: work.plan.plan.sheet.name.clone(),
-        dialect: language.name().into(),
-        offset: setting.offset,
-        stroke: options.stroke,
-        feed_mm_min: options.feed_mm_min,
-        home: options.home,
-        answer_within_ms: u64::try_from(options.answer_within.as_millis()).unwrap_or(u64::MAX),
-        progress: options.progress.clone(),
-        setting: machine,
-    };
-    Ok(Box::new(LogTape::create(path, &header)?))
+}
+
+impl Recording<'_> {
+    fn tape(
+        &self,
+        work: &Workpiece,
+        language: &Language,
+        options: &Options,
+        setting: &Setting,
+    ) -> Result<Box<dyn Tape>, CliError> {
+        let Some(path) = self.log else { return Ok(Box::new(NoTape)) };
+        let header = Header {
+            began: rfc_3339(SystemTime::now()),
+            plan: plan_file::hex(&plan_file::hash(&plan_file::encode(&work.plan.plan)?)),
+            drawing: work.plan.plan.sheet.name.clone(),
+            dialect: language.name().into(),
+            offset: setting.offset,
+            stroke: options.stroke,
+            feed_mm_min: options.feed_mm_min,
+            home: options.home,
+            answer_within_ms: u64::try_from(options.answer_within.as_millis()).unwrap_or(u64::MAX),
+            progress: options.progress.clone(),
+            operator: self.operator.into(),
+            setting: self.machine.clone(),
+        };
+        Ok(Box::new(LogTape::create(path, &header)?))
+    }
 }
 
 fn on_simulation(
     work: Workpiece,
     run: &SimRun,
     hands: Hands,
-    log: Option<&Path>,
+    recording: &Recording<'_>,
     outputs: &Outputs,
 ) -> Result<ExitCode, CliError> {
     let mut display = Display::new(hands.screen, hands.panel);
     let scene = Scene::of(&work.plan, run)?;
-    let tape = tape(log, &work, &run.language, (&scene.options, &scene.setting), run.machine.name.clone())?;
+    let tape = recording.tape(&work, &run.language, &scene.options, &scene.setting)?;
     let operator = hands.operator;
     let result = run_scene(work, run, scene, operator, tape, |_| {}, &mut |supervisor, witness, now| {
         display.show(supervisor, witness.closest_mm(), now);
@@ -153,6 +175,7 @@ fn on_port(
     arguments: &RunArguments,
     limit: Duration,
     hands: Hands,
+    progress: Progress,
     outputs: &Outputs,
 ) -> Result<ExitCode, CliError> {
     let machine = work.plan.plan.machine.clone();
@@ -163,7 +186,7 @@ fn on_port(
         home: arguments.home,
         stroke: place.stroke,
         answer_within: Duration::from_secs(5),
-        progress: Progress::default(),
+        progress,
     };
     let setting = Setting {
         offset: place.offset,
@@ -172,7 +195,12 @@ fn on_port(
     };
     let port = Serial::open(name, arguments.baud)?;
     let dialect = language.dialect(setting);
-    let tape = tape(arguments.log.as_deref(), &work, &language, (&options, &setting), machine.name.clone())?;
+    let tape = Recording {
+        log: arguments.log.as_deref(),
+        operator: &arguments.operator,
+        machine: format!("{} on {name}, {} baud", machine.name, arguments.baud),
+    }
+    .tape(&work, &language, &options, &setting)?;
     let supervisor = Supervisor::new(work, options, dialect.abilities());
     let mut session = Session::new(Engine::new(supervisor, dialect), port, hands.operator, tape);
     if hands.recovers {
@@ -185,15 +213,9 @@ fn on_port(
         let supervisor = session.supervisor();
         display.show(supervisor, None, now);
         last = now;
-        let Some(position) = supervisor.position() else { return Going::On };
-        let contouring = supervisor.phase() == Phase::Contouring;
-        let kind = if contouring { SampleKind::Run } else { SampleKind::Jog };
-        let sample = Sample { at: now, position_mm: point_mm(position), kind };
-        if samples.last().is_none_or(|last| last.position_mm != sample.position_mm)
-            && samples.len() < 2_000_000
-        {
-            samples.push(sample);
-        }
+        let sample = reported(supervisor, now).filter(|_| samples.len() < 2_000_000);
+        let before = samples.last().map(|last| last.position_mm);
+        samples.extend(sample.filter(|sample| before != Some(sample.position_mm)));
         Going::On
     })?;
     display.finish();
@@ -204,6 +226,7 @@ fn on_port(
         seconds: last.seconds(),
         counts: supervisor.counts(),
         loops: (supervisor.finished().len(), supervisor.plan().plan.loop_count()),
+        partial: supervisor.progress().partial.len(),
         unreached: supervisor.unreached(),
         deepest_mm: None,
         closest_mm: None,
@@ -213,6 +236,13 @@ fn on_port(
         notices: supervisor.notices().to_vec(),
     };
     finish(supervisor.plan(), &facts, &samples, outputs)
+}
+
+/// Where the tool was last reported.
+fn reported(supervisor: &Supervisor, at: Time) -> Option<Sample> {
+    let contouring = supervisor.phase() == Phase::Contouring;
+    let kind = if contouring { SampleKind::Run } else { SampleKind::Jog };
+    Some(Sample { at, position_mm: point_mm(supervisor.position()?), kind })
 }
 
 /// Prints the table, writes what was asked for, and answers with the exit code.
@@ -245,60 +275,8 @@ fn exit_code(facts: &RunFacts) -> ExitCode {
     match facts.ended {
         Ended::Faulted => ExitCode::from(6),
         Ended::OutOfTime => ExitCode::from(9),
-        Ended::Done if facts.loops.0 == 0 || facts.unreached > 0 => ExitCode::from(9),
+        Ended::Done if facts.loops.0 == 0 || facts.partial > 0 || facts.unreached > 0 => ExitCode::from(9),
         Ended::Done => ExitCode::SUCCESS,
-    }
-}
-
-/// The view, or a line that tells how it goes; silent when the output is no terminal.
-struct Display {
-    bar: ProgressBar,
-    screen: Option<Screen>,
-    panel: Panel,
-}
-
-impl Display {
-    fn new(screen: Option<Screen>, panel: Panel) -> Self {
-        let line = screen.is_none() && std::io::stderr().is_terminal();
-        let bar = if line { ProgressBar::new_spinner() } else { ProgressBar::hidden() };
-        if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}") {
-            bar.set_style(style);
-        }
-        Self { bar, screen, panel }
-    }
-
-    fn show(&mut self, supervisor: &Supervisor, closest_mm: Option<f64>, now: Time) {
-        if let Some(screen) = &mut self.screen {
-            screen.show(supervisor, now);
-        }
-        if self.bar.is_hidden() || !(now.micros() / 1000).is_multiple_of(100) {
-            return;
-        }
-        let position = supervisor.position().map_or("position unknown".into(), |point| {
-            let (x, y) = point_mm(point);
-            format!("x {x:9.3}  y {y:9.3} mm")
-        });
-        let progress = supervisor
-            .guard()
-            .contour_progress()
-            .map_or(String::new(), |(sent, all)| format!("  motion {sent}/{all}"));
-        let closest = closest_mm.map_or(String::new(), |mm| format!("  closest {mm:.4} mm"));
-        self.bar.set_message(format!(
-            "{:7.1} s  {:?}  {position}{progress}{closest}",
-            now.seconds(),
-            supervisor.phase()
-        ));
-        self.bar.tick();
-    }
-
-    fn finish(self) {
-        self.bar.finish_and_clear();
-        drop(self.screen);
-        // The operator may live on until its session is taken apart; what is printed now needs the terminal as it was.
-        operator::terminal::restore();
-        for notice in self.panel.notices() {
-            eprintln!("{notice}");
-        }
     }
 }
 
@@ -328,5 +306,6 @@ pub fn demo(output: &Path, manual_s: f64) -> Result<ExitCode, CliError> {
         _ => {}
     }
     let hands = Hands { operator, screen: None, panel: Panel::default(), recovers: false };
-    on_simulation(Workpiece::new(plan), &run, hands, Some(&log), &outputs)
+    let recording = Recording { log: Some(&log), operator: "wall", machine: run.machine.name.clone() };
+    on_simulation(Workpiece::new(plan), &run, hands, &recording, &outputs)
 }

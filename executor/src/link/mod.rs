@@ -1,6 +1,7 @@
 //! The link to the controller: ports, and the dialects spoken over them.
 
 pub mod dialect;
+pub mod examine;
 pub mod faults;
 pub mod port;
 pub mod serial;

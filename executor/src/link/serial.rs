@@ -3,7 +3,7 @@
 use std::io::{ErrorKind, Read, Write};
 use std::time::Duration;
 
-use serialport::SerialPort;
+use serialport::{ClearBuffer, SerialPort};
 
 use super::port::{Port, PortError};
 use crate::time::Time;
@@ -23,6 +23,9 @@ impl Serial {
         let port = serialport::new(name, baud)
             .timeout(Duration::from_millis(2))
             .open()
+            .map_err(|error| PortError::Open { name: name.into(), reason: error.to_string() })?;
+        // What came before is no answer to what this session will ask: it may be left of one that was killed.
+        port.clear(ClearBuffer::Input)
             .map_err(|error| PortError::Open { name: name.into(), reason: error.to_string() })?;
         Ok(Self { name: name.into(), port })
     }
@@ -64,4 +67,30 @@ impl Port for Serial {
 
 fn retry(kind: ErrorKind) -> bool {
     matches!(kind, ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted)
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use serialport::TTYPort;
+
+    #[test]
+    fn what_came_before_it_was_opened_is_not_read() {
+        let (mut host, device) = TTYPort::pair().unwrap();
+        let name = device.name().unwrap();
+        drop(device);
+        // The one before was ended while this was on its way.
+        let before = Serial::open(&name, 115_200).unwrap();
+        host.write_all(b"<Idle|MPos:0.000,0.000,0.000>\r\nok\r\n").unwrap();
+        std::thread::sleep(Duration::from_millis(20));
+        drop(before);
+        let mut port = Serial::open(&name, 115_200).unwrap();
+        let mut heard = Vec::new();
+        port.read(&mut heard, Time::ZERO).unwrap();
+        assert_eq!(heard, b"");
+        host.write_all(b"ok\r\n").unwrap();
+        std::thread::sleep(Duration::from_millis(20));
+        port.read(&mut heard, Time::ZERO).unwrap();
+        assert_eq!(heard, b"ok\r\n");
+    }
 }

@@ -215,7 +215,9 @@ impl Operator for Model {
             return Wish::QUIT;
         }
         let (Some(position), Some(wall)) = (seen.position_mm, seen.wall_mm) else { return Wish::default() };
-        let (x, y) = toward(position, wall, 0.0);
+        // A tool that stands too near, as after a contour that was interrupted, is led away first.
+        let turn = if seen.phase == Phase::Escaping { std::f64::consts::PI } else { 0.0 };
+        let (x, y) = toward(position, wall, turn);
         Wish { direction: (x * APPROACH, y * APPROACH), automatic: true, ..Wish::default() }
     }
 }

@@ -113,8 +113,11 @@ impl Engine {
     /// As [`Engine::receive`].
     pub fn halt(&mut self, now: Time, tape: &mut dyn Tape) -> Result<(), TapeError> {
         tape.take(now, &Record::Halt)?;
+        let before = self.supervisor.phase();
         self.commands.extend(self.supervisor.halt());
-        self.send(now, tape)
+        self.send(now, tape)?;
+        let after = self.supervisor.phase();
+        if after != before { self.tell(after, now, tape) } else { Ok(()) }
     }
 
     /// The contouring job that is wanted.

@@ -3,6 +3,7 @@
 mod coverage;
 mod engine;
 pub mod log;
+mod log_page;
 mod place;
 pub mod replay;
 mod report;
@@ -12,6 +13,7 @@ mod tape;
 
 pub use coverage::{Coverage, coverage};
 pub use engine::Engine;
+pub use log_page::{page_of_log, picture_of_log};
 pub use place::{PlaceError, Placement, place_on_table, start_inside};
 pub use report::{RunFacts, html, picture_of_run};
 pub use run::{Clock, Ended, Going, RealClock, Reopen, Session, VirtualClock, nearest_wall};

@@ -24,6 +24,8 @@ pub struct RunFacts {
     pub counts: Counts,
     /// Finishing loops contoured, and in all; those in other free space can only be done from there.
     pub loops: (usize, usize),
+    /// Finishing loops that are cut in part.
+    pub partial: usize,
     /// Finishing loops in the same free space that no way was found to.
     pub unreached: usize,
     /// Deepest incursion by the witness, mm; `None` without a witness.
@@ -67,7 +69,11 @@ impl RunFacts {
         if let Some(closest) = self.closest_by_hand_mm {
             rows.push(row("closest approach by hand", format!("{closest:.5} mm")));
         }
-        rows.push(row("finishing loops contoured", format!("{} of {}", self.loops.0, self.loops.1)));
+        let in_part = match self.partial {
+            0 => String::new(),
+            partial => format!(", {partial} in part"),
+        };
+        rows.push(row("finishing loops contoured", format!("{} of {}{in_part}", self.loops.0, self.loops.1)));
         if let Some(coverage) = self.coverage.filter(|coverage| coverage.reachable > 0) {
             rows.push(row(
                 "cut contour to profile",
@@ -102,6 +108,11 @@ const DRAWN: usize = 40_000;
 /// The picture of a run from the true positions, in drawing coordinates.
 #[must_use]
 pub fn picture_of_run(plan: &CertifiedPlan, title: &str, samples: &[Sample]) -> String {
+    svg(plan, title, &traces(samples))
+}
+
+/// The stretches of one kind, thinned out when there are very many points.
+pub(super) fn traces(samples: &[Sample]) -> Vec<Trace> {
     let mut traces: Vec<Trace> = Vec::new();
     let every = (samples.len() / DRAWN).max(1);
     let mut last_kept = 0;
@@ -122,27 +133,40 @@ pub fn picture_of_run(plan: &CertifiedPlan, title: &str, samples: &[Sample]) -> 
         }
         last_kept = index;
     }
-    svg(plan, title, &traces)
+    traces
 }
 
 /// A self-contained page: picture and table.
 #[must_use]
 pub fn html(plan: &CertifiedPlan, facts: &RunFacts, picture: &str) -> String {
-    let mut table = String::new();
-    for (name, value) in facts.rows(plan) {
-        let _ = writeln!(table, "<tr><th>{}</th><td>{}</td></tr>", escape(&name), escape(&value));
-    }
-    let title = format!("Keepout: {}", plan.plan.sheet.name);
-    format!(
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{title}</title>\n<style>\
-         body{{font-family:Helvetica,Arial,sans-serif;max-width:1120px;margin:1.5em auto;color:#1d2025}}\
-         table{{border-collapse:collapse;margin:1em 0}}th{{text-align:left;font-weight:600;padding:.25em 1.5em .25em 0;\
-         vertical-align:top}}td{{padding:.25em 0}}tr{{border-bottom:1px solid #dde1e6}}pre{{background:#f4f6f8;\
-         padding:1em;overflow:auto}}svg{{width:100%;height:auto}}</style></head>\n<body><h1>{title}</h1>\n\
-         <table>\n{table}</table>\n{picture}\n<h2>The plan</h2>\n<pre>{}</pre>\n<p>drawing SHA-256 {}</p>\n\
-         </body></html>\n",
+    let body = format!(
+        "{}\n{picture}\n<h2>The plan</h2>\n<pre>{}</pre>\n<p>drawing SHA-256 {}</p>\n",
+        table(&facts.rows(plan)),
         escape(&plan.summary()),
         keepout_planner::plan_file::hex(&plan.plan.sheet.hash),
-        title = escape(&title),
+    );
+    page(&format!("Keepout: {}", plan.plan.sheet.name), &body)
+}
+
+/// A table of names and values.
+pub(super) fn table(rows: &[(String, String)]) -> String {
+    let mut table = String::from("<table>\n");
+    for (name, value) in rows {
+        let _ = writeln!(table, "<tr><th>{}</th><td>{}</td></tr>", escape(name), escape(value));
+    }
+    table + "</table>"
+}
+
+/// A page that needs nothing but itself: no scripts, nothing from elsewhere.
+pub(super) fn page(title: &str, body: &str) -> String {
+    format!(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{title}</title>\n<style>\
+         body{{font-family:Helvetica,Arial,sans-serif;max-width:1120px;margin:1.5em auto;padding:0 1em;color:#1d2025}}\
+         table{{border-collapse:collapse;margin:1em 0}}th{{text-align:left;font-weight:600;padding:.25em 1.5em .25em 0;\
+         vertical-align:top;white-space:nowrap}}td{{padding:.25em 1.5em .25em 0;overflow-wrap:anywhere}}\
+         tr{{border-bottom:1px solid #dde1e6}}pre{{background:#f4f6f8;\
+         padding:1em;overflow:auto}}svg{{width:100%;height:auto}}</style></head>\n<body><h1>{title}</h1>\n\
+         {body}</body></html>\n",
+        title = escape(title),
     )
 }

@@ -113,6 +113,8 @@ pub struct Session<'a, P: Port> {
     planner: Option<Planner<'a>>,
     /// A fault does not end the session: the operator can recover from it.
     recovers: bool,
+    /// Loops that were finished before.
+    finished_before: usize,
 }
 
 impl<'a, P: Port> Session<'a, P> {
@@ -124,6 +126,7 @@ impl<'a, P: Port> Session<'a, P> {
         tape: Box<dyn Tape + 'a>,
     ) -> Self {
         Self {
+            finished_before: engine.supervisor.finished().len(),
             engine,
             port: Some(port),
             reopen: None,
@@ -348,7 +351,7 @@ impl<'a, P: Port> Session<'a, P> {
             end_mm: supervisor.guard().end().map(|end| point_mm(end.point())),
             unacknowledged: supervisor.guard().unacknowledged(),
             phase: supervisor.phase(),
-            contoured: !supervisor.finished().is_empty(),
+            contoured: supervisor.finished().len() > self.finished_before,
         }
     }
 }

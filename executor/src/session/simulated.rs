@@ -358,6 +358,7 @@ fn result_of(supervisor: Supervisor, ended: Ended, seconds: f64, run: &SimRun, e
         seconds,
         counts: supervisor.counts(),
         loops: (finished, supervisor.plan().plan.loop_count()),
+        partial: supervisor.progress().partial.len(),
         unreached: supervisor.unreached(),
         deepest_mm: Some(witness.deepest().map_or(0.0, |incursion| incursion.depth_mm)),
         closest_mm: witness.closest_mm(),

@@ -326,6 +326,23 @@ impl GrblSim {
     fn execute(&mut self, line: &str) -> Result<bool, u8> {
         match line {
             "" => Ok(true),
+            "$" => {
+                self.reply("[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]");
+                Ok(true)
+            }
+            "$I" => {
+                self.reply("[VER:1.1h.20190825:simulated]");
+                self.reply(&format!("[OPT:V,{},{}]", self.firmware.blocks, self.firmware.rx_buffer));
+                Ok(true)
+            }
+            "$G" => {
+                let (place, units) = (if self.in_g54 { 54 } else { 55 }, if self.absolute { 90 } else { 91 });
+                self.reply(&format!(
+                    "[GC:G1 G{place} G17 G21 G{units} G94 M5 M9 T0 F{:.0} S0]",
+                    self.feed * 60.0
+                ));
+                Ok(true)
+            }
             "$$" => {
                 self.list_settings();
                 Ok(true)
@@ -373,6 +390,7 @@ impl GrblSim {
             (12, self.arc_tolerance_mm),
             (13, 0.0),
             (20, 1.0),
+            (21, 1.0),
             (22, 1.0),
             (100, machine.steps_per_mm),
             (101, machine.steps_per_mm),
@@ -384,7 +402,7 @@ impl GrblSim {
             (131, machine.stroke_mm[1]),
         ];
         for (number, value) in values {
-            let text = if [10, 13, 20, 22].contains(&number) {
+            let text = if [10, 13, 20, 21, 22].contains(&number) {
                 format!("${number}={value:.0}")
             } else {
                 format!("${number}={value:.3}")
@@ -756,5 +774,15 @@ mod tests {
         say(&mut sim, b"G3X-69.99999998Y-80I0J3F3000\n", 3000);
         let farthest = samples(&mut sim).iter().map(|s| s.position_mm.1 + 100.0).fold(0.0_f64, f64::max);
         assert!(farthest > 5.9, "that is why the guard refuses such arcs: {farthest}");
+    }
+
+    #[test]
+    fn half_a_line_is_refused_by_what_a_session_begins_with() {
+        for half in ["G91G1X5F600", "G0X-10", "$J=G91X5F600", "$10=", "$H"] {
+            let mut sim = idle();
+            let said = say(&mut sim, format!("{half}$\n").as_bytes(), 1000);
+            assert!(said.contains("error:") && !said.contains("ok"), "{half}: {said}");
+            assert_eq!(sim.motion.position(), (-100.0, -100.0), "{half}");
+        }
     }
 }

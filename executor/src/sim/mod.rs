@@ -15,6 +15,8 @@ mod plant;
 pub mod pty;
 #[cfg(test)]
 mod round_trip;
+#[cfg(unix)]
+pub mod standalone;
 mod venus;
 pub mod witness;
 mod zaber;

@@ -100,8 +100,8 @@ pub enum JobError {
     },
     /// Nothing is left but an interrupted loop that can not be entered again.
     #[error(
-        "no way leads back to {number} at {}, where it was interrupted, nor to the tool radius of contour before. Bring the tool near it by hand, or have that loop cut anew.",
-        place(*at)
+        "no way leads back to {number} at {}, where it was interrupted, nor to the tool radius of contour before. Bring the tool near it by hand, or have that loop cut anew: `keepout run --resume LOG --recut {}:{}`.",
+        place(*at), number.index + 1, number.pass + 1
     )]
     NoWayBack {
         /// The loop.

@@ -5,5 +5,5 @@ mod plan;
 mod view;
 
 pub use inspection::inspection_svg;
-pub use plan::{Trace, TraceKind, svg};
+pub use plan::{Spot, SpotKind, Trace, TraceKind, svg, svg_of_run};
 pub use view::escape;

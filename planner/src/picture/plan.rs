@@ -29,6 +29,26 @@ pub enum TraceKind {
     Contour,
 }
 
+/// A place of a run that is marked, mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spot {
+    /// What happened there.
+    pub kind: SpotKind,
+    /// Where the tool's centre was, mm.
+    pub at_mm: (f64, f64),
+}
+
+/// What happened at a marked place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SpotKind {
+    /// The part was touched, and a contour began from there.
+    Touch,
+    /// The tool was stopped: held, or by a fault.
+    Stop,
+}
+
+const TOUCH: &str = "#be185d";
+const STOP: &str = "#111827";
 const PART: &str = "#b9c0ca";
 const PART_EDGE: &str = "#2b2f36";
 const KEEP_OUT: &str = "#f9d5cf";
@@ -46,6 +66,12 @@ const TOOL: &str = "#5b21b6";
 /// would be from one place of touch.
 #[must_use]
 pub fn svg(plan: &CertifiedPlan, title: &str, traces: &[Trace]) -> String {
+    svg_of_run(plan, title, traces, &[])
+}
+
+/// As [`svg`], with places of the run marked.
+#[must_use]
+pub fn svg_of_run(plan: &CertifiedPlan, title: &str, traces: &[Trace], spots: &[Spot]) -> String {
     let view = view_of(plan, traces);
     let mut body = String::new();
     draw_part(&mut body, plan, &view);
@@ -71,7 +97,8 @@ pub fn svg(plan: &CertifiedPlan, title: &str, traces: &[Trace]) -> String {
     if let Some(last) = traces.last().and_then(|trace| trace.points_mm.last()) {
         draw_tool(&mut body, *last, mm(plan.plan.tool_radius.units()), &view);
     }
-    sheet(&view, title, &legend(plan, traces), &body)
+    spots.iter().for_each(|spot| draw_spot(&mut body, spot, &view));
+    sheet(&view, title, &legend(plan, traces, spots), &body)
 }
 
 fn view_of(plan: &CertifiedPlan, traces: &[Trace]) -> View {
@@ -231,7 +258,24 @@ fn draw_tool(out: &mut String, at: (f64, f64), radius_mm: f64, view: &View) {
     );
 }
 
-fn legend(plan: &CertifiedPlan, traces: &[Trace]) -> Vec<Entry> {
+/// A ring for a touch, a cross for a stop.
+fn draw_spot(out: &mut String, spot: &Spot, view: &View) {
+    let (x, y) = view.xy(spot.at_mm);
+    let _ = match spot.kind {
+        SpotKind::Touch => writeln!(
+            out,
+            "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"7\" fill=\"none\" stroke=\"{TOUCH}\" stroke-width=\"2.5\"/>"
+        ),
+        SpotKind::Stop => writeln!(
+            out,
+            "<path d=\"M{:.2} {:.2}l12 12m0 -12l-12 12\" fill=\"none\" stroke=\"{STOP}\" stroke-width=\"2.5\"/>",
+            x - 6.0,
+            y - 6.0
+        ),
+    };
+}
+
+fn legend(plan: &CertifiedPlan, traces: &[Trace], spots: &[Spot]) -> Vec<Entry> {
     let (finishing, roughing) = (mm(plan.finishing.units()), mm(plan.roughing.units()));
     let finish = plan.plan.finish();
     let mut entries = vec![
@@ -267,6 +311,13 @@ fn legend(plan: &CertifiedPlan, traces: &[Trace]) -> Vec<Entry> {
             Mark::Ring,
             format!("tool, {diameter:.3} mm diameter, where it ended"),
         ));
+    }
+    let has = |kind| spots.iter().any(|spot| spot.kind == kind);
+    if has(SpotKind::Touch) {
+        entries.push(Entry::new(TOUCH, Mark::Ring, "touched: the contour begins"));
+    }
+    if has(SpotKind::Stop) {
+        entries.push(Entry::new(STOP, Mark::Cross, "stopped: held, or by a fault"));
     }
     entries
 }

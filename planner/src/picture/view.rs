@@ -78,9 +78,11 @@ fn draw_scale(out: &mut String, view: &View) {
     );
 }
 
-/// Text made safe for XML.
+/// Text made safe for XML, which takes no control characters.
 #[must_use]
 pub fn escape(text: &str) -> String {
+    let shown = |letter: char| if letter.is_control() && letter != '\n' { '\u{fffd}' } else { letter };
+    let text: String = text.chars().map(shown).collect();
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
@@ -91,6 +93,7 @@ pub(super) enum Mark {
     Line,
     Dash,
     Ring,
+    Cross,
 }
 
 /// An entry of the legend.
@@ -150,6 +153,11 @@ fn draw_entry(out: &mut String, entry: &Entry, x: f64, y: f64) {
             "<circle cx=\"{}\" cy=\"{}\" r=\"7\" fill=\"{colour}\" fill-opacity=\"0.15\" stroke=\"{colour}\" stroke-width=\"1.5\"/>",
             x + 15.0,
             y - 4.0
+        ),
+        Mark::Cross => format!(
+            "<path d=\"M{} {}l12 12m0 -12l-12 12\" stroke=\"{colour}\" stroke-width=\"2.5\"/>",
+            x + 9.0,
+            y - 10.0
         ),
         Mark::Line | Mark::Dash => {
             let dash = if matches!(entry.mark, Mark::Dash) { " stroke-dasharray=\"7 3\"" } else { "" };

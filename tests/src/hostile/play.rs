@@ -273,6 +273,8 @@ pub fn log(world: &World, spec: &Spec, path: &std::path::Path) -> Result<Box<dyn
     let header = Header {
         plan: String::new(),
         drawing: world.name.clone(),
+        began: String::new(),
+        operator: format!("{:?}", spec.style),
         dialect: world.language.name().into(),
         offset: world.place.offset,
         stroke: world.place.stroke,

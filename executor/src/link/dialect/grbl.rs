@@ -11,8 +11,9 @@
 
 use keepout_kernel::{Curve, LatticeError, Point, Turn, Vector};
 
+use super::grbl_inspect::GrblInspector;
 use super::lines::{Line, Lines, as_str, plane, push_mm, push_number};
-use super::{Dialect, Setting};
+use super::{Dialect, Inspector, Setting};
 use crate::link::Abilities;
 use crate::supervisor::guard::{Motion, MotionShape};
 use crate::supervisor::{Command, Limits, Mode, Reply, Report, Unfit, text};
@@ -22,7 +23,7 @@ use crate::supervisor::{Command, Limits, Mode, Reply, Report, Unfit, text};
 enum Stage {
     /// Nothing was sent yet that is answered.
     Silent,
-    /// An empty line was sent, to end whatever the controller may have half of.
+    /// A line was sent that ends whatever the controller may have half of.
     Waking,
     Reading(Settings),
     /// The lines that the controller runs after a reset are read.
@@ -132,6 +133,8 @@ impl Grbl {
             }
         } else if line.starts_with("Grbl ") || line.starts_with("GrblHAL ") {
             self.greeted()
+        } else if line.starts_with("[HLP:") && self.stage == Stage::Waking {
+            None
         } else if line.starts_with('[') && line.ends_with(']') || line.starts_with('>') {
             Some(Reply::Message(text(line)))
         } else {
@@ -298,8 +301,10 @@ impl Dialect for Grbl {
                 out.push(0x18);
                 self.stage = Stage::Aborting;
             }
+            // Half a line may be left from before the cable was pulled; a mere line end would have the controller drive to
+            // half a target. With a `$` behind it every line is refused, and alone it is answered with a help text.
             Command::Prepare => {
-                out.push(b'\n');
+                out.extend(b"$\n");
                 self.stage = Stage::Waking;
             }
             // A change of work coordinates makes the next report carry their offset.
@@ -330,6 +335,10 @@ impl Dialect for Grbl {
     fn reset(&mut self) {
         self.stage = Stage::Silent;
         self.lines.clear();
+    }
+
+    fn inspector(&self) -> Option<Box<dyn Inspector>> {
+        Some(Box::new(GrblInspector::default()))
     }
 }
 
@@ -537,7 +546,7 @@ mod tests {
         let mut grbl = dialect();
         let mut out = Vec::new();
         grbl.encode(&Command::Prepare, &mut out).unwrap();
-        assert_eq!(out, b"\n");
+        assert_eq!(out, b"$\n");
         assert_eq!(hear(&mut grbl, b"ok\r\n"), (vec![], b"$$\n".to_vec()));
         let listed = b"$10=1\r\n$12=0.002\r\n$13=0\r\n$22=1\r\n$74=name\r\n$100=400.000\r\n$101=400.000 (y)\r\n$110=6000\r\n$111=3000\r\n$120=100\r\n$121=90\r\n";
         assert_eq!(hear(&mut grbl, listed), (vec![], vec![]));

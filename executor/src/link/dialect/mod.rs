@@ -3,6 +3,8 @@
 pub(crate) mod described;
 mod exchange;
 mod grbl;
+mod grbl_inspect;
+mod inspect;
 mod language;
 mod lines;
 mod scale;
@@ -13,6 +15,7 @@ pub(crate) mod zaber;
 
 pub use described::{Described, Description, DescriptionError, TemplateError};
 pub use grbl::Grbl;
+pub use inspect::{Finding, Fit, Inspected, Inspector};
 pub use language::{Language, LanguageError};
 pub use venus::Venus;
 pub use zaber::Zaber;
@@ -42,6 +45,12 @@ pub trait Dialect: Send {
 
     /// The port was opened anew: what was half received or half done is forgotten.
     fn reset(&mut self);
+
+    /// What asks the controller who it is and how it is set up, without changing anything. A dialect without such questions
+    /// has none; its settings are read when a session begins.
+    fn inspector(&self) -> Option<Box<dyn Inspector>> {
+        None
+    }
 }
 
 /// What a dialect is told of the session.

@@ -2,13 +2,11 @@
 
 use std::fmt::Write as _;
 
-use keepout_kernel::exact::segment::Window;
-use keepout_kernel::{Curve, Point, Vector};
+use keepout_kernel::{Curve, Point};
 use keepout_planner::job::ContourJob;
 use thiserror::Error;
 
 use super::job;
-use super::write::Header;
 use crate::session::tape::Record;
 use crate::supervisor::guard::{Certified, Guard, Motion};
 use crate::supervisor::{Ask, Wish};
@@ -24,7 +22,7 @@ pub enum Entry {
     /// Time passed.
     Tick,
     /// A contouring job was worked out.
-    Job(Result<ContourJob, String>),
+    Job(Box<Result<ContourJob, String>>),
     /// The port failed.
     PortLost(String),
     /// The port came back.
@@ -37,6 +35,14 @@ pub enum Entry {
     Sent(Vec<u8>),
     /// The supervisor went into another state.
     Phase(String),
+}
+
+impl Entry {
+    /// Whether it went into the engine, and did not come out of it.
+    #[must_use]
+    pub fn is_input(&self) -> bool {
+        !matches!(self, Self::Sent(_) | Self::Certificate(_) | Self::Phase(_))
+    }
 }
 
 /// Why a line says nothing that is understood.
@@ -58,44 +64,23 @@ pub(super) fn checksum(before: u32, text: &str) -> u32 {
     hasher.finalize()
 }
 
-/// The text of a line without its end, and its sum, when that matches.
-pub(super) fn verified(line: &[u8], before: u32) -> Option<(&str, u32)> {
-    let text = std::str::from_utf8(line).ok()?;
-    let (text, _) = text.rsplit_once('\t')?;
-    let sum = stated(line)?;
-    (checksum(before, text) == sum).then_some((text, sum))
+/// The sum of a line without its end, when it is the one that the line states.
+pub(super) fn verified(line: &[u8], before: u32) -> Option<u32> {
+    let text = text_of(line)?;
+    let stated = &line[text.len() + 1..];
+    // Digits are compared as they are written: a capital letter or a sign is a changed line, too.
+    let sum = checksum(before, text);
+    (format!("{sum:08x}").as_bytes() == stated).then_some(sum)
 }
 
-/// The sum that a line states.
-pub(super) fn stated(line: &[u8]) -> Option<u32> {
-    let text = std::str::from_utf8(line).ok()?;
-    let (_, sum) = text.rsplit_once('\t')?;
-    if sum.len() == 8 { u32::from_str_radix(sum, 16).ok() } else { None }
-}
-
-const MAGIC: &str = "keepout-log 1";
-
-pub(super) fn header(header: &Header) -> String {
-    let (x0, y0, x1, y1) = header.stroke.corners();
-    let mut progress = String::new();
-    job::push_progress(&mut progress, &header.progress);
-    format!(
-        "{MAGIC} plan={} drawing={} dialect={} offset={},{} stroke={x0},{y0},{x1},{y1} feed={} home={} answer={} progress={} setting={}",
-        header.plan,
-        quoted(&header.drawing),
-        quoted(&header.dialect),
-        header.offset.dx,
-        header.offset.dy,
-        header.feed_mm_min,
-        u8::from(header.home),
-        header.answer_within_ms,
-        quoted(&progress),
-        quoted(&header.setting),
-    )
+/// The text of a line without its end: what is before the last tab.
+pub(super) fn text_of(line: &[u8]) -> Option<&str> {
+    let tab = memchr::memrchr(b'\t', line)?;
+    std::str::from_utf8(&line[..tab]).ok()
 }
 
 /// Without spaces, tabs and line ends.
-fn quoted(text: &str) -> String {
+pub(super) fn quoted(text: &str) -> String {
     text.escape_default().to_string().replace(' ', "\\x20")
 }
 
@@ -127,35 +112,8 @@ pub(super) fn unescaped(text: &str) -> Option<Vec<u8>> {
     Some(bytes)
 }
 
-fn unquoted(text: &str) -> Option<String> {
+pub(super) fn unquoted(text: &str) -> Option<String> {
     String::from_utf8(unescaped(text)?).ok()
-}
-
-pub(super) fn parse_header(text: &str) -> Result<Header, LineError> {
-    let bad = || LineError::Form(text.chars().take(200).collect());
-    let rest = text.strip_prefix(MAGIC).ok_or_else(bad)?;
-    let field = |name: &str| {
-        rest.split(' ').find_map(|field| field.strip_prefix(name)?.strip_prefix('=')).ok_or_else(bad)
-    };
-    let numbers = |name: &str| -> Result<Vec<i32>, LineError> {
-        field(name)?.split(',').map(|number| number.parse().map_err(|_| bad())).collect()
-    };
-    let word = |name: &str| unquoted(field(name)?).ok_or_else(bad);
-    let (offset, stroke) = (numbers("offset")?, numbers("stroke")?);
-    let (&[dx, dy], &[x0, y0, x1, y1]) = (&offset[..], &stroke[..]) else { return Err(bad()) };
-    let corner = |x: i32, y: i32| Point::from_units(x.into(), y.into()).map_err(|_| bad());
-    Ok(Header {
-        plan: word("plan")?,
-        drawing: word("drawing")?,
-        dialect: word("dialect")?,
-        offset: Vector { dx, dy },
-        stroke: Window::of(corner(x0, y0)?).including(corner(x1, y1)?),
-        feed_mm_min: field("feed")?.parse().map_err(|_| bad())?,
-        home: field("home")? == "1",
-        answer_within_ms: field("answer")?.parse().map_err(|_| bad())?,
-        progress: job::parse_progress(&word("progress")?).ok_or_else(bad)?,
-        setting: word("setting")?,
-    })
 }
 
 /// `w X Y TURNED_X TURNED_Y AUTO ASK`; numbers are written so that they are read as the same.
@@ -171,13 +129,22 @@ fn push_wish(text: &mut String, wish: &Wish) {
     let _ = write!(text, "w {x:?} {y:?} {u:?} {v:?} {} {ask}", u8::from(wish.automatic));
 }
 
+/// Whether two wishes are the same to the bit: equal numbers are not, when one of them is −0.
+fn is_same(a: &Wish, b: &Wish) -> bool {
+    let bits = |wish: &Wish| {
+        let ((x, y), (u, v)) = (wish.direction, wish.turned_mm);
+        [x, y, u, v].map(f64::to_bits)
+    };
+    bits(a) == bits(b) && (a.automatic, a.ask) == (b.automatic, b.ask)
+}
+
 /// The record without its time. A wish that is as the one before says only that.
 pub(super) fn push_record(text: &mut String, record: &Record<'_>, before: &mut Option<Wish>) {
     // Writing to a string does not fail.
     let _ = match record {
         Record::Received(bytes) => write!(text, "r {}", bytes.escape_ascii()),
         Record::Sent(bytes) => write!(text, "s {}", bytes.escape_ascii()),
-        Record::Wish(wish) if *before == Some(*wish) => write!(text, "w"),
+        Record::Wish(wish) if before.is_some_and(|before| is_same(&before, wish)) => write!(text, "w"),
         Record::Wish(wish) => {
             push_wish(text, wish);
             *before = Some(*wish);
@@ -285,7 +252,7 @@ impl Reader {
                 Entry::Wish(self.wish)
             }
             "t" => Entry::Tick,
-            "j" => Entry::Job(job::parse(payload).ok_or_else(bad)?),
+            "j" => Entry::Job(Box::new(job::parse(payload).ok_or_else(bad)?)),
             "x" => Entry::PortLost(unquoted(payload).ok_or_else(bad)?),
             "o" => Entry::PortFound,
             "h" => Entry::Halt,
@@ -312,4 +279,63 @@ fn wish(payload: &str) -> Option<Wish> {
         _ => return None,
     };
     Some(Wish { direction, turned_mm, automatic, ask })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn deflection(random: &mut fastrand::Rng) -> f64 {
+        let special = [0.0, -0.0, 1.0, -1.0, f64::MIN_POSITIVE, 5e-324, f64::INFINITY, 0.1 + 0.2];
+        match random.usize(0..3) {
+            0 => special[random.usize(0..special.len())],
+            1 => random.f64() * 2.0 - 1.0,
+            _ => Some(f64::from_bits(random.u64(..))).filter(|value| !value.is_nan()).unwrap_or(0.5),
+        }
+    }
+
+    #[test]
+    fn wishes_are_read_to_the_bit() {
+        let mut random = fastrand::Rng::with_seed(5);
+        let (mut before, mut reader, mut text) = (None, Reader::default(), String::new());
+        let mut wish = Wish::default();
+        for _ in 0..50_000 {
+            // Some change nothing, some only a sign of zero.
+            match random.u8(0..4) {
+                0 => {}
+                1 => wish.direction.0 = if random.bool() { 0.0 } else { -0.0 },
+                _ => {
+                    let mut pair = || (deflection(&mut random), deflection(&mut random));
+                    (wish.direction, wish.turned_mm) = (pair(), pair());
+                    let asks =
+                        [None, Some(Ask::Pause), Some(Ask::Resume), Some(Ask::Recover), Some(Ask::Quit)];
+                    (wish.automatic, wish.ask) = (random.bool(), asks[random.usize(0..5)]);
+                }
+            }
+            text.clear();
+            text.push_str("17 ");
+            push_record(&mut text, &Record::Wish(wish), &mut before);
+            let (_, entry) = reader.parse(&text).unwrap();
+            let Entry::Wish(read) = entry else { panic!("{text}") };
+            assert!(is_same(&read, &wish), "{text}: {read:?} for {wish:?}");
+        }
+    }
+
+    #[test]
+    fn bytes_and_words_are_read_as_they_were_written() {
+        let mut random = fastrand::Rng::with_seed(6);
+        let mut text = String::new();
+        for _ in 0..20_000 {
+            let bytes: Vec<u8> = (0..random.usize(0..30)).map(|_| random.u8(..)).collect();
+            let words: String = (0..random.usize(0..20)).map(|_| random.char(..)).collect();
+            text.clear();
+            push_record(&mut text, &Record::Received(&bytes), &mut None);
+            assert_eq!(unescaped(&text[2..]), Some(bytes));
+            text.clear();
+            push_record(&mut text, &Record::PortLost(&words), &mut None);
+            assert_eq!(unquoted(&text[2..]).as_deref(), Some(words.as_str()));
+            assert_eq!(unquoted(&quoted(&words)), Some(words));
+            assert!(!text.contains(['\t', '\n', '\r']));
+        }
+    }
 }

@@ -1,18 +1,20 @@
-//! Reading a log.
+//! Reading a log, line by line.
 
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+use super::header::{self, Header};
 use super::line::{self, Entry, LineError};
-use super::write::Header;
 use crate::time::Time;
 
 /// Why a log can not be read.
 #[derive(Debug, Error)]
 pub enum LogReadError {
     /// The file can not be read.
-    #[error("can not read the log {}: {source}", path.display())]
+    #[error("can not read the log {}: {source}. Check the path.", path.display())]
     Read {
         /// The file.
         path: PathBuf,
@@ -25,9 +27,9 @@ pub enum LogReadError {
         /// Why not.
         reason: String,
     },
-    /// It is damaged before its end.
+    /// A whole line is not what was written.
     #[error(
-        "line {line} of the log does not match its checksum, and more follows: the log was damaged or changed. Nothing after line {} can be relied on.", line - 1
+        "line {line} of the log does not match its checksum and the line before: the log was damaged or changed. Nothing from that line on can be relied on."
     )]
     Damaged {
         /// The line, from 1.
@@ -43,7 +45,140 @@ pub enum LogReadError {
     },
 }
 
-/// A log that was read.
+/// Longest line that is read, bytes.
+const LINE_MAX: u64 = 1 << 28;
+
+/// A log that is read line by line, each checked against the line before; it keeps one line at a time.
+///
+/// A line ends with a line feed and is written whole before the next, so what a dying program or a full disk leaves is a
+/// beginning of the log: whole lines, and behind them less than one. That is no error, see [`LogReader::torn`]. A whole line
+/// that does not match is one.
+#[derive(Debug)]
+pub struct LogReader<R> {
+    source: R,
+    path: PathBuf,
+    header: Header,
+    line: Vec<u8>,
+    lines: usize,
+    sum: u32,
+    torn: usize,
+    reader: line::Reader,
+    last: Time,
+}
+
+/// An entry with its line, from 1, and its time.
+pub type LoggedEntry = (usize, Time, Entry);
+
+impl LogReader<BufReader<File>> {
+    /// Opens a log.
+    ///
+    /// # Errors
+    /// [`LogReadError`] when the file can not be read or is no log.
+    pub fn open(path: &Path) -> Result<Self, LogReadError> {
+        let file =
+            File::open(path).map_err(|source| LogReadError::Read { path: path.to_path_buf(), source })?;
+        Self::new(BufReader::new(file), path)
+    }
+}
+
+impl<R: BufRead> LogReader<R> {
+    /// Reads the header of a log; `path` is for messages.
+    ///
+    /// # Errors
+    /// [`LogReadError`] when it is no log.
+    pub fn new(source: R, path: &Path) -> Result<Self, LogReadError> {
+        let no_log = |reason: &str| LogReadError::NoLog { reason: reason.into() };
+        let mut log = Self {
+            source,
+            path: path.to_path_buf(),
+            header: Header::default(),
+            line: Vec::new(),
+            lines: 0,
+            sum: 0,
+            torn: 0,
+            reader: line::Reader::default(),
+            last: Time::ZERO,
+        };
+        let first = log.advance().map_err(|error| match error {
+            LogReadError::Damaged { .. } => no_log("its first line is none of a log's"),
+            other => other,
+        })?;
+        if !first {
+            return Err(no_log("it has no whole line"));
+        }
+        let text = line::text_of(&log.line).unwrap_or("");
+        log.header = header::parse(text).map_err(|error| no_log(&error.to_string()))?;
+        Ok(log)
+    }
+
+    /// What the log says of its session.
+    #[must_use]
+    pub fn header(&self) -> &Header {
+        &self.header
+    }
+
+    /// Whole lines read so far, the header among them.
+    #[must_use]
+    pub fn lines(&self) -> usize {
+        self.lines
+    }
+
+    /// The checksum of the last whole line: over all that was read.
+    #[must_use]
+    pub fn checksum(&self) -> u32 {
+        self.sum
+    }
+
+    /// Once all was read: bytes at the end that are no whole line. The log was torn off there.
+    #[must_use]
+    pub fn torn(&self) -> usize {
+        self.torn
+    }
+
+    /// Reads the next line, without its end, and checks it; whether there was a whole one.
+    fn advance(&mut self) -> Result<bool, LogReadError> {
+        self.line.clear();
+        let damaged = LogReadError::Damaged { line: self.lines + 1 };
+        let read = self.source.by_ref().take(LINE_MAX).read_until(b'\n', &mut self.line);
+        let count = read.map_err(|source| LogReadError::Read { path: self.path.clone(), source })?;
+        if self.line.pop_if(|last| *last == b'\n').is_none() {
+            self.torn = count;
+            return if self.line.len() < usize::try_from(LINE_MAX).unwrap_or(usize::MAX) {
+                Ok(false)
+            } else {
+                Err(damaged)
+            };
+        }
+        self.sum = line::verified(&self.line, self.sum).ok_or(damaged)?;
+        self.lines += 1;
+        Ok(true)
+    }
+
+    fn parse(&mut self) -> Result<LoggedEntry, LogReadError> {
+        let wrong = |source| LogReadError::Line { line: self.lines, source };
+        let text = line::text_of(&self.line).unwrap_or("");
+        let (time, entry) = self.reader.parse(text).map_err(wrong)?;
+        if time < self.last {
+            return Err(wrong(LineError::Backwards));
+        }
+        self.last = time;
+        Ok((self.lines, time, entry))
+    }
+}
+
+impl<R: BufRead> Iterator for LogReader<R> {
+    type Item = Result<LoggedEntry, LogReadError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        match self.advance() {
+            Ok(true) => Some(self.parse()),
+            Ok(false) => None,
+            Err(error) => Some(Err(error)),
+        }
+    }
+}
+
+/// A log that was read whole. [`LogReader`] is for long ones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Log {
     /// What it says of its session.
@@ -60,9 +195,7 @@ impl Log {
     /// # Errors
     /// [`LogReadError`] naming the line.
     pub fn load(path: &Path) -> Result<Self, LogReadError> {
-        let bytes =
-            std::fs::read(path).map_err(|source| LogReadError::Read { path: path.to_path_buf(), source })?;
-        Self::parse(&bytes)
+        Self::collect(LogReader::open(path)?)
     }
 
     /// Reads a log from its bytes.
@@ -70,58 +203,15 @@ impl Log {
     /// # Errors
     /// [`LogReadError`] naming the line.
     pub fn parse(bytes: &[u8]) -> Result<Self, LogReadError> {
-        let lines = intact(bytes)?;
-        let mut texts = lines.texts.iter();
-        let no_log = |reason: &str| LogReadError::NoLog { reason: reason.into() };
-        let first = texts.next().ok_or_else(|| no_log("it has no whole line"))?;
-        let header = line::parse_header(first).map_err(|error| no_log(&error.to_string()))?;
-        let mut entries: Vec<(Time, Entry)> = Vec::with_capacity(lines.texts.len());
-        let mut reader = line::Reader::default();
-        for (index, text) in texts.enumerate() {
-            let entry =
-                reader.parse(text).map_err(|source| LogReadError::Line { line: index + 2, source })?;
-            if entries.last().is_some_and(|last| last.0 > entry.0) {
-                return Err(LogReadError::Line { line: index + 2, source: LineError::Backwards });
-            }
-            entries.push(entry);
+        Self::collect(LogReader::new(bytes, Path::new("in memory"))?)
+    }
+
+    fn collect<R: BufRead>(mut reader: LogReader<R>) -> Result<Self, LogReadError> {
+        let mut entries = Vec::new();
+        for entry in reader.by_ref() {
+            let (_, time, entry) = entry?;
+            entries.push((time, entry));
         }
-        Ok(Self { header, entries, torn: lines.torn })
+        Ok(Self { torn: reader.torn(), header: reader.header, entries })
     }
-}
-
-struct Lines<'a> {
-    texts: Vec<&'a str>,
-    torn: usize,
-}
-
-/// The lines that match their checksums. Bytes behind the last of them are torn off, unless an intact line follows.
-fn intact(bytes: &[u8]) -> Result<Lines<'_>, LogReadError> {
-    let mut lines = Lines { texts: Vec::new(), torn: 0 };
-    let mut sum = 0;
-    let mut rest = bytes;
-    while let Some(end) = memchr::memchr(b'\n', rest) {
-        let Some((text, next)) = line::verified(&rest[..end], sum) else {
-            return if follows(&rest[end + 1..]) {
-                Err(LogReadError::Damaged { line: lines.texts.len() + 1 })
-            } else {
-                lines.torn = rest.len();
-                Ok(lines)
-            };
-        };
-        lines.texts.push(text);
-        sum = next;
-        rest = &rest[end + 1..];
-    }
-    lines.torn = rest.len();
-    Ok(lines)
-}
-
-/// Whether a line that matches the line before it is among the bytes.
-fn follows(bytes: &[u8]) -> bool {
-    let mut before: Option<u32> = None;
-    bytes.split(|&byte| byte == b'\n').any(|text| {
-        let good = before.is_some_and(|sum| line::verified(text, sum).is_some());
-        before = line::stated(text);
-        good
-    })
 }

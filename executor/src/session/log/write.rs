@@ -4,11 +4,9 @@ use std::fmt::Write as _;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use keepout_kernel::Vector;
-use keepout_kernel::exact::segment::Window;
-use keepout_planner::job::Progress;
 use thiserror::Error;
 
+use super::header::{self, Header};
 use super::line;
 use crate::session::tape::{Record, Tape, TapeError};
 use crate::supervisor::Wish;
@@ -31,31 +29,6 @@ pub enum LogError {
         /// The file.
         path: PathBuf,
     },
-}
-
-/// What a log says of its session: enough to play it again.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Header {
-    /// SHA-256 of the plan file's content.
-    pub plan: String,
-    /// Name of the drawing.
-    pub drawing: String,
-    /// The dialect, as it is asked for on the command line.
-    pub dialect: String,
-    /// Machine coordinates less drawing coordinates.
-    pub offset: Vector,
-    /// The machine's travel, drawing coordinates.
-    pub stroke: Window,
-    /// Feed of the contour, mm/min.
-    pub feed_mm_min: u32,
-    /// Whether the session begins with homing.
-    pub home: bool,
-    /// Longest silence of the controller, ms.
-    pub answer_within_ms: u64,
-    /// What an earlier session had done of the plan's contours.
-    pub progress: Progress,
-    /// The machine and its port, in words.
-    pub setting: String,
 }
 
 /// A log that is written.
@@ -81,7 +54,7 @@ impl LogTape {
         })?;
         let mut log =
             Self { out: BufWriter::new(file), sum: 0, wish: None, text: String::new(), dirty: false };
-        log.text = line::header(header);
+        log.text = header::text(header);
         log.end_line().and_then(|()| log.flush()).map_err(|error| LogError::Create {
             path: path.to_path_buf(),
             source: std::io::Error::other(error.to_string()),

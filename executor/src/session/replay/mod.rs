@@ -4,27 +4,30 @@
 //! certificate is checked by itself, without the guard: the triangles over the logged in-flight set, or the motion of the
 //! contour, against the part.
 
+mod certificate;
+mod story;
+
 use std::collections::VecDeque;
+use std::io::BufRead;
 use std::time::Duration;
 
-use keepout_kernel::offset::certify_path;
-use keepout_kernel::{FreePoint, Length, Point, ProhibitedRegion};
 use keepout_planner::plan_file;
-use keepout_planner::units::point_mm;
 use thiserror::Error;
 
 use super::engine::Engine;
-use super::log::{Certificate, Entry, Header, Log, as_entry};
+use super::log::{Certificate, Entry, Header, Log, LogReadError, LogReader, as_entry};
 use super::tape::{Record, Tape, TapeError};
 use crate::link::dialect::{Language, LanguageError, Setting};
-use crate::sim::{Sample, SampleKind};
-use crate::supervisor::guard::MotionShape;
 use crate::supervisor::{Options, Phase, Supervisor, Workpiece};
 use crate::time::Time;
+pub use story::{Happening, Spent, Story};
 
 /// Why a log does not hold what it claims.
 #[derive(Debug, Error)]
 pub enum ReplayError {
+    /// It can not be read.
+    #[error(transparent)]
+    Log(#[from] LogReadError),
     /// It was made with another plan.
     #[error(
         "the log is of another plan: it names {logged}, this one is {given}. Give the plan that was run."
@@ -42,7 +45,9 @@ pub enum ReplayError {
     #[error(transparent)]
     Language(#[from] LanguageError),
     /// Something else came out.
-    #[error("line {line} of the log, {seconds:.3} s: logged {logged}, played again {played}")]
+    #[error(
+        "line {line} of the log, {seconds:.3} s: logged {logged}, played again {played}. The log was changed, or written by another version of this program."
+    )]
     Differs {
         /// The line of the log, from 1.
         line: usize,
@@ -71,18 +76,61 @@ pub enum ReplayError {
 pub struct Replay {
     /// The supervisor as it was when the log ended.
     pub supervisor: Supervisor,
+    /// What was counted.
+    pub counted: Counted,
+    /// What happened, and where.
+    pub story: Story,
+    /// The last phase and fault that were logged.
+    pub last_phase: String,
+}
+
+/// What was counted while a log was played.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counted {
     /// The last moment that was logged.
     pub ended: Time,
-    /// Commands that came out the same, byte by byte.
+    /// Pieces of bytes to the controller that came out the same, byte by byte.
     pub commands: u64,
     /// Certificates that were checked by themselves.
     pub certificates: u64,
-    /// Where the tool was reported while it moved, drawing coordinates.
-    pub samples: Vec<Sample>,
-    /// Least clearance beyond the tool's edge of a reported position, in mm, within 5 mm.
-    pub closest_mm: Option<f64>,
-    /// The last phase and fault that were logged.
-    pub last_phase: String,
+    /// Wishes of the operator.
+    pub wishes: u64,
+    /// Lines from the controller.
+    pub replies: u64,
+}
+
+/// How a log ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LogEnd<'a> {
+    /// As the operator wanted.
+    Done,
+    /// By a fault.
+    Faulted(&'a str),
+    /// In the middle: the program was ended there, or its power.
+    Open(&'a str),
+}
+
+impl Replay {
+    /// How the log ends.
+    #[must_use]
+    pub fn end(&self) -> LogEnd<'_> {
+        match self.last_phase.split_once(' ').unwrap_or((&self.last_phase, "")) {
+            ("Done", _) => LogEnd::Done,
+            ("Faulted", fault) => LogEnd::Faulted(fault),
+            (phase, _) => LogEnd::Open(phase),
+        }
+    }
+}
+
+impl std::fmt::Display for LogEnd<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Done => write!(f, "as the operator wanted"),
+            Self::Faulted(fault) => write!(f, "by a fault: {fault}"),
+            Self::Open("") => write!(f, "in the middle, before anything was known"),
+            Self::Open(phase) => write!(f, "in the middle, in phase {phase}: the program did not end it"),
+        }
+    }
 }
 
 /// What comes out while the engine is played.
@@ -107,12 +155,24 @@ impl Tape for Outcome {
 /// # Errors
 /// [`ReplayError`] naming the line from which on it does not hold.
 pub fn replay(log: &Log, work: Workpiece) -> Result<Replay, ReplayError> {
-    check_plan(&log.header, &work)?;
-    let mut player = Player::new(log, work)?;
+    let mut player = Player::new(&log.header, work)?;
     for (index, (time, entry)) in log.entries.iter().enumerate() {
         player.play(index + 2, *time, entry)?;
     }
-    Ok(player.end(log))
+    Ok(player.end())
+}
+
+/// Plays a log again while it is read.
+///
+/// # Errors
+/// [`ReplayError`] naming the line from which on it does not hold.
+pub fn replay_from<R: BufRead>(log: &mut LogReader<R>, work: Workpiece) -> Result<Replay, ReplayError> {
+    let mut player = Player::new(log.header(), work)?;
+    for entry in log {
+        let (line, time, entry) = entry?;
+        player.play(line, time, &entry)?;
+    }
+    Ok(player.end())
 }
 
 fn check_plan(header: &Header, work: &Workpiece) -> Result<(), ReplayError> {
@@ -124,12 +184,14 @@ fn check_plan(header: &Header, work: &Workpiece) -> Result<(), ReplayError> {
 struct Player {
     engine: Engine,
     outcome: Outcome,
-    result: (u64, u64, Vec<Sample>, Option<Length>, String),
+    counted: Counted,
+    story: Story,
+    last_phase: String,
 }
 
 impl Player {
-    fn new(log: &Log, work: Workpiece) -> Result<Self, ReplayError> {
-        let header = &log.header;
+    fn new(header: &Header, work: Workpiece) -> Result<Self, ReplayError> {
+        check_plan(header, &work)?;
         let machine = &work.plan.plan.machine;
         let setting = Setting {
             offset: header.offset,
@@ -145,23 +207,36 @@ impl Player {
         };
         let dialect = Language::named(&header.dialect)?.dialect(setting);
         let supervisor = Supervisor::new(work, options, dialect.abilities());
-        let engine = Engine::new(supervisor, dialect);
-        Ok(Self { engine, outcome: Outcome::default(), result: (0, 0, Vec::new(), None, String::new()) })
+        Ok(Self {
+            story: Story::of(&supervisor),
+            engine: Engine::new(supervisor, dialect),
+            outcome: Outcome::default(),
+            counted: Counted::default(),
+            last_phase: String::new(),
+        })
     }
 
     fn play(&mut self, line: usize, time: Time, entry: &Entry) -> Result<(), ReplayError> {
-        let engine = &mut self.engine;
+        self.counted.ended = time;
+        self.story.pass(self.engine.supervisor.phase(), time);
         let tape = &mut self.outcome;
-        if !matches!(entry, Entry::Sent(_) | Entry::Certificate(_) | Entry::Phase(_))
+        if entry.is_input()
             && let Some(extra) = tape.entries.pop_front()
         {
             return Err(differs(line, time, "nothing", &extra));
         }
+        let engine = &mut self.engine;
         let fed = match entry {
-            Entry::Received(bytes) => engine.receive(bytes, time, tape),
-            Entry::Wish(wish) => engine.wish(*wish, time, tape),
+            Entry::Received(bytes) => {
+                self.counted.replies += bytes.iter().map(|&byte| u64::from(byte == b'\n')).sum::<u64>();
+                engine.receive(bytes, time, tape)
+            }
+            Entry::Wish(wish) => {
+                self.counted.wishes += 1;
+                engine.wish(*wish, time, tape)
+            }
             Entry::Tick => engine.tick(time, tape),
-            Entry::Job(job) => engine.job(job.clone(), time, tape),
+            Entry::Job(job) => engine.job((**job).clone(), time, tape),
             Entry::PortLost(reason) => engine.port_lost(reason, time, tape),
             Entry::PortFound => engine.port_found(time, tape),
             Entry::Halt => engine.halt(time, tape),
@@ -170,7 +245,7 @@ impl Player {
             }
         };
         engine.drain(|_| {});
-        self.see(time);
+        self.story.see(&self.engine.supervisor, entry, time);
         fed.map_err(|error| differs(line, time, &error.to_string(), entry))
     }
 
@@ -188,72 +263,40 @@ impl Player {
             }
         }
         match logged {
-            Entry::Sent(_) => self.result.0 += 1,
+            Entry::Sent(_) => self.counted.commands += 1,
             Entry::Certificate(text) => {
                 self.check(text).map_err(|reason| ReplayError::NotCertified {
                     line,
                     seconds: time.seconds(),
                     reason,
                 })?;
-                self.result.1 += 1;
+                self.counted.certificates += 1;
             }
-            Entry::Phase(phase) => self.result.4.clone_from(phase),
+            Entry::Phase(phase) => self.last_phase.clone_from(phase),
             _ => {}
         }
         Ok(())
     }
 
     /// Checks a certificate by itself.
-    fn check(&self, text: &str) -> Result<(), String> {
+    fn check(&mut self, text: &str) -> Result<(), String> {
         let certificate = Certificate::parse(text).ok_or("it can not be read")?;
         let supervisor = &self.engine.supervisor;
-        let part = supervisor.work().part();
-        let rules = supervisor.guard().rules();
-        match certificate {
-            Certificate::Jog(target, set) if !set.contains(&target) => Err("its set lacks its target".into()),
-            Certificate::Jog(target, set) if supervisor.phase() == Phase::Escaping => {
-                check_escape(part, rules.manual, target, &set)
-            }
-            Certificate::Jog(_, set) => {
-                let set = if rules.shape == MotionShape::Box { corners(&set) } else { set };
-                check_hull(part, rules.manual, &set)
-            }
-            Certificate::Contour(curve) => match certify_path(part, rules.finishing, &[curve]) {
-                Ok(_) => Ok(()),
-                Err(gouge) => Err(gouge.to_string()),
-            },
+        // What was sent may belong to the phase before or behind a change, which is logged behind it.
+        let escapes = supervisor.phase() == Phase::Escaping || self.last_phase == "Escaping";
+        let (part, rules) = (supervisor.work().part(), supervisor.guard().rules());
+        certificate::check(&certificate, part, rules, escapes)?;
+        if let Certificate::Contour(curve) = &certificate {
+            self.story.sent(curve);
         }
+        Ok(())
     }
 
-    /// Keeps a reported position for the picture.
-    fn see(&mut self, at: Time) {
-        let supervisor = &self.engine.supervisor;
-        let Some(position) = supervisor.position() else { return };
-        let position_mm = point_mm(position);
-        if self.result.2.last().is_some_and(|last| last.position_mm == position_mm) {
-            return;
-        }
-        let kind = match supervisor.phase() {
-            Phase::Contouring | Phase::Holding => SampleKind::Run,
-            Phase::Starting => SampleKind::Rest,
-            _ => SampleKind::Jog,
-        };
-        self.result.2.push(Sample { at, position_mm, kind });
-        let clearance = supervisor.work().part().clearance(position).unwrap_or(Length::ZERO);
-        self.result.3 = Some(self.result.3.map_or(clearance, |least| least.min(clearance)));
-    }
-
-    fn end(self, log: &Log) -> Replay {
-        let (commands, certificates, samples, closest, last_phase) = self.result;
-        let radius = self.engine.supervisor.plan().plan.tool_radius;
-        let mm = |length: Length| keepout_planner::units::mm(length.units());
+    fn end(self) -> Replay {
         Replay {
-            ended: log.entries.last().map_or(Time::ZERO, |entry| entry.0),
-            commands,
-            certificates,
-            samples,
-            closest_mm: closest.map(|closest| mm(closest) - mm(radius)),
-            last_phase,
+            counted: self.counted,
+            story: self.story,
+            last_phase: self.last_phase,
             supervisor: self.engine.supervisor,
         }
     }
@@ -266,45 +309,4 @@ fn differs(line: usize, time: Time, logged: &str, played: &Entry) -> ReplayError
         logged: logged.into(),
         played: format!("{played:?}"),
     }
-}
-
-/// The hull of the points is clear, and on the free side: every triangle of them is, from a point that is free.
-fn check_hull(part: &ProhibitedRegion, threshold: Length, set: &[Point]) -> Result<(), String> {
-    let free: Vec<FreePoint> = set
-        .iter()
-        .map(|&point| part.free_point(point, threshold))
-        .collect::<Result<_, _>>()
-        .map_err(|blocked| blocked.to_string())?;
-    for (i, &a) in free.iter().enumerate() {
-        for (j, &b) in free.iter().enumerate().skip(i + 1) {
-            for c in free.iter().skip(j) {
-                part.fan(a, b, c.point()).map_err(|blocked| blocked.to_string())?;
-            }
-        }
-    }
-    Ok(())
-}
-
-/// The corners of the box around the points.
-fn corners(set: &[Point]) -> Vec<Point> {
-    let window = set.iter().map(|&point| keepout_kernel::exact::segment::Window::of(point));
-    let Some(window) = window.reduce(keepout_kernel::exact::segment::Window::union) else {
-        return Vec::new();
-    };
-    let (x0, y0, x1, y1) = window.corners();
-    let corner = |x: i32, y: i32| Point::from_units(x.into(), y.into()).ok();
-    [(x0, y0), (x1, y0), (x1, y1), (x0, y1)].into_iter().filter_map(|(x, y)| corner(x, y)).collect()
-}
-
-/// The way out comes nearer to nothing.
-fn check_escape(
-    part: &ProhibitedRegion,
-    threshold: Length,
-    target: Point,
-    set: &[Point],
-) -> Result<(), String> {
-    let from = set.iter().copied().find(|&point| point != target).unwrap_or(target);
-    let clearance = part.clearance(from).ok_or("it begins in the part")?;
-    let from = part.free_point(from, clearance).map_err(|blocked| blocked.to_string())?;
-    part.recedes(from, target, threshold).map(|_| ()).map_err(|blocked| blocked.to_string())
 }

@@ -1,0 +1,158 @@
+//! `doctor`.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use keepout_executor::link::dialect::{Fit, Inspected, Language, Setting};
+use keepout_executor::link::examine::{Examination, examine, remedy};
+use keepout_executor::link::serial::Serial;
+use keepout_executor::session::RealClock;
+use keepout_executor::supervisor::Mode;
+use keepout_kernel::Vector;
+use keepout_planner::machine::MachineProfile;
+use keepout_planner::margin::Budget;
+
+use super::CliError;
+
+/// It sends nothing but queries and questions: the machine does not move, and nothing is stored. The exit code is 0 when a
+/// session could begin, 6 when the port or the controller does not answer, or is not set up as a session needs it.
+#[derive(Debug, Args)]
+pub struct DoctorArguments {
+    /// The serial port, such as /dev/ttyUSB0.
+    #[arg(long, value_name = "DEVICE")]
+    port: String,
+    /// What the controller speaks: grbl or grblhal.
+    #[arg(long, value_name = "DIALECT", default_value = "grbl")]
+    dialect: String,
+    /// Baud rate of the port.
+    #[arg(long, default_value_t = 115_200)]
+    baud: u32,
+    /// The machine's figures, a TOML file. Without it the simulated machine's are used.
+    #[arg(long, value_name = "FILE")]
+    machine_profile: Option<PathBuf>,
+    /// Queries whose answers are timed.
+    #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u16).range(1..=10_000))]
+    queries: u16,
+}
+
+pub fn doctor(arguments: &DoctorArguments) -> Result<ExitCode, CliError> {
+    let machine = match &arguments.machine_profile {
+        Some(path) => MachineProfile::load(path)?,
+        None => MachineProfile::simulated(),
+    };
+    let language =
+        Language::named(&arguments.dialect).map_err(|error| CliError::Argument(error.to_string()))?;
+    let setting = Setting {
+        offset: Vector { dx: 0, dy: 0 },
+        steps_per_mm: machine.steps_per_mm,
+        arc_tolerance_mm: machine.arc_tolerance_mm,
+    };
+    let mut dialect = language.dialect(setting);
+    let port = Serial::open(&arguments.port, arguments.baud)?;
+    let needed = (machine.steps_per_mm, machine.arc_tolerance_mm);
+    let queries = usize::from(arguments.queries);
+    let found = examine(port, RealClock::default(), dialect.as_mut(), queries, needed)?;
+    let mut fit = print_state(&found);
+    match &found.inspector {
+        Some(inspected) => fit &= print_findings(inspected),
+        None => print("settings", "this dialect reads them when a session begins; nothing was asked here"),
+    }
+    print_timing(&found);
+    let machine = as_found(machine, &found);
+    print_margin(&machine)?;
+    print_feel(&machine, &found, arguments.baud);
+    println!(
+        "\n{}",
+        if fit { "A session can begin." } else { "No session can begin; see above what to do." }
+    );
+    Ok(if fit { ExitCode::SUCCESS } else { ExitCode::from(6) })
+}
+
+fn print(name: &str, value: &str) {
+    println!("{name:<44} {value}");
+}
+
+/// The controller's state; whether a session can begin in it.
+fn print_state(found: &Examination) -> bool {
+    let mode = found.report.mode;
+    let note = remedy(mode).map_or(String::new(), |remedy| format!(": {remedy}"));
+    print("state", &format!("{mode:?}{note}"));
+    matches!(mode, Mode::Idle | Mode::Alarm | Mode::Held)
+}
+
+/// What was found; whether all of it is fit.
+fn print_findings(inspected: &Inspected) -> bool {
+    let mut fit = true;
+    for finding in &inspected.findings {
+        let note = match finding.fit {
+            Fit::Good => String::new(),
+            Fit::Minor(note) => format!("   ({note})"),
+            Fit::Wrong(remedy) => {
+                fit = false;
+                format!("   NOT FIT: {remedy}")
+            }
+        };
+        print(&finding.name, &format!("{}{note}", finding.value));
+    }
+    fit
+}
+
+fn print_timing(found: &Examination) {
+    let ms = |percent| found.round_trip(percent).as_secs_f64() * 1e3;
+    let all = found.round_trips.len();
+    let (least, median, most) = (ms(0), ms(50), ms(95));
+    print(
+        "answer to a query",
+        &format!("{least:.1} ms at least, {median:.1} ms median, {most:.1} ms for 95 % of {all}"),
+    );
+    print("reports", &format!("{:.0} a second, asked for one after the other", found.reports_per_s));
+    if found.unanswered > 0 {
+        print("queries without an answer", &format!("{}: check cable and baud rate", found.unanswered));
+    }
+}
+
+/// The machine with the controller's own figures, where it tells them.
+fn as_found(machine: MachineProfile, found: &Examination) -> MachineProfile {
+    let Some(inspected) = &found.inspector else { return machine };
+    let less = |known: f64, told: f64| if told.is_finite() && told > 0.0 { known.min(told) } else { known };
+    MachineProfile {
+        steps_per_mm: inspected.steps_per_mm.unwrap_or(machine.steps_per_mm),
+        report_digit_mm: inspected.report_digit_mm.unwrap_or(machine.report_digit_mm),
+        max_rate_mm_s: less(machine.max_rate_mm_s, inspected.limits.speed_mm_s),
+        acceleration_mm_s2: less(machine.acceleration_mm_s2, inspected.limits.acceleration_mm_s2),
+        ..machine
+    }
+}
+
+fn print_margin(machine: &MachineProfile) -> Result<(), CliError> {
+    let budget = Budget::of(machine, None, false).map_err(|error| CliError::Argument(error.to_string()))?;
+    println!("\nmargin of a plan, with {} and the steps and digits found here", machine.name);
+    println!("{budget}\n");
+    Ok(())
+}
+
+/// What latency and baud rate mean at the stick, and in the contour.
+fn print_feel(machine: &MachineProfile, found: &Examination, baud: u32) {
+    let latency = found.round_trip(95).as_secs_f64();
+    for speed in [10.0, 50.0, machine.max_rate_mm_s] {
+        let speed = machine.max_rate_mm_s.min(speed);
+        let braking = speed * speed / (2.0 * machine.acceleration_mm_s2);
+        let value = format!(
+            "{:.2} mm: {:.2} mm until it hears of it, {braking:.2} mm braking",
+            speed * latency + braking,
+            speed * latency
+        );
+        print(&format!("from the stick let go to rest, at {speed:.0} mm/s"), &value);
+    }
+    // A motion of a contour goes out when the one before was acknowledged.
+    let line_s = LINE_BYTES * 10.0 / f64::from(baud.max(1));
+    let rate = 1.0 / (found.round_trip(50).as_secs_f64() + line_s);
+    print("motions of a contour", &format!("up to {rate:.0} a second ({LINE_BYTES:.0} bytes each)"));
+    let shortest = 15.0 / rate;
+    print("at 900 mm/min it keeps its feed on motions of", &format!("{shortest:.2} mm and more, on average"));
+    println!("\nNone of this bears on safety: what is sent is certified from wherever the tool may be.");
+}
+
+/// A motion of a contour is about so long.
+const LINE_BYTES: f64 = 45.0;

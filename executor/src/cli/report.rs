@@ -1,0 +1,36 @@
+//! `report`.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use keepout_executor::session::page_of_log;
+
+use super::CliError;
+use super::plan::{refuse_same, write};
+use super::replay::Played;
+
+#[derive(Debug, Args)]
+pub struct ReportArguments {
+    /// The log of a run.
+    log: PathBuf,
+    /// The plan that was run. Without it, it is looked for beside the log: a *.plan file with the hash that the log names.
+    #[arg(long, value_name = "FILE")]
+    plan: Option<PathBuf>,
+    /// Where the page goes.
+    #[arg(short, long, value_name = "FILE.html")]
+    output: PathBuf,
+}
+
+pub fn report(arguments: &ReportArguments) -> Result<ExitCode, CliError> {
+    refuse_same(&arguments.log, &arguments.output)?;
+    arguments.plan.as_ref().map_or(Ok(()), |plan| refuse_same(plan, &arguments.output))?;
+    let played = Played::of(&arguments.log, arguments.plan.as_deref())?;
+    let file = arguments.log.file_name().unwrap_or_default().to_string_lossy();
+    let Played { header, replay, lines, torn, checksum } = &played;
+    let page =
+        page_of_log(header, replay, &format!("{file}, {lines} lines, {torn} bytes torn off"), *checksum);
+    write(&arguments.output, page.as_bytes())?;
+    println!("{:<36} {}", "report", arguments.output.display());
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,59 @@
+//! `run --resume`: what an earlier run left of the contours.
+
+use std::path::Path;
+
+use keepout_executor::supervisor::Workpiece;
+use keepout_planner::job::{LoopNumber, Progress};
+
+use super::CliError;
+use super::replay::{Played, open};
+
+/// The progress at the end of a log, which is played again first. Loops of `recut` are forgotten.
+pub fn progress_of(log: &Path, work: &Workpiece, recut: &[LoopNumber]) -> Result<Progress, CliError> {
+    let played = Played::with(log, &mut open(log)?, work.clone())?;
+    let passes = &work.plan.plan.passes;
+    let mut progress = played.replay.supervisor.progress();
+    for &number in recut {
+        if passes.get(number.pass).is_none_or(|pass| number.index >= pass.path.loops.len()) {
+            return Err(CliError::Argument(format!("--recut: the plan has no {number}")));
+        }
+        progress.forget(number);
+    }
+    println!(
+        "{:<36} {} of {} loops finished, {} cut in part; log checksum {:08x}",
+        "resumed",
+        progress.finished.len(),
+        work.plan.plan.loop_count(),
+        progress.partial.len(),
+        played.checksum,
+    );
+    Ok(progress)
+}
+
+/// `LOOP` or `LOOP:PASS`, as loops are printed: counted from 1.
+pub fn number(text: &str) -> Result<LoopNumber, String> {
+    let wrong = || {
+        format!("\"{text}\" is no loop: give its number as printed, such as 2, or 2:1 for loop 2 of pass 1")
+    };
+    let (index, pass) = text.split_once(':').unwrap_or((text, "1"));
+    let counted = |text: &str| text.parse::<usize>().ok()?.checked_sub(1);
+    Ok(LoopNumber { pass: counted(pass).ok_or_else(wrong)?, index: counted(index).ok_or_else(wrong)? })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn loops_are_numbered_as_printed() {
+        for (text, wanted) in [("1", (0, 0)), ("3", (0, 2)), ("2:4", (3, 1))] {
+            let read = number(text).unwrap();
+            assert_eq!((read.pass, read.index), wanted, "{text}");
+            let words: Vec<String> = read.to_string().split(' ').map(String::from).collect();
+            assert_eq!(number(&format!("{}:{}", words[1], words[4])), Ok(read));
+        }
+        for wrong in ["", "0", "1:0", "-1", "a", "1:2:3"] {
+            assert!(number(wrong).is_err(), "{wrong}");
+        }
+    }
+}

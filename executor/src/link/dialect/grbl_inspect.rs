@@ -1,0 +1,192 @@
+//! Looking at a GRBL 1.1 or grblHAL controller: `$I`, `$G` and `$$`, which store nothing.
+
+use std::collections::BTreeMap;
+
+use super::inspect::{Finding, Fit, Inspected, Inspector};
+use crate::supervisor::Limits;
+
+/// What a GRBL controller has answered.
+#[derive(Clone, Debug, Default)]
+pub(super) struct GrblInspector {
+    greeting: Option<String>,
+    version: Option<String>,
+    options: Option<String>,
+    modes: Option<String>,
+    settings: BTreeMap<u16, f64>,
+    digits: Option<usize>,
+}
+
+/// The first line makes whatever the controller may have half of a line that it refuses: `$` is no letter of G-code, and ends
+/// every `$` command wrongly. Alone it asks for help.
+const QUESTIONS: [&[u8]; 4] = [b"$\n", b"$I\n", b"$G\n", b"$$\n"];
+
+impl Inspector for GrblInspector {
+    fn questions(&self) -> &'static [&'static [u8]] {
+        &QUESTIONS
+    }
+
+    fn hear(&mut self, line: &str) -> bool {
+        let inner = |before: &str| Some(line.strip_prefix(before)?.strip_suffix(']')?.to_string());
+        if line.to_ascii_lowercase().starts_with("grbl") {
+            self.greeting = Some(line.into());
+        } else if let Some(version) = inner("[VER:") {
+            self.version = Some(version);
+        } else if let Some(options) = inner("[OPT:") {
+            self.options = Some(options);
+        } else if let Some(modes) = inner("[GC:") {
+            self.modes = Some(modes);
+        } else if let Some((name, value)) = line.strip_prefix('$').and_then(|rest| rest.split_once('=')) {
+            let value = value.split_whitespace().next().unwrap_or("").parse();
+            if let (Ok(name), Ok(value)) = (name.parse(), value) {
+                self.settings.insert(name, value);
+            }
+        } else if let Some((_, place)) = line.split_once("MPos:") {
+            let first = place.split([',', '|', '>']).next().unwrap_or("");
+            self.digits = first.split_once('.').map(|(_, digits)| digits.len());
+        }
+        line == "ok" || line.starts_with("error:")
+    }
+
+    fn inspected(&self, steps_per_mm: f64, arc_tolerance_mm: f64) -> Inspected {
+        let told = |name: &str, value: &Option<String>| Finding {
+            name: name.into(),
+            value: value.clone().unwrap_or_else(|| "not told".into()),
+            fit: Fit::Good,
+        };
+        let mut findings = vec![
+            told("greeting", &self.greeting),
+            told("version", &self.version),
+            told("options: planner blocks, receive buffer", &self.options),
+            told("modes", &self.modes),
+        ];
+        findings.extend(self.checked(steps_per_mm, arc_tolerance_mm));
+        let least = |axes: [u16; 2], scale: f64| {
+            let known = axes.iter().filter_map(|axis| self.settings.get(axis)).filter(|value| **value > 0.0);
+            known.map(|value| value * scale).fold(f64::INFINITY, f64::min)
+        };
+        let steps = least([100, 101], 1.0);
+        Inspected {
+            findings,
+            steps_per_mm: steps.is_finite().then_some(steps),
+            report_digit_mm: self
+                .digits
+                .and_then(|digits| i32::try_from(digits).ok())
+                .map(|digits| 10_f64.powi(-digits)),
+            limits: Limits {
+                speed_mm_s: least([110, 111], 1.0 / 60.0),
+                acceleration_mm_s2: least([120, 121], 1.0),
+            },
+        }
+    }
+}
+
+impl GrblInspector {
+    fn checked(&self, steps_per_mm: f64, arc_tolerance_mm: f64) -> Vec<Finding> {
+        let finding = |&(number, name): &(u16, &str)| {
+            let told = self.settings.get(&number);
+            let fit = match told {
+                Some(&value) => fit(number, value, steps_per_mm, arc_tolerance_mm),
+                None if DISPENSABLE.contains(&number) => Fit::Minor("the controller does not tell it"),
+                None => Fit::Wrong("the controller must report it"),
+            };
+            let value = told.map_or("not told".into(), ToString::to_string);
+            Finding { name: format!("${number} {name}"), value, fit }
+        };
+        let mut findings: Vec<Finding> = SETTINGS.iter().map(finding).collect();
+        let (value, fit) = match self.digits {
+            Some(digits @ 3..) => (format!("{digits} decimals of a mm"), Fit::Good),
+            Some(digits) => (format!("{digits} decimals"), Fit::Wrong("set $13=0: places are read in mm")),
+            None => {
+                ("not reported".into(), Fit::Minor("a session sets $10=3: machine positions are reported"))
+            }
+        };
+        findings.push(Finding { name: "reported place".into(), value, fit });
+        findings
+    }
+}
+
+/// The settings that are looked at.
+const SETTINGS: [(u16, &str); 14] = [
+    (10, "what reports carry"),
+    (12, "arc tolerance, mm"),
+    (13, "reports in inches"),
+    (20, "soft limits"),
+    (21, "hard limits"),
+    (22, "homing"),
+    (100, "steps per mm, x"),
+    (101, "steps per mm, y"),
+    (110, "top speed, mm/min, x"),
+    (111, "top speed, mm/min, y"),
+    (120, "acceleration, mm/s², x"),
+    (121, "acceleration, mm/s², y"),
+    (130, "travel, mm, x"),
+    (131, "travel, mm, y"),
+];
+/// Of these, settings that a session can do without.
+const DISPENSABLE: [u16; 8] = [20, 21, 110, 111, 120, 121, 130, 131];
+
+/// Whether a setting's value is as needed.
+fn fit(number: u16, value: f64, steps_per_mm: f64, arc_tolerance_mm: f64) -> Fit {
+    let on = value >= 1.0;
+    let wrong = |good: bool, remedy: &'static str| if good { Fit::Good } else { Fit::Wrong(remedy) };
+    let minor = |good: bool, note: &'static str| if good { Fit::Good } else { Fit::Minor(note) };
+    match number {
+        10 => minor(
+            value.rem_euclid(4.0) >= 3.0,
+            "a session sets $10=3: places and planner blocks are reported",
+        ),
+        12 => minor(
+            value >= 0.001 && value + 0.0005 <= arc_tolerance_mm,
+            "a session sets it to the machine profile's arc tolerance",
+        ),
+        13 => wrong(!on, "set $13=0: places are read in mm"),
+        20 => minor(on, "off: the controller does not keep to its travel by itself"),
+        21 => minor(on, "off: limit switches do not stop the machine"),
+        22 => wrong(on, "set $22=1: without homing the place is not known"),
+        100 | 101 => wrong(
+            value >= steps_per_mm * 0.999,
+            "coarser than the machine profile says: plan with a profile of that steps_per_mm",
+        ),
+        _ => Fit::Good,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn answers_are_read_and_judged() {
+        let mut inspector = GrblInspector::default();
+        let lines = [
+            "Grbl 1.1h ['$' for help]",
+            "[VER:1.1h.20190825:]",
+            "[OPT:V,15,128]",
+            "<Idle|MPos:-1.000,-1.000,0.000|FS:0,0>",
+            "$10=1",
+            "$12=0.002",
+            "$13=1",
+            "$20=0",
+            "$22=0 (homing)",
+            "$100=400.000",
+            "$101=250.000",
+            "$110=6000",
+            "$111=3000",
+            "$120=100",
+            "$121=90",
+        ];
+        assert!(lines.iter().all(|line| !inspector.hear(line)));
+        assert!(inspector.hear("ok") && inspector.hear("error:3"));
+        let found = inspector.inspected(400.0, 0.0005);
+        assert_eq!((found.steps_per_mm, found.report_digit_mm), (Some(250.0), Some(0.001)));
+        assert_eq!(found.limits, Limits { speed_mm_s: 50.0, acceleration_mm_s2: 90.0 });
+        let wrong = |name: &str| {
+            let finding = found.findings.iter().find(|finding| finding.name.starts_with(name)).unwrap();
+            matches!(finding.fit, Fit::Wrong(_))
+        };
+        assert!(wrong("$13") && wrong("$22") && wrong("$101") && !wrong("$100") && !wrong("$10 "));
+        assert!(found.findings.iter().any(|finding| finding.value == "3 decimals of a mm"));
+        let silent = GrblInspector::default().inspected(400.0, 0.0005);
+        assert!(silent.findings.iter().any(|finding| matches!(finding.fit, Fit::Wrong(_))));
+    }
+}

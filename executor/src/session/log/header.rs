@@ -1,0 +1,139 @@
+//! The first line of a log: what its session was set up with.
+
+use keepout_kernel::exact::segment::Window;
+use keepout_kernel::{Point, Vector};
+use keepout_planner::job::Progress;
+
+use super::job;
+use super::line::{LineError, quoted, unquoted};
+
+/// What a log says of its session: enough to play it again.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Header {
+    /// When the session began by the computer's clock: date and time, UTC, as RFC 3339 writes them.
+    pub began: String,
+    /// SHA-256 of the plan file's content.
+    pub plan: String,
+    /// Name of the drawing.
+    pub drawing: String,
+    /// The dialect, as it is asked for on the command line.
+    pub dialect: String,
+    /// Machine coordinates less drawing coordinates.
+    pub offset: Vector,
+    /// The machine's travel, drawing coordinates.
+    pub stroke: Window,
+    /// Feed of the contour, mm/min.
+    pub feed_mm_min: u32,
+    /// Whether the session begins with homing.
+    pub home: bool,
+    /// Longest silence of the controller, ms.
+    pub answer_within_ms: u64,
+    /// What an earlier session had done of the plan's contours.
+    pub progress: Progress,
+    /// Who steers, as asked for on the command line.
+    pub operator: String,
+    /// The machine and its port, in words.
+    pub setting: String,
+}
+
+impl Default for Header {
+    fn default() -> Self {
+        Self {
+            began: String::new(),
+            plan: String::new(),
+            drawing: String::new(),
+            dialect: String::new(),
+            offset: Vector { dx: 0, dy: 0 },
+            stroke: Window::of(Point::ORIGIN),
+            feed_mm_min: 0,
+            home: false,
+            answer_within_ms: 0,
+            progress: Progress::default(),
+            operator: String::new(),
+            setting: String::new(),
+        }
+    }
+}
+
+const MAGIC: &str = "keepout-log 1";
+
+/// The first line.
+pub(super) fn text(header: &Header) -> String {
+    let (x0, y0, x1, y1) = header.stroke.corners();
+    let mut progress = String::new();
+    job::push_progress(&mut progress, &header.progress);
+    format!(
+        "{MAGIC} began={} plan={} drawing={} dialect={} offset={},{} stroke={x0},{y0},{x1},{y1} feed={} home={} answer={} progress={} operator={} setting={}",
+        quoted(&header.began),
+        quoted(&header.plan),
+        quoted(&header.drawing),
+        quoted(&header.dialect),
+        header.offset.dx,
+        header.offset.dy,
+        header.feed_mm_min,
+        u8::from(header.home),
+        header.answer_within_ms,
+        quoted(&progress),
+        quoted(&header.operator),
+        quoted(&header.setting),
+    )
+}
+
+/// Reads the first line.
+pub(super) fn parse(text: &str) -> Result<Header, LineError> {
+    let bad = || LineError::Form(text.chars().take(200).collect());
+    let rest = text.strip_prefix(MAGIC).ok_or_else(bad)?;
+    let field = |name: &str| {
+        rest.split(' ').find_map(|field| field.strip_prefix(name)?.strip_prefix('=')).ok_or_else(bad)
+    };
+    let numbers = |name: &str| -> Result<Vec<i32>, LineError> {
+        field(name)?.split(',').map(|number| number.parse().map_err(|_| bad())).collect()
+    };
+    let word = |name: &str| unquoted(field(name)?).ok_or_else(bad);
+    let (offset, stroke) = (numbers("offset")?, numbers("stroke")?);
+    let (&[dx, dy], &[x0, y0, x1, y1]) = (&offset[..], &stroke[..]) else { return Err(bad()) };
+    let corner = |x: i32, y: i32| Point::from_units(x.into(), y.into()).map_err(|_| bad());
+    Ok(Header {
+        began: word("began")?,
+        plan: word("plan")?,
+        drawing: word("drawing")?,
+        dialect: word("dialect")?,
+        offset: Vector { dx, dy },
+        stroke: Window::of(corner(x0, y0)?).including(corner(x1, y1)?),
+        feed_mm_min: field("feed")?.parse().map_err(|_| bad())?,
+        home: field("home")? == "1",
+        answer_within_ms: field("answer")?.parse().map_err(|_| bad())?,
+        progress: job::parse_progress(&word("progress")?).ok_or_else(bad)?,
+        operator: word("operator")?,
+        setting: word("setting")?,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn headers_are_read_as_they_were_written() {
+        let mut progress = keepout_planner::job::Progress::default();
+        progress.finish(keepout_planner::job::LoopNumber { pass: 1, index: 7 });
+        let header = Header {
+            began: "2026-11-21T16:38:20Z".into(),
+            plan: "9f86".into(),
+            drawing: "a part = \"ä\" plan=x.dxf\t\n".into(),
+            dialect: "/some where/dialect.toml".into(),
+            offset: Vector { dx: -20_000_000, dy: 500 },
+            stroke: Window::of(Point::from_units(-5, -7).unwrap()).including(Point::ORIGIN),
+            feed_mm_min: 900,
+            home: true,
+            answer_within_ms: 5000,
+            progress,
+            operator: "trace:a b".into(),
+            setting: "the old mill, /dev/ttyUSB0".into(),
+        };
+        let written = text(&header);
+        assert!(!written.contains(['\t', '\n']));
+        assert_eq!(parse(&written), Ok(header));
+        assert!(parse(&written.replace("keepout-log 1", "keepout-log 2")).is_err());
+    }
+}

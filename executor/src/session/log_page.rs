@@ -1,0 +1,198 @@
+//! The page and the picture that a shop keeps with the part: what the log of its run proves, and what happened in it.
+
+use std::fmt::Write as _;
+use std::time::Duration;
+
+use keepout_kernel::{Point, Segment};
+use keepout_planner::picture::{Spot, SpotKind, Trace, TraceKind, escape, svg_of_run};
+use keepout_planner::plan::CertifiedPlan;
+use keepout_planner::plan_file::hex;
+use keepout_planner::units::{mm, point_from_mm, point_mm};
+
+use super::log::Header;
+use super::replay::{Happening, Replay, Spent};
+use super::report::{page, table, traces};
+use crate::sim::{Sample, SampleKind};
+use crate::time::Time;
+
+/// The picture of a run as its log tells it, with touches and stops: by hand from position to position as reported, the contour
+/// as it was sent.
+#[must_use]
+pub fn picture_of_log(header: &Header, replay: &Replay) -> String {
+    let story = &replay.story;
+    let spot = |(_, happening, at): &(Time, Happening, Option<Point>)| {
+        let kind = match happening {
+            Happening::Touched => SpotKind::Touch,
+            Happening::Held | Happening::Fault(_) => SpotKind::Stop,
+            _ => return None,
+        };
+        Some(Spot { kind, at_mm: point_mm((*at)?) })
+    };
+    let spots: Vec<Spot> = story.happenings.iter().filter_map(spot).collect();
+    let plan = replay.supervisor.plan();
+    let mut drawn = traces_by_hand(plan, &story.samples);
+    let contours = story.contours.iter().cloned();
+    drawn.extend(contours.map(|points_mm| Trace { kind: TraceKind::Contour, points_mm }));
+    // The tool is drawn where the last trace ends.
+    drawn.extend(
+        story.samples.last().map(|last| Trace { kind: TraceKind::Manual, points_mm: vec![last.position_mm] }),
+    );
+    let title = format!("{}, {}: by hand as reported, contour as sent", header.drawing, header.began);
+    svg_of_run(plan, &title, &drawn, &spots)
+}
+
+/// The way by hand, from report to report. Where reports lie so far apart that the straight line between them would cut the part, the
+/// tool was elsewhere, and nothing is drawn.
+fn traces_by_hand(plan: &CertifiedPlan, samples: &[Sample]) -> Vec<Trace> {
+    let clear = |a: &Sample, b: &Sample| {
+        let (Ok(from), Ok(to)) = (point_from_mm(a.position_mm), point_from_mm(b.position_mm)) else {
+            return false;
+        };
+        plan.part.edges_clear(Segment { from, to }, plan.plan.tool_radius).is_ok()
+    };
+    let by_hand = |pair: &[Sample]| pair.iter().all(|sample| sample.kind == SampleKind::Jog);
+    let stretches = samples.chunk_by(|a, b| by_hand(&[*a, *b]) && clear(a, b));
+    stretches.flat_map(traces).filter(|trace| trace.kind == TraceKind::Manual).collect()
+}
+
+/// The page: picture, table, what happened, and the plan. `file` says which log it is.
+#[must_use]
+pub fn page_of_log(header: &Header, replay: &Replay, file: &str, checksum: u32) -> String {
+    let plan = replay.supervisor.plan();
+    let mut rows = job_rows(header, plan);
+    rows.extend(run_rows(header, replay));
+    rows.extend(proof_rows(replay, file, checksum));
+    let body = format!(
+        "{}\n{}\n<h2>What happened</h2>\n{}\n<h2>The plan</h2>\n<pre>{}</pre>\n",
+        table(&rows),
+        picture_of_log(header, replay),
+        happenings(replay),
+        escape(&plan.summary()),
+    );
+    page(&format!("Keepout: {}, {}", header.drawing, header.began), &body)
+}
+
+fn row(name: &str, value: impl Into<String>) -> (String, String) {
+    (name.into(), value.into())
+}
+
+/// What was to be made, and with what.
+fn job_rows(header: &Header, plan: &CertifiedPlan) -> Vec<(String, String)> {
+    let budget = &plan.plan.budget;
+    vec![
+        row("drawing", &header.drawing),
+        row("drawing SHA-256", hex(&plan.plan.sheet.hash)),
+        row("plan SHA-256", &header.plan),
+        row("tool", format!("{:.3} mm diameter", 2.0 * mm(plan.plan.tool_radius.units()))),
+        row("stock left by roughing", format!("{:.3} mm", mm(plan.plan.allowance.units()))),
+        row("margin M", format!("{:.5} mm", budget.total().map_or(f64::NAN, |m| mm(m.units())))),
+        row("machine", &header.setting),
+        row("controller's language", &header.dialect),
+        row(
+            "drawing's origin on the machine",
+            format!("({:.3}, {:.3}) mm", mm(header.offset.dx), mm(header.offset.dy)),
+        ),
+        row("operator", &header.operator),
+    ]
+}
+
+/// How it went.
+fn run_rows(header: &Header, replay: &Replay) -> Vec<(String, String)> {
+    let Spent { starting, by_hand, touching, contouring, held, stopped } = replay.story.spent;
+    let supervisor = &replay.supervisor;
+    let counts = supervisor.counts();
+    let progress = supervisor.progress();
+    let closest = replay.story.closest_mm().map_or("no position was reported".into(), |(mm, at)| {
+        format!("{mm:.4} mm at {}, of the positions that the controller reported", clock(at))
+    });
+    let earlier = header.progress.finished.len();
+    let finished = format!(
+        "{} of {}{}{}",
+        progress.finished.len(),
+        supervisor.plan().plan.loop_count(),
+        if earlier > 0 { format!(", {earlier} of them in earlier runs") } else { String::new() },
+        if progress.partial.is_empty() {
+            String::new()
+        } else {
+            format!("; {} in part", progress.partial.len())
+        },
+    );
+    vec![
+        row("began", &header.began),
+        row("time span", format!("{} after it began", clock(replay.counted.ended))),
+        row("ended", replay.end().to_string()),
+        row("starting, homing", span(starting)),
+        row("steered by hand", span(by_hand)),
+        row("touching, working the contour out", span(touching)),
+        row("contouring", span(contouring)),
+        row("contour held", span(held)),
+        row("stopped, ending", span(stopped)),
+        row("finishing loops contoured", finished),
+        row("closest approach of tool and part", closest),
+        row(
+            "commands sent",
+            format!(
+                "{} jogs, {} contour motions, {} cancels, {} queries",
+                counts.jogs, counts.contour_motions, counts.cancels, counts.queries
+            ),
+        ),
+        row("wishes cut short at the wall", counts.clipped.to_string()),
+    ]
+}
+
+/// What was proved for this page.
+fn proof_rows(replay: &Replay, file: &str, checksum: u32) -> Vec<(String, String)> {
+    let counted = &replay.counted;
+    vec![
+        row("log", file),
+        row("log checksum", format!("{checksum:08x} over all lines, each checked with the one before")),
+        row(
+            "certified again for this page",
+            format!(
+                "{} pieces sent came out the same, byte by byte; {} certificates hold by themselves",
+                counted.commands, counted.certificates
+            ),
+        ),
+    ]
+}
+
+/// What happened, with times and places.
+fn happenings(replay: &Replay) -> String {
+    let mut table = String::from("<table>\n");
+    for (at, happening, place) in &replay.story.happenings {
+        let what = match happening {
+            Happening::Touched => "contour asked for, worked out and certified".into(),
+            Happening::Contouring => "contouring".into(),
+            Happening::Held => "contour held".into(),
+            Happening::Finished(number) => format!("{number} finished"),
+            Happening::Told(notice) => format!("note: {notice}"),
+            Happening::Fault(fault) => format!("stopped: {fault}"),
+            Happening::Recovered => "begun anew with the controller".into(),
+            Happening::Ended => "the session ended".into(),
+        };
+        let place = place.map_or(String::new(), keepout_planner::units::place);
+        let _ = writeln!(
+            table,
+            "<tr><th>{}</th><td>{}</td><td>{}</td></tr>",
+            clock(*at),
+            escape(&what),
+            escape(&place)
+        );
+    }
+    table + "</table>"
+}
+
+/// Minutes and seconds since the beginning.
+fn clock(at: Time) -> String {
+    span(Duration::from_micros(at.micros()))
+}
+
+fn span(span: Duration) -> String {
+    let (minutes, seconds) = (span.as_secs() / 60, span.as_secs() % 60);
+    let millis = span.subsec_millis();
+    if minutes == 0 {
+        format!("{seconds}.{millis:03} s")
+    } else {
+        format!("{minutes} min {seconds:02}.{millis:03} s")
+    }
+}

@@ -1,0 +1,76 @@
+//! Certificates checked by themselves, without the guard.
+
+use keepout_kernel::exact::segment::Window;
+use keepout_kernel::offset::certify_path;
+use keepout_kernel::{FreePoint, Length, Point, ProhibitedRegion};
+
+use crate::session::log::Certificate;
+use crate::supervisor::guard::{MotionShape, Rules};
+
+/// Checks what a motion was certified with. `escapes`: whether the tool may have stood so near
+/// that only ways out were allowed.
+///
+/// # Errors
+/// Why it does not hold.
+pub(super) fn check(
+    certificate: &Certificate,
+    part: &ProhibitedRegion,
+    rules: &Rules,
+    escapes: bool,
+) -> Result<(), String> {
+    match certificate {
+        Certificate::Jog(target, set) if !set.contains(target) => Err("its set lacks its target".into()),
+        Certificate::Jog(target, set) => {
+            let hull = if rules.shape == MotionShape::Box { corners(set) } else { set.clone() };
+            match check_hull(part, rules.manual, &hull) {
+                Err(_) if escapes => check_escape(part, rules.manual, *target, set),
+                checked => checked,
+            }
+        }
+        Certificate::Contour(curve) => match certify_path(part, rules.finishing, &[*curve]) {
+            Ok(_) => Ok(()),
+            Err(gouge) => Err(gouge.to_string()),
+        },
+    }
+}
+
+/// The hull of the points is clear, and on the free side: every triangle of them is, from a point that is free.
+fn check_hull(part: &ProhibitedRegion, threshold: Length, set: &[Point]) -> Result<(), String> {
+    let free: Vec<FreePoint> = set
+        .iter()
+        .map(|&point| part.free_point(point, threshold))
+        .collect::<Result<_, _>>()
+        .map_err(|blocked| blocked.to_string())?;
+    for (i, &a) in free.iter().enumerate() {
+        for (j, &b) in free.iter().enumerate().skip(i + 1) {
+            for c in free.iter().skip(j) {
+                part.fan(a, b, c.point()).map_err(|blocked| blocked.to_string())?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The corners of the box around the points.
+fn corners(set: &[Point]) -> Vec<Point> {
+    let window = set.iter().map(|&point| Window::of(point));
+    let Some(window) = window.reduce(Window::union) else {
+        return Vec::new();
+    };
+    let (x0, y0, x1, y1) = window.corners();
+    let corner = |x: i32, y: i32| Point::from_units(x.into(), y.into()).ok();
+    [(x0, y0), (x1, y0), (x1, y1), (x0, y1)].into_iter().filter_map(|(x, y)| corner(x, y)).collect()
+}
+
+/// The way out comes nearer to nothing.
+fn check_escape(
+    part: &ProhibitedRegion,
+    threshold: Length,
+    target: Point,
+    set: &[Point],
+) -> Result<(), String> {
+    let from = set.iter().copied().find(|&point| point != target).unwrap_or(target);
+    let clearance = part.clearance(from).ok_or("it begins in the part")?;
+    let from = part.free_point(from, clearance).map_err(|blocked| blocked.to_string())?;
+    part.recedes(from, target, threshold).map(|_| ()).map_err(|blocked| blocked.to_string())
+}
