@@ -35,6 +35,7 @@ pub struct Decisions {
     samples: Vec<Sample>,
     wall: Option<(f64, f64)>,
     wishes: u32,
+    part_box_mm: (f64, f64, f64, f64),
 }
 
 /// The wall nearest to the tool is looked for every so many wishes: a person's eye is no quicker.
@@ -49,8 +50,8 @@ impl Decisions {
         let mut machine = MachineProfile::simulated();
         machine.stroke_mm = [1000.0, 1000.0];
         let place = place_on_table(&work.plan, &machine, None).map_err(|error| error.to_string())?;
-        let (low, _) = work.plan.part_box();
-        let (x, y) = point_mm(low);
+        let (low, high) = work.plan.part_box();
+        let ((x, y), (x1, y1)) = (point_mm(low), point_mm(high));
         let off = 2.0 * mm(work.plan.roughing.units());
         let start = point_from_mm((x - off, y - off)).map_err(|error| error.to_string())?;
         let on_machine: Point = start.translated(place.offset).map_err(|error| error.to_string())?;
@@ -88,6 +89,7 @@ impl Decisions {
             samples: Vec::with_capacity(4096),
             wall: None,
             wishes: 0,
+            part_box_mm: (x, y, x1, y1),
         })
     }
 
@@ -149,12 +151,10 @@ impl Decisions {
         if self.wishes.is_multiple_of(LOOK_EVERY) {
             self.wall = position.and_then(|position| nearest_wall(supervisor.plan(), position));
         }
-        let (low, high) = supervisor.plan().part_box();
-        let ((x0, y0), (x1, y1)) = (point_mm(low), point_mm(high));
         let seen = Seen {
             position_mm: position.map(point_mm),
             wall_mm: self.wall,
-            part_box_mm: (x0, y0, x1, y1),
+            part_box_mm: self.part_box_mm,
             end_mm: supervisor.guard().end().map(|end| point_mm(end.point())),
             unacknowledged: supervisor.guard().unacknowledged(),
             phase: supervisor.phase(),

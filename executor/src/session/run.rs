@@ -111,6 +111,7 @@ pub struct Session<'a, P: Port> {
     job: Option<JoinHandle<Result<ContourJob, String>>>,
     /// In virtual time, instead of the planner.
     planner: Option<Planner<'a>>,
+    part_box_mm: (f64, f64, f64, f64),
     /// A fault does not end the session: the operator can recover from it.
     recovers: bool,
     /// Loops that were finished before.
@@ -125,7 +126,10 @@ impl<'a, P: Port> Session<'a, P> {
         operator: Box<dyn Operator + Send + 'a>,
         tape: Box<dyn Tape + 'a>,
     ) -> Self {
+        let (low, high) = engine.supervisor.plan().part_box();
+        let ((x0, y0), (x1, y1)) = (point_mm(low), point_mm(high));
         Self {
+            part_box_mm: (x0, y0, x1, y1),
             finished_before: engine.supervisor.finished().len(),
             engine,
             port: Some(port),
@@ -342,12 +346,10 @@ impl<'a, P: Port> Session<'a, P> {
         let supervisor = self.supervisor();
         let plan = supervisor.plan();
         let position_mm = supervisor.position().map(point_mm);
-        let (low, high) = plan.part_box();
-        let ((x0, y0), (x1, y1)) = (point_mm(low), point_mm(high));
         Seen {
             position_mm,
             wall_mm: supervisor.position().and_then(|position| nearest_wall(plan, position)),
-            part_box_mm: (x0, y0, x1, y1),
+            part_box_mm: self.part_box_mm,
             end_mm: supervisor.guard().end().map(|end| point_mm(end.point())),
             unacknowledged: supervisor.guard().unacknowledged(),
             phase: supervisor.phase(),

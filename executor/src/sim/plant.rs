@@ -23,6 +23,11 @@ pub(super) struct Plant {
 const SHORTEST: f64 = 1e-9;
 
 impl Plant {
+    /// Its time.
+    pub(super) fn now(&self) -> Time {
+        self.now
+    }
+
     /// Drives at rest at `start_mm`, machine coordinates.
     pub(super) fn new(drives: Drives, start_mm: (f64, f64)) -> Self {
         Self {
@@ -34,11 +39,6 @@ impl Plant {
             now: Time::ZERO,
             samples: Vec::new(),
         }
-    }
-
-    #[cfg(test)]
-    pub(super) fn now(&self) -> Time {
-        self.now
     }
 
     pub(super) fn position(&self) -> (f64, f64) {

@@ -5,6 +5,7 @@
 //! itself: the most that it could do to the path.
 
 use std::collections::VecDeque;
+use std::time::Duration;
 
 use super::controller::{Controller, Disturbance};
 use super::grbl::SimSettings;
@@ -20,6 +21,8 @@ pub struct VenusSim {
     rx: VecDeque<u8>,
     word: String,
     stack: Vec<f64>,
+    /// It starts up, and hears nothing.
+    deaf_until: Time,
     tx: Vec<u8>,
     /// Length of a coordinate's unit, mm: µm until it is set.
     unit_mm: f64,
@@ -29,6 +32,8 @@ pub struct VenusSim {
     locked: Option<(f64, f64)>,
 }
 
+/// So long it takes to start up after a reset.
+const BOOT: Duration = Duration::from_millis(1500);
 /// Longest word, deepest stack, and most bytes that wait.
 const WORD_MAX: usize = 32;
 const STACK_MAX: usize = 99;
@@ -50,6 +55,7 @@ impl VenusSim {
             rx: VecDeque::new(),
             word: String::new(),
             stack: Vec::new(),
+            deaf_until: Time::ZERO,
             tx: Vec::new(),
             unit_mm: 0.001,
             error: 0,
@@ -150,7 +156,7 @@ impl VenusSim {
 
 impl Controller for VenusSim {
     fn receive(&mut self, byte: u8) {
-        if self.rx.len() < RX_MAX {
+        if self.rx.len() < RX_MAX && self.plant.now() >= self.deaf_until {
             self.rx.push_back(byte);
         }
         if self.minds(byte) {
@@ -192,7 +198,10 @@ impl Controller for VenusSim {
         self.word.clear();
         self.stack.clear();
         match disturbance {
-            Disturbance::Reset => self.unit_mm = 0.001,
+            Disturbance::Reset => {
+                self.unit_mm = 0.001;
+                self.deaf_until = self.plant.now().after(BOOT);
+            }
             Disturbance::Alarm => self.error = 1009,
         }
     }

@@ -93,7 +93,8 @@ impl Supervisor {
         if job.recut_mm > 0.0 {
             self.note(format!("{:.2} mm are cut again, to enter where it was left", job.recut_mm));
         }
-        Ok(Run { job, sources })
+        let done = Progress::after(&job, job.legs.len(), 0, Point::ORIGIN);
+        Ok(Run { job, sources, done })
     }
 
     /// What a leg leaves on the part beyond what its contour may touch.

@@ -48,7 +48,7 @@ pub enum Fault {
     )]
     NotHomed,
     /// Its settings are not those that safety needs.
-    #[error("controller setting {} is {}, it must be {}", .0.name, .0.value, .0.needed)]
+    #[error("controller setting {}{} must be {}", .0.name, if .0.value.is_nan() { String::new() } else { format!(" is {}, it", .0.value) }, .0.needed)]
     Setting(Unfit),
     /// The tool stands in the part.
     #[error("the tool stands at {}: {refusal}. Raise it, move it clear of the part, and start again.", keepout_planner::units::place(*at))]

@@ -393,16 +393,18 @@ impl Helm<'_> {
         }
         // The way is clear, and something in flight is in the way of the fan: halve.
         let span = clipped.minus(from.point());
-        let (mut low, mut high, mut best) = (0.0, 1.0, None);
-        for _ in 0..HALVINGS {
-            let share = f64::midpoint(low, high);
+        let at = |share: f64| {
             let part = vector((mm_of(span.dx) * share, mm_of(span.dy) * share), 1.0);
-            match from.point().translated(part).ok().and_then(admitted) {
-                Some(target) => (low, best) = (share, Some(target)),
-                None => high = share,
+            from.point().translated(part).ok().and_then(admitted)
+        };
+        let mut share = 1.0;
+        for _ in 0..HALVINGS {
+            share /= 2.0;
+            if let Some(target) = at(share) {
+                return at(share * 1.5).or(Some(target));
             }
         }
-        best
+        None
     }
 }
 

@@ -45,22 +45,25 @@ pub struct Workpiece {
     coarse: Arc<ProhibitedRegion>,
 }
 
-/// Runs of edges within this of a chord are under one chord while the tool is steered by hand, lattice units (2 µm): many
-/// short edges would make decisions slow.
-const COARSE: Length = Length::small(200);
+/// Runs of edges are under one chord while the tool is steered by hand, as many short edges would make decisions slow: as far
+/// as they keep within this share of the allowance of it, and within 5 µm.
+const COARSE_SHARE: i64 = 40;
+const COARSE_MAX: i64 = 500;
 
 impl Workpiece {
     /// Prepares the part of a certified plan.
     #[must_use]
     pub fn new(plan: CertifiedPlan) -> Self {
-        let mut coarse = plan.part.coarsened(COARSE).unwrap_or_else(|_| plan.part.clone());
+        let tolerance = (i64::from(plan.plan.allowance.units()) / COARSE_SHARE).min(COARSE_MAX);
+        let tolerance = Length::from_units(tolerance).unwrap_or(Length::ZERO);
+        let mut coarse = plan.part.coarsened(tolerance).unwrap_or_else(|_| plan.part.clone());
         // Cells only make answers at the roughing threshold faster; a part too large for them is asked by its index.
         let _ = coarse.prepare(plan.roughing);
         let part = Arc::new(plan.part.clone());
         Self { plan: Arc::new(plan), part, coarse: Arc::new(coarse) }
     }
 
-    /// The part as steering by hand sees it: up to 4 µm larger.
+    /// The part as steering by hand sees it: up to 10 µm larger.
     #[must_use]
     pub fn coarse(&self) -> &ProhibitedRegion {
         &self.coarse
@@ -409,7 +412,7 @@ impl Supervisor {
                 State::Escaping(steering)
             }
             State::Contouring(run) => {
-                self.progress = run.finished();
+                self.progress = run.done;
                 self.interrupted = None;
                 State::Manual(Steering::default())
             }

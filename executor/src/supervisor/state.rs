@@ -59,6 +59,8 @@ pub(super) struct Run {
     pub(super) job: ContourJob,
     /// For each motion that is sent, which of the job's motions it is of.
     pub(super) sources: Vec<usize>,
+    /// What is done when all of it is: worked out before it begins.
+    pub(super) done: Progress,
 }
 
 impl Run {
@@ -67,13 +69,8 @@ impl Run {
         let source = self.sources.get(sent).copied();
         match source.and_then(|source| self.job.motion(source)) {
             Some((leg, curve)) => Progress::after(&self.job, leg, curve, at),
-            None => self.finished(),
+            None => self.done.clone(),
         }
-    }
-
-    /// What is done when all of it is.
-    pub(super) fn finished(&self) -> Progress {
-        Progress::after(&self.job, self.job.legs.len(), 0, Point::ORIGIN)
     }
 }
 

@@ -4,13 +4,15 @@
 //! ([`MotionShape::Line`]) the hull is the convex hull; for one whose axes run apart ([`MotionShape::Box`]) it is the smallest
 //! box along the axes. Either way a motion from a point of the hull to a target in the set stays in the hull.
 
+use std::cell::Cell;
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use keepout_kernel::exact::segment::{Window, distance_2, points_within};
-use keepout_kernel::{Blocked, FreePoint, Length, Point, ProhibitedRegion, Segment, Triangle, Vector};
+use keepout_kernel::exact::segment::{Window, points_within};
+use keepout_kernel::{Blocked, Edge, FreePoint, Length, Point, ProhibitedRegion, Segment, Triangle, Vector};
 
 use super::Refusal;
+use super::hull::Hull;
 use crate::time::Time;
 
 /// How a controller drives to a target.
@@ -78,6 +80,8 @@ pub(super) struct InFlight {
     executed: u64,
     rests_seen: u8,
     rested_at: Option<Point>,
+    /// The edge that was last in the way: mostly it still is, and is asked first.
+    in_the_way: Cell<Option<Edge>>,
 }
 
 impl InFlight {
@@ -94,6 +98,7 @@ impl InFlight {
             executed: 0,
             rests_seen: 0,
             rested_at: None,
+            in_the_way: Cell::new(None),
         }
     }
 
@@ -124,29 +129,40 @@ impl InFlight {
         tail: FreePoint,
         to: Point,
     ) -> Result<FreePoint, Refusal> {
+        if let Some(edge) = self.still_in_the_way(tail, to) {
+            return Err(Refusal::Blocked(Blocked::ByEdge(edge)));
+        }
         let window = self.points().fold(Window::of(to), |window, free| window.including(free.point()));
         // The hull lies in the box: where that is clear nothing else need be asked.
         let outcome = match (clear_box(part, tail, window), self.shape) {
             (Err(_), MotionShape::Line) => self.admit_line(part, tail, to),
             (outcome, _) => outcome.and_then(|()| part.motion(tail, to)),
         };
+        if let Err(Blocked::ByEdge(edge)) = outcome {
+            self.in_the_way.set(Some(edge));
+        }
         outcome.map_err(Refusal::Blocked)
     }
 
-    /// Every point of the new hull lies in the old one or on a segment from `to` to its boundary, and the boundary consists
-    /// of segments between points of the set: the triangles over all pairs cover it. Those with the last target are asked
-    /// first: what is in the way is mostly there.
+    /// The edge that was last in the way, when it is in the way of a straight motion's fans to `to`.
+    fn still_in_the_way(&self, tail: FreePoint, to: Point) -> Option<Edge> {
+        let edge = self.in_the_way.get().filter(|_| self.shape == MotionShape::Line)?;
+        let reach = tail.threshold().saturating_plus(edge.slack);
+        let last = self.lines.back().map_or(tail, |line| line.target).point();
+        let near = |a: Point| {
+            let fan = Triangle { corners: [a, last, to] };
+            !fan.near_segment(edge.chord, reach).is_clear()
+        };
+        self.points().any(|a| near(a.point())).then_some(edge)
+    }
+
+    /// The new hull is the old one and the triangles over its sides with `to`.
     fn admit_line(&self, part: &ProhibitedRegion, tail: FreePoint, to: Point) -> Result<FreePoint, Blocked> {
         let last = self.lines.back().map_or(tail, |line| line.target);
         let admitted = part.motion(last, to)?;
-        for a in self.points() {
-            part.fan(a, last, to)?;
-        }
-        for (i, a) in self.points().enumerate() {
-            let others = self.points().skip(i + 1).filter(|b| *b != last && b.point() != a.point());
-            for b in others.filter(|_| a != last) {
-                part.fan(a, b, to)?;
-            }
+        let hull = Hull::of(self.points()).ok_or(Blocked::StartTooNear(tail.point()))?;
+        for (a, b) in hull.sides() {
+            part.fan(a, b, to)?;
         }
         Ok(admitted)
     }
@@ -156,7 +172,7 @@ impl InFlight {
     /// report is.
     fn snap(&self, part: &ProhibitedRegion, position: Point) -> Snap {
         let foot = match self.shape {
-            MotionShape::Line => self.foot_in_hull(position),
+            MotionShape::Line => Hull::of(self.points()).and_then(|hull| hull.nearest(position)),
             MotionShape::Box => self.foot_in_box(position),
         };
         let Some(foot) = foot else { return Snap::Off };
@@ -168,27 +184,6 @@ impl InFlight {
         let tries = std::iter::once(Vector { dx: 0, dy: 0 }).chain(around);
         let mut places = tries.filter_map(|step| foot.translated(step).ok());
         places.find_map(|place| self.reached(part, place)).map_or(Snap::Keep, Snap::At)
-    }
-
-    fn foot_in_hull(&self, position: Point) -> Option<Point> {
-        let here = Segment { from: position, to: position };
-        let holds = |corners| !Triangle { corners }.near_segment(here, Length::ZERO).is_clear();
-        let mut nearest: Option<(i64, Point)> = None;
-        for (i, a) in self.points().enumerate() {
-            for (j, b) in self.points().enumerate().skip(i) {
-                if self.points().skip(j).any(|c| holds([a.point(), b.point(), c.point()])) {
-                    return Some(position);
-                }
-                let Some(foot) = project(position, Segment { from: a.point(), to: b.point() }) else {
-                    continue;
-                };
-                let away_2 = distance_2(foot, position);
-                if nearest.is_none_or(|(least_2, _)| away_2 < least_2) {
-                    nearest = Some((away_2, foot));
-                }
-            }
-        }
-        nearest.map(|(_, foot)| foot)
     }
 
     fn foot_in_box(&self, position: Point) -> Option<Point> {
@@ -310,21 +305,4 @@ pub(super) fn clear_box(part: &ProhibitedRegion, from: FreePoint, window: Window
         Some(edge) => Err(Blocked::ByEdge(*edge)),
         None => Ok(()),
     }
-}
-
-/// The lattice point nearest to the foot of the perpendicular from `p` on the segment, or the nearer end.
-fn project(p: Point, segment: Segment) -> Option<Point> {
-    let (d, w) = (segment.to.minus(segment.from), p.minus(segment.from));
-    let product = |a: i32, b: i32| i128::from(a) * i128::from(b);
-    let length_2 = product(d.dx, d.dx) + product(d.dy, d.dy);
-    if length_2 == 0 {
-        return Some(segment.from);
-    }
-    let along = (product(w.dx, d.dx) + product(w.dy, d.dy)).clamp(0, length_2);
-    let part = |span: i32| {
-        let twice = 2 * i128::from(span) * along + length_2;
-        i64::try_from(twice.div_euclid(2 * length_2)).ok()
-    };
-    let (x, y) = (i64::from(segment.from.x.units()), i64::from(segment.from.y.units()));
-    Point::from_units(x + part(d.dx)?, y + part(d.dy)?).ok()
 }

@@ -1,6 +1,6 @@
 //! TRUSTED. The guard: the in-flight set, and the only maker of [`Certified`] motions.
 //!
-//! A new target is admitted only if the hull of the [in-flight set](in_flight) with it stays clear of the part at the manual
+//! A new target is admitted only if the hull of the in-flight set (`in_flight.rs`) with it stays clear of the part at the manual
 //! threshold. Straight motions from a point of a convex set to a target in the set stay in the set: lines lost, repeated,
 //! reordered, cancelled half-way and planned from wherever the tool stopped are such motions, however long each takes. So
 //! nothing here depends on latency. A target leaves the set only by evidence, see [`Guard::reported`].
@@ -13,6 +13,7 @@
 //! which it comes nearer to no edge within that threshold.
 
 mod contour;
+mod hull;
 mod in_flight;
 mod motion;
 #[cfg(feature = "mutations")]

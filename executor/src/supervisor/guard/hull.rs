@@ -1,0 +1,162 @@
+//! TRUSTED. The convex hull of a few points, exactly.
+
+use keepout_kernel::exact::segment::{Orientation, Window, distance_2, orientation};
+use keepout_kernel::{FreePoint, Point, Segment};
+
+/// Most points.
+pub(super) const POINTS_MAX: usize = 10;
+
+/// A convex hull: its corners counter-clockwise; two for points on a line, one for a single point.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Hull {
+    corners: [FreePoint; POINTS_MAX],
+    count: usize,
+}
+
+impl Hull {
+    /// The hull of the points; `None` without points, with too many, or when it does not hold them all (which would be an
+    /// error here: it is looked at again).
+    pub(super) fn of(points: impl Iterator<Item = FreePoint> + Clone) -> Option<Self> {
+        let first = points.clone().next()?;
+        let mut sorted = [first; POINTS_MAX];
+        let mut count = 0;
+        for point in points.clone() {
+            *sorted.get_mut(count)? = point;
+            count += 1;
+        }
+        let key = |free: &FreePoint| (free.point().x.units(), free.point().y.units());
+        sorted[..count].sort_unstable_by_key(key);
+        let mut hull = Self { corners: [first; POINTS_MAX], count: 0 };
+        hull.chain(sorted[..count].iter().copied(), 0)?;
+        let lower = hull.count;
+        hull.chain(sorted[..count].iter().rev().copied(), lower)?;
+        let hull = if hull.count == 0 { Self { count: 1, corners: [sorted[0]; POINTS_MAX] } } else { hull };
+        points.into_iter().all(|free| hull.holds(free.point())).then_some(hull)
+    }
+
+    /// Adds a chain that turns left all the way, without its last point (where the next begins).
+    fn chain(&mut self, points: impl Iterator<Item = FreePoint>, begins: usize) -> Option<()> {
+        for free in points {
+            while self.count >= begins + 2 {
+                let (a, b) = (self.corners[self.count - 2].point(), self.corners[self.count - 1].point());
+                if orientation(a, b, free.point()) == Orientation::Left {
+                    break;
+                }
+                self.count -= 1;
+            }
+            let repeats = self.count > begins && self.corners[self.count - 1].point() == free.point();
+            if !repeats {
+                // At most one corner more than points: the first again, which is taken off below.
+                if self.count == POINTS_MAX {
+                    return if begins > 0 && free.point() == self.corners[0].point() {
+                        Some(())
+                    } else {
+                        None
+                    };
+                }
+                self.corners[self.count] = free;
+                self.count += 1;
+            }
+        }
+        self.count = self.count.saturating_sub(1);
+        Some(())
+    }
+
+    /// The corners.
+    #[cfg(test)]
+    fn corners(&self) -> &[FreePoint] {
+        &self.corners[..self.count]
+    }
+
+    /// The sides: pairs of corners; one pair for two corners and for one.
+    pub(super) fn sides(&self) -> impl Iterator<Item = (FreePoint, FreePoint)> + '_ {
+        let count = if self.count == 2 { 1 } else { self.count };
+        (0..count).map(|k| (self.corners[k], self.corners[(k + 1) % self.count]))
+    }
+
+    /// Whether the point is in the hull, its border included.
+    pub(super) fn holds(&self, point: Point) -> bool {
+        match self.count {
+            0 => false,
+            1 => self.corners[0].point() == point,
+            2 => {
+                let (a, b) = (self.corners[0].point(), self.corners[1].point());
+                orientation(a, b, point) == Orientation::On && Window::of(a).including(b).holds(point)
+            }
+            _ => self.sides().all(|(a, b)| orientation(a.point(), b.point(), point) != Orientation::Right),
+        }
+    }
+
+    /// The point of the hull nearest to `point`, to a lattice unit.
+    pub(super) fn nearest(&self, point: Point) -> Option<Point> {
+        if self.holds(point) {
+            return Some(point);
+        }
+        let feet =
+            self.sides().filter_map(|(a, b)| project(point, Segment { from: a.point(), to: b.point() }));
+        feet.min_by_key(|&foot| distance_2(foot, point))
+    }
+}
+
+/// The lattice point nearest to the foot of the perpendicular from `p` on the segment, or the nearer end.
+fn project(p: Point, segment: Segment) -> Option<Point> {
+    let (d, w) = (segment.to.minus(segment.from), p.minus(segment.from));
+    let product = |a: i32, b: i32| i128::from(a) * i128::from(b);
+    let length_2 = product(d.dx, d.dx) + product(d.dy, d.dy);
+    if length_2 == 0 {
+        return Some(segment.from);
+    }
+    let along = (product(w.dx, d.dx) + product(w.dy, d.dy)).clamp(0, length_2);
+    let part = |span: i32| {
+        let twice = 2 * i128::from(span) * along + length_2;
+        i64::try_from(twice.div_euclid(2 * length_2)).ok()
+    };
+    let (x, y) = (i64::from(segment.from.x.units()), i64::from(segment.from.y.units()));
+    Point::from_units(x + part(d.dx)?, y + part(d.dy)?).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use keepout_kernel::exact::lattice::COORD_MAX;
+    use keepout_kernel::{Length, ProhibitedRegion, Region, Ring, Side, Triangle};
+
+    /// Far from all the points of the tests.
+    fn part() -> ProhibitedRegion {
+        let at = |x: i64, y: i64| Point::from_units(x, y).unwrap();
+        let (far, edge) = (i64::from(COORD_MAX) - 10, i64::from(COORD_MAX));
+        let ring = Ring::new(vec![at(far, far), at(edge, far), at(edge, edge)]).unwrap();
+        ProhibitedRegion::new(Region::new(vec![ring]).unwrap(), Side::Outside).unwrap()
+    }
+
+    /// Small lattices, so that points coincide and lie on lines often; the oracle looks at all triangles.
+    #[test]
+    fn hull_is_what_the_triangles_are() {
+        let part = part();
+        let mut random = fastrand::Rng::with_seed(9);
+        for _ in 0..4000 {
+            let size = random.i64(1..9);
+            let place = |random: &mut fastrand::Rng| {
+                Point::from_units(random.i64(0..size), random.i64(0..size)).unwrap()
+            };
+            let points: Vec<Point> = (0..random.usize(1..=POINTS_MAX)).map(|_| place(&mut random)).collect();
+            let free: Vec<FreePoint> =
+                points.iter().map(|&point| part.free_point(point, Length::ZERO).unwrap()).collect();
+            let hull = Hull::of(free.iter().copied()).unwrap();
+            let probe = place(&mut random);
+            let here = Segment { from: probe, to: probe };
+            let inside = points.iter().any(|&a| {
+                points.iter().any(|&b| {
+                    points.iter().any(|&c| {
+                        !Triangle { corners: [a, b, c] }.near_segment(here, Length::ZERO).is_clear()
+                    })
+                })
+            });
+            assert_eq!(hull.holds(probe), inside, "{points:?} {probe:?}");
+            assert!(hull.corners().iter().all(|corner| points.contains(&corner.point())));
+            let near = hull.nearest(probe).unwrap();
+            assert_eq!(near == probe, inside || near == probe, "{points:?} {probe:?}");
+        }
+        assert!(Hull::of(std::iter::empty()).is_none());
+    }
+}
