@@ -364,6 +364,16 @@ impl GrblSim {
                 self.arc_tolerance_mm = line[4..].parse().map_err(|_| 2_u8)?;
                 Ok(true)
             }
+            "$#" => {
+                let (x, y) = self.settings.work_offset_mm;
+                self.reply(&format!("[G54:{x:.3},{y:.3},0.000]"));
+                for name in ["G55", "G56", "G57", "G58", "G59", "G28", "G30", "G92"] {
+                    self.reply(&format!("[{name}:0.000,0.000,0.000]"));
+                }
+                self.reply("[TLO:0.000]");
+                self.reply("[PRB:0.000,0.000,0.000:0]");
+                Ok(true)
+            }
             "$N" => {
                 for (number, text) in self.startup.clone().iter().enumerate() {
                     self.reply(&format!("$N{number}={text}"));

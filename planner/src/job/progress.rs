@@ -150,8 +150,10 @@ impl Leg {
         let Some(under_way) = self.curves.get(curve) else { return CutTo::Nothing };
         let length = |curves: &[Curve]| curves.iter().map(length_mm).sum::<f64>();
         let (share, cut_to) = place_of(under_way, at).unwrap_or((0.0, under_way.from()));
-        let cut = length(&self.curves[self.on_loop.start..curve]) + share * length_mm(under_way);
-        match length(&self.curves[self.on_loop.clone()]) - cut {
+        // A job that was made by somebody else may claim what it does not have.
+        let of = |range| length(self.curves.get(range).unwrap_or(&[]));
+        let cut = of(self.on_loop.start..curve) + share * length_mm(under_way);
+        match of(self.on_loop.clone()) - cut {
             left if left <= DONE_MM => CutTo::End,
             _ if cut <= DONE_MM => CutTo::Nothing,
             _ => CutTo::Here(cut_to),

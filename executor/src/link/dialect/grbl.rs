@@ -46,6 +46,8 @@ pub struct Grbl {
     stage: Stage,
     /// Work coordinate offset, machine coordinates, once reported.
     work_offset: Option<Vector>,
+    /// What the list of parameters says of it.
+    stated: Stated,
     /// Free blocks at rest.
     blocks: Option<usize>,
     /// Free bytes of the receive buffer at rest.
@@ -61,6 +63,7 @@ impl Grbl {
             setting,
             stage: Stage::Silent,
             work_offset: None,
+            stated: Stated::default(),
             blocks: None,
             bytes: None,
             lines: Lines::default(),
@@ -134,6 +137,11 @@ impl Grbl {
         } else if line.starts_with("Grbl ") || line.starts_with("GrblHAL ") {
             self.greeted()
         } else if line.starts_with("[HLP:") && self.stage == Stage::Waking {
+            None
+        } else if let Some(inner) = line.strip_prefix('[').and_then(|rest| rest.strip_suffix(']'))
+            && matches!(self.stage, Stage::Arming(_))
+        {
+            self.stated.take(inner);
             None
         } else if line.starts_with('[') && line.ends_with(']') || line.starts_with('>') {
             Some(Reply::Message(text(line)))
@@ -266,7 +274,8 @@ impl Grbl {
             Some(position) => Some(position.translated(back).ok()?),
             None => None,
         };
-        let position = position.filter(|_| self.work_offset.is_some() || self.stage != Stage::Ready);
+        let agreed = self.work_offset.is_some() && self.work_offset == self.stated.sum();
+        let position = position.filter(|_| agreed || self.stage != Stage::Ready);
         Some(Reply::Report(Report { mode, position, queued, waiting }))
     }
 
@@ -307,11 +316,12 @@ impl Dialect for Grbl {
                 out.extend(b"$\n");
                 self.stage = Stage::Waking;
             }
-            // A change of work coordinates makes the next report carry their offset.
+            // A change of work coordinates makes the next report carry their offset; the list of parameters must agree.
             Command::Arm => {
-                out.extend(b"G21G90G94G17G40G49G80G55\nG54\n");
+                out.extend(b"G21G90G94G17G40G49G80G55\nG54\n$#\n");
                 self.work_offset = None;
-                self.stage = Stage::Arming(2);
+                self.stated = Stated::default();
+                self.stage = Stage::Arming(3);
             }
             Command::Home => {
                 out.extend(b"$H\n");
@@ -382,6 +392,31 @@ fn alarm_text(code: u16) -> &'static str {
         3 => "reset while moving, position lost",
         6..=9 => "homing failed",
         _ => "",
+    }
+}
+
+/// The offsets that make up that of work coordinates, as the list of parameters states them: a report that was damaged on the
+/// way would send a contour elsewhere.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Stated {
+    g54: Option<Vector>,
+    g92: Option<Vector>,
+}
+
+impl Stated {
+    fn take(&mut self, line: &str) {
+        let Some((name, value)) = line.split_once(':') else { return };
+        let offset = plane(value).map(|point| point.minus(Point::ORIGIN));
+        match name {
+            "G54" => self.g54 = offset,
+            "G92" => self.g92 = offset,
+            _ => {}
+        }
+    }
+
+    fn sum(&self) -> Option<Vector> {
+        let (a, b) = (self.g54?, self.g92?);
+        Some(Vector { dx: a.dx.checked_add(b.dx)?, dy: a.dy.checked_add(b.dy)? })
     }
 }
 
@@ -509,7 +544,9 @@ mod tests {
 
     #[test]
     fn report_is_read_in_drawing_coordinates() {
-        let mut grbl = ready();
+        let mut grbl = dialect();
+        grbl.stage = Stage::Arming(1);
+        hear(&mut grbl, b"[G54:1.000,1.500,0.000]\r\n[G92:0.000,0.500,0.000]\r\nok\r\n");
         let idle = b"<Idle|MPos:0.000,0.000,0.000|Bf:15,128|WCO:1.000,2.000,0.000>\r\n";
         hear(&mut grbl, idle);
         let (replies, _) = hear(&mut grbl, b"<Jog|MPos:-150.000,20.005,0.000|Bf:14,100|FS:600,0>\r\nok\r\n");

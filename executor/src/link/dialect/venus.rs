@@ -105,10 +105,6 @@ impl Venus {
             line.thousandths(u64::from(feed_mm_min) * 1000 / 60);
             line.word(b"setvel");
         }
-        // A reset would change the unit under a line that is on its way.
-        for word in [&b"2"[..], b"1", b"setunit", b"2", b"2", b"setunit"] {
-            line.word(word);
-        }
         for _ in 0..CLEARED {
             line.word(b"clear");
         }

@@ -39,16 +39,13 @@ fn jogs_are_accepted_when_read_and_contours_when_done() {
     let mut venus = dialect();
     assert_eq!(
         said(&mut venus, &jog_to(500_123, 0, 600)),
-        "10.000 setvel 2 1 setunit 2 2 setunit clear clear clear clear -194.99877 0.005 move st "
+        "10.000 setvel clear clear clear clear -194.99877 0.005 move st "
     );
     assert_eq!(said(&mut venus, &Command::Query), "", "it waits");
     assert_eq!(said(&mut venus, &Command::Cancel), "abort ", "it does not");
     assert_eq!(hear(&mut venus, "1\r\n"), (vec![Reply::Accepted], "st p ".into()));
     assert_eq!(hear(&mut venus, "1\r\n0 0\r\n").0.len(), 1);
-    assert_eq!(
-        said(&mut venus, &contour_to(0, -500, 600)),
-        "2 1 setunit 2 2 setunit clear clear clear clear -200 0 move st p "
-    );
+    assert_eq!(said(&mut venus, &contour_to(0, -500, 600)), "clear clear clear clear -200 0 move st p ");
     assert_eq!(hear(&mut venus, "1\r\n-198 0\r\n"), (vec![], "st p ".into()));
     let mut skipped = venus.clone();
     assert_eq!(hear(&mut venus, "0\r\n-200.002 0\r\n"), (vec![Reply::Accepted], String::new()));
