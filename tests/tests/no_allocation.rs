@@ -28,7 +28,8 @@ fn decisions_allocate_nothing_after_the_start() {
                 take();
                 let blocks = dhat::HeapStats::get().total_blocks - before;
                 // Working a contour out and certifying it comes before its start.
-                if !matches!(phase, Phase::Touching) && blocks > 0 {
+                let starts = matches!(phase, Phase::Touching | Phase::Starting | Phase::Faulted);
+                if !starts && blocks > 0 {
                     worst = worst.max(blocks);
                     eprintln!("{style:?}, {phase:?}, {cause:?}: {blocks} blocks");
                 }
@@ -37,7 +38,8 @@ fn decisions_allocate_nothing_after_the_start() {
             });
         }
         assert_eq!(worst, 0, "{style:?}");
-        assert!(run.supervisor().counts().jogs > 10, "{style:?}: {:?}", run.supervisor().counts());
+        assert!(run.supervisor().counts().jogs > 1, "{style:?}: {:?}", run.supervisor().counts());
+        assert!(run.supervisor().fault().is_none(), "{:?}", run.supervisor().fault());
         eprintln!("{style:?}: {contouring} of {decisions} decisions while contouring");
     }
 }

@@ -21,6 +21,8 @@ pub struct Abilities {
     pub queues: bool,
     /// Jogs can be stopped under way.
     pub cancels: bool,
+    /// A cancel throws away lines that were received and not read, without an answer.
+    pub flushes: bool,
     /// A contour can be held and gone on with.
     pub holds: bool,
     /// A checksum protects the line both ways.

@@ -154,7 +154,7 @@ impl Steering {
         if turns && (ahead_mm > SHORT_QUEUE_MM || single) {
             self.cancel(helm);
         }
-        if helm.guard.unacknowledged() > 0 || single && !helm.guard.settled() {
+        if self.resting || helm.guard.unacknowledged() > 0 || single && !helm.guard.settled() {
             return Contact::Unknown;
         }
         let speed = length * helm.limits.speed_mm_s;
@@ -246,9 +246,11 @@ impl Steering {
     /// runs after a cancel, and needs another.
     pub(super) fn cancel(&mut self, helm: &mut Helm<'_>) {
         let counts = (helm.guard.sent(), helm.guard.unacknowledged());
-        if helm.guard.settled() || self.cancelled == Some(counts) {
+        let flushed = helm.abilities.flushes && helm.guard.unacknowledged() > 0;
+        if helm.guard.settled() || self.cancelled == Some(counts) || flushed {
             return;
         }
+        self.resting |= helm.abilities.flushes;
         self.cancelled = Some(counts);
         if helm.abilities.cancels {
             helm.counts.cancels += 1;

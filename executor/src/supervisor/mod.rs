@@ -423,7 +423,7 @@ impl Supervisor {
 
     /// Brings the machine to rest and ends the session.
     pub fn halt(&mut self) -> Option<Command> {
-        let stopping = State::Stopping { aborted: false };
+        let stopping = State::Stopping { aborted: false, stale: self.queries.len() };
         match self.phase() {
             Phase::Stopping | Phase::Done => None,
             Phase::Faulted | Phase::Starting => {

@@ -35,6 +35,8 @@ pub(super) enum State {
     /// Coming to rest for the end, or for giving up a contour.
     Stopping {
         aborted: bool,
+        /// So many reports are still to come that were asked for before.
+        stale: usize,
     },
     Done,
     Faulted {

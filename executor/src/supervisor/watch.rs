@@ -52,7 +52,7 @@ impl Supervisor {
                 _ => Err(Fault::Garbled { line }),
             },
             Reply::Restarted => match self.state {
-                State::Connecting { .. } | State::Stopping { aborted: true } => Ok(()),
+                State::Connecting { .. } | State::Stopping { aborted: true, .. } => Ok(()),
                 _ => Err(Fault::WasReset),
             },
             Reply::Displaced => Err(Fault::OffsetChanged),
@@ -136,7 +136,9 @@ impl Supervisor {
         };
         self.check_answers(&sighting, now)?;
         self.guard.reported(&sighting, stamp, now)?;
-        if let State::Stopping { aborted } = &mut self.state {
+        if let State::Stopping { stale: stale @ 1.., .. } = &mut self.state {
+            *stale -= 1;
+        } else if let State::Stopping { aborted, .. } = &mut self.state {
             match report.mode {
                 // What is queued behind the hold is forgotten, so that nobody starts it later.
                 Mode::Held if !*aborted => {
@@ -166,7 +168,15 @@ impl Supervisor {
             return Ok(());
         }
         let since = *self.unanswered_since.get_or_insert(now);
-        if now.since(since) > self.options.answer_within { Err(Fault::LineLost) } else { Ok(()) }
+        if now.since(since) <= self.options.answer_within {
+            return Ok(());
+        }
+        // A line that was thrown away by the cancel that ends the session is none to complain of.
+        if let State::Stopping { .. } = self.state {
+            self.state = State::Done;
+            return Ok(());
+        }
+        Err(Fault::LineLost)
     }
 
     /// How long the controller may be silent.

@@ -219,6 +219,15 @@ fn hunt(worlds: &Worlds, arguments: &Arguments) -> ExitCode {
                         let spec = Spec::of(seeds(arguments.seed, number, session).1);
                         let outcome = play(&world, &spec, whole());
                         totals.add(&outcome);
+                        if let Some(fault) = outcome.fault.as_ref().filter(|_| spec.faults.is_empty()) {
+                            failed.store(true, Ordering::Relaxed);
+                            println!(
+                                "a fault where nothing was wrong: {fault}\n  in {} ({}), {spec:?}",
+                                world.name,
+                                world.language.name()
+                            );
+                            println!("  again: --replay {}:{}", world.seed, spec.seed);
+                        }
                         if let Some(verdict) = outcome.verdict {
                             failed.store(true, Ordering::Relaxed);
                             tell(&world, &spec, verdict, whole());

@@ -6,7 +6,8 @@
 //! Arcs are written by their radius, to 10 nm, and turn a quarter at most: the arc through the same ends leaves the certified
 //! one by less than half the difference of the radii. One that arrives twice is refused (its ends coincide).
 //!
-//! grblHAL differs where it matters here: a hold does not stop a jog (it is cancelled instead, which both know), its planner
+//! grblHAL differs where it matters here: a cancel throws away lines it has not read, so that none is sent until the tool rests;
+//! a hold does not stop a jog (it is cancelled instead, which both know), its planner
 //! has more blocks (they are counted from what it reports at rest), and it says more (fields that are not known are skipped).
 
 use keepout_kernel::{Curve, LatticeError, Point, Turn, Vector};
@@ -43,6 +44,7 @@ enum Stage {
 #[derive(Clone, Debug)]
 pub struct Grbl {
     setting: Setting,
+    hal: bool,
     stage: Stage,
     /// Work coordinate offset, machine coordinates, once reported.
     work_offset: Option<Vector>,
@@ -61,6 +63,7 @@ impl Grbl {
     pub fn new(setting: Setting) -> Self {
         Self {
             setting,
+            hal: false,
             stage: Stage::Silent,
             work_offset: None,
             stated: Stated::default(),
@@ -68,6 +71,12 @@ impl Grbl {
             bytes: None,
             lines: Lines::default(),
         }
+    }
+
+    /// The same for grblHAL.
+    #[must_use]
+    pub fn hal(setting: Setting) -> Self {
+        Self { hal: true, ..Self::new(setting) }
     }
 
     fn motion(&self, motion: &Motion, out: &mut Vec<u8>) -> Result<(), LatticeError> {
@@ -295,6 +304,7 @@ impl Dialect for Grbl {
             arcs: true,
             queues: true,
             cancels: true,
+            flushes: self.hal,
             holds: true,
             checked: false,
         }

@@ -87,7 +87,8 @@ impl Language {
     #[must_use]
     pub fn dialect(&self, setting: Setting) -> Box<dyn Dialect> {
         match self {
-            Self::Grbl | Self::GrblHal => Box::new(Grbl::new(setting)),
+            Self::Grbl => Box::new(Grbl::new(setting)),
+            Self::GrblHal => Box::new(Grbl::hal(setting)),
             Self::Zaber => Box::new(Zaber::new(setting)),
             Self::Venus => Box::new(Venus::new(setting)),
             Self::Described { description, .. } => Box::new(Described::new(Arc::clone(description), setting)),

@@ -228,6 +228,7 @@ impl Dialect for Venus {
             arcs: false,
             queues: false,
             cancels: true,
+            flushes: false,
             holds: false,
             checked: false,
         }

@@ -315,6 +315,7 @@ impl Dialect for Zaber {
             arcs: false,
             queues: false,
             cancels: false,
+            flushes: false,
             holds: false,
             checked: true,
         }

@@ -4,12 +4,14 @@ use keepout_kernel::exact::segment::{Orientation, Window, distance_2, orientatio
 use keepout_kernel::{FreePoint, Point, Segment};
 
 /// Most points.
-pub(super) const POINTS_MAX: usize = 10;
+const POINTS_MAX: usize = 10;
+/// Corners while it is built: both chains can hold every point for a while.
+const CORNERS_MAX: usize = 2 * POINTS_MAX + 1;
 
 /// A convex hull: its corners counter-clockwise; two for points on a line, one for a single point.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Hull {
-    corners: [FreePoint; POINTS_MAX],
+    corners: [FreePoint; CORNERS_MAX],
     count: usize,
 }
 
@@ -26,11 +28,11 @@ impl Hull {
         }
         let key = |free: &FreePoint| (free.point().x.units(), free.point().y.units());
         sorted[..count].sort_unstable_by_key(key);
-        let mut hull = Self { corners: [first; POINTS_MAX], count: 0 };
+        let mut hull = Self { corners: [first; CORNERS_MAX], count: 0 };
         hull.chain(sorted[..count].iter().copied(), 0)?;
         let lower = hull.count;
         hull.chain(sorted[..count].iter().rev().copied(), lower)?;
-        let hull = if hull.count == 0 { Self { count: 1, corners: [sorted[0]; POINTS_MAX] } } else { hull };
+        let hull = if hull.count == 0 { Self { count: 1, corners: [sorted[0]; CORNERS_MAX] } } else { hull };
         points.into_iter().all(|free| hull.holds(free.point())).then_some(hull)
     }
 
@@ -46,15 +48,7 @@ impl Hull {
             }
             let repeats = self.count > begins && self.corners[self.count - 1].point() == free.point();
             if !repeats {
-                // At most one corner more than points: the first again, which is taken off below.
-                if self.count == POINTS_MAX {
-                    return if begins > 0 && free.point() == self.corners[0].point() {
-                        Some(())
-                    } else {
-                        None
-                    };
-                }
-                self.corners[self.count] = free;
+                *self.corners.get_mut(self.count)? = free;
                 self.count += 1;
             }
         }
@@ -135,11 +129,12 @@ mod tests {
         let part = part();
         let mut random = fastrand::Rng::with_seed(9);
         for _ in 0..4000 {
-            let size = random.i64(1..9);
+            let size = [random.i64(1..9), 1000][random.usize(0..2)];
             let place = |random: &mut fastrand::Rng| {
                 Point::from_units(random.i64(0..size), random.i64(0..size)).unwrap()
             };
-            let points: Vec<Point> = (0..random.usize(1..=POINTS_MAX)).map(|_| place(&mut random)).collect();
+            let count = if random.bool() { POINTS_MAX } else { random.usize(1..=POINTS_MAX) };
+            let points: Vec<Point> = (0..count).map(|_| place(&mut random)).collect();
             let free: Vec<FreePoint> =
                 points.iter().map(|&point| part.free_point(point, Length::ZERO).unwrap()).collect();
             let hull = Hull::of(free.iter().copied()).unwrap();

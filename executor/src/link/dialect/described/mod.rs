@@ -377,6 +377,7 @@ impl Dialect for Described {
             arcs: self.description.arcs.is_some() && contours == MotionShape::Line,
             queues,
             cancels: self.description.stop.is_some(),
+            flushes: false,
             holds: false,
             checked: false,
         }
