@@ -14,6 +14,7 @@ static ALLOCATOR: dhat::Alloc = dhat::Alloc;
 fn decisions_allocate_nothing_after_the_start() {
     let _profiler = dhat::Profiler::builder().testing().build();
     let drawing = Path::new(env!("CARGO_MANIFEST_DIR")).join("../executor/drawings/bracket.dxf");
+    let mut jogs = 0;
     for style in Style::ALL {
         let work = Workpiece::new(plan_of(&drawing, &order(6.0)).unwrap());
         let mut run = Decisions::new(work, Box::new(Hostile::new(style, true, 3))).unwrap();
@@ -38,8 +39,9 @@ fn decisions_allocate_nothing_after_the_start() {
             });
         }
         assert_eq!(worst, 0, "{style:?}");
-        assert!(run.supervisor().counts().jogs > 1, "{style:?}: {:?}", run.supervisor().counts());
+        jogs += run.supervisor().counts().jogs;
         assert!(run.supervisor().fault().is_none(), "{:?}", run.supervisor().fault());
         eprintln!("{style:?}: {contouring} of {decisions} decisions while contouring");
     }
+    assert!(jogs > 1000, "{jogs} jogs in all");
 }

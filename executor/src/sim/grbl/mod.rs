@@ -1,0 +1,418 @@
+//! A controller that speaks GRBL 1.1, as far as a host can see.
+//!
+//! Behaviour follows what was observed on the real firmware: `$J=` is acknowledged when its block is planned, a line
+//! that finds the planner full waits with its absolute target, 0x85 acts only while jogging and leaves waiting bytes
+//! alone, so that a line that waited is planned from where the tool stopped.
+
+mod program;
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use keepout_planner::machine::MachineProfile;
+
+use super::controller::{Controller, Disturbance};
+use super::motion::{Drives, Motion, Outcome, Sample, SampleKind};
+use crate::time::Time;
+
+/// How the simulated controller is set up.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SimSettings {
+    /// The machine.
+    pub machine: MachineProfile,
+    /// Where the tool stands at power-up, machine coordinates, mm.
+    pub start_mm: (f64, f64),
+    /// Whether it is homed already.
+    pub homed: bool,
+    /// How long homing takes.
+    pub homing: Duration,
+    /// Work offset of G54, machine coordinates, mm: programmed motions count from there.
+    pub work_offset_mm: (f64, f64),
+}
+
+/// What GRBL 1.1 and grblHAL do differently.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Firmware {
+    greeting: &'static str,
+    rx_buffer: usize,
+    line_max: usize,
+    blocks: usize,
+    /// A hold stops a jog, as a cancel would.
+    hold_cancels_jogs: bool,
+    /// A cancel throws away what was received.
+    cancel_flushes: bool,
+    /// What reports carry besides.
+    extra: &'static str,
+}
+
+const GRBL: Firmware = Firmware {
+    greeting: "\r\nGrbl 1.1h ['$' for help]\r\n",
+    rx_buffer: 128,
+    line_max: 80,
+    blocks: 15,
+    hold_cancels_jogs: true,
+    cancel_flushes: false,
+    extra: "",
+};
+
+const GRBL_HAL: Firmware = Firmware {
+    greeting: "\r\nGrblHAL 1.1f ['$' or '$HELP' for help]\r\n",
+    rx_buffer: 1024,
+    line_max: 120,
+    blocks: 100,
+    hold_cancels_jogs: false,
+    cancel_flushes: true,
+    extra: "|TLR:0|H:1",
+};
+
+/// Reports carry the work offset every so many times.
+const OFFSET_EVERY: u32 = 30;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Mode {
+    Idle,
+    Jog,
+    Run,
+    Hold,
+    Home(Time),
+    Alarm,
+    /// After ALARM:2 nothing is answered until a reset.
+    Locked,
+}
+
+/// What bare axis words mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum MotionMode {
+    /// G0 or G1.
+    Straight,
+    Arc {
+        left: bool,
+    },
+    Cancelled,
+}
+
+/// Motions of a line that still have to be planned; its `ok` comes when all are.
+#[derive(Clone, Debug)]
+struct Waiting {
+    targets: VecDeque<(f64, f64)>,
+    feed: f64,
+    jog: bool,
+}
+
+/// The simulated controller.
+#[derive(Clone, Debug)]
+pub struct GrblSim {
+    firmware: Firmware,
+    settings: SimSettings,
+    motion: Motion,
+    mode: Mode,
+    rx: VecDeque<u8>,
+    line: Vec<u8>,
+    overflowed: bool,
+    waiting: Option<Waiting>,
+    tx: Vec<u8>,
+    now: Time,
+    reports: u32,
+    report_mask: u8,
+    arc_tolerance_mm: f64,
+    feed: f64,
+    absolute: bool,
+    motion_mode: MotionMode,
+    startup: [String; 2],
+    in_g54: bool,
+    samples: Vec<Sample>,
+    lost_bytes: u64,
+}
+
+impl GrblSim {
+    /// A GRBL 1.1 controller that was just switched on.
+    #[must_use]
+    pub fn new(settings: SimSettings) -> Self {
+        Self::with(settings, GRBL)
+    }
+
+    /// A grblHAL controller that was just switched on.
+    #[must_use]
+    pub fn hal(settings: SimSettings) -> Self {
+        Self::with(settings, GRBL_HAL)
+    }
+
+    fn with(settings: SimSettings, firmware: Firmware) -> Self {
+        let drives = Drives {
+            max_rate: settings.machine.max_rate_mm_s,
+            acceleration: settings.machine.acceleration_mm_s2,
+            junction_deviation: 0.01,
+        };
+        Self {
+            firmware,
+            motion: Motion::new(drives, settings.start_mm),
+            mode: if settings.homed { Mode::Idle } else { Mode::Alarm },
+            settings,
+            rx: VecDeque::new(),
+            line: Vec::new(),
+            overflowed: false,
+            waiting: None,
+            tx: firmware.greeting.as_bytes().to_vec(),
+            now: Time::ZERO,
+            reports: 0,
+            report_mask: 1,
+            arc_tolerance_mm: 0.002,
+            feed: 0.0,
+            absolute: true,
+            motion_mode: MotionMode::Straight,
+            startup: [String::new(), String::new()],
+            in_g54: true,
+            samples: Vec::new(),
+            lost_bytes: 0,
+        }
+    }
+
+    /// Bytes that found the receive buffer full.
+    #[must_use]
+    pub fn lost_bytes(&self) -> u64 {
+        self.lost_bytes
+    }
+
+    /// Goes on by the time to the next thing that happens, `now` at most.
+    fn go_on(&mut self, now: Time) {
+        let left = now.since(self.now).as_secs_f64();
+        let step = self.motion.next_event().map_or(left, |event| (event + 1e-6).min(left));
+        let at = if step < left { self.now.after(Duration::from_secs_f64(step)) } else { now };
+        let kind = self.sample_kind();
+        let samples = &mut self.samples;
+        let outcome = self.motion.advance(step, |position_mm| samples.push(Sample { at, position_mm, kind }));
+        match outcome {
+            Outcome::Held => self.mode = Mode::Hold,
+            Outcome::Flushed => self.mode = Mode::Idle,
+            Outcome::Going if self.motion.is_resting() && matches!(self.mode, Mode::Jog | Mode::Run) => {
+                self.mode = Mode::Idle;
+            }
+            Outcome::Going => {}
+        }
+        self.samples.push(Sample { at, position_mm: self.motion.position(), kind });
+        self.now = at;
+        self.plan_waiting();
+        self.process_lines();
+    }
+
+    fn sample_kind(&self) -> SampleKind {
+        match self.mode {
+            Mode::Jog => SampleKind::Jog,
+            Mode::Run => SampleKind::Run,
+            _ => SampleKind::Rest,
+        }
+    }
+
+    fn reply(&mut self, text: &str) {
+        self.tx.extend(text.as_bytes());
+        self.tx.extend(b"\r\n");
+    }
+
+    fn report(&mut self) {
+        let state = match self.mode {
+            Mode::Idle => "Idle",
+            Mode::Jog => "Jog",
+            Mode::Run if self.motion.is_stopping() => "Hold:1",
+            Mode::Run => "Run",
+            Mode::Hold => "Hold:0",
+            Mode::Alarm => "Alarm",
+            Mode::Home(_) | Mode::Locked => return,
+        };
+        let (x, y) = self.motion.position();
+        let step =
+            |c: f64| (c * self.settings.machine.steps_per_mm).round() / self.settings.machine.steps_per_mm;
+        let mut text = format!("<{state}|MPos:{:.3},{:.3},0.000", step(x), step(y));
+        if self.report_mask & 2 != 0 {
+            let free = self.firmware.blocks - self.motion.queued().min(self.firmware.blocks);
+            text += &format!("|Bf:{free},{}", self.firmware.rx_buffer - self.rx.len());
+        }
+        text += &format!("|FS:{:.0},0", self.motion.speed() * 60.0);
+        if self.reports.is_multiple_of(OFFSET_EVERY) {
+            let (x, y) = self.work_offset();
+            text += &format!("|WCO:{x:.3},{y:.3},0.000");
+        }
+        self.reports += 1;
+        text += self.firmware.extra;
+        self.reply(&(text + ">"));
+    }
+
+    /// G54's offset as set up; G55's is zero.
+    fn work_offset(&self) -> (f64, f64) {
+        if self.in_g54 { self.settings.work_offset_mm } else { (0.0, 0.0) }
+    }
+
+    fn feed_hold(&mut self) {
+        match self.mode {
+            Mode::Jog if self.firmware.hold_cancels_jogs => self.motion.cancel(),
+            Mode::Run => self.motion.hold(),
+            Mode::Idle => self.mode = Mode::Hold,
+            _ => {}
+        }
+    }
+
+    fn cycle_start(&mut self) {
+        if self.mode == Mode::Hold {
+            self.motion.resume();
+            self.mode = if self.motion.queued() > 0 { Mode::Run } else { Mode::Idle };
+        }
+    }
+
+    fn jog_cancel(&mut self) {
+        if self.mode != Mode::Jog {
+            return;
+        }
+        self.motion.cancel();
+        if self.firmware.cancel_flushes {
+            self.rx.clear();
+            self.line.clear();
+            self.waiting = None;
+        }
+    }
+
+    fn reset(&mut self) {
+        let moving = self.motion.speed() > 0.0 || matches!(self.mode, Mode::Home(_));
+        self.motion.kill();
+        self.rx.clear();
+        self.line.clear();
+        self.waiting = None;
+        if moving {
+            self.reply("ALARM:3");
+        }
+        self.mode =
+            if moving || matches!(self.mode, Mode::Alarm | Mode::Locked) { Mode::Alarm } else { Mode::Idle };
+        self.tx.extend(self.firmware.greeting.as_bytes());
+        self.in_g54 = true;
+        self.absolute = true;
+        self.feed = 1e9;
+        self.motion_mode = MotionMode::Straight;
+        if self.mode == Mode::Idle {
+            for line in self.startup.clone().iter().filter(|line| !line.is_empty()) {
+                self.reply(&format!(">{line}:ok"));
+                let _ = self.program(line);
+            }
+        }
+    }
+
+    /// Reads lines from the receive buffer until one has to wait.
+    fn process_lines(&mut self) {
+        while self.waiting.is_none() && !matches!(self.mode, Mode::Home(_) | Mode::Locked | Mode::Hold) {
+            let Some(byte) = self.rx.pop_front() else { break };
+            if byte != b'\n' && byte != b'\r' {
+                if self.line.len() < self.firmware.line_max {
+                    self.line.push(byte)
+                } else {
+                    self.overflowed = true
+                }
+                continue;
+            }
+            let line = std::mem::take(&mut self.line);
+            if std::mem::take(&mut self.overflowed) {
+                self.reply("error:11");
+                continue;
+            }
+            let text: String = String::from_utf8_lossy(&line)
+                .chars()
+                .filter(|c| !c.is_whitespace())
+                .collect::<String>()
+                .to_uppercase();
+            match self.execute(&text) {
+                Ok(true) => self.reply("ok"),
+                Ok(false) => {}
+                Err(code) => self.reply(&format!("error:{code}")),
+            }
+            self.plan_waiting();
+        }
+    }
+
+    /// Plans what is waiting, as far as the planner has room.
+    fn plan_waiting(&mut self) {
+        let stopping = matches!(self.mode, Mode::Hold | Mode::Alarm | Mode::Locked);
+        let Some(waiting) = self.waiting.as_mut().filter(|_| !stopping) else { return };
+        // While a stop is under way the planner is not added to.
+        if waiting.jog && self.mode == Mode::Run || self.motion.is_stopping() {
+            return;
+        }
+        let shortest = 0.5 / self.settings.machine.steps_per_mm;
+        while self.motion.queued() < self.firmware.blocks {
+            let Some(target) = waiting.targets.pop_front() else { break };
+            let moves = self.motion.push(target, waiting.feed, shortest);
+            if moves && self.mode == Mode::Idle {
+                self.mode = if waiting.jog { Mode::Jog } else { Mode::Run };
+            }
+        }
+        if waiting.targets.is_empty() {
+            self.waiting = None;
+            self.reply("ok");
+        }
+    }
+}
+
+impl Controller for GrblSim {
+    /// Realtime characters act at once, others wait in the receive buffer.
+    fn receive(&mut self, byte: u8) {
+        match byte {
+            b'?' => self.report(),
+            b'!' => self.feed_hold(),
+            b'~' => self.cycle_start(),
+            0x18 => self.reset(),
+            0x85 => self.jog_cancel(),
+            0x80..=0xff => {}
+            _ if self.rx.len() < self.firmware.rx_buffer => self.rx.push_back(byte),
+            _ => self.lost_bytes += 1,
+        }
+        if byte == b'\n' || byte == b'\r' {
+            self.process_lines();
+        }
+    }
+
+    fn minds(&self, byte: u8) -> bool {
+        matches!(byte, b'\n' | b'\r' | b'?' | b'!' | b'~' | 0x18 | 0x80..)
+    }
+
+    fn transmit(&mut self, into: &mut Vec<u8>) {
+        into.append(&mut self.tx);
+    }
+
+    fn take_samples(&mut self, into: &mut Vec<Sample>) {
+        into.append(&mut self.samples);
+    }
+
+    fn advance(&mut self, now: Time) {
+        if let Mode::Home(done) = self.mode
+            && now >= done
+        {
+            self.now = self.now.max(done);
+            self.mode = Mode::Idle;
+            self.reply("ok");
+            self.process_lines();
+        }
+        while self.now < now {
+            self.go_on(now);
+        }
+    }
+
+    fn next_event(&self) -> Time {
+        if let Mode::Home(done) = self.mode {
+            return done;
+        }
+        let busy = self.waiting.is_some() || self.motion.is_stopping() || !self.rx.is_empty();
+        match self.motion.next_event() {
+            Some(seconds) if busy => self.now.after(Duration::from_secs_f64(seconds + 2e-6)),
+            _ => Time::NEVER,
+        }
+    }
+
+    fn disturb(&mut self, disturbance: Disturbance) {
+        match disturbance {
+            Disturbance::Reset => self.reset(),
+            Disturbance::Alarm => {
+                self.motion.kill();
+                self.mode = Mode::Alarm;
+                self.reply("ALARM:1");
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

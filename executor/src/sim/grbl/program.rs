@@ -1,0 +1,266 @@
+//! Lines of the simulated GRBL: system commands, jogs and G-code.
+
+use std::collections::VecDeque;
+
+use super::{GrblSim, Mode, MotionMode, Waiting};
+
+impl GrblSim {
+    /// Executes a line: whether its `ok` is due now.
+    pub(super) fn execute(&mut self, line: &str) -> Result<bool, u8> {
+        match line {
+            "" => Ok(true),
+            "$H" => {
+                self.mode = Mode::Home(self.now.after(self.settings.homing));
+                Ok(false)
+            }
+            _ if line.starts_with("$J=") => self.jog(&line[3..]),
+            _ if line.starts_with('$') => match line.split_once('=') {
+                Some((name, value)) => self.set(name, value).map(|()| true),
+                None => self.list(line).map(|()| true),
+            },
+            _ if matches!(self.mode, Mode::Alarm | Mode::Jog) => Err(9),
+            _ => self.program(line),
+        }
+    }
+
+    /// A setting is stored.
+    fn set(&mut self, name: &str, value: &str) -> Result<(), u8> {
+        match name {
+            "$10" => self.report_mask = value.parse().map_err(|_| 2_u8)?,
+            "$12" => self.arc_tolerance_mm = value.parse().map_err(|_| 2_u8)?,
+            "$N0" => self.startup[0] = value.into(),
+            "$N1" => self.startup[1] = value.into(),
+            _ => return Err(3),
+        }
+        Ok(())
+    }
+
+    /// Something is asked for; or the alarm is unlocked.
+    fn list(&mut self, line: &str) -> Result<(), u8> {
+        match line {
+            "$" => self.reply("[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]"),
+            "$I" => {
+                self.reply("[VER:1.1h.20190825:simulated]");
+                self.reply(&format!("[OPT:V,{},{}]", self.firmware.blocks, self.firmware.rx_buffer));
+            }
+            "$G" => {
+                let (place, units) = (if self.in_g54 { 54 } else { 55 }, if self.absolute { 90 } else { 91 });
+                let feed = self.feed * 60.0;
+                self.reply(&format!("[GC:G1 G{place} G17 G21 G{units} G94 M5 M9 T0 F{feed:.0} S0]"));
+            }
+            "$$" => self.list_settings(),
+            "$#" => self.list_parameters(),
+            "$N" => {
+                let [first, second] = self.startup.clone();
+                self.reply(&format!("$N0={first}"));
+                self.reply(&format!("$N1={second}"));
+            }
+            "$X" => self.mode = if self.mode == Mode::Alarm { Mode::Idle } else { self.mode },
+            _ => return Err(3),
+        }
+        Ok(())
+    }
+
+    fn list_parameters(&mut self) {
+        let (x, y) = self.settings.work_offset_mm;
+        self.reply(&format!("[G54:{x:.3},{y:.3},0.000]"));
+        for name in ["G55", "G56", "G57", "G58", "G59", "G28", "G30", "G92"] {
+            self.reply(&format!("[{name}:0.000,0.000,0.000]"));
+        }
+        self.reply("[TLO:0.000]");
+        self.reply("[PRB:0.000,0.000,0.000:0]");
+    }
+
+    fn list_settings(&mut self) {
+        let machine = self.settings.machine.clone();
+        let per_minute = machine.max_rate_mm_s * 60.0;
+        let values = [
+            (10, f64::from(self.report_mask)),
+            (11, 0.01),
+            (12, self.arc_tolerance_mm),
+            (13, 0.0),
+            (20, 1.0),
+            (21, 1.0),
+            (22, 1.0),
+            (100, machine.steps_per_mm),
+            (101, machine.steps_per_mm),
+            (110, per_minute),
+            (111, per_minute),
+            (120, machine.acceleration_mm_s2),
+            (121, machine.acceleration_mm_s2),
+            (130, machine.stroke_mm[0]),
+            (131, machine.stroke_mm[1]),
+        ];
+        for (number, value) in values {
+            let text = if [10, 13, 20, 21, 22].contains(&number) {
+                format!("${number}={value:.0}")
+            } else {
+                format!("${number}={value:.3}")
+            };
+            self.reply(&text);
+        }
+    }
+
+    fn jog(&mut self, text: &str) -> Result<bool, u8> {
+        if !matches!(self.mode, Mode::Idle | Mode::Jog) {
+            return Err(8);
+        }
+        let words = words(text)?;
+        if words.iter().any(|&(letter, value)| letter == 'G' && (value == 0.0 || value == 1.0)) {
+            return Err(16);
+        }
+        let feed = value_of(&words, 'F').ok_or(22_u8)?;
+        let relative = words.contains(&('G', 91.0));
+        let offset = if words.contains(&('G', 53.0)) { (0.0, 0.0) } else { self.work_offset() };
+        let to = self.target(&words, !relative, offset)?;
+        if self.is_beyond(to) {
+            return Err(15);
+        }
+        self.waiting = Some(Waiting { targets: VecDeque::from([to]), feed: feed / 60.0, jog: true });
+        Ok(false)
+    }
+
+    pub(super) fn program(&mut self, text: &str) -> Result<bool, u8> {
+        let words = words(text)?;
+        for &(letter, value) in &words {
+            if letter == 'G' {
+                match value {
+                    0.0 | 1.0 => self.motion_mode = MotionMode::Straight,
+                    2.0 | 3.0 => self.motion_mode = MotionMode::Arc { left: value > 2.5 },
+                    80.0 => self.motion_mode = MotionMode::Cancelled,
+                    90.0 | 91.0 => self.absolute = value < 90.5,
+                    // A change of work coordinates is told with the next report.
+                    54.0 => (self.in_g54, self.reports) = (true, 0),
+                    55.0 => (self.in_g54, self.reports) = (false, 0),
+                    17.0 | 21.0 | 40.0 | 49.0 | 53.0 | 94.0 => {}
+                    _ => return Err(20),
+                }
+            }
+        }
+        if let Some(feed) = value_of(&words, 'F') {
+            self.feed = feed / 60.0;
+        }
+        if value_of(&words, 'X').is_none() && value_of(&words, 'Y').is_none() {
+            return Ok(true);
+        }
+        if self.motion_mode == MotionMode::Cancelled {
+            return Err(31);
+        }
+        if self.feed <= 0.0 {
+            return Err(22);
+        }
+        let to = self.target(&words, self.absolute, self.work_offset())?;
+        let targets = match self.motion_mode {
+            MotionMode::Arc { left } => self.arc_chords(to, &words, left)?,
+            _ => VecDeque::from([to]),
+        };
+        if targets.iter().any(|&target| self.is_beyond(target)) {
+            self.motion.kill();
+            self.mode = Mode::Locked;
+            self.reply("ALARM:2");
+            self.reply("[MSG:Reset to continue]");
+            return Ok(false);
+        }
+        self.waiting = Some(Waiting { targets, feed: self.feed, jog: false });
+        Ok(false)
+    }
+
+    fn target(&self, words: &[(char, f64)], absolute: bool, offset: (f64, f64)) -> Result<(f64, f64), u8> {
+        let end = self.motion.planned_end();
+        let axis = |letter, from: f64, offset: f64| match value_of(words, letter) {
+            Some(value) if absolute => value + offset,
+            Some(value) => from + value,
+            None => from,
+        };
+        let to = (single(axis('X', end.0, offset.0)), single(axis('Y', end.1, offset.1)));
+        if to.0.is_finite() && to.1.is_finite() { Ok(to) } else { Err(2) }
+    }
+
+    /// GRBL's `mc_arc`, in 32-bit floats as there: the number of chords is rounded down, and a sweep that comes out on
+    /// the wrong side of ±5e-7 becomes a full turn.
+    #[expect(clippy::cast_possible_truncation, reason = "the firmware computes in f32")]
+    fn arc_chords(
+        &self,
+        to: (f64, f64),
+        words: &[(char, f64)],
+        left: bool,
+    ) -> Result<VecDeque<(f64, f64)>, u8> {
+        const EPSILON: f32 = 5e-7;
+        let from = self.motion.planned_end();
+        let (x, y, to_x, to_y) = (from.0 as f32, from.1 as f32, to.0 as f32, to.1 as f32);
+        let (i, j) = match value_of(words, 'R') {
+            Some(radius) => centre_of(to_x - x, to_y - y, radius as f32, left)?,
+            None => (value_of(words, 'I').unwrap_or(0.0) as f32, value_of(words, 'J').unwrap_or(0.0) as f32),
+        };
+        let (cx, cy) = (x + i, y + j);
+        let radius = i.hypot(j);
+        let miss = ((to_x - cx).hypot(to_y - cy) - radius).abs();
+        if radius == 0.0 || miss > 0.005 && (miss > 0.5 || miss > 0.001 * radius) {
+            return Err(33);
+        }
+        let (rx, ry, tx, ty) = (-i, -j, to_x - cx, to_y - cy);
+        let turned = (rx * ty - ry * tx).atan2(rx * tx + ry * ty);
+        let turned = match left {
+            false if turned >= -EPSILON => turned - std::f32::consts::TAU,
+            true if turned <= EPSILON => turned + std::f32::consts::TAU,
+            _ => turned,
+        };
+        let tolerance = (self.arc_tolerance_mm as f32).min(radius);
+        let count = (0.5 * turned * radius).abs() / (tolerance * (2.0 * radius - tolerance)).sqrt();
+        let count = count.floor();
+        let mut targets = VecDeque::new();
+        let mut k = 1.0;
+        while k < count {
+            let phi = ry.atan2(rx) + turned * (k / count);
+            targets.push_back((f64::from(cx + radius * phi.cos()), f64::from(cy + radius * phi.sin())));
+            k += 1.0;
+        }
+        targets.push_back(to);
+        Ok(targets)
+    }
+
+    fn is_beyond(&self, (x, y): (f64, f64)) -> bool {
+        let [width, height] = self.settings.machine.stroke_mm;
+        !(-width..=0.0).contains(&x) || !(-height..=0.0).contains(&y)
+    }
+}
+
+/// GRBL's arc by its radius: the centre, seen from the start.
+fn centre_of(x: f32, y: f32, radius: f32, left: bool) -> Result<(f32, f32), u8> {
+    if x == 0.0 && y == 0.0 {
+        return Err(33);
+    }
+    let inside = 4.0 * radius * radius - x * x - y * y;
+    if inside < 0.0 {
+        return Err(34);
+    }
+    let h = -inside.sqrt() / x.hypot(y);
+    let h = if left { -h } else { h };
+    let h = if radius < 0.0 { -h } else { h };
+    Ok((0.5 * (x - y * h), 0.5 * (y + x * h)))
+}
+
+/// A coordinate as the firmware holds it.
+#[expect(clippy::cast_possible_truncation, reason = "the firmware computes in f32")]
+fn single(value: f64) -> f64 {
+    f64::from(value as f32)
+}
+
+fn words(text: &str) -> Result<Vec<(char, f64)>, u8> {
+    let mut words = Vec::new();
+    let mut rest = text;
+    while let Some(letter) = rest.chars().next() {
+        if !letter.is_ascii_uppercase() {
+            return Err(1);
+        }
+        let number = &rest[1..];
+        let end = number.find(|c: char| !(c.is_ascii_digit() || "+-.".contains(c))).unwrap_or(number.len());
+        words.push((letter, number[..end].parse().map_err(|_| 2_u8)?));
+        rest = &number[end..];
+    }
+    Ok(words)
+}
+
+fn value_of(words: &[(char, f64)], letter: char) -> Option<f64> {
+    words.iter().find(|word| word.0 == letter).map(|word| word.1)
+}
