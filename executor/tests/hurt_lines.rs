@@ -40,6 +40,7 @@ fn run(work: &Workpiece, language: &str, seed: u64) -> u64 {
     // From one fault in a hundred pieces to one in ten thousand.
     let often = 10.0_f64.powf(-2.0 * random.f64());
     let rates = Rates {
+        lie: 0.0,
         delay: 0.01 * often,
         delay_max: Duration::from_millis(800),
         loss: 0.003 * often,

@@ -24,7 +24,16 @@ pub struct Rates {
     pub kind: Damage,
     /// Noise arrives where nothing was sent.
     pub noise: f64,
+    /// A long piece is replaced by an earlier one; no two within [`LIES_APART`] pieces.
+    pub lie: f64,
 }
+
+/// Between two pieces that are replaced by earlier ones lie at least so many.
+pub const LIES_APART: u64 = 12;
+/// Pieces of at least so many bytes are replaced: reports, not acknowledgements.
+const LIE_BYTES: usize = 20;
+/// Pieces that are remembered.
+const REMEMBERED: usize = 8;
 
 /// What a damaged byte becomes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -57,13 +66,24 @@ pub struct Faults {
     random: fastrand::Rng,
     happened: u64,
     rubbish: bool,
+    /// The last long pieces.
+    earlier: std::collections::VecDeque<Vec<u8>>,
+    /// Long pieces since one was replaced.
+    since_lie: u64,
 }
 
 impl Faults {
     /// Faults at these rates.
     #[must_use]
     pub fn new(rates: Rates, seed: u64) -> Self {
-        Self { rates, random: fastrand::Rng::with_seed(seed), happened: 0, rubbish: false }
+        Self {
+            rates,
+            random: fastrand::Rng::with_seed(seed),
+            happened: 0,
+            rubbish: false,
+            earlier: std::collections::VecDeque::new(),
+            since_lie: 0,
+        }
     }
 
     /// Faults that have happened.
@@ -112,6 +132,21 @@ impl Faults {
         } else {
             Duration::ZERO
         }
+    }
+
+    /// An earlier piece that arrives in the place of this one, if so it happens.
+    pub fn lie(&mut self, piece: &[u8]) -> Option<Vec<u8>> {
+        if self.rates.lie <= 0.0 || piece.len() < LIE_BYTES {
+            return None;
+        }
+        self.since_lie += 1;
+        let earlier = self.earlier.front().cloned();
+        self.earlier.push_back(piece.to_vec());
+        if self.earlier.len() > REMEMBERED {
+            self.earlier.pop_front();
+        }
+        let lies = self.since_lie > LIES_APART && self.happens(self.rates.lie);
+        earlier.filter(|_| lies).inspect(|_| self.since_lie = 0)
     }
 
     /// What a byte arrives as: itself, another, or nothing.

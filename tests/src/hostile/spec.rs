@@ -24,6 +24,8 @@ pub enum Fault {
     DamageToController,
     /// Noise.
     Noise,
+    /// An answer is replaced by an earlier one, now and then.
+    Lie,
     /// The controller is reset.
     Reset,
     /// The controller raises an alarm.
@@ -44,7 +46,7 @@ pub enum Fault {
 
 impl Fault {
     /// The whole menu.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 16] = [
         Self::Delay,
         Self::Loss,
         Self::Doubling,
@@ -52,6 +54,7 @@ impl Fault {
         Self::DamageToHost,
         Self::DamageToController,
         Self::Noise,
+        Self::Lie,
         Self::Reset,
         Self::Alarm,
         Self::LostSteps,
@@ -140,6 +143,9 @@ impl Spec {
         set(Fault::Doubling, &mut rates.doubling, 0.05);
         set(Fault::Swap, &mut rates.swap, if counts { 0.1 } else { 0.0 });
         set(Fault::Noise, &mut rates.noise, 0.02);
+        if to_host {
+            set(Fault::Lie, &mut rates.lie, 0.2);
+        }
         let damage = if to_host { Fault::DamageToHost } else { Fault::DamageToController };
         set(damage, &mut rates.damage, 0.005);
         rates.kind = if to_host || checked { Damage::Any } else { Damage::Detectable };

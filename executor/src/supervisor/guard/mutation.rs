@@ -20,8 +20,6 @@ pub enum Mutation {
     SettleAtOnce,
     /// Any reported position is believed.
     BelieveAnyPosition,
-    /// One damaged report is believed.
-    TrustOneReport,
     /// Contours are not certified.
     UncertifiedContour,
     /// A contour goes on without waiting for acknowledgements.
@@ -36,13 +34,12 @@ pub enum Mutation {
 
 impl Mutation {
     /// Every part that can be taken out.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 10] = [
         Self::ForgetInFlight,
         Self::NoFans,
         Self::RetireOnAcknowledgement,
         Self::SettleAtOnce,
         Self::BelieveAnyPosition,
-        Self::TrustOneReport,
         Self::UncertifiedContour,
         Self::ContourUnacknowledged,
         Self::EscapeAnywhere,
@@ -61,7 +58,6 @@ impl Guard {
                 self.rules.contours = MotionShape::Line;
                 self.set.shape = MotionShape::Line;
             }
-            Mutation::TrustOneReport => self.set.checked = true,
             Mutation::NoMargin => {
                 let less =
                     |length: Length| Length::from_units(i64::from(length.units()) * 9 / 10).unwrap_or(length);

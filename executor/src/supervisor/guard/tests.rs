@@ -231,3 +231,30 @@ fn jogs_can_be_boxes_and_contours_lines() {
         assert_eq!(guard.certify_contour(9).is_ok(), clear, "{contours:?}");
     }
 }
+
+/// A report that was damaged, or is an old one, says that the tool rests where it was sent to; truly it is half-way, beyond
+/// the part. Where a checksum rules that out one report is enough, and this would go wrong.
+#[test]
+fn one_report_of_rest_is_not_believed_without_a_checksum() {
+    for checked in [false, true] {
+        let mut guard = guard_of(MotionShape::Line, checked);
+        let time = Time::from_micros(MS);
+        let (home, far, across) = (at(-1000, -1000), at(-1000, 8000), at(9900, -1000));
+        guard.locate(home).unwrap();
+        for target in [far, home] {
+            guard.jog(target, 600).unwrap();
+            guard.acknowledged().unwrap();
+        }
+        let stamp = guard.stamp(time);
+        guard.reported(&sighting(home, true, 0), stamp, time).unwrap();
+        assert_eq!(guard.settled(), checked);
+        // From home it is clear; from where the tool may be it leads through the part.
+        assert_eq!(guard.jog(across, 600).is_ok(), checked);
+        let true_way = Segment { from: far, to: across };
+        assert!(guard.part().edges_clear(true_way, Length::ZERO).is_err());
+        if !checked {
+            guard.reported(&sighting(home, true, 0), stamp, time).unwrap();
+            assert!(guard.settled(), "two that agree are believed");
+        }
+    }
+}
