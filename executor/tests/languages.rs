@@ -54,11 +54,17 @@ fn whole(language: &str, stock_mm: f64) {
         assert!(facts.counts.jogs > 10, "{language} {operator}: {facts:?}");
         let coverage = facts.coverage.unwrap();
         // Stock closes the narrow places: what is then missed, any controller misses.
-        let missed =
-            if stock_mm > 0.0 { run("grbl", operator, stock_mm, seed).coverage.unwrap().missed } else { 0 };
+        let missed = if stock_mm > 0.0 { missed_by("grbl", operator, stock_mm, seed) } else { 0 };
         assert_eq!(coverage.missed, missed, "{language} {operator}: {coverage:?}");
         assert!(coverage.worst_mm < stock_mm + 0.03, "{language} {operator}: {coverage:?}");
     }
+}
+
+/// Reachable points of the profile that a controller of this language leaves.
+fn missed_by(language: &str, operator: &str, stock_mm: f64, seed: u64) -> usize {
+    let facts = run(language, operator, stock_mm, seed);
+    let Some(coverage) = facts.coverage else { panic!("{language} {operator}: no contour, {facts:?}") };
+    coverage.missed
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use keepout_kernel::clip::{SLIDE_TURNS, contact_band, longest_prefix};
 use keepout_kernel::curve::nearest_unit;
-use keepout_kernel::{FreePoint, Point, UNITS_PER_MM, Vector};
+use keepout_kernel::{FreePoint, Length, Point, Segment, UNITS_PER_MM, Vector};
 
 use super::guard::{Guard, MotionShape};
 use super::{Command, Counts, Wish};
@@ -59,6 +59,8 @@ const STAIR_MM: f64 = 0.5;
 const HALVINGS: u32 = 6;
 /// Angles tried along a wall while motions are under way; at rest all of [`SLIDE_TURNS`] are.
 const TURNS_UNDER_WAY: [u32; 4] = [12, 8, 5, 3];
+/// What ways keep beyond the threshold, so that places on them can be rounded (1 µm).
+const ROUNDING: Length = Length::small(100);
 /// Directions are alike within this (cosine): 0.8°.
 const ALIKE: f64 = 0.9999;
 /// A slide that gets this share of its way is taken without trying others.
@@ -74,9 +76,26 @@ pub struct Steering {
     /// Nothing is sent until the tool has settled.
     resting: bool,
     /// From where, with the tool where, and in which direction nothing was admitted last: asked again it would not be.
-    fruitless: Option<(Point, Point, (f64, f64))>,
+    fruitless: Option<Fruitless>,
     /// What handwheels were turned and the tool has not followed yet, mm.
     turned_mm: (f64, f64),
+}
+
+/// An attempt that nothing came of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Fruitless {
+    base: Point,
+    tail: Option<Point>,
+    /// Points of the in-flight set.
+    set: usize,
+    unit: (f64, f64),
+}
+
+impl Fruitless {
+    fn is_alike(&self, other: &Self) -> bool {
+        let same = (self.base, self.tail, self.set) == (other.base, other.tail, other.set);
+        same && self.unit.0 * other.unit.0 + self.unit.1 * other.unit.1 > ALIKE
+    }
 }
 
 /// What a proposal ran into.
@@ -163,16 +182,14 @@ impl Steering {
             return Contact::Unknown;
         }
         let Some(base) = self.base(helm) else { return Contact::Unknown };
-        let place = (base.point(), helm.guard.tail().map_or(base.point(), FreePoint::point));
-        let alike = |(at, tail, (x, y)): (Point, Point, (f64, f64))| {
-            (at, tail) == place && x * unit.0 + y * unit.1 > ALIKE
-        };
-        if self.fruitless.is_some_and(alike) {
+        let tail = helm.guard.tail().map(FreePoint::point);
+        let attempt = Fruitless { base: base.point(), tail, set: helm.guard.in_flight().count(), unit };
+        if self.fruitless.is_some_and(|before| before.is_alike(&attempt)) {
             helm.counts.clipped += 1;
             return Contact::Unknown;
         }
         let (target, contact) = helm.reach(base, vector(unit, missing_mm));
-        self.fruitless = target.is_none().then_some((place.0, place.1, unit));
+        self.fruitless = target.is_none().then_some(attempt);
         if let Some((target, share)) = target
             && let Ok(certified) = helm.guard.jog(target, feed(speed * share))
         {
@@ -374,17 +391,29 @@ impl Helm<'_> {
         [Some(along).filter(|_| flat), Some(vector((x, 0.0), 1.0)), Some(vector((0.0, y), 1.0))]
     }
 
+    /// Whether the way to `to` keeps a little more than the threshold, unless it begins nearer: places on it are still clear
+    /// when they are rounded. Otherwise a tool that rests at the wall could have no certified place.
+    fn stands_off(&self, to: Point) -> bool {
+        let Some(end) = self.guard.end() else { return false };
+        let more = end.threshold().saturating_plus(ROUNDING);
+        let part = self.guard.part();
+        let way = Segment { from: end.point(), to };
+        part.motion_clear(way, more).is_clear() || !part.point_clear(end.point(), more).is_clear()
+    }
+
     /// The longest admitted prefix of a motion, on the grid; `None` when that is nothing.
     fn prefix(&self, from: FreePoint, wish: Vector) -> Option<Point> {
         let to = from.point().translated(wish).ok()?;
-        let admitted =
-            |point: Point| on_grid(point).filter(|&at| at != from.point() && self.guard.admits(at).is_ok());
+        let admitted = |point: Point| {
+            let here = |&at: &Point| at != from.point() && self.guard.admits(at).is_ok();
+            on_grid(point).filter(here).filter(|&at| self.stands_off(at))
+        };
         if let Some(target) = admitted(to) {
             return Some(target);
         }
         let clipped = self.guard.part().clip(from, to).point();
         let length = length_mm(wish).max(1e-9);
-        for back_mm in [0.0, 0.001, 0.002] {
+        for back_mm in [0.001, 0.002, 0.004] {
             let set_back = vector((-mm_of(wish.dx) / length, -mm_of(wish.dy) / length), back_mm);
             if let Some(target) = clipped.translated(set_back).ok().and_then(admitted) {
                 return Some(target);
