@@ -11,6 +11,8 @@ pub mod guard;
 mod manual;
 mod start;
 mod state;
+#[cfg(test)]
+mod transitions;
 mod watch;
 
 pub use contouring::{Interrupted, JobRequest};
@@ -427,8 +429,11 @@ impl Supervisor {
         match self.phase() {
             Phase::Stopping | Phase::Done => None,
             Phase::Faulted | Phase::Starting => {
+                let homing = matches!(self.state, State::Homing);
                 self.state = State::Done;
-                None
+                // A search for the reference position would go on by itself.
+                let stop = if self.abilities.holds { Command::Abort } else { Command::Cancel };
+                (homing && (self.abilities.holds || self.abilities.cancels)).then_some(stop)
             }
             Phase::Holding => {
                 self.interrupt();

@@ -1,0 +1,185 @@
+//! The whole transition table: every state, every kind of event, what becomes of it and what is sent.
+//!
+//! Compared with `transitions.txt`; `KEEPOUT_WRITE_TRANSITIONS=1` writes it anew, to be read before it is committed.
+
+use std::fmt::Write as _;
+
+use keepout_planner::job::ContourJob;
+use keepout_planner::machine::MachineProfile;
+use keepout_planner::order::Order;
+use keepout_planner::units::point_from_mm;
+
+use super::state::Run;
+use super::*;
+use crate::supervisor::guard::MotionShape;
+
+const ABILITIES: Abilities = Abilities {
+    shape: MotionShape::Line,
+    contours: MotionShape::Line,
+    arcs: true,
+    queues: true,
+    cancels: true,
+    flushes: false,
+    holds: true,
+    checked: true,
+};
+/// Clear of the bracket, and nearer to it than roughing allows, mm.
+const CLEAR: (f64, f64) = (-30.0, -30.0);
+const NEAR: (f64, f64) = (-3.1, 20.0);
+const NOW: Time = Time::from_micros(10_000_000);
+
+fn work() -> Workpiece {
+    let bytes = include_bytes!("../../drawings/bracket.dxf");
+    let order = Order::default();
+    Workpiece::new(order.plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap())
+}
+
+fn at(mm: (f64, f64)) -> Point {
+    point_from_mm(mm).unwrap()
+}
+
+fn report(mode: Mode) -> Event {
+    let report = Report { mode, position: Some(at(CLEAR)), queued: Some(0), waiting: Some(false) };
+    Event::Reply(Reply::Report(report))
+}
+
+fn run() -> Run {
+    Run { job: ContourJob::default(), sources: Vec::new(), done: Progress::default() }
+}
+
+type Made = (&'static str, fn() -> State);
+
+/// Every state; the tool stands clear, but where it escapes.
+const STATES: [Made; 15] = [
+    ("Connecting", || State::Connecting { garbled: None }),
+    ("Preparing", || State::Preparing),
+    ("Homing", || State::Homing),
+    ("Arming", || State::Arming),
+    ("Locating", || State::Locating { seen: None }),
+    ("Manual", || State::Manual(Steering::default())),
+    ("Sliding", || State::Sliding(Steering::default())),
+    ("Escaping", || State::Escaping(Steering::default())),
+    ("Touching, asked", || State::Touching(Touch::Asked { in_place: false })),
+    ("Touching, certifying", || State::Touching(Touch::Certifying(run()))),
+    ("Contouring", || State::Contouring(run())),
+    ("Holding", || State::Holding(run())),
+    ("Stopping", || State::Stopping { aborted: false, stale: 0 }),
+    ("Done", || State::Done),
+    ("Faulted", || State::Faulted { fault: Fault::PortLost(text("unplugged")), warned: false }),
+];
+
+fn ask(ask: Ask) -> Event {
+    Event::Operator(Wish { ask: Some(ask), ..Wish::default() })
+}
+
+fn wish(direction: (f64, f64)) -> Event {
+    Event::Operator(Wish { direction, ..Wish::default() })
+}
+
+type Happens = (&'static str, fn() -> Event);
+
+/// Every kind of event.
+const EVENTS: [Happens; 28] = [
+    ("report: idle", || report(Mode::Idle)),
+    ("report: moving", || report(Mode::Moving)),
+    ("report: slowing", || report(Mode::Slowing)),
+    ("report: held", || report(Mode::Held)),
+    ("report: homing", || report(Mode::Homing)),
+    ("report: alarm", || report(Mode::Alarm)),
+    ("report: other", || report(Mode::Other)),
+    ("accepted", || Event::Reply(Reply::Accepted)),
+    ("refused", || Event::Reply(Reply::Refused { code: 15, meaning: "", transient: false })),
+    ("refused for now", || Event::Reply(Reply::Refused { code: 8, meaning: "", transient: true })),
+    ("alarm", || Event::Reply(Reply::Alarm { code: 1, meaning: "" })),
+    ("prepared", || Event::Reply(Reply::Prepared(Limits { speed_mm_s: 100.0, acceleration_mm_s2: 500.0 }))),
+    ("unfit", || Event::Reply(Reply::Unfit(Unfit { name: "$22", value: 0.0, needed: "1" }))),
+    ("homed", || Event::Reply(Reply::Homed)),
+    ("armed", || Event::Reply(Reply::Armed)),
+    ("restarted", || Event::Reply(Reply::Restarted)),
+    ("displaced", || Event::Reply(Reply::Displaced)),
+    ("message", || Event::Reply(Reply::Message(text("hello")))),
+    ("garbled", || Event::Reply(Reply::Garbled(text("#")))),
+    ("no wish", || wish((0.0, 0.0))),
+    ("a push", || wish((-1.0, 0.0))),
+    ("ask: pause", || ask(Ask::Pause)),
+    ("ask: resume", || ask(Ask::Resume)),
+    ("ask: recover", || ask(Ask::Recover)),
+    ("ask: quit", || ask(Ask::Quit)),
+    ("tick", || Event::Tick),
+    ("no job", || Event::Job(Box::new(Err("nothing here".into())))),
+    ("port lost", || Event::PortLost(text("unplugged"))),
+];
+
+fn supervisor(work: &Workpiece, name: &str, state: State) -> Supervisor {
+    let stroke = Window::of(at((-200.0, -200.0))).including(at((200.0, 200.0)));
+    let options = Options {
+        feed_mm_min: 900,
+        home: false,
+        stroke,
+        answer_within: Duration::from_secs(5),
+        progress: Progress::default(),
+    };
+    let mut supervisor = Supervisor::new(work.clone(), options, ABILITIES);
+    if !["Connecting", "Preparing", "Homing", "Arming", "Locating", "Faulted"].contains(&name) {
+        supervisor.guard.locate(at(if name == "Escaping" { NEAR } else { CLEAR })).unwrap();
+    }
+    supervisor.state = state;
+    supervisor.heard_at = NOW;
+    supervisor.answered_at = NOW;
+    supervisor.progress_at = NOW;
+    supervisor.wished_at = Some(NOW);
+    // The report that comes answers a query.
+    supervisor.query(NOW, &mut Vec::new());
+    supervisor
+}
+
+fn sent(commands: &[Command]) -> String {
+    let names = commands.iter().map(|command| match command {
+        Command::Move(certified) => match certified.motion() {
+            guard::Motion::Jog { .. } => "Jog".into(),
+            guard::Motion::Contour { .. } => "Contour".into(),
+        },
+        other => format!("{other:?}"),
+    });
+    names.collect::<Vec<String>>().join(" ")
+}
+
+#[test]
+fn the_whole_table() {
+    let work = work();
+    let mut table = String::new();
+    for (name, state) in STATES {
+        let _ = writeln!(table, "{name}");
+        for (what, event) in EVENTS {
+            let mut supervisor = supervisor(&work, name, state());
+            let before = supervisor.phase();
+            let mut commands = Vec::new();
+            supervisor.step(event(), NOW, &mut commands);
+            let after = supervisor.phase();
+            if after == before && commands.is_empty() {
+                continue;
+            }
+            let line = format!("  {what:<16} -> {after:?}  {}", sent(&commands));
+            let _ = writeln!(table, "{}", line.trim_end());
+        }
+    }
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/src/supervisor/transitions.txt");
+    if std::env::var_os("KEEPOUT_WRITE_TRANSITIONS").is_some() {
+        std::fs::write(path, &table).unwrap();
+    }
+    let known = std::fs::read_to_string(path).unwrap();
+    assert_eq!(table, known, "the table changed: KEEPOUT_WRITE_TRANSITIONS=1 writes it anew");
+}
+
+/// Silence ends every state that waits for the controller.
+#[test]
+fn silence_is_a_fault_wherever_something_is_waited_for() {
+    let work = work();
+    for (name, state) in STATES {
+        let mut supervisor = supervisor(&work, name, state());
+        let late = NOW.after(Duration::from_secs(100));
+        supervisor.step(Event::Tick, late, &mut Vec::new());
+        let over = ["Done", "Faulted"].contains(&name);
+        assert_eq!(supervisor.fault().is_some(), !over || name == "Faulted", "{name}");
+    }
+}
