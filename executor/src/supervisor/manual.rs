@@ -59,6 +59,9 @@ const STAIR_MM: f64 = 0.5;
 const HALVINGS: u32 = 6;
 /// Angles tried along a wall while motions are under way; at rest all of [`SLIDE_TURNS`] are.
 const TURNS_UNDER_WAY: [u32; 4] = [12, 8, 5, 3];
+/// Jogs last at least so long, s: each stays in the in-flight set for half a second after it was executed, and that holds
+/// only so many.
+const STEP_S: f64 = 0.06;
 /// What ways keep beyond the threshold, so that places on them can be rounded (1 µm).
 const ROUNDING: Length = Length::small(100);
 /// Directions are alike within this (cosine): 0.8°.
@@ -95,6 +98,44 @@ impl Fruitless {
     fn is_alike(&self, other: &Self) -> bool {
         let same = (self.base, self.tail, self.set) == (other.base, other.tail, other.set);
         same && self.unit.0 * other.unit.0 + self.unit.1 * other.unit.1 > ALIKE
+    }
+}
+
+/// The way ahead of the tool: from where it is along the targets that it has not passed. Targets stay in the in-flight set for a
+/// while after they were.
+struct Way {
+    points: [Point; WAY_MAX],
+    first: usize,
+    count: usize,
+}
+
+/// Most points of a way.
+const WAY_MAX: usize = 16;
+/// A tool this near the way between two targets is on it, mm.
+const ON_WAY_MM: f64 = 0.02;
+
+impl Way {
+    fn of(guard: &Guard, struck: u64) -> Self {
+        let mut way = Self { points: [Point::ORIGIN; WAY_MAX], first: 0, count: 0 };
+        for point in guard.way_after(struck).take(WAY_MAX) {
+            way.points[way.count] = point;
+            way.count += 1;
+        }
+        let tail = way.points[0];
+        let on = |k: &usize| {
+            let leg = Segment { from: way.points[*k], to: way.points[*k + 1] };
+            let near = keepout_planner::units::length_up_from_mm(ON_WAY_MM);
+            near.is_ok_and(|near| !leg.near_point(tail, near).is_clear())
+        };
+        if let Some(leg) = (1..way.count.saturating_sub(1)).rev().find(on) {
+            way.points[leg] = tail;
+            way.first = leg;
+        }
+        way
+    }
+
+    fn points(&self) -> &[Point] {
+        &self.points[self.first..self.count]
     }
 }
 
@@ -178,7 +219,7 @@ impl Steering {
         }
         let speed = length * helm.limits.speed_mm_s;
         let missing_mm = wanted_mm(speed, helm) - self.ahead_mm(helm.guard);
-        if missing_mm < speed * 0.02 {
+        if missing_mm < speed * STEP_S {
             return Contact::Unknown;
         }
         let Some(base) = self.base(helm) else { return Contact::Unknown };
@@ -278,13 +319,8 @@ impl Steering {
     /// The way still ahead of the tool, mm: along the targets that no cancel has struck out.
     fn ahead_mm(&self, guard: &Guard) -> f64 {
         let struck = self.cancelled.map_or(0, |(sent, _)| sent);
-        let mut last: Option<Point> = None;
-        let mut sum = 0.0;
-        for point in guard.way_after(struck) {
-            sum += last.map_or(0.0, |last| length_mm(point.minus(last)));
-            last = Some(point);
-        }
-        sum
+        let way = Way::of(guard, struck);
+        way.points().windows(2).map(|pair| length_mm(pair[1].minus(pair[0]))).sum()
     }
 
     /// Where the next motion begins: at the last target, or after a cancel where the tool will stand.
@@ -297,7 +333,7 @@ impl Steering {
         let mut left = speed * speed / (2.0 * helm.limits.acceleration_mm_s2)
             + speed * helm.round_trip.as_secs_f64() / 2.0;
         let mut at = tail.point();
-        for next in helm.guard.way_after(0).skip(1) {
+        for &next in Way::of(helm.guard, 0).points().iter().skip(1) {
             let step = next.minus(at);
             let length = length_mm(step);
             let share = (left / length.max(1e-9)).min(1.0);
@@ -318,7 +354,8 @@ const ESCAPE_STEP_MM: f64 = 2.0;
 
 /// How far ahead of the tool targets are wanted, mm: to brake, and to bridge the time until the next can arrive.
 fn wanted_mm(speed: f64, helm: &Helm<'_>) -> f64 {
-    let horizon = (helm.round_trip.as_secs_f64() * 1.5 + 0.03).clamp(0.06, 2.0);
+    // The place that is known is as old as a query takes and the pause before it (40 ms).
+    let horizon = (helm.round_trip.as_secs_f64() * 2.5 + 0.08).clamp(0.1, 2.5) + STEP_S;
     let single = if helm.abilities.cancels { SINGLE_S } else { UNSTOPPABLE_S };
     let horizon = if helm.abilities.queues { horizon } else { horizon.max(single) };
     speed * speed / (2.0 * helm.limits.acceleration_mm_s2) + speed * horizon

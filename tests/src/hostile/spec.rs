@@ -144,7 +144,7 @@ impl Spec {
         set(Fault::Swap, &mut rates.swap, if counts { 0.1 } else { 0.0 });
         set(Fault::Noise, &mut rates.noise, 0.02);
         if to_host {
-            set(Fault::Lie, &mut rates.lie, 0.2);
+            set(Fault::Lie, &mut rates.lie, if counts { 0.2 } else { 0.0 });
         }
         let damage = if to_host { Fault::DamageToHost } else { Fault::DamageToController };
         set(damage, &mut rates.damage, 0.005);

@@ -4,7 +4,7 @@ use keepout_kernel::exact::segment::{Orientation, Window, distance_2, orientatio
 use keepout_kernel::{FreePoint, Point, Segment};
 
 /// Most points.
-const POINTS_MAX: usize = 10;
+const POINTS_MAX: usize = 14;
 /// Corners while it is built: both chains can hold every point for a while.
 const CORNERS_MAX: usize = 2 * POINTS_MAX + 1;
 

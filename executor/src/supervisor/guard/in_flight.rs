@@ -52,7 +52,7 @@ pub(super) struct Line {
 }
 
 /// Most lines in flight at once.
-pub(super) const LINES_MAX: usize = 8;
+pub(super) const LINES_MAX: usize = 12;
 /// Reports that are remembered while lines wait to be retired.
 const SEEN_MAX: usize = 64;
 /// A block that has left the planner is executed within this time: six segments of 10 ms, or of a step each when that

@@ -1,0 +1,161 @@
+//! How steering feels, in figures: response, speed, walls, corners, letting go. On the simulated GRBL machine at 115200 baud, with
+//! a millisecond each way, 200 mm/s and 1000 mm/s².
+#![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
+
+use std::time::Duration;
+
+use keepout_executor::operator::Script;
+use keepout_executor::session::{Going, NoTape, SimRun, run_simulated};
+use keepout_executor::sim::Sample;
+use keepout_executor::supervisor::Workpiece;
+use keepout_planner::machine::MachineProfile;
+use keepout_planner::order::Order;
+use keepout_planner::units::point_from_mm;
+
+/// An L of 90 × 70 mm with its inside corner at (30, 25).
+const L: &str = "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n0\nLWPOLYLINE\n8\n0\n90\n6\n70\n1\n10\n0\n20\n0\n10\n90\n20\n0\n10\n90\n20\n25\n10\n30\n20\n25\n10\n30\n20\n70\n10\n0\n20\n70\n0\nENDSEC\n0\nEOF\n";
+/// The tool's radius, allowance and margin: how near the centre may come by hand, mm.
+const REACH: f64 = 3.2115;
+const SPEED: f64 = 200.0;
+const ACCELERATION: f64 = 1000.0;
+
+/// The true places of the tool, seconds since the script began and mm.
+fn steered(start: (f64, f64), script: &str) -> Vec<(f64, (f64, f64))> {
+    let plan = Order::default().plan("l", L.as_bytes(), &MachineProfile::simulated(), &mut |_| {}).unwrap();
+    let machine = MachineProfile { repeatability_mm: 0.0, ..MachineProfile::simulated() };
+    let run = SimRun {
+        machine,
+        start: Some(point_from_mm(start).unwrap()),
+        limit: Duration::from_secs(60),
+        ..SimRun::default()
+    };
+    let mut began = None;
+    let operator = Box::new(Script::parse(script).unwrap());
+    let result = run_simulated(
+        Workpiece::new(plan),
+        &run,
+        operator,
+        Box::new(NoTape),
+        |_| {},
+        &mut |supervisor, _, now| {
+            if began.is_none() && supervisor.phase().is_steered() {
+                began = Some(now.seconds());
+            }
+            Going::On
+        },
+    );
+    let result = result.unwrap();
+    assert_eq!(result.facts.deepest_mm, Some(0.0));
+    // The script's clock starts with the first wish after the start: within 10 ms.
+    let began = began.unwrap();
+    let place = |sample: &Sample| (sample.at.seconds() - began, sample.position_mm);
+    result.samples.iter().map(place).collect()
+}
+
+/// Where the tool was at a time: it is still where it was last seen to move.
+fn at(places: &[(f64, (f64, f64))], t: f64) -> (f64, f64) {
+    let after = places.partition_point(|place| place.0 <= t);
+    let before = places[after.saturating_sub(1)];
+    match places.get(after) {
+        Some(next) if next.0 - before.0 < 0.1 => {
+            let share = (t - before.0) / (next.0 - before.0).max(1e-9);
+            let between = |a: f64, b: f64| a + (b - a) * share.clamp(0.0, 1.0);
+            (between(before.1.0, next.1.0), between(before.1.1, next.1.1))
+        }
+        _ => before.1,
+    }
+}
+
+fn way(a: (f64, f64), b: (f64, f64)) -> f64 {
+    (a.0 - b.0).hypot(a.1 - b.1)
+}
+
+/// Mean speed over a span, mm/s.
+fn speed(places: &[(f64, (f64, f64))], from: f64, to: f64) -> f64 {
+    way(at(places, from), at(places, to)) / (to - from)
+}
+
+#[test]
+fn stick_to_motion_is_quick_and_the_set_feed_is_reached_in_every_direction() {
+    for (x, y) in [(0.5, 0.0), (0.0, 0.5), (0.353_553_4, 0.353_553_4), (-0.4, 0.3)] {
+        let places = steered((120.0, 60.0), &format!("0 0 0\n0.5 {x} {y}\n1.5 0 0\n2.5 quit\n"));
+        let first = places.iter().find(|place| way(place.1, (120.0, 60.0)) > 0.01).unwrap().0;
+        assert!((0.45..0.56).contains(&first), "moves after {:.3} s", first - 0.5);
+        let cruising = speed(&places, 0.9, 1.4);
+        assert!((cruising - 0.5 * SPEED).abs() < 1.5, "({x}, {y}): {cruising:.1} mm/s");
+    }
+}
+
+#[test]
+fn letting_go_stops_within_the_braking_distance_and_what_the_line_takes() {
+    let places = steered((120.0, 60.0), "0 0.5 0\n1 0 0\n3 quit\n");
+    let released = at(&places, 1.0);
+    let end = places.last().unwrap().1;
+    let speed = 0.5 * SPEED;
+    let braking = speed * speed / (2.0 * ACCELERATION);
+    // Up to 10 ms to the next wish, an acknowledgement under way, the line both ways.
+    let allowed = braking + speed * 0.035;
+    assert!(way(released, end) < allowed, "{:.2} mm of {allowed:.2}", way(released, end));
+}
+
+#[test]
+fn full_speed_up_to_the_wall_and_away_from_it() {
+    // Down at the top of the low arm, from 60 mm above.
+    let places = steered((60.0, 90.0), "0 0 -1\n2 0 1\n3 quit\n");
+    let wall = 25.0 + REACH;
+    let rest = at(&places, 1.9).1;
+    assert!((0.0..0.02).contains(&(rest - wall)), "rests {:.4} mm off the wall", rest - wall);
+    // The quickest there is: up to full speed, and braked by the machine's own deceleration, in 0.2 s each.
+    let distance = 90.0 - wall;
+    let least = distance / SPEED + SPEED / ACCELERATION;
+    let arrived = places.iter().find(|place| place.1.1 - wall < 0.05).unwrap().0;
+    assert!(arrived < least + 0.06, "{arrived:.3} s, {least:.3} at best");
+    // Away from the wall it goes as anywhere else.
+    let left = at(&places, 2.5).1 - rest;
+    let best = 0.5 * SPEED - SPEED * SPEED / (2.0 * ACCELERATION);
+    assert!(left > best - SPEED * 0.04, "{left:.1} of {best:.1} mm after half a second");
+}
+
+#[test]
+fn it_slides_along_a_wall_without_sticking() {
+    let places = steered((95.0, 40.0), "0 -0.4 -0.4\n2.2 quit\n");
+    // At the wall by 0.4 s; from there on along it, toward the inside corner at x = 30.
+    let (from, to) = (0.5, 0.75);
+    let along = speed(&places, from, to);
+    let share = 0.4 * SPEED;
+    assert!(along > 0.9 * share && along < 1.5 * share, "{along:.1} mm/s, wished {share:.1} along the wall");
+    let samples = (0..25).map(|k| at(&places, from + f64::from(k) * 0.01));
+    let steps: Vec<(f64, f64)> = samples.collect();
+    assert!(steps.windows(2).all(|pair| pair[0].0 - pair[1].0 > 0.2), "it stuck: {steps:?}");
+    assert!(
+        steps.iter().all(|at| (at.1 - 25.0 - REACH).abs() < 0.05),
+        "it left the wall: {:?}",
+        steps.iter().map(|at| at.1 - 25.0 - REACH).fold(0.0, f64::max)
+    );
+}
+
+#[test]
+fn it_comes_to_rest_in_an_inside_corner_without_chatter() {
+    let places = steered((60.0, 60.0), "0 -0.6 -0.6\n4 quit\n");
+    let corner = (30.0 + REACH, 25.0 + REACH);
+    let rest = at(&places, 2.0);
+    assert!(way(rest, corner) < 0.05, "{rest:?} is {:.3} mm from the corner", way(rest, corner));
+    let late: Vec<_> = places.iter().filter(|place| place.0 > 2.0 && place.0 < 3.9).collect();
+    assert!(late.iter().all(|place| way(place.1, rest) < 0.02), "it chatters");
+}
+
+#[test]
+fn it_goes_around_an_outside_corner() {
+    // Down along the right end of the low arm, pushing at it: past the corner, and on under the part.
+    let places = steered((110.0, 15.0), "0 -0.3 -0.3\n3 quit\n");
+    let end = at(&places, 2.9);
+    assert!(end.0 < 80.0 && end.1 < 0.0, "it got to {end:?}");
+}
+
+#[test]
+fn wheels_move_what_they_are_turned() {
+    let places =
+        steered((120.0, 60.0), "0 0 0\n0.2 turn 0.1 0\n0.3 turn 0.1 0\n0.4 turn 0 -1\n1.5 0 0\n2 quit\n");
+    let end = places.last().unwrap().1;
+    assert!(way(end, (120.2, 59.0)) < 0.004, "{end:?}");
+}
