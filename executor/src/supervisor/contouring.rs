@@ -245,7 +245,11 @@ fn quarters(arc: &Arc, longest: f64) -> Result<Vec<Arc>, String> {
         let at = (cx + radius * angle.cos(), cy + radius * angle.sin());
         let to =
             if k + 0.5 > count { arc.to() } else { point_from_mm(at).map_err(|error| error.to_string())? };
-        pieces.push(Arc::new(from, to, arc.centre(), arc.turn()).map_err(|error| error.to_string())?);
+        // The joints are rounded to the lattice: where that puts one off the circle, a centre a unit away fits.
+        let centre = (f64::from(arc.centre().x.units()), f64::from(arc.centre().y.units()));
+        let piece = Arc::new(from, to, arc.centre(), arc.turn())
+            .or_else(|_| keepout_kernel::curve::fit_arc(from, to, centre, arc.turn()));
+        pieces.push(piece.map_err(|error| error.to_string())?);
         (from, k) = (to, k + 1.0);
     }
     Ok(pieces)
@@ -328,3 +332,30 @@ const BOX_ROOM_LEAST: i64 = 950;
 const BOX_STOCK_MM: f64 = 0.01;
 /// Chords never leave an arc by less than this: 0.1 µm.
 const CHORD_LEAST: Length = Length::small(10);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arcs_of_every_size_fall_into_quarters() {
+        let mut random = fastrand::Rng::with_seed(5);
+        for _ in 0..20_000 {
+            let radius = 2000.0 * 50_000.0_f64.powf(random.f64());
+            let (begin, sweep) = (random.f64() * 6.0, 0.05 + random.f64() * 6.2);
+            let at = |phi: f64| {
+                let (x, y) = (radius * phi.cos(), radius * phi.sin());
+                point_from_mm((x / 1e5, y / 1e5)).unwrap()
+            };
+            let turn = if random.bool() { Turn::Left } else { Turn::Right };
+            let sign = if turn == Turn::Left { 1.0 } else { -1.0 };
+            let ends = (at(begin), at(begin + sign * sweep));
+            let Ok(arc) = keepout_kernel::curve::fit_arc(ends.0, ends.1, (0.0, 0.0), turn) else { continue };
+            let pieces = quarters(&arc, f64::INFINITY).unwrap();
+            assert!(pieces.first().unwrap().from() == ends.0 && pieces.last().unwrap().to() == ends.1);
+            assert!(pieces.windows(2).all(|pair| pair[0].to() == pair[1].from()));
+            let longest = pieces.iter().map(keepout_kernel::curve::sweep).fold(0.0, f64::max);
+            assert!(longest < FRAC_PI_2 + 0.01, "{longest}");
+        }
+    }
+}
