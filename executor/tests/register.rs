@@ -1,32 +1,12 @@
 //! `keepout register`, and the setup file between it, `plan` and `run`.
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+mod support;
 
-fn keepout(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_keepout")).args(arguments).output().unwrap()
-}
+use std::path::Path;
+use std::process::Output;
 
-/// An empty folder of this test's own.
-fn folder(name: &str) -> PathBuf {
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    let _ = std::fs::remove_dir_all(&path);
-    std::fs::create_dir_all(&path).unwrap();
-    path
-}
-
-fn bracket() -> String {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("drawings/bracket.dxf").display().to_string()
-}
-
-fn code(output: &Output) -> i32 {
-    output.status.code().unwrap()
-}
-
-fn complaint(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
+use support::{bracket, code, complaint, folder, keepout};
 
 fn said(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()

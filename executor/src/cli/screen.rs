@@ -11,12 +11,13 @@ use crossterm::style::{Attribute, Color, SetAttribute, SetForegroundColor};
 use crossterm::{cursor, queue, terminal};
 use keepout_executor::operator::terminal::SecondScreen;
 use keepout_executor::operator::{Panel, TerminalError};
+use keepout_executor::session::nearest_wall;
 use keepout_executor::supervisor::{Phase, Supervisor};
 use keepout_executor::time::Time;
 use keepout_kernel::Point;
 use keepout_kernel::exact::ring::Ring;
 use keepout_planner::plan::CertifiedPlan;
-use keepout_planner::units::{mm, nearest_on_mm, point_mm};
+use keepout_planner::units::{mm, point_mm};
 
 use super::view::{Headline, Outline, Tone, ViewFacts, draw, headline_lines};
 
@@ -185,10 +186,7 @@ fn outline_of(plan: &CertifiedPlan) -> Outline {
 }
 
 fn distance_to_part(plan: &CertifiedPlan, position: Point) -> Option<f64> {
-    let nearest = plan.part.index().nearest(position, None)?;
-    let chord = plan.part.edges().get(nearest.edge)?.chord;
-    let at = point_mm(position);
-    let wall = nearest_on_mm(at, point_mm(chord.from), point_mm(chord.to));
+    let (at, wall) = (point_mm(position), nearest_wall(plan, position)?);
     Some((at.0 - wall.0).hypot(at.1 - wall.1))
 }
 

@@ -44,11 +44,7 @@ impl DescribedSim {
     /// A controller that was just switched on.
     #[must_use]
     pub fn new(description: &Arc<Description>, settings: SimSettings) -> Self {
-        let drives = Drives {
-            max_rate: settings.machine.max_rate_mm_s,
-            acceleration: settings.machine.acceleration_mm_s2,
-            junction_deviation: 0.01,
-        };
+        let drives = Drives::of(&settings.machine, 0.01);
         Self {
             description: Arc::clone(description),
             plant: Plant::new(drives, settings.start_mm),

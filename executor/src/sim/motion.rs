@@ -2,6 +2,8 @@
 
 use std::collections::VecDeque;
 
+use keepout_planner::machine::MachineProfile;
+
 use crate::time::Time;
 
 /// What the machine was doing at a sample.
@@ -35,6 +37,13 @@ pub struct Drives {
     pub acceleration: f64,
     /// Junction deviation, mm (GRBL `$11`).
     pub junction_deviation: f64,
+}
+
+impl Drives {
+    /// What the machine's drives can do, with a controller of this junction deviation.
+    pub(super) fn of(machine: &MachineProfile, junction_deviation: f64) -> Self {
+        Self { max_rate: machine.max_rate_mm_s, acceleration: machine.acceleration_mm_s2, junction_deviation }
+    }
 }
 
 #[derive(Clone, Copy, Debug)]

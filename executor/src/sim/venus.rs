@@ -43,11 +43,7 @@ impl VenusSim {
     /// A controller that was just switched on.
     #[must_use]
     pub fn new(settings: SimSettings) -> Self {
-        let drives = Drives {
-            max_rate: settings.machine.max_rate_mm_s,
-            acceleration: settings.machine.acceleration_mm_s2,
-            junction_deviation: 0.0,
-        };
+        let drives = Drives::of(&settings.machine, 0.0);
         Self {
             plant: Plant::new(drives, settings.start_mm),
             feed: settings.machine.max_rate_mm_s,

@@ -37,11 +37,7 @@ impl ZaberSim {
     /// A controller that was just switched on.
     #[must_use]
     pub fn new(settings: SimSettings) -> Self {
-        let drives = Drives {
-            max_rate: settings.machine.max_rate_mm_s,
-            acceleration: settings.machine.acceleration_mm_s2,
-            junction_deviation: 0.01,
-        };
+        let drives = Drives::of(&settings.machine, 0.01);
         Self {
             plant: Plant::new(drives, settings.start_mm),
             homed: settings.homed,

@@ -7,8 +7,9 @@ use std::time::Duration;
 use keepout_kernel::clip::{SLIDE_TURNS, contact_band, longest_prefix};
 use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::{FreePoint, Length, Point, Segment, UNITS_PER_MM, Vector};
+use keepout_planner::units::length_up_from_mm;
 
-use super::guard::{Guard, MotionShape};
+use super::guard::{Certified, Guard, MotionShape};
 use super::{Command, Counts, Wish};
 use crate::link::Abilities;
 use crate::time::Time;
@@ -122,10 +123,10 @@ impl Way {
             way.count += 1;
         }
         let tail = way.points[0];
+        let near = length_up_from_mm(ON_WAY_MM).unwrap_or(Length::ZERO);
         let on = |k: &usize| {
             let leg = Segment { from: way.points[*k], to: way.points[*k + 1] };
-            let near = keepout_planner::units::length_up_from_mm(ON_WAY_MM);
-            near.is_ok_and(|near| !leg.near_point(tail, near).is_clear())
+            !leg.near_point(tail, near).is_clear()
         };
         if let Some(leg) = (1..way.count.saturating_sub(1)).rev().find(on) {
             way.points[leg] = tail;
@@ -207,18 +208,19 @@ impl Steering {
         }
         let length = x.hypot(y);
         let unit = (x / length, y / length);
-        let ahead_mm = self.ahead_mm(helm.guard);
+        let mut ahead_mm = self.ahead_mm(helm.guard);
         let single = !helm.abilities.queues;
         let turned = if single { TURNED_SINGLE } else { TURNED };
         let turns = self.heading.is_some_and(|(hx, hy)| hx * unit.0 + hy * unit.1 < turned);
         if turns && (ahead_mm > SHORT_QUEUE_MM || single) {
             self.cancel(helm);
+            ahead_mm = self.ahead_mm(helm.guard);
         }
         if self.resting || helm.guard.unacknowledged() > 0 || single && !helm.guard.settled() {
             return Contact::Unknown;
         }
         let speed = length * helm.limits.speed_mm_s;
-        let missing_mm = wanted_mm(speed, helm) - self.ahead_mm(helm.guard);
+        let missing_mm = wanted_mm(speed, helm) - ahead_mm;
         if missing_mm < speed * STEP_S {
             return Contact::Unknown;
         }
@@ -235,8 +237,7 @@ impl Steering {
             && let Ok(certified) = helm.guard.jog(target, feed(speed * share))
         {
             self.heading = Some(unit);
-            helm.counts.jogs += 1;
-            helm.commands.push(Command::Move(certified));
+            helm.send(certified);
         }
         contact
     }
@@ -263,8 +264,7 @@ impl Steering {
             target.is_some()
         });
         if let Some(certified) = best.and_then(|target| helm.guard.escape(target, feed(speed)).ok()) {
-            helm.counts.jogs += 1;
-            helm.commands.push(Command::Move(certified));
+            helm.send(certified);
         }
     }
 
@@ -294,8 +294,7 @@ impl Steering {
         if let Some(certified) =
             target.and_then(|target| helm.guard.jog(target, feed(helm.limits.speed_mm_s)).ok())
         {
-            helm.counts.jogs += 1;
-            helm.commands.push(Command::Move(certified));
+            helm.send(certified);
         }
         if target == wished { Contact::Free } else { Contact::Wall }
     }
@@ -337,7 +336,7 @@ impl Steering {
             let step = next.minus(at);
             let length = length_mm(step);
             let share = (left / length.max(1e-9)).min(1.0);
-            at = at.translated(vector((mm_of(step.dx) * share, mm_of(step.dy) * share), 1.0)).ok()?;
+            at = at.translated(part_of(step, share)).ok()?;
             left -= length;
             if left <= 0.0 {
                 break;
@@ -375,7 +374,17 @@ fn vector((x, y): (f64, f64), mm: f64) -> Vector {
     Vector { dx: step(x), dy: step(y) }
 }
 
+/// A share of a vector.
+fn part_of(v: Vector, share: f64) -> Vector {
+    vector((mm_of(v.dx), mm_of(v.dy)), share)
+}
+
 impl Helm<'_> {
+    fn send(&mut self, certified: Certified) {
+        self.counts.jogs += 1;
+        self.commands.push(Command::Move(certified));
+    }
+
     /// The target that goes farthest along the wish, straight or along the wall when that is near, with the share of the
     /// wished speed that is left; and what was met.
     fn reach(&mut self, base: FreePoint, wish: Vector) -> (Option<(Point, f64)>, Contact) {
@@ -395,18 +404,18 @@ impl Helm<'_> {
         let turns: &[u32] = if self.guard.settled() { &SLIDE_TURNS } else { &TURNS_UNDER_WAY };
         for &turn in turns {
             let Some(along) = wall.slide(wish, turn) else { continue };
-            for along in self.ways_along(along) {
-                let Some(target) = along.and_then(|along| self.prefix(base, along)) else { continue };
-                let Some(along) = along else { continue };
+            for along in self.ways_along(along).into_iter().flatten() {
+                let Some(target) = self.prefix(base, along) else { continue };
                 let moved = target.minus(base.point());
                 let length = length_mm(along).max(1e-9);
                 let progress =
                     (mm_of(moved.dx) * mm_of(along.dx) + mm_of(moved.dy) * mm_of(along.dy)) / length;
+                let share = (length / wished).clamp(0.05, 1.0);
                 if best.is_none_or(|(most, ..)| progress > most) {
-                    best = Some((progress, target, (length / wished).clamp(0.05, 1.0)));
+                    best = Some((progress, target, share));
                 }
                 if progress >= GOOD_SHARE * length && progress > gained {
-                    return (Some((target, (length / wished).clamp(0.05, 1.0))), Contact::Wall);
+                    return (Some((target, share)), Contact::Wall);
                 }
             }
         }
@@ -451,7 +460,7 @@ impl Helm<'_> {
         let clipped = self.guard.part().clip(from, to).point();
         let length = length_mm(wish).max(1e-9);
         for back_mm in [0.001, 0.002, 0.004] {
-            let set_back = vector((-mm_of(wish.dx) / length, -mm_of(wish.dy) / length), back_mm);
+            let set_back = part_of(wish, -back_mm / length);
             if let Some(target) = clipped.translated(set_back).ok().and_then(admitted) {
                 return Some(target);
             }
@@ -461,10 +470,7 @@ impl Helm<'_> {
         }
         // The way is clear, and something in flight is in the way of the fan: halve.
         let span = clipped.minus(from.point());
-        let at = |share: f64| {
-            let part = vector((mm_of(span.dx) * share, mm_of(span.dy) * share), 1.0);
-            from.point().translated(part).ok().and_then(admitted)
-        };
+        let at = |share: f64| from.point().translated(part_of(span, share)).ok().and_then(admitted);
         let mut share = 1.0;
         for _ in 0..HALVINGS {
             share /= 2.0;

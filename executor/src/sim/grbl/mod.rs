@@ -138,11 +138,7 @@ impl GrblSim {
     }
 
     fn with(settings: SimSettings, firmware: Firmware) -> Self {
-        let drives = Drives {
-            max_rate: settings.machine.max_rate_mm_s,
-            acceleration: settings.machine.acceleration_mm_s2,
-            junction_deviation: 0.01,
-        };
+        let drives = Drives::of(&settings.machine, 0.01);
         Self {
             firmware,
             motion: Motion::new(drives, settings.start_mm),
