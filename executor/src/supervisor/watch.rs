@@ -12,7 +12,7 @@ use crate::time::Time;
 const QUERY_AGAIN: Duration = Duration::from_millis(1000);
 /// Time between an answer and the next query.
 const QUERY_PAUSE: Duration = Duration::from_millis(40);
-/// The same while a tool that was stopped is waited for.
+/// The same while a tool that was stopped is waited for, or a motion of a contour to be read.
 const QUERY_SOON: Duration = Duration::from_millis(10);
 /// An answer that comes twice comes within this: what 140 bytes take at 4800 baud. It must not be taken for the answer to the
 /// next query.
@@ -211,7 +211,7 @@ impl Supervisor {
             None => {
                 let steered = self.phase().is_steered();
                 let waits = steered && !self.guard.settled() && self.wish.direction == (0.0, 0.0);
-                let pause = if waits { QUERY_SOON } else { QUERY_PAUSE };
+                let pause = if waits || self.guard.awaits_reading() { QUERY_SOON } else { QUERY_PAUSE };
                 self.answered_at.after(pause.max(self.last_trip.min(ECHO_MAX)))
             }
         }

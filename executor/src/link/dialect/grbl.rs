@@ -284,7 +284,8 @@ impl Grbl {
             None => None,
         };
         let agreed = self.work_offset.is_some() && self.work_offset == self.stated.sum();
-        let position = position.filter(|_| agreed || self.stage != Stage::Ready);
+        // A report without its buffers is no evidence of anything.
+        let position = position.filter(|_| agreed && waiting.is_some() || self.stage != Stage::Ready);
         Some(Reply::Report(Report { mode, position, queued, waiting }))
     }
 

@@ -246,8 +246,9 @@ fn single(value: f64) -> f64 {
     f64::from(value as f32)
 }
 
+/// The words of a line. No value may be given twice, nor two words of one modal group.
 fn words(text: &str) -> Result<Vec<(char, f64)>, u8> {
-    let mut words = Vec::new();
+    let mut words: Vec<(char, f64)> = Vec::new();
     let mut rest = text;
     while let Some(letter) = rest.chars().next() {
         if !letter.is_ascii_uppercase() {
@@ -255,10 +256,34 @@ fn words(text: &str) -> Result<Vec<(char, f64)>, u8> {
         }
         let number = &rest[1..];
         let end = number.find(|c: char| !(c.is_ascii_digit() || "+-.".contains(c))).unwrap_or(number.len());
-        words.push((letter, number[..end].parse().map_err(|_| 2_u8)?));
+        let value = number[..end].parse().map_err(|_| 2_u8)?;
+        for &(other, before) in words.iter().filter(|word| word.0 == letter) {
+            match other {
+                'G' if modal_group(before) == modal_group(value) => return Err(21),
+                'G' => {}
+                _ => return Err(25),
+            }
+        }
+        words.push((letter, value));
         rest = &number[end..];
     }
     Ok(words)
+}
+
+/// The modal group of a G word, as the firmware numbers them.
+fn modal_group(value: f64) -> u8 {
+    match value {
+        0.0 | 1.0 | 2.0 | 3.0 | 80.0 => 1,
+        17.0..=19.0 => 2,
+        90.0 | 91.0 => 3,
+        93.0 | 94.0 => 5,
+        20.0 | 21.0 => 6,
+        40.0 => 7,
+        49.0 => 8,
+        54.0..=59.0 => 12,
+        // Those that hold for one line: G4, G10, G53 and more.
+        _ => 0,
+    }
 }
 
 fn value_of(words: &[(char, f64)], letter: char) -> Option<f64> {

@@ -133,9 +133,9 @@ impl Guard {
         [curve.from(), curve.to()].into_iter().find_map(beyond).or(inside).map_or(Ok(()), Err)
     }
 
-    /// The next motion of the contour, once the one before is acknowledged; counts it as sent.
+    /// The next motion of the contour, once the one before is acknowledged and read; counts it as sent.
     pub fn next_of_contour(&mut self) -> Option<Certified> {
-        let waits = self.unacknowledged() > 0;
+        let waits = self.unacknowledged() > 0 || self.unread() > 0;
         #[cfg(feature = "mutations")]
         let waits = waits && (self.mutation != Mutation::ContourUnacknowledged || self.unacknowledged() > 3);
         if waits {

@@ -6,8 +6,13 @@
 //! nothing here depends on latency. A target leaves the set only by evidence, see [`Guard::reported`].
 //!
 //! **Contouring** is different: its motions run along the part, and hulls would cut through it. There each motion
-//! begins where the one before it ended, and is sent only after the one before it was acknowledged, so none can be
-//! skipped. The whole path is certified before the first is sent.
+//! begins where the one before it ended, and is sent only after the one before it was acknowledged and a query that left
+//! behind it was answered (acknowledgements can come twice), so none can be skipped. The whole path is certified before the
+//! first is sent.
+//!
+//! **Reading:** a controller whose receive buffer is full drops bytes, and takes the head of one line and the tail of another
+//! for a third. So few lines are sent ahead of what it has read for certain, whatever was acknowledged, that they fit the
+//! smallest buffer ([`AHEAD_MAX`]).
 //!
 //! **Escaping:** a tool that stands nearer than the manual threshold, but not in the part, is admitted single motions on
 //! which it comes nearer to no edge within that threshold.
@@ -35,6 +40,10 @@ use keepout_kernel::{FreePoint, Length, Point, ProhibitedRegion};
 use crate::time::Time;
 use contour::Contour;
 use in_flight::{InFlight, LINES_MAX, Line};
+
+/// Most lines that may be in a receive buffer at once: two, each of which can arrive twice, of 42 bytes at most; the smallest
+/// buffer, GRBL's, holds 127.
+const AHEAD_MAX: u64 = 2;
 
 /// What a guard keeps to.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,6 +77,8 @@ pub struct Guard {
     set: InFlight,
     sent: u64,
     acknowledged: u64,
+    /// Lines up to this number have left the controller's receive buffer.
+    read: u64,
     contour: Option<Contour>,
     #[cfg(feature = "mutations")]
     mutation: Mutation,
@@ -85,6 +96,7 @@ impl Guard {
             rules,
             sent: 0,
             acknowledged: 0,
+            read: 0,
             contour: None,
             #[cfg(feature = "mutations")]
             mutation: Mutation::None,
@@ -107,7 +119,7 @@ impl Guard {
     pub fn forget(&mut self) {
         self.set.place(None);
         self.contour = None;
-        self.acknowledged = self.sent;
+        (self.acknowledged, self.read) = (self.sent, self.sent);
     }
 
     /// Takes the position of a machine that stands still with nothing under way, after connecting or homing. Nearer than the
@@ -171,6 +183,18 @@ impl Guard {
         self.sent - self.acknowledged
     }
 
+    /// Lines sent that may still be in the controller's receive buffer. A checksum over each line keeps that from being mixed
+    /// up.
+    fn unread(&self) -> u64 {
+        if self.rules.checked { 0 } else { self.sent - self.read }
+    }
+
+    /// Whether the next motion of a contour waits for nothing but the answer to a query.
+    #[must_use]
+    pub fn awaits_reading(&self) -> bool {
+        self.contour.is_some() && self.unacknowledged() == 0 && self.unread() > 0
+    }
+
     /// Whether the tool stands still at a known place with nothing under way.
     #[must_use]
     pub fn settled(&self) -> bool {
@@ -212,7 +236,7 @@ impl Guard {
         if !self.rules.stroke.holds(to) {
             return Err(Refusal::BeyondStroke(to));
         }
-        if self.set.lines.len() >= LINES_MAX {
+        if self.set.lines.len() >= LINES_MAX || self.unread() >= AHEAD_MAX {
             return Err(Refusal::Full);
         }
         let way = to.minus(self.set.lines.back().map_or(tail, |line| line.target).point());
@@ -301,6 +325,7 @@ impl Guard {
         }
         self.set.lines.pop_back();
         self.sent -= 1;
+        self.read = self.read.min(self.sent);
         true
     }
 
@@ -318,6 +343,8 @@ impl Guard {
 
     /// Takes a report as evidence. `stamp` is that of the query it answers, or of an earlier one.
     ///
+    /// *Reading:* nothing waits in the receive buffer: lines that left before the query have been read.
+    ///
     /// *Settling:* the controller rests with an empty queue, every line ever sent was acknowledged before the query left,
     /// and two such reports agree (one at the last target, over a line with a checksum). Then only the tail remains.
     ///
@@ -328,6 +355,9 @@ impl Guard {
     /// [`Refusal::OffCertified`] when the position is outside the certified set by more than the resolution.
     pub fn reported(&mut self, sighting: &Sighting, stamp: Stamp, now: Time) -> Result<(), Refusal> {
         let all = self.all_acknowledged(stamp);
+        if !sighting.waiting {
+            self.read = self.read.max(stamp.sent.min(self.sent));
+        }
         if self.contour.is_some() {
             return self.reported_in_contour(sighting, all);
         }

@@ -258,3 +258,36 @@ fn one_report_of_rest_is_not_believed_without_a_checksum() {
         }
     }
 }
+
+/// Acknowledgements that come twice let nothing be sent ahead of what the controller has read.
+#[test]
+fn lines_go_out_only_as_the_controller_reads_them() {
+    let mut guard = guard_of(MotionShape::Line, false);
+    guard.locate(at(-1000, 0)).unwrap();
+    for k in 1..=2 {
+        guard.jog(at(-1000, 1000 * k), 600).unwrap();
+        guard.acknowledged().unwrap();
+    }
+    assert_eq!(guard.jog(at(-1000, 3000), 600), Err(Refusal::Full));
+    let (asked, later) = (guard.stamp(Time::ZERO), Time::ZERO.after(DRAIN));
+    let full = Sighting { waiting: true, ..sighting(at(-1000, 0), false, 0) };
+    guard.reported(&full, asked, later).unwrap();
+    assert_eq!(guard.jog(at(-1000, 3000), 600), Err(Refusal::Full));
+    guard.reported(&sighting(at(-1000, 0), false, 2), asked, later).unwrap();
+    guard.jog(at(-1000, 3000), 600).unwrap();
+
+    let mut guard = guard_of(MotionShape::Line, false);
+    guard.locate(at(-1000, 0)).unwrap();
+    let line = |y| Curve::Line(Segment { from: at(-1000, y), to: at(-1000, y + 100) });
+    guard.begin_contour((0..4).map(|k| (line(100 * k), 300)).collect()).unwrap();
+    assert_eq!(guard.certify_contour(4), Ok(Certification::Done));
+    let before = guard.stamp(Time::ZERO);
+    assert!(guard.next_of_contour().is_some());
+    guard.acknowledged().unwrap();
+    assert!(guard.awaits_reading() && guard.next_of_contour().is_none());
+    guard.reported(&sighting(at(-1000, 0), false, 1), before, later).unwrap();
+    assert!(guard.next_of_contour().is_none());
+    let behind = guard.stamp(Time::ZERO);
+    guard.reported(&sighting(at(-1000, 0), false, 1), behind, later).unwrap();
+    assert!(!guard.awaits_reading() && guard.next_of_contour().is_some());
+}
