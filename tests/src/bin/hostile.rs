@@ -96,6 +96,9 @@ impl Totals {
             .fault
             .as_deref()
             .map_or("ended without a fault", |fault| fault.split([':', '.', '(']).next().unwrap_or(fault));
+        // What is no language comes in a thousand forms.
+        let garbled = end.starts_with("the controller sent");
+        let end = if garbled { "the controller sent what is not its language" } else { end };
         let end: String = end.chars().filter(|letter| !letter.is_ascii_digit()).take(60).collect();
         if let Ok(mut ends) = self.ends.lock() {
             *ends.entry(end).or_default() += 1;
