@@ -5,7 +5,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use fastrand::Rng;
-use keepout_executor::link::dialect::{Language, Setting};
+use keepout_executor::link::dialect::Setting;
 use keepout_executor::link::faults::Faults;
 use keepout_executor::link::port::{Port, PortError};
 use keepout_executor::session::log::{Header, LogError, LogTape};
@@ -214,7 +214,7 @@ impl Watcher {
         Self {
             cable,
             judge: Judge::new(part, world.place.offset, radius, (world.by_hand, world.outside)),
-            happenings: happenings(world, spec, random),
+            happenings: happenings(spec, random),
             samples: Vec::new(),
             calm: spec.faults.is_empty(),
             rounds: 0,
@@ -361,15 +361,12 @@ fn machine(world: &World, spec: &Spec, start_mm: (f64, f64), checked: bool) -> S
     SimMachine::new(controller, spec.baud, spec.latency, slip).hurt(there, here)
 }
 
-fn happenings(world: &World, spec: &Spec, random: &mut Rng) -> Vec<(Time, Happening)> {
+fn happenings(spec: &Spec, random: &mut Rng) -> Vec<(Time, Happening)> {
     let mut list = Vec::new();
     let at = |random: &mut Rng| Time::ZERO.after(spec.limit.mul_f64(random.f64()));
     for fault in &spec.faults {
         let when = at(random);
         match fault {
-            // Known and open: a Venus-1 controller wakes up with another unit of length, and a line that is on its way then is
-            // driven in it.
-            Fault::Reset if matches!(world.language, Language::Venus) => {}
             Fault::Reset => list.push((when, Happening::Reset)),
             Fault::Alarm => list.push((when, Happening::Alarm)),
             Fault::PortLoss => {
