@@ -5,6 +5,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use fastrand::Rng;
+use keepout_executor::link::Abilities;
 use keepout_executor::link::dialect::Setting;
 use keepout_executor::link::faults::Faults;
 use keepout_executor::link::port::{Port, PortError};
@@ -147,7 +148,7 @@ pub fn play(world: &World, spec: &Spec, part: Part) -> Outcome {
 pub fn play_on(world: &World, spec: &Spec, part: Part, tape: Box<dyn Tape>) -> Outcome {
     let mut random = Rng::with_seed(spec.seed ^ 0x5e55_1011);
     let dialect = world.language.dialect(setting(world));
-    let machine = machine(world, spec, start_mm(world, spec, &mut random), dialect.abilities().checked);
+    let machine = machine(world, spec, start_mm(world, spec, &mut random), dialect.abilities());
     let cable = Cable { machine: Rc::new(RefCell::new(machine)), ahead: Rc::new(Cell::new(Duration::ZERO)) };
     let mut supervisor =
         Supervisor::new(world.work.clone(), options(world, spec, &mut random), dialect.abilities());
@@ -341,7 +342,7 @@ fn setting(world: &World) -> Setting {
     }
 }
 
-fn machine(world: &World, spec: &Spec, start_mm: (f64, f64), checked: bool) -> SimMachine {
+fn machine(world: &World, spec: &Spec, start_mm: (f64, f64), abilities: Abilities) -> SimMachine {
     let settings = SimSettings {
         machine: world.machine.clone(),
         start_mm,
@@ -356,8 +357,8 @@ fn machine(world: &World, spec: &Spec, start_mm: (f64, f64), checked: bool) -> S
         Slip::wandering(band, steps, spec.seed)
     };
     let controller = speaking(&world.language, settings);
-    let there = Faults::new(spec.rates(false, checked), spec.seed ^ 0x7e0);
-    let here = Faults::new(spec.rates(true, checked), spec.seed ^ 0x4e1);
+    let there = Faults::new(spec.rates(false, abilities), spec.seed ^ 0x7e0);
+    let here = Faults::new(spec.rates(true, abilities), spec.seed ^ 0x4e1);
     SimMachine::new(controller, spec.baud, spec.latency, slip).hurt(there, here)
 }
 
