@@ -79,7 +79,7 @@ fn wish(direction: (f64, f64)) -> Event {
 type Happens = (&'static str, fn() -> Event);
 
 /// Every kind of event.
-const EVENTS: [Happens; 28] = [
+const EVENTS: [Happens; 29] = [
     ("report: idle", || report(Mode::Idle)),
     ("report: moving", || report(Mode::Moving)),
     ("report: slowing", || report(Mode::Slowing)),
@@ -96,6 +96,7 @@ const EVENTS: [Happens; 28] = [
     ("homed", || Event::Reply(Reply::Homed)),
     ("armed", || Event::Reply(Reply::Armed)),
     ("restarted", || Event::Reply(Reply::Restarted)),
+    ("not homed", || Event::Reply(Reply::NotHomed)),
     ("displaced", || Event::Reply(Reply::Displaced)),
     ("message", || Event::Reply(Reply::Message(text("hello")))),
     ("garbled", || Event::Reply(Reply::Garbled(text("#")))),

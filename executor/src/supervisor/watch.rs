@@ -55,6 +55,7 @@ impl Supervisor {
                 State::Connecting { .. } | State::Stopping { aborted: true, .. } => Ok(()),
                 _ => Err(Fault::WasReset),
             },
+            Reply::NotHomed => Err(Fault::NotHomed),
             Reply::Displaced => Err(Fault::OffsetChanged),
             Reply::Unfit(unfit) => Err(Fault::Setting(unfit)),
             Reply::Message(text) => {
