@@ -9,8 +9,8 @@ use keepout_planner::order::Order;
 use keepout_planner::plan::PassJob;
 use keepout_planner::plan_file;
 
-/// Down to the plate, let go, and touch it.
-pub const SCRIPT: &str = "0 0 -0.5\n1.5 0 0\n2 0 -0.1 auto\n";
+/// Toward the plate, let go on the way, on to its wall, let go, and touch it.
+pub const SCRIPT: &str = "0 0 -0.05\n0.4 0 0\n1 0 -0.5\n2.5 0 0\n3 0 -0.1 auto\n";
 /// Machine coordinates of the drawing's origin, mm: the tool stands above the middle of the plate's upper edge.
 pub const ORIGIN_MM: (f64, f64) = (-26.0, -30.0);
 /// Where it stands, machine coordinates, mm.
