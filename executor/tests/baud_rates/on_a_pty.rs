@@ -56,7 +56,7 @@ pub fn session(job: &Job, case: Case) -> Result<Log, String> {
     let (script, feed) = (job.at("script"), FEED_MM_MIN.to_string());
     let mut arguments = vec!["run", &plan, "--port", &port, "--dialect", &dialect, "--baud", &baud];
     arguments.extend(["--home", "--origin-mm", &origin, "--operator", &script, "--log", &log]);
-    arguments.extend(["--feed-mm-min", &feed, "--limit-s", "120"]);
+    arguments.extend(["--feed-mm-min", &feed, "--limit-s", "300", "--answer-within-s", "60"]);
     // Exit code 0: it ended as the operator wanted, and the contour is finished.
     succeeds(&arguments)?;
     machine.end()?;
