@@ -173,6 +173,11 @@ pub(super) fn fresh(wish: Wish, at: Option<Time>, now: Time) -> Option<(f64, f64
     Some((x * scale, y * scale))
 }
 
+/// The threshold that ways keep, so that places on them can be rounded.
+pub(super) fn standing_off(threshold: Length) -> Length {
+    threshold.saturating_plus(ROUNDING)
+}
+
 /// A feed word for a speed, mm/min. Not below 60: slower steps would outlast [`super::guard::DRAIN`].
 pub(super) fn feed(speed_mm_s: f64) -> u32 {
     u32::try_from(nearest_unit((speed_mm_s * 60.0).floor())).unwrap_or(1).max(60)
@@ -441,7 +446,7 @@ impl Helm<'_> {
     /// when they are rounded. Otherwise a tool that rests at the wall could have no certified place.
     fn stands_off(&self, to: Point) -> bool {
         let Some(end) = self.guard.end() else { return false };
-        let more = end.threshold().saturating_plus(ROUNDING);
+        let more = standing_off(end.threshold());
         let part = self.guard.part();
         let way = Segment { from: end.point(), to };
         part.motion_clear(way, more).is_clear() || !part.point_clear(end.point(), more).is_clear()

@@ -98,6 +98,34 @@ pub fn point_segment<L: Lattice>(p: Site<L>, a: Site<L>, b: Site<L>, r: L::Linea
     Proximity::near_if(L::compare_volumes(L::product_of_areas(off, off), reach) != Ordering::Greater)
 }
 
+/// Whether all of `points` lie to the right of the directed line `a → b`, farther than `r ≥ 0` from it; a line through
+/// `a = b` is none.
+///
+/// The distance of `p` from the line is `|cross| / |b − a|`, and the point with the greatest cross product of those to the
+/// right, where it is negative, is the nearest: `cross² > r²·|b − a|²` decides.
+#[inline(always)]
+pub fn beyond<L: Lattice>(
+    a: Site<L>,
+    b: Site<L>,
+    points: impl Iterator<Item = Site<L>>,
+    r: L::Linear,
+) -> bool {
+    let mut nearest = None;
+    for p in points {
+        let off = cross::<L>(a, b, p);
+        if L::compare(off, L::zero()) != Ordering::Less {
+            return false;
+        }
+        if nearest.is_none_or(|nearest| L::compare(off, nearest) == Ordering::Greater) {
+            nearest = Some(off);
+        }
+    }
+    nearest.is_some_and(|off| {
+        let reach = L::product_of_areas(L::product(r, r), dot::<L>(a, b, b));
+        L::compare_volumes(L::product_of_areas(off, off), reach) == Ordering::Greater
+    })
+}
+
 /// Whether the segments cross at a point interior to both.
 #[inline(always)]
 pub fn crosses_properly<L: Lattice>(a: Site<L>, b: Site<L>, c: Site<L>, d: Site<L>) -> bool {

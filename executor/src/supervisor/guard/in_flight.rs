@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use keepout_kernel::exact::segment::{Window, points_within};
-use keepout_kernel::{Blocked, Edge, FreePoint, Length, Point, ProhibitedRegion, Segment, Triangle, Vector};
+use keepout_kernel::{Blocked, Edge, FreePoint, Length, Point, ProhibitedRegion, Segment, Vector};
 
 use super::Refusal;
 use super::hull::Hull;
@@ -129,14 +129,13 @@ impl InFlight {
         tail: FreePoint,
         to: Point,
     ) -> Result<FreePoint, Refusal> {
-        if let Some(edge) = self.still_in_the_way(tail, to) {
-            return Err(Refusal::Blocked(Blocked::ByEdge(edge)));
-        }
-        let window = self.points().fold(Window::of(to), |window, free| window.including(free.point()));
-        // The hull lies in the box: where that is clear nothing else need be asked.
-        let outcome = match (clear_box(part, tail, window), self.shape) {
-            (Err(_), MotionShape::Line) => self.admit_line(part, tail, to),
-            (outcome, _) => outcome.and_then(|()| part.motion(tail, to)),
+        let outcome = match self.shape {
+            MotionShape::Line => self.admit_line(part, tail, to),
+            MotionShape::Box => {
+                let points = self.points().map(FreePoint::point);
+                let window = points.fold(Window::of(to), Window::including);
+                clear_box(part, tail, window).and_then(|()| part.motion(tail, to))
+            }
         };
         if let Err(Blocked::ByEdge(edge)) = outcome {
             self.in_the_way.set(Some(edge));
@@ -144,27 +143,23 @@ impl InFlight {
         outcome.map_err(Refusal::Blocked)
     }
 
-    /// The edge that was last in the way, when it is in the way of a straight motion's fans to `to`.
-    fn still_in_the_way(&self, tail: FreePoint, to: Point) -> Option<Edge> {
-        let edge = self.in_the_way.get().filter(|_| self.shape == MotionShape::Line)?;
-        let reach = tail.threshold().saturating_plus(edge.slack);
-        let last = self.lines.back().map_or(tail, |line| line.target).point();
-        let near = |a: Point| {
-            let fan = Triangle { corners: [a, last, to] };
-            !fan.near_segment(edge.chord, reach).is_clear()
-        };
-        self.points().any(|a| near(a.point())).then_some(edge)
-    }
-
-    /// The new hull is the old one and the triangles over its sides with `to`.
+    /// The new hull is clear, all of it. Its points carry one threshold: that of the tail.
     fn admit_line(&self, part: &ProhibitedRegion, tail: FreePoint, to: Point) -> Result<FreePoint, Blocked> {
-        let last = self.lines.back().map_or(tail, |line| line.target);
-        let admitted = part.motion(last, to)?;
-        let hull = Hull::of(self.points()).ok_or(Blocked::StartTooNear(tail.point()))?;
-        for (a, b) in hull.sides() {
-            part.fan(a, b, to)?;
+        let threshold = tail.threshold();
+        if let Some(other) = self.points().find(|free| free.threshold() != threshold) {
+            return Err(Blocked::StartTooNear(other.point()));
         }
-        Ok(admitted)
+        let points = self.points().map(FreePoint::point).chain(std::iter::once(to));
+        let hull = Hull::of(points);
+        let polygon = hull.as_ref().and_then(Hull::polygon).ok_or(Blocked::StartTooNear(tail.point()))?;
+        // What was last in the way mostly still is, and the way to the new target is asked quickly: both lie in the hull.
+        let still = |edge: &Edge| !edge.near_convex(polygon, threshold).is_clear();
+        if let Some(edge) = self.in_the_way.get().filter(still) {
+            return Err(Blocked::ByEdge(edge));
+        }
+        let last = self.lines.back().map_or(tail, |line| line.target);
+        part.motion(last, to)?;
+        part.polygon(tail, polygon, to)
     }
 
     /// The point of the hull nearest to the reported position, as a certified tail. Where the tool was commanded to be lies
@@ -172,7 +167,9 @@ impl InFlight {
     /// report is.
     fn snap(&self, part: &ProhibitedRegion, position: Point) -> Snap {
         let foot = match self.shape {
-            MotionShape::Line => Hull::of(self.points()).and_then(|hull| hull.nearest(position)),
+            MotionShape::Line => {
+                Hull::of(self.points().map(FreePoint::point)).and_then(|hull| hull.nearest(position))
+            }
             MotionShape::Box => self.foot_in_box(position),
         };
         let Some(foot) = foot else { return Snap::Off };
