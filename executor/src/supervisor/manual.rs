@@ -9,7 +9,7 @@ use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::{FreePoint, Length, Point, Segment, UNITS_PER_MM, Vector};
 use keepout_planner::units::length_up_from_mm;
 
-use super::guard::{Certified, Guard, MotionShape};
+use super::guard::{Asking, Certified, Guard, MotionShape};
 use super::{Command, Counts, Wish};
 use crate::link::Abilities;
 use crate::time::Time;
@@ -294,7 +294,7 @@ impl Steering {
         }
         let Some(end) = helm.guard.end() else { return Contact::Unknown };
         self.turned_mm = (0.0, 0.0);
-        let target = helm.prefix(end, step);
+        let target = helm.prefix(&helm.guard.asking(), end, step);
         let wished = end.point().translated(step).ok().and_then(on_grid);
         if let Some(certified) =
             target.and_then(|target| helm.guard.jog(target, feed(helm.limits.speed_mm_s)).ok())
@@ -393,7 +393,8 @@ impl Helm<'_> {
     /// The target that goes farthest along the wish, straight or along the wall when that is near, with the share of the
     /// wished speed that is left; and what was met.
     fn reach(&mut self, base: FreePoint, wish: Vector) -> (Option<(Point, f64)>, Contact) {
-        let straight = self.prefix(base, wish);
+        let asked = self.guard.asking();
+        let straight = self.prefix(&asked, base, wish);
         let wished = length_mm(wish);
         let gained = straight.map_or(0.0, |p| length_mm(p.minus(base.point())));
         if gained >= wished * 0.999 {
@@ -410,7 +411,7 @@ impl Helm<'_> {
         for &turn in turns {
             let Some(along) = wall.slide(wish, turn) else { continue };
             for along in self.ways_along(along).into_iter().flatten() {
-                let Some(target) = self.prefix(base, along) else { continue };
+                let Some(target) = self.prefix(&asked, base, along) else { continue };
                 let moved = target.minus(base.point());
                 let length = length_mm(along).max(1e-9);
                 let progress =
@@ -453,10 +454,10 @@ impl Helm<'_> {
     }
 
     /// The longest admitted prefix of a motion, on the grid; `None` when that is nothing.
-    fn prefix(&self, from: FreePoint, wish: Vector) -> Option<Point> {
+    fn prefix(&self, asked: &Asking<'_>, from: FreePoint, wish: Vector) -> Option<Point> {
         let to = from.point().translated(wish).ok()?;
         let admitted = |point: Point| {
-            let here = |&at: &Point| at != from.point() && self.guard.admits(at).is_ok();
+            let here = |&at: &Point| at != from.point() && asked.admits(at).is_ok();
             on_grid(point).filter(here).filter(|&at| self.stands_off(at))
         };
         if let Some(target) = admitted(to) {

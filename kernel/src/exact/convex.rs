@@ -17,6 +17,7 @@ impl<'a> Convex<'a> {
     /// Believes that the corners are those of a convex polygon after asking each of them of every side; `None` when they are not,
     /// or there are none.
     #[must_use]
+    #[inline]
     pub fn check(corners: &'a [Point]) -> Option<Self> {
         let polygon = Self { corners };
         let left = |side: Segment| {
@@ -47,6 +48,7 @@ impl<'a> Convex<'a> {
 
     /// Whether the point is in the polygon, its border included.
     #[must_use]
+    #[inline]
     pub fn holds(&self, point: Point) -> bool {
         self.bounds().holds(point)
             && self.sides().all(|side| orientation(side.from, side.to, point) != Orientation::Right)

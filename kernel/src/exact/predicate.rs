@@ -139,7 +139,8 @@ pub fn crosses_properly<L: Lattice>(a: Site<L>, b: Site<L>, c: Site<L>, d: Site<
 /// Whether the segments `a b` and `c d` come within `r` of each other.
 ///
 /// If they do not cross properly, the distance is attained at one of the four ends (`research`: T3, Cramer and
-/// convexity), so four point–segment questions and one crossing question decide.
+/// convexity), so four point–segment questions and one crossing question decide. They need not be asked where the line of one
+/// has all of the other on one side of it and [`beyond`] `r`.
 #[inline(always)]
 pub fn segment_segment<L: Lattice>(
     a: Site<L>,
@@ -148,6 +149,14 @@ pub fn segment_segment<L: Lattice>(
     d: Site<L>,
     r: L::Linear,
 ) -> Proximity {
+    let (ab, cd) = ([a, b], [c, d]);
+    let told_apart = beyond::<L>(a, b, cd.into_iter(), r)
+        || beyond::<L>(b, a, cd.into_iter(), r)
+        || beyond::<L>(c, d, ab.into_iter(), r)
+        || beyond::<L>(d, c, ab.into_iter(), r);
+    if told_apart {
+        return Proximity::Clear;
+    }
     let ends_clear = point_segment::<L>(c, a, b, r).is_clear()
         && point_segment::<L>(d, a, b, r).is_clear()
         && point_segment::<L>(a, c, d, r).is_clear()

@@ -36,6 +36,11 @@ impl Hull {
         points.into_iter().all(|point| hull.holds(point)).then_some(hull)
     }
 
+    /// The hull of this one and a point.
+    pub(super) fn with(&self, point: Point) -> Option<Self> {
+        Self::of(self.corners[..self.count].iter().copied().chain(std::iter::once(point)))
+    }
+
     /// Adds a chain that turns left all the way, without its last point (where the next begins).
     fn chain(&mut self, points: impl Iterator<Item = Point>, begins: usize) -> Option<()> {
         for point in points {
@@ -125,6 +130,9 @@ mod tests {
             let points: Vec<Point> = (0..count).map(|_| place(&mut random)).collect();
             let hull = Hull::of(points.iter().copied()).unwrap();
             let polygon = hull.polygon().unwrap();
+            let again =
+                Hull::of(points.iter().copied().skip(1)).map_or(hull, |rest| rest.with(points[0]).unwrap());
+            assert_eq!(again.polygon().unwrap().corners(), polygon.corners(), "{points:?}");
             let probe = place(&mut random);
             let here = Segment { from: probe, to: probe };
             let inside = points.iter().any(|&a| {

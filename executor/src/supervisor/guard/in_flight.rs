@@ -122,15 +122,21 @@ impl InFlight {
         self.rested_at = None;
     }
 
-    /// Certifies that the hull stays clear when `to` is taken into the set.
+    /// The convex hull of the set; `None` without points.
+    pub(super) fn hull(&self) -> Option<Hull> {
+        Hull::of(self.points().map(FreePoint::point))
+    }
+
+    /// Certifies that the hull stays clear when `to` is taken into the set. `hull` is that of the set as it is.
     pub(super) fn admit(
         &self,
         part: &ProhibitedRegion,
+        hull: Option<&Hull>,
         tail: FreePoint,
         to: Point,
     ) -> Result<FreePoint, Refusal> {
         let outcome = match self.shape {
-            MotionShape::Line => self.admit_line(part, tail, to),
+            MotionShape::Line => self.admit_line(part, hull, tail, to),
             MotionShape::Box => {
                 let points = self.points().map(FreePoint::point);
                 let window = points.fold(Window::of(to), Window::including);
@@ -143,23 +149,29 @@ impl InFlight {
         outcome.map_err(Refusal::Blocked)
     }
 
-    /// The new hull is clear, all of it. Its points carry one threshold: that of the tail.
-    fn admit_line(&self, part: &ProhibitedRegion, tail: FreePoint, to: Point) -> Result<FreePoint, Blocked> {
+    /// The new hull, that of the old one and the new target, is clear, all of it. The points carry one threshold: that of the
+    /// tail.
+    fn admit_line(
+        &self,
+        part: &ProhibitedRegion,
+        hull: Option<&Hull>,
+        tail: FreePoint,
+        to: Point,
+    ) -> Result<FreePoint, Blocked> {
         let threshold = tail.threshold();
         if let Some(other) = self.points().find(|free| free.threshold() != threshold) {
             return Err(Blocked::StartTooNear(other.point()));
         }
-        let points = self.points().map(FreePoint::point).chain(std::iter::once(to));
-        let hull = Hull::of(points);
-        let polygon = hull.as_ref().and_then(Hull::polygon).ok_or(Blocked::StartTooNear(tail.point()))?;
-        // What was last in the way mostly still is, and the way to the new target is asked quickly: both lie in the hull.
-        let still = |edge: &Edge| !edge.near_convex(polygon, threshold).is_clear();
+        let unknown = Blocked::StartTooNear(tail.point());
+        let hull = hull.ok_or(unknown)?;
+        // What was last in the way mostly still is: the ways from the old corners to the target lie in the new hull.
+        let near = |edge: &Edge, from: Point| !edge.near_motion(Segment { from, to }, threshold).is_clear();
+        let still = |edge: &Edge| hull.sides().any(|(from, _)| near(edge, from));
         if let Some(edge) = self.in_the_way.get().filter(still) {
             return Err(Blocked::ByEdge(edge));
         }
-        let last = self.lines.back().map_or(tail, |line| line.target);
-        part.motion(last, to)?;
-        part.polygon(tail, polygon, to)
+        let hull = hull.with(to).ok_or(unknown)?;
+        part.polygon(tail, hull.polygon().ok_or(unknown)?, to)
     }
 
     /// The point of the hull nearest to the reported position, as a certified tail. Where the tool was commanded to be lies
@@ -167,9 +179,7 @@ impl InFlight {
     /// report is.
     fn snap(&self, part: &ProhibitedRegion, position: Point) -> Snap {
         let foot = match self.shape {
-            MotionShape::Line => {
-                Hull::of(self.points().map(FreePoint::point)).and_then(|hull| hull.nearest(position))
-            }
+            MotionShape::Line => self.hull().and_then(|hull| hull.nearest(position)),
             MotionShape::Box => self.foot_in_box(position),
         };
         let Some(foot) = foot else { return Snap::Off };
