@@ -2,7 +2,7 @@
 
 use super::lattice::{Length, Point};
 use super::predicate::{self, Orientation, Proximity, Site};
-use super::segment::{Segment, Triangle, Window, orientation};
+use super::segment::{Segment, Window, orientation};
 use super::width::Product;
 
 /// A filled convex polygon over borrowed corners, counter-clockwise; two corners are a segment, one is a point.
@@ -56,30 +56,19 @@ impl<'a> Convex<'a> {
 
     /// Whether some point of the polygon is within `r` of the segment.
     ///
-    /// The triangles from the first corner over all sides cover the polygon and lie in it: they decide. They need not be asked
-    /// where a line tells the two apart: the polygon is to the left of a side's line, and the segment farther than `r` to
-    /// its right; or the segment is on its own line, and all corners, with them what is convex over them, farther than `r` from
-    /// it on one side.
+    /// Either a side is, or the segment lies wholly inside, which its beginning then tells. They need not be asked where a line
+    /// tells the two apart: the polygon is to the left of a side's line, and the segment farther than `r` to its right; or the
+    /// segment is on its own line, and all corners, with them what is convex over them, farther than `r` from it on one side.
     #[must_use]
     #[inline]
     pub fn near_segment(&self, segment: Segment, r: Length) -> Proximity {
         if self.is_told_apart(segment, r) {
             return Proximity::Clear;
         }
-        let Some((&first, rest)) = self.corners.split_first() else { return Proximity::Near };
-        let near = |side: Segment| {
-            let triangle = Triangle { corners: [first, side.from, side.to] };
-            !triangle.near_segment(segment, r).is_clear()
-        };
-        let over = |pair: &[Point]| match pair {
-            [from, to] => near(Segment { from: *from, to: *to }),
-            _ => true,
-        };
-        Proximity::near_if(match rest {
-            [] => near(Segment { from: first, to: first }),
-            [only] => near(Segment { from: *only, to: *only }),
-            _ => rest.windows(2).any(over),
-        })
+        // The way back over a segment is the same.
+        let count = if self.corners.len() == 2 { 1 } else { self.corners.len() };
+        let near = self.sides().take(count).any(|side| !side.near_segment(segment, r).is_clear());
+        Proximity::near_if(near || self.holds(segment.from))
     }
 
     /// Whether the line of the segment or of a side tells the two apart by more than `r`.
@@ -99,6 +88,7 @@ impl<'a> Convex<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::exact::segment::Triangle;
     use alloc::vec::Vec;
 
     fn at(x: i64, y: i64) -> Point {
