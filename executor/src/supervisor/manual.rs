@@ -9,7 +9,7 @@ use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::{FreePoint, Length, Point, Segment, UNITS_PER_MM, Vector};
 use keepout_planner::units::length_up_from_mm;
 
-use super::guard::{Certified, Guard, MotionShape};
+use super::guard::{Asking, Certified, Guard, MotionShape};
 use super::{Command, Counts, Wish};
 use crate::link::Abilities;
 use crate::time::Time;
@@ -40,6 +40,8 @@ pub(super) const STALE: Duration = Duration::from_millis(250);
 const DEAD_ZONE: f64 = 0.03;
 /// Jog targets lie on this grid, lattice units (1 µm): they are then written exactly with three decimals.
 const GRID: i64 = 100;
+/// The same, mm.
+const GRID_MM: f64 = 0.001;
 /// Jogs shorter than this are not worth sending, mm.
 const SHORTEST_MM: f64 = 0.01;
 /// A wish that turns by more than this (cosine) cancels what is in flight.
@@ -173,6 +175,11 @@ pub(super) fn fresh(wish: Wish, at: Option<Time>, now: Time) -> Option<(f64, f64
     Some((x * scale, y * scale))
 }
 
+/// The threshold that ways keep, so that places on them can be rounded.
+pub(super) fn standing_off(threshold: Length) -> Length {
+    threshold.saturating_plus(ROUNDING)
+}
+
 /// A feed word for a speed, mm/min. Not below 60: slower steps would outlast [`super::guard::DRAIN`].
 pub(super) fn feed(speed_mm_s: f64) -> u32 {
     u32::try_from(nearest_unit((speed_mm_s * 60.0).floor())).unwrap_or(1).max(60)
@@ -289,7 +296,7 @@ impl Steering {
         }
         let Some(end) = helm.guard.end() else { return Contact::Unknown };
         self.turned_mm = (0.0, 0.0);
-        let target = helm.prefix(end, step);
+        let target = helm.prefix(&helm.guard.asking(), end, step, 0.0);
         let wished = end.point().translated(step).ok().and_then(on_grid);
         if let Some(certified) =
             target.and_then(|target| helm.guard.jog(target, feed(helm.limits.speed_mm_s)).ok())
@@ -388,7 +395,8 @@ impl Helm<'_> {
     /// The target that goes farthest along the wish, straight or along the wall when that is near, with the share of the
     /// wished speed that is left; and what was met.
     fn reach(&mut self, base: FreePoint, wish: Vector) -> (Option<(Point, f64)>, Contact) {
-        let straight = self.prefix(base, wish);
+        let asked = self.guard.asking();
+        let straight = self.prefix(&asked, base, wish, 0.0);
         let wished = length_mm(wish);
         let gained = straight.map_or(0.0, |p| length_mm(p.minus(base.point())));
         if gained >= wished * 0.999 {
@@ -405,7 +413,8 @@ impl Helm<'_> {
         for &turn in turns {
             let Some(along) = wall.slide(wish, turn) else { continue };
             for along in self.ways_along(along).into_iter().flatten() {
-                let Some(target) = self.prefix(base, along) else { continue };
+                let most = best.map_or(gained, |(most, ..)| most.max(gained));
+                let Some(target) = self.prefix(&asked, base, along, most) else { continue };
                 let moved = target.minus(base.point());
                 let length = length_mm(along).max(1e-9);
                 let progress =
@@ -441,39 +450,48 @@ impl Helm<'_> {
     /// when they are rounded. Otherwise a tool that rests at the wall could have no certified place.
     fn stands_off(&self, to: Point) -> bool {
         let Some(end) = self.guard.end() else { return false };
-        let more = end.threshold().saturating_plus(ROUNDING);
+        let more = standing_off(end.threshold());
         let part = self.guard.part();
         let way = Segment { from: end.point(), to };
         part.motion_clear(way, more).is_clear() || !part.point_clear(end.point(), more).is_clear()
     }
 
-    /// The longest admitted prefix of a motion, on the grid; `None` when that is nothing.
-    fn prefix(&self, from: FreePoint, wish: Vector) -> Option<Point> {
+    /// The longest admitted prefix of a motion, on the grid; `None` when that is nothing, or not longer than `least_mm`.
+    fn prefix(&self, asked: &Asking<'_>, from: FreePoint, wish: Vector, least_mm: f64) -> Option<Point> {
         let to = from.point().translated(wish).ok()?;
         let admitted = |point: Point| {
-            let here = |&at: &Point| at != from.point() && self.guard.admits(at).is_ok();
+            let here = |&at: &Point| at != from.point() && asked.admits(at).is_ok();
             on_grid(point).filter(here).filter(|&at| self.stands_off(at))
         };
+        // What is not longer before it is rounded is hardly so afterwards.
+        let is_longer = |length_mm: f64| length_mm + GRID_MM > least_mm;
+        let length = length_mm(wish).max(1e-9);
+        if !is_longer(length) {
+            return None;
+        }
         if let Some(target) = admitted(to) {
             return Some(target);
         }
         let clipped = self.guard.part().clip(from, to).point();
-        let length = length_mm(wish).max(1e-9);
+        let span = clipped.minus(from.point());
+        let clear_mm = length_mm(span);
+        if clipped == from.point() || !is_longer(clear_mm) {
+            return None;
+        }
         for back_mm in [0.001, 0.002, 0.004] {
             let set_back = part_of(wish, -back_mm / length);
             if let Some(target) = clipped.translated(set_back).ok().and_then(admitted) {
                 return Some(target);
             }
         }
-        if clipped == from.point() {
-            return None;
-        }
         // The way is clear, and something in flight is in the way of the fan: halve.
-        let span = clipped.minus(from.point());
         let at = |share: f64| from.point().translated(part_of(span, share)).ok().and_then(admitted);
         let mut share = 1.0;
         for _ in 0..HALVINGS {
             share /= 2.0;
+            if !is_longer(clear_mm * share * 1.5) {
+                return None;
+            }
             if let Some(target) = at(share) {
                 return at(share * 1.5).or(Some(target));
             }

@@ -35,7 +35,7 @@ use keepout_planner::units::{length_up_from_mm, mm};
 use crate::link::Abilities;
 use crate::time::Time;
 use guard::{Guard, Rules, Stamp};
-use manual::{Contact, Helm, Steering};
+use manual::{Contact, Helm, Steering, standing_off};
 use state::{State, Touch};
 
 /// A certified plan, and its part prepared for steering. Cheap to clone.
@@ -59,8 +59,10 @@ impl Workpiece {
         let tolerance = (i64::from(plan.plan.allowance.units()) / COARSE_SHARE).min(COARSE_MAX);
         let tolerance = Length::from_units(tolerance).unwrap_or(Length::ZERO);
         let mut coarse = plan.part.coarsened(tolerance).unwrap_or_else(|_| plan.part.clone());
-        // Cells only make answers at the roughing threshold faster; a part too large for them is asked by its index.
+        // Cells only make answers at the roughing threshold and where ways stand off it
+        // faster; a part too large for them is asked by its index.
         let _ = coarse.prepare(plan.roughing);
+        let _ = coarse.prepare(standing_off(plan.roughing));
         let part = Arc::new(plan.part.clone());
         Self { plan: Arc::new(plan), part, coarse: Arc::new(coarse) }
     }
