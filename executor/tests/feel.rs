@@ -237,3 +237,26 @@ fn late(places: &[(f64, (f64, f64))], by: f64) -> Trace {
 fn slowed_from(places: &[(f64, (f64, f64))], from: f64) -> Trace {
     places.iter().map(|&(t, place)| (if t > from { from + 2.0 * (t - from) } else { t }, place)).collect()
 }
+
+/// A start 4 mm from the end of the travel of the y axis, pushed at it aslant.
+fn slides_along_the_end_of_the_travel(places: &[(f64, (f64, f64))]) -> Judgement {
+    let highest = places.iter().map(|place| place.1.1).fold(f64::MIN, f64::max);
+    let rest = at(places, 1.4).1;
+    expect(highest - rest < 0.001, || format!("came back {:.4} mm", highest - rest))?;
+    let along = at(places, 1.4).0 - at(places, 0.9).0;
+    expect(along > 0.5 * 0.5 * SPEED * 0.9, || format!("went {along:.2} mm along the end of the travel"))
+}
+
+#[test]
+fn the_end_of_the_travel_is_reached_and_slid_along() {
+    let profile = MachineProfile::simulated();
+    let plan = Order::default().plan("l", L.as_bytes(), &profile, &mut |_| {}).unwrap();
+    let place = keepout_executor::session::place_on_table(&plan, &profile, None).unwrap();
+    let (_, _, _, y1) = place.stroke.corners();
+    let end = keepout_planner::units::mm(y1);
+    let places = steered((0.0, end - 4.0), "0 0 0\n0.5 0.5 0.5\n1.5 0 0\n2.5 quit\n");
+    slides_along_the_end_of_the_travel(&places).unwrap();
+    let rest = end - at(&places, 1.4).1;
+    assert!((0.0..0.02).contains(&rest), "rests {rest:.4} mm off the end of the travel");
+    noticed("along the end", slides_along_the_end_of_the_travel(&slowed_from(&places, 0.6)));
+}

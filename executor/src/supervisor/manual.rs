@@ -60,8 +60,9 @@ const UNSTOPPABLE_S: f64 = 0.25;
 const STAIR_MM: f64 = 0.5;
 /// How finely a motion is cut short where something in flight is in its way: to one part in 64.
 const HALVINGS: u32 = 6;
-/// Angles tried along a wall while motions are under way; at rest all of [`SLIDE_TURNS`] are.
-const TURNS_UNDER_WAY: [u32; 4] = [12, 8, 5, 3];
+/// Angles tried along a wall while motions are under way, two at one decision and two at the next; at rest all of
+/// [`SLIDE_TURNS`] are.
+const TURNS_UNDER_WAY: [[u32; 2]; 2] = [[12, 5], [8, 3]];
 /// Jogs last at least so long, s: each stays in the in-flight set for half a second after it was executed, and that holds
 /// only so many.
 const STEP_S: f64 = 0.06;
@@ -69,6 +70,8 @@ const STEP_S: f64 = 0.06;
 const ROUNDING: Length = Length::small(100);
 /// Directions are alike within this (cosine): 0.8°.
 const ALIKE: f64 = 0.9999;
+/// Nothing slides more slowly than this share of the wish: one straight at the wall (to 3°) rests there.
+const CREEP: f64 = 0.05;
 /// A slide that gets this share of its way is taken without trying others.
 const GOOD_SHARE: f64 = 0.98;
 
@@ -83,6 +86,8 @@ pub struct Steering {
     resting: bool,
     /// From where, with the tool where, and in which direction nothing was admitted last: asked again it would not be.
     fruitless: Option<Fruitless>,
+    /// Which angles along a wall are tried next.
+    turns: usize,
     /// What handwheels were turned and the tool has not followed yet, mm.
     turned_mm: (f64, f64),
 }
@@ -223,7 +228,8 @@ impl Steering {
             self.cancel(helm);
             ahead_mm = self.ahead_mm(helm.guard);
         }
-        if self.resting || helm.guard.unacknowledged() > 0 || single && !helm.guard.settled() {
+        let busy = helm.guard.unacknowledged() > 0 || !helm.guard.takes_lines();
+        if self.resting || busy || single && !helm.guard.settled() {
             return Contact::Unknown;
         }
         let speed = length * helm.limits.speed_mm_s;
@@ -238,8 +244,14 @@ impl Steering {
             helm.counts.clipped += 1;
             return Contact::Unknown;
         }
-        let (target, contact) = helm.reach(base, vector(unit, missing_mm));
-        self.fruitless = target.is_none().then_some(attempt);
+        let all = helm.guard.settled();
+        let turns: &[u32] = if all { &SLIDE_TURNS } else { &TURNS_UNDER_WAY[self.turns % 2] };
+        let (target, contact) = helm.reach(base, vector(unit, missing_mm), turns);
+        let last = all || self.turns % 2 == 1;
+        self.fruitless = (target.is_none() && last).then_some(attempt);
+        if target.is_none() {
+            self.turns = (self.turns + 1) % 2;
+        }
         if let Some((target, share)) = target
             && let Ok(certified) = helm.guard.jog(target, feed(speed * share))
         {
@@ -394,7 +406,33 @@ impl Helm<'_> {
 
     /// The target that goes farthest along the wish, straight or along the wall when that is near, with the share of the
     /// wished speed that is left; and what was met.
-    fn reach(&mut self, base: FreePoint, wish: Vector) -> (Option<(Point, f64)>, Contact) {
+    fn reach(&mut self, base: FreePoint, wish: Vector, turns: &[u32]) -> (Option<(Point, f64)>, Contact) {
+        let (wish, pace) = self.within_travel(base.point(), wish);
+        let (target, contact) = self.reach_in_travel(base, wish, turns);
+        (target.map(|(target, share)| (target, share * pace)), contact)
+    }
+
+    /// The wish up to the end of the machine's travel, or along it when the tool is there, and the share of the speed that is
+    /// left.
+    fn within_travel(&self, from: Point, wish: Vector) -> (Vector, f64) {
+        let (x0, y0, x1, y1) = self.guard.rules().stroke.corners();
+        let (x, y) = (from.x.units(), from.y.units());
+        let along = Vector { dx: wish.dx.clamp(x0 - x, x1 - x), dy: wish.dy.clamp(y0 - y, y1 - y) };
+        let share =
+            |part: i32, whole: i32| if part == whole { 1.0 } else { f64::from(part) / f64::from(whole) };
+        let up_to_there = share(along.dx, wish.dx).min(share(along.dy, wish.dy));
+        if up_to_there * length_mm(wish) >= SHORTEST_MM {
+            return (part_of(wish, up_to_there), 1.0);
+        }
+        (along, (length_mm(along) / length_mm(wish).max(1e-9)).clamp(CREEP, 1.0))
+    }
+
+    fn reach_in_travel(
+        &mut self,
+        base: FreePoint,
+        wish: Vector,
+        turns: &[u32],
+    ) -> (Option<(Point, f64)>, Contact) {
         let asked = self.guard.asking();
         let straight = self.prefix(&asked, base, wish, 0.0);
         let wished = length_mm(wish);
@@ -409,9 +447,9 @@ impl Helm<'_> {
             return (straight, if gained > 0.0 { Contact::Unknown } else { Contact::Wall });
         };
         let mut best: Option<(f64, Point, f64)> = None;
-        let turns: &[u32] = if self.guard.settled() { &SLIDE_TURNS } else { &TURNS_UNDER_WAY };
         for &turn in turns {
-            let Some(along) = wall.slide(wish, turn) else { continue };
+            let along = wall.slide(wish, turn).filter(|&along| length_mm(along) >= CREEP * wished);
+            let Some(along) = along else { continue };
             for along in self.ways_along(along).into_iter().flatten() {
                 let most = best.map_or(gained, |(most, ..)| most.max(gained));
                 let Some(target) = self.prefix(&asked, base, along, most) else { continue };
@@ -419,7 +457,7 @@ impl Helm<'_> {
                 let length = length_mm(along).max(1e-9);
                 let progress =
                     (mm_of(moved.dx) * mm_of(along.dx) + mm_of(moved.dy) * mm_of(along.dy)) / length;
-                let share = (length / wished).clamp(0.05, 1.0);
+                let share = (length / wished).clamp(CREEP, 1.0);
                 if best.is_none_or(|(most, ..)| progress > most) {
                     best = Some((progress, target, share));
                 }

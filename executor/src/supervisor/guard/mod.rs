@@ -222,6 +222,12 @@ impl Guard {
         if self.rules.checked { 0 } else { self.sent - self.read }
     }
 
+    /// Whether another line could be sent now.
+    #[must_use]
+    pub fn takes_lines(&self) -> bool {
+        self.set.lines.len() < LINES_MAX && self.unread() < AHEAD_MAX
+    }
+
     /// Whether the next motion of a contour waits for nothing but the answer to a query.
     #[must_use]
     pub fn awaits_reading(&self) -> bool {
@@ -267,7 +273,7 @@ impl Guard {
         if !self.rules.stroke.holds(to) {
             return Err(Refusal::BeyondStroke(to));
         }
-        if self.set.lines.len() >= LINES_MAX || self.unread() >= AHEAD_MAX {
+        if !self.takes_lines() {
             return Err(Refusal::Full);
         }
         let way = to.minus(self.set.lines.back().map_or(tail, |line| line.target).point());
