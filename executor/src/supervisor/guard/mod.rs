@@ -12,7 +12,7 @@
 //!
 //! **Reading:** a controller whose receive buffer is full drops bytes, and takes the head of one line and the tail of another
 //! for a third. So few lines are sent ahead of what it has read for certain, whatever was acknowledged, that they fit the
-//! smallest buffer ([`AHEAD_MAX`]).
+//! smallest buffer (`AHEAD_MAX`).
 //!
 //! **Escaping:** a tool that stands nearer than the manual threshold, but not in the part, is admitted single motions on
 //! which it comes nearer to no edge within that threshold.

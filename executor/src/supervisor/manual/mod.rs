@@ -2,17 +2,23 @@
 //!
 //! Everything here proposes a target; [`Guard::jog`] and [`Guard::escape`] decide.
 
+mod helm;
+mod way;
+
+pub use helm::Contact;
+pub(super) use helm::{Helm, standing_off};
+
 use std::time::Duration;
 
-use keepout_kernel::clip::{SLIDE_TURNS, contact_band, longest_prefix};
+use keepout_kernel::clip::{SLIDE_TURNS, longest_prefix};
 use keepout_kernel::curve::nearest_unit;
-use keepout_kernel::{FreePoint, Length, Point, Segment, UNITS_PER_MM, Vector};
-use keepout_planner::units::length_up_from_mm;
+use keepout_kernel::{FreePoint, Point};
 
-use super::guard::{Asking, Certified, Guard, MotionShape};
-use super::{Command, Counts, Wish};
-use crate::link::Abilities;
+use super::guard::{Guard, MotionShape};
+use super::{Command, Wish};
 use crate::time::Time;
+use helm::{length_mm, on_grid, part_of, vector};
+use way::Way;
 
 /// What the machine can do, as far as steering needs it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,12 +44,6 @@ impl Limits {
 pub(super) const STALE: Duration = Duration::from_millis(250);
 /// Below this deflection nothing moves.
 const DEAD_ZONE: f64 = 0.03;
-/// Jog targets lie on this grid, lattice units (1 µm): they are then written exactly with three decimals.
-const GRID: i64 = 100;
-/// The same, mm.
-const GRID_MM: f64 = 0.001;
-/// Jogs shorter than this are not worth sending, mm.
-const SHORTEST_MM: f64 = 0.01;
 /// A wish that turns by more than this (cosine) cancels what is in flight.
 const TURNED: f64 = 0.7;
 /// The same where the queue is not added to while it runs.
@@ -56,24 +56,14 @@ const WHEEL_AHEAD_MM: f64 = 10.0;
 const SINGLE_S: f64 = 1.0;
 /// The same where they can not be cancelled either: the hand is not followed for that long, s.
 const UNSTOPPABLE_S: f64 = 0.25;
-/// Step along a wall where axes run apart, mm.
-const STAIR_MM: f64 = 0.5;
-/// How finely a motion is cut short where something in flight is in its way: to one part in 64.
-const HALVINGS: u32 = 6;
 /// Angles tried along a wall while motions are under way, two at one decision and two at the next; at rest all of
 /// [`SLIDE_TURNS`] are.
 const TURNS_UNDER_WAY: [[u32; 2]; 2] = [[12, 5], [8, 3]];
 /// Jogs last at least so long, s: each stays in the in-flight set for half a second after it was executed, and that holds
 /// only so many.
 const STEP_S: f64 = 0.06;
-/// What ways keep beyond the threshold, so that places on them can be rounded (1 µm).
-const ROUNDING: Length = Length::small(100);
 /// Directions are alike within this (cosine): 0.8°.
 const ALIKE: f64 = 0.9999;
-/// Nothing slides more slowly than this share of the wish: one straight at the wall (to 3°) rests there.
-const CREEP: f64 = 0.05;
-/// A slide that gets this share of its way is taken without trying others.
-const GOOD_SHARE: f64 = 0.98;
 
 /// What steering remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -109,65 +99,6 @@ impl Fruitless {
     }
 }
 
-/// The way ahead of the tool: from where it is along the targets that it has not passed. Targets stay in the in-flight set for a
-/// while after they were.
-struct Way {
-    points: [Point; WAY_MAX],
-    first: usize,
-    count: usize,
-}
-
-/// Most points of a way.
-const WAY_MAX: usize = 16;
-/// A tool this near the way between two targets is on it, mm.
-const ON_WAY_MM: f64 = 0.02;
-
-impl Way {
-    fn of(guard: &Guard, struck: u64) -> Self {
-        let mut way = Self { points: [Point::ORIGIN; WAY_MAX], first: 0, count: 0 };
-        for point in guard.way_after(struck).take(WAY_MAX) {
-            way.points[way.count] = point;
-            way.count += 1;
-        }
-        let tail = way.points[0];
-        let near = length_up_from_mm(ON_WAY_MM).unwrap_or(Length::ZERO);
-        let on = |k: &usize| {
-            let leg = Segment { from: way.points[*k], to: way.points[*k + 1] };
-            !leg.near_point(tail, near).is_clear()
-        };
-        if let Some(leg) = (1..way.count.saturating_sub(1)).rev().find(on) {
-            way.points[leg] = tail;
-            way.first = leg;
-        }
-        way
-    }
-
-    fn points(&self) -> &[Point] {
-        &self.points[self.first..self.count]
-    }
-}
-
-/// What a proposal ran into.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Contact {
-    /// Nothing new was proposed.
-    Unknown,
-    /// Nothing: the tool goes where it is wished.
-    Free,
-    /// The wall: the motion was cut short, or runs along it.
-    Wall,
-}
-
-/// What steering works with.
-pub(super) struct Helm<'a> {
-    pub(super) guard: &'a mut Guard,
-    pub(super) counts: &'a mut Counts,
-    pub(super) commands: &'a mut Vec<Command>,
-    pub(super) limits: Limits,
-    pub(super) abilities: Abilities,
-    pub(super) round_trip: Duration,
-}
-
 /// The wish, or none when it is stale or no number.
 pub(super) fn fresh(wish: Wish, at: Option<Time>, now: Time) -> Option<(f64, f64)> {
     let (x, y) = wish.direction;
@@ -178,11 +109,6 @@ pub(super) fn fresh(wish: Wish, at: Option<Time>, now: Time) -> Option<(f64, f64
     }
     let scale = 1.0 / length.max(1.0);
     Some((x * scale, y * scale))
-}
-
-/// The threshold that ways keep, so that places on them can be rounded.
-pub(super) fn standing_off(threshold: Length) -> Length {
-    threshold.saturating_plus(ROUNDING)
 }
 
 /// A feed word for a speed, mm/min. Not below 60: slower steps would outlast [`super::guard::DRAIN`].
@@ -377,168 +303,4 @@ fn wanted_mm(speed: f64, helm: &Helm<'_>) -> f64 {
     let single = if helm.abilities.cancels { SINGLE_S } else { UNSTOPPABLE_S };
     let horizon = if helm.abilities.queues { horizon } else { horizon.max(single) };
     speed * speed / (2.0 * helm.limits.acceleration_mm_s2) + speed * horizon
-}
-
-fn mm_of(units: i32) -> f64 {
-    f64::from(units) / f64::from(UNITS_PER_MM)
-}
-
-fn length_mm(v: Vector) -> f64 {
-    mm_of(v.dx).hypot(mm_of(v.dy))
-}
-
-/// A direction times a length in mm, on the lattice.
-fn vector((x, y): (f64, f64), mm: f64) -> Vector {
-    let step = |d: f64| i32::try_from(nearest_unit(d * mm * f64::from(UNITS_PER_MM))).unwrap_or(0);
-    Vector { dx: step(x), dy: step(y) }
-}
-
-/// A share of a vector.
-fn part_of(v: Vector, share: f64) -> Vector {
-    vector((mm_of(v.dx), mm_of(v.dy)), share)
-}
-
-impl Helm<'_> {
-    fn send(&mut self, certified: Certified) {
-        self.counts.jogs += 1;
-        self.commands.push(Command::Move(certified));
-    }
-
-    /// The target that goes farthest along the wish, straight or along the wall when that is near, with the share of the
-    /// wished speed that is left; and what was met.
-    fn reach(&mut self, base: FreePoint, wish: Vector, turns: &[u32]) -> (Option<(Point, f64)>, Contact) {
-        let (wish, pace) = self.within_travel(base.point(), wish);
-        let (target, contact) = self.reach_in_travel(base, wish, turns);
-        (target.map(|(target, share)| (target, share * pace)), contact)
-    }
-
-    /// The wish up to the end of the machine's travel, or along it when the tool is there, and the share of the speed that is
-    /// left.
-    fn within_travel(&self, from: Point, wish: Vector) -> (Vector, f64) {
-        let (x0, y0, x1, y1) = self.guard.rules().stroke.corners();
-        let (x, y) = (from.x.units(), from.y.units());
-        let along = Vector { dx: wish.dx.clamp(x0 - x, x1 - x), dy: wish.dy.clamp(y0 - y, y1 - y) };
-        let share =
-            |part: i32, whole: i32| if part == whole { 1.0 } else { f64::from(part) / f64::from(whole) };
-        let up_to_there = share(along.dx, wish.dx).min(share(along.dy, wish.dy));
-        if up_to_there * length_mm(wish) >= SHORTEST_MM {
-            return (part_of(wish, up_to_there), 1.0);
-        }
-        (along, (length_mm(along) / length_mm(wish).max(1e-9)).clamp(CREEP, 1.0))
-    }
-
-    fn reach_in_travel(
-        &mut self,
-        base: FreePoint,
-        wish: Vector,
-        turns: &[u32],
-    ) -> (Option<(Point, f64)>, Contact) {
-        let asked = self.guard.asking();
-        let straight = self.prefix(&asked, base, wish, 0.0);
-        let wished = length_mm(wish);
-        let gained = straight.map_or(0.0, |p| length_mm(p.minus(base.point())));
-        if gained >= wished * 0.999 {
-            return (straight.map(|target| (target, 1.0)), Contact::Free);
-        }
-        self.counts.clipped += 1;
-        let straight = straight.filter(|_| gained >= SHORTEST_MM).map(|target| (target, 1.0));
-        let wall = self.guard.part().wall(base, contact_band());
-        let Some(wall) = wall.filter(|wall| !wall.is_left_by(wish)) else {
-            return (straight, if gained > 0.0 { Contact::Unknown } else { Contact::Wall });
-        };
-        let mut best: Option<(f64, Point, f64)> = None;
-        for &turn in turns {
-            let along = wall.slide(wish, turn).filter(|&along| length_mm(along) >= CREEP * wished);
-            let Some(along) = along else { continue };
-            for along in self.ways_along(along).into_iter().flatten() {
-                let most = best.map_or(gained, |(most, ..)| most.max(gained));
-                let Some(target) = self.prefix(&asked, base, along, most) else { continue };
-                let moved = target.minus(base.point());
-                let length = length_mm(along).max(1e-9);
-                let progress =
-                    (mm_of(moved.dx) * mm_of(along.dx) + mm_of(moved.dy) * mm_of(along.dy)) / length;
-                let share = (length / wished).clamp(CREEP, 1.0);
-                if best.is_none_or(|(most, ..)| progress > most) {
-                    best = Some((progress, target, share));
-                }
-                if progress >= GOOD_SHARE * length && progress > gained {
-                    return (Some((target, share)), Contact::Wall);
-                }
-            }
-        }
-        let along = best.filter(|&(progress, target, _)| {
-            progress > gained && length_mm(target.minus(base.point())) >= SHORTEST_MM
-        });
-        (along.map(|(_, target, share)| (target, share)).or(straight), Contact::Wall)
-    }
-
-    /// The motions to try along a wall: straight along it, or a stair where axes run apart.
-    fn ways_along(&self, along: Vector) -> [Option<Vector>; 3] {
-        if self.abilities.shape == MotionShape::Line {
-            return [Some(along), None, None];
-        }
-        let length = length_mm(along).max(1e-9);
-        let scale = STAIR_MM.min(length) / length;
-        let (x, y) = (mm_of(along.dx) * scale, mm_of(along.dy) * scale);
-        let flat = x.abs() < 0.002 || y.abs() < 0.002;
-        [Some(along).filter(|_| flat), Some(vector((x, 0.0), 1.0)), Some(vector((0.0, y), 1.0))]
-    }
-
-    /// Whether the way to `to` keeps a little more than the threshold, unless it begins nearer: places on it are still clear
-    /// when they are rounded. Otherwise a tool that rests at the wall could have no certified place.
-    fn stands_off(&self, to: Point) -> bool {
-        let Some(end) = self.guard.end() else { return false };
-        let more = standing_off(end.threshold());
-        let part = self.guard.part();
-        let way = Segment { from: end.point(), to };
-        part.motion_clear(way, more).is_clear() || !part.point_clear(end.point(), more).is_clear()
-    }
-
-    /// The longest admitted prefix of a motion, on the grid; `None` when that is nothing, or not longer than `least_mm`.
-    fn prefix(&self, asked: &Asking<'_>, from: FreePoint, wish: Vector, least_mm: f64) -> Option<Point> {
-        let to = from.point().translated(wish).ok()?;
-        let admitted = |point: Point| {
-            let here = |&at: &Point| at != from.point() && asked.admits(at).is_ok();
-            on_grid(point).filter(here).filter(|&at| self.stands_off(at))
-        };
-        // What is not longer before it is rounded is hardly so afterwards.
-        let is_longer = |length_mm: f64| length_mm + GRID_MM > least_mm;
-        let length = length_mm(wish).max(1e-9);
-        if !is_longer(length) {
-            return None;
-        }
-        if let Some(target) = admitted(to) {
-            return Some(target);
-        }
-        let clipped = self.guard.part().clip(from, to).point();
-        let span = clipped.minus(from.point());
-        let clear_mm = length_mm(span);
-        if clipped == from.point() || !is_longer(clear_mm) {
-            return None;
-        }
-        for back_mm in [0.001, 0.002, 0.004] {
-            let set_back = part_of(wish, -back_mm / length);
-            if let Some(target) = clipped.translated(set_back).ok().and_then(admitted) {
-                return Some(target);
-            }
-        }
-        // The way is clear, and something in flight is in the way of the fan: halve.
-        let at = |share: f64| from.point().translated(part_of(span, share)).ok().and_then(admitted);
-        let mut share = 1.0;
-        for _ in 0..HALVINGS {
-            share /= 2.0;
-            if !is_longer(clear_mm * share * 1.5) {
-                return None;
-            }
-            if let Some(target) = at(share) {
-                return at(share * 1.5).or(Some(target));
-            }
-        }
-        None
-    }
-}
-
-fn on_grid(point: Point) -> Option<Point> {
-    let round = |c: i32| (i64::from(c) + GRID / 2).div_euclid(GRID) * GRID;
-    Point::from_units(round(point.x.units()), round(point.y.units())).ok()
 }
