@@ -93,6 +93,10 @@ pub struct Supervisor {
     heard_at: Time,
     queries: VecDeque<Stamp>,
     asked_at: Option<Time>,
+    /// When the first query was asked that no report has come behind.
+    waits_since: Option<Time>,
+    /// How long a report may take, as lately measured from there.
+    patience: Duration,
     answered_at: Time,
     round_trip: Duration,
     last_trip: Duration,
@@ -138,6 +142,8 @@ impl Supervisor {
             heard_at: Time::ZERO,
             queries: VecDeque::with_capacity(QUERIES_MAX),
             asked_at: None,
+            waits_since: None,
+            patience: Duration::ZERO,
             answered_at: Time::ZERO,
             round_trip: Duration::from_millis(100),
             last_trip: Duration::ZERO,

@@ -86,7 +86,7 @@ impl Supervisor {
         self.homes = fault.loses_position();
         self.guard.forget();
         self.queries.clear();
-        self.asked_at = None;
+        (self.asked_at, self.waits_since) = (None, None);
         self.unanswered_since = None;
         self.refused = 0;
         self.heard_at = now;
