@@ -12,7 +12,7 @@
 //!
 //! **Reading:** a controller whose receive buffer is full drops bytes, and takes the head of one line and the tail of another
 //! for a third. So few lines are sent ahead of what it has read for certain, whatever was acknowledged, that they fit the
-//! smallest buffer (`AHEAD_MAX`).
+//! smallest buffer (`AHEAD_MAX`), unless both arrive twice: known, and open.
 //!
 //! **Escaping:** a tool that stands nearer than the manual threshold, but not in the part, is admitted single motions on
 //! which it comes nearer to no edge within that threshold.
@@ -42,8 +42,8 @@ use contour::Contour;
 use hull::Hull;
 use in_flight::{InFlight, LINES_MAX, Line};
 
-/// Most lines that may be in a receive buffer at once: two, each of which can arrive twice, of 42 bytes at most; the smallest
-/// buffer, GRBL's, holds 127.
+/// Most lines that may be in a receive buffer at once. Two of 42 bytes fit the smallest, GRBL's 127, and so does one of them
+/// twice; both twice (168 bytes) do not: known, and open.
 const AHEAD_MAX: u64 = 2;
 
 /// What a guard keeps to.
