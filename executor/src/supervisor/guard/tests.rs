@@ -246,6 +246,8 @@ fn one_report_of_rest_is_not_believed_without_a_checksum() {
         for target in [far, home] {
             guard.jog(target, 600).unwrap();
             guard.acknowledged().unwrap();
+            let stamp = guard.stamp(time);
+            guard.reported(&sighting(home, false, 1), stamp, time).unwrap();
         }
         let stamp = guard.stamp(time);
         guard.reported(&sighting(home, true, 0), stamp, time).unwrap();
@@ -266,16 +268,14 @@ fn one_report_of_rest_is_not_believed_without_a_checksum() {
 fn lines_go_out_only_as_the_controller_reads_them() {
     let mut guard = guard_of(MotionShape::Line, false);
     guard.locate(at(-1000, 0)).unwrap();
-    for k in 1..=2 {
-        guard.jog(at(-1000, 1000 * k), 600).unwrap();
-        guard.acknowledged().unwrap();
-    }
+    guard.jog(at(-1000, 1000), 600).unwrap();
+    guard.acknowledged().unwrap();
     assert_eq!(guard.jog(at(-1000, 3000), 600), Err(Refusal::Full));
     let (asked, later) = (guard.stamp(Time::ZERO), Time::ZERO.after(DRAIN));
     let full = Sighting { waiting: true, ..sighting(at(-1000, 0), false, 0) };
     guard.reported(&full, asked, later).unwrap();
     assert_eq!(guard.jog(at(-1000, 3000), 600), Err(Refusal::Full));
-    guard.reported(&sighting(at(-1000, 0), false, 2), asked, later).unwrap();
+    guard.reported(&sighting(at(-1000, 0), false, 1), asked, later).unwrap();
     guard.jog(at(-1000, 3000), 600).unwrap();
 
     let mut guard = guard_of(MotionShape::Line, false);
