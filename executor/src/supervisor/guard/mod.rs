@@ -339,11 +339,6 @@ impl Guard {
             return Err(Refusal::UnexpectedAcknowledgement);
         }
         self.acknowledged += 1;
-        #[cfg(feature = "mutations")]
-        if self.mutation == Mutation::RetireOnAcknowledgement && self.contour.is_none() {
-            self.set.tail = self.set.lines.back().map(|line| line.target).or(self.set.tail);
-            self.set.lines.clear();
-        }
         Ok(())
     }
 
@@ -403,6 +398,8 @@ impl Guard {
         }
         let part = if self.stands_inside() { &*self.exact } else { &*self.coarse };
         let settled = self.set.reported(part, sighting, all, self.acknowledged, (stamp.at, now))?;
+        #[cfg(feature = "mutations")]
+        self.mutate_retiring(sighting);
         if settled
             && self.stands_inside()
             && let Some(tail) = self.set.tail
