@@ -3,6 +3,7 @@
 use super::event::Command;
 use super::state::{Phase, State};
 use super::{Fault, Supervisor};
+use crate::link::Abilities;
 
 impl Supervisor {
     /// Brings the machine to rest and ends the session.
@@ -11,11 +12,9 @@ impl Supervisor {
         match self.phase() {
             Phase::Stopping | Phase::Done => None,
             Phase::Faulted | Phase::Starting => {
-                let homing = matches!(self.state, State::Homing);
+                let stop = self.stops_homing();
                 self.state = State::Done;
-                // A search for the reference position would go on by itself.
-                let stop = if self.abilities.holds { Command::Abort } else { Command::Cancel };
-                (homing && (self.abilities.holds || self.abilities.cancels)).then_some(stop)
+                stop
             }
             Phase::Holding => {
                 self.interrupt();
@@ -43,6 +42,13 @@ impl Supervisor {
         }
     }
 
+    /// What ends a search for the reference position: it would go on by itself.
+    fn stops_homing(&self) -> Option<Command> {
+        let Abilities { holds, cancels, .. } = self.abilities;
+        let stop = if holds { Some(Command::Abort) } else { cancels.then_some(Command::Cancel) };
+        stop.filter(|_| matches!(self.state, State::Homing))
+    }
+
     /// Stops on a fault: motions that were about to be sent are not, and what moves is stopped where that keeps it on its
     /// certified way.
     pub(super) fn stop(&mut self, fault: Fault, first: usize, commands: &mut Vec<Command>) {
@@ -54,12 +60,13 @@ impl Supervisor {
             index += 1;
             index <= first || !matches!(command, Command::Move(_))
         });
-        let contouring = matches!(self.phase(), Phase::Contouring | Phase::Holding | Phase::Stopping);
-        if contouring && self.abilities.holds {
-            commands.push(Command::Hold);
-        } else if !contouring && self.abilities.cancels {
-            commands.push(Command::Cancel);
-        }
+        let Abilities { holds, cancels, .. } = self.abilities;
+        commands.extend(match self.phase() {
+            Phase::Contouring | Phase::Holding | Phase::Stopping => holds.then_some(Command::Hold),
+            // What was sent before an earlier fault may still be on its way: a contour must not be cancelled.
+            Phase::Starting => self.stops_homing(),
+            _ => cancels.then_some(Command::Cancel),
+        });
         self.interrupt();
         self.guard.forget();
         self.queries.clear();
