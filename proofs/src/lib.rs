@@ -12,10 +12,11 @@
 //!
 //! [`Narrow`]: keepout_kernel::exact::width::Narrow
 
+pub mod draw;
 pub mod families;
+#[cfg(all(kani, kani_shim))]
+mod kani_shim;
 pub mod oracle;
 pub mod properties;
+pub mod property;
 pub mod soak;
-
-#[cfg(kani)]
-mod harnesses;
