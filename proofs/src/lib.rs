@@ -12,11 +12,17 @@
 //!
 //! [`Narrow`]: keepout_kernel::exact::width::Narrow
 
+#[cfg(feature = "guard")]
+pub mod controller;
 pub mod draw;
 pub mod families;
 #[cfg(all(kani, kani_shim))]
 mod kani_shim;
+#[cfg(feature = "guard")]
+pub mod invariant;
 pub mod oracle;
 pub mod properties;
 pub mod property;
 pub mod soak;
+#[cfg(feature = "guard")]
+pub mod worlds;

@@ -17,7 +17,7 @@ properties! {
         random 200_000 kani 4 unwind 2 cadical;
     points_move_by_vectors_or_say_so |d| points_move_by_vectors_or_say_so(d.point(), (any(d), any(d)))
         => "a moved point is where the vector leads, or an error when that is off the lattice";
-        every 5 random 200_000 kani 8 unwind 2 cadical;
+        random 200_000 kani 8 unwind 2 cadical;
     differences_are_exact |d| differences_are_exact(d.point(), d.point())
         => "the difference of two points leads from one to the other; its square is the square of their distance";
         every 5 random 200_000 kani 8 unwind 2 cadical;

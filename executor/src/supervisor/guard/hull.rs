@@ -57,8 +57,8 @@ impl Hull {
     }
 
     /// The corners.
-    #[cfg(test)]
-    fn corners(&self) -> &[FreePoint] {
+    #[cfg(any(test, feature = "proofs"))]
+    pub(super) fn corners(&self) -> &[FreePoint] {
         &self.corners[..self.count]
     }
 
