@@ -23,7 +23,7 @@ const JOGS: World = World {
     start: SOUTH,
     targets: AROUND,
     contour: &[],
-    budget: [3, 3, 2, 0],
+    budget: [3, 2, 1, 0],
     trouble: QUIET,
     drive: STRAIGHT,
     checked: false,
@@ -47,18 +47,18 @@ pub fn all() -> Vec<World> {
     let with = |name, budget, trouble| World { name, budget, trouble, ..JOGS };
     vec![
         JOGS,
-        with("lines and answers are lost", [3, 3, 1, 0], Trouble { lost: 1, ..QUIET }),
-        with("lines and answers change places", [3, 3, 1, 0], Trouble { swapped: 1, ..QUIET }),
-        with("lines and answers come twice", [3, 3, 1, 0], Trouble { doubled: 1, ..QUIET }),
-        with("an old report in place of one", [3, 4, 0, 0], Trouble { lies: 1, ..QUIET }),
-        with("a reset that nobody hears of", [3, 3, 1, 0], Trouble { resets: 1, ..QUIET }),
-        with("targets leave the set: time passes", [3, 5, 0, 3], QUIET),
-        World { checked: true, ..with("targets leave the set, with a checksum", [3, 4, 1, 3], QUIET) },
-        World { drive: Drive { flushes: true, ..STRAIGHT }, ..with("cancels that flush", [3, 3, 2, 0], QUIET) },
+        with("lines and answers are lost", [2, 2, 1, 0], Trouble { lost: 1, ..QUIET }),
+        with("lines and answers change places", [2, 2, 1, 0], Trouble { swapped: 1, ..QUIET }),
+        with("lines and answers come twice", [2, 2, 1, 0], Trouble { doubled: 1, ..QUIET }),
+        with("an old report in place of one", [2, 3, 0, 0], Trouble { lies: 1, ..QUIET }),
+        with("a reset that nobody hears of", [2, 2, 1, 0], Trouble { resets: 1, ..QUIET }),
+        with("targets leave the set: time passes", [2, 4, 0, 3], QUIET),
+        World { checked: true, ..with("targets leave the set, with a checksum", [2, 3, 1, 3], QUIET) },
+        World { drive: Drive { flushes: true, ..STRAIGHT }, ..with("cancels that flush", [2, 2, 2, 0], QUIET) },
         World {
             drive: Drive { apart: true, ..STRAIGHT },
             targets: &[SOUTH, (-600, -600), WEST, (-600, 1000)],
-            ..with("axes that run apart", [3, 3, 1, 0], QUIET)
+            ..with("axes that run apart", [2, 2, 1, 0], QUIET)
         },
         World { targets: &[NEAR, SOUTH], ..with("targets at the threshold", [2, 2, 1, 0], QUIET) },
         World { start: (-60, 200), targets: &[(-300, 200), (-60, 600), (-97, -40), WEST], ..with("ways out", [2, 4, 1, 0], QUIET) },

@@ -1,6 +1,10 @@
 //! The properties, by topic. Each is a plain asserting function; the lists say which engines run it, with what bounds.
 
 pub mod arcs;
+#[cfg(feature = "guard")]
+pub mod dialects;
+#[cfg(feature = "guard")]
+pub mod guard;
 pub mod index;
 pub mod lattice;
 pub mod parts;
@@ -19,9 +23,19 @@ use crate::property::Property;
 /// All properties.
 #[must_use]
 pub fn all() -> Vec<&'static Property> {
-    let groups: [&[Property]; 6] =
-        [predicates::ALL, lattice::ALL, rings::ALL, arcs::ALL, index::ALL, parts::ALL];
-    groups.into_iter().flatten().collect()
+    let groups: &[&[Property]] = &[
+        predicates::ALL,
+        lattice::ALL,
+        rings::ALL,
+        arcs::ALL,
+        index::ALL,
+        parts::ALL,
+        #[cfg(feature = "guard")]
+        guard::ALL,
+        #[cfg(feature = "guard")]
+        dialects::ALL,
+    ];
+    groups.iter().copied().flatten().collect()
 }
 
 /// Coordinates of a point as plain numbers.
