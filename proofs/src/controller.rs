@@ -198,10 +198,16 @@ impl Plant {
         let back = !self.answers.is_empty();
         may(back && lost > 0, Happening::LostBack);
         may(back && doubled > 0, Happening::DoubledBack);
-        may(self.answers.len() > 1 && swapped > 0 && self.answers[0] != self.answers[1], Happening::SwappedBack);
+        may(
+            self.answers.len() > 1 && swapped > 0 && self.answers[0] != self.answers[1],
+            Happening::SwappedBack,
+        );
         may(matches!(self.answers.front(), Some(Answer::Report(_))) && lies > 0, Happening::Lie);
         let room = self.planner.len() < PLANNER;
-        may(self.read.is_some() && room || self.read.is_none() && !self.received.is_empty(), Happening::Reads);
+        may(
+            self.read.is_some() && room || self.read.is_none() && !self.received.is_empty(),
+            Happening::Reads,
+        );
         may(self.stepper.len() < STEPPER && !self.planner.is_empty(), Happening::Fetches);
         if let Some(&(to, _)) = self.stepper.front() {
             let slanted = self.drive.apart && to.0 != self.tool.0 && to.1 != self.tool.1;
@@ -210,7 +216,10 @@ impl Plant {
                 may(!self.between, Happening::DrivesHalf { around });
             }
         }
-        may(resets > 0 && (self.in_motion() || self.read.is_some() || !self.received.is_empty()), Happening::Reset);
+        may(
+            resets > 0 && (self.in_motion() || self.read.is_some() || !self.received.is_empty()),
+            Happening::Reset,
+        );
     }
 
     /// Lets it happen. Answers the way on which the tool moved.
@@ -218,6 +227,32 @@ impl Plant {
         let from = self.tool;
         match happening {
             Happening::Arrives => self.arrives(),
+            Happening::Reads => self.reads(),
+            Happening::Fetches => {
+                if let Some(block) = self.planner.pop_front() {
+                    self.stepper.push_back((block, 0));
+                }
+            }
+            Happening::Drives { around } => {
+                let Some((to, _)) = self.stepper.pop_front() else { return vec![from] };
+                (self.tool, self.between) = (to, false);
+                let corner = [None, Some((to.0, from.1)), Some((from.0, to.1))][usize::from(around)];
+                return [Some(from), corner, Some(to)].into_iter().flatten().collect();
+            }
+            Happening::DrivesHalf { around } => {
+                let Some(&(to, _)) = self.stepper.front() else { return vec![from] };
+                let half = ((from.0 + to.0) / 2, (from.1 + to.1) / 2);
+                self.tool = [half, (to.0, from.1), (from.0, to.1)][usize::from(around)];
+                self.between = true;
+            }
+            fault => self.suffers(fault),
+        }
+        vec![from, self.tool]
+    }
+
+    /// Something goes wrong on the line, or with the controller.
+    fn suffers(&mut self, fault: Happening) {
+        match fault {
             Happening::LostThere => {
                 self.trouble.lost -= 1;
                 self.wire.pop_front();
@@ -254,24 +289,6 @@ impl Plant {
                     *answer = Answer::Report(old);
                 }
             }
-            Happening::Reads => self.reads(),
-            Happening::Fetches => {
-                if let Some(block) = self.planner.pop_front() {
-                    self.stepper.push_back((block, 0));
-                }
-            }
-            Happening::Drives { around } => {
-                let Some((to, _)) = self.stepper.pop_front() else { return vec![from] };
-                (self.tool, self.between) = (to, false);
-                let corner = [None, Some((to.0, from.1)), Some((from.0, to.1))][usize::from(around)];
-                return [Some(from), corner, Some(to)].into_iter().flatten().collect();
-            }
-            Happening::DrivesHalf { around } => {
-                let Some(&(to, _)) = self.stepper.front() else { return vec![from] };
-                let half = ((from.0 + to.0) / 2, (from.1 + to.1) / 2);
-                self.tool = [half, (to.0, from.1), (from.0, to.1)][usize::from(around)];
-                self.between = true;
-            }
             Happening::Reset => {
                 self.trouble.resets -= 1;
                 self.received.clear();
@@ -279,8 +296,8 @@ impl Plant {
                 self.planner.clear();
                 self.stepper.clear();
             }
+            _ => {}
         }
-        vec![from, self.tool]
     }
 
     fn arrives(&mut self) {
@@ -304,23 +321,23 @@ impl Plant {
                 self.first_report.get_or_insert(report);
                 self.answers.push_back(Answer::Report(report));
             }
-            Some(Sent::Cancel) => {
-                if self.in_motion() && self.drive.cancels {
-                    self.planner.clear();
-                    self.stepper.clear();
-                    if self.drive.flushes {
-                        self.received.clear();
-                        self.read = None;
-                    }
+            Some(Sent::Cancel) if self.in_motion() && self.drive.cancels => {
+                self.planner.clear();
+                self.stepper.clear();
+                if self.drive.flushes {
+                    self.received.clear();
+                    self.read = None;
                 }
             }
+            Some(Sent::Cancel) => {}
         }
     }
 
     /// A line is planned and acknowledged when there is room, and waits otherwise. One that leads nowhere makes no block.
     fn reads(&mut self) {
         let Some(to) = self.read.take().or_else(|| self.received.pop_front()) else { return };
-        let end = self.planner.back().copied().or(self.stepper.back().map(|&(to, _)| to)).unwrap_or(self.tool);
+        let end =
+            self.planner.back().copied().or(self.stepper.back().map(|&(to, _)| to)).unwrap_or(self.tool);
         if to == end {
             self.answers.push_back(Answer::Accepted);
         } else if self.planner.len() < PLANNER {

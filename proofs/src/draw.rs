@@ -1,5 +1,7 @@
 //! Where the inputs of a property come from: every case of a small lattice, random ones, bytes, or a model checker.
 
+use std::collections::VecDeque;
+
 use fastrand::Rng;
 use keepout_kernel::exact::lattice::COORD_MAX;
 use keepout_kernel::exact::width::{Narrow, Product};
@@ -158,7 +160,7 @@ impl Draw for Chance {
         let distance = i64::try_from((dx * dx + dy * dy).isqrt()).unwrap_or(LIMIT);
         match self.random.u8(0..4) {
             0 => (distance + self.random.i64(-1..=1)).clamp(0, LIMIT),
-            1 => (dx.abs().min(dy.abs()) as i64 + self.random.i64(-1..=1)).clamp(0, LIMIT),
+            1 => ((p.0 - q.0).abs().min((p.1 - q.1).abs()) + self.random.i64(-1..=1)).clamp(0, LIMIT),
             _ => self.radius(),
         }
     }
@@ -167,7 +169,7 @@ impl Draw for Chance {
 /// Cases from a fuzzer's bytes. Bytes that are not there are zero.
 #[derive(Debug)]
 pub struct Bytes {
-    left: std::vec::IntoIter<u8>,
+    left: VecDeque<u8>,
     half: i64,
 }
 
@@ -175,8 +177,8 @@ impl Bytes {
     /// The case of these bytes: the first says how large the field is.
     #[must_use]
     pub fn of(bytes: &[u8]) -> Self {
-        let mut left = bytes.to_vec().into_iter();
-        let first = left.next().unwrap_or(0);
+        let mut left: VecDeque<u8> = bytes.iter().copied().collect();
+        let first = left.pop_front().unwrap_or(0);
         Self { left, half: 1 << (1 + u32::from(first) % 29) }
     }
 }
@@ -189,7 +191,7 @@ impl Draw for Bytes {
         let mut value: i128 = 0;
         let mut room: i128 = 1;
         while room < span {
-            let byte = self.left.next().unwrap_or(0);
+            let byte = self.left.pop_front().unwrap_or(0);
             (value, room) = (value << 8 | i128::from(byte), room << 8);
         }
         low + i64::try_from(value % span).unwrap_or(0)

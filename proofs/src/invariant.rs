@@ -108,7 +108,9 @@ fn plain(point: keepout_kernel::Point) -> Xy {
 impl World {
     fn part() -> Arc<ProhibitedRegion> {
         let ring = Ring::new(PART.iter().map(|&p| at(p)).collect()).expect("a square");
-        Arc::new(ProhibitedRegion::new(Region::new(vec![ring]).expect("one ring"), Side::Outside).expect("small"))
+        Arc::new(
+            ProhibitedRegion::new(Region::new(vec![ring]).expect("one ring"), Side::Outside).expect("small"),
+        )
     }
 
     fn guard(&self, part: &Arc<ProhibitedRegion>) -> Guard {
@@ -167,7 +169,12 @@ impl World {
                 if let Some(fault) = fault {
                     let mut story = told(&ways, number);
                     story.extend([format!("{step:?}"), fault]);
-                    return Explored { states: known.len(), violation: Some(story), complete: false, ..explored };
+                    return Explored {
+                        states: known.len(),
+                        violation: Some(story),
+                        complete: false,
+                        ..explored
+                    };
                 }
                 if known.len() >= most {
                     explored.complete = false;
@@ -195,7 +202,15 @@ fn told(ways: &[(usize, Option<Step>)], mut number: usize) -> Vec<String> {
 impl Node {
     fn key(&self, seeds: &[RandomState; 2]) -> (u64, u64) {
         let key = || {
-            Key(self.guard.state(), &self.plant, &self.queries, self.now, self.budget, self.ended, self.inside)
+            Key(
+                self.guard.state(),
+                &self.plant,
+                &self.queries,
+                self.now,
+                self.budget,
+                self.ended,
+                self.inside,
+            )
         };
         (seeds[0].hash_one(key()), seeds[1].hash_one(key()))
     }
@@ -210,7 +225,9 @@ impl Node {
         if !self.ended {
             if motions > 0 {
                 let inside = self.guard.stands_inside();
-                into.extend(world.targets.iter().map(|&to| if inside { Step::Escape(to) } else { Step::Jog(to) }));
+                into.extend(
+                    world.targets.iter().map(|&to| if inside { Step::Escape(to) } else { Step::Jog(to) }),
+                );
                 if !world.contour.is_empty() && self.guard.contour_progress().is_none() {
                     into.push(Step::Contour);
                 }
@@ -321,7 +338,9 @@ impl Node {
             let on = left.iter().any(|(curve, _)| {
                 let line = Segment { from: curve.from(), to: curve.to() };
                 let beside = !line.near_point(at(tool), length(RESOLUTION)).is_clear();
-                beside || self.guard.rules().contours == MotionShape::Box && Window::of(line.from).including(line.to).holds(at(tool))
+                beside
+                    || self.guard.rules().contours == MotionShape::Box
+                        && Window::of(line.from).including(line.to).holds(at(tool))
             });
             return (!on).then(|| format!("the tool at {tool:?} is not on the contour"));
         }
@@ -341,9 +360,12 @@ impl Node {
 
 /// Whether the motion comes nearer to an edge that is, or comes, within the manual threshold.
 fn approaches(part: &ProhibitedRegion, p: Xy, q: Xy) -> bool {
-    let float = |(x, y): Xy| (f64::from(i32::try_from(x).unwrap_or(0)), f64::from(i32::try_from(y).unwrap_or(0)));
+    let float =
+        |(x, y): Xy| (f64::from(i32::try_from(x).unwrap_or(0)), f64::from(i32::try_from(y).unwrap_or(0)));
     part.edges().iter().any(|edge| {
-        let away = |p: (f64, f64)| quick::point_segment(p, float(plain(edge.chord.from)), float(plain(edge.chord.to)));
+        let away = |p: (f64, f64)| {
+            quick::point_segment(p, float(plain(edge.chord.from)), float(plain(edge.chord.to)))
+        };
         let (p, q) = (float(p), float(q));
         let least = (0..=64).map(|k| {
             let t = f64::from(k) / 64.0;

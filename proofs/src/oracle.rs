@@ -88,7 +88,13 @@ pub fn point_segment_within<N: Whole>(p: &Place<N>, a: &Place<N>, b: &Place<N>, 
 /// its minimum is the zero of the difference, when that lies in the square, or lies on the square's boundary, whose
 /// four sides are point–segment problems.
 #[must_use]
-pub fn segment_segment_within<N: Whole>(a: &Place<N>, b: &Place<N>, c: &Place<N>, d: &Place<N>, r: i64) -> bool {
+pub fn segment_segment_within<N: Whole>(
+    a: &Place<N>,
+    b: &Place<N>,
+    c: &Place<N>,
+    d: &Place<N>,
+    r: i64,
+) -> bool {
     let (u, v, w) = (b.minus(a), d.minus(c), c.minus(a));
     let m = u.cross(&v);
     if m != zero() {
@@ -120,7 +126,12 @@ pub fn in_triangle<N: Whole>(p: &Place<N>, a: &Place<N>, b: &Place<N>, c: &Place
 
 /// Whether the filled triangle and the segment come within `r`.
 #[must_use]
-pub fn triangle_segment_within<N: Whole>(corners: [&Place<N>; 3], d: &Place<N>, e: &Place<N>, r: i64) -> bool {
+pub fn triangle_segment_within<N: Whole>(
+    corners: [&Place<N>; 3],
+    d: &Place<N>,
+    e: &Place<N>,
+    r: i64,
+) -> bool {
     let [a, b, c] = corners;
     in_triangle(d, a, b, c)
         || in_triangle(e, a, b, c)
@@ -182,7 +193,13 @@ pub fn never_nearer<N: Whole>(p: &Place<N>, q: &Place<N>, a: &Place<N>, b: &Plac
 
 /// Whether the closed box and the segment come within `r`: the box is two triangles.
 #[must_use]
-pub fn box_segment_within<N: Whole>(low: &Place<N>, high: &Place<N>, a: &Place<N>, b: &Place<N>, r: i64) -> bool {
+pub fn box_segment_within<N: Whole>(
+    low: &Place<N>,
+    high: &Place<N>,
+    a: &Place<N>,
+    b: &Place<N>,
+    r: i64,
+) -> bool {
     let right = Place { x: high.x.clone(), y: low.y.clone() };
     let left = Place { x: low.x.clone(), y: high.y.clone() };
     triangle_segment_within([low, &right, high], a, b, r)

@@ -8,6 +8,9 @@ use crate::draw::{Bytes, Chance, Every};
 /// The seed of all random runs.
 pub const SEED: u64 = 20_261_122;
 
+/// The bound of an engine, and the run of one case.
+pub type Engine<B, S> = (B, fn(&mut S));
+
 /// A promise of the trusted core as an asserting function, with the engines that run it.
 #[derive(Clone, Copy, Debug)]
 pub struct Property {
@@ -20,9 +23,9 @@ pub struct Property {
     /// The code that it is about.
     pub source: &'static str,
     /// Every case of a small lattice: its side, and the run.
-    pub every: Option<(i64, fn(&mut Every))>,
+    pub every: Option<Engine<i64, Every>>,
     /// Random cases over the full range: how many, and the run.
-    pub random: Option<(u64, fn(&mut Chance))>,
+    pub random: Option<Engine<u64, Chance>>,
     /// A case from bytes.
     pub bytes: fn(&mut Bytes),
     /// The Kani harness of the same name.
@@ -75,7 +78,13 @@ impl Property {
     /// When the property does not hold.
     #[must_use]
     pub fn run_random(&self) -> Option<u64> {
+        self.run_some(1)
+    }
+
+    /// Runs one in so many of the random cases.
+    fn run_some(&self, share: u64) -> Option<u64> {
         let (cases, run) = self.random?;
+        let cases = cases / share;
         let mut chance = Chance::of(SEED);
         for _ in 0..cases {
             chance.advance();
@@ -91,6 +100,15 @@ impl Property {
     pub fn check(&self) {
         let ran = self.run_every().is_some() | self.run_random().is_some();
         assert!(ran, "{} lacks an engine that runs here", self.name);
+    }
+
+    /// Runs a tenth of the random cases: what a gross fault does not survive.
+    ///
+    /// # Panics
+    /// When the property does not hold.
+    #[must_use]
+    pub fn run_quick(&self) -> Option<u64> {
+        self.run_some(10)
     }
 
     /// Runs an engine and tells what came of it.

@@ -32,9 +32,9 @@ const JOGS: World = World {
 /// A contour along the part: skipping its corner cuts through the part.
 const CONTOUR: World = World {
     name: "contour",
-    start: (-97, -97),
+    start: (-108, -108),
     targets: &[],
-    contour: &[(-97, -97), (-97, 497), (497, 497), (600, 497)],
+    contour: &[(-108, -108), (-108, 508), (508, 508), (600, 508)],
     budget: [1, 5, 1, 0],
     trouble: QUIET,
     drive: Drive { cancels: false, ..STRAIGHT },
@@ -52,19 +52,50 @@ pub fn all() -> Vec<World> {
         with("lines and answers come twice", [2, 2, 1, 0], Trouble { doubled: 1, ..QUIET }),
         with("an old report in place of one", [2, 3, 0, 0], Trouble { lies: 1, ..QUIET }),
         with("a reset that nobody hears of", [2, 2, 1, 0], Trouble { resets: 1, ..QUIET }),
-        with("targets leave the set: time passes", [2, 4, 0, 3], QUIET),
-        World { checked: true, ..with("targets leave the set, with a checksum", [2, 3, 1, 3], QUIET) },
-        World { drive: Drive { flushes: true, ..STRAIGHT }, ..with("cancels that flush", [2, 2, 2, 0], QUIET) },
+        with("targets leave the set: time passes", [2, 4, 0, 2], QUIET),
+        World { checked: true, ..with("targets leave the set, with a checksum", [2, 3, 1, 2], QUIET) },
+        World {
+            drive: Drive { flushes: true, ..STRAIGHT },
+            ..with("cancels that flush", [2, 2, 2, 0], QUIET)
+        },
         World {
             drive: Drive { apart: true, ..STRAIGHT },
             targets: &[SOUTH, (-600, -600), WEST, (-600, 1000)],
             ..with("axes that run apart", [2, 2, 1, 0], QUIET)
         },
         World { targets: &[NEAR, SOUTH], ..with("targets at the threshold", [2, 2, 1, 0], QUIET) },
-        World { start: (-60, 200), targets: &[(-300, 200), (-60, 600), (-97, -40), WEST], ..with("ways out", [2, 4, 1, 0], QUIET) },
+        World {
+            start: (-60, 200),
+            targets: &[(-300, 200), (-60, 600), (-97, -40), WEST],
+            ..with("ways out", [2, 4, 1, 0], QUIET)
+        },
         CONTOUR,
         World { name: "contour, lines lost", trouble: Trouble { lost: 1, ..QUIET }, ..CONTOUR },
         World { name: "contour, lines twice", trouble: Trouble { doubled: 2, ..QUIET }, ..CONTOUR },
-        World { name: "contour through the part", contour: &[(-97, -97), (497, 497), (600, 497)], ..CONTOUR },
+        World {
+            name: "contour through the part",
+            contour: &[(-108, -108), (508, 508), (600, 508)],
+            ..CONTOUR
+        },
+    ]
+}
+
+/// Worlds in which the invariant is known not to hold: what is open.
+///
+/// The clock jumps by `DRAIN` while a motion that has left the planner is still under way, and the next motion leads back over
+/// it: the tool, seen on its way there, is taken to be on its way back, and the target leaves the set too soon.
+#[must_use]
+pub fn open() -> Vec<World> {
+    let jumps = Trouble { jumps: 1, ..QUIET };
+    let back = World { targets: &[MIDDLE, WEST], trouble: jumps, ..JOGS };
+    vec![
+        World { name: "a clock that jumps", budget: [2, 5, 0, 0], ..back.clone() },
+        World {
+            name: "a clock that jumps, with a checksum",
+            targets: &[SOUTH, WEST],
+            budget: [2, 3, 0, 0],
+            checked: true,
+            ..back
+        },
     ]
 }

@@ -4,14 +4,34 @@
 use keepout_proofs::worlds;
 
 /// The most states of one world.
-const STATES: usize = 1_500_000;
+const STATES: usize = 4_000_000;
 
 #[test]
 fn every_point_where_the_tool_can_be_lies_in_a_certified_set() {
     for world in worlds::all() {
         let explored = world.explore(STATES);
-        println!("{}: {} states, {} steps, depth {}", world.name, explored.states, explored.steps, explored.depth);
         assert!(explored.violation.is_none(), "{}: {:#?}", world.name, explored.violation);
         assert!(explored.complete, "{}: not all states were seen", world.name);
+    }
+}
+
+/// What is open is known. Whoever closes it moves the world to the others.
+#[test]
+fn what_is_open_is_still_so() {
+    for world in worlds::open() {
+        assert!(world.explore(STATES).violation.is_some(), "{}", world.name);
+    }
+}
+
+/// Each part of the guard that is taken out is noticed in some world.
+#[cfg(feature = "mutations")]
+#[test]
+fn every_part_of_the_guard_is_needed() {
+    use keepout_executor::supervisor::guard::Mutation;
+    for mutation in Mutation::ALL {
+        let notices = |world: &keepout_proofs::invariant::World| {
+            world.explore_with(400_000, |guard| guard.mutate(mutation)).violation.is_some()
+        };
+        assert!(worlds::all().iter().any(notices), "nobody notices {mutation:?}");
     }
 }

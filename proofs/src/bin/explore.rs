@@ -12,12 +12,16 @@ fn main() {
         return notice(most, named);
     }
     let mut held = true;
-    for world in worlds::all().into_iter().filter(named) {
+    for world in worlds::all().into_iter().chain(worlds::open()).filter(named) {
         let begin = std::time::Instant::now();
         let explored = world.explore(most);
         let (states, steps, depth) = (explored.states, explored.steps, explored.depth);
         let all = if explored.complete { "all" } else { "not all" };
-        println!("{}: {states} states ({all}), {steps} steps, depth {depth}, {:.1} s", world.name, begin.elapsed().as_secs_f64());
+        println!(
+            "{}: {states} states ({all}), {steps} steps, depth {depth}, {:.1} s",
+            world.name,
+            begin.elapsed().as_secs_f64()
+        );
         if let Some(story) = explored.violation {
             println!("{story:#?}");
             held = false;
@@ -37,6 +41,9 @@ fn notice(most: usize, named: impl Fn(&World) -> bool) {
                 noticed.push(format!("{} in {} steps", world.name, story.len() - 1));
             }
         }
-        println!("{mutation:?}: {}", if noticed.is_empty() { "not noticed".into() } else { noticed.join("; ") });
+        println!(
+            "{mutation:?}: {}",
+            if noticed.is_empty() { "not noticed".into() } else { noticed.join("; ") }
+        );
     }
 }

@@ -107,7 +107,10 @@ fn chords_leave_their_arc_by_no_more_than_the_slack(from: Xy, middle: Xy, to: Xy
     for (a, b) in [(from, middle), (middle, to)] {
         let chord = Segment { from: at(a), to: at(b) };
         for p in ring_between(rho, a, b, left) {
-            assert!(!chord.near_point(at(p), chords.slack()).is_clear(), "{from:?} {middle:?} {to:?} {p:?} {slack}");
+            assert!(
+                !chord.near_point(at(p), chords.slack()).is_clear(),
+                "{from:?} {middle:?} {to:?} {p:?} {slack}"
+            );
         }
     }
 }
@@ -176,7 +179,8 @@ fn what_follows_a_line_is_within_the_slack(control: [Xy; 3], bits: [i64; 3], sla
     }
     for k in 0..=16_i64 {
         let bernstein = [(16 - k) * (16 - k), 2 * k * (16 - k), k * k];
-        let mass: Vec<BigInt> = bernstein.iter().zip(weights).map(|(&b, w)| BigInt::from(b) * BigInt::from(w)).collect();
+        let mass: Vec<BigInt> =
+            bernstein.iter().zip(weights).map(|(&b, w)| BigInt::from(b) * BigInt::from(w)).collect();
         let all: BigInt = mass.iter().sum();
         let sum = |of: fn(Xy) -> i64| mass.iter().zip(control).map(|(m, p)| m * of(p)).sum::<BigInt>();
         // Everything times the sum of weights, so that the curve's point is whole.

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use keepout_executor::link::dialect::{Description, Dialect, Described, Grbl, Setting, Venus, Zaber};
+use keepout_executor::link::dialect::{Described, Description, Dialect, Grbl, Setting, Venus, Zaber};
 use keepout_executor::supervisor::guard::{Guard, MotionShape, Rules};
 use keepout_executor::supervisor::{Command, Mode, Reply};
 use keepout_kernel::exact::segment::Window;
@@ -67,7 +67,8 @@ fn dialect(which: usize) -> Box<dyn Dialect> {
         3 => Box::new(Venus::new(setting())),
         _ => {
             let text = include_str!("../../../executor/dialects/nsk-style.toml");
-            let description = DESCRIPTION.get_or_init(|| Arc::new(Description::of(text).expect("it is described")));
+            let description =
+                DESCRIPTION.get_or_init(|| Arc::new(Description::of(text).expect("it is described")));
             Box::new(Described::new(Arc::clone(description), setting()))
         }
     }
@@ -112,7 +113,8 @@ fn only_ok_accepts(bytes: &[u8]) {
     let mut out = Vec::new();
     let mut line = bytes.to_vec();
     line.push(b'\n');
-    let accepted = line.iter().filter_map(|&byte| grbl.decode(byte, &mut out)).any(|reply| reply == Reply::Accepted);
+    let accepted =
+        line.iter().filter_map(|&byte| grbl.decode(byte, &mut out)).any(|reply| reply == Reply::Accepted);
     let text: Vec<u8> = bytes.iter().copied().filter(|&byte| byte != b'\r').collect();
     assert_eq!(accepted, text == b"ok", "{bytes:?}");
 }
@@ -121,7 +123,8 @@ fn only_ok_accepts(bytes: &[u8]) {
 fn guard() -> Guard {
     let corner = |x, y| at((x, y));
     let far = i64::from(keepout_kernel::exact::lattice::COORD_MAX);
-    let ring = Ring::new(vec![corner(far - 2, far - 2), corner(far, far - 2), corner(far, far)]).expect("a triangle");
+    let ring = Ring::new(vec![corner(far - 2, far - 2), corner(far, far - 2), corner(far, far)])
+        .expect("a triangle");
     let part = ProhibitedRegion::new(Region::new(vec![ring]).expect("one"), Side::Outside).expect("few");
     let part = Arc::new(part);
     let rules = Rules {
@@ -172,7 +175,8 @@ fn positions_are_read_exactly(thousandths: Xy) {
         let sign = if c < 0 { "-" } else { "" };
         format!("{sign}{}.{:03}", c.abs() / 1000, c.abs() % 1000)
     };
-    let line = format!("<Jog|MPos:{},{},0.000|Bf:14,128>\r\n", written(thousandths.0), written(thousandths.1));
+    let line =
+        format!("<Jog|MPos:{},{},0.000|Bf:14,128>\r\n", written(thousandths.0), written(thousandths.1));
     let replies: Vec<Reply> = line.bytes().filter_map(|byte| grbl.decode(byte, &mut out)).collect();
     let [Reply::Report(report)] = replies[..] else { panic!("{line}: {replies:?}") };
     assert!(report.mode == Mode::Moving && report.waiting == Some(false), "{line}: {report:?}");

@@ -119,7 +119,8 @@ fn free(set: &[Xy]) -> Option<Vec<FreePoint>> {
 
 fn in_some_triangle(set: &[Xy], p: Xy) -> bool {
     let here = Segment { from: at(p), to: at(p) };
-    let holds = |a, b, c| !Triangle { corners: [at(a), at(b), at(c)] }.near_segment(here, Length::ZERO).is_clear();
+    let holds =
+        |a, b, c| !Triangle { corners: [at(a), at(b), at(c)] }.near_segment(here, Length::ZERO).is_clear();
     set.iter().any(|&a| set.iter().any(|&b| set.iter().any(|&c| holds(a, b, c))))
 }
 
@@ -153,14 +154,18 @@ fn nearest_of_a_hull_is_nearest(set: &[Xy], probe: Xy, other: Xy) {
     let seen = hull(&points, &[at(probe), at(other)]).expect("few points have a hull");
     let (held, Some(nearest)) = seen.probes[0] else { panic!("a hull has a nearest point") };
     assert!(!held || nearest == at(probe), "{set:?} {probe:?}");
-    let beside = seen.sides.iter().any(|&(from, to)| !Segment { from, to }.near_point(nearest, length(1)).is_clear());
+    let beside =
+        seen.sides.iter().any(|&(from, to)| !Segment { from, to }.near_point(nearest, length(1)).is_clear());
     assert!(held || beside, "{set:?} {probe:?}: {nearest:?} is off the hull");
     if seen.probes[1].0 {
         let away = |p: Point| i128::from(distance_2(p, at(probe)));
         let (found, better) = (away(nearest), away(at(other)));
         // |found| ≤ |better| + 1, squared: found − better − 1 ≤ 2·√better.
         let gap = found - better - 1;
-        assert!(gap <= 0 || gap * gap <= 4 * better, "{set:?} {probe:?}: {other:?} is nearer than {nearest:?}");
+        assert!(
+            gap <= 0 || gap * gap <= 4 * better,
+            "{set:?} {probe:?}: {other:?} is nearer than {nearest:?}"
+        );
     }
 }
 
@@ -186,7 +191,10 @@ fn admitted_jogs_keep_the_hull_clear(start: Xy, targets: &[Xy], apart: bool) {
             for &b in &set {
                 let fan = Triangle { corners: [a, b, at(target)] };
                 let inside = set.contains(&at(target));
-                assert!(!inside || guard.part().index().near_fan(fan, threshold).is_none(), "{start:?} {targets:?}");
+                assert!(
+                    !inside || guard.part().index().near_fan(fan, threshold).is_none(),
+                    "{start:?} {targets:?}"
+                );
             }
         }
     }
@@ -217,7 +225,10 @@ fn reports_are_never_farther_than_they_were([a, b, c]: [Xy; 3], share: i64, nois
     }
     // The place was rounded by less than a unit and a half, the foot by less than one, and moved by as much.
     let root = |p: Point, q: Point| distance_2(p, q).isqrt();
-    assert!(root(tail, at(place)) <= root(at(said), at(place)) + 5, "{a:?} {b:?} {c:?} {share} {noise:?}: {tail:?}");
+    assert!(
+        root(tail, at(place)) <= root(at(said), at(place)) + 5,
+        "{a:?} {b:?} {c:?} {share} {noise:?}: {tail:?}"
+    );
     assert!(guard.part().free_point(tail, length(MANUAL)).is_ok(), "it is free: {tail:?}");
 }
 
@@ -264,7 +275,8 @@ fn acknowledgements_are_counted(acts: &[usize]) {
             }
             _ => {
                 let stamp = guard.stamp(Time::ZERO);
-                let sighting = Sighting { position: at((-1000, 0)), at_rest: false, queued: Some(0), waiting: false };
+                let sighting =
+                    Sighting { position: at((-1000, 0)), at_rest: false, queued: Some(0), waiting: false };
                 guard.reported(&sighting, stamp, Time::ZERO).expect("it has not moved");
                 read = sent;
             }
@@ -284,24 +296,34 @@ fn certified_contours_are_joined_and_clear(path: &[Xy], torn: usize, apart: bool
         let from = if k == torn { (pair[0].0 + 1, pair[0].1) } else { pair[0] };
         curves.push((Curve::Line(Segment { from: at(from), to: at(pair[1]) }), 300));
     }
-    let lines: Vec<Segment> = curves.iter().map(|(curve, _)| Segment { from: curve.from(), to: curve.to() }).collect();
+    let lines: Vec<Segment> =
+        curves.iter().map(|(curve, _)| Segment { from: curve.from(), to: curve.to() }).collect();
     let part = guard.part().clone();
-    let (finishing, manual) = (length(FINISHING), length(MANUAL));
+    let manual = length(MANUAL);
     let joined = lines.windows(2).all(|pair| pair[0].to == pair[1].from);
-    let clear = lines.iter().all(|&line| {
-        if apart { part.index().near_box(line.bounds(), finishing).is_none() } else { part.motion_clear(line, finishing).is_clear() }
-    });
-    let begins = part.free_point(lines[0].from, finishing).is_ok();
+    let clear = |r: i64| {
+        lines.iter().all(|&line| {
+            let near = part.index().near_motion(line, length(r)).is_some();
+            let box_near = apart && part.index().near_box(line.bounds(), length(r)).is_some();
+            !near && !box_near
+        })
+    };
+    let begins = part.free_point(lines[0].from, length(FINISHING)).is_ok();
     let ends = part.free_point(lines[lines.len() - 1].to, manual).is_ok();
-    let truth = joined && clear && begins && ends && lines.iter().all(|line| line.from != line.to);
     if guard.begin_contour(curves).is_err() {
         assert!(!begins, "{path:?} {torn}");
         return;
     }
     assert_eq!(guard.next_of_contour(), None, "not before all is certified");
     let certified = guard.certify_contour(usize::MAX);
-    assert_eq!(certified == Ok(Certification::Done), truth, "{path:?} {torn} {apart}: {certified:?}");
-    assert_eq!(guard.next_of_contour().is_some(), truth);
+    let done = certified == Ok(Certification::Done);
+    assert!(!done || joined && clear(FINISHING) && begins && ends, "{path:?} {torn} {apart}");
+    // Each motion begins a little clearer, for the chords of arcs.
+    assert!(
+        done || !(joined && clear(FINISHING + 50) && begins && ends),
+        "{path:?} {torn} {apart}: {certified:?}"
+    );
+    assert_eq!(guard.next_of_contour().is_some(), done);
     assert_eq!(guard.next_of_contour(), None, "not before the acknowledgement");
 }
 
@@ -317,11 +339,17 @@ fn on_arc(from: Xy, to: Xy, left: bool) -> Option<(Guard, keepout_kernel::Arc)> 
 
 fn arcs_on_the_wire_are_short_and_not_too_short(from: Xy, to: Xy, left: bool) {
     let Some((_, arc)) = on_arc(from, to, left) else { return };
-    assert!(distance_2(arc.from(), arc.to()) > i64::from(shortest_arc(arc.radius()).units()).pow(2), "{arc:?}");
+    assert!(
+        distance_2(arc.from(), arc.to()) > i64::from(shortest_arc(arc.radius()).units()).pow(2),
+        "{arc:?}"
+    );
     let way = if left { Orientation::Left } else { Orientation::Right };
     assert_eq!(orientation(arc.centre(), arc.from(), arc.to()), way, "less than half a turn: {arc:?}");
     // A chord of 97.2° is 1.5 radii; with a unit or two of rounding.
-    assert!(distance_2(arc.from(), arc.to()).isqrt() <= i64::from(arc.radius().units()) * 3 / 2 + 8, "{arc:?}");
+    assert!(
+        distance_2(arc.from(), arc.to()).isqrt() <= i64::from(arc.radius().units()) * 3 / 2 + 8,
+        "{arc:?}"
+    );
 }
 
 fn places_on_arcs_are_told(from: Xy, to: Xy, place: Xy, left: bool) {
@@ -337,7 +365,8 @@ fn places_on_arcs_are_told(from: Xy, to: Xy, place: Xy, left: bool) {
         orientation(arc.centre(), arc.from(), p) == ahead && orientation(arc.centre(), p, arc.to()) == ahead
     };
     let (radius, away) = (i64::from(arc.radius().units()), distance_2(at(place), arc.centre()).isqrt());
-    let end = [arc.from(), arc.to()].into_iter().map(|end| distance_2(end, at(place)).isqrt()).min().unwrap_or(0);
+    let end =
+        [arc.from(), arc.to()].into_iter().map(|end| distance_2(end, at(place)).isqrt()).min().unwrap_or(0);
     // The resolution and 2 µm, a unit or two of rounding.
     let reach = RESOLUTION + 200;
     let near = between(at(place)) && (radius - away).abs() <= reach + 3 || end <= reach + 3;

@@ -143,7 +143,10 @@ fn shrunken_boxes_are_refused(edges: &[Edge], which: i64, side: i64) {
         _ => Window::from_corners(x0, y0, x1, y1 - 1),
     };
     proposal.levels[level][node] = Node::of(boxes.into_iter());
-    assert!(CheckedIndex::check(edges.to_vec(), proposal).is_err(), "level {level}, node {node}, lane {lane}");
+    assert!(
+        CheckedIndex::check(edges.to_vec(), proposal).is_err(),
+        "level {level}, node {node}, lane {lane}"
+    );
 }
 
 fn misshapen_trees_are_refused(edges: &[Edge], way: i64) {
@@ -184,10 +187,26 @@ fn queries_are_those_over_all_edges(edges: &[Edge], [p, q, s]: [Xy; 3], r: i64) 
     let case = format!("{edges:?} {p:?} {q:?} {s:?} {r}");
     let (motion, fan) = (Segment { from: a, to: b }, Triangle { corners: [a, b, c] });
     let window = Window::of(a).including(b);
-    assert_eq!(index.near_point(a, t).is_some(), any(&|edge| !edge.near_point(a, t).is_clear()), "point {case}");
-    assert_eq!(index.near_motion(motion, t).is_some(), any(&|edge| !edge.near_motion(motion, t).is_clear()), "motion {case}");
-    assert_eq!(index.near_fan(fan, t).is_some(), any(&|edge| !edge.near_fan(fan, t).is_clear()), "fan {case}");
-    assert_eq!(index.near_box(window, t).is_some(), any(&|edge| !edge.near_box(window, t).is_clear()), "box {case}");
+    assert_eq!(
+        index.near_point(a, t).is_some(),
+        any(&|edge| !edge.near_point(a, t).is_clear()),
+        "point {case}"
+    );
+    assert_eq!(
+        index.near_motion(motion, t).is_some(),
+        any(&|edge| !edge.near_motion(motion, t).is_clear()),
+        "motion {case}"
+    );
+    assert_eq!(
+        index.near_fan(fan, t).is_some(),
+        any(&|edge| !edge.near_fan(fan, t).is_clear()),
+        "fan {case}"
+    );
+    assert_eq!(
+        index.near_box(window, t).is_some(),
+        any(&|edge| !edge.near_box(window, t).is_clear()),
+        "box {case}"
+    );
     let approached = any(&|edge| !motion.recedes_from(edge.chord) && !edge.near_motion(motion, t).is_clear());
     assert_eq!(index.approached(motion, t).is_some(), approached, "approached {case}");
     if let Some(edge) = index.near_point(a, t) {
@@ -198,11 +217,18 @@ fn queries_are_those_over_all_edges(edges: &[Edge], [p, q, s]: [Xy; 3], r: i64) 
         let (from, to) = (edge.chord.from, edge.chord.to);
         let side = keepout_kernel::exact::segment::orientation(from, to, a);
         let up = from.y <= a.y && to.y > a.y && side == keepout_kernel::exact::predicate::Orientation::Left;
-        let down = to.y <= a.y && from.y > a.y && side == keepout_kernel::exact::predicate::Orientation::Right;
+        let down =
+            to.y <= a.y && from.y > a.y && side == keepout_kernel::exact::predicate::Orientation::Right;
         up || down
     });
     let odd = crossed.count() % 2 == 1;
-    let truth = if on { Location::Boundary } else if odd { Location::Inside } else { Location::Outside };
+    let truth = if on {
+        Location::Boundary
+    } else if odd {
+        Location::Inside
+    } else {
+        Location::Outside
+    };
     assert_eq!(index.locate(a), truth, "side {case}");
 }
 
@@ -222,7 +248,8 @@ fn long_motions_skip_only_what_is_beside(edges: &[Edge], [p, q]: [Xy; 2], r: i64
 
 fn claims_survive_packing(kind: usize, number: i64) {
     let number = u32::try_from(number).unwrap_or(u32::MAX);
-    let claim = [Claim::Free, Claim::Open, Claim::Blocked(number), Claim::Near(number), Claim::Divided(number)][kind];
+    let claim =
+        [Claim::Free, Claim::Open, Claim::Blocked(number), Claim::Near(number), Claim::Divided(number)][kind];
     let fits = kind < 2 || number < (1 << 30) - 1;
     assert_eq!(Packed::of(claim).claim(), if fits { claim } else { Claim::Open }, "{claim:?}");
 }
@@ -236,7 +263,10 @@ fn cells_answer_as_the_index(edges: &[Edge], r: i64, groups: usize, [p, q]: [Xy;
         (cells.point(&index, at(p)), index.near_point(at(p), t).is_some()),
         (cells.motion(&index, motion), index.near_motion(motion, t).is_some()),
     ] {
-        assert!(answer == Answer::Unknown || (answer != Answer::Clear) == near, "{edges:?} {r} {p:?} {q:?} {answer:?}");
+        assert!(
+            answer == Answer::Unknown || (answer != Answer::Clear) == near,
+            "{edges:?} {r} {p:?} {q:?} {answer:?}"
+        );
     }
 }
 

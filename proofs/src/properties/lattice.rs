@@ -156,7 +156,8 @@ fn grown_windows_meet_whenever_shapes_are_near(one: [Xy; 2], other: [Xy; 2], r: 
 fn window_near_segment_is_of_its_part_on_the_lattice(of: [Xy; 2], [a, b]: [Xy; 2], r: i64) {
     let to_i32 = |v: i64| i32::try_from(v).ok();
     let [low, high] = corners(of);
-    let (Some(x0), Some(y0), Some(x1), Some(y1)) = (to_i32(low.0), to_i32(low.1), to_i32(high.0), to_i32(high.1))
+    let (Some(x0), Some(y0), Some(x1), Some(y1)) =
+        (to_i32(low.0), to_i32(low.1), to_i32(high.0), to_i32(high.1))
     else {
         return;
     };
@@ -164,7 +165,8 @@ fn window_near_segment_is_of_its_part_on_the_lattice(of: [Xy; 2], [a, b]: [Xy; 2
     let limit = i64::from(COORD_MAX);
     let cut = |(x, y): Xy| Big::new(x.clamp(-limit, limit), y.clamp(-limit, limit));
     let near = !window.near_segment(Segment { from: at(a), to: at(b) }, length(r)).is_clear();
-    let truth = oracle::box_segment_within(&cut(low), &cut(high), &Big::new(a.0, a.1), &Big::new(b.0, b.1), r);
+    let truth =
+        oracle::box_segment_within(&cut(low), &cut(high), &Big::new(a.0, a.1), &Big::new(b.0, b.1), r);
     assert_eq!(near, truth, "{of:?} {a:?} {b:?} {r}");
 }
 
@@ -176,7 +178,11 @@ fn within_reach_is_every_point(of: [Xy; 2], [a, b]: [Xy; 2], p: Xy, r: i64) {
         assert!(near(p), "{of:?} {a:?} {b:?} {p:?} {r}");
     }
     let [low, high] = corners(of);
-    assert_eq!(all, [low, high, (low.0, high.1), (high.0, low.1)].into_iter().all(near), "{of:?} {a:?} {b:?} {r}");
+    assert_eq!(
+        all,
+        [low, high, (low.0, high.1), (high.0, low.1)].into_iter().all(near),
+        "{of:?} {a:?} {b:?} {r}"
+    );
 }
 
 fn touching_is_a_distance_of_nothing(one: [Xy; 2], other: [Xy; 2]) {

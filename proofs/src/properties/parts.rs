@@ -156,7 +156,10 @@ fn ways_out_come_nearer_to_nothing(part: &ProhibitedRegion, [p, q]: [Xy; 2], r: 
             let ((d0, n0), (d1, n1)) = (squares(edge, at(p)), squares(edge, at(place)));
             let reach = num_bigint::BigInt::from(r + i64::from(edge.slack.units()));
             let within = d1 <= &reach * &reach * &n1;
-            assert!(!within || d1 * &n0 >= d0 * &n1, "{part:?} {p:?} {q:?} {r}: nearer to {edge:?} at {place:?}");
+            assert!(
+                !within || d1 * &n0 >= d0 * &n1,
+                "{part:?} {p:?} {q:?} {r}: nearer to {edge:?} at {place:?}"
+            );
         }
     }
 }
@@ -172,7 +175,10 @@ fn clipped_motions_are_clear_prefixes(mut part: ProhibitedRegion, [p, q]: [Xy; 2
     assert!(part.index().near_motion(motion, t).is_none() || end == from, "{part:?} {p:?} {q:?} {r}");
     assert!(part.free_point(end.point(), t).is_ok(), "{part:?} {p:?} {q:?} {r}");
     let wish = Segment { from: at(p), to: at(q) };
-    assert!(!wish.near_point(end.point(), Length::small(1)).is_clear(), "beside the wish: {p:?} {q:?} {end:?}");
+    assert!(
+        !wish.near_point(end.point(), Length::small(1)).is_clear(),
+        "beside the wish: {p:?} {q:?} {end:?}"
+    );
     if part.motion(from, at(q)).is_ok() {
         assert_eq!(end.point(), at(q), "the wish is clear");
     }
@@ -213,9 +219,18 @@ fn probes_answer_as_the_part(mut part: ProhibitedRegion, way: &[Xy], r: i64, clo
     for &p in way {
         let p = (before.0 + (p.0 - before.0) / closer, before.1 + (p.1 - before.1) / closer);
         let motion = Segment { from: at(before), to: at(p) };
-        let (point_near, motion_near) = (part.index().near_point(at(p), t), part.index().near_motion(motion, t));
-        assert_eq!(probe.point_clear(at(p)).is_clear(), point_near.is_none(), "{part:?} {way:?} {r} {closer}");
-        assert_eq!(probe.motion_clear(motion).is_clear(), motion_near.is_none(), "{part:?} {way:?} {r} {closer}");
+        let (point_near, motion_near) =
+            (part.index().near_point(at(p), t), part.index().near_motion(motion, t));
+        assert_eq!(
+            probe.point_clear(at(p)).is_clear(),
+            point_near.is_none(),
+            "{part:?} {way:?} {r} {closer}"
+        );
+        assert_eq!(
+            probe.motion_clear(motion).is_clear(),
+            motion_near.is_none(),
+            "{part:?} {way:?} {r} {closer}"
+        );
         assert_eq!(part.motion_clear(motion, t).is_clear(), motion_near.is_none());
         assert_eq!(part.point_clear(at(p), t).is_clear(), point_near.is_none());
         if let Ok(free) = part.free_point(at(before), t) {

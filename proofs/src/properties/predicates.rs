@@ -76,7 +76,11 @@ pub fn orientation_is_the_sign_of_the_area<L: FromPlain>(a: Xy, b: Xy, c: Xy) {
 /// When the property does not hold.
 pub fn point_segment_is_exact<L: FromPlain>(p: Xy, a: Xy, b: Xy, r: i64) {
     let near = !point_segment::<L>(L::site(p), L::site(a), L::site(b), L::linear(r)).is_clear();
-    assert_eq!(near, oracle::point_segment_within(&exact::<L>(p), &exact::<L>(a), &exact::<L>(b), r), "{p:?} {a:?} {b:?} {r}");
+    assert_eq!(
+        near,
+        oracle::point_segment_within(&exact::<L>(p), &exact::<L>(a), &exact::<L>(b), r),
+        "{p:?} {a:?} {b:?} {r}"
+    );
     if a == b {
         assert_eq!(near, !point_point::<L>(L::site(p), L::site(a), L::linear(r)).is_clear());
     }
@@ -91,7 +95,8 @@ pub fn segment_segment_is_exact<L: FromPlain>(a: Xy, b: Xy, c: Xy, d: Xy, r: i64
         !segment_segment::<L>(L::site(p), L::site(q), L::site(s), L::site(t), L::linear(r)).is_clear()
     };
     let near = of(a, b, c, d);
-    let truth = oracle::segment_segment_within(&exact::<L>(a), &exact::<L>(b), &exact::<L>(c), &exact::<L>(d), r);
+    let truth =
+        oracle::segment_segment_within(&exact::<L>(a), &exact::<L>(b), &exact::<L>(c), &exact::<L>(d), r);
     assert_eq!(near, truth, "{a:?} {b:?} {c:?} {d:?} {r}");
     assert_eq!(near, of(d, c, b, a), "symmetric");
     if crosses_properly::<L>(L::site(a), L::site(b), L::site(c), L::site(d)) {
@@ -148,7 +153,11 @@ pub fn fan_covers_every_retargeted_motion<L: FromPlain>(
 /// When the property does not hold.
 pub fn receding_never_comes_nearer<L: FromPlain>(p: Xy, q: Xy, a: Xy, b: Xy) {
     let answer = recedes::<L>(L::site(p), L::site(q), L::site(a), L::site(b));
-    assert_eq!(answer, oracle::never_nearer(&exact::<L>(p), &exact::<L>(q), &exact::<L>(a), &exact::<L>(b)), "{p:?} {q:?} {a:?} {b:?}");
+    assert_eq!(
+        answer,
+        oracle::never_nearer(&exact::<L>(p), &exact::<L>(q), &exact::<L>(a), &exact::<L>(b)),
+        "{p:?} {q:?} {a:?} {b:?}"
+    );
     assert_eq!(answer, recedes::<L>(L::site(p), L::site(q), L::site(b), L::site(a)), "either way round");
 }
 
@@ -160,10 +169,15 @@ pub fn box_segment_is_exact<L: FromPlain>(p: Xy, q: Xy, a: Xy, b: Xy, r: i64) {
     let (low, high) = ((p.0.min(q.0), p.1.min(q.1)), (p.0.max(q.0), p.1.max(q.1)));
     let near =
         !box_segment::<L>(L::site(low), L::site(high), L::site(a), L::site(b), L::linear(r)).is_clear();
-    let truth = oracle::box_segment_within(&exact::<L>(low), &exact::<L>(high), &exact::<L>(a), &exact::<L>(b), r);
+    let truth =
+        oracle::box_segment_within(&exact::<L>(low), &exact::<L>(high), &exact::<L>(a), &exact::<L>(b), r);
     assert_eq!(near, truth, "{low:?} {high:?} {a:?} {b:?} {r}");
     let point = !box_point::<L>(L::site(low), L::site(high), L::site(a), L::linear(r)).is_clear();
-    assert_eq!(point, oracle::box_segment_within(&exact::<L>(low), &exact::<L>(high), &exact::<L>(a), &exact::<L>(a), r), "{a:?} {r}");
+    assert_eq!(
+        point,
+        oracle::box_segment_within(&exact::<L>(low), &exact::<L>(high), &exact::<L>(a), &exact::<L>(a), r),
+        "{a:?} {r}"
+    );
 }
 
 /// Point–point: near exactly when the distance is r or less.
@@ -184,7 +198,8 @@ pub fn strictly_inside_is_inside_and_on_no_side<L: FromPlain>(p: Xy, corners: [X
     let [a, b, c] = corners.map(L::site);
     let answer = strictly_inside::<L>(L::site(p), a, b, c);
     let (at, [a, b, c]) = (exact::<L>(p), corners.map(exact::<L>));
-    let on_side = [(&a, &b), (&b, &c), (&c, &a)].into_iter().any(|(q, r)| oracle::point_segment_within(&at, q, r, 0));
+    let on_side =
+        [(&a, &b), (&b, &c), (&c, &a)].into_iter().any(|(q, r)| oracle::point_segment_within(&at, q, r, 0));
     assert_eq!(answer, oracle::in_triangle(&at, &a, &b, &c) && !on_side, "{p:?} {corners:?}");
 }
 
@@ -221,12 +236,19 @@ pub fn parity_of_a_triangle_is_its_inside<L: FromPlain>(p: Xy, corners: [Xy; 3])
 ///
 /// # Panics
 /// When the property does not hold.
-pub fn a_unit_more_covers_rounding_by_a_unit<L: FromPlain>(corners: [Xy; 3], steps: i64, edge: [Xy; 2], r: i64) {
+pub fn a_unit_more_covers_rounding_by_a_unit<L: FromPlain>(
+    corners: [Xy; 3],
+    steps: i64,
+    edge: [Xy; 2],
+    r: i64,
+) {
     let step = |k: i64| (steps / 3_i64.pow(u32::try_from(k).unwrap_or(0)) % 3) - 1;
     let limit = i64::from(keepout_kernel::exact::lattice::COORD_MAX);
-    let moved = |(x, y): Xy, k: i64| ((x + step(k)).clamp(-limit, limit), (y + step(k + 1)).clamp(-limit, limit));
+    let moved =
+        |(x, y): Xy, k: i64| ((x + step(k)).clamp(-limit, limit), (y + step(k + 1)).clamp(-limit, limit));
     let [a, b, c] = corners;
-    let (d, e, more, less) = (L::site(edge[0]), L::site(edge[1]), L::linear((r + 2).min(limit)), L::linear(r));
+    let (d, e, more, less) =
+        (L::site(edge[0]), L::site(edge[1]), L::linear((r + 2).min(limit)), L::linear(r));
     if r + 2 > limit {
         return;
     }
@@ -235,7 +257,10 @@ pub fn a_unit_more_covers_rounding_by_a_unit<L: FromPlain>(corners: [Xy; 3], ste
         assert!(point_segment::<L>(site(a2), d, e, less).is_clear(), "{corners:?} {steps} {edge:?} {r}");
     }
     if segment_segment::<L>(site(a), site(b), d, e, more).is_clear() {
-        assert!(segment_segment::<L>(site(a2), site(b2), d, e, less).is_clear(), "{corners:?} {steps} {edge:?} {r}");
+        assert!(
+            segment_segment::<L>(site(a2), site(b2), d, e, less).is_clear(),
+            "{corners:?} {steps} {edge:?} {r}"
+        );
     }
     if triangle_segment::<L>(corners.map(site), d, e, more).is_clear() {
         let fan = triangle_segment::<L>([a2, b2, c2].map(site), d, e, less);

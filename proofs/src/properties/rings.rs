@@ -56,7 +56,9 @@ fn sides(polygon: &[Xy]) -> Vec<(Xy, Xy)> {
 fn is_simple(polygon: &[Xy]) -> bool {
     let edges = sides(polygon);
     let big = |(x, y): Xy| Place::<num_bigint::BigInt>::new(x, y);
-    let touch = |(a, b): (Xy, Xy), (c, d): (Xy, Xy)| oracle::segment_segment_within(&big(a), &big(b), &big(c), &big(d), 0);
+    let touch = |(a, b): (Xy, Xy), (c, d): (Xy, Xy)| {
+        oracle::segment_segment_within(&big(a), &big(b), &big(c), &big(d), 0)
+    };
     let on = |p: Xy, (a, b): (Xy, Xy)| oracle::point_segment_within(&big(p), &big(a), &big(b), 0);
     let count = edges.len();
     count >= 3
@@ -78,6 +80,9 @@ fn is_simple(polygon: &[Xy]) -> bool {
 fn ring_is_believed_exactly_when_simple(polygon: &[Xy]) {
     let made = Ring::new(points(polygon));
     assert_eq!(made.is_ok(), is_simple(polygon), "{polygon:?} {made:?}");
+    if polygon.len() >= 3 && sides(polygon).iter().any(|(a, b)| a == b) {
+        assert!(matches!(made, Err(RingError::ZeroLengthEdge { .. })), "{polygon:?} {made:?}");
+    }
     match made {
         Ok(ring) => assert!(ring.vertices() == points(polygon) && ring.slacks().len() == polygon.len()),
         Err(RingError::TooFewVertices { count }) => assert!(count == polygon.len() && count < 3),
@@ -107,7 +112,8 @@ fn inside_is_the_winding(polygon: &[Xy], p: Xy) {
 
 fn area_is_the_shoelace(polygon: &[Xy]) {
     let Ok(ring) = Ring::new(points(polygon)) else { return };
-    let term = |((ax, ay), (bx, by)): (Xy, Xy)| i128::from(ax) * i128::from(by) - i128::from(bx) * i128::from(ay);
+    let term =
+        |((ax, ay), (bx, by)): (Xy, Xy)| i128::from(ax) * i128::from(by) - i128::from(bx) * i128::from(ay);
     let area: i128 = sides(polygon).into_iter().map(term).sum();
     assert_eq!(ring.double_area(), area, "{polygon:?}");
 }
