@@ -37,6 +37,8 @@ pub struct World {
     pub contour: &'static [Xy],
     /// Motions, queries, cancels and half `DRAIN`s, at most.
     pub budget: [u8; 4],
+    /// Queries that can be open at once.
+    pub open: usize,
     /// What can go wrong.
     pub trouble: Trouble,
     /// How the machine drives.
@@ -51,8 +53,6 @@ const FINISHING: i64 = 96;
 const RESOLUTION: i64 = 4;
 /// The part: a square.
 const PART: [Xy; 4] = [(0, 0), (400, 0), (400, 400), (0, 400)];
-/// Queries that can be open at once.
-const QUERIES: usize = 2;
 
 /// The host, as much of it as counts.
 #[derive(Clone, Debug)]
@@ -233,7 +233,7 @@ impl Node {
                 }
             }
             into.extend(self.guard.contour_progress().map(|_| Step::Next));
-            into.extend((queries > 0 && self.queries.len() < QUERIES).then_some(Step::Query));
+            into.extend((queries > 0 && self.queries.len() < world.open).then_some(Step::Query));
             into.extend((cancels > 0).then_some(Step::Cancel));
             into.extend((!self.plant.answers.is_empty()).then_some(Step::Hears));
             into.extend((passes > 0).then_some(Step::Passes));

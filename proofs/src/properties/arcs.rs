@@ -25,7 +25,12 @@ properties! {
     chords_go_forward_and_are_short |d| chords_go_forward_and_are_short(around(d), around(d), around(d), d.coin())
         => "a chain is believed only when it begins and ends with the arc and each chord is on the circle, forward and no longer than ρ";
         random 200_000 kani 3 unwind 4 kissat;
-    what_is_clear_of_a_swept_arc_is_clear_of_its_ring |d| what_is_clear_of_a_swept_arc_is_clear_of_its_ring(around(d), around(d), d.coin(), [near(d), near(d)], d.int(0, 200))
+    what_is_clear_of_a_swept_arc_is_clear_of_its_ring |d| {
+        let (from, to, chord) = (around(d), around(d), [near(d), near(d)]);
+        let far = chord.map(|p| square(p).isqrt()).into_iter().fold(0, i64::max);
+        let t = if d.coin() { d.int(0, 200) } else { ((square(from).isqrt() - far).abs() + d.int(-6, 6)).max(0) };
+        what_is_clear_of_a_swept_arc_is_clear_of_its_ring(from, to, d.coin(), chord, t)
+    }
         => "a chord said to be clear of an arc is farther than t from every point of the arc's ring; the arc's box holds them";
         random 10_000;
     weights_and_counts_are_checked |d| weights_and_counts_are_checked(d.int(0, 20), d.int(0, 20), d.int(0, 1 << 41))
@@ -49,7 +54,8 @@ fn around<D: Draw>(d: &mut D) -> Xy {
 }
 
 fn near<D: Draw>(d: &mut D) -> Xy {
-    (d.int(-300, 300), d.int(-300, 300))
+    let reach = [4, 60, 300][d.one_of(3)];
+    (d.int(-reach, reach), d.int(-reach, reach))
 }
 
 fn small<D: Draw>(d: &mut D) -> Xy {

@@ -80,12 +80,14 @@ fn is_simple(polygon: &[Xy]) -> bool {
 fn ring_is_believed_exactly_when_simple(polygon: &[Xy]) {
     let made = Ring::new(points(polygon));
     assert_eq!(made.is_ok(), is_simple(polygon), "{polygon:?} {made:?}");
-    if polygon.len() >= 3 && sides(polygon).iter().any(|(a, b)| a == b) {
+    if polygon.len() < 3 {
+        assert_eq!(made, Err(RingError::TooFewVertices { count: polygon.len() }));
+    } else if sides(polygon).iter().any(|(a, b)| a == b) {
         assert!(matches!(made, Err(RingError::ZeroLengthEdge { .. })), "{polygon:?} {made:?}");
     }
     match made {
         Ok(ring) => assert!(ring.vertices() == points(polygon) && ring.slacks().len() == polygon.len()),
-        Err(RingError::TooFewVertices { count }) => assert!(count == polygon.len() && count < 3),
+        Err(RingError::TooFewVertices { .. }) => {}
         Err(RingError::ZeroLengthEdge { at: place }) => {
             assert!(sides(polygon).iter().any(|&(a, b)| a == b && at(a) == place), "{polygon:?}");
         }
