@@ -81,7 +81,6 @@ pub fn list() -> io::Result<Vec<Mutant>> {
 pub fn run(folder: &Path, chosen: impl Fn(usize) -> bool) -> io::Result<()> {
     let tree = folder.join("tree");
     copy(&workspace(), &tree)?;
-    let mut results = results();
     for (number, mutant) in list()?.iter().enumerate().filter(|(number, _)| chosen(*number)) {
         let path = tree.join(&mutant.file);
         let original = fs::read_to_string(&path)?;
@@ -103,6 +102,8 @@ pub fn run(folder: &Path, chosen: impl Fn(usize) -> bool) -> io::Result<()> {
             Fate::Unbuilt(why) => ("does not build", why),
         };
         println!("{number}\t{}\t{fate}\t{by}\t{seconds} s", mutant.what);
+        // Others may run beside: what they have kept is read again.
+        let mut results = results();
         results.retain(|result| result.what != mutant.what);
         results.push(Result { what: mutant.what.clone(), fate: fate.into(), by, seconds });
         keep(&results)?;

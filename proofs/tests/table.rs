@@ -11,9 +11,9 @@ fn no_property_lacks_an_engine_that_ran() {
     let names: HashSet<&str> = all.iter().map(|property| property.name).collect();
     assert_eq!(names.len(), all.len(), "names are told apart");
     for property in &all {
-        let cases = property.every.map_or(0, |(side, _)| side + 1)
-            + property.random.map_or(0, |(cases, _)| cases as i64);
-        assert!(cases > 0, "{} has no engine that runs here", property.name);
+        let every = property.every.is_some_and(|(side, _)| side >= 0);
+        let random = property.random.is_some_and(|(cases, _)| cases > 0);
+        assert!(every || random, "{} has no engine that runs here", property.name);
     }
     let harnesses = all.iter().filter(|property| property.kani.is_some()).count();
     assert!(harnesses >= 40, "{harnesses} Kani harnesses");

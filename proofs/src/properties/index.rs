@@ -8,7 +8,7 @@ use keepout_kernel::index::build::{build, propose};
 use keepout_kernel::index::cells::{Answer, Claim, Packed};
 use keepout_kernel::index::check::{Node, Proposal};
 use keepout_kernel::index::{CheckedIndex, subdivide};
-use keepout_kernel::{Edge, NearList, Segment, Triangle};
+use keepout_kernel::{Cells, Edge, NearList, Segment, Triangle};
 
 use super::Xy;
 use crate::draw::Draw;
@@ -47,6 +47,9 @@ properties! {
     cells_answer_as_the_index |d| { let count = 1 + d.one_of(12); let edges = edges(d, count); cells_answer_as_the_index(&edges, d.radius(), 1 + d.one_of(60), [d.point(), d.point()]) }
         => "checked cells answer as the index does, for points and motions";
         random 8_000;
+    disturbed_cells_are_refused_or_harmless |d| { let count = 1 + d.one_of(8); let edges = edges(d, count); let disturb = (d.int(0, 1 << 20), d.one_of(8), d.int(0, 40)); disturbed_cells_are_refused_or_harmless(&edges, d.radius(), disturb, [d.point(), d.point()]) }
+        => "cells with a wrong claim, list or whole are refused, or answer as the index does all the same";
+        random 60_000;
     walks_cover_their_motion |d| { let edges = edges(d, 3); walks_cover_their_motion(&edges, d.radius(), 1 + d.one_of(60), [d.point(), d.point()], d.int(0, 64)) }
         => "the squares handed out along a motion cover it: also every place between";
         random 8_000;
@@ -266,6 +269,58 @@ fn cells_answer_as_the_index(edges: &[Edge], r: i64, groups: usize, [p, q]: [Xy;
         assert!(
             answer == Answer::Unknown || (answer != Answer::Clear) == near,
             "{edges:?} {r} {p:?} {q:?} {answer:?}"
+        );
+    }
+}
+
+fn disturbed_cells_are_refused_or_harmless(
+    edges: &[Edge],
+    r: i64,
+    disturb: (i64, usize, i64),
+    [p, q]: [Xy; 2],
+) {
+    let index = build(edges.to_vec()).expect("few edges");
+    let t = length(r);
+    let Some(mut proposal) = subdivide::propose(&index, t, 6) else { return };
+    let (which, way, number) = disturb;
+    let pick = |count: usize| usize::try_from(which).unwrap_or(0) % count.max(1);
+    let (at_claim, at_list) = (pick(proposal.claims.len()), pick(proposal.lists.len()));
+    let other = u32::try_from(number).unwrap_or(0);
+    match way {
+        0 | 1 => proposal.claims[at_claim] = Packed::of(Claim::Free),
+        2 => proposal.claims[at_claim] = Packed::of(Claim::Blocked(other % 8)),
+        3 => proposal.claims[at_claim] = Packed::of(Claim::Near(other)),
+        4 if !proposal.lists.is_empty() => proposal.lists[at_list] = other % 9,
+        5 => {
+            // The whole, moved off what is near.
+            let side = 1_i32 << proposal.log_2.min(29);
+            proposal.origin.0 =
+                proposal.origin.0.saturating_add(side / 4 * i32::try_from(number % 5).unwrap_or(0));
+        }
+        6 if !proposal.lists.is_empty() => {
+            // An edge fewer: the list's length and its last number.
+            let count = proposal.lists[0];
+            if count > 0 && proposal.lists.len() > usize::try_from(count).unwrap_or(0) {
+                proposal.lists.remove(usize::try_from(count).unwrap_or(0));
+                proposal.lists[0] = count - 1;
+            }
+        }
+        _ => proposal.log_2 = proposal.log_2.saturating_sub(2),
+    }
+    let Ok(cells) = Cells::check(&index, proposal) else { return };
+    let motion = Segment { from: at(p), to: at(q) };
+    // Also at a vertex, and beside it at the threshold.
+    let (x, y) = (edges[0].chord.from.x.units(), edges[0].chord.from.y.units());
+    let beside = at((i64::from(x) + r, i64::from(y)));
+    let points = [at(p), edges[0].chord.from, beside];
+    for (answer, near) in points
+        .map(|p| (cells.point(&index, p), index.near_point(p, t).is_some()))
+        .into_iter()
+        .chain([(cells.motion(&index, motion), index.near_motion(motion, t).is_some())])
+    {
+        assert!(
+            answer == Answer::Unknown || (answer != Answer::Clear) == near,
+            "{edges:?} {r} {disturb:?} {p:?} {q:?}"
         );
     }
 }
