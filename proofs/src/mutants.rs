@@ -35,6 +35,8 @@ pub enum Fate {
     Killed(String),
     /// Nothing failed.
     Survived,
+    /// It was not decided in ten minutes.
+    Endless,
     /// It can not be built: the list is wrong.
     Unbuilt(String),
 }
@@ -99,6 +101,7 @@ pub fn run(folder: &Path, chosen: impl Fn(usize) -> bool) -> io::Result<()> {
             Fate::Killed(by) => ("killed", by),
             Fate::Survived if mutant.equivalent.is_some() => ("equivalent", String::new()),
             Fate::Survived => ("survived", String::new()),
+            Fate::Endless => ("not decided", String::new()),
             Fate::Unbuilt(why) => ("does not build", why),
         };
         println!("{number}\t{}\t{fate}\t{by}\t{seconds} s", mutant.what);
@@ -145,7 +148,8 @@ fn fate(folder: &Path, tree: &Path, file: &Path) -> io::Result<Fate> {
     Ok(match (ran.status.success(), failed) {
         (true, _) => Fate::Survived,
         (false, Some(name)) => Fate::Killed(name.into()),
-        (false, None) => Fate::Killed("does not end, or ends abnormally".into()),
+        (false, None) if ran.status.code() == Some(124) => Fate::Endless,
+        (false, None) => Fate::Killed("ends abnormally".into()),
     })
 }
 
