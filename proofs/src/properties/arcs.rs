@@ -16,17 +16,17 @@ use crate::property::properties;
 
 properties! {
     "arcs and curves", "kernel/src/exact/arc.rs, swept_arc.rs, bezier.rs";
-    arcs_are_believed_exactly_when_their_ends_fit |d| arcs_are_believed_exactly_when_their_ends_fit(around(d), around(d), d.coin())
+    arcs_are_believed_exactly_when_their_ends_fit |d| { let [from, to] = around(d); arcs_are_believed_exactly_when_their_ends_fit(from, to, d.coin()) }
         => "an arc is believed exactly when its ends differ, its radius is in range and its end lies between ρ − 1 and ρ + 2 from the centre";
         random 200_000 kani 3 unwind 2 cadical;
-    chords_leave_their_arc_by_no_more_than_the_slack |d| chords_leave_their_arc_by_no_more_than_the_slack(around(d), around(d), around(d), d.coin())
+    chords_leave_their_arc_by_no_more_than_the_slack |d| { let [from, middle, to] = around(d); chords_leave_their_arc_by_no_more_than_the_slack(from, middle, to, d.coin()) }
         => "chain slack: every point of the ring ρ − 1 … ρ + 2 seen between a chord's ends is within the slack of the chord";
         random 20_000 kani 3 unwind 4 kissat;
-    chords_go_forward_and_are_short |d| chords_go_forward_and_are_short(around(d), around(d), around(d), d.coin())
+    chords_go_forward_and_are_short |d| { let [from, middle, to] = around(d); chords_go_forward_and_are_short(from, middle, to, d.coin()) }
         => "a chain is believed only when it begins and ends with the arc and each chord is on the circle, forward and no longer than ρ";
         random 200_000 kani 3 unwind 4 kissat;
     what_is_clear_of_a_swept_arc_is_clear_of_its_ring |d| {
-        let (from, to, chord) = (around(d), around(d), [near(d), near(d)]);
+        let ([from, to], chord) = (around(d), [near(d), near(d)]);
         let far = chord.map(|p| square(p).isqrt()).into_iter().fold(0, i64::max);
         let t = if d.coin() { d.int(0, 200) } else { ((square(from).isqrt() - far).abs() + d.int(-6, 6)).max(0) };
         what_is_clear_of_a_swept_arc_is_clear_of_its_ring(from, to, d.coin(), chord, t)
@@ -41,16 +41,16 @@ properties! {
         random 20_000;
 }
 
-/// The largest radius that is looked at point by point.
-const SIZE: i64 = 90;
-
-/// A point about the origin, mostly where an arc of 64 to 90 units can begin.
-fn around<D: Draw>(d: &mut D) -> Xy {
-    let r = RADIUS_MIN + 2 + d.int(0, 20);
-    let x = d.int(-SIZE, SIZE);
-    let y = (r * r - x * x).max(0).isqrt() + d.int(-1, 1);
-    let (x, y) = if d.coin() { (x, y) } else { (x, -y) };
-    if d.coin() { (x, y) } else { (y, x) }
+/// So many points about the origin, mostly on one circle of 64 to 86 units, where an arc can be.
+fn around<D: Draw, const N: usize>(d: &mut D) -> [Xy; N] {
+    let r = RADIUS_MIN + d.int(0, 22);
+    std::array::from_fn(|_| {
+        let x = d.int(-r, r);
+        let off = if d.one_of(3) == 0 { d.int(-2, 3) } else { 0 };
+        let y = (r * r - x * x).max(0).isqrt() + off;
+        let (x, y) = if d.coin() { (x, y) } else { (x, -y) };
+        if d.coin() { (x, y) } else { (y, x) }
+    })
 }
 
 fn near<D: Draw>(d: &mut D) -> Xy {
