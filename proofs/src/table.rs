@@ -199,11 +199,12 @@ fn mutated(text: &mut String) -> std::fmt::Result {
     writeln!(
         text,
         "\n## Faults put in\n\nEach line of `mutants.toml` puts one fault into the trusted core; a property must fail. {} in the list: {} killed, \
-         {} survived, {} equivalent, {} not run.\n\n| fault | file | outcome | by |\n|---|---|---|---|",
+         {} survived, {} equivalent, {} not decided in ten minutes, {} not run.\n\n| fault | file | outcome | by |\n|---|---|---|---|",
         list.len(),
         count("killed"),
         count("survived"),
         count("equivalent"),
+        count("not decided"),
         list.len()
             - results.iter().filter(|result| list.iter().any(|mutant| mutant.what == result.what)).count(),
     )?;
