@@ -25,14 +25,6 @@ fn every_point_where_the_tool_can_be_lies_in_a_certified_set() {
     });
 }
 
-/// What is open is known. Whoever closes it moves the world to the others.
-#[test]
-fn what_is_open_is_still_so() {
-    for world in worlds::open() {
-        assert!(world.explore(STATES).violation.is_some(), "{}", world.name);
-    }
-}
-
 /// Each part of the guard that is taken out is noticed in some world.
 #[cfg(feature = "mutations")]
 #[test]

@@ -8,8 +8,8 @@ use super::state::{Phase, State};
 use super::{Fault, QUERIES_MAX, Supervisor};
 use crate::time::Time;
 
-/// A status query without an answer is repeated after this time.
-const QUERY_AGAIN: Duration = Duration::from_millis(1000);
+/// A status query without an answer is repeated so often in the longest silence that is allowed.
+const QUERIES_IN_SILENCE: u32 = 5;
 /// Time between an answer and the next query.
 const QUERY_PAUSE: Duration = Duration::from_millis(40);
 /// The same while a tool that was stopped is waited for, or a motion of a contour to be read.
@@ -55,6 +55,7 @@ impl Supervisor {
                 State::Connecting { .. } | State::Stopping { aborted: true, .. } => Ok(()),
                 _ => Err(Fault::WasReset),
             },
+            Reply::NotHomed => Err(Fault::NotHomed),
             Reply::Displaced => Err(Fault::OffsetChanged),
             Reply::Unfit(unfit) => Err(Fault::Setting(unfit)),
             Reply::Message(text) => {
@@ -90,9 +91,11 @@ impl Supervisor {
         if let Some(asked) = self.asked_at.take() {
             let measured = now.since(asked);
             self.last_trip = measured;
-            // Quick to grow, slow to shrink.
-            self.round_trip =
-                if measured > self.round_trip { measured } else { (self.round_trip * 7 + measured) / 8 };
+            self.round_trip = smoothed(self.round_trip, measured);
+        }
+        if let Some(since) = self.waits_since.take() {
+            let waited = now.since(since).min(self.options.answer_within / 3);
+            self.patience = smoothed(self.patience, waited);
         }
         self.answered_at = now;
         let stamp = self.queries.pop_front();
@@ -207,7 +210,10 @@ impl Supervisor {
     /// When the next query is due.
     fn query_due(&self) -> Time {
         match self.asked_at {
-            Some(asked) => asked.after(QUERY_AGAIN.max(self.round_trip * 2)),
+            Some(asked) => {
+                let again = self.options.answer_within / QUERIES_IN_SILENCE;
+                asked.after(again.max(self.round_trip.max(self.patience) * 2))
+            }
             None => {
                 let steered = self.phase().is_steered();
                 let waits = steered && !self.guard.settled() && self.wish.direction == (0.0, 0.0);
@@ -223,6 +229,7 @@ impl Supervisor {
 
     pub(super) fn query(&mut self, now: Time, commands: &mut Vec<Command>) {
         self.asked_at = Some(now);
+        self.waits_since.get_or_insert(now);
         self.queries.push_back(self.guard.stamp(now));
         self.counts.queries += 1;
         commands.push(Command::Query);
@@ -251,4 +258,9 @@ impl Supervisor {
             _ => due,
         }
     }
+}
+
+/// A time as lately measured: quick to grow, slow to shrink.
+fn smoothed(before: Duration, measured: Duration) -> Duration {
+    if measured > before { measured } else { (before * 7 + measured) / 8 }
 }

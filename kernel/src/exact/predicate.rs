@@ -98,6 +98,34 @@ pub fn point_segment<L: Lattice>(p: Site<L>, a: Site<L>, b: Site<L>, r: L::Linea
     Proximity::near_if(L::compare_volumes(L::product_of_areas(off, off), reach) != Ordering::Greater)
 }
 
+/// Whether all of `points` lie to the right of the directed line `a → b`, farther than `r ≥ 0` from it; a line through
+/// `a = b` is none.
+///
+/// The distance of `p` from the line is `|cross| / |b − a|`, and the point with the greatest cross product of those to the
+/// right, where it is negative, is the nearest: `cross² > r²·|b − a|²` decides.
+#[inline(always)]
+pub fn beyond<L: Lattice>(
+    a: Site<L>,
+    b: Site<L>,
+    points: impl Iterator<Item = Site<L>>,
+    r: L::Linear,
+) -> bool {
+    let mut nearest = None;
+    for p in points {
+        let off = cross::<L>(a, b, p);
+        if L::compare(off, L::zero()) != Ordering::Less {
+            return false;
+        }
+        if nearest.is_none_or(|nearest| L::compare(off, nearest) == Ordering::Greater) {
+            nearest = Some(off);
+        }
+    }
+    nearest.is_some_and(|off| {
+        let reach = L::product_of_areas(L::product(r, r), dot::<L>(a, b, b));
+        L::compare_volumes(L::product_of_areas(off, off), reach) == Ordering::Greater
+    })
+}
+
 /// Whether the segments cross at a point interior to both.
 #[inline(always)]
 pub fn crosses_properly<L: Lattice>(a: Site<L>, b: Site<L>, c: Site<L>, d: Site<L>) -> bool {
@@ -111,7 +139,8 @@ pub fn crosses_properly<L: Lattice>(a: Site<L>, b: Site<L>, c: Site<L>, d: Site<
 /// Whether the segments `a b` and `c d` come within `r` of each other.
 ///
 /// If they do not cross properly, the distance is attained at one of the four ends (`research`: T3, Cramer and
-/// convexity), so four point–segment questions and one crossing question decide.
+/// convexity), so four point–segment questions and one crossing question decide. They need not be asked where the line of one
+/// has all of the other on one side of it and [`beyond`] `r`.
 #[inline(always)]
 pub fn segment_segment<L: Lattice>(
     a: Site<L>,
@@ -120,6 +149,14 @@ pub fn segment_segment<L: Lattice>(
     d: Site<L>,
     r: L::Linear,
 ) -> Proximity {
+    let (ab, cd) = ([a, b], [c, d]);
+    let told_apart = beyond::<L>(a, b, cd.into_iter(), r)
+        || beyond::<L>(b, a, cd.into_iter(), r)
+        || beyond::<L>(c, d, ab.into_iter(), r)
+        || beyond::<L>(d, c, ab.into_iter(), r);
+    if told_apart {
+        return Proximity::Clear;
+    }
     let ends_clear = point_segment::<L>(c, a, b, r).is_clear()
         && point_segment::<L>(d, a, b, r).is_clear()
         && point_segment::<L>(a, c, d, r).is_clear()

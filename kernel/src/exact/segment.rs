@@ -14,6 +14,7 @@ impl From<Point> for Site<Product> {
 
 /// The side of the directed line `a → b` on which `c` lies.
 #[must_use]
+#[inline]
 pub fn orientation(a: Point, b: Point, c: Point) -> Orientation {
     predicate::orientation::<Product>(a.into(), b.into(), c.into())
 }
@@ -227,6 +228,7 @@ impl Window {
 
     /// Whether the closed box holds `point`.
     #[must_use]
+    #[inline]
     pub fn holds(self, point: Point) -> bool {
         self.meets(Self::of(point))
     }

@@ -2,7 +2,8 @@
 //!
 //! An edge that comes within a threshold T plus its slack of a shape has a box, grown by the slack, that meets the box of
 //! the shape grown by T; [`CheckedIndex::search`] leaves out no such edge. For long motions a box is also left out when
-//! it lies, grown by T, wholly on one side of the motion's line.
+//! it lies, grown by T, wholly on one side of the motion's line; for polygons when it lies, grown by T, wholly beyond one of
+//! their sides. (Grown by T it holds every point within T of the box, and so of what is in it.)
 
 #![deny(clippy::arithmetic_side_effects, clippy::as_conversions, clippy::float_arithmetic)]
 
@@ -10,6 +11,7 @@ use core::ops::ControlFlow;
 
 use super::Edge;
 use super::check::{CheckedIndex, Node, Search};
+use crate::exact::convex::Convex;
 use crate::exact::lattice::{Length, Point};
 use crate::exact::predicate::{Proximity, ray_crosses};
 use crate::exact::region::Location;
@@ -41,6 +43,14 @@ impl CheckedIndex {
     #[must_use]
     pub fn near_fan(&self, fan: Triangle, threshold: Length) -> Option<&Edge> {
         self.first(fan.bounds().grown(threshold), |edge| edge.near_fan(fan, threshold))
+    }
+
+    /// An edge within `threshold` of the filled convex polygon, if there is one.
+    #[must_use]
+    pub fn near_convex(&self, polygon: Convex<'_>, threshold: Length) -> Option<&Edge> {
+        let mut search = Around { polygon, window: polygon.bounds().grown(threshold), threshold, near: None };
+        let _ = self.search(&mut search);
+        search.near.and_then(|near| self.edges().get(near))
     }
 
     /// An edge within `threshold` of the part of the box on the lattice, if there is one.
@@ -134,13 +144,52 @@ impl<F: FnMut(usize, &Edge) -> ControlFlow<()>> Search for Along<F> {
     }
 }
 
+struct Around<'a> {
+    polygon: Convex<'a>,
+    window: Window,
+    threshold: Length,
+    near: Option<usize>,
+}
+
+impl Search for Around<'_> {
+    #[inline(always)]
+    fn enter(&mut self, node: &Node) -> u8 {
+        let mut lanes = node.meeting(self.window);
+        let mut rest = lanes;
+        while rest != 0 {
+            let lane = rest.trailing_zeros();
+            rest &= rest.wrapping_sub(1);
+            let Some(window) = node.window(lane).map(|window| window.grown(self.threshold)) else { continue };
+            if self.polygon.sides().any(|side| turns(window, side).1 < 0) {
+                lanes &= !(1_u8 << (lane & 7));
+            }
+        }
+        lanes
+    }
+
+    #[inline(always)]
+    fn edge(&mut self, index: usize, edge: &Edge) -> ControlFlow<()> {
+        if edge.near_convex(self.polygon, self.threshold).is_clear() {
+            return ControlFlow::Continue(());
+        }
+        self.near = Some(index);
+        ControlFlow::Break(())
+    }
+}
+
 /// Whether the box lies strictly on one side of the motion's line.
-///
-/// With d the motion and w from its start, `d × w` over the box is between the sums of its least and greatest terms.
-/// Box coordinates are below 2^31 in magnitude and those of points at most 2^29, so |w| < 2^32, |d| ≤ 2^30, a term is
-/// below 2^62 and the sum of two below 2^63.
 #[inline(always)]
 fn beside(window: Window, motion: Segment) -> bool {
+    let (least, greatest) = turns(window, motion);
+    least > 0 || greatest < 0
+}
+
+/// Bounds on `d × w` over the box, with d the motion and w from its start: positive to the left of it, negative to the right.
+///
+/// It is between the sums of its least and greatest terms. Box coordinates are below 2^31 in magnitude and those of points at most
+/// 2^29, so |w| < 2^32, |d| ≤ 2^30, a term is below 2^62 and the sum of two below 2^63.
+#[inline(always)]
+fn turns(window: Window, motion: Segment) -> (i64, i64) {
     let (min_x, min_y, max_x, max_y) = window.corners();
     let d = motion.to.minus(motion.from);
     let (x, y) = (i64::from(motion.from.x.units()), i64::from(motion.from.y.units()));
@@ -149,6 +198,5 @@ fn beside(window: Window, motion: Segment) -> bool {
     let (up_a, up_b) = (term(d.dx, min_y, y), term(d.dx, max_y, y));
     let (left_a, left_b) = (term(d.dy, min_x, x), term(d.dy, max_x, x));
     let least = up_a.min(up_b).wrapping_sub(left_a.max(left_b));
-    let greatest = up_a.max(up_b).wrapping_sub(left_a.min(left_b));
-    least > 0 || greatest < 0
+    (least, up_a.max(up_b).wrapping_sub(left_a.min(left_b)))
 }

@@ -11,8 +11,8 @@
 //! first is sent.
 //!
 //! **Reading:** a controller whose receive buffer is full drops bytes, and takes the head of one line and the tail of another
-//! for a third. So few lines are sent ahead of what it has read for certain, whatever was acknowledged, that they fit the
-//! smallest buffer ([`AHEAD_MAX`]).
+//! for a third. So no line is sent before it has read the one before for certain, whatever was acknowledged: one line of at most
+//! 42 bytes fits the smallest buffer, GRBL's 127, even when it arrives three times.
 //!
 //! **Escaping:** a tool that stands nearer than the manual threshold, but not in the part, is admitted single motions on
 //! which it comes nearer to no edge within that threshold.
@@ -41,11 +41,8 @@ use keepout_kernel::{FreePoint, Length, Point, ProhibitedRegion};
 
 use crate::time::Time;
 use contour::Contour;
+use hull::Hull;
 use in_flight::{InFlight, LINES_MAX, Line};
-
-/// Most lines that may be in a receive buffer at once: two, each of which can arrive twice, of 42 bytes at most; the smallest
-/// buffer, GRBL's, holds 127.
-const AHEAD_MAX: u64 = 2;
 
 /// What a guard keeps to.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,6 +82,34 @@ pub struct Guard {
     contour: Option<Contour>,
     #[cfg(feature = "mutations")]
     mutation: Mutation,
+}
+
+/// What jogs a guard would admit. It holds on to the guard, so that the set, and the hull that is worked out once, stay as they
+/// are.
+#[derive(Debug)]
+pub struct Asking<'a> {
+    guard: &'a Guard,
+    hull: Option<Hull>,
+}
+
+impl Asking<'_> {
+    /// Whether a jog to `to` would be admitted.
+    ///
+    /// # Errors
+    /// [`Refusal`] saying why not.
+    pub fn admits(&self, to: Point) -> Result<FreePoint, Refusal> {
+        let guard = self.guard;
+        let tail = guard.ready(to)?;
+        if guard.stands_inside() {
+            return Err(Refusal::StandsInside);
+        }
+        #[cfg(feature = "mutations")]
+        if guard.mutation == Mutation::NoFans {
+            let last = guard.set.lines.back().map_or(tail, |line| line.target);
+            return guard.coarse.motion(last, to).map_err(Refusal::Blocked);
+        }
+        guard.set.admit(&guard.coarse, self.hull.as_ref(), tail, to)
+    }
 }
 
 impl Guard {
@@ -189,13 +214,23 @@ impl Guard {
     /// Lines sent that may still be in the controller's receive buffer. A checksum over each line keeps that from being mixed
     /// up.
     fn unread(&self) -> u64 {
+        #[cfg(feature = "mutations")]
+        if self.mutation == Mutation::AheadOfReading {
+            return 0;
+        }
         if self.rules.checked { 0 } else { self.sent - self.read }
     }
 
-    /// Whether the next motion of a contour waits for nothing but the answer to a query.
+    /// Whether another line could be sent now.
+    #[must_use]
+    pub fn takes_lines(&self) -> bool {
+        self.set.lines.len() < LINES_MAX && self.unread() == 0
+    }
+
+    /// Whether the next line waits for nothing but the answer to a query.
     #[must_use]
     pub fn awaits_reading(&self) -> bool {
-        self.contour.is_some() && self.unacknowledged() == 0 && self.unread() > 0
+        self.unacknowledged() == 0 && self.unread() > 0
     }
 
     /// Whether the tool stands still at a known place with nothing under way.
@@ -218,16 +253,14 @@ impl Guard {
     /// # Errors
     /// [`Refusal`] saying why not.
     pub fn admits(&self, to: Point) -> Result<FreePoint, Refusal> {
-        let tail = self.ready(to)?;
-        if self.stands_inside() {
-            return Err(Refusal::StandsInside);
-        }
-        #[cfg(feature = "mutations")]
-        if self.mutation == Mutation::NoFans {
-            let last = self.set.lines.back().map_or(tail, |line| line.target);
-            return self.coarse.motion(last, to).map_err(Refusal::Blocked);
-        }
-        self.set.admit(&self.coarse, tail, to)
+        self.asking().admits(to)
+    }
+
+    /// For many questions about the set as it is.
+    #[must_use]
+    pub fn asking(&self) -> Asking<'_> {
+        let hull = if self.rules.shape == MotionShape::Line { self.set.hull() } else { None };
+        Asking { guard: self, hull }
     }
 
     /// The tail, when a motion to `to` can be thought of at all.
@@ -239,7 +272,7 @@ impl Guard {
         if !self.rules.stroke.holds(to) {
             return Err(Refusal::BeyondStroke(to));
         }
-        if self.set.lines.len() >= LINES_MAX || self.unread() >= AHEAD_MAX {
+        if !self.takes_lines() {
             return Err(Refusal::Full);
         }
         let way = to.minus(self.set.lines.back().map_or(tail, |line| line.target).point());
@@ -309,11 +342,6 @@ impl Guard {
             return Err(Refusal::UnexpectedAcknowledgement);
         }
         self.acknowledged += 1;
-        #[cfg(feature = "mutations")]
-        if self.mutation == Mutation::RetireOnAcknowledgement && self.contour.is_none() {
-            self.set.tail = self.set.lines.back().map(|line| line.target).or(self.set.tail);
-            self.set.lines.clear();
-        }
         Ok(())
     }
 
@@ -373,6 +401,8 @@ impl Guard {
         }
         let part = if self.stands_inside() { &*self.exact } else { &*self.coarse };
         let settled = self.set.reported(part, sighting, all, self.acknowledged, (stamp.at, now))?;
+        #[cfg(feature = "mutations")]
+        self.mutate_retiring(sighting);
         if settled
             && self.stands_inside()
             && let Some(tail) = self.set.tail

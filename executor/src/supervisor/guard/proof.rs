@@ -43,10 +43,10 @@ impl Guard {
 /// are too many points or none.
 #[must_use]
 pub fn hull(points: &[FreePoint], probes: &[Point]) -> Option<HullSeen> {
-    let hull = Hull::of(points.iter().copied())?;
+    let hull = Hull::of(points.iter().map(|free| free.point()))?;
     Some(HullSeen {
-        corners: hull.corners().iter().map(|corner| corner.point()).collect(),
-        sides: hull.sides().map(|(a, b)| (a.point(), b.point())).collect(),
+        corners: hull.corners().to_vec(),
+        sides: hull.sides().collect(),
         probes: probes.iter().map(|&probe| (hull.holds(probe), hull.nearest(probe))).collect(),
     })
 }
