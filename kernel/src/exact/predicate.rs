@@ -104,8 +104,8 @@ pub fn crosses_properly<L: Lattice>(a: Site<L>, b: Site<L>, c: Site<L>, d: Site<
     let opposite = |s, t| {
         matches!((s, t), (Orientation::Left, Orientation::Right) | (Orientation::Right, Orientation::Left))
     };
-    opposite(orientation::<L>(a, b, c), orientation::<L>(a, b, d))
-        && opposite(orientation::<L>(c, d, a), orientation::<L>(c, d, b))
+    opposite(L::orientation(a, b, c), L::orientation(a, b, d))
+        && opposite(L::orientation(c, d, a), L::orientation(c, d, b))
 }
 
 /// Whether the segments `a b` and `c d` come within `r` of each other.
@@ -120,18 +120,18 @@ pub fn segment_segment<L: Lattice>(
     d: Site<L>,
     r: L::Linear,
 ) -> Proximity {
-    let ends_clear = point_segment::<L>(c, a, b, r).is_clear()
-        && point_segment::<L>(d, a, b, r).is_clear()
-        && point_segment::<L>(a, c, d, r).is_clear()
-        && point_segment::<L>(b, c, d, r).is_clear();
-    Proximity::near_if(!ends_clear || crosses_properly::<L>(a, b, c, d))
+    let ends_clear = L::point_segment(c, a, b, r).is_clear()
+        && L::point_segment(d, a, b, r).is_clear()
+        && L::point_segment(a, c, d, r).is_clear()
+        && L::point_segment(b, c, d, r).is_clear();
+    Proximity::near_if(!ends_clear || L::crosses_properly(a, b, c, d))
 }
 
 /// Whether `p` lies strictly inside the triangle `a b c`, of either orientation.
 #[inline(always)]
 pub fn strictly_inside<L: Lattice>(p: Site<L>, a: Site<L>, b: Site<L>, c: Site<L>) -> bool {
-    let first = orientation::<L>(a, b, p);
-    first != Orientation::On && first == orientation::<L>(b, c, p) && first == orientation::<L>(c, a, p)
+    let first = L::orientation(a, b, p);
+    first != Orientation::On && first == L::orientation(b, c, p) && first == L::orientation(c, a, p)
 }
 
 /// Whether the filled triangle `a b c` and the segment `d e` come within `r` of each other.
@@ -144,10 +144,10 @@ pub fn triangle_segment<L: Lattice>(
     e: Site<L>,
     r: L::Linear,
 ) -> Proximity {
-    let sides_clear = segment_segment::<L>(a, b, d, e, r).is_clear()
-        && segment_segment::<L>(b, c, d, e, r).is_clear()
-        && segment_segment::<L>(c, a, d, e, r).is_clear();
-    Proximity::near_if(!sides_clear || strictly_inside::<L>(d, a, b, c))
+    let sides_clear = L::segment_segment(a, b, d, e, r).is_clear()
+        && L::segment_segment(b, c, d, e, r).is_clear()
+        && L::segment_segment(c, a, d, e, r).is_clear();
+    Proximity::near_if(!sides_clear || L::strictly_inside(d, a, b, c))
 }
 
 /// Whether the ray from `p` toward +x crosses the edge `a b`, counting an edge's lower end and not its upper one, so
@@ -161,7 +161,7 @@ where
         return false;
     }
     let (low, high) = if a.y > p.y { (b, a) } else { (a, b) };
-    orientation::<L>(low, high, p) == Orientation::Left
+    L::orientation(low, high, p) == Orientation::Left
 }
 
 /// Whether the closed box from `low` to `high` (`low ≤ high` in both coordinates) comes within `r` of `p`.
@@ -185,11 +185,11 @@ where
     L::Linear: Ord,
 {
     let (right, left) = (Site { x: high.x, y: low.y }, Site { x: low.x, y: high.y });
-    let clear = box_point::<L>(low, high, a, r).is_clear()
-        && box_point::<L>(low, high, b, r).is_clear()
-        && [low, right, high, left].into_iter().all(|corner| point_segment::<L>(corner, a, b, r).is_clear())
-        && !crosses_properly::<L>(low, high, a, b)
-        && !crosses_properly::<L>(right, left, a, b);
+    let clear = L::box_point(low, high, a, r).is_clear()
+        && L::box_point(low, high, b, r).is_clear()
+        && [low, right, high, left].into_iter().all(|corner| L::point_segment(corner, a, b, r).is_clear())
+        && !L::crosses_properly(low, high, a, b)
+        && !L::crosses_properly(right, left, a, b);
     Proximity::near_if(!clear)
 }
 
@@ -209,9 +209,51 @@ pub fn recedes<L: Lattice>(p: Site<L>, q: Site<L>, a: Site<L>, b: Site<L>) -> bo
         return away_from(b);
     }
     let growth = L::compare(cross::<L>(a, b, q), cross::<L>(a, b, p));
-    match orientation::<L>(a, b, p) {
+    match L::orientation(a, b, p) {
         Orientation::Left => growth != Ordering::Less,
         Orientation::Right => growth != Ordering::Greater,
         Orientation::On => true,
     }
+}
+
+/// Whether the box lies strictly on one side of the line through `p` and `q`. Its corners may lie off the lattice.
+///
+/// With d the motion and w from its start, `d × w` over the box is between the sums of its least and greatest terms.
+#[inline(always)]
+pub fn beside<L: Lattice>(low: Site<L>, high: Site<L>, p: Site<L>, q: Site<L>) -> bool {
+    let (dx, dy) = (L::difference(q.x, p.x), L::difference(q.y, p.y));
+    let ordered = |a, b| if L::compare(a, b) == Ordering::Greater { (b, a) } else { (a, b) };
+    let (up_least, up_most) = ordered(L::moment(dx, low.y, p.y), L::moment(dx, high.y, p.y));
+    let (left_least, left_most) = ordered(L::moment(dy, low.x, p.x), L::moment(dy, high.x, p.x));
+    L::compare(up_least, left_most) == Ordering::Greater || L::compare(up_most, left_least) == Ordering::Less
+}
+
+/// Whether `p` lies between `radius − inward` and `radius + outward` from `centre`, for `radius ≥ inward`.
+#[inline(always)]
+pub fn on_ring<L: Lattice>(p: Site<L>, centre: Site<L>, radius: L::Linear, inward: i8, outward: i8) -> bool {
+    let square = |r| L::product(r, r);
+    let distance_2 = dot::<L>(centre, p, p);
+    // `radius + outward` as a difference, of which the width keeps the bound.
+    let most = L::difference(radius, L::units(outward.wrapping_neg()));
+    L::compare(distance_2, square(L::difference(radius, L::units(inward)))) != Ordering::Less
+        && L::compare(distance_2, square(most)) != Ordering::Greater
+}
+
+/// `⌊length_2 / 7·radius⌋ + 1`: more than an arc leaves a chord of that length squared, for `radius ≥ 64` and chords no longer
+/// than it ([`ArcChords::check`](super::arc::ArcChords::check)).
+#[inline(always)]
+pub fn sagitta<L: Lattice>(length_2: L::Area, radius: L::Linear) -> L::Area {
+    let one = L::product(L::units(1), L::units(1));
+    L::sum(L::quotient(length_2, L::product(L::units(7), radius)), one)
+}
+
+/// Whether the projection of `p` from `origin` on the direction from `a` to `b` exceeds `units`: dot > units · |ab|.
+#[inline(always)]
+pub fn ahead<L: Lattice>(origin: Site<L>, p: Site<L>, a: Site<L>, b: Site<L>, units: i8) -> bool {
+    let (wx, wy) = (L::difference(p.x, origin.x), L::difference(p.y, origin.y));
+    let (ex, ey) = (L::difference(b.x, a.x), L::difference(b.y, a.y));
+    let along = L::sum(L::product(wx, ex), L::product(wy, ey));
+    let reach = L::product_of_areas(L::product(L::units(units), L::units(units)), dot::<L>(a, b, b));
+    L::compare(along, L::zero()) == Ordering::Greater
+        && L::compare_volumes(L::product_of_areas(along, along), reach) == Ordering::Greater
 }

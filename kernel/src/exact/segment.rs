@@ -1,6 +1,6 @@
 //! Segments and triangles of the lattice, with the threshold questions that safety asks.
 
-use super::lattice::{COORD_MAX, Length, Point, Vector};
+use super::lattice::{COORD_MAX, Length, Point};
 use super::predicate::{self, Site};
 use super::width::Product;
 
@@ -174,6 +174,14 @@ impl Window {
         }
     }
 
+    /// Whether the box lies strictly on one side of the line of a motion that is not of zero length.
+    #[must_use]
+    #[inline]
+    pub fn is_beside(self, motion: Segment) -> bool {
+        let (low, high) = (Site { x: self.min_x, y: self.min_y }, Site { x: self.max_x, y: self.max_y });
+        predicate::beside::<Product>(low, high, motion.from.into(), motion.to.into())
+    }
+
     /// Whether the box, as far as it lies on the lattice, comes within `r` of the segment.
     #[must_use]
     #[inline]
@@ -238,16 +246,16 @@ impl Window {
     }
 }
 
-/// Whether the projection of `point − origin` on the direction `along` exceeds `units`: dot > units · |along|.
+/// Whether the projection of `point − origin` on the direction of `along` exceeds `units`.
 #[must_use]
-pub fn ahead(origin: Point, point: Point, along: Vector, units: u8) -> bool {
-    use super::width::Lattice;
-    let w = point.minus(origin);
-    let dot = Product::sum(Product::product(w.dx, along.dx), Product::product(w.dy, along.dy));
-    let length_2 = Product::sum(Product::product(along.dx, along.dx), Product::product(along.dy, along.dy));
-    let units_2 = Product::product(i32::from(units), i32::from(units));
-    let squares = (Product::product_of_areas(dot, dot), Product::product_of_areas(units_2, length_2));
-    dot > 0 && Product::compare_volumes(squares.0, squares.1) == core::cmp::Ordering::Greater
+pub fn ahead(origin: Point, point: Point, along: Segment, units: i8) -> bool {
+    predicate::ahead::<Product>(
+        origin.into(),
+        point.into(),
+        along.from.into(),
+        along.to.into(),
+        units,
+    )
 }
 
 /// `|p − q|²` in square lattice units; at most 2^61.
@@ -293,7 +301,7 @@ mod tests {
 
     #[test]
     fn ahead_is_beyond_so_many_units_along() {
-        let along = Vector { dx: 3000, dy: 4000 };
+        let along = Segment { from: at(7, 7), to: at(3007, 4007) };
         let by = |k: i64| at(3 * k, 4 * k);
         assert!(ahead(Point::ORIGIN, by(1), along, 4));
         assert!(!ahead(Point::ORIGIN, by(1), along, 5) && !ahead(Point::ORIGIN, by(-9), along, 5));

@@ -121,7 +121,7 @@ impl<F: FnMut(usize, &Edge) -> ControlFlow<()>> Search for Along<F> {
         while rest != 0 {
             let lane = rest.trailing_zeros();
             rest &= rest.wrapping_sub(1);
-            if node.window(lane).is_some_and(|window| beside(window.grown(self.threshold), self.motion)) {
+            if node.window(lane).is_some_and(|window| window.grown(self.threshold).is_beside(self.motion)) {
                 lanes &= !(1_u8 << (lane & 7));
             }
         }
@@ -132,23 +132,4 @@ impl<F: FnMut(usize, &Edge) -> ControlFlow<()>> Search for Along<F> {
     fn edge(&mut self, index: usize, edge: &Edge) -> ControlFlow<()> {
         (self.visit)(index, edge)
     }
-}
-
-/// Whether the box lies strictly on one side of the motion's line.
-///
-/// With d the motion and w from its start, `d × w` over the box is between the sums of its least and greatest terms.
-/// Box coordinates are below 2^31 in magnitude and those of points at most 2^29, so |w| < 2^32, |d| ≤ 2^30, a term is
-/// below 2^62 and the sum of two below 2^63.
-#[inline(always)]
-fn beside(window: Window, motion: Segment) -> bool {
-    let (min_x, min_y, max_x, max_y) = window.corners();
-    let d = motion.to.minus(motion.from);
-    let (x, y) = (i64::from(motion.from.x.units()), i64::from(motion.from.y.units()));
-    let term =
-        |factor: i32, c: i32, origin: i64| i64::from(factor).wrapping_mul(i64::from(c).wrapping_sub(origin));
-    let (up_a, up_b) = (term(d.dx, min_y, y), term(d.dx, max_y, y));
-    let (left_a, left_b) = (term(d.dy, min_x, x), term(d.dy, max_x, x));
-    let least = up_a.min(up_b).wrapping_sub(left_a.max(left_b));
-    let greatest = up_a.max(up_b).wrapping_sub(left_a.min(left_b));
-    least > 0 || greatest < 0
 }
