@@ -113,6 +113,25 @@ impl<'a> Prover<'a> {
         self.chain(name, using, claim);
     }
 
+    /// Proves a claim about particular unknowns, to be used.
+    pub fn fact(&mut self, name: &str, claim: &Claim) -> Instance {
+        self.prove(name, claim);
+        Instance(claim.fact())
+    }
+
+    /// As [`Prover::fact`], from what was proved before, with products understood.
+    pub fn follows(&mut self, name: &str, using: &[Instance], claim: &Claim) -> Instance {
+        self.can_be_met(name, &claim.given);
+        self.join(name, using, claim);
+        Instance(claim.fact())
+    }
+
+    /// As [`Prover::fact`], from what was proved before, as [`Prover::glue`] does.
+    pub fn glued(&mut self, name: &str, using: &[Instance], claim: &Claim) -> Instance {
+        self.glue(name, using, claim);
+        Instance(claim.fact())
+    }
+
     /// As [`Prover::glue`] for a claim whose conditions are not asked to be possible: one of several cases.
     pub fn chain(&mut self, name: &str, using: &[Instance], claim: &Claim) {
         let mut facts: Vec<Fact> = using.iter().map(|instance| instance.0.clone()).collect();
@@ -141,6 +160,45 @@ impl<'a> Prover<'a> {
             self.refute(&format!("{name}, path {}", number + 1), &given, &then, Arithmetic::Whole);
         }
         self.can_be_met(name, &[any(possible)]);
+    }
+
+    /// As [`Prover::on_paths`], from what was proved before too.
+    pub fn on_paths_by<T>(
+        &mut self,
+        name: &str,
+        paths: &[Path<T>],
+        using: &[Instance],
+        says: impl Fn(&T) -> Claim,
+    ) {
+        self.on_paths(name, paths, |outcome| {
+            let mut claim = says(outcome);
+            claim.given.extend(using.iter().map(|instance| instance.0.clone()));
+            claim
+        });
+    }
+
+    /// As [`Prover::contract`] for a predicate whose parts are not looked into: from what is proved of them, as
+    /// [`Prover::glue`] does.
+    pub fn by_parts<const N: usize, const M: usize>(
+        &mut self,
+        contract: &Contract<N, M>,
+        paths: &[Path<bool>],
+        numbers: [Term; N],
+        (witness, using): ([Term; M], &[Instance]),
+    ) {
+        self.proves(contract, &numbers);
+        self.report.paths += paths.len();
+        let answers: BTreeSet<bool> = paths.iter().map(|path| path.outcome).collect();
+        for answer in answers {
+            let claim = (contract.statement)(answer.into(), numbers, witness);
+            if claim.then == Fact::True || claim.given.contains(&Fact::False) {
+                continue;
+            }
+            let paths = paths.iter().filter(|path| path.outcome == answer);
+            let some = any(paths.map(|path| all(path.conditions.clone())));
+            let given = claim.given.into_iter().chain([some]).collect();
+            self.glue(contract.name, using, &Claim { given, then: claim.then });
+        }
     }
 
     /// Proves a contract on every path of its predicate. The predicate was run on the first of the `numbers`.
@@ -179,10 +237,7 @@ impl<'a> Prover<'a> {
 
     fn proves<const N: usize, const M: usize>(&mut self, contract: &Contract<N, M>, numbers: &[Term; N]) {
         assert_eq!(contract.theorem, self.theorem, "a contract is proved by its theorem");
-        let free = |(i, number): (usize, &Term)| {
-            matches!(number.node(), Node::Variable(_)) && !numbers[..i].contains(number)
-        };
-        assert!(numbers.iter().enumerate().all(free), "a contract is proved for unknowns that differ");
+        assert!(are_free(numbers), "a contract is proved for all values of its numbers");
         self.report.proves.insert((contract.theorem, contract.name));
     }
 
@@ -279,6 +334,19 @@ impl<'a> Prover<'a> {
             self.report.second_time += begin.elapsed();
         }
     }
+}
+
+/// Whether the numbers can have all values together: each is an unknown of its own, or the sum of another and such one. (A term
+/// is no part of itself, so that the others can be chosen first.)
+fn are_free(numbers: &[Term]) -> bool {
+    let mut unknowns = BTreeSet::new();
+    numbers.iter().all(|&number| {
+        let unknown = match number.node() {
+            Node::Sum(a, b) if numbers.contains(&a) => b,
+            _ => number,
+        };
+        matches!(unknown.node(), Node::Variable(_)) && unknowns.insert(unknown)
+    })
 }
 
 /// `0 < a`.

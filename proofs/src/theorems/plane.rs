@@ -23,6 +23,11 @@ impl V {
         Self { x: Term::fresh(&format!("{name}x")), y: Term::fresh(&format!("{name}y")) }
     }
 
+    /// Any point, given by how far it is from this: solvers need not find out that only differences matter.
+    pub fn other(self, name: &str) -> Self {
+        self + Self::unknown(name)
+    }
+
     /// The vector `k` times as long.
     pub fn times(self, k: Term) -> Self {
         Self { x: k * self.x, y: k * self.y }

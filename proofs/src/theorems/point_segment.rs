@@ -38,7 +38,9 @@ pub const POINT_SEGMENT: Theorem = Theorem {
     source: "predicate::point_segment",
     claim: "near exactly when there is t in [0, 1] with |p − a − t(b − a)| ≤ r, for r ≥ 0",
     proof: |prover| {
-        let [p, a, b] = ["p", "a", "b"].map(V::unknown);
+        let p = V::unknown("p");
+        let a = p.other("a");
+        let b = a.other("b");
         let [r, t] = ["r", "t"].map(Term::fresh);
         let paths = explore(&[], &[], || {
             !point_segment::<Symbolic>(p.place(), a.place(), b.place(), Scalar(r)).is_clear()
