@@ -94,6 +94,11 @@ impl<'a> Prover<'a> {
         self.report
     }
 
+    /// Counts paths that were run for something else than [`Prover::on_paths`].
+    pub fn ran(&mut self, paths: usize) {
+        self.report.paths += paths;
+    }
+
     /// Proves a statement for all values of its numbers.
     pub fn lemma<const N: usize>(&mut self, name: &str, statement: fn([Term; N]) -> Claim) -> Lemma<N> {
         let numbers = std::array::from_fn(|_| Term::fresh("n"));

@@ -1,7 +1,12 @@
 //! What is proved of the trusted core by solvers.
 
+mod arcs;
+mod box_segment;
 mod boxes;
+mod hull;
+mod near;
 mod orientation;
+mod overflow;
 mod plane;
 mod point_segment;
 mod recedes;
@@ -23,10 +28,25 @@ pub const THEOREMS: &[Theorem] = &[
     triangle::TRIANGLE_EXIT,
     triangle::TRIANGLE_SEGMENT,
     boxes::BOX_POINT,
+    box_segment::BOX_MET,
+    box_segment::BOX_SLIDE,
+    box_segment::BOX_SEGMENT,
     boxes::BESIDE,
     boxes::PRUNING,
     boxes::CONVEX,
     winding::TRIANGLE_PARITY,
     winding::RING_PARITY,
     recedes::RECEDES,
+    near::TRIANGLE_INEQUALITY,
+    arcs::ON_RING,
+    arcs::SAGITTA,
+    arcs::CHORD_SLACK,
+    arcs::SWEPT_RULES,
+    arcs::SWEPT_CORNER,
+    near::ROUNDING,
+    near::NEAR_LIST,
+    near::CLIP,
+    hull::CONVEX_SET,
+    hull::FANS_COVER,
+    overflow::OVERFLOW,
 ];

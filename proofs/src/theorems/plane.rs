@@ -107,3 +107,9 @@ pub fn between_lines(w: V, u: V, v: V, s: Term, t: Term) -> V {
 pub fn between_segments([a, b]: [V; 2], [c, d]: [V; 2], s: Term, t: Term) -> V {
     between_lines(a - c, b - a, d - c, s, t)
 }
+
+/// The coordinates of the points, and more numbers.
+pub fn terms<const N: usize>(points: &[V], more: &[Term]) -> [Term; N] {
+    let all: Vec<Term> = points.iter().flat_map(|p| [p.x, p.y]).chain(more.iter().copied()).collect();
+    all.try_into().expect("as many numbers as are asked for")
+}

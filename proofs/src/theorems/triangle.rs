@@ -2,7 +2,7 @@
 
 use keepout_kernel::exact::predicate::{strictly_inside, triangle_segment};
 
-use super::plane::{V, between_segments, share, v};
+use super::plane::{V, between_segments, share, terms, v};
 use super::segments;
 use crate::smt::explore::{Part, answer, explore};
 use crate::smt::fact::{Fact, all, any, at_most, claim, equal, less, not};
@@ -37,11 +37,6 @@ fn area([a, b, c]: [V; 3]) -> Term {
 fn on_side(corners: [V; 3], i: usize, s: Term) -> V {
     let (from, to) = (corners[i], corners[(i + 1) % 3]);
     from + (to - from).times(s)
-}
-
-fn terms<const N: usize>(points: &[V], more: &[Term]) -> [Term; N] {
-    let all: Vec<Term> = points.iter().flat_map(|p| [p.x, p.y]).chain(more.iter().copied()).collect();
-    all.try_into().expect("as many numbers as the contract has")
 }
 
 /// Inside: a mean of the corners with positive weights.
@@ -253,13 +248,13 @@ fn until_a_side(
     ]);
     using.extend(definition);
     let side = prover.lemma("a weight of zero is a side", |[a, b, c, p, q, r, t, x, y, z, part, s]| {
-        let (from, now) = (a * p + b * q + c * r, |p: Term, x: Term| p + part * (x - p));
+        let (from, now) = (p * a + q * b + r * c, |p: Term, x: Term| p + part * (x - p));
         let (p1, q1, r1) = (now(p, x), now(q, y), now(r, z));
         let there = from + part * (t - from);
         let case = |gone: Term, share: Term, from: Term, to: Term| {
             any([not(all([equal(gone, whole(0)), equal(s, share)])), equal(there, from + s * (to - from))])
         };
-        let given = [equal(t, a * x + b * y + c * z), sum_is_one([p1, q1, r1])];
+        let given = [equal(t, x * a + y * b + z * c), sum_is_one([p1, q1, r1])];
         claim(given, all([case(r1, q1, a, b), case(p1, r1, b, c), case(q1, p1, c, a)]))
     });
     for axis in [|v: V| v.x, |v: V| v.y] {
@@ -313,7 +308,7 @@ fn on_a_side(prover: &mut Prover<'_>, corners: [V; 3], [p, q, r]: [Term; 3], usi
     });
     using.push(none.at([u.x, u.y]));
     let place = prover.lemma("where it lies", |[a, b, c, p, q, r, k, s]| {
-        let (one, x, at) = (whole(1), q + r * k, a * p + b * q + c * r);
+        let (one, x, at) = (whole(1), q + r * k, p * a + q * b + r * c);
         let on = |from: Term, to: Term| equal(at, from + s * (to - from));
         let case = |guard: Fact, then: Fact| any([not(guard), then]);
         let flat = equal(c - a, k * (b - a));

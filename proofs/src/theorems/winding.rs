@@ -1,10 +1,10 @@
 //! Sides: crossings of a ray, the triangle, and why a clear motion changes no side.
 
-use keepout_kernel::exact::predicate::{ray_crosses, strictly_inside};
+use keepout_kernel::exact::predicate::{crosses_properly, ray_crosses, strictly_inside};
 
-use super::plane::{V, between_segments, share};
+use super::plane::{V, share, to_segment};
 use crate::smt::explore::{explore, outcome_is};
-use crate::smt::fact::{Fact, all, any, claim, equal, implies, less, not, same};
+use crate::smt::fact::{Fact, all, any, claim, equal, less, not, same};
 use crate::smt::prover::Prover;
 use crate::smt::run::Theorem;
 use crate::smt::symbolic::Symbolic;
@@ -59,42 +59,50 @@ pub const RING_PARITY: Theorem = Theorem {
         let [q, a, b] = ["q", "a", "b"].map(|name| p.other(name));
         // The ray sweeps over x when x lies to the right of the motion, at a height between its ends.
         let above = |x: V, p: V| less(p.y, x.y);
-        let swept = |x: V| {
-            let heights = odd(above(x, p), above(x, q));
-            all([heights, not(crosses(x, p, q)), not(is_on(x, p, q))])
+        let swept = |x: V, low: V, high: V| {
+            let right = less((high - low).cross(x - low), whole(0));
+            all([odd(above(x, p), above(x, q)), right])
         };
-        let [s, t] = ["s", "t"].map(Term::fresh);
-        let _ = (s, t);
         let touches = touching(p, q, a, b);
         let change = odd(crosses(p, a, b), crosses(q, a, b));
-        let corners = odd(swept(a), swept(b));
-        for (name, case) in [
-            ("up", less(p.y, q.y)),
-            ("down", less(q.y, p.y)),
-            ("level", equal(p.y, q.y)),
-        ] {
+        for (name, case, low, high) in
+            [("up", less(p.y, q.y), p, q), ("down", less(q.y, p.y), q, p), ("level", equal(p.y, q.y), p, q)]
+        {
+            let corners = odd(swept(a, low, high), swept(b, low, high));
             let given = [case, not(touches.clone())];
-            prover.prove(&format!("an edge and a motion that do not touch, {name}"), &claim(given, same(&change, &corners)));
+            let name = format!("an edge and a motion that do not touch, {name}");
+            prover.prove(&name, &claim(given, same(&change, &corners)));
         }
         let right = [less(a.x, p.x), less(b.x, p.x)];
         prover.prove("to the right of an edge", &claim(right, not(crosses(p, a, b))));
-        // That `touching` is what it says: a common point makes it true.
-        let meet = between_segments([p, q], [a, b], s, t).is_zero();
-        prover.prove("common point", &claim([share(s), share(t), meet.clone()], touches.clone()));
-        let _ = implies(meet, touches);
+        // Where segments touch they have a common point, and the distance is not more than any r.
+        let (x, u) = (q, b - a);
+        let (foot, definition) =
+            prover.define("foot", &[(not(equal(u.norm_2(), whole(0))), (x - a).dot(u), u.norm_2())]);
+        let on = all([is_on(x, a, b), not(equal(u.norm_2(), whole(0)))]);
+        let then = all([share(foot), to_segment(x, a, b, foot).is_zero()]);
+        prover.follows("an end on the other segment is a common point", &definition, &claim([on], then));
+        let on = all([is_on(x, a, b), equal(u.norm_2(), whole(0))]);
+        prover.prove("or on a segment of no length", &claim([on], x.is(a)));
+        let paths = explore(&[], &[], || {
+            let [p, q, a, b] = [p, q, a, b].map(V::place);
+            crosses_properly::<Symbolic>(p, q, a, b)
+        });
+        let is_crossing = same(&outcome_is(&paths, &true), &crossing(p, q, a, b));
+        prover.prove("crossing is what `crosses_properly` says", &claim([], is_crossing));
     },
 };
 
 /// Whether two segments have a common point, as orientations tell: an end of one on the other, or ends on either side.
 fn touching(p: V, q: V, a: V, b: V) -> Fact {
+    any([is_on(a, p, q), is_on(b, p, q), is_on(p, a, b), is_on(q, a, b), crossing(p, q, a, b)])
+}
+
+fn crossing(p: V, q: V, a: V, b: V) -> Fact {
     let side = |o: V, d: V, x: V| (d - o).cross(x - o);
     let opposite = |m: Term, n: Term| {
         let zero = whole(0);
         any([all([less(m, zero), less(zero, n)]), all([less(zero, m), less(n, zero)])])
     };
-    let crossing = all([
-        opposite(side(p, q, a), side(p, q, b)),
-        opposite(side(a, b, p), side(a, b, q)),
-    ]);
-    any([is_on(a, p, q), is_on(b, p, q), is_on(p, a, b), is_on(q, a, b), crossing])
+    all([opposite(side(p, q, a), side(p, q, b)), opposite(side(a, b, p), side(a, b, q))])
 }
