@@ -68,7 +68,9 @@ impl Prove {
         let settings = self.settings()?;
         let begin = Instant::now();
         let mut chosen: Vec<&'static str> = match &self.only {
-            Some(name) => THEOREMS.iter().map(|each| each.name).filter(|each| each.starts_with(name)).collect(),
+            Some(name) => {
+                THEOREMS.iter().map(|each| each.name).filter(|each| each.starts_with(name)).collect()
+            }
             None => THEOREMS.iter().map(|each| each.name).collect(),
         };
         if chosen.is_empty() {
@@ -89,7 +91,11 @@ impl Prove {
         print(&outcomes, &settings);
         let failed = outcomes.iter().filter(|outcome| !outcome.report.failures.is_empty()).count();
         let seconds = begin.elapsed().as_secs_f64();
-        println!("{} theorems: {} proved, {failed} failed, {seconds:.0} s", outcomes.len(), outcomes.len() - failed);
+        println!(
+            "{} theorems: {} proved, {failed} failed, {seconds:.0} s",
+            outcomes.len(),
+            outcomes.len() - failed
+        );
         if let Some(path) = &self.results {
             let rows: Vec<_> = outcomes.iter().map(|outcome| outcome.row(&settings)).collect();
             results::write(path, &rows).map_err(|source| ProveError::File { path: path.clone(), source })?;

@@ -249,13 +249,7 @@ impl Window {
 /// Whether the projection of `point − origin` on the direction of `along` exceeds `units`.
 #[must_use]
 pub fn ahead(origin: Point, point: Point, along: Segment, units: i8) -> bool {
-    predicate::ahead::<Product>(
-        origin.into(),
-        point.into(),
-        along.from.into(),
-        along.to.into(),
-        units,
-    )
+    predicate::ahead::<Product>(origin.into(), point.into(), along.from.into(), along.to.into(), units)
 }
 
 /// `|p − q|²` in square lattice units; at most 2^61.

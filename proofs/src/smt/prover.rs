@@ -333,7 +333,9 @@ impl<'a> Prover<'a> {
                 Answer::None(_) => self.report.undecided += 1,
                 opinion if opinion == *expected => self.report.agreed += 1,
                 opinion => {
-                    self.report.failures.push(format!("{name}: expected {expected}, {} says {opinion}", second.kind));
+                    self.report
+                        .failures
+                        .push(format!("{name}: expected {expected}, {} says {opinion}", second.kind));
                 }
             }
             self.report.second_time += begin.elapsed();

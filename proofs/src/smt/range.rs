@@ -70,7 +70,12 @@ impl Ranges {
         let given = [between(whole(-a), x, whole(a)), between(whole(-b), y, whole(b))];
         let most = self.magnitude(term);
         prover.bounded(&format!("{a} {sign} {b} is at most {most}"), &given, result, most);
-        prover.bounded(&format!("{most} fits {width:?}"), &[between(whole(-most), x, whole(most))], x, limit(width));
+        prover.bounded(
+            &format!("{most} fits {width:?}"),
+            &[between(whole(-most), x, whole(most))],
+            x,
+            limit(width),
+        );
     }
 
     fn quotient(&mut self, prover: &mut Prover<'_>, (a, b): (i128, i128), width: Width) {

@@ -6,8 +6,20 @@ use std::path::Path;
 
 /// Names of the fields, in order.
 pub const FIELDS: [&str; 14] = [
-    "theorem", "source", "result", "paths", "queries", "solver", "seconds", "second", "agreed", "undecided",
-    "second_seconds", "rests_on", "claim", "detail",
+    "theorem",
+    "source",
+    "result",
+    "paths",
+    "queries",
+    "solver",
+    "seconds",
+    "second",
+    "agreed",
+    "undecided",
+    "second_seconds",
+    "rests_on",
+    "claim",
+    "detail",
 ];
 
 /// One line.
@@ -50,8 +62,19 @@ impl Row {
         let [seconds, second_seconds] = [self.seconds, self.second_seconds].map(|s| format!("{s:.2}"));
         let text = |text: &str| text.replace(['\t', '\n'], " ");
         let fields = [
-            text(&self.theorem), text(&self.source), text(&self.result), paths, queries, text(&self.solver), seconds,
-            text(&self.second), agreed, undecided, second_seconds, text(&self.rests_on), text(&self.claim),
+            text(&self.theorem),
+            text(&self.source),
+            text(&self.result),
+            paths,
+            queries,
+            text(&self.solver),
+            seconds,
+            text(&self.second),
+            agreed,
+            undecided,
+            second_seconds,
+            text(&self.rests_on),
+            text(&self.claim),
             text(&self.detail),
         ];
         fields.join("\t")
@@ -60,8 +83,20 @@ impl Row {
     fn parse(line: &str) -> Option<Self> {
         let fields: Vec<&str> = line.split('\t').collect();
         let &[
-            theorem, source, result, paths, queries, solver, seconds, second, agreed, undecided, second_seconds,
-            rests_on, claim, detail,
+            theorem,
+            source,
+            result,
+            paths,
+            queries,
+            solver,
+            seconds,
+            second,
+            agreed,
+            undecided,
+            second_seconds,
+            rests_on,
+            claim,
+            detail,
         ] = fields.as_slice()
         else {
             return None;
@@ -109,7 +144,8 @@ pub fn read(path: &Path) -> io::Result<Vec<Row>> {
     let text = fs::read_to_string(path)?;
     let rows = text.lines().enumerate().skip(1);
     rows.map(|(number, line)| {
-        let wrong = || io::Error::new(io::ErrorKind::InvalidData, format!("line {} is no result", number + 1));
+        let wrong =
+            || io::Error::new(io::ErrorKind::InvalidData, format!("line {} is no result", number + 1));
         Row::parse(line).ok_or_else(wrong)
     })
     .collect()
@@ -122,9 +158,20 @@ mod tests {
     #[test]
     fn rows_come_back() {
         let row = Row {
-            theorem: "a".into(), source: "b".into(), result: "proved".into(), paths: 1, queries: 2,
-            solver: "z3 1".into(), seconds: 0.5, second: String::new(), agreed: 0, undecided: 3,
-            second_seconds: 0.25, rests_on: "c, d".into(), claim: "e".into(), detail: String::new(),
+            theorem: "a".into(),
+            source: "b".into(),
+            result: "proved".into(),
+            paths: 1,
+            queries: 2,
+            solver: "z3 1".into(),
+            seconds: 0.5,
+            second: String::new(),
+            agreed: 0,
+            undecided: 3,
+            second_seconds: 0.25,
+            rests_on: "c, d".into(),
+            claim: "e".into(),
+            detail: String::new(),
         };
         let path = std::env::temp_dir().join(format!("keepout-results-{}.tsv", std::process::id()));
         write(&path, std::slice::from_ref(&row)).unwrap();

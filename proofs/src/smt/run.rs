@@ -69,7 +69,8 @@ fn judge(outcomes: &mut [Outcome]) {
     let mut proved = BTreeSet::new();
     for outcome in outcomes {
         let report = &mut outcome.report;
-        let known = |contract: &&(&str, &str)| proved.contains(*contract) || report.proves.contains(*contract);
+        let known =
+            |contract: &&(&str, &str)| proved.contains(*contract) || report.proves.contains(*contract);
         if let Some((theorem, name)) = report.rests_on.iter().find(|contract| !known(contract)) {
             report.failures.push(format!("rests on \"{name}\" of {theorem}, which was not proved before"));
         }

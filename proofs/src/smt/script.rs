@@ -94,7 +94,7 @@ fn declare(text: &mut String, term: Term, arithmetic: Arithmetic, side: &mut Vec
             let (a, b) = (self::name(a), self::name(b));
             let _ = writeln!(text, "(declare-const {name} Real)");
             side.push(format!(
-                "(=> (and (>= {a} 0.0) (> {b} 0.0)) (and (<= (* {name} {b}) {a}) (< {a} (* (+ {name} 1.0) {b}))))"
+                "(=> (and (>= {a} 0.0) (> {b} 0.0)) (and (<= 0.0 {name}) (<= (* {name} {b}) {a}) (< {a} (* (+ {name} 1.0) {b}))))"
             ));
         }
     }

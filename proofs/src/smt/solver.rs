@@ -100,12 +100,14 @@ fn ways(kind: Kind) -> Vec<[Vec<String>; 2]> {
         [run, words(&[name, "--version"])]
     };
     let module = match kind {
-        Kind::Z3 => {
-            [words(&["python3", "-c", Z3_MODULE]), words(&["python3", "-c", "import z3; print(z3.get_version_string())"])]
-        }
-        Kind::Cvc5 => {
-            [words(&["python3", "-c", CVC5_MODULE]), words(&["python3", "-c", "import cvc5; print(cvc5.__version__)"])]
-        }
+        Kind::Z3 => [
+            words(&["python3", "-c", Z3_MODULE]),
+            words(&["python3", "-c", "import z3; print(z3.get_version_string())"]),
+        ],
+        Kind::Cvc5 => [
+            words(&["python3", "-c", CVC5_MODULE]),
+            words(&["python3", "-c", "import cvc5; print(cvc5.__version__)"]),
+        ],
     };
     let by_path = program(&kind.to_string());
     match (named, kind) {
@@ -131,6 +133,13 @@ impl Solver {
             return Ok(Self { kind, version, limit, command });
         }
         Err(Missing { kind })
+    }
+
+    /// A solver that is started so, whatever it is.
+    #[must_use]
+    pub fn of_command(kind: Kind, command: &[&str], limit: Duration) -> Self {
+        let command = command.iter().map(|&word| word.to_owned()).collect();
+        Self { kind, version: "unknown".to_owned(), limit, command }
     }
 
     /// Asks one question.

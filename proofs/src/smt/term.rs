@@ -21,7 +21,7 @@ pub enum Node {
     Difference(Term, Term),
     /// A product.
     Product(Term, Term),
-    /// `⌊a / b⌋`, of which only `q·b ≤ a < (q + 1)·b` is known, for `a ≥ 0` and `b > 0`.
+    /// `⌊a / b⌋`, of which only `0 ≤ q` and `q·b ≤ a < (q + 1)·b` is known, for `a ≥ 0` and `b > 0`.
     Quotient(Term, Term),
 }
 

@@ -79,10 +79,10 @@ const CHORD_DISTANCE: Contract<6, 0> = Contract {
         let on_chord = (a + (b - a).times(m)).norm_2();
         let least = whole(4) * square(rho - whole(2)) - (b - a).norm_2();
         let most = square(rho + whole(3));
-        claim([is_chord(a, b, rho), share(m)], all([
-            at_most(least, whole(4) * on_chord),
-            at_most(on_chord, most),
-        ]))
+        claim(
+            [is_chord(a, b, rho), share(m)],
+            all([at_most(least, whole(4) * on_chord), at_most(on_chord, most)]),
+        )
     },
 };
 
@@ -105,12 +105,8 @@ pub const CHORD_SLACK: Theorem = Theorem {
         let bounds = prover.lemma("of which the parts are bounded", |[a_2, b_2, length_2, rho, m]| {
             let rest = whole(1) - m;
             let mean = (rest * a_2 + m * b_2) - (m * rest) * length_2;
-            let given = [
-                share(m),
-                in_ring(a_2, rho, CORNERS),
-                in_ring(b_2, rho, CORNERS),
-                at_least_zero(length_2),
-            ];
+            let given =
+                [share(m), in_ring(a_2, rho, CORNERS), in_ring(b_2, rho, CORNERS), at_least_zero(length_2)];
             let least = whole(4) * square(rho - whole(2)) - length_2;
             claim(given, all([at_most(least, whole(4) * mean), at_most(mean, square(rho + whole(3)))]))
         });
@@ -143,12 +139,9 @@ pub const CHORD_SLACK: Theorem = Theorem {
         });
         // The curve's point lies at k times the chord's, and its distance is k·y.
         let x = k * y;
-        for (u, w) in [
-            ((rho - whole(2)) - sigma, y),
-            (y, rho + whole(3)),
-            (rho - whole(1), x),
-            (x, rho + whole(2)),
-        ] {
+        for (u, w) in
+            [((rho - whole(2)) - sigma, y), (y, rho + whole(3)), (rho - whole(1), x), (x, rho + whole(2))]
+        {
             using.push(roots.at([u, w]));
         }
         let curve = on_chord.times(k);
@@ -156,15 +149,14 @@ pub const CHORD_SLACK: Theorem = Theorem {
             let (p, given) = (v(x, y), equal(length * length, v(x, y).norm_2()));
             let apart = (p.times(k) - p).norm_2();
             let difference = k * length - length;
-            claim([given], all([
-                equal(apart, square(difference)),
-                equal(p.times(k).norm_2(), square(k * length)),
-            ]))
+            claim(
+                [given],
+                all([equal(apart, square(difference)), equal(p.times(k).norm_2(), square(k * length))]),
+            )
         });
         using.push(scaled.at([on_chord.x, on_chord.y, k, y]));
-        let product = prover.lemma("products", |[k, y]| {
-            claim([at_least_zero(k), at_least_zero(y)], at_least_zero(k * y))
-        });
+        let product = prover
+            .lemma("products", |[k, y]| claim([at_least_zero(k), at_least_zero(y)], at_least_zero(k * y)));
         using.push(product.at([k, y]));
         let bounded = prover.lemma("squares keep the order", |[d, most]| {
             claim([at_most(d, most), at_most(-d, most)], at_most(square(d), square(most)))
@@ -210,12 +202,14 @@ pub const SWEPT_RULES: Theorem = Theorem {
         let gap = (rho - whole(1)) - reach;
         let using = [step, squares.at([t, gap])];
         let [one, two] = sizes.clone();
-        let given = [one, two, on_curve.clone(), at_least_zero(reach), at_most(chord.norm_2(), square(reach))];
+        let given =
+            [one, two, on_curve.clone(), at_least_zero(reach), at_most(chord.norm_2(), square(reach))];
         prover.glue("inside", &using, &claim(given, far.clone()));
         // Outside.
         let reach = (rho + whole(2)) + t;
         let step = prover.by(&FARTHER, Fact::True, numbers(chord, curve, reach, rho + whole(2))).0;
-        let left = prover.fact("what is left", &claim([], equal(square(reach - (rho + whole(2))), square(t))));
+        let left =
+            prover.fact("what is left", &claim([], equal(square(reach - (rho + whole(2))), square(t))));
         let [one, two] = sizes.clone();
         let given = [one, two, on_curve, less(square(reach), chord.norm_2())];
         prover.glue("outside", &[step, left, turned.clone()], &claim(given, far.clone()));
@@ -249,9 +243,8 @@ pub const SWEPT_CORNER: Theorem = Theorem {
         let [p, from] = ["p", "from"].map(|name| origin.other(name));
         let to = from.other("to");
         let length = Term::fresh("length");
-        let paths = explore(&[], &[], || {
-            ahead::<Symbolic>(origin.place(), p.place(), from.place(), to.place(), 4)
-        });
+        let paths =
+            explore(&[], &[], || ahead::<Symbolic>(origin.place(), p.place(), from.place(), to.place(), 4));
         let is_length = all([at_least_zero(length), equal(square(length), (to - from).norm_2())]);
         prover.on_paths("ahead", &paths, |&yes| {
             let (along, reach) = ((p - origin).dot(to - from), whole(4) * length);
@@ -263,22 +256,26 @@ pub const SWEPT_CORNER: Theorem = Theorem {
         let curve = a.times(alpha) + b.times(beta);
         let (length, mut using) = prover.root("length", &[], e.norm_2());
         using.extend(at_most_five_quarters(prover, [a, b], [rho, alpha, beta]));
-        let reach = prover.lemma("the curve is at most 5 ahead of the centre", |[ax, ay, bx, by, ex, ey, p, q, length]| {
-            let (a, b, e) = (v(ax, ay), v(bx, by), v(ex, ey));
-            let given = [
-                at_least_zero(p),
-                at_least_zero(q),
-                at_most(whole(4) * (p + q), whole(5)),
-                at_least_zero(length),
-                at_most(a.dot(e), whole(4) * length),
-                at_most(b.dot(e), whole(4) * length),
-            ];
-            claim(given, at_most((a.times(p) + b.times(q)).dot(e), whole(5) * length))
-        });
+        let reach = prover.lemma(
+            "the curve is at most 5 ahead of the centre",
+            |[ax, ay, bx, by, ex, ey, p, q, length]| {
+                let (a, b, e) = (v(ax, ay), v(bx, by), v(ex, ey));
+                let given = [
+                    at_least_zero(p),
+                    at_least_zero(q),
+                    at_most(whole(4) * (p + q), whole(5)),
+                    at_least_zero(length),
+                    at_most(a.dot(e), whole(4) * length),
+                    at_most(b.dot(e), whole(4) * length),
+                ];
+                claim(given, at_most((a.times(p) + b.times(q)).dot(e), whole(5) * length))
+            },
+        );
         using.push(reach.at(terms(&[a, b, e], &[alpha, beta, length])));
         let behind = prover.lemma("the corner is at most 3 behind the centre", |[x, y, ex, ey, length]| {
             let (p, e) = (v(x, y), v(ex, ey));
-            let given = [at_most(p.norm_2(), whole(9)), at_least_zero(length), equal(length * length, e.norm_2())];
+            let given =
+                [at_most(p.norm_2(), whole(9)), at_least_zero(length), equal(length * length, e.norm_2())];
             claim(given, at_most(-(whole(3) * length), p.dot(e)))
         });
         using.push(behind.at(terms(&[corner, e], &[length])));
@@ -291,19 +288,7 @@ pub const SWEPT_CORNER: Theorem = Theorem {
             claim([at_least_zero(a), at_most(a, b)], at_most(square(a), square(b)))
         });
         using.push(squares.at([t + whole(9), (rho - whole(1)) - whole(3)]));
-        let passed = prover.lemma("a line 8 ahead at most is passed at a distance", |[x, y, ex, ey, length, way, t]| {
-            let (q, e) = (v(x, y), v(ex, ey));
-            let given = [
-                at_least_zero(t),
-                at_least_zero(way),
-                at_least_zero(length),
-                equal(length * length, e.norm_2()),
-                at_most(q.dot(e), whole(8) * length),
-                at_most(square(t + whole(9)), q.norm_2()),
-            ];
-            claim(given, less(square(t), (q - e.times(way)).norm_2()))
-        });
-        using.push(passed.at(terms(&[between, e], &[length, way, t])));
+        using.extend(passed(prover, (between, e), [length, way, t]));
         let on_line = corner + e.times(way);
         let distance = equal((between - e.times(way)).norm_2(), (curve - on_line).norm_2());
         using.push(prover.fact("the point of the chord", &claim([], distance)));
@@ -323,8 +308,34 @@ pub const SWEPT_CORNER: Theorem = Theorem {
     },
 };
 
+/// A line of direction e that is at most 8 ahead of q is passed at more than t, when q is at least t + 9 away.
+fn passed(prover: &mut Prover<'_>, (q, e): (V, V), [length, way, t]: [Term; 3]) -> [Instance; 3] {
+    let expanded = prover.lemma("the square of a difference", |[x, y, ex, ey, length, way]| {
+        let (q, e) = (v(x, y), v(ex, ey));
+        let squares = (q.norm_2() - whole(2) * (way * q.dot(e))) + square(way * length);
+        claim([equal(length * length, e.norm_2())], equal((q - e.times(way)).norm_2(), squares))
+    });
+    let ahead = prover.lemma("so many lengths ahead", |[way, along, length]| {
+        let given = [at_least_zero(way), at_most(along, whole(8) * length)];
+        claim(given, at_most(way * along, whole(8) * (way * length)))
+    });
+    let far = prover.lemma("at least t + 9, less 8", |[q_2, ahead, z, t]| {
+        let given = [at_least_zero(t), at_most(square(t + whole(9)), q_2), at_most(ahead, whole(8) * z)];
+        claim(given, less(square(t), (q_2 - whole(2) * ahead) + square(z)))
+    });
+    [
+        expanded.at(terms(&[q, e], &[length, way])),
+        ahead.at([way, q.dot(e), length]),
+        far.at([q.norm_2(), way * q.dot(e), way * length, t]),
+    ]
+}
+
 /// A curve point αa + βb has α + β ≤ 5/4.
-fn at_most_five_quarters(prover: &mut Prover<'_>, [a, b]: [V; 2], [rho, alpha, beta]: [Term; 3]) -> Vec<Instance> {
+fn at_most_five_quarters(
+    prover: &mut Prover<'_>,
+    [a, b]: [V; 2],
+    [rho, alpha, beta]: [Term; 3],
+) -> Vec<Instance> {
     let sum = alpha + beta;
     let some = positive(sum);
     let (m, mut using) = prover.define("m", &[(some.clone(), beta, sum), (not(some), whole(0), whole(1))]);
@@ -332,10 +343,8 @@ fn at_most_five_quarters(prover: &mut Prover<'_>, [a, b]: [V; 2], [rho, alpha, b
     using.push(prover.by(&CHORD_DISTANCE, Fact::True, terms(&[a, b], &[rho, m])).0);
     let part = prover.lemma("a part of two", |[p, q, m]| {
         let sum = p + q;
-        let defined = all([
-            any([not(positive(sum)), equal(m * sum, q)]),
-            any([positive(sum), equal(m, whole(0))]),
-        ]);
+        let defined =
+            all([any([not(positive(sum)), equal(m * sum, q)]), any([positive(sum), equal(m, whole(0))])]);
         claim([at_least_zero(p), at_least_zero(q), defined], share(m))
     });
     using.push(part.at([alpha, beta, m]));

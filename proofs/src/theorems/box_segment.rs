@@ -119,32 +119,42 @@ pub const BOX_MET: Theorem = Theorem {
             using.extend(definition);
             let (across, definition) = prover.define("across", &[(some, d.cross(w), determinant)]);
             using.extend(definition);
-            let meeting = prover.lemma("where a diagonal meets the line", |[fx, fy, gx, gy, ax, ay, bx, by, s, t]| {
-                let (from, to, a, b) = (v(fx, fy), v(gx, gy), v(ax, ay), v(bx, by));
-                let (d, w, u) = (to - from, from - a, b - a);
-                let (m, n) = (u.cross(from - a), u.cross(to - a));
-                let zero = whole(0);
-                let opposite = any([all([less(m, zero), less(zero, n)]), all([less(zero, m), less(n, zero)])]);
-                let given = [
-                    opposite,
-                    any([equal(d.cross(u), zero), equal(s * d.cross(u), u.cross(w))]),
-                    any([equal(d.cross(u), zero), equal(t * d.cross(u), d.cross(w))]),
-                ];
-                let inner = all([less(zero, s), less(s, whole(1))]);
-                let meets = between_segments([from, to], [a, b], s, t).is_zero();
-                let same = (a + u.times(t)).is(from + d.times(s));
-                claim(given, all([not(equal(d.cross(u), zero)), inner, meets, same]))
-            });
+            let meeting =
+                prover.lemma("where a diagonal meets the line", |[fx, fy, gx, gy, ax, ay, bx, by, s, t]| {
+                    let (from, to, a, b) = (v(fx, fy), v(gx, gy), v(ax, ay), v(bx, by));
+                    let (d, w, u) = (to - from, from - a, b - a);
+                    let (m, n) = (u.cross(from - a), u.cross(to - a));
+                    let zero = whole(0);
+                    let opposite =
+                        any([all([less(m, zero), less(zero, n)]), all([less(zero, m), less(n, zero)])]);
+                    let given = [
+                        opposite,
+                        any([equal(d.cross(u), zero), equal(s * d.cross(u), u.cross(w))]),
+                        any([equal(d.cross(u), zero), equal(t * d.cross(u), d.cross(w))]),
+                    ];
+                    let inner = all([less(zero, s), less(s, whole(1))]);
+                    let meets = between_segments([from, to], [a, b], s, t).is_zero();
+                    let same = (a + u.times(t)).is(from + d.times(s));
+                    claim(given, all([not(equal(d.cross(u), zero)), inner, meets, same]))
+                });
             using.push(meeting.at(terms(&[from, to, a, b], &[along, across])));
             let inside = prover.lemma("a diagonal is in the box", |[f, g, low, high, s]| {
-                let given = [share(s), any([all([equal(f, low), equal(g, high)]), all([equal(f, high), equal(g, low)])])];
-                claim([given[0].clone(), given[1].clone(), at_most(low, high)], between(low, f + s * (g - f), high))
+                let given = [
+                    share(s),
+                    any([all([equal(f, low), equal(g, high)]), all([equal(f, high), equal(g, low)])]),
+                ];
+                claim(
+                    [given[0].clone(), given[1].clone(), at_most(low, high)],
+                    between(low, f + s * (g - f), high),
+                )
             });
             using.push(inside.at([from.x, to.x, low.x, high.x, along]));
             using.push(inside.at([from.y, to.y, low.y, high.y, along]));
             strict(across, &mut using);
             using.push(
-                prover.by(&segments::NOT_CROSSING, flag.clone(), terms(&[from, to, a, b], &[along, across])).0,
+                prover
+                    .by(&segments::NOT_CROSSING, flag.clone(), terms(&[from, to, a, b], &[along, across]))
+                    .0,
             );
         }
         let cases: Vec<(Fact, Term, Term)> = (0..4)
@@ -204,25 +214,36 @@ pub const BOX_SLIDE: Theorem = Theorem {
             back.push(way);
         }
         let (x, y) = (back[0], back[1]);
-        let (way, definition) = prover.define("back", &[
-            (all([at_most(t, x), at_most(t, y)]), t, whole(1)),
-            (all([less(x, t), at_most(x, y)]), x, whole(1)),
-            (all([less(y, t), less(y, x)]), y, whole(1)),
-        ]);
+        let (way, definition) = prover.define(
+            "back",
+            &[
+                (all([at_most(t, x), at_most(t, y)]), t, whole(1)),
+                (all([less(x, t), at_most(x, y)]), x, whole(1)),
+                (all([less(y, t), less(y, x)]), y, whole(1)),
+            ],
+        );
         using.extend(definition);
-        let stays = prover.lemma("inside until the bound, and there on it", |[u, q, low, high, room, way, t]| {
-            let zero = whole(0);
-            let is_room = all([
-                any([not(less(zero, u)), equal(room * u, q - low)]),
-                any([not(less(u, zero)), equal(room * u, q - high)]),
-                any([not(equal(u, zero)), equal(room, whole(1))]),
-            ]);
-            let there = q - way * u;
-            let at_bound = any([equal(there, low), equal(there, high)]);
-            let given = [between(low, q, high), is_room, share(t), at_least_zero(way), at_most(way, room), at_most(way, t)];
-            let reached = any([less(way, room), not(less(way, t)), at_bound]);
-            claim(given, all([between(low, there, high), reached]))
-        });
+        let stays =
+            prover.lemma("inside until the bound, and there on it", |[u, q, low, high, room, way, t]| {
+                let zero = whole(0);
+                let is_room = all([
+                    any([not(less(zero, u)), equal(room * u, q - low)]),
+                    any([not(less(u, zero)), equal(room * u, q - high)]),
+                    any([not(equal(u, zero)), equal(room, whole(1))]),
+                ]);
+                let there = q - way * u;
+                let at_bound = any([equal(there, low), equal(there, high)]);
+                let given = [
+                    between(low, q, high),
+                    is_room,
+                    share(t),
+                    at_least_zero(way),
+                    at_most(way, room),
+                    at_most(way, t),
+                ];
+                let reached = any([less(way, room), not(less(way, t)), at_bound]);
+                claim(given, all([between(low, there, high), reached]))
+            });
         let roomy = prover.lemma("room is not negative", |[u, q, low, high, room]| {
             let zero = whole(0);
             let is_room = all([
@@ -236,7 +257,9 @@ pub const BOX_SLIDE: Theorem = Theorem {
             let apart = |q: Term, t: Term| q - (a + t * u);
             claim([], equal(apart(q - way * u, t - way), apart(q, t)))
         });
-        for (a, u, q, low, high, room) in [(a.x, u.x, q.x, low.x, high.x, x), (a.y, u.y, q.y, low.y, high.y, y)] {
+        for (a, u, q, low, high, room) in
+            [(a.x, u.x, q.x, low.x, high.x, x), (a.y, u.y, q.y, low.y, high.y, y)]
+        {
             using.push(stays.at([u, q, low, high, room, way, t]));
             using.push(roomy.at([u, q, low, high, room]));
             using.push(alike.at([a, u, q, way, t]));
@@ -260,11 +283,24 @@ const CLEAR: Contract<12, 0> = Contract {
     },
 };
 
+/// Near: some point of the box is.
+const NEAR: Contract<9, 3> = Contract {
+    theorem: BOX,
+    name: "near: some point of the box is within r of a point of the segment",
+    statement: |near, [lx, ly, hx, hy, ax, ay, bx, by, r], [qx, qy, t]| {
+        let (low, high, a, b) = (v(lx, ly), v(hx, hy), v(ax, ay), v(bx, by));
+        let q = v(qx, qy);
+        let distance_2 = (q - (a + (b - a).times(t))).norm_2();
+        let given = [near, at_least_zero(r), is_ordered(low, high)];
+        claim(given, all([q.is_in(low, high), share(t), at_most(distance_2, square(r))]))
+    },
+};
+
 /// Box–segment.
 pub const BOX_SEGMENT: Theorem = Theorem {
     name: BOX,
     source: "predicate::box_segment",
-    claim: "clear only when no point of the closed box is within r of a point of the segment, for r ≥ 0",
+    claim: "near exactly when a point of the closed box is within r of a point of the segment, for r ≥ 0",
     proof: |prover| {
         let low = V::unknown("low");
         let [high, a, q] = ["high", "a", "q"].map(|name| low.other(name));
@@ -301,6 +337,8 @@ pub const BOX_SEGMENT: Theorem = Theorem {
         let positive = prover.lemma("a square", |[r]| claim([], at_least_zero(square(r))));
         using.push(positive.at([r]));
         prover.by_parts(&CLEAR, &paths, terms(&[low, high, a, b], &[r, q.x, q.y, t]), ([], &using));
+        let (found, using) = question.found(prover);
+        prover.by_parts(&NEAR, &paths, terms(&[low, high, a, b], &[r]), (found, &using));
     },
 };
 
@@ -327,17 +365,84 @@ impl BoxQuestion {
         using.push(prover.by(&point_segment::CLEAR, question, numbers).0);
     }
 
+    /// The points that the parts found near: one of the box, and the share of one of the segment.
+    fn found(&self, prover: &mut Prover<'_>) -> ([Term; 3], Vec<Instance>) {
+        let Self { low, high, a, b, r } = *self;
+        let places = corners(low, high);
+        let mut using = Vec::new();
+        let mut candidates: Vec<(Fact, V, Term)> = Vec::new();
+        for (end, t) in [(a, whole(0)), (b, whole(1))] {
+            let numbers = terms(&[low, high, end], &[r]);
+            let question = answer(Part::BoxPoint, &numbers);
+            let (found, [x, y]) = prover.by(&boxes::NEAR, question.clone(), numbers);
+            let apart = v(x, y) - (a + (b - a).times(t));
+            let same = claim([], equal(apart.norm_2(), (v(x, y) - end).norm_2()));
+            using.extend([found, prover.fact("an end", &same)]);
+            candidates.push((question, v(x, y), t));
+        }
+        for corner in places {
+            let numbers = terms(&[corner, a, b], &[r]);
+            let question = answer(Part::PointSegment, &numbers);
+            let (found, [t]) = prover.by(&point_segment::NEAR, question.clone(), numbers);
+            let apart = corner - (a + (b - a).times(t));
+            let same = claim([], equal(apart.norm_2(), to_segment(corner, a, b, t).norm_2()));
+            using.extend([found, prover.fact("a corner", &same)]);
+            candidates.push((question, corner, t));
+        }
+        for (i, question) in diagonals(low, high, a, b).into_iter().enumerate() {
+            let (from, to) = (places[i], places[i + 2]);
+            let (found, [s, t]) =
+                prover.by(&segments::CROSSING, question.clone(), terms(&[from, to, a, b], &[]));
+            let meet = from + (to - from).times(s);
+            let apart = meet - (a + (b - a).times(t));
+            let zero = between_segments([from, to], [a, b], s, t).is_zero();
+            let same = claim([zero], at_most(apart.norm_2(), square(r)));
+            let inside = prover.lemma("a diagonal is in the box, from low", |[low, high, s]| {
+                let there = |f: Term, g: Term| between(low, f + s * (g - f), high);
+                claim([share(s), at_most(low, high)], all([there(low, high), there(high, low)]))
+            });
+            using.extend([found, prover.fact("a common point", &same)]);
+            using.extend([inside.at([low.x, high.x, s]), inside.at([low.y, high.y, s])]);
+            candidates.push((question, meet, t));
+        }
+        let mut pick = |name: &str, of: &dyn Fn(&(Fact, V, Term)) -> Term| {
+            let cases: Vec<_> = (0..candidates.len())
+                .map(|i| {
+                    let before = candidates[..i].iter().map(|candidate| not(candidate.0.clone()));
+                    (all(before.chain([candidates[i].0.clone()])), of(&candidates[i]), whole(1))
+                })
+                .collect();
+            let (number, definition) = prover.define(name, &cases);
+            using.extend(definition);
+            number
+        };
+        let (x, y, t) = (pick("x", &|each| each.1.x), pick("y", &|each| each.1.y), pick("t", &|each| each.2));
+        let distance_2 = |q: V, t: Term| (q - (a + (b - a).times(t))).norm_2();
+        for (_, q, share) in &candidates {
+            let given = [v(x, y).is(*q), equal(t, *share)];
+            let then = equal(distance_2(v(x, y), t), distance_2(*q, *share));
+            using.push(prover.fact("equal points, equal distances", &claim(given, then)));
+        }
+        ([x, y, t], using)
+    }
+
     /// The moved point lies on this side of the box, at a share `s`: an end of the side or of the segment is as near, or they
     /// cross, and then the segment meets the box.
-    fn side(&self, prover: &mut Prover<'_>, [f, g]: [V; 2], (moved, m): (V, Term), using: &mut Vec<Instance>) {
+    fn side(
+        &self,
+        prover: &mut Prover<'_>,
+        [f, g]: [V; 2],
+        (moved, m): (V, Term),
+        using: &mut Vec<Instance>,
+    ) {
         let Self { low, high, a, b, .. } = *self;
         let upright = f.x == g.x;
         let axis = |p: V| if upright { p.y } else { p.x };
         let flat = equal(axis(f), axis(g));
-        let (s, definition) = prover.define("s", &[
-            (not(flat.clone()), axis(moved) - axis(f), axis(g) - axis(f)),
-            (flat, whole(0), whole(1)),
-        ]);
+        let (s, definition) = prover.define(
+            "s",
+            &[(not(flat.clone()), axis(moved) - axis(f), axis(g) - axis(f)), (flat, whole(0), whole(1))],
+        );
         using.extend(definition);
         let share_of = prover.lemma("the share on a side", |[f, g, c, s, low, high]| {
             let of = any([all([equal(f, low), equal(g, high)]), all([equal(f, high), equal(g, low)])]);
@@ -370,10 +475,13 @@ impl BoxQuestion {
                 equal(between_segments([f, g], [a, b], s, m).norm_2(), apart.norm_2())
             }),
         );
-        let level = prover.fact("a side along an axis", &claim([], {
-            let other = |p: V| if upright { p.x } else { p.y };
-            equal(other(at(s)), other(f))
-        }));
+        let level = prover.fact(
+            "a side along an axis",
+            &claim([], {
+                let other = |p: V| if upright { p.x } else { p.y };
+                equal(other(at(s)), other(f))
+            }),
+        );
         using.extend([same, level]);
         // Ends: corners of the box, and ends of the segment.
         let distance_2 = between_segments([f, g], [a, b], s1, t1).norm_2();
@@ -394,9 +502,8 @@ impl BoxQuestion {
         let [one, other] = diagonals(low, high, a, b);
         let (meets, [s3]) = prover.by(&MEETS, any([one, other]), terms(&[low, high, a, b], &[t2]));
         using.push(meets);
-        let nothing = prover.lemma("no way", |[x, y]| {
-            claim([v(x, y).is_zero()], equal(v(x, y).norm_2(), whole(0)))
-        });
+        let nothing =
+            prover.lemma("no way", |[x, y]| claim([v(x, y).is_zero()], equal(v(x, y).norm_2(), whole(0))));
         for corner in corners(low, high) {
             self.corner(prover, corner, s3, using);
             let way = to_segment(corner, a, b, s3);

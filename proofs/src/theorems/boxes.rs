@@ -52,11 +52,14 @@ pub const BOX_POINT: Theorem = Theorem {
         prover.contract(&CLEAR, &paths, numbers, ([], &[]));
         let mut using = Vec::new();
         let mut clamped = |low: Term, high: Term, c: Term| {
-            let (foot, definition) = prover.define("foot", &[
-                (less(c, low), low, whole(1)),
-                (all([at_most(low, c), less(high, c)]), high, whole(1)),
-                (between(low, c, high), c, whole(1)),
-            ]);
+            let (foot, definition) = prover.define(
+                "foot",
+                &[
+                    (less(c, low), low, whole(1)),
+                    (all([at_most(low, c), less(high, c)]), high, whole(1)),
+                    (between(low, c, high), c, whole(1)),
+                ],
+            );
             using.extend(definition);
             foot
         };
@@ -75,9 +78,7 @@ pub const BESIDE: Theorem = Theorem {
     proof: |prover| {
         let low = V::unknown("low");
         let [high, p, q, x] = ["high", "p", "q", "x"].map(|name| low.other(name));
-        let paths = explore(&[], &[], || {
-            beside::<Symbolic>(low.place(), high.place(), p.place(), q.place())
-        });
+        let paths = explore(&[], &[], || beside::<Symbolic>(low.place(), high.place(), p.place(), q.place()));
         // Products of a component with what lies between.
         let term = prover.lemma("a product is between those of the bounds", |[d, low, c, high]| {
             let least = any([at_most(d * low, d * c), at_most(d * high, d * c)]);
@@ -94,10 +95,18 @@ pub const BESIDE: Theorem = Theorem {
             let off_line = not(equal(d.x * (x.y - p.y) - d.y * (x.x - p.x), whole(0)));
             claim([inside, beside.into()], off_line)
         });
-        let grown = prover.lemma("what is within T of a box is in the box grown by T", |[x, y, t, dx, dy, lx, hx]| {
-            let given = [between(lx, x, hx), at_least_zero(t), at_most(v(dx, dy).norm_2(), square(t)), equal(y, x + dx)];
-            claim(given, between(lx - t, y, hx + t))
-        });
+        let grown = prover.lemma(
+            "what is within T of a box is in the box grown by T",
+            |[x, y, t, dx, dy, lx, hx]| {
+                let given = [
+                    between(lx, x, hx),
+                    at_least_zero(t),
+                    at_most(v(dx, dy).norm_2(), square(t)),
+                    equal(y, x + dx),
+                ];
+                claim(given, between(lx - t, y, hx + t))
+            },
+        );
         let _ = grown;
         prover.lemma("points of the motion are on its line", |[px, py, qx, qy, t]| {
             let (p, d) = (v(px, py), v(qx, qy) - v(px, py));
@@ -138,12 +147,14 @@ pub const PRUNING: Theorem = Theorem {
             claim(given, all(of_chord.map(|(order, meets)| any([not(order), meets]))))
         });
         prover.lemma("what meets a part of a box meets the box", |[low, high, inner, upper, least, most]| {
-            let given = [at_most(low, inner), at_most(upper, high), at_most(inner, most), at_most(least, upper)];
+            let given =
+                [at_most(low, inner), at_most(upper, high), at_most(inner, most), at_most(least, upper)];
             claim(given, all([at_most(low, most), at_most(least, high)]))
         });
         prover.lemma("a triangle's point is in its box", |[a, b, c, p, q, r, low, high]| {
             let bounds = all([a, b, c].map(|corner| between(low, corner, high)));
-            let weights = all([at_least_zero(p), at_least_zero(q), at_least_zero(r), equal(p + q + r, whole(1))]);
+            let weights =
+                all([at_least_zero(p), at_least_zero(q), at_least_zero(r), equal(p + q + r, whole(1))]);
             claim([bounds, weights], between(low, a * p + b * q + c * r, high))
         });
     },
@@ -157,7 +168,8 @@ pub const CONVEX: Theorem = Theorem {
     proof: |prover| {
         let mean = prover.lemma("a mean of two short vectors is short", |[x, y, z, w, r, m]| {
             let (a, b) = (v(x, y), v(z, w));
-            let given = [share(m), at_least_zero(r), at_most(a.norm_2(), square(r)), at_most(b.norm_2(), square(r))];
+            let given =
+                [share(m), at_least_zero(r), at_most(a.norm_2(), square(r)), at_most(b.norm_2(), square(r))];
             claim(given, at_most((a + (b - a).times(m)).norm_2(), square(r)))
         });
         let (a, p) = (V::unknown("a"), V::unknown("p"));
@@ -168,7 +180,8 @@ pub const CONVEX: Theorem = Theorem {
         let share_there = s + (t - s) * m;
         let between_them = first + (second - first).times(m);
         let there = to_segment(at, a, b, share_there);
-        let same = prover.fact("the mean of the ways is the way of the mean", &claim([], between_them.is(there)));
+        let same =
+            prover.fact("the mean of the ways is the way of the mean", &claim([], between_them.is(there)));
         let stays = prover.lemma("a mean of shares", |[s, t, m]| {
             claim([share(s), share(t), share(m)], share(s + (t - s) * m))
         });

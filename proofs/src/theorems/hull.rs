@@ -31,7 +31,8 @@ pub const CONVEX_SET: Theorem = Theorem {
         let given = vec![one(&from), one(&to)];
         prover.prove("and add up to one", &Claim { given, then: one(&mixed) });
         let at = |weights: &[Term]| {
-            let parts: Vec<Term> = weights.iter().zip(&places).map(|(&weight, &place)| weight * place).collect();
+            let parts: Vec<Term> =
+                weights.iter().zip(&places).map(|(&weight, &place)| weight * place).collect();
             total(&parts)
         };
         let there = at(&from) + way * (at(&to) - at(&from));
@@ -63,10 +64,10 @@ pub const FANS_COVER: Theorem = Theorem {
             claim(given, at_least_zero(y + first * (x - y)))
         });
         prover.lemma("a side that is passed is reached on the way", |[y, x, way]| {
-            claim([at_least_zero(y), less(x, whole(0)), equal(way * (y - x), y)], all([
-                share(way),
-                equal(y + way * (x - y), whole(0)),
-            ]))
+            claim(
+                [at_least_zero(y), less(x, whole(0)), equal(way * (y - x), y)],
+                all([share(way), equal(y + way * (x - y), whole(0))]),
+            )
         });
         prover.lemma("and has a place of its own", |[y, x]| {
             claim([at_least_zero(y), less(x, whole(0))], not(equal(y - x, whole(0))))
@@ -82,17 +83,25 @@ pub const FANS_COVER: Theorem = Theorem {
         let distinct = prover.fact("corners that turn are distinct", &distinct);
         let on_line = prover.lemma("a point of a line", |[ux, uy, wx, wy, s]| {
             let (u, w) = (v(ux, uy), v(wx, wy));
-            let given = [equal(u.cross(w), whole(0)), not(equal(u.norm_2(), whole(0))), equal(s * u.norm_2(), u.dot(w))];
+            let given = [
+                equal(u.cross(w), whole(0)),
+                not(equal(u.norm_2(), whole(0))),
+                equal(s * u.norm_2(), u.dot(w)),
+            ];
             claim(given, w.is(u.times(s)))
         });
         let w = p - a;
-        let linear = prover.lemma("the next sides see how far along it is", |[gx, gy, ux, uy, hx, hy, wx, wy, s]| {
-            // From a: the corner before is g, the one after b is h, the point is w = s·u.
-            let (g, u, h, w) = (v(gx, gy), v(ux, uy), v(hx, hy), v(wx, wy));
-            let before = equal((v(whole(0), whole(0)) - g).cross(w - g), s * (v(whole(0), whole(0)) - g).cross(u - g));
-            let after = equal((h - u).cross(w - u), (whole(1) - s) * u.cross(h));
-            claim([w.is(u.times(s))], all([before, after]))
-        });
+        let linear =
+            prover.lemma("the next sides see how far along it is", |[gx, gy, ux, uy, hx, hy, wx, wy, s]| {
+                // From a: the corner before is g, the one after b is h, the point is w = s·u.
+                let (g, u, h, w) = (v(gx, gy), v(ux, uy), v(hx, hy), v(wx, wy));
+                let before = equal(
+                    (v(whole(0), whole(0)) - g).cross(w - g),
+                    s * (v(whole(0), whole(0)) - g).cross(u - g),
+                );
+                let after = equal((h - u).cross(w - u), (whole(1) - s) * u.cross(h));
+                claim([w.is(u.times(s))], all([before, after]))
+            });
         let relative = |x: V| x - a;
         let origin = v(whole(0), whole(0));
         let (g0, h0) = (relative(g), relative(h));

@@ -10,9 +10,12 @@ mod overflow;
 mod plane;
 mod point_segment;
 mod recedes;
+mod ring;
 mod segments;
 mod triangle;
 mod winding;
+
+pub use overflow::prove as no_overflow_up_to;
 
 use crate::smt::run::Theorem;
 
@@ -34,6 +37,8 @@ pub const THEOREMS: &[Theorem] = &[
     boxes::BESIDE,
     boxes::PRUNING,
     boxes::CONVEX,
+    ring::TOUCHES,
+    ring::FOLDS_BACK,
     winding::TRIANGLE_PARITY,
     winding::RING_PARITY,
     recedes::RECEDES,

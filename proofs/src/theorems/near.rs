@@ -20,7 +20,12 @@ pub const FARTHER: Contract<6, 0> = Contract {
     name: "longer than p, and at most z: more than p − z apart",
     statement: |_, [px, py, zx, zy, p, z], []| {
         let (long, short) = (v(px, py), v(zx, zy));
-        let given = [at_least_zero(z), at_most(z, p), less(square(p), long.norm_2()), at_most(short.norm_2(), square(z))];
+        let given = [
+            at_least_zero(z),
+            at_most(z, p),
+            less(square(p), long.norm_2()),
+            at_most(short.norm_2(), square(z)),
+        ];
         claim(given, less(square(p - z), difference(long, short)))
     },
 };
@@ -31,8 +36,12 @@ pub const LONGER: Contract<6, 0> = Contract {
     name: "at least p, and at most z: at least p − z apart",
     statement: |_, [px, py, zx, zy, p, z], []| {
         let (long, short) = (v(px, py), v(zx, zy));
-        let given =
-            [at_least_zero(z), at_most(z, p), at_most(square(p), long.norm_2()), at_most(short.norm_2(), square(z))];
+        let given = [
+            at_least_zero(z),
+            at_most(z, p),
+            at_most(square(p), long.norm_2()),
+            at_most(short.norm_2(), square(z)),
+        ];
         claim(given, at_most(square(p - z), difference(long, short)))
     },
 };
@@ -55,7 +64,8 @@ pub const TRIANGLE_INEQUALITY: Theorem = Theorem {
         });
         using.push(cauchy.at(terms(&[long, short], &[x, y])));
         let dot = prover.lemma("so a product is at most that of the lengths", |[dot, cross, x, y]| {
-            let given = [at_least_zero(x), at_least_zero(y), equal(square(x * y), square(dot) + square(cross))];
+            let given =
+                [at_least_zero(x), at_least_zero(y), equal(square(x * y), square(dot) + square(cross))];
             claim(given, at_most(dot, x * y))
         });
         using.push(dot.at([long.dot(short), long.cross(short), x, y]));
@@ -66,11 +76,25 @@ pub const TRIANGLE_INEQUALITY: Theorem = Theorem {
         });
         using.push(apart.at(terms(&[long, short], &[x, y])));
         let strict = prover.lemma("more than p, at most z", |[p, z, x, y]| {
-            let given = [at_least_zero(x), at_least_zero(y), at_least_zero(z), at_most(z, p), less(square(p), x * x), at_most(y * y, square(z))];
+            let given = [
+                at_least_zero(x),
+                at_least_zero(y),
+                at_least_zero(z),
+                at_most(z, p),
+                less(square(p), x * x),
+                at_most(y * y, square(z)),
+            ];
             claim(given, less(square(p - z), square(x - y)))
         });
         let weak = prover.lemma("at least p, at most z", |[p, z, x, y]| {
-            let given = [at_least_zero(x), at_least_zero(y), at_least_zero(z), at_most(z, p), at_most(square(p), x * x), at_most(y * y, square(z))];
+            let given = [
+                at_least_zero(x),
+                at_least_zero(y),
+                at_least_zero(z),
+                at_most(z, p),
+                at_most(square(p), x * x),
+                at_most(y * y, square(z)),
+            ];
             claim(given, at_most(square(p - z), square(x - y)))
         });
         using.extend([strict.at([p, z, x, y]), weak.at([p, z, x, y])]);
@@ -91,12 +115,14 @@ pub const ROUNDING: Theorem = Theorem {
             let half = |d: Term| all([at_most(whole(-1), whole(2) * d), at_most(whole(2) * d, whole(1))]);
             claim([half(dx), half(dy)], less(v(dx, dy).norm_2(), whole(1)))
         });
-        let jensen = prover.lemma("the square of a mean is at most the mean of the squares", |[x, y, z, p, q, r]| {
-            let weights = [at_least_zero(p), at_least_zero(q), at_least_zero(r), equal(p + q + r, whole(1))];
-            let mean = (p * x + q * y) + r * z;
-            let squares = (p * square(x) + q * square(y)) + r * square(z);
-            claim(weights, at_most(square(mean), squares))
-        });
+        let jensen =
+            prover.lemma("the square of a mean is at most the mean of the squares", |[x, y, z, p, q, r]| {
+                let weights =
+                    [at_least_zero(p), at_least_zero(q), at_least_zero(r), equal(p + q + r, whole(1))];
+                let mean = (p * x + q * y) + r * z;
+                let squares = (p * square(x) + q * square(y)) + r * square(z);
+                claim(weights, at_most(square(mean), squares))
+            });
         let weighted = prover.lemma("a mean of lengths of at most 1", |[a, b, c, p, q, r]| {
             let weights = [at_least_zero(p), at_least_zero(q), at_least_zero(r), equal(p + q + r, whole(1))];
             let short = all([a, b, c].map(|square| at_most(square, whole(1))));
@@ -135,8 +161,13 @@ pub const ROUNDING: Theorem = Theorem {
         let step = prover.by(&FARTHER, Fact::True, terms(&[point, shift], &[reach, whole(1)])).0;
         let left = prover.fact("what is left", &claim([], equal(square(reach - whole(1)), square(r))));
         let one = prover.fact("one", &claim([], equal(square(whole(1)), whole(1))));
-        let given = [at_least_zero(r), less(square(reach), point.norm_2()), at_most(shift.norm_2(), whole(1))];
-        prover.glue("so the distance shrinks by at most 1", &[step, left, one], &claim(given, less(square(r), difference(point, shift))));
+        let given =
+            [at_least_zero(r), less(square(reach), point.norm_2()), at_most(shift.norm_2(), whole(1))];
+        prover.glue(
+            "so the distance shrinks by at most 1",
+            &[step, left, one],
+            &claim(given, less(square(r), difference(point, shift))),
+        );
     },
 };
 
@@ -153,7 +184,8 @@ pub const NEAR_LIST: Theorem = Theorem {
         let step = prover.by(&FARTHER, Fact::True, terms(&[far, near], &[reach + slack, over])).0;
         let left = claim([], equal(square((reach + slack) - over), square(threshold + slack)));
         let left = prover.fact("what is left", &left);
-        let same = prover.fact("by way of the anchor", &claim([], equal(difference(far, near), difference(place, point))));
+        let same = prover
+            .fact("by way of the anchor", &claim([], equal(difference(far, near), difference(place, point))));
         let given = [
             at_least_zero(over),
             at_least_zero(threshold),
@@ -186,9 +218,8 @@ pub const CLIP: Theorem = Theorem {
             let of = |b: V, s: Term| between_segments([a, b], [c, d], s, t).norm_2();
             claim([], equal(of(end, s), of(b, part * s)))
         });
-        let stays = prover.lemma("a product of shares", |[part, s]| {
-            claim([share(part), share(s)], share(part * s))
-        });
+        let stays =
+            prover.lemma("a product of shares", |[part, s]| claim([share(part), share(s)], share(part * s)));
         let using: [Instance; 4] =
             [found, clear, same.at(terms(&[a, b, c, d], &[part, s, t])), stays.at([part, s])];
         let given = vec![at_least_zero(r), share(part), not(question(b))];

@@ -2,8 +2,8 @@
 
 use keepout_kernel::exact::lattice::COORD_MAX;
 use keepout_kernel::exact::predicate::{
-    ahead, beside, box_point, box_segment, crosses_properly, on_ring, orientation, point_point, point_segment,
-    ray_crosses, recedes, sagitta, segment_segment, strictly_inside, triangle_segment,
+    ahead, beside, box_point, box_segment, crosses_properly, on_ring, orientation, point_point,
+    point_segment, ray_crosses, recedes, sagitta, segment_segment, strictly_inside, triangle_segment,
 };
 
 use super::plane::V;
@@ -44,8 +44,13 @@ pub fn prove(prover: &mut Prover<'_>, limit: i128) {
     ranges.set(r.0, limit);
     // A squared distance of two points.
     ranges.set(length_2, 8 * limit * limit);
-    let parts =
-        [Part::PointSegment, Part::SegmentSegment, Part::CrossesProperly, Part::StrictlyInside, Part::BoxPoint];
+    let parts = [
+        Part::PointSegment,
+        Part::SegmentSegment,
+        Part::CrossesProperly,
+        Part::StrictlyInside,
+        Part::BoxPoint,
+    ];
     let ordered = [(a.x.0, b.x.0), (a.y.0, b.y.0)];
     let mut count = 0;
     count += explore(&[], &[], || orientation::<Symbolic>(a, b, c)).len();

@@ -49,11 +49,14 @@ pub const POINT_SEGMENT: Theorem = Theorem {
         // The nearest point: an end, or the foot of the perpendicular.
         let (along, length_2) = ((p - a).dot(b - a), (b - a).norm_2());
         let (before, past) = (at_most(along, whole(0)), at_most(length_2, along));
-        let (foot, definition) = prover.define("foot", &[
-            (before, whole(0), whole(1)),
-            (all([positive(along), past]), whole(1), whole(1)),
-            (all([positive(along), less(along, length_2)]), along, length_2),
-        ]);
+        let (foot, definition) = prover.define(
+            "foot",
+            &[
+                (before, whole(0), whole(1)),
+                (all([positive(along), past]), whole(1), whole(1)),
+                (all([positive(along), less(along, length_2)]), along, length_2),
+            ],
+        );
         prover.contract(&NEAR, &paths, [p.x, p.y, a.x, a.y, b.x, b.y, r], ([foot], &definition));
     },
 };

@@ -20,16 +20,17 @@ pub const RECEDES: Theorem = Theorem {
         let p = V::unknown("p");
         let [q, a] = ["q", "a"].map(|name| p.other(name));
         let b = a.other("b");
-        let paths = explore(&[], &[], || {
-            recedes::<Symbolic>(p.place(), q.place(), a.place(), b.place())
-        });
+        let paths = explore(&[], &[], || recedes::<Symbolic>(p.place(), q.place(), a.place(), b.place()));
         let (along, length_2) = ((p - a).dot(b - a), (b - a).norm_2());
         let (before, past) = (at_most(along, whole(0)), at_most(length_2, along));
-        let (foot, mut using) = prover.define("foot", &[
-            (before, whole(0), whole(1)),
-            (all([positive(along), past]), whole(1), whole(1)),
-            (all([positive(along), less(along, length_2)]), along, length_2),
-        ]);
+        let (foot, mut using) = prover.define(
+            "foot",
+            &[
+                (before, whole(0), whole(1)),
+                (all([positive(along), past]), whole(1), whole(1)),
+                (all([positive(along), less(along, length_2)]), along, length_2),
+            ],
+        );
         // From the nearest point of the segment to p, and from any point of it.
         let nearest = a + (b - a).times(foot);
         let n = p - nearest;

@@ -144,13 +144,15 @@ pub const SEGMENT_ENDS: Theorem = Theorem {
         using.push(prover.by(&NOT_CROSSING, crosses.clone(), numbers([ab, cd], &meet)).0);
         let crossed = toward_meeting(prover, lines, [s, t], meet, &mut using);
         let slid = along_parallels(prover, lines, [s, t], &mut using);
-        let of = |i: usize| [(not(parallel.clone()), crossed[i], whole(1)), (parallel.clone(), slid[i], whole(1))];
+        let of =
+            |i: usize| [(not(parallel.clone()), crossed[i], whole(1)), (parallel.clone(), slid[i], whole(1))];
         let (s1, definition) = prover.define("s1", &of(0));
         using.extend(definition);
         let (t1, definition) = prover.define("t1", &of(1));
         using.extend(definition);
         let same = prover.lemma("equal shares, equal distances", |[wx, wy, ux, uy, vx, vy, s, t, s1, t1]| {
-            let distance_2 = |s, t| between_lines(vector(wx, wy), vector(ux, uy), vector(vx, vy), s, t).norm_2();
+            let distance_2 =
+                |s, t| between_lines(vector(wx, wy), vector(ux, uy), vector(vx, vy), s, t).norm_2();
             claim([equal(s, s1), equal(t, t1)], equal(distance_2(s, t), distance_2(s1, t1)))
         });
         let (w, u, v) = lines;
@@ -177,9 +179,8 @@ fn toward_meeting(
     });
     using.push(cramer.at([w.x, w.y, u.x, u.y, v.x, v.y, s0, t0]));
     let mut ways = Vec::new();
-    let bounds = prover.lemma("the way out is a share", |[s, s0, way]| {
-        claim([share(s), is_exit([s, s0, way])], share(way))
-    });
+    let bounds = prover
+        .lemma("the way out is a share", |[s, s0, way]| claim([share(s), is_exit([s, s0, way])], share(way)));
     let stays = prover.lemma("before the way out one is inside", |[s, s0, way, part]| {
         let given = [share(s), is_exit([s, s0, way]), at_most(whole(0), part), at_most(part, way)];
         claim(given, share(moved(s, s0, part)))
@@ -196,8 +197,8 @@ fn toward_meeting(
         ways.push((s, s0, way));
     }
     let (one, other) = (ways[0].2, ways[1].2);
-    let (part, definition) = prover
-        .define("part", &[(at_most(one, other), one, whole(1)), (less(other, one), other, whole(1))]);
+    let (part, definition) =
+        prover.define("part", &[(at_most(one, other), one, whole(1)), (less(other, one), other, whole(1))]);
     using.extend(definition);
     for (s, s0, way) in ways {
         using.push(stays.at([s, s0, way, part]));
@@ -240,23 +241,25 @@ fn along_parallels(
     let before = all([not(point.clone()), less(rest, zero), turns.clone()]);
     let past = all([not(point.clone()), less(one, rest), turns]);
     let within = all([not(point.clone()), share(rest)]);
-    let (s1, definition) = prover.define("slid s", &[
-        (point.clone(), zero, one),
-        (within.clone(), rest, one),
-        (before.clone(), zero, one),
-        (past.clone(), one, one),
-    ]);
+    let (s1, definition) = prover.define(
+        "slid s",
+        &[
+            (point.clone(), zero, one),
+            (within.clone(), rest, one),
+            (before.clone(), zero, one),
+            (past.clone(), one, one),
+        ],
+    );
     using.extend(definition);
-    let (t1, definition) = prover.define("slid t", &[
-        (point, t, one),
-        (within, zero, one),
-        (before, k * t - s, k),
-        (past, (k * t - s) + one, k),
-    ]);
+    let (t1, definition) = prover.define(
+        "slid t",
+        &[(point, t, one), (within, zero, one), (before, k * t - s, k), (past, (k * t - s) + one, k)],
+    );
     using.extend(definition);
     let multiple = prover.lemma("parallels are multiples", |[ux, uy, vx, vy, k]| {
         let (u, v) = (vector(ux, uy), vector(vx, vy));
-        let given = [equal(u.cross(v), whole(0)), not(equal(u.norm_2(), whole(0))), equal(k * u.norm_2(), u.dot(v))];
+        let given =
+            [equal(u.cross(v), whole(0)), not(equal(u.norm_2(), whole(0))), equal(k * u.norm_2(), u.dot(v))];
         claim(given, v.is(u.times(k)))
     });
     using.push(multiple.at([u.x, u.y, v.x, v.y, k]));
@@ -279,9 +282,8 @@ fn along_parallels(
     for (w, u, v) in [(w.x, u.x, v.x), (w.y, u.y, v.y)] {
         using.push(still.at([w, u, v, s, t, s1, t1]));
     }
-    let product = prover.lemma("nothing slides nothing", |[k, t1]| {
-        claim([equal(t1, whole(0))], equal(k * t1, whole(0)))
-    });
+    let product = prover
+        .lemma("nothing slides nothing", |[k, t1]| claim([equal(t1, whole(0))], equal(k * t1, whole(0))));
     using.push(product.at([k, t1]));
     let turned = prover.lemma("product turned", |[k, t1]| claim([], equal(k * t1, t1 * k)));
     using.push(turned.at([k, t1]));
@@ -350,13 +352,16 @@ pub const SEGMENT_SEGMENT: Theorem = Theorem {
         let (mut clear, mut near) = (vec![nearer], vec![crossing]);
         let mut candidates = vec![(crosses, s2, t2)];
         // Each end: the point, the segment, and the shares at which the segments' difference is from one to the other.
-        for (p, [q, e], at, is_first) in [(c, ab, 0, true), (d, ab, 1, true), (a, cd, 0, false), (b, cd, 1, false)] {
+        for (p, [q, e], at, is_first) in
+            [(c, ab, 0, true), (d, ab, 1, true), (a, cd, 0, false), (b, cd, 1, false)]
+        {
             let arguments = [p.x, p.y, q.x, q.y, e.x, e.y, r];
             let question = answer(Part::PointSegment, &arguments);
             let shares = |free: Term| if is_first { (free, whole(at)) } else { (whole(at), free) };
             let free = if is_first { s1 } else { t1 };
             let [px, py, qx, qy, ex, ey, r] = arguments;
-            let (far, []) = prover.by(&point_segment::CLEAR, question.clone(), [px, py, qx, qy, ex, ey, r, free]);
+            let (far, []) =
+                prover.by(&point_segment::CLEAR, question.clone(), [px, py, qx, qy, ex, ey, r, free]);
             let (found, [foot]) = prover.by(&point_segment::NEAR, question.clone(), arguments);
             clear.push(far);
             near.push(found);
@@ -406,7 +411,12 @@ fn end_distance(
     prover.fact("the distance from an end", &claim([], then))
 }
 
-fn substituted(prover: &mut Prover<'_>, [ab, cd]: [[V; 2]; 2], [s, t]: [Term; 2], [s0, t0]: [Term; 2]) -> Instance {
+fn substituted(
+    prover: &mut Prover<'_>,
+    [ab, cd]: [[V; 2]; 2],
+    [s, t]: [Term; 2],
+    [s0, t0]: [Term; 2],
+) -> Instance {
     let distance_2 = |s, t| between_segments(ab, cd, s, t).norm_2();
     let then = equal(distance_2(s, t), distance_2(s0, t0));
     prover.fact("equal shares, equal distances", &claim([equal(s, s0), equal(t, t0)], then))

@@ -99,9 +99,8 @@ pub const STRICTLY_INSIDE: Theorem = Theorem {
         let corners = unknown_corners();
         let [a, b, c] = corners;
         let p = a.other("p");
-        let paths = explore(&[], &[], || {
-            strictly_inside::<Symbolic>(p.place(), a.place(), b.place(), c.place())
-        });
+        let paths =
+            explore(&[], &[], || strictly_inside::<Symbolic>(p.place(), a.place(), b.place(), c.place()));
         let (weights, definition) = weights_of(prover, p, corners);
         prover.contract(&IS_INSIDE, &paths, terms(&[p, a, b, c], &[]), (weights, &definition));
         // Any weights of the point: it is where they put it.
@@ -156,8 +155,8 @@ pub const TRIANGLE_EXIT: Theorem = Theorem {
         let through = until_a_side(prover, corners, (target, inside.clone()), weights, &mut using);
         let lying = on_a_side(prover, corners, weights, &mut using);
         let mut both = |name: &str, a: Term, b: Term| {
-            let (number, definition) = prover
-                .define(name, &[(not(flat.clone()), a, whole(1)), (flat.clone(), b, whole(1))]);
+            let (number, definition) =
+                prover.define(name, &[(not(flat.clone()), a, whole(1)), (flat.clone(), b, whole(1))]);
             using.extend(definition);
             number
         };
@@ -221,11 +220,14 @@ fn until_a_side(
         way
     });
     let [p, q, r] = ways;
-    let (part, definition) = prover.define("part", &[
-        (all([at_most(p, q), at_most(p, r)]), p, whole(1)),
-        (all([less(q, p), at_most(q, r)]), q, whole(1)),
-        (all([less(r, p), less(r, q)]), r, whole(1)),
-    ]);
+    let (part, definition) = prover.define(
+        "part",
+        &[
+            (all([at_most(p, q), at_most(p, r)]), p, whole(1)),
+            (all([less(q, p), at_most(q, r)]), q, whole(1)),
+            (all([less(r, p), less(r, q)]), r, whole(1)),
+        ],
+    );
     using.extend(definition);
     let now: [Term; 3] = std::array::from_fn(|i| weights[i] + part * (goal[i] - weights[i]));
     for i in 0..3 {
@@ -241,11 +243,14 @@ fn until_a_side(
     using.push(sum.at([p, q, r, x, y, z, part]));
     // The share of the side whose opposite weight is zero.
     let zero = |i: usize| equal(now[i], whole(0));
-    let (s, definition) = prover.define("s", &[
-        (zero(2), now[1], whole(1)),
-        (all([not(zero(2)), zero(0)]), now[2], whole(1)),
-        (all([not(zero(2)), not(zero(0)), zero(1)]), now[0], whole(1)),
-    ]);
+    let (s, definition) = prover.define(
+        "s",
+        &[
+            (zero(2), now[1], whole(1)),
+            (all([not(zero(2)), zero(0)]), now[2], whole(1)),
+            (all([not(zero(2)), not(zero(0)), zero(1)]), now[0], whole(1)),
+        ],
+    );
     using.extend(definition);
     let side = prover.lemma("a weight of zero is a side", |[a, b, c, p, q, r, t, x, y, z, part, s]| {
         let (from, now) = (p * a + q * b + r * c, |p: Term, x: Term| p + part * (x - p));
@@ -265,7 +270,12 @@ fn until_a_side(
 }
 
 /// A flat triangle is the union of its sides: the share on that side where the point lies.
-fn on_a_side(prover: &mut Prover<'_>, corners: [V; 3], [p, q, r]: [Term; 3], using: &mut Vec<Instance>) -> Term {
+fn on_a_side(
+    prover: &mut Prover<'_>,
+    corners: [V; 3],
+    [p, q, r]: [Term; 3],
+    using: &mut Vec<Instance>,
+) -> Term {
     let (zero, one) = (whole(0), whole(1));
     let (u, w) = (corners[1] - corners[0], corners[2] - corners[0]);
     let point = equal(u.norm_2(), zero);
@@ -274,12 +284,15 @@ fn on_a_side(prover: &mut Prover<'_>, corners: [V; 3], [p, q, r]: [Term; 3], usi
     // From the first corner the second lies at 1, the third at k, and the point at x.
     let x = q + r * k;
     let guard = |fact: Fact| all([not(point.clone()), fact]);
-    let (s, definition) = prover.define("s", &[
-        (point.clone(), one - r, one),
-        (guard(all([at_most(zero, k), at_most(k, one)])), x, one),
-        (guard(less(one, k)), k - x, k),
-        (guard(less(k, zero)), one - x, one - k),
-    ]);
+    let (s, definition) = prover.define(
+        "s",
+        &[
+            (point.clone(), one - r, one),
+            (guard(all([at_most(zero, k), at_most(k, one)])), x, one),
+            (guard(less(one, k)), k - x, k),
+            (guard(less(k, zero)), one - x, one - k),
+        ],
+    );
     using.extend(definition);
     let lemma = prover.lemma("a point of a flat triangle lies on a side", |[p, q, r, k, s]| {
         let (zero, one) = (whole(0), whole(1));
@@ -295,11 +308,8 @@ fn on_a_side(prover: &mut Prover<'_>, corners: [V; 3], [p, q, r]: [Term; 3], usi
     using.push(lemma.at([p, q, r, k, s]));
     let multiple = prover.lemma("the third corner of a flat triangle", |[ux, uy, wx, wy, k]| {
         let (u, w) = (v(ux, uy), v(wx, wy));
-        let given = [
-            equal(u.cross(w), whole(0)),
-            not(equal(u.norm_2(), whole(0))),
-            equal(k * u.norm_2(), u.dot(w)),
-        ];
+        let given =
+            [equal(u.cross(w), whole(0)), not(equal(u.norm_2(), whole(0))), equal(k * u.norm_2(), u.dot(w))];
         claim(given, w.is(u.times(k)))
     });
     using.push(multiple.at([u.x, u.y, w.x, w.y, k]));
@@ -347,7 +357,10 @@ pub const NEAR: Contract<11, 4> = Contract {
         let corners = [v(ax, ay), v(bx, by), v(cx, cy)];
         let other = v(dx, dy) + (v(ex, ey) - v(dx, dy)).times(t);
         let distance_2 = (weighted(corners, [p, q, s]) - other).norm_2();
-        claim([near, at_least_zero(r)], all([are_weights([p, q, s]), share(t), at_most(distance_2, square(r))]))
+        claim(
+            [near, at_least_zero(r)],
+            all([are_weights([p, q, s]), share(t), at_most(distance_2, square(r))]),
+        )
     },
 };
 
@@ -369,7 +382,8 @@ pub const TRIANGLE_SEGMENT: Theorem = Theorem {
         let sides: [[Term; 9]; 3] =
             std::array::from_fn(|i| terms(&[corners[i], corners[(i + 1) % 3], d, e], &[r]));
         let near_side = |i: usize| answer(Part::SegmentSegment, &sides[i]);
-        let is_inside = |p: V| answer(Part::StrictlyInside, &terms::<8>(&[p, corners[0], corners[1], corners[2]], &[]));
+        let is_inside =
+            |p: V| answer(Part::StrictlyInside, &terms::<8>(&[p, corners[0], corners[1], corners[2]], &[]));
         let triple = |p: V| [p, corners[0], corners[1], corners[2]];
 
         // Clear. From a point of the triangle toward one of the segment, and from there toward its beginning.
@@ -400,24 +414,30 @@ pub const TRIANGLE_SEGMENT: Theorem = Theorem {
             using.push(prover.by(&segments::CLEAR, near_side(i), pair(s, t)).0);
             using.push(prover.by(&segments::CLEAR, near_side(i), pair(s2, t2)).0);
             let (a, b) = (corners[i], corners[(i + 1) % 3]);
-            let side = prover.lemma("a point of a side as segments see it", |[ax, ay, bx, by, dx, dy, ex, ey, s, t, x, y]| {
-                let (a, b, d, e) = (v(ax, ay), v(bx, by), v(dx, dy), v(ex, ey));
-                let difference = between_segments([a, b], [d, e], s, t);
-                let other = d + (e - d).times(t);
-                let given = [v(x, y).is(a + (b - a).times(s))];
-                claim(given, equal(difference.norm_2(), (v(x, y) - other).norm_2()))
-            });
+            let side = prover.lemma(
+                "a point of a side as segments see it",
+                |[ax, ay, bx, by, dx, dy, ex, ey, s, t, x, y]| {
+                    let (a, b, d, e) = (v(ax, ay), v(bx, by), v(dx, dy), v(ex, ey));
+                    let difference = between_segments([a, b], [d, e], s, t);
+                    let other = d + (e - d).times(t);
+                    let given = [v(x, y).is(a + (b - a).times(s))];
+                    claim(given, equal(difference.norm_2(), (v(x, y) - other).norm_2()))
+                },
+            );
             using.push(side.at(terms(&[a, b, d, e], &[s, t, there.x, there.y])));
-            let touch = prover.lemma("a common point of side and segment", |[ax, ay, bx, by, dx, dy, ex, ey, s, t, back, mx, my]| {
-                let (a, b, d, e, mean) = (v(ax, ay), v(bx, by), v(dx, dy), v(ex, ey), v(mx, my));
-                let at = t * (whole(1) - back);
-                let difference = between_segments([a, b], [d, e], s, at);
-                let given = [
-                    mean.is(d + (e - d).times(t)),
-                    (mean + (d - mean).times(back)).is(a + (b - a).times(s)),
-                ];
-                claim(given, equal(difference.norm_2(), whole(0)))
-            });
+            let touch = prover.lemma(
+                "a common point of side and segment",
+                |[ax, ay, bx, by, dx, dy, ex, ey, s, t, back, mx, my]| {
+                    let (a, b, d, e, mean) = (v(ax, ay), v(bx, by), v(dx, dy), v(ex, ey), v(mx, my));
+                    let at = t * (whole(1) - back);
+                    let difference = between_segments([a, b], [d, e], s, at);
+                    let given = [
+                        mean.is(d + (e - d).times(t)),
+                        (mean + (d - mean).times(back)).is(a + (b - a).times(s)),
+                    ];
+                    claim(given, equal(difference.norm_2(), whole(0)))
+                },
+            );
             using.push(touch.at(terms(&[a, b, d, e], &[s2, t, back, mean.x, mean.y])));
         }
         let squares = prover.lemma("a square", |[r]| claim([], at_least_zero(square(r))));
@@ -427,7 +447,8 @@ pub const TRIANGLE_SEGMENT: Theorem = Theorem {
             claim([all(facts)], are_weights([p, q, r]))
         });
         using.push(weak.at(inner));
-        let numbers = terms(&[corners[0], corners[1], corners[2], d, e], &[r, weights[0], weights[1], weights[2], t]);
+        let numbers =
+            terms(&[corners[0], corners[1], corners[2], d, e], &[r, weights[0], weights[1], weights[2], t]);
         prover.by_parts(&CLEAR, &paths, numbers, ([], &using));
 
         // Near. A point of a side, or the beginning of the segment.
@@ -464,7 +485,8 @@ pub const TRIANGLE_SEGMENT: Theorem = Theorem {
         };
         let weights: [Term; 3] = std::array::from_fn(|k| pick("weight", &|i| candidates[i].1[k]));
         let t = pick("t", &|i| candidates[i].2);
-        let distance_2 = |weights: [Term; 3], t: Term| (weighted(corners, weights) - (d + (e - d).times(t))).norm_2();
+        let distance_2 =
+            |weights: [Term; 3], t: Term| (weighted(corners, weights) - (d + (e - d).times(t))).norm_2();
         for (_, w, t0) in &candidates {
             let given = vec![weights[0], weights[1], weights[2], t].into_iter().zip([w[0], w[1], w[2], *t0]);
             let equal_numbers: Vec<Fact> = given.map(|(a, b)| equal(a, b)).collect();

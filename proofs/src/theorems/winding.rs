@@ -37,9 +37,8 @@ pub const TRIANGLE_PARITY: Theorem = Theorem {
         let p = V::unknown("p");
         let [a, b, c] = ["a", "b", "c"].map(|name| p.other(name));
         let count = odd(odd(crosses(p, a, b), crosses(p, b, c)), crosses(p, c, a));
-        let paths = explore(&[], &[], || {
-            strictly_inside::<Symbolic>(p.place(), a.place(), b.place(), c.place())
-        });
+        let paths =
+            explore(&[], &[], || strictly_inside::<Symbolic>(p.place(), a.place(), b.place(), c.place()));
         let on_side = any([is_on(p, a, b), is_on(p, b, c), is_on(p, c, a)]);
         prover.on_paths("parity", &paths, |&inside| {
             let then = if inside { count.clone() } else { not(count.clone()) };
