@@ -266,7 +266,12 @@ impl<'a> Prover<'a> {
         for (i, (guard, dividend, divisor)) in cases.iter().enumerate() {
             let title = format!("{name} is defined, case {}", i + 1);
             if *divisor != whole(1) {
-                self.refute(&title, &[guard.clone()], &not(equal(*divisor, whole(0))), Arithmetic::Whole);
+                self.refute(
+                    &title,
+                    std::slice::from_ref(guard),
+                    &not(equal(*divisor, whole(0))),
+                    Arithmetic::Whole,
+                );
             }
             for (other, ..) in &cases[..i] {
                 self.refute(&title, &[guard.clone(), other.clone()], &Fact::False, Arithmetic::Whole);

@@ -30,7 +30,10 @@ pub struct Outcome {
     pub report: Report,
 }
 
-/// Proves the theorems on two threads; `done` sees each when it is through.
+/// Proves the theorems, one on each core at a time; `done` sees each when it is through.
+///
+/// # Panics
+/// When a proof does.
 pub fn run(theorems: &[Theorem], settings: &Settings, done: impl Fn(&Outcome) + Sync) -> Vec<Outcome> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let next = AtomicUsize::new(0);

@@ -38,6 +38,9 @@ thread_local! {
 
 impl Term {
     /// The term of this node, the same for equal nodes.
+    ///
+    /// # Panics
+    /// At 2^32 terms.
     #[must_use]
     pub fn of(node: Node) -> Self {
         ARENA.with_borrow_mut(|arena| {

@@ -1,9 +1,12 @@
 //! What is proved of the trusted core by solvers.
 
 mod arcs;
+mod box_met;
 mod box_segment;
 mod boxes;
+mod crossing;
 mod hull;
+mod inside;
 mod near;
 mod orientation;
 mod overflow;
@@ -11,8 +14,10 @@ mod plane;
 mod point_segment;
 mod recedes;
 mod ring;
+mod segment_ends;
 mod segments;
 mod triangle;
+mod triangle_exit;
 mod winding;
 
 pub use overflow::prove as no_overflow_up_to;
@@ -24,15 +29,15 @@ pub const THEOREMS: &[Theorem] = &[
     orientation::ORIENTATION,
     orientation::POINT_POINT,
     point_segment::POINT_SEGMENT,
-    segments::CROSSES_PROPERLY,
-    segments::SEGMENT_ENDS,
+    crossing::CROSSES_PROPERLY,
+    segment_ends::SEGMENT_ENDS,
     segments::SEGMENT_SEGMENT,
-    triangle::STRICTLY_INSIDE,
-    triangle::TRIANGLE_EXIT,
+    inside::STRICTLY_INSIDE,
+    triangle_exit::TRIANGLE_EXIT,
     triangle::TRIANGLE_SEGMENT,
     boxes::BOX_POINT,
-    box_segment::BOX_MET,
-    box_segment::BOX_SLIDE,
+    box_met::BOX_MET,
+    box_met::BOX_SLIDE,
     box_segment::BOX_SEGMENT,
     boxes::BESIDE,
     boxes::PRUNING,
