@@ -64,9 +64,15 @@ fn false_claims_and_empty_ones_are_no_theorems() {
     let Some(settings) = settings() else { return };
     let of = |proof: fn(&mut Prover<'_>)| report(&settings, proof).failures.len();
     let [true_claim, strict, empty]: [fn(&mut Prover<'_>); 3] = [
-        |prover| { prover.lemma("true", |[x]| claim([], at_most(whole(0), square(x)))); },
-        |prover| { prover.lemma("strict", |[x]| claim([], less(whole(0), square(x)))); },
-        |prover| { prover.lemma("empty", |[x]| claim([less(x, x)], equal(x, whole(7)))); },
+        |prover| {
+            prover.lemma("true", |[x]| claim([], at_most(whole(0), square(x))));
+        },
+        |prover| {
+            prover.lemma("strict", |[x]| claim([], less(whole(0), square(x))));
+        },
+        |prover| {
+            prover.lemma("empty", |[x]| claim([less(x, x)], equal(x, whole(7))));
+        },
     ];
     assert_eq!([of(true_claim), of(strict), of(empty)], [0, 1, 1]);
     let example: fn(&mut Prover<'_>) =
@@ -90,7 +96,9 @@ fn nothing_rests_on_what_was_not_proved() {
     let Some(settings) = settings() else { return };
     let theorem = |name, proof| Theorem { name, source: "", claim: "", proof };
     let theorems = [
-        theorem("first", |prover| { prover.lemma("true", |[x]| claim([], equal(x, x)))); },
+        theorem("first", |prover| {
+            prover.lemma("true", |[x]| claim([], equal(x, x)));
+        }),
         theorem("second", |prover| {
             let x = Term::fresh("x");
             let (instance, []) = prover.by(&UNPROVED, Fact::True, [x]);
