@@ -10,6 +10,7 @@ mod inside;
 mod near;
 mod orientation;
 mod overflow;
+mod pieces;
 mod plane;
 mod point_segment;
 mod recedes;
@@ -51,6 +52,7 @@ pub const THEOREMS: &[Theorem] = &[
     arcs::ON_RING,
     arcs::SAGITTA,
     arcs::CHORD_SLACK,
+    pieces::SWEPT_PIECES,
     arcs::SWEPT_RULES,
     arcs::SWEPT_CORNER,
     near::ROUNDING,
