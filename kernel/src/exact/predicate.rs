@@ -104,8 +104,8 @@ pub fn crosses_properly<L: Lattice>(a: Site<L>, b: Site<L>, c: Site<L>, d: Site<
     let opposite = |s, t| {
         matches!((s, t), (Orientation::Left, Orientation::Right) | (Orientation::Right, Orientation::Left))
     };
-    opposite(L::orientation(a, b, c), L::orientation(a, b, d))
-        && opposite(L::orientation(c, d, a), L::orientation(c, d, b))
+    opposite(orientation::<L>(a, b, c), orientation::<L>(a, b, d))
+        && opposite(orientation::<L>(c, d, a), orientation::<L>(c, d, b))
 }
 
 /// Whether the segments `a b` and `c d` come within `r` of each other.
@@ -130,8 +130,8 @@ pub fn segment_segment<L: Lattice>(
 /// Whether `p` lies strictly inside the triangle `a b c`, of either orientation.
 #[inline(always)]
 pub fn strictly_inside<L: Lattice>(p: Site<L>, a: Site<L>, b: Site<L>, c: Site<L>) -> bool {
-    let first = L::orientation(a, b, p);
-    first != Orientation::On && first == L::orientation(b, c, p) && first == L::orientation(c, a, p)
+    let first = orientation::<L>(a, b, p);
+    first != Orientation::On && first == orientation::<L>(b, c, p) && first == orientation::<L>(c, a, p)
 }
 
 /// Whether the filled triangle `a b c` and the segment `d e` come within `r` of each other.
@@ -144,9 +144,9 @@ pub fn triangle_segment<L: Lattice>(
     e: Site<L>,
     r: L::Linear,
 ) -> Proximity {
-    let sides_clear = L::segment_segment(a, b, d, e, r).is_clear()
-        && L::segment_segment(b, c, d, e, r).is_clear()
-        && L::segment_segment(c, a, d, e, r).is_clear();
+    let sides_clear = L::segment_segment([a, b], [d, e], r).is_clear()
+        && L::segment_segment([b, c], [d, e], r).is_clear()
+        && L::segment_segment([c, a], [d, e], r).is_clear();
     Proximity::near_if(!sides_clear || L::strictly_inside(d, a, b, c))
 }
 
@@ -161,7 +161,7 @@ where
         return false;
     }
     let (low, high) = if a.y > p.y { (b, a) } else { (a, b) };
-    L::orientation(low, high, p) == Orientation::Left
+    orientation::<L>(low, high, p) == Orientation::Left
 }
 
 /// Whether the closed box from `low` to `high` (`low ≤ high` in both coordinates) comes within `r` of `p`.
@@ -209,7 +209,7 @@ pub fn recedes<L: Lattice>(p: Site<L>, q: Site<L>, a: Site<L>, b: Site<L>) -> bo
         return away_from(b);
     }
     let growth = L::compare(cross::<L>(a, b, q), cross::<L>(a, b, p));
-    match L::orientation(a, b, p) {
+    match orientation::<L>(a, b, p) {
         Orientation::Left => growth != Ordering::Less,
         Orientation::Right => growth != Ordering::Greater,
         Orientation::On => true,

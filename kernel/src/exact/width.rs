@@ -5,7 +5,7 @@
 
 use core::cmp::Ordering;
 
-use super::predicate::{self, Orientation, Proximity, Site};
+use super::predicate::{self, Proximity, Site};
 
 /// A coordinate has magnitude at most `2^COORD_BITS`.
 pub const COORD_BITS: u32 = 29;
@@ -26,15 +26,12 @@ const fn widths_hold(bits: u32, linear: u32, area: u32, volume: u32) -> bool {
 const _: () = assert!(widths_hold(COORD_BITS, i32::BITS, i64::BITS, i128::BITS));
 const _: () = assert!(widths_hold(NARROW_COORD_BITS, i8::BITS, i16::BITS, i32::BITS));
 
-#[cfg(not(feature = "symbolic"))]
-mod sealed {
-    pub trait Sealed {}
-}
-
 /// The seal of [`Lattice`], open to the proofs, which run the predicates on symbolic numbers.
 #[cfg(feature = "symbolic")]
-pub mod sealed {
-    /// Numbers that the proofs vouch for.
+pub use sealed::Sealed;
+
+mod sealed {
+    /// Numbers that this crate vouches for.
     pub trait Sealed {}
 }
 
@@ -73,12 +70,7 @@ pub trait Lattice: sealed::Sealed + Copy {
     /// `factor · (c − origin)`, where `|c| ≤ 2^31` may lie beyond the lattice: below `2^62`, and the sum of two `2^63`.
     fn moment(factor: Self::Linear, c: Self::Linear, origin: Self::Linear) -> Self::Area;
 
-    /// [`predicate::orientation`], as part of another predicate. A proof may put in place of such a part what is proved of it.
-    #[inline(always)]
-    fn orientation(a: Site<Self>, b: Site<Self>, c: Site<Self>) -> Orientation {
-        predicate::orientation(a, b, c)
-    }
-    /// [`predicate::point_segment`], as part of another predicate.
+    /// [`predicate::point_segment`], as part of another predicate. A proof may put in place of such a part what is proved of it.
     #[inline(always)]
     fn point_segment(p: Site<Self>, a: Site<Self>, b: Site<Self>, r: Self::Linear) -> Proximity {
         predicate::point_segment(p, a, b, r)
@@ -90,13 +82,7 @@ pub trait Lattice: sealed::Sealed + Copy {
     }
     /// [`predicate::segment_segment`], as part of another predicate.
     #[inline(always)]
-    fn segment_segment(
-        a: Site<Self>,
-        b: Site<Self>,
-        c: Site<Self>,
-        d: Site<Self>,
-        r: Self::Linear,
-    ) -> Proximity {
+    fn segment_segment([a, b]: [Site<Self>; 2], [c, d]: [Site<Self>; 2], r: Self::Linear) -> Proximity {
         predicate::segment_segment(a, b, c, d, r)
     }
     /// [`predicate::strictly_inside`], as part of another predicate.

@@ -3,8 +3,8 @@
 use std::cell::RefCell;
 use std::cmp::Ordering;
 
-use keepout_kernel::exact::predicate::{self, Orientation, Proximity, Site};
-use keepout_kernel::exact::width::{Lattice, sealed::Sealed};
+use keepout_kernel::exact::predicate::{self, Proximity, Site};
+use keepout_kernel::exact::width::{Lattice, Sealed};
 
 use super::explore::{Part, ask, is_closed, is_less, order};
 use super::term::{Node, Term, whole};
@@ -130,9 +130,6 @@ impl Lattice for Symbolic {
         record(factor.0 * record(c.0 - origin.0, Width::Area), Width::Area)
     }
 
-    fn orientation(a: Place, b: Place, c: Place) -> Orientation {
-        predicate::orientation(a, b, c)
-    }
     fn point_segment(p: Place, a: Place, b: Place, r: Scalar) -> Proximity {
         if is_closed(Part::PointSegment) {
             return proximity(ask(Part::PointSegment, &arguments([p, a, b], Some(r))));
@@ -145,7 +142,7 @@ impl Lattice for Symbolic {
         }
         predicate::crosses_properly(a, b, c, d)
     }
-    fn segment_segment(a: Place, b: Place, c: Place, d: Place, r: Scalar) -> Proximity {
+    fn segment_segment([a, b]: [Place; 2], [c, d]: [Place; 2], r: Scalar) -> Proximity {
         if is_closed(Part::SegmentSegment) {
             return proximity(ask(Part::SegmentSegment, &arguments([a, b, c, d], Some(r))));
         }
