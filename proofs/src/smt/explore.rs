@@ -1,6 +1,6 @@
 //! Runs a predicate once for each way through it.
 //!
-//! The predicate runs on [`Scalar`]s. Where it compares two of them the explorer answers, remembers the answer as a
+//! The predicate runs on symbolic numbers. Where it compares two of them the explorer answers, remembers the answer as a
 //! condition of the path, and runs the predicate again until every answer has been given. What is known of a comparison is
 //! never contradicted on the same path.
 
