@@ -1,5 +1,6 @@
 //! How steering feels, in figures: response, speed, walls, corners, letting go. On the simulated GRBL machine at 115200 baud, with
-//! a millisecond each way, 200 mm/s and 1000 mm/s².
+//! a millisecond each way, 200 mm/s and 1000 mm/s². Each judgement is made of a trace, and must object to the same trace with a fault
+//! planted in it.
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 use std::time::Duration;
@@ -19,8 +20,13 @@ const REACH: f64 = 3.2115;
 const SPEED: f64 = 200.0;
 const ACCELERATION: f64 = 1000.0;
 
-/// The true places of the tool, seconds since the script began and mm.
-fn steered(start: (f64, f64), script: &str) -> Vec<(f64, (f64, f64))> {
+/// True places of the tool: seconds since the script began, and mm.
+type Trace = Vec<(f64, (f64, f64))>;
+/// What is wrong with how it felt.
+type Judgement = Result<(), String>;
+
+/// What the tool did.
+fn steered(start: (f64, f64), script: &str) -> Trace {
     let plan = Order::default().plan("l", L.as_bytes(), &MachineProfile::simulated(), &mut |_| {}).unwrap();
     let machine = MachineProfile { repeatability_mm: 0.0, ..MachineProfile::simulated() };
     let run = SimRun {
@@ -75,73 +81,129 @@ fn speed(places: &[(f64, (f64, f64))], from: f64, to: f64) -> f64 {
     way(at(places, from), at(places, to)) / (to - from)
 }
 
+fn expect(wanted: bool, otherwise: impl FnOnce() -> String) -> Judgement {
+    if wanted { Ok(()) } else { Err(otherwise()) }
+}
+
+/// Half deflection in a direction, from 0.5 s to 1.5 s.
+fn answers(places: &[(f64, (f64, f64))]) -> Judgement {
+    let first =
+        places.iter().find(|place| way(place.1, places[0].1) > 0.01).map_or(f64::MAX, |place| place.0);
+    expect((0.45..0.56).contains(&first), || format!("moves after {:.3} s", first - 0.5))?;
+    let cruising = speed(places, 0.9, 1.4);
+    expect((cruising - 0.5 * SPEED).abs() < 1.5, || format!("{cruising:.1} mm/s"))
+}
+
 #[test]
 fn stick_to_motion_is_quick_and_the_set_feed_is_reached_in_every_direction() {
     for (x, y) in [(0.5, 0.0), (0.0, 0.5), (0.353_553_4, 0.353_553_4), (-0.4, 0.3)] {
         let places = steered((120.0, 60.0), &format!("0 0 0\n0.5 {x} {y}\n1.5 0 0\n2.5 quit\n"));
-        let first = places.iter().find(|place| way(place.1, (120.0, 60.0)) > 0.01).unwrap().0;
-        assert!((0.45..0.56).contains(&first), "moves after {:.3} s", first - 0.5);
-        let cruising = speed(&places, 0.9, 1.4);
-        assert!((cruising - 0.5 * SPEED).abs() < 1.5, "({x}, {y}): {cruising:.1} mm/s");
+        answers(&places).unwrap();
+        noticed("moves after", answers(&late(&places, 0.15)));
+        noticed("mm/s", answers(&slowed_from(&places, 0.6)));
     }
+}
+
+/// Half deflection, let go at 1 s.
+fn stops(places: &[(f64, (f64, f64))]) -> Judgement {
+    let speed = 0.5 * SPEED;
+    let braking = speed * speed / (2.0 * ACCELERATION);
+    // Up to 10 ms to the next wish, an acknowledgement under way, the line both ways.
+    let allowed = braking + speed * 0.035;
+    let went = way(at(places, 1.0), places[places.len() - 1].1);
+    expect(went < allowed, || format!("{went:.2} mm of {allowed:.2}"))
 }
 
 #[test]
 fn letting_go_stops_within_the_braking_distance_and_what_the_line_takes() {
     let places = steered((120.0, 60.0), "0 0.5 0\n1 0 0\n3 quit\n");
-    let released = at(&places, 1.0);
-    let end = places.last().unwrap().1;
-    let speed = 0.5 * SPEED;
-    let braking = speed * speed / (2.0 * ACCELERATION);
-    // Up to 10 ms to the next wish, an acknowledgement under way, the line both ways.
-    let allowed = braking + speed * 0.035;
-    assert!(way(released, end) < allowed, "{:.2} mm of {allowed:.2}", way(released, end));
+    stops(&places).unwrap();
+    noticed("mm of", stops(&late(&places, 0.06)));
+}
+
+/// Full speed down at the wall, from 90, and away from it at 2 s.
+fn meets_the_wall(places: &[(f64, (f64, f64))]) -> Judgement {
+    let wall = 25.0 + REACH;
+    let rest = at(places, 1.9).1;
+    expect((0.0..0.02).contains(&(rest - wall)), || format!("rests {:.4} mm off the wall", rest - wall))?;
+    let least = places.iter().map(|place| place.1.1).fold(f64::MAX, f64::min);
+    expect(least >= wall, || format!("overran the wall by {:.4} mm", wall - least))?;
+    // The quickest there is: up to full speed, and braked by the machine's own deceleration, in 0.2 s each.
+    let distance = 90.0 - wall;
+    let best = distance / SPEED + SPEED / ACCELERATION;
+    let arrived = places.iter().find(|place| place.1.1 - wall < 0.05).map_or(f64::MAX, |place| place.0);
+    expect(arrived < best + 0.06, || format!("arrived after {arrived:.3} s, {best:.3} at best"))?;
+    // Away from the wall it goes as anywhere else.
+    let left = at(places, 2.5).1 - rest;
+    let best = 0.5 * SPEED - SPEED * SPEED / (2.0 * ACCELERATION);
+    expect(left > best - SPEED * 0.04, || format!("left {left:.1} of {best:.1} mm after half a second"))
 }
 
 #[test]
 fn full_speed_up_to_the_wall_and_away_from_it() {
     // Down at the top of the low arm, from 60 mm above.
     let places = steered((60.0, 90.0), "0 0 -1\n2 0 1\n3 quit\n");
-    let wall = 25.0 + REACH;
-    let rest = at(&places, 1.9).1;
-    assert!((0.0..0.02).contains(&(rest - wall)), "rests {:.4} mm off the wall", rest - wall);
-    // The quickest there is: up to full speed, and braked by the machine's own deceleration, in 0.2 s each.
-    let distance = 90.0 - wall;
-    let least = distance / SPEED + SPEED / ACCELERATION;
-    let arrived = places.iter().find(|place| place.1.1 - wall < 0.05).unwrap().0;
-    assert!(arrived < least + 0.06, "{arrived:.3} s, {least:.3} at best");
-    // Away from the wall it goes as anywhere else.
-    let left = at(&places, 2.5).1 - rest;
-    let best = 0.5 * SPEED - SPEED * SPEED / (2.0 * ACCELERATION);
-    assert!(left > best - SPEED * 0.04, "{left:.1} of {best:.1} mm after half a second");
+    meets_the_wall(&places).unwrap();
+    let moved = |dy: f64| places.iter().map(|&(t, (x, y))| (t, (x, y + dy))).collect::<Trace>();
+    noticed("off the wall", meets_the_wall(&moved(-0.03)));
+    noticed("off the wall", meets_the_wall(&moved(0.03)));
+    // A guard that overruns and comes back.
+    let mut overrun = places.clone();
+    let deepest = overrun.iter().position(|place| place.1.1 - 25.0 - REACH < 0.05).unwrap();
+    overrun[deepest].1.1 = 25.0 + REACH - 0.01;
+    noticed("overran", meets_the_wall(&overrun));
+    noticed("arrived", meets_the_wall(&slowed_from(&places, 0.1)));
+    noticed("left", meets_the_wall(&slowed_from(&places, 2.0)));
+}
+
+/// Down at the wall at an angle, from above: along it by 0.5 s, toward the inside corner at x = 30.
+fn slides(places: &[(f64, (f64, f64))]) -> Judgement {
+    let (from, to) = (0.5, 0.75);
+    let along = speed(places, from, to);
+    let share = 0.4 * SPEED;
+    let right = along > 0.9 * share && along < 1.5 * share;
+    expect(right, || format!("{along:.1} mm/s, wished {share:.1} along the wall"))?;
+    let steps: Vec<(f64, f64)> = (0..25).map(|k| at(places, from + f64::from(k) * 0.01)).collect();
+    let moves = steps.windows(2).all(|pair| pair[0].0 - pair[1].0 > 0.2);
+    expect(moves, || format!("it stuck: {steps:?}"))?;
+    let off = steps.iter().map(|at| (at.1 - 25.0 - REACH).abs()).fold(0.0, f64::max);
+    expect(off < 0.05, || format!("it left the wall: {off}"))
 }
 
 #[test]
 fn it_slides_along_a_wall_without_sticking() {
     let places = steered((95.0, 40.0), "0 -0.4 -0.4\n2.2 quit\n");
-    // At the wall by 0.4 s; from there on along it, toward the inside corner at x = 30.
-    let (from, to) = (0.5, 0.75);
-    let along = speed(&places, from, to);
-    let share = 0.4 * SPEED;
-    assert!(along > 0.9 * share && along < 1.5 * share, "{along:.1} mm/s, wished {share:.1} along the wall");
-    let samples = (0..25).map(|k| at(&places, from + f64::from(k) * 0.01));
-    let steps: Vec<(f64, f64)> = samples.collect();
-    assert!(steps.windows(2).all(|pair| pair[0].0 - pair[1].0 > 0.2), "it stuck: {steps:?}");
-    assert!(
-        steps.iter().all(|at| (at.1 - 25.0 - REACH).abs() < 0.05),
-        "it left the wall: {:?}",
-        steps.iter().map(|at| at.1 - 25.0 - REACH).fold(0.0, f64::max)
-    );
+    slides(&places).unwrap();
+    noticed("along the wall", slides(&slowed_from(&places, 0.5)));
+    // It stands for 30 ms, and makes up for it.
+    let stood = at(&places, 0.6);
+    let hold = |&(t, place): &(f64, (f64, f64))| (t, if (0.6..0.63).contains(&t) { stood } else { place });
+    noticed("stuck", slides(&places.iter().map(hold).collect::<Trace>()));
+    let lifted = |&(t, (x, y)): &(f64, (f64, f64))| (t, (x, if t > 0.7 { y + 0.1 } else { y }));
+    noticed("left the wall", slides(&places.iter().map(lifted).collect::<Trace>()));
+}
+
+/// Pushed into the inside corner.
+fn rests_in_the_corner(places: &[(f64, (f64, f64))]) -> Judgement {
+    let corner = (30.0 + REACH, 25.0 + REACH);
+    let rest = at(places, 2.0);
+    let off = way(rest, corner);
+    expect(off < 0.05, || format!("{rest:?} is {off:.3} mm from the corner"))?;
+    let mut late = places.iter().filter(|place| place.0 > 2.0 && place.0 < 3.9);
+    expect(late.all(|place| way(place.1, rest) < 0.02), || "it chatters".into())
 }
 
 #[test]
 fn it_comes_to_rest_in_an_inside_corner_without_chatter() {
     let places = steered((60.0, 60.0), "0 -0.6 -0.6\n4 quit\n");
-    let corner = (30.0 + REACH, 25.0 + REACH);
+    rests_in_the_corner(&places).unwrap();
+    let stuck: Trace = places.iter().copied().filter(|place| place.0 < 0.2).collect();
+    noticed("from the corner", rests_in_the_corner(&stuck));
     let rest = at(&places, 2.0);
-    assert!(way(rest, corner) < 0.05, "{rest:?} is {:.3} mm from the corner", way(rest, corner));
-    let late: Vec<_> = places.iter().filter(|place| place.0 > 2.0 && place.0 < 3.9).collect();
-    assert!(late.iter().all(|place| way(place.1, rest) < 0.02), "it chatters");
+    let mut chatters = places.clone();
+    chatters.extend((0..20).map(|k| (2.0 + 0.05 * f64::from(k), (rest.0 + 0.03 * f64::from(k % 2), rest.1))));
+    chatters.sort_by(|a, b| a.0.total_cmp(&b.0));
+    noticed("chatters", rests_in_the_corner(&chatters));
 }
 
 #[test]
@@ -158,4 +220,43 @@ fn wheels_move_what_they_are_turned() {
         steered((120.0, 60.0), "0 0 0\n0.2 turn 0.1 0\n0.3 turn 0.1 0\n0.4 turn 0 -1\n1.5 0 0\n2 quit\n");
     let end = places.last().unwrap().1;
     assert!(way(end, (120.2, 59.0)) < 0.004, "{end:?}");
+}
+
+/// The trace had a fault planted in it, and the judgement must say so.
+fn noticed(words: &str, judgement: Judgement) {
+    let said = judgement.expect_err(words);
+    assert!(said.contains(words), "not for {words}, but for: {said}");
+}
+
+/// A steering that answers later.
+fn late(places: &[(f64, (f64, f64))], by: f64) -> Trace {
+    places.iter().map(|&(t, place)| (if t > 0.0 { t + by } else { t }, place)).collect()
+}
+
+/// A steering that sends half the speed from a moment on.
+fn slowed_from(places: &[(f64, (f64, f64))], from: f64) -> Trace {
+    places.iter().map(|&(t, place)| (if t > from { from + 2.0 * (t - from) } else { t }, place)).collect()
+}
+
+/// A start 4 mm from the end of the travel of the y axis, pushed at it aslant.
+fn slides_along_the_end_of_the_travel(places: &[(f64, (f64, f64))]) -> Judgement {
+    let highest = places.iter().map(|place| place.1.1).fold(f64::MIN, f64::max);
+    let rest = at(places, 1.4).1;
+    expect(highest - rest < 0.001, || format!("came back {:.4} mm", highest - rest))?;
+    let along = at(places, 1.4).0 - at(places, 0.9).0;
+    expect(along > 0.5 * 0.5 * SPEED * 0.9, || format!("went {along:.2} mm along the end of the travel"))
+}
+
+#[test]
+fn the_end_of_the_travel_is_reached_and_slid_along() {
+    let profile = MachineProfile::simulated();
+    let plan = Order::default().plan("l", L.as_bytes(), &profile, &mut |_| {}).unwrap();
+    let place = keepout_executor::session::place_on_table(&plan, &profile, None).unwrap();
+    let (_, _, _, y1) = place.stroke.corners();
+    let end = keepout_planner::units::mm(y1);
+    let places = steered((0.0, end - 4.0), "0 0 0\n0.5 0.5 0.5\n1.5 0 0\n2.5 quit\n");
+    slides_along_the_end_of_the_travel(&places).unwrap();
+    let rest = end - at(&places, 1.4).1;
+    assert!((0.0..0.02).contains(&rest), "rests {rest:.4} mm off the end of the travel");
+    noticed("along the end", slides_along_the_end_of_the_travel(&slowed_from(&places, 0.6)));
 }

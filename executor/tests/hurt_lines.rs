@@ -4,6 +4,7 @@
 
 use std::time::Duration;
 
+use keepout_executor::link::Abilities;
 use keepout_executor::link::dialect::Language;
 use keepout_executor::link::faults::{Damage, Faults, Rates};
 use keepout_executor::operator;
@@ -39,27 +40,14 @@ fn run(work: &Workpiece, language: &str, seed: u64) -> u64 {
     };
     // From one fault in a hundred pieces to one in ten thousand.
     let often = 10.0_f64.powf(-2.0 * random.f64());
-    // Known and open: where answers carry no number and no prompt comes between them, one that comes twice can be taken for the
-    // answer to the next line, and a motion for accepted before it is. See ARCHITECTURE.md.
-    let numbered = run.language == Language::Zaber;
-    let rates = Rates {
-        lie: 0.0,
-        delay: 0.01 * often,
-        delay_max: Duration::from_millis(800),
-        loss: 0.003 * often,
-        doubling: if numbered { 0.005 * often } else { 0.0 },
-        swap: 0.003 * often,
-        damage: 0.000_3 * often,
-        noise: 0.001 * often,
-        // Only a checksum notices a byte that became another of the language.
-        kind: if numbered { Damage::Any } else { Damage::Detectable },
-    };
     let dialect = run.language.dialect(scene.setting);
-    let supervisor = Supervisor::new(work.clone(), scene.options, dialect.abilities());
+    let abilities = dialect.abilities();
+    let (to_controller, to_host) = rates(abilities, often, seed);
+    let supervisor = Supervisor::new(work.clone(), scene.options, abilities);
     let slip = Slip::wandering(machine.repeatability_mm, machine.steps_per_mm, seed);
     let latency = Duration::from_millis(random.u64(0..40));
     let machine = SimMachine::new(speaking(&run.language, settings), 115_200, latency, slip)
-        .hurt(Faults::new(rates, seed), Faults::new(rates, seed + 1000));
+        .hurt(Faults::new(to_controller, seed), Faults::new(to_host, seed + 1000));
     let offset = scene.setting.offset;
     let mut witness = Witness::new(work.plan.part.clone(), work.plan.plan.tool_radius, offset);
     let operator = operator::named(["wall", "random", "reversal"][random.usize(0..3)], 8.0, seed).unwrap();
@@ -88,6 +76,29 @@ fn run(work: &Workpiece, language: &str, seed: u64) -> u64 {
     assert!(witness.deepest().is_none(), "{language} {seed}: {:?}", witness.deepest());
     let counts = session.supervisor().counts();
     counts.jogs + counts.contour_motions
+}
+
+/// What the line does to the controller and to the host.
+fn rates(abilities: Abilities, often: f64, seed: u64) -> (Rates, Rates) {
+    // Assumed, see ARCHITECTURE.md: where contours are queued and their acknowledgements counted, no line doubles and also loses
+    // or swaps; and where an arc is given by its centre, none arrives twice.
+    let doubles = abilities.checked || !abilities.queues || seed.is_multiple_of(2);
+    let loses = abilities.checked || !abilities.queues || !doubles;
+    let arrives_twice = doubles && (abilities.checked || !abilities.arcs);
+    let to_host = Rates {
+        lie: 0.0,
+        delay: 0.01 * often,
+        delay_max: Duration::from_millis(800),
+        loss: if loses { 0.003 * often } else { 0.0 },
+        doubling: if doubles { 0.005 * often } else { 0.0 },
+        swap: if loses { 0.003 * often } else { 0.0 },
+        damage: 0.000_3 * often,
+        noise: 0.001 * often,
+        // Only a checksum notices a byte that became another of the language.
+        kind: if abilities.checked { Damage::Any } else { Damage::Detectable },
+    };
+    let to_controller = Rates { doubling: if arrives_twice { to_host.doubling } else { 0.0 }, ..to_host };
+    (to_controller, to_host)
 }
 
 #[test]

@@ -80,6 +80,8 @@ mod terminal {
         keys: TTYPort,
         child: Child,
         shown: Vec<u8>,
+        /// Keeps the terminal there when the program has gone: what it showed last can be read.
+        _end: std::fs::File,
     }
 
     impl Terminal {
@@ -96,7 +98,7 @@ mod terminal {
                 .stderr(Stdio::null())
                 .spawn()
                 .unwrap();
-            Self { keys, child, shown: Vec::new() }
+            Self { keys, child, shown: Vec::new(), _end: end() }
         }
 
         /// Types, answering as a plain terminal does, for a time or until the program has ended.

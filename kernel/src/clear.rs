@@ -9,6 +9,7 @@ use core::fmt;
 use core::ops::ControlFlow;
 
 use crate::exact::arc::Arc;
+use crate::exact::convex::Convex;
 use crate::exact::lattice::{Length, Point};
 use crate::exact::predicate::Proximity;
 use crate::exact::region::{Location, Region};
@@ -289,6 +290,21 @@ impl ProhibitedRegion {
         match self.index.near_fan(fan, a.threshold) {
             Some(edge) => Err(Blocked::ByEdge(*edge)),
             None => Ok(FreePoint { point: to, threshold: a.threshold }),
+        }
+    }
+
+    /// Certifies that the whole filled polygon, which holds the free point `from` and `to`, is clear at that point's threshold. As
+    /// the straight way between the two lies in it, `to` is on the free side too.
+    ///
+    /// # Errors
+    /// [`Blocked::ByEdge`] with an edge in the way; [`Blocked::StartTooNear`] when the polygon does not hold both points.
+    pub fn polygon(&self, from: FreePoint, polygon: Convex<'_>, to: Point) -> Result<FreePoint, Blocked> {
+        if !polygon.holds(from.point) || !polygon.holds(to) {
+            return Err(Blocked::StartTooNear(from.point));
+        }
+        match self.index.near_convex(polygon, from.threshold) {
+            Some(edge) => Err(Blocked::ByEdge(*edge)),
+            None => Ok(FreePoint { point: to, threshold: from.threshold }),
         }
     }
 

@@ -34,6 +34,7 @@ pub mod probe;
 pub use clear::{Blocked, FreePoint, ProhibitedRegion, Side};
 pub use curve::Curve;
 pub use exact::arc::{Arc, Turn};
+pub use exact::convex::Convex;
 pub use exact::lattice::{Coord, LatticeError, Length, Point, UNITS_PER_MM, Vector};
 pub use exact::region::Region;
 pub use exact::ring::Ring;

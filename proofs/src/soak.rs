@@ -8,7 +8,7 @@ use keepout_kernel::exact::swept_arc::SweptArc;
 use keepout_kernel::exact::width::Product;
 use keepout_kernel::index::cells::Answer;
 use keepout_kernel::index::{CheckedIndex, Edge, build::build, subdivide};
-use keepout_kernel::{NearList, Point, Segment, Triangle};
+use keepout_kernel::{Convex, NearList, Point, Segment, Triangle};
 
 use crate::families::{Family, at, length};
 use crate::oracle::{self, Big, quick};
@@ -203,6 +203,22 @@ impl Ask<'_> {
         let fan = Triangle { corners: [at(p), at(q), at(s)] };
         let near_fan = brute(index, r, |a, b, r| triangle_within([p, q, s], a, b, r));
         assert_eq!(index.near_fan(fan, threshold).is_some(), near_fan, "fan, {context}");
+        let mut corners = fan.corners;
+        if Convex::check(&corners).is_none() {
+            corners.swap(1, 2);
+        }
+        let polygon = Convex::check(&corners).expect("one way round a triangle turns left");
+        assert_eq!(index.near_convex(polygon, threshold).is_some(), near_fan, "polygon, {context}");
+        let quadrangle = [at(p), at(q), at(s), at(near_by)];
+        for order in [[0, 1, 2, 3], [0, 2, 1, 3], [0, 1, 3, 2], [0, 3, 2, 1], [0, 3, 1, 2], [0, 2, 3, 1]] {
+            let corners = order.map(|k| quadrangle[k]);
+            let Some(polygon) = Convex::check(&corners) else { continue };
+            let [a, b, c, d] = corners.map(plain);
+            let near = brute(index, r, |e, f, r| {
+                triangle_within([a, b, c], e, f, r) || triangle_within([a, c, d], e, f, r)
+            });
+            assert_eq!(index.near_convex(polygon, threshold).is_some(), near, "polygon, {context}");
+        }
         if let Some(clearance) = index.clearance(at(p)) {
             let c = i64::from(clearance.units());
             assert!(!near_point(index, p, c), "clearance {c}, {context}");

@@ -5,23 +5,21 @@
 //! received, and played again, and `keepout run --resume` finishes the contour. A witness looks at every true position of
 //! the tool, before and after.
 
+mod judge;
 mod process;
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use keepout_executor::session::coverage;
-use keepout_executor::session::log::{Entry, Log, LogReadError};
 use keepout_executor::session::place_on_table;
-use keepout_executor::session::replay::{Replay, replay};
 use keepout_executor::sim::standalone::{positions, state};
-use keepout_executor::sim::witness::Witness;
 use keepout_executor::supervisor::Workpiece;
 use keepout_kernel::Vector;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::order::Order;
 use keepout_planner::plan_file;
 
+pub use judge::{Played, Watched};
 pub use process::{Process, keepout_program};
 
 /// What is killed.
@@ -68,8 +66,6 @@ const REST_WITHIN: Duration = Duration::from_secs(30);
 const AT_REST: Duration = Duration::from_millis(400);
 /// A session that was taken up again is over within this.
 const RESUMED_WITHIN: Duration = Duration::from_secs(90);
-/// The cut contour comes within this of every point of the profile that can be reached, mm.
-const WITHIN_MM: f64 = 0.05;
 
 /// What came of a moment in which all was as wanted.
 #[derive(Clone, Debug, PartialEq)]
@@ -143,21 +139,6 @@ impl Trials {
             Err(reason) => Err(format!("{moment:?}: {reason} (see {})", folder.display())),
         }
     }
-}
-
-/// A log that holds.
-struct Played {
-    replay: Replay,
-    /// The last phase before a fault or the end.
-    phase: String,
-    sent: Vec<u8>,
-}
-
-/// Whether a machine can have received this from two sessions: of each a beginning. What the first had written when it was
-/// killed may arrive when the second opens the port.
-fn follows(received: &[u8], first: &[u8], second: &[u8]) -> bool {
-    let of_first = received.iter().zip(first).take_while(|(a, b)| a == b).count();
-    (0..=of_first).rev().any(|count| second.starts_with(&received[count..]))
 }
 
 /// One moment under way.
@@ -265,36 +246,10 @@ impl Trial<'_> {
         std::fs::read(self.folder.join(format!("received.{machine}"))).map_err(|error| error.to_string())
     }
 
-    /// Reads a log, compares it with what the machine received, and plays it again; none when the session was ended before
-    /// its first line. With the last phase before a fault or the end, and what was sent.
+    /// Reads a log that holds, of a session with a machine that received this.
     fn log(&self, log: &str, received: &[u8], earlier: &[u8]) -> Result<Option<Played>, String> {
-        let path = self.folder.join(log);
-        let log = match Log::load(&path) {
-            Ok(log) => log,
-            Err(LogReadError::Read { .. } | LogReadError::NoLog { .. }) if received.is_empty() => {
-                return Ok(None);
-            }
-            Err(error) => return Err(format!("{log}: {error}")),
-        };
-        if log.torn > 0 && self.moment.victim != Victim::Executor {
-            return Err(format!("{}: torn though nobody killed the executor", path.display()));
-        }
-        let sent = log.entries.iter().filter_map(|(_, entry)| match entry {
-            Entry::Sent(bytes) => Some(bytes.as_slice()),
-            _ => None,
-        });
-        let sent: Vec<u8> = sent.flatten().copied().collect();
-        if !follows(received, earlier, &sent) {
-            return Err(format!("{}: the machine received what is not logged", path.display()));
-        }
-        let mut phases = log.entries.iter().rev().filter_map(|(_, entry)| match entry {
-            Entry::Phase(phase) => phase.split(' ').next(),
-            _ => None,
-        });
-        let phase = phases.find(|phase| !["Faulted", "Done"].contains(phase)).unwrap_or("Starting");
-        let replay = replay(&log, self.trials.work.clone());
-        let replay = replay.map_err(|error| format!("{}: {error}", path.display()))?;
-        Ok(Some(Played { replay, phase: phase.into(), sent }))
+        let may_be_torn = self.moment.victim == Victim::Executor;
+        Played::of(&self.folder.join(log), received, earlier, may_be_torn, &self.trials.work)
     }
 
     /// Takes the contour up again and finishes it; how many commands that took.
@@ -317,35 +272,22 @@ impl Trial<'_> {
             (_, first) => (1, first.map_or(&[][..], |first| &first.sent)),
         };
         let second = self.log("second.log", &self.received(machine)?, earlier)?;
-        let replay = second.ok_or("there is no second log")?.replay;
-        Ok(replay.counted.commands)
+        let second = second.ok_or("there is no second log")?;
+        second.goes_on_from(first)?;
+        Ok(second.replay.counted.commands)
     }
 
     /// Looks at the true positions of the tool.
     fn judge(&self, phase: String, resumed: bool, commands: u64) -> Result<Outcome, String> {
-        let work = &self.trials.work;
-        let mut cut = Vec::new();
-        let (mut watched, mut closest_mm) = (0, f64::INFINITY);
+        let mut machines = Vec::new();
         for number in 1..=2 {
             let path = self.folder.join(format!("positions.{number}"));
-            if !path.exists() {
-                continue;
+            if path.exists() {
+                machines.push(positions(&path).map_err(|error| error.to_string())?);
             }
-            let mut witness =
-                Witness::new(work.plan.part.clone(), work.plan.plan.tool_radius, self.trials.offset);
-            let samples = positions(&path).map_err(|error| error.to_string())?;
-            samples.iter().for_each(|sample| witness.watch(sample));
-            if let Some(incursion) = witness.deepest() {
-                return Err(format!("the tool was in the part: {incursion:?}"));
-            }
-            watched += witness.watched();
-            closest_mm = closest_mm.min(witness.closest_mm().unwrap_or(closest_mm));
-            cut.extend(witness.cut_paths().map(<[_]>::to_vec));
         }
-        let covered = coverage(&work.plan, cut.iter().map(Vec::as_slice));
-        if covered.reachable == 0 || covered.missed > 0 || covered.worst_mm > WITHIN_MM {
-            return Err(format!("the contour is not cut: {covered:?}"));
-        }
-        Ok(Outcome { phase, resumed, commands, watched, closest_mm, worst_mm: covered.worst_mm })
+        let Watched { positions: watched, closest_mm, worst_mm } =
+            Watched::of(&machines, &self.trials.work, self.trials.offset)?;
+        Ok(Outcome { phase, resumed, commands, watched, closest_mm, worst_mm })
     }
 }

@@ -317,6 +317,9 @@ struct RunArguments {
     /// Feed of the finishing contour, mm/min.
     #[arg(long, value_name = "F", default_value_t = 900, value_parser = clap::value_parser!(u32).range(1..=600_000))]
     feed_mm_min: u32,
+    /// Stop when the controller at the port says nothing for so long, s.
+    #[arg(long, value_name = "S", default_value_t = 5.0)]
+    answer_within_s: f64,
     /// The run is stopped after this time, s.
     #[arg(long, value_name = "S", default_value_t = 3600.0)]
     limit_s: f64,

@@ -80,6 +80,16 @@ fn seconds(name: &str, value: f64) -> Result<Duration, CliError> {
     }
 }
 
+/// Below half a second a healthy controller that homes or starts would be taken for gone; above a minute nobody watches.
+fn answer_within(arguments: &RunArguments) -> Result<Duration, CliError> {
+    let given = arguments.answer_within_s;
+    if (0.5..=60.0).contains(&given) {
+        Ok(Duration::from_secs_f64(given))
+    } else {
+        Err(CliError::Argument(format!("--answer-within-s {given} is not between 0.5 and 60")))
+    }
+}
+
 fn simulation(arguments: &RunArguments, limit: Duration) -> Result<SimRun, CliError> {
     let mut machine = MachineProfile::simulated();
     if let Some((x, y)) = arguments.stroke_mm {
@@ -185,7 +195,7 @@ fn on_port(
         feed_mm_min: arguments.feed_mm_min,
         home: arguments.home,
         stroke: place.stroke,
-        answer_within: Duration::from_secs(5),
+        answer_within: answer_within(arguments)?,
         progress,
     };
     let setting = Setting {

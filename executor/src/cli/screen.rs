@@ -25,7 +25,7 @@ use super::view::{Headline, Outline, Tone, ViewFacts, draw, headline_lines};
 const EVERY: Duration = Duration::from_millis(50);
 /// The terminal's size is asked for this often; where the system does not know it, that starts a program.
 const MEASURE_EVERY: Duration = Duration::from_millis(500);
-/// The wall counts as reached within this, mm.
+/// The wall, or the end of the travel, counts as reached within this, mm.
 const AT_WALL_MM: f64 = 0.1;
 /// Points of the trail.
 const TRAIL_MAX: usize = 1500;
@@ -159,6 +159,7 @@ fn headline(supervisor: &Supervisor, wall_mm: Option<f64>) -> Headline {
         Phase::Sliding | Phase::Manual if wall_mm.is_some_and(|wall| wall <= AT_WALL_MM) => {
             Headline::AtTheWall
         }
+        Phase::Manual | Phase::Sliding if at_the_end_of_travel(supervisor) => Headline::EndOfTravel,
         Phase::Manual | Phase::Sliding => Headline::Manual,
         Phase::Escaping => Headline::Escaping,
         Phase::Touching => Headline::Touching,
@@ -168,6 +169,14 @@ fn headline(supervisor: &Supervisor, wall_mm: Option<f64>) -> Headline {
         Phase::Done => Headline::Done,
         Phase::Faulted => Headline::stopped(&supervisor.fault().map_or(String::new(), ToString::to_string)),
     }
+}
+
+/// Whether the tool stands at an edge of the travel.
+fn at_the_end_of_travel(supervisor: &Supervisor) -> bool {
+    let Some(position) = supervisor.position() else { return false };
+    let (x0, y0, x1, y1) = supervisor.guard().rules().stroke.corners();
+    let (x, y) = (position.x.units(), position.y.units());
+    [x - x0, x1 - x, y - y0, y1 - y].into_iter().any(|room| mm(room) <= AT_WALL_MM)
 }
 
 fn percent(supervisor: &Supervisor) -> Option<u8> {

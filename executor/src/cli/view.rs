@@ -17,6 +17,8 @@ pub enum Headline {
     Manual,
     /// The hand steers, and stands at the wall.
     AtTheWall,
+    /// The hand steers, and stands at the end of the machine's travel.
+    EndOfTravel,
     /// The contour is cut by itself.
     Contouring {
         /// How much of it, if known.
@@ -63,7 +65,9 @@ impl Headline {
     pub fn tone(&self) -> Tone {
         match self {
             Self::Stopped { .. } => Tone::Alarm,
-            Self::AtTheWall | Self::Escaping | Self::Paused | Self::Stopping => Tone::Alert,
+            Self::AtTheWall | Self::EndOfTravel | Self::Escaping | Self::Paused | Self::Stopping => {
+                Tone::Alert
+            }
             Self::Starting | Self::Manual | Self::Touching | Self::Contouring { .. } | Self::Done => {
                 Tone::Calm
             }
@@ -75,6 +79,7 @@ impl Headline {
             Self::Starting => "STARTING".into(),
             Self::Manual => "MANUAL".into(),
             Self::AtTheWall => "AT THE WALL".into(),
+            Self::EndOfTravel => "END OF TRAVEL".into(),
             Self::Contouring { percent: Some(percent) } => format!("CONTOURING {percent} %"),
             Self::Contouring { percent: None } => "CONTOURING".into(),
             Self::Escaping => "LEAVE THE PART".into(),

@@ -126,6 +126,8 @@ pub enum Reply {
     Armed,
     /// It was reset, or switched on.
     Restarted,
+    /// It does not know where its axes are.
+    NotHomed,
     /// Its coordinates were changed by somebody.
     Displaced,
     /// A message worth keeping, nothing to act on.

@@ -11,72 +11,35 @@ pub mod guard;
 mod manual;
 mod start;
 mod state;
+mod stopping;
 #[cfg(test)]
 mod transitions;
 mod watch;
+mod workpiece;
 
 pub use contouring::{Interrupted, JobRequest};
 pub use event::{Ask, Command, Event, Mode, Reply, Report, Text, Unfit, Wish, text};
 pub use fault::Fault;
 pub use manual::Limits;
 pub use state::Phase;
+pub use workpiece::Workpiece;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
+use keepout_kernel::Point;
 use keepout_kernel::exact::segment::Window;
-use keepout_kernel::{Length, Point, ProhibitedRegion};
 use keepout_planner::job::{LoopNumber, Progress};
-use keepout_planner::margin::Budget;
 use keepout_planner::plan::CertifiedPlan;
-use keepout_planner::units::{length_up_from_mm, mm};
+use keepout_planner::units::mm;
 
 use crate::link::Abilities;
 use crate::time::Time;
-use guard::{Guard, Rules, Stamp};
+use guard::{Guard, Stamp};
 use manual::{Contact, Helm, Steering};
 use state::{State, Touch};
-
-/// A certified plan, and its part prepared for steering. Cheap to clone.
-#[derive(Clone, Debug)]
-pub struct Workpiece {
-    /// The plan.
-    pub plan: Arc<CertifiedPlan>,
-    part: Arc<ProhibitedRegion>,
-    coarse: Arc<ProhibitedRegion>,
-}
-
-/// Runs of edges are under one chord while the tool is steered by hand, as many short edges would make decisions slow: as far
-/// as they keep within this share of the allowance of it, and within 5 µm.
-const COARSE_SHARE: i64 = 40;
-const COARSE_MAX: i64 = 500;
-
-impl Workpiece {
-    /// Prepares the part of a certified plan.
-    #[must_use]
-    pub fn new(plan: CertifiedPlan) -> Self {
-        let tolerance = (i64::from(plan.plan.allowance.units()) / COARSE_SHARE).min(COARSE_MAX);
-        let tolerance = Length::from_units(tolerance).unwrap_or(Length::ZERO);
-        let mut coarse = plan.part.coarsened(tolerance).unwrap_or_else(|_| plan.part.clone());
-        // Cells only make answers at the roughing threshold faster; a part too large for them is asked by its index.
-        let _ = coarse.prepare(plan.roughing);
-        let part = Arc::new(plan.part.clone());
-        Self { plan: Arc::new(plan), part, coarse: Arc::new(coarse) }
-    }
-
-    /// The part as steering by hand sees it: up to 10 µm larger.
-    #[must_use]
-    pub fn coarse(&self) -> &ProhibitedRegion {
-        &self.coarse
-    }
-
-    /// The part.
-    #[must_use]
-    pub fn part(&self) -> &ProhibitedRegion {
-        &self.part
-    }
-}
+use workpiece::rules;
 
 /// What the session was set up with.
 #[derive(Clone, Debug, PartialEq)]
@@ -130,6 +93,10 @@ pub struct Supervisor {
     heard_at: Time,
     queries: VecDeque<Stamp>,
     asked_at: Option<Time>,
+    /// When the first query was asked that no report has come behind.
+    waits_since: Option<Time>,
+    /// How long a report may take, as lately measured from there.
+    patience: Duration,
     answered_at: Time,
     round_trip: Duration,
     last_trip: Duration,
@@ -160,18 +127,7 @@ impl Supervisor {
     pub fn new(work: Workpiece, options: Options, abilities: Abilities) -> Self {
         let plan = &work.plan;
         let machine = &plan.plan.machine;
-        // Two steps and a little: the controller may have up to as few steps per mm as the profile says.
-        let shortest = length_up_from_mm(2.2 / machine.steps_per_mm).unwrap_or(Length::small(u8::MAX));
-        let rules = Rules {
-            stroke: options.stroke,
-            manual: plan.roughing,
-            finishing: finishing_as_sent(plan, abilities),
-            resolution: resolution(&plan.plan.budget),
-            shortest,
-            shape: abilities.shape,
-            contours: abilities.contours,
-            checked: abilities.checked,
-        };
+        let rules = rules(plan, options.stroke, abilities);
         let limits =
             Limits { speed_mm_s: machine.max_rate_mm_s, acceleration_mm_s2: machine.acceleration_mm_s2 };
         Self {
@@ -186,6 +142,8 @@ impl Supervisor {
             heard_at: Time::ZERO,
             queries: VecDeque::with_capacity(QUERIES_MAX),
             asked_at: None,
+            waits_since: None,
+            patience: Duration::ZERO,
             answered_at: Time::ZERO,
             round_trip: Duration::from_millis(100),
             last_trip: Duration::ZERO,
@@ -422,83 +380,6 @@ impl Supervisor {
             state => state,
         };
     }
-
-    /// Brings the machine to rest and ends the session.
-    pub fn halt(&mut self) -> Option<Command> {
-        let stopping = State::Stopping { aborted: false, stale: self.queries.len() };
-        match self.phase() {
-            Phase::Stopping | Phase::Done => None,
-            Phase::Faulted | Phase::Starting => {
-                let homing = matches!(self.state, State::Homing);
-                self.state = State::Done;
-                // A search for the reference position would go on by itself.
-                let stop = if self.abilities.holds { Command::Abort } else { Command::Cancel };
-                (homing && (self.abilities.holds || self.abilities.cancels)).then_some(stop)
-            }
-            Phase::Holding => {
-                self.interrupt();
-                self.state = stopping;
-                None
-            }
-            Phase::Touching => {
-                self.guard.withdraw_contour();
-                self.state = State::Done;
-                None
-            }
-            Phase::Contouring => {
-                self.interrupt();
-                self.state = stopping;
-                self.abilities.holds.then_some(Command::Hold)
-            }
-            Phase::Manual | Phase::Sliding | Phase::Escaping if self.guard.settled() => {
-                self.state = State::Done;
-                None
-            }
-            Phase::Manual | Phase::Sliding | Phase::Escaping => {
-                self.state = stopping;
-                self.abilities.cancels.then_some(Command::Cancel)
-            }
-        }
-    }
-
-    /// Stops on a fault: motions that were about to be sent are not, and what moves is stopped where that keeps it on its
-    /// certified way.
-    fn stop(&mut self, fault: Fault, first: usize, commands: &mut Vec<Command>) {
-        if matches!(self.phase(), Phase::Faulted | Phase::Done) {
-            return;
-        }
-        let mut index = 0;
-        commands.retain(|command| {
-            index += 1;
-            index <= first || !matches!(command, Command::Move(_))
-        });
-        let contouring = matches!(self.phase(), Phase::Contouring | Phase::Holding | Phase::Stopping);
-        if contouring && self.abilities.holds {
-            commands.push(Command::Hold);
-        } else if !contouring && self.abilities.cancels {
-            commands.push(Command::Cancel);
-        }
-        self.interrupt();
-        self.guard.forget();
-        self.queries.clear();
-        self.state = State::Faulted { fault, warned: false };
-    }
-}
-
-/// How far a reported position can be from the commanded one: the budget's controller resolution.
-fn resolution(budget: &Budget) -> Length {
-    let terms = budget.terms.iter().filter(|term| term.name.starts_with("controller resolution"));
-    let sum: f64 = terms.map(|term| term.mm).sum();
-    length_up_from_mm(sum).unwrap_or(Length::small(100))
-}
-
-/// The threshold of contours as they are sent. A controller that turns arcs into chords leaves them by a term of the margin;
-/// one that is sent chords does not, and the chords are asked without that term.
-fn finishing_as_sent(plan: &CertifiedPlan, abilities: Abilities) -> Length {
-    let term = plan.plan.budget.terms.iter().find(|term| term.name == "controller arcs");
-    let units = term.filter(|_| !abilities.arcs).and_then(|term| length_up_from_mm(term.mm).ok());
-    let less = units.map_or(0, |term| i64::from(term.units()) - 1).max(0);
-    Length::from_units(i64::from(plan.finishing.units()) - less).unwrap_or(plan.finishing)
 }
 
 /// A point for the log, in mm.

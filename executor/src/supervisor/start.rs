@@ -45,7 +45,6 @@ impl Supervisor {
                 }
             }
             (State::Homing, Reply::Homed) => {
-                self.homes = false;
                 commands.push(Command::Arm);
                 self.state = State::Arming;
             }
@@ -63,6 +62,8 @@ impl Supervisor {
             return Ok(());
         }
         self.guard.locate(at).map_err(|refusal| Fault::StandsInside { at, refusal })?;
+        // Only now: homing that was followed by a fault may have been done in part.
+        self.homes = false;
         self.state = if self.guard.stands_inside() {
             self.note(
                 "the tool stands nearer to the part than roughing allows: only ways out are allowed".into(),
@@ -74,19 +75,20 @@ impl Supervisor {
         Ok(())
     }
 
-    /// Begins anew after a fault. When the controller may have lost its place the machine is homed, and that is asked for
-    /// twice: the tool must be raised first.
+    /// Begins anew after a fault. When the controller may have lost its place, or homing came to no end, the machine is homed,
+    /// and that is asked for twice: the tool must be raised first.
     pub(super) fn recover(&mut self, now: Time) {
         let State::Faulted { fault, warned } = &mut self.state else { return };
-        if fault.loses_position() && !*warned {
+        let homes = self.homes || fault.loses_position();
+        if homes && !*warned {
             *warned = true;
             self.note("raise the tool: the machine will be homed. Ask again when it is raised.".into());
             return;
         }
-        self.homes = fault.loses_position();
+        self.homes = homes;
         self.guard.forget();
         self.queries.clear();
-        self.asked_at = None;
+        (self.asked_at, self.waits_since) = (None, None);
         self.unanswered_since = None;
         self.refused = 0;
         self.heard_at = now;

@@ -79,7 +79,7 @@ fn wish(direction: (f64, f64)) -> Event {
 type Happens = (&'static str, fn() -> Event);
 
 /// Every kind of event.
-const EVENTS: [Happens; 28] = [
+const EVENTS: [Happens; 29] = [
     ("report: idle", || report(Mode::Idle)),
     ("report: moving", || report(Mode::Moving)),
     ("report: slowing", || report(Mode::Slowing)),
@@ -96,6 +96,7 @@ const EVENTS: [Happens; 28] = [
     ("homed", || Event::Reply(Reply::Homed)),
     ("armed", || Event::Reply(Reply::Armed)),
     ("restarted", || Event::Reply(Reply::Restarted)),
+    ("not homed", || Event::Reply(Reply::NotHomed)),
     ("displaced", || Event::Reply(Reply::Displaced)),
     ("message", || Event::Reply(Reply::Message(text("hello")))),
     ("garbled", || Event::Reply(Reply::Garbled(text("#")))),
@@ -181,5 +182,38 @@ fn silence_is_a_fault_wherever_something_is_waited_for() {
         supervisor.step(Event::Tick, late, &mut Vec::new());
         let over = ["Done", "Faulted"].contains(&name);
         assert_eq!(supervisor.fault().is_some(), !over || name == "Faulted", "{name}");
+    }
+}
+
+/// A machine that was homed only in part must be homed again, whatever the fault was that came between.
+#[test]
+fn homing_is_owed_until_the_tool_is_located() {
+    let work = work();
+    let refused = || Event::Reply(Reply::Refused { code: 15, meaning: "", transient: false });
+    let prepared = || Event::Reply(Reply::Prepared(Limits { speed_mm_s: 100.0, acceleration_mm_s2: 500.0 }));
+    let start = [
+        prepared as fn() -> Event,
+        || Event::Reply(Reply::Homed),
+        || Event::Reply(Reply::Armed),
+        || report(Mode::Idle),
+    ];
+    for steps in 0..=start.len() {
+        let mut supervisor = supervisor(&work, "Preparing", State::Preparing);
+        supervisor.homes = true;
+        let mut commands = Vec::new();
+        let mut step = |supervisor: &mut Supervisor, event| supervisor.step(event, NOW, &mut commands);
+        start[..steps].iter().for_each(|event| step(&mut supervisor, event()));
+        let located = supervisor.phase() == Phase::Manual;
+        assert_eq!(located, steps == start.len());
+        step(&mut supervisor, refused());
+        // Asked for twice where the tool must be raised first; the key is let go between.
+        for _ in 0..2 {
+            step(&mut supervisor, ask(Ask::Recover));
+            step(&mut supervisor, wish((0.0, 0.0)));
+        }
+        step(&mut supervisor, report(Mode::Idle));
+        step(&mut supervisor, prepared());
+        let homes = matches!(supervisor.state, State::Homing);
+        assert_eq!(homes, !located, "{steps} steps: {:?}", supervisor.phase());
     }
 }

@@ -55,6 +55,7 @@ impl Supervisor {
                 State::Connecting { .. } | State::Stopping { aborted: true, .. } => Ok(()),
                 _ => Err(Fault::WasReset),
             },
+            Reply::NotHomed => Err(Fault::NotHomed),
             Reply::Displaced => Err(Fault::OffsetChanged),
             Reply::Unfit(unfit) => Err(Fault::Setting(unfit)),
             Reply::Message(text) => {
@@ -90,9 +91,11 @@ impl Supervisor {
         if let Some(asked) = self.asked_at.take() {
             let measured = now.since(asked);
             self.last_trip = measured;
-            // Quick to grow, slow to shrink.
-            self.round_trip =
-                if measured > self.round_trip { measured } else { (self.round_trip * 7 + measured) / 8 };
+            self.round_trip = smoothed(self.round_trip, measured);
+        }
+        if let Some(since) = self.waits_since.take() {
+            let waited = now.since(since).min(self.options.answer_within / 3);
+            self.patience = smoothed(self.patience, waited);
         }
         self.answered_at = now;
         let stamp = self.queries.pop_front();
@@ -207,7 +210,7 @@ impl Supervisor {
     /// When the next query is due.
     fn query_due(&self) -> Time {
         match self.asked_at {
-            Some(asked) => asked.after(QUERY_AGAIN.max(self.round_trip * 2)),
+            Some(asked) => asked.after(QUERY_AGAIN.max(self.round_trip.max(self.patience) * 2)),
             None => {
                 let steered = self.phase().is_steered();
                 let waits = steered && !self.guard.settled() && self.wish.direction == (0.0, 0.0);
@@ -223,6 +226,7 @@ impl Supervisor {
 
     pub(super) fn query(&mut self, now: Time, commands: &mut Vec<Command>) {
         self.asked_at = Some(now);
+        self.waits_since.get_or_insert(now);
         self.queries.push_back(self.guard.stamp(now));
         self.counts.queries += 1;
         commands.push(Command::Query);
@@ -251,4 +255,9 @@ impl Supervisor {
             _ => due,
         }
     }
+}
+
+/// A time as lately measured: quick to grow, slow to shrink.
+fn smoothed(before: Duration, measured: Duration) -> Duration {
+    if measured > before { measured } else { (before * 7 + measured) / 8 }
 }

@@ -8,6 +8,7 @@
 pub mod arc;
 pub mod bezier;
 pub mod contact;
+pub mod convex;
 pub mod lattice;
 pub mod predicate;
 pub mod region;

@@ -98,6 +98,34 @@ pub fn point_segment<L: Lattice>(p: Site<L>, a: Site<L>, b: Site<L>, r: L::Linea
     Proximity::near_if(L::compare_volumes(L::product_of_areas(off, off), reach) != Ordering::Greater)
 }
 
+/// Whether all of `points` lie to the right of the directed line `a → b`, farther than `r ≥ 0` from it; a line through
+/// `a = b` is none.
+///
+/// The distance of `p` from the line is `|cross| / |b − a|`, and the point with the greatest cross product of those to the
+/// right, where it is negative, is the nearest: `cross² > r²·|b − a|²` decides.
+#[inline(always)]
+pub fn beyond<L: Lattice>(
+    a: Site<L>,
+    b: Site<L>,
+    points: impl Iterator<Item = Site<L>>,
+    r: L::Linear,
+) -> bool {
+    let mut nearest = None;
+    for p in points {
+        let off = cross::<L>(a, b, p);
+        if L::compare(off, L::zero()) != Ordering::Less {
+            return false;
+        }
+        if nearest.is_none_or(|nearest| L::compare(off, nearest) == Ordering::Greater) {
+            nearest = Some(off);
+        }
+    }
+    nearest.is_some_and(|off| {
+        let reach = L::product_of_areas(L::product(r, r), dot::<L>(a, b, b));
+        L::compare_volumes(L::product_of_areas(off, off), reach) == Ordering::Greater
+    })
+}
+
 /// Whether the segments cross at a point interior to both.
 #[inline(always)]
 pub fn crosses_properly<L: Lattice>(a: Site<L>, b: Site<L>, c: Site<L>, d: Site<L>) -> bool {
@@ -111,7 +139,8 @@ pub fn crosses_properly<L: Lattice>(a: Site<L>, b: Site<L>, c: Site<L>, d: Site<
 /// Whether the segments `a b` and `c d` come within `r` of each other.
 ///
 /// If they do not cross properly, the distance is attained at one of the four ends (`research`: T3, Cramer and
-/// convexity), so four point–segment questions and one crossing question decide.
+/// convexity), so four point–segment questions and one crossing question decide. They need not be asked where the line of one
+/// has all of the other on one side of it and [`beyond`] `r`.
 #[inline(always)]
 pub fn segment_segment<L: Lattice>(
     a: Site<L>,
@@ -120,6 +149,14 @@ pub fn segment_segment<L: Lattice>(
     d: Site<L>,
     r: L::Linear,
 ) -> Proximity {
+    let (ab, cd) = ([a, b], [c, d]);
+    let told_apart = L::beyond(a, b, cd.into_iter(), r)
+        || L::beyond(b, a, cd.into_iter(), r)
+        || L::beyond(c, d, ab.into_iter(), r)
+        || L::beyond(d, c, ab.into_iter(), r);
+    if told_apart {
+        return Proximity::Clear;
+    }
     let ends_clear = L::point_segment(c, a, b, r).is_clear()
         && L::point_segment(d, a, b, r).is_clear()
         && L::point_segment(a, c, d, r).is_clear()
@@ -148,6 +185,55 @@ pub fn triangle_segment<L: Lattice>(
         && L::segment_segment([b, c], [d, e], r).is_clear()
         && L::segment_segment([c, a], [d, e], r).is_clear();
     Proximity::near_if(!sides_clear || L::strictly_inside(d, a, b, c))
+}
+
+/// The sides of a closed polygon, corner to corner; those of a segment are the segment there and back.
+#[inline(always)]
+pub fn sides<T>(corners: impl Iterator<Item = T> + Clone) -> impl Iterator<Item = [T; 2]> {
+    let next = corners.clone().cycle().skip(1);
+    corners.zip(next).map(|(from, to)| [from, to])
+}
+
+/// Whether the filled convex polygon, border included, holds `p`: it is right of no side, nor outside the box of the corners
+/// (which tells for corners on a line). All corners lie to the left of each side or on its line.
+#[inline(always)]
+pub fn convex_holds<L: Lattice>(corners: impl Iterator<Item = Site<L>> + Clone, p: Site<L>) -> bool
+where
+    L::Linear: Ord,
+{
+    let each = || corners.clone();
+    each().any(|c| c.x <= p.x)
+        && each().any(|c| p.x <= c.x)
+        && each().any(|c| c.y <= p.y)
+        && each().any(|c| p.y <= c.y)
+        && sides(corners).all(|[a, b]| orientation::<L>(a, b, p) != Orientation::Right)
+}
+
+/// Whether the filled convex polygon and the segment `c d` come within `r` of each other. All corners lie to the left of each
+/// side or on its line.
+///
+/// Either a side does, or the segment lies wholly inside, which its end `c` then tells. They need not be asked where a line
+/// tells the two apart: the polygon is to the left of a side's line, and the segment [`beyond`] it; or the corners, and with
+/// them what is convex over them, are beyond the line of the segment.
+#[inline(always)]
+pub fn convex_segment<L: Lattice>(
+    corners: impl ExactSizeIterator<Item = Site<L>> + Clone,
+    [c, d]: [Site<L>; 2],
+    r: L::Linear,
+) -> Proximity
+where
+    L::Linear: Ord,
+{
+    let told_apart = L::beyond(c, d, corners.clone(), r)
+        || L::beyond(d, c, corners.clone(), r)
+        || sides(corners.clone()).any(|[a, b]| L::beyond(a, b, [c, d].into_iter(), r));
+    if told_apart {
+        return Proximity::Clear;
+    }
+    // The way back over a segment is the same.
+    let count = if corners.len() == 2 { 1 } else { corners.len() };
+    let near = sides(corners.clone()).take(count).any(|side| !L::segment_segment(side, [c, d], r).is_clear());
+    Proximity::near_if(near || L::convex_holds(corners, c))
 }
 
 /// Whether the ray from `p` toward +x crosses the edge `a b`, counting an edge's lower end and not its upper one, so
@@ -216,16 +302,20 @@ pub fn recedes<L: Lattice>(p: Site<L>, q: Site<L>, a: Site<L>, b: Site<L>) -> bo
     }
 }
 
-/// Whether the box lies strictly on one side of the line through `p` and `q`. Its corners may lie off the lattice.
+/// The side of the directed line `p → q` on which the whole box lies; [`Orientation::On`] when it is not strictly on one. Its
+/// corners may lie off the lattice.
 ///
 /// With d the motion and w from its start, `d × w` over the box is between the sums of its least and greatest terms.
 #[inline(always)]
-pub fn beside<L: Lattice>(low: Site<L>, high: Site<L>, p: Site<L>, q: Site<L>) -> bool {
+pub fn box_side<L: Lattice>(low: Site<L>, high: Site<L>, p: Site<L>, q: Site<L>) -> Orientation {
     let (dx, dy) = (L::difference(q.x, p.x), L::difference(q.y, p.y));
     let ordered = |a, b| if L::compare(a, b) == Ordering::Greater { (b, a) } else { (a, b) };
     let (up_least, up_most) = ordered(L::moment(dx, low.y, p.y), L::moment(dx, high.y, p.y));
     let (left_least, left_most) = ordered(L::moment(dy, low.x, p.x), L::moment(dy, high.x, p.x));
-    L::compare(up_least, left_most) == Ordering::Greater || L::compare(up_most, left_least) == Ordering::Less
+    if L::compare(up_least, left_most) == Ordering::Greater {
+        return Orientation::Left;
+    }
+    if L::compare(up_most, left_least) == Ordering::Less { Orientation::Right } else { Orientation::On }
 }
 
 /// Whether `p` lies between `radius − inward` and `radius + outward` from `centre`, for `radius ≥ inward`.

@@ -14,6 +14,7 @@ impl From<Point> for Site<Product> {
 
 /// The side of the directed line `a → b` on which `c` lies.
 #[must_use]
+#[inline]
 pub fn orientation(a: Point, b: Point, c: Point) -> Orientation {
     predicate::orientation::<Product>(a.into(), b.into(), c.into())
 }
@@ -178,8 +179,20 @@ impl Window {
     #[must_use]
     #[inline]
     pub fn is_beside(self, motion: Segment) -> bool {
+        self.side_of(motion) != Orientation::On
+    }
+
+    /// Whether the box lies strictly to the right of the side's line, as none of a polygon does that has the side.
+    #[must_use]
+    #[inline]
+    pub fn is_beyond(self, side: Segment) -> bool {
+        self.side_of(side) == Orientation::Right
+    }
+
+    #[inline(always)]
+    fn side_of(self, line: Segment) -> Orientation {
         let (low, high) = (Site { x: self.min_x, y: self.min_y }, Site { x: self.max_x, y: self.max_y });
-        predicate::beside::<Product>(low, high, motion.from.into(), motion.to.into())
+        predicate::box_side::<Product>(low, high, line.from.into(), line.to.into())
     }
 
     /// Whether the box, as far as it lies on the lattice, comes within `r` of the segment.
@@ -235,6 +248,7 @@ impl Window {
 
     /// Whether the closed box holds `point`.
     #[must_use]
+    #[inline]
     pub fn holds(self, point: Point) -> bool {
         self.meets(Self::of(point))
     }

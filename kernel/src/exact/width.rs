@@ -98,6 +98,24 @@ pub trait Lattice: sealed::Sealed + Copy {
     {
         predicate::box_point(low, high, p, r)
     }
+    /// [`predicate::beyond`], as part of another predicate.
+    #[inline(always)]
+    fn beyond(
+        a: Site<Self>,
+        b: Site<Self>,
+        points: impl Iterator<Item = Site<Self>>,
+        r: Self::Linear,
+    ) -> bool {
+        predicate::beyond(a, b, points, r)
+    }
+    /// [`predicate::convex_holds`], as part of another predicate.
+    #[inline(always)]
+    fn convex_holds(corners: impl Iterator<Item = Site<Self>> + Clone, p: Site<Self>) -> bool
+    where
+        Self::Linear: Ord,
+    {
+        predicate::convex_holds(corners, p)
+    }
 }
 
 macro_rules! lattice {

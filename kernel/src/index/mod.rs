@@ -18,6 +18,7 @@ pub use check::{CheckedIndex, IndexFault};
 pub use near_list::NearList;
 pub use nearest::Nearest;
 
+use crate::exact::convex::Convex;
 use crate::exact::lattice::{Length, Point};
 use crate::exact::predicate::Proximity;
 use crate::exact::segment::{Segment, Triangle, Window};
@@ -58,6 +59,13 @@ impl Edge {
     #[inline]
     pub fn near_fan(&self, fan: Triangle, threshold: Length) -> Proximity {
         self.at(threshold, |r| fan.near_segment(self.chord, r))
+    }
+
+    /// Whether the chord comes within `threshold` plus slack of the filled polygon.
+    #[must_use]
+    #[inline]
+    pub fn near_convex(&self, polygon: Convex<'_>, threshold: Length) -> Proximity {
+        self.at(threshold, |r| polygon.near_segment(self.chord, r))
     }
 
     /// Whether the chord comes within `threshold` plus slack of some point of the box that is on the lattice.

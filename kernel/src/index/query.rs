@@ -2,7 +2,8 @@
 //!
 //! An edge that comes within a threshold T plus its slack of a shape has a box, grown by the slack, that meets the box of
 //! the shape grown by T; [`CheckedIndex::search`] leaves out no such edge. For long motions a box is also left out when
-//! it lies, grown by T, wholly on one side of the motion's line.
+//! it lies, grown by T, wholly on one side of the motion's line; for polygons when it lies, grown by T, wholly beyond one of
+//! their sides. (Grown by T it holds every point within T of the box, and so of what is in it.)
 
 #![deny(clippy::arithmetic_side_effects, clippy::as_conversions, clippy::float_arithmetic)]
 
@@ -10,6 +11,7 @@ use core::ops::ControlFlow;
 
 use super::Edge;
 use super::check::{CheckedIndex, Node, Search};
+use crate::exact::convex::Convex;
 use crate::exact::lattice::{Length, Point};
 use crate::exact::predicate::{Proximity, ray_crosses};
 use crate::exact::region::Location;
@@ -41,6 +43,14 @@ impl CheckedIndex {
     #[must_use]
     pub fn near_fan(&self, fan: Triangle, threshold: Length) -> Option<&Edge> {
         self.first(fan.bounds().grown(threshold), |edge| edge.near_fan(fan, threshold))
+    }
+
+    /// An edge within `threshold` of the filled convex polygon, if there is one.
+    #[must_use]
+    pub fn near_convex(&self, polygon: Convex<'_>, threshold: Length) -> Option<&Edge> {
+        let mut search = Around { polygon, window: polygon.bounds().grown(threshold), threshold, near: None };
+        let _ = self.search(&mut search);
+        search.near.and_then(|near| self.edges().get(near))
     }
 
     /// An edge within `threshold` of the part of the box on the lattice, if there is one.
@@ -131,5 +141,38 @@ impl<F: FnMut(usize, &Edge) -> ControlFlow<()>> Search for Along<F> {
     #[inline(always)]
     fn edge(&mut self, index: usize, edge: &Edge) -> ControlFlow<()> {
         (self.visit)(index, edge)
+    }
+}
+
+struct Around<'a> {
+    polygon: Convex<'a>,
+    window: Window,
+    threshold: Length,
+    near: Option<usize>,
+}
+
+impl Search for Around<'_> {
+    #[inline(always)]
+    fn enter(&mut self, node: &Node) -> u8 {
+        let mut lanes = node.meeting(self.window);
+        let mut rest = lanes;
+        while rest != 0 {
+            let lane = rest.trailing_zeros();
+            rest &= rest.wrapping_sub(1);
+            let Some(window) = node.window(lane).map(|window| window.grown(self.threshold)) else { continue };
+            if self.polygon.sides().any(|side| window.is_beyond(side)) {
+                lanes &= !(1_u8 << (lane & 7));
+            }
+        }
+        lanes
+    }
+
+    #[inline(always)]
+    fn edge(&mut self, index: usize, edge: &Edge) -> ControlFlow<()> {
+        if edge.near_convex(self.polygon, self.threshold).is_clear() {
+            return ControlFlow::Continue(());
+        }
+        self.near = Some(index);
+        ControlFlow::Break(())
     }
 }

@@ -33,6 +33,10 @@ pub enum Part {
     StrictlyInside,
     /// `box_point`.
     BoxPoint,
+    /// `beyond`.
+    Beyond,
+    /// `convex_holds`.
+    ConvexHolds,
 }
 
 /// Orderings that are still possible, as bits.

@@ -81,7 +81,7 @@ impl Ord for Scalar {
 /// A point of unknown coordinates.
 pub type Place = Site<Symbolic>;
 
-fn arguments<const N: usize>(places: [Place; N], r: Option<Scalar>) -> Vec<Term> {
+fn arguments(places: impl IntoIterator<Item = Place>, r: Option<Scalar>) -> Vec<Term> {
     places.into_iter().flat_map(|place| [place.x.0, place.y.0]).chain(r.map(|r| r.0)).collect()
 }
 
@@ -159,6 +159,18 @@ impl Lattice for Symbolic {
             return proximity(ask(Part::BoxPoint, &arguments([low, high, p], Some(r))));
         }
         predicate::box_point(low, high, p, r)
+    }
+    fn beyond(a: Place, b: Place, points: impl Iterator<Item = Place>, r: Scalar) -> bool {
+        if is_closed(Part::Beyond) {
+            return ask(Part::Beyond, &arguments([a, b].into_iter().chain(points), Some(r)));
+        }
+        predicate::beyond(a, b, points, r)
+    }
+    fn convex_holds(corners: impl Iterator<Item = Place> + Clone, p: Place) -> bool {
+        if is_closed(Part::ConvexHolds) {
+            return ask(Part::ConvexHolds, &arguments(corners.chain([p]), None));
+        }
+        predicate::convex_holds(corners, p)
     }
 }
 

@@ -1,10 +1,10 @@
 //! Boxes: box–point, what is beside a line, and what of an index may be left out.
 
-use keepout_kernel::exact::predicate::{beside, box_point};
+use keepout_kernel::exact::predicate::{Orientation, box_point, box_side};
 
-use super::plane::{V, share, to_segment, v};
+use super::plane::{V, share, terms, to_segment, v};
 use crate::smt::explore::explore;
-use crate::smt::fact::{all, any, at_most, between, claim, equal, less, not};
+use crate::smt::fact::{Fact, all, any, at_most, between, claim, equal, less, not};
 use crate::smt::prover::{Contract, at_least_zero};
 use crate::smt::run::Theorem;
 use crate::smt::symbolic::{Scalar, Symbolic};
@@ -69,16 +69,29 @@ pub const BOX_POINT: Theorem = Theorem {
     },
 };
 
+const SIDE: &str = "box_side";
+
+/// Right: the whole box is strictly to the right.
+pub const RIGHT: Contract<10, 0> = Contract {
+    theorem: SIDE,
+    name: "right: every point of the box is strictly to the right of the line",
+    statement: |right, [lx, ly, hx, hy, px, py, qx, qy, x, y], []| {
+        let (p, q, x) = (v(px, py), v(qx, qy), v(x, y));
+        let inside = x.is_in(v(lx, ly), v(hx, hy));
+        claim([right, inside], less((q - p).cross(x - p), whole(0)))
+    },
+};
+
 /// Beside a line.
-pub const BESIDE: Theorem = Theorem {
-    name: "beside",
-    source: "predicate::beside, index::query (boxes left out along a motion)",
-    claim: "yes only when the whole box lies strictly on one side of the line; so nothing within T of the line is in a box \
-            that, grown by T, is beside it",
+pub const BOX_SIDE: Theorem = Theorem {
+    name: SIDE,
+    source: "predicate::box_side, Window::is_beside, index::query (boxes left out along a motion)",
+    claim: "left or right only when the whole box lies strictly on that side of the line; so nothing within T of the line is in a \
+            box that, grown by T, is on one side of it",
     proof: |prover| {
         let low = V::unknown("low");
         let [high, p, q, x] = ["high", "p", "q", "x"].map(|name| low.other(name));
-        let paths = explore(&[], &[], || beside::<Symbolic>(low.place(), high.place(), p.place(), q.place()));
+        let side = || box_side::<Symbolic>(low.place(), high.place(), p.place(), q.place());
         // Products of a component with what lies between.
         let term = prover.lemma("a product is between those of the bounds", |[d, low, c, high]| {
             let least = any([at_most(d * low, d * c), at_most(d * high, d * c)]);
@@ -90,24 +103,27 @@ pub const BESIDE: Theorem = Theorem {
             term.at([d.x, low.y - p.y, x.y - p.y, high.y - p.y]),
             term.at([d.y, low.x - p.x, x.x - p.x, high.x - p.x]),
         ];
-        prover.on_paths_by("strictly on one side", &paths, &using, |&beside| {
-            let inside = x.is_in(low, high);
-            let off_line = not(equal(d.x * (x.y - p.y) - d.y * (x.x - p.x), whole(0)));
-            claim([inside, beside.into()], off_line)
+        let inside = x.is_in(low, high);
+        prover.on_paths_by("strictly on that side", &explore(&[], &[], side), &using, |&side| {
+            let off = d.cross(x - p);
+            let then = match side {
+                Orientation::Left => less(whole(0), off),
+                Orientation::Right => less(off, whole(0)),
+                Orientation::On => Fact::True,
+            };
+            claim([inside.clone()], then)
         });
-        let grown = prover.lemma(
-            "what is within T of a box is in the box grown by T",
-            |[x, y, t, dx, dy, lx, hx]| {
-                let given = [
-                    between(lx, x, hx),
-                    at_least_zero(t),
-                    at_most(v(dx, dy).norm_2(), square(t)),
-                    equal(y, x + dx),
-                ];
-                claim(given, between(lx - t, y, hx + t))
-            },
-        );
-        let _ = grown;
+        let right = explore(&[], &[], || side() == Orientation::Right);
+        prover.contract(&RIGHT, &right, terms(&[low, high, p, q, x], &[]), ([], &using));
+        prover.lemma("what is within T of a box is in the box grown by T", |[x, y, t, dx, dy, lx, hx]| {
+            let given = [
+                between(lx, x, hx),
+                at_least_zero(t),
+                at_most(v(dx, dy).norm_2(), square(t)),
+                equal(y, x + dx),
+            ];
+            claim(given, between(lx - t, y, hx + t))
+        });
         prover.lemma("points of the motion are on its line", |[px, py, qx, qy, t]| {
             let (p, d) = (v(px, py), v(qx, qy) - v(px, py));
             let at = p + d.times(t);

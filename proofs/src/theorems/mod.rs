@@ -1,6 +1,7 @@
 //! What is proved of the trusted core by solvers.
 
 mod arcs;
+mod beyond;
 mod box_met;
 mod box_segment;
 mod boxes;
@@ -30,6 +31,7 @@ pub const THEOREMS: &[Theorem] = &[
     orientation::ORIENTATION,
     orientation::POINT_POINT,
     point_segment::POINT_SEGMENT,
+    beyond::BEYOND,
     crossing::CROSSES_PROPERLY,
     segment_ends::SEGMENT_ENDS,
     segments::SEGMENT_SEGMENT,
@@ -40,7 +42,7 @@ pub const THEOREMS: &[Theorem] = &[
     box_met::BOX_MET,
     box_met::BOX_SLIDE,
     box_segment::BOX_SEGMENT,
-    boxes::BESIDE,
+    boxes::BOX_SIDE,
     boxes::PRUNING,
     boxes::CONVEX,
     ring::TOUCHES,

@@ -2,8 +2,9 @@
 
 use keepout_kernel::exact::lattice::COORD_MAX;
 use keepout_kernel::exact::predicate::{
-    ahead, beside, box_point, box_segment, crosses_properly, on_ring, orientation, point_point,
-    point_segment, ray_crosses, recedes, sagitta, segment_segment, strictly_inside, triangle_segment,
+    ahead, beyond, box_point, box_segment, box_side, convex_holds, convex_segment, crosses_properly, on_ring,
+    orientation, point_point, point_segment, ray_crosses, recedes, sagitta, segment_segment, strictly_inside,
+    triangle_segment,
 };
 
 use super::plane::V;
@@ -14,7 +15,7 @@ use crate::smt::run::Theorem;
 use crate::smt::symbolic::{Scalar, Symbolic, operations};
 use crate::smt::term::Term;
 
-/// Largest magnitude of the corners that `beside` is asked with.
+/// Largest magnitude of the corners that `box_side` is asked with.
 const FAR: i128 = 1 << 31;
 
 /// No overflow.
@@ -50,6 +51,8 @@ pub fn prove(prover: &mut Prover<'_>, limit: i128) {
         Part::CrossesProperly,
         Part::StrictlyInside,
         Part::BoxPoint,
+        Part::Beyond,
+        Part::ConvexHolds,
     ];
     let ordered = [(a.x.0, b.x.0), (a.y.0, b.y.0)];
     let mut count = 0;
@@ -61,11 +64,14 @@ pub fn prove(prover: &mut Prover<'_>, limit: i128) {
     count += explore(&[], &[], || ray_crosses::<Symbolic>(a, b, c)).len();
     count += explore(&[], &[], || recedes::<Symbolic>(a, b, c, d)).len();
     count += explore(&ordered, &[], || box_point::<Symbolic>(a, b, c, r)).len();
+    count += explore(&[], &[], || beyond::<Symbolic>(a, b, [c, d].into_iter(), r)).len();
+    count += explore(&[], &[], || convex_holds::<Symbolic>([a, b].into_iter(), c)).len();
     // Parts of these are asked about the same points, and were run above.
     count += explore(&[], &parts, || segment_segment::<Symbolic>(a, b, c, d, r)).len();
     count += explore(&[], &parts, || triangle_segment::<Symbolic>([a, b, c], d, e, r)).len();
+    count += explore(&[], &parts, || convex_segment::<Symbolic>([a, b, c].into_iter(), [d, e], r)).len();
     count += explore(&ordered, &parts, || box_segment::<Symbolic>(a, b, c, d, r)).len();
-    count += explore(&[], &[], || beside::<Symbolic>(low, high, a, b)).len();
+    count += explore(&[], &[], || box_side::<Symbolic>(low, high, a, b)).len();
     for (inward, outward) in [(1, 2), (2, 3)] {
         count += explore(&[], &[], || on_ring::<Symbolic>(a, b, r, inward, outward)).len();
     }

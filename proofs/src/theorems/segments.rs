@@ -2,8 +2,9 @@
 
 use keepout_kernel::exact::predicate::segment_segment;
 
+use super::beyond::{APART, BOTH, MEAN, off};
 use super::crossing::{CROSSING, coordinates, four, numbers, unknown_segments};
-use super::plane::{V, between_segments, share, to_segment};
+use super::plane::{V, between_segments, share, terms, to_segment, v};
 use super::point_segment;
 use super::segment_ends::END_IS_NEARER;
 use crate::smt::explore::{Part, answer, explore};
@@ -47,7 +48,7 @@ pub const SEGMENT_SEGMENT: Theorem = Theorem {
         let [a, b] = ab;
         let [c, d] = cd;
         let [r, s, t] = ["r", "s", "t"].map(Term::fresh);
-        let parts = [Part::PointSegment, Part::CrossesProperly];
+        let parts = [Part::Beyond, Part::PointSegment, Part::CrossesProperly];
         let paths = explore(&[], &parts, || {
             let [a, b, c, d] = [a, b, c, d].map(V::place);
             !segment_segment::<Symbolic>(a, b, c, d, Scalar(r)).is_clear()
@@ -83,6 +84,7 @@ pub const SEGMENT_SEGMENT: Theorem = Theorem {
         for (s0, t0) in [(s1, whole(0)), (s1, whole(1)), (whole(0), t1), (whole(1), t1)] {
             clear.push(substituted(prover, [ab, cd], [s1, t1], [s0, t0]));
         }
+        clear.extend(told_apart(prover, [ab, cd], [r, s, t]));
         prover.by_parts(&CLEAR, &paths, numbers([ab, cd], &[r, s, t]), ([], &clear));
         let cases = |i: usize| -> Vec<(Fact, Term, Term)> {
             let mut before: Vec<Fact> = Vec::new();
@@ -105,6 +107,30 @@ pub const SEGMENT_SEGMENT: Theorem = Theorem {
         prover.by_parts(&NEAR, &paths, numbers([ab, cd], &[r]), ([s, t], &near));
     },
 };
+
+/// What follows of the points at `s` and `t` when the line of one has the other beyond it.
+fn told_apart(prover: &mut Prover<'_>, [ab, cd]: [[V; 2]; 2], [r, s, t]: [Term; 3]) -> Vec<Instance> {
+    let mut using = Vec::new();
+    let on_line = prover.lemma("a point of a segment is on its line", |[ax, ay, bx, by, t]| {
+        let (a, b) = (v(ax, ay), v(bx, by));
+        let there = a + (b - a).times(t);
+        claim([], all([equal(off([a, b], there), whole(0)), equal(off([b, a], there), whole(0))]))
+    });
+    let at = |[p, q]: [V; 2], share: Term| p + (q - p).times(share);
+    for ([a, b], t_line, [c, d], t_points) in [(ab, s, cd, t), (cd, t, ab, s)] {
+        let (y, x) = (at([a, b], t_line), at([c, d], t_points));
+        using.push(on_line.at(terms(&[a, b], &[t_line])));
+        for [a, b] in [[a, b], [b, a]] {
+            let arguments = terms::<9>(&[a, b, c, d], &[r]);
+            using.push(prover.by(&BOTH, answer(Part::Beyond, &arguments), arguments).0);
+            using.push(prover.by(&MEAN, Fact::True, terms(&[a, b, c, d], &[r, t_points])).0);
+            using.push(prover.by(&APART, Fact::True, terms(&[a, b, x, y], &[r])).0);
+        }
+        let same = equal((x - y).norm_2(), between_segments(ab, cd, s, t).norm_2());
+        using.push(prover.fact("their distance", &claim([], same)));
+    }
+    using
+}
 
 fn end_distance(
     prover: &mut Prover<'_>,

@@ -5,7 +5,8 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use fastrand::Rng;
-use keepout_executor::link::dialect::{Language, Setting};
+use keepout_executor::link::Abilities;
+use keepout_executor::link::dialect::Setting;
 use keepout_executor::link::faults::Faults;
 use keepout_executor::link::port::{Port, PortError};
 use keepout_executor::session::log::{Header, LogError, LogTape};
@@ -147,7 +148,7 @@ pub fn play(world: &World, spec: &Spec, part: Part) -> Outcome {
 pub fn play_on(world: &World, spec: &Spec, part: Part, tape: Box<dyn Tape>) -> Outcome {
     let mut random = Rng::with_seed(spec.seed ^ 0x5e55_1011);
     let dialect = world.language.dialect(setting(world));
-    let machine = machine(world, spec, start_mm(world, spec, &mut random), dialect.abilities().checked);
+    let machine = machine(world, spec, start_mm(world, spec, &mut random), dialect.abilities());
     let cable = Cable { machine: Rc::new(RefCell::new(machine)), ahead: Rc::new(Cell::new(Duration::ZERO)) };
     let mut supervisor =
         Supervisor::new(world.work.clone(), options(world, spec, &mut random), dialect.abilities());
@@ -214,7 +215,7 @@ impl Watcher {
         Self {
             cable,
             judge: Judge::new(part, world.place.offset, radius, (world.by_hand, world.outside)),
-            happenings: happenings(world, spec, random),
+            happenings: happenings(spec, random),
             samples: Vec::new(),
             calm: spec.faults.is_empty(),
             rounds: 0,
@@ -341,7 +342,7 @@ fn setting(world: &World) -> Setting {
     }
 }
 
-fn machine(world: &World, spec: &Spec, start_mm: (f64, f64), checked: bool) -> SimMachine {
+fn machine(world: &World, spec: &Spec, start_mm: (f64, f64), abilities: Abilities) -> SimMachine {
     let settings = SimSettings {
         machine: world.machine.clone(),
         start_mm,
@@ -356,20 +357,17 @@ fn machine(world: &World, spec: &Spec, start_mm: (f64, f64), checked: bool) -> S
         Slip::wandering(band, steps, spec.seed)
     };
     let controller = speaking(&world.language, settings);
-    let there = Faults::new(spec.rates(false, checked), spec.seed ^ 0x7e0);
-    let here = Faults::new(spec.rates(true, checked), spec.seed ^ 0x4e1);
+    let there = Faults::new(spec.rates(false, abilities), spec.seed ^ 0x7e0);
+    let here = Faults::new(spec.rates(true, abilities), spec.seed ^ 0x4e1);
     SimMachine::new(controller, spec.baud, spec.latency, slip).hurt(there, here)
 }
 
-fn happenings(world: &World, spec: &Spec, random: &mut Rng) -> Vec<(Time, Happening)> {
+fn happenings(spec: &Spec, random: &mut Rng) -> Vec<(Time, Happening)> {
     let mut list = Vec::new();
     let at = |random: &mut Rng| Time::ZERO.after(spec.limit.mul_f64(random.f64()));
     for fault in &spec.faults {
         let when = at(random);
         match fault {
-            // Known and open: a Venus-1 controller wakes up with another unit of length, and a line that is on its way then is
-            // driven in it.
-            Fault::Reset if matches!(world.language, Language::Venus) => {}
             Fault::Reset => list.push((when, Happening::Reset)),
             Fault::Alarm => list.push((when, Happening::Alarm)),
             Fault::PortLoss => {

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use fastrand::Rng;
+use keepout_executor::link::Abilities;
 use keepout_executor::link::faults::{Damage, Rates};
 
 use super::operator::Style;
@@ -124,7 +125,8 @@ impl Spec {
 
     /// The rates of one direction's faults.
     #[must_use]
-    pub fn rates(&self, to_host: bool, checked: bool) -> Rates {
+    pub fn rates(&self, to_host: bool, abilities: Abilities) -> Rates {
+        let Abilities { checked, queues, .. } = abilities;
         let mut random = Rng::with_seed(self.seed ^ if to_host { 0x51 } else { 0xa7 });
         // From rare to often.
         let mut chance = |most: f64| most * 10.0_f64.powf(-2.5 * random.f64());
@@ -135,9 +137,9 @@ impl Spec {
                 *rate = value;
             }
         };
-        // What is repeated and also lost or reordered within one round trip defeats the counting of acknowledgements where
-        // lines carry no number; that no line does both is assumed, see ARCHITECTURE.md.
-        let counts = checked || !self.suffers(Fault::Doubling);
+        // Where contours are queued and acknowledgements carry no number these are counted. What is repeated and also lost or
+        // reordered within one round trip defeats that; that no line does both is assumed, see ARCHITECTURE.md.
+        let counts = checked || !queues || !self.suffers(Fault::Doubling);
         set(Fault::Delay, &mut rates.delay, 0.2);
         set(Fault::Loss, &mut rates.loss, if counts { 0.05 } else { 0.0 });
         set(Fault::Doubling, &mut rates.doubling, 0.05);

@@ -60,6 +60,7 @@ fn every_headline_fits_80_columns_large() {
         Headline::Starting,
         Headline::Manual,
         Headline::AtTheWall,
+        Headline::EndOfTravel,
         Headline::Contouring { percent: Some(100) },
         Headline::Contouring { percent: None },
         Headline::Escaping,

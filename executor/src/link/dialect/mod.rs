@@ -3,7 +3,6 @@
 pub(crate) mod described;
 mod exchange;
 mod grbl;
-mod grbl_inspect;
 mod inspect;
 mod language;
 mod lines;

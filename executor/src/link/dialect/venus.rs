@@ -2,8 +2,9 @@
 //!
 //! Sources: the Corvus adapter of Micro-Manager and the Corvus eco manual for `st` (bit 0: busy), `p`, `move`, `abort`, `2 setdim`,
 //! `cal`, `rm`, `0 0 setpos`, `getvel`, `setvel`, `getaccel`, `1 j`, and that a second `move` locks the interpreter until the first is
-//! done; from general knowledge, not yet tried on a controller: `2 n setunit` (2 is mm; 0 is the unit of velocity), `ge` (0 is no
-//! error), that `clear` empties the stack, that `st` answered after `move` says busy, and that no status bit but the first matters here.
+//! done; two drivers in use for `getdim`, `n getunit` (2 is mm; n = 0 is the unit of velocity), `n getcaldone` (1 after `cal`, 2 after
+//! `rm`, 3 after both) and `restore`, which puts back what was saved; from general knowledge, not yet tried on a controller: `ge` (0 is
+//! no error), that `clear` empties the stack, that `st` answered after `move` says busy, and that no status bit but the first matters here.
 //!
 //! Nothing is acknowledged. The interpreter reads in order, so the answer to an `st` that was sent after a motion says that
 //! the motion was read. A motion of a contour is accepted when the tool rests at its end: so none is skipped, none ever locks the
@@ -14,7 +15,16 @@
 //! it would have to its target: that `abort` brakes no softer than `move` does is taken for granted.
 //!
 //! Homing ends at the far end of travel, and that becomes zero: the table lies in [−width, 0]. A controller that was homed by
-//! somebody else may count from elsewhere: this dialect therefore can not tell whether it is homed, and trusts the operator.
+//! somebody else may count from elsewhere: that it was homed since it was switched on is asked, the rest is trusted to the operator.
+//!
+//! **Reset.** A controller that is reset counts from where the tool stands, in the units that were saved: a motion that was on its way
+//! must not be driven. What refuses it is the number of dimensions. The session works in two, and a controller is used only when three
+//! were saved ([`What::Saved`]): after a reset `move` needs three numbers, and every motion clears the stack and puts two on it, so
+//! that, whole or cut anywhere, it finds too few. One line only sets two dimensions, and the units behind them. It is answered before
+//! the controller is asked for its units and whether it is homed ([`What::Homed`]), and no motion goes out before. So one that was
+//! reset and then read that line, or what was left of it, has the units and is not homed, which ends the start or makes it home;
+//! and one that was reset later has three dimensions to the end of the session. It then gives three numbers for a place, and the
+//! session ends ([`Reply::Restarted`]).
 
 use keepout_kernel::{Curve, LatticeError, Point, Vector};
 use keepout_planner::units::point_from_mm;
@@ -31,16 +41,23 @@ use crate::supervisor::{Command, Limits, Mode, Reply, Report, Unfit, text};
 enum What {
     /// Status and position, in this order: a tool that was at rest is still there.
     Query,
+    /// The error number, which may be an old one.
+    Stale,
+    /// How many dimensions it has after a reset.
+    Saved,
+    /// The unit of an axis.
+    Unit(u8),
     Velocity,
     Acceleration,
     /// A status after so many words of homing.
     Homing(u8),
-    Arming,
+    /// Which ends of an axis were found since it was reset.
+    Homed(u8),
     /// A status after a jog.
     Jog,
     /// Status and position after a motion of a contour.
     Contour,
-    /// The error number, after an answer that says something is wrong.
+    /// The error number.
     Error,
 }
 
@@ -51,11 +68,11 @@ pub struct Venus {
     exchanges: Exchanges<What>,
     /// The status of the query that is half answered.
     status: Option<u32>,
-    speed_mm_s: f64,
+    limits: Limits,
     feed_mm_min: u32,
     /// Where the last motion goes, machine coordinates.
     target: Point,
-    /// Positions are in mm: before that they may be in anything.
+    /// Positions are of two numbers and in mm: before that they may be anything.
     in_mm: bool,
     lines: Lines,
 }
@@ -63,6 +80,12 @@ pub struct Venus {
 /// So often the stack is cleared before the target is put on it: numbers that a damaged line left there would be taken for a
 /// coordinate that is damaged now. With the stack empty `move` finds too little, and does nothing.
 const CLEARED: u32 = 4;
+/// Dimensions of the session.
+const DIMENSIONS: u32 = 2;
+/// The unit of length: mm.
+const MM: u32 = 2;
+/// Both ends of an axis were found.
+const BOTH_ENDS: u32 = 3;
 /// Bit 0 of the status: something moves.
 const BUSY: u32 = 1;
 /// A motion ended where it should, to so many steps.
@@ -76,7 +99,7 @@ impl Venus {
             setting,
             exchanges: Exchanges::default(),
             status: None,
-            speed_mm_s: 0.0,
+            limits: Limits { speed_mm_s: 0.0, acceleration_mm_s2: 0.0 },
             feed_mm_min: 0,
             target: Point::ORIGIN,
             in_mm: false,
@@ -138,8 +161,11 @@ impl Venus {
                 self.status = Some(number(line)?);
                 return Some(None);
             };
-            let at_mm = place(line)?;
-            let reply = if what == What::Query {
+            let (at_mm, count) = place(line)?;
+            let reply = if self.in_mm && count != DIMENSIONS {
+                self.in_mm = false;
+                Some(Reply::Restarted)
+            } else if what == What::Query {
                 Some(self.report(status, at_mm)?)
             } else {
                 self.arrived(status, point_from_mm(at_mm).ok()?, out)
@@ -163,7 +189,13 @@ impl Venus {
             }
             What::Homing(done) => self.home(done, out),
             What::Jog => Some(Reply::Accepted),
-            What::Arming => {
+            What::Stale | What::Saved | What::Unit(_) => self.set_up(what, number, out),
+            What::Homed(_) if number != BOTH_ENDS => Some(Reply::NotHomed),
+            What::Homed(1) => {
+                self.ask(What::Homed(2), b"2 getcaldone ", out);
+                None
+            }
+            What::Homed(_) => {
                 self.ask(What::Error, b"ge ", out);
                 None
             }
@@ -173,6 +205,29 @@ impl Venus {
             }
             _ => Some(Reply::Armed),
         })
+    }
+
+    /// Three dimensions are saved; the session has two, mm and no joystick. That the units were taken is asked last.
+    fn set_up(&mut self, what: What, number: u32, out: &mut Vec<u8>) -> Option<Reply> {
+        let unfit = |name, needed| Some(Reply::Unfit(Unfit { name, value: f64::from(number), needed }));
+        match what {
+            What::Stale => self.ask(What::Saved, b"restore getdim ", out),
+            What::Saved if number <= DIMENSIONS => {
+                let needed = "3, so that a motion which arrives after a reset is refused: send \"3 setdim save \" once";
+                return unfit("getdim after restore", needed);
+            }
+            What::Saved => {
+                let words = b"2 setdim 2 0 setunit 2 1 setunit 2 2 setunit 0 j getvel ";
+                self.ask(What::Velocity, words, out);
+            }
+            _ if number != MM => return unfit("getunit", "2 (mm) once it is set"),
+            What::Unit(1) => self.ask(What::Unit(2), b"2 getunit ", out),
+            _ => {
+                self.in_mm = true;
+                return Some(Reply::Prepared(self.limits));
+            }
+        }
+        None
     }
 
     /// To the near end, to the far end, and zero there: each begins when the tool rests after the one before.
@@ -189,12 +244,13 @@ impl Venus {
             return Some(Reply::Unfit(Unfit { name, value: figure, needed: "more than 0" }));
         }
         if what == What::Velocity {
-            self.speed_mm_s = figure;
+            self.limits.speed_mm_s = figure;
             self.ask(What::Acceleration, b"getaccel ", out);
-            return None;
+        } else {
+            self.limits.acceleration_mm_s2 = figure;
+            self.ask(What::Unit(1), b"1 getunit ", out);
         }
-        self.in_mm = true;
-        Some(Reply::Prepared(Limits { speed_mm_s: self.speed_mm_s, acceleration_mm_s2: figure }))
+        None
     }
 
     /// A motion of a contour is accepted when it is done. One that was not read would make the next one begin elsewhere.
@@ -252,13 +308,12 @@ impl Dialect for Venus {
                 self.exchanges.clear();
                 self.status = None;
                 self.in_mm = false;
-                // Two dimensions, mm, no joystick.
-                self.ask(What::Velocity, b"2 setdim 2 0 setunit 2 1 setunit 2 2 setunit 0 j getvel ", out);
+                self.ask(What::Stale, b"ge ", out);
             }
             Command::Home => drop(self.home(0, out)),
             Command::Arm => {
                 self.feed_mm_min = 0;
-                self.ask(What::Arming, b"2 setdim st ", out);
+                self.ask(What::Homed(1), b"1 getcaldone ", out);
             }
             Command::Move(certified) => self.motion(certified.motion(), out)?,
         }
@@ -309,10 +364,11 @@ impl Words {
     }
 }
 
-/// `None` when there are no two numbers.
-fn place(line: &str) -> Option<(f64, f64)> {
+/// The first two of the numbers, and how many there are; `None` when there are fewer.
+fn place(line: &str) -> Option<((f64, f64), u32)> {
     let mut values = line.split_whitespace().map(figure);
-    Some((values.next()??, values.next()??))
+    let at_mm = (values.next()??, values.next()??);
+    Some((at_mm, values.try_fold(2, |count: u32, value| value.map(|_| count.saturating_add(1)))?))
 }
 
 fn number(word: &str) -> Option<u32> {

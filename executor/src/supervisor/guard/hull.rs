@@ -1,7 +1,7 @@
 //! TRUSTED. The convex hull of a few points, exactly.
 
 use keepout_kernel::exact::segment::{Orientation, Window, distance_2, orientation};
-use keepout_kernel::{FreePoint, Point, Segment};
+use keepout_kernel::{Convex, Point, Segment};
 
 /// Most points.
 const POINTS_MAX: usize = 14;
@@ -11,14 +11,14 @@ const CORNERS_MAX: usize = 2 * POINTS_MAX + 1;
 /// A convex hull: its corners counter-clockwise; two for points on a line, one for a single point.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Hull {
-    corners: [FreePoint; CORNERS_MAX],
+    corners: [Point; CORNERS_MAX],
     count: usize,
 }
 
 impl Hull {
     /// The hull of the points; `None` without points, with too many, or when it does not hold them all (which would be an
     /// error here: it is looked at again).
-    pub(super) fn of(points: impl Iterator<Item = FreePoint> + Clone) -> Option<Self> {
+    pub(super) fn of(points: impl Iterator<Item = Point> + Clone) -> Option<Self> {
         let first = points.clone().next()?;
         let mut sorted = [first; POINTS_MAX];
         let mut count = 0;
@@ -26,29 +26,34 @@ impl Hull {
             *sorted.get_mut(count)? = point;
             count += 1;
         }
-        let key = |free: &FreePoint| (free.point().x.units(), free.point().y.units());
+        let key = |point: &Point| (point.x.units(), point.y.units());
         sorted[..count].sort_unstable_by_key(key);
         let mut hull = Self { corners: [first; CORNERS_MAX], count: 0 };
         hull.chain(sorted[..count].iter().copied(), 0)?;
         let lower = hull.count;
         hull.chain(sorted[..count].iter().rev().copied(), lower)?;
         let hull = if hull.count == 0 { Self { count: 1, corners: [sorted[0]; CORNERS_MAX] } } else { hull };
-        points.into_iter().all(|free| hull.holds(free.point())).then_some(hull)
+        points.into_iter().all(|point| hull.holds(point)).then_some(hull)
+    }
+
+    /// The hull of this one and a point.
+    pub(super) fn with(&self, point: Point) -> Option<Self> {
+        Self::of(self.corners[..self.count].iter().copied().chain(std::iter::once(point)))
     }
 
     /// Adds a chain that turns left all the way, without its last point (where the next begins).
-    fn chain(&mut self, points: impl Iterator<Item = FreePoint>, begins: usize) -> Option<()> {
-        for free in points {
+    fn chain(&mut self, points: impl Iterator<Item = Point>, begins: usize) -> Option<()> {
+        for point in points {
             while self.count >= begins + 2 {
-                let (a, b) = (self.corners[self.count - 2].point(), self.corners[self.count - 1].point());
-                if orientation(a, b, free.point()) == Orientation::Left {
+                let (a, b) = (self.corners[self.count - 2], self.corners[self.count - 1]);
+                if orientation(a, b, point) == Orientation::Left {
                     break;
                 }
                 self.count -= 1;
             }
-            let repeats = self.count > begins && self.corners[self.count - 1].point() == free.point();
+            let repeats = self.count > begins && self.corners[self.count - 1] == point;
             if !repeats {
-                *self.corners.get_mut(self.count)? = free;
+                *self.corners.get_mut(self.count)? = point;
                 self.count += 1;
             }
         }
@@ -56,14 +61,13 @@ impl Hull {
         Some(())
     }
 
-    /// The corners.
-    #[cfg(test)]
-    fn corners(&self) -> &[FreePoint] {
-        &self.corners[..self.count]
+    /// The polygon.
+    pub(super) fn polygon(&self) -> Option<Convex<'_>> {
+        Convex::check(&self.corners[..self.count])
     }
 
     /// The sides: pairs of corners; one pair for two corners and for one.
-    pub(super) fn sides(&self) -> impl Iterator<Item = (FreePoint, FreePoint)> + '_ {
+    pub(super) fn sides(&self) -> impl Iterator<Item = (Point, Point)> + '_ {
         let count = if self.count == 2 { 1 } else { self.count };
         (0..count).map(|k| (self.corners[k], self.corners[(k + 1) % self.count]))
     }
@@ -72,12 +76,12 @@ impl Hull {
     pub(super) fn holds(&self, point: Point) -> bool {
         match self.count {
             0 => false,
-            1 => self.corners[0].point() == point,
+            1 => self.corners[0] == point,
             2 => {
-                let (a, b) = (self.corners[0].point(), self.corners[1].point());
+                let (a, b) = (self.corners[0], self.corners[1]);
                 orientation(a, b, point) == Orientation::On && Window::of(a).including(b).holds(point)
             }
-            _ => self.sides().all(|(a, b)| orientation(a.point(), b.point(), point) != Orientation::Right),
+            _ => self.sides().all(|(a, b)| orientation(a, b, point) != Orientation::Right),
         }
     }
 
@@ -86,8 +90,7 @@ impl Hull {
         if self.holds(point) {
             return Some(point);
         }
-        let feet =
-            self.sides().filter_map(|(a, b)| project(point, Segment { from: a.point(), to: b.point() }));
+        let feet = self.sides().filter_map(|(a, b)| project(point, Segment { from: a, to: b }));
         feet.min_by_key(|&foot| distance_2(foot, point))
     }
 }
@@ -112,21 +115,11 @@ fn project(p: Point, segment: Segment) -> Option<Point> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use keepout_kernel::exact::lattice::COORD_MAX;
-    use keepout_kernel::{Length, ProhibitedRegion, Region, Ring, Side, Triangle};
-
-    /// Far from all the points of the tests.
-    fn part() -> ProhibitedRegion {
-        let at = |x: i64, y: i64| Point::from_units(x, y).unwrap();
-        let (far, edge) = (i64::from(COORD_MAX) - 10, i64::from(COORD_MAX));
-        let ring = Ring::new(vec![at(far, far), at(edge, far), at(edge, edge)]).unwrap();
-        ProhibitedRegion::new(Region::new(vec![ring]).unwrap(), Side::Outside).unwrap()
-    }
+    use keepout_kernel::{Length, Triangle};
 
     /// Small lattices, so that points coincide and lie on lines often; the oracle looks at all triangles.
     #[test]
     fn hull_is_what_the_triangles_are() {
-        let part = part();
         let mut random = fastrand::Rng::with_seed(9);
         for _ in 0..4000 {
             let size = [random.i64(1..9), 1000][random.usize(0..2)];
@@ -135,9 +128,11 @@ mod tests {
             };
             let count = if random.bool() { POINTS_MAX } else { random.usize(1..=POINTS_MAX) };
             let points: Vec<Point> = (0..count).map(|_| place(&mut random)).collect();
-            let free: Vec<FreePoint> =
-                points.iter().map(|&point| part.free_point(point, Length::ZERO).unwrap()).collect();
-            let hull = Hull::of(free.iter().copied()).unwrap();
+            let hull = Hull::of(points.iter().copied()).unwrap();
+            let polygon = hull.polygon().unwrap();
+            let again =
+                Hull::of(points.iter().copied().skip(1)).map_or(hull, |rest| rest.with(points[0]).unwrap());
+            assert_eq!(again.polygon().unwrap().corners(), polygon.corners(), "{points:?}");
             let probe = place(&mut random);
             let here = Segment { from: probe, to: probe };
             let inside = points.iter().any(|&a| {
@@ -148,7 +143,8 @@ mod tests {
                 })
             });
             assert_eq!(hull.holds(probe), inside, "{points:?} {probe:?}");
-            assert!(hull.corners().iter().all(|corner| points.contains(&corner.point())));
+            assert_eq!(polygon.holds(probe), inside, "{points:?} {probe:?}");
+            assert!(polygon.corners().iter().all(|corner| points.contains(corner)));
             let near = hull.nearest(probe).unwrap();
             assert_eq!(near == probe, inside || near == probe, "{points:?} {probe:?}");
         }

@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use keepout_kernel::exact::segment::{Window, points_within};
-use keepout_kernel::{Blocked, Edge, FreePoint, Length, Point, ProhibitedRegion, Segment, Triangle, Vector};
+use keepout_kernel::{Blocked, Edge, FreePoint, Length, Point, ProhibitedRegion, Segment, Vector};
 
 use super::Refusal;
 use super::hull::Hull;
@@ -122,21 +122,26 @@ impl InFlight {
         self.rested_at = None;
     }
 
-    /// Certifies that the hull stays clear when `to` is taken into the set.
+    /// The convex hull of the set; `None` without points.
+    pub(super) fn hull(&self) -> Option<Hull> {
+        Hull::of(self.points().map(FreePoint::point))
+    }
+
+    /// Certifies that the hull stays clear when `to` is taken into the set. `hull` is that of the set as it is.
     pub(super) fn admit(
         &self,
         part: &ProhibitedRegion,
+        hull: Option<&Hull>,
         tail: FreePoint,
         to: Point,
     ) -> Result<FreePoint, Refusal> {
-        if let Some(edge) = self.still_in_the_way(tail, to) {
-            return Err(Refusal::Blocked(Blocked::ByEdge(edge)));
-        }
-        let window = self.points().fold(Window::of(to), |window, free| window.including(free.point()));
-        // The hull lies in the box: where that is clear nothing else need be asked.
-        let outcome = match (clear_box(part, tail, window), self.shape) {
-            (Err(_), MotionShape::Line) => self.admit_line(part, tail, to),
-            (outcome, _) => outcome.and_then(|()| part.motion(tail, to)),
+        let outcome = match self.shape {
+            MotionShape::Line => self.admit_line(part, hull, tail, to),
+            MotionShape::Box => {
+                let points = self.points().map(FreePoint::point);
+                let window = points.fold(Window::of(to), Window::including);
+                clear_box(part, tail, window).and_then(|()| part.motion(tail, to))
+            }
         };
         if let Err(Blocked::ByEdge(edge)) = outcome {
             self.in_the_way.set(Some(edge));
@@ -144,27 +149,29 @@ impl InFlight {
         outcome.map_err(Refusal::Blocked)
     }
 
-    /// The edge that was last in the way, when it is in the way of a straight motion's fans to `to`.
-    fn still_in_the_way(&self, tail: FreePoint, to: Point) -> Option<Edge> {
-        let edge = self.in_the_way.get().filter(|_| self.shape == MotionShape::Line)?;
-        let reach = tail.threshold().saturating_plus(edge.slack);
-        let last = self.lines.back().map_or(tail, |line| line.target).point();
-        let near = |a: Point| {
-            let fan = Triangle { corners: [a, last, to] };
-            !fan.near_segment(edge.chord, reach).is_clear()
-        };
-        self.points().any(|a| near(a.point())).then_some(edge)
-    }
-
-    /// The new hull is the old one and the triangles over its sides with `to`.
-    fn admit_line(&self, part: &ProhibitedRegion, tail: FreePoint, to: Point) -> Result<FreePoint, Blocked> {
-        let last = self.lines.back().map_or(tail, |line| line.target);
-        let admitted = part.motion(last, to)?;
-        let hull = Hull::of(self.points()).ok_or(Blocked::StartTooNear(tail.point()))?;
-        for (a, b) in hull.sides() {
-            part.fan(a, b, to)?;
+    /// The new hull, that of the old one and the new target, is clear, all of it. The points carry one threshold: that of the
+    /// tail.
+    fn admit_line(
+        &self,
+        part: &ProhibitedRegion,
+        hull: Option<&Hull>,
+        tail: FreePoint,
+        to: Point,
+    ) -> Result<FreePoint, Blocked> {
+        let threshold = tail.threshold();
+        if let Some(other) = self.points().find(|free| free.threshold() != threshold) {
+            return Err(Blocked::StartTooNear(other.point()));
         }
-        Ok(admitted)
+        let unknown = Blocked::StartTooNear(tail.point());
+        let hull = hull.ok_or(unknown)?;
+        // What was last in the way mostly still is: the ways from the old corners to the target lie in the new hull.
+        let near = |edge: &Edge, from: Point| !edge.near_motion(Segment { from, to }, threshold).is_clear();
+        let still = |edge: &Edge| hull.sides().any(|(from, _)| near(edge, from));
+        if let Some(edge) = self.in_the_way.get().filter(still) {
+            return Err(Blocked::ByEdge(edge));
+        }
+        let hull = hull.with(to).ok_or(unknown)?;
+        part.polygon(tail, hull.polygon().ok_or(unknown)?, to)
     }
 
     /// The point of the hull nearest to the reported position, as a certified tail. Where the tool was commanded to be lies
@@ -172,7 +179,7 @@ impl InFlight {
     /// report is.
     fn snap(&self, part: &ProhibitedRegion, position: Point) -> Snap {
         let foot = match self.shape {
-            MotionShape::Line => Hull::of(self.points()).and_then(|hull| hull.nearest(position)),
+            MotionShape::Line => self.hull().and_then(|hull| hull.nearest(position)),
             MotionShape::Box => self.foot_in_box(position),
         };
         let Some(foot) = foot else { return Snap::Off };

@@ -12,7 +12,7 @@
 //!
 //! **Reading:** a controller whose receive buffer is full drops bytes, and takes the head of one line and the tail of another
 //! for a third. So few lines are sent ahead of what it has read for certain, whatever was acknowledged, that they fit the
-//! smallest buffer ([`AHEAD_MAX`]).
+//! smallest buffer (`AHEAD_MAX`).
 //!
 //! **Escaping:** a tool that stands nearer than the manual threshold, but not in the part, is admitted single motions on
 //! which it comes nearer to no edge within that threshold.
@@ -39,6 +39,7 @@ use keepout_kernel::{FreePoint, Length, Point, ProhibitedRegion};
 
 use crate::time::Time;
 use contour::Contour;
+use hull::Hull;
 use in_flight::{InFlight, LINES_MAX, Line};
 
 /// Most lines that may be in a receive buffer at once: two, each of which can arrive twice, of 42 bytes at most; the smallest
@@ -82,6 +83,34 @@ pub struct Guard {
     contour: Option<Contour>,
     #[cfg(feature = "mutations")]
     mutation: Mutation,
+}
+
+/// What jogs a guard would admit. It holds on to the guard, so that the set, and the hull that is worked out once, stay as they
+/// are.
+#[derive(Debug)]
+pub struct Asking<'a> {
+    guard: &'a Guard,
+    hull: Option<Hull>,
+}
+
+impl Asking<'_> {
+    /// Whether a jog to `to` would be admitted.
+    ///
+    /// # Errors
+    /// [`Refusal`] saying why not.
+    pub fn admits(&self, to: Point) -> Result<FreePoint, Refusal> {
+        let guard = self.guard;
+        let tail = guard.ready(to)?;
+        if guard.stands_inside() {
+            return Err(Refusal::StandsInside);
+        }
+        #[cfg(feature = "mutations")]
+        if guard.mutation == Mutation::NoFans {
+            let last = guard.set.lines.back().map_or(tail, |line| line.target);
+            return guard.coarse.motion(last, to).map_err(Refusal::Blocked);
+        }
+        guard.set.admit(&guard.coarse, self.hull.as_ref(), tail, to)
+    }
 }
 
 impl Guard {
@@ -186,7 +215,17 @@ impl Guard {
     /// Lines sent that may still be in the controller's receive buffer. A checksum over each line keeps that from being mixed
     /// up.
     fn unread(&self) -> u64 {
+        #[cfg(feature = "mutations")]
+        if self.mutation == Mutation::AheadOfReading {
+            return 0;
+        }
         if self.rules.checked { 0 } else { self.sent - self.read }
+    }
+
+    /// Whether another line could be sent now.
+    #[must_use]
+    pub fn takes_lines(&self) -> bool {
+        self.set.lines.len() < LINES_MAX && self.unread() < AHEAD_MAX
     }
 
     /// Whether the next motion of a contour waits for nothing but the answer to a query.
@@ -215,16 +254,14 @@ impl Guard {
     /// # Errors
     /// [`Refusal`] saying why not.
     pub fn admits(&self, to: Point) -> Result<FreePoint, Refusal> {
-        let tail = self.ready(to)?;
-        if self.stands_inside() {
-            return Err(Refusal::StandsInside);
-        }
-        #[cfg(feature = "mutations")]
-        if self.mutation == Mutation::NoFans {
-            let last = self.set.lines.back().map_or(tail, |line| line.target);
-            return self.coarse.motion(last, to).map_err(Refusal::Blocked);
-        }
-        self.set.admit(&self.coarse, tail, to)
+        self.asking().admits(to)
+    }
+
+    /// For many questions about the set as it is.
+    #[must_use]
+    pub fn asking(&self) -> Asking<'_> {
+        let hull = if self.rules.shape == MotionShape::Line { self.set.hull() } else { None };
+        Asking { guard: self, hull }
     }
 
     /// The tail, when a motion to `to` can be thought of at all.
@@ -236,7 +273,7 @@ impl Guard {
         if !self.rules.stroke.holds(to) {
             return Err(Refusal::BeyondStroke(to));
         }
-        if self.set.lines.len() >= LINES_MAX || self.unread() >= AHEAD_MAX {
+        if !self.takes_lines() {
             return Err(Refusal::Full);
         }
         let way = to.minus(self.set.lines.back().map_or(tail, |line| line.target).point());

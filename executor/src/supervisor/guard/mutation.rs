@@ -24,6 +24,8 @@ pub enum Mutation {
     UncertifiedContour,
     /// A contour goes on without waiting for acknowledgements.
     ContourUnacknowledged,
+    /// Lines go out as they are acknowledged, whatever the controller has read.
+    AheadOfReading,
     /// An escape may lead anywhere.
     EscapeAnywhere,
     /// Axes that run apart are taken to drive straight.
@@ -34,7 +36,7 @@ pub enum Mutation {
 
 impl Mutation {
     /// Every part that can be taken out.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::ForgetInFlight,
         Self::NoFans,
         Self::RetireOnAcknowledgement,
@@ -42,6 +44,7 @@ impl Mutation {
         Self::BelieveAnyPosition,
         Self::UncertifiedContour,
         Self::ContourUnacknowledged,
+        Self::AheadOfReading,
         Self::EscapeAnywhere,
         Self::StraightAnyway,
         Self::NoMargin,

@@ -55,22 +55,52 @@ fn jogs_are_accepted_when_read_and_contours_when_done() {
 #[test]
 fn start_sets_units_and_reads_what_is_needed() {
     let mut venus = dialect();
-    assert!(said(&mut venus, &Command::Prepare).ends_with("0 j getvel "));
+    assert_eq!(said(&mut venus, &Command::Prepare), "ge ");
+    assert_eq!(hear(&mut venus, "1009\r\n"), (vec![], "restore getdim ".into()), "an old error");
+    let mut two_saved = venus.clone();
+    let set = "2 setdim 2 0 setunit 2 1 setunit 2 2 setunit 0 j getvel ";
+    assert_eq!(hear(&mut venus, "3\r\n"), (vec![], set.into()));
+    let mut still = venus.clone();
     assert_eq!(hear(&mut venus, "100.000\r\n"), (vec![], "getaccel ".into()));
+    assert_eq!(hear(&mut venus, "500.0\r\n"), (vec![], "1 getunit ".into()));
+    assert_eq!(hear(&mut venus, "2\r\n"), (vec![], "2 getunit ".into()));
+    let mut micrometres = venus.clone();
     let limits = Limits { speed_mm_s: 100.0, acceleration_mm_s2: 500.0 };
-    assert_eq!(hear(&mut venus, "500.0\r\n").0, [Reply::Prepared(limits)]);
+    assert_eq!(hear(&mut venus, "2\r\n").0, [Reply::Prepared(limits)]);
+    for (unfit, answer) in [(&mut two_saved, "2\r\n"), (&mut micrometres, "1\r\n"), (&mut still, "0.0\r\n")] {
+        assert!(matches!(hear(unfit, answer).0[..], [Reply::Unfit(_)]));
+    }
+}
+
+#[test]
+fn homes_and_asks_whether_it_is_homed() {
+    let mut venus = dialect();
     assert_eq!(said(&mut venus, &Command::Home), "cal st ");
     assert_eq!(hear(&mut venus, "1\r\n").1, "st ");
     assert_eq!(hear(&mut venus, "0\r\n").1, "rm st ");
     assert_eq!(hear(&mut venus, "0\r\n").1, "0 0 setpos st ");
     assert_eq!(hear(&mut venus, "0\r\n").0, [Reply::Homed]);
-    assert_eq!(said(&mut venus, &Command::Arm), "2 setdim st ");
-    assert_eq!(hear(&mut venus, "0\r\n").1, "ge ");
+    assert_eq!(said(&mut venus, &Command::Arm), "1 getcaldone ");
+    let mut half = venus.clone();
+    assert_eq!(hear(&mut half, "1\r\n").0, [Reply::NotHomed]);
+    assert_eq!(hear(&mut venus, "3\r\n").1, "2 getcaldone ");
+    assert_eq!(hear(&mut venus, "3\r\n").1, "ge ");
     let mut refused = venus.clone();
     assert_eq!(hear(&mut venus, "0\r\n").0, [Reply::Armed]);
     assert!(matches!(hear(&mut refused, "1004\r\n").0[..], [Reply::Refused { code: 1004, .. }]));
-    said(&mut venus, &Command::Prepare);
-    assert!(matches!(hear(&mut venus, "0.0\r\n").0[..], [Reply::Unfit(_)]));
+}
+
+#[test]
+fn three_numbers_are_a_controller_that_was_reset() {
+    let mut venus = dialect();
+    for (line, asked) in [(Command::Query, "st p "), (contour_to(0, 0, 600), "move st p ")] {
+        venus.in_mm = true;
+        assert!(said(&mut venus, &line).ends_with(asked));
+        assert_eq!(hear(&mut venus, "0\r\n0 0 0\r\n").0, [Reply::Restarted]);
+    }
+    said(&mut venus, &Command::Query);
+    let report = Report { mode: Mode::Idle, position: None, queued: None, waiting: None };
+    assert_eq!(hear(&mut venus, "0\r\n0 0 0\r\n").0, [Reply::Report(report)], "it is begun anew with");
 }
 
 #[test]

@@ -2,17 +2,23 @@
 //!
 //! Everything here proposes a target; [`Guard::jog`] and [`Guard::escape`] decide.
 
+mod helm;
+mod way;
+
+pub use helm::Contact;
+pub(super) use helm::{Helm, standing_off};
+
 use std::time::Duration;
 
-use keepout_kernel::clip::{SLIDE_TURNS, contact_band, longest_prefix};
+use keepout_kernel::clip::{SLIDE_TURNS, longest_prefix};
 use keepout_kernel::curve::nearest_unit;
-use keepout_kernel::{FreePoint, Length, Point, Segment, UNITS_PER_MM, Vector};
-use keepout_planner::units::length_up_from_mm;
+use keepout_kernel::{FreePoint, Point};
 
-use super::guard::{Certified, Guard, MotionShape};
-use super::{Command, Counts, Wish};
-use crate::link::Abilities;
+use super::guard::{Guard, MotionShape};
+use super::{Command, Wish};
 use crate::time::Time;
+use helm::{length_mm, on_grid, part_of, vector};
+use way::Way;
 
 /// What the machine can do, as far as steering needs it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,10 +44,6 @@ impl Limits {
 pub(super) const STALE: Duration = Duration::from_millis(250);
 /// Below this deflection nothing moves.
 const DEAD_ZONE: f64 = 0.03;
-/// Jog targets lie on this grid, lattice units (1 µm): they are then written exactly with three decimals.
-const GRID: i64 = 100;
-/// Jogs shorter than this are not worth sending, mm.
-const SHORTEST_MM: f64 = 0.01;
 /// A wish that turns by more than this (cosine) cancels what is in flight.
 const TURNED: f64 = 0.7;
 /// The same where the queue is not added to while it runs.
@@ -54,21 +56,14 @@ const WHEEL_AHEAD_MM: f64 = 10.0;
 const SINGLE_S: f64 = 1.0;
 /// The same where they can not be cancelled either: the hand is not followed for that long, s.
 const UNSTOPPABLE_S: f64 = 0.25;
-/// Step along a wall where axes run apart, mm.
-const STAIR_MM: f64 = 0.5;
-/// How finely a motion is cut short where something in flight is in its way: to one part in 64.
-const HALVINGS: u32 = 6;
-/// Angles tried along a wall while motions are under way; at rest all of [`SLIDE_TURNS`] are.
-const TURNS_UNDER_WAY: [u32; 4] = [12, 8, 5, 3];
+/// Angles tried along a wall while motions are under way, two at one decision and two at the next; at rest all of
+/// [`SLIDE_TURNS`] are.
+const TURNS_UNDER_WAY: [[u32; 2]; 2] = [[12, 5], [8, 3]];
 /// Jogs last at least so long, s: each stays in the in-flight set for half a second after it was executed, and that holds
 /// only so many.
 const STEP_S: f64 = 0.06;
-/// What ways keep beyond the threshold, so that places on them can be rounded (1 µm).
-const ROUNDING: Length = Length::small(100);
 /// Directions are alike within this (cosine): 0.8°.
 const ALIKE: f64 = 0.9999;
-/// A slide that gets this share of its way is taken without trying others.
-const GOOD_SHARE: f64 = 0.98;
 
 /// What steering remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -81,6 +76,8 @@ pub struct Steering {
     resting: bool,
     /// From where, with the tool where, and in which direction nothing was admitted last: asked again it would not be.
     fruitless: Option<Fruitless>,
+    /// Which angles along a wall are tried next.
+    turns: usize,
     /// What handwheels were turned and the tool has not followed yet, mm.
     turned_mm: (f64, f64),
 }
@@ -100,65 +97,6 @@ impl Fruitless {
         let same = (self.base, self.tail, self.set) == (other.base, other.tail, other.set);
         same && self.unit.0 * other.unit.0 + self.unit.1 * other.unit.1 > ALIKE
     }
-}
-
-/// The way ahead of the tool: from where it is along the targets that it has not passed. Targets stay in the in-flight set for a
-/// while after they were.
-struct Way {
-    points: [Point; WAY_MAX],
-    first: usize,
-    count: usize,
-}
-
-/// Most points of a way.
-const WAY_MAX: usize = 16;
-/// A tool this near the way between two targets is on it, mm.
-const ON_WAY_MM: f64 = 0.02;
-
-impl Way {
-    fn of(guard: &Guard, struck: u64) -> Self {
-        let mut way = Self { points: [Point::ORIGIN; WAY_MAX], first: 0, count: 0 };
-        for point in guard.way_after(struck).take(WAY_MAX) {
-            way.points[way.count] = point;
-            way.count += 1;
-        }
-        let tail = way.points[0];
-        let near = length_up_from_mm(ON_WAY_MM).unwrap_or(Length::ZERO);
-        let on = |k: &usize| {
-            let leg = Segment { from: way.points[*k], to: way.points[*k + 1] };
-            !leg.near_point(tail, near).is_clear()
-        };
-        if let Some(leg) = (1..way.count.saturating_sub(1)).rev().find(on) {
-            way.points[leg] = tail;
-            way.first = leg;
-        }
-        way
-    }
-
-    fn points(&self) -> &[Point] {
-        &self.points[self.first..self.count]
-    }
-}
-
-/// What a proposal ran into.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Contact {
-    /// Nothing new was proposed.
-    Unknown,
-    /// Nothing: the tool goes where it is wished.
-    Free,
-    /// The wall: the motion was cut short, or runs along it.
-    Wall,
-}
-
-/// What steering works with.
-pub(super) struct Helm<'a> {
-    pub(super) guard: &'a mut Guard,
-    pub(super) counts: &'a mut Counts,
-    pub(super) commands: &'a mut Vec<Command>,
-    pub(super) limits: Limits,
-    pub(super) abilities: Abilities,
-    pub(super) round_trip: Duration,
 }
 
 /// The wish, or none when it is stale or no number.
@@ -216,7 +154,8 @@ impl Steering {
             self.cancel(helm);
             ahead_mm = self.ahead_mm(helm.guard);
         }
-        if self.resting || helm.guard.unacknowledged() > 0 || single && !helm.guard.settled() {
+        let busy = helm.guard.unacknowledged() > 0 || !helm.guard.takes_lines();
+        if self.resting || busy || single && !helm.guard.settled() {
             return Contact::Unknown;
         }
         let speed = length * helm.limits.speed_mm_s;
@@ -231,8 +170,14 @@ impl Steering {
             helm.counts.clipped += 1;
             return Contact::Unknown;
         }
-        let (target, contact) = helm.reach(base, vector(unit, missing_mm));
-        self.fruitless = target.is_none().then_some(attempt);
+        let all = helm.guard.settled();
+        let turns: &[u32] = if all { &SLIDE_TURNS } else { &TURNS_UNDER_WAY[self.turns % 2] };
+        let (target, contact) = helm.reach(base, vector(unit, missing_mm), turns);
+        let last = all || self.turns % 2 == 1;
+        self.fruitless = (target.is_none() && last).then_some(attempt);
+        if target.is_none() {
+            self.turns = (self.turns + 1) % 2;
+        }
         if let Some((target, share)) = target
             && let Ok(certified) = helm.guard.jog(target, feed(speed * share))
         {
@@ -289,7 +234,7 @@ impl Steering {
         }
         let Some(end) = helm.guard.end() else { return Contact::Unknown };
         self.turned_mm = (0.0, 0.0);
-        let target = helm.prefix(end, step);
+        let target = helm.prefix(&helm.guard.asking(), end, step, 0.0);
         let wished = end.point().translated(step).ok().and_then(on_grid);
         if let Some(certified) =
             target.and_then(|target| helm.guard.jog(target, feed(helm.limits.speed_mm_s)).ok())
@@ -358,131 +303,4 @@ fn wanted_mm(speed: f64, helm: &Helm<'_>) -> f64 {
     let single = if helm.abilities.cancels { SINGLE_S } else { UNSTOPPABLE_S };
     let horizon = if helm.abilities.queues { horizon } else { horizon.max(single) };
     speed * speed / (2.0 * helm.limits.acceleration_mm_s2) + speed * horizon
-}
-
-fn mm_of(units: i32) -> f64 {
-    f64::from(units) / f64::from(UNITS_PER_MM)
-}
-
-fn length_mm(v: Vector) -> f64 {
-    mm_of(v.dx).hypot(mm_of(v.dy))
-}
-
-/// A direction times a length in mm, on the lattice.
-fn vector((x, y): (f64, f64), mm: f64) -> Vector {
-    let step = |d: f64| i32::try_from(nearest_unit(d * mm * f64::from(UNITS_PER_MM))).unwrap_or(0);
-    Vector { dx: step(x), dy: step(y) }
-}
-
-/// A share of a vector.
-fn part_of(v: Vector, share: f64) -> Vector {
-    vector((mm_of(v.dx), mm_of(v.dy)), share)
-}
-
-impl Helm<'_> {
-    fn send(&mut self, certified: Certified) {
-        self.counts.jogs += 1;
-        self.commands.push(Command::Move(certified));
-    }
-
-    /// The target that goes farthest along the wish, straight or along the wall when that is near, with the share of the
-    /// wished speed that is left; and what was met.
-    fn reach(&mut self, base: FreePoint, wish: Vector) -> (Option<(Point, f64)>, Contact) {
-        let straight = self.prefix(base, wish);
-        let wished = length_mm(wish);
-        let gained = straight.map_or(0.0, |p| length_mm(p.minus(base.point())));
-        if gained >= wished * 0.999 {
-            return (straight.map(|target| (target, 1.0)), Contact::Free);
-        }
-        self.counts.clipped += 1;
-        let straight = straight.filter(|_| gained >= SHORTEST_MM).map(|target| (target, 1.0));
-        let wall = self.guard.part().wall(base, contact_band());
-        let Some(wall) = wall.filter(|wall| !wall.is_left_by(wish)) else {
-            return (straight, if gained > 0.0 { Contact::Unknown } else { Contact::Wall });
-        };
-        let mut best: Option<(f64, Point, f64)> = None;
-        let turns: &[u32] = if self.guard.settled() { &SLIDE_TURNS } else { &TURNS_UNDER_WAY };
-        for &turn in turns {
-            let Some(along) = wall.slide(wish, turn) else { continue };
-            for along in self.ways_along(along).into_iter().flatten() {
-                let Some(target) = self.prefix(base, along) else { continue };
-                let moved = target.minus(base.point());
-                let length = length_mm(along).max(1e-9);
-                let progress =
-                    (mm_of(moved.dx) * mm_of(along.dx) + mm_of(moved.dy) * mm_of(along.dy)) / length;
-                let share = (length / wished).clamp(0.05, 1.0);
-                if best.is_none_or(|(most, ..)| progress > most) {
-                    best = Some((progress, target, share));
-                }
-                if progress >= GOOD_SHARE * length && progress > gained {
-                    return (Some((target, share)), Contact::Wall);
-                }
-            }
-        }
-        let along = best.filter(|&(progress, target, _)| {
-            progress > gained && length_mm(target.minus(base.point())) >= SHORTEST_MM
-        });
-        (along.map(|(_, target, share)| (target, share)).or(straight), Contact::Wall)
-    }
-
-    /// The motions to try along a wall: straight along it, or a stair where axes run apart.
-    fn ways_along(&self, along: Vector) -> [Option<Vector>; 3] {
-        if self.abilities.shape == MotionShape::Line {
-            return [Some(along), None, None];
-        }
-        let length = length_mm(along).max(1e-9);
-        let scale = STAIR_MM.min(length) / length;
-        let (x, y) = (mm_of(along.dx) * scale, mm_of(along.dy) * scale);
-        let flat = x.abs() < 0.002 || y.abs() < 0.002;
-        [Some(along).filter(|_| flat), Some(vector((x, 0.0), 1.0)), Some(vector((0.0, y), 1.0))]
-    }
-
-    /// Whether the way to `to` keeps a little more than the threshold, unless it begins nearer: places on it are still clear
-    /// when they are rounded. Otherwise a tool that rests at the wall could have no certified place.
-    fn stands_off(&self, to: Point) -> bool {
-        let Some(end) = self.guard.end() else { return false };
-        let more = end.threshold().saturating_plus(ROUNDING);
-        let part = self.guard.part();
-        let way = Segment { from: end.point(), to };
-        part.motion_clear(way, more).is_clear() || !part.point_clear(end.point(), more).is_clear()
-    }
-
-    /// The longest admitted prefix of a motion, on the grid; `None` when that is nothing.
-    fn prefix(&self, from: FreePoint, wish: Vector) -> Option<Point> {
-        let to = from.point().translated(wish).ok()?;
-        let admitted = |point: Point| {
-            let here = |&at: &Point| at != from.point() && self.guard.admits(at).is_ok();
-            on_grid(point).filter(here).filter(|&at| self.stands_off(at))
-        };
-        if let Some(target) = admitted(to) {
-            return Some(target);
-        }
-        let clipped = self.guard.part().clip(from, to).point();
-        let length = length_mm(wish).max(1e-9);
-        for back_mm in [0.001, 0.002, 0.004] {
-            let set_back = part_of(wish, -back_mm / length);
-            if let Some(target) = clipped.translated(set_back).ok().and_then(admitted) {
-                return Some(target);
-            }
-        }
-        if clipped == from.point() {
-            return None;
-        }
-        // The way is clear, and something in flight is in the way of the fan: halve.
-        let span = clipped.minus(from.point());
-        let at = |share: f64| from.point().translated(part_of(span, share)).ok().and_then(admitted);
-        let mut share = 1.0;
-        for _ in 0..HALVINGS {
-            share /= 2.0;
-            if let Some(target) = at(share) {
-                return at(share * 1.5).or(Some(target));
-            }
-        }
-        None
-    }
-}
-
-fn on_grid(point: Point) -> Option<Point> {
-    let round = |c: i32| (i64::from(c) + GRID / 2).div_euclid(GRID) * GRID;
-    Point::from_units(round(point.x.units()), round(point.y.units())).ok()
 }

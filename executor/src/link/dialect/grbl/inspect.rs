@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::inspect::{Finding, Fit, Inspected, Inspector};
+use super::super::inspect::{Finding, Fit, Inspected, Inspector};
 use crate::supervisor::Limits;
 
 /// What a GRBL controller has answered.

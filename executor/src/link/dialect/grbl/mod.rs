@@ -10,14 +10,22 @@
 //! a hold does not stop a jog (it is cancelled instead, which both know), its planner
 //! has more blocks (they are counted from what it reports at rest), and it says more (fields that are not known are skipped).
 
+mod inspect;
+mod meaning;
+mod settings;
+#[cfg(test)]
+mod tests;
+
 use keepout_kernel::{Curve, LatticeError, Point, Turn, Vector};
 
-use super::grbl_inspect::GrblInspector;
 use super::lines::{Line, Lines, as_str, plane, push_mm, push_number};
 use super::{Dialect, Inspector, Setting};
 use crate::link::Abilities;
 use crate::supervisor::guard::{Motion, MotionShape};
-use crate::supervisor::{Command, Limits, Mode, Reply, Report, Unfit, text};
+use crate::supervisor::{Command, Limits, Mode, Reply, Report, text};
+use inspect::GrblInspector;
+use meaning::{alarm_text, error_text, mode};
+use settings::{Settings, StartupBlocks, Stated};
 
 /// What the dialect is in the middle of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -363,264 +371,10 @@ impl Dialect for Grbl {
     }
 }
 
-fn mode(state: &str) -> Option<Mode> {
-    Some(match state.split_once(':').unwrap_or((state, "")) {
-        ("Idle", _) => Mode::Idle,
-        ("Jog" | "Run", _) => Mode::Moving,
-        ("Hold", "1") => Mode::Slowing,
-        ("Hold", _) => Mode::Held,
-        ("Home", _) => Mode::Homing,
-        ("Alarm", _) => Mode::Alarm,
-        ("Door" | "Check" | "Sleep" | "Tool", _) => Mode::Other,
-        _ => return None,
-    })
-}
-
 /// `X1.5Y-0.00001`: words in mm.
 fn words(out: &mut Vec<u8>, values: &[(u8, i32)]) {
     for &(letter, units) in values {
         out.push(letter);
         push_mm(out, units);
-    }
-}
-
-fn error_text(code: u16) -> &'static str {
-    match code {
-        1..=3 => "a damaged line",
-        8 => "not idle",
-        9 => "locked by an alarm",
-        11 | 14 => "a line too long",
-        15 => "beyond the machine's travel",
-        20..=25 | 33..=35 => "not valid G-code",
-        _ => "",
-    }
-}
-
-fn alarm_text(code: u16) -> &'static str {
-    match code {
-        1 => "limit switch",
-        2 => "beyond the machine's travel",
-        3 => "reset while moving, position lost",
-        6..=9 => "homing failed",
-        _ => "",
-    }
-}
-
-/// The offsets that make up that of work coordinates, as the list of parameters states them: a report that was damaged on the
-/// way would send a contour elsewhere.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Stated {
-    g54: Option<Vector>,
-    g92: Option<Vector>,
-}
-
-impl Stated {
-    fn take(&mut self, line: &str) {
-        let Some((name, value)) = line.split_once(':') else { return };
-        let offset = plane(value).map(|point| point.minus(Point::ORIGIN));
-        match name {
-            "G54" => self.g54 = offset,
-            "G92" => self.g92 = offset,
-            _ => {}
-        }
-    }
-
-    fn sum(&self) -> Option<Vector> {
-        let (a, b) = (self.g54?, self.g92?);
-        Some(Vector { dx: a.dx.checked_add(b.dx)?, dy: a.dy.checked_add(b.dy)? })
-    }
-}
-
-/// What the controller runs after a reset. One of the two lines must cancel the motion mode: a jog whose beginning a reset
-/// swallowed is a line of axis words, and would be run as a rapid motion in work coordinates.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct StartupBlocks {
-    /// Whether each is there, and empty.
-    free: [bool; 2],
-    cancels_motion: bool,
-}
-
-impl StartupBlocks {
-    fn take(&mut self, name: &str, value: &str) {
-        let value = value.trim();
-        self.cancels_motion |= value.eq_ignore_ascii_case("G80");
-        if let Some(free) = name.strip_prefix('N').and_then(|n| self.free.get_mut(n.parse::<usize>().ok()?)) {
-            *free = value.is_empty();
-        }
-    }
-
-    /// The line that is still to be stored, if any.
-    fn needed(self) -> Result<Option<&'static [u8]>, Unfit> {
-        match (self.cancels_motion, self.free) {
-            (true, _) => Ok(None),
-            // The last to be run has the last word.
-            (false, [_, true]) => Ok(Some(b"$N1=G80\n")),
-            (false, [true, _]) => Ok(Some(b"$N0=G80\n")),
-            (false, _) => {
-                let needed = "G80, or empty: after a reset the rest of a line must not be run as a motion";
-                Err(Unfit { name: "$N1", value: f64::NAN, needed })
-            }
-        }
-    }
-}
-
-/// Controller settings that safety and steering rest on.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Settings {
-    report_mask: Option<f64>,
-    arc_tolerance_mm: Option<f64>,
-    inches: Option<f64>,
-    homing: Option<f64>,
-    steps_per_mm: [Option<f64>; 2],
-    max_rate_mm_min: [Option<f64>; 2],
-    acceleration_mm_s2: [Option<f64>; 2],
-}
-
-impl Settings {
-    fn take(&mut self, number: u16, value: f64) {
-        match number {
-            10 => self.report_mask = Some(value),
-            12 => self.arc_tolerance_mm = Some(value),
-            13 => self.inches = Some(value),
-            22 => self.homing = Some(value),
-            100 | 101 => self.steps_per_mm[usize::from(number - 100)] = Some(value),
-            110 | 111 => self.max_rate_mm_min[usize::from(number - 110)] = Some(value),
-            120 | 121 => self.acceleration_mm_s2[usize::from(number - 120)] = Some(value),
-            _ => {}
-        }
-    }
-
-    fn check(&self, steps_per_mm: f64) -> Result<(), Unfit> {
-        let unfit = |name, value, needed| Unfit { name, value, needed };
-        let missing = |name| unfit(name, f64::NAN, "reported by the controller");
-        let homing = self.homing.ok_or(missing("$22"))?;
-        if homing < 1.0 {
-            return Err(unfit("$22", homing, "1: without homing the position is not known"));
-        }
-        let inches = self.inches.ok_or(missing("$13"))?;
-        if inches.abs() > 0.0 {
-            return Err(unfit("$13", inches, "0: positions are read in mm"));
-        }
-        for (name, value) in [("$100", self.steps_per_mm[0]), ("$101", self.steps_per_mm[1])] {
-            let value = value.ok_or(missing(name))?;
-            if value.is_nan() || value < steps_per_mm * 0.999 {
-                let needed = "at least the steps per mm that the plan's margin was made for";
-                return Err(unfit(name, value, needed));
-            }
-        }
-        Ok(())
-    }
-
-    /// Whether reports carry machine positions (bit 0) and planner blocks (bit 1).
-    fn reports_blocks(&self) -> bool {
-        self.report_mask.is_some_and(|mask| mask.rem_euclid(4.0) >= 3.0)
-    }
-
-    /// Whether the arc tolerance is provably no more than `mm`: it is reported with three decimals.
-    fn follows_arcs(&self, mm: f64) -> bool {
-        self.arc_tolerance_mm.is_some_and(|reported| reported >= 0.001 && reported + 0.0005 <= mm)
-    }
-
-    fn limits(&self) -> Limits {
-        let least = |values: [Option<f64>; 2], scale: f64| {
-            let known = values.into_iter().flatten().filter(|value| *value > 0.0);
-            known.map(|value| value * scale).fold(f64::INFINITY, f64::min)
-        };
-        Limits {
-            speed_mm_s: least(self.max_rate_mm_min, 1.0 / 60.0),
-            acceleration_mm_s2: least(self.acceleration_mm_s2, 1.0),
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn dialect() -> Grbl {
-        let offset = Vector { dx: -20_000_000, dy: 500 };
-        Grbl::new(Setting { offset, steps_per_mm: 400.0, arc_tolerance_mm: 0.0005 })
-    }
-
-    fn hear(grbl: &mut Grbl, text: &[u8]) -> (Vec<Reply>, Vec<u8>) {
-        let mut out = Vec::new();
-        (text.iter().filter_map(|&byte| grbl.decode(byte, &mut out)).collect(), out)
-    }
-
-    fn ready() -> Grbl {
-        let mut grbl = dialect();
-        grbl.stage = Stage::Ready;
-        grbl
-    }
-
-    #[test]
-    fn report_is_read_in_drawing_coordinates() {
-        let mut grbl = dialect();
-        grbl.stage = Stage::Arming(1);
-        hear(&mut grbl, b"[G54:1.000,1.500,0.000]\r\n[G92:0.000,0.500,0.000]\r\nok\r\n");
-        let idle = b"<Idle|MPos:0.000,0.000,0.000|Bf:15,128|WCO:1.000,2.000,0.000>\r\n";
-        hear(&mut grbl, idle);
-        let (replies, _) = hear(&mut grbl, b"<Jog|MPos:-150.000,20.005,0.000|Bf:14,100|FS:600,0>\r\nok\r\n");
-        let position = Some(Point::from_units(5_000_000, 2_000_000).unwrap());
-        let report = Report { mode: Mode::Moving, position, queued: Some(1), waiting: Some(true) };
-        assert_eq!(replies, [Reply::Report(report), Reply::Accepted]);
-        assert_eq!(grbl.work_offset, Some(Vector { dx: 100_000, dy: 200_000 }));
-        let (replies, _) = hear(&mut grbl, b"<Idle|MPos:0.000,0.000,0.000|WCO:1.001,2.000,0.000>\r\n");
-        assert_eq!(replies, [Reply::Displaced]);
-    }
-
-    #[test]
-    fn replies_of_the_real_firmware() {
-        let mut grbl = ready();
-        let text = "error:15\r\nALARM:2\r\n[MSG:Reset to continue]\r\nGrbl 1.1h ['$' for help]\r\n<Hold:1|MPos:0,0,0>\r\n";
-        let (replies, _) = hear(&mut grbl, text.as_bytes());
-        assert!(
-            matches!(
-                replies[..],
-                [
-                    Reply::Refused { code: 15, transient: false, .. },
-                    Reply::Alarm { code: 2, .. },
-                    Reply::Message(_),
-                    Reply::Restarted,
-                    Reply::Report(Report { mode: Mode::Slowing, position: None, .. }),
-                ]
-            ),
-            "{replies:?}"
-        );
-    }
-
-    #[test]
-    fn settings_are_read_checked_and_set() {
-        let mut grbl = dialect();
-        let mut out = Vec::new();
-        grbl.encode(&Command::Prepare, &mut out).unwrap();
-        assert_eq!(out, b"$\n");
-        assert_eq!(hear(&mut grbl, b"ok\r\n"), (vec![], b"$$\n".to_vec()));
-        let listed = b"$10=1\r\n$12=0.002\r\n$13=0\r\n$22=1\r\n$74=name\r\n$100=400.000\r\n$101=400.000 (y)\r\n$110=6000\r\n$111=3000\r\n$120=100\r\n$121=90\r\n";
-        assert_eq!(hear(&mut grbl, listed), (vec![], vec![]));
-        assert_eq!(hear(&mut grbl, b"ok\r\n"), (vec![], b"$N\n".to_vec()));
-        let (replies, sent) = hear(&mut grbl, b"$N0=G54\r\n$N1=\r\nok\r\n");
-        assert_eq!((replies, sent), (vec![], b"$N1=G80\n$10=3\n$12=0.00050\n".to_vec()));
-        let limits = Limits { speed_mm_s: 50.0, acceleration_mm_s2: 90.0 };
-        assert_eq!(hear(&mut grbl, b"ok\r\nok\r\nok\r\n").0, [Reply::Prepared(limits)]);
-        let mut unfit = dialect();
-        unfit.stage = Stage::Reading(Settings::default());
-        assert!(matches!(hear(&mut unfit, b"ok\r\n").0[..], [Reply::Unfit(_)]));
-    }
-
-    #[test]
-    fn decode_is_total() {
-        let mut random = fastrand::Rng::with_seed(7);
-        let mut grbl = dialect();
-        for round in 0..20_000 {
-            if round % 100 == 0 {
-                let commands = [Command::Prepare, Command::Arm, Command::Home, Command::Abort];
-                let _ = grbl.encode(&commands[random.usize(0..4)], &mut Vec::new());
-            }
-            let alphabet = b"<>|:,.-+0123456789MPosBfWCOIdleJogokerror\r\n\n$=[]\xff\x00";
-            let bytes: Vec<u8> =
-                (0..random.usize(0..40)).map(|_| alphabet[random.usize(0..alphabet.len())]).collect();
-            hear(&mut grbl, &bytes);
-        }
     }
 }

@@ -1,0 +1,133 @@
+//! What the controller is set to: its settings, what it runs after a reset, and its work coordinates.
+
+use keepout_kernel::{Point, Vector};
+
+use super::super::lines::plane;
+use crate::supervisor::{Limits, Unfit};
+
+/// The offsets that make up that of work coordinates, as the list of parameters states them: a report that was damaged on the
+/// way would send a contour elsewhere.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Stated {
+    g54: Option<Vector>,
+    g92: Option<Vector>,
+}
+
+impl Stated {
+    pub(super) fn take(&mut self, line: &str) {
+        let Some((name, value)) = line.split_once(':') else { return };
+        let offset = plane(value).map(|point| point.minus(Point::ORIGIN));
+        match name {
+            "G54" => self.g54 = offset,
+            "G92" => self.g92 = offset,
+            _ => {}
+        }
+    }
+
+    pub(super) fn sum(&self) -> Option<Vector> {
+        let (a, b) = (self.g54?, self.g92?);
+        Some(Vector { dx: a.dx.checked_add(b.dx)?, dy: a.dy.checked_add(b.dy)? })
+    }
+}
+
+/// What the controller runs after a reset. One of the two lines must cancel the motion mode: a jog whose beginning a reset
+/// swallowed is a line of axis words, and would be run as a rapid motion in work coordinates.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct StartupBlocks {
+    /// Whether each is there, and empty.
+    free: [bool; 2],
+    cancels_motion: bool,
+}
+
+impl StartupBlocks {
+    pub(super) fn take(&mut self, name: &str, value: &str) {
+        let value = value.trim();
+        self.cancels_motion |= value.eq_ignore_ascii_case("G80");
+        if let Some(free) = name.strip_prefix('N').and_then(|n| self.free.get_mut(n.parse::<usize>().ok()?)) {
+            *free = value.is_empty();
+        }
+    }
+
+    /// The line that is still to be stored, if any.
+    pub(super) fn needed(self) -> Result<Option<&'static [u8]>, Unfit> {
+        match (self.cancels_motion, self.free) {
+            (true, _) => Ok(None),
+            // The last to be run has the last word.
+            (false, [_, true]) => Ok(Some(b"$N1=G80\n")),
+            (false, [true, _]) => Ok(Some(b"$N0=G80\n")),
+            (false, _) => {
+                let needed = "G80, or empty: after a reset the rest of a line must not be run as a motion";
+                Err(Unfit { name: "$N1", value: f64::NAN, needed })
+            }
+        }
+    }
+}
+
+/// Controller settings that safety and steering rest on.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Settings {
+    report_mask: Option<f64>,
+    arc_tolerance_mm: Option<f64>,
+    inches: Option<f64>,
+    homing: Option<f64>,
+    steps_per_mm: [Option<f64>; 2],
+    max_rate_mm_min: [Option<f64>; 2],
+    acceleration_mm_s2: [Option<f64>; 2],
+}
+
+impl Settings {
+    pub(super) fn take(&mut self, number: u16, value: f64) {
+        match number {
+            10 => self.report_mask = Some(value),
+            12 => self.arc_tolerance_mm = Some(value),
+            13 => self.inches = Some(value),
+            22 => self.homing = Some(value),
+            100 | 101 => self.steps_per_mm[usize::from(number - 100)] = Some(value),
+            110 | 111 => self.max_rate_mm_min[usize::from(number - 110)] = Some(value),
+            120 | 121 => self.acceleration_mm_s2[usize::from(number - 120)] = Some(value),
+            _ => {}
+        }
+    }
+
+    pub(super) fn check(&self, steps_per_mm: f64) -> Result<(), Unfit> {
+        let unfit = |name, value, needed| Unfit { name, value, needed };
+        let missing = |name| unfit(name, f64::NAN, "reported by the controller");
+        let homing = self.homing.ok_or(missing("$22"))?;
+        if homing < 1.0 {
+            return Err(unfit("$22", homing, "1: without homing the position is not known"));
+        }
+        let inches = self.inches.ok_or(missing("$13"))?;
+        if inches.abs() > 0.0 {
+            return Err(unfit("$13", inches, "0: positions are read in mm"));
+        }
+        for (name, value) in [("$100", self.steps_per_mm[0]), ("$101", self.steps_per_mm[1])] {
+            let value = value.ok_or(missing(name))?;
+            if value.is_nan() || value < steps_per_mm * 0.999 {
+                let needed = "at least the steps per mm that the plan's margin was made for";
+                return Err(unfit(name, value, needed));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether reports carry machine positions (bit 0) and planner blocks (bit 1).
+    pub(super) fn reports_blocks(&self) -> bool {
+        self.report_mask.is_some_and(|mask| mask.rem_euclid(4.0) >= 3.0)
+    }
+
+    /// Whether the arc tolerance is provably no more than `mm`: it is reported with three decimals.
+    pub(super) fn follows_arcs(&self, mm: f64) -> bool {
+        self.arc_tolerance_mm.is_some_and(|reported| reported >= 0.001 && reported + 0.0005 <= mm)
+    }
+
+    pub(super) fn limits(&self) -> Limits {
+        let least = |values: [Option<f64>; 2], scale: f64| {
+            let known = values.into_iter().flatten().filter(|value| *value > 0.0);
+            known.map(|value| value * scale).fold(f64::INFINITY, f64::min)
+        };
+        Limits {
+            speed_mm_s: least(self.max_rate_mm_min, 1.0 / 60.0),
+            acceleration_mm_s2: least(self.acceleration_mm_s2, 1.0),
+        }
+    }
+}

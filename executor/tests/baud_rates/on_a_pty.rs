@@ -1,0 +1,84 @@
+//! A session of programs: `keepout simulate` behind a pty, `keepout run` at the serial port, `keepout replay` after it.
+
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use keepout_executor::session::log::{Entry, Log};
+
+use super::job::{Case, FEED_MM_MIN, Job, LATENCY_MS, ORIGIN_MM, START_MM};
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_keepout");
+
+/// A simulated machine that does not outlive its session.
+struct Machine(Child);
+
+impl Drop for Machine {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+impl Machine {
+    /// Ends it; what it says of the tool, when that was never in the part.
+    fn end(&mut self) -> Result<(), String> {
+        let sent = Command::new("kill").args(["-TERM", &self.0.id().to_string()]).status();
+        sent.map_err(|error| error.to_string())?;
+        match self.0.wait().map_err(|error| error.to_string())?.code() {
+            Some(0) => Ok(()),
+            Some(8) => Err("the tool was in the part".into()),
+            other => Err(format!("the machine ended with {other:?}")),
+        }
+    }
+}
+
+/// Plays it; its log.
+pub fn session(job: &Job, case: Case) -> Result<Log, String> {
+    let path = |end: &str| job.at(&format!("{}.{end}", case.name()));
+    let (plan, dialect, baud) = (job.plan_file(case), case.dialect(), case.baud.to_string());
+    let (port, log, received) = (path("port"), path("log"), path("received"));
+    let place = |(x, y): (f64, f64)| format!("{x},{y}");
+    let (origin, start) = (place(ORIGIN_MM), place(START_MM));
+    let latency = LATENCY_MS.to_string();
+    let mut arguments = vec!["simulate", "--dialect", &dialect, "--baud", &baud, "--link", &port];
+    arguments.extend(["--received", &received, "--start-mm", &start, "--latency-ms", &latency]);
+    arguments.extend(["--witness", &plan, "--origin-mm", &origin]);
+    let machine = Command::new(PROGRAM).args(arguments).stdout(Stdio::null()).spawn();
+    let mut machine = Machine(machine.map_err(|error| error.to_string())?);
+    let begun = Instant::now();
+    while !Path::new(&port).exists() {
+        if begun.elapsed() > Duration::from_secs(60) {
+            return Err("the simulated machine does not start".into());
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let (script, feed) = (job.at("script"), FEED_MM_MIN.to_string());
+    let mut arguments = vec!["run", &plan, "--port", &port, "--dialect", &dialect, "--baud", &baud];
+    arguments.extend(["--home", "--origin-mm", &origin, "--operator", &script, "--log", &log]);
+    arguments.extend(["--feed-mm-min", &feed, "--limit-s", "300", "--answer-within-s", "60"]);
+    // Exit code 0: it ended as the operator wanted, and the contour is finished.
+    succeeds(&arguments)?;
+    machine.end()?;
+    succeeds(&["replay", &log, "--plan", &plan])?;
+    let log = Log::load(Path::new(&log)).map_err(|error| error.to_string())?;
+    let sent: Vec<u8> = log.entries.iter().flat_map(|(_, entry)| sent(entry)).copied().collect();
+    if std::fs::read(&received).map_err(|error| error.to_string())? != sent {
+        return Err("the machine did not receive what is logged".into());
+    }
+    Ok(log)
+}
+
+fn succeeds(arguments: &[&str]) -> Result<(), String> {
+    let Output { status, stdout, stderr } =
+        Command::new(PROGRAM).args(arguments).output().map_err(|error| error.to_string())?;
+    let said = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    match status.code() {
+        Some(0) => Ok(()),
+        code => Err(format!("{} ended with {code:?}: {}{}", arguments[0], said(&stdout), said(&stderr))),
+    }
+}
+
+fn sent(entry: &Entry) -> &[u8] {
+    if let Entry::Sent(bytes) = entry { bytes } else { &[] }
+}

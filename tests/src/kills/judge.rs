@@ -1,0 +1,125 @@
+//! What is asked of a session that was killed: of its log, of the session that took it up, and of where the tool was.
+
+use std::path::Path;
+
+use keepout_executor::session::coverage;
+use keepout_executor::session::log::{Entry, Log, LogReadError};
+use keepout_executor::session::replay::{Replay, replay};
+use keepout_executor::sim::Sample;
+use keepout_executor::sim::witness::Witness;
+use keepout_executor::supervisor::Workpiece;
+use keepout_kernel::Vector;
+use keepout_planner::job::Progress;
+
+/// The cut contour comes within this of every point of the profile that can be reached, mm.
+const WITHIN_MM: f64 = 0.05;
+
+/// A log that holds.
+pub struct Played {
+    /// What was played.
+    pub replay: Replay,
+    /// The last phase before a fault or the end.
+    pub phase: String,
+    /// What was sent.
+    pub sent: Vec<u8>,
+    /// What was taken for done when the session began.
+    pub before: Progress,
+}
+
+impl Played {
+    /// Reads a log, compares it with what the machine received, and plays it again; none when the session was ended before
+    /// its first line. `earlier` was sent by a session before.
+    ///
+    /// # Errors
+    /// What does not hold.
+    pub fn of(
+        path: &Path,
+        received: &[u8],
+        earlier: &[u8],
+        may_be_torn: bool,
+        work: &Workpiece,
+    ) -> Result<Option<Self>, String> {
+        let log = match Log::load(path) {
+            Ok(log) => log,
+            Err(LogReadError::Read { .. } | LogReadError::NoLog { .. }) if received.is_empty() => {
+                return Ok(None);
+            }
+            Err(error) => return Err(format!("{}: {error}", path.display())),
+        };
+        if log.torn > 0 && !may_be_torn {
+            return Err(format!("{}: torn though nobody killed the executor", path.display()));
+        }
+        let sent = log.entries.iter().filter_map(|(_, entry)| match entry {
+            Entry::Sent(bytes) => Some(bytes.as_slice()),
+            _ => None,
+        });
+        let sent: Vec<u8> = sent.flatten().copied().collect();
+        if !follows(received, earlier, &sent) {
+            return Err(format!("{}: the machine received what is not logged", path.display()));
+        }
+        let mut phases = log.entries.iter().rev().filter_map(|(_, entry)| match entry {
+            Entry::Phase(phase) => phase.split(' ').next(),
+            _ => None,
+        });
+        let phase = phases.find(|phase| !["Faulted", "Done"].contains(phase)).unwrap_or("Starting");
+        let replay = replay(&log, work.clone());
+        let replay = replay.map_err(|error| format!("{}: {error}", path.display()))?;
+        Ok(Some(Self { replay, phase: phase.into(), sent, before: log.header.progress }))
+    }
+
+    /// Whether it began where the first session was ended.
+    ///
+    /// # Errors
+    /// When it began with anything else.
+    pub fn goes_on_from(&self, first: Option<&Self>) -> Result<(), String> {
+        let left = first.map_or_else(Progress::default, |first| first.replay.supervisor.progress());
+        if self.before == left {
+            return Ok(());
+        }
+        Err(format!("taken up with {:?}, but the first session was ended with {left:?}", self.before))
+    }
+}
+
+/// Whether a machine can have received this from two sessions: of each a beginning. What the first had written when it was
+/// killed may arrive when the second opens the port.
+fn follows(received: &[u8], first: &[u8], second: &[u8]) -> bool {
+    let of_first = received.iter().zip(first).take_while(|(a, b)| a == b).count();
+    (0..=of_first).rev().any(|count| second.starts_with(&received[count..]))
+}
+
+/// What a witness saw, when that is as wanted.
+#[derive(Clone, Copy, Debug)]
+pub struct Watched {
+    /// Positions that it watched.
+    pub positions: u64,
+    /// Least distance of tool and part, mm.
+    pub closest_mm: f64,
+    /// Largest distance of the cut contour from the profile, mm.
+    pub worst_mm: f64,
+}
+
+impl Watched {
+    /// Looks at the true positions of the tool, of each machine that was switched on.
+    ///
+    /// # Errors
+    /// When it was in the part, or the contour is not cut.
+    pub fn of(machines: &[Vec<Sample>], work: &Workpiece, offset: Vector) -> Result<Self, String> {
+        let mut cut = Vec::new();
+        let (mut watched, mut closest_mm) = (0, f64::INFINITY);
+        for samples in machines {
+            let mut witness = Witness::new(work.plan.part.clone(), work.plan.plan.tool_radius, offset);
+            samples.iter().for_each(|sample| witness.watch(sample));
+            if let Some(incursion) = witness.deepest() {
+                return Err(format!("the tool was in the part: {incursion:?}"));
+            }
+            watched += witness.watched();
+            closest_mm = closest_mm.min(witness.closest_mm().unwrap_or(closest_mm));
+            cut.extend(witness.cut_paths().map(<[_]>::to_vec));
+        }
+        let covered = coverage(&work.plan, cut.iter().map(Vec::as_slice));
+        if covered.reachable == 0 || covered.missed > 0 || covered.worst_mm > WITHIN_MM {
+            return Err(format!("the contour is not cut: {covered:?}"));
+        }
+        Ok(Self { positions: watched, closest_mm, worst_mm: covered.worst_mm })
+    }
+}
