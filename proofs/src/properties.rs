@@ -76,9 +76,8 @@ pub fn point_segment_is_exact<L: FromPlain>(p: Xy, a: Xy, b: Xy, r: i64) {
 /// # Panics
 /// When the property does not hold.
 pub fn segment_segment_is_exact<L: FromPlain>(a: Xy, b: Xy, c: Xy, d: Xy, r: i64) {
-    let of = |p, q, s, t| {
-        !segment_segment::<L>(L::site(p), L::site(q), L::site(s), L::site(t), L::linear(r)).is_clear()
-    };
+    let of =
+        |p, q, s, t| !segment_segment::<L>([p, q].map(L::site), [s, t].map(L::site), L::linear(r)).is_clear();
     let near = of(a, b, c, d);
     let truth = oracle::segment_segment_within(&big(a), &big(b), &big(c), &big(d), r);
     assert_eq!(near, truth, "{a:?} {b:?} {c:?} {d:?} {r}");
@@ -93,7 +92,7 @@ pub fn segment_segment_is_exact<L: FromPlain>(a: Xy, b: Xy, c: Xy, d: Xy, r: i64
 /// # Panics
 /// When the property does not hold.
 pub fn triangle_segment_is_exact<L: FromPlain>(corners: [Xy; 3], d: Xy, e: Xy, r: i64) {
-    let near = !triangle_segment::<L>(corners.map(L::site), L::site(d), L::site(e), L::linear(r)).is_clear();
+    let near = !triangle_segment::<L>(corners.map(L::site), [d, e].map(L::site), L::linear(r)).is_clear();
     let [a, b, c] = corners.map(big);
     let truth = oracle::triangle_segment_within([&a, &b, &c], &big(d), &big(e), r);
     assert_eq!(near, truth, "{corners:?} {d:?} {e:?} {r}");
@@ -122,11 +121,10 @@ pub fn fan_covers_every_retargeted_motion<L: FromPlain>(
     }
     let from = (ax + dx / n, ay + dy / n);
     let near = |sites: [Xy; 2]| {
-        !segment_segment::<L>(L::site(sites[0]), L::site(sites[1]), L::site(d), L::site(e), L::linear(r))
-            .is_clear()
+        !segment_segment::<L>([sites[0], sites[1]].map(L::site), [d, e].map(L::site), L::linear(r)).is_clear()
     };
     if near([from, target]) {
-        let fan = triangle_segment::<L>(corners.map(L::site), L::site(d), L::site(e), L::linear(r));
+        let fan = triangle_segment::<L>(corners.map(L::site), [d, e].map(L::site), L::linear(r));
         assert!(!fan.is_clear(), "{corners:?} {from:?} {d:?} {e:?} {r}");
     }
 }
@@ -145,10 +143,7 @@ pub fn receding_never_comes_nearer<L: FromPlain>(p: Xy, q: Xy, a: Xy, b: Xy) {
 ///
 /// # Panics
 /// When the property does not hold.
-pub fn box_segment_is_exact<L: FromPlain>(p: Xy, q: Xy, a: Xy, b: Xy, r: i64)
-where
-    L::Linear: Ord,
-{
+pub fn box_segment_is_exact<L: FromPlain>(p: Xy, q: Xy, a: Xy, b: Xy, r: i64) {
     let (low, high) = ((p.0.min(q.0), p.1.min(q.1)), (p.0.max(q.0), p.1.max(q.1)));
     let near =
         !box_segment::<L>(L::site(low), L::site(high), L::site(a), L::site(b), L::linear(r)).is_clear();

@@ -56,8 +56,7 @@ impl<'a> Convex<'a> {
     #[must_use]
     #[inline]
     pub fn near_segment(&self, segment: Segment, r: Length) -> Proximity {
-        let ends = [segment.from.into(), segment.to.into()];
-        predicate::convex_segment::<Product>(self.sites(), ends, r.units())
+        predicate::convex_segment::<Product>(self.sites(), segment.into(), r.units())
     }
 
     #[inline(always)]

@@ -104,12 +104,7 @@ pub fn point_segment<L: Lattice>(p: Site<L>, a: Site<L>, b: Site<L>, r: L::Linea
 /// The distance of `p` from the line is `|cross| / |b − a|`, and the point with the greatest cross product of those to the
 /// right, where it is negative, is the nearest: `cross² > r²·|b − a|²` decides.
 #[inline(always)]
-pub fn beyond<L: Lattice>(
-    a: Site<L>,
-    b: Site<L>,
-    points: impl Iterator<Item = Site<L>>,
-    r: L::Linear,
-) -> bool {
+pub fn beyond<L: Lattice>([a, b]: [Site<L>; 2], points: impl Iterator<Item = Site<L>>, r: L::Linear) -> bool {
     let mut nearest = None;
     for p in points {
         let off = cross::<L>(a, b, p);
@@ -142,18 +137,11 @@ pub fn crosses_properly<L: Lattice>(a: Site<L>, b: Site<L>, c: Site<L>, d: Site<
 /// convexity), so four point–segment questions and one crossing question decide. They need not be asked where the line of one
 /// has all of the other on one side of it and [`beyond`] `r`.
 #[inline(always)]
-pub fn segment_segment<L: Lattice>(
-    a: Site<L>,
-    b: Site<L>,
-    c: Site<L>,
-    d: Site<L>,
-    r: L::Linear,
-) -> Proximity {
-    let (ab, cd) = ([a, b], [c, d]);
-    let told_apart = L::beyond(a, b, cd.into_iter(), r)
-        || L::beyond(b, a, cd.into_iter(), r)
-        || L::beyond(c, d, ab.into_iter(), r)
-        || L::beyond(d, c, ab.into_iter(), r);
+pub fn segment_segment<L: Lattice>([a, b]: [Site<L>; 2], [c, d]: [Site<L>; 2], r: L::Linear) -> Proximity {
+    let told_apart = L::beyond([a, b], [c, d].into_iter(), r)
+        || L::beyond([b, a], [c, d].into_iter(), r)
+        || L::beyond([c, d], [a, b].into_iter(), r)
+        || L::beyond([d, c], [a, b].into_iter(), r);
     if told_apart {
         return Proximity::Clear;
     }
@@ -177,8 +165,7 @@ pub fn strictly_inside<L: Lattice>(p: Site<L>, a: Site<L>, b: Site<L>, c: Site<L
 #[inline(always)]
 pub fn triangle_segment<L: Lattice>(
     [a, b, c]: [Site<L>; 3],
-    d: Site<L>,
-    e: Site<L>,
+    [d, e]: [Site<L>; 2],
     r: L::Linear,
 ) -> Proximity {
     let sides_clear = L::segment_segment([a, b], [d, e], r).is_clear()
@@ -197,10 +184,7 @@ pub fn sides<T>(corners: impl Iterator<Item = T> + Clone) -> impl Iterator<Item 
 /// Whether the filled convex polygon, border included, holds `p`: it is right of no side, nor outside the box of the corners
 /// (which tells for corners on a line). All corners lie to the left of each side or on its line.
 #[inline(always)]
-pub fn convex_holds<L: Lattice>(corners: impl Iterator<Item = Site<L>> + Clone, p: Site<L>) -> bool
-where
-    L::Linear: Ord,
-{
+pub fn convex_holds<L: Lattice>(corners: impl Iterator<Item = Site<L>> + Clone, p: Site<L>) -> bool {
     let each = || corners.clone();
     each().any(|c| c.x <= p.x)
         && each().any(|c| p.x <= c.x)
@@ -220,13 +204,10 @@ pub fn convex_segment<L: Lattice>(
     corners: impl ExactSizeIterator<Item = Site<L>> + Clone,
     [c, d]: [Site<L>; 2],
     r: L::Linear,
-) -> Proximity
-where
-    L::Linear: Ord,
-{
-    let told_apart = L::beyond(c, d, corners.clone(), r)
-        || L::beyond(d, c, corners.clone(), r)
-        || sides(corners.clone()).any(|[a, b]| L::beyond(a, b, [c, d].into_iter(), r));
+) -> Proximity {
+    let told_apart = L::beyond([c, d], corners.clone(), r)
+        || L::beyond([d, c], corners.clone(), r)
+        || sides(corners.clone()).any(|side| L::beyond(side, [c, d].into_iter(), r));
     if told_apart {
         return Proximity::Clear;
     }
@@ -239,10 +220,7 @@ where
 /// Whether the ray from `p` toward +x crosses the edge `a b`, counting an edge's lower end and not its upper one, so
 /// that the parity over a closed ring is odd exactly for points inside. `p` must not lie on the edge.
 #[inline(always)]
-pub fn ray_crosses<L: Lattice>(p: Site<L>, a: Site<L>, b: Site<L>) -> bool
-where
-    L::Linear: Ord,
-{
+pub fn ray_crosses<L: Lattice>(p: Site<L>, a: Site<L>, b: Site<L>) -> bool {
     if (a.y > p.y) == (b.y > p.y) {
         return false;
     }
@@ -252,10 +230,7 @@ where
 
 /// Whether the closed box from `low` to `high` (`low ≤ high` in both coordinates) comes within `r` of `p`.
 #[inline(always)]
-pub fn box_point<L: Lattice>(low: Site<L>, high: Site<L>, p: Site<L>, r: L::Linear) -> Proximity
-where
-    L::Linear: Ord,
-{
+pub fn box_point<L: Lattice>(low: Site<L>, high: Site<L>, p: Site<L>, r: L::Linear) -> Proximity {
     // The nearest point of a box is found in each coordinate on its own.
     let foot = Site { x: p.x.clamp(low.x, high.x), y: p.y.clamp(low.y, high.y) };
     point_point::<L>(p, foot, r)
@@ -266,10 +241,13 @@ where
 /// Two convex polygons that do not meet are nearest at a corner of one of them. When they meet without a corner or an
 /// end being in the other, the segment enters and leaves through two sides, and so crosses a diagonal.
 #[inline(always)]
-pub fn box_segment<L: Lattice>(low: Site<L>, high: Site<L>, a: Site<L>, b: Site<L>, r: L::Linear) -> Proximity
-where
-    L::Linear: Ord,
-{
+pub fn box_segment<L: Lattice>(
+    low: Site<L>,
+    high: Site<L>,
+    a: Site<L>,
+    b: Site<L>,
+    r: L::Linear,
+) -> Proximity {
     let (right, left) = (Site { x: high.x, y: low.y }, Site { x: low.x, y: high.y });
     let clear = L::box_point(low, high, a, r).is_clear()
         && L::box_point(low, high, b, r).is_clear()

@@ -12,6 +12,12 @@ impl From<Point> for Site<Product> {
     }
 }
 
+impl From<Segment> for [Site<Product>; 2] {
+    fn from(segment: Segment) -> Self {
+        [segment.from.into(), segment.to.into()]
+    }
+}
+
 /// The side of the directed line `a → b` on which `c` lies.
 #[must_use]
 #[inline]
@@ -46,13 +52,7 @@ impl Segment {
     #[must_use]
     #[inline]
     pub fn near_segment(self, other: Self, r: Length) -> Proximity {
-        predicate::segment_segment::<Product>(
-            self.from.into(),
-            self.to.into(),
-            other.from.into(),
-            other.to.into(),
-            r.units(),
-        )
+        predicate::segment_segment::<Product>(self.into(), other.into(), r.units())
     }
 
     /// Whether the segments share at least one point.
@@ -95,7 +95,7 @@ impl Triangle {
     #[inline]
     pub fn near_segment(self, segment: Segment, r: Length) -> Proximity {
         let corners = self.corners.map(Site::from);
-        predicate::triangle_segment::<Product>(corners, segment.from.into(), segment.to.into(), r.units())
+        predicate::triangle_segment::<Product>(corners, segment.into(), r.units())
     }
 
     /// The box of the triangle.
@@ -175,24 +175,13 @@ impl Window {
         }
     }
 
-    /// Whether the box lies strictly on one side of the line of a motion that is not of zero length.
+    /// The side of the line of `motion` on which the whole box lies; [`Orientation::On`] when it is not strictly on one. A
+    /// polygon has nothing to the right of its sides.
     #[must_use]
-    #[inline]
-    pub fn is_beside(self, motion: Segment) -> bool {
-        self.side_of(motion) != Orientation::On
-    }
-
-    /// Whether the box lies strictly to the right of the side's line, as none of a polygon does that has the side.
-    #[must_use]
-    #[inline]
-    pub fn is_beyond(self, side: Segment) -> bool {
-        self.side_of(side) == Orientation::Right
-    }
-
     #[inline(always)]
-    fn side_of(self, line: Segment) -> Orientation {
+    pub fn side_of(self, motion: Segment) -> Orientation {
         let (low, high) = (Site { x: self.min_x, y: self.min_y }, Site { x: self.max_x, y: self.max_y });
-        predicate::box_side::<Product>(low, high, line.from.into(), line.to.into())
+        predicate::box_side::<Product>(low, high, motion.from.into(), motion.to.into())
     }
 
     /// Whether the box, as far as it lies on the lattice, comes within `r` of the segment.

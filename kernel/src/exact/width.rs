@@ -41,7 +41,7 @@ mod sealed {
 /// two areas. No operation overflows while coordinates and thresholds stay within the width's bound.
 pub trait Lattice: sealed::Sealed + Copy {
     /// Coordinates, lengths and differences of coordinates.
-    type Linear: Copy;
+    type Linear: Copy + Ord;
     /// Sums of two products of two linear values.
     type Area: Copy;
     /// Products of two areas.
@@ -82,8 +82,8 @@ pub trait Lattice: sealed::Sealed + Copy {
     }
     /// [`predicate::segment_segment`], as part of another predicate.
     #[inline(always)]
-    fn segment_segment([a, b]: [Site<Self>; 2], [c, d]: [Site<Self>; 2], r: Self::Linear) -> Proximity {
-        predicate::segment_segment(a, b, c, d, r)
+    fn segment_segment(ab: [Site<Self>; 2], cd: [Site<Self>; 2], r: Self::Linear) -> Proximity {
+        predicate::segment_segment(ab, cd, r)
     }
     /// [`predicate::strictly_inside`], as part of another predicate.
     #[inline(always)]
@@ -92,28 +92,17 @@ pub trait Lattice: sealed::Sealed + Copy {
     }
     /// [`predicate::box_point`], as part of another predicate.
     #[inline(always)]
-    fn box_point(low: Site<Self>, high: Site<Self>, p: Site<Self>, r: Self::Linear) -> Proximity
-    where
-        Self::Linear: Ord,
-    {
+    fn box_point(low: Site<Self>, high: Site<Self>, p: Site<Self>, r: Self::Linear) -> Proximity {
         predicate::box_point(low, high, p, r)
     }
     /// [`predicate::beyond`], as part of another predicate.
     #[inline(always)]
-    fn beyond(
-        a: Site<Self>,
-        b: Site<Self>,
-        points: impl Iterator<Item = Site<Self>>,
-        r: Self::Linear,
-    ) -> bool {
-        predicate::beyond(a, b, points, r)
+    fn beyond(line: [Site<Self>; 2], points: impl Iterator<Item = Site<Self>>, r: Self::Linear) -> bool {
+        predicate::beyond(line, points, r)
     }
     /// [`predicate::convex_holds`], as part of another predicate.
     #[inline(always)]
-    fn convex_holds(corners: impl Iterator<Item = Site<Self>> + Clone, p: Site<Self>) -> bool
-    where
-        Self::Linear: Ord,
-    {
+    fn convex_holds(corners: impl Iterator<Item = Site<Self>> + Clone, p: Site<Self>) -> bool {
         predicate::convex_holds(corners, p)
     }
 }

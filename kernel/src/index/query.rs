@@ -13,7 +13,7 @@ use super::Edge;
 use super::check::{CheckedIndex, Node, Search};
 use crate::exact::convex::Convex;
 use crate::exact::lattice::{Length, Point};
-use crate::exact::predicate::{Proximity, ray_crosses};
+use crate::exact::predicate::{Orientation, Proximity, ray_crosses};
 use crate::exact::region::Location;
 use crate::exact::segment::{Segment, Triangle, Window};
 use crate::exact::width::Product;
@@ -131,7 +131,8 @@ impl<F: FnMut(usize, &Edge) -> ControlFlow<()>> Search for Along<F> {
         while rest != 0 {
             let lane = rest.trailing_zeros();
             rest &= rest.wrapping_sub(1);
-            if node.window(lane).is_some_and(|window| window.grown(self.threshold).is_beside(self.motion)) {
+            let Some(window) = node.window(lane).map(|window| window.grown(self.threshold)) else { continue };
+            if window.side_of(self.motion) != Orientation::On {
                 lanes &= !(1_u8 << (lane & 7));
             }
         }
@@ -160,7 +161,7 @@ impl Search for Around<'_> {
             let lane = rest.trailing_zeros();
             rest &= rest.wrapping_sub(1);
             let Some(window) = node.window(lane).map(|window| window.grown(self.threshold)) else { continue };
-            if self.polygon.sides().any(|side| window.is_beyond(side)) {
+            if self.polygon.sides().any(|side| window.side_of(side) == Orientation::Right) {
                 lanes &= !(1_u8 << (lane & 7));
             }
         }

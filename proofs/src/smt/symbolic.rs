@@ -146,7 +146,7 @@ impl Lattice for Symbolic {
         if is_closed(Part::SegmentSegment) {
             return proximity(ask(Part::SegmentSegment, &arguments([a, b, c, d], Some(r))));
         }
-        predicate::segment_segment(a, b, c, d, r)
+        predicate::segment_segment([a, b], [c, d], r)
     }
     fn strictly_inside(p: Place, a: Place, b: Place, c: Place) -> bool {
         if is_closed(Part::StrictlyInside) {
@@ -160,11 +160,11 @@ impl Lattice for Symbolic {
         }
         predicate::box_point(low, high, p, r)
     }
-    fn beyond(a: Place, b: Place, points: impl Iterator<Item = Place>, r: Scalar) -> bool {
+    fn beyond(line: [Place; 2], points: impl Iterator<Item = Place>, r: Scalar) -> bool {
         if is_closed(Part::Beyond) {
-            return ask(Part::Beyond, &arguments([a, b].into_iter().chain(points), Some(r)));
+            return ask(Part::Beyond, &arguments(line.into_iter().chain(points), Some(r)));
         }
-        predicate::beyond(a, b, points, r)
+        predicate::beyond(line, points, r)
     }
     fn convex_holds(corners: impl Iterator<Item = Place> + Clone, p: Place) -> bool {
         if is_closed(Part::ConvexHolds) {
@@ -194,7 +194,7 @@ mod tests {
         let ordered = [(a.x.0, b.x.0), (a.y.0, b.y.0)];
         assert_eq!(explore(&ordered, &[], box_near).len(), 27);
         let parts = [Part::PointSegment, Part::CrossesProperly];
-        let both = || predicate::segment_segment::<Symbolic>(p, a, b, p, r);
+        let both = || predicate::segment_segment::<Symbolic>([p, a], [b, p], r);
         assert!(explore(&[], &parts, both).len() <= 6);
     }
 }

@@ -72,9 +72,8 @@ pub const BEYOND: Theorem = Theorem {
         for count in 1..=POINTS_MAX {
             each_is_beyond(prover, line, &points[..count], r);
         }
-        let none = explore(&[], &[], || {
-            beyond::<Symbolic>(line[0].place(), line[1].place(), std::iter::empty(), Scalar(r))
-        });
+        let none =
+            explore(&[], &[], || beyond::<Symbolic>(line.map(V::place), std::iter::empty(), Scalar(r)));
         assert!(none.iter().all(|path| !path.outcome), "no points are not beyond");
         half_plane(prover, line, r);
     },
@@ -83,8 +82,7 @@ pub const BEYOND: Theorem = Theorem {
 /// Yes exactly when each of the points is beyond.
 fn each_is_beyond(prover: &mut Prover<'_>, line: [V; 2], points: &[V], r: Term) {
     let paths = explore(&[], &[], || {
-        let [a, b] = line.map(V::place);
-        beyond::<Symbolic>(a, b, points.iter().map(|p| p.place()), Scalar(r))
+        beyond::<Symbolic>(line.map(V::place), points.iter().map(|p| p.place()), Scalar(r))
     });
     let farther = prover.lemma("farther right, greater square", |[x, y]| {
         claim([at_most(x, y), less(y, whole(0))], at_most(square(y), square(x)))

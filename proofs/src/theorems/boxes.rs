@@ -85,7 +85,7 @@ pub const RIGHT: Contract<10, 0> = Contract {
 /// Beside a line.
 pub const BOX_SIDE: Theorem = Theorem {
     name: SIDE,
-    source: "predicate::box_side, Window::is_beside, index::query (boxes left out along a motion)",
+    source: "predicate::box_side, Window::side_of, index::query (boxes left out along a motion)",
     claim: "left or right only when the whole box lies strictly on that side of the line; so nothing within T of the line is in a \
             box that, grown by T, is on one side of it",
     proof: |prover| {

@@ -5,6 +5,7 @@ mod beyond;
 mod box_met;
 mod box_segment;
 mod boxes;
+mod convex;
 mod crossing;
 mod hull;
 mod inside;
@@ -38,12 +39,16 @@ pub const THEOREMS: &[Theorem] = &[
     inside::STRICTLY_INSIDE,
     triangle_exit::TRIANGLE_EXIT,
     triangle::TRIANGLE_SEGMENT,
+    convex::CONVEX_HOLDS,
+    convex::CONVEX_EXIT,
+    convex::CONVEX_NEAR_SEGMENT,
     boxes::BOX_POINT,
     box_met::BOX_MET,
     box_met::BOX_SLIDE,
     box_segment::BOX_SEGMENT,
     boxes::BOX_SIDE,
     boxes::PRUNING,
+    convex::POLYGON_PRUNING,
     boxes::CONVEX,
     ring::TOUCHES,
     ring::FOLDS_BACK,
@@ -61,6 +66,6 @@ pub const THEOREMS: &[Theorem] = &[
     near::NEAR_LIST,
     near::CLIP,
     hull::CONVEX_SET,
-    hull::FANS_COVER,
+    hull::HULL_POLYGON,
     overflow::OVERFLOW,
 ];

@@ -64,11 +64,11 @@ pub fn prove(prover: &mut Prover<'_>, limit: i128) {
     count += explore(&[], &[], || ray_crosses::<Symbolic>(a, b, c)).len();
     count += explore(&[], &[], || recedes::<Symbolic>(a, b, c, d)).len();
     count += explore(&ordered, &[], || box_point::<Symbolic>(a, b, c, r)).len();
-    count += explore(&[], &[], || beyond::<Symbolic>(a, b, [c, d].into_iter(), r)).len();
+    count += explore(&[], &[], || beyond::<Symbolic>([a, b], [c, d].into_iter(), r)).len();
     count += explore(&[], &[], || convex_holds::<Symbolic>([a, b].into_iter(), c)).len();
     // Parts of these are asked about the same points, and were run above.
-    count += explore(&[], &parts, || segment_segment::<Symbolic>(a, b, c, d, r)).len();
-    count += explore(&[], &parts, || triangle_segment::<Symbolic>([a, b, c], d, e, r)).len();
+    count += explore(&[], &parts, || segment_segment::<Symbolic>([a, b], [c, d], r)).len();
+    count += explore(&[], &parts, || triangle_segment::<Symbolic>([a, b, c], [d, e], r)).len();
     count += explore(&[], &parts, || convex_segment::<Symbolic>([a, b, c].into_iter(), [d, e], r)).len();
     count += explore(&ordered, &parts, || box_segment::<Symbolic>(a, b, c, d, r)).len();
     count += explore(&[], &[], || box_side::<Symbolic>(low, high, a, b)).len();

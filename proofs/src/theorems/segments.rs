@@ -50,8 +50,7 @@ pub const SEGMENT_SEGMENT: Theorem = Theorem {
         let [r, s, t] = ["r", "s", "t"].map(Term::fresh);
         let parts = [Part::Beyond, Part::PointSegment, Part::CrossesProperly];
         let paths = explore(&[], &parts, || {
-            let [a, b, c, d] = [a, b, c, d].map(V::place);
-            !segment_segment::<Symbolic>(a, b, c, d, Scalar(r)).is_clear()
+            !segment_segment::<Symbolic>(ab.map(V::place), cd.map(V::place), Scalar(r)).is_clear()
         });
         let crosses = answer(Part::CrossesProperly, &coordinates([ab, cd]));
         let (nearer, [s1, t1]) = prover.by(&END_IS_NEARER, crosses.clone(), numbers([ab, cd], &[s, t]));

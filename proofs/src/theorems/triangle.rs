@@ -55,7 +55,7 @@ pub const TRIANGLE_SEGMENT: Theorem = Theorem {
         let parts = [Part::SegmentSegment, Part::StrictlyInside];
         let paths = explore(&[], &parts, || {
             let corners = corners.map(V::place);
-            !triangle_segment::<Symbolic>(corners, d.place(), e.place(), Scalar(r)).is_clear()
+            !triangle_segment::<Symbolic>(corners, [d.place(), e.place()], Scalar(r)).is_clear()
         });
         let sides: [[Term; 9]; 3] =
             std::array::from_fn(|i| terms(&[corners[i], corners[(i + 1) % 3], d, e], &[r]));
