@@ -15,6 +15,7 @@ mod overflow;
 mod pieces;
 mod plane;
 mod point_segment;
+mod polygon_pruning;
 mod recedes;
 mod ring;
 mod segment_ends;
@@ -48,7 +49,7 @@ pub const THEOREMS: &[Theorem] = &[
     box_segment::BOX_SEGMENT,
     boxes::BOX_SIDE,
     boxes::PRUNING,
-    convex::POLYGON_PRUNING,
+    polygon_pruning::POLYGON_PRUNING,
     boxes::CONVEX,
     ring::TOUCHES,
     ring::FOLDS_BACK,
