@@ -119,6 +119,15 @@ mod terminal {
             }
         }
 
+        /// Waits until something is shown, for a minute at most.
+        fn wait_for(&mut self, text: &str) {
+            let began = Instant::now();
+            while !String::from_utf8_lossy(&self.shown).contains(text) {
+                assert!(began.elapsed() < Duration::from_secs(60), "\"{text}\" is not shown");
+                self.type_for(Duration::from_millis(100), b"", Duration::from_secs(60));
+            }
+        }
+
         /// Waits for the end, and reads what was shown last.
         fn end(&mut self) -> Option<i32> {
             let status = self.child.try_wait().unwrap();
@@ -139,11 +148,12 @@ mod terminal {
         let run = ["run", &plan, "--operator", "keyboard", "--view", "--record-trace", &trace];
         let mut terminal = Terminal::run(&run);
         let (held, once) = (Duration::from_millis(30), Duration::from_secs(60));
-        terminal.type_for(Duration::from_secs(4), b"", once);
-        terminal.type_for(Duration::from_millis(100), b"4", once);
+        terminal.wait_for("\u{1b}[?1049h");
+        terminal.type_for(Duration::from_secs(3), b"", once);
+        terminal.type_for(Duration::from_millis(300), b"4", once);
         terminal.type_for(Duration::from_millis(600), b"\x1b[D", held);
         terminal.type_for(Duration::from_millis(600), b"", once);
-        terminal.type_for(Duration::from_secs(20), b"q", Duration::from_secs(1));
+        terminal.type_for(Duration::from_secs(60), b"q", Duration::from_secs(1));
         assert_eq!(terminal.end(), Some(9), "ended in order, without a contour");
         let wishes = std::fs::read_to_string(&trace).unwrap();
         let pushed = wishes.lines().find(|line| line.contains(" -1 0 0 0 -")).unwrap();

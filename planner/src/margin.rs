@@ -51,6 +51,8 @@ pub enum MarginError {
     },
 }
 
+/// How the names of the terms begin that a report can be off by.
+const RESOLUTION: &str = "controller resolution";
 /// A drawing's point, a path's point and an arc's centre are each met to within about a lattice unit.
 const LATTICE_MM: f64 = 0.000_04;
 /// A coordinate of 1 m as a 32-bit float, in and out, on both axes.
@@ -75,8 +77,8 @@ impl Budget {
         let mut terms = vec![
             term("lattice rounding", LATTICE_MM, "drawing, path and arc centres on the 10 nm lattice"),
             term("chord slack", CHORD_MM, "arcs certified as chords"),
-            term("controller resolution: step", steps, "half a step on both axes, commanded and reported"),
-            term("controller resolution: report", half_digit, "half the last digit on both axes"),
+            term(&format!("{RESOLUTION}: step"), steps, "half a step on both axes, commanded and reported"),
+            term(&format!("{RESOLUTION}: report"), half_digit, "half the last digit on both axes"),
             term("controller arithmetic", FLOAT_MM, "32-bit floats on a table of a metre"),
             // GRBL rounds the number of chords down: one can turn twice the angle, and leave the arc four times as far.
             term("controller arcs", 4.0 * machine.arc_tolerance_mm, "four times the arc tolerance ($12)"),
@@ -110,6 +112,27 @@ impl Budget {
             .iter()
             .map(|term| length_up_from_mm(term.mm))
             .try_fold(Length::ZERO, |sum, term| sum.plus(term?))
+    }
+}
+
+impl Budget {
+    /// How far a reported position can be from the commanded one: the controller's resolution.
+    ///
+    /// # Errors
+    /// [`keepout_kernel::LatticeError`] when a term is negative, no number or too large.
+    pub fn resolution(&self) -> Result<Length, keepout_kernel::LatticeError> {
+        let terms = self.terms.iter().filter(|term| term.name.starts_with(RESOLUTION));
+        length_up_from_mm(terms.map(|term| term.mm).sum())
+    }
+
+    /// The least that steering by hand keeps beyond the margin: where a tool stopped is known to the resolution only, and what
+    /// it is sent from there begins at that place. Twice the resolution, see the executor's guard.
+    ///
+    /// # Errors
+    /// As [`Budget::resolution`].
+    pub fn stopping(&self) -> Result<Length, keepout_kernel::LatticeError> {
+        let resolution = self.resolution()?;
+        resolution.plus(resolution)
     }
 }
 

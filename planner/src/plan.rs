@@ -201,7 +201,7 @@ pub struct CertifiedPlan {
     pub plan: Plan,
     /// The part.
     pub part: ProhibitedRegion,
-    /// Threshold of roughing, R + A + M: what manual motions keep.
+    /// Threshold of roughing, R + A + M: what manual motions keep. A counts as no less than [`Budget::stopping`].
     pub roughing: Length,
     /// Threshold of finishing, R + M: what the finishing path keeps.
     pub finishing: Length,
@@ -295,7 +295,7 @@ impl Plan {
         outlines: &[Outline],
     ) -> Result<CertifiedPlan, PlanError> {
         let finishing = finishing_threshold(self.tool_radius, &self.budget)?;
-        let roughing = plus(finishing, self.allowance)?;
+        let roughing = roughing_threshold(finishing, self.allowance, &self.budget)?;
         self.certify_order()?;
         let mut certified_motions = 0;
         for (index, pass) in self.passes.iter().enumerate() {
@@ -333,6 +333,12 @@ fn plus(threshold: Length, more: Length) -> Result<Length, PlanError> {
     threshold
         .plus(more)
         .map_err(|source| PlanError::Length { what: "roughing or finishing threshold", source })
+}
+
+/// R + M + A, where A is no less than how far a tool that was stopped by hand can be from where it is taken to be.
+fn roughing_threshold(finishing: Length, allowance: Length, budget: &Budget) -> Result<Length, PlanError> {
+    let stopping = budget.stopping().map_err(|source| PlanError::Length { what: "margin", source })?;
+    plus(finishing, allowance.max(stopping))
 }
 
 fn finishing_threshold(tool_radius: Length, budget: &Budget) -> Result<Length, PlanError> {

@@ -1,7 +1,8 @@
 //! Ways through clear space: a grid search whose every step the kernel certifies.
 
 use std::cmp::Reverse;
-use std::collections::{BTreeMap, BinaryHeap};
+use std::collections::BinaryHeap;
+use std::f64::consts::SQRT_2;
 
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{FreePoint, Point, ProhibitedRegion};
@@ -42,6 +43,77 @@ impl Grid {
     }
 }
 
+/// The steps from a node, and how long each is, in cells.
+const STEPS: [(Node, f64); 8] = [
+    ((-1, -1), SQRT_2),
+    ((-1, 0), 1.0),
+    ((-1, 1), SQRT_2),
+    ((0, -1), 1.0),
+    ((0, 1), 1.0),
+    ((1, -1), SQRT_2),
+    ((1, 0), 1.0),
+    ((1, 1), SQRT_2),
+];
+
+/// A node that was reached.
+#[derive(Clone, Copy)]
+struct Reached {
+    free: FreePoint,
+    /// The way to it, in cells.
+    cost: f64,
+    before: Node,
+    /// It is not left again.
+    closed: bool,
+}
+
+/// What is known of every node of a grid.
+struct Field {
+    low: Node,
+    columns: i32,
+    nodes: Vec<Option<Reached>>,
+}
+
+impl Field {
+    /// Nothing is known of the nodes of the grid in its window.
+    fn new(grid: &Grid) -> Self {
+        let (x0, y0, x1, y1) = grid.within.corners();
+        let unit_mm = f64::from(keepout_kernel::UNITS_PER_MM);
+        let index = |c: i32, origin: f64| {
+            let steps = ((f64::from(c) / unit_mm - origin) / grid.cell).floor();
+            i32::try_from(keepout_kernel::curve::nearest_unit(steps)).unwrap_or(0)
+        };
+        let low = (index(x0, grid.origin.0) - 1, index(y0, grid.origin.1) - 1);
+        let high = (index(x1, grid.origin.0) + 2, index(y1, grid.origin.1) + 2);
+        let (columns, lines) = (high.0 - low.0 + 1, high.1 - low.1 + 1);
+        let count = usize::try_from(i64::from(columns.max(0)) * i64::from(lines.max(0))).unwrap_or(0);
+        Self { low, columns, nodes: vec![None; count] }
+    }
+
+    /// What is known of a node; `None` for one that is beyond the grid.
+    fn at(&mut self, (i, j): Node) -> Option<&mut Option<Reached>> {
+        let (column, line) = (i.checked_sub(self.low.0)?, j.checked_sub(self.low.1)?);
+        let inside = (0..self.columns).contains(&column) && line >= 0;
+        let index = i64::from(line) * i64::from(self.columns) + i64::from(column);
+        self.nodes.get_mut(usize::try_from(index).ok().filter(|_| inside)?)
+    }
+
+    fn reached(&mut self, node: Node) -> Option<&mut Reached> {
+        self.at(node)?.as_mut()
+    }
+
+    fn walk_back(&mut self, last: Node, to: Point) -> Vec<Point> {
+        let mut points = vec![to];
+        let mut node = last;
+        while let Some(&mut Reached { before, free, .. }) = self.reached(node).filter(|at| at.before != node)
+        {
+            points.push(free.point());
+            node = before;
+        }
+        points.reverse();
+        points
+    }
+}
+
 /// A* over the grid around `from`; every edge that is followed was certified.
 fn search(
     part: &ProhibitedRegion,
@@ -55,28 +127,28 @@ fn search(
     let cell = span / cells / f64::from(keepout_kernel::UNITS_PER_MM);
     let grid = Grid { origin: point_mm(from.point()), cell, within };
     let goal = point_mm(to);
-    let mut reached: BTreeMap<Node, (Node, FreePoint, f64)> = BTreeMap::new();
-    reached.insert((0, 0), ((0, 0), from, 0.0));
+    let mut field = Field::new(&grid);
+    *field.at((0, 0))? = Some(Reached { free: from, cost: 0.0, before: (0, 0), closed: false });
     let mut open = BinaryHeap::new();
     open.push((Reverse(rank(0.0, grid.steps_to((0, 0), goal))), (0, 0)));
-    let mut closed = std::collections::BTreeSet::new();
     while let Some((_, node)) = open.pop() {
-        if !closed.insert(node) {
+        let here = field.reached(node)?;
+        if std::mem::replace(&mut here.closed, true) {
             continue;
         }
-        let &(_, free, cost) = reached.get(&node)?;
+        let Reached { free, cost, .. } = *here;
         if grid.steps_to(node, goal) < 3.0 && part.motion(free, to).is_ok() {
-            return Some(walk_back(&reached, node, to));
+            return Some(field.walk_back(node, to));
         }
-        for (di, dj) in (-1..=1).flat_map(|di| (-1..=1).map(move |dj| (di, dj))) {
+        for ((di, dj), length) in STEPS {
             let next = (node.0 + di, node.1 + dj);
-            let cost = cost + f64::from(di).hypot(f64::from(dj));
-            let known = reached.get(&next).is_some_and(|&(_, _, known)| known <= cost + 1e-9);
-            if known || closed.contains(&next) {
+            let cost = cost + length;
+            let Some(known) = field.at(next) else { continue };
+            if known.is_some_and(|known| known.closed || known.cost <= cost + 1e-9) {
                 continue;
             }
             if let Some(free) = grid.point(next).and_then(|point| part.motion(free, point).ok()) {
-                reached.insert(next, (node, free, cost));
+                *known = Some(Reached { free, cost, before: node, closed: false });
                 open.push((Reverse(rank(cost, grid.steps_to(next, goal))), next));
             }
         }
@@ -87,20 +159,6 @@ fn search(
 /// Order of visiting: cost so far and the straight rest, in thousandths of a cell.
 fn rank(cost: f64, rest: f64) -> i64 {
     keepout_kernel::curve::nearest_unit((cost + rest) * 1000.0)
-}
-
-fn walk_back(reached: &BTreeMap<Node, (Node, FreePoint, f64)>, last: Node, to: Point) -> Vec<Point> {
-    let mut points = vec![to];
-    let mut node = last;
-    while let Some(&(before, free, _)) = reached.get(&node) {
-        if before == node {
-            break;
-        }
-        points.push(free.point());
-        node = before;
-    }
-    points.reverse();
-    points
 }
 
 /// Leaves out every point that a certified straight motion can skip.

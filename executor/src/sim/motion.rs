@@ -117,6 +117,16 @@ impl Motion {
         self.blocks.len()
     }
 
+    /// Blocks of which more is left than what the drives were given ahead of time, for so many seconds at this speed.
+    pub fn queued_behind(&self, ahead_s: f64) -> usize {
+        let mut given = self.speed * ahead_s;
+        let wholly = self.blocks.iter().take_while(|block| {
+            given -= block.left;
+            given >= 0.0
+        });
+        self.blocks.len() - wholly.count()
+    }
+
     pub fn is_resting(&self) -> bool {
         self.blocks.is_empty() && self.stop.is_none()
     }

@@ -8,8 +8,8 @@ use super::state::{Phase, State};
 use super::{Fault, QUERIES_MAX, Supervisor};
 use crate::time::Time;
 
-/// A status query without an answer is repeated after this time.
-const QUERY_AGAIN: Duration = Duration::from_millis(1000);
+/// A status query without an answer is repeated so often in the longest silence that is allowed.
+const QUERIES_IN_SILENCE: u32 = 5;
 /// Time between an answer and the next query.
 const QUERY_PAUSE: Duration = Duration::from_millis(40);
 /// The same while a tool that was stopped is waited for, or a motion of a contour to be read.
@@ -210,7 +210,10 @@ impl Supervisor {
     /// When the next query is due.
     fn query_due(&self) -> Time {
         match self.asked_at {
-            Some(asked) => asked.after(QUERY_AGAIN.max(self.round_trip.max(self.patience) * 2)),
+            Some(asked) => {
+                let again = self.options.answer_within / QUERIES_IN_SILENCE;
+                asked.after(again.max(self.round_trip.max(self.patience) * 2))
+            }
             None => {
                 let steered = self.phase().is_steered();
                 let waits = steered && !self.guard.settled() && self.wish.direction == (0.0, 0.0);

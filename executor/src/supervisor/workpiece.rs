@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Length, ProhibitedRegion};
-use keepout_planner::margin::Budget;
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::length_up_from_mm;
 
@@ -63,19 +62,12 @@ pub(super) fn rules(plan: &CertifiedPlan, stroke: Window, abilities: Abilities) 
         stroke,
         manual: plan.roughing,
         finishing: finishing_as_sent(plan, abilities),
-        resolution: resolution(&plan.plan.budget),
+        resolution: plan.plan.budget.resolution().unwrap_or(Length::small(100)),
         shortest,
         shape: abilities.shape,
         contours: abilities.contours,
         checked: abilities.checked,
     }
-}
-
-/// How far a reported position can be from the commanded one: the budget's controller resolution.
-fn resolution(budget: &Budget) -> Length {
-    let terms = budget.terms.iter().filter(|term| term.name.starts_with("controller resolution"));
-    let sum: f64 = terms.map(|term| term.mm).sum();
-    length_up_from_mm(sum).unwrap_or(Length::small(100))
 }
 
 /// The threshold of contours as they are sent. A controller that turns arcs into chords leaves them by a term of the margin;

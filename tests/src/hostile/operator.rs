@@ -18,13 +18,15 @@ pub enum Style {
     Adversarial,
     /// Turns the handwheels into the wall.
     Wheels,
+    /// Turns them there and back and around corners while motions are under way: nothing cancels these.
+    WheelsAround,
     /// Lets go, falls silent, comes back.
     Stale,
 }
 
 impl Style {
     /// All of them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Model(ModelKind::Calm),
         Self::Model(ModelKind::Jittery),
         Self::Model(ModelKind::Wall),
@@ -33,6 +35,7 @@ impl Style {
         Self::Model(ModelKind::Reversal),
         Self::Adversarial,
         Self::Wheels,
+        Self::WheelsAround,
         Self::Stale,
     ];
 }
@@ -82,6 +85,11 @@ impl Hostile {
                 let toward = self.toward(seen, 0.0);
                 let step = [0.01, 0.1, 1.0, 3.0][self.random.usize(0..4)];
                 (still, (toward.0 * step, toward.1 * step))
+            }
+            Style::WheelsAround => {
+                let way = self.against(seen, now);
+                let step = [0.3, 1.0, 3.0, 9.0][self.random.usize(0..4)];
+                (still, (way.0 * step, way.1 * step))
             }
             Style::Stale => {
                 let phase = now.seconds() % 3.0;

@@ -399,10 +399,13 @@ fn breaks(spec: &Spec, random: &mut Rng) -> Vec<(Time, Duration)> {
     if !spec.suffers(Fault::Clock) && !spec.suffers(Fault::Stall) {
         return Vec::new();
     }
-    let count = random.usize(1..12);
+    // A few of any length, or again and again what lets blocks pass for executed.
+    let often = random.u8(0..3) == 0;
+    let count = if often { random.usize(30..200) } else { random.usize(1..12) };
     let mut list: Vec<(Time, Duration)> = (0..count)
         .map(|_| {
-            let span = Duration::from_secs_f64(0.01 * 1000.0_f64.powf(random.f64()));
+            let seconds = if often { 0.5 + 0.2 * random.f64() } else { 0.01 * 1000.0_f64.powf(random.f64()) };
+            let span = Duration::from_secs_f64(seconds);
             (Time::ZERO.after(spec.limit.mul_f64(random.f64())), span)
         })
         .collect();

@@ -65,6 +65,8 @@ const GRBL_HAL: Firmware = Firmware {
     extra: "|TLR:0|H:1",
 };
 
+/// A block leaves the planner when the last of its steps are in the segment buffer: six segments of 10 ms.
+const SEGMENTS_S: f64 = 0.06;
 /// Reports carry the work offset every so many times.
 const OFFSET_EVERY: u32 = 30;
 
@@ -219,7 +221,8 @@ impl GrblSim {
             |c: f64| (c * self.settings.machine.steps_per_mm).round() / self.settings.machine.steps_per_mm;
         let mut text = format!("<{state}|MPos:{:.3},{:.3},0.000", step(x), step(y));
         if self.report_mask & 2 != 0 {
-            let free = self.firmware.blocks - self.motion.queued().min(self.firmware.blocks);
+            let queued = self.motion.queued_behind(SEGMENTS_S);
+            let free = self.firmware.blocks - queued.min(self.firmware.blocks);
             text += &format!("|Bf:{free},{}", self.firmware.rx_buffer - self.rx.len());
         }
         text += &format!("|FS:{:.0},0", self.motion.speed() * 60.0);

@@ -179,8 +179,10 @@ impl Guard {
             return Ok(());
         }
         let last = contour.sent.max(contour.first + 1).min(contour.curves.len());
+        // The first motion begins where the tool was reported to rest, the others where the one before it ended.
+        let tolerance = |k: usize| if k == 0 { resolution.saturating_plus(resolution) } else { resolution };
         let on = (contour.first..last)
-            .find(|&k| lies_on(sighting.position, &contour.curves[k].0, resolution, shape));
+            .find(|&k| lies_on(sighting.position, &contour.curves[k].0, tolerance(k), shape));
         contour.first = on.ok_or(Refusal::OffCertified(sighting.position))?;
         let done = contour.sent == contour.curves.len();
         let arrived = !points_within(contour.reached.point(), sighting.position, resolution).is_clear();

@@ -3,6 +3,12 @@
 //! **Invariant:** the set's hull is clear of the part at the threshold of its points. For a controller that drives straight
 //! ([`MotionShape::Line`]) the hull is the convex hull; for one whose axes run apart ([`MotionShape::Box`]) it is the smallest
 //! box along the axes. Either way a motion from a point of the hull to a target in the set stays in the hull.
+//!
+//! **Where the tool is.** Let e be the resolution: a report is no farther than that from where the tool was commanded to be. It
+//! is believed up to 2e from the hull, and the nearest point of the hull becomes the tail: no farther than 3e from the tool.
+//! Motions to targets in the set begin there, and bring it no farther from the hull. At rest the report itself becomes the
+//! tail, e from the tool, where that is free: so errors do not add up. The margin counts e; the rest comes from what steering
+//! by hand keeps beyond it, which is 2e at least.
 
 use std::cell::Cell;
 use std::collections::VecDeque;
@@ -55,6 +61,10 @@ pub(super) struct Line {
 pub(super) const LINES_MAX: usize = 12;
 /// Reports that are remembered while lines wait to be retired.
 const SEEN_MAX: usize = 64;
+/// How far from the hull a report is believed, in resolutions: that of the report, and that of the one the tail came from.
+const BELIEVED: i64 = 2;
+/// A tool that has begun no later line is reported no farther than this from the places up to there, in resolutions.
+const BEYOND: i64 = 4;
 /// A block that has left the planner is executed within this time: six segments of 10 ms, or of a step each when that
 /// is longer; at 1 mm/s and 20 steps/mm, 300 ms (GRBL's stepper buffer).
 pub const DRAIN: Duration = Duration::from_millis(500);
@@ -103,7 +113,12 @@ impl InFlight {
     }
 
     pub(super) fn points(&self) -> impl Iterator<Item = FreePoint> + Clone + '_ {
-        let lines = self.lines.iter().map(|line| line.target);
+        self.points_up_to(self.lines.len())
+    }
+
+    /// Where the tool was last seen and the targets of the first `count` lines.
+    fn points_up_to(&self, count: usize) -> impl Iterator<Item = FreePoint> + Clone + '_ {
+        let lines = self.lines.iter().take(count).map(|line| line.target);
         self.before.into_iter().chain(self.tail).chain(lines)
     }
 
@@ -174,16 +189,11 @@ impl InFlight {
         part.polygon(tail, hull.polygon().ok_or(unknown)?, to)
     }
 
-    /// The point of the hull nearest to the reported position, as a certified tail. Where the tool was commanded to be lies
-    /// in the hull, and projection onto a convex set brings nothing farther away: the tail is no farther from there than the
-    /// report is.
+    /// The point of the hull nearest to the reported position, as a certified tail.
     fn snap(&self, part: &ProhibitedRegion, position: Point) -> Snap {
-        let foot = match self.shape {
-            MotionShape::Line => self.hull().and_then(|hull| hull.nearest(position)),
-            MotionShape::Box => self.foot_in_box(position),
-        };
+        let foot = self.nearest(position, self.lines.len());
         let Some(foot) = foot else { return Snap::Off };
-        if points_within(foot, position, self.resolution).is_clear() {
+        if points_within(foot, position, self.resolutions(BELIEVED)).is_clear() {
             return Snap::Off;
         }
         // The foot is rounded, and may be rounded into the threshold: its neighbours are as good.
@@ -193,11 +203,23 @@ impl InFlight {
         places.find_map(|place| self.reached(part, place)).map_or(Snap::Keep, Snap::At)
     }
 
-    fn foot_in_box(&self, position: Point) -> Option<Point> {
-        let window = self.points().map(|free| Window::of(free.point())).reduce(Window::union)?;
-        let (x0, y0, x1, y1) = window.corners();
-        let (x, y) = (position.x.units().clamp(x0, x1), position.y.units().clamp(y0, y1));
-        Point::from_units(x.into(), y.into()).ok()
+    fn resolutions(&self, count: i64) -> Length {
+        Length::from_units(i64::from(self.resolution.units()) * count).unwrap_or(self.resolution)
+    }
+
+    /// The place nearest to `position` in the hull of these.
+    fn nearest(&self, position: Point, count: usize) -> Option<Point> {
+        match self.shape {
+            MotionShape::Line => {
+                let hull = Hull::of(self.points_up_to(count).map(FreePoint::point));
+                hull.and_then(|hull| hull.nearest(position))
+            }
+            MotionShape::Box => self.window(count).and_then(|window| nearest_in(window, position)),
+        }
+    }
+
+    fn window(&self, count: usize) -> Option<Window> {
+        self.points_up_to(count).map(|free| Window::of(free.point())).reduce(Window::union)
     }
 
     /// The place as a free point, when the way to it from one of the points is clear. One way is enough: which one the tool
@@ -216,41 +238,44 @@ impl InFlight {
         acknowledged: u64,
         (asked, now): (Time, Time),
     ) -> Result<bool, Refusal> {
-        match self.snap(part, sighting.position) {
-            Snap::At(tail) => {
-                self.before = self.tail.filter(|_| !self.checked);
-                self.tail = Some(tail);
-            }
+        let tail = match self.snap(part, sighting.position) {
+            Snap::At(tail) => tail,
             Snap::Keep => return Ok(false),
             Snap::Off => return Err(Refusal::OffCertified(sighting.position)),
-        }
-        if sighting.rests() && all {
-            return Ok(self.settle(sighting.position));
+        };
+        let rests = sighting.rests() && all;
+        let passed = if rests { 0 } else { self.passed(sighting.position, asked) };
+        self.before = self.tail.filter(|_| !self.checked);
+        self.tail = Some(tail);
+        if rests {
+            return Ok(self.settle(part, sighting.position));
         }
         self.moving();
-        self.retire(sighting, acknowledged, asked, now);
+        self.lines.retain(|line| line.number > passed);
+        self.take_count(sighting, acknowledged, now);
         Ok(false)
     }
 
-    fn settle(&mut self, position: Point) -> bool {
+    fn settle(&mut self, part: &ProhibitedRegion, position: Point) -> bool {
         let near = |other: Point| !points_within(other, position, self.resolution).is_clear();
         let again = self.rested_at.is_some_and(near);
+        let arrived = self.lines.back().is_none_or(|line| near(line.target.point()));
         self.rests_seen = if again { self.rests_seen.saturating_add(1) } else { 1 };
         self.rested_at = Some(position);
-        let arrived = self.lines.back().is_none_or(|line| near(line.target.point()));
         let enough = self.rests_seen >= 2 || self.checked && arrived;
         if enough {
             self.before = None;
             self.lines.clear();
             self.left_queue.clear();
+            self.tail = self.reached(part, position).or(self.tail);
         }
         enough
     }
 
-    /// With `q` motions in the queue, all acknowledged lines but the last `q` have left it. Lines that had left it at a
-    /// report that arrived [`DRAIN`] before this query left are executed; and, should the clock have jumped meanwhile, they
-    /// stay until the tool is seen on the way between them and what follows.
-    fn retire(&mut self, sighting: &Sighting, acknowledged: u64, asked: Time, now: Time) {
+    /// The last of the lines that are executed: with `q` motions in the queue, all acknowledged lines but the last `q` have left
+    /// it; those that had left it at a report that arrived [`DRAIN`] before this query left have ended. And, should the clock
+    /// have jumped meanwhile, they stay until the tool is seen where it can not be before a later line was begun.
+    fn passed(&mut self, position: Point, asked: Time) -> u64 {
         let before = self.executed;
         while let Some(&(number, arrived)) = self.left_queue.front()
             && asked >= arrived.after(DRAIN)
@@ -260,8 +285,19 @@ impl InFlight {
         }
         // Without a checksum the line stays until both places that are remembered were reported after it was executed.
         let certain = if self.checked { self.executed } else { before };
-        let passed = self.passed(sighting.position, certain);
-        self.lines.retain(|line| line.number > passed);
+        let count = self.lines.iter().take_while(|line| line.number <= certain).count();
+        let passed = (0..count).take_while(|&last| self.is_beyond(position, last + 1)).last();
+        passed.map_or(0, |last| self.lines[last].number)
+    }
+
+    /// Whether the tool is where it can not be before a line behind the first `count` was begun.
+    fn is_beyond(&self, position: Point, count: usize) -> bool {
+        let nearest = self.nearest(position, count);
+        nearest.is_some_and(|place| points_within(place, position, self.resolutions(BEYOND)).is_clear())
+    }
+
+    /// What a report says of the queue.
+    fn take_count(&mut self, sighting: &Sighting, acknowledged: u64, now: Time) {
         let Some(queued) = sighting.queued else { return };
         let left = acknowledged.saturating_sub(u64::try_from(queued).unwrap_or(u64::MAX));
         let believed = if self.checked { left } else { left.min(self.left_before) };
@@ -270,18 +306,6 @@ impl InFlight {
         if news && self.left_queue.len() < SEEN_MAX {
             self.left_queue.push_back((believed, now));
         }
-    }
-}
-
-impl InFlight {
-    /// The last of the lines up to `certain` that the tool has passed, seen between its target and the next.
-    fn passed(&self, position: Point, certain: u64) -> u64 {
-        let pairs = self.lines.iter().zip(self.lines.iter().skip(1));
-        let on = pairs.filter(|(line, next)| {
-            let way = Segment { from: line.target.point(), to: next.target.point() };
-            line.number <= certain && !way.near_point(position, self.resolution).is_clear()
-        });
-        on.map(|(line, _)| line.number).max().unwrap_or(0)
     }
 }
 
@@ -300,6 +324,12 @@ enum Snap {
     Keep,
     /// The position is outside the set.
     Off,
+}
+
+fn nearest_in(window: Window, position: Point) -> Option<Point> {
+    let (x0, y0, x1, y1) = window.corners();
+    let (x, y) = (position.x.units().clamp(x0, x1), position.y.units().clamp(y0, y1));
+    Point::from_units(x.into(), y.into()).ok()
 }
 
 /// Certifies that a box is clear, at the threshold of a free point in it: no edge comes near it, so all of it is on that

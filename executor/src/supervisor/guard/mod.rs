@@ -11,8 +11,8 @@
 //! first is sent.
 //!
 //! **Reading:** a controller whose receive buffer is full drops bytes, and takes the head of one line and the tail of another
-//! for a third. So few lines are sent ahead of what it has read for certain, whatever was acknowledged, that they fit the
-//! smallest buffer (`AHEAD_MAX`).
+//! for a third. So no line is sent before it has read the one before for certain, whatever was acknowledged: one line of at most
+//! 42 bytes fits the smallest buffer, GRBL's 127, even when it arrives three times.
 //!
 //! **Escaping:** a tool that stands nearer than the manual threshold, but not in the part, is admitted single motions on
 //! which it comes nearer to no edge within that threshold.
@@ -41,10 +41,6 @@ use crate::time::Time;
 use contour::Contour;
 use hull::Hull;
 use in_flight::{InFlight, LINES_MAX, Line};
-
-/// Most lines that may be in a receive buffer at once: two, each of which can arrive twice, of 42 bytes at most; the smallest
-/// buffer, GRBL's, holds 127.
-const AHEAD_MAX: u64 = 2;
 
 /// What a guard keeps to.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -225,13 +221,13 @@ impl Guard {
     /// Whether another line could be sent now.
     #[must_use]
     pub fn takes_lines(&self) -> bool {
-        self.set.lines.len() < LINES_MAX && self.unread() < AHEAD_MAX
+        self.set.lines.len() < LINES_MAX && self.unread() == 0
     }
 
-    /// Whether the next motion of a contour waits for nothing but the answer to a query.
+    /// Whether the next line waits for nothing but the answer to a query.
     #[must_use]
     pub fn awaits_reading(&self) -> bool {
-        self.contour.is_some() && self.unacknowledged() == 0 && self.unread() > 0
+        self.unacknowledged() == 0 && self.unread() > 0
     }
 
     /// Whether the tool stands still at a known place with nothing under way.
@@ -343,11 +339,6 @@ impl Guard {
             return Err(Refusal::UnexpectedAcknowledgement);
         }
         self.acknowledged += 1;
-        #[cfg(feature = "mutations")]
-        if self.mutation == Mutation::RetireOnAcknowledgement && self.contour.is_none() {
-            self.set.tail = self.set.lines.back().map(|line| line.target).or(self.set.tail);
-            self.set.lines.clear();
-        }
         Ok(())
     }
 
@@ -407,6 +398,8 @@ impl Guard {
         }
         let part = if self.stands_inside() { &*self.exact } else { &*self.coarse };
         let settled = self.set.reported(part, sighting, all, self.acknowledged, (stamp.at, now))?;
+        #[cfg(feature = "mutations")]
+        self.mutate_retiring(sighting);
         if settled
             && self.stands_inside()
             && let Some(tail) = self.set.tail

@@ -14,8 +14,8 @@ pub enum Mutation {
     ForgetInFlight,
     /// The fans are left out: only the motion from the last target is asked.
     NoFans,
-    /// Lines leave the set as soon as they are acknowledged.
-    RetireOnAcknowledgement,
+    /// Lines leave the set as soon as a report says that they have left the queue.
+    RetireAtOnce,
     /// One report at rest settles, whenever it was asked for.
     SettleAtOnce,
     /// Any reported position is believed.
@@ -39,7 +39,7 @@ impl Mutation {
     pub const ALL: [Self; 11] = [
         Self::ForgetInFlight,
         Self::NoFans,
-        Self::RetireOnAcknowledgement,
+        Self::RetireAtOnce,
         Self::SettleAtOnce,
         Self::BelieveAnyPosition,
         Self::UncertifiedContour,
@@ -89,5 +89,14 @@ impl Guard {
             _ => return false,
         }
         true
+    }
+
+    /// Lets lines leave the set too soon.
+    pub(super) fn mutate_retiring(&mut self, sighting: &Sighting) {
+        if self.mutation == Mutation::RetireAtOnce {
+            let queued = u64::try_from(sighting.queued.unwrap_or(0)).unwrap_or(u64::MAX);
+            let left = self.acknowledged.saturating_sub(queued);
+            self.set.lines.retain(|line| line.number > left);
+        }
     }
 }

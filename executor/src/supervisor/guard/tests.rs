@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use keepout_kernel::exact::segment::Window;
+use keepout_kernel::curve::nearest_unit;
+use keepout_kernel::exact::segment::{Window, points_within};
 use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side};
 
 use super::*;
@@ -142,7 +143,8 @@ fn position_off_the_certified_set_is_refused() {
     guard.jog(at(-1000, 2000), 600).unwrap();
     let stamp = guard.stamp(Time::ZERO);
     assert!(guard.reported(&sighting(at(-1004, 500), false, 1), stamp, Time::ZERO).is_ok());
-    let off = at(-1010, 500);
+    assert!(guard.reported(&sighting(at(-1010, 500), false, 1), stamp, Time::ZERO).is_ok());
+    let off = at(-1011, 500);
     assert_eq!(guard.reported(&sighting(off, false, 1), stamp, Time::ZERO), Err(Refusal::OffCertified(off)));
 }
 
@@ -244,6 +246,8 @@ fn one_report_of_rest_is_not_believed_without_a_checksum() {
         for target in [far, home] {
             guard.jog(target, 600).unwrap();
             guard.acknowledged().unwrap();
+            let stamp = guard.stamp(time);
+            guard.reported(&sighting(home, false, 1), stamp, time).unwrap();
         }
         let stamp = guard.stamp(time);
         guard.reported(&sighting(home, true, 0), stamp, time).unwrap();
@@ -264,16 +268,14 @@ fn one_report_of_rest_is_not_believed_without_a_checksum() {
 fn lines_go_out_only_as_the_controller_reads_them() {
     let mut guard = guard_of(MotionShape::Line, false);
     guard.locate(at(-1000, 0)).unwrap();
-    for k in 1..=2 {
-        guard.jog(at(-1000, 1000 * k), 600).unwrap();
-        guard.acknowledged().unwrap();
-    }
+    guard.jog(at(-1000, 1000), 600).unwrap();
+    guard.acknowledged().unwrap();
     assert_eq!(guard.jog(at(-1000, 3000), 600), Err(Refusal::Full));
     let (asked, later) = (guard.stamp(Time::ZERO), Time::ZERO.after(DRAIN));
     let full = Sighting { waiting: true, ..sighting(at(-1000, 0), false, 0) };
     guard.reported(&full, asked, later).unwrap();
     assert_eq!(guard.jog(at(-1000, 3000), 600), Err(Refusal::Full));
-    guard.reported(&sighting(at(-1000, 0), false, 2), asked, later).unwrap();
+    guard.reported(&sighting(at(-1000, 0), false, 1), asked, later).unwrap();
     guard.jog(at(-1000, 3000), 600).unwrap();
 
     let mut guard = guard_of(MotionShape::Line, false);
@@ -290,4 +292,71 @@ fn lines_go_out_only_as_the_controller_reads_them() {
     let behind = guard.stamp(Time::ZERO);
     guard.reported(&sighting(at(-1000, 0), false, 1), behind, later).unwrap();
     assert!(!guard.awaits_reading() && guard.next_of_contour().is_some());
+}
+
+/// The clock jumps while the tool has yet to drive there and back: seen on the way there, it is not on its way back.
+#[test]
+fn a_clock_that_jumps_retires_nothing() {
+    for checked in [false, true] {
+        for shape in [MotionShape::Line, MotionShape::Box] {
+            let mut guard = guard_of(shape, checked);
+            let (south, west) = (at(-1000, -1000), at(-1000, 8000));
+            guard.locate(south).unwrap();
+            for target in [west, south] {
+                guard.jog(target, 600).unwrap();
+                guard.acknowledged().unwrap();
+                let mut now = Time::ZERO;
+                for _ in 0..4 {
+                    let stamp = guard.stamp(now);
+                    guard.reported(&sighting(south, false, 0), stamp, now).unwrap();
+                    now = now.after(2 * DRAIN);
+                }
+            }
+            let ways: Vec<Point> = guard.in_flight().collect();
+            assert!(ways.contains(&west), "{checked} {shape:?}");
+            assert!(guard.jog(at(9900, -1000), 600).is_err(), "{checked} {shape:?}: through the part");
+            // Seen farther on, and on the way back, it has been there.
+            let mut now = Time::ZERO.after(20 * DRAIN);
+            for y in [2000, 6000, 5000, 4000, 3000, 2000] {
+                let stamp = guard.stamp(now);
+                guard.reported(&sighting(at(-1000, y), false, 0), stamp, now).unwrap();
+                now = now.after(2 * DRAIN);
+            }
+            assert!(!guard.in_flight().any(|place| place == west), "{checked} {shape:?}");
+        }
+    }
+}
+
+/// A tool that stops short again and again, each time ahead of where it is reported, and turns a little: the errors do not
+/// add up.
+#[test]
+fn errors_of_reports_do_not_add_up() {
+    // An error of 4, rounded to the lattice, is less than the resolution of 5.
+    const ERROR: f64 = 4.0;
+    let mut guard = guard();
+    let mut tool = (-6000.0, 0.0);
+    guard.locate(at(-6000, 0)).unwrap();
+    let lattice = |(x, y): (f64, f64)| at(nearest_unit(x), nearest_unit(y));
+    let mut now = Time::ZERO;
+    for step in 0..200 {
+        let (sin, cos) = (f64::from(step) * 0.2).sin_cos();
+        let ahead = |from: (f64, f64), by: f64| (from.0 + cos * by, from.1 + sin * by);
+        let goal = lattice(ahead(tool, 3000.0));
+        guard.jog(goal, 600).unwrap();
+        guard.acknowledged().unwrap();
+        let goal = (f64::from(goal.x.units()), f64::from(goal.y.units()));
+        let way = |t: f64| (tool.0 + (goal.0 - tool.0) * t, tool.1 + (goal.1 - tool.1) * t);
+        for (t, rests) in [(0.02, false), (0.06, false), (0.08, true), (0.08, true)] {
+            let seen = sighting(lattice(ahead(way(t), -ERROR)), rests, 0);
+            now = now.after(std::time::Duration::from_millis(10));
+            guard.reported(&seen, guard.stamp(now), now).unwrap();
+        }
+        tool = way(0.08);
+        assert!(guard.settled());
+        let known = guard.tail().unwrap().point();
+        assert!(
+            !points_within(known, lattice(tool), guard.rules().resolution).is_clear(),
+            "{known:?} {tool:?}"
+        );
+    }
 }

@@ -126,7 +126,7 @@ impl Helm<'_> {
             let along = wall.slide(wish, turn).filter(|&along| length_mm(along) >= CREEP * wished);
             let Some(along) = along else { continue };
             for along in self.ways_along(along).into_iter().flatten() {
-                let most = best.map_or(gained, |(most, ..)| most.max(gained));
+                let most = best.map_or(gained, |(most, ..)| most.max(gained)).max(SHORTEST_MM - GRID_MM);
                 let Some(target) = self.prefix(&asked, base, along, most) else { continue };
                 let moved = target.minus(base.point());
                 let length = length_mm(along).max(1e-9);
@@ -182,6 +182,8 @@ impl Helm<'_> {
             let here = |&at: &Point| at != from.point() && asked.admits(at).is_ok();
             on_grid(point).filter(here).filter(|&at| self.stands_off(at))
         };
+        // The guard refuses what is shorter.
+        let least_mm = least_mm.max(mm_of(self.guard.rules().shortest.units()) - GRID_MM);
         // What is not longer before it is rounded is hardly so afterwards.
         let is_longer = |length_mm: f64| length_mm + GRID_MM > least_mm;
         let length = length_mm(wish).max(1e-9);

@@ -56,9 +56,8 @@ const WHEEL_AHEAD_MM: f64 = 10.0;
 const SINGLE_S: f64 = 1.0;
 /// The same where they can not be cancelled either: the hand is not followed for that long, s.
 const UNSTOPPABLE_S: f64 = 0.25;
-/// Angles tried along a wall while motions are under way, two at one decision and two at the next; at rest all of
-/// [`SLIDE_TURNS`] are.
-const TURNS_UNDER_WAY: [[u32; 2]; 2] = [[12, 5], [8, 3]];
+/// Angles tried along a wall while motions are under way, one at each decision; at rest all of [`SLIDE_TURNS`] are.
+const TURNS_UNDER_WAY: [[u32; 1]; 4] = [[12], [5], [8], [3]];
 /// Jogs last at least so long, s: each stays in the in-flight set for half a second after it was executed, and that holds
 /// only so many.
 const STEP_S: f64 = 0.06;
@@ -171,12 +170,13 @@ impl Steering {
             return Contact::Unknown;
         }
         let all = helm.guard.settled();
-        let turns: &[u32] = if all { &SLIDE_TURNS } else { &TURNS_UNDER_WAY[self.turns % 2] };
+        let turns: &[u32] =
+            if all { &SLIDE_TURNS } else { &TURNS_UNDER_WAY[self.turns % TURNS_UNDER_WAY.len()] };
         let (target, contact) = helm.reach(base, vector(unit, missing_mm), turns);
-        let last = all || self.turns % 2 == 1;
+        let last = all || self.turns + 1 == TURNS_UNDER_WAY.len();
         self.fruitless = (target.is_none() && last).then_some(attempt);
         if target.is_none() {
-            self.turns = (self.turns + 1) % 2;
+            self.turns = (self.turns + 1) % TURNS_UNDER_WAY.len();
         }
         if let Some((target, share)) = target
             && let Ok(certified) = helm.guard.jog(target, feed(speed * share))
