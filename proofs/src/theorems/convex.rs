@@ -6,7 +6,7 @@ use super::beyond::{APART, BOTH, MEAN, is_beyond, off, some};
 use super::plane::{V, between_segments, share, terms, v};
 use super::segments;
 use crate::smt::explore::{Part, answer, explore};
-use crate::smt::fact::{Claim, Fact, all, any, at_most, claim, equal, less, not};
+use crate::smt::fact::{Fact, all, any, at_most, claim, equal, less, not};
 use crate::smt::prover::{Prover, at_least_zero};
 use crate::smt::run::Theorem;
 use crate::smt::symbolic::{Scalar, Symbolic};
