@@ -92,7 +92,7 @@ pub fn point_segment_is_exact<L: FromPlain>(p: Xy, a: Xy, b: Xy, r: i64) {
 /// When the property does not hold.
 pub fn segment_segment_is_exact<L: FromPlain>(a: Xy, b: Xy, c: Xy, d: Xy, r: i64) {
     let of = |p, q, s, t| {
-        !segment_segment::<L>(L::site(p), L::site(q), L::site(s), L::site(t), L::linear(r)).is_clear()
+        !segment_segment::<L>([p, q].map(L::site), [s, t].map(L::site), L::linear(r)).is_clear()
     };
     let near = of(a, b, c, d);
     let truth =
@@ -109,7 +109,7 @@ pub fn segment_segment_is_exact<L: FromPlain>(a: Xy, b: Xy, c: Xy, d: Xy, r: i64
 /// # Panics
 /// When the property does not hold.
 pub fn triangle_segment_is_exact<L: FromPlain>(corners: [Xy; 3], d: Xy, e: Xy, r: i64) {
-    let near = !triangle_segment::<L>(corners.map(L::site), L::site(d), L::site(e), L::linear(r)).is_clear();
+    let near = !triangle_segment::<L>(corners.map(L::site), [d, e].map(L::site), L::linear(r)).is_clear();
     let [a, b, c] = corners.map(exact::<L>);
     let truth = oracle::triangle_segment_within([&a, &b, &c], &exact::<L>(d), &exact::<L>(e), r);
     assert_eq!(near, truth, "{corners:?} {d:?} {e:?} {r}");
@@ -138,11 +138,11 @@ pub fn fan_covers_every_retargeted_motion<L: FromPlain>(
     }
     let from = (ax + dx / n, ay + dy / n);
     let near = |sites: [Xy; 2]| {
-        !segment_segment::<L>(L::site(sites[0]), L::site(sites[1]), L::site(d), L::site(e), L::linear(r))
+        !segment_segment::<L>(sites.map(L::site), [d, e].map(L::site), L::linear(r))
             .is_clear()
     };
     if near([from, target]) {
-        let fan = triangle_segment::<L>(corners.map(L::site), L::site(d), L::site(e), L::linear(r));
+        let fan = triangle_segment::<L>(corners.map(L::site), [d, e].map(L::site), L::linear(r));
         assert!(!fan.is_clear(), "{corners:?} {from:?} {d:?} {e:?} {r}");
     }
 }
@@ -256,14 +256,14 @@ pub fn a_unit_more_covers_rounding_by_a_unit<L: FromPlain>(
     if point_segment::<L>(site(a), d, e, more).is_clear() {
         assert!(point_segment::<L>(site(a2), d, e, less).is_clear(), "{corners:?} {steps} {edge:?} {r}");
     }
-    if segment_segment::<L>(site(a), site(b), d, e, more).is_clear() {
+    if segment_segment::<L>([a, b].map(site), [d, e], more).is_clear() {
         assert!(
-            segment_segment::<L>(site(a2), site(b2), d, e, less).is_clear(),
+            segment_segment::<L>([a2, b2].map(site), [d, e], less).is_clear(),
             "{corners:?} {steps} {edge:?} {r}"
         );
     }
-    if triangle_segment::<L>(corners.map(site), d, e, more).is_clear() {
-        let fan = triangle_segment::<L>([a2, b2, c2].map(site), d, e, less);
+    if triangle_segment::<L>(corners.map(site), [d, e], more).is_clear() {
+        let fan = triangle_segment::<L>([a2, b2, c2].map(site), [d, e], less);
         assert!(fan.is_clear(), "{corners:?} {steps} {edge:?} {r}");
     }
 }
