@@ -315,7 +315,7 @@ pub fn sagitta<L: Lattice>(length_2: L::Area, radius: L::Linear) -> L::Area {
     L::sum(L::quotient(length_2, L::product(L::units(7), radius)), one)
 }
 
-/// Whether the projection of `p` from `origin` on the direction from `a` to `b` exceeds `units`: dot > units · |ab|.
+/// Whether the projection of `p` from `origin` on the direction from `a` to `b` exceeds `units`, for `units ≥ 0`: dot > units · |ab|.
 #[inline(always)]
 pub fn ahead<L: Lattice>(origin: Site<L>, p: Site<L>, a: Site<L>, b: Site<L>, units: i8) -> bool {
     let (wx, wy) = (L::difference(p.x, origin.x), L::difference(p.y, origin.y));

@@ -193,8 +193,9 @@ mod tests {
         let box_near = || predicate::box_point::<Symbolic>(a, b, p, r);
         let ordered = [(a.x.0, b.x.0), (a.y.0, b.y.0)];
         assert_eq!(explore(&ordered, &[], box_near).len(), 27);
-        let parts = [Part::PointSegment, Part::CrossesProperly];
-        let both = || predicate::segment_segment::<Symbolic>([p, a], [b, p], r);
-        assert!(explore(&[], &parts, both).len() <= 6);
+        let parts = [Part::Beyond, Part::PointSegment, Part::CrossesProperly];
+        let c = place("c");
+        let both = || predicate::segment_segment::<Symbolic>([p, a], [b, c], r);
+        assert_eq!(explore(&[], &parts, both).len(), 10);
     }
 }
