@@ -8,7 +8,7 @@ use keepout_kernel::index::build::{build, propose};
 use keepout_kernel::index::cells::{Answer, Claim, Packed};
 use keepout_kernel::index::check::{Node, Proposal};
 use keepout_kernel::index::{CheckedIndex, subdivide};
-use keepout_kernel::{Cells, Edge, NearList, Segment, Triangle};
+use keepout_kernel::{Cells, Convex, Edge, NearList, Segment, Triangle};
 
 use super::Xy;
 use crate::draw::Draw;
@@ -33,7 +33,7 @@ properties! {
         => "a node of eight boxes answers as its boxes do one by one; an empty lane meets nothing";
         random 60_000 kani 2 unwind 10 cadical;
     queries_are_those_over_all_edges |d| { let count = 1 + d.one_of(60); let edges = edges(d, count); queries_are_those_over_all_edges(&edges, [d.point(), d.point(), d.point()], d.radius()) }
-        => "near point, motion, fan, box, approached and side: the answer over all edges, whatever boxes were skipped";
+        => "near point, motion, fan, polygon, box, approached and side: the answer over all edges, whatever boxes were skipped";
         random 30_000;
     few_queries_are_those_over_all_edges |d| { let edges = edges(d, 1); queries_are_those_over_all_edges(&edges, [d.point(), d.point(), d.point()], d.radius()) }
         => "the same for every single edge";
@@ -199,6 +199,14 @@ fn queries_are_those_over_all_edges(edges: &[Edge], [p, q, s]: [Xy; 3], r: i64) 
         index.near_motion(motion, t).is_some(),
         any(&|edge| !edge.near_motion(motion, t).is_clear()),
         "motion {case}"
+    );
+    let turned = [a, c, b];
+    let polygon =
+        Convex::check(&fan.corners).or_else(|| Convex::check(&turned)).expect("one way it turns left");
+    assert_eq!(
+        index.near_convex(polygon, t).is_some(),
+        any(&|edge| !edge.near_convex(polygon, t).is_clear()),
+        "polygon {case}"
     );
     assert_eq!(
         index.near_fan(fan, t).is_some(),

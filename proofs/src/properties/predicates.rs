@@ -1,8 +1,8 @@
 //! The predicates, generic over the width, against their definitions.
 
 use keepout_kernel::exact::predicate::{
-    Orientation, box_point, box_segment, crosses_properly, orientation, point_point, point_segment,
-    ray_crosses, recedes, segment_segment, strictly_inside, triangle_segment,
+    Orientation, beyond, box_point, box_segment, convex_holds, convex_segment, crosses_properly, orientation,
+    point_point, point_segment, ray_crosses, recedes, segment_segment, strictly_inside, triangle_segment,
 };
 
 use super::{FromPlain, Xy, exact};
@@ -25,6 +25,12 @@ properties! {
         every 3 random 200_000 kani 4 unwind 2 kissat;
     triangle_segment_is_exact |d| { let (a, e) = (d.point(), d.point()); triangle_segment_is_exact::<D::Width>([a, d.point(), d.point()], e, d.point(), d.threshold(a, e)) }
         => "fan–segment: near exactly when some point of the filled triangle is within r";
+        every 2 random 200_000 kani 3 unwind 4 kissat;
+    convex_segment_is_exact |d| { let (a, e) = (d.point(), d.point()); convex_segment_is_exact::<D::Width>([a, d.point(), d.point(), d.point()], e, d.point(), d.threshold(a, e)) }
+        => "polygon–segment: near exactly when some triangle over the corners is; a polygon holds what some triangle holds";
+        every 1 random 200_000 kani 2 unwind 6 kissat;
+    beyond_is_exact |d| { let (a, p) = (d.point(), d.point()); beyond_is_exact::<D::Width>([a, d.point()], [p, d.point()], d.threshold(a, p)) }
+        => "beyond a line: every point is on its right, and farther than r from all of the line";
         every 2 random 200_000 kani 3 unwind 4 kissat;
     strictly_inside_is_inside_and_on_no_side |d| strictly_inside_is_inside_and_on_no_side::<D::Width>(d.point(), [d.point(), d.point(), d.point()])
         => "strictly inside a triangle: inside by its definition, and on none of its sides";
@@ -91,9 +97,8 @@ pub fn point_segment_is_exact<L: FromPlain>(p: Xy, a: Xy, b: Xy, r: i64) {
 /// # Panics
 /// When the property does not hold.
 pub fn segment_segment_is_exact<L: FromPlain>(a: Xy, b: Xy, c: Xy, d: Xy, r: i64) {
-    let of = |p, q, s, t| {
-        !segment_segment::<L>([p, q].map(L::site), [s, t].map(L::site), L::linear(r)).is_clear()
-    };
+    let of =
+        |p, q, s, t| !segment_segment::<L>([p, q].map(L::site), [s, t].map(L::site), L::linear(r)).is_clear();
     let near = of(a, b, c, d);
     let truth =
         oracle::segment_segment_within(&exact::<L>(a), &exact::<L>(b), &exact::<L>(c), &exact::<L>(d), r);
@@ -118,6 +123,74 @@ pub fn triangle_segment_is_exact<L: FromPlain>(corners: [Xy; 3], d: Xy, e: Xy, r
     }
 }
 
+/// Polygon–segment: near exactly when some triangle over the corners is, and so with what it holds.
+///
+/// # Panics
+/// When the property does not hold.
+pub fn convex_segment_is_exact<L: FromPlain>(points: [Xy; 4], d: Xy, e: Xy, r: i64) {
+    let corners = hull(points.to_vec());
+    let sites: Vec<_> = corners.iter().map(|&corner| L::site(corner)).collect();
+    let near = !convex_segment::<L>(sites.iter().copied(), [d, e].map(L::site), L::linear(r)).is_clear();
+    let of = points.map(exact::<L>);
+    let (big_d, big_e) = (exact::<L>(d), exact::<L>(e));
+    let triangles = [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]].map(|at| at.map(|k| &of[k]));
+    let truth = triangles.iter().any(|&corners| oracle::triangle_segment_within(corners, &big_d, &big_e, r));
+    assert_eq!(near, truth, "{points:?} {d:?} {e:?} {r}");
+    let holds = convex_holds::<L>(sites.into_iter(), L::site(d));
+    let inside = triangles.iter().any(|&corners| oracle::triangle_segment_within(corners, &big_d, &big_d, 0));
+    assert_eq!(holds, inside, "{points:?} {d:?}");
+}
+
+/// The corners of the hull, counter-clockwise, without those on straight sides.
+fn hull(mut points: Vec<Xy>) -> Vec<Xy> {
+    points.sort_unstable();
+    points.dedup();
+    let left = |(ax, ay): Xy, (bx, by): Xy, (cx, cy): Xy| {
+        let wide = i128::from;
+        wide(bx - ax) * wide(cy - ay) > wide(by - ay) * wide(cx - ax)
+    };
+    let chain = |points: &mut dyn Iterator<Item = Xy>| {
+        let mut chain: Vec<Xy> = Vec::new();
+        for point in points {
+            while chain.len() >= 2 && !left(chain[chain.len() - 2], chain[chain.len() - 1], point) {
+                chain.pop();
+            }
+            chain.push(point);
+        }
+        chain.pop();
+        chain
+    };
+    if points.len() < 2 {
+        return points;
+    }
+    let mut corners = chain(&mut points.iter().copied());
+    corners.extend(chain(&mut points.iter().rev().copied()));
+    corners
+}
+
+/// Beyond a line: on its right, and farther from it than r.
+///
+/// # Panics
+/// When the property does not hold.
+pub fn beyond_is_exact<L: FromPlain>([a, b]: [Xy; 2], points: [Xy; 2], r: i64) {
+    let off = |(x, y): Xy| {
+        let wide = i128::from;
+        wide(b.0 - a.0) * wide(y - a.1) - wide(b.1 - a.1) * wide(x - a.0)
+    };
+    let length_2 = i128::from(b.0 - a.0).pow(2) + i128::from(b.1 - a.1).pow(2);
+    // |off| > r · |b − a|: both sides squared.
+    let far = |p: Xy| {
+        let (off, reach) = (num_bigint::BigInt::from(off(p)), num_bigint::BigInt::from(length_2) * r * r);
+        off < num_bigint::BigInt::ZERO && &off * &off > reach
+    };
+    let says = |points: &[Xy]| {
+        beyond::<L>([a, b].map(L::site), points.iter().map(|&point| L::site(point)), L::linear(r))
+    };
+    assert_eq!(says(&points), points.into_iter().all(far), "{a:?} {b:?} {points:?} {r}");
+    assert_eq!(says(&points[..1]), far(points[0]), "{a:?} {b:?} {points:?} {r}");
+    assert!(!says(&[]));
+}
+
 /// A fan covers every motion from the old motion to the new target: what is near a chord of it is near the fan.
 ///
 /// # Panics
@@ -138,8 +211,7 @@ pub fn fan_covers_every_retargeted_motion<L: FromPlain>(
     }
     let from = (ax + dx / n, ay + dy / n);
     let near = |sites: [Xy; 2]| {
-        !segment_segment::<L>(sites.map(L::site), [d, e].map(L::site), L::linear(r))
-            .is_clear()
+        !segment_segment::<L>(sites.map(L::site), [d, e].map(L::site), L::linear(r)).is_clear()
     };
     if near([from, target]) {
         let fan = triangle_segment::<L>(corners.map(L::site), [d, e].map(L::site), L::linear(r));

@@ -27,7 +27,10 @@ impl Explore {
         let chosen: Vec<World> =
             worlds::all().into_iter().filter(|world| world.name.contains(&self.only)).collect();
         if chosen.is_empty() {
-            eprintln!("No world has \"{}\" in its name. Run `explore` without --only to see them all.", self.only);
+            eprintln!(
+                "No world has \"{}\" in its name. Run `explore` without --only to see them all.",
+                self.only
+            );
             return ExitCode::from(2);
         }
         #[cfg(feature = "mutations")]

@@ -36,8 +36,7 @@ impl Mutants {
     fn try_run(&self) -> std::io::Result<()> {
         let folder = self.folder.clone().unwrap_or_else(|| std::env::temp_dir().join("keepout-mutants"));
         let (list, known) = (mutants::list()?, mutants::results());
-        let noticed =
-            |what: &str| known.iter().any(|result| result.what == what && result.fate == "killed");
+        let noticed = |what: &str| known.iter().any(|result| result.what == what && result.fate == "killed");
         mutants::run(&folder, |number| {
             let mutant = &list[number];
             self.only.is_none_or(|only| only == number)

@@ -12,7 +12,11 @@ use clap::{Parser, Subcommand};
 
 /// Proofs of Keepout's trusted core.
 #[derive(Debug, Parser)]
-#[command(name = "keepout-proofs", version, after_help = "Exit codes: 0 all holds · 1 something does not · 2 it could not be tried")]
+#[command(
+    name = "keepout-proofs",
+    version,
+    after_help = "Exit codes: 0 all holds · 1 something does not · 2 it could not be tried"
+)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
