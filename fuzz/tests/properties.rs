@@ -97,3 +97,13 @@ fn controller_bytes() {
         keepout_fuzz::grbl_decode(&bytes);
     }
 }
+
+/// Any bytes are inputs of some property of the trusted core.
+#[test]
+fn properties_of_bytes() {
+    let mut random = fastrand::Rng::with_seed(37);
+    for _ in 0..40_000 {
+        let bytes: Vec<u8> = (0..random.usize(2..200)).map(|_| random.u8(..)).collect();
+        keepout_proofs::property_of_bytes(&bytes);
+    }
+}

@@ -1,17 +1,33 @@
-//! The mathematical definitions, in exact rational arithmetic on big integers.
+//! The mathematical definitions, in exact rational arithmetic: on big integers, and where inputs are small on plain ones.
+
+use std::ops::{Add, Mul, Sub};
 
 use num_bigint::BigInt;
 
-/// A point with big-integer coordinates.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Big {
-    /// Abscissa.
-    pub x: BigInt,
-    /// Ordinate.
-    pub y: BigInt,
+/// Whole numbers that do not overflow where they are used: big integers anywhere, `i64` for coordinates up to 16 (a model
+/// checker can not read big integers), `i128` for coordinates up to 2^13.
+pub trait Whole:
+    Clone + Ord + From<i64> + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self>
+{
 }
 
-impl Big {
+impl Whole for i64 {}
+impl Whole for i128 {}
+impl Whole for BigInt {}
+
+/// A point with coordinates of some kind of whole numbers.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place<N> {
+    /// Abscissa.
+    pub x: N,
+    /// Ordinate.
+    pub y: N,
+}
+
+/// A point with big-integer coordinates.
+pub type Big = Place<BigInt>;
+
+impl<N: Whole> Place<N> {
     /// The point `(x, y)`.
     #[must_use]
     pub fn new(x: i64, y: i64) -> Self {
@@ -19,54 +35,72 @@ impl Big {
     }
 
     fn minus(&self, other: &Self) -> Self {
-        Self { x: &self.x - &other.x, y: &self.y - &other.y }
+        Self { x: self.x.clone() - other.x.clone(), y: self.y.clone() - other.y.clone() }
     }
 
-    fn dot(&self, other: &Self) -> BigInt {
-        &self.x * &other.x + &self.y * &other.y
+    fn dot(&self, other: &Self) -> N {
+        self.x.clone() * other.x.clone() + self.y.clone() * other.y.clone()
     }
 
-    fn cross(&self, other: &Self) -> BigInt {
-        &self.x * &other.y - &self.y * &other.x
+    fn cross(&self, other: &Self) -> N {
+        self.x.clone() * other.y.clone() - self.y.clone() * other.x.clone()
+    }
+
+    /// `k` times this less `l` times the other.
+    fn combined(&self, k: &N, other: &Self, l: &N) -> Self {
+        Self {
+            x: self.x.clone() * k.clone() - other.x.clone() * l.clone(),
+            y: self.y.clone() * k.clone() - other.y.clone() * l.clone(),
+        }
     }
 }
 
-fn zero() -> BigInt {
-    BigInt::from(0)
+fn zero<N: Whole>() -> N {
+    N::from(0)
+}
+
+fn times<N: Whole>(factors: &[&N]) -> N {
+    factors.iter().fold(N::from(1), |product, &factor| product * factor.clone())
 }
 
 /// The sign of the signed area of the triangle `a b c`, as −1, 0 or 1, by the shoelace formula.
 #[must_use]
-pub fn area_sign(a: &Big, b: &Big, c: &Big) -> i8 {
-    let area = &a.x * &b.y - &b.x * &a.y + &b.x * &c.y - &c.x * &b.y + &c.x * &a.y - &a.x * &c.y;
+pub fn area_sign<N: Whole>(a: &Place<N>, b: &Place<N>, c: &Place<N>) -> i8 {
+    let area = a.cross(b) + b.cross(c) + c.cross(a);
     i8::from(area > zero()) - i8::from(area < zero())
 }
 
 /// Whether the least of `|p − a − t(b − a)|²` over `t` in [0, 1] is at most `r²`: the quadratic is minimised at its
 /// vertex, moved into [0, 1], and its value there compared as a fraction.
 #[must_use]
-pub fn point_segment_within(p: &Big, a: &Big, b: &Big, r: i64) -> bool {
+pub fn point_segment_within<N: Whole>(p: &Place<N>, a: &Place<N>, b: &Place<N>, r: i64) -> bool {
     let (d, w) = (b.minus(a), p.minus(a));
     let denominator = d.dot(&d);
     if denominator == zero() {
-        return w.dot(&w) <= BigInt::from(r) * r;
+        return w.dot(&w) <= N::from(r) * N::from(r);
     }
     let t = w.dot(&d).clamp(zero(), denominator.clone());
-    let off = Big { x: &w.x * &denominator - &d.x * &t, y: &w.y * &denominator - &d.y * &t };
-    off.dot(&off) <= BigInt::from(r) * r * &denominator * &denominator
+    let off = w.combined(&denominator, &d, &t);
+    off.dot(&off) <= times(&[&N::from(r), &N::from(r), &denominator, &denominator])
 }
 
 /// Whether the least of `|a + s(b − a) − c − t(d − c)|²` over the unit square is at most `r²`. The function is convex:
 /// its minimum is the zero of the difference, when that lies in the square, or lies on the square's boundary, whose
 /// four sides are point–segment problems.
 #[must_use]
-pub fn segment_segment_within(a: &Big, b: &Big, c: &Big, d: &Big, r: i64) -> bool {
+pub fn segment_segment_within<N: Whole>(
+    a: &Place<N>,
+    b: &Place<N>,
+    c: &Place<N>,
+    d: &Place<N>,
+    r: i64,
+) -> bool {
     let (u, v, w) = (b.minus(a), d.minus(c), c.minus(a));
     let m = u.cross(&v);
     if m != zero() {
         // s = (w × v) / m and t = (w × u) / m, compared with 0 and 1 after clearing the denominator's sign.
-        let sign = if m < zero() { BigInt::from(-1) } else { BigInt::from(1) };
-        let (s, t, m) = (w.cross(&v) * &sign, w.cross(&u) * &sign, &m * &sign);
+        let sign = N::from(if m < zero() { -1 } else { 1 });
+        let (s, t, m) = (w.cross(&v) * sign.clone(), w.cross(&u) * sign.clone(), m * sign);
         let unit = zero()..=m;
         if unit.contains(&s) && unit.contains(&t) {
             return true;
@@ -81,18 +115,23 @@ pub fn segment_segment_within(a: &Big, b: &Big, c: &Big, d: &Big, r: i64) -> boo
 /// Whether `p` is a convex combination of `a`, `b`, `c`, by barycentric coordinates; degenerate triangles are their
 /// sides.
 #[must_use]
-pub fn in_triangle(p: &Big, a: &Big, b: &Big, c: &Big) -> bool {
+pub fn in_triangle<N: Whole>(p: &Place<N>, a: &Place<N>, b: &Place<N>, c: &Place<N>) -> bool {
     let whole = b.minus(a).cross(&c.minus(a));
     if whole == zero() {
         return [(a, b), (b, c), (c, a)].into_iter().any(|(q, r)| point_segment_within(p, q, r, 0));
     }
-    let part = |q: &Big, r: &Big| q.minus(p).cross(&r.minus(p)) * &whole >= zero();
+    let part = |q: &Place<N>, r: &Place<N>| q.minus(p).cross(&r.minus(p)) * whole.clone() >= zero();
     part(a, b) && part(b, c) && part(c, a)
 }
 
 /// Whether the filled triangle and the segment come within `r`.
 #[must_use]
-pub fn triangle_segment_within(corners: [&Big; 3], d: &Big, e: &Big, r: i64) -> bool {
+pub fn triangle_segment_within<N: Whole>(
+    corners: [&Place<N>; 3],
+    d: &Place<N>,
+    e: &Place<N>,
+    r: i64,
+) -> bool {
     let [a, b, c] = corners;
     in_triangle(d, a, b, c)
         || in_triangle(e, a, b, c)
@@ -102,7 +141,7 @@ pub fn triangle_segment_within(corners: [&Big; 3], d: &Big, e: &Big, r: i64) -> 
 /// Whether `p` is strictly inside the polygon, by the winding number summed over quadrants' worth of signed crossings
 /// of both rays from `p`; `None` for a point on the polygon.
 #[must_use]
-pub fn inside_polygon(p: &Big, polygon: &[Big]) -> Option<bool> {
+pub fn inside_polygon<N: Whole>(p: &Place<N>, polygon: &[Place<N>]) -> Option<bool> {
     let mut winding = 0;
     for (a, b) in polygon.iter().zip(polygon.iter().cycle().skip(1)) {
         if point_segment_within(p, a, b, 0) {
@@ -121,22 +160,22 @@ pub fn inside_polygon(p: &Big, polygon: &[Big]) -> Option<bool> {
 
 /// The square of the distance from `p` to the segment `a b`, as a fraction with a positive denominator.
 #[must_use]
-pub fn point_segment_distance_2(p: &Big, a: &Big, b: &Big) -> (BigInt, BigInt) {
+pub fn point_segment_distance_2<N: Whole>(p: &Place<N>, a: &Place<N>, b: &Place<N>) -> (N, N) {
     let (d, w) = (b.minus(a), p.minus(a));
     let denominator = d.dot(&d);
     if denominator == zero() {
-        return (w.dot(&w), BigInt::from(1));
+        return (w.dot(&w), N::from(1));
     }
     let t = w.dot(&d).clamp(zero(), denominator.clone());
-    let off = Big { x: &w.x * &denominator - &d.x * &t, y: &w.y * &denominator - &d.y * &t };
-    (off.dot(&off), &denominator * &denominator)
+    let off = w.combined(&denominator, &d, &t);
+    (off.dot(&off), times(&[&denominator, &denominator]))
 }
 
 /// Whether no point of the motion `p q` is nearer to the segment `a b` than `p` is. Distance to a convex set is convex
 /// along a line, so this is what "the distance never falls" means. When `p q` crosses `a b` away from `p`, or some end is
 /// nearer, it falls; else the least distance is at `p`.
 #[must_use]
-pub fn never_nearer(p: &Big, q: &Big, a: &Big, b: &Big) -> bool {
+pub fn never_nearer<N: Whole>(p: &Place<N>, q: &Place<N>, a: &Place<N>, b: &Place<N>) -> bool {
     let start = point_segment_distance_2(p, a, b);
     if start.0 == zero() {
         return true;
@@ -149,14 +188,20 @@ pub fn never_nearer(p: &Big, q: &Big, a: &Big, b: &Big) -> bool {
         point_segment_distance_2(a, p, q),
         point_segment_distance_2(b, p, q),
     ];
-    others.iter().all(|other| &other.0 * &start.1 >= &start.0 * &other.1)
+    others.iter().all(|other| times(&[&other.0, &start.1]) >= times(&[&start.0, &other.1]))
 }
 
 /// Whether the closed box and the segment come within `r`: the box is two triangles.
 #[must_use]
-pub fn box_segment_within(low: &Big, high: &Big, a: &Big, b: &Big, r: i64) -> bool {
-    let right = Big { x: high.x.clone(), y: low.y.clone() };
-    let left = Big { x: low.x.clone(), y: high.y.clone() };
+pub fn box_segment_within<N: Whole>(
+    low: &Place<N>,
+    high: &Place<N>,
+    a: &Place<N>,
+    b: &Place<N>,
+    r: i64,
+) -> bool {
+    let right = Place { x: high.x.clone(), y: low.y.clone() };
+    let left = Place { x: low.x.clone(), y: high.y.clone() };
     triangle_segment_within([low, &right, high], a, b, r)
         || triangle_segment_within([low, high, &left], a, b, r)
 }

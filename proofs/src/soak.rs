@@ -83,9 +83,9 @@ pub fn predicates(random: &mut Rng, cases: u64) {
             let near = !point_segment::<Product>(site(p), site(a), site(end), radius).is_clear();
             assert_eq!(near, point_within(p, a, end, r), "point {p:?} segment {a:?} {end:?} within {r}");
         }
-        let near = !segment_segment::<Product>(site(p), site(c), site(a), site(b), radius).is_clear();
+        let near = !segment_segment::<Product>([p, c].map(site), [a, b].map(site), radius).is_clear();
         assert_eq!(near, segments_within(p, c, a, b, r), "segments {p:?} {c:?}, {a:?} {b:?} within {r}");
-        let near = !triangle_segment::<Product>([p, c, d].map(site), site(a), site(b), radius).is_clear();
+        let near = !triangle_segment::<Product>([p, c, d].map(site), [a, b].map(site), radius).is_clear();
         assert_eq!(
             near,
             triangle_within([p, c, d], a, b, r),

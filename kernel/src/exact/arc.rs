@@ -4,16 +4,17 @@ use alloc::vec::Vec;
 use core::fmt;
 
 use super::lattice::{Length, Point};
-use super::predicate::Orientation;
+use super::predicate::{Orientation, on_ring, sagitta};
 use super::segment::{Segment, distance_2, orientation, points_within};
+use super::width::Product;
 
 /// Smallest radius of an arc, in lattice units (0.64 µm). Below it the slack bound of [`ArcChords::check`] is not proven.
 pub const RADIUS_MIN: i64 = 64;
 
 /// Rounding of an arc's ends: with ρ = ⌊|from − centre|⌋ the curve stays between ρ − 1 and ρ + 2 from the centre.
-const ENDS: (i64, i64) = (1, 2);
+const ENDS: (i8, i8) = (1, 2);
 /// Rounding of its chords' corners: between ρ − 2 and ρ + 3.
-const CORNERS: (i64, i64) = (2, 3);
+const CORNERS: (i8, i8) = (2, 3);
 /// The most by which a radius in one of the two rings differs from one in the other.
 const RING_WIDTH: i64 = 4;
 
@@ -181,11 +182,8 @@ impl Arc {
             .ok()
     }
 
-    fn has_on_circle(&self, point: Point, (inward, outward): (i64, i64)) -> bool {
-        let rho = i64::from(self.radius.units());
-        let ring = |r: i64| r.saturating_mul(r);
-        let d_2 = distance_2(point, self.centre);
-        (ring(rho.saturating_sub(inward))..=ring(rho.saturating_add(outward))).contains(&d_2)
+    fn has_on_circle(&self, point: Point, (inward, outward): (i8, i8)) -> bool {
+        on_ring::<Product>(point.into(), self.centre.into(), self.radius.units(), inward, outward)
     }
 }
 
@@ -252,9 +250,7 @@ impl ArcChords {
             }
             longest_2 = longest_2.max(distance_2(a, b));
         }
-        let seven_rho = i64::from(arc.radius.units()).saturating_mul(7);
-        let sagitta =
-            longest_2.checked_div(seven_rho).map_or(i64::MAX, |quotient| quotient.saturating_add(1));
+        let sagitta = sagitta::<Product>(longest_2, arc.radius.units());
         let slack = Length::from_units(sagitta.saturating_add(RING_WIDTH))
             .map_err(|_| ArcError::Radius { radius_2: distance_2(arc.from, arc.centre) })?;
         Ok(Self { points, slack })

@@ -35,8 +35,7 @@ impl<'a> Convex<'a> {
     /// The sides, counter-clockwise; those of a segment are the segment there and back.
     #[inline]
     pub fn sides(&self) -> impl Iterator<Item = Segment> + 'a {
-        let next = self.corners.iter().cycle().skip(1);
-        self.corners.iter().zip(next).map(|(&from, &to)| Segment { from, to })
+        predicate::sides(self.corners.iter().copied()).map(|[from, to]| Segment { from, to })
     }
 
     /// The box of the polygon; empty without corners.
@@ -50,38 +49,19 @@ impl<'a> Convex<'a> {
     #[must_use]
     #[inline]
     pub fn holds(&self, point: Point) -> bool {
-        self.bounds().holds(point)
-            && self.sides().all(|side| orientation(side.from, side.to, point) != Orientation::Right)
+        predicate::convex_holds::<Product>(self.sites(), point.into())
     }
 
     /// Whether some point of the polygon is within `r` of the segment.
-    ///
-    /// Either a side is, or the segment lies wholly inside, which its beginning then tells. They need not be asked where a line
-    /// tells the two apart: the polygon is to the left of a side's line, and the segment farther than `r` to its right; or the
-    /// segment is on its own line, and all corners, with them what is convex over them, farther than `r` from it on one side.
     #[must_use]
     #[inline]
     pub fn near_segment(&self, segment: Segment, r: Length) -> Proximity {
-        if self.is_told_apart(segment, r) {
-            return Proximity::Clear;
-        }
-        // The way back over a segment is the same.
-        let count = if self.corners.len() == 2 { 1 } else { self.corners.len() };
-        let near = self.sides().take(count).any(|side| !side.near_segment(segment, r).is_clear());
-        Proximity::near_if(near || self.holds(segment.from))
+        predicate::convex_segment::<Product>(self.sites(), segment.into(), r.units())
     }
 
-    /// Whether the line of the segment or of a side tells the two apart by more than `r`.
-    #[inline]
-    fn is_told_apart(&self, segment: Segment, r: Length) -> bool {
-        let corners = || self.corners.iter().map(|&corner| Site::from(corner));
-        let (c, d) = (Site::from(segment.from), Site::from(segment.to));
-        let beyond = |side: Segment| {
-            predicate::beyond::<Product>(side.from.into(), side.to.into(), [c, d].into_iter(), r.units())
-        };
-        predicate::beyond::<Product>(c, d, corners(), r.units())
-            || predicate::beyond::<Product>(d, c, corners(), r.units())
-            || self.sides().any(beyond)
+    #[inline(always)]
+    fn sites(&self) -> impl ExactSizeIterator<Item = Site<Product>> + Clone + 'a {
+        self.corners.iter().copied().map(Site::from)
     }
 }
 

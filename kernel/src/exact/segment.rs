@@ -1,6 +1,6 @@
 //! Segments and triangles of the lattice, with the threshold questions that safety asks.
 
-use super::lattice::{COORD_MAX, Length, Point, Vector};
+use super::lattice::{COORD_MAX, Length, Point};
 use super::predicate::{self, Site};
 use super::width::Product;
 
@@ -9,6 +9,12 @@ pub use super::predicate::{Orientation, Proximity};
 impl From<Point> for Site<Product> {
     fn from(point: Point) -> Self {
         Self { x: point.x.units(), y: point.y.units() }
+    }
+}
+
+impl From<Segment> for [Site<Product>; 2] {
+    fn from(segment: Segment) -> Self {
+        [segment.from.into(), segment.to.into()]
     }
 }
 
@@ -46,13 +52,7 @@ impl Segment {
     #[must_use]
     #[inline]
     pub fn near_segment(self, other: Self, r: Length) -> Proximity {
-        predicate::segment_segment::<Product>(
-            self.from.into(),
-            self.to.into(),
-            other.from.into(),
-            other.to.into(),
-            r.units(),
-        )
+        predicate::segment_segment::<Product>(self.into(), other.into(), r.units())
     }
 
     /// Whether the segments share at least one point.
@@ -95,7 +95,7 @@ impl Triangle {
     #[inline]
     pub fn near_segment(self, segment: Segment, r: Length) -> Proximity {
         let corners = self.corners.map(Site::from);
-        predicate::triangle_segment::<Product>(corners, segment.from.into(), segment.to.into(), r.units())
+        predicate::triangle_segment::<Product>(corners, segment.into(), r.units())
     }
 
     /// The box of the triangle.
@@ -175,6 +175,15 @@ impl Window {
         }
     }
 
+    /// The side of the line of `motion` on which the whole box lies; [`Orientation::On`] when it is not strictly on one. A
+    /// polygon has nothing to the right of its sides.
+    #[must_use]
+    #[inline(always)]
+    pub fn side_of(self, motion: Segment) -> Orientation {
+        let (low, high) = (Site { x: self.min_x, y: self.min_y }, Site { x: self.max_x, y: self.max_y });
+        predicate::box_side::<Product>(low, high, motion.from.into(), motion.to.into())
+    }
+
     /// Whether the box, as far as it lies on the lattice, comes within `r` of the segment.
     #[must_use]
     #[inline]
@@ -240,16 +249,10 @@ impl Window {
     }
 }
 
-/// Whether the projection of `point − origin` on the direction `along` exceeds `units`: dot > units · |along|.
+/// Whether the projection of `point − origin` on the direction of `along` exceeds `units`, for `units ≥ 0`.
 #[must_use]
-pub fn ahead(origin: Point, point: Point, along: Vector, units: u8) -> bool {
-    use super::width::Lattice;
-    let w = point.minus(origin);
-    let dot = Product::sum(Product::product(w.dx, along.dx), Product::product(w.dy, along.dy));
-    let length_2 = Product::sum(Product::product(along.dx, along.dx), Product::product(along.dy, along.dy));
-    let units_2 = Product::product(i32::from(units), i32::from(units));
-    let squares = (Product::product_of_areas(dot, dot), Product::product_of_areas(units_2, length_2));
-    dot > 0 && Product::compare_volumes(squares.0, squares.1) == core::cmp::Ordering::Greater
+pub fn ahead(origin: Point, point: Point, along: Segment, units: i8) -> bool {
+    predicate::ahead::<Product>(origin.into(), point.into(), along.from.into(), along.to.into(), units)
 }
 
 /// `|p − q|²` in square lattice units; at most 2^61.
@@ -295,7 +298,7 @@ mod tests {
 
     #[test]
     fn ahead_is_beyond_so_many_units_along() {
-        let along = Vector { dx: 3000, dy: 4000 };
+        let along = Segment { from: at(7, 7), to: at(3007, 4007) };
         let by = |k: i64| at(3 * k, 4 * k);
         assert!(ahead(Point::ORIGIN, by(1), along, 4));
         assert!(!ahead(Point::ORIGIN, by(1), along, 5) && !ahead(Point::ORIGIN, by(-9), along, 5));

@@ -15,8 +15,9 @@
 
 use super::arc::{Arc, Turn};
 use super::lattice::{Length, Point};
-use super::predicate::Proximity;
+use super::predicate::{Proximity, sagitta};
 use super::segment::{Segment, Window, ahead, distance_2, points_within};
+use super::width::Product;
 
 /// The most pieces of an arc: eighths of a turn.
 const PIECES: usize = 8;
@@ -132,15 +133,14 @@ impl SweptArc {
 
     /// The slack of rule 3.
     fn slack(&self, a: Point, b: Point) -> Option<Length> {
-        let seven_rho = i64::from(self.arc.radius().units()).saturating_mul(7);
-        let sagitta = distance_2(a, b).checked_div(seven_rho)?;
-        Length::from_units(sagitta.saturating_add(5 + 1)).ok()
+        let sagitta = sagitta::<Product>(distance_2(a, b), self.arc.radius().units());
+        Length::from_units(sagitta.saturating_add(5)).ok()
     }
 
     /// Rule 4 for the end `chord.from`.
     fn behind_corner(&self, a: Point, b: Point, chord: Segment, t: Length) -> bool {
         let centre = self.arc.centre();
-        let behind = |point| !ahead(centre, point, chord.to.minus(chord.from), 4);
+        let behind = |point| !ahead(centre, point, chord, 4);
         let room = i64::from(self.arc.radius().units()) >= i64::from(t.units()).saturating_add(13);
         room && !points_within(chord.from, centre, Length::small(3)).is_clear() && behind(a) && behind(b)
     }

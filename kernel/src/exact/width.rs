@@ -5,6 +5,8 @@
 
 use core::cmp::Ordering;
 
+use super::predicate::{self, Proximity, Site};
+
 /// A coordinate has magnitude at most `2^COORD_BITS`.
 pub const COORD_BITS: u32 = 29;
 const NARROW_COORD_BITS: u32 = 5;
@@ -24,17 +26,22 @@ const fn widths_hold(bits: u32, linear: u32, area: u32, volume: u32) -> bool {
 const _: () = assert!(widths_hold(COORD_BITS, i32::BITS, i64::BITS, i128::BITS));
 const _: () = assert!(widths_hold(NARROW_COORD_BITS, i8::BITS, i16::BITS, i32::BITS));
 
+/// The seal of [`Lattice`], open to the proofs, which run the predicates on symbolic numbers.
+#[cfg(feature = "symbolic")]
+pub use sealed::Sealed;
+
 mod sealed {
+    /// Numbers that this crate vouches for.
     pub trait Sealed {}
 }
 
-/// A tower of integer widths over which the predicates are written. Sealed.
+/// A tower of integer widths over which the predicates are written. Sealed, unless the feature `symbolic` is on.
 ///
 /// `Linear` holds coordinates and their differences, `Area` sums of two products of differences, `Volume` products of
 /// two areas. No operation overflows while coordinates and thresholds stay within the width's bound.
 pub trait Lattice: sealed::Sealed + Copy {
     /// Coordinates, lengths and differences of coordinates.
-    type Linear: Copy;
+    type Linear: Copy + Ord;
     /// Sums of two products of two linear values.
     type Area: Copy;
     /// Products of two areas.
@@ -56,6 +63,48 @@ pub trait Lattice: sealed::Sealed + Copy {
     fn compare_volumes(a: Self::Volume, b: Self::Volume) -> Ordering;
     /// The area zero.
     fn zero() -> Self::Area;
+    /// A few units.
+    fn units(count: i8) -> Self::Linear;
+    /// `⌊a / b⌋` for `a ≥ 0` and `b > 0`.
+    fn quotient(a: Self::Area, b: Self::Area) -> Self::Area;
+    /// `factor · (c − origin)`, where `|c| ≤ 2^31` may lie beyond the lattice: below `2^62`, and the sum of two `2^63`.
+    fn moment(factor: Self::Linear, c: Self::Linear, origin: Self::Linear) -> Self::Area;
+
+    /// [`predicate::point_segment`], as part of another predicate. A proof may put in place of such a part what is proved of it.
+    #[inline(always)]
+    fn point_segment(p: Site<Self>, a: Site<Self>, b: Site<Self>, r: Self::Linear) -> Proximity {
+        predicate::point_segment(p, a, b, r)
+    }
+    /// [`predicate::crosses_properly`], as part of another predicate.
+    #[inline(always)]
+    fn crosses_properly(a: Site<Self>, b: Site<Self>, c: Site<Self>, d: Site<Self>) -> bool {
+        predicate::crosses_properly(a, b, c, d)
+    }
+    /// [`predicate::segment_segment`], as part of another predicate.
+    #[inline(always)]
+    fn segment_segment(ab: [Site<Self>; 2], cd: [Site<Self>; 2], r: Self::Linear) -> Proximity {
+        predicate::segment_segment(ab, cd, r)
+    }
+    /// [`predicate::strictly_inside`], as part of another predicate.
+    #[inline(always)]
+    fn strictly_inside(p: Site<Self>, a: Site<Self>, b: Site<Self>, c: Site<Self>) -> bool {
+        predicate::strictly_inside(p, a, b, c)
+    }
+    /// [`predicate::box_point`], as part of another predicate.
+    #[inline(always)]
+    fn box_point(low: Site<Self>, high: Site<Self>, p: Site<Self>, r: Self::Linear) -> Proximity {
+        predicate::box_point(low, high, p, r)
+    }
+    /// [`predicate::beyond`], as part of another predicate.
+    #[inline(always)]
+    fn beyond(line: [Site<Self>; 2], points: impl Iterator<Item = Site<Self>>, r: Self::Linear) -> bool {
+        predicate::beyond(line, points, r)
+    }
+    /// [`predicate::convex_holds`], as part of another predicate.
+    #[inline(always)]
+    fn convex_holds(corners: impl Iterator<Item = Site<Self>> + Clone, p: Site<Self>) -> bool {
+        predicate::convex_holds(corners, p)
+    }
 }
 
 macro_rules! lattice {
@@ -103,6 +152,18 @@ macro_rules! lattice {
             #[inline(always)]
             fn zero() -> $area {
                 0
+            }
+            #[inline(always)]
+            fn units(count: i8) -> $linear {
+                <$linear>::from(count)
+            }
+            #[inline(always)]
+            fn quotient(a: $area, b: $area) -> $area {
+                a / b
+            }
+            #[inline(always)]
+            fn moment(factor: $linear, c: $linear, origin: $linear) -> $area {
+                <$area>::from(factor) * (<$area>::from(c) - <$area>::from(origin))
             }
         }
     };

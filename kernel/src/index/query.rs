@@ -13,7 +13,7 @@ use super::Edge;
 use super::check::{CheckedIndex, Node, Search};
 use crate::exact::convex::Convex;
 use crate::exact::lattice::{Length, Point};
-use crate::exact::predicate::{Proximity, ray_crosses};
+use crate::exact::predicate::{Orientation, Proximity, ray_crosses};
 use crate::exact::region::Location;
 use crate::exact::segment::{Segment, Triangle, Window};
 use crate::exact::width::Product;
@@ -131,7 +131,8 @@ impl<F: FnMut(usize, &Edge) -> ControlFlow<()>> Search for Along<F> {
         while rest != 0 {
             let lane = rest.trailing_zeros();
             rest &= rest.wrapping_sub(1);
-            if node.window(lane).is_some_and(|window| beside(window.grown(self.threshold), self.motion)) {
+            let Some(window) = node.window(lane).map(|window| window.grown(self.threshold)) else { continue };
+            if window.side_of(self.motion) != Orientation::On {
                 lanes &= !(1_u8 << (lane & 7));
             }
         }
@@ -160,7 +161,7 @@ impl Search for Around<'_> {
             let lane = rest.trailing_zeros();
             rest &= rest.wrapping_sub(1);
             let Some(window) = node.window(lane).map(|window| window.grown(self.threshold)) else { continue };
-            if self.polygon.sides().any(|side| turns(window, side).1 < 0) {
+            if self.polygon.sides().any(|side| window.side_of(side) == Orientation::Right) {
                 lanes &= !(1_u8 << (lane & 7));
             }
         }
@@ -175,28 +176,4 @@ impl Search for Around<'_> {
         self.near = Some(index);
         ControlFlow::Break(())
     }
-}
-
-/// Whether the box lies strictly on one side of the motion's line.
-#[inline(always)]
-fn beside(window: Window, motion: Segment) -> bool {
-    let (least, greatest) = turns(window, motion);
-    least > 0 || greatest < 0
-}
-
-/// Bounds on `d × w` over the box, with d the motion and w from its start: positive to the left of it, negative to the right.
-///
-/// It is between the sums of its least and greatest terms. Box coordinates are below 2^31 in magnitude and those of points at most
-/// 2^29, so |w| < 2^32, |d| ≤ 2^30, a term is below 2^62 and the sum of two below 2^63.
-#[inline(always)]
-fn turns(window: Window, motion: Segment) -> (i64, i64) {
-    let (min_x, min_y, max_x, max_y) = window.corners();
-    let d = motion.to.minus(motion.from);
-    let (x, y) = (i64::from(motion.from.x.units()), i64::from(motion.from.y.units()));
-    let term =
-        |factor: i32, c: i32, origin: i64| i64::from(factor).wrapping_mul(i64::from(c).wrapping_sub(origin));
-    let (up_a, up_b) = (term(d.dx, min_y, y), term(d.dx, max_y, y));
-    let (left_a, left_b) = (term(d.dy, min_x, x), term(d.dy, max_x, x));
-    let least = up_a.min(up_b).wrapping_sub(left_a.max(left_b));
-    (least, up_a.max(up_b).wrapping_sub(left_a.min(left_b)))
 }

@@ -26,6 +26,12 @@ pub(super) struct Contour {
 }
 
 impl Contour {
+    /// Everything about it that changes, but where it has come to.
+    #[cfg(feature = "proofs")]
+    pub(super) fn counts(&self) -> (usize, usize, usize, u8) {
+        (self.certified, self.sent, self.first, self.rests_seen)
+    }
+
     pub(super) fn end(&self) -> FreePoint {
         self.reached
     }

@@ -61,6 +61,12 @@ impl Hull {
         Some(())
     }
 
+    /// The corners.
+    #[cfg(any(test, feature = "proofs"))]
+    pub(super) fn corners(&self) -> &[Point] {
+        &self.corners[..self.count]
+    }
+
     /// The polygon.
     pub(super) fn polygon(&self) -> Option<Convex<'_>> {
         Convex::check(&self.corners[..self.count])

@@ -44,7 +44,7 @@ pub struct Sighting {
 }
 
 /// How many lines had been sent and acknowledged when a query left.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Stamp {
     pub(super) sent: u64,
     pub(super) acknowledged: u64,
@@ -71,6 +71,7 @@ pub const DRAIN: Duration = Duration::from_millis(500);
 
 /// The set. Allocates nothing after [`InFlight::new`].
 #[derive(Debug)]
+#[cfg_attr(feature = "proofs", derive(Clone))]
 pub(super) struct InFlight {
     pub(super) shape: MotionShape,
     /// How far a reported position can be from the commanded one.
@@ -83,13 +84,13 @@ pub(super) struct InFlight {
     pub(super) before: Option<FreePoint>,
     pub(super) lines: VecDeque<Line>,
     /// Lines up to this number had left the queue when the report at this time arrived; both ascending.
-    left_queue: VecDeque<(u64, Time)>,
+    pub(super) left_queue: VecDeque<(u64, Time)>,
     /// What the last report said had left the queue.
-    left_before: u64,
+    pub(super) left_before: u64,
     /// Lines up to this number were executed when the last report was asked for.
-    executed: u64,
-    rests_seen: u8,
-    rested_at: Option<Point>,
+    pub(super) executed: u64,
+    pub(super) rests_seen: u8,
+    pub(super) rested_at: Option<Point>,
     /// The edge that was last in the way: mostly it still is, and is asked first.
     in_the_way: Cell<Option<Edge>>,
 }

@@ -23,6 +23,8 @@ mod in_flight;
 mod motion;
 #[cfg(feature = "mutations")]
 mod mutation;
+#[cfg(feature = "proofs")]
+pub mod proof;
 #[cfg(test)]
 mod tests;
 
@@ -66,6 +68,7 @@ pub struct Rules {
 
 /// The guard; see the module's documentation for what it promises.
 #[derive(Debug)]
+#[cfg_attr(feature = "proofs", derive(Clone))]
 pub struct Guard {
     exact: Arc<ProhibitedRegion>,
     /// The part with fewer edges, and a little larger: what is clear of it is clear of the part.

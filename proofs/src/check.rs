@@ -1,0 +1,68 @@
+//! All engines in one run, the quick ones first, up to the first failure: what a mutant has to survive.
+
+use fastrand::Rng;
+
+use crate::families::Family;
+use crate::properties;
+use crate::property::Property;
+use crate::soak;
+
+/// Runs the properties whose group's name holds the word, then the soaks and worlds that belong to it; answers what failed.
+#[must_use]
+pub fn first_failure(word: &str) -> Option<String> {
+    std::panic::set_hook(Box::new(|_| {}));
+    let chosen: Vec<&Property> = properties::all()
+        .into_iter()
+        .filter(|property| word.is_empty() || word.split(',').any(|word| property.group.contains(word)))
+        .collect();
+    let engines: [fn(&Property) -> Option<u64>; 3] =
+        [Property::run_quick, Property::run_every, Property::run_random];
+    let by_property = engines.into_iter().find_map(|engine| {
+        let fails = |property: &&&Property| {
+            property.observed(engine).is_some_and(|outcome| outcome.failure.is_some())
+        };
+        chosen.iter().find(fails).map(|property| property.name.to_string())
+    });
+    by_property.or_else(|| soaked(word)).or_else(|| explored(word))
+}
+
+fn soaked(word: &str) -> Option<String> {
+    if !word.is_empty() && !word.contains("index") {
+        return None;
+    }
+    type Run = (&'static str, fn(&mut Rng));
+    let runs: [Run; 3] = [
+        ("soak: predicates", |random| soak::predicates(random, 200_000)),
+        ("soak: arcs", |random| soak::arcs(random, 10_000)),
+        ("soak: families", |random| {
+            for family in Family::ALL {
+                for _ in 0..6 {
+                    soak::family_queries(family, random);
+                }
+            }
+        }),
+    ];
+    let fails = |run: fn(&mut Rng)| std::panic::catch_unwind(|| run(&mut Rng::with_seed(11))).is_err();
+    runs.into_iter().find(|&(_, run)| fails(run)).map(|(name, _)| name.to_string())
+}
+
+#[cfg(feature = "guard")]
+fn explored(word: &str) -> Option<String> {
+    /// The most states of one world; a fault shows early.
+    const STATES: usize = 400_000;
+    if !word.is_empty() && !word.contains("guard") {
+        return None;
+    }
+    let mut worlds = crate::worlds::all().into_iter();
+    worlds
+        .find(|world| {
+            let explored = std::panic::catch_unwind(|| world.explore(STATES));
+            explored.map_or(true, |explored| explored.violation.is_some())
+        })
+        .map(|world| format!("invariant: {}", world.name))
+}
+
+#[cfg(not(feature = "guard"))]
+fn explored(_word: &str) -> Option<String> {
+    None
+}

@@ -1,0 +1,359 @@
+//! A model of a controller and of the line to it, over a tiny lattice, small enough that all it can do is looked at.
+//!
+//! What it has: lines and queries on the way to it, a receive buffer, one line that was read and waits for room in the
+//! planner, the planner's blocks, and blocks that have left the planner and are being executed. What it may do next is a list
+//! ([`Plant::moves`]), in any order and as late as it likes, but for one bound: what has left the planner is executed within
+//! `DRAIN`. A cancel stops the tool anywhere between where it is and where it was going, and forgets planned blocks; a line
+//! that waits in the receive buffer or for room is not forgotten, and runs from wherever the tool stopped (GRBL issues 95,
+//! 423, 837).
+//!
+//! What a line may do: see [`Trouble`]. The assumptions are those of ARCHITECTURE.md: answers arrive in the order in which they
+//! were sent and are not invented, no line both repeats and loses, and one report in a while may be an old one.
+
+use std::collections::VecDeque;
+
+use crate::properties::Xy;
+
+/// Lines that the receive buffer holds: one more is mixed up with the last.
+pub const BUFFER: usize = 4;
+/// Blocks that the planner holds.
+const PLANNER: usize = 2;
+/// Blocks that have left the planner and are not yet executed.
+const STEPPER: usize = 2;
+
+/// What is on the way to the controller.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Sent {
+    /// A motion.
+    Line(Xy),
+    /// A status query.
+    Query,
+    /// Stop, and forget what is planned.
+    Cancel,
+}
+
+/// What is on the way back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Answer {
+    /// The oldest line is accepted.
+    Accepted,
+    /// A status report.
+    Report(Report),
+}
+
+/// A status report.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Report {
+    /// Where the tool is.
+    pub place: Xy,
+    /// Nothing moves.
+    pub at_rest: bool,
+    /// Blocks in the planner.
+    pub queued: usize,
+    /// Something is in the receive buffer.
+    pub waiting: bool,
+    /// Not the only copy: the next one follows at once.
+    pub doubled: bool,
+}
+
+/// How often what can go wrong, in one run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Trouble {
+    /// Pieces lost, either way.
+    pub lost: u8,
+    /// Pieces that arrive twice, either way.
+    pub doubled: u8,
+    /// Pieces that change places with the one before, either way.
+    pub swapped: u8,
+    /// Reports replaced by an earlier one.
+    pub lies: u8,
+    /// Resets that nobody hears of: all that is held is forgotten, the tool stops.
+    pub resets: u8,
+    /// Jumps of the clock by `DRAIN`.
+    pub jumps: u8,
+}
+
+/// How the machine drives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Drive {
+    /// Each axis by itself, in any order.
+    pub apart: bool,
+    /// A cancel also forgets what was received (grblHAL).
+    pub flushes: bool,
+    /// A cancel stops motions (jogs); contours know none.
+    pub cancels: bool,
+}
+
+/// The controller, the line and the tool.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Plant {
+    /// How it drives.
+    pub drive: Drive,
+    /// Where the tool is.
+    pub tool: Xy,
+    /// The tool is at a place where no motion began or ended.
+    between: bool,
+    /// On the way to it.
+    pub wire: VecDeque<Sent>,
+    /// Received and not read.
+    pub received: VecDeque<Xy>,
+    /// Read, waiting for room.
+    pub read: Option<Xy>,
+    /// Planned.
+    pub planner: VecDeque<Xy>,
+    /// Left the planner, so many half `DRAIN`s ago.
+    pub stepper: VecDeque<(Xy, u8)>,
+    /// On the way back.
+    pub answers: VecDeque<Answer>,
+    /// The first report it ever made: what a lie repeats.
+    first_report: Option<Report>,
+    /// What may still go wrong.
+    pub trouble: Trouble,
+}
+
+/// Something that happens.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Happening {
+    /// What was sent first arrives.
+    Arrives,
+    /// What was sent first is lost.
+    LostThere,
+    /// What was sent first arrives twice.
+    DoubledThere,
+    /// What was sent second arrives first.
+    SwappedThere,
+    /// The next answer is lost.
+    LostBack,
+    /// The next answer arrives twice.
+    DoubledBack,
+    /// The next two answers change places.
+    SwappedBack,
+    /// The next answer is replaced by an earlier one.
+    Lie,
+    /// A line is read.
+    Reads,
+    /// A block leaves the planner.
+    Fetches,
+    /// The tool drives to the end of its motion; where axes run apart, around by x first or by y first.
+    Drives {
+        /// The corner that it goes around by: 0 straight, 1 x first, 2 y first.
+        around: u8,
+    },
+    /// The tool drives half of its motion, or to a corner of its box.
+    DrivesHalf {
+        /// As above.
+        around: u8,
+    },
+    /// It is reset, and nobody hears of it.
+    Reset,
+}
+
+impl Plant {
+    /// A machine at rest.
+    #[must_use]
+    pub fn new(tool: Xy, drive: Drive, trouble: Trouble) -> Self {
+        Self {
+            drive,
+            tool,
+            between: false,
+            wire: VecDeque::new(),
+            received: VecDeque::new(),
+            read: None,
+            planner: VecDeque::new(),
+            stepper: VecDeque::new(),
+            answers: VecDeque::new(),
+            first_report: None,
+            trouble,
+        }
+    }
+
+    /// Whether it moves, or is about to.
+    fn in_motion(&self) -> bool {
+        !self.planner.is_empty() || !self.stepper.is_empty()
+    }
+
+    /// All targets that it holds, or that are on the way to it.
+    pub fn targets(&self) -> impl Iterator<Item = Xy> + '_ {
+        let on_wire = self.wire.iter().filter_map(|sent| match sent {
+            Sent::Line(to) => Some(*to),
+            _ => None,
+        });
+        let held = self.received.iter().chain(&self.read).chain(&self.planner).copied();
+        on_wire.chain(held).chain(self.stepper.iter().map(|&(to, _)| to))
+    }
+
+    /// What may happen next, but for the host's doing and the passing of time.
+    pub fn moves(&self, into: &mut Vec<Happening>) {
+        let Trouble { lost, doubled, swapped, lies, resets, .. } = self.trouble;
+        let mut may = |allowed: bool, happening| {
+            if allowed {
+                into.push(happening);
+            }
+        };
+        let there = !self.wire.is_empty();
+        may(there, Happening::Arrives);
+        may(there && lost > 0, Happening::LostThere);
+        may(there && doubled > 0, Happening::DoubledThere);
+        may(self.wire.len() > 1 && swapped > 0 && self.wire[0] != self.wire[1], Happening::SwappedThere);
+        let back = !self.answers.is_empty();
+        may(back && lost > 0, Happening::LostBack);
+        may(back && doubled > 0, Happening::DoubledBack);
+        may(
+            self.answers.len() > 1 && swapped > 0 && self.answers[0] != self.answers[1],
+            Happening::SwappedBack,
+        );
+        may(matches!(self.answers.front(), Some(Answer::Report(_))) && lies > 0, Happening::Lie);
+        let room = self.planner.len() < PLANNER;
+        may(
+            self.read.is_some() && room || self.read.is_none() && !self.received.is_empty(),
+            Happening::Reads,
+        );
+        may(self.stepper.len() < STEPPER && !self.planner.is_empty(), Happening::Fetches);
+        if let Some(&(to, _)) = self.stepper.front() {
+            let slanted = self.drive.apart && to.0 != self.tool.0 && to.1 != self.tool.1;
+            for around in if slanted { 1..3 } else { 0..1 } {
+                may(true, Happening::Drives { around });
+                may(!self.between, Happening::DrivesHalf { around });
+            }
+        }
+        may(
+            resets > 0 && (self.in_motion() || self.read.is_some() || !self.received.is_empty()),
+            Happening::Reset,
+        );
+    }
+
+    /// Lets it happen. Answers the way on which the tool moved.
+    pub fn happens(&mut self, happening: Happening) -> Vec<Xy> {
+        let from = self.tool;
+        match happening {
+            Happening::Arrives => self.arrives(),
+            Happening::Reads => self.reads(),
+            Happening::Fetches => {
+                if let Some(block) = self.planner.pop_front() {
+                    self.stepper.push_back((block, 0));
+                }
+            }
+            Happening::Drives { around } => {
+                let Some((to, _)) = self.stepper.pop_front() else { return vec![from] };
+                (self.tool, self.between) = (to, false);
+                let corner = [None, Some((to.0, from.1)), Some((from.0, to.1))][usize::from(around)];
+                return [Some(from), corner, Some(to)].into_iter().flatten().collect();
+            }
+            Happening::DrivesHalf { around } => {
+                let Some(&(to, _)) = self.stepper.front() else { return vec![from] };
+                let half = ((from.0 + to.0) / 2, (from.1 + to.1) / 2);
+                self.tool = [half, (to.0, from.1), (from.0, to.1)][usize::from(around)];
+                self.between = true;
+            }
+            fault => self.suffers(fault),
+        }
+        vec![from, self.tool]
+    }
+
+    /// Something goes wrong on the line, or with the controller.
+    fn suffers(&mut self, fault: Happening) {
+        match fault {
+            Happening::LostThere => {
+                self.trouble.lost -= 1;
+                self.wire.pop_front();
+            }
+            Happening::DoubledThere => {
+                self.trouble.doubled -= 1;
+                self.wire.insert(1, self.wire[0]);
+                self.arrives();
+            }
+            Happening::SwappedThere => {
+                self.trouble.swapped -= 1;
+                self.wire.swap(0, 1);
+                self.arrives();
+            }
+            Happening::LostBack => {
+                self.trouble.lost -= 1;
+                self.answers.pop_front();
+            }
+            Happening::DoubledBack => {
+                self.trouble.doubled -= 1;
+                let copy = self.answers[0];
+                if let Answer::Report(first) = &mut self.answers[0] {
+                    first.doubled = true;
+                }
+                self.answers.insert(1, copy);
+            }
+            Happening::SwappedBack => {
+                self.trouble.swapped -= 1;
+                self.answers.swap(0, 1);
+            }
+            Happening::Lie => {
+                self.trouble.lies -= 1;
+                if let (Some(old), Some(answer)) = (self.first_report, self.answers.front_mut()) {
+                    *answer = Answer::Report(old);
+                }
+            }
+            Happening::Reset => {
+                self.trouble.resets -= 1;
+                self.received.clear();
+                self.read = None;
+                self.planner.clear();
+                self.stepper.clear();
+            }
+            _ => {}
+        }
+    }
+
+    fn arrives(&mut self) {
+        match self.wire.pop_front() {
+            None => {}
+            Some(Sent::Line(to)) if self.received.len() < BUFFER => self.received.push_back(to),
+            // The head of one line and the tail of another.
+            Some(Sent::Line(to)) => {
+                if let Some(last) = self.received.back_mut() {
+                    *last = (last.0, to.1);
+                }
+            }
+            Some(Sent::Query) => {
+                let report = Report {
+                    place: self.tool,
+                    at_rest: !self.in_motion(),
+                    queued: self.planner.len(),
+                    waiting: !self.received.is_empty(),
+                    doubled: false,
+                };
+                self.first_report.get_or_insert(report);
+                self.answers.push_back(Answer::Report(report));
+            }
+            Some(Sent::Cancel) if self.in_motion() && self.drive.cancels => {
+                self.planner.clear();
+                self.stepper.clear();
+                if self.drive.flushes {
+                    self.received.clear();
+                    self.read = None;
+                }
+            }
+            Some(Sent::Cancel) => {}
+        }
+    }
+
+    /// A line is planned and acknowledged when there is room, and waits otherwise. One that leads nowhere makes no block.
+    fn reads(&mut self) {
+        let Some(to) = self.read.take().or_else(|| self.received.pop_front()) else { return };
+        let end =
+            self.planner.back().copied().or(self.stepper.back().map(|&(to, _)| to)).unwrap_or(self.tool);
+        if to == end {
+            self.answers.push_back(Answer::Accepted);
+        } else if self.planner.len() < PLANNER {
+            self.planner.push_back(to);
+            self.answers.push_back(Answer::Accepted);
+        } else {
+            self.read = Some(to);
+        }
+    }
+
+    /// Half of `DRAIN` passes; `false` when something should have been executed before.
+    pub fn passes(&mut self) -> bool {
+        let due = self.stepper.iter().any(|&(_, age)| age >= 1);
+        for (_, age) in &mut self.stepper {
+            *age += 1;
+        }
+        !due
+    }
+}

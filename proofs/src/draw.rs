@@ -1,0 +1,237 @@
+//! Where the inputs of a property come from: every case of a small lattice, random ones, bytes, or a model checker.
+
+use std::collections::VecDeque;
+
+use fastrand::Rng;
+use keepout_kernel::exact::lattice::COORD_MAX;
+use keepout_kernel::exact::width::{Narrow, Product};
+
+use crate::properties::{FromPlain, Xy};
+
+/// A source of inputs. A property draws what it needs, and holds for whatever it is given.
+pub trait Draw {
+    /// The width at which generic predicates are asked.
+    type Width: FromPlain;
+
+    /// A whole number from `low` to `high`, both included.
+    fn int(&mut self, low: i64, high: i64) -> i64;
+
+    /// A coordinate of this case's field.
+    fn coordinate(&mut self) -> i64;
+
+    /// A length from nothing to the size of this case's field.
+    fn radius(&mut self) -> i64;
+
+    /// A point of this case's field.
+    fn point(&mut self) -> Xy {
+        (self.coordinate(), self.coordinate())
+    }
+
+    /// A threshold, often at or beside the distance of two points.
+    fn threshold(&mut self, _p: Xy, _q: Xy) -> i64 {
+        self.radius()
+    }
+
+    /// One of so many.
+    fn one_of(&mut self, count: usize) -> usize {
+        let last = i64::try_from(count).unwrap_or(1) - 1;
+        usize::try_from(self.int(0, last.max(0))).unwrap_or(0)
+    }
+
+    /// Yes or no.
+    fn coin(&mut self) -> bool {
+        self.int(0, 1) == 1
+    }
+}
+
+/// Every case, one after the other: coordinates from `low` to `low + side`, lengths up to twice the side.
+#[derive(Debug)]
+pub struct Every {
+    side: i64,
+    /// What was drawn in this case, and how many there are of each, counted from the least.
+    drawn: Vec<(i64, i64)>,
+    next: usize,
+}
+
+impl Every {
+    /// The first case of a field of `side + 1` coordinates each way.
+    #[must_use]
+    pub fn of(side: i64) -> Self {
+        Self { side, drawn: Vec::new(), next: 0 }
+    }
+
+    /// Goes on to the next case; `false` after the last.
+    pub fn advance(&mut self) -> bool {
+        self.next = 0;
+        while let Some((value, last)) = self.drawn.pop() {
+            if value < last {
+                self.drawn.push((value + 1, last));
+                return true;
+            }
+        }
+        false
+    }
+}
+
+impl Draw for Every {
+    type Width = Narrow;
+
+    fn int(&mut self, low: i64, high: i64) -> i64 {
+        if self.next == self.drawn.len() {
+            self.drawn.push((0, high - low));
+        }
+        let (value, _) = self.drawn[self.next];
+        self.next += 1;
+        low + value
+    }
+
+    fn coordinate(&mut self) -> i64 {
+        let low = -(self.side / 2);
+        self.int(low, low + self.side)
+    }
+
+    fn radius(&mut self) -> i64 {
+        self.int(0, self.side)
+    }
+}
+
+/// Random cases over the whole lattice, reproducible from a seed: fields from a few units, where things coincide, to all of
+/// it, and its extremes.
+#[derive(Debug)]
+pub struct Chance {
+    random: Rng,
+    half: i64,
+    origin: Xy,
+    odd: bool,
+}
+
+const LIMIT: i64 = COORD_MAX as i64;
+
+impl Chance {
+    /// Cases from a seed; [`Chance::advance`] begins the first.
+    #[must_use]
+    pub fn of(seed: u64) -> Self {
+        Self { random: Rng::with_seed(seed), half: 1, origin: (0, 0), odd: false }
+    }
+
+    /// Begins a case.
+    pub fn advance(&mut self) {
+        self.half = 1 << self.random.u32(1..=29);
+        let room = LIMIT - self.half;
+        let mut place = || match self.random.u8(0..4) {
+            0 => 0,
+            1 => room * (i64::from(self.random.bool()) * 2 - 1),
+            _ => self.random.i64(-room..=room),
+        };
+        self.origin = (place(), place());
+        self.odd = false;
+    }
+}
+
+impl Draw for Chance {
+    type Width = Product;
+
+    fn int(&mut self, low: i64, high: i64) -> i64 {
+        self.random.i64(low..=high)
+    }
+
+    fn coordinate(&mut self) -> i64 {
+        self.odd = !self.odd;
+        let origin = if self.odd { self.origin.0 } else { self.origin.1 };
+        match self.random.u8(0..12) {
+            0 => origin - self.half,
+            1 => origin + self.half,
+            2 => origin,
+            _ => origin + self.random.i64(-self.half..=self.half),
+        }
+    }
+
+    fn point(&mut self) -> Xy {
+        self.odd = false;
+        (self.coordinate(), self.coordinate())
+    }
+
+    fn radius(&mut self) -> i64 {
+        self.random.i64(0..=(2 * self.half).min(LIMIT))
+    }
+
+    fn threshold(&mut self, p: Xy, q: Xy) -> i64 {
+        let (dx, dy) = (i128::from(p.0 - q.0), i128::from(p.1 - q.1));
+        let distance = i64::try_from((dx * dx + dy * dy).isqrt()).unwrap_or(LIMIT);
+        match self.random.u8(0..4) {
+            0 => (distance + self.random.i64(-1..=1)).clamp(0, LIMIT),
+            1 => ((p.0 - q.0).abs().min((p.1 - q.1).abs()) + self.random.i64(-1..=1)).clamp(0, LIMIT),
+            _ => self.radius(),
+        }
+    }
+}
+
+/// Cases from a fuzzer's bytes. Bytes that are not there are zero.
+#[derive(Debug)]
+pub struct Bytes {
+    left: VecDeque<u8>,
+    half: i64,
+}
+
+impl Bytes {
+    /// The case of these bytes: the first says how large the field is.
+    #[must_use]
+    pub fn of(bytes: &[u8]) -> Self {
+        let mut left: VecDeque<u8> = bytes.iter().copied().collect();
+        let first = left.pop_front().unwrap_or(0);
+        Self { left, half: 1 << (1 + u32::from(first) % 29) }
+    }
+}
+
+impl Draw for Bytes {
+    type Width = Product;
+
+    fn int(&mut self, low: i64, high: i64) -> i64 {
+        let span = i128::from(high) - i128::from(low) + 1;
+        let mut value: i128 = 0;
+        let mut room: i128 = 1;
+        while room < span {
+            let byte = self.left.pop_front().unwrap_or(0);
+            (value, room) = (value << 8 | i128::from(byte), room << 8);
+        }
+        low + i64::try_from(value % span).unwrap_or(0)
+    }
+
+    fn coordinate(&mut self) -> i64 {
+        self.int(-self.half, self.half)
+    }
+
+    fn radius(&mut self) -> i64 {
+        self.int(0, (2 * self.half).min(LIMIT))
+    }
+}
+
+/// All cases at once: coordinates within `HALF`, for Kani.
+#[cfg(kani)]
+#[derive(Debug)]
+pub struct Symbolic<const HALF: i8>;
+
+#[cfg(kani)]
+impl<const HALF: i8> Draw for Symbolic<HALF> {
+    type Width = Narrow;
+
+    fn int(&mut self, low: i64, high: i64) -> i64 {
+        #[cfg(kani_shim)]
+        use crate::kani_shim as kani;
+        let value: i64 = if low >= i64::from(i8::MIN) && high <= i64::from(i8::MAX) {
+            i64::from(kani::any::<i8>())
+        } else {
+            kani::any()
+        };
+        kani::assume(low <= value && value <= high);
+        value
+    }
+
+    fn coordinate(&mut self) -> i64 {
+        self.int(-i64::from(HALF), HALF.into())
+    }
+
+    fn radius(&mut self) -> i64 {
+        self.int(0, 2 * i64::from(HALF))
+    }
+}

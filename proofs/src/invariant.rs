@@ -1,0 +1,407 @@
+//! The supervisor's inductive invariant: *in every reachable state, every point where the tool can be lies in a certified
+//! set, whatever is delayed, lost, repeated or cancelled*.
+//!
+//! The product of the real guard with the model of the controller is explored breadth first, every state once, until
+//! nothing new is found. In each state the tool, and every target that the controller holds or that is on the way to it, lies
+//! in the hull of the guard's set; and every stretch that the tool moves is clear of the part. As the set's hull is convex,
+//! a tool in it that drives to targets in it stays in it.
+//!
+//! The host sends whatever the guard allows, at any time: it is as free as the supervisor and freer.
+
+use std::collections::hash_map::RandomState;
+use std::collections::{HashSet, VecDeque};
+use std::hash::BuildHasher;
+use std::sync::Arc;
+
+use keepout_executor::supervisor::guard::proof::State as GuardState;
+use keepout_executor::supervisor::guard::{Certification, DRAIN, Guard, MotionShape, Rules, Sighting, Stamp};
+use keepout_executor::time::Time;
+use keepout_kernel::exact::segment::Window;
+use keepout_kernel::{Curve, ProhibitedRegion, Region, Ring, Segment, Side};
+
+use crate::controller::{Answer, Drive, Happening, Plant, Report, Sent, Trouble};
+use crate::families::{at, length};
+use crate::oracle::quick;
+use crate::properties::Xy;
+
+/// What is explored: a machine, what can go wrong, and how much the host does.
+#[derive(Clone, Debug)]
+pub struct World {
+    /// Its name.
+    pub name: &'static str,
+    /// Where the tool begins.
+    pub start: Xy,
+    /// Where the host may want to go.
+    pub targets: &'static [Xy],
+    /// A contour that it may run; empty for none.
+    pub contour: &'static [Xy],
+    /// Motions, queries, cancels and half `DRAIN`s, at most.
+    pub budget: [u8; 4],
+    /// Queries that can be open at once.
+    pub open: usize,
+    /// What can go wrong.
+    pub trouble: Trouble,
+    /// How the machine drives.
+    pub drive: Drive,
+    /// A checksum protects the line.
+    pub checked: bool,
+}
+
+/// Threshold of motions by hand, of contours, and resolution, in units.
+const MANUAL: i64 = 100;
+const FINISHING: i64 = 96;
+const RESOLUTION: i64 = 4;
+/// The part: a square.
+const PART: [Xy; 4] = [(0, 0), (400, 0), (400, 400), (0, 400)];
+
+/// The host, as much of it as counts.
+#[derive(Clone, Debug)]
+struct Node {
+    guard: Guard,
+    plant: Plant,
+    queries: VecDeque<Stamp>,
+    now: u8,
+    budget: [u8; 4],
+    /// The session has ended: nothing is sent any more.
+    ended: bool,
+    /// The tool began nearer than the manual threshold and has not arrived elsewhere.
+    inside: bool,
+}
+
+#[derive(Hash)]
+struct Key<'a>(GuardState, &'a Plant, &'a VecDeque<Stamp>, u8, [u8; 4], bool, bool);
+
+/// Something that is done or happens.
+#[derive(Clone, Copy, Debug)]
+enum Step {
+    Jog(Xy),
+    Escape(Xy),
+    Contour,
+    Next,
+    Query,
+    Cancel,
+    Hears,
+    Passes,
+    Jumps,
+    Happens(Happening),
+}
+
+/// What came of an exploration.
+#[derive(Clone, Debug)]
+pub struct Explored {
+    /// States found.
+    pub states: usize,
+    /// Steps tried.
+    pub steps: usize,
+    /// Steps from the beginning to the farthest state.
+    pub depth: usize,
+    /// Nothing new was left.
+    pub complete: bool,
+    /// The shortest way to a state in which the invariant does not hold.
+    pub violation: Option<Vec<String>>,
+}
+
+fn plain(point: keepout_kernel::Point) -> Xy {
+    (i64::from(point.x.units()), i64::from(point.y.units()))
+}
+
+impl World {
+    fn part() -> Arc<ProhibitedRegion> {
+        let ring = Ring::new(PART.iter().map(|&p| at(p)).collect()).expect("a square");
+        Arc::new(
+            ProhibitedRegion::new(Region::new(vec![ring]).expect("one ring"), Side::Outside).expect("small"),
+        )
+    }
+
+    fn guard(&self, part: &Arc<ProhibitedRegion>) -> Guard {
+        let shape = if self.drive.apart { MotionShape::Box } else { MotionShape::Line };
+        let rules = Rules {
+            stroke: Window::of(at((-5000, -5000))).including(at((5000, 5000))),
+            manual: length(MANUAL),
+            finishing: length(FINISHING),
+            resolution: length(RESOLUTION),
+            shortest: length(4),
+            shape,
+            contours: shape,
+            checked: self.checked,
+        };
+        let mut guard = Guard::new(Arc::clone(part), Arc::clone(part), rules);
+        guard.locate(at(self.start)).expect("the tool begins outside the part");
+        guard
+    }
+
+    /// Explores all that can happen, up to so many states.
+    #[must_use]
+    pub fn explore(&self, most: usize) -> Explored {
+        self.explore_with(most, |_| {})
+    }
+
+    /// The same with a guard that was changed first.
+    #[must_use]
+    pub fn explore_with(&self, most: usize, change: impl Fn(&mut Guard)) -> Explored {
+        let part = Self::part();
+        let mut guard = self.guard(&part);
+        change(&mut guard);
+        let first = Node {
+            inside: guard.stands_inside(),
+            guard,
+            plant: Plant::new(self.start, self.drive, self.trouble),
+            queries: VecDeque::new(),
+            now: 0,
+            budget: self.budget,
+            ended: false,
+        };
+        let seeds = [RandomState::new(), RandomState::new()];
+        let mut known = HashSet::from([first.key(&seeds)]);
+        let mut ways: Vec<(usize, Option<Step>)> = vec![(0, None)];
+        let mut front = VecDeque::from([(0, 0, first)]);
+        let mut explored = Explored { states: 1, steps: 0, depth: 0, complete: true, violation: None };
+        let mut steps = Vec::new();
+        while let Some((number, depth, node)) = front.pop_front() {
+            explored.depth = depth;
+            steps.clear();
+            node.steps(self, &mut steps);
+            for &step in &steps {
+                let mut next = node.clone();
+                let Some(way) = next.takes(self, step) else { continue };
+                explored.steps += 1;
+                let fault = next.fault(&part, &way);
+                if let Some(fault) = fault {
+                    let mut story = told(&ways, number);
+                    story.extend([format!("{step:?}"), fault]);
+                    return Explored {
+                        states: known.len(),
+                        violation: Some(story),
+                        complete: false,
+                        ..explored
+                    };
+                }
+                if known.len() >= most {
+                    explored.complete = false;
+                } else if known.insert(next.key(&seeds)) {
+                    ways.push((number, Some(step)));
+                    front.push_back((ways.len() - 1, depth + 1, next));
+                }
+            }
+        }
+        Explored { states: known.len(), ..explored }
+    }
+}
+
+/// The steps to a state.
+fn told(ways: &[(usize, Option<Step>)], mut number: usize) -> Vec<String> {
+    let mut story = Vec::new();
+    while let (before, Some(step)) = ways[number] {
+        story.push(format!("{step:?}"));
+        number = before;
+    }
+    story.reverse();
+    story
+}
+
+impl Node {
+    fn key(&self, seeds: &[RandomState; 2]) -> (u64, u64) {
+        let key = || {
+            Key(
+                self.guard.state(),
+                &self.plant,
+                &self.queries,
+                self.now,
+                self.budget,
+                self.ended,
+                self.inside,
+            )
+        };
+        (seeds[0].hash_one(key()), seeds[1].hash_one(key()))
+    }
+
+    fn time(&self) -> Time {
+        Time::ZERO.after(DRAIN / 2 * self.now.into())
+    }
+
+    /// All that can be done, or happen.
+    fn steps(&self, world: &World, into: &mut Vec<Step>) {
+        let [motions, queries, cancels, passes] = self.budget;
+        if !self.ended {
+            if motions > 0 {
+                let inside = self.guard.stands_inside();
+                into.extend(
+                    world.targets.iter().map(|&to| if inside { Step::Escape(to) } else { Step::Jog(to) }),
+                );
+                if !world.contour.is_empty() && self.guard.contour_progress().is_none() {
+                    into.push(Step::Contour);
+                }
+            }
+            into.extend(self.guard.contour_progress().map(|_| Step::Next));
+            into.extend((queries > 0 && self.queries.len() < world.open).then_some(Step::Query));
+            into.extend((cancels > 0).then_some(Step::Cancel));
+            into.extend((!self.plant.answers.is_empty()).then_some(Step::Hears));
+            into.extend((passes > 0).then_some(Step::Passes));
+            into.extend((self.plant.trouble.jumps > 0).then_some(Step::Jumps));
+        }
+        let mut happenings = Vec::new();
+        self.plant.moves(&mut happenings);
+        into.extend(happenings.into_iter().map(Step::Happens));
+    }
+
+    /// Takes the step; `None` when it can not be taken. Answers the way on which the tool moved.
+    fn takes(&mut self, world: &World, step: Step) -> Option<Vec<Xy>> {
+        let here = vec![self.plant.tool];
+        match step {
+            Step::Jog(to) => {
+                self.guard.jog(at(to), 600).ok()?;
+                self.send(to);
+            }
+            Step::Escape(to) => {
+                self.guard.escape(at(to), 600).ok()?;
+                self.send(to);
+            }
+            Step::Contour => {
+                self.budget[0] -= 1;
+                let curve = |pair: &[Xy]| (Curve::Line(Segment { from: at(pair[0]), to: at(pair[1]) }), 300);
+                self.guard.begin_contour(world.contour.windows(2).map(curve).collect()).ok()?;
+                let certified = self.guard.certify_contour(usize::MAX).ok()?;
+                assert_eq!(certified, Certification::Done);
+            }
+            Step::Next => {
+                let to = self.guard.next_of_contour()?.target();
+                self.plant.wire.push_back(Sent::Line(plain(to)));
+            }
+            Step::Query => {
+                self.budget[1] -= 1;
+                self.queries.push_back(self.guard.stamp(self.time()));
+                self.plant.wire.push_back(Sent::Query);
+            }
+            Step::Cancel => {
+                self.budget[2] -= 1;
+                self.plant.wire.push_back(Sent::Cancel);
+            }
+            Step::Hears => while self.hears() {},
+            Step::Passes => {
+                self.budget[3] -= 1;
+                self.now += 1;
+                if !self.plant.passes() {
+                    return None;
+                }
+            }
+            Step::Jumps => {
+                self.plant.trouble.jumps -= 1;
+                self.now += 2;
+            }
+            Step::Happens(happening) => return Some(self.plant.happens(happening)),
+        }
+        Some(here)
+    }
+
+    fn send(&mut self, to: Xy) {
+        self.budget[0] -= 1;
+        self.plant.wire.push_back(Sent::Line(to));
+    }
+
+    /// Takes the next answer; whether the next one follows at once.
+    fn hears(&mut self) -> bool {
+        match self.plant.answers.pop_front() {
+            None => false,
+            Some(Answer::Accepted) => {
+                self.ended |= self.guard.acknowledged().is_err();
+                let guard = &self.guard;
+                self.queries.retain(|stamp| !guard.is_outdated(stamp));
+                false
+            }
+            Some(Answer::Report(report)) => {
+                let Report { place, at_rest, queued, waiting, doubled } = report;
+                if let Some(stamp) = self.queries.pop_front() {
+                    let sighting = Sighting { position: at(place), at_rest, queued: Some(queued), waiting };
+                    self.ended |= self.guard.reported(&sighting, stamp, self.time()).is_err();
+                    self.inside &= !self.guard.settled() || self.guard.stands_inside();
+                }
+                doubled
+            }
+        }
+    }
+
+    /// What does not hold here, after the tool moved on this way.
+    fn fault(&self, part: &ProhibitedRegion, way: &[Xy]) -> Option<String> {
+        for pair in way.windows(2) {
+            let motion = Segment { from: at(pair[0]), to: at(pair[1]) };
+            if self.inside {
+                if approaches(part, pair[0], pair[1]) {
+                    return Some(format!("a way out comes nearer to the part: {pair:?}"));
+                }
+            } else if !part.motion_clear(motion, length(FINISHING - RESOLUTION)).is_clear() {
+                return Some(format!("the tool comes too near the part: {pair:?}"));
+            }
+        }
+        let tool = self.plant.tool;
+        if self.guard.contour_progress().is_some() {
+            let left = self.guard.contour_left();
+            let on = left.iter().any(|(curve, _)| {
+                let line = Segment { from: curve.from(), to: curve.to() };
+                let beside = !line.near_point(at(tool), length(RESOLUTION)).is_clear();
+                beside
+                    || self.guard.rules().contours == MotionShape::Box
+                        && Window::of(line.from).including(line.to).holds(at(tool))
+            });
+            return (!on).then(|| format!("the tool at {tool:?} is not on the contour"));
+        }
+        let set: Vec<Xy> = self.guard.in_flight().map(plain).collect();
+        if set.is_empty() {
+            return None;
+        }
+        let apart = self.guard.rules().shape == MotionShape::Box;
+        let outside = |p: Xy| if apart { off_box(&set, p) } else { off_hull(&set, p) };
+        if outside(tool) > RESOLUTION {
+            return Some(format!("the tool at {tool:?} is outside the set {set:?}"));
+        }
+        let stray = self.plant.targets().find(|&to| outside(to) > 0);
+        stray.map(|to| format!("the target {to:?} is outside the set {set:?}"))
+    }
+}
+
+/// Whether the motion comes nearer to an edge that is, or comes, within the manual threshold.
+fn approaches(part: &ProhibitedRegion, p: Xy, q: Xy) -> bool {
+    let float =
+        |(x, y): Xy| (f64::from(i32::try_from(x).unwrap_or(0)), f64::from(i32::try_from(y).unwrap_or(0)));
+    part.edges().iter().any(|edge| {
+        let away = |p: (f64, f64)| {
+            quick::point_segment(p, float(plain(edge.chord.from)), float(plain(edge.chord.to)))
+        };
+        let (p, q) = (float(p), float(q));
+        let least = (0..=64).map(|k| {
+            let t = f64::from(k) / 64.0;
+            away((p.0 + (q.0 - p.0) * t, p.1 + (q.1 - p.1) * t))
+        });
+        let least = least.fold(f64::INFINITY, f64::min);
+        least < away(p) - 1.0 && least <= 100.0
+    })
+}
+
+/// How far the point is from the box of the set, at most.
+fn off_box(set: &[Xy], (x, y): Xy) -> i64 {
+    let off = |c: i64, all: &dyn Fn(&Xy) -> i64| {
+        let (low, high) = (set.iter().map(all).min().unwrap_or(c), set.iter().map(all).max().unwrap_or(c));
+        (low - c).max(c - high).max(0)
+    };
+    off(x, &|p| p.0).max(off(y, &|p| p.1))
+}
+
+/// How far the point is from the convex hull of the set, rounded up: it is in the hull when it is in some triangle of points.
+fn off_hull(set: &[Xy], p: Xy) -> i64 {
+    let side = |a: Xy, b: Xy, c: Xy| (b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0);
+    let inside = |a: Xy, b: Xy, c: Xy| {
+        let of = [side(a, b, p), side(b, c, p), side(c, a, p)];
+        of.iter().all(|&s| s > 0) || of.iter().all(|&s| s < 0)
+    };
+    let mut least = i64::MAX;
+    for (i, &a) in set.iter().enumerate() {
+        for (j, &b) in set.iter().enumerate().skip(i) {
+            if set.iter().skip(j + 1).any(|&c| inside(a, b, c)) {
+                return 0;
+            }
+            let edge = Segment { from: at(a), to: at(b) };
+            let reach = (0..=RESOLUTION).find(|&r| !edge.near_point(at(p), length(r)).is_clear());
+            least = least.min(reach.unwrap_or(i64::MAX));
+        }
+    }
+    least
+}

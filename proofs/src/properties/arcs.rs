@@ -1,0 +1,199 @@
+//! Arcs, their chords, discs that run along them, and Bézier curves, in whole numbers: every lattice point of the ring that an
+//! arc stands for is looked at.
+
+use keepout_kernel::exact::arc::{ArcChords, ArcError, RADIUS_MIN};
+use keepout_kernel::exact::bezier::{Bezier, WEIGHTS};
+use keepout_kernel::exact::segment::{Orientation, distance_2, orientation};
+use keepout_kernel::exact::swept_arc::SweptArc;
+use keepout_kernel::{Arc, Curve, Length, Point, Segment, Turn};
+use num_bigint::BigInt;
+
+use super::Xy;
+use crate::draw::Draw;
+use crate::families::{at, length};
+use crate::oracle::{self, Big};
+use crate::property::properties;
+
+properties! {
+    "arcs and curves", "kernel/src/exact/arc.rs, swept_arc.rs, bezier.rs";
+    arcs_are_believed_exactly_when_their_ends_fit |d| { let [from, to] = around(d); arcs_are_believed_exactly_when_their_ends_fit(from, to, d.coin()) }
+        => "an arc is believed exactly when its ends differ, its radius is in range and its end lies between ρ − 1 and ρ + 2 from the centre";
+        random 200_000 kani 3 unwind 2 cadical;
+    chords_leave_their_arc_by_no_more_than_the_slack |d| { let [from, middle, to] = around(d); chords_leave_their_arc_by_no_more_than_the_slack(from, middle, to, d.coin()) }
+        => "chain slack: every point of the ring ρ − 1 … ρ + 2 seen between a chord's ends is within the slack of the chord";
+        random 20_000 kani 3 unwind 4 kissat;
+    chords_go_forward_and_are_short |d| { let [from, middle, to] = around(d); chords_go_forward_and_are_short(from, middle, to, d.coin()) }
+        => "a chain is believed only when it begins and ends with the arc and each chord is on the circle, forward and no longer than ρ";
+        random 200_000 kani 3 unwind 4 kissat;
+    what_is_clear_of_a_swept_arc_is_clear_of_its_ring |d| {
+        let ([from, to], chord) = (around(d), [near(d), near(d)]);
+        let far = chord.map(|p| square(p).isqrt()).into_iter().fold(0, i64::max);
+        let t = if d.coin() { d.int(0, 200) } else { ((square(from).isqrt() - far).abs() + d.int(-6, 6)).max(0) };
+        what_is_clear_of_a_swept_arc_is_clear_of_its_ring(from, to, d.coin(), chord, t)
+    }
+        => "a chord said to be clear of an arc is farther than t from every point of the arc's ring; the arc's box holds them";
+        random 10_000;
+    weights_and_counts_are_checked |d| weights_and_counts_are_checked(d.int(0, 20), d.int(0, 20), (1 << d.int(0, 41)) + d.int(-1, 1))
+        => "control points and weights make a curve exactly when there are 2 to 16 and weights are in range";
+        random 20_000 kani 3 unwind 22 cadical;
+    what_follows_a_line_is_within_the_slack |d| what_follows_a_line_is_within_the_slack([small(d), small(d), small(d)], [d.int(0, 16), d.int(0, 16), d.int(0, 16)], d.int(0, 60))
+        => "a quadratic that is said to follow a line is within the slack of it at sixteenths of its range, exactly";
+        random 20_000;
+}
+
+/// So many points about the origin, mostly on one circle of 64 to 86 units, where an arc can be.
+fn around<D: Draw, const N: usize>(d: &mut D) -> [Xy; N] {
+    let r = RADIUS_MIN + d.int(0, 22);
+    std::array::from_fn(|_| {
+        let x = d.int(-r, r);
+        let off = if d.one_of(3) == 0 { d.int(-2, 3) } else { 0 };
+        let y = (r * r - x * x).max(0).isqrt() + off;
+        let (x, y) = if d.coin() { (x, y) } else { (x, -y) };
+        if d.coin() { (x, y) } else { (y, x) }
+    })
+}
+
+fn near<D: Draw>(d: &mut D) -> Xy {
+    let reach = [4, 60, 300][d.one_of(3)];
+    (d.int(-reach, reach), d.int(-reach, reach))
+}
+
+fn small<D: Draw>(d: &mut D) -> Xy {
+    (d.int(-100, 100), d.int(-100, 100))
+}
+
+fn turn(left: bool) -> Turn {
+    if left { Turn::Left } else { Turn::Right }
+}
+
+fn square(p: Xy) -> i64 {
+    p.0 * p.0 + p.1 * p.1
+}
+
+fn arcs_are_believed_exactly_when_their_ends_fit(from: Xy, to: Xy, left: bool) {
+    let made = Arc::new(at(from), at(to), Point::ORIGIN, turn(left));
+    let rho = square(from).isqrt();
+    let fits = ((rho - 1).pow(2)..=(rho + 2).pow(2)).contains(&square(to));
+    let truth = from != to && rho >= RADIUS_MIN && fits;
+    assert_eq!(made.is_ok(), truth, "{from:?} {to:?} {made:?}");
+    if let Ok(arc) = made {
+        assert_eq!(i64::from(arc.radius().units()), rho);
+        assert_eq!((arc.from(), arc.to(), arc.turn()), (at(from), at(to), turn(left)));
+        let back = arc.reversed();
+        let far = square(to).isqrt();
+        let backward = ((far - 1).pow(2)..=(far + 2).pow(2)).contains(&square(from)) && far >= RADIUS_MIN;
+        assert_eq!(back.is_ok(), backward, "{from:?} {to:?} reversed");
+    }
+}
+
+/// Points of the ring from ρ − 1 to ρ + 2 that are seen between two points less than half a turn apart.
+fn ring_between(rho: i64, a: Xy, b: Xy, left: bool) -> impl Iterator<Item = Xy> {
+    let ahead = move |p: Xy, q: Xy| {
+        let side = p.0 * q.1 - p.1 * q.0;
+        if left { side >= 0 } else { side <= 0 }
+    };
+    let reach = rho + 2;
+    (-reach..=reach).flat_map(move |x| {
+        let outer = ((rho + 2).pow(2) - x * x).max(0).isqrt();
+        let inner = ((rho - 1).pow(2) - x * x).max(0).isqrt();
+        let band = (inner..=outer).chain((inner..=outer).map(|y| -y));
+        band.map(move |y| (x, y)).filter(move |&p| {
+            ((rho - 1).pow(2)..=(rho + 2).pow(2)).contains(&square(p)) && ahead(a, p) && ahead(p, b)
+        })
+    })
+}
+
+fn chords_leave_their_arc_by_no_more_than_the_slack(from: Xy, middle: Xy, to: Xy, left: bool) {
+    let Ok(arc) = Arc::new(at(from), at(to), Point::ORIGIN, turn(left)) else { return };
+    let Ok(chords) = ArcChords::check(&arc, vec![at(from), at(middle), at(to)]) else { return };
+    let rho = i64::from(arc.radius().units());
+    let slack = i64::from(chords.slack().units());
+    // True sagitta: the slack is no more than it, and the rounding, ask for.
+    assert!(slack <= rho, "{from:?} {middle:?} {to:?}");
+    for (a, b) in [(from, middle), (middle, to)] {
+        let chord = Segment { from: at(a), to: at(b) };
+        for p in ring_between(rho, a, b, left) {
+            assert!(
+                !chord.near_point(at(p), chords.slack()).is_clear(),
+                "{from:?} {middle:?} {to:?} {p:?} {slack}"
+            );
+        }
+    }
+}
+
+fn chords_go_forward_and_are_short(from: Xy, middle: Xy, to: Xy, left: bool) {
+    let Ok(arc) = Arc::new(at(from), at(to), Point::ORIGIN, turn(left)) else { return };
+    let rho = i64::from(arc.radius().units());
+    let good = |a: Xy, b: Xy| {
+        let on = ((rho - 2).pow(2)..=(rho + 3).pow(2)).contains(&square(b));
+        let forward = if left { Orientation::Left } else { Orientation::Right };
+        on && orientation(Point::ORIGIN, at(a), at(b)) == forward && distance_2(at(a), at(b)) <= rho * rho
+    };
+    let check = |points: Vec<Point>| ArcChords::check(&arc, points);
+    let truth = good(from, middle) && good(middle, to);
+    assert_eq!(check(vec![at(from), at(middle), at(to)]).is_ok(), truth, "{from:?} {middle:?} {to:?} {left}");
+    assert_eq!(check(vec![at(from), at(to)]).is_ok(), good(from, to), "{from:?} {to:?} {left}");
+    if middle != to {
+        assert_eq!(check(vec![at(from), at(middle)]), Err(ArcError::Ends));
+    }
+    if middle != from {
+        assert_eq!(check(vec![at(middle), at(to)]), Err(ArcError::Ends));
+    }
+    assert_eq!(check(vec![at(from)]), Err(ArcError::Ends));
+}
+
+fn what_is_clear_of_a_swept_arc_is_clear_of_its_ring(from: Xy, to: Xy, left: bool, chord: [Xy; 2], t: i64) {
+    let Ok(arc) = Arc::new(at(from), at(to), Point::ORIGIN, turn(left)) else { return };
+    let Some(swept) = SweptArc::of(&arc) else { return };
+    let chord = Segment { from: at(chord[0]), to: at(chord[1]) };
+    let clear = swept.near_chord(chord, length(t)).is_clear();
+    let (rho, box_of) = (i64::from(arc.radius().units()), swept.bounds());
+    // Arcs of half a turn and more are seen in quarters from their beginning.
+    let mut at_point = from;
+    let ahead = |p: Xy, q: Xy| if left { p.0 * q.1 - p.1 * q.0 > 0 } else { p.0 * q.1 - p.1 * q.0 < 0 };
+    for _ in 0..4 {
+        let quarter = if left { (-at_point.1, at_point.0) } else { (at_point.1, -at_point.0) };
+        let last = ahead(at_point, to) && (to == quarter || ahead(to, quarter));
+        let end = if last { to } else { quarter };
+        for p in ring_between(rho, at_point, end, left) {
+            assert!(box_of.holds(at(p)), "{arc:?} {p:?} outside {box_of:?}");
+            assert!(!clear || chord.near_point(at(p), length(t)).is_clear(), "{arc:?} {chord:?} {t}: {p:?}");
+        }
+        if last {
+            return;
+        }
+        at_point = quarter;
+    }
+}
+
+fn weights_and_counts_are_checked(points: i64, weights: i64, weight: i64) {
+    let count = |n: i64| usize::try_from(n).unwrap_or(0);
+    let weight = u64::try_from(weight).unwrap_or(0);
+    let control = vec![Point::ORIGIN; count(points)];
+    let made = Bezier::new(control, vec![weight; count(weights)]);
+    let fits = (2..=16).contains(&points) && weights == points && (WEIGHTS.0..=WEIGHTS.1).contains(&weight);
+    assert_eq!(made.is_ok(), fits, "{points} {weights} {weight}");
+}
+
+fn what_follows_a_line_is_within_the_slack(control: [Xy; 3], bits: [i64; 3], slack: i64) {
+    let weights = bits.map(|bits| 1_u64 << (24 + bits));
+    let Ok(curve) = Bezier::new(control.map(at).to_vec(), weights.to_vec()) else { return };
+    let line = Curve::Line(Segment { from: at(control[0]), to: at(control[2]) });
+    let Ok(slack_length) = Length::from_units(slack) else { return };
+    if curve.follows(&[line], slack_length).is_err() {
+        return;
+    }
+    for k in 0..=16_i64 {
+        let bernstein = [(16 - k) * (16 - k), 2 * k * (16 - k), k * k];
+        let mass: Vec<BigInt> =
+            bernstein.iter().zip(weights).map(|(&b, w)| BigInt::from(b) * BigInt::from(w)).collect();
+        let all: BigInt = mass.iter().sum();
+        let sum = |of: fn(Xy) -> i64| mass.iter().zip(control).map(|(m, p)| m * of(p)).sum::<BigInt>();
+        // Everything times the sum of weights, so that the curve's point is whole.
+        let place = Big { x: sum(|p| p.0), y: sum(|p| p.1) };
+        let end = |p: Xy| Big { x: &all * p.0, y: &all * p.1 };
+        let reach = &all * slack;
+        let (d, n) = oracle::point_segment_distance_2(&place, &end(control[0]), &end(control[2]));
+        assert!(d <= &reach * &reach * n, "{control:?} {bits:?} {slack} at {k}/16");
+    }
+}

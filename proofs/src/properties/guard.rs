@@ -1,0 +1,385 @@
+//! The guard's arithmetic: its hull, what it admits, what it makes of a report, what it takes for a contour.
+
+use std::sync::{Arc, OnceLock};
+
+use keepout_executor::supervisor::guard::proof::hull;
+use keepout_executor::supervisor::guard::{
+    Certification, Guard, Motion, MotionShape, Refusal, Rules, Sighting,
+};
+use keepout_executor::time::Time;
+use keepout_kernel::exact::lattice::COORD_MAX;
+use keepout_kernel::exact::segment::{Orientation, Window, distance_2, orientation};
+use keepout_kernel::offset::shortest_arc;
+use keepout_kernel::{
+    Curve, FreePoint, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side, Triangle, Turn,
+};
+
+use super::Xy;
+use crate::draw::Draw;
+use crate::families::{at, length};
+use crate::property::properties;
+
+properties! {
+    "guard", "executor/src/supervisor/guard/";
+    hull_holds_its_points_and_no_others |d| { let set: Vec<Xy> = (0..3).map(|_| d.point()).collect(); hull_holds_its_points_and_no_others(&set, d.point()) }
+        => "the hull of a set holds a point exactly when some triangle of the set does; its corners are of the set and turn left";
+        every 2 random 20_000 kani 2 unwind 16 kissat;
+    large_hulls_hold_their_points_and_no_others |d| { let set = crowd(d); hull_holds_its_points_and_no_others(&set, crowd(d)[0]) }
+        => "the same for sets of one to fourteen points";
+        random 20_000;
+    hulls_of_more_than_fourteen_are_none |d| hulls_of_more_than_fourteen_are_none(d.one_of(30))
+        => "a set of more points than the guard keeps has no hull, nor has an empty one";
+        every 1 kani 2 unwind 32 cadical;
+    nearest_of_a_hull_is_nearest |d| { let set: Vec<Xy> = (0..3).map(|_| d.point()).collect(); let probe = d.point(); nearest_of_a_hull_is_nearest(&set, probe, d.point()) }
+        => "no point of the hull is nearer than the one that is said to be, to a unit; it is in the hull, to a unit";
+        every 2 random 40_000 kani 2 unwind 16 kissat;
+    admitted_jogs_keep_the_hull_clear |d| { let targets: Vec<Xy> = (0..6).map(|_| field(d)).collect(); admitted_jogs_keep_the_hull_clear(field(d), &targets, d.coin()) }
+        => "after any jogs: every triangle of the set's points, or the box around them, is clear of the part at the manual threshold";
+        random 8_000;
+    reports_are_never_farther_than_they_were |d| { let share = d.int(0, 16); reports_are_never_farther_than_they_were([field(d), field(d), field(d)], share, [d.int(-3, 3), d.int(-3, 3)], d.coin()) }
+        => "snap: the tail is in the hull and no farther from the true place than the report, to rounding";
+        random 20_000;
+    reports_off_the_set_are_refused |d| reports_off_the_set_are_refused([field(d), field(d)], field(d))
+        => "a report farther than the resolution from the set is refused, and changes nothing";
+        random 20_000;
+    acknowledgements_are_counted |d| { let acts: Vec<usize> = (0..12).map(|_| d.one_of(4)).collect(); acknowledgements_are_counted(&acts) }
+        => "no more acknowledgements than lines; a refused line is taken back only when it is the only one open; never more than one unread";
+        random 20_000;
+    certified_contours_are_joined_and_clear |d| { let path: Vec<Xy> = (0..4).map(|_| field(d)).collect(); certified_contours_are_joined_and_clear(&path, d.one_of(4), d.coin()) }
+        => "a contour is certified exactly when it is joined, in travel, clear at the finishing threshold, and ends clear at the manual one";
+        random 20_000;
+    arcs_on_the_wire_are_short_and_not_too_short |d| arcs_on_the_wire_are_short_and_not_too_short(rim(d), rim(d), d.coin())
+        => "an arc is handed out only when it turns by less than about a quarter and its ends are apart";
+        random 40_000;
+    places_on_arcs_are_told |d| places_on_arcs_are_told(rim(d), rim(d), [rim(d), field(d)][d.one_of(2)], d.coin())
+        => "a report during an arc is believed only when it is beside the arc, and always when it is on it";
+        random 40_000;
+    jogs_beyond_the_travel_are_refused |d| jogs_beyond_the_travel_are_refused((d.int(-40_000, 40_000), d.int(-40_000, 40_000)))
+        => "no jog leads beyond the travel, or is shorter than the controller resolves";
+        random 20_000;
+}
+
+const TRAVEL: i64 = 20_000;
+const MANUAL: i64 = 300;
+const FINISHING: i64 = 290;
+const RESOLUTION: i64 = 5;
+const CORNERS: [Xy; 6] = [(0, 0), (9000, 0), (9000, 2500), (3000, 2500), (3000, 7000), (0, 7000)];
+
+fn field<D: Draw>(d: &mut D) -> Xy {
+    match d.one_of(4) {
+        // Beside the threshold.
+        0 => (d.int(-320, -280), d.int(-320, 7320)),
+        1 => (d.int(-320, 9320), d.int(-320, -280)),
+        _ => (d.int(-4000, 13_000), d.int(-4000, 11_000)),
+    }
+}
+
+/// Places on a circle of 2000 about (−3000, 2000), far from the part.
+fn rim<D: Draw>(d: &mut D) -> Xy {
+    let x = d.int(-2000, 2000);
+    let y = (2000 * 2000 - x * x).isqrt();
+    (x - 3000, if d.coin() { y } else { -y } + 2000)
+}
+
+fn crowd<D: Draw>(d: &mut D) -> Vec<Xy> {
+    let (count, size) = (1 + d.one_of(14), 1 + d.int(0, 12));
+    (0..count).map(|_| (d.int(0, size), d.int(0, size))).collect()
+}
+
+fn guard(shape: MotionShape, checked: bool) -> Guard {
+    static PART: OnceLock<Arc<ProhibitedRegion>> = OnceLock::new();
+    let part = PART.get_or_init(|| {
+        let ring = Ring::new(CORNERS.iter().map(|&p| at(p)).collect()).expect("an L");
+        let region = Region::new(vec![ring]).expect("one ring");
+        Arc::new(ProhibitedRegion::new(region, Side::Outside).expect("few edges"))
+    });
+    let rules = Rules {
+        stroke: Window::of(at((-TRAVEL, -TRAVEL))).including(at((TRAVEL, TRAVEL))),
+        manual: length(MANUAL),
+        finishing: length(FINISHING),
+        resolution: length(RESOLUTION),
+        shortest: length(4),
+        shape,
+        contours: shape,
+        checked,
+    };
+    Guard::new(Arc::clone(part), Arc::clone(part), rules)
+}
+
+/// Points far from a part that is in the corner of the lattice.
+fn free(set: &[Xy]) -> Option<Vec<FreePoint>> {
+    static FAR: OnceLock<ProhibitedRegion> = OnceLock::new();
+    let far = FAR.get_or_init(|| {
+        let (near, edge) = (i64::from(COORD_MAX) - 2, i64::from(COORD_MAX));
+        let ring = Ring::new(vec![at((near, near)), at((edge, near)), at((edge, edge))]).expect("a triangle");
+        ProhibitedRegion::new(Region::new(vec![ring]).expect("one"), Side::Outside).expect("few")
+    });
+    set.iter().map(|&p| far.free_point(at(p), Length::ZERO).ok()).collect()
+}
+
+fn in_some_triangle(set: &[Xy], p: Xy) -> bool {
+    let here = Segment { from: at(p), to: at(p) };
+    let holds =
+        |a, b, c| !Triangle { corners: [at(a), at(b), at(c)] }.near_segment(here, Length::ZERO).is_clear();
+    set.iter().any(|&a| set.iter().any(|&b| set.iter().any(|&c| holds(a, b, c))))
+}
+
+fn hull_holds_its_points_and_no_others(set: &[Xy], probe: Xy) {
+    let Some(points) = free(set) else { return };
+    let probes: Vec<Point> = set.iter().chain([&probe]).map(|&p| at(p)).collect();
+    let seen = hull(&points, &probes).expect("few points have a hull");
+    let (last, of_set) = seen.probes.split_last().expect("one probe");
+    assert!(of_set.iter().all(|(held, _)| *held), "{set:?}: {seen:?}");
+    assert_eq!(last.0, in_some_triangle(set, probe), "{set:?} {probe:?}: {seen:?}");
+    assert!(seen.corners.iter().all(|corner| set.iter().any(|&p| at(p) == *corner)));
+    let turn = |k: usize| seen.corners[k % seen.corners.len()];
+    if seen.corners.len() > 2 {
+        let left = |k| orientation(turn(k), turn(k + 1), turn(k + 2)) == Orientation::Left;
+        assert!((0..seen.corners.len()).all(left), "{set:?}: {seen:?}");
+    }
+    // The sides go round: with any target, the triangles over them and the hull make up the new hull.
+    let sides = if seen.corners.len() == 2 { 1 } else { seen.corners.len() };
+    let round: Vec<(Point, Point)> = (0..sides).map(|k| (turn(k), turn(k + 1))).collect();
+    assert_eq!(seen.sides, round, "{set:?}");
+}
+
+fn hulls_of_more_than_fourteen_are_none(count: usize) {
+    let set: Vec<Xy> = (0..30).map(|k| (k, k * k)).take(count).collect();
+    let Some(points) = free(&set) else { return };
+    assert_eq!(hull(&points, &[]).is_some(), (1..=14).contains(&count), "{count}");
+}
+
+fn nearest_of_a_hull_is_nearest(set: &[Xy], probe: Xy, other: Xy) {
+    let Some(points) = free(set) else { return };
+    let seen = hull(&points, &[at(probe), at(other)]).expect("few points have a hull");
+    let (held, Some(nearest)) = seen.probes[0] else { panic!("a hull has a nearest point") };
+    assert!(!held || nearest == at(probe), "{set:?} {probe:?}");
+    let beside =
+        seen.sides.iter().any(|&(from, to)| !Segment { from, to }.near_point(nearest, length(1)).is_clear());
+    assert!(held || beside, "{set:?} {probe:?}: {nearest:?} is off the hull");
+    if seen.probes[1].0 {
+        let away = |p: Point| i128::from(distance_2(p, at(probe)));
+        let (found, better) = (away(nearest), away(at(other)));
+        // |found| ≤ |better| + 1, squared: found − better − 1 ≤ 2·√better.
+        let gap = found - better - 1;
+        assert!(
+            gap <= 0 || gap * gap <= 4 * better,
+            "{set:?} {probe:?}: {other:?} is nearer than {nearest:?}"
+        );
+    }
+}
+
+fn admitted_jogs_keep_the_hull_clear(start: Xy, targets: &[Xy], apart: bool) {
+    let shape = if apart { MotionShape::Box } else { MotionShape::Line };
+    let mut guard = guard(shape, true);
+    if guard.locate(at(start)).is_err() || guard.stands_inside() {
+        return;
+    }
+    for &target in targets {
+        if let Ok(certified) = guard.jog(at(target), 600) {
+            assert_eq!(*certified.motion(), Motion::Jog { to: at(target), feed_mm_min: 600 });
+            assert!(guard.in_flight().any(|point| point == at(target)), "it is in the set");
+        }
+        let set: Vec<Point> = guard.in_flight().collect();
+        assert!(set.contains(&at(start)), "nothing leaves without evidence");
+        let threshold = length(MANUAL);
+        if apart {
+            let window = set.iter().fold(Window::of(set[0]), |window, &p| window.including(p));
+            assert!(guard.part().index().near_box(window, threshold).is_none(), "{start:?} {targets:?}");
+        }
+        for &a in &set {
+            for &b in &set {
+                let fan = Triangle { corners: [a, b, at(target)] };
+                let inside = set.contains(&at(target));
+                assert!(
+                    !inside || guard.part().index().near_fan(fan, threshold).is_none(),
+                    "{start:?} {targets:?}"
+                );
+            }
+        }
+    }
+}
+
+fn reports_are_never_farther_than_they_were([a, b, c]: [Xy; 3], share: i64, noise: [i64; 2], checked: bool) {
+    let mut guard = guard(MotionShape::Line, checked);
+    if guard.locate(at(a)).is_err() || guard.stands_inside() {
+        return;
+    }
+    let stamp = guard.stamp(Time::ZERO);
+    if guard.jog(at(b), 600).is_err() {
+        return;
+    }
+    let _ = guard.jog(at(c), 600);
+    let part = |from: i64, to: i64| from + (to - from) * share / 16;
+    let place = (part(a.0, b.0), part(a.1, b.1));
+    let said = (place.0 + noise[0], place.1 + noise[1]);
+    let sighting = Sighting { position: at(said), at_rest: false, queued: Some(1), waiting: false };
+    let before: Vec<Point> = guard.in_flight().collect();
+    guard.reported(&sighting, stamp, Time::ZERO).expect("it is within the resolution of the set");
+    let tail = guard.tail().expect("it is known").point();
+    let set: Vec<Point> = guard.in_flight().collect();
+    assert!(before.iter().skip(1).all(|p| set.contains(p)), "targets stay: {before:?} {set:?}");
+    assert!(checked || set.contains(&before[0]), "so does the place before, without a checksum");
+    if tail == at(a) {
+        return;
+    }
+    // The place was rounded by less than a unit and a half, the foot by less than one, and moved by as much.
+    let root = |p: Point, q: Point| distance_2(p, q).isqrt();
+    assert!(
+        root(tail, at(place)) <= root(at(said), at(place)) + 5,
+        "{a:?} {b:?} {c:?} {share} {noise:?}: {tail:?}"
+    );
+    assert!(guard.part().free_point(tail, length(MANUAL)).is_ok(), "it is free: {tail:?}");
+}
+
+fn reports_off_the_set_are_refused([a, b]: [Xy; 2], said: Xy) {
+    let mut guard = guard(MotionShape::Line, true);
+    if guard.locate(at(a)).is_err() || guard.stands_inside() || guard.jog(at(b), 600).is_err() {
+        return;
+    }
+    let stamp = guard.stamp(Time::ZERO);
+    let before: Vec<Point> = guard.in_flight().collect();
+    let sighting = Sighting { position: at(said), at_rest: true, queued: Some(0), waiting: false };
+    let outcome = guard.reported(&sighting, stamp, Time::ZERO);
+    let way = Segment { from: at(a), to: at(b) };
+    if way.near_point(at(said), length(2 * RESOLUTION + 1)).is_clear() {
+        assert_eq!(outcome, Err(Refusal::OffCertified(at(said))), "{a:?} {b:?} {said:?}");
+        assert!(guard.in_flight().eq(before), "{a:?} {b:?} {said:?}");
+    } else if !way.near_point(at(said), length(2 * RESOLUTION - 1)).is_clear() {
+        assert!(outcome.is_ok(), "{a:?} {b:?} {said:?}");
+    }
+}
+
+fn acknowledgements_are_counted(acts: &[usize]) {
+    let mut guard = guard(MotionShape::Line, false);
+    guard.locate(at((-1000, 0))).expect("it is clear");
+    let (mut sent, mut accepted, mut read) = (0_u64, 0_u64, 0_u64);
+    for (k, act) in acts.iter().enumerate() {
+        match act {
+            0 => {
+                let to = at((-1000, 100 + 100 * i64::try_from(k).unwrap_or(0)));
+                let outcome = guard.jog(to, 600);
+                assert_eq!(outcome.is_ok(), sent == read, "{acts:?}");
+                sent += u64::from(outcome.is_ok());
+            }
+            1 => {
+                let outcome = guard.acknowledged();
+                assert_eq!(outcome.is_ok(), accepted < sent, "{acts:?}");
+                accepted += u64::from(outcome.is_ok());
+            }
+            2 => {
+                let only = sent - accepted == 1;
+                assert_eq!(guard.refused(), only, "{acts:?}");
+                sent -= u64::from(only);
+                read = read.min(sent);
+            }
+            _ => {
+                let stamp = guard.stamp(Time::ZERO);
+                let sighting =
+                    Sighting { position: at((-1000, 0)), at_rest: false, queued: Some(0), waiting: false };
+                guard.reported(&sighting, stamp, Time::ZERO).expect("it has not moved");
+                read = sent;
+            }
+        }
+        assert_eq!((guard.sent(), guard.unacknowledged()), (sent, sent - accepted), "{acts:?}");
+    }
+}
+
+fn certified_contours_are_joined_and_clear(path: &[Xy], torn: usize, apart: bool) {
+    let shape = if apart { MotionShape::Box } else { MotionShape::Line };
+    let mut guard = guard(shape, true);
+    if guard.locate(at(path[0])).is_err() {
+        return;
+    }
+    let mut curves: Vec<(Curve, u32)> = Vec::new();
+    for (k, pair) in path.windows(2).enumerate() {
+        let from = if k == torn { (pair[0].0 + 1, pair[0].1) } else { pair[0] };
+        curves.push((Curve::Line(Segment { from: at(from), to: at(pair[1]) }), 300));
+    }
+    let lines: Vec<Segment> =
+        curves.iter().map(|(curve, _)| Segment { from: curve.from(), to: curve.to() }).collect();
+    let part = guard.part().clone();
+    let manual = length(MANUAL);
+    let joined = lines.windows(2).all(|pair| pair[0].to == pair[1].from);
+    let clear = |r: i64| {
+        lines.iter().all(|&line| {
+            let near = part.index().near_motion(line, length(r)).is_some();
+            let box_near = apart && part.index().near_box(line.bounds(), length(r)).is_some();
+            !near && !box_near
+        })
+    };
+    let begins = part.free_point(lines[0].from, length(FINISHING)).is_ok();
+    let ends = part.free_point(lines[lines.len() - 1].to, manual).is_ok();
+    if guard.begin_contour(curves).is_err() {
+        assert!(!begins, "{path:?} {torn}");
+        return;
+    }
+    assert_eq!(guard.next_of_contour(), None, "not before all is certified");
+    let certified = guard.certify_contour(usize::MAX);
+    let done = certified == Ok(Certification::Done);
+    assert!(!done || joined && clear(FINISHING) && begins && ends, "{path:?} {torn} {apart}");
+    // Each motion begins a little clearer, for the chords of arcs.
+    assert!(
+        done || !(joined && clear(FINISHING + 50) && begins && ends),
+        "{path:?} {torn} {apart}: {certified:?}"
+    );
+    assert_eq!(guard.next_of_contour().is_some(), done);
+    assert_eq!(guard.next_of_contour(), None, "not before the acknowledgement");
+}
+
+/// A guard whose contour is this arc, if it takes it.
+fn on_arc(from: Xy, to: Xy, left: bool) -> Option<(Guard, keepout_kernel::Arc)> {
+    let turn = if left { Turn::Left } else { Turn::Right };
+    let arc = keepout_kernel::Arc::new(at(from), at(to), at((-3000, 2000)), turn).ok()?;
+    let mut guard = guard(MotionShape::Line, true);
+    guard.locate(at(from)).ok()?;
+    guard.begin_contour(vec![(Curve::Arc(arc), 300)]).ok()?;
+    (guard.certify_contour(1) == Ok(Certification::Done)).then_some((guard, arc))
+}
+
+fn arcs_on_the_wire_are_short_and_not_too_short(from: Xy, to: Xy, left: bool) {
+    let Some((_, arc)) = on_arc(from, to, left) else { return };
+    assert!(
+        distance_2(arc.from(), arc.to()) > i64::from(shortest_arc(arc.radius()).units()).pow(2),
+        "{arc:?}"
+    );
+    let way = if left { Orientation::Left } else { Orientation::Right };
+    assert_eq!(orientation(arc.centre(), arc.from(), arc.to()), way, "less than half a turn: {arc:?}");
+    // A chord of 97.2° is 1.5 radii; with a unit or two of rounding.
+    assert!(
+        distance_2(arc.from(), arc.to()).isqrt() <= i64::from(arc.radius().units()) * 3 / 2 + 8,
+        "{arc:?}"
+    );
+}
+
+fn places_on_arcs_are_told(from: Xy, to: Xy, place: Xy, left: bool) {
+    let Some((mut guard, arc)) = on_arc(from, to, left) else { return };
+    if guard.next_of_contour().is_none() {
+        return;
+    }
+    let stamp = guard.stamp(Time::ZERO);
+    let sighting = Sighting { position: at(place), at_rest: false, queued: Some(1), waiting: false };
+    let believed = guard.reported(&sighting, stamp, Time::ZERO).is_ok();
+    let ahead = if left { Orientation::Left } else { Orientation::Right };
+    let between = |p: Point| {
+        orientation(arc.centre(), arc.from(), p) == ahead && orientation(arc.centre(), p, arc.to()) == ahead
+    };
+    let (radius, away) = (i64::from(arc.radius().units()), distance_2(at(place), arc.centre()).isqrt());
+    let end =
+        [arc.from(), arc.to()].into_iter().map(|end| distance_2(end, at(place)).isqrt()).min().unwrap_or(0);
+    // The resolution and 2 µm, a unit or two of rounding.
+    let reach = RESOLUTION + 200;
+    let near = between(at(place)) && (radius - away).abs() <= reach + 3 || end <= reach + 3;
+    assert!(!believed || near, "{arc:?} {place:?}");
+    let on = between(at(place)) && (radius - away).abs() <= reach - 3;
+    assert!(believed || !on, "{arc:?} {place:?}");
+}
+
+fn jogs_beyond_the_travel_are_refused(to: Xy) {
+    let mut guard = guard(MotionShape::Line, true);
+    guard.locate(at((-1000, -1000))).expect("it is clear");
+    let admitted = guard.jog(at(to), 600).is_ok();
+    let within = to.0.abs().max(to.1.abs()) <= TRAVEL;
+    let long = (to.0 + 1000).abs().max((to.1 + 1000).abs()) >= 4;
+    assert!(!admitted || within && long, "{to:?}");
+}

@@ -1,0 +1,77 @@
+//! The properties, by topic. Each is a plain asserting function; the lists say which engines run it, with what bounds.
+
+pub mod arcs;
+#[cfg(feature = "guard")]
+pub mod dialects;
+#[cfg(feature = "guard")]
+pub mod guard;
+pub mod index;
+pub mod lattice;
+pub mod parts;
+pub mod predicates;
+pub mod rings;
+
+pub use predicates::*;
+
+use keepout_kernel::exact::predicate::Site;
+use keepout_kernel::exact::width::{Lattice, Narrow, Product};
+use num_bigint::BigInt;
+
+use crate::oracle::{Place, Whole};
+use crate::property::Property;
+
+/// All properties.
+#[must_use]
+pub fn all() -> Vec<&'static Property> {
+    let groups: &[&[Property]] = &[
+        predicates::ALL,
+        lattice::ALL,
+        rings::ALL,
+        arcs::ALL,
+        index::ALL,
+        parts::ALL,
+        #[cfg(feature = "guard")]
+        guard::ALL,
+        #[cfg(feature = "guard")]
+        dialects::ALL,
+    ];
+    groups.iter().copied().flatten().collect()
+}
+
+/// Coordinates of a point as plain numbers.
+pub type Xy = (i64, i64);
+
+/// Makes points at a width from plain numbers.
+pub trait FromPlain: Lattice<Linear: Ord> {
+    /// What the definitions are computed in.
+    type Number: Whole;
+
+    /// The linear value of a plain number that fits.
+    fn linear(value: i64) -> Self::Linear;
+
+    /// The site of a plain point.
+    fn site((x, y): Xy) -> Site<Self> {
+        Site { x: Self::linear(x), y: Self::linear(y) }
+    }
+}
+
+impl FromPlain for Product {
+    type Number = BigInt;
+
+    fn linear(value: i64) -> i32 {
+        i32::try_from(value).expect("engines choose coordinates within 2^29")
+    }
+}
+
+impl FromPlain for Narrow {
+    type Number = i64;
+
+    fn linear(value: i64) -> i8 {
+        i8::try_from(value).expect("engines choose coordinates within 16")
+    }
+}
+
+/// The point for the definitions, in the numbers of a width.
+fn exact<L: FromPlain>((x, y): Xy) -> Place<L::Number> {
+    Place::new(x, y)
+}

@@ -1,0 +1,158 @@
+//! Rings, regions and contacts, against their definitions over all pairs of edges.
+
+use keepout_kernel::exact::contact::first_contact;
+use keepout_kernel::exact::region::Location;
+use keepout_kernel::exact::ring::RingError;
+use keepout_kernel::{Point, Region, Ring, Segment};
+
+use super::Xy;
+use crate::draw::Draw;
+use crate::families::at;
+use crate::oracle::{self, Place};
+use crate::property::properties;
+
+properties! {
+    "rings and regions", "kernel/src/exact/ring.rs, region.rs, contact.rs";
+    triangles_and_quadrangles_are_rings_exactly_when_simple |d| { let count = 3 + d.one_of(2); ring_is_believed_exactly_when_simple(&polygon(d, count)) }
+        => "three or four vertices make a ring exactly when no edge is nothing, no two edges meet, and neighbours meet in their vertex only";
+        every 2 random 30_000 kani 2 unwind 6 kissat;
+    polygons_are_rings_exactly_when_simple |d| { let count = d.one_of(9); ring_is_believed_exactly_when_simple(&polygon(d, count)) }
+        => "any polygon is believed exactly when it is simple";
+        random 60_000;
+    inside_is_the_winding |d| inside_is_the_winding(&polygon(d, 4), d.point())
+        => "the side of a point is that of the winding number of its ring, also where rays pass through vertices";
+        every 2 random 60_000 kani 2 unwind 6 kissat;
+    area_is_the_shoelace |d| area_is_the_shoelace(&polygon(d, 4))
+        => "twice the area is the shoelace sum; its sign is the direction";
+        every 2 random 30_000 kani 3 unwind 6 cadical;
+    contacts_are_found_when_there_are_any |d| { let count = d.one_of(40); contacts_are_found_when_there_are_any(&segments(d, count)) }
+        => "a pair that meets is found exactly when there is one, over one, two and three levels of blocks";
+        random 30_000;
+    few_contacts_are_found |d| few_contacts_are_found(&segments(d, 3))
+        => "among three segments a pair that meets is found exactly when there is one";
+        every 1 random 10_000 kani 2 unwind 5 kissat;
+    regions_are_believed_exactly_when_rings_do_not_touch |d| regions_are_believed_exactly_when_rings_do_not_touch([polygon(d, 3), polygon(d, 3)], d.point())
+        => "two rings make a region exactly when they do not touch; inside is inside an odd number of them";
+        random 60_000 kani 2 unwind 8 kissat;
+}
+
+fn polygon<D: Draw>(d: &mut D, count: usize) -> Vec<Xy> {
+    (0..count).map(|_| d.point()).collect()
+}
+
+fn segments<D: Draw>(d: &mut D, count: usize) -> Vec<Segment> {
+    (0..count).map(|_| Segment { from: at(d.point()), to: at(d.point()) }).collect()
+}
+
+fn points(polygon: &[Xy]) -> Vec<Point> {
+    polygon.iter().map(|&p| at(p)).collect()
+}
+
+fn sides(polygon: &[Xy]) -> Vec<(Xy, Xy)> {
+    polygon.iter().copied().zip(polygon.iter().copied().cycle().skip(1)).collect()
+}
+
+/// Two edges meet only where neighbours share a vertex: tried on definitions in plain numbers.
+fn is_simple(polygon: &[Xy]) -> bool {
+    let edges = sides(polygon);
+    let big = |(x, y): Xy| Place::<num_bigint::BigInt>::new(x, y);
+    let touch = |(a, b): (Xy, Xy), (c, d): (Xy, Xy)| {
+        oracle::segment_segment_within(&big(a), &big(b), &big(c), &big(d), 0)
+    };
+    let on = |p: Xy, (a, b): (Xy, Xy)| oracle::point_segment_within(&big(p), &big(a), &big(b), 0);
+    let count = edges.len();
+    count >= 3
+        && edges.iter().all(|(a, b)| a != b)
+        && (0..count).all(|i| {
+            (i + 1..count).all(|j| {
+                let (one, other) = (edges[i], edges[j]);
+                if j == i + 1 {
+                    !on(other.1, one) && !on(one.0, other)
+                } else if i == 0 && j == count - 1 {
+                    !on(other.0, one) && !on(one.1, other)
+                } else {
+                    !touch(one, other)
+                }
+            })
+        })
+}
+
+fn ring_is_believed_exactly_when_simple(polygon: &[Xy]) {
+    let made = Ring::new(points(polygon));
+    assert_eq!(made.is_ok(), is_simple(polygon), "{polygon:?} {made:?}");
+    if polygon.len() < 3 {
+        assert_eq!(made, Err(RingError::TooFewVertices { count: polygon.len() }));
+    } else if sides(polygon).iter().any(|(a, b)| a == b) {
+        assert!(matches!(made, Err(RingError::ZeroLengthEdge { .. })), "{polygon:?} {made:?}");
+    }
+    match made {
+        Ok(ring) => assert!(ring.vertices() == points(polygon) && ring.slacks().len() == polygon.len()),
+        Err(RingError::TooFewVertices { .. }) => {}
+        Err(RingError::ZeroLengthEdge { at: place }) => {
+            assert!(sides(polygon).iter().any(|&(a, b)| a == b && at(a) == place), "{polygon:?}");
+        }
+        Err(RingError::Contact(contact)) => assert!(contact.first < contact.second, "{polygon:?}"),
+        Err(RingError::Gap { .. }) => panic!("vertices have no gaps"),
+    }
+}
+
+fn inside_is_the_winding(polygon: &[Xy], p: Xy) {
+    let Ok(ring) = Ring::new(points(polygon)) else { return };
+    let corners: Vec<_> = polygon.iter().map(|&(x, y)| oracle::Big::new(x, y)).collect();
+    let truth = oracle::inside_polygon(&oracle::Big::new(p.0, p.1), &corners);
+    if let Some(inside) = truth {
+        assert_eq!(ring.crossing_parity_is_odd(at(p)), inside, "{polygon:?} {p:?}");
+    }
+    let region = Region::new(vec![ring]).expect("one ring");
+    let location = match truth {
+        None => Location::Boundary,
+        Some(true) => Location::Inside,
+        Some(false) => Location::Outside,
+    };
+    assert_eq!(region.locate(at(p)), location, "{polygon:?} {p:?}");
+}
+
+fn area_is_the_shoelace(polygon: &[Xy]) {
+    let Ok(ring) = Ring::new(points(polygon)) else { return };
+    let term =
+        |((ax, ay), (bx, by)): (Xy, Xy)| i128::from(ax) * i128::from(by) - i128::from(bx) * i128::from(ay);
+    let area: i128 = sides(polygon).into_iter().map(term).sum();
+    assert_eq!(ring.double_area(), area, "{polygon:?}");
+}
+
+fn contacts_are_found_when_there_are_any(edges: &[Segment]) {
+    // Short pieces, so that often nothing meets.
+    let short: Vec<Segment> = edges
+        .iter()
+        .map(|edge| {
+            let d = edge.to.minus(edge.from);
+            let (x, y) = (i64::from(edge.from.x.units()), i64::from(edge.from.y.units()));
+            Segment { from: edge.from, to: at((x + i64::from(d.dx) / 64, y + i64::from(d.dy) / 64)) }
+        })
+        .collect();
+    few_contacts_are_found(&short);
+}
+
+fn few_contacts_are_found(edges: &[Segment]) {
+    let meet = |i: usize, j: usize| edges[i].touches(edges[j]);
+    let any = (0..edges.len()).any(|i| (i + 1..edges.len()).any(|j| meet(i, j)));
+    let found = first_contact(edges, meet);
+    assert_eq!(found.is_some(), any, "{edges:?}");
+    assert!(found.is_none_or(|(i, j)| i < j && meet(i, j)), "{edges:?}");
+}
+
+fn regions_are_believed_exactly_when_rings_do_not_touch(polygons: [Vec<Xy>; 2], p: Xy) {
+    let [Ok(one), Ok(other)] = polygons.each_ref().map(|polygon| Ring::new(points(polygon))) else { return };
+    let touch = one.segments().any(|a| other.segments().any(|b| a.touches(b)));
+    let inside = one.crossing_parity_is_odd(at(p)) ^ other.crossing_parity_is_odd(at(p));
+    match Region::new(vec![one, other]) {
+        Err(_) => assert!(touch, "{polygons:?}"),
+        Ok(region) => {
+            assert!(!touch, "{polygons:?}");
+            match region.locate(at(p)) {
+                Location::Boundary => {}
+                location => assert_eq!(location == Location::Inside, inside, "{polygons:?} {p:?}"),
+            }
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! A property, and the engines that run it.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::{Duration, Instant};
+
+use crate::draw::{Bytes, Chance, Every};
+
+/// The seed of all random runs.
+pub const SEED: u64 = 20_261_122;
+
+/// The bound of an engine, and the run of one case.
+pub type Engine<B, S> = (B, fn(&mut S));
+
+/// A promise of the trusted core as an asserting function, with the engines that run it.
+#[derive(Clone, Copy, Debug)]
+pub struct Property {
+    /// What it is about.
+    pub group: &'static str,
+    /// The function's name.
+    pub name: &'static str,
+    /// What it says.
+    pub claim: &'static str,
+    /// The code that it is about.
+    pub source: &'static str,
+    /// Every case of a small lattice: its side, and the run.
+    pub every: Option<Engine<i64, Every>>,
+    /// Random cases over the full range: how many, and the run.
+    pub random: Option<Engine<u64, Chance>>,
+    /// A case from bytes.
+    pub bytes: fn(&mut Bytes),
+    /// The Kani harness of the same name.
+    pub kani: Option<Harness>,
+}
+
+/// The bounds of a Kani harness.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Harness {
+    /// Coordinates are within this.
+    pub half: i8,
+    /// Loops are unwound so often.
+    pub unwind: u32,
+    /// The solver.
+    pub solver: &'static str,
+}
+
+/// What came of a run.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// Cases run.
+    pub cases: u64,
+    /// How long it took.
+    pub time: Duration,
+    /// What failed.
+    pub failure: Option<String>,
+}
+
+impl Property {
+    /// Runs every case of the small lattice; `None` when the property has no such engine.
+    ///
+    /// # Panics
+    /// When the property does not hold.
+    #[must_use]
+    pub fn run_every(&self) -> Option<u64> {
+        let (side, run) = self.every?;
+        let (mut every, mut cases) = (Every::of(side), 0);
+        loop {
+            run(&mut every);
+            cases += 1;
+            if !every.advance() {
+                return Some(cases);
+            }
+        }
+    }
+
+    /// Runs the random cases; `None` when the property has no such engine.
+    ///
+    /// # Panics
+    /// When the property does not hold.
+    #[must_use]
+    pub fn run_random(&self) -> Option<u64> {
+        self.run_some(1)
+    }
+
+    /// Runs one in so many of the random cases.
+    fn run_some(&self, share: u64) -> Option<u64> {
+        let (cases, run) = self.random?;
+        let cases = cases / share;
+        let mut chance = Chance::of(SEED);
+        for _ in 0..cases {
+            chance.advance();
+            run(&mut chance);
+        }
+        Some(cases)
+    }
+
+    /// Runs all engines that run here.
+    ///
+    /// # Panics
+    /// When the property does not hold, or no engine ran.
+    pub fn check(&self) {
+        let ran = self.run_every().is_some() | self.run_random().is_some();
+        assert!(ran, "{} lacks an engine that runs here", self.name);
+    }
+
+    /// Runs a tenth of the random cases: what a gross fault does not survive.
+    ///
+    /// # Panics
+    /// When the property does not hold.
+    #[must_use]
+    pub fn run_quick(&self) -> Option<u64> {
+        self.run_some(10)
+    }
+
+    /// Runs an engine and tells what came of it.
+    #[must_use]
+    pub fn observed(&self, engine: fn(&Self) -> Option<u64>) -> Option<Outcome> {
+        let begin = Instant::now();
+        let outcome = catch_unwind(AssertUnwindSafe(|| engine(self)));
+        let time = begin.elapsed();
+        match outcome {
+            Ok(cases) => cases.map(|cases| Outcome { cases, time, failure: None }),
+            Err(_) => Some(Outcome { cases: 0, time, failure: Some("fails".into()) }),
+        }
+    }
+}
+
+/// Lists properties: name, how its inputs are drawn, what it says, and the engines with their bounds. Makes of each a
+/// [`Property`], a test and a Kani harness.
+macro_rules! properties {
+    (
+        $group:literal, $source:literal;
+        $( $name:ident |$d:ident| $call:expr => $claim:literal;
+            $(every $side:literal)? $(random $cases:literal)? $(kani $half:literal unwind $unwind:literal $solver:ident)?; )+
+    ) => {
+        /// The properties of this file.
+        pub const ALL: &[crate::property::Property] = &[ $( crate::property::Property {
+            group: $group,
+            name: stringify!($name),
+            claim: $claim,
+            source: $source,
+            every: crate::property::first(&[$(($side, crate::property::drawn!($d, $call, crate::draw::Every) as fn(&mut crate::draw::Every)))?]),
+            random: crate::property::first(&[$(($cases, crate::property::drawn!($d, $call, crate::draw::Chance) as fn(&mut crate::draw::Chance)))?]),
+            bytes: crate::property::drawn!($d, $call, crate::draw::Bytes),
+            kani: crate::property::first(&[$(crate::property::Harness { half: $half, unwind: $unwind, solver: stringify!($solver) })?]),
+        } ),+ ];
+
+        #[cfg(test)]
+        mod tests {
+            $( #[test] fn $name() {
+                let named = super::ALL.iter().find(|each| each.name == stringify!($name));
+                named.expect("it is listed").check();
+            } )+
+        }
+
+        #[cfg(kani)]
+        mod harnesses {
+            $( $( mod $name {
+                use super::super::*;
+                #[cfg_attr(not(kani_shim), kani::proof, kani::unwind($unwind), kani::solver($solver))]
+                #[cfg_attr(kani_shim, expect(dead_code, reason = "only Kani calls harnesses"))]
+                fn holds() { crate::property::drawn!($d, $call, crate::draw::Symbolic<$half>)(&mut crate::draw::Symbolic); }
+            } )? )+
+        }
+    };
+}
+
+/// The function that draws from one source and asks.
+macro_rules! drawn {
+    ($d:ident, $call:expr, $source:ty) => {{
+        fn run<D: crate::draw::Draw>($d: &mut D) {
+            $call
+        }
+        run::<$source>
+    }};
+}
+
+/// The first of none or one.
+pub(crate) const fn first<T: Copy>(of: &[T]) -> Option<T> {
+    match of {
+        [one, ..] => Some(*one),
+        [] => None,
+    }
+}
+
+pub(crate) use drawn;
+pub(crate) use properties;

@@ -1,0 +1,374 @@
+//! Proves theorems query by query: what is taken for granted in a step was refuted to be false in one before.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use super::explore::Path;
+use super::fact::{Claim, Fact, all, any, at_most, equal, less, not};
+use super::script::{Arithmetic, script};
+use super::solver::{Answer, Solver};
+use super::term::{Node, Term, whole};
+
+/// Who is asked, and where the questions are written to.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Whose answers count.
+    pub solver: Solver,
+    /// Who must not contradict it.
+    pub second: Option<Solver>,
+    /// Where every question is written to, for a reader's own solver.
+    pub dump: Option<PathBuf>,
+}
+
+/// What came of a theorem.
+#[derive(Clone, Debug, Default)]
+pub struct Report {
+    /// Ways through the predicates that were run.
+    pub paths: usize,
+    /// Questions that had to be refuted, or met.
+    pub queries: usize,
+    /// Questions in which the second solver agreed.
+    pub agreed: usize,
+    /// Questions to which it had no answer.
+    pub undecided: usize,
+    /// What went wrong, in order.
+    pub failures: Vec<String>,
+    /// Contracts that were proved: theorem and name.
+    pub proves: BTreeSet<(&'static str, &'static str)>,
+    /// Contracts that are used.
+    pub rests_on: BTreeSet<(&'static str, &'static str)>,
+    /// Time with the first solver.
+    pub time: Duration,
+    /// Time with the second solver.
+    pub second_time: Duration,
+}
+
+/// Proves one theorem.
+#[derive(Debug)]
+pub struct Prover<'a> {
+    settings: &'a Settings,
+    theorem: &'static str,
+    report: Report,
+}
+
+/// Something proved for all values of its `N` numbers.
+#[derive(Clone, Copy, Debug)]
+pub struct Lemma<const N: usize> {
+    statement: fn([Term; N]) -> Claim,
+}
+
+/// What a theorem says of the answer of a predicate: for all values of `N` numbers, and some values of `M` more.
+#[derive(Clone, Copy, Debug)]
+pub struct Contract<const N: usize, const M: usize> {
+    /// The theorem that proves it.
+    pub theorem: &'static str,
+    /// Which of the theorem's contracts.
+    pub name: &'static str,
+    /// What it says, given the predicate's answer (near, or yes).
+    pub statement: fn(Fact, [Term; N], [Term; M]) -> Claim,
+}
+
+/// A proved statement for particular numbers: the only thing that a step may take for granted.
+#[derive(Clone, Debug)]
+pub struct Instance(Fact);
+
+impl<const N: usize> Lemma<N> {
+    /// The lemma for these numbers.
+    #[must_use]
+    pub fn at(&self, numbers: [Term; N]) -> Instance {
+        Instance((self.statement)(numbers).fact())
+    }
+}
+
+impl<'a> Prover<'a> {
+    /// A prover of the theorem of this name.
+    #[must_use]
+    pub fn new(settings: &'a Settings, theorem: &'static str) -> Self {
+        Self { settings, theorem, report: Report::default() }
+    }
+
+    /// What came of it.
+    #[must_use]
+    pub fn report(self) -> Report {
+        self.report
+    }
+
+    /// Counts paths that were run for something else than [`Prover::on_paths`].
+    pub fn ran(&mut self, paths: usize) {
+        self.report.paths += paths;
+    }
+
+    /// Proves a statement for all values of its numbers.
+    pub fn lemma<const N: usize>(&mut self, name: &str, statement: fn([Term; N]) -> Claim) -> Lemma<N> {
+        let numbers = std::array::from_fn(|_| Term::fresh("n"));
+        self.prove(name, &statement(numbers));
+        Lemma { statement }
+    }
+
+    /// Proves a claim about particular unknowns.
+    pub fn prove(&mut self, name: &str, claim: &Claim) {
+        self.can_be_met(name, &claim.given);
+        self.refute(name, &claim.given, &claim.then, Arithmetic::Whole);
+    }
+
+    /// As [`Prover::prove`], from what was proved before: sums only, and products as they stand.
+    pub fn glue(&mut self, name: &str, using: &[Instance], claim: &Claim) {
+        self.can_be_met(name, &claim.given);
+        self.chain(name, using, claim);
+    }
+
+    /// Proves a claim about particular unknowns, to be used.
+    pub fn fact(&mut self, name: &str, claim: &Claim) -> Instance {
+        self.prove(name, claim);
+        Instance(claim.fact())
+    }
+
+    /// As [`Prover::fact`], from what was proved before, with products understood.
+    pub fn follows(&mut self, name: &str, using: &[Instance], claim: &Claim) -> Instance {
+        self.can_be_met(name, &claim.given);
+        self.join(name, using, claim);
+        Instance(claim.fact())
+    }
+
+    /// As [`Prover::fact`], from what was proved before, as [`Prover::glue`] does.
+    pub fn glued(&mut self, name: &str, using: &[Instance], claim: &Claim) -> Instance {
+        self.glue(name, using, claim);
+        Instance(claim.fact())
+    }
+
+    /// As [`Prover::glue`] for a claim whose conditions are not asked to be possible: one of several cases.
+    pub fn chain(&mut self, name: &str, using: &[Instance], claim: &Claim) {
+        let mut facts: Vec<Fact> = using.iter().map(|instance| instance.0.clone()).collect();
+        facts.extend(claim.given.iter().cloned());
+        self.refute(name, &facts, &claim.then, Arithmetic::Sums);
+    }
+
+    /// As [`Prover::chain`], with products understood.
+    pub fn join(&mut self, name: &str, using: &[Instance], claim: &Claim) {
+        let mut facts: Vec<Fact> = using.iter().map(|instance| instance.0.clone()).collect();
+        facts.extend(claim.given.iter().cloned());
+        self.refute(name, &facts, &claim.then, Arithmetic::Whole);
+    }
+
+    /// Proves on every path what `says` makes of the path's outcome.
+    pub fn on_paths<T>(&mut self, name: &str, paths: &[Path<T>], says: impl Fn(&T) -> Claim) {
+        self.report.paths += paths.len();
+        let mut possible = Vec::new();
+        for (number, path) in paths.iter().enumerate() {
+            let Claim { mut given, then } = says(&path.outcome);
+            if then == Fact::True || given.contains(&Fact::False) {
+                continue;
+            }
+            given.extend(path.conditions.iter().cloned());
+            possible.push(all(given.clone()));
+            self.refute(&format!("{name}, path {}", number + 1), &given, &then, Arithmetic::Whole);
+        }
+        self.can_be_met(name, &[any(possible)]);
+    }
+
+    /// As [`Prover::on_paths`], from what was proved before too.
+    pub fn on_paths_by<T>(
+        &mut self,
+        name: &str,
+        paths: &[Path<T>],
+        using: &[Instance],
+        says: impl Fn(&T) -> Claim,
+    ) {
+        self.on_paths(name, paths, |outcome| {
+            let mut claim = says(outcome);
+            claim.given.extend(using.iter().map(|instance| instance.0.clone()));
+            claim
+        });
+    }
+
+    /// As [`Prover::contract`] for a predicate whose parts are not looked into: from what is proved of them, as
+    /// [`Prover::glue`] does.
+    pub fn by_parts<const N: usize, const M: usize>(
+        &mut self,
+        contract: &Contract<N, M>,
+        paths: &[Path<bool>],
+        numbers: [Term; N],
+        (witness, using): ([Term; M], &[Instance]),
+    ) {
+        self.proves(contract, &numbers);
+        self.report.paths += paths.len();
+        let answers: BTreeSet<bool> = paths.iter().map(|path| path.outcome).collect();
+        for answer in answers {
+            let claim = (contract.statement)(answer.into(), numbers, witness);
+            if claim.then == Fact::True || claim.given.contains(&Fact::False) {
+                continue;
+            }
+            let paths = paths.iter().filter(|path| path.outcome == answer);
+            let some = any(paths.map(|path| all(path.conditions.clone())));
+            let given = claim.given.into_iter().chain([some]).collect();
+            self.glue(contract.name, using, &Claim { given, then: claim.then });
+        }
+    }
+
+    /// Proves a contract on every path of its predicate. The predicate was run on the first of the `numbers`.
+    pub fn contract<const N: usize, const M: usize>(
+        &mut self,
+        contract: &Contract<N, M>,
+        paths: &[Path<bool>],
+        numbers: [Term; N],
+        (witness, using): ([Term; M], &[Instance]),
+    ) {
+        self.proves(contract, &numbers);
+        for answer in [false, true] {
+            let outcome = |path: &&Path<bool>| path.outcome == answer;
+            let paths: Vec<Path<bool>> = paths.iter().filter(outcome).cloned().collect();
+            let Claim { mut given, then } = (contract.statement)(answer.into(), numbers, witness);
+            if then == Fact::True || given.contains(&Fact::False) {
+                self.report.paths += paths.len();
+                continue;
+            }
+            given.extend(using.iter().map(|instance| instance.0.clone()));
+            self.on_paths(contract.name, &paths, |_| Claim { given: given.clone(), then: then.clone() });
+        }
+    }
+
+    /// Proves a contract from what was proved before, as [`Prover::glue`] does.
+    pub fn establish<const N: usize, const M: usize>(
+        &mut self,
+        contract: &Contract<N, M>,
+        answer: Fact,
+        numbers: [Term; N],
+        (witness, using): ([Term; M], &[Instance]),
+    ) {
+        self.proves(contract, &numbers);
+        self.glue(contract.name, using, &(contract.statement)(answer, numbers, witness));
+    }
+
+    fn proves<const N: usize, const M: usize>(&mut self, contract: &Contract<N, M>, numbers: &[Term; N]) {
+        assert_eq!(contract.theorem, self.theorem, "a contract is proved by its theorem");
+        assert!(are_free(numbers), "a contract is proved for all values of its numbers");
+        self.report.proves.insert((contract.theorem, contract.name));
+    }
+
+    /// What a contract says for these numbers, and the numbers that it says there are.
+    pub fn by<const N: usize, const M: usize>(
+        &mut self,
+        contract: &Contract<N, M>,
+        answer: Fact,
+        numbers: [Term; N],
+    ) -> (Instance, [Term; M]) {
+        self.report.rests_on.insert((contract.theorem, contract.name));
+        let witness = std::array::from_fn(|_| Term::fresh("w"));
+        (Instance((contract.statement)(answer, numbers, witness).fact()), witness)
+    }
+
+    /// A new number that is `dividend / divisor` in the case whose guard holds, after proving that no two guards hold together
+    /// and that no divisor is zero. So such a number exists, whatever the other numbers are.
+    pub fn define(&mut self, name: &str, cases: &[(Fact, Term, Term)]) -> (Term, Vec<Instance>) {
+        let number = Term::fresh(name);
+        let mut definition = Vec::new();
+        for (i, (guard, dividend, divisor)) in cases.iter().enumerate() {
+            let title = format!("{name} is defined, case {}", i + 1);
+            if *divisor != whole(1) {
+                self.refute(
+                    &title,
+                    std::slice::from_ref(guard),
+                    &not(equal(*divisor, whole(0))),
+                    Arithmetic::Whole,
+                );
+            }
+            for (other, ..) in &cases[..i] {
+                self.refute(&title, &[guard.clone(), other.clone()], &Fact::False, Arithmetic::Whole);
+            }
+            let body = if *divisor == whole(1) { number } else { number * *divisor };
+            definition.push(Instance(any([not(guard.clone()), equal(body, *dividend)])));
+        }
+        (number, definition)
+    }
+
+    /// The root of a number that is proved not to be negative.
+    pub fn root(&mut self, name: &str, given: &[Fact], of: Term) -> (Term, Vec<Instance>) {
+        self.refute(&format!("{name} is defined"), given, &at_most(whole(0), of), Arithmetic::Whole);
+        let number = Term::fresh(name);
+        let given = all(given.iter().cloned());
+        let facts = [at_most(whole(0), number), equal(number * number, of)];
+        (number, facts.into_iter().map(|fact| Instance(any([not(given.clone()), fact]))).collect())
+    }
+
+    /// Proves that the magnitude of each number is at most `most`.
+    pub(super) fn bounded(&mut self, name: &str, given: &[Fact], number: Term, most: i128) {
+        let then = all([at_most(whole(-most), number), at_most(number, whole(most))]);
+        self.refute(name, given, &then, Arithmetic::Whole);
+    }
+
+    /// Expects a false statement to be refuted by an example: the solver can tell.
+    pub fn is_false(&mut self, name: &str, claim: &Claim) {
+        let mut facts = claim.given.clone();
+        facts.push(not(claim.then.clone()));
+        self.ask(name, &facts, Arithmetic::Whole, &Answer::Satisfiable);
+    }
+
+    fn can_be_met(&mut self, name: &str, facts: &[Fact]) {
+        if !facts.is_empty() {
+            self.ask(&format!("{name}: can be met"), facts, Arithmetic::Whole, &Answer::Satisfiable);
+        }
+    }
+
+    fn refute(&mut self, name: &str, given: &[Fact], then: &Fact, arithmetic: Arithmetic) {
+        let mut facts = given.to_vec();
+        facts.push(not(then.clone()));
+        self.ask(name, &facts, arithmetic, &Answer::Unsatisfiable);
+    }
+
+    fn ask(&mut self, name: &str, facts: &[Fact], arithmetic: Arithmetic, expected: &Answer) {
+        self.report.queries += 1;
+        let title = format!("{}: {name}\nexpected: {expected}", self.theorem);
+        let text = script(&title, facts, arithmetic);
+        if let Some(folder) = &self.settings.dump {
+            let file = folder.join(format!("{}-{:03}.smt2", self.theorem, self.report.queries));
+            if let Err(error) = std::fs::write(&file, &text) {
+                self.report.failures.push(format!("{}: {error}", file.display()));
+            }
+        }
+        let begin = Instant::now();
+        let answer = self.settings.solver.ask(&text);
+        self.report.time += begin.elapsed();
+        if answer != *expected {
+            self.report.failures.push(format!("{name}: expected {expected}, {answer}"));
+        }
+        if let Some(second) = &self.settings.second {
+            let begin = Instant::now();
+            match second.ask(&text) {
+                Answer::None(_) => self.report.undecided += 1,
+                opinion if opinion == *expected => self.report.agreed += 1,
+                opinion => {
+                    self.report
+                        .failures
+                        .push(format!("{name}: expected {expected}, {} says {opinion}", second.kind));
+                }
+            }
+            self.report.second_time += begin.elapsed();
+        }
+    }
+}
+
+/// Whether the numbers can have all values together: each is an unknown of its own, or the sum of another and such one. (A term
+/// is no part of itself, so that the others can be chosen first.)
+fn are_free(numbers: &[Term]) -> bool {
+    let mut unknowns = BTreeSet::new();
+    numbers.iter().all(|&number| {
+        let unknown = match number.node() {
+            Node::Sum(a, b) if numbers.contains(&a) => b,
+            _ => number,
+        };
+        matches!(unknown.node(), Node::Variable(_)) && unknowns.insert(unknown)
+    })
+}
+
+/// `0 < a`.
+#[must_use]
+pub fn positive(a: Term) -> Fact {
+    less(whole(0), a)
+}
+
+/// `0 ≤ a`.
+#[must_use]
+pub fn at_least_zero(a: Term) -> Fact {
+    at_most(whole(0), a)
+}

@@ -1,0 +1,181 @@
+//! The results as a file: one line a theorem, fields parted by tabs, names in the first line.
+
+use std::fs;
+use std::io;
+use std::path::Path;
+
+/// Names of the fields, in order.
+pub const FIELDS: [&str; 14] = [
+    "theorem",
+    "source",
+    "result",
+    "paths",
+    "queries",
+    "solver",
+    "seconds",
+    "second",
+    "agreed",
+    "undecided",
+    "second_seconds",
+    "rests_on",
+    "claim",
+    "detail",
+];
+
+/// One line.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Name of the theorem.
+    pub theorem: String,
+    /// The functions that it speaks about.
+    pub source: String,
+    /// `proved`, or `failed`.
+    pub result: String,
+    /// Ways through the predicates that were run.
+    pub paths: usize,
+    /// Questions to the solver.
+    pub queries: usize,
+    /// The solver and its version.
+    pub solver: String,
+    /// How long it took.
+    pub seconds: f64,
+    /// The second solver and its version, or nothing.
+    pub second: String,
+    /// Questions in which it agreed.
+    pub agreed: usize,
+    /// Questions to which it had no answer.
+    pub undecided: usize,
+    /// How long it took.
+    pub second_seconds: f64,
+    /// Theorems used.
+    pub rests_on: String,
+    /// What is proved.
+    pub claim: String,
+    /// What failed first.
+    pub detail: String,
+}
+
+impl Row {
+    fn line(&self) -> String {
+        let numbers = [self.paths, self.queries, self.agreed, self.undecided].map(|count| count.to_string());
+        let [paths, queries, agreed, undecided] = numbers;
+        let [seconds, second_seconds] = [self.seconds, self.second_seconds].map(|s| format!("{s:.2}"));
+        let text = |text: &str| text.replace(['\t', '\n'], " ");
+        let fields = [
+            text(&self.theorem),
+            text(&self.source),
+            text(&self.result),
+            paths,
+            queries,
+            text(&self.solver),
+            seconds,
+            text(&self.second),
+            agreed,
+            undecided,
+            second_seconds,
+            text(&self.rests_on),
+            text(&self.claim),
+            text(&self.detail),
+        ];
+        fields.join("\t")
+    }
+
+    fn parse(line: &str) -> Option<Self> {
+        let fields: Vec<&str> = line.split('\t').collect();
+        let &[
+            theorem,
+            source,
+            result,
+            paths,
+            queries,
+            solver,
+            seconds,
+            second,
+            agreed,
+            undecided,
+            second_seconds,
+            rests_on,
+            claim,
+            detail,
+        ] = fields.as_slice()
+        else {
+            return None;
+        };
+        Some(Self {
+            theorem: theorem.to_owned(),
+            source: source.to_owned(),
+            result: result.to_owned(),
+            paths: paths.parse().ok()?,
+            queries: queries.parse().ok()?,
+            solver: solver.to_owned(),
+            seconds: seconds.parse().ok()?,
+            second: second.to_owned(),
+            agreed: agreed.parse().ok()?,
+            undecided: undecided.parse().ok()?,
+            second_seconds: second_seconds.parse().ok()?,
+            rests_on: rests_on.to_owned(),
+            claim: claim.to_owned(),
+            detail: detail.to_owned(),
+        })
+    }
+}
+
+/// Writes the rows, whole or not at all.
+///
+/// # Errors
+/// Those of the file system.
+pub fn write(path: &Path, rows: &[Row]) -> io::Result<()> {
+    let mut text = FIELDS.join("\t") + "\n";
+    for row in rows {
+        text += &(row.line() + "\n");
+    }
+    let mut name = path.file_name().unwrap_or_default().to_os_string();
+    name.push(".part");
+    let part = path.with_file_name(name);
+    fs::write(&part, text)?;
+    fs::rename(&part, path)
+}
+
+/// Reads them back.
+///
+/// # Errors
+/// Those of the file system, and [`io::ErrorKind::InvalidData`] naming a line that is no row.
+pub fn read(path: &Path) -> io::Result<Vec<Row>> {
+    let text = fs::read_to_string(path)?;
+    let rows = text.lines().enumerate().skip(1);
+    rows.map(|(number, line)| {
+        let wrong =
+            || io::Error::new(io::ErrorKind::InvalidData, format!("line {} is no result", number + 1));
+        Row::parse(line).ok_or_else(wrong)
+    })
+    .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_come_back() {
+        let row = Row {
+            theorem: "a".into(),
+            source: "b".into(),
+            result: "proved".into(),
+            paths: 1,
+            queries: 2,
+            solver: "z3 1".into(),
+            seconds: 0.5,
+            second: String::new(),
+            agreed: 0,
+            undecided: 3,
+            second_seconds: 0.25,
+            rests_on: "c, d".into(),
+            claim: "e".into(),
+            detail: String::new(),
+        };
+        let path = std::env::temp_dir().join(format!("keepout-results-{}.tsv", std::process::id()));
+        write(&path, std::slice::from_ref(&row)).unwrap();
+        assert_eq!(read(&path).unwrap(), [row]);
+        fs::remove_file(path).unwrap();
+    }
+}

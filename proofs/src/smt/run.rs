@@ -1,0 +1,117 @@
+//! Runs theorems on all cores, and judges.
+
+use std::collections::BTreeSet;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use super::prover::{Prover, Report, Settings};
+use super::results::Row;
+use super::term;
+
+/// Something to prove.
+#[derive(Clone, Copy, Debug)]
+pub struct Theorem {
+    /// Its name.
+    pub name: &'static str,
+    /// The functions that it speaks about.
+    pub source: &'static str,
+    /// What it says.
+    pub claim: &'static str,
+    /// The proof.
+    pub proof: fn(&mut Prover<'_>),
+}
+
+/// What came of one.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// The theorem.
+    pub theorem: Theorem,
+    /// What came of it.
+    pub report: Report,
+}
+
+/// Proves the theorems, one on each core at a time; `done` sees each when it is through.
+///
+/// # Panics
+/// When a proof does.
+pub fn run(theorems: &[Theorem], settings: &Settings, done: impl Fn(&Outcome) + Sync) -> Vec<Outcome> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let next = AtomicUsize::new(0);
+    let outcomes = Mutex::new(Vec::new());
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                while let Some(&theorem) = theorems.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let outcome = prove(theorem, settings);
+                    done(&outcome);
+                    outcomes.lock().expect("no thread panics with the lock").push(outcome);
+                }
+            });
+        }
+    });
+    let mut outcomes = outcomes.into_inner().expect("no thread panics with the lock");
+    let place = |name: &str| theorems.iter().position(|theorem| theorem.name == name);
+    outcomes.sort_by_key(|outcome| place(outcome.theorem.name));
+    judge(&mut outcomes);
+    outcomes
+}
+
+fn prove(theorem: Theorem, settings: &Settings) -> Outcome {
+    term::forget();
+    let mut prover = Prover::new(settings, theorem.name);
+    (theorem.proof)(&mut prover);
+    let mut report = prover.report();
+    if report.queries == 0 {
+        report.failures.push("nothing was asked".to_owned());
+    }
+    Outcome { theorem, report }
+}
+
+/// A theorem fails when it rests on a contract that was not proved, by itself or by one before it in the list.
+fn judge(outcomes: &mut [Outcome]) {
+    let mut proved = BTreeSet::new();
+    for outcome in outcomes {
+        let report = &mut outcome.report;
+        let known =
+            |contract: &&(&str, &str)| proved.contains(*contract) || report.proves.contains(*contract);
+        if let Some((theorem, name)) = report.rests_on.iter().find(|contract| !known(contract)) {
+            report.failures.push(format!("rests on \"{name}\" of {theorem}, which was not proved before"));
+        }
+        if report.failures.is_empty() {
+            proved.extend(report.proves.iter().copied());
+        }
+    }
+}
+
+impl Report {
+    /// The other theorems that this one rests on.
+    #[must_use]
+    pub fn theorems(&self, own: &str) -> BTreeSet<&'static str> {
+        self.rests_on.iter().map(|&(theorem, _)| theorem).filter(|&theorem| theorem != own).collect()
+    }
+}
+
+impl Outcome {
+    /// The outcome as a line of results.
+    #[must_use]
+    pub fn row(&self, settings: &Settings) -> Row {
+        let name = |solver: &super::solver::Solver| format!("{} {}", solver.kind, solver.version);
+        let report = &self.report;
+        Row {
+            theorem: self.theorem.name.to_owned(),
+            source: self.theorem.source.to_owned(),
+            result: if report.failures.is_empty() { "proved" } else { "failed" }.to_owned(),
+            paths: report.paths,
+            queries: report.queries,
+            solver: name(&settings.solver),
+            seconds: report.time.as_secs_f64(),
+            second: settings.second.as_ref().map(name).unwrap_or_default(),
+            agreed: report.agreed,
+            undecided: report.undecided,
+            second_seconds: report.second_time.as_secs_f64(),
+            rests_on: report.theorems(self.theorem.name).into_iter().collect::<Vec<_>>().join(", "),
+            claim: self.theorem.claim.to_owned(),
+            detail: report.failures.first().cloned().unwrap_or_default(),
+        }
+    }
+}

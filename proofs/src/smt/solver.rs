@@ -1,0 +1,190 @@
+//! Solvers as processes: a question goes in as SMT-LIB text, one process each, with a time limit.
+
+use std::fmt;
+use std::io::{Read, Write};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// The solvers that are known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Kind {
+    /// Z3.
+    Z3,
+    /// cvc5.
+    Cvc5,
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Z3 => "z3",
+            Self::Cvc5 => "cvc5",
+        })
+    }
+}
+
+/// What a solver said.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// The facts can hold together.
+    Satisfiable,
+    /// They can not.
+    Unsatisfiable,
+    /// Anything else: unknown, an error, or nothing within the time limit. Never taken for a proof.
+    None(String),
+}
+
+impl fmt::Display for Answer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Satisfiable => f.write_str("sat"),
+            Self::Unsatisfiable => f.write_str("unsat"),
+            Self::None(why) => f.write_str(why),
+        }
+    }
+}
+
+/// No such solver here.
+#[derive(Clone, Copy, Debug, thiserror::Error)]
+#[error(
+    "{kind} was not found. Install both solvers with `python3 -m pip install z3-solver cvc5`, or name a program in {}.",
+    variable(*kind)
+)]
+pub struct Missing {
+    kind: Kind,
+}
+
+/// A solver that can be started.
+#[derive(Clone, Debug)]
+pub struct Solver {
+    /// Which.
+    pub kind: Kind,
+    /// Its version, as it says.
+    pub version: String,
+    /// How long it may take for a question.
+    pub limit: Duration,
+    command: Vec<String>,
+}
+
+/// The packages for Python bring the solvers as modules; the programs among them need not be on the path.
+const CVC5_MODULE: &str = "
+import sys, cvc5
+solver = cvc5.Solver()
+parser = cvc5.InputParser(solver)
+parser.setStringInput(cvc5.InputLanguage.SMT_LIB_2_6, sys.stdin.read(), 'question')
+symbols = parser.getSymbolManager()
+while not (command := parser.nextCommand()).isNull():
+    print(command.invoke(solver, symbols), end='')
+";
+const Z3_MODULE: &str = "
+import sys, z3
+print(z3.Z3_eval_smtlib2_string(z3.main_ctx().ref(), sys.stdin.read()), end='')
+";
+
+fn variable(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Z3 => "KEEPOUT_Z3",
+        Kind::Cvc5 => "KEEPOUT_CVC5",
+    }
+}
+
+/// How the solver can be started, and asked for its version, the best way first.
+fn ways(kind: Kind) -> Vec<[Vec<String>; 2]> {
+    let words = |words: &[&str]| words.iter().map(|&word| word.to_owned()).collect::<Vec<_>>();
+    let named = std::env::var(variable(kind)).ok();
+    let program = |name: &str| {
+        let run = match kind {
+            Kind::Z3 => words(&[name, "-smt2", "-in"]),
+            Kind::Cvc5 => words(&[name, "--lang", "smt2", "--quiet", "-"]),
+        };
+        [run, words(&[name, "--version"])]
+    };
+    let module = match kind {
+        Kind::Z3 => [
+            words(&["python3", "-c", Z3_MODULE]),
+            words(&["python3", "-c", "import z3; print(z3.get_version_string())"]),
+        ],
+        Kind::Cvc5 => [
+            words(&["python3", "-c", CVC5_MODULE]),
+            words(&["python3", "-c", "import cvc5; print(cvc5.__version__)"]),
+        ],
+    };
+    let by_path = program(&kind.to_string());
+    match (named, kind) {
+        (Some(name), _) => vec![program(&name)],
+        (None, Kind::Z3) => vec![by_path, module],
+        // Debian's cvc5 is built without the library that it needs for polynomials.
+        (None, Kind::Cvc5) => vec![module, by_path],
+    }
+}
+
+impl Solver {
+    /// Finds the solver.
+    ///
+    /// # Errors
+    /// [`Missing`] with what to install.
+    pub fn find(kind: Kind, limit: Duration) -> Result<Self, Missing> {
+        for [command, version] in ways(kind) {
+            let output = Command::new(&version[0]).args(&version[1..]).stderr(Stdio::null()).output();
+            let Some(output) = output.ok().filter(|output| output.status.success()) else { continue };
+            let text = String::from_utf8_lossy(&output.stdout);
+            let number = |word: &str| word.contains('.') && word.starts_with(|c: char| c.is_ascii_digit());
+            let version = text.split_whitespace().find(|&word| number(word)).unwrap_or("unknown").to_owned();
+            return Ok(Self { kind, version, limit, command });
+        }
+        Err(Missing { kind })
+    }
+
+    /// A solver that is started so, whatever it is.
+    #[must_use]
+    pub fn of_command(kind: Kind, command: &[&str], limit: Duration) -> Self {
+        let command = command.iter().map(|&word| word.to_owned()).collect();
+        Self { kind, version: "unknown".to_owned(), limit, command }
+    }
+
+    /// Asks one question.
+    #[must_use]
+    pub fn ask(&self, script: &str) -> Answer {
+        self.run(script).unwrap_or_else(|error| Answer::None(format!("could not be asked: {error}")))
+    }
+
+    fn run(&self, script: &str) -> std::io::Result<Answer> {
+        let mut child = Command::new(&self.command[0])
+            .args(&self.command[1..])
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()?;
+        if let Some(mut stdin) = child.stdin.take() {
+            // A solver that ends before it has read everything is judged by what it said.
+            let _ = stdin.write_all(script.as_bytes());
+        }
+        if !ends_within(&mut child, self.limit)? {
+            child.kill()?;
+            child.wait()?;
+            return Ok(Answer::None(format!("no answer in {} s", self.limit.as_secs())));
+        }
+        let mut text = String::new();
+        if let Some(mut stdout) = child.stdout.take() {
+            stdout.read_to_string(&mut text)?;
+        }
+        Ok(match text.trim() {
+            "sat" => Answer::Satisfiable,
+            "unsat" => Answer::Unsatisfiable,
+            other => Answer::None(format!("answered {:?}", other.lines().next().unwrap_or("nothing"))),
+        })
+    }
+}
+
+fn ends_within(child: &mut Child, limit: Duration) -> std::io::Result<bool> {
+    let begin = Instant::now();
+    let mut pause = Duration::from_millis(1);
+    while begin.elapsed() < limit {
+        if child.try_wait()?.is_some() {
+            return Ok(true);
+        }
+        std::thread::sleep(pause);
+        pause = (pause * 2).min(Duration::from_millis(20));
+    }
+    Ok(false)
+}

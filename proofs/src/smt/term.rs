@@ -1,0 +1,154 @@
+//! Terms over the reals: numbers that are indices into an arena of the thread, so that they can be copied.
+
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::ops::{Add, Mul, Neg, Sub};
+
+/// A number not known yet. Equal terms have equal indices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Term(u32);
+
+/// What a term is.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Node {
+    /// A variable, by its name.
+    Variable(String),
+    /// A whole number.
+    Whole(i128),
+    /// A sum.
+    Sum(Term, Term),
+    /// A difference.
+    Difference(Term, Term),
+    /// A product.
+    Product(Term, Term),
+    /// `⌊a / b⌋`, of which only `0 ≤ q` and `q·b ≤ a < (q + 1)·b` is known, for `a ≥ 0` and `b > 0`.
+    Quotient(Term, Term),
+}
+
+#[derive(Default)]
+struct Arena {
+    nodes: Vec<Node>,
+    known: HashMap<Node, Term>,
+    fresh: u32,
+}
+
+thread_local! {
+    static ARENA: RefCell<Arena> = RefCell::default();
+}
+
+impl Term {
+    /// The term of this node, the same for equal nodes.
+    ///
+    /// # Panics
+    /// At 2^32 terms.
+    #[must_use]
+    pub fn of(node: Node) -> Self {
+        ARENA.with_borrow_mut(|arena| {
+            if let Some(&term) = arena.known.get(&node) {
+                return term;
+            }
+            let term = Self(u32::try_from(arena.nodes.len()).expect("proofs have fewer than 2^32 terms"));
+            arena.nodes.push(node.clone());
+            arena.known.insert(node, term);
+            term
+        })
+    }
+
+    /// A variable that is none of those before, with a name that begins like this.
+    #[must_use]
+    pub fn fresh(name: &str) -> Self {
+        let number = ARENA.with_borrow_mut(|arena| {
+            arena.fresh += 1;
+            arena.fresh
+        });
+        Self::of(Node::Variable(format!("{name}.{number}")))
+    }
+
+    /// What the term is.
+    #[must_use]
+    pub fn node(self) -> Node {
+        ARENA.with_borrow(|arena| arena.nodes[self.0 as usize].clone())
+    }
+
+    /// Its number in the arena; that of its parts is smaller.
+    #[must_use]
+    pub fn number(self) -> u32 {
+        self.0
+    }
+
+    /// The terms that it is made of.
+    #[must_use]
+    pub fn parts(self) -> Vec<Term> {
+        match self.node() {
+            Node::Variable(_) | Node::Whole(_) => Vec::new(),
+            Node::Sum(a, b) | Node::Difference(a, b) | Node::Product(a, b) | Node::Quotient(a, b) => {
+                vec![a, b]
+            }
+        }
+    }
+}
+
+/// Forgets all terms of the thread.
+pub fn forget() {
+    ARENA.with_borrow_mut(|arena| *arena = Arena::default());
+}
+
+impl From<i128> for Term {
+    fn from(value: i128) -> Self {
+        Self::of(Node::Whole(value))
+    }
+}
+
+impl Add for Term {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self::of(Node::Sum(self, other))
+    }
+}
+
+impl Sub for Term {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        Self::of(Node::Difference(self, other))
+    }
+}
+
+impl Mul for Term {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        Self::of(Node::Product(self, other))
+    }
+}
+
+impl Neg for Term {
+    type Output = Self;
+    fn neg(self) -> Self {
+        whole(0) - self
+    }
+}
+
+/// The term of a whole number.
+#[must_use]
+pub fn whole(value: i128) -> Term {
+    Term::from(value)
+}
+
+/// The square of a term.
+#[must_use]
+pub fn square(a: Term) -> Term {
+    a * a
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_terms_are_one() {
+        let (a, b) = (Term::fresh("a"), Term::fresh("a"));
+        assert_ne!(a, b, "fresh variables differ");
+        assert_eq!(a * b - whole(3), a * b - whole(3));
+        assert_ne!(a * b, b * a);
+        assert_eq!((a + b).parts(), [a, b]);
+    }
+}

@@ -1,0 +1,85 @@
+//! The guard's in-flight set: motions within a hull, and the hull asked as one polygon.
+
+use super::beyond::off;
+use super::plane::{share, v};
+use crate::smt::fact::{Claim, all, between, claim, equal, less, not, same};
+use crate::smt::prover::at_least_zero;
+use crate::smt::run::Theorem;
+use crate::smt::term::{Term, whole};
+
+/// Most points of the in-flight set, as in the guard's `hull.rs`.
+const POINTS_MAX: usize = 14;
+
+fn total(numbers: &[Term]) -> Term {
+    numbers.iter().skip(1).fold(numbers[0], |sum, &number| sum + number)
+}
+
+/// Convexity of the in-flight set.
+pub const CONVEX_SET: Theorem = Theorem {
+    name: "in_flight_is_convex",
+    source: "executor: guard::in_flight (both shapes of motion)",
+    claim: "a straight motion from a point of the hull of up to 14 points to one of them stays in the hull; and one whose axes run \
+            apart stays in their box",
+    proof: |prover| {
+        let unknowns = |name: &str| -> Vec<Term> { (0..POINTS_MAX).map(|_| Term::fresh(name)).collect() };
+        let (from, to, places) = (unknowns("from"), unknowns("to"), unknowns("place"));
+        let way = Term::fresh("way");
+        let mixed: Vec<Term> = from.iter().zip(&to).map(|(&a, &b)| a + way * (b - a)).collect();
+        prover.lemma("weights on the way are not negative", |[a, b, way]| {
+            claim([at_least_zero(a), at_least_zero(b), share(way)], at_least_zero(a + way * (b - a)))
+        });
+        let one = |weights: &[Term]| equal(total(weights), whole(1));
+        let given = vec![one(&from), one(&to)];
+        prover.prove("and add up to one", &Claim { given, then: one(&mixed) });
+        let at = |weights: &[Term]| {
+            let parts: Vec<Term> =
+                weights.iter().zip(&places).map(|(&weight, &place)| weight * place).collect();
+            total(&parts)
+        };
+        let there = at(&from) + way * (at(&to) - at(&from));
+        prover.prove("they make the point of the motion", &claim([], equal(at(&mixed), there)));
+        prover.lemma("a coordinate between two of a box stays in it", |[low, high, a, b, way]| {
+            let given = [between(low, a, high), between(low, b, high), share(way)];
+            claim(given, between(low, a + way * (b - a), high))
+        });
+    },
+};
+
+/// The new hull is asked as one polygon.
+pub const HULL_POLYGON: Theorem = Theorem {
+    name: "hull_is_one_polygon",
+    source: "executor: guard::in_flight::admit_line, guard::hull::Hull::holds; ProhibitedRegion::polygon",
+    claim: "what the hull says that it holds the polygon holds, and every way between two such points; so a polygon that holds the \
+            set and the target, and that no edge is near (`convex_near_segment`), holds all that can be driven, on the tail's side",
+    proof: |prover| {
+        // Three corners or more turn left at each: no box need be asked (`convex_holds`, corners not on a line).
+        prover.lemma("corners that turn left are on no line", |[ux, uy, hx, hy, wx, wy]| {
+            let (u, h, w) = (v(ux, uy), v(hx, hy), v(wx, wy));
+            let on_line = all([equal(u.cross(w), whole(0)), equal(h.cross(w), whole(0))]);
+            claim([less(whole(0), u.cross(h)), not(w.is_zero())], not(on_line))
+        });
+        prover.lemma("of two corners: right of neither side is on the line", |[ax, ay, bx, by, px, py]| {
+            let (a, b, p) = (v(ax, ay), v(bx, by), v(px, py));
+            let [there, back] = [off([a, b], p), off([b, a], p)];
+            let neither = all([at_least_zero(there), at_least_zero(back)]);
+            claim([], same(&neither, &equal(there, whole(0))))
+        });
+        prover.lemma(
+            "a way between points that are held is right of no side",
+            |[ax, ay, bx, by, px, py, qx, qy, way]| {
+                let (side, p, q) = ([v(ax, ay), v(bx, by)], v(px, py), v(qx, qy));
+                let given = [share(way), at_least_zero(off(side, p)), at_least_zero(off(side, q))];
+                claim(given, at_least_zero(off(side, p + (q - p).times(way))))
+            },
+        );
+        prover.lemma("and in the box of the corners", |[low, high, p, q, way]| {
+            let given = [share(way), between(low, p, high), between(low, q, high)];
+            claim(given, between(low, p + way * (q - p), high))
+        });
+        // The ways from the old corners to the target, of which the last edge in the way is asked first.
+        prover.lemma("a way to the target is a way between points that are held", |[p, q, way]| {
+            let there = p + way * (q - p);
+            claim([], equal(there, (whole(1) - way) * p + way * q))
+        });
+    },
+};

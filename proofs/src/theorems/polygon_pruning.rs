@@ -1,0 +1,42 @@
+//! What an index leaves out around a polygon.
+
+use super::beyond::off;
+use super::boxes;
+use super::plane::{V, terms, v};
+use crate::smt::fact::{Claim, Fact, all, at_most, claim, less};
+use crate::smt::prover::at_least_zero;
+use crate::smt::run::Theorem;
+use crate::smt::term::{Term, square};
+
+/// What may be left out around a polygon.
+pub const POLYGON_PRUNING: Theorem = Theorem {
+    name: "polygon_pruning",
+    source: "index::query (Around), Window::grown, side_of",
+    claim: "a box that, grown by T, is wholly right of a side's line holds nothing within T of a polygon that is not: and as boxes hold \
+            chords grown by their slack, no chord within T + slack",
+    proof: |prover| {
+        let low = V::unknown("low");
+        let [high, a, b, x] = ["high", "a", "b", "x"].map(|name| low.other(name));
+        let (t, slack) = (Term::fresh("T"), Term::fresh("slack"));
+        let c = x + V::unknown("way");
+        let way = c - x;
+        let grown = [low - v(t, t), high + v(t, t)];
+        let components = prover.lemma("a distance bounds its components", |[dx, dy, r]| {
+            let given = [at_least_zero(r), at_most(v(dx, dy).norm_2(), square(r))];
+            let within = |d: Term| all([at_most(-r, d), at_most(d, r)]);
+            claim(given, all([within(dx), within(dy)]))
+        });
+        let right = Fact::Answer("the grown box is right of the side".to_owned());
+        let arguments = terms(&[grown[0], grown[1], a, b, x], &[]);
+        let using =
+            [components.at([way.x, way.y, t + slack]), prover.by(&boxes::RIGHT, right.clone(), arguments).0];
+        let given = vec![
+            all([at_least_zero(t), at_least_zero(slack)]),
+            c.is_in(low + v(slack, slack), high - v(slack, slack)),
+            at_least_zero(off([a, b], x)),
+            right,
+        ];
+        let then = less(square(t + slack), way.norm_2());
+        prover.glue("a chord's point in the box, slack from its border", &using, &Claim { given, then });
+    },
+};

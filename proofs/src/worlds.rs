@@ -1,0 +1,109 @@
+//! The worlds that are explored, with their bounds.
+
+use crate::controller::{Drive, Trouble};
+use crate::invariant::World;
+use crate::properties::Xy;
+
+/// South, west and north of the part: between two neighbours it is free, across it is not.
+const SOUTH: Xy = (200, -600);
+const WEST: Xy = (-600, 200);
+const NORTH: Xy = (200, 1000);
+/// Half-way from south to west: motions lead back over each other.
+const MIDDLE: Xy = (-200, -200);
+/// Nearer than the threshold, by less than the margin.
+const NEAR: Xy = (-97, 200);
+/// The nearest place beyond it.
+const CLEAR: Xy = (-101, 200);
+/// There and back.
+const BACK: &[Xy] = &[WEST, MIDDLE];
+const AROUND: &[Xy] = &[SOUTH, WEST, NORTH, MIDDLE];
+
+const STRAIGHT: Drive = Drive { apart: false, flushes: false, cancels: true };
+const QUIET: Trouble = Trouble { lost: 0, doubled: 0, swapped: 0, lies: 0, resets: 0, jumps: 0 };
+
+/// A world of jogs around the part.
+const JOGS: World = World {
+    name: "delays and cancels",
+    start: SOUTH,
+    targets: AROUND,
+    contour: &[],
+    budget: [3, 3, 1, 0],
+    open: 2,
+    trouble: QUIET,
+    drive: STRAIGHT,
+    checked: false,
+};
+
+/// A contour along the part: skipping its corner cuts through the part.
+const CONTOUR: World = World {
+    name: "contour",
+    start: (-108, -108),
+    targets: &[],
+    contour: &[(-108, -108), (-108, 508), (508, 508), (600, 508)],
+    budget: [1, 3, 0, 0],
+    open: 2,
+    trouble: QUIET,
+    drive: Drive { cancels: false, ..STRAIGHT },
+    checked: false,
+};
+
+/// All worlds.
+#[must_use]
+pub fn all() -> Vec<World> {
+    let with = |name, budget, trouble| World { name, budget, trouble, ..JOGS };
+    vec![
+        JOGS,
+        with("lines and answers are lost", [2, 3, 1, 0], Trouble { lost: 1, ..QUIET }),
+        with("lines and answers change places", [2, 3, 1, 0], Trouble { swapped: 1, ..QUIET }),
+        World {
+            targets: &[SOUTH, WEST, NORTH],
+            ..with("lines and answers come twice", [2, 3, 1, 0], Trouble { doubled: 1, ..QUIET })
+        },
+        with("an old report in place of one", [2, 4, 0, 0], Trouble { lies: 1, ..QUIET }),
+        with("a reset that nobody hears of", [2, 3, 1, 0], Trouble { resets: 1, ..QUIET }),
+        World { targets: BACK, open: 1, ..with("targets leave the set: time passes", [2, 4, 0, 2], QUIET) },
+        World {
+            targets: BACK,
+            checked: true,
+            ..with("targets leave the set, with a checksum", [2, 3, 0, 2], QUIET)
+        },
+        World {
+            targets: &[(-600, -600), WEST],
+            checked: true,
+            ..with("a clock that jumps, no motion leading back", [2, 3, 0, 0], Trouble { jumps: 1, ..QUIET })
+        },
+        // The clock jumps by `DRAIN` while a motion that has left the planner is still under way, and the next leads back over it.
+        World {
+            targets: &[MIDDLE, WEST],
+            ..with("a clock that jumps", [2, 5, 0, 0], Trouble { jumps: 1, ..QUIET })
+        },
+        World {
+            targets: &[SOUTH, WEST],
+            checked: true,
+            ..with("a clock that jumps, with a checksum", [2, 3, 0, 0], Trouble { jumps: 1, ..QUIET })
+        },
+        World {
+            drive: Drive { flushes: true, ..STRAIGHT },
+            ..with("cancels that flush", [2, 3, 2, 0], QUIET)
+        },
+        World {
+            drive: Drive { apart: true, ..STRAIGHT },
+            targets: &[SOUTH, (-600, -600), WEST, (-600, 1000)],
+            ..with("axes that run apart", [3, 4, 1, 0], QUIET)
+        },
+        World { targets: &[NEAR, CLEAR, WEST], ..with("targets at the threshold", [2, 3, 1, 0], QUIET) },
+        World {
+            start: (-60, 200),
+            targets: &[(-300, 200), (-60, 600), (-97, -40), WEST],
+            ..with("ways out", [2, 4, 1, 0], QUIET)
+        },
+        CONTOUR,
+        World { name: "contour, lines lost", trouble: Trouble { lost: 1, ..QUIET }, ..CONTOUR },
+        World { name: "contour, lines twice", trouble: Trouble { doubled: 1, ..QUIET }, ..CONTOUR },
+        World {
+            name: "contour through the part",
+            contour: &[(-108, -108), (508, 508), (600, 508)],
+            ..CONTOUR
+        },
+    ]
+}
