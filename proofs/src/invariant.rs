@@ -311,7 +311,8 @@ impl Node {
             Some(Answer::Report(report)) => {
                 let Report { place, at_rest, queued, waiting, doubled } = report;
                 if let Some(stamp) = self.queries.pop_front() {
-                    let sighting = Sighting { position: at(place), at_rest, queued: Some(queued), waiting };
+                    let sighting =
+                        Sighting { position: at(place), at_rest, queued: Some(queued), waiting, held: false };
                     self.ended |= self.guard.reported(&sighting, stamp, self.time()).is_err();
                     self.inside &= !self.guard.settled() || self.guard.stands_inside();
                 }

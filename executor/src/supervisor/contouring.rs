@@ -191,6 +191,7 @@ impl Supervisor {
         if let State::Contouring(run) = std::mem::replace(&mut self.state, State::Done) {
             self.state = State::Holding(run);
             if self.abilities.holds {
+                self.guard.contour_held();
                 commands.push(Command::Hold);
             }
         }
@@ -201,6 +202,7 @@ impl Supervisor {
         if let State::Holding(run) = std::mem::replace(&mut self.state, State::Done) {
             self.state = State::Contouring(run);
             if self.abilities.holds {
+                self.guard.contour_held();
                 commands.push(Command::Continue);
             }
         }

@@ -136,6 +136,7 @@ impl Supervisor {
             at_rest: report.mode == Mode::Idle,
             queued: report.queued,
             waiting: report.waiting.unwrap_or(false),
+            held: matches!(report.mode, Mode::Held | Mode::Slowing),
         };
         self.check_answers(&sighting, now)?;
         self.guard.reported(&sighting, stamp, now)?;

@@ -213,7 +213,8 @@ fn reports_are_never_farther_than_they_were([a, b, c]: [Xy; 3], share: i64, nois
     let part = |from: i64, to: i64| from + (to - from) * share / 16;
     let place = (part(a.0, b.0), part(a.1, b.1));
     let said = (place.0 + noise[0], place.1 + noise[1]);
-    let sighting = Sighting { position: at(said), at_rest: false, queued: Some(1), waiting: false };
+    let sighting =
+        Sighting { position: at(said), at_rest: false, queued: Some(1), waiting: false, held: false };
     let before: Vec<Point> = guard.in_flight().collect();
     guard.reported(&sighting, stamp, Time::ZERO).expect("it is within the resolution of the set");
     let tail = guard.tail().expect("it is known").point();
@@ -239,7 +240,8 @@ fn reports_off_the_set_are_refused([a, b]: [Xy; 2], said: Xy) {
     }
     let stamp = guard.stamp(Time::ZERO);
     let before: Vec<Point> = guard.in_flight().collect();
-    let sighting = Sighting { position: at(said), at_rest: true, queued: Some(0), waiting: false };
+    let sighting =
+        Sighting { position: at(said), at_rest: true, queued: Some(0), waiting: false, held: false };
     let outcome = guard.reported(&sighting, stamp, Time::ZERO);
     let way = Segment { from: at(a), to: at(b) };
     if way.near_point(at(said), length(2 * RESOLUTION + 1)).is_clear() {
@@ -275,8 +277,13 @@ fn acknowledgements_are_counted(acts: &[usize]) {
             }
             _ => {
                 let stamp = guard.stamp(Time::ZERO);
-                let sighting =
-                    Sighting { position: at((-1000, 0)), at_rest: false, queued: Some(0), waiting: false };
+                let sighting = Sighting {
+                    position: at((-1000, 0)),
+                    at_rest: false,
+                    queued: Some(0),
+                    waiting: false,
+                    held: false,
+                };
                 guard.reported(&sighting, stamp, Time::ZERO).expect("it has not moved");
                 read = sent;
             }
@@ -358,7 +365,8 @@ fn places_on_arcs_are_told(from: Xy, to: Xy, place: Xy, left: bool) {
         return;
     }
     let stamp = guard.stamp(Time::ZERO);
-    let sighting = Sighting { position: at(place), at_rest: false, queued: Some(1), waiting: false };
+    let sighting =
+        Sighting { position: at(place), at_rest: false, queued: Some(1), waiting: false, held: false };
     let believed = guard.reported(&sighting, stamp, Time::ZERO).is_ok();
     let ahead = if left { Orientation::Left } else { Orientation::Right };
     let between = |p: Point| {

@@ -307,6 +307,7 @@ fn tries(part: Part, spec: &Spec) -> bool {
     let refused = spec.automatic && spec.suffers(Fault::DamageToController);
     match part {
         Part::ContourUnacknowledged => refused,
+        Part::ContourHeld => spec.automatic && spec.suffers(Fault::Reset) && spec.baud == 9600,
         Part::AheadOfReading => refused && spec.suffers(Fault::Doubling) && spec.latency.as_millis() > 50,
         _ => true,
     }

@@ -71,7 +71,7 @@ impl Hostile {
             turn: 0.0,
             automatic,
             ask: None,
-            restless: if random.bool() { 0.01 } else { 0.0 },
+            restless: [0.0, 0.0, 0.01, 0.1][random.usize(0..4)],
             random,
         }
     }

@@ -182,7 +182,8 @@ fn options(world: &World, spec: &Spec, random: &mut Rng) -> Options {
         feed_mm_min: [300, 900, 3000][random.usize(0..3)],
         home: false,
         stroke: world.place.stroke,
-        answer_within: Duration::from_secs(5) + spec.latency * 4,
+        // Where one thing is asked at a time a report takes two exchanges, behind up to three that stop.
+        answer_within: Duration::from_secs(5) + spec.latency * 10,
         progress: Progress::default(),
     }
 }
@@ -368,7 +369,11 @@ fn happenings(spec: &Spec, random: &mut Rng) -> Vec<(Time, Happening)> {
     for fault in &spec.faults {
         let when = at(random);
         match fault {
-            Fault::Reset => list.push((when, Happening::Reset)),
+            Fault::Reset => {
+                let more = if random.bool() { 0 } else { random.usize(1..8) };
+                list.extend((0..more).map(|_| (at(random), Happening::Reset)));
+                list.push((when, Happening::Reset));
+            }
             Fault::Alarm => list.push((when, Happening::Alarm)),
             Fault::PortLoss => {
                 let back = when.after(Duration::from_millis(random.u64(1..8000)));

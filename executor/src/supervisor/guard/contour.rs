@@ -6,7 +6,7 @@ use keepout_kernel::{Arc, Curve, FreePoint, Length, Point, Turn};
 
 #[cfg(feature = "mutations")]
 use super::Mutation;
-use super::in_flight::{Sighting, clear_box};
+use super::in_flight::{BEYOND, Sighting, clear_box};
 use super::{Certified, Guard, Motion, MotionShape, Refusal};
 
 /// A contour, being certified and then executed.
@@ -21,8 +21,12 @@ pub(super) struct Contour {
     sent: usize,
     /// The first motion on which the tool can still be.
     first: usize,
-    /// Whether the tool stands still on it after a hold, seen twice.
+    /// How often in a row the tool was seen at rest at its end.
     rests_seen: u8,
+    /// How often in a row it was seen at rest before the end of what was sent.
+    stops_seen: u8,
+    /// The controller was told to hold, and was not seen to go on since it was told to.
+    held: bool,
 }
 
 impl Contour {
@@ -68,7 +72,16 @@ impl Guard {
             return Err(Refusal::OffCertified(first.from()));
         }
         let reached = self.exact.free_point(first.from(), self.rules.finishing).map_err(Refusal::Blocked)?;
-        self.contour = Some(Contour { curves, certified: 0, reached, sent: 0, first: 0, rests_seen: 0 });
+        self.contour = Some(Contour {
+            curves,
+            certified: 0,
+            reached,
+            sent: 0,
+            first: 0,
+            rests_seen: 0,
+            stops_seen: 0,
+            held: false,
+        });
         Ok(())
     }
 
@@ -139,9 +152,28 @@ impl Guard {
         [curve.from(), curve.to()].into_iter().find_map(beyond).or(inside).map_or(Ok(()), Err)
     }
 
-    /// The next motion of the contour, once the one before is acknowledged and read; counts it as sent.
+    /// The controller is told to hold the contour, or to go on with it: nothing more goes out before it is seen to go on. Were it
+    /// reset while it holds it would forget what it was at, without an alarm, and execute what comes next from where it stands.
+    pub fn contour_held(&mut self) {
+        self.told += 1;
+        if let Some(contour) = &mut self.contour {
+            contour.held = true;
+        }
+    }
+
+    /// Whether the controller may hold a contour, or has stopped in one.
+    pub(super) fn may_be_held(&self) -> bool {
+        #[cfg(feature = "mutations")]
+        if self.mutation == Mutation::ContourHeld {
+            return false;
+        }
+        self.contour.as_ref().is_some_and(|contour| contour.held || contour.stops_seen > 0)
+    }
+
+    /// The next motion of the contour, once the one before is acknowledged and read, and the controller does not hold; counts it
+    /// as sent.
     pub fn next_of_contour(&mut self) -> Option<Certified> {
-        let waits = self.unacknowledged() > 0 || self.unread() > 0;
+        let waits = self.unacknowledged() > 0 || self.unread() > 0 || self.may_be_held();
         #[cfg(feature = "mutations")]
         let waits = waits && (self.mutation != Mutation::ContourUnacknowledged || self.unacknowledged() > 3);
         if waits {
@@ -177,10 +209,17 @@ impl Guard {
         self.contour.as_ref().map_or(&[], |contour| contour.curves.get(contour.first..).unwrap_or(&[]))
     }
 
-    /// Takes a report of a machine that runs the contour.
-    pub(super) fn reported_in_contour(&mut self, sighting: &Sighting, all: bool) -> Result<(), Refusal> {
+    /// Takes a report of a machine that runs the contour; `told` says whether it was asked for after the controller was last told
+    /// to hold or to go on.
+    pub(super) fn reported_in_contour(
+        &mut self,
+        sighting: &Sighting,
+        all: bool,
+        told: bool,
+    ) -> Result<(), Refusal> {
         let (resolution, shape) = (self.rules.resolution, self.rules.contours);
         let Some(contour) = self.contour.as_mut() else { return Ok(()) };
+        contour.held &= sighting.held || !told;
         if contour.sent == 0 {
             return Ok(());
         }
@@ -190,9 +229,17 @@ impl Guard {
         let on = (contour.first..last)
             .find(|&k| lies_on(sighting.position, &contour.curves[k].0, tolerance(k), shape));
         contour.first = on.ok_or(Refusal::OffCertified(sighting.position))?;
+        let rests = sighting.rests() && all;
+        let reached = contour.curves.get(contour.sent - 1).is_some_and(|(curve, _)| {
+            !points_within(curve.to(), sighting.position, self.set.resolutions(BEYOND)).is_clear()
+        });
+        contour.stops_seen = if rests && !reached { contour.stops_seen.saturating_add(1) } else { 0 };
+        if contour.stops_seen >= 2 {
+            return Err(Refusal::Dropped(sighting.position));
+        }
         let done = contour.sent == contour.curves.len();
         let arrived = !points_within(contour.reached.point(), sighting.position, resolution).is_clear();
-        if !(sighting.rests() && all && done && arrived) {
+        if !(rests && done && arrived) {
             contour.rests_seen = 0;
             return Ok(());
         }

@@ -41,6 +41,8 @@ pub struct Sighting {
     pub queued: Option<usize>,
     /// Whether it has received something that it has not acted on.
     pub waiting: bool,
+    /// It holds a motion, or is about to.
+    pub held: bool,
 }
 
 /// How many lines had been sent and acknowledged when a query left.
@@ -48,6 +50,8 @@ pub struct Sighting {
 pub struct Stamp {
     pub(super) sent: u64,
     pub(super) acknowledged: u64,
+    /// How often the controller was told to hold or to go on.
+    pub(super) told: u64,
     pub(super) at: Time,
 }
 
@@ -64,7 +68,7 @@ const SEEN_MAX: usize = 64;
 /// How far from the hull a report is believed, in resolutions: that of the report, and that of the one the tail came from.
 const BELIEVED: i64 = 2;
 /// A tool that has begun no later line is reported no farther than this from the places up to there, in resolutions.
-const BEYOND: i64 = 4;
+pub(super) const BEYOND: i64 = 4;
 /// A block that has left the planner is executed within this time: six segments of 10 ms, or of a step each when that
 /// is longer; at 1 mm/s and 20 steps/mm, 300 ms (GRBL's stepper buffer).
 pub const DRAIN: Duration = Duration::from_millis(500);
@@ -204,7 +208,7 @@ impl InFlight {
         places.find_map(|place| self.reached(part, place)).map_or(Snap::Keep, Snap::At)
     }
 
-    fn resolutions(&self, count: i64) -> Length {
+    pub(super) fn resolutions(&self, count: i64) -> Length {
         Length::from_units(i64::from(self.resolution.units()) * count).unwrap_or(self.resolution)
     }
 

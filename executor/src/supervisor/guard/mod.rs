@@ -7,8 +7,8 @@
 //!
 //! **Contouring** is different: its motions run along the part, and hulls would cut through it. There each motion
 //! begins where the one before it ended, and is sent only after the one before it was acknowledged and a query that left
-//! behind it was answered (acknowledgements can come twice), so none can be skipped. The whole path is certified before the
-//! first is sent.
+//! behind it was answered (acknowledgements can come twice), so none can be skipped. Nor while the controller may hold: a reset
+//! drops what it holds without an alarm. The whole path is certified before the first is sent.
 //!
 //! **Reading:** a controller whose receive buffer is full drops bytes, and takes the head of one line and the tail of another
 //! for a third. So no line is sent before it has read the one before for certain, whatever was acknowledged: one line of at most
@@ -79,6 +79,8 @@ pub struct Guard {
     acknowledged: u64,
     /// Lines up to this number have left the controller's receive buffer.
     read: u64,
+    /// How often the controller was told to hold or to go on.
+    told: u64,
     contour: Option<Contour>,
     #[cfg(feature = "mutations")]
     mutation: Mutation,
@@ -125,6 +127,7 @@ impl Guard {
             sent: 0,
             acknowledged: 0,
             read: 0,
+            told: 0,
             contour: None,
             #[cfg(feature = "mutations")]
             mutation: Mutation::None,
@@ -230,7 +233,7 @@ impl Guard {
     /// Whether the next line waits for nothing but the answer to a query.
     #[must_use]
     pub fn awaits_reading(&self) -> bool {
-        self.unacknowledged() == 0 && self.unread() > 0
+        self.unacknowledged() == 0 && (self.unread() > 0 || self.may_be_held())
     }
 
     /// Whether the tool stands still at a known place with nothing under way.
@@ -369,7 +372,7 @@ impl Guard {
     /// The stamp of a query that leaves now.
     #[must_use]
     pub fn stamp(&self, now: Time) -> Stamp {
-        Stamp { sent: self.sent, acknowledged: self.acknowledged, at: now }
+        Stamp { sent: self.sent, acknowledged: self.acknowledged, told: self.told, at: now }
     }
 
     /// Takes a report as evidence. `stamp` is that of the query it answers, or of an earlier one.
@@ -390,7 +393,7 @@ impl Guard {
             self.read = self.read.max(stamp.sent.min(self.sent));
         }
         if self.contour.is_some() {
-            return self.reported_in_contour(sighting, all);
+            return self.reported_in_contour(sighting, all, stamp.told == self.told);
         }
         if self.set.tail.is_none() {
             return Ok(());

@@ -97,4 +97,7 @@ pub enum Refusal {
     /// The reported position lies outside everything that was certified.
     #[error("the tool is reported at {}, where nothing was sent to", keepout_planner::units::place(*.0))]
     OffCertified(Point),
+    /// The controller rests short of the end of a contour's motion.
+    #[error("the tool rests at {}, before the end of a motion of the contour: the controller dropped it", keepout_planner::units::place(*.0))]
+    Dropped(Point),
 }

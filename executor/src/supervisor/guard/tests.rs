@@ -93,7 +93,7 @@ fn without_a_position_nothing_is_admitted() {
 }
 
 fn sighting(position: Point, at_rest: bool, queued: usize) -> Sighting {
-    Sighting { position, at_rest, queued: Some(queued), waiting: false }
+    Sighting { position, at_rest, queued: Some(queued), waiting: false, held: false }
 }
 
 const MS: u64 = 1000;
