@@ -30,6 +30,10 @@ pub enum Sent {
     Query,
     /// Stop, and forget what is planned.
     Cancel,
+    /// Stop, and keep what is planned.
+    Hold,
+    /// Go on with what is kept.
+    Continue,
 }
 
 /// What is on the way back.
@@ -39,6 +43,8 @@ pub enum Answer {
     Accepted,
     /// A status report.
     Report(Report),
+    /// It was reset.
+    Restarted,
 }
 
 /// A status report.
@@ -52,6 +58,8 @@ pub struct Report {
     pub queued: usize,
     /// Something is in the receive buffer.
     pub waiting: bool,
+    /// It holds.
+    pub held: bool,
     /// Not the only copy: the next one follows at once.
     pub doubled: bool,
 }
@@ -69,6 +77,8 @@ pub struct Trouble {
     pub lies: u8,
     /// Resets that nobody hears of: all that is held is forgotten, the tool stops.
     pub resets: u8,
+    /// Resets while it holds: all that is held is forgotten without an alarm, and it says that it was reset.
+    pub resets_held: u8,
     /// Jumps of the clock by `DRAIN`.
     pub jumps: u8,
 }
@@ -103,6 +113,8 @@ pub struct Plant {
     pub planner: VecDeque<Xy>,
     /// Left the planner, so many half `DRAIN`s ago.
     pub stepper: VecDeque<(Xy, u8)>,
+    /// It holds: nothing moves, and nothing is read.
+    held: bool,
     /// On the way back.
     pub answers: VecDeque<Answer>,
     /// The first report it ever made: what a lie repeats.
@@ -146,6 +158,8 @@ pub enum Happening {
     },
     /// It is reset, and nobody hears of it.
     Reset,
+    /// It is reset while it holds, and says so.
+    ResetHeld,
 }
 
 impl Plant {
@@ -161,6 +175,7 @@ impl Plant {
             read: None,
             planner: VecDeque::new(),
             stepper: VecDeque::new(),
+            held: false,
             answers: VecDeque::new(),
             first_report: None,
             trouble,
@@ -184,7 +199,7 @@ impl Plant {
 
     /// What may happen next, but for the host's doing and the passing of time.
     pub fn moves(&self, into: &mut Vec<Happening>) {
-        let Trouble { lost, doubled, swapped, lies, resets, .. } = self.trouble;
+        let Trouble { lost, doubled, swapped, lies, resets, resets_held, .. } = self.trouble;
         let mut may = |allowed: bool, happening| {
             if allowed {
                 into.push(happening);
@@ -203,6 +218,10 @@ impl Plant {
             Happening::SwappedBack,
         );
         may(matches!(self.answers.front(), Some(Answer::Report(_))) && lies > 0, Happening::Lie);
+        may(self.held && resets_held > 0, Happening::ResetHeld);
+        if self.held {
+            return;
+        }
         let room = self.planner.len() < PLANNER;
         may(
             self.read.is_some() && room || self.read.is_none() && !self.received.is_empty(),
@@ -291,13 +310,23 @@ impl Plant {
             }
             Happening::Reset => {
                 self.trouble.resets -= 1;
-                self.received.clear();
-                self.read = None;
-                self.planner.clear();
-                self.stepper.clear();
+                self.forgets();
+            }
+            Happening::ResetHeld => {
+                self.trouble.resets_held -= 1;
+                self.forgets();
+                self.answers.push_back(Answer::Restarted);
             }
             _ => {}
         }
+    }
+
+    fn forgets(&mut self) {
+        self.received.clear();
+        self.read = None;
+        self.planner.clear();
+        self.stepper.clear();
+        self.held = false;
     }
 
     fn arrives(&mut self) {
@@ -313,9 +342,10 @@ impl Plant {
             Some(Sent::Query) => {
                 let report = Report {
                     place: self.tool,
-                    at_rest: !self.in_motion(),
+                    at_rest: !self.in_motion() && !self.held,
                     queued: self.planner.len(),
                     waiting: !self.received.is_empty(),
+                    held: self.held,
                     doubled: false,
                 };
                 self.first_report.get_or_insert(report);
@@ -330,6 +360,8 @@ impl Plant {
                 }
             }
             Some(Sent::Cancel) => {}
+            Some(Sent::Hold) => self.held = true,
+            Some(Sent::Continue) => self.held = false,
         }
     }
 

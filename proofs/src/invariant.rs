@@ -45,6 +45,8 @@ pub struct World {
     pub drive: Drive,
     /// A checksum protects the line.
     pub checked: bool,
+    /// How often a contour is told to hold or to go on.
+    pub holds: u8,
 }
 
 /// Threshold of motions by hand, of contours, and resolution, in units.
@@ -66,10 +68,14 @@ struct Node {
     ended: bool,
     /// The tool began nearer than the manual threshold and has not arrived elsewhere.
     inside: bool,
+    /// The controller was told to hold.
+    holding: bool,
+    /// How often it may still be told to hold, or to go on.
+    holds: u8,
 }
 
 #[derive(Hash)]
-struct Key<'a>(GuardState, &'a Plant, &'a VecDeque<Stamp>, u8, [u8; 4], bool, bool);
+struct Key<'a>(GuardState, &'a Plant, &'a VecDeque<Stamp>, u8, [u8; 4], [bool; 3], u8);
 
 /// Something that is done or happens.
 #[derive(Clone, Copy, Debug)]
@@ -80,6 +86,8 @@ enum Step {
     Next,
     Query,
     Cancel,
+    /// The controller is told to hold, or to go on.
+    Holds,
     Hears,
     Passes,
     Jumps,
@@ -150,6 +158,8 @@ impl World {
             now: 0,
             budget: self.budget,
             ended: false,
+            holding: false,
+            holds: self.holds,
         };
         let seeds = [RandomState::new(), RandomState::new()];
         let mut known = HashSet::from([first.key(&seeds)]);
@@ -208,8 +218,8 @@ impl Node {
                 &self.queries,
                 self.now,
                 self.budget,
-                self.ended,
-                self.inside,
+                [self.ended, self.inside, self.holding],
+                self.holds,
             )
         };
         (seeds[0].hash_one(key()), seeds[1].hash_one(key()))
@@ -232,7 +242,10 @@ impl Node {
                     into.push(Step::Contour);
                 }
             }
-            into.extend(self.guard.contour_progress().map(|_| Step::Next));
+            if self.guard.contour_progress().is_some() {
+                into.extend((!self.holding).then_some(Step::Next));
+                into.extend((self.holds > 0).then_some(Step::Holds));
+            }
             into.extend((queries > 0 && self.queries.len() < world.open).then_some(Step::Query));
             into.extend((cancels > 0).then_some(Step::Cancel));
             into.extend((!self.plant.answers.is_empty()).then_some(Step::Hears));
@@ -276,6 +289,12 @@ impl Node {
                 self.budget[2] -= 1;
                 self.plant.wire.push_back(Sent::Cancel);
             }
+            Step::Holds => {
+                self.holds -= 1;
+                self.holding = !self.holding;
+                self.guard.contour_held();
+                self.plant.wire.push_back(if self.holding { Sent::Hold } else { Sent::Continue });
+            }
             Step::Hears => while self.hears() {},
             Step::Passes => {
                 self.budget[3] -= 1;
@@ -308,11 +327,15 @@ impl Node {
                 self.queries.retain(|stamp| !guard.is_outdated(stamp));
                 false
             }
+            Some(Answer::Restarted) => {
+                self.ended = true;
+                false
+            }
             Some(Answer::Report(report)) => {
-                let Report { place, at_rest, queued, waiting, doubled } = report;
+                let Report { place, at_rest, queued, waiting, held, doubled } = report;
                 if let Some(stamp) = self.queries.pop_front() {
                     let sighting =
-                        Sighting { position: at(place), at_rest, queued: Some(queued), waiting, held: false };
+                        Sighting { position: at(place), at_rest, queued: Some(queued), waiting, held };
                     self.ended |= self.guard.reported(&sighting, stamp, self.time()).is_err();
                     self.inside &= !self.guard.settled() || self.guard.stands_inside();
                 }

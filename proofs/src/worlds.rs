@@ -19,7 +19,8 @@ const BACK: &[Xy] = &[WEST, MIDDLE];
 const AROUND: &[Xy] = &[SOUTH, WEST, NORTH, MIDDLE];
 
 const STRAIGHT: Drive = Drive { apart: false, flushes: false, cancels: true };
-const QUIET: Trouble = Trouble { lost: 0, doubled: 0, swapped: 0, lies: 0, resets: 0, jumps: 0 };
+const QUIET: Trouble =
+    Trouble { lost: 0, doubled: 0, swapped: 0, lies: 0, resets: 0, resets_held: 0, jumps: 0 };
 
 /// A world of jogs around the part.
 const JOGS: World = World {
@@ -32,6 +33,7 @@ const JOGS: World = World {
     trouble: QUIET,
     drive: STRAIGHT,
     checked: false,
+    holds: 0,
 };
 
 /// A contour along the part: skipping its corner cuts through the part.
@@ -45,6 +47,7 @@ const CONTOUR: World = World {
     trouble: QUIET,
     drive: Drive { cancels: false, ..STRAIGHT },
     checked: false,
+    holds: 0,
 };
 
 /// All worlds.
@@ -100,6 +103,19 @@ pub fn all() -> Vec<World> {
         CONTOUR,
         World { name: "contour, lines lost", trouble: Trouble { lost: 1, ..QUIET }, ..CONTOUR },
         World { name: "contour, lines twice", trouble: Trouble { doubled: 1, ..QUIET }, ..CONTOUR },
+        World { name: "contour, held", holds: 4, ..CONTOUR },
+        World {
+            name: "contour, held and reset",
+            holds: 4,
+            trouble: Trouble { resets_held: 1, ..QUIET },
+            ..CONTOUR
+        },
+        World {
+            name: "contour, held and reset, and a piece lost",
+            holds: 2,
+            trouble: Trouble { resets_held: 1, lost: 1, ..QUIET },
+            ..CONTOUR
+        },
         World {
             name: "contour through the part",
             contour: &[(-108, -108), (508, 508), (600, 508)],

@@ -32,8 +32,9 @@ pub(super) struct Contour {
 impl Contour {
     /// Everything about it that changes, but where it has come to.
     #[cfg(feature = "proofs")]
-    pub(super) fn counts(&self) -> (usize, usize, usize, u8) {
-        (self.certified, self.sent, self.first, self.rests_seen)
+    pub(super) fn counts(&self) -> ([usize; 3], [u8; 2], bool) {
+        let places = [self.certified, self.sent, self.first];
+        (places, [self.rests_seen, self.stops_seen], self.held)
     }
 
     pub(super) fn end(&self) -> FreePoint {
@@ -152,8 +153,9 @@ impl Guard {
         [curve.from(), curve.to()].into_iter().find_map(beyond).or(inside).map_or(Ok(()), Err)
     }
 
-    /// The controller is told to hold the contour, or to go on with it: nothing more goes out before it is seen to go on. Were it
-    /// reset while it holds it would forget what it was at, without an alarm, and execute what comes next from where it stands.
+    /// The controller is told to hold the contour, or to go on with it: nothing more goes out before a report that was asked for
+    /// later, with everything acknowledged, shows that it goes on. Were it reset while it holds it would forget what it was at,
+    /// without an alarm, and execute what comes next from where it stands.
     pub fn contour_held(&mut self) {
         self.told += 1;
         if let Some(contour) = &mut self.contour {
@@ -219,7 +221,7 @@ impl Guard {
     ) -> Result<(), Refusal> {
         let (resolution, shape) = (self.rules.resolution, self.rules.contours);
         let Some(contour) = self.contour.as_mut() else { return Ok(()) };
-        contour.held &= sighting.held || !told;
+        contour.held &= sighting.held || !(told && all);
         if contour.sent == 0 {
             return Ok(());
         }

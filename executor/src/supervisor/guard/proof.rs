@@ -16,8 +16,8 @@ pub struct State {
     left_queue: Vec<(u64, Time)>,
     left: (u64, u64),
     rests: (u8, Option<Point>),
-    counts: (u64, u64, u64),
-    contour: Option<((usize, usize, usize, u8), Point)>,
+    counts: [u64; 4],
+    contour: Option<(([usize; 3], [u8; 2], bool), Point)>,
 }
 
 impl Guard {
@@ -33,7 +33,7 @@ impl Guard {
             left_queue: set.left_queue.iter().copied().collect(),
             left: (set.left_before, set.executed),
             rests: (set.rests_seen, set.rested_at),
-            counts: (self.sent, self.acknowledged, self.read),
+            counts: [self.sent, self.acknowledged, self.read, self.told],
             contour: self.contour.as_ref().map(|contour| (contour.counts(), contour.end().point())),
         }
     }

@@ -360,3 +360,39 @@ fn errors_of_reports_do_not_add_up() {
         );
     }
 }
+
+/// A reset drops what a controller holds, without an alarm: nothing more of a contour goes out before it is seen to go on.
+#[test]
+fn nothing_of_a_contour_goes_out_while_the_controller_may_hold() {
+    let mut guard = guard();
+    guard.locate(at(-310, 0)).unwrap();
+    let line = |a, b| (Curve::Line(Segment { from: a, to: b }), 300);
+    let (p, q, r) = (at(-310, 0), at(-310, 3000), at(-310, 6000));
+    take_contour(&mut guard, vec![line(p, q), line(q, r)]).unwrap();
+    guard.next_of_contour().unwrap();
+    let unacknowledged = guard.stamp(Time::ZERO);
+    guard.contour_held();
+    let before = guard.stamp(Time::ZERO);
+    guard.contour_held();
+    guard.acknowledged().unwrap();
+    assert!(guard.awaits_reading() && guard.next_of_contour().is_none());
+    let moving = sighting(at(-310, 1000), false, 0);
+    let held = Sighting { held: true, ..moving };
+    for stamp in [unacknowledged, before] {
+        guard.reported(&moving, stamp, Time::ZERO).unwrap();
+        assert!(guard.next_of_contour().is_none(), "asked for too early");
+    }
+    let stamp = guard.stamp(Time::ZERO);
+    guard.reported(&held, stamp, Time::ZERO).unwrap();
+    assert!(guard.next_of_contour().is_none());
+    // At rest before the end of the motion: it was dropped.
+    guard.reported(&sighting(at(-310, 1000), true, 0), stamp, Time::ZERO).unwrap();
+    assert!(guard.next_of_contour().is_none());
+    guard.reported(&moving, stamp, Time::ZERO).unwrap();
+    assert_eq!(guard.next_of_contour().unwrap().target(), r);
+    guard.acknowledged().unwrap();
+    let (stamp, stopped) = (guard.stamp(Time::ZERO), at(-310, 4000));
+    guard.reported(&sighting(stopped, true, 0), stamp, Time::ZERO).unwrap();
+    let dropped = guard.reported(&sighting(stopped, true, 0), stamp, Time::ZERO);
+    assert_eq!(dropped, Err(Refusal::Dropped(stopped)));
+}
