@@ -14,8 +14,8 @@ use std::collections::VecDeque;
 
 use crate::properties::Xy;
 
-/// Lines that the receive buffer holds: one more is mixed up with the last.
-pub const BUFFER: usize = 4;
+/// Lines that the receive buffer holds: one more is mixed up with the last. Three of 42 bytes fit GRBL's 127.
+pub const BUFFER: usize = 3;
 /// Blocks that the planner holds.
 const PLANNER: usize = 2;
 /// Blocks that have left the planner and are not yet executed.

@@ -62,6 +62,10 @@ pub fn all() -> Vec<World> {
             targets: &[SOUTH, WEST, NORTH],
             ..with("lines and answers come twice", [2, 3, 1, 0], Trouble { doubled: 1, ..QUIET })
         },
+        World {
+            targets: &[SOUTH, WEST, NORTH],
+            ..with("lines and answers come many times", [4, 1, 0, 0], Trouble { doubled: 3, ..QUIET })
+        },
         with("an old report in place of one", [2, 4, 0, 0], Trouble { lies: 1, ..QUIET }),
         with("a reset that nobody hears of", [2, 3, 1, 0], Trouble { resets: 1, ..QUIET }),
         World { targets: BACK, open: 1, ..with("targets leave the set: time passes", [2, 4, 0, 2], QUIET) },
