@@ -53,6 +53,11 @@ const CONTOUR: World = World {
 /// All worlds.
 #[must_use]
 pub fn all() -> Vec<World> {
+    jogs().into_iter().chain(contours()).collect()
+}
+
+/// Worlds that are steered by hand.
+fn jogs() -> Vec<World> {
     let with = |name, budget, trouble| World { name, budget, trouble, ..JOGS };
     vec![
         JOGS,
@@ -104,6 +109,12 @@ pub fn all() -> Vec<World> {
             targets: &[(-300, 200), (-60, 600), (-97, -40), WEST],
             ..with("ways out", [2, 4, 1, 0], QUIET)
         },
+    ]
+}
+
+/// Worlds in which a contour is cut.
+fn contours() -> Vec<World> {
+    vec![
         CONTOUR,
         World { name: "contour, lines lost", trouble: Trouble { lost: 1, ..QUIET }, ..CONTOUR },
         World { name: "contour, lines twice", trouble: Trouble { doubled: 1, ..QUIET }, ..CONTOUR },

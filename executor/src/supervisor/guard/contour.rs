@@ -32,7 +32,7 @@ pub(super) struct Contour {
 impl Contour {
     /// Everything about it that changes, but where it has come to.
     #[cfg(feature = "proofs")]
-    pub(super) fn counts(&self) -> ([usize; 3], [u8; 2], bool) {
+    pub(super) fn counts(&self) -> Counts {
         let places = [self.certified, self.sent, self.first];
         (places, [self.rests_seen, self.stops_seen], self.held)
     }
@@ -41,6 +41,11 @@ impl Contour {
         self.reached
     }
 }
+
+/// What counts about a contour: motions certified and sent, the first on which the tool can be; reports of rest at its end and
+/// before; whether it may be held.
+#[cfg(feature = "proofs")]
+pub(super) type Counts = ([usize; 3], [u8; 2], bool);
 
 /// How far the certification of a contour has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

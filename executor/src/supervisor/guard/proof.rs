@@ -3,6 +3,7 @@
 use keepout_kernel::{FreePoint, Point};
 
 use super::Guard;
+use super::contour::Counts;
 use super::hull::Hull;
 use crate::time::Time;
 
@@ -17,7 +18,7 @@ pub struct State {
     left: (u64, u64),
     rests: (u8, Option<Point>),
     counts: [u64; 4],
-    contour: Option<(([usize; 3], [u8; 2], bool), Point)>,
+    contour: Option<(Counts, Point)>,
 }
 
 impl Guard {
