@@ -6,7 +6,7 @@ use keepout_kernel::{Arc, Curve, FreePoint, Length, Point, Turn};
 
 #[cfg(feature = "mutations")]
 use super::Mutation;
-use super::in_flight::{BEYOND, Sighting, clear_box};
+use super::in_flight::{BELIEVED, BEYOND, Sighting, clear_box};
 use super::{Certified, Guard, Motion, MotionShape, Refusal};
 
 /// A contour, being certified and then executed.
@@ -232,7 +232,7 @@ impl Guard {
         }
         let last = contour.sent.max(contour.first + 1).min(contour.curves.len());
         // The first motion begins where the tool was reported to rest, the others where the one before it ended.
-        let tolerance = |k: usize| if k == 0 { resolution.saturating_plus(resolution) } else { resolution };
+        let tolerance = |k: usize| if k == 0 { self.set.resolutions(BELIEVED) } else { resolution };
         let on = (contour.first..last)
             .find(|&k| lies_on(sighting.position, &contour.curves[k].0, tolerance(k), shape));
         contour.first = on.ok_or(Refusal::OffCertified(sighting.position))?;

@@ -66,7 +66,7 @@ pub(super) const LINES_MAX: usize = 12;
 /// Reports that are remembered while lines wait to be retired.
 const SEEN_MAX: usize = 64;
 /// How far from the hull a report is believed, in resolutions: that of the report, and that of the one the tail came from.
-const BELIEVED: i64 = 2;
+pub(super) const BELIEVED: i64 = 2;
 /// A tool that has begun no later line is reported no farther than this from the places up to there, in resolutions.
 pub(super) const BEYOND: i64 = 4;
 /// A block that has left the planner is executed within this time: six segments of 10 ms, or of a step each when that

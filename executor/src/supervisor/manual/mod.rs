@@ -57,7 +57,7 @@ const SINGLE_S: f64 = 1.0;
 /// The same where they can not be cancelled either: the hand is not followed for that long, s.
 const UNSTOPPABLE_S: f64 = 0.25;
 /// Angles tried along a wall while motions are under way, one at each decision; at rest all of [`SLIDE_TURNS`] are.
-const TURNS_UNDER_WAY: [[u32; 1]; 4] = [[12], [5], [8], [3]];
+const TURNS_UNDER_WAY: [u32; 4] = [12, 5, 8, 3];
 /// Jogs last at least so long, s: each stays in the in-flight set for half a second after it was executed, and that holds
 /// only so many.
 const STEP_S: f64 = 0.06;
@@ -170,8 +170,8 @@ impl Steering {
             return Contact::Unknown;
         }
         let all = helm.guard.settled();
-        let turns: &[u32] =
-            if all { &SLIDE_TURNS } else { &TURNS_UNDER_WAY[self.turns % TURNS_UNDER_WAY.len()] };
+        let turn = &TURNS_UNDER_WAY[self.turns % TURNS_UNDER_WAY.len()];
+        let turns = if all { &SLIDE_TURNS[..] } else { std::slice::from_ref(turn) };
         let (target, contact) = helm.reach(base, vector(unit, missing_mm), turns);
         let last = all || self.turns + 1 == TURNS_UNDER_WAY.len();
         self.fruitless = (target.is_none() && last).then_some(attempt);
