@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
+use keepout_planner::plan_file::write_whole;
 use serde::Deserialize;
 
 /// A fault.
@@ -169,7 +170,7 @@ fn keep(results: &[Result]) -> io::Result<()> {
     let line = |r: &Result| format!("{}\t{}\t{}\t{}\n", r.what, r.fate, r.by, r.seconds);
     let file = results_file();
     fs::create_dir_all(file.parent().unwrap_or(Path::new(".")))?;
-    fs::write(file, results.iter().map(line).collect::<String>())
+    write_whole(&file, results.iter().map(line).collect::<String>().as_bytes())
 }
 
 /// Copies what is newer or not there, so that little is built anew.

@@ -1,16 +1,14 @@
 //! The assurance table: runs the engines, and writes what is proved, what is tested and what is not.
 
 use std::fmt::Write as _;
-use std::fs;
 use std::io;
 use std::path::Path;
+
+use keepout_planner::plan_file::write_whole;
 
 use crate::property::{Outcome, Property};
 use crate::smt::results::{self, Row};
 use crate::{mutants, properties, worlds};
-
-/// States of a world that are looked at, at most.
-pub const STATES: usize = 4_000_000;
 
 /// Checks that are not lists of drawn inputs: what they say, of which code, where they are.
 const BESIDE: [(&str, &str, &str); 8] = [
@@ -67,7 +65,7 @@ pub fn write(page: &Path, theorems: &Path) -> io::Result<bool> {
         BESIDE.iter().try_for_each(|(what, of, place)| writeln!(text, "| {what} | {of} | {place} |"))
     };
     fill(&mut text).map_err(io::Error::other)?;
-    fs::write(page, text)?;
+    write_whole(page, text.as_bytes())?;
     for name in &failed {
         println!("does not hold: {name}");
     }
@@ -177,7 +175,7 @@ fn explored(text: &mut String, failed: &mut Vec<String>) -> std::fmt::Result {
          | world | bounds | faults | states | steps | longest | outcome |\n|---|---|---|---|---|---|---|"
     )?;
     for world in worlds::all() {
-        let seen = world.explore(STATES);
+        let seen = world.explore(worlds::STATES);
         let outcome = match (&seen.violation, seen.complete) {
             (Some(_), _) => "**does not hold**",
             (None, true) => "holds in all",
@@ -194,6 +192,8 @@ fn explored(text: &mut String, failed: &mut Vec<String>) -> std::fmt::Result {
             (trouble.swapped, "swapped"),
             (trouble.lies, "old report"),
             (trouble.resets, "reset"),
+            (world.holds, "times told to hold or go on"),
+            (trouble.resets_held, "reset while held"),
             (trouble.jumps, "clock jump"),
         ];
         let faults: Vec<String> = counted

@@ -4,6 +4,9 @@ use crate::controller::{Drive, Trouble};
 use crate::invariant::World;
 use crate::properties::Xy;
 
+/// More states than any world has: what is explored up to here is explored to the end.
+pub const STATES: usize = 4_000_000;
+
 /// South, west and north of the part: between two neighbours it is free, across it is not.
 const SOUTH: Xy = (200, -600);
 const WEST: Xy = (-600, 200);

@@ -5,9 +5,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use keepout_proofs::worlds;
 
-/// The most states of one world.
-const STATES: usize = 4_000_000;
-
 #[test]
 fn every_point_where_the_tool_can_be_lies_in_a_certified_set() {
     let worlds = worlds::all();
@@ -16,7 +13,7 @@ fn every_point_where_the_tool_can_be_lies_in_a_certified_set() {
         for _ in 0..2 {
             scope.spawn(|| {
                 while let Some(world) = worlds.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let explored = world.explore(STATES);
+                    let explored = world.explore(worlds::STATES);
                     assert!(explored.violation.is_none(), "{}: {:#?}", world.name, explored.violation);
                     assert!(explored.complete, "{}: not all states were seen", world.name);
                 }

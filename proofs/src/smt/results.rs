@@ -4,6 +4,8 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
+use keepout_planner::plan_file::write_whole;
+
 /// Names of the fields, in order.
 pub const FIELDS: [&str; 14] = [
     "theorem",
@@ -129,11 +131,7 @@ pub fn write(path: &Path, rows: &[Row]) -> io::Result<()> {
     for row in rows {
         text += &(row.line() + "\n");
     }
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(".part");
-    let part = path.with_file_name(name);
-    fs::write(&part, text)?;
-    fs::rename(&part, path)
+    write_whole(path, text.as_bytes())
 }
 
 /// Reads them back.

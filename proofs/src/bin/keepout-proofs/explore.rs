@@ -13,7 +13,7 @@ pub struct Explore {
     #[arg(long, value_name = "NAME", default_value = "")]
     only: String,
     /// The most states of one world.
-    #[arg(long, default_value_t = 20_000_000)]
+    #[arg(long, default_value_t = worlds::STATES)]
     states: usize,
     /// Take out each part of the guard in turn, and name the worlds that notice. Needs the feature of that name.
     #[cfg(feature = "mutations")]
