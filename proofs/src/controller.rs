@@ -8,7 +8,8 @@
 //! 423, 837).
 //!
 //! What a line may do: see [`Trouble`]. The assumptions are those of ARCHITECTURE.md: answers arrive in the order in which they
-//! were sent and are not invented, no line both repeats and loses, and one report in a while may be an old one.
+//! were sent and are not invented, no line both repeats and loses, or swaps twice, and one report in a while may be an old one.
+//! A report says where the tool is to [`RESOLUTION`].
 
 use std::collections::VecDeque;
 
@@ -20,6 +21,11 @@ pub const BUFFER: usize = 3;
 const PLANNER: usize = 2;
 /// Blocks that have left the planner and are not yet executed.
 const STEPPER: usize = 2;
+
+/// How far a report is from the tool at most, in units.
+pub const RESOLUTION: i64 = 4;
+/// Where a report finds the tool, from where it is.
+const ERRORS: [Xy; 5] = [(0, 0), (RESOLUTION, 0), (-RESOLUTION, 0), (0, RESOLUTION), (0, -RESOLUTION)];
 
 /// What is on the way to the controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -41,6 +47,8 @@ pub enum Sent {
 pub enum Answer {
     /// The oldest line is accepted.
     Accepted,
+    /// The oldest line is refused.
+    Refused,
     /// A status report.
     Report(Report),
     /// It was reset.
@@ -75,6 +83,8 @@ pub struct Trouble {
     pub swapped: u8,
     /// Reports replaced by an earlier one.
     pub lies: u8,
+    /// Lines that are refused instead of being planned.
+    pub refused: u8,
     /// Resets that nobody hears of: all that is held is forgotten, the tool stops.
     pub resets: u8,
     /// Resets while it holds: all that is held is forgotten without an alarm, and it says that it was reset.
@@ -92,6 +102,10 @@ pub struct Drive {
     pub flushes: bool,
     /// A cancel stops motions (jogs); contours know none.
     pub cancels: bool,
+    /// Reports are off by the resolution, or not.
+    pub errs: bool,
+    /// How often it can be found between the ends of motions before it comes to the next end.
+    pub halves: u8,
 }
 
 /// The controller, the line and the tool.
@@ -101,8 +115,8 @@ pub struct Plant {
     pub drive: Drive,
     /// Where the tool is.
     pub tool: Xy,
-    /// The tool is at a place where no motion began or ended.
-    between: bool,
+    /// How often the tool was found where no motion began or ended, since one did.
+    between: u8,
     /// On the way to it.
     pub wire: VecDeque<Sent>,
     /// Received and not read.
@@ -117,8 +131,8 @@ pub struct Plant {
     held: bool,
     /// On the way back.
     pub answers: VecDeque<Answer>,
-    /// The first report it ever made: what a lie repeats.
-    first_report: Option<Report>,
+    /// The reports it has made, as far as a lie may repeat them.
+    reported: Vec<Report>,
     /// What may still go wrong.
     pub trouble: Trouble,
 }
@@ -126,8 +140,11 @@ pub struct Plant {
 /// Something that happens.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Happening {
-    /// What was sent first arrives.
-    Arrives,
+    /// What was sent first arrives; a report that it asks for is off by so much.
+    Arrives {
+        /// Which of the errors.
+        error: u8,
+    },
     /// What was sent first is lost.
     LostThere,
     /// What was sent first arrives twice.
@@ -141,9 +158,14 @@ pub enum Happening {
     /// The next two answers change places.
     SwappedBack,
     /// The next answer is replaced by an earlier one.
-    Lie,
+    Lie {
+        /// Which.
+        report: u8,
+    },
     /// A line is read.
     Reads,
+    /// A line is read and refused.
+    Refuses,
     /// A block leaves the planner.
     Fetches,
     /// The tool drives to the end of its motion; where axes run apart, around by x first or by y first.
@@ -169,7 +191,7 @@ impl Plant {
         Self {
             drive,
             tool,
-            between: false,
+            between: 0,
             wire: VecDeque::new(),
             received: VecDeque::new(),
             read: None,
@@ -177,7 +199,7 @@ impl Plant {
             stepper: VecDeque::new(),
             held: false,
             answers: VecDeque::new(),
-            first_report: None,
+            reported: Vec::new(),
             trouble,
         }
     }
@@ -199,14 +221,15 @@ impl Plant {
 
     /// What may happen next, but for the host's doing and the passing of time.
     pub fn moves(&self, into: &mut Vec<Happening>) {
-        let Trouble { lost, doubled, swapped, lies, resets, resets_held, .. } = self.trouble;
+        let Trouble { lost, doubled, swapped, resets, resets_held, .. } = self.trouble;
         let mut may = |allowed: bool, happening| {
             if allowed {
                 into.push(happening);
             }
         };
         let there = !self.wire.is_empty();
-        may(there, Happening::Arrives);
+        let errors = if self.drive.errs && self.wire.front() == Some(&Sent::Query) { 5 } else { 1 };
+        (0..errors).for_each(|error| may(there, Happening::Arrives { error }));
         may(there && lost > 0, Happening::LostThere);
         may(there && doubled > 0, Happening::DoubledThere);
         may(self.wire.len() > 1 && swapped > 0 && self.wire[0] != self.wire[1], Happening::SwappedThere);
@@ -217,7 +240,13 @@ impl Plant {
             self.answers.len() > 1 && swapped > 0 && self.answers[0] != self.answers[1],
             Happening::SwappedBack,
         );
-        may(matches!(self.answers.front(), Some(Answer::Report(_))) && lies > 0, Happening::Lie);
+        if self.trouble.lies > 0
+            && let Some(Answer::Report(told)) = self.answers.front()
+        {
+            for (old, report) in self.reported.iter().zip(0..) {
+                may(old != told, Happening::Lie { report });
+            }
+        }
         may(self.held && resets_held > 0, Happening::ResetHeld);
         if self.held {
             return;
@@ -227,12 +256,13 @@ impl Plant {
             self.read.is_some() && room || self.read.is_none() && !self.received.is_empty(),
             Happening::Reads,
         );
+        may(self.trouble.refused > 0 && self.read.is_none() && !self.received.is_empty(), Happening::Refuses);
         may(self.stepper.len() < STEPPER && !self.planner.is_empty(), Happening::Fetches);
         if let Some(&(to, _)) = self.stepper.front() {
             let slanted = self.drive.apart && to.0 != self.tool.0 && to.1 != self.tool.1;
             for around in if slanted { 1..3 } else { 0..1 } {
                 may(true, Happening::Drives { around });
-                may(!self.between, Happening::DrivesHalf { around });
+                may(self.between < self.drive.halves, Happening::DrivesHalf { around });
             }
         }
         may(
@@ -245,7 +275,7 @@ impl Plant {
     pub fn happens(&mut self, happening: Happening) -> Vec<Xy> {
         let from = self.tool;
         match happening {
-            Happening::Arrives => self.arrives(),
+            Happening::Arrives { error } => self.arrives(ERRORS[usize::from(error)]),
             Happening::Reads => self.reads(),
             Happening::Fetches => {
                 if let Some(block) = self.planner.pop_front() {
@@ -254,7 +284,7 @@ impl Plant {
             }
             Happening::Drives { around } => {
                 let Some((to, _)) = self.stepper.pop_front() else { return vec![from] };
-                (self.tool, self.between) = (to, false);
+                (self.tool, self.between) = (to, 0);
                 let corner = [None, Some((to.0, from.1)), Some((from.0, to.1))][usize::from(around)];
                 return [Some(from), corner, Some(to)].into_iter().flatten().collect();
             }
@@ -262,7 +292,7 @@ impl Plant {
                 let Some(&(to, _)) = self.stepper.front() else { return vec![from] };
                 let half = ((from.0 + to.0) / 2, (from.1 + to.1) / 2);
                 self.tool = [half, (to.0, from.1), (from.0, to.1)][usize::from(around)];
-                self.between = true;
+                self.between += 1;
             }
             fault => self.suffers(fault),
         }
@@ -279,12 +309,12 @@ impl Plant {
             Happening::DoubledThere => {
                 self.trouble.doubled -= 1;
                 self.wire.insert(1, self.wire[0]);
-                self.arrives();
+                self.arrives((0, 0));
             }
             Happening::SwappedThere => {
                 self.trouble.swapped -= 1;
                 self.wire.swap(0, 1);
-                self.arrives();
+                self.arrives((0, 0));
             }
             Happening::LostBack => {
                 self.trouble.lost -= 1;
@@ -302,11 +332,18 @@ impl Plant {
                 self.trouble.swapped -= 1;
                 self.answers.swap(0, 1);
             }
-            Happening::Lie => {
+            Happening::Lie { report } => {
                 self.trouble.lies -= 1;
-                if let (Some(old), Some(answer)) = (self.first_report, self.answers.front_mut()) {
+                if let (Some(&old), Some(answer)) =
+                    (self.reported.get(usize::from(report)), self.answers.front_mut())
+                {
                     *answer = Answer::Report(old);
                 }
+            }
+            Happening::Refuses => {
+                self.trouble.refused -= 1;
+                self.received.pop_front();
+                self.answers.push_back(Answer::Refused);
             }
             Happening::Reset => {
                 self.trouble.resets -= 1;
@@ -329,7 +366,7 @@ impl Plant {
         self.held = false;
     }
 
-    fn arrives(&mut self) {
+    fn arrives(&mut self, error: Xy) {
         match self.wire.pop_front() {
             None => {}
             Some(Sent::Line(to)) if self.received.len() < BUFFER => self.received.push_back(to),
@@ -341,14 +378,16 @@ impl Plant {
             }
             Some(Sent::Query) => {
                 let report = Report {
-                    place: self.tool,
+                    place: (self.tool.0 + error.0, self.tool.1 + error.1),
                     at_rest: !self.in_motion() && !self.held,
                     queued: self.planner.len(),
                     waiting: !self.received.is_empty(),
                     held: self.held,
                     doubled: false,
                 };
-                self.first_report.get_or_insert(report);
+                if self.trouble.lies > 0 && !self.reported.contains(&report) {
+                    self.reported.push(report);
+                }
                 self.answers.push_back(Answer::Report(report));
             }
             Some(Sent::Cancel) if self.in_motion() && self.drive.cancels => {
@@ -380,8 +419,12 @@ impl Plant {
         }
     }
 
-    /// Half of `DRAIN` passes; `false` when something should have been executed before.
+    /// Half of `DRAIN` passes; `false` when something should have been executed before. A held machine executes nothing, and
+    /// grows no older.
     pub fn passes(&mut self) -> bool {
+        if self.held {
+            return true;
+        }
         let due = self.stepper.iter().any(|&(_, age)| age >= 1);
         for (_, age) in &mut self.stepper {
             *age += 1;

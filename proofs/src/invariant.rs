@@ -19,7 +19,7 @@ use keepout_executor::time::Time;
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Curve, ProhibitedRegion, Region, Ring, Segment, Side};
 
-use crate::controller::{Answer, Drive, Happening, Plant, Report, Sent, Trouble};
+use crate::controller::{Answer, Drive, Happening, Plant, RESOLUTION, Report, Sent, Trouble};
 use crate::families::{at, length};
 use crate::oracle::quick;
 use crate::properties::Xy;
@@ -49,10 +49,9 @@ pub struct World {
     pub holds: u8,
 }
 
-/// Threshold of motions by hand, of contours, and resolution, in units.
+/// Thresholds of motions by hand and of contours, in units.
 const MANUAL: i64 = 100;
 const FINISHING: i64 = 96;
-const RESOLUTION: i64 = 4;
 /// The part: a square.
 const PART: [Xy; 4] = [(0, 0), (400, 0), (400, 400), (0, 400)];
 
@@ -175,7 +174,7 @@ impl World {
                 let mut next = node.clone();
                 let Some(way) = next.takes(self, step) else { continue };
                 explored.steps += 1;
-                let fault = next.fault(&part, &way);
+                let fault = next.fault(self, &part, &way);
                 if let Some(fault) = fault {
                     let mut story = told(&ways, number);
                     story.extend([format!("{step:?}"), fault]);
@@ -327,6 +326,10 @@ impl Node {
                 self.queries.retain(|stamp| !guard.is_outdated(stamp));
                 false
             }
+            Some(Answer::Refused) => {
+                self.ended |= !self.guard.refused();
+                false
+            }
             Some(Answer::Restarted) => {
                 self.ended = true;
                 false
@@ -345,41 +348,82 @@ impl Node {
     }
 
     /// What does not hold here, after the tool moved on this way.
-    fn fault(&self, part: &ProhibitedRegion, way: &[Xy]) -> Option<String> {
+    fn fault(&self, world: &World, part: &ProhibitedRegion, way: &[Xy]) -> Option<String> {
+        if self.ended && world.trouble == Trouble::default() {
+            return Some("a fault where nothing was wrong".into());
+        }
         for pair in way.windows(2) {
             let motion = Segment { from: at(pair[0]), to: at(pair[1]) };
             if self.inside {
                 if approaches(part, pair[0], pair[1]) {
                     return Some(format!("a way out comes nearer to the part: {pair:?}"));
                 }
-            } else if !part.motion_clear(motion, length(FINISHING - RESOLUTION)).is_clear() {
+            } else if !part.motion_clear(motion, length(world.kept())).is_clear() {
                 return Some(format!("the tool comes too near the part: {pair:?}"));
             }
         }
-        let tool = self.plant.tool;
         if self.guard.contour_progress().is_some() {
-            let left = self.guard.contour_left();
-            let on = left.iter().any(|(curve, _)| {
-                let line = Segment { from: curve.from(), to: curve.to() };
-                let beside = !line.near_point(at(tool), length(RESOLUTION)).is_clear();
-                beside
-                    || self.guard.rules().contours == MotionShape::Box
-                        && Window::of(line.from).including(line.to).holds(at(tool))
-            });
-            return (!on).then(|| format!("the tool at {tool:?} is not on the contour"));
+            return self.off_the_contour();
         }
         let set: Vec<Xy> = self.guard.in_flight().map(plain).collect();
         if set.is_empty() {
             return None;
         }
-        let apart = self.guard.rules().shape == MotionShape::Box;
-        let outside = |p: Xy| if apart { off_box(&set, p) } else { off_hull(&set, p) };
-        if outside(tool) > RESOLUTION {
+        if !self.inside && !certified(part, &set, world.drive.apart) {
+            return Some(format!("the set is not clear: {set:?}"));
+        }
+        let outside = |p: Xy| if world.drive.apart { off_box(&set, p) } else { off_hull(&set, p) };
+        let tool = self.plant.tool;
+        let open =
+            part.motion_clear(Segment { from: at(tool), to: at(tool) }, length(MANUAL + 2 * RESOLUTION));
+        let off = match world.drive.errs {
+            false => 1,
+            true if self.guard.settled() && open.is_clear() => RESOLUTION,
+            true => world.off() + 1,
+        };
+        if outside(tool) > off {
             return Some(format!("the tool at {tool:?} is outside the set {set:?}"));
         }
         let stray = self.plant.targets().find(|&to| outside(to) > 0);
         stray.map(|to| format!("the target {to:?} is outside the set {set:?}"))
     }
+
+    fn off_the_contour(&self) -> Option<String> {
+        let tool = self.plant.tool;
+        let on = self.guard.contour_left().iter().any(|(curve, _)| {
+            let line = Segment { from: curve.from(), to: curve.to() };
+            let beside = !line.near_point(at(tool), length(RESOLUTION)).is_clear();
+            beside
+                || self.guard.rules().contours == MotionShape::Box
+                    && Window::of(line.from).including(line.to).holds(at(tool))
+        });
+        (!on).then(|| format!("the tool at {tool:?} is not on the contour"))
+    }
+}
+
+impl World {
+    /// How far the tool can be from the set: it is reported to a resolution, and believed at two.
+    fn off(&self) -> i64 {
+        if self.drive.errs { 3 * RESOLUTION } else { 0 }
+    }
+
+    /// How near the tool comes to the part at most. Places of the set are rounded to whole units.
+    fn kept(&self) -> i64 {
+        let threshold = if self.contour.is_empty() { MANUAL } else { FINISHING - RESOLUTION };
+        threshold - self.off() - 1
+    }
+}
+
+/// Whether the hull of the set, or its box, is clear of the part by hand's threshold, but for a unit of rounding.
+fn certified(part: &ProhibitedRegion, set: &[Xy], apart: bool) -> bool {
+    let kept = length(MANUAL - 1);
+    let window = set.iter().skip(1).fold(Window::of(at(set[0])), |window, &p| window.including(at(p)));
+    if apart {
+        return part.index().near_box(window, kept).is_none();
+    }
+    let ways = set.iter().enumerate().flat_map(|(i, &a)| set[i..].iter().map(move |&b| (a, b)));
+    let mut ways = ways.map(|(a, b)| Segment { from: at(a), to: at(b) });
+    ways.all(|way| part.motion_clear(way, kept).is_clear()) && off_hull(set, PART[0]) > 0
 }
 
 /// Whether the motion comes nearer to an edge that is, or comes, within the manual threshold.
@@ -423,7 +467,7 @@ fn off_hull(set: &[Xy], p: Xy) -> i64 {
                 return 0;
             }
             let edge = Segment { from: at(a), to: at(b) };
-            let reach = (0..=RESOLUTION).find(|&r| !edge.near_point(at(p), length(r)).is_clear());
+            let reach = (0..=3 * RESOLUTION + 2).find(|&r| !edge.near_point(at(p), length(r)).is_clear());
             least = least.min(reach.unwrap_or(i64::MAX));
         }
     }

@@ -191,6 +191,7 @@ fn explored(text: &mut String, failed: &mut Vec<String>) -> std::fmt::Result {
             (trouble.doubled, "doubled"),
             (trouble.swapped, "swapped"),
             (trouble.lies, "old report"),
+            (trouble.refused, "refused"),
             (trouble.resets, "reset"),
             (world.holds, "times told to hold or go on"),
             (trouble.resets_held, "reset while held"),

@@ -21,9 +21,10 @@ const CLEAR: Xy = (-101, 200);
 const BACK: &[Xy] = &[WEST, MIDDLE];
 const AROUND: &[Xy] = &[SOUTH, WEST, NORTH, MIDDLE];
 
-const STRAIGHT: Drive = Drive { apart: false, flushes: false, cancels: true };
+const STRAIGHT: Drive = Drive { apart: false, flushes: false, cancels: true, errs: false, halves: 1 };
+const ERRING: Drive = Drive { errs: true, ..STRAIGHT };
 const QUIET: Trouble =
-    Trouble { lost: 0, doubled: 0, swapped: 0, lies: 0, resets: 0, resets_held: 0, jumps: 0 };
+    Trouble { lost: 0, doubled: 0, swapped: 0, lies: 0, refused: 0, resets: 0, resets_held: 0, jumps: 0 };
 
 /// A world of jogs around the part.
 const JOGS: World = World {
@@ -108,6 +109,54 @@ fn jogs() -> Vec<World> {
         },
         World { targets: &[NEAR, CLEAR, WEST], ..with("targets at the threshold", [2, 3, 1, 0], QUIET) },
         World {
+            drive: Drive { halves: 2, ..STRAIGHT },
+            ..with("cancels in more places", [3, 2, 1, 0], QUIET)
+        },
+        World { targets: &[WEST, NORTH, MIDDLE], ..with("time and cancels", [2, 4, 1, 2], QUIET) },
+        World {
+            drive: Drive { flushes: true, ..STRAIGHT },
+            targets: &[SOUTH, WEST, NORTH],
+            ..with("cancels that flush, three lines", [3, 2, 1, 0], QUIET)
+        },
+        World {
+            targets: &[SOUTH, WEST, NORTH],
+            ..with("three lines, and one is lost", [3, 2, 1, 0], Trouble { lost: 1, ..QUIET })
+        },
+        World {
+            targets: &[SOUTH, WEST, NORTH],
+            ..with("a line is refused", [3, 3, 0, 0], Trouble { refused: 1, ..QUIET })
+        },
+        World {
+            targets: &[WEST, NORTH],
+            ..with(
+                "a line comes twice, and once is refused",
+                [2, 3, 0, 1],
+                Trouble { refused: 1, doubled: 1, ..QUIET },
+            )
+        },
+        World {
+            drive: ERRING,
+            targets: &[SOUTH, WEST, NORTH],
+            ..with("reports that err", [2, 3, 1, 0], QUIET)
+        },
+        World {
+            drive: ERRING,
+            checked: true,
+            targets: &[WEST, NORTH],
+            ..with("reports that err, with a checksum", [2, 3, 0, 0], QUIET)
+        },
+        World {
+            drive: ERRING,
+            targets: BACK,
+            open: 1,
+            ..with("reports that err, and time passes", [2, 3, 0, 2], QUIET)
+        },
+        World {
+            drive: ERRING,
+            targets: &[NEAR, CLEAR, WEST],
+            ..with("reports that err, at the threshold", [2, 3, 1, 0], QUIET)
+        },
+        World {
             start: (-60, 200),
             targets: &[(-300, 200), (-60, 600), (-97, -40), WEST],
             ..with("ways out", [2, 4, 1, 0], QUIET)
@@ -122,6 +171,7 @@ fn contours() -> Vec<World> {
         World { name: "contour, lines lost", trouble: Trouble { lost: 1, ..QUIET }, ..CONTOUR },
         World { name: "contour, lines twice", trouble: Trouble { doubled: 1, ..QUIET }, ..CONTOUR },
         World { name: "contour, held", holds: 4, ..CONTOUR },
+        World { name: "contour, reports that err", drive: Drive { errs: true, ..CONTOUR.drive }, ..CONTOUR },
         World {
             name: "contour, held and reset",
             holds: 4,

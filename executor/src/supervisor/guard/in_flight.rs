@@ -8,7 +8,8 @@
 //! is believed up to 2e from the hull, and the nearest point of the hull becomes the tail: no farther than 3e from the tool.
 //! Motions to targets in the set begin there, and bring it no farther from the hull. At rest the report itself becomes the
 //! tail, e from the tool, where that is free: so errors do not add up. The margin counts e; the rest comes from what steering
-//! by hand keeps beyond it, which is 2e at least.
+//! by hand keeps beyond it, which is 2e at least. Nearest points are rounded, by less than a unit each time: where distances
+//! are compared a unit is added for each, and the margin has its term for the lattice.
 
 use std::cell::Cell;
 use std::collections::VecDeque;
@@ -93,6 +94,8 @@ pub(super) struct InFlight {
     pub(super) left_before: u64,
     /// Lines up to this number were executed when the last report was asked for.
     pub(super) executed: u64,
+    /// Lines of the set that were refused: they were never in the queue, as far as that answer went.
+    pub(super) refused: u64,
     pub(super) rests_seen: u8,
     pub(super) rested_at: Option<Point>,
     /// The edge that was last in the way: mostly it still is, and is asked first.
@@ -111,6 +114,7 @@ impl InFlight {
             left_queue: VecDeque::with_capacity(SEEN_MAX),
             left_before: 0,
             executed: 0,
+            refused: 0,
             rests_seen: 0,
             rested_at: None,
             in_the_way: Cell::new(None),
@@ -133,6 +137,7 @@ impl InFlight {
         self.lines.clear();
         self.left_queue.clear();
         self.left_before = 0;
+        self.refused = 0;
         self.moving();
     }
 
@@ -198,10 +203,11 @@ impl InFlight {
     fn snap(&self, part: &ProhibitedRegion, position: Point) -> Snap {
         let foot = self.nearest(position, self.lines.len());
         let Some(foot) = foot else { return Snap::Off };
-        if points_within(foot, position, self.resolutions(BELIEVED)).is_clear() {
+        let believed = self.resolutions(BELIEVED).saturating_plus(Length::small(1));
+        if points_within(foot, position, believed).is_clear() {
             return Snap::Off;
         }
-        // The foot is rounded, and may be rounded into the threshold: its neighbours are as good.
+        // The foot may be rounded into the threshold: its neighbours are as good.
         let around = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| Vector { dx, dy }));
         let tries = std::iter::once(Vector { dx: 0, dy: 0 }).chain(around);
         let mut places = tries.filter_map(|step| foot.translated(step).ok());
@@ -272,6 +278,7 @@ impl InFlight {
             self.before = None;
             self.lines.clear();
             self.left_queue.clear();
+            self.refused = 0;
             self.tail = self.reached(part, position).or(self.tail);
         }
         enough
@@ -297,14 +304,16 @@ impl InFlight {
 
     /// Whether the tool is where it can not be before a line behind the first `count` was begun.
     fn is_beyond(&self, position: Point, count: usize) -> bool {
+        let reach = self.resolutions(BEYOND).saturating_plus(Length::small(2));
         let nearest = self.nearest(position, count);
-        nearest.is_some_and(|place| points_within(place, position, self.resolutions(BEYOND)).is_clear())
+        nearest.is_some_and(|place| points_within(place, position, reach).is_clear())
     }
 
-    /// What a report says of the queue.
+    /// What a report says of the queue. A line that was refused, and yet is in the queue, is not one of those that left it.
     fn take_count(&mut self, sighting: &Sighting, acknowledged: u64, now: Time) {
         let Some(queued) = sighting.queued else { return };
-        let left = acknowledged.saturating_sub(u64::try_from(queued).unwrap_or(u64::MAX));
+        let kept = u64::try_from(queued).unwrap_or(u64::MAX).saturating_add(self.refused);
+        let left = acknowledged.saturating_sub(kept);
         let believed = if self.checked { left } else { left.min(self.left_before) };
         self.left_before = left;
         let news = self.left_queue.back().map_or(believed > 0, |&(known, _)| believed > known);

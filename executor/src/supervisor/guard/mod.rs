@@ -348,8 +348,8 @@ impl Guard {
         Ok(())
     }
 
-    /// Takes back the only unacknowledged jog: the controller refused it, and will not execute it. Answers whether
-    /// there was one.
+    /// Takes the answer that the only unacknowledged jog was refused, and answers whether there was one. Its target stays in the
+    /// set until the controller rests: a line that arrives twice may be refused once.
     pub fn refused(&mut self) -> bool {
         if self.unacknowledged() != 1
             || self.contour.is_some()
@@ -357,9 +357,8 @@ impl Guard {
         {
             return false;
         }
-        self.set.lines.pop_back();
-        self.sent -= 1;
-        self.read = self.read.min(self.sent);
+        self.acknowledged = self.sent;
+        self.set.refused += 1;
         true
     }
 
@@ -390,7 +389,7 @@ impl Guard {
     pub fn reported(&mut self, sighting: &Sighting, stamp: Stamp, now: Time) -> Result<(), Refusal> {
         let all = self.all_acknowledged(stamp);
         if !sighting.waiting {
-            self.read = self.read.max(stamp.sent.min(self.sent));
+            self.read = self.read.max(stamp.sent);
         }
         if self.contour.is_some() {
             return self.reported_in_contour(sighting, all, stamp.told == self.told);
@@ -415,8 +414,8 @@ impl Guard {
         Ok(())
     }
 
-    /// A line that was refused and taken back may still be counted in the stamp as sent.
+    /// Whether every line ever sent was acknowledged before the query left.
     fn all_acknowledged(&self, stamp: Stamp) -> bool {
-        stamp.sent >= self.sent && stamp.acknowledged == self.sent
+        stamp.acknowledged == self.sent
     }
 }

@@ -85,11 +85,60 @@ fn without_a_position_nothing_is_admitted() {
     assert_eq!(guard.jog(at(-30_000, 0), 600), Err(Refusal::BeyondStroke(at(-30_000, 0))));
     assert_eq!(guard.jog(at(-1003, -3), 600), Err(Refusal::TooShort));
     guard.jog(at(-1000, 900), 600).unwrap();
-    assert!(guard.refused() && !guard.refused() && guard.settled(), "a refused jog is taken back");
-    guard.jog(at(-1000, 900), 600).unwrap();
+    assert!(guard.refused() && !guard.refused() && guard.unacknowledged() == 0);
     assert_eq!(guard.locate(at(-1000, 0)), Err(Refusal::InMotion));
     guard.forget();
     assert_eq!(guard.jog(at(-1000, 0), 600), Err(Refusal::PositionUnknown));
+}
+
+#[test]
+fn a_refused_line_may_arrive_once_more() {
+    let mut guard = guard_of(MotionShape::Line, false);
+    let time = |ms: u64| Time::from_micros(ms * MS);
+    guard.locate(at(-1000, 0)).unwrap();
+    guard.jog(at(-1000, 2000), 600).unwrap();
+    assert!(guard.refused());
+    assert_eq!(guard.jog(at(-1000, 3000), 600), Err(Refusal::Full), "it may still be unread");
+    // Its second copy was accepted: it is in the queue, and the line after it is not the one that has left.
+    let stamp = guard.stamp(time(0));
+    guard.reported(&sighting(at(-1000, 100), false, 1), stamp, time(10)).unwrap();
+    guard.jog(at(-1000, 3000), 600).unwrap();
+    guard.acknowledged().unwrap();
+    for ms in [20, 600, 1200, 1800] {
+        let stamp = guard.stamp(time(ms));
+        guard
+            .reported(
+                &sighting(at(-1000, 100 + i64::try_from(ms).unwrap() / 2), false, 2),
+                stamp,
+                time(ms + 5),
+            )
+            .unwrap();
+        assert_eq!(guard.in_flight().filter(|target| target.y.units() >= 2000).count(), 2, "{ms}");
+    }
+    for ms in [2400, 2500] {
+        let stamp = guard.stamp(time(ms));
+        guard.reported(&sighting(at(-1000, 3000), true, 0), stamp, time(ms + 5)).unwrap();
+    }
+    assert!(guard.settled());
+}
+
+#[test]
+fn a_refused_line_is_none_that_left_the_queue() {
+    let mut guard = guard_of(MotionShape::Line, false);
+    let time = |ms: u64| Time::from_micros(ms * MS);
+    guard.locate(at(-1000, 0)).unwrap();
+    guard.jog(at(-1000, 2000), 600).unwrap();
+    guard.acknowledged().unwrap();
+    let stamp = guard.stamp(time(0));
+    guard.reported(&sighting(at(-1000, 0), false, 1), stamp, time(5)).unwrap();
+    guard.jog(at(-3000, 2000), 600).unwrap();
+    assert!(guard.refused());
+    // One motion in the queue of two lines that were answered; and the tool is seen off its way.
+    for (x, y, ms) in [(-1050, 1000, 20), (-1200, 1100, 600), (-1400, 1210, 1200), (-1600, 1320, 1800)] {
+        let stamp = guard.stamp(time(ms));
+        guard.reported(&sighting(at(x, y), false, 1), stamp, time(ms + 5)).unwrap();
+        assert!(guard.in_flight().any(|target| target == at(-1000, 2000)), "{ms}");
+    }
 }
 
 fn sighting(position: Point, at_rest: bool, queued: usize) -> Sighting {
@@ -144,7 +193,9 @@ fn position_off_the_certified_set_is_refused() {
     let stamp = guard.stamp(Time::ZERO);
     assert!(guard.reported(&sighting(at(-1004, 500), false, 1), stamp, Time::ZERO).is_ok());
     assert!(guard.reported(&sighting(at(-1010, 500), false, 1), stamp, Time::ZERO).is_ok());
-    let off = at(-1011, 500);
+    // Two resolutions, and a unit for rounding.
+    assert!(guard.reported(&sighting(at(-1011, 500), false, 1), stamp, Time::ZERO).is_ok());
+    let off = at(-1012, 500);
     assert_eq!(guard.reported(&sighting(off, false, 1), stamp, Time::ZERO), Err(Refusal::OffCertified(off)));
 }
 
