@@ -4,7 +4,7 @@ use fastrand::Rng;
 
 use crate::families::Family;
 use crate::properties;
-use crate::property::Property;
+use crate::property::{Property, Ran};
 use crate::soak;
 
 /// Runs the properties whose group's name holds the word, then the soaks and worlds that belong to it; answers what failed.
@@ -15,12 +15,11 @@ pub fn first_failure(word: &str) -> Option<String> {
         .into_iter()
         .filter(|property| word.is_empty() || word.split(',').any(|word| property.group.contains(word)))
         .collect();
-    let engines: [fn(&Property) -> Option<u64>; 3] =
+    let engines: [fn(&Property) -> Option<Ran>; 3] =
         [Property::run_quick, Property::run_every, Property::run_random];
     let by_property = engines.into_iter().find_map(|engine| {
-        let fails = |property: &&&Property| {
-            property.observed(engine).is_some_and(|outcome| outcome.failure.is_some())
-        };
+        let fails =
+            |property: &&&Property| property.observed(engine).is_some_and(|outcome| outcome.ran.is_none());
         chosen.iter().find(fails).map(|property| property.name.to_string())
     });
     by_property.or_else(|| soaked(word)).or_else(|| explored(word))

@@ -100,6 +100,7 @@ impl Draw for Every {
 #[derive(Debug)]
 pub struct Chance {
     random: Rng,
+    reach: i64,
     half: i64,
     origin: Xy,
     odd: bool,
@@ -111,7 +112,18 @@ impl Chance {
     /// Cases from a seed; [`Chance::advance`] begins the first.
     #[must_use]
     pub fn of(seed: u64) -> Self {
-        Self { random: Rng::with_seed(seed), half: 1, origin: (0, 0), odd: false }
+        Self { random: Rng::with_seed(seed), reach: 0, half: 1, origin: (0, 0), odd: false }
+    }
+
+    /// The largest magnitude that was drawn.
+    #[must_use]
+    pub fn reach(&self) -> i64 {
+        self.reach
+    }
+
+    fn saw(&mut self, value: i64) -> i64 {
+        self.reach = self.reach.max(value.saturating_abs());
+        value
     }
 
     /// Begins a case.
@@ -132,18 +144,20 @@ impl Draw for Chance {
     type Width = Product;
 
     fn int(&mut self, low: i64, high: i64) -> i64 {
-        self.random.i64(low..=high)
+        let value = self.random.i64(low..=high);
+        self.saw(value)
     }
 
     fn coordinate(&mut self) -> i64 {
         self.odd = !self.odd;
         let origin = if self.odd { self.origin.0 } else { self.origin.1 };
-        match self.random.u8(0..12) {
+        let value = match self.random.u8(0..12) {
             0 => origin - self.half,
             1 => origin + self.half,
             2 => origin,
             _ => origin + self.random.i64(-self.half..=self.half),
-        }
+        };
+        self.saw(value)
     }
 
     fn point(&mut self) -> Xy {
@@ -152,7 +166,8 @@ impl Draw for Chance {
     }
 
     fn radius(&mut self) -> i64 {
-        self.random.i64(0..=(2 * self.half).min(LIMIT))
+        let value = self.random.i64(0..=(2 * self.half).min(LIMIT));
+        self.saw(value)
     }
 
     fn threshold(&mut self, p: Xy, q: Xy) -> i64 {

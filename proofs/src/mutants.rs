@@ -24,6 +24,30 @@ pub struct Mutant {
     pub equivalent: Option<String>,
 }
 
+impl Mutant {
+    /// The fault itself as a number (FNV-1a): results of a fault that was changed since are none of it.
+    #[must_use]
+    pub fn digest(&self) -> String {
+        let file = self.file.to_string_lossy();
+        let bytes = [file.as_bytes(), b"\0", self.find.as_bytes(), b"\0", self.with.as_bytes()].concat();
+        let step = |hash: u64, byte: &u8| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
+        format!("{:016x}", bytes.iter().fold(0xcbf2_9ce4_8422_2325, step))
+    }
+
+    /// What came of it, when it was run.
+    #[must_use]
+    pub fn result<'a>(&self, results: &'a [Result]) -> Option<&'a Result> {
+        let digest = self.digest();
+        results.iter().find(|result| result.what == self.what && result.digest == digest)
+    }
+
+    /// Whether somebody noticed it, or nobody can.
+    #[must_use]
+    pub fn is_settled(&self, results: &[Result]) -> bool {
+        self.result(results).is_some_and(|result| ["killed", "equivalent"].contains(&result.fate.as_str()))
+    }
+}
+
 #[derive(Deserialize)]
 struct List {
     mutant: Vec<Mutant>,
@@ -53,6 +77,8 @@ pub struct Result {
     pub by: String,
     /// Seconds.
     pub seconds: u64,
+    /// The fault's [digest](Mutant::digest).
+    pub digest: String,
 }
 
 /// The workspace that this was built in.
@@ -109,7 +135,8 @@ pub fn run(folder: &Path, chosen: impl Fn(usize) -> bool) -> io::Result<()> {
         // Others may run beside: what they have kept is read again.
         let mut results = results();
         results.retain(|result| result.what != mutant.what);
-        results.push(Result { what: mutant.what.clone(), fate: fate.into(), by, seconds });
+        let digest = mutant.digest();
+        results.push(Result { what: mutant.what.clone(), fate: fate.into(), by, seconds, digest });
         keep(&results)?;
     }
     Ok(())
@@ -161,13 +188,14 @@ pub fn results() -> Vec<Result> {
     let read = |line: &str| {
         let mut fields = line.split('\t');
         let mut next = || fields.next().map(str::to_string);
-        Some(Result { what: next()?, fate: next()?, by: next()?, seconds: next()?.parse().ok()? })
+        let (what, fate, by) = (next()?, next()?, next()?);
+        Some(Result { what, fate, by, seconds: next()?.parse().ok()?, digest: next()? })
     };
     text.lines().filter_map(read).collect()
 }
 
 fn keep(results: &[Result]) -> io::Result<()> {
-    let line = |r: &Result| format!("{}\t{}\t{}\t{}\n", r.what, r.fate, r.by, r.seconds);
+    let line = |r: &Result| format!("{}\t{}\t{}\t{}\t{}\n", r.what, r.fate, r.by, r.seconds, r.digest);
     let file = results_file();
     fs::create_dir_all(file.parent().unwrap_or(Path::new(".")))?;
     write_whole(&file, results.iter().map(line).collect::<String>().as_bytes())

@@ -2,10 +2,15 @@
 
 use std::ops::{Add, Mul, Sub};
 
-use num_bigint::BigInt;
+/// Whole numbers of any size.
+#[cfg(not(kani))]
+pub use num_bigint::BigInt as Wide;
+/// A model checker can not read big integers; its cases are small.
+#[cfg(kani)]
+pub type Wide = i128;
 
-/// Whole numbers that do not overflow where they are used: big integers anywhere, `i64` for coordinates up to 16 (a model
-/// checker can not read big integers), `i128` for coordinates up to 2^13.
+/// Whole numbers that do not overflow where they are used: big integers anywhere, `i64` for coordinates up to 16, `i128` for
+/// coordinates up to 2^13.
 pub trait Whole:
     Clone + Ord + From<i64> + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self>
 {
@@ -13,7 +18,8 @@ pub trait Whole:
 
 impl Whole for i64 {}
 impl Whole for i128 {}
-impl Whole for BigInt {}
+#[cfg(not(kani))]
+impl Whole for Wide {}
 
 /// A point with coordinates of some kind of whole numbers.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -25,7 +31,7 @@ pub struct Place<N> {
 }
 
 /// A point with big-integer coordinates.
-pub type Big = Place<BigInt>;
+pub type Big = Place<Wide>;
 
 impl<N: Whole> Place<N> {
     /// The point `(x, y)`.
@@ -59,8 +65,8 @@ fn zero<N: Whole>() -> N {
     N::from(0)
 }
 
-fn times<N: Whole>(factors: &[&N]) -> N {
-    factors.iter().fold(N::from(1), |product, &factor| product * factor.clone())
+fn times<N: Whole>(a: &N, b: &N) -> N {
+    a.clone() * b.clone()
 }
 
 /// The sign of the signed area of the triangle `a b c`, as −1, 0 or 1, by the shoelace formula.
@@ -81,7 +87,7 @@ pub fn point_segment_within<N: Whole>(p: &Place<N>, a: &Place<N>, b: &Place<N>, 
     }
     let t = w.dot(&d).clamp(zero(), denominator.clone());
     let off = w.combined(&denominator, &d, &t);
-    off.dot(&off) <= times(&[&N::from(r), &N::from(r), &denominator, &denominator])
+    off.dot(&off) <= times(&(denominator.clone() * N::from(r)), &(denominator * N::from(r)))
 }
 
 /// Whether the least of `|a + s(b − a) − c − t(d − c)|²` over the unit square is at most `r²`. The function is convex:
@@ -168,7 +174,7 @@ pub fn point_segment_distance_2<N: Whole>(p: &Place<N>, a: &Place<N>, b: &Place<
     }
     let t = w.dot(&d).clamp(zero(), denominator.clone());
     let off = w.combined(&denominator, &d, &t);
-    (off.dot(&off), times(&[&denominator, &denominator]))
+    (off.dot(&off), times(&denominator, &denominator))
 }
 
 /// Whether no point of the motion `p q` is nearer to the segment `a b` than `p` is. Distance to a convex set is convex
@@ -188,7 +194,7 @@ pub fn never_nearer<N: Whole>(p: &Place<N>, q: &Place<N>, a: &Place<N>, b: &Plac
         point_segment_distance_2(a, p, q),
         point_segment_distance_2(b, p, q),
     ];
-    others.iter().all(|other| times(&[&other.0, &start.1]) >= times(&[&start.0, &other.1]))
+    others.iter().all(|other| times(&other.0, &start.1) >= times(&start.0, &other.1))
 }
 
 /// Whether the closed box and the segment come within `r`: the box is two triangles.

@@ -1,5 +1,6 @@
 //! A property, and the engines that run it.
 
+use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
@@ -43,16 +44,37 @@ pub struct Harness {
     pub solver: &'static str,
 }
 
-/// What came of a run.
-#[derive(Clone, Debug)]
-pub struct Outcome {
-    /// Cases run.
+/// What a run looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Ran {
+    /// Cases drawn.
     pub cases: u64,
+    /// Those of them that met the property's premise: the others say nothing.
+    pub asked: u64,
+    /// The largest magnitude that was drawn.
+    pub reach: i64,
+}
+
+/// What came of a run.
+#[derive(Clone, Copy, Debug)]
+pub struct Outcome {
+    /// What it looked at; `None` when the property failed.
+    pub ran: Option<Ran>,
     /// How long it took.
     pub time: Duration,
-    /// What failed.
-    pub failure: Option<String>,
 }
+
+thread_local! {
+    static PASSED_OVER: Cell<u64> = const { Cell::new(0) };
+}
+
+/// Counts a case that does not meet a property's premise.
+pub fn passed_over() {
+    PASSED_OVER.set(PASSED_OVER.get() + 1);
+}
+
+/// A property asks at least one in so many of its cases, or this many: else it would say little.
+const ASKED: (u64, u64) = (4, 400);
 
 impl Property {
     /// Runs every case of the small lattice; `None` when the property has no such engine.
@@ -60,14 +82,15 @@ impl Property {
     /// # Panics
     /// When the property does not hold.
     #[must_use]
-    pub fn run_every(&self) -> Option<u64> {
+    pub fn run_every(&self) -> Option<Ran> {
         let (side, run) = self.every?;
         let (mut every, mut cases) = (Every::of(side), 0);
+        PASSED_OVER.set(0);
         loop {
             run(&mut every);
             cases += 1;
             if !every.advance() {
-                return Some(cases);
+                return Some(Ran { cases, asked: cases - PASSED_OVER.get(), reach: side });
             }
         }
     }
@@ -77,29 +100,35 @@ impl Property {
     /// # Panics
     /// When the property does not hold.
     #[must_use]
-    pub fn run_random(&self) -> Option<u64> {
+    pub fn run_random(&self) -> Option<Ran> {
         self.run_some(1)
     }
 
     /// Runs one in so many of the random cases.
-    fn run_some(&self, share: u64) -> Option<u64> {
+    fn run_some(&self, share: u64) -> Option<Ran> {
         let (cases, run) = self.random?;
         let cases = cases / share;
         let mut chance = Chance::of(SEED);
+        PASSED_OVER.set(0);
         for _ in 0..cases {
             chance.advance();
             run(&mut chance);
         }
-        Some(cases)
+        Some(Ran { cases, asked: cases - PASSED_OVER.get(), reach: chance.reach() })
     }
 
     /// Runs all engines that run here.
     ///
     /// # Panics
-    /// When the property does not hold, or no engine ran.
+    /// When the property does not hold, no engine ran, or hardly any case met its premise.
     pub fn check(&self) {
-        let ran = self.run_every().is_some() | self.run_random().is_some();
-        assert!(ran, "{} lacks an engine that runs here", self.name);
+        let (every, random) = (self.run_every(), self.run_random());
+        assert!(every.is_some() || random.is_some(), "{} lacks an engine that runs here", self.name);
+        for ran in [every, random].into_iter().flatten() {
+            let Ran { cases, asked, .. } = ran;
+            let enough = asked * ASKED.0 >= cases || asked >= ASKED.1;
+            assert!(enough, "{}: {asked} of {cases} cases met its premise", self.name);
+        }
     }
 
     /// Runs a tenth of the random cases: what a gross fault does not survive.
@@ -107,19 +136,19 @@ impl Property {
     /// # Panics
     /// When the property does not hold.
     #[must_use]
-    pub fn run_quick(&self) -> Option<u64> {
+    pub fn run_quick(&self) -> Option<Ran> {
         self.run_some(10)
     }
 
     /// Runs an engine and tells what came of it.
     #[must_use]
-    pub fn observed(&self, engine: fn(&Self) -> Option<u64>) -> Option<Outcome> {
+    pub fn observed(&self, engine: fn(&Self) -> Option<Ran>) -> Option<Outcome> {
         let begin = Instant::now();
         let outcome = catch_unwind(AssertUnwindSafe(|| engine(self)));
         let time = begin.elapsed();
         match outcome {
-            Ok(cases) => cases.map(|cases| Outcome { cases, time, failure: None }),
-            Err(_) => Some(Outcome { cases: 0, time, failure: Some("fails".into()) }),
+            Ok(ran) => ran.map(|ran| Outcome { ran: Some(ran), time }),
+            Err(_) => Some(Outcome { ran: None, time }),
         }
     }
 }

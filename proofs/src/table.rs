@@ -6,9 +6,10 @@ use std::path::Path;
 
 use keepout_planner::plan_file::write_whole;
 
-use crate::property::{Outcome, Property};
+use crate::mutants::{self, Mutant};
+use crate::property::{Outcome, Property, Ran};
 use crate::smt::results::{self, Row};
-use crate::{mutants, properties, worlds};
+use crate::{properties, worlds};
 
 /// Checks that are not lists of drawn inputs: what they say, of which code, where they are.
 const BESIDE: [(&str, &str, &str); 8] = [
@@ -46,6 +47,27 @@ const BESIDE: [(&str, &str, &str); 8] = [
     ),
 ];
 
+/// Theorems that run no code, and the properties that hold the code to them.
+pub const TIED: &[(&str, &[&str])] = &[
+    ("pruning", &["grown_windows_meet_whenever_shapes_are_near", "queries_are_those_over_all_edges"]),
+    ("polygon_pruning", &["queries_are_those_over_all_edges"]),
+    ("near_is_convex", &["within_reach_is_every_point", "cells_answer_as_the_index"]),
+    ("touches", &["touching_is_a_distance_of_nothing"]),
+    ("folds_back", &["triangles_and_quadrangles_are_rings_exactly_when_simple"]),
+    ("ray_crosses_ring", &["inside_is_the_winding"]),
+    ("chord_slack", &["chords_leave_their_arc_by_no_more_than_the_slack"]),
+    ("sagitta", &["chords_leave_their_arc_by_no_more_than_the_slack"]),
+    ("swept_arc_pieces", &["what_is_clear_of_a_swept_arc_is_clear_of_its_ring"]),
+    ("swept_arc_rules", &["what_is_clear_of_a_swept_arc_is_clear_of_its_ring"]),
+    ("swept_arc_corner", &["what_is_clear_of_a_swept_arc_is_clear_of_its_ring"]),
+    ("on_ring", &["arcs_are_believed_exactly_when_their_ends_fit"]),
+    ("rounding", &["a_unit_more_covers_rounding_by_a_unit"]),
+    ("near_list", &["near_lists_answer_as_the_index"]),
+    ("clip_prefix", &["clipped_motions_are_clear_prefixes", "prefixes_were_accepted"]),
+    ("in_flight_is_convex", &["admitted_jogs_keep_the_hull_clear"]),
+    ("hull_is_one_polygon", &["hull_holds_its_points_and_no_others", "admitted_jogs_keep_the_hull_clear"]),
+];
+
 /// Runs all but the solvers and writes the page; `theorems` is what `prove --results` wrote. Answers whether everything holds.
 ///
 /// # Errors
@@ -72,14 +94,22 @@ pub fn write(page: &Path, theorems: &Path) -> io::Result<bool> {
     Ok(failed.is_empty())
 }
 
-fn told(outcome: Option<&Outcome>, of: &str) -> String {
+fn told(outcome: Option<&Outcome>, of: impl Fn(i64) -> String) -> String {
     match outcome {
         None => "–".into(),
-        Some(Outcome { failure: Some(_), .. }) => format!("{of}: **fails**"),
-        Some(Outcome { cases, time, .. }) => {
-            format!("{of}: {} in {:.1} s", grouped(*cases), time.as_secs_f64())
+        Some(Outcome { ran: None, .. }) => "**fails**".into(),
+        Some(Outcome { ran: Some(Ran { cases, asked, reach }), time }) => {
+            let asked =
+                if asked < cases { format!(", {} of them asked", grouped(*asked)) } else { String::new() };
+            format!("{}: {}{asked}, {:.1} s", of(*reach), grouped(*cases), time.as_secs_f64())
         }
     }
+}
+
+/// A magnitude, as a power of two when it is large.
+fn magnitude(reach: i64) -> String {
+    let bits = i64::BITS - (reach - 1).leading_zeros();
+    if reach < 1 << 12 { format!("±{reach}") } else { format!("±2^{bits}") }
 }
 
 /// Digits in threes.
@@ -100,10 +130,12 @@ fn properties_of(text: &mut String, failed: &mut Vec<String>) -> std::fmt::Resul
     let harnesses = all.iter().filter(|property| property.kani.is_some()).count();
     writeln!(
         text,
-        "## Properties\n\n{} properties, {harnesses} of them with a Kani harness (**not run here**). *Every* is every case of a lattice \
-         of so many units each way; *random* is over the full range of 2^29 units, from a fixed seed; *Kani* says within how many \
-         units of the origin all cases would be looked at, and how far loops are unwound. All hold on the machine on which this was \
-         written, in the given time.",
+        "## Properties\n\n{} properties, {harnesses} of them with a Kani harness (**not run here**, only type-checked: its bounds were \
+         never tried). *Every* is every case whose points lie on a lattice of so many units each way, at narrow width for predicates. \
+         *Random* is from a fixed seed, at the width that ships; ± is the largest magnitude that was drawn (2^29 is all of the \
+         lattice). Cases that are not *asked* do not meet the property's premise: they say nothing. *Kani*: points within so many \
+         units of the origin, other numbers in the property's own range; loops unwound so often. All hold on the machine on which \
+         this was written, in the given time.",
         all.len()
     )?;
     let mut group = "";
@@ -118,14 +150,14 @@ fn properties_of(text: &mut String, failed: &mut Vec<String>) -> std::fmt::Resul
         }
         let every = property.observed(Property::run_every);
         let random = property.observed(Property::run_random);
-        if [&every, &random].into_iter().flatten().any(|outcome| outcome.failure.is_some()) {
+        if [&every, &random].into_iter().flatten().any(|outcome| outcome.ran.is_none()) {
             failed.push(property.name.into());
         }
-        let side = property.every.map_or(String::new(), |(side, _)| format!("{} × {}", side + 1, side + 1));
         let kani = property
             .kani
             .map_or("–".into(), |kani| format!("±{}, unwind {}, {}", kani.half, kani.unwind, kani.solver));
-        let (every, random) = (told(every.as_ref(), &side), told(random.as_ref(), "all of the lattice"));
+        let every = told(every.as_ref(), |side| format!("{0} × {0}", side + 1));
+        let random = told(random.as_ref(), magnitude);
         writeln!(text, "| `{}` | {} | {every} | {random} | {kani} |", property.name, property.claim)?;
     }
     Ok(())
@@ -134,36 +166,63 @@ fn properties_of(text: &mut String, failed: &mut Vec<String>) -> std::fmt::Resul
 /// What the solvers said.
 fn solved(text: &mut String, rows: &[Row], failed: &mut Vec<String>) -> std::fmt::Result {
     let (solver, second) = rows.first().map_or(("no solver", ""), |row| (&row.solver, &row.second));
+    let (run, plane): (Vec<&Row>, Vec<&Row>) = rows.iter().partition(|row| row.paths > 0);
     writeln!(
         text,
-        "\n## Theorems over all numbers\n\n{} theorems about the shipped functions, run on symbolic numbers path by path; every question \
-         that this raises was refuted by {solver}. Asked beside it: {second}, which may leave a question undecided, and contradicted \
-         nothing. Coordinates are whole numbers up to ±2^29, lengths up to 2^29, unless the theorem says that it needs less: the width \
-         that ships.\n\n| theorem | says | of | rests on | paths | questions, time | second: agreed, undecided | result |\n\
-         |---|---|---|---|---|---|---|---|",
+        "\n## Theorems over all numbers\n\n{} theorems. Every question that they raise was answered as it must be by {solver}: a \
+         negation refuted, or a condition shown to be possible. Asked beside it: {second}, which may leave a question undecided, and \
+         contradicted nothing. Every variable is any real number, and the points of the lattice are among them; only `no_overflow` \
+         speaks of whole numbers within bounds: coordinates up to ±2^29 and lengths up to 2^29, the width that ships.",
         rows.len(),
     )?;
-    for row in rows {
+    writeln!(
+        text,
+        "\n### Of the code\n\n{} of them run the function that ships on symbolic numbers, path by path: what is proved is proved of all \
+         that it can do.\n\n| theorem | says | of | rests on | paths | questions, time | second: agreed, undecided | result |\n\
+         |---|---|---|---|---|---|---|---|",
+        run.len(),
+    )?;
+    let mut line = |text: &mut String, row: &Row, place: &str, more: &str| {
         let proved = row.result == "proved";
         if !proved {
             failed.push(row.theorem.clone());
         }
+        let result = if proved { "proved" } else { "**does not hold**" };
         writeln!(
             text,
-            "| `{}` | {} | `{}` | {} | {} | {}, {:.1} s | {}, {} | {} |",
+            "| `{}` | {} | {place} | {}{more} | {}, {:.1} s | {}, {} | {result} |",
             row.theorem,
             row.claim.replace('|', "\\|"),
-            row.source,
             row.rests_on,
-            row.paths,
             row.queries,
             row.seconds,
             row.agreed,
             row.undecided,
-            if proved { "proved" } else { "**does not hold**" },
-        )?;
+        )
+    };
+    for row in run {
+        line(text, row, &format!("`{}`", row.source), &format!(" | {}", row.paths))?;
+    }
+    writeln!(
+        text,
+        "\n### Of the plane\n\n{} are geometry: they say why the code is as it is, and run none of it. A theorem above rests on them, or the \
+         code is held to them by the properties that are named.\n\n\
+         | theorem | says | used by | rests on | questions, time | second: agreed, undecided | result |\n|---|---|---|---|---|---|---|",
+        plane.len(),
+    )?;
+    for row in plane {
+        line(text, row, &used_by(&row.theorem, rows).join(", "), "")?;
     }
     Ok(())
+}
+
+/// The theorems that rest on this one, and the properties that hold the code to it.
+#[must_use]
+pub fn used_by(theorem: &str, rows: &[Row]) -> Vec<String> {
+    let rests = |row: &&Row| row.rests_on.split(", ").any(|other| other == theorem);
+    let tied = TIED.iter().find(|(name, _)| *name == theorem).map_or(&[][..], |(_, properties)| properties);
+    let above = rows.iter().filter(rests).map(|row| format!("`{}`", row.theorem));
+    above.chain(tied.iter().map(|property| format!("property `{property}`"))).collect()
 }
 
 fn explored(text: &mut String, failed: &mut Vec<String>) -> std::fmt::Result {
@@ -216,25 +275,25 @@ fn explored(text: &mut String, failed: &mut Vec<String>) -> std::fmt::Result {
 
 fn mutated(text: &mut String) -> std::fmt::Result {
     let results = mutants::results();
-    let count = |fate: &str| results.iter().filter(|result| result.fate == fate).count();
     let list = mutants::list().unwrap_or_default();
+    let fate = |mutant: &Mutant| mutant.result(&results).map_or("not run", |result| &result.fate).to_owned();
+    let count = |which: &str| list.iter().filter(|mutant| fate(mutant) == which).count();
     writeln!(
         text,
-        "\n## Faults put in\n\nEach line of `mutants.toml` puts one fault into the trusted core; a property must fail. {} in the list: {} killed, \
-         {} survived, {} equivalent, {} not decided in ten minutes, {} not run.\n\n| fault | file | outcome | by |\n|---|---|---|---|",
+        "\n## Faults put in\n\nEach entry of `mutants.toml` puts one fault into the trusted core; a property, a world or a soak must fail. \
+         {} in the list: {} killed, {} survived, {} equivalent, {} not decided in ten minutes, {} not run.\n\n\
+         | fault | file | outcome | by |\n|---|---|---|---|",
         list.len(),
         count("killed"),
         count("survived"),
         count("equivalent"),
         count("not decided"),
-        list.len()
-            - results.iter().filter(|result| list.iter().any(|mutant| mutant.what == result.what)).count(),
+        count("not run"),
     )?;
     for mutant in &list {
-        let result = results.iter().find(|result| result.what == mutant.what);
-        let (fate, by) = result.map_or(("not run", ""), |result| (&result.fate, &result.by));
-        let by = mutant.equivalent.as_deref().filter(|_| fate == "equivalent").unwrap_or(by);
-        writeln!(text, "| {} | `{}` | {fate} | {by} |", mutant.what, mutant.file.display())?;
+        let by = mutant.result(&results).map_or("", |result| &result.by);
+        let by = mutant.equivalent.as_deref().filter(|_| fate(mutant) == "equivalent").unwrap_or(by);
+        writeln!(text, "| {} | `{}` | {} | {by} |", mutant.what, mutant.file.display(), fate(mutant))?;
     }
     Ok(())
 }

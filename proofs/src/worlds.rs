@@ -19,6 +19,7 @@ const NEAR: Xy = (-97, 200);
 const CLEAR: Xy = (-101, 200);
 /// There and back.
 const BACK: &[Xy] = &[WEST, MIDDLE];
+const ACROSS: &[Xy] = &[SOUTH, WEST, NORTH];
 const AROUND: &[Xy] = &[SOUTH, WEST, NORTH, MIDDLE];
 
 const STRAIGHT: Drive = Drive { apart: false, flushes: false, cancels: true, errs: false, halves: 1 };
@@ -57,32 +58,55 @@ const CONTOUR: World = World {
 /// All worlds.
 #[must_use]
 pub fn all() -> Vec<World> {
-    jogs().into_iter().chain(contours()).collect()
+    [lines(), times(), machines(), errors(), contours()].concat()
 }
 
-/// Worlds that are steered by hand.
-fn jogs() -> Vec<World> {
-    let with = |name, budget, trouble| World { name, budget, trouble, ..JOGS };
+fn with(name: &'static str, budget: [u8; 4], trouble: Trouble) -> World {
+    World { name, budget, trouble, ..JOGS }
+}
+
+/// Worlds that are steered by hand, over lines that fail.
+fn lines() -> Vec<World> {
     vec![
         JOGS,
         with("lines and answers are lost", [2, 3, 1, 0], Trouble { lost: 1, ..QUIET }),
         with("lines and answers change places", [2, 3, 1, 0], Trouble { swapped: 1, ..QUIET }),
         World {
-            targets: &[SOUTH, WEST, NORTH],
+            targets: ACROSS,
             ..with("lines and answers come twice", [2, 3, 1, 0], Trouble { doubled: 1, ..QUIET })
         },
         World {
-            targets: &[SOUTH, WEST, NORTH],
+            targets: ACROSS,
             ..with("lines and answers come many times", [4, 1, 0, 0], Trouble { doubled: 3, ..QUIET })
+        },
+        World {
+            targets: ACROSS,
+            ..with("three lines, and one is lost", [3, 2, 1, 0], Trouble { lost: 1, ..QUIET })
         },
         with("an old report in place of one", [2, 4, 0, 0], Trouble { lies: 1, ..QUIET }),
         with("a reset that nobody hears of", [2, 3, 1, 0], Trouble { resets: 1, ..QUIET }),
+        World { targets: ACROSS, ..with("a line is refused", [3, 3, 0, 0], Trouble { refused: 1, ..QUIET }) },
+        World {
+            targets: &[WEST, NORTH],
+            ..with(
+                "a line comes twice, and once is refused",
+                [2, 3, 0, 1],
+                Trouble { refused: 1, doubled: 1, ..QUIET },
+            )
+        },
+    ]
+}
+
+/// Worlds in which time passes, as it should or not.
+fn times() -> Vec<World> {
+    vec![
         World { targets: BACK, open: 1, ..with("targets leave the set: time passes", [2, 4, 0, 2], QUIET) },
         World {
             targets: BACK,
             checked: true,
             ..with("targets leave the set, with a checksum", [2, 3, 0, 2], QUIET)
         },
+        World { targets: &[WEST, NORTH, MIDDLE], ..with("time and cancels", [2, 4, 1, 2], QUIET) },
         World {
             targets: &[(-600, -600), WEST],
             checked: true,
@@ -98,9 +122,22 @@ fn jogs() -> Vec<World> {
             checked: true,
             ..with("a clock that jumps, with a checksum", [2, 3, 0, 0], Trouble { jumps: 1, ..QUIET })
         },
+    ]
+}
+
+/// Worlds with other machines, and with other places to begin and to go to.
+fn machines() -> Vec<World> {
+    let flushing = Drive { flushes: true, ..STRAIGHT };
+    vec![
+        World { drive: flushing, ..with("cancels that flush", [2, 3, 2, 0], QUIET) },
         World {
-            drive: Drive { flushes: true, ..STRAIGHT },
-            ..with("cancels that flush", [2, 3, 2, 0], QUIET)
+            drive: flushing,
+            targets: ACROSS,
+            ..with("cancels that flush, three lines", [3, 2, 1, 0], QUIET)
+        },
+        World {
+            drive: Drive { halves: 2, ..STRAIGHT },
+            ..with("cancels in more places", [3, 2, 1, 0], QUIET)
         },
         World {
             drive: Drive { apart: true, ..STRAIGHT },
@@ -109,58 +146,21 @@ fn jogs() -> Vec<World> {
         },
         World { targets: &[NEAR, CLEAR, WEST], ..with("targets at the threshold", [2, 3, 1, 0], QUIET) },
         World {
-            drive: Drive { halves: 2, ..STRAIGHT },
-            ..with("cancels in more places", [3, 2, 1, 0], QUIET)
-        },
-        World { targets: &[WEST, NORTH, MIDDLE], ..with("time and cancels", [2, 4, 1, 2], QUIET) },
-        World {
-            drive: Drive { flushes: true, ..STRAIGHT },
-            targets: &[SOUTH, WEST, NORTH],
-            ..with("cancels that flush, three lines", [3, 2, 1, 0], QUIET)
-        },
-        World {
-            targets: &[SOUTH, WEST, NORTH],
-            ..with("three lines, and one is lost", [3, 2, 1, 0], Trouble { lost: 1, ..QUIET })
-        },
-        World {
-            targets: &[SOUTH, WEST, NORTH],
-            ..with("a line is refused", [3, 3, 0, 0], Trouble { refused: 1, ..QUIET })
-        },
-        World {
-            targets: &[WEST, NORTH],
-            ..with(
-                "a line comes twice, and once is refused",
-                [2, 3, 0, 1],
-                Trouble { refused: 1, doubled: 1, ..QUIET },
-            )
-        },
-        World {
-            drive: ERRING,
-            targets: &[SOUTH, WEST, NORTH],
-            ..with("reports that err", [2, 3, 1, 0], QUIET)
-        },
-        World {
-            drive: ERRING,
-            checked: true,
-            targets: &[WEST, NORTH],
-            ..with("reports that err, with a checksum", [2, 3, 0, 0], QUIET)
-        },
-        World {
-            drive: ERRING,
-            targets: BACK,
-            open: 1,
-            ..with("reports that err, and time passes", [2, 3, 0, 2], QUIET)
-        },
-        World {
-            drive: ERRING,
-            targets: &[NEAR, CLEAR, WEST],
-            ..with("reports that err, at the threshold", [2, 3, 1, 0], QUIET)
-        },
-        World {
             start: (-60, 200),
             targets: &[(-300, 200), (-60, 600), (-97, -40), WEST],
             ..with("ways out", [2, 4, 1, 0], QUIET)
         },
+    ]
+}
+
+/// Worlds in which reports are off by the resolution.
+fn errors() -> Vec<World> {
+    let erring = |name, targets, budget| World { drive: ERRING, targets, ..with(name, budget, QUIET) };
+    vec![
+        erring("reports that err", ACROSS, [2, 3, 1, 0]),
+        World { checked: true, ..erring("reports that err, with a checksum", &[WEST, NORTH], [2, 3, 0, 0]) },
+        World { open: 1, ..erring("reports that err, and time passes", BACK, [2, 3, 0, 2]) },
+        erring("reports that err, at the threshold", &[NEAR, CLEAR, WEST], [2, 3, 1, 0]),
     ]
 }
 

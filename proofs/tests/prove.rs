@@ -91,6 +91,9 @@ fn overflow_begins_one_bit_beyond() {
 const UNPROVED: Contract<1, 0> =
     Contract { theorem: "first", name: "never proved", statement: |_, [x], []| claim([], less(x, x)) };
 
+const CIRCULAR: Contract<1, 0> =
+    Contract { theorem: "circular", name: "itself", statement: |_, [x], []| claim([], less(whole(0), x)) };
+
 #[test]
 fn nothing_rests_on_what_was_not_proved() {
     let Some(settings) = settings() else { return };
@@ -105,10 +108,19 @@ fn nothing_rests_on_what_was_not_proved() {
             prover.glue("from nothing", &[instance], &claim([], Fact::False));
         }),
         theorem("third", |_| {}),
+        theorem("circular", |prover| {
+            let x = Term::fresh("x");
+            let (instance, []) = prover.by(&CIRCULAR, Fact::True, [x]);
+            prover.establish(&CIRCULAR, Fact::True, [x], ([], &[instance]));
+        }),
+        theorem("in words", |prover| {
+            prover.needs("second");
+            prover.lemma("true", |[x]| claim([], equal(x, x)));
+        }),
     ];
     let outcomes = run(&theorems, &settings, |_| {});
     let failed = outcomes.iter().map(|outcome| !outcome.report.failures.is_empty());
-    assert_eq!(failed.collect::<Vec<_>>(), [false, true, true]);
+    assert_eq!(failed.collect::<Vec<_>>(), [false, true, true, true, true]);
 }
 
 #[test]

@@ -1,9 +1,11 @@
 //! Nothing is promised without an engine that runs here, and the page knows of everything.
-#![cfg(all(feature = "guard", feature = "tools"))]
+#![cfg(all(feature = "guard", feature = "tools", feature = "solvers"))]
 
 use std::collections::HashSet;
 
-use keepout_proofs::{mutants, properties};
+use keepout_proofs::smt::results;
+use keepout_proofs::theorems::THEOREMS;
+use keepout_proofs::{mutants, properties, table, worlds};
 
 #[test]
 fn no_property_lacks_an_engine_that_ran() {
@@ -29,8 +31,44 @@ fn the_page_names_every_property_and_every_fault() {
     for mutant in mutants::list().expect("the list is here") {
         assert!(page.contains(&mutant.what), "{}", mutant.what);
     }
+    for theorem in THEOREMS {
+        assert!(
+            page.contains(&format!("| `{}` | {} |", theorem.name, theorem.claim.replace('|', "\\|"))),
+            "{}",
+            theorem.name
+        );
+    }
+    for world in worlds::all() {
+        assert!(page.contains(&format!("| {} |", world.name)), "{}", world.name);
+    }
     assert!(!page.contains("**fails**") && !page.contains("**does not hold**"));
     assert!(page.contains("**Kani itself was not run here**"));
+}
+
+/// Geometry that nothing rests on, and that no property holds the code to, would prove nothing of the code.
+#[test]
+fn theorems_that_run_no_code_are_tied_to_it() {
+    let rows = results::read(&mutants::workspace().join("proofs/results/theorems.tsv"))
+        .expect("`prove` has written it");
+    let names: Vec<&str> = rows.iter().map(|row| row.theorem.as_str()).collect();
+    assert_eq!(names, THEOREMS.iter().map(|theorem| theorem.name).collect::<Vec<_>>());
+    for row in rows.iter().filter(|row| row.paths == 0) {
+        assert!(!table::used_by(&row.theorem, &rows).is_empty(), "{}", row.theorem);
+    }
+    for (theorem, tied) in table::TIED {
+        assert!(names.contains(theorem), "{theorem}");
+        for name in *tied {
+            assert!(properties::all().iter().any(|property| property.name == *name), "{name}");
+        }
+    }
+}
+
+#[test]
+fn every_fault_is_noticed() {
+    let results = mutants::results();
+    for mutant in mutants::list().expect("the list is here") {
+        assert!(mutant.is_settled(&results), "{}: run `mutants --left`", mutant.what);
+    }
 }
 
 #[test]

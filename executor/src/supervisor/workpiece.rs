@@ -78,3 +78,77 @@ fn finishing_as_sent(plan: &CertifiedPlan, abilities: Abilities) -> Length {
     let less = units.map_or(0, |term| i64::from(term.units()) - 1).max(0);
     Length::from_units(i64::from(plan.finishing.units()) - less).unwrap_or(plan.finishing)
 }
+
+#[cfg(test)]
+mod tests {
+    use keepout_kernel::Point;
+    use keepout_planner::machine::MachineProfile;
+    use keepout_planner::order::Order;
+    use keepout_planner::plan::Job;
+
+    use super::super::guard::MotionShape;
+    use super::*;
+
+    fn abilities(arcs: bool) -> Abilities {
+        let shape = MotionShape::Line;
+        Abilities {
+            shape,
+            contours: shape,
+            arcs,
+            queues: true,
+            cancels: true,
+            flushes: false,
+            holds: true,
+            checked: false,
+        }
+    }
+
+    fn mm(length: Length) -> f64 {
+        f64::from(length.units()) / f64::from(keepout_kernel::exact::lattice::UNITS_PER_MM)
+    }
+
+    /// R + A + M by hand and R + M in the contour, with all of M: but for the arcs that the controller does not turn into chords,
+    /// when it is sent chords. By hand at least twice the resolution is kept beyond M.
+    #[test]
+    fn thresholds_contain_the_radius_and_each_term_of_the_margin() {
+        let bytes = include_bytes!("../../drawings/bracket.dxf");
+        let mut random = fastrand::Rng::with_seed(8);
+        for case in 0..24 {
+            let machine = MachineProfile {
+                steps_per_mm: [80.0, 400.0, 3200.0][case % 3],
+                report_digit_mm: [0.001, 0.01][case % 2],
+                repeatability_mm: random.f64() * 0.05,
+                contour_error_mm: random.f64() * 0.05,
+                ..MachineProfile::simulated()
+            };
+            let job = Job {
+                tool_diameter_mm: 3.0 + random.f64() * 3.0,
+                allowance_mm: [0.0, 0.01, 0.3][case % 3],
+                ..Job::default()
+            };
+            let order = Order { job, ..Order::default() };
+            let plan = order.plan("bracket", bytes, &machine, &mut |_| {}).unwrap();
+            let stroke = Window::of(Point::ORIGIN);
+            let [arcs, chords] = [true, false].map(|arcs| rules(&plan, stroke, abilities(arcs)));
+            let radius = order.job.tool_diameter_mm / 2.0;
+            let terms = &plan.plan.budget.terms;
+            let sum: f64 = terms.iter().map(|term| term.mm).sum();
+            let of_arcs: f64 =
+                terms.iter().filter(|term| term.name == "controller arcs").map(|term| term.mm).sum();
+            assert!(terms.iter().all(|term| term.mm > 0.0) && of_arcs > 0.0);
+            let close = |length: Length, least: f64| (0.0..1e-4).contains(&(mm(length) - least));
+            assert!(close(arcs.finishing, radius + sum), "{case}: {:?}", arcs.finishing);
+            assert!(close(chords.finishing, radius + sum - of_arcs), "{case}: {:?}", chords.finishing);
+            let kept = order.job.allowance_mm.max(2.0 * mm(arcs.resolution));
+            for rules in [arcs, chords] {
+                assert!(close(rules.manual, radius + sum + kept), "{case}: {:?} {kept}", rules.manual);
+                let resolution: f64 = terms
+                    .iter()
+                    .filter(|term| term.name.starts_with("controller resolution"))
+                    .map(|term| term.mm)
+                    .sum();
+                assert!(close(rules.resolution, resolution), "{case}");
+            }
+        }
+    }
+}

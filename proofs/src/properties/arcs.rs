@@ -6,25 +6,24 @@ use keepout_kernel::exact::bezier::{Bezier, WEIGHTS};
 use keepout_kernel::exact::segment::{Orientation, distance_2, orientation};
 use keepout_kernel::exact::swept_arc::SweptArc;
 use keepout_kernel::{Arc, Curve, Length, Point, Segment, Turn};
-use num_bigint::BigInt;
 
 use super::Xy;
 use crate::draw::Draw;
 use crate::families::{at, length};
-use crate::oracle::{self, Big};
-use crate::property::properties;
+use crate::oracle::{self, Big, Wide};
+use crate::property::{passed_over, properties};
 
 properties! {
     "arcs and curves", "kernel/src/exact/arc.rs, swept_arc.rs, bezier.rs";
     arcs_are_believed_exactly_when_their_ends_fit |d| { let [from, to] = around(d); arcs_are_believed_exactly_when_their_ends_fit(from, to, d.coin()) }
         => "an arc is believed exactly when its ends differ, its radius is in range and its end lies between ρ − 1 and ρ + 2 from the centre";
-        random 200_000 kani 3 unwind 2 cadical;
+        random 200_000 kani 3 unwind 40 cadical;
     chords_leave_their_arc_by_no_more_than_the_slack |d| { let [from, middle, to] = around(d); chords_leave_their_arc_by_no_more_than_the_slack(from, middle, to, d.coin()) }
         => "chain slack: every point of the ring ρ − 1 … ρ + 2 seen between a chord's ends is within the slack of the chord";
-        random 20_000 kani 3 unwind 4 kissat;
+        random 20_000;
     chords_go_forward_and_are_short |d| { let [from, middle, to] = around(d); chords_go_forward_and_are_short(from, middle, to, d.coin()) }
         => "a chain is believed only when it begins and ends with the arc and each chord is on the circle, forward and no longer than ρ";
-        random 200_000 kani 3 unwind 4 kissat;
+        random 200_000 kani 3 unwind 40 kissat;
     what_is_clear_of_a_swept_arc_is_clear_of_its_ring |d| {
         let ([from, to], chord) = (around(d), [near(d), near(d)]);
         let far = chord.map(|p| square(p).isqrt()).into_iter().fold(0, i64::max);
@@ -104,8 +103,8 @@ fn ring_between(rho: i64, a: Xy, b: Xy, left: bool) -> impl Iterator<Item = Xy> 
 }
 
 fn chords_leave_their_arc_by_no_more_than_the_slack(from: Xy, middle: Xy, to: Xy, left: bool) {
-    let Ok(arc) = Arc::new(at(from), at(to), Point::ORIGIN, turn(left)) else { return };
-    let Ok(chords) = ArcChords::check(&arc, vec![at(from), at(middle), at(to)]) else { return };
+    let Ok(arc) = Arc::new(at(from), at(to), Point::ORIGIN, turn(left)) else { return passed_over() };
+    let Ok(chords) = ArcChords::check(&arc, vec![at(from), at(middle), at(to)]) else { return passed_over() };
     let rho = i64::from(arc.radius().units());
     let slack = i64::from(chords.slack().units());
     // True sagitta: the slack is no more than it, and the rounding, ask for.
@@ -122,7 +121,7 @@ fn chords_leave_their_arc_by_no_more_than_the_slack(from: Xy, middle: Xy, to: Xy
 }
 
 fn chords_go_forward_and_are_short(from: Xy, middle: Xy, to: Xy, left: bool) {
-    let Ok(arc) = Arc::new(at(from), at(to), Point::ORIGIN, turn(left)) else { return };
+    let Ok(arc) = Arc::new(at(from), at(to), Point::ORIGIN, turn(left)) else { return passed_over() };
     let rho = i64::from(arc.radius().units());
     let good = |a: Xy, b: Xy| {
         let on = ((rho - 2).pow(2)..=(rho + 3).pow(2)).contains(&square(b));
@@ -143,8 +142,8 @@ fn chords_go_forward_and_are_short(from: Xy, middle: Xy, to: Xy, left: bool) {
 }
 
 fn what_is_clear_of_a_swept_arc_is_clear_of_its_ring(from: Xy, to: Xy, left: bool, chord: [Xy; 2], t: i64) {
-    let Ok(arc) = Arc::new(at(from), at(to), Point::ORIGIN, turn(left)) else { return };
-    let Some(swept) = SweptArc::of(&arc) else { return };
+    let Ok(arc) = Arc::new(at(from), at(to), Point::ORIGIN, turn(left)) else { return passed_over() };
+    let Some(swept) = SweptArc::of(&arc) else { return passed_over() };
     let chord = Segment { from: at(chord[0]), to: at(chord[1]) };
     let clear = swept.near_chord(chord, length(t)).is_clear();
     let (rho, box_of) = (i64::from(arc.radius().units()), swept.bounds());
@@ -177,22 +176,23 @@ fn weights_and_counts_are_checked(points: i64, weights: i64, weight: i64) {
 
 fn what_follows_a_line_is_within_the_slack(control: [Xy; 3], bits: [i64; 3], slack: i64) {
     let weights = bits.map(|bits| 1_u64 << (24 + bits));
-    let Ok(curve) = Bezier::new(control.map(at).to_vec(), weights.to_vec()) else { return };
+    let Ok(curve) = Bezier::new(control.map(at).to_vec(), weights.to_vec()) else { return passed_over() };
     let line = Curve::Line(Segment { from: at(control[0]), to: at(control[2]) });
-    let Ok(slack_length) = Length::from_units(slack) else { return };
+    let Ok(slack_length) = Length::from_units(slack) else { return passed_over() };
     if curve.follows(&[line], slack_length).is_err() {
-        return;
+        return passed_over();
     }
     for k in 0..=16_i64 {
         let bernstein = [(16 - k) * (16 - k), 2 * k * (16 - k), k * k];
-        let mass: Vec<BigInt> =
-            bernstein.iter().zip(weights).map(|(&b, w)| BigInt::from(b) * BigInt::from(w)).collect();
-        let all: BigInt = mass.iter().sum();
-        let sum = |of: fn(Xy) -> i64| mass.iter().zip(control).map(|(m, p)| m * of(p)).sum::<BigInt>();
+        let mass: Vec<Wide> =
+            bernstein.iter().zip(weights).map(|(&b, w)| Wide::from(b) * Wide::from(w)).collect();
+        let all: Wide = mass.iter().sum();
+        let sum =
+            |of: fn(Xy) -> i64| mass.iter().zip(control).map(|(m, p)| m * Wide::from(of(p))).sum::<Wide>();
         // Everything times the sum of weights, so that the curve's point is whole.
         let place = Big { x: sum(|p| p.0), y: sum(|p| p.1) };
-        let end = |p: Xy| Big { x: &all * p.0, y: &all * p.1 };
-        let reach = &all * slack;
+        let end = |p: Xy| Big { x: &all * Wide::from(p.0), y: &all * Wide::from(p.1) };
+        let reach = &all * Wide::from(slack);
         let (d, n) = oracle::point_segment_distance_2(&place, &end(control[0]), &end(control[2]));
         assert!(d <= &reach * &reach * n, "{control:?} {bits:?} {slack} at {k}/16");
     }

@@ -18,7 +18,7 @@ use keepout_kernel::{
 use super::Xy;
 use crate::draw::Draw;
 use crate::families::{at, length};
-use crate::property::properties;
+use crate::property::{passed_over, properties};
 
 properties! {
     "guard", "executor/src/supervisor/guard/";
@@ -126,7 +126,7 @@ fn in_some_triangle(set: &[Xy], p: Xy) -> bool {
 }
 
 fn hull_holds_its_points_and_no_others(set: &[Xy], probe: Xy) {
-    let Some(points) = free(set) else { return };
+    let Some(points) = free(set) else { return passed_over() };
     let probes: Vec<Point> = set.iter().chain([&probe]).map(|&p| at(p)).collect();
     let seen = hull(&points, &probes).expect("few points have a hull");
     let (last, of_set) = seen.probes.split_last().expect("one probe");
@@ -146,12 +146,12 @@ fn hull_holds_its_points_and_no_others(set: &[Xy], probe: Xy) {
 
 fn hulls_of_more_than_fourteen_are_none(count: usize) {
     let set: Vec<Xy> = (0..30).map(|k| (k, k * k)).take(count).collect();
-    let Some(points) = free(&set) else { return };
+    let Some(points) = free(&set) else { return passed_over() };
     assert_eq!(hull(&points, &[]).is_some(), (1..=14).contains(&count), "{count}");
 }
 
 fn nearest_of_a_hull_is_nearest(set: &[Xy], probe: Xy, other: Xy) {
-    let Some(points) = free(set) else { return };
+    let Some(points) = free(set) else { return passed_over() };
     let seen = hull(&points, &[at(probe), at(other)]).expect("few points have a hull");
     let (held, Some(nearest)) = seen.probes[0] else { panic!("a hull has a nearest point") };
     assert!(!held || nearest == at(probe), "{set:?} {probe:?}");
@@ -174,7 +174,7 @@ fn admitted_jogs_keep_the_hull_clear(start: Xy, targets: &[Xy], apart: bool) {
     let shape = if apart { MotionShape::Box } else { MotionShape::Line };
     let mut guard = guard(shape, true);
     if guard.locate(at(start)).is_err() || guard.stands_inside() {
-        return;
+        return passed_over();
     }
     for &target in targets {
         if let Ok(certified) = guard.jog(at(target), 600) {
@@ -208,7 +208,7 @@ fn reports_are_never_farther_than_they_were([a, b, c]: [Xy; 3], share: i64, nois
     }
     let stamp = guard.stamp(Time::ZERO);
     if guard.jog(at(b), 600).is_err() {
-        return;
+        return passed_over();
     }
     let _ = guard.jog(at(c), 600);
     let part = |from: i64, to: i64| from + (to - from) * share / 16;
@@ -223,7 +223,7 @@ fn reports_are_never_farther_than_they_were([a, b, c]: [Xy; 3], share: i64, nois
     assert!(before.iter().skip(1).all(|p| set.contains(p)), "targets stay: {before:?} {set:?}");
     assert!(checked || set.contains(&before[0]), "so does the place before, without a checksum");
     if tail == at(a) {
-        return;
+        return passed_over();
     }
     // The place was rounded by less than a unit and a half, the foot by less than one, and moved by as much.
     let root = |p: Point, q: Point| distance_2(p, q).isqrt();
@@ -237,7 +237,7 @@ fn reports_are_never_farther_than_they_were([a, b, c]: [Xy; 3], share: i64, nois
 fn reports_off_the_set_are_refused([a, b]: [Xy; 2], said: Xy) {
     let mut guard = guard(MotionShape::Line, true);
     if guard.locate(at(a)).is_err() || guard.stands_inside() || guard.jog(at(b), 600).is_err() {
-        return;
+        return passed_over();
     }
     let stamp = guard.stamp(Time::ZERO);
     let before: Vec<Point> = guard.in_flight().collect();
@@ -296,7 +296,7 @@ fn certified_contours_are_joined_and_clear(path: &[Xy], torn: usize, apart: bool
     let shape = if apart { MotionShape::Box } else { MotionShape::Line };
     let mut guard = guard(shape, true);
     if guard.locate(at(path[0])).is_err() {
-        return;
+        return passed_over();
     }
     let mut curves: Vec<(Curve, u32)> = Vec::new();
     for (k, pair) in path.windows(2).enumerate() {
@@ -345,7 +345,7 @@ fn on_arc(from: Xy, to: Xy, left: bool) -> Option<(Guard, keepout_kernel::Arc)> 
 }
 
 fn arcs_on_the_wire_are_short_and_not_too_short(from: Xy, to: Xy, left: bool) {
-    let Some((_, arc)) = on_arc(from, to, left) else { return };
+    let Some((_, arc)) = on_arc(from, to, left) else { return passed_over() };
     assert!(
         distance_2(arc.from(), arc.to()) > i64::from(shortest_arc(arc.radius()).units()).pow(2),
         "{arc:?}"
@@ -360,7 +360,7 @@ fn arcs_on_the_wire_are_short_and_not_too_short(from: Xy, to: Xy, left: bool) {
 }
 
 fn places_on_arcs_are_told(from: Xy, to: Xy, place: Xy, left: bool) {
-    let Some((mut guard, arc)) = on_arc(from, to, left) else { return };
+    let Some((mut guard, arc)) = on_arc(from, to, left) else { return passed_over() };
     if guard.next_of_contour().is_none() {
         return;
     }

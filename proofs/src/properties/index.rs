@@ -13,7 +13,7 @@ use keepout_kernel::{Cells, Convex, Edge, NearList, Segment, Triangle};
 use super::Xy;
 use crate::draw::Draw;
 use crate::families::{at, length};
-use crate::property::properties;
+use crate::property::{passed_over, properties};
 
 properties! {
     "index", "kernel/src/index/check.rs, query.rs, cells.rs, near_list.rs";
@@ -184,7 +184,7 @@ fn queries_are_those_over_all_edges(edges: &[Edge], [p, q, s]: [Xy; 3], r: i64) 
     let (a, b, c, t) = (at(p), at(q), at(s), length(r));
     // A threshold that leaves the lattice with the slack is found only near its box.
     if edges.iter().any(|edge| t.plus(edge.slack).is_err()) {
-        return;
+        return passed_over();
     }
     let any = |near: &dyn Fn(&Edge) -> bool| edges.iter().any(near);
     let case = format!("{edges:?} {p:?} {q:?} {s:?} {r}");
@@ -268,7 +268,7 @@ fn claims_survive_packing(kind: usize, number: i64) {
 fn cells_answer_as_the_index(edges: &[Edge], r: i64, groups: usize, [p, q]: [Xy; 2]) {
     let index = build(edges.to_vec()).expect("few edges");
     let t = length(r);
-    let Ok(cells) = subdivide::build(&index, t, Some(groups)) else { return };
+    let Ok(cells) = subdivide::build(&index, t, Some(groups)) else { return passed_over() };
     let motion = Segment { from: at(p), to: at(q) };
     for (answer, near) in [
         (cells.point(&index, at(p)), index.near_point(at(p), t).is_some()),
@@ -289,7 +289,7 @@ fn disturbed_cells_are_refused_or_harmless(
 ) {
     let index = build(edges.to_vec()).expect("few edges");
     let t = length(r);
-    let Some(mut proposal) = subdivide::propose(&index, t, 6) else { return };
+    let Some(mut proposal) = subdivide::propose(&index, t, 6) else { return passed_over() };
     let (which, way, number) = disturb;
     let pick = |count: usize| usize::try_from(which).unwrap_or(0) % count.max(1);
     let (at_claim, at_list) = (pick(proposal.claims.len()), pick(proposal.lists.len()));
@@ -335,7 +335,7 @@ fn disturbed_cells_are_refused_or_harmless(
 
 fn walks_cover_their_motion(edges: &[Edge], r: i64, groups: usize, [p, q]: [Xy; 2], share: i64) {
     let index = build(edges.to_vec()).expect("few edges");
-    let Ok(cells) = subdivide::build(&index, length(r), Some(groups)) else { return };
+    let Ok(cells) = subdivide::build(&index, length(r), Some(groups)) else { return passed_over() };
     let motion = Segment { from: at(p), to: at(q) };
     // The place at so many 64ths of the way, times 64, is in some closed square handed out.
     let place = |from: i64, to: i64| from * 64 + (to - from) * share;

@@ -8,46 +8,46 @@ use super::Xy;
 use crate::draw::Draw;
 use crate::families::{at, length};
 use crate::oracle::{self, Big};
-use crate::property::properties;
+use crate::property::{passed_over, properties};
 
 properties! {
     "lattice", "kernel/src/exact/lattice.rs, segment.rs";
     coordinates_are_those_within_the_bound |d| coordinates_are_those_within_the_bound(any(d))
         => "a coordinate, and a length, is made exactly of a number within its bound, and is that number";
-        random 200_000 kani 4 unwind 2 cadical;
+        random 200_000 kani 4 unwind 8 cadical;
     points_move_by_vectors_or_say_so |d| points_move_by_vectors_or_say_so(d.point(), (any(d), any(d)))
         => "a moved point is where the vector leads, or an error when that is off the lattice";
-        random 200_000 kani 8 unwind 2 cadical;
+        random 200_000 kani 8 unwind 8 cadical;
     differences_are_exact |d| differences_are_exact(d.point(), d.point())
         => "the difference of two points leads from one to the other; its square is the square of their distance";
-        every 5 random 200_000 kani 8 unwind 2 cadical;
+        every 5 random 200_000 kani 8 unwind 8 cadical;
     sums_of_lengths_are_exact_or_errors |d| sums_of_lengths_are_exact_or_errors(any(d), any(d))
         => "the sum of two lengths is exact or an error; the saturating sum is cut off at the largest length";
-        random 200_000 kani 4 unwind 2 cadical;
+        random 200_000 kani 4 unwind 8 cadical;
     small_lengths_are_what_they_say |d| small_lengths_are_what_they_say(d.int(0, 255))
         => "lengths for constants are so many units, or so many millimetres";
-        every 1 random 1_000 kani 4 unwind 2 cadical;
+        every 1 random 1_000 kani 4 unwind 8 cadical;
     grown_windows_hold_what_is_within_reach |d| grown_windows_hold_what_is_within_reach([d.point(), d.point()], d.point(), d.radius())
         => "a window grown by r holds exactly the points within r of it in both coordinates";
-        every 2 random 100_000 kani 8 unwind 2 cadical;
+        every 2 random 100_000 kani 8 unwind 8 cadical;
     windows_meet_when_they_share_a_point |d| windows_meet_when_they_share_a_point([d.point(), d.point()], [d.point(), d.point()], d.point())
         => "windows meet exactly when their common part is not empty; union, common and contains are those of point sets";
-        every 1 random 100_000 kani 8 unwind 2 cadical;
+        every 1 random 100_000 kani 8 unwind 8 cadical;
     grown_windows_meet_whenever_shapes_are_near |d| { let p = d.point(); grown_windows_meet_whenever_shapes_are_near([p, d.point()], [d.point(), d.point()], d.threshold(p, (0, 0))) }
         => "pruning: segments within r of each other have boxes that meet when one is grown by r";
-        every 2 random 100_000 kani 4 unwind 2 kissat;
+        every 2 random 100_000 kani 4 unwind 8 kissat;
     window_near_segment_is_of_its_part_on_the_lattice |d| window_near_segment_is_of_its_part_on_the_lattice([(any(d), any(d)), (any(d), any(d))], [d.point(), d.point()], d.radius())
         => "a window, also one that leaves the lattice, is near a segment exactly when its part on the lattice is";
-        random 60_000 kani 4 unwind 5 kissat;
+        random 60_000 kani 4 unwind 8 kissat;
     within_reach_is_every_point |d| within_reach_is_every_point([d.point(), d.point()], [d.point(), d.point()], d.point(), d.radius())
         => "a window within reach of a segment has all its points within reach; one with a corner that is not, is not";
-        every 1 random 100_000 kani 4 unwind 5 kissat;
+        every 1 random 100_000 kani 4 unwind 8 kissat;
     touching_is_a_distance_of_nothing |d| touching_is_a_distance_of_nothing([d.point(), d.point()], [d.point(), d.point()])
         => "segments touch exactly when they share a point";
-        every 3 random 100_000 kani 5 unwind 2 cadical;
+        every 3 random 100_000 kani 5 unwind 8 cadical;
     ahead_is_the_projection |d| ahead_is_the_projection(d.point(), d.point(), d.point(), d.int(0, 127))
         => "a point is ahead exactly when its projection on the direction exceeds so many units";
-        random 200_000 kani 6 unwind 2 cadical;
+        random 200_000 kani 6 unwind 8 cadical;
 }
 
 /// Any number: of 64 bits, or near the bounds.
@@ -78,7 +78,7 @@ fn coordinates_are_those_within_the_bound(units: i64) {
 }
 
 fn points_move_by_vectors_or_say_so(p: Xy, (dx, dy): Xy) {
-    let (Ok(dx), Ok(dy)) = (i32::try_from(dx), i32::try_from(dy)) else { return };
+    let (Ok(dx), Ok(dy)) = (i32::try_from(dx), i32::try_from(dy)) else { return passed_over() };
     let (x, y) = (p.0 + i64::from(dx), p.1 + i64::from(dy));
     let on = x.abs().max(y.abs()) <= i64::from(COORD_MAX);
     match at(p).translated(Vector { dx, dy }) {
@@ -95,7 +95,7 @@ fn differences_are_exact(p: Xy, q: Xy) {
 }
 
 fn sums_of_lengths_are_exact_or_errors(a: i64, b: i64) {
-    let (Ok(one), Ok(other)) = (Length::from_units(a), Length::from_units(b)) else { return };
+    let (Ok(one), Ok(other)) = (Length::from_units(a), Length::from_units(b)) else { return passed_over() };
     let limit = i64::from(COORD_MAX);
     match one.plus(other) {
         Ok(sum) => assert!(i64::from(sum.units()) == a + b),
@@ -105,7 +105,7 @@ fn sums_of_lengths_are_exact_or_errors(a: i64, b: i64) {
 }
 
 fn small_lengths_are_what_they_say(count: i64) {
-    let Ok(byte) = u8::try_from(count) else { return };
+    let Ok(byte) = u8::try_from(count) else { return passed_over() };
     assert_eq!(i64::from(Length::small(byte).units()), count);
     assert_eq!(i64::from(Length::whole_mm(byte).units()), count * 100_000);
 }
@@ -159,7 +159,7 @@ fn window_near_segment_is_of_its_part_on_the_lattice(of: [Xy; 2], [a, b]: [Xy; 2
     let (Some(x0), Some(y0), Some(x1), Some(y1)) =
         (to_i32(low.0), to_i32(low.1), to_i32(high.0), to_i32(high.1))
     else {
-        return;
+        return passed_over();
     };
     let window = Window::from_corners(x0, y0, x1, y1);
     let limit = i64::from(COORD_MAX);
@@ -194,7 +194,7 @@ fn touching_is_a_distance_of_nothing(one: [Xy; 2], other: [Xy; 2]) {
 }
 
 fn ahead_is_the_projection(origin: Xy, p: Xy, along: Xy, count: i64) {
-    let Ok(units) = i8::try_from(count) else { return };
+    let Ok(units) = i8::try_from(count) else { return passed_over() };
     let way = Segment { from: at(origin), to: at(along) };
     let (w, v) = ((p.0 - origin.0, p.1 - origin.1), (along.0 - origin.0, along.1 - origin.1));
     let wide = i128::from;

@@ -15,9 +15,8 @@ pub use predicates::*;
 
 use keepout_kernel::exact::predicate::Site;
 use keepout_kernel::exact::width::{Lattice, Narrow, Product};
-use num_bigint::BigInt;
 
-use crate::oracle::{Place, Whole};
+use crate::oracle::{Place, Whole, Wide};
 use crate::property::Property;
 
 /// All properties.
@@ -56,7 +55,7 @@ pub trait FromPlain: Lattice<Linear: Ord> {
 }
 
 impl FromPlain for Product {
-    type Number = BigInt;
+    type Number = Wide;
 
     fn linear(value: i64) -> i32 {
         i32::try_from(value).expect("engines choose coordinates within 2^29")

@@ -9,33 +9,33 @@ use keepout_kernel::{
 use super::Xy;
 use crate::draw::Draw;
 use crate::families::{at, length};
-use crate::oracle::{self, Big};
-use crate::property::properties;
+use crate::oracle::{self, Big, Wide};
+use crate::property::{passed_over, properties};
 
 properties! {
     "parts", "kernel/src/clear.rs, clip.rs, probe.rs, coarse.rs";
-    free_points_are_clear_and_on_the_free_side |d| if let Some(part) = part(d) { free_points_are_clear_and_on_the_free_side(&part, d.point(), d.radius()) }
+    free_points_are_clear_and_on_the_free_side |d| if let Some(part) = part(d) { free_points_are_clear_and_on_the_free_side(&part, d.point(), d.radius()) } else { passed_over() }
         => "a free point is farther than the threshold from every edge, on the free side and in no zone; and every such point is free";
         random 40_000 kani 2 unwind 12 kissat;
-    clear_motions_and_fans_stay_free |d| if let Some(part) = part(d) { clear_motions_and_fans_stay_free(&part, [d.point(), d.point(), d.point()], d.radius() / 4, [d.int(0, 16), d.int(0, 16)]) }
+    clear_motions_and_fans_stay_free |d| if let Some(part) = part(d) { clear_motions_and_fans_stay_free(&part, [d.point(), d.point(), d.point()], d.radius() / 4, [d.int(0, 16), d.int(0, 16)]) } else { passed_over() }
         => "motions and fans from free points: every place in them is free, at the same threshold";
         random 40_000 kani 2 unwind 12 kissat;
-    ways_out_come_nearer_to_nothing |d| if let Some(part) = part(d) { ways_out_come_nearer_to_nothing(&part, [d.point(), d.point()], d.radius(), d.int(0, 16)) }
+    ways_out_come_nearer_to_nothing |d| if let Some(part) = part(d) { ways_out_come_nearer_to_nothing(&part, [d.point(), d.point()], d.radius(), d.int(0, 16)) } else { passed_over() }
         => "a way out comes nearer to no edge that is, or comes, within the threshold, and stays on the free side";
         random 40_000;
-    clipped_motions_are_clear_prefixes |d| if let Some(part) = part(d) { let cells = d.coin(); clipped_motions_are_clear_prefixes(part, [d.point(), d.point()], d.radius() / 4, cells) }
+    clipped_motions_are_clear_prefixes |d| if let Some(part) = part(d) { let cells = d.coin(); clipped_motions_are_clear_prefixes(part, [d.point(), d.point()], d.radius() / 4, cells) } else { passed_over() }
         => "a clipped motion is clear, its end is beside the wish, and it is the wish where that is clear";
         random 20_000;
     prefixes_were_accepted |d| prefixes_were_accepted(d.point(), d.point(), d.int(0, 1 << 20))
         => "the end of a prefix is the start, or was accepted; the wish itself when that was";
         random 20_000;
-    slides_keep_away_from_the_wall |d| if let Some(part) = part(d) { slides_keep_away_from_the_wall(&part, d.point(), d.radius(), d.point(), d.int(0, 12)) }
+    slides_keep_away_from_the_wall |d| if let Some(part) = part(d) { slides_keep_away_from_the_wall(&part, d.point(), d.radius(), d.point(), d.int(0, 12)) } else { passed_over() }
         => "what is left of a wish along a wall does not lead into the wall, and is no longer than the wish";
         random 20_000;
-    probes_answer_as_the_part |d| if let Some(part) = part(d) { let way: Vec<Xy> = (0..6).map(|_| d.point()).collect(); probes_answer_as_the_part(part, &way, d.radius() / 4, 1 << d.one_of(10)) }
+    probes_answer_as_the_part |d| if let Some(part) = part(d) { let way: Vec<Xy> = (0..6).map(|_| d.point()).collect(); probes_answer_as_the_part(part, &way, d.radius() / 4, 1 << d.one_of(10)) } else { passed_over() }
         => "a probe, from whatever square it was left in, answers as the part";
         random 10_000;
-    clearance_is_below_the_distance |d| if let Some(part) = part(d) { clearance_is_below_the_distance(&part, d.point()) }
+    clearance_is_below_the_distance |d| if let Some(part) = part(d) { clearance_is_below_the_distance(&part, d.point()) } else { passed_over() }
         => "clearance is a lower bound on the distance to every edge, within three units";
         random 20_000;
     what_is_clear_of_the_coarse_part_is_clear_of_the_part |d| if let Some(part) = wavy(d) { let tolerance = d.int(0, 30); what_is_clear_of_the_coarse_part_is_clear_of_the_part(&part, tolerance, [beside(d, &part), beside(d, &part), beside(d, &part)], d.int(0, 60)) }
@@ -123,9 +123,9 @@ fn place([a, b, c]: [Xy; 3], [s, t]: [i64; 2]) -> (Xy, bool) {
 fn clear_motions_and_fans_stay_free(part: &ProhibitedRegion, corners: [Xy; 3], r: i64, shares: [i64; 2]) {
     let [a, b, c] = corners;
     let t = length(r);
-    let Ok(first) = part.free_point(at(a), t) else { return };
+    let Ok(first) = part.free_point(at(a), t) else { return passed_over() };
     let free = |p: Xy, r: i64| clear_of_all(part, p, r.max(0)) && held(part, p) == Some(false);
-    let Ok(second) = part.motion(first, at(b)) else { return };
+    let Ok(second) = part.motion(first, at(b)) else { return passed_over() };
     let case = || format!("{part:?} {corners:?} {r} {shares:?}");
     assert!(second.point() == at(b) && second.threshold() == t && free(b, r), "{}", case());
     // Rounding the place moves it by less than a unit and a half.
@@ -139,22 +139,22 @@ fn clear_motions_and_fans_stay_free(part: &ProhibitedRegion, corners: [Xy; 3], r
     assert!(r < 2 || part.fan(lower, second, at(c)).is_err(), "thresholds differ");
 }
 
-fn squares(edge: &Edge, p: Point) -> (num_bigint::BigInt, num_bigint::BigInt) {
+fn squares(edge: &Edge, p: Point) -> (Wide, Wide) {
     let big = |point: Point| Big::new(point.x.units().into(), point.y.units().into());
     oracle::point_segment_distance_2(&big(p), &big(edge.chord.from), &big(edge.chord.to))
 }
 
 fn ways_out_come_nearer_to_nothing(part: &ProhibitedRegion, [p, q]: [Xy; 2], r: i64, share: i64) {
-    let Some(clearance) = part.clearance(at(p)) else { return };
-    let Ok(from) = part.free_point(at(p), clearance.min(length(r))) else { return };
-    let Ok(end) = part.recedes(from, at(q), length(r)) else { return };
+    let Some(clearance) = part.clearance(at(p)) else { return passed_over() };
+    let Ok(from) = part.free_point(at(p), clearance.min(length(r))) else { return passed_over() };
+    let Ok(end) = part.recedes(from, at(q), length(r)) else { return passed_over() };
     assert!(end.point() == at(q) && end.threshold() == from.threshold());
     let (on_way, exact) = place([p, q, q], [share, 0]);
     for place in [Some(q), exact.then_some(on_way)].into_iter().flatten() {
         assert_eq!(held(part, place), Some(false), "{part:?} {p:?} {q:?} {r}");
         for edge in part.edges() {
             let ((d0, n0), (d1, n1)) = (squares(edge, at(p)), squares(edge, at(place)));
-            let reach = num_bigint::BigInt::from(r + i64::from(edge.slack.units()));
+            let reach = Wide::from(r + i64::from(edge.slack.units()));
             let within = d1 <= &reach * &reach * &n1;
             assert!(
                 !within || d1 * &n0 >= d0 * &n1,
@@ -169,7 +169,7 @@ fn clipped_motions_are_clear_prefixes(mut part: ProhibitedRegion, [p, q]: [Xy; 2
     if cells {
         let _ = part.prepare(t);
     }
-    let Ok(from) = part.free_point(at(p), t) else { return };
+    let Ok(from) = part.free_point(at(p), t) else { return passed_over() };
     let end = part.clip(from, at(q));
     let motion = Segment { from: at(p), to: end.point() };
     assert!(part.index().near_motion(motion, t).is_none() || end == from, "{part:?} {p:?} {q:?} {r}");
@@ -199,11 +199,11 @@ fn prefixes_were_accepted(p: Xy, q: Xy, limit: i64) {
 }
 
 fn slides_keep_away_from_the_wall(part: &ProhibitedRegion, p: Xy, r: i64, wish: Xy, turn: i64) {
-    let Ok(from) = part.free_point(at(p), length(r / 4)) else { return };
-    let Some(wall) = part.wall(from, length(r)) else { return };
+    let Ok(from) = part.free_point(at(p), length(r / 4)) else { return passed_over() };
+    let Some(wall) = part.wall(from, length(r)) else { return passed_over() };
     let clamp = |c: i64| i32::try_from(c).unwrap_or(0);
     let wish = Vector { dx: clamp(wish.0), dy: clamp(wish.1) };
-    let Some(slid) = wall.slide(wish, u32::try_from(turn).unwrap_or(1).max(1)) else { return };
+    let Some(slid) = wall.slide(wish, u32::try_from(turn).unwrap_or(1).max(1)) else { return passed_over() };
     let square = |v: Vector| i128::from(v.dx).pow(2) + i128::from(v.dy).pow(2);
     assert!(square(slid) <= square(wish), "{wish:?} {slid:?}");
     let backward = Vector { dx: -slid.dx, dy: -slid.dy };

@@ -6,53 +6,53 @@ use keepout_kernel::exact::predicate::{
 };
 
 use super::{FromPlain, Xy, exact};
-use crate::oracle;
-use crate::property::properties;
+use crate::oracle::{self, Wide};
+use crate::property::{passed_over, properties};
 
 properties! {
     "predicates", "kernel/src/exact/predicate.rs";
     orientation_is_the_sign_of_the_area |d| orientation_is_the_sign_of_the_area::<D::Width>(d.point(), d.point(), d.point())
         => "orientation is the sign of the area; it changes sign with a swap and none with a rotation";
-        every 5 random 300_000 kani 8 unwind 2 cadical;
+        every 5 random 300_000 kani 8 unwind 8 cadical;
     point_point_is_exact |d| { let (p, q) = (d.point(), d.point()); point_point_is_exact::<D::Width>(p, q, d.threshold(p, q)) }
         => "point–point: near exactly when the distance is r or less";
-        every 6 random 200_000 kani 8 unwind 2 cadical;
+        every 6 random 200_000 kani 8 unwind 8 cadical;
     point_segment_is_exact |d| { let (p, a) = (d.point(), d.point()); point_segment_is_exact::<D::Width>(p, a, d.point(), d.threshold(p, a)) }
         => "point–segment: near exactly when some point of the segment is within r";
-        every 4 random 200_000 kani 4 unwind 2 cadical;
+        every 4 random 200_000 kani 4 unwind 8 cadical;
     segment_segment_is_exact |d| { let (a, c) = (d.point(), d.point()); segment_segment_is_exact::<D::Width>(a, d.point(), c, d.point(), d.threshold(a, c)) }
         => "segment–segment: near exactly when some two points are within r; the same from both sides";
-        every 3 random 200_000 kani 4 unwind 2 kissat;
+        every 3 random 200_000 kani 4 unwind 8 kissat;
     triangle_segment_is_exact |d| { let (a, e) = (d.point(), d.point()); triangle_segment_is_exact::<D::Width>([a, d.point(), d.point()], e, d.point(), d.threshold(a, e)) }
         => "fan–segment: near exactly when some point of the filled triangle is within r";
-        every 2 random 200_000 kani 3 unwind 4 kissat;
+        every 2 random 200_000 kani 3 unwind 8 kissat;
     convex_segment_is_exact |d| { let (a, e) = (d.point(), d.point()); convex_segment_is_exact::<D::Width>([a, d.point(), d.point(), d.point()], e, d.point(), d.threshold(a, e)) }
         => "polygon–segment: near exactly when some triangle over the corners is; a polygon holds what some triangle holds";
-        every 1 random 200_000 kani 2 unwind 6 kissat;
+        every 1 random 200_000 kani 2 unwind 8 kissat;
     beyond_is_exact |d| { let (a, p) = (d.point(), d.point()); beyond_is_exact::<D::Width>([a, d.point()], [p, d.point()], d.threshold(a, p)) }
         => "beyond a line: every point is on its right, and farther than r from all of the line";
-        every 2 random 200_000 kani 3 unwind 4 kissat;
+        every 2 random 200_000 kani 3 unwind 8 kissat;
     strictly_inside_is_inside_and_on_no_side |d| strictly_inside_is_inside_and_on_no_side::<D::Width>(d.point(), [d.point(), d.point(), d.point()])
         => "strictly inside a triangle: inside by its definition, and on none of its sides";
-        every 3 random 100_000 kani 4 unwind 4 cadical;
+        every 3 random 100_000 kani 4 unwind 8 cadical;
     crossing_properly_is_one_point_inside_both |d| crossing_properly_is_one_point_inside_both::<D::Width>(d.point(), d.point(), d.point(), d.point())
         => "segments cross properly exactly when they share a point and no end is on the other";
-        every 3 random 200_000 kani 5 unwind 2 cadical;
+        every 3 random 200_000 kani 5 unwind 8 cadical;
     fan_covers_every_retargeted_motion |d| fan_covers_every_retargeted_motion::<D::Width>([d.point(), d.point(), d.point()], (d.int(0, 4), 4), d.point(), d.point(), d.radius())
         => "what is near a motion from anywhere on the old motion to the new target is near the fan";
-        every 1 random 100_000 kani 4 unwind 4 kissat;
+        every 1 random 100_000 kani 4 unwind 8 kissat;
     receding_never_comes_nearer |d| receding_never_comes_nearer::<D::Width>(d.point(), d.point(), d.point(), d.point())
         => "a motion recedes exactly when no point of it is nearer than its start";
-        every 3 random 200_000 kani 4 unwind 5 kissat;
+        every 3 random 200_000 kani 4 unwind 8 kissat;
     box_segment_is_exact |d| { let (p, a) = (d.point(), d.point()); box_segment_is_exact::<D::Width>(p, d.point(), a, d.point(), d.threshold(p, a)) }
         => "box–segment and box–point: near exactly when some point of the filled box is within r";
-        every 2 random 100_000 kani 4 unwind 5 kissat;
+        every 2 random 100_000 kani 4 unwind 8 kissat;
     parity_of_a_triangle_is_its_inside |d| parity_of_a_triangle_is_its_inside::<D::Width>(d.point(), [d.point(), d.point(), d.point()])
         => "an odd number of a triangle's sides is crossed by the ray exactly when the point is inside";
-        every 3 random 100_000 kani 5 unwind 4 cadical;
+        every 3 random 100_000 kani 5 unwind 8 cadical;
     a_unit_more_covers_rounding_by_a_unit |d| a_unit_more_covers_rounding_by_a_unit::<D::Width>([d.point(), d.point(), d.point()], d.int(0, 80), [d.point(), d.point()], d.radius())
         => "what is clear at r + 2 stays clear at r when each corner moves by a unit in x and in y: points, motions, fans";
-        random 200_000 kani 2 unwind 4 kissat;
+        random 200_000 kani 2 unwind 8 kissat;
 }
 
 /// Orientation is the sign of the area, changes sign with a swap and none with a rotation.
@@ -180,8 +180,8 @@ pub fn beyond_is_exact<L: FromPlain>([a, b]: [Xy; 2], points: [Xy; 2], r: i64) {
     let length_2 = i128::from(b.0 - a.0).pow(2) + i128::from(b.1 - a.1).pow(2);
     // |off| > r · |b − a|: both sides squared.
     let far = |p: Xy| {
-        let (off, reach) = (num_bigint::BigInt::from(off(p)), num_bigint::BigInt::from(length_2) * r * r);
-        off < num_bigint::BigInt::ZERO && &off * &off > reach
+        let (off, reach) = (Wide::from(off(p)), Wide::from(length_2) * Wide::from(r) * Wide::from(r));
+        off < Wide::from(0) && &off * &off > reach
     };
     let says = |points: &[Xy]| {
         beyond::<L>([a, b].map(L::site), points.iter().map(|&point| L::site(point)), L::linear(r))
@@ -207,7 +207,7 @@ pub fn fan_covers_every_retargeted_motion<L: FromPlain>(
     // A lattice point of the side a b, when there is one at k / n.
     let (dx, dy) = ((bx - ax) * k, (by - ay) * k);
     if dx % n != 0 || dy % n != 0 {
-        return;
+        return passed_over();
     }
     let from = (ax + dx / n, ay + dy / n);
     let near = |sites: [Xy; 2]| {
@@ -296,7 +296,7 @@ pub fn parity_of_a_triangle_is_its_inside<L: FromPlain>(p: Xy, corners: [Xy; 3])
     let (at, [a, b, c]) = (exact::<L>(p), corners.map(exact::<L>));
     let sides = [(&a, &b), (&b, &c), (&c, &a)];
     if sides.into_iter().any(|(q, r)| oracle::point_segment_within(&at, q, r, 0)) {
-        return;
+        return passed_over();
     }
     let crossed = |i: usize| ray_crosses::<L>(L::site(p), L::site(corners[i]), L::site(corners[(i + 1) % 3]));
     let odd = crossed(0) ^ crossed(1) ^ crossed(2);
@@ -322,7 +322,7 @@ pub fn a_unit_more_covers_rounding_by_a_unit<L: FromPlain>(
     let (d, e, more, less) =
         (L::site(edge[0]), L::site(edge[1]), L::linear((r + 2).min(limit)), L::linear(r));
     if r + 2 > limit {
-        return;
+        return passed_over();
     }
     let ([a2, b2, c2], site) = ([moved(a, 0), moved(b, 2), moved(c, 1)], L::site);
     if point_segment::<L>(site(a), d, e, more).is_clear() {

@@ -44,6 +44,9 @@ pub struct Report {
     pub second_time: Duration,
 }
 
+/// All that a theorem proves, in place of one of its contracts.
+pub const WHOLE: &str = "all of it";
+
 /// Proves one theorem.
 #[derive(Debug)]
 pub struct Prover<'a> {
@@ -253,9 +256,20 @@ impl<'a> Prover<'a> {
         answer: Fact,
         numbers: [Term; N],
     ) -> (Instance, [Term; M]) {
-        self.report.rests_on.insert((contract.theorem, contract.name));
+        let own = (contract.theorem, contract.name);
+        if contract.theorem == self.theorem && !self.report.proves.contains(&own) {
+            self.report
+                .failures
+                .push(format!("rests on its own \"{}\" before that is proved", contract.name));
+        }
+        self.report.rests_on.insert(own);
         let witness = std::array::from_fn(|_| Term::fresh("w"));
         (Instance((contract.statement)(answer, numbers, witness).fact()), witness)
+    }
+
+    /// The written part of this proof rests on the lemmas of that theorem.
+    pub fn needs(&mut self, theorem: &'static str) {
+        self.report.rests_on.insert((theorem, WHOLE));
     }
 
     /// A new number that is `dividend / divisor` in the case whose guard holds, after proving that no two guards hold together

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use super::prover::{Prover, Report, Settings};
+use super::prover::{Prover, Report, Settings, WHOLE};
 use super::results::Row;
 use super::term;
 
@@ -79,6 +79,7 @@ fn judge(outcomes: &mut [Outcome]) {
         }
         if report.failures.is_empty() {
             proved.extend(report.proves.iter().copied());
+            proved.insert((outcome.theorem.name, WHOLE));
         }
     }
 }

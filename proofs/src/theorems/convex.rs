@@ -1,4 +1,23 @@
 //! The convex polygon: what it holds, and what comes near it. Corners are never right of a side.
+//!
+//! Solvers prove the lemmas, for any numbers; the code is run for polygons of few corners. That the lemmas make up the theorems for
+//! any number of corners is written here:
+//!
+//! 1. *A point of the hull is held.* It is a mean of corners, and so a mean of two means of fewer. No corner is right of a side or
+//!    outside the box, so by "a mean of points not right of a side is not" neither is the point.
+//! 2. *What is held is of the hull.* Let Z be held and C a corner other than Z. The sides add up to nothing, and so do their
+//!    products with Z − C ("products add up as sides do"): some product is negative, or all are zero, and then the corners lie
+//!    on a line (next). Go from C through Z. The first side with a negative product that is reached is reached at Z or after it, and
+//!    up to there nothing is passed: the place is right of no side. It is on that side's line, and by `convex_exit`'s lemmas of
+//!    places on a line it is on a side. Z lies between C and it: a mean of three corners.
+//! 3. *Corners on a line*: what is right of no side is on that line, and in the box between two corners; walking the corners from
+//!    one to the other passes it on a side.
+//! 4. *Leaving* (`convex_exit`): from a point that is held to one that is not, take the first side that is reached. Up to it nothing
+//!    is passed, so the place is held and on that side's line: on a side, as in 2.
+//! 5. *Near exactly when*: told apart, every point of the polygon is farther than r ("the polygon beyond the segment", "the
+//!    segment beyond a side"). Not told apart, and all sides clear: take P of the polygon and X of the segment. If X is not held, the
+//!    way from P to X leaves through a side, and P is farther than that side is. If X is held and the end C is not, the way from X to C
+//!    leaves through a side, which then is near: it is not. If C is held the code says near, and is right.
 
 use keepout_kernel::exact::predicate::{convex_holds, convex_segment, sides};
 
@@ -171,6 +190,7 @@ pub const CONVEX_EXIT: Theorem = Theorem {
     claim: "a way from a point of the polygon to one that it does not hold meets a side (by induction over the sides: the first that \
             is reached is met; along the corners of a straight part: some side of it is)",
     proof: |prover| {
+        prover.needs(CONVEX_HOLDS.name);
         // From a point Y of the polygon to X outside: `f` is the product of a side, not negative inside.
         prover.lemma("orientation is affine along a line", |[ax, ay, bx, by, yx, yy, xx, xy, way]| {
             let (side, inside, outside) = ([v(ax, ay), v(bx, by)], v(yx, yy), v(xx, xy));
@@ -248,9 +268,12 @@ pub const CONVEX_NEAR_SEGMENT: Theorem = Theorem {
     name: "convex_near_segment",
     source: "predicate::convex_segment, Convex::near_segment, Edge::near_convex",
     claim: "near exactly when a point of the filled polygon is within r of a point of the segment, for r ≥ 0, when no corner is right \
-            of a side (what is asked: run for up to 6 corners; told apart: a point of the polygon is a mean of means of corners; \
-            else by `convex_exit` and `convex_holds`)",
+            of a side (what is asked: run for up to 6 corners. That a polygon which no line tells apart from the segment, and whose sides \
+            are clear, is clear joins these lemmas with those of `convex_exit` and `convex_holds` by a written proof, in \
+            `theorems/convex.rs`)",
     proof: |prover| {
+        prover.needs(CONVEX_HOLDS.name);
+        prover.needs(CONVEX_EXIT.name);
         for count in 1..=SEGMENT_MAX {
             asks_sides_and_an_end(prover, count);
         }

@@ -52,6 +52,8 @@ pub const HULL_POLYGON: Theorem = Theorem {
     claim: "what the hull says that it holds the polygon holds, and every way between two such points; so a polygon that holds the \
             set and the target, and that no edge is near (`convex_near_segment`), holds all that can be driven, on the tail's side",
     proof: |prover| {
+        prover.needs("convex_holds");
+        prover.needs("convex_near_segment");
         // Three corners or more turn left at each: no box need be asked (`convex_holds`, corners not on a line).
         prover.lemma("corners that turn left are on no line", |[ux, uy, hx, hy, wx, wy]| {
             let (u, h, w) = (v(ux, uy), v(hx, hy), v(wx, wy));

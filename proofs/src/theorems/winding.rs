@@ -10,8 +10,10 @@ use crate::smt::run::Theorem;
 use crate::smt::symbolic::Symbolic;
 use crate::smt::term::{Term, whole};
 
-fn crosses(p: V, a: V, b: V) -> Fact {
-    outcome_is(&explore(&[], &[], || ray_crosses::<Symbolic>(p.place(), a.place(), b.place())), &true)
+fn crosses(prover: &mut Prover<'_>, p: V, a: V, b: V) -> Fact {
+    let paths = explore(&[], &[], || ray_crosses::<Symbolic>(p.place(), a.place(), b.place()));
+    prover.ran(paths.len());
+    outcome_is(&paths, &true)
 }
 
 fn odd(a: Fact, b: Fact) -> Fact {
@@ -36,7 +38,8 @@ pub const TRIANGLE_PARITY: Theorem = Theorem {
     proof: |prover: &mut Prover<'_>| {
         let p = V::unknown("p");
         let [a, b, c] = ["a", "b", "c"].map(|name| p.other(name));
-        let count = odd(odd(crosses(p, a, b), crosses(p, b, c)), crosses(p, c, a));
+        let [ab, bc, ca] = [[a, b], [b, c], [c, a]].map(|[from, to]| crosses(prover, p, from, to));
+        let count = odd(odd(ab, bc), ca);
         let paths =
             explore(&[], &[], || strictly_inside::<Symbolic>(p.place(), a.place(), b.place(), c.place()));
         let on_side = any([is_on(p, a, b), is_on(p, b, c), is_on(p, c, a)]);
@@ -63,7 +66,7 @@ pub const RING_PARITY: Theorem = Theorem {
             all([odd(above(x, p), above(x, q)), right])
         };
         let touches = touching(p, q, a, b);
-        let change = odd(crosses(p, a, b), crosses(q, a, b));
+        let change = odd(crosses(prover, p, a, b), crosses(prover, q, a, b));
         for (name, case, low, high) in
             [("up", less(p.y, q.y), p, q), ("down", less(q.y, p.y), q, p), ("level", equal(p.y, q.y), p, q)]
         {
@@ -73,7 +76,8 @@ pub const RING_PARITY: Theorem = Theorem {
             prover.prove(&name, &claim(given, same(&change, &corners)));
         }
         let right = [less(a.x, p.x), less(b.x, p.x)];
-        prover.prove("to the right of an edge", &claim(right, not(crosses(p, a, b))));
+        let at_right = crosses(prover, p, a, b);
+        prover.prove("to the right of an edge", &claim(right, not(at_right)));
         // Where segments touch they have a common point, and the distance is not more than any r.
         let (x, u) = (q, b - a);
         let (foot, definition) =

@@ -62,7 +62,7 @@ impl Hull {
     }
 
     /// The corners.
-    #[cfg(any(test, feature = "proofs"))]
+    #[cfg(feature = "proofs")]
     pub(super) fn corners(&self) -> &[Point] {
         &self.corners[..self.count]
     }

@@ -25,23 +25,24 @@ pub struct Mutants {
 }
 
 impl Mutants {
-    /// Runs them, prints a line for each, and keeps the results.
+    /// Runs them, prints a line for each, and keeps the results. Says by the exit code whether all in the list are settled.
     pub fn run(&self) -> ExitCode {
-        super::code(self.try_run().map(|()| {
-            let results = mutants::results();
-            !results.iter().any(|result| result.fate == "survived")
+        super::code(self.try_run().and_then(|()| {
+            let (list, results) = (mutants::list()?, mutants::results());
+            let open: Vec<_> = list.iter().filter(|mutant| !mutant.is_settled(&results)).collect();
+            open.iter().for_each(|mutant| println!("not noticed, or not run: {}", mutant.what));
+            Ok(open.is_empty())
         }))
     }
 
     fn try_run(&self) -> std::io::Result<()> {
         let folder = self.folder.clone().unwrap_or_else(|| std::env::temp_dir().join("keepout-mutants"));
         let (list, known) = (mutants::list()?, mutants::results());
-        let noticed = |what: &str| known.iter().any(|result| result.what == what && result.fate == "killed");
         mutants::run(&folder, |number| {
             let mutant = &list[number];
             self.only.is_none_or(|only| only == number)
                 && self.from.is_none_or(|from| number >= from)
-                && (!self.left || !noticed(&mutant.what))
+                && (!self.left || !mutant.is_settled(&known))
                 && (!self.kernel || mutant.file.starts_with("kernel"))
         })
     }
