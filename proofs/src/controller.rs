@@ -14,6 +14,7 @@
 use std::collections::VecDeque;
 
 use crate::properties::Xy;
+use crate::wire::{Answer, Report, Sent};
 
 /// Lines that the receive buffer holds: one more is mixed up with the last. Three of 42 bytes fit GRBL's 127.
 pub const BUFFER: usize = 3;
@@ -26,51 +27,6 @@ const STEPPER: usize = 2;
 pub const RESOLUTION: i64 = 4;
 /// Where a report finds the tool, from where it is.
 const ERRORS: [Xy; 5] = [(0, 0), (RESOLUTION, 0), (-RESOLUTION, 0), (0, RESOLUTION), (0, -RESOLUTION)];
-
-/// What is on the way to the controller.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Sent {
-    /// A motion.
-    Line(Xy),
-    /// A status query.
-    Query,
-    /// Stop, and forget what is planned.
-    Cancel,
-    /// Stop, and keep what is planned.
-    Hold,
-    /// Go on with what is kept.
-    Continue,
-}
-
-/// What is on the way back.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Answer {
-    /// The oldest line is accepted.
-    Accepted,
-    /// The oldest line is refused.
-    Refused,
-    /// A status report.
-    Report(Report),
-    /// It was reset.
-    Restarted,
-}
-
-/// A status report.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Report {
-    /// Where the tool is.
-    pub place: Xy,
-    /// Nothing moves.
-    pub at_rest: bool,
-    /// Blocks in the planner.
-    pub queued: usize,
-    /// Something is in the receive buffer.
-    pub waiting: bool,
-    /// It holds.
-    pub held: bool,
-    /// Not the only copy: the next one follows at once.
-    pub doubled: bool,
-}
 
 /// How often what can go wrong, in one run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

@@ -2,9 +2,10 @@
 //! set, whatever is delayed, lost, repeated or cancelled*.
 //!
 //! The product of the real guard with the model of the controller is explored breadth first, every state once, until
-//! nothing new is found. In each state the tool, and every target that the controller holds or that is on the way to it, lies
-//! in the hull of the guard's set; and every stretch that the tool moves is clear of the part. As the set's hull is convex,
-//! a tool in it that drives to targets in it stays in it.
+//! nothing new is found. In each state the hull of the guard's set is clear of the part by hand's threshold; every target that the
+//! controller holds or that is on the way to it lies in the hull, and so does the tool, or within three resolutions where reports
+//! err; and every stretch that the tool moves is as clear. As the hull is convex, a tool in it that drives to targets in it
+//! stays in it. Where nothing goes wrong the session goes on.
 //!
 //! The host sends whatever the guard allows, at any time: it is as free as the supervisor and freer.
 
@@ -17,12 +18,13 @@ use keepout_executor::supervisor::guard::proof::State as GuardState;
 use keepout_executor::supervisor::guard::{Certification, DRAIN, Guard, MotionShape, Rules, Sighting, Stamp};
 use keepout_executor::time::Time;
 use keepout_kernel::exact::segment::Window;
-use keepout_kernel::{Curve, ProhibitedRegion, Region, Ring, Segment, Side};
+use keepout_kernel::{Curve, ProhibitedRegion, Segment};
 
-use crate::controller::{Answer, Drive, Happening, Plant, RESOLUTION, Report, Sent, Trouble};
+use crate::controller::{Drive, Happening, Plant, RESOLUTION, Trouble};
 use crate::families::{at, length};
-use crate::oracle::quick;
 use crate::properties::Xy;
+use crate::square::{self, FINISHING, MANUAL, approaches, certified, off_box, off_hull, plain};
+use crate::wire::{Answer, Report, Sent};
 
 /// What is explored: a machine, what can go wrong, and how much the host does.
 #[derive(Clone, Debug)]
@@ -48,12 +50,6 @@ pub struct World {
     /// How often a contour is told to hold or to go on.
     pub holds: u8,
 }
-
-/// Thresholds of motions by hand and of contours, in units.
-const MANUAL: i64 = 100;
-const FINISHING: i64 = 96;
-/// The part: a square.
-const PART: [Xy; 4] = [(0, 0), (400, 0), (400, 400), (0, 400)];
 
 /// The host, as much of it as counts.
 #[derive(Clone, Debug)]
@@ -108,18 +104,7 @@ pub struct Explored {
     pub violation: Option<Vec<String>>,
 }
 
-fn plain(point: keepout_kernel::Point) -> Xy {
-    (i64::from(point.x.units()), i64::from(point.y.units()))
-}
-
 impl World {
-    fn part() -> Arc<ProhibitedRegion> {
-        let ring = Ring::new(PART.iter().map(|&p| at(p)).collect()).expect("a square");
-        Arc::new(
-            ProhibitedRegion::new(Region::new(vec![ring]).expect("one ring"), Side::Outside).expect("small"),
-        )
-    }
-
     fn guard(&self, part: &Arc<ProhibitedRegion>) -> Guard {
         let shape = if self.drive.apart { MotionShape::Box } else { MotionShape::Line };
         let rules = Rules {
@@ -146,7 +131,7 @@ impl World {
     /// The same with a guard that was changed first.
     #[must_use]
     pub fn explore_with(&self, most: usize, change: impl Fn(&mut Guard)) -> Explored {
-        let part = Self::part();
+        let part = square::part();
         let mut guard = self.guard(&part);
         change(&mut guard);
         let first = Node {
@@ -412,64 +397,4 @@ impl World {
         let threshold = if self.contour.is_empty() { MANUAL } else { FINISHING - RESOLUTION };
         threshold - self.off() - 1
     }
-}
-
-/// Whether the hull of the set, or its box, is clear of the part by hand's threshold, but for a unit of rounding.
-fn certified(part: &ProhibitedRegion, set: &[Xy], apart: bool) -> bool {
-    let kept = length(MANUAL - 1);
-    let window = set.iter().skip(1).fold(Window::of(at(set[0])), |window, &p| window.including(at(p)));
-    if apart {
-        return part.index().near_box(window, kept).is_none();
-    }
-    let ways = set.iter().enumerate().flat_map(|(i, &a)| set[i..].iter().map(move |&b| (a, b)));
-    let mut ways = ways.map(|(a, b)| Segment { from: at(a), to: at(b) });
-    ways.all(|way| part.motion_clear(way, kept).is_clear()) && off_hull(set, PART[0]) > 0
-}
-
-/// Whether the motion comes nearer to an edge that is, or comes, within the manual threshold.
-fn approaches(part: &ProhibitedRegion, p: Xy, q: Xy) -> bool {
-    let float =
-        |(x, y): Xy| (f64::from(i32::try_from(x).unwrap_or(0)), f64::from(i32::try_from(y).unwrap_or(0)));
-    part.edges().iter().any(|edge| {
-        let away = |p: (f64, f64)| {
-            quick::point_segment(p, float(plain(edge.chord.from)), float(plain(edge.chord.to)))
-        };
-        let (p, q) = (float(p), float(q));
-        let least = (0..=64).map(|k| {
-            let t = f64::from(k) / 64.0;
-            away((p.0 + (q.0 - p.0) * t, p.1 + (q.1 - p.1) * t))
-        });
-        let least = least.fold(f64::INFINITY, f64::min);
-        least < away(p) - 1.0 && least <= 100.0
-    })
-}
-
-/// How far the point is from the box of the set, at most.
-fn off_box(set: &[Xy], (x, y): Xy) -> i64 {
-    let off = |c: i64, all: &dyn Fn(&Xy) -> i64| {
-        let (low, high) = (set.iter().map(all).min().unwrap_or(c), set.iter().map(all).max().unwrap_or(c));
-        (low - c).max(c - high).max(0)
-    };
-    off(x, &|p| p.0).max(off(y, &|p| p.1))
-}
-
-/// How far the point is from the convex hull of the set, rounded up: it is in the hull when it is in some triangle of points.
-fn off_hull(set: &[Xy], p: Xy) -> i64 {
-    let side = |a: Xy, b: Xy, c: Xy| (b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0);
-    let inside = |a: Xy, b: Xy, c: Xy| {
-        let of = [side(a, b, p), side(b, c, p), side(c, a, p)];
-        of.iter().all(|&s| s > 0) || of.iter().all(|&s| s < 0)
-    };
-    let mut least = i64::MAX;
-    for (i, &a) in set.iter().enumerate() {
-        for (j, &b) in set.iter().enumerate().skip(i) {
-            if set.iter().skip(j + 1).any(|&c| inside(a, b, c)) {
-                return 0;
-            }
-            let edge = Segment { from: at(a), to: at(b) };
-            let reach = (0..=3 * RESOLUTION + 2).find(|&r| !edge.near_point(at(p), length(r)).is_clear());
-            least = least.min(reach.unwrap_or(i64::MAX));
-        }
-    }
-    least
 }

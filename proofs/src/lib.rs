@@ -36,10 +36,14 @@ pub mod property;
 #[cfg(feature = "solvers")]
 pub mod smt;
 pub mod soak;
+#[cfg(feature = "guard")]
+pub mod square;
 #[cfg(all(feature = "tools", feature = "guard", feature = "solvers"))]
 pub mod table;
 #[cfg(feature = "solvers")]
 pub mod theorems;
+#[cfg(feature = "guard")]
+pub mod wire;
 #[cfg(feature = "guard")]
 pub mod worlds;
 

@@ -1,0 +1,98 @@
+//! The part of the worlds, a square, and what the invariant asks of it and of the guard's set.
+
+use std::sync::Arc;
+
+use keepout_kernel::exact::segment::Window;
+use keepout_kernel::{ProhibitedRegion, Region, Ring, Segment, Side};
+
+use crate::controller::RESOLUTION;
+use crate::families::{at, length};
+use crate::oracle::quick;
+use crate::properties::Xy;
+
+/// Of motions by hand, in units.
+pub const MANUAL: i64 = 100;
+/// Of contours, in units.
+pub const FINISHING: i64 = 96;
+/// The part: a square.
+pub const PART: [Xy; 4] = [(0, 0), (400, 0), (400, 400), (0, 400)];
+
+/// The part.
+///
+/// # Panics
+/// Never: a square is a region.
+#[must_use]
+pub fn part() -> Arc<ProhibitedRegion> {
+    let ring = Ring::new(PART.iter().map(|&p| at(p)).collect()).expect("a square");
+    Arc::new(ProhibitedRegion::new(Region::new(vec![ring]).expect("one ring"), Side::Outside).expect("small"))
+}
+
+/// The point as plain numbers.
+#[must_use]
+pub fn plain(point: keepout_kernel::Point) -> Xy {
+    (i64::from(point.x.units()), i64::from(point.y.units()))
+}
+
+/// Whether the hull of the set, or its box, is clear of the part by hand's threshold, but for a unit of rounding.
+#[must_use]
+pub fn certified(part: &ProhibitedRegion, set: &[Xy], apart: bool) -> bool {
+    let kept = length(MANUAL - 1);
+    let window = set.iter().skip(1).fold(Window::of(at(set[0])), |window, &p| window.including(at(p)));
+    if apart {
+        return part.index().near_box(window, kept).is_none();
+    }
+    let ways = set.iter().enumerate().flat_map(|(i, &a)| set[i..].iter().map(move |&b| (a, b)));
+    let mut ways = ways.map(|(a, b)| Segment { from: at(a), to: at(b) });
+    ways.all(|way| part.motion_clear(way, kept).is_clear()) && off_hull(set, PART[0]) > 0
+}
+
+/// Whether the motion comes nearer to an edge that is, or comes, within the manual threshold.
+#[must_use]
+pub fn approaches(part: &ProhibitedRegion, p: Xy, q: Xy) -> bool {
+    let float =
+        |(x, y): Xy| (f64::from(i32::try_from(x).unwrap_or(0)), f64::from(i32::try_from(y).unwrap_or(0)));
+    part.edges().iter().any(|edge| {
+        let away = |p: (f64, f64)| {
+            quick::point_segment(p, float(plain(edge.chord.from)), float(plain(edge.chord.to)))
+        };
+        let (p, q) = (float(p), float(q));
+        let least = (0..=64).map(|k| {
+            let t = f64::from(k) / 64.0;
+            away((p.0 + (q.0 - p.0) * t, p.1 + (q.1 - p.1) * t))
+        });
+        let least = least.fold(f64::INFINITY, f64::min);
+        least < away(p) - 1.0 && least <= 100.0
+    })
+}
+
+/// How far the point is from the box of the set, at most.
+#[must_use]
+pub fn off_box(set: &[Xy], (x, y): Xy) -> i64 {
+    let off = |c: i64, all: &dyn Fn(&Xy) -> i64| {
+        let (low, high) = (set.iter().map(all).min().unwrap_or(c), set.iter().map(all).max().unwrap_or(c));
+        (low - c).max(c - high).max(0)
+    };
+    off(x, &|p| p.0).max(off(y, &|p| p.1))
+}
+
+/// How far the point is from the convex hull of the set, rounded up: it is in the hull when it is in some triangle of points.
+#[must_use]
+pub fn off_hull(set: &[Xy], p: Xy) -> i64 {
+    let side = |a: Xy, b: Xy, c: Xy| (b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0);
+    let inside = |a: Xy, b: Xy, c: Xy| {
+        let of = [side(a, b, p), side(b, c, p), side(c, a, p)];
+        of.iter().all(|&s| s > 0) || of.iter().all(|&s| s < 0)
+    };
+    let mut least = i64::MAX;
+    for (i, &a) in set.iter().enumerate() {
+        for (j, &b) in set.iter().enumerate().skip(i) {
+            if set.iter().skip(j + 1).any(|&c| inside(a, b, c)) {
+                return 0;
+            }
+            let edge = Segment { from: at(a), to: at(b) };
+            let reach = (0..=3 * RESOLUTION + 2).find(|&r| !edge.near_point(at(p), length(r)).is_clear());
+            least = least.min(reach.unwrap_or(i64::MAX));
+        }
+    }
+    least
+}

@@ -1,0 +1,48 @@
+//! What goes over the line between the host and the model of a controller.
+
+use crate::properties::Xy;
+
+/// What is on the way to the controller.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Sent {
+    /// A motion.
+    Line(Xy),
+    /// A status query.
+    Query,
+    /// Stop, and forget what is planned.
+    Cancel,
+    /// Stop, and keep what is planned.
+    Hold,
+    /// Go on with what is kept.
+    Continue,
+}
+
+/// What is on the way back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Answer {
+    /// The oldest line is accepted.
+    Accepted,
+    /// The oldest line is refused.
+    Refused,
+    /// A status report.
+    Report(Report),
+    /// It was reset.
+    Restarted,
+}
+
+/// A status report.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Report {
+    /// Where the tool is.
+    pub place: Xy,
+    /// Nothing moves.
+    pub at_rest: bool,
+    /// Blocks in the planner.
+    pub queued: usize,
+    /// Something is in the receive buffer.
+    pub waiting: bool,
+    /// It holds.
+    pub held: bool,
+    /// Not the only copy: the next one follows at once.
+    pub doubled: bool,
+}
