@@ -49,6 +49,8 @@ pub struct World {
     pub checked: bool,
     /// How often a contour is told to hold or to go on.
     pub holds: u8,
+    /// By how much the part that is asked while a person steers is larger than the part, in units.
+    pub coarser: i64,
 }
 
 /// The host, as much of it as counts.
@@ -117,7 +119,7 @@ impl World {
             contours: shape,
             checked: self.checked,
         };
-        let mut guard = Guard::new(Arc::clone(part), Arc::clone(part), rules);
+        let mut guard = Guard::new(Arc::clone(part), square::grown(self.coarser), rules);
         guard.locate(at(self.start)).expect("the tool begins outside the part");
         guard
     }

@@ -201,9 +201,15 @@ fn keep(results: &[Result]) -> io::Result<()> {
     write_whole(&file, results.iter().map(line).collect::<String>().as_bytes())
 }
 
-/// Copies what is newer or not there, so that little is built anew.
+/// Copies what is not there or differs, so that little is built anew, and takes away what is there no more.
 fn copy(from: &Path, to: &Path) -> io::Result<()> {
     fs::create_dir_all(to)?;
+    for entry in fs::read_dir(to)? {
+        let path = entry?.path();
+        if path.file_name().is_some_and(|name| !from.join(name).exists()) {
+            if path.is_dir() { fs::remove_dir_all(path)? } else { fs::remove_file(path)? }
+        }
+    }
     for entry in fs::read_dir(from)? {
         let entry = entry?;
         let name = entry.file_name();

@@ -23,7 +23,17 @@ pub const PART: [Xy; 4] = [(0, 0), (400, 0), (400, 400), (0, 400)];
 /// Never: a square is a region.
 #[must_use]
 pub fn part() -> Arc<ProhibitedRegion> {
-    let ring = Ring::new(PART.iter().map(|&p| at(p)).collect()).expect("a square");
+    grown(0)
+}
+
+/// The part, larger by so many units on each side: what is asked while a person steers.
+///
+/// # Panics
+/// When a square so large is none of the lattice.
+#[must_use]
+pub fn grown(by: i64) -> Arc<ProhibitedRegion> {
+    let out = |c: i64| if c > 0 { c + by } else { c - by };
+    let ring = Ring::new(PART.iter().map(|&(x, y)| at((out(x), out(y)))).collect()).expect("a square");
     Arc::new(ProhibitedRegion::new(Region::new(vec![ring]).expect("one ring"), Side::Outside).expect("small"))
 }
 

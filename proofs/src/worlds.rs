@@ -39,6 +39,7 @@ const JOGS: World = World {
     drive: STRAIGHT,
     checked: false,
     holds: 0,
+    coarser: 0,
 };
 
 /// A contour along the part: skipping its corner cuts through the part.
@@ -53,6 +54,7 @@ const CONTOUR: World = World {
     drive: Drive { cancels: false, ..STRAIGHT },
     checked: false,
     holds: 0,
+    coarser: 0,
 };
 
 /// All worlds.
@@ -149,6 +151,13 @@ fn machines() -> Vec<World> {
             start: (-60, 200),
             targets: &[(-300, 200), (-60, 600), (-97, -40), WEST],
             ..with("ways out", [2, 4, 1, 0], QUIET)
+        },
+        // From where only the larger part is too near.
+        World {
+            start: (-104, 200),
+            coarser: 8,
+            targets: &[(-108, 200), (-109, 200), (-104, 600), WEST],
+            ..with("ways out of a coarser part", [2, 4, 1, 0], QUIET)
         },
     ]
 }

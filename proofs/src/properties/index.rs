@@ -2,13 +2,14 @@
 
 use std::ops::ControlFlow;
 
+use keepout_kernel::exact::lattice::COORD_MAX;
 use keepout_kernel::exact::region::Location;
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::index::build::{build, propose};
-use keepout_kernel::index::cells::{Answer, Claim, Packed};
+use keepout_kernel::index::cells::{self, Answer, Claim, GROUP, Packed};
 use keepout_kernel::index::check::{Node, Proposal};
 use keepout_kernel::index::{CheckedIndex, subdivide};
-use keepout_kernel::{Cells, Convex, Edge, NearList, Segment, Triangle};
+use keepout_kernel::{Cells, Convex, Edge, NearList, Point, Segment, Triangle};
 
 use super::Xy;
 use crate::draw::Draw;
@@ -50,6 +51,9 @@ properties! {
     disturbed_cells_are_refused_or_harmless |d| { let count = 1 + d.one_of(8); let edges = edges(d, count); let disturb = (d.int(0, 1 << 20), d.one_of(8), d.int(0, 40)); disturbed_cells_are_refused_or_harmless(&edges, d.radius(), disturb, [d.point(), d.point()]) }
         => "cells with a wrong claim, list or whole are refused, or answer as the index does all the same";
         random 60_000;
+    what_is_near_lies_in_the_whole |d| { let edges = edges(d, 1); let rim = d.int(-3, 6); what_is_near_lies_in_the_whole(&edges, d.radius(), rim) }
+        => "cells whose whole does not hold every place near an edge are refused: outside of it nothing is near";
+        random 20_000;
     walks_cover_their_motion |d| { let edges = edges(d, 3); walks_cover_their_motion(&edges, d.radius(), 1 + d.one_of(60), [d.point(), d.point()], d.int(0, 64)) }
         => "the squares handed out along a motion cover it: also every place between";
         random 8_000;
@@ -278,6 +282,31 @@ fn cells_answer_as_the_index(edges: &[Edge], r: i64, groups: usize, [p, q]: [Xy;
             answer == Answer::Unknown || (answer != Answer::Clear) == near,
             "{edges:?} {r} {p:?} {q:?} {answer:?}"
         );
+    }
+}
+
+/// The whole ends `rim` units below the place that lies the threshold below and left of the edge, and claims nothing.
+fn what_is_near_lies_in_the_whole(edges: &[Edge], r: i64, rim: i64) {
+    let index = build(edges.to_vec()).expect("one edge");
+    let (x0, y0, x1, y1) = edges[0].bounds().corners();
+    let [x0, y0, x1, y1] = [x0, y0, x1, y1].map(i64::from);
+    let side = (x1 - x0).max(y1 - y0) + 2 * r + 20;
+    let log_2 = 64 - side.leading_zeros();
+    let (Ok(x), Ok(y)) = (i32::try_from(x0 - r - rim), i32::try_from(y0 - r - rim)) else {
+        return passed_over();
+    };
+    let claims = vec![Packed::of(Claim::Open); GROUP];
+    let proposal = cells::Proposal { threshold: length(r), origin: (x, y), log_2, claims, lists: Vec::new() };
+    let Ok(cells) = Cells::check(&index, proposal) else {
+        // A unit is kept beside, and the whole lies on the lattice.
+        let room = i64::from(COORD_MAX) - (1 << log_2.min(40)) - r - 10;
+        assert!(rim < 1 || x0.abs().max(y0.abs()) >= room, "{edges:?} {r} {rim}");
+        return;
+    };
+    for (px, py) in [(x0 - r, y0), (x0, y0 - r), (x1, y0 - r), (x0 - r, y1)] {
+        let Ok(p) = Point::from_units(px, py) else { continue };
+        let near = index.near_point(p, length(r)).is_some();
+        assert!(!near || cells.point(&index, p) != Answer::Clear, "{edges:?} {r} {rim} {p:?}");
     }
 }
 
