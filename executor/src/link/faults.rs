@@ -44,6 +44,8 @@ pub enum Damage {
     Detectable,
     /// Any byte, or none: only a checksum notices.
     Any,
+    /// The same, but no more than one in a piece: what a sum over the piece always notices. Two damaged bytes can cancel in a sum.
+    One,
 }
 
 /// What becomes of a piece.
@@ -66,6 +68,8 @@ pub struct Faults {
     random: fastrand::Rng,
     happened: u64,
     rubbish: bool,
+    /// The piece under way is damaged.
+    hurt: bool,
     /// The last long pieces.
     earlier: std::collections::VecDeque<Vec<u8>>,
     /// Long pieces since one was replaced.
@@ -81,6 +85,7 @@ impl Faults {
             random: fastrand::Rng::with_seed(seed),
             happened: 0,
             rubbish: false,
+            hurt: false,
             earlier: std::collections::VecDeque::new(),
             since_lie: 0,
         }
@@ -107,6 +112,16 @@ impl Faults {
         let happens = chance > 0.0 && self.random.f64() < chance;
         self.happened += u64::from(happens);
         happens
+    }
+
+    /// A piece begins.
+    pub fn piece(&mut self) {
+        self.hurt = false;
+    }
+
+    /// Whether the piece may be damaged once more.
+    fn spares(&self) -> bool {
+        self.hurt && self.rates.kind == Damage::One && !self.rubbish
     }
 
     /// What becomes of the next piece.
@@ -151,14 +166,17 @@ impl Faults {
 
     /// What a byte arrives as: itself, another, or nothing.
     pub fn hurt(&mut self, byte: u8) -> Option<u8> {
-        if !self.happens(if self.rubbish { 1.0 } else { self.rates.damage }) {
+        if self.spares() || !self.happens(if self.rubbish { 1.0 } else { self.rates.damage }) {
             return Some(byte);
         }
+        self.hurt = true;
         match self.rates.kind {
             Damage::Detectable => Some(b"#@`{}\\"[self.random.usize(0..6)]),
             // A digit that becomes another is what nothing but a checksum notices.
-            Damage::Any if byte.is_ascii_digit() && self.random.bool() => Some(self.random.u8(b'0'..=b'9')),
-            Damage::Any => match self.random.u8(0..10) {
+            Damage::Any | Damage::One if byte.is_ascii_digit() && self.random.bool() => {
+                Some(self.random.u8(b'0'..=b'9'))
+            }
+            Damage::Any | Damage::One => match self.random.u8(0..10) {
                 0 => None,
                 // A single bit, as on a real line.
                 1..=6 => Some(byte ^ 1 << self.random.u8(0..8)),
@@ -170,12 +188,13 @@ impl Faults {
     /// Noise before the next piece.
     pub fn noise(&mut self) -> Option<u8> {
         let noise = self.rates.noise;
-        if !self.happens(noise) {
+        if self.spares() || !self.happens(noise) {
             return None;
         }
+        self.hurt = true;
         Some(match self.rates.kind {
             Damage::Detectable => b'#',
-            Damage::Any => self.random.u8(..),
+            Damage::Any | Damage::One => self.random.u8(..),
         })
     }
 }

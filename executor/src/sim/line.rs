@@ -55,6 +55,7 @@ impl Wire {
             bytes.iter().for_each(|&byte| self.put(byte, now));
             return;
         };
+        faults.piece();
         let lie = faults.lie(bytes);
         let bytes = lie.as_deref().unwrap_or(bytes);
         if let Some(noise) = faults.noise() {

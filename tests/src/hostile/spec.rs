@@ -150,7 +150,12 @@ impl Spec {
         }
         let damage = if to_host { Fault::DamageToHost } else { Fault::DamageToController };
         set(damage, &mut rates.damage, 0.005);
-        rates.kind = if to_host || checked { Damage::Any } else { Damage::Detectable };
+        rates.kind = match (checked, to_host) {
+            // Two damaged bytes can cancel in Zaber's sum, which is one byte, and then nobody can tell: see ARCHITECTURE.md.
+            (true, _) => Damage::One,
+            (false, true) => Damage::Any,
+            (false, false) => Damage::Detectable,
+        };
         rates.delay_max = Duration::from_secs(10);
         rates
     }
