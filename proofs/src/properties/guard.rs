@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use keepout_executor::supervisor::guard::proof::hull;
 use keepout_executor::supervisor::guard::{
-    Certification, Guard, Motion, MotionShape, Refusal, Rules, Sighting,
+    Certification, DRAIN, Guard, Motion, MotionShape, Refusal, Rules, Sighting,
 };
 use keepout_executor::time::Time;
 use keepout_kernel::exact::lattice::COORD_MAX;
@@ -46,6 +46,15 @@ properties! {
     acknowledgements_are_counted |d| { let acts: Vec<usize> = (0..12).map(|_| d.one_of(5)).collect(); acknowledgements_are_counted(&acts) }
         => "no more answers than lines; a line is refused only when it is the only one open, and stays in the set; none goes out before a query that left after the one before was answered";
         random 20_000;
+    evidence_is_newer_than_what_it_settles |d| evidence_is_newer_than_what_it_settles(field(d), d.coin())
+        => "reports at rest that were asked for before a line was acknowledged settle nothing; two newer ones do";
+        random 20_000;
+    refused_lines_did_not_leave_the_queue |d| refused_lines_did_not_leave_the_queue(d.int(0, 900), d.int(0, 40))
+        => "a line that was refused is none of those that left the queue: the one before it stays in the set while one is queued";
+        random 5_000;
+    one_way_out_at_a_time |d| one_way_out_at_a_time(field(d), field(d), field(d))
+        => "after a way out was admitted none is until the tool has settled";
+        random 40_000;
     certified_contours_are_joined_and_clear |d| { let path: Vec<Xy> = (0..4).map(|_| field(d)).collect(); certified_contours_are_joined_and_clear(&path, d.one_of(4), d.coin()) }
         => "a contour is certified exactly when it is joined, in travel, clear at the finishing threshold, and ends clear at the manual one";
         random 20_000;
@@ -289,6 +298,61 @@ fn acknowledgements_are_counted(acts: &[usize]) {
         assert_eq!((guard.sent(), guard.unacknowledged()), (sent, sent - answered), "{acts:?}");
         let kept = |to| guard.in_flight().any(|point| point == to);
         assert!(targets.iter().all(|&to| kept(to)), "nothing has left: {acts:?}");
+    }
+}
+
+fn evidence_is_newer_than_what_it_settles(to: Xy, checked: bool) {
+    let mut guard = guard(MotionShape::Line, checked);
+    let here = at((-1000, 0));
+    guard.locate(here).expect("it is clear");
+    if guard.jog(at(to), 600).is_err() {
+        return passed_over();
+    }
+    let rests = Sighting { position: here, at_rest: true, queued: Some(0), waiting: false, held: false };
+    let stale = guard.stamp(Time::ZERO);
+    guard.acknowledged().expect("one line");
+    for _ in 0..3 {
+        guard.reported(&rests, stale, Time::ZERO).expect("it has not moved");
+        assert!(guard.in_flight().any(|point| point == at(to)), "{to:?}");
+    }
+    for settled in [false, true] {
+        let stamp = guard.stamp(Time::ZERO);
+        guard.reported(&rests, stamp, Time::ZERO).expect("it has not moved");
+        assert_eq!(guard.settled(), settled, "{to:?}");
+    }
+}
+
+/// North to A, and west to B, which is refused; one motion stays in the queue while the tool is seen ever nearer to B.
+fn refused_lines_did_not_leave_the_queue(aside: i64, step: i64) {
+    let mut guard = guard(MotionShape::Line, false);
+    let [start, a, b] = [(-1000 - aside, 0), (-1000 - aside, 2000), (-3000 - aside, 2000)].map(at);
+    let seen =
+        |position: Point| Sighting { position, at_rest: false, queued: Some(1), waiting: false, held: false };
+    guard.locate(start).expect("it is clear");
+    guard.jog(a, 600).expect("it is clear");
+    guard.acknowledged().expect("one line");
+    let stamp = guard.stamp(Time::ZERO);
+    guard.reported(&seen(start), stamp, Time::ZERO).expect("it has not moved");
+    guard.jog(b, 600).expect("it is clear");
+    assert!(guard.refused());
+    for k in 0..6_u16 {
+        let now = Time::ZERO.after((DRAIN + DRAIN / 2) * u32::from(k));
+        let stamp = guard.stamp(now);
+        let along = i64::from(k) * (160 + step);
+        let place = at((-1050 - aside - along, 1000 + along * 5 / 8));
+        guard.reported(&seen(place), stamp, now).expect("it is in the hull");
+        assert!(guard.in_flight().any(|point| point == a), "{aside} {step} {k}");
+    }
+}
+
+fn one_way_out_at_a_time(place: Xy, to: Xy, other: Xy) {
+    let mut guard = guard(MotionShape::Line, true);
+    if guard.locate(at(place)).is_err() || !guard.stands_inside() || guard.escape(at(to), 600).is_err() {
+        return passed_over();
+    }
+    let farther = (2 * to.0 - place.0, 2 * to.1 - place.1);
+    for next in [other, farther, place] {
+        assert!(guard.admits_escape(at(next)).is_err(), "{place:?} {to:?} {next:?}");
     }
 }
 

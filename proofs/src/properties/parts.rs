@@ -235,6 +235,8 @@ fn probes_answer_as_the_part(mut part: ProhibitedRegion, way: &[Xy], r: i64, clo
         assert_eq!(part.point_clear(at(p), t).is_clear(), point_near.is_none());
         if let Ok(free) = part.free_point(at(before), t) {
             assert_eq!(probe.passes(free, at(p)).is_some(), motion_near.is_none());
+            let lower = (r > 0).then(|| free.lowered(length(r / 2))).flatten();
+            assert!(lower.is_none_or(|lower| probe.passes(lower, at(p)).is_none()), "{part:?} {r}");
         }
         before = p;
     }
