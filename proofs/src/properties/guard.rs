@@ -55,6 +55,9 @@ properties! {
     one_way_out_at_a_time |d| one_way_out_at_a_time(field(d), field(d), field(d))
         => "after a way out was admitted none is until the tool has settled";
         random 40_000;
+    contours_go_on_one_by_one |d| { let path: Vec<Xy> = (0..5).map(|_| (d.int(-4000, -400), d.int(-3000, 9000))).collect(); contours_go_on_one_by_one(&path, d.coin()) }
+        => "a motion of a contour goes out only after the one before was acknowledged and, without a checksum, a query that left behind it was answered";
+        random 20_000;
     certified_contours_are_joined_and_clear |d| { let path: Vec<Xy> = (0..4).map(|_| field(d)).collect(); certified_contours_are_joined_and_clear(&path, d.one_of(4), d.coin()) }
         => "a contour is certified exactly when it is joined, in travel, clear at the finishing threshold, and ends clear at the manual one";
         random 20_000;
@@ -353,6 +356,34 @@ fn one_way_out_at_a_time(place: Xy, to: Xy, other: Xy) {
     let farther = (2 * to.0 - place.0, 2 * to.1 - place.1);
     for next in [other, farther, place] {
         assert!(guard.admits_escape(at(next)).is_err(), "{place:?} {to:?} {next:?}");
+    }
+}
+
+/// A contour of lines far from the part.
+fn contours_go_on_one_by_one(path: &[Xy], checked: bool) {
+    let mut guard = guard(MotionShape::Line, checked);
+    guard.locate(at(path[0])).expect("it is clear");
+    let line = |pair: &[Xy]| (Curve::Line(Segment { from: at(pair[0]), to: at(pair[1]) }), 300);
+    let certified = guard.begin_contour(path.windows(2).map(line).collect()).is_ok()
+        && guard.certify_contour(usize::MAX) == Ok(Certification::Done);
+    if !certified {
+        return passed_over();
+    }
+    for (k, &begin) in path[..path.len() - 1].iter().enumerate() {
+        let early = guard.stamp(Time::ZERO);
+        assert!(guard.next_of_contour().is_some(), "{path:?} {k}");
+        assert_eq!(guard.next_of_contour(), None, "not before the acknowledgement: {path:?} {k}");
+        let seen =
+            Sighting { position: at(begin), at_rest: false, queued: Some(1), waiting: false, held: false };
+        guard.acknowledged().expect("one motion");
+        let last = k + 2 == path.len();
+        if !checked && !last {
+            assert_eq!(guard.next_of_contour(), None, "not before it is read: {path:?} {k}");
+            guard.reported(&seen, early, Time::ZERO).expect("it is on the contour");
+            assert_eq!(guard.next_of_contour(), None, "nor by what was asked before: {path:?} {k}");
+        }
+        let stamp = guard.stamp(Time::ZERO);
+        guard.reported(&seen, stamp, Time::ZERO).expect("it is on the contour");
     }
 }
 
