@@ -20,7 +20,7 @@ properties! {
         random 200_000 kani 3 unwind 40 cadical;
     chords_leave_their_arc_by_no_more_than_the_slack |d| { let [from, middle, to] = around(d); chords_leave_their_arc_by_no_more_than_the_slack(from, middle, to, d.coin()) }
         => "chain slack: every point of the ring ρ − 1 … ρ + 2 seen between a chord's ends is within the slack of the chord";
-        random 20_000;
+        random 600_000;
     chords_go_forward_and_are_short |d| { let [from, middle, to] = around(d); chords_go_forward_and_are_short(from, middle, to, d.coin()) }
         => "a chain is believed only when it begins and ends with the arc and each chord is on the circle, forward and no longer than ρ";
         random 200_000 kani 3 unwind 40 kissat;
