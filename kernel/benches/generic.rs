@@ -11,15 +11,19 @@
 use std::fmt::Write as _;
 use std::hint::black_box;
 use std::path::Path;
-use std::time::Instant;
 
 use keepout_kernel::exact::predicate::{self, Orientation, Site};
 use keepout_kernel::exact::width::Product;
+use timing::{Rival, race};
+
+#[path = "peers/timing.rs"]
+#[expect(dead_code, reason = "the peers measure more")]
+mod timing;
 
 const CASES: usize = 4_096;
 const ROUNDS: usize = 401;
-/// Each case is asked so often in a round: nanoseconds are too short for the clock.
-const REPEATS: usize = 8;
+/// Questions in a round: each case is asked eight times.
+const QUERIES: usize = 8 * CASES;
 
 /// Five points and a threshold: as much as the largest predicate takes.
 #[derive(Clone, Copy)]
@@ -175,26 +179,6 @@ fn cases(reach: i32) -> Vec<Case> {
     (0..CASES).map(|_| case()).collect()
 }
 
-/// The median ns per question of both forms, the generic one first. They take turns.
-fn race(cases: &[Case], forms: [Asked; 2]) -> [f64; 2] {
-    let mut times = [Vec::new(), Vec::new()];
-    for round in 0..ROUNDS {
-        for turn in 0..2 {
-            let which = (round + turn) % 2;
-            let asked = black_box(forms[which]);
-            let begin = Instant::now();
-            for _ in 0..REPEATS {
-                black_box(cases.iter().filter(|case| asked(case)).count());
-            }
-            times[which].push(begin.elapsed().as_nanos() as f64 / (cases.len() * REPEATS) as f64);
-        }
-    }
-    times.map(|mut times| {
-        times.sort_by(f64::total_cmp);
-        times[ROUNDS / 2]
-    })
-}
-
 fn main() {
     let mut page = String::from(
         "# The predicates written once, beside the same written by hand\n\nWritten by `cargo bench -p keepout-kernel --bench \
@@ -205,9 +189,15 @@ fn main() {
     for reach in [1 << 10, 1 << 20, 1 << 28] {
         let cases = cases(reach);
         for (name, generic, by_hand) in RACES {
-            let differs = cases.iter().position(|case| generic(case) != by_hand(case));
-            assert!(differs.is_none(), "{name} answers case {differs:?} otherwise than written by hand");
-            let [ours, theirs] = race(&cases, [generic, by_hand]);
+            let cases = &cases;
+            let rival = |name, form: Asked| {
+                let form = black_box(form);
+                Rival::new(name, QUERIES, move |i| f64::from(u8::from(form(&cases[i % CASES]))))
+            };
+            let timed = race(vec![rival("generic", generic), rival("by hand", by_hand)], QUERIES, ROUNDS);
+            let [ours, theirs] = &timed[..] else { unreachable!("two rivals") };
+            assert_eq!(ours.answers, theirs.answers, "{name} answers otherwise than written by hand");
+            let (ours, theirs) = (ours.ns, theirs.ns);
             let ratio = ours / theirs;
             writeln!(page, "| {name} | {reach} units | {ours:.2} | {theirs:.2} | {ratio:.2} |")
                 .expect("a string");
