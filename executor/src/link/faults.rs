@@ -119,7 +119,7 @@ impl Faults {
         self.hurt = false;
     }
 
-    /// Whether the piece may be damaged once more.
+    /// Whether the piece is damaged already, and is not to be once more.
     fn spares(&self) -> bool {
         self.hurt && self.rates.kind == Damage::One && !self.rubbish
     }
