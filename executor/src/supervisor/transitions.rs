@@ -13,7 +13,7 @@ use super::state::Run;
 use super::*;
 use crate::supervisor::guard::MotionShape;
 
-const ABILITIES: Abilities = Abilities {
+pub(super) const ABILITIES: Abilities = Abilities {
     shape: MotionShape::Line,
     contours: MotionShape::Line,
     arcs: true,

@@ -85,27 +85,10 @@ mod tests {
     use keepout_planner::machine::MachineProfile;
     use keepout_planner::order::Order;
     use keepout_planner::plan::Job;
+    use keepout_planner::units::mm;
 
-    use super::super::guard::MotionShape;
+    use super::super::transitions::ABILITIES;
     use super::*;
-
-    fn abilities(arcs: bool) -> Abilities {
-        let shape = MotionShape::Line;
-        Abilities {
-            shape,
-            contours: shape,
-            arcs,
-            queues: true,
-            cancels: true,
-            flushes: false,
-            holds: true,
-            checked: false,
-        }
-    }
-
-    fn mm(length: Length) -> f64 {
-        f64::from(length.units()) / f64::from(keepout_kernel::exact::lattice::UNITS_PER_MM)
-    }
 
     /// R + A + M by hand and R + M in the contour, with all of M: but for the arcs that the controller does not turn into chords,
     /// when it is sent chords. By hand at least twice the resolution is kept beyond M.
@@ -129,25 +112,23 @@ mod tests {
             let order = Order { job, ..Order::default() };
             let plan = order.plan("bracket", bytes, &machine, &mut |_| {}).unwrap();
             let stroke = Window::of(Point::ORIGIN);
-            let [arcs, chords] = [true, false].map(|arcs| rules(&plan, stroke, abilities(arcs)));
+            let [arcs, chords] =
+                [true, false].map(|arcs| rules(&plan, stroke, Abilities { arcs, ..ABILITIES }));
             let radius = order.job.tool_diameter_mm / 2.0;
             let terms = &plan.plan.budget.terms;
             let sum: f64 = terms.iter().map(|term| term.mm).sum();
-            let of_arcs: f64 =
-                terms.iter().filter(|term| term.name == "controller arcs").map(|term| term.mm).sum();
+            let of = |name: &str| -> f64 {
+                terms.iter().filter(|term| term.name.starts_with(name)).map(|term| term.mm).sum()
+            };
+            let of_arcs = of("controller arcs");
             assert!(terms.iter().all(|term| term.mm > 0.0) && of_arcs > 0.0);
-            let close = |length: Length, least: f64| (0.0..1e-4).contains(&(mm(length) - least));
+            let close = |length: Length, least: f64| (0.0..1e-4).contains(&(mm(length.units()) - least));
             assert!(close(arcs.finishing, radius + sum), "{case}: {:?}", arcs.finishing);
             assert!(close(chords.finishing, radius + sum - of_arcs), "{case}: {:?}", chords.finishing);
-            let kept = order.job.allowance_mm.max(2.0 * mm(arcs.resolution));
+            let kept = order.job.allowance_mm.max(2.0 * mm(arcs.resolution.units()));
             for rules in [arcs, chords] {
                 assert!(close(rules.manual, radius + sum + kept), "{case}: {:?} {kept}", rules.manual);
-                let resolution: f64 = terms
-                    .iter()
-                    .filter(|term| term.name.starts_with("controller resolution"))
-                    .map(|term| term.mm)
-                    .sum();
-                assert!(close(rules.resolution, resolution), "{case}");
+                assert!(close(rules.resolution, of("controller resolution")), "{case}");
             }
         }
     }

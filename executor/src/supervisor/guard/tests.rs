@@ -94,30 +94,20 @@ fn without_a_position_nothing_is_admitted() {
 #[test]
 fn a_refused_line_may_arrive_once_more() {
     let mut guard = guard_of(MotionShape::Line, false);
-    let time = |ms: u64| Time::from_micros(ms * MS);
     guard.locate(at(-1000, 0)).unwrap();
     guard.jog(at(-1000, 2000), 600).unwrap();
     assert!(guard.refused());
     assert_eq!(guard.jog(at(-1000, 3000), 600), Err(Refusal::Full), "it may still be unread");
     // Its second copy was accepted: it is in the queue, and the line after it is not the one that has left.
-    let stamp = guard.stamp(time(0));
-    guard.reported(&sighting(at(-1000, 100), false, 1), stamp, time(10)).unwrap();
+    sees(&mut guard, &sighting(at(-1000, 100), false, 1), 0);
     guard.jog(at(-1000, 3000), 600).unwrap();
     guard.acknowledged().unwrap();
-    for ms in [20, 600, 1200, 1800] {
-        let stamp = guard.stamp(time(ms));
-        guard
-            .reported(
-                &sighting(at(-1000, 100 + i64::try_from(ms).unwrap() / 2), false, 2),
-                stamp,
-                time(ms + 5),
-            )
-            .unwrap();
+    for (ms, y) in [(20, 110), (600, 400), (1200, 700), (1800, 1000)] {
+        sees(&mut guard, &sighting(at(-1000, y), false, 2), ms);
         assert_eq!(guard.in_flight().filter(|target| target.y.units() >= 2000).count(), 2, "{ms}");
     }
     for ms in [2400, 2500] {
-        let stamp = guard.stamp(time(ms));
-        guard.reported(&sighting(at(-1000, 3000), true, 0), stamp, time(ms + 5)).unwrap();
+        sees(&mut guard, &sighting(at(-1000, 3000), true, 0), ms);
     }
     assert!(guard.settled());
 }
@@ -125,18 +115,15 @@ fn a_refused_line_may_arrive_once_more() {
 #[test]
 fn a_refused_line_is_none_that_left_the_queue() {
     let mut guard = guard_of(MotionShape::Line, false);
-    let time = |ms: u64| Time::from_micros(ms * MS);
     guard.locate(at(-1000, 0)).unwrap();
     guard.jog(at(-1000, 2000), 600).unwrap();
     guard.acknowledged().unwrap();
-    let stamp = guard.stamp(time(0));
-    guard.reported(&sighting(at(-1000, 0), false, 1), stamp, time(5)).unwrap();
+    sees(&mut guard, &sighting(at(-1000, 0), false, 1), 0);
     guard.jog(at(-3000, 2000), 600).unwrap();
     assert!(guard.refused());
     // One motion in the queue of two lines that were answered; and the tool is seen off its way.
     for (x, y, ms) in [(-1050, 1000, 20), (-1200, 1100, 600), (-1400, 1210, 1200), (-1600, 1320, 1800)] {
-        let stamp = guard.stamp(time(ms));
-        guard.reported(&sighting(at(x, y), false, 1), stamp, time(ms + 5)).unwrap();
+        sees(&mut guard, &sighting(at(x, y), false, 1), ms);
         assert!(guard.in_flight().any(|target| target == at(-1000, 2000)), "{ms}");
     }
 }
@@ -145,12 +132,19 @@ fn sighting(position: Point, at_rest: bool, queued: usize) -> Sighting {
     Sighting { position, at_rest, queued: Some(queued), waiting: false, held: false }
 }
 
-const MS: u64 = 1000;
+fn time(ms: u64) -> Time {
+    Time::from_micros(ms * 1000)
+}
+
+/// A query leaves, and its answer arrives a little later.
+fn sees(guard: &mut Guard, sighting: &Sighting, ms: u64) {
+    let stamp = guard.stamp(time(ms));
+    guard.reported(sighting, stamp, time(ms + 5)).unwrap();
+}
 
 #[test]
 fn targets_leave_only_by_evidence() {
     let mut guard = guard();
-    let time = |ms: u64| Time::from_micros(ms * MS);
     guard.locate(at(-1000, 0)).unwrap();
     let before = guard.stamp(time(0));
     guard.jog(at(-1000, 2000), 600).unwrap();
@@ -234,7 +228,7 @@ fn contour_is_certified_whole_and_handed_out_one_by_one() {
 #[test]
 fn rest_at_a_target_is_settled_whatever_the_tail_sees() {
     let mut guard = guard();
-    let time = Time::from_micros(MS);
+    let time = time(1);
     guard.locate(at(-301, -500)).unwrap();
     guard.jog(at(-301, 7200), 600).unwrap();
     guard.acknowledged().unwrap();
@@ -291,7 +285,7 @@ fn jogs_can_be_boxes_and_contours_lines() {
 fn one_report_of_rest_is_not_believed_without_a_checksum() {
     for checked in [false, true] {
         let mut guard = guard_of(MotionShape::Line, checked);
-        let time = Time::from_micros(MS);
+        let time = time(1);
         let (home, far, across) = (at(-1000, -1000), at(-1000, 8000), at(9900, -1000));
         guard.locate(home).unwrap();
         for target in [far, home] {
