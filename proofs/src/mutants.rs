@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
-use keepout_planner::plan_file::write_whole;
+use keepout_planner::plan_file::{hash, hex, write_whole};
 use serde::Deserialize;
 
 /// A fault.
@@ -25,13 +25,12 @@ pub struct Mutant {
 }
 
 impl Mutant {
-    /// The fault itself as a number (FNV-1a): results of a fault that was changed since are none of it.
+    /// The fault itself, hashed: results of a fault that was changed since are none of it.
     #[must_use]
     pub fn digest(&self) -> String {
         let file = self.file.to_string_lossy();
         let bytes = [file.as_bytes(), b"\0", self.find.as_bytes(), b"\0", self.with.as_bytes()].concat();
-        let step = |hash: u64, byte: &u8| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
-        format!("{:016x}", bytes.iter().fold(0xcbf2_9ce4_8422_2325, step))
+        hex(&hash(&bytes)[..8])
     }
 
     /// What came of it, when it was run.
