@@ -18,7 +18,7 @@ pub fn first_failure(word: &str) -> Option<String> {
         .into_iter()
         .filter(|property| word.is_empty() || word.split(',').any(|word| property.group.contains(word)))
         .collect();
-    let hangs = chosen.iter().find_map(|property| quick(property));
+    let quickly = chosen.iter().find_map(|property| quick(property));
     let engines: [fn(&Property) -> Option<Ran>; 2] = [Property::run_every, Property::run_random];
     let by_property = || {
         engines.into_iter().find_map(|engine| {
@@ -28,7 +28,7 @@ pub fn first_failure(word: &str) -> Option<String> {
             chosen.iter().find(fails).map(|property| property.name.to_string())
         })
     };
-    hangs.or_else(by_property).or_else(|| soaked(word)).or_else(|| explored(word))
+    quickly.or_else(by_property).or_else(|| soaked(word)).or_else(|| explored(word))
 }
 
 /// A tenth of the random cases takes no longer; a fault that makes a loop endless is noticed by this.

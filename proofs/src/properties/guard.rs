@@ -99,6 +99,11 @@ fn crowd<D: Draw>(d: &mut D) -> Vec<Xy> {
     (0..count).map(|_| (d.int(0, size), d.int(0, size))).collect()
 }
 
+/// What a report says that names no more than this.
+fn sighting(position: Point, at_rest: bool, queued: usize) -> Sighting {
+    Sighting { position, at_rest, queued: Some(queued), waiting: false, held: false }
+}
+
 fn guard(shape: MotionShape, checked: bool) -> Guard {
     static PART: OnceLock<Arc<ProhibitedRegion>> = OnceLock::new();
     let part = PART.get_or_init(|| {
@@ -216,7 +221,7 @@ fn admitted_jogs_keep_the_hull_clear(start: Xy, targets: &[Xy], apart: bool) {
 fn reports_are_never_farther_than_they_were([a, b, c]: [Xy; 3], share: i64, noise: [i64; 2], checked: bool) {
     let mut guard = guard(MotionShape::Line, checked);
     if guard.locate(at(a)).is_err() || guard.stands_inside() {
-        return;
+        return passed_over();
     }
     let stamp = guard.stamp(Time::ZERO);
     if guard.jog(at(b), 600).is_err() {
@@ -226,8 +231,7 @@ fn reports_are_never_farther_than_they_were([a, b, c]: [Xy; 3], share: i64, nois
     let part = |from: i64, to: i64| from + (to - from) * share / 16;
     let place = (part(a.0, b.0), part(a.1, b.1));
     let said = (place.0 + noise[0], place.1 + noise[1]);
-    let sighting =
-        Sighting { position: at(said), at_rest: false, queued: Some(1), waiting: false, held: false };
+    let sighting = sighting(at(said), false, 1);
     let before: Vec<Point> = guard.in_flight().collect();
     guard.reported(&sighting, stamp, Time::ZERO).expect("it is within the resolution of the set");
     let tail = guard.tail().expect("it is known").point();
@@ -235,7 +239,7 @@ fn reports_are_never_farther_than_they_were([a, b, c]: [Xy; 3], share: i64, nois
     assert!(before.iter().skip(1).all(|p| set.contains(p)), "targets stay: {before:?} {set:?}");
     assert!(checked || set.contains(&before[0]), "so does the place before, without a checksum");
     if tail == at(a) {
-        return passed_over();
+        return;
     }
     // The place was rounded by less than a unit and a half, the foot by less than one, and moved by as much.
     let root = |p: Point, q: Point| distance_2(p, q).isqrt();
@@ -253,8 +257,7 @@ fn reports_off_the_set_are_refused([a, b]: [Xy; 2], said: Xy) {
     }
     let stamp = guard.stamp(Time::ZERO);
     let before: Vec<Point> = guard.in_flight().collect();
-    let sighting =
-        Sighting { position: at(said), at_rest: true, queued: Some(0), waiting: false, held: false };
+    let sighting = sighting(at(said), true, 0);
     let outcome = guard.reported(&sighting, stamp, Time::ZERO);
     let way = Segment { from: at(a), to: at(b) };
     if way.near_point(at(said), length(2 * RESOLUTION + 2)).is_clear() {
@@ -269,7 +272,7 @@ fn acknowledgements_are_counted(acts: &[usize]) {
     let mut guard = guard(MotionShape::Line, false);
     let here = at((-1000, 0));
     guard.locate(here).expect("it is clear");
-    let sighting = Sighting { position: here, at_rest: false, queued: Some(0), waiting: false, held: false };
+    let sighting = sighting(here, false, 0);
     let (mut sent, mut answered, mut read) = (0_u64, 0_u64, 0_u64);
     let (mut open, mut targets) = (VecDeque::new(), Vec::new());
     for (k, act) in acts.iter().enumerate() {
@@ -311,7 +314,7 @@ fn evidence_is_newer_than_what_it_settles(to: Xy, checked: bool) {
     if guard.jog(at(to), 600).is_err() {
         return passed_over();
     }
-    let rests = Sighting { position: here, at_rest: true, queued: Some(0), waiting: false, held: false };
+    let rests = sighting(here, true, 0);
     let stale = guard.stamp(Time::ZERO);
     guard.acknowledged().expect("one line");
     for _ in 0..3 {
@@ -329,8 +332,7 @@ fn evidence_is_newer_than_what_it_settles(to: Xy, checked: bool) {
 fn refused_lines_did_not_leave_the_queue(aside: i64, step: i64) {
     let mut guard = guard(MotionShape::Line, false);
     let [start, a, b] = [(-1000 - aside, 0), (-1000 - aside, 2000), (-3000 - aside, 2000)].map(at);
-    let seen =
-        |position: Point| Sighting { position, at_rest: false, queued: Some(1), waiting: false, held: false };
+    let seen = |position: Point| sighting(position, false, 1);
     guard.locate(start).expect("it is clear");
     guard.jog(a, 600).expect("it is clear");
     guard.acknowledged().expect("one line");
@@ -379,8 +381,7 @@ fn contours_go_on_one_by_one(path: &[Xy], checked: bool) {
         let early = guard.stamp(Time::ZERO);
         assert!(guard.next_of_contour().is_some(), "{path:?} {k}");
         assert_eq!(guard.next_of_contour(), None, "not before the acknowledgement: {path:?} {k}");
-        let seen =
-            Sighting { position: at(begin), at_rest: false, queued: Some(1), waiting: false, held: false };
+        let seen = sighting(at(begin), false, 1);
         guard.acknowledged().expect("one motion");
         let last = k + 2 == path.len();
         if !checked && !last {
@@ -466,8 +467,7 @@ fn places_on_arcs_are_told(from: Xy, to: Xy, place: Xy, left: bool) {
         return;
     }
     let stamp = guard.stamp(Time::ZERO);
-    let sighting =
-        Sighting { position: at(place), at_rest: false, queued: Some(1), waiting: false, held: false };
+    let sighting = sighting(at(place), false, 1);
     let believed = guard.reported(&sighting, stamp, Time::ZERO).is_ok();
     let ahead = if left { Orientation::Left } else { Orientation::Right };
     let between = |p: Point| {

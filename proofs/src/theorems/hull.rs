@@ -1,6 +1,7 @@
 //! The guard's in-flight set: motions within a hull, and the hull asked as one polygon.
 
 use super::beyond::off;
+use super::convex::{CONVEX_HOLDS, CONVEX_NEAR_SEGMENT};
 use super::plane::{share, v};
 use crate::smt::fact::{Claim, all, between, claim, equal, less, not, same};
 use crate::smt::prover::at_least_zero;
@@ -52,8 +53,8 @@ pub const HULL_POLYGON: Theorem = Theorem {
     claim: "what the hull says that it holds the polygon holds, and every way between two such points; so a polygon that holds the \
             set and the target, and that no edge is near (`convex_near_segment`), holds all that can be driven, on the tail's side",
     proof: |prover| {
-        prover.needs("convex_holds");
-        prover.needs("convex_near_segment");
+        prover.needs(CONVEX_HOLDS.name);
+        prover.needs(CONVEX_NEAR_SEGMENT.name);
         // Three corners or more turn left at each: no box need be asked (`convex_holds`, corners not on a line).
         prover.lemma("corners that turn left are on no line", |[ux, uy, hx, hy, wx, wy]| {
             let (u, h, w) = (v(ux, uy), v(hx, hy), v(wx, wy));
