@@ -10,6 +10,7 @@
 
 pub mod link;
 pub mod operator;
+pub mod servo;
 pub mod session;
 pub mod sim;
 pub mod supervisor;

@@ -1,0 +1,154 @@
+//! A quadratic programme with bounds, by projected Newton steps (Bertsekas 1982), without allocation.
+
+use nalgebra::{SMatrix, SVector};
+
+/// `½·uᵀHu + fᵀu`, least within `|u| ≤ limit`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoxProgram<const M: usize> {
+    /// H, symmetric and positive definite.
+    pub hessian: SMatrix<f64, M, M>,
+    /// f.
+    pub linear: SVector<f64, M>,
+    /// The bound of every variable.
+    pub limit: Option<f64>,
+}
+
+/// Newton steps at most. Each is a proposal that lowers the cost; where it ends, the bounds hold.
+const MOST_STEPS: usize = 12;
+/// Halvings of a step at most.
+const MOST_HALVINGS: usize = 12;
+
+impl<const M: usize> BoxProgram<M> {
+    /// Improves `start` until it is the least, or for a bounded number of steps. `None` where H is not positive definite.
+    #[must_use]
+    pub fn solved(&self, start: &SVector<f64, M>) -> Option<SVector<f64, M>> {
+        let Some(limit) = self.limit else {
+            let solved = cholesky(&self.hessian)?;
+            return Some(solve(&solved, &-self.linear));
+        };
+        let within = |u: SVector<f64, M>| u.map(|u| u.clamp(-limit, limit));
+        let mut u = within(*start);
+        let mut gradient = self.hessian * u + self.linear;
+        for _ in 0..MOST_STEPS {
+            let held =
+                |i: usize| (u[i] >= limit && gradient[i] < 0.0) || (u[i] <= -limit && gradient[i] > 0.0);
+            let free: [bool; M] = std::array::from_fn(|i| !held(i));
+            let way = self.newton(&gradient, &free)?;
+            if way.amax() <= 1e-9 * limit {
+                break;
+            }
+            let before = self.cost(&u);
+            let mut share = 1.0;
+            let mut next = within(u + way);
+            for _ in 0..MOST_HALVINGS {
+                if self.cost(&next) <= before + 1e-4 * gradient.dot(&(next - u)) {
+                    break;
+                }
+                share *= 0.5;
+                next = within(u + way * share);
+            }
+            let moved = (next - u).amax();
+            u = next;
+            gradient = self.hessian * u + self.linear;
+            if moved <= 1e-9 * limit {
+                break;
+            }
+        }
+        Some(u)
+    }
+
+    fn cost(&self, u: &SVector<f64, M>) -> f64 {
+        u.dot(&(self.hessian * u * 0.5 + self.linear))
+    }
+
+    /// The Newton step of the free variables.
+    fn newton(&self, gradient: &SVector<f64, M>, free: &[bool; M]) -> Option<SVector<f64, M>> {
+        let mut hessian = self.hessian;
+        let mut right = -gradient;
+        for i in (0..M).filter(|&i| !free[i]) {
+            hessian.row_mut(i).fill(0.0);
+            hessian.column_mut(i).fill(0.0);
+            hessian[(i, i)] = 1.0;
+            right[i] = 0.0;
+        }
+        Some(solve(&cholesky(&hessian)?, &right))
+    }
+}
+
+/// L of `L·Lᵀ`.
+fn cholesky<const M: usize>(matrix: &SMatrix<f64, M, M>) -> Option<SMatrix<f64, M, M>> {
+    let mut lower = *matrix;
+    for j in 0..M {
+        for k in 0..j {
+            let factor = lower[(j, k)];
+            for i in j..M {
+                lower[(i, j)] -= lower[(i, k)] * factor;
+            }
+        }
+        let pivot = lower[(j, j)];
+        if pivot <= 0.0 || !pivot.is_finite() {
+            return None;
+        }
+        let scale = 1.0 / pivot.sqrt();
+        for i in j..M {
+            lower[(i, j)] *= scale;
+        }
+    }
+    Some(lower)
+}
+
+fn solve<const M: usize>(lower: &SMatrix<f64, M, M>, right: &SVector<f64, M>) -> SVector<f64, M> {
+    let mut x = *right;
+    for j in 0..M {
+        x[j] /= lower[(j, j)];
+        for i in j + 1..M {
+            x[i] -= lower[(i, j)] * x[j];
+        }
+    }
+    for j in (0..M).rev() {
+        for i in j + 1..M {
+            x[j] -= lower[(i, j)] * x[i];
+        }
+        x[j] /= lower[(j, j)];
+    }
+    x
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The conditions of Karush, Kuhn and Tucker hold for random programmes.
+    #[test]
+    fn solution_is_the_least_within_bounds() {
+        let mut random = fastrand::Rng::with_seed(4);
+        for case in 0..500 {
+            let root = SMatrix::<f64, 8, 8>::from_fn(|_, _| random.f64() - 0.5);
+            let hessian = root * root.transpose() + SMatrix::identity() * 0.01;
+            let linear = SVector::<f64, 8>::from_fn(|_, _| random.f64() * 8.0 - 4.0);
+            let program = BoxProgram { hessian, linear, limit: Some(1.0) };
+            let u = program.solved(&SVector::zeros()).unwrap();
+            let gradient = hessian * u + linear;
+            for i in 0..8 {
+                let settled = match u[i] {
+                    at if at >= 1.0 => gradient[i] <= 1e-6,
+                    at if at <= -1.0 => gradient[i] >= -1e-6,
+                    _ => gradient[i].abs() < 1e-6,
+                };
+                assert!(settled, "case {case}: u[{i}] = {}, gradient {}", u[i], gradient[i]);
+            }
+            let free = BoxProgram { limit: None, ..program };
+            assert!((hessian * free.solved(&u).unwrap() + linear).amax() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn what_is_not_definite_is_refused() {
+        let mut program =
+            BoxProgram { hessian: -SMatrix::<f64, 3, 3>::identity(), linear: SVector::zeros(), limit: None };
+        assert_eq!(program.solved(&SVector::zeros()), None);
+        program.hessian.fill(f64::NAN);
+        program.limit = Some(1.0);
+        assert_eq!(program.solved(&SVector::zeros()), None);
+    }
+}

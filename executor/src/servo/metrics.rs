@@ -1,0 +1,103 @@
+//! How well a path was followed.
+
+use super::Axes;
+use super::path::{Foot, Path};
+use super::reference::Sample;
+
+/// One sample of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moment {
+    /// Seconds since the motion began.
+    pub at_s: f64,
+    /// Where the reference was, pulses.
+    pub reference: Axes,
+    /// Where the table was, pulses.
+    pub position: Axes,
+    /// The exact distance to the path, pulses; positive to the left of its direction.
+    pub contour_error: f64,
+    /// How far the table lay beyond the end of a piece at a corner, pulses.
+    pub overshoot: f64,
+}
+
+impl Moment {
+    /// What is to be known of a sample.
+    #[must_use]
+    pub fn seen(at_s: f64, path: &Path, reference: &Sample, position: Axes) -> (Self, Foot) {
+        let foot = path.nearest(position, reference.number);
+        let moment = Self {
+            at_s,
+            reference: reference.position(),
+            position,
+            contour_error: foot.distance(position),
+            overshoot: path.overshoot(position, reference.number),
+        };
+        (moment, foot)
+    }
+}
+
+/// Root mean square and largest magnitude.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Spread {
+    /// Root mean square.
+    pub rms: f64,
+    /// Largest magnitude.
+    pub max: f64,
+}
+
+impl Spread {
+    /// Of these figures; zero for none.
+    #[must_use]
+    pub fn of(figures: impl Iterator<Item = f64>) -> Self {
+        let (mut sum, mut count, mut max) = (0.0, 0.0, 0.0_f64);
+        for figure in figures {
+            sum += figure * figure;
+            count += 1.0;
+            max = max.max(figure.abs());
+        }
+        Self { rms: if count > 0.0 { f64::sqrt(sum / count) } else { 0.0 }, max }
+    }
+
+    /// In another unit.
+    #[must_use]
+    pub fn times(self, factor: f64) -> Self {
+        Self { rms: self.rms * factor, max: self.max * factor }
+    }
+}
+
+/// What a run comes to. Lengths in pulses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Figures {
+    /// Contour error, from the first sample on.
+    pub contour: Spread,
+    /// Contour error without the first [`TRANSIENT_S`].
+    pub settled: Spread,
+    /// Largest error of an axis.
+    pub axial: f64,
+    /// The farthest beyond a corner.
+    pub overshoot: f64,
+    /// The share of commands that were cut off.
+    pub saturation_share: f64,
+}
+
+/// How long the start transient is taken to last, s: ten times the paper's time constants, about.
+pub const TRANSIENT_S: f64 = 0.5;
+
+impl Figures {
+    /// Of a whole run.
+    #[must_use]
+    pub fn of(moments: &[Moment], saturation_share: f64) -> Self {
+        let errors = |from_s: f64| {
+            moments.iter().filter(move |moment| moment.at_s >= from_s).map(|moment| moment.contour_error)
+        };
+        Self {
+            contour: Spread::of(errors(0.0)),
+            settled: Spread::of(errors(TRANSIENT_S)),
+            axial: moments
+                .iter()
+                .map(|moment| (moment.reference - moment.position).amax())
+                .fold(0.0, f64::max),
+            overshoot: moments.iter().map(|moment| moment.overshoot).fold(0.0, f64::max),
+            saturation_share,
+        }
+    }
+}

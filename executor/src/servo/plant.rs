@@ -1,0 +1,290 @@
+//! The two-axis plant: drives, friction, saturation, whole-number encoders and commands, delay, backlash.
+
+use serde::{Deserialize, Serialize};
+
+use super::Axes;
+use super::drive::{Drive, Motion};
+
+/// What opposes the motion of an axis whatever its speed, bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Friction {
+    /// Nothing.
+    #[default]
+    None,
+    /// Against the reference's direction, as eq. (4) has it.
+    Reference(f64),
+    /// Against the axis's own motion; at rest it holds the axis up to `stiction`, which is at least `coulomb`.
+    Stick {
+        /// While it moves.
+        coulomb: f64,
+        /// What breaks it away.
+        stiction: f64,
+    },
+}
+
+/// One axis of the plant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Axis {
+    /// Its drive.
+    pub drive: Drive,
+    /// Its friction.
+    pub friction: Friction,
+    /// Play between motor and table, pulses. The encoder is on the motor.
+    pub backlash: f64,
+}
+
+/// What a plant is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlantModel {
+    /// X and Y.
+    pub axes: [Axis; 2],
+    /// T, s.
+    pub period_s: f64,
+    /// The largest command that the amplifier takes, bits.
+    pub limit: Option<f64>,
+    /// Encoders count whole pulses, and commands are whole bits.
+    pub whole_numbers: bool,
+    /// Samples by which a command comes late: at most [`MOST_DELAY`].
+    pub delay_samples: usize,
+}
+
+/// The longest delay, samples.
+pub const MOST_DELAY: usize = 8;
+
+impl PlantModel {
+    /// Two drives without friction, saturation, rounding, delay or play.
+    #[must_use]
+    pub fn ideal(drives: [Drive; 2], period_s: f64) -> Self {
+        let axes = drives.map(|drive| Axis { drive, friction: Friction::None, backlash: 0.0 });
+        Self { axes, period_s, limit: None, whole_numbers: false, delay_samples: 0 }
+    }
+
+    /// The two drives.
+    #[must_use]
+    pub fn drives(&self) -> [Drive; 2] {
+        self.axes.map(|axis| axis.drive)
+    }
+}
+
+/// What disturbs the plant during a period.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Load {
+    /// Of the cut, bits.
+    pub cutting: Axes,
+    /// Speed of the reference, pulses/s: its sign is asked by [`Friction::Reference`].
+    pub reference_velocity: Axes,
+}
+
+/// A plant in motion.
+#[derive(Clone, Debug)]
+pub struct Plant {
+    model: PlantModel,
+    motors: [Motion; 2],
+    table: Axes,
+    late: [Axes; MOST_DELAY],
+    steps: u64,
+    saturated: u64,
+}
+
+impl Plant {
+    /// A plant at rest at `position`, pulses.
+    #[must_use]
+    pub fn at_rest(model: PlantModel, position: Axes) -> Self {
+        let motor = |position| Motion { position, velocity: 0.0 };
+        Self {
+            model,
+            motors: [motor(position.x), motor(position.y)],
+            table: position,
+            late: [Axes::zeros(); MOST_DELAY],
+            steps: 0,
+            saturated: 0,
+        }
+    }
+
+    /// What the encoders count, pulses.
+    #[must_use]
+    pub fn measured(&self) -> Axes {
+        let exact = Axes::new(self.motors[0].position, self.motors[1].position);
+        if self.model.whole_numbers { exact.map(f64::round) } else { exact }
+    }
+
+    /// Where the table is, pulses.
+    #[must_use]
+    pub fn position(&self) -> Axes {
+        self.table
+    }
+
+    /// Speed of the motors, pulses/s.
+    #[must_use]
+    pub fn velocity(&self) -> Axes {
+        Axes::new(self.motors[0].velocity, self.motors[1].velocity)
+    }
+
+    /// The share of commands that were cut off.
+    #[must_use]
+    #[expect(clippy::cast_precision_loss, reason = "a share")]
+    pub fn saturation_share(&self) -> f64 {
+        if self.steps == 0 { 0.0 } else { self.saturated as f64 / self.steps as f64 }
+    }
+
+    /// The share of commands counts from here on.
+    pub fn forget_saturation(&mut self) {
+        (self.steps, self.saturated) = (0, 0);
+    }
+
+    /// Holds `command` for a period, bits.
+    pub fn step(&mut self, command: Axes, load: &Load) {
+        let command = self.taken(command);
+        for (index, axis) in self.model.axes.iter().enumerate() {
+            let net = command[index] - load.cutting[index];
+            let motor = &mut self.motors[index];
+            *motor = axis.moved(*motor, net, load.reference_velocity[index], self.model.period_s);
+            let play = axis.backlash / 2.0;
+            self.table[index] = self.table[index].clamp(motor.position - play, motor.position + play);
+        }
+    }
+
+    /// What the amplifier makes of a command, and when.
+    fn taken(&mut self, command: Axes) -> Axes {
+        let command = if self.model.whole_numbers { command.map(f64::round) } else { command };
+        let bounded = self.model.limit.map_or(command, |limit| command.map(|u| u.clamp(-limit, limit)));
+        self.steps += 1;
+        self.saturated += u64::from(bounded != command);
+        let delay = self.model.delay_samples.min(MOST_DELAY);
+        if delay == 0 {
+            return bounded;
+        }
+        let first = self.late[0];
+        self.late.copy_within(1..delay, 0);
+        self.late[delay - 1] = bounded;
+        first
+    }
+}
+
+impl Axis {
+    /// Where it is after `seconds` of a net command, `bits`.
+    fn moved(&self, from: Motion, bits: f64, reference_velocity: f64, seconds: f64) -> Motion {
+        match self.friction {
+            Friction::None => self.drive.after(from, bits, seconds),
+            Friction::Reference(level) => {
+                let against =
+                    if reference_velocity == 0.0 { 0.0 } else { level * reference_velocity.signum() };
+                self.drive.after(from, bits - against, seconds)
+            }
+            Friction::Stick { coulomb, stiction } => {
+                self.stuck_or_moved(from, bits, (coulomb, stiction), seconds)
+            }
+        }
+    }
+
+    /// As [`Axis::moved`], from standstill to standstill: at most once to rest and once away in a period.
+    fn stuck_or_moved(
+        &self,
+        from: Motion,
+        bits: f64,
+        (coulomb, stiction): (f64, f64),
+        seconds: f64,
+    ) -> Motion {
+        let (mut motion, mut left) = (from, seconds);
+        if motion.velocity != 0.0 {
+            let net = bits - coulomb * motion.velocity.signum();
+            match self.drive.stands_after(motion.velocity, net).filter(|&after| after < left) {
+                None => return self.drive.after(motion, net, left),
+                Some(after) => {
+                    motion = Motion { velocity: 0.0, ..self.drive.after(motion, net, after) };
+                    left -= after;
+                }
+            }
+        }
+        if bits.abs() <= stiction {
+            return motion;
+        }
+        self.drive.after(motion, bits - coulomb * bits.signum(), left)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DRIVE: Drive = Drive { gain: 10.0, time_constant_s: 0.045 };
+
+    fn model() -> PlantModel {
+        PlantModel::ideal([DRIVE; 2], 0.004)
+    }
+
+    fn run(model: PlantModel, commands: impl IntoIterator<Item = f64>) -> Plant {
+        let mut plant = Plant::at_rest(model, Axes::zeros());
+        for u in commands {
+            plant.step(Axes::new(u, -u), &Load::default());
+        }
+        plant
+    }
+
+    #[test]
+    fn saturation_bounds_the_command_and_is_counted() {
+        let bounded = run(PlantModel { limit: Some(8.0), ..model() }, [100.0, 8.0, -3.0, -9.0]);
+        let same = run(model(), [8.0, 8.0, -3.0, -8.0]);
+        assert_eq!(bounded.position(), same.position());
+        assert!((bounded.saturation_share() - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn delay_shifts_commands() {
+        let late = run(PlantModel { delay_samples: 2, ..model() }, [7.0, 3.0, 0.0, 0.0]);
+        assert_eq!(late.position(), run(model(), [0.0, 0.0, 7.0, 3.0]).position());
+    }
+
+    #[test]
+    fn stiction_holds_until_it_breaks() {
+        let mut stuck = model();
+        for axis in &mut stuck.axes {
+            axis.friction = Friction::Stick { coulomb: 10.0, stiction: 15.0 };
+        }
+        assert_eq!(run(stuck, [14.9; 50]).position(), Axes::zeros());
+        let moving = run(stuck, [15.1; 50]);
+        assert_eq!(moving.position(), run(model(), [5.1; 50]).position());
+        // Pushed back less than friction, it comes to rest and stays.
+        let mut rest = moving.clone();
+        for _ in 0..200 {
+            rest.step(Axes::new(2.0, -2.0), &Load::default());
+        }
+        assert_eq!(rest.velocity(), Axes::zeros());
+        assert!(rest.position().x > moving.position().x);
+    }
+
+    #[test]
+    fn friction_against_the_reference_has_its_sign() {
+        let mut model = model();
+        model.axes[0].friction = Friction::Reference(4.0);
+        let mut plant = Plant::at_rest(model, Axes::zeros());
+        let load = Load { reference_velocity: Axes::new(-1.0, 0.0), ..Load::default() };
+        plant.step(Axes::zeros(), &load);
+        assert_eq!(plant.position().x, run(self::model(), [4.0]).position().x);
+    }
+
+    #[test]
+    fn backlash_is_lost_at_a_reversal() {
+        let mut model = model();
+        model.axes[0].backlash = 0.5;
+        let mut plant = Plant::at_rest(model, Axes::zeros());
+        let gap = |plant: &Plant| plant.motors[0].position - plant.position().x;
+        for _ in 0..30 {
+            plant.step(Axes::new(10.0, 0.0), &Load::default());
+        }
+        assert!((gap(&plant) - 0.25).abs() < 1e-12);
+        for _ in 0..100 {
+            plant.step(Axes::new(-10.0, 0.0), &Load::default());
+        }
+        assert!((gap(&plant) + 0.25).abs() < 1e-12);
+    }
+
+    #[test]
+    fn encoders_count_whole_pulses_and_commands_are_whole_bits() {
+        let whole = PlantModel { whole_numbers: true, ..model() };
+        let plant = run(whole, [2.4; 10]);
+        assert_eq!(plant.position(), run(model(), [2.0; 10]).position());
+        assert_eq!(plant.measured(), plant.position().map(f64::round));
+    }
+}

@@ -1,0 +1,311 @@
+//! Machine profiles of feed drives, as TOML.
+
+use std::path::{Path as FilePath, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::controllers::Belief;
+use super::controllers::law::PidGains;
+use super::drive::Drive;
+use super::plant::{Axis, Friction, MOST_DELAY, PlantModel};
+
+/// Two feed drives and what is around them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DriveProfile {
+    /// What people call it.
+    pub name: String,
+    /// Where its figures come from.
+    pub source: String,
+    /// Encoder pulses per mm of travel (the paper's Ke; 1 BLU is one pulse).
+    pub pulses_per_mm: f64,
+    /// T, the sampling period, s.
+    pub period_s: f64,
+    /// The largest command, bits; none if it is left out.
+    pub limit_bits: Option<f64>,
+    /// Whether encoders count whole pulses, and commands are whole bits.
+    #[serde(default)]
+    pub whole_numbers: bool,
+    /// Samples by which commands come late.
+    #[serde(default)]
+    pub delay_samples: usize,
+    /// The X drive.
+    pub x: AxisProfile,
+    /// The Y drive.
+    pub y: AxisProfile,
+    /// The force of the cut.
+    #[serde(default)]
+    pub cutting: CuttingProfile,
+    /// Gains of the paper's controllers.
+    pub gains: Gains,
+    /// How well gains and time constants are known.
+    #[serde(default)]
+    pub uncertainty: Uncertainty,
+    /// How the controller that gives the reference slows down; constant feed, as in the paper, if it is left out.
+    pub interpolator: Option<Interpolator>,
+}
+
+/// One drive of a profile.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AxisProfile {
+    /// K, pulses/(s·bit).
+    pub gain: f64,
+    /// tau, s.
+    pub time_constant_s: f64,
+    /// Coulomb friction, bits.
+    #[serde(default)]
+    pub coulomb_bits: f64,
+    /// What breaks it away, bits; Coulomb friction if it is left out.
+    pub stiction_bits: Option<f64>,
+    /// Play between motor and table, mm.
+    #[serde(default)]
+    pub backlash_mm: f64,
+}
+
+/// The force of a cut, as eq. (4) has it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CuttingProfile {
+    /// Its size at the feed, bits.
+    pub bits: f64,
+    /// Its angle with the tangent, degrees.
+    pub angle_deg: f64,
+}
+
+/// Gains of the paper's controllers.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Gains {
+    /// Kp of the P controller, bits/pulse.
+    pub proportional: f64,
+    /// Of the PID controller.
+    pub pid: PidGains,
+    /// W(z) of the cross-coupling controller.
+    pub cross_coupling: PidGains,
+}
+
+/// How far drives can be from what is believed, as shares.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Uncertainty {
+    /// Of the gains.
+    pub gain: f64,
+    /// Of the time constants.
+    pub time_constant: f64,
+}
+
+impl Default for Uncertainty {
+    /// "Modeling errors of 2% to 5% or even higher in some parameters are more realistic" (section 7.1).
+    fn default() -> Self {
+        Self { gain: 0.05, time_constant: 0.05 }
+    }
+}
+
+/// A controller that slows down for corners and ends.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Interpolator {
+    /// Acceleration of an axis, mm/s².
+    pub acceleration_mm_s2: f64,
+    /// Top speed of an axis, mm/s.
+    pub max_rate_mm_s: f64,
+    /// Junction deviation, mm (GRBL `$11`).
+    pub junction_deviation_mm: f64,
+}
+
+/// Why a profile is refused.
+#[derive(Debug, Error)]
+pub enum ProfileError {
+    /// It can not be read.
+    #[error(
+        "can not read {}: {source}. Check the path, or take one of the built-in profiles: {}.",
+        path.display(),
+        BUILT_IN.map(|(name, _)| name).join(", ")
+    )]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// It is no profile.
+    #[error("{name} is no profile of feed drives: {reason}")]
+    Parse {
+        /// The file.
+        name: String,
+        /// Where and what.
+        reason: String,
+    },
+    /// A figure is out of range.
+    #[error("{name}: {field} is {value}, it must be {range}")]
+    Figure {
+        /// The file.
+        name: String,
+        /// The field.
+        field: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is accepted.
+        range: &'static str,
+    },
+}
+
+/// The profiles that come with the program.
+pub const BUILT_IN: [(&str, &str); 5] = [
+    ("koren-lo-table-1", include_str!("machines/koren-lo-table-1.toml")),
+    ("koren-lo-table-1-mismatched", include_str!("machines/koren-lo-table-1-mismatched.toml")),
+    ("koren-lo-table-2", include_str!("machines/koren-lo-table-2.toml")),
+    ("nsk-modules", include_str!("machines/nsk-modules.toml")),
+    ("simulated", include_str!("machines/simulated.toml")),
+];
+
+impl DriveProfile {
+    /// A built-in profile by its name, or one from a TOML file.
+    ///
+    /// # Errors
+    /// [`ProfileError`] naming the file and the field.
+    pub fn load(name: &str) -> Result<Self, ProfileError> {
+        if let Some((_, text)) = BUILT_IN.iter().find(|(known, _)| *known == name) {
+            return Self::parse(name, text);
+        }
+        let path = FilePath::new(name);
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| ProfileError::Read { path: path.to_path_buf(), source })?;
+        Self::parse(name, &text)
+    }
+
+    /// The profile that `text` holds; `name` is for messages.
+    ///
+    /// # Errors
+    /// [`ProfileError`] naming the field.
+    pub fn parse(name: &str, text: &str) -> Result<Self, ProfileError> {
+        let profile: Self = toml::from_str(text)
+            .map_err(|error| ProfileError::Parse { name: name.into(), reason: error.to_string() })?;
+        match profile.out_of_range() {
+            None => Ok(profile),
+            Some((field, value, range)) => {
+                Err(ProfileError::Figure { name: name.into(), field, value, range })
+            }
+        }
+    }
+
+    /// The first figure that no machine has.
+    fn out_of_range(&self) -> Option<(&'static str, f64, &'static str)> {
+        #[expect(clippy::cast_precision_loss, reason = "a few samples")]
+        let delay = self.delay_samples as f64;
+        let mut figures = vec![
+            ("pulses_per_mm", self.pulses_per_mm, (0.1, 1e6)),
+            ("period_s", self.period_s, (1e-5, 1.0)),
+            ("limit_bits", self.limit_bits.unwrap_or(1.0), (1e-6, 1e9)),
+            ("delay_samples", delay, (0.0, MOST_DELAY_F)),
+            ("cutting.bits", self.cutting.bits, (0.0, 1e9)),
+            ("cutting.angle_deg", self.cutting.angle_deg, (-360.0, 360.0)),
+            ("uncertainty.gain", self.uncertainty.gain, (0.0, 0.9)),
+            ("uncertainty.time_constant", self.uncertainty.time_constant, (0.0, 0.9)),
+            ("gains.proportional", self.gains.proportional, (1e-9, 1e9)),
+        ];
+        for axis in [self.x, self.y] {
+            figures.extend([
+                ("gain", axis.gain, (1e-9, 1e9)),
+                ("time_constant_s", axis.time_constant_s, (self.period_s / 100.0, 1e3)),
+                ("coulomb_bits", axis.coulomb_bits, (0.0, 1e9)),
+                ("stiction_bits", axis.stiction_bits.unwrap_or(axis.coulomb_bits), (axis.coulomb_bits, 1e9)),
+                ("backlash_mm", axis.backlash_mm, (0.0, 10.0)),
+            ]);
+        }
+        for law in [self.gains.pid, self.gains.cross_coupling] {
+            figures.push(("proportional", law.proportional, (1e-9, 1e9)));
+            figures.push(("integral", law.integral, (1e-9, 1e9)));
+            figures.push(("derivative", law.derivative, (1e-9, 1e9)));
+        }
+        if let Some(interpolator) = self.interpolator {
+            figures.push(("acceleration_mm_s2", interpolator.acceleration_mm_s2, (1e-3, 1e6)));
+            figures.push(("max_rate_mm_s", interpolator.max_rate_mm_s, (1e-3, 1e5)));
+            figures.push(("junction_deviation_mm", interpolator.junction_deviation_mm, (0.0, 10.0)));
+        }
+        let wrong = figures.into_iter().find(|(_, value, (least, most))| !(least..=most).contains(&value));
+        wrong.map(|(field, value, _)| (field, value, "a figure that a machine can have"))
+    }
+
+    /// The two drives.
+    #[must_use]
+    pub fn drives(&self) -> [Drive; 2] {
+        [self.x, self.y].map(|axis| Drive { gain: axis.gain, time_constant_s: axis.time_constant_s })
+    }
+
+    /// The plant, with friction that sticks.
+    #[must_use]
+    pub fn plant(&self) -> PlantModel {
+        let axis = |profile: AxisProfile, drive: Drive| Axis {
+            drive,
+            friction: profile.stick(),
+            backlash: profile.backlash_mm * self.pulses_per_mm,
+        };
+        let [x, y] = self.drives();
+        PlantModel {
+            axes: [axis(self.x, x), axis(self.y, y)],
+            period_s: self.period_s,
+            limit: self.limit_bits,
+            whole_numbers: self.whole_numbers,
+            delay_samples: self.delay_samples,
+        }
+    }
+
+    /// What a controller that knows it exactly believes.
+    #[must_use]
+    pub fn belief(&self) -> Belief {
+        let Self { period_s, limit_bits: limit, whole_numbers, .. } = *self;
+        Belief { drives: self.drives(), period_s, limit, whole_numbers }
+    }
+
+    /// A speed in pulses/s, of m/min.
+    #[must_use]
+    pub fn feed(&self, m_min: f64) -> f64 {
+        m_min * 1000.0 / 60.0 * self.pulses_per_mm
+    }
+}
+
+/// The longest delay, as a figure.
+#[expect(clippy::cast_precision_loss, reason = "a few samples")]
+const MOST_DELAY_F: f64 = MOST_DELAY as f64;
+
+impl AxisProfile {
+    /// Friction that sticks.
+    #[must_use]
+    pub fn stick(&self) -> Friction {
+        let stiction = self.stiction_bits.unwrap_or(self.coulomb_bits);
+        if stiction > 0.0 { Friction::Stick { coulomb: self.coulomb_bits, stiction } } else { Friction::None }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn built_in_profiles_are_read() {
+        for (name, _) in BUILT_IN {
+            let profile = DriveProfile::load(name).unwrap();
+            assert!(!profile.source.is_empty(), "{name}");
+        }
+    }
+
+    #[test]
+    fn wrong_profiles_name_the_field() {
+        let text = BUILT_IN[0].1;
+        for (from, to, says) in [
+            ("gain = 10.0", "gain = -1.0", "gain is -1"),
+            ("gain = 10.0", "gain = nan", "gain is NaN"),
+            ("period_s = 0.004", "period_s = 0.0", "period_s is 0"),
+            ("coulomb_bits = 100.0", "coulomb_bits = 100.0\nstiction_bits = 3.0", "stiction_bits is 3"),
+            ("[x]", "[z]", "z"),
+            ("period_s", "delay_samples = 99\nperiod_s", "delay_samples is 99"),
+        ] {
+            let error = DriveProfile::parse("x.toml", &text.replacen(from, to, 1)).unwrap_err().to_string();
+            assert!(error.contains(says) && error.contains("x.toml"), "{error}");
+        }
+        assert!(DriveProfile::load("/none/at/all").unwrap_err().to_string().contains("koren-lo-table-1"));
+    }
+}

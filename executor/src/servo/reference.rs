@@ -1,0 +1,243 @@
+//! What a controller is given: the path, sampled at the feed.
+
+use serde::{Deserialize, Serialize};
+
+use super::Axes;
+use super::path::{Foot, Path, Piece};
+
+/// How the feed is reached, and left at the end of the path.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Ramp {
+    /// At once, as in the paper.
+    #[default]
+    None,
+    /// By half a cosine that lasts so many seconds.
+    RaisedCosine(f64),
+    /// With bounded acceleration, pulses/s², and jerk, pulses/s³.
+    LimitedJerk {
+        /// The bound of the acceleration.
+        acceleration: f64,
+        /// The bound of the jerk.
+        jerk: f64,
+    },
+}
+
+impl Ramp {
+    /// How long it takes to reach `feed`, s.
+    #[must_use]
+    pub fn lasts(&self, feed: f64) -> f64 {
+        match *self {
+            Self::None => 0.0,
+            Self::RaisedCosine(seconds) => seconds,
+            Self::LimitedJerk { acceleration, jerk } => {
+                let build_up = acceleration / jerk;
+                if feed >= acceleration * build_up {
+                    feed / acceleration + build_up
+                } else {
+                    2.0 * (feed / jerk).sqrt()
+                }
+            }
+        }
+    }
+
+    /// The way that is gone `t` seconds after it began, pulses. The whole ramp covers half of what the feed would.
+    fn way(&self, feed: f64, t: f64) -> f64 {
+        let lasts = self.lasts(feed);
+        if t >= lasts {
+            return feed * (t - lasts / 2.0);
+        }
+        match *self {
+            Self::None => feed * t,
+            Self::RaisedCosine(seconds) => {
+                let turn = std::f64::consts::PI / seconds;
+                feed / 2.0 * (t - (turn * t).sin() / turn)
+            }
+            Self::LimitedJerk { acceleration, jerk } => {
+                let build_up = (acceleration / jerk).min(lasts / 2.0);
+                let top = jerk * build_up;
+                if t <= build_up {
+                    jerk * t * t * t / 6.0
+                } else if t <= lasts - build_up {
+                    let since = t - build_up;
+                    jerk * build_up.powi(3) / 6.0 + top * build_up / 2.0 * since + top * since * since / 2.0
+                } else {
+                    // It is its own picture, turned half a turn.
+                    let left = lasts - t;
+                    feed * (t - lasts / 2.0) + jerk * left * left * left / 6.0
+                }
+            }
+        }
+    }
+}
+
+/// The reference at one sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Where it is on the path.
+    pub foot: Foot,
+    /// The piece it is on, and its number along the path.
+    pub piece: Piece,
+    /// See above.
+    pub number: usize,
+    /// Speed along the path, pulses/s, until the next sample.
+    pub speed: f64,
+}
+
+impl Sample {
+    /// The position, pulses.
+    #[must_use]
+    pub fn position(&self) -> Axes {
+        self.foot.point
+    }
+
+    /// The velocity along the tangent, pulses/s.
+    #[must_use]
+    pub fn velocity(&self) -> Axes {
+        self.foot.tangent * self.speed
+    }
+}
+
+/// The reference around now: what a controller may look at.
+#[derive(Clone, Copy, Debug)]
+pub struct Window<'a> {
+    samples: &'a [Sample],
+    now: usize,
+}
+
+impl<'a> Window<'a> {
+    /// `samples`, of which number `now` is due. Beyond both ends the reference rests at the end.
+    ///
+    /// # Panics
+    /// Without any samples.
+    #[must_use]
+    pub fn new(samples: &'a [Sample], now: usize) -> Self {
+        assert!(!samples.is_empty(), "a window needs a sample");
+        Self { samples, now }
+    }
+
+    /// The sample that is due `ahead` samples from now; negative is past.
+    #[must_use]
+    pub fn ahead(&self, ahead: isize) -> &'a Sample {
+        let index = self.now.saturating_add_signed(ahead).min(self.samples.len() - 1);
+        &self.samples[index]
+    }
+
+    /// Where the reference is `ahead` samples from now.
+    #[must_use]
+    pub fn position(&self, ahead: isize) -> Axes {
+        self.ahead(ahead).position()
+    }
+}
+
+/// A whole reference.
+#[derive(Clone, Debug)]
+pub struct Reference {
+    /// Its samples; the first [`AT_REST`] are at rest at the beginning.
+    pub samples: Vec<Sample>,
+}
+
+/// Samples at rest before the motion begins: zero-phase filters look so far ahead.
+pub const AT_REST: usize = 2;
+
+impl Reference {
+    /// `path` at `feed`, pulses/s, sampled every `period_s`, from [`AT_REST`] samples before it begins to its end. Empty for a
+    /// path without length.
+    #[must_use]
+    #[expect(
+        clippy::cast_precision_loss,
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "counts of samples"
+    )]
+    pub fn along(path: &Path, feed: f64, period_s: f64, ramp: Ramp) -> Self {
+        let length = path.length();
+        // The fastest that the path leaves room for: two ramps cover one ramp's time at the feed.
+        let feed = if feed * ramp.lasts(feed) > length { slowed(length, feed, ramp) } else { feed };
+        let lasts = length / feed + ramp.lasts(feed);
+        let way = |t: f64| {
+            if t < lasts / 2.0 {
+                ramp.way(feed, t.max(0.0))
+            } else {
+                length - ramp.way(feed, (lasts - t).max(0.0))
+            }
+        };
+        let count = (lasts / period_s).floor() as usize + 1;
+        let sample = |index: usize| {
+            let t = (index as f64 - AT_REST as f64) * period_s;
+            let (number, foot) = path.at(way(t))?;
+            let speed = (way(t + period_s) - way(t)) / period_s;
+            Some(Sample { foot, piece: path.pieces()[number], number, speed })
+        };
+        Self { samples: (0..count + AT_REST).map_while(sample).collect() }
+    }
+}
+
+/// The feed at which two ramps just fit into `length`.
+fn slowed(length: f64, feed: f64, ramp: Ramp) -> f64 {
+    let (mut low, mut high) = (0.0, feed);
+    for _ in 0..60 {
+        let middle = f64::midpoint(low, high);
+        if middle * ramp.lasts(middle) > length { high = middle } else { low = middle }
+    }
+    high.max(f64::MIN_POSITIVE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reference_keeps_its_feed_and_rests_first() {
+        let reference = Reference::along(&Path::circle(2000.0, true, 1), 1000.0, 0.004, Ramp::None);
+        assert_eq!(reference.samples[0].position(), reference.samples[AT_REST].position());
+        assert_eq!(reference.samples[0].speed, 0.0);
+        let step = reference.samples[AT_REST + 1].position() - reference.samples[AT_REST].position();
+        assert!((step.norm() - 4.0).abs() < 1e-5);
+    }
+
+    /// Ramps go the whole way, within their bounds, and are as long as they say.
+    #[test]
+    fn ramps_keep_their_bounds() {
+        let line = Path::line(Axes::new(3000.0, 0.0));
+        let ramps = [
+            Ramp::RaisedCosine(0.2),
+            Ramp::LimitedJerk { acceleration: 20_000.0, jerk: 400_000.0 },
+            Ramp::LimitedJerk { acceleration: 1e6, jerk: 400_000.0 },
+        ];
+        for ramp in ramps {
+            let dt = 0.001;
+            let reference = Reference::along(&line, 2000.0, dt, ramp);
+            let x: Vec<_> = reference.samples.iter().map(|sample| sample.position().x).collect();
+            assert!(x.windows(2).all(|pair| pair[1] >= pair[0] - 1e-9));
+            assert!((x[x.len() - 1] - 3000.0).abs() < 1.0, "{ramp:?}");
+            let speeds: Vec<_> = x.windows(2).map(|pair| (pair[1] - pair[0]) / dt).collect();
+            assert!((speeds.iter().copied().fold(0.0, f64::max) - 2000.0).abs() < 1e-6);
+            let accelerations: Vec<_> = speeds.windows(2).map(|pair| (pair[1] - pair[0]) / dt).collect();
+            let most = accelerations.iter().fold(0.0, |most: f64, a| most.max(a.abs()));
+            let jerk = accelerations
+                .windows(2)
+                .fold(0.0, |most: f64, pair| most.max((pair[1] - pair[0]).abs() / dt));
+            let bounds = match ramp {
+                Ramp::LimitedJerk { acceleration, jerk } => (acceleration.min((2000.0 * jerk).sqrt()), jerk),
+                Ramp::RaisedCosine(s) => {
+                    let turn = std::f64::consts::PI / s;
+                    (1000.0 * turn, 1000.0 * turn * turn)
+                }
+                Ramp::None => unreachable!(),
+            };
+            assert!(most <= bounds.0 * 1.001 && most > bounds.0 * 0.9, "{ramp:?}: {most}");
+            assert!(jerk <= bounds.1 * 1.01, "{ramp:?}: {jerk}");
+        }
+    }
+
+    #[test]
+    fn short_path_is_gone_more_slowly() {
+        let line = Path::line(Axes::new(10.0, 0.0));
+        let ramp = Ramp::LimitedJerk { acceleration: 2000.0, jerk: 40_000.0 };
+        let reference = Reference::along(&line, 2000.0, 0.001, ramp);
+        let last = reference.samples.last().unwrap();
+        assert!((last.position().x - 10.0).abs() < 0.01);
+        assert!(reference.samples.iter().all(|sample| sample.speed < 150.0));
+    }
+}

@@ -1,0 +1,217 @@
+//! Scenarios: which machine follows which path, at which feed, against what. As data.
+
+use serde::Deserialize;
+
+use super::Axes;
+use super::path::Path;
+use super::plant::Friction;
+use super::profile::{DriveProfile, ProfileError};
+use super::reference::{Ramp, Reference};
+use super::run::{Cutting, Task};
+
+/// One row of the comparison.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scenario {
+    /// Short name.
+    pub name: String,
+    /// What it shows.
+    pub title: String,
+    /// The paper's figure.
+    pub figure: Option<String>,
+    /// The machine's profile.
+    pub machine: String,
+    /// What is followed.
+    pub path: Shape,
+    /// Feed, m/min.
+    pub feed_m_min: f64,
+    /// How the feed is reached.
+    #[serde(default)]
+    pub ramp: Ramp,
+    /// What of the machine's friction counts.
+    #[serde(default)]
+    pub friction: FrictionKind,
+    /// Whether it cuts.
+    #[serde(default)]
+    pub cutting: bool,
+    /// The largest command, bits, in place of the machine's.
+    pub limit_bits: Option<f64>,
+}
+
+/// A path, in mm.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Shape {
+    /// A straight line from the origin.
+    Line {
+        /// Its end.
+        to_mm: [f64; 2],
+    },
+    /// A circle through the origin about (radius, 0).
+    Circle {
+        /// Its radius.
+        radius_mm: f64,
+        /// The other way round than the paper's.
+        #[serde(default)]
+        counter_clockwise: bool,
+        /// How often it is gone around.
+        #[serde(default = "once")]
+        turns: u32,
+    },
+    /// Two equal legs.
+    Corner {
+        /// Their length.
+        leg_mm: f64,
+        /// How far the path turns to the left.
+        angle_deg: f64,
+    },
+    /// An ellipse through the origin.
+    Ellipse {
+        /// Half axes along X and Y.
+        half_axes_mm: [f64; 2],
+    },
+}
+
+fn once() -> u32 {
+    1
+}
+
+impl Shape {
+    /// The path in pulses.
+    #[must_use]
+    pub fn path(&self, pulses_per_mm: f64) -> Path {
+        match *self {
+            Self::Line { to_mm: [x, y] } => Path::line(Axes::new(x, y) * pulses_per_mm),
+            Self::Circle { radius_mm, counter_clockwise, turns } => {
+                Path::circle(radius_mm * pulses_per_mm, !counter_clockwise, turns)
+            }
+            Self::Corner { leg_mm, angle_deg } => {
+                Path::corner(leg_mm * pulses_per_mm, angle_deg.to_radians())
+            }
+            Self::Ellipse { half_axes_mm: [a, b] } => Path::ellipse(a * pulses_per_mm, b * pulses_per_mm),
+        }
+    }
+}
+
+/// What of the machine's friction counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FrictionKind {
+    /// None.
+    #[default]
+    None,
+    /// Against the direction of the reference.
+    Reference,
+    /// Against the axis's motion, and it sticks.
+    Stick,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Rows {
+    scenario: Vec<Scenario>,
+}
+
+impl Scenario {
+    /// The built-in rows, S1 to E3.
+    ///
+    /// # Errors
+    /// None, but for a wrong file in the source.
+    pub fn built_in() -> Result<Vec<Self>, ProfileError> {
+        Self::parse("scenarios.toml", include_str!("scenarios.toml"))
+    }
+
+    /// The rows that a TOML file holds; `name` is for messages.
+    ///
+    /// # Errors
+    /// [`ProfileError`] naming the row and the field.
+    pub fn parse(name: &str, text: &str) -> Result<Vec<Self>, ProfileError> {
+        let rows: Rows = toml::from_str(text)
+            .map_err(|error| ProfileError::Parse { name: name.into(), reason: error.to_string() })?;
+        for row in &rows.scenario {
+            if let Some((field, value, range)) = row.out_of_range() {
+                let name = format!("{name}: {}", row.name);
+                return Err(ProfileError::Figure { name, field, value, range });
+            }
+        }
+        Ok(rows.scenario)
+    }
+
+    fn out_of_range(&self) -> Option<(&'static str, f64, &'static str)> {
+        let length = match &self.path {
+            Shape::Line { to_mm: [x, y] } => x.hypot(*y),
+            Shape::Circle { radius_mm, turns, .. } => radius_mm * 6.3 * f64::from(*turns),
+            Shape::Corner { leg_mm, angle_deg } if angle_deg.abs() <= 180.0 => *leg_mm,
+            Shape::Corner { angle_deg, .. } => {
+                return Some(("angle_deg", *angle_deg, "between -180 and 180"));
+            }
+            Shape::Ellipse { half_axes_mm: [a, b] } => a.min(*b),
+        };
+        let figures = [
+            ("the path's length, mm,", length, (1e-3, 1e5)),
+            ("feed_m_min", self.feed_m_min, (1e-3, 1e3)),
+            ("limit_bits", self.limit_bits.unwrap_or(1.0), (1e-6, 1e9)),
+            // Ten million samples of a millisecond.
+            ("the time it takes, s,", length / (self.feed_m_min / 0.06), (0.0, 1e4)),
+        ];
+        let wrong = figures.into_iter().find(|(_, value, (least, most))| !(least..=most).contains(&value));
+        wrong.map(|(field, value, _)| (field, value, "positive and of a machine's size"))
+    }
+
+    /// Samples of a round on `machine`, where the path goes around more than once.
+    #[must_use]
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a checked count of samples")]
+    pub fn round(&self, machine: &DriveProfile) -> Option<usize> {
+        let Shape::Circle { radius_mm, turns: 2.., .. } = self.path else { return None };
+        let seconds = std::f64::consts::TAU * radius_mm / (self.feed_m_min / 0.06);
+        Some((seconds / machine.period_s).round() as usize)
+    }
+
+    /// The task for its machine, or for another.
+    #[must_use]
+    pub fn task(&self, machine: &DriveProfile) -> Task {
+        let mut plant = machine.plant();
+        for (axis, profile) in plant.axes.iter_mut().zip([machine.x, machine.y]) {
+            axis.friction = match self.friction {
+                FrictionKind::None => Friction::None,
+                FrictionKind::Reference => Friction::Reference(profile.coulomb_bits),
+                FrictionKind::Stick => profile.stick(),
+            };
+        }
+        plant.limit = self.limit_bits.or(plant.limit);
+        let feed = machine.feed(self.feed_m_min);
+        let angle = machine.cutting.angle_deg.to_radians();
+        let cutting = self.cutting.then_some(Cutting { bits: machine.cutting.bits, at_feed: feed, angle });
+        let path = self.path.path(machine.pulses_per_mm);
+        let reference = Reference::along(&path, feed, plant.period_s, self.ramp).samples;
+        Task { plant, path, feed, reference, cutting }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn built_in_rows_are_read() {
+        let rows = Scenario::built_in().unwrap();
+        assert_eq!(rows.len(), 13);
+        for row in rows {
+            let machine = DriveProfile::load(&row.machine).unwrap();
+            assert!(row.task(&machine).path.length() > 0.0);
+        }
+    }
+
+    #[test]
+    fn wrong_rows_are_named() {
+        let text = include_str!("scenarios.toml");
+        for (from, to, says) in [
+            ("feed_m_min = 0.754", "feed_m_min = 0", "S1: feed_m_min is 0"),
+            ("radius_mm = 20.0", "radius_mm = inf", "S1: the path's length"),
+            ("{ circle", "{ square", "square"),
+        ] {
+            let error = Scenario::parse("rows.toml", &text.replacen(from, to, 1)).unwrap_err().to_string();
+            assert!(error.contains(says), "{error}");
+        }
+    }
+}
