@@ -6,6 +6,7 @@
 //! rests on none of this: what comes out of here is the contour-error term of a plan's margin, a simulated machine that
 //! moves like a real one, and a comparison for the engineer.
 
+pub mod budget;
 pub mod controllers;
 pub mod drive;
 pub mod metrics;
@@ -15,6 +16,7 @@ pub mod profile;
 pub mod reference;
 pub mod run;
 pub mod scenario;
+pub mod stream;
 
 /// One figure for each axis, X and Y.
 pub type Axes = nalgebra::Vector2<f64>;

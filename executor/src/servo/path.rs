@@ -71,12 +71,18 @@ impl Piece {
         }
     }
 
+    /// Whether it is a whole circle.
+    #[must_use]
+    pub fn is_closed(&self) -> bool {
+        matches!(self, Self::Arc { sweep, .. } if sweep.abs() >= TAU - ROUNDING)
+    }
+
     /// The place that is `along` pulses from its beginning.
     #[must_use]
     pub fn at(&self, along: f64) -> Foot {
         match *self {
             Self::Line { from, to } => {
-                let tangent = (to - from).normalize();
+                let tangent = direction(from, to);
                 Foot { point: from + tangent * along, tangent, curvature: 0.0 }
             }
             Self::Arc { centre, radius, start, sweep } => {
@@ -91,9 +97,9 @@ impl Piece {
     pub fn nearest(&self, point: Axes) -> Foot {
         match *self {
             Self::Line { from, to } => {
-                let way = to - from;
-                let share = ((point - from).dot(&way) / way.norm_squared()).clamp(0.0, 1.0);
-                Foot { point: from + way * share, tangent: way.normalize(), curvature: 0.0 }
+                let tangent = direction(from, to);
+                let along = (point - from).dot(&tangent).clamp(0.0, (to - from).norm());
+                Foot { point: from + tangent * along, tangent, curvature: 0.0 }
             }
             Self::Arc { centre, radius, start, sweep } => {
                 let spoke = point - centre;
@@ -117,6 +123,24 @@ impl Piece {
         }
     }
 
+    /// Where its place nearest to `point` is, pulses from its beginning.
+    #[must_use]
+    pub fn along(&self, point: Axes) -> f64 {
+        match *self {
+            Self::Line { from, to } => {
+                (point - from).dot(&direction(from, to)).clamp(0.0, (to - from).norm())
+            }
+            Self::Arc { centre, radius, start, sweep } => {
+                let spoke = self.nearest(point).point - centre;
+                let turned = (spoke.y.atan2(spoke.x) - start) * sweep.signum();
+                // The beginning, if rounding put it just before.
+                let turned = turned.rem_euclid(TAU);
+                let turned = if turned > sweep.abs() + ROUNDING { 0.0 } else { turned };
+                turned * radius
+            }
+        }
+    }
+
     /// The same piece as seen in a mirror along X.
     #[must_use]
     pub fn mirrored(&self) -> Self {
@@ -128,6 +152,11 @@ impl Piece {
             }
         }
     }
+}
+
+/// Unit vector of a line; along X for one without length.
+fn direction(from: Axes, to: Axes) -> Axes {
+    (to - from).try_normalize(0.0).unwrap_or(Axes::x())
 }
 
 fn on_circle(centre: Axes, radius: f64, angle: f64, sweep: f64) -> Foot {
@@ -205,6 +234,12 @@ impl Path {
         self.starts.last().copied().unwrap_or(0.0)
     }
 
+    /// Where a piece begins along the path, pulses; its end for one that is not there.
+    #[must_use]
+    pub fn begins(&self, number: usize) -> f64 {
+        self.starts.get(number).copied().unwrap_or_else(|| self.length())
+    }
+
     /// Its pieces.
     #[must_use]
     pub fn pieces(&self) -> &[Piece] {
@@ -264,6 +299,8 @@ impl Path {
     }
 }
 
+/// Angles are rounded by less than this, rad.
+const ROUNDING: f64 = 1e-9;
 /// Arcs of an ellipse.
 const ELLIPSE_ARCS: u32 = 720;
 /// Tangents that differ by more than this cosine make a corner (about 8°).
@@ -321,6 +358,7 @@ mod tests {
                 .map(|i| (piece.at(piece.length() * f64::from(i) / f64::from(steps)).point - point).norm())
                 .fold(f64::INFINITY, f64::min);
             assert!(((foot.point - point).norm() - nearest).abs() < 1e-2, "{index}");
+            assert!((piece.at(piece.along(point)).point - foot.point).norm() < 1e-6, "{index}");
             assert!((foot.distance(point).abs() - (foot.point - point).norm()).abs() < 1e-12);
         }
     }

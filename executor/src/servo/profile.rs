@@ -6,7 +6,9 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::controllers::Belief;
+use super::controllers::kind::Setting;
 use super::controllers::law::PidGains;
+use super::controllers::selection::Environment;
 use super::drive::Drive;
 use super::plant::{Axis, Friction, MOST_DELAY, PlantModel};
 
@@ -256,8 +258,15 @@ impl DriveProfile {
     /// What a controller that knows it exactly believes.
     #[must_use]
     pub fn belief(&self) -> Belief {
-        let Self { period_s, limit_bits: limit, whole_numbers, .. } = *self;
-        Belief { drives: self.drives(), period_s, limit, whole_numbers }
+        let Self { period_s, limit_bits: limit, whole_numbers, delay_samples, .. } = *self;
+        let load_bits = (4.0 * self.x.coulomb_bits.max(self.y.coulomb_bits)).max(self.cutting.bits).max(1.0);
+        Belief { drives: self.drives(), period_s, limit, whole_numbers, delay_samples, load_bits }
+    }
+
+    /// What a controller that knows it exactly is built from.
+    #[must_use]
+    pub fn setting(&self, environment: Environment) -> Setting {
+        Setting { belief: self.belief(), gains: self.gains, environment, round: None }
     }
 
     /// A speed in pulses/s, of m/min.

@@ -80,6 +80,10 @@ pub struct Sample {
     pub piece: Piece,
     /// See above.
     pub number: usize,
+    /// Where that piece begins along the path, pulses.
+    pub begins: f64,
+    /// Where the sample is along the path, pulses.
+    pub along: f64,
     /// Speed along the path, pulses/s, until the next sample.
     pub speed: f64,
 }
@@ -165,9 +169,17 @@ impl Reference {
         let count = (lasts / period_s).floor() as usize + 1;
         let sample = |index: usize| {
             let t = (index as f64 - AT_REST as f64) * period_s;
-            let (number, foot) = path.at(way(t))?;
-            let speed = (way(t + period_s) - way(t)) / period_s;
-            Some(Sample { foot, piece: path.pieces()[number], number, speed })
+            let along = way(t);
+            let (number, foot) = path.at(along)?;
+            let speed = (way(t + period_s) - along) / period_s;
+            Some(Sample {
+                foot,
+                piece: path.pieces()[number],
+                number,
+                begins: path.begins(number),
+                along,
+                speed,
+            })
         };
         Self { samples: (0..count + AT_REST).map_while(sample).collect() }
     }

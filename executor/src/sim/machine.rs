@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use super::controller::{Controller, Disturbance};
+use super::follower::Follower;
 use super::line::Wire;
 use super::motion::{Sample, SampleKind};
 use crate::link::faults::Faults;
@@ -15,8 +16,10 @@ pub struct SimMachine {
     controller: Box<dyn Controller>,
     to_controller: Wire,
     to_host: Wire,
+    drives: Option<Follower>,
     slip: Slip,
     fresh: Vec<Sample>,
+    moved: Vec<Sample>,
     samples: Vec<Sample>,
     bytes: Vec<u8>,
     connected: bool,
@@ -89,12 +92,21 @@ impl SimMachine {
             controller,
             to_controller: Wire::new(baud, latency),
             to_host: Wire::new(baud, latency),
+            drives: None,
             slip,
             fresh: Vec::new(),
+            moved: Vec::new(),
             samples: Vec::new(),
             bytes: Vec::new(),
             connected: true,
         }
+    }
+
+    /// The same machine on feed drives that follow the commanded positions, in their own time.
+    #[must_use]
+    pub fn driven(mut self, drives: Follower) -> Self {
+        self.drives = Some(drives);
+        self
     }
 
     /// The same machine on a line that is hurt, to the controller and to the host.
@@ -172,7 +184,8 @@ impl SimMachine {
     pub fn advance(&mut self, now: Time) {
         loop {
             let arrival = self.to_controller.next_arrival().filter(|&at| at <= now);
-            let event = self.controller.next_event();
+            let tick = self.drives.as_ref().map_or(Time::NEVER, Follower::next_tick);
+            let event = self.controller.next_event().min(tick);
             match arrival {
                 Some(at) if at <= event => {
                     if let Some((_, byte)) = self.to_controller.receive(now) {
@@ -211,7 +224,13 @@ impl SimMachine {
         }
         self.bytes.clear();
         self.controller.take_samples(&mut self.fresh);
-        for mut sample in self.fresh.drain(..) {
+        match &mut self.drives {
+            None => self.moved.append(&mut self.fresh),
+            Some(drives) => {
+                self.fresh.drain(..).for_each(|sample| drives.follow(&sample, &mut self.moved));
+            }
+        }
+        for mut sample in self.moved.drain(..) {
             self.slip.apply(&mut sample);
             self.samples.push(sample);
         }

@@ -6,7 +6,9 @@
 mod apart;
 mod controller;
 mod described;
+mod follower;
 mod grbl;
+mod interpolated;
 mod line;
 mod machine;
 mod motion;
@@ -23,7 +25,9 @@ mod zaber;
 
 pub use controller::{Controller, Disturbance};
 pub use described::DescribedSim;
+pub use follower::Follower;
 pub use grbl::{GrblSim, SimSettings};
+pub use interpolated::{Interpolated, interpolated};
 pub use line::Wire;
 pub use machine::{SimMachine, Slip, VirtualPort};
 pub use motion::{Sample, SampleKind};

@@ -11,42 +11,57 @@ use super::observer::{Observer, Wander};
 use super::{Belief, Controller};
 use crate::servo::Axes;
 use crate::servo::drive::{Drive, Held};
-use crate::servo::path::{Foot, Piece, left_of};
-use crate::servo::reference::Window;
+use crate::servo::path::{Foot, left_of};
+use crate::servo::plant::MOST_DELAY;
+use crate::servo::reference::{Sample, Window};
 
-/// Blocks of samples that are looked ahead.
+/// Samples that are looked ahead.
 pub const HORIZON: usize = 15;
 /// How often path and normal are looked for again where the plan passes.
 const LOOKS: usize = 2;
 /// Commands of both axes over the horizon.
 const COMMANDS: usize = 2 * HORIZON;
 /// Pieces of the path that are looked at.
-const MOST_PIECES: usize = 2 * HORIZON + 2;
+const MOST_PIECES: usize = 2 * HORIZON + MOST_DELAY + 2;
 
 /// What is weighed against what.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weights {
-    /// Of an error along the path, beside 1 of the distance from it.
+    /// Of a small lag behind the reference along the path, beside 1 of the distance from it.
     pub lag: f64,
-    /// Of the position that a change of command brings about in the first block.
+    /// From this lag on, pulses, the pull grows no more…
+    pub bend: f64,
+    /// … until its weight has fallen to this.
+    pub least_lag: f64,
+    /// Of the position that a change of command brings about in its first sample.
     pub effort: f64,
 }
 
-/// Found by `keepout servo compare` over S1 to E3 with all sign patterns of model error: less effort is more accurate, and rings
-/// with a sample of delay; less lag weight follows corners and saturated starts better, and is slower to catch up.
+/// Found by trying them on S1 to E3 with all sign patterns of model error, on the budgets of the built-in machines, and with a
+/// sample of delay: less effort is more accurate, and rings with that delay; a large lag, which only a limit or a jump of the feed
+/// brings about, must not pull the tool off the path.
 impl Default for Weights {
     fn default() -> Self {
-        Self { lag: 0.003, effort: 1600.0 }
+        Self { lag: 0.3, bend: 0.5, least_lag: 0.003, effort: 2000.0 }
     }
 }
 
-/// What a drive's load and speed may do in a sample. In a time of 4/45 of its time constant (the paper's sample) a load that
-/// comes up brings about 0.34 pulses.
-fn wander(drive: Drive, belief: &Belief) -> Wander {
+impl Weights {
+    /// The weight of a lag of about this size, pulses.
+    fn lag_share(&self, lag: f64) -> f64 {
+        (self.lag * self.bend / lag.abs()).clamp(self.least_lag, self.lag)
+    }
+}
+
+/// In this time a load is taken to change by what [`Belief::load_bits`] says, s.
+const LOAD_COMES_IN_S: f64 = 0.004;
+
+/// What a drive's load and speed may do in a sample.
+fn wander(belief: &Belief) -> Wander {
     // An encoder that counts whole pulses is off by 1/√12 of one.
     let measurement = if belief.whole_numbers { 0.3 } else { 0.05 };
-    let time = drive.time_constant_s * 4.0 / 45.0;
-    Wander { speed: 1.0, load: 0.34 / drive.held(time).b0 * belief.period_s / time, measurement }
+    let load = belief.load_bits * (belief.period_s / LOAD_COMES_IN_S).sqrt();
+    Wander { speed: 1.0, load, measurement }
 }
 
 /// The controller.
@@ -54,19 +69,19 @@ fn wander(drive: Drive, belief: &Belief) -> Wander {
 pub struct Contouring {
     weights: Weights,
     limit: Option<f64>,
+    /// Commands that were given and do not act yet, oldest first: as many as commands come late.
+    pending: [Axes; MOST_DELAY],
+    delay: usize,
     observers: [Observer; 2],
-    /// The drives over a block, in which the command is held, and its length in samples.
-    blocks: [Held; 2],
-    stride: isize,
-    /// Positions brought about by a bit held for the first block, after 1, 2, … blocks.
+    held: [Held; 2],
+    /// Positions brought about by a bit held for the first sample, after 1, 2, … samples.
     responses: [[f64; HORIZON]; 2],
     commands: SVector<f64, COMMANDS>,
     predicted: Option<[Axes; HORIZON]>,
     last: Axes,
+    /// Pieces before this one were left.
+    left: Option<usize>,
 }
-
-/// The horizon in terms of the quicker drive's time constant: shorter ones diverge.
-const HORIZON_PER_TIME_CONSTANT: f64 = 1.3;
 
 impl Contouring {
     /// For drives that are believed in.
@@ -78,40 +93,55 @@ impl Contouring {
     /// The same with other weights.
     #[must_use]
     pub fn weighed(belief: &Belief, weights: Weights) -> Self {
-        let observer = |drive: Drive| Observer::new(drive, belief.period_s, wander(drive, belief));
-        let stride = stride(belief);
-        #[expect(clippy::cast_precision_loss, reason = "a few samples")]
-        let block_s = belief.period_s * stride as f64;
-        let blocks = belief.drives.map(|drive| drive.held(block_s));
+        let observer = |drive: Drive| Observer::new(drive, belief.period_s, wander(belief));
+        let held = belief.drives.map(|drive| drive.held(belief.period_s));
         Self {
             weights,
             limit: belief.limit,
+            pending: [Axes::zeros(); MOST_DELAY],
+            delay: belief.delay_samples.min(MOST_DELAY),
             observers: belief.drives.map(observer),
-            blocks,
-            stride,
-            responses: blocks.map(|held| response(&held)),
+            held,
+            responses: held.map(|held| response(&held)),
             commands: SVector::zeros(),
             predicted: None,
             last: Axes::zeros(),
+            left: None,
         }
     }
 
-    /// The end of block `i`, samples ahead.
-    fn end(&self, i: usize) -> isize {
-        (count(i) + 1) * self.stride
-    }
-
-    /// Where the tool will be under commands of zero.
+    /// Where the tool will be under commands of zero, once those that are pending have acted.
     fn free(&self, known: &[Vector3<f64>; 2]) -> [Axes; HORIZON] {
         let mut states = *known;
-        std::array::from_fn(|_| {
-            for (state, held) in states.iter_mut().zip(&self.blocks) {
-                let [position, speed, load] = [state[0], state[1], state[2]];
-                state[0] = position + held.run * speed - held.b0 * load;
-                state[1] = held.decay * speed - held.push * load;
+        let mut go_on = |command: Axes| {
+            for (axis, (state, held)) in states.iter_mut().zip(&self.held).enumerate() {
+                let [position, speed, net] = [state[0], state[1], command[axis] - state[2]];
+                state[0] = position + held.run * speed + held.b0 * net;
+                state[1] = held.decay * speed + held.push * net;
             }
             Axes::new(states[0][0], states[1][0])
-        })
+        };
+        for &command in &self.pending[..self.delay] {
+            go_on(command);
+        }
+        std::array::from_fn(|_| go_on(Axes::zeros()))
+    }
+
+    /// What acts in the coming period when `command` is given now.
+    fn acting(&mut self, command: Axes) -> Axes {
+        if self.delay == 0 {
+            return command;
+        }
+        let first = self.pending[0];
+        self.pending.copy_within(1..self.delay, 0);
+        self.pending[self.delay - 1] = command;
+        first
+    }
+
+    /// Predicted position `i` is so many samples ahead.
+    #[expect(clippy::cast_possible_wrap, reason = "at most the horizon and the longest delay")]
+    fn ahead(&self, i: usize) -> isize {
+        (i + 1 + self.delay) as isize
     }
 
     /// Where it will be under the planned commands.
@@ -127,22 +157,35 @@ impl Contouring {
         })
     }
 
-    /// The programme: distances from the tangents at `feet`, errors from the reference, changes of command.
+    /// Where the plan passes the path: never back to a piece that was left, nor on to one that the reference has not reached.
+    fn places(&mut self, window: &Window, pieces: &Pieces, planned: &[Axes; HORIZON]) -> [Place; HORIZON] {
+        let mut least = self.left.unwrap_or(window.ahead(0).number);
+        let places = std::array::from_fn(|i| {
+            let most = window.ahead(self.ahead(i)).number;
+            let place = pieces.nearest(planned[i], least..=most.max(least));
+            least = place.number;
+            place
+        });
+        self.left = Some(places[0].number);
+        places
+    }
+
+    /// The programme: distances from the path and lags along it, both linear at `places`, and changes of command.
     fn program(
         &self,
         window: &Window,
         free: &[Axes; HORIZON],
-        feet: &[(Axes, Axes); HORIZON],
+        places: &[Place; HORIZON],
     ) -> BoxProgram<COMMANDS> {
         let mut hessian = SMatrix::<f64, COMMANDS, COMMANDS>::zeros();
         let mut linear = SVector::<f64, COMMANDS>::zeros();
-        for i in 0..HORIZON {
-            let (point, normal) = feet[i];
-            let off = normal.dot(&(free[i] - point));
-            let reference = window.position(self.end(i));
-            let (along, share) = (left_of(normal), self.weights.lag);
-            let pull = normal * off + along * (share * along.dot(&(free[i] - reference)));
-            let weigh = |a: usize, b: usize| normal[a] * normal[b] + share * along[a] * along[b];
+        for (i, place) in places.iter().enumerate() {
+            let Place { point, normal, tangent, .. } = *place;
+            let behind = window.ahead(self.ahead(i)).along - place.along;
+            let share = self.weights.lag_share(behind - tangent.dot(&(place.expected - point)));
+            let off = free[i] - point;
+            let pull = normal * normal.dot(&off) + tangent * (share * (tangent.dot(&off) - behind));
+            let weigh = |a: usize, b: usize| normal[a] * normal[b] + share * tangent[a] * tangent[b];
             let weights = [weigh(0, 0), weigh(0, 1), weigh(1, 1)];
             for j in 0..=i {
                 let [gx, gy] = [self.responses[0][i - j], self.responses[1][i - j]];
@@ -172,7 +215,7 @@ impl Contouring {
         linear: &mut SVector<f64, COMMANDS>,
     ) {
         for axis in 0..2 {
-            let effort = self.weights.effort * self.blocks[axis].b0 * self.blocks[axis].b0;
+            let effort = self.weights.effort * self.held[axis].b0 * self.held[axis].b0;
             let first = axis * HORIZON;
             for j in first..first + HORIZON {
                 hessian[(j, j)] += effort;
@@ -200,43 +243,28 @@ impl Controller for Contouring {
     fn step(&mut self, window: &Window, measured: Axes) -> Axes {
         let known = [self.observers[0].see(measured.x), self.observers[1].see(measured.y)];
         let free = self.free(&known);
-        let pieces = Pieces::around(window, self.stride);
-        let mut planned = self.predicted.unwrap_or(std::array::from_fn(|i| window.position(self.end(i))));
+        let pieces = Pieces::around(window);
+        let mut planned = self.predicted.unwrap_or(std::array::from_fn(|i| window.position(self.ahead(i))));
         for _ in 0..LOOKS {
-            let feet = planned.map(|point| pieces.normal_at(point));
-            if let Some(commands) = self.program(window, &free, &feet).solved(&self.commands) {
+            let places = self.places(window, &pieces, &planned);
+            if let Some(commands) = self.program(window, &free, &places).solved(&self.commands) {
                 self.commands = commands;
             }
             planned = self.planned(&free);
         }
         let command = Axes::new(self.commands[0], self.commands[HORIZON]);
         self.last = command;
-        self.observers[0].go_on(command.x);
-        self.observers[1].go_on(command.y);
-        if self.stride == 1 {
-            // A sample later the first of these is now; the last is looked for where it is.
-            planned = std::array::from_fn(|i| planned[(i + 1).min(HORIZON - 1)]);
-            self.shift();
-        }
-        self.predicted = Some(planned);
+        let acting = self.acting(command);
+        self.observers[0].go_on(acting.x);
+        self.observers[1].go_on(acting.y);
+        // A sample later the first of these is now; the last is looked for where it is.
+        self.predicted = Some(std::array::from_fn(|i| planned[(i + 1).min(HORIZON - 1)]));
+        self.shift();
         command
     }
 }
 
-/// Samples of a block: as few as make the horizon long enough.
-#[expect(clippy::cast_possible_truncation, clippy::cast_precision_loss, reason = "a small count")]
-fn stride(belief: &Belief) -> isize {
-    let quicker = belief.drives[0].time_constant_s.min(belief.drives[1].time_constant_s);
-    let samples = quicker * HORIZON_PER_TIME_CONSTANT / belief.period_s;
-    ((samples / HORIZON as f64).round() as isize).clamp(1, 100)
-}
-
-#[expect(clippy::cast_possible_wrap, reason = "at most the horizon")]
-fn count(samples: usize) -> isize {
-    samples as isize
-}
-
-/// Positions after 1, 2, … blocks of a bit held for the first.
+/// Positions after 1, 2, … samples of a bit held for the first.
 fn response(held: &Held) -> [f64; HORIZON] {
     let (mut position, mut speed) = (held.b0, held.push);
     std::array::from_fn(|_| {
@@ -247,38 +275,64 @@ fn response(held: &Held) -> [f64; HORIZON] {
     })
 }
 
+/// A place `along` a piece; of a closed one, on the side of its seam on which the reference is.
+fn around(sample: &Sample, along: f64) -> f64 {
+    let length = sample.piece.length();
+    let off = along - (sample.along - sample.begins);
+    let turns = if sample.piece.is_closed() { (off / length).round() } else { 0.0 };
+    along - turns * length
+}
+
+/// A place of the path that a predicted position is nearest to.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    expected: Axes,
+    point: Axes,
+    /// From there to the position, or across the path.
+    normal: Axes,
+    tangent: Axes,
+    /// Along the path, pulses.
+    along: f64,
+    number: usize,
+}
+
 /// The pieces of the path on which the reference is or will be, or just was.
 struct Pieces {
-    pieces: [Option<Piece>; MOST_PIECES],
+    pieces: [Option<Sample>; MOST_PIECES],
 }
 
 impl Pieces {
-    fn around(window: &Window, stride: isize) -> Self {
+    fn around(window: &Window) -> Self {
         let mut pieces = [None; MOST_PIECES];
         let (mut found, mut last) = (0, None);
-        for i in 0..=2 * HORIZON {
-            let sample = window.ahead((count(i) - count(HORIZON)) * stride);
+        for i in 0..=2 * HORIZON + MOST_DELAY {
+            #[expect(clippy::cast_possible_wrap, reason = "at most twice the horizon and the longest delay")]
+            let sample = window.ahead(i as isize - HORIZON as isize);
             if last != Some(sample.number) && found < MOST_PIECES {
-                pieces[found] = Some(sample.piece);
+                pieces[found] = Some(*sample);
                 (found, last) = (found + 1, Some(sample.number));
             }
         }
         Self { pieces }
     }
 
-    /// The place of the path nearest to `point`, and the unit normal there; past a corner the way to it.
-    fn normal_at(&self, point: Axes) -> (Axes, Axes) {
-        let distance_2 = |foot: &Foot| (foot.point - point).norm_squared();
-        let feet = self.pieces.iter().flatten().map(|piece| piece.nearest(point));
-        let Some(foot) =
-            feet.reduce(|best, foot| if distance_2(&foot) < distance_2(&best) { foot } else { best })
-        else {
-            return (point, Axes::zeros());
+    /// The place nearest to `expected` on the pieces with these numbers; the later one of two.
+    fn nearest(&self, expected: Axes, numbers: std::ops::RangeInclusive<usize>) -> Place {
+        let allowed = self.pieces.iter().flatten().filter(|sample| numbers.contains(&sample.number));
+        let feet = allowed.map(|sample| (sample, sample.piece.nearest(expected)));
+        let distance_2 = |foot: &Foot| (foot.point - expected).norm_squared();
+        let best =
+            feet.reduce(|best, next| if distance_2(&next.1) <= distance_2(&best.1) { next } else { best });
+        let Some((sample, Foot { point, tangent, .. })) = best else {
+            // None of them is in sight any more: nothing holds it but the lag.
+            let (point, number) = (expected, *numbers.end());
+            return Place { expected, point, normal: Axes::zeros(), tangent: Axes::x(), along: 0.0, number };
         };
-        let off = point - foot.point;
-        let along = off.dot(&foot.tangent).abs();
-        let normal =
-            if along > 1e-6 && along > 1e-3 * off.norm() { off.normalize() } else { left_of(foot.tangent) };
-        (foot.point, normal)
+        let off = expected - point;
+        // Past a corner, the way to it.
+        let beside = off.dot(&tangent).abs() <= 1e-3 * off.norm();
+        let normal = if beside || off.norm() < 1e-3 { left_of(tangent) } else { off.normalize() };
+        let along = sample.begins + around(sample, sample.piece.along(expected));
+        Place { expected, point, normal, tangent, along, number: sample.number }
     }
 }

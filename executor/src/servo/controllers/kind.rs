@@ -1,7 +1,7 @@
 //! Every controller by name.
 
 use super::adaptive::Adaptive;
-use super::contouring::Contouring;
+use super::contouring::{self, Contouring};
 use super::cross_coupling::CrossCoupling;
 use super::drive_feedforward::DriveFeedforward;
 use super::exact_inverse::ExactInverse;
@@ -10,13 +10,14 @@ use super::matching::Matching;
 use super::optimal::{Index, linear_quadratic};
 use super::optimal_cross_coupling::OptimalCrossCoupling;
 use super::pid::{Pid, Structure};
-use super::predictive::Predictive;
+use super::predictive::{self, Predictive};
 use super::proportional::Proportional;
 use super::repetitive::Repetitive;
 use super::selection::Environment;
 use super::state_feedback::StateFeedback;
 use super::zero_phase::ZeroPhase;
 use super::{Belief, Controller};
+use crate::servo::plant::MOST_DELAY;
 use crate::servo::profile::Gains;
 
 /// A kind of controller.
@@ -107,6 +108,17 @@ impl Kind {
             Self::Repetitive => ("repetitive", "repetitive P"),
             Self::Selection => ("selection", "flexible selection (section 8)"),
             Self::Contouring => ("contouring", "contouring MPC with observer"),
+        }
+    }
+
+    /// How many samples ahead it looks.
+    #[must_use]
+    pub fn preview(self) -> usize {
+        match self {
+            Self::Contouring => contouring::HORIZON + MOST_DELAY,
+            Self::Gpc => predictive::HORIZON,
+            // Zero-phase inverses look two samples ahead.
+            _ => 2,
         }
     }
 

@@ -25,10 +25,11 @@ pub mod zero_phase;
 
 use super::Axes;
 use super::drive::Drive;
+use super::profile::Uncertainty;
 use super::reference::Window;
 
 /// A controller of two axes, stepped once in every sampling period.
-pub trait Controller: Send {
+pub trait Controller: Send + std::fmt::Debug {
     /// The command for the coming period, bits, from the reference around now and the measured position, pulses. It is not
     /// bounded: the amplifier does that. Nothing is allocated.
     fn step(&mut self, window: &Window, measured: Axes) -> Axes;
@@ -45,4 +46,22 @@ pub struct Belief {
     pub limit: Option<f64>,
     /// Whether its encoders count whole pulses.
     pub whole_numbers: bool,
+    /// Samples by which commands come late: the contouring controller reckons with them.
+    pub delay_samples: usize,
+    /// By how much loads change at once, bits: friction turns from one side to the other where an axis turns back. Twice that,
+    /// or the force of the cut, serves well.
+    pub load_bits: f64,
+}
+
+impl Belief {
+    /// The same, wrong by these shares with these signs: gain and time constant of X, of Y.
+    #[must_use]
+    pub fn off_by(&self, by: Uncertainty, signs: [f64; 4]) -> Self {
+        let [x, y] = self.drives;
+        let drives = [
+            x.off_by(by.gain * signs[0], by.time_constant * signs[1]),
+            y.off_by(by.gain * signs[2], by.time_constant * signs[3]),
+        ];
+        Self { drives, ..*self }
+    }
 }

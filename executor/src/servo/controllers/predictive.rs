@@ -9,7 +9,7 @@ use crate::servo::drive::Held;
 use crate::servo::reference::Window;
 
 /// Samples that are predicted.
-const HORIZON: usize = 15;
+pub const HORIZON: usize = 15;
 /// Weight of an increment, in terms of the position it brings about in a sample.
 const EFFORT: f64 = 1600.0;
 

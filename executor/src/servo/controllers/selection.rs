@@ -4,6 +4,7 @@ use super::kind::Kind;
 use crate::servo::drive::Drive;
 use crate::servo::path::{CORNER_COS, Piece};
 use crate::servo::plant::Friction;
+use crate::servo::profile::DriveProfile;
 use crate::servo::run::Task;
 
 /// What the choice rests on.
@@ -50,6 +51,20 @@ impl Environment {
                 || task.plant.axes.iter().any(|axis| axis.friction != Friction::None),
             matched: alike(x.gain, y.gain) && alike(x.time_constant_s, y.time_constant_s),
             saturates: task.plant.limit.is_some_and(|limit| jump(x).max(jump(y)) > limit),
+        }
+    }
+
+    /// Of a machine that is steered by hand: nothing is known of the path.
+    #[must_use]
+    pub fn of_hand(profile: &DriveProfile) -> Self {
+        let model_error = profile.uncertainty.gain.max(profile.uncertainty.time_constant);
+        Self {
+            model_error,
+            turning: f64::INFINITY,
+            corners: true,
+            disturbed: true,
+            matched: false,
+            saturates: true,
         }
     }
 

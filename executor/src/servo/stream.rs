@@ -1,0 +1,122 @@
+//! A reference of the points that a controller's interpolator passes, of which the end is not known yet.
+
+use super::Axes;
+use super::path::{Foot, Piece};
+use super::reference::Sample;
+
+/// The path so far as straight lines, and samples of it.
+#[derive(Clone, Debug)]
+pub struct Stream {
+    samples: Vec<Sample>,
+    /// How many are kept at least; all, if there is none.
+    keep: Option<usize>,
+    from: Axes,
+    at: Axes,
+    number: usize,
+    /// Where the piece begins along the path, pulses.
+    begins: f64,
+}
+
+/// Points this near to the line before, pulses, lie on it.
+const STRAIGHT: f64 = 1e-6;
+
+impl Stream {
+    /// At rest at `position`, pulses, for `samples` samples. That many are kept at least, twice as many at most.
+    #[must_use]
+    pub fn at_rest(position: Axes, samples: usize) -> Self {
+        let keep = samples.max(1);
+        let samples = Vec::with_capacity(2 * keep);
+        let mut stream =
+            Self { samples, keep: Some(keep), from: position, at: position, number: 0, begins: 0.0 };
+        for _ in 0..keep {
+            stream.tick(1.0);
+        }
+        stream
+    }
+
+    /// The same, of which nothing is forgotten.
+    #[must_use]
+    pub fn keeping_all(self) -> Self {
+        Self { keep: None, ..self }
+    }
+
+    /// Goes on straight to `point`, pulses.
+    pub fn pass(&mut self, point: Axes) {
+        let (before, way) = (self.at - self.from, point - self.at);
+        if way == Axes::zeros() {
+            return;
+        }
+        let straight = before.perp(&way).abs() <= STRAIGHT * before.norm() && before.dot(&way) >= 0.0;
+        if !straight {
+            self.begins += before.norm();
+            self.from = self.at;
+            self.number += 1;
+        }
+        self.at = point;
+        let piece = Piece::Line { from: self.from, to: self.at };
+        for sample in self.samples.iter_mut().rev().take_while(|sample| sample.number == self.number) {
+            sample.piece = piece;
+        }
+    }
+
+    /// A sample where it is now, `period_s` after the one before.
+    pub fn tick(&mut self, period_s: f64) {
+        if let Some(keep) = self.keep.filter(|keep| self.samples.len() == 2 * keep) {
+            self.samples.copy_within(keep.., 0);
+            self.samples.truncate(keep);
+        }
+        if let Some(last) = self.samples.last_mut() {
+            last.speed = (self.at - last.foot.point).norm() / period_s;
+        }
+        let piece = Piece::Line { from: self.from, to: self.at };
+        let foot = Foot { point: self.at, ..piece.nearest(self.at) };
+        let along = self.begins + (self.at - self.from).norm();
+        let Self { number, begins, .. } = *self;
+        self.samples.push(Sample { foot, piece, number, begins, along, speed: 0.0 });
+    }
+
+    /// The samples, oldest first.
+    #[must_use]
+    pub fn samples(&self) -> &[Sample] {
+        &self.samples
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn straight_ways_are_one_piece_and_corners_begin_another() {
+        let mut stream = Stream::at_rest(Axes::zeros(), 8);
+        for x in 1..=5 {
+            stream.pass(Axes::new(f64::from(x), 0.0));
+            stream.tick(0.5);
+        }
+        stream.pass(Axes::new(6.0, 0.0));
+        stream.pass(Axes::new(6.0, 0.5));
+        stream.tick(0.5);
+        let samples = stream.samples();
+        let last = samples[samples.len() - 1];
+        let before = samples[samples.len() - 2];
+        assert_eq!(before.piece, Piece::Line { from: Axes::zeros(), to: Axes::new(6.0, 0.0) });
+        assert_eq!(last.piece, Piece::Line { from: Axes::new(6.0, 0.0), to: Axes::new(6.0, 0.5) });
+        assert_eq!((last.number, before.number), (1, 0));
+        assert!((samples[samples.len() - 4].speed - 2.0).abs() < 1e-12);
+        // And back again is another.
+        stream.pass(Axes::new(6.0, 0.0));
+        stream.tick(0.5);
+        assert_eq!(stream.samples().last().unwrap().number, 2);
+    }
+
+    #[test]
+    fn memory_is_bounded() {
+        let mut stream = Stream::at_rest(Axes::zeros(), 8);
+        for k in 0..1000_i32 {
+            stream.pass(Axes::new(f64::from(k), f64::from(k % 2)));
+            stream.tick(0.1);
+            assert!((8..=16).contains(&stream.samples().len()));
+        }
+        assert_eq!(stream.samples.capacity(), 16);
+    }
+}
