@@ -14,6 +14,8 @@ use keepout_executor::servo::controllers::proportional::Proportional;
 use keepout_executor::servo::controllers::repetitive::Repetitive;
 use keepout_executor::servo::controllers::selection::Environment;
 use keepout_executor::servo::drive::Drive;
+use keepout_executor::servo::equations::radial_error as radial_error_of_6;
+use keepout_executor::servo::equations::{load_error, mismatch_error, recommended_gain};
 use keepout_executor::servo::metrics::{Figures, Moment, Spread};
 use keepout_executor::servo::path::Path;
 use keepout_executor::servo::plant::{Axis, Friction, Load, Plant, PlantModel};
@@ -94,7 +96,7 @@ fn line(plant: PlantModel, to: Axes, feed: f64) -> Task {
 fn mismatched_gains_leave_the_error_of_equation_1() {
     let (kx, ky) = (10.0, 10.3);
     let feed = 1.8 * M_MIN;
-    let closed = feed * feed / feed.hypot(feed) * (ky - kx) / (kx * ky) * UM;
+    let closed = mismatch_error(Axes::new(feed, feed), Axes::new(kx, ky)) * UM;
     assert!((closed - 61.79).abs() < 0.01, "{closed}");
     // And the simulation agrees, once it has settled.
     let plant = PlantModel::ideal([DRIVE, Drive { gain: ky, ..DRIVE }], 0.01);
@@ -123,7 +125,7 @@ fn worst(moments: &[Moment]) -> (usize, f64) {
 
 #[test]
 fn recommended_gain_is_that_of_equation_7() {
-    assert!((Proportional::recommended_open_loop_gain(0.01, 0.045) - 10.0).abs() < 1e-12);
+    assert!((recommended_gain(0.01, 0.045) - 10.0).abs() < 1e-12);
 }
 
 /// The printed eq. (5) is dimensionally wrong; this holds for any period and time constant.
@@ -147,7 +149,7 @@ fn disturbed_line_is_off_by_what_eq_5_should_say() {
                 let command = controller.step(&Window::new(&reference, now), plant.measured());
                 plant.step(command, &Load { cutting: load, reference_velocity: sample.velocity() });
             }
-            let wanted = (feed.y * load.x - feed.x * load.y) / (kp * feed.norm());
+            let wanted = load_error(feed, load, kp);
             assert!((last.abs() - wanted.abs()).abs() < 1e-6 * wanted.abs(), "{last} {wanted}");
         }
     }
@@ -182,10 +184,7 @@ fn p_on_a_circle_has_the_sampled_loops_gain() {
         let (one, two) = (radial_error(m_min, 0.0005).abs(), radial_error(m_min, 0.001).abs());
         near(2.0 * one - two, poo, 0.005, "eq. (6)");
         let w = m_min * M_MIN / 2000.0;
-        let wn_2 = DRIVE.gain / DRIVE.time_constant_s;
-        // zeta = 1/(2·tau·wn).
-        let (zeta_2, r) = (1.0 / (4.0 * DRIVE.time_constant_s.powi(2) * wn_2), w * w / wn_2);
-        let closed = 1.0 - 1.0 / (1.0 + 4.0 * zeta_2 * r - 2.0 * r + r * r).sqrt();
+        let closed = radial_error_of_6(DRIVE, w);
         near(closed.abs() * 20_000.0, poo, 0.0005, "eq. (6) itself");
     }
 }

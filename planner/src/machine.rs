@@ -27,6 +27,9 @@ pub struct MachineProfile {
     pub repeatability_mm: f64,
     /// How far the true path leaves the commanded one while moving, mm.
     pub contour_error_mm: f64,
+    /// Where that figure comes from: `keepout servo budget` writes it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contour_error_source: Option<String>,
 }
 
 /// Why a machine profile is refused.
@@ -74,6 +77,7 @@ impl MachineProfile {
             arc_tolerance_mm: 0.000_5,
             repeatability_mm: 0.004,
             contour_error_mm: 0.001,
+            contour_error_source: None,
         }
     }
 
@@ -87,6 +91,15 @@ impl MachineProfile {
         let profile: Self = toml::from_str(&text)
             .map_err(|error| MachineError::Parse { path: path.to_path_buf(), reason: error.to_string() })?;
         profile.checked()
+    }
+
+    /// The profile as a TOML file.
+    ///
+    /// # Panics
+    /// Never: every field has a form in TOML.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        toml::to_string(self).expect("numbers and texts are TOML")
     }
 
     /// Checks that every figure is one a machine can have.
@@ -118,5 +131,17 @@ impl MachineProfile {
             }
         }
         Ok(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn profile_is_read_as_it_was_written() {
+        let source = Some("servo budget: \"drives\", 900 mm/min".to_string());
+        let profile = MachineProfile { contour_error_source: source, ..MachineProfile::simulated() };
+        assert_eq!(toml::from_str::<MachineProfile>(&profile.to_toml()).unwrap(), profile);
     }
 }

@@ -89,7 +89,8 @@ impl Budget {
         let least: f64 = terms.iter().map(|term| term.mm).sum();
         match total_mm {
             None => {
-                terms.push(term("contour error", machine.contour_error_mm, "machine profile"));
+                let source = machine.contour_error_source.as_deref().unwrap_or("machine profile");
+                terms.push(term("contour error", machine.contour_error_mm, source));
                 terms.push(term("repeatability", machine.repeatability_mm, "machine profile"));
             }
             Some(asked) if !(asked.is_finite() && asked < 1000.0) => {
@@ -156,6 +157,17 @@ mod tests {
         let sum: f64 = budget.terms.iter().map(|term| term.mm).sum();
         let total = mm(budget.total().unwrap().units());
         assert!(total >= sum && total - sum < 0.000_1, "{total} {sum}");
+    }
+
+    #[test]
+    fn contour_error_names_where_it_comes_from() {
+        let source = "servo budget: these drives, 900 mm/min";
+        let machine =
+            MachineProfile { contour_error_source: Some(source.into()), ..MachineProfile::simulated() };
+        let budget = Budget::of(&machine, None, false).unwrap();
+        let term = budget.terms.iter().find(|term| term.name == "contour error").unwrap();
+        assert_eq!((term.source.as_str(), term.mm), (source, machine.contour_error_mm));
+        assert!(budget.to_string().contains(source));
     }
 
     #[test]

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use keepout_executor::link::examine::ExamineError;
 use keepout_executor::link::port::PortError;
 use keepout_executor::operator::OperatorError;
+use keepout_executor::servo::profile::ProfileError;
 use keepout_executor::session::log::{LogError, LogReadError};
 use keepout_executor::session::replay::ReplayError;
 use keepout_executor::session::{PlaceError, SimError, TapeError};
@@ -44,6 +45,9 @@ pub enum CliError {
     /// A machine profile is refused.
     #[error(transparent)]
     Machine(#[from] MachineError),
+    /// A profile of feed drives, or scenarios, are refused.
+    #[error(transparent)]
+    Drives(#[from] ProfileError),
     /// The touches do not say how the workpiece lies.
     #[error(transparent)]
     Registration(#[from] RegistrationError),
@@ -134,6 +138,7 @@ impl CliError {
             Self::Argument(_)
             | Self::Operator(_)
             | Self::Machine(_)
+            | Self::Drives(_)
             | Self::Registration(_)
             | Self::Setup(_) => 2,
             Self::Order {

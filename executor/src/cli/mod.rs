@@ -11,6 +11,7 @@ mod report;
 mod resume;
 mod run;
 mod screen;
+mod servo;
 #[cfg(unix)]
 mod simulate;
 mod view;
@@ -62,6 +63,9 @@ enum Command {
     Report(report::ReportArguments),
     /// Look at a controller before anything is entrusted to it: who it is, how it is set up, how quickly it answers.
     Doctor(doctor::DoctorArguments),
+    /// Feed drives: compare their controllers, and work out the contour-error term of the margin.
+    #[command(subcommand)]
+    Servo(servo::ServoCommand),
     /// A simulated machine behind a pty, as a program of its own: for trying out hosts and programs around this one.
     #[cfg(unix)]
     Simulate(simulate::SimulateArguments),
@@ -391,6 +395,7 @@ pub fn execute(arguments: Arguments) -> Result<ExitCode, CliError> {
         Command::Replay(arguments) => replay::replay(&arguments),
         Command::Report(arguments) => report::report(&arguments),
         Command::Doctor(arguments) => doctor::doctor(&arguments),
+        Command::Servo(command) => servo::servo(&command),
         #[cfg(unix)]
         Command::Simulate(arguments) => simulate::simulate(&arguments),
         Command::Demo { output, manual_s } => run::demo(&output, manual_s),

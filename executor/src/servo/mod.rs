@@ -7,10 +7,15 @@
 //! moves like a real one, and a comparison for the engineer.
 
 pub mod budget;
+pub mod comparison;
 pub mod controllers;
 pub mod drive;
+pub mod equations;
+pub mod grades;
 pub mod metrics;
+pub mod page;
 pub mod path;
+pub mod picture;
 pub mod plant;
 pub mod profile;
 pub mod reference;

@@ -1,4 +1,4 @@
-//! The P controller (section 3.1).
+//! The P controller (section 3.1); eq. (7) recommends its gain: [`recommended_gain`](crate::servo::equations::recommended_gain).
 
 use super::Controller;
 use crate::servo::Axes;
@@ -9,14 +9,6 @@ use crate::servo::reference::Window;
 pub struct Proportional {
     /// Kp, bits/pulse.
     pub gain: f64,
-}
-
-impl Proportional {
-    /// The open-loop gain of eq. (7), 1/s, for a closed loop damped by 0.707: `1/(T + 2·tau)`.
-    #[must_use]
-    pub fn recommended_open_loop_gain(period_s: f64, time_constant_s: f64) -> f64 {
-        1.0 / (period_s + 2.0 * time_constant_s)
-    }
 }
 
 impl Controller for Proportional {
