@@ -29,8 +29,10 @@ type Judgement = Result<(), String>;
 fn steered(start: (f64, f64), script: &str) -> Trace {
     let plan = Order::default().plan("l", L.as_bytes(), &MachineProfile::simulated(), &mut |_| {}).unwrap();
     let machine = MachineProfile { repeatability_mm: 0.0, ..MachineProfile::simulated() };
+    // A tool that is where it is commanded to be: the feel is that of steering, not of drives.
     let run = SimRun {
         machine,
+        servo: None,
         start: Some(point_from_mm(start).unwrap()),
         limit: Duration::from_secs(60),
         ..SimRun::default()

@@ -4,7 +4,7 @@
 use std::f64::consts::TAU;
 
 use keepout_executor::servo::Axes;
-use keepout_executor::servo::budget::sign_patterns;
+use keepout_executor::servo::budget::{Question, budget, sign_patterns};
 use keepout_executor::servo::controllers::Controller;
 use keepout_executor::servo::controllers::contouring::Contouring;
 use keepout_executor::servo::controllers::cross_coupling::ContourError;
@@ -23,6 +23,7 @@ use keepout_executor::servo::profile::{DriveProfile, Uncertainty};
 use keepout_executor::servo::reference::{Ramp, Reference, Window};
 use keepout_executor::servo::run::{Cutting, Task};
 use keepout_executor::servo::scenario::Scenario;
+use keepout_planner::machine::MachineProfile;
 
 /// µm of a pulse of the paper's machines.
 const UM: f64 = 10.0;
@@ -487,4 +488,19 @@ fn corner_overshoots_are_graded_with_a_limit() {
     let overshoot = |kind| row.figures(kind).overshoot * UM;
     assert!(overshoot(Kind::Ccc) <= 40.0, "{}", overshoot(Kind::Ccc));
     assert!(overshoot(Kind::Pid) > 150.0, "{}", overshoot(Kind::Pid));
+}
+
+/// The built-in simulated machine names this budget in every plan's margin.
+#[test]
+fn simulated_machine_has_the_contour_error_of_its_drives() {
+    let profile = DriveProfile::load("simulated").unwrap();
+    let machine = MachineProfile::simulated();
+    let interpolator = profile.interpolator.unwrap();
+    assert_eq!(interpolator.acceleration_mm_s2, machine.acceleration_mm_s2);
+    assert_eq!(interpolator.max_rate_mm_s, machine.max_rate_mm_s);
+    let question =
+        Question { kind: Kind::Contouring, feed_mm_s: 60.0, by_hand_mm_s: Some(machine.max_rate_mm_s) };
+    let found = budget(&profile, &question, &mut |_, _| {}).unwrap();
+    assert_eq!(machine.contour_error_mm, found.term_mm);
+    assert_eq!(machine.contour_error_source.as_deref(), Some(found.source.as_str()));
 }

@@ -275,6 +275,10 @@ enum MachineArgument {
 struct RunArguments {
     /// The plan.
     plan: PathBuf,
+    /// The simulated machine's feed drives: a profile as of `servo budget`, or `none` for a tool that is always where it is
+    /// commanded to be.
+    #[arg(long, default_value = "simulated", value_name = "PROFILE", conflicts_with = "port")]
+    drives: String,
     /// A simulated machine to run on.
     #[arg(long, value_enum, default_value = "sim", conflicts_with = "port")]
     machine: MachineArgument,

@@ -7,12 +7,14 @@ use std::time::{Duration, SystemTime};
 use keepout_executor::link::dialect::{Language, Setting};
 use keepout_executor::link::serial::Serial;
 use keepout_executor::operator::{self, Panel};
+use keepout_executor::servo::controllers::kind::Kind;
+use keepout_executor::servo::profile::DriveProfile;
 use keepout_executor::session::log::{Header, LogTape, rfc_3339};
 use keepout_executor::session::{
     Ended, Engine, Going, Link, NoTape, RealClock, RunFacts, Scene, Session, SimRun, Tape, html,
     picture_of_run, place_on_table, run_scene,
 };
-use keepout_executor::sim::{Sample, SampleKind};
+use keepout_executor::sim::{Sample, SampleKind, Servo};
 use keepout_executor::supervisor::{Options, Phase, Supervisor, Workpiece};
 use keepout_executor::time::Time;
 use keepout_planner::job::Progress;
@@ -101,6 +103,7 @@ fn simulation(arguments: &RunArguments, limit: Duration) -> Result<SimRun, CliEr
     });
     Ok(SimRun {
         machine,
+        servo: drives(&arguments.drives)?,
         language: language(arguments)?,
         link: if arguments.machine == MachineArgument::Sim { Link::Pty } else { Link::Virtual },
         baud: arguments.baud,
@@ -112,6 +115,14 @@ fn simulation(arguments: &RunArguments, limit: Duration) -> Result<SimRun, CliEr
         origin_mm: arguments.origin_mm,
         progress: Progress::default(),
     })
+}
+
+/// The drives of a simulated machine: a profile, or `none`.
+pub fn drives(name: &str) -> Result<Option<Servo>, CliError> {
+    if name == "none" {
+        return Ok(None);
+    }
+    Ok(Some(Servo { profile: DriveProfile::load(name)?, kind: Kind::Contouring }))
 }
 
 /// Files that a run leaves.

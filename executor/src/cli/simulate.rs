@@ -13,11 +13,12 @@ use keepout_executor::operator::TerminalError;
 use keepout_executor::session::place_on_table;
 use keepout_executor::sim::standalone::{Records, Signals, Standalone, state};
 use keepout_executor::sim::witness::Witness;
-use keepout_executor::sim::{SimMachine, SimSettings, Slip, speaking};
+use keepout_executor::sim::{Follower, SimMachine, SimSettings, Slip, speaking};
 use keepout_planner::machine::MachineProfile;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
 
 use super::plan::load;
+use super::run::drives;
 use super::{CliError, pair};
 
 /// It prints the name of the device to open, and runs until it is ended (SIGINT, SIGTERM). SIGUSR1 pulls the cable and puts it
@@ -57,6 +58,9 @@ pub struct SimulateArguments {
     /// Append the true tool positions to this file: lines "MICROSECONDS rest|jog|run X Y", machine coordinates, mm.
     #[arg(long, value_name = "FILE")]
     positions: Option<PathBuf>,
+    /// The feed drives: a profile as of `servo budget`, or `none` for a tool that is always where it is commanded to be.
+    #[arg(long, default_value = "simulated", value_name = "PROFILE")]
+    drives: String,
     /// Watch the part of this plan. The exit code is 8 when the tool was in it.
     #[arg(long, value_name = "PLAN")]
     witness: Option<PathBuf>,
@@ -83,7 +87,9 @@ pub fn simulate(arguments: &SimulateArguments) -> Result<ExitCode, CliError> {
     };
     let slip = Slip::wandering(machine.repeatability_mm, machine.steps_per_mm, arguments.seed);
     let latency = Duration::from_millis(arguments.latency_ms);
-    let simulated = SimMachine::new(speaking(&language, settings), arguments.baud, latency, slip);
+    let drives = drives(&arguments.drives)?.and_then(|servo| Follower::new(&servo, settings.start_mm));
+    let simulated =
+        SimMachine::new(speaking(&language, settings), arguments.baud, latency, slip).driven(drives);
     let records = Records {
         link: arguments.link.clone(),
         received: arguments.received.clone(),

@@ -35,6 +35,8 @@ pub struct Entry {
     pub kind: Kind,
     /// What the selection chose, if it is that.
     pub chosen: Option<Kind>,
+    /// The share by which its model is wrong.
+    pub error: f64,
     /// What came of it.
     pub outcome: Outcome,
 }
@@ -88,13 +90,23 @@ impl Row {
         let setting = self.setting(error);
         let mut controller = kind.built(&setting)?;
         let chosen = (kind == Kind::Selection).then(|| setting.environment.choice());
-        Some(Entry { kind, chosen, outcome: self.task.run(controller.as_mut()) })
+        Some(Entry { kind, chosen, error: error.share, outcome: self.task.run(controller.as_mut()) })
     }
 
     /// Pulses to µm.
     #[must_use]
     pub fn um(&self) -> f64 {
         1000.0 / self.machine.pulses_per_mm
+    }
+}
+
+impl Entry {
+    /// The controller, what it chose, and how far its model is wrong.
+    #[must_use]
+    pub fn name(&self) -> String {
+        let chosen = self.chosen.map_or(String::new(), |kind| format!(": {}", kind.names().1));
+        let error = if self.error > 0.0 { format!(", model {} % wrong", self.error * 100.0) } else { String::new() };
+        format!("{}{chosen}{error}", self.kind.names().1)
     }
 }
 

@@ -307,11 +307,10 @@ fn figure_of(
     for &(kind, error) in each.shown {
         let Some(entry) = row.entry(kind, ModelError::crossed(error)) else { continue };
         let figures = &entry.outcome.figures;
-        let model = if error > 0.0 { format!(", model {} % wrong", error * 100.0) } else { String::new() };
         let _ = writeln!(
             text,
-            "| {}{model} | {} | {} | {} | {} | {:.1} % |",
-            kind.names().1,
+            "| {} | {} | {} | {} | {} | {:.1} % |",
+            entry.name(),
             figure(figures.contour.rms * row.um()),
             figure(figures.contour.max * row.um()),
             figure(figures.axial * row.um()),

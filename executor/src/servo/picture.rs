@@ -14,7 +14,7 @@ const SIDE: f64 = 190.0;
 const GAP: f64 = 26.0;
 const HEAD: f64 = 34.0;
 /// Panels side by side.
-const COLUMNS: usize = 5;
+const COLUMNS: usize = 6;
 /// Points of a curve at most.
 const POINTS: usize = 700;
 /// Height of a panel of errors over time.
@@ -53,13 +53,11 @@ fn count(number: usize) -> f64 {
 
 fn panel(body: &mut String, row: &Row, entry: &Entry, (x, y): (f64, f64), with_path: bool) {
     let contour = entry.outcome.figures.contour.times(row.um());
-    let chosen = entry.chosen.map_or(String::new(), |kind| format!(": {}", kind.names().1));
-    let name = format!("{}{chosen}", entry.kind.names().1);
     let _ = write!(
         body,
         "<g transform=\"translate({x:.1} {y:.1})\">\n<text y=\"11\">{}</text>\n\
          <text y=\"25\" fill=\"#555\">RMS {} · max {} µm</text>\n",
-        escape(&name),
+        escape(&entry.name()),
         figure(contour.rms),
         figure(contour.max)
     );

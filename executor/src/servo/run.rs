@@ -61,7 +61,8 @@ pub struct Outcome {
 
 impl Task {
     /// The load at a sample.
-    fn load(&self, sample: &Sample) -> Load {
+    #[must_use]
+    pub fn load(&self, sample: &Sample) -> Load {
         let cutting = self.cutting.map_or(Axes::zeros(), |cutting| cutting.at(&sample.foot, sample.speed));
         Load { cutting, reference_velocity: sample.velocity() }
     }

@@ -20,7 +20,7 @@ use crate::link::port::{Port, PortError};
 use crate::link::serial::Serial;
 use crate::operator::Operator;
 use crate::sim::witness::Witness;
-use crate::sim::{Sample, SampleKind, SimMachine, SimSettings, Slip, VirtualPort, speaking};
+use crate::sim::{Follower, Sample, SampleKind, Servo, SimMachine, SimSettings, Slip, VirtualPort, speaking};
 use crate::supervisor::{Options, Supervisor, Workpiece};
 use crate::time::Time;
 
@@ -38,6 +38,8 @@ pub enum Link {
 pub struct SimRun {
     /// The machine.
     pub machine: MachineProfile,
+    /// The drives that its tool is moved by; without, it is always where it is commanded to be.
+    pub servo: Option<Servo>,
     /// How it is reached.
     pub link: Link,
     /// What its controller speaks.
@@ -64,6 +66,7 @@ impl Default for SimRun {
     fn default() -> Self {
         Self {
             machine: MachineProfile::simulated(),
+            servo: Servo::simulated().ok(),
             link: Link::Virtual,
             language: Language::Grbl,
             baud: 115_200,
@@ -213,7 +216,9 @@ pub fn run_scene(
     let mut supervisor = Supervisor::new(work, scene.options, dialect.abilities());
     prepare(&mut supervisor);
     let slip = Slip::wandering(run.machine.repeatability_mm, run.machine.steps_per_mm, run.seed);
-    let machine = SimMachine::new(speaking(&run.language, scene.sim), run.baud, run.latency, slip);
+    let drives = run.servo.as_ref().and_then(|servo| Follower::new(servo, scene.sim.start_mm));
+    let machine =
+        SimMachine::new(speaking(&run.language, scene.sim), run.baud, run.latency, slip).driven(drives);
     let engine = Engine::new(supervisor, dialect);
     let (ended, seconds, supervisor) = match run.link {
         Link::Virtual => {

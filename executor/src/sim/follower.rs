@@ -10,12 +10,31 @@ use crate::servo::controllers::Controller;
 use crate::servo::controllers::kind::Kind;
 use crate::servo::controllers::selection::Environment;
 use crate::servo::plant::{Load, Plant};
-use crate::servo::profile::DriveProfile;
+use crate::servo::profile::{DriveProfile, ProfileError};
 use crate::servo::reference::Window;
 use crate::servo::stream::Stream;
 use crate::time::Time;
 
-/// Two drives and their controller.
+/// Which drives, and what controls them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Servo {
+    /// The drives.
+    pub profile: DriveProfile,
+    /// Their controller.
+    pub kind: Kind,
+}
+
+impl Servo {
+    /// The drives of the built-in simulated machine.
+    ///
+    /// # Errors
+    /// None, but for a wrong file in the source.
+    pub fn simulated() -> Result<Self, ProfileError> {
+        Ok(Self { profile: DriveProfile::load("simulated")?, kind: Kind::Contouring })
+    }
+}
+
+/// Two drives and their controller in motion.
 #[derive(Debug)]
 pub struct Follower {
     stream: Stream,
@@ -24,15 +43,22 @@ pub struct Follower {
     /// Samples by which the tool is behind, so that the controller can look ahead.
     preview: usize,
     kinds: VecDeque<SampleKind>,
+    /// Of the last command.
+    kind: SampleKind,
     pulses_per_mm: f64,
     period: Duration,
     next: Time,
+    /// Samples for which the commanded position has not changed.
+    rested: u32,
 }
 
+/// After so many samples at rest the drives have settled, and are left as they are: hours of waiting cost nothing.
+const SETTLED: u32 = 2000;
+
 impl Follower {
-    /// Drives at rest at `start_mm`, machine coordinates, under a controller of this kind. `None` where there is none of it.
+    /// Drives at rest at `start_mm`, machine coordinates. `None` where there is no such controller for them.
     #[must_use]
-    pub fn new(profile: &DriveProfile, kind: Kind, start_mm: (f64, f64)) -> Option<Self> {
+    pub fn new(Servo { profile, kind }: &Servo, start_mm: (f64, f64)) -> Option<Self> {
         let environment = Environment::of_hand(profile);
         let controller = kind.built(&profile.setting(environment))?;
         let preview = kind.preview();
@@ -42,30 +68,52 @@ impl Follower {
             plant: Plant::at_rest(profile.plant(), start),
             controller,
             preview,
+            kind: SampleKind::Rest,
             kinds: VecDeque::from(vec![SampleKind::Rest; preview]),
             pulses_per_mm: profile.pulses_per_mm,
             period: Duration::from_secs_f64(profile.period_s),
             next: Time::ZERO,
+            rested: 0,
         })
     }
 
-    /// When the next sample is due.
+    /// When the next sample is due; never while the drives have settled.
     #[must_use]
     pub fn next_tick(&self) -> Time {
-        self.next
+        if self.rested >= SETTLED { Time::NEVER } else { self.next }
     }
 
     /// The commanded position at its time; the tool's true positions are added to `into`.
     pub fn follow(&mut self, sample: &Sample, into: &mut Vec<Sample>) {
         let (x, y) = sample.position_mm;
-        self.stream.pass(Axes::new(x, y) * self.pulses_per_mm);
-        while self.next <= sample.at {
-            self.kinds.push_back(sample.kind);
-            let kind = self.kinds.pop_front().unwrap_or(sample.kind);
+        if self.stream.pass(Axes::new(x, y) * self.pulses_per_mm) {
+            self.rested = 0;
+        }
+        self.kind = sample.kind;
+        self.go_on(sample.at, into);
+    }
+
+    /// Nothing new is commanded until `at`.
+    pub fn go_on(&mut self, at: Time, into: &mut Vec<Sample>) {
+        while self.next <= at {
+            if self.rested >= SETTLED {
+                self.skip_to(at);
+                break;
+            }
+            self.rested += 1;
+            self.kinds.push_back(self.kind);
+            let kind = self.kinds.pop_front().unwrap_or(self.kind);
             let position = self.tick() / self.pulses_per_mm;
             into.push(Sample { at: self.next, position_mm: (position.x, position.y), kind });
             self.next = self.next.after(self.period);
         }
+    }
+
+    /// The next sample is the first one after `at`.
+    fn skip_to(&mut self, at: Time) {
+        let behind = at.since(self.next).as_micros();
+        let periods = u32::try_from(behind / self.period.as_micros().max(1)).unwrap_or(u32::MAX);
+        self.next = self.next.after(self.period * periods).after(self.period);
     }
 
     /// A sampling period: where the tool is at its end, pulses.
@@ -77,5 +125,51 @@ impl Follower {
         let load = Load { reference_velocity: window.ahead(0).velocity(), ..Load::default() };
         self.plant.step(command, &load);
         self.plant.position()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn follower() -> Follower {
+        Follower::new(&Servo::simulated().unwrap(), (10.0, 20.0)).unwrap()
+    }
+
+    fn sample(ms: u64, x: f64, kind: SampleKind) -> Sample {
+        Sample { at: Time::from_micros(ms * 1000), position_mm: (x, 20.0), kind }
+    }
+
+    /// The tool goes the same way, later by what the controller looks ahead, and within the machine's contour error.
+    #[test]
+    fn tool_follows_a_little_later() {
+        let (mut follower, mut found) = (follower(), Vec::new());
+        let speed = 0.05;
+        for ms in 0..1000_u32 {
+            let way = f64::from(ms).min(600.0) * speed;
+            follower.follow(&sample(ms.into(), 10.0 + way, SampleKind::Run), &mut found);
+        }
+        let last = found.last().unwrap();
+        assert!((last.position_mm.0 - 40.0).abs() < 0.002, "{last:?}");
+        let lag = 10.0 + 400.0 * speed - found[400].position_mm.0;
+        assert!((0.5..2.5).contains(&lag), "{lag} mm behind");
+        assert!(found.iter().all(|sample| (sample.position_mm.1 - 20.0).abs() < 0.005));
+    }
+
+    /// After a long rest it is where it was, nothing is asked for, and it starts again in time.
+    #[test]
+    fn rest_costs_nothing() {
+        let (mut follower, mut found) = (follower(), Vec::new());
+        for ms in 0..5000 {
+            follower.follow(&sample(ms, 10.0, SampleKind::Rest), &mut found);
+        }
+        assert_eq!(found.len(), 2000);
+        assert_eq!(follower.next_tick(), Time::NEVER);
+        found.clear();
+        follower.follow(&sample(3_600_000, 10.0, SampleKind::Rest), &mut found);
+        assert!(found.is_empty());
+        follower.follow(&sample(3_600_001, 10.01, SampleKind::Jog), &mut found);
+        assert_eq!(found.len(), 1);
+        assert_eq!(found[0].at, Time::from_micros(3_600_001_000));
     }
 }

@@ -102,10 +102,11 @@ impl SimMachine {
         }
     }
 
-    /// The same machine on feed drives that follow the commanded positions, in their own time.
+    /// The same machine on feed drives that follow the commanded positions, in their own time; without any, the tool is where
+    /// it is commanded to be.
     #[must_use]
-    pub fn driven(mut self, drives: Follower) -> Self {
-        self.drives = Some(drives);
+    pub fn driven(mut self, drives: Option<Follower>) -> Self {
+        self.drives = drives;
         self
     }
 
@@ -195,7 +196,11 @@ impl SimMachine {
                 _ if event <= now => {
                     self.controller.advance(event);
                     self.pass_on(event);
-                    if self.controller.next_event() <= event {
+                    // The controller may have been there before, and have nothing to say.
+                    if let Some(drives) = &mut self.drives {
+                        drives.go_on(event, &mut self.moved);
+                    }
+                    if event < tick && self.controller.next_event() <= event {
                         break;
                     }
                 }

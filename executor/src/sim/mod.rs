@@ -25,7 +25,7 @@ mod zaber;
 
 pub use controller::{Controller, Disturbance};
 pub use described::DescribedSim;
-pub use follower::Follower;
+pub use follower::{Follower, Servo};
 pub use grbl::{GrblSim, SimSettings};
 pub use interpolated::{Interpolated, interpolated};
 pub use line::Wire;

@@ -1,0 +1,34 @@
+//! A step of a controller allocates nothing, and neither does the plant under it.
+
+use keepout_executor::servo::comparison::{ModelError, Row};
+use keepout_executor::servo::controllers::kind::Kind;
+use keepout_executor::servo::plant::Plant;
+use keepout_executor::servo::profile::DriveProfile;
+use keepout_executor::servo::reference::Window;
+use keepout_executor::servo::scenario::Scenario;
+
+#[global_allocator]
+static ALLOCATOR: dhat::Alloc = dhat::Alloc;
+
+#[test]
+fn steps_allocate_nothing() {
+    let _profiler = dhat::Profiler::builder().testing().build();
+    let mut steps = 0;
+    for scenario in Scenario::built_in().unwrap() {
+        let row = Row::new(&scenario, &DriveProfile::load(&scenario.machine).unwrap());
+        for kind in Kind::ALL {
+            let Some(mut controller) = kind.built(&row.setting(ModelError::crossed(0.05))) else { continue };
+            let samples = &row.task.reference;
+            let mut plant = Plant::at_rest(row.task.plant, samples[0].position());
+            let before = dhat::HeapStats::get().total_blocks;
+            for (now, sample) in samples.iter().enumerate().take(1500) {
+                let command = controller.step(&Window::new(samples, now), plant.measured());
+                plant.step(command, &row.task.load(sample));
+                steps += 1;
+            }
+            let blocks = dhat::HeapStats::get().total_blocks - before;
+            assert_eq!(blocks, 0, "{} {kind:?}", scenario.name);
+        }
+    }
+    assert!(steps > 100_000, "{steps}");
+}
