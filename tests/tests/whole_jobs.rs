@@ -20,7 +20,8 @@ fn run(drawing: &str, order: &Order, operator: &str) -> Result<(), String> {
     let terms = &plan.plan.budget.terms;
     let margin_mm: f64 = terms.iter().map(|term| term.mm).sum();
     let physical = ["contour error", "repeatability", "controller resolution: step"];
-    let off_mm: f64 = terms.iter().filter(|term| physical.contains(&term.name.as_str())).map(|term| term.mm).sum();
+    let off_mm: f64 =
+        terms.iter().filter(|term| physical.contains(&term.name.as_str())).map(|term| term.mm).sum();
     let run = SimRun {
         link: Link::Virtual,
         baud: 9600,

@@ -105,7 +105,8 @@ impl Entry {
     #[must_use]
     pub fn name(&self) -> String {
         let chosen = self.chosen.map_or(String::new(), |kind| format!(": {}", kind.names().1));
-        let error = if self.error > 0.0 { format!(", model {} % wrong", self.error * 100.0) } else { String::new() };
+        let error =
+            if self.error > 0.0 { format!(", model {} % wrong", self.error * 100.0) } else { String::new() };
         format!("{}{chosen}{error}", self.kind.names().1)
     }
 }

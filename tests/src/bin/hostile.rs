@@ -53,6 +53,9 @@ struct Arguments {
     #[cfg(feature = "mutations")]
     #[arg(long)]
     mutations: bool,
+    /// Move the tool by feed drives in every session.
+    #[arg(long)]
+    driven: bool,
     /// Name the sessions that were not played to their end.
     #[arg(long)]
     verbose: bool,
@@ -151,7 +154,7 @@ fn main() -> ExitCode {
         }
     };
     if let Some(seeds) = &arguments.replay {
-        return replay(&worlds, seeds, arguments.log.as_deref());
+        return replay(&worlds, seeds, arguments.driven, arguments.log.as_deref());
     }
     #[cfg(feature = "mutations")]
     if arguments.mutations {
@@ -221,7 +224,8 @@ fn hunt(worlds: &Worlds, arguments: &Arguments) -> ExitCode {
                     let Some(world) = worlds.world(seed) else { continue };
                     totals.worlds.fetch_add(1, Ordering::Relaxed);
                     for session in 0..arguments.per_drawing {
-                        let spec = Spec::of(seeds(arguments.seed, number, session).1);
+                        let mut spec = Spec::of(seeds(arguments.seed, number, session).1);
+                        spec.driven |= arguments.driven;
                         let outcome = play(&world, &spec, whole());
                         totals.add(&outcome);
                         if let Some(fault) = outcome.fault.as_ref().filter(|_| spec.faults.is_empty()) {
@@ -273,7 +277,7 @@ fn tell(world: &World, spec: &Spec, verdict: Verdict, part: Part) {
     println!("  smaller: {:?}", shrink(world, spec, part));
 }
 
-fn replay(worlds: &Worlds, seeds: &str, path: Option<&std::path::Path>) -> ExitCode {
+fn replay(worlds: &Worlds, seeds: &str, driven: bool, path: Option<&std::path::Path>) -> ExitCode {
     let parsed =
         seeds.split_once(':').and_then(|(world, session)| Some((world.parse().ok()?, session.parse().ok()?)));
     let Some((world, session)) = parsed else {
@@ -286,7 +290,8 @@ fn replay(worlds: &Worlds, seeds: &str, path: Option<&std::path::Path>) -> ExitC
         );
         return ExitCode::from(2);
     };
-    let spec = Spec::of(session);
+    let mut spec = Spec::of(session);
+    spec.driven |= driven;
     let tape = path.map_or(Ok(Box::new(NoTape) as Box<dyn Tape>), |path| log(&world, &spec, path));
     let outcome = match tape {
         Ok(tape) => play_on(&world, &spec, whole(), tape),

@@ -104,4 +104,3 @@ fn timed(rows: &[Row], kind: Kind, steps: usize) -> Vec<u32> {
     }
     taken
 }
-

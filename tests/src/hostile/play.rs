@@ -11,11 +11,12 @@ use keepout_executor::link::faults::Faults;
 use keepout_executor::link::port::{Port, PortError};
 use keepout_executor::session::log::{Header, LogError, LogTape};
 use keepout_executor::session::{Clock, Ended, Engine, Going, NoTape, Session, Tape};
-use keepout_executor::sim::{Disturbance, Sample, SimMachine, SimSettings, Slip, speaking};
+use keepout_executor::sim::{Disturbance, Follower, Sample, Servo, SimMachine, SimSettings, Slip, speaking};
 use keepout_executor::supervisor::{Counts, Options, Supervisor};
 use keepout_executor::time::Time;
 use keepout_kernel::{Curve, Segment, Vector};
 use keepout_planner::job::{ContourJob, Progress};
+use keepout_planner::machine::MachineProfile;
 use keepout_planner::units::point_mm;
 
 use super::judge::{Judge, Verdict};
@@ -360,7 +361,11 @@ fn machine(world: &World, spec: &Spec, start_mm: (f64, f64), abilities: Abilitie
     let controller = speaking(&world.language, settings);
     let there = Faults::new(spec.rates(false, abilities), spec.seed ^ 0x7e0);
     let here = Faults::new(spec.rates(true, abilities), spec.seed ^ 0x4e1);
-    SimMachine::new(controller, spec.baud, spec.latency, slip).hurt(there, here)
+    // Their budget is for a machine that speeds up no faster.
+    let suits = world.machine.acceleration_mm_s2 <= MachineProfile::simulated().acceleration_mm_s2;
+    let servo = (spec.driven && suits).then(Servo::simulated).and_then(Result::ok);
+    let drives = servo.and_then(|servo| Follower::new(&servo, start_mm));
+    SimMachine::new(controller, spec.baud, spec.latency, slip).hurt(there, here).driven(drives)
 }
 
 fn happenings(spec: &Spec, random: &mut Rng) -> Vec<(Time, Happening)> {

@@ -38,6 +38,7 @@ fn candidates(spec: &Spec) -> Vec<Spec> {
     list.push(Spec { limit: spec.limit.mul_f64(0.9), ..spec.clone() });
     list.push(Spec { automatic: false, ..spec.clone() });
     list.push(Spec { begins_inside: false, ..spec.clone() });
+    list.push(Spec { driven: false, ..spec.clone() });
     list.push(Spec { latency: Duration::from_millis(1), ..spec.clone() });
     list.push(Spec { baud: 115_200, ..spec.clone() });
     if let Style::Model(_) = spec.style {

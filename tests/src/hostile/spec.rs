@@ -86,6 +86,9 @@ pub struct Spec {
     pub latency: Duration,
     /// Whether the tool begins nearer than roughing allows.
     pub begins_inside: bool,
+    /// Whether the tool is moved by feed drives, which follow late and never quite. They cost a thousand times what the rest
+    /// does: one session in a thousand has them, and `--driven` gives them to all.
+    pub driven: bool,
 }
 
 impl Spec {
@@ -110,6 +113,7 @@ impl Spec {
             baud: [9600, 38_400, 115_200][random.usize(0..3)],
             latency,
             begins_inside: random.u8(0..16) == 0,
+            driven: seed.is_multiple_of(1000),
         }
     }
 
