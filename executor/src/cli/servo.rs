@@ -8,13 +8,15 @@ use indicatif::{ProgressBar, ProgressStyle};
 use keepout_executor::servo::budget::{Budget, Question, budget};
 use keepout_executor::servo::comparison::{Comparison, ModelError, figure};
 use keepout_executor::servo::controllers::kind::Kind;
+use keepout_executor::servo::finishing::{self, ContourPath};
 use keepout_executor::servo::profile::DriveProfile;
-use keepout_executor::servo::scenario::Scenario;
+use keepout_executor::servo::reference::Ramp;
+use keepout_executor::servo::scenario::{FrictionKind, Scenario, Shape};
 use keepout_executor::servo::{grades, page, picture};
 use keepout_planner::machine::MachineProfile;
 
 use super::CliError;
-use super::plan::write;
+use super::plan::{load, write};
 
 /// What is asked of the drives.
 #[derive(Debug, Subcommand)]
@@ -42,6 +44,15 @@ pub struct CompareArguments {
     /// Scenarios to take: names of built-in ones, or a TOML file of them. All without it.
     #[arg(long, value_name = "NAME|FILE")]
     scenario: Vec<String>,
+    /// Follow the finishing path of this plan instead, each loop a row.
+    #[arg(long, value_name = "PLAN", conflicts_with = "scenario")]
+    plan: Option<PathBuf>,
+    /// The feed along it where a pass has none of its own, mm/min.
+    #[arg(long, value_name = "MM_MIN", default_value_t = 900.0, requires = "plan")]
+    feed: f64,
+    /// Reach that feed, and leave it at the end, within so many seconds (raised cosine).
+    #[arg(long, value_name = "S", default_value_t = 0.0, requires = "plan")]
+    ramp_s: f64,
     /// Controllers to take. All without it.
     #[arg(long, value_name = "NAME", value_parser = kind)]
     controller: Vec<Kind>,
@@ -134,12 +145,37 @@ fn scenarios(names: &[String]) -> Result<Vec<Scenario>, CliError> {
     Ok(found)
 }
 
+/// The loops of a plan as scenarios, with friction that sticks and the force of the cut.
+fn loops_of(plan: &Path, arguments: &CompareArguments) -> Result<Vec<Scenario>, CliError> {
+    if !(0.0..=60.0).contains(&arguments.ramp_s) {
+        return Err(CliError::Argument(format!("--ramp-s {} must be between 0 and 60 s", arguments.ramp_s)));
+    }
+    let loops = finishing::loops(&load(plan)?.plan);
+    let ramp = if arguments.ramp_s > 0.0 { Ramp::RaisedCosine(arguments.ramp_s) } else { Ramp::None };
+    let scenario = |each: ContourPath| Scenario {
+        name: each.name,
+        title: "finishing path".into(),
+        figure: None,
+        machine: "simulated".into(),
+        path: Shape::Given(each.pieces),
+        feed_m_min: each.feed_mm_min.map_or(arguments.feed, f64::from) / 1000.0,
+        ramp,
+        friction: FrictionKind::Stick,
+        cutting: true,
+        limit_bits: None,
+    };
+    Ok(loops.into_iter().map(scenario).collect())
+}
+
 fn compare(arguments: &CompareArguments) -> Result<ExitCode, CliError> {
     if !(0.0..=50.0).contains(&arguments.model_error) {
         let reason = format!("--model-error {} must be between 0 and 50 per cent", arguments.model_error);
         return Err(CliError::Argument(reason));
     }
-    let scenarios = scenarios(&arguments.scenario)?;
+    let scenarios = match &arguments.plan {
+        Some(plan) => loops_of(plan, arguments)?,
+        None => scenarios(&arguments.scenario)?,
+    };
     let machine = arguments.machine.as_deref().map(DriveProfile::load).transpose()?;
     let kinds =
         if arguments.controller.is_empty() { Kind::ALL.to_vec() } else { arguments.controller.clone() };
@@ -188,6 +224,15 @@ fn work_out(arguments: &BudgetArguments) -> Result<ExitCode, CliError> {
     };
     let question =
         Question { kind: arguments.controller, feed_mm_s: speed("--feed", arguments.feed)?, by_hand_mm_s };
+    // Its longest way without corners is a circle of 20 mm.
+    let samples = 126.0 / question.feed_mm_s / profile.period_s;
+    if samples > 1e7 {
+        let reason = format!(
+            "--feed {} is {samples:.0} samples of the profile's period_s around a circle of 20 mm: ten million at most",
+            arguments.feed
+        );
+        return Err(CliError::Argument(reason));
+    }
     let bar = bar();
     let found = budget(&profile, &question, &mut show(&bar));
     bar.finish_and_clear();

@@ -127,6 +127,7 @@ impl Comparison {
         let mut rows = Vec::new();
         for (number, scenario) in scenarios.iter().enumerate() {
             let own = machine.cloned().map_or_else(|| DriveProfile::load(&scenario.machine), Ok)?;
+            scenario.checked(&own)?;
             let mut row = Row::new(scenario, &own);
             for (done, &kind) in kinds.iter().enumerate() {
                 progress(number * kinds.len() + done, count);

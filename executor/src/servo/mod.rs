@@ -11,6 +11,7 @@ pub mod comparison;
 pub mod controllers;
 pub mod drive;
 pub mod equations;
+pub mod finishing;
 pub mod grades;
 pub mod metrics;
 pub mod page;

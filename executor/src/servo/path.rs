@@ -141,6 +141,17 @@ impl Piece {
         }
     }
 
+    /// The same piece in another unit.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        match *self {
+            Self::Line { from, to } => Self::Line { from: from * factor, to: to * factor },
+            Self::Arc { centre, radius, start, sweep } => {
+                Self::Arc { centre: centre * factor, radius: radius * factor, start, sweep }
+            }
+        }
+    }
+
     /// The same piece as seen in a mirror along X.
     #[must_use]
     pub fn mirrored(&self) -> Self {

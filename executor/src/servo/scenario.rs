@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use super::Axes;
-use super::path::Path;
+use super::path::{Path, Piece};
 use super::plant::Friction;
 use super::profile::{DriveProfile, ProfileError};
 use super::reference::{Ramp, Reference};
@@ -70,6 +70,9 @@ pub enum Shape {
         /// Half axes along X and Y.
         half_axes_mm: [f64; 2],
     },
+    /// Lines and arcs, in mm: a plan's finishing path.
+    #[serde(skip)]
+    Given(Vec<Piece>),
 }
 
 fn once() -> u32 {
@@ -81,6 +84,9 @@ impl Shape {
     #[must_use]
     pub fn path(&self, pulses_per_mm: f64) -> Path {
         match *self {
+            Self::Given(ref pieces) => {
+                Path::of(pieces.iter().map(|piece| piece.scaled(pulses_per_mm)).collect())
+            }
             Self::Line { to_mm: [x, y] } => Path::line(Axes::new(x, y) * pulses_per_mm),
             Self::Circle { radius_mm, counter_clockwise, turns } => {
                 Path::circle(radius_mm * pulses_per_mm, !counter_clockwise, turns)
@@ -105,6 +111,11 @@ pub enum FrictionKind {
     /// Against the axis's motion, and it sticks.
     Stick,
 }
+
+/// The longest run, s; ten million samples of a millisecond.
+const LONGEST_S: f64 = 1e4;
+/// The most samples of a run.
+const MOST_SAMPLES: f64 = 1e7;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -137,6 +148,7 @@ impl Scenario {
         Ok(rows.scenario)
     }
 
+    /// The first figure that no run can have.
     fn out_of_range(&self) -> Option<(&'static str, f64, &'static str)> {
         let length = match &self.path {
             Shape::Line { to_mm: [x, y] } => x.hypot(*y),
@@ -146,16 +158,35 @@ impl Scenario {
                 return Some(("angle_deg", *angle_deg, "between -180 and 180"));
             }
             Shape::Ellipse { half_axes_mm: [a, b] } => a.min(*b),
+            Shape::Given(pieces) => pieces.iter().map(Piece::length).sum(),
         };
         let figures = [
             ("the path's length, mm,", length, (1e-3, 1e5)),
             ("feed_m_min", self.feed_m_min, (1e-3, 1e3)),
             ("limit_bits", self.limit_bits.unwrap_or(1.0), (1e-6, 1e9)),
-            // Ten million samples of a millisecond.
-            ("the time it takes, s,", length / (self.feed_m_min / 0.06), (0.0, 1e4)),
+            ("the time it takes, s,", length / (self.feed_m_min / 0.06), (0.0, LONGEST_S)),
         ];
         let wrong = figures.into_iter().find(|(_, value, (least, most))| !(least..=most).contains(&value));
         wrong.map(|(field, value, _)| (field, value, "positive and of a machine's size"))
+    }
+
+    /// Says so when it would take more samples on `machine` than are kept in memory.
+    ///
+    /// # Errors
+    /// [`ProfileError`] naming the row.
+    pub fn checked(&self, machine: &DriveProfile) -> Result<(), ProfileError> {
+        let path = self.path.path(machine.pulses_per_mm);
+        let samples = path.length() / machine.feed(self.feed_m_min) / machine.period_s;
+        let wrong = match self.out_of_range() {
+            None if samples > MOST_SAMPLES => {
+                Some(("the number of samples of its period_s", samples, "ten million at most"))
+            }
+            wrong => wrong,
+        };
+        wrong.map_or(Ok(()), |(field, value, range)| {
+            let name = format!("{} on {}", self.name, machine.name);
+            Err(ProfileError::Figure { name, field, value, range })
+        })
     }
 
     /// Samples of a round on `machine`, where the path goes around more than once.

@@ -14,11 +14,11 @@ use crate::servo::stream::Stream;
 pub struct Interpolated {
     /// In pulses.
     pub path: Path,
-    /// From rest to rest, and on for [`SETTLES_S`].
+    /// From rest to rest, and half a second on.
     pub samples: Vec<Sample>,
 }
 
-/// How long the reference stays at the end of the path, s.
+/// How long the reference stays at the end of the path, s; said of [`Interpolated::samples`], too.
 pub const SETTLES_S: f64 = 0.5;
 
 /// Drives through `points`, mm, at `feed_mm_s`. The first is where it begins.
