@@ -151,7 +151,7 @@ fn disturbed_line_is_off_by_what_eq_5_should_say() {
                 plant.step(command, &Load { cutting: load, reference_velocity: sample.velocity() });
             }
             let wanted = load_error(feed, load, kp);
-            assert!((last.abs() - wanted.abs()).abs() < 1e-6 * wanted.abs(), "{last} {wanted}");
+            assert!((last - wanted).abs() < 1e-6 * wanted.abs(), "{last} {wanted}");
         }
     }
 }
@@ -368,11 +368,12 @@ fn contouring_is_stable_with_an_unknown_delay() {
 #[test]
 fn known_delay_is_reckoned_with() {
     let mut row = Row::named("S2");
+    let ccc = row.contour(Kind::Ccc);
     row.task.plant.delay_samples = 3;
     let mut setting = row.setting(0.0, [0.0; 4]);
     setting.belief.delay_samples = 3;
     let found = row.task.run(&mut Contouring::new(&setting.belief)).figures.contour.times(UM);
-    assert!(found.rms < row.contour(Kind::Ccc).rms, "{found:?}");
+    assert!(found.rms < ccc.rms && found.max < ccc.max, "{found:?}, without delay CCC {ccc:?}");
 }
 
 /// gamma = 0.7: what is left of the axial error after a round is 0.3 of it, and 0.09 after two.
@@ -501,6 +502,8 @@ fn simulated_machine_has_the_contour_error_of_its_drives() {
     let question =
         Question { kind: Kind::Contouring, feed_mm_s: 60.0, by_hand_mm_s: Some(machine.max_rate_mm_s) };
     let found = budget(&profile, &question, &mut |_, _| {}).unwrap();
-    assert_eq!(machine.contour_error_mm, found.term_mm);
+    // Friction makes much of the last digit of a sine, which is the system's.
+    assert!(found.term_mm <= machine.contour_error_mm + 0.000_3, "{}", found.term_mm);
+    assert!(found.term_mm >= machine.contour_error_mm * 0.95, "{}", found.term_mm);
     assert_eq!(machine.contour_error_source.as_deref(), Some(found.source.as_str()));
 }

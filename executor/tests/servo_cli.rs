@@ -92,6 +92,28 @@ fn budget_goes_into_a_machine_profile_and_a_plan_names_it() {
     let source = line.split_once(" mm: ").unwrap().1;
     let figure = line.trim_start_matches("contour error ").split(' ').next().unwrap();
     assert!(term.contains(source) && term.contains(figure), "{line}\n{term}");
+    let verified = keepout(&["verify", &plan]);
+    assert_eq!(code(&verified), 0, "{}", complaint(&verified));
+    // A profile that says nothing of where its figure comes from serves as ever.
+    let bare: String = text(Path::new(&machine))
+        .lines()
+        .filter(|line| !line.contains("source"))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    let bare_profile = folder.join("bare.toml").display().to_string();
+    std::fs::write(&bare_profile, bare).unwrap();
+    let planned = keepout(&[
+        "plan",
+        &bracket(),
+        "--tool-diameter",
+        "6",
+        "--machine-profile",
+        &bare_profile,
+        "-o",
+        &plan,
+    ]);
+    assert_eq!(code(&planned), 0, "{}", complaint(&planned));
+    assert_eq!(code(&keepout(&["verify", &plan])), 0);
     assert!(source.contains("Koren & Lo, Table 2") && source.contains("754 mm/min"), "{source}");
     // Once more, over the profile that was written.
     let again = keepout(&[budget.as_slice(), &["--machine-profile", &machine]].concat());
@@ -118,9 +140,11 @@ fn what_is_wrong_is_named_and_nothing_is_written() {
     let odd = file("odd.toml", &drives.replacen("[gains]", "[grains]", 1));
     let rows = file("rows.toml", "[[scenario]]\nname = \"A\"\n");
     let to = folder.join("out").display().to_string();
-    let cases: [(&[&str], &str); 12] = [
+    let fast = keepout_planner::machine::MachineProfile::simulated().to_toml().replace("1000.0", "8000.0");
+    let fast = file("fast.toml", &fast);
+    let cases: [(&[&str], &str); 14] = [
         (&["compare", "--machine", "/no/such.toml"], "koren-lo-table-1"),
-        (&["compare", "--machine", &negative], "gain is -10"),
+        (&["compare", "--machine", &negative], "x.gain is -10"),
         (&["compare", "--machine", &odd], "grains"),
         (&["compare", "--scenario", "S99"], "S99 is neither a scenario"),
         (&["compare", "--scenario", &rows], "missing field"),
@@ -129,7 +153,9 @@ fn what_is_wrong_is_named_and_nothing_is_written() {
         (&["compare", "--plan", &rows], "no plan file"),
         (&["budget", "koren-lo-table-1", "--feed", "0"], "--feed 0"),
         (&["budget", "koren-lo-table-1", "--feed", "900", "--by-hand", "900"], "--by-hand"),
-        (&["budget", &quick, "--feed", "1"], "ten million"),
+        (&["budget", "simulated", "--feed", "900", "--machine-profile", &fast, "-o", &to], "would not hold"),
+        (&["budget", "simulated", "--feed", "60000"], "beyond the drives"),
+        (&["budget", &quick, "--feed", "1"], "samples of the profile"),
         (&["budget", "koren-lo-table-1", "--feed", "900", "--machine-profile", &odd], "--output"),
     ];
     for (arguments, says) in cases {

@@ -28,13 +28,13 @@ pub struct MachineProfile {
     /// How far the true path leaves the commanded one while moving, mm.
     pub contour_error_mm: f64,
     /// Where that figure comes from: `keepout servo budget` writes it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default)]
     pub contour_error_source: Option<String>,
 }
 
 /// Where the simulated machine's contour error comes from; a test of the executor works it out again.
 const SIMULATED_CONTOUR: &str = "servo budget: drives of the simulated machine, contouring MPC with observer, 3600 mm/min, 12000 by \
-hand, gain ±5 %, time constant ±5 %";
+hand, speeding up by 1000 mm/s², gain ±5 %, time constant ±5 %";
 
 /// Why a machine profile is refused.
 #[derive(Debug, Error)]
@@ -147,5 +147,7 @@ mod tests {
         let source = Some("servo budget: \"drives\", 900 mm/min".to_string());
         let profile = MachineProfile { contour_error_source: source, ..MachineProfile::simulated() };
         assert_eq!(toml::from_str::<MachineProfile>(&profile.to_toml()).unwrap(), profile);
+        let bare = MachineProfile { contour_error_source: None, ..profile };
+        assert_eq!(toml::from_str::<MachineProfile>(&bare.to_toml()).unwrap(), bare);
     }
 }

@@ -66,6 +66,9 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, CliError> {
         Some(port) => on_port(work, port, arguments, limit, hands, progress, &outputs),
         None => {
             let run = SimRun { progress, ..simulation(arguments, limit)? };
+            if let Some(note) = unlike(&work.plan, &run) {
+                eprintln!("note: {note}");
+            }
             let machine = run.machine.name.clone();
             let (log, operator) = (arguments.log.as_deref(), arguments.operator.as_str());
             on_simulation(work, &run, hands, &Recording { log, operator, machine }, &outputs)
@@ -123,6 +126,18 @@ pub fn drives(name: &str) -> Result<Option<Servo>, CliError> {
         return Ok(None);
     }
     Ok(Some(Servo { profile: DriveProfile::load(name)?, kind: Kind::Contouring }))
+}
+
+/// What is to be said when the plan's margin is not that of the drives it is run on.
+fn unlike(plan: &CertifiedPlan, run: &SimRun) -> Option<String> {
+    let name = &run.servo.as_ref()?.profile.name;
+    let source = plan.plan.machine.contour_error_source.as_deref().unwrap_or("the machine profile alone");
+    (!source.contains(name.as_str())).then(|| {
+        format!(
+            "the contour error in the plan's margin is of {source}, and the tool is moved by \"{name}\": it may come nearer to the part \
+             than the margin says. --drives none leaves the drives out"
+        )
+    })
 }
 
 /// Files that a run leaves.

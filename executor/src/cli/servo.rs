@@ -224,15 +224,7 @@ fn work_out(arguments: &BudgetArguments) -> Result<ExitCode, CliError> {
     };
     let question =
         Question { kind: arguments.controller, feed_mm_s: speed("--feed", arguments.feed)?, by_hand_mm_s };
-    // Its longest way without corners is a circle of 20 mm.
-    let samples = 126.0 / question.feed_mm_s / profile.period_s;
-    if samples > 1e7 {
-        let reason = format!(
-            "--feed {} is {samples:.0} samples of the profile's period_s around a circle of 20 mm: ten million at most",
-            arguments.feed
-        );
-        return Err(CliError::Argument(reason));
-    }
+    suits(&profile, &question, arguments)?;
     let bar = bar();
     let found = budget(&profile, &question, &mut show(&bar));
     bar.finish_and_clear();
@@ -242,10 +234,7 @@ fn work_out(arguments: &BudgetArguments) -> Result<ExitCode, CliError> {
     };
     print!("{}", summary(&found));
     if let Some(output) = &arguments.output {
-        let machine = match &arguments.machine_profile {
-            Some(path) => MachineProfile::load(path)?,
-            None => MachineProfile::simulated(),
-        };
+        let machine = machine_of(arguments)?;
         let machine = MachineProfile {
             contour_error_mm: found.term_mm,
             contour_error_source: Some(found.source),
@@ -255,6 +244,57 @@ fn work_out(arguments: &BudgetArguments) -> Result<ExitCode, CliError> {
         println!("written      {}", output.display());
     }
     Ok(ExitCode::SUCCESS)
+}
+
+fn machine_of(arguments: &BudgetArguments) -> Result<MachineProfile, CliError> {
+    Ok(match &arguments.machine_profile {
+        Some(path) => MachineProfile::load(path)?,
+        None => MachineProfile::simulated(),
+    })
+}
+
+/// The slowest that the simulated interpolator goes, mm/s.
+const SLOWEST_MM_S: f64 = 0.2;
+/// Samples of a path at most.
+const MOST_SAMPLES: f64 = 1e5;
+
+/// Whether the question can be answered, and for the machine that it is asked for.
+fn suits(profile: &DriveProfile, question: &Question, arguments: &BudgetArguments) -> Result<(), CliError> {
+    let refused = |reason: String| Err(CliError::Argument(reason));
+    if let Some(interpolator) = &profile.interpolator {
+        let speeds = [("--feed", Some(question.feed_mm_s)), ("--by-hand", question.by_hand_mm_s)];
+        for (name, speed) in speeds.into_iter().filter_map(|(name, speed)| Some((name, speed?))) {
+            if !(SLOWEST_MM_S..=interpolator.max_rate_mm_s).contains(&speed) {
+                let (low, high) = (SLOWEST_MM_S * 60.0, interpolator.max_rate_mm_s * 60.0);
+                return refused(format!(
+                    "{name} {:.0} is beyond the drives: {low} to {high} mm/min",
+                    speed * 60.0
+                ));
+            }
+        }
+        let machine = machine_of(arguments)?;
+        if arguments.output.is_some()
+            && (machine.acceleration_mm_s2 > interpolator.acceleration_mm_s2
+                || machine.max_rate_mm_s > interpolator.max_rate_mm_s)
+        {
+            return refused(format!(
+                "the machine profile has {} mm/s² and {} mm/s, the drives' [interpolator] {} and {}: the term would not hold. Make \
+                 them alike",
+                machine.acceleration_mm_s2,
+                machine.max_rate_mm_s,
+                interpolator.acceleration_mm_s2,
+                interpolator.max_rate_mm_s
+            ));
+        }
+    }
+    let samples = question.samples(profile);
+    if samples > MOST_SAMPLES {
+        return refused(format!(
+            "--feed {}: a path of the budget would take {samples:.0} samples of the profile's period_s, {MOST_SAMPLES} are the most",
+            arguments.feed
+        ));
+    }
+    Ok(())
 }
 
 fn summary(found: &Budget) -> String {

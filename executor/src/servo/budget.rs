@@ -62,6 +62,26 @@ const RADII_MM: [f64; 5] = [0.1, 0.5, 2.0, 5.0, 20.0];
 /// A chord's sagitta, mm.
 const SAGITTA_MM: f64 = 0.000_5;
 
+impl Question {
+    /// The samples of its longest path, about.
+    #[must_use]
+    pub fn samples(&self, profile: &DriveProfile) -> f64 {
+        let Some(interpolator) = &profile.interpolator else {
+            return std::f64::consts::TAU * 20.0 / self.feed_mm_s / profile.period_s;
+        };
+        let seconds = |speed: f64| {
+            2.0 * leg_mm(speed, interpolator) / speed + 2.0 * speed / interpolator.acceleration_mm_s2
+        };
+        let longest = self.by_hand_mm_s.map_or(0.0, seconds).max(seconds(self.feed_mm_s));
+        longest / profile.period_s
+    }
+}
+
+/// Long enough to get to the speed and to rest again, and a little.
+fn leg_mm(speed_mm_s: f64, interpolator: &Interpolator) -> f64 {
+    5.0 + speed_mm_s * speed_mm_s / interpolator.acceleration_mm_s2
+}
+
 /// Works the budget out; `None` where there is no such controller for these drives, or where it diverges.
 #[must_use]
 pub fn budget(
@@ -85,17 +105,24 @@ pub fn budget(
         progress(number, count);
         findings.push(finding(profile, question.kind, path, &task)?);
     }
+    if findings.iter().any(|finding| !finding.worst.max.is_finite()) {
+        return None;
+    }
     let worst = findings.iter().map(|finding| finding.worst.max).fold(0.0, f64::max);
     let term_mm = (worst * 10.0).ceil() / 10_000.0;
-    term_mm.is_finite().then(|| Budget { source: source(profile, question), findings, term_mm })
+    Some(Budget { source: source(profile, question), findings, term_mm })
 }
 
 /// The term's source, in words.
 fn source(profile: &DriveProfile, question: &Question) -> String {
-    let by_hand =
-        question.by_hand_mm_s.map_or(String::new(), |speed| format!(", {:.0} by hand", speed * 60.0));
+    let by_hand = question
+        .by_hand_mm_s
+        .map_or(", nothing by hand".into(), |speed| format!(", {:.0} by hand", speed * 60.0));
+    let how = profile.interpolator.map_or(", at once".into(), |interpolator| {
+        format!(", speeding up by {} mm/s²", interpolator.acceleration_mm_s2)
+    });
     format!(
-        "servo budget: {}, {}, {:.0} mm/min{by_hand}, gain ±{} %, time constant ±{} %",
+        "servo budget: {}, {}, {:.0} mm/min{by_hand}{how}, gain ±{} %, time constant ±{} %",
         profile.name,
         question.kind.names().1,
         question.feed_mm_s * 60.0,
@@ -119,11 +146,10 @@ fn finding(profile: &DriveProfile, kind: Kind, path: String, task: &Task) -> Opt
             worst: contour,
             signs,
         });
-        best.worst.rms = best.worst.rms.max(contour.rms);
-        // What is no number counts as the worst.
-        if contour.max > best.worst.max || contour.max.is_nan() {
-            (best.worst.max, best.signs) = (contour.max, signs);
+        if contour.max > best.worst.max {
+            best.signs = signs;
         }
+        best.worst = best.worst.worse(contour);
     }
     found
 }
@@ -162,8 +188,7 @@ fn interpolated_tasks(
     };
     let by_hand = question.by_hand_mm_s.map(|speed| (speed, " by hand"));
     for (speed, how) in [(question.feed_mm_s, "")].into_iter().chain(by_hand) {
-        // Long enough to get there, and a little.
-        let leg = 5.0 + speed * speed / interpolator.acceleration_mm_s2;
+        let leg = leg_mm(speed, interpolator);
         add(
             format!("line at 26.6° and back{how}"),
             &[(0.0, 0.0), (0.894 * leg, 0.447 * leg), (0.0, 0.0)],
@@ -179,7 +204,7 @@ fn interpolated_tasks(
         }
     }
     for radius in RADII_MM {
-        let leg = 5.0 + question.feed_mm_s.powi(2) / interpolator.acceleration_mm_s2;
+        let leg = leg_mm(question.feed_mm_s, interpolator);
         add(format!("bend of 90°, radius {radius} mm"), &bend(leg, radius), question.feed_mm_s);
     }
     tasks
@@ -223,5 +248,13 @@ mod tests {
         let worst = found.findings.iter().map(|finding| finding.worst.max).fold(0.0, f64::max);
         assert!(found.term_mm * 1000.0 >= worst && found.term_mm * 1000.0 < worst + 0.11);
         assert!(found.findings.iter().all(|finding| finding.worst.max >= finding.exact.max));
+    }
+
+    #[test]
+    fn what_diverges_has_no_budget() {
+        let mut profile = DriveProfile::load("koren-lo-table-1").unwrap();
+        profile.gains.proportional = 1e6;
+        let question = Question { kind: Kind::P, feed_mm_s: 15.0, by_hand_mm_s: None };
+        assert_eq!(budget(&profile, &question, &mut |_, _| {}), None);
     }
 }

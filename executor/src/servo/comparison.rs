@@ -65,6 +65,9 @@ pub struct Comparison {
     pub rows: Vec<Row>,
 }
 
+/// Samples that are kept at most, of all rows and controllers together: about 2 GB.
+const MOST_KEPT: f64 = 4e7;
+
 impl Row {
     /// `scenario` on `machine`, with nothing run yet.
     #[must_use]
@@ -115,7 +118,7 @@ impl Comparison {
     /// Runs every row with every controller, on `machine` or on the row's own. `progress` is told runs done and all of them.
     ///
     /// # Errors
-    /// [`ProfileError`] for a row whose machine is not known.
+    /// [`ProfileError`] for a row whose machine is not known, or that takes more samples than are kept.
     pub fn run(
         scenarios: &[Scenario],
         machine: Option<&DriveProfile>,
@@ -124,10 +127,24 @@ impl Comparison {
         progress: &mut dyn FnMut(usize, usize),
     ) -> Result<Self, ProfileError> {
         let count = scenarios.len() * kinds.len();
+        let mut samples = 0.0;
         let mut rows = Vec::new();
         for (number, scenario) in scenarios.iter().enumerate() {
             let own = machine.cloned().map_or_else(|| DriveProfile::load(&scenario.machine), Ok)?;
             scenario.checked(&own)?;
+            #[expect(clippy::cast_precision_loss, reason = "a few controllers")]
+            let kept = scenario.samples(&own) * kinds.len() as f64;
+            samples += kept;
+            if samples > MOST_KEPT {
+                let field = "the number of samples of all rows and controllers";
+                let range = format!("{MOST_KEPT} at most: take fewer at a time");
+                return Err(ProfileError::Figure {
+                    name: scenario.name.clone(),
+                    field,
+                    value: samples,
+                    range,
+                });
+            }
             let mut row = Row::new(scenario, &own);
             for (done, &kind) in kinds.iter().enumerate() {
                 progress(number * kinds.len() + done, count);

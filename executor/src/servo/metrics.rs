@@ -29,7 +29,7 @@ impl Moment {
             reference: reference.position(),
             position,
             contour_error: foot.distance(position),
-            overshoot: path.overshoot(position, reference.number),
+            overshoot: path.overshoot(position, &foot, reference.number),
         };
         (moment, foot)
     }
@@ -52,9 +52,15 @@ impl Spread {
         for figure in figures {
             sum += figure * figure;
             count += 1.0;
-            max = max.max(figure.abs());
+            max = larger(max, figure.abs());
         }
         Self { rms: if count > 0.0 { f64::sqrt(sum / count) } else { 0.0 }, max }
+    }
+
+    /// The larger figure of each kind.
+    #[must_use]
+    pub fn worse(self, other: Self) -> Self {
+        Self { rms: larger(self.rms, other.rms), max: larger(self.max, other.max) }
     }
 
     /// In another unit.
@@ -62,6 +68,11 @@ impl Spread {
     pub fn times(self, factor: f64) -> Self {
         Self { rms: self.rms * factor, max: self.max * factor }
     }
+}
+
+/// The larger of two; what is no number is larger than any.
+fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
 
 /// What a run comes to. Lengths in pulses.
@@ -92,12 +103,22 @@ impl Figures {
         Self {
             contour: Spread::of(errors(0.0)),
             settled: Spread::of(errors(TRANSIENT_S)),
-            axial: moments
-                .iter()
-                .map(|moment| (moment.reference - moment.position).amax())
-                .fold(0.0, f64::max),
-            overshoot: moments.iter().map(|moment| moment.overshoot).fold(0.0, f64::max),
+            axial: moments.iter().map(|moment| (moment.reference - moment.position).amax()).fold(0.0, larger),
+            overshoot: moments.iter().map(|moment| moment.overshoot).fold(0.0, larger),
             saturation_share,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_number_is_not_forgotten() {
+        let spread = Spread::of([1.0, f64::NAN, 2.0].into_iter());
+        assert!(spread.max.is_nan() && spread.rms.is_nan());
+        assert_eq!(Spread::of([3.0, -4.0].into_iter()), Spread { rms: 12.5_f64.sqrt(), max: 4.0 });
+        assert_eq!(Spread::of(std::iter::empty()), Spread::default());
     }
 }

@@ -337,7 +337,7 @@ fn beyond(text: &mut String, scenarios: &[Scenario]) -> Result<Option<(String, S
         };
         let worst = sign_patterns().iter().fold(Spread::default(), |worst, &signs| {
             let found = of(&row, Kind::Contouring, ModelError { share: 0.05, signs });
-            Spread { rms: worst.rms.max(found.rms), max: worst.max.max(found.max) }
+            worst.worse(found)
         });
         let cell = |spread: Spread| format!("{} / {}", figure(spread.rms), figure(spread.max));
         let exact = ModelError::NONE;

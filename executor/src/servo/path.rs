@@ -295,15 +295,15 @@ impl Path {
         best
     }
 
-    /// How far `point` lies beyond the end of a piece that ends in a corner, measured along that piece, pulses; 0 where none
+    /// How far `point` lies beyond its `foot` on the path in the direction of a piece that ends in a corner, pulses; 0 where none
     /// does. Looked at for the piece `on` and the one before.
     #[must_use]
-    pub fn overshoot(&self, point: Axes, on: usize) -> f64 {
+    pub fn overshoot(&self, point: Axes, foot: &Foot, on: usize) -> f64 {
         let beyond = |index: usize| -> Option<f64> {
             let (end, next) = (self.pieces.get(index)?, self.pieces.get(index + 1)?);
             let (end, next) = (end.at(end.length()), next.at(0.0));
             let turns = end.tangent.dot(&next.tangent) < CORNER_COS;
-            turns.then(|| (point - end.point).dot(&end.tangent))
+            turns.then(|| (point - foot.point).dot(&end.tangent))
         };
         let before = on.checked_sub(1).and_then(beyond);
         [before, beyond(on)].into_iter().flatten().fold(0.0, f64::max)
@@ -399,10 +399,18 @@ mod tests {
 
     #[test]
     fn corner_knows_what_runs_past_it() {
+        let past = |path: &Path, (x, y): (f64, f64), on: usize| {
+            let point = Axes::new(x, y);
+            path.overshoot(point, &path.nearest(point, on), on)
+        };
         let corner = Path::corner(100.0, std::f64::consts::FRAC_PI_2);
-        assert!((corner.overshoot(Axes::new(103.0, 20.0), 1) - 3.0).abs() < 1e-12);
-        assert!((corner.overshoot(Axes::new(103.0, 0.0), 0) - 3.0).abs() < 1e-12);
-        assert!(corner.overshoot(Axes::new(97.0, 0.0), 0) <= 0.0);
-        assert!(Path::circle(10.0, true, 2).overshoot(Axes::new(-1.0, 3.0), 1) <= 0.0);
+        assert!((past(&corner, (103.0, 20.0), 1) - 3.0).abs() < 1e-12);
+        assert!((past(&corner, (103.0, 0.0), 0) - 3.0).abs() < 1e-12);
+        assert!(past(&corner, (97.0, 0.0), 0) <= 0.0);
+        // A second leg that goes on in the first one's direction is no overshoot.
+        let flat = Path::corner(100.0, std::f64::consts::FRAC_PI_4);
+        assert!(past(&flat, (150.0, 50.0), 1).abs() < 1e-9);
+        assert!((past(&flat, (102.0, -2.0), 0) - 2.0).abs() < 1e-9);
+        assert!(past(&Path::circle(10.0, true, 2), (-1.0, 3.0), 1) <= 0.0);
     }
 }

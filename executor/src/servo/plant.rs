@@ -141,7 +141,9 @@ impl Plant {
             let motor = &mut self.motors[index];
             *motor = axis.moved(*motor, net, load.reference_velocity[index], self.model.period_s);
             let play = axis.backlash / 2.0;
-            self.table[index] = self.table[index].clamp(motor.position - play, motor.position + play);
+            // What has diverged is nowhere.
+            let (low, high) = (motor.position - play, motor.position + play);
+            self.table[index] = if low <= high { self.table[index].clamp(low, high) } else { f64::NAN };
         }
     }
 

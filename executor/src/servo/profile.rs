@@ -150,7 +150,7 @@ pub enum ProfileError {
         /// Its value.
         value: f64,
         /// What is accepted.
-        range: &'static str,
+        range: String,
     },
 }
 
@@ -194,7 +194,7 @@ impl DriveProfile {
     }
 
     /// The first figure that no machine has.
-    fn out_of_range(&self) -> Option<(&'static str, f64, &'static str)> {
+    fn out_of_range(&self) -> Option<(&'static str, f64, String)> {
         #[expect(clippy::cast_precision_loss, reason = "a few samples")]
         let delay = self.delay_samples as f64;
         let mut figures = vec![
@@ -208,19 +208,32 @@ impl DriveProfile {
             ("uncertainty.time_constant", self.uncertainty.time_constant, (0.0, 0.9)),
             ("gains.proportional", self.gains.proportional, (1e-9, 1e9)),
         ];
-        for axis in [self.x, self.y] {
+        let names = [
+            ["x.gain", "x.time_constant_s", "x.coulomb_bits", "x.stiction_bits", "x.backlash_mm"],
+            ["y.gain", "y.time_constant_s", "y.coulomb_bits", "y.stiction_bits", "y.backlash_mm"],
+        ];
+        for (axis, [gain, time_constant, coulomb, stiction, backlash]) in [self.x, self.y].iter().zip(names) {
             figures.extend([
-                ("gain", axis.gain, (1e-9, 1e9)),
-                ("time_constant_s", axis.time_constant_s, (self.period_s / 100.0, 1e3)),
-                ("coulomb_bits", axis.coulomb_bits, (0.0, 1e9)),
-                ("stiction_bits", axis.stiction_bits.unwrap_or(axis.coulomb_bits), (axis.coulomb_bits, 1e9)),
-                ("backlash_mm", axis.backlash_mm, (0.0, 10.0)),
+                (gain, axis.gain, (1e-9, 1e9)),
+                (time_constant, axis.time_constant_s, (self.period_s / 100.0, 1e3)),
+                (coulomb, axis.coulomb_bits, (0.0, 1e9)),
+                (stiction, axis.stiction_bits.unwrap_or(axis.coulomb_bits), (axis.coulomb_bits, 1e9)),
+                (backlash, axis.backlash_mm, (0.0, 10.0)),
             ]);
         }
-        for law in [self.gains.pid, self.gains.cross_coupling] {
-            figures.push(("proportional", law.proportional, (1e-9, 1e9)));
-            figures.push(("integral", law.integral, (1e-9, 1e9)));
-            figures.push(("derivative", law.derivative, (1e-9, 1e9)));
+        let names = [
+            ["gains.pid.proportional", "gains.pid.integral", "gains.pid.derivative"],
+            [
+                "gains.cross_coupling.proportional",
+                "gains.cross_coupling.integral",
+                "gains.cross_coupling.derivative",
+            ],
+        ];
+        let laws = [self.gains.pid, self.gains.cross_coupling];
+        for (law, [proportional, integral, derivative]) in laws.iter().zip(names) {
+            figures.push((proportional, law.proportional, (1e-9, 1e9)));
+            figures.push((integral, law.integral, (0.0, 1e9)));
+            figures.push((derivative, law.derivative, (0.0, 1e9)));
         }
         if let Some(interpolator) = self.interpolator {
             figures.push(("acceleration_mm_s2", interpolator.acceleration_mm_s2, (1e-3, 1e6)));
@@ -228,7 +241,7 @@ impl DriveProfile {
             figures.push(("junction_deviation_mm", interpolator.junction_deviation_mm, (0.0, 10.0)));
         }
         let wrong = figures.into_iter().find(|(_, value, (least, most))| !(least..=most).contains(&value));
-        wrong.map(|(field, value, _)| (field, value, "a figure that a machine can have"))
+        wrong.map(|(field, value, (least, most))| (field, value, format!("between {least} and {most}")))
     }
 
     /// The two drives.
@@ -305,10 +318,10 @@ mod tests {
     fn wrong_profiles_name_the_field() {
         let text = BUILT_IN[0].1;
         for (from, to, says) in [
-            ("gain = 10.0", "gain = -1.0", "gain is -1"),
-            ("gain = 10.0", "gain = nan", "gain is NaN"),
+            ("gain = 10.0", "gain = -1.0", "x.gain is -1"),
+            ("gain = 10.0", "gain = nan", "x.gain is NaN"),
             ("period_s = 0.004", "period_s = 0.0", "period_s is 0"),
-            ("coulomb_bits = 100.0", "coulomb_bits = 100.0\nstiction_bits = 3.0", "stiction_bits is 3"),
+            ("coulomb_bits = 100.0", "coulomb_bits = 100.0\nstiction_bits = 3.0", "x.stiction_bits is 3"),
             ("[x]", "[z]", "z"),
             ("period_s", "delay_samples = 99\nperiod_s", "delay_samples is 99"),
         ] {

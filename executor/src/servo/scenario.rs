@@ -149,25 +149,40 @@ impl Scenario {
     }
 
     /// The first figure that no run can have.
-    fn out_of_range(&self) -> Option<(&'static str, f64, &'static str)> {
+    fn out_of_range(&self) -> Option<(&'static str, f64, String)> {
         let length = match &self.path {
             Shape::Line { to_mm: [x, y] } => x.hypot(*y),
             Shape::Circle { radius_mm, turns, .. } => radius_mm * 6.3 * f64::from(*turns),
             Shape::Corner { leg_mm, angle_deg } if angle_deg.abs() <= 180.0 => *leg_mm,
             Shape::Corner { angle_deg, .. } => {
-                return Some(("angle_deg", *angle_deg, "between -180 and 180"));
+                return Some(("angle_deg", *angle_deg, "between -180 and 180".into()));
             }
             Shape::Ellipse { half_axes_mm: [a, b] } => a.min(*b),
             Shape::Given(pieces) => pieces.iter().map(Piece::length).sum(),
         };
+        let ramp = match self.ramp {
+            Ramp::None => [1.0; 2],
+            Ramp::RaisedCosine(seconds) => [seconds, 1.0],
+            Ramp::LimitedJerk { acceleration, jerk } => [acceleration / 1e6, jerk / 1e6],
+        };
         let figures = [
+            ("the ramp's seconds, or acceleration in 10⁶ pulses/s²,", ramp[0], (1e-6, 60.0)),
+            ("the ramp's jerk, 10⁶ pulses/s³,", ramp[1], (1e-6, 1e6)),
             ("the path's length, mm,", length, (1e-3, 1e5)),
             ("feed_m_min", self.feed_m_min, (1e-3, 1e3)),
             ("limit_bits", self.limit_bits.unwrap_or(1.0), (1e-6, 1e9)),
             ("the time it takes, s,", length / (self.feed_m_min / 0.06), (0.0, LONGEST_S)),
         ];
         let wrong = figures.into_iter().find(|(_, value, (least, most))| !(least..=most).contains(&value));
-        wrong.map(|(field, value, _)| (field, value, "positive and of a machine's size"))
+        wrong.map(|(field, value, (least, most))| (field, value, format!("between {least} and {most}")))
+    }
+
+    /// How many samples it takes on `machine`, about.
+    #[must_use]
+    pub fn samples(&self, machine: &DriveProfile) -> f64 {
+        let feed = machine.feed(self.feed_m_min);
+        let seconds = self.path.path(machine.pulses_per_mm).length() / feed + 2.0 * self.ramp.lasts(feed);
+        seconds / machine.period_s
     }
 
     /// Says so when it would take more samples on `machine` than are kept in memory.
@@ -175,11 +190,10 @@ impl Scenario {
     /// # Errors
     /// [`ProfileError`] naming the row.
     pub fn checked(&self, machine: &DriveProfile) -> Result<(), ProfileError> {
-        let path = self.path.path(machine.pulses_per_mm);
-        let samples = path.length() / machine.feed(self.feed_m_min) / machine.period_s;
+        let samples = self.samples(machine);
         let wrong = match self.out_of_range() {
             None if samples > MOST_SAMPLES => {
-                Some(("the number of samples of its period_s", samples, "ten million at most"))
+                Some(("the number of samples of its period_s", samples, "ten million at most".to_string()))
             }
             wrong => wrong,
         };
@@ -240,6 +254,21 @@ mod tests {
             ("feed_m_min = 0.754", "feed_m_min = 0", "S1: feed_m_min is 0"),
             ("radius_mm = 20.0", "radius_mm = inf", "S1: the path's length"),
             ("{ circle", "{ square", "square"),
+            (
+                "feed_m_min = 0.754",
+                "feed_m_min = 0.754\nramp = { raised-cosine = nan }",
+                "S1: the ramp's seconds",
+            ),
+            (
+                "feed_m_min = 0.754",
+                "feed_m_min = 0.754\nramp = { raised-cosine = 1e9 }",
+                "S1: the ramp's seconds",
+            ),
+            (
+                "feed_m_min = 0.754",
+                "feed_m_min = 0.754\nramp = { limited-jerk = { acceleration = 2e4, jerk = 0 } }",
+                "jerk",
+            ),
         ] {
             let error = Scenario::parse("rows.toml", &text.replacen(from, to, 1)).unwrap_err().to_string();
             assert!(error.contains(says), "{error}");

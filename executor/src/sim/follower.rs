@@ -42,6 +42,9 @@ pub struct Follower {
     controller: Box<dyn Controller>,
     /// Samples by which the tool is behind, so that the controller can look ahead.
     preview: usize,
+    /// The last commanded position, pulses, and when that was.
+    commanded: Axes,
+    since: Time,
     kinds: VecDeque<SampleKind>,
     /// Of the last command.
     kind: SampleKind,
@@ -68,6 +71,8 @@ impl Follower {
             plant: Plant::at_rest(profile.plant(), start),
             controller,
             preview,
+            commanded: start,
+            since: Time::ZERO,
             kind: SampleKind::Rest,
             kinds: VecDeque::from(vec![SampleKind::Rest; preview]),
             pulses_per_mm: profile.pulses_per_mm,
@@ -86,20 +91,33 @@ impl Follower {
     /// The commanded position at its time; the tool's true positions are added to `into`.
     pub fn follow(&mut self, sample: &Sample, into: &mut Vec<Sample>) {
         let (x, y) = sample.position_mm;
-        if self.stream.pass(Axes::new(x, y) * self.pulses_per_mm) {
-            self.rested = 0;
-        }
         self.kind = sample.kind;
-        self.go_on(sample.at, into);
+        self.lead(Axes::new(x, y) * self.pulses_per_mm, sample.at, into);
     }
 
     /// Nothing new is commanded until `at`.
     pub fn go_on(&mut self, at: Time, into: &mut Vec<Sample>) {
+        self.lead(self.commanded, at, into);
+    }
+
+    /// It is commanded to go straight, and steadily, from where it was commanded to be last to `to`, until `at`.
+    fn lead(&mut self, to: Axes, at: Time, into: &mut Vec<Sample>) {
+        let (from, began) = (self.commanded, self.since);
+        let lasts = at.since(began).as_secs_f64();
+        if to != from {
+            if self.rested >= SETTLED {
+                self.skip_to(began);
+            }
+            self.rested = 0;
+        }
         while self.next <= at {
             if self.rested >= SETTLED {
                 self.skip_to(at);
                 break;
             }
+            let gone = self.next.since(began).as_secs_f64();
+            let share = if lasts > 0.0 { (gone / lasts).min(1.0) } else { 1.0 };
+            self.stream.pass(from + (to - from) * share);
             self.rested += 1;
             self.kinds.push_back(self.kind);
             let kind = self.kinds.pop_front().unwrap_or(self.kind);
@@ -107,10 +125,15 @@ impl Follower {
             into.push(Sample { at: self.next, position_mm: (position.x, position.y), kind });
             self.next = self.next.after(self.period);
         }
+        self.stream.pass(to);
+        (self.commanded, self.since) = (to, at);
     }
 
     /// The next sample is the first one after `at`.
     fn skip_to(&mut self, at: Time) {
+        if self.next > at {
+            return;
+        }
         let behind = at.since(self.next).as_micros();
         let periods = u32::try_from(behind / self.period.as_micros().max(1)).unwrap_or(u32::MAX);
         self.next = self.next.after(self.period * periods).after(self.period);
@@ -171,5 +194,25 @@ mod tests {
         follower.follow(&sample(3_600_001, 10.01, SampleKind::Jog), &mut found);
         assert_eq!(found.len(), 1);
         assert_eq!(found[0].at, Time::from_micros(3_600_001_000));
+    }
+
+    /// A position that comes late is gone to on the way, and not jumped to.
+    #[test]
+    fn late_positions_are_no_jumps() {
+        let (mut often, mut seldom) = (follower(), follower());
+        let (mut fine, mut coarse) = (Vec::new(), Vec::new());
+        for ms in 0..5000 {
+            let rest = sample(ms, 10.0, SampleKind::Rest);
+            often.follow(&rest, &mut fine);
+            seldom.follow(&rest, &mut coarse);
+        }
+        let way = |ms: u64| 10.0 + f64::from(u32::try_from(ms).unwrap()) * 0.02;
+        for ms in 1..=50 {
+            often.follow(&sample(4999 + ms, way(ms), SampleKind::Jog), &mut fine);
+        }
+        seldom.follow(&sample(5049, way(50), SampleKind::Jog), &mut coarse);
+        let off = |a: &Sample, b: &Sample| (a.position_mm.0 - b.position_mm.0).abs();
+        assert_eq!(fine.len(), coarse.len());
+        assert!(fine.iter().zip(&coarse).all(|(a, b)| off(a, b) < 0.001));
     }
 }

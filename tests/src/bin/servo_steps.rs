@@ -48,8 +48,11 @@ fn run(arguments: &Arguments) -> Result<(), String> {
         let machine = DriveProfile::load(&scenario.machine).map_err(|error| error.to_string())?;
         rows.push(Row::new(&scenario, &machine));
     }
+    if arguments.repeats > 1 {
+        println!("The least of {} times of each step.\n", arguments.repeats);
+    }
     println!(
-        "| step of | steps | p50 µs | p99 µs | p99.9 µs | max µs | max, of 4 ms |\n|---|---|---|---|---|---|---|"
+        "| step of | steps | p50 µs | p99 µs | p99.9 µs | max µs | of the paper's 4 ms |\n|---|---|---|---|---|---|---|"
     );
     for kind in kinds {
         let mut taken = timed(&rows, kind, arguments.steps);

@@ -1,8 +1,10 @@
 //! Contouring model-predictive control with a disturbance observer: the best controller here.
 //!
-//! Over a horizon it minimises the distances of the predicted positions from the *path* and, weighed far less, from the reference
-//! on it, and changes of the command; commands keep to the amplifier's limit. Path and normal at each predicted position are those
-//! where the prediction of the sample before passed. Positions, speeds and loads come from a Kalman observer of each axis.
+//! Over a horizon it minimises the distances of the predicted positions from the *path*, their lags behind the reference *along*
+//! it, weighed less, and changes of the command; commands keep to the amplifier's limit. Path, normal and tangent at each predicted
+//! position are those where the plan of the sample before passed, and are looked for once more where the new plan passes. Lags are
+//! measured along the path, so that a sharp corner draws the tool to its tip and around it, never back. Positions, speeds and
+//! loads come from a Kalman observer of each axis.
 
 use nalgebra::{SMatrix, SVector, Vector3};
 
@@ -299,6 +301,7 @@ struct Place {
 /// The pieces of the path on which the reference is or will be, or just was.
 struct Pieces {
     pieces: [Option<Sample>; MOST_PIECES],
+    oldest: Sample,
 }
 
 impl Pieces {
@@ -313,7 +316,9 @@ impl Pieces {
                 (found, last) = (found + 1, Some(sample.number));
             }
         }
-        Self { pieces }
+        #[expect(clippy::cast_possible_wrap, reason = "the horizon")]
+        let oldest = *window.ahead(-(HORIZON as isize));
+        Self { pieces, oldest }
     }
 
     /// The place nearest to `expected` on the pieces with these numbers; the later one of two.
@@ -323,11 +328,9 @@ impl Pieces {
         let distance_2 = |foot: &Foot| (foot.point - expected).norm_squared();
         let best =
             feet.reduce(|best, next| if distance_2(&next.1) <= distance_2(&best.1) { next } else { best });
-        let Some((sample, Foot { point, tangent, .. })) = best else {
-            // None of them is in sight any more: nothing holds it but the lag.
-            let (point, number) = (expected, *numbers.end());
-            return Place { expected, point, normal: Axes::zeros(), tangent: Axes::x(), along: 0.0, number };
-        };
+        // Where the tool fell so far behind that its piece is out of sight, the oldest one that is in sight.
+        let oldest = self.oldest;
+        let (sample, Foot { point, tangent, .. }) = best.unwrap_or((&oldest, oldest.piece.nearest(expected)));
         let off = expected - point;
         // Past a corner, the way to it.
         let beside = off.dot(&tangent).abs() <= 1e-3 * off.norm();

@@ -141,6 +141,8 @@ impl Kind {
             Self::Pid => in_structure(Structure::OnError),
             Self::PidB => in_structure(Structure::DerivativeOnPosition),
             Self::PidC => in_structure(Structure::IntegralOnError),
+            // Its speed loop is the derivative.
+            Self::PidD if pid.derivative == 0.0 => return None,
             Self::PidD => in_structure(Structure::Cascade),
             Self::StateFeedback => Box::new(StateFeedback::new(&belief)),
             Self::ExactInverse => Box::new(ExactInverse::new(&belief, proportional)),
