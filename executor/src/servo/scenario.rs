@@ -139,7 +139,11 @@ impl Scenario {
     pub fn parse(name: &str, text: &str) -> Result<Vec<Self>, ProfileError> {
         let rows: Rows = toml::from_str(text)
             .map_err(|error| ProfileError::Parse { name: name.into(), reason: error.to_string() })?;
-        for row in &rows.scenario {
+        for (number, row) in rows.scenario.iter().enumerate() {
+            if rows.scenario[..number].iter().any(|other| other.name == row.name) {
+                let reason = format!("two scenarios are named {}", row.name);
+                return Err(ProfileError::Parse { name: name.into(), reason });
+            }
             if let Some((field, value, range)) = row.out_of_range() {
                 let name = format!("{name}: {}", row.name);
                 return Err(ProfileError::Figure { name, field, value, range });
@@ -254,6 +258,7 @@ mod tests {
             ("feed_m_min = 0.754", "feed_m_min = 0", "S1: feed_m_min is 0"),
             ("radius_mm = 20.0", "radius_mm = inf", "S1: the path's length"),
             ("{ circle", "{ square", "square"),
+            ("name = \"S2\"", "name = \"S1\"", "two scenarios are named S1"),
             (
                 "feed_m_min = 0.754",
                 "feed_m_min = 0.754\nramp = { raised-cosine = nan }",
