@@ -37,6 +37,16 @@ pub fn plan_bytes(name: &str, bytes: &[u8], order: &Order) -> Result<CertifiedPl
     order.plan(name, bytes, &MachineProfile::simulated(), &mut |_| {})
 }
 
+/// How much a finishing path may leave on the part, mm: the margin, and what the tool may be off by beside it, by the plan's own
+/// terms.
+#[must_use]
+pub fn most_left_mm(plan: &CertifiedPlan) -> f64 {
+    let terms = &plan.plan.budget.terms;
+    let physical = ["contour error", "repeatability", "controller resolution: step"];
+    let off = terms.iter().filter(|term| physical.contains(&term.name.as_str()));
+    terms.iter().map(|term| term.mm).sum::<f64>() + off.map(|term| term.mm).sum::<f64>()
+}
+
 /// Area of the part's contours by the even–odd rule, mm².
 #[must_use]
 pub fn area_mm2(plan: &CertifiedPlan) -> f64 {

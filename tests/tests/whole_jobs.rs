@@ -9,19 +9,14 @@ use keepout_executor::supervisor::Workpiece;
 use keepout_planner::order::Order;
 use keepout_planner::plan::{Cut, PassJob};
 use keepout_planner::profile::MachinedSide;
-use keepout_tests::{order, plan_of};
+use keepout_tests::{most_left_mm, order, plan_of};
 
 /// Runs the job with an operator over a slow line, and says what is wrong with the outcome.
 fn run(drawing: &str, order: &Order, operator: &str) -> Result<(), String> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("drawings");
     let plan = plan_of(&folder.join(drawing), order)?;
     let loops = plan.plan.loop_count();
-    // The margin is left on the part, and what the tool may be off by may be left beside it.
-    let terms = &plan.plan.budget.terms;
-    let margin_mm: f64 = terms.iter().map(|term| term.mm).sum();
-    let physical = ["contour error", "repeatability", "controller resolution: step"];
-    let off_mm: f64 =
-        terms.iter().filter(|term| physical.contains(&term.name.as_str())).map(|term| term.mm).sum();
+    let most_left_mm = most_left_mm(&plan);
     let run = SimRun {
         link: Link::Virtual,
         baud: 9600,
@@ -41,7 +36,7 @@ fn run(drawing: &str, order: &Order, operator: &str) -> Result<(), String> {
     let good = facts.deepest_mm == Some(0.0)
         && facts.closest_by_hand_mm.is_some_and(|closest| closest > 0.2)
         && coverage.missed == 0
-        && coverage.worst_mm <= margin_mm + off_mm;
+        && coverage.worst_mm <= most_left_mm;
     if whole && good && facts.loops.0 > 0 { Ok(()) } else { Err(format!("{facts:?}")) }
 }
 

@@ -11,7 +11,7 @@ use clap::{Parser, ValueEnum};
 use keepout_executor::operator;
 use keepout_executor::session::{Ended, Going, Link, NoTape, SimRun, run_simulated};
 use keepout_executor::supervisor::Workpiece;
-use keepout_tests::{REAL_DRAWINGS, order, plan_of, shared};
+use keepout_tests::{REAL_DRAWINGS, most_left_mm, order, plan_of, shared};
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum LinkArgument {
@@ -88,6 +88,7 @@ fn main() -> ExitCode {
 fn one(path: &std::path::Path, name: &str, arguments: &Arguments) -> (bool, String) {
     let run = || -> Result<(bool, String), String> {
         let plan = plan_of(path, &order(arguments.tool_mm))?;
+        let most_left_mm = most_left_mm(&plan);
         let mut run = SimRun {
             link: match arguments.link {
                 LinkArgument::Pty => Link::Pty,
@@ -114,7 +115,7 @@ fn one(path: &std::path::Path, name: &str, arguments: &Arguments) -> (bool, Stri
             && facts.unreached == 0
             && coverage.reachable > 0
             && coverage.missed == 0
-            && coverage.worst_mm <= 0.020;
+            && coverage.worst_mm <= most_left_mm;
         let text = format!(
             "{} | {} | {:.1} | {:.5} | {:.5} | {:.4} | {}",
             facts.counts.jogs,
