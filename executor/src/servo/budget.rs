@@ -2,7 +2,7 @@
 //! and over what may be wrong with the model.
 
 use super::Axes;
-use super::controllers::kind::{Kind, Setting};
+use super::controllers::kind::Kind;
 use super::controllers::selection::Environment;
 use super::metrics::Spread;
 use super::path::Path;
@@ -132,14 +132,13 @@ fn source(profile: &DriveProfile, question: &Question) -> String {
 }
 
 fn finding(profile: &DriveProfile, kind: Kind, path: String, task: &Task) -> Option<Finding> {
-    let um = 1000.0 / profile.pulses_per_mm;
-    let environment = Environment::of(task, profile.uncertainty.gain.max(profile.uncertainty.time_constant));
+    let environment = Environment::of(task, profile.uncertainty.largest());
     let mut found: Option<Finding> = None;
     for signs in sign_patterns() {
-        let mut setting = Setting { environment, ..profile.setting(environment) };
-        setting.belief = profile.belief().off_by(profile.uncertainty, signs);
+        let mut setting = profile.setting(environment);
+        setting.belief = setting.belief.off_by(profile.uncertainty, signs);
         let mut controller = kind.built(&setting)?;
-        let contour = task.run(controller.as_mut()).figures.contour.times(um);
+        let contour = task.run(controller.as_mut()).figures.contour.times(profile.um());
         let best = found.get_or_insert_with(|| Finding {
             path: path.clone(),
             exact: contour,

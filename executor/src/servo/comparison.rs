@@ -99,7 +99,7 @@ impl Row {
     /// Pulses to µm.
     #[must_use]
     pub fn um(&self) -> f64 {
-        1000.0 / self.machine.pulses_per_mm
+        self.machine.um()
     }
 }
 

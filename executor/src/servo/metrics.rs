@@ -1,7 +1,7 @@
 //! How well a path was followed.
 
 use super::Axes;
-use super::path::{Foot, Path};
+use super::path::Path;
 use super::reference::Sample;
 
 /// One sample of a run.
@@ -22,16 +22,15 @@ pub struct Moment {
 impl Moment {
     /// What is to be known of a sample.
     #[must_use]
-    pub fn seen(at_s: f64, path: &Path, reference: &Sample, position: Axes) -> (Self, Foot) {
+    pub fn seen(at_s: f64, path: &Path, reference: &Sample, position: Axes) -> Self {
         let foot = path.nearest(position, reference.number);
-        let moment = Self {
+        Self {
             at_s,
             reference: reference.position(),
             position,
             contour_error: foot.distance(position),
             overshoot: path.overshoot(position, &foot, reference.number),
-        };
-        (moment, foot)
+        }
     }
 }
 

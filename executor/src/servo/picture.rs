@@ -147,10 +147,9 @@ fn magnified(body: &mut String, row: &Row, moments: &[Moment], division: f64) {
         place(foot.point + super::path::left_of(foot.tangent) * moment.contour_error * across)
     });
     polyline(body, shown, CURVE);
-    let magnification = across;
     let _ = writeln!(
         body,
-        "<text x=\"3\" y=\"{:.1}\" fill=\"#555\" font-size=\"9\">across the path × {magnification:.0}</text>",
+        "<text x=\"3\" y=\"{:.1}\" fill=\"#555\" font-size=\"9\">across the path × {across:.0}</text>",
         SIDE - 3.0
     );
 }

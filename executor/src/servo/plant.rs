@@ -128,11 +128,6 @@ impl Plant {
         if self.steps == 0 { 0.0 } else { self.saturated as f64 / self.steps as f64 }
     }
 
-    /// The share of commands counts from here on.
-    pub fn forget_saturation(&mut self) {
-        (self.steps, self.saturated) = (0, 0);
-    }
-
     /// Holds `command` for a period, bits.
     pub fn step(&mut self, command: Axes, load: &Load) {
         let command = self.taken(command);

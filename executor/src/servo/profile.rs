@@ -98,6 +98,14 @@ pub struct Uncertainty {
     pub time_constant: f64,
 }
 
+impl Uncertainty {
+    /// The larger of the two.
+    #[must_use]
+    pub fn largest(&self) -> f64 {
+        self.gain.max(self.time_constant)
+    }
+}
+
 impl Default for Uncertainty {
     /// "Modeling errors of 2% to 5% or even higher in some parameters are more realistic" (section 7.1).
     fn default() -> Self {
@@ -280,6 +288,12 @@ impl DriveProfile {
     #[must_use]
     pub fn setting(&self, environment: Environment) -> Setting {
         Setting { belief: self.belief(), gains: self.gains, environment, round: None }
+    }
+
+    /// µm of a pulse.
+    #[must_use]
+    pub fn um(&self) -> f64 {
+        1000.0 / self.pulses_per_mm
     }
 
     /// A speed in pulses/s, of m/min.

@@ -77,7 +77,7 @@ impl Task {
         let mut at_s = 0.0;
         for (now, sample) in samples.iter().enumerate() {
             if now >= AT_REST {
-                moments.push(Moment::seen(at_s, &self.path, sample, plant.position()).0);
+                moments.push(Moment::seen(at_s, &self.path, sample, plant.position()));
                 at_s += self.plant.period_s;
             }
             let command = controller.step(&Window::new(samples, now), plant.measured());

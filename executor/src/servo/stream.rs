@@ -40,11 +40,11 @@ impl Stream {
         Self { keep: None, ..self }
     }
 
-    /// Goes on straight to `point`, pulses; whether that is any way at all.
-    pub fn pass(&mut self, point: Axes) -> bool {
+    /// Goes on straight to `point`, pulses.
+    pub fn pass(&mut self, point: Axes) {
         let (before, way) = (self.at - self.from, point - self.at);
         if way == Axes::zeros() {
-            return false;
+            return;
         }
         let straight = before.perp(&way).abs() <= STRAIGHT * before.norm() && before.dot(&way) >= 0.0;
         if !straight {
@@ -57,7 +57,6 @@ impl Stream {
         for sample in self.samples.iter_mut().rev().take_while(|sample| sample.number == self.number) {
             sample.piece = piece;
         }
-        true
     }
 
     /// A sample where it is now, `period_s` after the one before.

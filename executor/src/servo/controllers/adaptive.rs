@@ -25,10 +25,9 @@ impl Adaptive {
 
 impl Controller for Adaptive {
     fn step(&mut self, window: &Window, measured: Axes) -> Axes {
+        estimator::see(&mut self.estimators, measured, self.command, self.limit);
         let mut reference = Axes::zeros();
         for (axis, estimator) in self.estimators.iter_mut().enumerate() {
-            let cut_off = self.limit.is_some_and(|limit| self.command[axis].abs() > limit);
-            estimator.see(measured[axis], cut_off);
             reference[axis] = estimator.known().zero_phase(|ahead| window.position(ahead)[axis]);
             estimator.give(reference[axis]);
         }

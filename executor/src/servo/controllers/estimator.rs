@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::{Belief, zero_phase};
+use crate::servo::Axes;
 use crate::servo::drive::Loop;
 
 /// The parameters of `p − p1 = a2·(p1 − p2) + b0·(r1 − p1) + b1·(r2 − p1)`, which is the loop of eq. (10) with the integrator
@@ -30,7 +31,7 @@ impl Estimator {
     #[must_use]
     pub fn new(begin: &Loop) -> Self {
         let began = Vector3::new(begin.poles[2], begin.zeros[0], begin.zeros[1]);
-        let spread = began.map(|parameter| (UNSURE * parameter / NOISE).powi(2));
+        let spread = unsure(&began);
         Self {
             parameters: began,
             began,
@@ -69,7 +70,7 @@ impl Estimator {
         if near && next[0] < 1.0 && spread.iter().all(|each| each.is_finite()) {
             self.parameters = next;
             // Where nothing is learned, forgetting would let it grow without bound.
-            let most = self.began.map(|parameter| (UNSURE * parameter / NOISE).powi(2));
+            let most = unsure(&self.began);
             if (0..3).all(|i| spread[(i, i)] <= most[i] * 10.0) {
                 self.spread = spread;
             }
@@ -79,6 +80,19 @@ impl Estimator {
     /// The loop is given this reference for the coming period.
     pub fn give(&mut self, reference: f64) {
         self.references = [reference, self.references[0]];
+    }
+}
+
+/// How widely parameters spread at the beginning, beside what a sample is measured to.
+fn unsure(began: &Vector3<f64>) -> Vector3<f64> {
+    began.map(|parameter| (UNSURE * parameter / NOISE).powi(2))
+}
+
+/// Both learn from where their axes are; an axis learns nothing after a command beyond the limit.
+pub fn see(estimators: &mut [Estimator; 2], measured: Axes, command: Axes, limit: Option<f64>) {
+    for (axis, estimator) in estimators.iter_mut().enumerate() {
+        let cut_off = limit.is_some_and(|limit| command[axis].abs() > limit);
+        estimator.see(measured[axis], cut_off);
     }
 }
 

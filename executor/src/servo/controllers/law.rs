@@ -14,18 +14,6 @@ pub struct PidGains {
     pub derivative: f64,
 }
 
-impl PidGains {
-    /// All gains times `factor`.
-    #[must_use]
-    pub fn times(self, factor: f64) -> Self {
-        Self {
-            proportional: self.proportional * factor,
-            integral: self.integral * factor,
-            derivative: self.derivative * factor,
-        }
-    }
-}
-
 /// `Kp + Ki·T·z/(z − 1) + Kd·(z − 1)/(T·z)` in motion: backward differences, from zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Law {

@@ -42,10 +42,7 @@ impl Matching {
 
 impl Controller for Matching {
     fn step(&mut self, window: &Window, measured: Axes) -> Axes {
-        for (axis, estimator) in self.estimators.iter_mut().enumerate() {
-            let cut_off = self.limit.is_some_and(|limit| self.command[axis].abs() > limit);
-            estimator.see(measured[axis], cut_off);
-        }
+        estimator::see(&mut self.estimators, measured, self.command, self.limit);
         let [x, y] = self.estimators.map(|estimator| estimator.known());
         let slower = if x.lag() >= y.lag() { x } else { y };
         let answers = self.answer(&slower, window);

@@ -57,7 +57,7 @@ impl Environment {
     /// Of a machine that is steered by hand: nothing is known of the path.
     #[must_use]
     pub fn of_hand(profile: &DriveProfile) -> Self {
-        let model_error = profile.uncertainty.gain.max(profile.uncertainty.time_constant);
+        let model_error = profile.uncertainty.largest();
         Self {
             model_error,
             turning: f64::INFINITY,
