@@ -11,8 +11,7 @@ use keepout_executor::supervisor::Workpiece;
 use keepout_kernel::Vector;
 use keepout_planner::job::Progress;
 
-/// The cut contour comes within this of every point of the profile that can be reached, mm.
-const WITHIN_MM: f64 = 0.05;
+use crate::most_left_mm;
 
 /// A log that holds.
 pub struct Played {
@@ -117,7 +116,7 @@ impl Watched {
             cut.extend(witness.cut_paths().map(<[_]>::to_vec));
         }
         let covered = coverage(&work.plan, cut.iter().map(Vec::as_slice));
-        if covered.reachable == 0 || covered.missed > 0 || covered.worst_mm > WITHIN_MM {
+        if covered.reachable == 0 || covered.missed > 0 || covered.worst_mm > most_left_mm(&work.plan) {
             return Err(format!("the contour is not cut: {covered:?}"));
         }
         Ok(Self { positions: watched, closest_mm, worst_mm: covered.worst_mm })
