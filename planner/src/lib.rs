@@ -10,6 +10,7 @@
 pub mod drawing;
 pub mod finish;
 pub mod inspect;
+pub mod invasion;
 pub mod job;
 pub mod machine;
 pub mod margin;

@@ -1,0 +1,42 @@
+//! The paper's own invasion checks and tool-radius construction (5.2 and 5.3), for comparison only.
+//!
+//! Nothing of the product relies on this module: it is in `f64`, and it has the paper's defects on purpose. The tests show
+//! each of them on a drawing of a few lines. What the product does instead is in [`keepout_kernel`].
+//!
+//! A profile is a closed polygon, its corners in the order of its route; the last is joined to the first.
+
+mod checks;
+mod radius;
+
+pub use checks::{
+    Classified, Intervals, MatrixError, PointMatrix, angle_sum_deg, angle_sum_invades, is_external,
+};
+pub use radius::{RadiusError, filter_very_close, is_above, prohibited, setback_mm, turn_rad};
+
+/// `(x, y)` in mm.
+pub type PointMm = (f64, f64);
+
+/// The segments of a closed profile in route order: P1P2, P2P3, and at last that to P1.
+fn segments(profile: &[PointMm]) -> impl Iterator<Item = (PointMm, PointMm)> {
+    profile.iter().copied().zip(profile.iter().copied().cycle().skip(1))
+}
+
+/// The vector from `a` to `b`.
+fn vector(a: PointMm, b: PointMm) -> PointMm {
+    (b.0 - a.0, b.1 - a.1)
+}
+
+fn cross(u: PointMm, v: PointMm) -> f64 {
+    u.0 * v.1 - u.1 * v.0
+}
+
+fn dot(u: PointMm, v: PointMm) -> f64 {
+    u.0 * v.0 + u.1 * v.1
+}
+
+fn length(u: PointMm) -> f64 {
+    u.0.hypot(u.1)
+}
+
+#[cfg(test)]
+mod tests;
