@@ -27,11 +27,17 @@ type Judgement = Result<(), String>;
 
 /// What the tool did.
 fn steered(start: (f64, f64), script: &str) -> Trace {
+    steered_over(115_200, start, script)
+}
+
+/// What the tool did over a line of this baud rate.
+fn steered_over(baud: u32, start: (f64, f64), script: &str) -> Trace {
     let plan = Order::default().plan("l", L.as_bytes(), &MachineProfile::simulated(), &mut |_| {}).unwrap();
     let machine = MachineProfile { repeatability_mm: 0.0, ..MachineProfile::simulated() };
     // A tool that is where it is commanded to be: the feel is that of steering, not of drives.
     let run = SimRun {
         machine,
+        baud,
         servo: None,
         start: Some(point_from_mm(start).unwrap()),
         limit: Duration::from_secs(60),
@@ -222,6 +228,15 @@ fn wheels_move_what_they_are_turned() {
         steered((120.0, 60.0), "0 0 0\n0.2 turn 0.1 0\n0.3 turn 0.1 0\n0.4 turn 0 -1\n1.5 0 0\n2 quit\n");
     let end = places.last().unwrap().1;
     assert!(way(end, (120.2, 59.0)) < 0.004, "{end:?}");
+}
+
+/// Over a line that is slower than the hand, nothing that was turned is lost: the tool gets there later.
+#[test]
+fn wheels_lose_nothing_over_a_slow_line() {
+    let turns: String = (0..200).map(|k| format!("{:.3} turn 0.05 0\n", 0.2 + 0.01 * f64::from(k))).collect();
+    let places = steered_over(9600, (100.0, 60.0), &format!("0 0 0\n{turns}4 0 0\n5 quit\n"));
+    let end = places.last().unwrap().1;
+    assert!(way(end, (110.0, 60.0)) < 0.004, "{end:?}");
 }
 
 /// The trace had a fault planted in it, and the judgement must say so.

@@ -228,7 +228,9 @@ impl Steering {
             self.cancel(helm);
             self.heading = if helm.guard.settled() { None } else { self.heading };
         }
-        let busy = helm.guard.unacknowledged() > 0 || !helm.abilities.queues && !helm.guard.settled();
+        let busy = helm.guard.unacknowledged() > 0
+            || !helm.guard.takes_lines()
+            || !helm.abilities.queues && !helm.guard.settled();
         if self.resting || busy || self.heading.is_some() {
             return Contact::Unknown;
         }
