@@ -13,5 +13,6 @@ pub mod operator;
 pub mod servo;
 pub mod session;
 pub mod sim;
+pub mod study;
 pub mod supervisor;
 pub mod time;

@@ -12,6 +12,7 @@ use keepout_executor::session::replay::ReplayError;
 use keepout_executor::session::{PlaceError, SimError, TapeError};
 #[cfg(unix)]
 use keepout_executor::sim::standalone::StandaloneError;
+use keepout_executor::study::scenario::StudyError;
 use keepout_planner::machine::MachineError;
 use keepout_planner::order::OrderError;
 use keepout_planner::plan::PlanError;
@@ -48,6 +49,9 @@ pub enum CliError {
     /// A profile of feed drives, or scenarios, are refused.
     #[error(transparent)]
     Drives(#[from] ProfileError),
+    /// A study can not be run.
+    #[error(transparent)]
+    Study(#[from] StudyError),
     /// The touches do not say how the workpiece lies.
     #[error(transparent)]
     Registration(#[from] RegistrationError),
@@ -145,7 +149,8 @@ impl CliError {
                 source: OrderError::Drawing(_) | OrderError::Select(_) | OrderError::Stroke { .. },
                 ..
             } => 3,
-            Self::Order { .. } | Self::Place(_) => 4,
+            Self::Study(StudyError::Ended { .. } | StudyError::Session(_)) => 6,
+            Self::Order { .. } | Self::Place(_) | Self::Study(_) => 4,
             Self::PlanFile(PlanFileError::Write { .. })
             | Self::Write { .. }
             | Self::Log(_)

@@ -14,6 +14,7 @@ mod screen;
 mod servo;
 #[cfg(unix)]
 mod simulate;
+mod study;
 mod view;
 
 use std::path::PathBuf;
@@ -66,6 +67,9 @@ enum Command {
     /// Feed drives: compare their controllers, and work out the contour-error term of the margin.
     #[command(subcommand)]
     Servo(servo::ServoCommand),
+    /// Experiments that are run again in simulation.
+    #[command(subcommand)]
+    Study(study::StudyCommand),
     /// A simulated machine behind a pty, as a program of its own: for trying out hosts and programs around this one.
     #[cfg(unix)]
     Simulate(simulate::SimulateArguments),
@@ -400,6 +404,7 @@ pub fn execute(arguments: Arguments) -> Result<ExitCode, CliError> {
         Command::Report(arguments) => report::report(&arguments),
         Command::Doctor(arguments) => doctor::doctor(&arguments),
         Command::Servo(command) => servo::servo(&command),
+        Command::Study(command) => study::study(&command),
         #[cfg(unix)]
         Command::Simulate(arguments) => simulate::simulate(&arguments),
         Command::Demo { output, manual_s } => run::demo(&output, manual_s),

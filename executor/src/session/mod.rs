@@ -17,5 +17,5 @@ pub use log_page::{page_of_log, picture_of_log};
 pub use place::{PlaceError, Placement, place_on_table, start_inside};
 pub use report::{RunFacts, html, picture_of_run};
 pub use run::{Clock, Ended, Going, RealClock, Reopen, Session, VirtualClock, nearest_wall};
-pub use simulated::{Link, Scene, SimError, SimResult, SimRun, run_scene, run_simulated};
+pub use simulated::{Link, Scene, SimError, SimResult, SimRun, Watch, run_scene, run_simulated};
 pub use tape::{NoTape, Record, Tape, TapeError};

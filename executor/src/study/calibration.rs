@@ -1,0 +1,141 @@
+//! The free figures of the delay model, found on half of Table 2's rows.
+
+use super::attempt::{PEOPLE, Tally, operator_of, real, seed_of};
+use super::delays::{Delays, Looked};
+use super::paper::{Ground, Paper};
+use super::parallel::{Progress, parallel};
+use super::scenario::{Reported, Scenarios, StudyError};
+
+/// A mean under-cutting is believed to this, mm: the rows of one setting at two feeds differ as much.
+const SPREAD_MM: f64 = 0.25;
+
+/// Delay figures, and how badly they fit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fit {
+    /// The model.
+    pub delays: Delays,
+    /// The misfit: binomial deviance of the successes, and squared errors of the mean under-cutting in units of 0.25 mm.
+    pub misfit: f64,
+}
+
+/// The misfit of a row.
+#[must_use]
+pub fn misfit(row: &Reported, found: &Tally) -> f64 {
+    let (attempts, successes) = (f64::from(row.attempts), f64::from(row.successes));
+    // Half an attempt each way: a share found in 300 attempts is never quite 0 or 1.
+    let share = (real(found.successes) + 0.5) / (real(found.attempts) + 1.0);
+    let term = |count: f64, share: f64| {
+        if count > 0.0 { 2.0 * count * (count / attempts / share).ln() } else { 0.0 }
+    };
+    let deviance = term(successes, share) + term(attempts - successes, 1.0 - share);
+    let under_cutting = row.under_cutting_mm.zip(found.mean_mm);
+    deviance + under_cutting.map_or(0.0, |(reported, found)| ((reported - found) / SPREAD_MM).powi(2))
+}
+
+/// Attempts of a row of the paper's tables.
+///
+/// # Errors
+/// [`StudyError::NoStart`].
+pub fn tally(paper: Paper<'_>, (number, attempts, seed): (u64, u64, u64)) -> Result<Tally, StudyError> {
+    let found: Result<Vec<_>, _> = (0..attempts)
+        .map(|attempt| paper.attempt(operator_of(&PEOPLE, attempt), seed_of(seed, number, attempt)))
+        .collect();
+    Ok(Tally::of(&found?))
+}
+
+/// Of the coarse search so many are refined, with so many times the attempts; of these so many are rated once more, with so many times.
+const REFINED: usize = 4;
+const REFINED_ATTEMPTS: u64 = 8;
+const RATED: usize = 8;
+const RATED_ATTEMPTS: u64 = 40;
+
+/// Tries every combination of a coarse grid on the rows that calibrate, a fine one around the best, and the best of that with more
+/// attempts of another seed, so that the best is not the luckiest; best first.
+///
+/// # Errors
+/// [`StudyError`].
+pub fn calibrate(
+    scenarios: &Scenarios,
+    (attempts, seed): (u64, u64),
+    progress: &Progress<'_>,
+) -> Result<Vec<Fit>, StudyError> {
+    let coarse = rate(scenarios, grid(scenarios.delays), (attempts, seed), progress)?;
+    let mut fine: Vec<Delays> = Vec::new();
+    for around in coarse.iter().take(REFINED).flat_map(|fit| around(fit.delays)) {
+        if !fine.contains(&around) {
+            fine.push(around);
+        }
+    }
+    let fine = rate(scenarios, fine, (attempts * REFINED_ATTEMPTS, seed), progress)?;
+    let best = fine.iter().take(RATED).map(|fit| fit.delays).collect();
+    rate(scenarios, best, (attempts * RATED_ATTEMPTS, seed + 1), progress)
+}
+
+/// Figures near to these.
+fn around(delays: Delays) -> Vec<Delays> {
+    let mut near = Vec::new();
+    let thousandths = |value: f64| (value.max(0.0) * 1000.0).round() / 1000.0;
+    for unit in [-0.1, -0.05, 0.0, 0.05, 0.1] {
+        for compute in [0.8, 1.0, 1.2] {
+            for inertia in [-0.01, 0.0, 0.01] {
+                near.push(Delays {
+                    unit_mm: thousandths(delays.unit_mm + unit),
+                    compute_s: thousandths(delays.compute_s * compute),
+                    inertia_s: thousandths(delays.inertia_s + inertia),
+                    ..delays
+                });
+            }
+        }
+    }
+    near
+}
+
+/// Rates sets of figures on the rows that calibrate, best first.
+///
+/// # Errors
+/// [`StudyError`].
+pub fn rate(
+    scenarios: &Scenarios,
+    grid: Vec<Delays>,
+    (attempts, seed): (u64, u64),
+    progress: &Progress<'_>,
+) -> Result<Vec<Fit>, StudyError> {
+    let rows: Vec<(u64, &Reported)> = (0..).zip(&scenarios.row).filter(|(_, row)| row.calibrates).collect();
+    let ground = |looked: Looked| {
+        let grounds = rows.iter().map(|(_, row)| {
+            Ground::new(scenarios.shape(&row.profile)?, scenarios.tool_diameter_mm, looked.into())
+        });
+        grounds.collect::<Result<Vec<_>, StudyError>>()
+    };
+    let grounds = [ground(Looked::ByX)?, ground(Looked::ByXOrY)?];
+    let fits = parallel(grid.len(), progress, |index| {
+        let delays = grid[index];
+        let grounds = &grounds[usize::from(delays.classified == Looked::ByXOrY)];
+        let misfits = rows.iter().zip(grounds).map(|((number, row), ground)| {
+            let paper = Paper { ground, feed_mm_s: row.feed_mm_s, tolerance_mm: row.tolerance_mm, delays };
+            Ok(misfit(row, &tally(paper, (*number, attempts, seed))?))
+        });
+        let misfit = misfits.sum::<Result<f64, StudyError>>()?;
+        Ok(Fit { delays, misfit })
+    })?;
+    let mut fits = fits;
+    fits.sort_by(|a: &Fit, b| a.misfit.total_cmp(&b.misfit));
+    Ok(fits)
+}
+
+/// What is tried.
+fn grid(fixed: Delays) -> Vec<Delays> {
+    let mut grid = Vec::new();
+    for classified in [Looked::ByX, Looked::ByXOrY] {
+        for ahead in [1, 2] {
+            for unit_mm in [1.5, 2.0, 2.25, 2.5, 3.0] {
+                for compute_s in [0.02, 0.04, 0.08, 0.15, 0.25, 0.35] {
+                    for inertia_s in [0.0, 0.03, 0.06, 0.1] {
+                        grid.push(Delays { classified, unit_mm, ahead, compute_s, inertia_s, ..fixed });
+                    }
+                }
+            }
+        }
+    }
+    grid
+}

@@ -1,0 +1,129 @@
+//! The paper's modules: a controller that runs linear motions one after the other, and tables that follow late.
+
+use std::collections::VecDeque;
+
+use super::scenario::Mm;
+
+/// Step of the simulation, s.
+pub const STEP_S: f64 = 0.001;
+/// Nearer than this the table has arrived, mm.
+const ARRIVED_MM: f64 = 1e-4;
+
+/// Two modules and their controller.
+#[derive(Clone, Debug)]
+pub struct Modules {
+    commanded: Mm,
+    tool: Mm,
+    targets: VecDeque<Mm>,
+    feed_mm_s: f64,
+    /// Share of the way to the commanded place that is made in a step.
+    follows: f64,
+}
+
+impl Modules {
+    /// At rest.
+    #[must_use]
+    pub fn new(at: Mm, feed_mm_s: f64, inertia_s: f64) -> Self {
+        let follows = if inertia_s > 0.0 { 1.0 - (-STEP_S / inertia_s).exp() } else { 1.0 };
+        Self { commanded: at, tool: at, targets: VecDeque::new(), feed_mm_s, follows }
+    }
+
+    /// Where the tool is, mm.
+    #[must_use]
+    pub fn tool(&self) -> Mm {
+        self.tool
+    }
+
+    /// Motions that are not done.
+    #[must_use]
+    pub fn queued(&self) -> usize {
+        self.targets.len()
+    }
+
+    /// Whether nothing moves.
+    #[must_use]
+    pub fn rests(&self) -> bool {
+        self.targets.is_empty() && distance(self.tool, self.commanded) < ARRIVED_MM
+    }
+
+    /// Takes a motion by `way` from where the last one ends.
+    pub fn go(&mut self, way: Mm) {
+        let from = self.targets.back().copied().unwrap_or(self.commanded);
+        self.targets.push_back((from.0 + way.0, from.1 + way.1));
+    }
+
+    /// Forgets what is queued, and ends what moves: at once when the stop `cuts`, otherwise where its motion ends.
+    pub fn stop(&mut self, cuts: bool) {
+        self.targets.truncate(usize::from(!cuts));
+    }
+
+    /// One step of time.
+    pub fn step(&mut self) {
+        let mut left = self.feed_mm_s * STEP_S;
+        while let Some(&target) = self.targets.front() {
+            let far = distance(self.commanded, target);
+            if far > left {
+                let share = left / far;
+                self.commanded.0 += share * (target.0 - self.commanded.0);
+                self.commanded.1 += share * (target.1 - self.commanded.1);
+                break;
+            }
+            self.commanded = target;
+            self.targets.pop_front();
+            left -= far;
+        }
+        self.tool.0 += self.follows * (self.commanded.0 - self.tool.0);
+        self.tool.1 += self.follows * (self.commanded.1 - self.tool.1);
+    }
+}
+
+/// The distance of two points.
+#[must_use]
+pub fn distance(a: Mm, b: Mm) -> f64 {
+    (a.0 - b.0).hypot(a.1 - b.1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn steps(modules: &mut Modules, count: usize) {
+        (0..count).for_each(|_| modules.step());
+    }
+
+    #[test]
+    fn motions_are_run_one_after_the_other_at_the_feed() {
+        let mut modules = Modules::new((0.0, 0.0), 12.0, 0.0);
+        modules.go((3.0, 0.0));
+        modules.go((0.0, 4.0));
+        steps(&mut modules, 500);
+        assert!(distance(modules.tool(), (3.0, 3.0)) < 1e-9 && modules.queued() == 1);
+        steps(&mut modules, 100);
+        assert!(distance(modules.tool(), (3.0, 4.0)) < 1e-9 && modules.rests());
+    }
+
+    #[test]
+    fn a_stop_cuts_or_lets_the_motion_end() {
+        for (cuts, end) in [(true, 1.2), (false, 3.0)] {
+            let mut modules = Modules::new((0.0, 0.0), 12.0, 0.0);
+            (0..3).for_each(|_| modules.go((3.0, 0.0)));
+            steps(&mut modules, 100);
+            modules.stop(cuts);
+            steps(&mut modules, 1000);
+            assert!(distance(modules.tool(), (end, 0.0)) < 1e-9, "{:?}", modules.tool());
+        }
+    }
+
+    /// In motion the table is behind by the feed times the time constant.
+    #[test]
+    fn the_table_follows_late() {
+        let mut modules = Modules::new((0.0, 0.0), 10.0, 0.05);
+        modules.go((10.0, 0.0));
+        steps(&mut modules, 900);
+        assert!((9.0 - modules.tool().0 - 0.5).abs() < 0.01, "{:?}", modules.tool());
+        steps(&mut modules, 100);
+        assert!(!modules.rests());
+        steps(&mut modules, 1000);
+        assert!(modules.rests() && distance(modules.tool(), (10.0, 0.0)) < 1e-3);
+    }
+}

@@ -1,0 +1,149 @@
+//! The study's pictures: roughing paths in the manner of Fig. 8, and success over tolerance.
+
+use std::cmp::Ordering;
+use std::fmt::Write as _;
+
+use keepout_planner::picture::{Trace, TraceKind, svg};
+
+use super::attempt::Attempt;
+use super::ours::Ours;
+use super::results::{PaperRow, Results, our_attempts, paper_attempts};
+use super::scenario::{Reported, Scenarios, StudyError};
+
+/// Attempts in a picture.
+const DRAWN: u64 = 24;
+/// Of a path, points this far apart are drawn, mm.
+const APART_MM: f64 = 0.25;
+/// The chart's size and margins.
+const WIDTH: f64 = 560.0;
+const HEIGHT: f64 = 300.0;
+const MARGIN: f64 = 46.0;
+/// The widest tolerance in the chart, mm.
+const WIDEST_MM: f64 = 5.5;
+
+/// A picture's file name, and what it shows.
+pub type Picture = (String, String);
+
+/// Roughing paths at every profile: with the paper's controller, and with ours.
+///
+/// # Errors
+/// [`StudyError`].
+pub fn paths(scenarios: &Scenarios, seed: u64) -> Result<Vec<Picture>, StudyError> {
+    let mut pictures = Vec::new();
+    for (number, shape) in scenarios.profile.iter().enumerate() {
+        let reported = scenarios.row.iter().enumerate().filter(|(_, row)| row.profile == shape.name);
+        let ours = Ours::new(shape, scenarios.tool_diameter_mm, scenarios.ours_mm_s[0])?;
+        let plan = &ours.work.plan;
+        // The widest tolerance that the paper reports for the profile, at the slower feed.
+        let order = |row: &Reported| (-row.tolerance_mm, row.feed_mm_s);
+        let widest = reported.min_by(|a, b| order(a.1).partial_cmp(&order(b.1)).unwrap_or(Ordering::Equal));
+        if let Some((row, reported)) = widest {
+            let tried = paper_attempts(scenarios, row, (DRAWN, seed))?;
+            let title = format!(
+                "{}: the paper's controller, V = {} mm/s, T = {} mm",
+                shape.title, reported.feed_mm_s, reported.tolerance_mm
+            );
+            pictures.push((format!("{}-paper.svg", shape.name), svg(plan, &title, &traces(&tried))));
+        }
+        let speed = scenarios.ours_mm_s[0];
+        let tried = our_attempts(scenarios, (number, speed), (DRAWN, seed))?;
+        let title = format!("{}: Keepout, V = {speed} mm/s, T = {:.3} mm", shape.title, ours.tolerance_mm());
+        let mut traces = traces(&tried);
+        traces.push(Trace { kind: TraceKind::Contour, points_mm: ours.contour(seed)? });
+        pictures.push((format!("{}-ours.svg", shape.name), svg(plan, &title, &traces)));
+    }
+    Ok(pictures)
+}
+
+fn traces(attempts: &[Attempt]) -> Vec<Trace> {
+    let thin = |attempt: &Attempt| {
+        let mut points_mm: Vec<(f64, f64)> = Vec::new();
+        for (number, &at) in attempt.path.iter().enumerate() {
+            let far = |last: &(f64, f64)| (at.0 - last.0).hypot(at.1 - last.1) >= APART_MM;
+            if number + 1 == attempt.path.len() || points_mm.last().is_none_or(far) {
+                points_mm.push(at);
+            }
+        }
+        Trace { kind: TraceKind::Manual, points_mm }
+    };
+    attempts.iter().map(thin).collect()
+}
+
+/// Success over tolerance on the external triangle: reported, found, and ours.
+#[must_use]
+pub fn chart(results: &Results) -> String {
+    let x = |tolerance: f64| MARGIN + (WIDTH - 2.0 * MARGIN) * tolerance / WIDEST_MM;
+    let y = |share: f64| HEIGHT - MARGIN - (HEIGHT - 2.0 * MARGIN) * share;
+    let mut body = String::new();
+    for tenth in [0.0, 0.25, 0.5, 0.75, 1.0] {
+        let _ = writeln!(
+            body,
+            "<path d=\"M{:.1} {:.1}H{:.1}\" stroke=\"#ddd\"/><text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{:.0} %</text>",
+            x(0.0),
+            y(tenth),
+            x(WIDEST_MM),
+            x(0.0) - 6.0,
+            y(tenth) + 4.0,
+            100.0 * tenth,
+        );
+    }
+    for tolerance in 0..=5_u8 {
+        let _ = writeln!(
+            body,
+            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{tolerance}</text>",
+            x(tolerance.into()),
+            y(0.0) + 16.0
+        );
+    }
+    let place = |tolerance: f64, share: f64| (x(tolerance), y(share));
+    for (feed, colour) in [(12.0, "#2c6fd1"), (18.0, "#d97a00")] {
+        body += &curve(results, feed, colour, &place);
+    }
+    let ours = results.ours.first().map_or(0.0, |row| row.tolerance_mm);
+    let _ = writeln!(
+        body,
+        "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"9\" height=\"9\" fill=\"#0b7a3b\"/><text x=\"{:.1}\" y=\"{:.1}\" \
+         fill=\"#0b7a3b\">Keepout, T = {ours:.3} mm, 12 to 1200 mm/s</text>",
+        x(ours) - 4.5,
+        y(results.ours_together().success()) - 4.5,
+        x(ours) + 10.0,
+        y(1.0) - 8.0,
+    );
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" font-family=\"sans-serif\" \
+         font-size=\"11\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n<text x=\"{MARGIN}\" y=\"18\" font-size=\"13\">Attempts \
+         without invasion, external triangle, over tolerance T in mm</text>\n{body}<text x=\"{:.1}\" y=\"{:.1}\" fill=\"#2c6fd1\">12 \
+         mm/s: line found, dots reported (full: fitted)</text>\n<text x=\"{:.1}\" y=\"{:.1}\" fill=\"#d97a00\">18 mm/s</text>\n</svg>\n",
+        x(2.6),
+        y(0.2),
+        x(2.6),
+        y(0.2) + 15.0
+    )
+}
+
+/// Success at a feed on the external triangle: a line as found, dots as reported.
+fn curve(results: &Results, feed: f64, colour: &str, place: &dyn Fn(f64, f64) -> (f64, f64)) -> String {
+    let mut body = String::new();
+    let rows =
+        results.paper.iter().filter(|row| row.reported.table == "2 (a)" && row.reported.feed_mm_s == feed);
+    let rows: Vec<&PaperRow> = rows.collect();
+    let point = |row: &&PaperRow| {
+        let (x, y) = place(row.reported.tolerance_mm, row.found.success());
+        format!("{x:.1},{y:.1}")
+    };
+    let line: Vec<String> = rows.iter().map(point).collect();
+    let _ = writeln!(
+        body,
+        "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"/>",
+        line.join(" ")
+    );
+    for row in rows {
+        let (cx, cy) = place(row.reported.tolerance_mm, row.reported.success());
+        let fill = if row.reported.calibrates { colour } else { "#fff" };
+        let _ = writeln!(
+            body,
+            "<circle cx=\"{cx:.1}\" cy=\"{cy:.1}\" r=\"4\" fill=\"{fill}\" stroke=\"{colour}\" stroke-width=\"1.5\"/>"
+        );
+    }
+    body
+}
