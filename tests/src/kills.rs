@@ -58,6 +58,8 @@ impl Moment {
     }
 }
 
+/// Feed of the contour, mm/min.
+pub const FEED_MM_MIN: u32 = 6000;
 /// A session takes about so long, s.
 const SESSION_S: f64 = 8.0;
 /// The machine comes to the end of what it was sent within this.
@@ -200,9 +202,10 @@ impl Trial<'_> {
 
     fn executor(&self, operator: &str, more: &[&str], log: &str) -> Result<Process, String> {
         let (plan, port, log) = (self.trials.plan.display().to_string(), self.path("port"), self.path(log));
-        let seed = self.moment.number.to_string();
+        let (seed, feed) = (self.moment.number.to_string(), FEED_MM_MIN.to_string());
         let mut arguments = vec!["run", &plan, "--port", &port, "--origin-mm", ORIGIN, "--log", &log];
-        arguments.extend(["--operator", operator, "--manual-s", "2.5", "--feed-mm-min", "6000"]);
+        arguments.extend(["--operator", operator, "--manual-s", "2.5"]);
+        arguments.extend(["--feed-mm-min", feed.as_str()]);
         arguments.extend(["--limit-s", "80", "--seed", &seed]);
         arguments.extend(more);
         Process::start(&self.trials.program, &arguments, &self.folder.join("executor.txt"))

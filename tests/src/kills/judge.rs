@@ -5,12 +5,14 @@ use std::path::Path;
 use keepout_executor::session::coverage;
 use keepout_executor::session::log::{Entry, Log, LogReadError};
 use keepout_executor::session::replay::{Replay, replay};
-use keepout_executor::sim::Sample;
 use keepout_executor::sim::witness::Witness;
+use keepout_executor::sim::{Sample, Servo};
 use keepout_executor::supervisor::Workpiece;
 use keepout_kernel::Vector;
 use keepout_planner::job::Progress;
+use keepout_planner::units::mm;
 
+use super::FEED_MM_MIN;
 use crate::most_left_mm;
 
 /// A log that holds.
@@ -86,6 +88,17 @@ fn follows(received: &[u8], first: &[u8], second: &[u8]) -> bool {
     (0..=of_first).rev().any(|count| second.starts_with(&received[count..]))
 }
 
+/// What a controller that is switched off while it cuts may leave besides, mm. Its reports have the commanded position, which the drives
+/// are behind by as many samples as their controller looks ahead: the contour is taken up again from there, and so much of the path
+/// is not gone. What stands between two discs that far apart is their ridge.
+fn ridge_mm(work: &Workpiece) -> f64 {
+    let Ok(servo) = Servo::simulated() else { return 0.0 };
+    let samples = u32::try_from(servo.kind.preview() + 1).unwrap_or(u32::MAX);
+    let behind_mm = f64::from(samples) * servo.profile.period_s * f64::from(FEED_MM_MIN) / 60.0;
+    let radius_mm = mm(work.plan.finishing.units());
+    radius_mm.hypot(behind_mm / 2.0) - radius_mm
+}
+
 /// What a witness saw, when that is as wanted.
 #[derive(Clone, Copy, Debug)]
 pub struct Watched {
@@ -116,7 +129,11 @@ impl Watched {
             cut.extend(witness.cut_paths().map(<[_]>::to_vec));
         }
         let covered = coverage(&work.plan, cut.iter().map(Vec::as_slice));
-        if covered.reachable == 0 || covered.missed > 0 || covered.worst_mm > most_left_mm(&work.plan) {
+        let ridge_mm = if machines.len() > 1 { ridge_mm(work) } else { 0.0 };
+        if covered.reachable == 0
+            || covered.missed > 0
+            || covered.worst_mm > most_left_mm(&work.plan) + ridge_mm
+        {
             return Err(format!("the contour is not cut: {covered:?}"));
         }
         Ok(Self { positions: watched, closest_mm, worst_mm: covered.worst_mm })
