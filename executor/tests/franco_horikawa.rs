@@ -129,7 +129,7 @@ fn it_is_the_delays_that_invade() {
     scenarios.delays.unit_mm = 0.1;
     scenarios.delays.baud = 1e6;
     // T = 2 mm, at 12 mm/s.
-    let quick = Tally::of(&paper_attempts(&scenarios, 1, (200, 3)).unwrap());
+    let quick = Tally::of(paper_attempts(&scenarios, 1, (200, 3)).unwrap());
     assert!(quick.success() > 0.99 && quick.mean_mm.unwrap() > 1.5, "{quick:?}");
 }
 

@@ -31,6 +31,7 @@ use thiserror::Error;
 
 pub use attended::{Attendant, Attended, Endable};
 pub use gamepad::Gamepad;
+pub(crate) use models::toward;
 pub use models::{Model, ModelKind};
 pub use panel::Panel;
 pub use recorder::Recorder;

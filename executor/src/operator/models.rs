@@ -186,7 +186,7 @@ impl Model {
 }
 
 /// The unit vector from one point toward another, turned by an angle.
-fn toward(from: (f64, f64), to: (f64, f64), turn: f64) -> (f64, f64) {
+pub(crate) fn toward(from: (f64, f64), to: (f64, f64), turn: f64) -> (f64, f64) {
     let (dx, dy) = (to.0 - from.0, to.1 - from.1);
     let length = dx.hypot(dy).max(1e-9);
     let (x, y) = (dx / length, dy / length);

@@ -1,5 +1,7 @@
 //! Attempts: somebody drives the tool at the part until the system keeps it from going on.
 
+use std::borrow::Borrow;
+
 use serde::{Deserialize, Serialize};
 
 use super::scenario::Mm;
@@ -68,10 +70,11 @@ pub struct Tally {
 
 impl Tally {
     /// Adds attempts up, in their order.
-    pub fn of<'a>(attempts: impl IntoIterator<Item = &'a Attempt>) -> Self {
+    pub fn of<A: Borrow<Attempt>>(attempts: impl IntoIterator<Item = A>) -> Self {
         let mut tally = Self::default();
         let (mut sum, mut worst, mut seconds) = (0.0, 0.0_f64, 0.0);
         for attempt in attempts {
+            let attempt = attempt.borrow();
             tally.attempts += 1;
             tally.false_alarms += attempt.false_alarms;
             tally.fastest_mm_s = larger(tally.fastest_mm_s, attempt.fastest_mm_s);
@@ -120,6 +123,13 @@ impl Tally {
 
 fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     a.into_iter().chain(b).reduce(f64::max)
+}
+
+impl FromIterator<Attempt> for Tally {
+    /// Attempts added up as they come: none is kept.
+    fn from_iter<I: IntoIterator<Item = Attempt>>(attempts: I) -> Self {
+        Self::of(attempts)
+    }
 }
 
 /// A count as a number to reckon with.

@@ -1,6 +1,6 @@
 //! The free figures of the delay model, found on half of Table 2's rows.
 
-use super::attempt::{PEOPLE, Tally, operator_of, real, seed_of};
+use super::attempt::{Tally, real};
 use super::delays::{Delays, Looked};
 use super::paper::{Ground, Paper};
 use super::parallel::{Progress, parallel};
@@ -30,17 +30,6 @@ pub fn misfit(row: &Reported, found: &Tally) -> f64 {
     let deviance = term(successes, share) + term(attempts - successes, 1.0 - share);
     let under_cutting = row.under_cutting_mm.zip(found.mean_mm);
     deviance + under_cutting.map_or(0.0, |(reported, found)| ((reported - found) / SPREAD_MM).powi(2))
-}
-
-/// Attempts of a row of the paper's tables.
-///
-/// # Errors
-/// [`StudyError::NoStart`].
-pub fn tally(paper: Paper<'_>, (number, attempts, seed): (u64, u64, u64)) -> Result<Tally, StudyError> {
-    let found: Result<Vec<_>, _> = (0..attempts)
-        .map(|attempt| paper.attempt(operator_of(&PEOPLE, attempt), seed_of(seed, number, attempt)))
-        .collect();
-    Ok(Tally::of(&found?))
 }
 
 /// Of the coarse search so many are refined, with so many times the attempts; of these so many are rated once more, with so many times.
@@ -108,17 +97,17 @@ pub fn rate(
         grounds.collect::<Result<Vec<_>, StudyError>>()
     };
     let grounds = [ground(Looked::ByX)?, ground(Looked::ByXOrY)?];
-    let fits = parallel(grid.len(), progress, |index| {
+    let mut fits = parallel(grid.len(), progress, |index| {
         let delays = grid[index];
         let grounds = &grounds[usize::from(delays.classified == Looked::ByXOrY)];
         let misfits = rows.iter().zip(grounds).map(|((number, row), ground)| {
             let paper = Paper { ground, feed_mm_s: row.feed_mm_s, tolerance_mm: row.tolerance_mm, delays };
-            Ok(misfit(row, &tally(paper, (*number, attempts, seed))?))
+            let found: Tally = paper.attempts((*number, attempts, seed)).collect::<Result<_, _>>()?;
+            Ok(misfit(row, &found))
         });
         let misfit = misfits.sum::<Result<f64, StudyError>>()?;
         Ok(Fit { delays, misfit })
     })?;
-    let mut fits = fits;
     fits.sort_by(|a: &Fit, b| a.misfit.total_cmp(&b.misfit));
     Ok(fits)
 }

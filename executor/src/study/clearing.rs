@@ -5,6 +5,7 @@ use std::time::Duration;
 use keepout_planner::invasion::prohibited;
 use serde::{Deserialize, Serialize};
 
+use super::attempt::real as number;
 use super::modules::distance;
 use super::ours::Ours;
 use super::paper::Paper;
@@ -172,9 +173,8 @@ fn strides(path: &[Mm]) -> impl Iterator<Item = Mm> + '_ {
     })
 }
 
-#[expect(clippy::cast_precision_loss, reason = "a count of squares or places")]
 fn real(count: usize) -> f64 {
-    count as f64
+    number(count as u64)
 }
 
 /// A count, from below zero too: none.

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::attempt::{Attempt, Tally, seed_of};
 use super::delays::Delays;
-use super::modules::STEP_S;
+use super::modules::{STEP_S, follows};
 use super::ours::Ours;
 use super::parallel::{Progress, parallel};
 use super::scenario::{Mm, Shape, StudyError};
@@ -98,7 +98,7 @@ pub fn rows(
 fn paper(speed_mm_s: f64, tolerance_mm: f64, delays: Delays, seed: u64) -> (Attempt, bool) {
     let mut random = fastrand::Rng::with_seed(seed);
     let barrier = Barrier { at_mm: RUN_UP_MM, tolerance_mm };
-    let follows = if delays.inertia_s > 0.0 { 1.0 - (-STEP_S / delays.inertia_s).exp() } else { 1.0 };
+    let follows = follows(delays.inertia_s);
     let (mut wheel, mut motor, mut table, mut seen, mut farthest) = (0.0_f64, 0.0, 0.0, 0.0, 0.0_f64);
     let (mut owed, mut seconds, mut round_s) = (0.0, 0.0, random.f64() * delays.compute_s);
     let mut turning = Turning::Forward;

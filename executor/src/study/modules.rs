@@ -24,7 +24,7 @@ impl Modules {
     /// At rest.
     #[must_use]
     pub fn new(at: Mm, feed_mm_s: f64, inertia_s: f64) -> Self {
-        let follows = if inertia_s > 0.0 { 1.0 - (-STEP_S / inertia_s).exp() } else { 1.0 };
+        let follows = follows(inertia_s);
         Self { commanded: at, tool: at, targets: VecDeque::new(), feed_mm_s, follows }
     }
 
@@ -75,6 +75,12 @@ impl Modules {
         self.tool.0 += self.follows * (self.commanded.0 - self.tool.0);
         self.tool.1 += self.follows * (self.commanded.1 - self.tool.1);
     }
+}
+
+/// The share of the way to the commanded place that a table with this time constant makes in a step.
+#[must_use]
+pub fn follows(inertia_s: f64) -> f64 {
+    if inertia_s > 0.0 { 1.0 - (-STEP_S / inertia_s).exp() } else { 1.0 }
 }
 
 /// The distance of two points.

@@ -1,4 +1,4 @@
-//! The product in the paper's place: the same modules, line and operators, and the supervisor between them.
+//! The product in the paper's place: a session of the supervisor over a line as slow as the paper's, to the modules of its Table 1.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,7 +14,7 @@ use super::modules::distance;
 use super::paper::{BEGINNINGS, START_MM};
 use super::scenario::{Mm, Shape, StudyError, machine};
 use crate::link::dialect::Language;
-use crate::operator::{Model, ModelKind, Operator, Seen};
+use crate::operator::{Model, ModelKind, Operator, Seen, toward};
 use crate::session::{Ended, Going, NoTape, Scene, SimResult, SimRun, Watch, run_scene};
 use crate::sim::{Sample, SampleKind, Servo};
 use crate::supervisor::{Supervisor, Wish, Workpiece};
@@ -232,9 +232,7 @@ impl Operator for Insistent {
         else {
             return wish;
         };
-        let (dx, dy) = (wall.0 - at.0, wall.1 - at.1);
-        let far = dx.hypot(dy).max(1e-9);
-        Wish { direction: (dx / far, dy / far), ..wish }
+        Wish { direction: toward(at, wall, 0.0), ..wish }
     }
 }
 

@@ -17,7 +17,7 @@ use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::Job;
 use keepout_planner::units::nearest_on_mm;
 
-use super::attempt::Attempt;
+use super::attempt::{Attempt, PEOPLE, operator_of, seed_of};
 use super::delays::Delays;
 use super::modules::{Modules, STEP_S, distance};
 use super::scenario::{Mm, Shape, StudyError};
@@ -106,7 +106,7 @@ pub struct Paper<'a> {
     pub delays: Delays,
 }
 
-impl Paper<'_> {
+impl<'a> Paper<'a> {
     /// One attempt. An operator who is stopped by a false alarm, or does not come to the part, begins anew from another place.
     ///
     /// # Errors
@@ -126,6 +126,15 @@ impl Paper<'_> {
         }
         let what = format!("{}, the paper's controller, {kind:?}, seed {seed}", self.ground.shape.name);
         Err(StudyError::Ended { what, reason: format!("not at the part in {BEGINNINGS} beginnings") })
+    }
+
+    /// Attempts of people, from the stream of a row.
+    pub fn attempts(
+        self,
+        (row, attempts, study): (u64, u64, u64),
+    ) -> impl Iterator<Item = Result<Attempt, StudyError>> + use<'a> {
+        (0..attempts)
+            .map(move |number| self.attempt(operator_of(&PEOPLE, number), seed_of(study, row, number)))
     }
 
     /// Roughing until the operator wishes to end. After a stop only motions that lead away from the segment are sent.

@@ -85,7 +85,7 @@ pub struct ClearRow {
 
 /// Runs of a row of clearing.
 const CLEARINGS: u64 = 4;
-/// T of the paper's system when it clears, mm: the least at which nothing went wrong in Table 2.
+/// T of the paper's system when it clears, mm: the widest of Table 2.
 const CLEARING_T_MM: f64 = 5.0;
 /// Of so many attempts one is driven.
 const DRIVEN_SHARE: u64 = 50;
@@ -143,9 +143,22 @@ pub fn paper_rows(
 ) -> Result<Vec<PaperRow>, StudyError> {
     parallel(scenarios.row.len(), progress, |number| {
         let reported = scenarios.row[number].clone();
-        let tried = paper_attempts(scenarios, number, (attempts, seed))?;
-        Ok(PaperRow { reported, found: Tally::of(&tried) })
+        let ground = ground(scenarios, &reported.profile)?;
+        let paper = on(scenarios, &ground, &reported);
+        let found = paper.attempts((number as u64, attempts, seed)).collect::<Result<_, _>>()?;
+        Ok(PaperRow { reported, found })
     })
+}
+
+fn ground<'a>(scenarios: &'a Scenarios, profile: &str) -> Result<Ground<'a>, StudyError> {
+    let shape = scenarios.shape(profile)?;
+    Ground::new(shape, scenarios.tool_diameter_mm, scenarios.delays.classified.into())
+}
+
+/// The paper's controller as it was set for a row.
+fn on<'a>(scenarios: &Scenarios, ground: &'a Ground<'a>, row: &Reported) -> Paper<'a> {
+    let delays = scenarios.delays;
+    Paper { ground, feed_mm_s: row.feed_mm_s, tolerance_mm: row.tolerance_mm, delays }
 }
 
 /// The first attempts of a row of the paper's tables.
@@ -158,12 +171,8 @@ pub fn paper_attempts(
     (attempts, seed): (u64, u64),
 ) -> Result<Vec<Attempt>, StudyError> {
     let row = &scenarios.row[number];
-    let delays = scenarios.delays;
-    let shape = scenarios.shape(&row.profile)?;
-    let ground = Ground::new(shape, scenarios.tool_diameter_mm, delays.classified.into())?;
-    let paper = Paper { ground: &ground, feed_mm_s: row.feed_mm_s, tolerance_mm: row.tolerance_mm, delays };
-    let seeds = (0..attempts).map(|attempt| (attempt, seed_of(seed, number as u64, attempt)));
-    seeds.map(|(attempt, seed)| paper.attempt(operator_of(&PEOPLE, attempt), seed)).collect()
+    let ground = ground(scenarios, &row.profile)?;
+    on(scenarios, &ground, row).attempts((number as u64, attempts, seed)).collect()
 }
 
 /// Profile, speed and delay of each of the product's rows.
@@ -220,13 +229,13 @@ fn our_row(
     let tried = (0..attempts).map(|attempt| {
         ours.attempt(operator_of(&ALL, attempt), (seed_of(seed, stream, attempt), latency), servo)
     });
-    let tried: Vec<Attempt> = tried.collect::<Result<_, _>>()?;
+    let found = tried.collect::<Result<_, _>>()?;
     Ok(OurRow {
         profile: shape.name.clone(),
         speed_mm_s,
         latency_ms,
         tolerance_mm: ours.tolerance_mm(),
-        found: Tally::of(&tried),
+        found,
     })
 }
 
@@ -271,7 +280,7 @@ pub fn clear_rows(
         let seeds = (0..CLEARINGS).map(|run| seed_of(seed, CLEARING_FROM + number as u64, run));
         let delays = scenarios.delays;
         let (tolerance_mm, runs) = if system == "paper" {
-            let ground = Ground::new(shape, diameter, delays.classified.into())?;
+            let ground = ground(scenarios, &shape.name)?;
             let paper = Paper { ground: &ground, feed_mm_s: speed_mm_s, tolerance_mm: CLEARING_T_MM, delays };
             let runs = seeds.map(|seed| with_paper(&paper, seed));
             (CLEARING_T_MM, runs.collect::<Result<Vec<_>, _>>()?)

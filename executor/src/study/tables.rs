@@ -269,16 +269,16 @@ impl PaperRow {
     #[must_use]
     pub fn is_within_chance(&self) -> bool {
         let (share, attempts) = (self.found.success(), self.reported.attempts);
+        // Of all or none only all or none is a sample, and the terms are no numbers.
+        if share <= 0.0 || share >= 1.0 {
+            return (self.reported.success() - share).abs() < 1e-9;
+        }
         let mut term = (1.0 - share).powf(f64::from(attempts));
         let (mut fewer, mut more) = (0.0, 0.0);
         for count in 0..=attempts {
             fewer += if count <= self.reported.successes { term } else { 0.0 };
             more += if count >= self.reported.successes { term } else { 0.0 };
             term *= f64::from(attempts - count) / f64::from(count + 1) * share / (1.0 - share);
-        }
-        // All or none of a thousand: the terms are no numbers, and only all or none agree.
-        if share <= 0.0 || share >= 1.0 {
-            return (self.reported.success() - share).abs() < 1e-9;
         }
         fewer >= 0.025 && more >= 0.025
     }
