@@ -6,37 +6,21 @@
 use keepout_executor::link::dialect::{Dialect, Grbl, Setting};
 use keepout_executor::supervisor::{Command, Reply};
 use keepout_kernel::{Point, Vector};
-use keepout_planner::machine::MachineProfile;
-use keepout_planner::order::Order;
 use keepout_planner::plan_file;
 
-/// Drawings with more curves than this are imported and not planned: the fuzzer is after faults, not after work.
-const CURVES_MAX: usize = 400;
+mod export;
+mod import;
+pub mod sketch;
+mod witness;
 
-/// Any bytes as a drawing: a typed error, or a plan that is certified and survives its file.
-///
-/// # Panics
-/// When a plan that was certified is not believed when read back.
-pub fn dxf_import(bytes: &[u8]) {
-    let order = Order::default();
-    let Ok((drawing, chained)) = order.contours(bytes) else { return };
-    let edges: usize = chained.profile.loops.iter().map(|each| each.edges.len()).sum();
-    if drawing.curves.len().max(edges) > CURVES_MAX {
-        return;
-    }
-    let made = order.plan("fuzz", bytes, &MachineProfile::simulated(), &mut |_| {});
-    let Ok(certified) = made else { return };
-    let stored = plan_file::encode(&certified.plan).expect("a plan in memory can be written");
-    let again = plan_file::decode(&stored).expect("what was written can be read");
-    assert_eq!(again, certified.plan, "the plan changed in its file");
-    again.certify().expect("what was certified is certified again");
-}
+pub use import::dxf_import;
+pub use sketch::drawing;
 
 /// Any bytes as a plan file: a typed error, or a plan, which certification believes or refuses.
 pub fn plan_file(bytes: &[u8]) {
     if let Ok(plan) = plan_file::decode(bytes) {
         let edges: usize = plan.profile.loops.iter().map(|each| each.edges.len()).sum();
-        if edges <= CURVES_MAX {
+        if edges <= import::CURVES_MAX {
             let _ = plan.certify();
         }
     }

@@ -107,3 +107,12 @@ fn properties_of_bytes() {
         keepout_proofs::property_of_bytes(&bytes);
     }
 }
+
+#[test]
+fn structured_drawings() {
+    let mut random = fastrand::Rng::with_seed(41);
+    for _ in 0..3000 {
+        let bytes: Vec<u8> = (0..random.usize(20..400)).map(|_| random.u8(..)).collect();
+        keepout_fuzz::drawing(&bytes);
+    }
+}

@@ -1,0 +1,166 @@
+//! Bytes as a drawing.
+
+use keepout_kernel::{Curve, Length, Point};
+use keepout_planner::drawing::{Chained, Drawing};
+use keepout_planner::machine::MachineProfile;
+use keepout_planner::order::Order;
+use keepout_planner::plan_file;
+use keepout_planner::profile::{MachinedSide, Profile, ProfileEdge, ProfileLoop};
+
+use crate::{export, witness};
+
+/// Drawings with more curves than this are imported and not planned: the fuzzer is after faults, not after work.
+pub(crate) const CURVES_MAX: usize = 400;
+/// How far the centre of an arc may be from where it was before it was written and read, lattice units: it is put on the
+/// lattice each time.
+const CENTRE_MAX: i64 = 4;
+
+/// Any bytes as a drawing: a typed error, or contours that are valid or named as not; valid ones come back from a drawing that is
+/// made of them; and what is planned over them holds its certificates, also after it was stored, and by another's eyes.
+///
+/// # Panics
+/// When one of these does not hold.
+pub fn dxf_import(bytes: &[u8]) {
+    ordered(bytes, &Order::default());
+}
+
+/// The same under an order.
+///
+/// # Panics
+/// As [`dxf_import`].
+pub fn ordered(bytes: &[u8], order: &Order) {
+    let (drawing, chained) = match order.contours(bytes) {
+        Ok(read) => read,
+        Err(error) => return told(&error.to_string()),
+    };
+    if drawing.curves.len().max(edges(&chained.profile)) > CURVES_MAX {
+        return;
+    }
+    tells_all(&drawing, &chained);
+    match chained.profile.part(MachinedSide::Outside, &Profile::default()) {
+        Ok(_) if chained.problems.is_empty() => comes_back(&chained.profile, order),
+        Ok(_) => {}
+        Err(error) => told(&error.to_string()),
+    }
+    plans(bytes, order);
+}
+
+/// The number of edges.
+pub(crate) fn edges(profile: &Profile) -> usize {
+    profile.loops.iter().map(|each| each.edges.len()).sum()
+}
+
+/// A message for a person says something, on few lines.
+fn told(message: &str) {
+    assert!(!message.is_empty() && message.len() < 20_000, "{} bytes: {message:.200}", message.len());
+}
+
+fn tells_all(drawing: &Drawing, chained: &Chained) {
+    chained.repairs.iter().for_each(|repair| told(&repair.to_string()));
+    chained.problems.iter().for_each(|problem| told(&problem.to_string()));
+    let inspection = keepout_planner::inspect::inspect(drawing, chained);
+    assert_eq!(inspection.contours.len(), chained.profile.loops.len());
+}
+
+/// What stands alone and is no longer than rounding (10 units) is left out by whoever reads it, and ends so near are joined.
+const ROUNDING: f64 = 12.0;
+
+/// Whether the profile's entities can be told apart when they are read: ends of different ones are the same, or farther apart
+/// than rounding, and none is shorter. Polylines that are closed by themselves always can.
+fn is_told_apart(profile: &Profile) -> bool {
+    let mixed = || profile.loops.iter().filter(|each| !each.sources.is_empty());
+    let runs = mixed().flat_map(export::runs);
+    let of_sources =
+        |each: &ProfileLoop| each.sources.iter().map(|source| source.first..source.end).collect::<Vec<_>>();
+    let sources = mixed().flat_map(|each| of_sources(each).into_iter().map(|range| &each.edges[range]));
+    let entities: Vec<&[ProfileEdge]> = runs.chain(sources).filter(|entity| !entity.is_empty()).collect();
+    let length = |entity: &&[ProfileEdge]| entity.iter().map(|edge| edge.curve.length()).sum::<f64>();
+    let ends: Vec<Point> = entities
+        .iter()
+        .flat_map(|entity| [entity[0].curve.from(), entity[entity.len() - 1].curve.to()])
+        .collect();
+    let apart = |(k, one): (usize, &Point)| {
+        ends[k + 1..].iter().all(|other| {
+            let d = one.minus(*other);
+            one == other || f64::from(d.dx).hypot(f64::from(d.dy)) > ROUNDING
+        })
+    };
+    entities.iter().all(|entity| length(entity) > ROUNDING) && ends.iter().enumerate().all(apart)
+}
+
+fn comes_back(profile: &Profile, order: &Order) {
+    if !is_told_apart(profile) {
+        return;
+    }
+    let text = export::dxf(profile);
+    let again = Order { join_mm: 0.0, curve_mm: order.curve_mm, ..Order::default() };
+    let (_, chained) = again.contours(text.as_bytes()).unwrap_or_else(|error| panic!("{error}\n{text}"));
+    let (found, problems) = (&chained.profile, &chained.problems);
+    assert!(problems.is_empty(), "{problems:?}\n{text}");
+    assert_eq!(found.loops.len(), profile.loops.len(), "contours\n{text}");
+    for (found, given) in found.loops.iter().zip(&profile.loops) {
+        let same = same_loop(found, given);
+        assert!(same, "{given:?}\nbecame\n{found:?}\nby\n{text}");
+    }
+}
+
+/// Whether two loops are the same but for the rounding of centres. An arc of half a circle may have become two, and one that is
+/// flatter than the lattice a line.
+fn same_loop(found: &ProfileLoop, given: &ProfileLoop) -> bool {
+    let mut curves: Vec<_> = found.sources.iter().map(|source| &source.curve).collect();
+    let same_sources = given.sources.iter().all(|source| {
+        let place = curves.iter().position(|curve| **curve == source.curve);
+        place.map(|place| curves.swap_remove(place)).is_some()
+    });
+    same_sources && curves.is_empty() && (0..found.edges.len()).any(|first| same_from(found, first, given))
+}
+
+/// Whether the edges are the same when those that were found are read from one on.
+fn same_from(found: &ProfileLoop, first: usize, given: &ProfileLoop) -> bool {
+    let mut left = found.edges.iter().cycle().skip(first).take(found.edges.len()).peekable();
+    let same = given.edges.iter().all(|edge| {
+        let Some(one) = left.next() else { return false };
+        let begins = one.curve.from() == edge.curve.from()
+            && one.slack == edge.slack
+            && alike(&one.curve, &edge.curve);
+        let ends = one.curve.to() == edge.curve.to();
+        let second = left
+            .next_if(|next| !ends && next.curve.to() == edge.curve.to() && alike(&next.curve, &edge.curve));
+        begins && (ends || second.is_some())
+    });
+    same && left.next().is_none()
+}
+
+fn alike(found: &Curve, given: &Curve) -> bool {
+    match (found, given) {
+        (Curve::Line(_), Curve::Line(_)) => true,
+        (Curve::Arc(one), Curve::Arc(other)) => {
+            one.turn() == other.turn() && near(one.centre(), other.centre())
+        }
+        (Curve::Line(_), Curve::Arc(arc)) => {
+            let (chord, radius) = (arc.from().minus(arc.to()), f64::from(arc.radius().units()));
+            let half = f64::from(chord.dx).hypot(f64::from(chord.dy)) / 2.0;
+            half * half / (2.0 * radius) < 2.0
+        }
+        (Curve::Arc(_), Curve::Line(_)) => false,
+    }
+}
+
+fn near(one: Point, other: Point) -> bool {
+    let apart = one.minus(other);
+    i64::from(apart.dx).abs().max(i64::from(apart.dy).abs()) <= CENTRE_MAX
+}
+
+fn plans(bytes: &[u8], order: &Order) {
+    let certified = match order.plan("fuzz", bytes, &MachineProfile::simulated(), &mut |_| {}) {
+        Ok(certified) => certified,
+        Err(error) => return told(&error.to_string()),
+    };
+    witness::watch(&certified);
+    let stored = plan_file::encode(&certified.plan).expect("a plan in memory can be written");
+    let again = plan_file::decode(&stored).expect("what was written can be read");
+    assert_eq!(again, certified.plan, "the plan changed in its file");
+    let again = again.certify().expect("what was certified is certified again");
+    assert_eq!(again.certified_motions, certified.certified_motions);
+    assert!(again.roughing >= again.finishing && again.finishing > Length::ZERO);
+}

@@ -1,0 +1,148 @@
+//! Structured drawings: outlines of many shapes, each perhaps degenerate in one of the ways of real files, and an order for them.
+
+mod shape;
+mod spoil;
+mod write;
+
+use arbitrary::{Arbitrary, Result, Unstructured};
+use keepout_planner::order::Order;
+use keepout_planner::plan::{Cut, Job, PassJob};
+use keepout_planner::profile::MachinedSide;
+
+pub use shape::{Outline, Shape};
+pub use spoil::Family;
+
+use crate::import;
+
+/// Most outlines of a drawing.
+const OUTLINES_MAX: u32 = 4;
+
+/// A drawing and what is ordered of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sketch {
+    /// The value of `$INSUNITS`, when it is stated.
+    pub units: Option<u8>,
+    /// The outlines.
+    pub outlines: Vec<Figure>,
+    /// The order.
+    pub order: Order,
+}
+
+/// An outline, what is wrong with it, and how it stands in the file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Figure {
+    /// What it is before it is spoilt.
+    pub outline: Outline,
+    /// What is wrong with it, and where.
+    pub spoilt: Vec<(Family, u8, f64)>,
+    /// Entities of its own for each edge, in another order, some backwards; else one polyline.
+    pub loose: bool,
+    /// Blocks around it.
+    pub nest: Vec<Nest>,
+}
+
+/// A block set in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nest {
+    /// Where.
+    pub at: (f64, f64),
+    /// Scale along x and y; negative ones mirror.
+    pub scale: (f64, f64),
+    /// Rotation, degrees.
+    pub degrees: f64,
+    /// Columns and rows of an array, and their spacing.
+    pub array: (u8, u8, f64),
+}
+
+impl Sketch {
+    /// The drawing as DXF text.
+    #[must_use]
+    pub fn dxf(&self) -> String {
+        write::dxf(self)
+    }
+
+    /// What is wrong with it.
+    pub fn families(&self) -> impl Iterator<Item = Family> + '_ {
+        let nested = self.outlines.iter().any(|figure| !figure.nest.is_empty());
+        let spoilt = self.outlines.iter().flat_map(|figure| figure.spoilt.iter().map(|each| each.0));
+        spoilt.chain(nested.then_some(Family::Blocks))
+    }
+}
+
+/// Any bytes as a structured drawing and an order: a typed error, or a plan whose certificates hold.
+///
+/// # Panics
+/// As [`import::dxf_import`].
+pub fn drawing(bytes: &[u8]) {
+    let Ok(sketch) = Sketch::arbitrary(&mut Unstructured::new(bytes)) else { return };
+    import::ordered(sketch.dxf().as_bytes(), &sketch.order);
+}
+
+impl<'a> Arbitrary<'a> for Sketch {
+    fn arbitrary(u: &mut Unstructured<'a>) -> Result<Self> {
+        let units = *u.choose(&[Some(4), Some(4), Some(4), None, Some(1), Some(6), Some(20)])?;
+        let count = u.int_in_range(1..=OUTLINES_MAX)?;
+        let order = order(u)?;
+        let outlines = (0..count).map(|_| Figure::arbitrary(u)).collect::<Result<_>>()?;
+        Ok(Self { units, outlines, order })
+    }
+}
+
+impl<'a> Arbitrary<'a> for Figure {
+    fn arbitrary(u: &mut Unstructured<'a>) -> Result<Self> {
+        let (loose, wrong) = (bool::arbitrary(u)?, u.int_in_range(0..=3_u8)?);
+        let depth = *u.choose(&[0, 0, 0, 0, 1, 1, 2, 3])?;
+        let outline = Outline::arbitrary(u)?;
+        let spoilt = (0..wrong)
+            .map(|_| Ok((*u.choose(&Family::OF_OUTLINES)?, u8::arbitrary(u)?, number(u)?)))
+            .collect::<Result<_>>()?;
+        let nest = (0..depth).map(|_| Nest::arbitrary(u)).collect::<Result<_>>()?;
+        Ok(Self { outline, spoilt, loose, nest })
+    }
+}
+
+impl<'a> Arbitrary<'a> for Nest {
+    fn arbitrary(u: &mut Unstructured<'a>) -> Result<Self> {
+        const SCALES: [f64; 8] = [1.0, -1.0, 2.0, 0.5, -0.1, 1e-4, 1e3, 0.0];
+        const DEGREES: [f64; 6] = [0.0, 90.0, 180.0, 30.0, 45.000_000_1, -720.0];
+        let x = *u.choose(&SCALES)?;
+        let y = if bool::arbitrary(u)? { x } else { *u.choose(&SCALES)? };
+        let array = (*u.choose(&[0, 1, 1, 2])?, *u.choose(&[0, 1, 1, 3])?, number(u)?);
+        Ok(Self { at: (number(u)?, number(u)?), scale: (x, y), degrees: *u.choose(&DEGREES)?, array })
+    }
+}
+
+/// A number as drawings have them: mostly of a part's size and with few digits, now and then anything.
+pub(crate) fn number(u: &mut Unstructured<'_>) -> Result<f64> {
+    const SIZES: [f64; 8] = [1.0, 0.01, 0.01, 0.1, 0.001, 1e-6, 100.0, 1e-9];
+    let kind = u.int_in_range(0..=15_u8)?;
+    Ok(match kind {
+        0 => f64::arbitrary(u)?,
+        1 => *u.choose(&[0.0, -0.0, 5_368.709_12, -5_368.709_13, 1e-5, 5e-6, 0.01, 1e9, f64::EPSILON])?,
+        _ => f64::from(i16::arbitrary(u)?) * SIZES[usize::from(kind) % SIZES.len()],
+    })
+}
+
+fn order(u: &mut Unstructured<'_>) -> Result<Order> {
+    let passes = match u.int_in_range(0..=5_u8)? {
+        0 => vec![(0.1, Some(900)), (0.0, None)],
+        1 => vec![(0.2, None), (0.1, None), (0.0, Some(60))],
+        _ => vec![],
+    };
+    let pass = |(allowance_mm, feed_mm_min)| PassJob { allowance_mm, feed_mm_min };
+    let job = Job {
+        tool_diameter_mm: *u.choose(&[6.0, 3.0, 0.5, 0.1, 0.01, 20.0, 80.0, 500.0])?,
+        allowance_mm: *u.choose(&[0.2, 0.0, 1.0, 0.01])?,
+        side: if bool::arbitrary(u)? { MachinedSide::Inside } else { MachinedSide::Outside },
+        passes: passes.into_iter().map(pass).collect(),
+        cut: if bool::arbitrary(u)? { Cut::Climb } else { Cut::Conventional },
+        ..Job::default()
+    };
+    let mut order = Order { job, ..Order::default() };
+    order.join_mm = *u.choose(&[0.01, 0.01, 0.0, 0.5, 0.001])?;
+    order.curve_mm = *u.choose(&[0.001, 0.01, 0.0001, 1.0])?;
+    if u.int_in_range(0..=7_u8)? == 0 {
+        order.choice.placed = Some((number(u)?, (number(u)?, number(u)?)));
+    }
+    Ok(order)
+}

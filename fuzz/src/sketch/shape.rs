@@ -1,0 +1,197 @@
+//! The shapes that outlines begin as.
+
+use std::f64::consts::{PI, TAU};
+
+use arbitrary::{Arbitrary, Result, Unstructured};
+
+use super::number;
+
+/// Most corners of an outline.
+const CORNERS_MAX: usize = 24;
+
+/// What an outline begins as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shape {
+    /// Corners around a centre, at any distance.
+    Star,
+    /// Corners anywhere.
+    Free,
+    /// A rectangle with round corners.
+    Rounded,
+    /// A rectangle with slots from above.
+    Comb,
+    /// Arcs all around.
+    Blob,
+    /// A circle.
+    Circle,
+    /// An ellipse.
+    Ellipse,
+    /// A spline through control points around a centre.
+    Spline,
+}
+
+impl Shape {
+    const ALL: [Self; 8] = [
+        Self::Star,
+        Self::Free,
+        Self::Rounded,
+        Self::Comb,
+        Self::Blob,
+        Self::Circle,
+        Self::Ellipse,
+        Self::Spline,
+    ];
+}
+
+/// A corner and the bulge of the edge behind it: tan of a quarter of the angle it turns through.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Corner {
+    /// x and y.
+    pub at: (f64, f64),
+    /// The bulge.
+    pub bulge: f64,
+}
+
+/// A closed outline.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Outline {
+    /// Edges from corner to corner, and back to the first.
+    Corners(Vec<Corner>),
+    /// A circle or ellipse: the centre, the half axis, the ratio of the other, beginning and end as parameters.
+    Round {
+        /// The centre.
+        centre: (f64, f64),
+        /// The half axis from it.
+        axis: (f64, f64),
+        /// How long the other half axis is by this one.
+        ratio: f64,
+        /// Begin and end, radians.
+        range: (f64, f64),
+        /// It is written as a circle or arc.
+        circle: bool,
+    },
+    /// A clamped spline: degree, knots, control points with weights.
+    Spline {
+        /// The degree.
+        degree: u8,
+        /// The knots.
+        knots: Vec<f64>,
+        /// The control points.
+        points: Vec<(f64, f64)>,
+        /// Their weights; none for a plain one.
+        weights: Vec<f64>,
+    },
+}
+
+impl<'a> Arbitrary<'a> for Outline {
+    fn arbitrary(u: &mut Unstructured<'a>) -> Result<Self> {
+        let shape = *u.choose(&Shape::ALL)?;
+        let centre = if u.int_in_range(0..=3_u8)? == 0 { (number(u)?, number(u)?) } else { (0.0, 0.0) };
+        let size = *u.choose(&[40.0, 40.0, 10.0, 100.0, 0.05, 1.0, 1200.0, 5000.0])?;
+        let corner = |x: f64, y: f64, bulge: f64| Corner { at: (centre.0 + x, centre.1 + y), bulge };
+        let h = size / 2.0;
+        Ok(match shape {
+            Shape::Star => {
+                let count = u.int_in_range(3..=CORNERS_MAX)?;
+                let each = |k| Ok(on_circle(k, count, h * share(u)?));
+                let places = (0..count).map(each).collect::<Result<Vec<_>>>()?;
+                Self::Corners(places.into_iter().map(|(x, y)| corner(x, y, 0.0)).collect())
+            }
+            Shape::Free => {
+                let count = u.int_in_range(2..=CORNERS_MAX / 2)?;
+                let each = |_| Ok(corner(number(u)?, number(u)?, 0.0));
+                Self::Corners((0..count).map(each).collect::<Result<_>>()?)
+            }
+            Shape::Rounded => {
+                let (r, b) =
+                    (h * share(u)? * 0.9, (PI / 8.0).tan() * if bool::arbitrary(u)? { 1.0 } else { -1.0 });
+                let places = [
+                    (-h + r, -h),
+                    (h - r, -h),
+                    (h, -h + r),
+                    (h, h - r),
+                    (h - r, h),
+                    (-h + r, h),
+                    (-h, h - r),
+                    (-h, r - h),
+                ];
+                let bulges = [0.0, b].into_iter().cycle();
+                Self::Corners(places.into_iter().zip(bulges).map(|((x, y), b)| corner(x, y, b)).collect())
+            }
+            Shape::Comb => {
+                let (slots, wide, deep) = (u.int_in_range(1..=4_u8)?, share(u)?, size * share(u)?);
+                let bulge = *u.choose(&[0.0, 1.0, -1.0, 0.3])?;
+                let pitch = size / f64::from(slots);
+                let mut corners = vec![corner(-h, -h, 0.0), corner(h, -h, 0.0), corner(h, h, 0.0)];
+                for k in (0..slots).rev() {
+                    let (middle, half) = (pitch * (f64::from(k) + 0.5) - h, pitch * wide / 2.0);
+                    let (a, b) = (middle + half, middle - half);
+                    corners.extend([
+                        corner(a, h, 0.0),
+                        corner(a, h - deep, -bulge),
+                        corner(b, h - deep, 0.0),
+                        corner(b, h, 0.0),
+                    ]);
+                }
+                corners.push(corner(-h, h, 0.0));
+                Self::Corners(corners)
+            }
+            Shape::Blob => {
+                let count = u.int_in_range(2..=CORNERS_MAX / 2)?;
+                let each = |k| {
+                    let (x, y) = on_circle(k, count, h * (0.6 + 0.4 * share(u)?));
+                    Ok(corner(x, y, share(u)? - 0.4))
+                };
+                Self::Corners((0..count).map(each).collect::<Result<_>>()?)
+            }
+            Shape::Circle | Shape::Ellipse => {
+                let circle = shape == Shape::Circle;
+                let ratio = if circle { 1.0 } else { *u.choose(&[0.5, 0.9, 1.0, 0.01, 1e-6, 2.0, 0.0])? };
+                let part = u.int_in_range(0..=7_u8)? == 0;
+                let range = if part { (number(u)?, number(u)?) } else { (0.0, TAU) };
+                let angle = TAU * share(u)?;
+                let axis = if circle { (h, 0.0) } else { (h * angle.cos(), h * angle.sin()) };
+                Self::Round { centre, axis, ratio, range, circle }
+            }
+            Shape::Spline => spline(u, centre, h)?,
+        })
+    }
+}
+
+/// A share in (0, 1].
+fn share(u: &mut Unstructured<'_>) -> Result<f64> {
+    Ok((f64::from(u8::arbitrary(u)?) + 1.0) / 256.0)
+}
+
+#[expect(clippy::cast_precision_loss, reason = "few corners")]
+fn on_circle(k: usize, count: usize, r: f64) -> (f64, f64) {
+    let angle = TAU * k as f64 / count as f64;
+    (r * angle.cos(), r * angle.sin())
+}
+
+/// A clamped spline that ends where it began, its inner knots now and then repeated.
+fn spline(u: &mut Unstructured<'_>, centre: (f64, f64), h: f64) -> Result<Outline> {
+    let degree = *u.choose(&[3_u8, 2, 3, 1, 4, 5, 9])?;
+    let count = usize::from(degree) + 1 + u.int_in_range(1..=7_usize)?;
+    let mut points = (0..count - 1)
+        .map(|k| {
+            let (x, y) = on_circle(k, count - 1, h * (0.3 + 0.7 * share(u)?));
+            Ok((centre.0 + x, centre.1 + y))
+        })
+        .collect::<Result<Vec<_>>>()?;
+    points.push(points[0]);
+    let mut knots = vec![0.0; usize::from(degree) + 1];
+    let mut last = 0.0;
+    for _ in 0..count - usize::from(degree) - 1 {
+        last += *u.choose(&[1.0, 1.0, 0.25, 0.0, 1e-9])?;
+        knots.push(last);
+    }
+    knots.extend(vec![last + 1.0; usize::from(degree) + 1]);
+    let rational = u.int_in_range(0..=3_u8)? == 0;
+    let weights = if rational {
+        (0..count).map(|_| Ok(*u.choose(&[1.0, 0.5, 2.0, 100.0, 1e-3, 1e6])?)).collect::<Result<_>>()?
+    } else {
+        vec![]
+    };
+    Ok(Outline::Spline { degree, knots, points, weights })
+}

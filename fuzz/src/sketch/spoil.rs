@@ -1,0 +1,228 @@
+//! The ways in which drawings are degenerate.
+
+use super::shape::{Corner, Outline};
+
+/// What is wrong with an outline.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Family {
+    /// An edge ends before the next begins.
+    Gap,
+    /// An edge runs back over the one before.
+    Overlap,
+    /// An edge is there twice.
+    Duplicate,
+    /// The whole outline is there twice.
+    Twice,
+    /// A line ends on the middle of an edge.
+    TJunction,
+    /// A corner lies on another edge, or at another corner.
+    SelfTouch,
+    /// A needle stands out of an edge.
+    Needle,
+    /// Edges without length, or nearly.
+    Tiny,
+    /// It is as large as a hall.
+    Huge,
+    /// It is smaller than a hair.
+    Small,
+    /// Bulges near nothing.
+    Flat,
+    /// Bulges near infinity.
+    Full,
+    /// Knots that are repeated, or not in order.
+    Knots,
+    /// An edge is missing.
+    Open,
+    /// An edge has a number that is none.
+    NoNumber,
+    /// It stands in blocks in blocks.
+    Blocks,
+}
+
+impl Family {
+    /// All that an outline can have by itself.
+    pub const OF_OUTLINES: [Self; 15] = [
+        Self::Gap,
+        Self::Overlap,
+        Self::Duplicate,
+        Self::Twice,
+        Self::TJunction,
+        Self::SelfTouch,
+        Self::Needle,
+        Self::Tiny,
+        Self::Huge,
+        Self::Small,
+        Self::Flat,
+        Self::Full,
+        Self::Knots,
+        Self::Open,
+        Self::NoNumber,
+    ];
+
+    /// The name of a file of it.
+    #[must_use]
+    pub fn name(self) -> String {
+        format!("{self:?}").to_lowercase()
+    }
+}
+
+/// An edge, or more than one, on the way to the file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Edge {
+    /// Where it begins.
+    pub from: Corner,
+    /// Where it ends.
+    pub to: (f64, f64),
+}
+
+/// What an outline becomes: its edges, each from where it begins to where it ends, which need not be the same as the next's
+/// beginning; or a round one or a spline, as often as said.
+pub enum Spoilt {
+    /// Edges.
+    Edges(Vec<Edge>),
+    /// A whole curve, so often.
+    Whole(Outline, usize),
+}
+
+/// Spoils the outline.
+pub fn spoilt(outline: &Outline, wrong: &[(Family, u8, f64)]) -> Spoilt {
+    match outline {
+        Outline::Corners(corners) => {
+            let mut corners = corners.clone();
+            wrong
+                .iter()
+                .for_each(|&(family, at, by)| spoil_corners(&mut corners, family, usize::from(at), by));
+            let mut edges = edges_of(&corners);
+            wrong.iter().for_each(|&(family, at, by)| spoil_edges(&mut edges, family, usize::from(at), by));
+            Spoilt::Edges(edges)
+        }
+        whole => {
+            let mut whole = whole.clone();
+            wrong.iter().for_each(|&(family, at, by)| spoil_whole(&mut whole, family, usize::from(at), by));
+            let twice =
+                wrong.iter().filter(|each| matches!(each.0, Family::Twice | Family::Duplicate)).count();
+            Spoilt::Whole(whole, 1 + twice)
+        }
+    }
+}
+
+fn edges_of(corners: &[Corner]) -> Vec<Edge> {
+    let next = corners.iter().cycle().skip(1);
+    corners.iter().zip(next).map(|(&from, to)| Edge { from, to: to.at }).collect()
+}
+
+/// A length as gaps have it: from less than a unit of the lattice to millimetres.
+fn small(at: usize) -> f64 {
+    const SIZES: [f64; 10] = [0.0, 4e-6, 6e-6, 1e-5, 0.0009, 0.005, 0.009_99, 0.010_01, 0.05, 2.0];
+    SIZES[at % SIZES.len()]
+}
+
+fn between(a: (f64, f64), b: (f64, f64), t: f64) -> (f64, f64) {
+    (a.0 + (b.0 - a.0) * t, a.1 + (b.1 - a.1) * t)
+}
+
+fn spoil_corners(corners: &mut Vec<Corner>, family: Family, at: usize, by: f64) {
+    let count = corners.len();
+    let (k, next, far) = (at % count, (at + 1) % count, (at + count / 2) % count);
+    let (here, there) = (corners[k].at, corners[next].at);
+    match family {
+        Family::SelfTouch => {
+            let opposite = (corners[far].at, corners[(far + 1) % count].at);
+            corners[k].at =
+                if at.is_multiple_of(2) { opposite.0 } else { between(opposite.0, opposite.1, 0.5) };
+        }
+        Family::Needle => {
+            let foot = between(here, there, 0.5);
+            let tip = (foot.0 - (there.1 - here.1), foot.1 + (there.0 - here.0));
+            let beside = between(foot, there, small(at).min(0.4));
+            let corner = |at| Corner { at, bulge: 0.0 };
+            corners[k].bulge = 0.0;
+            corners.splice(next.max(1)..next.max(1), [corner(foot), corner(tip), corner(beside)]);
+        }
+        Family::Tiny => {
+            let close = (here.0 + small(at), here.1 + small(at / 3));
+            corners.insert(k + 1, Corner { at: close, bulge: corners[k].bulge });
+        }
+        Family::Huge => scale(corners, 10.0_f64.powi(i32::try_from(at % 12).unwrap_or(0))),
+        Family::Small => scale(corners, 0.1_f64.powi(i32::try_from(at % 12).unwrap_or(0))),
+        Family::Flat => corners[k].bulge = [1e-3, 1e-6, 1e-9, 1e-12, 1e-300, -1e-5, 5e-324][at % 7],
+        Family::Full => corners[k].bulge = [10.0, 1e3, 1e6, 1e12, -1e9, 1e300, -30.0][at % 7],
+        Family::NoNumber => corners[k].bulge = by,
+        _ => {}
+    }
+}
+
+fn scale(corners: &mut [Corner], by: f64) {
+    corners.iter_mut().for_each(|corner| corner.at = (corner.at.0 * by, corner.at.1 * by));
+}
+
+fn spoil_edges(edges: &mut Vec<Edge>, family: Family, at: usize, by: f64) {
+    let k = at % edges.len();
+    let edge = edges[k].clone();
+    match family {
+        Family::Gap => edges[k].to = (edge.to.0 + small(at / 2), edge.to.1 - small(at / 5)),
+        Family::Overlap => {
+            let from = Corner { at: between(edge.from.at, edge.to, 0.3), bulge: 0.0 };
+            edges.push(Edge {
+                from,
+                to: between(edge.from.at, edge.to, if at.is_multiple_of(2) { 0.7 } else { 1.0 + small(at) }),
+            });
+        }
+        Family::Duplicate => {
+            let back = Edge { from: Corner { at: edge.to, bulge: -edge.from.bulge }, to: edge.from.at };
+            edges.push(if at.is_multiple_of(2) { edge } else { back });
+        }
+        Family::Twice => edges.extend_from_within(..),
+        Family::TJunction => {
+            let from = Corner { at: between(edge.from.at, edge.to, 0.5), bulge: 0.0 };
+            edges.push(Edge { from, to: (by, by) });
+        }
+        Family::Open => drop(edges.remove(k)),
+        _ => {}
+    }
+    if edges.is_empty() {
+        edges.push(Edge { from: Corner { at: (0.0, 0.0), bulge: 0.0 }, to: (by, 0.0) });
+    }
+}
+
+fn spoil_whole(outline: &mut Outline, family: Family, at: usize, by: f64) {
+    match outline {
+        Outline::Corners(_) => {}
+        Outline::Round { centre, axis, ratio, range, .. } => match family {
+            Family::Gap | Family::Open => range.1 -= small(at).max(1e-7),
+            Family::Overlap => range.1 += small(at),
+            Family::Huge => *axis = (axis.0 * 1e3, axis.1 * 1e3),
+            Family::Small => *axis = (axis.0 * 1e-6, axis.1 * 1e-6),
+            Family::Flat | Family::Needle => *ratio = [1e-3, 1e-6, 1e-12, 0.0, -0.5][at % 5],
+            Family::NoNumber => centre.0 = by,
+            Family::Tiny => range.1 = range.0 + small(at),
+            _ => {}
+        },
+        Outline::Spline { knots, points, weights, .. } => {
+            let (k, p) = (at % knots.len(), at % points.len());
+            match family {
+                Family::Gap | Family::Open => {
+                    let last = points.len() - 1;
+                    points[last] = (points[last].0 + small(at), points[last].1);
+                }
+                Family::Knots => {
+                    knots[k] = if at.is_multiple_of(2) { knots[(k + 1) % knots.len()] } else { by }
+                }
+                Family::SelfTouch | Family::Duplicate => points[p] = points[0],
+                Family::Needle => points[p] = (points[p].0 + by, points[p].1),
+                Family::Huge => points.iter_mut().for_each(|point| *point = (point.0 * 1e3, point.1 * 1e3)),
+                Family::Small => {
+                    points.iter_mut().for_each(|point| *point = (point.0 * 1e-5, point.1 * 1e-5))
+                }
+                Family::NoNumber => points[p].1 = by,
+                Family::Full | Family::Flat => {
+                    if let Some(weight) = weights.get_mut(p) {
+                        *weight = by;
+                    }
+                }
+                Family::Overlap => drop(points.pop()),
+                _ => {}
+            }
+        }
+    }
+}
