@@ -1,4 +1,4 @@
-//! Fuzz target: [`keepout_proofs::property_of_bytes`].
+//! Fuzz target: [`keepout_fuzz::property`].
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| keepout_proofs::property_of_bytes(bytes));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| keepout_fuzz::property(bytes));

@@ -51,7 +51,7 @@ pub(crate) fn edges(profile: &Profile) -> usize {
 }
 
 /// A message for a person says something, on few lines.
-fn told(message: &str) {
+pub(crate) fn told(message: &str) {
     assert!(!message.is_empty() && message.len() < 20_000, "{} bytes: {message:.200}", message.len());
 }
 

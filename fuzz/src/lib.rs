@@ -1,51 +1,60 @@
 //! The properties that are fuzzed. Each takes any bytes and must neither panic nor believe something false.
 //!
-//! `cargo +nightly fuzz run dxf_import --features libfuzzer` runs one under libFuzzer; `cargo test -p keepout-fuzz`
-//! runs all over the corpus, our drawings and random mutations of them.
+//! `fuzz/run dxf_import` runs one under libFuzzer; `cargo test -p keepout-fuzz` runs all over their corpus, what once failed, and
+//! random bytes. `fuzz/README.md` tells the rest.
 
-use keepout_executor::link::dialect::{Dialect, Grbl, Setting};
-use keepout_executor::supervisor::{Command, Reply};
-use keepout_kernel::{Point, Vector};
-use keepout_planner::plan_file;
-
+mod dialects;
 mod export;
+mod files;
 mod import;
+mod job;
+mod kernel;
+mod offset;
+mod session;
 pub mod sketch;
 mod witness;
 
+pub use dialects::{described_decode, grbl_decode, round_trip, venus_decode, zaber_decode};
+pub use files::{machine_profile, plan_file, sealed, session_log, small_files, summed};
 pub use import::dxf_import;
+pub use job::{hash, work};
+pub use keepout_proofs::property_of_bytes as property;
+pub use kernel::{clear, index, index_check, mesh};
+pub use offset::offset;
+pub use session::supervisor;
 pub use sketch::drawing;
 
-/// Any bytes as a plan file: a typed error, or a plan, which certification believes or refuses.
-pub fn plan_file(bytes: &[u8]) {
-    if let Ok(plan) = plan_file::decode(bytes) {
-        let edges: usize = plan.profile.loops.iter().map(|each| each.edges.len()).sum();
-        if edges <= import::CURVES_MAX {
-            let _ = plan.certify();
-        }
-    }
+/// A property that is fuzzed.
+#[derive(Clone, Copy, Debug)]
+pub struct Target {
+    /// Its name: of the target, its corpus and its dictionary.
+    pub name: &'static str,
+    /// The property.
+    pub holds: fn(&[u8]),
 }
 
-/// Any bytes from a controller, at any stage of a session: replies, bounded output, and a line that is understood after a
-/// reset whatever came before.
-///
-/// # Panics
-/// When a clean report is not read after a reset, or the dialect talks without end.
-pub fn grbl_decode(bytes: &[u8]) {
-    let offset = Vector { dx: -12_345_600, dy: 700 };
-    let mut dialect = Grbl::new(Setting { offset, steps_per_mm: 400.0, arc_tolerance_mm: 0.0005 });
-    let stages = [Command::Query, Command::Prepare, Command::Home, Command::Arm, Command::Abort];
-    let (&first, rest) = bytes.split_first().unwrap_or((&0, &[]));
-    let mut out = Vec::new();
-    let _ = dialect.encode(&stages[usize::from(first) % stages.len()], &mut out);
-    let before = out.len();
-    for &byte in rest {
-        let _ = dialect.decode(byte, &mut out);
-    }
-    assert!(out.len() <= before + 64 * (rest.len() + 1), "{} bytes to send for {}", out.len(), rest.len());
-    dialect.reset();
-    let report = b"<Idle|MPos:-123.456,0.007,0.000>\r\n";
-    let replies: Vec<Reply> = report.iter().filter_map(|&byte| dialect.decode(byte, &mut out)).collect();
-    let [Reply::Report(report)] = replies[..] else { panic!("{replies:?}") };
-    assert_eq!(report.position, Some(Point::ORIGIN));
+macro_rules! targets {
+    ($($name:ident),+ $(,)?) => { &[$(Target { name: stringify!($name), holds: $name }),+] };
 }
+
+/// All targets. A test compares them with those that `cargo fuzz list` knows.
+pub const TARGETS: &[Target] = targets![
+    dxf_import,
+    drawing,
+    index,
+    index_check,
+    mesh,
+    offset,
+    clear,
+    plan_file,
+    session_log,
+    machine_profile,
+    small_files,
+    grbl_decode,
+    zaber_decode,
+    venus_decode,
+    described_decode,
+    round_trip,
+    supervisor,
+    property,
+];

@@ -127,7 +127,7 @@ fn shares() -> impl Iterator<Item = f64> {
     (0..PLACES).map(|k| (f64::from(k) + 0.5) / f64::from(PLACES))
 }
 
-fn places(curve: &Curve) -> Vec<Xy> {
+pub fn places(curve: &Curve) -> Vec<Xy> {
     let (a, b) = (xy(curve.from()), xy(curve.to()));
     let on = |share: f64| match curve {
         Curve::Line(_) => (a.0 + (b.0 - a.0) * share, a.1 + (b.1 - a.1) * share),

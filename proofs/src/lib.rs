@@ -52,8 +52,21 @@ pub mod worlds;
 /// # Panics
 /// When the property does not hold.
 pub fn property_of_bytes(bytes: &[u8]) {
-    let Some((number, inputs)) = bytes.split_first_chunk::<2>() else { return };
+    chosen_of_bytes(&properties::all(), bytes);
+}
+
+/// The same among the properties whose names are listed.
+///
+/// # Panics
+/// When the property does not hold, or no property has one of the names.
+pub fn named_of_bytes(names: &[&str], bytes: &[u8]) {
     let all = properties::all();
-    let property = all[usize::from(u16::from_le_bytes(*number)) % all.len()];
+    let named = |name: &&str| *all.iter().find(|each| each.name == *name).expect("a property has the name");
+    chosen_of_bytes(&names.iter().map(named).collect::<Vec<_>>(), bytes);
+}
+
+fn chosen_of_bytes(among: &[&property::Property], bytes: &[u8]) {
+    let Some((number, inputs)) = bytes.split_first_chunk::<2>() else { return };
+    let property = among[usize::from(u16::from_le_bytes(*number)) % among.len()];
     (property.bytes)(&mut draw::Bytes::of(inputs));
 }

@@ -120,7 +120,11 @@ fn only_ok_accepts(bytes: &[u8]) {
 }
 
 /// A guard far from its part, to have motions certified.
-fn guard() -> Guard {
+///
+/// # Panics
+/// Never: a triangle is a region.
+#[must_use]
+pub fn guard() -> Guard {
     let corner = |x, y| at((x, y));
     let far = i64::from(keepout_kernel::exact::lattice::COORD_MAX);
     let ring = Ring::new(vec![corner(far - 2, far - 2), corner(far, far - 2), corner(far, far)])

@@ -19,7 +19,7 @@ mod tests;
 use keepout_kernel::{Curve, LatticeError, Point, Turn, Vector};
 
 use super::lines::{Line, Lines, as_str, plane, push_mm, push_number};
-use super::{Dialect, Inspector, Setting};
+use super::{Dialect, Inspector, Setting, no_such_motion};
 use crate::link::Abilities;
 use crate::supervisor::guard::{Motion, MotionShape};
 use crate::supervisor::{Command, Limits, Mode, Reply, Report, text};
@@ -116,8 +116,9 @@ impl Grbl {
         Ok(())
     }
 
+    /// In work coordinates, which nobody knows before a report had their offset.
     fn work(&self, point: Point) -> Result<Point, LatticeError> {
-        let offset = self.work_offset.unwrap_or(Vector { dx: 0, dy: 0 });
+        let offset = self.work_offset.ok_or_else(no_such_motion)?;
         point.translated(self.setting.offset)?.translated(Vector { dx: -offset.dx, dy: -offset.dy })
     }
 

@@ -1,0 +1,331 @@
+//! Controllers' languages: any bytes heard, and motions there and back.
+
+use std::sync::{Arc, OnceLock};
+use std::time::Duration;
+
+use arbitrary::{Arbitrary, Result, Unstructured};
+use keepout_executor::link::dialect::{
+    Described, Description, Dialect, Grbl, Language, Setting, Venus, Zaber,
+};
+use keepout_executor::sim::{Controller, SimSettings, speaking};
+use keepout_executor::supervisor::guard::{Certification, Certified};
+use keepout_executor::supervisor::{Command, Mode, Reply};
+use keepout_executor::time::Time;
+use keepout_kernel::{Curve, Point, Segment, Vector};
+use keepout_planner::machine::MachineProfile;
+use keepout_planner::units::mm;
+use keepout_proofs::properties::dialects::guard;
+
+/// Commands that move nothing.
+pub const COMMANDS: [Command; 8] = [
+    Command::Query,
+    Command::Prepare,
+    Command::Home,
+    Command::Arm,
+    Command::Cancel,
+    Command::Hold,
+    Command::Continue,
+    Command::Abort,
+];
+
+/// Bytes from here on stand for commands, the others for what the controller says.
+const FIRST_COMMAND: u8 = 0xf0;
+/// Bytes that one byte heard may make a dialect say.
+const SAID_MAX: usize = 1000;
+
+/// The descriptions that are tried: ours, and those of the tests.
+const DESCRIPTIONS: [&str; 4] = [
+    include_str!("../../executor/dialects/nsk-style.toml"),
+    include_str!("../../executor/dialects/tango.toml"),
+    include_str!("../../executor/tests/described/ok-style.toml"),
+    include_str!("../../executor/tests/described/one-answer.toml"),
+];
+
+/// What dialects are told here.
+#[must_use]
+pub fn setting() -> Setting {
+    Setting { offset: Vector { dx: -12_345_600, dy: 700 }, steps_per_mm: 400.0, arc_tolerance_mm: 0.0005 }
+}
+
+fn description(which: usize) -> Arc<Description> {
+    static ALL: OnceLock<Vec<Arc<Description>>> = OnceLock::new();
+    let read = |text: &&str| Arc::new(Description::of(text).expect("it is one of ours"));
+    let all = ALL.get_or_init(|| DESCRIPTIONS.iter().map(read).collect());
+    Arc::clone(&all[which % all.len()])
+}
+
+/// Any bytes from a GRBL or grblHAL controller, at any stage of a session, commands between them: bounded output, nothing
+/// believed that the line does not say, and a line that is understood after a reset whatever came before.
+///
+/// # Panics
+/// When one of these does not hold.
+pub fn grbl_decode(bytes: &[u8]) {
+    let Some((hal, rest)) = bytes.split_first() else { return };
+    let mut grbl = if hal & 1 == 0 { Grbl::new(setting()) } else { Grbl::hal(setting()) };
+    talk(&mut grbl, rest, grbl_says);
+    grbl.reset();
+    let (report, mut out) = (b"<Idle|MPos:-123.456,0.007,0.000>\r\n", Vec::new());
+    let replies: Vec<Reply> = report.iter().filter_map(|&byte| grbl.decode(byte, &mut out)).collect();
+    let [Reply::Report(report)] = replies[..] else { panic!("after a reset: {replies:?}") };
+    assert_eq!(report.position, Some(Point::ORIGIN));
+}
+
+/// Any bytes from a Zaber controller: bounded output, and nothing believed behind a wrong checksum.
+///
+/// # Panics
+/// When one of these does not hold.
+pub fn zaber_decode(bytes: &[u8]) {
+    talk(&mut Zaber::new(setting()), bytes, zaber_says);
+}
+
+/// Any bytes from a Venus-1 controller: bounded output, and places that are those of the line.
+///
+/// # Panics
+/// When one of these does not hold.
+pub fn venus_decode(bytes: &[u8]) {
+    talk(&mut Venus::new(setting()), bytes, venus_says);
+}
+
+/// Any bytes from a controller that a file describes; the first chooses the file: bounded output, the same replies again, and
+/// none from a line that no template fits.
+///
+/// # Panics
+/// When one of these does not hold.
+pub fn described_decode(bytes: &[u8]) {
+    let Some((&which, rest)) = bytes.split_first() else { return };
+    let mut dialect = Described::new(description(which.into()), setting());
+    talk(&mut dialect, rest, |line, reply| {
+        let says = line.iter().any(u8::is_ascii_graphic);
+        assert!(says || !matches!(reply, Reply::Report(_)), "a report from {line:?}");
+    });
+}
+
+/// Hears and says in turn. `witness` is shown each line with the reply that it made.
+fn talk(dialect: &mut dyn Dialect, bytes: &[u8], witness: impl Fn(&[u8], &Reply)) {
+    let (mut out, mut line) = (Vec::new(), Vec::new());
+    for &byte in bytes {
+        if byte >= FIRST_COMMAND {
+            say(dialect, byte - FIRST_COMMAND, &mut out);
+            continue;
+        }
+        line.push(byte);
+        let before = out.len();
+        if let Some(reply) = dialect.decode(byte, &mut out) {
+            witness(&line, &reply);
+        }
+        assert!(out.len() - before < SAID_MAX, "it talks without end");
+        if matches!(byte, b'\n' | b'\r') {
+            line.clear();
+        }
+    }
+}
+
+fn say(dialect: &mut dyn Dialect, which: u8, out: &mut Vec<u8>) {
+    let before = out.len();
+    let far = Point::from_units(3_000_000, -2_000_000).expect("it is small");
+    let command = match COMMANDS.get(usize::from(which)) {
+        Some(command) => *command,
+        None if which == 8 => return dialect.reset(),
+        None if which < 12 => Command::Move(jog(Point::ORIGIN, far)),
+        None => Command::Move(straight(Point::ORIGIN, far, 600)),
+    };
+    if dialect.encode(&command, out).is_err() {
+        assert_eq!(out.len(), before, "half a command was said");
+    }
+}
+
+/// A jog over an empty plane.
+fn jog(from: Point, to: Point) -> Certified {
+    let mut guard = guard();
+    guard.locate(from).expect("it is far from everything");
+    guard.jog(to, 1200).expect("it is far from everything")
+}
+
+/// A straight motion of a contour over an empty plane.
+fn straight(from: Point, to: Point, feed_mm_min: u32) -> Certified {
+    let mut guard = guard();
+    guard.locate(from).expect("it is far from everything");
+    let line = Curve::Line(Segment { from, to });
+    guard.begin_contour(vec![(line, feed_mm_min)]).expect("it begins where the tool is");
+    assert_eq!(guard.certify_contour(usize::MAX), Ok(Certification::Done));
+    guard.next_of_contour().expect("it is the first")
+}
+
+fn grbl_says(line: &[u8], reply: &Reply) {
+    let text = String::from_utf8_lossy(line);
+    let text = text.trim_end_matches(['\r', '\n']);
+    match reply {
+        Reply::Accepted | Reply::Armed | Reply::Homed => assert_eq!(text, "ok", "{reply:?}"),
+        Reply::Refused { .. } => assert!(text.starts_with("error:"), "{reply:?} from {text:?}"),
+        Reply::Alarm { .. } => assert!(text.starts_with("ALARM:"), "{reply:?} from {text:?}"),
+        Reply::Report(report) => {
+            let Some(at) = report.position else { return };
+            let place = text.split_once("|MPos:").and_then(|(_, rest)| two(rest, ','));
+            let [x, y] = place.unwrap_or_else(|| panic!("a place from {text:?}"));
+            is_there(at, [x, y], text);
+        }
+        _ => {}
+    }
+}
+
+fn zaber_says(line: &[u8], reply: &Reply) {
+    let text: Vec<u8> = line.iter().copied().filter(|byte| !matches!(byte, b'\r' | b'\n')).collect();
+    if matches!(reply, Reply::Garbled(_)) {
+        return;
+    }
+    let Some(colon) = text.iter().rposition(|&byte| byte == b':') else { return };
+    let sum = text[1..colon].iter().fold(0_u8, |sum, &byte| sum.wrapping_add(byte));
+    let stated =
+        std::str::from_utf8(&text[colon + 1..]).ok().and_then(|sum| u8::from_str_radix(sum, 16).ok());
+    assert_eq!(stated, Some(sum.wrapping_neg()), "{reply:?} from {:?}", String::from_utf8_lossy(line));
+}
+
+fn venus_says(line: &[u8], reply: &Reply) {
+    let text = String::from_utf8_lossy(line);
+    let text = text.trim();
+    if let Reply::Report(report) = reply
+        && let Some(at) = report.position
+    {
+        let place = two(text, ' ').unwrap_or_else(|| panic!("a place from {text:?}"));
+        is_there(at, place, text);
+    }
+}
+
+/// The first two numbers.
+fn two(text: &str, between: char) -> Option<[f64; 2]> {
+    let mut numbers = text.split([between, '|', '>']).filter(|part| !part.is_empty());
+    Some([numbers.next()?.trim().parse().ok()?, numbers.next()?.trim().parse().ok()?])
+}
+
+/// The place is what the line says in machine coordinates.
+fn is_there(at: Point, [x, y]: [f64; 2], text: &str) {
+    let machine = at.translated(setting().offset).expect("it came from there");
+    let off = (mm(machine.x.units()) - x).abs().max((mm(machine.y.units()) - y).abs());
+    assert!(off < 2e-5, "{at:?} from {text:?}");
+}
+
+/// A language, a place of the table, rubbish before the session, and motions: each arrives where it was sent, and is reported
+/// there.
+///
+/// # Panics
+/// When one does not.
+pub fn round_trip(bytes: &[u8]) {
+    let _ = round_trip_of(&mut Unstructured::new(bytes));
+}
+
+fn round_trip_of(u: &mut Unstructured<'_>) -> Result<()> {
+    let language = match u.int_in_range(0..=7_usize)? {
+        0 => Language::Grbl,
+        1 => Language::GrblHal,
+        2 => Language::Zaber,
+        3 => Language::Venus,
+        other => Language::Described { file: "described".into(), description: description(other) },
+    };
+    let reach = 15_000_000;
+    let offset = Vector { dx: -u.int_in_range(reach..=2 * reach)?, dy: -u.int_in_range(reach..=2 * reach)? };
+    let mut trip = Trip::begin(&language, offset);
+    for _ in 0..u.int_in_range(0..=12_u8)? {
+        trip.hears_rubbish(u8::arbitrary(u)?);
+    }
+    trip.sets_out();
+    let mut from = Point::ORIGIN;
+    for _ in 0..u.int_in_range(1..=3_u8)? {
+        let (x, y) = (u.int_in_range(0..=9_000_000_i64)?, u.int_in_range(0..=9_000_000_i64)?);
+        let (to, feed) = (Point::from_units(x, y).expect("it is small"), u.int_in_range(60..=12_000_u32)?);
+        let way = to.minus(from);
+        if way.dx.abs().max(way.dy.abs()) < 2000 {
+            continue;
+        }
+        trip.goes(if bool::arbitrary(u)? { jog(from, to) } else { straight(from, to, feed) }, to, offset);
+        from = to;
+    }
+    Ok(())
+}
+
+/// A dialect and the simulated controller that speaks it, without a line between them.
+struct Trip {
+    dialect: Box<dyn Dialect>,
+    controller: Box<dyn Controller>,
+    now: Time,
+    bytes: Vec<u8>,
+}
+
+impl Trip {
+    fn begin(language: &Language, offset: Vector) -> Self {
+        let machine = MachineProfile::simulated();
+        let (steps_per_mm, arc_tolerance_mm) = (machine.steps_per_mm, machine.arc_tolerance_mm);
+        let settings = SimSettings {
+            machine,
+            start_mm: (mm(offset.dx), mm(offset.dy)),
+            homed: true,
+            homing: Duration::from_secs(1),
+            work_offset_mm: (-30.0, -20.0),
+        };
+        let controller = speaking(language, settings);
+        let dialect = language.dialect(Setting { offset, steps_per_mm, arc_tolerance_mm });
+        Self { dialect, controller, now: Time::ZERO, bytes: Vec::new() }
+    }
+
+    /// Something that nobody said, before the session; what it makes the dialect say is lost.
+    fn hears_rubbish(&mut self, byte: u8) {
+        let _ = self.dialect.decode(byte, &mut Vec::new());
+    }
+
+    fn sets_out(&mut self) {
+        self.dialect.reset();
+        self.say(&Command::Query, |reply| matches!(reply, Reply::Report(_)));
+        self.say(&Command::Prepare, |reply| matches!(reply, Reply::Prepared(_)));
+        self.say(&Command::Arm, |reply| matches!(reply, Reply::Armed));
+        let known = |reply: &Reply| matches!(reply, Reply::Report(report) if report.position.is_some());
+        for _ in 0..3 {
+            if known(&self.say(&Command::Query, |reply| matches!(reply, Reply::Report(_)))) {
+                return;
+            }
+        }
+        panic!("nobody says where the tool is");
+    }
+
+    fn goes(&mut self, certified: Certified, to: Point, offset: Vector) {
+        self.say(&Command::Move(certified), |reply| *reply == Reply::Accepted);
+        let report = loop {
+            match self.say(&Command::Query, |reply| matches!(reply, Reply::Report(_))) {
+                Reply::Report(report) if report.mode == Mode::Idle => break report,
+                _ => {}
+            }
+        };
+        let mut samples = Vec::new();
+        self.controller.take_samples(&mut samples);
+        let (x, y) = samples.last().expect("it has moved").position_mm;
+        let half_step_mm = 0.5 / MachineProfile::simulated().steps_per_mm + 2e-5;
+        let machine = to.translated(offset).expect("it is small");
+        let off = (x - mm(machine.x.units())).abs().max((y - mm(machine.y.units())).abs());
+        assert!(off <= half_step_mm, "{off} mm from {to:?} by {:?}", self.controller);
+        let reported = report.position.expect("it is armed").minus(to);
+        let off = mm(reported.dx).abs().max(mm(reported.dy).abs());
+        assert!(off <= 4.0 * half_step_mm, "reported {off} mm from {to:?}");
+    }
+
+    /// Says a command and hears on until a reply is the wanted one.
+    fn say(&mut self, command: &Command, wanted: impl Fn(&Reply) -> bool) -> Reply {
+        self.dialect.encode(command, &mut self.bytes).expect("it is on the lattice");
+        for _ in 0..200_000 {
+            std::mem::take(&mut self.bytes).into_iter().for_each(|byte| self.controller.receive(byte));
+            let next = self.controller.next_event().min(self.now.after(Duration::from_millis(20)));
+            self.now = next.max(self.now.after(Duration::from_millis(1)));
+            self.controller.advance(self.now);
+            let mut heard = Vec::new();
+            self.controller.transmit(&mut heard);
+            for byte in heard {
+                let Some(reply) = self.dialect.decode(byte, &mut self.bytes) else { continue };
+                assert!(
+                    !matches!(reply, Reply::Garbled(_) | Reply::Refused { .. }),
+                    "{command:?}: {reply:?}"
+                );
+                if wanted(&reply) {
+                    return reply;
+                }
+            }
+        }
+        panic!("no answer to {command:?}");
+    }
+}

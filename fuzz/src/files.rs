@@ -1,0 +1,233 @@
+//! Files that a workshop keeps: plans, logs, profiles and the small ones.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use keepout_executor::link::dialect::{Described, Description, Dialect, Setting};
+use keepout_executor::operator::{Script, Trace};
+use keepout_executor::servo::profile::DriveProfile;
+use keepout_executor::session::log::{Certificate, Entry, Log, LogReadError};
+use keepout_executor::session::replay::replay;
+use keepout_executor::session::{page_of_log, picture_of_log};
+use keepout_kernel::curve::xy;
+use keepout_planner::machine::MachineProfile;
+use keepout_planner::margin::Budget;
+use keepout_planner::plan_file;
+use keepout_planner::setup::Setup;
+
+use crate::dialects::setting;
+use crate::import::{CURVES_MAX, edges, told};
+use crate::{job, witness};
+
+/// Any bytes as a plan file, or as what one holds behind its hash: a typed error, or a plan, which certification refuses or
+/// believes; what it believes keeps the tool out of the part, by another's eyes.
+///
+/// # Panics
+/// When it believes what does not, or when a plan changes on its way to a file and back.
+pub fn plan_file(bytes: &[u8]) {
+    let whole = if bytes.starts_with(b"KEEPOUT PLAN") { bytes.to_vec() } else { sealed(bytes) };
+    let plan = match plan_file::decode(&whole) {
+        Ok(plan) => plan,
+        Err(error) => return told(&error.to_string()),
+    };
+    let again = plan_file::decode(&plan_file::encode(&plan).expect("a plan in memory can be written"));
+    // What is no number is not equal to itself.
+    assert!(again.is_ok_and(|again| again == plan || format!("{plan:?}").contains("NaN")), "{plan:?}");
+    let curves: usize =
+        plan.passes.iter().flat_map(|pass| &pass.path.loops).map(|each| each.curves.len()).sum();
+    if edges(&plan.profile).max(edges(&plan.zones)).max(curves) > CURVES_MAX {
+        return;
+    }
+    match plan.certify() {
+        Ok(certified) => witness::watch(&certified),
+        Err(error) => told(&error.to_string()),
+    }
+}
+
+/// The bytes behind the head and the hash of a plan file.
+#[must_use]
+pub fn sealed(payload: &[u8]) -> Vec<u8> {
+    let mut bytes = b"KEEPOUT PLAN".to_vec();
+    bytes.extend(plan_file::VERSION.to_le_bytes());
+    bytes.extend(plan_file::hash(payload));
+    bytes.extend(payload);
+    bytes
+}
+
+/// Any bytes as a log, and as a log's lines without their checksums, which are added: a typed error with the line, or a session
+/// that is played again. What it says was sent is certified, by another's eyes, and no bit of it can be changed unnoticed.
+///
+/// # Panics
+/// When one of these does not hold.
+pub fn session_log(bytes: &[u8]) {
+    if let Err(error) = Log::parse(bytes) {
+        told(&error.to_string());
+    }
+    let summed = summed(bytes);
+    let log = match Log::parse(&summed) {
+        Ok(log) => log,
+        Err(error) => return told(&error.to_string()),
+    };
+    is_not_changed_unnoticed(&summed, bytes.len());
+    match replay(&log, job::work()) {
+        Ok(played) => {
+            watch(&log);
+            told(&played.end().to_string());
+            assert!(picture_of_log(&log.header, &played).starts_with("<svg"));
+            assert!(page_of_log(&log.header, &played, "fuzz.log", 0).contains("<html"));
+        }
+        Err(error) => told(&error.to_string()),
+    }
+}
+
+/// Lines of a log, each with the checksum over itself and the line before, and `plan=@` made the hash of the plan that
+/// [`job::work`] has.
+#[must_use]
+pub fn summed(lines: &[u8]) -> Vec<u8> {
+    let mut sum = 0_u32;
+    let mut out = Vec::with_capacity(2 * lines.len());
+    for line in lines.split_inclusive(|&byte| byte == b'\n') {
+        let Some((_, line)) = line.split_last().filter(|(last, _)| **last == b'\n') else {
+            out.extend(line);
+            break;
+        };
+        let line = named(line);
+        let mut hasher = crc32fast::Hasher::new();
+        hasher.update(&sum.to_le_bytes());
+        hasher.update(&line);
+        sum = hasher.finalize();
+        out.extend(&line);
+        out.extend(format!("\t{sum:08x}\n").bytes());
+    }
+    out
+}
+
+fn named(line: &[u8]) -> Vec<u8> {
+    const PLACE: &[u8] = b" plan=@ ";
+    match line.windows(PLACE.len()).position(|window| window == PLACE) {
+        Some(at) if line.starts_with(b"keepout-log") => {
+            [&line[..at], b" plan=", job::hash().as_bytes(), b" ", &line[at + PLACE.len()..]].concat()
+        }
+        _ => line.to_vec(),
+    }
+}
+
+fn is_not_changed_unnoticed(log: &[u8], which: usize) {
+    let Some(end) = log.iter().rposition(|&byte| byte == b'\n') else { return };
+    let (at, bit) = (which * 7 % end, which % 8);
+    let mut changed = log.to_vec();
+    changed[at] ^= 1 << bit;
+    let error = Log::parse(&changed).expect_err("a bit was changed");
+    assert!(!matches!(error, LogReadError::Read { .. }), "{error}");
+}
+
+/// Jogs that were certified end clear of the part; those that lead out of it come nearer to nothing, which is looked at elsewhere.
+fn watch(log: &Log) {
+    let plan = &job::work().plan;
+    let mut escapes = false;
+    for (_, entry) in &log.entries {
+        match entry {
+            Entry::Phase(phase) => escapes |= phase.starts_with("Escaping"),
+            Entry::Certificate(text) => {
+                let Some(Certificate::Jog(to, _)) = Certificate::parse(text) else { continue };
+                let walls =
+                    plan.plan.profile.loops.iter().flat_map(|each| each.edges.iter().map(|edge| &edge.curve));
+                let left = witness::distance(xy(to), walls);
+                let kept = if escapes { plan.plan.tool_radius } else { plan.roughing };
+                assert!(left > f64::from(kept.units()) - 3.0, "a jog to {to:?}, {left} from the part");
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Any bytes as a machine profile: a typed error, or figures that a machine can have, which come back from a file, and make a
+/// margin of their sum.
+///
+/// # Panics
+/// When one of these does not hold.
+pub fn machine_profile(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    let profile = match toml::from_str::<MachineProfile>(text) {
+        Ok(profile) => profile,
+        Err(error) => return told(&error.to_string()),
+    };
+    let profile = match profile.checked() {
+        Ok(profile) => profile,
+        Err(error) => return told(&error.to_string()),
+    };
+    let again = toml::from_str::<MachineProfile>(&profile.to_toml()).expect("it was written as TOML");
+    assert_eq!(again, profile);
+    match Budget::of(&profile, None, false) {
+        Ok(budget) => adds_up(&profile, &budget),
+        Err(error) => told(&error.to_string()),
+    }
+}
+
+fn adds_up(profile: &MachineProfile, budget: &Budget) {
+    let sum: f64 = budget.terms.iter().map(|term| term.mm).sum();
+    let least = profile.repeatability_mm
+        + profile.contour_error_mm
+        + profile.arc_tolerance_mm
+        + 0.5 / profile.steps_per_mm;
+    assert!(budget.terms.iter().all(|term| term.mm >= 0.0) && sum >= least, "{profile:?}: {budget:?}");
+    if let Ok(total) = budget.total() {
+        let off = f64::from(total.units()) / 1e5 - sum;
+        assert!(
+            (0.0..2e-5).contains(&(off + 1e-9)),
+            "{off} mm between the terms and the margin of {profile:?}"
+        );
+    }
+}
+
+/// Any bytes as one of the small files, which the first chooses: a controller's description, a setup, a script, a trace, drives.
+/// A typed error, or what is read; a description that is read makes a dialect that hears the rest.
+///
+/// # Panics
+/// When the dialect talks without end.
+pub fn small_files(bytes: &[u8]) {
+    let Some((which, rest)) = bytes.split_first() else { return };
+    let path = Path::new("fuzz");
+    if which % 5 == 3 {
+        if let Err(error) = Trace::read(rest, path) {
+            told(&error.to_string());
+        }
+        return;
+    }
+    let Ok(text) = std::str::from_utf8(rest) else { return };
+    match which % 5 {
+        0 => match Description::of(text) {
+            Ok(description) => hears(description, rest),
+            Err(error) => told(&error.to_string()),
+        },
+        1 => match toml::from_str::<Setup>(text).map(Setup::checked) {
+            Ok(Ok(setup)) => assert!(setup.placed().is_none_or(|(degrees, _)| degrees.is_finite())),
+            Ok(Err(error)) => told(&error.to_string()),
+            Err(error) => told(&error.to_string()),
+        },
+        2 => {
+            if let Err(error) = Script::parse(text) {
+                told(&error.to_string());
+            }
+        }
+        _ => {
+            if let Err(error) = DriveProfile::parse("fuzz", text) {
+                told(&error.to_string());
+            }
+        }
+    }
+}
+
+fn hears(description: Description, bytes: &[u8]) {
+    let setting: Setting = setting();
+    let mut dialect = Described::new(Arc::new(description), setting);
+    let mut out = Vec::new();
+    for command in crate::dialects::COMMANDS {
+        let _ = dialect.encode(&command, &mut out);
+        for &byte in bytes.iter().take(500) {
+            let before = out.len();
+            let _ = dialect.decode(byte, &mut out);
+            assert!(out.len() - before < 3000, "it talks without end");
+        }
+    }
+}

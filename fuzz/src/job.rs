@@ -1,0 +1,41 @@
+//! The small job that logs and sessions are about.
+
+use std::sync::OnceLock;
+
+use keepout_executor::supervisor::Workpiece;
+use keepout_planner::machine::MachineProfile;
+use keepout_planner::order::Order;
+use keepout_planner::plan_file;
+
+/// A plate of 24 × 16 mm with a slot that the tool enters and a step.
+const PLATE: &str = "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n0\nLWPOLYLINE\n8\n0\n90\n10\n70\n1\n\
+10\n0\n20\n0\n10\n24\n20\n0\n10\n24\n20\n10\n10\n18\n20\n16\n10\n14\n20\n16\n10\n14\n20\n8\n10\n6\n20\n8\n10\n6\n20\n16\n10\n3\n20\n16\n10\n0\n20\n12\n\
+0\nENDSEC\n0\nEOF\n";
+
+/// The plate, planned for a tool of 6 mm on the simulated machine.
+///
+/// # Panics
+/// Never: it can be planned.
+#[must_use]
+pub fn work() -> Workpiece {
+    static WORK: OnceLock<Workpiece> = OnceLock::new();
+    let planned = || {
+        let machine = MachineProfile::simulated();
+        let plan = Order::default().plan("plate", PLATE.as_bytes(), &machine, &mut |_| {});
+        Workpiece::new(plan.expect("the plate can be planned"))
+    };
+    WORK.get_or_init(planned).clone()
+}
+
+/// The hash of its plan file, as logs name it.
+///
+/// # Panics
+/// Never: a plan in memory can be written.
+#[must_use]
+pub fn hash() -> &'static str {
+    static HASH: OnceLock<String> = OnceLock::new();
+    HASH.get_or_init(|| {
+        let bytes = plan_file::encode(&work().plan.plan).expect("a plan in memory can be written");
+        plan_file::hex(&plan_file::hash(&bytes))
+    })
+}

@@ -1,0 +1,267 @@
+//! The kernel's structures beside brute force and big integers.
+
+use arbitrary::{Arbitrary, Result, Unstructured};
+use keepout_kernel::curve::xy;
+use keepout_kernel::exact::region::Location;
+use keepout_kernel::exact::segment::Window;
+use keepout_kernel::index::build::build;
+use keepout_kernel::{
+    CheckedIndex, Edge, Length, Mesh, Nearest, Point, ProhibitedRegion, Region, Ring, Segment, Side,
+};
+use keepout_proofs::families::{at, length};
+use keepout_proofs::properties::Xy;
+use keepout_proofs::soak::{point_within, segments_within, triangle_within};
+
+/// Most corners of a ring, and edges of a soup.
+const CORNERS_MAX: usize = 40;
+
+/// Any bytes as edges and questions: index, cells and near list answer as all edges do.
+///
+/// # Panics
+/// When one does not.
+pub fn index(bytes: &[u8]) {
+    const PROPERTIES: [&str; 6] = [
+        "queries_are_those_over_all_edges",
+        "long_motions_skip_only_what_is_beside",
+        "cells_answer_as_the_index",
+        "walks_cover_their_motion",
+        "near_lists_answer_as_the_index",
+        "probes_answer_as_the_part",
+    ];
+    keepout_proofs::named_of_bytes(&PROPERTIES, bytes);
+}
+
+/// Any bytes as edges and a tree over them that is changed: it is refused, or overlooks nothing.
+///
+/// # Panics
+/// When a tree is believed that overlooks an edge.
+pub fn index_check(bytes: &[u8]) {
+    const PROPERTIES: [&str; 7] = [
+        "accepted_index_overlooks_no_edge",
+        "disturbed_indices_are_refused_or_overlook_nothing",
+        "shrunken_boxes_are_refused",
+        "misshapen_trees_are_refused",
+        "boxes_of_a_node_meet_as_windows_do",
+        "disturbed_cells_are_refused_or_harmless",
+        "what_is_near_lies_in_the_whole",
+    ];
+    keepout_proofs::named_of_bytes(&PROPERTIES, bytes);
+}
+
+/// A field of coordinates: half its side, and the grid that they lie on, so that things coincide.
+#[derive(Clone, Copy, Debug)]
+struct Field {
+    half: i64,
+    grid: i64,
+}
+
+impl<'a> Arbitrary<'a> for Field {
+    fn arbitrary(u: &mut Unstructured<'a>) -> Result<Self> {
+        let half = 1_i64 << u.int_in_range(2..=28_u8)?;
+        let grid = (1_i64 << u.int_in_range(0..=28_u8)?).min(half);
+        Ok(Self { half, grid: if bool::arbitrary(u)? { grid } else { 1 } })
+    }
+}
+
+impl Field {
+    fn point(self, u: &mut Unstructured<'_>) -> Result<Xy> {
+        let most = self.half / self.grid;
+        let mut coordinate = || -> Result<i64> { Ok(u.int_in_range(-most..=most)? * self.grid) };
+        Ok((coordinate()?, coordinate()?))
+    }
+
+    /// A point beside some corner, or anywhere.
+    fn beside(self, corners: &[Xy], u: &mut Unstructured<'_>) -> Result<Xy> {
+        if corners.is_empty() || bool::arbitrary(u)? {
+            return self.point(u);
+        }
+        let (x, y) = *u.choose(corners)?;
+        Ok((x + i64::from(i16::arbitrary(u)?), y + i64::from(i8::arbitrary(u)?)))
+    }
+
+    fn radius(self, u: &mut Unstructured<'_>) -> Result<i64> {
+        let most = if bool::arbitrary(u)? { self.half } else { 64 };
+        u.int_in_range(0..=most)
+    }
+
+    /// A ring around a centre, or through any points; simple or not.
+    fn ring(self, u: &mut Unstructured<'_>) -> Result<Vec<Xy>> {
+        let count = u.int_in_range(3..=CORNERS_MAX)?;
+        if bool::arbitrary(u)? {
+            return (0..count).map(|_| self.point(u)).collect();
+        }
+        let centre = self.point(u)?;
+        (0..count)
+            .map(|k| around(centre, k, count, self.half * i64::from(u.int_in_range(1..=64_u8)?) / 64))
+            .collect()
+    }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "few corners, and radii of 30 bits")]
+fn around((x, y): Xy, k: usize, count: usize, radius: i64) -> Result<Xy> {
+    let (sine, cosine) = (std::f64::consts::TAU * k as f64 / count as f64).sin_cos();
+    let unit = |c: f64| keepout_kernel::curve::nearest_unit(c * radius as f64);
+    Ok((x + unit(cosine), y + unit(sine)))
+}
+
+fn plain(point: Point) -> Xy {
+    (i64::from(point.x.units()), i64::from(point.y.units()))
+}
+
+fn segment(a: Xy, b: Xy) -> Segment {
+    Segment { from: at(a), to: at(b) }
+}
+
+/// Any bytes as a part and motions beside it: point, motion, fan and clip are what big integers say over all edges.
+///
+/// # Panics
+/// When one is not.
+pub fn clear(bytes: &[u8]) {
+    let _ = clear_of(&mut Unstructured::new(bytes));
+}
+
+fn clear_of(u: &mut Unstructured<'_>) -> Result<()> {
+    let field = Field::arbitrary(u)?;
+    let corners = field.ring(u)?;
+    let side = if bool::arbitrary(u)? { Side::Outside } else { Side::Inside };
+    let Ok(ring) = Ring::new(corners.iter().map(|&p| at(p)).collect()) else { return Ok(()) };
+    let Ok(region) = Region::new(vec![ring]) else { return Ok(()) };
+    let Ok(mut part) = ProhibitedRegion::new(region, side) else { return Ok(()) };
+    let threshold = field.radius(u)?;
+    if bool::arbitrary(u)? {
+        let _ = part.prepare(length(threshold));
+    }
+    for _ in 0..u.int_in_range(1..=4_u8)? {
+        let [p, q, s] =
+            [field.beside(&corners, u)?, field.beside(&corners, u)?, field.beside(&corners, u)?].map(clamped);
+        ask(&part, [p, q, s], threshold);
+    }
+    Ok(())
+}
+
+/// Onto the lattice, as [`at`] does.
+fn clamped(p: Xy) -> Xy {
+    plain(at(p))
+}
+
+fn ask(part: &ProhibitedRegion, [p, q, s]: [Xy; 3], r: i64) {
+    let walls: Vec<(Xy, Xy)> =
+        part.edges().iter().map(|edge| (plain(edge.chord.from), plain(edge.chord.to))).collect();
+    let near_point = |p: Xy| walls.iter().any(|&(a, b)| point_within(p, a, b, r));
+    let near_motion = |p: Xy, q: Xy| walls.iter().any(|&(a, b)| segments_within(p, q, a, b, r));
+    let near_fan = |corners: [Xy; 3]| walls.iter().any(|&(a, b)| triangle_within(corners, a, b, r));
+    let case = format!("{p:?} {q:?} {s:?} within {r} of {walls:?}");
+    let t = length(r);
+    assert_eq!(part.point_clear(at(p), t).is_clear(), !near_point(p), "point {case}");
+    assert_eq!(part.motion_clear(segment(p, q), t).is_clear(), !near_motion(p, q), "motion {case}");
+    let Ok(start) = part.free_point(at(p), t) else { return };
+    assert!(!near_point(p), "free point {case}");
+    let motion = part.motion(start, at(q));
+    assert_eq!(motion.is_ok(), !near_motion(p, q), "motion from a free point {case}");
+    if let Ok(end) = motion {
+        assert_eq!(part.fan(start, end, at(s)).is_ok(), !near_fan([p, q, s]), "fan {case}");
+    }
+    let clipped = plain(part.clip(start, at(q)).point());
+    assert!(!near_motion(p, clipped), "clipped at {clipped:?}, {case}");
+    assert!(near_motion(p, q) || clipped == q, "clipped at {clipped:?} although clear, {case}");
+    if let Some(clearance) = part.clearance(at(p)) {
+        let c = i64::from(clearance.units());
+        assert!(walls.iter().all(|&(a, b)| !point_within(p, a, b, c)), "clearance {c}, {case}");
+    }
+}
+
+/// Any bytes as edges: a mesh that finds what is nearest, and what lies where, as brute force does; or one that is not
+/// confirmed.
+///
+/// # Panics
+/// When a wrong answer is confirmed, or a mesh with all edges gives one.
+pub fn mesh(bytes: &[u8]) {
+    let _ = mesh_of(&mut Unstructured::new(bytes));
+}
+
+fn mesh_of(u: &mut Unstructured<'_>) -> Result<()> {
+    let field = Field::arbitrary(u)?;
+    let soup = bool::arbitrary(u)?;
+    let (edges, corners) = if soup { soup_of(field, u)? } else { rings_of(field, u)? };
+    let Ok(index) = build(edges) else { return Ok(()) };
+    let frame = 2 * field.half + 1 + i64::from(u16::arbitrary(u)?);
+    let frame =
+        i32::try_from(frame.min(i64::from(keepout_kernel::exact::lattice::COORD_MAX))).unwrap_or(i32::MAX);
+    let frame = Window::from_corners(-frame, -frame, frame, frame);
+    let Ok(mesh) = Mesh::build(&index, frame, bool::arbitrary(u)?) else { return Ok(()) };
+    let mut walk = mesh.walk();
+    for _ in 0..u.int_in_range(1..=8_u8)? {
+        let p = at(field.beside(&corners, u)?);
+        let Some(nearest) = walk.nearest(&mesh, &index, p) else { continue };
+        let truth = brute(&index, p);
+        let right = (nearest.distance() - truth).abs() <= 1e-3 + truth * 1e-9;
+        let case = format!("{p:?}: {nearest:?}, {truth} in {:?}", index.edges());
+        assert!(
+            right || !index.confirms(p, nearest) || (nearest.distance() - truth).abs() < 2.5,
+            "confirmed {case}"
+        );
+        assert!(right || mesh.left_out() > 0, "{case}");
+        refuses_others(&index, p, nearest, truth, u)?;
+        if !soup && mesh.left_out() == 0 && frame.holds(p) && index.locate(p) != Location::Boundary {
+            // What is outside of all rings is one piece with the frame's corner.
+            let outside = walk.component(&mesh, p) == Some(0);
+            assert!(!outside || index.locate(p) == Location::Outside, "{case}");
+        }
+    }
+    Ok(())
+}
+
+/// An answer that is off by more than rounding is not confirmed.
+fn refuses_others(
+    index: &CheckedIndex,
+    p: Point,
+    nearest: Nearest,
+    truth: f64,
+    u: &mut Unstructured<'_>,
+) -> Result<()> {
+    let edge = usize::from(u8::arbitrary(u)?);
+    let factor = 1.0 + f64::from(i8::arbitrary(u)?) / 64.0;
+    let other = Nearest { edge, distance_2: nearest.distance_2 * factor };
+    let off = |edge: &Edge| (to_edge(edge, p) - other.distance()).abs();
+    let wrong =
+        (other.distance() - truth).abs() > 2.5 || index.edges().get(edge).is_none_or(|edge| off(edge) > 2.5);
+    assert!(!wrong || !index.confirms(p, other), "{other:?} at {p:?}, truth {truth}");
+    Ok(())
+}
+
+fn soup_of(field: Field, u: &mut Unstructured<'_>) -> Result<(Vec<Edge>, Vec<Xy>)> {
+    let count = u.int_in_range(1..=CORNERS_MAX)?;
+    let mut corners: Vec<Xy> = Vec::new();
+    let mut edges = Vec::new();
+    for _ in 0..count {
+        // Ends are shared now and then.
+        let a =
+            if corners.is_empty() || bool::arbitrary(u)? { field.point(u)? } else { *u.choose(&corners)? };
+        let b = field.point(u)?;
+        corners.extend([a, b]);
+        edges.push(Edge { chord: segment(a, b), slack: Length::ZERO });
+    }
+    Ok((edges, corners))
+}
+
+fn rings_of(field: Field, u: &mut Unstructured<'_>) -> Result<(Vec<Edge>, Vec<Xy>)> {
+    let (mut edges, mut corners) = (Vec::new(), Vec::new());
+    for _ in 0..u.int_in_range(1..=2_u8)? {
+        let ring = field.ring(u)?;
+        let ends = ring.iter().zip(ring.iter().cycle().skip(1));
+        edges.extend(ends.map(|(&a, &b)| Edge { chord: segment(a, b), slack: Length::ZERO }));
+        corners.extend(ring);
+    }
+    Ok((edges, corners))
+}
+
+fn to_edge(edge: &Edge, p: Point) -> f64 {
+    let (a, b, p) = (xy(edge.chord.from), xy(edge.chord.to), xy(p));
+    let (d, w) = ((b.0 - a.0, b.1 - a.1), (p.0 - a.0, p.1 - a.1));
+    let share = ((w.0 * d.0 + w.1 * d.1) / (d.0 * d.0 + d.1 * d.1).max(1.0)).clamp(0.0, 1.0);
+    (w.0 - share * d.0).hypot(w.1 - share * d.1)
+}
+
+fn brute(index: &CheckedIndex, p: Point) -> f64 {
+    index.edges().iter().map(|edge| to_edge(edge, p)).fold(f64::INFINITY, f64::min)
+}

@@ -1,0 +1,159 @@
+//! Offsets and their certificates, beside places looked at in `f64`.
+
+use arbitrary::{Arbitrary, Result, Unstructured};
+use keepout_kernel::offset::{OffsetLoop, Outline, RESOLUTION, certify_complete, certify_path, propose};
+use keepout_kernel::{Arc, Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side, Turn};
+
+use crate::witness::{distance, places};
+
+/// Added to the distance for the path's own rounding, as the planner does (lattice units).
+const GUARD: f64 = 60.0;
+/// What is a unit or two of rounding in `f64`.
+const ROUNDING: f64 = 3.0;
+
+/// Any bytes as an outline of lines and arcs and a distance: a path that is proposed for it is believed, both ways; and a changed
+/// one is refused, or keeps its distance all the same.
+///
+/// # Panics
+/// When a path is believed that does not keep its distance, or that leaves out a loop.
+pub fn offset(bytes: &[u8]) {
+    let _ = offset_of(&mut Unstructured::new(bytes));
+}
+
+fn offset_of(u: &mut Unstructured<'_>) -> Result<()> {
+    let curves = outline(u)?;
+    let free_on_left = bool::arbitrary(u)?;
+    let d = u.int_in_range(1_000..=600_000_u32)?;
+    let slack = Length::small(10);
+    let pieces: std::result::Result<Vec<_>, _> =
+        curves.iter().map(|curve| curve.piece(slack, Length::ZERO)).collect();
+    let Some(ring) = pieces.ok().and_then(|pieces| Ring::from_pieces(&pieces).ok()) else { return Ok(()) };
+    let left = ring.double_area() > 0;
+    let side = if left == free_on_left { Side::Inside } else { Side::Outside };
+    let Ok(region) = Region::new(vec![ring]) else { return Ok(()) };
+    let Ok(part) = ProhibitedRegion::new(region, side) else { return Ok(()) };
+    let outlines = [Outline { curves, free_on_left }];
+    let (threshold, centre) = (Length::from_units(d.into()).unwrap_or(Length::ZERO), f64::from(d) + GUARD);
+    let proposed = propose(&outlines, centre);
+    if !proposed.loose_ends.is_empty() {
+        return Ok(());
+    }
+    for each in &proposed.loops {
+        if let Ok(Some(_)) = certify_path(&part, threshold, &each.curves) {
+            keeps(&each.curves, &outlines[0].curves, d.into());
+        }
+    }
+    let whole = certify_complete(&part, &outlines, centre, Length::small(20), curves_of(&proposed.loops));
+    if whole.is_ok() && !proposed.loops.is_empty() {
+        misses_a_loop(&part, &outlines, centre, proposed.loops.clone(), u)?;
+    }
+    for _ in 0..u.int_in_range(0..=3_u8)? {
+        let Some(each) = proposed.loops.first() else { break };
+        let mut changed = each.curves.clone();
+        change(&mut changed, u)?;
+        if let Ok(Some(_)) = certify_path(&part, threshold, &changed) {
+            keeps(&changed, &outlines[0].curves, d.into());
+        }
+    }
+    Ok(())
+}
+
+fn keeps(path: &[Curve], walls: &[Curve], threshold: f64) {
+    let ends = path.iter().zip(path.iter().skip(1)).all(|(one, next)| one.to() == next.from());
+    assert!(ends, "the path has a jump");
+    for curve in path {
+        for place in places(curve) {
+            let left = distance(place, walls.iter());
+            assert!(
+                left > threshold - ROUNDING,
+                "{curve:?} comes to {left} at {place:?}, not {threshold}, of {walls:?}"
+            );
+        }
+    }
+}
+
+/// A path that is complete is not when one of its loops is left out.
+fn misses_a_loop(
+    part: &ProhibitedRegion,
+    outlines: &[Outline],
+    d: f64,
+    mut loops: Vec<OffsetLoop>,
+    u: &mut Unstructured<'_>,
+) -> Result<()> {
+    let gone = loops.remove(u.choose_index(loops.len())?);
+    let length: f64 = gone.curves.iter().map(Curve::length).sum();
+    // What is beside another loop, or shorter than the resolution, is not missed.
+    let beside = |place| distance(place, curves_of(&loops)) < 10.0 * RESOLUTION;
+    let alone = gone.curves.iter().flat_map(places).all(|place| !beside(place));
+    let noticed = certify_complete(part, outlines, d, Length::small(20), curves_of(&loops)).is_err();
+    assert!(
+        noticed || !alone || length < 10.0 * RESOLUTION,
+        "a loop of {length} is not missed: {outlines:?} {d}"
+    );
+    Ok(())
+}
+
+fn curves_of(loops: &[OffsetLoop]) -> impl Iterator<Item = &Curve> {
+    loops.iter().flat_map(|each| &each.curves)
+}
+
+/// A curve left out, moved, turned round, straightened, or taken from elsewhere.
+fn change(path: &mut Vec<Curve>, u: &mut Unstructured<'_>) -> Result<()> {
+    let k = u.choose_index(path.len())?;
+    let by = (i64::from(i16::arbitrary(u)?), i64::from(i8::arbitrary(u)?));
+    let moved = |p: Point| {
+        let (x, y) = (i64::from(p.x.units()) + by.0, i64::from(p.y.units()) + by.1);
+        Point::from_units(x, y).unwrap_or(p)
+    };
+    match u.int_in_range(0..=4_u8)? {
+        0 if path.len() > 1 => drop(path.remove(k)),
+        1 => path[k] = Curve::Line(Segment { from: path[k].from(), to: path[k].to() }),
+        2 => path[k] = path[k].reversed().unwrap_or(path[k]),
+        3 => {
+            if let Curve::Arc(arc) = path[k]
+                && let Ok(other) = Arc::new(arc.from(), arc.to(), moved(arc.centre()), arc.turn())
+            {
+                path[k] = Curve::Arc(other);
+            }
+        }
+        _ => {
+            // A corner moved, with both curves that meet there straightened.
+            let next = (k + 1) % path.len();
+            let corner = moved(path[k].to());
+            let (from, to) = (path[k].from(), path[next].to());
+            path[k] = Curve::Line(Segment { from, to: corner });
+            path[next] = Curve::Line(Segment { from: if next == k { from } else { corner }, to });
+        }
+    }
+    Ok(())
+}
+
+/// A closed chain of lines and arcs around the origin, millimetres to decimetres across.
+fn outline(u: &mut Unstructured<'_>) -> Result<Vec<Curve>> {
+    let count = u.int_in_range(2..=16_usize)?;
+    let size = 10_f64.powi(i32::from(u.int_in_range(4..=7_u8)?));
+    let mut corners = Vec::with_capacity(count);
+    for k in 0..count {
+        let radius = size * (0.05 + f64::from(u8::arbitrary(u)?) / 256.0);
+        #[expect(clippy::cast_precision_loss, reason = "few corners")]
+        let (sine, cosine) = (std::f64::consts::TAU * k as f64 / count as f64).sin_cos();
+        let corner = keepout_kernel::curve::nearest_point(radius * cosine, radius * sine);
+        corners.push(corner.map_err(|_| arbitrary::Error::IncorrectFormat)?);
+    }
+    let mut curves = Vec::with_capacity(count);
+    for (k, &from) in corners.iter().enumerate() {
+        let to = corners[(k + 1) % count];
+        let bulge = f64::from(i8::arbitrary(u)?) / 100.0;
+        let line = Curve::Line(Segment { from, to });
+        curves.push(if bulge.abs() < 0.3 { line } else { bent(from, to, bulge).unwrap_or(line) });
+    }
+    Ok(curves)
+}
+
+fn bent(from: Point, to: Point, bulge: f64) -> Option<Curve> {
+    let (a, b) = (keepout_kernel::curve::xy(from), keepout_kernel::curve::xy(to));
+    let off = (1.0 - bulge * bulge) / (4.0 * bulge);
+    let centre = (f64::midpoint(a.0, b.0) - (b.1 - a.1) * off, f64::midpoint(a.1, b.1) + (b.0 - a.0) * off);
+    let turn = if bulge > 0.0 { Turn::Left } else { Turn::Right };
+    keepout_kernel::curve::fit_arc(from, to, centre, turn).ok().map(Curve::Arc)
+}

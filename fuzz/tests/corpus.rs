@@ -1,0 +1,103 @@
+//! Every target over its corpus, over what once failed, over mutations of these, and over random bytes.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use keepout_fuzz::{TARGETS, Target};
+
+fn here() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The files of a folder in order; none when there is no folder.
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten();
+    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.expect("readable").path()).collect();
+    paths.sort();
+    paths
+}
+
+/// Whatever is in a fuzz target's corpus, or in `tests/fuzz`, which has what once failed.
+fn inputs(name: &str) -> Vec<Vec<u8>> {
+    let folders = [here().join("corpus").join(name), here().join("../tests/fuzz").join(name)];
+    let drawings = (name == "dxf_import").then(|| here().join("../tests/drawings"));
+    let all = folders.iter().chain(&drawings).flat_map(|folder| files(folder));
+    all.map(|path| std::fs::read(path).expect("readable")).collect()
+}
+
+/// Some bytes flipped, replaced, cut out, doubled or taken from another input.
+fn mutated(bytes: &[u8], others: &[Vec<u8>], random: &mut fastrand::Rng) -> Vec<u8> {
+    let mut bytes = bytes.to_vec();
+    for _ in 0..random.usize(1..5) {
+        let at = random.usize(0..=bytes.len());
+        let end = (at + random.usize(0..16)).min(bytes.len());
+        match random.u8(0..5) {
+            0 => bytes[at..end].iter_mut().for_each(|byte| *byte ^= 1 << random.u8(0..8)),
+            1 => bytes[at..end].iter_mut().for_each(|byte| *byte = random.u8(..)),
+            2 => drop(bytes.drain(at..end)),
+            3 => bytes.extend_from_within(at..end),
+            _ => {
+                let other = &others[random.usize(0..others.len())];
+                let from = random.usize(0..=other.len());
+                let to = (from + random.usize(0..64)).min(other.len());
+                bytes.splice(at..end, other[from..to].iter().copied());
+            }
+        }
+    }
+    bytes
+}
+
+fn check(name: &str, rounds: usize) {
+    let Target { holds, .. } = TARGETS.iter().find(|target| target.name == name).expect("it is a target");
+    let inputs = inputs(name);
+    assert!(!inputs.is_empty(), "{name} has a corpus");
+    inputs.iter().for_each(|bytes| holds(bytes));
+    let mut random = fastrand::Rng::with_seed(43);
+    for _ in 0..rounds {
+        let bytes = mutated(&inputs[random.usize(0..inputs.len())], &inputs, &mut random);
+        holds(&bytes);
+        let bytes: Vec<u8> = (0..random.usize(0..300)).map(|_| random.u8(..)).collect();
+        holds(&bytes);
+    }
+}
+
+macro_rules! tests {
+    ($($name:ident $rounds:literal),+ $(,)?) => {
+        $(#[test] fn $name() { check(stringify!($name), $rounds); })+
+
+        /// No target is without a test, a libFuzzer program, or an entry in the manifest.
+        #[test]
+        fn targets_are_all_there() {
+            let listed: BTreeSet<String> = TARGETS.iter().map(|target| target.name.into()).collect();
+            assert_eq!(listed, BTreeSet::from([$(stringify!($name).to_string()),+]), "tests");
+            let stem = |path: PathBuf| path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+            let programs: BTreeSet<String> = files(&here().join("fuzz_targets")).into_iter().filter_map(stem).collect();
+            assert_eq!(listed, programs, "programs");
+            let manifest = std::fs::read_to_string(here().join("Cargo.toml")).expect("readable");
+            for name in &listed {
+                assert!(manifest.contains(&format!("name = \"{name}\"")), "{name} in the manifest");
+            }
+        }
+    };
+}
+
+tests! {
+    dxf_import 400,
+    drawing 300,
+    index 1500,
+    index_check 1500,
+    mesh 1500,
+    offset 150,
+    clear 1500,
+    plan_file 400,
+    session_log 400,
+    machine_profile 1500,
+    small_files 1500,
+    grbl_decode 3000,
+    zaber_decode 3000,
+    venus_decode 3000,
+    described_decode 3000,
+    round_trip 100,
+    supervisor 300,
+    property 1500,
+}
