@@ -148,11 +148,7 @@ fn watch(log: &Log) {
 /// When one of these does not hold.
 pub fn machine_profile(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else { return };
-    let profile = match toml::from_str::<MachineProfile>(text) {
-        Ok(profile) => profile,
-        Err(error) => return told(&error.to_string()),
-    };
-    let profile = match profile.checked() {
+    let profile = match MachineProfile::parse(Path::new("fuzz"), text) {
         Ok(profile) => profile,
         Err(error) => return told(&error.to_string()),
     };
@@ -200,9 +196,8 @@ pub fn small_files(bytes: &[u8]) {
             Ok(description) => hears(description, rest),
             Err(error) => told(&error.to_string()),
         },
-        1 => match toml::from_str::<Setup>(text).map(Setup::checked) {
-            Ok(Ok(setup)) => assert!(setup.placed().is_none_or(|(degrees, _)| degrees.is_finite())),
-            Ok(Err(error)) => told(&error.to_string()),
+        1 => match Setup::parse(path, text) {
+            Ok(setup) => assert!(setup.placed().is_none_or(|(degrees, _)| degrees.is_finite())),
             Err(error) => told(&error.to_string()),
         },
         2 => {

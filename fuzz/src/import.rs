@@ -50,9 +50,9 @@ pub(crate) fn edges(profile: &Profile) -> usize {
     profile.loops.iter().map(|each| each.edges.len()).sum()
 }
 
-/// A message for a person says something, on few lines.
+/// A message for a person says something, and not too much.
 pub(crate) fn told(message: &str) {
-    assert!(!message.is_empty() && message.len() < 20_000, "{} bytes: {message:.200}", message.len());
+    assert!(!message.is_empty() && message.len() < 4000, "{} bytes: {message:.200}", message.len());
 }
 
 fn tells_all(drawing: &Drawing, chained: &Chained) {

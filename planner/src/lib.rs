@@ -24,4 +24,5 @@ pub mod route;
 pub mod select;
 pub mod setup;
 mod summary;
+pub mod text_file;
 pub mod units;

@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::text_file;
+
 /// A two-axis machine and its controller. All figures are for one axis unless said otherwise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -90,10 +92,20 @@ impl MachineProfile {
     /// # Errors
     /// [`MachineError`] naming the file and the field.
     pub fn load(path: &Path) -> Result<Self, MachineError> {
-        let text = std::fs::read_to_string(path)
+        let text = text_file::read(path)
             .map_err(|source| MachineError::Read { path: path.to_path_buf(), source })?;
-        let profile: Self = toml::from_str(&text)
-            .map_err(|error| MachineError::Parse { path: path.to_path_buf(), reason: error.to_string() })?;
+        Self::parse(path, &text)
+    }
+
+    /// The profile that `text` holds; `path` is for messages.
+    ///
+    /// # Errors
+    /// [`MachineError`] naming the field.
+    pub fn parse(path: &Path, text: &str) -> Result<Self, MachineError> {
+        let profile: Self = toml::from_str(text).map_err(|error| MachineError::Parse {
+            path: path.to_path_buf(),
+            reason: text_file::reason(&error),
+        })?;
         profile.checked()
     }
 

@@ -7,6 +7,7 @@ use thiserror::Error;
 
 use crate::plan::Plan;
 use crate::plan_file::write_whole;
+use crate::text_file;
 
 /// The version that is written, and the only one that is read.
 pub const VERSION: u32 = 1;
@@ -122,11 +123,19 @@ impl Setup {
     /// # Errors
     /// [`SetupError`] naming the file and what is wrong with it.
     pub fn load(path: &Path) -> Result<Self, SetupError> {
+        let failed = |source| SetupError::Read { path: path.to_path_buf(), source };
+        Self::parse(path, &text_file::read(path).map_err(failed)?)
+    }
+
+    /// The setup that `text` holds; `path` is for messages.
+    ///
+    /// # Errors
+    /// [`SetupError`] naming what is wrong with it.
+    pub fn parse(path: &Path, text: &str) -> Result<Self, SetupError> {
         let own = || path.to_path_buf();
-        let text =
-            std::fs::read_to_string(path).map_err(|source| SetupError::Read { path: own(), source })?;
-        let parse = |error: toml::de::Error| SetupError::Parse { path: own(), reason: error.to_string() };
-        let table: toml::Table = toml::from_str(&text).map_err(parse)?;
+        let parse =
+            |error: toml::de::Error| SetupError::Parse { path: own(), reason: text_file::reason(&error) };
+        let table: toml::Table = toml::from_str(text).map_err(parse)?;
         let found = table.get("version").and_then(toml::Value::as_integer);
         if let Some(found) = found.filter(|&found| found != i64::from(VERSION)) {
             return Err(SetupError::Version { path: own(), found });
@@ -136,7 +145,7 @@ impl Setup {
         if origin.is_some_and(|origin| origin.len() != 2) {
             return Err(SetupError::Parse { path: own(), reason: "origin_mm must be two numbers".into() });
         }
-        toml::from_str::<Self>(&text).map_err(parse)?.checked()
+        toml::from_str::<Self>(text).map_err(parse)?.checked()
     }
 
     /// Writes it whole or not at all.

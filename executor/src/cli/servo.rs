@@ -14,6 +14,7 @@ use keepout_executor::servo::reference::Ramp;
 use keepout_executor::servo::scenario::{FrictionKind, Scenario, Shape};
 use keepout_executor::servo::{grades, page, picture};
 use keepout_planner::machine::MachineProfile;
+use keepout_planner::text_file;
 
 use super::CliError;
 use super::plan::{load, write};
@@ -133,7 +134,7 @@ fn scenarios(names: &[String]) -> Result<Vec<Scenario>, CliError> {
             found.push(scenario.clone());
             continue;
         }
-        let text = std::fs::read_to_string(name).map_err(|error| {
+        let text = text_file::read(Path::new(name)).map_err(|error| {
             let known: Vec<_> = built_in.iter().map(|scenario| scenario.name.as_str()).collect();
             CliError::Argument(format!(
                 "{name} is neither a scenario ({}) nor a file: {error}",

@@ -18,6 +18,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use keepout_planner::text_file;
 use thiserror::Error;
 
 use super::playback::Playback;
@@ -64,8 +65,8 @@ impl Script {
     /// # Errors
     /// [`ScriptError`] naming the file or the line.
     pub fn load(path: &Path) -> Result<Self, ScriptError> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| ScriptError::Read { path: path.to_path_buf(), source })?;
+        let text =
+            text_file::read(path).map_err(|source| ScriptError::Read { path: path.to_path_buf(), source })?;
         Self::parse(&text)
     }
 

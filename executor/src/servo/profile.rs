@@ -2,6 +2,7 @@
 
 use std::path::{Path as FilePath, PathBuf};
 
+use keepout_planner::text_file;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -181,7 +182,7 @@ impl DriveProfile {
             return Self::parse(name, text);
         }
         let path = FilePath::new(name);
-        let text = std::fs::read_to_string(path)
+        let text = text_file::read(path)
             .map_err(|source| ProfileError::Read { path: path.to_path_buf(), source })?;
         Self::parse(name, &text)
     }
@@ -192,7 +193,7 @@ impl DriveProfile {
     /// [`ProfileError`] naming the field.
     pub fn parse(name: &str, text: &str) -> Result<Self, ProfileError> {
         let profile: Self = toml::from_str(text)
-            .map_err(|error| ProfileError::Parse { name: name.into(), reason: error.to_string() })?;
+            .map_err(|error| ProfileError::Parse { name: name.into(), reason: text_file::reason(&error) })?;
         match profile.out_of_range() {
             None => Ok(profile),
             Some((field, value, range)) => {

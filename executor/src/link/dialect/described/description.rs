@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use keepout_planner::text_file;
 use thiserror::Error;
 
 use super::super::exchange::SENT_MAX;
@@ -140,7 +141,7 @@ impl Description {
     /// # Errors
     /// [`DescriptionError`] naming the key.
     pub fn load(path: &Path) -> Result<Self, DescriptionError> {
-        let text = std::fs::read_to_string(path)
+        let text = text_file::read(path)
             .map_err(|source| DescriptionError::Read { path: path.to_path_buf(), source })?;
         Self::of(&text)
     }
@@ -150,8 +151,8 @@ impl Description {
     /// # Errors
     /// [`DescriptionError`] naming the key.
     pub fn of(text: &str) -> Result<Self, DescriptionError> {
-        let file: File =
-            toml::from_str(text).map_err(|error| DescriptionError::Parse { reason: error.to_string() })?;
+        let file: File = toml::from_str(text)
+            .map_err(|error| DescriptionError::Parse { reason: text_file::reason(&error) })?;
         let units = &file.units;
         let motion = &file.motion;
         let accepted = match (motion.accepted, &motion.answer) {

@@ -1,0 +1,177 @@
+//! Writes the seeds of the corpus that are made, not found: `cargo run -p keepout-fuzz --example seeds`.
+//!
+//! They have names; what a campaign finds is called by its hash. The same seeds come out each time.
+
+use std::error::Error;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use arbitrary::{Arbitrary, Unstructured};
+use keepout_executor::link::dialect::Language;
+use keepout_executor::operator::Script;
+use keepout_executor::session::log::{Header, LogTape};
+use keepout_executor::session::{Going, Scene, SimRun, run_scene};
+use keepout_fuzz::sketch::{Family, Sketch};
+use keepout_kernel::Point;
+use keepout_planner::machine::MachineProfile;
+use keepout_planner::plan_file;
+
+type Outcome = Result<(), Box<dyn Error>>;
+
+/// What a plan file has before its payload: magic, version, hash.
+const PLAN_HEAD: usize = 12 + 2 + 32;
+/// Plan files longer than this are no seeds.
+const PLAN_MAX: usize = 4_000;
+/// Bytes of a log that are kept, at most.
+const LOG_MAX: usize = 9_000;
+
+fn main() -> Outcome {
+    drawings()?;
+    logs()?;
+    texts()?;
+    transcripts()
+}
+
+fn write(target: &str, name: &str, bytes: &[u8]) -> Outcome {
+    let folder: PathBuf = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus").join(target);
+    fs::create_dir_all(&folder)?;
+    Ok(fs::write(folder.join(name), bytes)?)
+}
+
+/// For each family the shortest drawing, of many random ones, that is degenerate in just that way and can be planned all the same,
+/// and the shortest that can not; as bytes, as DXF and as a plan.
+fn drawings() -> Outcome {
+    let mut random = fastrand::Rng::with_seed(9);
+    let machine = MachineProfile::simulated();
+    let plan = |sketch: &Sketch| sketch.order.plan("seed", sketch.dxf().as_bytes(), &machine, &mut |_| {});
+    for family in Family::OF_OUTLINES.into_iter().chain([Family::Blocks]) {
+        for planned in [true, false] {
+            let mut best: Option<(usize, Vec<u8>, Sketch)> = None;
+            for _ in 0..6_000 {
+                let bytes: Vec<u8> = (0..random.usize(8..90)).map(|_| random.u8(..)).collect();
+                let Ok(sketch) = Sketch::arbitrary(&mut Unstructured::new(&bytes)) else { continue };
+                let only = sketch.families().all(|each| each == family) && sketch.families().count() > 0;
+                let size = sketch.dxf().len();
+                let longer = best.as_ref().is_some_and(|(least, ..)| size >= *least);
+                if only && !longer && plan(&sketch).is_ok() == planned {
+                    best = Some((size, bytes, sketch));
+                }
+            }
+            let Some((_, bytes, sketch)) = best else { continue };
+            let name = format!("{}-{}", family.name(), if planned { "planned" } else { "refused" });
+            write("drawing", &name, &bytes)?;
+            write("dxf_import", &format!("{name}.dxf"), sketch.dxf().as_bytes())?;
+            let Ok(certified) = plan(&sketch) else { continue };
+            let stored = plan_file::encode(&certified.plan)?;
+            if stored.len() < PLAN_MAX {
+                write("plan_file", &name, &stored[PLAN_HEAD..])?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Beginnings of sessions on the plate: without checksums and the plan's hash, which the target adds.
+fn logs() -> Outcome {
+    let hand = "0 0 0.2\n0.2 0.3 0\n0.5 pause\n0.6 quit\n";
+    // At the wall, so that a contour begins soon.
+    let touch = "0 0 -1 auto\n4 0 0 auto\n";
+    let scenes = [
+        ("grbl-hand", "grbl", hand, (-10, 8)),
+        ("grbl-contour", "grbl", touch, (10, 21)),
+        ("zaber", "zaber", hand, (-10, 8)),
+        ("venus", "venus", hand, (-10, 8)),
+    ];
+    for (name, language, script, (x, y)) in scenes {
+        let work = keepout_fuzz::work();
+        let run = SimRun {
+            language: Language::named(language)?,
+            servo: None,
+            limit: Duration::from_secs(6),
+            start: Some(Point::from_units(x * 100_000, y * 100_000)?),
+            ..SimRun::default()
+        };
+        let scene = Scene::of(&work.plan, &run)?;
+        let header = Header {
+            plan: "@".into(),
+            drawing: "plate".into(),
+            dialect: language.into(),
+            offset: scene.setting.offset,
+            stroke: scene.options.stroke,
+            feed_mm_min: run.feed_mm_min,
+            answer_within_ms: 5000,
+            ..Header::default()
+        };
+        let path = std::env::temp_dir().join(format!("keepout-seed-{name}-{}.log", std::process::id()));
+        let tape = Box::new(LogTape::create(&path, &header)?);
+        let operator = Box::new(Script::parse(script)?);
+        run_scene(work, &run, scene, operator, tape, |_| {}, &mut |_, _, _| Going::On)?;
+        let text = fs::read_to_string(&path)?;
+        fs::remove_file(&path)?;
+        let mut lines = String::new();
+        for (line, _) in text.lines().filter_map(|line| line.rsplit_once('\t')) {
+            if lines.len() + line.len() < LOG_MAX {
+                lines.push_str(line);
+                lines.push('\n');
+            }
+        }
+        write("session_log", name, lines.as_bytes())?;
+    }
+    Ok(())
+}
+
+/// Text files of ours; what stands before them chooses the kind.
+fn texts() -> Outcome {
+    let tree = Path::new(env!("CARGO_MANIFEST_DIR")).join("../executor");
+    write("machine_profile", "simulated", MachineProfile::simulated().to_toml().as_bytes())?;
+    let kinds = [
+        ("d", "dialects/nsk-style.toml"),
+        ("d", "dialects/tango.toml"),
+        ("d", "tests/described/ok-style.toml"),
+        ("d", "tests/described/one-answer.toml"),
+        ("h", "src/servo/machines/simulated.toml"),
+        ("h", "src/servo/machines/koren-lo-table-1.toml"),
+    ];
+    for (kind, file) in kinds {
+        let name = Path::new(file).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        write("small_files", &name, format!("{kind}{}", fs::read_to_string(tree.join(file))?).as_bytes())?;
+    }
+    let setup = "eversion = 1\nrotation_deg = 12.0\norigin_mm = [-250.0, -200.0]\ndrawing = \"part.dxf\"\nmethod = \"points\"\n\
+touches = 2\nrotation_measured = true\nresidual_mm = 0.0\ntouch_error_mm = 0.01\nuncertainty_mm = 0.02\n";
+    write("small_files", "setup", setup.as_bytes())?;
+    let script = "f# a hand\n0.0 1.0 0.0\n2.5 0.0 -0.5\n6 0 0.3 auto\n20 pause\n25 resume\n50 turn 0.05 -0.1\n60 quit\n";
+    write("small_files", "script", script.as_bytes())?;
+    let trace = "g# keepout trace 1: seconds x y turned_x turned_y flags\n0.000000 0 0 0 0 -\n\
+0.010000 0.35 -0.125 0 0 -\n4.120000 0 0 0.01 0 a\n9.000000 0 0 0 0 ap\n12.500000 end\n";
+    write("small_files", "trace", trace.as_bytes())
+}
+
+/// What each controller says in a session of the tests, and a byte for each command before it.
+fn transcripts() -> Outcome {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../executor/tests/transcripts/virtual");
+    let files: [(&str, &[u8], &str, [&str; 4]); 5] = [
+        ("grbl_decode", &[0], "grbl-38400", ["?", "$\\n", "$H", "G21"]),
+        ("zaber_decode", &[], "zaber-38400", ["get pos", "comm.checksum", "home", "setup disable"]),
+        ("venus_decode", &[], "venus-38400", ["st p", "ge ", "cal", "1 getcaldone"]),
+        ("described_decode", &[0], "nsk-style-38400", ["S", "", "", ""]),
+        ("described_decode", &[1], "tango-38400", ["?", "", "", ""]),
+    ];
+    for (target, first, file, commands) in files {
+        let text = fs::read_to_string(folder.join(file).with_extension("txt"))?;
+        let mut bytes = first.to_vec();
+        for line in text.lines() {
+            if let Some(said) = line.strip_prefix("> ") {
+                let asks = |command: &&str| !command.is_empty() && said.contains(*command);
+                let which = commands.iter().position(|command| asks(&command));
+                bytes.extend(which.and_then(|which| u8::try_from(which).ok()).map(|which| 0xf0 + which));
+                bytes.extend((said.starts_with("$J") || said.contains("line abs")).then_some(0xf9));
+            } else if let Some(heard) = line.strip_prefix("< ") {
+                bytes.extend(heard.replace("\\r", "\r").replace("\\n", "\n").replace("\\'", "'").bytes());
+            }
+        }
+        bytes.truncate(6000);
+        write(target, file, &bytes)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,59 @@
+//! Small text files that people write: profiles, setups, descriptions, scripts.
+
+use std::fs::File;
+use std::io::{Error, ErrorKind, Read as _, Result};
+use std::path::Path;
+
+/// Most bytes that are read of such a file.
+pub const SIZE_MAX: u64 = 1 << 20;
+/// Most letters of a reason.
+const REASON_MAX: usize = 600;
+
+/// Reads a file of at most [`SIZE_MAX`] bytes: a device that never ends is none.
+///
+/// # Errors
+/// The system's, and one for a file that is larger.
+pub fn read(path: &Path) -> Result<String> {
+    let mut text = String::new();
+    let read = File::open(path)?.take(SIZE_MAX + 1).read_to_string(&mut text)?;
+    if read as u64 > SIZE_MAX {
+        let reason = format!("it has more than {SIZE_MAX} bytes, as no file of this kind has");
+        return Err(Error::new(ErrorKind::InvalidData, reason));
+    }
+    Ok(text)
+}
+
+/// What is wrong with a TOML file, and where. The line itself is shown when it is of a line's length.
+#[must_use]
+pub fn reason(error: &toml::de::Error) -> String {
+    let shown = error.to_string();
+    if shown.len() <= REASON_MAX {
+        return shown;
+    }
+    let place = shown.lines().next().unwrap_or_default();
+    format!("{place}: {}", error.message()).chars().take(REASON_MAX).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Found by the fuzzer: a file of one long line was shown whole.
+    #[test]
+    fn long_lines_are_not_shown() {
+        let text = format!("name = 1\n\"{}\n", "x".repeat(100_000));
+        let error = toml::from_str::<toml::Table>(&text).expect_err("a quotation mark is missing");
+        let reason = reason(&error);
+        assert!(reason.len() <= REASON_MAX && reason.contains("line 2"), "{reason}");
+    }
+
+    #[test]
+    fn files_without_end_are_refused() {
+        let folder = std::env::temp_dir().join(format!("keepout-text-{}", std::process::id()));
+        std::fs::write(&folder, vec![b' '; (1 << 20) + 1]).unwrap();
+        assert_eq!(read(&folder).unwrap_err().kind(), ErrorKind::InvalidData);
+        std::fs::write(&folder, vec![b' '; 1 << 20]).unwrap();
+        assert_eq!(read(&folder).unwrap().len(), 1 << 20);
+        std::fs::remove_file(&folder).unwrap();
+    }
+}
