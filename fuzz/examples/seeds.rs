@@ -163,7 +163,7 @@ fn transcripts() -> Outcome {
         for line in text.lines() {
             if let Some(said) = line.strip_prefix("> ") {
                 let asks = |command: &&str| !command.is_empty() && said.contains(*command);
-                let which = commands.iter().position(|command| asks(command));
+                let which = commands.iter().position(asks);
                 bytes.extend(which.and_then(|which| u8::try_from(which).ok()).map(|which| 0xf0 + which));
                 bytes.extend((said.starts_with("$J") || said.contains("line abs")).then_some(0xf9));
             } else if let Some(heard) = line.strip_prefix("< ") {

@@ -1,6 +1,6 @@
 //! Controllers' languages: any bytes heard, and motions there and back.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc as Shared, OnceLock};
 use std::time::Duration;
 
 use arbitrary::{Arbitrary, Result, Unstructured};
@@ -11,7 +11,7 @@ use keepout_executor::sim::{Controller, SimSettings, speaking};
 use keepout_executor::supervisor::guard::{Certification, Certified};
 use keepout_executor::supervisor::{Command, Mode, Reply};
 use keepout_executor::time::Time;
-use keepout_kernel::{Curve, Point, Segment, Vector};
+use keepout_kernel::{Arc, Curve, Point, Segment, Turn, Vector};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::units::mm;
 use keepout_proofs::properties::dialects::guard;
@@ -30,6 +30,8 @@ pub const COMMANDS: [Command; 8] = [
 
 /// Bytes from here on stand for commands, the others for what the controller says.
 const FIRST_COMMAND: u8 = 0xf0;
+/// The port is opened anew.
+const RESET: u8 = 0xf8;
 /// Bytes that one byte heard may make a dialect say.
 const SAID_MAX: usize = 1000;
 
@@ -47,11 +49,11 @@ pub fn setting() -> Setting {
     Setting { offset: Vector { dx: -12_345_600, dy: 700 }, steps_per_mm: 400.0, arc_tolerance_mm: 0.0005 }
 }
 
-fn description(which: usize) -> Arc<Description> {
-    static ALL: OnceLock<Vec<Arc<Description>>> = OnceLock::new();
-    let read = |text: &&str| Arc::new(Description::of(text).expect("it is one of ours"));
+fn description(which: usize) -> Shared<Description> {
+    static ALL: OnceLock<Vec<Shared<Description>>> = OnceLock::new();
+    let read = |text: &&str| Shared::new(Description::of(text).expect("it is one of ours"));
     let all = ALL.get_or_init(|| DESCRIPTIONS.iter().map(read).collect());
-    Arc::clone(&all[which % all.len()])
+    Shared::clone(&all[which % all.len()])
 }
 
 /// Any bytes from a GRBL or grblHAL controller, at any stage of a session, commands between them: bounded output, nothing
@@ -63,6 +65,7 @@ pub fn grbl_decode(bytes: &[u8]) {
     let Some((hal, rest)) = bytes.split_first() else { return };
     let mut grbl = if hal & 1 == 0 { Grbl::new(setting()) } else { Grbl::hal(setting()) };
     talk(&mut grbl, rest, grbl_says);
+    inspects(&grbl, rest);
     grbl.reset();
     let (report, mut out) = (b"<Idle|MPos:-123.456,0.007,0.000>\r\n", Vec::new());
     let replies: Vec<Reply> = report.iter().filter_map(|&byte| grbl.decode(byte, &mut out)).collect();
@@ -70,12 +73,43 @@ pub fn grbl_decode(bytes: &[u8]) {
     assert_eq!(report.position, Some(Point::ORIGIN));
 }
 
-/// Any bytes from a Zaber controller: bounded output, and nothing believed behind a wrong checksum.
+/// Somebody who only looks hears the same lines.
+fn inspects(dialect: &dyn Dialect, bytes: &[u8]) {
+    let Some(mut inspector) = dialect.inspector() else { return };
+    assert!(inspector.questions().iter().all(|question| question.len() < SAID_MAX));
+    for line in bytes.split(|&byte| byte == b'\n') {
+        let text = String::from_utf8_lossy(line);
+        let _ = inspector.hear(text.trim_end());
+    }
+    let Setting { steps_per_mm, arc_tolerance_mm, .. } = setting();
+    let found = inspector.inspected(steps_per_mm, arc_tolerance_mm);
+    assert!(found.findings.iter().all(|finding| !finding.name.is_empty() && finding.value.len() < 4000));
+}
+
+/// Any bytes from a Zaber controller: bounded output, and nothing believed behind a wrong checksum. `0xEE` stands for the number
+/// of the line that was said last, `0xEF` for the right checksum and the line's end: nobody would guess them.
 ///
 /// # Panics
 /// When one of these does not hold.
 pub fn zaber_decode(bytes: &[u8]) {
-    talk(&mut Zaber::new(setting()), bytes, zaber_says);
+    let mut zaber = Zaber::new(setting());
+    let mut talk = Talk::default();
+    for &byte in bytes {
+        match byte {
+            0xee => {
+                let number = talk.out.windows(5).rfind(|said| said.starts_with(b"/1 0 ")).is_some();
+                let at = talk.out.windows(5).rposition(|said| said == b"/1 0 ").map_or(0, |at| at + 5);
+                let digits = talk.out.get(at..at + 2).filter(|_| number).unwrap_or(b"00").to_vec();
+                digits.into_iter().for_each(|digit| talk.takes(&mut zaber, digit, zaber_says));
+            }
+            0xef => {
+                let rest = talk.line.get(1..).unwrap_or_default();
+                let sum = rest.iter().fold(0_u8, |sum, &byte| sum.wrapping_add(byte)).wrapping_neg();
+                format!(":{sum:02X}\n").bytes().for_each(|byte| talk.takes(&mut zaber, byte, zaber_says));
+            }
+            _ => talk.takes(&mut zaber, byte, zaber_says),
+        }
+    }
 }
 
 /// Any bytes from a Venus-1 controller: bounded output, and places that are those of the line.
@@ -100,22 +134,40 @@ pub fn described_decode(bytes: &[u8]) {
     });
 }
 
-/// Hears and says in turn. `witness` is shown each line with the reply that it made.
-fn talk(dialect: &mut dyn Dialect, bytes: &[u8], witness: impl Fn(&[u8], &Reply)) {
-    let (mut out, mut line) = (Vec::new(), Vec::new());
-    for &byte in bytes {
+/// Hears and says in turn. `witness` is shown each line, without its end, with the reply that it made.
+fn talk(dialect: &mut dyn Dialect, bytes: &[u8], witness: fn(&[u8], &Reply)) {
+    let mut talk = Talk::default();
+    bytes.iter().for_each(|&byte| talk.takes(dialect, byte, witness));
+}
+
+/// What was said, and the line that is heard.
+#[derive(Default)]
+struct Talk {
+    out: Vec<u8>,
+    line: Vec<u8>,
+}
+
+impl Talk {
+    /// Takes a byte of the controller's, or says a command.
+    fn takes(&mut self, dialect: &mut dyn Dialect, byte: u8, witness: fn(&[u8], &Reply)) {
         if byte >= FIRST_COMMAND {
-            say(dialect, byte - FIRST_COMMAND, &mut out);
-            continue;
+            say(dialect, byte - FIRST_COMMAND, &mut self.out);
+            if byte == RESET {
+                self.line.clear();
+            }
+            return;
         }
-        line.push(byte);
-        let before = out.len();
-        if let Some(reply) = dialect.decode(byte, &mut out) {
-            witness(&line, &reply);
+        // Carriage returns are nothing, wherever they stand.
+        if !matches!(byte, b'\n' | b'\r') {
+            self.line.push(byte);
         }
-        assert!(out.len() - before < SAID_MAX, "it talks without end");
-        if matches!(byte, b'\n' | b'\r') {
-            line.clear();
+        let before = self.out.len();
+        if let Some(reply) = dialect.decode(byte, &mut self.out) {
+            witness(&self.line, &reply);
+        }
+        assert!(self.out.len() - before < SAID_MAX, "it talks without end");
+        if byte == b'\n' {
+            self.line.clear();
         }
     }
 }
@@ -125,9 +177,10 @@ fn say(dialect: &mut dyn Dialect, which: u8, out: &mut Vec<u8>) {
     let far = Point::from_units(3_000_000, -2_000_000).expect("it is small");
     let command = match COMMANDS.get(usize::from(which)) {
         Some(command) => *command,
-        None if which == 8 => return dialect.reset(),
+        None if FIRST_COMMAND + which == RESET => return dialect.reset(),
         None if which < 12 => Command::Move(jog(Point::ORIGIN, far)),
-        None => Command::Move(straight(Point::ORIGIN, far, 600)),
+        None if which < 14 => Command::Move(straight(Point::ORIGIN, far, 600)),
+        None => Command::Move(contour(bend(), 600)),
     };
     if dialect.encode(&command, out).is_err() {
         assert_eq!(out.len(), before, "half a command was said");
@@ -143,17 +196,28 @@ fn jog(from: Point, to: Point) -> Certified {
 
 /// A straight motion of a contour over an empty plane.
 fn straight(from: Point, to: Point, feed_mm_min: u32) -> Certified {
+    contour(Curve::Line(Segment { from, to }), feed_mm_min)
+}
+
+/// A quarter of a circle from the origin.
+fn bend() -> Curve {
+    let at = |x, y| Point::from_units(x, y).expect("it is small");
+    Curve::Arc(
+        Arc::new(Point::ORIGIN, at(500_000, 500_000), at(0, 500_000), Turn::Left).expect("it is round"),
+    )
+}
+
+fn contour(curve: Curve, feed_mm_min: u32) -> Certified {
     let mut guard = guard();
-    guard.locate(from).expect("it is far from everything");
-    let line = Curve::Line(Segment { from, to });
-    guard.begin_contour(vec![(line, feed_mm_min)]).expect("it begins where the tool is");
+    guard.locate(curve.from()).expect("it is far from everything");
+    guard.begin_contour(vec![(curve, feed_mm_min)]).expect("it begins where the tool is");
     assert_eq!(guard.certify_contour(usize::MAX), Ok(Certification::Done));
     guard.next_of_contour().expect("it is the first")
 }
 
 fn grbl_says(line: &[u8], reply: &Reply) {
     let text = String::from_utf8_lossy(line);
-    let text = text.trim_end_matches(['\r', '\n']);
+    let text = text.as_ref();
     match reply {
         Reply::Accepted | Reply::Armed | Reply::Homed => assert_eq!(text, "ok", "{reply:?}"),
         Reply::Refused { .. } => assert!(text.starts_with("error:"), "{reply:?} from {text:?}"),
@@ -169,14 +233,13 @@ fn grbl_says(line: &[u8], reply: &Reply) {
 }
 
 fn zaber_says(line: &[u8], reply: &Reply) {
-    let text: Vec<u8> = line.iter().copied().filter(|byte| !matches!(byte, b'\r' | b'\n')).collect();
     if matches!(reply, Reply::Garbled(_)) {
         return;
     }
-    let Some(colon) = text.iter().rposition(|&byte| byte == b':') else { return };
-    let sum = text[1..colon].iter().fold(0_u8, |sum, &byte| sum.wrapping_add(byte));
+    let Some(colon) = line.iter().rposition(|&byte| byte == b':') else { return };
+    let sum = line[1..colon].iter().fold(0_u8, |sum, &byte| sum.wrapping_add(byte));
     let stated =
-        std::str::from_utf8(&text[colon + 1..]).ok().and_then(|sum| u8::from_str_radix(sum, 16).ok());
+        std::str::from_utf8(&line[colon + 1..]).ok().and_then(|sum| u8::from_str_radix(sum, 16).ok());
     assert_eq!(stated, Some(sum.wrapping_neg()), "{reply:?} from {:?}", String::from_utf8_lossy(line));
 }
 
@@ -215,10 +278,7 @@ pub fn round_trip(bytes: &[u8]) {
 
 fn round_trip_of(u: &mut Unstructured<'_>) -> Result<()> {
     let language = match u.int_in_range(0..=7_usize)? {
-        0 => Language::Grbl,
-        1 => Language::GrblHal,
-        2 => Language::Zaber,
-        3 => Language::Venus,
+        which @ 0..=3 => Language::named(Language::NAMES[which]).expect("it is built in"),
         other => Language::Described { file: "described".into(), description: description(other) },
     };
     let reach = 15_000_000;

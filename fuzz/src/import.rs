@@ -1,7 +1,7 @@
 //! Bytes as a drawing.
 
 use keepout_kernel::{Curve, Length, Point};
-use keepout_planner::drawing::{Chained, Drawing};
+use keepout_planner::drawing::{Chained, Choice, Drawing, DrawingError, census, import};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::order::Order;
 use keepout_planner::plan_file;
@@ -22,6 +22,31 @@ const CENTRE_MAX: i64 = 4;
 /// When one of these does not hold.
 pub fn dxf_import(bytes: &[u8]) {
     ordered(bytes, &Order::default());
+    if bytes.len() < ORDERED_TWICE {
+        ordered(bytes, &particular());
+        // What can not be read can not be counted, either.
+        let read = !matches!(import(bytes, &Choice::default()), Err(DrawingError::Damaged(_)));
+        assert_eq!(census(bytes).is_ok(), read, "counted and not read, or the other way");
+    }
+}
+
+/// Longer drawings are ordered in one way only.
+const ORDERED_TWICE: usize = 4_000;
+
+/// An order that asks for much besides.
+fn particular() -> Order {
+    let names = |names: &[&str]| names.iter().map(ToString::to_string).collect();
+    let choice = Choice {
+        layers: Vec::new(),
+        without: names(&["WITHOUT"]),
+        unit: Some("in".into()),
+        line_types: names(&["DASHED"]),
+        hatches: true,
+        solids: true,
+        placed: Some((12.5, (30.0, -20.0))),
+    };
+    let layers = names(&["CLAMPS"]);
+    Order { choice, zone_layers: layers, stroke_layer: Some("TABLE".into()), ..Order::default() }
 }
 
 /// The same under an order.

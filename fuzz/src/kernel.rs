@@ -1,16 +1,21 @@
 //! The kernel's structures beside brute force and big integers.
 
+use std::ops::ControlFlow;
+
 use arbitrary::{Arbitrary, Result, Unstructured};
 use keepout_kernel::curve::xy;
 use keepout_kernel::exact::region::Location;
 use keepout_kernel::exact::segment::Window;
-use keepout_kernel::index::build::build;
+use keepout_kernel::index::build::{build, propose};
+use keepout_kernel::index::check::{Node, Proposal};
 use keepout_kernel::{
     CheckedIndex, Edge, Length, Mesh, Nearest, Point, ProhibitedRegion, Region, Ring, Segment, Side,
 };
 use keepout_proofs::families::{at, length};
 use keepout_proofs::properties::Xy;
 use keepout_proofs::soak::{point_within, segments_within, triangle_within};
+
+use crate::import::told;
 
 /// Most corners of a ring, and edges of a soup.
 const CORNERS_MAX: usize = 40;
@@ -45,7 +50,75 @@ pub fn index_check(bytes: &[u8]) {
         "disturbed_cells_are_refused_or_harmless",
         "what_is_near_lies_in_the_whole",
     ];
-    keepout_proofs::named_of_bytes(&PROPERTIES, bytes);
+    match bytes.split_first() {
+        Some((which, rest)) if which % 2 == 0 => keepout_proofs::named_of_bytes(&PROPERTIES, rest),
+        Some((_, rest)) => drop(mutated(&mut Unstructured::new(rest))),
+        None => {}
+    }
+}
+
+/// Edges in a tree of up to three levels, of which boxes, nodes and levels are changed.
+fn mutated(u: &mut Unstructured<'_>) -> Result<()> {
+    let field = Field::arbitrary(u)?;
+    let (own, copies) = (u.int_in_range(0..=40_usize)?, u.int_in_range(1..=16_i64)?);
+    let mut edges = Vec::new();
+    for _ in 0..own {
+        let (a, b, slack) = (field.point(u)?, field.point(u)?, length(i64::from(u8::arbitrary(u)?)));
+        for k in 0..copies {
+            let chord = segment((a.0 + 7 * k, a.1), (b.0, b.1 - 5 * k));
+            edges.push(Edge { chord, slack });
+        }
+    }
+    let mut proposal = propose(&edges);
+    for _ in 0..u.int_in_range(0..=4_u8)? {
+        mutate(&mut proposal, field, u)?;
+    }
+    match CheckedIndex::check(edges.clone(), proposal) {
+        Err(fault) => told(&fault.to_string()),
+        Ok(index) => {
+            for (number, edge) in edges.iter().enumerate() {
+                let mut seen = 0;
+                let _ = index.visit(edge.bounds(), |visited, _| {
+                    seen += usize::from(visited == number);
+                    ControlFlow::Continue(())
+                });
+                assert_eq!(seen, 1, "edge {number} of {edges:?}");
+            }
+        }
+    }
+    Ok(())
+}
+
+fn mutate(proposal: &mut Proposal, field: Field, u: &mut Unstructured<'_>) -> Result<()> {
+    if proposal.levels.is_empty() {
+        proposal.levels.push(vec![Node::of(std::iter::empty())]);
+        return Ok(());
+    }
+    let level = u.choose_index(proposal.levels.len())?;
+    let nodes = &mut proposal.levels[level];
+    let node = u.choose_index(nodes.len().max(1))?.min(nodes.len().saturating_sub(1));
+    match u.int_in_range(0..=9_u8)? {
+        0 => drop(proposal.levels.remove(level)),
+        1 => proposal.levels.insert(level, proposal.levels[level].clone()),
+        2 if !nodes.is_empty() => drop(nodes.remove(node)),
+        3 if !nodes.is_empty() => nodes.push(nodes[node]),
+        4 if !nodes.is_empty() => nodes.rotate_left(node),
+        _ if !nodes.is_empty() => {
+            let mut boxes: Vec<Window> = nodes[node].windows().collect();
+            let (lane, side) = (u.int_in_range(0..=7_usize)?, u.int_in_range(0..=3_u8)?);
+            let by = i32::from(*u.choose(&[1_i16, -1, 2, i16::MAX, i16::MIN])?);
+            let (x0, y0, x1, y1) = boxes[lane].corners();
+            boxes[lane] = match side {
+                0 => Window::from_corners(x0.saturating_add(by), y0, x1, y1),
+                1 => Window::from_corners(x0, y0.saturating_add(by), x1, y1),
+                2 => Window::from_corners(x0, y0, x1.saturating_add(by), y1),
+                _ => Window::of(at(field.point(u)?)),
+            };
+            nodes[node] = Node::of(boxes.into_iter());
+        }
+        _ => {}
+    }
+    Ok(())
 }
 
 /// A field of coordinates: half its side, and the grid that they lie on, so that things coincide.
@@ -124,8 +197,24 @@ fn clear_of(u: &mut Unstructured<'_>) -> Result<()> {
     let field = Field::arbitrary(u)?;
     let corners = field.ring(u)?;
     let side = if bool::arbitrary(u)? { Side::Outside } else { Side::Inside };
-    let Ok(ring) = Ring::new(corners.iter().map(|&p| at(p)).collect()) else { return Ok(()) };
-    let Ok(region) = Region::new(vec![ring]) else { return Ok(()) };
+    let mut rings = vec![Ring::new(corners.iter().map(|&p| at(p)).collect())];
+    if bool::arbitrary(u)? {
+        rings.push(Ring::new(field.ring(u)?.into_iter().map(at).collect()));
+    }
+    let rings = match rings.into_iter().collect::<std::result::Result<Vec<_>, _>>() {
+        Ok(rings) => rings,
+        Err(error) => {
+            told(&error.to_string());
+            return Ok(());
+        }
+    };
+    let region = match Region::new(rings) {
+        Ok(region) => region,
+        Err(error) => {
+            told(&error.to_string());
+            return Ok(());
+        }
+    };
     let Ok(mut part) = ProhibitedRegion::new(region, side) else { return Ok(()) };
     let threshold = field.radius(u)?;
     if bool::arbitrary(u)? {

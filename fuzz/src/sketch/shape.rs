@@ -88,73 +88,88 @@ impl<'a> Arbitrary<'a> for Outline {
         let shape = *u.choose(&Shape::ALL)?;
         let centre = if u.int_in_range(0..=3_u8)? == 0 { (number(u)?, number(u)?) } else { (0.0, 0.0) };
         let size = *u.choose(&[40.0, 40.0, 10.0, 100.0, 0.05, 1.0, 1200.0, 5000.0])?;
-        let corner = |x: f64, y: f64, bulge: f64| Corner { at: (centre.0 + x, centre.1 + y), bulge };
-        let h = size / 2.0;
-        Ok(match shape {
-            Shape::Star => {
-                let count = u.int_in_range(3..=CORNERS_MAX)?;
-                let each = |k| Ok(on_circle(k, count, h * share(u)?));
-                let places = (0..count).map(each).collect::<Result<Vec<_>>>()?;
-                Self::Corners(places.into_iter().map(|(x, y)| corner(x, y, 0.0)).collect())
-            }
-            Shape::Free => {
-                let count = u.int_in_range(2..=CORNERS_MAX / 2)?;
-                let each = |_| Ok(corner(number(u)?, number(u)?, 0.0));
-                Self::Corners((0..count).map(each).collect::<Result<_>>()?)
-            }
-            Shape::Rounded => {
-                let (r, b) =
-                    (h * share(u)? * 0.9, (PI / 8.0).tan() * if bool::arbitrary(u)? { 1.0 } else { -1.0 });
-                let places = [
-                    (-h + r, -h),
-                    (h - r, -h),
-                    (h, -h + r),
-                    (h, h - r),
-                    (h - r, h),
-                    (-h + r, h),
-                    (-h, h - r),
-                    (-h, r - h),
-                ];
-                let bulges = [0.0, b].into_iter().cycle();
-                Self::Corners(places.into_iter().zip(bulges).map(|((x, y), b)| corner(x, y, b)).collect())
-            }
-            Shape::Comb => {
-                let (slots, wide, deep) = (u.int_in_range(1..=4_u8)?, share(u)?, size * share(u)?);
-                let bulge = *u.choose(&[0.0, 1.0, -1.0, 0.3])?;
-                let pitch = size / f64::from(slots);
-                let mut corners = vec![corner(-h, -h, 0.0), corner(h, -h, 0.0), corner(h, h, 0.0)];
-                for k in (0..slots).rev() {
-                    let (middle, half) = (pitch * (f64::from(k) + 0.5) - h, pitch * wide / 2.0);
-                    let (a, b) = (middle + half, middle - half);
-                    corners.extend([
-                        corner(a, h, 0.0),
-                        corner(a, h - deep, -bulge),
-                        corner(b, h - deep, 0.0),
-                        corner(b, h, 0.0),
-                    ]);
-                }
-                corners.push(corner(-h, h, 0.0));
-                Self::Corners(corners)
-            }
-            Shape::Blob => {
-                let count = u.int_in_range(2..=CORNERS_MAX / 2)?;
-                let each = |k| {
-                    let (x, y) = on_circle(k, count, h * (0.6 + 0.4 * share(u)?));
-                    Ok(corner(x, y, share(u)? - 0.4))
-                };
-                Self::Corners((0..count).map(each).collect::<Result<_>>()?)
-            }
-            Shape::Circle | Shape::Ellipse => {
-                let circle = shape == Shape::Circle;
-                let ratio = if circle { 1.0 } else { *u.choose(&[0.5, 0.9, 1.0, 0.01, 1e-6, 2.0, 0.0])? };
-                let part = u.int_in_range(0..=7_u8)? == 0;
-                let range = if part { (number(u)?, number(u)?) } else { (0.0, TAU) };
-                let angle = TAU * share(u)?;
-                let axis = if circle { (h, 0.0) } else { (h * angle.cos(), h * angle.sin()) };
-                Self::Round { centre, axis, ratio, range, circle }
-            }
-            Shape::Spline => spline(u, centre, h)?,
-        })
+        let frame = Frame { centre, half: size / 2.0 };
+        match shape {
+            Shape::Star => frame.star(u),
+            Shape::Free => frame.free(u),
+            Shape::Rounded => frame.rounded(u),
+            Shape::Comb => frame.comb(u),
+            Shape::Blob => frame.blob(u),
+            Shape::Circle | Shape::Ellipse => frame.round(shape == Shape::Circle, u),
+            Shape::Spline => spline(u, centre, frame.half),
+        }
+    }
+}
+
+/// Where an outline stands, and half its size.
+#[derive(Clone, Copy)]
+struct Frame {
+    centre: (f64, f64),
+    half: f64,
+}
+
+impl Frame {
+    fn corner(self, x: f64, y: f64, bulge: f64) -> Corner {
+        Corner { at: (self.centre.0 + x, self.centre.1 + y), bulge }
+    }
+
+    fn star(self, u: &mut Unstructured<'_>) -> Result<Outline> {
+        let count = u.int_in_range(3..=CORNERS_MAX)?;
+        let each = |k| {
+            let (x, y) = on_circle(k, count, self.half * share(u)?);
+            Ok(self.corner(x, y, 0.0))
+        };
+        Ok(Outline::Corners((0..count).map(each).collect::<Result<_>>()?))
+    }
+
+    fn free(self, u: &mut Unstructured<'_>) -> Result<Outline> {
+        let count = u.int_in_range(2..=CORNERS_MAX / 2)?;
+        let each = |_| Ok(self.corner(number(u)?, number(u)?, 0.0));
+        Ok(Outline::Corners((0..count).map(each).collect::<Result<_>>()?))
+    }
+
+    fn rounded(self, u: &mut Unstructured<'_>) -> Result<Outline> {
+        let h = self.half;
+        let r = h * share(u)? * 0.9;
+        let bulge = (PI / 8.0).tan() * if bool::arbitrary(u)? { 1.0 } else { -1.0 };
+        let (i, sides) = (h - r, [0.0, bulge].into_iter().cycle());
+        let places = [(-i, -h), (i, -h), (h, -i), (h, i), (i, h), (-i, h), (-h, i), (-h, -i)];
+        Ok(Outline::Corners(places.into_iter().zip(sides).map(|((x, y), b)| self.corner(x, y, b)).collect()))
+    }
+
+    fn comb(self, u: &mut Unstructured<'_>) -> Result<Outline> {
+        let h = self.half;
+        let (slots, wide, deep) = (u.int_in_range(1..=4_u8)?, share(u)?, 2.0 * h * share(u)?);
+        let bulge = *u.choose(&[0.0, 1.0, -1.0, 0.3])?;
+        let pitch = 2.0 * h / f64::from(slots);
+        let mut corners: Vec<Corner> =
+            [(-h, -h), (h, -h), (h, h)].into_iter().map(|(x, y)| self.corner(x, y, 0.0)).collect();
+        for k in (0..slots).rev() {
+            let (middle, half) = (pitch * (f64::from(k) + 0.5) - h, pitch * wide / 2.0);
+            let (a, b, floor) = (middle + half, middle - half, h - deep);
+            let slot = [(a, h, 0.0), (a, floor, -bulge), (b, floor, 0.0), (b, h, 0.0)];
+            corners.extend(slot.into_iter().map(|(x, y, bulge)| self.corner(x, y, bulge)));
+        }
+        corners.push(self.corner(-h, h, 0.0));
+        Ok(Outline::Corners(corners))
+    }
+
+    fn blob(self, u: &mut Unstructured<'_>) -> Result<Outline> {
+        let count = u.int_in_range(2..=CORNERS_MAX / 2)?;
+        let each = |k| {
+            let (x, y) = on_circle(k, count, self.half * (0.6 + 0.4 * share(u)?));
+            Ok(self.corner(x, y, share(u)? - 0.4))
+        };
+        Ok(Outline::Corners((0..count).map(each).collect::<Result<_>>()?))
+    }
+
+    fn round(self, circle: bool, u: &mut Unstructured<'_>) -> Result<Outline> {
+        let ratio = if circle { 1.0 } else { *u.choose(&[0.5, 0.9, 1.0, 0.01, 1e-6, 2.0, 0.0])? };
+        let part = u.int_in_range(0..=7_u8)? == 0;
+        let range = if part { (number(u)?, number(u)?) } else { (0.0, TAU) };
+        let (sine, cosine) = (TAU * share(u)?).sin_cos();
+        let axis = if circle { (self.half, 0.0) } else { (self.half * cosine, self.half * sine) };
+        Ok(Outline::Round { centre: self.centre, axis, ratio, range, circle })
     }
 }
 

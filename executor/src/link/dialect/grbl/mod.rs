@@ -268,18 +268,25 @@ impl Grbl {
     fn report(&mut self, inner: &str) -> Option<Reply> {
         let mut fields = inner.split('|');
         let mode = mode(fields.next()?)?;
-        let (mut position, mut buffers) = (None, None);
+        let (mut position, mut buffers, mut offset) = (None, None, None);
         for field in fields {
             let (name, value) = field.split_once(':')?;
-            match name {
-                "MPos" => position = Some(plane(value)?),
+            // A field that is there twice shows that two reports became one: what it says belongs to neither.
+            let earlier = match name {
+                "MPos" => position.replace(plane(value)?).is_some(),
                 "Bf" => {
                     let (blocks, bytes) = value.split_once(',')?;
-                    buffers = Some((blocks.parse::<usize>().ok()?, bytes.parse::<usize>().ok()?));
+                    buffers.replace((blocks.parse::<usize>().ok()?, bytes.parse::<usize>().ok()?)).is_some()
                 }
-                "WCO" if self.displaced(plane(value)?) => return Some(Reply::Displaced),
-                _ => {}
+                "WCO" => offset.replace(plane(value)?).is_some(),
+                _ => false,
+            };
+            if earlier {
+                return None;
             }
+        }
+        if offset.is_some_and(|offset| self.displaced(offset)) {
+            return Some(Reply::Displaced);
         }
         if let (Mode::Idle, Some((blocks, bytes))) = (mode, buffers) {
             self.blocks = self.blocks.max(Some(blocks));
