@@ -201,7 +201,10 @@ fn keep(results: &[Result]) -> io::Result<()> {
 }
 
 /// Copies what is not there or differs, so that little is built anew, and takes away what is there no more.
-fn copy(from: &Path, to: &Path) -> io::Result<()> {
+///
+/// # Errors
+/// The system's.
+pub fn copy(from: &Path, to: &Path) -> io::Result<()> {
     fs::create_dir_all(to)?;
     for entry in fs::read_dir(to)? {
         let path = entry?.path();

@@ -81,7 +81,7 @@ impl Script {
             if content.is_empty() {
                 continue;
             }
-            let bad = || ScriptError::Line { number: index + 1, line: line.trim().into() };
+            let bad = || ScriptError::Line { number: index + 1, line: told(line) };
             let automatic = steps.last().is_some_and(|last| last.1.automatic);
             let (at, wish) = step(content, automatic).ok_or_else(bad)?;
             if steps.last().is_some_and(|last| last.0 > at) {
@@ -94,6 +94,11 @@ impl Script {
         }
         Ok(Self { playback: Playback::new(steps), began: None })
     }
+}
+
+/// As much of a line as a person wants to be told.
+fn told(line: &str) -> String {
+    line.trim().chars().take(80).collect()
 }
 
 /// A line's time and wish; `automatic` is what the line before said.

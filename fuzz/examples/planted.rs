@@ -1,0 +1,172 @@
+//! Whether the targets find faults: `cargo run -p keepout-fuzz --example planted [TARGET...]`.
+//!
+//! All faults of `planted.toml` are put into a copy of the tree, each behind the number of its target; every program is told its
+//! own, starts from the corpus, and has a minute on one core.
+
+use std::collections::BTreeSet;
+use std::error::Error;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+use std::{fs, thread};
+
+use keepout_fuzz::TARGETS;
+use keepout_proofs::mutants;
+use serde::Deserialize;
+
+type Outcome<T> = Result<T, Box<dyn Error>>;
+
+/// How long a target has.
+const WITHIN: Duration = Duration::from_secs(60);
+
+#[derive(Deserialize)]
+struct List {
+    fault: Vec<Fault>,
+}
+
+/// A fault: in `file`, `find` is replaced by `with`, in which `planted` is whether it is this fault's turn.
+#[derive(Deserialize)]
+struct Fault {
+    target: String,
+    what: String,
+    file: PathBuf,
+    find: String,
+    with: String,
+}
+
+fn main() -> Outcome<()> {
+    let chosen: Vec<String> = std::env::args().skip(1).collect();
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let list: List = toml::from_str(&fs::read_to_string(here.join("planted.toml"))?)?;
+    let have: BTreeSet<&str> = list.fault.iter().map(|fault| fault.target.as_str()).collect();
+    for target in TARGETS {
+        if !have.contains(target.name) {
+            return Err(format!("planted.toml has no fault for {}", target.name).into());
+        }
+    }
+    let folder = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| here.join("../target"), PathBuf::from);
+    let folder = folder.join("planted");
+    plant(&list, &folder.join("tree"))?;
+    let programs = build(&folder)?;
+    let mut missed = 0;
+    for (number, target) in TARGETS.iter().enumerate() {
+        if !chosen.is_empty() && !chosen.iter().any(|name| name == target.name) {
+            continue;
+        }
+        let what: Vec<&str> = list
+            .fault
+            .iter()
+            .filter(|fault| fault.target == target.name)
+            .map(|fault| fault.what.as_str())
+            .collect();
+        let found = finds(&programs.join(target.name), number + 1, &folder, target.name)?;
+        missed += usize::from(found.is_none());
+        let told = found.map_or("NOT FOUND".into(), |after| format!("{:.1} s", after.as_secs_f64()));
+        println!("{}\t{told}\t{}", target.name, what.join("; "));
+    }
+    if missed > 0 { Err(format!("{missed} faults were not found in {WITHIN:?}").into()) } else { Ok(()) }
+}
+
+/// The tree with all faults in it, and programs that choose one.
+fn plant(list: &List, tree: &Path) -> Outcome<()> {
+    let source = mutants::workspace();
+    mutants::copy(&source, tree)?;
+    for file in list.fault.iter().map(|fault| &fault.file).collect::<BTreeSet<_>>() {
+        let mut text = fs::read_to_string(source.join(file))?;
+        for fault in list.fault.iter().filter(|fault| fault.file == *file) {
+            if text.matches(&fault.find).count() != 1 {
+                return Err(
+                    format!("{}: its place in {} is not there once", fault.what, file.display()).into()
+                );
+            }
+            let number =
+                TARGETS.iter().position(|target| target.name == fault.target).ok_or("no such target")? + 1;
+            let of = if file.starts_with("kernel") { "crate" } else { "keepout_kernel" };
+            text = text.replacen(
+                &fault.find,
+                &fault.with.replace("planted", &format!("{of}::planted({number})")),
+                1,
+            );
+        }
+        write(&tree.join(file), &text)?;
+    }
+    let kernel = Path::new("kernel/src/lib.rs");
+    write(&tree.join(kernel), &format!("{}{SWITCH}", fs::read_to_string(source.join(kernel))?))?;
+    for (number, target) in TARGETS.iter().enumerate() {
+        let program = Path::new("fuzz/fuzz_targets").join(target.name).with_extension("rs");
+        let text = fs::read_to_string(source.join(&program))?;
+        let told = format!("fuzz_target!(init: keepout_kernel::plant({}), |", number + 1);
+        write(&tree.join(program), &text.replace("fuzz_target!(|", &told))?;
+    }
+    Ok(())
+}
+
+/// What is added to the copy of the kernel.
+const SWITCH: &str = "
+static PLANTED: core::sync::atomic::AtomicUsize = core::sync::atomic::AtomicUsize::new(0);
+
+/// Chooses the fault.
+pub fn plant(number: usize) {
+    PLANTED.store(number, core::sync::atomic::Ordering::Relaxed);
+}
+
+/// Whether it is this fault's turn.
+#[must_use]
+pub fn planted(number: usize) -> bool {
+    PLANTED.load(core::sync::atomic::Ordering::Relaxed) == number
+}
+";
+
+/// Writes what differs, so that little is built anew.
+fn write(path: &Path, text: &str) -> Outcome<()> {
+    if fs::read_to_string(path).is_ok_and(|there| there == text) {
+        return Ok(());
+    }
+    Ok(fs::write(path, text)?)
+}
+
+/// Builds the programs; answers where they are.
+fn build(folder: &Path) -> Outcome<PathBuf> {
+    let target = folder.join("target");
+    let built = Command::new("cargo")
+        .current_dir(folder.join("tree"))
+        .args(["+nightly", "fuzz", "build", "--features", "libfuzzer"])
+        .env("CARGO_TARGET_DIR", &target)
+        .env_remove("RUSTFLAGS")
+        .status()?;
+    if !built.success() {
+        return Err("the tree with the faults can not be built".into());
+    }
+    let host = Command::new("rustc").args(["+nightly", "-vV"]).output()?;
+    let host = String::from_utf8(host.stdout)?;
+    let host = host.lines().find_map(|line| line.strip_prefix("host: ")).ok_or("rustc names no host")?;
+    Ok(target.join(host).join("release"))
+}
+
+/// How long the program took to fail; `None` when it did not.
+fn finds(program: &Path, number: usize, folder: &Path, name: &str) -> Outcome<Option<Duration>> {
+    let work = folder.join("work").join(number.to_string());
+    let _ = fs::remove_dir_all(&work);
+    fs::create_dir_all(work.join("new"))?;
+    let fuzz = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let dictionary = fuzz.join("dictionaries").join(name).with_extension("dict");
+    let mut command = Command::new(program);
+    command.arg(work.join("new")).arg(fuzz.join("corpus").join(name));
+    if dictionary.is_file() {
+        command.arg(format!("-dict={}", dictionary.display()));
+    }
+    command.args(["-timeout=20", "-rss_limit_mb=2048", "-max_len=16384", "-len_control=0", "-seed=1"]);
+    command.arg(format!("-artifact_prefix={}/", work.display()));
+    let begin = Instant::now();
+    let log = fs::File::create(work.join("log"))?;
+    let mut running = command.stdout(Stdio::null()).stderr(log).spawn()?;
+    while begin.elapsed() < WITHIN {
+        if let Some(status) = running.try_wait()? {
+            return Ok((!status.success()).then(|| begin.elapsed()));
+        }
+        thread::sleep(Duration::from_millis(50));
+    }
+    running.kill()?;
+    running.wait()?;
+    Ok(None)
+}
