@@ -172,6 +172,86 @@ fn transcripts() -> Outcome {
         }
         bytes.truncate(6000);
         write(target, file, &bytes)?;
+        // And then all that goes wrong, each from the same beginning.
+        for (number, trouble) in troubles(target).into_iter().enumerate() {
+            write(target, &format!("{file}-trouble-{number}"), &[&bytes, &trouble[..]].concat())?;
+        }
     }
     Ok(())
+}
+
+/// Lines with their ends.
+fn lines(lines: &[&str]) -> Vec<u8> {
+    lines.iter().flat_map(|line| [line.as_bytes(), b"\r\n"].concat()).collect()
+}
+
+/// What a controller says when something is wrong, behind the commands that it says it to.
+fn troubles(target: &str) -> Vec<Vec<u8>> {
+    match target {
+        "grbl_decode" => grbl_troubles(),
+        "zaber_decode" => zaber_troubles(),
+        "venus_decode" => venus_troubles(),
+        _ => vec![[b"\xf9", lines(&["E5 BUSY", "E7", "error:9", "? 3", "ERR 1"]).as_slice()].concat()],
+    }
+}
+
+fn grbl_troubles() -> Vec<Vec<u8>> {
+    let codes =
+        |word: &str, last: u8| (1..=last).flat_map(|k| format!("{word}:{k}\r\n").into_bytes()).collect();
+    let states = ["Hold:0", "Hold:1", "Home", "Door:0", "Check", "Sleep", "Tool", "Nothing"];
+    let states: Vec<String> =
+        states.iter().map(|state| format!("<{state}|MPos:0.000,0.000,0.000|Bf:15,128>")).collect();
+    let looks = [
+        "[VER:1.1h.20190825:]",
+        "[OPT:V,15,128]",
+        "[AXS:3:XYZ]",
+        "$10=1",
+        "$13=1",
+        "$22=0",
+        "$100=80",
+        "$101=80",
+        "$110=500",
+        "$120=10",
+        "$32=1",
+        "[GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0]",
+        "ok",
+    ];
+    vec![
+        codes("error", 40),
+        codes("ALARM", 12),
+        lines(&states.iter().map(String::as_str).collect::<Vec<_>>()),
+        lines(&looks),
+        lines(&["Grbl 1.1h ['$' for help]", "[MSG:Check door]", "what?"]),
+    ]
+}
+
+fn zaber_troubles() -> Vec<Vec<u8>> {
+    let answer =
+        |command: u8, rest: &str| [&[command][..], b"@01 0 \xee ", rest.as_bytes(), b"\xef"].concat();
+    let warnings = ["FS", "FE", "FQ", "FD", "FB", "FO", "FP", "WR", "WH", "WL", "WM", "NC", "FZ"];
+    let reasons =
+        ["AGAIN", "BADAXIS", "BADCOMMAND", "BADDATA", "STATUSBUSY", "FULL", "NOACCESS", "PARKED", "OTHER"];
+    let warned = warnings.iter().flat_map(|warning| answer(0xf0, &format!("OK IDLE {warning} 1000 2000")));
+    let refused = reasons.iter().flat_map(|reason| answer(0xf9, &format!("RJ IDLE -- {reason}")));
+    let homing =
+        [answer(0xf2, "OK BUSY -- 0"), answer(0xee, "OK BUSY -- 0 0"), answer(0xee, "OK IDLE FS 0 0")];
+    let alerts = b"!01 0 IDLE FS\xef!01 0 IDLE --\xef!01\xef#01 0 says\xef$\xef@01 2\xef";
+    vec![
+        warned.collect(),
+        refused.collect(),
+        homing.concat(),
+        alerts.to_vec(),
+        answer(0xf1, "RJ IDLE -- BADCOMMAND"),
+    ]
+}
+
+fn venus_troubles() -> Vec<Vec<u8>> {
+    let codes = ["1001", "1003", "1004", "1008", "1009", "77777"];
+    let errors = codes.iter().flat_map(|code| [b"\xf3", lines(&["3", "3", code]).as_slice()].concat());
+    vec![
+        errors.collect(),
+        [b"\xf1", lines(&["0", "2", "0", "0"]).as_slice()].concat(),
+        [b"\xf1", lines(&["0", "3", "0", "-1.0"]).as_slice()].concat(),
+        [b"\xf0", lines(&["1", "x y z", "0", "1 2"]).as_slice()].concat(),
+    ]
 }

@@ -251,10 +251,11 @@ impl Zaber {
         }
     }
 
-    /// `None` when the answer is no two numbers.
+    /// `None` when the answer is no two numbers of a device's size.
     fn setting_read(&mut self, what: What, answer: &Answer<'_>, out: &mut Vec<u8>) -> Option<Option<Reply>> {
         let values = answer.pair()?;
-        let least = i32::try_from(values[0].min(values[1])).ok()?;
+        let [one, other] = values.map(|value| i32::try_from(value).ok());
+        let least = one?.min(other?);
         let figure = f64::from(least) * 10_000.0 / 16_384.0 / self.scale.per_mm_f64();
         Some(match what {
             What::LimitMax => {

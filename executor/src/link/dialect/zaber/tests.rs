@@ -120,3 +120,14 @@ fn decode_is_total() {
     let alphabet = b"@!#/01 OKRJIDLEBUSY-- 123456789:ABCDEF\r\n\n\xff\x00";
     crate::link::dialect::testing::decode_is_total(|| Box::new(ready()), alphabet);
 }
+
+/// A travel beyond all devices was added to targets, and the sum could overflow.
+#[test]
+fn a_travel_that_no_device_has_is_refused() {
+    let mut zaber = dialect();
+    said(&mut zaber, &Command::Prepare);
+    hear(&mut zaber, "@01 0 01 OK IDLE -- 0");
+    let (replies, _) = hear(&mut zaber, "@01 0 02 OK IDLE -- 160000 9223372036854775807");
+    assert!(matches!(replies[..], [Reply::Garbled(_)]), "{replies:?}");
+    assert_eq!(zaber.zero, None);
+}
