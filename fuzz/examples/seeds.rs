@@ -30,6 +30,7 @@ fn main() -> Outcome {
     drawings()?;
     logs()?;
     texts()?;
+    errors()?;
     transcripts()
 }
 
@@ -176,6 +177,18 @@ fn transcripts() -> Outcome {
         for (number, trouble) in troubles(target).into_iter().enumerate() {
             write(target, &format!("{file}-trouble-{number}"), &[&bytes, &trouble[..]].concat())?;
         }
+    }
+    Ok(())
+}
+
+/// An error of each description, short, so that much can be made of it.
+fn errors() -> Outcome {
+    for (which, line) in [(0, "E7"), (1, "1.5"), (2, "error:9"), (3, "? 3")] {
+        write(
+            "described_decode",
+            &format!("error-{which}"),
+            &[&[which], lines(&[line]).as_slice()].concat(),
+        )?;
     }
     Ok(())
 }

@@ -174,17 +174,23 @@ impl Talk {
 
 fn say(dialect: &mut dyn Dialect, which: u8, out: &mut Vec<u8>) {
     let before = out.len();
-    let far = Point::from_units(3_000_000, -2_000_000).expect("it is small");
     let command = match COMMANDS.get(usize::from(which)) {
         Some(command) => *command,
         None if FIRST_COMMAND + which == RESET => return dialect.reset(),
-        None if which < 12 => Command::Move(jog(Point::ORIGIN, far)),
-        None if which < 14 => Command::Move(straight(Point::ORIGIN, far, 600)),
-        None => Command::Move(contour(bend(), 600)),
+        None => Command::Move(moves()[usize::from(which) % 3]),
     };
     if dialect.encode(&command, out).is_err() {
         assert_eq!(out.len(), before, "half a command was said");
     }
+}
+
+/// A jog, a straight motion of a contour and a bend: to be said again and again.
+fn moves() -> &'static [Certified; 3] {
+    static MOVES: OnceLock<[Certified; 3]> = OnceLock::new();
+    MOVES.get_or_init(|| {
+        let far = Point::from_units(3_000_000, -2_000_000).expect("it is small");
+        [jog(Point::ORIGIN, far), straight(Point::ORIGIN, far, 600), contour(bend(), 600)]
+    })
 }
 
 /// A jog over an empty plane.

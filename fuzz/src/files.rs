@@ -3,6 +3,8 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use arbitrary::{Arbitrary, Unstructured};
+
 use keepout_executor::link::dialect::{Described, Description, Dialect, Setting};
 use keepout_executor::operator::{Script, Trace};
 use keepout_executor::servo::profile::DriveProfile;
@@ -17,6 +19,7 @@ use keepout_planner::setup::Setup;
 
 use crate::dialects::setting;
 use crate::import::{CURVES_MAX, edges, told};
+use crate::sketch::number;
 use crate::{job, witness};
 
 /// Any bytes as a plan file, or as what one holds behind its hash: a typed error, or a plan, which certification refuses or
@@ -141,13 +144,44 @@ fn watch(log: &Log) {
     }
 }
 
-/// Any bytes as a machine profile: a typed error, or figures that a machine can have, which come back from a file, and make a
-/// margin of their sum.
+/// Any bytes as a machine profile, or, behind a zero, as its figures: a typed error, or figures that a machine can have, which come
+/// back from a file, and make a margin of their sum.
 ///
 /// # Panics
 /// When one of these does not hold.
 pub fn machine_profile(bytes: &[u8]) {
-    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    if let Some((0, figures)) = bytes.split_first() {
+        return profile_of(&with_figures(&mut Unstructured::new(figures)).unwrap_or_default());
+    }
+    if let Ok(text) = std::str::from_utf8(bytes) {
+        profile_of(text);
+    }
+}
+
+/// A profile that has all its keys, and any numbers.
+fn with_figures(u: &mut Unstructured<'_>) -> arbitrary::Result<String> {
+    const KEYS: [&str; 7] = [
+        "max_rate_mm_s",
+        "acceleration_mm_s2",
+        "steps_per_mm",
+        "report_digit_mm",
+        "arc_tolerance_mm",
+        "repeatability_mm",
+        "contour_error_mm",
+    ];
+    let mut text = format!("name = \"any\"\nstroke_mm = [{:?}, {:?}]\n", number(u)?, number(u)?);
+    let usual = MachineProfile::simulated().to_toml();
+    for key in KEYS {
+        // Most figures are usual ones, so that it comes to the others.
+        let line = usual.lines().find(|line| line.starts_with(key)).unwrap_or_default();
+        let any = if bool::arbitrary(u)? { Some(number(u)?) } else { None };
+        text.push_str(&any.map_or_else(|| line.to_string(), |any| format!("{key} = {any:?}")));
+        text.push('\n');
+    }
+    Ok(text)
+}
+
+fn profile_of(text: &str) {
     let profile = match MachineProfile::parse(Path::new("fuzz"), text) {
         Ok(profile) => profile,
         Err(error) => return told(&error.to_string()),

@@ -2,7 +2,7 @@
 
 use arbitrary::{Arbitrary, Result, Unstructured};
 use keepout_kernel::offset::{OffsetLoop, Outline, RESOLUTION, certify_complete, certify_path, propose};
-use keepout_kernel::{Arc, Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side, Turn};
+use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side, Turn};
 
 use crate::witness::{distance, places};
 
@@ -97,7 +97,7 @@ fn curves_of(loops: &[OffsetLoop]) -> impl Iterator<Item = &Curve> {
     loops.iter().flat_map(|each| &each.curves)
 }
 
-/// A curve left out, moved, turned round, straightened, or taken from elsewhere.
+/// A curve left out, moved, turned round, straightened or bent.
 fn change(path: &mut Vec<Curve>, u: &mut Unstructured<'_>) -> Result<()> {
     let k = u.choose_index(path.len())?;
     let by = (i64::from(i16::arbitrary(u)?), i64::from(i8::arbitrary(u)?));
@@ -110,10 +110,9 @@ fn change(path: &mut Vec<Curve>, u: &mut Unstructured<'_>) -> Result<()> {
         1 => path[k] = Curve::Line(Segment { from: path[k].from(), to: path[k].to() }),
         2 => path[k] = path[k].reversed().unwrap_or(path[k]),
         3 => {
-            if let Curve::Arc(arc) = path[k]
-                && let Ok(other) = Arc::new(arc.from(), arc.to(), moved(arc.centre()), arc.turn())
-            {
-                path[k] = Curve::Arc(other);
+            let bulge = f64::from(i8::arbitrary(u)?) / 100.0;
+            if let Some(other) = bent(path[k].from(), path[k].to(), bulge) {
+                path[k] = other;
             }
         }
         _ => {
