@@ -155,7 +155,7 @@ fn finds(program: &Path, number: usize, folder: &Path, name: &str) -> Outcome<Op
     if dictionary.is_file() {
         command.arg(format!("-dict={}", dictionary.display()));
     }
-    command.args(["-timeout=20", "-rss_limit_mb=2048", "-max_len=16384", "-len_control=0", "-seed=1"]);
+    command.args(["-timeout=60", "-rss_limit_mb=2048", "-max_len=16384", "-len_control=0", "-seed=1"]);
     command.arg(format!("-artifact_prefix={}/", work.display()));
     let begin = Instant::now();
     let log = fs::File::create(work.join("log"))?;
