@@ -120,8 +120,8 @@ pub fn venus_decode(bytes: &[u8]) {
     talk(&mut Venus::new(setting()), bytes, venus_says);
 }
 
-/// Any bytes from a controller that a file describes; the first chooses the file: bounded output, the same replies again, and
-/// none from a line that no template fits.
+/// Any bytes from a controller that a file describes; the first chooses the file: bounded output, and no report from a line that
+/// says nothing.
 ///
 /// # Panics
 /// When one of these does not hold.
@@ -229,6 +229,10 @@ fn grbl_says(line: &[u8], reply: &Reply) {
         Reply::Refused { .. } => assert!(text.starts_with("error:"), "{reply:?} from {text:?}"),
         Reply::Alarm { .. } => assert!(text.starts_with("ALARM:"), "{reply:?} from {text:?}"),
         Reply::Report(report) => {
+            let rests = text.split(['|', ':', '>']).next() == Some("<Idle");
+            assert_eq!(report.mode == Mode::Idle, rests, "{report:?} from {text:?}");
+            let unsaid = report.queued.is_none() && report.waiting.is_none();
+            assert!(unsaid || text.contains("|Bf:"), "{report:?} from {text:?}");
             let Some(at) = report.position else { return };
             let place = text.split_once("|MPos:").and_then(|(_, rest)| two(rest, ','));
             let [x, y] = place.unwrap_or_else(|| panic!("a place from {text:?}"));

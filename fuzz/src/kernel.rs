@@ -77,12 +77,19 @@ fn mutated(u: &mut Unstructured<'_>) -> Result<()> {
         Err(fault) => told(&fault.to_string()),
         Ok(index) => {
             for (number, edge) in edges.iter().enumerate() {
-                let mut seen = 0;
-                let _ = index.visit(edge.bounds(), |visited, _| {
-                    seen += usize::from(visited == number);
-                    ControlFlow::Continue(())
-                });
-                assert_eq!(seen, 1, "edge {number} of {edges:?}");
+                // All of the edge's box, and what just touches it on each side.
+                let whole = edge.bounds();
+                let (x0, y0, x1, y1) = whole.corners();
+                let rims = [(x0, y0, x0, y1), (x1, y0, x1, y1), (x0, y0, x1, y0), (x0, y1, x1, y1)];
+                let rims = rims.map(|(a, b, c, d)| Window::from_corners(a, b, c, d));
+                for window in rims.into_iter().chain([whole]) {
+                    let mut seen = 0;
+                    let _ = index.visit(window, |visited, _| {
+                        seen += usize::from(visited == number);
+                        ControlFlow::Continue(())
+                    });
+                    assert_eq!(seen, 1, "edge {number} of {edges:?} in {window:?}");
+                }
             }
         }
     }
@@ -130,8 +137,8 @@ struct Field {
 
 impl<'a> Arbitrary<'a> for Field {
     fn arbitrary(u: &mut Unstructured<'a>) -> Result<Self> {
-        let half = 1_i64 << u.int_in_range(2..=28_u8)?;
-        let grid = (1_i64 << u.int_in_range(0..=28_u8)?).min(half);
+        let half = 1_i64 << u.int_in_range(2..=29_u8)?;
+        let grid = (1_i64 << u.int_in_range(0..=29_u8)?).min(half);
         Ok(Self { half, grid: if bool::arbitrary(u)? { grid } else { 1 } })
     }
 }

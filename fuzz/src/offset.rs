@@ -11,8 +11,8 @@ const GUARD: f64 = 60.0;
 /// What is a unit or two of rounding in `f64`.
 const ROUNDING: f64 = 3.0;
 
-/// Any bytes as an outline of lines and arcs and a distance: a path that is proposed for it is believed, both ways; and a changed
-/// one is refused, or keeps its distance all the same.
+/// Any bytes as an outline of lines and arcs and a distance: a path that is proposed for it, or a changed one, is refused, or
+/// keeps its distance; and of loops that are believed none can be left out.
 ///
 /// # Panics
 /// When a path is believed that does not keep its distance, or that leaves out a loop.
@@ -38,14 +38,19 @@ fn offset_of(u: &mut Unstructured<'_>) -> Result<()> {
     if !proposed.loose_ends.is_empty() {
         return Ok(());
     }
-    for each in &proposed.loops {
+    let mut believed = Vec::new();
+    for (number, each) in proposed.loops.iter().enumerate() {
         if let Ok(Some(_)) = certify_path(&part, threshold, &each.curves) {
             keeps(&each.curves, &outlines[0].curves, d.into());
+            believed.push(number);
         }
     }
     let whole = certify_complete(&part, &outlines, centre, Length::small(20), curves_of(&proposed.loops));
-    if whole.is_ok() && !proposed.loops.is_empty() {
-        misses_a_loop(&part, &outlines, centre, proposed.loops.clone(), u)?;
+    // A loop on the part's side is refused, and nobody misses it.
+    if whole.is_ok() && !believed.is_empty() {
+        let mut left = proposed.loops.clone();
+        let gone = left.remove(*u.choose(&believed)?);
+        misses(&part, &outlines, centre, &left, &gone);
     }
     for _ in 0..u.int_in_range(0..=3_u8)? {
         let Some(each) = proposed.loops.first() else { break };
@@ -73,24 +78,16 @@ fn keeps(path: &[Curve], walls: &[Curve], threshold: f64) {
 }
 
 /// A path that is complete is not when one of its loops is left out.
-fn misses_a_loop(
-    part: &ProhibitedRegion,
-    outlines: &[Outline],
-    d: f64,
-    mut loops: Vec<OffsetLoop>,
-    u: &mut Unstructured<'_>,
-) -> Result<()> {
-    let gone = loops.remove(u.choose_index(loops.len())?);
+fn misses(part: &ProhibitedRegion, outlines: &[Outline], d: f64, left: &[OffsetLoop], gone: &OffsetLoop) {
     let length: f64 = gone.curves.iter().map(Curve::length).sum();
     // What is beside another loop, or shorter than the resolution, is not missed.
-    let beside = |place| distance(place, curves_of(&loops)) < 10.0 * RESOLUTION;
+    let beside = |place| distance(place, curves_of(left)) < 10.0 * RESOLUTION;
     let alone = gone.curves.iter().flat_map(places).all(|place| !beside(place));
-    let noticed = certify_complete(part, outlines, d, Length::small(20), curves_of(&loops)).is_err();
+    let noticed = certify_complete(part, outlines, d, Length::small(20), curves_of(left)).is_err();
     assert!(
         noticed || !alone || length < 10.0 * RESOLUTION,
         "a loop of {length} is not missed: {outlines:?} {d}"
     );
-    Ok(())
 }
 
 fn curves_of(loops: &[OffsetLoop]) -> impl Iterator<Item = &Curve> {

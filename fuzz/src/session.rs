@@ -101,7 +101,6 @@ impl Play {
     fn begin(trouble: Trouble, abilities: Abilities, u: &mut Unstructured<'_>) -> Result<Self> {
         const STARTS_MM: [(i64, i64); 5] = [(-10, -10), (10, 40), (10, 30), (40, 5), (-4, 8)];
         let work = job::work();
-        let plain = |p: Point| (i64::from(p.x.units()), i64::from(p.y.units()));
         let walls = work.plan.part.edges().iter().map(|edge| (plain(edge.chord.from), plain(edge.chord.to)));
         let walls = walls.collect();
         let place =
@@ -217,8 +216,7 @@ impl Play {
         }
         let guard = self.supervisor.guard();
         let kept = i64::from(guard.rules().manual.units()) - 1;
-        let set: Vec<Xy> =
-            guard.in_flight().map(|p| (i64::from(p.x.units()), i64::from(p.y.units()))).collect();
+        let set: Vec<Xy> = guard.in_flight().map(plain).collect();
         for (i, &a) in set.iter().enumerate() {
             for (j, &b) in set.iter().enumerate().skip(i) {
                 for &c in &set[j..] {
@@ -321,9 +319,24 @@ impl Machine {
         // What was received is planned as long as there is room; nothing is read while it holds.
         while !self.held && self.planner.len() < 15 {
             let Some(motion) = self.received.pop_front() else { break };
-            self.planner.push_back(motion);
-            self.answers.push_back(Reply::Accepted);
+            if self.begins_elsewhere(&motion) {
+                self.answers.push_back(Reply::Refused { code: 33, meaning: "", transient: false });
+            } else {
+                self.planner.push_back(motion);
+                self.answers.push_back(Reply::Accepted);
+            }
         }
+    }
+
+    /// An arc is given by its radius: where it does not begin at the end of what is planned, it is refused.
+    fn begins_elsewhere(&self, motion: &Motion) -> bool {
+        let Motion::Contour { curve: Curve::Arc(arc), .. } = motion else { return false };
+        let end = self.planner.back().map_or(self.tool, |last| match last {
+            Motion::Jog { to, .. } => plain(*to),
+            Motion::Contour { curve, .. } => plain(curve.to()),
+        });
+        let from = plain(arc.from());
+        (from.0 - end.0).abs().max((from.1 - end.1).abs()) > 4 * DIGIT
     }
 
     fn report(&self) -> Report {
@@ -378,8 +391,11 @@ fn between(from: Xy, to: Point, share: f64) -> Xy {
 }
 
 fn nearest((x, y): (f64, f64)) -> Xy {
-    let at = nearest_point(x, y).expect("it is between places of the table");
-    (i64::from(at.x.units()), i64::from(at.y.units()))
+    plain(nearest_point(x, y).expect("it is between places of the table"))
+}
+
+fn plain(point: Point) -> Xy {
+    (i64::from(point.x.units()), i64::from(point.y.units()))
 }
 
 fn wish(u: &mut Unstructured<'_>) -> Result<Wish> {

@@ -2,11 +2,16 @@
 
 use crate::supervisor::Mode;
 
+/// The state, and behind a colon what kind of it, which is a number: anything else is half of something that was lost.
 pub(super) fn mode(state: &str) -> Option<Mode> {
-    Some(match state.split_once(':').unwrap_or((state, "")) {
+    let (word, kind) = match state.split_once(':') {
+        Some((word, kind)) => (word, Some(kind.parse::<u8>().ok()?)),
+        None => (state, None),
+    };
+    Some(match (word, kind) {
         ("Idle", _) => Mode::Idle,
         ("Jog" | "Run", _) => Mode::Moving,
-        ("Hold", "1") => Mode::Slowing,
+        ("Hold", Some(1)) => Mode::Slowing,
         ("Hold", _) => Mode::Held,
         ("Home", _) => Mode::Homing,
         ("Alarm", _) => Mode::Alarm,

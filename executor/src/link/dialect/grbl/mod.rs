@@ -265,24 +265,30 @@ impl Grbl {
         Some(Reply::Prepared(limits))
     }
 
+    /// `None` when it is not formed as it should be: then nothing of it is believed.
     fn report(&mut self, inner: &str) -> Option<Reply> {
         let mut fields = inner.split('|');
         let mode = mode(fields.next()?)?;
         let (mut position, mut buffers, mut offset) = (None, None, None);
+        let mut later = fields.clone();
         for field in fields {
+            later.next();
             let (name, value) = field.split_once(':')?;
-            // A field that is there twice shows that two reports became one: what it says belongs to neither.
-            let earlier = match name {
-                "MPos" => position.replace(plane(value)?).is_some(),
+            // A field that comes again shows that two reports became one: what it says belongs to neither.
+            if later.clone().any(|field| field.split_once(':').is_some_and(|(again, _)| again == name)) {
+                return None;
+            }
+            match name {
+                "MPos" => {
+                    let back = Vector { dx: -self.setting.offset.dx, dy: -self.setting.offset.dy };
+                    position = Some(plane(value)?.translated(back).ok()?);
+                }
                 "Bf" => {
                     let (blocks, bytes) = value.split_once(',')?;
-                    buffers.replace((blocks.parse::<usize>().ok()?, bytes.parse::<usize>().ok()?)).is_some()
+                    buffers = Some((blocks.parse::<usize>().ok()?, bytes.parse::<usize>().ok()?));
                 }
-                "WCO" => offset.replace(plane(value)?).is_some(),
-                _ => false,
-            };
-            if earlier {
-                return None;
+                "WCO" => offset = Some(plane(value)?),
+                _ => {}
             }
         }
         if offset.is_some_and(|offset| self.displaced(offset)) {
@@ -294,11 +300,6 @@ impl Grbl {
         }
         let queued = self.blocks.zip(buffers).map(|(all, (free, _))| all.saturating_sub(free));
         let waiting = self.bytes.zip(buffers).map(|(all, (_, free))| free < all);
-        let back = Vector { dx: -self.setting.offset.dx, dy: -self.setting.offset.dy };
-        let position = match position {
-            Some(position) => Some(position.translated(back).ok()?),
-            None => None,
-        };
         let agreed = self.work_offset.is_some() && self.work_offset == self.stated.sum();
         // A report without its buffers is no evidence of anything.
         let position = position.filter(|_| agreed && waiting.is_some() || self.stage != Stage::Ready);

@@ -102,12 +102,14 @@ fn no_contour_is_written_before_the_work_offset_is_known() {
 
 /// Found by the fuzzer: bytes lost between two reports, and the state of the one was taken with the place of the other.
 #[test]
-fn two_reports_in_one_line_are_none() {
+fn reports_that_lost_something_are_none() {
     let mut grbl = ready();
     for glued in [
         "<Idle|MPos:0.000,0.000,0.000|Bf:15,1<Jog|MPos:5.000,0.000,0.000|Bf:14,128>\r\n",
         "<Idle|MPos:0.000,0.000,0.000|FS:60|MPos:5.000,0.000,0.000|Bf:14,128>\r\n",
         "<Idle|MPos:0.000,0.000,0.000|Bf:15,128|FS:60|Bf:14,128>\r\n",
+        "<Idle:-20.000,-20.277,0.000|Bf:15,128|FS:0,0>\r\n",
+        "<Idle|MPos:0.000,0.000,0.000|FS:0,0|Bf:15,128|FS:0,0>\r\n",
         "<Idle|MPos:0.000,0.000,0.000|WCO:0.000,0.000,0.000|FS:0|WCO:0.000,0.000,0.000>\r\n",
     ] {
         assert!(matches!(hear(&mut grbl, glued.as_bytes()).0[..], [Reply::Garbled(_)]), "{glued}");
