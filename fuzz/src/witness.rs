@@ -1,4 +1,5 @@
-//! What a finishing path does to a part, in `f64` from the definitions: nothing of the kernel's answers is used.
+//! What a finishing path does to a part: distances in `f64`, from the definitions. Thresholds, and the side that the part is on, are
+//! the product's.
 
 use std::f64::consts::TAU;
 
