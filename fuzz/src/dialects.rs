@@ -97,14 +97,12 @@ pub fn zaber_decode(bytes: &[u8]) {
     for &byte in bytes {
         match byte {
             0xee => {
-                let number = talk.out.windows(5).rfind(|said| said.starts_with(b"/1 0 ")).is_some();
-                let at = talk.out.windows(5).rposition(|said| said == b"/1 0 ").map_or(0, |at| at + 5);
-                let digits = talk.out.get(at..at + 2).filter(|_| number).unwrap_or(b"00").to_vec();
+                let said = talk.out.windows(5).rposition(|said| said == b"/1 0 ");
+                let digits = said.and_then(|at| talk.out.get(at + 5..at + 7)).unwrap_or(b"00").to_vec();
                 digits.into_iter().for_each(|digit| talk.takes(&mut zaber, digit, zaber_says));
             }
             0xef => {
-                let rest = talk.line.get(1..).unwrap_or_default();
-                let sum = rest.iter().fold(0_u8, |sum, &byte| sum.wrapping_add(byte)).wrapping_neg();
+                let sum = zaber_sum(talk.line.get(1..).unwrap_or_default());
                 format!(":{sum:02X}\n").bytes().for_each(|byte| talk.takes(&mut zaber, byte, zaber_says));
             }
             _ => talk.takes(&mut zaber, byte, zaber_says),
@@ -242,15 +240,24 @@ fn grbl_says(line: &[u8], reply: &Reply) {
     }
 }
 
+/// The two's complement of the sum of the bytes.
+fn zaber_sum(bytes: &[u8]) -> u8 {
+    bytes.iter().fold(0_u8, |sum, &byte| sum.wrapping_add(byte)).wrapping_neg()
+}
+
 fn zaber_says(line: &[u8], reply: &Reply) {
     if matches!(reply, Reply::Garbled(_)) {
         return;
     }
     let Some(colon) = line.iter().rposition(|&byte| byte == b':') else { return };
-    let sum = line[1..colon].iter().fold(0_u8, |sum, &byte| sum.wrapping_add(byte));
     let stated =
         std::str::from_utf8(&line[colon + 1..]).ok().and_then(|sum| u8::from_str_radix(sum, 16).ok());
-    assert_eq!(stated, Some(sum.wrapping_neg()), "{reply:?} from {:?}", String::from_utf8_lossy(line));
+    assert_eq!(
+        stated,
+        Some(zaber_sum(&line[1..colon])),
+        "{reply:?} from {:?}",
+        String::from_utf8_lossy(line)
+    );
 }
 
 fn venus_says(line: &[u8], reply: &Reply) {

@@ -4,7 +4,6 @@ use std::path::Path;
 use std::sync::Arc;
 
 use arbitrary::{Arbitrary, Unstructured};
-
 use keepout_executor::link::dialect::{Described, Description, Dialect, Setting};
 use keepout_executor::operator::{Script, Trace};
 use keepout_executor::servo::profile::DriveProfile;
@@ -48,8 +47,7 @@ pub fn plan_file(bytes: &[u8]) {
 }
 
 /// The bytes behind the head and the hash of a plan file.
-#[must_use]
-pub fn sealed(payload: &[u8]) -> Vec<u8> {
+fn sealed(payload: &[u8]) -> Vec<u8> {
     let mut bytes = b"KEEPOUT PLAN".to_vec();
     bytes.extend(plan_file::VERSION.to_le_bytes());
     bytes.extend(plan_file::hash(payload));
@@ -85,8 +83,7 @@ pub fn session_log(bytes: &[u8]) {
 
 /// Lines of a log, each with the checksum over itself and the line before, and `plan=@` made the hash of the plan that
 /// [`job::work`] has.
-#[must_use]
-pub fn summed(lines: &[u8]) -> Vec<u8> {
+fn summed(lines: &[u8]) -> Vec<u8> {
     let mut sum = 0_u32;
     let mut out = Vec::with_capacity(2 * lines.len());
     for line in lines.split_inclusive(|&byte| byte == b'\n') {
@@ -133,9 +130,7 @@ fn watch(log: &Log) {
             Entry::Phase(phase) => escapes |= phase.starts_with("Escaping"),
             Entry::Certificate(text) => {
                 let Some(Certificate::Jog(to, _)) = Certificate::parse(text) else { continue };
-                let walls =
-                    plan.plan.profile.loops.iter().flat_map(|each| each.edges.iter().map(|edge| &edge.curve));
-                let left = witness::distance(xy(to), walls);
+                let left = witness::distance(xy(to), witness::walls(plan));
                 let kept = if escapes { plan.plan.tool_radius } else { plan.roughing };
                 assert!(left > f64::from(kept.units()) - 3.0, "a jog to {to:?}, {left} from the part");
             }
@@ -186,7 +181,7 @@ fn profile_of(text: &str) {
         Ok(profile) => profile,
         Err(error) => return told(&error.to_string()),
     };
-    let again = toml::from_str::<MachineProfile>(&profile.to_toml()).expect("it was written as TOML");
+    let again = MachineProfile::parse(Path::new("fuzz"), &profile.to_toml()).expect("it was written as TOML");
     assert_eq!(again, profile);
     match Budget::of(&profile, None, false) {
         Ok(budget) => adds_up(&profile, &budget),

@@ -14,6 +14,7 @@ use keepout_kernel::{
 use keepout_proofs::families::{at, length};
 use keepout_proofs::properties::Xy;
 use keepout_proofs::soak::{point_within, segments_within, triangle_within};
+use keepout_proofs::square::plain;
 
 use crate::import::told;
 
@@ -172,20 +173,16 @@ impl Field {
         }
         let centre = self.point(u)?;
         (0..count)
-            .map(|k| around(centre, k, count, self.half * i64::from(u.int_in_range(1..=64_u8)?) / 64))
+            .map(|k| Ok(around(centre, k, count, self.half * i64::from(u.int_in_range(1..=64_u8)?) / 64)))
             .collect()
     }
 }
 
 #[expect(clippy::cast_precision_loss, reason = "few corners, and radii of 30 bits")]
-fn around((x, y): Xy, k: usize, count: usize, radius: i64) -> Result<Xy> {
+fn around((x, y): Xy, k: usize, count: usize, radius: i64) -> Xy {
     let (sine, cosine) = (std::f64::consts::TAU * k as f64 / count as f64).sin_cos();
     let unit = |c: f64| keepout_kernel::curve::nearest_unit(c * radius as f64);
-    Ok((x + unit(cosine), y + unit(sine)))
-}
-
-fn plain(point: Point) -> Xy {
-    (i64::from(point.x.units()), i64::from(point.y.units()))
+    (x + unit(cosine), y + unit(sine))
 }
 
 fn segment(a: Xy, b: Xy) -> Segment {

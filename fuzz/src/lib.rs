@@ -15,9 +15,9 @@ pub mod sketch;
 mod witness;
 
 pub use dialects::{described_decode, grbl_decode, round_trip, venus_decode, zaber_decode};
-pub use files::{machine_profile, plan_file, sealed, session_log, small_files, summed};
+pub use files::{machine_profile, plan_file, session_log, small_files};
 pub use import::dxf_import;
-pub use job::{hash, work};
+pub use job::work;
 pub use keepout_proofs::property_of_bytes as property;
 pub use kernel::{clear, index, index_check, mesh};
 pub use offset::offset;

@@ -18,8 +18,9 @@ use keepout_kernel::{Curve, Length, Point, Turn};
 use keepout_planner::job::Progress;
 use keepout_proofs::properties::Xy;
 use keepout_proofs::soak::{segments_within, triangle_within};
+use keepout_proofs::square::plain;
 
-use crate::job;
+use crate::{job, witness};
 
 /// Lines that the controller's receive buffer holds; what arrives beyond them is lost.
 const BUFFER: usize = 3;
@@ -230,10 +231,8 @@ impl Play {
     fn watch_contour(&self, curve: &Curve) {
         let kept = f64::from(self.supervisor.guard().rules().finishing.units()) - 4.0;
         let plan = &job::work().plan;
-        let walls =
-            || plan.plan.profile.loops.iter().flat_map(|each| each.edges.iter().map(|edge| &edge.curve));
-        for place in crate::witness::places(curve) {
-            let left = crate::witness::distance(place, walls());
+        for place in witness::places(curve) {
+            let left = witness::distance(place, witness::walls(plan));
             assert!(left > kept, "{curve:?} of a contour comes to {left}, not {kept}");
         }
     }
@@ -392,10 +391,6 @@ fn between(from: Xy, to: Point, share: f64) -> Xy {
 
 fn nearest((x, y): (f64, f64)) -> Xy {
     plain(nearest_point(x, y).expect("it is between places of the table"))
-}
-
-fn plain(point: Point) -> Xy {
-    (i64::from(point.x.units()), i64::from(point.y.units()))
 }
 
 fn wish(u: &mut Unstructured<'_>) -> Result<Wish> {

@@ -72,7 +72,8 @@ fn reaches_all(plan: &CertifiedPlan, pass: &Pass) {
     }
 }
 
-fn walls(plan: &CertifiedPlan) -> impl Iterator<Item = &Curve> {
+/// The curves of the part and the zones.
+pub fn walls(plan: &CertifiedPlan) -> impl Iterator<Item = &Curve> {
     let loops = plan.plan.profile.loops.iter().chain(&plan.plan.zones.loops);
     loops.flat_map(|each| each.edges.iter().map(|edge| &edge.curve))
 }

@@ -11,10 +11,9 @@ use super::replay::{Played, open};
 /// The progress at the end of a log, which is played again first. Loops of `recut` are forgotten.
 pub fn progress_of(log: &Path, work: &Workpiece, recut: &[LoopNumber]) -> Result<Progress, CliError> {
     let played = Played::with(log, &mut open(log)?, work.clone())?;
-    let passes = &work.plan.plan.passes;
     let mut progress = played.replay.supervisor.progress();
     for &number in recut {
-        if passes.get(number.pass).is_none_or(|pass| number.index >= pass.path.loops.len()) {
+        if !number.is_of(&work.plan) {
             return Err(CliError::Argument(format!("--recut: the plan has no {number}")));
         }
         progress.forget(number);

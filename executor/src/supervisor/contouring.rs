@@ -73,7 +73,7 @@ impl Supervisor {
 
     fn begin(&mut self, job: ContourJob) -> Result<Run, String> {
         if let Some(number) =
-            job.legs.iter().filter_map(|leg| leg.cuts).find(|&number| !self.has_loop(number))
+            job.legs.iter().filter_map(|leg| leg.cuts).find(|number| !number.is_of(&self.work.plan))
         {
             return Err(format!("the plan has no {number}"));
         }
@@ -100,11 +100,6 @@ impl Supervisor {
         }
         let done = Progress::after(&job, job.legs.len(), 0, Point::ORIGIN);
         Ok(Run { job, sources, done })
-    }
-
-    fn has_loop(&self, number: LoopNumber) -> bool {
-        let pass = self.work.plan.plan.passes.get(number.pass);
-        pass.is_some_and(|pass| number.index < pass.path.loops.len())
     }
 
     /// What a leg leaves on the part beyond what its contour may touch.

@@ -49,10 +49,8 @@ fn entities(figure: &Figure, text: &mut String) {
         Spoilt::Edges(edges) if figure.loose => {
             // Neither in order nor all one way.
             let count = edges.len();
-            for k in 0..count {
-                let edge = &edges[k * 7 % count];
-                if count.is_multiple_of(7) { single(&edges[k], text) } else { single(edge, text) }
-            }
+            let step = if count.is_multiple_of(7) { 1 } else { 7 };
+            (0..count).for_each(|k| single(&edges[k * step % count], text));
         }
         Spoilt::Edges(edges) => polylines(&edges, text),
         Spoilt::Whole(outline, often) => (0..often).for_each(|_| whole(&outline, text)),

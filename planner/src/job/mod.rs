@@ -47,6 +47,14 @@ pub struct LoopNumber {
     pub index: usize,
 }
 
+impl LoopNumber {
+    /// Whether the plan has the loop.
+    #[must_use]
+    pub fn is_of(self, plan: &CertifiedPlan) -> bool {
+        plan.plan.passes.get(self.pass).is_some_and(|pass| self.index < pass.path.loops.len())
+    }
+}
+
 impl std::fmt::Display for LoopNumber {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "loop {} of pass {}", self.index + 1, self.pass + 1)

@@ -120,12 +120,8 @@ impl Progress {
 
     /// Checks that every loop is one of the plan's.
     pub(super) fn check(&self, plan: &CertifiedPlan) -> Result<(), ProgressError> {
-        let of_plan = |number: &LoopNumber| {
-            let pass = plan.plan.passes.get(number.pass);
-            pass.is_some_and(|pass| number.index < pass.path.loops.len())
-        };
         let partial = self.partial.iter().map(|each| &each.number);
-        match self.finished.iter().chain(partial).find(|number| !of_plan(number)) {
+        match self.finished.iter().chain(partial).find(|number| !number.is_of(plan)) {
             Some(&number) => Err(ProgressError::NoSuchLoop { number }),
             None => Ok(()),
         }
