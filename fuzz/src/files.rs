@@ -41,7 +41,7 @@ pub fn plan_file(bytes: &[u8]) {
         return;
     }
     match plan.certify() {
-        Ok(certified) => witness::watch(&certified),
+        Ok(certified) => witness::watch(&certified, None),
         Err(error) => told(&error.to_string()),
     }
 }
@@ -189,12 +189,9 @@ fn profile_of(text: &str) {
     }
 }
 
-fn adds_up(profile: &MachineProfile, budget: &Budget) {
+pub(crate) fn adds_up(profile: &MachineProfile, budget: &Budget) {
     let sum: f64 = budget.terms.iter().map(|term| term.mm).sum();
-    let least = profile.repeatability_mm
-        + profile.contour_error_mm
-        + profile.arc_tolerance_mm
-        + 0.5 / profile.steps_per_mm;
+    let least = witness::least_margin_mm(profile);
     let figures = [
         profile.repeatability_mm,
         profile.contour_error_mm,

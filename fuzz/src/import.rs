@@ -7,7 +7,7 @@ use keepout_planner::order::Order;
 use keepout_planner::plan_file;
 use keepout_planner::profile::{MachinedSide, Profile, ProfileEdge, ProfileLoop};
 
-use crate::{export, witness};
+use crate::{export, files, witness};
 
 /// Drawings with more curves than this are imported and not planned: the fuzzer is after faults, not after work.
 pub(crate) const CURVES_MAX: usize = 400;
@@ -49,17 +49,20 @@ fn particular() -> Order {
     Order { choice, zone_layers: layers, stroke_layer: Some("TABLE".into()), ..Order::default() }
 }
 
-/// The same under an order.
+/// The same under an order; answers what was read, if it was, and was not too much.
 ///
 /// # Panics
 /// As [`dxf_import`].
-pub fn ordered(bytes: &[u8], order: &Order) {
+pub fn ordered(bytes: &[u8], order: &Order) -> Option<Chained> {
     let (drawing, chained) = match order.contours(bytes) {
         Ok(read) => read,
-        Err(error) => return told(&error.to_string()),
+        Err(error) => {
+            told(&error.to_string());
+            return None;
+        }
     };
     if drawing.curves.len().max(edges(&chained.profile)) > CURVES_MAX {
-        return;
+        return None;
     }
     tells_all(&drawing, &chained);
     match chained.profile.part(MachinedSide::Outside, &Profile::default()) {
@@ -68,6 +71,7 @@ pub fn ordered(bytes: &[u8], order: &Order) {
         Err(error) => told(&error.to_string()),
     }
     plans(bytes, order);
+    Some(chained)
 }
 
 /// The number of edges.
@@ -181,7 +185,8 @@ fn plans(bytes: &[u8], order: &Order) {
         Ok(certified) => certified,
         Err(error) => return told(&error.to_string()),
     };
-    witness::watch(&certified);
+    witness::watch(&certified, Some(&order.job));
+    files::adds_up(&certified.plan.machine, &certified.plan.budget);
     let stored = plan_file::encode(&certified.plan).expect("a plan in memory can be written");
     let again = plan_file::decode(&stored).expect("what was written can be read");
     assert_eq!(again, certified.plan, "the plan changed in its file");

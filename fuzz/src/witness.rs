@@ -1,13 +1,19 @@
-//! What a finishing path does to a part: distances in `f64`, from the definitions. Thresholds, and the side that the part is on, are
-//! the product's.
+//! What a finishing path does to a part, from the definitions and in `f64`: thresholds from the job and the machine, the side that
+//! the part is on by winding numbers, distances to lines, arcs and splines. Straight motions along straight edges are
+//! asked by big integers.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, SQRT_2, TAU};
 
 use keepout_kernel::curve::xy;
+use keepout_kernel::exact::bezier::Bezier;
 use keepout_kernel::offset::{COVERAGE, RESOLUTION};
-use keepout_kernel::{Arc, Curve, Turn};
+use keepout_kernel::{Arc, Curve, Point, Segment, Turn};
 use keepout_planner::finish::centre_distance;
-use keepout_planner::plan::{CertifiedPlan, Pass};
+use keepout_planner::machine::MachineProfile;
+use keepout_planner::plan::{CertifiedPlan, Job, Pass};
+use keepout_planner::profile::{MachinedSide, ProfileEdge, ProfileLoop, SourceCurve};
+use keepout_proofs::soak::segments_within;
+use keepout_proofs::square::plain;
 
 type Xy = (f64, f64);
 
@@ -15,28 +21,94 @@ type Xy = (f64, f64);
 const PLACES: u32 = 7;
 /// Rounding: of arcs' radii, of places on them, in lattice units.
 const ROUNDING: f64 = 3.0;
+/// Lattice units in a millimetre.
+const UNIT: f64 = 1e5;
+/// Pairs of lines that are asked by big integers, at most.
+const PAIRS_MAX: usize = 20_000;
 
-/// Looks at places on the path of every pass, and at places where a pass has to be.
+/// Looks at places on the path of every pass, and at places where a pass has to be. Without the job, which is not in a plan's
+/// file, tool, stock and errors are what the plan says.
 ///
 /// # Panics
 /// When the tool would enter the part, or leave out what it can reach.
-pub fn watch(plan: &CertifiedPlan) {
-    for pass in &plan.plan.passes {
-        let threshold = f64::from(plan.finishing.units()) + f64::from(pass.allowance.units());
-        keeps_away(plan, pass, threshold);
+pub fn watch(plan: &CertifiedPlan, job: Option<&Job>) {
+    follows_sources(plan);
+    for (number, pass) in plan.plan.passes.iter().enumerate() {
+        let needed = match job {
+            Some(job) => needed_mm(plan, job, number) * UNIT,
+            None => {
+                let margin_mm: f64 = plan.plan.budget.terms.iter().map(|term| term.mm).sum();
+                f64::from(plan.plan.tool_radius.units())
+                    + f64::from(pass.allowance.units())
+                    + margin_mm * UNIT
+            }
+        };
+        let threshold = plan.finishing.plus(pass.allowance).expect("it was certified");
+        let stated = f64::from(threshold.units());
+        assert!(stated > needed - 0.01, "{stated} is kept, {needed} is what tool, stock and errors need");
+        keeps_away(plan, pass, stated);
+        lines_keep_away(plan, pass, i64::from(threshold.units()));
+        closes(pass);
         reaches_all(plan, pass);
     }
 }
 
+/// Radius, what the pass leaves, and the margin: as ordered, or the errors that it must cover, each once.
+fn needed_mm(plan: &CertifiedPlan, job: &Job, pass: usize) -> f64 {
+    let left_mm = job.passes.get(pass).map_or(0.0, |pass| pass.allowance_mm);
+    let margin_mm = job.margin_mm.unwrap_or_else(|| least_margin_mm(&plan.plan.machine));
+    job.tool_diameter_mm / 2.0 + left_mm + margin_mm
+}
+
+/// The errors of a machine that a margin must cover, each once, without rounding, mm.
+pub fn least_margin_mm(machine: &MachineProfile) -> f64 {
+    machine.repeatability_mm
+        + machine.contour_error_mm
+        + machine.arc_tolerance_mm
+        + SQRT_2 / 2.0 * (machine.report_digit_mm + 1.0 / machine.steps_per_mm)
+}
+
 fn keeps_away(plan: &CertifiedPlan, pass: &Pass, threshold: f64) {
+    let sources: Vec<Xy> = sources(plan).flat_map(|(_, source)| points_of(source)).collect();
     for curve in pass.path.loops.iter().flat_map(|each| &each.curves) {
-        for place in places(curve) {
-            let left = distance(place, walls(plan));
+        for place in places(curve).into_iter().chain([xy(curve.from())]) {
+            let source = sources.iter().map(|&point| between(place, point)).fold(f64::INFINITY, f64::min);
+            let left = distance(place, walls(plan)).min(source);
             assert!(
                 left > threshold - ROUNDING,
                 "{curve:?} comes to {left} of the part at {place:?}, not {threshold}"
             );
+            assert!(!is_in_part(plan, place), "{curve:?} is in the part at {place:?}");
         }
+    }
+}
+
+/// Straight motions are clear of straight edges, by big integers.
+fn lines_keep_away(plan: &CertifiedPlan, pass: &Pass, threshold: i64) {
+    let straight = |curve: &Curve| match *curve {
+        Curve::Line(line) => Some(line),
+        Curve::Arc(_) => None,
+    };
+    let edges: Vec<Segment> = walls(plan).filter_map(straight).collect();
+    let motions = pass.path.loops.iter().flat_map(|each| &each.curves).filter_map(straight);
+    let pairs = motions.flat_map(|motion| edges.iter().map(move |edge| (motion, edge)));
+    let may_be_near = |(motion, edge): &(Segment, &Segment)| {
+        let (a, b, c, d) = (plain(motion.from), plain(motion.to), plain(edge.from), plain(edge.to));
+        let apart = |a: i64, b: i64, c: i64, d: i64| (c.min(d) - a.max(b)).max(a.min(b) - c.max(d));
+        apart(a.0, b.0, c.0, d.0).max(apart(a.1, b.1, c.1, d.1)) <= threshold
+    };
+    for (motion, edge) in pairs.filter(may_be_near).take(PAIRS_MAX) {
+        let (a, b, c, d) = (plain(motion.from), plain(motion.to), plain(edge.from), plain(edge.to));
+        assert!(!segments_within(a, b, c, d, threshold), "{motion:?} comes to {threshold} of {edge:?}");
+    }
+}
+
+/// Each curve begins where the one before it ends, the first at the end of the last.
+fn closes(pass: &Pass) {
+    for each in &pass.path.loops {
+        let next = each.curves.iter().cycle().skip(1);
+        let jump = each.curves.iter().zip(next).find(|(one, next)| one.to() != next.from());
+        assert!(jump.is_none() && !each.curves.is_empty(), "the path has a jump: {jump:?}");
     }
 }
 
@@ -52,24 +124,94 @@ fn reaches_all(plan: &CertifiedPlan, pass: &Pass) {
         for (place, normal) in places(curve).into_iter().zip(normals(curve)) {
             for side in [d, -d] {
                 let beside = (place.0 + normal.0 * side, place.1 + normal.1 * side);
-                let Ok(point) = keepout_kernel::curve::nearest_point(beside.0, beside.1) else { continue };
                 let others = walls(plan).filter(|other| *other != curve);
-                if plan.part.holds(point)
+                if keepout_kernel::curve::nearest_point(beside.0, beside.1).is_err()
                     || distance(beside, others) < d + apart
                     || distance(beside, [curve].into_iter()) < d - ROUNDING
+                    || is_in_part(plan, beside)
                 {
                     continue;
                 }
                 let path = pass.path.loops.iter().flat_map(|each| &each.curves);
                 let off = distance(beside, path);
-                let missing = "the path leaves out";
                 assert!(
                     off < RESOLUTION + COVERAGE + apart,
-                    "{missing} {point:?}, by {off}, beside {curve:?}"
+                    "the path leaves out {beside:?}, by {off}, beside {curve:?}"
                 );
             }
         }
     }
+}
+
+/// Splines and ellipses are no farther from the edges that stand for them than these say.
+fn follows_sources(plan: &CertifiedPlan) {
+    for (each, source) in sources(plan) {
+        let edges = &each.edges[source.first..source.end];
+        let slack = edges.iter().map(|edge| edge.slack.units()).max().unwrap_or(0);
+        for point in points_of(source) {
+            let off = distance(point, edges.iter().map(|edge| &edge.curve));
+            assert!(off < f64::from(slack) + ROUNDING, "{source:?} is {off} from its edges, not {slack}");
+        }
+    }
+}
+
+fn sources(plan: &CertifiedPlan) -> impl Iterator<Item = (&ProfileLoop, &SourceCurve)> {
+    let loops = plan.plan.profile.loops.iter().chain(&plan.plan.zones.loops);
+    loops.flat_map(|each| each.sources.iter().map(move |source| (each, source)))
+}
+
+/// Places on a rational Bézier curve, its ends among them (de Casteljau, in homogeneous coordinates).
+#[expect(clippy::cast_precision_loss, reason = "weights have 41 bits")]
+fn points_of(source: &SourceCurve) -> impl Iterator<Item = Xy> {
+    let curve: &Bezier = &source.curve;
+    let row = |(&p, &w): (&Point, &u64)| (xy(p).0 * w as f64, xy(p).1 * w as f64, w as f64);
+    let rows: Vec<(f64, f64, f64)> = curve.control().iter().zip(curve.weights()).map(row).collect();
+    (0..PLACES).map(move |k| {
+        let (mut rows, t) = (rows.clone(), f64::from(k) / f64::from(PLACES - 1));
+        while rows.len() > 1 {
+            let mix = |a: f64, b: f64| a * (1.0 - t) + b * t;
+            let pair =
+                |p: &[(f64, f64, f64)]| (mix(p[0].0, p[1].0), mix(p[0].1, p[1].1), mix(p[0].2, p[1].2));
+            rows = rows.windows(2).map(pair).collect();
+        }
+        (rows[0].0 / rows[0].2, rows[0].1 / rows[0].2)
+    })
+}
+
+/// Whether a place is in the part or a zone: loops are counted that wind around it. It is off every edge.
+fn is_in_part(plan: &CertifiedPlan, place: Xy) -> bool {
+    let around = |each: &&ProfileLoop| winds(each, place);
+    let enclosed = plan.plan.profile.loops.iter().filter(around).count() % 2 == 1;
+    let part = enclosed == (plan.plan.side == MachinedSide::Outside);
+    part || plan.plan.zones.loops.iter().any(|each| winds(each, place))
+}
+
+/// Whether the loop goes round the place, once one way or the other: the angles that its edges turn through as seen from there.
+fn winds(each: &ProfileLoop, place: Xy) -> bool {
+    let angle = |edge: &ProfileEdge| {
+        let seen = |end: Xy| (end.0 - place.0, end.1 - place.1);
+        let (a, b) = (seen(xy(edge.curve.from())), seen(xy(edge.curve.to())));
+        // On the chord's line counts as left of it; -0 would be the other half-turn.
+        let across = a.0 * b.1 - a.1 * b.0 + 0.0;
+        let chord = across.atan2(a.0 * b.0 + a.1 * b.1);
+        let Curve::Arc(arc) = &edge.curve else { return chord };
+        // Between the chord and the arc it is once more.
+        let left = arc.turn() == Turn::Left;
+        let whole = arc.from() == arc.to();
+        let inside = between(place, xy(arc.centre())) < radius(arc, xy(arc.from()));
+        match (inside && (whole || (across < 0.0) == left), left) {
+            (false, _) => chord,
+            (true, true) => chord + TAU,
+            (true, false) => chord - TAU,
+        }
+    };
+    let turned: f64 = each.edges.iter().map(angle).sum();
+    turned.abs() > PI
+}
+
+/// The distance of two places.
+pub fn between(a: Xy, b: Xy) -> f64 {
+    (a.0 - b.0).hypot(a.1 - b.1)
 }
 
 /// The curves of the part and the zones.
@@ -85,14 +227,10 @@ pub fn distance<'a>(place: Xy, curves: impl Iterator<Item = &'a Curve>) -> f64 {
 }
 
 fn distance_to(place: Xy, curve: &Curve) -> f64 {
-    let away = |end: Xy| (place.0 - end.0).hypot(place.1 - end.1);
+    let away = |end: Xy| between(place, end);
     let (a, b) = (xy(curve.from()), xy(curve.to()));
     match curve {
-        Curve::Line(_) => {
-            let (d, w) = ((b.0 - a.0, b.1 - a.1), (place.0 - a.0, place.1 - a.1));
-            let share = ((w.0 * d.0 + w.1 * d.1) / (d.0 * d.0 + d.1 * d.1).max(1.0)).clamp(0.0, 1.0);
-            (w.0 - share * d.0).hypot(w.1 - share * d.1)
-        }
+        Curve::Line(_) => to_chord(place, (a, b)),
         Curve::Arc(arc) => {
             let centre = xy(arc.centre());
             let around = (place.1 - centre.1).atan2(place.0 - centre.0);
@@ -107,9 +245,15 @@ fn distance_to(place: Xy, curve: &Curve) -> f64 {
     }
 }
 
+/// The distance to the line between two places.
+pub fn to_chord(place: Xy, (a, b): (Xy, Xy)) -> f64 {
+    let (d, w) = ((b.0 - a.0, b.1 - a.1), (place.0 - a.0, place.1 - a.1));
+    let share = ((w.0 * d.0 + w.1 * d.1) / (d.0 * d.0 + d.1 * d.1).max(1e-9)).clamp(0.0, 1.0);
+    (w.0 - share * d.0).hypot(w.1 - share * d.1)
+}
+
 fn radius(arc: &Arc, end: Xy) -> f64 {
-    let centre = xy(arc.centre());
-    (end.0 - centre.0).hypot(end.1 - centre.1)
+    between(xy(arc.centre()), end)
 }
 
 /// From the beginning of the arc to the angle, in its direction, in [0, 2π).

@@ -2,9 +2,11 @@
 
 mod shape;
 mod spoil;
+mod truth;
 mod write;
 
 use arbitrary::{Arbitrary, Result, Unstructured};
+use keepout_planner::drawing::Choice;
 use keepout_planner::order::Order;
 use keepout_planner::plan::{Cut, Job, PassJob};
 use keepout_planner::profile::MachinedSide;
@@ -14,6 +16,8 @@ pub use spoil::Family;
 
 use crate::import;
 
+/// The layer of clamps.
+const ZONES: &str = "CLAMPS";
 /// Most outlines of a drawing.
 const OUTLINES_MAX: u32 = 4;
 
@@ -39,6 +43,8 @@ pub struct Figure {
     pub loose: bool,
     /// Blocks around it.
     pub nest: Vec<Nest>,
+    /// It is a clamp, not the part.
+    pub zone: bool,
 }
 
 /// A block set in.
@@ -69,21 +75,37 @@ impl Sketch {
     }
 }
 
-/// Any bytes as a structured drawing and an order: a typed error, or a plan whose certificates hold.
+/// Any bytes as a structured drawing and an order: a typed error, or contours that are where they were drawn, and a plan whose
+/// certificates hold.
 ///
 /// # Panics
-/// As [`import::dxf_import`].
+/// As [`import::dxf_import`], and when a curve is elsewhere than it was drawn.
 pub fn drawing(bytes: &[u8]) {
     let Ok(sketch) = Sketch::arbitrary(&mut Unstructured::new(bytes)) else { return };
-    import::ordered(sketch.dxf().as_bytes(), &sketch.order);
+    let (text, order) = (sketch.dxf(), &sketch.order);
+    if let Some(part) = import::ordered(text.as_bytes(), order) {
+        truth::compare(&sketch, false, &part);
+    }
+    let mut zones = Order { join_mm: order.join_mm, curve_mm: order.curve_mm, ..Order::default() };
+    zones.choice = Choice { layers: order.zone_layers.clone(), ..order.choice.clone() };
+    if let Some(zones) =
+        zones.contours(text.as_bytes()).ok().filter(|_| sketch.outlines.iter().any(|figure| figure.zone))
+    {
+        truth::compare(&sketch, true, &zones.1);
+    }
 }
 
 impl<'a> Arbitrary<'a> for Sketch {
     fn arbitrary(u: &mut Unstructured<'a>) -> Result<Self> {
         let units = *u.choose(&[Some(4), Some(4), Some(4), None, Some(1), Some(6), Some(20)])?;
         let count = u.int_in_range(1..=OUTLINES_MAX)?;
-        let order = order(u)?;
-        let outlines = (0..count).map(|_| Figure::arbitrary(u)).collect::<Result<_>>()?;
+        let mut order = order(u)?;
+        let mut outlines = (0..count).map(|_| Figure::arbitrary(u)).collect::<Result<Vec<_>>>()?;
+        // Last, so that older inputs stay what they were.
+        for figure in &mut outlines {
+            figure.zone = u.int_in_range(0..=7_u8)? == 7;
+        }
+        order.job.margin_mm = *u.choose(&[None, None, None, Some(0.02), Some(1.0), Some(0.0005)])?;
         Ok(Self { units, outlines, order })
     }
 }
@@ -97,7 +119,7 @@ impl<'a> Arbitrary<'a> for Figure {
             .map(|_| Ok((*u.choose(&Family::OF_OUTLINES)?, u8::arbitrary(u)?, number(u)?)))
             .collect::<Result<_>>()?;
         let nest = (0..depth).map(|_| Nest::arbitrary(u)).collect::<Result<_>>()?;
-        Ok(Self { outline, spoilt, loose, nest })
+        Ok(Self { outline, spoilt, loose, nest, zone: false })
     }
 }
 
@@ -138,7 +160,7 @@ fn order(u: &mut Unstructured<'_>) -> Result<Order> {
         cut: if bool::arbitrary(u)? { Cut::Climb } else { Cut::Conventional },
         ..Job::default()
     };
-    let mut order = Order { job, ..Order::default() };
+    let mut order = Order { job, zone_layers: vec![ZONES.into()], ..Order::default() };
     order.join_mm = *u.choose(&[0.01, 0.01, 0.0, 0.5, 0.001])?;
     order.curve_mm = *u.choose(&[0.001, 0.01, 0.0001, 1.0])?;
     if u.int_in_range(0..=7_u8)? == 0 {

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::shape::{Corner, Outline};
 use super::spoil::{Edge, Spoilt, spoilt};
-use super::{Figure, Nest, Sketch};
+use super::{Figure, Nest, Sketch, ZONES};
 
 /// The drawing; outlines in blocks stand in a block of their own for each level.
 pub fn dxf(sketch: &Sketch) -> String {
@@ -45,24 +45,26 @@ fn insert(nest: &Nest, name: &str, text: &mut String) {
 }
 
 fn entities(figure: &Figure, text: &mut String) {
+    let layer = if figure.zone { ZONES } else { "0" };
     match spoilt(&figure.outline, &figure.spoilt) {
         Spoilt::Edges(edges) if figure.loose => {
             // Neither in order nor all one way.
             let count = edges.len();
             let step = if count.is_multiple_of(7) { 1 } else { 7 };
-            (0..count).for_each(|k| single(&edges[k * step % count], text));
+            (0..count).for_each(|k| single(&edges[k * step % count], layer, text));
         }
-        Spoilt::Edges(edges) => polylines(&edges, text),
-        Spoilt::Whole(outline, often) => (0..often).for_each(|_| whole(&outline, text)),
+        Spoilt::Edges(edges) => polylines(&edges, layer, text),
+        Spoilt::Whole(outline, often) => (0..often).for_each(|_| whole(&outline, layer, text)),
     }
 }
 
 /// A line or an arc of its own; every other one backwards.
-fn single(edge: &Edge, text: &mut String) {
+fn single(edge: &Edge, layer: &str, text: &mut String) {
     let (a, b) = (edge.from.at, edge.to);
     if edge.from.bulge == 0.0 {
         let (a, b) = if a.0 < b.0 { (a, b) } else { (b, a) };
-        let _ = write!(text, "0\nLINE\n8\n0\n10\n{:?}\n20\n{:?}\n11\n{:?}\n21\n{:?}\n", a.0, a.1, b.0, b.1);
+        let _ =
+            write!(text, "0\nLINE\n8\n{layer}\n10\n{:?}\n20\n{:?}\n11\n{:?}\n21\n{:?}\n", a.0, a.1, b.0, b.1);
         return;
     }
     let bulge = edge.from.bulge;
@@ -72,27 +74,27 @@ fn single(edge: &Edge, text: &mut String) {
     let degrees = |p: (f64, f64)| (p.1 - centre.1).atan2(p.0 - centre.0).to_degrees();
     let (start, end) = if bulge > 0.0 { (degrees(a), degrees(b)) } else { (degrees(b), degrees(a)) };
     let radius = (a.0 - centre.0).hypot(a.1 - centre.1);
-    arc(centre, radius, Some((start, end)), text);
+    arc(centre, radius, Some((start, end)), layer, text);
 }
 
-fn arc(centre: (f64, f64), radius: f64, range: Option<(f64, f64)>, text: &mut String) {
+fn arc(centre: (f64, f64), radius: f64, range: Option<(f64, f64)>, layer: &str, text: &mut String) {
     let name = if range.is_some() { "ARC" } else { "CIRCLE" };
-    let _ = write!(text, "0\n{name}\n8\n0\n10\n{:?}\n20\n{:?}\n40\n{radius:?}\n", centre.0, centre.1);
+    let _ = write!(text, "0\n{name}\n8\n{layer}\n10\n{:?}\n20\n{:?}\n40\n{radius:?}\n", centre.0, centre.1);
     if let Some((start, end)) = range {
         let _ = write!(text, "50\n{start:?}\n51\n{end:?}\n");
     }
 }
 
 /// Runs of edges that follow on each other, each as a polyline; the first kind for an even number of edges, the old kind else.
-fn polylines(edges: &[Edge], text: &mut String) {
+fn polylines(edges: &[Edge], layer: &str, text: &mut String) {
     for run in edges.chunk_by(|one, next| one.to == next.from.at) {
         let closed = run.last().map(|last| last.to) == run.first().map(|first| first.from.at);
         let end = run.last().map(|last| Corner { at: last.to, bulge: 0.0 });
         let corners: Vec<Corner> = run.iter().map(|edge| edge.from).chain(end.filter(|_| !closed)).collect();
         let _ = if run.len().is_multiple_of(2) {
-            write!(text, "0\nLWPOLYLINE\n8\n0\n90\n{}\n70\n{}\n", corners.len(), u8::from(closed))
+            write!(text, "0\nLWPOLYLINE\n8\n{layer}\n90\n{}\n70\n{}\n", corners.len(), u8::from(closed))
         } else {
-            write!(text, "0\nPOLYLINE\n8\n0\n66\n1\n70\n{}\n", u8::from(closed))
+            write!(text, "0\nPOLYLINE\n8\n{layer}\n66\n1\n70\n{}\n", u8::from(closed))
         };
         for Corner { at, bulge } in corners {
             if !run.len().is_multiple_of(2) {
@@ -106,25 +108,25 @@ fn polylines(edges: &[Edge], text: &mut String) {
     }
 }
 
-fn whole(outline: &Outline, text: &mut String) {
+fn whole(outline: &Outline, layer: &str, text: &mut String) {
     match outline {
         Outline::Corners(_) => {}
         Outline::Round { centre, axis, range, circle: true, .. } => {
             let full = (range.1 - range.0 - std::f64::consts::TAU).abs() < 1e-12;
             let degrees = (range.0.to_degrees(), range.1.to_degrees());
-            arc(*centre, axis.0, (!full).then_some(degrees), text);
+            arc(*centre, axis.0, (!full).then_some(degrees), layer, text);
         }
         Outline::Round { centre, axis, ratio, range, .. } => {
             let _ = write!(
                 text,
-                "0\nELLIPSE\n8\n0\n10\n{:?}\n20\n{:?}\n11\n{:?}\n21\n{:?}\n",
+                "0\nELLIPSE\n8\n{layer}\n10\n{:?}\n20\n{:?}\n11\n{:?}\n21\n{:?}\n",
                 centre.0, centre.1, axis.0, axis.1
             );
             let _ = write!(text, "40\n{ratio:?}\n41\n{:?}\n42\n{:?}\n", range.0, range.1);
         }
         Outline::Spline { degree, knots, points, weights } => {
             let (k, p) = (knots.len(), points.len());
-            let _ = write!(text, "0\nSPLINE\n8\n0\n70\n0\n71\n{degree}\n72\n{k}\n73\n{p}\n74\n0\n");
+            let _ = write!(text, "0\nSPLINE\n8\n{layer}\n70\n0\n71\n{degree}\n72\n{k}\n73\n{p}\n74\n0\n");
             knots.iter().for_each(|knot| _ = write!(text, "40\n{knot:?}\n"));
             weights.iter().for_each(|weight| _ = write!(text, "41\n{weight:?}\n"));
             points.iter().for_each(|(x, y)| _ = write!(text, "10\n{x:?}\n20\n{y:?}\n"));

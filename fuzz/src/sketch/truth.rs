@@ -1,0 +1,325 @@
+//! Where a sketch's curves are, worked out anew: what is read from its DXF must lie on them, and leave none out.
+
+use std::f64::consts::TAU;
+
+use keepout_kernel::Curve;
+use keepout_planner::drawing::{Chained, Repair};
+use keepout_planner::profile::Profile;
+
+use super::shape::Outline;
+use super::spoil::{Edge, Spoilt, spoilt};
+use super::{Figure, Nest, Sketch};
+use crate::witness::{self, between, to_chord};
+
+type Xy = (f64, f64);
+
+/// Lattice units in a millimetre.
+const UNIT: f64 = 1e5;
+/// What is read may be off by this, lattice units: ends this near are joined without a word, and curves this flat are lines.
+const ROUNDING: f64 = 15.0;
+/// Chords that stand for an edge, or for a span of a spline.
+const CHORDS: u32 = 32;
+/// Places that are asked for on either side.
+const PLACES_MAX: usize = 400;
+/// Bulges, when there is one, in size: beyond these, rounding moves the arc.
+const BULGES: std::ops::Range<f64> = 1e-5..8.0;
+/// Coordinates beyond this, mm, in blocks or out, are off the lattice or lose their last digits.
+const FAR_MM: f64 = 1e6;
+
+/// The curves of the figures on one layer, each as points along it, lattice units.
+struct Truth<'a> {
+    sketch: &'a Sketch,
+    curves: Vec<Vec<Xy>>,
+    /// All curves are known.
+    whole: bool,
+    /// How far a chord may leave its curve.
+    sagitta: f64,
+    bent: bool,
+}
+
+/// Compares what was read of the part, or of the zones, with the sketch.
+///
+/// # Panics
+/// When there is a curve that was not drawn, or one that was drawn is missing.
+pub fn compare(sketch: &Sketch, zones: bool, chained: &Chained) {
+    let truth = Truth::of(sketch, zones);
+    let gap_mm = chained.repairs.iter().filter_map(|repair| match repair {
+        Repair::GapClosed { gap_mm, .. } => Some(*gap_mm),
+        _ => None,
+    });
+    let gap = gap_mm.fold(0.0, f64::max) * UNIT;
+    if gap > 0.0 && truth.bent {
+        // An arc whose end is moved is another arc.
+        return;
+    }
+    let off = (sketch.order.curve_mm * UNIT).max(gap) + truth.sagitta + ROUNDING;
+    truth.is_all(&chained.profile, off);
+    if chained.problems.is_empty() {
+        let joined = (sketch.order.join_mm * UNIT).max(ROUNDING);
+        truth.is_there(&chained.profile, off + 2.0 * joined, 4.0 * joined);
+    }
+}
+
+impl<'a> Truth<'a> {
+    fn of(sketch: &'a Sketch, zones: bool) -> Self {
+        let mut truth = Self { sketch, curves: Vec::new(), whole: true, sagitta: 0.0, bent: false };
+        for figure in sketch.outlines.iter().filter(|figure| figure.zone == zones) {
+            let drawn = Drawn::of(figure);
+            truth.bent |= drawn.bent;
+            truth.whole &= drawn.whole;
+            let places = places(figure);
+            truth.whole &= places.is_some();
+            for place in places.unwrap_or_default() {
+                for curve in &drawn.curves {
+                    truth.take(curve.iter().map(|&point| sketch.seen(place.of(point))).collect());
+                }
+            }
+        }
+        truth
+    }
+
+    fn take(&mut self, curve: Vec<Xy>) {
+        let is_near = |point: &Xy| point.0.abs() < FAR_MM * UNIT && point.1.abs() < FAR_MM * UNIT;
+        if !curve.iter().all(is_near) {
+            self.whole = false;
+            return;
+        }
+        let middle = |three: &[Xy]| {
+            let (a, b) = (three[0], three[2]);
+            between(three[1], (f64::midpoint(a.0, b.0), f64::midpoint(a.1, b.1)))
+        };
+        let sagitta = curve.windows(3).map(middle).fold(0.0, f64::max);
+        // Where the points are too far apart to stand for the curve nothing is known.
+        if sagitta > 0.02 * length(&curve) {
+            self.whole = false;
+        } else {
+            self.sagitta = self.sagitta.max(sagitta);
+            self.curves.push(curve);
+        }
+    }
+
+    /// What was read lies on what was drawn.
+    fn is_all(&self, profile: &Profile, off: f64) {
+        if !self.whole {
+            return;
+        }
+        let read: Vec<Xy> = curves_of(profile).flat_map(witness::places).collect();
+        let chords: Vec<(Xy, Xy)> =
+            self.curves.iter().flat_map(|curve| curve.windows(2).map(|pair| (pair[0], pair[1]))).collect();
+        for &place in read.iter().step_by(read.len() / PLACES_MAX + 1) {
+            let left = chords.iter().map(|&chord| to_chord(place, chord)).fold(f64::INFINITY, f64::min);
+            assert!(
+                left <= off,
+                "{place:?} was not drawn: the nearest curve is {left} away, not {off}\n{:?}",
+                self.sketch
+            );
+        }
+    }
+
+    /// What was drawn was read; pieces that are no longer than `short` may have been left out.
+    fn is_there(&self, profile: &Profile, off: f64, short: f64) {
+        let long = self.curves.iter().filter(|curve| length(curve) > short);
+        let drawn: Vec<Xy> = long.flatten().copied().collect();
+        for &place in drawn.iter().step_by(drawn.len() / PLACES_MAX + 1) {
+            let left = witness::distance(place, curves_of(profile));
+            assert!(
+                left <= off,
+                "{place:?} was drawn: the nearest contour is {left} away, not {off}\n{:?}",
+                self.sketch
+            );
+        }
+    }
+}
+
+/// A figure's curves in its own coordinates.
+struct Drawn {
+    curves: Vec<Vec<Xy>>,
+    whole: bool,
+    bent: bool,
+}
+
+impl Drawn {
+    fn of(figure: &Figure) -> Self {
+        let (curves, bent): (Vec<Option<Vec<Xy>>>, bool) = match spoilt(&figure.outline, &figure.spoilt) {
+            Spoilt::Edges(edges) => {
+                let bent = edges.iter().any(|edge| edge.from.bulge != 0.0);
+                (edges.iter().map(points_of).collect(), bent)
+            }
+            Spoilt::Whole(outline, _) => (vec![whole(&outline)], true),
+        };
+        let known: Vec<Vec<Xy>> = curves.iter().flatten().cloned().collect();
+        Self { whole: known.len() == curves.len(), curves: known, bent }
+    }
+}
+
+/// Points along an edge; none when rounding could move it.
+fn points_of(edge: &Edge) -> Option<Vec<Xy>> {
+    let (a, b, bulge) = (edge.from.at, edge.to, edge.from.bulge);
+    if bulge == 0.0 {
+        return Some((0..=2_u8).map(|k| mix(a, b, f64::from(k) / 2.0)).collect());
+    }
+    if !BULGES.contains(&bulge.abs()) {
+        return None;
+    }
+    // Turned about a point of the bisector, by four times the angle that the bulge is the tangent of.
+    let sweep = 4.0 * bulge.atan();
+    let off = 0.5 / (sweep / 2.0).tan();
+    let middle = mix(a, b, 0.5);
+    let centre = (middle.0 - (b.1 - a.1) * off, middle.1 + (b.0 - a.0) * off);
+    let (x, y) = (a.0 - centre.0, a.1 - centre.1);
+    let at = |k| {
+        let (sine, cosine) = (sweep * f64::from(k) / f64::from(CHORDS)).sin_cos();
+        (centre.0 + x * cosine - y * sine, centre.1 + x * sine + y * cosine)
+    };
+    Some((0..=CHORDS).map(at).collect())
+}
+
+/// Points along a circle or ellipse all round, or a spline.
+fn whole(outline: &Outline) -> Option<Vec<Xy>> {
+    match outline {
+        Outline::Corners(_) => None,
+        Outline::Round { centre, axis, ratio, range, circle } => {
+            let ratio = if *circle { 1.0 } else { *ratio };
+            if *range != (0.0, TAU) || !(1e-3..=1.0).contains(&ratio) {
+                return None;
+            }
+            let at = |k| {
+                let (sine, cosine) = (TAU * f64::from(k) / f64::from(8 * CHORDS)).sin_cos();
+                let along = |a: f64, b: f64| a * cosine + b * ratio * sine;
+                (centre.0 + along(axis.0, -axis.1), centre.1 + along(axis.1, axis.0))
+            };
+            Some((0..=8 * CHORDS).map(at).collect())
+        }
+        Outline::Spline { degree, knots, points, weights } => {
+            spline(usize::from(*degree), knots, points, weights)
+        }
+    }
+}
+
+/// Points along a NURBS curve, span by span, by the definition of its basis (Piegl & Tiller, The NURBS Book, eq. 2.5 and 4.1). None
+/// where knots are not in order, or nearly the same.
+fn spline(degree: usize, knots: &[f64], points: &[Xy], weights: &[f64]) -> Option<Vec<Xy>> {
+    let (first, last) = (*knots.get(degree)?, *knots.get(points.len())?);
+    let clear = |pair: &[f64]| pair[1] == pair[0] || pair[1] - pair[0] > 1e-3;
+    if knots.len() != points.len() + degree + 1 || !knots.windows(2).all(clear) || last <= first {
+        return None;
+    }
+    let mut out = Vec::new();
+    for span in degree..points.len() {
+        let (u0, u1) = (knots[span], knots[span + 1]);
+        for k in (0..=CHORDS).filter(|_| u1 > u0) {
+            let u = u0 + (u1 - u0) * f64::from(k) / f64::from(CHORDS);
+            let mut basis = vec![0.0; degree + 1];
+            basis[degree] = 1.0;
+            // Basis functions that are not nought on the span, of degree after degree: index i stands for span - degree + i.
+            for p in 1..=degree {
+                for i in degree - p..=degree {
+                    let knot = span + i - degree;
+                    let share =
+                        |part: f64, from: f64, to: f64| if to > from { part / (to - from) } else { 0.0 };
+                    let up = share(u - knots[knot], knots[knot], knots[knot + p]);
+                    let Some(&next) = basis.get(i + 1) else {
+                        basis[i] *= up;
+                        continue;
+                    };
+                    let end = knots[knot + p + 1];
+                    basis[i] = up * basis[i] + share(end - u, knots[knot + 1], end) * next;
+                }
+            }
+            let (mut x, mut y, mut w) = (0.0, 0.0, 0.0);
+            for (i, value) in basis.iter().enumerate() {
+                let number = span - degree + i;
+                let weight = value * weights.get(number).copied().unwrap_or(1.0);
+                (x, y, w) = (x + points[number].0 * weight, y + points[number].1 * weight, w + weight);
+            }
+            out.push((x / w, y / w));
+        }
+    }
+    Some(out)
+}
+
+/// Where a figure is set in; none when it is seen edge-on, or its blocks are no place that is known.
+fn places(figure: &Figure) -> Option<Vec<Place>> {
+    let mut all = vec![Place { axes: [(1.0, 0.0), (0.0, 1.0)], origin: (0.0, 0.0) }];
+    for nest in &figure.nest {
+        all = copies(nest)?.iter().flat_map(|copy| all.iter().map(|below| copy.after(below))).collect();
+    }
+    (all.len() < 500).then_some(all)
+}
+
+fn copies(nest: &Nest) -> Option<Vec<Place>> {
+    let Nest { at, scale, degrees, array: (columns, rows, spacing) } = *nest;
+    let figures = [at.0, at.1, spacing, degrees];
+    let is_near = |figure: &f64| figure.abs() < FAR_MM;
+    if !figures.iter().all(is_near) || scale.0 == 0.0 || scale.1 == 0.0 {
+        return None;
+    }
+    let turned = |point| turned(point, degrees);
+    let mut copies = Vec::new();
+    for column in 0..columns.max(1) {
+        for row in 0..rows.max(1) {
+            let step = turned((f64::from(column) * spacing, f64::from(row) * spacing));
+            copies.push(Place {
+                axes: [turned((scale.0, 0.0)), turned((0.0, scale.1))],
+                origin: (at.0 + step.0, at.1 + step.1),
+            });
+        }
+    }
+    Some(copies)
+}
+
+/// An affine map: the images of the axes, and of the origin.
+#[derive(Clone, Copy)]
+struct Place {
+    axes: [Xy; 2],
+    origin: Xy,
+}
+
+impl Place {
+    fn of(&self, (x, y): Xy) -> Xy {
+        let [a, b] = self.axes;
+        (a.0 * x + b.0 * y + self.origin.0, a.1 * x + b.1 * y + self.origin.1)
+    }
+
+    fn after(&self, first: &Self) -> Self {
+        let straight = Self { origin: (0.0, 0.0), ..*self };
+        Self { axes: first.axes.map(|axis| straight.of(axis)), origin: self.of(first.origin) }
+    }
+}
+
+impl Sketch {
+    /// A point of the drawing on the lattice of the machine, not rounded.
+    fn seen(&self, (x, y): Xy) -> Xy {
+        let unit_mm = match self.units {
+            Some(1) => 25.4,
+            Some(6) => 1000.0,
+            _ => 1.0,
+        };
+        let (x, y) = (x * unit_mm, y * unit_mm);
+        let (x, y) = match self.order.choice.placed {
+            None => (x, y),
+            Some((degrees, (dx, dy))) => {
+                let (x, y) = turned((x, y), degrees);
+                (x + dx, y + dy)
+            }
+        };
+        (x * UNIT, y * UNIT)
+    }
+}
+
+fn turned((x, y): Xy, degrees: f64) -> Xy {
+    let (sine, cosine) = degrees.rem_euclid(360.0).to_radians().sin_cos();
+    (x * cosine - y * sine, x * sine + y * cosine)
+}
+
+fn curves_of(profile: &Profile) -> impl Iterator<Item = &Curve> {
+    profile.loops.iter().flat_map(|each| each.edges.iter().map(|edge| &edge.curve))
+}
+
+fn mix(a: Xy, b: Xy, t: f64) -> Xy {
+    (a.0 + (b.0 - a.0) * t, a.1 + (b.1 - a.1) * t)
+}
+
+fn length(curve: &[Xy]) -> f64 {
+    curve.windows(2).map(|pair| between(pair[0], pair[1])).sum()
+}
