@@ -15,24 +15,26 @@ const IN_VAIN_MAX: u8 = 1;
 /// A line to send.
 pub(super) type Sent = ArrayVec<u8, SENT_MAX>;
 
-/// Lines that wait for their turn, and what is unanswered. `K` says what a line is, and so what its answer is.
+/// Lines that wait for their turn, and what is unanswered. `K` says what a line is, and so what its answer is; `P` is what was
+/// heard of an answer in parts, and is forgotten with the exchange that it belongs to.
 ///
 /// Nothing is dropped but by [`Exchanges::withdraw`], [`Exchanges::give_up`] and [`Exchanges::clear`], and lines stay in order but for stops.
 #[derive(Clone, Debug)]
-pub(super) struct Exchanges<K> {
+pub(super) struct Exchanges<K, P = ()> {
     open: ArrayVec<K, OPEN_MAX>,
+    part: Option<P>,
     waiting: ArrayVec<(K, Sent), WAITING_MAX>,
     /// Queries asked for since anything was answered.
     in_vain: u8,
 }
 
-impl<K> Default for Exchanges<K> {
+impl<K, P> Default for Exchanges<K, P> {
     fn default() -> Self {
-        Self { open: ArrayVec::new(), waiting: ArrayVec::new(), in_vain: 0 }
+        Self { open: ArrayVec::new(), part: None, waiting: ArrayVec::new(), in_vain: 0 }
     }
 }
 
-impl<K: Copy> Exchanges<K> {
+impl<K: Copy, P: Copy> Exchanges<K, P> {
     /// Sends a line when it is its turn. Should there be no room, it is never sent, and so never answered.
     pub(super) fn send(&mut self, kind: K, line: Sent, out: &mut Vec<u8>) {
         let _ = self.waiting.try_push((kind, line));
@@ -59,6 +61,16 @@ impl<K: Copy> Exchanges<K> {
         self.open.first().copied()
     }
 
+    /// What was heard of the oldest exchange that is unanswered.
+    pub(super) fn part(&self) -> Option<P> {
+        self.part
+    }
+
+    /// Takes a part of the answer to the oldest exchange that is unanswered, in place of what was heard of it before.
+    pub(super) fn hear(&mut self, part: Option<P>) {
+        self.part = part;
+    }
+
     /// Whether one exchange is unanswered, and no more.
     pub(super) fn is_single(&self) -> bool {
         self.open.len() == 1
@@ -67,6 +79,7 @@ impl<K: Copy> Exchanges<K> {
     /// The oldest exchange is answered: the next line is sent.
     pub(super) fn close(&mut self, out: &mut Vec<u8>) -> Option<K> {
         let closed = self.open.pop_at(0);
+        self.part = None;
         self.in_vain = 0;
         self.next(out);
         closed
@@ -93,6 +106,7 @@ impl<K: Copy> Exchanges<K> {
     /// What is unanswered is not waited for any longer.
     pub(super) fn give_up(&mut self, out: &mut Vec<u8>) {
         self.open.clear();
+        self.part = None;
         self.in_vain = 0;
         self.next(out);
     }
@@ -105,6 +119,7 @@ impl<K: Copy> Exchanges<K> {
     /// Forgets everything.
     pub(super) fn clear(&mut self) {
         self.open.clear();
+        self.part = None;
         self.waiting.clear();
     }
 
@@ -127,8 +142,26 @@ mod tests {
     use super::*;
 
     #[test]
+    fn parts_of_an_answer_are_forgotten_with_their_exchange() {
+        let ends: [fn(&mut Exchanges<u8, u8>, &mut Vec<u8>); 3] = [
+            |exchanges, out| _ = exchanges.close(out),
+            |exchanges, out| exchanges.give_up(out),
+            |exchanges, _| exchanges.clear(),
+        ];
+        for end in ends {
+            let (mut exchanges, mut out) = (Exchanges::default(), Vec::new());
+            exchanges.send(1, sent(b"a"), &mut out);
+            exchanges.hear(Some(7));
+            exchanges.send(2, sent(b"b"), &mut out);
+            assert_eq!(exchanges.part(), Some(7));
+            end(&mut exchanges, &mut out);
+            assert_eq!(exchanges.part(), None);
+        }
+    }
+
+    #[test]
     fn one_line_at_a_time_and_stops_first() {
-        let (mut exchanges, mut out) = (Exchanges::default(), Vec::new());
+        let (mut exchanges, mut out) = (Exchanges::<_>::default(), Vec::new());
         for (kind, line) in [(1, b"a"), (2, b"b"), (3, b"c")] {
             exchanges.send(kind, sent(line), &mut out);
         }
@@ -142,7 +175,7 @@ mod tests {
 
     #[test]
     fn queries_are_asked_once_and_given_up_when_nothing_is_answered() {
-        let (mut exchanges, mut out) = (Exchanges::default(), Vec::new());
+        let (mut exchanges, mut out) = (Exchanges::<_>::default(), Vec::new());
         let is_query = |kind: &i32| *kind == 7;
         assert!(exchanges.wants_query(is_query, &mut out));
         exchanges.send(1, sent(b"m"), &mut out);
@@ -155,7 +188,7 @@ mod tests {
 
     #[test]
     fn is_bounded() {
-        let (mut exchanges, mut out) = (Exchanges::default(), Vec::new());
+        let (mut exchanges, mut out) = (Exchanges::<_>::default(), Vec::new());
         for k in 0..1000 {
             exchanges.send(k, sent(&[b'x'; 500]), &mut out);
             exchanges.send_now(k, b"!", &mut out);

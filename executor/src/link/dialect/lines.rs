@@ -52,6 +52,11 @@ impl Lines {
         !self.spoilt && self.line.as_slice() == text
     }
 
+    /// Whether nothing but spaces has come since the last line.
+    pub(super) fn is_blank(&self) -> bool {
+        !self.spoilt && self.line.iter().all(|&byte| byte == b' ')
+    }
+
     /// Forgets what was begun.
     pub(super) fn clear(&mut self) {
         self.line.clear();

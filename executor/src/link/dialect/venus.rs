@@ -34,7 +34,7 @@ use super::lines::{Line, Lines, Sink, as_str, push_mm, push_number};
 use super::{Dialect, Setting};
 use crate::link::Abilities;
 use crate::supervisor::guard::{Motion, MotionShape};
-use crate::supervisor::{Command, Limits, Mode, Reply, Report, Unfit, text};
+use crate::supervisor::{Command, Limits, Mode, Reply, Report, Text, Unfit, text};
 
 /// What a line asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,9 +65,8 @@ enum What {
 #[derive(Clone, Debug)]
 pub struct Venus {
     setting: Setting,
-    exchanges: Exchanges<What>,
-    /// The status of the query that is half answered.
-    status: Option<u32>,
+    /// With the status of a query that is half answered.
+    exchanges: Exchanges<What, u32>,
     limits: Limits,
     feed_mm_min: u32,
     /// Where the last motion goes, machine coordinates.
@@ -98,7 +97,6 @@ impl Venus {
         Self {
             setting,
             exchanges: Exchanges::default(),
-            status: None,
             limits: Limits { speed_mm_s: 0.0, acceleration_mm_s2: 0.0 },
             feed_mm_min: 0,
             target: Point::ORIGIN,
@@ -147,18 +145,20 @@ impl Venus {
             // Answers that are not waited for any more.
             return None;
         };
-        self.answer(what, line, out).unwrap_or_else(|| {
-            self.status = None;
-            self.exchanges.close(out);
-            Some(Reply::Garbled(text(line)))
-        })
+        self.answer(what, line, out).unwrap_or_else(|| Some(self.garbled(text(line), out)))
+    }
+
+    /// What was asked is not waited for any longer: the rest of a damaged answer must not be taken for all of it.
+    fn garbled(&mut self, line: Text, out: &mut Vec<u8>) -> Reply {
+        self.exchanges.close(out);
+        Reply::Garbled(line)
     }
 
     /// `None` when the line is no answer to this.
     fn answer(&mut self, what: What, line: &str, out: &mut Vec<u8>) -> Option<Option<Reply>> {
         if matches!(what, What::Query | What::Contour) {
-            let Some(status) = self.status else {
-                self.status = Some(number(line)?);
+            let Some(status) = self.exchanges.part() else {
+                self.exchanges.hear(Some(number(line)?));
                 return Some(None);
             };
             let (at_mm, count) = place(line)?;
@@ -170,7 +170,6 @@ impl Venus {
             } else {
                 self.arrived(status, point_from_mm(at_mm).ok()?, out)
             };
-            self.status = None;
             self.exchanges.close(out);
             return Some(reply);
         }
@@ -294,9 +293,6 @@ impl Dialect for Venus {
         match command {
             Command::Query => {
                 if self.exchanges.wants_query(|what| *what == What::Query, out) {
-                    if self.exchanges.open().is_none() {
-                        self.status = None;
-                    }
                     self.ask(What::Query, b"st p ", out);
                 }
             }
@@ -306,7 +302,6 @@ impl Dialect for Venus {
             Command::Hold | Command::Continue | Command::Abort => {}
             Command::Prepare => {
                 self.exchanges.clear();
-                self.status = None;
                 self.in_mm = false;
                 self.ask(What::Stale, b"ge ", out);
             }
@@ -322,14 +317,13 @@ impl Dialect for Venus {
 
     fn decode(&mut self, byte: u8, out: &mut Vec<u8>) -> Option<Reply> {
         match self.lines.take(byte)? {
-            Line::Garbled(line) => Some(Reply::Garbled(line)),
+            Line::Garbled(line) => Some(self.garbled(line, out)),
             Line::Text(line) => self.reply(as_str(&line), out),
         }
     }
 
     fn reset(&mut self) {
         self.exchanges.clear();
-        self.status = None;
         self.in_mm = false;
         self.lines.clear();
     }

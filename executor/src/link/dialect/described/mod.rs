@@ -42,8 +42,8 @@ const NEAR_STEPS: f64 = 3.0;
 pub struct Described {
     description: Arc<Description>,
     setting: Setting,
-    exchanges: Exchanges<Asked>,
-    heard: Option<Heard>,
+    /// With what was heard before the prompt.
+    exchanges: Exchanges<Asked, Heard>,
     echo: ArrayVec<u8, ECHO_MAX>,
     mode: Mode,
     /// Where the last motion goes, machine coordinates.
@@ -59,7 +59,6 @@ impl Described {
             description,
             setting,
             exchanges: Exchanges::default(),
-            heard: None,
             echo: ArrayVec::new(),
             mode: Mode::Other,
             target: Point::ORIGIN,
@@ -181,7 +180,7 @@ impl Described {
             }
             (Some(_), Some(heard)) if description.prompt.is_empty() => self.over(Some(heard), out),
             (Some(_), Some(heard)) => {
-                self.heard = Some(heard);
+                self.exchanges.hear(Some(heard));
                 None
             }
         }
@@ -190,7 +189,7 @@ impl Described {
     /// The exchange under way came to nothing; a prompt may still end it.
     fn fail(&mut self, out: &mut Vec<u8>) {
         self.echo.clear();
-        self.heard = None;
+        self.exchanges.hear(None);
         if self.description.prompt.is_empty() {
             self.exchanges.close(out);
         }
@@ -200,11 +199,10 @@ impl Described {
         self.exchanges.open()?;
         if self.exchanges.is_single() && !self.echo.is_empty() {
             self.echo.clear();
-            self.heard = None;
             self.exchanges.close(out);
             return Some(Reply::Garbled(text("a line that was not echoed")));
         }
-        let heard = self.heard.take();
+        let heard = self.exchanges.part();
         self.over(heard, out)
     }
 
@@ -335,7 +333,6 @@ impl Described {
     fn forget(&mut self) {
         self.exchanges.clear();
         self.echo.clear();
-        self.heard = None;
     }
 
     fn command(&mut self, command: &Command, out: &mut Vec<u8>) -> Result<(), LatticeError> {
@@ -391,7 +388,9 @@ impl Dialect for Described {
     }
 
     fn decode(&mut self, byte: u8, out: &mut Vec<u8>) -> Option<Reply> {
-        if self.echo.first() == Some(&byte) {
+        // Behind the beginning of an answer nothing is an echo, but that of a stop which could not wait.
+        let may_echo = self.lines.is_blank() || !self.exchanges.is_single();
+        if may_echo && self.echo.first() == Some(&byte) {
             self.echo.remove(0);
             return None;
         }

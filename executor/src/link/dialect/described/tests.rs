@@ -69,6 +69,10 @@ fn damage_and_refusals_are_noticed() {
     said(&mut nsk, &Command::Query);
     assert!(matches!(hear(&mut nsk, "TS\r\n:").0[..], [Reply::Garbled(_)]), "no data");
     let mut nsk = dialect(NSK);
+    said(&mut nsk, &Command::Query);
+    let torn = hear(&mut nsk, "T\rS 0\r1\r\n:").0;
+    assert!(matches!(torn[..], [Reply::Garbled(_), ..]), "{torn:?}: the end of an answer is no echo");
+    let mut nsk = dialect(NSK);
     said(&mut nsk, &jog_to(0, 0, 600));
     let (replies, sent) = hear(&mut nsk, "MV10000\r\n E7 BUSY\r\n:");
     assert!(matches!(replies[..], [Reply::Refused { code: 7, transient: true, .. }]), "{replies:?}");

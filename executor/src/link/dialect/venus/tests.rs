@@ -32,6 +32,22 @@ fn report_is_status_and_then_position() {
     assert!(matches!(hear(&mut venus, "-150.0 20.0\r\n").0[..], [Reply::Garbled(_)]), "no status came");
     said(&mut venus, &Command::Query);
     assert!(matches!(hear(&mut venus, "0\r\n17\r\n").0[..], [Reply::Garbled(_)]), "no position came");
+    said(&mut venus, &Command::Query);
+    let broken = hear(&mut venus, "1\r\n-20.0 -12.4\u{1}\n00 -12.9\r\n").0;
+    assert!(matches!(broken[..], [Reply::Garbled(_)]), "{broken:?}: half a place is none");
+}
+
+#[test]
+fn half_an_answer_is_forgotten_with_its_query() {
+    let mut venus = dialect();
+    said(&mut venus, &Command::Query);
+    hear(&mut venus, "0\r\n");
+    said(&mut venus, &jog_to(500_123, 0, 600));
+    assert_eq!(said(&mut venus, &Command::Query), "");
+    assert!(said(&mut venus, &Command::Query).ends_with("move st "), "given up: the jog is sent");
+    assert_eq!(hear(&mut venus, "1\r\n"), (vec![Reply::Accepted], "st p ".into()));
+    let late = hear(&mut venus, "-20.0 -15.82\r\n").0;
+    assert!(matches!(late[..], [Reply::Garbled(_)]), "{late:?}: whether it moves was asked before the jog");
 }
 
 #[test]
