@@ -349,6 +349,7 @@ impl Dialect for Zaber {
         self.exchanges.clear();
         self.lines.clear();
         self.checked = false;
+        self.zero = None;
     }
 }
 

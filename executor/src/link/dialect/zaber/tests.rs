@@ -131,3 +131,15 @@ fn a_travel_that_no_device_has_is_refused() {
     assert!(matches!(replies[..], [Reply::Garbled(_)]), "{replies:?}");
     assert_eq!(zaber.zero, None);
 }
+
+#[test]
+fn nothing_moves_after_a_reset_until_the_zero_is_read_again() {
+    let mut zaber = ready();
+    zaber.reset();
+    let mut out = Vec::new();
+    assert!(zaber.encode(&jog_to(0, 0, 600), &mut out).is_err() && out.is_empty());
+    said(&mut zaber, &Command::Query);
+    let (replies, _) = hear(&mut zaber, "@01 0 01 OK IDLE -- 100000 148002");
+    let report = Report { mode: Mode::Idle, position: None, queued: None, waiting: None };
+    assert_eq!(replies, [Reply::Report(report)]);
+}
