@@ -141,9 +141,11 @@ pub(super) fn sent(bytes: &[u8]) -> Sent {
 mod tests {
     use super::*;
 
+    type Ends = fn(&mut Exchanges<u8, u8>, &mut Vec<u8>);
+
     #[test]
     fn parts_of_an_answer_are_forgotten_with_their_exchange() {
-        let ends: [fn(&mut Exchanges<u8, u8>, &mut Vec<u8>); 3] = [
+        let ends: [Ends; 3] = [
             |exchanges, out| _ = exchanges.close(out),
             |exchanges, out| exchanges.give_up(out),
             |exchanges, _| exchanges.clear(),
