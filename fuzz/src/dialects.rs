@@ -1,5 +1,7 @@
 //! Controllers' languages: any bytes heard, and motions there and back.
 
+mod says;
+
 use std::sync::{Arc as Shared, OnceLock};
 use std::time::Duration;
 
@@ -15,6 +17,8 @@ use keepout_kernel::{Arc, Curve, Point, Segment, Turn, Vector};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::units::mm;
 use keepout_proofs::properties::dialects::guard;
+
+use says::{Heard, Says};
 
 /// Commands that move nothing.
 pub const COMMANDS: [Command; 8] = [
@@ -63,8 +67,8 @@ fn description(which: usize) -> Shared<Description> {
 /// When one of these does not hold.
 pub fn grbl_decode(bytes: &[u8]) {
     let Some((hal, rest)) = bytes.split_first() else { return };
-    let mut grbl = if hal & 1 == 0 { Grbl::new(setting()) } else { Grbl::hal(setting()) };
-    talk(&mut grbl, rest, grbl_says);
+    let grbl = if hal & 1 == 0 { Grbl::new(setting()) } else { Grbl::hal(setting()) };
+    let mut grbl = talk(grbl, rest, says::grbl, false);
     inspects(&grbl, rest);
     grbl.reset();
     let (report, mut out) = (b"<Idle|MPos:-123.456,0.007,0.000>\r\n", Vec::new());
@@ -86,87 +90,92 @@ fn inspects(dialect: &dyn Dialect, bytes: &[u8]) {
     assert!(found.findings.iter().all(|finding| !finding.name.is_empty() && finding.value.len() < 4000));
 }
 
-/// Any bytes from a Zaber controller: bounded output, and nothing believed behind a wrong checksum. `0xEE` stands for the number
-/// of the line that was said last, `0xEF` for the right checksum and the line's end: nobody would guess them.
+/// Any bytes from a Zaber controller: bounded output, nothing believed behind a wrong checksum, or without one once it is agreed
+/// on, and places that are those of the line. `0xEE` stands for the number of the line that was said last, `0xEF` for the
+/// right checksum and the line's end: nobody would guess them.
 ///
 /// # Panics
 /// When one of these does not hold.
 pub fn zaber_decode(bytes: &[u8]) {
-    let mut zaber = Zaber::new(setting());
-    let mut talk = Talk::default();
+    let mut talk = Talk::new(Zaber::new(setting()), says::Zaber::default());
     for &byte in bytes {
         match byte {
             0xee => {
                 let said = talk.out.windows(5).rposition(|said| said == b"/1 0 ");
                 let digits = said.and_then(|at| talk.out.get(at + 5..at + 7)).unwrap_or(b"00").to_vec();
-                digits.into_iter().for_each(|digit| talk.takes(&mut zaber, digit, zaber_says));
+                digits.into_iter().for_each(|digit| talk.takes(digit));
             }
             0xef => {
-                let sum = zaber_sum(talk.line.get(1..).unwrap_or_default());
-                format!(":{sum:02X}\n").bytes().for_each(|byte| talk.takes(&mut zaber, byte, zaber_says));
+                let sum = says::zaber_sum(talk.heard.line.get(1..).unwrap_or_default());
+                format!(":{sum:02X}\n").bytes().for_each(|byte| talk.takes(byte));
             }
-            _ => talk.takes(&mut zaber, byte, zaber_says),
+            _ => talk.takes(byte),
         }
     }
 }
 
-/// Any bytes from a Venus-1 controller: bounded output, and places that are those of the line.
+/// Any bytes from a Venus-1 controller: bounded output, places that are those of the line, and rest where the status says so.
 ///
 /// # Panics
 /// When one of these does not hold.
 pub fn venus_decode(bytes: &[u8]) {
-    talk(&mut Venus::new(setting()), bytes, venus_says);
+    talk(Venus::new(setting()), bytes, says::venus, false);
 }
 
-/// Any bytes from a controller that a file describes; the first chooses the file: bounded output, and no report from a line that
-/// says nothing.
+/// Any bytes from a controller that a file describes; the first chooses the file: bounded output, places and rest as some line
+/// since the last report says.
 ///
 /// # Panics
 /// When one of these does not hold.
 pub fn described_decode(bytes: &[u8]) {
     let Some((&which, rest)) = bytes.split_first() else { return };
-    let mut dialect = Described::new(description(which.into()), setting());
-    talk(&mut dialect, rest, |line, reply| {
-        let says = line.iter().any(u8::is_ascii_graphic);
-        assert!(says || !matches!(reply, Reply::Report(_)), "a report from {line:?}");
-    });
+    let dialect = Described::new(description(which.into()), setting());
+    talk(dialect, rest, says::DESCRIBED[usize::from(which) % says::DESCRIBED.len()], true);
 }
 
-/// Hears and says in turn. `witness` is shown each line, without its end, with the reply that it made.
-fn talk(dialect: &mut dyn Dialect, bytes: &[u8], witness: fn(&[u8], &Reply)) {
-    let mut talk = Talk::default();
-    bytes.iter().for_each(|&byte| talk.takes(dialect, byte, witness));
+/// Hears and says in turn; carriage returns end lines, or are nothing.
+fn talk<D: Dialect>(dialect: D, bytes: &[u8], says: impl Says, returns: bool) -> D {
+    let mut talk = Talk::new(dialect, says);
+    talk.heard.returns = returns;
+    bytes.iter().for_each(|&byte| talk.takes(byte));
+    talk.dialect
 }
 
-/// What was said, and the line that is heard.
-#[derive(Default)]
-struct Talk {
+/// What was said, and what is heard.
+struct Talk<D, S> {
+    dialect: D,
+    says: S,
     out: Vec<u8>,
-    line: Vec<u8>,
+    heard: Heard,
 }
 
-impl Talk {
+impl<D: Dialect, S: Says> Talk<D, S> {
+    fn new(dialect: D, says: S) -> Self {
+        Self { dialect, says, out: Vec::new(), heard: Heard::default() }
+    }
+
     /// Takes a byte of the controller's, or says a command.
-    fn takes(&mut self, dialect: &mut dyn Dialect, byte: u8, witness: fn(&[u8], &Reply)) {
+    fn takes(&mut self, byte: u8) {
         if byte >= FIRST_COMMAND {
-            say(dialect, byte - FIRST_COMMAND, &mut self.out);
+            let before = self.out.len();
+            say(&mut self.dialect, byte - FIRST_COMMAND, &mut self.out);
+            self.says.said(&self.heard, false, &self.out[before..]);
             if byte == RESET {
-                self.line.clear();
+                self.heard = Heard { returns: self.heard.returns, ..Heard::default() };
+                self.says.forget();
             }
             return;
         }
-        // Carriage returns are nothing, wherever they stand.
-        if !matches!(byte, b'\n' | b'\r') {
-            self.line.push(byte);
-        }
+        let ended = self.heard.takes(byte);
         let before = self.out.len();
-        if let Some(reply) = dialect.decode(byte, &mut self.out) {
-            witness(&self.line, &reply);
+        let reply = self.dialect.decode(byte, &mut self.out);
+        let said = &self.out[before..];
+        assert!(said.len() < SAID_MAX, "it talks without end");
+        self.says.said(&self.heard, ended, said);
+        if let Some(reply) = &reply {
+            self.says.is_right(&self.heard, reply);
         }
-        assert!(self.out.len() - before < SAID_MAX, "it talks without end");
-        if byte == b'\n' {
-            self.line.clear();
-        }
+        self.heard.goes_on(ended, reply.as_ref());
     }
 }
 
@@ -217,71 +226,6 @@ fn contour(curve: Curve, feed_mm_min: u32) -> Certified {
     guard.begin_contour(vec![(curve, feed_mm_min)]).expect("it begins where the tool is");
     assert_eq!(guard.certify_contour(usize::MAX), Ok(Certification::Done));
     guard.next_of_contour().expect("it is the first")
-}
-
-fn grbl_says(line: &[u8], reply: &Reply) {
-    let text = String::from_utf8_lossy(line);
-    let text = text.as_ref();
-    match reply {
-        Reply::Accepted | Reply::Armed | Reply::Homed => assert_eq!(text, "ok", "{reply:?}"),
-        Reply::Refused { .. } => assert!(text.starts_with("error:"), "{reply:?} from {text:?}"),
-        Reply::Alarm { .. } => assert!(text.starts_with("ALARM:"), "{reply:?} from {text:?}"),
-        Reply::Report(report) => {
-            let rests = text.split(['|', ':', '>']).next() == Some("<Idle");
-            assert_eq!(report.mode == Mode::Idle, rests, "{report:?} from {text:?}");
-            let unsaid = report.queued.is_none() && report.waiting.is_none();
-            assert!(unsaid || text.contains("|Bf:"), "{report:?} from {text:?}");
-            let Some(at) = report.position else { return };
-            let place = text.split_once("|MPos:").and_then(|(_, rest)| two(rest, ','));
-            let [x, y] = place.unwrap_or_else(|| panic!("a place from {text:?}"));
-            is_there(at, [x, y], text);
-        }
-        _ => {}
-    }
-}
-
-/// The two's complement of the sum of the bytes.
-fn zaber_sum(bytes: &[u8]) -> u8 {
-    bytes.iter().fold(0_u8, |sum, &byte| sum.wrapping_add(byte)).wrapping_neg()
-}
-
-fn zaber_says(line: &[u8], reply: &Reply) {
-    if matches!(reply, Reply::Garbled(_)) {
-        return;
-    }
-    let Some(colon) = line.iter().rposition(|&byte| byte == b':') else { return };
-    let stated =
-        std::str::from_utf8(&line[colon + 1..]).ok().and_then(|sum| u8::from_str_radix(sum, 16).ok());
-    assert_eq!(
-        stated,
-        Some(zaber_sum(&line[1..colon])),
-        "{reply:?} from {:?}",
-        String::from_utf8_lossy(line)
-    );
-}
-
-fn venus_says(line: &[u8], reply: &Reply) {
-    let text = String::from_utf8_lossy(line);
-    let text = text.trim();
-    if let Reply::Report(report) = reply
-        && let Some(at) = report.position
-    {
-        let place = two(text, ' ').unwrap_or_else(|| panic!("a place from {text:?}"));
-        is_there(at, place, text);
-    }
-}
-
-/// The first two numbers.
-fn two(text: &str, between: char) -> Option<[f64; 2]> {
-    let mut numbers = text.split([between, '|', '>']).filter(|part| !part.is_empty());
-    Some([numbers.next()?.trim().parse().ok()?, numbers.next()?.trim().parse().ok()?])
-}
-
-/// The place is what the line says in machine coordinates.
-fn is_there(at: Point, [x, y]: [f64; 2], text: &str) {
-    let machine = at.translated(setting().offset).expect("it came from there");
-    let off = (mm(machine.x.units()) - x).abs().max((mm(machine.y.units()) - y).abs());
-    assert!(off < 2e-5, "{at:?} from {text:?}");
 }
 
 /// A language, a place of the table, rubbish before the session, and motions: each arrives where it was sent, and is reported

@@ -1,31 +1,27 @@
 //! The supervisor beside a machine that does what it is told, late, in part or twice, or says what it likes; with the witness of
 //! the guard's invariant: whatever may still be executed leads nowhere near the part, and the tool never comes there.
 
-use std::collections::VecDeque;
-use std::f64::consts::TAU;
+mod machine;
+mod watch;
+
 use std::time::Duration;
 
 use arbitrary::{Arbitrary, Result, Unstructured};
 use keepout_executor::link::Abilities;
 use keepout_executor::session::place_on_table;
-use keepout_executor::supervisor::guard::{Motion, MotionShape};
+use keepout_executor::supervisor::guard::MotionShape;
 use keepout_executor::supervisor::{
-    Ask, Command, Event, Limits, Mode, Options, Phase, Reply, Report, Supervisor, Wish, text,
+    Ask, Event, Limits, Mode, Options, Phase, Reply, Report, Supervisor, Wish, text,
 };
 use keepout_executor::time::Time;
-use keepout_kernel::curve::{nearest_point, xy};
-use keepout_kernel::{Curve, Length, Point, Turn};
+use keepout_kernel::{Length, Point};
 use keepout_planner::job::Progress;
 use keepout_proofs::properties::Xy;
-use keepout_proofs::soak::{segments_within, triangle_within};
 use keepout_proofs::square::plain;
 
-use crate::{job, witness};
+use crate::job;
+use machine::{Machine, Make};
 
-/// Lines that the controller's receive buffer holds; what arrives beyond them is lost.
-const BUFFER: usize = 3;
-/// The last digit of a report, lattice units.
-const DIGIT: i64 = 100;
 /// Most steps of one session.
 const STEPS_MAX: usize = 400;
 /// Commands that one step may give.
@@ -53,7 +49,21 @@ pub fn supervisor(bytes: &[u8]) {
 
 fn session(u: &mut Unstructured<'_>) -> Result<()> {
     let trouble = Trouble::arbitrary(u)?;
-    let abilities = Abilities {
+    let make = make(u)?;
+    let mut play = Play::begin(trouble, make, u)?;
+    play.starts();
+    for _ in 0..STEPS_MAX {
+        if u.is_empty() {
+            break;
+        }
+        play.goes_on(u)?;
+    }
+    Ok(())
+}
+
+/// One of the kinds that dialects stand for, or one that a file could describe.
+fn make(u: &mut Unstructured<'_>) -> Result<Make> {
+    let grbl = Abilities {
         shape: MotionShape::Line,
         contours: MotionShape::Line,
         arcs: bool::arbitrary(u)?,
@@ -63,15 +73,23 @@ fn session(u: &mut Unstructured<'_>) -> Result<()> {
         holds: true,
         checked: bool::arbitrary(u)?,
     };
-    let mut play = Play::begin(trouble, abilities, u)?;
-    play.starts();
-    for _ in 0..STEPS_MAX {
-        if u.is_empty() {
-            break;
+    let single = Abilities { arcs: false, queues: false, holds: false, ..grbl };
+    let abilities = match u.int_in_range(0..=7_u8)? {
+        0..=2 => grbl,
+        3 => Abilities { flushes: true, ..grbl },
+        // As Zaber's.
+        4 => Abilities { cancels: false, checked: true, ..single },
+        // As Venus-1.
+        5 => Abilities { shape: MotionShape::Box, checked: false, ..single },
+        6 => Abilities { shape: MotionShape::Box, contours: MotionShape::Box, cancels: false, ..single },
+        _ => {
+            let apart = bool::arbitrary(u)?;
+            let shape = if apart { MotionShape::Box } else { MotionShape::Line };
+            Abilities { shape, queues: bool::arbitrary(u)?, cancels: bool::arbitrary(u)?, ..single }
         }
-        play.goes_on(u)?;
-    }
-    Ok(())
+    };
+    let replaces = !abilities.queues && bool::arbitrary(u)?;
+    Ok(Make { abilities, replaces, y_first: bool::arbitrary(u)? })
 }
 
 /// Both sides, and what is known of the tool.
@@ -86,27 +104,24 @@ struct Play {
     wish: Wish,
 }
 
-/// A controller that takes lines into a queue and drives them in order.
-struct Machine {
-    tool: Xy,
-    /// Where the tool was when it began the motion that it is at, and how much of that is done.
-    begun: (Xy, f64),
-    wire: VecDeque<Command>,
-    received: VecDeque<Motion>,
-    planner: VecDeque<Motion>,
-    held: bool,
-    answers: VecDeque<Reply>,
-}
-
 impl Play {
-    fn begin(trouble: Trouble, abilities: Abilities, u: &mut Unstructured<'_>) -> Result<Self> {
+    fn begin(trouble: Trouble, make: Make, u: &mut Unstructured<'_>) -> Result<Self> {
         const STARTS_MM: [(i64, i64); 5] = [(-10, -10), (10, 40), (10, 30), (40, 5), (-4, 8)];
         let work = job::work();
         let walls = work.plan.part.edges().iter().map(|edge| (plain(edge.chord.from), plain(edge.chord.to)));
         let walls = walls.collect();
         let place =
             place_on_table(&work.plan, &work.plan.plan.machine, None).expect("the plate lies on the table");
-        let (x, y) = *u.choose(&STARTS_MM)?;
+        let between = work.plan.roughing.units().midpoint(work.plan.finishing.units());
+        let tool = match u.int_in_range(0..=6_u8)? {
+            // Where only ways out are allowed: beside the left edge, or in the slot's mouth.
+            5 => (-i64::from(between), 800_000),
+            6 => (600_000 + i64::from(between), 1_500_000),
+            start => {
+                let (x, y) = STARTS_MM[usize::from(start)];
+                (x * 100_000, y * 100_000)
+            }
+        };
         let options = Options {
             feed_mm_min: 900,
             home: false,
@@ -114,16 +129,8 @@ impl Play {
             answer_within: Duration::from_secs(5),
             progress: Progress::default(),
         };
-        let machine = Machine {
-            tool: (x * 100_000, y * 100_000),
-            begun: ((x * 100_000, y * 100_000), 0.0),
-            wire: VecDeque::new(),
-            received: VecDeque::new(),
-            planner: VecDeque::new(),
-            held: false,
-            answers: VecDeque::new(),
-        };
-        let supervisor = Supervisor::new(work, options, abilities);
+        let machine = Machine::new(make, tool);
+        let supervisor = Supervisor::new(work, options, make.abilities);
         Ok(Self { supervisor, machine, trouble, now: Time::ZERO, walls, near: false, wish: Wish::default() })
     }
 
@@ -193,47 +200,11 @@ impl Play {
         let inside = self.supervisor.guard().stands_inside();
         self.near |= inside || matches!(self.supervisor.phase(), Phase::Contouring | Phase::Holding);
         for command in commands {
-            if let Command::Move(certified) = &command {
-                match certified.motion() {
-                    Motion::Jog { .. } => self.watch_set(inside),
-                    Motion::Contour { curve, .. } => self.watch_contour(curve),
-                }
-            }
+            self.watch(&command, inside);
             self.machine.wire.push_back(command);
         }
-    }
-
-    fn is_near(&self, [a, b, c]: [Xy; 3], r: i64) -> bool {
-        let corners = [a, b, c];
-        self.walls.iter().any(|&(d, e)| {
-            if b == c { segments_within(a, b, d, e, r) } else { triangle_within(corners, d, e, r) }
-        })
-    }
-
-    /// The hull of all that may be executed is clear: each triangle of it is, by big integers over all edges.
-    fn watch_set(&self, inside: bool) {
-        if inside {
-            return;
-        }
-        let guard = self.supervisor.guard();
-        let kept = i64::from(guard.rules().manual.units()) - 1;
-        let set: Vec<Xy> = guard.in_flight().map(plain).collect();
-        for (i, &a) in set.iter().enumerate() {
-            for (j, &b) in set.iter().enumerate().skip(i) {
-                for &c in &set[j..] {
-                    let near = self.is_near([a, b, c], kept);
-                    assert!(!near, "{a:?} {b:?} {c:?} of what may be executed come nearer than {kept}");
-                }
-            }
-        }
-    }
-
-    fn watch_contour(&self, curve: &Curve) {
-        let kept = f64::from(self.supervisor.guard().rules().finishing.units()) - 4.0;
-        let plan = &job::work().plan;
-        for place in witness::places(curve) {
-            let left = witness::distance(place, witness::walls(plan));
-            assert!(left > kept, "{curve:?} of a contour comes to {left}, not {kept}");
+        if self.trouble != Trouble::Lies {
+            self.watch_hull();
         }
     }
 
@@ -244,7 +215,7 @@ impl Play {
         let kept = |threshold: Length| i64::from(threshold.units()) - off;
         let kept = if self.near { kept(rules.finishing) } else { kept(rules.manual) };
         let mut left = share;
-        while left > 0.0 && !self.machine.held {
+        while left > 0.0 && !self.machine.is_held() {
             let from = self.machine.tool;
             let Some(used) = self.machine.moves(left) else { break };
             left -= used;
@@ -254,6 +225,9 @@ impl Play {
                 !near || self.trouble == Trouble::Lies,
                 "the tool comes nearer than {kept}: {from:?} to {to:?}"
             );
+        }
+        if self.trouble != Trouble::Lies {
+            self.watch_hull();
         }
     }
 
@@ -278,119 +252,6 @@ impl Play {
         }
         Ok(())
     }
-}
-
-impl Machine {
-    /// The next line arrives.
-    fn hears(&mut self) {
-        let Some(command) = self.wire.pop_front() else { return };
-        match command {
-            Command::Query => {
-                let report = self.report();
-                self.answers.push_back(Reply::Report(report));
-            }
-            Command::Cancel => {
-                if let Some(Motion::Jog { .. }) = self.planner.front() {
-                    self.planner.clear();
-                    self.begun = (self.tool, 0.0);
-                }
-            }
-            Command::Hold => self.held = !self.planner.is_empty(),
-            Command::Continue => self.held = false,
-            Command::Abort => {
-                self.received.clear();
-                self.planner.clear();
-                self.held = false;
-                self.begun = (self.tool, 0.0);
-                self.answers.push_back(Reply::Restarted);
-            }
-            Command::Prepare => {
-                let limits = Limits { speed_mm_s: 200.0, acceleration_mm_s2: 1000.0 };
-                self.answers.push_back(Reply::Prepared(limits));
-            }
-            Command::Home => self.answers.push_back(Reply::Homed),
-            Command::Arm => self.answers.push_back(Reply::Armed),
-            Command::Move(certified) if self.received.len() < BUFFER => {
-                self.received.push_back(*certified.motion());
-            }
-            Command::Move(_) => {}
-        }
-        // What was received is planned as long as there is room; nothing is read while it holds.
-        while !self.held && self.planner.len() < 15 {
-            let Some(motion) = self.received.pop_front() else { break };
-            if self.begins_elsewhere(&motion) {
-                self.answers.push_back(Reply::Refused { code: 33, meaning: "", transient: false });
-            } else {
-                self.planner.push_back(motion);
-                self.answers.push_back(Reply::Accepted);
-            }
-        }
-    }
-
-    /// An arc is given by its radius: where it does not begin at the end of what is planned, it is refused.
-    fn begins_elsewhere(&self, motion: &Motion) -> bool {
-        let Motion::Contour { curve: Curve::Arc(arc), .. } = motion else { return false };
-        let end = self.planner.back().map_or(self.tool, |last| match last {
-            Motion::Jog { to, .. } => plain(*to),
-            Motion::Contour { curve, .. } => plain(curve.to()),
-        });
-        let from = plain(arc.from());
-        (from.0 - end.0).abs().max((from.1 - end.1).abs()) > 4 * DIGIT
-    }
-
-    fn report(&self) -> Report {
-        let digit = |c: i64| (c + DIGIT / 2).div_euclid(DIGIT) * DIGIT;
-        let mode = match (self.held, self.planner.is_empty()) {
-            (true, _) => Mode::Held,
-            (false, false) => Mode::Moving,
-            (false, true) => Mode::Idle,
-        };
-        Report {
-            mode,
-            position: Point::from_units(digit(self.tool.0), digit(self.tool.1)).ok(),
-            queued: Some(self.planner.len()),
-            waiting: Some(!self.received.is_empty()),
-        }
-    }
-
-    /// Drives a share of its motion, or what is left of it; answers how much that was.
-    fn moves(&mut self, share: f64) -> Option<f64> {
-        let motion = *self.planner.front()?;
-        let (from, done) = self.begun;
-        // So little of an arc that its chord is the arc, to a unit or two.
-        let most = if matches!(motion, Motion::Contour { curve: Curve::Arc(_), .. }) { 0.005 } else { 1.0 };
-        let used = share.min(1.0 - done).min(most).max(0.0);
-        let at = done + used;
-        self.tool = match motion {
-            Motion::Contour { curve: Curve::Arc(arc), .. } if at < 1.0 => {
-                let (centre, start) = (xy(arc.centre()), xy(arc.from()));
-                let angle = |p: (f64, f64)| (p.1 - centre.1).atan2(p.0 - centre.0);
-                let left = arc.turn() == Turn::Left;
-                let turned = angle(xy(arc.to())) - angle(start);
-                let swept = if left { turned.rem_euclid(TAU) } else { -(-turned).rem_euclid(TAU) };
-                let (r, phi) = ((start.0 - centre.0).hypot(start.1 - centre.1), angle(start) + swept * at);
-                nearest((centre.0 + r * phi.cos(), centre.1 + r * phi.sin()))
-            }
-            Motion::Jog { to, .. } => between(from, to, at),
-            Motion::Contour { curve, .. } => between(from, curve.to(), at),
-        };
-        self.begun.1 = at;
-        if at >= 1.0 {
-            self.planner.pop_front();
-            self.begun = (self.tool, 0.0);
-        }
-        Some(used.max(1e-3))
-    }
-}
-
-#[expect(clippy::cast_precision_loss, reason = "coordinates have 30 bits")]
-fn between(from: Xy, to: Point, share: f64) -> Xy {
-    let (a, b) = ((from.0 as f64, from.1 as f64), xy(to));
-    nearest((a.0 + (b.0 - a.0) * share, a.1 + (b.1 - a.1) * share))
-}
-
-fn nearest((x, y): (f64, f64)) -> Xy {
-    plain(nearest_point(x, y).expect("it is between places of the table"))
 }
 
 fn wish(u: &mut Unstructured<'_>) -> Result<Wish> {

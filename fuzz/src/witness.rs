@@ -299,7 +299,8 @@ fn normals(curve: &Curve) -> Vec<Xy> {
     shares().map(across).collect()
 }
 
-fn polar(arc: &Arc, share: f64) -> (f64, f64) {
+/// The angle and the radius at a share of an arc.
+pub fn polar(arc: &Arc, share: f64) -> (f64, f64) {
     let (centre, from) = (xy(arc.centre()), xy(arc.from()));
     let start = (from.1 - centre.1).atan2(from.0 - centre.0);
     let by = swept(arc) * share;

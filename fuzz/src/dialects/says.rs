@@ -1,0 +1,255 @@
+//! What a line of each language says, read once more and in another way.
+
+use std::collections::VecDeque;
+
+use keepout_executor::supervisor::{Mode, Reply};
+use keepout_kernel::Point;
+use keepout_planner::units::mm;
+
+use super::setting;
+
+/// Lines that are kept, at most.
+const LINES_MAX: usize = 100;
+
+/// What was heard.
+#[derive(Default)]
+pub struct Heard {
+    /// The line as far as it was heard, without its end.
+    pub line: Vec<u8>,
+    /// Lines before it, since the last report; not empty ones.
+    pub before: VecDeque<Vec<u8>>,
+    /// Carriage returns end lines, too; else they are nothing, wherever they stand.
+    pub returns: bool,
+}
+
+impl Heard {
+    /// Whether the byte ends a line; another is taken into it, but for carriage returns.
+    pub fn takes(&mut self, byte: u8) -> bool {
+        let ends = byte == b'\n' || self.returns && byte == b'\r';
+        if !ends && byte != b'\r' {
+            self.line.push(byte);
+        }
+        ends
+    }
+
+    /// After a byte was judged.
+    pub fn goes_on(&mut self, ended: bool, reply: Option<&Reply>) {
+        if matches!(reply, Some(Reply::Report(_))) {
+            self.before.clear();
+        }
+        if ended && !self.line.is_empty() {
+            self.before.push_back(std::mem::take(&mut self.line));
+            if self.before.len() > LINES_MAX {
+                self.before.pop_front();
+            }
+        }
+    }
+
+    fn text(&self) -> String {
+        String::from_utf8_lossy(&self.line).trim().to_string()
+    }
+
+    /// All lines since the last report.
+    fn all(&self) -> impl Iterator<Item = String> {
+        self.before.iter().chain([&self.line]).map(|line| String::from_utf8_lossy(line).trim().to_string())
+    }
+}
+
+/// Somebody who judges replies.
+pub trait Says {
+    /// The port was opened anew.
+    fn forget(&mut self) {}
+
+    /// What the dialect said to the last byte, which ended the line or did not.
+    fn said(&mut self, _heard: &Heard, _ended: bool, _said: &[u8]) {}
+
+    /// Looks at a reply.
+    fn is_right(&mut self, heard: &Heard, reply: &Reply);
+}
+
+impl<F: FnMut(&Heard, &Reply)> Says for F {
+    fn is_right(&mut self, heard: &Heard, reply: &Reply) {
+        self(heard, reply);
+    }
+}
+
+/// GRBL: every reply is that of its line.
+pub fn grbl(heard: &Heard, reply: &Reply) {
+    let text = String::from_utf8_lossy(&heard.line);
+    let text = text.as_ref();
+    match reply {
+        Reply::Accepted | Reply::Armed | Reply::Homed => assert_eq!(text, "ok", "{reply:?}"),
+        Reply::Refused { .. } => assert!(text.starts_with("error:"), "{reply:?} from {text:?}"),
+        Reply::Alarm { .. } => assert!(text.starts_with("ALARM:"), "{reply:?} from {text:?}"),
+        Reply::Report(report) => {
+            let rests = text.split(['|', ':', '>']).next() == Some("<Idle");
+            assert_eq!(report.mode == Mode::Idle, rests, "{report:?} from {text:?}");
+            let unsaid = report.queued.is_none() && report.waiting.is_none();
+            assert!(unsaid || text.contains("|Bf:"), "{report:?} from {text:?}");
+            let Some(at) = report.position else { return };
+            let place = text.split_once("|MPos:").and_then(|(_, rest)| two(rest, ','));
+            let [x, y] = place.unwrap_or_else(|| panic!("a place from {text:?}"));
+            is_there(at, [x, y], text);
+        }
+        _ => {}
+    }
+}
+
+/// The two's complement of the sum of the bytes.
+pub fn zaber_sum(bytes: &[u8]) -> u8 {
+    bytes.iter().fold(0_u8, |sum, &byte| sum.wrapping_add(byte)).wrapping_neg()
+}
+
+/// Zaber: what is known of the controller.
+#[derive(Default)]
+pub struct Zaber {
+    /// Answers carry a checksum.
+    checked: bool,
+    /// The number of the line that asks for the machine's zero, as long as that is not answered.
+    asked: Option<String>,
+    /// The machine's zero, microsteps.
+    zero: Option<[f64; 2]>,
+    /// What it was before this line.
+    before: Option<[f64; 2]>,
+}
+
+impl Says for Zaber {
+    fn forget(&mut self) {
+        *self = Self::default();
+    }
+
+    fn said(&mut self, heard: &Heard, ended: bool, said: &[u8]) {
+        self.before = self.zero;
+        let text = if ended { heard.text() } else { String::new() };
+        let words: Vec<&str> = text.split(' ').take(4).collect();
+        if let [device, _, number, status] = words[..]
+            && device.starts_with('@')
+            && self.asked.as_deref() == Some(number)
+        {
+            self.zero = zaber_counts(&text).filter(|_| status == "OK").or(self.zero);
+            self.asked = None;
+        }
+        // One line is under way at a time: another one that is said means that this one is answered or given up.
+        for line in String::from_utf8_lossy(said).lines() {
+            let number = line.split_once(" get limit.max").map(|(head, _)| head.replace("/1 0 ", ""));
+            // It is asked once the controller has agreed to checksums.
+            self.checked |= number.is_some();
+            self.asked = number;
+        }
+    }
+
+    fn is_right(&mut self, heard: &Heard, reply: &Reply) {
+        let (line, text) = (&heard.line, heard.text());
+        if matches!(reply, Reply::Garbled(_)) {
+            self.zero = self.before;
+            return;
+        }
+        let Some(colon) = line.iter().rposition(|&byte| byte == b':') else {
+            assert!(!self.checked, "{reply:?} from {text:?}, without a checksum");
+            return;
+        };
+        let stated =
+            std::str::from_utf8(&line[colon + 1..]).ok().and_then(|sum| u8::from_str_radix(sum, 16).ok());
+        assert_eq!(stated, Some(zaber_sum(&line[1..colon])), "{reply:?} from {text:?}");
+        let Reply::Report(report) = reply else { return };
+        assert!(report.mode != Mode::Idle || text.contains(" IDLE "), "{report:?} from {text:?}");
+        let Some(at) = report.position else { return };
+        let counts = zaber_counts(&text).unwrap_or_else(|| panic!("a place from {text:?}"));
+        let zero = self.zero.unwrap_or_else(|| panic!("a place without a zero, from {text:?}"));
+        let axis = |k: usize| (counts[k] - zero[k]) / setting().steps_per_mm;
+        is_there(at, [axis(0), axis(1)], &text);
+    }
+}
+
+/// The two numbers behind the warning of `@01 0 07 OK IDLE -- 12345 678:8F`.
+fn zaber_counts(text: &str) -> Option<[f64; 2]> {
+    let (content, _) = text.rsplit_once(':').unwrap_or((text, ""));
+    let mut words = content.split(' ').skip(6);
+    Some([words.next()?.trim().parse().ok()?, words.next()?.trim().parse().ok()?])
+}
+
+/// Venus-1: the place is the line's, and it rests where the last number before it is even.
+pub fn venus(heard: &Heard, reply: &Reply) {
+    let text = heard.text();
+    let Reply::Report(report) = reply else { return };
+    let status = heard.before.back().map(|line| String::from_utf8_lossy(line).trim().to_string());
+    let status: u64 = status
+        .and_then(|status| status.parse().ok())
+        .unwrap_or_else(|| panic!("{reply:?} from {:?}", heard.all().collect::<Vec<_>>()));
+    assert_eq!(
+        report.mode == Mode::Idle,
+        status.is_multiple_of(2),
+        "{report:?} after {status}: {:?}",
+        heard.all().collect::<Vec<_>>()
+    );
+    if let Some(at) = report.position {
+        let place = two(&text, ' ').unwrap_or_else(|| panic!("a place from {text:?}"));
+        is_there(at, place, &text);
+    }
+}
+
+/// A description's own reading: whether a line says that it rests, and where the tool is by two numbers, mm.
+struct Reading {
+    rests: fn(&str) -> bool,
+    place_mm: fn(f64, f64) -> [f64; 2],
+}
+
+/// For each description, in order.
+pub const DESCRIBED: [fn(&Heard, &Reply); 4] = [
+    |heard, reply| {
+        described(
+            heard,
+            reply,
+            &Reading { rests: |line| line == "0", place_mm: |a, b| [a / 1e3 - 400.0, b / 1e3 - 350.0] },
+        );
+    },
+    |heard, reply| {
+        let rests = |line: &str| line.contains("@@") && !line.contains(['M', 'C', 'S', 'A']);
+        described(heard, reply, &Reading { rests, place_mm: |a, b| [a, b] });
+    },
+    |heard, reply| {
+        described(heard, reply, &Reading { rests: |line| line == "<Idle>", place_mm: |a, b| [a, b] });
+    },
+    |heard, reply| {
+        let rests = |line: &str| {
+            numbers(line).first().is_some_and(|status| status % 2.0 == 0.0 && status % 16.0 < 8.0)
+        };
+        // Its second axis is our x, its first, turned round, our y.
+        let place_mm = |a: f64, b: f64| [(b - 7000.0) / 1250.0, -(a + 2000.0) / 1250.0];
+        described(heard, reply, &Reading { rests, place_mm });
+    },
+];
+
+fn described(heard: &Heard, reply: &Reply, reading: &Reading) {
+    let Reply::Report(report) = reply else { return };
+    let lines = || heard.all().map(|line| line.trim_start_matches(':').to_string());
+    let rests = lines().any(|line| (reading.rests)(&line));
+    assert!(report.mode != Mode::Idle || rests, "{report:?} from {:?}", lines().collect::<Vec<_>>());
+    let Some(at) = report.position else { return };
+    let says = |[a, b]: [f64; 2]| off(at, (reading.place_mm)(a, b)) < 2e-5;
+    let said = lines().any(|line| numbers(&line).windows(2).any(|pair| says([pair[0], pair[1]])));
+    assert!(said, "{report:?} from {:?}", lines().collect::<Vec<_>>());
+}
+
+/// All numbers of a line.
+fn numbers(text: &str) -> Vec<f64> {
+    let parts = text.split(|letter: char| !(letter.is_ascii_digit() || "+-.".contains(letter)));
+    parts.filter_map(|part| part.parse().ok()).collect()
+}
+
+/// The first two numbers.
+fn two(text: &str, between: char) -> Option<[f64; 2]> {
+    let mut numbers = text.split([between, '|', '>']).filter(|part| !part.is_empty());
+    Some([numbers.next()?.trim().parse().ok()?, numbers.next()?.trim().parse().ok()?])
+}
+
+/// The place is what the line says in machine coordinates.
+fn is_there(at: Point, [x, y]: [f64; 2], text: &str) {
+    assert!(off(at, [x, y]) < 2e-5, "{at:?} from {text:?}, not {x} {y}");
+}
+
+/// How far the place is from one in machine coordinates, mm, on either axis.
+fn off(at: Point, [x, y]: [f64; 2]) -> f64 {
+    let machine = at.translated(setting().offset).expect("it came from there");
+    (mm(machine.x.units()) - x).abs().max((mm(machine.y.units()) - y).abs())
+}

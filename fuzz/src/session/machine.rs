@@ -1,0 +1,209 @@
+//! A controller that takes lines and drives to where they say, straight or each axis by itself.
+
+use std::collections::VecDeque;
+
+use keepout_executor::link::Abilities;
+use keepout_executor::supervisor::guard::{Motion, MotionShape};
+use keepout_executor::supervisor::{Command, Limits, Mode, Reply, Report};
+use keepout_kernel::curve::{nearest_point, xy};
+use keepout_kernel::{Curve, Point};
+use keepout_proofs::properties::Xy;
+use keepout_proofs::square::plain;
+
+use crate::witness;
+
+/// Lines that the controller's receive buffer holds; what arrives beyond them is lost.
+const BUFFER: usize = 3;
+/// Motions that it plans.
+const PLANNED: usize = 15;
+/// The last digit of a report, lattice units.
+const DIGIT: i64 = 100;
+
+/// What it is made like.
+#[derive(Clone, Copy)]
+pub struct Make {
+    /// What it can do.
+    pub abilities: Abilities,
+    /// A jog takes the place of what it is at; else it comes after.
+    pub replaces: bool,
+    /// Where its axes run apart, y first.
+    pub y_first: bool,
+}
+
+/// Lines on their way, received and planned, and the tool.
+pub struct Machine {
+    make: Make,
+    /// Where the tool is.
+    pub tool: Xy,
+    /// Where the tool was when it began the motion that it is at, and how much of that is done.
+    begun: (Xy, f64),
+    /// Lines that were sent and not heard.
+    pub wire: VecDeque<Command>,
+    received: VecDeque<Motion>,
+    planner: VecDeque<Motion>,
+    held: bool,
+    /// What it said and nobody heard.
+    pub answers: VecDeque<Reply>,
+}
+
+impl Machine {
+    /// One that stands still.
+    pub fn new(make: Make, tool: Xy) -> Self {
+        Self {
+            make,
+            tool,
+            begun: (tool, 0.0),
+            wire: VecDeque::new(),
+            received: VecDeque::new(),
+            planner: VecDeque::new(),
+            held: false,
+            answers: VecDeque::new(),
+        }
+    }
+
+    /// What it can do.
+    pub fn abilities(&self) -> Abilities {
+        self.make.abilities
+    }
+
+    /// Motions that may still be executed.
+    pub fn under_way(&self) -> impl Iterator<Item = &Motion> {
+        let sent = self.wire.iter().filter_map(|command| match command {
+            Command::Move(certified) => Some(certified.motion()),
+            _ => None,
+        });
+        self.planner.iter().chain(&self.received).chain(sent)
+    }
+
+    /// It stands still although it has something to do.
+    pub fn is_held(&self) -> bool {
+        self.held
+    }
+
+    /// The next line arrives.
+    pub fn hears(&mut self) {
+        let Some(command) = self.wire.pop_front() else { return };
+        match command {
+            Command::Query => {
+                let report = self.report();
+                self.answers.push_back(Reply::Report(report));
+            }
+            Command::Cancel => {
+                if self.make.abilities.flushes {
+                    self.received.clear();
+                }
+                if let Some(Motion::Jog { .. }) = self.planner.front() {
+                    self.planner.clear();
+                    self.begun = (self.tool, 0.0);
+                }
+            }
+            Command::Hold => self.held = !self.planner.is_empty(),
+            Command::Continue => self.held = false,
+            Command::Abort => {
+                self.received.clear();
+                self.planner.clear();
+                self.held = false;
+                self.begun = (self.tool, 0.0);
+                self.answers.push_back(Reply::Restarted);
+            }
+            Command::Prepare => {
+                let limits = Limits { speed_mm_s: 200.0, acceleration_mm_s2: 1000.0 };
+                self.answers.push_back(Reply::Prepared(limits));
+            }
+            Command::Home => self.answers.push_back(Reply::Homed),
+            Command::Arm => self.answers.push_back(Reply::Armed),
+            Command::Move(certified) if self.received.len() < BUFFER => {
+                self.received.push_back(*certified.motion());
+            }
+            Command::Move(_) => {}
+        }
+        // What was received is planned as long as there is room; nothing is read while it holds.
+        while !self.held && self.planner.len() < PLANNED {
+            let Some(motion) = self.received.pop_front() else { break };
+            if self.begins_elsewhere(&motion) {
+                self.answers.push_back(Reply::Refused { code: 33, meaning: "", transient: false });
+            } else {
+                if self.make.replaces && matches!(motion, Motion::Jog { .. }) {
+                    self.planner.clear();
+                    self.begun = (self.tool, 0.0);
+                }
+                self.planner.push_back(motion);
+                self.answers.push_back(Reply::Accepted);
+            }
+        }
+    }
+
+    /// An arc is given by its radius: where it does not begin at the end of what is planned, it is refused.
+    fn begins_elsewhere(&self, motion: &Motion) -> bool {
+        let Motion::Contour { curve: Curve::Arc(arc), .. } = motion else { return false };
+        let end = self.planner.back().map_or(self.tool, |last| match last {
+            Motion::Jog { to, .. } => plain(*to),
+            Motion::Contour { curve, .. } => plain(curve.to()),
+        });
+        let from = plain(arc.from());
+        (from.0 - end.0).abs().max((from.1 - end.1).abs()) > 4 * DIGIT
+    }
+
+    fn report(&self) -> Report {
+        let digit = |c: i64| (c + DIGIT / 2).div_euclid(DIGIT) * DIGIT;
+        let mode = match (self.held, self.planner.is_empty()) {
+            (true, _) => Mode::Held,
+            (false, false) => Mode::Moving,
+            (false, true) => Mode::Idle,
+        };
+        Report {
+            mode,
+            position: Point::from_units(digit(self.tool.0), digit(self.tool.1)).ok(),
+            queued: self.make.abilities.queues.then_some(self.planner.len()),
+            waiting: self.make.abilities.queues.then_some(!self.received.is_empty()),
+        }
+    }
+
+    /// Drives a share of its motion, or what is left of it; answers how much that was.
+    pub fn moves(&mut self, share: f64) -> Option<f64> {
+        let motion = *self.planner.front()?;
+        let (from, done) = self.begun;
+        let most = self.corner(&motion).map_or(1.0, |corner| if done < corner { corner - done } else { 1.0 });
+        // So little of an arc that its chord is the arc, to a unit or two.
+        let most = if matches!(motion, Motion::Contour { curve: Curve::Arc(_), .. }) { 0.005 } else { most };
+        let used = share.min(1.0 - done).min(most).max(0.0);
+        let at = done + used;
+        self.tool = match motion {
+            Motion::Contour { curve: Curve::Arc(arc), .. } if at < 1.0 => {
+                let (centre, (angle, r)) = (xy(arc.centre()), witness::polar(&arc, at));
+                nearest((centre.0 + r * angle.cos(), centre.1 + r * angle.sin()))
+            }
+            Motion::Jog { to, .. } => self.between(from, to, at, self.make.abilities.shape),
+            Motion::Contour { curve, .. } => self.between(from, curve.to(), at, self.make.abilities.contours),
+        };
+        self.begun.1 = at;
+        if at >= 1.0 {
+            self.planner.pop_front();
+            self.begun = (self.tool, 0.0);
+        }
+        Some(used.max(1e-3))
+    }
+
+    /// Where one axis has arrived and the other begins, as a share of the motion.
+    fn corner(&self, motion: &Motion) -> Option<f64> {
+        let Abilities { shape, contours, .. } = self.make.abilities;
+        let shape = if matches!(motion, Motion::Jog { .. }) { shape } else { contours };
+        (shape == MotionShape::Box).then_some(0.5)
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "coordinates have 30 bits")]
+    fn between(&self, from: Xy, to: Point, share: f64, shape: MotionShape) -> Xy {
+        let (a, b) = ((from.0 as f64, from.1 as f64), xy(to));
+        let (first, second) = ((2.0 * share).min(1.0), (2.0 * share - 1.0).max(0.0));
+        let (x, y) = match (shape, self.make.y_first) {
+            (MotionShape::Line, _) => (share, share),
+            (MotionShape::Box, false) => (first, second),
+            (MotionShape::Box, true) => (second, first),
+        };
+        nearest((a.0 + (b.0 - a.0) * x, a.1 + (b.1 - a.1) * y))
+    }
+}
+
+fn nearest((x, y): (f64, f64)) -> Xy {
+    plain(nearest_point(x, y).expect("it is between places of the table"))
+}
