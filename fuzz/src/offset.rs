@@ -1,6 +1,7 @@
 //! Offsets and their certificates, beside places looked at in `f64`.
 
 use arbitrary::{Arbitrary, Result, Unstructured};
+use keepout_kernel::curve::xy;
 use keepout_kernel::offset::{OffsetLoop, Outline, RESOLUTION, certify_complete, certify_path, propose};
 use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side, Turn};
 
@@ -8,14 +9,16 @@ use crate::witness::{distance, places};
 
 /// Added to the distance for the path's own rounding, as the planner does (lattice units).
 const GUARD: f64 = 60.0;
+/// Distances from here on, 0.2 mm, are those of tools: around a plain outline they must be kept without doubt.
+const PLAIN_MIN: u32 = 20_000;
 /// What is a unit or two of rounding in `f64`.
 const ROUNDING: f64 = 3.0;
 
 /// Any bytes as an outline of lines and arcs and a distance: a path that is proposed for it, or a changed one, is refused, or
-/// keeps its distance; and of loops that are believed none can be left out.
+/// keeps its distance; of loops that are believed none can be left out; and a plain outline has a path that is believed.
 ///
 /// # Panics
-/// When a path is believed that does not keep its distance, or that leaves out a loop.
+/// When a path is believed that does not keep its distance, or that leaves out a loop, or one around a plain outline is not.
 pub fn offset(bytes: &[u8]) {
     let _ = offset_of(&mut Unstructured::new(bytes));
 }
@@ -34,8 +37,12 @@ fn offset_of(u: &mut Unstructured<'_>) -> Result<()> {
     let Ok(part) = ProhibitedRegion::new(region, side) else { return Ok(()) };
     let outlines = [Outline { curves, free_on_left }];
     let (threshold, centre) = (Length::from_units(d.into()).unwrap_or(Length::ZERO), f64::from(d) + GUARD);
+    let plain = d >= PLAIN_MIN
+        && is_plain(&outlines[0].curves)
+        && (side == Side::Outside || reaches(&outlines[0].curves, centre));
     let proposed = propose(&outlines, centre);
     if !proposed.loose_ends.is_empty() {
+        assert!(!plain, "loose ends: {outlines:?} {centre}");
         return Ok(());
     }
     let mut believed = Vec::new();
@@ -46,6 +53,11 @@ fn offset_of(u: &mut Unstructured<'_>) -> Result<()> {
         }
     }
     let whole = certify_complete(&part, &outlines, centre, Length::small(20), curves_of(&proposed.loops));
+    let all = believed.len() == proposed.loops.len() && believed.len() == 1;
+    assert!(
+        !plain || all && whole.is_ok(),
+        "{whole:?}: a plain outline has an offset: {outlines:?} {centre}"
+    );
     // A loop on the part's side is refused, and nobody misses it.
     if whole.is_ok() && !believed.is_empty() {
         let mut left = proposed.loops.clone();
@@ -61,6 +73,26 @@ fn offset_of(u: &mut Unstructured<'_>) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// A convex polygon whose edges are long, and turn clearly at each corner: its offset is beyond doubt.
+fn is_plain(curves: &[Curve]) -> bool {
+    let ways: Vec<(f64, f64)> = curves.iter().map(|curve| way(xy(curve.from()), xy(curve.to()))).collect();
+    let turns = ways.iter().zip(ways.iter().cycle().skip(1)).all(|(a, b)| {
+        let lengths = a.0.hypot(a.1) * b.0.hypot(b.1);
+        (a.0 * b.1 - a.1 * b.0) > 0.01 * lengths
+    });
+    let long = ways.iter().all(|way| way.0.hypot(way.1) > 10.0 * RESOLUTION);
+    turns && long && curves.iter().all(|curve| matches!(curve, Curve::Line(_)))
+}
+
+/// Whether the distance leaves room around the origin, which the outline is around.
+fn reaches(curves: &[Curve], d: f64) -> bool {
+    distance((0.0, 0.0), curves.iter()) > 1.1 * d + 10.0 * RESOLUTION
+}
+
+fn way(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
+    (b.0 - a.0, b.1 - a.1)
 }
 
 fn keeps(path: &[Curve], walls: &[Curve], threshold: f64) {
@@ -147,7 +179,7 @@ fn outline(u: &mut Unstructured<'_>) -> Result<Vec<Curve>> {
 }
 
 fn bent(from: Point, to: Point, bulge: f64) -> Option<Curve> {
-    let (a, b) = (keepout_kernel::curve::xy(from), keepout_kernel::curve::xy(to));
+    let (a, b) = (xy(from), xy(to));
     let off = (1.0 - bulge * bulge) / (4.0 * bulge);
     let centre = (f64::midpoint(a.0, b.0) - (b.1 - a.1) * off, f64::midpoint(a.1, b.1) + (b.0 - a.0) * off);
     let turn = if bulge > 0.0 { Turn::Left } else { Turn::Right };
