@@ -49,11 +49,11 @@ fn particular() -> Order {
     Order { choice, zone_layers: layers, stroke_layer: Some("TABLE".into()), ..Order::default() }
 }
 
-/// The same under an order; answers what was read, if it was, and was not too much.
+/// The same under an order; answers what was read of the part and of the zones, if it was, and was not too much.
 ///
 /// # Panics
 /// As [`dxf_import`].
-pub fn ordered(bytes: &[u8], order: &Order) -> Option<Chained> {
+pub fn ordered(bytes: &[u8], order: &Order) -> Option<(Chained, Chained)> {
     let (drawing, chained) = match order.contours(bytes) {
         Ok(read) => read,
         Err(error) => {
@@ -61,7 +61,8 @@ pub fn ordered(bytes: &[u8], order: &Order) -> Option<Chained> {
             return None;
         }
     };
-    if drawing.curves.len().max(edges(&chained.profile)) > CURVES_MAX {
+    let zones = zones(bytes, order)?;
+    if drawing.curves.len().max(edges(&chained.profile)).max(edges(&zones.profile)) > CURVES_MAX {
         return None;
     }
     tells_all(&drawing, &chained);
@@ -71,7 +72,17 @@ pub fn ordered(bytes: &[u8], order: &Order) -> Option<Chained> {
         Err(error) => told(&error.to_string()),
     }
     plans(bytes, order);
-    Some(chained)
+    Some((chained, zones))
+}
+
+/// What is on the layers of zones; nothing when none are ordered.
+fn zones(bytes: &[u8], order: &Order) -> Option<Chained> {
+    if order.zone_layers.is_empty() {
+        return Some(Chained::default());
+    }
+    let choice = Choice { layers: order.zone_layers.clone(), ..order.choice.clone() };
+    let zones = Order { choice, join_mm: order.join_mm, curve_mm: order.curve_mm, ..Order::default() };
+    zones.contours(bytes).ok().map(|(_, zones)| zones)
 }
 
 /// The number of edges.

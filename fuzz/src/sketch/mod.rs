@@ -6,7 +6,6 @@ mod truth;
 mod write;
 
 use arbitrary::{Arbitrary, Result, Unstructured};
-use keepout_planner::drawing::Choice;
 use keepout_planner::order::Order;
 use keepout_planner::plan::{Cut, Job, PassJob};
 use keepout_planner::profile::MachinedSide;
@@ -82,16 +81,9 @@ impl Sketch {
 /// As [`import::dxf_import`], and when a curve is elsewhere than it was drawn.
 pub fn drawing(bytes: &[u8]) {
     let Ok(sketch) = Sketch::arbitrary(&mut Unstructured::new(bytes)) else { return };
-    let (text, order) = (sketch.dxf(), &sketch.order);
-    if let Some(part) = import::ordered(text.as_bytes(), order) {
+    if let Some((part, zones)) = import::ordered(sketch.dxf().as_bytes(), &sketch.order) {
         truth::compare(&sketch, false, &part);
-    }
-    let mut zones = Order { join_mm: order.join_mm, curve_mm: order.curve_mm, ..Order::default() };
-    zones.choice = Choice { layers: order.zone_layers.clone(), ..order.choice.clone() };
-    if let Some(zones) =
-        zones.contours(text.as_bytes()).ok().filter(|_| sketch.outlines.iter().any(|figure| figure.zone))
-    {
-        truth::compare(&sketch, true, &zones.1);
+        truth::compare(&sketch, true, &zones);
     }
 }
 
