@@ -224,22 +224,6 @@ impl Description {
         };
         let arcs = self.arcs.iter().flatten();
         let rules = [
-            (!self.end.is_empty() && self.end.len() <= PROMPT_MAX, "line.end", "one to four characters"),
-            (
-                self.prompt.len() <= PROMPT_MAX && self.prompt.is_ascii(),
-                "line.prompt",
-                "up to four ASCII characters",
-            ),
-            (
-                self.accepted != Accepted::Prompt || !self.prompt.is_empty(),
-                "motion.accepted",
-                "\"prompt\" only with a line.prompt",
-            ),
-            (
-                self.accepted == Accepted::Prompt || self.prompt.is_empty(),
-                "motion.accepted",
-                "\"prompt\" when there is a line.prompt: it answers every line",
-            ),
             (
                 self.zero.iter().all(|&zero| i32::try_from(zero).is_ok()) && self.home.len() < 100,
                 "units.zero",
@@ -268,21 +252,52 @@ impl Description {
                 "shorter, as all lists of lines: together no more than 120 characters",
             ),
         ];
-        match rules.into_iter().find(|(right, ..)| !right) {
+        match self.line_rules().into_iter().chain(rules).find(|(right, ..)| !right) {
             Some((_, key, needed)) => Err(value(key, needed)),
             None => Ok(self),
         }
     }
 
-    /// The mode that a state means.
-    pub(super) fn mode(&self, status: &str) -> Mode {
-        let number = status.parse::<u32>().unwrap_or(0);
-        let holds = |test: &Test| match test {
-            Test::Equals(word) => status == word,
-            Test::Contains(part) => status.contains(part.as_str()),
-            Test::Bits(bits) => number & bits != 0,
-        };
-        self.rules.iter().find(|(test, _)| holds(test)).map_or(self.otherwise, |&(_, mode)| mode)
+    /// What lines, echoes and prompts need: whether it is there, the key, and what it should be.
+    fn line_rules(&self) -> [(bool, &'static str, &'static str); 5] {
+        [
+            (!self.end.is_empty() && self.end.len() <= PROMPT_MAX, "line.end", "one to four characters"),
+            (
+                self.prompt.len() <= PROMPT_MAX && self.prompt.is_ascii(),
+                "line.prompt",
+                "up to four ASCII characters",
+            ),
+            (
+                self.accepted != Accepted::Prompt || !self.prompt.is_empty(),
+                "motion.accepted",
+                "\"prompt\" only with a line.prompt",
+            ),
+            (
+                self.accepted == Accepted::Prompt || self.prompt.is_empty(),
+                "motion.accepted",
+                "\"prompt\" when there is a line.prompt: it answers every line",
+            ),
+            (
+                !self.echo || self.accepted != Accepted::Query || self.stop.is_none(),
+                "motion.stop",
+                "none where line.echo is true and motion.accepted is \"query\": its echo could stand anywhere in an answer",
+            ),
+        ]
+    }
+
+    /// The mode that a state means; `None` when bits of it are asked for, and it is no number.
+    pub(super) fn mode(&self, status: &str) -> Option<Mode> {
+        for (test, mode) in &self.rules {
+            let holds = match test {
+                Test::Equals(word) => status == word,
+                Test::Contains(part) => status.contains(part.as_str()),
+                Test::Bits(bits) => status.parse::<u32>().ok()? & bits != 0,
+            };
+            if holds {
+                return Some(*mode);
+            }
+        }
+        Some(self.otherwise)
     }
 
     /// What a controller in this mode says, for a simulated one; `None` when the description has no such state.
@@ -291,7 +306,7 @@ impl Description {
             Test::Equals(word) | Test::Contains(word) => word.clone(),
             Test::Bits(bits) => bits.to_string(),
         });
-        candidates.chain(["0".into(), "-".into()]).find(|state| self.mode(state) == wanted)
+        candidates.chain(["0".into(), "-".into()]).find(|state| self.mode(state) == Some(wanted))
     }
 }
 

@@ -56,7 +56,7 @@ impl Description {
                 let captures = self.status.answer.read(line)?;
                 let has_place = self.position.is_none();
                 let place = if has_place { Some(place(&captures)?) } else { None };
-                Some(Heard::Status(self.mode(captures.text(Slot::Status)?), place))
+                Some(Heard::Status(self.mode(captures.text(Slot::Status)?)?, place))
             }
             Asked::Position(_) => place(&self.position.as_ref()?.answer.read(line)?).map(Heard::Position),
         }

@@ -5,6 +5,7 @@
 //! acknowledges nothing, with the answer to a question for its state that was sent behind it. Echoed characters must be those
 //! that were sent. Where motions can not be queued, one of a contour is accepted when the tool rests at its end.
 
+mod answered;
 mod axes;
 mod description;
 mod file;
@@ -16,7 +17,7 @@ mod tests;
 use std::sync::Arc;
 
 use arrayvec::ArrayVec;
-use keepout_kernel::{Curve, LatticeError, Point, Turn, UNITS_PER_MM, Vector};
+use keepout_kernel::{Curve, LatticeError, Point, Turn, UNITS_PER_MM};
 
 pub(crate) use description::Accepted;
 pub use description::{Description, DescriptionError};
@@ -28,7 +29,7 @@ use super::lines::{Line, Lines, Sink, as_str};
 use super::{Dialect, Setting};
 use crate::link::Abilities;
 use crate::supervisor::guard::{Motion, MotionShape};
-use crate::supervisor::{Command, Limits, Mode, Reply, Report, Unfit, text};
+use crate::supervisor::{Command, Mode, Reply, text};
 use axes::Values;
 use heard::{Asked, For, Heard};
 
@@ -90,6 +91,17 @@ impl Described {
         let mut sent = Sent::new();
         description.write(&description.status.send, &Values::default(), &mut sent);
         self.exchanges.send(Asked::Status(purpose), sent, out);
+    }
+
+    /// Asks for the place after a state that needs one, before all that wait.
+    fn ask_position(&mut self, purpose: For, out: &mut Vec<u8>) {
+        let needs = purpose == For::Query || purpose == For::Contour && !self.description.queues;
+        let description = Arc::clone(&self.description);
+        if let Some(position) = description.position.as_ref().filter(|_| needs) {
+            let mut sent = Sent::new();
+            description.write(&position.send, &Values::default(), &mut sent);
+            self.exchanges.send_next(Asked::Position(purpose), sent, out);
+        }
     }
 
     fn motion(&mut self, motion: &Motion, out: &mut Vec<u8>) -> Result<(), LatticeError> {
@@ -204,130 +216,6 @@ impl Described {
         }
         let heard = self.exchanges.part();
         self.over(heard, out)
-    }
-
-    /// The oldest exchange is over.
-    fn over(&mut self, heard: Option<Heard>, out: &mut Vec<u8>) -> Option<Reply> {
-        if let (Some(Asked::Say(For::Nothing)), Some(Heard::Error { .. })) = (self.exchanges.open(), heard) {
-            // The supervisor hears that all of it is refused: the rest must not follow.
-            self.exchanges.withdraw(|asked| matches!(asked, Asked::Say(purpose) if *purpose != For::Stop));
-        }
-        let asked = self.exchanges.close(out)?;
-        match (asked, heard) {
-            (_, Some(Heard::Error { code, transient })) => {
-                // Only a refused motion can be taken back, where it is told which line was refused.
-                let motion = matches!(asked, Asked::Say(For::Nothing | For::Jog));
-                let transient = transient && motion && self.description.accepted != Accepted::Query;
-                Some(Reply::Refused { code, meaning: "", transient })
-            }
-            (Asked::Say(purpose), None | Some(Heard::Accepted)) => self.said(purpose, out),
-            (Asked::Status(purpose), Some(Heard::Status(mode, place))) => {
-                self.seen(purpose, mode, place, out)
-            }
-            (Asked::Position(purpose), Some(Heard::Position(place))) => self.placed(purpose, place, out),
-            _ => Some(Reply::Garbled(text("no answer"))),
-        }
-    }
-
-    fn said(&mut self, purpose: For, out: &mut Vec<u8>) -> Option<Reply> {
-        const UNLIMITED: Limits = Limits { speed_mm_s: f64::INFINITY, acceleration_mm_s2: f64::INFINITY };
-        match purpose {
-            For::Nothing | For::Stop | For::Query => None,
-            For::Preparing => Some(Reply::Prepared(UNLIMITED)),
-            For::Unfit => Some(Reply::Unfit(Unfit {
-                name: "units.counts_per_mm",
-                value: self.description.coordinate.scale.per_mm_f64(),
-                needed: "at least the steps per mm that the plan's margin was made for",
-            })),
-            For::Homing(_) => {
-                self.ask_status(purpose, out);
-                None
-            }
-            For::Arming => Some(Reply::Armed),
-            For::Contour if !self.description.queues => {
-                self.ask_status(For::Contour, out);
-                None
-            }
-            For::Jog | For::Contour => Some(Reply::Accepted),
-        }
-    }
-
-    /// Each line of homing is sent when the tool rests after the one before.
-    fn home(&mut self, done: u8, out: &mut Vec<u8>) -> Option<Reply> {
-        let description = Arc::clone(&self.description);
-        match description.home.get(usize::from(done)) {
-            Some(line) => {
-                let purpose = For::Homing(done.saturating_add(1));
-                self.say(std::slice::from_ref(line), &Values::default(), purpose, out);
-                None
-            }
-            None if done == 0 => {
-                self.say(&[], &Values::default(), For::Homing(1), out);
-                None
-            }
-            None => Some(Reply::Homed),
-        }
-    }
-
-    /// A state was said.
-    fn seen(
-        &mut self,
-        purpose: For,
-        mode: Mode,
-        place: Option<(f64, f64)>,
-        out: &mut Vec<u8>,
-    ) -> Option<Reply> {
-        match (purpose, mode) {
-            (For::Contour, _) if self.description.queues => Some(Reply::Accepted),
-            (For::Query | For::Contour, _) => {
-                self.mode = mode;
-                let description = Arc::clone(&self.description);
-                match (place, &description.position) {
-                    (Some(place), _) => self.placed(purpose, place, out),
-                    (None, Some(position)) => {
-                        let mut sent = Sent::new();
-                        description.write(&position.send, &Values::default(), &mut sent);
-                        self.exchanges.send_next(Asked::Position(purpose), sent, out);
-                        None
-                    }
-                    (None, None) => Some(Reply::Garbled(text("a state without a position"))),
-                }
-            }
-            (For::Homing(done), Mode::Idle) => self.home(done, out),
-            (For::Homing(_), Mode::Alarm) => Some(Reply::Alarm { code: 0, meaning: "homing failed" }),
-            _ => self.said(purpose, out),
-        }
-    }
-
-    /// A position was said, after the state.
-    fn placed(&mut self, purpose: For, place: (f64, f64), out: &mut Vec<u8>) -> Option<Reply> {
-        let at = self.description.point(place);
-        if purpose == For::Contour {
-            return self.arrived(at, out);
-        }
-        let Vector { dx, dy } = self.setting.offset;
-        let position = at.and_then(|at| at.translated(Vector { dx: -dx, dy: -dy }).ok());
-        match position {
-            Some(_) => Some(Reply::Report(Report { mode: self.mode, position, queued: None, waiting: None })),
-            None => Some(Reply::Garbled(text("a position that no machine has"))),
-        }
-    }
-
-    /// A motion of a contour is accepted when it is done. One that was not executed would make the next begin elsewhere.
-    fn arrived(&mut self, at: Option<Point>, out: &mut Vec<u8>) -> Option<Reply> {
-        if self.mode == Mode::Moving {
-            self.ask_status(For::Contour, out);
-            return None;
-        }
-        let most = NEAR_STEPS * f64::from(UNITS_PER_MM) / self.setting.steps_per_mm;
-        let off = at.map(|at| at.minus(self.target));
-        let near = off.is_some_and(|off| f64::from(off.dx.abs().max(off.dy.abs())) <= most);
-        let meaning = "a motion of the contour was not executed";
-        Some(match (self.mode, near) {
-            (Mode::Idle, true) => Reply::Accepted,
-            (Mode::Alarm, _) => Reply::Alarm { code: 0, meaning },
-            _ => Reply::Refused { code: 0, meaning, transient: false },
-        })
     }
 
     fn forget(&mut self) {

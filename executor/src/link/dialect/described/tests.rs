@@ -1,5 +1,8 @@
+use keepout_kernel::Vector;
+
 use super::*;
 use crate::link::dialect::testing::{contour_to, jog_to};
+use crate::supervisor::Report;
 
 const NSK: &str = include_str!("../../../../dialects/nsk-style.toml");
 const TANGO: &str = include_str!("../../../../dialects/tango.toml");
@@ -30,6 +33,18 @@ fn echo_prompt_state_and_then_position() {
     let position = Some(Point::from_units(5_000_000, 2_000_000).unwrap());
     let report = Report { mode: Mode::Moving, position, queued: None, waiting: None };
     assert_eq!(hear(&mut nsk, "TP\r\n 250000,170000\r\n:").0, [Reply::Report(report)]);
+}
+
+/// A state from before a motion with a place from after it would be no report.
+#[test]
+fn nothing_is_sent_between_a_state_and_its_place() {
+    let mut nsk = dialect(NSK);
+    said(&mut nsk, &Command::Query);
+    assert_eq!(said(&mut nsk, &jog_to(5_000_049, 2_000_051, 600)), "");
+    assert_eq!(hear(&mut nsk, "TS\r\n 0\r\n:"), (vec![], "TP\r".into()));
+    let (replies, sent) = hear(&mut nsk, "TP\r\n 250000,170000\r\n:");
+    assert!(matches!(replies[..], [Reply::Report(Report { mode: Mode::Idle, .. })]), "{replies:?}");
+    assert_eq!(sent, "MV10000\r");
 }
 
 #[test]
@@ -122,6 +137,29 @@ fn descriptions_are_refused_by_key() {
         assert!(NSK.contains(from), "{from}");
         let error = Description::of(&NSK.replacen(from, to, 1)).unwrap_err().to_string();
         assert!(error.contains(says), "{error}");
+    }
+}
+
+#[test]
+fn a_stop_whose_echo_can_not_be_told_is_refused() {
+    let asking = NSK.replace("prompt = \":\"", "prompt = \"\"").replace("\"prompt\"", "\"query\"");
+    let error = Description::of(&asking).unwrap_err().to_string();
+    assert!(error.contains("motion.stop: none where line.echo"), "{error}");
+    assert!(Description::of(&asking.replace("stop = \"MS\"", "")).is_ok());
+}
+
+/// A state of which bits are asked for is a number, or it says nothing.
+#[test]
+fn state_that_is_no_number_is_not_rest() {
+    let bits = TANGO
+        .replace("answer = \"{status}\"", "answer = \"S{status}\"")
+        .replace("contains = \"M\"", "bits = 1");
+    let mut tango = dialect(&bits.replace("otherwise = \"other\"", "otherwise = \"idle\""));
+    for (state, believed) in [("S4", true), ("Sx", false), ("S-1", false), ("S5000000001", false)] {
+        tango.reset();
+        said(&mut tango, &Command::Query);
+        let (replies, next) = hear(&mut tango, &format!("{state}\r"));
+        assert_eq!((replies.is_empty(), next.contains("?pos")), (believed, believed), "{state}: {replies:?}");
     }
 }
 
