@@ -152,7 +152,10 @@ pub fn bulge(placement: &Placement, from: Vec3, to: Vec3, bulge: f64, out: &mut 
     let chord = dx.hypot(dy);
     let seen = (placement.seen(from), placement.seen(to));
     let size = (seen.1.0 - seen.0.0).hypot(seen.1.1 - seen.0.1);
-    if bulge == 0.0 || chord == 0.0 || bulge.abs() * size / 2.0 < FLAT_MM {
+    // How far the arc's middle is from its chord, as it is seen: uneven scales stretch one and not the other.
+    let height = placement.seen_vector([-dy * bulge / 2.0, dx * bulge / 2.0, 0.0]);
+    let bend = (bulge.abs() * size / 2.0).max(height.0.hypot(height.1));
+    if bulge == 0.0 || chord == 0.0 || bend < FLAT_MM {
         if seen.0 != seen.1 {
             out.push(RawCurve::Line { from: seen.0, to: seen.1 });
         }
@@ -235,6 +238,17 @@ mod tests {
             panic!("an arc")
         };
         assert!((centre.0).abs() < 1e-12 && (centre.1 - 1.0).abs() < 1e-12, "{centre:?}");
+    }
+
+    #[test]
+    fn flat_is_what_is_seen_as_flat() {
+        let narrow =
+            Placement { axes: [[1e-4, 0.0, 0.0], [0.0, 1e3, 0.0], [0.0, 0.0, 1.0]], origin: [0.0; 3] };
+        let mut out = Vec::new();
+        bulge(&narrow, [0.0; 3], [1.0, 0.0, 0.0], 1e-3, &mut out);
+        let [RawCurve::Bezier(one), ..] = &out[..] else { panic!("half a millimetre high: {out:?}") };
+        let highest = [0.2, 0.5, 0.8, 1.0].map(|t| one.at(t).1.abs()).into_iter().fold(0.0, f64::max);
+        assert!((highest - 0.5).abs() < 1e-3, "{highest}");
     }
 
     #[test]
