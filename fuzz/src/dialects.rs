@@ -34,6 +34,8 @@ pub const COMMANDS: [Command; 8] = [
 
 /// Bytes from here on stand for commands, the others for what the controller says.
 const FIRST_COMMAND: u8 = 0xf0;
+/// A stop is said.
+const STOP: u8 = 0xf4;
 /// The port is opened anew.
 const RESET: u8 = 0xf8;
 /// Bytes that one byte heard may make a dialect say.
@@ -160,6 +162,7 @@ impl<D: Dialect, S: Says> Talk<D, S> {
             let before = self.out.len();
             say(&mut self.dialect, byte - FIRST_COMMAND, &mut self.out);
             self.says.said(&self.heard, false, &self.out[before..]);
+            self.heard.stopped |= byte == STOP;
             if byte == RESET {
                 self.heard = Heard { returns: self.heard.returns, ..Heard::default() };
                 self.says.forget();

@@ -23,7 +23,7 @@ const CENTRE_MAX: i64 = 4;
 pub fn dxf_import(bytes: &[u8]) {
     ordered(bytes, &Order::default());
     if bytes.len() < ORDERED_TWICE {
-        ordered(bytes, &particular());
+        ordered(bytes, &particular(bytes));
         // What can not be read can not be counted, either.
         let read = !matches!(import(bytes, &Choice::default()), Err(DrawingError::Damaged(_)));
         assert_eq!(census(bytes).is_ok(), read, "counted and not read, or the other way");
@@ -34,7 +34,7 @@ pub fn dxf_import(bytes: &[u8]) {
 const ORDERED_TWICE: usize = 4_000;
 
 /// An order that asks for much besides.
-fn particular() -> Order {
+fn particular(bytes: &[u8]) -> Order {
     let names = |names: &[&str]| names.iter().map(ToString::to_string).collect();
     let choice = Choice {
         layers: Vec::new(),
@@ -45,8 +45,12 @@ fn particular() -> Order {
         solids: true,
         placed: Some((12.5, (30.0, -20.0))),
     };
-    let layers = names(&["CLAMPS"]);
-    Order { choice, zone_layers: layers, stroke_layer: Some("TABLE".into()), ..Order::default() }
+    // A layer that is asked for must be there.
+    let has =
+        |layer: &&str| bytes.windows(layer.len() + 2).any(|part| part == format!("8\n{layer}").as_bytes());
+    let zone_layers = Some("CLAMPS").filter(has).map(Into::into).into_iter().collect();
+    let stroke_layer = Some("TABLE").filter(has).map(Into::into);
+    Order { choice, zone_layers, stroke_layer, ..Order::default() }
 }
 
 /// The same under an order; answers what was read of the part and of the zones, if it was, and was not too much.
@@ -197,7 +201,7 @@ fn plans(bytes: &[u8], order: &Order) {
         Err(error) => return told(&error.to_string()),
     };
     witness::watch(&certified, Some(&order.job));
-    files::adds_up(&certified.plan.machine, &certified.plan.budget);
+    files::adds_up(&certified.plan.machine, &certified.plan.budget, order.job.margin_mm);
     let stored = plan_file::encode(&certified.plan).expect("a plan in memory can be written");
     let again = plan_file::decode(&stored).expect("what was written can be read");
     assert_eq!(again, certified.plan, "the plan changed in its file");

@@ -27,6 +27,7 @@ fn offset_of(u: &mut Unstructured<'_>) -> Result<()> {
     let curves = outline(u)?;
     let free_on_left = bool::arbitrary(u)?;
     let d = u.int_in_range(1_000..=600_000_u32)?;
+    let curves = if d.is_multiple_of(4) { around(&curves).unwrap_or(curves) } else { curves };
     let slack = Length::small(10);
     let pieces: std::result::Result<Vec<_>, _> =
         curves.iter().map(|curve| curve.piece(slack, Length::ZERO)).collect();
@@ -84,6 +85,19 @@ fn is_plain(curves: &[Curve]) -> bool {
     });
     let long = ways.iter().all(|way| way.0.hypot(way.1) > 10.0 * RESOLUTION);
     turns && long && curves.iter().all(|curve| matches!(curve, Curve::Line(_)))
+}
+
+/// The polygon through the corners' directions on the circle through the farthest.
+fn around(curves: &[Curve]) -> Option<Vec<Curve>> {
+    let places: Vec<(f64, f64)> = curves.iter().map(|curve| xy(curve.from())).collect();
+    let r = places.iter().map(|place| place.0.hypot(place.1)).fold(0.0, f64::max);
+    let corner = |place: &(f64, f64)| {
+        let share = r / place.0.hypot(place.1).max(1.0);
+        keepout_kernel::curve::nearest_point(place.0 * share, place.1 * share).ok()
+    };
+    let corners: Vec<Point> = places.iter().map(corner).collect::<Option<_>>()?;
+    let next = corners.iter().cycle().skip(1);
+    Some(corners.iter().zip(next).map(|(&from, &to)| Curve::Line(Segment { from, to })).collect())
 }
 
 /// Whether the distance leaves room around the origin, which the outline is around.

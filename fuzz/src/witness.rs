@@ -23,6 +23,8 @@ const PLACES: u32 = 7;
 const ROUNDING: f64 = 3.0;
 /// Lattice units in a millimetre.
 const UNIT: f64 = 1e5;
+/// The path's chords, and rounding of the drawing, the path and a controller's floats, mm.
+const LATTICE_MM: f64 = 0.000_2;
 /// Pairs of lines that are asked by big integers, at most.
 const PAIRS_MAX: usize = 20_000;
 
@@ -62,10 +64,13 @@ fn needed_mm(plan: &CertifiedPlan, job: &Job, pass: usize) -> f64 {
 
 /// The errors of a machine that a margin must cover, each once, without rounding, mm.
 pub fn least_margin_mm(machine: &MachineProfile) -> f64 {
+    // Half a step on both axes where it goes, and where it is reported; half the last digit; chords that turn twice the angle.
+    let resolution = SQRT_2 / machine.steps_per_mm + SQRT_2 / 2.0 * machine.report_digit_mm;
     machine.repeatability_mm
         + machine.contour_error_mm
-        + machine.arc_tolerance_mm
-        + SQRT_2 / 2.0 * (machine.report_digit_mm + 1.0 / machine.steps_per_mm)
+        + 4.0 * machine.arc_tolerance_mm
+        + resolution
+        + LATTICE_MM
 }
 
 fn keeps_away(plan: &CertifiedPlan, pass: &Pass, threshold: f64) {

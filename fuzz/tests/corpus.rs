@@ -3,7 +3,10 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use arbitrary::{Arbitrary, Unstructured};
+use keepout_fuzz::sketch::Sketch;
 use keepout_fuzz::{TARGETS, Target};
+use keepout_planner::machine::MachineProfile;
 
 fn here() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -51,6 +54,13 @@ fn check(name: &str, rounds: usize) {
     let Target { holds, .. } = TARGETS.iter().find(|target| target.name == name).expect("it is a target");
     let inputs = inputs(name);
     assert!(!inputs.is_empty(), "{name} has a corpus");
+    let holds = |bytes: &[u8]| {
+        if std::panic::catch_unwind(|| holds(bytes)).is_err() {
+            let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-fails"));
+            std::fs::write(&path, bytes).expect("writable");
+            panic!("the input is in {}", path.display());
+        }
+    };
     inputs.iter().for_each(|bytes| holds(bytes));
     let mut random = fastrand::Rng::with_seed(43);
     for _ in 0..rounds {
@@ -59,6 +69,19 @@ fn check(name: &str, rounds: usize) {
         let bytes: Vec<u8> = (0..random.usize(0..300)).map(|_| random.u8(..)).collect();
         holds(&bytes);
     }
+}
+
+/// What is checked of plans is checked of many: of the drawings in the corpus no less than a quarter can be planned.
+#[test]
+fn drawings_are_planned() {
+    let inputs = inputs("drawing");
+    let machine = MachineProfile::simulated();
+    let planned = |bytes: &&Vec<u8>| {
+        let Ok(sketch) = Sketch::arbitrary(&mut Unstructured::new(bytes)) else { return false };
+        sketch.order.plan("corpus", sketch.dxf().as_bytes(), &machine, &mut |_| {}).is_ok()
+    };
+    let count = inputs.iter().filter(planned).count();
+    assert!(4 * count >= inputs.len(), "{count} of {}", inputs.len());
 }
 
 macro_rules! tests {

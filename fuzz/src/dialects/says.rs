@@ -1,15 +1,10 @@
 //! What a line of each language says, read once more and in another way.
 
-use std::collections::VecDeque;
-
 use keepout_executor::supervisor::{Mode, Reply};
 use keepout_kernel::Point;
 use keepout_planner::units::mm;
 
 use super::setting;
-
-/// Lines that are kept, at most.
-const LINES_MAX: usize = 100;
 
 /// What was heard.
 #[derive(Default)]
@@ -17,7 +12,9 @@ pub struct Heard {
     /// The line as far as it was heard, without its end.
     pub line: Vec<u8>,
     /// Lines before it, since the last report; not empty ones.
-    pub before: VecDeque<Vec<u8>>,
+    pub before: Vec<Vec<u8>>,
+    /// A stop was said since then: it waits for nothing, and its echo may stand anywhere.
+    pub stopped: bool,
     /// Carriage returns end lines, too; else they are nothing, wherever they stand.
     pub returns: bool,
 }
@@ -36,12 +33,10 @@ impl Heard {
     pub fn goes_on(&mut self, ended: bool, reply: Option<&Reply>) {
         if matches!(reply, Some(Reply::Report(_))) {
             self.before.clear();
+            self.stopped = false;
         }
         if ended && !self.line.is_empty() {
-            self.before.push_back(std::mem::take(&mut self.line));
-            if self.before.len() > LINES_MAX {
-                self.before.pop_front();
-            }
+            self.before.push(std::mem::take(&mut self.line));
         }
     }
 
@@ -106,11 +101,11 @@ pub struct Zaber {
     /// Answers carry a checksum.
     checked: bool,
     /// The number of the line that asks for the machine's zero, as long as that is not answered.
-    asked: Option<String>,
+    asked: Option<u8>,
     /// The machine's zero, microsteps.
     zero: Option<[f64; 2]>,
-    /// What it was before this line.
-    before: Option<[f64; 2]>,
+    /// What both were before this line, if it answered that.
+    before: Option<(u8, Option<[f64; 2]>)>,
 }
 
 impl Says for Zaber {
@@ -119,13 +114,14 @@ impl Says for Zaber {
     }
 
     fn said(&mut self, heard: &Heard, ended: bool, said: &[u8]) {
-        self.before = self.zero;
+        self.before = None;
         let text = if ended { heard.text() } else { String::new() };
         let words: Vec<&str> = text.split(' ').take(4).collect();
         if let [device, _, number, status] = words[..]
             && device.starts_with('@')
-            && self.asked.as_deref() == Some(number)
+            && let Some(asked) = self.asked.filter(|asked| number.parse() == Ok(*asked))
         {
+            self.before = Some((asked, self.zero));
             self.zero = zaber_counts(&text).filter(|_| status == "OK").or(self.zero);
             self.asked = None;
         }
@@ -134,14 +130,16 @@ impl Says for Zaber {
             let number = line.split_once(" get limit.max").map(|(head, _)| head.replace("/1 0 ", ""));
             // It is asked once the controller has agreed to checksums.
             self.checked |= number.is_some();
-            self.asked = number;
+            self.asked = number.and_then(|number| number.parse().ok());
         }
     }
 
     fn is_right(&mut self, heard: &Heard, reply: &Reply) {
         let (line, text) = (&heard.line, heard.text());
         if matches!(reply, Reply::Garbled(_)) {
-            self.zero = self.before;
+            if let Some((asked, zero)) = self.before {
+                (self.asked, self.zero) = (self.asked.or(Some(asked)), zero);
+            }
             return;
         }
         let Some(colon) = line.iter().rposition(|&byte| byte == b':') else {
@@ -164,15 +162,16 @@ impl Says for Zaber {
 /// The two numbers behind the warning of `@01 0 07 OK IDLE -- 12345 678:8F`.
 fn zaber_counts(text: &str) -> Option<[f64; 2]> {
     let (content, _) = text.rsplit_once(':').unwrap_or((text, ""));
-    let mut words = content.split(' ').skip(6);
-    Some([words.next()?.trim().parse().ok()?, words.next()?.trim().parse().ok()?])
+    let data = content.splitn(7, ' ').last()?.trim();
+    let mut words = data.split(' ').map(|word| word.parse().ok());
+    Some([words.next()??, words.next()??])
 }
 
 /// Venus-1: the place is the line's, and it rests where the last number before it is even.
 pub fn venus(heard: &Heard, reply: &Reply) {
     let text = heard.text();
     let Reply::Report(report) = reply else { return };
-    let status = heard.before.back().map(|line| String::from_utf8_lossy(line).trim().to_string());
+    let status = heard.before.last().map(|line| String::from_utf8_lossy(line).trim().to_string());
     let status: u64 = status
         .and_then(|status| status.parse().ok())
         .unwrap_or_else(|| panic!("{reply:?} from {:?}", heard.all().collect::<Vec<_>>()));
@@ -188,47 +187,69 @@ pub fn venus(heard: &Heard, reply: &Reply) {
     }
 }
 
-/// A description's own reading: whether a line says that it rests, and where the tool is by two numbers, mm.
+/// A description's own reading: what a line says of rest, if anything, and where the tool is by two numbers, mm.
 struct Reading {
-    rests: fn(&str) -> bool,
+    rests: fn(&str) -> Option<bool>,
     place_mm: fn(f64, f64) -> [f64; 2],
+    place_in: PlaceIn,
+}
+
+/// Where the place stands.
+#[derive(Clone, Copy, PartialEq)]
+enum PlaceIn {
+    /// In the line of the state.
+    State,
+    /// In a later line.
+    Later,
+    /// In some other line: echoes and prompts may be torn into any.
+    Other,
 }
 
 /// For each description, in order.
 pub const DESCRIBED: [fn(&Heard, &Reply); 4] = [
     |heard, reply| {
-        described(
-            heard,
-            reply,
-            &Reading { rests: |line| line == "0", place_mm: |a, b| [a / 1e3 - 400.0, b / 1e3 - 350.0] },
-        );
-    },
-    |heard, reply| {
-        let rests = |line: &str| line.contains("@@") && !line.contains(['M', 'C', 'S', 'A']);
-        described(heard, reply, &Reading { rests, place_mm: |a, b| [a, b] });
-    },
-    |heard, reply| {
-        described(heard, reply, &Reading { rests: |line| line == "<Idle>", place_mm: |a, b| [a, b] });
+        let rests = |line: &str| line.parse::<u32>().ok().map(|status| status == 0 && line == "0");
+        let place_mm = |a: f64, b: f64| [a / 1e3 - 400.0, b / 1e3 - 350.0];
+        described(heard, reply, &Reading { rests, place_mm, place_in: PlaceIn::Other });
     },
     |heard, reply| {
         let rests = |line: &str| {
-            numbers(line).first().is_some_and(|status| status % 2.0 == 0.0 && status % 16.0 < 8.0)
+            let says = line.contains(|letter: char| letter.is_ascii_alphabetic() || letter == '@');
+            says.then(|| line.contains("@@") && !line.contains(['M', 'C', 'S', 'A']))
         };
+        described(heard, reply, &Reading { rests, place_mm: |a, b| [a, b], place_in: PlaceIn::Later });
+    },
+    |heard, reply| {
+        let state = |line: &str| Some(line.strip_prefix('<')?.strip_suffix('>')?.trim() == "Idle");
+        described(heard, reply, &Reading { rests: state, place_mm: |a, b| [a, b], place_in: PlaceIn::Later });
+    },
+    |heard, reply| {
+        let rests =
+            |line: &str| numbers(line).first().map(|status| status % 2.0 == 0.0 && status % 16.0 < 8.0);
         // Its second axis is our x, its first, turned round, our y.
         let place_mm = |a: f64, b: f64| [(b - 7000.0) / 1250.0, -(a + 2000.0) / 1250.0];
-        described(heard, reply, &Reading { rests, place_mm });
+        described(heard, reply, &Reading { rests, place_mm, place_in: PlaceIn::State });
     },
 ];
 
 fn described(heard: &Heard, reply: &Reply, reading: &Reading) {
     let Reply::Report(report) = reply else { return };
-    let lines = || heard.all().map(|line| line.trim_start_matches(':').to_string());
-    let rests = lines().any(|line| (reading.rests)(&line));
-    assert!(report.mode != Mode::Idle || rests, "{report:?} from {:?}", lines().collect::<Vec<_>>());
+    if heard.stopped {
+        return;
+    }
+    let lines: Vec<String> =
+        heard.all().map(|line| line.trim_start_matches(':').trim().to_string()).collect();
+    let (last, before) = lines.split_last().expect("it was read from a line");
+    let rests = match reading.place_in {
+        PlaceIn::State => (reading.rests)(last),
+        PlaceIn::Later => before.iter().rev().find_map(|line| (reading.rests)(line)),
+        PlaceIn::Other => Some(lines.iter().any(|line| (reading.rests)(line) == Some(true))),
+    };
+    assert!(report.mode != Mode::Idle || rests == Some(true), "{report:?} from {lines:?}");
     let Some(at) = report.position else { return };
     let says = |[a, b]: [f64; 2]| off(at, (reading.place_mm)(a, b)) < 2e-5;
-    let said = lines().any(|line| numbers(&line).windows(2).any(|pair| says([pair[0], pair[1]])));
-    assert!(said, "{report:?} from {:?}", lines().collect::<Vec<_>>());
+    let said = lines.iter().any(|line| numbers(line).windows(2).any(|pair| says([pair[0], pair[1]])));
+    assert!(said, "{report:?} from {lines:?}");
 }
 
 /// All numbers of a line.

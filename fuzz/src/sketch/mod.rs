@@ -97,6 +97,7 @@ impl<'a> Arbitrary<'a> for Sketch {
         for figure in &mut outlines {
             figure.zone = u.int_in_range(0..=7_u8)? == 7;
         }
+        order.zone_layers.extend(outlines.iter().any(|figure| figure.zone).then(|| ZONES.into()));
         order.job.margin_mm = *u.choose(&[None, None, None, Some(0.02), Some(1.0), Some(0.0005)])?;
         Ok(Self { units, outlines, order })
     }
@@ -152,7 +153,7 @@ fn order(u: &mut Unstructured<'_>) -> Result<Order> {
         cut: if bool::arbitrary(u)? { Cut::Climb } else { Cut::Conventional },
         ..Job::default()
     };
-    let mut order = Order { job, zone_layers: vec![ZONES.into()], ..Order::default() };
+    let mut order = Order { job, ..Order::default() };
     order.join_mm = *u.choose(&[0.01, 0.01, 0.0, 0.5, 0.001])?;
     order.curve_mm = *u.choose(&[0.001, 0.01, 0.0001, 1.0])?;
     if u.int_in_range(0..=7_u8)? == 0 {

@@ -18,9 +18,15 @@ const UNIT: f64 = 1e5;
 /// What is read may be off by this, lattice units: ends this near are joined without a word, and curves this flat are lines.
 const ROUNDING: f64 = 15.0;
 /// Chords that stand for an edge, or for a span of a spline.
-const CHORDS: u32 = 32;
-/// Places that are asked for on either side.
+const CHORDS: u32 = 64;
+/// Chords that stand for a circle or an ellipse.
+const ROUND: u32 = 1024;
+/// Places that are asked for on either side, at most.
 const PLACES_MAX: usize = 400;
+/// Distances that are worked out, at most.
+const DISTANCES_MAX: usize = 4_000_000;
+/// A contour that is no farther from another than gaps may be, and twice this, is left out: chords stand for its arcs.
+const COARSE: f64 = 200.0;
 /// Bulges, when there is one, in size: beyond these, rounding moves the arc.
 const BULGES: std::ops::Range<f64> = 1e-5..8.0;
 /// Coordinates beyond this, mm, in blocks or out, are off the lattice or lose their last digits.
@@ -29,12 +35,17 @@ const FAR_MM: f64 = 1e6;
 /// The curves of the figures on one layer, each as points along it, lattice units.
 struct Truth<'a> {
     sketch: &'a Sketch,
-    curves: Vec<Vec<Xy>>,
+    curves: Vec<Along>,
     /// All curves are known.
     whole: bool,
-    /// How far a chord may leave its curve.
-    sagitta: f64,
     bent: bool,
+}
+
+/// A curve as points along it.
+struct Along {
+    points: Vec<Xy>,
+    /// How far the chords between them may leave it.
+    sagitta: f64,
 }
 
 /// Compares what was read of the part, or of the zones, with the sketch.
@@ -52,17 +63,19 @@ pub fn compare(sketch: &Sketch, zones: bool, chained: &Chained) {
         // An arc whose end is moved is another arc.
         return;
     }
-    let off = (sketch.order.curve_mm * UNIT).max(gap) + truth.sagitta + ROUNDING;
+    let off = (sketch.order.curve_mm * UNIT).max(gap) + ROUNDING;
     truth.is_all(&chained.profile, off);
     if chained.problems.is_empty() {
         let joined = (sketch.order.join_mm * UNIT).max(ROUNDING);
-        truth.is_there(&chained.profile, off + 2.0 * joined, 4.0 * joined);
+        let doubled = chained.repairs.iter().any(|repair| matches!(repair, Repair::DuplicateDropped { .. }));
+        let apart = if doubled { joined + 2.0 * COARSE } else { 0.0 };
+        truth.is_there(&chained.profile, off + 2.0 * joined + apart, 4.0 * joined);
     }
 }
 
 impl<'a> Truth<'a> {
     fn of(sketch: &'a Sketch, zones: bool) -> Self {
-        let mut truth = Self { sketch, curves: Vec::new(), whole: true, sagitta: 0.0, bent: false };
+        let mut truth = Self { sketch, curves: Vec::new(), whole: true, bent: false };
         for figure in sketch.outlines.iter().filter(|figure| figure.zone == zones) {
             let drawn = Drawn::of(figure);
             truth.bent |= drawn.bent;
@@ -88,13 +101,13 @@ impl<'a> Truth<'a> {
             let (a, b) = (three[0], three[2]);
             between(three[1], (f64::midpoint(a.0, b.0), f64::midpoint(a.1, b.1)))
         };
-        let sagitta = curve.windows(3).map(middle).fold(0.0, f64::max);
+        // That of a chord over two stretches is four times that over one where they are even, and never less than twice.
+        let sagitta = curve.windows(3).map(middle).fold(0.0, f64::max) / 2.0;
         // Where the points are too far apart to stand for the curve nothing is known.
-        if sagitta > 0.02 * length(&curve) {
+        if sagitta > 0.01 * length(&curve) {
             self.whole = false;
         } else {
-            self.sagitta = self.sagitta.max(sagitta);
-            self.curves.push(curve);
+            self.curves.push(Along { points: curve, sagitta });
         }
     }
 
@@ -104,10 +117,13 @@ impl<'a> Truth<'a> {
             return;
         }
         let read: Vec<Xy> = curves_of(profile).flat_map(witness::places).collect();
-        let chords: Vec<(Xy, Xy)> =
-            self.curves.iter().flat_map(|curve| curve.windows(2).map(|pair| (pair[0], pair[1]))).collect();
-        for &place in read.iter().step_by(read.len() / PLACES_MAX + 1) {
-            let left = chords.iter().map(|&chord| to_chord(place, chord)).fold(f64::INFINITY, f64::min);
+        let chords: usize = self.curves.iter().map(|curve| curve.points.len()).sum();
+        for &place in read.iter().step_by(step(read.len(), chords)) {
+            let left = self.curves.iter().map(|curve| {
+                let chords = curve.points.windows(2).map(|pair| to_chord(place, (pair[0], pair[1])));
+                chords.fold(f64::INFINITY, f64::min) - curve.sagitta
+            });
+            let left = left.fold(f64::INFINITY, f64::min);
             assert!(
                 left <= off,
                 "{place:?} was not drawn: the nearest curve is {left} away, not {off}\n{:?}",
@@ -118,9 +134,9 @@ impl<'a> Truth<'a> {
 
     /// What was drawn was read; pieces that are no longer than `short` may have been left out.
     fn is_there(&self, profile: &Profile, off: f64, short: f64) {
-        let long = self.curves.iter().filter(|curve| length(curve) > short);
-        let drawn: Vec<Xy> = long.flatten().copied().collect();
-        for &place in drawn.iter().step_by(drawn.len() / PLACES_MAX + 1) {
+        let long = self.curves.iter().filter(|curve| length(&curve.points) > short);
+        let drawn: Vec<Xy> = long.flat_map(|curve| &curve.points).copied().collect();
+        for &place in drawn.iter().step_by(step(drawn.len(), curves_of(profile).count())) {
             let left = witness::distance(place, curves_of(profile));
             assert!(
                 left <= off,
@@ -129,6 +145,11 @@ impl<'a> Truth<'a> {
             );
         }
     }
+}
+
+/// How many places are passed over for one that is asked, so that each can be compared with so many others.
+fn step(places: usize, others: usize) -> usize {
+    places / PLACES_MAX.min(DISTANCES_MAX / (others + 1)).max(1) + 1
 }
 
 /// A figure's curves in its own coordinates.
@@ -184,11 +205,11 @@ fn whole(outline: &Outline) -> Option<Vec<Xy>> {
                 return None;
             }
             let at = |k| {
-                let (sine, cosine) = (TAU * f64::from(k) / f64::from(8 * CHORDS)).sin_cos();
+                let (sine, cosine) = (TAU * f64::from(k) / f64::from(ROUND)).sin_cos();
                 let along = |a: f64, b: f64| a * cosine + b * ratio * sine;
                 (centre.0 + along(axis.0, -axis.1), centre.1 + along(axis.1, axis.0))
             };
-            Some((0..=8 * CHORDS).map(at).collect())
+            Some((0..=ROUND).map(at).collect())
         }
         Outline::Spline { degree, knots, points, weights } => {
             spline(usize::from(*degree), knots, points, weights)
@@ -207,7 +228,9 @@ fn spline(degree: usize, knots: &[f64], points: &[Xy], weights: &[f64]) -> Optio
     let mut out = Vec::new();
     for span in degree..points.len() {
         let (u0, u1) = (knots[span], knots[span + 1]);
-        for k in (0..=CHORDS).filter(|_| u1 > u0) {
+        // The end of a span is the beginning of the next.
+        let first = u32::from(!out.is_empty());
+        for k in (first..=CHORDS).filter(|_| u1 > u0) {
             let u = u0 + (u1 - u0) * f64::from(k) / f64::from(CHORDS);
             let mut basis = vec![0.0; degree + 1];
             basis[degree] = 1.0;
