@@ -1,7 +1,7 @@
 //! Whether the targets find faults: `cargo run -p keepout-fuzz --example planted [TARGET...]`.
 //!
-//! All faults of `planted.toml` are put into a copy of the tree, each behind the number of its target; every program is told its
-//! own, starts from the corpus, and has a minute on one core.
+//! All faults of `planted.toml` are put into a copy of the tree, each behind a number of its own; the program of its target is told
+//! that, starts from the corpus, and has a minute on one core.
 
 use std::collections::BTreeSet;
 use std::error::Error;
@@ -24,10 +24,13 @@ struct List {
     fault: Vec<Fault>,
 }
 
-/// A fault: in `file`, `find` is replaced by `with`, in which `planted` is whether it is this fault's turn.
+/// A fault: in `file`, `find` is replaced by `with`, in which `planted` is whether it is this fault's turn. With `more` it belongs to
+/// the one before.
 #[derive(Deserialize)]
 struct Fault {
     target: String,
+    #[serde(default)]
+    more: bool,
     what: String,
     file: PathBuf,
     find: String,
@@ -49,20 +52,16 @@ fn main() -> Outcome<()> {
     plant(&list, &folder.join("tree"))?;
     let programs = build(&folder)?;
     let mut missed = 0;
-    for (number, target) in TARGETS.iter().enumerate() {
-        if !chosen.is_empty() && !chosen.iter().any(|name| name == target.name) {
+    for (index, faults) in list.fault.chunk_by(|_, next| next.more).enumerate() {
+        let target = faults[0].target.as_str();
+        if !chosen.is_empty() && !chosen.iter().any(|name| name == target) {
             continue;
         }
-        let what: Vec<&str> = list
-            .fault
-            .iter()
-            .filter(|fault| fault.target == target.name)
-            .map(|fault| fault.what.as_str())
-            .collect();
-        let found = finds(&programs.join(target.name), number + 1, &folder, target.name)?;
+        let what: Vec<&str> = faults.iter().map(|fault| fault.what.as_str()).collect();
+        let found = finds(&programs.join(target), index + 1, &folder, target)?;
         missed += usize::from(found.is_none());
         let told = found.map_or("NOT FOUND".into(), |after| format!("{:.1} s", after.as_secs_f64()));
-        println!("{}\t{told}\t{}", target.name, what.join("; "));
+        println!("{target}\t{told}\t{}", what.join("; "));
     }
     if missed > 0 { Err(format!("{missed} faults were not found in {WITHIN:?}").into()) } else { Ok(()) }
 }
@@ -73,14 +72,14 @@ fn plant(list: &List, tree: &Path) -> Outcome<()> {
     mutants::copy(&source, tree)?;
     for file in list.fault.iter().map(|fault| &fault.file).collect::<BTreeSet<_>>() {
         let mut text = fs::read_to_string(source.join(file))?;
-        for fault in list.fault.iter().filter(|fault| fault.file == *file) {
+        let numbered = list.fault.chunk_by(|_, next| next.more).zip(1..);
+        let faults = numbered.flat_map(|(faults, number)| faults.iter().map(move |fault| (fault, number)));
+        for (fault, number) in faults.filter(|(fault, _)| fault.file == *file) {
             if text.matches(&fault.find).count() != 1 {
                 return Err(
                     format!("{}: its place in {} is not there once", fault.what, file.display()).into()
                 );
             }
-            let number =
-                TARGETS.iter().position(|target| target.name == fault.target).ok_or("no such target")? + 1;
             let of = if file.starts_with("kernel") { "crate" } else { "keepout_kernel" };
             text = text.replacen(
                 &fault.find,
@@ -92,10 +91,10 @@ fn plant(list: &List, tree: &Path) -> Outcome<()> {
     }
     let kernel = Path::new("kernel/src/lib.rs");
     write(&tree.join(kernel), &format!("{}{SWITCH}", fs::read_to_string(source.join(kernel))?))?;
-    for (number, target) in TARGETS.iter().enumerate() {
+    for target in TARGETS {
         let program = Path::new("fuzz/fuzz_targets").join(target.name).with_extension("rs");
         let text = fs::read_to_string(source.join(&program))?;
-        let chosen = format!("std::env::var_os(\"UNPLANTED\").map_or({}, |_| 0)", number + 1);
+        let chosen = "std::env::var(\"PLANTED\").ok().and_then(|number| number.parse().ok()).unwrap_or(0)";
         let told = format!("fuzz_target!(init: keepout_kernel::plant({chosen}), |");
         write(&tree.join(program), &text.replace("fuzz_target!(|", &told))?;
     }
@@ -154,7 +153,7 @@ fn passes_without(program: &Path, work: &Path) -> Outcome<bool> {
         |path: &PathBuf| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with("crash-"));
     let Some(crash) = inputs.find(named) else { return Ok(false) };
     let mut command = Command::new(program);
-    command.arg(crash).env("UNPLANTED", "1").stdout(Stdio::null()).stderr(Stdio::null());
+    command.arg(crash).env_remove("PLANTED").stdout(Stdio::null()).stderr(Stdio::null());
     Ok(command.status()?.success())
 }
 
@@ -166,6 +165,7 @@ fn finds(program: &Path, number: usize, folder: &Path, name: &str) -> Outcome<Op
     let fuzz = Path::new(env!("CARGO_MANIFEST_DIR"));
     let dictionary = fuzz.join("dictionaries").join(name).with_extension("dict");
     let mut command = Command::new(program);
+    command.env("PLANTED", number.to_string());
     command.arg(work.join("new")).arg(fuzz.join("corpus").join(name));
     if dictionary.is_file() {
         command.arg(format!("-dict={}", dictionary.display()));

@@ -26,7 +26,7 @@ const UNIT: f64 = 1e5;
 /// The path's chords, and rounding of the drawing, the path and a controller's floats, mm.
 const LATTICE_MM: f64 = 0.000_2;
 /// Pairs of lines that are asked by big integers, at most.
-const PAIRS_MAX: usize = 20_000;
+const PAIRS_MAX: usize = 2_000;
 
 /// Looks at places on the path of every pass, and at places where a pass has to be. Without the job, which is not in a plan's
 /// file, tool, stock and errors are what the plan says.
@@ -97,15 +97,24 @@ fn lines_keep_away(plan: &CertifiedPlan, pass: &Pass, threshold: i64) {
     let edges: Vec<Segment> = walls(plan).filter_map(straight).collect();
     let motions = pass.path.loops.iter().flat_map(|each| &each.curves).filter_map(straight);
     let pairs = motions.flat_map(|motion| edges.iter().map(move |edge| (motion, edge)));
-    let may_be_near = |(motion, edge): &(Segment, &Segment)| {
-        let (a, b, c, d) = (plain(motion.from), plain(motion.to), plain(edge.from), plain(edge.to));
-        let apart = |a: i64, b: i64, c: i64, d: i64| (c.min(d) - a.max(b)).max(a.min(b) - c.max(d));
-        apart(a.0, b.0, c.0, d.0).max(apart(a.1, b.1, c.1, d.1)) <= threshold
-    };
+    // In doubt, and not far from it, big integers are asked.
+    let most = f64::from(i32::try_from(threshold).unwrap_or(i32::MAX)) + 10.0;
+    let may_be_near = |(motion, edge): &(Segment, &Segment)| apart(motion, edge) <= most;
     for (motion, edge) in pairs.filter(may_be_near).take(PAIRS_MAX) {
         let (a, b, c, d) = (plain(motion.from), plain(motion.to), plain(edge.from), plain(edge.to));
         assert!(!segments_within(a, b, c, d, threshold), "{motion:?} comes to {threshold} of {edge:?}");
     }
+}
+
+/// The distance of two segments; none when they may cross.
+fn apart(one: &Segment, other: &Segment) -> f64 {
+    let ([a, b], [c, d]) = ([one.from, one.to].map(xy), [other.from, other.to].map(xy));
+    let side = |a: Xy, b: Xy, p: Xy| (b.0 - a.0) * (p.1 - a.1) - (b.1 - a.1) * (p.0 - a.0);
+    if side(a, b, c) * side(a, b, d) <= 0.0 && side(c, d, a) * side(c, d, b) <= 0.0 {
+        return 0.0;
+    }
+    let ends = [to_chord(a, (c, d)), to_chord(b, (c, d)), to_chord(c, (a, b)), to_chord(d, (a, b))];
+    ends.into_iter().fold(f64::INFINITY, f64::min)
 }
 
 /// Each curve begins where the one before it ends, the first at the end of the last.

@@ -24,7 +24,7 @@ const ROUND: u32 = 1024;
 /// Places that are asked for on either side, at most.
 const PLACES_MAX: usize = 400;
 /// Distances that are worked out, at most.
-const DISTANCES_MAX: usize = 4_000_000;
+const DISTANCES_MAX: usize = 1_000_000;
 /// A contour that is no farther from another than gaps may be, and twice this, is left out: chords stand for its arcs.
 const COARSE: f64 = 200.0;
 /// Bulges, when there is one, in size: beyond these, rounding moves the arc.
@@ -101,7 +101,7 @@ impl<'a> Truth<'a> {
             let (a, b) = (three[0], three[2]);
             between(three[1], (f64::midpoint(a.0, b.0), f64::midpoint(a.1, b.1)))
         };
-        // That of a chord over two stretches is four times that over one where they are even, and never less than twice.
+        // That of a chord over two stretches is four times that over one where they are even: half of it is enough.
         let sagitta = curve.windows(3).map(middle).fold(0.0, f64::max) / 2.0;
         // Where the points are too far apart to stand for the curve nothing is known.
         if sagitta > 0.01 * length(&curve) {
