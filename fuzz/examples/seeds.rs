@@ -181,8 +181,12 @@ fn transcripts() -> Outcome {
     Ok(())
 }
 
-/// An error of each description, short, so that much can be made of it.
+/// An error of each description and an answered query of two, short, so that much can be made of them.
 fn errors() -> Outcome {
+    for (which, said) in [(2, &["<Idle>", "X1 Y2"][..]), (3, &["S0 A100 B200"])] {
+        let name = format!("query-{which}");
+        write("described_decode", &name, &[&[which, 0xf0], lines(said).as_slice()].concat())?;
+    }
     for (which, line) in [(0, "E7"), (1, "1.5"), (2, "error:9"), (3, "? 3")] {
         write(
             "described_decode",
