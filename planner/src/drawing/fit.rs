@@ -145,10 +145,15 @@ impl Fitter {
             *from = to;
             return;
         }
-        let pair = self.pair(*from, to);
         // Where arcs would be too large, a line that is near enough does.
-        let fitted = pair.or_else(|| (deviation <= tolerance).then(|| vec![line]));
-        if let Some(fitted) = fitted.filter(|fitted| self.deviation(fitted, from.0, to.0) <= tolerance) {
+        let (fitted, off) = match self.pair(*from, to) {
+            Some(pair) => {
+                let off = self.deviation(&pair, from.0, to.0);
+                (pair, off)
+            }
+            None => (vec![line], deviation),
+        };
+        if off <= tolerance {
             chain.extend(fitted);
             *from = to;
             return;
