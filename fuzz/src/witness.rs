@@ -1,6 +1,6 @@
 //! What a finishing path does to a part, from the definitions and in `f64`: thresholds from the job and the machine, the side that
 //! the part is on by winding numbers, distances to lines, arcs and splines. Straight motions along straight edges are
-//! asked by big integers.
+//! asked by big integers wherever floats are in doubt.
 
 use std::f64::consts::{PI, SQRT_2, TAU};
 
@@ -15,18 +15,16 @@ use keepout_planner::profile::{MachinedSide, ProfileEdge, ProfileLoop, SourceCur
 use keepout_proofs::soak::segments_within;
 use keepout_proofs::square::plain;
 
-type Xy = (f64, f64);
+pub type Xy = (f64, f64);
 
 /// Places looked at on each curve.
 const PLACES: u32 = 7;
 /// Rounding: of arcs' radii, of places on them, in lattice units.
 const ROUNDING: f64 = 3.0;
 /// Lattice units in a millimetre.
-const UNIT: f64 = 1e5;
+pub const UNIT: f64 = 1e5;
 /// The path's chords, and rounding of the drawing, the path and a controller's floats, mm.
 const LATTICE_MM: f64 = 0.000_2;
-/// Pairs of lines that are asked by big integers, at most.
-const PAIRS_MAX: usize = 2_000;
 
 /// Looks at places on the path of every pass, and at places where a pass has to be. Without the job, which is not in a plan's
 /// file, tool, stock and errors are what the plan says.
@@ -55,14 +53,14 @@ pub fn watch(plan: &CertifiedPlan, job: Option<&Job>) {
     }
 }
 
-/// Radius, what the pass leaves, and the margin: as ordered, or the errors that it must cover, each once.
+/// Radius, what the pass leaves, and the margin: as ordered, or what it must cover.
 fn needed_mm(plan: &CertifiedPlan, job: &Job, pass: usize) -> f64 {
     let left_mm = job.passes.get(pass).map_or(0.0, |pass| pass.allowance_mm);
     let margin_mm = job.margin_mm.unwrap_or_else(|| least_margin_mm(&plan.plan.machine));
     job.tool_diameter_mm / 2.0 + left_mm + margin_mm
 }
 
-/// The errors of a machine that a margin must cover, each once, without rounding, mm.
+/// The errors of a machine, and the rounding, that a margin must cover, mm.
 pub fn least_margin_mm(machine: &MachineProfile) -> f64 {
     // Half a step on both axes where it goes, and where it is reported; half the last digit; chords that turn twice the angle.
     let resolution = SQRT_2 / machine.steps_per_mm + SQRT_2 / 2.0 * machine.report_digit_mm;
@@ -96,25 +94,10 @@ fn lines_keep_away(plan: &CertifiedPlan, pass: &Pass, threshold: i64) {
     };
     let edges: Vec<Segment> = walls(plan).filter_map(straight).collect();
     let motions = pass.path.loops.iter().flat_map(|each| &each.curves).filter_map(straight);
-    let pairs = motions.flat_map(|motion| edges.iter().map(move |edge| (motion, edge)));
-    // In doubt, and not far from it, big integers are asked.
-    let most = f64::from(i32::try_from(threshold).unwrap_or(i32::MAX)) + 10.0;
-    let may_be_near = |(motion, edge): &(Segment, &Segment)| apart(motion, edge) <= most;
-    for (motion, edge) in pairs.filter(may_be_near).take(PAIRS_MAX) {
+    for (motion, edge) in motions.flat_map(|motion| edges.iter().map(move |edge| (motion, edge))) {
         let (a, b, c, d) = (plain(motion.from), plain(motion.to), plain(edge.from), plain(edge.to));
         assert!(!segments_within(a, b, c, d, threshold), "{motion:?} comes to {threshold} of {edge:?}");
     }
-}
-
-/// The distance of two segments; none when they may cross.
-fn apart(one: &Segment, other: &Segment) -> f64 {
-    let ([a, b], [c, d]) = ([one.from, one.to].map(xy), [other.from, other.to].map(xy));
-    let side = |a: Xy, b: Xy, p: Xy| (b.0 - a.0) * (p.1 - a.1) - (b.1 - a.1) * (p.0 - a.0);
-    if side(a, b, c) * side(a, b, d) <= 0.0 && side(c, d, a) * side(c, d, b) <= 0.0 {
-        return 0.0;
-    }
-    let ends = [to_chord(a, (c, d)), to_chord(b, (c, d)), to_chord(c, (a, b)), to_chord(d, (a, b))];
-    ends.into_iter().fold(f64::INFINITY, f64::min)
 }
 
 /// Each curve begins where the one before it ends, the first at the end of the last.
@@ -228,6 +211,11 @@ pub fn between(a: Xy, b: Xy) -> f64 {
     (a.0 - b.0).hypot(a.1 - b.1)
 }
 
+/// The place at a share of the way.
+pub fn on_the_way(a: Xy, b: Xy, share: f64) -> Xy {
+    (a.0 + (b.0 - a.0) * share, a.1 + (b.1 - a.1) * share)
+}
+
 /// The curves of the part and the zones.
 pub fn walls(plan: &CertifiedPlan) -> impl Iterator<Item = &Curve> {
     let loops = plan.plan.profile.loops.iter().chain(&plan.plan.zones.loops);
@@ -290,7 +278,7 @@ fn shares() -> impl Iterator<Item = f64> {
 pub fn places(curve: &Curve) -> Vec<Xy> {
     let (a, b) = (xy(curve.from()), xy(curve.to()));
     let on = |share: f64| match curve {
-        Curve::Line(_) => (a.0 + (b.0 - a.0) * share, a.1 + (b.1 - a.1) * share),
+        Curve::Line(_) => on_the_way(a, b, share),
         Curve::Arc(arc) => {
             let (centre, (angle, r)) = (xy(arc.centre()), polar(arc, share));
             (centre.0 + r * angle.cos(), centre.1 + r * angle.sin())

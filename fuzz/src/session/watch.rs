@@ -32,11 +32,8 @@ impl Play {
         }
     }
 
-    pub(super) fn is_near(&self, [a, b, c]: [Xy; 3], r: i64) -> bool {
-        let corners = [a, b, c];
-        self.walls.iter().any(|&(d, e)| {
-            if b == c { segments_within(a, b, d, e, r) } else { triangle_within(corners, d, e, r) }
-        })
+    pub(super) fn is_near(&self, corners: [Xy; 3], r: i64) -> bool {
+        self.walls.iter().any(|&(d, e)| comes_near(corners, d, e, r))
     }
 
     /// All that may be executed is clear of the part: each triangle of it, or the whole box, by big integers over all edges.
@@ -47,13 +44,9 @@ impl Play {
         if guard.rules().shape == MotionShape::Box {
             set = corners(&set);
         }
-        for (i, &a) in set.iter().enumerate() {
-            for (j, &b) in set.iter().enumerate().skip(i) {
-                for &c in &set[j..] {
-                    let near = self.is_near([a, b, c], kept);
-                    assert!(!near, "{a:?} {b:?} {c:?} of what may be executed come nearer than {kept}");
-                }
-            }
+        for corners in triangles(&set) {
+            let near = self.is_near(corners, kept);
+            assert!(!near, "{corners:?} of what may be executed come nearer than {kept}");
         }
     }
 
@@ -68,8 +61,7 @@ impl Play {
             let least = witness::distance(a, [wall].into_iter()).min(manual);
             for k in 1..=PLACES {
                 let t = f64::from(k) / f64::from(PLACES);
-                let place = (a.0 + (b.0 - a.0) * t, a.1 + (b.1 - a.1) * t);
-                let left = witness::distance(place, [wall].into_iter());
+                let left = witness::distance(witness::on_the_way(a, b, t), [wall].into_iter());
                 assert!(
                     left > least - ROUNDING,
                     "a way out from {from:?} to {to:?} comes to {left} of {wall:?}"
@@ -102,16 +94,15 @@ impl Play {
             return;
         }
         let set: Vec<Xy> = guard.in_flight().map(plain).collect();
-        let off = |place: Xy| match guard.rules().shape {
-            MotionShape::Line => off_hull(&set, place),
-            MotionShape::Box => exact(off_box(&set, place)),
+        let is_in = |place: Xy, r: i64| match guard.rules().shape {
+            MotionShape::Line => triangles(&set).any(|corners| comes_near(corners, place, place, r)),
+            MotionShape::Box => off_box(&set, place) <= r,
         };
-        let tool = off(self.machine.tool);
-        let most = 3.0 * f64::from(guard.rules().resolution.units()) + ROUNDING;
-        assert!(tool <= most, "the tool is {tool} off {set:?}, at {:?}", self.machine.tool);
+        let (tool, most) = (self.machine.tool, 3 * i64::from(guard.rules().resolution.units()) + 4);
+        assert!(is_in(tool, most), "the tool is more than {most} off {set:?}, at {tool:?}");
         for motion in self.machine.under_way() {
             if let Motion::Jog { to, .. } = motion {
-                assert!(off(plain(*to)) <= ROUNDING, "{to:?} is under way, and not in {set:?}");
+                assert!(is_in(plain(*to), 4), "{to:?} is under way, and not in {set:?}");
             }
         }
     }
@@ -124,31 +115,13 @@ fn corners(points: &[Xy]) -> Vec<Xy> {
     vec![(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
 }
 
-/// How far the place is from the convex hull: none when it is in a triangle of the points.
-fn off_hull(set: &[Xy], place: Xy) -> f64 {
-    let wide = |p: Xy| (i128::from(p.0), i128::from(p.1));
-    let side = |a: Xy, b: Xy| {
-        let (a, b, p) = (wide(a), wide(b), wide(place));
-        (b.0 - a.0) * (p.1 - a.1) - (b.1 - a.1) * (p.0 - a.0)
-    };
-    let mut least = f64::INFINITY;
-    for (i, &a) in set.iter().enumerate() {
-        for (j, &b) in set.iter().enumerate().skip(i) {
-            let holds = |&c: &Xy| {
-                let of = [side(a, b), side(b, c), side(c, a)];
-                of.iter().all(|&s| s > 0) || of.iter().all(|&s| s < 0)
-            };
-            if set[j..].iter().any(holds) {
-                return 0.0;
-            }
-            let real = |p: Xy| (exact(p.0), exact(p.1));
-            least = least.min(witness::to_chord(real(place), (real(a), real(b))));
-        }
-    }
-    least
+/// All triangles of the points, also those that are flat: together they are the convex hull.
+fn triangles(set: &[Xy]) -> impl Iterator<Item = [Xy; 3]> {
+    let from = |i: usize| set[i..].iter().enumerate().map(move |(k, &point)| (i + k, point));
+    from(0).flat_map(move |(i, a)| from(i).flat_map(move |(j, b)| set[j..].iter().map(move |&c| [a, b, c])))
 }
 
-#[expect(clippy::cast_precision_loss, reason = "coordinates have 30 bits")]
-fn exact(c: i64) -> f64 {
-    c as f64
+/// Whether the triangle comes so near to the line from `d` to `e`, by big integers where floats are in doubt.
+fn comes_near([a, b, c]: [Xy; 3], d: Xy, e: Xy, r: i64) -> bool {
+    if b == c { segments_within(a, b, d, e, r) } else { triangle_within([a, b, c], d, e, r) }
 }

@@ -1,6 +1,7 @@
 //! The ways in which drawings are degenerate.
 
 use super::shape::{Corner, Outline};
+use crate::witness::on_the_way;
 
 /// What is wrong with an outline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -117,10 +118,6 @@ fn small(at: usize) -> f64 {
     SIZES[at % SIZES.len()]
 }
 
-fn between(a: (f64, f64), b: (f64, f64), t: f64) -> (f64, f64) {
-    (a.0 + (b.0 - a.0) * t, a.1 + (b.1 - a.1) * t)
-}
-
 fn spoil_corners(corners: &mut Vec<Corner>, family: Family, at: usize, by: f64) {
     let count = corners.len();
     let (k, next, far) = (at % count, (at + 1) % count, (at + count / 2) % count);
@@ -129,12 +126,12 @@ fn spoil_corners(corners: &mut Vec<Corner>, family: Family, at: usize, by: f64) 
         Family::SelfTouch => {
             let opposite = (corners[far].at, corners[(far + 1) % count].at);
             corners[k].at =
-                if at.is_multiple_of(2) { opposite.0 } else { between(opposite.0, opposite.1, 0.5) };
+                if at.is_multiple_of(2) { opposite.0 } else { on_the_way(opposite.0, opposite.1, 0.5) };
         }
         Family::Needle => {
-            let foot = between(here, there, 0.5);
+            let foot = on_the_way(here, there, 0.5);
             let tip = (foot.0 - (there.1 - here.1), foot.1 + (there.0 - here.0));
-            let beside = between(foot, there, small(at).min(0.4));
+            let beside = on_the_way(foot, there, small(at).min(0.4));
             let corner = |at| Corner { at, bulge: 0.0 };
             corners[k].bulge = 0.0;
             corners.splice(next.max(1)..next.max(1), [corner(foot), corner(tip), corner(beside)]);
@@ -162,10 +159,14 @@ fn spoil_edges(edges: &mut Vec<Edge>, family: Family, at: usize, by: f64) {
     match family {
         Family::Gap => edges[k].to = (edge.to.0 + small(at / 2), edge.to.1 - small(at / 5)),
         Family::Overlap => {
-            let from = Corner { at: between(edge.from.at, edge.to, 0.3), bulge: 0.0 };
+            let from = Corner { at: on_the_way(edge.from.at, edge.to, 0.3), bulge: 0.0 };
             edges.push(Edge {
                 from,
-                to: between(edge.from.at, edge.to, if at.is_multiple_of(2) { 0.7 } else { 1.0 + small(at) }),
+                to: on_the_way(
+                    edge.from.at,
+                    edge.to,
+                    if at.is_multiple_of(2) { 0.7 } else { 1.0 + small(at) },
+                ),
             });
         }
         Family::Duplicate => {
@@ -174,7 +175,7 @@ fn spoil_edges(edges: &mut Vec<Edge>, family: Family, at: usize, by: f64) {
         }
         Family::Twice => edges.extend_from_within(..),
         Family::TJunction => {
-            let from = Corner { at: between(edge.from.at, edge.to, 0.5), bulge: 0.0 };
+            let from = Corner { at: on_the_way(edge.from.at, edge.to, 0.5), bulge: 0.0 };
             edges.push(Edge { from, to: (by, by) });
         }
         Family::Open => drop(edges.remove(k)),

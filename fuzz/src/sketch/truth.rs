@@ -9,12 +9,8 @@ use keepout_planner::profile::Profile;
 use super::shape::Outline;
 use super::spoil::{Edge, Spoilt, spoilt};
 use super::{Figure, Nest, Sketch};
-use crate::witness::{self, between, to_chord};
+use crate::witness::{self, UNIT, Xy, between, on_the_way, to_chord};
 
-type Xy = (f64, f64);
-
-/// Lattice units in a millimetre.
-const UNIT: f64 = 1e5;
 /// What is read may be off by this, lattice units: ends this near are joined without a word, and curves this flat are lines.
 const ROUNDING: f64 = 15.0;
 /// Chords that stand for an edge, or for a span of a spline.
@@ -177,7 +173,7 @@ impl Drawn {
 fn points_of(edge: &Edge) -> Option<Vec<Xy>> {
     let (a, b, bulge) = (edge.from.at, edge.to, edge.from.bulge);
     if bulge == 0.0 {
-        return Some((0..=2_u8).map(|k| mix(a, b, f64::from(k) / 2.0)).collect());
+        return Some((0..=2_u8).map(|k| on_the_way(a, b, f64::from(k) / 2.0)).collect());
     }
     if !BULGES.contains(&bulge.abs()) {
         return None;
@@ -185,7 +181,7 @@ fn points_of(edge: &Edge) -> Option<Vec<Xy>> {
     // Turned about a point of the bisector, by four times the angle that the bulge is the tangent of.
     let sweep = 4.0 * bulge.atan();
     let off = 0.5 / (sweep / 2.0).tan();
-    let middle = mix(a, b, 0.5);
+    let middle = on_the_way(a, b, 0.5);
     let centre = (middle.0 - (b.1 - a.1) * off, middle.1 + (b.0 - a.0) * off);
     let (x, y) = (a.0 - centre.0, a.1 - centre.1);
     let at = |k| {
@@ -337,10 +333,6 @@ fn turned((x, y): Xy, degrees: f64) -> Xy {
 
 fn curves_of(profile: &Profile) -> impl Iterator<Item = &Curve> {
     profile.loops.iter().flat_map(|each| each.edges.iter().map(|edge| &edge.curve))
-}
-
-fn mix(a: Xy, b: Xy, t: f64) -> Xy {
-    (a.0 + (b.0 - a.0) * t, a.1 + (b.1 - a.1) * t)
 }
 
 fn length(curve: &[Xy]) -> f64 {
