@@ -97,7 +97,7 @@ fn plans_that_lie_otherwise_are_refused() {
     let damages = [
         (text.replace("version = 1", "version = 9"), "version 9"),
         (text.replace("version = 1", "version = 1\nshear_deg = 1.0"), "shear_deg"),
-        (text.replace("origin_mm = [", "origin_mm = [1.0, "), "two numbers"),
+        (text.replace("origin_mm = [", "origin_mm = [1.0, "), "expected an array of two"),
         (text.replace("rotation_deg = 1", "rotation_deg = 9991"), "rotation_deg is 9991"),
         (String::new(), "no setup"),
     ];

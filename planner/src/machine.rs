@@ -14,6 +14,7 @@ pub struct MachineProfile {
     /// What people call it.
     pub name: String,
     /// Travel of x and y, mm.
+    #[serde(deserialize_with = "text_file::pair")]
     pub stroke_mm: [f64; 2],
     /// Top speed, mm/s.
     pub max_rate_mm_s: f64,
@@ -161,5 +162,16 @@ mod tests {
         assert_eq!(toml::from_str::<MachineProfile>(&profile.to_toml()).unwrap(), profile);
         let bare = MachineProfile { contour_error_source: None, ..profile };
         assert_eq!(toml::from_str::<MachineProfile>(&bare.to_toml()).unwrap(), bare);
+    }
+
+    #[test]
+    fn a_third_stroke_is_refused() {
+        let text = MachineProfile::simulated().to_toml().replace("350.0]", "350.0, 120.0]");
+        let error = MachineProfile::parse(Path::new("three.toml"), &text).expect_err("it has two axes");
+        let error = error.to_string();
+        assert!(
+            error.contains("stroke_mm = [400.0, 350.0, 120.0]") && error.contains("an array of two"),
+            "{error}"
+        );
     }
 }

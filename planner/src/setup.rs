@@ -34,6 +34,7 @@ pub struct Setup {
     /// Rotation of the drawing about its origin, counter-clockwise, degrees.
     pub rotation_deg: f64,
     /// Machine coordinates of the drawing's origin, mm.
+    #[serde(deserialize_with = "text_file::pair")]
     pub origin_mm: [f64; 2],
     /// The drawing it was found with.
     pub drawing: String,
@@ -139,11 +140,6 @@ impl Setup {
         let found = table.get("version").and_then(toml::Value::as_integer);
         if let Some(found) = found.filter(|&found| found != i64::from(VERSION)) {
             return Err(SetupError::Version { path: own(), found });
-        }
-        // Serde takes the first two of an array and leaves the rest.
-        let origin = table.get("origin_mm").and_then(toml::Value::as_array);
-        if origin.is_some_and(|origin| origin.len() != 2) {
-            return Err(SetupError::Parse { path: own(), reason: "origin_mm must be two numbers".into() });
         }
         toml::from_str::<Self>(text).map_err(parse)?.checked()
     }

@@ -1,8 +1,12 @@
 //! Small text files that people write: profiles, setups, descriptions, scripts.
 
+use std::fmt::{self, Formatter};
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read as _, Result};
+use std::marker::PhantomData;
 use std::path::Path;
+
+use serde::de::{Deserialize, Deserializer, Error as _, IgnoredAny, SeqAccess, Visitor};
 
 /// Most bytes that are read of such a file.
 pub const SIZE_MAX: u64 = 1 << 20;
@@ -32,6 +36,37 @@ pub fn reason(error: &toml::de::Error) -> String {
     }
     let place = shown.lines().next().unwrap_or_default();
     format!("{place}: {}", error.message()).chars().take(REASON_MAX).collect()
+}
+
+/// An array of two, and of no more: serde by itself takes the first two of a longer one and leaves the rest.
+///
+/// # Errors
+/// The deserializer's, and one for an array of another length.
+pub fn pair<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
+    source: D,
+) -> std::result::Result<[T; 2], D::Error> {
+    source.deserialize_tuple(2, Pair(PhantomData))
+}
+
+struct Pair<T>(PhantomData<T>);
+
+impl<'de, T: Deserialize<'de>> Visitor<'de> for Pair<T> {
+    type Value = [T; 2];
+
+    fn expecting(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+        formatter.write_str("an array of two")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut from: A) -> std::result::Result<[T; 2], A::Error> {
+        let missing = |found| A::Error::invalid_length(found, &"an array of two");
+        let first = from.next_element()?.ok_or_else(|| missing(0))?;
+        let second = from.next_element()?.ok_or_else(|| missing(1))?;
+        let mut found = 2;
+        while from.next_element::<IgnoredAny>()?.is_some() {
+            found += 1;
+        }
+        if found > 2 { Err(missing(found)) } else { Ok([first, second]) }
+    }
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Scenarios: which machine follows which path, at which feed, against what. As data.
 
+use keepout_planner::text_file;
 use serde::Deserialize;
 
 use super::Axes;
@@ -45,6 +46,7 @@ pub enum Shape {
     /// A straight line from the origin.
     Line {
         /// Its end.
+        #[serde(deserialize_with = "text_file::pair")]
         to_mm: [f64; 2],
     },
     /// A circle through the origin about (radius, 0).
@@ -68,6 +70,7 @@ pub enum Shape {
     /// An ellipse through the origin.
     Ellipse {
         /// Half axes along X and Y.
+        #[serde(deserialize_with = "text_file::pair")]
         half_axes_mm: [f64; 2],
     },
     /// Lines and arcs, in mm: a plan's finishing path.

@@ -1,5 +1,6 @@
 //! The tables of a description's file, as they are read.
 
+use keepout_planner::text_file;
 use serde::Deserialize;
 
 use crate::supervisor::Mode;
@@ -45,11 +46,11 @@ pub(super) struct UnitsTable {
     pub(super) speed_counts_per_mm_s: f64,
     #[serde(default)]
     pub(super) speed_decimals: u8,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "text_file::pair")]
     pub(super) zero: [i64; 2],
     #[serde(default)]
     pub(super) swap: bool,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "text_file::pair")]
     pub(super) invert: [bool; 2],
 }
 

@@ -129,6 +129,11 @@ fn descriptions_are_refused_by_key() {
         ("prompt = \":\"", "prompt = \"\"", "motion.accepted"),
         ("accepted = \"prompt\"", "accepted = \"query\"", "motion.accepted"),
         ("\nzero = [400000, 350000]", "\nzero = [4000000000, 0]", "units.zero"),
+        (
+            "\nzero = [400000, 350000]",
+            "\nzero = [400000, 350000, 0]",
+            "invalid length 3, expected an array of two",
+        ),
         ("counts_per_mm = 1000", "counts_per_mm = 0", "units.counts_per_mm: more than 0"),
         ("{ bits = 1, mode", "{ mode", "status.rules"),
         ("[\"MV{feed}\", \"MA{x},{y}\"]", "[\"MA{x}\"]", "motion.line"),
