@@ -15,7 +15,7 @@
 //! back exactly.
 
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, Read};
+use std::io::{self, BufRead, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -28,7 +28,7 @@ use crate::time::Time;
 
 /// Most lines of a trace: five hours of wishes that change every time.
 pub const LINES_MAX: usize = 2_000_000;
-/// Longest line, bytes; numbers are written with up to 330.
+/// Longest line with its end, bytes; numbers are written with up to 330.
 const LINE_MAX: u64 = 2000;
 /// The first line of a trace.
 pub(super) const HEADER: &str = "# keepout trace 1: seconds x y turned_x turned_y flags";
@@ -95,20 +95,21 @@ impl Trace {
     pub fn read(mut source: impl BufRead, path: &Path) -> Result<Self, TraceError> {
         let mut steps: Vec<(Duration, Wish)> = Vec::new();
         let mut end = None;
-        let mut line = String::new();
+        let mut bytes = Vec::new();
         for number in 1.. {
-            line.clear();
-            let read = source.by_ref().take(LINE_MAX).read_line(&mut line);
+            bytes.clear();
+            let read = source.by_ref().take(LINE_MAX + 1).read_until(b'\n', &mut bytes);
             if read.map_err(|source| TraceError::Read { path: path.to_path_buf(), source })? == 0 {
                 break;
             }
             let last = end.or(steps.last().map(|step| step.0));
-            match parse(line.trim(), last).and_then(|parsed| checked(parsed, end.is_some())) {
+            let parsed = line_of(&bytes).and_then(|line| parse(line, last));
+            match parsed.and_then(|parsed| checked(parsed, end.is_some())) {
                 Ok(Parsed::Nothing) => {}
                 Ok(Parsed::Step(at, wish)) => steps.push((at, wish)),
                 Ok(Parsed::End(at)) => end = Some(at),
                 Err(wrong) => {
-                    let line = line.trim().chars().take(80).collect();
+                    let line = String::from_utf8_lossy(&bytes).trim().chars().take(80).collect();
                     return Err(TraceError::Line { number, wrong, line });
                 }
             }
@@ -142,6 +143,14 @@ enum Parsed {
     Nothing,
     Step(Duration, Wish),
     End(Duration),
+}
+
+/// The line without its end. What is behind the longest line would be taken for the next one.
+fn line_of(bytes: &[u8]) -> Result<&str, &'static str> {
+    if bytes.len() as u64 > LINE_MAX {
+        return Err("the line has more than 2000 bytes");
+    }
+    str::from_utf8(bytes).map(str::trim).map_err(|_| "the line is no text in UTF-8")
 }
 
 /// Nothing but notes may follow the end.
@@ -239,6 +248,13 @@ mod tests {
         assert!(read("1 0 0 0 0 -\n2 end\n3 0 0 0 0 -").is_err());
         assert!(matches!(read("# nothing\n"), Err(TraceError::Empty)));
         assert!(read(&"9".repeat(1 << 20)).is_err(), "a line without an end");
+        for long in
+            [format!("#{} 5 1 0 0 0 a", " ".repeat(1999)), format!("0 1 0 0 0 a{}q", " ".repeat(1989))]
+        {
+            let error =
+                read(&format!("0 0 0 0 0 -\n{long}\n")).expect_err("what is behind is another line's");
+            assert!(error.to_string().starts_with("trace line 2: the line has more than"), "{error}");
+        }
     }
 
     #[test]
@@ -262,6 +278,8 @@ mod tests {
                 trace.wish(&seen(Phase::Manual), Time::ZERO);
             }
         }
-        assert!(matches!(Trace::read(&b"\xff\xfe"[..], Path::new("test")), Err(TraceError::Read { .. })));
+        let error =
+            Trace::read(&b"0 0 0 0 0 -\n0 1 0 \xff\xfe\n"[..], Path::new("test")).expect_err("it is no text");
+        assert!(error.to_string().starts_with("trace line 2: the line is no text"), "{error}");
     }
 }
