@@ -7,7 +7,7 @@ use keepout_planner::order::Order;
 use keepout_planner::plan_file;
 use keepout_planner::profile::{MachinedSide, Profile, ProfileEdge, ProfileLoop};
 
-use crate::{export, files, witness};
+use crate::{export, small, witness};
 
 /// Drawings with more curves than this are imported and not planned: the fuzzer is after faults, not after work.
 pub(crate) const CURVES_MAX: usize = 400;
@@ -201,7 +201,7 @@ fn plans(bytes: &[u8], order: &Order) {
         Err(error) => return told(&error.to_string()),
     };
     witness::watch(&certified, Some(&order.job));
-    files::adds_up(&certified.plan.machine, &certified.plan.budget, order.job.margin_mm);
+    small::adds_up(&certified.plan.machine, &certified.plan.budget, order.job.margin_mm);
     let stored = plan_file::encode(&certified.plan).expect("a plan in memory can be written");
     let again = plan_file::decode(&stored).expect("what was written can be read");
     assert_eq!(again, certified.plan, "the plan changed in its file");

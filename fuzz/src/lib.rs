@@ -12,10 +12,11 @@ mod kernel;
 mod offset;
 mod session;
 pub mod sketch;
+mod small;
 mod witness;
 
 pub use dialects::{described_decode, grbl_decode, round_trip, venus_decode, zaber_decode};
-pub use files::{machine_profile, plan_file, session_log, small_files};
+pub use files::{plan_file, session_log};
 pub use import::dxf_import;
 pub use job::work;
 pub use keepout_proofs::property_of_bytes as property;
@@ -23,6 +24,7 @@ pub use kernel::{clear, index, index_check, mesh};
 pub use offset::offset;
 pub use session::supervisor;
 pub use sketch::drawing;
+pub use small::{machine_profile, small_files};
 
 /// A property that is fuzzed.
 #[derive(Clone, Copy, Debug)]

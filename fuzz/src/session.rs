@@ -255,7 +255,16 @@ impl Play {
 }
 
 fn wish(u: &mut Unstructured<'_>) -> Result<Wish> {
-    let share = |u: &mut Unstructured<'_>| Ok(f64::from(i8::arbitrary(u)?) / 100.0);
+    // The ends of the range are what no stick or wheel gives.
+    let share = |u: &mut Unstructured<'_>| {
+        Ok(match i8::arbitrary(u)? {
+            i8::MIN => f64::NAN,
+            -127 => f64::NEG_INFINITY,
+            126 => 1e308,
+            i8::MAX => f64::INFINITY,
+            usual => f64::from(usual) / 100.0,
+        })
+    };
     let direction = (share(u)?, share(u)?);
     let turned = if u.int_in_range(0..=7_u8)? == 0 { (share(u)?, share(u)?) } else { (0.0, 0.0) };
     let ask = match u.int_in_range(0..=31_u8)? {
