@@ -49,8 +49,18 @@ pub enum MarginError {
         /// What was asked for, mm.
         asked: f64,
     },
+    /// A plan's margin is not that of its machine.
+    #[error(
+        "the margin's term \"{name}\" is not what the plan's machine needs: make the plan again from the drawing"
+    )]
+    Foreign {
+        /// The term's name.
+        name: String,
+    },
 }
 
+/// The term that stands for the machine's own errors when the whole margin was asked for.
+const ORDERED: &str = "contour error and repeatability";
 /// How the names of the terms begin that a report can be off by.
 const RESOLUTION: &str = "controller resolution";
 /// A drawing's point, a path's point and an arc's centre are each met to within about a lattice unit.
@@ -63,6 +73,39 @@ const PLACED_MM: f64 = 0.000_01;
 /// A path's arcs are certified as chords within 0.1 µm of them.
 const CHORD_MM: f64 = 0.000_1;
 
+fn term(name: &str, mm: f64, source: &str) -> Term {
+    Term { name: name.into(), mm, source: source.into() }
+}
+
+/// What rounding and the controller's resolution need.
+fn rounding(machine: &MachineProfile, placed: bool) -> Vec<Term> {
+    // Half a step each for where the tool goes and for where a report finds it.
+    let steps = SQRT_2 / machine.steps_per_mm;
+    let half_digit = machine.report_digit_mm * SQRT_2 / 2.0;
+    let mut terms = vec![
+        term("lattice rounding", LATTICE_MM, "drawing, path and arc centres on the 10 nm lattice"),
+        term("chord slack", CHORD_MM, "arcs certified as chords"),
+        term(&format!("{RESOLUTION}: step"), steps, "half a step on both axes, commanded and reported"),
+        term(&format!("{RESOLUTION}: report"), half_digit, "half the last digit on both axes"),
+        term("controller arithmetic", FLOAT_MM, "32-bit floats on a table of a metre"),
+        // GRBL rounds the number of chords down: one can turn twice the angle, and leave the arc four times as far.
+        term("controller arcs", 4.0 * machine.arc_tolerance_mm, "four times the arc tolerance ($12)"),
+    ];
+    if placed {
+        terms.push(term("work offset and rotation", PLACED_MM, "sine, cosine and sums in 64-bit floats"));
+    }
+    terms
+}
+
+/// The machine's own errors.
+fn own_errors(machine: &MachineProfile) -> [Term; 2] {
+    let source = machine.contour_error_source.as_deref().unwrap_or("machine profile");
+    [
+        term("contour error", machine.contour_error_mm, source),
+        term("repeatability", machine.repeatability_mm, "machine profile"),
+    ]
+}
+
 impl Budget {
     /// The margin of `machine`, for a drawing that was `placed` (turned and moved) or not. `total_mm` replaces the machine's
     /// own errors by what it leaves for them.
@@ -70,38 +113,33 @@ impl Budget {
     /// # Errors
     /// [`MarginError`] when `total_mm` is no length or less than rounding and resolution.
     pub fn of(machine: &MachineProfile, total_mm: Option<f64>, placed: bool) -> Result<Self, MarginError> {
-        let term = |name: &str, mm: f64, source: &str| Term { name: name.into(), mm, source: source.into() };
-        // Half a step each for where the tool goes and for where a report finds it.
-        let steps = SQRT_2 / machine.steps_per_mm;
-        let half_digit = machine.report_digit_mm * SQRT_2 / 2.0;
-        let mut terms = vec![
-            term("lattice rounding", LATTICE_MM, "drawing, path and arc centres on the 10 nm lattice"),
-            term("chord slack", CHORD_MM, "arcs certified as chords"),
-            term(&format!("{RESOLUTION}: step"), steps, "half a step on both axes, commanded and reported"),
-            term(&format!("{RESOLUTION}: report"), half_digit, "half the last digit on both axes"),
-            term("controller arithmetic", FLOAT_MM, "32-bit floats on a table of a metre"),
-            // GRBL rounds the number of chords down: one can turn twice the angle, and leave the arc four times as far.
-            term("controller arcs", 4.0 * machine.arc_tolerance_mm, "four times the arc tolerance ($12)"),
-        ];
-        if placed {
-            terms.push(term("work offset and rotation", PLACED_MM, "sine, cosine and sums in 64-bit floats"));
-        }
+        let mut terms = rounding(machine, placed);
         let least: f64 = terms.iter().map(|term| term.mm).sum();
         match total_mm {
-            None => {
-                let source = machine.contour_error_source.as_deref().unwrap_or("machine profile");
-                terms.push(term("contour error", machine.contour_error_mm, source));
-                terms.push(term("repeatability", machine.repeatability_mm, "machine profile"));
-            }
+            None => terms.extend(own_errors(machine)),
             Some(asked) if !(asked.is_finite() && asked < 1000.0) => {
                 return Err(MarginError::NoLength { asked });
             }
             Some(asked) if asked < least => return Err(MarginError::TooSmall { asked, least }),
-            Some(asked) => {
-                terms.push(term("contour error and repeatability", asked - least, "the rest of --margin-mm"));
-            }
+            Some(asked) => terms.push(term(ORDERED, asked - least, "the rest of --margin-mm")),
         }
         Ok(Self { terms })
+    }
+
+    /// Checks that it is one that [`Budget::of`] makes for `machine`: a plan file can say anything, and guard and executor look terms
+    /// up by their names.
+    ///
+    /// # Errors
+    /// [`MarginError::Foreign`] naming the first term that is not.
+    pub fn check(&self, machine: &MachineProfile, placed: bool) -> Result<(), MarginError> {
+        let mut due = rounding(machine, placed);
+        match self.terms.get(due.len()) {
+            Some(last) if last.name == ORDERED && last.mm >= 0.0 => due.push(last.clone()),
+            _ => due.extend(own_errors(machine)),
+        }
+        let wrong = (0..due.len().max(self.terms.len())).find(|&i| self.terms.get(i) != due.get(i));
+        let name = wrong.and_then(|i| due.get(i).or(self.terms.get(i))).map(|term| term.name.clone());
+        name.map_or(Ok(()), |name| Err(MarginError::Foreign { name }))
     }
 
     /// The sum of the terms, rounded up to the lattice.
@@ -177,5 +215,29 @@ mod tests {
         assert!((mm(total.units()) - 0.05).abs() < 1e-4);
         assert!(matches!(Budget::of(&machine, Some(0.001), true), Err(MarginError::TooSmall { .. })));
         assert!(matches!(Budget::of(&machine, Some(f64::NAN), false), Err(MarginError::NoLength { .. })));
+    }
+
+    #[test]
+    fn a_margin_of_other_terms_is_noticed() {
+        let machine = MachineProfile::simulated();
+        for (total_mm, placed) in [(None, false), (Some(0.05), false), (None, true)] {
+            let budget = Budget::of(&machine, total_mm, placed).unwrap();
+            assert_eq!(budget.check(&machine, placed), Ok(()));
+            assert!(budget.check(&machine, !placed).is_err());
+            let coarse = MachineProfile { report_digit_mm: 0.01, ..machine.clone() };
+            assert!(budget.check(&coarse, placed).is_err());
+            for index in 0..budget.terms.len() {
+                let changed = |change: &dyn Fn(&mut Vec<Term>)| {
+                    let mut other = budget.clone();
+                    change(&mut other.terms);
+                    assert!(other.check(&machine, placed).is_err(), "{other}");
+                };
+                changed(&|terms| drop(terms.remove(index)));
+                changed(&|terms| terms[index].mm = f64::NAN);
+                changed(&|terms| terms[index].mm = -1.0);
+                changed(&|terms| terms[index].name.push('s'));
+                changed(&|terms| terms.insert(index, terms[index].clone()));
+            }
+        }
     }
 }

@@ -43,6 +43,9 @@ impl Default for Job {
     }
 }
 
+/// The smallest and the largest tool's diameter, mm.
+const TOOL_MIN_MM: f64 = 0.001;
+const TOOL_MAX_MM: f64 = 500.0;
 /// Most finishing passes of a plan.
 pub const PASSES_MAX: usize = 16;
 
@@ -165,7 +168,9 @@ pub enum PlanError {
         source: LatticeError,
     },
     /// The tool has no size.
-    #[error("a tool diameter of {diameter_mm} mm is no tool. Give one between 0.001 and 500 mm.")]
+    #[error(
+        "a tool diameter of {diameter_mm} mm is no tool. Give one between {TOOL_MIN_MM} and {TOOL_MAX_MM} mm."
+    )]
     Tool {
         /// What was given.
         diameter_mm: f64,
@@ -222,7 +227,7 @@ impl Plan {
         stage: &mut dyn FnMut(Stage),
     ) -> Result<CertifiedPlan, PlanError> {
         let diameter_mm = job.tool_diameter_mm;
-        if !(0.001..=500.0).contains(&diameter_mm) {
+        if !(TOOL_MIN_MM..=TOOL_MAX_MM).contains(&diameter_mm) {
             return Err(PlanError::Tool { diameter_mm });
         }
         let length =
@@ -278,8 +283,8 @@ impl Plan {
         self.passes.iter().map(|pass| pass.path.loops.len()).sum()
     }
 
-    /// Certifies the plan from nothing but its own data: builds the part, and checks every motion and the completeness of
-    /// every pass.
+    /// Certifies the plan from nothing but its own data: builds the part, and checks tool, margin, every motion and the completeness
+    /// of every pass.
     ///
     /// # Errors
     /// [`PlanError`] for the first claim that does not hold.
@@ -294,6 +299,11 @@ impl Plan {
         part: ProhibitedRegion,
         outlines: &[Outline],
     ) -> Result<CertifiedPlan, PlanError> {
+        let diameter_mm = 2.0 * mm(self.tool_radius.units());
+        if !(TOOL_MIN_MM..=TOOL_MAX_MM).contains(&diameter_mm) {
+            return Err(PlanError::Tool { diameter_mm });
+        }
+        self.budget.check(&self.machine, self.sheet.placed.is_some())?;
         let finishing = finishing_threshold(self.tool_radius, &self.budget)?;
         let roughing = roughing_threshold(finishing, self.allowance, &self.budget)?;
         self.certify_order()?;

@@ -1,7 +1,7 @@
 //! Proposals that are wrong on purpose: the checkers refuse each, and name the place.
 
 use keepout_kernel::curve::fit_arc;
-use keepout_kernel::{Arc, Curve, Point, Segment, Vector};
+use keepout_kernel::{Arc, Curve, Length, Point, Segment, Vector};
 use keepout_planner::finish::PathRefusal;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::order::Order;
@@ -53,6 +53,27 @@ fn a_loop_moved_by_two_micrometres() {
             }
         }
     }
+}
+
+/// A plan file can say anything of tool and margin: a path that keeps what it says would be believed.
+#[test]
+fn a_tool_of_no_size_or_a_margin_of_another_machine() {
+    let good = plan(MachinedSide::Outside).plan;
+    let wrong = |change: &dyn Fn(&mut Plan)| {
+        let mut wrong = good.clone();
+        change(&mut wrong);
+        error_of(wrong.certify(), "a wrong plan").to_string()
+    };
+    let error = wrong(&|plan| plan.tool_radius = Length::ZERO);
+    assert!(error.contains("a tool diameter of 0 mm is no tool"), "{error}");
+    let error = wrong(&|plan| plan.budget.terms.clear());
+    assert!(error.contains("\"lattice rounding\" is not what the plan's machine needs"), "{error}");
+    let error = wrong(&|plan| plan.budget.terms[2].mm = 0.0);
+    assert!(error.contains("\"controller resolution: step\""), "{error}");
+    let error = wrong(&|plan| plan.machine.report_digit_mm = 0.01);
+    assert!(error.contains("\"controller resolution: report\""), "{error}");
+    let error = wrong(&|plan| plan.budget.terms[5].mm += 0.01);
+    assert!(error.contains("\"controller arcs\""), "{error}");
 }
 
 /// Two micrometres farther out everywhere: nothing is gouged, and the stock left is noticed.
