@@ -33,11 +33,19 @@ const LATTICE_MM: f64 = 0.000_2;
 /// When the tool would enter the part, or leave out what it can reach.
 pub fn watch(plan: &CertifiedPlan, job: Option<&Job>) {
     follows_sources(plan);
+    let by_hand = f64::from(plan.roughing.units()) - f64::from(plan.finishing.units());
+    let least = 2.0 * resolution_mm(&plan.plan.machine) * UNIT;
+    assert!(
+        by_hand > least - 0.01,
+        "{by_hand} is left by hand, and {least} is what a stopped tool is known to"
+    );
     for (number, pass) in plan.plan.passes.iter().enumerate() {
         let needed = match job {
             Some(job) => needed_mm(plan, job, number) * UNIT,
             None => {
                 let margin_mm: f64 = plan.plan.budget.terms.iter().map(|term| term.mm).sum();
+                let least_mm = rounding_mm(&plan.plan.machine);
+                assert!(margin_mm > least_mm - 1e-9, "a margin of {margin_mm}, {least_mm} is needed");
                 f64::from(plan.plan.tool_radius.units())
                     + f64::from(pass.allowance.units())
                     + margin_mm * UNIT
@@ -62,13 +70,17 @@ fn needed_mm(plan: &CertifiedPlan, job: &Job, pass: usize) -> f64 {
 
 /// The errors of a machine, and the rounding, that a margin must cover, mm.
 pub fn least_margin_mm(machine: &MachineProfile) -> f64 {
-    // Half a step on both axes where it goes, and where it is reported; half the last digit; chords that turn twice the angle.
-    let resolution = SQRT_2 / machine.steps_per_mm + SQRT_2 / 2.0 * machine.report_digit_mm;
-    machine.repeatability_mm
-        + machine.contour_error_mm
-        + 4.0 * machine.arc_tolerance_mm
-        + resolution
-        + LATTICE_MM
+    machine.repeatability_mm + machine.contour_error_mm + rounding_mm(machine)
+}
+
+/// What no order can do without, mm: chords that turn twice the angle, the controller's resolution, rounding.
+fn rounding_mm(machine: &MachineProfile) -> f64 {
+    4.0 * machine.arc_tolerance_mm + resolution_mm(machine) + LATTICE_MM
+}
+
+/// Half a step on both axes where it goes, and where it is reported; half the last digit; mm.
+fn resolution_mm(machine: &MachineProfile) -> f64 {
+    SQRT_2 / machine.steps_per_mm + SQRT_2 / 2.0 * machine.report_digit_mm
 }
 
 fn keeps_away(plan: &CertifiedPlan, pass: &Pass, threshold: f64) {
