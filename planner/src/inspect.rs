@@ -81,6 +81,8 @@ pub struct Note {
 
 /// Contacts between contours that are listed.
 const CONTACTS_MAX: usize = 50;
+/// Straight pieces that are gone through for that: all of them for each contact.
+const PIECES_MAX: usize = 5_000_000;
 
 /// Looks at a drawing's contours.
 #[must_use]
@@ -193,14 +195,19 @@ fn contacts(loops: &[ProfileLoop]) -> Vec<(Point, String)> {
             Err(error) => found.push((error.at().unwrap_or(each.edges[0].curve.from()), error.to_string())),
         }
     }
-    while found.len() < CONTACTS_MAX {
-        match Region::new(rings.clone()) {
-            Err(RegionError::RingsTouch { second, at, .. }) => {
-                found.push((at, ProfileError::ContoursTouch { at }.to_string()));
-                rings.remove(second);
-            }
-            _ => break,
+    let mut looked_at = 0;
+    while let Err(RegionError::RingsTouch { second, at, .. }) = Region::new(rings.clone()) {
+        let text = ProfileError::ContoursTouch { at }.to_string();
+        if found.len() >= CONTACTS_MAX || looked_at > PIECES_MAX {
+            found.push((
+                at,
+                format!("{text} There may be more such places: look again when these are mended."),
+            ));
+            break;
         }
+        found.push((at, text));
+        looked_at += rings.iter().flat_map(Ring::segments).count();
+        rings.remove(second);
     }
     found
 }
@@ -268,4 +275,42 @@ const LISTED: usize = 40;
 
 fn more(f: &mut std::fmt::Formatter<'_>, count: usize) -> std::fmt::Result {
     if count > LISTED { writeln!(f, "  … and {} more (--json lists all)", count - LISTED) } else { Ok(()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Write as _;
+
+    use super::*;
+    use crate::order::Order;
+
+    /// What is said of so many circles that all cross each other.
+    fn said_of_circles(count: u32, radius_mm: f64) -> Vec<String> {
+        let mut dxf = "0\nSECTION\n2\nENTITIES\n".to_string();
+        for x in 0..count {
+            let _ = write!(dxf, "0\nCIRCLE\n10\n{x}\n20\n0\n40\n{radius_mm}\n");
+        }
+        dxf.push_str("0\nENDSEC\n0\nEOF\n");
+        let (drawing, chained) = Order::default().contours(dxf.as_bytes()).expect("circles are read");
+        inspect(&drawing, &chained).problems.into_iter().map(|note| note.text).collect()
+    }
+
+    #[test]
+    fn contacts_are_listed_up_to_a_bound_that_is_told() {
+        let few = said_of_circles(20, 30.0);
+        assert!(few.len() == 19 && few.iter().all(|text| text.contains("cross or touch at")), "{few:?}");
+        let many = said_of_circles(60, 40.0);
+        assert_eq!(many.len(), CONTACTS_MAX + 1);
+        assert!(many[CONTACTS_MAX].contains("There may be more") && !many[0].contains("There may be more"));
+    }
+
+    /// Found by the fuzzer: a few hundred curves of half a million straight pieces were gone through fifty times.
+    #[test]
+    fn curves_of_many_pieces_are_not_gone_through_for_each_contact() {
+        let large = said_of_circles(60, 4500.0);
+        assert!(
+            large.len() < 20 && large.last().is_some_and(|text| text.contains("There may be more")),
+            "{large:?}"
+        );
+    }
 }
