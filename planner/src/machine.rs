@@ -58,6 +58,12 @@ pub enum MachineError {
         /// Where and what.
         reason: String,
     },
+    /// A text can not be shown.
+    #[error("machine profile: {field} must be of letters that can be shown, in one line")]
+    Text {
+        /// The field.
+        field: &'static str,
+    },
     /// A figure is out of range.
     #[error("machine profile: {field} is {value}, it must be {range}")]
     Figure {
@@ -124,22 +130,29 @@ impl MachineProfile {
     /// # Errors
     /// [`MachineError::Figure`] naming the first that is not.
     pub fn checked(self) -> Result<Self, MachineError> {
-        let positive = [
-            ("stroke_mm", self.stroke_mm[0], 5000.0),
-            ("stroke_mm", self.stroke_mm[1], 5000.0),
-            ("max_rate_mm_s", self.max_rate_mm_s, 1e5),
-            ("acceleration_mm_s2", self.acceleration_mm_s2, 1e6),
-            ("steps_per_mm", self.steps_per_mm, 1e6),
-            ("arc_tolerance_mm", self.arc_tolerance_mm - 0.000_099, 1.0),
+        for (field, text) in
+            [("name", Some(&self.name)), ("contour_error_source", self.contour_error_source.as_ref())]
+        {
+            if text.is_some_and(|text| text.contains(char::is_control)) {
+                return Err(MachineError::Text { field });
+            }
+        }
+        let sizes = [
+            ("stroke_mm", self.stroke_mm[0], 0.1..=5000.0),
+            ("stroke_mm", self.stroke_mm[1], 0.1..=5000.0),
+            ("max_rate_mm_s", self.max_rate_mm_s, 1e-3..=1e5),
+            ("acceleration_mm_s2", self.acceleration_mm_s2, 1e-3..=1e6),
+            ("steps_per_mm", self.steps_per_mm, 0.1..=1e6),
+            ("arc_tolerance_mm", self.arc_tolerance_mm, 0.000_1..=1.0),
         ];
         let small = [
             ("report_digit_mm", self.report_digit_mm),
             ("repeatability_mm", self.repeatability_mm),
             ("contour_error_mm", self.contour_error_mm),
         ];
-        for (field, value, most) in positive {
-            if !(value > 0.0 && value <= most) {
-                return Err(MachineError::Figure { field, value, range: "positive and of a machine's size" });
+        for (field, value, range) in sizes {
+            if !range.contains(&value) {
+                return Err(MachineError::Figure { field, value, range: "of a machine's size" });
             }
         }
         for (field, value) in small {
@@ -162,6 +175,30 @@ mod tests {
         assert_eq!(toml::from_str::<MachineProfile>(&profile.to_toml()).unwrap(), profile);
         let bare = MachineProfile { contour_error_source: None, ..profile };
         assert_eq!(toml::from_str::<MachineProfile>(&bare.to_toml()).unwrap(), bare);
+    }
+
+    /// Found by the fuzzer: a step of a million kilometres was a machine's.
+    #[test]
+    fn figures_of_no_machine_are_refused() {
+        let usual = MachineProfile::simulated().to_toml();
+        for (from, to) in [
+            ("steps_per_mm = 400.0", "steps_per_mm = 1e-12"),
+            ("acceleration_mm_s2 = 1000.0", "acceleration_mm_s2 = 1e-300"),
+            ("max_rate_mm_s = 200.0", "max_rate_mm_s = nan"),
+            ("[400.0, 350.0]", "[400.0, 1e-9]"),
+        ] {
+            assert!(usual.contains(from), "{from}");
+            let error = MachineProfile::parse(Path::new("any.toml"), &usual.replace(from, to)).expect_err(to);
+            assert!(error.to_string().contains("of a machine's size"), "{error}");
+        }
+    }
+
+    /// It is printed beside what was proved.
+    #[test]
+    fn a_name_of_two_lines_is_refused() {
+        let text = MachineProfile::simulated().to_toml().replace("GRBL 1.1 table", "table\\nproved  yes");
+        let error = MachineProfile::parse(Path::new("two.toml"), &text).expect_err("it has two lines");
+        assert!(error.to_string().contains("name must be"), "{error}");
     }
 
     #[test]
