@@ -164,7 +164,14 @@ impl Scenario {
             Shape::Corner { angle_deg, .. } => {
                 return Some(("angle_deg", *angle_deg, "between -180 and 180".into()));
             }
-            Shape::Ellipse { half_axes_mm: [a, b] } => a.min(*b),
+            Shape::Ellipse { half_axes_mm } => {
+                // A least of the two would pass over what is no number.
+                let wrong = half_axes_mm.iter().find(|axis| !(1e-3..=1e5).contains(*axis));
+                if let Some(&axis) = wrong {
+                    return Some(("half_axes_mm", axis, "between 0.001 and 100000".into()));
+                }
+                half_axes_mm[0].min(half_axes_mm[1])
+            }
             Shape::Given(pieces) => pieces.iter().map(Piece::length).sum(),
         };
         let ramp = match self.ramp {
@@ -261,6 +268,16 @@ mod tests {
             ("feed_m_min = 0.754", "feed_m_min = 0", "S1: feed_m_min is 0"),
             ("radius_mm = 20.0", "radius_mm = inf", "S1: the path's length"),
             ("{ circle", "{ square", "square"),
+            (
+                "{ circle = { radius_mm = 20.0",
+                "{ ellipse = { half_axes_mm = [nan, 1.0]",
+                "S1: half_axes_mm is NaN",
+            ),
+            (
+                "{ circle = { radius_mm = 20.0",
+                "{ ellipse = { half_axes_mm = [1.0, inf]",
+                "S1: half_axes_mm is inf",
+            ),
             ("name = \"S2\"", "name = \"S1\"", "two scenarios are named S1"),
             (
                 "feed_m_min = 0.754",
