@@ -11,6 +11,7 @@ use crate::plan::{CertifiedPlan, Job, Plan, PlanError, Remark, Shapes, Sheet};
 use crate::plan_file;
 use crate::profile::Profile;
 use crate::select::{SelectError, Selection};
+use crate::text_file::shown;
 
 /// What a person decides.
 #[derive(Clone, Debug, PartialEq)]
@@ -181,10 +182,13 @@ impl Order {
             zones: self.zones(&file)?,
             stroke: self.stroke(&file)?,
         };
+        for remark in &mut remarks {
+            remark.text = shown(&remark.text);
+        }
         let sheet = Sheet {
-            name: name.into(),
+            name: shown(name),
             hash: plan_file::hash(bytes),
-            unit: drawing.unit,
+            unit: shown(&drawing.unit),
             remarks,
             placed: self.choice.placed,
         };

@@ -46,6 +46,8 @@ impl Default for Job {
 /// The smallest and the largest tool's diameter, mm.
 const TOOL_MIN_MM: f64 = 0.001;
 const TOOL_MAX_MM: f64 = 500.0;
+/// Feeds of contours, mm/min.
+pub const FEEDS_MM_MIN: std::ops::RangeInclusive<u32> = 1..=600_000;
 /// Most finishing passes of a plan.
 pub const PASSES_MAX: usize = 16;
 
@@ -191,6 +193,15 @@ pub enum PlanError {
         /// What the pass leaves, mm.
         allowance_mm: f64,
     },
+    /// A finishing pass has a feed that is none.
+    #[error(
+        "a finishing pass has a feed of {mm_min} mm/min, it must be between {} and {}: make the plan again from the drawing",
+        FEEDS_MM_MIN.start(), FEEDS_MM_MIN.end()
+    )]
+    Feed {
+        /// The feed.
+        mm_min: u32,
+    },
     /// There is no finishing pass, or there are too many.
     #[error("{count} finishing passes: a plan has at least one and at most {PASSES_MAX}")]
     PassCount {
@@ -317,7 +328,7 @@ impl Plan {
         Ok(CertifiedPlan { plan: self, part, roughing, finishing, certified_motions })
     }
 
-    /// Checks that each pass leaves less than the one before, and the first less than roughing does.
+    /// Checks that each pass leaves less than the one before, the first less than roughing does, and feeds are feeds.
     fn certify_order(&self) -> Result<(), PlanError> {
         let count = self.passes.len();
         if !(1..=PASSES_MAX).contains(&count) {
@@ -325,6 +336,9 @@ impl Plan {
         }
         let mut before = None;
         for pass in &self.passes {
+            if let Some(mm_min) = pass.feed_mm_min.filter(|feed| !FEEDS_MM_MIN.contains(feed)) {
+                return Err(PlanError::Feed { mm_min });
+            }
             if before.is_some_and(|before| pass.allowance >= before) {
                 return Err(PlanError::PassOrder { allowance_mm: mm(pass.allowance.units()) });
             }

@@ -19,6 +19,7 @@ use crate::machine::{MachineError, MachineProfile};
 use crate::margin::Budget;
 use crate::plan::{Cut, Pass, Plan, Remark, Sheet};
 use crate::profile::{MachinedSide, Profile, ProfileEdge, ProfileLoop, SourceCurve};
+use crate::text_file;
 
 const MAGIC: &[u8; 12] = b"KEEPOUT PLAN";
 /// The version that is written, and the only one that is read.
@@ -210,7 +211,9 @@ pub fn load(path: &Path) -> Result<Plan, PlanFileError> {
     if bytes > SIZE_MAX {
         return Err(PlanFileError::TooLarge { bytes });
     }
-    decode(&std::fs::read(path).map_err(failed)?)
+    let read = text_file::read_up_to(path, SIZE_MAX).map_err(failed)?;
+    let bytes = read.len() as u64;
+    if bytes > SIZE_MAX { Err(PlanFileError::TooLarge { bytes }) } else { decode(&read) }
 }
 
 fn stored(plan: &Plan) -> Stored {
@@ -331,6 +334,11 @@ fn stored_curve(curve: &Curve) -> StoredCurve {
 
 fn restored(stored: Stored) -> Result<Plan, PlanFileError> {
     let length = |units: i32| Length::from_units(units.into()).map_err(PlanFileError::from);
+    let texts =
+        [&stored.drawing, &stored.unit].into_iter().chain(stored.remarks.iter().map(|remark| &remark.1));
+    if texts.into_iter().any(|text| text.contains(char::is_control)) {
+        return Err(PlanFileError::Contents("its texts hold what can not be shown".into()));
+    }
     let passes = stored.passes.iter().map(restored_pass).collect::<Result<Vec<_>, _>>()?;
     if passes.is_empty() {
         return Err(PlanFileError::Contents("it has no finishing pass".into()));

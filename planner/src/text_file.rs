@@ -13,6 +13,22 @@ pub const SIZE_MAX: u64 = 1 << 20;
 /// Most letters of a reason.
 const REASON_MAX: usize = 600;
 
+/// Reads a file up to `most` bytes and one more: a device that never ends has a length of nothing.
+///
+/// # Errors
+/// The system's.
+pub fn read_up_to(path: &Path, most: u64) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    File::open(path)?.take(most.saturating_add(1)).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+/// Text with what a terminal would not show replaced: it could hide other lines, or look like them.
+#[must_use]
+pub fn shown(text: &str) -> String {
+    text.replace(char::is_control, "\u{fffd}")
+}
+
 /// Reads a file of at most [`SIZE_MAX`] bytes: a device that never ends is none.
 ///
 /// # Errors
@@ -80,6 +96,13 @@ mod tests {
         let error = toml::from_str::<toml::Table>(&text).expect_err("a quotation mark is missing");
         let reason = reason(&error);
         assert!(reason.len() <= REASON_MAX && reason.contains("line 2"), "{reason}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_device_without_end_is_read_up_to_a_bound() {
+        assert_eq!(read_up_to(Path::new("/dev/zero"), 1000).unwrap().len(), 1001);
+        assert_eq!(shown("a\nb\u{1b}[8m"), "a\u{fffd}b\u{fffd}[8m");
     }
 
     #[test]

@@ -55,6 +55,25 @@ fn refusal(plan: &Plan) -> PathRefusal {
     }
 }
 
+/// What is printed beside a proof must not look like one.
+#[test]
+fn a_name_that_moves_the_cursor() {
+    let good = make(vec![square()], MachinedSide::Outside, 4.0).expect("a square").plan;
+    let wrong = |change: &dyn Fn(&mut Plan)| {
+        let mut wrong = good.clone();
+        change(&mut wrong);
+        plan_file::decode(&plan_file::encode(&wrong).expect("it can be written"))
+            .expect_err("it can not be shown")
+            .to_string()
+    };
+    let error = wrong(&|plan| plan.sheet.name = "x\nproved  all\u{1b}[8m".into());
+    assert!(error.contains("what can not be shown"), "{error}");
+    let error = wrong(&|plan| plan.sheet.remarks.push("\r".to_string().into()));
+    assert!(error.contains("what can not be shown"), "{error}");
+    let error = wrong(&|plan| plan.machine.name.push('\n'));
+    assert!(error.contains("name must be"), "{error}");
+}
+
 /// Holes that a CAD system has flattened: every edge's piece of the offset is shorter than what may go unnoticed.
 #[test]
 fn the_loop_in_a_hole_of_many_short_edges() {

@@ -55,6 +55,16 @@ fn a_loop_moved_by_two_micrometres() {
     }
 }
 
+#[test]
+fn a_feed_that_is_none() {
+    for mm_min in [0, 600_001, u32::MAX] {
+        let mut wrong = plan(MachinedSide::Outside).plan;
+        wrong.passes[0].feed_mm_min = Some(mm_min);
+        let error = error_of(wrong.certify(), "a wrong feed").to_string();
+        assert!(error.contains(&format!("a feed of {mm_min} mm/min")), "{error}");
+    }
+}
+
 /// A plan file can say anything of tool and margin: a path that keeps what it says would be believed.
 #[test]
 fn a_tool_of_no_size_or_a_margin_of_another_machine() {

@@ -22,7 +22,7 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use keepout_planner::job::LoopNumber;
-use keepout_planner::plan::{Cut, PassJob};
+use keepout_planner::plan::{Cut, FEEDS_MM_MIN, PassJob};
 use keepout_planner::profile::MachinedSide;
 use keepout_planner::registration::{TOLERANCE_MM, TOUCH_ERROR_MM, Touch};
 
@@ -327,7 +327,7 @@ struct RunArguments {
     #[arg(long, value_name = "S", default_value_t = 60.0)]
     manual_s: f64,
     /// Feed of the finishing contour, mm/min.
-    #[arg(long, value_name = "F", default_value_t = 900, value_parser = clap::value_parser!(u32).range(1..=600_000))]
+    #[arg(long, value_name = "F", default_value_t = 900, value_parser = clap::value_parser!(u32).range(i64::from(*FEEDS_MM_MIN.start())..=i64::from(*FEEDS_MM_MIN.end())))]
     feed_mm_min: u32,
     /// Stop when the controller at the port says nothing for so long, s.
     #[arg(long, value_name = "S", default_value_t = 5.0)]
@@ -358,6 +358,9 @@ struct RunArguments {
     /// pass than the first; may be given more than once.
     #[arg(long, value_name = "LOOP[:PASS]", value_parser = resume::number, requires = "resume")]
     recut: Vec<LoopNumber>,
+    /// With --resume: the workpiece lies elsewhere on the machine than in the run that is resumed, and was measured anew.
+    #[arg(long, requires = "resume")]
+    moved: bool,
     /// Write a page with picture and table.
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
@@ -384,7 +387,7 @@ fn pass(text: &str) -> Result<PassJob, String> {
         text.split_once(':').map_or((text, None), |(allowance, feed)| (allowance, Some(feed)));
     let allowance_mm =
         allowance.parse::<f64>().ok().filter(|value| (0.0..=1000.0).contains(value)).ok_or_else(wrong)?;
-    let feed = feed.map(|feed| feed.parse::<u32>().ok().filter(|feed| (1..=600_000).contains(feed)));
+    let feed = feed.map(|feed| feed.parse::<u32>().ok().filter(|feed| FEEDS_MM_MIN.contains(feed)));
     match feed {
         Some(None) => Err(wrong()),
         feed => Ok(PassJob { allowance_mm, feed_mm_min: feed.flatten() }),

@@ -8,6 +8,7 @@ use super::flatten::{Flattener, name_of};
 use super::placement::Placement;
 use super::tags::Damage;
 use super::{Drawing, DrawingError};
+use crate::text_file;
 
 /// Largest file that is read, in bytes.
 pub const SIZE_MAX: u64 = 1 << 30;
@@ -86,7 +87,9 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>, DrawingError> {
     if bytes > SIZE_MAX {
         return Err(DrawingError::TooLarge { bytes });
     }
-    std::fs::read(path).map_err(failed)
+    let read = text_file::read_up_to(path, SIZE_MAX).map_err(failed)?;
+    let bytes = read.len() as u64;
+    if bytes > SIZE_MAX { Err(DrawingError::TooLarge { bytes }) } else { Ok(read) }
 }
 
 /// Reads DXF bytes, ASCII or binary.

@@ -1,5 +1,7 @@
 //! What of a contouring job is done, and what is left of a loop that was interrupted.
 
+use std::collections::BTreeSet;
+
 use keepout_kernel::{Curve, Point};
 use thiserror::Error;
 
@@ -47,6 +49,12 @@ pub enum ProgressError {
         "the plan has no {number}: this progress is that of another plan. Take that plan, or begin anew."
     )]
     NoSuchLoop {
+        /// The loop.
+        number: LoopNumber,
+    },
+    /// It is told twice how far a loop is cut.
+    #[error("it is told twice how far {number} is cut: this progress was changed. Begin anew.")]
+    Twice {
         /// The loop.
         number: LoopNumber,
     },
@@ -118,13 +126,21 @@ impl Progress {
         }
     }
 
-    /// Checks that every loop is one of the plan's.
-    pub(super) fn check(&self, plan: &CertifiedPlan) -> Result<(), ProgressError> {
-        let partial = self.partial.iter().map(|each| &each.number);
-        match self.finished.iter().chain(partial).find(|number| !number.is_of(plan)) {
-            Some(&number) => Err(ProgressError::NoSuchLoop { number }),
-            None => Ok(()),
+    /// Checks that every loop is one of the plan's, and is told of once.
+    ///
+    /// # Errors
+    /// [`ProgressError`] naming the first loop that is not.
+    pub fn check(&self, plan: &CertifiedPlan) -> Result<(), ProgressError> {
+        let mut told = BTreeSet::new();
+        for number in self.finished.iter().copied().chain(self.partial.iter().map(|each| each.number)) {
+            if !number.is_of(plan) {
+                return Err(ProgressError::NoSuchLoop { number });
+            }
+            if !told.insert((number.pass, number.index)) {
+                return Err(ProgressError::Twice { number });
+            }
         }
+        Ok(())
     }
 }
 
