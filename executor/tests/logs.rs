@@ -18,6 +18,7 @@ use keepout_executor::sim::witness::Witness;
 use keepout_executor::sim::{SimMachine, SimSettings, Slip, speaking};
 use keepout_executor::supervisor::{Phase, Supervisor, Workpiece};
 use keepout_executor::time::Time;
+use keepout_planner::job::{LoopNumber, Progress};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::order::Order;
 use keepout_planner::plan_file;
@@ -42,6 +43,7 @@ fn header(work: &Workpiece, scene: &Scene) -> Header {
         stroke: scene.options.stroke,
         feed_mm_min: scene.options.feed_mm_min,
         home: scene.options.home,
+        simulated: true,
         answer_within_ms: u64::try_from(scene.options.answer_within.as_millis()).unwrap(),
         progress: scene.options.progress.clone(),
         ..Header::default()
@@ -100,6 +102,20 @@ fn sessions_replay_without_difference() {
         let spent = replay.story.spent;
         assert!(spent.by_hand >= Duration::from_secs(8) && spent.contouring > Duration::from_secs(5));
         assert!(replay.story.closest_mm().unwrap().0 > 0.0);
+    }
+}
+
+/// A log that claims loops which the plan has not, or one twice, would make them count as cut.
+#[test]
+fn progress_that_is_not_the_plans_is_refused() {
+    let (work, log) = short("claims");
+    let mut log = Log::parse(&log).unwrap();
+    log.entries.clear();
+    let number = |pass, index| LoopNumber { pass, index };
+    for finished in [vec![number(9, 9)], vec![number(0, 0), number(0, 1), number(0, 0)]] {
+        log.header.progress = Progress { finished, partial: Vec::new() };
+        let error = replay(&log, work.clone()).err().expect("it is not the plan's").to_string();
+        assert!(error.starts_with("line 1 of the log: "), "{error}");
     }
 }
 

@@ -158,6 +158,33 @@ fn logs_that_do_not_hold_have_their_code() {
     );
 }
 
+/// What is cut stands where it was cut: a slip of the origin would be a contour beside it, through the part.
+#[test]
+fn what_was_cut_elsewhere_is_not_gone_on_with() {
+    let shop = Shop::new("elsewhere");
+    let first = shop.at("1.log");
+    let run = shop.run(&["--limit-s", "14", "--origin-mm", "-200,-175", "--log", &first]);
+    assert!(run.status.code() == Some(9) && said(&run).contains("1 in part"), "{}", said(&run));
+    for other in ["-200,-165", "-200.002,-175"] {
+        let run = shop.run(&["--resume", &first, "--origin-mm", other]);
+        assert!(
+            run.status.code() == Some(2) && said(&run).contains("origin at -200.000,-175.000"),
+            "{}",
+            said(&run)
+        );
+    }
+    let run = shop.run(&["--resume", &first]);
+    assert_eq!(run.status.code(), Some(2), "{}", said(&run));
+    let run = shop.run(&["--resume", &first, "--origin-mm", "-200,-175"]);
+    assert!(run.status.code() == Some(0) && said(&run).contains("1 of 3"), "{}", said(&run));
+    let run = shop.run(&["--resume", &first, "--origin-mm", "-200,-165", "--moved"]);
+    assert_eq!(run.status.code(), Some(0), "{}", said(&run));
+    let plan = shop.at("part.plan");
+    let run =
+        keepout(&["run", &plan, "--resume", &first, "--port", "/dev/null", "--homed", "--origin-mm", "0,0"]);
+    assert!(run.status.code() == Some(2) && said(&run).contains("of a simulated machine"), "{}", said(&run));
+}
+
 #[test]
 fn interrupted_contours_are_taken_up_in_a_chain_of_runs() {
     let shop = Shop::new("chain");
@@ -176,6 +203,9 @@ fn interrupted_contours_are_taken_up_in_a_chain_of_runs() {
     // A log is never written twice, nor over the one that is taken up.
     assert_eq!(shop.run(&["--log", &third, "--resume", &second]).status.code(), Some(7));
     assert_eq!(shop.run(&["--log", &third, "--resume", &third]).status.code(), Some(2));
+    // Nothing more is cut: that is not the whole of it.
+    let idle = shop.run(&["--resume", &third]);
+    assert!(idle.status.code() == Some(9) && said(&idle).contains("1 of 3"), "{}", said(&idle));
     let again = shop.run(&["--resume", &third, "--recut", "1"]);
     assert!(again.status.code() == Some(0) && said(&again).contains("0 of 3 loops finished, 0 cut in part"));
     let wrong = shop.run(&["--resume", &third, "--recut", "9"]);

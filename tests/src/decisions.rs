@@ -62,11 +62,7 @@ impl Decisions {
             homing: Duration::from_secs(1),
             work_offset_mm: (0.0, 0.0),
         };
-        let setting = Setting {
-            offset: place.offset,
-            steps_per_mm: machine.steps_per_mm,
-            arc_tolerance_mm: machine.arc_tolerance_mm,
-        };
+        let setting = Setting::of(&machine, place.offset);
         let options = Options {
             feed_mm_min: 6000,
             home: false,

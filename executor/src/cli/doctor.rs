@@ -43,11 +43,7 @@ pub fn doctor(arguments: &DoctorArguments) -> Result<ExitCode, CliError> {
     };
     let language =
         Language::named(&arguments.dialect).map_err(|error| CliError::Argument(error.to_string()))?;
-    let setting = Setting {
-        offset: Vector { dx: 0, dy: 0 },
-        steps_per_mm: machine.steps_per_mm,
-        arc_tolerance_mm: machine.arc_tolerance_mm,
-    };
+    let setting = Setting::of(&machine, Vector { dx: 0, dy: 0 });
     let mut dialect = language.dialect(setting);
     let port = Serial::open(&arguments.port, arguments.baud)?;
     let needed = (machine.steps_per_mm, machine.arc_tolerance_mm);

@@ -11,7 +11,7 @@ use keepout_executor::session::log::{Header, LogReadError, LogReader};
 use keepout_executor::session::picture_of_log;
 use keepout_executor::session::replay::{Replay, ReplayError, replay_from};
 use keepout_executor::supervisor::Workpiece;
-use keepout_planner::plan_file;
+use keepout_planner::{plan_file, text_file};
 
 use super::CliError;
 use super::plan::{load, refuse_same, write};
@@ -92,8 +92,8 @@ impl Played {
             bytes => format!("{bytes} bytes of a last line, left out: the program was ended while it wrote"),
         };
         vec![
-            ("drawing", self.header.drawing.clone()),
-            ("began", self.header.began.clone()),
+            ("drawing", text_file::shown(&self.header.drawing)),
+            ("began", text_file::shown(&self.header.began)),
             ("time span", format!("{:.3} s", counted.ended.seconds())),
             ("ended", self.replay.end().to_string()),
             ("lines, each matching the one before", self.lines.to_string()),
@@ -129,8 +129,13 @@ fn find_plan(log: &Path, header: &Header) -> Result<PathBuf, CliError> {
     let files = std::fs::read_dir(folder).map(|entries| entries.flatten().map(|entry| entry.path()));
     let mut seen = 0;
     for path in files.into_iter().flatten().filter(|path| path.extension().is_some_and(|end| end == "plan")) {
+        let readable = path.metadata().is_ok_and(|it| it.is_file() && it.len() <= plan_file::SIZE_MAX);
+        if !readable {
+            continue;
+        }
         seen += 1;
-        let hash = std::fs::read(&path).map(|bytes| plan_file::hex(&plan_file::hash(&bytes)));
+        let hash = text_file::read_up_to(&path, plan_file::SIZE_MAX)
+            .map(|bytes| plan_file::hex(&plan_file::hash(&bytes)));
         if hash.is_ok_and(|hash| hash == header.plan) {
             return Ok(path);
         }
@@ -138,7 +143,7 @@ fn find_plan(log: &Path, header: &Header) -> Result<PathBuf, CliError> {
     Err(CliError::NoPlan {
         log: log.to_path_buf(),
         hash: header.plan.clone(),
-        drawing: header.drawing.clone(),
+        drawing: text_file::shown(&header.drawing),
         folder: folder.to_path_buf(),
         seen,
     })

@@ -2,14 +2,24 @@
 
 use std::path::Path;
 
+use keepout_executor::session::log::Header;
+use keepout_executor::session::place_on_table;
 use keepout_executor::supervisor::Workpiece;
+use keepout_kernel::Vector;
 use keepout_planner::job::{LoopNumber, Progress};
+use keepout_planner::plan::CertifiedPlan;
+use keepout_planner::units::mm;
 
-use super::CliError;
 use super::replay::{Played, open};
+use super::run::simulated_machine;
+use super::{CliError, RunArguments};
 
 /// The progress at the end of a log, which is played again first. Loops of `recut` are forgotten.
-pub fn progress_of(log: &Path, work: &Workpiece, recut: &[LoopNumber]) -> Result<Progress, CliError> {
+pub fn progress_of(
+    log: &Path,
+    work: &Workpiece,
+    recut: &[LoopNumber],
+) -> Result<(Progress, Header), CliError> {
     let played = Played::with(log, &mut open(log)?, work.clone())?;
     let mut progress = played.replay.supervisor.progress();
     for &number in recut {
@@ -26,7 +36,31 @@ pub fn progress_of(log: &Path, work: &Workpiece, recut: &[LoopNumber]) -> Result
         progress.partial.len(),
         played.checksum,
     );
-    Ok(progress)
+    Ok((progress, played.header))
+}
+
+/// Refuses to go on with what was cut elsewhere, or by nothing but a simulated machine.
+pub fn fits(header: &Header, plan: &CertifiedPlan, arguments: &RunArguments) -> Result<(), CliError> {
+    if header.simulated && arguments.port.is_some() {
+        let reason =
+            "the log of --resume is of a simulated machine: nothing of it is cut. Leave out --resume";
+        return Err(CliError::Argument(reason.into()));
+    }
+    let machine = match arguments.port {
+        Some(_) => plan.plan.machine.clone(),
+        None => simulated_machine(arguments)?,
+    };
+    let Vector { dx, dy } = place_on_table(plan, &machine, arguments.origin_mm)?.offset;
+    if header.offset == (Vector { dx, dy }) || arguments.moved {
+        return Ok(());
+    }
+    let shown = |dx: i32, dy: i32| format!("{:.3},{:.3}", mm(dx), mm(dy));
+    Err(CliError::Argument(format!(
+        "the run of --resume had the drawing's origin at {}, this one has it at {}: what is cut would be cut again beside it. \
+         Give the same --origin-mm or --setup; if the workpiece lies elsewhere and was measured anew, give --moved",
+        shown(header.offset.dx, header.offset.dy),
+        shown(dx, dy),
+    )))
 }
 
 /// `LOOP` or `LOOP:PASS`, as loops are printed: counted from 1.

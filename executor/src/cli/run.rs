@@ -29,7 +29,7 @@ use super::display::Display;
 use super::operators::{Hands, hands};
 use super::plan::{LIMIT_S, load, make, refuse_same, write};
 use super::register::placed;
-use super::resume::progress_of;
+use super::resume::{fits, progress_of};
 use super::{CliError, MachineArgument, RunArguments};
 
 /// The drawing of the demonstration.
@@ -54,7 +54,11 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, CliError> {
     let real_time = arguments.port.is_some() || arguments.machine == MachineArgument::Sim;
     let work = Workpiece::new(plan);
     let progress = match &arguments.resume {
-        Some(log) => progress_of(log, &work, &arguments.recut)?,
+        Some(log) => {
+            let (progress, header) = progress_of(log, &work, &arguments.recut)?;
+            fits(&header, &work.plan, arguments)?;
+            progress
+        }
         None => Progress::default(),
     };
     if progress.finished.len() == work.plan.plan.loop_count() {
@@ -71,7 +75,7 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, CliError> {
             }
             let machine = run.machine.name.clone();
             let (log, operator) = (arguments.log.as_deref(), arguments.operator.as_str());
-            on_simulation(work, &run, hands, &Recording { log, operator, machine }, &outputs)
+            on_simulation(work, &run, hands, &Recording { log, operator, machine, simulated: true }, &outputs)
         }
     }
 }
@@ -95,12 +99,17 @@ fn answer_within(arguments: &RunArguments) -> Result<Duration, CliError> {
     }
 }
 
-fn simulation(arguments: &RunArguments, limit: Duration) -> Result<SimRun, CliError> {
-    let mut machine = MachineProfile::simulated();
-    if let Some((x, y)) = arguments.stroke_mm {
-        machine.stroke_mm = [x, y];
-        machine = machine.checked()?;
+/// The simulated machine, with the travel that was asked for.
+pub fn simulated_machine(arguments: &RunArguments) -> Result<MachineProfile, CliError> {
+    let machine = MachineProfile::simulated();
+    match arguments.stroke_mm {
+        Some((x, y)) => Ok(MachineProfile { stroke_mm: [x, y], ..machine }.checked()?),
+        None => Ok(machine),
     }
+}
+
+fn simulation(arguments: &RunArguments, limit: Duration) -> Result<SimRun, CliError> {
+    let machine = simulated_machine(arguments)?;
     let start = arguments.start_mm.map(|start| {
         point_from_mm(start).map_err(|error| CliError::Argument(format!("--start-mm: {error}")))
     });
@@ -157,6 +166,7 @@ struct Recording<'a> {
     operator: &'a str,
     /// The machine and its port, in words.
     machine: String,
+    simulated: bool,
 }
 
 impl Recording<'_> {
@@ -173,6 +183,7 @@ impl Recording<'_> {
             plan: plan_file::hex(&plan_file::hash(&plan_file::encode(&work.plan.plan)?)),
             drawing: work.plan.plan.sheet.name.clone(),
             dialect: language.name().into(),
+            simulated: self.simulated,
             offset: setting.offset,
             stroke: options.stroke,
             feed_mm_min: options.feed_mm_min,
@@ -224,17 +235,16 @@ fn on_port(
         answer_within: answer_within(arguments)?,
         progress,
     };
-    let setting = Setting {
-        offset: place.offset,
-        steps_per_mm: machine.steps_per_mm,
-        arc_tolerance_mm: machine.arc_tolerance_mm,
-    };
+    let setting = Setting::of(&machine, place.offset);
+    let loops_before = options.progress.finished.len();
+    let on = format!("{} on {name}, {} baud", machine.name, arguments.baud);
     let port = Serial::open(name, arguments.baud)?;
     let dialect = language.dialect(setting);
     let tape = Recording {
         log: arguments.log.as_deref(),
         operator: &arguments.operator,
-        machine: format!("{} on {name}, {} baud", machine.name, arguments.baud),
+        machine: on.clone(),
+        simulated: false,
     }
     .tape(&work, &language, &options, &setting)?;
     let supervisor = Supervisor::new(work, options, dialect.abilities());
@@ -262,13 +272,14 @@ fn on_port(
         seconds: last.seconds(),
         counts: supervisor.counts(),
         loops: (supervisor.finished().len(), supervisor.plan().plan.loop_count()),
+        loops_before,
         partial: supervisor.progress().partial.len(),
         unreached: supervisor.unreached(),
         deepest_mm: None,
         closest_mm: None,
         closest_by_hand_mm: None,
         coverage: None,
-        setting: format!("{} on {name}, {} baud; positions as reported", machine.name, arguments.baud),
+        setting: format!("{on}; positions as reported"),
         notices: supervisor.notices().to_vec(),
     };
     finish(supervisor.plan(), &facts, &samples, outputs)
@@ -311,7 +322,9 @@ fn exit_code(facts: &RunFacts) -> ExitCode {
     match facts.ended {
         Ended::Faulted => ExitCode::from(6),
         Ended::OutOfTime => ExitCode::from(9),
-        Ended::Done if facts.loops.0 == 0 || facts.partial > 0 || facts.unreached > 0 => ExitCode::from(9),
+        Ended::Done if facts.loops.0 == facts.loops_before || facts.partial > 0 || facts.unreached > 0 => {
+            ExitCode::from(9)
+        }
         Ended::Done => ExitCode::SUCCESS,
     }
 }
@@ -342,6 +355,7 @@ pub fn demo(output: &Path, manual_s: f64) -> Result<ExitCode, CliError> {
         _ => {}
     }
     let hands = Hands { operator, screen: None, panel: Panel::default(), recovers: false };
-    let recording = Recording { log: Some(&log), operator: "wall", machine: run.machine.name.clone() };
+    let recording =
+        Recording { log: Some(&log), operator: "wall", machine: run.machine.name.clone(), simulated: true };
     on_simulation(Workpiece::new(plan), &run, hands, &recording, &outputs)
 }

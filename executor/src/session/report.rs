@@ -24,6 +24,8 @@ pub struct RunFacts {
     pub counts: Counts,
     /// Finishing loops contoured, and in all; those in other free space can only be done from there.
     pub loops: (usize, usize),
+    /// Finishing loops that earlier runs had contoured.
+    pub loops_before: usize,
     /// Finishing loops that are cut in part.
     pub partial: usize,
     /// Finishing loops in the same free space that no way was found to.

@@ -162,11 +162,7 @@ impl Scene {
             progress: run.progress.clone(),
         };
         let machine = &plan.plan.machine;
-        let setting = Setting {
-            offset: place.offset,
-            steps_per_mm: machine.steps_per_mm,
-            arc_tolerance_mm: machine.arc_tolerance_mm,
-        };
+        let setting = Setting::of(machine, place.offset);
         Ok(Self { options, setting, sim })
     }
 }
@@ -363,6 +359,7 @@ fn result_of(supervisor: Supervisor, ended: Ended, seconds: f64, run: &SimRun, e
         seconds,
         counts: supervisor.counts(),
         loops: (finished, supervisor.plan().plan.loop_count()),
+        loops_before: run.progress.finished.len(),
         partial: supervisor.progress().partial.len(),
         unreached: supervisor.unreached(),
         deepest_mm: Some(witness.deepest().map_or(0.0, |incursion| incursion.depth_mm)),

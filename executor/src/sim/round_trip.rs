@@ -22,11 +22,7 @@ struct Pair {
 impl Pair {
     fn new(language: &Language, offset: Vector) -> Self {
         let machine = MachineProfile::simulated();
-        let setting = Setting {
-            offset,
-            steps_per_mm: machine.steps_per_mm,
-            arc_tolerance_mm: machine.arc_tolerance_mm,
-        };
+        let setting = Setting::of(&machine, offset);
         let settings = SimSettings {
             machine,
             start_mm: (-10.0, -10.0),

@@ -22,11 +22,7 @@ pub fn session(job: &Job, case: Case) -> Result<Log, String> {
     let machine = work.plan.plan.machine.clone();
     let language = Language::named(&case.dialect()).map_err(|error| error.to_string())?;
     let place = place_on_table(&work.plan, &machine, Some(ORIGIN_MM)).map_err(|error| error.to_string())?;
-    let setting = Setting {
-        offset: place.offset,
-        steps_per_mm: machine.steps_per_mm,
-        arc_tolerance_mm: machine.arc_tolerance_mm,
-    };
+    let setting = Setting::of(&machine, place.offset);
     let options = Options {
         feed_mm_min: FEED_MM_MIN,
         home: true,
@@ -41,6 +37,7 @@ pub fn session(job: &Job, case: Case) -> Result<Log, String> {
         stroke: options.stroke,
         feed_mm_min: options.feed_mm_min,
         home: options.home,
+        simulated: true,
         answer_within_ms: 5000,
         ..Header::default()
     };

@@ -283,6 +283,7 @@ pub fn log(world: &World, spec: &Spec, path: &std::path::Path) -> Result<Box<dyn
         stroke: world.place.stroke,
         feed_mm_min: 900,
         home: false,
+        simulated: true,
         answer_within_ms: 5000,
         progress: Progress::default(),
         setting: format!("hostile session {}:{}", world.seed, spec.seed),
@@ -337,11 +338,7 @@ fn take_out(supervisor: &mut Supervisor, part: Part) {
 fn take_out(_: &mut Supervisor, _: Part) {}
 
 fn setting(world: &World) -> Setting {
-    Setting {
-        offset: world.place.offset,
-        steps_per_mm: world.machine.steps_per_mm,
-        arc_tolerance_mm: world.machine.arc_tolerance_mm,
-    }
+    Setting::of(&world.machine, world.place.offset)
 }
 
 fn machine(world: &World, spec: &Spec, start_mm: (f64, f64), abilities: Abilities) -> SimMachine {

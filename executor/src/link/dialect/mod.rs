@@ -20,6 +20,7 @@ pub use venus::Venus;
 pub use zaber::Zaber;
 
 use keepout_kernel::{LatticeError, Vector};
+use keepout_planner::machine::MachineProfile;
 
 use super::Abilities;
 use crate::supervisor::{Command, Reply};
@@ -61,6 +62,15 @@ pub struct Setting {
     pub steps_per_mm: f64,
     /// Arc tolerance, mm, that the controller is given unless its own is smaller.
     pub arc_tolerance_mm: f64,
+}
+
+impl Setting {
+    /// What a plan's machine and the place of its drawing make of it.
+    #[must_use]
+    pub fn of(machine: &MachineProfile, offset: Vector) -> Self {
+        let MachineProfile { steps_per_mm, arc_tolerance_mm, .. } = *machine;
+        Self { offset, steps_per_mm, arc_tolerance_mm }
+    }
 }
 
 /// A motion that the dialect said it has not: encoding it fails, and the session stops.

@@ -18,6 +18,8 @@ pub struct Header {
     pub drawing: String,
     /// The dialect, as it is asked for on the command line.
     pub dialect: String,
+    /// Whether nothing but a simulated machine moved.
+    pub simulated: bool,
     /// Machine coordinates less drawing coordinates.
     pub offset: Vector,
     /// The machine's travel, drawing coordinates.
@@ -43,6 +45,7 @@ impl Default for Header {
             plan: String::new(),
             drawing: String::new(),
             dialect: String::new(),
+            simulated: false,
             offset: Vector { dx: 0, dy: 0 },
             stroke: Window::of(Point::ORIGIN),
             feed_mm_min: 0,
@@ -63,11 +66,12 @@ pub(super) fn text(header: &Header) -> String {
     let mut progress = String::new();
     job::push_progress(&mut progress, &header.progress);
     format!(
-        "{MAGIC} began={} plan={} drawing={} dialect={} offset={},{} stroke={x0},{y0},{x1},{y1} feed={} home={} answer={} progress={} operator={} setting={}",
+        "{MAGIC} began={} plan={} drawing={} dialect={} simulated={} offset={},{} stroke={x0},{y0},{x1},{y1} feed={} home={} answer={} progress={} operator={} setting={}",
         quoted(&header.began),
         quoted(&header.plan),
         quoted(&header.drawing),
         quoted(&header.dialect),
+        u8::from(header.simulated),
         header.offset.dx,
         header.offset.dy,
         header.feed_mm_min,
@@ -98,7 +102,9 @@ pub(super) fn parse(text: &str) -> Result<Header, LineError> {
         plan: word("plan")?,
         drawing: word("drawing")?,
         dialect: word("dialect")?,
-        offset: Vector { dx, dy },
+        // Logs of earlier versions do not say it.
+        simulated: field("simulated").is_ok_and(|simulated| simulated == "1"),
+        offset: corner(dx, dy)?.minus(Point::ORIGIN),
         stroke: Window::of(corner(x0, y0)?).including(corner(x1, y1)?),
         feed_mm_min: field("feed")?.parse().map_err(|_| bad())?,
         home: field("home")? == "1",
@@ -122,6 +128,7 @@ mod tests {
             plan: "9f86".into(),
             drawing: "a part = \"ä\" plan=x.dxf\t\n".into(),
             dialect: "/some where/dialect.toml".into(),
+            simulated: true,
             offset: Vector { dx: -20_000_000, dy: 500 },
             stroke: Window::of(Point::from_units(-5, -7).unwrap()).including(Point::ORIGIN),
             feed_mm_min: 900,
@@ -135,5 +142,7 @@ mod tests {
         assert!(!written.contains(['\t', '\n']));
         assert_eq!(parse(&written), Ok(header));
         assert!(parse(&written.replace("keepout-log 1", "keepout-log 2")).is_err());
+        assert!(!parse(&written.replace(" simulated=1", "")).unwrap().simulated);
+        assert!(parse(&written.replace("offset=-20000000", "offset=-2147483648")).is_err());
     }
 }

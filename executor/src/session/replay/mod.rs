@@ -11,6 +11,7 @@ use std::collections::VecDeque;
 use std::io::BufRead;
 use std::time::Duration;
 
+use keepout_planner::job::ProgressError;
 use keepout_planner::plan_file;
 use thiserror::Error;
 
@@ -38,6 +39,9 @@ pub enum ReplayError {
         /// The hash of the plan that was given.
         given: String,
     },
+    /// What it says that earlier runs had done does not fit the plan.
+    #[error("line 1 of the log: {0}")]
+    Progress(#[from] ProgressError),
     /// The plan can not be written as a file is.
     #[error(transparent)]
     Plan(#[from] keepout_planner::plan_file::PlanFileError),
@@ -192,12 +196,9 @@ struct Player {
 impl Player {
     fn new(header: &Header, work: Workpiece) -> Result<Self, ReplayError> {
         check_plan(header, &work)?;
+        header.progress.check(&work.plan)?;
         let machine = &work.plan.plan.machine;
-        let setting = Setting {
-            offset: header.offset,
-            steps_per_mm: machine.steps_per_mm,
-            arc_tolerance_mm: machine.arc_tolerance_mm,
-        };
+        let setting = Setting::of(machine, header.offset);
         let options = Options {
             feed_mm_min: header.feed_mm_min,
             home: header.home,
