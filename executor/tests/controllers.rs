@@ -53,7 +53,12 @@ fn fault_of(rule: impl FnMut(&[u8]) -> Vec<u8>, home: bool, lost_at: Option<Time
         answer_within: Duration::from_secs(3),
         progress: Progress::default(),
     };
-    let dialect = Grbl::new(Setting { offset: place.offset, steps_per_mm: 400.0, arc_tolerance_mm: 0.0005 });
+    let dialect = Grbl::new(Setting {
+        offset: place.offset,
+        steps_per_mm: 400.0,
+        arc_tolerance_mm: 0.0005,
+        stroke_mm: [400.0, 350.0],
+    });
     let supervisor = Supervisor::new(Workpiece::new(plan), options, dialect.abilities());
     let port = Scripted { rule, pending: Vec::new(), written: Vec::new(), lost_at };
     let operator = operator::named("wall", 60.0, 1).unwrap();

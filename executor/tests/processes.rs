@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use keepout_executor::session::log::{Entry, Log};
 use keepout_executor::session::replay::{LogEnd, replay};
 use keepout_executor::supervisor::Workpiece;
+use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan_file;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_keepout");
@@ -183,6 +184,25 @@ fn what_was_cut_elsewhere_is_not_gone_on_with() {
     let run =
         keepout(&["run", &plan, "--resume", &first, "--port", "/dev/null", "--homed", "--origin-mm", "0,0"]);
     assert!(run.status.code() == Some(2) && said(&run).contains("of a simulated machine"), "{}", said(&run));
+}
+
+/// Half the microsteps in the profile: everything would be half as large, but for the tool. The device's travel tells.
+#[test]
+fn a_device_of_other_microsteps_is_refused_before_it_moves() {
+    let shop = Shop::new("microsteps");
+    let (profile, plan) = (shop.at("machine.toml"), shop.at("half.plan"));
+    let machine = MachineProfile { steps_per_mm: 200.0, ..MachineProfile::simulated() };
+    std::fs::write(&profile, machine.to_toml()).unwrap();
+    let bracket = Path::new(env!("CARGO_MANIFEST_DIR")).join("drawings/bracket.dxf").display().to_string();
+    let made =
+        keepout(&["plan", &bracket, "--tool-diameter", "6", "--machine-profile", &profile, "-o", &plan]);
+    assert_eq!(made.status.code(), Some(0), "{}", said(&made));
+    let common = ["--machine", "sim-fast", "--dialect", "zaber", "--operator", "calm", "--manual-s", "3"];
+    let run = keepout(&[&["run", &plan], &common[..]].concat());
+    assert!(run.status.code() == Some(6) && said(&run).contains("limit.max"), "{}", said(&run));
+    assert!(said(&run).contains("0 jogs, 0 contour motions"), "{}", said(&run));
+    let run = keepout(&[&["run", &shop.at("part.plan")], &common[..]].concat());
+    assert_eq!(run.status.code(), Some(0), "{}", said(&run));
 }
 
 #[test]

@@ -101,6 +101,7 @@ fn logs() -> Outcome {
             offset: scene.setting.offset,
             stroke: scene.options.stroke,
             feed_mm_min: run.feed_mm_min,
+            travel_mm: None,
             simulated: true,
             answer_within_ms: 5000,
             ..Header::default()

@@ -52,7 +52,12 @@ const DESCRIPTIONS: [&str; 4] = [
 /// What dialects are told here.
 #[must_use]
 pub fn setting() -> Setting {
-    Setting { offset: Vector { dx: -12_345_600, dy: 700 }, steps_per_mm: 400.0, arc_tolerance_mm: 0.0005 }
+    Setting {
+        offset: Vector { dx: -12_345_600, dy: 700 },
+        steps_per_mm: 400.0,
+        arc_tolerance_mm: 0.0005,
+        stroke_mm: [400.0, 350.0],
+    }
 }
 
 fn description(which: usize) -> Shared<Description> {
@@ -277,7 +282,7 @@ struct Trip {
 impl Trip {
     fn begin(language: &Language, offset: Vector) -> Self {
         let machine = MachineProfile::simulated();
-        let (steps_per_mm, arc_tolerance_mm) = (machine.steps_per_mm, machine.arc_tolerance_mm);
+        let setting = Setting::of(&machine, offset);
         let settings = SimSettings {
             machine,
             start_mm: (mm(offset.dx), mm(offset.dy)),
@@ -286,7 +291,7 @@ impl Trip {
             work_offset_mm: (-30.0, -20.0),
         };
         let controller = speaking(language, settings);
-        let dialect = language.dialect(Setting { offset, steps_per_mm, arc_tolerance_mm });
+        let dialect = language.dialect(setting);
         Self { dialect, controller, now: Time::ZERO, bytes: Vec::new() }
     }
 

@@ -185,6 +185,7 @@ impl Recording<'_> {
             dialect: language.name().into(),
             simulated: self.simulated,
             offset: setting.offset,
+            travel_mm: Some(setting.stroke_mm),
             stroke: options.stroke,
             feed_mm_min: options.feed_mm_min,
             home: options.home,

@@ -55,7 +55,12 @@ fn byte<D: Draw>(d: &mut D) -> u8 {
 }
 
 fn setting() -> Setting {
-    Setting { offset: Vector { dx: -12_345_600, dy: 700 }, steps_per_mm: 400.0, arc_tolerance_mm: 0.0005 }
+    Setting {
+        offset: Vector { dx: -12_345_600, dy: 700 },
+        steps_per_mm: 400.0,
+        arc_tolerance_mm: 0.0005,
+        stroke_mm: [400.0, 350.0],
+    }
 }
 
 fn dialect(which: usize) -> Box<dyn Dialect> {

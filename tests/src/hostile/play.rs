@@ -283,6 +283,7 @@ pub fn log(world: &World, spec: &Spec, path: &std::path::Path) -> Result<Box<dyn
         stroke: world.place.stroke,
         feed_mm_min: 900,
         home: false,
+        travel_mm: Some(world.machine.stroke_mm),
         simulated: true,
         answer_within_ms: 5000,
         progress: Progress::default(),

@@ -62,14 +62,16 @@ pub struct Setting {
     pub steps_per_mm: f64,
     /// Arc tolerance, mm, that the controller is given unless its own is smaller.
     pub arc_tolerance_mm: f64,
+    /// Travel of x and y, mm.
+    pub stroke_mm: [f64; 2],
 }
 
 impl Setting {
     /// What a plan's machine and the place of its drawing make of it.
     #[must_use]
     pub fn of(machine: &MachineProfile, offset: Vector) -> Self {
-        let MachineProfile { steps_per_mm, arc_tolerance_mm, .. } = *machine;
-        Self { offset, steps_per_mm, arc_tolerance_mm }
+        let MachineProfile { steps_per_mm, arc_tolerance_mm, stroke_mm, .. } = *machine;
+        Self { offset, steps_per_mm, arc_tolerance_mm, stroke_mm }
     }
 }
 

@@ -55,6 +55,12 @@ impl Scale {
         mm * self.per_mm_f64()
     }
 
+    /// Counts in mm, as near as a float is.
+    #[expect(clippy::cast_precision_loss, reason = "a figure for comparisons")]
+    pub(super) fn to_mm(self, counts: i64) -> f64 {
+        counts as f64 / self.per_mm_f64()
+    }
+
     /// Counts per mm, for what safety does not rest on.
     #[expect(clippy::cast_precision_loss, reason = "a figure for comparisons")]
     pub(super) fn per_mm_f64(self) -> f64 {

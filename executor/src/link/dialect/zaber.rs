@@ -6,7 +6,8 @@
 //! in microsteps/s² × 1.6384 / 10000, that a stream with something left to do is never reported `IDLE`.
 //!
 //! A position is a whole number of microsteps counted from the near end of travel; `limit.max` is the machine's zero, as the
-//! table is taken to lie in [−width, 0]. How many make a mm no setting tells: the machine profile says it.
+//! table is taken to lie in [−width, 0]. How many make a mm no setting tells: the machine profile says it, and `limit.max` must be
+//! the profile's travel by that figure.
 //!
 //! How a stream that is stopped midway leaves its line is not documented. So nothing is ever stopped: a jog is sent at rest
 //! and kept short, and a contour is held by not sending the rest of it.
@@ -83,6 +84,8 @@ pub struct Zaber {
 /// The next motion of a contour is accepted when the tool is within this of the one before's end, mm: the stream then always
 /// has something to do, and never much.
 const AHEAD_MM: f64 = 3.0;
+/// How far the device's travel may be from the profile's, as a share: stops are set by hand.
+const TRAVEL_OFF: f64 = 0.02;
 /// The unit of speeds, in parts of ten thousand.
 const SPEED_UNIT: i64 = 16_384;
 
@@ -251,6 +254,16 @@ impl Zaber {
         }
     }
 
+    /// What is wrong when the device's travel is not the profile's. Another number of microsteps in the profile makes everything smaller
+    /// or larger, what is sent and what is reported alike: only the travel tells.
+    fn other_travel(&self, limit: [i64; 2]) -> Option<Unfit> {
+        let mut travels =
+            limit.map(|counts| self.scale.to_mm(counts)).into_iter().zip(self.setting.stroke_mm);
+        let (value, _) = travels.find(|(found, stroke)| (found / stroke - 1.0).abs() > TRAVEL_OFF)?;
+        let needed = "the profile's stroke_mm within 2 %; steps_per_mm or stroke_mm is not this machine's";
+        Some(Unfit { name: "limit.max, in mm by the profile's steps_per_mm,", value, needed })
+    }
+
     /// `None` when the answer is no two numbers of a device's size.
     fn setting_read(&mut self, what: What, answer: &Answer<'_>, out: &mut Vec<u8>) -> Option<Option<Reply>> {
         let values = answer.pair()?;
@@ -259,9 +272,12 @@ impl Zaber {
         let figure = f64::from(least) * 10_000.0 / 16_384.0 / self.scale.per_mm_f64();
         Some(match what {
             What::LimitMax => {
-                self.zero = Some(values);
-                self.ask(What::MaxSpeed, format_args!("get maxspeed"), out);
-                None
+                let wrong = self.other_travel(values);
+                self.zero = if wrong.is_some() { None } else { Some(values) };
+                if wrong.is_none() {
+                    self.ask(What::MaxSpeed, format_args!("get maxspeed"), out);
+                }
+                wrong.map(Reply::Unfit)
             }
             What::MaxSpeed => {
                 self.limits.speed_mm_s = figure;

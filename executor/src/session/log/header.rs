@@ -22,7 +22,9 @@ pub struct Header {
     pub simulated: bool,
     /// Machine coordinates less drawing coordinates.
     pub offset: Vector,
-    /// The machine's travel, drawing coordinates.
+    /// The machine's travel in x and y, mm; that of the plan's machine if it is not said.
+    pub travel_mm: Option<[f64; 2]>,
+    /// Where the tool may go of that, drawing coordinates.
     pub stroke: Window,
     /// Feed of the contour, mm/min.
     pub feed_mm_min: u32,
@@ -47,6 +49,7 @@ impl Default for Header {
             dialect: String::new(),
             simulated: false,
             offset: Vector { dx: 0, dy: 0 },
+            travel_mm: None,
             stroke: Window::of(Point::ORIGIN),
             feed_mm_min: 0,
             home: false,
@@ -65,8 +68,9 @@ pub(super) fn text(header: &Header) -> String {
     let (x0, y0, x1, y1) = header.stroke.corners();
     let mut progress = String::new();
     job::push_progress(&mut progress, &header.progress);
+    let travel = header.travel_mm.map_or(String::new(), |[x, y]| format!(" travel={x},{y}"));
     format!(
-        "{MAGIC} began={} plan={} drawing={} dialect={} simulated={} offset={},{} stroke={x0},{y0},{x1},{y1} feed={} home={} answer={} progress={} operator={} setting={}",
+        "{MAGIC} began={} plan={} drawing={} dialect={} simulated={} offset={},{}{travel} stroke={x0},{y0},{x1},{y1} feed={} home={} answer={} progress={} operator={} setting={}",
         quoted(&header.began),
         quoted(&header.plan),
         quoted(&header.drawing),
@@ -96,6 +100,15 @@ pub(super) fn parse(text: &str) -> Result<Header, LineError> {
     let word = |name: &str| unquoted(field(name)?).ok_or_else(bad);
     let (offset, stroke) = (numbers("offset")?, numbers("stroke")?);
     let (&[dx, dy], &[x0, y0, x1, y1]) = (&offset[..], &stroke[..]) else { return Err(bad()) };
+    let travel_mm = match field("travel") {
+        Ok(travel) => {
+            let mm = travel.split(',').map(|number| number.parse().ok().filter(|mm: &f64| mm.is_finite()));
+            let [x, y] =
+                mm.collect::<Option<Vec<f64>>>().and_then(|mm| mm.try_into().ok()).ok_or_else(bad)?;
+            Some([x, y])
+        }
+        Err(_) => None,
+    };
     let corner = |x: i32, y: i32| Point::from_units(x.into(), y.into()).map_err(|_| bad());
     Ok(Header {
         began: word("began")?,
@@ -105,6 +118,7 @@ pub(super) fn parse(text: &str) -> Result<Header, LineError> {
         // Logs of earlier versions do not say it.
         simulated: field("simulated").is_ok_and(|simulated| simulated == "1"),
         offset: corner(dx, dy)?.minus(Point::ORIGIN),
+        travel_mm,
         stroke: Window::of(corner(x0, y0)?).including(corner(x1, y1)?),
         feed_mm_min: field("feed")?.parse().map_err(|_| bad())?,
         home: field("home")? == "1",
@@ -130,6 +144,7 @@ mod tests {
             dialect: "/some where/dialect.toml".into(),
             simulated: true,
             offset: Vector { dx: -20_000_000, dy: 500 },
+            travel_mm: Some([400.125, 1.0 / 3.0]),
             stroke: Window::of(Point::from_units(-5, -7).unwrap()).including(Point::ORIGIN),
             feed_mm_min: 900,
             home: true,
@@ -143,6 +158,9 @@ mod tests {
         assert_eq!(parse(&written), Ok(header));
         assert!(parse(&written.replace("keepout-log 1", "keepout-log 2")).is_err());
         assert!(!parse(&written.replace(" simulated=1", "")).unwrap().simulated);
+        assert!(parse(&written.replace(" travel=400.125,", " travel=nan,")).is_err());
+        let unsaid = parse(&written.replace(" travel=400.125,", " unread=")).unwrap();
+        assert_eq!(unsaid.travel_mm, None);
         assert!(parse(&written.replace("offset=-20000000", "offset=-2147483648")).is_err());
     }
 }

@@ -199,6 +199,7 @@ impl Player {
         header.progress.check(&work.plan)?;
         let machine = &work.plan.plan.machine;
         let setting = Setting::of(machine, header.offset);
+        let setting = Setting { stroke_mm: header.travel_mm.unwrap_or(setting.stroke_mm), ..setting };
         let options = Options {
             feed_mm_min: header.feed_mm_min,
             home: header.home,

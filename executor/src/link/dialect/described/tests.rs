@@ -10,7 +10,10 @@ const TANGO: &str = include_str!("../../../../dialects/tango.toml");
 fn dialect(text: &str) -> Described {
     let offset = Vector { dx: -20_000_000, dy: -20_000_000 };
     let description = Arc::new(Description::of(text).unwrap());
-    Described::new(description, Setting { offset, steps_per_mm: 400.0, arc_tolerance_mm: 0.0005 })
+    Described::new(
+        description,
+        Setting { offset, steps_per_mm: 400.0, arc_tolerance_mm: 0.0005, stroke_mm: [400.0, 350.0] },
+    )
 }
 
 fn hear(dialect: &mut Described, text: &str) -> (Vec<Reply>, String) {

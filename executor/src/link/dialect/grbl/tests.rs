@@ -4,7 +4,7 @@ use super::*;
 
 fn dialect() -> Grbl {
     let offset = Vector { dx: -20_000_000, dy: 500 };
-    Grbl::new(Setting { offset, steps_per_mm: 400.0, arc_tolerance_mm: 0.0005 })
+    Grbl::new(Setting { offset, steps_per_mm: 400.0, arc_tolerance_mm: 0.0005, stroke_mm: [400.0, 350.0] })
 }
 
 fn hear(grbl: &mut Grbl, text: &[u8]) -> (Vec<Reply>, Vec<u8>) {

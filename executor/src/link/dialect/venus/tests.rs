@@ -3,7 +3,12 @@ use crate::link::dialect::testing::{contour_to, jog_to};
 
 fn dialect() -> Venus {
     let offset = Vector { dx: -20_000_000, dy: 500 };
-    let mut venus = Venus::new(Setting { offset, steps_per_mm: 400.0, arc_tolerance_mm: 0.0005 });
+    let mut venus = Venus::new(Setting {
+        offset,
+        steps_per_mm: 400.0,
+        arc_tolerance_mm: 0.0005,
+        stroke_mm: [400.0, 350.0],
+    });
     venus.in_mm = true;
     venus
 }

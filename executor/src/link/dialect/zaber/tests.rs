@@ -4,7 +4,7 @@ use crate::link::dialect::testing::{contour_to, jog_to};
 
 fn dialect() -> Zaber {
     let offset = Vector { dx: -20_000_000, dy: 500 };
-    Zaber::new(Setting { offset, steps_per_mm: 400.0, arc_tolerance_mm: 0.0005 })
+    Zaber::new(Setting { offset, steps_per_mm: 400.0, arc_tolerance_mm: 0.0005, stroke_mm: [400.0, 350.0] })
 }
 
 fn ready() -> Zaber {
@@ -63,6 +63,28 @@ fn start_reads_what_is_needed() {
     assert!(said(&mut zaber, &Command::Arm).contains("stream 1 setup disable"));
     assert!(hear(&mut zaber, "@01 0 08 RJ IDLE -- BADCOMMAND").1.contains("stream 1 setup live 1 2"));
     assert_eq!(hear(&mut zaber, "@01 0 09 OK IDLE -- 0").0, [Reply::Armed]);
+}
+
+/// With a profile of other microsteps what is sent and what is reported agree, and the part becomes smaller: its travel does, too.
+#[test]
+fn a_device_of_another_travel_is_refused() {
+    for (limit, fits) in [
+        ("160000 140000", true),
+        ("162000 139000", true),
+        ("806299 705512", false),
+        ("32000 28000", false),
+        ("160000 137000", false),
+        ("0 0", false),
+        ("-160000 -140000", false),
+    ] {
+        let mut zaber = dialect();
+        said(&mut zaber, &Command::Prepare);
+        hear(&mut zaber, "@01 0 01 OK IDLE -- 0");
+        let (replies, sent) = hear(&mut zaber, &format!("@01 0 02 OK IDLE -- {limit}"));
+        assert_eq!(sent.contains("get maxspeed"), fits, "{limit}");
+        assert_eq!(matches!(replies[..], [Reply::Unfit(_)]), !fits, "{limit}: {replies:?}");
+        assert_eq!(zaber.zero.is_some(), fits, "{limit}");
+    }
 }
 
 #[test]
