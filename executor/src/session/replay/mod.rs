@@ -254,12 +254,12 @@ impl Player {
     fn compare(&mut self, line: usize, time: Time, logged: &Entry) -> Result<(), ReplayError> {
         match self.outcome.entries.pop_front() {
             Some(played) if played == *logged => {}
-            Some(played) => return Err(differs(line, time, &format!("{logged:?}"), &played)),
+            Some(played) => return Err(differs(line, time, &told(logged), &played)),
             None => {
                 return Err(ReplayError::Differs {
                     line,
                     seconds: time.seconds(),
-                    logged: format!("{logged:?}"),
+                    logged: told(logged),
                     played: "nothing".into(),
                 });
             }
@@ -304,11 +304,23 @@ impl Player {
     }
 }
 
+/// Most letters of an entry in a message.
+const TOLD: usize = 200;
+
 fn differs(line: usize, time: Time, logged: &str, played: &Entry) -> ReplayError {
-    ReplayError::Differs {
-        line,
-        seconds: time.seconds(),
-        logged: logged.into(),
-        played: format!("{played:?}"),
+    ReplayError::Differs { line, seconds: time.seconds(), logged: logged.into(), played: told(played) }
+}
+
+/// As much of an entry as a person wants to be told.
+fn told(entry: &Entry) -> String {
+    let whole = match entry {
+        Entry::Sent(bytes) => format!("sent \"{}\"", bytes.escape_ascii()),
+        other => format!("{other:?}"),
+    };
+    let mut letters = whole.chars();
+    let mut told: String = letters.by_ref().take(TOLD).collect();
+    if letters.next().is_some() {
+        told.push('…');
     }
+    told
 }
