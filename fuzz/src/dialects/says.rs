@@ -250,10 +250,12 @@ fn described(heard: &Heard, reply: &Reply, reading: &Reading) {
     assert!(said, "{report:?} from {lines:?}");
 }
 
-/// All numbers of a line.
+/// All numbers of a line; one that a letter follows goes on, and is none.
 fn numbers(text: &str) -> Vec<f64> {
-    let parts = text.split(|letter: char| !(letter.is_ascii_digit() || "+-.".contains(letter)));
-    parts.filter_map(|part| part.parse().ok()).collect()
+    let ends = |letter: char| !(letter.is_ascii_digit() || "+-.".contains(letter));
+    let parts =
+        text.split_inclusive(ends).filter(|part| !part.ends_with(|letter: char| letter.is_alphabetic()));
+    parts.filter_map(|part| part.trim_end_matches(ends).parse().ok()).collect()
 }
 
 /// The first two numbers.

@@ -337,10 +337,14 @@ fn figure(key: &'static str, counts: f64, decimals: u8) -> Result<Figure, Descri
 
 fn rule(table: &RuleTable) -> Result<(Test, Mode), DescriptionError> {
     let test = match (&table.equals, &table.contains, table.bits) {
-        (Some(word), None, None) => Test::Equals(word.clone()),
-        (None, Some(part), None) => Test::Contains(part.clone()),
-        (None, None, Some(bits)) => Test::Bits(bits),
-        _ => return Err(value("status.rules", "each with one of equals, contains and bits")),
+        (Some(word), None, None) if !word.is_empty() => Test::Equals(word.clone()),
+        (None, Some(part), None) if !part.is_empty() => Test::Contains(part.clone()),
+        (None, None, Some(bits @ 1..)) => Test::Bits(bits),
+        _ => {
+            let needed =
+                "each with one of equals, contains and bits; a word has letters, and of bits one is set";
+            return Err(value("status.rules", needed));
+        }
     };
     Ok((test, mode_of(table.mode)))
 }

@@ -132,7 +132,8 @@ impl Template {
                 Piece::Slot(slot) => {
                     let end = self.end_of(index, *slot, rest);
                     let (value, behind) = rest.split_at(end);
-                    if value.is_empty() && *slot != Slot::Any {
+                    let goes_on = slot.is_number() && self.goes_on(index, behind);
+                    if value.is_empty() && *slot != Slot::Any || goes_on {
                         return None;
                     }
                     captures.values[slot.index()] = Some(value.trim());
@@ -141,6 +142,18 @@ impl Template {
             }
         }
         rest.trim().is_empty().then_some(captures)
+    }
+
+    /// Whether what is behind the number at `index` may belong to it: `1.0e-05` is no 1. Only a space ends a number, or what the
+    /// template has there.
+    fn goes_on(&self, index: usize, behind: &str) -> bool {
+        let Some(letter) = behind.chars().next() else { return false };
+        let ends = match self.pieces.get(index + 1) {
+            Some(Piece::Text(text)) => text.trim_start().starts_with(letter),
+            Some(Piece::Slot(_)) => !letter.is_ascii_alphanumeric(),
+            None => false,
+        };
+        !letter.is_whitespace() && !ends
     }
 
     /// Where the value of the place at `index` ends: numbers with their last digit, words before what follows.
@@ -197,6 +210,28 @@ mod tests {
         assert_eq!((captures.text(Slot::Status), captures.number(Slot::Y)), (Some("Idle"), Some(2.0)));
         assert!(Template::of("{x} {y}").unwrap().read("  12   -3 \r").is_some());
         assert!(Template::of("{x} {y}").unwrap().read("12").is_none());
+    }
+
+    /// Found by review: the exponent was taken for anything.
+    #[test]
+    fn a_number_ends_where_it_ends() {
+        for (template, line) in [
+            ("{x} {y} {any}", "12.0 1.0e-05 0"),
+            ("{x} {y} {any}", "12.0 1.0,5 0"),
+            ("{x},{y}{any}", "12.0,1.0E3"),
+            ("{x},{y} {any}", "12.0e1,1.0 0"),
+            ("{x} {y}", "12.0 0x10"),
+        ] {
+            assert!(Template::of(template).unwrap().read(line).is_none(), "{line}");
+        }
+        for (template, line) in [
+            ("{x} {y} {any}", "12.0 1.0 0"),
+            ("{x},{y}{any}", "12.0,1.0|FS"),
+            ("X{x}Y{y}F{feed}", "X1 Y2F3"),
+            ("{x} mm {y} mm", "1mm 2 mm"),
+        ] {
+            assert!(Template::of(template).unwrap().read(line).is_some(), "{line}");
+        }
     }
 
     #[test]

@@ -139,6 +139,9 @@ fn descriptions_are_refused_by_key() {
         ),
         ("counts_per_mm = 1000", "counts_per_mm = 0", "units.counts_per_mm: more than 0"),
         ("{ bits = 1, mode", "{ mode", "status.rules"),
+        ("{ bits = 1, mode", "{ bits = 0, mode", "status.rules"),
+        ("{ bits = 1, mode", "{ contains = \"\", mode", "status.rules"),
+        ("{ bits = 1, mode", "{ equals = \"\", mode", "status.rules"),
         ("[\"MV{feed}\", \"MA{x},{y}\"]", "[\"MA{x}\"]", "motion.line"),
         ("shape = \"box\"", "shape = \"round\"", "unknown variant `round`"),
     ] {
