@@ -4,12 +4,14 @@ use keepout_kernel::curve::nearest_point;
 use keepout_kernel::exact::predicate::ray_crosses;
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::exact::width::Product;
-use keepout_kernel::offset::{self, Gouge, Missing, Offset, Outline, certify_complete, certify_path};
+use keepout_kernel::offset::{
+    self, COVERAGE, Gouge, Missing, Offset, Outline, RESOLUTION, certify_complete, certify_path,
+};
 use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, UNITS_PER_MM};
 use thiserror::Error;
 
 use crate::profile::{ARC_CHORD_SLACK, Profile, corners};
-use crate::units::place;
+use crate::units::{along_mm, nearest_on_mm, place, point_from_mm, point_mm};
 
 /// Added to R + M for the path's own rounding and chords, lattice units (0.6 µm): two chord slacks of the profile, two
 /// of the path, and the rounding of joints and centres.
@@ -75,6 +77,30 @@ pub enum PathRefusal {
         /// The loop, from 1.
         number: usize,
     },
+    /// A motion of a loop is not beside the part: it would cut where nothing is to be finished.
+    #[error("loop {number}: the motion near {} is not beside the part", place(*at))]
+    Elsewhere {
+        /// The loop, from 1.
+        number: usize,
+        /// Its place.
+        at: Point,
+    },
+    /// A loop has the part on its right: the tool would cut the other way round than the plan says.
+    #[error("loop {number} goes the wrong way round")]
+    WrongWay {
+        /// The loop, from 1.
+        number: usize,
+    },
+    /// A loop is said to be in a piece of free space that it is not in: it would not be cut from there.
+    #[error("loop {number} is in the free space {found}, not in {said}")]
+    WrongSpace {
+        /// The loop, from 1.
+        number: usize,
+        /// The piece of free space that it is in, as [`FinishingLoop::component`].
+        found: usize,
+        /// The one that it is said to be in.
+        said: usize,
+    },
     /// A stretch of the profile that the tool can touch has no path beside it.
     #[error("{0}")]
     Incomplete(Missing),
@@ -130,12 +156,7 @@ fn among_zones(outlines: &[Outline], part: &ProhibitedRegion, d: f64) -> Offset 
 
 fn path_of(offset: Offset) -> FinishingPath {
     let unit = f64::from(UNITS_PER_MM);
-    let outlines: Vec<LoopOutline> = offset.loops.iter().map(|each| LoopOutline::new(&each.curves)).collect();
-    let component = |i: usize| {
-        let own = &outlines[i];
-        if own.is_room() { i + 1 } else { component_at(&outlines, own.points[0], Some(i)) }
-    };
-    let components: Vec<usize> = (0..outlines.len()).map(component).collect();
+    let components = components(offset.loops.iter().map(|each| &each.curves[..]));
     let loops = offset.loops.into_iter().zip(components);
     FinishingPath {
         loops: loops.map(|(each, component)| FinishingLoop { curves: each.curves, component }).collect(),
@@ -143,6 +164,45 @@ fn path_of(offset: Offset) -> FinishingPath {
         residual_area_mm2: Some(offset.residual_area / (unit * unit)).filter(|area| area.is_finite()),
         profile_length_mm: offset.profile_length / unit,
     }
+}
+
+/// The piece of free space that each loop lies in, numbered like [`FinishingLoop::component`].
+fn components<'a>(loops: impl Iterator<Item = &'a [Curve]>) -> Vec<usize> {
+    let outlines: Vec<LoopOutline> = loops.map(LoopOutline::new).collect();
+    let component = |(i, own): (usize, &LoopOutline)| {
+        if own.is_room() { i + 1 } else { component_at(&outlines, own.points[0], Some(i)) }
+    };
+    outlines.iter().enumerate().map(component).collect()
+}
+
+/// Share of a loop's length that may have the part on the right: in a slot no wider than the tool both walls are as near.
+const OTHER_WAY: f64 = 0.75;
+
+/// Checks that the middle of every motion is at the distance `d` (lattice units) beside the part, up to what may be missing
+/// from the path, and that the part is on the left. That no motion is nearer is asked elsewhere, and exactly.
+fn runs_beside(
+    number: usize,
+    each: &FinishingLoop,
+    part: &ProhibitedRegion,
+    d: f64,
+) -> Result<(), PathRefusal> {
+    let (mut hint, mut length, mut other_way) = (None, 0.0, 0.0);
+    for curve in &each.curves {
+        let (middle, (dx, dy)) = along_mm(curve, 0.5);
+        let at = point_from_mm(middle).unwrap_or(curve.from());
+        let elsewhere = PathRefusal::Elsewhere { number, at };
+        let Some(nearest) = part.index().nearest(at, hint) else { return Err(elsewhere) };
+        hint = Some(nearest.edge);
+        let edge = part.edges()[nearest.edge];
+        if nearest.distance() > d + RESOLUTION + COVERAGE + f64::from(edge.slack.units()) {
+            return Err(elsewhere);
+        }
+        let wall = nearest_on_mm(middle, point_mm(edge.chord.from), point_mm(edge.chord.to));
+        let on_left = dx * (wall.1 - middle.1) - dy * (wall.0 - middle.0) > 0.0;
+        length += curve.length();
+        other_way += if on_left { 0.0 } else { curve.length() };
+    }
+    if other_way > OTHER_WAY * length { Err(PathRefusal::WrongWay { number }) } else { Ok(()) }
 }
 
 impl FinishingPath {
@@ -154,8 +214,9 @@ impl FinishingPath {
         format!("{:.3} of {:.1} mm contour, {area}", self.residual_length_mm, self.profile_length_mm)
     }
 
-    /// Certifies that no motion comes within `threshold` of the part, that every loop closes, and that no stretch of the
-    /// true offset of the outlines at distance `d` is missing; answers with the number of motions.
+    /// Certifies that no motion comes within `threshold` of the part, that every loop closes, runs beside the part, the right way
+    /// round, and in the free space that is said, and that no stretch of the true offset of the outlines at distance `d` is
+    /// missing; answers with the number of motions.
     ///
     /// # Errors
     /// [`PathRefusal`] for the first claim that does not hold.
@@ -178,6 +239,13 @@ impl FinishingPath {
         }
         let curves = self.loops.iter().flat_map(|each| &each.curves);
         certify_complete(part, outlines, d, ARC_CHORD_SLACK, curves).map_err(PathRefusal::Incomplete)?;
+        let found = components(self.loops.iter().map(|each| &each.curves[..]));
+        for (number, (each, found)) in (1..).zip(self.loops.iter().zip(found)) {
+            runs_beside(number, each, part, d)?;
+            if each.component != found {
+                return Err(PathRefusal::WrongSpace { number, found, said: each.component });
+            }
+        }
         Ok(motions)
     }
 

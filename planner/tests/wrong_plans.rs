@@ -2,7 +2,7 @@
 
 use keepout_kernel::curve::fit_arc;
 use keepout_kernel::{Arc, Curve, Length, Point, Segment, Vector};
-use keepout_planner::finish::PathRefusal;
+use keepout_planner::finish::{FinishingLoop, PathRefusal};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::order::Order;
 use keepout_planner::plan::{CertifiedPlan, Cut, Job, PassJob, Plan, PlanError};
@@ -53,6 +53,35 @@ fn a_loop_moved_by_two_micrometres() {
             }
         }
     }
+}
+
+/// All that keeps away from the part and leaves nothing out is not yet what was ordered.
+#[test]
+fn loops_that_are_turned_round_misplaced_or_added() {
+    for side in SIDES {
+        let good = plan(side).plan;
+        for index in 0..good.finish().loops.len() {
+            let mut wrong = good.clone();
+            let each = &mut wrong.passes[0].path.loops[index];
+            each.curves = each.curves.iter().rev().map(|curve| curve.reversed().expect("turned")).collect();
+            let refusal = refusal(wrong);
+            assert!(matches!(refusal, PathRefusal::WrongWay { number } if number == index + 1), "{refusal}");
+            let mut wrong = good.clone();
+            wrong.passes[0].path.loops[index].component += 7;
+            let refusal = self::refusal(wrong);
+            assert!(
+                matches!(refusal, PathRefusal::WrongSpace { number, .. } if number == index + 1),
+                "{refusal}"
+            );
+        }
+    }
+    let mut wrong = plan(MachinedSide::Outside).plan;
+    let loops = &mut wrong.passes[0].path.loops;
+    let far = Vector { dx: -20_000_000, dy: 0 };
+    let away = loops[0].curves.iter().map(|curve| moved(curve, far)).collect();
+    loops.push(FinishingLoop { curves: away, component: 0 });
+    let (refusal, number) = (refusal(wrong.clone()), wrong.finish().loops.len());
+    assert!(matches!(refusal, PathRefusal::Elsewhere { number: found, .. } if found == number), "{refusal}");
 }
 
 #[test]
