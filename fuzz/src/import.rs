@@ -2,8 +2,10 @@
 
 use keepout_kernel::{Curve, Length, Point};
 use keepout_planner::drawing::{Chained, Choice, Drawing, DrawingError, census, import};
+use keepout_planner::finish::PathRefusal::{Elsewhere, WrongSpace, WrongWay};
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::order::Order;
+use keepout_planner::order::{Order, OrderError};
+use keepout_planner::plan::PlanError;
 use keepout_planner::plan_file;
 use keepout_planner::profile::{MachinedSide, Profile, ProfileEdge, ProfileLoop};
 
@@ -195,10 +197,19 @@ fn near(one: Point, other: Point) -> bool {
     i64::from(apart.dx).abs().max(i64::from(apart.dy).abs()) <= CENTRE_MAX
 }
 
+/// A path that is proposed may come too near or leave something out, which is a limit that is told; it is never elsewhere.
+fn is_misplaced(error: &OrderError) -> bool {
+    let OrderError::Plan(PlanError::Pass { refusal, .. }) = error else { return false };
+    matches!(refusal, Elsewhere { .. } | WrongWay { .. } | WrongSpace { .. })
+}
+
 fn plans(bytes: &[u8], order: &Order) {
     let certified = match order.plan("fuzz", bytes, &MachineProfile::simulated(), &mut |_| {}) {
         Ok(certified) => certified,
-        Err(error) => return told(&error.to_string()),
+        Err(error) => {
+            assert!(!is_misplaced(&error), "what was proposed is refused: {error}");
+            return told(&error.to_string());
+        }
     };
     witness::watch(&certified, Some(&order.job));
     small::adds_up(&certified.plan.machine, &certified.plan.budget, order.job.margin_mm);
