@@ -115,6 +115,17 @@ fn a_run_is_replayed_and_reported() {
         assert!(page.contains(wanted), "{wanted}");
     }
     assert!(!page.contains("<script") && !page.contains("href") && !page.contains("src="));
+    // One output does not take the place of another, nor of a file that is read.
+    for (log, report) in [("x.log", "x.log"), ("y.log", "./y.log"), ("z.log", "part.plan")] {
+        let (log, report) = (shop.at(log), shop.at(report));
+        let run = shop.run(&["--log", &log, "--report", &report]);
+        assert!(run.status.code() == Some(2) && !Path::new(&log).exists(), "{}", said(&run));
+    }
+    std::fs::write(shop.at("hand.txt"), "0 quit\n").unwrap();
+    let script = shop.at("hand.txt");
+    let (plan, picture) = (shop.at("part.plan"), shop.at("hand.txt"));
+    let run = keepout(&["run", &plan, "--machine", "sim-fast", "--operator", &script, "--picture", &picture]);
+    assert!(run.status.code() == Some(2) && said(&run).contains("is what is read"), "{}", said(&run));
     // Neither is written over what is read.
     let onto = keepout(&["report", &shop.at("a.log"), "-o", &shop.at("a.log")]);
     assert_eq!(onto.status.code(), Some(2));

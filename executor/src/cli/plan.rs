@@ -1,7 +1,7 @@
 //! `inspect`, `plan`, `show` and `verify`.
 
 use std::io::IsTerminal;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -113,7 +113,7 @@ pub fn inspect(arguments: &InspectArguments) -> Result<ExitCode, CliError> {
     let wrong = |source: OrderError| CliError::Order { path: path.clone(), source };
     let order = order_of(&arguments.drawing)?;
     if let Some(output) = &arguments.output {
-        refuse_same(path, output)?;
+        refuse_same(&[path], &[output])?;
     }
     let bytes = keepout_planner::drawing::read_file(path).map_err(|error| wrong(error.into()))?;
     let progress = Progress::new(arguments.drawing.limit_s);
@@ -144,7 +144,8 @@ pub fn plan(arguments: &PlanArguments) -> Result<ExitCode, CliError> {
         Some(path) => MachineProfile::load(path)?,
         None => MachineProfile::simulated(),
     };
-    refuse_same(path, &arguments.output)?;
+    let inputs = [Some(path), arguments.machine_profile.as_ref(), arguments.setup.as_ref()];
+    refuse_same(&given(&inputs), &[&arguments.output])?;
     if !(0.0..=1000.0).contains(&arguments.allowance_mm) {
         let reason = format!("--allowance-mm {} must be between 0 and 1000", arguments.allowance_mm);
         return Err(CliError::Argument(reason));
@@ -152,7 +153,6 @@ pub fn plan(arguments: &PlanArguments) -> Result<ExitCode, CliError> {
     let mut order = order_of(&arguments.drawing)?;
     if let Some(setup) = &arguments.setup {
         order.choice.placed = Setup::load(setup)?.placed();
-        refuse_same(setup, &arguments.output)?;
     }
     order.selection = Selection {
         at: arguments.at.clone(),
@@ -203,7 +203,7 @@ pub fn load(path: &Path) -> Result<CertifiedPlan, CliError> {
 }
 
 pub fn show(arguments: &ShowArguments) -> Result<ExitCode, CliError> {
-    refuse_same(&arguments.plan, &arguments.output)?;
+    refuse_same(&[&arguments.plan], &[&arguments.output])?;
     let certified = load(&arguments.plan)?;
     let picture = svg(&certified, &certified.plan.sheet.name, &[]);
     write(&arguments.output, picture.as_bytes())?;
@@ -219,18 +219,37 @@ pub fn verify(path: &Path) -> Result<ExitCode, CliError> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Refuses an output that is the input.
-pub fn refuse_same(input: &Path, output: &Path) -> Result<(), CliError> {
-    let same = std::fs::canonicalize(input)
-        .ok()
-        .zip(std::fs::canonicalize(output).ok())
-        .is_some_and(|(a, b)| a == b);
-    if same {
-        let reason =
-            format!("{} is what is read: it is not overwritten. Choose another output.", output.display());
-        return Err(CliError::Argument(reason));
+/// Refuses an output that is read, or that another output would take the place of.
+pub fn refuse_same(inputs: &[&Path], outputs: &[&Path]) -> Result<(), CliError> {
+    let read: Vec<PathBuf> = inputs.iter().filter_map(|input| std::fs::canonicalize(input).ok()).collect();
+    let mut written: Vec<PathBuf> = Vec::new();
+    for output in outputs {
+        let place = place_of(output);
+        let reason = match (read.contains(&place), written.contains(&place)) {
+            (true, _) => "is what is read: it is not overwritten. Choose another output.",
+            (_, true) => {
+                "is given for two outputs: one would take the other's place. Choose another for one."
+            }
+            _ => {
+                written.push(place);
+                continue;
+            }
+        };
+        return Err(CliError::Argument(format!("{} {reason}", output.display())));
     }
     Ok(())
+}
+
+/// The paths that were given.
+pub fn given<'a>(paths: &[Option<&'a PathBuf>]) -> Vec<&'a Path> {
+    paths.iter().flatten().map(|path| path.as_path()).collect()
+}
+
+/// Where a file is, or will be.
+fn place_of(path: &Path) -> PathBuf {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let there = || Some(std::fs::canonicalize(folder).ok()?.join(path.file_name()?));
+    std::fs::canonicalize(path).ok().or_else(there).unwrap_or_else(|| path.to_path_buf())
 }
 
 /// Writes a file whole or not at all.

@@ -26,7 +26,7 @@ pub fn register(arguments: &RegisterArguments) -> Result<ExitCode, CliError> {
         let reason = "how the drawing is turned and moved is what `register` finds: leave out --rotate-deg and --offset-mm";
         return Err(CliError::Argument(reason.into()));
     }
-    refuse_same(path, &arguments.output)?;
+    refuse_same(&[path], &[&arguments.output])?;
     let part = part_of(arguments)?;
     let touches = Touches {
         points: arguments.point.clone(),

@@ -14,7 +14,7 @@ use keepout_executor::supervisor::Workpiece;
 use keepout_planner::{plan_file, text_file};
 
 use super::CliError;
-use super::plan::{load, refuse_same, write};
+use super::plan::{given, load, refuse_same, write};
 
 #[derive(Debug, Args)]
 pub struct ReplayArguments {
@@ -29,10 +29,8 @@ pub struct ReplayArguments {
 }
 
 pub fn replay(arguments: &ReplayArguments) -> Result<ExitCode, CliError> {
-    if let Some(output) = &arguments.output {
-        refuse_same(&arguments.log, output)?;
-        arguments.plan.as_ref().map_or(Ok(()), |plan| refuse_same(plan, output))?;
-    }
+    let inputs = given(&[Some(&arguments.log), arguments.plan.as_ref()]);
+    refuse_same(&inputs, &given(&[arguments.output.as_ref()]))?;
     let played = Played::of(&arguments.log, arguments.plan.as_deref())?;
     for (name, value) in played.rows() {
         println!("{name:<36} {value}");

@@ -7,7 +7,7 @@ use clap::Args;
 use keepout_executor::session::page_of_log;
 
 use super::CliError;
-use super::plan::{refuse_same, write};
+use super::plan::{given, refuse_same, write};
 use super::replay::Played;
 
 #[derive(Debug, Args)]
@@ -23,8 +23,7 @@ pub struct ReportArguments {
 }
 
 pub fn report(arguments: &ReportArguments) -> Result<ExitCode, CliError> {
-    refuse_same(&arguments.log, &arguments.output)?;
-    arguments.plan.as_ref().map_or(Ok(()), |plan| refuse_same(plan, &arguments.output))?;
+    refuse_same(&given(&[Some(&arguments.log), arguments.plan.as_ref()]), &[&arguments.output])?;
     let played = Played::of(&arguments.log, arguments.plan.as_deref())?;
     let file = arguments.log.file_name().unwrap_or_default().to_string_lossy();
     let Played { header, replay, lines, torn, checksum } = &played;

@@ -27,7 +27,7 @@ use keepout_planner::units::{point_from_mm, point_mm};
 
 use super::display::Display;
 use super::operators::{Hands, hands};
-use super::plan::{LIMIT_S, load, make, refuse_same, write};
+use super::plan::{LIMIT_S, given, load, make, refuse_same, write};
 use super::register::placed;
 use super::resume::{fits, progress_of};
 use super::{CliError, MachineArgument, RunArguments};
@@ -36,12 +36,11 @@ use super::{CliError, MachineArgument, RunArguments};
 const BRACKET: &[u8] = include_bytes!("../../drawings/bracket.dxf");
 
 pub fn run(arguments: &RunArguments) -> Result<ExitCode, CliError> {
-    for output in
-        [&arguments.log, &arguments.report, &arguments.picture, &arguments.record_trace].into_iter().flatten()
-    {
-        refuse_same(&arguments.plan, output)?;
-        arguments.resume.as_ref().map_or(Ok(()), |log| refuse_same(log, output))?;
-    }
+    let inputs = [Some(&arguments.plan), arguments.resume.as_ref(), arguments.setup.as_ref()];
+    let named = [&arguments.dialect, &arguments.drives, &arguments.operator];
+    let files = named.map(|name| Path::new(name.strip_prefix("trace:").unwrap_or(name)));
+    let outputs = [&arguments.log, &arguments.report, &arguments.picture, &arguments.record_trace];
+    refuse_same(&[given(&inputs), files.to_vec()].concat(), &given(&outputs.map(Option::as_ref)))?;
     let plan = load(&arguments.plan)?;
     let arguments = &placed(arguments, &plan)?;
     let limit = seconds("--limit-s", arguments.limit_s)?;
