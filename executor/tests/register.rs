@@ -56,11 +56,20 @@ fn register_plan_and_run() {
         "{text}{}",
         complaint(&run)
     );
+    // It is said when it was found with another drawing.
+    let text = std::fs::read_to_string(&setup).unwrap();
+    let other = folder.join("other.toml").display().to_string();
+    std::fs::write(&other, text.replace("bracket.dxf", "lid.dxf")).unwrap();
+    for (setup, noted) in [(&setup, false), (&other, true)] {
+        let run = keepout(&["run", &plan, "--machine", "sim-fast", "--limit-s", "1", "--setup", setup]);
+        assert_eq!(complaint(&run).contains("was found with lid.dxf"), noted, "{}", complaint(&run));
+    }
     // The setup says where it lies, so that a real machine is not asked for it again.
     let port = ["run", &plan, "--port", "/dev/no-such-port", "--home"];
     assert_eq!(code(&keepout(&port)), 2, "unregistered");
     let run = keepout(&[&port[..], &["--setup", &setup]].concat());
     assert!(code(&run) == 6 && complaint(&run).contains("can not open port"), "{}", complaint(&run));
+    assert!(complaint(&run).contains("are of the simulated GRBL 1.1 table"), "{}", complaint(&run));
     let run = keepout(&[&port[..], &["--setup", &setup, "--origin-mm", "-250,-200"]].concat());
     assert_eq!(code(&run), 2, "{}", complaint(&run));
 }

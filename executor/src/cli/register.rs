@@ -7,6 +7,7 @@ use keepout_planner::plan::{CertifiedPlan, PlanError};
 use keepout_planner::profile::Profile;
 use keepout_planner::registration::{Part, Registration, Touch, Touches, register as registered};
 use keepout_planner::setup::{Method, Setup, VERSION};
+use keepout_planner::text_file;
 use keepout_planner::units::mm_pair;
 
 use super::plan::{order_of, refuse_same};
@@ -109,7 +110,16 @@ fn summary(found: &Registration, touches: &Touches) -> String {
 pub fn placed(arguments: &RunArguments, plan: &CertifiedPlan) -> Result<RunArguments, CliError> {
     let mut placed = arguments.clone();
     if let Some(path) = &arguments.setup {
-        placed.origin_mm = Some(Setup::load(path)?.origin_for(&plan.plan)?);
+        let setup = Setup::load(path)?;
+        placed.origin_mm = Some(setup.origin_for(&plan.plan)?);
+        let name = &plan.plan.sheet.name;
+        if setup.drawing != *name {
+            eprintln!(
+                "note: {} was found with {}, the plan is of {name}: part and clamps lie where it says only if both drawings have one origin",
+                path.display(),
+                text_file::shown(&setup.drawing),
+            );
+        }
     }
     Ok(placed)
 }

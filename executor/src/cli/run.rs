@@ -148,6 +148,18 @@ fn unlike(plan: &CertifiedPlan, run: &SimRun) -> Option<String> {
     })
 }
 
+/// Says so when a real machine is driven with the margin of the one that comes with the program.
+fn note_of_margin(machine: &MachineProfile) {
+    let simulated = MachineProfile::simulated();
+    if machine.contour_error_source == simulated.contour_error_source {
+        eprintln!(
+            "note: the plan's margin and travel are of the {}, not of the machine at the port: plan with --machine-profile, which \
+             `keepout doctor` and `keepout servo budget` write",
+            simulated.name
+        );
+    }
+}
+
 /// Files that a run leaves.
 struct Outputs {
     report: Option<PathBuf>,
@@ -227,6 +239,7 @@ fn on_port(
 ) -> Result<ExitCode, CliError> {
     let machine = work.plan.plan.machine.clone();
     let language = language(arguments)?;
+    note_of_margin(&machine);
     let place = place_on_table(&work.plan, &machine, arguments.origin_mm)?;
     let options = Options {
         feed_mm_min: arguments.feed_mm_min,
