@@ -21,6 +21,8 @@ pub type Xy = (f64, f64);
 const PLACES: u32 = 7;
 /// Rounding: of arcs' radii, of places on them, in lattice units.
 const ROUNDING: f64 = 3.0;
+/// How far beside a motion is looked where the part is, lattice units.
+const ASIDE: f64 = 500.0;
 /// Lattice units in a millimetre.
 pub const UNIT: f64 = 1e5;
 /// The path's chords, and rounding of the drawing, the path and a controller's floats, mm.
@@ -57,6 +59,7 @@ pub fn watch(plan: &CertifiedPlan, job: Option<&Job>) {
         keeps_away(plan, pass, stated);
         lines_keep_away(plan, pass, i64::from(threshold.units()));
         closes(pass);
+        goes_round(plan, pass);
         reaches_all(plan, pass);
     }
 }
@@ -118,6 +121,25 @@ fn closes(pass: &Pass) {
         let next = each.curves.iter().cycle().skip(1);
         let jump = each.curves.iter().zip(next).find(|(one, next)| one.to() != next.from());
         assert!(jump.is_none() && !each.curves.is_empty(), "the path has a jump: {jump:?}");
+    }
+}
+
+/// The part is on the left of most of each loop: from the middle of a motion it is nearer on that side. In a slot as wide as the tool it
+/// is as near on both.
+fn goes_round(plan: &CertifiedPlan, pass: &Pass) {
+    const MIDDLE: usize = PLACES as usize / 2;
+    for each in &pass.path.loops {
+        let other_way = |curve: &&Curve| {
+            let (place, (nx, ny)) = (places(curve)[MIDDLE], normals(curve)[MIDDLE]);
+            let inward = matches!(curve, Curve::Arc(arc) if arc.turn() == Turn::Left);
+            let aside = if inward { -ASIDE } else { ASIDE };
+            let at = |by: f64| distance((place.0 + nx * by, place.1 + ny * by), walls(plan));
+            at(aside) > at(-aside)
+        };
+        let length = |curves: &mut dyn Iterator<Item = &Curve>| curves.map(Curve::length).sum::<f64>();
+        let (all, wrong) =
+            (length(&mut each.curves.iter()), length(&mut each.curves.iter().filter(other_way)));
+        assert!(wrong <= 0.8 * all, "{wrong} of {all} of a loop have the part on the right: {each:?}");
     }
 }
 
