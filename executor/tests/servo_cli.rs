@@ -80,6 +80,7 @@ fn budget_goes_into_a_machine_profile_and_a_plan_names_it() {
         ["servo", "budget", "koren-lo-table-2", "--feed", "754", "--controller", "ccc", "-o", &machine];
     let output = keepout(&budget);
     assert_eq!(code(&output), 0, "{}", complaint(&output));
+    assert!(complaint(&output).contains("no [interpolator]"), "{}", complaint(&output));
     let table = said(&output);
     let line = table.lines().find(|line| line.starts_with("contour error 0.")).unwrap().to_string();
     let plan = folder.join("part.plan").display().to_string();

@@ -241,6 +241,12 @@ fn work_out(arguments: &BudgetArguments) -> Result<ExitCode, CliError> {
             contour_error_source: Some(found.source),
             ..machine
         };
+        if by_hand_mm_s.is_none() {
+            eprintln!(
+                "note: the drives' profile has no [interpolator]: the term is of paths at constant feed, and not of corners, stops and \
+                 steering by hand"
+            );
+        }
         write(output, machine.checked()?.to_toml().as_bytes())?;
         println!("written      {}", output.display());
     }

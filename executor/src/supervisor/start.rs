@@ -3,7 +3,7 @@
 use super::event::{Command, Mode, Reply, Report};
 use super::manual::Steering;
 use super::state::State;
-use super::{Fault, Supervisor};
+use super::{Fault, Limits, Supervisor};
 use crate::time::Time;
 
 impl Supervisor {
@@ -35,6 +35,7 @@ impl Supervisor {
     pub(super) fn start_on(&mut self, reply: &Reply, commands: &mut Vec<Command>) {
         match (&self.state, reply) {
             (State::Preparing, Reply::Prepared(limits)) => {
+                self.note_of_acceleration(*limits);
                 self.limits = self.limits.least(*limits);
                 if self.homes {
                     commands.push(Command::Home);
@@ -50,6 +51,17 @@ impl Supervisor {
             }
             (State::Arming, Reply::Armed) => self.state = State::Locating { seen: None },
             _ => {}
+        }
+    }
+
+    /// The contour error in the margin is of the profile's acceleration: drives that are asked for more leave the path farther.
+    fn note_of_acceleration(&mut self, controller: Limits) {
+        let (theirs, ours) = (controller.acceleration_mm_s2, self.limits.acceleration_mm_s2);
+        if theirs.is_finite() && theirs > 1.05 * ours {
+            self.note(format!(
+                "the controller speeds up by {theirs:.0} mm/s², the plan's machine by {ours:.0}: the contour error in the margin is the \
+                 latter's. Set the controller to it, or plan with a profile of the controller's"
+            ));
         }
     }
 
