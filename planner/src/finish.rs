@@ -178,8 +178,12 @@ fn components<'a>(loops: impl Iterator<Item = &'a [Curve]>) -> Vec<usize> {
 /// Share of a loop's length that may have the part on the right: in a slot no wider than the tool both walls are as near.
 const OTHER_WAY: f64 = 0.75;
 
-/// Checks that the middle of every motion is at the distance `d` (lattice units) beside the part, up to what may be missing
-/// from the path, and that the part is on the left. That no motion is nearer is asked elsewhere, and exactly.
+/// Most places of a motion that are asked whether they are beside the part, and its beginning.
+const PLACES_MAX: u32 = 16;
+
+/// Checks that every motion is at the distance `d` (lattice units) beside the part, up to what may be missing from the path, and
+/// that the part is on the left: at its beginning and at places not farther than `d` apart, or at [`PLACES_MAX`] of a motion that
+/// is longer. That no motion is nearer anywhere is asked elsewhere, and exactly.
 fn runs_beside(
     number: usize,
     each: &FinishingLoop,
@@ -188,19 +192,28 @@ fn runs_beside(
 ) -> Result<(), PathRefusal> {
     let (mut hint, mut length, mut other_way) = (None, 0.0, 0.0);
     for curve in &each.curves {
-        let (middle, (dx, dy)) = along_mm(curve, 0.5);
-        let at = point_from_mm(middle).unwrap_or(curve.from());
-        let elsewhere = PathRefusal::Elsewhere { number, at };
-        let Some(nearest) = part.index().nearest(at, hint) else { return Err(elsewhere) };
-        hint = Some(nearest.edge);
-        let edge = part.edges()[nearest.edge];
-        if nearest.distance() > d + RESOLUTION + COVERAGE + f64::from(edge.slack.units()) {
-            return Err(elsewhere);
+        let count = (curve.length() / d).ceil().clamp(1.0, f64::from(PLACES_MAX));
+        let share = curve.length() / count;
+        let beginning = (curve.from(), None);
+        let places = (0..PLACES_MAX).map(|i| (f64::from(i) + 0.5) / count).take_while(|t| *t < 1.0);
+        let places = places.map(|t| {
+            let (place, direction) = along_mm(curve, t);
+            (point_from_mm(place).unwrap_or(curve.from()), Some((place, direction)))
+        });
+        for (at, travel) in std::iter::once(beginning).chain(places) {
+            let elsewhere = PathRefusal::Elsewhere { number, at };
+            let Some(nearest) = part.index().nearest(at, hint) else { return Err(elsewhere) };
+            hint = Some(nearest.edge);
+            let edge = part.edges()[nearest.edge];
+            if nearest.distance() > d + RESOLUTION + COVERAGE + f64::from(edge.slack.units()) {
+                return Err(elsewhere);
+            }
+            let Some((place, (dx, dy))) = travel else { continue };
+            let wall = nearest_on_mm(place, point_mm(edge.chord.from), point_mm(edge.chord.to));
+            let on_left = dx * (wall.1 - place.1) - dy * (wall.0 - place.0) > 0.0;
+            length += share;
+            other_way += if on_left { 0.0 } else { share };
         }
-        let wall = nearest_on_mm(middle, point_mm(edge.chord.from), point_mm(edge.chord.to));
-        let on_left = dx * (wall.1 - middle.1) - dy * (wall.0 - middle.0) > 0.0;
-        length += curve.length();
-        other_way += if on_left { 0.0 } else { curve.length() };
     }
     if other_way > OTHER_WAY * length { Err(PathRefusal::WrongWay { number }) } else { Ok(()) }
 }
@@ -239,9 +252,11 @@ impl FinishingPath {
         }
         let curves = self.loops.iter().flat_map(|each| &each.curves);
         certify_complete(part, outlines, d, ARC_CHORD_SLACK, curves).map_err(PathRefusal::Incomplete)?;
+        for (number, each) in (1..).zip(&self.loops) {
+            runs_beside(number, each, part, d)?;
+        }
         let found = components(self.loops.iter().map(|each| &each.curves[..]));
         for (number, (each, found)) in (1..).zip(self.loops.iter().zip(found)) {
-            runs_beside(number, each, part, d)?;
             if each.component != found {
                 return Err(PathRefusal::WrongSpace { number, found, said: each.component });
             }

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::machine::MachineProfile;
+use crate::text_file::shown;
 use crate::units::{length_up_from_mm, mm};
 
 /// One named term of the margin.
@@ -61,6 +62,7 @@ pub enum MarginError {
 
 /// The term that stands for the machine's own errors when the whole margin was asked for.
 const ORDERED: &str = "contour error and repeatability";
+const ORDERED_SOURCE: &str = "the rest of --margin-mm";
 /// How the names of the terms begin that a report can be off by.
 const RESOLUTION: &str = "controller resolution";
 /// A drawing's point, a path's point and an arc's centre are each met to within about a lattice unit.
@@ -121,7 +123,7 @@ impl Budget {
                 return Err(MarginError::NoLength { asked });
             }
             Some(asked) if asked < least => return Err(MarginError::TooSmall { asked, least }),
-            Some(asked) => terms.push(term(ORDERED, asked - least, "the rest of --margin-mm")),
+            Some(asked) => terms.push(term(ORDERED, asked - least, ORDERED_SOURCE)),
         }
         Ok(Self { terms })
     }
@@ -134,11 +136,13 @@ impl Budget {
     pub fn check(&self, machine: &MachineProfile, placed: bool) -> Result<(), MarginError> {
         let mut due = rounding(machine, placed);
         match self.terms.get(due.len()) {
-            Some(last) if last.name == ORDERED && last.mm >= 0.0 => due.push(last.clone()),
+            Some(last) if last.name == ORDERED && last.mm >= 0.0 => {
+                due.push(term(ORDERED, last.mm, ORDERED_SOURCE));
+            }
             _ => due.extend(own_errors(machine)),
         }
         let wrong = (0..due.len().max(self.terms.len())).find(|&i| self.terms.get(i) != due.get(i));
-        let name = wrong.and_then(|i| due.get(i).or(self.terms.get(i))).map(|term| term.name.clone());
+        let name = wrong.and_then(|i| due.get(i).or(self.terms.get(i))).map(|term| shown(&term.name));
         name.map_or(Ok(()), |name| Err(MarginError::Foreign { name }))
     }
 
@@ -236,6 +240,7 @@ mod tests {
                 changed(&|terms| terms[index].mm = f64::NAN);
                 changed(&|terms| terms[index].mm = -1.0);
                 changed(&|terms| terms[index].name.push('s'));
+                changed(&|terms| terms[index].source.push('\n'));
                 changed(&|terms| terms.insert(index, terms[index].clone()));
             }
         }

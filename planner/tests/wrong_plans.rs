@@ -7,6 +7,7 @@ use keepout_planner::machine::MachineProfile;
 use keepout_planner::order::Order;
 use keepout_planner::plan::{CertifiedPlan, Cut, Job, PassJob, Plan, PlanError};
 use keepout_planner::profile::{MachinedSide, ProfileError};
+use keepout_planner::units::point_from_mm;
 
 /// A plate with a boss-like bow, a slot with round ends, an ellipse and a spline.
 const PLATE: &[u8] = include_bytes!("../../tests/drawings/rounded_plate.dxf");
@@ -82,6 +83,27 @@ fn loops_that_are_turned_round_misplaced_or_added() {
     loops.push(FinishingLoop { curves: away, component: 0 });
     let (refusal, number) = (refusal(wrong.clone()), wrong.finish().loops.len());
     assert!(matches!(refusal, PathRefusal::Elsewhere { number: found, .. } if found == number), "{refusal}");
+}
+
+/// Its sides touch the path in their middles, and their ends are as far from the part as the path's radius.
+#[test]
+fn a_triangle_around_the_path() {
+    let circle = b"0\nSECTION\n2\nENTITIES\n0\nCIRCLE\n10\n0\n20\n0\n40\n30\n0\nENDSEC\n0\nEOF\n";
+    let job = Job { tool_diameter_mm: 4.0, ..Job::default() };
+    let order = Order { job, ..Order::default() };
+    let mut wrong =
+        order.plan("circle", circle, &MachineProfile::simulated(), &mut |_| {}).expect("a circle").plan;
+    let loops = &mut wrong.passes[0].path.loops;
+    let start = loops[0].curves[0].from();
+    let radius = f64::from(start.x.units()).hypot(f64::from(start.y.units())) + 2.0;
+    let corner = |third: u32| {
+        let (sine, cosine) = (f64::from(third % 3) * 120.0).to_radians().sin_cos();
+        point_from_mm((2.0 * radius * cosine / 1e5, 2.0 * radius * sine / 1e5)).expect("near the origin")
+    };
+    let curves = (0..3).map(|k| Curve::Line(Segment { from: corner(k), to: corner(k + 1) })).collect();
+    loops.push(FinishingLoop { curves, component: 0 });
+    let refusal = refusal(wrong);
+    assert!(matches!(refusal, PathRefusal::Elsewhere { number: 2, .. }), "{refusal}");
 }
 
 #[test]
