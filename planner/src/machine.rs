@@ -1,5 +1,6 @@
 //! Machine profiles: what a machine can do and how exactly, as data.
 
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -13,7 +14,7 @@ use crate::text_file;
 pub struct MachineProfile {
     /// What people call it.
     pub name: String,
-    /// Travel of x and y, mm.
+    /// Travel of x and y, mm: all of it, which some controllers say and are held to.
     #[serde(deserialize_with = "text_file::pair")]
     pub stroke_mm: [f64; 2],
     /// Top speed, mm/s.
@@ -65,14 +66,14 @@ pub enum MachineError {
         field: &'static str,
     },
     /// A figure is out of range.
-    #[error("machine profile: {field} is {value}, it must be {range}")]
+    #[error("machine profile: {field} is {value}, it must be between {} and {}", range.start(), range.end())]
     Figure {
         /// The field.
         field: &'static str,
         /// Its value.
         value: f64,
         /// What is accepted.
-        range: &'static str,
+        range: RangeInclusive<f64>,
     },
 }
 
@@ -128,7 +129,7 @@ impl MachineProfile {
     /// Checks that every figure is one a machine can have.
     ///
     /// # Errors
-    /// [`MachineError::Figure`] naming the first that is not.
+    /// [`MachineError::Figure`] naming the first that is not; [`MachineError::Text`] for a text that can not be shown.
     pub fn checked(self) -> Result<Self, MachineError> {
         for (field, text) in
             [("name", Some(&self.name)), ("contour_error_source", self.contour_error_source.as_ref())]
@@ -144,20 +145,13 @@ impl MachineProfile {
             ("acceleration_mm_s2", self.acceleration_mm_s2, 1e-3..=1e6),
             ("steps_per_mm", self.steps_per_mm, 0.1..=1e6),
             ("arc_tolerance_mm", self.arc_tolerance_mm, 0.000_1..=1.0),
-        ];
-        let small = [
-            ("report_digit_mm", self.report_digit_mm),
-            ("repeatability_mm", self.repeatability_mm),
-            ("contour_error_mm", self.contour_error_mm),
+            ("report_digit_mm", self.report_digit_mm, 0.0..=10.0),
+            ("repeatability_mm", self.repeatability_mm, 0.0..=10.0),
+            ("contour_error_mm", self.contour_error_mm, 0.0..=10.0),
         ];
         for (field, value, range) in sizes {
             if !range.contains(&value) {
-                return Err(MachineError::Figure { field, value, range: "of a machine's size" });
-            }
-        }
-        for (field, value) in small {
-            if !(0.0..=10.0).contains(&value) {
-                return Err(MachineError::Figure { field, value, range: "between 0 and 10 mm" });
+                return Err(MachineError::Figure { field, value, range });
             }
         }
         Ok(self)
@@ -189,7 +183,7 @@ mod tests {
         ] {
             assert!(usual.contains(from), "{from}");
             let error = MachineProfile::parse(Path::new("any.toml"), &usual.replace(from, to)).expect_err(to);
-            assert!(error.to_string().contains("of a machine's size"), "{error}");
+            assert!(error.to_string().contains("must be between"), "{error}");
         }
     }
 
