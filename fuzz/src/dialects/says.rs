@@ -190,6 +190,8 @@ struct Reading {
     rests: fn(&str) -> Option<bool>,
     place_mm: fn(f64, f64) -> [f64; 2],
     place_in: PlaceIn,
+    /// Letters that may stand right behind a number.
+    letters: &'static str,
 }
 
 /// Where the place stands.
@@ -208,25 +210,33 @@ pub const DESCRIBED: [fn(&Heard, &Reply); 4] = [
     |heard, reply| {
         let rests = |line: &str| line.parse::<u32>().ok().map(|status| status == 0 && line == "0");
         let place_mm = |a: f64, b: f64| [a / 1e3 - 400.0, b / 1e3 - 350.0];
-        described(heard, reply, &Reading { rests, place_mm, place_in: PlaceIn::Other });
+        described(heard, reply, &Reading { rests, place_mm, place_in: PlaceIn::Other, letters: "" });
     },
     |heard, reply| {
         let rests = |line: &str| {
             let says = line.contains(|letter: char| letter.is_ascii_alphabetic() || letter == '@');
             says.then(|| line.contains("@@") && !line.contains(['M', 'C', 'S', 'A']))
         };
-        described(heard, reply, &Reading { rests, place_mm: |a, b| [a, b], place_in: PlaceIn::Later });
+        described(
+            heard,
+            reply,
+            &Reading { rests, place_mm: |a, b| [a, b], place_in: PlaceIn::Later, letters: "" },
+        );
     },
     |heard, reply| {
         let state = |line: &str| Some(line.strip_prefix('<')?.strip_suffix('>')?.trim() == "Idle");
-        described(heard, reply, &Reading { rests: state, place_mm: |a, b| [a, b], place_in: PlaceIn::Later });
+        described(
+            heard,
+            reply,
+            &Reading { rests: state, place_mm: |a, b| [a, b], place_in: PlaceIn::Later, letters: "" },
+        );
     },
     |heard, reply| {
         let rests =
-            |line: &str| numbers(line).first().map(|status| status % 2.0 == 0.0 && status % 16.0 < 8.0);
+            |line: &str| numbers(line, "AB").first().map(|status| status % 2.0 == 0.0 && status % 16.0 < 8.0);
         // Its second axis is our x, its first, turned round, our y.
         let place_mm = |a: f64, b: f64| [(b - 7000.0) / 1250.0, -(a + 2000.0) / 1250.0];
-        described(heard, reply, &Reading { rests, place_mm, place_in: PlaceIn::State });
+        described(heard, reply, &Reading { rests, place_mm, place_in: PlaceIn::State, letters: "AB" });
     },
 ];
 
@@ -246,15 +256,17 @@ fn described(heard: &Heard, reply: &Reply, reading: &Reading) {
     assert!(report.mode != Mode::Idle || rests == Some(true), "{report:?} from {lines:?}");
     let Some(at) = report.position else { return };
     let says = |[a, b]: [f64; 2]| off(at, (reading.place_mm)(a, b)) < 2e-5;
-    let said = lines.iter().any(|line| numbers(line).windows(2).any(|pair| says([pair[0], pair[1]])));
+    let said = lines
+        .iter()
+        .any(|line| numbers(line, reading.letters).windows(2).any(|pair| says([pair[0], pair[1]])));
     assert!(said, "{report:?} from {lines:?}");
 }
 
-/// All numbers of a line; one that a letter follows goes on, and is none.
-fn numbers(text: &str) -> Vec<f64> {
+/// All numbers of a line; one that a letter follows, but one of `letters`, goes on, and is none.
+fn numbers(text: &str, letters: &str) -> Vec<f64> {
     let ends = |letter: char| !(letter.is_ascii_digit() || "+-.".contains(letter));
-    let parts =
-        text.split_inclusive(ends).filter(|part| !part.ends_with(|letter: char| letter.is_alphabetic()));
+    let goes_on = |letter: char| letter.is_alphabetic() && !letters.contains(letter);
+    let parts = text.split_inclusive(ends).filter(|part| !part.ends_with(goes_on));
     parts.filter_map(|part| part.trim_end_matches(ends).parse().ok()).collect()
 }
 
