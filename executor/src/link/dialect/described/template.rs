@@ -132,7 +132,7 @@ impl Template {
                 Piece::Slot(slot) => {
                     let end = self.end_of(index, *slot, rest);
                     let (value, behind) = rest.split_at(end);
-                    let goes_on = slot.is_number() && self.goes_on(index, behind);
+                    let goes_on = slot.is_number() && self.goes_on(index, *slot, behind);
                     if value.is_empty() && *slot != Slot::Any || goes_on {
                         return None;
                     }
@@ -145,15 +145,16 @@ impl Template {
     }
 
     /// Whether what is behind the number at `index` may belong to it: `1.0e-05` is no 1. Only a space ends a number, or what the
-    /// template has there.
-    fn goes_on(&self, index: usize, behind: &str) -> bool {
+    /// template has there; a code ends before anything that is no letter and no digit.
+    fn goes_on(&self, index: usize, slot: Slot, behind: &str) -> bool {
         let Some(letter) = behind.chars().next() else { return false };
         let ends = match self.pieces.get(index + 1) {
             Some(Piece::Text(text)) => text.trim_start().starts_with(letter),
             Some(Piece::Slot(_)) => !letter.is_ascii_alphanumeric(),
             None => false,
         };
-        !letter.is_whitespace() && !ends
+        let code = slot == Slot::Code && !letter.is_ascii_alphanumeric();
+        !letter.is_whitespace() && !ends && !code
     }
 
     /// Where the value of the place at `index` ends: numbers with their last digit, words before what follows.
@@ -221,6 +222,7 @@ mod tests {
             ("{x},{y}{any}", "12.0,1.0E3"),
             ("{x},{y} {any}", "12.0e1,1.0 0"),
             ("{x} {y}", "12.0 0x10"),
+            ("ERR {code} {any}", "ERR 12h axis busy"),
         ] {
             assert!(Template::of(template).unwrap().read(line).is_none(), "{line}");
         }
@@ -229,6 +231,7 @@ mod tests {
             ("{x},{y}{any}", "12.0,1.0|FS"),
             ("X{x}Y{y}F{feed}", "X1 Y2F3"),
             ("{x} mm {y} mm", "1mm 2 mm"),
+            ("ERR {code} {any}", "ERR 12: axis busy"),
         ] {
             assert!(Template::of(template).unwrap().read(line).is_some(), "{line}");
         }
