@@ -127,8 +127,10 @@ fn a_run_is_replayed_and_reported() {
     let run = keepout(&["run", &plan, "--machine", "sim-fast", "--operator", &script, "--picture", &picture]);
     assert!(run.status.code() == Some(2) && said(&run).contains("is what is read"), "{}", said(&run));
     // Neither is written over what is read.
-    let onto = keepout(&["report", &shop.at("a.log"), "-o", &shop.at("a.log")]);
-    assert_eq!(onto.status.code(), Some(2));
+    for (command, onto) in [("report", "a.log"), ("report", "part.plan"), ("replay", "part.plan")] {
+        let onto = keepout(&[command, &shop.at("a.log"), "-o", &shop.at(onto)]);
+        assert!(onto.status.code() == Some(2) && said(&onto).contains("is what is read"), "{}", said(&onto));
+    }
 }
 
 #[test]

@@ -143,7 +143,7 @@ fn what_is_wrong_is_named_and_nothing_is_written() {
     let to = folder.join("out").display().to_string();
     let fast = keepout_planner::machine::MachineProfile::simulated().to_toml().replace("1000.0", "8000.0");
     let fast = file("fast.toml", &fast);
-    let cases: [(&[&str], &str); 14] = [
+    let cases: [(&[&str], &str); 15] = [
         (&["compare", "--machine", "/no/such.toml"], "koren-lo-table-1"),
         (&["compare", "--machine", &negative], "x.gain is -10"),
         (&["compare", "--machine", &odd], "grains"),
@@ -157,6 +157,7 @@ fn what_is_wrong_is_named_and_nothing_is_written() {
         (&["budget", "simulated", "--feed", "900", "--machine-profile", &fast, "-o", &to], "would not hold"),
         (&["budget", "simulated", "--feed", "60000"], "beyond the drives"),
         (&["budget", &quick, "--feed", "1"], "samples of the profile"),
+        (&["budget", &quick, "--feed", "900", "-o", &quick], "is what is read"),
         (&["budget", "koren-lo-table-1", "--feed", "900", "--machine-profile", &odd], "--output"),
     ];
     for (arguments, says) in cases {

@@ -358,7 +358,7 @@ struct RunArguments {
     /// pass than the first; may be given more than once.
     #[arg(long, value_name = "LOOP[:PASS]", value_parser = resume::number, requires = "resume")]
     recut: Vec<LoopNumber>,
-    /// With --resume: the workpiece lies elsewhere on the machine than in the run that is resumed, and was measured anew.
+    /// With --resume: the workpiece was shifted on the machine since the run that is resumed, not turned, and was measured anew.
     #[arg(long, requires = "resume")]
     moved: bool,
     /// Write a page with picture and table.

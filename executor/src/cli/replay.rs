@@ -14,7 +14,7 @@ use keepout_executor::supervisor::Workpiece;
 use keepout_planner::{plan_file, text_file};
 
 use super::CliError;
-use super::plan::{given, load, refuse_same, write};
+use super::plan::{load, refuse_same, write};
 
 #[derive(Debug, Args)]
 pub struct ReplayArguments {
@@ -29,9 +29,7 @@ pub struct ReplayArguments {
 }
 
 pub fn replay(arguments: &ReplayArguments) -> Result<ExitCode, CliError> {
-    let inputs = given(&[Some(&arguments.log), arguments.plan.as_ref()]);
-    refuse_same(&inputs, &given(&[arguments.output.as_ref()]))?;
-    let played = Played::of(&arguments.log, arguments.plan.as_deref())?;
+    let played = Played::of(&arguments.log, arguments.plan.as_deref(), arguments.output.as_deref())?;
     for (name, value) in played.rows() {
         println!("{name:<36} {value}");
     }
@@ -54,13 +52,14 @@ pub struct Played {
 }
 
 impl Played {
-    /// Plays a log with its plan.
-    pub fn of(log: &Path, plan: Option<&Path>) -> Result<Self, CliError> {
+    /// Plays a log with its plan, neither of which may be the output.
+    pub fn of(log: &Path, plan: Option<&Path>, output: Option<&Path>) -> Result<Self, CliError> {
         let mut reader = open(log)?;
         let found = match plan {
             Some(plan) => plan.to_path_buf(),
             None => find_plan(log, reader.header())?,
         };
+        refuse_same(&[log, &found], output.as_slice())?;
         Self::with(log, &mut reader, Workpiece::new(load(&found)?))
     }
 
@@ -140,7 +139,7 @@ fn find_plan(log: &Path, header: &Header) -> Result<PathBuf, CliError> {
     }
     Err(CliError::NoPlan {
         log: log.to_path_buf(),
-        hash: header.plan.clone(),
+        hash: text_file::shown(&header.plan),
         drawing: text_file::shown(&header.drawing),
         folder: folder.to_path_buf(),
         seen,

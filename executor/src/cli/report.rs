@@ -7,7 +7,7 @@ use clap::Args;
 use keepout_executor::session::page_of_log;
 
 use super::CliError;
-use super::plan::{given, refuse_same, write};
+use super::plan::write;
 use super::replay::Played;
 
 #[derive(Debug, Args)]
@@ -23,8 +23,7 @@ pub struct ReportArguments {
 }
 
 pub fn report(arguments: &ReportArguments) -> Result<ExitCode, CliError> {
-    refuse_same(&given(&[Some(&arguments.log), arguments.plan.as_ref()]), &[&arguments.output])?;
-    let played = Played::of(&arguments.log, arguments.plan.as_deref())?;
+    let played = Played::of(&arguments.log, arguments.plan.as_deref(), Some(&arguments.output))?;
     let file = arguments.log.file_name().unwrap_or_default().to_string_lossy();
     let Played { header, replay, lines, torn, checksum } = &played;
     let page =

@@ -57,7 +57,7 @@ pub fn fits(header: &Header, plan: &CertifiedPlan, arguments: &RunArguments) -> 
     let shown = |dx: i32, dy: i32| format!("{:.3},{:.3}", mm(dx), mm(dy));
     Err(CliError::Argument(format!(
         "the run of --resume had the drawing's origin at {}, this one has it at {}: what is cut would be cut again beside it. \
-         Give the same --origin-mm or --setup; if the workpiece lies elsewhere and was measured anew, give --moved",
+         Give the same --origin-mm or --setup; if the workpiece was shifted, not turned, and was measured anew, give --moved",
         shown(header.offset.dx, header.offset.dy),
         shown(dx, dy),
     )))

@@ -17,7 +17,7 @@ use keepout_planner::machine::MachineProfile;
 use keepout_planner::text_file;
 
 use super::CliError;
-use super::plan::{load, write};
+use super::plan::{given, load, refuse_same, write};
 
 /// What is asked of the drives.
 #[derive(Debug, Subcommand)]
@@ -207,6 +207,7 @@ pub(super) fn make_folder(folder: &Path) -> Result<(), CliError> {
 }
 
 fn work_out(arguments: &BudgetArguments) -> Result<ExitCode, CliError> {
+    refuse_same(&[Path::new(&arguments.profile)], &given(&[arguments.output.as_ref()]))?;
     let profile = DriveProfile::load(&arguments.profile)?;
     let speed = |name: &str, mm_min: f64| {
         let checked = (1.0..=600_000.0).contains(&mm_min).then_some(mm_min / 60.0);
