@@ -57,7 +57,7 @@ fn fault_of(rule: impl FnMut(&[u8]) -> Vec<u8>, home: bool, lost_at: Option<Time
         offset: place.offset,
         steps_per_mm: 400.0,
         arc_tolerance_mm: 0.0005,
-        stroke_mm: [400.0, 350.0],
+        stroke_mm: Some([400.0, 350.0]),
     });
     let supervisor = Supervisor::new(Workpiece::new(plan), options, dialect.abilities());
     let port = Scripted { rule, pending: Vec::new(), written: Vec::new(), lost_at };

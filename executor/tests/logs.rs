@@ -43,7 +43,7 @@ fn header(work: &Workpiece, scene: &Scene) -> Header {
         stroke: scene.options.stroke,
         feed_mm_min: scene.options.feed_mm_min,
         home: scene.options.home,
-        travel_mm: Some(scene.setting.stroke_mm),
+        travel_mm: scene.setting.stroke_mm,
         simulated: true,
         answer_within_ms: u64::try_from(scene.options.answer_within.as_millis()).unwrap(),
         progress: scene.options.progress.clone(),

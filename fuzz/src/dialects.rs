@@ -49,6 +49,9 @@ const DESCRIPTIONS: [&str; 4] = [
     include_str!("../../executor/tests/described/one-answer.toml"),
 ];
 
+/// Travel of the machine of [`setting`], mm.
+pub const STROKE_MM: [f64; 2] = [400.0, 350.0];
+
 /// What dialects are told here.
 #[must_use]
 pub fn setting() -> Setting {
@@ -56,7 +59,7 @@ pub fn setting() -> Setting {
         offset: Vector { dx: -12_345_600, dy: 700 },
         steps_per_mm: 400.0,
         arc_tolerance_mm: 0.0005,
-        stroke_mm: [400.0, 350.0],
+        stroke_mm: Some(STROKE_MM),
     }
 }
 

@@ -301,10 +301,7 @@ fn lie(u: &mut Unstructured<'_>) -> Result<Event> {
         13 => Reply::Alarm { code: 1, meaning: "" },
         14 => Reply::Homed,
         15 => Reply::Armed,
-        16 => Reply::Prepared(Limits {
-            speed_mm_s: f64::from(u8::arbitrary(u)?),
-            acceleration_mm_s2: f64::from(u8::arbitrary(u)?),
-        }),
+        16 => Reply::Prepared(Limits::of(f64::from(u8::arbitrary(u)?), f64::from(u8::arbitrary(u)?))),
         17 => Reply::Garbled(text("?")),
         18 => return Ok(Event::PortLost(text("pulled"))),
         _ => return Ok(Event::PortFound),

@@ -153,8 +153,8 @@ fn note_of_margin(machine: &MachineProfile) {
     let simulated = MachineProfile::simulated();
     if machine.contour_error_source == simulated.contour_error_source {
         eprintln!(
-            "note: the plan's margin and travel are of the {}, not of the machine at the port: plan with --machine-profile, which \
-             `keepout doctor` and `keepout servo budget` write",
+            "note: the plan's margin and travel are of the {}, not of the machine at the port: plan with --machine-profile. \
+             `keepout doctor` prints the figures of the one at the port, `keepout servo budget` writes such a file",
             simulated.name
         );
     }
@@ -196,7 +196,7 @@ impl Recording<'_> {
             dialect: language.name().into(),
             simulated: self.simulated,
             offset: setting.offset,
-            travel_mm: Some(setting.stroke_mm),
+            travel_mm: setting.stroke_mm,
             stroke: options.stroke,
             feed_mm_min: options.feed_mm_min,
             home: options.home,

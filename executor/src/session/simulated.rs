@@ -161,8 +161,10 @@ impl Scene {
             answer_within: Duration::from_secs(5) + run.latency * 4,
             progress: run.progress.clone(),
         };
-        let setting =
-            Setting { stroke_mm: run.machine.stroke_mm, ..Setting::of(&plan.plan.machine, place.offset) };
+        let setting = Setting {
+            stroke_mm: Some(run.machine.stroke_mm),
+            ..Setting::of(&plan.plan.machine, place.offset)
+        };
         Ok(Self { options, setting, sim })
     }
 }

@@ -128,8 +128,7 @@ impl Supervisor {
         let plan = &work.plan;
         let machine = &plan.plan.machine;
         let rules = rules(plan, options.stroke, abilities);
-        let limits =
-            Limits { speed_mm_s: machine.max_rate_mm_s, acceleration_mm_s2: machine.acceleration_mm_s2 };
+        let limits = Limits::of(machine.max_rate_mm_s, machine.acceleration_mm_s2);
         Self {
             guard: Guard::new(Arc::clone(&work.part), Arc::clone(&work.coarse), rules),
             work,

@@ -56,7 +56,7 @@ impl Supervisor {
 
     /// The contour error in the margin is of the profile's acceleration: drives that are asked for more leave the path farther.
     fn note_of_acceleration(&mut self, controller: Limits) {
-        let (theirs, ours) = (controller.acceleration_mm_s2, self.limits.acceleration_mm_s2);
+        let (theirs, ours) = (controller.quicker_mm_s2, self.work.plan.plan.machine.acceleration_mm_s2);
         if theirs.is_finite() && theirs > 1.05 * ours {
             self.note(format!(
                 "the controller speeds up by {theirs:.0} mm/s², the plan's machine by {ours:.0}: the contour error in the margin is the \

@@ -91,7 +91,7 @@ const EVENTS: [Happens; 29] = [
     ("refused", || Event::Reply(Reply::Refused { code: 15, meaning: "", transient: false })),
     ("refused for now", || Event::Reply(Reply::Refused { code: 8, meaning: "", transient: true })),
     ("alarm", || Event::Reply(Reply::Alarm { code: 1, meaning: "" })),
-    ("prepared", || Event::Reply(Reply::Prepared(Limits { speed_mm_s: 100.0, acceleration_mm_s2: 500.0 }))),
+    ("prepared", || Event::Reply(Reply::Prepared(Limits::of(100.0, 500.0)))),
     ("unfit", || Event::Reply(Reply::Unfit(Unfit { name: "$22", value: 0.0, needed: "1" }))),
     ("homed", || Event::Reply(Reply::Homed)),
     ("armed", || Event::Reply(Reply::Armed)),
@@ -190,7 +190,7 @@ fn silence_is_a_fault_wherever_something_is_waited_for() {
 fn homing_is_owed_until_the_tool_is_located() {
     let work = work();
     let refused = || Event::Reply(Reply::Refused { code: 15, meaning: "", transient: false });
-    let prepared = || Event::Reply(Reply::Prepared(Limits { speed_mm_s: 100.0, acceleration_mm_s2: 500.0 }));
+    let prepared = || Event::Reply(Reply::Prepared(Limits::of(100.0, 500.0)));
     let start = [
         prepared as fn() -> Event,
         || Event::Reply(Reply::Homed),

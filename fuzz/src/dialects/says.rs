@@ -4,7 +4,7 @@ use keepout_executor::supervisor::{Mode, Reply};
 use keepout_kernel::Point;
 use keepout_planner::units::mm;
 
-use super::setting;
+use super::{STROKE_MM, setting};
 
 /// What was heard.
 #[derive(Default)]
@@ -151,7 +151,7 @@ impl Says for Zaber {
         assert_eq!(stated, Some(zaber_sum(&line[1..colon])), "{reply:?} from {text:?}");
         if matches!(reply, Reply::Prepared(_)) {
             let zero = self.zero.unwrap_or_else(|| panic!("fit without a travel, at {text:?}"));
-            let off = |k: usize| zero[k] / setting().steps_per_mm / setting().stroke_mm[k] - 1.0;
+            let off = |k: usize| zero[k] / setting().steps_per_mm / STROKE_MM[k] - 1.0;
             assert!(off(0).abs().max(off(1).abs()) < 0.020_1, "fit with a travel of {zero:?} microsteps");
         }
         let Reply::Report(report) = reply else { return };

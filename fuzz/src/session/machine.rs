@@ -107,7 +107,7 @@ impl Machine {
                 self.answers.push_back(Reply::Restarted);
             }
             Command::Prepare => {
-                let limits = Limits { speed_mm_s: 200.0, acceleration_mm_s2: 1000.0 };
+                let limits = Limits::of(200.0, 1000.0);
                 self.answers.push_back(Reply::Prepared(limits));
             }
             Command::Home => self.answers.push_back(Reply::Homed),

@@ -59,7 +59,7 @@ fn setting() -> Setting {
         offset: Vector { dx: -12_345_600, dy: 700 },
         steps_per_mm: 400.0,
         arc_tolerance_mm: 0.0005,
-        stroke_mm: [400.0, 350.0],
+        stroke_mm: Some([400.0, 350.0]),
     }
 }
 

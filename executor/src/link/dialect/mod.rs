@@ -62,8 +62,8 @@ pub struct Setting {
     pub steps_per_mm: f64,
     /// Arc tolerance, mm, that the controller is given unless its own is smaller.
     pub arc_tolerance_mm: f64,
-    /// Travel of x and y, mm.
-    pub stroke_mm: [f64; 2],
+    /// Travel of x and y, mm; `None` where a log does not say it: then no controller's is compared.
+    pub stroke_mm: Option<[f64; 2]>,
 }
 
 impl Setting {
@@ -71,7 +71,7 @@ impl Setting {
     #[must_use]
     pub fn of(machine: &MachineProfile, offset: Vector) -> Self {
         let MachineProfile { steps_per_mm, arc_tolerance_mm, stroke_mm, .. } = *machine;
-        Self { offset, steps_per_mm, arc_tolerance_mm, stroke_mm }
+        Self { offset, steps_per_mm, arc_tolerance_mm, stroke_mm: Some(stroke_mm) }
     }
 }
 

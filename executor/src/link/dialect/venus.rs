@@ -97,7 +97,7 @@ impl Venus {
         Self {
             setting,
             exchanges: Exchanges::default(),
-            limits: Limits { speed_mm_s: 0.0, acceleration_mm_s2: 0.0 },
+            limits: Limits::of(0.0, 0.0),
             feed_mm_min: 0,
             target: Point::ORIGIN,
             in_mm: false,
@@ -246,7 +246,7 @@ impl Venus {
             self.limits.speed_mm_s = figure;
             self.ask(What::Acceleration, b"getaccel ", out);
         } else {
-            self.limits.acceleration_mm_s2 = figure;
+            self.limits = Limits::of(self.limits.speed_mm_s, figure);
             self.ask(What::Unit(1), b"1 getunit ", out);
         }
         None

@@ -100,7 +100,7 @@ impl Zaber {
             number: 0,
             checked: false,
             zero: None,
-            limits: UNLIMITED,
+            limits: Limits::UNLIMITED,
             feed_mm_min: 0,
             last: Target { to: [0; 2], jog: true },
             lines: Lines::default(),
@@ -258,7 +258,7 @@ impl Zaber {
     /// or larger, what is sent and what is reported alike: only the travel tells.
     fn other_travel(&self, limit: [i64; 2]) -> Option<Unfit> {
         let mut travels =
-            limit.map(|counts| self.scale.to_mm(counts)).into_iter().zip(self.setting.stroke_mm);
+            limit.map(|counts| self.scale.to_mm(counts)).into_iter().zip(self.setting.stroke_mm?);
         let (value, _) = travels.find(|(found, stroke)| (found / stroke - 1.0).abs() > TRAVEL_OFF)?;
         let needed = "the profile's stroke_mm within 2 %; steps_per_mm or stroke_mm is not this machine's";
         Some(Unfit { name: "limit.max, in mm by the profile's steps_per_mm,", value, needed })
@@ -268,8 +268,8 @@ impl Zaber {
     fn setting_read(&mut self, what: What, answer: &Answer<'_>, out: &mut Vec<u8>) -> Option<Option<Reply>> {
         let values = answer.pair()?;
         let [one, other] = values.map(|value| i32::try_from(value).ok());
-        let least = one?.min(other?);
-        let figure = f64::from(least) * 10_000.0 / 16_384.0 / self.scale.per_mm_f64();
+        let (least, most) = (one?.min(other?), one?.max(other?));
+        let figure = |counts: i32| f64::from(counts) * 10_000.0 / 16_384.0 / self.scale.per_mm_f64();
         Some(match what {
             What::LimitMax => {
                 let wrong = self.other_travel(values);
@@ -280,12 +280,13 @@ impl Zaber {
                 wrong.map(Reply::Unfit)
             }
             What::MaxSpeed => {
-                self.limits.speed_mm_s = figure;
+                self.limits.speed_mm_s = figure(least);
                 self.ask(What::Acceleration, format_args!("get accel"), out);
                 None
             }
             _ => {
-                self.limits.acceleration_mm_s2 = figure * 10_000.0;
+                self.limits.acceleration_mm_s2 = figure(least) * 10_000.0;
+                self.limits.quicker_mm_s2 = figure(most) * 10_000.0;
                 let usable = self.limits.speed_mm_s > 0.0 && self.limits.acceleration_mm_s2 > 0.0;
                 let unfit = Unfit { name: "maxspeed or accel", value: 0.0, needed: "more than 0" };
                 Some(if usable { Reply::Prepared(self.limits) } else { Reply::Unfit(unfit) })
@@ -371,4 +372,3 @@ impl Dialect for Zaber {
 
 /// Taken when the machine profile has no usable steps; it is refused before anything moves.
 const FALLBACK: Scale = Scale::ONE;
-const UNLIMITED: Limits = Limits { speed_mm_s: f64::INFINITY, acceleration_mm_s2: f64::INFINITY };

@@ -22,7 +22,7 @@ pub struct Header {
     pub simulated: bool,
     /// Machine coordinates less drawing coordinates.
     pub offset: Vector,
-    /// The machine's travel in x and y, mm; that of the plan's machine if it is not said.
+    /// The machine's travel in x and y, mm; logs of earlier versions do not say it.
     pub travel_mm: Option<[f64; 2]>,
     /// Where the tool may go of that, drawing coordinates.
     pub stroke: Window,

@@ -12,7 +12,7 @@ use std::io::BufRead;
 use std::time::Duration;
 
 use keepout_planner::job::ProgressError;
-use keepout_planner::plan_file;
+use keepout_planner::{plan_file, text_file};
 use thiserror::Error;
 
 use super::engine::Engine;
@@ -181,8 +181,10 @@ pub fn replay_from<R: BufRead>(log: &mut LogReader<R>, work: Workpiece) -> Resul
 
 fn check_plan(header: &Header, work: &Workpiece) -> Result<(), ReplayError> {
     let given = plan_file::hex(&plan_file::hash(&plan_file::encode(&work.plan.plan)?));
-    let logged = header.plan.clone();
-    if logged == given { Ok(()) } else { Err(ReplayError::OtherPlan { logged, given }) }
+    if header.plan == given {
+        return Ok(());
+    }
+    Err(ReplayError::OtherPlan { logged: text_file::shown(&header.plan), given })
 }
 
 struct Player {
@@ -198,8 +200,7 @@ impl Player {
         check_plan(header, &work)?;
         header.progress.check(&work.plan)?;
         let machine = &work.plan.plan.machine;
-        let setting = Setting::of(machine, header.offset);
-        let setting = Setting { stroke_mm: header.travel_mm.unwrap_or(setting.stroke_mm), ..setting };
+        let setting = Setting { stroke_mm: header.travel_mm, ..Setting::of(machine, header.offset) };
         let options = Options {
             feed_mm_min: header.feed_mm_min,
             home: header.home,

@@ -27,15 +27,27 @@ pub struct Limits {
     pub speed_mm_s: f64,
     /// Acceleration, mm/s².
     pub acceleration_mm_s2: f64,
+    /// Acceleration of the quicker axis, mm/s²; not known where it is not finite. Steering asks for no more than the other.
+    pub quicker_mm_s2: f64,
 }
 
 impl Limits {
+    /// The limits of a machine that speeds up alike along all axes.
+    #[must_use]
+    pub const fn of(speed_mm_s: f64, acceleration_mm_s2: f64) -> Self {
+        Self { speed_mm_s, acceleration_mm_s2, quicker_mm_s2: acceleration_mm_s2 }
+    }
+
+    /// No limits are known.
+    pub const UNLIMITED: Self = Self::of(f64::INFINITY, f64::INFINITY);
+
     /// The lesser of both in each.
     #[must_use]
     pub fn least(self, other: Self) -> Self {
         Self {
             speed_mm_s: self.speed_mm_s.min(other.speed_mm_s),
             acceleration_mm_s2: self.acceleration_mm_s2.min(other.acceleration_mm_s2),
+            quicker_mm_s2: self.quicker_mm_s2.min(other.quicker_mm_s2),
         }
     }
 }

@@ -38,10 +38,9 @@ impl Described {
     }
 
     fn said(&mut self, purpose: For, out: &mut Vec<u8>) -> Option<Reply> {
-        const UNLIMITED: Limits = Limits { speed_mm_s: f64::INFINITY, acceleration_mm_s2: f64::INFINITY };
         match purpose {
             For::Nothing | For::Stop | For::Query => None,
-            For::Preparing => Some(Reply::Prepared(UNLIMITED)),
+            For::Preparing => Some(Reply::Prepared(Limits::UNLIMITED)),
             For::Unfit => Some(Reply::Unfit(Unfit {
                 name: "units.counts_per_mm",
                 value: self.description.coordinate.scale.per_mm_f64(),

@@ -12,7 +12,7 @@ fn dialect(text: &str) -> Described {
     let description = Arc::new(Description::of(text).unwrap());
     Described::new(
         description,
-        Setting { offset, steps_per_mm: 400.0, arc_tolerance_mm: 0.0005, stroke_mm: [400.0, 350.0] },
+        Setting { offset, steps_per_mm: 400.0, arc_tolerance_mm: 0.0005, stroke_mm: Some([400.0, 350.0]) },
     )
 }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::super::inspect::{Finding, Fit, Inspected, Inspector};
-use crate::supervisor::Limits;
+use super::settings::limits;
 
 /// What a GRBL controller has answered.
 #[derive(Clone, Debug, Default)]
@@ -60,22 +60,16 @@ impl Inspector for GrblInspector {
             told("modes", &self.modes),
         ];
         findings.extend(self.checked(steps_per_mm, arc_tolerance_mm));
-        let least = |axes: [u16; 2], scale: f64| {
-            let known = axes.iter().filter_map(|axis| self.settings.get(axis)).filter(|value| **value > 0.0);
-            known.map(|value| value * scale).fold(f64::INFINITY, f64::min)
-        };
-        let steps = least([100, 101], 1.0);
+        let both = |axes: [u16; 2]| axes.map(|axis| self.settings.get(&axis).copied());
+        let steps = both([100, 101]).into_iter().flatten().filter(|value| *value > 0.0 && value.is_finite());
         Inspected {
             findings,
-            steps_per_mm: steps.is_finite().then_some(steps),
+            steps_per_mm: steps.reduce(f64::min),
             report_digit_mm: self
                 .digits
                 .and_then(|digits| i32::try_from(digits).ok())
                 .map(|digits| 10_f64.powi(-digits)),
-            limits: Limits {
-                speed_mm_s: least([110, 111], 1.0 / 60.0),
-                acceleration_mm_s2: least([120, 121], 1.0),
-            },
+            limits: limits(both([110, 111]), both([120, 121])),
         }
     }
 }
@@ -154,6 +148,7 @@ fn fit(number: u16, value: f64, steps_per_mm: f64, arc_tolerance_mm: f64) -> Fit
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::supervisor::Limits;
 
     #[test]
     fn answers_are_read_and_judged() {
@@ -179,7 +174,7 @@ mod tests {
         assert!(inspector.hear("ok") && inspector.hear("error:3"));
         let found = inspector.inspected(400.0, 0.0005);
         assert_eq!((found.steps_per_mm, found.report_digit_mm), (Some(250.0), Some(0.001)));
-        assert_eq!(found.limits, Limits { speed_mm_s: 50.0, acceleration_mm_s2: 90.0 });
+        assert_eq!(found.limits, Limits { speed_mm_s: 50.0, acceleration_mm_s2: 90.0, quicker_mm_s2: 100.0 });
         let wrong = |name: &str| {
             let finding = found.findings.iter().find(|finding| finding.name.starts_with(name)).unwrap();
             matches!(finding.fit, Fit::Wrong(_))

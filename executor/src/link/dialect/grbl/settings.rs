@@ -121,13 +121,17 @@ impl Settings {
     }
 
     pub(super) fn limits(&self) -> Limits {
-        let least = |values: [Option<f64>; 2], scale: f64| {
-            let known = values.into_iter().flatten().filter(|value| *value > 0.0);
-            known.map(|value| value * scale).fold(f64::INFINITY, f64::min)
-        };
-        Limits {
-            speed_mm_s: least(self.max_rate_mm_min, 1.0 / 60.0),
-            acceleration_mm_s2: least(self.acceleration_mm_s2, 1.0),
-        }
+        limits(self.max_rate_mm_min, self.acceleration_mm_s2)
+    }
+}
+
+/// The lesser of each for x and y, as far as they are known; and the greater acceleration.
+pub(super) fn limits(max_rate_mm_min: [Option<f64>; 2], acceleration_mm_s2: [Option<f64>; 2]) -> Limits {
+    let known = |values: [Option<f64>; 2]| values.into_iter().flatten().filter(|value| *value > 0.0);
+    let rate = known(max_rate_mm_min).fold(f64::INFINITY, f64::min);
+    Limits {
+        speed_mm_s: rate / 60.0,
+        acceleration_mm_s2: known(acceleration_mm_s2).fold(f64::INFINITY, f64::min),
+        quicker_mm_s2: known(acceleration_mm_s2).reduce(f64::max).unwrap_or(f64::INFINITY),
     }
 }

@@ -4,7 +4,12 @@ use super::*;
 
 fn dialect() -> Grbl {
     let offset = Vector { dx: -20_000_000, dy: 500 };
-    Grbl::new(Setting { offset, steps_per_mm: 400.0, arc_tolerance_mm: 0.0005, stroke_mm: [400.0, 350.0] })
+    Grbl::new(Setting {
+        offset,
+        steps_per_mm: 400.0,
+        arc_tolerance_mm: 0.0005,
+        stroke_mm: Some([400.0, 350.0]),
+    })
 }
 
 fn hear(grbl: &mut Grbl, text: &[u8]) -> (Vec<Reply>, Vec<u8>) {
@@ -66,7 +71,7 @@ fn settings_are_read_checked_and_set() {
     assert_eq!(hear(&mut grbl, b"ok\r\n"), (vec![], b"$N\n".to_vec()));
     let (replies, sent) = hear(&mut grbl, b"$N0=G54\r\n$N1=\r\nok\r\n");
     assert_eq!((replies, sent), (vec![], b"$N1=G80\n$10=3\n$12=0.00050\n".to_vec()));
-    let limits = Limits { speed_mm_s: 50.0, acceleration_mm_s2: 90.0 };
+    let limits = Limits { speed_mm_s: 50.0, acceleration_mm_s2: 90.0, quicker_mm_s2: 100.0 };
     assert_eq!(hear(&mut grbl, b"ok\r\nok\r\nok\r\n").0, [Reply::Prepared(limits)]);
     let mut unfit = dialect();
     unfit.stage = Stage::Reading(Settings::default());

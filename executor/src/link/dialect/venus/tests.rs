@@ -7,7 +7,7 @@ fn dialect() -> Venus {
         offset,
         steps_per_mm: 400.0,
         arc_tolerance_mm: 0.0005,
-        stroke_mm: [400.0, 350.0],
+        stroke_mm: Some([400.0, 350.0]),
     });
     venus.in_mm = true;
     venus
@@ -86,7 +86,7 @@ fn start_sets_units_and_reads_what_is_needed() {
     assert_eq!(hear(&mut venus, "500.0\r\n"), (vec![], "1 getunit ".into()));
     assert_eq!(hear(&mut venus, "2\r\n"), (vec![], "2 getunit ".into()));
     let mut micrometres = venus.clone();
-    let limits = Limits { speed_mm_s: 100.0, acceleration_mm_s2: 500.0 };
+    let limits = Limits::of(100.0, 500.0);
     assert_eq!(hear(&mut venus, "2\r\n").0, [Reply::Prepared(limits)]);
     for (unfit, answer) in [(&mut two_saved, "2\r\n"), (&mut micrometres, "1\r\n"), (&mut still, "0.0\r\n")] {
         assert!(matches!(hear(unfit, answer).0[..], [Reply::Unfit(_)]));

@@ -4,7 +4,12 @@ use crate::link::dialect::testing::{contour_to, jog_to};
 
 fn dialect() -> Zaber {
     let offset = Vector { dx: -20_000_000, dy: 500 };
-    Zaber::new(Setting { offset, steps_per_mm: 400.0, arc_tolerance_mm: 0.0005, stroke_mm: [400.0, 350.0] })
+    Zaber::new(Setting {
+        offset,
+        steps_per_mm: 400.0,
+        arc_tolerance_mm: 0.0005,
+        stroke_mm: Some([400.0, 350.0]),
+    })
 }
 
 fn ready() -> Zaber {
@@ -49,11 +54,13 @@ fn start_reads_what_is_needed() {
     assert!(hear(&mut zaber, "@01 0 01 OK IDLE -- 0").1.contains("get limit.max"));
     assert!(hear(&mut zaber, "@01 0 02 OK IDLE -- 160000 140000").1.contains("get maxspeed"));
     assert!(hear(&mut zaber, "@01 0 03 OK IDLE -- 131072 65536").1.contains("get accel"));
-    let limits = Limits { speed_mm_s: 100.0, acceleration_mm_s2: 1000.0 };
-    let (replies, _) = hear(&mut zaber, "@01 0 04 OK IDLE -- 6554 66");
+    let limits = Limits::of(100.0, 1000.0);
+    let (replies, _) = hear(&mut zaber, "@01 0 04 OK IDLE -- 98 66");
     let [Reply::Prepared(read)] = replies[..] else { panic!("{replies:?}") };
     assert!(
-        (read.speed_mm_s - limits.speed_mm_s).abs() < 0.1 && read.acceleration_mm_s2 > 1000.0,
+        (read.speed_mm_s - limits.speed_mm_s).abs() < 0.1
+            && read.acceleration_mm_s2 > 1000.0
+            && read.quicker_mm_s2 > 1400.0,
         "{read:?}"
     );
     assert!(said(&mut zaber, &Command::Home).contains(" home:"));
@@ -85,6 +92,12 @@ fn a_device_of_another_travel_is_refused() {
         assert_eq!(matches!(replies[..], [Reply::Unfit(_)]), !fits, "{limit}: {replies:?}");
         assert_eq!(zaber.zero.is_some(), fits, "{limit}");
     }
+    // A log of before does not say its machine's travel.
+    let mut zaber = dialect();
+    zaber.setting.stroke_mm = None;
+    said(&mut zaber, &Command::Prepare);
+    hear(&mut zaber, "@01 0 01 OK IDLE -- 0");
+    assert!(hear(&mut zaber, "@01 0 02 OK IDLE -- 32000 28000").1.contains("get maxspeed"));
 }
 
 #[test]
