@@ -10,7 +10,7 @@ use crate::import::{CURVES_MAX, edges, told};
 use crate::{job, witness};
 
 /// Any bytes as a plan file, or as what one holds behind its hash: a typed error, or a plan, which certification refuses or
-/// believes; what it believes keeps the tool out of the part, by another's eyes.
+/// believes; what it believes keeps the tool out of the part, by another's eyes, and its texts can be printed.
 ///
 /// # Panics
 /// When it believes what does not, or when a plan changes on its way to a file and back.
@@ -29,7 +29,14 @@ pub fn plan_file(bytes: &[u8]) {
         return;
     }
     match plan.certify() {
-        Ok(certified) => witness::watch(&certified, None),
+        Ok(certified) => {
+            let plan = &certified.plan;
+            let terms = plan.budget.terms.iter().flat_map(|term| [&term.name, &term.source]);
+            let texts = terms.chain([&plan.sheet.name, &plan.sheet.unit, &plan.machine.name]);
+            let lines: Vec<&String> = texts.filter(|text| text.contains(char::is_control)).collect();
+            assert!(lines.is_empty(), "printed beside what was proved: {lines:?}");
+            witness::watch(&certified, None);
+        }
         Err(error) => told(&error.to_string()),
     }
 }
