@@ -228,7 +228,7 @@ pub const DESCRIBED: [fn(&Heard, &Reply); 4] = [
         described(
             heard,
             reply,
-            &Reading { rests: state, place_mm: |a, b| [a, b], place_in: PlaceIn::Later, letters: "" },
+            &Reading { rests: state, place_mm: |a, b| [a, b], place_in: PlaceIn::Later, letters: "Y" },
         );
     },
     |heard, reply| {
