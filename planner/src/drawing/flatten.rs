@@ -72,7 +72,11 @@ impl<'a> Flattener<'a> {
         if self.visits <= VISITS_MAX && self.drawing.curves.len() <= CURVES_MAX {
             return Ok(());
         }
-        Err(DrawingError::TooMany { origin: Box::new(self.origin(entity, setting, kind)) })
+        Err(self.too_many(entity, setting, kind))
+    }
+
+    fn too_many(&self, entity: &Entity, setting: &Setting, kind: &'static str) -> DrawingError {
+        DrawingError::TooMany { origin: Box::new(self.origin(entity, setting, kind)) }
     }
 
     fn leave_out(&mut self, why: String) {
@@ -170,8 +174,13 @@ impl<'a> Flattener<'a> {
         if self.open.len() >= DEPTH_MAX {
             return Err(origin("blocks are nested more than 32 deep"));
         }
-        self.open.push(insert.block);
         let (columns, rows) = insert.count;
+        // Refused before it is gone through.
+        let sets = usize::try_from(columns.saturating_mul(rows)).unwrap_or(usize::MAX);
+        if sets.saturating_mul(1 + block.entities.len()) > VISITS_MAX.saturating_sub(self.visits) {
+            return Err(self.too_many(entity, setting, "INSERT"));
+        }
+        self.open.push(insert.block);
         let (mut row, mut r) = (0, 0.0);
         while row < rows {
             let (mut column, mut c) = (0, 0.0);
