@@ -49,7 +49,8 @@ fn with_figures(u: &mut Unstructured<'_>) -> arbitrary::Result<String> {
         "repeatability_mm",
         "contour_error_mm",
     ];
-    let mut text = format!("name = \"any\"\nstroke_mm = [{:?}, {:?}]\n", number(u)?, number(u)?);
+    let two = [number(u)?, number(u)?];
+    let mut text = "name = \"any\"\n".to_string();
     let usual = MachineProfile::simulated().to_toml();
     for key in KEYS {
         // Most figures are usual ones, so that it comes to the others.
@@ -58,6 +59,14 @@ fn with_figures(u: &mut Unstructured<'_>) -> arbitrary::Result<String> {
         text.push_str(&any.map_or_else(|| line.to_string(), |any| format!("{key} = {any:?}")));
         text.push('\n');
     }
+    // Inputs that end before have any strokes.
+    let strokes = match u.int_in_range(0..=3_u8)? {
+        0 => two.to_vec(),
+        1 => vec![400.0, 350.0],
+        2 => vec![400.0, 350.0, two[0]],
+        _ => vec![400.0],
+    };
+    text.push_str(&format!("stroke_mm = {strokes:?}\n"));
     Ok(text)
 }
 
