@@ -135,7 +135,9 @@ fn build(folder: &Path) -> Outcome<PathBuf> {
         .env_remove("RUSTFLAGS")
         .status()?;
     if !built.success() {
-        return Err("the tree with the faults can not be built".into());
+        return Err(
+            "the tree with the faults can not be built: is there a nightly toolchain, and cargo-fuzz?".into(),
+        );
     }
     let host = Command::new("rustc").args(["+nightly", "-vV"]).output()?;
     let host = String::from_utf8(host.stdout)?;
