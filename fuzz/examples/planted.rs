@@ -1,7 +1,8 @@
 //! Whether the targets find faults: `cargo run -p keepout-fuzz --example planted [TARGET...]`.
 //!
 //! All faults of `planted.toml` are put into a copy of the tree, each behind a number of its own; the program of its target is told
-//! that, starts from the corpus, and has a minute on one core.
+//! that, reads the corpus, and then has a minute on one core. It is told whether an input of the corpus was enough, and the fault
+//! counts as found when it fails with what is expected of it, over what passes without it.
 
 use std::collections::BTreeSet;
 use std::error::Error;
@@ -16,8 +17,10 @@ use serde::Deserialize;
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
-/// How long a target has.
+/// How long a target has, after its corpus.
 const WITHIN: Duration = Duration::from_secs(60);
+/// How long it may take to read the corpus.
+const READING: Duration = Duration::from_secs(600);
 
 #[derive(Deserialize)]
 struct List {
@@ -32,6 +35,9 @@ struct Fault {
     #[serde(default)]
     more: bool,
     what: String,
+    /// What its failure says.
+    #[serde(default)]
+    expect: String,
     file: PathBuf,
     find: String,
     with: String,
@@ -58,12 +64,15 @@ fn main() -> Outcome<()> {
             continue;
         }
         let what: Vec<&str> = faults.iter().map(|fault| fault.what.as_str()).collect();
-        let found = finds(&programs.join(target), index + 1, &folder, target)?;
-        missed += usize::from(found.is_none());
-        let told = found.map_or("NOT FOUND".into(), |after| format!("{:.1} s", after.as_secs_f64()));
-        println!("{target}\t{told}\t{}", what.join("; "));
+        let found = finds(&programs.join(target), index + 1, &folder, &faults[0])?;
+        missed += usize::from(matches!(found, Found::Not | Found::Otherwise));
+        println!("{target}\t{found}\t{}", what.join("; "));
     }
-    if missed > 0 { Err(format!("{missed} faults were not found in {WITHIN:?}").into()) } else { Ok(()) }
+    if missed > 0 {
+        Err(format!("{missed} faults were not found in {WITHIN:?}, or for another reason").into())
+    } else {
+        Ok(())
+    }
 }
 
 /// The tree with all faults in it, and programs that choose one.
@@ -159,12 +168,35 @@ fn passes_without(program: &Path, work: &Path) -> Outcome<bool> {
     Ok(command.status()?.success())
 }
 
-/// How long the program took to fail over what passes without the fault; `None` when it did not.
-fn finds(program: &Path, number: usize, folder: &Path, name: &str) -> Outcome<Option<Duration>> {
+/// Whether a fault was found.
+enum Found {
+    /// While the corpus was read.
+    Reading(Duration),
+    /// So long after that.
+    Fuzzing(Duration),
+    /// What failed fails without it, too, or says something else.
+    Otherwise,
+    Not,
+}
+
+impl std::fmt::Display for Found {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Reading(after) => write!(f, "{:.1} s\tcorpus", after.as_secs_f64()),
+            Self::Fuzzing(after) => write!(f, "{:.1} s\tfuzzing", after.as_secs_f64()),
+            Self::Otherwise => f.write_str("FOR ANOTHER REASON\t"),
+            Self::Not => f.write_str("NOT FOUND\t"),
+        }
+    }
+}
+
+/// Runs the program of a target with a fault.
+fn finds(program: &Path, number: usize, folder: &Path, fault: &Fault) -> Outcome<Found> {
     let work = folder.join("work").join(number.to_string());
     let _ = fs::remove_dir_all(&work);
     fs::create_dir_all(work.join("new"))?;
     let fuzz = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let name = &fault.target;
     let dictionary = fuzz.join("dictionaries").join(name).with_extension("dict");
     let mut command = Command::new(program);
     command.env("PLANTED", number.to_string());
@@ -174,17 +206,27 @@ fn finds(program: &Path, number: usize, folder: &Path, name: &str) -> Outcome<Op
     }
     command.args(["-timeout=60", "-rss_limit_mb=2048", "-max_len=16384", "-len_control=0", "-seed=1"]);
     command.arg(format!("-artifact_prefix={}/", work.display()));
+    let log = work.join("log");
+    let says = |what: &str| -> Outcome<bool> { Ok(String::from_utf8_lossy(&fs::read(&log)?).contains(what)) };
     let begin = Instant::now();
-    let log = fs::File::create(work.join("log"))?;
-    let mut running = command.stdout(Stdio::null()).stderr(log).spawn()?;
-    while begin.elapsed() < WITHIN {
-        if let Some(status) = running.try_wait()? {
-            let after = begin.elapsed();
-            return Ok((status.code() == Some(FAILED) && passes_without(program, &work)?).then_some(after));
+    let mut running = command.stdout(Stdio::null()).stderr(fs::File::create(&log)?).spawn()?;
+    let mut read = None;
+    while read.map_or(begin.elapsed() < READING, |read: Instant| read.elapsed() < WITHIN) {
+        let status = running.try_wait()?;
+        if read.is_none() && says("INITED")? {
+            read = Some(Instant::now());
+        }
+        if let Some(status) = status {
+            let right = status.code() == Some(FAILED) && !fault.expect.is_empty() && says(&fault.expect)?;
+            return Ok(match read {
+                _ if !right || !passes_without(program, &work)? => Found::Otherwise,
+                None => Found::Reading(begin.elapsed()),
+                Some(read) => Found::Fuzzing(read.elapsed()),
+            });
         }
         thread::sleep(Duration::from_millis(50));
     }
     running.kill()?;
     running.wait()?;
-    Ok(None)
+    Ok(Found::Not)
 }

@@ -12,9 +12,12 @@ use keepout_executor::link::dialect::Language;
 use keepout_executor::operator::Script;
 use keepout_executor::session::log::{Header, LogTape};
 use keepout_executor::session::{Going, Scene, SimRun, run_scene};
+use keepout_fuzz::PLATE;
 use keepout_fuzz::sketch::{Family, Sketch};
 use keepout_kernel::Point;
 use keepout_planner::machine::MachineProfile;
+use keepout_planner::order::Order;
+use keepout_planner::plan::Plan;
 use keepout_planner::plan_file;
 
 type Outcome = Result<(), Box<dyn Error>>;
@@ -28,6 +31,7 @@ const LOG_MAX: usize = 9_000;
 
 fn main() -> Outcome {
     drawings()?;
+    wrong_plans()?;
     logs()?;
     texts()?;
     errors()?;
@@ -69,6 +73,29 @@ fn drawings() -> Outcome {
                 write("plan_file", &name, &stored[PLAN_HEAD..])?;
             }
         }
+    }
+    Ok(())
+}
+
+/// Plans that are refused for one reason only: of a machine that leaves its contour by 0.8 µm more than the one that the path was
+/// made for, and of one that is coarser than the whole margin.
+fn wrong_plans() -> Outcome {
+    let planned = |machine: &MachineProfile| -> Result<Plan, Box<dyn Error>> {
+        let certified = Order::default().plan("plate", PLATE.as_bytes(), machine, &mut |_| {})?;
+        Ok(certified.plan)
+    };
+    let usual = MachineProfile::simulated();
+    let plan = planned(&usual)?;
+    let worse = MachineProfile { contour_error_mm: usual.contour_error_mm + 0.0008, ..usual.clone() };
+    let near = Plan { budget: planned(&worse)?.budget, machine: worse, ..plan.clone() };
+    let coarse = MachineProfile { arc_tolerance_mm: 0.1, ..usual };
+    let small = Plan { machine: coarse, ..plan };
+    for (name, plan, cause) in [("too-near", near, "path"), ("margin-too-small", small, "margin")] {
+        let refused = plan.clone().certify().err().ok_or("a wrong plan is believed")?.to_string();
+        if !refused.contains(cause) {
+            return Err(format!("{name}: {refused}").into());
+        }
+        write("plan_file", name, &plan_file::encode(&plan)?[PLAN_HEAD..])?;
     }
     Ok(())
 }

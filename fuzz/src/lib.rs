@@ -18,7 +18,7 @@ mod witness;
 pub use dialects::{described_decode, grbl_decode, round_trip, venus_decode, zaber_decode};
 pub use files::{plan_file, session_log};
 pub use import::dxf_import;
-pub use job::work;
+pub use job::{PLATE, work};
 pub use keepout_proofs::property_of_bytes as property;
 pub use kernel::{clear, index, index_check, mesh};
 pub use offset::offset;
