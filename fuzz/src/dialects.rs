@@ -13,11 +13,13 @@ use keepout_executor::sim::{Controller, SimSettings, speaking};
 use keepout_executor::supervisor::guard::{Certification, Certified};
 use keepout_executor::supervisor::{Command, Mode, Reply};
 use keepout_executor::time::Time;
+use keepout_kernel::curve::{fit_arc, xy};
 use keepout_kernel::{Arc, Curve, Point, Segment, Turn, Vector};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::units::mm;
 use keepout_proofs::properties::dialects::guard;
 
+use crate::witness::{self, UNIT};
 use says::{Heard, Says};
 
 /// Commands that move nothing.
@@ -38,6 +40,8 @@ const FIRST_COMMAND: u8 = 0xf0;
 const STOP: u8 = 0xf4;
 /// The port is opened anew.
 const RESET: u8 = 0xf8;
+/// How far a controller may drive beside an arc, mm: what the margin has for it (four times the arc tolerance).
+const ARC_OFF_MM: f64 = 4.0 * 0.0005;
 /// Bytes that one byte heard may make a dialect say.
 const SAID_MAX: usize = 1000;
 
@@ -78,7 +82,7 @@ fn description(which: usize) -> Shared<Description> {
 pub fn grbl_decode(bytes: &[u8]) {
     let Some((hal, rest)) = bytes.split_first() else { return };
     let grbl = if hal & 1 == 0 { Grbl::new(setting()) } else { Grbl::hal(setting()) };
-    let mut grbl = talk(grbl, rest, says::grbl, false);
+    let mut grbl = talk(grbl, rest, says::Grbl::default(), false);
     inspects(&grbl, rest);
     grbl.reset();
     let (report, mut out) = (b"<Idle|MPos:-123.456,0.007,0.000>\r\n", Vec::new());
@@ -170,7 +174,7 @@ impl<D: Dialect, S: Says> Talk<D, S> {
             let before = self.out.len();
             say(&mut self.dialect, byte - FIRST_COMMAND, &mut self.out);
             self.says.said(&self.heard, false, &self.out[before..]);
-            self.heard.stopped |= byte == STOP;
+            self.heard.stopped |= byte == STOP && self.out.len() > before;
             if byte == RESET {
                 self.heard = Heard { returns: self.heard.returns, ..Heard::default() };
                 self.says.forget();
@@ -239,6 +243,14 @@ fn contour(curve: Curve, feed_mm_min: u32) -> Certified {
     guard.next_of_contour().expect("it is the first")
 }
 
+/// About a quarter of a circle that begins and ends there, turned the one way or the other: its centre is beside the middle.
+fn bend_to(from: Point, to: Point, left: bool) -> Option<Arc> {
+    let (a, b) = (xy(from), xy(to));
+    let (dx, dy) = ((b.0 - a.0) / 2.0, (b.1 - a.1) / 2.0);
+    let (nx, ny) = if left { (-dy, dx) } else { (dy, -dx) };
+    fit_arc(from, to, (a.0 + dx + nx, a.1 + dy + ny), if left { Turn::Left } else { Turn::Right }).ok()
+}
+
 /// A language, a place of the table, rubbish before the session, and motions: each arrives where it was sent, and is reported
 /// there.
 ///
@@ -268,7 +280,16 @@ fn round_trip_of(u: &mut Unstructured<'_>) -> Result<()> {
         if way.dx.abs().max(way.dy.abs()) < 2000 {
             continue;
         }
-        trip.goes(if bool::arbitrary(u)? { jog(from, to) } else { straight(from, to, feed) }, to, offset);
+        // The lowest bit says whether it is a jog; the two above that make one of four others a bend.
+        let kind = u8::arbitrary(u)?;
+        let bent = (kind & 7 == 2).then(|| bend_to(from, to, kind & 8 == 0)).flatten();
+        let bent = bent.filter(|_| trip.dialect.abilities().arcs);
+        let motion = match (bent, kind & 1) {
+            (Some(arc), _) => contour(Curve::Arc(arc), feed),
+            (None, 1) => jog(from, to),
+            (None, _) => straight(from, to, feed),
+        };
+        trip.goes(motion, to, offset, bent);
         from = to;
     }
     Ok(())
@@ -317,7 +338,7 @@ impl Trip {
         panic!("nobody says where the tool is");
     }
 
-    fn goes(&mut self, certified: Certified, to: Point, offset: Vector) {
+    fn goes(&mut self, certified: Certified, to: Point, offset: Vector, bent: Option<Arc>) {
         self.say(&Command::Move(certified), |reply| *reply == Reply::Accepted);
         let report = loop {
             match self.say(&Command::Query, |reply| matches!(reply, Reply::Report(_))) {
@@ -332,6 +353,14 @@ impl Trip {
         let machine = to.translated(offset).expect("it is small");
         let off = (x - mm(machine.x.units())).abs().max((y - mm(machine.y.units())).abs());
         assert!(off <= half_step_mm, "{off} mm from {to:?} by {:?}", self.controller);
+        if let Some(arc) = bent {
+            let arc = Curve::Arc(arc);
+            for (x, y) in samples.iter().map(|sample| sample.position_mm) {
+                let place = ((x - mm(offset.dx)) * UNIT, (y - mm(offset.dy)) * UNIT);
+                let off = witness::distance(place, [&arc].into_iter()) / UNIT;
+                assert!(off <= ARC_OFF_MM + 2.0 * half_step_mm, "{off} mm beside {arc:?} at {place:?}");
+            }
+        }
         let reported = report.position.expect("it is armed").minus(to);
         let off = mm(reported.dx).abs().max(mm(reported.dy).abs());
         assert!(off <= 4.0 * half_step_mm, "reported {off} mm from {to:?}");

@@ -3,10 +3,12 @@
 use keepout_executor::session::log::{Certificate, Entry, Log, LogReadError};
 use keepout_executor::session::replay::replay;
 use keepout_executor::session::{page_of_log, picture_of_log};
-use keepout_kernel::curve::xy;
 use keepout_planner::plan_file;
+use keepout_proofs::properties::Xy;
+use keepout_proofs::square::plain;
 
 use crate::import::{CURVES_MAX, edges, told};
+use crate::session::watch::{comes_near, triangles};
 use crate::{job, witness};
 
 /// Any bytes as a plan file, or as what one holds behind its hash: a typed error, or a plan, which certification refuses or
@@ -116,20 +118,41 @@ fn is_not_changed_unnoticed(log: &[u8], which: usize) {
     assert!(!matches!(error, LogReadError::Read { .. }), "{error}");
 }
 
-/// Jogs that were certified end clear of the part; those that lead out of it come nearer to nothing, which is looked at elsewhere.
+/// What was certified is clear of the part: all that could be executed with a jog, and each motion of a contour. Ways out of the part's
+/// threshold come nearer to nothing, which is looked at elsewhere; they stay out of the part.
 fn watch(log: &Log) {
     let plan = &job::work().plan;
-    let mut escapes = false;
-    for (_, entry) in &log.entries {
-        match entry {
-            Entry::Phase(phase) => escapes |= phase.starts_with("Escaping"),
-            Entry::Certificate(text) => {
-                let Some(Certificate::Jog(to, _)) = Certificate::parse(text) else { continue };
-                let left = witness::distance(xy(to), witness::walls(plan));
+    let walls: Vec<(Xy, Xy)> =
+        plan.part.edges().iter().map(|edge| (plain(edge.chord.from), plain(edge.chord.to))).collect();
+    let is_way_out = |entry: &Entry| match entry {
+        Entry::Phase(phase) => Some(phase.starts_with("Escaping")),
+        _ => None,
+    };
+    // What was sent is of the phase that is logged last, or of the next.
+    let mut last = false;
+    for (at, (_, entry)) in log.entries.iter().enumerate() {
+        let mut next = log.entries[at..].iter().filter_map(|(_, entry)| is_way_out(entry));
+        let escapes = last || next.next() == Some(true);
+        last = is_way_out(entry).unwrap_or(last);
+        let Entry::Certificate(text) = entry else { continue };
+        match Certificate::parse(text) {
+            Some(Certificate::Jog(to, set)) => {
                 let kept = if escapes { plan.plan.tool_radius } else { plan.roughing };
-                assert!(left > f64::from(kept.units()) - 3.0, "a jog to {to:?}, {left} from the part");
+                let kept = i64::from(kept.units()) - 3;
+                let set: Vec<Xy> = set.iter().chain([&to]).map(|&point| plain(point)).collect();
+                let set = if escapes { &set[set.len() - 1..] } else { &set };
+                let near = triangles(set)
+                    .find(|corners| walls.iter().any(|&(d, e)| comes_near(*corners, d, e, kept)));
+                assert!(near.is_none(), "a jog to {to:?}: {near:?} comes nearer than {kept}");
             }
-            _ => {}
+            Some(Certificate::Contour(curve)) => {
+                let kept = f64::from(plan.finishing.units()) - 4.0;
+                for place in witness::places(&curve) {
+                    let left = witness::distance(place, witness::walls(plan));
+                    assert!(left > kept, "{curve:?} of a contour comes to {left}, not {kept}");
+                }
+            }
+            None => {}
         }
     }
 }

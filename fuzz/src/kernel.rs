@@ -9,9 +9,11 @@ use keepout_kernel::exact::segment::Window;
 use keepout_kernel::index::build::{build, propose};
 use keepout_kernel::index::check::{Node, Proposal};
 use keepout_kernel::{
-    CheckedIndex, Edge, Length, Mesh, Nearest, Point, ProhibitedRegion, Region, Ring, Segment, Side,
+    CheckedIndex, Edge, Length, Mesh, MeshError, Nearest, Point, ProhibitedRegion, Region, Ring, Segment,
+    Side,
 };
 use keepout_proofs::families::{at, length};
+use keepout_proofs::oracle::{Big, inside_polygon};
 use keepout_proofs::properties::Xy;
 use keepout_proofs::soak::{point_within, segments_within, triangle_within};
 use keepout_proofs::square::plain;
@@ -201,11 +203,12 @@ fn clear_of(u: &mut Unstructured<'_>) -> Result<()> {
     let field = Field::arbitrary(u)?;
     let corners = field.ring(u)?;
     let side = if bool::arbitrary(u)? { Side::Outside } else { Side::Inside };
-    let mut rings = vec![Ring::new(corners.iter().map(|&p| at(p)).collect())];
+    let mut polygons = vec![corners.iter().copied().map(clamped).collect::<Vec<Xy>>()];
     if bool::arbitrary(u)? {
-        rings.push(Ring::new(field.ring(u)?.into_iter().map(at).collect()));
+        polygons.push(field.ring(u)?.into_iter().map(clamped).collect());
     }
-    let rings = match rings.into_iter().collect::<std::result::Result<Vec<_>, _>>() {
+    let rings = polygons.iter().map(|polygon| Ring::new(polygon.iter().map(|&p| at(p)).collect()));
+    let rings = match rings.collect::<std::result::Result<Vec<_>, _>>() {
         Ok(rings) => rings,
         Err(error) => {
             told(&error.to_string());
@@ -227,7 +230,7 @@ fn clear_of(u: &mut Unstructured<'_>) -> Result<()> {
     for _ in 0..u.int_in_range(1..=4_u8)? {
         let [p, q, s] =
             [field.beside(&corners, u)?, field.beside(&corners, u)?, field.beside(&corners, u)?].map(clamped);
-        ask(&part, [p, q, s], threshold);
+        ask(&part, &Truth::of(&polygons, side), [p, q, s], threshold);
     }
     Ok(())
 }
@@ -237,9 +240,32 @@ fn clamped(p: Xy) -> Xy {
     plain(at(p))
 }
 
-fn ask(part: &ProhibitedRegion, [p, q, s]: [Xy; 3], r: i64) {
-    let walls: Vec<(Xy, Xy)> =
-        part.edges().iter().map(|edge| (plain(edge.chord.from), plain(edge.chord.to))).collect();
+/// The part as it was drawn, not as the kernel keeps it.
+struct Truth {
+    walls: Vec<(Xy, Xy)>,
+    polygons: Vec<Vec<Big>>,
+    side: Side,
+}
+
+impl Truth {
+    fn of(polygons: &[Vec<Xy>], side: Side) -> Self {
+        let walls = polygons
+            .iter()
+            .flat_map(|polygon| polygon.iter().zip(polygon.iter().cycle().skip(1)).map(|(&a, &b)| (a, b)));
+        let places = |polygon: &Vec<Xy>| polygon.iter().map(|&(x, y)| Big::new(x, y)).collect();
+        Self { walls: walls.collect(), polygons: polygons.iter().map(places).collect(), side }
+    }
+
+    /// Whether a point that is on no wall is where the tool may be.
+    fn is_free(&self, (x, y): Xy) -> bool {
+        let at = Big::new(x, y);
+        let around = self.polygons.iter().filter(|polygon| inside_polygon(&at, polygon) == Some(true));
+        (around.count() % 2 == 1) == (self.side == Side::Inside)
+    }
+}
+
+fn ask(part: &ProhibitedRegion, truth: &Truth, [p, q, s]: [Xy; 3], r: i64) {
+    let walls = &truth.walls;
     let near_point = |p: Xy| walls.iter().any(|&(a, b)| point_within(p, a, b, r));
     let near_motion = |p: Xy, q: Xy| walls.iter().any(|&(a, b)| segments_within(p, q, a, b, r));
     let near_fan = |corners: [Xy; 3]| walls.iter().any(|&(a, b)| triangle_within(corners, a, b, r));
@@ -247,8 +273,9 @@ fn ask(part: &ProhibitedRegion, [p, q, s]: [Xy; 3], r: i64) {
     let t = length(r);
     assert_eq!(part.point_clear(at(p), t).is_clear(), !near_point(p), "point {case}");
     assert_eq!(part.motion_clear(segment(p, q), t).is_clear(), !near_motion(p, q), "motion {case}");
-    let Ok(start) = part.free_point(at(p), t) else { return };
-    assert!(!near_point(p), "free point {case}");
+    let start = part.free_point(at(p), t);
+    assert_eq!(start.is_ok(), !near_point(p) && truth.is_free(p), "free point {case}");
+    let Ok(start) = start else { return };
     let motion = part.motion(start, at(q));
     assert_eq!(motion.is_ok(), !near_motion(p, q), "motion from a free point {case}");
     if let Ok(end) = motion {
@@ -277,15 +304,27 @@ fn mesh_of(u: &mut Unstructured<'_>) -> Result<()> {
     let soup = bool::arbitrary(u)?;
     let (edges, corners) = if soup { soup_of(field, u)? } else { rings_of(field, u)? };
     let Ok(index) = build(edges) else { return Ok(()) };
-    let frame = 2 * field.half + 1 + i64::from(u16::arbitrary(u)?);
-    let frame =
-        i32::try_from(frame.min(i64::from(keepout_kernel::exact::lattice::COORD_MAX))).unwrap_or(i32::MAX);
+    let half_frame = 2 * field.half + 1 + i64::from(u16::arbitrary(u)?);
+    let half_frame = half_frame.min(i64::from(keepout_kernel::exact::lattice::COORD_MAX));
+    let frame = i32::try_from(half_frame).unwrap_or(i32::MAX);
     let frame = Window::from_corners(-frame, -frame, frame, frame);
-    let Ok(mesh) = Mesh::build(&index, frame, bool::arbitrary(u)?) else { return Ok(()) };
+    let mesh = match Mesh::build(&index, frame, bool::arbitrary(u)?) {
+        Ok(mesh) => mesh,
+        Err(MeshError::Frame) => {
+            let ends = index.edges().iter().flat_map(|edge| [plain(edge.chord.from), plain(edge.chord.to)]);
+            let most = ends.map(|(x, y)| x.abs().max(y.abs())).max().unwrap_or(0);
+            assert!(most >= half_frame, "a frame of {half_frame} is refused for {most}");
+            return Ok(());
+        }
+        Err(error) => panic!("{error}: {:?}", index.edges()),
+    };
     let mut walk = mesh.walk();
     for _ in 0..u.int_in_range(1..=8_u8)? {
         let p = at(field.beside(&corners, u)?);
-        let Some(nearest) = walk.nearest(&mesh, &index, p) else { continue };
+        let Some(nearest) = walk.nearest(&mesh, &index, p) else {
+            assert!(!frame.holds(p), "nothing is nearest to {p:?} of {:?}", index.edges());
+            continue;
+        };
         let truth = brute(&index, p);
         let right = (nearest.distance() - truth).abs() <= 1e-3 + truth * 1e-9;
         let case = format!("{p:?}: {nearest:?}, {truth} in {:?}", index.edges());

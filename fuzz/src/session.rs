@@ -2,7 +2,7 @@
 //! the guard's invariant: whatever may still be executed leads nowhere near the part, and the tool never comes there.
 
 mod machine;
-mod watch;
+pub mod watch;
 
 use std::time::Duration;
 
@@ -11,11 +11,11 @@ use keepout_executor::link::Abilities;
 use keepout_executor::session::place_on_table;
 use keepout_executor::supervisor::guard::MotionShape;
 use keepout_executor::supervisor::{
-    Ask, Event, Limits, Mode, Options, Phase, Reply, Report, Supervisor, Wish, text,
+    Ask, Event, Limits, Mode, Options, Phase, Reply, Report, Supervisor, Unfit, Wish, text,
 };
 use keepout_executor::time::Time;
-use keepout_kernel::{Length, Point};
-use keepout_planner::job::Progress;
+use keepout_kernel::{Curve, Length, Point, Segment, Vector};
+use keepout_planner::job::{ContourJob, Progress};
 use keepout_proofs::properties::Xy;
 use keepout_proofs::square::plain;
 
@@ -50,8 +50,11 @@ pub fn supervisor(bytes: &[u8]) {
 fn session(u: &mut Unstructured<'_>) -> Result<()> {
     let trouble = Trouble::arbitrary(u)?;
     let make = make(u)?;
-    let mut play = Play::begin(trouble, make, u)?;
-    play.starts();
+    let (mut play, undisturbed) = Play::begin(trouble, make, u)?;
+    if undisturbed {
+        play.starts();
+        assert!(play.supervisor.phase().is_steered(), "it does not start: {:?}", play.supervisor.phase());
+    }
     for _ in 0..STEPS_MAX {
         if u.is_empty() {
             break;
@@ -105,7 +108,8 @@ struct Play {
 }
 
 impl Play {
-    fn begin(trouble: Trouble, make: Make, u: &mut Unstructured<'_>) -> Result<Self> {
+    /// A session, and whether nothing goes wrong before the tool is steered.
+    fn begin(trouble: Trouble, make: Make, u: &mut Unstructured<'_>) -> Result<(Self, bool)> {
         const STARTS_MM: [(i64, i64); 5] = [(-10, -10), (10, 40), (10, 30), (40, 5), (-4, 8)];
         let work = job::work();
         let walls = work.plan.part.edges().iter().map(|edge| (plain(edge.chord.from), plain(edge.chord.to)));
@@ -113,7 +117,9 @@ impl Play {
         let place =
             place_on_table(&work.plan, &work.plan.plan.machine, None).expect("the plate lies on the table");
         let between = work.plan.roughing.units().midpoint(work.plan.finishing.units());
-        let tool = match u.int_in_range(0..=6_u8)? {
+        // Of eight sessions four begin with homing, and two in trouble.
+        let start = u.int_in_range(0..=55_u8)?;
+        let tool = match start % 7 {
             // Where only ways out are allowed: beside the left edge, or in the slot's mouth.
             5 => (-i64::from(between), 800_000),
             6 => (600_000 + i64::from(between), 1_500_000),
@@ -124,17 +130,19 @@ impl Play {
         };
         let options = Options {
             feed_mm_min: 900,
-            home: false,
+            home: start / 7 % 2 == 1,
             stroke: place.stroke,
             answer_within: Duration::from_secs(5),
             progress: Progress::default(),
         };
         let machine = Machine::new(make, tool);
         let supervisor = Supervisor::new(work, options, make.abilities);
-        Ok(Self { supervisor, machine, trouble, now: Time::ZERO, walls, near: false, wish: Wish::default() })
+        let play =
+            Self { supervisor, machine, trouble, now: Time::ZERO, walls, near: false, wish: Wish::default() };
+        Ok((play, start / 7 < 6))
     }
 
-    /// Nothing goes wrong before the tool is steered.
+    /// Until the tool is steered.
     fn starts(&mut self) {
         for _ in 0..40 {
             if self.supervisor.phase().is_steered() {
@@ -171,7 +179,10 @@ impl Play {
             9 => self.suffers(u)?,
             10 => {
                 if let Some(wanted) = self.supervisor.wanted_job() {
-                    let worked_out = wanted.work_out(&job::work().plan);
+                    let mut worked_out = wanted.work_out(&job::work().plan);
+                    if self.trouble == Trouble::Lies {
+                        forge(&mut worked_out, u)?;
+                    }
                     self.step(Event::Job(Box::new(worked_out)));
                 }
             }
@@ -277,12 +288,45 @@ fn wish(u: &mut Unstructured<'_>) -> Result<Wish> {
     Ok(Wish { direction, turned_mm: turned, automatic: u.int_in_range(0..=2_u8)? == 0, ask })
 }
 
+/// Changes a job: none, a motion somewhere else, one left out, or nothing.
+fn forge(job: &mut std::result::Result<ContourJob, String>, u: &mut Unstructured<'_>) -> Result<()> {
+    let what = u.int_in_range(0..=7_u8)?;
+    let Ok(legs) = job.as_mut().map(|job| &mut job.legs) else { return Ok(()) };
+    let which = if legs.is_empty() { 0 } else { u.choose_index(legs.len())? };
+    let Some(curves) = legs.get_mut(which).map(|leg| &mut leg.curves).filter(|curves| !curves.is_empty())
+    else {
+        return Ok(());
+    };
+    let at = u.choose_index(curves.len())?;
+    match what {
+        0 => *job = Err("there is none".into()),
+        1 => drop(curves.remove(at)),
+        2 => curves.swap(0, at),
+        3 | 4 => {
+            let from = curves[at].from();
+            let (dx, dy) = (i32::from(i16::arbitrary(u)?) << 6, i32::from(i16::arbitrary(u)?) << 6);
+            let Ok(to) = from.translated(Vector { dx, dy }) else { return Ok(()) };
+            curves[at] = Curve::Line(Segment { from, to });
+            // And what follows goes on from there, or comes no more.
+            if what == 3 {
+                curves.truncate(at + 1);
+            }
+        }
+        _ => {}
+    }
+    Ok(())
+}
+
 /// Anything that a controller may say, or a port do.
 fn lie(u: &mut Unstructured<'_>) -> Result<Event> {
     const MODES: [Mode; 7] =
         [Mode::Idle, Mode::Moving, Mode::Slowing, Mode::Held, Mode::Homing, Mode::Alarm, Mode::Other];
-    let reply = match u.int_in_range(0..=19_u8)? {
-        0..=8 => {
+    let reply = match u.int_in_range(0..=39_u8)? {
+        36 => Reply::NotHomed,
+        37 => Reply::Displaced,
+        38 => Reply::Unfit(Unfit { name: "$32", value: 1.0, needed: "0" }),
+        39 => Reply::Message(text("a message")),
+        0..=8 | 20..=28 => {
             let place = (i64::from(i32::arbitrary(u)? >> 6), i64::from(i32::arbitrary(u)? >> 6));
             Reply::Report(Report {
                 mode: *u.choose(&MODES)?,
@@ -295,12 +339,12 @@ fn lie(u: &mut Unstructured<'_>) -> Result<Event> {
                 waiting: Option::<bool>::arbitrary(u)?,
             })
         }
-        9 | 10 => Reply::Accepted,
-        11 => Reply::Refused { code: 8, meaning: "", transient: bool::arbitrary(u)? },
-        12 => Reply::Restarted,
-        13 => Reply::Alarm { code: 1, meaning: "" },
-        14 => Reply::Homed,
-        15 => Reply::Armed,
+        9 | 10 | 29 | 30 => Reply::Accepted,
+        11 | 31 => Reply::Refused { code: 8, meaning: "", transient: bool::arbitrary(u)? },
+        12 | 32 => Reply::Restarted,
+        13 | 33 => Reply::Alarm { code: 1, meaning: "" },
+        14 | 34 => Reply::Homed,
+        15 | 35 => Reply::Armed,
         16 => Reply::Prepared(Limits::of(f64::from(u8::arbitrary(u)?), f64::from(u8::arbitrary(u)?))),
         17 => Reply::Garbled(text("?")),
         18 => return Ok(Event::PortLost(text("pulled"))),

@@ -1,6 +1,6 @@
 //! What a line of each language says, read once more and in another way.
 
-use keepout_executor::supervisor::{Mode, Reply};
+use keepout_executor::supervisor::{Mode, Reply, Report};
 use keepout_kernel::Point;
 use keepout_planner::units::mm;
 
@@ -68,25 +68,48 @@ impl<F: FnMut(&Heard, &Reply)> Says for F {
     }
 }
 
-/// GRBL: every reply is that of its line.
-pub fn grbl(heard: &Heard, reply: &Reply) {
-    let text = String::from_utf8_lossy(&heard.line);
-    let text = text.as_ref();
-    match reply {
-        Reply::Accepted | Reply::Armed | Reply::Homed => assert_eq!(text, "ok", "{reply:?}"),
-        Reply::Refused { .. } => assert!(text.starts_with("error:"), "{reply:?} from {text:?}"),
-        Reply::Alarm { .. } => assert!(text.starts_with("ALARM:"), "{reply:?} from {text:?}"),
-        Reply::Report(report) => {
-            let rests = text.split(['|', ':', '>']).next() == Some("<Idle");
-            assert_eq!(report.mode == Mode::Idle, rests, "{report:?} from {text:?}");
-            let unsaid = report.queued.is_none() && report.waiting.is_none();
-            assert!(unsaid || text.contains("|Bf:"), "{report:?} from {text:?}");
-            let Some(at) = report.position else { return };
-            let place = text.split_once("|MPos:").and_then(|(_, rest)| two(rest, ','));
-            let [x, y] = place.unwrap_or_else(|| panic!("a place from {text:?}"));
-            is_there(at, [x, y], text);
+/// GRBL: every reply is that of its line, and what is queued or waits is what is missing from the most that was free at rest.
+#[derive(Default)]
+pub struct Grbl {
+    /// Most blocks and bytes that were free at rest, also before the port was opened anew: too many only make it wait.
+    most: Option<[u64; 2]>,
+}
+
+impl Says for Grbl {
+    fn is_right(&mut self, heard: &Heard, reply: &Reply) {
+        let text = String::from_utf8_lossy(&heard.line);
+        let text = text.as_ref();
+        match reply {
+            Reply::Accepted | Reply::Armed | Reply::Homed => assert_eq!(text, "ok", "{reply:?}"),
+            Reply::Refused { .. } => assert!(text.starts_with("error:"), "{reply:?} from {text:?}"),
+            Reply::Alarm { .. } => assert!(text.starts_with("ALARM:"), "{reply:?} from {text:?}"),
+            Reply::Report(report) => self.reported(report, text),
+            _ => {}
         }
-        _ => {}
+    }
+}
+
+impl Grbl {
+    fn reported(&mut self, report: &Report, text: &str) {
+        let rests = text.split(['|', ':', '>']).next() == Some("<Idle");
+        assert_eq!(report.mode == Mode::Idle, rests, "{report:?} from {text:?}");
+        let said = text.split_once("|Bf:").and_then(|(_, rest)| rest.split(['|', '>']).next());
+        let free = said.map(|said| {
+            let mut figures = said.split(',').map(|figure| figure.parse::<u64>().expect("it was believed"));
+            [figures.next().expect("there is one"), figures.next().expect("there are two")]
+        });
+        if let Some(free) = free.filter(|_| rests) {
+            let most = self.most.get_or_insert([0, 0]);
+            *most = [most[0].max(free[0]), most[1].max(free[1])];
+        }
+        let missing = self.most.zip(free).map(|(most, free)| [0, 1].map(|i| most[i].saturating_sub(free[i])));
+        let stated = report.queued.map(|queued| queued as u64).zip(report.waiting);
+        let right = missing.map(|[blocks, bytes]| (blocks, bytes > 0));
+        assert_eq!(stated, right, "{report:?} from {text:?}, at most {:?}", self.most);
+        let Some(at) = report.position else { return };
+        let place = text.split_once("|MPos:").and_then(|(_, rest)| two(rest, ','));
+        let [x, y] = place.unwrap_or_else(|| panic!("a place from {text:?}"));
+        is_there(at, [x, y], text);
     }
 }
 
@@ -242,13 +265,11 @@ pub const DESCRIBED: [fn(&Heard, &Reply); 4] = [
 
 fn described(heard: &Heard, reply: &Reply, reading: &Reading) {
     let Reply::Report(report) = reply else { return };
-    if heard.stopped {
-        return;
-    }
     let lines: Vec<String> =
         heard.all().map(|line| line.trim_start_matches(':').trim().to_string()).collect();
     let (last, before) = lines.split_last().expect("it was read from a line");
     let rests = match reading.place_in {
+        _ if heard.stopped => Some(lines.iter().any(|line| (reading.rests)(line) == Some(true))),
         PlaceIn::State => (reading.rests)(last),
         PlaceIn::Later => before.iter().rev().find_map(|line| (reading.rests)(line)),
         PlaceIn::Other => Some(lines.iter().any(|line| (reading.rests)(line) == Some(true))),

@@ -116,12 +116,12 @@ fn corners(points: &[Xy]) -> Vec<Xy> {
 }
 
 /// All triangles of the points, also those that are flat: together they are the convex hull.
-fn triangles(set: &[Xy]) -> impl Iterator<Item = [Xy; 3]> {
+pub fn triangles(set: &[Xy]) -> impl Iterator<Item = [Xy; 3]> {
     let from = |i: usize| set[i..].iter().enumerate().map(move |(k, &point)| (i + k, point));
     from(0).flat_map(move |(i, a)| from(i).flat_map(move |(j, b)| set[j..].iter().map(move |&c| [a, b, c])))
 }
 
 /// Whether the triangle comes so near to the line from `d` to `e`, by big integers where floats are in doubt.
-fn comes_near([a, b, c]: [Xy; 3], d: Xy, e: Xy, r: i64) -> bool {
+pub fn comes_near([a, b, c]: [Xy; 3], d: Xy, e: Xy, r: i64) -> bool {
     if b == c { segments_within(a, b, d, e, r) } else { triangle_within([a, b, c], d, e, r) }
 }
