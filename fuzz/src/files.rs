@@ -58,23 +58,38 @@ fn sealed(payload: &[u8]) -> Vec<u8> {
 /// # Panics
 /// When one of these does not hold.
 pub fn session_log(bytes: &[u8]) {
+    let _ = certificates_of_log(bytes);
+}
+
+/// What [`session_log`] looks at: how many certificates a log has that plays again.
+///
+/// # Panics
+/// As [`session_log`].
+#[must_use]
+pub fn certificates_of_log(bytes: &[u8]) -> usize {
     if let Err(error) = Log::parse(bytes) {
         told(&error.to_string());
     }
     let summed = summed(bytes);
     let log = match Log::parse(&summed) {
         Ok(log) => log,
-        Err(error) => return told(&error.to_string()),
+        Err(error) => {
+            told(&error.to_string());
+            return 0;
+        }
     };
     is_not_changed_unnoticed(&summed, bytes.len());
     match replay(&log, job::work()) {
         Ok(played) => {
-            watch(&log);
             told(&played.end().to_string());
             assert!(picture_of_log(&log.header, &played).starts_with("<svg"));
             assert!(page_of_log(&log.header, &played, "fuzz.log", 0).contains("<html"));
+            watch(&log)
         }
-        Err(error) => told(&error.to_string()),
+        Err(error) => {
+            told(&error.to_string());
+            0
+        }
     }
 }
 
@@ -119,8 +134,8 @@ fn is_not_changed_unnoticed(log: &[u8], which: usize) {
 }
 
 /// What was certified is clear of the part: all that could be executed with a jog, and each motion of a contour. Ways out of the part's
-/// threshold come nearer to nothing, which is looked at elsewhere; they stay out of the part.
-fn watch(log: &Log) {
+/// threshold come nearer to nothing, which is looked at elsewhere; they stay out of the part. How many there are.
+fn watch(log: &Log) -> usize {
     let plan = &job::work().plan;
     let walls: Vec<(Xy, Xy)> =
         plan.part.edges().iter().map(|edge| (plain(edge.chord.from), plain(edge.chord.to))).collect();
@@ -129,12 +144,13 @@ fn watch(log: &Log) {
         _ => None,
     };
     // What was sent is of the phase that is logged last, or of the next.
-    let mut last = false;
+    let (mut last, mut count) = (false, 0);
     for (at, (_, entry)) in log.entries.iter().enumerate() {
         let mut next = log.entries[at..].iter().filter_map(|(_, entry)| is_way_out(entry));
         let escapes = last || next.next() == Some(true);
         last = is_way_out(entry).unwrap_or(last);
         let Entry::Certificate(text) = entry else { continue };
+        count += 1;
         match Certificate::parse(text) {
             Some(Certificate::Jog(to, set)) => {
                 let kept = if escapes { plan.plan.tool_radius } else { plan.roughing };
@@ -155,4 +171,5 @@ fn watch(log: &Log) {
             None => {}
         }
     }
+    count
 }

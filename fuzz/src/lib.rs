@@ -16,7 +16,7 @@ mod small;
 mod witness;
 
 pub use dialects::{described_decode, grbl_decode, round_trip, venus_decode, zaber_decode};
-pub use files::{plan_file, session_log};
+pub use files::{certificates_of_log, plan_file, session_log};
 pub use import::dxf_import;
 pub use job::{PLATE, work};
 pub use keepout_proofs::property_of_bytes as property;

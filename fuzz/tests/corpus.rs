@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use arbitrary::{Arbitrary, Unstructured};
 use keepout_fuzz::sketch::Sketch;
-use keepout_fuzz::{TARGETS, Target};
+use keepout_fuzz::{TARGETS, Target, certificates_of_log};
 use keepout_planner::machine::MachineProfile;
 
 fn here() -> &'static Path {
@@ -82,6 +82,14 @@ fn drawings_are_planned() {
     };
     let count = inputs.iter().filter(planned).count();
     assert!(4 * count >= inputs.len(), "{count} of {}", inputs.len());
+}
+
+/// What is checked of logs that play again is checked of many, and of certificates.
+#[test]
+fn logs_play_again() {
+    let counts: Vec<usize> = inputs("session_log").iter().map(|bytes| certificates_of_log(bytes)).collect();
+    let certified = counts.iter().filter(|count| **count > 0).count();
+    assert!(certified >= 4, "{certified} of {} have certificates", counts.len());
 }
 
 macro_rules! tests {
