@@ -162,8 +162,14 @@ impl Template {
         if slot.is_number() {
             return rest.find(|c: char| !(c.is_ascii_digit() || "+-.".contains(c))).unwrap_or(rest.len());
         }
+        let goes_on = index + 2 < self.pieces.len();
         let follows = match self.pieces.get(index + 1) {
-            Some(Piece::Text(text)) => text.trim().chars().next(),
+            // What begins with a blank is behind a word that may have all its letters, too.
+            Some(Piece::Text(text)) if text.starts_with(' ') && !text.trim().is_empty() => {
+                let behind = rest.find(text.trim_end()).or_else(|| rest.find(text.trim()));
+                return behind.unwrap_or(rest.len());
+            }
+            Some(Piece::Text(text)) => text.trim().chars().next().or(goes_on.then_some(' ')),
             Some(Piece::Slot(_)) => Some(' '),
             None => None,
         };
@@ -235,6 +241,28 @@ mod tests {
         ] {
             assert!(Template::of(template).unwrap().read(line).is_some(), "{line}");
         }
+    }
+
+    /// Found by review: a state before a blank took the whole line, and one that has the letter behind it ended there.
+    #[test]
+    fn a_state_is_one_word() {
+        for (template, line, state) in [
+            ("{status} {x} {y}", "I 12.000 3.000", "I"),
+            ("{status} MPos:{x},{y}", "Moving MPos:12.000,3.000", "Moving"),
+            ("{status}MPos:{x},{y}", "I MPos:12.000,3.000", "I"),
+            ("{status} :{x} {y}", "I:12.000 3.000", "I"),
+            ("{any} {status} X{x} Y{y}", "07 Idle X12.000 Y3.000", "Idle"),
+        ] {
+            let template = Template::of(template).unwrap();
+            let captures = template.read(line).unwrap_or_else(|| panic!("{line}"));
+            assert_eq!(captures.text(Slot::Status).map(str::trim), Some(state), "{line}");
+            assert_eq!(
+                (captures.number(Slot::X), captures.number(Slot::Y)),
+                (Some(12.0), Some(3.0)),
+                "{line}"
+            );
+        }
+        assert_eq!(Template::of("S {status} ").unwrap().read("S I ").unwrap().text(Slot::Status), Some("I"));
     }
 
     #[test]
