@@ -252,7 +252,9 @@ impl Grbl {
         }
         let mm = self.setting.arc_tolerance_mm;
         if !settings.follows_arcs(mm) {
-            out.extend(format!("$12={mm:.5}\n").bytes());
+            // Down to a digit that is said: rounded up, arcs would leave by more than the margin has for them.
+            let said = (mm * 1e5 + 1e-6).floor() / 1e5;
+            out.extend(format!("$12={said:.5}\n").bytes());
             open += 1;
         }
         let limits = settings.limits();
