@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use keepout_planner::text_file::shown;
 use thiserror::Error;
 
 use super::{Described, Description, DescriptionError, Dialect, Grbl, Setting, Venus, Zaber};
@@ -32,7 +33,7 @@ pub enum Language {
 #[derive(Debug, Error)]
 pub enum LanguageError {
     /// Neither built in nor a file.
-    #[error("no dialect \"{name}\": it is none of {} and no file that describes one", Language::NAMES.join(", "))]
+    #[error("no dialect \"{}\": it is none of {} and no file that describes one", shown(name), Language::NAMES.join(", "))]
     Unknown {
         /// What was asked for.
         name: String,
