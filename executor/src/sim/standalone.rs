@@ -225,7 +225,14 @@ fn name(kind: SampleKind) -> &'static str {
 /// # Errors
 /// [`StandaloneError`] when it is not understood.
 pub fn state(path: &Path) -> Result<Option<(f64, f64)>, StandaloneError> {
-    let Ok(text) = std::fs::read_to_string(path) else { return Ok(None) };
+    let text = match std::fs::read_to_string(path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        Err(error) if error.kind() == std::io::ErrorKind::InvalidData => {
+            return Err(StandaloneError::Form { path: path.to_path_buf(), line: 1 });
+        }
+        Err(source) => return Err(StandaloneError::File { path: path.to_path_buf(), source }),
+    };
     if text.is_empty() {
         return Ok(None);
     }
