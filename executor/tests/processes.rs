@@ -224,6 +224,45 @@ fn a_device_of_other_microsteps_is_refused_before_it_moves() {
     assert!(said(&run).contains("the plan's machine by 500: the contour error"), "{}", said(&run));
 }
 
+/// Found by review: between two loops nothing is cut in part, and the second pass is still to do.
+#[test]
+fn a_run_that_ends_between_two_passes_has_not_finished() {
+    let shop = Shop::new("between");
+    let (plan, script) = (shop.at("two.plan"), shop.at("script"));
+    let bracket = Path::new(env!("CARGO_MANIFEST_DIR")).join("drawings/bracket.dxf").display().to_string();
+    let passes = ["--pass", "0.1:900", "--pass", "0:600", "-o", &plan];
+    assert_eq!(
+        keepout(&[&["plan", &bracket, "--tool-diameter", "6"], &passes[..]].concat()).status.code(),
+        Some(0)
+    );
+    let mut between = 0;
+    for quit in (0..9).map(|k| 24.2 + 0.2 * f64::from(k)) {
+        std::fs::write(&script, format!("0 -1 -1 auto\n{quit:.1} quit\n")).unwrap();
+        let run = keepout(&["run", &plan, "--machine", "sim-fast", "--operator", &script]);
+        assert_eq!(run.status.code(), Some(9), "{}", said(&run));
+        between += usize::from(said(&run).contains("1 of 6") && !said(&run).contains("in part"));
+    }
+    assert!(between > 0, "no run ended between the passes: other times are needed");
+}
+
+/// What a simulated machine keeps takes the place of nothing that it reads, nor of each other.
+#[test]
+fn a_simulated_machine_writes_over_nothing() {
+    let shop = Shop::new("simulate");
+    let plan = shop.at("part.plan");
+    let before = std::fs::read(&plan).unwrap();
+    for (arguments, why) in [
+        (["--witness", &plan, "--state", &plan], "is what is read"),
+        (["--witness", &plan, "--received", &plan], "is what is read"),
+        (["--positions", &shop.at("x"), "--received", &shop.at("x")], "for two outputs"),
+        (["--state", &plan, "--link", &shop.at("link")], "line 1"),
+    ] {
+        let run = keepout(&[&["simulate"], &arguments[..]].concat());
+        assert!(!run.status.success() && said(&run).contains(why), "{arguments:?}: {}", said(&run));
+    }
+    assert!(std::fs::read(&plan).unwrap() == before, "the plan was written to");
+}
+
 #[test]
 fn interrupted_contours_are_taken_up_in_a_chain_of_runs() {
     let shop = Shop::new("chain");

@@ -288,6 +288,7 @@ fn on_port(
         loops_before,
         partial: supervisor.progress().partial.len(),
         unreached: supervisor.unreached(),
+        interrupted: supervisor.is_interrupted(),
         deepest_mm: None,
         closest_mm: None,
         closest_by_hand_mm: None,
@@ -332,12 +333,12 @@ fn exit_code(facts: &RunFacts) -> ExitCode {
     if facts.deepest_mm.is_some_and(|depth| depth > 0.0) {
         return ExitCode::from(8);
     }
+    let nothing = facts.loops.0 == facts.loops_before;
+    let begun = facts.interrupted && facts.loops.0 < facts.loops.1;
     match facts.ended {
         Ended::Faulted => ExitCode::from(6),
         Ended::OutOfTime => ExitCode::from(9),
-        Ended::Done if facts.loops.0 == facts.loops_before || facts.partial > 0 || facts.unreached > 0 => {
-            ExitCode::from(9)
-        }
+        Ended::Done if nothing || begun || facts.partial > 0 || facts.unreached > 0 => ExitCode::from(9),
         Ended::Done => ExitCode::SUCCESS,
     }
 }

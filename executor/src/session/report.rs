@@ -30,6 +30,8 @@ pub struct RunFacts {
     pub partial: usize,
     /// Finishing loops in the same free space that no way was found to.
     pub unreached: usize,
+    /// A contour was begun and is not done: it ended between two loops, too.
+    pub interrupted: bool,
     /// Deepest incursion by the witness, mm; `None` without a witness.
     pub deepest_mm: Option<f64>,
     /// Least distance between tool and part by the witness, mm.

@@ -364,6 +364,7 @@ fn result_of(supervisor: Supervisor, ended: Ended, seconds: f64, run: &SimRun, e
         loops_before: run.progress.finished.len(),
         partial: supervisor.progress().partial.len(),
         unreached: supervisor.unreached(),
+        interrupted: supervisor.is_interrupted(),
         deepest_mm: Some(witness.deepest().map_or(0.0, |incursion| incursion.depth_mm)),
         closest_mm: witness.closest_mm(),
         closest_by_hand_mm: witness.closest_by_hand_mm(),

@@ -269,6 +269,12 @@ impl Supervisor {
         self.unreached
     }
 
+    /// Whether a contour was begun and is not done.
+    #[must_use]
+    pub fn is_interrupted(&self) -> bool {
+        self.interrupted.is_some()
+    }
+
     /// Things the operator should know.
     #[must_use]
     pub fn notices(&self) -> &[String] {
