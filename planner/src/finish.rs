@@ -104,6 +104,18 @@ pub enum PathRefusal {
     /// A stretch of the profile that the tool can touch has no path beside it.
     #[error("{0}")]
     Incomplete(Missing),
+    /// What the path is said to leave can not be: of a contour of this length.
+    #[error(
+        "a residual of {residual_mm} of {said_mm} mm is said, of a contour of {length_mm:.3} mm: make the plan again from the drawing"
+    )]
+    Residual {
+        /// What is said to be left, mm.
+        residual_mm: f64,
+        /// Length of contour that is said, mm.
+        said_mm: f64,
+        /// Its length, mm.
+        length_mm: f64,
+    },
 }
 
 /// Proposes the path at distance `d` ([`centre_distance`], lattice units) from the outlines that bound free space
@@ -261,7 +273,23 @@ impl FinishingPath {
                 return Err(PathRefusal::WrongSpace { number, found, said: each.component });
             }
         }
+        self.residual_can_be(&outlines[..part.region().rings().len()])?;
         Ok(motions)
+    }
+
+    /// Checks that the figures of the residual are such figures, and the contour's length its length. How much of it the tool
+    /// leaves is the planner's word: it follows from the outlines, not from the path.
+    fn residual_can_be(&self, profile: &[Outline]) -> Result<(), PathRefusal> {
+        let length: f64 = profile.iter().flat_map(|outline| &outline.curves).map(Curve::length).sum();
+        let length_mm = length / f64::from(UNITS_PER_MM);
+        let (residual_mm, said_mm) = (self.residual_length_mm, self.profile_length_mm);
+        let is_length = (said_mm - length_mm).abs() <= 1e-6 * length_mm;
+        let is_left = (0.0..=said_mm).contains(&residual_mm);
+        let is_area = self.residual_area_mm2.is_none_or(f64::is_finite);
+        if is_length && is_left && is_area {
+            return Ok(());
+        }
+        Err(PathRefusal::Residual { residual_mm, said_mm, length_mm })
     }
 
     /// The connected piece of free space that `point` lies in, numbered like [`FinishingLoop::component`]. The point

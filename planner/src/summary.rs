@@ -96,7 +96,8 @@ impl CertifiedPlan {
             ));
             lines.push(format!(
                 "proved       pass {}: coverage: walking along all edges at {:.5} mm, wherever no edge is nearer, the path is within \
-                 {:.4} mm; no more than {:.3} mm is passed before it is so again. What has no path beside it is residual",
+                 {:.4} mm; no more than {:.3} mm is passed before it is so again. What has no path beside it is residual: how \
+                 much that is, is not proved",
                 index + 1,
                 centre_distance(&plan.profile, &plan.zones, at_least) / f64::from(UNITS_PER_MM),
                 COVERAGE / f64::from(UNITS_PER_MM),

@@ -56,6 +56,29 @@ fn a_loop_moved_by_two_micrometres() {
     }
 }
 
+/// Found by review: figures of the residual that can not be were printed above what is proved.
+#[test]
+fn a_residual_that_can_not_be() {
+    let good = plan(MachinedSide::Outside).plan;
+    assert!(good.clone().certify().is_ok());
+    for (residual, length, area) in [
+        (f64::NAN, 1.0, 0.0),
+        (-5.0, 1.0, 0.0),
+        (1e9, 1.0, 0.0),
+        (0.0, 0.5, 0.0),
+        (0.0, f64::INFINITY, 0.0),
+        (0.0, 1.0, f64::NAN),
+    ] {
+        let mut wrong = good.clone();
+        let path = &mut wrong.passes[0].path;
+        path.residual_length_mm = residual;
+        path.profile_length_mm *= length;
+        path.residual_area_mm2 = Some(area);
+        let refusal = refusal(wrong);
+        assert!(matches!(refusal, PathRefusal::Residual { .. }), "{refusal}");
+    }
+}
+
 /// All that keeps away from the part and leaves nothing out is not yet what was ordered.
 #[test]
 fn loops_that_are_turned_round_misplaced_or_added() {
