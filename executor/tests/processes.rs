@@ -394,3 +394,24 @@ fn the_simulated_witness_has_its_code() {
     std::thread::sleep(Duration::from_millis(200));
     assert_eq!(machine.end(), Some(8));
 }
+
+/// A demo takes the place of its own log only: another's may be needed to go on with a part.
+#[test]
+fn a_demo_keeps_logs_of_others() {
+    let shop = Shop::new("demo");
+    let log = shop.at("session.log");
+    let folder = shop.0.display().to_string();
+    let demo = || keepout(&["demo", "--manual-s", "1", "--output", &folder]);
+    for other in [&b"anything"[..], b""] {
+        std::fs::write(&log, other).unwrap();
+        let run = demo();
+        assert!(run.status.code() == Some(2) && said(&run).contains("no log of a demo"), "{}", said(&run));
+        assert_eq!(std::fs::read(&log).unwrap(), other);
+    }
+    assert!(!Path::new(&shop.at("bracket.plan")).exists(), "it began all the same");
+    std::fs::remove_file(&log).unwrap();
+    for _ in 0..2 {
+        let run = demo();
+        assert_eq!(run.status.code(), Some(0), "{}", said(&run));
+    }
+}

@@ -15,14 +15,16 @@ use keepout_planner::margin::Budget;
 
 use super::CliError;
 
-/// It sends nothing but queries and questions: the machine does not move, and nothing is stored. The exit code is 0 when a
-/// session could begin, 6 when the port or the controller does not answer, or is not set up as a session needs it.
+/// It sends nothing but queries and questions: the machine does not move, and nothing is stored. The exit code is 0 when
+/// nothing was found that a session could not begin with, 6 when the port or the controller does not answer, or is not set up as
+/// a session needs it.
 #[derive(Debug, Args)]
 pub struct DoctorArguments {
     /// The serial port, such as /dev/ttyUSB0.
     #[arg(long, value_name = "DEVICE")]
     port: String,
-    /// What the controller speaks: grbl or grblhal.
+    /// What the controller speaks: grbl, grblhal, zaber, venus, or a file that describes it. Settings are asked of the first two
+    /// only.
     #[arg(long, value_name = "DIALECT", default_value = "grbl")]
     dialect: String,
     /// Baud rate of the port.
@@ -60,7 +62,11 @@ pub fn doctor(arguments: &DoctorArguments) -> Result<ExitCode, CliError> {
     print_feel(&machine, &found, arguments.baud);
     println!(
         "\n{}",
-        if fit { "A session can begin." } else { "No session can begin; see above what to do." }
+        match (fit, &found.inspector) {
+            (true, Some(_)) => "A session can begin.",
+            (true, None) => "The controller answers; what it is set to is checked when a session begins.",
+            (false, _) => "No session can begin; see above what to do.",
+        }
     );
     Ok(if fit { ExitCode::SUCCESS } else { ExitCode::from(6) })
 }

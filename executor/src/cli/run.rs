@@ -9,7 +9,7 @@ use keepout_executor::link::serial::Serial;
 use keepout_executor::operator::{self, Panel};
 use keepout_executor::servo::controllers::kind::Kind;
 use keepout_executor::servo::profile::DriveProfile;
-use keepout_executor::session::log::{Header, LogTape, rfc_3339};
+use keepout_executor::session::log::{Header, LogReader, LogTape, rfc_3339};
 use keepout_executor::session::{
     Ended, Engine, Going, Link, NoTape, RealClock, RunFacts, Scene, Session, SimRun, Tape, html,
     picture_of_run, place_on_table, run_scene,
@@ -343,6 +343,22 @@ fn exit_code(facts: &RunFacts) -> ExitCode {
     }
 }
 
+/// Removes the log that an earlier demo wrote; another's is kept: it may be needed to go on with a part.
+fn remove_of_demo(log: &Path, drawing: &str) -> Result<(), CliError> {
+    if !log.exists() {
+        return Ok(());
+    }
+    let of_demo = LogReader::open(log)
+        .is_ok_and(|reader| reader.header().simulated && reader.header().drawing == drawing);
+    if !of_demo {
+        return Err(CliError::Argument(format!(
+            "{} is no log of a demo: it is not overwritten. Choose another folder with --output.",
+            log.display()
+        )));
+    }
+    std::fs::remove_file(log).map_err(|source| CliError::Write { path: log.to_path_buf(), source })
+}
+
 pub fn demo(output: &Path, manual_s: f64) -> Result<ExitCode, CliError> {
     let manual_s = seconds("--manual-s", manual_s)?.as_secs_f64();
     std::fs::create_dir_all(output)
@@ -351,6 +367,8 @@ pub fn demo(output: &Path, manual_s: f64) -> Result<ExitCode, CliError> {
     println!("1. Plan: a bracket with holes, arcs and an inside corner, 6 mm cutter.\n");
     let plan = make(Path::new("bracket.dxf"), BRACKET, &Order::default(), &machine, LIMIT_S)?;
     println!("{}\n", plan.summary());
+    let log = output.join("session.log");
+    remove_of_demo(&log, &plan.plan.sheet.name)?;
     plan_file::save(&plan.plan, &output.join("bracket.plan"))?;
     write(&output.join("plan.svg"), svg(&plan, "bracket.dxf", &[]).as_bytes())?;
     println!(
@@ -361,13 +379,6 @@ pub fn demo(output: &Path, manual_s: f64) -> Result<ExitCode, CliError> {
     let run = SimRun { baud: 9600, latency: Duration::from_millis(150), machine, ..SimRun::default() };
     let operator = operator::named("wall", manual_s, run.seed)?;
     let outputs = Outputs { report: Some(output.join("report.html")), picture: Some(output.join("run.svg")) };
-    let log = output.join("session.log");
-    match std::fs::remove_file(&log) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-            return Err(CliError::Write { path: log, source: error });
-        }
-        _ => {}
-    }
     let hands = Hands { operator, screen: None, panel: Panel::default(), recovers: false };
     let recording =
         Recording { log: Some(&log), operator: "wall", machine: run.machine.name.clone(), simulated: true };
