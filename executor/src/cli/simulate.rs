@@ -69,25 +69,13 @@ pub struct SimulateArguments {
     origin_mm: Option<(f64, f64)>,
 }
 
-impl SimulateArguments {
-    fn records(&self) -> Records {
-        Records {
-            link: self.link.clone(),
-            received: self.received.clone(),
-            positions: self.positions.clone(),
-            state: self.state.clone(),
-        }
-    }
-}
-
 pub fn simulate(arguments: &SimulateArguments) -> Result<ExitCode, CliError> {
     let described = Some(PathBuf::from(&arguments.dialect)).filter(|path| path.is_file());
     let driven = Some(PathBuf::from(&arguments.drives)).filter(|path| path.is_file());
     let profile = arguments.machine_profile.as_ref();
     let inputs = given(&[profile, arguments.witness.as_ref(), described.as_ref(), driven.as_ref()]);
-    let Records { link, received, positions, state: kept } = arguments.records();
-    let outputs = [&link, &received, &positions, &kept].map(Option::as_ref);
-    refuse_same(&inputs, &given(&outputs))?;
+    let outputs = [&arguments.link, &arguments.received, &arguments.positions, &arguments.state];
+    refuse_same(&inputs, &given(&outputs.map(Option::as_ref)))?;
     let language =
         Language::named(&arguments.dialect).map_err(|error| CliError::Argument(error.to_string()))?;
     let machine = match &arguments.machine_profile {
@@ -108,7 +96,12 @@ pub fn simulate(arguments: &SimulateArguments) -> Result<ExitCode, CliError> {
     let drives = drives(&arguments.drives)?.and_then(|servo| Follower::new(&servo, settings.start_mm));
     let simulated =
         SimMachine::new(speaking(&language, settings), arguments.baud, latency, slip).driven(drives);
-    let records = Records { link, received, positions, state: kept };
+    let records = Records {
+        link: arguments.link.clone(),
+        received: arguments.received.clone(),
+        positions: arguments.positions.clone(),
+        state: arguments.state.clone(),
+    };
     let mut watch = |sample: &_| {
         if let Some(witness) = &mut witness {
             witness.watch(sample);

@@ -79,7 +79,6 @@ fn settings_are_read_checked_and_set() {
     {
         let mut grbl = dialect();
         grbl.setting.arc_tolerance_mm = tolerance;
-        grbl.stage = Stage::Silent;
         grbl.encode(&Command::Prepare, &mut Vec::new()).unwrap();
         hear(&mut grbl, b"ok\r\n");
         hear(
