@@ -40,8 +40,6 @@ const FIRST_COMMAND: u8 = 0xf0;
 const STOP: u8 = 0xf4;
 /// The port is opened anew.
 const RESET: u8 = 0xf8;
-/// How far a controller may drive beside an arc, mm: what the margin has for it (four times the arc tolerance).
-const ARC_OFF_MM: f64 = 4.0 * 0.0005;
 /// Bytes that one byte heard may make a dialect say.
 const SAID_MAX: usize = 1000;
 
@@ -355,10 +353,12 @@ impl Trip {
         assert!(off <= half_step_mm, "{off} mm from {to:?} by {:?}", self.controller);
         if let Some(arc) = bent {
             let arc = Curve::Arc(arc);
+            // What the margin has for it.
+            let most_mm = 4.0 * MachineProfile::simulated().arc_tolerance_mm + 2.0 * half_step_mm;
             for (x, y) in samples.iter().map(|sample| sample.position_mm) {
                 let place = ((x - mm(offset.dx)) * UNIT, (y - mm(offset.dy)) * UNIT);
                 let off = witness::distance(place, [&arc].into_iter()) / UNIT;
-                assert!(off <= ARC_OFF_MM + 2.0 * half_step_mm, "{off} mm beside {arc:?} at {place:?}");
+                assert!(off <= most_mm, "{off} mm beside {arc:?} at {place:?}");
             }
         }
         let reported = report.position.expect("it is armed").minus(to);

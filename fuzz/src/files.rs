@@ -8,7 +8,7 @@ use keepout_proofs::properties::Xy;
 use keepout_proofs::square::plain;
 
 use crate::import::{CURVES_MAX, edges, told};
-use crate::session::watch::{comes_near, triangles};
+use crate::session::watch::{ROUNDING, comes_near, ends_of_edges, keep_away, triangles};
 use crate::{job, witness};
 
 /// Any bytes as a plan file, or as what one holds behind its hash: a typed error, or a plan, which certification refuses or
@@ -137,8 +137,7 @@ fn is_not_changed_unnoticed(log: &[u8], which: usize) {
 /// threshold come nearer to nothing, which is looked at elsewhere; they stay out of the part. How many there are.
 fn watch(log: &Log) -> usize {
     let plan = &job::work().plan;
-    let walls: Vec<(Xy, Xy)> =
-        plan.part.edges().iter().map(|edge| (plain(edge.chord.from), plain(edge.chord.to))).collect();
+    let walls = ends_of_edges(&plan.part);
     let is_way_out = |entry: &Entry| match entry {
         Entry::Phase(phase) => Some(phase.starts_with("Escaping")),
         _ => None,
@@ -162,11 +161,8 @@ fn watch(log: &Log) -> usize {
                 assert!(near.is_none(), "a jog to {to:?}: {near:?} comes nearer than {kept}");
             }
             Some(Certificate::Contour(curve)) => {
-                let kept = f64::from(plan.finishing.units()) - 4.0;
-                for place in witness::places(&curve) {
-                    let left = witness::distance(place, witness::walls(plan));
-                    assert!(left > kept, "{curve:?} of a contour comes to {left}, not {kept}");
-                }
+                let kept = f64::from(plan.finishing.units()) - ROUNDING;
+                keep_away(&curve, &witness::places(&curve), kept);
             }
             None => {}
         }

@@ -227,10 +227,11 @@ fn clear_of(u: &mut Unstructured<'_>) -> Result<()> {
     if bool::arbitrary(u)? {
         let _ = part.prepare(length(threshold));
     }
+    let truth = Truth::of(&polygons, side);
     for _ in 0..u.int_in_range(1..=4_u8)? {
         let [p, q, s] =
             [field.beside(&corners, u)?, field.beside(&corners, u)?, field.beside(&corners, u)?].map(clamped);
-        ask(&part, &Truth::of(&polygons, side), [p, q, s], threshold);
+        ask(&part, &truth, [p, q, s], threshold);
     }
     Ok(())
 }

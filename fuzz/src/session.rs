@@ -17,7 +17,6 @@ use keepout_executor::time::Time;
 use keepout_kernel::{Curve, Length, Point, Segment, Vector};
 use keepout_planner::job::{ContourJob, Progress};
 use keepout_proofs::properties::Xy;
-use keepout_proofs::square::plain;
 
 use crate::job;
 use machine::{Machine, Make};
@@ -112,8 +111,7 @@ impl Play {
     fn begin(trouble: Trouble, make: Make, u: &mut Unstructured<'_>) -> Result<(Self, bool)> {
         const STARTS_MM: [(i64, i64); 5] = [(-10, -10), (10, 40), (10, 30), (40, 5), (-4, 8)];
         let work = job::work();
-        let walls = work.plan.part.edges().iter().map(|edge| (plain(edge.chord.from), plain(edge.chord.to)));
-        let walls = walls.collect();
+        let walls = watch::ends_of_edges(&work.plan.part);
         let place =
             place_on_table(&work.plan, &work.plan.plan.machine, None).expect("the plate lies on the table");
         let between = work.plan.roughing.units().midpoint(work.plan.finishing.units());

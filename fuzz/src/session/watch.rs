@@ -3,7 +3,7 @@
 use keepout_executor::supervisor::guard::{Motion, MotionShape};
 use keepout_executor::supervisor::{Command, Phase};
 use keepout_kernel::curve::xy;
-use keepout_kernel::{Curve, Point};
+use keepout_kernel::{Curve, Point, ProhibitedRegion};
 use keepout_proofs::properties::Xy;
 use keepout_proofs::soak::{segments_within, triangle_within};
 use keepout_proofs::square::{off_box, plain};
@@ -12,7 +12,7 @@ use super::Play;
 use crate::{job, witness};
 
 /// Rounding of places in `f64`, and of nearest points, lattice units.
-const ROUNDING: f64 = 4.0;
+pub const ROUNDING: f64 = 4.0;
 /// Places looked at on a way out.
 const PLACES: u32 = 16;
 
@@ -79,10 +79,7 @@ impl Play {
             let (a, b) = (xy(curve.from()), xy(curve.to()));
             places.extend([a, b, (a.0, b.1), (b.0, a.1)]);
         }
-        for place in places {
-            let left = witness::distance(place, witness::walls(&job::work().plan));
-            assert!(left > kept, "{curve:?} of a contour comes to {left}, not {kept}");
-        }
+        keep_away(curve, &places, kept);
     }
 
     /// The tool and the targets under way are in the hull of what the guard takes to be under way.
@@ -106,6 +103,19 @@ impl Play {
             }
         }
     }
+}
+
+/// Places of a motion of a contour are farther from the part.
+pub fn keep_away(curve: &Curve, places: &[witness::Xy], kept: f64) {
+    for &place in places {
+        let left = witness::distance(place, witness::walls(&job::work().plan));
+        assert!(left > kept, "{curve:?} of a contour comes to {left}, not {kept}");
+    }
+}
+
+/// The ends of the part's edges.
+pub fn ends_of_edges(part: &ProhibitedRegion) -> Vec<(Xy, Xy)> {
+    part.edges().iter().map(|edge| (plain(edge.chord.from), plain(edge.chord.to))).collect()
 }
 
 /// The corners of the smallest box around the points.
