@@ -58,7 +58,7 @@ impl Supervisor {
         }
         let taken = job.and_then(|job| self.begin(job));
         match taken {
-            Ok(run) => self.state = State::Touching(Touch::Certifying(run)),
+            Ok(run) => self.state = State::Touching(Touch::Certifying(Box::new(run))),
             Err(reason) => self.give_up(&reason),
         }
     }
@@ -99,7 +99,7 @@ impl Supervisor {
             self.note(format!("{:.2} mm are cut again, to enter where it was left", job.recut_mm));
         }
         let done = Progress::after(&job, job.legs.len(), 0, Point::ORIGIN);
-        Ok(Run { job, sources, done })
+        Ok(Run::new(job, sources, done))
     }
 
     /// What a leg leaves on the part beyond what its contour may touch.
@@ -184,7 +184,7 @@ impl Supervisor {
                 if let State::Touching(Touch::Certifying(run)) =
                     std::mem::replace(&mut self.state, State::Done)
                 {
-                    self.state = State::Contouring(run);
+                    self.state = State::Contouring(*run);
                 }
             }
             Err(refusal) => self.give_up(&format!("contouring refused: {refusal}")),
@@ -216,21 +216,18 @@ impl Supervisor {
     /// What is done of the contours of this plan, now.
     #[must_use]
     pub fn progress(&self) -> Progress {
-        let (State::Contouring(run) | State::Holding(run)) = &self.state else {
-            return self.progress.clone();
+        let under_way = match &self.state {
+            State::Contouring(run) | State::Holding(run) => run.progress(),
+            _ => None,
         };
-        match (self.guard.contour_at(), self.position) {
-            (Some(sent), Some(at)) => run.progress(sent, at),
-            _ => self.progress.clone(),
-        }
+        under_way.unwrap_or_else(|| self.progress.clone())
     }
 
     /// Keeps what is needed to go on with a contour that ends here unfinished.
     pub(super) fn interrupt(&mut self) {
         self.progress = self.progress();
-        let at = self.guard.contour_at();
         if let State::Contouring(run) | State::Holding(run) = &mut self.state {
-            let first = at.and_then(|at| run.sources.get(at).copied()).unwrap_or(0);
+            let first = run.source();
             let job = std::mem::take(&mut run.job);
             self.interrupted = Some(Interrupted { job, first });
         }

@@ -1,6 +1,6 @@
 //! What the supervisor is doing.
 
-use keepout_kernel::Point;
+use keepout_kernel::{Curve, Point};
 use keepout_planner::job::{ContourJob, Progress};
 
 use super::event::Text;
@@ -51,7 +51,7 @@ pub(super) enum Touch {
     /// The job was asked for; in place, when the tool stands on a contour that was interrupted.
     Asked { in_place: bool },
     /// It is being certified.
-    Certifying(Run),
+    Certifying(Box<Run>),
 }
 
 /// A contour under way.
@@ -63,16 +63,53 @@ pub(super) struct Run {
     pub(super) sources: Vec<usize>,
     /// What is done when all of it is: worked out before it begins.
     pub(super) done: Progress,
+    /// Where the tool was by the last two reports, the later one behind.
+    seen: [Option<Seen>; 2],
+}
+
+/// A place of the tool on a contour.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Seen {
+    /// The motion that was sent.
+    motion: usize,
+    /// The square of its distance from where that motion begins, lattice units.
+    gone_2: u64,
+    at: Point,
 }
 
 impl Run {
-    /// What is done when the tool was last seen at `at`, on the sent motion of this number.
-    pub(super) fn progress(&self, sent: usize, at: Point) -> Progress {
-        let source = self.sources.get(sent).copied();
-        match source.and_then(|source| self.job.motion(source)) {
-            Some((leg, curve)) => Progress::after(&self.job, leg, curve, at),
+    pub(super) fn new(job: ContourJob, sources: Vec<usize>, done: Progress) -> Self {
+        Self { job, sources, done, seen: [None; 2] }
+    }
+
+    /// Takes a place where the tool was reported, on the sent motion of this number.
+    pub(super) fn see(&mut self, at: Point, motion: usize, curve: &Curve) {
+        let gone = at.minus(curve.from());
+        let square = |d: i32| u64::from(d.unsigned_abs()).pow(2);
+        self.seen = [self.seen[1], Some(Seen { motion, gone_2: square(gone.dx) + square(gone.dy), at })];
+    }
+
+    /// The place that the tool has reached for certain. A report that lost a digit may name one that is still to come, and be
+    /// believed: what no second one bears out does not count, here as in [`super::guard::Guard::reported`].
+    fn reached(&self) -> Option<Seen> {
+        let [Some(before), Some(last)] = self.seen else { return None };
+        let way = |seen: &Seen| (seen.motion, seen.gone_2);
+        Some(if way(&last) < way(&before) { last } else { before })
+    }
+
+    /// Which of the job's motions the tool has come to for certain.
+    pub(super) fn source(&self) -> usize {
+        self.reached().and_then(|seen| self.sources.get(seen.motion).copied()).unwrap_or(0)
+    }
+
+    /// What is done for certain; `None` when that is what was done before.
+    pub(super) fn progress(&self) -> Option<Progress> {
+        let seen = self.reached()?;
+        let source = self.sources.get(seen.motion).copied();
+        Some(match source.and_then(|source| self.job.motion(source)) {
+            Some((leg, curve)) => Progress::after(&self.job, leg, curve, seen.at),
             None => self.done.clone(),
-        }
+        })
     }
 }
 

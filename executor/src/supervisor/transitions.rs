@@ -44,7 +44,7 @@ fn report(mode: Mode) -> Event {
 }
 
 fn run() -> Run {
-    Run { job: ContourJob::default(), sources: Vec::new(), done: Progress::default() }
+    Run::new(ContourJob::default(), Vec::new(), Progress::default())
 }
 
 type Made = (&'static str, fn() -> State);
@@ -60,7 +60,7 @@ const STATES: [Made; 15] = [
     ("Sliding", || State::Sliding(Steering::default())),
     ("Escaping", || State::Escaping(Steering::default())),
     ("Touching, asked", || State::Touching(Touch::Asked { in_place: false })),
-    ("Touching, certifying", || State::Touching(Touch::Certifying(run()))),
+    ("Touching, certifying", || State::Touching(Touch::Certifying(Box::new(run())))),
     ("Contouring", || State::Contouring(run())),
     ("Holding", || State::Holding(run())),
     ("Stopping", || State::Stopping { aborted: false, stale: 0 }),

@@ -140,6 +140,12 @@ impl Supervisor {
         };
         self.check_answers(&sighting, now)?;
         self.guard.reported(&sighting, stamp, now)?;
+        if let State::Contouring(run) | State::Holding(run) = &mut self.state
+            && let (Some(motion), Some((curve, _))) =
+                (self.guard.contour_at(), self.guard.contour_left().first())
+        {
+            run.see(position, motion, curve);
+        }
         if let State::Stopping { stale: stale @ 1.., .. } = &mut self.state {
             *stale -= 1;
         } else if let State::Stopping { aborted, .. } = &mut self.state {
