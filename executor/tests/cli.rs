@@ -229,3 +229,25 @@ fn passes_and_limits_that_are_none_are_named() {
         "{text}"
     );
 }
+
+#[test]
+fn a_plan_that_takes_long_to_prove_names_what_gives_it_time() {
+    let folder = folder("long");
+    let at = |name: &str| folder.join(name).display().to_string();
+    let (drawing, plan, picture) = (at("pins.dxf"), at("pins.plan"), at("pins.svg"));
+    // 400 pins: some tenths of a second.
+    let pin = |k: usize| format!("0\nCIRCLE\n8\n0\n10\n{}\n20\n{}\n40\n5\n", k % 20 * 30, k / 20 * 30);
+    let pins: String = (0..400).map(pin).collect();
+    let head = "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n";
+    std::fs::write(&drawing, format!("{head}{pins}0\nENDSEC\n0\nEOF\n")).unwrap();
+    let made = keepout(&["plan", &drawing, "--tool-diameter", "6", "-o", &plan]);
+    assert_eq!(code(&made), 0, "{}", complaint(&made));
+    for command in [&["verify", &plan][..], &["show", &plan, "-o", &picture], &["run", &plan]] {
+        let brief = keepout(&[command, &["--certify-limit-s", "0.001"]].concat());
+        assert_eq!(code(&brief), 4, "{command:?}: {}", complaint(&brief));
+        assert!(complaint(&brief).contains("more time with --certify-limit-s"), "{}", complaint(&brief));
+    }
+    assert!(!std::path::Path::new(&picture).exists());
+    let patient = keepout(&["verify", &plan, "--certify-limit-s", "3000"]);
+    assert_eq!(code(&patient), 0, "{}", complaint(&patient));
+}

@@ -55,6 +55,8 @@ enum Command {
     Verify {
         /// The plan.
         plan: PathBuf,
+        #[command(flatten)]
+        time: CertifyTime,
     },
     /// Steer the machine by hand around the part, then let it cut the contour.
     Run(RunArguments),
@@ -160,8 +162,16 @@ struct DrawingArguments {
     #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true)]
     offset_mm: Option<(f64, f64)>,
     /// Give up after this time, s.
-    #[arg(long, value_name = "S", default_value_t = plan::LIMIT_S)]
+    #[arg(long, value_name = "S", default_value_t = plan::LIMIT_S, value_parser = time)]
     limit_s: f64,
+}
+
+/// How long a plan may take to be proved again.
+#[derive(Clone, Copy, Debug, Args)]
+struct CertifyTime {
+    /// Give up when the plan is not proved again after this time, s.
+    #[arg(long, value_name = "S", default_value_t = plan::LIMIT_S, value_parser = time)]
+    certify_limit_s: f64,
 }
 
 #[derive(Debug, Args)]
@@ -262,6 +272,8 @@ struct PlanArguments {
 struct ShowArguments {
     /// The plan.
     plan: PathBuf,
+    #[command(flatten)]
+    time: CertifyTime,
     /// Where the picture goes.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
@@ -279,6 +291,8 @@ enum MachineArgument {
 struct RunArguments {
     /// The plan.
     plan: PathBuf,
+    #[command(flatten)]
+    time: CertifyTime,
     /// The simulated machine's feed drives: a profile as of `servo budget`, or `none` for a tool that is always where it is
     /// commanded to be.
     #[arg(long, default_value = "simulated", value_name = "PROFILE", conflicts_with = "port")]
@@ -378,6 +392,12 @@ fn pair(text: &str) -> Result<(f64, f64), String> {
     Ok((number(x)?, number(y)?))
 }
 
+/// A time that work may take, s.
+fn time(text: &str) -> Result<f64, String> {
+    let wrong = || format!("\"{text}\" is no time between 0.001 and 10⁷ s");
+    text.parse().ok().filter(|time| (0.001..=1e7).contains(time)).ok_or_else(wrong)
+}
+
 /// `ALLOWANCE` or `ALLOWANCE:FEED`.
 fn pass(text: &str) -> Result<PassJob, String> {
     let wrong = || {
@@ -401,7 +421,7 @@ pub fn execute(arguments: Arguments) -> Result<ExitCode, CliError> {
         Command::Register(arguments) => register::register(&arguments),
         Command::Plan(arguments) => plan::plan(&arguments),
         Command::Show(arguments) => plan::show(&arguments),
-        Command::Verify { plan } => plan::verify(&plan),
+        Command::Verify { plan, time } => plan::verify(&plan, time),
         Command::Run(arguments) => run::run(&arguments),
         Command::Replay(arguments) => replay::replay(&arguments),
         Command::Report(arguments) => report::report(&arguments),

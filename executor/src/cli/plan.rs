@@ -17,10 +17,14 @@ use keepout_planner::plan_file;
 use keepout_planner::select::Selection;
 use keepout_planner::setup::Setup;
 
-use super::{CliError, DrawingArguments, InspectArguments, PlanArguments, ShowArguments};
+use super::{CertifyTime, CliError, DrawingArguments, InspectArguments, PlanArguments, ShowArguments};
 
 /// How long a drawing or plan may take unless the caller says otherwise, s.
 pub const LIMIT_S: f64 = 900.0;
+/// What helps when it takes longer.
+const DRAWING_REMEDY: &str = "the drawing is too large or too tangled. Choose layers with --layer, export only the profile, or give \
+                              more time with --limit-s.";
+const PLAN_REMEDY: &str = "the plan is large. Give more time with --certify-limit-s.";
 
 /// A bar over the stages of planning, silent when the output is no terminal, and a limit on the time they take.
 struct Progress {
@@ -30,8 +34,8 @@ struct Progress {
 }
 
 impl Progress {
-    /// Begins; after `limit_s` seconds the program ends with a message, before anything is written.
-    fn new(limit_s: f64) -> Self {
+    /// Begins; after `limit_s` seconds the program ends with a message and this remedy, before anything is written.
+    fn new(limit_s: f64, remedy: &'static str) -> Self {
         let hidden = !std::io::stderr().is_terminal();
         let bar = if hidden { ProgressBar::hidden() } else { ProgressBar::new(Stage::COUNT) };
         if let Ok(style) = ProgressStyle::with_template("[{bar:20}] {pos}/{len} {elapsed} {msg}") {
@@ -39,7 +43,7 @@ impl Progress {
         }
         bar.enable_steady_tick(Duration::from_millis(200));
         let (stage, done) = (Arc::new(Mutex::new(None)), Arc::new(AtomicBool::new(false)));
-        watch(limit_s, Arc::clone(&stage), Arc::clone(&done));
+        watch(limit_s, remedy, Arc::clone(&stage), Arc::clone(&done));
         Self { bar, stage, done }
     }
 
@@ -53,7 +57,7 @@ impl Progress {
 }
 
 /// Ends the program when it is not done in time. Files are written whole after that, or not at all.
-fn watch(limit_s: f64, stage: Arc<Mutex<Option<Stage>>>, done: Arc<AtomicBool>) {
+fn watch(limit_s: f64, remedy: &'static str, stage: Arc<Mutex<Option<Stage>>>, done: Arc<AtomicBool>) {
     let limit = Duration::try_from_secs_f64(limit_s).unwrap_or(Duration::MAX);
     std::thread::spawn(move || {
         std::thread::sleep(limit);
@@ -63,10 +67,7 @@ fn watch(limit_s: f64, stage: Arc<Mutex<Option<Stage>>>, done: Arc<AtomicBool>) 
                 .ok()
                 .and_then(|stage| *stage)
                 .map_or(String::new(), |stage| format!(", {stage}"));
-            eprintln!(
-                "keepout: not done after {limit_s} s{doing}: the drawing is too large or too tangled. Choose layers with \
-                 --layer, export only the profile, or give more time with --limit-s. Nothing was written."
-            );
+            eprintln!("keepout: not done after {limit_s} s{doing}: {remedy} Nothing was written.");
             std::process::exit(4);
         }
     });
@@ -83,12 +84,6 @@ impl Drop for Progress {
 pub fn order_of(arguments: &DrawingArguments) -> Result<Order, CliError> {
     if !(0.0..=100.0).contains(&arguments.join_mm) {
         return Err(CliError::Argument(format!("--join-mm {} must be between 0 and 100", arguments.join_mm)));
-    }
-    if !(0.001..=1e7).contains(&arguments.limit_s) {
-        return Err(CliError::Argument(format!(
-            "--limit-s {} must be between 0.001 and 10⁷",
-            arguments.limit_s
-        )));
     }
     let mut order = Order { join_mm: arguments.join_mm, curve_mm: arguments.curve_mm, ..Order::default() };
     let choice = &mut order.choice;
@@ -116,7 +111,7 @@ pub fn inspect(arguments: &InspectArguments) -> Result<ExitCode, CliError> {
         refuse_same(&[path], &[output])?;
     }
     let bytes = keepout_planner::drawing::read_file(path).map_err(|error| wrong(error.into()))?;
-    let progress = Progress::new(arguments.drawing.limit_s);
+    let progress = Progress::new(arguments.drawing.limit_s, DRAWING_REMEDY);
     progress.show(Stage::Reading);
     let (drawing, chained) = order.contours(&bytes).map_err(|error| wrong(error.into()))?;
     progress.show(Stage::Checking);
@@ -188,31 +183,31 @@ pub fn make(
     limit_s: f64,
 ) -> Result<CertifiedPlan, CliError> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let progress = Progress::new(limit_s);
+    let progress = Progress::new(limit_s, DRAWING_REMEDY);
     order
         .plan(&name, bytes, machine, &mut |stage| progress.show(stage))
         .map_err(|source| CliError::Order { path: path.to_path_buf(), source })
 }
 
 /// Reads a plan file and certifies it.
-pub fn load(path: &Path) -> Result<CertifiedPlan, CliError> {
+pub fn load(path: &Path, time: CertifyTime) -> Result<CertifiedPlan, CliError> {
     let plan = plan_file::load(path)?;
-    let progress = Progress::new(LIMIT_S);
+    let progress = Progress::new(time.certify_limit_s, PLAN_REMEDY);
     progress.show(Stage::Certifying);
     plan.certify().map_err(|source| CliError::NotCertified { path: path.to_path_buf(), source })
 }
 
 pub fn show(arguments: &ShowArguments) -> Result<ExitCode, CliError> {
     refuse_same(&[&arguments.plan], &[&arguments.output])?;
-    let certified = load(&arguments.plan)?;
+    let certified = load(&arguments.plan, arguments.time)?;
     let picture = svg(&certified, &certified.plan.sheet.name, &[]);
     write(&arguments.output, picture.as_bytes())?;
     println!("written      {}", arguments.output.display());
     Ok(ExitCode::SUCCESS)
 }
 
-pub fn verify(path: &Path) -> Result<ExitCode, CliError> {
-    let certified = load(path)?;
+pub fn verify(path: &Path, time: CertifyTime) -> Result<ExitCode, CliError> {
+    let certified = load(path, time)?;
     println!("{}", certified.summary());
     println!("drawing hash {}", plan_file::hex(&certified.plan.sheet.hash));
     println!("{}", certified.proved());

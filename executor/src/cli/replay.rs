@@ -13,8 +13,8 @@ use keepout_executor::session::replay::{Replay, ReplayError, replay_from};
 use keepout_executor::supervisor::Workpiece;
 use keepout_planner::{plan_file, text_file};
 
-use super::CliError;
 use super::plan::{load, refuse_same, write};
+use super::{CertifyTime, CliError};
 
 #[derive(Debug, Args)]
 pub struct ReplayArguments {
@@ -23,13 +23,16 @@ pub struct ReplayArguments {
     /// The plan that was run. Without it, it is looked for beside the log: a *.plan file with the hash that the log names.
     #[arg(long, value_name = "FILE")]
     plan: Option<PathBuf>,
+    #[command(flatten)]
+    time: CertifyTime,
     /// Draw the run as the log tells it.
     #[arg(short, long, value_name = "FILE.svg")]
     output: Option<PathBuf>,
 }
 
 pub fn replay(arguments: &ReplayArguments) -> Result<ExitCode, CliError> {
-    let played = Played::of(&arguments.log, arguments.plan.as_deref(), arguments.output.as_deref())?;
+    let (plan, output) = (arguments.plan.as_deref(), arguments.output.as_deref());
+    let played = Played::of(&arguments.log, plan, output, arguments.time)?;
     for (name, value) in played.rows() {
         println!("{name:<36} {value}");
     }
@@ -53,14 +56,19 @@ pub struct Played {
 
 impl Played {
     /// Plays a log with its plan, neither of which may be the output.
-    pub fn of(log: &Path, plan: Option<&Path>, output: Option<&Path>) -> Result<Self, CliError> {
+    pub fn of(
+        log: &Path,
+        plan: Option<&Path>,
+        output: Option<&Path>,
+        time: CertifyTime,
+    ) -> Result<Self, CliError> {
         let mut reader = open(log)?;
         let found = match plan {
             Some(plan) => plan.to_path_buf(),
             None => find_plan(log, reader.header())?,
         };
         refuse_same(&[log, &found], output.as_slice())?;
-        Self::with(log, &mut reader, Workpiece::new(load(&found)?))
+        Self::with(log, &mut reader, Workpiece::new(load(&found, time)?))
     }
 
     /// Plays a log with a plan that is loaded.

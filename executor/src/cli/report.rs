@@ -6,9 +6,9 @@ use std::process::ExitCode;
 use clap::Args;
 use keepout_executor::session::page_of_log;
 
-use super::CliError;
 use super::plan::write;
 use super::replay::Played;
+use super::{CertifyTime, CliError};
 
 #[derive(Debug, Args)]
 pub struct ReportArguments {
@@ -17,13 +17,16 @@ pub struct ReportArguments {
     /// The plan that was run. Without it, it is looked for beside the log: a *.plan file with the hash that the log names.
     #[arg(long, value_name = "FILE")]
     plan: Option<PathBuf>,
+    #[command(flatten)]
+    time: CertifyTime,
     /// Where the page goes.
     #[arg(short, long, value_name = "FILE.html")]
     output: PathBuf,
 }
 
 pub fn report(arguments: &ReportArguments) -> Result<ExitCode, CliError> {
-    let played = Played::of(&arguments.log, arguments.plan.as_deref(), Some(&arguments.output))?;
+    let played =
+        Played::of(&arguments.log, arguments.plan.as_deref(), Some(&arguments.output), arguments.time)?;
     let file = arguments.log.file_name().unwrap_or_default().to_string_lossy();
     let Played { header, replay, lines, torn, checksum } = &played;
     let page =

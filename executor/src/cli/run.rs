@@ -41,7 +41,7 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, CliError> {
     let files = named.map(|name| Path::new(name.strip_prefix("trace:").unwrap_or(name)));
     let outputs = [&arguments.log, &arguments.report, &arguments.picture, &arguments.record_trace];
     refuse_same(&[given(&inputs), files.to_vec()].concat(), &given(&outputs.map(Option::as_ref)))?;
-    let plan = load(&arguments.plan)?;
+    let plan = load(&arguments.plan, arguments.time)?;
     let arguments = &placed(arguments, &plan)?;
     let limit = seconds("--limit-s", arguments.limit_s)?;
     let manual = seconds("--manual-s", arguments.manual_s)?;

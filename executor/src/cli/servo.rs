@@ -16,8 +16,8 @@ use keepout_executor::servo::{grades, page, picture};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::text_file;
 
-use super::CliError;
 use super::plan::{given, load, refuse_same, write};
+use super::{CertifyTime, CliError};
 
 /// What is asked of the drives.
 #[derive(Debug, Subcommand)]
@@ -48,6 +48,8 @@ pub struct CompareArguments {
     /// Follow the finishing path of this plan instead, each loop a row.
     #[arg(long, value_name = "PLAN", conflicts_with = "scenario")]
     plan: Option<PathBuf>,
+    #[command(flatten)]
+    time: CertifyTime,
     /// The feed along it where a pass has none of its own, mm/min.
     #[arg(long, value_name = "MM_MIN", default_value_t = 900.0, requires = "plan")]
     feed: f64,
@@ -151,7 +153,7 @@ fn loops_of(plan: &Path, arguments: &CompareArguments) -> Result<Vec<Scenario>, 
     if !(0.0..=60.0).contains(&arguments.ramp_s) {
         return Err(CliError::Argument(format!("--ramp-s {} must be between 0 and 60 s", arguments.ramp_s)));
     }
-    let loops = finishing::loops(&load(plan)?.plan);
+    let loops = finishing::loops(&load(plan, arguments.time)?.plan);
     let ramp = if arguments.ramp_s > 0.0 { Ramp::RaisedCosine(arguments.ramp_s) } else { Ramp::None };
     let scenario = |each: ContourPath| Scenario {
         name: each.name,

@@ -19,7 +19,7 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
 
 use super::plan::{given, load, refuse_same};
 use super::run::drives;
-use super::{CliError, pair};
+use super::{CertifyTime, CliError, pair};
 
 /// It prints the name of the device to open, and runs until it is ended (SIGINT, SIGTERM). SIGUSR1 pulls the cable and puts it
 /// back: the device is closed and another is opened.
@@ -64,6 +64,8 @@ pub struct SimulateArguments {
     /// Watch the part of this plan. The exit code is 8 when the tool was in it.
     #[arg(long, value_name = "PLAN")]
     witness: Option<PathBuf>,
+    #[command(flatten)]
+    time: CertifyTime,
     /// Where that part lies: machine coordinates of the drawing's origin, mm.
     #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true)]
     origin_mm: Option<(f64, f64)>,
@@ -117,7 +119,7 @@ pub fn simulate(arguments: &SimulateArguments) -> Result<ExitCode, CliError> {
 
 fn witness(arguments: &SimulateArguments, machine: &MachineProfile) -> Result<Option<Witness>, CliError> {
     let Some(path) = &arguments.witness else { return Ok(None) };
-    let plan = load(path)?;
+    let plan = load(path, arguments.time)?;
     let place = place_on_table(&plan, machine, arguments.origin_mm)?;
     Ok(Some(Witness::new(plan.part, plan.plan.tool_radius, place.offset)))
 }
