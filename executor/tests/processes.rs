@@ -172,6 +172,29 @@ fn logs_that_do_not_hold_have_their_code() {
     );
 }
 
+#[test]
+fn a_dialect_file_that_was_changed_is_named_and_not_the_log() {
+    let shop = Shop::new("dialect");
+    let (dialect, log) = (shop.at("ours.toml"), shop.at("a.log"));
+    let file = format!("{}/dialects/nsk-style.toml", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(file).unwrap();
+    std::fs::write(&dialect, &text).unwrap();
+    let run = shop.run(&["--dialect", &dialect, "--log", &log, "--limit-s", "6"]);
+    assert_eq!(run.status.code(), Some(9), "{}", said(&run));
+    let replayed = keepout(&["replay", &log]);
+    assert_eq!(replayed.status.code(), Some(0), "{}", said(&replayed));
+    std::fs::write(&dialect, format!("{text}# serviced\n")).unwrap();
+    for changed in [keepout(&["replay", &log]), shop.run(&["--dialect", &dialect, "--resume", &log])] {
+        assert!(
+            changed.status.code() == Some(5) && said(&changed).contains("another text of"),
+            "{}",
+            said(&changed)
+        );
+    }
+    std::fs::write(&dialect, text).unwrap();
+    assert_eq!(keepout(&["replay", &log]).status.code(), Some(0));
+}
+
 /// What is cut stands where it was cut: a slip of the origin would be a contour beside it, through the part.
 #[test]
 fn what_was_cut_elsewhere_is_not_gone_on_with() {

@@ -194,6 +194,7 @@ impl Recording<'_> {
             plan: plan_file::hex(&plan_file::hash(&plan_file::encode(&work.plan.plan)?)),
             drawing: work.plan.plan.sheet.name.clone(),
             dialect: language.name().into(),
+            description: language.hash(),
             simulated: self.simulated,
             offset: setting.offset,
             travel_mm: setting.stroke_mm,

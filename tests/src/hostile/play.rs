@@ -279,6 +279,7 @@ pub fn log(world: &World, spec: &Spec, path: &std::path::Path) -> Result<Box<dyn
         began: String::new(),
         operator: format!("{:?}", spec.style),
         dialect: world.language.name().into(),
+        description: world.language.hash(),
         offset: world.place.offset,
         stroke: world.place.stroke,
         feed_mm_min: 900,

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use keepout_planner::plan_file;
 use keepout_planner::text_file::shown;
 use thiserror::Error;
 
@@ -81,6 +82,15 @@ impl Language {
             Self::Zaber => "zaber",
             Self::Venus => "venus",
             Self::Described { file, .. } => file,
+        }
+    }
+
+    /// SHA-256 of the text that describes it, as hexadecimal digits; empty for one that is built in.
+    #[must_use]
+    pub fn hash(&self) -> String {
+        match self {
+            Self::Described { description, .. } => plan_file::hex(&description.hash),
+            _ => String::new(),
         }
     }
 

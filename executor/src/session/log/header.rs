@@ -18,6 +18,8 @@ pub struct Header {
     pub drawing: String,
     /// The dialect, as it is asked for on the command line.
     pub dialect: String,
+    /// SHA-256 of the text that describes it; empty for one that is built in, and in logs of earlier versions.
+    pub description: String,
     /// Whether nothing but a simulated machine moved.
     pub simulated: bool,
     /// Machine coordinates less drawing coordinates.
@@ -47,6 +49,7 @@ impl Default for Header {
             plan: String::new(),
             drawing: String::new(),
             dialect: String::new(),
+            description: String::new(),
             simulated: false,
             offset: Vector { dx: 0, dy: 0 },
             travel_mm: None,
@@ -69,8 +72,12 @@ pub(super) fn text(header: &Header) -> String {
     let mut progress = String::new();
     job::push_progress(&mut progress, &header.progress);
     let travel = header.travel_mm.map_or(String::new(), |[x, y]| format!(" travel={x},{y}"));
+    let description = match &header.description {
+        none if none.is_empty() => String::new(),
+        hash => format!(" description={}", quoted(hash)),
+    };
     format!(
-        "{MAGIC} began={} plan={} drawing={} dialect={} simulated={} offset={},{}{travel} stroke={x0},{y0},{x1},{y1} feed={} home={} answer={} progress={} operator={} setting={}",
+        "{MAGIC} began={} plan={} drawing={} dialect={}{description} simulated={} offset={},{}{travel} stroke={x0},{y0},{x1},{y1} feed={} home={} answer={} progress={} operator={} setting={}",
         quoted(&header.began),
         quoted(&header.plan),
         quoted(&header.drawing),
@@ -115,6 +122,7 @@ pub(super) fn parse(text: &str) -> Result<Header, LineError> {
         plan: word("plan")?,
         drawing: word("drawing")?,
         dialect: word("dialect")?,
+        description: field("description").map_or(Some(String::new()), unquoted).ok_or_else(bad)?,
         // Logs of earlier versions do not say it.
         simulated: field("simulated").is_ok_and(|simulated| simulated == "1"),
         offset: corner(dx, dy)?.minus(Point::ORIGIN),
@@ -142,6 +150,7 @@ mod tests {
             plan: "9f86".into(),
             drawing: "a part = \"ä\" plan=x.dxf\t\n".into(),
             dialect: "/some where/dialect.toml".into(),
+            description: "41d5".into(),
             simulated: true,
             offset: Vector { dx: -20_000_000, dy: 500 },
             travel_mm: Some([400.125, 1.0 / 3.0]),
@@ -158,6 +167,7 @@ mod tests {
         assert_eq!(parse(&written), Ok(header));
         assert!(parse(&written.replace("keepout-log 1", "keepout-log 2")).is_err());
         assert!(!parse(&written.replace(" simulated=1", "")).unwrap().simulated);
+        assert_eq!(parse(&written.replace(" description=", " unread=")).unwrap().description, "");
         assert!(parse(&written.replace(" travel=400.125,", " travel=nan,")).is_err());
         let unsaid = parse(&written.replace(" travel=400.125,", " unread=")).unwrap();
         assert_eq!(unsaid.travel_mm, None);

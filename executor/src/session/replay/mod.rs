@@ -48,6 +48,18 @@ pub enum ReplayError {
     /// The dialect is not known.
     #[error(transparent)]
     Language(#[from] LanguageError),
+    /// The file that describes the dialect has changed.
+    #[error(
+        "the log was written with another text of {file}: it names {logged}, this one is {given}. Put that file back as it was when the part was cut."
+    )]
+    OtherDialect {
+        /// The file.
+        file: String,
+        /// The hash of its text, as logged.
+        logged: String,
+        /// The hash of its text now.
+        given: String,
+    },
     /// Something else came out.
     #[error(
         "line {line} of the log, {seconds:.3} s: logged {logged}, played again {played}. The log was changed, or written by another version of this program."
@@ -187,6 +199,17 @@ fn check_plan(header: &Header, work: &Workpiece) -> Result<(), ReplayError> {
     Err(ReplayError::OtherPlan { logged: text_file::shown(&header.plan), given })
 }
 
+/// The language that a log was written in.
+fn language_of(header: &Header) -> Result<Language, ReplayError> {
+    let language = Language::named(&header.dialect)?;
+    let (given, logged) = (language.hash(), &header.description);
+    if logged.is_empty() || *logged == given {
+        return Ok(language);
+    }
+    let shown = text_file::shown;
+    Err(ReplayError::OtherDialect { file: shown(&header.dialect), logged: shown(logged), given })
+}
+
 struct Player {
     engine: Engine,
     outcome: Outcome,
@@ -208,7 +231,7 @@ impl Player {
             answer_within: Duration::from_millis(header.answer_within_ms),
             progress: header.progress.clone(),
         };
-        let dialect = Language::named(&header.dialect)?.dialect(setting);
+        let dialect = language_of(header)?.dialect(setting);
         let supervisor = Supervisor::new(work, options, dialect.abilities());
         Ok(Self {
             story: Story::of(&supervisor),

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use keepout_planner::text_file;
+use keepout_planner::{plan_file, text_file};
 use thiserror::Error;
 
 use super::super::exchange::SENT_MAX;
@@ -99,6 +99,8 @@ enum Test {
 /// An ASCII language, as described.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Description {
+    /// SHA-256 of the text that it was read from.
+    pub(crate) hash: [u8; 32],
     /// Ends each line that is sent.
     pub(crate) end: Vec<u8>,
     pub(crate) echo: bool,
@@ -177,6 +179,7 @@ impl Description {
         let errors =
             file.errors.iter().map(|each| Ok((template("errors.says", &each.says)?, each.transient)));
         let described = Self {
+            hash: plan_file::hash(text.as_bytes()),
             end: file.line.end.clone().into_bytes(),
             echo: file.line.echo,
             prompt: file.line.prompt.clone().into_bytes(),
