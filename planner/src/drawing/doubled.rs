@@ -1,5 +1,6 @@
 //! Contours drawn twice, not quite in the same place: a ring as thin as the joining tolerance is nobody's part.
 
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
 use keepout_kernel::exact::segment::Window;
@@ -13,30 +14,32 @@ use crate::units::length_up_from_mm;
 /// Chords stand for arcs within this, lattice units (1 µm).
 const COARSE: Length = Length::small(100);
 
-/// Leaves out every contour that stays within `join_mm` of one before it, all round and the other way as well.
+/// Leaves out every contour that stays within `join_mm` of one that is kept, all round and the other way as well. Of two the one
+/// before is kept, but for one that was left out itself: contours side by side do not take each other's place in a row.
 pub(super) fn drop_contours(chained: &mut Chained, join_mm: f64) {
     let Ok(reach) = length_up_from_mm(join_mm.max(0.0)) else { return };
     let reach = reach.saturating_plus(COARSE).saturating_plus(COARSE);
     let loops = &chained.profile.loops;
-    let boxes: Vec<Option<Window>> = loops.iter().map(box_of).collect();
-    let mut order: Vec<usize> = (0..loops.len()).filter(|&i| boxes[i].is_some()).collect();
-    order.sort_by_key(|&i| boxes[i].map(Window::corners));
     let mut gone = vec![false; loops.len()];
-    for (k, &i) in order.iter().enumerate() {
-        for &j in &order[k + 1..] {
-            let (Some(one), Some(other)) = (boxes[i], boxes[j]) else { continue };
-            if other.corners().0 > one.corners().0.saturating_add(reach.units()) {
-                break;
-            }
-            let later = i.max(j);
-            if !gone[i] && !gone[j] && alike(one, other, reach) && stay_near(&loops[i], &loops[j], reach) {
-                gone[later] = true;
-                let at = loops[later].edges.first().map_or(Point::ORIGIN, |edge| edge.curve.from());
-                let length: f64 = loops[later].edges.iter().map(|edge| edge.curve.length()).sum();
-                let length_mm = length / f64::from(keepout_kernel::UNITS_PER_MM);
-                chained.repairs.push(Repair::DuplicateDropped { at, length_mm });
-            }
+    // Those that are kept, by their left sides.
+    let mut kept: BTreeMap<(i32, usize), Window> = BTreeMap::new();
+    for (i, each) in loops.iter().enumerate() {
+        let Some(own) = box_of(each) else { continue };
+        let left = own.corners().0;
+        let beside =
+            (left.saturating_sub(reach.units()), 0)..=(left.saturating_add(reach.units()), usize::MAX);
+        let doubled = |(&(_, j), &other): (&(i32, usize), &Window)| {
+            alike(own, other, reach) && stay_near(each, &loops[j], reach)
+        };
+        gone[i] = kept.range(beside).any(doubled);
+        if !gone[i] {
+            kept.insert((left, i), own);
+            continue;
         }
+        let at = each.edges.first().map_or(Point::ORIGIN, |edge| edge.curve.from());
+        let length: f64 = each.edges.iter().map(|edge| edge.curve.length()).sum();
+        let length_mm = length / f64::from(keepout_kernel::UNITS_PER_MM);
+        chained.repairs.push(Repair::DuplicateDropped { at, length_mm });
     }
     let mut index = 0;
     let mut stays = |_: &_| {
