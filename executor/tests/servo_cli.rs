@@ -119,6 +119,20 @@ fn budget_goes_into_a_machine_profile_and_a_plan_names_it() {
     // Once more, over the profile that was written.
     let again = keepout(&[budget.as_slice(), &["--machine-profile", &machine]].concat());
     assert_eq!(code(&again), 0, "{}", complaint(&again));
+    // Without one the other figures are not of the machine, and that is said here and at the machine.
+    let of_which = "the other figures are of the simulated";
+    assert!(complaint(&output).contains(of_which) && !complaint(&again).contains(of_which));
+    let at_the_machine = |plan: &str| {
+        complaint(&keepout(&["run", plan, "--port", "/dev/null", "--homed", "--origin-mm", "0,0"]))
+    };
+    let told = "margin and travel are of the simulated";
+    assert!(at_the_machine(&plan).contains(told), "{}", at_the_machine(&plan));
+    let profile = text(Path::new(&machine)).replacen("simulated GRBL 1.1 table", "mill", 1);
+    std::fs::write(&machine, profile).unwrap();
+    let planned =
+        keepout(&["plan", &bracket(), "--tool-diameter", "6", "--machine-profile", &machine, "-o", &plan]);
+    assert_eq!(code(&planned), 0, "{}", complaint(&planned));
+    assert!(!at_the_machine(&plan).contains(told), "{}", at_the_machine(&plan));
 }
 
 #[test]

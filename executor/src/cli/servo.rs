@@ -244,6 +244,12 @@ fn work_out(arguments: &BudgetArguments) -> Result<ExitCode, CliError> {
             contour_error_source: Some(found.source),
             ..machine
         };
+        if arguments.machine_profile.is_none() {
+            eprintln!(
+                "note: the other figures are of the {}: give those of your machine with --machine-profile",
+                machine.name
+            );
+        }
         if by_hand_mm_s.is_none() {
             eprintln!(
                 "note: the drives' profile has no [interpolator]: the term is of paths at constant feed, and not of corners, stops and \
