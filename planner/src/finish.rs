@@ -106,14 +106,17 @@ pub enum PathRefusal {
     Incomplete(Missing),
     /// What the path is said to leave can not be: of a contour of this length.
     #[error(
-        "a residual of {residual_mm} of {said_mm} mm is said, of a contour of {length_mm:.3} mm: make the plan again from the drawing"
+        "a residual of {residual_mm} of {said_mm} mm{} is said, of a contour of {length_mm:.3} mm: make the plan again from the drawing",
+        area_mm2.map_or(String::new(), |area| format!(" and {area} mm²"))
     )]
     Residual {
         /// What is said to be left, mm.
         residual_mm: f64,
         /// Length of contour that is said, mm.
         said_mm: f64,
-        /// Its length, mm.
+        /// Area that is said to be left, mm².
+        area_mm2: Option<f64>,
+        /// The contour's length, mm.
         length_mm: f64,
     },
 }
@@ -285,11 +288,12 @@ impl FinishingPath {
         let (residual_mm, said_mm) = (self.residual_length_mm, self.profile_length_mm);
         let is_length = (said_mm - length_mm).abs() <= 1e-6 * length_mm;
         let is_left = (0.0..=said_mm).contains(&residual_mm);
-        let is_area = self.residual_area_mm2.is_none_or(f64::is_finite);
+        let area_mm2 = self.residual_area_mm2;
+        let is_area = area_mm2.is_none_or(|area| (0.0..f64::INFINITY).contains(&area));
         if is_length && is_left && is_area {
             return Ok(());
         }
-        Err(PathRefusal::Residual { residual_mm, said_mm, length_mm })
+        Err(PathRefusal::Residual { residual_mm, said_mm, area_mm2, length_mm })
     }
 
     /// The connected piece of free space that `point` lies in, numbered like [`FinishingLoop::component`]. The point

@@ -68,6 +68,7 @@ fn a_residual_that_can_not_be() {
         (0.0, 0.5, 0.0),
         (0.0, f64::INFINITY, 0.0),
         (0.0, 1.0, f64::NAN),
+        (0.0, 1.0, -1.0),
     ] {
         let mut wrong = good.clone();
         let path = &mut wrong.passes[0].path;
@@ -76,6 +77,7 @@ fn a_residual_that_can_not_be() {
         path.residual_area_mm2 = Some(area);
         let refusal = refusal(wrong);
         assert!(matches!(refusal, PathRefusal::Residual { .. }), "{refusal}");
+        assert!(refusal.to_string().contains(&format!("{area} mm²")), "{refusal}");
     }
 }
 
