@@ -5,7 +5,7 @@ use keepout_kernel::curve::xy;
 use keepout_kernel::offset::{OffsetLoop, Outline, RESOLUTION, certify_complete, certify_path, propose};
 use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side, Turn};
 
-use crate::witness::{distance, places};
+use crate::witness::{distance, places, winds};
 
 /// Added to the distance for the path's own rounding, as the planner does (lattice units).
 const GUARD: f64 = 60.0;
@@ -49,7 +49,7 @@ fn offset_of(u: &mut Unstructured<'_>) -> Result<()> {
     let mut believed = Vec::new();
     for (number, each) in proposed.loops.iter().enumerate() {
         if let Ok(Some(_)) = certify_path(&part, threshold, &each.curves) {
-            keeps(&each.curves, &outlines[0].curves, d.into());
+            keeps(&each.curves, &outlines[0], side, d.into());
             believed.push(number);
         }
     }
@@ -70,7 +70,7 @@ fn offset_of(u: &mut Unstructured<'_>) -> Result<()> {
         let mut changed = each.curves.clone();
         change(&mut changed, u)?;
         if let Ok(Some(_)) = certify_path(&part, threshold, &changed) {
-            keeps(&changed, &outlines[0].curves, d.into());
+            keeps(&changed, &outlines[0], side, d.into());
         }
     }
     Ok(())
@@ -109,17 +109,29 @@ fn way(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
     (b.0 - a.0, b.1 - a.1)
 }
 
-fn keeps(path: &[Curve], walls: &[Curve], threshold: f64) {
+/// A path that is believed has no jump, is on the free side, and keeps its distance: places on it from the outline, and the
+/// outline's corners from it.
+fn keeps(path: &[Curve], outline: &Outline, side: Side, threshold: f64) {
+    let walls = &outline.curves;
     let ends = path.iter().zip(path.iter().skip(1)).all(|(one, next)| one.to() == next.from());
     assert!(ends, "the path has a jump");
     for curve in path {
-        for place in places(curve) {
+        for place in places(curve).into_iter().chain([xy(curve.from())]) {
+            let inside = winds(walls.iter(), place);
+            assert_eq!(inside, side == Side::Inside, "{curve:?} is in the part at {place:?}, of {walls:?}");
             let left = distance(place, walls.iter());
             assert!(
                 left > threshold - ROUNDING,
                 "{curve:?} comes to {left} at {place:?}, not {threshold}, of {walls:?}"
             );
         }
+    }
+    for corner in walls.iter().map(|wall| xy(wall.from())) {
+        let left = distance(corner, path.iter());
+        assert!(
+            left > threshold - ROUNDING,
+            "the path comes to {left} of {corner:?}, not {threshold}: {path:?}"
+        );
     }
 }
 
@@ -192,7 +204,11 @@ fn outline(u: &mut Unstructured<'_>) -> Result<Vec<Curve>> {
     Ok(curves)
 }
 
-fn bent(from: Point, to: Point, bulge: f64) -> Option<Curve> {
+/// The arc of that bulge; none when it is nearly straight.
+pub fn bent(from: Point, to: Point, bulge: f64) -> Option<Curve> {
+    if bulge.abs() < 0.01 {
+        return None;
+    }
     let (a, b) = (xy(from), xy(to));
     let off = (1.0 - bulge * bulge) / (4.0 * bulge);
     let centre = (f64::midpoint(a.0, b.0) - (b.1 - a.1) * off, f64::midpoint(a.1, b.1) + (b.0 - a.0) * off);

@@ -11,7 +11,7 @@ use keepout_kernel::{Arc, Curve, Point, Segment, Turn};
 use keepout_planner::finish::centre_distance;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::{CertifiedPlan, Job, Pass};
-use keepout_planner::profile::{MachinedSide, ProfileEdge, ProfileLoop, SourceCurve};
+use keepout_planner::profile::{MachinedSide, ProfileLoop, SourceCurve};
 use keepout_proofs::soak::segments_within;
 use keepout_proofs::square::plain;
 
@@ -211,21 +211,22 @@ fn points_of(source: &SourceCurve) -> impl Iterator<Item = Xy> {
 
 /// Whether a place is in the part or a zone: loops are counted that wind around it. It is off every edge.
 fn is_in_part(plan: &CertifiedPlan, place: Xy) -> bool {
-    let around = |each: &&ProfileLoop| winds(each, place);
+    let winds = |each: &ProfileLoop| winds(each.edges.iter().map(|edge| &edge.curve), place);
+    let around = |each: &&ProfileLoop| winds(each);
     let enclosed = plan.plan.profile.loops.iter().filter(around).count() % 2 == 1;
     let part = enclosed == (plan.plan.side == MachinedSide::Outside);
-    part || plan.plan.zones.loops.iter().any(|each| winds(each, place))
+    part || plan.plan.zones.loops.iter().any(winds)
 }
 
-/// Whether the loop goes round the place, once one way or the other: the angles that its edges turn through as seen from there.
-fn winds(each: &ProfileLoop, place: Xy) -> bool {
-    let angle = |edge: &ProfileEdge| {
+/// Whether a loop goes round the place, once one way or the other: the angles that its curves turn through as seen from there.
+pub fn winds<'a>(curves: impl Iterator<Item = &'a Curve>, place: Xy) -> bool {
+    let angle = |curve: &Curve| {
         let seen = |end: Xy| (end.0 - place.0, end.1 - place.1);
-        let (a, b) = (seen(xy(edge.curve.from())), seen(xy(edge.curve.to())));
+        let (a, b) = (seen(xy(curve.from())), seen(xy(curve.to())));
         // On the chord's line counts as left of it; -0 would be the other half-turn.
         let across = a.0 * b.1 - a.1 * b.0 + 0.0;
         let chord = across.atan2(a.0 * b.0 + a.1 * b.1);
-        let Curve::Arc(arc) = &edge.curve else { return chord };
+        let Curve::Arc(arc) = curve else { return chord };
         // Between the chord and the arc it is once more.
         let left = arc.turn() == Turn::Left;
         let whole = arc.from() == arc.to();
@@ -236,7 +237,7 @@ fn winds(each: &ProfileLoop, place: Xy) -> bool {
             (true, false) => chord - TAU,
         }
     };
-    let turned: f64 = each.edges.iter().map(angle).sum();
+    let turned: f64 = curves.map(angle).sum();
     turned.abs() > PI
 }
 
