@@ -60,6 +60,7 @@ fn session(u: &mut Unstructured<'_>) -> Result<()> {
         }
         play.goes_on(u)?;
     }
+    play.watch_progress();
     Ok(())
 }
 
@@ -104,6 +105,10 @@ struct Play {
     /// The tool was, or was taken to be, nearer than roughing allows: it may stand where a contour led it.
     near: bool,
     wish: Wish,
+    /// The ways that the tool went on contours.
+    cut: Vec<[Xy; 2]>,
+    /// The last place that counted as cut.
+    cut_to: Option<Point>,
 }
 
 impl Play {
@@ -135,8 +140,17 @@ impl Play {
         };
         let machine = Machine::new(make, tool);
         let supervisor = Supervisor::new(work, options, make.abilities);
-        let play =
-            Self { supervisor, machine, trouble, now: Time::ZERO, walls, near: false, wish: Wish::default() };
+        let play = Self {
+            supervisor,
+            machine,
+            trouble,
+            now: Time::ZERO,
+            walls,
+            near: false,
+            wish: Wish::default(),
+            cut: Vec::new(),
+            cut_to: None,
+        };
         Ok((play, start / 7 < 6))
     }
 
@@ -215,6 +229,7 @@ impl Play {
         if self.trouble != Trouble::Lies {
             self.watch_hull();
         }
+        self.watch_cut();
     }
 
     /// The tool moves on; where nobody lied it comes nowhere near the part.
@@ -226,10 +241,12 @@ impl Play {
         let mut left = share;
         while left > 0.0 && !self.machine.is_held() {
             let from = self.machine.tool;
+            let cuts = self.machine.is_contouring();
             let Some(used) = self.machine.moves(left) else { break };
             left -= used;
             let near = self.is_near([from, self.machine.tool, self.machine.tool], kept);
             let to = self.machine.tool;
+            self.cut.extend(cuts.then_some([from, to]));
             assert!(
                 !near || self.trouble == Trouble::Lies,
                 "the tool comes nearer than {kept}: {from:?} to {to:?}"

@@ -75,6 +75,11 @@ impl Machine {
         self.planner.iter().chain(&self.received).chain(sent)
     }
 
+    /// It is at a motion of a contour.
+    pub fn is_contouring(&self) -> bool {
+        matches!(self.planner.front(), Some(Motion::Contour { .. }))
+    }
+
     /// It stands still although it has something to do.
     pub fn is_held(&self) -> bool {
         self.held

@@ -4,15 +4,19 @@ use keepout_executor::supervisor::guard::{Motion, MotionShape};
 use keepout_executor::supervisor::{Command, Phase};
 use keepout_kernel::curve::xy;
 use keepout_kernel::{Curve, Point, ProhibitedRegion};
+use keepout_planner::job::LoopNumber;
+use keepout_proofs::families::at;
 use keepout_proofs::properties::Xy;
 use keepout_proofs::soak::{segments_within, triangle_within};
 use keepout_proofs::square::{off_box, plain};
 
-use super::Play;
+use super::{Play, Trouble};
 use crate::{job, witness};
 
 /// Rounding of places in `f64`, and of nearest points, lattice units.
 pub const ROUNDING: f64 = 4.0;
+/// How near the tool comes to a place of a contour that it cuts: reported places are looked for within 50 µm.
+const CUT: f64 = 6_000.0;
 /// Places looked at on a way out.
 const PLACES: u32 = 16;
 
@@ -102,6 +106,55 @@ impl Play {
                 assert!(is_in(plain(*to), 4), "{to:?} is under way, and not in {set:?}");
             }
         }
+    }
+
+    /// The tool was where a contour counts as cut to. One lie is not believed, but several that fit together are.
+    pub(super) fn watch_cut(&mut self) {
+        if self.trouble == Trouble::Lies
+            || !matches!(self.supervisor.phase(), Phase::Contouring | Phase::Holding)
+        {
+            return;
+        }
+        let cut_to = self.supervisor.progress().partial.first().map(|partial| partial.cut_to);
+        if cut_to != self.cut_to {
+            self.cut_to = cut_to;
+            cut_to.into_iter().for_each(|cut_to| self.has_cut(xy(cut_to)));
+        }
+    }
+
+    /// The tool was everywhere where contours count as cut.
+    pub(super) fn watch_progress(&self) {
+        let progress = self.supervisor.progress();
+        if self.trouble == Trouble::Lies {
+            return;
+        }
+        let plan = &job::work().plan.plan;
+        let curves = |number: LoopNumber| &plan.passes[number.pass].path.loops[number.index].curves;
+        for &number in &progress.finished {
+            curves(number).iter().flat_map(witness::places).for_each(|place| self.has_cut(place));
+        }
+        for partial in &progress.partial {
+            let places: Vec<_> = curves(partial.number).iter().flat_map(witness::places).collect();
+            let nearest = |to: Point| {
+                let away = |k: &usize| witness::between(places[*k], xy(to));
+                (0..places.len()).min_by(|a, b| away(a).total_cmp(&away(b))).expect("a loop has places")
+            };
+            // From the place behind the one by the entry to the one before that by the end.
+            let (entry, cut_to) = (nearest(partial.entry), nearest(partial.cut_to));
+            let count = (cut_to + places.len() - entry) % places.len();
+            let whole = partial.entry == partial.cut_to;
+            let count = if whole { places.len() } else { count };
+            for k in 1..count {
+                self.has_cut(places[(entry + k) % places.len()]);
+            }
+        }
+    }
+
+    fn has_cut(&self, place: witness::Xy) {
+        let real = |(x, y): Xy| xy(at((x, y)));
+        let away = self.cut.iter().map(|&[a, b]| witness::to_chord(place, (real(a), real(b))));
+        let away = away.fold(f64::INFINITY, f64::min);
+        assert!(away < CUT, "{place:?} counts as cut, and the tool was {away} from it at the nearest");
     }
 }
 
