@@ -1,7 +1,7 @@
 //! Whether the targets find faults: `cargo run -p keepout-fuzz --example planted [TARGET...]`.
 //!
 //! All faults of `planted.toml` are put into a copy of the tree, each behind a number of its own; the program of its target is told
-//! that, reads the corpus, and then has a minute on one core. It is told whether an input of the corpus was enough, and the fault
+//! that, reads the corpus and what once failed, and then has a minute on one core. It is told whether an input of the corpus was enough, and the fault
 //! counts as found when it fails with what is expected of it, over what passes without it.
 
 use std::collections::BTreeSet;
@@ -200,7 +200,9 @@ fn finds(program: &Path, number: usize, folder: &Path, fault: &Fault) -> Outcome
     let dictionary = fuzz.join("dictionaries").join(name).with_extension("dict");
     let mut command = Command::new(program);
     command.env("PLANTED", number.to_string());
-    command.arg(work.join("new")).arg(fuzz.join("corpus").join(name));
+    // As `fuzz/run` does: what once failed is read, too.
+    let stored = [fuzz.join("corpus").join(name), fuzz.join("../tests/fuzz").join(name)];
+    command.arg(work.join("new")).args(stored.iter().filter(|folder| folder.is_dir()));
     if dictionary.is_file() {
         command.arg(format!("-dict={}", dictionary.display()));
     }
