@@ -27,7 +27,8 @@ pub(super) fn merge(joiner: &mut Joiner, repairs: &mut Vec<Repair>) {
         for group in &groups {
             let (whole, own): (Vec<usize>, Vec<usize>) = group.iter().partition(|&&i| joiner.pieces[i].whole);
             if whole.is_empty() {
-                made.extend(merged(joiner, group, repairs));
+                let group = on_one_line(joiner, group);
+                made.extend(merged(joiner, &group, repairs));
                 gone.extend(group);
             } else {
                 gone.extend(own.into_iter().filter(|&i| lies_on(joiner, i, &whole, repairs)));
@@ -94,6 +95,37 @@ fn led_by(leader: &BTreeMap<usize, usize>, mut i: usize) -> usize {
     i
 }
 
+/// Those of a group that the line from its first to its last end is for; or else that lie on the longest, for what lies on one of
+/// them need not lie on the next. None when that is one alone.
+fn on_one_line(joiner: &Joiner, group: &[usize]) -> Vec<usize> {
+    let lies = |line: &Line, i: usize| {
+        let piece = &joiner.pieces[i];
+        line.off(piece.from).max(line.off(piece.to)) <= ROUNDING
+    };
+    let Some((first, last)) = span(joiner, group) else { return Vec::new() };
+    let whole = Line::between(first, last);
+    if group.iter().all(|&i| lies(&whole, i)) {
+        return group.to_vec();
+    }
+    let Some(longest) = longest(joiner, group).map(Line::of) else { return Vec::new() };
+    let some: Vec<usize> = group.iter().copied().filter(|&i| lies(&longest, i)).collect();
+    if some.len() > 1 { some } else { Vec::new() }
+}
+
+/// The longest straight piece of a group.
+fn longest<'a>(joiner: &'a Joiner, group: &[usize]) -> Option<&'a Piece> {
+    let pieces = group.iter().map(|&i| &joiner.pieces[i]);
+    pieces.max_by(|a, b| distance(a.from, a.to).total_cmp(&distance(b.from, b.to)))
+}
+
+/// The first and the last end of a group, along its longest piece.
+fn span(joiner: &Joiner, group: &[usize]) -> Option<(Point, Point)> {
+    let line = Line::of(longest(joiner, group)?);
+    let ends = || group.iter().flat_map(|&i| [joiner.pieces[i].from, joiner.pieces[i].to]);
+    let by_way = |p: &Point, q: &Point| line.along(*p).total_cmp(&line.along(*q));
+    Some((ends().min_by(by_way)?, ends().max_by(by_way)?))
+}
+
 /// Whether two straight pieces lie on one line and share more than a point of it.
 fn overlap(one: &Piece, other: &Piece) -> bool {
     let straight = |piece: &Piece| matches!(piece.bend, Bend::Straight);
@@ -121,8 +153,12 @@ struct Line {
 
 impl Line {
     fn of(piece: &Piece) -> Self {
-        let (a, b) = (xy(piece.from), xy(piece.to));
-        let length = distance(piece.from, piece.to);
+        Self::between(piece.from, piece.to)
+    }
+
+    fn between(from: Point, to: Point) -> Self {
+        let (a, b) = (xy(from), xy(to));
+        let length = distance(from, to);
         Self { from: a, direction: ((b.0 - a.0) / length, (b.1 - a.1) / length), length }
     }
 
@@ -139,13 +175,10 @@ impl Line {
 
 /// The lines that a group covers, cut where other pieces end on them.
 fn merged(joiner: &Joiner, group: &[usize], repairs: &mut Vec<Repair>) -> Vec<Piece> {
-    let pieces = || group.iter().map(|&i| &joiner.pieces[i]);
-    let longest = pieces().max_by(|a, b| distance(a.from, a.to).total_cmp(&distance(b.from, b.to)));
-    let Some(longest) = longest else { return Vec::new() };
-    let line = Line::of(longest);
-    let mut ends: Vec<Point> = pieces().flat_map(|piece| [piece.from, piece.to]).collect();
-    ends.sort_by(|&p, &q| line.along(p).total_cmp(&line.along(q)));
-    let (Some(&first), Some(&last)) = (ends.first(), ends.last()) else { return Vec::new() };
+    let (Some(longest), Some((first, last))) = (longest(joiner, group), span(joiner, group)) else {
+        return Vec::new();
+    };
+    let line = Line::between(first, last);
     repairs.push(Repair::OverlapMerged {
         at: first,
         length_mm: distance_mm(first, last),
@@ -154,7 +187,7 @@ fn merged(joiner: &Joiner, group: &[usize], repairs: &mut Vec<Repair>) -> Vec<Pi
     // Other pieces that end between the two ends of the whole cut it there.
     let on_it = |&p: &Point| {
         let t = line.along(p);
-        line.off(p) <= ROUNDING && t > line.along(first) + ROUNDING && t < line.along(last) - ROUNDING
+        line.off(p) <= ROUNDING && t > ROUNDING && t < line.length - ROUNDING
     };
     let members: HashSet<usize> = group.iter().copied().collect();
     let joined = group.iter().flat_map(|&i| joiner.pieces[i].joined).flatten();
