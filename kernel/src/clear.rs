@@ -112,6 +112,8 @@ impl core::error::Error for Blocked {}
 pub struct ProhibitedRegion {
     region: Region,
     zones: Vec<Ring>,
+    /// The edges of each zone.
+    fences: Vec<CheckedIndex>,
     index: CheckedIndex,
     cells: Vec<Cells>,
     side: Side,
@@ -135,7 +137,10 @@ impl ProhibitedRegion {
         let mut edges = build::edges_of(&region);
         edges.extend(build::edges_of_rings(&zones));
         let index = build::build(edges)?;
-        Ok(Self { region, zones, index, cells: Vec::new(), side })
+        let fences =
+            zones.iter().map(|zone| build::build(build::edges_of_rings(core::slice::from_ref(zone))));
+        let fences = fences.collect::<Result<_, _>>()?;
+        Ok(Self { region, zones, fences, index, cells: Vec::new(), side })
     }
 
     /// The same part asked by another index over edges that cover its own.
@@ -143,6 +148,7 @@ impl ProhibitedRegion {
         Self {
             region: self.region.clone(),
             zones: self.zones.clone(),
+            fences: self.fences.clone(),
             index,
             cells: Vec::new(),
             side: self.side,
@@ -204,7 +210,7 @@ impl ProhibitedRegion {
     /// with all edges is odd when that with the profile is.
     #[must_use]
     pub fn holds(&self, point: Point) -> bool {
-        if self.zones.iter().any(|zone| zone.crossing_parity_is_odd(point)) {
+        if self.fences.iter().any(|fence| fence.locate(point) != Location::Outside) {
             return true;
         }
         match (self.index.locate(point), self.side) {
