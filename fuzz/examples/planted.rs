@@ -1,8 +1,8 @@
 //! Whether the targets find faults: `cargo run -p keepout-fuzz --example planted [TARGET...]`.
 //!
 //! All faults of `planted.toml` are put into a copy of the tree, each behind a number of its own; the program of its target is told
-//! that, reads the corpus and what once failed, and then has a minute on one core. It is told whether an input of the corpus was enough, and the fault
-//! counts as found when it fails with what is expected of it, over what passes without it.
+//! that, reads the corpus and what once failed, and then has a minute on one core. It is told whether a stored input was enough,
+//! and the fault counts as found when it fails with what is expected of it, over what passes without it.
 
 use std::collections::BTreeSet;
 use std::error::Error;
@@ -206,7 +206,7 @@ fn finds(program: &Path, number: usize, folder: &Path, fault: &Fault) -> Outcome
     if dictionary.is_file() {
         command.arg(format!("-dict={}", dictionary.display()));
     }
-    command.args(["-timeout=60", "-rss_limit_mb=2048", "-max_len=16384", "-len_control=0", "-seed=1"]);
+    command.args(["-timeout=120", "-rss_limit_mb=2048", "-max_len=16384", "-len_control=0", "-seed=1"]);
     command.arg(format!("-artifact_prefix={}/", work.display()));
     let log = work.join("log");
     let says = |what: &str| -> Outcome<bool> { Ok(String::from_utf8_lossy(&fs::read(&log)?).contains(what)) };
