@@ -46,8 +46,18 @@ impl Supervisor {
     /// Goes on with what is left of the contour: from where the tool stands on it, or from clear space.
     pub(super) fn resume(&mut self) {
         let in_place = self.guard.stands_inside();
-        let begun = self.progress != Progress::default();
-        if self.guard.settled() && if in_place { self.interrupted.is_some() } else { begun } {
+        let begun = match &self.interrupted {
+            Some(interrupted) if in_place && interrupted.led_away => {
+                let (x, y) = point_mm(self.guard.end().map_or(Point::ORIGIN, |end| end.point()));
+                self.note(format!(
+                    "at {x:.3},{y:.3} mm the contour does not go on, for the tool was led there by hand: lead it farther from the part, and ask again"
+                ));
+                false
+            }
+            interrupted if in_place => interrupted.is_some(),
+            _ => self.progress != Progress::default(),
+        };
+        if self.guard.settled() && begun {
             self.state = State::Touching(Touch::Asked { in_place });
         }
     }
@@ -228,8 +238,10 @@ impl Supervisor {
         self.progress = self.progress();
         if let State::Contouring(run) | State::Holding(run) = &mut self.state {
             let first = run.source();
+            let sent = self.guard.contour_progress().map_or(0, |(sent, _)| sent);
+            let end = sent.checked_sub(1).and_then(|last| run.sources.get(last)).map_or(0, |last| last + 1);
             let job = std::mem::take(&mut run.job);
-            self.interrupted = Some(Interrupted { job, first });
+            self.interrupted = Some(Interrupted { job, first, end, led_away: false });
         }
     }
 }
@@ -265,6 +277,10 @@ pub struct Interrupted {
     job: ContourJob,
     /// The first of its motions that may not be done.
     first: usize,
+    /// The first of its motions that was not sent.
+    end: usize,
+    /// Whether the operator has moved the tool since: what lies on that way was not cut.
+    pub(super) led_away: bool,
 }
 
 /// A contouring job that the supervisor wants.
@@ -296,7 +312,8 @@ impl Interrupted {
     fn go_on(&self, plan: &CertifiedPlan, at: Point, done: &Progress) -> Result<ContourJob, String> {
         let all = self.job.legs.iter().flat_map(|leg| leg.curves.iter().copied());
         let left: Vec<Curve> = all.skip(self.first).collect();
-        let rest = resume_in_place(plan, &left, at)
+        let begun = self.end.saturating_sub(self.first);
+        let rest = resume_in_place(plan, &left, begun, at)
             .ok_or("the tool stands where no way leads on along the contour: lead it away from the part")?;
         Ok(ContourJob {
             legs: dealt(&self.job.legs, rest),

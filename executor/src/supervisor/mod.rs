@@ -336,6 +336,7 @@ impl Supervisor {
             self.state = State::Touching(Touch::Asked { in_place: false });
             return;
         }
+        let jogs = self.counts.jogs;
         let mut helm = Helm {
             guard: &mut self.guard,
             counts: &mut self.counts,
@@ -352,6 +353,9 @@ impl Supervisor {
             }
             _ => return,
         };
+        if let Some(interrupted) = self.interrupted.as_mut().filter(|_| self.counts.jogs > jogs) {
+            interrupted.led_away = true;
+        }
         self.state = match (std::mem::replace(&mut self.state, State::Done), contact) {
             (State::Manual(steering), Contact::Wall) => State::Sliding(steering),
             (State::Sliding(steering), Contact::Free) => State::Manual(steering),

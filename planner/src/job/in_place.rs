@@ -13,15 +13,16 @@ const ALIKE_MM: f64 = 0.005;
 /// The tool is led back onto an arc so far ahead of where it stands, mm: the first length that is clear is taken.
 const AHEAD_MM: [f64; 4] = [0.05, 0.02, 0.01, 0.005];
 
-/// The rest of an interrupted path, for a tool that stands on it at rest: `path` are the motions that may not be done yet, and
-/// `at` is where it was reported. Begins exactly at `at`; or, where that is nearer to the part than finishing allows because a
-/// report is rounded, at the path's own nearest point. Certified at the finishing threshold.
+/// The rest of an interrupted path, for a tool that stands on it at rest: `path` are the motions that may not be done yet, the
+/// first `begun` of them were sent, and `at` is where it was reported. Begins exactly at `at`; or, where that is nearer to the
+/// part than finishing allows because a report is rounded, at the path's own nearest point. Certified at the finishing threshold.
 ///
-/// `None` when `at` is farther than [`SNAP_MM`] from the path, or no way on is certified. Empty when the path is done. Where the
-/// path passes near itself, the earlier of its motions is taken.
+/// `None` when `at` is farther than [`SNAP_MM`] from the motions that were sent, as where something else has moved the tool
+/// along the part, or no way on is certified. Empty when the path is done. Where the path passes near itself, the earlier of its
+/// motions is taken.
 #[must_use]
-pub fn resume_in_place(plan: &CertifiedPlan, path: &[Curve], at: Point) -> Option<Vec<Curve>> {
-    let near: Vec<(f64, f64)> = path.iter().map(|curve| nearest_share(curve, at)).collect();
+pub fn resume_in_place(plan: &CertifiedPlan, path: &[Curve], begun: usize, at: Point) -> Option<Vec<Curve>> {
+    let near: Vec<(f64, f64)> = path.iter().take(begun).map(|curve| nearest_share(curve, at)).collect();
     let least = near.iter().map(|(_, away)| *away).fold(f64::INFINITY, f64::min);
     let index = near.iter().position(|(_, away)| *away <= (least + ALIKE_MM).min(SNAP_MM))?;
     let (curve, share) = (path.get(index)?, near[index].0);
