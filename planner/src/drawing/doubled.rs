@@ -69,27 +69,55 @@ fn stay_near(one: &ProfileLoop, other: &ProfileLoop, reach: Length) -> bool {
     all_near(&one, &other, reach) && all_near(&other, &one, reach)
 }
 
-/// Whether every corner, and the middle between each two, is within reach of the other contour.
+/// Whether one contour stays within reach of the other all along.
 fn all_near(corners: &[Point], other: &[Point], reach: Length) -> bool {
     let ends = other.iter().zip(other.iter().cycle().skip(1));
     let edges = ends.map(|(&from, &to)| Edge { chord: Segment { from, to }, slack: Length::ZERO });
     let Ok(index) = build::build(edges.collect()) else { return false };
-    let middle = |p: Point, q: Point| {
-        let mean = |a: i32, b: i32| (i64::from(a) + i64::from(b)) / 2;
-        Point::from_units(mean(p.x.units(), q.x.units()), mean(p.y.units(), q.y.units())).unwrap_or(p)
-    };
-    let pairs = corners.iter().zip(corners.iter().cycle().skip(1));
-    pairs.into_iter().all(|(&p, &q)| is_near(&index, p, reach) && is_near(&index, middle(p, q), reach))
+    let near = Near { index: &index, reach };
+    let stretches = corners.iter().zip(corners.iter().cycle().skip(1));
+    near.has(corners.iter().copied())
+        && stretches.into_iter().all(|(&from, &to)| near.stays(Segment { from, to }))
 }
 
-fn is_near(index: &CheckedIndex, point: Point, reach: Length) -> bool {
-    index
-        .visit(Window::of(point).grown(reach), |_, edge| {
-            if edge.chord.near_point(point, reach).is_clear() {
-                ControlFlow::Continue(())
-            } else {
-                ControlFlow::Break(())
-            }
-        })
-        .is_break()
+/// What is within reach of a contour's edges.
+struct Near<'a> {
+    index: &'a CheckedIndex,
+    reach: Length,
+}
+
+impl Near<'_> {
+    fn has(&self, points: impl IntoIterator<Item = Point>) -> bool {
+        points.into_iter().all(|point| self.shares_edge(point, point))
+    }
+
+    /// Whether a stretch stays within reach whose ends do. It does where both are within reach of one edge, for the distance from
+    /// a segment is convex; one that goes from an edge to another is halved, down to a length that hides no more than chords do.
+    fn stays(&self, stretch: Segment) -> bool {
+        let Segment { from, to } = stretch;
+        let d = to.minus(from);
+        if self.shares_edge(from, to) || d.dx.abs().max(d.dy.abs()) <= COARSE.units() {
+            return true;
+        }
+        let mean = |a: i32, b: i32| (i64::from(a) + i64::from(b)) / 2;
+        let middle =
+            Point::from_units(mean(from.x.units(), to.x.units()), mean(from.y.units(), to.y.units()));
+        let Ok(middle) = middle else { return false };
+        self.has([middle])
+            && self.stays(Segment { from, to: middle })
+            && self.stays(Segment { from: middle, to })
+    }
+
+    /// Whether there is an edge that both points are within reach of.
+    fn shares_edge(&self, one: Point, other: Point) -> bool {
+        self.index
+            .visit(Window::of(one).grown(self.reach), |_, edge| {
+                if [one, other].iter().any(|&point| edge.chord.near_point(point, self.reach).is_clear()) {
+                    ControlFlow::Continue(())
+                } else {
+                    ControlFlow::Break(())
+                }
+            })
+            .is_break()
+    }
 }

@@ -95,21 +95,53 @@ fn led_by(leader: &BTreeMap<usize, usize>, mut i: usize) -> usize {
     i
 }
 
-/// Those of a group that the line from its first to its last end is for; or else that lie on the longest, for what lies on one of
-/// them need not lie on the next. None when that is one alone.
+/// Those of a group that the line from their first to their last end is for: all, or else those that cover it with the longest,
+/// for what lies on one of them need not lie on the next, and what lies on it farther on leaves a gap. None when that is one
+/// alone.
 fn on_one_line(joiner: &Joiner, group: &[usize]) -> Vec<usize> {
-    let lies = |line: &Line, i: usize| {
+    let off = |line: &Line, i: usize| {
         let piece = &joiner.pieces[i];
-        line.off(piece.from).max(line.off(piece.to)) <= ROUNDING
+        line.off(piece.from).max(line.off(piece.to))
     };
-    let Some((first, last)) = span(joiner, group) else { return Vec::new() };
-    let whole = Line::between(first, last);
-    if group.iter().all(|&i| lies(&whole, i)) {
+    let is_one = |group: &[usize]| {
+        span(joiner, group).is_some_and(|(first, last)| {
+            let whole = Line::between(first, last);
+            group.iter().all(|&i| off(&whole, i) <= ROUNDING)
+        })
+    };
+    if is_one(group) {
         return group.to_vec();
     }
     let Some(longest) = longest(joiner, group).map(Line::of) else { return Vec::new() };
-    let some: Vec<usize> = group.iter().copied().filter(|&i| lies(&longest, i)).collect();
-    if some.len() > 1 { some } else { Vec::new() }
+    // What is within half of it from one line is within all of it from a line between two ends of that.
+    let runs = [ROUNDING, ROUNDING / 2.0].map(|within| {
+        let near = group.iter().copied().filter(|&i| off(&longest, i) <= within).collect();
+        run_of(joiner, &longest, near)
+    });
+    runs.into_iter().find(|run| is_one(run)).filter(|run| run.len() > 1).unwrap_or_default()
+}
+
+/// Of pieces along a line, those that with others lie over all of it, and farther without a gap.
+fn run_of(joiner: &Joiner, line: &Line, mut group: Vec<usize>) -> Vec<usize> {
+    let ends = |i: usize| {
+        let piece = &joiner.pieces[i];
+        let (a, b) = (line.along(piece.from), line.along(piece.to));
+        (a.min(b), a.max(b))
+    };
+    group.sort_by(|&i, &j| ends(i).0.total_cmp(&ends(j).0));
+    let (mut run, mut covered) = (Vec::new(), f64::NEG_INFINITY);
+    for i in group {
+        let (first, last) = ends(i);
+        if first > covered + ROUNDING {
+            if covered >= line.length {
+                break;
+            }
+            run.clear();
+        }
+        run.push(i);
+        covered = covered.max(last);
+    }
+    run
 }
 
 /// The longest straight piece of a group.
@@ -201,4 +233,50 @@ fn merged(joiner: &Joiner, group: &[usize], repairs: &mut Vec<Repair>) -> Vec<Pi
     let piece =
         |(from, to)| Piece { from, to, bend: Bend::Straight, origin, whole: false, joined: [None; 2] };
     from.zip(to).map(piece).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+    use std::fmt::Write as _;
+
+    use super::super::{CURVE_MM, Choice, JOIN_MM, chain, import};
+
+    /// A slot with half circles of radius `r` for ends, of short lines that each begin a little before the one before ends, and a
+    /// side that is open from x = 40 to 60 mm.
+    fn open_slot(r: f64) -> String {
+        let mut corners = vec![(40.0, 0.0), (0.0, 0.0)];
+        let count = 1200_u16;
+        let half = |corners: &mut Vec<(f64, f64)>, x: f64, begin: f64| {
+            corners.extend((1..=count).map(|k| {
+                let angle = begin - PI * f64::from(k) / f64::from(count);
+                (x + r * angle.cos(), r + r * angle.sin())
+            }));
+        };
+        half(&mut corners, 0.0, -PI / 2.0);
+        corners.extend([25.0, 50.0, 75.0].map(|x| (x, 2.0 * r)));
+        half(&mut corners, 75.0, PI / 2.0);
+        corners.push((60.0, 0.0));
+        let mut text =
+            "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n".to_owned();
+        let last = corners.len() - 2;
+        for (k, pair) in corners.windows(2).enumerate() {
+            let ((a, b), (c, d)) = (pair[0], pair[1]);
+            let length = (c - a).hypot(d - b);
+            let (x, y) = ((c - a) / length * 3e-4, (d - b) / length * 3e-4);
+            let (before, behind) = (f64::from(u8::from(k > 0)), f64::from(u8::from(k < last)));
+            let (a, b, c, d) = (a - x * before, b - y * before, c + x * behind, d + y * behind);
+            write!(text, "0\nLINE\n8\n0\n10\n{a:.7}\n20\n{b:.7}\n11\n{c:.7}\n21\n{d:.7}\n").unwrap();
+        }
+        text + "0\nENDSEC\n0\nEOF\n"
+    }
+
+    /// Lines far apart on one line are not one, whatever leads from one to the other round about.
+    #[test]
+    fn an_opening_stays_open() {
+        let drawing = import(open_slot(10.0).as_bytes(), &Choice::default()).unwrap();
+        let chained = chain(&drawing, JOIN_MM, CURVE_MM).unwrap();
+        assert!(chained.profile.loops.is_empty(), "{:?}", chained.profile);
+        assert!(!chained.problems.is_empty());
+    }
 }
