@@ -45,6 +45,9 @@ struct Fault {
 
 fn main() -> Outcome<()> {
     let chosen: Vec<String> = std::env::args().skip(1).collect();
+    if let Some(unknown) = chosen.iter().find(|name| TARGETS.iter().all(|target| target.name != **name)) {
+        return Err(format!("there is no target {unknown}: `cargo fuzz list` names them").into());
+    }
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     let list: List = toml::from_str(&fs::read_to_string(here.join("planted.toml"))?)?;
     let have: BTreeSet<&str> = list.fault.iter().map(|fault| fault.target.as_str()).collect();
