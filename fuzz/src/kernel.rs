@@ -249,6 +249,7 @@ fn clear_of(u: &mut Unstructured<'_>) -> Result<()> {
             bulge: f64::from(i8::arbitrary(u)?) / 100.0,
         };
         ask_more(&part, &truth, places, threshold, &more);
+        ask_coarse(&part, &truth, places, threshold, (more.higher - threshold) / 64);
     }
     Ok(())
 }
@@ -431,6 +432,18 @@ fn ask_more(part: &ProhibitedRegion, truth: &Truth, [p, q, s]: [Xy; 3], r: i64, 
             }
         }
     }
+}
+
+/// What is free of the part with fewer edges is free of the part.
+fn ask_coarse(part: &ProhibitedRegion, truth: &Truth, [p, q, s]: [Xy; 3], r: i64, tolerance: i64) {
+    let case = || format!("{p:?} {q:?} {s:?} within {r} of {truth:?}, coarse by {tolerance}");
+    let coarse = part.coarsened(length(tolerance)).expect("fewer edges");
+    let Ok(start) = coarse.free_point(at(p), length(r)) else { return };
+    assert!(!truth.near_point(p, r) && truth.is_free(p), "free point {}", case());
+    let Ok(end) = coarse.motion(start, at(q)) else { return };
+    assert!(!truth.near_motion(p, q, r), "motion {}", case());
+    let fan = coarse.fan(start, end, at(s));
+    assert!(fan.is_err() || !truth.near_fan([p, q, s], r), "fan {}", case());
 }
 
 /// Any bytes as edges: a mesh that finds what is nearest, and what lies where, as brute force does; or one that is not

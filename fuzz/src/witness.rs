@@ -306,11 +306,16 @@ fn swept(arc: &Arc) -> f64 {
     if whole > 0.0 { whole } else { TAU }
 }
 
-fn shares() -> impl Iterator<Item = f64> {
-    (0..PLACES).map(|k| (f64::from(k) + 0.5) / f64::from(PLACES))
+fn shares(count: u32) -> impl Iterator<Item = f64> {
+    (0..count).map(move |k| (f64::from(k) + 0.5) / f64::from(count))
 }
 
 pub fn places(curve: &Curve) -> Vec<Xy> {
+    places_along(curve, PLACES)
+}
+
+/// So many places along the curve.
+pub fn places_along(curve: &Curve, count: u32) -> Vec<Xy> {
     let (a, b) = (xy(curve.from()), xy(curve.to()));
     let on = |share: f64| match curve {
         Curve::Line(_) => on_the_way(a, b, share),
@@ -319,7 +324,7 @@ pub fn places(curve: &Curve) -> Vec<Xy> {
             (centre.0 + r * angle.cos(), centre.1 + r * angle.sin())
         }
     };
-    shares().map(on).collect()
+    shares(count).map(on).collect()
 }
 
 /// Unit vectors across the curve at [`places`].
@@ -333,7 +338,7 @@ fn normals(curve: &Curve) -> Vec<Xy> {
             (angle.cos(), angle.sin())
         }
     };
-    shares().map(across).collect()
+    shares(PLACES).map(across).collect()
 }
 
 /// The angle and the radius at a share of an arc.

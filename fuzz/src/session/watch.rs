@@ -19,6 +19,8 @@ pub const ROUNDING: f64 = 4.0;
 const CUT: f64 = 6_000.0;
 /// Places looked at on a way out.
 const PLACES: u32 = 16;
+/// Places looked at along each curve of a contour that counts as cut: none of the plate's is longer than 24 mm.
+const PLACES_CUT: u32 = 96;
 
 impl Play {
     /// Looks at what is said to the controller.
@@ -129,12 +131,15 @@ impl Play {
             return;
         }
         let plan = &job::work().plan.plan;
-        let curves = |number: LoopNumber| &plan.passes[number.pass].path.loops[number.index].curves;
+        let places = |number: LoopNumber| -> Vec<witness::Xy> {
+            let curves = &plan.passes[number.pass].path.loops[number.index].curves;
+            curves.iter().flat_map(|curve| witness::places_along(curve, PLACES_CUT)).collect()
+        };
         for &number in &progress.finished {
-            curves(number).iter().flat_map(witness::places).for_each(|place| self.has_cut(place));
+            places(number).into_iter().for_each(|place| self.has_cut(place));
         }
         for partial in &progress.partial {
-            let places: Vec<_> = curves(partial.number).iter().flat_map(witness::places).collect();
+            let places = places(partial.number);
             let nearest = |to: Point| {
                 let away = |k: &usize| witness::between(places[*k], xy(to));
                 (0..places.len()).min_by(|a, b| away(a).total_cmp(&away(b))).expect("a loop has places")

@@ -173,7 +173,8 @@ impl Drawn {
 fn points_of(edge: &Edge) -> Option<Vec<Xy>> {
     let (a, b, bulge) = (edge.from.at, edge.to, edge.from.bulge);
     if bulge == 0.0 {
-        return Some((0..=2_u8).map(|k| on_the_way(a, b, f64::from(k) / 2.0)).collect());
+        // Not the middle, where an edge of another contour with the same corners may cross.
+        return Some((0..=5_u8).map(|k| on_the_way(a, b, f64::from(k) / 5.0)).collect());
     }
     if !BULGES.contains(&bulge.abs()) {
         return None;
