@@ -55,7 +55,7 @@ fn part<D: Draw>(d: &mut D) -> Option<ProhibitedRegion> {
     ProhibitedRegion::with_zones(Region::new(vec![ring]).ok()?, side, zones.into_iter().collect()).ok()
 }
 
-/// A ring with long runs that are nearly straight, so that there is something to be coarsened.
+/// A ring with long runs that are nearly straight, so that there is something to be coarsened; perhaps with a zone.
 fn wavy<D: Draw>(d: &mut D) -> Option<ProhibitedRegion> {
     let (sides, each) = (3 + d.one_of(3), 3 + d.one_of(7));
     let wave = d.int(0, 25);
@@ -69,7 +69,10 @@ fn wavy<D: Draw>(d: &mut D) -> Option<ProhibitedRegion> {
         }
     }
     let side = if d.coin() { Side::Outside } else { Side::Inside };
-    ProhibitedRegion::new(Region::new(vec![Ring::new(vertices).ok()?]).ok()?, side).ok()
+    let corners = |d: &mut D| (0..3).map(|_| at((d.int(-2000, 2000), d.int(-2000, 2000)))).collect();
+    let zones = if d.one_of(4) == 0 { Ring::new(corners(d)).ok() } else { None };
+    let region = Region::new(vec![Ring::new(vertices).ok()?]).ok()?;
+    ProhibitedRegion::with_zones(region, side, zones.into_iter().collect()).ok()
 }
 
 /// A point beside some vertex of the part.
@@ -304,7 +307,7 @@ fn coarse_chords_cover_their_runs(part: &ProhibitedRegion, tolerance: i64) {
         }
     }
     assert_eq!(covered, part.edges().len(), "{part:?} {tolerance}");
-    let rings = part.region().rings();
+    let rings = part.region().rings().len() + part.zones().len();
     let ends = coarse.edges().iter().zip(coarse.edges().iter().cycle().skip(1));
-    assert!(rings.len() != 1 || ends.into_iter().all(|(one, next)| one.chord.to == next.chord.from));
+    assert!(rings != 1 || ends.into_iter().all(|(one, next)| one.chord.to == next.chord.from));
 }
