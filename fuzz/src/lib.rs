@@ -3,24 +3,29 @@
 //! `fuzz/run dxf_import` runs one under libFuzzer; `cargo test -p keepout-fuzz` runs all over their corpus, what once failed, and
 //! random bytes. `fuzz/README.md` tells the rest.
 
+mod clear;
 mod dialects;
 mod export;
+mod field;
 mod files;
 mod import;
+mod index;
 mod job;
-mod kernel;
+mod mesh;
 mod offset;
 mod session;
 pub mod sketch;
 mod small;
 mod witness;
 
+pub use clear::clear;
 pub use dialects::{described_decode, grbl_decode, round_trip, venus_decode, zaber_decode};
 pub use files::{certificates_of_log, plan_file, session_log};
 pub use import::dxf_import;
+pub use index::{index, index_check};
 pub use job::{PLATE, work};
 pub use keepout_proofs::property_of_bytes as property;
-pub use kernel::{clear, index, index_check, mesh};
+pub use mesh::mesh;
 pub use offset::offset;
 pub use session::supervisor;
 pub use sketch::drawing;
@@ -39,7 +44,7 @@ macro_rules! targets {
     ($($name:ident),+ $(,)?) => { &[$(Target { name: stringify!($name), holds: $name }),+] };
 }
 
-/// All targets. A test compares them with those that `cargo fuzz list` knows.
+/// All targets. A test compares them with the programs in `fuzz_targets/` and in the manifest.
 pub const TARGETS: &[Target] = targets![
     dxf_import,
     drawing,

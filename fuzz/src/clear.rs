@@ -1,0 +1,268 @@
+//! Parts, motions and fans, beside big integers.
+
+use arbitrary::{Arbitrary, Result, Unstructured};
+use keepout_kernel::curve::xy;
+use keepout_kernel::exact::convex::Convex;
+use keepout_kernel::exact::lattice::COORD_MAX;
+use keepout_kernel::exact::ring::{Piece, RingError};
+use keepout_kernel::{Curve, Point, ProhibitedRegion, Region, Ring, Side};
+use keepout_proofs::families::{at, length};
+use keepout_proofs::oracle::{Big, inside_polygon, never_nearer};
+use keepout_proofs::properties::Xy;
+use keepout_proofs::soak::{point_within, segments_within, triangle_within};
+use keepout_proofs::square::plain;
+
+use crate::field::{Field, segment};
+use crate::import::told;
+use crate::offset::bent;
+use crate::witness::{places, to_chord};
+
+/// Any bytes as a part and motions beside it: point, motion, fan and clip are what big integers say over all edges.
+///
+/// # Panics
+/// When one is not.
+pub fn clear(bytes: &[u8]) {
+    let _ = clear_of(&mut Unstructured::new(bytes));
+}
+
+fn clear_of(u: &mut Unstructured<'_>) -> Result<()> {
+    let field = Field::arbitrary(u)?;
+    let corners = field.ring(u)?;
+    let side = if bool::arbitrary(u)? { Side::Outside } else { Side::Inside };
+    let mut polygons = vec![corners.iter().copied().map(clamped).collect::<Vec<Xy>>()];
+    if bool::arbitrary(u)? {
+        polygons.push(field.ring(u)?.into_iter().map(clamped).collect());
+    }
+    let plain = |polygon: Vec<Xy>| polygon.into_iter().map(|p| (p, 0)).collect();
+    let mut drawn = Drawn { outlines: polygons.into_iter().map(plain).collect(), zones: Vec::new(), side };
+    let Some(mut part) = drawn.part() else { return Ok(()) };
+    let threshold = field.radius(u)?;
+    if bool::arbitrary(u)? {
+        let _ = part.prepare(length(threshold));
+    }
+    let truth = Truth::of(&drawn);
+    let mut asked = Vec::new();
+    for _ in 0..u.int_in_range(1..=4_u8)? {
+        let places =
+            [field.beside(&corners, u)?, field.beside(&corners, u)?, field.beside(&corners, u)?].map(clamped);
+        ask(&part, &truth, places, threshold);
+        asked.push(places);
+    }
+    // The same once more among zones, and where curves may leave their chords.
+    for (_, slack) in drawn.outlines.iter_mut().flatten() {
+        *slack = slack_of(u)?;
+    }
+    for _ in 0..u.int_in_range(0..=2_u8)? {
+        let zone = field.ring(u)?.into_iter().map(clamped);
+        drawn.zones.push(zone.map(|p| Ok((p, slack_of(u)?))).collect::<Result<_>>()?);
+    }
+    let Some(mut part) = drawn.part() else { return Ok(()) };
+    let threshold = threshold.min(i64::from(COORD_MAX) - SLACK_MAX);
+    if bool::arbitrary(u)? {
+        let _ = part.prepare(length(threshold));
+    }
+    let truth = Truth::of(&drawn);
+    for places in asked {
+        ask(&part, &truth, places, threshold);
+        let more = More {
+            corner: clamped(field.beside(&corners, u)?),
+            higher: threshold + i64::from(u16::arbitrary(u)?),
+            bulge: f64::from(i8::arbitrary(u)?) / 100.0,
+        };
+        ask_more(&part, &truth, places, threshold, &more);
+        ask_coarse(&part, &truth, places, threshold, (more.higher - threshold) / 64);
+    }
+    Ok(())
+}
+
+/// Most that a curve leaves its chord by, lattice units.
+const SLACK_MAX: i64 = 1 << 17;
+
+fn slack_of(u: &mut Unstructured<'_>) -> Result<i64> {
+    Ok(match u.int_in_range(0..=3_u8)? {
+        0 => i64::from(u16::arbitrary(u)?),
+        1 => i64::from(u8::arbitrary(u)?),
+        _ => 0,
+    })
+}
+
+/// Onto the lattice, as [`at`] does.
+fn clamped(p: Xy) -> Xy {
+    plain(at(p))
+}
+
+/// Corners, each with what the curve may leave the edge by that begins there.
+type Loop = Vec<(Xy, i64)>;
+
+/// A part as it was drawn, not as the kernel keeps it.
+struct Drawn {
+    outlines: Vec<Loop>,
+    zones: Vec<Loop>,
+    side: Side,
+}
+
+impl Drawn {
+    /// The kernel's; a drawing that is none has an error with a text.
+    fn part(&self) -> Option<ProhibitedRegion> {
+        let rings =
+            |loops: &[Loop]| match loops.iter().map(ring_of).collect::<std::result::Result<Vec<_>, _>>() {
+                Ok(rings) => Some(rings),
+                Err(error) => {
+                    told(&error.to_string());
+                    None
+                }
+            };
+        let region = match Region::new(rings(&self.outlines)?) {
+            Ok(region) => region,
+            Err(error) => {
+                told(&error.to_string());
+                return None;
+            }
+        };
+        ProhibitedRegion::with_zones(region, self.side, rings(&self.zones)?).ok()
+    }
+}
+
+fn ring_of(each: &Loop) -> std::result::Result<Ring, RingError> {
+    let pieces =
+        edges_of(each).map(|((a, b), slack)| Piece::Line { segment: segment(a, b), slack: length(slack) });
+    Ring::from_pieces(&pieces.collect::<Vec<_>>())
+}
+
+fn edges_of(each: &Loop) -> impl Iterator<Item = ((Xy, Xy), i64)> + '_ {
+    each.iter().zip(each.iter().cycle().skip(1)).map(|(&(a, slack), &(b, _))| ((a, b), slack))
+}
+
+/// What big integers say of it.
+#[derive(Debug)]
+struct Truth {
+    walls: Vec<((Xy, Xy), i64)>,
+    polygons: Vec<Vec<Big>>,
+    zones: Vec<Vec<Big>>,
+    side: Side,
+}
+
+impl Truth {
+    fn of(drawn: &Drawn) -> Self {
+        let places = |each: &Loop| each.iter().map(|&((x, y), _)| Big::new(x, y)).collect();
+        Self {
+            walls: drawn.outlines.iter().chain(&drawn.zones).flat_map(edges_of).collect(),
+            polygons: drawn.outlines.iter().map(places).collect(),
+            zones: drawn.zones.iter().map(places).collect(),
+            side: drawn.side,
+        }
+    }
+
+    /// Whether a point that is on no wall is where the tool may be.
+    fn is_free(&self, (x, y): Xy) -> bool {
+        let at = Big::new(x, y);
+        let around = |polygon: &&Vec<Big>| inside_polygon(&at, polygon) == Some(true);
+        let within = self.polygons.iter().filter(around).count() % 2 == 1;
+        within == (self.side == Side::Inside) && !self.zones.iter().any(|zone| around(&zone))
+    }
+
+    fn near_point(&self, p: Xy, r: i64) -> bool {
+        self.walls.iter().any(|&((a, b), slack)| point_within(p, a, b, r + slack))
+    }
+
+    fn near_motion(&self, p: Xy, q: Xy, r: i64) -> bool {
+        self.walls.iter().any(|&((a, b), slack)| segments_within(p, q, a, b, r + slack))
+    }
+
+    fn near_fan(&self, corners: [Xy; 3], r: i64) -> bool {
+        self.walls.iter().any(|&((a, b), slack)| triangle_within(corners, a, b, r + slack))
+    }
+
+    /// Whether the motion comes within `r` of a wall that it also comes nearer to than it began.
+    fn approaches(&self, p: Xy, q: Xy, r: i64) -> bool {
+        let big = |(x, y): Xy| Big::new(x, y);
+        self.walls.iter().any(|&((a, b), slack)| {
+            segments_within(p, q, a, b, r + slack) && !never_nearer(&big(p), &big(q), &big(a), &big(b))
+        })
+    }
+}
+
+fn ask(part: &ProhibitedRegion, truth: &Truth, [p, q, s]: [Xy; 3], r: i64) {
+    let case = || format!("{p:?} {q:?} {s:?} within {r} of {truth:?}");
+    let t = length(r);
+    assert_eq!(part.point_clear(at(p), t).is_clear(), !truth.near_point(p, r), "point {}", case());
+    assert_eq!(
+        part.motion_clear(segment(p, q), t).is_clear(),
+        !truth.near_motion(p, q, r),
+        "motion {}",
+        case()
+    );
+    let start = part.free_point(at(p), t);
+    let is_free = !truth.near_point(p, r) && truth.is_free(p);
+    assert_eq!(start.is_ok(), is_free, "free point {}", case());
+    let Ok(start) = start else { return };
+    let motion = part.motion(start, at(q));
+    assert_eq!(motion.is_ok(), !truth.near_motion(p, q, r), "motion from a free point {}", case());
+    if let Ok(end) = motion {
+        let fan = part.fan(start, end, at(s)).is_ok();
+        assert_eq!(fan, !truth.near_fan([p, q, s], r), "fan {}", case());
+    }
+    let clipped = plain(part.clip(start, at(q)).point());
+    assert!(!truth.near_motion(p, clipped, r), "clipped at {clipped:?}, {}", case());
+    let whole = truth.near_motion(p, q, r) || clipped == q;
+    assert!(whole, "clipped at {clipped:?} although clear, {}", case());
+    if let Some(clearance) = part.clearance(at(p)) {
+        let c = i64::from(clearance.units());
+        assert!(!truth.near_point(p, c), "clearance {c}, {}", case());
+    }
+}
+
+/// What else is asked.
+#[derive(Debug)]
+struct More {
+    /// One more corner of a polygon.
+    corner: Xy,
+    /// The threshold that a way out is asked at.
+    higher: i64,
+    /// Of an arc.
+    bulge: f64,
+}
+
+/// Filled polygons, ways out and arcs from a free point.
+fn ask_more(part: &ProhibitedRegion, truth: &Truth, [p, q, s]: [Xy; 3], r: i64, more: &More) {
+    let case = || format!("{p:?} {q:?} {s:?} within {r}, {more:?} of {truth:?}");
+    let holds = part.holds(at(p));
+    let on_wall = truth.walls.iter().any(|&((a, b), _)| point_within(p, a, b, 0));
+    assert_eq!(holds, on_wall || !truth.is_free(p), "holds {}", case());
+    let Ok(start) = part.free_point(at(p), length(r)) else { return };
+    let o = more.corner;
+    for corners in [vec![p, q], vec![p, q, s], vec![p, s, q], vec![p, q, s, o], vec![p, o, s, q]] {
+        let points: Vec<Point> = corners.iter().map(|&corner| at(corner)).collect();
+        let Some(polygon) = Convex::check(&points) else { continue };
+        // Fans from its first corner are all of it.
+        let fans = corners[1..].windows(2).map(|pair| [p, pair[0], pair[1]]);
+        let near = truth.near_motion(p, corners[1], r) || fans.into_iter().any(|fan| truth.near_fan(fan, r));
+        let end = part.polygon(start, polygon, at(q));
+        assert_eq!(end.is_ok(), !near, "polygon {corners:?}, {}", case());
+    }
+    let way_out = part.recedes(start, at(q), length(more.higher));
+    assert_eq!(way_out.is_ok(), !truth.approaches(p, q, more.higher), "way out {}", case());
+    let Some(curve) = bent(at(p), at(q), more.bulge) else { return };
+    let Curve::Arc(arc) = &curve else { return };
+    if part.arc(start, arc).is_ok() {
+        for place in places(&curve) {
+            for &((a, b), slack) in &truth.walls {
+                let (left, needed) = (to_chord(place, (xy(at(a)), xy(at(b)))), length(r + slack));
+                // An arc's ends are on its circle to a unit or two.
+                assert!(left > f64::from(needed.units()) - 3.0, "{arc:?} comes to {left}, {}", case());
+            }
+        }
+    }
+}
+
+/// What is free of the part with fewer edges is free of the part.
+fn ask_coarse(part: &ProhibitedRegion, truth: &Truth, [p, q, s]: [Xy; 3], r: i64, tolerance: i64) {
+    let case = || format!("{p:?} {q:?} {s:?} within {r} of {truth:?}, coarse by {tolerance}");
+    let coarse = part.coarsened(length(tolerance)).expect("fewer edges");
+    let Ok(start) = coarse.free_point(at(p), length(r)) else { return };
+    assert!(!truth.near_point(p, r) && truth.is_free(p), "free point {}", case());
+    let Ok(end) = coarse.motion(start, at(q)) else { return };
+    assert!(!truth.near_motion(p, q, r), "motion {}", case());
+    let fan = coarse.fan(start, end, at(s));
+    assert!(fan.is_err() || !truth.near_fan([p, q, s], r), "fan {}", case());
+}
