@@ -37,19 +37,18 @@ const ORDERED_TWICE: usize = 4_000;
 
 /// An order that asks for much besides.
 fn particular(bytes: &[u8]) -> Order {
-    let names = |names: &[&str]| names.iter().map(ToString::to_string).collect();
+    // A layer that is asked for must be there.
+    let has =
+        |layer: &&str| bytes.windows(layer.len() + 2).any(|part| part == format!("8\n{layer}").as_bytes());
     let choice = Choice {
         layers: Vec::new(),
-        without: names(&["WITHOUT"]),
+        without: Some("WITHOUT").filter(has).map(Into::into).into_iter().collect(),
         unit: Some("in".into()),
-        line_types: names(&["DASHED"]),
+        line_types: vec!["DASHED".into()],
         hatches: true,
         solids: true,
         placed: Some((12.5, (30.0, -20.0))),
     };
-    // A layer that is asked for must be there.
-    let has =
-        |layer: &&str| bytes.windows(layer.len() + 2).any(|part| part == format!("8\n{layer}").as_bytes());
     let zone_layers = Some("CLAMPS").filter(has).map(Into::into).into_iter().collect();
     let stroke_layer = Some("TABLE").filter(has).map(Into::into);
     Order { choice, zone_layers, stroke_layer, ..Order::default() }

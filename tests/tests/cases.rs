@@ -28,6 +28,8 @@ struct Case {
     #[serde(default)]
     layers: Vec<String>,
     #[serde(default)]
+    without: Vec<String>,
+    #[serde(default)]
     units: Option<String>,
     #[serde(default)]
     join_mm: Option<f64>,
@@ -83,6 +85,7 @@ impl Case {
         };
         wanted.choice = Choice {
             layers: self.layers.clone(),
+            without: self.without.clone(),
             unit: self.units.clone(),
             line_types: self.line_types.clone(),
             hatches: self.with.iter().any(|with| with == "hatch"),

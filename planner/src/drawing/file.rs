@@ -63,6 +63,12 @@ impl Names {
         &self.names[number as usize]
     }
 
+    /// Whether the file has the name anywhere.
+    #[must_use]
+    pub fn has(&self, name: &str) -> bool {
+        self.names.iter().any(|one| folded(one) == folded(name))
+    }
+
     fn number(&mut self, bytes: &[u8]) -> u32 {
         if let Some(&number) = self.numbers.get(bytes) {
             return number;
@@ -81,6 +87,16 @@ impl Names {
         };
         escapes(&text).replace(char::is_control, "\u{fffd}")
     }
+}
+
+/// The name that others are the same as: CAD systems tell names apart without regard to case. A letter that has no capital, or two
+/// for one, stays as it is.
+pub fn folded(name: &str) -> String {
+    let capital = |letter: char| {
+        let mut capitals = letter.to_uppercase();
+        capitals.next().filter(|_| capitals.next().is_none()).unwrap_or(letter)
+    };
+    name.chars().map(capital).collect()
 }
 
 /// Replaces `\U+00E4` by the character it stands for.
@@ -221,13 +237,13 @@ impl<'a> Reader<'a> {
         while !matches!(head.text(), b"ENDSEC" | b"EOF" | b"SECTION") {
             let next = self.gather("the tables")?;
             let fields = Fields::new(&self.group);
-            let name = self.file.names.decode(fields.text(2)).to_uppercase();
+            let name = folded(&self.file.names.decode(fields.text(2)));
             match head.text() {
                 b"LAYER" => {
                     let layer = Layer {
                         frozen: fields.integer(70, 0).unwrap_or(0) & 1 != 0,
                         off: fields.integer(62, 7).unwrap_or(7) < 0,
-                        line_type: self.file.names.decode(fields.text(6)).to_uppercase(),
+                        line_type: folded(&self.file.names.decode(fields.text(6))),
                     };
                     self.file.layers.insert(name, layer);
                 }
@@ -255,7 +271,7 @@ impl<'a> Reader<'a> {
                 b"BLOCK" => {
                     let next = self.gather("a block")?;
                     let fields = Fields::new(&self.group);
-                    let name = self.file.names.decode(fields.text(2)).to_uppercase();
+                    let name = folded(&self.file.names.decode(fields.text(2)));
                     let mut block = Block {
                         base: fields.point(10, [0.0; 3])?,
                         external: fields.integer(70, 0)? & 4 != 0,

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use super::entity::{Boundary, Ellipse, Entity, Hidden, Insert, Polyline, Shape, Vec3};
-use super::file::DxfFile;
+use super::file::{DxfFile, folded};
 use super::import::Choice;
 use super::placement::{Placement, bulge, cross, unit};
 use super::spline;
@@ -160,7 +160,7 @@ impl<'a> Flattener<'a> {
         };
         let file = self.file;
         let name = file.names.get(insert.block);
-        let Some(block) = file.blocks.get(&name.to_uppercase()) else {
+        let Some(block) = file.blocks.get(&folded(name)) else {
             self.leave_out(format!("insert of block \"{name}\", which the file does not define"));
             return Ok(());
         };

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::file::{DxfFile, read};
+use super::file::{DxfFile, folded, read};
 use super::flatten::{Flattener, name_of};
 use super::placement::Placement;
 use super::tags::Damage;
@@ -52,7 +52,7 @@ impl Choice {
         invisible: bool,
         is_insert: bool,
     ) -> Option<String> {
-        let layer = file.layers.get(&file.names.get(layer).to_uppercase());
+        let layer = file.layers.get(&folded(file.names.get(layer)));
         // A layer that is only off hides what a block has on it, not the block's other layers.
         let hides = layer.is_some_and(|layer| layer.frozen || layer.off && !is_insert);
         if invisible || hides {
@@ -61,9 +61,9 @@ impl Choice {
         if is_insert {
             return None;
         }
-        let own = line_type.map(|number| file.names.get(number).to_uppercase());
+        let own = line_type.map(|number| folded(file.names.get(number)));
         let own = own.filter(|name| !name.is_empty() && name != "BYLAYER");
-        let by_layer = file.layers.get(&file.names.get(line_layer).to_uppercase());
+        let by_layer = file.layers.get(&folded(file.names.get(line_layer)));
         let name = own.or_else(|| by_layer.map(|layer| layer.line_type.clone())).unwrap_or_default();
         let wanted = self.line_types.iter().any(|asked| asked.eq_ignore_ascii_case(&name));
         let gaps = file.gaps.get(&name).copied().unwrap_or(false);
@@ -74,7 +74,7 @@ impl Choice {
 
 /// Names are told apart without regard to case, as CAD systems do.
 fn same_name(one: &str, other: &str) -> bool {
-    one.eq_ignore_ascii_case(other) || one.to_uppercase() == other.to_uppercase()
+    one.eq_ignore_ascii_case(other) || folded(one) == folded(other)
 }
 
 /// Reads the bytes of the drawing at `path`.
@@ -119,7 +119,11 @@ pub(crate) fn curves_of(file: &DxfFile, choice: &Choice) -> Result<Drawing, Draw
             .push("the file has no end mark (EOF): if it was cut short, contours may be missing".into());
     }
     let known = |name: &String| drawing.layers.keys().any(|layer| same_name(layer, name));
-    if let Some(missing) = choice.layers.iter().find(|name| !known(name)) {
+    // A layer without curves can be left out, too; one that is nowhere in the file was misspelled.
+    let there =
+        |name: &String| known(name) || file.layers.contains_key(&folded(name)) || file.names.has(name);
+    let missing = choice.layers.iter().find(|name| !known(name));
+    if let Some(missing) = missing.or_else(|| choice.without.iter().find(|name| !there(name))) {
         let present = drawing.layers.keys().map(ToString::to_string).collect();
         return Err(DrawingError::NoLayer { asked: missing.clone(), present });
     }
