@@ -327,23 +327,32 @@ fn arc(
     if radius < 0.0 {
         return Err("its radius is negative");
     }
-    let (start, sweep) = angles.map_or((0.0, TAU), |(start, end)| {
-        (start.to_radians(), sweep_of(start.to_radians(), end.to_radians()))
-    });
+    let (start, sweep) = match angles {
+        None => (0.0, TAU),
+        Some((start, end)) => (start.to_radians(), sweep_of(start.to_radians(), end.to_radians())?),
+    };
     if radius > 0.0 {
         plane.arc(centre, ([radius, 0.0, 0.0], [0.0, radius, 0.0]), start, sweep, out);
     }
     Ok(())
 }
 
-/// The angle from `start` forward to `end`. Whole turns are written as 0 to 2π with as many digits as the writer cares for: what
-/// is within 1e-4 of a turn is one, and so is none at all.
-fn sweep_of(start: f64, end: f64) -> f64 {
+/// The angle from `start` forward to `end`. Whole turns are written as 0 to 2π with as many digits as the writer cares for: up to
+/// 1e-4 more than one is one. What ends short of one has a gap, which is closed where others are; and what ends just behind where it
+/// began, across 0, is that short. Equal angles are nothing to some and everything to others.
+fn sweep_of(start: f64, end: f64) -> Result<f64, &'static str> {
     const ROUNDED: f64 = 1e-4;
+    const EXACT: f64 = 1e-9;
     let turned = end - start;
+    if turned == 0.0 {
+        return Err(
+            "it begins and ends at the same angle, which is a whole turn to some programs and nothing to others",
+        );
+    }
     let sweep = turned.rem_euclid(TAU);
-    let whole = turned.abs() > 1.0 && (sweep < ROUNDED || TAU - sweep < ROUNDED);
-    if whole || sweep == 0.0 { TAU } else { sweep }
+    let over = if turned > 0.0 { ROUNDED } else { EXACT };
+    let whole = turned.abs() > 1.0 && sweep < over || TAU - sweep < EXACT;
+    Ok(if whole { TAU } else { sweep })
 }
 
 fn ellipse(
@@ -355,7 +364,7 @@ fn ellipse(
     let Ellipse { centre, major, ratio, range: (start, end) } = *ellipse;
     let normal = unit(normal).unwrap_or([0.0, 0.0, 1.0]);
     let minor = cross(normal, major).map(|c| c * ratio);
-    let sweep = sweep_of(start, end);
+    let sweep = sweep_of(start, end)?;
     if ratio == 0.0 || major == [0.0; 3] {
         return Err("it has no width");
     }
