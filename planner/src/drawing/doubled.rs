@@ -3,21 +3,23 @@
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
+use keepout_kernel::curve::xy;
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::index::{CheckedIndex, Edge, build};
 use keepout_kernel::{Length, Point, Segment};
 
-use super::{Chained, Repair};
+use super::{Chained, JOIN_MM, Repair};
 use crate::profile::{ProfileLoop, corners};
 use crate::units::length_up_from_mm;
 
 /// Chords stand for arcs within this, lattice units (1 µm).
 const COARSE: Length = Length::small(100);
 
-/// Leaves out every contour that stays within `join_mm` of one that is kept, all round and the other way as well. Of two the one
-/// before is kept, but for one that was left out itself: contours side by side do not take each other's place in a row.
+/// Leaves out every contour that stays within `join_mm` of one that is kept, all round and the other way as well, and encloses the
+/// same. Of two the one before is kept, but for one that was left out itself: contours side by side do not take each other's place
+/// in a row. A wall that is thicker than [`JOIN_MM`] is one, however wide the gaps are that are closed.
 pub(super) fn drop_contours(chained: &mut Chained, join_mm: f64) {
-    let Ok(reach) = length_up_from_mm(join_mm.max(0.0)) else { return };
+    let Ok(reach) = length_up_from_mm(join_mm.clamp(0.0, JOIN_MM)) else { return };
     let reach = reach.saturating_plus(COARSE).saturating_plus(COARSE);
     let loops = &chained.profile.loops;
     let mut gone = vec![false; loops.len()];
@@ -66,8 +68,24 @@ fn alike(one: Window, other: Window, reach: Length) -> bool {
 
 fn stay_near(one: &ProfileLoop, other: &ProfileLoop, reach: Length) -> bool {
     let (one, other) = (corners(one.curves(), COARSE), corners(other.curves(), COARSE));
-    all_near(&one, &other, reach) && all_near(&other, &one, reach)
+    enclose_the_same(&one, &other, reach) && all_near(&one, &other, reach) && all_near(&other, &one, reach)
 }
+
+/// Whether two contours enclose the same area, up to a strip beside the longer one: there and back along a thin line is near a
+/// contour around what it leads around, too.
+fn enclose_the_same(one: &[Point], other: &[Point], reach: Length) -> bool {
+    let ends = |corners: &[Point]| {
+        let to = corners.iter().cycle().skip(1).copied();
+        corners.iter().copied().zip(to).map(|(p, q)| (xy(p), xy(q))).collect::<Vec<_>>()
+    };
+    let (one, other) = (ends(one), ends(other));
+    let area = |ends: &[(Xy, Xy)]| ends.iter().map(|(p, q)| p.0 * q.1 - p.1 * q.0).sum::<f64>().abs() / 2.0;
+    let length = |ends: &[(Xy, Xy)]| ends.iter().map(|(p, q)| (q.0 - p.0).hypot(q.1 - p.1)).sum::<f64>();
+    let strip = 2.0 * f64::from(reach.units()) * length(&one).max(length(&other));
+    (area(&one) - area(&other)).abs() <= strip
+}
+
+type Xy = (f64, f64);
 
 /// Whether one contour stays within reach of the other all along.
 fn all_near(corners: &[Point], other: &[Point], reach: Length) -> bool {
