@@ -1,7 +1,7 @@
 //! Joins curves end to end into closed loops on the lattice, and says what it had to repair and what it could not.
 
 use std::collections::{HashMap, HashSet};
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use keepout_kernel::curve::{fit_arc, half_circle_parts, nearest_unit, xy};
 use keepout_kernel::exact::bezier::Bezier;
@@ -89,20 +89,27 @@ impl Piece {
         match &self.bend {
             Bend::Straight => chord,
             Bend::Round(centre, turn) => {
-                let angle = |p: Point| {
-                    let (x, y) = xy(p);
-                    (y - centre.1).atan2(x - centre.0)
-                };
-                let turned =
-                    (angle(self.to) - angle(self.from)) * if *turn == Turn::Left { 1.0 } else { -1.0 };
                 let (x, y) = xy(self.from);
-                let sweep = turned.rem_euclid(TAU);
+                let sweep = swept(*centre, self.from, self.to, *turn);
                 (x - centre.0).hypot(y - centre.1) / f64::from(UNITS_PER_MM) * sweep
             }
             Bend::Free(curve) => curve.control().windows(2).map(|pair| distance_mm(pair[0], pair[1])).sum(),
         }
     }
 }
+
+/// The angle from one place to the other around the centre, in the direction of the turn.
+fn swept(centre: (f64, f64), from: Point, to: Point, turn: Turn) -> f64 {
+    let angle = |p: Point| {
+        let (x, y) = xy(p);
+        (y - centre.1).atan2(x - centre.0)
+    };
+    let turned = angle(to) - angle(from);
+    (if turn == Turn::Left { turned } else { -turned }).rem_euclid(TAU)
+}
+
+/// An arc is drawn in pieces of half a turn at most; one whose ends were moved turns little more.
+const SWEEP_MAX: f64 = PI + 0.5;
 
 /// Joins the drawing's curves into closed loops. Ends up to `join_mm` apart are moved together, and listed; splines and
 /// ellipses become lines and arcs within `curve_mm`.
@@ -375,7 +382,11 @@ fn edges_of(
         Bend::Straight => out.edges.push(exact(Curve::Line(Segment { from, to }))),
         Bend::Round(centre, turn) => {
             let turn = if backwards { turn.reversed() } else { *turn };
-            match fit_arc(from, to, onto_bisector(*centre, from, to), turn) {
+            let centre = onto_bisector(*centre, from, to);
+            if swept(centre, from, to, turn) > SWEEP_MAX {
+                return bad("closing gaps moved its ends past each other. Lower --join-mm");
+            }
+            match fit_arc(from, to, centre, turn) {
                 Ok(arc) => out.edges.push(exact(Curve::Arc(arc))),
                 Err(_) => {
                     return bad("its arc has a radius below 1 µm, or its ends do not lie on one circle");

@@ -144,9 +144,13 @@ impl Joiner {
         let mut pairs = BinaryHeap::new();
         let grid = Grid::of(&points, self.reach);
         for i in 0..points.len() {
-            // A straight piece is not bent round to its own end.
-            let own =
-                |j: usize| ends[i].0 == ends[j].0 && matches!(self.pieces[ends[i].0].bend, Bend::Straight);
+            // A piece is not bent round to its own end, but for a curve that leads there by itself.
+            let leads_there = |j: usize| {
+                let piece = &self.pieces[ends[i].0];
+                let gap_mm = distance_mm(points[i], points[j]);
+                matches!(piece.bend, Bend::Free(_)) && piece.length_mm() > 3.0 * gap_mm
+            };
+            let own = |j: usize| ends[i].0 == ends[j].0 && !leads_there(j);
             let mut near: Vec<(i64, usize)> = Vec::new();
             grid.near(&points, i, |j| {
                 if !own(j) {
