@@ -2,6 +2,7 @@
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap, HashSet};
+use std::ops::ControlFlow;
 
 use keepout_kernel::curve::{nearest_unit, xy};
 use keepout_kernel::exact::segment::Window;
@@ -65,23 +66,27 @@ impl Joiner {
         ends.sort_by_key(|&end| self.at(end));
         // Most ends meet at the very same point of the lattice.
         let mut first = 0;
-        let mut rest = Vec::new();
+        let mut rest: Vec<Vec<End>> = Vec::new();
         while first < ends.len() {
             let same = ends[first..].iter().take_while(|&&end| self.at(end) == self.at(ends[first])).count();
             match ends[first..first + same] {
                 [a, b] => self.join(a, b),
-                ref others => rest.extend_from_slice(others),
+                ref others => rest.push(others.to_vec()),
             }
             first += same;
         }
-        let points: Vec<Point> = rest.iter().map(|&end| self.at(end)).collect();
+        let points: Vec<Point> = rest.iter().map(|same| self.at(same[0])).collect();
         for group in groups_within(&points, ROUNDING) {
-            match group[..] {
+            let mut ends: Vec<End> = group.into_iter().flat_map(|i| rest[i].iter().copied()).collect();
+            match ends[..] {
                 [_] => {}
                 [a, b] => {
-                    self.meet(rest[a], rest[b]);
+                    self.meet(a, b);
                 }
-                _ => self.crowded.push(group.into_iter().map(|i| rest[i]).collect()),
+                _ => {
+                    ends.sort_unstable();
+                    self.crowded.push(ends);
+                }
             }
         }
     }
@@ -224,15 +229,15 @@ impl LineIndex {
         Some(Self { index, pieces: lines.into_iter().map(|(.., i)| i).collect() })
     }
 
-    /// The straight pieces that come within `reach` lattice units of the point.
-    pub fn near(&self, at: Point, reach: f64) -> Vec<usize> {
+    /// The straight pieces that come within `reach` lattice units of the point, no more than `most` of them.
+    pub fn near(&self, at: Point, reach: f64, most: usize) -> Vec<usize> {
         let Ok(reach) = length_up_from_mm(reach / f64::from(UNITS_PER_MM)) else { return Vec::new() };
         let mut found = Vec::new();
         let _ = self.index.visit(Window::of(at).grown(reach), |number, edge| {
             if !edge.chord.near_point(at, reach).is_clear() {
                 found.extend(self.pieces.get(number));
             }
-            std::ops::ControlFlow::<()>::Continue(())
+            if found.len() < most { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         });
         found
     }
@@ -240,7 +245,34 @@ impl LineIndex {
     /// A straight piece, other than `own`, whose middle comes within `reach` of the point.
     fn passing(&self, pieces: &[Piece], at: Point, reach: f64, own: usize) -> Option<usize> {
         let ends_here = |piece: &Piece| [piece.from, piece.to].iter().any(|&end| distance(end, at) <= reach);
-        self.near(at, reach).into_iter().find(|&i| i != own && !ends_here(&pieces[i]))
+        self.near(at, reach, usize::MAX).into_iter().find(|&i| i != own && !ends_here(&pieces[i]))
+    }
+}
+
+/// Ends behind boxes.
+pub(super) struct EndIndex {
+    index: CheckedIndex,
+    ends: Vec<End>,
+}
+
+impl EndIndex {
+    pub fn of(joiner: &Joiner, ends: Vec<End>) -> Option<Self> {
+        let at = |&end: &End| Edge {
+            chord: Segment { from: joiner.at(end), to: joiner.at(end) },
+            slack: Length::ZERO,
+        };
+        let index = build::build(ends.iter().map(at).collect()).ok()?;
+        Some(Self { index, ends })
+    }
+
+    /// The ends in the box around two points.
+    pub fn between(&self, from: Point, to: Point) -> Vec<End> {
+        let mut found = Vec::new();
+        let _ = self.index.visit(Window::of(from).including(to), |number, _| {
+            found.extend(self.ends.get(number));
+            ControlFlow::<()>::Continue(())
+        });
+        found
     }
 }
 

@@ -7,7 +7,7 @@ use keepout_kernel::curve::xy;
 
 use super::Repair;
 use super::chain::{Bend, Piece, remove};
-use super::join::{Joiner, LineIndex, ROUNDING, distance, distance_mm};
+use super::join::{EndIndex, Joiner, LineIndex, ROUNDING, distance, distance_mm};
 
 /// Lines at one end that are looked at in a round.
 const NEAR_MAX: usize = 256;
@@ -22,13 +22,14 @@ pub(super) fn merge(joiner: &mut Joiner, repairs: &mut Vec<Repair>) {
         if groups.is_empty() {
             return;
         }
+        let Some(loose) = EndIndex::of(joiner, joiner.loose()) else { return };
         let mut gone = HashSet::new();
         let mut made = Vec::new();
         for group in &groups {
             let (whole, own): (Vec<usize>, Vec<usize>) = group.iter().partition(|&&i| joiner.pieces[i].whole);
             if whole.is_empty() {
                 let group = on_one_line(joiner, group);
-                made.extend(merged(joiner, &group, repairs));
+                made.extend(merged(joiner, &group, &loose, repairs));
                 gone.extend(group);
             } else {
                 gone.extend(own.into_iter().filter(|&i| lies_on(joiner, i, &whole, repairs)));
@@ -70,7 +71,7 @@ fn overlapping(joiner: &Joiner) -> Vec<Vec<usize>> {
     let mut leader: BTreeMap<usize, usize> = BTreeMap::new();
     for &end in &loose {
         let i = end.0;
-        for j in lines.near(joiner.at(end), ROUNDING).into_iter().take(NEAR_MAX) {
+        for j in lines.near(joiner.at(end), ROUNDING, NEAR_MAX) {
             if i != j && overlap(&joiner.pieces[i], &joiner.pieces[j]) {
                 let (a, b) = (led_by(&leader, i), led_by(&leader, j));
                 let first = a.min(b);
@@ -133,7 +134,7 @@ fn run_of(joiner: &Joiner, line: &Line, mut group: Vec<usize>) -> Vec<usize> {
     for i in group {
         let (first, last) = ends(i);
         if first > covered + ROUNDING {
-            if covered >= line.length {
+            if covered >= line.length - ROUNDING {
                 break;
             }
             run.clear();
@@ -206,7 +207,7 @@ impl Line {
 }
 
 /// The lines that a group covers, cut where other pieces end on them.
-fn merged(joiner: &Joiner, group: &[usize], repairs: &mut Vec<Repair>) -> Vec<Piece> {
+fn merged(joiner: &Joiner, group: &[usize], loose: &EndIndex, repairs: &mut Vec<Repair>) -> Vec<Piece> {
     let (Some(longest), Some((first, last))) = (longest(joiner, group), span(joiner, group)) else {
         return Vec::new();
     };
@@ -223,7 +224,7 @@ fn merged(joiner: &Joiner, group: &[usize], repairs: &mut Vec<Repair>) -> Vec<Pi
     };
     let members: HashSet<usize> = group.iter().copied().collect();
     let joined = group.iter().flat_map(|&i| joiner.pieces[i].joined).flatten();
-    let others = joined.chain(joiner.loose()).filter(|(i, _)| !members.contains(i));
+    let others = joined.chain(loose.between(first, last)).filter(|(i, _)| !members.contains(i));
     let mut cuts: Vec<Point> = others.map(|end| joiner.at(end)).filter(on_it).collect();
     cuts.sort_by(|&p, &q| line.along(p).total_cmp(&line.along(q)));
     cuts.dedup();
