@@ -1,15 +1,23 @@
 //! Splines given only by points they go through: the cubic with continuous curvature, by chord length.
 
 use super::RawCurve;
-
-type Xy = (f64, f64);
+use super::entity::Vec3;
+use super::placement::Placement;
 
 /// Cubic pieces through the points. Directions at the ends are kept when they are given; else the curvature is zero there
 /// (a natural spline), and a closed one goes on smoothly where it began.
 ///
+/// What is between two points follows from distances in the spline's own space: `placement`, which may stretch them, comes after.
+///
 /// Unknowns are the derivatives at the points, from the tridiagonal system of cubic Hermite interpolation with knots at
 /// the chord lengths (de Boor, A Practical Guide to Splines, ch. IV).
-pub fn through(points: &[Xy], closed: bool, directions: (Option<Xy>, Option<Xy>), out: &mut Vec<RawCurve>) {
+pub fn through(
+    points: &[Vec3],
+    closed: bool,
+    directions: (Option<Vec3>, Option<Vec3>),
+    placement: &Placement,
+    out: &mut Vec<RawCurve>,
+) {
     let mut points = points.to_vec();
     points.dedup();
     if closed && points.len() > 2 && points.first() != points.last() {
@@ -24,13 +32,22 @@ pub fn through(points: &[Xy], closed: bool, directions: (Option<Xy>, Option<Xy>)
     for (i, &h) in steps.iter().enumerate() {
         let (p, q) = (points[i], points[i + 1]);
         let (u, v) = (slopes[i], slopes[i + 1]);
-        let inner = [(p.0 + u.0 * h / 3.0, p.1 + u.1 * h / 3.0), (q.0 - v.0 * h / 3.0, q.1 - v.1 * h / 3.0)];
-        out.push(RawCurve::bezier(vec![p, inner[0], inner[1], q], vec![1.0; 4]));
+        let control = [p, each(|k| p[k] + u[k] * h / 3.0), each(|k| q[k] - v[k] * h / 3.0), q];
+        out.push(RawCurve::bezier(control.iter().map(|&c| placement.seen(c)).collect(), vec![1.0; 4]));
     }
 }
 
-fn distance(p: Xy, q: Xy) -> f64 {
-    (p.0 - q.0).hypot(p.1 - q.1)
+fn distance(p: Vec3, q: Vec3) -> f64 {
+    length(each(|k| p[k] - q[k]))
+}
+
+fn length([x, y, z]: Vec3) -> f64 {
+    x.hypot(y).hypot(z)
+}
+
+/// A vector by its coordinates.
+fn each(of: impl Fn(usize) -> f64) -> Vec3 {
+    [of(0), of(1), of(2)]
 }
 
 /// A row of a tridiagonal system: below, on and above the diagonal, and the right side.
@@ -39,32 +56,24 @@ struct Row {
     below: f64,
     on: f64,
     above: f64,
-    right: Xy,
+    right: Vec3,
 }
 
 /// The row that makes the curvature continuous at a point between two steps.
-fn smooth(before: f64, after: f64, [p, q, r]: [Xy; 3]) -> Row {
+fn smooth(before: f64, after: f64, [p, q, r]: [Vec3; 3]) -> Row {
     let side = |p: f64, q: f64, r: f64| 3.0 * (after * (q - p) / before + before * (r - q) / after);
-    Row {
-        below: after,
-        on: 2.0 * (before + after),
-        above: before,
-        right: (side(p.0, q.0, r.0), side(p.1, q.1, r.1)),
-    }
+    Row { below: after, on: 2.0 * (before + after), above: before, right: each(|k| side(p[k], q[k], r[k])) }
 }
 
-fn open(points: &[Xy], steps: &[f64], directions: (Option<Xy>, Option<Xy>)) -> Vec<Xy> {
+fn open(points: &[Vec3], steps: &[f64], directions: (Option<Vec3>, Option<Vec3>)) -> Vec<Vec3> {
     let last = steps.len();
-    let end = |direction: Option<Xy>, step: f64, p: Xy, q: Xy, first: bool| {
-        let length = direction.map_or(0.0, |d| d.0.hypot(d.1));
+    let end = |direction: Option<Vec3>, step: f64, p: Vec3, q: Vec3, first: bool| {
+        let length = direction.map_or(0.0, length);
         match direction {
-            Some(d) if length > 0.0 => {
-                Row { below: 0.0, on: 1.0, above: 0.0, right: (d.0 / length, d.1 / length) }
-            }
+            Some(d) if length > 0.0 => Row { below: 0.0, on: 1.0, above: 0.0, right: d.map(|c| c / length) },
             _ => {
                 let (below, above) = if first { (0.0, 1.0) } else { (1.0, 0.0) };
-                let right = (3.0 * (q.0 - p.0) / step, 3.0 * (q.1 - p.1) / step);
-                Row { below, on: 2.0, above, right }
+                Row { below, on: 2.0, above, right: each(|k| 3.0 * (q[k] - p[k]) / step) }
             }
         }
     };
@@ -78,7 +87,7 @@ fn open(points: &[Xy], steps: &[f64], directions: (Option<Xy>, Option<Xy>)) -> V
 
 /// The slopes of a closed spline: the first point's row couples the last two steps round the corner, which is undone by
 /// the formula of Sherman and Morrison.
-fn periodic(points: &[Xy], steps: &[f64]) -> Vec<Xy> {
+fn periodic(points: &[Vec3], steps: &[f64]) -> Vec<Vec3> {
     let n = steps.len();
     let row = |i: usize| {
         let before = (i + n - 1) % n;
@@ -90,45 +99,56 @@ fn periodic(points: &[Xy], steps: &[f64]) -> Vec<Xy> {
     rows[0].on -= gamma;
     rows[n - 1].on -= corner_below * corner_above / gamma;
     let plain = solve(&rows);
-    let mut unit_rows: Vec<Row> = rows.iter().map(|row| Row { right: (0.0, 0.0), ..*row }).collect();
-    unit_rows[0].right = (gamma, 0.0);
-    unit_rows[n - 1].right = (corner_below, 0.0);
-    let z: Vec<f64> = solve(&unit_rows).into_iter().map(|(x, _)| x).collect();
+    let mut unit_rows: Vec<Row> = rows.iter().map(|row| Row { right: [0.0; 3], ..*row }).collect();
+    unit_rows[0].right[0] = gamma;
+    unit_rows[n - 1].right[0] = corner_below;
+    let z: Vec<f64> = solve(&unit_rows).into_iter().map(|[x, ..]| x).collect();
     let share = |first: f64, last: f64| first + corner_above * last / gamma;
     let below = 1.0 + share(z[0], z[n - 1]);
-    let factor = (share(plain[0].0, plain[n - 1].0) / below, share(plain[0].1, plain[n - 1].1) / below);
-    let mut slopes: Vec<Xy> =
-        plain.iter().zip(&z).map(|(p, z)| (p.0 - factor.0 * z, p.1 - factor.1 * z)).collect();
+    let factor = each(|k| share(plain[0][k], plain[n - 1][k]) / below);
+    let mut slopes: Vec<Vec3> = plain.iter().zip(&z).map(|(p, z)| each(|k| p[k] - factor[k] * z)).collect();
     slopes.push(slopes[0]);
     slopes
 }
 
 /// Solves a tridiagonal system, diagonally dominant as all of these are (Thomas' algorithm).
-fn solve(rows: &[Row]) -> Vec<Xy> {
+fn solve(rows: &[Row]) -> Vec<Vec3> {
     let mut above = Vec::with_capacity(rows.len());
-    let mut right: Vec<Xy> = Vec::with_capacity(rows.len());
-    let (mut last_above, mut last) = (0.0, (0.0, 0.0));
+    let mut right: Vec<Vec3> = Vec::with_capacity(rows.len());
+    let (mut last_above, mut last) = (0.0, [0.0; 3]);
     for row in rows {
         let on = row.on - row.below * last_above;
-        last = ((row.right.0 - row.below * last.0) / on, (row.right.1 - row.below * last.1) / on);
+        last = each(|k| (row.right[k] - row.below * last[k]) / on);
         last_above = row.above / on;
         above.push(last_above);
         right.push(last);
     }
     for i in (0..rows.len().saturating_sub(1)).rev() {
         let next = right[i + 1];
-        right[i] = (right[i].0 - above[i] * next.0, right[i].1 - above[i] * next.1);
+        right[i] = each(|k| right[i][k] - above[i] * next[k]);
     }
     right
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::entity::Insert;
     use super::*;
 
+    type Xy = (f64, f64);
+
+    fn distance(p: Xy, q: Xy) -> f64 {
+        (p.0 - q.0).hypot(p.1 - q.1)
+    }
+
     fn beziers(points: &[Xy], closed: bool) -> Vec<Vec<Xy>> {
+        beziers_in(&Placement::scaled(1.0), points, closed)
+    }
+
+    fn beziers_in(placement: &Placement, points: &[Xy], closed: bool) -> Vec<Vec<Xy>> {
         let mut out = Vec::new();
-        through(points, closed, (None, None), &mut out);
+        let points: Vec<Vec3> = points.iter().map(|&(x, y)| [x, y, 0.0]).collect();
+        through(&points, closed, (None, None), placement, &mut out);
         let control = |curve: &RawCurve| match curve {
             RawCurve::Bezier(bezier) => bezier.points.clone(),
             RawCurve::Line { from, to } => vec![*from, *to],
@@ -162,6 +182,27 @@ mod tests {
             if !closed {
                 assert!(distance(bends(&pieces[0]).0, (0.0, 0.0)) < 1e-9, "natural at its beginning");
                 assert!(distance(bends(&pieces[3]).1, (0.0, 0.0)) < 1e-9, "natural at its end");
+            }
+        }
+    }
+
+    /// A block that is set in with another scale along y stretches the spline that it has, and not the way that it is found.
+    #[test]
+    fn the_placement_comes_after() {
+        let points = [(0.0, 0.0), (10.0, 6.0), (14.0, 5.0), (30.0, 9.0), (40.0, 0.0)];
+        let insert = Insert {
+            block: 0,
+            at: [5.0, 7.0, 0.0],
+            scale: [1.0, 2.0, 1.0],
+            rotation: 0.0,
+            count: (1, 1),
+            spacing: (0.0, 0.0),
+        };
+        let up = [0.0, 0.0, 1.0];
+        let placement = Placement::scaled(1.0).inserted(&insert, up, [0.0; 3], (0.0, 0.0));
+        for (plain, placed) in beziers(&points, false).iter().zip(beziers_in(&placement, &points, false)) {
+            for (p, q) in plain.iter().zip(placed) {
+                assert!(distance((5.0 + p.0, 7.0 + 2.0 * p.1), q) < 1e-9, "{p:?} {q:?}");
             }
         }
     }

@@ -19,14 +19,7 @@ const ROUNDING_MM: f64 = 1e-6;
 /// What is wrong with the spline, for a person.
 pub fn pieces(spline: &Spline, placement: &Placement, out: &mut Vec<RawCurve>) -> Result<(), &'static str> {
     if spline.control.len() < 2 && spline.fit.len() >= 2 {
-        let points: Vec<(f64, f64)> = spline.fit.iter().map(|&p| placement.seen(p)).collect();
-        let origin = placement.seen([0.0; 3]);
-        let direction = |v: [f64; 3]| {
-            let (x, y) = placement.seen(v);
-            (x - origin.0, y - origin.1)
-        };
-        let (first, last) = spline.tangents;
-        super::fit_points::through(&points, spline.closed, (first.map(direction), last.map(direction)), out);
+        super::fit_points::through(&spline.fit, spline.closed, spline.tangents, placement, out);
         return Ok(());
     }
     let count = spline.control.len();
