@@ -132,23 +132,31 @@ impl Order {
         choice
     }
 
-    fn closed_on(&self, file: &DxfFile, layers: &[String]) -> Result<Profile, DrawingError> {
+    /// The closed contours on layers that are no part's; what was repaired there is told with what they are.
+    fn closed_on(
+        &self,
+        file: &DxfFile,
+        (layers, what): (&[String], &str),
+        remarks: &mut Vec<Remark>,
+    ) -> Result<Profile, DrawingError> {
         let choice = Choice { layers: layers.to_vec(), ..self.choice.clone() };
         let drawing = curves_of(file, &choice)?;
-        Ok(chain(&drawing, self.join_mm, self.curve_mm)?.closed()?.profile)
+        let chained = chain(&drawing, self.join_mm, self.curve_mm)?.closed()?;
+        remarks.extend(chained.repairs.iter().map(repaired).map(|remark| of(what, remark)));
+        Ok(chained.profile)
     }
 
-    fn zones(&self, file: &DxfFile) -> Result<Profile, DrawingError> {
+    fn zones(&self, file: &DxfFile, remarks: &mut Vec<Remark>) -> Result<Profile, DrawingError> {
         if self.zone_layers.is_empty() {
             Ok(Profile::default())
         } else {
-            self.closed_on(file, &self.zone_layers)
+            self.closed_on(file, (&self.zone_layers, "zone"), remarks)
         }
     }
 
-    fn stroke(&self, file: &DxfFile) -> Result<Option<Window>, OrderError> {
+    fn stroke(&self, file: &DxfFile, remarks: &mut Vec<Remark>) -> Result<Option<Window>, OrderError> {
         let Some(layer) = &self.stroke_layer else { return Ok(None) };
-        let profile = self.closed_on(file, std::slice::from_ref(layer))?;
+        let profile = self.closed_on(file, (std::slice::from_ref(layer), "machine's travel"), remarks)?;
         let rectangle = match &profile.loops[..] {
             [only] => only.rectangle(),
             _ => None,
@@ -174,13 +182,12 @@ impl Order {
         stage(Stage::Joining);
         let chained = chain(&drawing, self.join_mm, self.curve_mm)?;
         let left_out = drawing.left_out.iter().map(|(why, count)| format!("left out: {count} {why}"));
-        let repaired = |repair: &Repair| Remark { at: Some(repair.at()), text: repair.to_string() };
         let mut remarks: Vec<Remark> = chained.repairs.iter().map(repaired).collect();
         remarks.extend(drawing.remarks.iter().cloned().chain(left_out).map(Remark::from));
         let shapes = Shapes {
             profile: self.selection.apply(chained, &mut remarks)?,
-            zones: self.zones(&file)?,
-            stroke: self.stroke(&file)?,
+            zones: self.zones(&file, &mut remarks)?,
+            stroke: self.stroke(&file, &mut remarks)?,
         };
         for remark in &mut remarks {
             remark.text = shown(&remark.text);
@@ -194,4 +201,13 @@ impl Order {
         };
         Ok(Plan::make(sheet, shapes, &self.job, machine, stage)?)
     }
+}
+
+fn repaired(repair: &Repair) -> Remark {
+    Remark { at: Some(repair.at()), text: repair.to_string() }
+}
+
+/// A remark about something else than the part.
+fn of(what: &str, remark: Remark) -> Remark {
+    Remark { text: format!("{what}: {}", remark.text), ..remark }
 }
