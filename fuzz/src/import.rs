@@ -7,7 +7,7 @@ use keepout_planner::machine::MachineProfile;
 use keepout_planner::order::{Order, OrderError};
 use keepout_planner::plan::PlanError;
 use keepout_planner::plan_file;
-use keepout_planner::profile::{MachinedSide, Profile, ProfileEdge, ProfileLoop};
+use keepout_planner::profile::{MachinedSide, Profile, ProfileEdge, ProfileError, ProfileLoop};
 
 use crate::{export, small, witness};
 
@@ -71,13 +71,23 @@ pub fn ordered(bytes: &[u8], order: &Order) -> Option<(Chained, Chained)> {
         return None;
     }
     tells_all(&drawing, &chained);
-    match chained.profile.part(MachinedSide::Outside, &Profile::default()) {
-        Ok(_) if chained.problems.is_empty() => comes_back(&chained.profile, order),
-        Ok(_) => {}
-        Err(error) => told(&error.to_string()),
+    for read in [&chained, &zones] {
+        is_valid(read, order);
     }
     plans(bytes, order);
     Some((chained, zones))
+}
+
+/// Contours bound a part and come back, or what is wrong with them is named; what stands for a curve always follows it.
+fn is_valid(read: &Chained, order: &Order) {
+    match read.profile.part(MachinedSide::Outside, &Profile::default()) {
+        Ok(_) if read.problems.is_empty() => comes_back(&read.profile, order),
+        Ok(_) => {}
+        Err(error) => {
+            assert!(!matches!(error, ProfileError::Curve { .. }), "{error}");
+            told(&error.to_string());
+        }
+    }
 }
 
 /// What is on the layers of zones; nothing when none are ordered.

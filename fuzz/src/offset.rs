@@ -5,10 +5,8 @@ use keepout_kernel::curve::xy;
 use keepout_kernel::offset::{OffsetLoop, Outline, RESOLUTION, certify_complete, certify_path, propose};
 use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side, Turn};
 
-use crate::witness::{distance, places, winds};
+use crate::witness::{GUARD, distance, places, winds};
 
-/// Added to the distance for the path's own rounding, as the planner does (lattice units).
-const GUARD: f64 = 60.0;
 /// Distances from here on, 0.2 mm, are those of tools: around a plain outline they must be kept without doubt.
 const PLAIN_MIN: u32 = 20_000;
 /// What is a unit or two of rounding in `f64`.

@@ -29,6 +29,7 @@ const COMMANDS_MAX: usize = 64;
 /// What goes wrong with the line or the controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Arbitrary)]
 enum Trouble {
+    /// Nothing, but that the cable is pulled and put back.
     None,
     /// Lines and answers are lost.
     Loses,
@@ -109,6 +110,8 @@ struct Play {
     cut: Vec<[Xy; 2]>,
     /// The last place that counted as cut.
     cut_to: Option<Point>,
+    /// Nothing is sent and nothing heard: the cable is pulled.
+    pulled: bool,
 }
 
 impl Play {
@@ -150,6 +153,7 @@ impl Play {
             wish: Wish::default(),
             cut: Vec::new(),
             cut_to: None,
+            pulled: false,
         };
         Ok((play, start / 7 < 6))
     }
@@ -169,7 +173,14 @@ impl Play {
         while !self.machine.wire.is_empty() {
             self.machine.hears();
         }
-        while let Some(reply) = self.machine.answers.pop_front() {
+        while !self.machine.answers.is_empty() {
+            self.is_told();
+        }
+    }
+
+    /// The next answer arrives, but over a pulled cable.
+    fn is_told(&mut self) {
+        if let Some(reply) = self.machine.answers.pop_front().filter(|_| !self.pulled) {
             self.step(Event::Reply(reply));
         }
     }
@@ -178,11 +189,7 @@ impl Play {
         match u.int_in_range(0..=15_u8)? {
             0 | 1 => self.machine.hears(),
             2 | 3 => self.moves(f64::from(u8::arbitrary(u)?) / 128.0),
-            4 | 5 => {
-                if let Some(reply) = self.machine.answers.pop_front() {
-                    self.step(Event::Reply(reply));
-                }
-            }
+            4 | 5 => self.is_told(),
             6 | 7 => {
                 self.wish = wish(u)?;
                 self.step(Event::Operator(self.wish));
@@ -224,7 +231,7 @@ impl Play {
         self.near |= inside || matches!(self.supervisor.phase(), Phase::Contouring | Phase::Holding);
         for command in commands {
             self.watch(&command, inside);
-            self.machine.wire.push_back(command);
+            self.machine.wire.extend(Some(command).filter(|_| !self.pulled));
         }
         if self.trouble != Trouble::Lies {
             self.watch_hull();
@@ -260,7 +267,20 @@ impl Play {
     fn suffers(&mut self, u: &mut Unstructured<'_>) -> Result<()> {
         let (there, machine) = (bool::arbitrary(u)?, &mut self.machine);
         match self.trouble {
-            Trouble::None => {}
+            Trouble::None if !there => {}
+            Trouble::None if self.pulled => {
+                self.pulled = false;
+                self.step(Event::PortFound);
+            }
+            Trouble::None => {
+                self.pulled = true;
+                machine.answers.clear();
+                // What was sent before may still arrive.
+                if bool::arbitrary(u)? {
+                    machine.wire.clear();
+                }
+                self.step(Event::PortLost(text("pulled")));
+            }
             Trouble::Loses if there => drop(machine.wire.pop_front()),
             Trouble::Loses => drop(machine.answers.pop_front()),
             Trouble::Doubles if there => {

@@ -8,7 +8,6 @@ use keepout_kernel::curve::xy;
 use keepout_kernel::exact::bezier::Bezier;
 use keepout_kernel::offset::{COVERAGE, RESOLUTION};
 use keepout_kernel::{Arc, Curve, Point, Segment, Turn};
-use keepout_planner::finish::centre_distance;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::{CertifiedPlan, Job, Pass};
 use keepout_planner::profile::{MachinedSide, ProfileLoop, SourceCurve};
@@ -21,6 +20,10 @@ pub type Xy = (f64, f64);
 const PLACES: u32 = 7;
 /// Rounding: of arcs' radii, of places on them, in lattice units.
 const ROUNDING: f64 = 3.0;
+/// How much farther than it must be a path may be, lattice units: for its own rounding.
+pub const GUARD: f64 = 60.0;
+/// How much more than tool, stock and errors may be kept, lattice units: the plan names more terms, and each is rounded up.
+const KEPT_MORE: f64 = 10.0;
 /// How far beside a motion is looked where the part is, lattice units.
 const ASIDE: f64 = 500.0;
 /// Lattice units in a millimetre.
@@ -56,6 +59,7 @@ pub fn watch(plan: &CertifiedPlan, job: Option<&Job>) {
         let threshold = plan.finishing.plus(pass.allowance).expect("it was certified");
         let stated = f64::from(threshold.units());
         assert!(stated > needed - 0.01, "{stated} is kept, {needed} is what tool, stock and errors need");
+        assert!(stated < needed + KEPT_MORE, "{stated} is kept, and no more than {needed} is needed");
         keeps_away(plan, pass, stated);
         lines_keep_away(plan, pass, i64::from(threshold.units()));
         closes(pass);
@@ -145,12 +149,12 @@ fn goes_round(plan: &CertifiedPlan, pass: &Pass) {
 
 /// A place beside an edge at the path's distance, and at no smaller one from any other edge, is on the true offset.
 fn reaches_all(plan: &CertifiedPlan, pass: &Pass) {
-    let profile = &plan.plan.profile;
     let threshold = plan.finishing.plus(pass.allowance).expect("it was certified");
-    let d = centre_distance(profile, &plan.plan.zones, threshold);
-    let room = profile.slack().max(plan.plan.zones.slack());
+    let loops = plan.plan.profile.loops.iter().chain(&plan.plan.zones.loops);
+    let room = loops.flat_map(|each| &each.edges).map(|edge| edge.slack.units()).max().unwrap_or(0);
+    let d = f64::from(threshold.units()) + GUARD + f64::from(room);
     // Edges that stand for splines may leave them; what is nearly a corner is no place to ask at.
-    let apart = 2.0 * (ROUNDING + f64::from(room.units()));
+    let apart = 2.0 * (ROUNDING + f64::from(room));
     for curve in walls(plan) {
         for (place, normal) in places(curve).into_iter().zip(normals(curve)) {
             for side in [d, -d] {
