@@ -22,7 +22,8 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 
 /// Whatever is in a fuzz target's corpus, or in `tests/fuzz`, which has what once failed.
 fn inputs(name: &str) -> Vec<Vec<u8>> {
-    let folders = [here().join("corpus").join(name), here().join("../tests/fuzz").join(name)];
+    let failed = here().join("../tests/fuzz");
+    let folders = [here().join("corpus").join(name), failed.join(name), failed.join("slow").join(name)];
     let drawings = (name == "dxf_import").then(|| here().join("../tests/drawings"));
     let all = folders.iter().chain(&drawings).flat_map(|folder| files(folder));
     all.map(|path| std::fs::read(path).expect("readable")).collect()
