@@ -35,9 +35,9 @@ struct Fault {
     #[serde(default)]
     more: bool,
     what: String,
-    /// What its failure says.
+    /// What its failure says, one or the other.
     #[serde(default)]
-    expect: String,
+    expect: Vec<String>,
     file: PathBuf,
     find: String,
     with: String,
@@ -222,7 +222,10 @@ fn finds(program: &Path, number: usize, folder: &Path, fault: &Fault) -> Outcome
             read = Some(Instant::now());
         }
         if let Some(status) = status {
-            let right = status.code() == Some(FAILED) && !fault.expect.is_empty() && says(&fault.expect)?;
+            let mut right = false;
+            for expected in &fault.expect {
+                right |= status.code() == Some(FAILED) && says(expected)?;
+            }
             return Ok(match read {
                 _ if !right || !passes_without(program, &work)? => Found::Otherwise,
                 None => Found::Reading(begin.elapsed()),

@@ -37,9 +37,7 @@ fn clear_of(u: &mut Unstructured<'_>) -> Result<()> {
     let mut drawn = Drawn { outlines: polygons.into_iter().map(plain).collect(), zones: Vec::new(), side };
     let Some(mut part) = drawn.part() else { return Ok(()) };
     let threshold = field.radius(u)?;
-    if bool::arbitrary(u)? {
-        let _ = part.prepare(length(threshold));
-    }
+    prepare(&mut part, threshold, u)?;
     let truth = Truth::of(&drawn);
     let mut asked = Vec::new();
     for _ in 0..u.int_in_range(1..=4_u8)? {
@@ -58,9 +56,7 @@ fn clear_of(u: &mut Unstructured<'_>) -> Result<()> {
     }
     let Some(mut part) = drawn.part() else { return Ok(()) };
     let threshold = threshold.min(i64::from(COORD_MAX) - SLACK_MAX);
-    if bool::arbitrary(u)? {
-        let _ = part.prepare(length(threshold));
-    }
+    prepare(&mut part, threshold, u)?;
     let truth = Truth::of(&drawn);
     for places in asked {
         ask(&part, &truth, places, threshold);
@@ -71,6 +67,14 @@ fn clear_of(u: &mut Unstructured<'_>) -> Result<()> {
         };
         ask_more(&part, &truth, places, threshold, &more);
         ask_coarse(&part, &truth, places, threshold, (more.higher - threshold) / 64);
+    }
+    Ok(())
+}
+
+/// Squares are claimed for the threshold, which takes long, in one of eight parts.
+fn prepare(part: &mut ProhibitedRegion, threshold: i64, u: &mut Unstructured<'_>) -> Result<()> {
+    if u.int_in_range(0..=7_u8)? == 7 {
+        let _ = part.prepare(length(threshold));
     }
     Ok(())
 }

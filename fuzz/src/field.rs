@@ -52,9 +52,10 @@ impl Field {
             return (0..count).map(|_| self.point(u)).collect();
         }
         let centre = self.point(u)?;
-        (0..count)
-            .map(|k| Ok(around(centre, k, count, self.half * i64::from(u.int_in_range(1..=64_u8)?) / 64)))
-            .collect()
+        // Now and then small beside what is asked, so that motions and fans go round all of it.
+        let widest = if count % 4 == 3 { self.half >> 4 } else { self.half };
+        let radius = |u: &mut Unstructured<'_>| Ok(widest * i64::from(u.int_in_range(1..=64_u8)?) / 64);
+        (0..count).map(|k| Ok(around(centre, k, count, radius(u)?))).collect()
     }
 }
 

@@ -9,6 +9,8 @@ use crate::witness::{GUARD, distance, places, winds};
 
 /// Distances from here on, 0.2 mm, are those of tools: around a plain outline they must be kept without doubt.
 const PLAIN_MIN: u32 = 20_000;
+/// Loops on the other side that are asked for.
+const OTHER_MAX: usize = 2;
 /// What is a unit or two of rounding in `f64`.
 const ROUNDING: f64 = 3.0;
 
@@ -43,6 +45,13 @@ fn offset_of(u: &mut Unstructured<'_>) -> Result<()> {
     if !proposed.loose_ends.is_empty() {
         assert!(!plain, "loose ends: {outlines:?} {centre}");
         return Ok(());
+    }
+    // What would be a path on the other side is on the part's.
+    let other = [Outline { free_on_left: !free_on_left, ..outlines[0].clone() }];
+    for each in propose(&other, centre).loops.iter().take(OTHER_MAX) {
+        if let Ok(Some(_)) = certify_path(&part, threshold, &each.curves) {
+            keeps(&each.curves, &outlines[0], side, d.into());
+        }
     }
     let mut believed = Vec::new();
     for (number, each) in proposed.loops.iter().enumerate() {
