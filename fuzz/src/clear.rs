@@ -1,7 +1,7 @@
 //! Parts, motions and fans, beside big integers.
 
 use arbitrary::{Arbitrary, Result, Unstructured};
-use keepout_kernel::curve::xy;
+use keepout_kernel::curve::{nearest_unit, xy};
 use keepout_kernel::exact::convex::Convex;
 use keepout_kernel::exact::lattice::COORD_MAX;
 use keepout_kernel::exact::ring::{Piece, RingError};
@@ -46,6 +46,7 @@ fn clear_of(u: &mut Unstructured<'_>) -> Result<()> {
         ask(&part, &truth, places, threshold);
         asked.push(places);
     }
+    ask(&part, &truth, drawn.corners_around(), threshold);
     // The same once more among zones, and where curves may leave their chords.
     for (_, slack) in drawn.outlines.iter_mut().flatten() {
         *slack = slack_of(u)?;
@@ -106,6 +107,18 @@ struct Drawn {
 }
 
 impl Drawn {
+    /// Corners of a triangle around all of it, as far as the lattice goes.
+    fn corners_around(&self) -> [Xy; 3] {
+        let corners = || self.outlines.iter().chain(&self.zones).flatten().map(|&(p, _)| p);
+        let ends = |of: fn(&Xy) -> i64| {
+            let most = corners().map(|p| of(&p)).max().unwrap_or(0);
+            (corners().map(|p| of(&p)).min().unwrap_or(0), most)
+        };
+        let ((x0, x1), (y0, y1)) = (ends(|p| p.0), ends(|p| p.1));
+        let off = x1 - x0 + y1 - y0;
+        [(x0 - off, y0 - off), (x1 + off, y0 - off), (i64::midpoint(x0, x1), y1 + 2 * off)].map(clamped)
+    }
+
     /// The kernel's; a drawing that is none has an error with a text.
     fn part(&self) -> Option<ProhibitedRegion> {
         let rings =
@@ -169,6 +182,17 @@ impl Truth {
         self.walls.iter().any(|&((a, b), slack)| point_within(p, a, b, r + slack))
     }
 
+    /// How far places on the curve are from every wall, less what that may leave its chord by.
+    #[expect(clippy::cast_precision_loss, reason = "slacks have 17 bits")]
+    fn kept_by(&self, curve: &Curve) -> f64 {
+        let left = |place| {
+            let off =
+                |&((a, b), slack): &((Xy, Xy), i64)| to_chord(place, (xy(at(a)), xy(at(b)))) - slack as f64;
+            self.walls.iter().map(off).fold(f64::INFINITY, f64::min)
+        };
+        places(curve).into_iter().map(left).fold(f64::INFINITY, f64::min)
+    }
+
     fn near_motion(&self, p: Xy, q: Xy, r: i64) -> bool {
         self.walls.iter().any(|&((a, b), slack)| segments_within(p, q, a, b, r + slack))
     }
@@ -216,6 +240,9 @@ fn ask(part: &ProhibitedRegion, truth: &Truth, [p, q, s]: [Xy; 3], r: i64) {
     }
 }
 
+/// Lattice units beyond rounding.
+const MORE: i64 = 5;
+
 /// What else is asked.
 #[derive(Debug)]
 struct More {
@@ -248,14 +275,15 @@ fn ask_more(part: &ProhibitedRegion, truth: &Truth, [p, q, s]: [Xy; 3], r: i64, 
     assert_eq!(way_out.is_ok(), !truth.approaches(p, q, more.higher), "way out {}", case());
     let Some(curve) = bent(at(p), at(q), more.bulge) else { return };
     let Curve::Arc(arc) = &curve else { return };
-    if part.arc(start, arc).is_ok() {
-        for place in places(&curve) {
-            for &((a, b), slack) in &truth.walls {
-                let (left, needed) = (to_chord(place, (xy(at(a)), xy(at(b)))), length(r + slack));
-                // An arc's ends are on its circle to a unit or two.
-                assert!(left > f64::from(needed.units()) - 3.0, "{arc:?} comes to {left}, {}", case());
-            }
-        }
+    let kept = truth.kept_by(&curve);
+    // As it was asked, and for more than it keeps.
+    for asked in [r, nearest_unit(kept).saturating_add(MORE).max(0)] {
+        let start = i64::from(COORD_MAX) - SLACK_MAX >= asked;
+        let start = start.then(|| part.free_point(at(p), length(asked)).ok()).flatten();
+        let keeps = start.is_some_and(|start| part.arc(start, arc).is_ok());
+        // An arc's ends are on its circle to a unit or two.
+        let least = f64::from(length(asked).units()) - 3.0;
+        assert!(!keeps || kept > least, "{arc:?} comes to {kept}, not {asked}, {}", case());
     }
 }
 
