@@ -59,7 +59,7 @@ fn clear_of(u: &mut Unstructured<'_>) -> Result<()> {
     let threshold = threshold.min(i64::from(COORD_MAX) - SLACK_MAX);
     prepare(&mut part, threshold, u)?;
     let truth = Truth::of(&drawn);
-    for places in asked {
+    for places in asked.into_iter().chain([drawn.corners_around()]) {
         ask(&part, &truth, places, threshold);
         let more = More {
             corner: clamped(field.beside(&corners, u)?),
