@@ -1,11 +1,11 @@
 //! Joins curves end to end into closed loops on the lattice, and says what it had to repair and what it could not.
 
 use std::collections::{HashMap, HashSet};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 use keepout_kernel::curve::{fit_arc, half_circle_parts, nearest_unit, xy};
 use keepout_kernel::exact::bezier::Bezier;
-use keepout_kernel::{Curve, Length, Point, Segment, Turn, UNITS_PER_MM};
+use keepout_kernel::{Curve, Length, Point, Segment, Turn, UNITS_PER_MM, Vector};
 
 use super::fit::{BezierFault, chain_along, on_lattice};
 use super::join::{Joiner, distance_mm};
@@ -71,8 +71,8 @@ pub(super) struct Piece {
 #[derive(Clone, Debug)]
 pub(super) enum Bend {
     Straight,
-    /// Centre in lattice units, and direction.
-    Round((f64, f64), Turn),
+    /// Half a turn at most: centre in lattice units, direction, and the way from its beginning to its end as it was drawn.
+    Round((f64, f64), Turn, Vector),
     Free(Box<Bezier>),
 }
 
@@ -88,7 +88,7 @@ impl Piece {
         let chord = distance_mm(self.from, self.to);
         match &self.bend {
             Bend::Straight => chord,
-            Bend::Round(centre, turn) => {
+            Bend::Round(centre, turn, _) => {
                 let (x, y) = xy(self.from);
                 let sweep = swept(*centre, self.from, self.to, *turn);
                 (x - centre.0).hypot(y - centre.1) / f64::from(UNITS_PER_MM) * sweep
@@ -107,9 +107,6 @@ fn swept(centre: (f64, f64), from: Point, to: Point, turn: Turn) -> f64 {
     let turned = angle(to) - angle(from);
     (if turn == Turn::Left { turned } else { -turned }).rem_euclid(TAU)
 }
-
-/// An arc is drawn in pieces of half a turn at most; one whose ends were moved turns little more.
-const SWEEP_MAX: f64 = PI + 0.5;
 
 /// Joins the drawing's curves into closed loops. Ends up to `join_mm` apart are moved together, and listed; splines and
 /// ellipses become lines and arcs within `curve_mm`.
@@ -204,8 +201,8 @@ fn lattice_pieces(
             let mut begin = from;
             for k in 1..=count {
                 let end = if k == count { to } else { at(start + step * f64::from(k)) };
-                let bend = Bend::Round((centre.0 * scale, centre.1 * scale), turn);
-                push(on_lattice_point(begin)?, on_lattice_point(end)?, bend);
+                let (a, b) = (on_lattice_point(begin)?, on_lattice_point(end)?);
+                push(a, b, Bend::Round((centre.0 * scale, centre.1 * scale), turn, b.minus(a)));
                 begin = end;
             }
         }
@@ -226,7 +223,7 @@ fn key_of(piece: &Piece) -> Key {
     let bend = match &piece.bend {
         Bend::Straight => Vec::new(),
         // The same arc drawn the other way has its turn swapped, too.
-        Bend::Round((x, y), turn) => {
+        Bend::Round((x, y), turn, _) => {
             vec![nearest_unit(*x), nearest_unit(*y), i64::from((*turn == Turn::Left) == forwards)]
         }
         Bend::Free(curve) => {
@@ -380,18 +377,18 @@ fn edges_of(
         }
         _ if from == to => {}
         Bend::Straight => out.edges.push(exact(Curve::Line(Segment { from, to }))),
-        Bend::Round(centre, turn) => {
+        Bend::Round(centre, turn, drawn) => {
             let turn = if backwards { turn.reversed() } else { *turn };
-            let centre = onto_bisector(*centre, from, to);
-            if swept(centre, from, to, turn) > SWEEP_MAX {
+            let Ok(arc) = fit_arc(from, to, onto_bisector(*centre, from, to), turn) else {
+                return bad("its arc has a radius below 1 µm, or its ends do not lie on one circle");
+            };
+            // Through ends the other way round it would be what was missing of the circle.
+            let way = piece.to.minus(piece.from);
+            let along = [(way.dx, drawn.dx), (way.dy, drawn.dy)].map(|(a, b)| i64::from(a) * i64::from(b));
+            if along[0] + along[1] <= 0 {
                 return bad("closing gaps moved its ends past each other. Lower --join-mm");
             }
-            match fit_arc(from, to, centre, turn) {
-                Ok(arc) => out.edges.push(exact(Curve::Arc(arc))),
-                Err(_) => {
-                    return bad("its arc has a radius below 1 µm, or its ends do not lie on one circle");
-                }
-            }
+            out.edges.push(exact(Curve::Arc(arc)));
         }
     }
     Ok(())

@@ -119,13 +119,16 @@ pub(crate) fn curves_of(file: &DxfFile, choice: &Choice) -> Result<Drawing, Draw
             .push("the file has no end mark (EOF): if it was cut short, contours may be missing".into());
     }
     let known = |name: &String| drawing.layers.keys().any(|layer| same_name(layer, name));
-    // A layer without curves can be left out, too; one that is nowhere in the file was misspelled.
-    let there =
-        |name: &String| known(name) || file.layers.contains_key(&folded(name)) || file.names.has(name);
-    let missing = choice.layers.iter().find(|name| !known(name));
-    if let Some(missing) = missing.or_else(|| choice.without.iter().find(|name| !there(name))) {
-        let present = drawing.layers.keys().map(ToString::to_string).collect();
-        return Err(DrawingError::NoLayer { asked: missing.clone(), present });
+    let present = || drawing.layers.keys().map(ToString::to_string).collect();
+    if let Some(missing) = choice.layers.iter().find(|name| !known(name)) {
+        return Err(DrawingError::NoLayer { asked: missing.clone(), present: present() });
+    }
+    // A layer without curves can be left out, too, and every drawing has layer 0; another that is nowhere was misspelled.
+    let there = |name: &String| {
+        name == "0" || known(name) || file.layers.contains_key(&folded(name)) || file.names.has(name)
+    };
+    if let Some(strange) = choice.without.iter().find(|name| !there(name)) {
+        return Err(DrawingError::StrangeLayer { asked: strange.clone(), present: present() });
     }
     if drawing.curves.is_empty() {
         return Err(DrawingError::Empty { left_out: drawing.left_out });

@@ -17,6 +17,8 @@ use crate::units::{length_up_from_mm, point_from_mm, point_mm};
 pub(super) const ROUNDING: f64 = 10.0;
 /// Nearest loose ends that are tried for a gap.
 const CANDIDATES: usize = 8;
+/// Curves this many times as long as the gap between their ends are closed there.
+const LONG: f64 = 8.0;
 /// Problems whose distance to other loose ends is measured.
 const MEASURED: usize = 200;
 
@@ -142,6 +144,20 @@ impl Joiner {
         self.coincident();
     }
 
+    /// The end of the curves that are joined to a loose end, from it on, and how long they are.
+    fn other_end(&self, loose: End) -> (End, f64) {
+        let (mut at, mut length_mm) = (loose, 0.0);
+        loop {
+            let piece = &self.pieces[at.0];
+            length_mm += piece.length_mm();
+            let end = (at.0, 1 - at.1);
+            match piece.joined[end.1] {
+                Some(next) => at = next,
+                None => return (end, length_mm),
+            }
+        }
+    }
+
     /// Moves loose ends together that are within reach of each other, the nearest first.
     pub fn close_gaps(&mut self, repairs: &mut Vec<Repair>) {
         let ends = self.alone();
@@ -149,13 +165,9 @@ impl Joiner {
         let mut pairs = BinaryHeap::new();
         let grid = Grid::of(&points, self.reach);
         for i in 0..points.len() {
-            // A piece is not bent round to its own end, but for a curve that leads there by itself.
-            let leads_there = |j: usize| {
-                let piece = &self.pieces[ends[i].0];
-                let gap_mm = distance_mm(points[i], points[j]);
-                matches!(piece.bend, Bend::Free(_)) && piece.length_mm() > 3.0 * gap_mm
-            };
-            let own = |j: usize| ends[i].0 == ends[j].0 && !leads_there(j);
+            // Curves are not bent round to their own end, but for those that lead there by themselves.
+            let (far, length_mm) = self.other_end(ends[i]);
+            let own = |j: usize| ends[j] == far && length_mm < LONG * distance_mm(points[i], points[j]);
             let mut near: Vec<(i64, usize)> = Vec::new();
             grid.near(&points, i, |j| {
                 if !own(j) {
@@ -265,10 +277,11 @@ impl EndIndex {
         Some(Self { index, ends })
     }
 
-    /// The ends in the box around two points.
+    /// The ends in the box around two points, and beside it but for rounding.
     pub fn between(&self, from: Point, to: Point) -> Vec<End> {
+        let Ok(rounding) = length_up_from_mm(ROUNDING / f64::from(UNITS_PER_MM)) else { return Vec::new() };
         let mut found = Vec::new();
-        let _ = self.index.visit(Window::of(from).including(to), |number, _| {
+        let _ = self.index.visit(Window::of(from).including(to).grown(rounding), |number, _| {
             found.extend(self.ends.get(number));
             ControlFlow::<()>::Continue(())
         });

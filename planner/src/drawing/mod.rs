@@ -287,6 +287,17 @@ pub enum DrawingError {
         /// The layers that have curves.
         present: Vec<String>,
     },
+    /// A layer that was to be left out is nowhere in the file.
+    #[error(
+        "layer \"{asked}\", which is to be left out, is not in the drawing. Layers with curves: {}.",
+        list(present)
+    )]
+    StrangeLayer {
+        /// The layer.
+        asked: String,
+        /// The layers that have curves.
+        present: Vec<String>,
+    },
     /// There is nothing to machine.
     #[error("there is no curve to machine. Left out: {}.", counted(left_out))]
     Empty {

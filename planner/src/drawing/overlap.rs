@@ -6,7 +6,7 @@ use keepout_kernel::Point;
 use keepout_kernel::curve::xy;
 
 use super::Repair;
-use super::chain::{Bend, Piece, remove};
+use super::chain::{Bend, End, Piece, remove};
 use super::join::{EndIndex, Joiner, LineIndex, ROUNDING, distance, distance_mm};
 
 /// Lines at one end that are looked at in a round.
@@ -218,14 +218,15 @@ fn merged(joiner: &Joiner, group: &[usize], loose: &EndIndex, repairs: &mut Vec<
         count: group.len(),
     });
     // Other pieces that end between the two ends of the whole cut it there.
-    let on_it = |&p: &Point| {
+    let on_it = |&end: &End| {
+        let p = joiner.at(end);
         let t = line.along(p);
         line.off(p) <= ROUNDING && t > ROUNDING && t < line.length - ROUNDING
     };
     let members: HashSet<usize> = group.iter().copied().collect();
     let joined = group.iter().flat_map(|&i| joiner.pieces[i].joined).flatten();
-    let others = joined.chain(loose.between(first, last)).filter(|(i, _)| !members.contains(i));
-    let mut cuts: Vec<Point> = others.map(|end| joiner.at(end)).filter(on_it).collect();
+    let others = joined.chain(loose.between(first, last)).filter(on_it).filter(|(i, _)| !members.contains(i));
+    let mut cuts: Vec<Point> = others.map(|end| joiner.at(end)).collect();
     cuts.sort_by(|&p, &q| line.along(p).total_cmp(&line.along(q)));
     cuts.dedup();
     let from = std::iter::once(first).chain(cuts.iter().copied());
