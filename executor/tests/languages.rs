@@ -102,14 +102,31 @@ fn one_answer() {
     whole(&described("tests/described/one-answer"), 0.0);
 }
 
-/// Exchanges of several lines take a second and more each here.
+/// Over a line on which exchanges of several lines take a second and more each.
+fn slow_line(language: &str) {
+    let facts = run_over(9600, 150, language, "calm", 0.1, 3);
+    assert_eq!(facts.deepest_mm, Some(0.0), "{language}: {facts:?}");
+    assert!(facts.ended == Ended::Done && facts.loops.0 > 0, "{language}: {facts:?}");
+}
+
 #[test]
-fn slow_lines() {
-    for language in ["zaber", "venus", &described("dialects/nsk-style"), &described("dialects/tango")] {
-        let facts = run_over(9600, 150, language, "calm", 0.1, 3);
-        assert_eq!(facts.deepest_mm, Some(0.0), "{language}: {facts:?}");
-        assert!(facts.ended == Ended::Done && facts.loops.0 > 0, "{language}: {facts:?}");
-    }
+fn slow_zaber() {
+    slow_line("zaber");
+}
+
+#[test]
+fn slow_venus() {
+    slow_line("venus");
+}
+
+#[test]
+fn slow_nsk_style() {
+    slow_line(&described("dialects/nsk-style"));
+}
+
+#[test]
+fn slow_tango() {
+    slow_line(&described("dialects/tango"));
 }
 
 #[test]
