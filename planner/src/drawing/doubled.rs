@@ -12,6 +12,8 @@ use super::{Chained, JOIN_MM, Repair};
 use crate::profile::{ProfileLoop, corners};
 use crate::units::length_up_from_mm;
 
+type Xy = (f64, f64);
+
 /// Chords stand for arcs within this, lattice units (1 µm).
 const COARSE: Length = Length::small(100);
 
@@ -84,8 +86,6 @@ fn enclose_the_same(one: &[Point], other: &[Point], reach: Length) -> bool {
     let strip = 2.0 * f64::from(reach.units()) * length(&one).max(length(&other));
     (area(&one) - area(&other)).abs() <= strip
 }
-
-type Xy = (f64, f64);
 
 /// Whether one contour stays within reach of the other all along.
 fn all_near(corners: &[Point], other: &[Point], reach: Length) -> bool {
