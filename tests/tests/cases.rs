@@ -91,7 +91,6 @@ impl Case {
             hatches: self.with.iter().any(|with| with == "hatch"),
             solids: self.with.iter().any(|with| with == "solid"),
             placed: self.offset_mm.map(|by| (self.rotate_deg.unwrap_or(0.0), by)),
-            ..Choice::default()
         };
         wanted.selection = Selection {
             at: self.at.clone(),
