@@ -66,7 +66,8 @@ impl Names {
     /// Whether the file has the name anywhere.
     #[must_use]
     pub fn has(&self, name: &str) -> bool {
-        self.names.iter().any(|one| folded(one) == folded(name))
+        let asked = folded(name);
+        self.names.iter().any(|one| folded(one) == asked)
     }
 
     fn number(&mut self, bytes: &[u8]) -> u32 {
