@@ -12,7 +12,7 @@ use keepout_executor::session::{
     Engine, Going, NoTape, Scene, Session, SimRun, VirtualClock, coverage, start_inside,
 };
 use keepout_executor::sim::witness::Witness;
-use keepout_executor::sim::{SimMachine, SimSettings, Slip, speaking};
+use keepout_executor::sim::{Quirks, SimMachine, SimSettings, Slip, speaking};
 use keepout_executor::supervisor::{Ask, Phase, Supervisor, Wish, Workpiece};
 use keepout_executor::time::Time;
 use keepout_kernel::Point;
@@ -164,6 +164,7 @@ fn session(
         homed: true,
         homing: Duration::from_secs(1),
         work_offset_mm: (-3.0, -4.0),
+        quirks: Quirks::default(),
     };
     let slip = Slip::wandering(0.0, run.machine.steps_per_mm, 1);
     let machine = SimMachine::new(speaking(&Language::Grbl, sim), run.baud, run.latency, slip);

@@ -10,7 +10,7 @@ use keepout_executor::link::faults::{Damage, Faults, Rates};
 use keepout_executor::operator;
 use keepout_executor::session::{Engine, Going, NoTape, Scene, Session, SimRun, VirtualClock};
 use keepout_executor::sim::witness::Witness;
-use keepout_executor::sim::{Disturbance, SimMachine, SimSettings, Slip, VirtualPort, speaking};
+use keepout_executor::sim::{Disturbance, Quirks, SimMachine, SimSettings, Slip, VirtualPort, speaking};
 use keepout_executor::supervisor::{Supervisor, Workpiece};
 use keepout_executor::time::Time;
 use keepout_planner::machine::MachineProfile;
@@ -37,6 +37,7 @@ fn run(work: &Workpiece, language: &str, seed: u64) -> u64 {
         homed: true,
         homing: Duration::from_secs(1),
         work_offset_mm: (-37.25, -21.5),
+        quirks: Quirks::default(),
     };
     // From one fault in a hundred pieces to one in ten thousand.
     let often = 10.0_f64.powf(-2.0 * random.f64());

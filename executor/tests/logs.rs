@@ -15,7 +15,7 @@ use keepout_executor::session::{
     Ended, Engine, Going, Record, Scene, Session, SimRun, Tape, TapeError, VirtualClock, run_scene,
 };
 use keepout_executor::sim::witness::Witness;
-use keepout_executor::sim::{SimMachine, SimSettings, Slip, speaking};
+use keepout_executor::sim::{Quirks, SimMachine, SimSettings, Slip, speaking};
 use keepout_executor::supervisor::{Phase, Supervisor, Workpiece};
 use keepout_executor::time::Time;
 use keepout_planner::job::{LoopNumber, Progress};
@@ -157,6 +157,7 @@ impl Cable {
             homed: true,
             homing: Duration::from_secs(1),
             work_offset_mm: (-3.0, -4.0),
+            quirks: Quirks::default(),
         };
         let slip = Slip::wandering(0.0, run.machine.steps_per_mm, 1);
         let machine = SimMachine::new(speaking(&run.language, sim), run.baud, run.latency, slip);

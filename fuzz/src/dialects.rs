@@ -9,7 +9,7 @@ use arbitrary::{Arbitrary, Result, Unstructured};
 use keepout_executor::link::dialect::{
     Described, Description, Dialect, Grbl, Language, Setting, Venus, Zaber,
 };
-use keepout_executor::sim::{Controller, SimSettings, speaking};
+use keepout_executor::sim::{Controller, Quirks, SimSettings, speaking};
 use keepout_executor::supervisor::guard::{Certification, Certified};
 use keepout_executor::supervisor::{Command, Mode, Reply};
 use keepout_executor::time::Time;
@@ -28,7 +28,7 @@ pub const COMMANDS: [Command; 8] = [
     Command::Prepare,
     Command::Home,
     Command::Arm,
-    Command::Cancel,
+    Command::EndHoming,
     Command::Hold,
     Command::Continue,
     Command::Abort,
@@ -311,6 +311,7 @@ impl Trip {
             homed: true,
             homing: Duration::from_secs(1),
             work_offset_mm: (-30.0, -20.0),
+            quirks: Quirks::default(),
         };
         let controller = speaking(language, settings);
         let dialect = language.dialect(setting);
@@ -325,7 +326,7 @@ impl Trip {
     fn sets_out(&mut self) {
         self.dialect.reset();
         self.say(&Command::Query, |reply| matches!(reply, Reply::Report(_)));
-        self.say(&Command::Prepare, |reply| matches!(reply, Reply::Prepared(_)));
+        self.say(&Command::Prepare, |reply| matches!(reply, Reply::Prepared(..)));
         self.say(&Command::Arm, |reply| matches!(reply, Reply::Armed));
         let known = |reply: &Reply| matches!(reply, Reply::Report(report) if report.position.is_some());
         for _ in 0..3 {

@@ -9,7 +9,7 @@ use std::time::Duration;
 use arbitrary::{Arbitrary, Result, Unstructured};
 use keepout_executor::link::Abilities;
 use keepout_executor::session::place_on_table;
-use keepout_executor::supervisor::guard::MotionShape;
+use keepout_executor::supervisor::guard::{MotionShape, OnCancel};
 use keepout_executor::supervisor::{
     Ask, Event, Limits, Mode, Options, Phase, Reply, Report, Supervisor, Unfit, Wish, text,
 };
@@ -72,7 +72,7 @@ fn make(u: &mut Unstructured<'_>) -> Result<Make> {
         contours: MotionShape::Line,
         arcs: bool::arbitrary(u)?,
         queues: true,
-        cancels: true,
+        on_cancel: OnCancel::KeepsPath,
         flushes: false,
         holds: true,
         checked: bool::arbitrary(u)?,
@@ -82,14 +82,20 @@ fn make(u: &mut Unstructured<'_>) -> Result<Make> {
         0..=2 => grbl,
         3 => Abilities { flushes: true, ..grbl },
         // As Zaber's.
-        4 => Abilities { cancels: false, checked: true, ..single },
+        4 => Abilities { on_cancel: OnCancel::NotOffered, checked: true, ..single },
         // As Venus-1.
         5 => Abilities { shape: MotionShape::Box, checked: false, ..single },
-        6 => Abilities { shape: MotionShape::Box, contours: MotionShape::Box, cancels: false, ..single },
+        6 => Abilities {
+            shape: MotionShape::Box,
+            contours: MotionShape::Box,
+            on_cancel: OnCancel::NotOffered,
+            ..single
+        },
         _ => {
             let apart = bool::arbitrary(u)?;
             let shape = if apart { MotionShape::Box } else { MotionShape::Line };
-            Abilities { shape, queues: bool::arbitrary(u)?, cancels: bool::arbitrary(u)?, ..single }
+            let on_cancel = [OnCancel::NotOffered, OnCancel::KeepsPath][usize::from(bool::arbitrary(u)?)];
+            Abilities { shape, queues: bool::arbitrary(u)?, on_cancel, ..single }
         }
     };
     let replaces = !abilities.queues && bool::arbitrary(u)?;
@@ -380,7 +386,10 @@ fn lie(u: &mut Unstructured<'_>) -> Result<Event> {
         13 | 33 => Reply::Alarm { code: 1, meaning: "" },
         14 | 34 => Reply::Homed,
         15 | 35 => Reply::Armed,
-        16 => Reply::Prepared(Limits::of(f64::from(u8::arbitrary(u)?), f64::from(u8::arbitrary(u)?))),
+        16 => Reply::Prepared(
+            Limits::of(f64::from(u8::arbitrary(u)?), f64::from(u8::arbitrary(u)?)),
+            OnCancel::KeepsPath,
+        ),
         17 => Reply::Garbled(text("?")),
         18 => return Ok(Event::PortLost(text("pulled"))),
         _ => return Ok(Event::PortFound),

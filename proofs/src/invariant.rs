@@ -15,7 +15,9 @@ use std::hash::BuildHasher;
 use std::sync::Arc;
 
 use keepout_executor::supervisor::guard::proof::State as GuardState;
-use keepout_executor::supervisor::guard::{Certification, DRAIN, Guard, MotionShape, Rules, Sighting, Stamp};
+use keepout_executor::supervisor::guard::{
+    Certification, DRAIN, Guard, MotionShape, OnCancel, Rules, Sighting, Stamp,
+};
 use keepout_executor::time::Time;
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Curve, ProhibitedRegion, Segment};
@@ -116,6 +118,7 @@ impl World {
             resolution: length(RESOLUTION),
             shortest: length(4),
             shape,
+            on_cancel: OnCancel::KeepsPath,
             contours: shape,
             checked: self.checked,
         };

@@ -5,7 +5,7 @@ use std::time::Duration;
 use keepout_executor::link::dialect::{Language, Setting};
 use keepout_executor::operator::{Operator, Seen};
 use keepout_executor::session::{Engine, NoTape, nearest_wall, place_on_table};
-use keepout_executor::sim::{Sample, SimMachine, SimSettings, Slip, speaking};
+use keepout_executor::sim::{Quirks, Sample, SimMachine, SimSettings, Slip, speaking};
 use keepout_executor::supervisor::{Options, Phase, Supervisor, Wish, Workpiece};
 use keepout_executor::time::Time;
 use keepout_kernel::Point;
@@ -61,6 +61,7 @@ impl Decisions {
             homed: true,
             homing: Duration::from_secs(1),
             work_offset_mm: (0.0, 0.0),
+            quirks: Quirks::default(),
         };
         let setting = Setting::of(&machine, place.offset);
         let options = Options {

@@ -13,7 +13,7 @@ use keepout_executor::operator::TerminalError;
 use keepout_executor::session::place_on_table;
 use keepout_executor::sim::standalone::{Records, Signals, Standalone, state};
 use keepout_executor::sim::witness::Witness;
-use keepout_executor::sim::{Follower, SimMachine, SimSettings, Slip, speaking};
+use keepout_executor::sim::{Follower, Quirks, SimMachine, SimSettings, Slip, speaking};
 use keepout_planner::machine::MachineProfile;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
 
@@ -92,6 +92,7 @@ pub fn simulate(arguments: &SimulateArguments) -> Result<ExitCode, CliError> {
         homed: arguments.homed,
         homing: Duration::from_secs(1),
         work_offset_mm: (-37.25, -21.5),
+        quirks: Quirks::default(),
     };
     let slip = Slip::wandering(machine.repeatability_mm, machine.steps_per_mm, arguments.seed);
     let latency = Duration::from_millis(arguments.latency_ms);

@@ -6,7 +6,7 @@ pub mod faults;
 pub mod port;
 pub mod serial;
 
-use crate::supervisor::guard::MotionShape;
+use crate::supervisor::guard::{MotionShape, OnCancel};
 
 /// What a dialect's controller can do, as far as the supervisor needs it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,12 +19,20 @@ pub struct Abilities {
     pub arcs: bool,
     /// It takes motions while it moves, and joins them.
     pub queues: bool,
-    /// Jogs can be stopped under way.
-    pub cancels: bool,
+    /// What a cancel does to a jog under way, as long as nothing more is known of the controller.
+    pub on_cancel: OnCancel,
     /// A cancel throws away lines that were received and not read, without an answer.
     pub flushes: bool,
     /// A contour can be held and gone on with.
     pub holds: bool,
     /// A checksum protects the line both ways.
     pub checked: bool,
+}
+
+impl Abilities {
+    /// Whether jogs can be stopped under way.
+    #[must_use]
+    pub fn cancels(&self) -> bool {
+        self.on_cancel != OnCancel::NotOffered
+    }
 }

@@ -141,13 +141,8 @@ impl Engine {
     /// certified. What can not be stopped so ends at its certified target.
     pub fn stop_bytes(&mut self) -> Vec<u8> {
         let mut bytes = Vec::new();
-        let abilities = self.dialect.abilities();
-        let contouring = self.supervisor.guard().contour_progress().is_some();
-        if abilities.cancels && (!contouring || abilities.holds) {
-            let _ = self.dialect.encode(&Command::Cancel, &mut bytes);
-        }
-        if abilities.holds {
-            let _ = self.dialect.encode(&Command::Hold, &mut bytes);
+        if let Some(command) = self.supervisor.last_stop() {
+            let _ = self.dialect.encode(&command, &mut bytes);
         }
         bytes
     }

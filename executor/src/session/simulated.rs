@@ -20,7 +20,9 @@ use crate::link::port::{Port, PortError};
 use crate::link::serial::Serial;
 use crate::operator::Operator;
 use crate::sim::witness::Witness;
-use crate::sim::{Follower, Sample, SampleKind, Servo, SimMachine, SimSettings, Slip, VirtualPort, speaking};
+use crate::sim::{
+    Follower, Quirks, Sample, SampleKind, Servo, SimMachine, SimSettings, Slip, VirtualPort, speaking,
+};
 use crate::supervisor::{Options, Supervisor, Workpiece};
 use crate::time::Time;
 
@@ -153,6 +155,7 @@ impl Scene {
             homed: start.is_some(),
             homing: Duration::from_secs(1),
             work_offset_mm: (-37.25, -21.5),
+            quirks: Quirks::default(),
         };
         let options = Options {
             feed_mm_min: run.feed_mm_min,

@@ -26,7 +26,7 @@ mod zaber;
 pub use controller::{Controller, Disturbance};
 pub use described::DescribedSim;
 pub use follower::{Follower, Servo};
-pub use grbl::{GrblSim, SimSettings};
+pub use grbl::{GrblSim, Quirks, SimSettings};
 pub use interpolated::{Interpolated, interpolated};
 pub use line::Wire;
 pub use machine::{SimMachine, Slip, VirtualPort};

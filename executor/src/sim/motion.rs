@@ -195,6 +195,27 @@ impl Motion {
         self.stop = Some(Stop::Flush);
     }
 
+    /// Begins to stop as [`Motion::cancel`], but forgets what was prepared for so many seconds ahead: the blocks that end within it
+    /// are left out, and those after them are driven from here, beside their lines.
+    pub fn cancel_astray(&mut self, prepared_s: f64) {
+        let mut prepared = self.speed * prepared_s;
+        while self.blocks.len() > 1
+            && let Some(first) = self.blocks.front()
+            && first.left < prepared
+        {
+            prepared -= first.left;
+            self.blocks.pop_front();
+        }
+        if let Some(first) = self.blocks.front() {
+            let begins = (first.to.0 - first.unit.0 * first.left, first.to.1 - first.unit.1 * first.left);
+            let shift = (self.position.0 - begins.0, self.position.1 - begins.1);
+            for block in &mut self.blocks {
+                block.to = (block.to.0 + shift.0, block.to.1 + shift.1);
+            }
+        }
+        self.cancel();
+    }
+
     /// Goes on after a hold.
     pub fn resume(&mut self) {
         self.stop = None;

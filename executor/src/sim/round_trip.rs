@@ -6,7 +6,7 @@ use keepout_kernel::{Point, Vector};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::units::mm;
 
-use super::{Controller, SimSettings, speaking};
+use super::{Controller, Quirks, SimSettings, speaking};
 use crate::link::dialect::testing::{contour_to, jog_to};
 use crate::link::dialect::{Dialect, Language, Setting};
 use crate::supervisor::{Command, Mode, Reply};
@@ -29,6 +29,7 @@ impl Pair {
             homed: true,
             homing: Duration::from_secs(1),
             work_offset_mm: (-30.0, -20.0),
+            quirks: Quirks::default(),
         };
         let sim = speaking(language, settings);
         Self { dialect: language.dialect(setting), sim, now: Time::ZERO, bytes: Vec::new() }
@@ -80,7 +81,7 @@ fn through(language: &str) {
     let offset = Vector { dx: -30_012_345, dy: -20_000_007 };
     let mut pair = Pair::new(&language, offset);
     pair.report();
-    pair.say(&Command::Prepare, |reply| matches!(reply, Reply::Prepared(_)));
+    pair.say(&Command::Prepare, |reply| matches!(reply, Reply::Prepared(..)));
     pair.say(&Command::Arm, |reply| matches!(reply, Reply::Armed));
     let half_step_mm = 0.5 / MachineProfile::simulated().steps_per_mm + 2e-5;
     for round in 0..60 {

@@ -309,6 +309,7 @@ impl Controller for VenusSim {
 mod tests {
     use keepout_planner::machine::MachineProfile;
 
+    use super::super::grbl::Quirks;
     use super::*;
 
     fn controller() -> VenusSim {
@@ -318,6 +319,7 @@ mod tests {
             homed: true,
             homing: Duration::from_secs(1),
             work_offset_mm: (0.0, 0.0),
+            quirks: Quirks::default(),
         });
         hear(&mut venus, b"restore 2 0 setunit 2 1 setunit 2 2 setunit 2 setdim ");
         venus

@@ -208,6 +208,7 @@ impl Controller for ZaberSim {
 
 #[cfg(test)]
 mod tests {
+    use super::super::grbl::Quirks;
     use super::*;
     use keepout_planner::machine::MachineProfile;
     use std::time::Duration;
@@ -219,6 +220,7 @@ mod tests {
             homed: true,
             homing: Duration::from_secs(1),
             work_offset_mm: (0.0, 0.0),
+            quirks: Quirks::default(),
         })
     }
 

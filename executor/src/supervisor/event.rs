@@ -4,7 +4,7 @@ use arrayvec::ArrayString;
 use keepout_kernel::Point;
 use keepout_planner::job::ContourJob;
 
-use super::guard::Certified;
+use super::guard::{Certified, CertifiedCancel, OnCancel};
 use super::manual::Limits;
 
 /// A line of text of bounded length: what does not fit is cut off.
@@ -116,8 +116,8 @@ pub enum Reply {
     },
     /// A status report.
     Report(Report),
-    /// The controller is set up; what it says it can do.
-    Prepared(Limits),
+    /// The controller is set up; what it says it can do, and what its cancel does.
+    Prepared(Limits, OnCancel),
     /// The controller can not be used as it is.
     Unfit(Unfit),
     /// The reference position was found.
@@ -159,7 +159,9 @@ pub enum Command {
     /// Ask for a status report.
     Query,
     /// Stop jogging, and forget jogs that are queued.
-    Cancel,
+    Cancel(CertifiedCancel),
+    /// Stop homing: the machine seeks its switches, and no motion of that is certified.
+    EndHoming,
     /// Stop a contour, keeping what is queued.
     Hold,
     /// Go on after a hold.

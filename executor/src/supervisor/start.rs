@@ -1,5 +1,8 @@
 //! The start of a session: connecting, settings, homing, finding the place; and beginning anew after a fault.
 
+use keepout_kernel::UNITS_PER_MM;
+use keepout_kernel::curve::nearest_unit;
+
 use super::event::{Command, Mode, Reply, Report};
 use super::manual::Steering;
 use super::state::State;
@@ -34,9 +37,10 @@ impl Supervisor {
     /// Takes the answer to a step of the start, and makes the next.
     pub(super) fn start_on(&mut self, reply: &Reply, commands: &mut Vec<Command>) {
         match (&self.state, reply) {
-            (State::Preparing, Reply::Prepared(limits)) => {
+            (State::Preparing, Reply::Prepared(limits, on_cancel)) => {
                 self.note_of_acceleration(*limits);
                 self.limits = self.limits.least(*limits);
+                self.guard.learn_of_cancels(*on_cancel, deceleration(self.limits.acceleration_mm_s2));
                 if self.homes {
                     commands.push(Command::Home);
                     self.state = State::Homing;
@@ -107,4 +111,10 @@ impl Supervisor {
         self.armed = false;
         self.state = State::Connecting { garbled: None };
     }
+}
+
+/// An acceleration on the lattice, units per s², rounded down; `None` when it is not known.
+fn deceleration(mm_s2: f64) -> Option<u64> {
+    let units = mm_s2 * f64::from(UNITS_PER_MM);
+    (units >= 1.0 && units.is_finite()).then(|| u64::try_from(nearest_unit(units.floor())).unwrap_or(0))
 }

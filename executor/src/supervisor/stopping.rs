@@ -3,7 +3,6 @@
 use super::event::Command;
 use super::state::{Phase, State};
 use super::{Fault, Supervisor};
-use crate::link::Abilities;
 
 impl Supervisor {
     /// Brings the machine to rest and ends the session.
@@ -37,15 +36,28 @@ impl Supervisor {
             }
             Phase::Manual | Phase::Sliding | Phase::Escaping => {
                 self.state = stopping;
-                self.abilities.cancels.then_some(Command::Cancel)
+                self.cancel()
             }
+        }
+    }
+
+    /// A cancel of the jogs in flight, where the guard certifies one; else they run to their targets.
+    fn cancel(&mut self) -> Option<Command> {
+        self.guard.cancel().ok().map(Command::Cancel)
+    }
+
+    /// What stops whatever moves, should nothing else work any more, as far as the tool then stays where it was certified.
+    pub fn last_stop(&mut self) -> Option<Command> {
+        match self.guard.contour_progress() {
+            Some(_) => self.abilities.holds.then_some(Command::Hold),
+            None => self.cancel(),
         }
     }
 
     /// What ends a search for the reference position: it would go on by itself.
     fn stops_homing(&self) -> Option<Command> {
-        let Abilities { holds, cancels, .. } = self.abilities;
-        let stop = if holds { Some(Command::Abort) } else { cancels.then_some(Command::Cancel) };
+        let cancels = self.abilities.cancels().then_some(Command::EndHoming);
+        let stop = if self.abilities.holds { Some(Command::Abort) } else { cancels };
         stop.filter(|_| matches!(self.state, State::Homing))
     }
 
@@ -60,12 +72,13 @@ impl Supervisor {
             index += 1;
             index <= first || !matches!(command, Command::Move(_))
         });
-        let Abilities { holds, cancels, .. } = self.abilities;
         commands.extend(match self.phase() {
-            Phase::Contouring | Phase::Holding | Phase::Stopping => holds.then_some(Command::Hold),
+            Phase::Contouring | Phase::Holding | Phase::Stopping => {
+                self.abilities.holds.then_some(Command::Hold)
+            }
             // What was sent before an earlier fault may still be on its way: a contour must not be cancelled.
             Phase::Starting => self.stops_homing(),
-            _ => cancels.then_some(Command::Cancel),
+            _ => self.cancel(),
         });
         self.interrupt();
         self.guard.forget();

@@ -11,14 +11,14 @@ use keepout_planner::units::point_from_mm;
 
 use super::state::Run;
 use super::*;
-use crate::supervisor::guard::MotionShape;
+use crate::supervisor::guard::{MotionShape, OnCancel};
 
 pub(super) const ABILITIES: Abilities = Abilities {
     shape: MotionShape::Line,
     contours: MotionShape::Line,
     arcs: true,
     queues: true,
-    cancels: true,
+    on_cancel: OnCancel::KeepsPath,
     flushes: false,
     holds: true,
     checked: true,
@@ -91,7 +91,7 @@ const EVENTS: [Happens; 29] = [
     ("refused", || Event::Reply(Reply::Refused { code: 15, meaning: "", transient: false })),
     ("refused for now", || Event::Reply(Reply::Refused { code: 8, meaning: "", transient: true })),
     ("alarm", || Event::Reply(Reply::Alarm { code: 1, meaning: "" })),
-    ("prepared", || Event::Reply(Reply::Prepared(Limits::of(100.0, 500.0)))),
+    ("prepared", || Event::Reply(Reply::Prepared(Limits::of(100.0, 500.0), OnCancel::KeepsPath))),
     ("unfit", || Event::Reply(Reply::Unfit(Unfit { name: "$22", value: 0.0, needed: "1" }))),
     ("homed", || Event::Reply(Reply::Homed)),
     ("armed", || Event::Reply(Reply::Armed)),
@@ -190,7 +190,7 @@ fn silence_is_a_fault_wherever_something_is_waited_for() {
 fn homing_is_owed_until_the_tool_is_located() {
     let work = work();
     let refused = || Event::Reply(Reply::Refused { code: 15, meaning: "", transient: false });
-    let prepared = || Event::Reply(Reply::Prepared(Limits::of(100.0, 500.0)));
+    let prepared = || Event::Reply(Reply::Prepared(Limits::of(100.0, 500.0), OnCancel::KeepsPath));
     let start = [
         prepared as fn() -> Event,
         || Event::Reply(Reply::Homed),

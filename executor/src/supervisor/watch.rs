@@ -62,7 +62,7 @@ impl Supervisor {
                 self.note(text.to_string());
                 Ok(())
             }
-            Reply::Prepared(_) | Reply::Homed | Reply::Armed => {
+            Reply::Prepared(..) | Reply::Homed | Reply::Armed => {
                 self.progress_at = now;
                 self.start_on(&reply, commands);
                 Ok(())
@@ -97,8 +97,11 @@ impl Supervisor {
             let waited = now.since(since).min(self.options.answer_within / 3);
             self.patience = smoothed(self.patience, waited);
         }
-        self.answered_at = now;
         let stamp = self.queries.pop_front();
+        // A report that nobody asked for does not put off the next query.
+        if stamp.is_some() {
+            self.answered_at = now;
+        }
         match &self.state {
             State::Connecting { .. } => self.connected(report, now, commands),
             State::Locating { .. } => self.take_place(report),

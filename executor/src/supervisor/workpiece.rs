@@ -65,6 +65,7 @@ pub(super) fn rules(plan: &CertifiedPlan, stroke: Window, abilities: Abilities) 
         resolution: plan.plan.budget.resolution().unwrap_or(Length::small(100)),
         shortest,
         shape: abilities.shape,
+        on_cancel: abilities.on_cancel,
         contours: abilities.contours,
         checked: abilities.checked,
     }

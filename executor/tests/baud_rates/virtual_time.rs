@@ -9,7 +9,7 @@ use keepout_executor::session::log::{Header, Log, LogTape};
 use keepout_executor::session::replay::replay;
 use keepout_executor::session::{Ended, Engine, Going, Session, VirtualClock, place_on_table};
 use keepout_executor::sim::witness::Witness;
-use keepout_executor::sim::{SimMachine, SimSettings, Slip, VirtualPort, speaking};
+use keepout_executor::sim::{Quirks, SimMachine, SimSettings, Slip, VirtualPort, speaking};
 use keepout_executor::supervisor::{Options, Supervisor};
 use keepout_planner::job::Progress;
 use keepout_planner::plan_file;
@@ -48,6 +48,7 @@ pub fn session(job: &Job, case: Case) -> Result<Log, String> {
         homed: false,
         homing: Duration::from_secs(1),
         work_offset_mm: (-37.25, -21.5),
+        quirks: Quirks::default(),
     };
     let latency = Duration::from_millis(LATENCY_MS);
     let port = VirtualPort { machine: SimMachine::new(speaking(&language, sim), case.baud, latency, slip) };

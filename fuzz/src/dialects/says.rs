@@ -172,7 +172,7 @@ impl Says for Zaber {
         let stated =
             std::str::from_utf8(&line[colon + 1..]).ok().and_then(|sum| u8::from_str_radix(sum, 16).ok());
         assert_eq!(stated, Some(zaber_sum(&line[1..colon])), "{reply:?} from {text:?}");
-        if matches!(reply, Reply::Prepared(_)) {
+        if matches!(reply, Reply::Prepared(..)) {
             let zero = self.zero.unwrap_or_else(|| panic!("fit without a travel, at {text:?}"));
             let off = |k: usize| zero[k] / setting().steps_per_mm / STROKE_MM[k] - 1.0;
             assert!(off(0).abs().max(off(1).abs()) < 0.020_1, "fit with a travel of {zero:?} microsteps");

@@ -93,7 +93,7 @@ impl Machine {
                 let report = self.report();
                 self.answers.push_back(Reply::Report(report));
             }
-            Command::Cancel => {
+            Command::Cancel(_) => {
                 if self.make.abilities.flushes {
                     self.received.clear();
                 }
@@ -113,8 +113,9 @@ impl Machine {
             }
             Command::Prepare => {
                 let limits = Limits::of(200.0, 1000.0);
-                self.answers.push_back(Reply::Prepared(limits));
+                self.answers.push_back(Reply::Prepared(limits, self.make.abilities.on_cancel));
             }
+            Command::EndHoming => {}
             Command::Home => self.answers.push_back(Reply::Homed),
             Command::Arm => self.answers.push_back(Reply::Armed),
             Command::Move(certified) if self.received.len() < BUFFER => {

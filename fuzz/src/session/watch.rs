@@ -32,7 +32,7 @@ impl Play {
                 Motion::Jog { .. } => self.watch_set(),
                 Motion::Contour { curve, .. } => self.watch_contour(curve),
             },
-            Command::Cancel => assert!(abilities.cancels, "it can not be stopped"),
+            Command::Cancel(_) => assert!(abilities.cancels(), "it can not be stopped"),
             Command::Hold | Command::Continue => assert!(abilities.holds, "it can not be held"),
             _ => {}
         }

@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use keepout_executor::link::dialect::{Described, Description, Dialect, Grbl, Setting, Venus, Zaber};
-use keepout_executor::supervisor::guard::{Guard, MotionShape, Rules};
+use keepout_executor::supervisor::guard::{Guard, MotionShape, OnCancel, Rules};
 use keepout_executor::supervisor::{Command, Mode, Reply};
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Length, ProhibitedRegion, Region, Ring, Side, Vector};
@@ -143,6 +143,7 @@ pub fn guard() -> Guard {
         resolution: Length::ZERO,
         shortest: Length::ZERO,
         shape: MotionShape::Line,
+        on_cancel: OnCancel::KeepsPath,
         contours: MotionShape::Line,
         checked: true,
     };

@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use keepout_executor::supervisor::guard::proof::hull;
 use keepout_executor::supervisor::guard::{
-    Certification, DRAIN, Guard, Motion, MotionShape, Refusal, Rules, Sighting,
+    Certification, DRAIN, Guard, Motion, MotionShape, OnCancel, Refusal, Rules, Sighting,
 };
 use keepout_executor::time::Time;
 use keepout_kernel::exact::lattice::COORD_MAX;
@@ -118,6 +118,7 @@ fn guard(shape: MotionShape, checked: bool) -> Guard {
         resolution: length(RESOLUTION),
         shortest: length(4),
         shape,
+        on_cancel: OnCancel::KeepsPath,
         contours: shape,
         checked,
     };

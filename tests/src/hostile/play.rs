@@ -11,7 +11,9 @@ use keepout_executor::link::faults::Faults;
 use keepout_executor::link::port::{Port, PortError};
 use keepout_executor::session::log::{Header, LogError, LogTape};
 use keepout_executor::session::{Clock, Ended, Engine, Going, NoTape, Session, Tape};
-use keepout_executor::sim::{Disturbance, Follower, Sample, Servo, SimMachine, SimSettings, Slip, speaking};
+use keepout_executor::sim::{
+    Disturbance, Follower, Quirks, Sample, Servo, SimMachine, SimSettings, Slip, speaking,
+};
 use keepout_executor::supervisor::{Counts, Options, Supervisor};
 use keepout_executor::time::Time;
 use keepout_kernel::{Curve, Segment, Vector};
@@ -350,6 +352,7 @@ fn machine(world: &World, spec: &Spec, start_mm: (f64, f64), abilities: Abilitie
         homed: true,
         homing: Duration::from_secs(1),
         work_offset_mm: (-37.25, -21.5),
+        quirks: Quirks::default(),
     };
     let (band, steps) = (world.machine.repeatability_mm, world.machine.steps_per_mm);
     let slip = if spec.suffers(Fault::LostSteps) {

@@ -30,7 +30,7 @@ pub(super) fn decode_is_total(make: impl Fn() -> Box<dyn Dialect>, alphabet: &[u
                 Command::Arm,
                 Command::Home,
                 Command::Abort,
-                Command::Cancel,
+                Command::EndHoming,
                 Command::Query,
                 jog_to(random.i64(-9_000_000..9_000_000), 5, 600),
                 contour_to(random.i64(-9_000_000..9_000_000), 5, random.u32(..)),

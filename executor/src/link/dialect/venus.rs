@@ -33,7 +33,7 @@ use super::exchange::{Exchanges, Sent, sent};
 use super::lines::{Line, Lines, Sink, as_str, push_mm, push_number};
 use super::{Dialect, Setting};
 use crate::link::Abilities;
-use crate::supervisor::guard::{Motion, MotionShape};
+use crate::supervisor::guard::{Motion, MotionShape, OnCancel};
 use crate::supervisor::{Command, Limits, Mode, Reply, Report, Text, Unfit, text};
 
 /// What a line asks for.
@@ -223,7 +223,7 @@ impl Venus {
             What::Unit(1) => self.ask(What::Unit(2), b"2 getunit ", out),
             _ => {
                 self.in_mm = true;
-                return Some(Reply::Prepared(self.limits));
+                return Some(Reply::Prepared(self.limits, OnCancel::KeepsPath));
             }
         }
         None
@@ -282,7 +282,7 @@ impl Dialect for Venus {
             contours: MotionShape::Line,
             arcs: false,
             queues: false,
-            cancels: true,
+            on_cancel: OnCancel::KeepsPath,
             flushes: false,
             holds: false,
             checked: false,
@@ -297,7 +297,7 @@ impl Dialect for Venus {
                 }
             }
             // It is not answered.
-            Command::Cancel => out.extend(b"abort "),
+            Command::Cancel(_) | Command::EndHoming => out.extend(b"abort "),
             // Not offered, so not asked for: contours run to their certified end.
             Command::Hold | Command::Continue | Command::Abort => {}
             Command::Prepare => {

@@ -23,7 +23,7 @@ use super::lines::{Line, Lines, as_str};
 use super::scale::Scale;
 use super::{Dialect, Setting};
 use crate::link::Abilities;
-use crate::supervisor::guard::{Motion, MotionShape};
+use crate::supervisor::guard::{Motion, MotionShape, OnCancel};
 use crate::supervisor::{Command, Limits, Mode, Reply, Report, Unfit, text};
 use wire::{Answer, alarm, content, framed, refusal};
 
@@ -289,7 +289,11 @@ impl Zaber {
                 self.limits.quicker_mm_s2 = figure(most) * 10_000.0;
                 let usable = self.limits.speed_mm_s > 0.0 && self.limits.acceleration_mm_s2 > 0.0;
                 let unfit = Unfit { name: "maxspeed or accel", value: 0.0, needed: "more than 0" };
-                Some(if usable { Reply::Prepared(self.limits) } else { Reply::Unfit(unfit) })
+                Some(if usable {
+                    Reply::Prepared(self.limits, OnCancel::NotOffered)
+                } else {
+                    Reply::Unfit(unfit)
+                })
             }
         })
     }
@@ -332,7 +336,7 @@ impl Dialect for Zaber {
             contours: MotionShape::Line,
             arcs: false,
             queues: false,
-            cancels: false,
+            on_cancel: OnCancel::NotOffered,
             flushes: false,
             holds: false,
             checked: true,
@@ -343,7 +347,7 @@ impl Dialect for Zaber {
         match command {
             Command::Query => self.query(out),
             // Not offered, so not asked for: motions run to their certified end.
-            Command::Cancel | Command::Hold | Command::Continue | Command::Abort => {}
+            Command::Cancel(_) | Command::EndHoming | Command::Hold | Command::Continue | Command::Abort => {}
             Command::Prepare => {
                 self.exchanges.clear();
                 self.ask(What::Checksum, format_args!("set comm.checksum 1"), out);

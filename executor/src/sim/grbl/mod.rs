@@ -28,6 +28,22 @@ pub struct SimSettings {
     pub homing: Duration,
     /// Work offset of G54, machine coordinates, mm: programmed motions count from there.
     pub work_offset_mm: (f64, f64),
+    /// What it does besides.
+    pub quirks: Quirks,
+}
+
+/// What controllers in use were seen to do, and need not.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Quirks {
+    /// grblHAL without its fast hold: a cancel stays on the path.
+    pub plain_hold: bool,
+    /// GRBL's `$1`: nothing is read or answered for so long after a motion, and a jog that is planned meanwhile becomes a programmed
+    /// motion, which no cancel stops.
+    pub idle_delay: Duration,
+    /// What was stored as startup lines.
+    pub startup: [String; 2],
+    /// A reset is not announced by a greeting.
+    pub silent_reset: bool,
 }
 
 /// What GRBL 1.1 and grblHAL do differently.
@@ -41,6 +57,8 @@ struct Firmware {
     hold_cancels_jogs: bool,
     /// A cancel throws away what was received.
     cancel_flushes: bool,
+    /// The steps that are left at a cancel are spread over another block.
+    cancel_strays: bool,
     /// What reports carry besides.
     extra: &'static str,
 }
@@ -52,6 +70,7 @@ const GRBL: Firmware = Firmware {
     blocks: 15,
     hold_cancels_jogs: true,
     cancel_flushes: false,
+    cancel_strays: false,
     extra: "",
 };
 
@@ -62,11 +81,14 @@ const GRBL_HAL: Firmware = Firmware {
     blocks: 100,
     hold_cancels_jogs: false,
     cancel_flushes: true,
+    cancel_strays: true,
     extra: "|TLR:0|H:1",
 };
 
 /// A block leaves the planner when the last of its steps are in the segment buffer: six segments of 10 ms.
 const SEGMENTS_S: f64 = 0.06;
+/// What grblHAL's segment buffer holds: what a cancel finds there is not driven.
+const PREPARED_S: f64 = 0.1;
 /// Reports carry the work offset every so many times.
 const OFFSET_EVERY: u32 = 30;
 
@@ -145,6 +167,7 @@ impl GrblSim {
             firmware,
             motion: Motion::new(drives, settings.start_mm),
             mode: if settings.homed { Mode::Idle } else { Mode::Alarm },
+            startup: settings.quirks.startup.clone(),
             settings,
             rx: VecDeque::new(),
             line: Vec::new(),
@@ -158,7 +181,6 @@ impl GrblSim {
             feed: 0.0,
             absolute: true,
             motion_mode: MotionMode::Straight,
-            startup: [String::new(), String::new()],
             in_g54: true,
             samples: Vec::new(),
             lost_bytes: 0,
@@ -260,7 +282,11 @@ impl GrblSim {
         if self.mode != Mode::Jog {
             return;
         }
-        self.motion.cancel();
+        if self.firmware.cancel_strays && !self.settings.quirks.plain_hold {
+            self.motion.cancel_astray(PREPARED_S);
+        } else {
+            self.motion.cancel();
+        }
         if self.firmware.cancel_flushes {
             self.rx.clear();
             self.line.clear();
@@ -279,7 +305,9 @@ impl GrblSim {
         }
         self.mode =
             if moving || matches!(self.mode, Mode::Alarm | Mode::Locked) { Mode::Alarm } else { Mode::Idle };
-        self.tx.extend(self.firmware.greeting.as_bytes());
+        if !self.settings.quirks.silent_reset {
+            self.tx.extend(self.firmware.greeting.as_bytes());
+        }
         self.in_g54 = true;
         self.absolute = true;
         self.feed = 1e9;

@@ -40,8 +40,12 @@ impl GrblSim {
         match line {
             "$" => self.reply("[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]"),
             "$I" => {
-                self.reply("[VER:1.1h.20190825:simulated]");
+                let hal = self.firmware.cancel_flushes;
+                self.reply(if hal { "[VER:1.1f.20260817:]" } else { "[VER:1.1h.20190825:simulated]" });
                 self.reply(&format!("[OPT:V,{},{}]", self.firmware.blocks, self.firmware.rx_buffer));
+                if hal {
+                    self.reply("[FIRMWARE:grblHAL]");
+                }
             }
             "$G" => {
                 let (place, units) = (if self.in_g54 { 54 } else { 55 }, if self.absolute { 90 } else { 91 });

@@ -9,6 +9,7 @@ fn idle() -> GrblSim {
         homed: true,
         homing: Duration::from_secs(1),
         work_offset_mm: (-30.0, -20.0),
+        quirks: Quirks::default(),
     };
     let mut sim = GrblSim::new(settings);
     sim.transmit(&mut Vec::new());

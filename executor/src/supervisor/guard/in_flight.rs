@@ -98,6 +98,10 @@ pub(super) struct InFlight {
     pub(super) refused: u64,
     pub(super) rests_seen: u8,
     pub(super) rested_at: Option<Point>,
+    /// The highest feed of a line since the tool rested, mm/min.
+    pub(super) fastest: u32,
+    /// How far the tool may be beside the hull, since a cancel may have led it off its path; zero else.
+    pub(super) stray: Length,
     /// The edge that was last in the way: mostly it still is, and is asked first.
     in_the_way: Cell<Option<Edge>>,
 }
@@ -117,6 +121,8 @@ impl InFlight {
             refused: 0,
             rests_seen: 0,
             rested_at: None,
+            fastest: 0,
+            stray: Length::ZERO,
             in_the_way: Cell::new(None),
         }
     }
@@ -138,6 +144,8 @@ impl InFlight {
         self.left_queue.clear();
         self.left_before = 0;
         self.refused = 0;
+        self.fastest = 0;
+        self.stray = Length::ZERO;
         self.moving();
     }
 
@@ -201,8 +209,7 @@ impl InFlight {
 
     /// The point of the hull nearest to the reported position, as a certified tail.
     fn snap(&self, part: &ProhibitedRegion, position: Point) -> Snap {
-        let foot = self.nearest(position, self.lines.len());
-        let Some(foot) = foot else { return Snap::Off };
+        let Some(foot) = self.nearest_in_set(position) else { return Snap::Off };
         let believed = self.resolutions(BELIEVED).saturating_plus(Length::small(1));
         if points_within(foot, position, believed).is_clear() {
             return Snap::Off;
@@ -216,6 +223,11 @@ impl InFlight {
 
     pub(super) fn resolutions(&self, count: i64) -> Length {
         Length::from_units(i64::from(self.resolution.units()) * count).unwrap_or(self.resolution)
+    }
+
+    /// The place of the set nearest to `position`.
+    pub(super) fn nearest_in_set(&self, position: Point) -> Option<Point> {
+        self.nearest(position, self.lines.len())
     }
 
     /// The place nearest to `position` in the hull of these.
@@ -235,7 +247,7 @@ impl InFlight {
 
     /// The place as a free point, when the way to it from one of the points is clear. One way is enough: which one the tool
     /// took was certified before. A tail that was rounded can have lost its way to a far target by a unit.
-    fn reached(&self, part: &ProhibitedRegion, place: Point) -> Option<FreePoint> {
+    pub(super) fn reached(&self, part: &ProhibitedRegion, place: Point) -> Option<FreePoint> {
         self.points().find_map(|point| part.motion(point, place).ok())
     }
 
@@ -249,12 +261,15 @@ impl InFlight {
         acknowledged: u64,
         (asked, now): (Time, Time),
     ) -> Result<bool, Refusal> {
+        let rests = sighting.rests() && all;
+        if self.stray > Length::ZERO {
+            return self.reported_after_cancel(part, sighting.position, rests);
+        }
         let tail = match self.snap(part, sighting.position) {
             Snap::At(tail) => tail,
             Snap::Keep => return Ok(false),
             Snap::Off => return Err(Refusal::OffCertified(sighting.position)),
         };
-        let rests = sighting.rests() && all;
         let passed = if rests { 0 } else { self.passed(sighting.position, asked) };
         self.before = self.tail.filter(|_| !self.checked);
         self.tail = Some(tail);
@@ -269,19 +284,27 @@ impl InFlight {
 
     fn settle(&mut self, part: &ProhibitedRegion, position: Point) -> bool {
         let near = |other: Point| !points_within(other, position, self.resolution).is_clear();
-        let again = self.rested_at.is_some_and(near);
         let arrived = self.lines.back().is_none_or(|line| near(line.target.point()));
-        self.rests_seen = if again { self.rests_seen.saturating_add(1) } else { 1 };
-        self.rested_at = Some(position);
-        let enough = self.rests_seen >= 2 || self.checked && arrived;
+        let again = self.rests_again(position);
+        let enough = again || self.checked && arrived;
         if enough {
             self.before = None;
             self.lines.clear();
             self.left_queue.clear();
             self.refused = 0;
+            self.fastest = 0;
             self.tail = self.reached(part, position).or(self.tail);
         }
         enough
+    }
+
+    /// Counts a report at rest; whether the one before it was at rest at the same place, to the resolution.
+    pub(super) fn rests_again(&mut self, position: Point) -> bool {
+        let near = |other: Point| !points_within(other, position, self.resolution).is_clear();
+        let again = self.rested_at.is_some_and(near);
+        self.rests_seen = if again { self.rests_seen.saturating_add(1) } else { 1 };
+        self.rested_at = Some(position);
+        self.rests_seen >= 2
     }
 
     /// The last of the lines that are executed: with `q` motions in the queue, all acknowledged lines but the last `q` have left

@@ -17,6 +17,7 @@
 //! **Escaping:** a tool that stands nearer than the manual threshold, but not in the part, is admitted single motions on
 //! which it comes nearer to no edge within that threshold.
 
+mod cancel;
 mod contour;
 mod hull;
 mod in_flight;
@@ -28,9 +29,10 @@ pub mod proof;
 #[cfg(test)]
 mod tests;
 
+pub use cancel::OnCancel;
 pub use contour::Certification;
 pub use in_flight::{DRAIN, MotionShape, Sighting, Stamp};
-pub use motion::{Certified, Motion, Refusal};
+pub use motion::{Certified, CertifiedCancel, Motion, Refusal};
 #[cfg(feature = "mutations")]
 pub use mutation::Mutation;
 
@@ -60,6 +62,8 @@ pub struct Rules {
     pub shortest: Length,
     /// How the controller drives to a jog's target, wherever the jog is cancelled.
     pub shape: MotionShape,
+    /// What a cancel does.
+    pub on_cancel: OnCancel,
     /// How it drives the motions of a contour: they are never cancelled, so this may be straighter.
     pub contours: MotionShape,
     /// Whether a checksum protects the line both ways.
@@ -81,6 +85,8 @@ pub struct Guard {
     read: u64,
     /// How often the controller was told to hold or to go on.
     told: u64,
+    /// Least deceleration of the axes, lattice units per s².
+    deceleration: Option<u64>,
     contour: Option<Contour>,
     #[cfg(feature = "mutations")]
     mutation: Mutation,
@@ -128,6 +134,7 @@ impl Guard {
             acknowledged: 0,
             read: 0,
             told: 0,
+            deceleration: None,
             contour: None,
             #[cfg(feature = "mutations")]
             mutation: Mutation::None,
@@ -268,7 +275,7 @@ impl Guard {
 
     /// The tail, when a motion to `to` can be thought of at all.
     fn ready(&self, to: Point) -> Result<FreePoint, Refusal> {
-        if self.contour.is_some() {
+        if self.contour.is_some() || self.set.stray > Length::ZERO {
             return Err(Refusal::InMotion);
         }
         let tail = self.set.tail.ok_or(Refusal::PositionUnknown)?;
@@ -327,6 +334,7 @@ impl Guard {
     fn send_jog(&mut self, target: FreePoint, feed_mm_min: u32) -> Certified {
         self.sent += 1;
         self.set.moving();
+        self.set.fastest = self.set.fastest.max(feed_mm_min);
         let line = Line { number: self.sent, target };
         #[cfg(feature = "mutations")]
         if self.mutation == Mutation::ForgetInFlight {

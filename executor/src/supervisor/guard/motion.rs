@@ -52,6 +52,18 @@ impl Certified {
     }
 }
 
+/// A cancel that the guard has certified. Only the guard makes one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CertifiedCancel {
+    certified: (),
+}
+
+impl CertifiedCancel {
+    pub(super) const fn new() -> Self {
+        Self { certified: () }
+    }
+}
+
 /// Why the guard refuses.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum Refusal {
@@ -79,6 +91,12 @@ pub enum Refusal {
     /// More targets in flight than are tracked.
     #[error("too many motions are under way")]
     Full,
+    /// Jogs can not be cancelled here.
+    #[error("this controller can not cancel a jog")]
+    NoCancel,
+    /// A cancel may lead the tool off its path, and how far is not known.
+    #[error("how far the tool goes on after a cancel is not known")]
+    StoppingUnknown,
     /// The motion is no longer than a step or two of the controller.
     #[error("the motion is shorter than the controller resolves")]
     TooShort,

@@ -32,13 +32,15 @@ pub enum Mutation {
     EscapeAnywhere,
     /// Axes that run apart are taken to drive straight.
     StraightAnyway,
+    /// A cancel is taken to keep the path, whatever the controller does.
+    UncertifiedCancel,
     /// The margin and allowance are forgotten: the threshold is the tool's radius less 20 µm.
     NoMargin,
 }
 
 impl Mutation {
     /// Every part that can be taken out.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::ForgetInFlight,
         Self::NoFans,
         Self::RetireAtOnce,
@@ -50,6 +52,7 @@ impl Mutation {
         Self::AheadOfReading,
         Self::EscapeAnywhere,
         Self::StraightAnyway,
+        Self::UncertifiedCancel,
         Self::NoMargin,
     ];
 }

@@ -26,6 +26,7 @@ fn guard_of(shape: MotionShape, checked: bool) -> Guard {
         resolution: length(5),
         shortest: length(4),
         shape,
+        on_cancel: OnCancel::KeepsPath,
         contours: shape,
         checked,
     };

@@ -81,7 +81,9 @@ const ALIKE: f64 = 0.9999;
 pub struct Steering {
     /// Direction of the last jog's wish.
     heading: Option<(f64, f64)>,
-    /// Lines sent and acknowledged when the last cancel left.
+    /// Lines sent and acknowledged when a cancel was last asked of the guard.
+    asked_to_cancel: Option<(u64, u64)>,
+    /// The same when the last cancel left.
     cancelled: Option<(u64, u64)>,
     /// Nothing is sent until the tool has settled.
     resting: bool,
@@ -131,6 +133,7 @@ impl Steering {
     /// The tool has come to rest with nothing in flight.
     pub(super) fn settle(&mut self) {
         self.resting = false;
+        self.asked_to_cancel = None;
         self.cancelled = None;
     }
 
@@ -263,15 +266,16 @@ impl Steering {
     pub(super) fn cancel(&mut self, helm: &mut Helm<'_>) {
         let counts = (helm.guard.sent(), helm.guard.unacknowledged());
         let flushed = helm.abilities.flushes && helm.guard.unacknowledged() > 0;
-        if helm.guard.settled() || self.cancelled == Some(counts) || flushed {
+        if helm.guard.settled() || self.asked_to_cancel == Some(counts) || flushed {
             return;
         }
-        self.resting |= helm.abilities.flushes;
+        self.asked_to_cancel = Some(counts);
+        // What may not be cancelled runs to its targets, a short way ahead.
+        let Ok(certified) = helm.guard.cancel() else { return };
+        self.resting |= helm.abilities.flushes || helm.guard.may_have_strayed();
         self.cancelled = Some(counts);
-        if helm.abilities.cancels {
-            helm.counts.cancels += 1;
-            helm.commands.push(Command::Cancel);
-        }
+        helm.counts.cancels += 1;
+        helm.commands.push(Command::Cancel(certified));
     }
 
     /// The way still ahead of the tool, mm: along the targets that no cancel has struck out.
@@ -314,7 +318,7 @@ const ESCAPE_STEP_MM: f64 = 2.0;
 fn wanted_mm(speed: f64, helm: &Helm<'_>) -> f64 {
     // The place that is known is as old as a query takes and the pause before it (40 ms).
     let horizon = (helm.round_trip.as_secs_f64() * 2.5 + 0.08).clamp(0.1, 2.5) + STEP_S;
-    let single = if helm.abilities.cancels { SINGLE_S } else { UNSTOPPABLE_S };
+    let single = if helm.abilities.cancels() { SINGLE_S } else { UNSTOPPABLE_S };
     let horizon = if helm.abilities.queues { horizon } else { horizon.max(single) };
     speed * speed / (2.0 * helm.limits.acceleration_mm_s2) + speed * horizon
 }

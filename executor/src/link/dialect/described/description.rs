@@ -10,7 +10,7 @@ use super::super::scale::Scale;
 use super::file::{AcceptedName, ExchangeTable, File, RuleTable, mode_of, shape_of};
 use super::template::{Slot, Template, TemplateError};
 use crate::supervisor::Mode;
-use crate::supervisor::guard::MotionShape;
+use crate::supervisor::guard::{MotionShape, OnCancel};
 
 /// Why a description is refused.
 #[derive(Debug, Error)]
@@ -121,6 +121,8 @@ pub struct Description {
     pub(crate) arcs: Option<[Vec<Template>; 2]>,
     pub(crate) stop: Option<Template>,
     pub(crate) stop_at_once: bool,
+    /// A motion that is stopped stays on its line, or in its box.
+    pub(crate) stop_keeps_path: bool,
     pub(crate) accepted: Accepted,
     pub(crate) shape: MotionShape,
     pub(crate) contours: MotionShape,
@@ -146,6 +148,15 @@ impl Description {
         let text = text_file::read(path)
             .map_err(|source| DescriptionError::Read { path: path.to_path_buf(), source })?;
         Self::of(&text)
+    }
+
+    /// What its stop does to a jog under way.
+    pub(crate) fn on_cancel(&self) -> OnCancel {
+        match (&self.stop, self.stop_keeps_path) {
+            (None, _) => OnCancel::NotOffered,
+            (Some(_), true) => OnCancel::KeepsPath,
+            (Some(_), false) => OnCancel::MayStray,
+        }
     }
 
     /// Reads a description.
@@ -201,6 +212,7 @@ impl Description {
             arcs,
             stop: motion.stop.as_ref().map(|stop| template("motion.stop", stop)).transpose()?,
             stop_at_once: motion.stop_at_once,
+            stop_keeps_path: motion.stop_keeps_path,
             accepted,
             shape,
             contours: motion.contours.map_or(shape, shape_of),

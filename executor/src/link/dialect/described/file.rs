@@ -103,6 +103,8 @@ pub(super) struct MotionTable {
     pub(super) stop: Option<String>,
     #[serde(default)]
     pub(super) stop_at_once: bool,
+    #[serde(default)]
+    pub(super) stop_keeps_path: bool,
     pub(super) accepted: AcceptedName,
     #[serde(default)]
     pub(super) answer: Option<String>,

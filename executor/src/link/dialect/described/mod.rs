@@ -234,7 +234,7 @@ impl Described {
                     self.ask_status(For::Query, out);
                 }
             }
-            Command::Cancel => self.stop(out),
+            Command::Cancel(_) | Command::EndHoming => self.stop(out),
             // Not offered, so not asked for: contours are held by not sending the rest.
             Command::Hold | Command::Continue | Command::Abort => {}
             Command::Prepare => {
@@ -261,7 +261,7 @@ impl Dialect for Described {
             contours,
             arcs: self.description.arcs.is_some() && contours == MotionShape::Line,
             queues,
-            cancels: self.description.stop.is_some(),
+            on_cancel: self.description.on_cancel(),
             flushes: false,
             holds: false,
             checked: false,

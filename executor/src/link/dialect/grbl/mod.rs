@@ -10,6 +10,8 @@
 //! a hold does not stop a jog (it is cancelled instead, which both know), its planner
 //! has more blocks (they are counted from what it reports at rest), and it says more (fields that are not known are skipped).
 
+mod buffers;
+mod identity;
 mod inspect;
 mod meaning;
 mod settings;
@@ -21,8 +23,10 @@ use keepout_kernel::{Curve, LatticeError, Point, Turn, Vector};
 use super::lines::{Line, Lines, as_str, plane, push_mm, push_number};
 use super::{Dialect, Inspector, Setting, no_such_motion};
 use crate::link::Abilities;
-use crate::supervisor::guard::{Motion, MotionShape};
-use crate::supervisor::{Command, Limits, Mode, Reply, Report, text};
+use crate::supervisor::guard::{Motion, MotionShape, OnCancel};
+use crate::supervisor::{Command, Limits, Reply, Report, text};
+use buffers::Buffers;
+use identity::Identity;
 use inspect::GrblInspector;
 use meaning::{alarm_text, error_text, mode};
 use settings::{Settings, StartupBlocks, Stated};
@@ -34,6 +38,8 @@ enum Stage {
     Silent,
     /// A line was sent that ends whatever the controller may have half of.
     Waking,
+    /// It is asked which firmware it is.
+    Identifying(Identity),
     Reading(Settings),
     /// The lines that the controller runs after a reset are read.
     ReadingBlocks(Settings, StartupBlocks),
@@ -58,10 +64,8 @@ pub struct Grbl {
     work_offset: Option<Vector>,
     /// What the list of parameters says of it.
     stated: Stated,
-    /// Free blocks at rest.
-    blocks: Option<usize>,
-    /// Free bytes of the receive buffer at rest.
-    bytes: Option<usize>,
+    on_cancel: OnCancel,
+    buffers: Buffers,
     lines: Lines,
 }
 
@@ -75,8 +79,8 @@ impl Grbl {
             stage: Stage::Silent,
             work_offset: None,
             stated: Stated::default(),
-            blocks: None,
-            bytes: None,
+            on_cancel: OnCancel::MayStray,
+            buffers: Buffers::default(),
             lines: Lines::default(),
         }
     }
@@ -97,10 +101,12 @@ impl Grbl {
             }
             Motion::Contour { curve, feed_mm_min } => {
                 let to = self.work(curve.to())?;
+                // Whatever modes the controller is in, this line means the same. `G1` comes first: what a reset leaves of the
+                // line is refused, for the startup lines cancel the motion mode.
                 out.extend(match curve {
-                    Curve::Line(_) => b"G1",
-                    Curve::Arc(arc) if arc.turn() == Turn::Left => b"G3",
-                    Curve::Arc(_) => b"G2",
+                    Curve::Line(_) => &b"G1G21G54G90G94"[..],
+                    Curve::Arc(arc) if arc.turn() == Turn::Left => b"G3G17G21G54G90G94",
+                    Curve::Arc(_) => b"G2G17G21G54G90G94",
                 });
                 words(out, &[(b'X', to.x.units()), (b'Y', to.y.units())]);
                 // By its radius: given by its centre, an arc that arrives twice would be a full circle somewhere else.
@@ -157,9 +163,12 @@ impl Grbl {
         } else if line.starts_with("[HLP:") && self.stage == Stage::Waking {
             None
         } else if let Some(inner) = line.strip_prefix('[').and_then(|rest| rest.strip_suffix(']'))
-            && matches!(self.stage, Stage::Arming(_))
+            && matches!(self.stage, Stage::Arming(_) | Stage::Identifying(_))
         {
-            self.stated.take(inner);
+            match &mut self.stage {
+                Stage::Identifying(identity) => identity.take(inner),
+                _ => self.stated.take(inner),
+            }
             None
         } else if line.starts_with('[') && line.ends_with(']') || line.starts_with('>') {
             Some(Reply::Message(text(line)))
@@ -183,10 +192,8 @@ impl Grbl {
     fn answered(&mut self, out: &mut Vec<u8>) -> Option<Reply> {
         match self.stage {
             Stage::Silent | Stage::Aborting => None,
-            Stage::Waking => {
-                self.read_settings(out);
-                None
-            }
+            Stage::Waking => self.identify(out),
+            Stage::Identifying(identity) => self.identified(identity, out),
             Stage::Reading(settings) => match settings.check(self.setting.steps_per_mm) {
                 Ok(()) => {
                     out.extend(b"$N\n");
@@ -222,17 +229,25 @@ impl Grbl {
         const NOT_IDLE: u16 = 8;
         match self.stage {
             Stage::Silent | Stage::Aborting => None,
-            Stage::Waking => {
-                self.read_settings(out);
-                None
-            }
+            Stage::Waking => self.identify(out),
             _ => Some(Reply::Refused { code, meaning: error_text(code), transient: code == NOT_IDLE }),
         }
     }
 
-    fn read_settings(&mut self, out: &mut Vec<u8>) {
+    fn identify(&mut self, out: &mut Vec<u8>) -> Option<Reply> {
+        out.extend(b"$I\n");
+        self.stage = Stage::Identifying(Identity::default());
+        None
+    }
+
+    fn identified(&mut self, identity: Identity, out: &mut Vec<u8>) -> Option<Reply> {
+        if let Err(unfit) = identity.check(self.hal) {
+            return Some(Reply::Unfit(unfit));
+        }
+        self.on_cancel = if self.hal { OnCancel::MayStray } else { identity.on_cancel() };
         out.extend(b"$$\n");
         self.stage = Stage::Reading(Settings::default());
+        None
     }
 
     /// Sets what the session relies on where the controller has it otherwise.
@@ -264,7 +279,7 @@ impl Grbl {
 
     fn prepared(&mut self, limits: Limits) -> Option<Reply> {
         self.stage = Stage::Prepared;
-        Some(Reply::Prepared(limits))
+        Some(Reply::Prepared(limits, self.on_cancel))
     }
 
     /// `None` when it is not formed as it should be: then nothing of it is believed.
@@ -296,12 +311,7 @@ impl Grbl {
         if offset.is_some_and(|offset| self.displaced(offset)) {
             return Some(Reply::Displaced);
         }
-        if let (Mode::Idle, Some((blocks, bytes))) = (mode, buffers) {
-            self.blocks = self.blocks.max(Some(blocks));
-            self.bytes = self.bytes.max(Some(bytes));
-        }
-        let queued = self.blocks.zip(buffers).map(|(all, (free, _))| all.saturating_sub(free));
-        let waiting = self.bytes.zip(buffers).map(|(all, (_, free))| free < all);
+        let (queued, waiting) = buffers.and_then(|free| self.buffers.take(mode, free)).unzip();
         let agreed = self.work_offset.is_some() && self.work_offset == self.stated.sum();
         // A report without its buffers is no evidence of anything.
         let position = position.filter(|_| agreed && waiting.is_some() || self.stage != Stage::Ready);
@@ -323,7 +333,8 @@ impl Dialect for Grbl {
             contours: MotionShape::Line,
             arcs: true,
             queues: true,
-            cancels: true,
+            // Until `$I` has told what it is.
+            on_cancel: OnCancel::MayStray,
             flushes: self.hal,
             holds: true,
             checked: false,
@@ -333,7 +344,7 @@ impl Dialect for Grbl {
     fn encode(&mut self, command: &Command, out: &mut Vec<u8>) -> Result<(), LatticeError> {
         match command {
             Command::Query => out.push(b'?'),
-            Command::Cancel => out.push(0x85),
+            Command::Cancel(_) | Command::EndHoming => out.push(0x85),
             Command::Hold => out.push(b'!'),
             Command::Continue => out.push(b'~'),
             Command::Abort => {

@@ -30,37 +30,64 @@ impl Stated {
     }
 }
 
-/// What the controller runs after a reset. One of the two lines must cancel the motion mode: a jog whose beginning a reset
-/// swallowed is a line of axis words, and would be run as a rapid motion in work coordinates.
+/// The lines that the controller runs after each reset. One of them must cancel the motion mode: a jog whose beginning a reset
+/// swallowed is a line of axis words, and would be run as a rapid motion in work coordinates. Nothing else in them may change what
+/// later lines mean, or start anything.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct StartupBlocks {
     /// Whether each is there, and empty.
     free: [bool; 2],
     cancels_motion: bool,
+    /// Whether each has a word that is not [harmless](HARMLESS).
+    harms: [bool; 2],
 }
+
+/// Words that set what the controller is in after a reset anyway: motions that it takes are those that the session means. The
+/// motion mode can only be cancelled by them, so their order does not matter.
+const HARMLESS: [&str; 11] = ["G17", "G21", "G40", "G49", "G54", "G80", "G90", "G94", "G91.1", "M5", "M9"];
 
 impl StartupBlocks {
     pub(super) fn take(&mut self, name: &str, value: &str) {
-        let value = value.trim();
-        self.cancels_motion |= value.eq_ignore_ascii_case("G80");
-        if let Some(free) = name.strip_prefix('N').and_then(|n| self.free.get_mut(n.parse::<usize>().ok()?)) {
-            *free = value.is_empty();
+        let value = value.trim().to_ascii_uppercase();
+        let Some(n @ 0..2) = name.strip_prefix('N').and_then(|n| n.parse::<usize>().ok()) else { return };
+        self.free[n] = value.is_empty();
+        for word in words(&value) {
+            self.harms[n] |= !HARMLESS.contains(&word.as_str());
+            self.cancels_motion |= word == "G80";
         }
     }
 
     /// The line that is still to be stored, if any.
     pub(super) fn needed(self) -> Result<Option<&'static [u8]>, Unfit> {
-        match (self.cancels_motion, self.free) {
-            (true, _) => Ok(None),
-            // The last to be run has the last word.
-            (false, [_, true]) => Ok(Some(b"$N1=G80\n")),
-            (false, [true, _]) => Ok(Some(b"$N0=G80\n")),
-            (false, _) => {
-                let needed = "G80, or empty: after a reset the rest of a line must not be run as a motion";
-                Err(Unfit { name: "$N1", value: f64::NAN, needed })
-            }
+        const NEEDED: &str = "empty, or made of G17 G21 G40 G49 G54 G80 G90 G94 G91.1 M5 M9: the controller runs it after each reset, \
+                              and it changes what later lines mean. Clear it with $N0= or $N1=";
+        let unfit = |name, needed| Err(Unfit { name, value: f64::NAN, needed });
+        match (self.harms, self.cancels_motion, self.free) {
+            ([true, _], ..) => unfit("$N0", NEEDED),
+            ([_, true], ..) => unfit("$N1", NEEDED),
+            (_, true, _) => Ok(None),
+            (.., [_, true]) => Ok(Some(b"$N1=G80\n")),
+            (.., [true, _]) => Ok(Some(b"$N0=G80\n")),
+            _ => unfit("$N1", "G80, or empty: after a reset the rest of a line must not be run as a motion"),
         }
     }
+}
+
+/// The words of a startup line: a letter and what follows up to the next, leading zeros left out as the controller does.
+fn words(line: &str) -> Vec<String> {
+    let mut words: Vec<String> = Vec::new();
+    for letter in line.chars().filter(|letter| !letter.is_whitespace()) {
+        match words.last_mut() {
+            Some(word) if !letter.is_ascii_alphabetic() => {
+                let zero = letter == '0' && word.len() == 1;
+                if !zero {
+                    word.push(letter);
+                }
+            }
+            _ => words.push(letter.into()),
+        }
+    }
+    words
 }
 
 /// Controller settings that safety and steering rest on.
@@ -70,6 +97,8 @@ pub(super) struct Settings {
     arc_tolerance_mm: Option<f64>,
     inches: Option<f64>,
     homing: Option<f64>,
+    /// grblHAL: reports by itself, each so many ms.
+    auto_report_ms: Option<f64>,
     steps_per_mm: [Option<f64>; 2],
     max_rate_mm_min: [Option<f64>; 2],
     acceleration_mm_s2: [Option<f64>; 2],
@@ -82,6 +111,7 @@ impl Settings {
             12 => self.arc_tolerance_mm = Some(value),
             13 => self.inches = Some(value),
             22 => self.homing = Some(value),
+            481 => self.auto_report_ms = Some(value),
             100 | 101 => self.steps_per_mm[usize::from(number - 100)] = Some(value),
             110 | 111 => self.max_rate_mm_min[usize::from(number - 110)] = Some(value),
             120 | 121 => self.acceleration_mm_s2[usize::from(number - 120)] = Some(value),
@@ -91,6 +121,10 @@ impl Settings {
 
     pub(super) fn check(&self, steps_per_mm: f64) -> Result<(), Unfit> {
         let unfit = |name, value, needed| Unfit { name, value, needed };
+        if let Some(interval) = self.auto_report_ms.filter(|interval| *interval > 0.0) {
+            let needed = "0: reports that nobody asked for are taken for answers";
+            return Err(unfit("$481", interval, needed));
+        }
         let missing = |name| unfit(name, f64::NAN, "reported by the controller");
         let homing = self.homing.ok_or(missing("$22"))?;
         if homing < 1.0 {

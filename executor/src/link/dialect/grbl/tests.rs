@@ -1,6 +1,7 @@
 //! The dialect, against what the firmware says.
 
 use super::*;
+use crate::supervisor::Mode;
 
 fn dialect() -> Grbl {
     let offset = Vector { dx: -20_000_000, dy: 500 };
@@ -72,7 +73,7 @@ fn settings_are_read_checked_and_set() {
     let (replies, sent) = hear(&mut grbl, b"$N0=G54\r\n$N1=\r\nok\r\n");
     assert_eq!((replies, sent), (vec![], b"$N1=G80\n$10=3\n$12=0.00050\n".to_vec()));
     let limits = Limits { speed_mm_s: 50.0, acceleration_mm_s2: 90.0, quicker_mm_s2: 100.0 };
-    assert_eq!(hear(&mut grbl, b"ok\r\nok\r\nok\r\n").0, [Reply::Prepared(limits)]);
+    assert_eq!(hear(&mut grbl, b"ok\r\nok\r\nok\r\n").0, [Reply::Prepared(limits, OnCancel::KeepsPath)]);
     // The margin has four times the tolerance: it is rounded down.
     for (tolerance, said) in
         [(0.000_106, "0.00010"), (0.000_1, "0.00010"), (0.000_29, "0.00029"), (0.5, "0.50000")]

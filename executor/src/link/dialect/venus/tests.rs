@@ -63,7 +63,7 @@ fn jogs_are_accepted_when_read_and_contours_when_done() {
         "10.000 setvel clear clear clear clear -194.99877 0.005 move st "
     );
     assert_eq!(said(&mut venus, &Command::Query), "", "it waits");
-    assert_eq!(said(&mut venus, &Command::Cancel), "abort ", "it does not");
+    assert_eq!(said(&mut venus, &Command::EndHoming), "abort ", "it does not");
     assert_eq!(hear(&mut venus, "1\r\n"), (vec![Reply::Accepted], "st p ".into()));
     assert_eq!(hear(&mut venus, "1\r\n0 0\r\n").0.len(), 1);
     assert_eq!(said(&mut venus, &contour_to(0, -500, 600)), "clear clear clear clear -200 0 move st p ");
@@ -87,7 +87,7 @@ fn start_sets_units_and_reads_what_is_needed() {
     assert_eq!(hear(&mut venus, "2\r\n"), (vec![], "2 getunit ".into()));
     let mut micrometres = venus.clone();
     let limits = Limits::of(100.0, 500.0);
-    assert_eq!(hear(&mut venus, "2\r\n").0, [Reply::Prepared(limits)]);
+    assert_eq!(hear(&mut venus, "2\r\n").0, [Reply::Prepared(limits, OnCancel::KeepsPath)]);
     for (unfit, answer) in [(&mut two_saved, "2\r\n"), (&mut micrometres, "1\r\n"), (&mut still, "0.0\r\n")] {
         assert!(matches!(hear(unfit, answer).0[..], [Reply::Unfit(_)]));
     }
