@@ -25,6 +25,11 @@ const STEPPER: usize = 2;
 
 /// How far a report is from the tool at most, in units.
 pub const RESOLUTION: i64 = 4;
+/// How far the tool goes after a cancel at most where it may leave its path, in units: 150 ms at 1 mm/min, and no time to brake.
+pub const STRAY: i64 = 250;
+/// Where it comes to rest then, from where the cancel found it.
+const STRAYS: [Xy; 5] = [(0, 0), (STRAY, 0), (-STRAY, 0), (0, STRAY), (0, -STRAY)];
+
 /// Where a report finds the tool, from where it is.
 const ERRORS: [Xy; 5] = [(0, 0), (RESOLUTION, 0), (-RESOLUTION, 0), (0, RESOLUTION), (0, -RESOLUTION)];
 
@@ -58,6 +63,8 @@ pub struct Drive {
     pub flushes: bool,
     /// A cancel stops motions (jogs); contours know none.
     pub cancels: bool,
+    /// A motion that is cancelled may leave its path, by [`STRAY`] at most, before the tool rests.
+    pub strays: bool,
     /// Reports are off by the resolution, or not.
     pub errs: bool,
     /// How often it can be found between the ends of motions before it comes to the next end.
@@ -85,6 +92,8 @@ pub struct Plant {
     pub stepper: VecDeque<(Xy, u8)>,
     /// It holds: nothing moves, and nothing is read.
     held: bool,
+    /// It brakes after a cancel, and may leave its path.
+    straying: bool,
     /// On the way back.
     pub answers: VecDeque<Answer>,
     /// The reports it has made, as far as a lie may repeat them.
@@ -134,6 +143,11 @@ pub enum Happening {
         /// As above.
         around: u8,
     },
+    /// It comes to rest after a cancel, beside its path.
+    Strays {
+        /// Which of the places.
+        to: u8,
+    },
     /// It is reset, and nobody hears of it.
     Reset,
     /// It is reset while it holds, and says so.
@@ -154,6 +168,7 @@ impl Plant {
             planner: VecDeque::new(),
             stepper: VecDeque::new(),
             held: false,
+            straying: false,
             answers: VecDeque::new(),
             reported: Vec::new(),
             trouble,
@@ -162,7 +177,7 @@ impl Plant {
 
     /// Whether it moves, or is about to.
     fn in_motion(&self) -> bool {
-        !self.planner.is_empty() || !self.stepper.is_empty()
+        !self.planner.is_empty() || !self.stepper.is_empty() || self.straying
     }
 
     /// All targets that it holds, or that are on the way to it.
@@ -207,6 +222,10 @@ impl Plant {
         if self.held {
             return;
         }
+        if self.straying {
+            (0..5).for_each(|to| may(true, Happening::Strays { to }));
+            return;
+        }
         let room = self.planner.len() < PLANNER;
         may(
             self.read.is_some() && room || self.read.is_none() && !self.received.is_empty(),
@@ -249,6 +268,10 @@ impl Plant {
                 let half = ((from.0 + to.0) / 2, (from.1 + to.1) / 2);
                 self.tool = [half, (to.0, from.1), (from.0, to.1)][usize::from(around)];
                 self.between += 1;
+            }
+            Happening::Strays { to } => {
+                let (dx, dy) = STRAYS[usize::from(to)];
+                (self.tool, self.straying) = ((from.0 + dx, from.1 + dy), false);
             }
             fault => self.suffers(fault),
         }
@@ -347,6 +370,7 @@ impl Plant {
                 self.answers.push_back(Answer::Report(report));
             }
             Some(Sent::Cancel) if self.in_motion() && self.drive.cancels => {
+                self.straying = self.drive.strays;
                 self.planner.clear();
                 self.stepper.clear();
                 if self.drive.flushes {
@@ -380,6 +404,9 @@ impl Plant {
     pub fn passes(&mut self) -> bool {
         if self.held {
             return true;
+        }
+        if self.straying {
+            return false;
         }
         let due = self.stepper.iter().any(|&(_, age)| age >= 1);
         for (_, age) in &mut self.stepper {

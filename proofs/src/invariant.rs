@@ -118,11 +118,12 @@ impl World {
             resolution: length(RESOLUTION),
             shortest: length(4),
             shape,
-            on_cancel: OnCancel::KeepsPath,
+            on_cancel: if self.drive.strays { OnCancel::MayStray } else { OnCancel::KeepsPath },
             contours: shape,
             checked: self.checked,
         };
         let mut guard = Guard::new(Arc::clone(part), square::grown(self.coarser), rules);
+        guard.learn_of_cancels(guard.rules().on_cancel, Some(QUICK));
         guard.locate(at(self.start)).expect("the tool begins outside the part");
         guard
     }
@@ -251,11 +252,11 @@ impl Node {
         let here = vec![self.plant.tool];
         match step {
             Step::Jog(to) => {
-                self.guard.jog(at(to), 600).ok()?;
+                self.guard.jog(at(to), world.feed()).ok()?;
                 self.send(to);
             }
             Step::Escape(to) => {
-                self.guard.escape(at(to), 600).ok()?;
+                self.guard.escape(at(to), world.feed()).ok()?;
                 self.send(to);
             }
             Step::Contour => {
@@ -276,6 +277,9 @@ impl Node {
             }
             Step::Cancel => {
                 self.budget[2] -= 1;
+                if self.guard.contour_progress().is_none() {
+                    self.guard.cancel().ok()?;
+                }
                 self.plant.wire.push_back(Sent::Cancel);
             }
             Step::Holds => {
@@ -359,7 +363,8 @@ impl Node {
         if set.is_empty() {
             return None;
         }
-        if !self.inside && !certified(part, &set, world.drive.apart) {
+        let stray = i64::from(self.guard.stray().units());
+        if !self.inside && !certified(part, &set, world.drive.apart, stray) {
             return Some(format!("the set is not clear: {set:?}"));
         }
         let outside = |p: Xy| if world.drive.apart { off_box(&set, p) } else { off_hull(&set, p) };
@@ -371,11 +376,12 @@ impl Node {
             true if self.guard.settled() && open.is_clear() => RESOLUTION,
             true => world.off() + 1,
         };
+        let off = off + stray;
         if outside(tool) > off {
             return Some(format!("the tool at {tool:?} is outside the set {set:?}"));
         }
-        let stray = self.plant.targets().find(|&to| outside(to) > 0);
-        stray.map(|to| format!("the target {to:?} is outside the set {set:?}"))
+        let other = self.plant.targets().find(|&to| outside(to) > 0);
+        other.map(|to| format!("the target {to:?} is outside the set {set:?}"))
     }
 
     fn off_the_contour(&self) -> Option<String> {
@@ -391,7 +397,15 @@ impl Node {
     }
 }
 
+/// A deceleration at which the tool stops at once, in units per s².
+const QUICK: u64 = 1_000_000_000;
+
 impl World {
+    /// Feed of jogs, mm/min: where the tool goes on after a cancel, so slow that the part is large beside that way.
+    fn feed(&self) -> u32 {
+        if self.drive.strays { 1 } else { 600 }
+    }
+
     /// How far the tool can be from the set: it is reported to a resolution, and believed at two.
     fn off(&self) -> i64 {
         if self.drive.errs { 3 * RESOLUTION } else { 0 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{ProhibitedRegion, Region, Ring, Segment, Side};
 
-use crate::controller::RESOLUTION;
+use crate::controller::{RESOLUTION, STRAY};
 use crate::families::{at, length};
 use crate::oracle::quick;
 use crate::properties::Xy;
@@ -43,10 +43,11 @@ pub fn plain(point: keepout_kernel::Point) -> Xy {
     (i64::from(point.x.units()), i64::from(point.y.units()))
 }
 
-/// Whether the hull of the set, or its box, is clear of the part by hand's threshold, but for a unit of rounding.
+/// Whether the hull of the set, or its box, is clear of the part by hand's threshold when the tool may be `stray` beside it, but for
+/// a unit of rounding.
 #[must_use]
-pub fn certified(part: &ProhibitedRegion, set: &[Xy], apart: bool) -> bool {
-    let kept = length(MANUAL - 1);
+pub fn certified(part: &ProhibitedRegion, set: &[Xy], apart: bool, stray: i64) -> bool {
+    let kept = length(MANUAL + stray - 1);
     let window = set.iter().skip(1).fold(Window::of(at(set[0])), |window, &p| window.including(at(p)));
     if apart {
         return part.index().near_box(window, kept).is_none();
@@ -100,8 +101,16 @@ pub fn off_hull(set: &[Xy], p: Xy) -> i64 {
                 return 0;
             }
             let edge = Segment { from: at(a), to: at(b) };
-            let reach = (0..=3 * RESOLUTION + 2).find(|&r| !edge.near_point(at(p), length(r)).is_clear());
-            least = least.min(reach.unwrap_or(i64::MAX));
+            let near = |r: i64| !edge.near_point(at(p), length(r)).is_clear();
+            let (mut beyond, mut reach) = (-1, 3 * RESOLUTION + STRAY + 4);
+            if !near(reach) {
+                continue;
+            }
+            while beyond + 1 < reach {
+                let middle = (beyond + reach).div_euclid(2);
+                *(if near(middle) { &mut reach } else { &mut beyond }) = middle;
+            }
+            least = least.min(reach);
         }
     }
     least

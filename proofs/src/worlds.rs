@@ -11,6 +11,8 @@ pub const STATES: usize = 4_000_000;
 const SOUTH: Xy = (200, -600);
 const WEST: Xy = (-600, 200);
 const NORTH: Xy = (200, 1000);
+/// From the south on: a cancel is clear on the way to the first two, and not to the third.
+const BESIDE: &[Xy] = &[(-600, -600), (900, -700), (-160, 200)];
 /// Half-way from south to west: motions lead back over each other.
 const MIDDLE: Xy = (-200, -200);
 /// Nearer than the threshold, by less than the margin.
@@ -22,7 +24,8 @@ const BACK: &[Xy] = &[WEST, MIDDLE];
 const ACROSS: &[Xy] = &[SOUTH, WEST, NORTH];
 const AROUND: &[Xy] = &[SOUTH, WEST, NORTH, MIDDLE];
 
-const STRAIGHT: Drive = Drive { apart: false, flushes: false, cancels: true, errs: false, halves: 1 };
+const STRAIGHT: Drive =
+    Drive { apart: false, flushes: false, cancels: true, strays: false, errs: false, halves: 1 };
 const ERRING: Drive = Drive { errs: true, ..STRAIGHT };
 const QUIET: Trouble =
     Trouble { lost: 0, doubled: 0, swapped: 0, lies: 0, refused: 0, resets: 0, resets_held: 0, jumps: 0 };
@@ -145,6 +148,30 @@ fn machines() -> Vec<World> {
             drive: Drive { apart: true, ..STRAIGHT },
             targets: &[SOUTH, (-600, -600), WEST, (-600, 1000)],
             ..with("axes that run apart", [3, 4, 1, 0], QUIET)
+        },
+        World {
+            drive: Drive { strays: true, ..STRAIGHT },
+            targets: BESIDE,
+            ..with("cancels that leave the path", [2, 4, 1, 0], QUIET)
+        },
+        World {
+            drive: Drive { strays: true, errs: true, ..STRAIGHT },
+            targets: BESIDE,
+            ..with("cancels that leave the path, reports that err", [1, 3, 1, 0], QUIET)
+        },
+        World {
+            drive: Drive { strays: true, flushes: true, ..STRAIGHT },
+            targets: BESIDE,
+            ..with(
+                "cancels that leave the path and flush, a line lost",
+                [2, 3, 1, 0],
+                Trouble { lost: 1, ..QUIET },
+            )
+        },
+        World {
+            drive: Drive { strays: true, apart: true, ..STRAIGHT },
+            targets: BESIDE,
+            ..with("cancels that leave the box", [2, 3, 1, 0], QUIET)
         },
         World { targets: &[NEAR, CLEAR, WEST], ..with("targets at the threshold", [2, 3, 1, 0], QUIET) },
         World {

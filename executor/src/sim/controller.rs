@@ -6,8 +6,10 @@ use crate::time::Time;
 /// Something that happens to a controller from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Disturbance {
-    /// Somebody presses reset, or the power fails and returns.
+    /// Somebody presses reset.
     Reset,
+    /// The power fails and returns. What the controller does then differs from a reset where its firmware keeps something across one.
+    BrownOut,
     /// A limit switch is touched, or a drive gives up: an alarm, dead stop, place lost.
     Alarm,
 }

@@ -90,7 +90,7 @@ fn through(language: &str) {
         pair.say(&make(to.0, to.1, 60 + random.u32(0..12_000)), |reply| *reply == Reply::Accepted);
         let report = loop {
             let report = pair.report();
-            if report.mode == Mode::Idle {
+            if report.mode == Mode::Idle && report.position.is_some() {
                 break report;
             }
         };

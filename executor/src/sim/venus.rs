@@ -294,7 +294,7 @@ impl Controller for VenusSim {
         self.word.clear();
         self.stack.clear();
         match disturbance {
-            Disturbance::Reset => {
+            Disturbance::Reset | Disturbance::BrownOut => {
                 self.memory = Memory::saved(&self.settings);
                 (self.calibrated, self.error, self.stands) = (0, 0, None);
                 self.zero = self.plant.position();

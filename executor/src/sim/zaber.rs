@@ -200,7 +200,7 @@ impl Controller for ZaberSim {
         self.plant.kill();
         (self.live, self.homed) = (false, false);
         match disturbance {
-            Disturbance::Reset => self.checksums = false,
+            Disturbance::Reset | Disturbance::BrownOut => self.checksums = false,
             Disturbance::Alarm => self.fault = Some("FS"),
         }
     }

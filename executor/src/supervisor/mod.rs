@@ -106,6 +106,8 @@ pub struct Supervisor {
     interrupted: Option<Interrupted>,
     notices: Vec<String>,
     counts: Counts,
+    /// The last report and when it came: a copy of it that follows is no answer.
+    reported: Option<(Report, Time)>,
     position: Option<Point>,
     mode: Option<Mode>,
     /// Whether a touch starts a contour: asked for, and not yet done since.
@@ -151,6 +153,7 @@ impl Supervisor {
             interrupted: None,
             notices: Vec::new(),
             counts: Counts::default(),
+            reported: None,
             position: None,
             mode: None,
             armed: false,
@@ -304,6 +307,7 @@ impl Supervisor {
         if self.wants_query(now) {
             self.query(now, commands);
         }
+        let motions = self.guard.sent();
         match &mut self.state {
             State::Manual(_) | State::Sliding(_) | State::Escaping(_) => {
                 let wish = manual::fresh(self.wish, self.wished_at, now);
@@ -322,6 +326,9 @@ impl Supervisor {
             }
             State::Stopping { .. } if self.guard.settled() => self.state = State::Done,
             _ => {}
+        }
+        if self.guard.sent() > motions {
+            self.query_behind(now, commands);
         }
         Ok(())
     }

@@ -140,6 +140,7 @@ fn sent(commands: &[Command]) -> String {
             guard::Motion::Jog { .. } => "Jog".into(),
             guard::Motion::Contour { .. } => "Contour".into(),
         },
+        Command::Cancel(_) => "Cancel".into(),
         other => format!("{other:?}"),
     });
     names.collect::<Vec<String>>().join(" ")

@@ -74,6 +74,8 @@ impl Supervisor {
         let again = transient && self.refused < REFUSED_MAX;
         match &mut self.state {
             State::Connecting { .. } => Ok(()),
+            // A jog that was on its way when the session was asked to end.
+            State::Stopping { .. } if again && self.guard.refused() => Ok(()),
             State::Manual(steering) | State::Sliding(steering) | State::Escaping(steering)
                 if again && self.guard.refused() =>
             {
@@ -86,6 +88,11 @@ impl Supervisor {
     }
 
     fn take_report(&mut self, report: &Report, now: Time, commands: &mut Vec<Command>) -> Result<(), Fault> {
+        let echo = self.queries.len() > 1 && self.is_echo(report, now);
+        self.reported = Some((*report, now));
+        if echo {
+            return Ok(());
+        }
         self.position = report.position.or(self.position);
         self.mode = Some(report.mode);
         if let Some(asked) = self.asked_at.take() {
@@ -114,6 +121,12 @@ impl Supervisor {
                 }
             }
         }
+    }
+
+    /// Whether the report is a copy of the one before it. While several queries are open, a copy would be taken for the answer to
+    /// a later one.
+    fn is_echo(&self, report: &Report, now: Time) -> bool {
+        self.reported.is_some_and(|(before, at)| before == *report && now.since(at) < ECHO_MAX)
     }
 
     fn check_mode(&self, report: &Report) -> Result<(), Fault> {
@@ -235,6 +248,16 @@ impl Supervisor {
 
     pub(super) fn wants_query(&self, now: Time) -> bool {
         self.asks() && now >= self.query_due() && self.queries.len() < QUERIES_MAX
+    }
+
+    /// Sends a query right behind a motion: its answer shows that the motion was read, and arrives with the acknowledgement.
+    pub(super) fn query_behind(&mut self, now: Time, commands: &mut Vec<Command>) {
+        let reads = self.abilities.queues && !self.abilities.checked;
+        if reads && self.queries.len() < QUERIES_MAX {
+            let asked = self.asked_at;
+            self.query(now, commands);
+            self.asked_at = asked.or(self.asked_at);
+        }
     }
 
     pub(super) fn query(&mut self, now: Time, commands: &mut Vec<Command>) {

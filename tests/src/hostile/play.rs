@@ -11,9 +11,7 @@ use keepout_executor::link::faults::Faults;
 use keepout_executor::link::port::{Port, PortError};
 use keepout_executor::session::log::{Header, LogError, LogTape};
 use keepout_executor::session::{Clock, Ended, Engine, Going, NoTape, Session, Tape};
-use keepout_executor::sim::{
-    Disturbance, Follower, Quirks, Sample, Servo, SimMachine, SimSettings, Slip, speaking,
-};
+use keepout_executor::sim::{Disturbance, Follower, Sample, Servo, SimMachine, SimSettings, Slip, speaking};
 use keepout_executor::supervisor::{Counts, Options, Supervisor};
 use keepout_executor::time::Time;
 use keepout_kernel::{Curve, Segment, Vector};
@@ -134,6 +132,7 @@ impl Clock for HostClock {
 /// What happens to the machine, latest first.
 enum Happening {
     Reset,
+    BrownOut,
     Alarm,
     Unplug,
     Plug,
@@ -352,7 +351,7 @@ fn machine(world: &World, spec: &Spec, start_mm: (f64, f64), abilities: Abilitie
         homed: true,
         homing: Duration::from_secs(1),
         work_offset_mm: (-37.25, -21.5),
-        quirks: Quirks::default(),
+        quirks: spec.quirks.clone(),
     };
     let (band, steps) = (world.machine.repeatability_mm, world.machine.steps_per_mm);
     let slip = if spec.suffers(Fault::LostSteps) {
@@ -378,8 +377,9 @@ fn happenings(spec: &Spec, random: &mut Rng) -> Vec<(Time, Happening)> {
         match fault {
             Fault::Reset => {
                 let more = if random.bool() { 0 } else { random.usize(1..8) };
-                list.extend((0..more).map(|_| (at(random), Happening::Reset)));
-                list.push((when, Happening::Reset));
+                let happening = || if spec.power_fails { Happening::BrownOut } else { Happening::Reset };
+                list.extend((0..more).map(|_| (at(random), happening())));
+                list.push((when, happening()));
             }
             Fault::Alarm => list.push((when, Happening::Alarm)),
             Fault::PortLoss => {
@@ -400,6 +400,7 @@ fn happenings(spec: &Spec, random: &mut Rng) -> Vec<(Time, Happening)> {
 fn happen(machine: &mut SimMachine, happening: &Happening, now: Time) {
     match happening {
         Happening::Reset => machine.disturb(Disturbance::Reset, now),
+        Happening::BrownOut => machine.disturb(Disturbance::BrownOut, now),
         Happening::Alarm => machine.disturb(Disturbance::Alarm, now),
         Happening::Unplug => machine.connect(false),
         Happening::Plug => machine.connect(true),

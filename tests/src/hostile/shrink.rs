@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use keepout_executor::sim::Quirks;
+
 use super::operator::Style;
 use super::play::{Part, play};
 use super::spec::Spec;
@@ -39,6 +41,8 @@ fn candidates(spec: &Spec) -> Vec<Spec> {
     list.push(Spec { automatic: false, ..spec.clone() });
     list.push(Spec { begins_inside: false, ..spec.clone() });
     list.push(Spec { driven: false, ..spec.clone() });
+    list.push(Spec { quirks: Quirks::default(), ..spec.clone() });
+    list.push(Spec { power_fails: false, ..spec.clone() });
     list.push(Spec { latency: Duration::from_millis(1), ..spec.clone() });
     list.push(Spec { baud: 115_200, ..spec.clone() });
     if let Style::Model(_) = spec.style {

@@ -5,6 +5,7 @@ use std::time::Duration;
 use fastrand::Rng;
 use keepout_executor::link::Abilities;
 use keepout_executor::link::faults::{Damage, Rates};
+use keepout_executor::sim::Quirks;
 
 use super::operator::Style;
 
@@ -89,6 +90,10 @@ pub struct Spec {
     /// Whether the tool is moved by feed drives, which follow late and never quite. They cost a thousand times what the rest
     /// does: one session in a thousand has them, and `--driven` gives them to all.
     pub driven: bool,
+    /// What the controller does that controllers in use were seen to do.
+    pub quirks: Quirks,
+    /// Resets are power failures.
+    pub power_fails: bool,
 }
 
 impl Spec {
@@ -103,6 +108,8 @@ impl Spec {
         let automatic = random.u8(0..3) == 0;
         let limit = if automatic { random.u64(20..80) } else { random.u64(6..40) };
         // From 1 ms to 3 s, as many short ones as long.
+        let mut other = Rng::with_seed(seed ^ 0x9012_c5a1);
+        let (quirks, power_fails) = (quirks(&faults, &mut other), other.bool());
         let latency = Duration::from_secs_f64(0.001 * 3000.0_f64.powf(random.f64() * random.f64()));
         Self {
             seed,
@@ -114,6 +121,8 @@ impl Spec {
             latency,
             begins_inside: random.u8(0..16) == 0,
             driven: seed.is_multiple_of(1000),
+            quirks,
+            power_fails,
         }
     }
 
@@ -162,5 +171,26 @@ impl Spec {
         };
         rates.delay_max = Duration::from_secs(10);
         rates
+    }
+}
+
+/// Startup lines that a session refuses, each of which would change what later lines mean or start something; one that it does not.
+const STARTUP: [[&str; 2]; 6] =
+    [["G20", ""], ["G91", ""], ["G55", "G80"], ["G80", "G1F500"], ["", "G92X1"], ["G17G21", "G80"]];
+
+/// How the controller differs from the plainest one. A session in which nothing goes wrong has no quirk that ends it.
+fn quirks(faults: &[Fault], random: &mut Rng) -> Quirks {
+    let startup = if faults.contains(&Fault::Reset) && random.u8(0..4) == 0 {
+        STARTUP[random.usize(0..STARTUP.len())]
+    } else {
+        ["", ""]
+    };
+    let resets = faults.contains(&Fault::Reset);
+    Quirks {
+        plain_hold: random.bool(),
+        idle_delay: Duration::from_millis([0, 25][random.usize(0..2)]),
+        startup: startup.map(str::to_owned),
+        silent_reset: random.bool(),
+        wakes_unlocked: resets && random.u8(0..4) == 0,
     }
 }

@@ -37,13 +37,15 @@ pub struct SimSettings {
 pub struct Quirks {
     /// grblHAL without its fast hold: a cancel stays on the path.
     pub plain_hold: bool,
-    /// GRBL's `$1`: nothing is read or answered for so long after a motion, and a jog that is planned meanwhile becomes a programmed
-    /// motion, which no cancel stops.
+    /// GRBL's `$1`: nothing is read or answered for so long after a motion, and a jog whose line came meanwhile becomes a
+    /// programmed motion, which no cancel stops.
     pub idle_delay: Duration,
     /// What was stored as startup lines.
     pub startup: [String; 2],
-    /// A reset is not announced by a greeting.
+    /// A reset or a power failure is not announced by a greeting.
     pub silent_reset: bool,
+    /// grblHAL without its lock after power-on (`$22` without 4): it wakes idle, and counts from where it stands.
+    pub wakes_unlocked: bool,
 }
 
 /// What GRBL 1.1 and grblHAL do differently.
@@ -144,6 +146,14 @@ pub struct GrblSim {
     motion_mode: MotionMode,
     startup: [String; 2],
     in_g54: bool,
+    /// G20 is in force.
+    inches: bool,
+    /// Nothing is read or answered until then.
+    deaf_until: Option<Time>,
+    /// How often a status was asked for meanwhile, once at most.
+    asked_meanwhile: bool,
+    /// True position less the position that it counts, mm: zero until a power failure.
+    unknown_by: (f64, f64),
     samples: Vec<Sample>,
     lost_bytes: u64,
 }
@@ -182,6 +192,10 @@ impl GrblSim {
             absolute: true,
             motion_mode: MotionMode::Straight,
             in_g54: true,
+            inches: false,
+            deaf_until: None,
+            asked_meanwhile: false,
+            unknown_by: (0.0, 0.0),
             samples: Vec::new(),
             lost_bytes: 0,
         }
@@ -195,24 +209,53 @@ impl GrblSim {
 
     /// Goes on by the time to the next thing that happens, `now` at most.
     fn go_on(&mut self, now: Time) {
+        let now = self.deaf_until.map_or(now, |until| until.min(now)).max(self.now);
         let left = now.since(self.now).as_secs_f64();
         let step = self.motion.next_event().map_or(left, |event| (event + 1e-6).min(left));
         let at = if step < left { self.now.after(Duration::from_secs_f64(step)) } else { now };
         let kind = self.sample_kind();
-        let samples = &mut self.samples;
-        let outcome = self.motion.advance(step, |position_mm| samples.push(Sample { at, position_mm, kind }));
+        let (samples, by) = (&mut self.samples, self.unknown_by);
+        let outcome = self.motion.advance(step, |(x, y)| {
+            samples.push(Sample { at, position_mm: (x + by.0, y + by.1), kind });
+        });
         match outcome {
             Outcome::Held => self.mode = Mode::Hold,
-            Outcome::Flushed => self.mode = Mode::Idle,
+            Outcome::Flushed => self.come_to_idle(at),
             Outcome::Going if self.motion.is_resting() && matches!(self.mode, Mode::Jog | Mode::Run) => {
-                self.mode = Mode::Idle;
+                self.come_to_idle(at);
             }
             Outcome::Going => {}
         }
-        self.samples.push(Sample { at, position_mm: self.motion.position(), kind });
+        let (x, y) = self.motion.position();
+        self.samples.push(Sample { at, position_mm: (x + by.0, y + by.1), kind });
         self.now = at;
+        if self.deaf_until.is_some_and(|until| until <= at) {
+            self.hear_again();
+        }
         self.plan_waiting();
         self.process_lines();
+    }
+
+    /// A motion has ended: at once, or after the delay in which the main program stands still.
+    fn come_to_idle(&mut self, at: Time) {
+        if self.settings.quirks.idle_delay.is_zero() {
+            self.mode = Mode::Idle;
+        } else if self.deaf_until.is_none() {
+            self.deaf_until = Some(at.after(self.settings.quirks.idle_delay));
+        }
+    }
+
+    /// The delay is over. A jog that was read just before it is planned now, and started as a programmed motion.
+    fn hear_again(&mut self) {
+        self.deaf_until = None;
+        if self.rx.contains(&b'\n') && self.mode == Mode::Jog {
+            self.process_line();
+            self.plan_waiting();
+        }
+        self.mode = if self.motion.queued() > 0 { Mode::Run } else { Mode::Idle };
+        if std::mem::take(&mut self.asked_meanwhile) {
+            self.report();
+        }
     }
 
     fn sample_kind(&self) -> SampleKind {
@@ -229,6 +272,10 @@ impl GrblSim {
     }
 
     fn report(&mut self) {
+        if self.deaf_until.is_some() {
+            self.asked_meanwhile = true;
+            return;
+        }
         let state = match self.mode {
             Mode::Idle => "Idle",
             Mode::Jog => "Jog",
@@ -264,6 +311,7 @@ impl GrblSim {
 
     fn feed_hold(&mut self) {
         match self.mode {
+            _ if self.deaf_until.is_some() => {}
             Mode::Jog if self.firmware.hold_cancels_jogs => self.motion.cancel(),
             Mode::Run => self.motion.hold(),
             Mode::Idle => self.mode = Mode::Hold,
@@ -279,7 +327,7 @@ impl GrblSim {
     }
 
     fn jog_cancel(&mut self) {
-        if self.mode != Mode::Jog {
+        if self.mode != Mode::Jog || self.deaf_until.is_some() {
             return;
         }
         if self.firmware.cancel_strays && !self.settings.quirks.plain_hold {
@@ -308,8 +356,8 @@ impl GrblSim {
         if !self.settings.quirks.silent_reset {
             self.tx.extend(self.firmware.greeting.as_bytes());
         }
-        self.in_g54 = true;
-        self.absolute = true;
+        (self.in_g54, self.absolute, self.inches) = (true, true, false);
+        (self.deaf_until, self.asked_meanwhile) = (None, false);
         self.feed = 1e9;
         self.motion_mode = MotionMode::Straight;
         if self.mode == Mode::Idle {
@@ -320,8 +368,35 @@ impl GrblSim {
         }
     }
 
+    /// The power fails and returns: the motion ends dead, and the controller counts from where it stands. With homing enabled it
+    /// locks, unless it wakes unlocked.
+    fn brown_out(&mut self) {
+        let ((x, y), by) = (self.motion.position(), self.unknown_by);
+        self.motion = Motion::new(Drives::of(&self.settings.machine, 0.01), (0.0, 0.0));
+        self.unknown_by = (x + by.0, y + by.1);
+        self.mode = Mode::Idle;
+        self.tx.clear();
+        self.reset();
+        if !self.settings.quirks.wakes_unlocked {
+            self.mode = Mode::Alarm;
+        }
+    }
+
+    /// Homing has found the reference position.
+    fn homed(&mut self) {
+        let ((x, y), by) = (self.motion.position(), std::mem::take(&mut self.unknown_by));
+        self.motion = Motion::new(Drives::of(&self.settings.machine, 0.01), (x + by.0, y + by.1));
+        self.mode = Mode::Idle;
+        self.reply("ok");
+    }
+
     /// Reads lines from the receive buffer until one has to wait.
     fn process_lines(&mut self) {
+        while self.deaf_until.is_none() && self.process_line() {}
+    }
+
+    /// Reads up to the end of a line; whether another may follow.
+    fn process_line(&mut self) -> bool {
         while self.waiting.is_none() && !matches!(self.mode, Mode::Home(_) | Mode::Locked | Mode::Hold) {
             let Some(byte) = self.rx.pop_front() else { break };
             if byte != b'\n' && byte != b'\r' {
@@ -335,7 +410,7 @@ impl GrblSim {
             let line = std::mem::take(&mut self.line);
             if std::mem::take(&mut self.overflowed) {
                 self.reply("error:11");
-                continue;
+                return true;
             }
             let text: String = String::from_utf8_lossy(&line)
                 .chars()
@@ -348,7 +423,9 @@ impl GrblSim {
                 Err(code) => self.reply(&format!("error:{code}")),
             }
             self.plan_waiting();
+            return true;
         }
+        false
     }
 
     /// Plans what is waiting, as far as the planner has room.
@@ -409,8 +486,7 @@ impl Controller for GrblSim {
             && now >= done
         {
             self.now = self.now.max(done);
-            self.mode = Mode::Idle;
-            self.reply("ok");
+            self.homed();
             self.process_lines();
         }
         while self.now < now {
@@ -422,6 +498,9 @@ impl Controller for GrblSim {
         if let Mode::Home(done) = self.mode {
             return done;
         }
+        if let Some(until) = self.deaf_until {
+            return until;
+        }
         let busy = self.waiting.is_some() || self.motion.is_stopping() || !self.rx.is_empty();
         match self.motion.next_event() {
             Some(seconds) if busy => self.now.after(Duration::from_secs_f64(seconds + 2e-6)),
@@ -432,6 +511,7 @@ impl Controller for GrblSim {
     fn disturb(&mut self, disturbance: Disturbance) {
         match disturbance {
             Disturbance::Reset => self.reset(),
+            Disturbance::BrownOut => self.brown_out(),
             Disturbance::Alarm => {
                 self.motion.kill();
                 self.mode = Mode::Alarm;

@@ -42,7 +42,8 @@ impl GrblSim {
             "$I" => {
                 let hal = self.firmware.cancel_flushes;
                 self.reply(if hal { "[VER:1.1f.20260817:]" } else { "[VER:1.1h.20190825:simulated]" });
-                self.reply(&format!("[OPT:V,{},{}]", self.firmware.blocks, self.firmware.rx_buffer));
+                let letters = if self.settings.quirks.wakes_unlocked { "VL" } else { "V" };
+                self.reply(&format!("[OPT:{letters},{},{}]", self.firmware.blocks, self.firmware.rx_buffer));
                 if hal {
                     self.reply("[FIRMWARE:grblHAL]");
                 }
@@ -134,16 +135,22 @@ impl GrblSim {
                     80.0 => self.motion_mode = MotionMode::Cancelled,
                     90.0 | 91.0 => self.absolute = value < 90.5,
                     // A change of work coordinates is told with the next report.
+                    20.0 | 21.0 => self.inches = value < 20.5,
                     54.0 => (self.in_g54, self.reports) = (true, 0),
                     55.0 => (self.in_g54, self.reports) = (false, 0),
-                    17.0 | 21.0 | 40.0 | 49.0 | 53.0 | 94.0 => {}
+                    17.0 | 40.0 | 49.0 | 53.0 | 94.0 => {}
                     _ => return Err(20),
                 }
             }
         }
+        let unit_mm = if self.inches { 25.4 } else { 1.0 };
         if let Some(feed) = value_of(&words, 'F') {
-            self.feed = feed / 60.0;
+            self.feed = feed * unit_mm / 60.0;
         }
+        let words: Vec<(char, f64)> = words
+            .into_iter()
+            .map(|(letter, value)| (letter, if "XYIJR".contains(letter) { value * unit_mm } else { value }))
+            .collect();
         if value_of(&words, 'X').is_none() && value_of(&words, 'Y').is_none() {
             return Ok(true);
         }

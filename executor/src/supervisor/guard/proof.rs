@@ -1,6 +1,6 @@
 //! What proofs see of the guard: copies, all of its state, its hull. Nothing here makes a [`super::Certified`].
 
-use keepout_kernel::{FreePoint, Point};
+use keepout_kernel::{FreePoint, Length, Point};
 
 use super::Guard;
 use super::contour::Counts;
@@ -23,6 +23,12 @@ pub struct State {
 }
 
 impl Guard {
+    /// How far the tool may be beside the hull.
+    #[must_use]
+    pub fn stray(&self) -> Length {
+        self.set.stray
+    }
+
     /// All of its state.
     #[must_use]
     pub fn state(&self) -> State {

@@ -11,6 +11,8 @@ pub(super) struct Identity {
     /// It names another firmware.
     other: bool,
     hal: bool,
+    /// It states that it does not lock after power-on until it is homed: letter `L` of its options.
+    wakes_unlocked: bool,
 }
 
 impl Identity {
@@ -18,6 +20,9 @@ impl Identity {
     pub(super) fn take(&mut self, line: &str) {
         let Some((name, value)) = line.split_once(':') else { return };
         match name {
+            "OPT" => {
+                self.wakes_unlocked |= value.split(',').next().is_some_and(|letters| letters.contains('L'))
+            }
             "VER" => self.grbl_1_1h |= value.starts_with("1.1h."),
             "FIRMWARE" => {
                 self.other = true;
@@ -33,10 +38,16 @@ impl Identity {
         if self.grbl_1_1h && !self.other { OnCancel::KeepsPath } else { OnCancel::MayStray }
     }
 
-    /// Whether it can be used by the dialect: GRBL's does not expect that a cancel throws lines away.
+    /// Whether it can be used by the dialect: GRBL's does not expect that a cancel throws lines away. A controller that wakes
+    /// unlocked after a power failure counts from where it stands, and would execute a line that was on its way from there.
     pub(super) fn check(self, hal: bool) -> Result<(), Unfit> {
         if self.hal && !hal {
             let needed = "that of GRBL 1.1. This controller says that it is grblHAL: use --dialect grblhal";
+            return Err(Unfit { name: "$I", value: f64::NAN, needed });
+        }
+        if self.wakes_unlocked {
+            let needed = "without the option L: after a power failure the controller must lock until it is homed. On grblHAL add 4 \
+                          to $22 (mostly $22=5)";
             return Err(Unfit { name: "$I", value: f64::NAN, needed });
         }
         Ok(())
@@ -66,5 +77,7 @@ mod tests {
         }
         let hal = identity(&["VER:1.1f.20260817:", "FIRMWARE:grblHAL"]);
         assert!(hal.check(false).is_err() && hal.check(true).is_ok());
+        let unlocked = identity(&["VER:1.1f.20260817:", "OPT:VNML,100,1024,3,0", "FIRMWARE:grblHAL"]);
+        assert!(unlocked.check(true).is_err());
     }
 }

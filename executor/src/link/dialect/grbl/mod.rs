@@ -356,6 +356,8 @@ impl Dialect for Grbl {
             Command::Prepare => {
                 out.extend(b"$\n");
                 self.stage = Stage::Waking;
+                // It may be another controller than before.
+                self.buffers = Buffers::default();
             }
             // A change of work coordinates makes the next report carry their offset; the list of parameters must agree.
             Command::Arm => {

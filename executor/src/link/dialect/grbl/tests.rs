@@ -31,6 +31,7 @@ fn report_is_read_in_drawing_coordinates() {
     hear(&mut grbl, b"[G54:1.000,1.500,0.000]\r\n[G92:0.000,0.500,0.000]\r\nok\r\n");
     let idle = b"<Idle|MPos:0.000,0.000,0.000|Bf:15,128|WCO:1.000,2.000,0.000>\r\n";
     hear(&mut grbl, idle);
+    hear(&mut grbl, idle);
     let (replies, _) = hear(&mut grbl, b"<Jog|MPos:-150.000,20.005,0.000|Bf:14,100|FS:600,0>\r\nok\r\n");
     let position = Some(Point::from_units(5_000_000, 2_000_000).unwrap());
     let report = Report { mode: Mode::Moving, position, queued: Some(1), waiting: Some(true) };
@@ -66,7 +67,9 @@ fn settings_are_read_checked_and_set() {
     let mut out = Vec::new();
     grbl.encode(&Command::Prepare, &mut out).unwrap();
     assert_eq!(out, b"$\n");
-    assert_eq!(hear(&mut grbl, b"ok\r\n"), (vec![], b"$$\n".to_vec()));
+    assert_eq!(hear(&mut grbl, b"ok\r\n"), (vec![], b"$I\n".to_vec()));
+    let identity = b"[VER:1.1h.20190830:]\r\n[OPT:V,15,128]\r\nok\r\n";
+    assert_eq!(hear(&mut grbl, identity), (vec![], b"$$\n".to_vec()));
     let listed = b"$10=1\r\n$12=0.002\r\n$13=0\r\n$22=1\r\n$74=name\r\n$100=400.000\r\n$101=400.000 (y)\r\n$110=6000\r\n$111=3000\r\n$120=100\r\n$121=90\r\n";
     assert_eq!(hear(&mut grbl, listed), (vec![], vec![]));
     assert_eq!(hear(&mut grbl, b"ok\r\n"), (vec![], b"$N\n".to_vec()));
@@ -81,7 +84,7 @@ fn settings_are_read_checked_and_set() {
         let mut grbl = dialect();
         grbl.setting.arc_tolerance_mm = tolerance;
         grbl.encode(&Command::Prepare, &mut Vec::new()).unwrap();
-        hear(&mut grbl, b"ok\r\n");
+        hear(&mut grbl, b"ok\r\nok\r\n");
         hear(
             &mut grbl,
             b"$10=3\r\n$13=0\r\n$22=1\r\n$100=400.000\r\n$101=400.000\r\n$110=6000\r\n$111=3000\r\nok\r\n",
@@ -118,7 +121,7 @@ fn no_contour_is_written_before_the_work_offset_is_known() {
     assert!(grbl.encode(&motion, &mut out).is_err() && out.is_empty());
     hear(&mut grbl, b"<Idle|MPos:0.000,0.000,0.000|Bf:15,128|WCO:1.000,2.000,0.000>\r\n");
     grbl.encode(&motion, &mut out).unwrap();
-    assert_eq!(out, b"G1X-200Y0.005F600\n");
+    assert_eq!(out, b"G1G21G54G90G94X-200Y0.005F600\n");
 }
 
 /// Found by the fuzzer: bytes lost between two reports, and the state of the one was taken with the place of the other.
