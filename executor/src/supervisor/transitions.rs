@@ -19,7 +19,6 @@ pub(super) const ABILITIES: Abilities = Abilities {
     arcs: true,
     queues: true,
     on_cancel: OnCancel::KeepsPath,
-    flushes: false,
     holds: true,
     checked: true,
 };

@@ -14,7 +14,7 @@ use keepout_kernel::clip::{SLIDE_TURNS, longest_prefix};
 use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::{FreePoint, Point};
 
-use super::guard::{Guard, MotionShape};
+use super::guard::{Guard, MotionShape, OnCancel};
 use super::{Command, Wish};
 use crate::time::Time;
 use helm::{length_mm, on_grid, part_of, vector};
@@ -265,14 +265,16 @@ impl Steering {
     /// runs after a cancel, and needs another.
     pub(super) fn cancel(&mut self, helm: &mut Helm<'_>) {
         let counts = (helm.guard.sent(), helm.guard.unacknowledged());
-        let flushed = helm.abilities.flushes && helm.guard.unacknowledged() > 0;
-        if helm.guard.settled() || self.asked_to_cancel == Some(counts) || flushed {
+        // A controller that nobody has examined may also throw away what it has not read: it would never be acknowledged.
+        let may_flush = helm.guard.rules().on_cancel == OnCancel::MayStray && helm.abilities.queues;
+        let waits = may_flush && helm.guard.unacknowledged() > 0;
+        if helm.guard.settled() || self.asked_to_cancel == Some(counts) || waits {
             return;
         }
         self.asked_to_cancel = Some(counts);
         // What may not be cancelled runs to its targets, a short way ahead.
         let Ok(certified) = helm.guard.cancel() else { return };
-        self.resting |= helm.abilities.flushes || helm.guard.may_have_strayed();
+        self.resting |= helm.guard.may_have_strayed();
         self.cancelled = Some(counts);
         helm.counts.cancels += 1;
         helm.commands.push(Command::Cancel(certified));
