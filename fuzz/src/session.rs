@@ -144,6 +144,7 @@ impl Play {
             home: start / 7 % 2 == 1,
             stroke: place.stroke,
             answer_within: Duration::from_secs(5),
+            baud: 115_200,
             progress: Progress::default(),
         };
         let machine = Machine::new(make, tool);

@@ -52,6 +52,8 @@ pub struct Options {
     pub stroke: Window,
     /// Longest silence of the controller.
     pub answer_within: Duration,
+    /// Baud rate of the line.
+    pub baud: u32,
     /// What an earlier session has done of the plan's contours.
     pub progress: Progress,
 }
@@ -106,8 +108,8 @@ pub struct Supervisor {
     interrupted: Option<Interrupted>,
     notices: Vec<String>,
     counts: Counts,
-    /// The last report and when it came: a copy of it that follows is no answer.
-    reported: Option<(Report, Time)>,
+    /// A motion was sent, and no query since.
+    queries_behind: bool,
     position: Option<Point>,
     mode: Option<Mode>,
     /// Whether a touch starts a contour: asked for, and not yet done since.
@@ -153,7 +155,7 @@ impl Supervisor {
             interrupted: None,
             notices: Vec::new(),
             counts: Counts::default(),
-            reported: None,
+            queries_behind: false,
             position: None,
             mode: None,
             armed: false,
@@ -328,7 +330,10 @@ impl Supervisor {
             _ => {}
         }
         if self.guard.sent() > motions {
-            self.query_behind(now, commands);
+            self.queries_behind = self.abilities.queues && !self.abilities.checked;
+        }
+        if self.queries_behind && self.wants_query(now) {
+            self.query(now, commands);
         }
         Ok(())
     }

@@ -117,6 +117,7 @@ fn supervisor(work: &Workpiece, name: &str, state: State) -> Supervisor {
         home: false,
         stroke,
         answer_within: Duration::from_secs(5),
+        baud: 115_200,
         progress: Progress::default(),
     };
     let mut supervisor = Supervisor::new(work.clone(), options, ABILITIES);

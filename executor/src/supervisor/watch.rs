@@ -14,9 +14,8 @@ const QUERIES_IN_SILENCE: u32 = 5;
 const QUERY_PAUSE: Duration = Duration::from_millis(40);
 /// The same while a tool that was stopped is waited for, or a motion of a contour to be read.
 const QUERY_SOON: Duration = Duration::from_millis(10);
-/// An answer that comes twice comes within this: what 140 bytes take at 4800 baud. It must not be taken for the answer to the
-/// next query.
-const ECHO_MAX: Duration = Duration::from_millis(300);
+/// An answer that comes twice comes within the time of so many bits: 140 bytes.
+const ECHO_BITS: u64 = 1400;
 /// Homing may keep the controller silent for this long.
 const HOMING_MAX: Duration = Duration::from_secs(90);
 /// Each step of the start is done within this, or something was lost.
@@ -88,11 +87,6 @@ impl Supervisor {
     }
 
     fn take_report(&mut self, report: &Report, now: Time, commands: &mut Vec<Command>) -> Result<(), Fault> {
-        let echo = self.queries.len() > 1 && self.is_echo(report, now);
-        self.reported = Some((*report, now));
-        if echo {
-            return Ok(());
-        }
         self.position = report.position.or(self.position);
         self.mode = Some(report.mode);
         if let Some(asked) = self.asked_at.take() {
@@ -121,12 +115,6 @@ impl Supervisor {
                 }
             }
         }
-    }
-
-    /// Whether the report is a copy of the one before it. While several queries are open, a copy would be taken for the answer to
-    /// a later one.
-    fn is_echo(&self, report: &Report, now: Time) -> bool {
-        self.reported.is_some_and(|(before, at)| before == *report && now.since(at) < ECHO_MAX)
     }
 
     fn check_mode(&self, report: &Report) -> Result<(), Fault> {
@@ -232,6 +220,12 @@ impl Supervisor {
 
     /// When the next query is due.
     fn query_due(&self) -> Time {
+        // An answer that comes twice must not be taken for the answer to a later query.
+        let echo = self.last_trip.min(Duration::from_secs(ECHO_BITS) / self.options.baud.max(1));
+        // A query right behind a motion: its answer shows that the motion was read, and arrives with the acknowledgement.
+        if self.queries_behind {
+            return self.answered_at.after(echo);
+        }
         match self.asked_at {
             Some(asked) => {
                 let again = self.options.answer_within / QUERIES_IN_SILENCE;
@@ -241,7 +235,7 @@ impl Supervisor {
                 let steered = self.phase().is_steered();
                 let waits = steered && !self.guard.settled() && self.wish.direction == (0.0, 0.0);
                 let pause = if waits || self.guard.awaits_reading() { QUERY_SOON } else { QUERY_PAUSE };
-                self.answered_at.after(pause.max(self.last_trip.min(ECHO_MAX)))
+                self.answered_at.after(pause.max(echo))
             }
         }
     }
@@ -250,18 +244,10 @@ impl Supervisor {
         self.asks() && now >= self.query_due() && self.queries.len() < QUERIES_MAX
     }
 
-    /// Sends a query right behind a motion: its answer shows that the motion was read, and arrives with the acknowledgement.
-    pub(super) fn query_behind(&mut self, now: Time, commands: &mut Vec<Command>) {
-        let reads = self.abilities.queues && !self.abilities.checked;
-        if reads && self.queries.len() < QUERIES_MAX {
-            let asked = self.asked_at;
-            self.query(now, commands);
-            self.asked_at = asked.or(self.asked_at);
-        }
-    }
-
     pub(super) fn query(&mut self, now: Time, commands: &mut Vec<Command>) {
-        self.asked_at = Some(now);
+        // A query behind a motion may leave while another is open: the time to the first answer counts.
+        let behind = std::mem::take(&mut self.queries_behind);
+        self.asked_at = self.asked_at.filter(|_| behind).or(Some(now));
         self.waits_since.get_or_insert(now);
         self.queries.push_back(self.guard.stamp(now));
         self.counts.queries += 1;
