@@ -20,6 +20,8 @@ const ECHO_BITS: u64 = 1400;
 const HOMING_MAX: Duration = Duration::from_secs(90);
 /// Each step of the start is done within this, or something was lost.
 const START_WITHIN: Duration = Duration::from_secs(20);
+/// Exchanges in a step of the start: GRBL is woken, identified, read, and given up to three settings, one after the other.
+const START_EXCHANGES: u32 = 8;
 /// Refusals in a row after which the session ends.
 const REFUSED_MAX: u8 = 20;
 
@@ -198,11 +200,16 @@ impl Supervisor {
         if matches!(self.state, State::Homing) { HOMING_MAX } else { self.options.answer_within }
     }
 
+    /// How long a step of the start may take.
+    fn start_within(&self) -> Duration {
+        START_WITHIN.max(self.options.answer_within * START_EXCHANGES / 2)
+    }
+
     pub(super) fn check_silence(&self, now: Time) -> Result<(), Fault> {
         let silent = now.since(self.heard_at);
         let over = matches!(self.state, State::Done | State::Faulted { .. });
         let starts = matches!(self.state, State::Preparing | State::Arming | State::Locating { .. });
-        if starts && now.since(self.progress_at) > START_WITHIN.max(self.allowed()) {
+        if starts && now.since(self.progress_at) > self.start_within() {
             return Err(Fault::LineLost);
         }
         if silent <= self.allowed() || over {
@@ -265,7 +272,7 @@ impl Supervisor {
         let over = matches!(self.state, State::Done | State::Faulted { .. });
         let mut due = if over { Time::NEVER } else { silence };
         if matches!(self.state, State::Preparing | State::Arming | State::Locating { .. }) {
-            due = due.min(self.progress_at.after(START_WITHIN.max(self.allowed())).after(step));
+            due = due.min(self.progress_at.after(self.start_within()).after(step));
         }
         if self.asks() && self.queries.len() < QUERIES_MAX {
             due = due.min(self.query_due());
