@@ -197,7 +197,12 @@ impl Supervisor {
 
     /// How long the controller may be silent.
     fn allowed(&self) -> Duration {
-        if matches!(self.state, State::Homing) { HOMING_MAX } else { self.options.answer_within }
+        match self.state {
+            State::Homing => HOMING_MAX,
+            // The dialect reads the answers of this step itself.
+            State::Preparing => self.start_within(),
+            _ => self.options.answer_within,
+        }
     }
 
     /// How long a step of the start may take.
