@@ -15,6 +15,8 @@ const QUERY_PAUSE_S: f64 = 0.04;
 const QUERIES: f64 = 4.0;
 /// Targets of the in-flight set that the planner counts on.
 const TARGETS: f64 = 10.0;
+/// Longest time between two jogs, s: over a slower line the next one waits for status reports anyway.
+const STEP_MAX_S: f64 = 0.3;
 
 /// How far ahead targets are wanted at a speed: enough to brake, and to bridge the time until the next target can arrive.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,7 +41,7 @@ impl LookAhead {
         let latency_s = (trip_s * 2.5 + 2.0 * QUERY_PAUSE_S).clamp(0.1, 2.5);
         let braking_s = speed_mm_s / (2.0 * helm.limits.acceleration_mm_s2);
         let completing_s = DRAIN.as_secs_f64() + QUERIES * (trip_s + trip_s.max(QUERY_PAUSE_S));
-        let step_s = (braking_s + latency_s + completing_s) / TARGETS;
+        let step_s = ((braking_s + latency_s + completing_s) / TARGETS).min(STEP_MAX_S);
         let single_s = if helm.abilities.cancels() { SINGLE_S } else { UNSTOPPABLE_S };
         let horizon_s = latency_s + step_s;
         let horizon_s = if helm.abilities.queues { horizon_s } else { horizon_s.max(single_s) };
