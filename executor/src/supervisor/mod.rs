@@ -316,7 +316,7 @@ impl Supervisor {
                 let silent = self.is_stale(now);
                 if !tick || silent && !self.rested_for_stale {
                     self.rested_for_stale = silent;
-                    self.touch_or_steer(wish, commands);
+                    self.touch_or_steer(wish, now, commands);
                 }
             }
             State::Touching(Touch::Certifying(_)) => self.certify_on(),
@@ -342,7 +342,7 @@ impl Supervisor {
         self.wished_at.is_none_or(|at| now.since(at) > manual::STALE)
     }
 
-    fn touch_or_steer(&mut self, wish: Option<(f64, f64)>, commands: &mut Vec<Command>) {
+    fn touch_or_steer(&mut self, wish: Option<(f64, f64)>, now: Time, commands: &mut Vec<Command>) {
         if self.armed && self.guard.settled() && !self.guard.stands_inside() && self.touches() {
             self.armed = false;
             self.state = State::Touching(Touch::Asked { in_place: false });
@@ -356,6 +356,7 @@ impl Supervisor {
             limits: self.limits,
             abilities: self.abilities,
             round_trip: self.round_trip,
+            now,
         };
         let contact = match &mut self.state {
             State::Manual(steering) | State::Sliding(steering) => steering.steer(wish, &mut helm),
