@@ -15,6 +15,7 @@ pub mod invasion;
 pub mod job;
 pub mod machine;
 pub mod margin;
+pub mod merge;
 pub mod order;
 pub mod picture;
 pub mod plan;
