@@ -16,8 +16,9 @@ pub const INWARD: f64 = 30.0;
 /// The most by which it lies farther out, lattice units (0.6 µm): with the slack of the chords by which a path is checked
 /// for completeness this is less than [`keepout_kernel::offset::BESIDE`].
 pub const OUTWARD: f64 = 60.0;
-/// Merged motions keep so much more than the threshold, lattice units: chords may leave an arc by that.
-const RESERVE: Length = Length::small(10);
+/// Merged motions keep so much more than the threshold, lattice units: where a controller is sent parts or chords of an arc, each
+/// of these begins with [`keepout_kernel::offset::PATH_SLACK`] to spare, on the lattice.
+const RESERVE: Length = Length::small(16);
 /// Where motions turn by more than this, radians (3°), the path has a corner, which stays.
 const CORNER: f64 = 0.052;
 /// Motions not longer than this have no direction, lattice units (0.5 µm).
