@@ -260,7 +260,7 @@ mod tests {
         }
     }
 
-    /// A quarter of an ellipse of 30 by 20 mm within 1 µm; pairs of arcs over halves of the range were 26.
+    /// A quarter of an ellipse of 30 by 20 mm within 1 µm.
     #[test]
     fn quarter_of_an_ellipse_takes_few_arcs() {
         let points = [(30.0, 0.0), (30.0, 20.0), (0.0, 20.0)];
