@@ -16,8 +16,8 @@ use std::collections::VecDeque;
 use crate::properties::Xy;
 use crate::wire::{Answer, Report, Sent};
 
-/// Lines that the receive buffer holds: one more is mixed up with the last. Three of 42 bytes fit GRBL's 127.
-pub const BUFFER: usize = 3;
+/// Lines that the receive buffer holds: one more is mixed up with the last. Two of 63 bytes fit GRBL's 127.
+pub const BUFFER: usize = 2;
 /// Blocks that the planner holds.
 const PLANNER: usize = 2;
 /// Blocks that have left the planner and are not yet executed.

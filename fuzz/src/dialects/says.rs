@@ -68,11 +68,14 @@ impl<F: FnMut(&Heard, &Reply)> Says for F {
     }
 }
 
-/// GRBL: every reply is that of its line, and what is queued or waits is what is missing from the most that was free at rest.
+/// GRBL: every reply is that of its line, and what is queued or waits is what is missing from what two reports in a row stated as
+/// free at rest.
 #[derive(Default)]
 pub struct Grbl {
-    /// Most blocks and bytes that were free at rest, also before the port was opened anew: too many only make it wait.
-    most: Option<[u64; 2]>,
+    /// Blocks and bytes that the last report at rest stated as free.
+    last: Option<[u64; 2]>,
+    /// What two in a row stated, at any time: a session that begins anew learns it anew.
+    agreed: Vec<[u64; 2]>,
 }
 
 impl Says for Grbl {
@@ -98,14 +101,20 @@ impl Grbl {
             let mut figures = said.split(',').map(|figure| figure.parse::<u64>().expect("it was believed"));
             [figures.next().expect("there is one"), figures.next().expect("there are two")]
         });
-        if let Some(free) = free.filter(|_| rests) {
-            let most = self.most.get_or_insert([0, 0]);
-            *most = [most[0].max(free[0]), most[1].max(free[1])];
+        if let Some(free) = free.filter(|_| rests)
+            && self.last.replace(free) == Some(free)
+            && !self.agreed.contains(&free)
+        {
+            self.agreed.push(free);
         }
-        let missing = self.most.zip(free).map(|(most, free)| [0, 1].map(|i| most[i].saturating_sub(free[i])));
-        let stated = report.queued.map(|queued| queued as u64).zip(report.waiting);
-        let right = missing.map(|[blocks, bytes]| (blocks, bytes > 0));
-        assert_eq!(stated, right, "{report:?} from {text:?}, at most {:?}", self.most);
+        if let Some((queued, waiting)) = report.queued.map(|queued| queued as u64).zip(report.waiting) {
+            let free = free.unwrap_or_else(|| panic!("{report:?} from {text:?}, which states no buffers"));
+            let holds = |all: &[u64; 2]| {
+                all[0].checked_sub(free[0]) == Some(queued)
+                    && all[1].checked_sub(free[1]).is_some_and(|bytes| (bytes > 0) == waiting)
+            };
+            assert!(self.agreed.iter().any(holds), "{report:?} from {text:?}, of {:?}", self.agreed);
+        }
         let Some(at) = report.position else { return };
         let place = text.split_once("|MPos:").and_then(|(_, rest)| two(rest, ','));
         let [x, y] = place.unwrap_or_else(|| panic!("a place from {text:?}"));

@@ -12,7 +12,7 @@
 //!
 //! **Reading:** a controller whose receive buffer is full drops bytes, and takes the head of one line and the tail of another
 //! for a third. So no line is sent before it has read the one before for certain, whatever was acknowledged: one line of at most
-//! 42 bytes fits the smallest buffer, GRBL's 127, even when it arrives three times.
+//! 63 bytes fits the smallest buffer, GRBL's 127, even when it arrives twice. The dialect refuses to write a longer one.
 //!
 //! **Escaping:** a tool that stands nearer than the manual threshold, but not in the part, is admitted single motions on
 //! which it comes nearer to no edge within that threshold.

@@ -31,6 +31,9 @@ use inspect::GrblInspector;
 use meaning::{alarm_text, error_text, mode};
 use settings::{Settings, StartupBlocks, Stated, Stores};
 
+/// Longest line of a motion, bytes: GRBL's receive buffer holds 127, and a line may arrive twice.
+const LINE_MAX: usize = 63;
+
 /// What the dialect is in the middle of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Stage {
@@ -92,6 +95,7 @@ impl Grbl {
     }
 
     fn motion(&self, motion: &Motion, out: &mut Vec<u8>) -> Result<(), LatticeError> {
+        let first = out.len();
         let feed = match motion {
             Motion::Jog { to, feed_mm_min } => {
                 let to = to.translated(self.setting.offset)?;
@@ -119,7 +123,7 @@ impl Grbl {
         out.push(b'F');
         push_number(out, u64::from(*feed));
         out.push(b'\n');
-        Ok(())
+        if out.len() - first > LINE_MAX { Err(no_such_motion()) } else { Ok(()) }
     }
 
     /// In work coordinates, which nobody knows before a report had their offset.
