@@ -127,6 +127,8 @@ fn announce(setup: &Setup) {
     let side = setup.box_mm;
     println!("- All targets lie in a box of {side} × {side} mm, in the plane, about the tool.");
     println!("- A controller that leaves its path on a cancel can leave the box by its braking distance.");
+    let count = scenarios(&setup.frame(1)).iter().filter(|each| each.care == Care::Harmless).count();
+    println!("- There are {count} scenarios. They take a few minutes, and longer on a slow machine.");
     println!("- Raise the tool and stop the spindle. Keep the emergency stop at hand.");
     println!("- Nothing is stored in the controller, and it is not reset.\n");
 }

@@ -1,8 +1,10 @@
 //! Where two recordings of the same scenarios differ.
 
+use std::collections::BTreeSet;
 use std::fmt::{self, Display, Formatter, Write as _};
 use std::time::Duration;
 
+use super::findings::{Latency, latency};
 use super::observe::{Observed, observe};
 use super::recording::Recording;
 
@@ -56,25 +58,55 @@ pub struct Difference {
 const CLASSES_MS: [u64; 4] = [5, 20, 100, 500];
 /// Times that differ by less than this share of the longer one are alike, whatever their classes.
 const ALIKE: f64 = 0.25;
+/// Distances from the path that differ by less than this factor are alike: how far a tool strays depends on the phase of the cancel.
+const ALIKE_DISTANCE: f64 = 1.5;
 /// So many reports of a state show it; one report alone can be chance.
 const SHOWN: u32 = 2;
 
-/// Lists the differences, by scenario.
+/// Lists the differences, by scenario. The phases of one scenario are compared together, because a real machine does not meet
+/// them to the millisecond.
 #[must_use]
 pub fn compare(first: &Recording, second: &Recording) -> Vec<Difference> {
-    let tolerance_mm = first.header.tolerance_mm().max(second.header.tolerance_mm());
     let (ours, theirs) = (observe(first), observe(second));
+    let alike = Alike {
+        tolerance_mm: first.header.tolerance_mm().max(second.header.tolerance_mm()),
+        jitter: jitter(latency(&ours), latency(&theirs)),
+    };
     let mut differences = Vec::new();
-    for a in &ours {
-        match theirs.iter().find(|b| b.name == a.name) {
-            Some(b) => Pair { a, b, tolerance_mm }.list(&mut differences),
-            None => differences.push(only(&a.name, ["played", "missing"])),
+    for (name, a) in grouped(&ours) {
+        match grouped(&theirs).into_iter().find(|(other, _)| *other == name) {
+            Some((_, b)) => Pair { name, a, b, alike }.list(&mut differences),
+            None => differences.push(only(name, ["played", "missing"])),
         }
     }
-    for b in theirs.iter().filter(|b| !ours.iter().any(|a| a.name == b.name)) {
-        differences.push(only(&b.name, ["missing", "played"]));
+    for (name, _) in grouped(&theirs) {
+        if !grouped(&ours).iter().any(|(other, _)| *other == name) {
+            differences.push(only(name, ["missing", "played"]));
+        }
     }
     differences
+}
+
+/// By how much two times may differ because of the two lines alone.
+fn jitter(a: Latency, b: Latency) -> Duration {
+    let spread = |latency: Latency| latency.most.saturating_sub(latency.median);
+    spread(a) + spread(b) + a.median.abs_diff(b.median)
+}
+
+/// The scenarios, with the phases of one of them together.
+fn grouped(observed: &[Observed]) -> Vec<(&str, Vec<&Observed>)> {
+    let mut groups: Vec<(&str, Vec<&Observed>)> = Vec::new();
+    for each in observed {
+        let name = match each.name.rsplit_once(", ") {
+            Some((name, phase)) if phase.contains(" of ") => name,
+            _ => &each.name,
+        };
+        match groups.iter_mut().find(|(other, _)| *other == name) {
+            Some((_, group)) => group.push(each),
+            None => groups.push((name, vec![each])),
+        }
+    }
+    groups
 }
 
 fn only(scenario: &str, [first, second]: [&str; 2]) -> Difference {
@@ -82,50 +114,80 @@ fn only(scenario: &str, [first, second]: [&str; 2]) -> Difference {
     Difference { scenario: scenario.into(), aspect: Aspect::Scenario, first, second }
 }
 
+/// Differences up to these are none.
+#[derive(Clone, Copy, Debug)]
+struct Alike {
+    tolerance_mm: f64,
+    jitter: Duration,
+}
+
+impl Alike {
+    fn distances(self, a: f64, b: f64) -> bool {
+        let (less, more) = (a.min(b), a.max(b));
+        more <= self.tolerance_mm || less > self.tolerance_mm && more < ALIKE_DISTANCE * less
+    }
+
+    fn times(self, a: Duration, b: Duration) -> bool {
+        let apart = a.abs_diff(b);
+        class(a) == class(b) || apart <= self.jitter || apart <= a.max(b).mul_f64(ALIKE)
+    }
+}
+
 /// One scenario of both recordings.
 struct Pair<'a> {
-    a: &'a Observed,
-    b: &'a Observed,
-    tolerance_mm: f64,
+    name: &'a str,
+    a: Vec<&'a Observed>,
+    b: Vec<&'a Observed>,
+    alike: Alike,
 }
 
 impl Pair<'_> {
     fn list(&self, into: &mut Vec<Difference>) {
-        let (a, b) = (self.a, self.b);
         let mut differ = |aspect, first: String, second: String| {
-            into.push(Difference { scenario: a.name.clone(), aspect, first, second });
+            into.push(Difference { scenario: self.name.into(), aspect, first, second });
         };
-        if (a.deviation_mm - b.deviation_mm).abs() > self.tolerance_mm {
-            let mm = |value: f64| format!("{value:.3} mm");
-            differ(Aspect::Distance, mm(a.deviation_mm), mm(b.deviation_mm));
+        let off = |group: &[&Observed]| group.iter().map(|each| each.deviation_mm).fold(0.0, f64::max);
+        let (first, second) = (off(&self.a), off(&self.b));
+        if !self.alike.distances(first, second) {
+            differ(Aspect::Distance, format!("{first:.3} mm"), format!("{second:.3} mm"));
         }
-        if a.replies != b.replies {
+        if let Some((a, b)) = self.a.iter().zip(&self.b).find(|(a, b)| a.replies != b.replies) {
             let (first, second) = first_difference(&a.replies, &b.replies);
             differ(Aspect::Replies, first, second);
         }
-        let (first, second) = (missing(a, b), missing(b, a));
+        let (first, second) = (missing(&self.a, &self.b), missing(&self.b, &self.a));
         if !first.is_empty() || !second.is_empty() {
             differ(Aspect::States, first, second);
         }
-        let zero = Duration::ZERO;
-        let times = [
-            (Aspect::Answer, a.longest_answer(), b.longest_answer()),
-            (Aspect::Acknowledgement, a.acknowledged, b.acknowledged),
-            (Aspect::Stop, a.stopped.unwrap_or(zero), b.stopped.unwrap_or(zero)),
-        ];
-        for (aspect, first, second) in times {
-            if class(first) != class(second) && !alike(first, second) {
+        for aspect in [Aspect::Answer, Aspect::Acknowledgement, Aspect::Stop] {
+            let (first, second) = (longest(&self.a, aspect), longest(&self.b, aspect));
+            if !self.alike.times(first, second) {
                 differ(aspect, class_name(first), class_name(second));
             }
         }
     }
 }
 
+/// The longest of the times that the aspect names.
+fn longest(group: &[&Observed], aspect: Aspect) -> Duration {
+    let time = |each: &&Observed| match aspect {
+        Aspect::Answer => each.longest_answer(),
+        Aspect::Acknowledgement => each.acknowledged,
+        _ => each.stopped.unwrap_or_default(),
+    };
+    group.iter().map(time).max().unwrap_or_default()
+}
+
 /// States of `a` that `b` was not seen in.
-fn missing(a: &Observed, b: &Observed) -> String {
-    let known = |state: &str| b.states.iter().any(|(other, _)| other == state);
-    let shown = a.states.iter().filter(|(state, count)| *count >= SHOWN && !known(state));
-    shown.map(|(state, _)| state.as_str()).collect::<Vec<_>>().join(" ")
+fn missing(a: &[&Observed], b: &[&Observed]) -> String {
+    let seen = |group: &[&Observed], state: &str| -> u32 {
+        let states = group.iter().flat_map(|each| &each.states);
+        states.filter(|(other, _)| other == state).map(|(_, count)| count).sum()
+    };
+    let states: BTreeSet<&str> =
+        a.iter().flat_map(|each| &each.states).map(|(state, _)| state.as_str()).collect();
+    let missing = states.into_iter().filter(|state| seen(a, state) >= SHOWN && seen(b, state) == 0);
+    missing.collect::<Vec<_>>().join(" ")
 }
 
 /// The first reply that differs in each, with its number.
@@ -148,11 +210,6 @@ fn class_name(time: Duration) -> String {
         Some(bound) => format!("below {bound} ms ({ms:.1})"),
         None => format!("longer ({ms:.0} ms)"),
     }
-}
-
-fn alike(a: Duration, b: Duration) -> bool {
-    let (a, b) = (a.as_secs_f64(), b.as_secs_f64());
-    (a - b).abs() <= ALIKE * a.max(b)
 }
 
 /// The differences as a table, with at most so many rows.

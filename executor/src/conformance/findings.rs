@@ -33,7 +33,7 @@ pub struct Findings {
     pub receive_buffer: Option<u32>,
     /// How quickly status queries are answered.
     pub latency: Latency,
-    /// Longest time without an answer at the end of a motion, beyond the median latency.
+    /// Longest time without an answer at the end of a motion, beyond the latency of 99 % of the others.
     pub idle_delay: Duration,
     /// Cancels after which the path is known.
     pub cancels: usize,
@@ -73,7 +73,7 @@ impl Findings {
             planner_blocks: buffers.map(|free| free.0).or(known.blocks),
             receive_buffer: buffers.map(|free| free.1).or(known.receive_buffer),
             latency,
-            idle_delay: ends.saturating_sub(latency.median),
+            idle_delay: ends.saturating_sub(latency.most),
             cancels: stops.len(),
             largest_deviation_mm: largest(|stop| stop.deviation_mm),
             true_deviation_mm: observed.iter().filter_map(|each| each.true_deviation_mm).reduce(f64::max),
@@ -141,7 +141,8 @@ fn buffers(recording: &Recording) -> Option<(u32, u32)> {
     all
 }
 
-fn latency(observed: &[Observed]) -> Latency {
+/// How quickly queries were answered.
+pub(super) fn latency(observed: &[Observed]) -> Latency {
     let mut times: Vec<Duration> = observed.iter().flat_map(|each| &each.answers).copied().collect();
     times.sort_unstable();
     let last = times.len().saturating_sub(1);

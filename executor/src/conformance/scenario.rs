@@ -282,7 +282,7 @@ impl Frame {
 
     /// A controller that takes one of these lines does not move: they name no place, or a way of no length.
     fn illegal_lines(&self, all: &mut Vec<Scenario>) {
-        for text in ["$J=G91X0", "$J=G91G1X0F100", "$J=G91X0F", "$JX", "G1G2", "G999", "1", "$"] {
+        for text in ["$J=G91X0", "$J=G91G1X0F100", "$J=G91X0F", "$JX", "G1G2", "G999", "1"] {
             let steps = vec![Step::Line(text.into()), Step::Answered, Step::Rest];
             all.push(harmless(format!("illegal line {text}"), steps));
         }
