@@ -51,6 +51,7 @@ fn fault_of(rule: impl FnMut(&[u8]) -> Vec<u8>, home: bool, lost_at: Option<Time
         home,
         stroke: place.stroke,
         answer_within: Duration::from_secs(3),
+        baud: 115_200,
         progress: Progress::default(),
     };
     let dialect = Grbl::new(Setting {

@@ -223,8 +223,8 @@ fn wall() -> Box<dyn Operator + Send> {
 fn a_report_from_further_along_leaves_nothing_standing() {
     let work = work();
     let mut stopped = 0;
-    for tenths in 5..35_u32 {
-        let trouble = Trouble { after_s: f64::from(tenths) / 5.0, noise: false };
+    for tenths in 10..70_u32 {
+        let trouble = Trouble { after_s: f64::from(tenths) / 10.0, noise: false };
         let first = session(&work, Progress::default(), Some(trouble), wall());
         assert!(first.harmed, "{tenths}: no report was changed");
         stopped += u32::from(first.phase == Phase::Faulted);

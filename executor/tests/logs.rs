@@ -46,6 +46,7 @@ fn header(work: &Workpiece, scene: &Scene) -> Header {
         travel_mm: scene.setting.stroke_mm,
         simulated: true,
         answer_within_ms: u64::try_from(scene.options.answer_within.as_millis()).unwrap(),
+        baud: scene.options.baud,
         progress: scene.options.progress.clone(),
         ..Header::default()
     }

@@ -73,14 +73,13 @@ fn make(u: &mut Unstructured<'_>) -> Result<Make> {
         arcs: bool::arbitrary(u)?,
         queues: true,
         on_cancel: OnCancel::KeepsPath,
-        flushes: false,
         holds: true,
         checked: bool::arbitrary(u)?,
     };
     let single = Abilities { arcs: false, queues: false, holds: false, ..grbl };
     let abilities = match u.int_in_range(0..=7_u8)? {
         0..=2 => grbl,
-        3 => Abilities { flushes: true, ..grbl },
+        3 => Abilities { on_cancel: OnCancel::MayStray, ..grbl },
         // As Zaber's.
         4 => Abilities { on_cancel: OnCancel::NotOffered, checked: true, ..single },
         // As Venus-1.
@@ -145,6 +144,7 @@ impl Play {
             home: start / 7 % 2 == 1,
             stroke: place.stroke,
             answer_within: Duration::from_secs(5),
+            baud: 115_200,
             progress: Progress::default(),
         };
         let machine = Machine::new(make, tool);

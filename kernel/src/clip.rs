@@ -260,6 +260,14 @@ impl Wall {
         self.away.0 * i128::from(wish.dx) + self.away.1 * i128::from(wish.dy) >= 0
     }
 
+    /// The direction away from the wall, of length 1.
+    #[must_use]
+    pub fn normal(&self) -> (f64, f64) {
+        let (x, y) = (approximate(self.away.0), approximate(self.away.1));
+        let length = crate::curve::hypot(x, y).max(1.0);
+        (x / length, y / length)
+    }
+
     /// What is left of `wish` when the wall takes its part across: its projection on the wall, turned away from the
     /// wall by the angle whose half has the tangent `1 / 2^half_turn` (0.1° for 10, 53° for 1).
     ///
@@ -360,5 +368,6 @@ mod tests {
         let turned = wall.slide(wish, 3).unwrap();
         assert!(turned.dx < -200 && turned.dy > 900, "away from the wall: {turned:?}");
         assert_eq!(wall.slide(Vector { dx: 1000, dy: 0 }, 12), None, "straight at the wall");
+        assert_eq!(wall.normal(), (-1.0, 0.0));
     }
 }

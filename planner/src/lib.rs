@@ -7,6 +7,7 @@
 //! Nothing here is trusted: a plan is believed after [`plan::Plan::certify`], which asks the kernel's exact predicates
 //! about every motion, and whoever loads a plan file does that again.
 
+mod chord;
 pub mod drawing;
 pub mod finish;
 pub mod inspect;
@@ -14,6 +15,7 @@ pub mod invasion;
 pub mod job;
 pub mod machine;
 pub mod margin;
+pub mod merge;
 pub mod order;
 pub mod picture;
 pub mod plan;

@@ -9,6 +9,7 @@ use thiserror::Error;
 use crate::finish::{FinishError, FinishingPath, PathRefusal, centre_distance, propose};
 use crate::machine::MachineProfile;
 use crate::margin::{Budget, MarginError};
+use crate::merge::merged;
 use crate::order::Stage;
 use crate::profile::{MachinedSide, Profile, ProfileError, free_outlines};
 use crate::units::{length_up_from_mm, mm};
@@ -254,15 +255,17 @@ impl Plan {
         stage(Stage::Offsetting);
         let single = [PassJob::default()];
         let ordered = if job.passes.is_empty() { &single[..] } else { &job.passes };
-        let mut passes = Vec::new();
+        let (mut passes, mut unmerged) = (Vec::new(), Vec::new());
         for each in ordered {
             let left = length("allowance of a pass", each.allowance_mm)?;
             let threshold = plus(finishing, left)?;
             let d = centre_distance(&profile, &zones, threshold);
             let path = propose(&outlines, &part, d, diameter_mm)?;
-            passes.push(Pass { allowance: left, feed_mm_min: each.feed_mm_min, path });
+            let pass = |path| Pass { allowance: left, feed_mm_min: each.feed_mm_min, path };
+            passes.push(pass(merged(&path, &part, threshold)));
+            unmerged.push(pass(path));
         }
-        let plan = Self {
+        let mut plan = Self {
             sheet,
             machine: machine.clone(),
             side: job.side,
@@ -276,7 +279,14 @@ impl Plan {
             passes,
         };
         stage(Stage::Certifying);
-        plan.certify_against(part, &outlines)
+        match plan.check_against(&part, &outlines) {
+            // Merged motions are a proposal: where they are refused, the motions as they were found are asked.
+            Err(_) if plan.passes != unmerged => {
+                plan.passes = unmerged;
+                plan.certify_against(part, &outlines)
+            }
+            checked => Ok(checked?.plan(plan, part)),
+        }
     }
 
     /// The path of the last pass, which finishes the part.
@@ -310,6 +320,10 @@ impl Plan {
         part: ProhibitedRegion,
         outlines: &[Outline],
     ) -> Result<CertifiedPlan, PlanError> {
+        Ok(self.check_against(&part, outlines)?.plan(self, part))
+    }
+
+    fn check_against(&self, part: &ProhibitedRegion, outlines: &[Outline]) -> Result<Checked, PlanError> {
         let diameter_mm = 2.0 * mm(self.tool_radius.units());
         if !(TOOL_MIN_MM..=TOOL_MAX_MM).contains(&diameter_mm) {
             return Err(PlanError::Tool { diameter_mm });
@@ -318,14 +332,14 @@ impl Plan {
         let finishing = finishing_threshold(self.tool_radius, &self.budget)?;
         let roughing = roughing_threshold(finishing, self.allowance, &self.budget)?;
         self.certify_order()?;
-        let mut certified_motions = 0;
+        let mut motions = 0;
         for (index, pass) in self.passes.iter().enumerate() {
             let threshold = plus(finishing, pass.allowance)?;
             let refused = |refusal| PlanError::Pass { number: index + 1, refusal };
             let d = centre_distance(&self.profile, &self.zones, threshold);
-            certified_motions += pass.path.certify(outlines, &part, (threshold, d)).map_err(refused)?;
+            motions += pass.path.certify(outlines, part, (threshold, d)).map_err(refused)?;
         }
-        Ok(CertifiedPlan { plan: self, part, roughing, finishing, certified_motions })
+        Ok(Checked { roughing, finishing, motions })
     }
 
     /// Checks that each pass leaves less than the one before, the first less than roughing does, and feeds are feeds.
@@ -350,6 +364,20 @@ impl Plan {
             }
             _ => Ok(()),
         }
+    }
+}
+
+/// What a plan's certificate says besides that it holds.
+struct Checked {
+    roughing: Length,
+    finishing: Length,
+    motions: usize,
+}
+
+impl Checked {
+    fn plan(self, plan: Plan, part: ProhibitedRegion) -> CertifiedPlan {
+        let Self { roughing, finishing, motions } = self;
+        CertifiedPlan { plan, part, roughing, finishing, certified_motions: motions }
     }
 }
 

@@ -69,6 +69,7 @@ impl Decisions {
             home: false,
             stroke: place.stroke,
             answer_within: Duration::from_secs(5),
+            baud: 115_200,
             progress: Progress::default(),
         };
         let dialect = Language::Grbl.dialect(setting);

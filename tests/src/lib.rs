@@ -1,6 +1,7 @@
 //! What the end-to-end tests share: making plans from drawings, and finding the shared test data.
 
 pub mod decisions;
+pub mod feel;
 pub mod hostile;
 #[cfg(unix)]
 pub mod kills;

@@ -73,6 +73,8 @@ struct Case {
     passes: Vec<f64>,
     #[serde(default)]
     finish_length: Option<f64>,
+    #[serde(default)]
+    most_motions: Option<usize>,
 }
 
 impl Case {
@@ -140,6 +142,9 @@ fn check(case: &Case) -> Result<(), String> {
     near("length of the finishing path", plan.plan.finish().length_mm(), case.finish_length, 0.01)?;
     near("area", area_mm2(&plan), case.area, case.area_tolerance.unwrap_or(0.15))?;
     near("residual", plan.plan.finish().residual_area_mm2.unwrap_or(f64::NAN), case.residual_mm2, 0.001)?;
+    if let Some(most) = case.most_motions.filter(|most| plan.certified_motions > *most) {
+        return Err(format!("{} motions, {most} at most wanted", plan.certified_motions));
+    }
     // The plan survives its file, and is believed again from nothing but that.
     let bytes = plan_file::encode(&plan.plan).map_err(|error| error.to_string())?;
     let again = plan_file::decode(&bytes).map_err(|error| error.to_string())?;

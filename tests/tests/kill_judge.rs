@@ -47,6 +47,7 @@ fn session(work: &Workpiece, limit_s: u64, progress: Progress, log: &Path) -> Ve
         travel_mm: scene.setting.stroke_mm,
         simulated: true,
         answer_within_ms: u64::try_from(scene.options.answer_within.as_millis()).unwrap(),
+        baud: scene.options.baud,
         progress: scene.options.progress.clone(),
         ..Header::default()
     };

@@ -203,6 +203,7 @@ impl Recording<'_> {
             feed_mm_min: options.feed_mm_min,
             home: options.home,
             answer_within_ms: u64::try_from(options.answer_within.as_millis()).unwrap_or(u64::MAX),
+            baud: options.baud,
             progress: options.progress.clone(),
             operator: self.operator.into(),
             setting: self.machine.clone(),
@@ -248,6 +249,7 @@ fn on_port(
         home: arguments.home,
         stroke: place.stroke,
         answer_within: answer_within(arguments)?,
+        baud: arguments.baud,
         progress,
     };
     let setting = Setting::of(&machine, place.offset);
@@ -255,13 +257,9 @@ fn on_port(
     let on = format!("{} on {name}, {} baud", machine.name, arguments.baud);
     let port = Serial::open(name, arguments.baud)?;
     let dialect = language.dialect(setting);
-    let tape = Recording {
-        log: arguments.log.as_deref(),
-        operator: &arguments.operator,
-        machine: on.clone(),
-        simulated: false,
-    }
-    .tape(&work, &language, &options, &setting)?;
+    let (log, operator) = (arguments.log.as_deref(), arguments.operator.as_str());
+    let recording = Recording { log, operator, machine: on.clone(), simulated: false };
+    let tape = recording.tape(&work, &language, &options, &setting)?;
     let supervisor = Supervisor::new(work, options, dialect.abilities());
     let mut session = Session::new(Engine::new(supervisor, dialect), port, hands.operator, tape);
     if hands.recovers {

@@ -162,6 +162,7 @@ impl Scene {
             home: start.is_none(),
             stroke: place.stroke,
             answer_within: Duration::from_secs(5) + run.latency * 4,
+            baud: run.baud,
             progress: run.progress.clone(),
         };
         let setting = Setting {

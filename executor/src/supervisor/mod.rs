@@ -52,6 +52,8 @@ pub struct Options {
     pub stroke: Window,
     /// Longest silence of the controller.
     pub answer_within: Duration,
+    /// Baud rate of the line.
+    pub baud: u32,
     /// What an earlier session has done of the plan's contours.
     pub progress: Progress,
 }
@@ -106,8 +108,8 @@ pub struct Supervisor {
     interrupted: Option<Interrupted>,
     notices: Vec<String>,
     counts: Counts,
-    /// The last report and when it came: a copy of it that follows is no answer.
-    reported: Option<(Report, Time)>,
+    /// A motion was sent, and no query since.
+    queries_behind: bool,
     position: Option<Point>,
     mode: Option<Mode>,
     /// Whether a touch starts a contour: asked for, and not yet done since.
@@ -153,7 +155,7 @@ impl Supervisor {
             interrupted: None,
             notices: Vec::new(),
             counts: Counts::default(),
-            reported: None,
+            queries_behind: false,
             position: None,
             mode: None,
             armed: false,
@@ -314,7 +316,7 @@ impl Supervisor {
                 let silent = self.is_stale(now);
                 if !tick || silent && !self.rested_for_stale {
                     self.rested_for_stale = silent;
-                    self.touch_or_steer(wish, commands);
+                    self.touch_or_steer(wish, now, commands);
                 }
             }
             State::Touching(Touch::Certifying(_)) => self.certify_on(),
@@ -328,7 +330,10 @@ impl Supervisor {
             _ => {}
         }
         if self.guard.sent() > motions {
-            self.query_behind(now, commands);
+            self.queries_behind = self.abilities.queues && !self.abilities.checked;
+        }
+        if self.queries_behind && self.wants_query(now) {
+            self.query(now, commands);
         }
         Ok(())
     }
@@ -337,7 +342,7 @@ impl Supervisor {
         self.wished_at.is_none_or(|at| now.since(at) > manual::STALE)
     }
 
-    fn touch_or_steer(&mut self, wish: Option<(f64, f64)>, commands: &mut Vec<Command>) {
+    fn touch_or_steer(&mut self, wish: Option<(f64, f64)>, now: Time, commands: &mut Vec<Command>) {
         if self.armed && self.guard.settled() && !self.guard.stands_inside() && self.touches() {
             self.armed = false;
             self.state = State::Touching(Touch::Asked { in_place: false });
@@ -351,6 +356,7 @@ impl Supervisor {
             limits: self.limits,
             abilities: self.abilities,
             round_trip: self.round_trip,
+            now,
         };
         let contact = match &mut self.state {
             State::Manual(steering) | State::Sliding(steering) => steering.steer(wish, &mut helm),

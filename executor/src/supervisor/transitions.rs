@@ -19,7 +19,6 @@ pub(super) const ABILITIES: Abilities = Abilities {
     arcs: true,
     queues: true,
     on_cancel: OnCancel::KeepsPath,
-    flushes: false,
     holds: true,
     checked: true,
 };
@@ -121,6 +120,7 @@ fn supervisor(work: &Workpiece, name: &str, state: State) -> Supervisor {
         home: false,
         stroke,
         answer_within: Duration::from_secs(5),
+        baud: 115_200,
         progress: Progress::default(),
     };
     let mut supervisor = Supervisor::new(work.clone(), options, ABILITIES);

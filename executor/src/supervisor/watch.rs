@@ -14,13 +14,14 @@ const QUERIES_IN_SILENCE: u32 = 5;
 const QUERY_PAUSE: Duration = Duration::from_millis(40);
 /// The same while a tool that was stopped is waited for, or a motion of a contour to be read.
 const QUERY_SOON: Duration = Duration::from_millis(10);
-/// An answer that comes twice comes within this: what 140 bytes take at 4800 baud. It must not be taken for the answer to the
-/// next query.
-const ECHO_MAX: Duration = Duration::from_millis(300);
+/// An answer that comes twice comes within the time of so many bits: 140 bytes.
+const ECHO_BITS: u64 = 1400;
 /// Homing may keep the controller silent for this long.
 const HOMING_MAX: Duration = Duration::from_secs(90);
 /// Each step of the start is done within this, or something was lost.
 const START_WITHIN: Duration = Duration::from_secs(20);
+/// Exchanges in a step of the start: GRBL is woken, identified, read, and given up to three settings, one after the other.
+const START_EXCHANGES: u32 = 8;
 /// Refusals in a row after which the session ends.
 const REFUSED_MAX: u8 = 20;
 
@@ -88,11 +89,6 @@ impl Supervisor {
     }
 
     fn take_report(&mut self, report: &Report, now: Time, commands: &mut Vec<Command>) -> Result<(), Fault> {
-        let echo = self.queries.len() > 1 && self.is_echo(report, now);
-        self.reported = Some((*report, now));
-        if echo {
-            return Ok(());
-        }
         self.position = report.position.or(self.position);
         self.mode = Some(report.mode);
         if let Some(asked) = self.asked_at.take() {
@@ -121,12 +117,6 @@ impl Supervisor {
                 }
             }
         }
-    }
-
-    /// Whether the report is a copy of the one before it. While several queries are open, a copy would be taken for the answer to
-    /// a later one.
-    fn is_echo(&self, report: &Report, now: Time) -> bool {
-        self.reported.is_some_and(|(before, at)| before == *report && now.since(at) < ECHO_MAX)
     }
 
     fn check_mode(&self, report: &Report) -> Result<(), Fault> {
@@ -207,14 +197,24 @@ impl Supervisor {
 
     /// How long the controller may be silent.
     fn allowed(&self) -> Duration {
-        if matches!(self.state, State::Homing) { HOMING_MAX } else { self.options.answer_within }
+        match self.state {
+            State::Homing => HOMING_MAX,
+            // The dialect reads the answers of this step itself.
+            State::Preparing => self.start_within(),
+            _ => self.options.answer_within,
+        }
+    }
+
+    /// How long a step of the start may take.
+    fn start_within(&self) -> Duration {
+        START_WITHIN.max(self.options.answer_within * START_EXCHANGES / 2)
     }
 
     pub(super) fn check_silence(&self, now: Time) -> Result<(), Fault> {
         let silent = now.since(self.heard_at);
         let over = matches!(self.state, State::Done | State::Faulted { .. });
         let starts = matches!(self.state, State::Preparing | State::Arming | State::Locating { .. });
-        if starts && now.since(self.progress_at) > START_WITHIN.max(self.allowed()) {
+        if starts && now.since(self.progress_at) > self.start_within() {
             return Err(Fault::LineLost);
         }
         if silent <= self.allowed() || over {
@@ -232,6 +232,12 @@ impl Supervisor {
 
     /// When the next query is due.
     fn query_due(&self) -> Time {
+        // An answer that comes twice must not be taken for the answer to a later query.
+        let echo = self.last_trip.min(Duration::from_secs(ECHO_BITS) / self.options.baud.max(1));
+        // A query right behind a motion: its answer shows that the motion was read, and arrives with the acknowledgement.
+        if self.queries_behind {
+            return self.answered_at.after(echo);
+        }
         match self.asked_at {
             Some(asked) => {
                 let again = self.options.answer_within / QUERIES_IN_SILENCE;
@@ -241,7 +247,7 @@ impl Supervisor {
                 let steered = self.phase().is_steered();
                 let waits = steered && !self.guard.settled() && self.wish.direction == (0.0, 0.0);
                 let pause = if waits || self.guard.awaits_reading() { QUERY_SOON } else { QUERY_PAUSE };
-                self.answered_at.after(pause.max(self.last_trip.min(ECHO_MAX)))
+                self.answered_at.after(pause.max(echo))
             }
         }
     }
@@ -250,18 +256,10 @@ impl Supervisor {
         self.asks() && now >= self.query_due() && self.queries.len() < QUERIES_MAX
     }
 
-    /// Sends a query right behind a motion: its answer shows that the motion was read, and arrives with the acknowledgement.
-    pub(super) fn query_behind(&mut self, now: Time, commands: &mut Vec<Command>) {
-        let reads = self.abilities.queues && !self.abilities.checked;
-        if reads && self.queries.len() < QUERIES_MAX {
-            let asked = self.asked_at;
-            self.query(now, commands);
-            self.asked_at = asked.or(self.asked_at);
-        }
-    }
-
     pub(super) fn query(&mut self, now: Time, commands: &mut Vec<Command>) {
-        self.asked_at = Some(now);
+        // A query behind a motion may leave while another is open: the time to the first answer counts.
+        let behind = std::mem::take(&mut self.queries_behind);
+        self.asked_at = self.asked_at.filter(|_| behind).or(Some(now));
         self.waits_since.get_or_insert(now);
         self.queries.push_back(self.guard.stamp(now));
         self.counts.queries += 1;
@@ -279,7 +277,7 @@ impl Supervisor {
         let over = matches!(self.state, State::Done | State::Faulted { .. });
         let mut due = if over { Time::NEVER } else { silence };
         if matches!(self.state, State::Preparing | State::Arming | State::Locating { .. }) {
-            due = due.min(self.progress_at.after(START_WITHIN.max(self.allowed())).after(step));
+            due = due.min(self.progress_at.after(self.start_within()).after(step));
         }
         if self.asks() && self.queries.len() < QUERIES_MAX {
             due = due.min(self.query_due());

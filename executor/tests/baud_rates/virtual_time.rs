@@ -28,6 +28,7 @@ pub fn session(job: &Job, case: Case) -> Result<Log, String> {
         home: true,
         stroke: place.stroke,
         answer_within: Duration::from_secs(5),
+        baud: case.baud,
         progress: Progress::default(),
     };
     let header = Header {
@@ -39,6 +40,7 @@ pub fn session(job: &Job, case: Case) -> Result<Log, String> {
         home: options.home,
         simulated: true,
         answer_within_ms: 5000,
+        baud: case.baud,
         ..Header::default()
     };
     let slip = Slip::wandering(machine.repeatability_mm, machine.steps_per_mm, 1);

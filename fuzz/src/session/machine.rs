@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use keepout_executor::link::Abilities;
-use keepout_executor::supervisor::guard::{Motion, MotionShape};
+use keepout_executor::supervisor::guard::{Motion, MotionShape, OnCancel};
 use keepout_executor::supervisor::{Command, Limits, Mode, Reply, Report};
 use keepout_kernel::curve::{nearest_point, xy};
 use keepout_kernel::{Curve, Point};
@@ -94,7 +94,7 @@ impl Machine {
                 self.answers.push_back(Reply::Report(report));
             }
             Command::Cancel(_) => {
-                if self.make.abilities.flushes {
+                if self.make.abilities.on_cancel == OnCancel::MayStray {
                     self.received.clear();
                 }
                 if let Some(Motion::Jog { .. }) = self.planner.front() {

@@ -37,6 +37,9 @@ properties! {
     admitted_jogs_keep_the_hull_clear |d| { let targets: Vec<Xy> = (0..6).map(|_| field(d)).collect(); admitted_jogs_keep_the_hull_clear(field(d), &targets, d.coin()) }
         => "after any jogs: every triangle of the set's points, or the box around them, is clear of the part at the manual threshold";
         random 8_000;
+    admitted_cancels_keep_their_reach_clear |d| { let (speed, brakes) = (d.int(0, 6), d.int(1, 40)); admitted_cancels_keep_their_reach_clear([field(d), field(d), field(d)], [speed, brakes], d.coin()) }
+        => "a cancel that may leave the path is admitted exactly when the hull, or the box, is clear with the stopping distance added; no jog and no second cancel goes out before the tool rests";
+        random 20_000;
     reports_are_never_farther_than_they_were |d| { let share = d.int(0, 16); reports_are_never_farther_than_they_were([field(d), field(d), field(d)], share, [d.int(-3, 3), d.int(-3, 3)], d.coin()) }
         => "snap: the tail is in the hull and no farther from the true place than the report, to rounding";
         random 20_000;
@@ -216,6 +219,53 @@ fn admitted_jogs_keep_the_hull_clear(start: Xy, targets: &[Xy], apart: bool) {
                 );
             }
         }
+    }
+}
+
+/// What a tool at `speed` mm/min travels in 150 ms and while it brakes at `brakes` thousand units/s², in units, rounded up.
+fn stopping_distance(speed: i64, brakes: i64) -> i64 {
+    let per_s = (speed * 100_000 + 59) / 60;
+    (per_s * 150 + 999) / 1000 + (per_s * per_s + 2000 * brakes - 1) / (2000 * brakes)
+}
+
+/// Whether the hull of the points, or the box around them, is farther from the part than `reach`.
+fn is_clear(guard: &Guard, set: &[Point], reach: i64, apart: bool) -> bool {
+    let index = guard.part().index();
+    if apart {
+        let window = set.iter().fold(Window::of(set[0]), |window, &p| window.including(p));
+        return index.near_box(window, length(reach)).is_none();
+    }
+    let fans = set.iter().flat_map(|&a| set.iter().flat_map(move |&b| set.iter().map(move |&c| [a, b, c])));
+    let mut fans = fans.map(|corners| Triangle { corners });
+    fans.all(|fan| index.near_fan(fan, length(reach)).is_none())
+}
+
+fn admitted_cancels_keep_their_reach_clear(
+    [start, first, second]: [Xy; 3],
+    [speed, brakes]: [i64; 2],
+    apart: bool,
+) {
+    let mut guard = guard(if apart { MotionShape::Box } else { MotionShape::Line }, true);
+    guard.learn_of_cancels(OnCancel::MayStray, u64::try_from(brakes * 1000).ok());
+    if guard.locate(at(start)).is_err() || guard.stands_inside() {
+        return passed_over();
+    }
+    let feed = u32::try_from(speed).expect("it is small");
+    let sent = [first, second].map(|to| guard.jog(at(to), feed).is_ok());
+    if sent == [false, false] {
+        return passed_over();
+    }
+    let set: Vec<Point> = guard.in_flight().collect();
+    let reach = MANUAL + stopping_distance(speed, brakes);
+    if guard.cancel().is_err() {
+        assert!(!is_clear(&guard, &set, reach + 2 * RESOLUTION + 8, apart), "{start:?} {first:?} {second:?}");
+        return;
+    }
+    assert!(is_clear(&guard, &set, reach, apart), "{start:?} {first:?} {second:?} {speed} {brakes}");
+    assert_eq!(guard.cancel(), Err(Refusal::Cancelled));
+    if speed > 0 {
+        let target = at((-3900, 10_900));
+        assert_eq!(guard.jog(target, feed).err(), Some(Refusal::InMotion), "before the tool rests");
     }
 }
 

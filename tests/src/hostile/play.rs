@@ -186,6 +186,7 @@ fn options(world: &World, spec: &Spec, random: &mut Rng) -> Options {
         stroke: world.place.stroke,
         // Where one thing is asked at a time a report takes two exchanges, behind up to three that stop.
         answer_within: Duration::from_secs(5) + spec.latency * 10,
+        baud: spec.baud,
         progress: Progress::default(),
     }
 }
@@ -288,6 +289,7 @@ pub fn log(world: &World, spec: &Spec, path: &std::path::Path) -> Result<Box<dyn
         travel_mm: Some(world.machine.stroke_mm),
         simulated: true,
         answer_within_ms: 5000,
+        baud: spec.baud,
         progress: Progress::default(),
         setting: format!("hostile session {}:{}", world.seed, spec.seed),
     };

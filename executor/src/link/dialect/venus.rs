@@ -283,7 +283,6 @@ impl Dialect for Venus {
             arcs: false,
             queues: false,
             on_cancel: OnCancel::KeepsPath,
-            flushes: false,
             holds: false,
             checked: false,
         }

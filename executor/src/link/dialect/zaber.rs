@@ -337,7 +337,6 @@ impl Dialect for Zaber {
             arcs: false,
             queues: false,
             on_cancel: OnCancel::NotOffered,
-            flushes: false,
             holds: false,
             checked: true,
         }

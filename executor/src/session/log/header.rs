@@ -34,6 +34,8 @@ pub struct Header {
     pub home: bool,
     /// Longest silence of the controller, ms.
     pub answer_within_ms: u64,
+    /// Baud rate of the line; 4800, the slowest, in logs of earlier versions.
+    pub baud: u32,
     /// What an earlier session had done of the plan's contours.
     pub progress: Progress,
     /// Who steers, as asked for on the command line.
@@ -57,6 +59,7 @@ impl Default for Header {
             feed_mm_min: 0,
             home: false,
             answer_within_ms: 0,
+            baud: 115_200,
             progress: Progress::default(),
             operator: String::new(),
             setting: String::new(),
@@ -77,7 +80,7 @@ pub(super) fn text(header: &Header) -> String {
         hash => format!(" description={}", quoted(hash)),
     };
     format!(
-        "{MAGIC} began={} plan={} drawing={} dialect={}{description} simulated={} offset={},{}{travel} stroke={x0},{y0},{x1},{y1} feed={} home={} answer={} progress={} operator={} setting={}",
+        "{MAGIC} began={} plan={} drawing={} dialect={}{description} simulated={} offset={},{}{travel} stroke={x0},{y0},{x1},{y1} feed={} home={} answer={} baud={} progress={} operator={} setting={}",
         quoted(&header.began),
         quoted(&header.plan),
         quoted(&header.drawing),
@@ -88,6 +91,7 @@ pub(super) fn text(header: &Header) -> String {
         header.feed_mm_min,
         u8::from(header.home),
         header.answer_within_ms,
+        header.baud,
         quoted(&progress),
         quoted(&header.operator),
         quoted(&header.setting),
@@ -131,6 +135,7 @@ pub(super) fn parse(text: &str) -> Result<Header, LineError> {
         feed_mm_min: field("feed")?.parse().map_err(|_| bad())?,
         home: field("home")? == "1",
         answer_within_ms: field("answer")?.parse().map_err(|_| bad())?,
+        baud: field("baud").map_or(Ok(4800), |baud| baud.parse().map_err(|_| bad()))?,
         progress: job::parse_progress(&word("progress")?).ok_or_else(bad)?,
         operator: word("operator")?,
         setting: word("setting")?,
@@ -158,6 +163,7 @@ mod tests {
             feed_mm_min: 900,
             home: true,
             answer_within_ms: 5000,
+            baud: 9600,
             progress,
             operator: "trace:a b".into(),
             setting: "the old mill, /dev/ttyUSB0".into(),

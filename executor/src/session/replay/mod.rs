@@ -229,6 +229,7 @@ impl Player {
             home: header.home,
             stroke: header.stroke,
             answer_within: Duration::from_millis(header.answer_within_ms),
+            baud: header.baud,
             progress: header.progress.clone(),
         };
         let dialect = language_of(header)?.dialect(setting);

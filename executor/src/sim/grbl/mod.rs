@@ -139,7 +139,7 @@ pub struct GrblSim {
     tx: Vec<u8>,
     now: Time,
     reports: u32,
-    report_mask: u8,
+    report_mask: u16,
     arc_tolerance_mm: f64,
     feed: f64,
     absolute: bool,
@@ -150,6 +150,10 @@ pub struct GrblSim {
     inches: bool,
     /// Nothing is read or answered until then.
     deaf_until: Option<Time>,
+    /// A cancel ended the last motion, or is about to.
+    cancelled: bool,
+    /// A second cancel came just after the first had stopped the tool: reports say idle, and nothing is read until `~`.
+    hangs: bool,
     /// How often a status was asked for meanwhile, once at most.
     asked_meanwhile: bool,
     /// True position less the position that it counts, mm: zero until a power failure.
@@ -194,6 +198,8 @@ impl GrblSim {
             in_g54: true,
             inches: false,
             deaf_until: None,
+            cancelled: false,
+            hangs: false,
             asked_meanwhile: false,
             unknown_by: (0.0, 0.0),
             samples: Vec::new(),
@@ -240,6 +246,7 @@ impl GrblSim {
     fn come_to_idle(&mut self, at: Time) {
         if self.settings.quirks.idle_delay.is_zero() {
             self.mode = Mode::Idle;
+            self.cancelled = false;
         } else if self.deaf_until.is_none() {
             self.deaf_until = Some(at.after(self.settings.quirks.idle_delay));
         }
@@ -248,6 +255,7 @@ impl GrblSim {
     /// The delay is over. A jog that was read just before it is planned now, and started as a programmed motion.
     fn hear_again(&mut self) {
         self.deaf_until = None;
+        self.cancelled = false;
         if self.rx.contains(&b'\n') && self.mode == Mode::Jog {
             self.process_line();
             self.plan_waiting();
@@ -295,7 +303,8 @@ impl GrblSim {
             text += &format!("|Bf:{free},{}", self.firmware.rx_buffer - self.rx.len());
         }
         text += &format!("|FS:{:.0},0", self.motion.speed() * 60.0);
-        if self.reports.is_multiple_of(OFFSET_EVERY) {
+        let reports_offset = !self.firmware.cancel_flushes || self.report_mask & 32 != 0;
+        if reports_offset && self.reports.is_multiple_of(OFFSET_EVERY) {
             let (x, y) = self.work_offset();
             text += &format!("|WCO:{x:.3},{y:.3},0.000");
         }
@@ -320,6 +329,9 @@ impl GrblSim {
     }
 
     fn cycle_start(&mut self) {
+        if std::mem::take(&mut self.hangs) {
+            self.process_lines();
+        }
         if self.mode == Mode::Hold {
             self.motion.resume();
             self.mode = if self.motion.queued() > 0 { Mode::Run } else { Mode::Idle };
@@ -327,9 +339,14 @@ impl GrblSim {
     }
 
     fn jog_cancel(&mut self) {
-        if self.mode != Mode::Jog || self.deaf_until.is_some() {
+        if self.mode != Mode::Jog {
             return;
         }
+        if self.deaf_until.is_some() {
+            self.hangs = self.cancelled;
+            return;
+        }
+        self.cancelled = true;
         if self.firmware.cancel_strays && !self.settings.quirks.plain_hold {
             self.motion.cancel_astray(PREPARED_S);
         } else {
@@ -358,6 +375,7 @@ impl GrblSim {
         }
         (self.in_g54, self.absolute, self.inches) = (true, true, false);
         (self.deaf_until, self.asked_meanwhile) = (None, false);
+        (self.cancelled, self.hangs) = (false, false);
         self.feed = 1e9;
         self.motion_mode = MotionMode::Straight;
         if self.mode == Mode::Idle {
@@ -392,7 +410,7 @@ impl GrblSim {
 
     /// Reads lines from the receive buffer until one has to wait.
     fn process_lines(&mut self) {
-        while self.deaf_until.is_none() && self.process_line() {}
+        while self.deaf_until.is_none() && !self.hangs && self.process_line() {}
     }
 
     /// Reads up to the end of a line; whether another may follow.

@@ -1,14 +1,22 @@
 //! TRUSTED. Cancels: a cancel is certified like a motion.
 //!
-//! Two arguments hold a cancelled jog away from the part, and the controller decides which one applies.
+//! Three arguments hold a cancelled jog away from the part. What is known of the controller decides which one applies.
 //!
 //! *Path-keeping.* The controller brakes along the path that it has planned, so the tool stays in the hull of the in-flight set.
-//! A cancel needs no certificate of its own.
+//! A cancel needs no certificate of its own. GRBL 1.1h does so.
 //!
-//! *Not path-keeping.* The controller may leave its path while it brakes (grblHAL's fast hold spreads the remaining steps over
-//! another block). The tool then stops within its stopping distance of where the cancel reached it, in any direction. A cancel
-//! is admitted only if the hull, grown by that distance, is clear; the set keeps the growth until the tool rests, and admits no
-//! jog before. A cancel that is refused is not sent: the jogs run to their certified targets, which are a short way ahead.
+//! *Not path-keeping.* The controller may leave its path while it brakes. The tool stops within its stopping distance of where
+//! the cancel reached it, in any direction. A cancel is admitted only if the hull, grown by that distance, is clear. The set keeps
+//! the growth until the tool rests, and admits no jog before. A cancel that is refused is not sent: the jogs run to their
+//! certified targets, which are a short way ahead. This is assumed of builds that nobody has examined.
+//!
+//! *No cancel.* A cancel is never sent, and the operator's release stops the tool by the short look-ahead. grblHAL needs this: its
+//! fast hold drops prepared steps and drives the rest beside the path, and a hold that ends at the end of a block can make it
+//! send steps without end, so that no stopping distance holds (`docs/safety/controllers.md`).
+//!
+//! GRBL hangs when a second cancel reaches it in the moment after the first has stopped it (its state is still `Jog` for twice
+//! its idle delay). So a cancel is refused after another until the tool was seen at rest, or a line that was sent after the other
+//! was acknowledged: the controller has read it, and has left that moment.
 
 use keepout_kernel::exact::segment::{Window, points_within};
 use keepout_kernel::{FreePoint, Length, Point, ProhibitedRegion};
@@ -73,6 +81,15 @@ impl Guard {
         if self.contour.is_some() {
             return Err(Refusal::InMotion);
         }
+        if self.set.cancelled.is_some_and(|sent| self.acknowledged <= sent) {
+            return Err(Refusal::Cancelled);
+        }
+        let certified = self.certify_cancel()?;
+        self.set.cancelled = Some(self.sent);
+        Ok(certified)
+    }
+
+    fn certify_cancel(&mut self) -> Result<CertifiedCancel, Refusal> {
         match self.rules.on_cancel {
             OnCancel::NotOffered => Err(Refusal::NoCancel),
             OnCancel::KeepsPath => Ok(CertifiedCancel::new()),

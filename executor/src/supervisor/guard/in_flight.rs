@@ -100,6 +100,8 @@ pub(super) struct InFlight {
     pub(super) rested_at: Option<Point>,
     /// The highest feed of a line since the tool rested, mm/min.
     pub(super) fastest: u32,
+    /// Lines sent when a cancel was last sent since the tool rested.
+    pub(super) cancelled: Option<u64>,
     /// How far the tool may be beside the hull, since a cancel may have led it off its path; zero else.
     pub(super) stray: Length,
     /// The edge that was last in the way: mostly it still is, and is asked first.
@@ -122,6 +124,7 @@ impl InFlight {
             rests_seen: 0,
             rested_at: None,
             fastest: 0,
+            cancelled: None,
             stray: Length::ZERO,
             in_the_way: Cell::new(None),
         }
@@ -145,6 +148,7 @@ impl InFlight {
         self.left_before = 0;
         self.refused = 0;
         self.fastest = 0;
+        self.cancelled = None;
         self.stray = Length::ZERO;
         self.moving();
     }
@@ -293,6 +297,7 @@ impl InFlight {
             self.left_queue.clear();
             self.refused = 0;
             self.fastest = 0;
+            self.cancelled = None;
             self.tail = self.reached(part, position).or(self.tail);
         }
         enough

@@ -94,6 +94,9 @@ pub enum Refusal {
     /// Jogs can not be cancelled here.
     #[error("this controller can not cancel a jog")]
     NoCancel,
+    /// A cancel was sent, and nothing shows yet that it has been executed.
+    #[error("a cancel is already on its way")]
+    Cancelled,
     /// A cancel may lead the tool off its path, and how far is not known.
     #[error("how far the tool goes on after a cancel is not known")]
     StoppingUnknown,

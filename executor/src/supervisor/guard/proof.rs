@@ -17,7 +17,7 @@ pub struct State {
     left_queue: Vec<(u64, Time)>,
     left: [u64; 3],
     rests: (u8, Option<Point>),
-    cancelled: (u32, i32),
+    cancelled: (Option<u64>, u32, i32),
     counts: [u64; 4],
     contour: Option<(Counts, Point)>,
 }
@@ -41,7 +41,7 @@ impl Guard {
             left_queue: set.left_queue.iter().copied().collect(),
             left: [set.left_before, set.executed, set.refused],
             rests: (set.rests_seen, set.rested_at),
-            cancelled: (set.fastest, set.stray.units()),
+            cancelled: (set.cancelled, set.fastest, set.stray.units()),
             counts: [self.sent, self.acknowledged, self.read, self.told],
             contour: self.contour.as_ref().map(|contour| (contour.counts(), contour.end().point())),
         }

@@ -9,14 +9,16 @@ use keepout_kernel::{FreePoint, Length, Point, Segment, UNITS_PER_MM, Vector};
 use super::super::guard::{Asking, Certified, Guard, MotionShape};
 use super::super::{Command, Counts};
 use super::Limits;
+use super::pace::LookAhead;
 use crate::link::Abilities;
+use crate::time::Time;
 
 /// Jog targets lie on this grid, lattice units (1 µm): they are then written exactly with three decimals.
 const GRID: i64 = 100;
 /// The same, mm.
 const GRID_MM: f64 = 0.001;
 /// Jogs shorter than this are not worth sending, mm.
-const SHORTEST_MM: f64 = 0.01;
+pub(super) const SHORTEST_MM: f64 = 0.01;
 /// Step along a wall where axes run apart, mm.
 const STAIR_MM: f64 = 0.5;
 /// How finely a motion is cut short where something in flight is in its way: to one part in 64.
@@ -24,9 +26,7 @@ const HALVINGS: u32 = 6;
 /// What ways keep beyond the threshold, so that places on them can be rounded (1 µm).
 const ROUNDING: Length = Length::small(100);
 /// Nothing slides more slowly than this share of the wish: one straight at the wall (to 3°) rests there.
-const CREEP: f64 = 0.05;
-/// A slide that gets this share of its way is taken without trying others.
-const GOOD_SHARE: f64 = 0.98;
+pub(super) const CREEP: f64 = 0.05;
 
 /// What a proposal ran into.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,6 +39,39 @@ pub enum Contact {
     Wall,
 }
 
+/// A push of the stick, and how far the tool has targets already.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Push {
+    /// Its direction.
+    pub(super) unit: (f64, f64),
+    /// The speed that it asks for.
+    pub(super) speed_mm_s: f64,
+    /// Way that is ahead of the tool, and the speed at which it ends.
+    pub(super) ahead_mm: f64,
+    pub(super) ahead_mm_s: f64,
+    pub(super) look: LookAhead,
+}
+
+impl Push {
+    /// How much farther targets are wanted at a speed, mm. What is ahead at a higher speed lasts for less.
+    pub(super) fn missing_mm(&self, speed_mm_s: f64) -> f64 {
+        let lasts = (speed_mm_s / self.ahead_mm_s).min(1.0);
+        self.look.distance_mm(speed_mm_s) - self.ahead_mm * lasts
+    }
+
+    /// A jog at this share of the speed.
+    pub(super) fn jog(&self, target: Point, share: f64) -> Proposal {
+        Proposal { target, speed_mm_s: self.speed_mm_s * share }
+    }
+}
+
+/// A jog that is proposed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Proposal {
+    pub(super) target: Point,
+    pub(super) speed_mm_s: f64,
+}
+
 /// What steering works with.
 pub(in crate::supervisor) struct Helm<'a> {
     pub(in crate::supervisor) guard: &'a mut Guard,
@@ -47,6 +80,7 @@ pub(in crate::supervisor) struct Helm<'a> {
     pub(in crate::supervisor) limits: Limits,
     pub(in crate::supervisor) abilities: Abilities,
     pub(in crate::supervisor) round_trip: Duration,
+    pub(in crate::supervisor) now: Time,
 }
 
 pub(super) fn mm_of(units: i32) -> f64 {
@@ -74,17 +108,23 @@ impl Helm<'_> {
         self.commands.push(Command::Move(certified));
     }
 
-    /// The target that goes farthest along the wish, straight or along the wall when that is near, with the share of the
-    /// wished speed that is left; and what was met.
-    pub(super) fn reach(
-        &mut self,
-        base: FreePoint,
-        wish: Vector,
-        turns: &[u32],
-    ) -> (Option<(Point, f64)>, Contact) {
-        let (wish, pace) = self.within_travel(base.point(), wish);
-        let (target, contact) = self.reach_in_travel(base, wish, turns);
-        (target.map(|(target, share)| (target, share * pace)), contact)
+    /// The jog that follows the push best, straight or along a wall; and what was met.
+    pub(super) fn reach(&mut self, base: FreePoint, push: &Push) -> (Option<Proposal>, Contact) {
+        let missing_mm = push.missing_mm(push.speed_mm_s);
+        let (wish, pace) = self.within_travel(base.point(), vector(push.unit, missing_mm));
+        let asked = self.guard.asking();
+        if let Some(target) = self.whole(&asked, base, wish) {
+            return (Some(push.jog(target, pace)), Contact::Free);
+        }
+        let length = length_mm(wish).max(1e-9);
+        let unit = (mm_of(wish.dx) / length, mm_of(wish.dy) / length);
+        let push = Push { unit, speed_mm_s: push.speed_mm_s * pace, ..*push };
+        let met = match self.abilities.shape {
+            MotionShape::Line => self.slide(&asked, base, &push, wish),
+            MotionShape::Box => self.climb(&asked, base, &push, wish),
+        };
+        self.counts.clipped += 1;
+        met
     }
 
     /// The wish up to the end of the machine's travel, or along it when the tool is there, and the share of the speed that is
@@ -102,71 +142,52 @@ impl Helm<'_> {
         (along, (length_mm(along) / length_mm(wish).max(1e-9)).clamp(CREEP, 1.0))
     }
 
-    fn reach_in_travel(
-        &mut self,
+    /// The jog for a push that meets the part, where the axes are not interpolated: straight, along a wall that lies along an axis, or a
+    /// step of one axis.
+    fn climb(
+        &self,
+        asked: &Asking<'_>,
         base: FreePoint,
+        push: &Push,
         wish: Vector,
-        turns: &[u32],
-    ) -> (Option<(Point, f64)>, Contact) {
-        let asked = self.guard.asking();
-        let straight = self.prefix(&asked, base, wish, 0.0);
-        let wished = length_mm(wish);
-        let gained = straight.map_or(0.0, |p| length_mm(p.minus(base.point())));
-        if gained >= wished * 0.999 {
-            return (straight.map(|target| (target, 1.0)), Contact::Free);
-        }
-        self.counts.clipped += 1;
-        let straight = straight.filter(|_| gained >= SHORTEST_MM).map(|target| (target, 1.0));
+    ) -> (Option<Proposal>, Contact) {
+        let straight = self.prefix(asked, base, wish, SHORTEST_MM);
+        let gained = straight.map_or(0.0, |target| length_mm(target.minus(base.point())));
+        let whole = |target| push.jog(target, 1.0);
         let wall = self.guard.part().wall(base, contact_band());
         let Some(wall) = wall.filter(|wall| !wall.is_left_by(wish)) else {
-            return (straight, if gained > 0.0 { Contact::Unknown } else { Contact::Wall });
+            return (straight.map(whole), if gained > 0.0 { Contact::Unknown } else { Contact::Wall });
         };
-        let mut best: Option<(f64, Point, f64)> = None;
-        for &turn in turns {
-            let along = wall.slide(wish, turn).filter(|&along| length_mm(along) >= CREEP * wished);
-            let Some(along) = along else { continue };
-            for along in self.ways_along(along).into_iter().flatten() {
-                let most = best.map_or(gained, |(most, ..)| most.max(gained)).max(SHORTEST_MM - GRID_MM);
-                let Some(target) = self.prefix(&asked, base, along, most) else { continue };
-                let moved = target.minus(base.point());
-                let length = length_mm(along).max(1e-9);
-                let progress =
-                    (mm_of(moved.dx) * mm_of(along.dx) + mm_of(moved.dy) * mm_of(along.dy)) / length;
-                let share = (length / wished).clamp(CREEP, 1.0);
-                if best.is_none_or(|(most, ..)| progress > most) {
-                    best = Some((progress, target, share));
-                }
-                if progress >= GOOD_SHARE * length && progress > gained {
-                    return (Some((target, share)), Contact::Wall);
-                }
+        let along = wall.slide(wish, 12).filter(|&along| length_mm(along) >= CREEP * length_mm(wish));
+        let Some(along) = along else { return (straight.map(whole), Contact::Wall) };
+        let length = length_mm(along).max(1e-9);
+        let share = (length / length_mm(wish).max(1e-9)).clamp(CREEP, 1.0);
+        let mut best: Option<(f64, Point)> = None;
+        for way in steps_along(along).into_iter().flatten() {
+            let Some(target) = self.prefix(asked, base, way, SHORTEST_MM) else { continue };
+            let moved = target.minus(base.point());
+            let progress = (mm_of(moved.dx) * mm_of(along.dx) + mm_of(moved.dy) * mm_of(along.dy)) / length;
+            if progress > best.map_or(gained, |(most, _)| most) {
+                best = Some((progress, target));
             }
         }
-        let along = best.filter(|&(progress, target, _)| {
-            progress > gained && length_mm(target.minus(base.point())) >= SHORTEST_MM
-        });
-        (along.map(|(_, target, share)| (target, share)).or(straight), Contact::Wall)
-    }
-
-    /// The motions to try along a wall: straight along it, or a stair where axes run apart.
-    fn ways_along(&self, along: Vector) -> [Option<Vector>; 3] {
-        if self.abilities.shape == MotionShape::Line {
-            return [Some(along), None, None];
-        }
-        let length = length_mm(along).max(1e-9);
-        let scale = STAIR_MM.min(length) / length;
-        let (x, y) = (mm_of(along.dx) * scale, mm_of(along.dy) * scale);
-        let flat = x.abs() < 0.002 || y.abs() < 0.002;
-        [Some(along).filter(|_| flat), Some(vector((x, 0.0), 1.0)), Some(vector((0.0, y), 1.0))]
+        (best.map(|(_, target)| push.jog(target, share)).or(straight.map(whole)), Contact::Wall)
     }
 
     /// Whether the way to `to` keeps a little more than the threshold, unless it begins nearer: places on it are still clear
     /// when they are rounded. Otherwise a tool that rests at the wall could have no certified place.
-    fn stands_off(&self, to: Point) -> bool {
+    pub(super) fn stands_off(&self, to: Point) -> bool {
         let Some(end) = self.guard.end() else { return false };
         let more = standing_off(end.threshold());
         let part = self.guard.part();
         let way = Segment { from: end.point(), to };
         part.motion_clear(way, more).is_clear() || !part.point_clear(end.point(), more).is_clear()
+    }
+
+    /// The end of a motion, on the grid, when all of it is admitted.
+    fn whole(&self, asked: &Asking<'_>, from: FreePoint, wish: Vector) -> Option<Point> {
+        let target = from.point().translated(wish).ok().and_then(on_grid)?;
+        (target != from.point() && asked.admits(target).is_ok() && self.stands_off(target)).then_some(target)
     }
 
     /// The longest admitted prefix of a motion, on the grid; `None` when that is nothing, or not longer than `least_mm`.
@@ -219,6 +240,15 @@ impl Helm<'_> {
         }
         None
     }
+}
+
+/// The motions to try along a wall where the axes are not interpolated: along it when it lies along an axis, or a step of either.
+fn steps_along(along: Vector) -> [Option<Vector>; 3] {
+    let length = length_mm(along).max(1e-9);
+    let scale = STAIR_MM.min(length) / length;
+    let (x, y) = (mm_of(along.dx) * scale, mm_of(along.dy) * scale);
+    let flat = x.abs() < 0.002 || y.abs() < 0.002;
+    [Some(along).filter(|_| flat), Some(vector((x, 0.0), 1.0)), Some(vector((0.0, y), 1.0))]
 }
 
 pub(super) fn on_grid(point: Point) -> Option<Point> {

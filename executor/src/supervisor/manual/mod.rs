@@ -3,6 +3,8 @@
 //! Everything here proposes a target; [`Guard::jog`] and [`Guard::escape`] decide.
 
 mod helm;
+mod pace;
+mod slide;
 mod way;
 
 pub use helm::Contact;
@@ -10,14 +12,15 @@ pub(super) use helm::{Helm, standing_off};
 
 use std::time::Duration;
 
-use keepout_kernel::clip::{SLIDE_TURNS, longest_prefix};
+use keepout_kernel::clip::longest_prefix;
 use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::{FreePoint, Point};
 
-use super::guard::{Guard, MotionShape};
+use super::guard::{Guard, MotionShape, OnCancel};
 use super::{Command, Wish};
 use crate::time::Time;
-use helm::{length_mm, on_grid, part_of, vector};
+use helm::{Push, length_mm, on_grid, part_of, vector};
+use pace::LookAhead;
 use way::Way;
 
 /// What the machine can do, as far as steering needs it.
@@ -64,15 +67,6 @@ const TURNED_SINGLE: f64 = 0.995;
 const SHORT_QUEUE_MM: f64 = 1.0;
 /// Handwheels are at most this far ahead of the tool, mm.
 const WHEEL_AHEAD_MM: f64 = 10.0;
-/// Where motions can not be joined, each lasts up to this, s.
-const SINGLE_S: f64 = 1.0;
-/// The same where they can not be cancelled either: the hand is not followed for that long, s.
-const UNSTOPPABLE_S: f64 = 0.25;
-/// Angles tried along a wall while motions are under way, one at each decision; at rest all of [`SLIDE_TURNS`] are.
-const TURNS_UNDER_WAY: [u32; 4] = [12, 5, 8, 3];
-/// Jogs last at least so long, s: each stays in the in-flight set for half a second after it was executed, and that holds
-/// only so many.
-const STEP_S: f64 = 0.06;
 /// Directions are alike within this (cosine): 0.8°.
 const ALIKE: f64 = 0.9999;
 
@@ -89,8 +83,10 @@ pub struct Steering {
     resting: bool,
     /// From where, with the tool where, and in which direction nothing was admitted last: asked again it would not be.
     fruitless: Option<Fruitless>,
-    /// Which angles along a wall are tried next.
-    turns: usize,
+    /// Speed of the last jog.
+    speed_mm_s: f64,
+    /// When the next jog may be sent: the in-flight set holds only so many.
+    next_at: Time,
     /// What handwheels were turned and the tool has not followed yet, mm.
     turned_mm: (f64, f64),
 }
@@ -172,9 +168,12 @@ impl Steering {
         if self.resting || busy || single && !helm.guard.settled() {
             return Contact::Unknown;
         }
-        let speed = length * helm.limits.speed_mm_s;
-        let missing_mm = wanted_mm(speed, helm) - ahead_mm;
-        if missing_mm < speed * STEP_S {
+        let speed_mm_s = length * helm.limits.speed_mm_s;
+        let look = LookAhead::of(helm, speed_mm_s);
+        let push = Push { unit, speed_mm_s, ahead_mm, ahead_mm_s: self.speed_mm_s, look };
+        if helm.now < self.next_at && !helm.guard.settled()
+            || push.missing_mm(speed_mm_s) < look.least_mm(speed_mm_s)
+        {
             return Contact::Unknown;
         }
         let Some(base) = self.base(helm) else { return Contact::Unknown };
@@ -184,19 +183,13 @@ impl Steering {
             helm.counts.clipped += 1;
             return Contact::Unknown;
         }
-        let all = helm.guard.settled();
-        let turn = &TURNS_UNDER_WAY[self.turns % TURNS_UNDER_WAY.len()];
-        let turns = if all { &SLIDE_TURNS[..] } else { std::slice::from_ref(turn) };
-        let (target, contact) = helm.reach(base, vector(unit, missing_mm), turns);
-        let last = all || self.turns + 1 == TURNS_UNDER_WAY.len();
-        self.fruitless = (target.is_none() && last).then_some(attempt);
-        if target.is_none() {
-            self.turns = (self.turns + 1) % TURNS_UNDER_WAY.len();
-        }
-        if let Some((target, share)) = target
-            && let Ok(certified) = helm.guard.jog(target, feed(speed * share))
-        {
+        let (proposal, contact) = helm.reach(base, &push);
+        self.fruitless = proposal.is_none().then_some(attempt);
+        let Some(proposal) = proposal else { return contact };
+        if let Ok(certified) = helm.guard.jog(proposal.target, feed(proposal.speed_mm_s)) {
             self.heading = Some(unit);
+            self.speed_mm_s = proposal.speed_mm_s;
+            self.next_at = helm.now.after(look.step());
             helm.send(certified);
         }
         contact
@@ -265,15 +258,18 @@ impl Steering {
     /// runs after a cancel, and needs another.
     pub(super) fn cancel(&mut self, helm: &mut Helm<'_>) {
         let counts = (helm.guard.sent(), helm.guard.unacknowledged());
-        let flushed = helm.abilities.flushes && helm.guard.unacknowledged() > 0;
-        if helm.guard.settled() || self.asked_to_cancel == Some(counts) || flushed {
+        // A controller that nobody has examined may also throw away what it has not read: it would never be acknowledged.
+        let may_flush = helm.guard.rules().on_cancel == OnCancel::MayStray && helm.abilities.queues;
+        let waits = may_flush && helm.guard.unacknowledged() > 0;
+        if helm.guard.settled() || self.asked_to_cancel == Some(counts) || waits {
             return;
         }
         self.asked_to_cancel = Some(counts);
         // What may not be cancelled runs to its targets, a short way ahead.
         let Ok(certified) = helm.guard.cancel() else { return };
-        self.resting |= helm.abilities.flushes || helm.guard.may_have_strayed();
+        self.resting |= helm.guard.may_have_strayed();
         self.cancelled = Some(counts);
+        self.next_at = Time::ZERO;
         helm.counts.cancels += 1;
         helm.commands.push(Command::Cancel(certified));
     }
@@ -313,12 +309,3 @@ impl Steering {
 const ESCAPE_MM_S: f64 = 5.0;
 /// Longest single way out, mm.
 const ESCAPE_STEP_MM: f64 = 2.0;
-
-/// How far ahead of the tool targets are wanted, mm: to brake, and to bridge the time until the next can arrive.
-fn wanted_mm(speed: f64, helm: &Helm<'_>) -> f64 {
-    // The place that is known is as old as a query takes and the pause before it (40 ms).
-    let horizon = (helm.round_trip.as_secs_f64() * 2.5 + 0.08).clamp(0.1, 2.5) + STEP_S;
-    let single = if helm.abilities.cancels() { SINGLE_S } else { UNSTOPPABLE_S };
-    let horizon = if helm.abilities.queues { horizon } else { horizon.max(single) };
-    speed * speed / (2.0 * helm.limits.acceleration_mm_s2) + speed * horizon
-}

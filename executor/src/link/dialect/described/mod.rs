@@ -262,7 +262,6 @@ impl Dialect for Described {
             arcs: self.description.arcs.is_some() && contours == MotionShape::Line,
             queues,
             on_cancel: self.description.on_cancel(),
-            flushes: false,
             holds: false,
             checked: false,
         }

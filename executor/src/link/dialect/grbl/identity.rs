@@ -33,9 +33,14 @@ impl Identity {
     }
 
     /// What a cancel does. GRBL 1.1h brakes along its planned path: its step pulses were recorded at cancels in all phases of
-    /// queued jogs (`docs/safety/controllers.md`). grblHAL's fast hold does not, and of other builds nothing is known.
-    pub(super) fn on_cancel(self) -> OnCancel {
-        if self.grbl_1_1h && !self.other { OnCancel::KeepsPath } else { OnCancel::MayStray }
+    /// queued jogs (`docs/safety/controllers.md`). grblHAL is never sent one: its fast hold leaves the path, and a hold that ends at
+    /// the end of a block can run away. Of other builds nothing is known.
+    pub(super) fn on_cancel(self, hal: bool) -> OnCancel {
+        match (hal || self.hal, self.grbl_1_1h && !self.other) {
+            (true, _) => OnCancel::NotOffered,
+            (_, true) => OnCancel::KeepsPath,
+            (_, false) => OnCancel::MayStray,
+        }
     }
 
     /// Whether it can be used by the dialect: GRBL's does not expect that a cancel throws lines away. A controller that wakes
@@ -66,17 +71,18 @@ mod tests {
             identity
         };
         let grbl = identity(&["VER:1.1h.20190830:mill", "OPT:V,15,128"]);
-        assert_eq!((grbl.on_cancel(), grbl.check(false)), (OnCancel::KeepsPath, Ok(())));
+        assert_eq!((grbl.on_cancel(false), grbl.check(false)), (OnCancel::KeepsPath, Ok(())));
         for unknown in [
             &["VER:1.1f.20260817:"][..],
             &["VER:3.7 FluidNC v3.7.8:"],
             &["VER:1.1h.2026:", "FIRMWARE:x"],
             &[],
         ] {
-            assert_eq!(identity(unknown).on_cancel(), OnCancel::MayStray, "{unknown:?}");
+            assert_eq!(identity(unknown).on_cancel(false), OnCancel::MayStray, "{unknown:?}");
         }
         let hal = identity(&["VER:1.1f.20260817:", "FIRMWARE:grblHAL"]);
         assert!(hal.check(false).is_err() && hal.check(true).is_ok());
+        assert_eq!(hal.on_cancel(true), OnCancel::NotOffered);
         let unlocked = identity(&["VER:1.1f.20260817:", "OPT:VNML,100,1024,3,0", "FIRMWARE:grblHAL"]);
         assert!(unlocked.check(true).is_err());
     }

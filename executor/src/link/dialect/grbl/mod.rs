@@ -30,7 +30,7 @@ use buffers::Buffers;
 use identity::Identity;
 use inspect::GrblInspector;
 use meaning::{alarm_text, error_text};
-use settings::{Settings, StartupBlocks, Stated};
+use settings::{Settings, StartupBlocks, Stated, Stores};
 pub use status::Status;
 
 /// What the dialect is in the middle of.
@@ -45,8 +45,8 @@ enum Stage {
     Reading(Settings),
     /// The lines that the controller runs after a reset are read.
     ReadingBlocks(Settings, StartupBlocks),
-    /// So many lines that store settings are unanswered.
-    Storing(u8, Limits),
+    /// A line that stores a setting is unanswered; these follow.
+    Storing(Stores, Limits),
     Prepared,
     Homing,
     /// So many lines that set modes are unanswered.
@@ -81,7 +81,7 @@ impl Grbl {
             stage: Stage::Silent,
             work_offset: None,
             stated: Stated::default(),
-            on_cancel: OnCancel::MayStray,
+            on_cancel: Identity::default().on_cancel(false),
             buffers: Buffers::default(),
             lines: Lines::default(),
         }
@@ -204,12 +204,8 @@ impl Grbl {
                 }
                 Err(unfit) => Some(Reply::Unfit(unfit)),
             },
-            Stage::ReadingBlocks(settings, blocks) => self.store(&settings, blocks, out),
-            Stage::Storing(open @ 2.., limits) => {
-                self.stage = Stage::Storing(open - 1, limits);
-                None
-            }
-            Stage::Storing(_, limits) => self.prepared(limits),
+            Stage::ReadingBlocks(settings, blocks) => self.set_up(&settings, blocks, out),
+            Stage::Storing(stores, limits) => self.store(stores, limits, out),
             Stage::Homing => {
                 self.stage = Stage::Prepared;
                 Some(Reply::Homed)
@@ -246,37 +242,38 @@ impl Grbl {
         if let Err(unfit) = identity.check(self.hal) {
             return Some(Reply::Unfit(unfit));
         }
-        self.on_cancel = if self.hal { OnCancel::MayStray } else { identity.on_cancel() };
+        self.on_cancel = identity.on_cancel(self.hal);
         out.extend(b"$$\n");
         self.stage = Stage::Reading(Settings::default());
         None
     }
 
     /// Sets what the session relies on where the controller has it otherwise.
-    fn store(&mut self, settings: &Settings, blocks: StartupBlocks, out: &mut Vec<u8>) -> Option<Reply> {
-        let mut open = 0;
-        match blocks.needed() {
-            Ok(None) => {}
-            Ok(Some(line)) => {
-                out.extend(line);
-                open += 1;
-            }
+    fn set_up(&mut self, settings: &Settings, blocks: StartupBlocks, out: &mut Vec<u8>) -> Option<Reply> {
+        let startup = match blocks.needed() {
+            Ok(startup) => startup,
             Err(unfit) => return Some(Reply::Unfit(unfit)),
-        }
-        if !settings.reports_blocks() {
-            out.extend(b"$10=3\n");
-            open += 1;
-        }
+        };
         let mm = self.setting.arc_tolerance_mm;
-        if !settings.follows_arcs(mm) {
-            // Down to a digit that is said: rounded up, arcs would leave by more than the margin has for them.
-            let said = (mm * 1e5 + 1e-6).floor() / 1e5;
-            out.extend(format!("$12={said:.5}\n").bytes());
-            open += 1;
+        let stores = Stores {
+            startup,
+            report_mask: settings.report_mask_needed(self.hal),
+            arc_tolerance_mm: (!settings.follows_arcs(mm)).then_some(mm),
+        };
+        self.store(stores, settings.limits(), out)
+    }
+
+    /// Stores the next setting; when none is left, the controller is prepared. GRBL loses what arrives while it writes a setting,
+    /// so each waits for the answer to the one before.
+    fn store(&mut self, mut stores: Stores, limits: Limits, out: &mut Vec<u8>) -> Option<Reply> {
+        match stores.take_next() {
+            Some(line) => {
+                out.extend(line);
+                self.stage = Stage::Storing(stores, limits);
+                None
+            }
+            None => self.prepared(limits),
         }
-        let limits = settings.limits();
-        self.stage = Stage::Storing(open, limits);
-        if open == 0 { self.prepared(limits) } else { None }
     }
 
     fn prepared(&mut self, limits: Limits) -> Option<Reply> {
@@ -317,9 +314,8 @@ impl Dialect for Grbl {
             contours: MotionShape::Line,
             arcs: true,
             queues: true,
-            // Until `$I` has told what it is.
-            on_cancel: OnCancel::MayStray,
-            flushes: self.hal,
+            // Until `$I` has stated what it is.
+            on_cancel: Identity::default().on_cancel(self.hal),
             holds: true,
             checked: false,
         }

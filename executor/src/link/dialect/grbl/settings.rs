@@ -1,5 +1,6 @@
 //! What the controller is set to: its settings, what it runs after a reset, and its work coordinates.
 
+use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::{Point, Vector};
 
 use super::super::lines::plane;
@@ -90,6 +91,30 @@ fn words(line: &str) -> Vec<String> {
     words
 }
 
+/// What is still to be stored.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Stores {
+    /// A startup line, whole.
+    pub(super) startup: Option<&'static [u8]>,
+    pub(super) report_mask: Option<u16>,
+    pub(super) arc_tolerance_mm: Option<f64>,
+}
+
+impl Stores {
+    /// The next line to send.
+    pub(super) fn take_next(&mut self) -> Option<Vec<u8>> {
+        if let Some(line) = self.startup.take() {
+            return Some(line.to_vec());
+        }
+        if let Some(mask) = self.report_mask.take() {
+            return Some(format!("$10={mask}\n").into_bytes());
+        }
+        // Down to a digit that is stated: rounded up, arcs would leave by more than the margin has for them.
+        let stated = (self.arc_tolerance_mm.take()? * 1e5 + 1e-6).floor() / 1e5;
+        Some(format!("$12={stated:.5}\n").into_bytes())
+    }
+}
+
 /// Controller settings that safety and steering rest on.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Settings {
@@ -144,9 +169,13 @@ impl Settings {
         Ok(())
     }
 
-    /// Whether reports carry machine positions (bit 0) and planner blocks (bit 1).
-    pub(super) fn reports_blocks(&self) -> bool {
-        self.report_mask.is_some_and(|mask| mask.rem_euclid(4.0) >= 3.0)
+    /// The report mask that is needed, where the controller has another: machine positions (bit 0) and buffers (bit 1). grblHAL
+    /// reports its work offset only with bit 5.
+    pub(super) fn report_mask_needed(&self, hal: bool) -> Option<u16> {
+        let needed = if hal { 0b10_0011 } else { 0b11 };
+        let mask = self.report_mask.map_or(0, |mask| u16::try_from(nearest_unit(mask)).unwrap_or(0));
+        let set = if hal { mask | needed } else { needed };
+        (mask & needed != needed).then_some(set)
     }
 
     /// Whether the arc tolerance is provably no more than `mm`: it is reported with three decimals.

@@ -1,0 +1,102 @@
+//! Feed planning: how far ahead of the tool targets are wanted, and how often.
+
+use std::time::Duration;
+
+use super::super::guard::DRAIN;
+use super::helm::Helm;
+
+/// Where motions can not be joined, each lasts up to this, s.
+const SINGLE_S: f64 = 1.0;
+/// The same where they can not be cancelled either: the hand is not followed for that long, s.
+const UNSTOPPABLE_S: f64 = 0.25;
+/// Time between an answer and the next status query, s.
+const QUERY_PAUSE_S: f64 = 0.04;
+/// Status queries that it takes to complete a target, and one that may be late.
+const QUERIES: f64 = 4.0;
+/// Targets of the in-flight set that the planner counts on.
+const TARGETS: f64 = 10.0;
+/// Longest time between two jogs, s: over a slower line the next one waits for status reports anyway.
+const STEP_MAX_S: f64 = 0.3;
+
+/// How far ahead targets are wanted at a speed: enough to brake, and to bridge the time until the next target can arrive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct LookAhead {
+    acceleration_mm_s2: f64,
+    /// Time to bridge, s.
+    horizon_s: f64,
+    /// Time between two jogs, s.
+    step_s: f64,
+    /// Time that the in-flight set spans at low speed, s.
+    span_s: f64,
+}
+
+impl LookAhead {
+    /// The look-ahead of jogs at full deflection up to `speed_mm_s`.
+    ///
+    /// A target stays in the in-flight set from when it is sent until [`DRAIN`] after it was reached, and until status reports say
+    /// so. The set holds only so many targets, so jogs are at least that time over their number apart.
+    pub(super) fn of(helm: &Helm<'_>, speed_mm_s: f64) -> Self {
+        let trip_s = helm.round_trip.as_secs_f64();
+        // The known position is as old as a status query takes, and the pause before it.
+        let latency_s = (trip_s * 2.5 + 2.0 * QUERY_PAUSE_S).clamp(0.1, 2.5);
+        let braking_s = speed_mm_s / (2.0 * helm.limits.acceleration_mm_s2);
+        let completing_s = DRAIN.as_secs_f64() + QUERIES * (trip_s + trip_s.max(QUERY_PAUSE_S));
+        let step_s = ((braking_s + latency_s + completing_s) / TARGETS).min(STEP_MAX_S);
+        let single_s = if helm.abilities.cancels() { SINGLE_S } else { UNSTOPPABLE_S };
+        let horizon_s = latency_s + step_s;
+        let horizon_s = if helm.abilities.queues { horizon_s } else { horizon_s.max(single_s) };
+        Self {
+            acceleration_mm_s2: helm.limits.acceleration_mm_s2,
+            horizon_s,
+            step_s,
+            span_s: completing_s + horizon_s,
+        }
+    }
+
+    /// Time between two jogs.
+    pub(super) fn step(&self) -> Duration {
+        Duration::from_secs_f64(self.step_s)
+    }
+
+    /// The speed at which the in-flight set is no longer than this, mm/s.
+    pub(super) fn speed_of_set_mm_s(&self, length_mm: f64) -> f64 {
+        length_mm / self.span_s
+    }
+
+    /// The speed at which jogs are no longer than this, mm/s.
+    pub(super) fn speed_of_steps_mm_s(&self, length_mm: f64) -> f64 {
+        length_mm / self.step_s
+    }
+
+    /// The shortest jog worth sending at this speed, mm.
+    pub(super) fn least_mm(&self, speed_mm_s: f64) -> f64 {
+        speed_mm_s * self.step_s / 2.0
+    }
+
+    /// How far ahead targets are wanted at this speed, mm: v²/2a + v·t.
+    pub(super) fn distance_mm(&self, speed_mm_s: f64) -> f64 {
+        speed_mm_s * speed_mm_s / (2.0 * self.acceleration_mm_s2) + speed_mm_s * self.horizon_s
+    }
+
+    /// The speed at which targets are wanted this far ahead, mm/s: the inverse of [`LookAhead::distance_mm`].
+    pub(super) fn speed_mm_s(&self, distance_mm: f64) -> f64 {
+        let (a, t) = (self.acceleration_mm_s2, self.horizon_s);
+        // 2d / (t + √(t² + 2d/a)) keeps its digits for any a.
+        2.0 * distance_mm / (t + (t * t + 2.0 * distance_mm / a).sqrt())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn speed_is_the_inverse_of_distance() {
+        for acceleration_mm_s2 in [1.0, 500.0, f64::INFINITY] {
+            let look = LookAhead { acceleration_mm_s2, horizon_s: 0.2, step_s: 0.09, span_s: 0.9 };
+            for speed in [0.0, 1.0, 83.0, 200.0] {
+                assert!((look.speed_mm_s(look.distance_mm(speed)) - speed).abs() < 1e-9);
+            }
+        }
+    }
+}

@@ -1,0 +1,220 @@
+//! One line or arc between two points that lies beside places between them.
+//!
+//! Places are seen from the chord between the points: along it from its middle, and to its left. Lengths are in lattice units.
+
+use keepout_kernel::curve::{fit_arc, hypot, radius, xy};
+use keepout_kernel::offset::shortest_arc;
+use keepout_kernel::{Curve, Point, Segment, Turn};
+
+/// A point or a vector in lattice units.
+pub(crate) type Xy = (f64, f64);
+
+/// An arc turns by no more than a quarter: its height is at most this share of half the chord (tan 22.5°, and rounding).
+const HEIGHT_MAX: f64 = 0.414_25;
+/// An arc has no larger radius (2 m): a line takes its place where that is near enough.
+const RADIUS_MAX: f64 = 2e8;
+/// An arc that is not higher is a line.
+const FLAT: f64 = 1.0;
+/// Rounding of an arc's centre.
+const ROUNDING: f64 = 2.0;
+/// Rounds in which the height of an arc is sought.
+const ROUNDS: usize = 4;
+/// A change of the height that ends the search.
+const SETTLED: f64 = 0.1;
+/// A place this near to an end of the chord, as a share, tells nothing of the height.
+const AT_END: f64 = 1e-3;
+
+/// How far to its left and to its right a curve may have places.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Band {
+    /// To the left of the curve.
+    pub left: f64,
+    /// To the right of the curve.
+    pub right: f64,
+}
+
+impl Band {
+    fn holds(self, to_left: f64) -> bool {
+        -self.right - ROUNDING <= to_left && to_left <= self.left + ROUNDING
+    }
+}
+
+/// The chord between two points.
+pub(crate) struct Chord {
+    ends: (Point, Point),
+    middle: Xy,
+    along: Xy,
+    half: f64,
+}
+
+impl Chord {
+    /// `None` when the points are the same.
+    pub fn between(from: Point, to: Point) -> Option<Self> {
+        let (p, q) = (xy(from), xy(to));
+        let (dx, dy) = minus(q, p);
+        let length = hypot(dx, dy);
+        let middle = (f64::midpoint(p.0, q.0), f64::midpoint(p.1, q.1));
+        let along = (dx / length, dy / length);
+        (from != to).then_some(Self { ends: (from, to), middle, along, half: length / 2.0 })
+    }
+
+    /// The line or the arc of a quarter turn at most between the chord's ends that has all places within the band, near the
+    /// middle of what the band permits. `None` when there is none, or the places do not run forward along the chord.
+    pub fn curve_beside(&self, places: &[Xy], band: Band) -> Option<Curve> {
+        let height = self.height(places, band)?;
+        let line = || Curve::Line(Segment { from: self.ends.0, to: self.ends.1 });
+        let curve = self.arc(height).unwrap_or_else(line);
+        places.iter().all(|&p| band.holds(self.to_left(&curve, p))).then_some(curve)
+    }
+
+    /// The height of the arc to the left of the chord.
+    ///
+    /// An arc that is higher by h is higher by h·(1 − x²/half²) at x, to first order: each place bounds the height from both
+    /// sides, and a few rounds do for arcs of a quarter turn.
+    fn height(&self, places: &[Xy], band: Band) -> Option<f64> {
+        let seen: Vec<Xy> = places.iter().map(|&p| self.seen(p)).collect();
+        if seen.windows(2).any(|pair| pair[1].0 < pair[0].0 - FLAT) {
+            return None;
+        }
+        let share = |x: f64| 1.0 - (x / self.half) * (x / self.half);
+        let middle = seen.iter().copied().min_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))?;
+        let mut height = middle.1 / share(middle.0).max(0.1);
+        for _ in 0..ROUNDS {
+            let (mut least, mut greatest) = (f64::NEG_INFINITY, f64::INFINITY);
+            for &place in &seen {
+                let (above, share) = (self.above(place, height), share(place.0));
+                if share > AT_END {
+                    least = least.max((above - band.left) / share);
+                    greatest = greatest.min((above + band.right) / share);
+                }
+            }
+            if least > greatest + FLAT {
+                return None;
+            }
+            let step = f64::midpoint(least, greatest);
+            if !step.is_finite() {
+                break;
+            }
+            height += step;
+            if step.abs() < SETTLED {
+                break;
+            }
+        }
+        (height.abs() <= HEIGHT_MAX * self.half).then_some(height)
+    }
+
+    fn seen(&self, p: Xy) -> Xy {
+        let d = minus(p, self.middle);
+        (dot(d, self.along), cross(self.along, d))
+    }
+
+    /// How far a place, seen from the chord, is to the left of the arc of that height.
+    fn above(&self, (x, y): Xy, height: f64) -> f64 {
+        if height.abs() < AT_END {
+            return y;
+        }
+        let r = self.radius(height);
+        // Without the cancellation of two large radii: D − r = (D² − r²) / (D + r).
+        let up = y - height;
+        (x * x + up * up + 2.0 * r * up) / (hypot(x, up + r) + r.abs()) * r.signum()
+    }
+
+    /// The radius of the arc of that height, negative for one to the right.
+    fn radius(&self, height: f64) -> f64 {
+        (self.half * self.half + height * height) / (2.0 * height)
+    }
+
+    /// The arc of that height; `None` when a line is to be taken.
+    fn arc(&self, height: f64) -> Option<Curve> {
+        if height.abs() < FLAT {
+            return None;
+        }
+        let up = height - self.radius(height);
+        let centre = (self.middle.0 - self.along.1 * up, self.middle.1 + self.along.0 * up);
+        let turn = if height > 0.0 { Turn::Right } else { Turn::Left };
+        let arc = fit_arc(self.ends.0, self.ends.1, centre, turn).ok()?;
+        let long = 2.0 * self.half > f64::from(shortest_arc(arc.radius()).units());
+        (long && radius(&arc) <= RADIUS_MAX).then_some(Curve::Arc(arc))
+    }
+
+    /// How far a place is to the left of a curve between the chord's ends.
+    fn to_left(&self, curve: &Curve, p: Xy) -> f64 {
+        match curve {
+            Curve::Line(_) => self.seen(p).1,
+            Curve::Arc(arc) => {
+                let (x, y) = minus(p, xy(arc.centre()));
+                let outside = hypot(x, y) - radius(arc);
+                if arc.turn() == Turn::Left { -outside } else { outside }
+            }
+        }
+    }
+}
+
+pub(crate) fn minus(a: Xy, b: Xy) -> Xy {
+    (a.0 - b.0, a.1 - b.1)
+}
+
+pub(crate) fn dot(a: Xy, b: Xy) -> f64 {
+    a.0 * b.0 + a.1 * b.1
+}
+
+pub(crate) fn cross(a: Xy, b: Xy) -> f64 {
+    a.0 * b.1 - a.1 * b.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use keepout_kernel::curve::nearest_point;
+
+    fn at((x, y): Xy) -> Point {
+        nearest_point(x, y).unwrap()
+    }
+
+    /// Places on arcs of all sizes and turns, moved to and fro by a share of the band.
+    fn places(radius: f64, begin: f64, turn: f64, off: f64) -> Vec<Xy> {
+        let place = |k: u32| {
+            let (sine, cosine) = (begin + turn * f64::from(k) / 16.0).sin_cos();
+            let r = if k.is_multiple_of(16) { radius } else { radius + off * (f64::from(k) * 2.0).sin() };
+            (1000.0 + r * cosine, r * sine - 500.0)
+        };
+        (0..=16).map(place).collect()
+    }
+
+    #[test]
+    fn arcs_are_found_beside_their_own_places() {
+        for radius in [5e4, 1e6, 1e7, 1.9e8] {
+            for turn in [-1.5, -0.3, 0.05, 1.0, 1.5] {
+                let places = places(radius, 0.7, turn, 20.0);
+                let chord = Chord::between(at(places[0]), at(places[16])).unwrap();
+                let curve = chord.curve_beside(&places, Band { left: 25.0, right: 25.0 });
+                let Some(Curve::Arc(arc)) = curve else { panic!("{radius} {turn}: {curve:?}") };
+                assert_eq!(arc.turn(), if turn > 0.0 { Turn::Left } else { Turn::Right });
+                assert!(chord.curve_beside(&places, Band { left: 5.0, right: 5.0 }).is_none());
+            }
+        }
+    }
+
+    #[test]
+    fn bands_of_one_side_are_kept() {
+        let places = places(1e5, 0.0, 1.2, 0.0);
+        let chord = Chord::between(at(places[0]), at(places[16])).unwrap();
+        for (band, longer) in
+            [(Band { left: 0.0, right: 40.0 }, false), (Band { left: 40.0, right: 0.0 }, true)]
+        {
+            let Some(Curve::Arc(arc)) = chord.curve_beside(&places, band) else { panic!("{band:?}") };
+            // The places lie on one side of it: they turn left, and a larger radius passes within them.
+            let far =
+                hypot(places[8].0 - xy(arc.centre()).0, places[8].1 - xy(arc.centre()).1) - radius(&arc);
+            assert_eq!(far < 0.0, longer, "{band:?}: {far}");
+        }
+    }
+
+    #[test]
+    fn places_that_run_back_have_no_curve() {
+        let chord = Chord::between(at((0.0, 0.0)), at((1000.0, 0.0))).unwrap();
+        let band = Band { left: 10.0, right: 10.0 };
+        assert!(chord.curve_beside(&[(0.0, 0.0), (600.0, 0.0), (400.0, 0.0), (1000.0, 0.0)], band).is_none());
+        assert!(Chord::between(at((5.0, 5.0)), at((5.0, 5.0))).is_none());
+    }
+}

@@ -1,0 +1,256 @@
+//! Merged motions: as near to the path they replace as is promised, both ways, on random loops; and certified plans of random
+//! drawings that have fewer motions than the path as it was found.
+#![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
+
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+
+use keepout_kernel::curve::{fit_arc, hypot, nearest_point, radius, xy};
+use keepout_kernel::{Curve, Point, Segment, Turn};
+use keepout_planner::finish::{centre_distance, propose};
+use keepout_planner::machine::MachineProfile;
+use keepout_planner::merge::{INWARD, OUTWARD, merged_loop};
+use keepout_planner::order::Order;
+use keepout_planner::plan::{CertifiedPlan, Job};
+use keepout_planner::profile::{MachinedSide, Profile, free_outlines};
+use keepout_planner::units::{along_mm, mm, nearest_on_mm, point_mm};
+use proptest::prelude::{Strategy, proptest};
+use proptest::test_runner::Config;
+
+/// Places that are looked at on each motion.
+const PLACES: u32 = 40;
+/// Rounding, lattice units.
+const TOLERANCE: f64 = 5.0;
+
+/// A wavy closed line of so many places, counter-clockwise, lattice units.
+fn wave(count: u32, size: f64, waves: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let place = |k: u32| {
+        let a = TAU * f64::from(k) / f64::from(count);
+        let add =
+            |(order, (height, phase)): (f64, &(f64, f64))| height / order / order * (order * a + phase).sin();
+        let r = size * (1.0 + (2..).map(f64::from).zip(waves).map(add).sum::<f64>());
+        (r * a.cos(), r * a.sin())
+    };
+    (0..count).map(place).collect()
+}
+
+/// Lines between the places, every so many of them an arc through the place between two.
+fn loop_through(places: &[(f64, f64)], arcs: usize) -> Vec<Curve> {
+    let points: Vec<Point> = places.iter().map(|&(x, y)| nearest_point(x, y).unwrap()).collect();
+    let mut curves = Vec::new();
+    let mut k = 0;
+    while k < points.len() {
+        let at = |i: usize| points[(k + i) % points.len()];
+        let arc =
+            if k % arcs == 0 && k + 2 <= points.len() { arc_through(at(0), at(1), at(2)) } else { None };
+        let line = Curve::Line(Segment { from: at(0), to: at(1) });
+        k += if arc.is_some() { 2 } else { 1 };
+        curves.push(arc.unwrap_or(line));
+    }
+    curves
+}
+
+fn arc_through(from: Point, by: Point, to: Point) -> Option<Curve> {
+    let ((ax, ay), (bx, by), (cx, cy)) = (xy(from), xy(by), xy(to));
+    let (ux, uy, vx, vy) = (bx - ax, by - ay, cx - ax, cy - ay);
+    let twice = 2.0 * (ux * vy - uy * vx);
+    let (u2, v2) = (ux * ux + uy * uy, vx * vx + vy * vy);
+    let centre = (ax + (vy * u2 - uy * v2) / twice, ay + (ux * v2 - vx * u2) / twice);
+    let turn = if twice > 0.0 { Turn::Left } else { Turn::Right };
+    let large = hypot(centre.0 - ax, centre.1 - ay) > 1e8 || !twice.is_normal();
+    fit_arc(from, to, centre, turn).ok().filter(|_| !large).map(Curve::Arc)
+}
+
+/// Places on the curve, mm, both ends among them.
+fn places_on(curve: &Curve) -> Vec<(f64, f64)> {
+    let place = |k: u32| along_mm(curve, f64::from(k) / f64::from(PLACES)).0;
+    (0..=PLACES).map(place).collect()
+}
+
+/// How far a place, mm, is to the right of the curve, lattice units; where it is not beside the curve, how far from its nearer end.
+fn right_of((x, y): (f64, f64), curve: &Curve) -> f64 {
+    let p = (x / mm(1), y / mm(1));
+    let (a, b) = (xy(curve.from()), xy(curve.to()));
+    let far = |q: (f64, f64)| hypot(p.0 - q.0, p.1 - q.1);
+    let side = |a: (f64, f64), b: (f64, f64)| (b.0 - a.0) * (p.1 - a.1) - (b.1 - a.1) * (p.0 - a.0);
+    let at_end = far(a).min(far(b));
+    match curve {
+        Curve::Line(_) => {
+            let n = nearest_on_mm(p, a, b);
+            if n == a || n == b { at_end } else { -side(a, b) / hypot(b.0 - a.0, b.1 - a.1) }
+        }
+        Curve::Arc(arc) => {
+            let c = xy(arc.centre());
+            let sign = if arc.turn() == Turn::Left { 1.0 } else { -1.0 };
+            // Arcs of less than half a turn.
+            let within = sign * side(c, a) >= 0.0 && sign * side(c, b) <= 0.0;
+            if within { sign * (far(c) - radius(arc)) } else { at_end }
+        }
+    }
+}
+
+/// How far each place is to the right of the nearest of the curves.
+fn beside<'a>(places: &'a [(f64, f64)], curves: &'a [&Curve]) -> impl Iterator<Item = f64> + 'a {
+    places.iter().map(|&p| {
+        let each = curves.iter().map(|curve| right_of(p, curve));
+        each.min_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap()
+    })
+}
+
+/// Checks what is promised of a merged loop.
+fn check(before: &[Curve], after: &[Curve]) {
+    assert!(after.len() <= before.len() && after.len() >= 2.min(before.len()));
+    let next = after.iter().cycle().skip(1);
+    assert!(after.iter().zip(next).all(|(curve, next)| curve.to() == next.from()));
+    let start = before.iter().position(|curve| curve.from() == after[0].from()).unwrap();
+    let mut left = before[start..].iter().chain(&before[..start]);
+    for curve in after {
+        let mut run = vec![];
+        while run.last().is_none_or(|last: &&Curve| last.to() != curve.to()) {
+            run.push(left.next().expect("merged motions end at joints of the path"));
+        }
+        if run.len() == 1 {
+            assert_eq!(run[0], curve);
+            continue;
+        }
+        for off in beside(&places_on(curve), &run) {
+            assert!((-INWARD - TOLERANCE..=OUTWARD + TOLERANCE).contains(&off), "{off} {curve:?} {run:?}");
+        }
+        let path: Vec<_> = run.iter().flat_map(|each| places_on(each)).collect();
+        for off in beside(&path, &[curve]) {
+            assert!((-OUTWARD - TOLERANCE..=INWARD + TOLERANCE).contains(&off), "{off} {curve:?} {run:?}");
+        }
+    }
+    assert!(left.next().is_none());
+}
+
+fn waves() -> impl Strategy<Value = Vec<(f64, f64)>> {
+    proptest::collection::vec((-0.3..0.3, 0.0..TAU), 0..8)
+}
+
+proptest! {
+    #![proptest_config(Config::with_cases(200))]
+
+    #[test]
+    fn merged_loops_stay_beside_the_loop(
+        waves in waves(),
+        count in 3_u32..400,
+        size in 1e3..1e7_f64,
+        arcs in 1_usize..9,
+        noise in 0.0..40.0_f64,
+    ) {
+        let mut places = wave(count, size, &waves);
+        for (k, place) in (0_u32..).map(f64::from).zip(&mut places) {
+            *place = (place.0 + noise * (k * 1.7).sin(), place.1 + noise * (k * 2.9).cos());
+        }
+        let before = loop_through(&places, arcs);
+        check(&before, &merged_loop(&before, &|_| true));
+        // Whatever is refused, the loop holds together.
+        check(&before, &merged_loop(&before, &|curve| curve.from().x.units() % 3 == 0));
+        assert_eq!(merged_loop(&before, &|_| false).len(), before.len());
+    }
+}
+
+#[test]
+fn fine_loops_become_few_motions_and_corners_stay() {
+    let fine = loop_through(&wave(1500, 3e6, &[]), usize::MAX);
+    let merged = merged_loop(&fine, &|_| true);
+    assert!((4..=6).contains(&merged.len()), "a circle is {} motions", merged.len());
+    // A square of short lines: four corners, four lines.
+    let side = |k: u32| f64::from(k) * 1e4;
+    let (up, down) = (|| (0..100).map(side), || (0..100).map(|k| 1e6 - side(k)));
+    let square: Vec<(f64, f64)> = up()
+        .map(|x| (x, 0.0))
+        .chain(up().map(|y| (1e6, y)))
+        .chain(down().map(|x| (x, 1e6)))
+        .chain(down().map(|y| (0.0, y)))
+        .collect();
+    assert_eq!(merged_loop(&loop_through(&square, usize::MAX), &|_| true).len(), 4);
+    // Chords that turn by four degrees each are corners.
+    let coarse = loop_through(&wave(90, 3e6, &[]), usize::MAX);
+    assert_eq!(merged_loop(&coarse, &|_| true), coarse);
+    assert_eq!(merged_loop(&[], &|_| true), []);
+}
+
+fn planned(dxf: &str, tool_diameter_mm: f64, side: MachinedSide) -> Option<CertifiedPlan> {
+    let order = Order { job: Job { tool_diameter_mm, side, ..Job::default() }, ..Order::default() };
+    order.plan("", dxf.as_bytes(), &MachineProfile::simulated(), &mut |_| {}).ok()
+}
+
+/// Motions of the plan, and of the path as it was found.
+fn motions(plan: &CertifiedPlan) -> (usize, usize) {
+    let (profile, none) = (&plan.plan.profile, Profile::default());
+    let outlines = free_outlines(profile, &none, &plan.part);
+    let d = centre_distance(profile, &none, plan.finishing);
+    let found = propose(&outlines, &plan.part, d, 1.0).unwrap();
+    (plan.certified_motions, found.loops.iter().map(|each| each.curves.len()).sum())
+}
+
+fn dxf_of(entity: &str) -> String {
+    format!(
+        "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n{entity}0\nENDSEC\n0\nEOF\n"
+    )
+}
+
+fn polyline(places: &[(f64, f64)]) -> String {
+    let mut text = format!("0\nLWPOLYLINE\n8\n0\n90\n{}\n70\n1\n", places.len());
+    for (x, y) in places {
+        let _ = write!(text, "10\n{:.5}\n20\n{:.5}\n", x / 1e5, y / 1e5);
+    }
+    dxf_of(&text)
+}
+
+fn spline(places: &[(f64, f64)]) -> String {
+    let mut text = String::from("0\nSPLINE\n8\n0\n70\n3\n71\n3\n");
+    for k in 0..places.len() + 7 {
+        let _ = write!(text, "40\n{k}.0\n");
+    }
+    for (x, y) in places.iter().chain(&places[..3]) {
+        let _ = write!(text, "10\n{:.5}\n20\n{:.5}\n30\n0.0\n", x / 1e5, y / 1e5);
+    }
+    dxf_of(&text)
+}
+
+proptest! {
+    #![proptest_config(Config::with_cases(40))]
+
+    /// A plan is certified when it is made: fewer motions are no less.
+    #[test]
+    fn plans_of_random_drawings_have_fewer_motions(
+        waves in waves(),
+        count in 8_u32..500,
+        size in 5e5..5e6_f64,
+        tool_mm in 0.5..8.0_f64,
+    ) {
+        let places = wave(count, size, &waves);
+        let coarse = wave(count.min(40), size, &waves);
+        for side in [MachinedSide::Outside, MachinedSide::Inside] {
+            for dxf in [polyline(&places), spline(&coarse)] {
+                let Some(plan) = planned(&dxf, tool_mm, side) else { continue };
+                let (merged, found) = motions(&plan);
+                assert!(merged <= found, "{merged} of {found}");
+            }
+        }
+    }
+}
+
+/// 1,510 chords of 0.12 mm with five decimals: cut in far fewer motions, on both sides.
+#[test]
+fn contours_of_short_chords_are_cut_in_few_motions() {
+    let places = wave(1510, 3e6, &[(0.1, 0.3), (0.1, 2.0), (0.2, 1.0)]);
+    for side in [MachinedSide::Outside, MachinedSide::Inside] {
+        let (merged, found) = motions(&planned(&polyline(&places), 3.0, side).unwrap());
+        assert!(found >= 1510 && merged <= 100, "{side:?}: {merged} of {found}");
+    }
+}
+
+#[test]
+fn lengths_are_kept() {
+    let plan = planned(&polyline(&wave(1510, 3e6, &[])), 3.0, MachinedSide::Outside).unwrap();
+    let radius_mm = 30.0 + mm(plan.finishing.units());
+    let length_mm = plan.plan.finish().length_mm();
+    assert!((length_mm - TAU * radius_mm).abs() < 0.02, "{length_mm}");
+    let start = plan.plan.finish().loops[0].curves[0].from();
+    let (x, y) = point_mm(start);
+    assert!((x.hypot(y) - radius_mm).abs() < 0.002);
+}

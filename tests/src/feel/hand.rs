@@ -1,0 +1,122 @@
+//! Hands that push in ways that can be measured.
+
+use std::sync::{Arc, Mutex};
+
+use keepout_executor::operator::{Operator, Seen};
+use keepout_executor::supervisor::Wish;
+use keepout_executor::time::Time;
+
+/// A hand.
+pub(super) enum Hand {
+    /// In one direction.
+    Away(Away),
+    /// Along the nearest wall and into it.
+    Follow(Follow),
+    /// Pushes and releases.
+    Pushes(Pushes),
+}
+
+/// A constant push until the tool is beyond a place, or the time is over.
+pub(super) struct Away {
+    pub(super) direction: (f64, f64),
+    /// A direction, and how far along it, mm.
+    pub(super) beyond: ((f64, f64), f64),
+    pub(super) within_s: f64,
+}
+
+/// A push at an angle into the nearest wall, with the wall on the right.
+pub(super) struct Follow {
+    pub(super) angle: f64,
+    pub(super) within_s: f64,
+}
+
+/// Pushes with rests between them; keeps the times.
+pub(super) struct Pushes {
+    plan: Vec<(f64, (f64, f64))>,
+    next: usize,
+    /// Times at which the push began, or ended when it is a single one.
+    pub(super) times: Arc<Mutex<Vec<f64>>>,
+    keeps: Keeps,
+    pushed: bool,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Keeps {
+    Pushes,
+    Releases,
+}
+
+impl Pushes {
+    /// So many pushes of 0.2 s from rest, each followed by a rest of `rest_s` and a little more.
+    pub(super) fn new(count: usize, rest_s: f64) -> Self {
+        let directions = [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)];
+        let mut random = fastrand::Rng::with_seed(4);
+        let mut at = 1.0;
+        let mut plan = Vec::new();
+        for k in 0..count {
+            plan.push((at, directions[k % 4]));
+            plan.push((at + 0.2, (0.0, 0.0)));
+            at += 0.2 + rest_s + random.f64() * 0.2;
+        }
+        plan.push((at, (f64::NAN, 0.0)));
+        Self { plan, next: 0, times: Arc::default(), keeps: Keeps::Pushes, pushed: false }
+    }
+
+    /// One push of `held_s`.
+    pub(super) fn once(direction: (f64, f64), held_s: f64) -> Self {
+        let plan = vec![(0.5, direction), (0.5 + held_s, (0.0, 0.0)), (6.0 + held_s, (f64::NAN, 0.0))];
+        Self { plan, next: 0, times: Arc::default(), keeps: Keeps::Releases, pushed: false }
+    }
+
+    fn wish(&mut self, seconds: f64, now: Time) -> Wish {
+        while self.plan.get(self.next).is_some_and(|step| step.0 <= seconds) {
+            self.next += 1;
+        }
+        let direction = self.next.checked_sub(1).map_or((0.0, 0.0), |k| self.plan[k].1);
+        if direction.0.is_nan() {
+            return Wish::QUIT;
+        }
+        let pushed = direction != (0.0, 0.0);
+        if pushed != self.pushed && pushed == (self.keeps == Keeps::Pushes) {
+            self.times.lock().expect("the session has one thread").push(now.seconds());
+        }
+        self.pushed = pushed;
+        Wish { direction, ..Wish::default() }
+    }
+}
+
+/// A hand with the time at which jogging was first possible.
+pub(super) struct Timed {
+    pub(super) hand: Hand,
+    pub(super) began: Option<Time>,
+}
+
+impl Operator for Timed {
+    fn wish(&mut self, seen: &Seen, now: Time) -> Wish {
+        if !seen.phase.is_steered() {
+            return Wish::default();
+        }
+        let seconds = now.since(*self.began.get_or_insert(now)).as_secs_f64();
+        match &mut self.hand {
+            Hand::Away(away) => {
+                let (along, limit) = away.beyond;
+                let beyond = seen.position_mm.is_some_and(|at| at.0 * along.0 + at.1 * along.1 > limit);
+                let over = beyond || seconds > away.within_s;
+                if over { Wish::QUIT } else { Wish { direction: away.direction, ..Wish::default() } }
+            }
+            Hand::Follow(follow) if seconds > follow.within_s => Wish::QUIT,
+            Hand::Follow(follow) => Wish { direction: follow.direction(seen), ..Wish::default() },
+            Hand::Pushes(pushes) => pushes.wish(seconds, now),
+        }
+    }
+}
+
+impl Follow {
+    fn direction(&self, seen: &Seen) -> (f64, f64) {
+        let (Some(at), Some(wall)) = (seen.position_mm, seen.wall_mm) else { return (0.0, 0.0) };
+        let (x, y) = (wall.0 - at.0, wall.1 - at.1);
+        let (sin, cos) = self.angle.sin_cos();
+        let length = x.hypot(y).max(1e-9);
+        ((x * sin - y * cos) / length, (y * sin + x * cos) / length)
+    }
+}

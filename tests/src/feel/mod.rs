@@ -1,0 +1,142 @@
+//! How jogging feels, in figures: sliding along walls, the first step after a push, rest after a release.
+//!
+//! On simulated controllers in virtual time at 115200 baud. The true tool position is watched, not what is reported.
+
+mod hand;
+mod scene;
+mod trace;
+
+use std::time::Duration;
+
+use keepout_executor::link::dialect::Language;
+
+use hand::{Away, Follow, Hand, Pushes};
+use scene::{BAR_END_MM, START_MM, Scene, turned};
+pub use scene::{Shape, Table, Wall};
+pub use trace::median_and_p99;
+
+/// Slower than this share of the commanded speed is a dip.
+pub const DIP: f64 = 0.4;
+/// Nearer to the jogging limit than this, the tool is at the wall, mm.
+pub const AT_WALL_MM: f64 = 0.05;
+/// Push angle into curved walls, degrees.
+pub const CURVE_PUSH: f64 = 45.0;
+
+/// How the tool slid along a wall.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Slide {
+    /// Mean speed along the wall, as a share of the commanded component. Of curved walls: of the commanded component at
+    /// [`CURVE_PUSH`].
+    pub share: f64,
+    /// Mean speed, mm/s.
+    pub speed_mm_s: f64,
+    /// Dips below [`DIP`] of the commanded component, or of the mean speed on curved walls, per metre.
+    pub dips_per_m: f64,
+    /// Height above the jogging limit, 90th percentile, mm.
+    pub height_mm: f64,
+    /// Full stops.
+    pub stops: usize,
+    /// Length of the slide, mm.
+    pub length_mm: f64,
+}
+
+/// Pushes into a straight wall that lies at the angle `wall`, at `angle` into it, both in degrees, over a line that delays by `delay_ms` each way.
+///
+/// Heights count from when the tool is at the wall, speeds from when it has reached its speed or has had time to accelerate from rest,
+/// both up to where it must brake for the end of the bar.
+///
+/// # Errors
+/// What kept the session from running.
+pub fn straight(table: &Table, wall: f64, angle: f64, delay_ms: u64) -> Result<Slide, String> {
+    let shape = Shape::Bar(wall);
+    let scene = Scene::of(table, shape, Language::Grbl, delay_ms)?;
+    let (sin, cos) = angle.to_radians().sin_cos();
+    let gap_mm = if angle == 0.0 { 0.01 } else { (10.0 * angle.to_radians().tan()).clamp(0.5, 10.0) };
+    let start = shape.start_mm(scene.limit_mm() + gap_mm);
+    let commanded = table.speed_mm_s() * cos;
+    let hand = Away {
+        direction: turned((cos, -sin), wall),
+        beyond: (turned((1.0, 0.0), wall), -START_MM),
+        within_s: 30.0 + 100.0 / table.speed_mm_s(),
+    };
+    let trace = scene.trace(start, Hand::Away(hand))?;
+    let arrived = trace.first(|at| scene.height_mm(at) < AT_WALL_MM).unwrap_or(0.0);
+    let accelerated = arrived + commanded / table.acceleration_mm_s2 + 0.1;
+    let settled = trace.first_speed_after(arrived, 0.95 * commanded).unwrap_or(accelerated).min(accelerated);
+    let end_mm = BAR_END_MM - commanded * commanded / (2.0 * table.acceleration_mm_s2) - 0.4 * commanded;
+    let end = trace.first(|at| turned(at, -wall).0 > end_mm.min(-START_MM));
+    Ok(trace.slide(&scene, (arrived, settled, end), commanded, |speed, _| speed))
+}
+
+/// Slides along a curved wall for some seconds, pushed at [`CURVE_PUSH`] into it.
+///
+/// # Errors
+/// What kept the session from running.
+pub fn curved(table: &Table, shape: Shape, delay_ms: u64) -> Result<Slide, String> {
+    let scene = Scene::of(table, shape, Language::Grbl, delay_ms)?;
+    let start = shape.start_mm(scene.limit_mm() + 0.5);
+    let commanded = table.speed_mm_s() * CURVE_PUSH.to_radians().cos();
+    let hand = Follow { angle: CURVE_PUSH.to_radians(), within_s: 12.0 };
+    let trace = scene.trace(start, Hand::Follow(hand))?;
+    let arrived = trace.first(|at| scene.height_mm(at) < 4.0 * AT_WALL_MM).unwrap_or(0.0);
+    let settled = arrived + commanded / table.acceleration_mm_s2 + 1.0;
+    Ok(trace.slide(&scene, (settled, settled, None), commanded, |_, mean| mean))
+}
+
+/// Seconds from where the tool slides, 30 mm before the end of the bar, to beside its end, past the outside corner; pushed at 45° into the
+/// wall.
+///
+/// # Errors
+/// What kept the session from running.
+pub fn corner(table: &Table, delay_ms: u64) -> Result<f64, String> {
+    let shape = Shape::Bar(0.0);
+    let scene = Scene::of(table, shape, Language::Grbl, delay_ms)?;
+    let (_, y) = shape.start_mm(scene.limit_mm() + 0.5);
+    let part = std::f64::consts::FRAC_1_SQRT_2;
+    let hand = Away { direction: (part, -part), beyond: ((0.0, -1.0), 0.0), within_s: 60.0 };
+    let trace = scene.trace((BAR_END_MM - 60.0, y), Hand::Away(hand))?;
+    let before = trace.first(|at| at.0 > BAR_END_MM - 30.0).ok_or("the tool did not slide")?;
+    let past = trace.first(|at| at.1 < 0.0).ok_or("the tool did not pass the corner")?;
+    Ok(past - before)
+}
+
+/// Seconds from a push to the first step, of many pushes from rest at times that follow no rhythm, ascending.
+///
+/// # Errors
+/// What kept the session from running.
+pub fn first_steps(table: &Table, delay_ms: u64, count: usize) -> Result<Vec<f64>, String> {
+    let scene = Scene::of(table, Shape::Bar(0.0), Language::Grbl, delay_ms)?;
+    let hand = Pushes::new(count, 0.6 + 4.0 * Duration::from_millis(delay_ms).as_secs_f64());
+    let (trace, pushed) = scene.trace_of_pushes((0.0, 60.0), hand)?;
+    let mut waited: Vec<f64> =
+        pushed.iter().filter_map(|&at| trace.first_step_after(at, table.acceleration_mm_s2)).collect();
+    waited.sort_by(f64::total_cmp);
+    Ok(waited)
+}
+
+/// How the tool came to rest: seconds and mm from the release.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Release {
+    /// Time to rest, s.
+    pub seconds: f64,
+    /// Distance to rest, mm.
+    pub distance_mm: f64,
+}
+
+/// Releases the stick, while sliding along a straight wall or far from any, pushed at 45° at full deflection.
+///
+/// # Errors
+/// What kept the session from running.
+pub fn release(table: &Table, language: Language, delay_ms: u64, wall: Wall) -> Result<Release, String> {
+    let shape = Shape::Bar(0.0);
+    let scene = Scene::of(table, shape, language, delay_ms)?;
+    let part = std::f64::consts::FRAC_1_SQRT_2;
+    let (gap_mm, direction) = match wall {
+        Wall::Sliding => (2.0, (part, -part)),
+        Wall::Far => (30.0, (part, part)),
+    };
+    let start = shape.start_mm(scene.limit_mm() + gap_mm);
+    let held_s = (table.speed_mm_s() / table.acceleration_mm_s2 + 0.5).min(70.0 / table.speed_mm_s() + 0.5);
+    let (trace, released) = scene.trace_of_pushes(start, Pushes::once(direction, held_s))?;
+    released.first().map(|&at| trace.rest_after(at)).ok_or_else(|| "nothing was released".into())
+}
