@@ -79,6 +79,9 @@ fn fast_hold_of_grblhal_is_found_and_plain_hold_keeps_the_path() {
 fn idle_delay_is_found() {
     let ends = |scenario: &Scenario| scenario.name == "ends of motions";
     let slow = Quirks { idle_delay: Duration::from_millis(25), ..Quirks::default() };
+    let found = Findings::of(&played(&Language::Grbl, slow.clone(), |each| each.care == Care::Harmless));
+    assert_eq!(found.keeps_path_on_cancel(), Some(true), "{found}");
+    assert!((20..=30).contains(&found.idle_delay.as_millis()), "{found}");
     let slow = played(&Language::Grbl, slow, ends);
     let delay = Findings::of(&slow).idle_delay;
     assert!((20..=30).contains(&delay.as_millis()), "{delay:?}");
