@@ -8,6 +8,7 @@
 //!
 //! The same supervisor runs on a real serial port, on a pty and against the simulated machine in virtual time.
 
+pub mod conformance;
 pub mod link;
 pub mod operator;
 pub mod servo;

@@ -34,6 +34,50 @@ pub struct MachineProfile {
     /// Where that figure comes from: `keepout servo budget` writes it.
     #[serde(default)]
     pub contour_error_source: Option<String>,
+    /// The controller, as measured: `keepout doctor --conformance --store` writes it.
+    #[serde(default)]
+    pub controller: Option<ControllerProfile>,
+}
+
+/// The figures of a controller that were measured at the machine.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ControllerProfile {
+    /// The firmware and its version, as the controller states them.
+    #[serde(default)]
+    pub firmware: String,
+    /// Whether cancelled jogs stopped on their path. `false` makes a session assume that a cancel may leave the path; `true`
+    /// only records a measurement, and no session relies on it.
+    #[serde(default)]
+    pub keeps_path_on_cancel: Option<bool>,
+    /// Largest distance from the commanded path at a cancel, mm.
+    #[serde(default)]
+    pub largest_deviation_mm: Option<f64>,
+    /// Longest time without an answer after a motion, ms.
+    #[serde(default)]
+    pub idle_delay_ms: Option<f64>,
+    /// Blocks of the planner.
+    #[serde(default)]
+    pub planner_blocks: Option<u32>,
+    /// Bytes of the receive buffer.
+    #[serde(default)]
+    pub receive_buffer: Option<u32>,
+    /// Median time from a status query to its answer, ms.
+    #[serde(default)]
+    pub report_latency_ms: Option<f64>,
+}
+
+impl ControllerProfile {
+    /// Its numbers with their names and permitted ranges.
+    fn figures(&self) -> [(&'static str, Option<f64>, RangeInclusive<f64>); 5] {
+        [
+            ("largest_deviation_mm", self.largest_deviation_mm, 0.0..=5000.0),
+            ("idle_delay_ms", self.idle_delay_ms, 0.0..=60_000.0),
+            ("planner_blocks", self.planner_blocks.map(f64::from), 1.0..=1e6),
+            ("receive_buffer", self.receive_buffer.map(f64::from), 1.0..=1e9),
+            ("report_latency_ms", self.report_latency_ms, 0.0..=60_000.0),
+        ]
+    }
 }
 
 /// Where the simulated machine's contour error comes from; a test of the executor works it out again.
@@ -92,6 +136,7 @@ impl MachineProfile {
             repeatability_mm: 0.004,
             contour_error_mm: 0.011_3,
             contour_error_source: Some(SIMULATED_CONTOUR.into()),
+            controller: None,
         }
     }
 
@@ -126,14 +171,28 @@ impl MachineProfile {
         toml::to_string(self).expect("numbers and texts are TOML")
     }
 
+    /// The text of a profile with another `[controller]` table; the rest of the text stays as a person wrote it.
+    ///
+    /// # Panics
+    /// Never: every field has a form in TOML.
+    #[must_use]
+    pub fn text_with_controller(text: &str, controller: &ControllerProfile) -> String {
+        let before: Vec<&str> = text.lines().take_while(|line| line.trim() != "[controller]").collect();
+        let table = toml::to_string(controller).expect("numbers and texts are TOML");
+        format!("{}\n\n[controller]\n{table}", before.join("\n").trim_end())
+    }
+
     /// Checks that every figure is one a machine can have.
     ///
     /// # Errors
     /// [`MachineError::Figure`] naming the first that is not; [`MachineError::Text`] for a text that can not be shown.
     pub fn checked(self) -> Result<Self, MachineError> {
-        for (field, text) in
-            [("name", Some(&self.name)), ("contour_error_source", self.contour_error_source.as_ref())]
-        {
+        let firmware = self.controller.as_ref().map(|controller| &controller.firmware);
+        for (field, text) in [
+            ("name", Some(&self.name)),
+            ("contour_error_source", self.contour_error_source.as_ref()),
+            ("firmware", firmware),
+        ] {
             if text.is_some_and(|text| text.contains(char::is_control)) {
                 return Err(MachineError::Text { field });
             }
@@ -150,6 +209,13 @@ impl MachineProfile {
             ("contour_error_mm", self.contour_error_mm, 0.0..=10.0),
         ];
         for (field, value, range) in sizes {
+            if !range.contains(&value) {
+                return Err(MachineError::Figure { field, value, range });
+            }
+        }
+        let figures = self.controller.iter().flat_map(ControllerProfile::figures);
+        for (field, value, range) in figures.filter_map(|(field, value, range)| Some((field, value?, range)))
+        {
             if !range.contains(&value) {
                 return Err(MachineError::Figure { field, value, range });
             }
@@ -184,6 +250,30 @@ mod tests {
             assert!(usual.contains(from), "{from}");
             let error = MachineProfile::parse(Path::new("any.toml"), &usual.replace(from, to)).expect_err(to);
             assert!(error.to_string().contains("must be between"), "{error}");
+        }
+    }
+
+    #[test]
+    fn controller_table_is_replaced_and_the_rest_is_kept() {
+        let path = Path::new("any.toml");
+        let text = format!("# my mill\n{}", MachineProfile::simulated().to_toml());
+        let first = ControllerProfile { keeps_path_on_cancel: Some(true), ..ControllerProfile::default() };
+        let second = ControllerProfile {
+            firmware: "1.1h \"x\"".into(),
+            keeps_path_on_cancel: Some(false),
+            largest_deviation_mm: Some(0.3),
+            planner_blocks: Some(15),
+            ..ControllerProfile::default()
+        };
+        let stored = MachineProfile::text_with_controller(&text, &first);
+        let stored = MachineProfile::text_with_controller(&stored, &second);
+        assert!(stored.starts_with("# my mill\n") && stored.matches("[controller]").count() == 1);
+        let read = MachineProfile::parse(path, &stored).unwrap();
+        assert_eq!(read, MachineProfile { controller: Some(second), ..MachineProfile::simulated() });
+        for wrong in ["idle_delay_ms = -1.0", "planner_blocks = 0", "largest_deviation_mm = inf", "speed = 1"]
+        {
+            let text = format!("{text}\n[controller]\n{wrong}\n");
+            assert!(MachineProfile::parse(path, &text).is_err(), "{wrong}");
         }
     }
 

@@ -23,7 +23,7 @@ use crate::text_file;
 
 const MAGIC: &[u8; 12] = b"KEEPOUT PLAN";
 /// The version that is written, and the only one that is read.
-pub const VERSION: u16 = 3;
+pub const VERSION: u16 = 4;
 const HEADER: usize = MAGIC.len() + 2 + 32;
 /// Largest plan file that is read, in bytes.
 pub const SIZE_MAX: u64 = 1 << 30;

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
+use keepout_executor::conformance::check_dialect;
 use keepout_executor::link::dialect::{Fit, Inspected, Language, Setting};
 use keepout_executor::link::examine::{Examination, examine, remedy};
 use keepout_executor::link::serial::Serial;
@@ -14,15 +15,17 @@ use keepout_planner::machine::MachineProfile;
 use keepout_planner::margin::Budget;
 
 use super::CliError;
+use super::conformance::{AtPort, ConformanceArguments, compare_files, conformance};
 
-/// It sends nothing but queries and questions: the machine does not move, and nothing is stored. The exit code is 0 when
+/// It sends nothing but queries and questions: the machine does not move, and nothing is stored. With --conformance it moves
+/// the tool in a small box, after a question. The exit code is 0 when
 /// nothing was found that a session could not begin with, 6 when the port or the controller does not answer, or is not set up as
 /// a session needs it.
 #[derive(Debug, Args)]
 pub struct DoctorArguments {
     /// The serial port, such as /dev/ttyUSB0.
-    #[arg(long, value_name = "DEVICE")]
-    port: String,
+    #[arg(long, value_name = "DEVICE", required_unless_present = "compare")]
+    port: Option<String>,
     /// What the controller speaks: grbl, grblhal, zaber, venus, or a file that describes it. Settings are asked of the first two
     /// only.
     #[arg(long, value_name = "DIALECT", default_value = "grbl")]
@@ -36,30 +39,57 @@ pub struct DoctorArguments {
     /// Queries whose answers are timed.
     #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u16).range(1..=10_000))]
     queries: u16,
+    #[command(flatten)]
+    conformance: ConformanceArguments,
 }
 
 pub fn doctor(arguments: &DoctorArguments) -> Result<ExitCode, CliError> {
+    if let Some(files) = &arguments.conformance.compare {
+        return compare_files(files);
+    }
     let machine = match &arguments.machine_profile {
         Some(path) => MachineProfile::load(path)?,
         None => MachineProfile::simulated(),
     };
     let language =
         Language::named(&arguments.dialect).map_err(|error| CliError::Argument(error.to_string()))?;
+    if arguments.conformance.conformance {
+        check_dialect(&language)?;
+    }
     let setting = Setting::of(&machine, Vector { dx: 0, dy: 0 });
     let mut dialect = language.dialect(setting);
-    let port = Serial::open(&arguments.port, arguments.baud)?;
+    let mut port = Serial::open(arguments.port.as_deref().unwrap_or_default(), arguments.baud)?;
+    let mut clock = RealClock::default();
     let needed = (machine.steps_per_mm, machine.arc_tolerance_mm);
     let queries = usize::from(arguments.queries);
-    let found = examine(port, RealClock::default(), dialect.as_mut(), queries, needed)?;
-    let mut fit = print_state(&found);
+    let found = examine(&mut port, &mut clock, dialect.as_mut(), queries, needed)?;
+    let (fit, machine) = print_examination(machine, &found, arguments.baud)?;
+    match (&arguments.machine_profile, fit) {
+        (Some(profile), true) if arguments.conformance.conformance => {
+            let baud = arguments.baud;
+            let at = AtPort { port: &mut port, baud, clock: &mut clock, language, machine, profile };
+            conformance(at, &arguments.conformance)
+        }
+        (_, true) => Ok(ExitCode::SUCCESS),
+        (_, false) => Ok(ExitCode::from(6)),
+    }
+}
+
+/// What was found; whether a session can begin, and the machine with the controller's own figures.
+fn print_examination(
+    machine: MachineProfile,
+    found: &Examination,
+    baud: u32,
+) -> Result<(bool, MachineProfile), CliError> {
+    let mut fit = print_state(found);
     match &found.inspector {
         Some(inspected) => fit &= print_findings(inspected),
         None => print("settings", "this dialect reads them when a session begins; nothing was asked here"),
     }
-    print_timing(&found);
-    let machine = as_found(machine, &found);
+    print_timing(found);
+    let machine = as_found(machine, found);
     print_margin(&machine)?;
-    print_feel(&machine, &found, arguments.baud);
+    print_feel(&machine, found, baud);
     println!(
         "\n{}",
         match (fit, &found.inspector) {
@@ -68,7 +98,7 @@ pub fn doctor(arguments: &DoctorArguments) -> Result<ExitCode, CliError> {
             (false, _) => "No session can begin; see above what to do.",
         }
     );
-    Ok(if fit { ExitCode::SUCCESS } else { ExitCode::from(6) })
+    Ok((fit, machine))
 }
 
 fn print(name: &str, value: &str) {

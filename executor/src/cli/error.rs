@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use keepout_executor::conformance::{RecordError, RecordingError};
 use keepout_executor::link::examine::ExamineError;
 use keepout_executor::link::port::PortError;
 use keepout_executor::operator::OperatorError;
@@ -80,6 +81,12 @@ pub enum CliError {
     /// The controller could not be examined.
     #[error(transparent)]
     Examine(#[from] ExamineError),
+    /// No scenario can be recorded, or no more.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// A recording can not be read.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
     /// A log can not be read.
     #[error(transparent)]
     LogRead(#[from] LogReadError),
@@ -155,15 +162,22 @@ impl CliError {
             | Self::Write { .. }
             | Self::Log(_)
             | Self::Tape(_) => 7,
-            Self::LogRead(LogReadError::Read { .. }) | Self::NoPlan { .. } => 2,
-            Self::PlanFile(_) | Self::NotCertified { .. } | Self::LogRead(_) | Self::Replay { .. } => 5,
+            Self::LogRead(LogReadError::Read { .. })
+            | Self::NoPlan { .. }
+            | Self::Record(RecordError::Dialect { .. })
+            | Self::Recording(RecordingError::File { .. }) => 2,
+            Self::Recording(_)
+            | Self::PlanFile(_)
+            | Self::NotCertified { .. }
+            | Self::LogRead(_)
+            | Self::Replay { .. } => 5,
             #[cfg(unix)]
             Self::Simulate(StandaloneError::Pty(_)) => 6,
             #[cfg(unix)]
             Self::Simulate(StandaloneError::File { .. }) => 7,
             #[cfg(unix)]
             Self::Simulate(_) => 2,
-            Self::Port(_) | Self::Examine(_) => 6,
+            Self::Port(_) | Self::Examine(_) | Self::Record(_) => 6,
         })
     }
 }

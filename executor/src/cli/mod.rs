@@ -1,5 +1,6 @@
 //! The command line.
 
+mod conformance;
 mod display;
 mod doctor;
 mod error;

@@ -46,3 +46,17 @@ pub trait Port {
         Time::ZERO
     }
 }
+
+impl<P: Port> Port for &mut P {
+    fn write(&mut self, bytes: &[u8], now: Time) -> Result<(), PortError> {
+        (**self).write(bytes, now)
+    }
+
+    fn read(&mut self, into: &mut Vec<u8>, now: Time) -> Result<(), PortError> {
+        (**self).read(into, now)
+    }
+
+    fn next_event(&self) -> Time {
+        (**self).next_event()
+    }
+}

@@ -73,6 +73,20 @@ impl Clock for VirtualClock {
     }
 }
 
+impl<C: Clock> Clock for &mut C {
+    fn now(&mut self) -> Time {
+        (**self).now()
+    }
+
+    fn wait(&mut self, until: Time) {
+        (**self).wait(until);
+    }
+
+    fn is_real(&self) -> bool {
+        (**self).is_real()
+    }
+}
+
 /// After the time is over, the machine comes to rest within this.
 const REST_WITHIN: Duration = Duration::from_secs(10);
 /// Time between two flushes of the log.

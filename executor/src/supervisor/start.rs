@@ -4,6 +4,7 @@ use keepout_kernel::UNITS_PER_MM;
 use keepout_kernel::curve::nearest_unit;
 
 use super::event::{Command, Mode, Reply, Report};
+use super::guard::OnCancel;
 use super::manual::Steering;
 use super::state::State;
 use super::{Fault, Limits, Supervisor};
@@ -40,7 +41,8 @@ impl Supervisor {
             (State::Preparing, Reply::Prepared(limits, on_cancel)) => {
                 self.note_of_acceleration(*limits);
                 self.limits = self.limits.least(*limits);
-                self.guard.learn_of_cancels(*on_cancel, deceleration(self.limits.acceleration_mm_s2));
+                let on_cancel = self.weaker(*on_cancel);
+                self.guard.learn_of_cancels(on_cancel, deceleration(self.limits.acceleration_mm_s2));
                 if self.homes {
                     commands.push(Command::Home);
                     self.state = State::Homing;
@@ -55,6 +57,16 @@ impl Supervisor {
             }
             (State::Arming, Reply::Armed) => self.state = State::Locating { seen: None },
             _ => {}
+        }
+    }
+
+    /// What a cancel does, as the controller's identity and the machine profile have it: a measured departure from the path
+    /// overrules the identity, and a measurement without one proves nothing.
+    fn weaker(&self, stated: OnCancel) -> OnCancel {
+        let controller = self.work.plan.plan.machine.controller.as_ref();
+        match controller.and_then(|controller| controller.keeps_path_on_cancel) {
+            Some(false) if stated == OnCancel::KeepsPath => OnCancel::MayStray,
+            _ => stated,
         }
     }
 

@@ -5,7 +5,7 @@
 use std::fmt::Write as _;
 
 use keepout_planner::job::ContourJob;
-use keepout_planner::machine::MachineProfile;
+use keepout_planner::machine::{ControllerProfile, MachineProfile};
 use keepout_planner::order::Order;
 use keepout_planner::units::point_from_mm;
 
@@ -28,9 +28,12 @@ const NEAR: (f64, f64) = (-3.1, 20.0);
 const NOW: Time = Time::from_micros(10_000_000);
 
 fn work() -> Workpiece {
+    work_on(&MachineProfile::simulated())
+}
+
+fn work_on(machine: &MachineProfile) -> Workpiece {
     let bytes = include_bytes!("../../drawings/bracket.dxf");
-    let order = Order::default();
-    Workpiece::new(order.plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap())
+    Workpiece::new(Order::default().plan("bracket", bytes, machine, &mut |_| {}).unwrap())
 }
 
 fn at(mm: (f64, f64)) -> Point {
@@ -216,5 +219,25 @@ fn homing_is_owed_until_the_tool_is_located() {
         step(&mut supervisor, prepared());
         let homes = matches!(supervisor.state, State::Homing);
         assert_eq!(homes, !located, "{steps} steps: {:?}", supervisor.phase());
+    }
+}
+
+/// A measured departure from the path counts more than the firmware's name; a measurement without one counts nothing.
+#[test]
+fn profile_weakens_what_a_cancel_does_and_never_strengthens_it() {
+    for (measured, stated, assumed) in [
+        (Some(false), OnCancel::KeepsPath, OnCancel::MayStray),
+        (Some(false), OnCancel::NotOffered, OnCancel::NotOffered),
+        (Some(true), OnCancel::MayStray, OnCancel::MayStray),
+        (Some(true), OnCancel::KeepsPath, OnCancel::KeepsPath),
+        (None, OnCancel::KeepsPath, OnCancel::KeepsPath),
+    ] {
+        let controller =
+            Some(ControllerProfile { keeps_path_on_cancel: measured, ..ControllerProfile::default() });
+        let work = work_on(&MachineProfile { controller, ..MachineProfile::simulated() });
+        let mut supervisor = supervisor(&work, "Preparing", State::Preparing);
+        let prepared = Event::Reply(Reply::Prepared(Limits::of(100.0, 500.0), stated));
+        supervisor.step(prepared, NOW, &mut Vec::new());
+        assert_eq!(supervisor.guard().on_cancel(), assumed, "{measured:?} {stated:?}");
     }
 }

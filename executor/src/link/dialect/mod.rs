@@ -13,7 +13,7 @@ mod venus;
 pub(crate) mod zaber;
 
 pub use described::{Described, Description, DescriptionError, TemplateError};
-pub use grbl::Grbl;
+pub use grbl::{Grbl, Status};
 pub use inspect::{Finding, Fit, Inspected, Inspector};
 pub use language::{Language, LanguageError};
 pub use venus::Venus;

@@ -85,7 +85,7 @@ pub(super) fn quoted(text: &str) -> String {
 }
 
 /// The bytes behind escapes as `escape_ascii` and `escape_default` write them.
-pub(super) fn unescaped(text: &str) -> Option<Vec<u8>> {
+pub(crate) fn unescaped(text: &str) -> Option<Vec<u8>> {
     let mut bytes = Vec::with_capacity(text.len());
     let mut rest = text.chars();
     while let Some(letter) = rest.next() {

@@ -160,7 +160,9 @@ impl GrblSim {
         if self.feed <= 0.0 {
             return Err(22);
         }
-        let to = self.target(&words, self.absolute, self.work_offset())?;
+        let in_machine = words.contains(&('G', 53.0));
+        let offset = if in_machine { (0.0, 0.0) } else { self.work_offset() };
+        let to = self.target(&words, self.absolute, offset)?;
         let targets = match self.motion_mode {
             MotionMode::Arc { left } => self.arc_chords(to, &words, left)?,
             _ => VecDeque::from([to]),

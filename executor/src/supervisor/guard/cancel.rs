@@ -61,6 +61,12 @@ impl Guard {
         self.deceleration = deceleration;
     }
 
+    /// What a cancel is taken to do.
+    #[must_use]
+    pub fn on_cancel(&self) -> OnCancel {
+        self.rules.on_cancel
+    }
+
     /// Whether a cancel may have led the tool off its path: no jog is admitted before it rests.
     #[must_use]
     pub fn may_have_strayed(&self) -> bool {

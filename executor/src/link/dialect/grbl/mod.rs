@@ -15,12 +15,13 @@ mod identity;
 mod inspect;
 mod meaning;
 mod settings;
+mod status;
 #[cfg(test)]
 mod tests;
 
 use keepout_kernel::{Curve, LatticeError, Point, Turn, Vector};
 
-use super::lines::{Line, Lines, as_str, plane, push_mm, push_number};
+use super::lines::{Line, Lines, as_str, push_mm, push_number};
 use super::{Dialect, Inspector, Setting, no_such_motion};
 use crate::link::Abilities;
 use crate::supervisor::guard::{Motion, MotionShape, OnCancel};
@@ -28,8 +29,9 @@ use crate::supervisor::{Command, Limits, Reply, Report, text};
 use buffers::Buffers;
 use identity::Identity;
 use inspect::GrblInspector;
-use meaning::{alarm_text, error_text, mode};
+use meaning::{alarm_text, error_text};
 use settings::{Settings, StartupBlocks, Stated, Stores};
+pub use status::Status;
 
 /// Longest line of a motion, bytes: GRBL's receive buffer holds 127, and a line may arrive twice.
 const LINE_MAX: usize = 63;
@@ -141,8 +143,8 @@ impl Grbl {
             number(rest).map_or(garbled, |code| self.refused(code, out))
         } else if let Some(rest) = line.strip_prefix("ALARM:") {
             number(rest).map_or(garbled, |code| Some(Reply::Alarm { code, meaning: alarm_text(code) }))
-        } else if let Some(inner) = line.strip_prefix('<').and_then(|rest| rest.strip_suffix('>')) {
-            self.report(inner).or(garbled)
+        } else if line.starts_with('<') && line.ends_with('>') {
+            self.report(line).or(garbled)
         } else if let Some((name, value)) = line.strip_prefix('$').and_then(|rest| rest.split_once('=')) {
             match (name.parse::<u16>(), value.split_whitespace().next().unwrap_or("").parse::<f64>()) {
                 (Ok(number), Ok(value)) => {
@@ -284,35 +286,17 @@ impl Grbl {
     }
 
     /// `None` when it is not formed as it should be: then nothing of it is believed.
-    fn report(&mut self, inner: &str) -> Option<Reply> {
-        let mut fields = inner.split('|');
-        let mode = mode(fields.next()?)?;
-        let (mut position, mut buffers, mut offset) = (None, None, None);
-        let mut later = fields.clone();
-        for field in fields {
-            later.next();
-            let (name, value) = field.split_once(':')?;
-            // A field that comes again shows that two reports became one: what it says belongs to neither.
-            if later.clone().any(|field| field.split_once(':').is_some_and(|(again, _)| again == name)) {
-                return None;
-            }
-            match name {
-                "MPos" => {
-                    let back = Vector { dx: -self.setting.offset.dx, dy: -self.setting.offset.dy };
-                    position = Some(plane(value)?.translated(back).ok()?);
-                }
-                "Bf" => {
-                    let (blocks, bytes) = value.split_once(',')?;
-                    buffers = Some((blocks.parse::<usize>().ok()?, bytes.parse::<usize>().ok()?));
-                }
-                "WCO" => offset = Some(plane(value)?),
-                _ => {}
-            }
-        }
+    fn report(&mut self, line: &str) -> Option<Reply> {
+        let Status { mode, position, free, offset, .. } = Status::parse(line)?;
+        let back = Vector { dx: -self.setting.offset.dx, dy: -self.setting.offset.dy };
+        let position = match position {
+            Some(position) => Some(position.translated(back).ok()?),
+            None => None,
+        };
         if offset.is_some_and(|offset| self.displaced(offset)) {
             return Some(Reply::Displaced);
         }
-        let (queued, waiting) = buffers.and_then(|free| self.buffers.take(mode, free)).unzip();
+        let (queued, waiting) = free.and_then(|free| self.buffers.take(mode, free)).unzip();
         let agreed = self.work_offset.is_some() && self.work_offset == self.stated.sum();
         // A report without its buffers is no evidence of anything.
         let position = position.filter(|_| agreed && waiting.is_some() || self.stage != Stage::Ready);

@@ -1,0 +1,37 @@
+//! Model conformance: whether a controller does what its simulated model does.
+//!
+//! A [`Recorder`] plays [`Scenario`]s over any port with any clock, and stores bytes and positions with their times in a
+//! [`Recording`]. [`Findings`] are the figures that a recording shows; [`compare`] lists the differences between two recordings of
+//! the same scenarios. Only the GRBL family has scenarios.
+//!
+//! ```text
+//! scenarios ──> recorder ──> recording ──> observed ──> findings
+//!                  |                          └───────> differences
+//!               port, clock
+//! ```
+
+mod compare;
+mod error;
+mod file;
+mod findings;
+mod observe;
+mod path;
+mod record;
+mod recording;
+mod scenario;
+mod simulated;
+mod start;
+#[cfg(test)]
+mod tests;
+
+pub use compare::{Aspect, Difference, compare, table};
+pub use error::RecordError;
+pub use file::{RecordingError, load, read, save, write};
+pub use findings::{Findings, Latency};
+pub use observe::{Observed, Stop, observe};
+pub use path::Mm2;
+pub use record::{Bench, Recorder};
+pub use recording::{Event, Header, Recording, What};
+pub use scenario::{Care, Frame, Scenario, Step, scenarios};
+pub use simulated::{Setting, simulate};
+pub use start::{Known, Setup, Start, check_dialect};

@@ -1,0 +1,308 @@
+//! Scenarios as data: lines, real-time characters and waits, about the place where the tool stands.
+
+use std::f64::consts::PI;
+use std::time::Duration;
+
+use keepout_kernel::curve::nearest_unit;
+
+use super::path::Mm2;
+
+/// Where a scenario may be played.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Care {
+    /// At a machine: it moves in its box, resets nothing and stores nothing.
+    Harmless,
+    /// At a simulated controller, or at a machine that somebody watches: it resets, raises alarms or leaves the box.
+    Harmful,
+}
+
+/// One step of a scenario. Places are relative to the middle of the box.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Step {
+    /// Send a line; its end is added.
+    Line(String),
+    /// Send a jog to a place.
+    Jog {
+        /// Where to.
+        to: Mm2,
+        /// Feed, mm/min.
+        feed: u32,
+    },
+    /// Send a programmed motion (G1) to a place.
+    Cut {
+        /// Where to.
+        to: Mm2,
+        /// Feed, mm/min.
+        feed: u32,
+    },
+    /// Send a real-time character.
+    Realtime(u8),
+    /// Wait.
+    Wait(Duration),
+    /// Wait until each line is answered.
+    Answered,
+    /// Wait until the controller rests.
+    Rest,
+}
+
+/// Steps with a name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scenario {
+    /// Unique among the scenarios of a recording.
+    pub name: String,
+    /// Where it may be played.
+    pub care: Care,
+    /// What is done, in order.
+    pub steps: Vec<Step>,
+}
+
+/// The figures that scenarios are made for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// Side of the box, mm.
+    pub box_mm: f64,
+    /// Top speed of the slower axis, mm/s.
+    pub max_rate_mm_s: f64,
+    /// Acceleration of the slower axis, mm/s².
+    pub acceleration_mm_s2: f64,
+    /// Blocks of the controller's planner.
+    pub blocks: u32,
+}
+
+/// Character that cancels a jog.
+pub(super) const CANCEL: u8 = 0x85;
+/// Character that resets.
+pub(super) const RESET: u8 = 0x18;
+
+/// A block of a full planner lasts so long, s: longer than its line takes at the port.
+const BLOCK_S: f64 = 0.025;
+
+/// All scenarios, harmless ones first.
+#[must_use]
+pub fn scenarios(frame: &Frame) -> Vec<Scenario> {
+    let mut all = Vec::new();
+    frame.identity(&mut all);
+    frame.junctions(&mut all);
+    frame.cancels(&mut all);
+    frame.holds(&mut all);
+    frame.refills(&mut all);
+    frame.full_planner(&mut all);
+    frame.short_jogs(&mut all);
+    frame.override_feed(&mut all);
+    frame.illegal_lines(&mut all);
+    frame.resets(&mut all);
+    frame.soft_limits(&mut all);
+    all
+}
+
+fn harmless(name: String, steps: Vec<Step>) -> Scenario {
+    Scenario { name, care: Care::Harmless, steps }
+}
+
+/// A feed in whole mm/min.
+fn whole(feed: f64) -> u32 {
+    u32::try_from(nearest_unit(feed)).unwrap_or(1).max(1)
+}
+
+fn harmful(name: &str, steps: Vec<Step>) -> Scenario {
+    Scenario { name: name.into(), care: Care::Harmful, steps }
+}
+
+impl Frame {
+    /// Targets stay within this distance of the middle in each axis: a cancelled tool may leave its path.
+    fn reach(&self) -> f64 {
+        0.35 * self.box_mm
+    }
+
+    /// A share of the top speed as a feed, mm/min, that a motion through the box can reach.
+    fn feed(&self, share: f64) -> u32 {
+        let reachable = (self.acceleration_mm_s2 * self.reach()).sqrt();
+        let feed = (self.max_rate_mm_s.min(reachable) * share * 60.0).clamp(10.0, 60_000.0);
+        whole(feed)
+    }
+
+    /// How long a motion of this length takes from rest to rest, s.
+    fn seconds(&self, length_mm: f64, feed: u32) -> f64 {
+        let (v, a) = (f64::from(feed) / 60.0, self.acceleration_mm_s2);
+        if v * v / a > length_mm { 2.0 * (length_mm / a).sqrt() } else { length_mm / v + v / a }
+    }
+
+    fn to(&self, x: f64, y: f64) -> Vec<Step> {
+        let to = Mm2::new(x * self.reach(), y * self.reach());
+        vec![Step::Jog { to, feed: self.feed(0.7) }, Step::Rest]
+    }
+
+    /// From the left edge, `count` segments through the box that turn by `angle`, left and right in turns.
+    fn zigzag(&self, count: u32, angle: f64) -> Vec<Mm2> {
+        let length = 2.0 * self.reach() / f64::from(count);
+        let mut at = Mm2::new(-self.reach(), 0.0);
+        let mut points = Vec::new();
+        for k in 0..count {
+            let side = if k % 2 == 0 { 0.5 } else { -0.5 };
+            at = at.toward(side * angle, length);
+            points.push(at);
+        }
+        points
+    }
+
+    fn identity(&self, all: &mut Vec<Scenario>) {
+        let line = |text: &str| Step::Line(text.into());
+        let steps = vec![line("$N"), Step::Answered, Step::Wait(Duration::from_millis(300))];
+        all.push(harmless("startup lines".into(), steps));
+    }
+
+    fn junctions(&self, all: &mut Vec<Scenario>) {
+        for share in [0.1, 0.4, 1.0] {
+            let feed = self.feed(share);
+            for degrees in (0..=180_u32).step_by(15) {
+                let angle = PI * f64::from(degrees) / 180.0;
+                let mut steps = self.to(-1.0, 0.0);
+                let corner = Mm2::default();
+                steps.push(Step::Jog { to: corner, feed });
+                steps.push(Step::Jog { to: corner.toward(angle, self.reach()), feed });
+                steps.push(Step::Rest);
+                all.push(harmless(format!("junction of {degrees} degrees, {feed} mm/min"), steps));
+            }
+        }
+    }
+
+    fn cancels(&self, all: &mut Vec<Scenario>) {
+        for share in [0.3, 1.0] {
+            self.cancel_phases(all, (1, 0), (share, 10));
+        }
+        for count in 2..=4 {
+            for degrees in [5, 30, 90, 150] {
+                self.cancel_phases(all, (count, degrees), (1.0, 8));
+            }
+        }
+    }
+
+    /// Cancels at equal times along one path.
+    fn cancel_phases(
+        &self,
+        all: &mut Vec<Scenario>,
+        (count, degrees): (u32, u32),
+        (share, phases): (f64, u32),
+    ) {
+        let feed = self.feed(share);
+        let points = self.zigzag(count, PI * f64::from(degrees) / 180.0);
+        let seconds = self.seconds(2.0 * self.reach(), feed);
+        for phase in 0..phases {
+            let wait = seconds * (f64::from(phase) + 0.5) / f64::from(phases);
+            let mut steps = self.to(-1.0, 0.0);
+            steps.extend(points.iter().map(|&to| Step::Jog { to, feed }));
+            steps.push(Step::Answered);
+            steps.push(Step::Wait(Duration::from_secs_f64(wait)));
+            steps.push(Step::Realtime(CANCEL));
+            steps.push(Step::Rest);
+            let name = format!(
+                "cancel of {count} jogs at {degrees} degrees, {feed} mm/min, {} of {phases}",
+                phase + 1
+            );
+            all.push(harmless(name, steps));
+        }
+    }
+
+    fn holds(&self, all: &mut Vec<Scenario>) {
+        let feed = self.feed(0.5);
+        let seconds = self.seconds(2.0 * self.reach(), feed);
+        for phase in 1..=4 {
+            let wait = Duration::from_secs_f64(seconds * f64::from(phase) / 5.0);
+            let to = Mm2::new(self.reach(), 0.0);
+            let still = Duration::from_secs_f64(seconds + 0.3);
+            for (what, motion) in [("jog", Step::Jog { to, feed }), ("G1", Step::Cut { to, feed })] {
+                let mut steps = self.to(-1.0, 0.0);
+                steps.extend([motion, Step::Answered, Step::Wait(wait), Step::Realtime(b'!')]);
+                steps.extend([Step::Wait(still), Step::Realtime(b'~'), Step::Rest]);
+                all.push(harmless(format!("hold in {what}, {phase} of 4"), steps));
+            }
+        }
+        let pause = Step::Wait(Duration::from_millis(200));
+        let steps = vec![Step::Realtime(b'!'), pause, Step::Realtime(b'~'), Step::Rest];
+        all.push(harmless("hold at rest".into(), steps));
+    }
+
+    fn refills(&self, all: &mut Vec<Scenario>) {
+        let feed = self.feed(0.5);
+        let seconds = self.seconds(2.0 * self.reach(), feed);
+        for phase in 1..=4 {
+            let mut steps = self.to(-1.0, 0.0);
+            steps.push(Step::Jog { to: Mm2::new(self.reach(), 0.0), feed });
+            steps.push(Step::Answered);
+            steps.push(Step::Wait(Duration::from_secs_f64(seconds * f64::from(phase) / 5.0)));
+            steps.push(Step::Realtime(CANCEL));
+            steps.push(Step::Jog { to: Mm2::new(0.0, self.reach()), feed });
+            steps.push(Step::Rest);
+            all.push(harmless(format!("refill after cancel, {phase} of 4"), steps));
+        }
+    }
+
+    fn full_planner(&self, all: &mut Vec<Scenario>) {
+        let half = self.blocks.div_ceil(2).max(1);
+        let count = 2 * self.blocks;
+        for (name, cancels) in [("full planner", false), ("cancel of a full planner", true)] {
+            let mut steps = self.to(-1.0, 0.0);
+            let length = self.reach() / f64::from(half);
+            let feed = whole((length / BLOCK_S * 60.0).clamp(10.0, 1200.0));
+            for k in 1..=count {
+                let along = f64::from(k % (2 * half)) * length - self.reach();
+                steps.push(Step::Jog { to: Mm2::new(along, 0.0), feed });
+            }
+            if cancels {
+                steps.push(Step::Realtime(CANCEL));
+            }
+            steps.push(Step::Rest);
+            all.push(harmless(name.into(), steps));
+        }
+    }
+
+    /// Ends of motions, for the time without answers after them.
+    fn short_jogs(&self, all: &mut Vec<Scenario>) {
+        let feed = self.feed(0.3);
+        let mut steps = Vec::new();
+        for k in 1..=24 {
+            let x = self.reach() * 0.01 * f64::from(k);
+            let to = Mm2::new(if k % 2 == 0 { x } else { -x }, 0.0);
+            steps.extend([Step::Jog { to, feed }, Step::Rest]);
+        }
+        all.push(harmless("ends of motions".into(), steps));
+    }
+
+    fn override_feed(&self, all: &mut Vec<Scenario>) {
+        let feed = self.feed(0.2);
+        let pause = || Step::Wait(Duration::from_millis(100));
+        let mut steps = self.to(-1.0, 0.0);
+        steps.extend([Step::Cut { to: Mm2::new(self.reach(), 0.0), feed }, Step::Answered]);
+        for character in [0x91, 0x92, 0x93, 0x94, 0x90] {
+            steps.extend([pause(), Step::Realtime(character)]);
+        }
+        steps.push(Step::Rest);
+        all.push(harmless("feed override".into(), steps));
+    }
+
+    /// A controller that takes one of these lines does not move: they name no place, or a way of no length.
+    fn illegal_lines(&self, all: &mut Vec<Scenario>) {
+        for text in ["$J=G91X0", "$J=G91G1X0F100", "$J=G91X0F", "$JX", "G1G2", "G999", "1"] {
+            let steps = vec![Step::Line(text.into()), Step::Answered, Step::Rest];
+            all.push(harmless(format!("illegal line {text}"), steps));
+        }
+    }
+
+    fn resets(&self, all: &mut Vec<Scenario>) {
+        let wait = |ms| Step::Wait(Duration::from_millis(ms));
+        let unlock = [Step::Line("$X".into()), Step::Answered, Step::Rest];
+        all.push(harmful("reset at rest", vec![Step::Realtime(RESET), wait(1500), Step::Rest]));
+        let mut steps = self.to(-1.0, 0.0);
+        steps.push(Step::Jog { to: Mm2::new(self.reach(), 0.0), feed: self.feed(0.3) });
+        steps.extend([Step::Answered, wait(100), Step::Realtime(RESET), wait(1500)]);
+        steps.push(Step::Line("$J=G91X0F100".into()));
+        steps.push(Step::Answered);
+        steps.extend(unlock);
+        all.push(harmful("reset in motion", steps));
+    }
+
+    fn soft_limits(&self, all: &mut Vec<Scenario>) {
+        let beyond = Step::Line("$J=G53G90G21X10F600".into());
+        all.push(harmful("jog beyond the travel", vec![beyond, Step::Answered, Step::Rest]));
+    }
+}

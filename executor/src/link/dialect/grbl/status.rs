@@ -1,0 +1,57 @@
+//! A status report, field by field.
+
+use keepout_kernel::Point;
+
+use super::super::lines::plane;
+use super::buffers::Free;
+use super::meaning::mode;
+use crate::supervisor::Mode;
+
+/// What a status report of a GRBL controller states, machine coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Status<'a> {
+    /// The state, in the controller's word.
+    pub state: &'a str,
+    /// The state, as the supervisor knows it.
+    pub mode: Mode,
+    /// The machine position.
+    pub position: Option<Point>,
+    /// Free planner blocks and free bytes of the receive buffer.
+    pub free: Option<Free>,
+    /// The work coordinate offset.
+    pub offset: Option<Point>,
+    /// The feed, mm/min.
+    pub feed_mm_min: Option<f64>,
+}
+
+impl<'a> Status<'a> {
+    /// Reads a line `<…>`. `None` when it is not formed as it should be: then nothing of it is believed.
+    #[must_use]
+    pub fn parse(line: &'a str) -> Option<Self> {
+        let inner = line.strip_prefix('<')?.strip_suffix('>')?;
+        let mut fields = inner.split('|');
+        let state = fields.next()?;
+        let mut status =
+            Self { state, mode: mode(state)?, position: None, free: None, offset: None, feed_mm_min: None };
+        let mut later = fields.clone();
+        for field in fields {
+            later.next();
+            let (name, value) = field.split_once(':')?;
+            // A field that comes again shows that two reports became one: what it says belongs to neither.
+            if later.clone().any(|field| field.split_once(':').is_some_and(|(again, _)| again == name)) {
+                return None;
+            }
+            match name {
+                "MPos" => status.position = Some(plane(value)?),
+                "Bf" => {
+                    let (blocks, bytes) = value.split_once(',')?;
+                    status.free = Some((blocks.parse().ok()?, bytes.parse().ok()?));
+                }
+                "WCO" => status.offset = Some(plane(value)?),
+                "F" | "FS" => status.feed_mm_min = value.split(',').next().and_then(|feed| feed.parse().ok()),
+                _ => {}
+            }
+        }
+        Some(status)
+    }
+}
