@@ -107,6 +107,7 @@ fn logs() -> Outcome {
     let touch = "0 0 -1 auto\n4 0 0 auto\n";
     let scenes = [
         ("grbl-hand", "grbl", hand, (-10, 8)),
+        ("grblhal-hand", "grblhal", hand, (-10, 8)),
         ("grbl-contour", "grbl", touch, (10, 21)),
         ("zaber", "zaber", hand, (-10, 8)),
         ("venus", "venus", hand, (-10, 8)),
