@@ -14,7 +14,7 @@ const QUERY_PAUSE_S: f64 = 0.04;
 /// Status queries that it takes to complete a target, and one that may be late.
 const QUERIES: f64 = 4.0;
 /// Targets of the in-flight set that the planner counts on.
-const TARGETS: f64 = 10.0;
+const TARGETS: f64 = 9.0;
 /// Longest time between two jogs, s: over a slower line the next one waits for status reports anyway.
 const STEP_MAX_S: f64 = 0.3;
 

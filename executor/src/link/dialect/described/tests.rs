@@ -112,7 +112,7 @@ fn start_without_acknowledgements() {
     assert_eq!(said(&mut tango, &Command::Arm), "?statusaxis\r");
     assert_eq!(hear(&mut tango, "@@-.-\r").0, [Reply::Armed]);
     let jog = said(&mut tango, &jog_to(5_000_123, 0, 600));
-    assert_eq!(jog, "!vel 10.000 10.000\r!moa -149.9988 -200.0000\r?statusaxis\r");
+    assert_eq!(jog, "!dim 2 2\r!vel 10.000 10.000\r!moa -149.9988 -200.0000\r?statusaxis\r");
     assert_eq!(hear(&mut tango, "M@-.-\r").0, [Reply::Accepted]);
 }
 
