@@ -90,13 +90,13 @@ impl Guard {
     }
 
     fn certify_cancel(&mut self) -> Result<CertifiedCancel, Refusal> {
+        #[cfg(feature = "mutations")]
+        if self.mutation == super::Mutation::UncertifiedCancel {
+            return Ok(CertifiedCancel::new());
+        }
         match self.rules.on_cancel {
             OnCancel::NotOffered => Err(Refusal::NoCancel),
             OnCancel::KeepsPath => Ok(CertifiedCancel::new()),
-            #[cfg(feature = "mutations")]
-            OnCancel::MayStray if self.mutation == super::Mutation::UncertifiedCancel => {
-                Ok(CertifiedCancel::new())
-            }
             OnCancel::MayStray => self.cancel_that_strays(),
         }
     }
