@@ -7,8 +7,8 @@ use std::process::ExitCode;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use keepout_executor::conformance::{
-    Bench, Care, Findings, RecordError, Recorder, Recording, Scenario, Setting, Setup, Start, compare, load,
-    save, scenarios, simulate, table,
+    Bench, Findings, RecordError, Recorder, Recording, Scenario, Setting, Setup, Start, compare, load, save,
+    scenarios, simulate, table,
 };
 use keepout_executor::link::dialect::Language;
 use keepout_executor::link::serial::Serial;
@@ -43,7 +43,7 @@ pub struct ConformanceArguments {
     /// Store the recording in this file.
     #[arg(long, value_name = "FILE", requires = "conformance")]
     record: Option<PathBuf>,
-    /// Store the findings in the machine profile, as its [controller] table.
+    /// Store the findings in the machine profile, as its `controller` table.
     #[arg(long, requires = "conformance")]
     store: bool,
     /// Compare two recordings.
@@ -127,7 +127,7 @@ fn announce(setup: &Setup) {
     let side = setup.box_mm;
     println!("- All targets lie in a box of {side} × {side} mm, in the plane, about the tool.");
     println!("- A controller that leaves its path on a cancel can leave the box by its braking distance.");
-    let count = scenarios(&setup.frame(1)).iter().filter(|each| each.care == Care::Harmless).count();
+    let count = scenarios(&setup.frame(1)).iter().filter(|each| each.is_harmless_to(&setup.language)).count();
     println!("- There are {count} scenarios. They take a few minutes, and longer on a slow machine.");
     println!("- Raise the tool and stop the spindle. Keep the emergency stop at hand.");
     println!("- Nothing is stored in the controller, and it is not reset.\n");
@@ -151,7 +151,7 @@ fn choose(setup: &Setup, blocks: u32, only: &[String]) -> Result<Vec<Scenario>, 
     let wanted = |each: &Scenario| only.is_empty() || only.iter().any(|name| each.name.starts_with(name));
     let all = scenarios(&setup.frame(blocks));
     let chosen: Vec<Scenario> =
-        all.into_iter().filter(|each| each.care == Care::Harmless && wanted(each)).collect();
+        all.into_iter().filter(|each| each.is_harmless_to(&setup.language) && wanted(each)).collect();
     if chosen.is_empty() {
         return Err(CliError::Argument(format!("no harmless scenario begins with {}", only.join(", "))));
     }

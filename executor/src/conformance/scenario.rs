@@ -6,6 +6,7 @@ use std::time::Duration;
 use keepout_kernel::curve::nearest_unit;
 
 use super::path::Mm2;
+use crate::link::dialect::Language;
 
 /// Where a scenario may be played.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,6 +55,16 @@ pub struct Scenario {
     pub care: Care,
     /// What is done, in order.
     pub steps: Vec<Step>,
+}
+
+impl Scenario {
+    /// Whether it may be played at a machine that speaks the language. grblHAL can send steps without end after a cancel, so it is
+    /// never sent one there (`docs/safety/controllers.md`).
+    #[must_use]
+    pub fn is_harmless_to(&self, language: &Language) -> bool {
+        let cancels = self.steps.contains(&Step::Realtime(CANCEL));
+        self.care == Care::Harmless && !(cancels && *language == Language::GrblHal)
+    }
 }
 
 /// The figures that scenarios are made for.

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use keepout_planner::machine::MachineProfile;
 
+use super::scenario::CANCEL;
 use super::*;
 use crate::link::dialect::Language;
 use crate::sim::Quirks;
@@ -112,6 +113,17 @@ fn startup_lines_and_silent_resets_are_found() {
     let differences = compare(&usual, &played(&Language::Grbl, silent, resets));
     let [only] = &differences[..] else { panic!("{differences:?}") };
     assert!(only.first.contains("greeting") && only.second.contains("none"), "{only:?}");
+}
+
+/// A cancel can make grblHAL send steps without end.
+#[test]
+fn no_cancel_is_played_at_a_grblhal_machine() {
+    let scenarios = scenarios(&Setup::of(Language::GrblHal, MachineProfile::simulated()).frame(100));
+    let cancels = |each: &&Scenario| each.steps.contains(&Step::Realtime(CANCEL));
+    assert!(scenarios.iter().filter(cancels).count() > 50);
+    assert!(!scenarios.iter().filter(cancels).any(|each| each.is_harmless_to(&Language::GrblHal)));
+    assert!(scenarios.iter().filter(cancels).any(|each| each.is_harmless_to(&Language::Grbl)));
+    assert!(scenarios.iter().any(|each| each.is_harmless_to(&Language::GrblHal)));
 }
 
 #[test]
