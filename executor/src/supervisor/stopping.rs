@@ -73,9 +73,9 @@ impl Supervisor {
             index <= first || !matches!(command, Command::Move(_))
         });
         commands.extend(match self.phase() {
-            Phase::Contouring | Phase::Holding | Phase::Stopping => {
-                self.abilities.holds.then_some(Command::Hold)
-            }
+            Phase::Contouring | Phase::Holding => self.abilities.holds.then_some(Command::Hold),
+            // GRBL takes a hold in a jog for a cancel.
+            Phase::Stopping => self.last_stop(),
             // What was sent before an earlier fault may still be on its way: a contour must not be cancelled.
             Phase::Starting => self.stops_homing(),
             _ => self.cancel(),

@@ -234,10 +234,6 @@ impl Supervisor {
     fn query_due(&self) -> Time {
         // An answer that comes twice must not be taken for the answer to a later query.
         let echo = self.last_trip.min(Duration::from_secs(ECHO_BITS) / self.options.baud.max(1));
-        // A query right behind a motion: its answer shows that the motion was read, and arrives with the acknowledgement.
-        if self.queries_behind {
-            return self.answered_at.after(echo);
-        }
         match self.asked_at {
             Some(asked) => {
                 let again = self.options.answer_within / QUERIES_IN_SILENCE;
@@ -257,9 +253,8 @@ impl Supervisor {
     }
 
     pub(super) fn query(&mut self, now: Time, commands: &mut Vec<Command>) {
-        // A query behind a motion may leave while another is open: the time to the first answer counts.
-        let behind = std::mem::take(&mut self.queries_behind);
-        self.asked_at = self.asked_at.filter(|_| behind).or(Some(now));
+        self.queries_behind = false;
+        self.asked_at = Some(now);
         self.waits_since.get_or_insert(now);
         self.queries.push_back(self.guard.stamp(now));
         self.counts.queries += 1;

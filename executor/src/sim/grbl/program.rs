@@ -138,6 +138,7 @@ impl GrblSim {
                     20.0 | 21.0 => self.inches = value < 20.5,
                     54.0 => (self.in_g54, self.reports) = (true, 0),
                     55.0 => (self.in_g54, self.reports) = (false, 0),
+                    50.0 if self.firmware.cancel_flushes => {}
                     17.0 | 40.0 | 49.0 | 53.0 | 94.0 => {}
                     _ => return Err(20),
                 }

@@ -8,9 +8,10 @@
 //! *Not path-keeping.* The controller may leave its path while it brakes. The tool stops within its stopping distance of where
 //! the cancel reached it, in any direction. A cancel is admitted only if the hull, grown by that distance, is clear. The set keeps
 //! the growth until the tool rests, and admits no jog before. A cancel that is refused is not sent: the jogs run to their
-//! certified targets, which are a short way ahead. This is assumed of builds that nobody has examined.
+//! certified targets, which are a short way ahead. This is assumed of described controllers, unless their file says otherwise.
 //!
-//! *No cancel.* A cancel is never sent, and the operator's release stops the tool by the short look-ahead. grblHAL needs this: its
+//! *No cancel.* A cancel is never sent, and the operator's release stops the tool by the short look-ahead. Builds of GRBL that
+//! nobody has examined get this argument. grblHAL needs it: its
 //! fast hold drops prepared steps and drives the rest beside the path, and a hold that ends at the end of a block can make it
 //! send steps without end, so that no stopping distance holds (`docs/safety/controllers.md`).
 //!
@@ -80,6 +81,9 @@ impl Guard {
     pub fn cancel(&mut self) -> Result<CertifiedCancel, Refusal> {
         if self.contour.is_some() {
             return Err(Refusal::InMotion);
+        }
+        if self.set.tail.is_none() {
+            return Err(Refusal::PositionUnknown);
         }
         if self.set.cancelled.is_some_and(|sent| self.acknowledged <= sent) {
             return Err(Refusal::Cancelled);

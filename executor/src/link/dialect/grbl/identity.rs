@@ -34,13 +34,9 @@ impl Identity {
 
     /// What a cancel does. GRBL 1.1h brakes along its planned path: its step pulses were recorded at cancels in all phases of
     /// queued jogs (`docs/safety/controllers.md`). grblHAL is never sent one: its fast hold leaves the path, and a hold that ends at
-    /// the end of a block can run away. Of other builds nothing is known.
+    /// the end of a block can run away. Other builds are not sent one either: they may be grblHAL without saying so.
     pub(super) fn on_cancel(self, hal: bool) -> OnCancel {
-        match (hal || self.hal, self.grbl_1_1h && !self.other) {
-            (true, _) => OnCancel::NotOffered,
-            (_, true) => OnCancel::KeepsPath,
-            (_, false) => OnCancel::MayStray,
-        }
+        if self.grbl_1_1h && !(self.other || hal) { OnCancel::KeepsPath } else { OnCancel::NotOffered }
     }
 
     /// Whether it can be used by the dialect: GRBL's does not expect that a cancel throws lines away. A controller that wakes
@@ -78,7 +74,7 @@ mod tests {
             &["VER:1.1h.2026:", "FIRMWARE:x"],
             &[],
         ] {
-            assert_eq!(identity(unknown).on_cancel(false), OnCancel::MayStray, "{unknown:?}");
+            assert_eq!(identity(unknown).on_cancel(false), OnCancel::NotOffered, "{unknown:?}");
         }
         let hal = identity(&["VER:1.1f.20260817:", "FIRMWARE:grblHAL"]);
         assert!(hal.check(false).is_err() && hal.check(true).is_ok());

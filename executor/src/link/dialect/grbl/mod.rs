@@ -345,7 +345,9 @@ impl Dialect for Grbl {
             }
             // A change of work coordinates makes the next report carry their offset; the list of parameters must agree.
             Command::Arm => {
-                out.extend(b"G21G90G94G17G40G49G80G55\nG54\n$#\n");
+                // grblHAL scales every line, a jog's too, until somebody cancels it.
+                let scaling: &[u8] = if self.hal { b"G50" } else { b"" };
+                out.extend([b"G21G90G94G17G40G49G80", scaling, b"G55\nG54\n$#\n"].concat());
                 self.work_offset = None;
                 self.stated = Stated::default();
                 self.stage = Stage::Arming(3);

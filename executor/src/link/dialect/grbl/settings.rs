@@ -36,8 +36,12 @@ impl Stated {
 /// later lines mean, or start anything.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct StartupBlocks {
+    /// Whether each was stated.
+    stated: [bool; 2],
     /// Whether each is there, and empty.
     free: [bool; 2],
+    /// A further line was stated that is not empty.
+    more: bool,
     cancels_motion: bool,
     /// Whether each has a word that is not [harmless](HARMLESS).
     harms: [bool; 2],
@@ -50,7 +54,11 @@ const HARMLESS: [&str; 11] = ["G17", "G21", "G40", "G49", "G54", "G80", "G90", "
 impl StartupBlocks {
     pub(super) fn take(&mut self, name: &str, value: &str) {
         let value = value.trim().to_ascii_uppercase();
-        let Some(n @ 0..2) = name.strip_prefix('N').and_then(|n| n.parse::<usize>().ok()) else { return };
+        let Some(n @ 0..2) = name.strip_prefix('N').and_then(|n| n.parse::<usize>().ok()) else {
+            self.more |= !value.is_empty();
+            return;
+        };
+        self.stated[n] = true;
         self.free[n] = value.is_empty();
         for word in words(&value) {
             self.harms[n] |= !HARMLESS.contains(&word.as_str());
@@ -63,6 +71,12 @@ impl StartupBlocks {
         const NEEDED: &str = "empty, or made of G17 G21 G40 G49 G54 G80 G90 G94 G91.1 M5 M9: the controller runs it after each reset, \
                               and it changes what later lines mean. Clear it with $N0= or $N1=";
         let unfit = |name, needed| Err(Unfit { name, value: f64::NAN, needed });
+        if self.stated != [true; 2] {
+            return unfit("$N", "stated by the controller: both startup lines, even when they are empty");
+        }
+        if self.more {
+            return unfit("$N2", "empty: the controller runs it after each reset");
+        }
         match (self.harms, self.cancels_motion, self.free) {
             ([true, _], ..) => unfit("$N0", NEEDED),
             ([_, true], ..) => unfit("$N1", NEEDED),
