@@ -83,6 +83,8 @@ fn grbl(mut jog: impl FnMut(u32) -> Vec<u8>) -> impl FnMut(&[u8]) -> Vec<u8> {
                 .to_vec()
         } else if bytes.ends_with(b"$#\n") {
             b"ok\r\nok\r\n[G54:-5.000,0.000,0.000]\r\n[G92:0.000,0.000,0.000]\r\nok\r\n".to_vec()
+        } else if bytes == b"$I\n" {
+            b"[VER:1.1h.20190830:]\r\n[OPT:V,15,128]\r\nok\r\n".to_vec()
         } else if bytes == b"$N\n" {
             b"$N0=\r\n$N1=\r\nok\r\n".to_vec()
         } else if bytes.starts_with(b"$J=") {

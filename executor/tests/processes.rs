@@ -407,32 +407,32 @@ fn the_doctor_looks_and_touches_nothing() {
     assert_eq!(machine.end(), Some(0));
 }
 
-/// The measured departure of a simulated grblHAL from its path comes into the profile, and the recording can be compared.
+/// What was measured at a simulated GRBL comes into the profile, and the recording can be compared.
 #[test]
 fn conformance_is_measured_in_the_air_and_stored() {
     let shop = Shop::new("conformance");
     let profile = shop.at("mill.toml");
     std::fs::write(&profile, format!("# mine\n{}", MachineProfile::simulated().to_toml())).unwrap();
-    let machine = ["--dialect", "grblhal", "--homed", "--start-mm", "-100,-100", "--drives", "none"];
+    let machine = ["--dialect", "grbl", "--homed", "--start-mm", "-100,-100", "--drives", "none"];
     let mut machine = shop.machine(&machine);
     let (port, record) = (shop.at("port"), shop.at("a.record"));
     let common =
         ["doctor", "--port", &port, "--machine-profile", &profile, "--queries", "3", "--conformance"];
     let doctor = |more: &[&str]| keepout(&[&common[..], more].concat());
-    let unasked = doctor(&["--dialect", "grblhal"]);
+    let unasked = doctor(&["--dialect", "grbl"]);
     assert!(unasked.status.code() == Some(2) && said(&unasked).contains("--yes"), "{}", said(&unasked));
     let other = doctor(&["--dialect", "zaber", "--yes"]);
     assert!(other.status.code() == Some(2) && said(&other).contains("no conformance"), "{}", said(&other));
     let only = ["--only", "cancel of 2 jogs at 90", "--only", "startup", "--record", &record, "--store"];
-    let found = doctor(&[&["--dialect", "grblhal", "--yes"], &only[..]].concat());
+    let found = doctor(&[&["--dialect", "grbl", "--yes"], &only[..]].concat());
     let text = said(&found);
-    assert!(found.status.code() == Some(0) && text.contains("on cancel                     NO"), "{text}");
+    assert!(found.status.code() == Some(0) && text.contains("on cancel                     yes"), "{text}");
     assert_eq!(machine.end(), Some(0));
     let text = std::fs::read_to_string(&profile).unwrap();
     assert!(text.starts_with("# mine\n"), "{text}");
     let controller = MachineProfile::load(Path::new(&profile)).unwrap().controller.unwrap();
-    assert_eq!(controller.keeps_path_on_cancel, Some(false));
-    assert_eq!((controller.planner_blocks, controller.receive_buffer), (Some(100), Some(1024)));
+    assert_eq!(controller.keeps_path_on_cancel, Some(true));
+    assert_eq!((controller.planner_blocks, controller.receive_buffer), (Some(15), Some(128)));
     let compared = keepout(&["doctor", "--compare", &record, &record]);
     assert!(compared.status.code() == Some(0) && said(&compared).contains("no difference"));
     std::fs::write(&record, "keepout-conformance 1 dialect=grbl digit_mm=0.001 step_mm=0.0025\n1 z\n")
