@@ -321,6 +321,8 @@ fn tries(part: Part, spec: &Spec) -> bool {
             let late = spec.baud == 9600 || spec.latency.as_millis() > 50;
             spec.automatic && spec.suffers(Fault::Reset) && !spec.power_fails && late
         }
+        // Only the fast hold leaves the path.
+        Part::UncertifiedCancel => !spec.automatic && !spec.quirks.plain_hold,
         Part::AheadOfReading => refused && spec.suffers(Fault::Doubling) && spec.latency.as_millis() > 50,
         _ => true,
     }
@@ -337,6 +339,9 @@ fn mutations(worlds: &Worlds, arguments: &Arguments) -> ExitCode {
         'search: for number in 0.. {
             let (seed, _) = seeds(arguments.seed, number, 0);
             let Some(world) = worlds.world(seed) else { continue };
+            if part == Part::UncertifiedCancel && world.language.name() != "grblhal" {
+                continue;
+            }
             let specs = (0..).map(|session| Spec::of(seeds(arguments.seed, number, session).1));
             for spec in specs.filter(|spec| tries(part, spec)).take(60) {
                 played += 1;
