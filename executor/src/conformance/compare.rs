@@ -114,7 +114,7 @@ fn only(scenario: &str, [first, second]: [&str; 2]) -> Difference {
     Difference { scenario: scenario.into(), aspect: Aspect::Scenario, first, second }
 }
 
-/// Differences up to these are none.
+/// Smaller differences do not count.
 #[derive(Clone, Copy, Debug)]
 struct Alike {
     tolerance_mm: f64,

@@ -43,7 +43,7 @@ pub struct Findings {
     pub true_deviation_mm: Option<f64>,
     /// Largest distance from the position before a cancel to rest, mm.
     pub largest_stop_mm: f64,
-    /// Distances up to this are none, mm.
+    /// Smaller distances do not count, mm.
     pub tolerance_mm: f64,
     /// Whether a cancel threw received lines away.
     pub discards_lines: Option<bool>,

@@ -224,7 +224,7 @@ impl Walk {
 
 /// A jog that ends nearer to its target than this was not stopped, mm.
 const SHORT_MM: f64 = 0.05;
-/// Most kinds of states that are told apart.
+/// Most kinds of states that are kept.
 const KINDS_MAX: usize = 32;
 
 /// The target of a motion that the recorder wrote, machine coordinates.

@@ -195,8 +195,8 @@ impl Motion {
         self.stop = Some(Stop::Flush);
     }
 
-    /// Begins to stop as [`Motion::cancel`], but forgets what was prepared for so many seconds ahead: the blocks that end within it
-    /// are left out, and those after them are driven from here, beside their lines.
+    /// Begins to stop as [`Motion::cancel`], but drops the blocks that end within the next `prepared_s` seconds. The blocks after them
+    /// begin here, so the tool drives beside their lines.
     pub fn cancel_astray(&mut self, prepared_s: f64) {
         let mut prepared = self.speed * prepared_s;
         while self.blocks.len() > 1

@@ -154,7 +154,7 @@ pub struct GrblSim {
     cancelled: bool,
     /// A second cancel came just after the first had stopped the tool: reports say idle, and nothing is read until `~`.
     hangs: bool,
-    /// How often a status was asked for meanwhile, once at most.
+    /// A status query came meanwhile.
     asked_meanwhile: bool,
     /// True position less the position that it counts, mm: zero until a power failure.
     unknown_by: (f64, f64),

@@ -11,9 +11,9 @@
 //! certified targets, which are a short way ahead. This is assumed of described controllers, unless their file says otherwise.
 //!
 //! *No cancel.* A cancel is never sent, and the operator's release stops the tool by the short look-ahead. Builds of GRBL that
-//! nobody has examined get this argument. grblHAL needs it: its
-//! fast hold drops prepared steps and drives the rest beside the path, and a hold that ends at the end of a block can make it
-//! send steps without end, so that no stopping distance holds (`docs/safety/controllers.md`).
+//! nobody has examined get this argument. grblHAL needs it. Its fast hold drops prepared steps and drives the rest beside the
+//! path. A hold that ends at the end of a block can make it send steps without end, so no stopping distance holds
+//! (`docs/safety/controllers.md`).
 //!
 //! GRBL hangs when a second cancel reaches it in the moment after the first has stopped it (its state is still `Jog` for twice
 //! its idle delay). So a cancel is refused after another until the tool was seen at rest, or a line that was sent after the other

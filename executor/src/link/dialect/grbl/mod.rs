@@ -42,7 +42,7 @@ enum Stage {
     Silent,
     /// A line was sent that ends whatever the controller may have half of.
     Waking,
-    /// It is asked which firmware it is.
+    /// `$I` was sent: it states which firmware answers.
     Identifying(Identity),
     Reading(Settings),
     /// The lines that the controller runs after a reset are read.
