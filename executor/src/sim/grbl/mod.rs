@@ -176,10 +176,9 @@ impl GrblSim {
     }
 
     fn with(settings: SimSettings, firmware: Firmware) -> Self {
-        let drives = Drives::of(&settings.machine, 0.01);
         Self {
             firmware,
-            motion: Motion::new(drives, settings.start_mm),
+            motion: at_rest(&settings, settings.start_mm),
             mode: if settings.homed { Mode::Idle } else { Mode::Alarm },
             startup: settings.quirks.startup.clone(),
             settings,
@@ -240,6 +239,11 @@ impl GrblSim {
         }
         self.plan_waiting();
         self.process_lines();
+    }
+
+    /// Whether it speaks as grblHAL.
+    fn is_hal(&self) -> bool {
+        self.firmware == GRBL_HAL
     }
 
     /// A motion has ended: at once, or after the delay in which the main program stands still.
@@ -303,7 +307,7 @@ impl GrblSim {
             text += &format!("|Bf:{free},{}", self.firmware.rx_buffer - self.rx.len());
         }
         text += &format!("|FS:{:.0},0", self.motion.speed() * 60.0);
-        let reports_offset = !self.firmware.cancel_flushes || self.report_mask & 32 != 0;
+        let reports_offset = !self.is_hal() || self.report_mask & 32 != 0;
         if reports_offset && self.reports.is_multiple_of(OFFSET_EVERY) {
             let (x, y) = self.work_offset();
             text += &format!("|WCO:{x:.3},{y:.3},0.000");
@@ -390,7 +394,7 @@ impl GrblSim {
     /// locks, unless it wakes unlocked.
     fn brown_out(&mut self) {
         let ((x, y), by) = (self.motion.position(), self.unknown_by);
-        self.motion = Motion::new(Drives::of(&self.settings.machine, 0.01), (0.0, 0.0));
+        self.motion = at_rest(&self.settings, (0.0, 0.0));
         self.unknown_by = (x + by.0, y + by.1);
         self.mode = Mode::Idle;
         self.tx.clear();
@@ -403,7 +407,7 @@ impl GrblSim {
     /// Homing has found the reference position.
     fn homed(&mut self) {
         let ((x, y), by) = (self.motion.position(), std::mem::take(&mut self.unknown_by));
-        self.motion = Motion::new(Drives::of(&self.settings.machine, 0.01), (x + by.0, y + by.1));
+        self.motion = at_rest(&self.settings, (x + by.0, y + by.1));
         self.mode = Mode::Idle;
         self.reply("ok");
     }
@@ -467,6 +471,11 @@ impl GrblSim {
             self.reply("ok");
         }
     }
+}
+
+/// The drives at rest at a place, machine coordinates, mm, with GRBL's default junction deviation (`$11`).
+fn at_rest(settings: &SimSettings, place_mm: (f64, f64)) -> Motion {
+    Motion::new(Drives::of(&settings.machine, 0.01), place_mm)
 }
 
 impl Controller for GrblSim {

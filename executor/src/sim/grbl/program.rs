@@ -40,7 +40,7 @@ impl GrblSim {
         match line {
             "$" => self.reply("[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]"),
             "$I" => {
-                let hal = self.firmware.cancel_flushes;
+                let hal = self.is_hal();
                 self.reply(if hal { "[VER:1.1f.20260817:]" } else { "[VER:1.1h.20190825:simulated]" });
                 let letters = if self.settings.quirks.wakes_unlocked { "VL" } else { "V" };
                 self.reply(&format!("[OPT:{letters},{},{}]", self.firmware.blocks, self.firmware.rx_buffer));
@@ -138,7 +138,7 @@ impl GrblSim {
                     20.0 | 21.0 => self.inches = value < 20.5,
                     54.0 => (self.in_g54, self.reports) = (true, 0),
                     55.0 => (self.in_g54, self.reports) = (false, 0),
-                    50.0 if self.firmware.cancel_flushes => {}
+                    50.0 if self.is_hal() => {}
                     17.0 | 40.0 | 49.0 | 53.0 | 94.0 => {}
                     _ => return Err(20),
                 }
