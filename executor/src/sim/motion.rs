@@ -55,6 +55,16 @@ struct Block {
     acceleration: f64,
     max_entry: f64,
     entry: f64,
+    /// Its steps come out one too many when the firmware counts them from its length.
+    rounds_up: bool,
+}
+
+/// Steps that nobody ordered: the count of steps of a block went below zero.
+#[derive(Clone, Copy, Debug)]
+struct Runaway {
+    unit: (f64, f64),
+    left: f64,
+    speed: f64,
 }
 
 /// How a stop under way ends.
@@ -85,8 +95,22 @@ pub struct Motion {
     position: (f64, f64),
     speed: f64,
     stop: Option<Stop>,
+    /// Steps per mm of a firmware whose stops can run away.
+    runs_away: Option<f64>,
+    /// The stop under way ends where the block under way does.
+    meets_end: bool,
+    /// So long the drives do not know of the block that was queued last, s.
+    unaware: f64,
+    runaway: Option<Runaway>,
 }
 
+/// The drives take up a new plan with the next segment, s.
+const SEGMENT_S: f64 = 0.01;
+/// Nearer than this the end of a stop and that of a block are one, mm.
+const MEETS: f64 = 1e-6;
+/// Steps of a 16-bit count below zero, and how fast they come, 1/s.
+const RUNAWAY_STEPS: f64 = 65_535.0;
+const RUNAWAY_RATE: f64 = 35_000.0;
 /// The slowest feed, mm/s.
 const CREEP: f64 = 0.2;
 /// Speeds are divided by no less than this, mm/s.
@@ -96,7 +120,25 @@ const REACHED: f64 = 1e-9;
 
 impl Motion {
     pub fn new(drives: Drives, position: (f64, f64)) -> Self {
-        Self { drives, blocks: VecDeque::new(), position, speed: 0.0, stop: None }
+        Self {
+            drives,
+            blocks: VecDeque::new(),
+            position,
+            speed: 0.0,
+            stop: None,
+            runs_away: None,
+            meets_end: false,
+            unaware: 0.0,
+            runaway: None,
+        }
+    }
+
+    /// With the defect of GRBL 1.1h and grblHAL: a stop that ends exactly where a block ends, while another is queued, can count the
+    /// steps of that other below zero, and sends 65,535 of them. Stops meet the end of a block when the queue has run low: the tool
+    /// brakes to its end already, and the next block comes just before or during the stop.
+    pub fn with_runaway(mut self, steps_per_mm: f64) -> Self {
+        self.runs_away = Some(steps_per_mm);
+        self
     }
 
     pub fn position(&self) -> (f64, f64) {
@@ -151,7 +193,11 @@ impl Motion {
         let max_entry = self.blocks.back().map_or(0.0, |before| {
             self.junction_speed(before.unit, unit, acceleration).min(nominal).min(before.nominal)
         });
-        let block = Block { to, unit, left: length, nominal, acceleration, max_entry, entry: 0.0 };
+        let rounds_up = self.runs_away.is_some_and(|steps_per_mm| rounds_up(from, to, steps_per_mm));
+        let block = Block { to, unit, left: length, nominal, acceleration, max_entry, entry: 0.0, rounds_up };
+        if self.runs_away.is_some() && self.blocks.len() == 1 && self.brakes_to_end() {
+            self.unaware = SEGMENT_S;
+        }
         self.blocks.push_back(block);
         self.look_ahead();
         true
@@ -187,12 +233,24 @@ impl Motion {
 
     /// Begins to stop, keeping the queue.
     pub fn hold(&mut self) {
-        self.stop = Some(Stop::Hold);
+        self.begin_stop(Stop::Hold);
     }
 
     /// Begins to stop, and drops the queue at rest.
     pub fn cancel(&mut self) {
-        self.stop = Some(Stop::Flush);
+        self.begin_stop(Stop::Flush);
+    }
+
+    fn begin_stop(&mut self, stop: Stop) {
+        self.meets_end = self.brakes_to_end();
+        self.unaware = 0.0;
+        self.stop = Some(stop);
+    }
+
+    /// Whether braking from now on ends where the block under way does.
+    fn brakes_to_end(&self) -> bool {
+        let way = |block: &Block| self.speed * self.speed / (2.0 * block.acceleration);
+        self.speed > 0.0 && self.blocks.front().is_some_and(|block| (way(block) - block.left).abs() < MEETS)
     }
 
     /// Begins to stop as [`Motion::cancel`], but drops the blocks that end within the next `prepared_s` seconds. The blocks after them
@@ -226,24 +284,33 @@ impl Motion {
         self.blocks.clear();
         self.speed = 0.0;
         self.stop = None;
+        (self.unaware, self.runaway) = (0.0, None);
     }
 
     /// Moves on by `dt` seconds; calls `corner` at every block end passed.
     pub fn advance(&mut self, dt: f64, mut corner: impl FnMut((f64, f64))) -> Outcome {
+        if self.runaway.is_some() {
+            return self.run_on(dt);
+        }
         let mut left = dt;
         while left > 0.0 {
             let Some((rate, lasts)) = self.phase() else { break };
             let step = lasts.min(left);
             left -= step;
+            self.unaware = (self.unaware - step).max(0.0);
             let before = self.speed;
             self.speed = (before + rate * step).max(0.0);
             let length = f64::midpoint(before, self.speed) * step;
             let exit = self.exit();
             let Some(block) = self.blocks.front_mut() else { break };
             let ends = step >= lasts;
-            if self.stop.is_some() && (ends && length < block.left - REACHED || self.speed <= 0.0) {
+            let meets = self.meets_end && length >= block.left - MEETS;
+            if self.stop.is_some() && (meets || ends && length < block.left - REACHED || self.speed <= 0.0) {
                 go(block, &mut self.position, length.min(block.left));
                 self.speed = 0.0;
+                if self.meets_end && self.runs_away() {
+                    return self.run_on(left);
+                }
                 return self.come_to_rest();
             }
             if length >= block.left - REACHED {
@@ -264,8 +331,34 @@ impl Motion {
         Outcome::Going
     }
 
+    /// Begins to run away along the block after the one that has just ended, if its steps come out wrong.
+    fn runs_away(&mut self) -> bool {
+        let next = self.blocks.get(1).filter(|block| block.rounds_up);
+        let Some((steps_per_mm, block)) = self.runs_away.zip(next) else { return false };
+        let per_step = 1.0 / (steps_per_mm * block.unit.0.abs().max(block.unit.1.abs()));
+        let (left, speed) = (RUNAWAY_STEPS * per_step, RUNAWAY_RATE * per_step);
+        self.runaway = Some(Runaway { unit: block.unit, left, speed });
+        true
+    }
+
+    fn run_on(&mut self, dt: f64) -> Outcome {
+        let Some(run) = &mut self.runaway else { return Outcome::Going };
+        let step = (run.speed * dt).min(run.left);
+        run.left -= step;
+        self.position = (self.position.0 + run.unit.0 * step, self.position.1 + run.unit.1 * step);
+        if run.left > 0.0 {
+            return Outcome::Going;
+        }
+        self.runaway = None;
+        self.blocks.clear();
+        self.come_to_rest()
+    }
+
     /// Seconds until the block under way ends, or the tool has come to rest; `None` at rest.
     pub fn next_event(&self) -> Option<f64> {
+        if let Some(run) = &self.runaway {
+            return Some(run.left / run.speed);
+        }
         let block = self.blocks.front()?;
         if self.held() {
             return None;
@@ -278,6 +371,9 @@ impl Motion {
             }
             let end = (self.speed * self.speed - 2.0 * a * block.left).max(0.0).sqrt();
             return Some((self.speed - end) / a);
+        }
+        if self.unaware > 0.0 {
+            return Some(self.unaware);
         }
         let exit = self.exit();
         let peak_2 = a * block.left + f64::midpoint(self.speed * self.speed, exit * exit);
@@ -295,7 +391,8 @@ impl Motion {
 
     /// The speed at which the block under way ends.
     fn exit(&self) -> f64 {
-        self.blocks.get(1).map_or(0.0, |next| next.entry)
+        let next = self.blocks.get(1).filter(|_| self.unaware <= 0.0);
+        next.map_or(0.0, |next| next.entry)
     }
 
     /// The change of speed, mm/s², and how long it lasts, s.
@@ -313,7 +410,8 @@ impl Motion {
         if braking >= left - REACHED && v > exit {
             // Exactly to the exit speed at the block's end.
             let time = left / f64::midpoint(v, exit).max(SLOWEST);
-            return Some(((exit - v) / time.max(1e-12), time));
+            let lasts = if self.unaware > 0.0 { time.min(self.unaware) } else { time };
+            return Some(((exit - v) / time.max(1e-12), lasts));
         }
         let peak_2 = a * left + f64::midpoint(v * v, exit * exit);
         let peak = peak_2.sqrt().min(block.nominal);
@@ -343,6 +441,15 @@ impl Motion {
             None => Outcome::Going,
         }
     }
+}
+
+/// Whether the firmware, in 32-bit floats, counts more steps from a block's length than the block has.
+#[expect(clippy::cast_possible_truncation, reason = "the firmware computes in f32")]
+fn rounds_up(from: (f64, f64), to: (f64, f64), steps_per_mm: f64) -> bool {
+    let steps = |from: f64, to: f64| ((to * steps_per_mm).round() - (from * steps_per_mm).round()) as f32;
+    let (x, y, per_mm) = (steps(from.0, to.0), steps(from.1, to.1), steps_per_mm as f32);
+    let (count, length) = (x.abs().max(y.abs()), (x / per_mm).hypot(y / per_mm));
+    length > 0.0 && (count / length) * length > count
 }
 
 fn go(block: &mut Block, position: &mut (f64, f64), step: f64) {
@@ -398,6 +505,37 @@ mod tests {
             }
             assert_eq!(corners, seen);
             assert!(fine.queued() == 0 && whole.position() == fine.position());
+        }
+    }
+
+    /// The queue runs low, the next block comes while the tool brakes, and a stop just behind it or before it.
+    #[test]
+    fn stop_at_the_end_of_a_block_runs_away_where_the_firmware_has_that_defect() {
+        let slopes = (1..200).map(|k| (22.0, f64::from(k) / 80.0));
+        let next = slopes.clone().find(|&to| rounds_up((20.0, 0.0), to, 80.0)).unwrap();
+        assert!(slopes.clone().filter(|&to| rounds_up((20.0, 0.0), to, 80.0)).count() < 60, "most do not");
+        let run = |defect: bool, block_first: bool| {
+            let mut motion = if defect { motion().with_runaway(80.0) } else { motion() };
+            motion.push((20.0, 0.0), 50.0, 0.001);
+            while !motion.brakes_to_end() {
+                motion.advance(1e-4, |_| {});
+            }
+            if block_first {
+                motion.push(next, 50.0, 0.001);
+                motion.advance(0.005, |_| {});
+                motion.hold();
+            } else {
+                motion.hold();
+                motion.advance(0.005, |_| {});
+                motion.push(next, 50.0, 0.001);
+            }
+            for _ in 0..100_000 {
+                motion.advance(1e-4, |_| {});
+            }
+            motion.position().0
+        };
+        for block_first in [false, true] {
+            assert!((run(false, block_first) - 20.0).abs() < 0.3 && run(true, block_first) > 700.0);
         }
     }
 

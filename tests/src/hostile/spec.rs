@@ -192,5 +192,6 @@ fn quirks(faults: &[Fault], random: &mut Rng) -> Quirks {
         startup: startup.map(str::to_owned),
         silent_reset: random.bool(),
         wakes_unlocked: resets && random.u8(0..4) == 0,
+        stops_run_away: random.u8(0..4) != 0,
     }
 }

@@ -46,6 +46,8 @@ pub struct Quirks {
     pub silent_reset: bool,
     /// grblHAL without its lock after power-on (`$22` without 4): it wakes idle, and counts from where it stands.
     pub wakes_unlocked: bool,
+    /// A hold or a cancel that ends exactly where a block ends, while another is queued, can run away: 65,535 steps along that other.
+    pub stops_run_away: bool,
 }
 
 /// What GRBL 1.1 and grblHAL do differently.
@@ -454,8 +456,8 @@ impl GrblSim {
     fn plan_waiting(&mut self) {
         let stopping = matches!(self.mode, Mode::Hold | Mode::Alarm | Mode::Locked);
         let Some(waiting) = self.waiting.as_mut().filter(|_| !stopping) else { return };
-        // While a stop is under way the planner is not added to.
-        if waiting.jog && self.mode == Mode::Run || self.motion.is_stopping() {
+        // A cancel stops the main program until the tool rests; a hold does not.
+        if waiting.jog && (self.mode == Mode::Run || self.motion.is_stopping()) {
             return;
         }
         let shortest = 0.5 / self.settings.machine.steps_per_mm;
@@ -475,7 +477,8 @@ impl GrblSim {
 
 /// The drives at rest at a place, machine coordinates, mm, with GRBL's default junction deviation (`$11`).
 fn at_rest(settings: &SimSettings, place_mm: (f64, f64)) -> Motion {
-    Motion::new(Drives::of(&settings.machine, 0.01), place_mm)
+    let motion = Motion::new(Drives::of(&settings.machine, 0.01), place_mm);
+    if settings.quirks.stops_run_away { motion.with_runaway(settings.machine.steps_per_mm) } else { motion }
 }
 
 impl Controller for GrblSim {
