@@ -112,21 +112,27 @@ fn stick_to_motion_is_quick_and_the_set_feed_is_reached_in_every_direction() {
     }
 }
 
-/// Half deflection, let go at 1 s.
-fn stops(places: &[(f64, (f64, f64))]) -> Judgement {
+/// Half deflection, let go at these times.
+fn stops(runs: &[(f64, Trace)]) -> Judgement {
     let speed = 0.5 * SPEED;
     let braking = speed * speed / (2.0 * ACCELERATION);
-    // Up to 10 ms to the next wish, an acknowledgement under way, the line both ways.
-    let allowed = braking + speed * 0.035;
-    let went = way(at(places, 1.0), places[places.len() - 1].1);
+    // Targets are sent ahead for so long besides: two queries, their pauses, and a jog.
+    let allowed = braking + speed * 0.145;
+    let went = runs.iter().map(|(let_go, places)| way(at(places, *let_go), places[places.len() - 1].1));
+    let went = went.fold(0.0, f64::max);
     expect(went < allowed, || format!("{went:.2} mm of {allowed:.2}"))
 }
 
 #[test]
-fn letting_go_stops_within_the_braking_distance_and_what_the_line_takes() {
-    let places = steered((120.0, 60.0), "0 0.5 0\n1 0 0\n3 quit\n");
-    stops(&places).unwrap();
-    noticed("mm of", stops(&late(&places, 0.06)));
+fn letting_go_stops_within_the_look_ahead() {
+    let run = |k: i32| {
+        let let_go = 1.0 + 0.01 * f64::from(k);
+        (let_go, steered((120.0, 60.0), &format!("0 0.5 0\n{let_go} 0 0\n3 quit\n")))
+    };
+    let runs: Vec<(f64, Trace)> = (0..9).map(run).collect();
+    stops(&runs).unwrap();
+    let later = |(let_go, places): &(f64, Trace)| (*let_go, late(places, 0.06));
+    noticed("mm of", stops(&runs.iter().map(later).collect::<Vec<_>>()));
 }
 
 /// Full speed down at the wall, from 90, and away from it at 2 s.

@@ -423,15 +423,15 @@ fn conformance_is_measured_in_the_air_and_stored() {
     assert!(unasked.status.code() == Some(2) && said(&unasked).contains("--yes"), "{}", said(&unasked));
     let other = doctor(&["--dialect", "zaber", "--yes"]);
     assert!(other.status.code() == Some(2) && said(&other).contains("no conformance"), "{}", said(&other));
-    let only = ["--only", "cancel of 2 jogs at 90", "--only", "startup", "--record", &record, "--store"];
+    let only = ["--only", "junction of 90", "--only", "startup", "--record", &record, "--store"];
     let found = doctor(&[&["--dialect", "grbl", "--yes"], &only[..]].concat());
     let text = said(&found);
-    assert!(found.status.code() == Some(0) && text.contains("on cancel                     yes"), "{text}");
+    assert!(found.status.code() == Some(0) && text.contains("on cancel                     not seen"), "{text}");
     assert_eq!(machine.end(), Some(0));
     let text = std::fs::read_to_string(&profile).unwrap();
     assert!(text.starts_with("# mine\n"), "{text}");
     let controller = MachineProfile::load(Path::new(&profile)).unwrap().controller.unwrap();
-    assert_eq!(controller.keeps_path_on_cancel, Some(true));
+    assert_eq!(controller.keeps_path_on_cancel, None, "no cancel is sent to a machine");
     assert_eq!((controller.planner_blocks, controller.receive_buffer), (Some(15), Some(128)));
     let compared = keepout(&["doctor", "--compare", &record, &record]);
     assert!(compared.status.code() == Some(0) && said(&compared).contains("no difference"));

@@ -23,14 +23,12 @@ use crate::witness::{self, UNIT};
 use says::{Heard, Says};
 
 /// Commands that move nothing.
-pub const COMMANDS: [Command; 8] = [
+pub const COMMANDS: [Command; 6] = [
     Command::Query,
     Command::Prepare,
     Command::Home,
     Command::Arm,
     Command::EndHoming,
-    Command::Hold,
-    Command::Continue,
     Command::Abort,
 ];
 

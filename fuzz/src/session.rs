@@ -73,10 +73,9 @@ fn make(u: &mut Unstructured<'_>) -> Result<Make> {
         arcs: bool::arbitrary(u)?,
         queues: true,
         on_cancel: OnCancel::KeepsPath,
-        holds: true,
         checked: bool::arbitrary(u)?,
     };
-    let single = Abilities { arcs: false, queues: false, holds: false, ..grbl };
+    let single = Abilities { arcs: false, queues: false, ..grbl };
     let abilities = match u.int_in_range(0..=7_u8)? {
         0..=2 => grbl,
         3 => Abilities { on_cancel: OnCancel::MayStray, ..grbl },
@@ -386,10 +385,7 @@ fn lie(u: &mut Unstructured<'_>) -> Result<Event> {
         13 | 33 => Reply::Alarm { code: 1, meaning: "" },
         14 | 34 => Reply::Homed,
         15 | 35 => Reply::Armed,
-        16 => Reply::Prepared(
-            Limits::of(f64::from(u8::arbitrary(u)?), f64::from(u8::arbitrary(u)?)),
-            OnCancel::KeepsPath,
-        ),
+        16 => Reply::Prepared(Limits::of(f64::from(u8::arbitrary(u)?), f64::from(u8::arbitrary(u)?))),
         17 => Reply::Garbled(text("?")),
         18 => return Ok(Event::PortLost(text("pulled"))),
         _ => return Ok(Event::PortFound),

@@ -48,8 +48,8 @@ pub struct Trouble {
     pub refused: u8,
     /// Resets that nobody hears of: all that is held is forgotten, the tool stops.
     pub resets: u8,
-    /// Resets while it holds: all that is held is forgotten without an alarm, and it says that it was reset.
-    pub resets_held: u8,
+    /// Holds that somebody else tells it, and then to go on.
+    pub holds: u8,
     /// Jumps of the clock by `DRAIN`.
     pub jumps: u8,
 }
@@ -150,8 +150,10 @@ pub enum Happening {
     },
     /// It is reset, and nobody hears of it.
     Reset,
-    /// It is reset while it holds, and says so.
-    ResetHeld,
+    /// Somebody else tells it to hold.
+    Holds,
+    /// Somebody else tells it to go on.
+    GoesOn,
 }
 
 impl Plant {
@@ -192,7 +194,7 @@ impl Plant {
 
     /// What may happen next, but for the host's doing and the passing of time.
     pub fn moves(&self, into: &mut Vec<Happening>) {
-        let Trouble { lost, doubled, swapped, resets, resets_held, .. } = self.trouble;
+        let Trouble { lost, doubled, swapped, resets, holds, .. } = self.trouble;
         let mut may = |allowed: bool, happening| {
             if allowed {
                 into.push(happening);
@@ -218,7 +220,8 @@ impl Plant {
                 may(old != told, Happening::Lie { report });
             }
         }
-        may(self.held && resets_held > 0, Happening::ResetHeld);
+        may(self.held, Happening::GoesOn);
+        may(!self.held && holds > 0 && self.in_motion(), Happening::Holds);
         if self.held {
             return;
         }
@@ -328,11 +331,11 @@ impl Plant {
                 self.trouble.resets -= 1;
                 self.forgets();
             }
-            Happening::ResetHeld => {
-                self.trouble.resets_held -= 1;
-                self.forgets();
-                self.answers.push_back(Answer::Restarted);
+            Happening::Holds => {
+                self.trouble.holds -= 1;
+                self.held = true;
             }
+            Happening::GoesOn => self.held = false,
             _ => {}
         }
     }
@@ -361,7 +364,6 @@ impl Plant {
                     at_rest: !self.in_motion() && !self.held,
                     queued: self.planner.len(),
                     waiting: !self.received.is_empty(),
-                    held: self.held,
                     doubled: false,
                 };
                 if self.trouble.lies > 0 && !self.reported.contains(&report) {
@@ -379,8 +381,6 @@ impl Plant {
                 }
             }
             Some(Sent::Cancel) => {}
-            Some(Sent::Hold) => self.held = true,
-            Some(Sent::Continue) => self.held = false,
         }
     }
 

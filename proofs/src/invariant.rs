@@ -49,8 +49,6 @@ pub struct World {
     pub drive: Drive,
     /// A checksum protects the line.
     pub checked: bool,
-    /// How often a contour is told to hold or to go on.
-    pub holds: u8,
     /// By how much the part that is asked while a person steers is larger than the part, in units.
     pub coarser: i64,
 }
@@ -67,14 +65,10 @@ struct Node {
     ended: bool,
     /// The tool began nearer than the manual threshold and has not arrived elsewhere.
     inside: bool,
-    /// The controller was told to hold.
-    holding: bool,
-    /// How often it may still be told to hold, or to go on.
-    holds: u8,
 }
 
 #[derive(Hash)]
-struct Key<'a>(GuardState, &'a Plant, &'a VecDeque<Stamp>, u8, [u8; 4], [bool; 3], u8);
+struct Key<'a>(GuardState, &'a Plant, &'a VecDeque<Stamp>, u8, [u8; 4], [bool; 2]);
 
 /// Something that is done or happens.
 #[derive(Clone, Copy, Debug)]
@@ -85,8 +79,6 @@ enum Step {
     Next,
     Query,
     Cancel,
-    /// The controller is told to hold, or to go on.
-    Holds,
     Hears,
     Passes,
     Jumps,
@@ -148,8 +140,6 @@ impl World {
             now: 0,
             budget: self.budget,
             ended: false,
-            holding: false,
-            holds: self.holds,
         };
         let seeds = [RandomState::new(), RandomState::new()];
         let mut known = HashSet::from([first.key(&seeds)]);
@@ -208,8 +198,7 @@ impl Node {
                 &self.queries,
                 self.now,
                 self.budget,
-                [self.ended, self.inside, self.holding],
-                self.holds,
+                [self.ended, self.inside],
             )
         };
         (seeds[0].hash_one(key()), seeds[1].hash_one(key()))
@@ -233,8 +222,7 @@ impl Node {
                 }
             }
             if self.guard.contour_progress().is_some() {
-                into.extend((!self.holding).then_some(Step::Next));
-                into.extend((self.holds > 0).then_some(Step::Holds));
+                into.push(Step::Next);
             }
             into.extend((queries > 0 && self.queries.len() < world.open).then_some(Step::Query));
             into.extend((cancels > 0).then_some(Step::Cancel));
@@ -282,12 +270,6 @@ impl Node {
                 }
                 self.plant.wire.push_back(Sent::Cancel);
             }
-            Step::Holds => {
-                self.holds -= 1;
-                self.holding = !self.holding;
-                self.guard.contour_held();
-                self.plant.wire.push_back(if self.holding { Sent::Hold } else { Sent::Continue });
-            }
             Step::Hears => while self.hears() {},
             Step::Passes => {
                 self.budget[3] -= 1;
@@ -324,15 +306,10 @@ impl Node {
                 self.ended |= !self.guard.refused();
                 false
             }
-            Some(Answer::Restarted) => {
-                self.ended = true;
-                false
-            }
             Some(Answer::Report(report)) => {
-                let Report { place, at_rest, queued, waiting, held, doubled } = report;
+                let Report { place, at_rest, queued, waiting, doubled } = report;
                 if let Some(stamp) = self.queries.pop_front() {
-                    let sighting =
-                        Sighting { position: at(place), at_rest, queued: Some(queued), waiting, held };
+                    let sighting = Sighting { position: at(place), at_rest, queued: Some(queued), waiting };
                     self.ended |= self.guard.reported(&sighting, stamp, self.time()).is_err();
                     self.inside &= !self.guard.settled() || self.guard.stands_inside();
                 }

@@ -248,8 +248,7 @@ fn explored(text: &mut String, failed: &mut Vec<String>) -> std::fmt::Result {
             (trouble.lies, "old report"),
             (trouble.refused, "refused"),
             (trouble.resets, "reset"),
-            (world.holds, "times told to hold or go on"),
-            (trouble.resets_held, "reset while held"),
+            (trouble.holds, "held by somebody"),
             (trouble.jumps, "clock jump"),
         ];
         let faults: Vec<String> = counted

@@ -11,10 +11,6 @@ pub enum Sent {
     Query,
     /// Stop, and forget what is planned.
     Cancel,
-    /// Stop, and keep what is planned.
-    Hold,
-    /// Go on with what is kept.
-    Continue,
 }
 
 /// What is on the way back.
@@ -26,8 +22,6 @@ pub enum Answer {
     Refused,
     /// A status report.
     Report(Report),
-    /// It was reset.
-    Restarted,
 }
 
 /// A status report.
@@ -41,8 +35,6 @@ pub struct Report {
     pub queued: usize,
     /// Something is in the receive buffer.
     pub waiting: bool,
-    /// It holds.
-    pub held: bool,
     /// Not the only copy: the next one follows at once.
     pub doubled: bool,
 }

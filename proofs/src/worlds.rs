@@ -28,7 +28,7 @@ const STRAIGHT: Drive =
     Drive { apart: false, flushes: false, cancels: true, strays: false, errs: false, halves: 1 };
 const ERRING: Drive = Drive { errs: true, ..STRAIGHT };
 const QUIET: Trouble =
-    Trouble { lost: 0, doubled: 0, swapped: 0, lies: 0, refused: 0, resets: 0, resets_held: 0, jumps: 0 };
+    Trouble { lost: 0, doubled: 0, swapped: 0, lies: 0, refused: 0, resets: 0, holds: 0, jumps: 0 };
 
 /// A world of jogs around the part.
 const JOGS: World = World {
@@ -41,7 +41,6 @@ const JOGS: World = World {
     trouble: QUIET,
     drive: STRAIGHT,
     checked: false,
-    holds: 0,
     coarser: 0,
 };
 
@@ -56,7 +55,6 @@ const CONTOUR: World = World {
     trouble: QUIET,
     drive: Drive { cancels: false, ..STRAIGHT },
     checked: false,
-    holds: 0,
     coarser: 0,
 };
 
@@ -206,20 +204,13 @@ fn contours() -> Vec<World> {
         CONTOUR,
         World { name: "contour, lines lost", trouble: Trouble { lost: 1, ..QUIET }, ..CONTOUR },
         World { name: "contour, lines twice", trouble: Trouble { doubled: 1, ..QUIET }, ..CONTOUR },
-        World { name: "contour, held", holds: 4, ..CONTOUR },
+        World { name: "contour, held by somebody", trouble: Trouble { holds: 2, ..QUIET }, ..CONTOUR },
+        World {
+            name: "contour, held by somebody, and a piece lost",
+            trouble: Trouble { holds: 1, lost: 1, ..QUIET },
+            ..CONTOUR
+        },
         World { name: "contour, reports that err", drive: Drive { errs: true, ..CONTOUR.drive }, ..CONTOUR },
-        World {
-            name: "contour, held and reset",
-            holds: 4,
-            trouble: Trouble { resets_held: 1, ..QUIET },
-            ..CONTOUR
-        },
-        World {
-            name: "contour, held and reset, and a piece lost",
-            holds: 2,
-            trouble: Trouble { resets_held: 1, lost: 1, ..QUIET },
-            ..CONTOUR
-        },
         World {
             name: "contour through the part",
             contour: &[(-108, -108), (508, 508), (600, 508)],

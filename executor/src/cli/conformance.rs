@@ -24,8 +24,8 @@ use super::plan::{given, refuse_same};
 /// What `doctor` does beyond questions.
 #[derive(Debug, Args)]
 pub struct ConformanceArguments {
-    /// Move the tool in a small box, raised, and record jogs, cancels and holds; compare them with the simulated controller. For
-    /// grbl and grblhal.
+    /// Move the tool in a small box, raised, and record what the controller does; compare it with the simulated controller. For
+    /// grbl and grblhal. It is sent no hold and no cancel: either can run away.
     #[arg(long, requires = "machine_profile")]
     pub conformance: bool,
     /// Side of the box, mm.
@@ -126,8 +126,7 @@ fn announce(setup: &Setup) {
     }
     let side = setup.box_mm;
     println!("- All targets lie in a box of {side} × {side} mm, in the plane, about the tool.");
-    println!("- A controller that leaves its path on a cancel can leave the box by its braking distance.");
-    let count = scenarios(&setup.frame(1)).iter().filter(|each| each.is_harmless_to(&setup.language)).count();
+    let count = scenarios(&setup.frame(1)).iter().filter(|each| each.is_harmless()).count();
     println!("- There are {count} scenarios. They take a few minutes, and longer on a slow machine.");
     println!("- Raise the tool and stop the spindle. Keep the emergency stop at hand.");
     println!("- Nothing is stored in the controller, and it is not reset.\n");
@@ -151,7 +150,7 @@ fn choose(setup: &Setup, blocks: u32, only: &[String]) -> Result<Vec<Scenario>, 
     let wanted = |each: &Scenario| only.is_empty() || only.iter().any(|name| each.name.starts_with(name));
     let all = scenarios(&setup.frame(blocks));
     let chosen: Vec<Scenario> =
-        all.into_iter().filter(|each| each.is_harmless_to(&setup.language) && wanted(each)).collect();
+        all.into_iter().filter(|each| each.is_harmless() && wanted(each)).collect();
     if chosen.is_empty() {
         return Err(CliError::Argument(format!("no harmless scenario begins with {}", only.join(", "))));
     }

@@ -6,7 +6,6 @@ use std::time::Duration;
 use keepout_kernel::curve::nearest_unit;
 
 use super::path::Mm2;
-use crate::link::dialect::Language;
 
 /// Where a scenario may be played.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,12 +57,12 @@ pub struct Scenario {
 }
 
 impl Scenario {
-    /// Whether it may be played at a machine that speaks the language. grblHAL can send steps without end after a cancel, so it is
-    /// never sent one there (`docs/safety/controllers.md`).
+    /// Whether it may be played at a machine. GRBL and grblHAL can run away at a cancel or a hold, so neither is ever sent to one
+    /// (`docs/safety/controllers.md`).
     #[must_use]
-    pub fn is_harmless_to(&self, language: &Language) -> bool {
-        let cancels = self.steps.contains(&Step::Realtime(CANCEL));
-        self.care == Care::Harmless && !(cancels && *language == Language::GrblHal)
+    pub fn is_harmless(&self) -> bool {
+        let stops = |step: &Step| matches!(step, Step::Realtime(CANCEL | HOLD));
+        self.care == Care::Harmless && !self.steps.iter().any(stops)
     }
 }
 
@@ -82,6 +81,8 @@ pub struct Frame {
 
 /// Character that cancels a jog.
 pub(super) const CANCEL: u8 = 0x85;
+/// Character that holds.
+pub(super) const HOLD: u8 = b'!';
 /// Character that resets.
 pub(super) const RESET: u8 = 0x18;
 
@@ -97,6 +98,7 @@ pub fn scenarios(frame: &Frame) -> Vec<Scenario> {
     frame.cancels(&mut all);
     frame.holds(&mut all);
     frame.refills(&mut all);
+    frame.low_queues(&mut all);
     frame.full_planner(&mut all);
     frame.short_jogs(&mut all);
     frame.override_feed(&mut all);
@@ -223,13 +225,13 @@ impl Frame {
             let still = Duration::from_secs_f64(seconds + 0.3);
             for (what, motion) in [("jog", Step::Jog { to, feed }), ("G1", Step::Cut { to, feed })] {
                 let mut steps = self.to(-1.0, 0.0);
-                steps.extend([motion, Step::Answered, Step::Wait(wait), Step::Realtime(b'!')]);
+                steps.extend([motion, Step::Answered, Step::Wait(wait), Step::Realtime(HOLD)]);
                 steps.extend([Step::Wait(still), Step::Realtime(b'~'), Step::Rest]);
                 all.push(harmless(format!("hold in {what}, {phase} of 4"), steps));
             }
         }
         let pause = Step::Wait(Duration::from_millis(200));
-        let steps = vec![Step::Realtime(b'!'), pause, Step::Realtime(b'~'), Step::Rest];
+        let steps = vec![Step::Realtime(HOLD), pause, Step::Realtime(b'~'), Step::Rest];
         all.push(harmless("hold at rest".into(), steps));
     }
 
@@ -245,6 +247,22 @@ impl Frame {
             steps.push(Step::Jog { to: Mm2::new(0.0, self.reach()), feed });
             steps.push(Step::Rest);
             all.push(harmless(format!("refill after cancel, {phase} of 4"), steps));
+        }
+    }
+
+    /// The queue has run low, and the tool brakes to its end. The next jog arrives then, and a cancel just behind it.
+    fn low_queues(&self, all: &mut Vec<Scenario>) {
+        let feed = self.feed(0.5);
+        let ramp = f64::from(feed) / 60.0 / self.acceleration_mm_s2;
+        for (phase, slope) in (1..=3).flat_map(|phase| (1..=24).map(move |slope| (phase, slope))) {
+            let wait = self.seconds(self.reach(), feed) - 0.25 * f64::from(phase) * ramp;
+            let mut steps = self.to(-1.0, 0.0);
+            steps.push(Step::Jog { to: Mm2::default(), feed });
+            steps.push(Step::Answered);
+            steps.push(Step::Wait(Duration::from_secs_f64(wait.max(0.0))));
+            let next = Mm2::new(0.6, 0.0125 * f64::from(slope));
+            steps.extend([Step::Jog { to: next, feed }, Step::Answered, Step::Realtime(CANCEL), Step::Rest]);
+            all.push(harmful(&format!("low queue, cancel {phase} of 3, slope {slope}"), steps));
         }
     }
 

@@ -115,15 +115,30 @@ fn startup_lines_and_silent_resets_are_found() {
     assert!(only.first.contains("greeting") && only.second.contains("none"), "{only:?}");
 }
 
-/// A cancel can make grblHAL send steps without end.
 #[test]
-fn no_cancel_is_played_at_a_grblhal_machine() {
-    let scenarios = scenarios(&Setup::of(Language::GrblHal, MachineProfile::simulated()).frame(100));
-    let cancels = |each: &&Scenario| each.steps.contains(&Step::Realtime(CANCEL));
-    assert!(scenarios.iter().filter(cancels).count() > 50);
-    assert!(!scenarios.iter().filter(cancels).any(|each| each.is_harmless_to(&Language::GrblHal)));
-    assert!(scenarios.iter().filter(cancels).any(|each| each.is_harmless_to(&Language::Grbl)));
-    assert!(scenarios.iter().any(|each| each.is_harmless_to(&Language::GrblHal)));
+fn no_stop_is_played_at_a_machine() {
+    for language in [Language::Grbl, Language::GrblHal] {
+        let scenarios = all(&language);
+        let stops = |each: &&Scenario| {
+            each.steps.contains(&Step::Realtime(CANCEL)) || each.steps.contains(&Step::Realtime(b'!'))
+        };
+        assert!(scenarios.iter().filter(stops).count() > 50);
+        assert!(!scenarios.iter().filter(stops).any(Scenario::is_harmless));
+        assert!(scenarios.iter().filter(|each| each.is_harmless()).count() > 30);
+    }
+}
+
+/// Both firmwares send 65,535 steps when a stop ends where a block ends, at some slopes of the next one.
+#[test]
+fn stops_that_run_away_are_found() {
+    let low = |scenario: &Scenario| scenario.name.starts_with("low queue");
+    for language in [Language::Grbl, Language::GrblHal] {
+        let sound = Findings::of(&played(&language, Quirks { plain_hold: true, ..Quirks::default() }, low));
+        assert!(sound.cancels > 10 && sound.largest_stop_mm < 10.0, "{sound}");
+        let quirks = Quirks { plain_hold: true, stops_run_away: true, ..Quirks::default() };
+        let found = Findings::of(&played(&language, quirks, low));
+        assert!(found.largest_stop_mm > 100.0, "{found}");
+    }
 }
 
 #[test]

@@ -21,8 +21,6 @@ pub struct Abilities {
     pub queues: bool,
     /// What a cancel does to a jog under way, as long as nothing more is known of the controller.
     pub on_cancel: OnCancel,
-    /// A contour can be held and gone on with.
-    pub holds: bool,
     /// A checksum protects the line both ways.
     pub checked: bool,
 }

@@ -1,15 +1,12 @@
 //! Touching and contouring: from the wall around the part, held, gone on with, given up.
 
-use std::f64::consts::FRAC_PI_2;
-
 use keepout_kernel::exact::segment::Window;
-use keepout_kernel::{Arc, Curve, Length, Point, Segment, Turn};
+use keepout_kernel::{Curve, Length, Point, Segment};
 use keepout_planner::job::{ContourJob, Leg, LoopNumber, Progress, resume_in_place, resume_job};
 use keepout_planner::plan::CertifiedPlan;
-use keepout_planner::units::{length_up_from_mm, point_from_mm, point_mm};
+use keepout_planner::units::{length_up_from_mm, point_mm};
 
-use super::event::Command;
-use super::guard::{Certification, MotionShape};
+use super::guard::Certification;
 use super::manual::{self, Steering};
 use super::state::{Run, State, Touch};
 use super::{CERTIFIED_AT_ONCE, Supervisor};
@@ -118,74 +115,6 @@ impl Supervisor {
         leg.cuts.map_or(plan.allowance, |cut| plan.passes[cut.pass].allowance)
     }
 
-    /// The motions that the controller is sent for a curve: itself, or lines where it knows no arcs, in steps where it can
-    /// not be held or its axes run apart.
-    fn as_sent(
-        &self,
-        curve: &Curve,
-        feed: u32,
-        stock: Length,
-        into: &mut Vec<(Curve, u32)>,
-    ) -> Result<(), String> {
-        let whole = self.abilities.holds && self.abilities.contours == MotionShape::Line;
-        match curve {
-            Curve::Line(_) if whole => {
-                into.push((*curve, feed));
-                return Ok(());
-            }
-            Curve::Arc(arc) if self.abilities.arcs && self.abilities.contours == MotionShape::Line => {
-                let longest = if whole { f64::INFINITY } else { STEP_MAX_MM };
-                for piece in quarters(arc, longest)? {
-                    into.push((Curve::Arc(piece), feed));
-                }
-                return Ok(());
-            }
-            _ => {}
-        }
-        let points = curve.chord_points(self.chord_slack()).map_err(|error| error.to_string())?;
-        for pair in points.windows(2) {
-            let line = Segment { from: pair[0], to: pair[1] };
-            self.steps(line, stock, &mut |from, to| into.push((Curve::Line(Segment { from, to }), feed)))?;
-        }
-        Ok(())
-    }
-
-    /// How far chords may leave an arc: what the certified threshold leaves for it.
-    fn chord_slack(&self) -> Length {
-        let left = self.plan().finishing.units() - self.guard.rules().finishing.units();
-        Length::from_units(i64::from(left) - 2).unwrap_or(CHORD_LEAST).max(CHORD_LEAST)
-    }
-
-    /// Cuts a line into steps: short enough to stop after, and where the axes run apart so short that the box of each stays
-    /// within the stock.
-    fn steps(&self, line: Segment, stock: Length, take: &mut dyn FnMut(Point, Point)) -> Result<(), String> {
-        let d = line.to.minus(line.from);
-        let mut count = i64::from(d.dx.abs().max(d.dy.abs())).div_euclid(STEP_MAX) + 1;
-        if self.abilities.contours == MotionShape::Box && d.dx != 0 && d.dy != 0 {
-            let room = i64::from(stock.units()) - BOX_ROUNDING;
-            if room < BOX_ROOM_LEAST {
-                return Err(format!(
-                    "this controller's axes run apart, and a slanted wall needs stock for that: give a finishing pass that leaves at least {BOX_STOCK_MM} mm"
-                ));
-            }
-            // The corner of a box lies so far beside its diagonal; that of the n-th part, the n-th part of it.
-            let (x, y) = (f64::from(d.dx), f64::from(d.dy));
-            let beside = keepout_kernel::curve::nearest_unit((x * y).abs() / x.hypot(y));
-            count = count.max(beside.div_euclid(room) + 1);
-        }
-        let mut from = line.from;
-        for k in 1..=count {
-            let part = |c: i32, d: i32| i64::from(c) + i64::from(d) * k / count;
-            let to = Point::from_units(part(line.from.x.units(), d.dx), part(line.from.y.units(), d.dy));
-            let to = if k == count { line.to } else { to.unwrap_or(line.to) };
-            if to != from {
-                take(from, to);
-            }
-            from = to;
-        }
-        Ok(())
-    }
-
     /// Certifies a little more of the contour.
     pub(super) fn certify_on(&mut self) {
         match self.guard.certify_contour(CERTIFIED_AT_ONCE) {
@@ -201,25 +130,18 @@ impl Supervisor {
         }
     }
 
-    /// Holds the contour: at once where the controller can, or after the motion under way.
-    pub(super) fn hold(&mut self, commands: &mut Vec<Command>) {
+    /// Pauses the contour: nothing more of it is sent, and the tool stops where that ends. A feed hold would be quicker, and can run
+    /// away (`docs/safety/controllers.md`).
+    pub(super) fn pause(&mut self) {
         if let State::Contouring(run) = std::mem::replace(&mut self.state, State::Done) {
             self.state = State::Holding(run);
-            if self.abilities.holds {
-                self.guard.contour_held();
-                commands.push(Command::Hold);
-            }
         }
     }
 
-    /// Goes on with a contour that was held.
-    pub(super) fn go_on(&mut self, commands: &mut Vec<Command>) {
+    /// Goes on with a contour that was paused.
+    pub(super) fn go_on(&mut self) {
         if let State::Holding(run) = std::mem::replace(&mut self.state, State::Done) {
             self.state = State::Contouring(run);
-            if self.abilities.holds {
-                self.guard.contour_held();
-                commands.push(Command::Continue);
-            }
         }
     }
 
@@ -244,31 +166,6 @@ impl Supervisor {
             self.interrupted = Some(Interrupted { job, first, end, led_away: false });
         }
     }
-}
-
-/// The arc in pieces that turn by a quarter at most, and are no longer than `longest` mm.
-fn quarters(arc: &Arc, longest: f64) -> Result<Vec<Arc>, String> {
-    let (cx, cy) = point_mm(arc.centre());
-    let (x, y) = point_mm(arc.from());
-    let (radius, begin) = ((x - cx).hypot(y - cy), (y - cy).atan2(x - cx));
-    let sweep = keepout_kernel::curve::sweep(arc);
-    let count = (sweep / FRAC_PI_2).max(sweep * radius / longest).ceil().max(1.0);
-    let sign = if arc.turn() == Turn::Left { 1.0 } else { -1.0 };
-    let mut pieces = Vec::new();
-    let (mut from, mut k) = (arc.from(), 1.0);
-    while k <= count {
-        let angle = begin + sign * sweep * k / count;
-        let at = (cx + radius * angle.cos(), cy + radius * angle.sin());
-        let to =
-            if k + 0.5 > count { arc.to() } else { point_from_mm(at).map_err(|error| error.to_string())? };
-        // The joints are rounded to the lattice: where that puts one off the circle, a centre a unit away fits.
-        let centre = (f64::from(arc.centre().x.units()), f64::from(arc.centre().y.units()));
-        let piece = Arc::new(from, to, arc.centre(), arc.turn())
-            .or_else(|_| keepout_kernel::curve::fit_arc(from, to, centre, arc.turn()));
-        pieces.push(piece.map_err(|error| error.to_string())?);
-        (from, k) = (to, k + 1.0);
-    }
-    Ok(pieces)
 }
 
 /// A contour that was interrupted.
@@ -340,43 +237,4 @@ fn dealt(legs: &[Leg], mut rest: Vec<Curve>) -> Vec<Leg> {
     }
     result.reverse();
     result
-}
-
-/// Longest motion of a contour where the controller can not hold it, lattice units (2 mm).
-const STEP_MAX: i64 = 200_000;
-const STEP_MAX_MM: f64 = 2.0;
-/// Rounding of steps and of the chords of arcs, lattice units (0.5 µm).
-const BOX_ROUNDING: i64 = 50;
-/// Where axes run apart, less room than this beside the path makes steps too short to be driven, lattice units (9.5 µm).
-const BOX_ROOM_LEAST: i64 = 950;
-/// The stock that leaves that room, mm.
-const BOX_STOCK_MM: f64 = 0.01;
-/// Chords never leave an arc by less than this: 0.1 µm.
-const CHORD_LEAST: Length = Length::small(10);
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn arcs_of_every_size_fall_into_quarters() {
-        let mut random = fastrand::Rng::with_seed(5);
-        for _ in 0..20_000 {
-            let radius = 2000.0 * 50_000.0_f64.powf(random.f64());
-            let (begin, sweep) = (random.f64() * 6.0, 0.05 + random.f64() * 6.2);
-            let at = |phi: f64| {
-                let (x, y) = (radius * phi.cos(), radius * phi.sin());
-                point_from_mm((x / 1e5, y / 1e5)).unwrap()
-            };
-            let turn = if random.bool() { Turn::Left } else { Turn::Right };
-            let sign = if turn == Turn::Left { 1.0 } else { -1.0 };
-            let ends = (at(begin), at(begin + sign * sweep));
-            let Ok(arc) = keepout_kernel::curve::fit_arc(ends.0, ends.1, (0.0, 0.0), turn) else { continue };
-            let pieces = quarters(&arc, f64::INFINITY).unwrap();
-            assert!(pieces.first().unwrap().from() == ends.0 && pieces.last().unwrap().to() == ends.1);
-            assert!(pieces.windows(2).all(|pair| pair[0].to() == pair[1].from()));
-            let longest = pieces.iter().map(keepout_kernel::curve::sweep).fold(0.0, f64::max);
-            assert!(longest < FRAC_PI_2 + 0.01, "{longest}");
-        }
-    }
 }

@@ -4,7 +4,7 @@ use arrayvec::ArrayString;
 use keepout_kernel::Point;
 use keepout_planner::job::ContourJob;
 
-use super::guard::{Certified, CertifiedCancel, OnCancel};
+use super::guard::{Certified, CertifiedCancel};
 use super::manual::Limits;
 
 /// A line of text of bounded length: what does not fit is cut off.
@@ -116,8 +116,8 @@ pub enum Reply {
     },
     /// A status report.
     Report(Report),
-    /// The controller is set up; what it says it can do, and what its cancel does.
-    Prepared(Limits, OnCancel),
+    /// The controller is set up; what it says it can do.
+    Prepared(Limits),
     /// The controller can not be used as it is.
     Unfit(Unfit),
     /// The reference position was found.
@@ -162,11 +162,7 @@ pub enum Command {
     Cancel(CertifiedCancel),
     /// Stop homing: the machine seeks its switches, and no motion of that is certified.
     EndHoming,
-    /// Stop a contour, keeping what is queued.
-    Hold,
-    /// Go on after a hold.
-    Continue,
-    /// Forget what is queued, at rest after a hold.
+    /// Forget what is queued. Only sent to a controller that holds at rest because somebody told it to.
     Abort,
     /// Read the controller's settings, and set those that the session relies on.
     Prepare,

@@ -4,6 +4,7 @@
 //! no port and draws no random numbers. Motions come only from the [`guard`]. After the start it allocates nothing while it
 //! steers.
 
+mod contour_motions;
 mod contouring;
 mod event;
 mod fault;
@@ -212,8 +213,8 @@ impl Supervisor {
     fn asked(&mut self, ask: Ask, now: Time, commands: &mut Vec<Command>) {
         match (ask, self.phase()) {
             (Ask::Quit, _) => commands.extend(self.halt()),
-            (Ask::Pause, Phase::Contouring) => self.hold(commands),
-            (Ask::Resume, Phase::Holding) => self.go_on(commands),
+            (Ask::Pause, Phase::Contouring) => self.pause(),
+            (Ask::Resume, Phase::Holding) => self.go_on(),
             (Ask::Resume, phase) if phase.is_steered() => self.resume(),
             (Ask::Recover, Phase::Faulted) => self.recover(now),
             _ => {}
@@ -321,10 +322,7 @@ impl Supervisor {
             }
             State::Touching(Touch::Certifying(_)) => self.certify_on(),
             State::Contouring(_) => {
-                while let Some(certified) = self.guard.next_of_contour() {
-                    self.counts.contour_motions += 1;
-                    commands.push(Command::Move(certified));
-                }
+                self.contour_on(commands);
             }
             State::Stopping { .. } if self.guard.settled() => self.state = State::Done,
             _ => {}

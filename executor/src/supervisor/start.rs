@@ -21,7 +21,7 @@ impl Supervisor {
             Mode::Idle => {}
             Mode::Alarm if self.homes => {}
             Mode::Alarm => return Err(Fault::NotHomed),
-            // After a fault it may still run to its last certified target, or stand held there.
+            // After a fault it may still run to its last certified target. Or somebody holds it.
             Mode::Moving | Mode::Slowing => return Ok(()),
             Mode::Held => {
                 commands.push(Command::Abort);
@@ -38,10 +38,10 @@ impl Supervisor {
     /// Takes the answer to a step of the start, and makes the next.
     pub(super) fn start_on(&mut self, reply: &Reply, commands: &mut Vec<Command>) {
         match (&self.state, reply) {
-            (State::Preparing, Reply::Prepared(limits, on_cancel)) => {
+            (State::Preparing, Reply::Prepared(limits)) => {
                 self.note_of_acceleration(*limits);
                 self.limits = self.limits.least(*limits);
-                let on_cancel = self.weaker(*on_cancel);
+                let on_cancel = self.on_cancel();
                 self.guard.learn_of_cancels(on_cancel, deceleration(self.limits.acceleration_mm_s2));
                 if self.homes {
                     commands.push(Command::Home);
@@ -60,9 +60,10 @@ impl Supervisor {
         }
     }
 
-    /// What a cancel does, as the controller's identity and the machine profile have it: a measured departure from the path
-    /// overrules the identity, and a measurement without one proves nothing.
-    fn weaker(&self, stated: OnCancel) -> OnCancel {
+    /// What a cancel does, as the dialect and the machine profile have it: a measured departure from the path overrules the dialect,
+    /// and a measurement without one proves nothing.
+    fn on_cancel(&self) -> OnCancel {
+        let stated = self.abilities.on_cancel;
         let controller = self.work.plan.plan.machine.controller.as_ref();
         match controller.and_then(|controller| controller.keeps_path_on_cancel) {
             Some(false) if stated == OnCancel::KeepsPath => OnCancel::MayStray,

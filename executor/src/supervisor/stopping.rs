@@ -15,20 +15,15 @@ impl Supervisor {
                 self.state = State::Done;
                 stop
             }
-            Phase::Holding => {
-                self.interrupt();
-                self.state = stopping;
-                None
-            }
             Phase::Touching => {
                 self.guard.withdraw_contour();
                 self.state = State::Done;
                 None
             }
-            Phase::Contouring => {
+            Phase::Contouring | Phase::Holding => {
                 self.interrupt();
                 self.state = stopping;
-                self.abilities.holds.then_some(Command::Hold)
+                None
             }
             Phase::Manual | Phase::Sliding | Phase::Escaping if self.guard.settled() => {
                 self.state = State::Done;
@@ -46,19 +41,15 @@ impl Supervisor {
         self.guard.cancel().ok().map(Command::Cancel)
     }
 
-    /// What stops whatever moves, should nothing else work any more, as far as the tool then stays where it was certified.
+    /// What stops whatever moves, should nothing else work any more, as far as the tool then stays where it was certified. A contour
+    /// runs to the end of what was sent.
     pub fn last_stop(&mut self) -> Option<Command> {
-        match self.guard.contour_progress() {
-            Some(_) => self.abilities.holds.then_some(Command::Hold),
-            None => self.cancel(),
-        }
+        if self.guard.contour_progress().is_some() { None } else { self.cancel() }
     }
 
     /// What ends a search for the reference position: it would go on by itself.
     fn stops_homing(&self) -> Option<Command> {
-        let cancels = self.abilities.cancels().then_some(Command::EndHoming);
-        let stop = if self.abilities.holds { Some(Command::Abort) } else { cancels };
-        stop.filter(|_| matches!(self.state, State::Homing))
+        matches!(self.state, State::Homing).then_some(Command::EndHoming)
     }
 
     /// Stops on a fault: motions that were about to be sent are not, and what moves is stopped where that keeps it on its
@@ -73,8 +64,7 @@ impl Supervisor {
             index <= first || !matches!(command, Command::Move(_))
         });
         commands.extend(match self.phase() {
-            Phase::Contouring | Phase::Holding => self.abilities.holds.then_some(Command::Hold),
-            // GRBL takes a hold in a jog for a cancel.
+            Phase::Contouring | Phase::Holding => None,
             Phase::Stopping => self.last_stop(),
             // What was sent before an earlier fault may still be on its way: a contour must not be cancelled.
             Phase::Starting => self.stops_homing(),

@@ -19,7 +19,6 @@ pub(super) const ABILITIES: Abilities = Abilities {
     arcs: true,
     queues: true,
     on_cancel: OnCancel::KeepsPath,
-    holds: true,
     checked: true,
 };
 /// Clear of the bracket, and nearer to it than roughing allows, mm.
@@ -93,7 +92,7 @@ const EVENTS: [Happens; 29] = [
     ("refused", || Event::Reply(Reply::Refused { code: 15, meaning: "", transient: false })),
     ("refused for now", || Event::Reply(Reply::Refused { code: 8, meaning: "", transient: true })),
     ("alarm", || Event::Reply(Reply::Alarm { code: 1, meaning: "" })),
-    ("prepared", || Event::Reply(Reply::Prepared(Limits::of(100.0, 500.0), OnCancel::KeepsPath))),
+    ("prepared", || Event::Reply(Reply::Prepared(Limits::of(100.0, 500.0)))),
     ("unfit", || Event::Reply(Reply::Unfit(Unfit { name: "$22", value: 0.0, needed: "1" }))),
     ("homed", || Event::Reply(Reply::Homed)),
     ("armed", || Event::Reply(Reply::Armed)),
@@ -194,7 +193,7 @@ fn silence_is_a_fault_wherever_something_is_waited_for() {
 fn homing_is_owed_until_the_tool_is_located() {
     let work = work();
     let refused = || Event::Reply(Reply::Refused { code: 15, meaning: "", transient: false });
-    let prepared = || Event::Reply(Reply::Prepared(Limits::of(100.0, 500.0), OnCancel::KeepsPath));
+    let prepared = || Event::Reply(Reply::Prepared(Limits::of(100.0, 500.0)));
     let start = [
         prepared as fn() -> Event,
         || Event::Reply(Reply::Homed),
@@ -222,7 +221,7 @@ fn homing_is_owed_until_the_tool_is_located() {
     }
 }
 
-/// A measured departure from the path counts more than the firmware's name; a measurement without one counts nothing.
+/// A measured departure from the path counts more than what the dialect states; a measurement without one counts nothing.
 #[test]
 fn profile_weakens_what_a_cancel_does_and_never_strengthens_it() {
     for (measured, stated, assumed) in [
@@ -236,7 +235,8 @@ fn profile_weakens_what_a_cancel_does_and_never_strengthens_it() {
             Some(ControllerProfile { keeps_path_on_cancel: measured, ..ControllerProfile::default() });
         let work = work_on(&MachineProfile { controller, ..MachineProfile::simulated() });
         let mut supervisor = supervisor(&work, "Preparing", State::Preparing);
-        let prepared = Event::Reply(Reply::Prepared(Limits::of(100.0, 500.0), stated));
+        supervisor.abilities.on_cancel = stated;
+        let prepared = Event::Reply(Reply::Prepared(Limits::of(100.0, 500.0)));
         supervisor.step(prepared, NOW, &mut Vec::new());
         assert_eq!(supervisor.guard().on_cancel(), assumed, "{measured:?} {stated:?}");
     }

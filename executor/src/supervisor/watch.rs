@@ -11,7 +11,7 @@ use crate::time::Time;
 /// A status query without an answer is repeated so often in the longest silence that is allowed.
 const QUERIES_IN_SILENCE: u32 = 5;
 /// Time between an answer and the next query.
-const QUERY_PAUSE: Duration = Duration::from_millis(40);
+const QUERY_PAUSE: Duration = Duration::from_millis(20);
 /// The same while a tool that was stopped is waited for, or a motion of a contour to be read.
 const QUERY_SOON: Duration = Duration::from_millis(10);
 /// An answer that comes twice comes within the time of so many bits: 140 bytes.
@@ -33,6 +33,8 @@ impl Supervisor {
         }
         match reply {
             Reply::Report(report) => self.take_report(&report, now, commands),
+            // The answer to a line from before a fault.
+            Reply::Accepted if matches!(self.state, State::Connecting { .. }) => Ok(()),
             Reply::Accepted => {
                 self.guard.acknowledged()?;
                 self.refused = 0;
@@ -142,7 +144,6 @@ impl Supervisor {
             at_rest: report.mode == Mode::Idle,
             queued: report.queued,
             waiting: report.waiting.unwrap_or(false),
-            held: matches!(report.mode, Mode::Held | Mode::Slowing),
         };
         self.check_answers(&sighting, now)?;
         self.guard.reported(&sighting, stamp, now)?;
@@ -156,15 +157,12 @@ impl Supervisor {
             *stale -= 1;
         } else if let State::Stopping { aborted, .. } = &mut self.state {
             match report.mode {
-                // What is queued behind the hold is forgotten, so that nobody starts it later.
+                // Somebody holds it: what is queued behind that is forgotten, so that nobody starts it later.
                 Mode::Held if !*aborted => {
                     *aborted = true;
                     commands.push(Command::Abort);
                 }
-                Mode::Idle
-                    if *aborted
-                        || !self.abilities.holds && sighting.queued.is_none_or(|queued| queued == 0) =>
-                {
+                Mode::Idle if *aborted || sighting.queued.is_none_or(|queued| queued == 0) => {
                     self.state = State::Done;
                 }
                 _ => {}

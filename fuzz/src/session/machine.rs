@@ -102,8 +102,6 @@ impl Machine {
                     self.begun = (self.tool, 0.0);
                 }
             }
-            Command::Hold => self.held = !self.planner.is_empty(),
-            Command::Continue => self.held = false,
             Command::Abort => {
                 self.received.clear();
                 self.planner.clear();
@@ -113,7 +111,7 @@ impl Machine {
             }
             Command::Prepare => {
                 let limits = Limits::of(200.0, 1000.0);
-                self.answers.push_back(Reply::Prepared(limits, self.make.abilities.on_cancel));
+                self.answers.push_back(Reply::Prepared(limits));
             }
             Command::EndHoming => {}
             Command::Home => self.answers.push_back(Reply::Homed),

@@ -33,7 +33,6 @@ impl Play {
                 Motion::Contour { curve, .. } => self.watch_contour(curve),
             },
             Command::Cancel(_) => assert!(abilities.cancels(), "it can not be stopped"),
-            Command::Hold | Command::Continue => assert!(abilities.holds, "it can not be held"),
             _ => {}
         }
     }

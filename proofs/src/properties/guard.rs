@@ -104,7 +104,7 @@ fn crowd<D: Draw>(d: &mut D) -> Vec<Xy> {
 
 /// What a report says that names no more than this.
 fn sighting(position: Point, at_rest: bool, queued: usize) -> Sighting {
-    Sighting { position, at_rest, queued: Some(queued), waiting: false, held: false }
+    Sighting { position, at_rest, queued: Some(queued), waiting: false }
 }
 
 fn guard(shape: MotionShape, checked: bool) -> Guard {

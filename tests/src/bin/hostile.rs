@@ -316,13 +316,9 @@ fn tries(part: Part, spec: &Spec) -> bool {
     let refused = spec.automatic && spec.suffers(Fault::DamageToController);
     match part {
         Part::ContourUnacknowledged => refused,
-        // A reset that is heard of late, and that keeps the place.
-        Part::ContourHeld => {
-            let late = spec.baud == 9600 || spec.latency.as_millis() > 50;
-            spec.automatic && spec.suffers(Fault::Reset) && !spec.power_fails && late
+        Part::UncertifiedCancel => {
+            !spec.automatic && (!spec.quirks.plain_hold || spec.quirks.stops_run_away)
         }
-        // Only the fast hold leaves the path.
-        Part::UncertifiedCancel => !spec.automatic && !spec.quirks.plain_hold,
         Part::AheadOfReading => refused && spec.suffers(Fault::Doubling) && spec.latency.as_millis() > 50,
         _ => true,
     }

@@ -223,7 +223,7 @@ impl Venus {
             What::Unit(1) => self.ask(What::Unit(2), b"2 getunit ", out),
             _ => {
                 self.in_mm = true;
-                return Some(Reply::Prepared(self.limits, OnCancel::KeepsPath));
+                return Some(Reply::Prepared(self.limits));
             }
         }
         None
@@ -283,7 +283,6 @@ impl Dialect for Venus {
             arcs: false,
             queues: false,
             on_cancel: OnCancel::KeepsPath,
-            holds: false,
             checked: false,
         }
     }
@@ -298,7 +297,7 @@ impl Dialect for Venus {
             // It is not answered.
             Command::Cancel(_) | Command::EndHoming => out.extend(b"abort "),
             // Not offered, so not asked for: contours run to their certified end.
-            Command::Hold | Command::Continue | Command::Abort => {}
+            Command::Abort => {}
             Command::Prepare => {
                 self.exchanges.clear();
                 self.in_mm = false;

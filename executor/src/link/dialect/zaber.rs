@@ -290,7 +290,7 @@ impl Zaber {
                 let usable = self.limits.speed_mm_s > 0.0 && self.limits.acceleration_mm_s2 > 0.0;
                 let unfit = Unfit { name: "maxspeed or accel", value: 0.0, needed: "more than 0" };
                 Some(if usable {
-                    Reply::Prepared(self.limits, OnCancel::NotOffered)
+                    Reply::Prepared(self.limits)
                 } else {
                     Reply::Unfit(unfit)
                 })
@@ -337,7 +337,6 @@ impl Dialect for Zaber {
             arcs: false,
             queues: false,
             on_cancel: OnCancel::NotOffered,
-            holds: false,
             checked: true,
         }
     }
@@ -346,7 +345,7 @@ impl Dialect for Zaber {
         match command {
             Command::Query => self.query(out),
             // Not offered, so not asked for: motions run to their certified end.
-            Command::Cancel(_) | Command::EndHoming | Command::Hold | Command::Continue | Command::Abort => {}
+            Command::Cancel(_) | Command::EndHoming | Command::Abort => {}
             Command::Prepare => {
                 self.exchanges.clear();
                 self.ask(What::Checksum, format_args!("set comm.checksum 1"), out);

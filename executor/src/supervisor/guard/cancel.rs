@@ -3,21 +3,19 @@
 //! Three arguments hold a cancelled jog away from the part. What is known of the controller decides which one applies.
 //!
 //! *Path-keeping.* The controller brakes along the path that it has planned, so the tool stays in the hull of the in-flight set.
-//! A cancel needs no certificate of its own. GRBL 1.1h does so.
+//! A cancel needs no certificate of its own. A described controller does so when its file says so.
 //!
 //! *Not path-keeping.* The controller may leave its path while it brakes. The tool stops within its stopping distance of where
 //! the cancel reached it, in any direction. A cancel is admitted only if the hull, grown by that distance, is clear. The set keeps
 //! the growth until the tool rests, and admits no jog before. A cancel that is refused is not sent: the jogs run to their
 //! certified targets, which are a short way ahead. This is assumed of described controllers, unless their file says otherwise.
 //!
-//! *No cancel.* A cancel is never sent, and the operator's release stops the tool by the short look-ahead. Builds of GRBL that
-//! nobody has examined get this argument. grblHAL needs it. Its fast hold drops prepared steps and drives the rest beside the
-//! path. A hold that ends at the end of a block can make it send steps without end, so no stopping distance holds
-//! (`docs/safety/controllers.md`).
+//! *No cancel.* A cancel is never sent, and the operator's release stops the tool by the short look-ahead. GRBL and grblHAL need
+//! this argument. A stop that ends exactly where a block ends can make both send 65,535 steps that nobody ordered, so no stopping
+//! distance holds. Besides, grblHAL's fast hold drives beside the path (`docs/safety/controllers.md`).
 //!
-//! GRBL hangs when a second cancel reaches it in the moment after the first has stopped it (its state is still `Jog` for twice
-//! its idle delay). So a cancel is refused after another until the tool was seen at rest, or a line that was sent after the other
-//! was acknowledged: the controller has read it, and has left that moment.
+//! A cancel is refused after another until the tool was seen at rest, or a line that was sent after the other was acknowledged:
+//! one firmware was seen to hang on a second cancel just after the first had stopped it.
 
 use keepout_kernel::exact::segment::{Window, points_within};
 use keepout_kernel::{FreePoint, Length, Point, ProhibitedRegion};

@@ -25,16 +25,13 @@ pub(super) struct Contour {
     rests_seen: u8,
     /// How often in a row it was seen at rest before the end of what was sent.
     stops_seen: u8,
-    /// The controller was told to hold, and was not seen to go on since it was told to.
-    held: bool,
 }
 
 impl Contour {
     /// Everything about it that changes, but where it has come to.
     #[cfg(feature = "proofs")]
     pub(super) fn counts(&self) -> Counts {
-        let places = [self.certified, self.sent, self.first];
-        (places, [self.rests_seen, self.stops_seen], self.held)
+        ([self.certified, self.sent, self.first], [self.rests_seen, self.stops_seen])
     }
 
     pub(super) fn end(&self) -> FreePoint {
@@ -43,9 +40,9 @@ impl Contour {
 }
 
 /// What counts about a contour: motions certified and sent, the first on which the tool can be; reports of rest at its end and
-/// before; whether it may be held.
+/// before.
 #[cfg(feature = "proofs")]
-pub(super) type Counts = ([usize; 3], [u8; 2], bool);
+pub(super) type Counts = ([usize; 3], [u8; 2]);
 
 /// How far the certification of a contour has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,7 +83,6 @@ impl Guard {
             first: 0,
             rests_seen: 0,
             stops_seen: 0,
-            held: false,
         });
         Ok(())
     }
@@ -158,29 +154,15 @@ impl Guard {
         [curve.from(), curve.to()].into_iter().find_map(beyond).or(inside).map_or(Ok(()), Err)
     }
 
-    /// The controller is told to hold the contour, or to go on with it: nothing more goes out before a report that was asked for
-    /// later, with everything acknowledged, shows that it goes on. Were it reset while it holds it would forget what it was at,
-    /// without an alarm, and execute what comes next from where it stands.
-    pub fn contour_held(&mut self) {
-        self.told += 1;
-        if let Some(contour) = &mut self.contour {
-            contour.held = true;
-        }
+    /// Whether the last report of a contour showed rest before the end of what was sent.
+    pub(super) fn has_stopped_early(&self) -> bool {
+        self.contour.as_ref().is_some_and(|contour| contour.stops_seen > 0)
     }
 
-    /// Whether the controller may hold a contour, or has stopped in one.
-    pub(super) fn may_be_held(&self) -> bool {
-        #[cfg(feature = "mutations")]
-        if self.mutation == Mutation::ContourHeld {
-            return false;
-        }
-        self.contour.as_ref().is_some_and(|contour| contour.held || contour.stops_seen > 0)
-    }
-
-    /// The next motion of the contour, once the one before is acknowledged and read, and the controller does not hold; counts it
-    /// as sent.
+    /// The next motion of the contour, once the one before is acknowledged and read; counts it as sent. A contour is never held
+    /// or cancelled: it stops because nothing more of it is sent.
     pub fn next_of_contour(&mut self) -> Option<Certified> {
-        let waits = self.unacknowledged() > 0 || self.unread() > 0 || self.may_be_held();
+        let waits = self.unacknowledged() > 0 || self.unread() > 0 || self.has_stopped_early();
         #[cfg(feature = "mutations")]
         let waits = waits && (self.mutation != Mutation::ContourUnacknowledged || self.unacknowledged() > 3);
         if waits {
@@ -216,17 +198,10 @@ impl Guard {
         self.contour.as_ref().map_or(&[], |contour| contour.curves.get(contour.first..).unwrap_or(&[]))
     }
 
-    /// Takes a report of a machine that runs the contour; `told` says whether it was asked for after the controller was last told
-    /// to hold or to go on.
-    pub(super) fn reported_in_contour(
-        &mut self,
-        sighting: &Sighting,
-        all: bool,
-        told: bool,
-    ) -> Result<(), Refusal> {
+    /// Takes a report of a machine that runs the contour.
+    pub(super) fn reported_in_contour(&mut self, sighting: &Sighting, all: bool) -> Result<(), Refusal> {
         let (resolution, shape) = (self.rules.resolution, self.rules.contours);
         let Some(contour) = self.contour.as_mut() else { return Ok(()) };
-        contour.held &= sighting.held || !(told && all);
         if contour.sent == 0 {
             return Ok(());
         }

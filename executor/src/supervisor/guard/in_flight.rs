@@ -42,8 +42,6 @@ pub struct Sighting {
     pub queued: Option<usize>,
     /// Whether it has received something that it has not acted on.
     pub waiting: bool,
-    /// It holds a motion, or is about to.
-    pub held: bool,
 }
 
 /// How many lines had been sent and acknowledged when a query left.
@@ -51,8 +49,6 @@ pub struct Sighting {
 pub struct Stamp {
     pub(super) sent: u64,
     pub(super) acknowledged: u64,
-    /// How often the controller was told to hold or to go on.
-    pub(super) told: u64,
     pub(super) at: Time,
 }
 

@@ -83,8 +83,6 @@ pub struct Guard {
     acknowledged: u64,
     /// Lines up to this number have left the controller's receive buffer.
     read: u64,
-    /// How often the controller was told to hold or to go on.
-    told: u64,
     /// Least deceleration of the axes, lattice units per s².
     deceleration: Option<u64>,
     contour: Option<Contour>,
@@ -133,7 +131,6 @@ impl Guard {
             sent: 0,
             acknowledged: 0,
             read: 0,
-            told: 0,
             deceleration: None,
             contour: None,
             #[cfg(feature = "mutations")]
@@ -240,7 +237,7 @@ impl Guard {
     /// Whether the next line waits for nothing but the answer to a query.
     #[must_use]
     pub fn awaits_reading(&self) -> bool {
-        self.unacknowledged() == 0 && (self.unread() > 0 || self.may_be_held())
+        self.unacknowledged() == 0 && (self.unread() > 0 || self.has_stopped_early())
     }
 
     /// Whether the tool stands still at a known place with nothing under way.
@@ -379,7 +376,7 @@ impl Guard {
     /// The stamp of a query that leaves now.
     #[must_use]
     pub fn stamp(&self, now: Time) -> Stamp {
-        Stamp { sent: self.sent, acknowledged: self.acknowledged, told: self.told, at: now }
+        Stamp { sent: self.sent, acknowledged: self.acknowledged, at: now }
     }
 
     /// Takes a report as evidence. `stamp` is that of the query it answers, or of an earlier one.
@@ -400,7 +397,7 @@ impl Guard {
             self.read = self.read.max(stamp.sent);
         }
         if self.contour.is_some() {
-            return self.reported_in_contour(sighting, all, stamp.told == self.told);
+            return self.reported_in_contour(sighting, all);
         }
         if self.set.tail.is_none() {
             return Ok(());

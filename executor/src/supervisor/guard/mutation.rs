@@ -24,8 +24,6 @@ pub enum Mutation {
     UncertifiedContour,
     /// A contour goes on without waiting for acknowledgements.
     ContourUnacknowledged,
-    /// A contour goes on although the controller may hold.
-    ContourHeld,
     /// Lines go out as they are acknowledged, whatever the controller has read.
     AheadOfReading,
     /// An escape may lead anywhere.
@@ -40,7 +38,7 @@ pub enum Mutation {
 
 impl Mutation {
     /// Every part that can be taken out.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 12] = [
         Self::ForgetInFlight,
         Self::NoFans,
         Self::RetireAtOnce,
@@ -48,7 +46,6 @@ impl Mutation {
         Self::BelieveAnyPosition,
         Self::UncertifiedContour,
         Self::ContourUnacknowledged,
-        Self::ContourHeld,
         Self::AheadOfReading,
         Self::EscapeAnywhere,
         Self::StraightAnyway,

@@ -18,7 +18,7 @@ pub struct State {
     left: [u64; 3],
     rests: (u8, Option<Point>),
     cancelled: (Option<u64>, u32, i32),
-    counts: [u64; 4],
+    counts: [u64; 3],
     contour: Option<(Counts, Point)>,
 }
 
@@ -42,7 +42,7 @@ impl Guard {
             left: [set.left_before, set.executed, set.refused],
             rests: (set.rests_seen, set.rested_at),
             cancelled: (set.cancelled, set.fastest, set.stray.units()),
-            counts: [self.sent, self.acknowledged, self.read, self.told],
+            counts: [self.sent, self.acknowledged, self.read],
             contour: self.contour.as_ref().map(|contour| (contour.counts(), contour.end().point())),
         }
     }

@@ -10,7 +10,7 @@ const SINGLE_S: f64 = 1.0;
 /// The same where they can not be cancelled either: the hand is not followed for that long, s.
 const UNSTOPPABLE_S: f64 = 0.25;
 /// Time between an answer and the next status query, s.
-const QUERY_PAUSE_S: f64 = 0.04;
+const QUERY_PAUSE_S: f64 = 0.02;
 /// Status queries that it takes to complete a target, and one that may be late.
 const QUERIES: f64 = 4.0;
 /// Targets of the in-flight set that the planner counts on.
@@ -38,7 +38,7 @@ impl LookAhead {
     pub(super) fn of(helm: &Helm<'_>, speed_mm_s: f64) -> Self {
         let trip_s = helm.round_trip.as_secs_f64();
         // The known position is as old as a status query takes, and the pause before it.
-        let latency_s = (trip_s * 2.5 + 2.0 * QUERY_PAUSE_S).clamp(0.1, 2.5);
+        let latency_s = (trip_s * 2.5 + 2.0 * QUERY_PAUSE_S).clamp(0.06, 2.5);
         let braking_s = speed_mm_s / (2.0 * helm.limits.acceleration_mm_s2);
         let completing_s = DRAIN.as_secs_f64() + QUERIES * (trip_s + trip_s.max(QUERY_PAUSE_S));
         let step_s = ((braking_s + latency_s + completing_s) / TARGETS).min(STEP_MAX_S);

@@ -40,7 +40,7 @@ impl Described {
     fn said(&mut self, purpose: For, out: &mut Vec<u8>) -> Option<Reply> {
         match purpose {
             For::Nothing | For::Stop | For::Query => None,
-            For::Preparing => Some(Reply::Prepared(Limits::UNLIMITED, self.description.on_cancel())),
+            For::Preparing => Some(Reply::Prepared(Limits::UNLIMITED)),
             For::Unfit => Some(Reply::Unfit(Unfit {
                 name: "units.counts_per_mm",
                 value: self.description.coordinate.scale.per_mm_f64(),

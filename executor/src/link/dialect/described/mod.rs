@@ -236,7 +236,7 @@ impl Described {
             }
             Command::Cancel(_) | Command::EndHoming => self.stop(out),
             // Not offered, so not asked for: contours are held by not sending the rest.
-            Command::Hold | Command::Continue | Command::Abort => {}
+            Command::Abort => {}
             Command::Prepare => {
                 self.forget();
                 let coarse = description.coordinate.scale.per_mm_f64() < self.setting.steps_per_mm * 0.999;
@@ -262,7 +262,6 @@ impl Dialect for Described {
             arcs: self.description.arcs.is_some() && contours == MotionShape::Line,
             queues,
             on_cancel: self.description.on_cancel(),
-            holds: false,
             checked: false,
         }
     }

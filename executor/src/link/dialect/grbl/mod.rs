@@ -68,7 +68,6 @@ pub struct Grbl {
     work_offset: Option<Vector>,
     /// What the list of parameters says of it.
     stated: Stated,
-    on_cancel: OnCancel,
     buffers: Buffers,
     lines: Lines,
 }
@@ -83,7 +82,6 @@ impl Grbl {
             stage: Stage::Silent,
             work_offset: None,
             stated: Stated::default(),
-            on_cancel: Identity::default().on_cancel(false),
             buffers: Buffers::default(),
             lines: Lines::default(),
         }
@@ -245,7 +243,6 @@ impl Grbl {
         if let Err(unfit) = identity.check(self.hal) {
             return Some(Reply::Unfit(unfit));
         }
-        self.on_cancel = identity.on_cancel(self.hal);
         out.extend(b"$$\n");
         self.stage = Stage::Reading(Settings::default());
         None
@@ -281,7 +278,7 @@ impl Grbl {
 
     fn prepared(&mut self, limits: Limits) -> Option<Reply> {
         self.stage = Stage::Prepared;
-        Some(Reply::Prepared(limits, self.on_cancel))
+        Some(Reply::Prepared(limits))
     }
 
     /// `None` when it is not formed as it should be: then nothing of it is believed.
@@ -317,9 +314,8 @@ impl Dialect for Grbl {
             contours: MotionShape::Line,
             arcs: true,
             queues: true,
-            // Until `$I` has stated what it is.
-            on_cancel: Identity::default().on_cancel(self.hal),
-            holds: true,
+            // A hold or a cancel can run away, so neither is ever sent (`docs/safety/controllers.md`).
+            on_cancel: OnCancel::NotOffered,
             checked: false,
         }
     }
@@ -327,10 +323,9 @@ impl Dialect for Grbl {
     fn encode(&mut self, command: &Command, out: &mut Vec<u8>) -> Result<(), LatticeError> {
         match command {
             Command::Query => out.push(b'?'),
-            Command::Cancel(_) | Command::EndHoming => out.push(0x85),
-            Command::Hold => out.push(b'!'),
-            Command::Continue => out.push(b'~'),
-            Command::Abort => {
+            // The guard certifies none, so this is never sent.
+            Command::Cancel(_) => out.push(0x85),
+            Command::EndHoming | Command::Abort => {
                 out.push(0x18);
                 self.stage = Stage::Aborting;
             }

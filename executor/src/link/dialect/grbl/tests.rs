@@ -79,7 +79,7 @@ fn settings_are_read_checked_and_set() {
     assert_eq!(hear(&mut grbl, b"ok\r\n"), (vec![], b"$10=3\n".to_vec()));
     assert_eq!(hear(&mut grbl, b"ok\r\n"), (vec![], b"$12=0.00050\n".to_vec()));
     let limits = Limits { speed_mm_s: 50.0, acceleration_mm_s2: 90.0, quicker_mm_s2: 100.0 };
-    assert_eq!(hear(&mut grbl, b"ok\r\n").0, [Reply::Prepared(limits, OnCancel::KeepsPath)]);
+    assert_eq!(hear(&mut grbl, b"ok\r\n").0, [Reply::Prepared(limits)]);
     // The margin has four times the tolerance: it is rounded down.
     for (tolerance, said) in
         [(0.000_106, "0.00010"), (0.000_1, "0.00010"), (0.000_29, "0.00029"), (0.5, "0.50000")]
@@ -87,7 +87,7 @@ fn settings_are_read_checked_and_set() {
         let mut grbl = dialect();
         grbl.setting.arc_tolerance_mm = tolerance;
         grbl.encode(&Command::Prepare, &mut Vec::new()).unwrap();
-        hear(&mut grbl, b"ok\r\nok\r\n");
+        hear(&mut grbl, b"ok\r\n[OPT:V,15,128]\r\nok\r\n");
         hear(
             &mut grbl,
             b"$10=3\r\n$13=0\r\n$22=1\r\n$100=400.000\r\n$101=400.000\r\n$110=6000\r\n$111=3000\r\nok\r\n",

@@ -87,7 +87,7 @@ fn start_sets_units_and_reads_what_is_needed() {
     assert_eq!(hear(&mut venus, "2\r\n"), (vec![], "2 getunit ".into()));
     let mut micrometres = venus.clone();
     let limits = Limits::of(100.0, 500.0);
-    assert_eq!(hear(&mut venus, "2\r\n").0, [Reply::Prepared(limits, OnCancel::KeepsPath)]);
+    assert_eq!(hear(&mut venus, "2\r\n").0, [Reply::Prepared(limits)]);
     for (unfit, answer) in [(&mut two_saved, "2\r\n"), (&mut micrometres, "1\r\n"), (&mut still, "0.0\r\n")] {
         assert!(matches!(hear(unfit, answer).0[..], [Reply::Unfit(_)]));
     }

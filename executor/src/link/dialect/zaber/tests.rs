@@ -56,7 +56,7 @@ fn start_reads_what_is_needed() {
     assert!(hear(&mut zaber, "@01 0 03 OK IDLE -- 131072 65536").1.contains("get accel"));
     let limits = Limits::of(100.0, 1000.0);
     let (replies, _) = hear(&mut zaber, "@01 0 04 OK IDLE -- 98 66");
-    let [Reply::Prepared(read, OnCancel::NotOffered)] = replies[..] else { panic!("{replies:?}") };
+    let [Reply::Prepared(read)] = replies[..] else { panic!("{replies:?}") };
     assert!(
         (read.speed_mm_s - limits.speed_mm_s).abs() < 0.1
             && read.acceleration_mm_s2 > 1000.0

@@ -1,0 +1,191 @@
+//! The motions that a contour is sent in, and how far ahead of the tool they are sent.
+
+use std::f64::consts::FRAC_PI_2;
+
+use keepout_kernel::curve::{fit_arc, hypot, nearest_unit, sweep};
+use keepout_kernel::{UNITS_PER_MM, Arc, Curve, Length, Point, Segment, Turn};
+use keepout_planner::units::{mm, point_from_mm, point_mm};
+
+use super::Supervisor;
+use super::event::Command;
+use super::guard::MotionShape;
+
+impl Supervisor {
+    /// The motions that the controller is sent for a curve: itself, or lines where it knows no arcs, in steps where it can
+    /// not be held or its axes run apart.
+    pub(super) fn as_sent(
+        &self,
+        curve: &Curve,
+        feed: u32,
+        stock: Length,
+        into: &mut Vec<(Curve, u32)>,
+    ) -> Result<(), String> {
+        let longest_mm = self.longest_mm(feed);
+        if let Curve::Arc(arc) = curve
+            && self.abilities.arcs
+            && self.abilities.contours == MotionShape::Line
+        {
+            into.extend(quarters(arc, longest_mm)?.into_iter().map(|piece| (Curve::Arc(piece), feed)));
+            return Ok(());
+        }
+        let points = curve.chord_points(self.chord_slack()).map_err(|error| error.to_string())?;
+        for pair in points.windows(2) {
+            let line = Segment { from: pair[0], to: pair[1] };
+            let step = |from, to| (Curve::Line(Segment { from, to }), feed);
+            self.steps(line, stock, longest_mm, &mut |from, to| into.push(step(from, to)))?;
+        }
+        Ok(())
+    }
+
+    /// Longest motion of a contour, mm: so short that a pause takes effect soon, and so long that the answer to it arrives before it
+    /// ends.
+    fn longest_mm(&self, feed: u32) -> f64 {
+        let lasts = MOTION_S + 1.5 * self.round_trip.as_secs_f64();
+        (mm_s(feed) * lasts).max(MOTION_MM)
+    }
+
+    /// How far chords may leave an arc: what the certified threshold leaves for it.
+    fn chord_slack(&self) -> Length {
+        let left = self.plan().finishing.units() - self.guard.rules().finishing.units();
+        Length::from_units(i64::from(left) - 2).unwrap_or(CHORD_LEAST).max(CHORD_LEAST)
+    }
+
+    /// Cuts a line into steps: short enough to stop after, and where the axes run apart so short that the box of each stays
+    /// within the stock.
+    fn steps(
+        &self,
+        line: Segment,
+        stock: Length,
+        longest_mm: f64,
+        take: &mut dyn FnMut(Point, Point),
+    ) -> Result<(), String> {
+        let d = line.to.minus(line.from);
+        let parts = hypot(mm(d.dx), mm(d.dy)) / longest_mm;
+        let mut count = nearest_unit(parts.ceil()).max(1);
+        if self.abilities.contours == MotionShape::Box && d.dx != 0 && d.dy != 0 {
+            let room = i64::from(stock.units()) - BOX_ROUNDING;
+            if room < BOX_ROOM_LEAST {
+                return Err(format!(
+                    "this controller's axes run apart, and a slanted wall needs stock for that: give a finishing pass that leaves at least {BOX_STOCK_MM} mm"
+                ));
+            }
+            // The corner of a box lies so far beside its diagonal; that of the n-th part, the n-th part of it.
+            let (x, y) = (f64::from(d.dx), f64::from(d.dy));
+            let beside = nearest_unit((x * y).abs() / x.hypot(y));
+            count = count.max(beside.div_euclid(room) + 1);
+        }
+        let mut from = line.from;
+        for k in 1..=count {
+            let part = |c: i32, d: i32| i64::from(c) + i64::from(d) * k / count;
+            let to = Point::from_units(part(line.from.x.units(), d.dx), part(line.from.y.units(), d.dy));
+            let to = if k == count { line.to } else { to.unwrap_or(line.to) };
+            if to != from {
+                take(from, to);
+            }
+            from = to;
+        }
+        Ok(())
+    }
+
+    /// Sends what the look-ahead lets go out: no more than the tool needs to keep its speed, so that a pause takes effect soon.
+    pub(super) fn contour_on(&mut self, commands: &mut Vec<Command>) {
+        while self.runs_low() {
+            let Some(certified) = self.guard.next_of_contour() else { break };
+            self.counts.contour_motions += 1;
+            commands.push(Command::Move(certified));
+        }
+    }
+
+    /// Whether what was sent of the contour lasts for less than the look-ahead. Where the tool is comes from the last report, so a
+    /// round trip is part of it, and another for the next motion to be acknowledged.
+    fn runs_low(&self) -> bool {
+        let (Some((sent, _)), Some(at)) = (self.guard.contour_progress(), self.guard.contour_at()) else {
+            return false;
+        };
+        let mut queued = self.guard.contour_left().iter().take(sent.saturating_sub(at));
+        let Some((under_way, feed)) = queued.next() else { return true };
+        let here = self.position.unwrap_or(under_way.from());
+        let first = distance_mm(here, under_way.to()) / mm_s(*feed);
+        let behind: f64 = queued.map(|(curve, feed)| curve.length() / f64::from(UNITS_PER_MM) / mm_s(*feed)).sum();
+        let fastest = self.guard.contour_left().first().map_or(0.0, |(_, feed)| mm_s(*feed));
+        let braking = fastest / self.limits.acceleration_mm_s2;
+        first + behind < 2.0 * self.round_trip.as_secs_f64() + braking + LOOK_AHEAD_S
+    }
+}
+
+/// The arc in pieces that turn by a quarter at most, and are no longer than `longest` mm.
+fn quarters(arc: &Arc, longest: f64) -> Result<Vec<Arc>, String> {
+    let (cx, cy) = point_mm(arc.centre());
+    let (x, y) = point_mm(arc.from());
+    let (radius, begin) = ((x - cx).hypot(y - cy), (y - cy).atan2(x - cx));
+    let sweep = sweep(arc);
+    let count = (sweep / FRAC_PI_2).max(sweep * radius / longest).ceil().max(1.0);
+    let sign = if arc.turn() == Turn::Left { 1.0 } else { -1.0 };
+    let mut pieces = Vec::new();
+    let (mut from, mut k) = (arc.from(), 1.0);
+    while k <= count {
+        let angle = begin + sign * sweep * k / count;
+        let at = (cx + radius * angle.cos(), cy + radius * angle.sin());
+        let to =
+            if k + 0.5 > count { arc.to() } else { point_from_mm(at).map_err(|error| error.to_string())? };
+        // The joints are rounded to the lattice: where that puts one off the circle, a centre a unit away fits.
+        let centre = (f64::from(arc.centre().x.units()), f64::from(arc.centre().y.units()));
+        let piece = Arc::new(from, to, arc.centre(), arc.turn())
+            .or_else(|_| fit_arc(from, to, centre, arc.turn()));
+        pieces.push(piece.map_err(|error| error.to_string())?);
+        (from, k) = (to, k + 1.0);
+    }
+    Ok(pieces)
+}
+
+fn distance_mm(a: Point, b: Point) -> f64 {
+    let d = b.minus(a);
+    hypot(mm(d.dx), mm(d.dy))
+}
+
+/// A feed in mm/min, mm/s.
+fn mm_s(feed: u32) -> f64 {
+    f64::from(feed) / 60.0
+}
+
+/// What is sent of a contour ahead of the tool lasts for so long at least, s, besides braking and the round trip.
+const LOOK_AHEAD_S: f64 = 0.15;
+/// A motion of a contour lasts for so long at most, s, besides the round trip; or it is so long, mm.
+const MOTION_S: f64 = 0.2;
+const MOTION_MM: f64 = 2.0;
+/// Rounding of steps and of the chords of arcs, lattice units (0.5 µm).
+const BOX_ROUNDING: i64 = 50;
+/// Where axes run apart, less room than this beside the path makes steps too short to be driven, lattice units (9.5 µm).
+const BOX_ROOM_LEAST: i64 = 950;
+/// The stock that leaves that room, mm.
+const BOX_STOCK_MM: f64 = 0.01;
+/// Chords never leave an arc by less than this: 0.1 µm.
+const CHORD_LEAST: Length = Length::small(10);
+
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arcs_of_every_size_fall_into_quarters() {
+        let mut random = fastrand::Rng::with_seed(5);
+        for _ in 0..20_000 {
+            let radius = 2000.0 * 50_000.0_f64.powf(random.f64());
+            let (begin, turns) = (random.f64() * 6.0, 0.05 + random.f64() * 6.2);
+            let at = |phi: f64| {
+                let (x, y) = (radius * phi.cos(), radius * phi.sin());
+                point_from_mm((x / 1e5, y / 1e5)).unwrap()
+            };
+            let turn = if random.bool() { Turn::Left } else { Turn::Right };
+            let sign = if turn == Turn::Left { 1.0 } else { -1.0 };
+            let ends = (at(begin), at(begin + sign * turns));
+            let Ok(arc) = fit_arc(ends.0, ends.1, (0.0, 0.0), turn) else { continue };
+            let pieces = quarters(&arc, f64::INFINITY).unwrap();
+            assert!(pieces.first().unwrap().from() == ends.0 && pieces.last().unwrap().to() == ends.1);
+            assert!(pieces.windows(2).all(|pair| pair[0].to() == pair[1].from()));
+            let longest = pieces.iter().map(sweep).fold(0.0, f64::max);
+            assert!(longest < FRAC_PI_2 + 0.01, "{longest}");
+        }
+    }
+}
