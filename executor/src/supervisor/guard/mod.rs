@@ -7,8 +7,8 @@
 //!
 //! **Contouring** is different: its motions run along the part, and hulls would cut through it. There each motion
 //! begins where the one before it ended, and is sent only after the one before it was acknowledged and a query that left
-//! behind it was answered (acknowledgements can come twice), so none can be skipped. Nor while the controller may hold: a reset
-//! drops what it holds without an alarm. The whole path is certified before the first is sent.
+//! behind it was answered (acknowledgements can come twice), so none can be skipped. The whole path is certified before the first is
+//! sent. A contour is never held or cancelled.
 //!
 //! **Reading:** a controller whose receive buffer is full drops bytes, and takes the head of one line and the tail of another
 //! for a third. So no line is sent before it has read the one before for certain, whatever was acknowledged: one line of at most
