@@ -125,7 +125,10 @@ fn garbage_while_moving() {
     assert!(matches!(fault, Fault::Garbled { .. }), "{fault}");
     let last = written.split(|&byte| byte == b'\n').rev().find(|line| !line.is_empty());
     let last = String::from_utf8_lossy(last.unwrap());
-    assert!(last.contains("$J="), "nothing is sent behind the jog: a cancel or a hold could run away: {last}");
+    assert!(
+        last.contains("$J="),
+        "nothing is sent behind the jog: a cancel or a hold could run away: {last}"
+    );
 }
 
 #[test]

@@ -23,14 +23,8 @@ use crate::witness::{self, UNIT};
 use says::{Heard, Says};
 
 /// Commands that move nothing.
-pub const COMMANDS: [Command; 6] = [
-    Command::Query,
-    Command::Prepare,
-    Command::Home,
-    Command::Arm,
-    Command::EndHoming,
-    Command::Abort,
-];
+pub const COMMANDS: [Command; 6] =
+    [Command::Query, Command::Prepare, Command::Home, Command::Arm, Command::EndHoming, Command::Abort];
 
 /// Bytes from here on stand for commands, the others for what the controller says.
 const FIRST_COMMAND: u8 = 0xf0;

@@ -149,8 +149,7 @@ fn confirmed() -> Result<bool, CliError> {
 fn choose(setup: &Setup, blocks: u32, only: &[String]) -> Result<Vec<Scenario>, CliError> {
     let wanted = |each: &Scenario| only.is_empty() || only.iter().any(|name| each.name.starts_with(name));
     let all = scenarios(&setup.frame(blocks));
-    let chosen: Vec<Scenario> =
-        all.into_iter().filter(|each| each.is_harmless() && wanted(each)).collect();
+    let chosen: Vec<Scenario> = all.into_iter().filter(|each| each.is_harmless() && wanted(each)).collect();
     if chosen.is_empty() {
         return Err(CliError::Argument(format!("no harmless scenario begins with {}", only.join(", "))));
     }

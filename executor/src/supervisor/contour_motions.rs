@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use keepout_kernel::curve::{fit_arc, hypot, nearest_unit, sweep};
-use keepout_kernel::{UNITS_PER_MM, Arc, Curve, Length, Point, Segment, Turn};
+use keepout_kernel::{Arc, Curve, Length, Point, Segment, Turn, UNITS_PER_MM};
 use keepout_planner::units::{mm, point_from_mm, point_mm};
 
 use super::Supervisor;
@@ -106,7 +106,8 @@ impl Supervisor {
         let Some((under_way, feed)) = queued.next() else { return true };
         let here = self.position.unwrap_or(under_way.from());
         let first = distance_mm(here, under_way.to()) / mm_s(*feed);
-        let behind: f64 = queued.map(|(curve, feed)| curve.length() / f64::from(UNITS_PER_MM) / mm_s(*feed)).sum();
+        let behind: f64 =
+            queued.map(|(curve, feed)| curve.length() / f64::from(UNITS_PER_MM) / mm_s(*feed)).sum();
         let fastest = self.guard.contour_left().first().map_or(0.0, |(_, feed)| mm_s(*feed));
         let braking = fastest / self.limits.acceleration_mm_s2;
         first + behind < 2.0 * self.round_trip.as_secs_f64() + braking + LOOK_AHEAD_S
@@ -130,8 +131,8 @@ fn quarters(arc: &Arc, longest: f64) -> Result<Vec<Arc>, String> {
             if k + 0.5 > count { arc.to() } else { point_from_mm(at).map_err(|error| error.to_string())? };
         // The joints are rounded to the lattice: where that puts one off the circle, a centre a unit away fits.
         let centre = (f64::from(arc.centre().x.units()), f64::from(arc.centre().y.units()));
-        let piece = Arc::new(from, to, arc.centre(), arc.turn())
-            .or_else(|_| fit_arc(from, to, centre, arc.turn()));
+        let piece =
+            Arc::new(from, to, arc.centre(), arc.turn()).or_else(|_| fit_arc(from, to, centre, arc.turn()));
         pieces.push(piece.map_err(|error| error.to_string())?);
         (from, k) = (to, k + 1.0);
     }
@@ -161,7 +162,6 @@ const BOX_ROOM_LEAST: i64 = 950;
 const BOX_STOCK_MM: f64 = 0.01;
 /// Chords never leave an arc by less than this: 0.1 µm.
 const CHORD_LEAST: Length = Length::small(10);
-
 
 #[cfg(test)]
 mod tests {

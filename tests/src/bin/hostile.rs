@@ -316,9 +316,7 @@ fn tries(part: Part, spec: &Spec) -> bool {
     let refused = spec.automatic && spec.suffers(Fault::DamageToController);
     match part {
         Part::ContourUnacknowledged => refused,
-        Part::UncertifiedCancel => {
-            !spec.automatic && (!spec.quirks.plain_hold || spec.quirks.stops_run_away)
-        }
+        Part::UncertifiedCancel => !spec.automatic && (!spec.quirks.plain_hold || spec.quirks.stops_run_away),
         Part::AheadOfReading => refused && spec.suffers(Fault::Doubling) && spec.latency.as_millis() > 50,
         _ => true,
     }

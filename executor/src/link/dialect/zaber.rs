@@ -289,11 +289,7 @@ impl Zaber {
                 self.limits.quicker_mm_s2 = figure(most) * 10_000.0;
                 let usable = self.limits.speed_mm_s > 0.0 && self.limits.acceleration_mm_s2 > 0.0;
                 let unfit = Unfit { name: "maxspeed or accel", value: 0.0, needed: "more than 0" };
-                Some(if usable {
-                    Reply::Prepared(self.limits)
-                } else {
-                    Reply::Unfit(unfit)
-                })
+                Some(if usable { Reply::Prepared(self.limits) } else { Reply::Unfit(unfit) })
             }
         })
     }

@@ -75,15 +75,8 @@ impl Guard {
             return Err(Refusal::OffCertified(first.from()));
         }
         let reached = self.exact.free_point(first.from(), self.rules.finishing).map_err(Refusal::Blocked)?;
-        self.contour = Some(Contour {
-            curves,
-            certified: 0,
-            reached,
-            sent: 0,
-            first: 0,
-            rests_seen: 0,
-            stops_seen: 0,
-        });
+        self.contour =
+            Some(Contour { curves, certified: 0, reached, sent: 0, first: 0, rests_seen: 0, stops_seen: 0 });
         Ok(())
     }
 

@@ -35,7 +35,8 @@ impl Identity {
             return Err(Unfit { name: "$I", value: f64::NAN, needed });
         }
         if !self.options {
-            let needed = "with its options, in a line [OPT:...]: they tell whether it locks after a power failure";
+            let needed =
+                "with its options, in a line [OPT:...]: they tell whether it locks after a power failure";
             return Err(Unfit { name: "$I", value: f64::NAN, needed });
         }
         if self.wakes_unlocked {
