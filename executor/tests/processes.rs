@@ -426,10 +426,7 @@ fn conformance_is_measured_in_the_air_and_stored() {
     let only = ["--only", "junction of 90", "--only", "startup", "--record", &record, "--store"];
     let found = doctor(&[&["--dialect", "grbl", "--yes"], &only[..]].concat());
     let text = said(&found);
-    assert!(
-        found.status.code() == Some(0) && text.contains("on cancel                     not seen"),
-        "{text}"
-    );
+    assert!(found.status.code() == Some(0) && !text.contains("on cancel"), "{text}");
     assert_eq!(machine.end(), Some(0));
     let text = std::fs::read_to_string(&profile).unwrap();
     assert!(text.starts_with("# mine\n"), "{text}");

@@ -69,7 +69,7 @@ pub enum RecordError {
         scenario: String,
     },
     /// The controller did not come to rest.
-    #[error("the controller did not come to rest within {} s in \"{scenario}\". A cancel was sent.", LIMIT.as_secs())]
+    #[error("the controller did not come to rest within {} s in \"{scenario}\". Press the emergency stop if it still moves.", LIMIT.as_secs())]
     NoRest {
         /// The scenario.
         scenario: String,

@@ -167,21 +167,27 @@ impl Display for Findings {
             format!("{median:.1} ms median, {most:.1} ms for 99 %, {longest:.1} ms longest"),
         )?;
         row("idle delay", format!("{:.1} ms", ms(self.idle_delay)))?;
-        let keeps = answer(self.keeps_path_on_cancel(), "yes", "NO");
-        let (off, within) = (self.largest_deviation_mm, self.tolerance_mm);
-        row(
-            "keeps its path on cancel",
-            format!("{keeps}: at most {off:.3} mm off in {} cancels, tolerance {within:.4} mm", self.cancels),
-        )?;
-        if let Some(off) = self.true_deviation_mm {
-            row("true distance from the path", format!("{off:.4} mm"))?;
+        // A machine is sent no stop.
+        if self.cancels > 0 {
+            let keeps = answer(self.keeps_path_on_cancel(), "yes", "NO");
+            let (off, within) = (self.largest_deviation_mm, self.tolerance_mm);
+            row(
+                "keeps its path on cancel",
+                format!(
+                    "{keeps}: at most {off:.3} mm off in {} cancels, tolerance {within:.4} mm",
+                    self.cancels
+                ),
+            )?;
+            if let Some(off) = self.true_deviation_mm {
+                row("true distance from the path", format!("{off:.4} mm"))?;
+            }
+            row("distance from a cancel to rest", format!("{:.2} mm at most", self.largest_stop_mm))?;
+            row(
+                "lines received before a cancel",
+                answer(self.discards_lines, "thrown away", "executed after the stop"),
+            )?;
+            row("hold in a jog", answer(self.hold_stops_jog, "stops it", "does not stop it"))?;
         }
-        row("distance from a cancel to rest", format!("{:.2} mm at most", self.largest_stop_mm))?;
-        row(
-            "lines received before a cancel",
-            answer(self.discards_lines, "thrown away", "executed after the stop"),
-        )?;
-        row("hold in a jog", answer(self.hold_stops_jog, "stops it", "does not stop it"))?;
         let list = |set: &BTreeSet<String>| set.iter().cloned().collect::<Vec<_>>().join(" ");
         row("states", list(&self.states))?;
         row("errors and alarms", list(&self.errors))

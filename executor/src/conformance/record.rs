@@ -8,7 +8,7 @@ use keepout_planner::units::point_mm;
 use super::error::{LIMIT, RecordError};
 use super::path::Mm2;
 use super::recording::{EVENTS_MAX, Event, Header, Recording, What};
-use super::scenario::{CANCEL, RESET, Scenario, Step};
+use super::scenario::{RESET, Scenario, Step};
 use super::start::{Known, Setup};
 use crate::link::port::Port;
 use crate::session::Clock;
@@ -120,7 +120,7 @@ impl<'a, P: Port, C: Clock> Recorder<'a, P, C> {
         self.recording
     }
 
-    /// Plays a scenario. After an error a cancel is sent: jogs stop, and a programmed motion ends in the box.
+    /// Plays a scenario. After an error nothing more is sent: what was sent ends in the box.
     ///
     /// # Errors
     /// [`RecordError`] when the port fails, the scenario leaves the box, or the controller does not come to rest.
@@ -137,12 +137,7 @@ impl<'a, P: Port, C: Clock> Recorder<'a, P, C> {
         let begin = What::Begin { name: scenario.name.clone(), origin: self.origin };
         let now = self.bench.clock.now();
         self.push(now, begin)?;
-        let played = scenario.steps.iter().try_for_each(|step| self.step(step));
-        if played.is_err() {
-            let now = self.bench.clock.now();
-            let _ = self.bench.port.write(&[CANCEL], now);
-        }
-        played
+        scenario.steps.iter().try_for_each(|step| self.step(step))
     }
 
     pub(super) fn go_to_origin(&mut self) -> Result<(), RecordError> {
