@@ -102,13 +102,12 @@ fn ready() -> Grbl {
         grbl.encode(&command, &mut out).expect("it moves nothing");
         let answer: &[u8] = match command {
             Command::Prepare => {
-                b"ok\r\n[VER:1.1h.20190830:]\r\nok\r\n$10=3\r\n$12=0.001\r\n$13=0\r\n$22=1\r\n$100=400\r\n$101=400\r\nok\r\n$N0=\r\n$N1=G80\r\nok\r\nok\r\n"
+                b"ok\r\n[VER:1.1h.20190830:]\r\n[OPT:V,15,128]\r\nok\r\n$10=3\r\n$12=0.001\r\n$13=0\r\n$22=1\r\n$100=400\r\n$101=400\r\nok\r\n$N0=\r\n$N1=G80\r\nok\r\nok\r\n"
             }
             _ => b"ok\r\nok\r\n[G54:0.000,0.000,0.000]\r\n[G92:0.000,0.000,0.000]\r\nok\r\n<Idle|MPos:0.000,0.000,0.000|Bf:15,128|WCO:0.000,0.000,0.000>\r\n<Idle|MPos:0.000,0.000,0.000|Bf:15,128>\r\n",
         };
-        for &byte in answer {
-            let _ = grbl.decode(byte, &mut out);
-        }
+        let replies: Vec<Reply> = answer.iter().filter_map(|&byte| grbl.decode(byte, &mut out)).collect();
+        assert!(matches!(replies[0], Reply::Prepared(_) | Reply::Armed), "{replies:?}");
     }
     grbl
 }
