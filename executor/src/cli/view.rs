@@ -28,6 +28,8 @@ pub enum Headline {
     Escaping,
     /// Stands at the wall, and works out the contour.
     Touching,
+    /// Runs to the end of what was sent, and then waits to go on.
+    Pausing,
     /// Waits to go on.
     Paused,
     /// Comes to rest.
@@ -65,9 +67,12 @@ impl Headline {
     pub fn tone(&self) -> Tone {
         match self {
             Self::Stopped { .. } => Tone::Alarm,
-            Self::AtTheWall | Self::EndOfTravel | Self::Escaping | Self::Paused | Self::Stopping => {
-                Tone::Alert
-            }
+            Self::AtTheWall
+            | Self::EndOfTravel
+            | Self::Escaping
+            | Self::Pausing
+            | Self::Paused
+            | Self::Stopping => Tone::Alert,
             Self::Starting | Self::Manual | Self::Touching | Self::Contouring { .. } | Self::Done => {
                 Tone::Calm
             }
@@ -84,6 +89,7 @@ impl Headline {
             Self::Contouring { percent: None } => "CONTOURING".into(),
             Self::Escaping => "LEAVE THE PART".into(),
             Self::Touching => "TOUCHED".into(),
+            Self::Pausing => "PAUSING".into(),
             Self::Paused => "PAUSED".into(),
             Self::Stopping => "STOPPING".into(),
             Self::Done => "DONE".into(),

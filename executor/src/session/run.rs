@@ -201,7 +201,7 @@ impl<'a, P: Port> Session<'a, P> {
     /// the session.
     ///
     /// # Errors
-    /// [`TapeError`] when the log can not be written on; the machine is stopped first.
+    /// [`TapeError`] when the log can not be written on. Nothing more is sent then, and what was sent runs to its certified end.
     pub fn run(
         &mut self,
         clock: &mut impl Clock,

@@ -7,12 +7,12 @@ use keepout_kernel::{Arc, Curve, Length, Point, Segment, Turn, UNITS_PER_MM};
 use keepout_planner::units::{mm, point_from_mm, point_mm};
 
 use super::Supervisor;
-use super::event::Command;
+use super::event::{Command, Mode};
 use super::guard::MotionShape;
 
 impl Supervisor {
-    /// The motions that the controller is sent for a curve: itself, or lines where it knows no arcs, in steps where it can
-    /// not be held or its axes run apart.
+    /// The motions that the controller is sent for a curve: itself in pieces, or lines where it knows no arcs, in steps where
+    /// its axes run apart.
     pub(super) fn as_sent(
         &self,
         curve: &Curve,
@@ -20,7 +20,7 @@ impl Supervisor {
         stock: Length,
         into: &mut Vec<(Curve, u32)>,
     ) -> Result<(), String> {
-        let longest_mm = self.longest_mm(feed);
+        let longest_mm = longest_mm(feed);
         if let Curve::Arc(arc) = curve
             && self.abilities.arcs
             && self.abilities.contours == MotionShape::Line
@@ -35,13 +35,6 @@ impl Supervisor {
             self.steps(line, stock, longest_mm, &mut |from, to| into.push(step(from, to)))?;
         }
         Ok(())
-    }
-
-    /// Longest motion of a contour, mm: so short that a pause takes effect soon, and so long that the answer to it arrives before it
-    /// ends.
-    fn longest_mm(&self, feed: u32) -> f64 {
-        let lasts = MOTION_S + 1.5 * self.round_trip.as_secs_f64();
-        (mm_s(feed) * lasts).max(MOTION_MM)
     }
 
     /// How far chords may leave an arc: what the certified threshold leaves for it.
@@ -99,6 +92,14 @@ impl Supervisor {
     /// Whether what was sent of the contour lasts for less than the look-ahead. Where the tool is comes from the last report, so a
     /// round trip is part of it, and another for the next motion to be acknowledged.
     fn runs_low(&self) -> bool {
+        // On a path that runs back over itself the guard may take the tool for farther back than it is.
+        if self.mode == Some(Mode::Idle) {
+            return true;
+        }
+        // Held by somebody: a motion that arrives then is what can make it run away.
+        if matches!(self.mode, Some(Mode::Held | Mode::Slowing)) {
+            return false;
+        }
         let (Some((sent, _)), Some(at)) = (self.guard.contour_progress(), self.guard.contour_at()) else {
             return false;
         };
@@ -108,8 +109,7 @@ impl Supervisor {
         let first = distance_mm(here, under_way.to()) / mm_s(*feed);
         let behind: f64 =
             queued.map(|(curve, feed)| curve.length() / f64::from(UNITS_PER_MM) / mm_s(*feed)).sum();
-        let fastest = self.guard.contour_left().first().map_or(0.0, |(_, feed)| mm_s(*feed));
-        let braking = fastest / self.limits.acceleration_mm_s2;
+        let braking = mm_s(*feed) / self.limits.acceleration_mm_s2;
         first + behind < 2.0 * self.round_trip.as_secs_f64() + braking + LOOK_AHEAD_S
     }
 }
@@ -139,6 +139,12 @@ fn quarters(arc: &Arc, longest: f64) -> Result<Vec<Arc>, String> {
     Ok(pieces)
 }
 
+/// Longest motion of a contour at a feed in mm/min, mm.
+fn longest_mm(feed: u32) -> f64 {
+    let speed = mm_s(feed);
+    (speed * MOTION_S).max(MOTION_MM.min(speed * SLOW_S)).max(LEAST_MM)
+}
+
 fn distance_mm(a: Point, b: Point) -> f64 {
     let d = b.minus(a);
     hypot(mm(d.dx), mm(d.dy))
@@ -149,11 +155,15 @@ fn mm_s(feed: u32) -> f64 {
     f64::from(feed) / 60.0
 }
 
-/// What is sent of a contour ahead of the tool lasts for so long at least, s, besides braking and the round trip.
+/// Least duration of the motions that were sent ahead of the tool, s, besides braking and two round trips.
 const LOOK_AHEAD_S: f64 = 0.15;
-/// A motion of a contour lasts for so long at most, s, besides the round trip; or it is so long, mm.
-const MOTION_S: f64 = 0.2;
+/// Longest duration of one motion, s: a pause takes effect soon. Over a line with a longer round trip the tool stops between motions.
+/// It does not depend on the round trip that was measured, so that a contour is the same each time.
+const MOTION_S: f64 = 0.3;
+/// Motions need not be shorter than this, mm, as long as they last no longer than [`SLOW_S`]. None is shorter than [`LEAST_MM`].
 const MOTION_MM: f64 = 2.0;
+const SLOW_S: f64 = 1.0;
+const LEAST_MM: f64 = 0.05;
 /// Rounding of steps and of the chords of arcs, lattice units (0.5 µm).
 const BOX_ROUNDING: i64 = 50;
 /// Where axes run apart, less room than this beside the path makes steps too short to be driven, lattice units (9.5 µm).

@@ -1,4 +1,4 @@
-//! Touching and contouring: from the wall around the part, held, gone on with, given up.
+//! Touching and contouring: from the wall around the part, paused, gone on with, given up.
 
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Curve, Length, Point, Segment};

@@ -24,7 +24,7 @@ pub enum Fault {
         line: Text,
     },
     /// It refused a line.
-    #[error("the controller refused a line with error {code}{}{meaning}. The machine has stopped at its last certified target.", if meaning.is_empty() { "" } else { ": " })]
+    #[error("the controller refused a line with error {code}{}{meaning}. The machine stops at its last certified target.", if meaning.is_empty() { "" } else { ": " })]
     Refused {
         /// Its error number.
         code: u16,

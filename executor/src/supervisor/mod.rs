@@ -263,6 +263,12 @@ impl Supervisor {
         self.position
     }
 
+    /// Whether the last report showed the machine at rest.
+    #[must_use]
+    pub fn is_at_rest(&self) -> bool {
+        matches!(self.mode, Some(Mode::Idle | Mode::Held))
+    }
+
     /// Finishing loops contoured so far.
     #[must_use]
     pub fn finished(&self) -> &[LoopNumber] {
@@ -391,7 +397,7 @@ impl Supervisor {
                 steering.settle();
                 State::Escaping(steering)
             }
-            State::Contouring(run) => {
+            State::Contouring(run) | State::Holding(run) => {
                 self.progress = run.done;
                 self.interrupted = None;
                 State::Manual(Steering::default())

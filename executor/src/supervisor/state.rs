@@ -30,11 +30,13 @@ pub(super) enum State {
     Escaping(Steering),
     Touching(Touch),
     Contouring(Run),
-    /// A contour is stopped, and can go on.
+    /// No more of a contour is sent, and it can go on.
     Holding(Run),
     /// Coming to rest for the end, or for giving up a contour.
     Stopping {
         aborted: bool,
+        /// The last report showed rest, with nothing left to do.
+        rested: bool,
         /// So many reports are still to come that were asked for before.
         stale: usize,
     },
@@ -128,7 +130,7 @@ pub enum Phase {
     Touching,
     /// Contouring by itself.
     Contouring,
-    /// A contour is stopped and can go on.
+    /// No more of a contour is sent, and it can go on. The tool may still run to the end of what was sent.
     Holding,
     /// Coming to rest before the end.
     Stopping,

@@ -7,7 +7,7 @@ use super::{Fault, Supervisor};
 impl Supervisor {
     /// Brings the machine to rest and ends the session.
     pub fn halt(&mut self) -> Option<Command> {
-        let stopping = State::Stopping { aborted: false, stale: self.queries.len() };
+        let stopping = State::Stopping { aborted: false, rested: false, stale: self.queries.len() };
         match self.phase() {
             Phase::Stopping | Phase::Done => None,
             Phase::Faulted | Phase::Starting => {

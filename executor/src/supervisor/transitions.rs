@@ -64,7 +64,7 @@ const STATES: [Made; 15] = [
     ("Touching, certifying", || State::Touching(Touch::Certifying(Box::new(run())))),
     ("Contouring", || State::Contouring(run())),
     ("Holding", || State::Holding(run())),
-    ("Stopping", || State::Stopping { aborted: false, stale: 0 }),
+    ("Stopping", || State::Stopping { aborted: false, rested: false, stale: 0 }),
     ("Done", || State::Done),
     ("Faulted", || State::Faulted { fault: Fault::PortLost(text("unplugged")), warned: false }),
 ];

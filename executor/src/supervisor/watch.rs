@@ -155,16 +155,18 @@ impl Supervisor {
         }
         if let State::Stopping { stale: stale @ 1.., .. } = &mut self.state {
             *stale -= 1;
-        } else if let State::Stopping { aborted, .. } = &mut self.state {
+        } else if let State::Stopping { aborted, rested, .. } = &mut self.state {
+            // One report may have been damaged or come twice.
+            let rests = sighting.rests() && self.guard.unacknowledged() == 0;
+            let agreed = rests && std::mem::replace(rested, rests);
+            *rested = rests;
             match report.mode {
                 // Somebody holds it: what is queued behind that is forgotten, so that nobody starts it later.
                 Mode::Held if !*aborted => {
                     *aborted = true;
                     commands.push(Command::Abort);
                 }
-                Mode::Idle if *aborted || sighting.queued.is_none_or(|queued| queued == 0) => {
-                    self.state = State::Done;
-                }
+                Mode::Idle if *aborted || agreed => self.state = State::Done,
                 _ => {}
             }
         }
@@ -185,7 +187,7 @@ impl Supervisor {
         if now.since(since) <= self.options.answer_within {
             return Ok(());
         }
-        // A line that was thrown away by the cancel that ends the session is none to complain of.
+        // A line that was lost as the session ends is none to complain of.
         if let State::Stopping { .. } = self.state {
             self.state = State::Done;
             return Ok(());

@@ -65,6 +65,7 @@ fn every_headline_fits_80_columns_large() {
         Headline::Contouring { percent: None },
         Headline::Escaping,
         Headline::Touching,
+        Headline::Pausing,
         Headline::Paused,
         Headline::Stopping,
         Headline::Done,

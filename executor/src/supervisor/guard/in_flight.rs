@@ -349,7 +349,8 @@ impl InFlight {
 
 impl Sighting {
     /// At rest, with nothing left to do.
-    pub(super) fn rests(&self) -> bool {
+    #[must_use]
+    pub fn rests(&self) -> bool {
         self.at_rest && !self.waiting && self.queued.is_none_or(|queued| queued == 0)
     }
 }

@@ -235,7 +235,7 @@ impl Described {
                 }
             }
             Command::Cancel(_) | Command::EndHoming => self.stop(out),
-            // Not offered, so not asked for: contours are held by not sending the rest.
+            // No described language has a hold that somebody else could have told it.
             Command::Abort => {}
             Command::Prepare => {
                 self.forget();

@@ -27,7 +27,7 @@ impl Identity {
         }
     }
 
-    /// Whether it can be used by the dialect: GRBL's does not expect that a cancel throws lines away. A controller that wakes
+    /// Whether it can be used by the dialect, which must be that of its firmware. A controller that wakes
     /// unlocked after a power failure counts from where it stands, and would execute a line that was on its way from there.
     pub(super) fn check(self, hal: bool) -> Result<(), Unfit> {
         if self.hal && !hal {

@@ -6,8 +6,8 @@
 //! Arcs are written by their radius, to 10 nm, and turn a quarter at most: the arc through the same ends leaves the certified
 //! one by less than half the difference of the radii. One that arrives twice is refused (its ends coincide).
 //!
-//! grblHAL differs where it matters here: a jog is never cancelled, because a cancel may leave the path and run away; its planner has
-//! more blocks (they are counted from what it reports at rest); and it reports more (fields that are not known are skipped).
+//! Neither firmware is ever sent a feed hold or a jog cancel, because both can run away (`docs/safety/controllers.md`). grblHAL's planner
+//! has more blocks (they are counted from what it reports at rest), and it reports more (fields that are not known are skipped).
 
 mod buffers;
 mod identity;
