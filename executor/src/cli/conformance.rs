@@ -7,8 +7,8 @@ use std::process::ExitCode;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use keepout_executor::conformance::{
-    Bench, Findings, RecordError, Recorder, Recording, Scenario, Setting, Setup, Start, compare, load, save,
-    scenarios, simulate, table,
+    Bench, Care, Findings, RecordError, Recorder, Recording, Scenario, Setting, Setup, Start, compare, load,
+    save, scenarios, simulate, table,
 };
 use keepout_executor::link::dialect::Language;
 use keepout_executor::link::serial::Serial;
@@ -25,7 +25,8 @@ use super::plan::{given, refuse_same};
 #[derive(Debug, Args)]
 pub struct ConformanceArguments {
     /// Move the tool in a small box, raised, and record what the controller does; compare it with the simulated controller. For
-    /// grbl and grblhal. It is sent no hold and no cancel: either can run away.
+    /// grbl and grblhal. No hold and no cancel is sent, because the firmware can
+    /// run away at either.
     #[arg(long, requires = "machine_profile")]
     pub conformance: bool,
     /// Side of the box, mm.
@@ -126,7 +127,7 @@ fn announce(setup: &Setup) {
     }
     let side = setup.box_mm;
     println!("- All targets lie in a box of {side} × {side} mm, in the plane, about the tool.");
-    let count = scenarios(&setup.frame(1)).iter().filter(|each| each.is_harmless()).count();
+    let count = scenarios(&setup.frame(1)).iter().filter(|each| each.care == Care::Harmless).count();
     println!("- There are {count} scenarios. They take a few minutes, and longer on a slow machine.");
     println!("- Raise the tool and stop the spindle. Keep the emergency stop at hand.");
     println!("- Nothing is stored in the controller, and it is not reset.\n");
@@ -149,7 +150,8 @@ fn confirmed() -> Result<bool, CliError> {
 fn choose(setup: &Setup, blocks: u32, only: &[String]) -> Result<Vec<Scenario>, CliError> {
     let wanted = |each: &Scenario| only.is_empty() || only.iter().any(|name| each.name.starts_with(name));
     let all = scenarios(&setup.frame(blocks));
-    let chosen: Vec<Scenario> = all.into_iter().filter(|each| each.is_harmless() && wanted(each)).collect();
+    let chosen: Vec<Scenario> =
+        all.into_iter().filter(|each| each.care == Care::Harmless && wanted(each)).collect();
     if chosen.is_empty() {
         return Err(CliError::Argument(format!("no harmless scenario begins with {}", only.join(", "))));
     }
@@ -195,8 +197,5 @@ fn store(path: &Path, controller: &ControllerProfile) -> Result<(), CliError> {
     write_whole(path, text.as_bytes())
         .map_err(|source| CliError::Write { path: path.to_path_buf(), source })?;
     println!("stored       {}: make plans again for it to count", path.display());
-    if controller.keeps_path_on_cancel == Some(false) {
-        println!("Sessions with such a plan assume that a cancel may leave the path.");
-    }
     Ok(())
 }

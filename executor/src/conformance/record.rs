@@ -120,7 +120,7 @@ impl<'a, P: Port, C: Clock> Recorder<'a, P, C> {
         self.recording
     }
 
-    /// Plays a scenario. After an error nothing more is sent: what was sent ends in the box.
+    /// Plays a scenario. After an error it sends nothing more. The queued motions end in the box.
     ///
     /// # Errors
     /// [`RecordError`] when the port fails, the scenario leaves the box, or the controller does not come to rest.

@@ -10,9 +10,10 @@ use super::path::Mm2;
 /// Where a scenario may be played.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Care {
-    /// At a machine: it moves in its box, resets nothing and stores nothing.
+    /// At a machine: it moves in its box, stops, resets and stores nothing.
     Harmless,
-    /// At a simulated controller, or at a machine that somebody watches: it resets, raises alarms or leaves the box.
+    /// At a simulated controller: it resets, raises alarms, leaves the box, or sends a hold or a cancel. GRBL and grblHAL can run away
+    /// at either (`docs/safety/controllers.md`).
     Harmful,
 }
 
@@ -54,16 +55,6 @@ pub struct Scenario {
     pub care: Care,
     /// What is done, in order.
     pub steps: Vec<Step>,
-}
-
-impl Scenario {
-    /// Whether it may be played at a machine. GRBL and grblHAL can run away at a cancel or a hold, so neither is ever sent to one
-    /// (`docs/safety/controllers.md`).
-    #[must_use]
-    pub fn is_harmless(&self) -> bool {
-        let stops = |step: &Step| matches!(step, Step::Realtime(CANCEL | HOLD));
-        self.care == Care::Harmless && !self.steps.iter().any(stops)
-    }
 }
 
 /// The figures that scenarios are made for.
@@ -117,8 +108,8 @@ fn whole(feed: f64) -> u32 {
     u32::try_from(nearest_unit(feed)).unwrap_or(1).max(1)
 }
 
-fn harmful(name: &str, steps: Vec<Step>) -> Scenario {
-    Scenario { name: name.into(), care: Care::Harmful, steps }
+fn harmful(name: String, steps: Vec<Step>) -> Scenario {
+    Scenario { name, care: Care::Harmful, steps }
 }
 
 impl Frame {
@@ -212,7 +203,7 @@ impl Frame {
                 "cancel of {count} jogs at {degrees} degrees, {feed} mm/min, {} of {phases}",
                 phase + 1
             );
-            all.push(harmless(name, steps));
+            all.push(harmful(name, steps));
         }
     }
 
@@ -227,12 +218,12 @@ impl Frame {
                 let mut steps = self.to(-1.0, 0.0);
                 steps.extend([motion, Step::Answered, Step::Wait(wait), Step::Realtime(HOLD)]);
                 steps.extend([Step::Wait(still), Step::Realtime(b'~'), Step::Rest]);
-                all.push(harmless(format!("hold in {what}, {phase} of 4"), steps));
+                all.push(harmful(format!("hold in {what}, {phase} of 4"), steps));
             }
         }
         let pause = Step::Wait(Duration::from_millis(200));
         let steps = vec![Step::Realtime(HOLD), pause, Step::Realtime(b'~'), Step::Rest];
-        all.push(harmless("hold at rest".into(), steps));
+        all.push(harmful("hold at rest".into(), steps));
     }
 
     fn refills(&self, all: &mut Vec<Scenario>) {
@@ -246,7 +237,7 @@ impl Frame {
             steps.push(Step::Realtime(CANCEL));
             steps.push(Step::Jog { to: Mm2::new(0.0, self.reach()), feed });
             steps.push(Step::Rest);
-            all.push(harmless(format!("refill after cancel, {phase} of 4"), steps));
+            all.push(harmful(format!("refill after cancel, {phase} of 4"), steps));
         }
     }
 
@@ -262,7 +253,7 @@ impl Frame {
             steps.push(Step::Wait(Duration::from_secs_f64(wait.max(0.0))));
             let next = Mm2::new(0.6, 0.0125 * f64::from(slope));
             steps.extend([Step::Jog { to: next, feed }, Step::Answered, Step::Realtime(CANCEL), Step::Rest]);
-            all.push(harmful(&format!("low queue, cancel {phase} of 3, slope {slope}"), steps));
+            all.push(harmful(format!("low queue, cancel {phase} of 3, slope {slope}"), steps));
         }
     }
 
@@ -281,7 +272,8 @@ impl Frame {
                 steps.push(Step::Realtime(CANCEL));
             }
             steps.push(Step::Rest);
-            all.push(harmless(name.into(), steps));
+            let scenario = if cancels { harmful } else { harmless };
+            all.push(scenario(name.into(), steps));
         }
     }
 
@@ -320,18 +312,18 @@ impl Frame {
     fn resets(&self, all: &mut Vec<Scenario>) {
         let wait = |ms| Step::Wait(Duration::from_millis(ms));
         let unlock = [Step::Line("$X".into()), Step::Answered, Step::Rest];
-        all.push(harmful("reset at rest", vec![Step::Realtime(RESET), wait(1500), Step::Rest]));
+        all.push(harmful("reset at rest".into(), vec![Step::Realtime(RESET), wait(1500), Step::Rest]));
         let mut steps = self.to(-1.0, 0.0);
         steps.push(Step::Jog { to: Mm2::new(self.reach(), 0.0), feed: self.feed(0.3) });
         steps.extend([Step::Answered, wait(100), Step::Realtime(RESET), wait(1500)]);
         steps.push(Step::Line("$J=G91X0F100".into()));
         steps.push(Step::Answered);
         steps.extend(unlock);
-        all.push(harmful("reset in motion", steps));
+        all.push(harmful("reset in motion".into(), steps));
     }
 
     fn soft_limits(&self, all: &mut Vec<Scenario>) {
         let beyond = Step::Line("$J=G53G90G21X10F600".into());
-        all.push(harmful("jog beyond the travel", vec![beyond, Step::Answered, Step::Rest]));
+        all.push(harmful("jog beyond the travel".into(), vec![beyond, Step::Answered, Step::Rest]));
     }
 }
