@@ -2,13 +2,14 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use keepout_kernel::curve::{fit_arc, hypot, nearest_unit, sweep};
+use keepout_kernel::curve::{fit_arc, nearest_unit, sweep};
 use keepout_kernel::{Arc, Curve, Length, Point, Segment, Turn, UNITS_PER_MM};
-use keepout_planner::units::{mm, point_from_mm, point_mm};
+use keepout_planner::units::{point_from_mm, point_mm};
 
 use super::Supervisor;
 use super::event::{Command, Mode};
 use super::guard::MotionShape;
+use super::manual::length_mm;
 
 impl Supervisor {
     /// The motions that the controller is sent for a curve: itself in pieces, or lines where it knows no arcs, in steps where
@@ -53,7 +54,7 @@ impl Supervisor {
         take: &mut dyn FnMut(Point, Point),
     ) -> Result<(), String> {
         let d = line.to.minus(line.from);
-        let parts = hypot(mm(d.dx), mm(d.dy)) / longest_mm;
+        let parts = length_mm(d) / longest_mm;
         let mut count = nearest_unit(parts.ceil()).max(1);
         if self.abilities.contours == MotionShape::Box && d.dx != 0 && d.dy != 0 {
             let room = i64::from(stock.units()) - BOX_ROUNDING;
@@ -89,14 +90,14 @@ impl Supervisor {
         }
     }
 
-    /// Whether what was sent of the contour lasts for less than the look-ahead. Where the tool is comes from the last report, so a
-    /// round trip is part of it, and another for the next motion to be acknowledged.
+    /// Whether the queued motions of the contour last for less than the look-ahead. The place of the tool is as old as the last
+    /// report, and the next motion has to be acknowledged: the look-ahead includes a round trip for each.
     fn runs_low(&self) -> bool {
         // On a path that runs back over itself the guard may take the tool for farther back than it is.
         if self.mode == Some(Mode::Idle) {
             return true;
         }
-        // Held by somebody: a motion that arrives then is what can make it run away.
+        // Somebody holds the controller. A motion that arrives during a hold can make it run away.
         if matches!(self.mode, Some(Mode::Held | Mode::Slowing)) {
             return false;
         }
@@ -106,7 +107,7 @@ impl Supervisor {
         let mut queued = self.guard.contour_left().iter().take(sent.saturating_sub(at));
         let Some((under_way, feed)) = queued.next() else { return true };
         let here = self.position.unwrap_or(under_way.from());
-        let first = distance_mm(here, under_way.to()) / mm_s(*feed);
+        let first = length_mm(under_way.to().minus(here)) / mm_s(*feed);
         let behind: f64 =
             queued.map(|(curve, feed)| curve.length() / f64::from(UNITS_PER_MM) / mm_s(*feed)).sum();
         let braking = mm_s(*feed) / self.limits.acceleration_mm_s2;
@@ -143,11 +144,6 @@ fn quarters(arc: &Arc, longest: f64) -> Result<Vec<Arc>, String> {
 fn longest_mm(feed: u32) -> f64 {
     let speed = mm_s(feed);
     (speed * MOTION_S).max(MOTION_MM.min(speed * SLOW_S)).max(LEAST_MM)
-}
-
-fn distance_mm(a: Point, b: Point) -> f64 {
-    let d = b.minus(a);
-    hypot(mm(d.dx), mm(d.dy))
 }
 
 /// A feed in mm/min, mm/s.

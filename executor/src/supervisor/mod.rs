@@ -327,9 +327,7 @@ impl Supervisor {
                 }
             }
             State::Touching(Touch::Certifying(_)) => self.certify_on(),
-            State::Contouring(_) => {
-                self.contour_on(commands);
-            }
+            State::Contouring(_) => self.contour_on(commands),
             State::Stopping { .. } if self.guard.settled() => self.state = State::Done,
             _ => {}
         }

@@ -11,7 +11,7 @@ use crate::time::Time;
 /// A status query without an answer is repeated so often in the longest silence that is allowed.
 const QUERIES_IN_SILENCE: u32 = 5;
 /// Time between an answer and the next query.
-const QUERY_PAUSE: Duration = Duration::from_millis(20);
+pub(super) const QUERY_PAUSE: Duration = Duration::from_millis(20);
 /// The same while a tool that was stopped is waited for, or a motion of a contour to be read.
 const QUERY_SOON: Duration = Duration::from_millis(10);
 /// An answer that comes twice comes within the time of so many bits: 140 bytes.
@@ -158,7 +158,7 @@ impl Supervisor {
         } else if let State::Stopping { aborted, rested, .. } = &mut self.state {
             // One report may have been damaged or come twice.
             let rests = sighting.rests() && self.guard.unacknowledged() == 0;
-            let agreed = rests && std::mem::replace(rested, rests);
+            let agreed = rests && *rested;
             *rested = rests;
             match report.mode {
                 // Somebody holds it: what is queued behind that is forgotten, so that nobody starts it later.

@@ -87,7 +87,7 @@ pub(super) fn mm_of(units: i32) -> f64 {
     f64::from(units) / f64::from(UNITS_PER_MM)
 }
 
-pub(super) fn length_mm(v: Vector) -> f64 {
+pub(in super::super) fn length_mm(v: Vector) -> f64 {
     mm_of(v.dx).hypot(mm_of(v.dy))
 }
 

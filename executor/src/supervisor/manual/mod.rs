@@ -8,7 +8,7 @@ mod slide;
 mod way;
 
 pub use helm::Contact;
-pub(super) use helm::{Helm, standing_off};
+pub(super) use helm::{Helm, length_mm, standing_off};
 
 use std::time::Duration;
 
@@ -19,7 +19,7 @@ use keepout_kernel::{FreePoint, Point};
 use super::guard::{Guard, MotionShape, OnCancel};
 use super::{Command, Wish};
 use crate::time::Time;
-use helm::{Push, length_mm, on_grid, part_of, vector};
+use helm::{Push, on_grid, part_of, vector};
 use pace::LookAhead;
 use way::Way;
 

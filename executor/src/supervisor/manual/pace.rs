@@ -3,14 +3,13 @@
 use std::time::Duration;
 
 use super::super::guard::DRAIN;
+use super::super::watch::QUERY_PAUSE;
 use super::helm::Helm;
 
 /// Where motions can not be joined, each lasts up to this, s.
 const SINGLE_S: f64 = 1.0;
 /// The same where they can not be cancelled either: the hand is not followed for that long, s.
 const UNSTOPPABLE_S: f64 = 0.25;
-/// Time between an answer and the next status query, s.
-const QUERY_PAUSE_S: f64 = 0.02;
 /// Status queries that it takes to complete a target, and one that may be late.
 const QUERIES: f64 = 4.0;
 /// Targets of the in-flight set that the planner counts on.
@@ -37,10 +36,11 @@ impl LookAhead {
     /// so. The set holds only so many targets, so jogs are at least that time over their number apart.
     pub(super) fn of(helm: &Helm<'_>, speed_mm_s: f64) -> Self {
         let trip_s = helm.round_trip.as_secs_f64();
+        let pause_s = QUERY_PAUSE.as_secs_f64();
         // The known position is as old as a status query takes, and the pause before it.
-        let latency_s = (trip_s * 2.5 + 2.0 * QUERY_PAUSE_S).clamp(0.06, 2.5);
+        let latency_s = (trip_s * 2.5 + 2.0 * pause_s).clamp(0.06, 2.5);
         let braking_s = speed_mm_s / (2.0 * helm.limits.acceleration_mm_s2);
-        let completing_s = DRAIN.as_secs_f64() + QUERIES * (trip_s + trip_s.max(QUERY_PAUSE_S));
+        let completing_s = DRAIN.as_secs_f64() + QUERIES * (trip_s + trip_s.max(pause_s));
         let step_s = ((braking_s + latency_s + completing_s) / TARGETS).min(STEP_MAX_S);
         let single_s = if helm.abilities.cancels() { SINGLE_S } else { UNSTOPPABLE_S };
         let horizon_s = latency_s + step_s;
