@@ -251,7 +251,7 @@ impl Play {
         let kept = |threshold: Length| i64::from(threshold.units()) - off;
         let kept = if self.near { kept(rules.finishing) } else { kept(rules.manual) };
         let mut left = share;
-        while left > 0.0 && !self.machine.is_held() {
+        while left > 0.0 {
             let from = self.machine.tool;
             let cuts = self.machine.is_contouring();
             let Some(used) = self.machine.moves(left) else { break };

@@ -41,7 +41,6 @@ pub struct Machine {
     pub wire: VecDeque<Command>,
     received: VecDeque<Motion>,
     planner: VecDeque<Motion>,
-    held: bool,
     /// What it said and nobody heard.
     pub answers: VecDeque<Reply>,
 }
@@ -56,7 +55,6 @@ impl Machine {
             wire: VecDeque::new(),
             received: VecDeque::new(),
             planner: VecDeque::new(),
-            held: false,
             answers: VecDeque::new(),
         }
     }
@@ -80,11 +78,6 @@ impl Machine {
         matches!(self.planner.front(), Some(Motion::Contour { .. }))
     }
 
-    /// It stands still although it has something to do.
-    pub fn is_held(&self) -> bool {
-        self.held
-    }
-
     /// The next line arrives.
     pub fn hears(&mut self) {
         let Some(command) = self.wire.pop_front() else { return };
@@ -105,7 +98,6 @@ impl Machine {
             Command::Abort => {
                 self.received.clear();
                 self.planner.clear();
-                self.held = false;
                 self.begun = (self.tool, 0.0);
                 self.answers.push_back(Reply::Restarted);
             }
@@ -121,8 +113,8 @@ impl Machine {
             }
             Command::Move(_) => {}
         }
-        // What was received is planned as long as there is room; nothing is read while it holds.
-        while !self.held && self.planner.len() < PLANNED {
+        // What was received is planned as long as there is room.
+        while self.planner.len() < PLANNED {
             let Some(motion) = self.received.pop_front() else { break };
             if self.begins_elsewhere(&motion) {
                 self.answers.push_back(Reply::Refused { code: 33, meaning: "", transient: false });
@@ -150,11 +142,7 @@ impl Machine {
 
     fn report(&self) -> Report {
         let digit = |c: i64| (c + DIGIT / 2).div_euclid(DIGIT) * DIGIT;
-        let mode = match (self.held, self.planner.is_empty()) {
-            (true, _) => Mode::Held,
-            (false, false) => Mode::Moving,
-            (false, true) => Mode::Idle,
-        };
+        let mode = if self.planner.is_empty() { Mode::Idle } else { Mode::Moving };
         Report {
             mode,
             position: Point::from_units(digit(self.tool.0), digit(self.tool.1)).ok(),
