@@ -28,7 +28,7 @@ pub enum Headline {
     Escaping,
     /// Stands at the wall, and works out the contour.
     Touching,
-    /// Runs to the end of what was sent, and then waits to go on.
+    /// The tool runs to the end of the queued motions. Then it waits to go on.
     Pausing,
     /// Waits to go on.
     Paused,

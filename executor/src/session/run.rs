@@ -201,7 +201,7 @@ impl<'a, P: Port> Session<'a, P> {
     /// the session.
     ///
     /// # Errors
-    /// [`TapeError`] when the log can not be written on. Nothing more is sent then, and what was sent runs to its certified end.
+    /// [`TapeError`] when the log can not be written on. Nothing more is sent then, and the queued motions run to their certified ends.
     pub fn run(
         &mut self,
         clock: &mut impl Clock,

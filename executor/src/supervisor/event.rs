@@ -162,7 +162,7 @@ pub enum Command {
     Cancel(CertifiedCancel),
     /// Stop homing: the machine seeks its switches, and no motion of that is certified.
     EndHoming,
-    /// Forget what is queued. Only sent to a controller that holds at rest because somebody told it to.
+    /// Drop the queued motions. It is sent only to a controller that somebody else has put on hold.
     Abort,
     /// Read the controller's settings, and set those that the session relies on.
     Prepare,

@@ -130,7 +130,7 @@ pub enum Phase {
     Touching,
     /// Contouring by itself.
     Contouring,
-    /// No more of a contour is sent, and it can go on. The tool may still run to the end of what was sent.
+    /// No more of a contour is sent, and it can go on. The tool may still run to the end of the queued motions.
     Holding,
     /// Coming to rest before the end.
     Stopping,

@@ -42,7 +42,7 @@ impl Supervisor {
     }
 
     /// What stops whatever moves, should nothing else work any more, as far as the tool then stays where it was certified. A contour
-    /// runs to the end of what was sent.
+    /// runs to the end of its queued motions.
     pub fn last_stop(&mut self) -> Option<Command> {
         if self.guard.contour_progress().is_some() { None } else { self.cancel() }
     }

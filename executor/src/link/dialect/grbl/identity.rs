@@ -27,8 +27,8 @@ impl Identity {
         }
     }
 
-    /// Whether it can be used by the dialect, which must be that of its firmware. A controller that wakes
-    /// unlocked after a power failure counts from where it stands, and would execute a line that was on its way from there.
+    /// Whether it can be used by the dialect, which must be that of its firmware. A controller that wakes unlocked after a power
+    /// failure counts from where it stands, and would execute a line that was on its way from there.
     pub(super) fn check(self, hal: bool) -> Result<(), Unfit> {
         if self.hal && !hal {
             let needed = "that of GRBL 1.1. This controller says that it is grblHAL: use --dialect grblhal";
