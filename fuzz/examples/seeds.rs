@@ -8,10 +8,9 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use arbitrary::{Arbitrary, Unstructured};
-use keepout_executor::link::dialect::Language;
-use keepout_executor::operator::Script;
+use keepout_executor::dialect::Language;
+use keepout_executor::session::Going;
 use keepout_executor::session::log::{Header, LogTape};
-use keepout_executor::session::{Going, Scene, SimRun, run_scene};
 use keepout_fuzz::PLATE;
 use keepout_fuzz::sketch::{Family, Sketch};
 use keepout_kernel::Point;
@@ -19,6 +18,8 @@ use keepout_planner::machine::MachineProfile;
 use keepout_planner::order::Order;
 use keepout_planner::plan::Plan;
 use keepout_planner::plan_file;
+use keepout_sim::operator::Script;
+use keepout_sim::session::{Scene, SimRun, run_scene};
 
 type Outcome = Result<(), Box<dyn Error>>;
 
@@ -188,7 +189,7 @@ touches = 2\nrotation_measured = true\nresidual_mm = 0.0\ntouch_error_mm = 0.01\
 
 /// What each controller says in a session of the tests, and a byte for each command before it.
 fn transcripts() -> Outcome {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../executor/tests/transcripts/virtual");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../executor/cli/tests/transcripts/virtual");
     let files: [(&str, &[u8], &str, [&str; 4]); 5] = [
         ("grbl_decode", &[0], "grbl-38400", ["?", "$\\n", "$H", "G21"]),
         ("zaber_decode", &[], "zaber-38400", ["get pos", "comm.checksum", "home", "setup disable"]),

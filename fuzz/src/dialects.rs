@@ -6,21 +6,17 @@ use std::sync::{Arc as Shared, OnceLock};
 use std::time::Duration;
 
 use arbitrary::{Arbitrary, Result, Unstructured};
-use keepout_executor::link::dialect::{
-    Described, Description, Dialect, Grbl, Language, Setting, Venus, Zaber,
-};
-use keepout_executor::sim::{Controller, Quirks, SimSettings, speaking};
-use keepout_executor::supervisor::guard::{Certification, Certified};
+use keepout_executor::dialect::{Described, Description, Dialect, Grbl, Language, Setting, Venus, Zaber};
 use keepout_executor::supervisor::{Command, Mode, Reply};
-use keepout_executor::time::Time;
+use keepout_guard::{Certification, Certified, Time, guard_in_open_space};
 use keepout_kernel::curve::{fit_arc, xy};
 use keepout_kernel::{Arc, Curve, Point, Segment, Turn, Vector};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::units::mm;
-use keepout_proofs::properties::dialects::guard;
+use keepout_sim::{Controller, Quirks, SimSettings, speaking};
+use says::{Heard, Says};
 
 use crate::witness::{self, UNIT};
-use says::{Heard, Says};
 
 /// Commands that move nothing.
 pub const COMMANDS: [Command; 6] =
@@ -39,8 +35,8 @@ const SAID_MAX: usize = 1000;
 const DESCRIPTIONS: [&str; 4] = [
     include_str!("../../executor/dialects/nsk-style.toml"),
     include_str!("../../executor/dialects/tango.toml"),
-    include_str!("../../executor/tests/described/ok-style.toml"),
-    include_str!("../../executor/tests/described/one-answer.toml"),
+    include_str!("../../executor/sim/tests/described/ok-style.toml"),
+    include_str!("../../executor/sim/tests/described/one-answer.toml"),
 ];
 
 /// Travel of the machine of [`setting`], mm.
@@ -207,7 +203,7 @@ fn moves() -> &'static [Certified; 3] {
 
 /// A jog over an empty plane.
 fn jog(from: Point, to: Point) -> Certified {
-    let mut guard = guard();
+    let mut guard = guard_in_open_space().expect("a triangle is a region");
     guard.locate(from).expect("it is far from everything");
     guard.jog(to, 1200).expect("it is far from everything")
 }
@@ -226,7 +222,7 @@ fn bend() -> Curve {
 }
 
 fn contour(curve: Curve, feed_mm_min: u32) -> Certified {
-    let mut guard = guard();
+    let mut guard = guard_in_open_space().expect("a triangle is a region");
     guard.locate(curve.from()).expect("it is far from everything");
     guard.begin_contour(vec![(curve, feed_mm_min)]).expect("it begins where the tool is");
     assert_eq!(guard.certify_contour(usize::MAX), Ok(Certification::Done));

@@ -7,19 +7,17 @@ pub mod watch;
 use std::time::Duration;
 
 use arbitrary::{Arbitrary, Result, Unstructured};
-use keepout_executor::link::Abilities;
 use keepout_executor::session::place_on_table;
-use keepout_executor::supervisor::guard::{MotionShape, OnCancel};
 use keepout_executor::supervisor::{
-    Ask, Event, Limits, Mode, Options, Phase, Reply, Report, Supervisor, Unfit, Wish, text,
+    Abilities, Ask, Event, Limits, Mode, Options, Phase, Reply, Report, Supervisor, Unfit, Wish, text,
 };
-use keepout_executor::time::Time;
+use keepout_guard::{MotionShape, OnCancel, Time};
 use keepout_kernel::{Curve, Length, Point, Segment, Vector};
 use keepout_planner::job::{ContourJob, Progress};
 use keepout_proofs::properties::Xy;
+use machine::{Machine, Make};
 
 use crate::job;
-use machine::{Machine, Make};
 
 /// Most steps of one session.
 const STEPS_MAX: usize = 400;

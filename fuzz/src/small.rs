@@ -5,14 +5,15 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use arbitrary::{Arbitrary, Unstructured};
-use keepout_executor::link::dialect::{Described, Description, Dialect};
-use keepout_executor::operator::{Operator, Panel, Recorder, Script, Seen, Trace};
-use keepout_executor::servo::profile::DriveProfile;
+use keepout_drives::profile::DriveProfile;
+use keepout_executor::dialect::{Described, Description, Dialect};
+use keepout_executor::operator::{Operator, Panel, Seen};
 use keepout_executor::supervisor::{Phase, Wish};
-use keepout_executor::time::Time;
+use keepout_guard::Time;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::margin::Budget;
 use keepout_planner::setup::Setup;
+use keepout_sim::operator::{Recorder, Script, Trace};
 use serde::Serialize;
 use toml::Value;
 

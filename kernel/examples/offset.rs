@@ -1,13 +1,10 @@
-//! The certified offset of a part with a pocket the disc does not fit, and what the mesh knows of it:
+//! The certified offset of a part with a pocket the disc does not fit:
 //! `cargo run -p keepout-kernel --example offset`.
 
 use std::error::Error;
 
-use keepout_kernel::exact::segment::Window;
 use keepout_kernel::offset::{Outline, certify_complete, certify_path, propose};
-use keepout_kernel::{
-    Curve, Length, Mesh, Point, ProhibitedRegion, Region, Ring, Segment, Side, UNITS_PER_MM,
-};
+use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side, UNITS_PER_MM};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let unit = f64::from(UNITS_PER_MM);
@@ -50,27 +47,5 @@ fn main() -> Result<(), Box<dyn Error>> {
         "the disc can not touch {:.3} mm of the profile",
         (offset.profile_length - offset.touched_length) / unit
     );
-
-    let mesh = Mesh::build(
-        part.index(),
-        Window::from_corners(-5_000_000, -5_000_000, 10_000_000, 10_000_000),
-        true,
-    )?;
-    println!(
-        "{} triangles, {} points added, {} connected pieces",
-        mesh.triangles(),
-        mesh.added(),
-        mesh.components()
-    );
-    let mut walk = mesh.walk();
-    let point = keepout_kernel::curve::nearest_point(27.0 * unit, 20.0 * unit)?;
-    if let Some(nearest) = walk.nearest(&mesh, part.index(), point) {
-        let confirmed = part.index().confirms(point, nearest);
-        println!(
-            "nearest to (27, 20): edge {} at {:.3} mm, confirmed: {confirmed}",
-            nearest.edge,
-            nearest.distance() / unit
-        );
-    }
     Ok(())
 }

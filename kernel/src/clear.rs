@@ -75,30 +75,12 @@ pub enum Blocked {
 
 impl fmt::Display for Blocked {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mm = |units: i32| f64::from(units) / f64::from(crate::UNITS_PER_MM);
         match self {
             Self::ByEdge(edge) => {
-                let (a, b) = (edge.chord.from, edge.chord.to);
-                write!(
-                    f,
-                    "too near the edge from ({:.3}, {:.3}) to ({:.3}, {:.3}) mm",
-                    mm(a.x.units()),
-                    mm(a.y.units()),
-                    mm(b.x.units()),
-                    mm(b.y.units())
-                )
+                write!(f, "too near the edge from {} to {}", edge.chord.from, edge.chord.to)
             }
-            Self::OnPartSide(at) => {
-                write!(f, "({:.3}, {:.3}) mm is inside the part", mm(at.x.units()), mm(at.y.units()))
-            }
-            Self::StartTooNear(at) => {
-                write!(
-                    f,
-                    "the start ({:.3}, {:.3}) mm is nearer than the threshold",
-                    mm(at.x.units()),
-                    mm(at.y.units())
-                )
-            }
+            Self::OnPartSide(at) => write!(f, "{at} is inside the part"),
+            Self::StartTooNear(at) => write!(f, "the start {at} is nearer than the threshold"),
         }
     }
 }

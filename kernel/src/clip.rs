@@ -334,9 +334,10 @@ pub fn contact_band() -> Length {
 
 #[cfg(test)]
 mod tests {
+    use alloc::vec;
+
     use super::*;
     use crate::{Region, Ring, Side};
-    use alloc::vec;
 
     fn at(x: i64, y: i64) -> Point {
         Point::from_units(x, y).unwrap()

@@ -62,9 +62,10 @@ fn covers(run: &[Segment], tolerance: Length) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use alloc::vec;
+
     use super::*;
     use crate::{Point, Region, Side};
-    use alloc::vec;
 
     #[test]
     fn straight_runs_become_one_chord_and_corners_stay() {

@@ -27,7 +27,6 @@ mod coarse;
 pub mod curve;
 pub mod exact;
 pub mod index;
-pub mod mesh;
 pub mod offset;
 pub mod probe;
 
@@ -40,5 +39,4 @@ pub use exact::region::Region;
 pub use exact::ring::Ring;
 pub use exact::segment::{Proximity, Segment, Triangle};
 pub use index::{Cells, CheckedIndex, Edge, NearList, Nearest};
-pub use mesh::{Mesh, MeshError};
 pub use probe::Probe;

@@ -164,8 +164,9 @@ pub(crate) fn cross(a: Xy, b: Xy) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use keepout_kernel::curve::nearest_point;
+
+    use super::*;
 
     fn at((x, y): Xy) -> Point {
         nearest_point(x, y).unwrap()

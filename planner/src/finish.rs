@@ -11,7 +11,7 @@ use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, UNITS_PER_MM};
 use thiserror::Error;
 
 use crate::profile::{ARC_CHORD_SLACK, Profile, corners};
-use crate::units::{along_mm, nearest_on_mm, place, point_from_mm, point_mm};
+use crate::units::{along_mm, nearest_on_mm, point_from_mm, point_mm};
 
 /// Added to R + M for the path's own rounding and chords, lattice units (0.6 µm): two chord slacks of the profile, two
 /// of the path, and the rounding of joints and centres.
@@ -51,7 +51,9 @@ pub enum FinishError {
         diameter_mm: f64,
     },
     /// The proposed path could not be closed.
-    #[error("no closed path was found near {}: {count} loose ends. This is a limit of the path search, not of the drawing: a tool diameter changed by a hundredth often helps.", place(*at))]
+    #[error(
+        "no closed path was found near {at}: {count} loose ends. This is a limit of the path search, not of the drawing: a tool diameter changed by a hundredth often helps."
+    )]
     LooseEnds {
         /// Near the first loose end.
         at: Point,
@@ -78,7 +80,7 @@ pub enum PathRefusal {
         number: usize,
     },
     /// A motion of a loop is not beside the part: it would cut where nothing is to be finished.
-    #[error("loop {number}: the motion near {} is not beside the part", place(*at))]
+    #[error("loop {number}: the motion near {at} is not beside the part")]
     Elsewhere {
         /// The loop, from 1.
         number: usize,

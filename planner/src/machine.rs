@@ -31,7 +31,7 @@ pub struct MachineProfile {
     pub repeatability_mm: f64,
     /// How far the true path leaves the commanded one while moving, mm.
     pub contour_error_mm: f64,
-    /// Where that figure comes from: `keepout servo budget` writes it.
+    /// Where that figure comes from: `keepout drives budget` writes it.
     #[serde(default)]
     pub contour_error_source: Option<String>,
     /// The controller, as measured: `keepout doctor --conformance --store` writes it.

@@ -9,8 +9,6 @@ use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, Region, Ring, Segme
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::units::place;
-
 /// How far a curve may leave its chords: 0.1 µm.
 pub const CHORD_SLACK: Length = Length::small(10);
 
@@ -85,25 +83,29 @@ impl From<MachinedSide> for Side {
 #[derive(Debug, Error, PartialEq, Eq)]
 pub enum ProfileError {
     /// A contour crosses or touches itself.
-    #[error("a contour crosses or touches itself at {}. Trim the curves there in the CAD system.", place(*at))]
+    #[error("a contour crosses or touches itself at {at}. Trim the curves there in the CAD system.")]
     SelfContact {
         /// Where.
         at: Point,
     },
     /// Two contours cross or touch.
-    #[error("two contours cross or touch at {}. Separate or join them in the CAD system, or choose layers with --layer.", place(*at))]
+    #[error(
+        "two contours cross or touch at {at}. Separate or join them in the CAD system, or choose layers with --layer."
+    )]
     ContoursTouch {
         /// Where.
         at: Point,
     },
     /// Lines and arcs do not follow the spline or ellipse that they stand for.
-    #[error("near {} the contour's lines and arcs leave the spline or ellipse they stand for by more than is stated", place(*at))]
+    #[error(
+        "near {at} the contour's lines and arcs leave the spline or ellipse they stand for by more than is stated"
+    )]
     Curve {
         /// Where.
         at: Point,
     },
     /// A loop is no contour: too few edges, or collapsed.
-    #[error("a contour near {} is no closed shape: {reason}. Remove it in the CAD system.", place(*at))]
+    #[error("a contour near {at} is no closed shape: {reason}. Remove it in the CAD system.")]
     Degenerate {
         /// A point of it.
         at: Point,

@@ -34,13 +34,7 @@ pub fn length_up_from_mm(value_mm: f64) -> Result<Length, LatticeError> {
     Length::from_units(if up.is_finite() { nearest_unit(up) } else { i64::MAX })
 }
 
-/// A point for messages, in millimetres: `(12.340, −5.000)`.
-#[must_use]
-pub fn place(point: Point) -> String {
-    mm_pair(point_mm(point))
-}
-
-/// A point in millimetres for messages, as [`place`].
+/// A point in millimetres for messages: `(12.340, -5.000) mm`.
 #[must_use]
 pub fn mm_pair((x, y): (f64, f64)) -> String {
     format!("({x:.3}, {y:.3}) mm")

@@ -10,7 +10,7 @@ type Xy = (f64, f64);
 
 /// The bracket: 0 to 100 by 0 to 60 mm and more edges.
 fn part() -> Part {
-    drawn(include_bytes!("../../executor/drawings/bracket.dxf"))
+    drawn(include_bytes!("../../executor/cli/drawings/bracket.dxf"))
 }
 
 fn drawn(bytes: &[u8]) -> Part {

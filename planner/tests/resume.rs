@@ -22,8 +22,8 @@ use proptest::test_runner::{Config, TestRunner};
 type Case = (&'static str, MachinedSide, f64);
 
 const CASES: [Case; 11] = [
-    ("executor/drawings/bracket.dxf", MachinedSide::Outside, 6.0),
-    ("executor/drawings/bracket.dxf", MachinedSide::Inside, 3.0),
+    ("executor/cli/drawings/bracket.dxf", MachinedSide::Outside, 6.0),
+    ("executor/cli/drawings/bracket.dxf", MachinedSide::Inside, 3.0),
     ("tests/drawings/rounded_plate.dxf", MachinedSide::Outside, 4.0),
     ("tests/drawings/insert_array.dxf", MachinedSide::Outside, 3.0),
     ("tests/drawings/nested.dxf", MachinedSide::Outside, 2.0),

@@ -6,9 +6,8 @@ use std::time::Duration;
 use fastrand::Rng;
 
 use crate::families::Family;
-use crate::properties;
 use crate::property::{Property, Ran};
-use crate::soak;
+use crate::{properties, soak};
 
 /// Runs the properties whose group's name holds the word, then the soaks and worlds that belong to it; answers what failed.
 #[must_use]

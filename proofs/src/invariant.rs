@@ -14,11 +14,8 @@ use std::collections::{HashSet, VecDeque};
 use std::hash::BuildHasher;
 use std::sync::Arc;
 
-use keepout_executor::supervisor::guard::proof::State as GuardState;
-use keepout_executor::supervisor::guard::{
-    Certification, DRAIN, Guard, MotionShape, OnCancel, Rules, Sighting, Stamp,
-};
-use keepout_executor::time::Time;
+use keepout_guard::proof::State as GuardState;
+use keepout_guard::{Certification, DRAIN, Guard, MotionShape, OnCancel, Rules, Sighting, Stamp, Time};
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Curve, ProhibitedRegion, Segment};
 

@@ -1,10 +1,9 @@
 //! Faults put into the trusted core one at a time (`mutants.toml`), in a copy of the tree: each must make a property fail.
 
-use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
+use std::{fs, io};
 
 use keepout_planner::plan_file::{hash, hex, write_whole};
 use serde::Deserialize;

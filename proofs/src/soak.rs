@@ -6,8 +6,9 @@ use keepout_kernel::exact::lattice::COORD_MAX;
 use keepout_kernel::exact::predicate::{point_segment, segment_segment, triangle_segment};
 use keepout_kernel::exact::swept_arc::SweptArc;
 use keepout_kernel::exact::width::Product;
+use keepout_kernel::index::build::build;
 use keepout_kernel::index::cells::Answer;
-use keepout_kernel::index::{CheckedIndex, Edge, build::build, subdivide};
+use keepout_kernel::index::{CheckedIndex, Edge, subdivide};
 use keepout_kernel::{Convex, NearList, Point, Segment, Triangle};
 
 use crate::families::{Family, at, length};

@@ -26,7 +26,7 @@ fn every_point_where_the_tool_can_be_lies_in_a_certified_set() {
 #[cfg(feature = "mutations")]
 #[test]
 fn every_part_of_the_guard_is_needed() {
-    use keepout_executor::supervisor::guard::Mutation;
+    use keepout_guard::Mutation;
     let worlds = worlds::all();
     for mutation in Mutation::ALL {
         // All worlds a little way first.

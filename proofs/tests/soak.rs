@@ -1,7 +1,8 @@
 //! Short runs of the differential soaks, and the degenerate profiles that are too large for them.
 
 use fastrand::Rng;
-use keepout_kernel::index::{build::build, subdivide};
+use keepout_kernel::index::build::build;
+use keepout_kernel::index::subdivide;
 use keepout_kernel::{Edge, Length, Point, Segment};
 use keepout_proofs::families::Family;
 use keepout_proofs::soak;

@@ -2,16 +2,16 @@
 
 use std::time::Duration;
 
-use keepout_executor::link::dialect::{Language, Setting};
+use keepout_executor::dialect::{Language, Setting};
 use keepout_executor::operator::{Operator, Seen};
-use keepout_executor::session::{Engine, NoTape, nearest_wall, place_on_table};
-use keepout_executor::sim::{Quirks, Sample, SimMachine, SimSettings, Slip, speaking};
+use keepout_executor::session::{Engine, NoTape, Sample, nearest_wall, place_on_table};
 use keepout_executor::supervisor::{Options, Phase, Supervisor, Wish, Workpiece};
-use keepout_executor::time::Time;
+use keepout_guard::Time;
 use keepout_kernel::Point;
 use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::units::{mm, point_from_mm, point_mm};
+use keepout_sim::{Quirks, SimMachine, SimSettings, Slip, speaking};
 
 /// What a decision is taken on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

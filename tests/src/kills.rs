@@ -11,15 +11,14 @@ mod process;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+pub use judge::{Played, Watched};
 use keepout_executor::session::place_on_table;
-use keepout_executor::sim::standalone::{positions, state};
 use keepout_executor::supervisor::Workpiece;
 use keepout_kernel::Vector;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::order::Order;
 use keepout_planner::plan_file;
-
-pub use judge::{Played, Watched};
+use keepout_sim::standalone::{positions, state};
 pub use process::{Process, keepout_program};
 
 /// What is killed.
@@ -109,7 +108,7 @@ impl Trials {
         let _ = std::fs::remove_dir_all(folder);
         std::fs::create_dir_all(folder).map_err(|error| error.to_string())?;
         let machine = MachineProfile::simulated();
-        let bytes = include_bytes!("../../executor/drawings/bracket.dxf");
+        let bytes = include_bytes!("../../executor/cli/drawings/bracket.dxf");
         let plan = Order::default().plan("bracket.dxf", bytes, &machine, &mut |_| {});
         let plan = plan.map_err(|error| error.to_string())?;
         let file = folder.join("part.plan");

@@ -1,6 +1,6 @@
 //! The feel of jogging, held to goals: first step, sliding along straight and curved walls, release.
 
-use keepout_executor::link::dialect::Language;
+use keepout_executor::dialect::Language;
 use keepout_tests::feel::{self, AT_WALL_MM, Shape, Table, Wall, median_and_p99};
 
 /// Angles at which the straight wall lies, degrees.

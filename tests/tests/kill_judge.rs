@@ -4,16 +4,16 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use keepout_executor::operator;
 use keepout_executor::session::log::{Header, LogTape};
-use keepout_executor::session::{Going, Scene, SimRun, run_scene};
-use keepout_executor::sim::{Sample, SampleKind};
+use keepout_executor::session::{Going, Sample, SampleKind};
 use keepout_executor::supervisor::Workpiece;
 use keepout_kernel::Vector;
 use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::order::Order;
 use keepout_planner::plan_file;
+use keepout_sim::operator;
+use keepout_sim::session::{Scene, SimRun, run_scene};
 use keepout_tests::kills::{Played, Watched};
 
 /// Where no drawing is moved: samples are in drawing coordinates.
@@ -27,7 +27,7 @@ fn folder(name: &str) -> PathBuf {
 }
 
 fn work() -> Workpiece {
-    let bytes = include_bytes!("../../executor/drawings/bracket.dxf");
+    let bytes = include_bytes!("../../executor/cli/drawings/bracket.dxf");
     let machine = MachineProfile::simulated();
     Workpiece::new(Order::default().plan("bracket.dxf", bytes, &machine, &mut |_| {}).unwrap())
 }

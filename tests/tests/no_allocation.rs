@@ -13,7 +13,7 @@ static ALLOCATOR: dhat::Alloc = dhat::Alloc;
 #[test]
 fn decisions_allocate_nothing_after_the_start() {
     let _profiler = dhat::Profiler::builder().testing().build();
-    let drawing = Path::new(env!("CARGO_MANIFEST_DIR")).join("../executor/drawings/bracket.dxf");
+    let drawing = Path::new(env!("CARGO_MANIFEST_DIR")).join("../executor/cli/drawings/bracket.dxf");
     let mut jogs = 0;
     for style in Style::ALL {
         let work = Workpiece::new(plan_of(&drawing, &order(6.0)).unwrap());

@@ -3,11 +3,12 @@
 use std::path::Path;
 use std::time::Duration;
 
-use keepout_executor::operator;
-use keepout_executor::session::{Ended, Going, Link, NoTape, SimRun, run_simulated};
+use keepout_executor::session::{Ended, Going, NoTape};
 use keepout_executor::supervisor::Workpiece;
 use keepout_planner::drawing::read_file;
 use keepout_planner::inspect::inspect;
+use keepout_sim::operator;
+use keepout_sim::session::{Link, SimRun, run_simulated};
 use keepout_tests::{REAL_DRAWINGS, most_left_mm, oracle, order, plan_bytes, plan_of, shared};
 
 /// Every drawing is understood as the independent reading has it, or there is a message; those without a defect all agree,

@@ -3,12 +3,13 @@
 use std::path::Path;
 use std::time::Duration;
 
-use keepout_executor::operator;
-use keepout_executor::session::{Ended, Going, Link, NoTape, SimRun, run_simulated};
+use keepout_executor::session::{Ended, Going, NoTape};
 use keepout_executor::supervisor::Workpiece;
 use keepout_planner::order::Order;
 use keepout_planner::plan::{Cut, PassJob};
 use keepout_planner::profile::MachinedSide;
+use keepout_sim::operator;
+use keepout_sim::session::{Link, SimRun, run_simulated};
 use keepout_tests::{most_left_mm, order, plan_of};
 
 /// Runs the job with an operator over a slow line, and says what is wrong with the outcome.

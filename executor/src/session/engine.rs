@@ -1,12 +1,12 @@
 //! The engine: supervisor and dialect, from bytes and wishes to bytes. No clock, no port, no file.
 
+use keepout_guard::Time;
 use keepout_kernel::LatticeError;
 use keepout_planner::job::ContourJob;
 
 use super::tape::{Record, Tape, TapeError};
-use crate::link::dialect::Dialect;
+use crate::dialect::Dialect;
 use crate::supervisor::{Command, Event, JobRequest, Phase, Supervisor, Wish, text};
-use crate::time::Time;
 
 /// Supervisor and dialect. Everything that goes in, and everything that comes out, is told to a [`Tape`]: played again, it
 /// must come out the same.

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::time::Duration;
 
+use keepout_guard::Time;
 use keepout_kernel::{Point, Segment};
 use keepout_planner::picture::{Spot, SpotKind, Trace, TraceKind, escape, svg_of_run};
 use keepout_planner::plan::CertifiedPlan;
@@ -12,8 +13,7 @@ use keepout_planner::units::{mm, point_from_mm, point_mm};
 use super::log::Header;
 use super::replay::{Happening, Replay, Spent};
 use super::report::{page, table, traces};
-use crate::sim::{Sample, SampleKind};
-use crate::time::Time;
+use crate::session::{Sample, SampleKind};
 
 /// The picture of a run as its log tells it, with touches and stops: by hand from position to position as reported, the contour
 /// as it was sent.
@@ -170,7 +170,7 @@ fn happenings(replay: &Replay) -> String {
             Happening::Recovered => "begun anew with the controller".into(),
             Happening::Ended => "the session ended".into(),
         };
-        let place = place.map_or(String::new(), keepout_planner::units::place);
+        let place = place.map_or(String::new(), |at| at.to_string());
         let _ = writeln!(
             table,
             "<tr><th>{}</th><td>{}</td><td>{}</td></tr>",

@@ -44,7 +44,7 @@ pub enum PlaceError {
         y: (f64, f64),
     },
     /// The tool can not be let down there.
-    #[error("the tool can not start at {}: {reason}. Choose another --start-mm.", keepout_planner::units::place(*at))]
+    #[error("the tool can not start at {at}: {reason}. Choose another --start-mm.")]
     Start {
         /// The place.
         at: Point,

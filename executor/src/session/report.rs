@@ -8,7 +8,7 @@ use keepout_planner::units::mm;
 
 use super::coverage::Coverage;
 use super::run::Ended;
-use crate::sim::{Sample, SampleKind};
+use crate::session::{Sample, SampleKind};
 use crate::supervisor::Counts;
 
 /// The figures of a run.

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use keepout_guard::Time;
 use keepout_kernel::Point;
 use keepout_planner::job::ContourJob;
 use keepout_planner::plan::CertifiedPlan;
@@ -11,10 +12,9 @@ use keepout_planner::units::{nearest_on_mm, point_mm};
 
 use super::engine::Engine;
 use super::tape::{Tape, TapeError};
-use crate::link::port::{Port, PortError};
 use crate::operator::{Operator, Seen};
+use crate::session::port::{Port, PortError};
 use crate::supervisor::{JobRequest, Phase, Supervisor};
-use crate::time::Time;
 
 /// Where time comes from.
 pub trait Clock {

@@ -1,11 +1,10 @@
 //! What a session tells its log: everything that goes into the engine, and everything that comes out.
 
+use keepout_guard::{Certified, Guard, Time};
 use keepout_planner::job::ContourJob;
 use thiserror::Error;
 
-use crate::supervisor::guard::{Certified, Guard};
 use crate::supervisor::{Fault, Phase, Wish};
-use crate::time::Time;
 
 /// One thing that happened.
 #[derive(Clone, Copy, Debug)]

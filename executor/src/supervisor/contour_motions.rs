@@ -2,13 +2,13 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use keepout_guard::MotionShape;
 use keepout_kernel::curve::{fit_arc, nearest_unit, sweep};
 use keepout_kernel::{Arc, Curve, Length, Point, Segment, Turn, UNITS_PER_MM};
 use keepout_planner::units::{point_from_mm, point_mm};
 
 use super::Supervisor;
 use super::event::{Command, Mode};
-use super::guard::MotionShape;
 use super::manual::length_mm;
 
 impl Supervisor {

@@ -1,12 +1,12 @@
 //! Touching and contouring: from the wall around the part, paused, gone on with, given up.
 
+use keepout_guard::Certification;
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Curve, Length, Point, Segment};
 use keepout_planner::job::{ContourJob, Leg, LoopNumber, Progress, resume_in_place, resume_job};
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::{length_up_from_mm, point_mm};
 
-use super::guard::Certification;
 use super::manual::{self, Steering};
 use super::state::{Run, State, Touch};
 use super::{CERTIFIED_AT_ONCE, Supervisor};

@@ -1,10 +1,10 @@
 //! What goes in and out of the supervisor: events, replies, commands.
 
 use arrayvec::ArrayString;
+use keepout_guard::{Certified, CertifiedCancel};
 use keepout_kernel::Point;
 use keepout_planner::job::ContourJob;
 
-use super::guard::{Certified, CertifiedCancel};
 use super::manual::Limits;
 
 /// A line of text of bounded length: what does not fit is cut off.

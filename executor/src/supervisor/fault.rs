@@ -1,10 +1,10 @@
 //! Why a session stops.
 
+use keepout_guard::Refusal;
 use keepout_kernel::Point;
 use thiserror::Error;
 
 use super::event::{Mode, Text, Unfit};
-use super::guard::Refusal;
 
 /// Why a session stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
@@ -51,7 +51,7 @@ pub enum Fault {
     #[error("controller setting {}{} must be {}", .0.name, if .0.value.is_nan() { String::new() } else { format!(" is {}, it", .0.value) }, .0.needed)]
     Setting(Unfit),
     /// The tool stands in the part.
-    #[error("the tool stands at {}: {refusal}. Raise it, move it clear of the part, and start again.", keepout_planner::units::place(*at))]
+    #[error("the tool stands at {at}: {refusal}. Raise it, move it clear of the part, and start again.")]
     StandsInside {
         /// Where it stands.
         at: Point,

@@ -1,14 +1,14 @@
 //! The supervisor: a pure state machine between operator, guard and controller.
 //!
 //! `step(event, now, commands)` takes one event and the time, and adds the commands to send; it reads no clock, touches
-//! no port and draws no random numbers. Motions come only from the [`guard`]. After the start it allocates nothing while it
+//! no port and draws no random numbers. Motions come only from the [`keepout_guard`]. After the start it allocates nothing while it
 //! steers.
 
+mod abilities;
 mod contour_motions;
 mod contouring;
 mod event;
 mod fault;
-pub mod guard;
 mod manual;
 mod start;
 mod state;
@@ -18,28 +18,25 @@ mod transitions;
 mod watch;
 mod workpiece;
 
-pub use contouring::{Interrupted, JobRequest};
-pub use event::{Ask, Command, Event, Mode, Reply, Report, Text, Unfit, Wish, text};
-pub use fault::Fault;
-pub use manual::Limits;
-pub use state::Phase;
-pub use workpiece::Workpiece;
-
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
+pub use abilities::Abilities;
+pub use contouring::{Interrupted, JobRequest};
+pub use event::{Ask, Command, Event, Mode, Reply, Report, Text, Unfit, Wish, text};
+pub use fault::Fault;
+use keepout_guard::{Guard, Stamp, Time};
 use keepout_kernel::Point;
 use keepout_kernel::exact::segment::Window;
 use keepout_planner::job::{LoopNumber, Progress};
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::mm;
-
-use crate::link::Abilities;
-use crate::time::Time;
-use guard::{Guard, Stamp};
+pub use manual::Limits;
 use manual::{Contact, Helm, Steering};
+pub use state::Phase;
 use state::{State, Touch};
+pub use workpiece::Workpiece;
 use workpiece::rules;
 
 /// What the session was set up with.

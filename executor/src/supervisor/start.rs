@@ -1,14 +1,13 @@
 //! The start of a session: connecting, settings, homing, finding the place; and beginning anew after a fault.
 
+use keepout_guard::{OnCancel, Time};
 use keepout_kernel::UNITS_PER_MM;
 use keepout_kernel::curve::nearest_unit;
 
 use super::event::{Command, Mode, Reply, Report};
-use super::guard::OnCancel;
 use super::manual::Steering;
 use super::state::State;
 use super::{Fault, Limits, Supervisor};
-use crate::time::Time;
 
 impl Supervisor {
     pub(super) fn connected(

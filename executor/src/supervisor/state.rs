@@ -92,7 +92,7 @@ impl Run {
     }
 
     /// The place that the tool has reached for certain. A report that lost a digit may name one that is still to come, and be
-    /// believed: what no second one bears out does not count, here as in [`super::guard::Guard::reported`].
+    /// believed: what no second one bears out does not count, here as in [`keepout_guard::Guard::reported`].
     fn reached(&self) -> Option<Seen> {
         let [Some(before), Some(last)] = self.seen else { return None };
         let way = |seen: &Seen| (seen.motion, seen.gone_2);

@@ -4,6 +4,7 @@
 
 use std::fmt::Write as _;
 
+use keepout_guard::{MotionShape, OnCancel};
 use keepout_planner::job::ContourJob;
 use keepout_planner::machine::{ControllerProfile, MachineProfile};
 use keepout_planner::order::Order;
@@ -11,7 +12,6 @@ use keepout_planner::units::point_from_mm;
 
 use super::state::Run;
 use super::*;
-use crate::supervisor::guard::{MotionShape, OnCancel};
 
 pub(super) const ABILITIES: Abilities = Abilities {
     shape: MotionShape::Line,
@@ -31,7 +31,7 @@ fn work() -> Workpiece {
 }
 
 fn work_on(machine: &MachineProfile) -> Workpiece {
-    let bytes = include_bytes!("../../drawings/bracket.dxf");
+    let bytes = include_bytes!("../../cli/drawings/bracket.dxf");
     Workpiece::new(Order::default().plan("bracket", bytes, machine, &mut |_| {}).unwrap())
 }
 
@@ -139,8 +139,8 @@ fn supervisor(work: &Workpiece, name: &str, state: State) -> Supervisor {
 fn sent(commands: &[Command]) -> String {
     let names = commands.iter().map(|command| match command {
         Command::Move(certified) => match certified.motion() {
-            guard::Motion::Jog { .. } => "Jog".into(),
-            guard::Motion::Contour { .. } => "Contour".into(),
+            keepout_guard::Motion::Jog { .. } => "Jog".into(),
+            keepout_guard::Motion::Contour { .. } => "Contour".into(),
         },
         Command::Cancel(_) => "Cancel".into(),
         other => format!("{other:?}"),

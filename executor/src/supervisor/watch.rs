@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
+use keepout_guard::{Sighting, Stamp, Time};
+
 use super::event::{Command, Mode, Reply, Report};
-use super::guard::{Sighting, Stamp};
 use super::state::{Phase, State};
 use super::{Fault, QUERIES_MAX, Supervisor};
-use crate::time::Time;
 
 /// A status query without an answer is repeated so often in the longest silence that is allowed.
 const QUERIES_IN_SILENCE: u32 = 5;

@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
+use keepout_guard::Rules;
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Length, ProhibitedRegion};
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::length_up_from_mm;
 
-use super::guard::Rules;
 use super::manual::standing_off;
-use crate::link::Abilities;
+use crate::supervisor::Abilities;
 
 /// A certified plan, and its part prepared for steering. Cheap to clone.
 #[derive(Clone, Debug)]
@@ -95,7 +95,7 @@ mod tests {
     /// when it is sent chords. By hand at least twice the resolution is kept beyond M.
     #[test]
     fn thresholds_contain_the_radius_and_each_term_of_the_margin() {
-        let bytes = include_bytes!("../../drawings/bracket.dxf");
+        let bytes = include_bytes!("../../cli/drawings/bracket.dxf");
         let mut random = fastrand::Rng::with_seed(8);
         for case in 0..24 {
             let machine = MachineProfile {

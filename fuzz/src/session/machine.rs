@@ -2,9 +2,8 @@
 
 use std::collections::VecDeque;
 
-use keepout_executor::link::Abilities;
-use keepout_executor::supervisor::guard::{Motion, MotionShape, OnCancel};
-use keepout_executor::supervisor::{Command, Limits, Mode, Reply, Report};
+use keepout_executor::supervisor::{Abilities, Command, Limits, Mode, Reply, Report};
+use keepout_guard::{Motion, MotionShape, OnCancel};
 use keepout_kernel::curve::{nearest_point, xy};
 use keepout_kernel::{Curve, Point};
 use keepout_proofs::properties::Xy;

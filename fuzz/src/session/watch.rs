@@ -1,7 +1,7 @@
 //! What is watched of a session: the guard's invariant, by other means than the guard's.
 
-use keepout_executor::supervisor::guard::{Motion, MotionShape};
 use keepout_executor::supervisor::{Command, Phase};
+use keepout_guard::{Motion, MotionShape};
 use keepout_kernel::curve::xy;
 use keepout_kernel::{Curve, Point, ProhibitedRegion};
 use keepout_planner::job::LoopNumber;

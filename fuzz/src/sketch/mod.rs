@@ -9,7 +9,6 @@ use arbitrary::{Arbitrary, Result, Unstructured};
 use keepout_planner::order::Order;
 use keepout_planner::plan::{Cut, Job, PassJob};
 use keepout_planner::profile::MachinedSide;
-
 pub use shape::{Outline, Shape};
 pub use spoil::Family;
 

@@ -279,8 +279,9 @@ impl ArcChords {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use alloc::vec;
+
+    use super::*;
 
     fn at(x: i64, y: i64) -> Point {
         Point::from_units(x, y).unwrap()

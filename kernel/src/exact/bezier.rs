@@ -289,9 +289,10 @@ fn is_along(hull: &[Point], arc: &Arc, slack: Length) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use alloc::vec;
+
     use super::super::arc::Turn;
     use super::*;
-    use alloc::vec;
 
     fn at(x: i64, y: i64) -> Point {
         Point::from_units(x, y).unwrap()

@@ -67,9 +67,10 @@ impl<'a> Convex<'a> {
 
 #[cfg(test)]
 mod tests {
+    use alloc::vec::Vec;
+
     use super::*;
     use crate::exact::segment::Triangle;
-    use alloc::vec::Vec;
 
     fn at(x: i64, y: i64) -> Point {
         Point::from_units(x, y).unwrap()

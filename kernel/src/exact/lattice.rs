@@ -95,6 +95,18 @@ impl Point {
     }
 }
 
+/// In millimetres, for messages: `(12.340, -5.000) mm`.
+impl fmt::Display for Point {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let micrometres = |c: Coord| {
+            let rounded = c.0.unsigned_abs().saturating_add(50) / 100;
+            (if c.0 < 0 && rounded > 0 { "-" } else { "" }, rounded / 1000, rounded % 1000)
+        };
+        let ((sign_x, x, x_um), (sign_y, y, y_um)) = (micrometres(self.x), micrometres(self.y));
+        write!(f, "({sign_x}{x}.{x_um:03}, {sign_y}{y}.{y_um:03}) mm")
+    }
+}
+
 /// The difference of two points, in lattice units; `|component| ≤ 2^30`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Vector {
@@ -166,6 +178,13 @@ mod tests {
         assert_eq!(Coord::from_units(limit + 1), Err(LatticeError { units: limit + 1, least: -COORD_MAX }));
         assert!(Length::from_units(-1).is_err());
         assert!(Coord::from_units(i64::MIN).is_err());
+    }
+
+    #[test]
+    fn points_are_shown_in_millimetres() {
+        let shown = |x, y| alloc::format!("{}", Point::from_units(x, y).unwrap());
+        assert_eq!(shown(1_234_049, -500_050), "(12.340, -5.001) mm");
+        assert_eq!(shown(-49, 0), "(0.000, 0.000) mm");
     }
 
     #[test]

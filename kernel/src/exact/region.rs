@@ -131,8 +131,9 @@ impl Region {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use alloc::vec;
+
+    use super::*;
 
     fn square(low: i64, high: i64) -> Ring {
         let at = |x, y| Point::from_units(x, y).unwrap();

@@ -257,8 +257,9 @@ fn meeting_point(one: Segment, other: Segment) -> Point {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use alloc::vec;
+
+    use super::*;
 
     fn ring(points: &[(i64, i64)]) -> Result<Ring, RingError> {
         Ring::new(points.iter().map(|&(x, y)| Point::from_units(x, y).unwrap()).collect())

@@ -2,9 +2,8 @@
 
 use super::lattice::{COORD_MAX, Length, Point};
 use super::predicate::{self, Site};
-use super::width::Product;
-
 pub use super::predicate::{Orientation, Proximity};
+use super::width::Product;
 
 impl From<Point> for Site<Product> {
     fn from(point: Point) -> Self {
@@ -265,8 +264,9 @@ pub fn distance_2(p: Point, q: Point) -> i64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use alloc::vec::Vec;
+
+    use super::*;
 
     fn at(x: i64, y: i64) -> Point {
         Point::from_units(x, y).unwrap()

@@ -10,7 +10,7 @@ use super::Edge;
 use super::check::{CheckedIndex, LANES, LEAF, Node};
 use crate::curve::{round_down, xy};
 use crate::exact::lattice::{Length, Point};
-use crate::exact::segment::Segment;
+use crate::exact::segment::{Segment, Window};
 
 /// The chord nearest to a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -143,9 +143,27 @@ impl Search<'_> {
     }
 }
 
+impl CheckedIndex {
+    /// Whether `nearest` is confirmed: its edge is as near as it says, and no edge is nearer by more than a unit.
+    #[must_use]
+    pub fn confirms(&self, point: Point, nearest: Nearest) -> bool {
+        let Some(edge) = self.edges().get(nearest.edge) else { return false };
+        let length = |units: i64| Length::from_units(units);
+        let distance = round_down(nearest.distance());
+        let reached = length(distance + 1).is_ok_and(|reach| !edge.chord.near_point(point, reach).is_clear());
+        // Thresholds add slack: an edge with slack within the distance is looked at without it.
+        let nearer = length(distance - 1).is_ok_and(|within| {
+            let window = Window::of(point).grown(within);
+            self.first(window, |edge| edge.chord.near_point(point, within)).is_some()
+        });
+        reached && !nearer
+    }
+}
+
 /// The square of the distance from a point to a chord.
 #[inline(always)]
-pub(crate) fn distance_2((x, y): (f64, f64), chord: Segment) -> f64 {
+#[must_use]
+pub fn distance_2((x, y): (f64, f64), chord: Segment) -> f64 {
     let (a, b) = (xy(chord.from), xy(chord.to));
     let (dx, dy, wx, wy) = (b.0 - a.0, b.1 - a.1, x - a.0, y - a.1);
     let length_2 = dx * dx + dy * dy;

@@ -7,8 +7,7 @@ use super::entity::{Boundary, Ellipse, Entity, Hidden, Insert, Polyline, Shape, 
 use super::file::{DxfFile, folded};
 use super::import::Choice;
 use super::placement::{Placement, bulge, cross, unit};
-use super::spline;
-use super::{Drawing, DrawingError, Origin, RawCurve, Run};
+use super::{Drawing, DrawingError, Origin, RawCurve, Run, spline};
 
 /// Blocks within blocks that are followed.
 const DEPTH_MAX: usize = 32;

@@ -24,17 +24,16 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use keepout_kernel::LatticeError;
-use thiserror::Error;
-
 pub use chain::{Chained, JOIN_MM, OpenChain, chain};
 pub(crate) use file::{DxfFile, read};
 pub use fit::CURVE_MM;
 pub use flatten::CURVES_MAX;
 pub(crate) use import::curves_of;
 pub use import::{Choice, SIZE_MAX, census, import, read_file};
+use keepout_kernel::LatticeError;
 pub use repair::{Problem, Repair};
 pub use tags::{Damage, FilePlace};
+use thiserror::Error;
 
 /// Where a curve comes from in the file.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -3,7 +3,6 @@
 use keepout_kernel::Point;
 
 use super::Origin;
-use crate::units::place;
 
 /// Something that was changed in the drawing to make contours of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,7 +62,7 @@ impl Repair {
 
 impl std::fmt::Display for Repair {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let at = place(self.at());
+        let at = self.at();
         match self {
             Self::GapClosed { gap_mm, .. } => write!(f, "gap of {gap_mm:.5} mm closed at {at}"),
             Self::TinyDropped { length_mm, .. } => {
@@ -126,7 +125,7 @@ impl Problem {
 
 impl std::fmt::Display for Problem {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let at = place(self.at());
+        let at = self.at();
         match self {
             Self::Open { origin, gap_mm, .. } => {
                 let other = match gap_mm {

@@ -11,18 +11,17 @@ mod track;
 
 use std::ops::Range;
 
-use keepout_kernel::exact::segment::Window;
-use keepout_kernel::{Curve, FreePoint, Point};
-use thiserror::Error;
-
-use crate::plan::{CertifiedPlan, Pass};
-use crate::units::place;
 use cutter::{Cutter, LoopLegs};
 pub use in_place::resume_in_place;
+use keepout_kernel::exact::segment::Window;
+use keepout_kernel::{Curve, FreePoint, Point};
 pub use preview::preview;
 use progress::Rest;
 pub use progress::{DONE_MM, PartialLoop, Progress, ProgressError, SNAP_MM};
+use thiserror::Error;
 use track::Track;
+
+use crate::plan::{CertifiedPlan, Pass};
 
 /// A stretch of a contouring job.
 #[derive(Clone, Debug, PartialEq)]
@@ -95,13 +94,13 @@ impl ContourJob {
 #[derive(Debug, Error, PartialEq)]
 pub enum JobError {
     /// No finishing loop lies in the free space of the tool.
-    #[error("no contour to finish can be reached from {}", place(*from))]
+    #[error("no contour to finish can be reached from {from}")]
     NothingHere {
         /// Where the tool is.
         from: Point,
     },
     /// Every finishing loop in the free space of the tool is cut.
-    #[error("every contour in the free space around {} is finished", place(*from))]
+    #[error("every contour in the free space around {from} is finished")]
     AllFinished {
         /// Where the tool is.
         from: Point,
@@ -109,7 +108,7 @@ pub enum JobError {
     /// Nothing is left but an interrupted loop that can not be entered again.
     #[error(
         "no way leads back to {number} at {}, where it was interrupted, nor to the tool radius of contour before. Bring the tool near it by hand, or have that loop cut anew: `keepout run --resume LOG --recut {}:{}`.",
-        place(*at), number.index + 1, number.pass + 1
+        at, number.index + 1, number.pass + 1
     )]
     NoWayBack {
         /// The loop.
@@ -118,7 +117,7 @@ pub enum JobError {
         at: Point,
     },
     /// The tool is not clear of the roughing threshold.
-    #[error("the tool at {} is nearer to the part than roughing allows", place(*from))]
+    #[error("the tool at {from} is nearer to the part than roughing allows")]
     NotClear {
         /// Where the tool is.
         from: Point,

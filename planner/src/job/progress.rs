@@ -8,7 +8,7 @@ use thiserror::Error;
 use super::track::{Joint, PIECE_MM, Track, length_mm, share_nearest};
 use super::{ContourJob, Leg, LoopNumber};
 use crate::plan::CertifiedPlan;
-use crate::units::{along_mm, place, point_from_mm, point_mm};
+use crate::units::{along_mm, point_from_mm, point_mm};
 
 /// Places of an interrupted loop are looked for on it within this, mm: reported positions are rounded, to a step or two.
 pub const SNAP_MM: f64 = 0.05;
@@ -61,7 +61,7 @@ pub enum ProgressError {
     /// A place is not on the loop.
     #[error(
         "{} is {away_mm:.3} mm from {number}, on which it is said to lie, more than {SNAP_MM} mm. Take the plan and the place of the drawing of the run that was interrupted, or begin anew.",
-        place(*at)
+        at
     )]
     Off {
         /// The loop.
@@ -72,7 +72,9 @@ pub enum ProgressError {
         away_mm: f64,
     },
     /// The loop passes the place where it was entered twice.
-    #[error("{number} passes its entry at {} twice, so that nobody can tell what of it is cut. Cut it anew.", place(*at))]
+    #[error(
+        "{number} passes its entry at {at} twice, so that nobody can tell what of it is cut. Cut it anew."
+    )]
     EnteredTwice {
         /// The loop.
         number: LoopNumber,
@@ -273,10 +275,11 @@ fn candidates(
 
 #[cfg(test)]
 mod tests {
+    use keepout_kernel::Segment;
+
     use super::*;
     use crate::finish::FinishingLoop;
     use crate::plan::Cut;
-    use keepout_kernel::Segment;
 
     const NUMBER: LoopNumber = LoopNumber { pass: 0, index: 0 };
 

@@ -11,11 +11,11 @@
 mod fit;
 mod part;
 
+use fit::{Fit, Observation};
+pub use part::{Part, StraightEdge};
 use thiserror::Error;
 
 use crate::units::mm_pair;
-use fit::{Fit, Observation};
-pub use part::{Part, StraightEdge};
 
 /// A place of the part, drawing coordinates, and where the tool's centre was, machine coordinates; mm.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,11 +2,10 @@
 
 use std::sync::{Arc, OnceLock};
 
-use keepout_executor::link::dialect::{Described, Description, Dialect, Grbl, Setting, Venus, Zaber};
-use keepout_executor::supervisor::guard::{Guard, MotionShape, OnCancel, Rules};
+use keepout_executor::dialect::{Described, Description, Dialect, Grbl, Setting, Venus, Zaber};
 use keepout_executor::supervisor::{Command, Mode, Reply};
-use keepout_kernel::exact::segment::Window;
-use keepout_kernel::{Length, ProhibitedRegion, Region, Ring, Side, Vector};
+use keepout_guard::guard_in_open_space;
+use keepout_kernel::Vector;
 
 use super::Xy;
 use crate::draw::Draw;
@@ -14,7 +13,7 @@ use crate::families::at;
 use crate::property::properties;
 
 properties! {
-    "dialects", "executor/src/link/dialect/";
+    "dialects", "executor/src/dialect/";
     short_byte_strings_are_decoded |d| { let (which, begin) = (d.one_of(LANGUAGES), d.one_of(BEGINNINGS.len())); let bytes: Vec<u8> = (0..2).map(|_| byte(d)).collect(); bytes_are_decoded(which, begin, &bytes) }
         => "decode is total: every string of two bytes after each beginning of an exchange, in each language: no panic, bounded output";
         every 1 random 20_000 kani 2 unwind 90 cadical;
@@ -123,32 +122,6 @@ fn only_ok_accepts(bytes: &[u8]) {
     assert_eq!(accepted, text == b"ok", "{bytes:?}");
 }
 
-/// A guard far from its part, to have motions certified.
-///
-/// # Panics
-/// Never: a triangle is a region.
-#[must_use]
-pub fn guard() -> Guard {
-    let corner = |x, y| at((x, y));
-    let far = i64::from(keepout_kernel::exact::lattice::COORD_MAX);
-    let ring = Ring::new(vec![corner(far - 2, far - 2), corner(far, far - 2), corner(far, far)])
-        .expect("a triangle");
-    let part = ProhibitedRegion::new(Region::new(vec![ring]).expect("one"), Side::Outside).expect("few");
-    let part = Arc::new(part);
-    let rules = Rules {
-        stroke: Window::from_corners(i32::MIN, i32::MIN, i32::MAX, i32::MAX),
-        manual: Length::ZERO,
-        finishing: Length::ZERO,
-        resolution: Length::ZERO,
-        shortest: Length::ZERO,
-        shape: MotionShape::Line,
-        on_cancel: OnCancel::KeepsPath,
-        contours: MotionShape::Line,
-        checked: true,
-    };
-    Guard::new(Arc::clone(&part), part, rules)
-}
-
 /// Units of 10 nm written as mm, read digit by digit.
 fn units(text: &str) -> i64 {
     let (sign, text) = text.strip_prefix('-').map_or((1, text), |rest| (-1, rest));
@@ -162,7 +135,7 @@ fn jogs_are_written_exactly(to: Xy, offset: [i64; 2]) {
     let narrow = |c: i64| i32::try_from(c).unwrap_or(0);
     let offset = Vector { dx: narrow(offset[0]), dy: narrow(offset[1]) };
     let mut grbl = Grbl::new(Setting { offset, ..setting() });
-    let mut guard = guard();
+    let mut guard = guard_in_open_space().expect("a triangle is a region");
     guard.locate(at((0, 0))).expect("it is clear");
     let certified = guard.jog(at(to), 6000).expect("it is clear");
     let mut out = Vec::new();

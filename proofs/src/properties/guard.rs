@@ -3,11 +3,10 @@
 use std::collections::VecDeque;
 use std::sync::{Arc, OnceLock};
 
-use keepout_executor::supervisor::guard::proof::hull;
-use keepout_executor::supervisor::guard::{
-    Certification, DRAIN, Guard, Motion, MotionShape, OnCancel, Refusal, Rules, Sighting,
+use keepout_guard::proof::hull;
+use keepout_guard::{
+    Certification, DRAIN, Guard, Motion, MotionShape, OnCancel, Refusal, Rules, Sighting, Time,
 };
-use keepout_executor::time::Time;
 use keepout_kernel::exact::lattice::COORD_MAX;
 use keepout_kernel::exact::segment::{Orientation, Window, distance_2, orientation};
 use keepout_kernel::offset::shortest_arc;
@@ -21,7 +20,7 @@ use crate::families::{at, length};
 use crate::property::{passed_over, properties};
 
 properties! {
-    "guard", "executor/src/supervisor/guard/";
+    "guard", "executor/guard/src/";
     hull_holds_its_points_and_no_others |d| { let set: Vec<Xy> = (0..3).map(|_| d.point()).collect(); hull_holds_its_points_and_no_others(&set, d.point()) }
         => "the hull of a set holds a point exactly when some triangle of the set does; its corners are of the set and turn left";
         every 2 random 20_000 kani 2 unwind 16 kissat;

@@ -11,10 +11,9 @@ pub mod parts;
 pub mod predicates;
 pub mod rings;
 
-pub use predicates::*;
-
 use keepout_kernel::exact::predicate::Site;
 use keepout_kernel::exact::width::{Lattice, Narrow, Product};
+pub use predicates::*;
 
 use crate::oracle::{Place, Whole, Wide};
 use crate::property::Property;

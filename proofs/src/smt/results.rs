@@ -1,8 +1,7 @@
 //! The results as a file: one line a theorem, fields parted by tabs, names in the first line.
 
-use std::fs;
-use std::io;
 use std::path::Path;
+use std::{fs, io};
 
 use keepout_planner::plan_file::write_whole;
 

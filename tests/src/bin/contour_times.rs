@@ -12,17 +12,15 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use clap::Parser;
-use keepout_executor::link::dialect::Language;
-use keepout_executor::operator;
-use keepout_executor::session::{
-    Ended, Going, Record, SimRun, Tape, TapeError, place_on_table, run_simulated,
-};
-use keepout_executor::sim::{Quirks, Sample, SampleKind, SimMachine, SimSettings, Slip, speaking};
+use keepout_executor::dialect::Language;
+use keepout_executor::session::{Ended, Going, Record, Sample, SampleKind, Tape, TapeError, place_on_table};
 use keepout_executor::supervisor::{Phase, Workpiece};
-use keepout_executor::time::Time;
+use keepout_guard::Time;
 use keepout_planner::drawing::read_file;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::units::mm;
+use keepout_sim::session::{SimRun, run_simulated};
+use keepout_sim::{Quirks, SimMachine, SimSettings, Slip, operator, speaking};
 use keepout_tests::{REAL_DRAWINGS, order, plan_bytes};
 
 /// Contour time beside plain streaming.
@@ -170,7 +168,7 @@ impl Case<'_> {
             .samples
             .iter()
             .filter(|sample| sample.kind == SampleKind::Run)
-            .map(|sample| (sample.at.seconds(), sample.position_mm))
+            .map(|sample| (sample.at.elapsed().as_secs_f64(), sample.position_mm))
             .collect();
         let at = (mm(first.x.units() + offset.dx), mm(first.y.units() + offset.dy));
         let lines = lines.0.borrow().clone();
@@ -217,8 +215,11 @@ impl Case<'_> {
             rest = if left.is_empty() && open.is_empty() { rest + 1 } else { 0 };
         }
         let moving = |sample: &&Sample| sample.kind == SampleKind::Run;
-        let places: Vec<Place> =
-            samples.iter().filter(moving).map(|sample| (sample.at.seconds(), sample.position_mm)).collect();
+        let places: Vec<Place> = samples
+            .iter()
+            .filter(moving)
+            .map(|sample| (sample.at.elapsed().as_secs_f64(), sample.position_mm))
+            .collect();
         measure(&places, self.feed_mm_min)
     }
 }
@@ -239,7 +240,7 @@ fn egg() -> Vec<u8> {
 
 fn drawings(only: &str) -> Vec<(String, Vec<u8>)> {
     let mut all = vec![
-        ("bracket (ours)".to_owned(), include_bytes!("../../../executor/drawings/bracket.dxf").to_vec()),
+        ("bracket (ours)".to_owned(), include_bytes!("../../../executor/cli/drawings/bracket.dxf").to_vec()),
         ("egg of 0.2 mm chords (ours)".to_owned(), egg()),
     ];
     if let Some(shared) = keepout_tests::shared() {

@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use clap::Parser;
 use keepout_executor::supervisor::{Phase, Workpiece};
-use keepout_executor::time::Time;
+use keepout_guard::Time;
 use keepout_planner::units::point_mm;
 use keepout_tests::decisions::{Cause, Decisions};
 use keepout_tests::hostile::{Hostile, Style};

@@ -8,9 +8,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use clap::{Parser, ValueEnum};
-use keepout_executor::operator;
-use keepout_executor::session::{Ended, Going, Link, NoTape, SimRun, run_simulated};
+use keepout_executor::session::{Ended, Going, NoTape};
 use keepout_executor::supervisor::Workpiece;
+use keepout_sim::operator;
+use keepout_sim::session::{Link, SimRun, run_simulated};
 use keepout_tests::{REAL_DRAWINGS, most_left_mm, order, plan_of, shared};
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

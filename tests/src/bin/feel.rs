@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use keepout_executor::link::dialect::Language;
+use keepout_executor::dialect::Language;
 use keepout_tests::feel::{self, CURVE_PUSH, Shape, Table, Wall, median_and_p99};
 
 /// Push angles into the straight wall, degrees.

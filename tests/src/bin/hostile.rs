@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use clap::Parser;
-use keepout_executor::link::dialect::Language;
+use keepout_executor::dialect::Language;
 use keepout_executor::session::{NoTape, Tape};
 use keepout_kernel::Length;
 use keepout_tests::REAL_DRAWINGS;

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use keepout_executor::operator::{Operator, Seen};
 use keepout_executor::supervisor::Wish;
-use keepout_executor::time::Time;
+use keepout_guard::Time;
 
 /// A hand.
 pub(super) enum Hand {
@@ -78,7 +78,7 @@ impl Pushes {
         }
         let pushed = direction != (0.0, 0.0);
         if pushed != self.pushed && pushed == (self.keeps == Keeps::Pushes) {
-            self.times.lock().expect("the session has one thread").push(now.seconds());
+            self.times.lock().expect("the session has one thread").push(now.elapsed().as_secs_f64());
         }
         self.pushed = pushed;
         Wish { direction, ..Wish::default() }

@@ -8,9 +8,8 @@ mod trace;
 
 use std::time::Duration;
 
-use keepout_executor::link::dialect::Language;
-
 use hand::{Away, Follow, Hand, Pushes};
+use keepout_executor::dialect::Language;
 use scene::{BAR_END_MM, START_MM, Scene, turned};
 pub use scene::{Shape, Table, Wall};
 pub use trace::median_and_p99;

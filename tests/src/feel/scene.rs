@@ -2,12 +2,13 @@
 
 use std::time::Duration;
 
-use keepout_executor::link::dialect::Language;
-use keepout_executor::session::{Going, NoTape, SimRun, nearest_wall, run_simulated};
+use keepout_executor::dialect::Language;
+use keepout_executor::session::{Going, NoTape, nearest_wall};
 use keepout_executor::supervisor::Workpiece;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::order::Order;
 use keepout_planner::units::{mm, point_from_mm};
+use keepout_sim::session::{SimRun, run_simulated};
 
 use super::hand::{Hand, Pushes, Timed};
 use super::trace::Trace;

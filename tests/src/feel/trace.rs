@@ -1,6 +1,6 @@
 //! True tool positions over time, and what is read from them.
 
-use keepout_executor::sim::Sample;
+use keepout_executor::session::Sample;
 
 use super::scene::Scene;
 use super::{DIP, Release, Slide};
@@ -23,7 +23,7 @@ fn way(a: (f64, f64), b: (f64, f64)) -> f64 {
 
 impl Trace {
     pub(super) fn of(samples: &[Sample]) -> Self {
-        let place = |sample: &Sample| (sample.at.seconds(), sample.position_mm);
+        let place = |sample: &Sample| (sample.at.elapsed().as_secs_f64(), sample.position_mm);
         Self { samples: samples.iter().map(place).collect() }
     }
 

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use keepout_executor::sim::{Sample, SampleKind};
-use keepout_executor::time::Time;
+use keepout_executor::session::{Sample, SampleKind};
+use keepout_guard::Time;
 use keepout_kernel::{Length, Point, ProhibitedRegion, Segment, Vector};
 use keepout_planner::units::point_from_mm;
 

@@ -4,9 +4,10 @@ use std::f64::consts::{PI, TAU};
 use std::time::Duration;
 
 use fastrand::Rng;
-use keepout_executor::operator::{Model, ModelKind, Operator, Seen};
+use keepout_executor::operator::{Operator, Seen};
 use keepout_executor::supervisor::{Ask, Phase, Wish};
-use keepout_executor::time::Time;
+use keepout_guard::Time;
+use keepout_sim::operator::{Model, ModelKind};
 
 /// How a hostile operator steers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,7 +93,7 @@ impl Hostile {
                 (still, (way.0 * step, way.1 * step))
             }
             Style::Stale => {
-                let phase = now.seconds() % 3.0;
+                let phase = now.elapsed().as_secs_f64() % 3.0;
                 (if phase < 1.5 { self.toward(seen, self.turn) } else { still }, still)
             }
         }

@@ -5,19 +5,18 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use fastrand::Rng;
-use keepout_executor::link::Abilities;
-use keepout_executor::link::dialect::Setting;
-use keepout_executor::link::faults::Faults;
-use keepout_executor::link::port::{Port, PortError};
+use keepout_executor::dialect::Setting;
 use keepout_executor::session::log::{Header, LogError, LogTape};
-use keepout_executor::session::{Clock, Ended, Engine, Going, NoTape, Session, Tape};
-use keepout_executor::sim::{Disturbance, Follower, Sample, Servo, SimMachine, SimSettings, Slip, speaking};
-use keepout_executor::supervisor::{Counts, Options, Supervisor};
-use keepout_executor::time::Time;
+use keepout_executor::session::port::{Port, PortError};
+use keepout_executor::session::{Clock, Ended, Engine, Going, NoTape, Sample, Session, Tape};
+use keepout_executor::supervisor::{Abilities, Counts, Options, Supervisor};
+use keepout_guard::Time;
 use keepout_kernel::{Curve, Segment, Vector};
 use keepout_planner::job::{ContourJob, Progress};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::units::point_mm;
+use keepout_sim::faults::Faults;
+use keepout_sim::{Disturbance, Follower, Servo, SimMachine, SimSettings, Slip, speaking};
 
 use super::judge::{Judge, Verdict};
 use super::operator::Hostile;
@@ -26,7 +25,7 @@ use super::world::World;
 
 /// A part of the guard that is taken out, in builds that can.
 #[cfg(feature = "mutations")]
-pub type Part = keepout_executor::supervisor::guard::Mutation;
+pub type Part = keepout_guard::Mutation;
 /// Nothing is taken out of the guard.
 #[cfg(not(feature = "mutations"))]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -259,7 +258,7 @@ impl Watcher {
             verdict: self.judge.verdict(),
             ended,
             fault: supervisor.fault().map(ToString::to_string),
-            seconds: self.last.seconds(),
+            seconds: self.last.elapsed().as_secs_f64(),
             counts: supervisor.counts(),
             contoured: supervisor.finished().len(),
             way_mm: self.judge.way_mm(),

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use keepout_executor::sim::Quirks;
+use keepout_sim::Quirks;
 
 use super::operator::Style;
 use super::play::{Part, play};

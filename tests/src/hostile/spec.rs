@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use fastrand::Rng;
-use keepout_executor::link::Abilities;
-use keepout_executor::link::faults::{Damage, Rates};
-use keepout_executor::sim::Quirks;
+use keepout_executor::supervisor::Abilities;
+use keepout_sim::Quirks;
+use keepout_sim::faults::{Damage, Rates};
 
 use super::operator::Style;
 

@@ -4,9 +4,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use fastrand::Rng;
-use keepout_executor::link::dialect::Language;
-use keepout_executor::session::Placement;
-use keepout_executor::session::place_on_table;
+use keepout_executor::dialect::Language;
+use keepout_executor::session::{Placement, place_on_table};
 use keepout_executor::supervisor::Workpiece;
 use keepout_kernel::{Length, Point, ProhibitedRegion};
 use keepout_planner::machine::MachineProfile;

@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
-use keepout_executor::session::coverage;
 use keepout_executor::session::log::{Entry, Log, LogReadError};
 use keepout_executor::session::replay::{Replay, replay};
-use keepout_executor::sim::witness::Witness;
-use keepout_executor::sim::{Sample, Servo};
+use keepout_executor::session::{Sample, coverage};
 use keepout_executor::supervisor::Workpiece;
 use keepout_kernel::Vector;
 use keepout_planner::job::Progress;
 use keepout_planner::units::mm;
+use keepout_sim::Servo;
+use keepout_sim::witness::Witness;
 
 use super::FEED_MM_MIN;
 use crate::most_left_mm;

@@ -2,15 +2,14 @@
 
 use std::fmt::Write as _;
 
+use keepout_guard::{Certified, Guard, Motion, Time};
 use keepout_kernel::{Curve, Point};
 use keepout_planner::job::ContourJob;
 use thiserror::Error;
 
 use super::job;
 use crate::session::tape::Record;
-use crate::supervisor::guard::{Certified, Guard, Motion};
 use crate::supervisor::{Ask, Wish};
-use crate::time::Time;
 
 /// One thing that happened, as it was logged.
 #[derive(Clone, Debug, PartialEq)]
@@ -85,7 +84,7 @@ pub(super) fn quoted(text: &str) -> String {
 }
 
 /// The bytes behind escapes as `escape_ascii` and `escape_default` write them.
-pub(crate) fn unescaped(text: &str) -> Option<Vec<u8>> {
+pub fn unescaped(text: &str) -> Option<Vec<u8>> {
     let mut bytes = Vec::with_capacity(text.len());
     let mut rest = text.chars();
     while let Some(letter) = rest.next() {

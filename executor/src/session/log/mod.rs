@@ -36,7 +36,7 @@ mod write;
 
 pub use date::rfc_3339;
 pub use header::Header;
-pub use line::{Certificate, Entry, LineError};
-pub(crate) use line::{as_entry, unescaped};
+pub(crate) use line::as_entry;
+pub use line::{Certificate, Entry, LineError, unescaped};
 pub use read::{Log, LogReadError, LogReader, LoggedEntry};
 pub use write::{LogError, LogTape};

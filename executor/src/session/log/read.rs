@@ -4,11 +4,11 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
+use keepout_guard::Time;
 use thiserror::Error;
 
 use super::header::{self, Header};
 use super::line::{self, Entry, LineError};
-use crate::time::Time;
 
 /// Why a log can not be read.
 #[derive(Debug, Error)]

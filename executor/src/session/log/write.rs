@@ -4,13 +4,13 @@ use std::fmt::Write as _;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use keepout_guard::Time;
 use thiserror::Error;
 
 use super::header::{self, Header};
 use super::line;
 use crate::session::tape::{Record, Tape, TapeError};
 use crate::supervisor::Wish;
-use crate::time::Time;
 
 /// Why a log can not be written.
 #[derive(Debug, Error)]

@@ -1,11 +1,11 @@
 //! Certificates checked by themselves, without the guard.
 
+use keepout_guard::{MotionShape, Rules};
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::offset::certify_path;
 use keepout_kernel::{FreePoint, Length, Point, ProhibitedRegion};
 
 use crate::session::log::Certificate;
-use crate::supervisor::guard::{MotionShape, Rules};
 
 /// Checks what a motion was certified with. `escapes`: whether the tool may have stood so near
 /// that only ways out were allowed.

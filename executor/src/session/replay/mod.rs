@@ -11,17 +11,17 @@ use std::collections::VecDeque;
 use std::io::BufRead;
 use std::time::Duration;
 
+use keepout_guard::Time;
 use keepout_planner::job::ProgressError;
 use keepout_planner::{plan_file, text_file};
+pub use story::{Happening, Spent, Story};
 use thiserror::Error;
 
 use super::engine::Engine;
 use super::log::{Certificate, Entry, Header, Log, LogReadError, LogReader, as_entry};
 use super::tape::{Record, Tape, TapeError};
-use crate::link::dialect::{Language, LanguageError, Setting};
+use crate::dialect::{Language, LanguageError, Setting};
 use crate::supervisor::{Options, Phase, Supervisor, Workpiece};
-use crate::time::Time;
-pub use story::{Happening, Spent, Story};
 
 /// Why a log does not hold what it claims.
 #[derive(Debug, Error)]
@@ -283,7 +283,7 @@ impl Player {
             None => {
                 return Err(ReplayError::Differs {
                     line,
-                    seconds: time.seconds(),
+                    seconds: time.elapsed().as_secs_f64(),
                     logged: told(logged),
                     played: "nothing".into(),
                 });
@@ -294,7 +294,7 @@ impl Player {
             Entry::Certificate(text) => {
                 self.check(text).map_err(|reason| ReplayError::NotCertified {
                     line,
-                    seconds: time.seconds(),
+                    seconds: time.elapsed().as_secs_f64(),
                     reason,
                 })?;
                 self.counted.certificates += 1;
@@ -333,7 +333,12 @@ impl Player {
 const TOLD: usize = 200;
 
 fn differs(line: usize, time: Time, logged: &str, played: &Entry) -> ReplayError {
-    ReplayError::Differs { line, seconds: time.seconds(), logged: logged.into(), played: told(played) }
+    ReplayError::Differs {
+        line,
+        seconds: time.elapsed().as_secs_f64(),
+        logged: logged.into(),
+        played: told(played),
+    }
 }
 
 /// As much of an entry as a person wants to be told.

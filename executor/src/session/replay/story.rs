@@ -2,14 +2,14 @@
 
 use std::time::Duration;
 
+use keepout_guard::Time;
 use keepout_kernel::{Curve, Length, Point};
 use keepout_planner::job::LoopNumber;
 use keepout_planner::units::{mm, point_mm};
 
 use crate::session::log::Entry;
-use crate::sim::{Sample, SampleKind};
+use crate::session::{Sample, SampleKind};
 use crate::supervisor::{Phase, Supervisor};
-use crate::time::Time;
 
 /// Something that happened.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,16 +2,15 @@
 
 use std::time::Duration;
 
+use keepout_guard::{Asking, Certified, Guard, MotionShape, Time};
 use keepout_kernel::clip::contact_band;
 use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::{FreePoint, Length, Point, Segment, UNITS_PER_MM, Vector};
 
-use super::super::guard::{Asking, Certified, Guard, MotionShape};
 use super::super::{Command, Counts};
 use super::Limits;
 use super::pace::LookAhead;
-use crate::link::Abilities;
-use crate::time::Time;
+use crate::supervisor::Abilities;
 
 /// Jog targets lie on this grid, lattice units (1 µm): they are then written exactly with three decimals.
 const GRID: i64 = 100;

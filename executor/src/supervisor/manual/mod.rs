@@ -7,21 +7,19 @@ mod pace;
 mod slide;
 mod way;
 
-pub use helm::Contact;
-pub(super) use helm::{Helm, length_mm, standing_off};
-
 use std::time::Duration;
 
+pub use helm::Contact;
+pub(super) use helm::{Helm, length_mm, standing_off};
+use helm::{Push, on_grid, part_of, vector};
+use keepout_guard::{Guard, MotionShape, OnCancel, Time};
 use keepout_kernel::clip::longest_prefix;
 use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::{FreePoint, Point};
-
-use super::guard::{Guard, MotionShape, OnCancel};
-use super::{Command, Wish};
-use crate::time::Time;
-use helm::{Push, on_grid, part_of, vector};
 use pace::LookAhead;
 use way::Way;
+
+use super::{Command, Wish};
 
 /// What the machine can do, as far as steering needs it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -120,7 +118,7 @@ pub(super) fn fresh(wish: Wish, at: Option<Time>, now: Time) -> Option<(f64, f64
     Some((x * scale, y * scale))
 }
 
-/// A feed word for a speed, mm/min. Not below 60: slower steps would outlast [`super::guard::DRAIN`].
+/// A feed word for a speed, mm/min. Not below 60: slower steps would outlast [`keepout_guard::DRAIN`].
 pub(super) fn feed(speed_mm_s: f64) -> u32 {
     u32::try_from(nearest_unit((speed_mm_s * 60.0).floor())).unwrap_or(1).max(60)
 }

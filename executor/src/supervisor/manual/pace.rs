@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use super::super::guard::DRAIN;
+use keepout_guard::DRAIN;
+
 use super::super::watch::QUERY_PAUSE;
 use super::helm::Helm;
 

@@ -8,10 +8,10 @@
 //! bounds the whole in-flight set, because the hull of the set must be clear: all that the tool covers in the look-ahead and until a
 //! target is completed. The feed is the one at which the chord fits.
 
+use keepout_guard::Asking;
 use keepout_kernel::clip::{Wall, contact_band};
 use keepout_kernel::{FreePoint, Point, Vector};
 
-use super::super::guard::Asking;
 use super::helm::{CREEP, Contact, Helm, Proposal, Push, SHORTEST_MM, length_mm, mm_of, on_grid, vector};
 
 /// Height of targets above the jogging limit, mm: they are rounded to the grid.

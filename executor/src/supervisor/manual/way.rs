@@ -1,9 +1,8 @@
 //! The way ahead of the tool.
 
+use keepout_guard::Guard;
 use keepout_kernel::{Length, Point, Segment};
 use keepout_planner::units::length_up_from_mm;
-
-use super::super::guard::Guard;
 
 /// The way ahead of the tool: from where it is along the targets that it has not passed. Targets stay in the in-flight set for a
 /// while after they were.

@@ -55,7 +55,7 @@ impl Explore {
 
     #[cfg(feature = "mutations")]
     fn mutate(&self, worlds: &[World]) -> ExitCode {
-        use keepout_executor::supervisor::guard::Mutation;
+        use keepout_guard::Mutation;
         let mut all = true;
         for mutation in Mutation::ALL {
             let mut noticed = Vec::new();

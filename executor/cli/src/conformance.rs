@@ -1,0 +1,201 @@
+//! `doctor --conformance` and `doctor --compare`.
+
+use std::io::{BufRead as _, IsTerminal, Read as _, Write as _};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use keepout_executor::dialect::Language;
+use keepout_executor::session::RealClock;
+use keepout_executor::session::serial::Serial;
+use keepout_planner::machine::{ControllerProfile, MachineError, MachineProfile};
+use keepout_planner::plan_file::write_whole;
+use keepout_planner::text_file;
+use keepout_sim::Quirks;
+use keepout_sim::conformance::{
+    Bench, Care, Findings, RecordError, Recorder, Recording, Scenario, Setting, Setup, Start, compare, load,
+    save, scenarios, simulate, table,
+};
+
+use super::CliError;
+use super::plan::{given, refuse_same};
+
+/// What `doctor` does beyond questions.
+#[derive(Debug, Args)]
+pub struct ConformanceArguments {
+    /// Move the tool in a small box, raised, and record what the controller does; compare it with the simulated controller. For
+    /// grbl and grblhal. No hold and no cancel is sent, because the firmware can
+    /// run away at either.
+    #[arg(long, requires = "machine_profile")]
+    pub conformance: bool,
+    /// Side of the box, mm.
+    #[arg(long, value_name = "MM", default_value = "20", value_parser = side, requires = "conformance")]
+    box_mm: f64,
+    /// Home first, and move from there to the nearest place where the box lies in the travel.
+    #[arg(long, requires = "conformance")]
+    home: bool,
+    /// Begin without a question: the tool is raised and the box is free.
+    #[arg(long, requires = "conformance")]
+    yes: bool,
+    /// Play only the scenarios whose names begin so; may be given more than once.
+    #[arg(long, value_name = "NAME", requires = "conformance")]
+    only: Vec<String>,
+    /// Store the recording in this file.
+    #[arg(long, value_name = "FILE", requires = "conformance")]
+    record: Option<PathBuf>,
+    /// Store the findings in the machine profile, as its `controller` table.
+    #[arg(long, requires = "conformance")]
+    store: bool,
+    /// Compare two recordings.
+    #[arg(long, num_args = 2, value_names = ["FILE", "FILE"], conflicts_with = "conformance")]
+    pub compare: Option<Vec<PathBuf>>,
+}
+
+/// Rows of a table of differences that are printed after a recording.
+const ROWS: usize = 40;
+/// A question is answered in so many bytes.
+const ANSWER_MAX: u64 = 64;
+
+fn side(text: &str) -> Result<f64, String> {
+    let wrong = || format!("\"{text}\" is not a side between 5 and 200 mm");
+    text.parse().ok().filter(|side| (5.0..=200.0).contains(side)).ok_or_else(wrong)
+}
+
+/// Compares two recordings.
+pub fn compare_files(files: &[PathBuf]) -> Result<ExitCode, CliError> {
+    let [first, second] = files else {
+        return Err(CliError::Argument("--compare takes two recordings".into()));
+    };
+    print_differences(&load(first)?, &load(second)?, ["first", "second"], usize::MAX);
+    Ok(ExitCode::SUCCESS)
+}
+
+/// A machine at its port.
+pub struct AtPort<'a> {
+    /// The port.
+    pub port: &'a mut Serial,
+    /// Its baud rate.
+    pub baud: u32,
+    /// The clock.
+    pub clock: &'a mut RealClock,
+    /// The dialect.
+    pub language: Language,
+    /// The machine with the controller's own figures.
+    pub machine: MachineProfile,
+    /// The profile's file.
+    pub profile: &'a Path,
+}
+
+/// Records the harmless scenarios, prints the findings and the differences from the simulated controller.
+pub fn conformance(at: AtPort<'_>, arguments: &ConformanceArguments) -> Result<ExitCode, CliError> {
+    let profile = at.profile.to_path_buf();
+    refuse_same(&[at.profile], &given(&[arguments.record.as_ref()]))?;
+    let start = if arguments.home { Start::Homed } else { Start::Standing };
+    let setup =
+        Setup { box_mm: arguments.box_mm, start, ..Setup::of(at.language.clone(), at.machine.clone()) };
+    announce(&setup);
+    if !arguments.yes && !confirmed()? {
+        return Err(CliError::Argument("nothing moved: the question was not answered with yes".into()));
+    }
+    let bench = Bench { port: at.port, clock: at.clock, tool: |_, _| {} };
+    let mut recorder = Recorder::begin(bench, setup.clone())?;
+    let (chosen, origin) = (choose(&setup, recorder.blocks(), &arguments.only)?, recorder.origin());
+    let played = play(&mut recorder, &chosen);
+    let recording = recorder.finish();
+    if let Some(path) = &arguments.record {
+        save(&recording, path).map_err(|source| CliError::Write { path: path.clone(), source })?;
+        println!("recorded     {}", path.display());
+    }
+    played?;
+    let found = Findings::of(&recording);
+    println!("\n{found}");
+    let model = simulate(&Setting { setup, at: origin, baud: at.baud, quirks: Quirks::default() }, &chosen)?;
+    print_differences(&recording, &model, ["machine", "simulated"], ROWS);
+    if arguments.store {
+        store(&profile, &found.profile())?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn announce(setup: &Setup) {
+    println!("\nConformance: the tool moves.");
+    if setup.start == Start::Homed {
+        println!(
+            "- The machine homes. Then the tool moves to the nearest place where the box lies in the travel."
+        );
+    }
+    let side = setup.box_mm;
+    println!("- All targets lie in a box of {side} × {side} mm, in the plane, about the tool.");
+    let count = scenarios(&setup.frame(1)).iter().filter(|each| each.care == Care::Harmless).count();
+    println!("- There are {count} scenarios. They take a few minutes, and longer on a slow machine.");
+    println!("- Raise the tool and stop the spindle. Keep the emergency stop at hand.");
+    println!("- Nothing is stored in the controller, and it is not reset.\n");
+}
+
+/// Whether somebody at the terminal types yes.
+fn confirmed() -> Result<bool, CliError> {
+    if !std::io::stdin().is_terminal() {
+        return Err(CliError::Argument(
+            "nobody can be asked here: give --yes when the tool is raised".into(),
+        ));
+    }
+    print!("Type yes when the tool is raised and the box is free: ");
+    let _ = std::io::stdout().flush();
+    let mut answer = String::new();
+    let _ = std::io::stdin().lock().take(ANSWER_MAX).read_line(&mut answer);
+    Ok(answer.trim() == "yes")
+}
+
+fn choose(setup: &Setup, blocks: u32, only: &[String]) -> Result<Vec<Scenario>, CliError> {
+    let wanted = |each: &Scenario| only.is_empty() || only.iter().any(|name| each.name.starts_with(name));
+    let all = scenarios(&setup.frame(blocks));
+    let chosen: Vec<Scenario> =
+        all.into_iter().filter(|each| each.care == Care::Harmless && wanted(each)).collect();
+    if chosen.is_empty() {
+        return Err(CliError::Argument(format!("no harmless scenario begins with {}", only.join(", "))));
+    }
+    Ok(chosen)
+}
+
+fn play(recorder: &mut Recorder<'_, Serial, RealClock>, chosen: &[Scenario]) -> Result<(), RecordError> {
+    let hidden = !std::io::stderr().is_terminal();
+    let bar = if hidden { ProgressBar::hidden() } else { ProgressBar::new(chosen.len() as u64) };
+    if let Ok(style) = ProgressStyle::with_template("[{bar:20}] {pos}/{len} {elapsed} {msg}") {
+        bar.set_style(style);
+    }
+    let played = chosen.iter().try_for_each(|scenario| {
+        bar.set_message(scenario.name.clone());
+        bar.inc(1);
+        recorder.play(scenario)
+    });
+    bar.finish_and_clear();
+    played
+}
+
+fn print_differences(first: &Recording, second: &Recording, names: [&str; 2], rows: usize) {
+    let differences = compare(first, second);
+    if differences.is_empty() {
+        println!("no difference between {} and {}", names[0], names[1]);
+        return;
+    }
+    println!("{} differences between {} and {}", differences.len(), names[0], names[1]);
+    print!("{}", shown(&table(&differences, names, rows)));
+}
+
+/// Replies come from outside: what a terminal would not show is replaced, line by line.
+fn shown(text: &str) -> String {
+    text.lines().map(|line| text_file::shown(line) + "\n").collect()
+}
+
+/// Writes the findings into the profile; the rest of it stays as it is.
+fn store(path: &Path, controller: &ControllerProfile) -> Result<(), CliError> {
+    let text =
+        text_file::read(path).map_err(|source| MachineError::Read { path: path.to_path_buf(), source })?;
+    let text = MachineProfile::text_with_controller(&text, controller);
+    MachineProfile::parse(path, &text)?;
+    write_whole(path, text.as_bytes())
+        .map_err(|source| CliError::Write { path: path.to_path_buf(), source })?;
+    println!("stored       {}: make plans again for it to count", path.display());
+    Ok(())
+}

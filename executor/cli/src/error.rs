@@ -1,0 +1,194 @@
+//! Errors of the command line and their exit codes.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use keepout_drives::profile::ProfileError;
+use keepout_executor::session::log::{LogError, LogReadError};
+use keepout_executor::session::port::PortError;
+use keepout_executor::session::replay::ReplayError;
+use keepout_executor::session::{PlaceError, TapeError};
+use keepout_planner::machine::MachineError;
+use keepout_planner::order::OrderError;
+use keepout_planner::plan::PlanError;
+use keepout_planner::plan_file::PlanFileError;
+use keepout_planner::registration::RegistrationError;
+use keepout_planner::setup::SetupError;
+use keepout_sim::conformance::{RecordError, RecordingError};
+use keepout_sim::operator::OperatorError;
+use keepout_sim::session::SimError;
+#[cfg(unix)]
+use keepout_sim::standalone::StandaloneError;
+use thiserror::Error;
+
+use crate::examine::ExamineError;
+use crate::input::device::DeviceError;
+use crate::input::{StickError, TerminalError};
+
+/// Why a command failed.
+#[derive(Debug, Error)]
+pub enum CliError {
+    /// The drawing can not be used, or no plan can be made of it.
+    #[error("{path}: {source}", path = path.display())]
+    Order {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: OrderError,
+    },
+    /// A plan file does not hold what it claims.
+    #[error("{path}: not certified: {source}", path = path.display())]
+    NotCertified {
+        /// The file.
+        path: PathBuf,
+        /// Which claim fails.
+        source: PlanError,
+    },
+    /// A plan file can not be read or written.
+    #[error("{0}")]
+    PlanFile(#[from] PlanFileError),
+    /// A machine profile is refused.
+    #[error(transparent)]
+    Machine(#[from] MachineError),
+    /// A profile of feed drives, or scenarios, are refused.
+    #[error(transparent)]
+    Drives(#[from] ProfileError),
+    /// The touches do not say how the workpiece lies.
+    #[error(transparent)]
+    Registration(#[from] RegistrationError),
+    /// A setup is refused.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// There is no operator.
+    #[error(transparent)]
+    Operator(#[from] OperatorError),
+    /// No device to jog with.
+    #[error(transparent)]
+    Device(#[from] DeviceError),
+    /// A stick that can not be shaped so.
+    #[error(transparent)]
+    Stick(#[from] StickError),
+    /// No terminal to jog or look with.
+    #[error(transparent)]
+    Terminal(#[from] TerminalError),
+    /// The job does not lie on the machine.
+    #[error(transparent)]
+    Place(#[from] PlaceError),
+    /// The port.
+    #[error(transparent)]
+    Port(#[from] PortError),
+    /// The log.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// The log could not be written on.
+    #[error(transparent)]
+    Tape(#[from] TapeError),
+    /// The simulated machine can not run.
+    #[cfg(unix)]
+    #[error(transparent)]
+    Simulate(#[from] StandaloneError),
+    /// The controller could not be examined.
+    #[error(transparent)]
+    Examine(#[from] ExamineError),
+    /// No scenario can be recorded, or no more.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// A recording can not be read.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// A log can not be read.
+    #[error(transparent)]
+    LogRead(#[from] LogReadError),
+    /// A log does not hold what it claims.
+    #[error("{path}: {source}", path = path.display())]
+    Replay {
+        /// The log.
+        path: PathBuf,
+        /// From where on.
+        source: ReplayError,
+    },
+    /// The plan of a log is not there.
+    #[error(
+        "the log {} is of the plan with SHA-256 {hash} of {drawing}, and none of the {seen} plan files in {} is it. Give it with --plan.",
+        log.display(),
+        folder.display()
+    )]
+    NoPlan {
+        /// The log.
+        log: PathBuf,
+        /// The plan's hash.
+        hash: String,
+        /// The drawing's name.
+        drawing: String,
+        /// Where it was looked for.
+        folder: PathBuf,
+        /// Plan files that were found there.
+        seen: usize,
+    },
+    /// An argument is out of range.
+    #[error("{0}")]
+    Argument(String),
+    /// A file can not be written.
+    #[error("can not write {}: {source}. Nothing was changed.", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+}
+
+impl From<SimError> for CliError {
+    fn from(error: SimError) -> Self {
+        match error {
+            SimError::Place(error) => Self::Place(error),
+            SimError::Port(error) => Self::Port(error),
+            SimError::Tape(error) => Self::Tape(error),
+        }
+    }
+}
+
+impl CliError {
+    /// The exit code of the error's class; see `keepout --help`.
+    #[must_use]
+    pub fn exit_code(&self) -> ExitCode {
+        ExitCode::from(match self {
+            Self::Setup(SetupError::Turned { .. } | SetupError::Moved { .. }) => 4,
+            Self::Setup(SetupError::Write { .. }) => 7,
+            Self::Argument(_)
+            | Self::Operator(_)
+            | Self::Device(_)
+            | Self::Stick(_)
+            | Self::Terminal(_)
+            | Self::Machine(_)
+            | Self::Drives(_)
+            | Self::Registration(_)
+            | Self::Setup(_) => 2,
+            Self::Order {
+                source: OrderError::Drawing(_) | OrderError::Select(_) | OrderError::Stroke { .. },
+                ..
+            } => 3,
+            Self::Order { .. } | Self::Place(_) => 4,
+            Self::PlanFile(PlanFileError::Write { .. })
+            | Self::Write { .. }
+            | Self::Log(_)
+            | Self::Tape(_) => 7,
+            Self::LogRead(LogReadError::Read { .. })
+            | Self::NoPlan { .. }
+            | Self::Record(RecordError::Dialect { .. })
+            | Self::Recording(RecordingError::File { .. }) => 2,
+            Self::Recording(_)
+            | Self::PlanFile(_)
+            | Self::NotCertified { .. }
+            | Self::LogRead(_)
+            | Self::Replay { .. } => 5,
+            #[cfg(unix)]
+            Self::Simulate(StandaloneError::Pty(_)) => 6,
+            #[cfg(unix)]
+            Self::Simulate(StandaloneError::File { .. }) => 7,
+            #[cfg(unix)]
+            Self::Simulate(_) => 2,
+            Self::Port(_) | Self::Examine(_) | Self::Record(_) => 6,
+        })
+    }
+}

@@ -1,0 +1,87 @@
+//! What the buttons and axes of a device mean.
+
+use keepout_executor::supervisor::Ask;
+
+/// What a button does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Action {
+    /// The stick counts while one of these is held.
+    DeadMan,
+    /// Each press turns automatic mode on or off.
+    Automatic,
+    /// Asks for something.
+    Ask(Ask),
+    /// The handwheel turns the other axis.
+    WheelAxis,
+    /// The handwheel has the next step size.
+    WheelStep,
+}
+
+/// Axes, dials and buttons by their evdev codes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Mapping {
+    /// The stick's axes, x and y.
+    pub axes: (u16, u16),
+    /// Relative axes that are handwheels.
+    pub wheels: Vec<u16>,
+    /// Buttons.
+    pub buttons: Vec<(u16, Action)>,
+}
+
+/// `ABS_X` and `ABS_Y`: the left stick of a gamepad, the stick of a joystick.
+const STICK: (u16, u16) = (0x00, 0x01);
+/// `REL_DIAL`, and `REL_WHEEL`.
+const WHEELS: [u16; 2] = [0x07, 0x08];
+
+/// The table of buttons; a device has those of its own kind only.
+///
+/// | gamepad | joystick | pulse generator | does |
+/// |---|---|---|---|
+/// | left or right shoulder | trigger | | dead-man |
+/// | start | top | fifth button | automatic on or off |
+/// | east (B, ○) | thumb | third | pause |
+/// | south (A, ×) | second thumb | fourth | resume |
+/// | north (Y, △) | second top | | recover |
+/// | mode (the logo) | seventh (base) | | quit |
+/// | select, left stick pressed | | first, second | other axis, next step of the handwheel |
+const BUTTONS: [(u16, Action); 20] = [
+    (0x136, Action::DeadMan),           // BTN_TL
+    (0x137, Action::DeadMan),           // BTN_TR
+    (0x13b, Action::Automatic),         // BTN_START
+    (0x131, Action::Ask(Ask::Pause)),   // BTN_EAST
+    (0x130, Action::Ask(Ask::Resume)),  // BTN_SOUTH
+    (0x133, Action::Ask(Ask::Recover)), // BTN_NORTH
+    (0x13c, Action::Ask(Ask::Quit)),    // BTN_MODE
+    (0x13a, Action::WheelAxis),         // BTN_SELECT
+    (0x13d, Action::WheelStep),         // BTN_THUMBL
+    (0x120, Action::DeadMan),           // BTN_TRIGGER
+    (0x123, Action::Automatic),         // BTN_TOP
+    (0x121, Action::Ask(Ask::Pause)),   // BTN_THUMB
+    (0x122, Action::Ask(Ask::Resume)),  // BTN_THUMB2
+    (0x124, Action::Ask(Ask::Recover)), // BTN_TOP2
+    (0x126, Action::Ask(Ask::Quit)),    // BTN_BASE
+    (0x100, Action::WheelAxis),         // BTN_0
+    (0x101, Action::WheelStep),         // BTN_1
+    (0x102, Action::Ask(Ask::Pause)),   // BTN_2
+    (0x103, Action::Ask(Ask::Resume)),  // BTN_3
+    (0x104, Action::Automatic),         // BTN_4
+];
+
+impl Default for Mapping {
+    fn default() -> Self {
+        Self { axes: STICK, wheels: WHEELS.to_vec(), buttons: BUTTONS.to_vec() }
+    }
+}
+
+impl Mapping {
+    /// What a button does, if anything.
+    #[must_use]
+    pub fn action(&self, code: u16) -> Option<Action> {
+        self.buttons.iter().find(|button| button.0 == code).map(|button| button.1)
+    }
+
+    /// The dead-man buttons.
+    pub fn dead_men(&self) -> impl Iterator<Item = u16> + '_ {
+        self.buttons.iter().filter(|button| button.1 == Action::DeadMan).map(|button| button.0)
+    }
+}

@@ -1,0 +1,257 @@
+//! The operator at a gamepad, joystick or handwheel: a thread reads the device, the loop only looks at what it left.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use keepout_executor::operator::{Operator, Panel, Seen};
+use keepout_executor::supervisor::Wish;
+use keepout_guard::Time;
+
+use super::device::{DeviceError, Devices, Hand, Mapping, Reader, Reading, Wanted};
+use super::stick::Stick;
+
+/// Between two looks at the device.
+const LOOK: Duration = Duration::from_millis(4);
+/// Asks that are kept while the loop does not take them.
+const ASKS_MAX: usize = 8;
+
+/// What the thread last read, and when.
+#[derive(Debug)]
+struct Left {
+    reading: Reading,
+    at: Instant,
+    /// Whether the loop has taken it.
+    taken: bool,
+}
+
+/// The operator at an input device. Dropping it ends its thread.
+pub struct Gamepad {
+    hand: Hand,
+    /// What was last taken of it, for the moments in which the thread holds it.
+    last: Reading,
+    heard: Instant,
+    left: Arc<Mutex<Left>>,
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+    panel: Panel,
+    wheel: bool,
+}
+
+impl Gamepad {
+    /// Opens a device of this computer and reads it from now on; what there is to say goes to `panel`.
+    ///
+    /// # Errors
+    /// [`DeviceError`] when there is none, it may not be read, or this is no Linux.
+    pub fn open(wanted: Wanted, mapping: Mapping, stick: Stick, panel: Panel) -> Result<Self, DeviceError> {
+        #[cfg(target_os = "linux")]
+        {
+            let wheel = wanted == Wanted::Wheel;
+            let devices = super::device::EvdevDevices::new(wanted, mapping.clone());
+            let mut opened = Self::of(devices, mapping, stick, panel)?;
+            opened.wheel = wheel;
+            Ok(opened)
+        }
+        #[cfg(not(target_os = "linux"))]
+        {
+            let _ = (wanted, mapping, stick, panel);
+            Err(DeviceError::NotLinux)
+        }
+    }
+
+    /// Opens one of `devices` and reads it from now on.
+    ///
+    /// # Errors
+    /// [`DeviceError`] when there is none.
+    pub fn of<D: Devices + Send + 'static>(
+        devices: D,
+        mapping: Mapping,
+        stick: Stick,
+        panel: Panel,
+    ) -> Result<Self, DeviceError>
+    where
+        D::Device: Send,
+    {
+        let reader = Reader::open(devices, mapping, panel.clone())?;
+        let began = Instant::now();
+        let left = Arc::new(Mutex::new(Left { reading: Reading::default(), at: began, taken: true }));
+        let stop = Arc::new(AtomicBool::new(false));
+        let shared = (Arc::clone(&left), Arc::clone(&stop));
+        let thread = std::thread::Builder::new()
+            .name("operator's device".into())
+            .spawn(move || serve(reader, began, &shared.0, &shared.1))
+            .map_err(DeviceError::Thread)?;
+        Ok(Self {
+            hand: Hand::new(stick, panel.clone()),
+            last: Reading::default(),
+            heard: began,
+            left,
+            stop,
+            thread: Some(thread),
+            panel,
+            wheel: false,
+        })
+    }
+}
+
+impl Gamepad {
+    /// What is held, chosen and switched on.
+    fn status(&self) -> String {
+        let device = match (self.wheel, self.last.dead_man) {
+            (true, _) => self.last.status.as_str(),
+            (false, true) => "dead-man held",
+            (false, false) => "dead-man released",
+        };
+        let automatic = if self.last.automatic { ", automatic" } else { "" };
+        format!("{device}{automatic}")
+    }
+}
+
+/// The thread's work: to read, and to leave it for the loop.
+fn serve<D: Devices>(mut reader: Reader<D>, began: Instant, left: &Mutex<Left>, stop: &AtomicBool) {
+    while !stop.load(Ordering::Relaxed) {
+        let at = Instant::now();
+        let reading = reader.round(at.duration_since(began));
+        leave(&mut reader, reading, at, &mut left.lock().unwrap_or_else(PoisonError::into_inner));
+        std::thread::sleep(LOOK);
+    }
+}
+
+/// Leaves a reading. Asks that were not taken yet stay; turns stay in the reader until the last ones were taken.
+fn leave<D: Devices>(reader: &mut Reader<D>, mut reading: Reading, at: Instant, left: &mut Left) {
+    let mut asks = std::mem::take(&mut left.reading.asks);
+    asks.append(&mut reading.asks);
+    asks.truncate(ASKS_MAX);
+    reading.asks = asks;
+    if left.taken {
+        reading.turned_mm = reader.take_turned_mm();
+    } else if left.reading.connection == reading.connection {
+        reading.turned_mm = left.reading.turned_mm;
+    }
+    *left = Left { reading, at, taken: false };
+}
+
+impl Operator for Gamepad {
+    fn wish(&mut self, seen: &Seen, _: Time) -> Wish {
+        self.last.asks.clear();
+        self.last.turned_mm = (0.0, 0.0);
+        if let Ok(mut left) = self.left.try_lock() {
+            self.last = left.reading.clone();
+            self.heard = left.at;
+            left.reading.asks.clear();
+            left.reading.turned_mm = (0.0, 0.0);
+            left.taken = true;
+        }
+        self.panel.set_status(&self.status());
+        self.hand.wish(&self.last, self.heard.elapsed(), seen.phase)
+    }
+}
+
+impl Drop for Gamepad {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+    use std::io;
+
+    use keepout_executor::supervisor::Phase;
+
+    use super::*;
+    use crate::input::device::{AxisRange, Device, RawEvent, Snapshot};
+    use crate::input::stick::StickSettings;
+    use crate::input::testing::seen;
+
+    /// What a test does with the device, seen by the reader's thread.
+    #[derive(Debug, Default)]
+    struct Bench {
+        plugged: bool,
+        asleep: bool,
+        says: Vec<RawEvent>,
+    }
+
+    #[derive(Clone, Default)]
+    struct Shared(Arc<Mutex<Bench>>);
+
+    impl Devices for Shared {
+        type Device = Self;
+
+        fn find(&mut self) -> Result<Self, DeviceError> {
+            let plugged = self.0.lock().unwrap().plugged;
+            plugged.then(|| self.clone()).ok_or(DeviceError::None { what: "stick", seen: 0, example: "" })
+        }
+    }
+
+    impl Device for Shared {
+        fn name(&self) -> String {
+            "bench".into()
+        }
+
+        fn snapshot(&mut self) -> io::Result<Snapshot> {
+            let range = AxisRange { low: -100, high: 100 };
+            Ok(Snapshot { axes: Some([(range, 0); 2]), buttons: BTreeSet::new() })
+        }
+
+        fn read(&mut self, events: &mut Vec<RawEvent>) -> io::Result<()> {
+            if self.0.lock().unwrap().asleep {
+                std::thread::sleep(Duration::from_millis(400));
+            }
+            let mut bench = self.0.lock().unwrap();
+            events.append(&mut bench.says);
+            if bench.plugged { Ok(()) } else { Err(io::ErrorKind::NotFound.into()) }
+        }
+    }
+
+    /// Wishes every 2 ms until one is as wanted; fails after 5 s.
+    fn until(gamepad: &mut Gamepad, wanted: impl Fn(&Wish) -> bool) {
+        for _ in 0..2500 {
+            if wanted(&gamepad.wish(&seen(Phase::Manual), Time::ZERO)) {
+                return;
+            }
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        panic!("not within 5 s");
+    }
+
+    #[test]
+    fn a_silent_or_unplugged_device_stops_the_tool_and_a_held_one_does_not() {
+        let bench = Shared::default();
+        bench.0.lock().unwrap().plugged = true;
+        let stick = Stick::new(StickSettings::default()).unwrap();
+        let panel = Panel::default();
+        let mut gamepad = Gamepad::of(bench.clone(), Mapping::default(), stick, panel.clone()).unwrap();
+        let held = |wish: &Wish| wish.direction == (1.0, 0.0);
+        let still = |wish: &Wish| wish.direction == (0.0, 0.0);
+        let push = || {
+            let all = [
+                RawEvent::Axis { code: 0, value: 100 },
+                RawEvent::Button { code: 0x136, down: true },
+                RawEvent::Report,
+            ];
+            bench.0.lock().unwrap().says.extend(all);
+        };
+        std::thread::sleep(Duration::from_millis(30));
+        until(&mut gamepad, still);
+        push();
+        until(&mut gamepad, held);
+        bench.0.lock().unwrap().asleep = true;
+        until(&mut gamepad, still);
+        bench.0.lock().unwrap().asleep = false;
+        bench.0.lock().unwrap().plugged = false;
+        std::thread::sleep(Duration::from_millis(500));
+        until(&mut gamepad, still);
+        assert!(panel.notices().iter().any(|notice| notice.contains("unplugged")));
+        bench.0.lock().unwrap().plugged = true;
+        std::thread::sleep(Duration::from_millis(700));
+        until(&mut gamepad, still);
+        push();
+        until(&mut gamepad, held);
+    }
+}

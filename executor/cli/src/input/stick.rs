@@ -1,0 +1,182 @@
+//! The shape of a stick: from what the device says to what the hand means.
+
+use thiserror::Error;
+
+/// How a stick is shaped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StickSettings {
+    /// Radius of the dead zone, share of the full throw: 0 to 0.9.
+    pub dead_zone: f64,
+    /// Share of the cubic in the response, 0 (straight) to 1: the more, the finer near the middle.
+    pub expo: f64,
+    /// Deflection at full throw, share of full speed: above 0, up to 1.
+    pub top: f64,
+}
+
+impl Default for StickSettings {
+    /// A dead zone that worn gamepads need, fine near the middle, full speed at full throw.
+    fn default() -> Self {
+        Self { dead_zone: 0.12, expo: 0.5, top: 1.0 }
+    }
+}
+
+/// Why a stick can not be shaped so.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum StickError {
+    /// The dead zone.
+    #[error("a dead zone of {value} leaves no stick: choose 0 to 0.9 of the throw, such as 0.12")]
+    DeadZone {
+        /// What was asked for.
+        value: f64,
+    },
+    /// The response.
+    #[error("an expo of {value} is no share: choose 0 (straight) to 1 (cubic), such as 0.5")]
+    Expo {
+        /// What was asked for.
+        value: f64,
+    },
+    /// The top.
+    #[error("a top of {value} is no share of full speed: choose more than 0, up to 1")]
+    Top {
+        /// What was asked for.
+        value: f64,
+    },
+}
+
+/// A shaped stick.
+///
+/// ```
+/// use keepout_executor::operator::{Stick, StickSettings};
+/// let stick = Stick::new(StickSettings { dead_zone: 0.5, expo: 0.0, top: 1.0 })?;
+/// assert_eq!(stick.deflection((0.75, 0.0), true), (0.5, 0.0));
+/// assert_eq!(stick.deflection((0.75, 0.0), false), (0.0, 0.0)); // the dead-man button is not held
+/// # Ok::<(), crate::input::StickError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stick {
+    settings: StickSettings,
+}
+
+impl Stick {
+    /// A stick of that shape.
+    ///
+    /// # Errors
+    /// [`StickError`] naming the setting that is out of range.
+    pub fn new(settings: StickSettings) -> Result<Self, StickError> {
+        let StickSettings { dead_zone, expo, top } = settings;
+        if !(0.0..=0.9).contains(&dead_zone) {
+            return Err(StickError::DeadZone { value: dead_zone });
+        }
+        if !(0.0..=1.0).contains(&expo) {
+            return Err(StickError::Expo { value: expo });
+        }
+        if !(top > 0.0 && top <= 1.0) {
+            return Err(StickError::Top { value: top });
+        }
+        Ok(Self { settings })
+    }
+
+    /// The deflection for raw axes in −1 to 1; zero unless the dead-man button is held. Its length is at most the top:
+    /// a square gate's corners are no faster than its sides. Axes that are no numbers count as centred.
+    #[must_use]
+    pub fn deflection(&self, raw: (f64, f64), dead_man: bool) -> (f64, f64) {
+        let throw = raw.0.hypot(raw.1);
+        if !dead_man || !throw.is_finite() || self.rests(raw) {
+            return (0.0, 0.0);
+        }
+        let StickSettings { dead_zone, expo, top } = self.settings;
+        let beyond = (throw.min(1.0) - dead_zone) / (1.0 - dead_zone);
+        let length = top * ((1.0 - expo) * beyond + expo * beyond.powi(3));
+        (raw.0 / throw * length, raw.1 / throw * length)
+    }
+
+    /// Whether the stick stands in its dead zone.
+    #[must_use]
+    pub fn rests(&self, raw: (f64, f64)) -> bool {
+        let throw = raw.0.hypot(raw.1);
+        throw <= self.settings.dead_zone || throw == 0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+
+    /// Sticks of many shapes.
+    fn sticks() -> Vec<Stick> {
+        let mut all = Vec::new();
+        for dead_zone in [0.0, 0.03, 0.12, 0.5, 0.9] {
+            for expo in [0.0, 0.3, 1.0] {
+                for top in [0.1, 0.5, 1.0] {
+                    all.push(Stick::new(StickSettings { dead_zone, expo, top }).unwrap());
+                }
+            }
+        }
+        all
+    }
+
+    fn length((x, y): (f64, f64)) -> f64 {
+        x.hypot(y)
+    }
+
+    #[test]
+    fn it_is_odd_bounded_and_keeps_the_direction() {
+        let mut random = fastrand::Rng::with_seed(5);
+        for stick in sticks() {
+            for _ in 0..500 {
+                let raw = (4.0 * random.f64() - 2.0, 4.0 * random.f64() - 2.0);
+                let out = stick.deflection(raw, true);
+                let back = stick.deflection((-raw.0, -raw.1), true);
+                assert_eq!(out, (-back.0, -back.1));
+                assert!(length(out) <= stick.settings.top * (1.0 + 1e-12), "{raw:?} {out:?}");
+                let cross = out.0 * raw.1 - out.1 * raw.0;
+                assert!(cross.abs() < 1e-12 && out.0 * raw.0 >= 0.0, "{raw:?} {out:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn it_grows_with_the_throw_from_zero_to_the_top() {
+        for stick in sticks() {
+            for turn in 0..16 {
+                let phi = TAU * f64::from(turn) / 16.0;
+                let at = |throw: f64| length(stick.deflection((throw * phi.cos(), throw * phi.sin()), true));
+                let zone = stick.settings.dead_zone;
+                assert!(at(zone * 0.999) == 0.0 && at(zone + 1e-9) < 1e-6, "no jump at the zone's edge");
+                let throws: Vec<f64> = (0..=200).map(|i| at(f64::from(i) / 200.0)).collect();
+                assert!(throws.windows(2).all(|pair| pair[0] <= pair[1] + 1e-12));
+                assert!((at(1.0) - stick.settings.top).abs() < 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn a_diagonal_is_no_faster_than_a_side() {
+        for stick in sticks() {
+            let side = length(stick.deflection((1.0, 0.0), true));
+            assert!(length(stick.deflection((1.0, 1.0), true)) <= side * (1.0 + 1e-12));
+        }
+    }
+
+    #[test]
+    fn nothing_moves_without_the_dead_man_or_from_no_numbers() {
+        let stick = Stick::new(StickSettings::default()).unwrap();
+        assert_eq!(stick.deflection((1.0, 1.0), false), (0.0, 0.0));
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert_eq!(stick.deflection((bad, 0.3), true), (0.0, 0.0));
+            assert!(!stick.rests((bad, 0.0)), "what is no number has not been seen centred");
+        }
+    }
+
+    #[test]
+    fn wrong_settings_are_refused() {
+        let with = |dead_zone, expo, top| Stick::new(StickSettings { dead_zone, expo, top });
+        assert!(matches!(with(0.95, 0.0, 1.0), Err(StickError::DeadZone { .. })));
+        assert!(matches!(with(f64::NAN, 0.0, 1.0), Err(StickError::DeadZone { .. })));
+        assert!(matches!(with(0.1, 1.1, 1.0), Err(StickError::Expo { .. })));
+        assert!(matches!(with(0.1, 0.0, 0.0), Err(StickError::Top { .. })));
+        assert!(matches!(with(0.1, 0.0, f64::NAN), Err(StickError::Top { .. })));
+    }
+}

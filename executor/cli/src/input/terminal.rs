@@ -1,0 +1,289 @@
+//! The terminal: raw mode and the thread that reads its keys. It is restored on every way out.
+
+use std::collections::VecDeque;
+use std::io::{IsTerminal, Write, stdin, stdout};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, Once, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use crossterm::event::{
+    Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers, KeyboardEnhancementFlags,
+    PopKeyboardEnhancementFlags, PushKeyboardEnhancementFlags,
+};
+use crossterm::{cursor, execute, terminal};
+use keepout_executor::operator::{Operator, Panel, Seen};
+use keepout_executor::supervisor::Wish;
+use keepout_guard::Time;
+use thiserror::Error;
+
+use super::keyboard::{Key, Keys, Stroke};
+
+/// Why the keyboard or the view can not be had.
+#[derive(Debug, Error)]
+pub enum TerminalError {
+    /// The input is none.
+    #[error(
+        "the keyboard steers only from a terminal, and the input is none: start keepout in a terminal, without a pipe"
+    )]
+    NoKeyboard,
+    /// The output is none.
+    #[error(
+        "the view needs a terminal, and the output is none: leave --view out, or start keepout in a terminal"
+    )]
+    NoScreen,
+    /// The terminal refuses.
+    #[error(
+        "the terminal can not be set up: {0}. Use another terminal, or leave --view and --operator keyboard out."
+    )]
+    Setup(#[from] std::io::Error),
+}
+
+/// Key strokes that wait for the loop; more are not kept.
+const STROKES_MAX: usize = 256;
+/// The thread looks for its end this often.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// What was changed in the terminal, for whoever restores it first.
+static RAW: AtomicBool = AtomicBool::new(false);
+static RELEASES: AtomicBool = AtomicBool::new(false);
+static SCREEN: AtomicBool = AtomicBool::new(false);
+
+/// Puts the terminal back as it was; nothing when it was not changed, or was put back already.
+pub fn restore() {
+    if RELEASES.swap(false, Ordering::SeqCst) {
+        let _ = execute!(stdout(), PopKeyboardEnhancementFlags);
+    }
+    if SCREEN.swap(false, Ordering::SeqCst) {
+        let _ = execute!(stdout(), cursor::Show, terminal::LeaveAlternateScreen);
+    }
+    if RAW.swap(false, Ordering::SeqCst) {
+        let _ = terminal::disable_raw_mode();
+    }
+}
+
+/// A panic's message is written to the terminal as it was before.
+fn restore_on_panic() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        let before = std::panic::take_hook();
+        std::panic::set_hook(Box::new(move |panic| {
+            restore();
+            before(panic);
+        }));
+    });
+}
+
+/// A second screen, given back when dropped.
+#[derive(Debug)]
+pub struct SecondScreen(());
+
+impl SecondScreen {
+    /// Changes to the second screen, without a cursor.
+    ///
+    /// # Errors
+    /// [`TerminalError`] when the output is no terminal, or it refuses.
+    pub fn enter() -> Result<Self, TerminalError> {
+        if !stdout().is_terminal() {
+            return Err(TerminalError::NoScreen);
+        }
+        restore_on_panic();
+        SCREEN.store(true, Ordering::SeqCst);
+        let screen = Self(());
+        execute!(stdout(), terminal::EnterAlternateScreen, cursor::Hide)?;
+        Ok(screen)
+    }
+}
+
+impl Drop for SecondScreen {
+    fn drop(&mut self) {
+        restore();
+    }
+}
+
+/// Raw mode, ended when dropped.
+#[derive(Debug)]
+struct RawMode {
+    releases: bool,
+}
+
+impl RawMode {
+    fn enter() -> Result<Self, TerminalError> {
+        if !stdin().is_terminal() {
+            return Err(TerminalError::NoKeyboard);
+        }
+        restore_on_panic();
+        terminal::enable_raw_mode()?;
+        RAW.store(true, Ordering::SeqCst);
+        let mut mode = Self { releases: false };
+        // The question is answered by a terminal only; what is no terminal must not find it in its text.
+        if stdout().is_terminal() && terminal::supports_keyboard_enhancement().unwrap_or(false) {
+            let flags = KeyboardEnhancementFlags::DISAMBIGUATE_ESCAPE_CODES
+                | KeyboardEnhancementFlags::REPORT_EVENT_TYPES;
+            execute!(stdout(), PushKeyboardEnhancementFlags(flags))?;
+            RELEASES.store(true, Ordering::SeqCst);
+            mode.releases = true;
+        }
+        Ok(mode)
+    }
+}
+
+impl Drop for RawMode {
+    fn drop(&mut self) {
+        if RELEASES.swap(false, Ordering::SeqCst) {
+            let _ = execute!(stdout(), PopKeyboardEnhancementFlags);
+        }
+        if RAW.swap(false, Ordering::SeqCst) {
+            let _ = terminal::disable_raw_mode();
+        }
+        let _ = stdout().flush();
+    }
+}
+
+/// Key strokes with the moment they were read.
+#[derive(Debug, Default)]
+struct Typed {
+    strokes: VecDeque<(Key, Stroke, Instant)>,
+    gone: bool,
+}
+
+/// The keyboard of the terminal, read by a thread of its own. Dropping it restores the terminal's mode.
+pub struct Keyboard {
+    keys: Keys,
+    typed: Arc<Mutex<Typed>>,
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+    panel: Panel,
+    _mode: RawMode,
+}
+
+impl Keyboard {
+    /// Takes the terminal's keys from now on; what there is to say goes to `panel`.
+    ///
+    /// # Errors
+    /// [`TerminalError`] when the input is no terminal, or it refuses.
+    pub fn open(panel: Panel) -> Result<Self, TerminalError> {
+        let mode = RawMode::enter()?;
+        let typed = Arc::new(Mutex::new(Typed::default()));
+        let stop = Arc::new(AtomicBool::new(false));
+        let shared = (Arc::clone(&typed), Arc::clone(&stop));
+        let thread = std::thread::Builder::new()
+            .name("keyboard".into())
+            .spawn(move || serve(&shared.0, &shared.1))
+            .map_err(TerminalError::Setup)?;
+        let keys = Keys::new(mode.releases);
+        Ok(Self { keys, typed, stop, thread: Some(thread), panel, _mode: mode })
+    }
+
+    /// Whether space was pressed, and nothing since.
+    #[must_use]
+    pub fn stopped(&self) -> bool {
+        self.keys.stopped()
+    }
+
+    /// Takes what was typed; `now` is this moment of the session.
+    fn listen(&mut self, now: Time) {
+        let Ok(mut typed) = self.typed.try_lock() else { return };
+        for (key, stroke, at) in typed.strokes.drain(..) {
+            let ago = u64::try_from(at.elapsed().as_micros()).unwrap_or(u64::MAX);
+            self.keys.take(key, stroke, Time::from_micros(now.micros().saturating_sub(ago)));
+        }
+        if typed.gone {
+            self.panel.say("the terminal is gone: the session ends");
+            self.keys.take(Key::Interrupt, Stroke::Down, now);
+        }
+    }
+}
+
+impl Operator for Keyboard {
+    fn wish(&mut self, seen: &Seen, now: Time) -> Wish {
+        self.listen(now);
+        let wish = self.keys.wish(seen.phase, now);
+        self.panel.set_status(&self.keys.status());
+        wish
+    }
+}
+
+impl Drop for Keyboard {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// The thread's work: to note each stroke with its moment.
+fn serve(typed: &Mutex<Typed>, stop: &AtomicBool) {
+    while !stop.load(Ordering::Relaxed) {
+        let event = match crossterm::event::poll(LOOK) {
+            Ok(false) => continue,
+            Ok(true) => crossterm::event::read(),
+            Err(error) => Err(error),
+        };
+        let mut typed = typed.lock().unwrap_or_else(PoisonError::into_inner);
+        match event {
+            Ok(Event::Key(event)) if typed.strokes.len() < STROKES_MAX => {
+                let (key, stroke) = understood(event);
+                typed.strokes.push_back((key, stroke, Instant::now()));
+            }
+            Ok(_) => {}
+            Err(_) => {
+                typed.gone = true;
+                return;
+            }
+        }
+    }
+}
+
+fn understood(event: KeyEvent) -> (Key, Stroke) {
+    let stroke = match event.kind {
+        KeyEventKind::Press => Stroke::Down,
+        KeyEventKind::Repeat => Stroke::Repeat,
+        KeyEventKind::Release => Stroke::Up,
+    };
+    let command = event.modifiers.intersects(KeyModifiers::CONTROL | KeyModifiers::ALT | KeyModifiers::SUPER);
+    let key = match event.code {
+        KeyCode::Char('c' | 'C') if event.modifiers.contains(KeyModifiers::CONTROL) => Key::Interrupt,
+        _ if command => Key::Other,
+        KeyCode::Left => Key::Steer(-1, 0),
+        KeyCode::Right => Key::Steer(1, 0),
+        KeyCode::Up => Key::Steer(0, 1),
+        KeyCode::Down => Key::Steer(0, -1),
+        KeyCode::Home => Key::Steer(-1, 1),
+        KeyCode::PageUp => Key::Steer(1, 1),
+        KeyCode::End => Key::Steer(-1, -1),
+        KeyCode::PageDown => Key::Steer(1, -1),
+        KeyCode::Char(character) => Key::Character(character.to_ascii_lowercase()),
+        _ => Key::Other,
+    };
+    (key, stroke)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_are_understood() {
+        let of = |code, modifiers| understood(KeyEvent::new(code, modifiers)).0;
+        assert_eq!(of(KeyCode::Up, KeyModifiers::NONE), Key::Steer(0, 1));
+        assert_eq!(of(KeyCode::PageDown, KeyModifiers::NONE), Key::Steer(1, -1));
+        assert_eq!(of(KeyCode::Char('Q'), KeyModifiers::SHIFT), Key::Character('q'));
+        assert_eq!(of(KeyCode::Char('c'), KeyModifiers::CONTROL), Key::Interrupt);
+        assert_eq!(of(KeyCode::Char('a'), KeyModifiers::CONTROL), Key::Other);
+        assert_eq!(of(KeyCode::F(1), KeyModifiers::NONE), Key::Other);
+    }
+
+    #[test]
+    fn without_a_terminal_nothing_is_changed() {
+        restore();
+        if !stdin().is_terminal() {
+            assert!(matches!(Keyboard::open(Panel::default()), Err(TerminalError::NoKeyboard)));
+        }
+        if !stdout().is_terminal() {
+            assert!(matches!(SecondScreen::enter(), Err(TerminalError::NoScreen)));
+        }
+        assert!(!RAW.load(Ordering::SeqCst) && !SCREEN.load(Ordering::SeqCst));
+    }
+}

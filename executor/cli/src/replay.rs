@@ -1,0 +1,155 @@
+//! `replay`, and what `report` and `run --resume` have in common with it: a log with its plan, played again.
+
+use std::fs::File;
+use std::io::{BufRead, BufReader, IsTerminal};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use keepout_executor::session::log::{Header, LogReadError, LogReader};
+use keepout_executor::session::picture_of_log;
+use keepout_executor::session::replay::{Replay, ReplayError, replay_from};
+use keepout_executor::supervisor::Workpiece;
+use keepout_planner::{plan_file, text_file};
+
+use super::plan::{load, refuse_same, write};
+use super::{CertifyTime, CliError};
+
+#[derive(Debug, Args)]
+pub struct ReplayArguments {
+    /// The log of a run.
+    log: PathBuf,
+    /// The plan that was run. Without it, it is looked for beside the log: a *.plan file with the hash that the log names.
+    #[arg(long, value_name = "FILE")]
+    plan: Option<PathBuf>,
+    #[command(flatten)]
+    time: CertifyTime,
+    /// Draw the run as the log tells it.
+    #[arg(short, long, value_name = "FILE.svg")]
+    output: Option<PathBuf>,
+}
+
+pub fn replay(arguments: &ReplayArguments) -> Result<ExitCode, CliError> {
+    let (plan, output) = (arguments.plan.as_deref(), arguments.output.as_deref());
+    let played = Played::of(&arguments.log, plan, output, arguments.time)?;
+    for (name, value) in played.rows() {
+        println!("{name:<36} {value}");
+    }
+    if let Some(output) = &arguments.output {
+        write(output, picture_of_log(&played.header, &played.replay).as_bytes())?;
+        println!("{:<36} {}", "picture", output.display());
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// A log that was played, and holds.
+pub struct Played {
+    pub header: Header,
+    pub replay: Replay,
+    /// Whole lines.
+    pub lines: usize,
+    /// Bytes behind them.
+    pub torn: usize,
+    pub checksum: u32,
+}
+
+impl Played {
+    /// Plays a log with its plan, neither of which may be the output.
+    pub fn of(
+        log: &Path,
+        plan: Option<&Path>,
+        output: Option<&Path>,
+        time: CertifyTime,
+    ) -> Result<Self, CliError> {
+        let mut reader = open(log)?;
+        let found = match plan {
+            Some(plan) => plan.to_path_buf(),
+            None => find_plan(log, reader.header())?,
+        };
+        refuse_same(&[log, &found], output.as_slice())?;
+        Self::with(log, &mut reader, Workpiece::new(load(&found, time)?))
+    }
+
+    /// Plays a log with a plan that is loaded.
+    pub fn with<R: BufRead>(
+        log: &Path,
+        reader: &mut LogReader<R>,
+        work: Workpiece,
+    ) -> Result<Self, CliError> {
+        let replay = replay_from(reader, work).map_err(|source| match source {
+            ReplayError::Log(error) => CliError::LogRead(error),
+            source => CliError::Replay { path: log.to_path_buf(), source },
+        })?;
+        Ok(Self {
+            header: reader.header().clone(),
+            replay,
+            lines: reader.lines(),
+            torn: reader.torn(),
+            checksum: reader.checksum(),
+        })
+    }
+
+    fn rows(&self) -> Vec<(&'static str, String)> {
+        let counted = &self.replay.counted;
+        let torn = match self.torn {
+            0 => "none".into(),
+            bytes => format!("{bytes} bytes of a last line, left out: the program was ended while it wrote"),
+        };
+        vec![
+            ("drawing", text_file::shown(&self.header.drawing)),
+            ("began", text_file::shown(&self.header.began)),
+            ("time span", format!("{:.3} s", counted.ended.elapsed().as_secs_f64())),
+            ("ended", self.replay.end().to_string()),
+            ("lines, each matching the one before", self.lines.to_string()),
+            ("torn tail", torn),
+            ("wishes of the operator", counted.wishes.to_string()),
+            ("lines from the controller", counted.replies.to_string()),
+            ("commands the same, byte by byte", counted.commands.to_string()),
+            ("certificates checked by themselves", counted.certificates.to_string()),
+            ("log checksum", format!("{:08x}", self.checksum)),
+        ]
+    }
+}
+
+/// Opens a log; how far it is read is shown on a terminal.
+pub fn open(path: &Path) -> Result<LogReader<impl BufRead + use<>>, CliError> {
+    let wrong = |source| LogReadError::Read { path: path.to_path_buf(), source };
+    let file = File::open(path).map_err(wrong)?;
+    let length = file.metadata().map_err(wrong)?.len();
+    let hidden = !std::io::stderr().is_terminal();
+    let bar = if hidden { ProgressBar::hidden() } else { ProgressBar::new(length) };
+    if let Ok(style) =
+        ProgressStyle::with_template("[{bar:20}] {bytes}/{total_bytes} {elapsed} playing the log")
+    {
+        bar.set_style(style.progress_chars("##-"));
+    }
+    let file = bar.with_finish(indicatif::ProgressFinish::AndClear).wrap_read(file);
+    Ok(LogReader::new(BufReader::with_capacity(1 << 16, file), path)?)
+}
+
+/// The plan with the log's hash in the log's folder.
+fn find_plan(log: &Path, header: &Header) -> Result<PathBuf, CliError> {
+    let folder = log.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let files = std::fs::read_dir(folder).map(|entries| entries.flatten().map(|entry| entry.path()));
+    let mut seen = 0;
+    for path in files.into_iter().flatten().filter(|path| path.extension().is_some_and(|end| end == "plan")) {
+        let readable = path.metadata().is_ok_and(|it| it.is_file() && it.len() <= plan_file::SIZE_MAX);
+        if !readable {
+            continue;
+        }
+        seen += 1;
+        let hash = text_file::read_up_to(&path, plan_file::SIZE_MAX)
+            .map(|bytes| plan_file::hex(&plan_file::hash(&bytes)));
+        if hash.is_ok_and(|hash| hash == header.plan) {
+            return Ok(path);
+        }
+    }
+    Err(CliError::NoPlan {
+        log: log.to_path_buf(),
+        hash: text_file::shown(&header.plan),
+        drawing: text_file::shown(&header.drawing),
+        folder: folder.to_path_buf(),
+        seen,
+    })
+}

@@ -1,0 +1,265 @@
+//! The view on the terminal: a thread draws, so that a slow terminal never holds up the loop.
+
+use std::collections::VecDeque;
+use std::io::{Write, stdout};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use crossterm::style::{Attribute, Color, SetAttribute, SetForegroundColor};
+use crossterm::{cursor, queue, terminal};
+use keepout_executor::operator::Panel;
+use keepout_executor::session::nearest_wall;
+use keepout_executor::supervisor::{Phase, Supervisor};
+use keepout_guard::Time;
+use keepout_kernel::Point;
+use keepout_kernel::exact::ring::Ring;
+use keepout_planner::plan::CertifiedPlan;
+use keepout_planner::units::{mm, point_mm};
+
+use super::view::{Headline, Outline, Tone, ViewFacts, draw, headline_lines};
+use crate::input::TerminalError;
+use crate::input::terminal::SecondScreen;
+
+/// Between two pictures: at most 20 a second.
+const EVERY: Duration = Duration::from_millis(50);
+/// The terminal's size is asked for this often; where the system does not know it, that starts a program.
+const MEASURE_EVERY: Duration = Duration::from_millis(500);
+/// The wall, or the end of the travel, counts as reached within this, mm.
+const AT_WALL_MM: f64 = 0.1;
+/// Points of the trail.
+const TRAIL_MAX: usize = 1500;
+/// Notices that are kept for the view.
+const NOTICES_MAX: usize = 4;
+/// Over this time the speed is measured.
+const SPEED_OVER: Duration = Duration::from_millis(250);
+
+/// The view; dropping it gives the terminal back.
+pub struct Screen {
+    pictures: Option<SyncSender<ViewFacts>>,
+    thread: Option<JoinHandle<()>>,
+    due: Option<Instant>,
+    outline: Option<Arc<Outline>>,
+    trail: Vec<(f64, f64)>,
+    track: VecDeque<(Time, (f64, f64))>,
+    panel: Panel,
+    /// The last notices, and how many of the panel's and the supervisor's were taken.
+    notices: Vec<String>,
+    heard: (usize, usize),
+    keys: &'static str,
+    _screen: SecondScreen,
+}
+
+impl Screen {
+    /// Takes the terminal; `keys` says what they do, `panel` is the operator's.
+    pub fn open(panel: Panel, keys: &'static str) -> Result<Self, TerminalError> {
+        let screen = SecondScreen::enter()?;
+        let (pictures, received) = sync_channel(1);
+        let thread = std::thread::Builder::new().name("view".into()).spawn(move || show_all(&received))?;
+        Ok(Self {
+            pictures: Some(pictures),
+            thread: Some(thread),
+            due: None,
+            outline: None,
+            trail: Vec::new(),
+            track: VecDeque::new(),
+            panel,
+            notices: Vec::new(),
+            heard: (0, 0),
+            keys,
+            _screen: screen,
+        })
+    }
+
+    /// Shows how things stand, when it is time to; a picture for which the terminal is not ready is left out.
+    pub fn show(&mut self, supervisor: &Supervisor, now: Time) {
+        let clock = Instant::now();
+        if self.due.is_some_and(|due| clock < due) {
+            return;
+        }
+        self.due = Some(clock + EVERY);
+        let facts = self.facts(supervisor, now);
+        let Some(pictures) = &self.pictures else { return };
+        if let Err(TrySendError::Disconnected(_)) = pictures.try_send(facts) {
+            self.pictures = None;
+        }
+    }
+
+    fn facts(&mut self, supervisor: &Supervisor, now: Time) -> ViewFacts {
+        let plan = supervisor.plan();
+        let outline = self.outline.get_or_insert_with(|| Arc::new(outline_of(plan)));
+        let outline = Arc::clone(outline);
+        let position_mm = supervisor.position().map(point_mm);
+        let contouring = matches!(supervisor.phase(), Phase::Contouring | Phase::Holding);
+        let threshold = if contouring { plan.finishing } else { plan.roughing };
+        let wall_mm = supervisor.position().and_then(|position| distance_to_part(plan, position));
+        let wall_mm = wall_mm.map(|distance| (distance - mm(threshold.units())).max(0.0));
+        self.follow(position_mm, now);
+        self.hear(supervisor.notices());
+        ViewFacts {
+            headline: headline(supervisor, wall_mm),
+            position_mm,
+            wall_mm,
+            speed_mm_s: self.speed_mm_s(),
+            tool_radius_mm: mm(plan.plan.tool_radius.units()),
+            outline,
+            trail: self.trail.clone(),
+            status: self.panel.status(),
+            notices: self.notices.clone(),
+            keys: self.keys.into(),
+            seconds: now.elapsed().as_secs_f64(),
+        }
+    }
+
+    /// Takes what was said since, by whomever.
+    fn hear(&mut self, supervisor: &[String]) {
+        let (new, said) = self.panel.since(self.heard.0);
+        self.notices.extend(new);
+        self.notices.extend(supervisor.iter().skip(self.heard.1).cloned());
+        self.heard = (said, supervisor.len());
+        let old = self.notices.len().saturating_sub(NOTICES_MAX);
+        self.notices.drain(..old);
+    }
+
+    fn follow(&mut self, position_mm: Option<(f64, f64)>, now: Time) {
+        let Some(position) = position_mm else { return };
+        self.track.push_back((now, position));
+        while self.track.len() > 2 && now.since(self.track[1].0) >= SPEED_OVER {
+            self.track.pop_front();
+        }
+        if self.trail.last() != Some(&position) {
+            self.trail.push(position);
+        }
+        if self.trail.len() > TRAIL_MAX {
+            self.trail.drain(..TRAIL_MAX / 3);
+        }
+    }
+
+    fn speed_mm_s(&self) -> Option<f64> {
+        let ((since, _), (now, _)) = (self.track.front()?, self.track.back()?);
+        let seconds = now.since(*since).as_secs_f64();
+        let steps = self.track.iter().zip(self.track.iter().skip(1));
+        let way: f64 = steps.map(|(a, b)| (b.1.0 - a.1.0).hypot(b.1.1 - a.1.1)).sum();
+        (seconds > 0.0).then(|| way / seconds)
+    }
+}
+
+impl Drop for Screen {
+    fn drop(&mut self) {
+        self.pictures = None;
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+fn headline(supervisor: &Supervisor, wall_mm: Option<f64>) -> Headline {
+    match supervisor.phase() {
+        Phase::Starting => Headline::Starting,
+        Phase::Sliding | Phase::Manual if wall_mm.is_some_and(|wall| wall <= AT_WALL_MM) => {
+            Headline::AtTheWall
+        }
+        Phase::Manual | Phase::Sliding if at_the_end_of_travel(supervisor) => Headline::EndOfTravel,
+        Phase::Manual | Phase::Sliding => Headline::Manual,
+        Phase::Escaping => Headline::Escaping,
+        Phase::Touching => Headline::Touching,
+        Phase::Holding if supervisor.is_at_rest() => Headline::Paused,
+        Phase::Holding => Headline::Pausing,
+        Phase::Contouring => Headline::Contouring { percent: percent(supervisor) },
+        Phase::Stopping => Headline::Stopping,
+        Phase::Done => Headline::Done,
+        Phase::Faulted => Headline::stopped(&supervisor.fault().map_or(String::new(), ToString::to_string)),
+    }
+}
+
+/// Whether the tool stands at an edge of the travel.
+fn at_the_end_of_travel(supervisor: &Supervisor) -> bool {
+    let Some(position) = supervisor.position() else { return false };
+    let (x0, y0, x1, y1) = supervisor.guard().rules().stroke.corners();
+    let (x, y) = (position.x.units(), position.y.units());
+    [x - x0, x1 - x, y - y0, y1 - y].into_iter().any(|room| mm(room) <= AT_WALL_MM)
+}
+
+fn percent(supervisor: &Supervisor) -> Option<u8> {
+    let (sent, all) = supervisor.guard().contour_progress()?;
+    u8::try_from((sent * 100).checked_div(all)?.min(100)).ok()
+}
+
+/// The rings of the part and of what is kept out of besides.
+fn outline_of(plan: &CertifiedPlan) -> Outline {
+    let rings = plan.part.region().rings().iter().chain(plan.part.zones());
+    let closed = |ring: &Ring| -> Vec<(f64, f64)> {
+        let corners = ring.vertices();
+        corners.iter().chain(corners.first()).copied().map(point_mm).collect()
+    };
+    Outline::new(&rings.map(closed).collect::<Vec<_>>())
+}
+
+fn distance_to_part(plan: &CertifiedPlan, position: Point) -> Option<f64> {
+    let (at, wall) = (point_mm(position), nearest_wall(plan, position)?);
+    Some((at.0 - wall.0).hypot(at.1 - wall.1))
+}
+
+/// The thread's work: the newest picture, as far as it differs from what is there.
+fn show_all(pictures: &Receiver<ViewFacts>) {
+    let mut there = There::default();
+    while let Ok(facts) = pictures.recv() {
+        if there.show(&facts).is_err() {
+            return;
+        }
+    }
+}
+
+/// What the terminal shows.
+#[derive(Default)]
+struct There {
+    size: (u16, u16),
+    measured: Option<Instant>,
+    tone: Option<Tone>,
+    lines: Vec<String>,
+}
+
+impl There {
+    fn show(&mut self, facts: &ViewFacts) -> std::io::Result<()> {
+        let clock = Instant::now();
+        let known = self.measured.filter(|at| clock.duration_since(*at) < MEASURE_EVERY);
+        let size = if known.is_some() { self.size } else { terminal::size()? };
+        let (width, height) = (usize::from(size.0), usize::from(size.1));
+        let lines = draw(facts, width, height);
+        let tone = facts.headline.tone();
+        let mut out = Vec::new();
+        if size != self.size {
+            queue!(out, terminal::Clear(terminal::ClearType::All))?;
+            self.lines.clear();
+        }
+        let head = headline_lines(width, height);
+        for (index, line) in lines.iter().enumerate() {
+            let repaint = index < head && self.tone != Some(tone);
+            if !repaint && self.lines.get(index) == Some(line) {
+                continue;
+            }
+            queue!(out, cursor::MoveTo(0, u16::try_from(index).unwrap_or(u16::MAX)))?;
+            queue!(out, terminal::Clear(terminal::ClearType::CurrentLine))?;
+            if index < head {
+                queue!(out, SetForegroundColor(colour(tone)), SetAttribute(Attribute::Bold))?;
+            }
+            out.extend_from_slice(line.as_bytes());
+            if index < head {
+                queue!(out, SetForegroundColor(Color::Reset), SetAttribute(Attribute::Reset))?;
+            }
+        }
+        *self = Self { size, measured: known.or(Some(clock)), tone: Some(tone), lines };
+        let mut terminal = stdout().lock();
+        terminal.write_all(&out)?;
+        terminal.flush()
+    }
+}
+
+fn colour(tone: Tone) -> Color {
+    match tone {
+        Tone::Calm => Color::Green,
+        Tone::Alert => Color::Yellow,
+        Tone::Alarm => Color::Red,
+    }
+}

@@ -1,0 +1,151 @@
+//! `simulate`.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use clap::Args;
+use keepout_executor::dialect::Language;
+use keepout_executor::session::place_on_table;
+use keepout_planner::machine::MachineProfile;
+use keepout_sim::standalone::{Records, Signals, Standalone, state};
+use keepout_sim::witness::Witness;
+use keepout_sim::{Follower, Quirks, SimMachine, SimSettings, Slip, speaking};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
+
+use super::plan::{given, load, refuse_same};
+use super::run::drives;
+use super::{CertifyTime, CliError, pair};
+use crate::input::TerminalError;
+
+/// It prints the name of the device to open, and runs until it is ended (SIGINT, SIGTERM). SIGUSR1 pulls the cable and puts it
+/// back: the device is closed and another is opened.
+#[derive(Debug, Args)]
+pub struct SimulateArguments {
+    /// What the controller speaks.
+    #[arg(long, value_name = "DIALECT", default_value = "grbl")]
+    dialect: String,
+    /// The machine's figures, a TOML file.
+    #[arg(long, value_name = "FILE")]
+    machine_profile: Option<PathBuf>,
+    /// Baud rate of the line.
+    #[arg(long, default_value_t = 115_200)]
+    baud: u32,
+    /// Added delay each way, ms.
+    #[arg(long, value_name = "MS", default_value_t = 1)]
+    latency_ms: u64,
+    /// Seed of the tool's error, which wanders within the machine's repeatability.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Where the tool stands at first, machine coordinates, mm.
+    #[arg(long, value_name = "X,Y", value_parser = pair, default_value = "-1,-1", allow_hyphen_values = true)]
+    start_mm: (f64, f64),
+    /// The machine was homed already. Otherwise it is locked until it is: in place, as with a tool raised and let down again.
+    #[arg(long)]
+    homed: bool,
+    /// A symbolic link to the device, renewed when that is.
+    #[arg(long, value_name = "PATH")]
+    link: Option<PathBuf>,
+    /// Keep the tool's place in this file. When it is there already, the tool stands where it says, whatever --start-mm says.
+    #[arg(long, value_name = "FILE")]
+    state: Option<PathBuf>,
+    /// Append every byte that arrives to this file.
+    #[arg(long, value_name = "FILE")]
+    received: Option<PathBuf>,
+    /// Append the true tool positions to this file: lines "MICROSECONDS rest|jog|run X Y", machine coordinates, mm.
+    #[arg(long, value_name = "FILE")]
+    positions: Option<PathBuf>,
+    /// The feed drives: a profile as of `servo budget`, or `none` for a tool that is always where it is commanded to be.
+    #[arg(long, default_value = "simulated", value_name = "PROFILE")]
+    drives: String,
+    /// Watch the part of this plan. The exit code is 8 when the tool was in it.
+    #[arg(long, value_name = "PLAN")]
+    witness: Option<PathBuf>,
+    #[command(flatten)]
+    time: CertifyTime,
+    /// Where that part lies: machine coordinates of the drawing's origin, mm.
+    #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true)]
+    origin_mm: Option<(f64, f64)>,
+}
+
+pub fn simulate(arguments: &SimulateArguments) -> Result<ExitCode, CliError> {
+    let described = Some(PathBuf::from(&arguments.dialect)).filter(|path| path.is_file());
+    let driven = Some(PathBuf::from(&arguments.drives)).filter(|path| path.is_file());
+    let profile = arguments.machine_profile.as_ref();
+    let inputs = given(&[profile, arguments.witness.as_ref(), described.as_ref(), driven.as_ref()]);
+    let outputs = [&arguments.link, &arguments.received, &arguments.positions, &arguments.state];
+    refuse_same(&inputs, &given(&outputs.map(Option::as_ref)))?;
+    let language =
+        Language::named(&arguments.dialect).map_err(|error| CliError::Argument(error.to_string()))?;
+    let machine = match &arguments.machine_profile {
+        Some(path) => MachineProfile::load(path)?,
+        None => MachineProfile::simulated(),
+    };
+    let mut witness = witness(arguments, &machine)?;
+    let known = arguments.state.as_deref().map(state).transpose()?.flatten();
+    let settings = SimSettings {
+        machine: machine.clone(),
+        start_mm: known.unwrap_or(arguments.start_mm),
+        homed: arguments.homed,
+        homing: Duration::from_secs(1),
+        work_offset_mm: (-37.25, -21.5),
+        quirks: Quirks::default(),
+    };
+    let slip = Slip::wandering(machine.repeatability_mm, machine.steps_per_mm, arguments.seed);
+    let latency = Duration::from_millis(arguments.latency_ms);
+    let drives = drives(&arguments.drives)?.and_then(|servo| Follower::new(&servo, settings.start_mm));
+    let simulated =
+        SimMachine::new(speaking(&language, settings), arguments.baud, latency, slip).driven(drives);
+    let records = Records {
+        link: arguments.link.clone(),
+        received: arguments.received.clone(),
+        positions: arguments.positions.clone(),
+        state: arguments.state.clone(),
+    };
+    let mut watch = |sample: &_| {
+        if let Some(witness) = &mut witness {
+            witness.watch(sample);
+        }
+    };
+    let signals = signals()?;
+    Standalone::new(simulated, records, &mut watch)?.run(&signals, |name| {
+        println!("device {name}");
+        let _ = std::io::stdout().flush();
+    })?;
+    Ok(witness.map_or(ExitCode::SUCCESS, |witness| verdict(&witness)))
+}
+
+fn witness(arguments: &SimulateArguments, machine: &MachineProfile) -> Result<Option<Witness>, CliError> {
+    let Some(path) = &arguments.witness else { return Ok(None) };
+    let plan = load(path, arguments.time)?;
+    let place = place_on_table(&plan, machine, arguments.origin_mm)?;
+    Ok(Some(Witness::new(plan.part, plan.plan.tool_radius, place.offset)))
+}
+
+fn verdict(witness: &Witness) -> ExitCode {
+    let deepest = witness.deepest().map_or(0.0, |incursion| incursion.depth_mm);
+    println!("{:<36} {deepest:.5} mm", "deepest incursion");
+    if let Some(closest) = witness.closest_mm() {
+        println!("{:<36} {closest:.5} mm", "closest approach of tool and part");
+    }
+    if deepest > 0.0 { ExitCode::from(8) } else { ExitCode::SUCCESS }
+}
+
+fn signals() -> Result<Arc<Signals>, CliError> {
+    let signals = Arc::new(Signals::default());
+    let raised = Arc::clone(&signals);
+    let wrong = |error| CliError::Terminal(TerminalError::Setup(error));
+    let mut waiting =
+        signal_hook::iterator::Signals::new([SIGINT, SIGTERM, SIGHUP, SIGUSR1]).map_err(wrong)?;
+    let wait = move || {
+        for signal in waiting.forever() {
+            let flag = if signal == SIGUSR1 { &raised.cut } else { &raised.end };
+            flag.store(true, Ordering::Relaxed);
+        }
+    };
+    std::thread::Builder::new().name("signals".into()).spawn(wait).map_err(wrong)?;
+    Ok(signals)
+}

@@ -1,0 +1,81 @@
+//! A session in virtual time: the same to the byte whenever it is played.
+
+use std::path::Path;
+use std::time::Duration;
+
+use keepout_executor::dialect::{Language, Setting};
+use keepout_executor::session::log::{Header, Log, LogTape};
+use keepout_executor::session::replay::replay;
+use keepout_executor::session::{Ended, Engine, Going, Session, VirtualClock, place_on_table};
+use keepout_executor::supervisor::{Options, Supervisor};
+use keepout_planner::job::Progress;
+use keepout_planner::plan_file;
+use keepout_sim::operator::Script;
+use keepout_sim::witness::Witness;
+use keepout_sim::{Quirks, SimMachine, SimSettings, Slip, VirtualPort, speaking};
+
+use super::job::{Case, FEED_MM_MIN, Job, LATENCY_MS, ORIGIN_MM, SCRIPT, START_MM};
+
+/// Plays it; its log, which holds.
+pub fn session(job: &Job, case: Case) -> Result<Log, String> {
+    let work = job.work(case);
+    let machine = work.plan.plan.machine.clone();
+    let language = Language::named(&case.dialect()).map_err(|error| error.to_string())?;
+    let place = place_on_table(&work.plan, &machine, Some(ORIGIN_MM)).map_err(|error| error.to_string())?;
+    let setting = Setting::of(&machine, place.offset);
+    let options = Options {
+        feed_mm_min: FEED_MM_MIN,
+        home: true,
+        stroke: place.stroke,
+        answer_within: Duration::from_secs(5),
+        baud: case.baud,
+        progress: Progress::default(),
+    };
+    let header = Header {
+        plan: plan_file::hex(&plan_file::hash(&plan_file::encode(&work.plan.plan).unwrap())),
+        dialect: case.dialect(),
+        offset: setting.offset,
+        stroke: options.stroke,
+        feed_mm_min: options.feed_mm_min,
+        home: options.home,
+        simulated: true,
+        answer_within_ms: 5000,
+        baud: case.baud,
+        ..Header::default()
+    };
+    let slip = Slip::wandering(machine.repeatability_mm, machine.steps_per_mm, 1);
+    let sim = SimSettings {
+        machine,
+        start_mm: START_MM,
+        homed: false,
+        homing: Duration::from_secs(1),
+        work_offset_mm: (-37.25, -21.5),
+        quirks: Quirks::default(),
+    };
+    let latency = Duration::from_millis(LATENCY_MS);
+    let port = VirtualPort { machine: SimMachine::new(speaking(&language, sim), case.baud, latency, slip) };
+    let dialect = language.dialect(setting);
+    let supervisor = Supervisor::new(work.clone(), options, dialect.abilities());
+    let path = job.at(&format!("{}.virtual.log", case.name()));
+    let tape = LogTape::create(Path::new(&path), &header).map_err(|error| error.to_string())?;
+    let operator = Box::new(Script::parse(SCRIPT).unwrap());
+    let mut session = Session::new(Engine::new(supervisor, dialect), port, operator, Box::new(tape));
+    let mut witness = Witness::new(work.plan.part.clone(), work.plan.plan.tool_radius, place.offset);
+    let ended = session.run(&mut VirtualClock::default(), Duration::from_secs(120), |session, _| {
+        let mut samples = Vec::new();
+        if let Some(port) = session.port() {
+            port.machine.take_samples(&mut samples);
+        }
+        samples.iter().for_each(|sample| witness.watch(sample));
+        Going::On
+    });
+    let ended = ended.map_err(|error| error.to_string())?;
+    let supervisor = session.into_supervisor();
+    if ended != Ended::Done || supervisor.finished().len() != 1 || witness.deepest().is_some() {
+        let (fault, notices) = (supervisor.fault(), supervisor.notices());
+        return Err(format!("{ended:?}, {fault:?}, {notices:?}, {:?}", witness.deepest()));
+    }
+    let log = Log::load(Path::new(&path)).map_err(|error| error.to_string())?;
+    replay(&log, work).map_err(|error| error.to_string())?;
+    Ok(log)
+}

@@ -1,0 +1,474 @@
+//! Sessions as processes: played again, taken up again, ended by signals and by a full disk; controllers examined.
+#![cfg(unix)]
+#![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
+
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use keepout_executor::session::log::{Entry, Log};
+use keepout_executor::session::replay::{LogEnd, replay};
+use keepout_executor::supervisor::Workpiece;
+use keepout_planner::machine::MachineProfile;
+use keepout_planner::plan_file;
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_keepout");
+
+fn keepout(arguments: &[&str]) -> Output {
+    Command::new(PROGRAM).args(arguments).output().unwrap()
+}
+
+/// A folder with a plan, and paths in it.
+struct Shop(PathBuf);
+
+impl Shop {
+    fn new(name: &str) -> Self {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("processes-{name}"));
+        let _ = std::fs::remove_dir_all(&folder);
+        std::fs::create_dir_all(&folder).unwrap();
+        let shop = Self(folder);
+        let bracket =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("drawings/bracket.dxf").display().to_string();
+        let plan = keepout(&["plan", &bracket, "--tool-diameter", "6", "-o", &shop.at("part.plan")]);
+        assert_eq!(plan.status.code(), Some(0));
+        shop
+    }
+
+    fn at(&self, name: &str) -> String {
+        self.0.join(name).display().to_string()
+    }
+
+    /// Runs in virtual time.
+    fn run(&self, more: &[&str]) -> Output {
+        let plan = self.at("part.plan");
+        let mut arguments =
+            vec!["run", &plan, "--machine", "sim-fast", "--operator", "calm", "--manual-s", "3"];
+        arguments.extend(more);
+        keepout(&arguments)
+    }
+
+    fn machine(&self, more: &[&str]) -> Machine {
+        let link = self.at("port");
+        let received = self.at("received");
+        let arguments = ["simulate", "--link", &link, "--received", &received];
+        let child = Command::new(PROGRAM).args(arguments).args(more).stdout(Stdio::null()).spawn().unwrap();
+        let begun = Instant::now();
+        while !self.0.join("port").exists() {
+            assert!(begun.elapsed() < Duration::from_secs(20), "no machine");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        Machine(child)
+    }
+
+    fn log(&self, name: &str) -> Log {
+        Log::load(&self.0.join(name)).unwrap()
+    }
+
+    fn work(&self) -> Workpiece {
+        Workpiece::new(plan_file::load(&self.0.join("part.plan")).unwrap().certify().unwrap())
+    }
+}
+
+/// A simulated machine that does not outlive its test.
+struct Machine(Child);
+
+impl Machine {
+    fn end(&mut self) -> Option<i32> {
+        signal(&self.0, "TERM");
+        self.0.wait().unwrap().code()
+    }
+}
+
+impl Drop for Machine {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+fn signal(child: &Child, name: &str) {
+    let sent = Command::new("kill").args([format!("-{name}"), child.id().to_string()]).status().unwrap();
+    assert!(sent.success());
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
+}
+
+#[test]
+fn a_run_is_replayed_and_reported() {
+    let shop = Shop::new("replayed");
+    let run = shop.run(&["--log", &shop.at("a.log")]);
+    assert_eq!(run.status.code(), Some(0), "{}", said(&run));
+    let replayed = keepout(&["replay", &shop.at("a.log"), "-o", &shop.at("a.svg")]);
+    let text = said(&replayed);
+    assert_eq!(replayed.status.code(), Some(0), "{text}");
+    assert!(text.contains("as the operator wanted") && text.contains("byte by byte"), "{text}");
+    assert!(std::fs::read_to_string(shop.at("a.svg")).unwrap().contains("touched: the contour begins"));
+    let reported =
+        keepout(&["report", &shop.at("a.log"), "--plan", &shop.at("part.plan"), "-o", &shop.at("a.html")]);
+    assert_eq!(reported.status.code(), Some(0), "{}", said(&reported));
+    let page = std::fs::read_to_string(shop.at("a.html")).unwrap();
+    for wanted in
+        ["<svg", "loop 1 of pass 1 finished", "certificates hold", "contour held", "bracket.dxf", "T"]
+    {
+        assert!(page.contains(wanted), "{wanted}");
+    }
+    assert!(!page.contains("<script") && !page.contains("href") && !page.contains("src="));
+    // One output does not take the place of another, nor of a file that is read.
+    for (log, report) in [("x.log", "x.log"), ("y.log", "./y.log"), ("z.log", "part.plan")] {
+        let (log, report) = (shop.at(log), shop.at(report));
+        let run = shop.run(&["--log", &log, "--report", &report]);
+        assert!(run.status.code() == Some(2) && !Path::new(&log).exists(), "{}", said(&run));
+    }
+    std::fs::write(shop.at("hand.txt"), "0 quit\n").unwrap();
+    let script = shop.at("hand.txt");
+    let (plan, picture) = (shop.at("part.plan"), shop.at("hand.txt"));
+    let run = keepout(&["run", &plan, "--machine", "sim-fast", "--operator", &script, "--picture", &picture]);
+    assert!(run.status.code() == Some(2) && said(&run).contains("is what is read"), "{}", said(&run));
+    // Neither is written over what is read.
+    for (command, onto) in [("report", "a.log"), ("report", "part.plan"), ("replay", "part.plan")] {
+        let onto = keepout(&[command, &shop.at("a.log"), "-o", &shop.at(onto)]);
+        assert!(onto.status.code() == Some(2) && said(&onto).contains("is what is read"), "{}", said(&onto));
+    }
+}
+
+#[test]
+fn logs_that_do_not_hold_have_their_code() {
+    let shop = Shop::new("changed");
+    assert_eq!(shop.run(&["--log", &shop.at("a.log")]).status.code(), Some(0));
+    let whole = std::fs::read(shop.at("a.log")).unwrap();
+    let check = |bytes: &[u8], code: i32, words: &str| {
+        std::fs::write(shop.at("b.log"), bytes).unwrap();
+        let replayed = keepout(&["replay", &shop.at("b.log")]);
+        assert!(
+            replayed.status.code() == Some(code) && said(&replayed).contains(words),
+            "{}",
+            said(&replayed)
+        );
+        let resumed = shop.run(&["--resume", &shop.at("b.log")]);
+        assert_eq!(resumed.status.code() == Some(5), code == 5, "{}", said(&resumed));
+    };
+    check(&whole[..whole.len() - 5], 0, "bytes of a last line");
+    let mut changed = whole.clone();
+    changed[whole.len() / 2] ^= 1;
+    check(&changed, 5, "line ");
+    check(b"hello\n", 5, "no keepout log");
+    std::fs::rename(shop.at("part.plan"), shop.at("other")).unwrap();
+    let replayed = keepout(&["replay", &shop.at("a.log")]);
+    assert!(replayed.status.code() == Some(2) && said(&replayed).contains("--plan"), "{}", said(&replayed));
+    let other = Shop::new("changed-other");
+    let drawing =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/drawings/triangle.dxf").display().to_string();
+    assert_eq!(
+        keepout(&["plan", &drawing, "--tool-diameter", "6", "-o", &other.at("t.plan")]).status.code(),
+        Some(0)
+    );
+    let replayed = keepout(&["replay", &shop.at("a.log"), "--plan", &other.at("t.plan")]);
+    assert!(
+        replayed.status.code() == Some(5) && said(&replayed).contains("another plan"),
+        "{}",
+        said(&replayed)
+    );
+}
+
+#[test]
+fn a_dialect_file_that_was_changed_is_named_and_not_the_log() {
+    let shop = Shop::new("dialect");
+    let (dialect, log) = (shop.at("ours.toml"), shop.at("a.log"));
+    let file = format!("{}/../dialects/nsk-style.toml", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(file).unwrap();
+    std::fs::write(&dialect, &text).unwrap();
+    let run = shop.run(&["--dialect", &dialect, "--log", &log, "--limit-s", "6"]);
+    assert_eq!(run.status.code(), Some(9), "{}", said(&run));
+    let replayed = keepout(&["replay", &log]);
+    assert_eq!(replayed.status.code(), Some(0), "{}", said(&replayed));
+    std::fs::write(&dialect, format!("{text}# serviced\n")).unwrap();
+    for changed in [keepout(&["replay", &log]), shop.run(&["--dialect", &dialect, "--resume", &log])] {
+        assert!(
+            changed.status.code() == Some(5) && said(&changed).contains("another text of"),
+            "{}",
+            said(&changed)
+        );
+    }
+    std::fs::write(&dialect, text).unwrap();
+    assert_eq!(keepout(&["replay", &log]).status.code(), Some(0));
+}
+
+/// What is cut stands where it was cut: a slip of the origin would be a contour beside it, through the part.
+#[test]
+fn what_was_cut_elsewhere_is_not_gone_on_with() {
+    let shop = Shop::new("elsewhere");
+    let first = shop.at("1.log");
+    let run = shop.run(&["--limit-s", "14", "--origin-mm", "-200,-175", "--log", &first]);
+    assert!(run.status.code() == Some(9) && said(&run).contains("1 in part"), "{}", said(&run));
+    for other in ["-200,-165", "-200.002,-175"] {
+        let run = shop.run(&["--resume", &first, "--origin-mm", other]);
+        assert!(
+            run.status.code() == Some(2) && said(&run).contains("origin at -200.000,-175.000"),
+            "{}",
+            said(&run)
+        );
+    }
+    let run = shop.run(&["--resume", &first]);
+    assert_eq!(run.status.code(), Some(2), "{}", said(&run));
+    let run = shop.run(&["--resume", &first, "--origin-mm", "-200,-175"]);
+    assert!(run.status.code() == Some(0) && said(&run).contains("1 of 3"), "{}", said(&run));
+    let run = shop.run(&["--resume", &first, "--origin-mm", "-200,-165", "--moved"]);
+    assert_eq!(run.status.code(), Some(0), "{}", said(&run));
+    let plan = shop.at("part.plan");
+    let run =
+        keepout(&["run", &plan, "--resume", &first, "--port", "/dev/null", "--homed", "--origin-mm", "0,0"]);
+    assert!(run.status.code() == Some(2) && said(&run).contains("of a simulated machine"), "{}", said(&run));
+}
+
+/// Half the microsteps in the profile: everything would be half as large, but for the tool. The device's travel tells.
+#[test]
+fn a_device_of_other_microsteps_is_refused_before_it_moves() {
+    let shop = Shop::new("microsteps");
+    let (profile, plan) = (shop.at("machine.toml"), shop.at("half.plan"));
+    let machine = MachineProfile { steps_per_mm: 200.0, ..MachineProfile::simulated() };
+    std::fs::write(&profile, machine.to_toml()).unwrap();
+    let bracket = Path::new(env!("CARGO_MANIFEST_DIR")).join("drawings/bracket.dxf").display().to_string();
+    let made =
+        keepout(&["plan", &bracket, "--tool-diameter", "6", "--machine-profile", &profile, "-o", &plan]);
+    assert_eq!(made.status.code(), Some(0), "{}", said(&made));
+    let common = ["--machine", "sim-fast", "--dialect", "zaber", "--operator", "calm", "--manual-s", "3"];
+    let run = keepout(&[&["run", &plan], &common[..]].concat());
+    assert!(run.status.code() == Some(6) && said(&run).contains("limit.max"), "{}", said(&run));
+    assert!(said(&run).contains("0 jogs, 0 contour motions"), "{}", said(&run));
+    let run = keepout(&[&["run", &shop.at("part.plan")], &common[..]].concat());
+    assert!(run.status.code() == Some(0) && !said(&run).contains("speeds up"), "{}", said(&run));
+    // One that speeds up faster than the margin knows runs, and it is said.
+    let machine = MachineProfile { acceleration_mm_s2: 500.0, ..MachineProfile::simulated() };
+    std::fs::write(&profile, machine.to_toml()).unwrap();
+    keepout(&["plan", &bracket, "--tool-diameter", "6", "--machine-profile", &profile, "-o", &plan]);
+    let run = keepout(&[&["run", &plan], &common[..]].concat());
+    assert!(said(&run).contains("the plan's machine by 500: the contour error"), "{}", said(&run));
+}
+
+/// Found by review: between two loops nothing is cut in part, and the second pass is still to do.
+#[test]
+fn a_run_that_ends_between_two_passes_has_not_finished() {
+    let shop = Shop::new("between");
+    let (plan, script) = (shop.at("two.plan"), shop.at("script"));
+    let bracket = Path::new(env!("CARGO_MANIFEST_DIR")).join("drawings/bracket.dxf").display().to_string();
+    let passes = ["--pass", "0.1:900", "--pass", "0:600", "-o", &plan];
+    assert_eq!(
+        keepout(&[&["plan", &bracket, "--tool-diameter", "6"], &passes[..]].concat()).status.code(),
+        Some(0)
+    );
+    let mut between = 0;
+    for quit in (0..9).map(|k| 24.2 + 0.2 * f64::from(k)) {
+        std::fs::write(&script, format!("0 -1 -1 auto\n{quit:.1} quit\n")).unwrap();
+        let run = keepout(&["run", &plan, "--machine", "sim-fast", "--operator", &script]);
+        assert_eq!(run.status.code(), Some(9), "{}", said(&run));
+        between += usize::from(said(&run).contains("1 of 6") && !said(&run).contains("in part"));
+    }
+    assert!(between > 0, "no run ended between the passes: other times are needed");
+}
+
+/// What a simulated machine keeps takes the place of nothing that it reads, nor of each other.
+#[test]
+fn a_simulated_machine_writes_over_nothing() {
+    let shop = Shop::new("simulate");
+    let plan = shop.at("part.plan");
+    let before = std::fs::read(&plan).unwrap();
+    for (arguments, why) in [
+        (["--witness", &plan, "--state", &plan], "is what is read"),
+        (["--witness", &plan, "--received", &plan], "is what is read"),
+        (["--positions", &shop.at("x"), "--received", &shop.at("x")], "for two outputs"),
+        (["--state", &plan, "--link", &shop.at("link")], "line 1"),
+    ] {
+        let run = keepout(&[&["simulate"], &arguments[..]].concat());
+        assert!(!run.status.success() && said(&run).contains(why), "{arguments:?}: {}", said(&run));
+    }
+    assert!(std::fs::read(&plan).unwrap() == before, "the plan was written to");
+}
+
+#[test]
+fn interrupted_contours_are_taken_up_in_a_chain_of_runs() {
+    let shop = Shop::new("chain");
+    let (first, second, third) = (shop.at("1.log"), shop.at("2.log"), shop.at("3.log"));
+    let run = shop.run(&["--limit-s", "14", "--log", &first]);
+    assert!(run.status.code() == Some(9) && said(&run).contains("1 in part"), "{}", said(&run));
+    let run = shop.run(&["--limit-s", "16", "--log", &second, "--resume", &first]);
+    assert!(run.status.code() == Some(9) && said(&run).contains("1 in part"), "{}", said(&run));
+    let cut = |name: &str| replay(&shop.log(name), shop.work()).unwrap().supervisor.progress().partial[0];
+    assert_eq!(cut("1.log").entry, cut("2.log").entry);
+    assert_ne!(cut("1.log").cut_to, cut("2.log").cut_to);
+    let run = shop.run(&["--log", &third, "--resume", &second]);
+    assert!(run.status.code() == Some(0) && said(&run).contains("1 of 3"), "{}", said(&run));
+    let replayed = replay(&shop.log("3.log"), shop.work()).unwrap();
+    assert_eq!((replayed.supervisor.finished().len(), replayed.end()), (1, LogEnd::Done));
+    // A log is never written twice, nor over the one that is taken up.
+    assert_eq!(shop.run(&["--log", &third, "--resume", &second]).status.code(), Some(7));
+    assert_eq!(shop.run(&["--log", &third, "--resume", &third]).status.code(), Some(2));
+    // Nothing more is cut: that is not the whole of it.
+    let idle = shop.run(&["--resume", &third]);
+    assert!(idle.status.code() == Some(9) && said(&idle).contains("1 of 3"), "{}", said(&idle));
+    let again = shop.run(&["--resume", &third, "--recut", "1"]);
+    assert!(again.status.code() == Some(0) && said(&again).contains("0 of 3 loops finished, 0 cut in part"));
+    let wrong = shop.run(&["--resume", &third, "--recut", "9"]);
+    assert!(wrong.status.code() == Some(2) && said(&wrong).contains("loop 9 of pass 1"), "{}", said(&wrong));
+}
+
+#[test]
+fn a_disk_that_fills_up_ends_the_run_with_its_code() {
+    let shop = Shop::new("full");
+    for blocks in ["1", "20", "60"] {
+        let log = shop.at(&format!("{blocks}.log"));
+        let limited = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$@\"");
+        let plan = shop.at("part.plan");
+        let run = Command::new("sh")
+            .args(["-c", &limited, "sh", PROGRAM, "run", &plan, "--machine", "sim-fast", "--log", &log])
+            .output()
+            .unwrap();
+        assert!(
+            run.status.code() == Some(7) && said(&run).contains("log could not be written"),
+            "{}",
+            said(&run)
+        );
+        let written = Log::load(Path::new(&log)).unwrap();
+        replay(&written, shop.work()).unwrap_or_else(|error| panic!("{blocks}: {error}"));
+    }
+}
+
+#[test]
+fn signals_end_a_session_in_order() {
+    let shop = Shop::new("signals");
+    let mut random = fastrand::Rng::with_seed(8);
+    for (round, name) in ["TERM", "INT", "HUP", "TERM", "INT", "TERM"].into_iter().enumerate() {
+        let _ = std::fs::remove_file(shop.at("received"));
+        let mut machine = shop.machine(&[]);
+        let (log, plan, port) = (format!("{round}.log"), shop.at("part.plan"), shop.at("port"));
+        let path = shop.at(&log);
+        let mut arguments = vec!["run", &plan, "--log", &path, "--operator", "wall", "--manual-s", "1.5"];
+        arguments.extend(["--feed-mm-min", "6000"]);
+        // By turns at the end of a port, and as the simulation behind a pty.
+        if round % 2 == 0 {
+            arguments.extend(["--port", &port, "--home", "--origin-mm", "-130,-110"]);
+        }
+        let child = Command::new(PROGRAM).args(arguments).stdout(Stdio::null()).spawn().unwrap();
+        while !Path::new(&path).exists() {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        std::thread::sleep(Duration::from_secs_f64(0.1 + 5.0 * random.f64()));
+        signal(&child, name);
+        let code = child.wait_with_output().unwrap().status.code();
+        let log = shop.log(&log);
+        let replay = replay(&log, shop.work()).unwrap();
+        let finished = !replay.supervisor.finished().is_empty();
+        assert_eq!(code, Some(if finished { 0 } else { 9 }), "{round}");
+        assert_eq!((replay.end(), log.torn), (LogEnd::Done, 0), "{round}");
+        if round % 2 == 0 {
+            let sent = log.entries.iter().filter_map(|(_, entry)| match entry {
+                Entry::Sent(bytes) => Some(bytes.as_slice()),
+                _ => None,
+            });
+            let sent: Vec<u8> = sent.flatten().copied().collect();
+            assert!(sent.starts_with(&std::fs::read(shop.at("received")).unwrap()), "{round}");
+        }
+        assert_eq!(machine.end(), Some(0));
+    }
+}
+
+#[test]
+fn the_doctor_looks_and_touches_nothing() {
+    let shop = Shop::new("doctor");
+    let (state, plan) = (shop.at("state"), shop.at("part.plan"));
+    let mut machine = shop.machine(&["--state", &state, "--witness", &plan, "--origin-mm", "-130,-110"]);
+    let examined = keepout(&["doctor", "--port", &shop.at("port"), "--queries", "20"]);
+    let text = said(&examined);
+    assert!(
+        examined.status.code() == Some(0) && text.contains("margin M") && text.contains("median"),
+        "{text}"
+    );
+    assert_eq!(machine.end(), Some(0));
+    let received = std::fs::read(shop.at("received")).unwrap();
+    let lines: Vec<u8> = received.iter().copied().filter(|&byte| byte != b'?').collect();
+    assert_eq!(String::from_utf8(lines).unwrap(), "$\n$I\n$G\n$$\n");
+    assert!(received.len() > 20);
+    let nobody = keepout(&["doctor", "--port", "/dev/no-such-port"]);
+    assert!(nobody.status.code() == Some(6) && said(&nobody).contains("can not open"), "{}", said(&nobody));
+    // A controller of coarser steps than the profile's is not fit.
+    let fine = shop.at("fine.toml");
+    std::fs::write(
+        &fine,
+        "name = \"fine\"\nstroke_mm = [400.0, 350.0]\nmax_rate_mm_s = 100.0\nacceleration_mm_s2 = 500.0\n\
+         steps_per_mm = 1000.0\nreport_digit_mm = 0.001\narc_tolerance_mm = 0.0005\nrepeatability_mm = 0.002\n\
+         contour_error_mm = 0.001\n",
+    )
+    .unwrap();
+    let mut machine = shop.machine(&[]);
+    let examined =
+        keepout(&["doctor", "--port", &shop.at("port"), "--machine-profile", &fine, "--queries", "3"]);
+    assert!(examined.status.code() == Some(6) && said(&examined).contains("NOT FIT"), "{}", said(&examined));
+    assert_eq!(machine.end(), Some(0));
+}
+
+/// What was measured at a simulated GRBL comes into the profile, and the recording can be compared.
+#[test]
+fn conformance_is_measured_in_the_air_and_stored() {
+    let shop = Shop::new("conformance");
+    let profile = shop.at("mill.toml");
+    std::fs::write(&profile, format!("# mine\n{}", MachineProfile::simulated().to_toml())).unwrap();
+    let machine = ["--dialect", "grbl", "--homed", "--start-mm", "-100,-100", "--drives", "none"];
+    let mut machine = shop.machine(&machine);
+    let (port, record) = (shop.at("port"), shop.at("a.record"));
+    let common =
+        ["doctor", "--port", &port, "--machine-profile", &profile, "--queries", "3", "--conformance"];
+    let doctor = |more: &[&str]| keepout(&[&common[..], more].concat());
+    let unasked = doctor(&["--dialect", "grbl"]);
+    assert!(unasked.status.code() == Some(2) && said(&unasked).contains("--yes"), "{}", said(&unasked));
+    let other = doctor(&["--dialect", "zaber", "--yes"]);
+    assert!(other.status.code() == Some(2) && said(&other).contains("no conformance"), "{}", said(&other));
+    let only = ["--only", "junction of 90", "--only", "startup", "--record", &record, "--store"];
+    let found = doctor(&[&["--dialect", "grbl", "--yes"], &only[..]].concat());
+    let text = said(&found);
+    assert!(found.status.code() == Some(0) && !text.contains("on cancel"), "{text}");
+    assert_eq!(machine.end(), Some(0));
+    let text = std::fs::read_to_string(&profile).unwrap();
+    assert!(text.starts_with("# mine\n"), "{text}");
+    let controller = MachineProfile::load(Path::new(&profile)).unwrap().controller.unwrap();
+    assert_eq!(controller.keeps_path_on_cancel, None, "no cancel is sent to a machine");
+    assert_eq!((controller.planner_blocks, controller.receive_buffer), (Some(15), Some(128)));
+    let compared = keepout(&["doctor", "--compare", &record, &record]);
+    assert!(compared.status.code() == Some(0) && said(&compared).contains("no difference"));
+    std::fs::write(&record, "keepout-conformance 1 dialect=grbl digit_mm=0.001 step_mm=0.0025\n1 z\n")
+        .unwrap();
+    let damaged = keepout(&["doctor", "--compare", &record, &record]);
+    assert!(damaged.status.code() == Some(5) && said(&damaged).contains("line 2"), "{}", said(&damaged));
+}
+
+#[test]
+fn the_simulated_witness_has_its_code() {
+    let shop = Shop::new("witness");
+    let plan = shop.at("part.plan");
+    // The tool stands in the part.
+    let more = ["--witness", &plan, "--origin-mm", "-130,-110", "--start-mm", "-120,-100"];
+    let mut machine = shop.machine(&more);
+    std::thread::sleep(Duration::from_millis(200));
+    assert_eq!(machine.end(), Some(8));
+}
+
+/// A demo takes the place of its own log only: another's may be needed to go on with a part.
+#[test]
+fn a_demo_keeps_logs_of_others() {
+    let shop = Shop::new("demo");
+    let log = shop.at("session.log");
+    let folder = shop.0.display().to_string();
+    let demo = || keepout(&["demo", "--manual-s", "1", "--output", &folder]);
+    for other in [&b"anything"[..], b""] {
+        std::fs::write(&log, other).unwrap();
+        let run = demo();
+        assert!(run.status.code() == Some(2) && said(&run).contains("no log of a demo"), "{}", said(&run));
+        assert_eq!(std::fs::read(&log).unwrap(), other);
+    }
+    assert!(!Path::new(&shop.at("bracket.plan")).exists(), "it began all the same");
+    std::fs::remove_file(&log).unwrap();
+    for _ in 0..2 {
+        let run = demo();
+        assert_eq!(run.status.code(), Some(0), "{}", said(&run));
+    }
+}

@@ -1,0 +1,340 @@
+//! TRUSTED. Contours: certified whole, handed out one by one.
+
+use alloc::vec::Vec;
+
+use keepout_kernel::exact::segment::{Orientation, Window, orientation, points_within};
+use keepout_kernel::offset::{Gouge, GougeCause, certify_path, shortest_arc};
+use keepout_kernel::{Arc, Curve, FreePoint, Length, Point, Turn};
+
+#[cfg(feature = "mutations")]
+use crate::Mutation;
+use crate::in_flight::{BELIEVED, BEYOND, Sighting, clear_box};
+use crate::{Certified, Guard, Motion, MotionShape, Refusal};
+
+/// A contour, being certified and then executed.
+#[derive(Clone, Debug)]
+pub(crate) struct Contour {
+    curves: Vec<(Curve, u32)>,
+    /// Motions found clear, from the first.
+    certified: usize,
+    /// The end of these.
+    reached: FreePoint,
+    /// Motions handed out.
+    sent: usize,
+    /// The first motion on which the tool can still be.
+    first: usize,
+    /// How often in a row the tool was seen at rest at its end.
+    rests_seen: u8,
+    /// How often in a row it was seen at rest before the end of what was sent.
+    stops_seen: u8,
+}
+
+impl Contour {
+    /// Everything about it that changes, but where it has come to.
+    #[cfg(feature = "proofs")]
+    pub(crate) fn counts(&self) -> Counts {
+        ([self.certified, self.sent, self.first], [self.rests_seen, self.stops_seen])
+    }
+
+    pub(crate) fn end(&self) -> FreePoint {
+        self.reached
+    }
+}
+
+/// What counts about a contour: motions certified and sent, the first on which the tool can be; reports of rest at its end and
+/// before.
+#[cfg(feature = "proofs")]
+pub(crate) type Counts = ([usize; 3], [u8; 2]);
+
+/// How far the certification of a contour has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Certification {
+    /// So many motions of so many are certified.
+    Under {
+        /// Motions certified.
+        done: usize,
+        /// Motions in all.
+        all: usize,
+    },
+    /// All are: the contour can be run.
+    Done,
+}
+
+impl Guard {
+    /// Takes up a contour, to be certified by [`Guard::certify_contour`] before anything of it is handed out. It begins where
+    /// the tool rests, to the resolution.
+    ///
+    /// # Errors
+    /// [`Refusal`]; nothing is taken up then.
+    pub fn begin_contour(&mut self, curves: Vec<(Curve, u32)>) -> Result<(), Refusal> {
+        if !self.settled() {
+            return Err(Refusal::InMotion);
+        }
+        let tail = self.set.tail.ok_or(Refusal::PositionUnknown)?;
+        let Some(&(first, _)) = curves.first() else { return Err(Refusal::PositionUnknown) };
+        let near = !points_within(first.from(), tail.point(), self.rules.resolution).is_clear();
+        if !near {
+            return Err(Refusal::OffCertified(first.from()));
+        }
+        let reached = self.exact.free_point(first.from(), self.rules.finishing).map_err(Refusal::Blocked)?;
+        self.contour =
+            Some(Contour { curves, certified: 0, reached, sent: 0, first: 0, rests_seen: 0, stops_seen: 0 });
+        Ok(())
+    }
+
+    /// Certifies up to `count` more motions of the contour. The contour must end clear at the manual threshold.
+    ///
+    /// # Errors
+    /// [`Refusal`] naming the motion that is not clear; the contour is dropped then, and nothing of it was handed out.
+    pub fn certify_contour(&mut self, count: usize) -> Result<Certification, Refusal> {
+        let Some(mut contour) = self.contour.take() else { return Err(Refusal::PositionUnknown) };
+        let all = contour.curves.len();
+        for index in contour.certified..all.min(contour.certified.saturating_add(count)) {
+            let (curve, _) = contour.curves[index];
+            contour.reached = self.certify_motion(index, &curve, contour.reached)?;
+            contour.certified = index + 1;
+        }
+        let certified = contour.certified;
+        let answer = if certified < all {
+            Certification::Under { done: certified, all }
+        } else {
+            let end = self.coarse.free_point(contour.reached.point(), self.rules.manual);
+            contour.reached = end.map_err(Refusal::Blocked)?;
+            Certification::Done
+        };
+        self.contour = Some(contour);
+        Ok(answer)
+    }
+
+    fn certify_motion(&self, index: usize, curve: &Curve, from: FreePoint) -> Result<FreePoint, Refusal> {
+        #[cfg(feature = "mutations")]
+        if self.mutation == Mutation::UncertifiedContour {
+            return self.exact.free_point(curve.to(), Length::ZERO).map_err(Refusal::Blocked);
+        }
+        if curve.from() != from.point() {
+            let gouge = Gouge { index, at: from.point(), cause: GougeCause::Discontinuous };
+            return Err(Refusal::Gouge(gouge));
+        }
+        self.within_stroke(curve)?;
+        match (self.rules.contours, curve) {
+            (MotionShape::Line, Curve::Arc(arc)) if is_too_short(arc) => {
+                return Err(Refusal::ArcTooShort(arc.from()));
+            }
+            (MotionShape::Line, Curve::Arc(arc)) if is_too_long(arc) => {
+                return Err(Refusal::ArcTooLong(arc.from()));
+            }
+            (MotionShape::Line, _) => {}
+            (MotionShape::Box, Curve::Arc(arc)) => return Err(Refusal::Slanted(arc.from())),
+            (MotionShape::Box, Curve::Line(line)) => {
+                let window = Window::of(line.from).including(line.to);
+                clear_box(&self.exact, from, window).map_err(Refusal::Blocked)?;
+            }
+        }
+        let end = certify_path(&self.exact, self.rules.finishing, core::slice::from_ref(curve));
+        let end = end.map_err(|gouge| Refusal::Gouge(Gouge { index, ..gouge }))?;
+        end.and_then(|end| end.lowered(self.rules.finishing)).ok_or(Refusal::PositionUnknown)
+    }
+
+    fn within_stroke(&self, curve: &Curve) -> Result<(), Refusal> {
+        let stroke = self.rules.stroke;
+        let beyond = |point: Point| (!stroke.holds(point)).then_some(Refusal::BeyondStroke(point));
+        let inside = match curve {
+            Curve::Line(_) => None,
+            Curve::Arc(arc) => match curve.chord_points(Length::small(200)) {
+                // An arc near the stroke's edge is looked at chord by chord.
+                Ok(points) => points.into_iter().find_map(beyond),
+                Err(_) => Some(Refusal::BeyondStroke(arc.from())),
+            },
+        };
+        [curve.from(), curve.to()].into_iter().find_map(beyond).or(inside).map_or(Ok(()), Err)
+    }
+
+    /// Whether the last report of a contour showed rest before the end of what was sent.
+    pub(crate) fn has_stopped_early(&self) -> bool {
+        self.contour.as_ref().is_some_and(|contour| contour.stops_seen > 0)
+    }
+
+    /// The next motion of the contour, once the one before is acknowledged and read; counts it as sent. A contour is never held
+    /// or cancelled: it stops because nothing more of it is sent.
+    pub fn next_of_contour(&mut self) -> Option<Certified> {
+        let waits = self.unacknowledged() > 0 || self.unread() > 0 || self.has_stopped_early();
+        #[cfg(feature = "mutations")]
+        let waits = waits && (self.mutation != Mutation::ContourUnacknowledged || self.unacknowledged() > 3);
+        if waits {
+            return None;
+        }
+        let contour = self.contour.as_mut()?;
+        if contour.certified < contour.curves.len() {
+            return None;
+        }
+        let &(curve, feed_mm_min) = contour.curves.get(contour.sent)?;
+        contour.sent += 1;
+        contour.rests_seen = 0;
+        self.sent += 1;
+        self.set.moving();
+        Some(Certified { motion: Motion::Contour { curve, feed_mm_min } })
+    }
+
+    /// Motions of the contour sent, and in all.
+    #[must_use]
+    pub fn contour_progress(&self) -> Option<(usize, usize)> {
+        self.contour.as_ref().map(|contour| (contour.sent, contour.curves.len()))
+    }
+
+    /// The first motion of the contour on which the tool can still be.
+    #[must_use]
+    pub fn contour_at(&self) -> Option<usize> {
+        self.contour.as_ref().map(|contour| contour.first)
+    }
+
+    /// The part of the contour that was not executed for certain, from the motion under way on.
+    #[must_use]
+    pub fn contour_left(&self) -> &[(Curve, u32)] {
+        self.contour.as_ref().map_or(&[], |contour| contour.curves.get(contour.first..).unwrap_or(&[]))
+    }
+
+    /// Takes a report of a machine that runs the contour.
+    pub(crate) fn reported_in_contour(&mut self, sighting: &Sighting, all: bool) -> Result<(), Refusal> {
+        let (resolution, shape) = (self.rules.resolution, self.rules.contours);
+        let Some(contour) = self.contour.as_mut() else { return Ok(()) };
+        if contour.sent == 0 {
+            return Ok(());
+        }
+        let last = contour.sent.max(contour.first + 1).min(contour.curves.len());
+        // The first motion begins where the tool was reported to rest, the others where the one before it ended.
+        let tolerance = |k: usize| if k == 0 { self.set.resolutions(BELIEVED) } else { resolution };
+        let on = (contour.first..last)
+            .find(|&k| lies_on(sighting.position, &contour.curves[k].0, tolerance(k), shape));
+        contour.first = on.ok_or(Refusal::OffCertified(sighting.position))?;
+        let rests = sighting.rests() && all;
+        let reached = contour.curves.get(contour.sent - 1).is_some_and(|(curve, _)| {
+            !points_within(curve.to(), sighting.position, self.set.resolutions(BEYOND)).is_clear()
+        });
+        contour.stops_seen = if rests && !reached { contour.stops_seen.saturating_add(1) } else { 0 };
+        if contour.stops_seen >= 2 {
+            return Err(Refusal::Dropped(sighting.position));
+        }
+        let done = contour.sent == contour.curves.len();
+        let arrived = !points_within(contour.reached.point(), sighting.position, resolution).is_clear();
+        if !(rests && done && arrived) {
+            contour.rests_seen = 0;
+            return Ok(());
+        }
+        contour.rests_seen += 1;
+        if self.set.checked || contour.rests_seen >= 2 {
+            let end = contour.reached;
+            self.contour = None;
+            self.set.place(Some(end));
+        }
+        Ok(())
+    }
+
+    /// Takes back a contour of which nothing was handed out.
+    pub fn withdraw_contour(&mut self) {
+        self.contour = self.contour.take().filter(|contour| contour.sent > 0);
+    }
+
+    /// Gives up the contour when the tool stands still where it was reported, and the controller has forgotten the rest of it:
+    /// from there only [`Guard::escape`] and a contour that begins there lead on.
+    ///
+    /// # Errors
+    /// [`Refusal`] when the place is in the part.
+    pub fn drop_contour(&mut self, position: Point) -> Result<(), Refusal> {
+        self.forget();
+        self.locate(position)
+    }
+}
+
+/// Whether the ends of an arc are so near that a controller computing in 32-bit floats can mistake its sweep for a full
+/// turn: GRBL adds one when the angle comes out below 5e-7.
+fn is_too_short(arc: &Arc) -> bool {
+    !points_within(arc.from(), arc.to(), shortest_arc(arc.radius())).is_clear()
+}
+
+/// Whether an arc turns by more than about a quarter (97°): its ends, seen from the centre, are more than that apart.
+fn is_too_long(arc: &Arc) -> bool {
+    let (c, from, to) = (arc.centre(), arc.from(), arc.to());
+    let ahead = if arc.turn() == Turn::Left { Orientation::Left } else { Orientation::Right };
+    let (a, b) = (from.minus(c), to.minus(c));
+    let product = |p: i32, q: i32| i128::from(p) * i128::from(q);
+    let cosine = product(a.dx, b.dx) + product(a.dy, b.dy);
+    let radius_2 = product(arc.radius().units(), arc.radius().units());
+    orientation(c, from, to) != ahead || 8 * cosine < -radius_2
+}
+
+/// How far a controller's chords may leave an arc, lattice units (2 µm).
+const CHORDED: Length = Length::small(200);
+
+/// Whether `p` lies where the tool can be on its way along the curve, to `tolerance`: on it, or where axes run apart anywhere in
+/// the box that was certified for it. An arc may be driven as chords within 2 µm.
+fn lies_on(p: Point, curve: &Curve, tolerance: Length, shape: MotionShape) -> bool {
+    match curve {
+        Curve::Line(line) if shape == MotionShape::Box => {
+            Window::of(line.from).including(line.to).grown(tolerance).holds(p)
+        }
+        Curve::Line(line) => !line.near_point(p, tolerance).is_clear(),
+        Curve::Arc(arc) => lies_on_arc(p, arc, tolerance.saturating_plus(CHORDED)),
+    }
+}
+
+fn lies_on_arc(p: Point, arc: &Arc, reach: Length) -> bool {
+    let near = |q: Point| !points_within(p, q, reach).is_clear();
+    if near(arc.from()) || near(arc.to()) {
+        return true;
+    }
+    let radius = i64::from(arc.radius().units());
+    let within = |r: i64| Length::from_units(r).is_ok_and(|r| !points_within(p, arc.centre(), r).is_clear());
+    let ring =
+        within(radius + i64::from(reach.units()) + 1) && !within(radius - i64::from(reach.units()) - 1);
+    ring && in_wedge(p, arc)
+}
+
+/// Whether `p` lies within the sector of the arc, seen from its centre.
+fn in_wedge(p: Point, arc: &Arc) -> bool {
+    let (c, from, to) = (arc.centre(), arc.from(), arc.to());
+    let (first, last) = if arc.turn() == Turn::Left { (from, to) } else { (to, from) };
+    // Counter-clockwise from `first` to `last`.
+    let after_first = orientation(c, first, p) != Orientation::Right;
+    let before_last = orientation(c, last, p) != Orientation::Left;
+    match orientation(c, first, last) {
+        Orientation::Left => after_first && before_last,
+        _ => after_first || before_last,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use keepout_kernel::Segment;
+
+    use super::*;
+
+    #[test]
+    fn arcs_are_told_from_the_rest_of_their_circles() {
+        let at = |x, y| Point::from_units(x, y).unwrap();
+        let three_quarters = Arc::new(at(100_000, 0), at(0, -100_000), at(0, 0), Turn::Left).unwrap();
+        let quarter = Arc::new(at(0, 100_000), at(100_000, 0), at(0, 0), Turn::Right).unwrap();
+        let tolerance = Length::small(10);
+        for (point, long, short) in [
+            (at(70_710, 70_710), true, true),
+            (at(-70_710, 70_710), true, false),
+            (at(70_710, -70_710), false, false),
+            (at(100_000, 0), true, true),
+            (at(50_000, 50_000), false, false),
+            (at(0, 100_150), true, true),
+        ] {
+            assert_eq!(
+                lies_on_arc(point, &three_quarters, tolerance.saturating_plus(CHORDED)),
+                long,
+                "{point:?}"
+            );
+            assert_eq!(lies_on_arc(point, &quarter, tolerance.saturating_plus(CHORDED)), short, "{point:?}");
+        }
+        let line = Curve::Line(Segment { from: at(0, 0), to: at(100, 0) });
+        let on = |p, shape| lies_on(p, &line, tolerance, shape);
+        assert!(on(at(50, 10), MotionShape::Line) && !on(at(50, 11), MotionShape::Line));
+        let line = Curve::Line(Segment { from: at(0, 0), to: at(100, 60) });
+        let on = |p, shape| lies_on(p, &line, tolerance, shape);
+        assert!(on(at(99, -9), MotionShape::Box) && !on(at(99, -9), MotionShape::Line));
+        assert!(!on(at(99, -11), MotionShape::Box) && !on(at(111, 60), MotionShape::Box));
+    }
+}

@@ -1,0 +1,431 @@
+//! TRUSTED. The guard: the in-flight set, and the only maker of [`Certified`] motions.
+//!
+//! A new target is admitted only if the hull of the in-flight set (`in_flight.rs`) with it stays clear of the part at the manual
+//! threshold. Straight motions from a point of a convex set to a target in the set stay in the set: lines lost, repeated,
+//! reordered, cancelled half-way and planned from wherever the tool stopped are such motions, however long each takes. So
+//! nothing here depends on latency. A target leaves the set only by evidence, see [`Guard::reported`].
+//!
+//! **Contouring** is different: its motions run along the part, and hulls would cut through it. There each motion
+//! begins where the one before it ended, and is sent only after the one before it was acknowledged and a query that left
+//! behind it was answered (acknowledgements can come twice), so none can be skipped. The whole path is certified before the first is
+//! sent. A contour is never held or cancelled.
+//!
+//! **Reading:** a controller whose receive buffer is full drops bytes, and takes the head of one line and the tail of another
+//! for a third. So no line is sent before it has read the one before for certain, whatever was acknowledged: one line of at most
+//! 63 bytes fits the smallest buffer, GRBL's 127, even when it arrives twice. The dialect refuses to write a longer one.
+//!
+//! **Escaping:** a tool that stands nearer than the manual threshold, but not in the part, is admitted single motions on
+//! which it comes nearer to no edge within that threshold.
+#![cfg_attr(not(test), no_std)]
+#![forbid(unsafe_code)]
+
+extern crate alloc;
+
+mod cancel;
+mod contour;
+mod hull;
+mod in_flight;
+mod motion;
+#[cfg(feature = "mutations")]
+mod mutation;
+mod open_space;
+#[cfg(feature = "proofs")]
+pub mod proof;
+#[cfg(test)]
+mod tests;
+mod time;
+
+use alloc::sync::Arc;
+
+pub use cancel::OnCancel;
+pub use contour::Certification;
+use contour::Contour;
+use hull::Hull;
+pub use in_flight::{DRAIN, MotionShape, Sighting, Stamp};
+use in_flight::{InFlight, LINES_MAX, Line};
+use keepout_kernel::exact::segment::Window;
+use keepout_kernel::{FreePoint, Length, Point, ProhibitedRegion};
+pub use motion::{Certified, CertifiedCancel, Motion, Refusal};
+#[cfg(feature = "mutations")]
+pub use mutation::Mutation;
+pub use open_space::guard_in_open_space;
+pub use time::Time;
+
+/// What a guard keeps to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rules {
+    /// Where the tool's centre may go: the machine's travel.
+    pub stroke: Window,
+    /// Threshold of motions by hand.
+    pub manual: Length,
+    /// Threshold of contours, as they are sent.
+    pub finishing: Length,
+    /// How far a reported position can be from the commanded one.
+    pub resolution: Length,
+    /// A jog shorter than this on both axes might be no motion to the controller, and spoil the counting of its queue: at
+    /// least two steps.
+    pub shortest: Length,
+    /// How the controller drives to a jog's target, wherever the jog is cancelled.
+    pub shape: MotionShape,
+    /// What a cancel does.
+    pub on_cancel: OnCancel,
+    /// How it drives the motions of a contour: they are never cancelled, so this may be straighter.
+    pub contours: MotionShape,
+    /// Whether a checksum protects the line both ways.
+    pub checked: bool,
+}
+
+/// The guard; see the module's documentation for what it promises.
+#[derive(Debug)]
+#[cfg_attr(feature = "proofs", derive(Clone))]
+pub struct Guard {
+    exact: Arc<ProhibitedRegion>,
+    /// The part with fewer edges, and a little larger: what is clear of it is clear of the part.
+    coarse: Arc<ProhibitedRegion>,
+    rules: Rules,
+    set: InFlight,
+    sent: u64,
+    acknowledged: u64,
+    /// Lines up to this number have left the controller's receive buffer.
+    read: u64,
+    /// Least deceleration of the axes, lattice units per s².
+    deceleration: Option<u64>,
+    contour: Option<Contour>,
+    #[cfg(feature = "mutations")]
+    mutation: Mutation,
+}
+
+/// What jogs a guard would admit. It holds on to the guard, so that the set, and the hull that is worked out once, stay as they
+/// are.
+#[derive(Debug)]
+pub struct Asking<'a> {
+    guard: &'a Guard,
+    hull: Option<Hull>,
+}
+
+impl Asking<'_> {
+    /// Whether a jog to `to` would be admitted.
+    ///
+    /// # Errors
+    /// [`Refusal`] saying why not.
+    pub fn admits(&self, to: Point) -> Result<FreePoint, Refusal> {
+        let guard = self.guard;
+        let tail = guard.ready(to)?;
+        if guard.stands_inside() {
+            return Err(Refusal::StandsInside);
+        }
+        #[cfg(feature = "mutations")]
+        if guard.mutation == Mutation::NoFans {
+            let last = guard.set.lines.back().map_or(tail, |line| line.target);
+            return guard.coarse.motion(last, to).map_err(Refusal::Blocked);
+        }
+        guard.set.admit(&guard.coarse, self.hull.as_ref(), tail, to)
+    }
+}
+
+impl Guard {
+    /// A guard for `part`. `coarse` is the part itself, or [coarsened](ProhibitedRegion::coarsened): steering by
+    /// hand is certified against it, contours and ways out against the part.
+    #[must_use]
+    pub fn new(part: Arc<ProhibitedRegion>, coarse: Arc<ProhibitedRegion>, rules: Rules) -> Self {
+        Self {
+            exact: part,
+            coarse,
+            set: InFlight::new(rules.shape, rules.resolution, rules.checked),
+            rules,
+            sent: 0,
+            acknowledged: 0,
+            read: 0,
+            deceleration: None,
+            contour: None,
+            #[cfg(feature = "mutations")]
+            mutation: Mutation::None,
+        }
+    }
+
+    /// The part as steering by hand sees it.
+    #[must_use]
+    pub fn part(&self) -> &ProhibitedRegion {
+        &self.coarse
+    }
+
+    /// What it keeps to.
+    #[must_use]
+    pub fn rules(&self) -> &Rules {
+        &self.rules
+    }
+
+    /// Forgets where the tool is: nothing is admitted until [`Guard::locate`].
+    pub fn forget(&mut self) {
+        self.set.place(None);
+        self.contour = None;
+        (self.acknowledged, self.read) = (self.sent, self.sent);
+    }
+
+    /// Takes the position of a machine that stands still with nothing under way, after connecting or homing. Nearer than the
+    /// manual threshold only [`Guard::escape`] and [`Guard::begin_contour`] lead on.
+    ///
+    /// # Errors
+    /// [`Refusal::Blocked`] when the tool stands in the part itself, [`Refusal::InMotion`] with lines in flight.
+    pub fn locate(&mut self, position: Point) -> Result<(), Refusal> {
+        if !self.set.lines.is_empty() || self.contour.is_some() {
+            return Err(Refusal::InMotion);
+        }
+        let place = self.free_place(position)?;
+        self.set.place(Some(place));
+        Ok(())
+    }
+
+    /// The point as free at the manual threshold, or else at whatever distance the part is.
+    fn free_place(&self, position: Point) -> Result<FreePoint, Refusal> {
+        self.coarse.free_point(position, self.rules.manual).or_else(|blocked| {
+            let clearance = self.exact.clearance(position).ok_or(Refusal::Blocked(blocked))?;
+            let below = Length::from_units(i64::from(self.rules.manual.units()) - 1).unwrap_or(Length::ZERO);
+            self.exact.free_point(position, clearance.min(below)).map_err(Refusal::Blocked)
+        })
+    }
+
+    /// Where the tool is or will be once all lines are executed.
+    #[must_use]
+    pub fn end(&self) -> Option<FreePoint> {
+        if let Some(contour) = &self.contour {
+            return Some(contour.end());
+        }
+        self.set.lines.back().map(|line| line.target).or(self.set.tail)
+    }
+
+    /// Where the tool was last known to be.
+    #[must_use]
+    pub fn tail(&self) -> Option<FreePoint> {
+        self.set.tail
+    }
+
+    /// The in-flight set: where the tool was last known to be, and the targets in flight, in order.
+    pub fn in_flight(&self) -> impl Iterator<Item = Point> + '_ {
+        self.set.points().map(FreePoint::point)
+    }
+
+    /// Where the tool was last known to be, and the targets in flight of lines sent after the one of this number, in order.
+    pub fn way_after(&self, number: u64) -> impl Iterator<Item = Point> + '_ {
+        let lines = self.set.lines.iter().filter(move |line| line.number > number);
+        self.set.tail.into_iter().chain(lines.map(|line| line.target)).map(FreePoint::point)
+    }
+
+    /// Lines sent, ever.
+    #[must_use]
+    pub fn sent(&self) -> u64 {
+        self.sent
+    }
+
+    /// Lines sent and not acknowledged.
+    #[must_use]
+    pub fn unacknowledged(&self) -> u64 {
+        self.sent - self.acknowledged
+    }
+
+    /// Lines sent that may still be in the controller's receive buffer. A checksum over each line keeps that from being mixed
+    /// up.
+    fn unread(&self) -> u64 {
+        #[cfg(feature = "mutations")]
+        if self.mutation == Mutation::AheadOfReading {
+            return 0;
+        }
+        if self.rules.checked { 0 } else { self.sent - self.read }
+    }
+
+    /// Whether another line could be sent now.
+    #[must_use]
+    pub fn takes_lines(&self) -> bool {
+        self.set.lines.len() < LINES_MAX && self.unread() == 0
+    }
+
+    /// Whether the next line waits for nothing but the answer to a query.
+    #[must_use]
+    pub fn awaits_reading(&self) -> bool {
+        self.unacknowledged() == 0 && (self.unread() > 0 || self.has_stopped_early())
+    }
+
+    /// Whether the tool stands still at a known place with nothing under way.
+    #[must_use]
+    pub fn settled(&self) -> bool {
+        self.set.tail.is_some()
+            && self.set.before.is_none()
+            && self.set.lines.is_empty()
+            && self.contour.is_none()
+    }
+
+    /// Whether the tool stands nearer to the part than the manual threshold.
+    #[must_use]
+    pub fn stands_inside(&self) -> bool {
+        self.set.tail.is_some_and(|tail| tail.threshold() < self.rules.manual)
+    }
+
+    /// Whether a jog to `to` would be admitted.
+    ///
+    /// # Errors
+    /// [`Refusal`] saying why not.
+    pub fn admits(&self, to: Point) -> Result<FreePoint, Refusal> {
+        self.asking().admits(to)
+    }
+
+    /// For many questions about the set as it is.
+    #[must_use]
+    pub fn asking(&self) -> Asking<'_> {
+        let hull = if self.rules.shape == MotionShape::Line { self.set.hull() } else { None };
+        Asking { guard: self, hull }
+    }
+
+    /// The tail, when a motion to `to` can be thought of at all.
+    fn ready(&self, to: Point) -> Result<FreePoint, Refusal> {
+        if self.contour.is_some() || self.set.stray > Length::ZERO {
+            return Err(Refusal::InMotion);
+        }
+        let tail = self.set.tail.ok_or(Refusal::PositionUnknown)?;
+        if !self.rules.stroke.holds(to) {
+            return Err(Refusal::BeyondStroke(to));
+        }
+        if !self.takes_lines() {
+            return Err(Refusal::Full);
+        }
+        let way = to.minus(self.set.lines.back().map_or(tail, |line| line.target).point());
+        let short = way.dx.abs().max(way.dy.abs()) < self.rules.shortest.units();
+        if short { Err(Refusal::TooShort) } else { Ok(tail) }
+    }
+
+    /// Certifies a jog to `to` and counts it as sent.
+    ///
+    /// # Errors
+    /// [`Refusal`] saying why it may not be sent.
+    pub fn jog(&mut self, to: Point, feed_mm_min: u32) -> Result<Certified, Refusal> {
+        let target = self.admits(to)?;
+        Ok(self.send_jog(target, feed_mm_min))
+    }
+
+    /// Whether a way out to `to` would be admitted: from rest, nearer to no edge within the manual threshold.
+    ///
+    /// # Errors
+    /// [`Refusal`] saying why not.
+    pub fn admits_escape(&self, to: Point) -> Result<FreePoint, Refusal> {
+        let tail = self.ready(to)?;
+        if !self.stands_inside() {
+            return Err(Refusal::StandsClear);
+        }
+        if !self.settled() {
+            return Err(Refusal::InMotion);
+        }
+        let way = to.minus(tail.point());
+        if self.rules.shape == MotionShape::Box && way.dx != 0 && way.dy != 0 {
+            return Err(Refusal::Slanted(tail.point()));
+        }
+        #[cfg(feature = "mutations")]
+        if self.mutation == Mutation::EscapeAnywhere {
+            return self.exact.recedes(tail, to, Length::ZERO).map_err(Refusal::Blocked);
+        }
+        self.exact.recedes(tail, to, self.rules.manual).map_err(Refusal::Blocked)
+    }
+
+    /// Certifies a way out to `to` and counts it as sent.
+    ///
+    /// # Errors
+    /// [`Refusal`] saying why it may not be sent.
+    pub fn escape(&mut self, to: Point, feed_mm_min: u32) -> Result<Certified, Refusal> {
+        let target = self.admits_escape(to)?;
+        Ok(self.send_jog(target, feed_mm_min))
+    }
+
+    fn send_jog(&mut self, target: FreePoint, feed_mm_min: u32) -> Certified {
+        self.sent += 1;
+        self.set.moving();
+        self.set.fastest = self.set.fastest.max(feed_mm_min);
+        let line = Line { number: self.sent, target };
+        #[cfg(feature = "mutations")]
+        if self.mutation == Mutation::ForgetInFlight {
+            return Certified { motion: Motion::Jog { to: target.point(), feed_mm_min } };
+        }
+        self.set.lines.push_back(line);
+        Certified { motion: Motion::Jog { to: target.point(), feed_mm_min } }
+    }
+
+    /// Counts an acknowledgement of the oldest line.
+    ///
+    /// # Errors
+    /// [`Refusal::UnexpectedAcknowledgement`] when none is outstanding.
+    pub fn acknowledged(&mut self) -> Result<(), Refusal> {
+        if self.unacknowledged() == 0 {
+            return Err(Refusal::UnexpectedAcknowledgement);
+        }
+        self.acknowledged += 1;
+        Ok(())
+    }
+
+    /// Takes the answer that the only unacknowledged jog was refused, and answers whether there was one. Its target stays in the
+    /// set until the controller rests: a line that arrives twice may be refused once.
+    pub fn refused(&mut self) -> bool {
+        if self.unacknowledged() != 1
+            || self.contour.is_some()
+            || self.set.lines.back().map(|line| line.number) != Some(self.sent)
+        {
+            return false;
+        }
+        self.acknowledged = self.sent;
+        self.set.refused += 1;
+        true
+    }
+
+    /// Whether the query of this stamp left before the newest acknowledged line: its answer can not be still to come.
+    #[must_use]
+    pub fn is_outdated(&self, stamp: &Stamp) -> bool {
+        stamp.sent < self.acknowledged
+    }
+
+    /// The stamp of a query that leaves now.
+    #[must_use]
+    pub fn stamp(&self, now: Time) -> Stamp {
+        Stamp { sent: self.sent, acknowledged: self.acknowledged, at: now }
+    }
+
+    /// Takes a report as evidence. `stamp` is that of the query it answers, or of an earlier one.
+    ///
+    /// *Reading:* nothing waits in the receive buffer: lines that left before the query have been read.
+    ///
+    /// *Settling:* the controller rests with an empty queue, every line ever sent was acknowledged before the query left,
+    /// and two such reports agree (one at the last target, over a line with a checksum). Then only the tail remains.
+    ///
+    /// *Retiring:* with `q` motions in the queue, all acknowledged lines but the last `q` have left it. Lines that
+    /// had left it at a report that arrived [`DRAIN`] before this query left are executed, and leave the set.
+    ///
+    /// # Errors
+    /// [`Refusal::OffCertified`] when the position is outside the certified set by more than the resolution.
+    pub fn reported(&mut self, sighting: &Sighting, stamp: Stamp, now: Time) -> Result<(), Refusal> {
+        let all = self.all_acknowledged(stamp);
+        if !sighting.waiting {
+            self.read = self.read.max(stamp.sent);
+        }
+        if self.contour.is_some() {
+            return self.reported_in_contour(sighting, all);
+        }
+        if self.set.tail.is_none() {
+            return Ok(());
+        }
+        #[cfg(feature = "mutations")]
+        if self.mutate_report(sighting) {
+            return Ok(());
+        }
+        let part = if self.stands_inside() { &*self.exact } else { &*self.coarse };
+        let settled = self.set.reported(part, sighting, all, self.acknowledged, (stamp.at, now))?;
+        #[cfg(feature = "mutations")]
+        self.mutate_retiring(sighting);
+        if settled
+            && self.stands_inside()
+            && let Some(tail) = self.set.tail
+        {
+            self.set.tail = Some(self.free_place(tail.point()).unwrap_or(tail));
+        }
+        Ok(())
+    }
+
+    /// Whether every line ever sent was acknowledged before the query left.
+    fn all_acknowledged(&self, stamp: Stamp) -> bool {
+        stamp.acknowledged == self.sent
+    }
+}

@@ -1,0 +1,31 @@
+//! A guard of an empty plane, for tests of dialects and of simulated controllers.
+
+use alloc::sync::Arc;
+use alloc::vec;
+
+use keepout_kernel::exact::lattice::COORD_MAX;
+use keepout_kernel::exact::segment::Window;
+use keepout_kernel::{Length, Point, ProhibitedRegion, Region, Ring, Side};
+
+use crate::{Guard, MotionShape, OnCancel, Rules};
+
+/// A guard whose part is three units large, in the farthest corner of the lattice. `None` only if no such part could be built.
+#[must_use]
+pub fn guard_in_open_space() -> Option<Guard> {
+    let far = i64::from(COORD_MAX);
+    let corner = |x, y| Point::from_units(x, y).ok();
+    let ring = Ring::new(vec![corner(far - 2, far - 2)?, corner(far, far - 2)?, corner(far, far)?]).ok()?;
+    let part = Arc::new(ProhibitedRegion::new(Region::new(vec![ring]).ok()?, Side::Outside).ok()?);
+    let rules = Rules {
+        stroke: Window::from_corners(i32::MIN, i32::MIN, i32::MAX, i32::MAX),
+        manual: Length::ZERO,
+        finishing: Length::ZERO,
+        resolution: Length::ZERO,
+        shortest: Length::ZERO,
+        shape: MotionShape::Line,
+        on_cancel: OnCancel::KeepsPath,
+        contours: MotionShape::Line,
+        checked: true,
+    };
+    Some(Guard::new(Arc::clone(&part), part, rules))
+}

@@ -1,0 +1,73 @@
+//! What proofs see of the guard: copies, all of its state, its hull. Nothing here makes a [`super::Certified`].
+
+use alloc::vec::Vec;
+
+use keepout_kernel::{FreePoint, Length, Point};
+
+use crate::contour::Counts;
+use crate::hull::Hull;
+use crate::{Guard, Time};
+
+/// Everything about a guard that changes, but the edge it asks first (which only makes it refuse sooner what it would refuse
+/// anyway).
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct State {
+    tail: Option<(Point, i32)>,
+    before: Option<(Point, i32)>,
+    lines: Vec<(u64, Point)>,
+    left_queue: Vec<(u64, Time)>,
+    left: [u64; 3],
+    rests: (u8, Option<Point>),
+    cancelled: (Option<u64>, u32, i32),
+    counts: [u64; 3],
+    contour: Option<(Counts, Point)>,
+}
+
+impl Guard {
+    /// How far the tool may be beside the hull.
+    #[must_use]
+    pub fn stray(&self) -> Length {
+        self.set.stray
+    }
+
+    /// All of its state.
+    #[must_use]
+    pub fn state(&self) -> State {
+        let set = &self.set;
+        let place = |free: FreePoint| (free.point(), free.threshold().units());
+        State {
+            tail: set.tail.map(place),
+            before: set.before.map(place),
+            lines: set.lines.iter().map(|line| (line.number, line.target.point())).collect(),
+            left_queue: set.left_queue.iter().copied().collect(),
+            left: [set.left_before, set.executed, set.refused],
+            rests: (set.rests_seen, set.rested_at),
+            cancelled: (set.cancelled, set.fastest, set.stray.units()),
+            counts: [self.sent, self.acknowledged, self.read],
+            contour: self.contour.as_ref().map(|contour| (contour.counts(), contour.end().point())),
+        }
+    }
+}
+
+/// The hull of free points: its corners, whether it holds each probe, and the point of it nearest to each; `None` when there
+/// are too many points or none.
+#[must_use]
+pub fn hull(points: &[FreePoint], probes: &[Point]) -> Option<HullSeen> {
+    let hull = Hull::of(points.iter().map(|free| free.point()))?;
+    Some(HullSeen {
+        corners: hull.corners().to_vec(),
+        sides: hull.sides().collect(),
+        probes: probes.iter().map(|&probe| (hull.holds(probe), hull.nearest(probe))).collect(),
+    })
+}
+
+/// What a hull says of itself.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct HullSeen {
+    /// Its corners, counter-clockwise.
+    pub corners: Vec<Point>,
+    /// Its sides.
+    pub sides: Vec<(Point, Point)>,
+    /// Whether it holds each probe, and the point nearest to it.
+    pub probes: Vec<(bool, Option<Point>)>,
+}

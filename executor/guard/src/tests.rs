@@ -1,0 +1,433 @@
+//! The guard, against hand-made cases and an adversary.
+
+use alloc::sync::Arc;
+
+use keepout_kernel::curve::nearest_unit;
+use keepout_kernel::exact::segment::{Window, points_within};
+use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side};
+
+use crate::{Time, *};
+
+fn at(x: i64, y: i64) -> Point {
+    Point::from_units(x, y).unwrap()
+}
+
+/// An L, in lattice units, and a guard that keeps 300 units from it.
+fn guard_of(shape: MotionShape, checked: bool) -> Guard {
+    let corners = [(0, 0), (9000, 0), (9000, 2500), (3000, 2500), (3000, 7000), (0, 7000)];
+    let ring = Ring::new(corners.iter().map(|&(x, y)| at(x, y)).collect()).unwrap();
+    let part = ProhibitedRegion::new(Region::new(vec![ring]).unwrap(), Side::Outside).unwrap();
+    let length = |units| Length::from_units(units).unwrap();
+    let rules = Rules {
+        stroke: Window::of(at(-20_000, -20_000)).including(at(20_000, 20_000)),
+        manual: length(300),
+        finishing: length(290),
+        resolution: length(5),
+        shortest: length(4),
+        shape,
+        on_cancel: OnCancel::KeepsPath,
+        contours: shape,
+        checked,
+    };
+    let part = Arc::new(part);
+    Guard::new(Arc::clone(&part), part, rules)
+}
+
+fn guard() -> Guard {
+    guard_of(MotionShape::Line, true)
+}
+
+/// The adversary executes lines in any order, any number of times, each only as far as it likes.
+#[test]
+fn no_execution_of_admitted_lines_comes_near_the_part() {
+    let mut random = fastrand::Rng::with_seed(11);
+    let (mut admitted, mut refused) = (0_u32, 0_u32);
+    for _ in 0..400 {
+        let mut guard = guard();
+        guard.locate(at(-3000, random.i64(-3000..10_000))).unwrap();
+        let mut tool = guard.end().unwrap().point();
+        for _ in 0..6 {
+            let target = at(random.i64(-4000..14_000), random.i64(-4000..11_000));
+            match guard.jog(target, 600) {
+                Ok(_) => admitted += 1,
+                Err(_) => refused += 1,
+            }
+            let targets: Vec<Point> = guard.in_flight().collect();
+            for _ in 0..12 {
+                let to = targets[random.usize(0..targets.len())];
+                let share = random.i64(0..=16);
+                let d = to.minus(tool);
+                let part = |d: i32| i64::from(d) * share / 16;
+                let next = at(i64::from(tool.x.units()) + part(d.dx), i64::from(tool.y.units()) + part(d.dy));
+                // Rounding to the lattice moves the tool by a unit and more with every step.
+                let threshold = Length::from_units(300 - 12).unwrap();
+                let motion = Segment { from: tool, to: next };
+                guard.part().edges_clear(motion, threshold).unwrap();
+                tool = if random.bool() { next } else { to };
+                if tool == to {
+                    guard.part().edges_clear(Segment { from: next, to }, threshold).unwrap();
+                }
+            }
+        }
+    }
+    assert!(admitted > 400 && refused > 400, "{admitted} admitted, {refused} refused");
+}
+
+#[test]
+fn without_a_position_nothing_is_admitted() {
+    let mut guard = guard();
+    assert_eq!(guard.jog(at(-1000, 0), 600), Err(Refusal::PositionUnknown));
+    assert!(matches!(guard.locate(at(100, 100)), Err(Refusal::Blocked(_))));
+    guard.locate(at(-200, 100)).unwrap();
+    assert!(guard.stands_inside());
+    assert_eq!(guard.jog(at(-900, 100), 600), Err(Refusal::StandsInside));
+    guard.locate(at(-1000, 0)).unwrap();
+    assert_eq!(guard.jog(at(-30_000, 0), 600), Err(Refusal::BeyondStroke(at(-30_000, 0))));
+    assert_eq!(guard.jog(at(-1003, -3), 600), Err(Refusal::TooShort));
+    guard.jog(at(-1000, 900), 600).unwrap();
+    assert!(guard.refused() && !guard.refused() && guard.unacknowledged() == 0);
+    assert_eq!(guard.locate(at(-1000, 0)), Err(Refusal::InMotion));
+    guard.forget();
+    assert_eq!(guard.jog(at(-1000, 0), 600), Err(Refusal::PositionUnknown));
+}
+
+#[test]
+fn a_refused_line_may_arrive_once_more() {
+    let mut guard = guard_of(MotionShape::Line, false);
+    guard.locate(at(-1000, 0)).unwrap();
+    guard.jog(at(-1000, 2000), 600).unwrap();
+    assert!(guard.refused());
+    assert_eq!(guard.jog(at(-1000, 3000), 600), Err(Refusal::Full), "it may still be unread");
+    // Its second copy was accepted: it is in the queue, and the line after it is not the one that has left.
+    sees(&mut guard, &sighting(at(-1000, 100), false, 1), 0);
+    guard.jog(at(-1000, 3000), 600).unwrap();
+    guard.acknowledged().unwrap();
+    for (ms, y) in [(20, 110), (600, 400), (1200, 700), (1800, 1000)] {
+        sees(&mut guard, &sighting(at(-1000, y), false, 2), ms);
+        assert_eq!(guard.in_flight().filter(|target| target.y.units() >= 2000).count(), 2, "{ms}");
+    }
+    for ms in [2400, 2500] {
+        sees(&mut guard, &sighting(at(-1000, 3000), true, 0), ms);
+    }
+    assert!(guard.settled());
+}
+
+#[test]
+fn a_refused_line_is_none_that_left_the_queue() {
+    let mut guard = guard_of(MotionShape::Line, false);
+    guard.locate(at(-1000, 0)).unwrap();
+    guard.jog(at(-1000, 2000), 600).unwrap();
+    guard.acknowledged().unwrap();
+    sees(&mut guard, &sighting(at(-1000, 0), false, 1), 0);
+    guard.jog(at(-3000, 2000), 600).unwrap();
+    assert!(guard.refused());
+    // One motion in the queue of two lines that were answered; and the tool is seen off its way.
+    for (x, y, ms) in [(-1050, 1000, 20), (-1200, 1100, 600), (-1400, 1210, 1200), (-1600, 1320, 1800)] {
+        sees(&mut guard, &sighting(at(x, y), false, 1), ms);
+        assert!(guard.in_flight().any(|target| target == at(-1000, 2000)), "{ms}");
+    }
+}
+
+fn sighting(position: Point, at_rest: bool, queued: usize) -> Sighting {
+    Sighting { position, at_rest, queued: Some(queued), waiting: false }
+}
+
+fn time(ms: u64) -> Time {
+    Time::from_micros(ms * 1000)
+}
+
+/// A query leaves, and its answer arrives a little later.
+fn sees(guard: &mut Guard, sighting: &Sighting, ms: u64) {
+    let stamp = guard.stamp(time(ms));
+    guard.reported(sighting, stamp, time(ms + 5)).unwrap();
+}
+
+#[test]
+fn targets_leave_only_by_evidence() {
+    let mut guard = guard();
+    guard.locate(at(-1000, 0)).unwrap();
+    let before = guard.stamp(time(0));
+    guard.jog(at(-1000, 2000), 600).unwrap();
+    // Reports at rest that were asked for before the line, or before its acknowledgement, prove nothing.
+    for _ in 0..3 {
+        guard.reported(&sighting(at(-1000, 0), true, 0), before, time(50)).unwrap();
+        assert_eq!(guard.in_flight().count(), 2);
+        let unacknowledged = guard.stamp(time(50));
+        guard.reported(&sighting(at(-1000, 0), true, 0), unacknowledged, time(60)).unwrap();
+        assert_eq!(guard.in_flight().count(), 2);
+    }
+    guard.acknowledged().unwrap();
+    assert_eq!(guard.acknowledged(), Err(Refusal::UnexpectedAcknowledgement));
+    guard.jog(at(-1000, 4000), 600).unwrap();
+    guard.acknowledged().unwrap();
+    // The first block has left the planner; it is executed for sure only after the drain time.
+    let stamp = guard.stamp(time(100));
+    guard.reported(&sighting(at(-1000, 1500), false, 1), stamp, time(120)).unwrap();
+    assert_eq!(guard.in_flight().count(), 3);
+    let stamp = guard.stamp(time(200));
+    guard.reported(&sighting(at(-1000, 2100), false, 1), stamp, time(220)).unwrap();
+    assert_eq!(guard.in_flight().count(), 3, "too early");
+    let stamp = guard.stamp(time(700));
+    guard.reported(&sighting(at(-1000, 2500), false, 1), stamp, time(720)).unwrap();
+    assert_eq!(guard.in_flight().collect::<Vec<_>>(), [at(-1000, 2500), at(-1000, 4000)]);
+    // At rest short of the target: once may be a report between two motions, twice is a stop.
+    let stamp = guard.stamp(time(800));
+    guard.reported(&sighting(at(-1000, 3000), true, 0), stamp, time(820)).unwrap();
+    assert!(!guard.settled());
+    let stamp = guard.stamp(time(900));
+    guard.reported(&sighting(at(-1000, 3000), true, 0), stamp, time(920)).unwrap();
+    assert!(guard.settled());
+}
+
+#[test]
+fn position_off_the_certified_set_is_refused() {
+    let mut guard = guard();
+    guard.locate(at(-1000, 0)).unwrap();
+    guard.jog(at(-1000, 2000), 600).unwrap();
+    let stamp = guard.stamp(Time::ZERO);
+    assert!(guard.reported(&sighting(at(-1004, 500), false, 1), stamp, Time::ZERO).is_ok());
+    assert!(guard.reported(&sighting(at(-1010, 500), false, 1), stamp, Time::ZERO).is_ok());
+    // Two resolutions, and a unit for rounding.
+    assert!(guard.reported(&sighting(at(-1011, 500), false, 1), stamp, Time::ZERO).is_ok());
+    let off = at(-1012, 500);
+    assert_eq!(guard.reported(&sighting(off, false, 1), stamp, Time::ZERO), Err(Refusal::OffCertified(off)));
+}
+
+fn take_contour(guard: &mut Guard, curves: Vec<(Curve, u32)>) -> Result<(), Refusal> {
+    guard.begin_contour(curves)?;
+    assert_eq!(guard.next_of_contour(), None, "not before it is certified");
+    while guard.certify_contour(1)? != Certification::Done {}
+    Ok(())
+}
+
+#[test]
+fn contour_is_certified_whole_and_handed_out_one_by_one() {
+    let mut guard = guard();
+    guard.locate(at(-310, 0)).unwrap();
+    let line = |a, b| (Curve::Line(Segment { from: a, to: b }), 300);
+    let (p, q, r) = (at(-310, 0), at(-301, 3000), at(-310, 6000));
+    let gouge = vec![line(p, at(-280, 3000)), line(at(-280, 3000), r)];
+    assert!(matches!(take_contour(&mut guard, gouge), Err(Refusal::Gouge(gouge)) if gouge.index == 0));
+    let jump = vec![line(q, r)];
+    assert_eq!(take_contour(&mut guard, jump), Err(Refusal::OffCertified(q)));
+    take_contour(&mut guard, vec![line(p, q), line(q, r)]).unwrap();
+    assert_eq!(guard.next_of_contour().unwrap().target(), q);
+    assert_eq!(guard.next_of_contour(), None, "not before the acknowledgement");
+    assert_eq!(guard.jog(p, 600), Err(Refusal::InMotion));
+    guard.acknowledged().unwrap();
+    assert_eq!(guard.next_of_contour().unwrap().target(), r);
+    guard.acknowledged().unwrap();
+    let stamp = guard.stamp(Time::ZERO);
+    guard.reported(&sighting(r, true, 0), stamp, Time::ZERO).unwrap();
+    assert!(guard.settled());
+    assert_eq!(guard.end().unwrap().point(), r);
+}
+
+/// The tail was rounded, and lost its straight way to the last target by a unit, as happens in sliding contact. At
+/// rest at the target the set must become the target all the same, or the tool could never move again.
+#[test]
+fn rest_at_a_target_is_settled_whatever_the_tail_sees() {
+    let mut guard = guard();
+    let time = time(1);
+    guard.locate(at(-301, -500)).unwrap();
+    guard.jog(at(-301, 7200), 600).unwrap();
+    guard.acknowledged().unwrap();
+    // Rounded toward the wall, beyond the corner's reach: free, but the way along the wall is blocked.
+    guard.set.tail = Some(guard.part().free_point(at(-280, -120), Length::from_units(300).unwrap()).unwrap());
+    let tail = guard.set.tail.unwrap();
+    assert!(guard.part().motion(tail, at(-301, 7200)).is_err());
+    for _ in 0..2 {
+        let stamp = guard.stamp(time);
+        guard.reported(&sighting(at(-304, 7198), true, 0), stamp, time).unwrap();
+    }
+    assert!(guard.settled());
+    guard.jog(at(-900, 7200), 600).unwrap();
+}
+
+/// Jogs of which a cancel may leave the line, and contours that keep to it.
+#[test]
+fn jogs_can_be_boxes_and_contours_lines() {
+    let slanted = Curve::Line(Segment { from: at(-1000, 2000), to: at(-400, 2600) });
+    let certify = |shape, contours, to: Point| {
+        let mut guard = guard_of(shape, true);
+        guard.rules.contours = contours;
+        guard.locate(at(-1000, 2000)).unwrap();
+        let jog = guard.admits(to);
+        guard.begin_contour(vec![(slanted, 600)]).unwrap();
+        (jog.is_ok(), guard.certify_contour(9).is_ok())
+    };
+    // Past the corner of the L: the line is clear, its box is not.
+    let past = at(300, 12_000);
+    assert_eq!(certify(MotionShape::Line, MotionShape::Line, past), (true, true));
+    assert_eq!(certify(MotionShape::Box, MotionShape::Line, past), (false, true));
+    assert_eq!(certify(MotionShape::Box, MotionShape::Box, at(-400, 2600)), (true, true));
+    let arc = |to: Point| {
+        let turn = keepout_kernel::Turn::Left;
+        Curve::Arc(keepout_kernel::Arc::new(at(-1000, 2000), to, at(-2000, 2000), turn).unwrap())
+    };
+    let quarter = arc(at(-2000, 3000));
+    let mut guard = guard_of(MotionShape::Line, true);
+    guard.locate(at(-1000, 2000)).unwrap();
+    guard.begin_contour(vec![(arc(at(-3000, 2000)), 600)]).unwrap();
+    assert_eq!(guard.certify_contour(9), Err(Refusal::ArcTooLong(at(-1000, 2000))));
+    for (contours, clear) in [(MotionShape::Line, true), (MotionShape::Box, false)] {
+        let mut guard = guard_of(MotionShape::Box, true);
+        guard.rules.contours = contours;
+        guard.locate(at(-1000, 2000)).unwrap();
+        guard.begin_contour(vec![(quarter, 600)]).unwrap();
+        assert_eq!(guard.certify_contour(9).is_ok(), clear, "{contours:?}");
+    }
+}
+
+/// A report that was damaged, or is an old one, says that the tool rests where it was sent to; truly it is half-way, beyond
+/// the part. Where a checksum rules that out one report is enough, and this would go wrong.
+#[test]
+fn one_report_of_rest_is_not_believed_without_a_checksum() {
+    for checked in [false, true] {
+        let mut guard = guard_of(MotionShape::Line, checked);
+        let time = time(1);
+        let (home, far, across) = (at(-1000, -1000), at(-1000, 8000), at(9900, -1000));
+        guard.locate(home).unwrap();
+        for target in [far, home] {
+            guard.jog(target, 600).unwrap();
+            guard.acknowledged().unwrap();
+            let stamp = guard.stamp(time);
+            guard.reported(&sighting(home, false, 1), stamp, time).unwrap();
+        }
+        let stamp = guard.stamp(time);
+        guard.reported(&sighting(home, true, 0), stamp, time).unwrap();
+        assert_eq!(guard.settled(), checked);
+        // From home it is clear; from where the tool may be it leads through the part.
+        assert_eq!(guard.jog(across, 600).is_ok(), checked);
+        let true_way = Segment { from: far, to: across };
+        assert!(guard.part().edges_clear(true_way, Length::ZERO).is_err());
+        if !checked {
+            guard.reported(&sighting(home, true, 0), stamp, time).unwrap();
+            assert!(guard.settled(), "two that agree are believed");
+        }
+    }
+}
+
+/// Acknowledgements that come twice let nothing be sent ahead of what the controller has read.
+#[test]
+fn lines_go_out_only_as_the_controller_reads_them() {
+    let mut guard = guard_of(MotionShape::Line, false);
+    guard.locate(at(-1000, 0)).unwrap();
+    guard.jog(at(-1000, 1000), 600).unwrap();
+    guard.acknowledged().unwrap();
+    assert_eq!(guard.jog(at(-1000, 3000), 600), Err(Refusal::Full));
+    let (asked, later) = (guard.stamp(Time::ZERO), Time::ZERO.after(DRAIN));
+    let full = Sighting { waiting: true, ..sighting(at(-1000, 0), false, 0) };
+    guard.reported(&full, asked, later).unwrap();
+    assert_eq!(guard.jog(at(-1000, 3000), 600), Err(Refusal::Full));
+    guard.reported(&sighting(at(-1000, 0), false, 1), asked, later).unwrap();
+    guard.jog(at(-1000, 3000), 600).unwrap();
+
+    let mut guard = guard_of(MotionShape::Line, false);
+    guard.locate(at(-1000, 0)).unwrap();
+    let line = |y| Curve::Line(Segment { from: at(-1000, y), to: at(-1000, y + 100) });
+    guard.begin_contour((0..4).map(|k| (line(100 * k), 300)).collect()).unwrap();
+    assert_eq!(guard.certify_contour(4), Ok(Certification::Done));
+    let before = guard.stamp(Time::ZERO);
+    assert!(guard.next_of_contour().is_some());
+    guard.acknowledged().unwrap();
+    assert!(guard.awaits_reading() && guard.next_of_contour().is_none());
+    guard.reported(&sighting(at(-1000, 0), false, 1), before, later).unwrap();
+    assert!(guard.next_of_contour().is_none());
+    let behind = guard.stamp(Time::ZERO);
+    guard.reported(&sighting(at(-1000, 0), false, 1), behind, later).unwrap();
+    assert!(!guard.awaits_reading() && guard.next_of_contour().is_some());
+}
+
+/// The clock jumps while the tool has yet to drive there and back: seen on the way there, it is not on its way back.
+#[test]
+fn a_clock_that_jumps_retires_nothing() {
+    for checked in [false, true] {
+        for shape in [MotionShape::Line, MotionShape::Box] {
+            let mut guard = guard_of(shape, checked);
+            let (south, west) = (at(-1000, -1000), at(-1000, 8000));
+            guard.locate(south).unwrap();
+            for target in [west, south] {
+                guard.jog(target, 600).unwrap();
+                guard.acknowledged().unwrap();
+                let mut now = Time::ZERO;
+                for _ in 0..4 {
+                    let stamp = guard.stamp(now);
+                    guard.reported(&sighting(south, false, 0), stamp, now).unwrap();
+                    now = now.after(2 * DRAIN);
+                }
+            }
+            let ways: Vec<Point> = guard.in_flight().collect();
+            assert!(ways.contains(&west), "{checked} {shape:?}");
+            assert!(guard.jog(at(9900, -1000), 600).is_err(), "{checked} {shape:?}: through the part");
+            // Seen farther on, and on the way back, it has been there.
+            let mut now = Time::ZERO.after(20 * DRAIN);
+            for y in [2000, 6000, 5000, 4000, 3000, 2000] {
+                let stamp = guard.stamp(now);
+                guard.reported(&sighting(at(-1000, y), false, 0), stamp, now).unwrap();
+                now = now.after(2 * DRAIN);
+            }
+            assert!(!guard.in_flight().any(|place| place == west), "{checked} {shape:?}");
+        }
+    }
+}
+
+/// A tool that stops short again and again, each time ahead of where it is reported, and turns a little: the errors do not
+/// add up.
+#[test]
+fn errors_of_reports_do_not_add_up() {
+    // An error of 4, rounded to the lattice, is less than the resolution of 5.
+    const ERROR: f64 = 4.0;
+    let mut guard = guard();
+    let mut tool = (-6000.0, 0.0);
+    guard.locate(at(-6000, 0)).unwrap();
+    let lattice = |(x, y): (f64, f64)| at(nearest_unit(x), nearest_unit(y));
+    let mut now = Time::ZERO;
+    for step in 0..200 {
+        let (sin, cos) = (f64::from(step) * 0.2).sin_cos();
+        let ahead = |from: (f64, f64), by: f64| (from.0 + cos * by, from.1 + sin * by);
+        let goal = lattice(ahead(tool, 3000.0));
+        guard.jog(goal, 600).unwrap();
+        guard.acknowledged().unwrap();
+        let goal = (f64::from(goal.x.units()), f64::from(goal.y.units()));
+        let way = |t: f64| (tool.0 + (goal.0 - tool.0) * t, tool.1 + (goal.1 - tool.1) * t);
+        for (t, rests) in [(0.02, false), (0.06, false), (0.08, true), (0.08, true)] {
+            let seen = sighting(lattice(ahead(way(t), -ERROR)), rests, 0);
+            now = now.after(core::time::Duration::from_millis(10));
+            guard.reported(&seen, guard.stamp(now), now).unwrap();
+        }
+        tool = way(0.08);
+        assert!(guard.settled());
+        let known = guard.tail().unwrap().point();
+        assert!(
+            !points_within(known, lattice(tool), guard.rules().resolution).is_clear(),
+            "{known:?} {tool:?}"
+        );
+    }
+}
+
+/// A reset drops what a controller holds, without an alarm: nothing more of a contour goes out when it rests too early.
+#[test]
+fn nothing_of_a_contour_goes_out_while_the_controller_rests_too_early() {
+    let mut guard = guard();
+    guard.locate(at(-310, 0)).unwrap();
+    let line = |a, b| (Curve::Line(Segment { from: a, to: b }), 300);
+    let (p, q, r) = (at(-310, 0), at(-310, 3000), at(-310, 6000));
+    take_contour(&mut guard, vec![line(p, q), line(q, r)]).unwrap();
+    guard.next_of_contour().unwrap();
+    let unacknowledged = guard.stamp(Time::ZERO);
+    guard.acknowledged().unwrap();
+    let (stamp, moving) = (guard.stamp(Time::ZERO), sighting(at(-310, 1000), false, 0));
+    let rests = sighting(at(-310, 1000), true, 0);
+    // Asked for before the motion was acknowledged, this says nothing of it.
+    guard.reported(&rests, unacknowledged, Time::ZERO).unwrap();
+    guard.reported(&rests, stamp, Time::ZERO).unwrap();
+    assert!(guard.awaits_reading() && guard.next_of_contour().is_none());
+    guard.reported(&moving, stamp, Time::ZERO).unwrap();
+    assert_eq!(guard.next_of_contour().unwrap().target(), r);
+    guard.acknowledged().unwrap();
+    let (stamp, stopped) = (guard.stamp(Time::ZERO), at(-310, 4000));
+    guard.reported(&sighting(stopped, true, 0), stamp, Time::ZERO).unwrap();
+    let dropped = guard.reported(&sighting(stopped, true, 0), stamp, Time::ZERO);
+    assert_eq!(dropped, Err(Refusal::Dropped(stopped)));
+}

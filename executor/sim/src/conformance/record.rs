@@ -1,0 +1,326 @@
+//! The recorder: plays scenarios at a port and stores what goes over the line.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use keepout_executor::session::port::Port;
+use keepout_executor::session::{Clock, Sample};
+use keepout_executor::supervisor::Mode;
+use keepout_guard::Time;
+use keepout_planner::units::point_mm;
+
+use super::error::{LIMIT, RecordError};
+use super::path::Mm2;
+use super::recording::{EVENTS_MAX, Event, Header, Recording, What};
+use super::scenario::{RESET, Scenario, Step};
+use super::start::{Known, Setup};
+
+/// What a recorder works at.
+#[derive(Debug)]
+pub struct Bench<'a, P, C> {
+    /// The controller's port.
+    pub port: &'a mut P,
+    /// Where time comes from.
+    pub clock: &'a mut C,
+    /// Takes the true tool positions from the port; nothing at a machine.
+    pub tool: fn(&mut P, &mut Vec<Sample>),
+}
+
+/// A recording under way.
+#[derive(Debug)]
+pub struct Recorder<'a, P, C> {
+    pub(super) bench: Bench<'a, P, C>,
+    pub(super) setup: Setup,
+    pub(super) recording: Recording,
+    pub(super) known: Known,
+    /// Lengths of the lines that are unanswered.
+    pub(super) open: VecDeque<usize>,
+    pub(super) seen: Option<Seen>,
+    /// Idle reports in a row that agree, of queries after the last action.
+    pub(super) agreeing: u8,
+    /// When something other than a query was last sent.
+    acted: Time,
+    /// The last report answers a query that was sent after that.
+    fresh: bool,
+    /// The middle of the box.
+    pub(super) origin: Mm2,
+    /// When the query was sent that is unanswered.
+    asked: Option<Time>,
+    query_due: Time,
+    line: Vec<u8>,
+    bytes: Vec<u8>,
+    samples: Vec<Sample>,
+    tool: Option<Mm2>,
+    scenario: String,
+}
+
+/// What a report stated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Seen {
+    pub mode: Mode,
+    pub at: Option<Mm2>,
+}
+
+/// A query is sent again after this.
+const ASK_AGAIN: Duration = Duration::from_millis(500);
+/// A line that is unanswered for so long at rest was thrown away.
+const THROWN_AWAY: Duration = Duration::from_millis(300);
+/// Longest received line that is kept.
+const LINE_MAX: usize = 512;
+/// Receive buffer of a controller that does not state it.
+const RECEIVE_BUFFER: u32 = 128;
+/// Planner blocks of a controller that does not state them.
+const BLOCKS: u32 = 15;
+
+impl<'a, P: Port, C: Clock> Recorder<'a, P, C> {
+    pub(super) fn new(bench: Bench<'a, P, C>, setup: Setup, header: Header) -> Self {
+        Self {
+            bench,
+            setup,
+            recording: Recording { header, events: Vec::new() },
+            known: Known::default(),
+            open: VecDeque::new(),
+            seen: None,
+            agreeing: 0,
+            acted: Time::ZERO,
+            fresh: false,
+            origin: Mm2::default(),
+            asked: None,
+            query_due: Time::ZERO,
+            line: Vec::new(),
+            bytes: Vec::new(),
+            samples: Vec::new(),
+            tool: None,
+            scenario: String::new(),
+        }
+    }
+
+    /// What the controller states of itself.
+    #[must_use]
+    pub fn known(&self) -> &Known {
+        &self.known
+    }
+
+    /// Blocks of the controller's planner, as it states them.
+    #[must_use]
+    pub fn blocks(&self) -> u32 {
+        self.known.blocks.unwrap_or(BLOCKS).clamp(2, 1000)
+    }
+
+    /// The middle of the box.
+    #[must_use]
+    pub fn origin(&self) -> Mm2 {
+        self.origin
+    }
+
+    /// Ends the recording.
+    #[must_use]
+    pub fn finish(self) -> Recording {
+        self.recording
+    }
+
+    /// Plays a scenario. After an error it sends nothing more. The queued motions end in the box.
+    ///
+    /// # Errors
+    /// [`RecordError`] when the port fails, the scenario leaves the box, or the controller does not come to rest.
+    pub fn play(&mut self, scenario: &Scenario) -> Result<(), RecordError> {
+        self.scenario.clone_from(&scenario.name);
+        let half = self.setup.box_mm / 2.0;
+        let leaves = |step: &Step| match step {
+            Step::Jog { to, .. } | Step::Cut { to, .. } => to.x.abs().max(to.y.abs()) > half,
+            _ => false,
+        };
+        if scenario.steps.iter().any(leaves) {
+            return Err(RecordError::OutsideBox { scenario: scenario.name.clone() });
+        }
+        let begin = What::Begin { name: scenario.name.clone(), origin: self.origin };
+        let now = self.bench.clock.now();
+        self.push(now, begin)?;
+        scenario.steps.iter().try_for_each(|step| self.step(step))
+    }
+
+    pub(super) fn go_to_origin(&mut self) -> Result<(), RecordError> {
+        self.step(&Step::Jog { to: Mm2::default(), feed: APPROACH })?;
+        self.step(&Step::Rest)
+    }
+
+    fn step(&mut self, step: &Step) -> Result<(), RecordError> {
+        match step {
+            Step::Line(line) => self.send_line(line),
+            Step::Jog { to, feed } => self.send_line(&self.motion("$J=G53G90G21", *to, *feed)),
+            Step::Cut { to, feed } => self.send_line(&self.motion("G1G53G21G90G94", *to, *feed)),
+            Step::Realtime(character) => self.send_realtime(*character),
+            Step::Wait(time) => self.pump(*time, |_| false).map(drop),
+            Step::Answered => self.within(|recorder| recorder.open.is_empty()),
+            Step::Rest => self.rest(),
+        }
+    }
+
+    fn motion(&self, words: &str, to: Mm2, feed: u32) -> String {
+        let at = self.origin.plus(to);
+        format!("{words}X{:.3}Y{:.3}F{feed}", at.x, at.y)
+    }
+
+    /// Sends a line once the controller's receive buffer has room for it.
+    pub(super) fn send_line(&mut self, line: &str) -> Result<(), RecordError> {
+        let length = line.len() + 1;
+        let buffer = self.known.receive_buffer.unwrap_or(RECEIVE_BUFFER);
+        let room = usize::try_from(buffer).unwrap_or(usize::MAX).saturating_sub(length + 1);
+        self.within(|recorder| recorder.open.iter().sum::<usize>() <= room)?;
+        self.send(format!("{line}\n").into_bytes())?;
+        self.open.push_back(length);
+        Ok(())
+    }
+
+    fn send_realtime(&mut self, character: u8) -> Result<(), RecordError> {
+        self.send(vec![character])?;
+        if character == RESET {
+            self.open.clear();
+            self.asked = None;
+        }
+        Ok(())
+    }
+
+    fn send(&mut self, bytes: Vec<u8>) -> Result<(), RecordError> {
+        let now = self.bench.clock.now();
+        self.bench.port.write(&bytes, now)?;
+        self.act();
+        self.push(now, What::Sent(bytes))
+    }
+
+    /// Answers to queries that were sent earlier say nothing about what follows.
+    pub(super) fn act(&mut self) {
+        (self.acted, self.agreeing, self.fresh) = (self.bench.clock.now(), 0, false);
+    }
+
+    /// Waits for rest: two idle reports that agree, with every line answered, or thrown away by a cancel.
+    fn rest(&mut self) -> Result<(), RecordError> {
+        let mut thrown_away = Time::NEVER;
+        self.act();
+        self.within(|recorder| {
+            if recorder.agreeing < 2 {
+                thrown_away = recorder.last_event().after(THROWN_AWAY);
+            }
+            let settled = recorder.open.is_empty() || recorder.last_event() >= thrown_away;
+            recorder.is_locked() || recorder.agreeing >= 2 && settled
+        })?;
+        if self.is_locked() {
+            return Err(RecordError::Alarm { scenario: self.scenario.clone() });
+        }
+        self.open.clear();
+        let now = self.bench.clock.now();
+        self.push(now, What::Rest)
+    }
+
+    /// Whether an alarm was reported since the last action.
+    fn is_locked(&self) -> bool {
+        self.fresh && self.seen.is_some_and(|seen| seen.mode == Mode::Alarm)
+    }
+
+    fn last_event(&self) -> Time {
+        self.recording.events.last().map_or(Time::ZERO, |event| event.at)
+    }
+
+    fn within(&mut self, done: impl FnMut(&Self) -> bool) -> Result<(), RecordError> {
+        if self.pump(LIMIT, done)? {
+            return Ok(());
+        }
+        Err(RecordError::NoRest { scenario: self.scenario.clone() })
+    }
+
+    /// Reads, and queries the status, until `done` or for so long; whether it was done.
+    pub(super) fn pump(
+        &mut self,
+        within: Duration,
+        mut done: impl FnMut(&Self) -> bool,
+    ) -> Result<bool, RecordError> {
+        let end = self.bench.clock.now().after(within);
+        loop {
+            let now = self.bench.clock.now();
+            self.read(now)?;
+            if done(self) {
+                return Ok(true);
+            }
+            if now >= end {
+                return Ok(false);
+            }
+            let due = self.asked.map_or(self.query_due, |asked| asked.after(ASK_AGAIN));
+            if now >= due {
+                self.bench.port.write(b"?", now)?;
+                (self.asked, self.query_due) = (Some(now), now.after(self.setup.interval));
+                self.push(now, What::Sent(b"?".to_vec()))?;
+                continue;
+            }
+            self.bench.clock.wait(end.min(due).min(self.bench.port.next_event()));
+        }
+    }
+
+    fn read(&mut self, now: Time) -> Result<(), RecordError> {
+        let mut bytes = std::mem::take(&mut self.bytes);
+        bytes.clear();
+        let outcome = self.bench.port.read(&mut bytes, now);
+        self.take_tool()?;
+        for &byte in &bytes {
+            match byte {
+                b'\n' => self.take_line(now)?,
+                b'\r' => {}
+                _ if self.line.len() < LINE_MAX => self.line.push(byte),
+                _ => {}
+            }
+        }
+        self.bytes = bytes;
+        Ok(outcome?)
+    }
+
+    /// Stores the true positions, each place once.
+    fn take_tool(&mut self) -> Result<(), RecordError> {
+        let mut samples = std::mem::take(&mut self.samples);
+        (self.bench.tool)(self.bench.port, &mut samples);
+        for Sample { at, position_mm: (x, y), kind } in samples.drain(..) {
+            let place = Mm2::new(x, y);
+            if self.tool.replace(place) != Some(place) {
+                self.push(at, What::Tool { at: place, kind })?;
+            }
+        }
+        self.samples = samples;
+        Ok(())
+    }
+
+    fn take_line(&mut self, now: Time) -> Result<(), RecordError> {
+        let line = std::mem::take(&mut self.line);
+        let text = String::from_utf8_lossy(&line).into_owned();
+        if text == "ok" || text.starts_with("error:") {
+            self.open.pop_front();
+        }
+        self.known.take(&text);
+        let event = Event { at: now, what: What::Received(line) };
+        if let Some(status) = event.status() {
+            let at = status.position.map(|position| {
+                let (x, y) = point_mm(position);
+                Mm2::new(x, y)
+            });
+            self.take_report(Seen { mode: status.mode, at });
+        }
+        self.push(event.at, event.what)
+    }
+
+    fn take_report(&mut self, seen: Seen) {
+        let asked = self.asked.take();
+        self.fresh = asked.is_some_and(|asked| asked >= self.acted);
+        let counts = seen.mode == Mode::Idle && self.fresh;
+        let agrees = self.agreeing == 0 || self.seen == Some(seen);
+        self.agreeing = if counts && agrees { self.agreeing.saturating_add(1) } else { u8::from(counts) };
+        self.seen = Some(seen);
+    }
+
+    fn push(&mut self, at: Time, what: What) -> Result<(), RecordError> {
+        if self.recording.events.len() >= EVENTS_MAX {
+            return Err(RecordError::TooLong);
+        }
+        self.recording.events.push(Event { at, what });
+        Ok(())
+    }
+}
+
+/// Feed of the way to the middle of the box, mm/min.
+const APPROACH: u32 = 300;

@@ -1,0 +1,109 @@
+//! A recording: what went over the line and where the tool was, with times.
+
+use keepout_executor::dialect::Status;
+use keepout_executor::session::SampleKind;
+use keepout_guard::Time;
+
+use super::path::Mm2;
+
+/// Most events of a recording.
+pub const EVENTS_MAX: usize = 4_000_000;
+
+/// One thing that happened.
+#[derive(Clone, Debug, PartialEq)]
+pub enum What {
+    /// A scenario began, about this place in machine coordinates.
+    Begin {
+        /// Its name.
+        name: String,
+        /// The middle of its box.
+        origin: Mm2,
+    },
+    /// Bytes were sent.
+    Sent(Vec<u8>),
+    /// A line was received, without its end.
+    Received(Vec<u8>),
+    /// The controller was seen at rest.
+    Rest,
+    /// The tool was truly here, machine coordinates. Only a simulated machine tells.
+    Tool {
+        /// Where.
+        at: Mm2,
+        /// What the machine was doing.
+        kind: SampleKind,
+    },
+}
+
+/// One thing that happened, and when.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Event {
+    /// When.
+    pub at: Time,
+    /// What.
+    pub what: What,
+}
+
+impl Event {
+    /// The status report in a received line.
+    #[must_use]
+    pub fn status(&self) -> Option<Status<'_>> {
+        match &self.what {
+            What::Received(line) => Status::parse(std::str::from_utf8(line).ok()?),
+            _ => None,
+        }
+    }
+
+    /// Whether it is a status query.
+    #[must_use]
+    pub fn is_query(&self) -> bool {
+        matches!(&self.what, What::Sent(bytes) if bytes == b"?")
+    }
+}
+
+/// Of what a recording is.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Header {
+    /// The dialect.
+    pub dialect: String,
+    /// Last digit of a reported position, mm.
+    pub digit_mm: f64,
+    /// A step of the drives, mm.
+    pub step_mm: f64,
+}
+
+impl Header {
+    /// Positions agree within this, mm: the report's digit, a step, and 2 µm for rounding.
+    #[must_use]
+    pub fn tolerance_mm(&self) -> f64 {
+        self.digit_mm + self.step_mm + 0.002
+    }
+}
+
+/// A recording.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Recording {
+    /// Of what it is.
+    pub header: Header,
+    /// What happened, in order.
+    pub events: Vec<Event>,
+}
+
+impl Recording {
+    /// The events of each scenario, with its name and the middle of its box.
+    pub fn scenarios(&self) -> impl Iterator<Item = (&str, Mm2, &[Event])> {
+        let mut rest = self.events.as_slice();
+        std::iter::from_fn(move || {
+            loop {
+                let (first, after) = rest.split_first()?;
+                let What::Begin { name, origin } = &first.what else {
+                    rest = after;
+                    continue;
+                };
+                let begins = |event: &Event| matches!(event.what, What::Begin { .. });
+                let (events, next) = after.split_at(after.iter().position(begins).unwrap_or(after.len()));
+                rest = next;
+                return Some((name.as_str(), *origin, events));
+            }
+        })
+    }
+}

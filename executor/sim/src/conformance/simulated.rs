@@ -1,0 +1,61 @@
+//! The same scenarios at a simulated controller, in virtual time.
+
+use std::time::Duration;
+
+use keepout_executor::session::VirtualClock;
+
+use super::error::RecordError;
+use super::path::Mm2;
+use super::record::{Bench, Recorder};
+use super::recording::Recording;
+use super::scenario::Scenario;
+use super::start::{Setup, Start};
+use crate::{Quirks, SimMachine, SimSettings, Slip, VirtualPort, speaking};
+
+/// The simulated machine.
+#[derive(Clone, Debug)]
+pub struct Setting {
+    /// What the recording is made with.
+    pub setup: Setup,
+    /// Where the tool stands.
+    pub at: Mm2,
+    /// Baud rate of the line.
+    pub baud: u32,
+    /// What the controller does besides.
+    pub quirks: Quirks,
+}
+
+/// Delay of the line each way, with a USB adapter.
+const DELAY: Duration = Duration::from_millis(1);
+/// A setting is stored within this.
+const STORES_WITHIN: Duration = Duration::from_secs(1);
+
+/// Plays the scenarios at the simulated controller of the setup's dialect.
+///
+/// # Errors
+/// [`RecordError`] as at a port.
+pub fn simulate(setting: &Setting, scenarios: &[Scenario]) -> Result<Recording, RecordError> {
+    let machine = setting.setup.machine.clone();
+    let setup = Setup { start: Start::Standing, ..setting.setup.clone() };
+    let slip = Slip::wandering(0.0, machine.steps_per_mm, 1);
+    let settings = SimSettings {
+        machine,
+        start_mm: (setting.at.x, setting.at.y),
+        homed: true,
+        homing: Duration::from_secs(1),
+        work_offset_mm: (-37.25, -21.5),
+        quirks: setting.quirks.clone(),
+    };
+    let controller = speaking(&setup.language, settings);
+    let mut port = VirtualPort { machine: SimMachine::new(controller, setting.baud, DELAY, slip) };
+    let mut clock = VirtualClock::default();
+    let bench = Bench {
+        port: &mut port,
+        clock: &mut clock,
+        tool: |port: &mut VirtualPort, into| port.machine.take_samples(into),
+    };
+    let mut recorder = Recorder::begin(bench, setup)?;
+    recorder.ask("$10=3", STORES_WITHIN)?;
+    scenarios.iter().try_for_each(|scenario| recorder.play(scenario))?;
+    Ok(recorder.finish())
+}

@@ -1,0 +1,193 @@
+//! The start of a recording: who answers, where the tool stands, and whether the box lies in the travel.
+
+use std::time::Duration;
+
+use keepout_executor::dialect::Language;
+use keepout_executor::session::Clock;
+use keepout_executor::session::port::Port;
+use keepout_executor::supervisor::Mode;
+use keepout_planner::machine::MachineProfile;
+
+use super::error::RecordError;
+use super::path::Mm2;
+use super::record::{Bench, Recorder};
+use super::recording::Header;
+use super::scenario::Frame;
+
+/// Where the middle of the box is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Start {
+    /// Where the tool stands.
+    Standing,
+    /// The machine is homed first; then the tool moves to the nearest place about which the box lies in the travel.
+    Homed,
+}
+
+/// What a recording is made with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Setup {
+    /// The dialect.
+    pub language: Language,
+    /// The machine's figures.
+    pub machine: MachineProfile,
+    /// Side of the box, mm.
+    pub box_mm: f64,
+    /// Where the middle of the box is.
+    pub start: Start,
+    /// Least time between two status queries.
+    pub interval: Duration,
+}
+
+impl Setup {
+    /// The usual setup for a machine: a box of 20 mm about where the tool stands.
+    #[must_use]
+    pub fn of(language: Language, machine: MachineProfile) -> Self {
+        Self { language, machine, box_mm: 20.0, start: Start::Standing, interval: Duration::from_millis(2) }
+    }
+
+    /// What the scenarios are made for, with a planner of so many blocks.
+    #[must_use]
+    pub fn frame(&self, blocks: u32) -> Frame {
+        let MachineProfile { max_rate_mm_s, acceleration_mm_s2, .. } = self.machine;
+        Frame { box_mm: self.box_mm, max_rate_mm_s, acceleration_mm_s2, blocks }
+    }
+
+    /// The nearest place about which the box lies in the travel, which is [−width, 0] × [−height, 0]; `None` where the box is
+    /// larger than the travel.
+    #[must_use]
+    pub fn nearest_inside(&self, at: Mm2) -> Option<Mm2> {
+        let half = self.box_mm / 2.0;
+        let axis = |value: f64, travel: f64| {
+            let (least, most) = (half - travel, -half);
+            (least <= most).then(|| value.clamp(least, most))
+        };
+        let [width, height] = self.machine.stroke_mm;
+        Some(Mm2::new(axis(at.x, width)?, axis(at.y, height)?))
+    }
+}
+
+/// What a controller states of itself.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Known {
+    /// Its version.
+    pub version: String,
+    /// Its firmware's name, where it states one.
+    pub firmware: String,
+    /// Blocks of its planner.
+    pub blocks: Option<u32>,
+    /// Bytes of its receive buffer.
+    pub receive_buffer: Option<u32>,
+    /// `$13`: whether it reports inches.
+    pub inches: Option<bool>,
+}
+
+impl Known {
+    /// Takes a line that was received.
+    pub(super) fn take(&mut self, line: &str) {
+        let inner = |before: &str| line.strip_prefix(before)?.strip_suffix(']');
+        if let Some(version) = inner("[VER:") {
+            self.version = version.into();
+        } else if let Some(firmware) = inner("[FIRMWARE:") {
+            self.firmware = firmware.into();
+        } else if let Some(options) = inner("[OPT:") {
+            let mut numbers = options.split(',').skip(1).map(|number| number.parse().ok());
+            self.blocks = numbers.next().flatten();
+            self.receive_buffer = numbers.next().flatten();
+        } else if let Some(value) = line.strip_prefix("$13=") {
+            self.inches = Some(!value.starts_with('0'));
+        }
+    }
+
+    /// Version and firmware in one line.
+    #[must_use]
+    pub fn firmware(&self) -> String {
+        format!("{} {}", self.firmware, self.version).trim().into()
+    }
+}
+
+/// Whether the dialect has scenarios.
+///
+/// # Errors
+/// [`RecordError::Dialect`] when it has none.
+pub fn check_dialect(language: &Language) -> Result<(), RecordError> {
+    match language {
+        Language::Grbl | Language::GrblHal => Ok(()),
+        other => Err(RecordError::Dialect { name: other.name().into() }),
+    }
+}
+
+/// A controller that was opened may just have been reset by that, and says nothing for so long.
+const WAKES_WITHIN: Duration = Duration::from_secs(4);
+/// A question is answered within this.
+const ANSWERS_WITHIN: Duration = Duration::from_secs(3);
+/// Homing ends within this.
+const HOMES_WITHIN: Duration = Duration::from_secs(180);
+
+impl<'a, P: Port, C: Clock> Recorder<'a, P, C> {
+    /// Asks who answers and where the tool stands; homes if that is wanted. Stores nothing.
+    ///
+    /// # Errors
+    /// [`RecordError`] when the dialect has no scenarios, nobody answers, the controller does not rest, its positions are not
+    /// machine positions in mm, or the box leaves the travel.
+    pub fn begin(bench: Bench<'a, P, C>, setup: Setup) -> Result<Self, RecordError> {
+        check_dialect(&setup.language)?;
+        let header = Header {
+            dialect: setup.language.name().into(),
+            digit_mm: setup.machine.report_digit_mm,
+            step_mm: 1.0 / setup.machine.steps_per_mm,
+        };
+        let mut recorder = Self::new(bench, setup, header);
+        recorder.wake()?;
+        if recorder.setup.start == Start::Homed {
+            recorder.ask("$H", HOMES_WITHIN)?;
+        }
+        // The first line makes the controller refuse whatever it may have half of.
+        for line in ["$", "$I", "$$"] {
+            recorder.ask(line, ANSWERS_WITHIN)?;
+        }
+        recorder.find_place()?;
+        Ok(recorder)
+    }
+
+    fn wake(&mut self) -> Result<(), RecordError> {
+        if self.pump(WAKES_WITHIN, |recorder| recorder.seen.is_some())? {
+            Ok(())
+        } else {
+            Err(RecordError::Silent)
+        }
+    }
+
+    /// Sends a line and waits for its answer.
+    pub(super) fn ask(&mut self, line: &str, within: Duration) -> Result<(), RecordError> {
+        self.send_line(line)?;
+        if self.pump(within, |recorder| recorder.open.is_empty())? {
+            return Ok(());
+        }
+        Err(RecordError::Unanswered { line: line.into() })
+    }
+
+    fn find_place(&mut self) -> Result<(), RecordError> {
+        match self.known.inches {
+            None => return Err(RecordError::Units),
+            Some(true) => return Err(RecordError::Inches),
+            Some(false) => {}
+        }
+        self.act();
+        self.pump(ANSWERS_WITHIN, |recorder| recorder.agreeing >= 2)?;
+        let seen = self.seen.ok_or(RecordError::Silent)?;
+        if self.agreeing < 2 || seen.mode != Mode::Idle {
+            return Err(RecordError::NotIdle { mode: seen.mode });
+        }
+        let at = seen.at.ok_or(RecordError::NoPosition)?;
+        let inside = self.setup.nearest_inside(at).ok_or(RecordError::SmallTravel)?;
+        if inside.distance(at) > self.recording.header.tolerance_mm() {
+            if self.setup.start != Start::Homed {
+                return Err(RecordError::BeyondTravel { at, inside });
+            }
+            self.origin = inside;
+            return self.go_to_origin();
+        }
+        self.origin = at;
+        Ok(())
+    }
+}

@@ -1,0 +1,298 @@
+//! A controller that speaks a described language: the description, read the other way.
+//!
+//! It echoes and prompts as described, refuses lines that it does not know (1), motions while it moves where they can not be
+//! queued (2), and targets beyond the travel (3).
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use keepout_drives::interpolator::Drives;
+use keepout_executor::dialect::Description;
+use keepout_executor::dialect::described::{Accepted, Slot, Template};
+use keepout_executor::session::Sample;
+use keepout_executor::supervisor::Mode;
+use keepout_guard::{MotionShape, Time};
+
+use super::controller::{Controller, Disturbance};
+use super::grbl::SimSettings;
+use super::plant::Plant;
+
+/// The simulated controller.
+#[derive(Clone, Debug)]
+pub struct DescribedSim {
+    description: Arc<Description>,
+    settings: SimSettings,
+    plant: Plant,
+    line: String,
+    /// Lines that were received and wait for room in the queue, or for homing.
+    waiting: VecDeque<String>,
+    tx: Vec<u8>,
+    homed: bool,
+    fault: bool,
+    /// What the lines of a motion have set so far: written numbers.
+    place: [f64; 2],
+    feed: f64,
+}
+
+/// Longest line.
+const LINE_MAX: usize = 200;
+/// Motions that are queued where they can be.
+const QUEUE_MAX: usize = 16;
+/// Chords leave an arc by no more than this, mm.
+const SAGITTA: f64 = 0.0005;
+
+impl DescribedSim {
+    /// A controller that was just switched on.
+    #[must_use]
+    pub fn new(description: &Arc<Description>, settings: SimSettings) -> Self {
+        let drives = Drives::of(&settings.machine, 0.01);
+        Self {
+            description: Arc::clone(description),
+            plant: Plant::new(drives, settings.start_mm),
+            homed: settings.homed || description.home.is_empty(),
+            settings,
+            line: String::new(),
+            waiting: VecDeque::new(),
+            tx: Vec::new(),
+            fault: false,
+            place: [0.0; 2],
+            feed: 1.0,
+        }
+    }
+
+    fn say(&mut self, text: &str) {
+        let space = if self.description.echo { " " } else { "" };
+        self.tx.extend(space.bytes().chain(text.bytes()).chain(*b"\r\n"));
+    }
+
+    /// Takes lines until one has to wait: where motions are queued, a full queue makes them.
+    fn take_on(&mut self) {
+        while !self.is_full() {
+            let Some(line) = self.waiting.pop_front() else { break };
+            self.take(&line);
+        }
+    }
+
+    fn is_full(&self) -> bool {
+        self.description.queues && self.plant.queued() >= QUEUE_MAX
+    }
+
+    fn take(&mut self, line: &str) {
+        let description = Arc::clone(&self.description);
+        match self.execute(&description, line) {
+            Ok(Some(answer)) => self.say(&answer),
+            Ok(None) => {
+                if let Accepted::Answer(answer) = &description.accepted {
+                    self.say(&written(answer, |_| String::new()));
+                }
+            }
+            Err(code) => self.refuse(&description, code),
+        }
+        self.tx.extend(&description.prompt);
+    }
+
+    fn refuse(&mut self, description: &Description, code: u8) {
+        let busy = code == 2;
+        let errors = &description.errors;
+        let fitting = errors.iter().find(|(_, transient)| *transient == busy).or(errors.first());
+        if let Some((says, _)) = fitting {
+            self.say(&written(says, |_| code.to_string()));
+        }
+    }
+
+    /// What a line is answered with, besides that it was read.
+    fn execute(&mut self, description: &Description, line: &str) -> Result<Option<String>, u8> {
+        let is = |template: &Template| template.read(line).is_some();
+        if line.trim().is_empty() {
+            return Ok(None);
+        }
+        if is(&description.status.send) {
+            return Ok(Some(self.answer(&description.status.answer)));
+        }
+        if let Some(position) = description.position.as_ref().filter(|position| is(&position.send)) {
+            return Ok(Some(self.answer(&position.answer)));
+        }
+        if description.stop.as_ref().is_some_and(is) {
+            match description.shape {
+                MotionShape::Line => self.plant.stop(),
+                MotionShape::Box => self.plant.stop_apart(),
+            }
+            return Ok(None);
+        }
+        if description.home.iter().any(is) {
+            self.homed = true;
+            self.plant.home(self.settings.homing);
+            return Ok(None);
+        }
+        if description.prepare.iter().chain(&description.arm).any(is) {
+            return Ok(None);
+        }
+        self.motion(description, line)
+    }
+
+    fn motion(&mut self, description: &Description, line: &str) -> Result<Option<String>, u8> {
+        let kinds = [Some(&description.line), description.arcs.as_ref().map(|[left, _]| left)];
+        let right = description.arcs.as_ref().map(|[_, right]| right);
+        for (kind, lines) in kinds.into_iter().chain([right]).enumerate() {
+            for (index, template) in lines.into_iter().flatten().enumerate() {
+                let Some(captures) = template.read(line) else { continue };
+                for (axis, slot) in [Slot::X, Slot::Y].into_iter().enumerate() {
+                    self.place[axis] = captures.number(slot).unwrap_or(self.place[axis]);
+                }
+                let feed = captures.number(Slot::Feed);
+                self.feed = feed
+                    .map_or(self.feed, |feed| feed * description.speed.ten() / description.speed.per_mm());
+                if lines.is_some_and(|lines| index + 1 == lines.len()) {
+                    let centre = captures.number(Slot::I).zip(captures.number(Slot::J));
+                    self.drive(description, centre.filter(|_| kind > 0), kind == 1)?;
+                }
+                return Ok(None);
+            }
+        }
+        Err(1)
+    }
+
+    fn drive(&mut self, description: &Description, centre: Option<(f64, f64)>, left: bool) -> Result<(), u8> {
+        let to = self.machine_mm(self.place, description.zero);
+        let [width, height] = self.settings.machine.stroke_mm;
+        if !(-width..=0.0).contains(&to.0) || !(-height..=0.0).contains(&to.1) {
+            return Err(3);
+        }
+        if self.fault || self.plant.is_homing() || self.plant.is_busy() && !description.queues {
+            return Err(2);
+        }
+        match (centre, description.contours) {
+            (Some((i, j)), _) => self.arc(to, self.machine_mm([i, j], [0, 0]), left),
+            // A controller that keeps to the line unless it is stopped drives jogs straight as well.
+            (None, MotionShape::Line) => self.plant.push(to, self.feed),
+            (None, MotionShape::Box) => self.plant.push_apart(to, self.feed),
+        }
+        Ok(())
+    }
+
+    /// Drives chords of an arc whose centre lies at `ij` from where the last motion ends.
+    fn arc(&mut self, to: (f64, f64), ij: (f64, f64), left: bool) {
+        let from = self.plant.planned_end();
+        let centre = (from.0 + ij.0, from.1 + ij.1);
+        let radius = ij.0.hypot(ij.1);
+        let (first, last) = ((-ij.1).atan2(-ij.0), (to.1 - centre.1).atan2(to.0 - centre.0));
+        let turn = if left { last - first } else { first - last }.rem_euclid(std::f64::consts::TAU);
+        let turn = if turn < 1e-9 { std::f64::consts::TAU } else { turn };
+        let step = (8.0 * SAGITTA / radius.max(1e-6)).sqrt().min(0.5);
+        let mut swept = step;
+        while swept < turn {
+            let phi = if left { first + swept } else { first - swept };
+            self.plant.push((centre.0 + radius * phi.cos(), centre.1 + radius * phi.sin()), self.feed);
+            swept += step;
+        }
+        self.plant.push(to, self.feed);
+    }
+
+    /// Written numbers as a place on the machine, mm.
+    fn machine_mm(&self, written: [f64; 2], zero: [i64; 2]) -> (f64, f64) {
+        let Description { coordinate, swap, invert, .. } = *self.description;
+        let axis = |k: usize| {
+            let zero = f64::from(i32::try_from(zero[k]).unwrap_or(0));
+            let mm = (written[k] * coordinate.ten() - zero) / coordinate.per_mm();
+            if invert[k] { -mm } else { mm }
+        };
+        if swap { (axis(1), axis(0)) } else { (axis(0), axis(1)) }
+    }
+
+    /// Where the tool is, as it is written.
+    fn position(&self) -> [String; 2] {
+        let Description { coordinate, swap, invert, zero, .. } = *self.description;
+        let steps = self.settings.machine.steps_per_mm;
+        let (x, y) = self.plant.position();
+        let (a, b) = if swap { (y, x) } else { (x, y) };
+        let axis = |mm: f64, invert: bool, zero: i64| {
+            let on_step = (if invert { -mm } else { mm } * steps).round() / steps;
+            let zero = f64::from(i32::try_from(zero).unwrap_or(0));
+            coordinate.written((on_step * coordinate.per_mm()).round() + zero)
+        };
+        [axis(a, invert[0], zero[0]), axis(b, invert[1], zero[1])]
+    }
+
+    fn state(&self) -> String {
+        let modes = if self.fault || !self.homed && !self.plant.is_homing() {
+            [Mode::Alarm, Mode::Other]
+        } else if self.plant.is_homing() {
+            [Mode::Homing, Mode::Moving]
+        } else if self.plant.is_busy() {
+            [Mode::Moving, Mode::Other]
+        } else {
+            [Mode::Idle, Mode::Other]
+        };
+        modes.into_iter().find_map(|mode| self.description.state(mode)).unwrap_or_default()
+    }
+
+    fn answer(&self, template: &Template) -> String {
+        let [x, y] = self.position();
+        written(template, |slot| match slot {
+            Slot::X => x.clone(),
+            Slot::Y => y.clone(),
+            Slot::Status => self.state(),
+            _ => "0".into(),
+        })
+    }
+}
+
+/// A template with its places filled in.
+fn written(template: &Template, value: impl Fn(Slot) -> String) -> String {
+    let mut bytes = Vec::new();
+    template.write(&mut bytes, |slot, out: &mut Vec<u8>| out.extend(value(slot).bytes()));
+    bytes.into_iter().map(char::from).collect()
+}
+
+impl Controller for DescribedSim {
+    fn receive(&mut self, byte: u8) {
+        if self.description.echo {
+            self.tx.push(byte);
+            self.tx.extend((byte == b'\r').then_some(b'\n'));
+        }
+        if self.description.end.last() == Some(&byte) {
+            let line = std::mem::take(&mut self.line);
+            if self.waiting.len() < QUEUE_MAX {
+                self.waiting.push_back(line);
+            }
+            self.take_on();
+        } else if (0x20..0x7f).contains(&byte) && self.line.len() < LINE_MAX {
+            self.line.push(char::from(byte));
+        }
+    }
+
+    fn minds(&self, byte: u8) -> bool {
+        self.description.echo || self.description.end.last() == Some(&byte)
+    }
+
+    fn advance(&mut self, now: Time) {
+        while let Some(event) =
+            self.plant.next_event().filter(|&event| event < now && !self.waiting.is_empty())
+        {
+            self.plant.advance(event);
+            self.take_on();
+        }
+        self.plant.advance(now);
+        self.take_on();
+    }
+
+    fn next_event(&self) -> Time {
+        self.plant.next_event().filter(|_| !self.waiting.is_empty()).unwrap_or(Time::NEVER)
+    }
+
+    fn transmit(&mut self, into: &mut Vec<u8>) {
+        into.append(&mut self.tx);
+    }
+
+    fn take_samples(&mut self, into: &mut Vec<Sample>) {
+        self.plant.take_samples(into);
+    }
+
+    fn disturb(&mut self, disturbance: Disturbance) {
+        self.plant.kill();
+        self.line.clear();
+        self.waiting.clear();
+        self.homed = self.description.home.is_empty();
+        self.fault = disturbance == Disturbance::Alarm;
+    }
+}

@@ -1,0 +1,218 @@
+//! Feed drives under a simulated controller: the tool follows the commanded positions as a servo does, a little later and never
+//! quite on them.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use keepout_drives::Axes;
+use keepout_drives::controllers::Controller;
+use keepout_drives::controllers::kind::Kind;
+use keepout_drives::controllers::selection::Environment;
+use keepout_drives::plant::{Load, Plant};
+use keepout_drives::profile::{DriveProfile, ProfileError};
+use keepout_drives::reference::Window;
+use keepout_drives::stream::Stream;
+use keepout_executor::session::{Sample, SampleKind};
+use keepout_guard::Time;
+
+/// Which drives, and what controls them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Servo {
+    /// The drives.
+    pub profile: DriveProfile,
+    /// Their controller.
+    pub kind: Kind,
+}
+
+impl Servo {
+    /// The drives of the built-in simulated machine.
+    ///
+    /// # Errors
+    /// None, but for a wrong file in the source.
+    pub fn simulated() -> Result<Self, ProfileError> {
+        Ok(Self { profile: DriveProfile::load("simulated")?, kind: Kind::Contouring })
+    }
+}
+
+/// Two drives and their controller in motion.
+#[derive(Debug)]
+pub struct Follower {
+    stream: Stream,
+    plant: Plant,
+    controller: Box<dyn Controller>,
+    /// Samples by which the tool is behind, so that the controller can look ahead.
+    preview: usize,
+    /// The last commanded position, pulses, and when that was.
+    commanded: Axes,
+    since: Time,
+    kinds: VecDeque<SampleKind>,
+    /// Of the last command.
+    kind: SampleKind,
+    pulses_per_mm: f64,
+    period: Duration,
+    next: Time,
+    /// Samples for which the commanded position has not changed.
+    rested: u32,
+}
+
+/// After so many samples at rest the drives have settled, and are left as they are: hours of waiting cost nothing.
+const SETTLED: u32 = 2000;
+
+impl Follower {
+    /// Drives at rest at `start_mm`, machine coordinates. `None` where there is no such controller for them.
+    #[must_use]
+    pub fn new(Servo { profile, kind }: &Servo, start_mm: (f64, f64)) -> Option<Self> {
+        let environment = Environment::of_hand(profile);
+        let controller = kind.built(&profile.setting(environment))?;
+        let preview = kind.preview();
+        let start = Axes::new(start_mm.0, start_mm.1) * profile.pulses_per_mm;
+        Some(Self {
+            stream: Stream::at_rest(start, 2 * preview + 4),
+            plant: Plant::at_rest(profile.plant(), start),
+            controller,
+            preview,
+            commanded: start,
+            since: Time::ZERO,
+            kind: SampleKind::Rest,
+            kinds: VecDeque::from(vec![SampleKind::Rest; preview]),
+            pulses_per_mm: profile.pulses_per_mm,
+            period: Duration::from_secs_f64(profile.period_s),
+            next: Time::ZERO,
+            rested: 0,
+        })
+    }
+
+    /// When the next sample is due; never while the drives have settled.
+    #[must_use]
+    pub fn next_tick(&self) -> Time {
+        if self.rested >= SETTLED { Time::NEVER } else { self.next }
+    }
+
+    /// The commanded position at its time; the tool's true positions are added to `into`.
+    pub fn follow(&mut self, sample: &Sample, into: &mut Vec<Sample>) {
+        let (x, y) = sample.position_mm;
+        self.kind = sample.kind;
+        self.lead(Axes::new(x, y) * self.pulses_per_mm, sample.at, into);
+    }
+
+    /// Nothing new is commanded until `at`.
+    pub fn go_on(&mut self, at: Time, into: &mut Vec<Sample>) {
+        self.lead(self.commanded, at, into);
+    }
+
+    /// It is commanded to go straight, and steadily, from where it was commanded to be last to `to`, until `at`.
+    fn lead(&mut self, to: Axes, at: Time, into: &mut Vec<Sample>) {
+        let (from, began) = (self.commanded, self.since);
+        let lasts = at.since(began).as_secs_f64();
+        if to != from {
+            if self.rested >= SETTLED {
+                self.skip_to(began);
+            }
+            self.rested = 0;
+        }
+        while self.next <= at {
+            if self.rested >= SETTLED {
+                self.skip_to(at);
+                break;
+            }
+            let gone = self.next.since(began).as_secs_f64();
+            let share = if lasts > 0.0 { (gone / lasts).min(1.0) } else { 1.0 };
+            self.stream.pass(from + (to - from) * share);
+            self.rested += 1;
+            self.kinds.push_back(self.kind);
+            let kind = self.kinds.pop_front().unwrap_or(self.kind);
+            let position = self.tick() / self.pulses_per_mm;
+            into.push(Sample { at: self.next, position_mm: (position.x, position.y), kind });
+            self.next = self.next.after(self.period);
+        }
+        self.stream.pass(to);
+        (self.commanded, self.since) = (to, at);
+    }
+
+    /// The next sample is the first one after `at`.
+    fn skip_to(&mut self, at: Time) {
+        if self.next > at {
+            return;
+        }
+        let behind = at.since(self.next).as_micros();
+        let periods = u32::try_from(behind / self.period.as_micros().max(1)).unwrap_or(u32::MAX);
+        self.next = self.next.after(self.period * periods).after(self.period);
+    }
+
+    /// A sampling period: where the tool is at its end, pulses.
+    fn tick(&mut self) -> Axes {
+        self.stream.tick(self.period.as_secs_f64());
+        let samples = self.stream.samples();
+        let window = Window::new(samples, samples.len().saturating_sub(1 + self.preview));
+        let command = self.controller.step(&window, self.plant.measured());
+        let load = Load { reference_velocity: window.ahead(0).velocity(), ..Load::default() };
+        self.plant.step(command, &load);
+        self.plant.position()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn follower() -> Follower {
+        Follower::new(&Servo::simulated().unwrap(), (10.0, 20.0)).unwrap()
+    }
+
+    fn sample(ms: u64, x: f64, kind: SampleKind) -> Sample {
+        Sample { at: Time::from_micros(ms * 1000), position_mm: (x, 20.0), kind }
+    }
+
+    /// The tool goes the same way, later by what the controller looks ahead, and within the machine's contour error.
+    #[test]
+    fn tool_follows_a_little_later() {
+        let (mut follower, mut found) = (follower(), Vec::new());
+        let speed = 0.05;
+        for ms in 0..1000_u32 {
+            let way = f64::from(ms).min(600.0) * speed;
+            follower.follow(&sample(ms.into(), 10.0 + way, SampleKind::Run), &mut found);
+        }
+        let last = found.last().unwrap();
+        assert!((last.position_mm.0 - 40.0).abs() < 0.002, "{last:?}");
+        let lag = 10.0 + 400.0 * speed - found[400].position_mm.0;
+        assert!((0.5..2.5).contains(&lag), "{lag} mm behind");
+        assert!(found.iter().all(|sample| (sample.position_mm.1 - 20.0).abs() < 0.005));
+    }
+
+    /// After a long rest it is where it was, nothing is asked for, and it starts again in time.
+    #[test]
+    fn rest_costs_nothing() {
+        let (mut follower, mut found) = (follower(), Vec::new());
+        for ms in 0..5000 {
+            follower.follow(&sample(ms, 10.0, SampleKind::Rest), &mut found);
+        }
+        assert_eq!(found.len(), 2000);
+        assert_eq!(follower.next_tick(), Time::NEVER);
+        found.clear();
+        follower.follow(&sample(3_600_000, 10.0, SampleKind::Rest), &mut found);
+        assert!(found.is_empty());
+        follower.follow(&sample(3_600_001, 10.01, SampleKind::Jog), &mut found);
+        assert_eq!(found.len(), 1);
+        assert_eq!(found[0].at, Time::from_micros(3_600_001_000));
+    }
+
+    /// A position that comes late is gone to on the way, and not jumped to.
+    #[test]
+    fn late_positions_are_no_jumps() {
+        let (mut often, mut seldom) = (follower(), follower());
+        let (mut fine, mut coarse) = (Vec::new(), Vec::new());
+        for ms in 0..5000 {
+            let rest = sample(ms, 10.0, SampleKind::Rest);
+            often.follow(&rest, &mut fine);
+            seldom.follow(&rest, &mut coarse);
+        }
+        let way = |ms: u64| 10.0 + f64::from(u32::try_from(ms).unwrap()) * 0.02;
+        for ms in 1..=50 {
+            often.follow(&sample(4999 + ms, way(ms), SampleKind::Jog), &mut fine);
+        }
+        seldom.follow(&sample(5049, way(50), SampleKind::Jog), &mut coarse);
+        let off = |a: &Sample, b: &Sample| (a.position_mm.0 - b.position_mm.0).abs();
+        assert_eq!(fine.len(), coarse.len());
+        assert!(fine.iter().zip(&coarse).all(|(a, b)| off(a, b) < 0.001));
+    }
+}

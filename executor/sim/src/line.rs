@@ -1,0 +1,168 @@
+//! One direction of a serial line: bytes leave at the baud rate and arrive after a latency.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use keepout_guard::Time;
+
+use crate::faults::{Fate, Faults};
+
+/// Most bytes on the line; what is written beyond is lost, as in a driver that is full.
+const BYTES_MAX: usize = 65_536;
+
+/// One direction of a serial line, in order and without loss unless it is hurt.
+#[derive(Clone, Debug)]
+pub struct Wire {
+    byte: Duration,
+    latency: Duration,
+    free_at: Time,
+    arrived_at: Time,
+    under_way: VecDeque<(Time, u8)>,
+    /// Bytes of the last piece.
+    last_piece: usize,
+    faults: Option<Faults>,
+}
+
+impl Wire {
+    /// A line at `baud` bits per second, ten bits a byte, that delivers `latency` later.
+    #[must_use]
+    pub fn new(baud: u32, latency: Duration) -> Self {
+        let byte = Duration::from_secs(10) / baud.max(1);
+        Self {
+            byte,
+            latency,
+            free_at: Time::ZERO,
+            arrived_at: Time::ZERO,
+            under_way: VecDeque::new(),
+            last_piece: 0,
+            faults: None,
+        }
+    }
+
+    /// The same line, hurt.
+    #[must_use]
+    pub fn hurt(self, faults: Faults) -> Self {
+        Self { faults: Some(faults), ..self }
+    }
+
+    /// The faults of the line.
+    pub fn faults(&mut self) -> Option<&mut Faults> {
+        self.faults.as_mut()
+    }
+
+    /// Puts a piece on the line.
+    pub fn send(&mut self, bytes: &[u8], now: Time) {
+        let Some(mut faults) = self.faults.take() else {
+            bytes.iter().for_each(|&byte| self.put(byte, now));
+            return;
+        };
+        faults.piece();
+        let lie = faults.lie(bytes);
+        let bytes = lie.as_deref().unwrap_or(bytes);
+        if let Some(noise) = faults.noise() {
+            self.put(noise, now);
+        }
+        let held_up = faults.delay();
+        self.arrived_at = self.arrived_at.max(now).after(held_up);
+        let fate = faults.fate();
+        let before = self.under_way.len();
+        let times = match fate {
+            Fate::Lost => 0,
+            Fate::Doubled => 2,
+            Fate::Arrives | Fate::Swapped => 1,
+        };
+        for _ in 0..times {
+            for &byte in bytes {
+                if let Some(byte) = faults.hurt(byte) {
+                    self.put(byte, now);
+                }
+            }
+        }
+        if fate == Fate::Swapped && self.last_piece <= before {
+            self.swap(before - self.last_piece, before);
+        }
+        self.last_piece = self.under_way.len().saturating_sub(before);
+        self.faults = Some(faults);
+    }
+
+    fn put(&mut self, byte: u8, now: Time) {
+        self.free_at = self.free_at.max(now).after(self.byte);
+        self.arrived_at = self.arrived_at.max(self.free_at.after(self.latency));
+        if self.under_way.len() < BYTES_MAX {
+            self.under_way.push_back((self.arrived_at, byte));
+        }
+    }
+
+    /// The bytes from `last` on arrive in the places of those from `first` on.
+    fn swap(&mut self, first: usize, last: usize) {
+        let bytes: Vec<u8> = self.under_way.iter().skip(first).map(|&(_, byte)| byte).collect();
+        let turned = bytes.iter().skip(last - first).chain(bytes.iter().take(last - first));
+        for (place, &byte) in self.under_way.iter_mut().skip(first).zip(turned) {
+            place.1 = byte;
+        }
+    }
+
+    /// Takes the next byte that has arrived by `now`, with the moment it did.
+    pub fn receive(&mut self, now: Time) -> Option<(Time, u8)> {
+        match self.under_way.front() {
+            Some(&(at, _)) if at <= now => self.under_way.pop_front(),
+            _ => None,
+        }
+    }
+
+    /// When the next byte arrives.
+    #[must_use]
+    pub fn next_arrival(&self) -> Option<Time> {
+        self.under_way.front().map(|&(at, _)| at)
+    }
+
+    /// When the next byte arrives that is minded.
+    #[must_use]
+    pub fn next_minded(&self, minds: impl Fn(u8) -> bool) -> Option<Time> {
+        self.under_way.iter().find(|&&(_, byte)| minds(byte)).map(|&(at, _)| at)
+    }
+
+    /// When the next line is complete, or the last byte that is on the way arrives.
+    #[must_use]
+    pub fn next_line(&self) -> Option<Time> {
+        let line = self.under_way.iter().find(|&&(_, byte)| byte == b'\n');
+        line.or(self.under_way.back()).map(|&(at, _)| at)
+    }
+
+    /// The cable is pulled: what is on the line is gone.
+    pub fn cut(&mut self) {
+        self.under_way.clear();
+        self.last_piece = 0;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::faults::Rates;
+
+    fn through(rates: Rates, pieces: &[&[u8]]) -> String {
+        let mut wire = Wire::new(115_200, Duration::from_millis(10)).hurt(Faults::new(rates, 5));
+        pieces.iter().for_each(|piece| wire.send(piece, Time::ZERO));
+        let mut text = Vec::new();
+        let mut last = Time::ZERO;
+        while let Some((at, byte)) = wire.receive(Time::NEVER) {
+            assert!(at >= last, "bytes arrive one after the other");
+            (last, _) = (at, text.push(byte));
+        }
+        String::from_utf8(text).unwrap()
+    }
+
+    #[test]
+    fn pieces_are_lost_doubled_swapped_and_damaged() {
+        let pieces: [&[u8]; 3] = [b"one ", b"two ", b"three "];
+        let rates = Rates::default();
+        assert_eq!(through(rates, &pieces), "one two three ");
+        assert_eq!(through(Rates { loss: 1.0, ..rates }, &pieces), "");
+        assert_eq!(through(Rates { doubling: 1.0, ..rates }, &pieces), "one one two two three three ");
+        assert_eq!(through(Rates { swap: 1.0, ..rates }, &pieces), "two three one ");
+        assert!(!through(Rates { damage: 1.0, ..rates }, &pieces).contains(char::is_alphabetic));
+        let delay = Rates { delay: 1.0, delay_max: Duration::from_secs(1), ..rates };
+        assert_eq!(through(delay, &pieces), "one two three ");
+    }
+}

@@ -1,0 +1,288 @@
+//! The simulated machine as a whole: two wires and the controller, with the tool's own error.
+
+use std::time::Duration;
+
+use keepout_executor::session::port::{Port, PortError};
+use keepout_executor::session::{Sample, SampleKind};
+use keepout_guard::Time;
+
+use super::controller::{Controller, Disturbance};
+use super::follower::Follower;
+use super::line::Wire;
+use crate::faults::Faults;
+
+/// A machine at the end of a serial line.
+#[derive(Debug)]
+pub struct SimMachine {
+    controller: Box<dyn Controller>,
+    to_controller: Wire,
+    to_host: Wire,
+    drives: Option<Follower>,
+    slip: Slip,
+    fresh: Vec<Sample>,
+    moved: Vec<Sample>,
+    samples: Vec<Sample>,
+    bytes: Vec<u8>,
+    connected: bool,
+}
+
+/// How the tool's true place differs from the commanded one, within the machine's repeatability.
+#[derive(Clone, Debug)]
+pub struct Slip {
+    random: fastrand::Rng,
+    band_mm: f64,
+    now: (f64, f64),
+    goal: (f64, f64),
+    steps_per_mm: f64,
+    sudden: bool,
+}
+
+/// How far a wandering error moves in a sample, mm.
+const DRIFT: f64 = 1e-5;
+
+impl Slip {
+    /// An error that wanders inside the band while the machine moves.
+    #[must_use]
+    pub fn wandering(band_mm: f64, steps_per_mm: f64, seed: u64) -> Self {
+        let random = fastrand::Rng::with_seed(seed);
+        Self { random, band_mm, now: (0.0, 0.0), goal: (0.0, 0.0), steps_per_mm, sudden: false }
+    }
+
+    /// An error that jumps about inside the band: steps lost and found again.
+    #[must_use]
+    pub fn sudden(band_mm: f64, steps_per_mm: f64, seed: u64) -> Self {
+        Self { sudden: true, ..Self::wandering(band_mm, steps_per_mm, seed) }
+    }
+
+    fn step(&mut self) -> (f64, f64) {
+        let (dx, dy) = (self.goal.0 - self.now.0, self.goal.1 - self.now.1);
+        let left = dx.hypot(dy);
+        if self.sudden {
+            if self.random.u8(0..8) == 0 {
+                self.choose();
+                self.now = self.goal;
+            }
+        } else if left < DRIFT {
+            self.choose();
+        } else {
+            self.now = (self.now.0 + dx / left * DRIFT, self.now.1 + dy / left * DRIFT);
+        }
+        self.now
+    }
+
+    /// The next error to reach, uniform in the disc.
+    fn choose(&mut self) {
+        let (r, phi) = (self.random.f64().sqrt() * self.band_mm, self.random.f64() * std::f64::consts::TAU);
+        self.goal = (r * phi.cos(), r * phi.sin());
+    }
+
+    /// The true place of the tool: on a step of the drive, and off by the error.
+    fn apply(&mut self, sample: &mut Sample) {
+        let step = |c: f64| (c * self.steps_per_mm).round() / self.steps_per_mm;
+        let (x, y) = (step(sample.position_mm.0), step(sample.position_mm.1));
+        let error = if sample.kind == SampleKind::Rest { self.now } else { self.step() };
+        sample.position_mm = (x + error.0, y + error.1);
+    }
+}
+
+impl SimMachine {
+    /// A machine behind a line of `baud` that delays each byte by `latency` each way.
+    #[must_use]
+    pub fn new(controller: Box<dyn Controller>, baud: u32, latency: Duration, slip: Slip) -> Self {
+        Self {
+            controller,
+            to_controller: Wire::new(baud, latency),
+            to_host: Wire::new(baud, latency),
+            drives: None,
+            slip,
+            fresh: Vec::new(),
+            moved: Vec::new(),
+            samples: Vec::new(),
+            bytes: Vec::new(),
+            connected: true,
+        }
+    }
+
+    /// The same machine on feed drives that follow the commanded positions, in their own time; without any, the tool is where
+    /// it is commanded to be.
+    #[must_use]
+    pub fn driven(mut self, drives: Option<Follower>) -> Self {
+        self.drives = drives;
+        self
+    }
+
+    /// The same machine on a line that is hurt, to the controller and to the host.
+    #[must_use]
+    pub fn hurt(mut self, to_controller: Faults, to_host: Faults) -> Self {
+        self.to_controller = self.to_controller.hurt(to_controller);
+        self.to_host = self.to_host.hurt(to_host);
+        self
+    }
+
+    /// The line is as good as new from here on.
+    pub fn mend(&mut self) {
+        for wire in [&mut self.to_controller, &mut self.to_host] {
+            if let Some(faults) = wire.faults() {
+                faults.end();
+            }
+        }
+    }
+
+    /// The two ends of the line are set to different baud rates, or no longer.
+    pub fn mistune(&mut self, wrong: bool) {
+        for wire in [&mut self.to_controller, &mut self.to_host] {
+            if let Some(faults) = wire.faults() {
+                faults.rubbish(wrong);
+            }
+        }
+    }
+
+    /// Faults that have happened on the line.
+    pub fn faults(&mut self) -> u64 {
+        let mut sum = 0;
+        for wire in [&mut self.to_controller, &mut self.to_host] {
+            sum += wire.faults().map_or(0, |faults| faults.happened());
+        }
+        sum
+    }
+
+    /// The cable is pulled, or put back.
+    pub fn connect(&mut self, connected: bool) {
+        self.connected = connected;
+        if !connected {
+            self.to_controller.cut();
+            self.to_host.cut();
+        }
+    }
+
+    /// Whether the cable is in.
+    #[must_use]
+    pub fn is_connected(&self) -> bool {
+        self.connected
+    }
+
+    /// Something happens to the controller.
+    pub fn disturb(&mut self, disturbance: Disturbance, now: Time) {
+        self.advance(now);
+        self.controller.disturb(disturbance);
+        self.pass_on(now);
+    }
+
+    /// Bytes that the host writes.
+    pub fn host_writes(&mut self, bytes: &[u8], now: Time) {
+        if self.connected && !bytes.is_empty() {
+            self.to_controller.send(bytes, now);
+        }
+    }
+
+    /// Bytes that have reached the host.
+    pub fn host_reads(&mut self, into: &mut Vec<u8>, now: Time) {
+        while let Some((_, byte)) = self.to_host.receive(now) {
+            into.push(byte);
+        }
+    }
+
+    /// Runs until `now`.
+    pub fn advance(&mut self, now: Time) {
+        loop {
+            let arrival = self.to_controller.next_arrival().filter(|&at| at <= now);
+            let tick = self.drives.as_ref().map_or(Time::NEVER, Follower::next_tick);
+            let event = self.controller.next_event().min(tick);
+            match arrival {
+                Some(at) if at <= event => {
+                    if let Some((_, byte)) = self.to_controller.receive(now) {
+                        self.take(byte, at);
+                    }
+                }
+                _ if event <= now => {
+                    self.controller.advance(event);
+                    self.pass_on(event);
+                    // The controller may have been there before, and have nothing to say.
+                    if let Some(drives) = &mut self.drives {
+                        drives.go_on(event, &mut self.moved);
+                    }
+                    if event < tick && self.controller.next_event() <= event {
+                        break;
+                    }
+                }
+                _ => break,
+            }
+        }
+        self.controller.advance(now);
+        self.pass_on(now);
+    }
+
+    /// The controller takes a byte; most wait in its buffer for what follows, and need no looking at.
+    fn take(&mut self, byte: u8, at: Time) {
+        if self.controller.minds(byte) {
+            self.controller.advance(at);
+            self.controller.receive(byte);
+            self.pass_on(at);
+        } else {
+            self.controller.receive(byte);
+        }
+    }
+
+    fn pass_on(&mut self, now: Time) {
+        self.controller.transmit(&mut self.bytes);
+        if self.connected && !self.bytes.is_empty() {
+            self.to_host.send(&self.bytes, now);
+        }
+        self.bytes.clear();
+        self.controller.take_samples(&mut self.fresh);
+        match &mut self.drives {
+            None => self.moved.append(&mut self.fresh),
+            Some(drives) => {
+                self.fresh.drain(..).for_each(|sample| drives.follow(&sample, &mut self.moved));
+            }
+        }
+        for mut sample in self.moved.drain(..) {
+            self.slip.apply(&mut sample);
+            self.samples.push(sample);
+        }
+    }
+
+    /// When the machine does something that the host can notice, or later.
+    #[must_use]
+    pub fn next_event(&self) -> Time {
+        let controller = self.controller.next_event();
+        let there = self.to_controller.next_minded(|byte| self.controller.minds(byte)).unwrap_or(Time::NEVER);
+        let here = self.to_host.next_line().unwrap_or(Time::NEVER);
+        controller.min(there).min(here)
+    }
+
+    /// The true tool positions since the last call: straight between one and the next.
+    pub fn take_samples(&mut self, into: &mut Vec<Sample>) {
+        into.append(&mut self.samples);
+    }
+}
+
+/// The machine as a port in virtual time.
+#[derive(Debug)]
+pub struct VirtualPort {
+    /// The machine.
+    pub machine: SimMachine,
+}
+
+impl Port for VirtualPort {
+    fn write(&mut self, bytes: &[u8], now: Time) -> Result<(), PortError> {
+        if !self.machine.is_connected() {
+            return Err(PortError::Lost { name: "simulated".into(), reason: "unplugged".into() });
+        }
+        self.machine.host_writes(bytes, now);
+        Ok(())
+    }
+
+    fn read(&mut self, into: &mut Vec<u8>, now: Time) -> Result<(), PortError> {
+        self.machine.advance(now);
+        self.machine.host_reads(into, now);
+        if self.machine.is_connected() {
+            return Ok(());
+        }
+        Err(PortError::Lost { name: "simulated".into(), reason: "unplugged".into() })
+    }
+
+    fn next_event(&self) -> Time {
+        self.machine.next_event()
+    }
+}

@@ -1,0 +1,102 @@
+//! Operators without a person: models, scripts and recorded traces.
+//!
+//! A model draws its own random numbers from a seed and gets the time as an argument, so that a run can be repeated. Figures are
+//! from human motor control: reaction 0.25 s, crossover 2.5 rad/s, tremor 8 to 12 Hz, arm as a second-order lag.
+
+mod hand;
+mod models;
+mod playback;
+mod recorder;
+mod rounds;
+mod script;
+pub mod trace;
+
+use keepout_executor::operator::Operator;
+pub use models::{Model, ModelKind, toward};
+pub use recorder::Recorder;
+pub use rounds::Rounds;
+pub use script::{Script, ScriptError};
+use thiserror::Error;
+pub use trace::{Trace, TraceError};
+
+/// Why there is no operator.
+#[derive(Debug, Error)]
+pub enum OperatorError {
+    /// Neither a model nor a file.
+    #[error("no operator \"{name}\": it is none of {} and no script file", ModelKind::NAMES.join(", "))]
+    Unknown {
+        /// What was asked for.
+        name: String,
+    },
+    /// A script that can not be read.
+    #[error(transparent)]
+    Script(#[from] ScriptError),
+    /// A trace that can not be read or recorded.
+    #[error(transparent)]
+    Trace(#[from] TraceError),
+}
+
+/// The operator of a session: a model for `manual_s` seconds and then automatic, `trace:FILE`, or a script file.
+///
+/// # Errors
+/// [`OperatorError`] when `name` is neither a model nor a readable trace or script.
+pub fn named(name: &str, manual_s: f64, seed: u64) -> Result<Box<dyn Operator + Send>, OperatorError> {
+    if let Some(kind) = ModelKind::named(name) {
+        return Ok(Box::new(Model::new(kind, manual_s, seed)));
+    }
+    if let Some(file) = name.strip_prefix("trace:") {
+        return Ok(Box::new(Trace::load(std::path::Path::new(file))?));
+    }
+    let path = std::path::Path::new(name);
+    if path.exists() {
+        Ok(Box::new(Script::load(path)?))
+    } else {
+        Err(OperatorError::Unknown { name: name.into() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use keepout_executor::operator::Seen;
+    use keepout_executor::supervisor::{Phase, Wish};
+    use keepout_guard::Time;
+
+    use super::*;
+
+    /// What an operator sees in the middle of nowhere.
+    pub fn seen(phase: Phase) -> Seen {
+        Seen {
+            end_mm: None,
+            unacknowledged: 0,
+            position_mm: Some((-20.0, 10.0)),
+            wall_mm: Some((0.0, 10.0)),
+            part_box_mm: (0.0, 0.0, 100.0, 60.0),
+            phase,
+            contoured: false,
+        }
+    }
+
+    /// An operator who wishes what it was told, one after the other; the start takes none.
+    pub struct Told(std::vec::IntoIter<Wish>);
+
+    impl Told {
+        pub fn new(wishes: Vec<Wish>) -> Self {
+            Self(wishes.into_iter())
+        }
+    }
+
+    impl Operator for Told {
+        fn wish(&mut self, seen: &Seen, _: Time) -> Wish {
+            if seen.phase == Phase::Starting { Wish::default() } else { self.0.next().unwrap_or_default() }
+        }
+    }
+
+    #[test]
+    fn operators_are_found_by_name_or_file() {
+        for name in ModelKind::NAMES {
+            assert!(named(name, 1.0, 1).is_ok(), "{name}");
+        }
+        assert!(matches!(named("nobody", 1.0, 1), Err(OperatorError::Unknown { .. })));
+        assert!(matches!(named("trace:/nowhere", 1.0, 1), Err(OperatorError::Trace(_))));
+    }
+}

@@ -1,0 +1,216 @@
+//! Records an operator's wishes as a [trace](super::trace).
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+use std::time::Duration;
+
+use keepout_executor::operator::{Operator, Panel, Seen};
+use keepout_executor::supervisor::{Phase, Wish};
+use keepout_guard::Time;
+
+use super::trace::{FLAGS, HEADER, LINES_MAX, TraceError};
+
+/// Between two flushes of a recording.
+const FLUSH_EVERY: Duration = Duration::from_millis(500);
+
+/// Writes every change of another operator's wish to a file. Dropping it writes the end.
+///
+/// When the file can not be written on, recording ends with a notice; steering goes on.
+pub struct Recorder<O, W: Write = BufWriter<File>> {
+    operator: O,
+    file: Option<W>,
+    began: Option<Time>,
+    last: Option<Wish>,
+    asked: Duration,
+    flushed: Duration,
+    lines: usize,
+    panel: Panel,
+}
+
+impl<O: Operator> Recorder<O> {
+    /// Records `operator` to a new file.
+    ///
+    /// # Errors
+    /// [`TraceError::Create`] when the file is there already or can not be written.
+    pub fn create(operator: O, path: &Path, panel: Panel) -> Result<Self, TraceError> {
+        let file = File::create_new(path)
+            .map_err(|source| TraceError::Create { path: path.to_path_buf(), source })?;
+        Ok(Self::new(operator, BufWriter::new(file), panel))
+    }
+}
+
+impl<O, W: Write> Recorder<O, W> {
+    /// Records `operator` to `file`.
+    pub fn new(operator: O, file: W, panel: Panel) -> Self {
+        let mut recorder = Self {
+            operator,
+            file: Some(file),
+            began: None,
+            last: None,
+            asked: Duration::ZERO,
+            flushed: Duration::ZERO,
+            lines: 0,
+            panel,
+        };
+        recorder.write(HEADER);
+        recorder
+    }
+
+    fn note(&mut self, wish: &Wish, now: Time) {
+        let at = now.since(*self.began.get_or_insert(now));
+        self.asked = at;
+        // Turns are sums since the wish before: the same turn again is another one.
+        let changed = self.last.as_ref() != Some(wish) || wish.turned_mm != (0.0, 0.0);
+        if changed {
+            self.last = Some(*wish);
+            self.write(&line_of(at, wish));
+        }
+        if at - self.flushed.min(at) >= FLUSH_EVERY {
+            self.flushed = at;
+            let flushed = self.file.as_mut().map_or(Ok(()), Write::flush);
+            self.end_when(flushed);
+        }
+    }
+
+    fn write(&mut self, line: &str) {
+        let Some(file) = &mut self.file else { return };
+        let written = writeln!(file, "{line}");
+        self.lines += 1;
+        self.end_when(written);
+        // The last lines are kept for the end.
+        if self.lines + 2 >= LINES_MAX && self.file.take().is_some() {
+            self.panel.say("the trace is full: it is not recorded any further");
+        }
+    }
+
+    fn end_when(&mut self, written: io::Result<()>) {
+        if let Err(error) = written {
+            self.file = None;
+            self.panel.say(format!("the trace can not be written on ({error}): it ends here"));
+        }
+    }
+}
+
+impl<O: Operator, W: Write> Operator for Recorder<O, W> {
+    fn wish(&mut self, seen: &Seen, now: Time) -> Wish {
+        let wish = self.operator.wish(seen, now);
+        if seen.phase != Phase::Starting {
+            self.note(&wish, now);
+        }
+        wish
+    }
+}
+
+impl<O, W: Write> Drop for Recorder<O, W> {
+    fn drop(&mut self) {
+        let end = format!("{} end", stamp(self.asked));
+        self.write(&end);
+        if let Some(file) = &mut self.file {
+            let _ = file.flush();
+        }
+    }
+}
+
+/// The line of a wish; what is no number was no wish to move.
+fn line_of(at: Duration, wish: &Wish) -> String {
+    let pair = |(x, y): (f64, f64)| if x.is_finite() && y.is_finite() { (x, y) } else { (0.0, 0.0) };
+    let ((x, y), (turned_x, turned_y)) = (pair(wish.direction), pair(wish.turned_mm));
+    let mut line = format!("{} {x} {y} {turned_x} {turned_y} ", stamp(at));
+    line.extend(wish.automatic.then_some('a'));
+    line.extend(FLAGS.iter().filter(|flag| wish.ask == Some(flag.1)).map(|flag| flag.0));
+    if !wish.automatic && wish.ask.is_none() {
+        line.push('-');
+    }
+    line
+}
+
+fn stamp(at: Duration) -> String {
+    format!("{}.{:06}", at.as_secs(), at.subsec_micros())
+}
+
+#[cfg(test)]
+mod tests {
+    use keepout_executor::supervisor::Ask;
+
+    use super::*;
+    use crate::operator::tests::{Told, seen};
+    use crate::operator::trace::Trace;
+
+    fn read(text: &str) -> Result<Trace, TraceError> {
+        Trace::read(text.as_bytes(), Path::new("test"))
+    }
+
+    /// Wishes of all kinds.
+    fn wishes(seed: u64) -> Vec<Wish> {
+        let mut random = fastrand::Rng::with_seed(seed);
+        let number = |random: &mut fastrand::Rng| match random.u8(0..6) {
+            0 => 0.0,
+            1 => -0.0,
+            2 => f64::MIN_POSITIVE * random.f64(),
+            3 => 1e300 * random.f64(),
+            _ => 2.0 * random.f64() - 1.0,
+        };
+        let asks = [None, None, None, Some(Ask::Pause), Some(Ask::Resume), Some(Ask::Recover)];
+        (0..500)
+            .map(|_| Wish {
+                direction: (number(&mut random), number(&mut random)),
+                turned_mm: if random.u8(0..3) == 0 { (number(&mut random), 0.5) } else { (0.0, 0.0) },
+                automatic: random.bool(),
+                ask: asks[random.usize(0..asks.len())],
+            })
+            .collect()
+    }
+
+    #[test]
+    fn what_is_recorded_is_played_back_exactly() {
+        for seed in 0..20 {
+            let told = wishes(seed);
+            let mut file = Vec::new();
+            let mut recorder = Recorder::new(Told::new(told.clone()), &mut file, Panel::default());
+            let time = |index: usize| Time::from_micros(12_345 + 10_000 * u64::try_from(index).unwrap());
+            recorder.wish(&seen(Phase::Starting), Time::ZERO);
+            for index in 0..told.len() {
+                recorder.wish(&seen(Phase::Manual), time(index));
+            }
+            drop(recorder);
+            let mut trace = read(std::str::from_utf8(&file).unwrap()).unwrap();
+            for (index, wish) in told.iter().enumerate() {
+                let played = trace.wish(&seen(Phase::Manual), time(index));
+                assert_eq!(played, *wish, "seed {seed}, wish {index}");
+            }
+            assert_eq!(trace.wish(&seen(Phase::Manual), time(told.len())), Wish::QUIT);
+        }
+    }
+
+    #[test]
+    fn only_changes_are_written() {
+        let mut file = Vec::new();
+        let still = Wish { direction: (0.1, 0.0), ..Wish::default() };
+        let mut recorder = Recorder::new(Told::new(vec![still; 300]), &mut file, Panel::default());
+        for i in 0..300 {
+            recorder.wish(&seen(Phase::Manual), Time::from_micros(i * 10_000));
+        }
+        drop(recorder);
+        let text = String::from_utf8(file).unwrap();
+        assert_eq!(text, format!("{HEADER}\n0.000000 0.1 0 0 0 -\n2.990000 end\n"));
+    }
+
+    #[test]
+    fn a_full_disk_ends_the_recording_and_says_so() {
+        struct Full;
+        impl Write for Full {
+            fn write(&mut self, _: &[u8]) -> io::Result<usize> {
+                Err(io::ErrorKind::StorageFull.into())
+            }
+            fn flush(&mut self) -> io::Result<()> {
+                Ok(())
+            }
+        }
+        let panel = Panel::default();
+        let wish = Wish { direction: (1.0, 0.0), ..Wish::default() };
+        let mut recorder = Recorder::new(Told::new(vec![wish]), Full, panel.clone());
+        assert_eq!(recorder.wish(&seen(Phase::Manual), Time::ZERO), wish);
+        assert!(panel.notices()[0].contains("can not be written"));
+    }
+}

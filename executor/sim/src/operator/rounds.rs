@@ -1,0 +1,116 @@
+//! Somebody who goes round the part, from place to place as he means to, and then ends the session.
+
+use std::time::Duration;
+
+use keepout_executor::operator::{Operator, Seen};
+use keepout_executor::supervisor::{Phase, Wish};
+use keepout_guard::Time;
+
+use super::hand::{Lag, Reaction};
+
+/// Reaction time, in wishes: 0.25 s.
+const REACTION: usize = 25;
+/// Somebody slows down so long before a place, s.
+const SLOWS_S: f64 = 0.8;
+/// A place is walked up to no slower, mm/s.
+const LEAST_MM_S: f64 = 1.0;
+/// A stick that is tilted by less says nothing.
+const LEAST_TILT: f64 = 0.04;
+/// Nobody follows a line to a few millimetres faster than this by hand, mm/s: the steering law of Accot and Zhai, with a seventh of a
+/// second for each width of 4 mm.
+const CAREFUL_MM_S: f64 = 28.0;
+/// Nearer by less is no progress, mm.
+const PROGRESS_MM: f64 = 0.2;
+
+/// Drives along places at full stick, slower where one is near. A place that can not be reached is left out.
+#[derive(Clone, Debug)]
+pub struct Rounds {
+    places: Vec<(f64, f64)>,
+    speed_mm_s: f64,
+    /// So near a place counts as reached, mm.
+    reach_mm: f64,
+    patience: Duration,
+    next: usize,
+    nearest_mm: f64,
+    since: Time,
+    reaction: Reaction,
+    hand: Lag,
+}
+
+impl Rounds {
+    /// Somebody who knows that the tool goes at `speed_mm_s`, passes places within `reach_mm`, and gives one up when the tool
+    /// comes no nearer for `patience`.
+    #[must_use]
+    pub fn new(places: Vec<(f64, f64)>, (speed_mm_s, reach_mm): (f64, f64), patience: Duration) -> Self {
+        Self {
+            places,
+            speed_mm_s,
+            reach_mm,
+            patience,
+            next: 0,
+            nearest_mm: f64::INFINITY,
+            since: Time::ZERO,
+            reaction: Reaction::default(),
+            hand: Lag::default(),
+        }
+    }
+
+    fn go_on(&mut self, now: Time) {
+        self.next += 1;
+        self.nearest_mm = f64::INFINITY;
+        self.since = now;
+    }
+}
+
+impl Operator for Rounds {
+    fn wish(&mut self, seen: &Seen, now: Time) -> Wish {
+        let Some(position) = seen.position_mm.filter(|_| seen.phase != Phase::Starting) else {
+            self.since = now;
+            return Wish::default();
+        };
+        let Some(place) = self.places.get(self.next).copied() else { return Wish::QUIT };
+        let way = (place.0 - position.0, place.1 - position.1);
+        let far = way.0.hypot(way.1);
+        if far < self.nearest_mm - PROGRESS_MM {
+            (self.nearest_mm, self.since) = (far, now);
+        }
+        if far < self.reach_mm || now.since(self.since) > self.patience {
+            self.go_on(now);
+        }
+        let (x, y) = self.reaction.step(way, REACTION);
+        let seen_far = x.hypot(y).max(1e-9);
+        let speed_mm_s = (seen_far / SLOWS_S).clamp(LEAST_MM_S, CAREFUL_MM_S);
+        let deflection = (speed_mm_s / self.speed_mm_s).clamp(LEAST_TILT, 1.0);
+        let direction = self.hand.step((x / seen_far * deflection, y / seen_far * deflection));
+        Wish { direction, ..Wish::default() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::seen;
+    use super::*;
+
+    /// Reaches one place after the other, gives up the one that it can not get to, and ends.
+    #[test]
+    fn goes_from_place_to_place() {
+        let places = vec![(30.0, 0.0), (30.0, 40.0), (-60.0, 40.0)];
+        let mut rounds = Rounds::new(places, (20.0, 1.0), Duration::from_secs(2));
+        let mut seen = seen(Phase::Manual);
+        let (mut at, mut passed) = ((0.0, 0.0), [false; 3]);
+        for tick in 0..4000_u64 {
+            seen.position_mm = Some(at);
+            let wish = rounds.wish(&seen, Time::from_micros(tick * 10_000));
+            if wish == Wish::QUIT {
+                assert_eq!(passed, [true, true, false]);
+                return;
+            }
+            // A wall at −20 mm.
+            at = (f64::max(at.0 + 0.2 * wish.direction.0, -20.0), at.1 + 0.2 * wish.direction.1);
+            for (passed, place) in passed.iter_mut().zip([(30.0, 0.0), (30.0, 40.0), (-60.0, 40.0)]) {
+                *passed |= f64::hypot(at.0 - place.0, at.1 - place.1) < 1.5;
+            }
+        }
+        panic!("it does not end: at {at:?}");
+    }
+}

@@ -1,0 +1,199 @@
+//! Scripts: what a hand does, line by line.
+//!
+//! ```text
+//! # seconds  x     y     (deflection, −1 to 1)
+//! 0.0        1.0   0.0
+//! 2.5        0.0  -0.5
+//! 6.0        0     0.3   auto
+//! 20.0       pause
+//! 25.0       resume
+//! 50.0       turn  0.05  -0.1          # handwheels, mm
+//! 60.0       quit
+//! ```
+//!
+//! Each line holds until the next. `auto` lets a touch start the contour. `pause`, `resume`, `recover` (after a fault)
+//! and `turn` deflect nothing and leave `auto` as it was; a turn is given once. When its last line begins, the script
+//! quits at once, or as soon as a contour is finished when that line says `auto`; a turn or word in it is still given.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use keepout_executor::operator::{Operator, Seen};
+use keepout_executor::supervisor::{Ask, Phase, Wish};
+use keepout_guard::Time;
+use keepout_planner::text_file;
+use thiserror::Error;
+
+use super::playback::Playback;
+
+/// Why a script can not be used.
+#[derive(Debug, Error)]
+pub enum ScriptError {
+    /// It can not be read.
+    #[error("can not read script {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// It has no line that says anything.
+    #[error("the script says nothing: give lines such as \"0 1 0\"")]
+    Empty,
+    /// A line says nothing that is understood.
+    #[error(
+        "script line {number}: \"{line}\" is not \"SECONDS X Y [auto]\", \"SECONDS turn DX DY\" or \"SECONDS pause\" (resume, recover, quit), with times from 0 that do not go back"
+    )]
+    Line {
+        /// Its number, from 1.
+        number: usize,
+        /// The line.
+        line: String,
+    },
+}
+
+/// A script.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Script {
+    playback: Playback,
+    began: Option<Time>,
+}
+
+impl Script {
+    /// Reads a script from a file.
+    ///
+    /// # Errors
+    /// [`ScriptError`] naming the file or the line.
+    pub fn load(path: &Path) -> Result<Self, ScriptError> {
+        let text =
+            text_file::read(path).map_err(|source| ScriptError::Read { path: path.to_path_buf(), source })?;
+        Self::parse(&text)
+    }
+
+    /// Reads a script from text.
+    ///
+    /// # Errors
+    /// [`ScriptError::Line`] naming the first line that is not understood.
+    pub fn parse(text: &str) -> Result<Self, ScriptError> {
+        let mut steps: Vec<(Duration, Wish)> = Vec::new();
+        for (index, line) in text.lines().enumerate() {
+            let content = line.split('#').next().unwrap_or("").trim();
+            if content.is_empty() {
+                continue;
+            }
+            let bad = || ScriptError::Line { number: index + 1, line: told(line) };
+            let automatic = steps.last().is_some_and(|last| last.1.automatic);
+            let (at, wish) = step(content, automatic).ok_or_else(bad)?;
+            if steps.last().is_some_and(|last| last.0 > at) {
+                return Err(bad());
+            }
+            steps.push((at, wish));
+        }
+        if steps.is_empty() {
+            return Err(ScriptError::Empty);
+        }
+        Ok(Self { playback: Playback::new(steps), began: None })
+    }
+}
+
+/// As much of a line as a person wants to be told.
+fn told(line: &str) -> String {
+    line.trim().chars().take(80).collect()
+}
+
+/// A line's time and wish; `automatic` is what the line before said.
+fn step(content: &str, automatic: bool) -> Option<(Duration, Wish)> {
+    let fields: Vec<&str> = content.split_whitespace().collect();
+    let (at, rest) = fields.split_first()?;
+    let at = number(at).and_then(|seconds| Duration::try_from_secs_f64(seconds).ok())?;
+    let pair = |x: &str, y: &str| Some((number(x)?, number(y)?));
+    let wish = match *rest {
+        ["quit"] => Wish::QUIT,
+        [word] => Wish { automatic, ask: Some(ask(word)?), ..Wish::default() },
+        ["turn", dx, dy] => Wish { turned_mm: pair(dx, dy)?, automatic, ..Wish::default() },
+        [x, y] => Wish { direction: pair(x, y)?, ..Wish::default() },
+        [x, y, "auto"] => Wish { direction: pair(x, y)?, automatic: true, ..Wish::default() },
+        _ => return None,
+    };
+    Some((at, wish))
+}
+
+fn number(text: &str) -> Option<f64> {
+    text.parse::<f64>().ok().filter(|value| value.is_finite())
+}
+
+fn ask(word: &str) -> Option<Ask> {
+    match word {
+        "pause" => Some(Ask::Pause),
+        "resume" => Some(Ask::Resume),
+        "recover" => Some(Ask::Recover),
+        _ => None,
+    }
+}
+
+impl Operator for Script {
+    fn wish(&mut self, seen: &Seen, now: Time) -> Wish {
+        if seen.phase == Phase::Starting {
+            return Wish::default();
+        }
+        let already_over = self.playback.over();
+        let wish = self.playback.at(now.since(*self.began.get_or_insert(now)));
+        let said = !already_over && (wish.ask.is_some() || wish.turned_mm != (0.0, 0.0));
+        let finished = !wish.automatic || seen.contoured && seen.phase.is_steered();
+        if self.playback.over() && finished && !said { Wish::QUIT } else { wish }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::operator::tests::seen;
+
+    #[test]
+    fn lines_are_read_and_faults_named() {
+        let script = Script::parse("# a comment\n0 1 0\n2.5 0 -0.5 auto # touch\n9 quit\n").unwrap();
+        let steps = script.playback.steps();
+        assert_eq!(steps.len(), 3);
+        assert!(steps[1].1.automatic && steps[2].1 == Wish::QUIT);
+        assert!(matches!(Script::parse("# nothing\n\n"), Err(ScriptError::Empty)));
+        let wrong = [
+            "0 1",
+            "x 1 0",
+            "5 0 0\n4 0 0",
+            "0 nan 0",
+            "0 1 0 now",
+            "-1 0 0",
+            "1e300 0 0",
+            "0 turn 1",
+            "0 stop",
+        ];
+        for bad in wrong {
+            assert!(matches!(Script::parse(bad), Err(ScriptError::Line { .. })), "{bad}");
+        }
+    }
+
+    #[test]
+    fn words_and_turns_are_said_in_turn() {
+        let text = "0 0 0.3 auto\n1 pause\n2 resume\n3 turn 0.05 -0.1\n4 recover\n5 0 0\n6 quit";
+        let mut script = Script::parse(text).unwrap();
+        let wish = |millis: u64, script: &mut Script| {
+            script.wish(&seen(Phase::Manual), Time::from_micros(millis * 1000))
+        };
+        assert_eq!(wish(0, &mut script).direction, (0.0, 0.3));
+        let pause = wish(1500, &mut script);
+        assert!(pause.automatic && pause.ask == Some(Ask::Pause) && pause.direction == (0.0, 0.0));
+        assert_eq!(wish(2500, &mut script).ask, Some(Ask::Resume));
+        assert_eq!(wish(3000, &mut script).turned_mm, (0.05, -0.1));
+        assert_eq!(wish(3010, &mut script).turned_mm, (0.0, 0.0));
+        assert_eq!(wish(4000, &mut script).ask, Some(Ask::Recover));
+        assert!(!wish(5000, &mut script).automatic);
+        assert_eq!(wish(6000, &mut script), Wish::QUIT);
+    }
+
+    #[test]
+    fn the_last_line_is_said_before_quitting() {
+        let mut script = Script::parse("0 turn 1 0").unwrap();
+        assert_eq!(script.wish(&seen(Phase::Manual), Time::ZERO).turned_mm, (1.0, 0.0));
+        assert_eq!(script.wish(&seen(Phase::Manual), Time::from_micros(1)), Wish::QUIT);
+    }
+}

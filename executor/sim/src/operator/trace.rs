@@ -1,0 +1,285 @@
+//! Recorded traces: every change of an operator's wish, with its time.
+//!
+//! ```text
+//! # keepout trace 1: seconds x y turned_x turned_y flags
+//! 0.000000 0 0 0 0 -
+//! 0.010000 0.35 -0.125 0 0 -
+//! 4.120000 0 0 0.01 0 a
+//! 9.000000 0 0 0 0 ap
+//! 12.500000 end
+//! ```
+//!
+//! Seconds count from the first wish after the start of the machine; x and y are the deflection, `turned_x` and
+//! `turned_y` what handwheels were turned since the line before, mm. Flags: `a` automatic, then at most one of
+//! `p` pause, `r` resume, `f` recover after a fault, `q` quit; `-` for none. Numbers are written so that they are read
+//! back exactly.
+
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read as _};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use keepout_executor::operator::{Operator, Seen};
+use keepout_executor::supervisor::{Ask, Phase, Wish};
+use keepout_guard::Time;
+use thiserror::Error;
+
+use super::playback::Playback;
+
+/// Most lines of a trace: five hours of wishes that change every time.
+pub const LINES_MAX: usize = 2_000_000;
+/// Longest line with its end, bytes; numbers are written with up to 330.
+const LINE_MAX: u64 = 2000;
+/// The first line of a trace.
+pub(super) const HEADER: &str = "# keepout trace 1: seconds x y turned_x turned_y flags";
+
+/// Why a trace can not be used.
+#[derive(Debug, Error)]
+pub enum TraceError {
+    /// It can not be read.
+    #[error("can not read trace {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// It can not be written.
+    #[error("can not record to {}: {source}. Choose another --record-trace file; an existing one is not overwritten.", path.display())]
+    Create {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// It has no line.
+    #[error("the trace holds no wish: record one with --record-trace FILE")]
+    Empty,
+    /// It is too long.
+    #[error("the trace has more than {LINES_MAX} lines: cut it into pieces")]
+    TooLong,
+    /// A line says nothing that is understood.
+    #[error("trace line {number}: {wrong}: \"{line}\"")]
+    Line {
+        /// Its number, from 1.
+        number: usize,
+        /// What is wrong.
+        wrong: &'static str,
+        /// The line.
+        line: String,
+    },
+}
+
+/// A recorded trace as an operator. After its end it quits, but lets a contour that is being cut be finished first.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trace {
+    playback: Playback,
+    end: Duration,
+    began: Option<Time>,
+}
+
+impl Trace {
+    /// Reads a trace from a file.
+    ///
+    /// # Errors
+    /// [`TraceError`] naming the file or the line.
+    pub fn load(path: &Path) -> Result<Self, TraceError> {
+        let unread = |source| TraceError::Read { path: path.to_path_buf(), source };
+        Self::read(BufReader::new(File::open(path).map_err(unread)?), path)
+    }
+
+    /// Reads a trace; `path` is for the message.
+    ///
+    /// # Errors
+    /// [`TraceError`] naming the line.
+    pub fn read(mut source: impl BufRead, path: &Path) -> Result<Self, TraceError> {
+        let mut steps: Vec<(Duration, Wish)> = Vec::new();
+        let mut end = None;
+        let mut bytes = Vec::new();
+        for number in 1.. {
+            bytes.clear();
+            let read = source.by_ref().take(LINE_MAX + 1).read_until(b'\n', &mut bytes);
+            if read.map_err(|source| TraceError::Read { path: path.to_path_buf(), source })? == 0 {
+                break;
+            }
+            let last = end.or(steps.last().map(|step| step.0));
+            let parsed = line_of(&bytes).and_then(|line| parse(line, last));
+            match parsed.and_then(|parsed| checked(parsed, end.is_some())) {
+                Ok(Parsed::Nothing) => {}
+                Ok(Parsed::Step(at, wish)) => steps.push((at, wish)),
+                Ok(Parsed::End(at)) => end = Some(at),
+                Err(wrong) => {
+                    let line = String::from_utf8_lossy(&bytes).trim().chars().take(80).collect();
+                    return Err(TraceError::Line { number, wrong, line });
+                }
+            }
+            if number > LINES_MAX {
+                return Err(TraceError::TooLong);
+            }
+        }
+        let last = steps.last().ok_or(TraceError::Empty)?.0;
+        Ok(Self { playback: Playback::new(steps), end: end.unwrap_or(last), began: None })
+    }
+}
+
+impl Operator for Trace {
+    fn wish(&mut self, seen: &Seen, now: Time) -> Wish {
+        if seen.phase == Phase::Starting {
+            return Wish::default();
+        }
+        let time = now.since(*self.began.get_or_insert(now));
+        let wish = self.playback.at(time);
+        if !self.playback.over() || time <= self.end || wish.turned_mm != (0.0, 0.0) {
+            wish
+        } else if seen.phase == Phase::Contouring && wish.ask != Some(Ask::Quit) {
+            Wish { automatic: true, ..Wish::default() }
+        } else {
+            Wish::QUIT
+        }
+    }
+}
+
+enum Parsed {
+    Nothing,
+    Step(Duration, Wish),
+    End(Duration),
+}
+
+/// The line without its end. What is behind the longest line would be taken for the next one.
+fn line_of(bytes: &[u8]) -> Result<&str, &'static str> {
+    if bytes.len() as u64 > LINE_MAX {
+        return Err("the line has more than 2000 bytes");
+    }
+    str::from_utf8(bytes).map(str::trim).map_err(|_| "the line is no text in UTF-8")
+}
+
+/// Nothing but notes may follow the end.
+fn checked(parsed: Parsed, ended: bool) -> Result<Parsed, &'static str> {
+    if ended && !matches!(parsed, Parsed::Nothing) { Err("a line after the end") } else { Ok(parsed) }
+}
+
+fn parse(line: &str, last: Option<Duration>) -> Result<Parsed, &'static str> {
+    if line.is_empty() || line.starts_with('#') {
+        return Ok(Parsed::Nothing);
+    }
+    let fields: Vec<&str> = line.split_whitespace().collect();
+    let at = seconds(fields[0]).ok_or("the time is no number of seconds with at most six decimals")?;
+    if last.is_some_and(|last| at < last) {
+        return Err("the time goes back");
+    }
+    match fields[1..] {
+        ["end"] => Ok(Parsed::End(at)),
+        [x, y, turned_x, turned_y, flags] => {
+            let wrong = "a number is missing or not finite";
+            let pair = |x, y| Some((number(x)?, number(y)?));
+            let direction = pair(x, y).ok_or(wrong)?;
+            let turned_mm = pair(turned_x, turned_y).ok_or(wrong)?;
+            let (automatic, ask) = flags_of(flags).ok_or("the flags are not - or a and one of p, r, f, q")?;
+            Ok(Parsed::Step(at, Wish { direction, turned_mm, automatic, ask }))
+        }
+        _ => Err("not SECONDS X Y TURNED_X TURNED_Y FLAGS, or SECONDS end"),
+    }
+}
+
+fn number(text: &str) -> Option<f64> {
+    text.parse::<f64>().ok().filter(|value| value.is_finite())
+}
+
+/// Seconds with at most six decimals, exactly.
+fn seconds(text: &str) -> Option<Duration> {
+    let (whole, decimals) = text.split_once('.').unwrap_or((text, "0"));
+    let digits = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    if !digits(whole) || !digits(decimals) || decimals.len() > 6 || whole.len() > 9 {
+        return None;
+    }
+    let micros: u64 = format!("{decimals:0<6}").parse().ok()?;
+    Some(Duration::from_secs(whole.parse().ok()?) + Duration::from_micros(micros))
+}
+
+pub(super) const FLAGS: [(char, Ask); 4] =
+    [('p', Ask::Pause), ('r', Ask::Resume), ('f', Ask::Recover), ('q', Ask::Quit)];
+
+fn flags_of(flags: &str) -> Option<(bool, Option<Ask>)> {
+    if flags == "-" {
+        return Some((false, None));
+    }
+    let rest = flags.strip_prefix('a');
+    let (automatic, rest) = (rest.is_some(), rest.unwrap_or(flags));
+    let mut letters = rest.chars();
+    match (letters.next(), letters.next()) {
+        (None, _) => automatic.then_some((true, None)),
+        (Some(letter), None) => {
+            let ask = FLAGS.iter().find(|flag| flag.0 == letter)?.1;
+            Some((automatic, Some(ask)))
+        }
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::operator::tests::seen;
+
+    fn read(text: &str) -> Result<Trace, TraceError> {
+        Trace::read(text.as_bytes(), Path::new("test"))
+    }
+
+    #[test]
+    fn wrong_lines_are_named() {
+        let wrong = [
+            ("0 1 0 0 0", "not SECONDS"),
+            ("x 1 0 0 0 -", "the time is no number"),
+            ("-1 1 0 0 0 -", "the time is no number"),
+            ("0.1234567 1 0 0 0 -", "the time is no number"),
+            ("0 nan 0 0 0 -", "not finite"),
+            ("0 inf 0 0 0 -", "not finite"),
+            ("0 1 0 0 0 pa", "the flags"),
+            ("0 1 0 0 0 --", "the flags"),
+            ("0 1 0 0 0 apq", "the flags"),
+        ];
+        for (line, reason) in wrong {
+            let error = read(&format!("# a note\n\n0 0 0 0 0 -\n{line}\n")).unwrap_err();
+            let text = error.to_string();
+            assert!(text.starts_with("trace line 4:") && text.contains(reason), "{text}");
+        }
+        let back = read("1 0 0 0 0 -\n0.5 0 0 0 0 -").unwrap_err().to_string();
+        assert!(back.contains("line 2") && back.contains("goes back"), "{back}");
+        assert!(read("1 0 0 0 0 -\n2 end\n3 0 0 0 0 -").is_err());
+        assert!(matches!(read("# nothing\n"), Err(TraceError::Empty)));
+        assert!(read(&"9".repeat(1 << 20)).is_err(), "a line without an end");
+        for long in
+            [format!("#{} 5 1 0 0 0 a", " ".repeat(1999)), format!("0 1 0 0 0 a{}q", " ".repeat(1989))]
+        {
+            let error =
+                read(&format!("0 0 0 0 0 -\n{long}\n")).expect_err("what is behind is another line's");
+            assert!(error.to_string().starts_with("trace line 2: the line has more than"), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_contour_is_finished_after_the_end() {
+        let mut trace = read("0 0 0 0 0 a\n1 end\n").unwrap();
+        trace.wish(&seen(Phase::Manual), Time::ZERO);
+        let late = Time::from_micros(5_000_000);
+        assert!(trace.wish(&seen(Phase::Contouring), late).ask.is_none());
+        assert_eq!(trace.wish(&seen(Phase::Manual), late), Wish::QUIT);
+    }
+
+    #[test]
+    fn no_text_breaks_it() {
+        let mut random = fastrand::Rng::with_seed(2);
+        let pieces =
+            ["0", "1.5", "-", "end", "a", "q", "\n", " ", "#", "e9", "nan", ".", "é", "\0", "0 0 0 0 0 a\n"];
+        for _ in 0..20_000 {
+            let text: String =
+                (0..random.usize(0..20)).map(|_| pieces[random.usize(0..pieces.len())]).collect();
+            if let Ok(mut trace) = read(&text) {
+                trace.wish(&seen(Phase::Manual), Time::ZERO);
+            }
+        }
+        let error =
+            Trace::read(&b"0 0 0 0 0 -\n0 1 0 \xff\xfe\n"[..], Path::new("test")).expect_err("it is no text");
+        assert!(error.to_string().starts_with("trace line 2: the line is no text"), "{error}");
+    }
+}

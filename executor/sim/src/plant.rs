@@ -1,0 +1,167 @@
+//! What moves under a simulated controller: time, drives and homing. The languages lie on top.
+
+use std::time::Duration;
+
+use keepout_drives::interpolator::{Drives, Motion};
+use keepout_executor::session::{Sample, SampleKind};
+use keepout_guard::Time;
+
+use super::apart::Apart;
+
+/// The drives of a simulated controller, in its own time.
+#[derive(Clone, Debug)]
+pub(super) struct Plant {
+    drives: Drives,
+    motion: Motion,
+    /// While axes run apart.
+    apart: Option<Apart>,
+    kind: SampleKind,
+    homing: Option<Time>,
+    now: Time,
+    samples: Vec<Sample>,
+}
+
+/// A block shorter than this is none, mm.
+const SHORTEST: f64 = 1e-9;
+
+impl Plant {
+    /// Its time.
+    pub(super) fn now(&self) -> Time {
+        self.now
+    }
+
+    /// Drives at rest at `start_mm`, machine coordinates.
+    pub(super) fn new(drives: Drives, start_mm: (f64, f64)) -> Self {
+        Self {
+            motion: Motion::new(drives, start_mm),
+            drives,
+            apart: None,
+            kind: SampleKind::Rest,
+            homing: None,
+            now: Time::ZERO,
+            samples: Vec::new(),
+        }
+    }
+
+    pub(super) fn position(&self) -> (f64, f64) {
+        self.apart.map_or(self.motion.position(), |apart| apart.position())
+    }
+
+    /// Where what is queued ends.
+    pub(super) fn planned_end(&self) -> (f64, f64) {
+        self.motion.planned_end()
+    }
+
+    /// Whether anything moves, or is about to.
+    pub(super) fn is_busy(&self) -> bool {
+        !self.motion.is_resting() || self.apart.is_some() || self.homing.is_some()
+    }
+
+    pub(super) fn is_homing(&self) -> bool {
+        self.homing.is_some()
+    }
+
+    /// Blocks that are not finished.
+    pub(super) fn queued(&self) -> usize {
+        self.motion.queued()
+    }
+
+    /// Drives to `to` after what is queued, mm and mm/s.
+    pub(super) fn push(&mut self, to: (f64, f64), feed: f64) {
+        self.motion.push(to, feed, SHORTEST);
+        self.kind = SampleKind::Run;
+    }
+
+    /// Slows down on the path, and forgets what is queued.
+    pub(super) fn stop(&mut self) {
+        if self.motion.queued() > 0 {
+            self.motion.cancel();
+        }
+    }
+
+    /// Drives each axis to `to` by itself, from rest.
+    pub(super) fn push_apart(&mut self, to: (f64, f64), feed: f64) {
+        let speed = feed.min(self.drives.max_rate);
+        self.apart = Some(Apart::go(self.position(), to, speed, self.drives.acceleration));
+        self.kind = SampleKind::Run;
+    }
+
+    /// Each axis slows down by itself, and what is queued is forgotten: the tool may leave its line.
+    pub(super) fn stop_apart(&mut self) {
+        let velocity = self.apart.map_or(self.motion.velocity(), |apart| apart.velocity());
+        if velocity != (0.0, 0.0) || self.is_busy() {
+            let at = self.position();
+            self.motion = Motion::new(self.drives, at);
+            self.apart = Some(Apart::brake(at, velocity, self.drives.acceleration));
+        }
+    }
+
+    /// Stops dead.
+    pub(super) fn kill(&mut self) {
+        self.settle();
+        self.motion.kill();
+        self.homing = None;
+    }
+
+    /// Homing keeps it busy for so long.
+    pub(super) fn home(&mut self, lasts: Duration) {
+        self.homing = Some(self.now.after(lasts));
+    }
+
+    /// When what moves has come to rest or gone on to its next block; `None` at rest.
+    pub(super) fn next_event(&self) -> Option<Time> {
+        let seconds = self.apart.map(|apart| apart.left()).or(self.motion.next_event());
+        let motion = seconds.map(|s| self.now.after(Duration::from_secs_f64(s + 2e-6)));
+        self.homing.or(motion)
+    }
+
+    /// The axes are where they are, and at rest.
+    fn settle(&mut self) {
+        if let Some(apart) = self.apart.take() {
+            self.motion = Motion::new(self.drives, apart.position());
+        }
+    }
+
+    fn go_on_apart(&mut self, mut apart: Apart, now: Time) {
+        // Whole microseconds, and at least one.
+        let step = Duration::from_secs_f64(apart.look().min(apart.left() + 1e-6).max(1e-6));
+        let at = self.now.after(step).min(now);
+        apart.advance(at.since(self.now).as_secs_f64());
+        self.now = at;
+        self.samples.push(Sample { at, position_mm: apart.position(), kind: self.kind });
+        self.apart = Some(apart);
+        if apart.left() <= 0.0 {
+            self.settle();
+        }
+    }
+
+    /// Goes on by the time to the next thing that happens, `now` at most.
+    fn go_on(&mut self, now: Time) {
+        if let Some(apart) = self.apart {
+            self.go_on_apart(apart, now);
+            return;
+        }
+        let left = now.since(self.now).as_secs_f64();
+        let step = self.motion.next_event().map_or(left, |event| (event + 1e-6).min(left));
+        let at = if step < left { self.now.after(Duration::from_secs_f64(step)) } else { now };
+        let kind = if self.motion.is_resting() { SampleKind::Rest } else { self.kind };
+        let samples = &mut self.samples;
+        self.motion.advance(step, |position_mm| samples.push(Sample { at, position_mm, kind }));
+        self.samples.push(Sample { at, position_mm: self.motion.position(), kind });
+        self.now = at;
+    }
+
+    /// Goes on until `now`.
+    pub(super) fn advance(&mut self, now: Time) {
+        if self.homing.is_some_and(|over| now >= over) {
+            self.homing = None;
+        }
+        while self.now < now {
+            self.go_on(now);
+        }
+    }
+
+    pub(super) fn take_samples(&mut self, into: &mut Vec<Sample>) {
+        into.append(&mut self.samples);
+    }
+}

@@ -1,0 +1,377 @@
+//! A whole session on the simulated machine, watched by the witness.
+
+use std::time::Duration;
+
+use keepout_executor::dialect::{Language, Setting};
+use keepout_executor::operator::Operator;
+use keepout_executor::session::port::{Port, PortError};
+use keepout_executor::session::serial::Serial;
+use keepout_executor::session::{
+    Clock, Ended, Engine, Going, PlaceError, Placement, RealClock, RunFacts, Sample, SampleKind, Session,
+    Tape, TapeError, VirtualClock, coverage, place_on_table, start_inside,
+};
+use keepout_executor::supervisor::{Options, Supervisor, Workpiece};
+use keepout_guard::Time;
+use keepout_kernel::{Point, Vector};
+use keepout_planner::job::{Progress, contour_job};
+use keepout_planner::machine::MachineProfile;
+use keepout_planner::plan::CertifiedPlan;
+use keepout_planner::units::{mm, point_mm};
+use thiserror::Error;
+
+use crate::witness::Witness;
+use crate::{Follower, Quirks, Servo, SimMachine, SimSettings, Slip, VirtualPort, speaking};
+
+/// How the simulated machine is reached.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Link {
+    /// In virtual time, as fast as the computer goes.
+    Virtual,
+    /// Behind a pty opened like a serial port, in real time.
+    Pty,
+}
+
+/// A run on the simulated machine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SimRun {
+    /// The machine.
+    pub machine: MachineProfile,
+    /// The drives that its tool is moved by; without, it is always where it is commanded to be.
+    pub servo: Option<Servo>,
+    /// How it is reached.
+    pub link: Link,
+    /// What its controller speaks.
+    pub language: Language,
+    /// Baud rate of the line.
+    pub baud: u32,
+    /// Added delay each way.
+    pub latency: Duration,
+    /// Seed of the tool's error.
+    pub seed: u64,
+    /// Feed of the contour, mm/min.
+    pub feed_mm_min: u32,
+    /// Longest duration, machine time.
+    pub limit: Duration,
+    /// Where the tool is let down, drawing coordinates, when it does not come from the home position.
+    pub start: Option<Point>,
+    /// Machine coordinates of the drawing's origin, mm; the middle of the table when not given.
+    pub origin_mm: Option<(f64, f64)>,
+    /// What an earlier session has done of the plan's contours.
+    pub progress: Progress,
+}
+
+impl Default for SimRun {
+    fn default() -> Self {
+        Self {
+            machine: MachineProfile::simulated(),
+            servo: Servo::simulated().ok(),
+            link: Link::Virtual,
+            language: Language::Grbl,
+            baud: 115_200,
+            latency: Duration::from_millis(1),
+            seed: 1,
+            feed_mm_min: 900,
+            limit: Duration::from_secs(3600),
+            start: None,
+            origin_mm: None,
+            progress: Progress::default(),
+        }
+    }
+}
+
+/// What came of a simulated run.
+#[derive(Debug)]
+pub struct SimResult {
+    /// The figures.
+    pub facts: RunFacts,
+    /// The true tool positions while it moved, drawing coordinates.
+    pub samples: Vec<Sample>,
+    /// The plan.
+    pub work: Workpiece,
+    /// Positions that the witness watched.
+    pub watched: u64,
+}
+
+/// Why a simulated run could not begin or go on.
+#[derive(Debug, Error)]
+pub enum SimError {
+    /// The drawing does not lie on the table.
+    #[error(transparent)]
+    Place(#[from] PlaceError),
+    /// There is no pty.
+    #[error(transparent)]
+    Port(#[from] PortError),
+    /// The log failed.
+    #[error(transparent)]
+    Tape(#[from] TapeError),
+}
+
+/// Most samples that are kept for the picture; beyond it every other one is dropped.
+const SAMPLES_MAX: usize = 2_000_000;
+
+/// After the session's end the machine is watched for this long, and the line's latency.
+const SETTLE: Duration = Duration::from_millis(2500);
+
+/// Called after every round with the supervisor, the witness and the time.
+pub type Watch<'a> = dyn FnMut(&Supervisor, &Witness, Time) -> Going + 'a;
+
+/// A simulated session before it begins.
+#[derive(Debug)]
+pub struct Scene {
+    /// What the session is set up with.
+    pub options: Options,
+    /// What its dialect is told.
+    pub setting: Setting,
+    sim: SimSettings,
+}
+
+impl Scene {
+    /// Puts the drawing on the table and the tool where it starts.
+    ///
+    /// # Errors
+    /// [`PlaceError`] when the job does not fit, or the tool can not start where it is wanted.
+    pub fn of(plan: &CertifiedPlan, run: &SimRun) -> Result<Self, PlaceError> {
+        let place = place_on_table(plan, &run.machine, run.origin_mm)?;
+        let home = (-1.0, -1.0);
+        let start = match run.start {
+            Some(point) => Some(point),
+            None if comes_from_home(plan, &place, home) => None,
+            None => Some(start_inside(plan)?),
+        };
+        if let Some(at) = start {
+            check_start(plan, &place, at)?;
+        }
+        let start_mm = match start {
+            Some(point) => point_mm(point.translated(place.offset)?),
+            None => home,
+        };
+        let sim = SimSettings {
+            machine: run.machine.clone(),
+            start_mm,
+            homed: start.is_some(),
+            homing: Duration::from_secs(1),
+            work_offset_mm: (-37.25, -21.5),
+            quirks: Quirks::default(),
+        };
+        let options = Options {
+            feed_mm_min: run.feed_mm_min,
+            home: start.is_none(),
+            stroke: place.stroke,
+            answer_within: Duration::from_secs(5) + run.latency * 4,
+            baud: run.baud,
+            progress: run.progress.clone(),
+        };
+        let setting = Setting {
+            stroke_mm: Some(run.machine.stroke_mm),
+            ..Setting::of(&plan.plan.machine, place.offset)
+        };
+        Ok(Self { options, setting, sim })
+    }
+}
+
+fn check_start(plan: &CertifiedPlan, place: &Placement, at: Point) -> Result<(), PlaceError> {
+    if !place.stroke.holds(at) {
+        return Err(PlaceError::Start { at, reason: "it is beyond the machine's travel".into() });
+    }
+    let free = plan.part.free_point(at, plan.roughing);
+    free.map_err(|blocked| PlaceError::Start { at, reason: blocked.to_string() })?;
+    Ok(())
+}
+
+/// Runs a whole session on the simulated machine. `prepare` may touch the supervisor before the start.
+///
+/// # Errors
+/// [`SimError`] when the job does not fit the table, there is no pty, or the log can not be written on.
+pub fn run_simulated(
+    work: Workpiece,
+    run: &SimRun,
+    operator: Box<dyn Operator + Send>,
+    tape: Box<dyn Tape>,
+    prepare: impl FnOnce(&mut Supervisor),
+    watch: &mut Watch<'_>,
+) -> Result<SimResult, SimError> {
+    let scene = Scene::of(&work.plan, run)?;
+    run_scene(work, run, scene, operator, tape, prepare, watch)
+}
+
+/// As [`run_simulated`], of a scene that was set before.
+///
+/// # Errors
+/// [`SimError`] when there is no pty, or the log can not be written on.
+pub fn run_scene(
+    work: Workpiece,
+    run: &SimRun,
+    scene: Scene,
+    operator: Box<dyn Operator + Send>,
+    tape: Box<dyn Tape>,
+    prepare: impl FnOnce(&mut Supervisor),
+    watch: &mut Watch<'_>,
+) -> Result<SimResult, SimError> {
+    let offset = scene.setting.offset;
+    let witness = Witness::new(work.plan.part.clone(), work.plan.plan.tool_radius, offset);
+    let mut eye = Eye { witness, samples: Vec::new(), every: 1, seen: 0, offset: point_mm_of(offset) };
+    let dialect = run.language.dialect(scene.setting);
+    let mut supervisor = Supervisor::new(work, scene.options, dialect.abilities());
+    prepare(&mut supervisor);
+    let slip = Slip::wandering(run.machine.repeatability_mm, run.machine.steps_per_mm, run.seed);
+    let drives = run.servo.as_ref().and_then(|servo| Follower::new(servo, scene.sim.start_mm));
+    let machine =
+        SimMachine::new(speaking(&run.language, scene.sim), run.baud, run.latency, slip).driven(drives);
+    let engine = Engine::new(supervisor, dialect);
+    let (ended, seconds, supervisor) = match run.link {
+        Link::Virtual => {
+            let mut session = Session::new(engine, VirtualPort { machine }, operator, tape);
+            let take = |session: &mut Session<'_, VirtualPort>, into: &mut Vec<Sample>| {
+                if let Some(port) = session.port() {
+                    port.machine.take_samples(into);
+                }
+            };
+            let (ended, seconds) =
+                drive(&mut session, &mut VirtualClock::default(), run, &mut eye, take, watch)?;
+            (ended, seconds, session.into_supervisor())
+        }
+        Link::Pty => on_pty(engine, operator, tape, machine, run, &mut eye, watch)?,
+    };
+    Ok(result_of(supervisor, ended, seconds, run, eye))
+}
+
+#[cfg(unix)]
+fn on_pty(
+    engine: Engine,
+    operator: Box<dyn Operator + Send>,
+    tape: Box<dyn Tape>,
+    machine: SimMachine,
+    run: &SimRun,
+    eye: &mut Eye,
+    watch: &mut Watch<'_>,
+) -> Result<(Ended, f64, Supervisor), SimError> {
+    let pty = crate::pty::PtyMachine::start(machine)?;
+    let port = Serial::open(pty.name(), run.baud)?;
+    let mut session = Session::new(engine, port, operator, tape);
+    let take = |_: &mut Session<'_, Serial>, into: &mut Vec<Sample>| into.append(&mut pty.take_samples());
+    let (ended, seconds) = drive(&mut session, &mut RealClock::default(), run, eye, take, watch)?;
+    Ok((ended, seconds, session.into_supervisor()))
+}
+
+#[cfg(not(unix))]
+fn on_pty(
+    _: Engine,
+    _: Box<dyn Operator + Send>,
+    _: Box<dyn Tape>,
+    _: SimMachine,
+    _: &SimRun,
+    _: &mut Eye,
+    _: &mut Watch<'_>,
+) -> Result<(Ended, f64, Supervisor), SimError> {
+    Err(PortError::Open { name: "pty".into(), reason: "this system has no ptys".into() }.into())
+}
+
+fn point_mm_of(v: Vector) -> (f64, f64) {
+    (mm(v.dx), mm(v.dy))
+}
+
+/// Whether the tool can stand at the home position, and finds something to finish from there.
+fn comes_from_home(plan: &CertifiedPlan, place: &Placement, home: (f64, f64)) -> bool {
+    let back = Vector { dx: -place.offset.dx, dy: -place.offset.dy };
+    let Ok(point) = keepout_planner::units::point_from_mm(home).and_then(|point| point.translated(back))
+    else {
+        return false;
+    };
+    plan.part.free_point(point, plan.roughing).is_ok() && contour_job(plan, point, place.stroke).is_ok()
+}
+
+/// The witness, and what is kept for the picture.
+struct Eye {
+    witness: Witness,
+    samples: Vec<Sample>,
+    every: usize,
+    seen: usize,
+    offset: (f64, f64),
+}
+
+impl Eye {
+    fn take(&mut self, samples: &mut Vec<Sample>) {
+        for sample in samples.drain(..) {
+            self.witness.watch(&sample);
+            if sample.kind == SampleKind::Rest {
+                continue;
+            }
+            self.seen += 1;
+            if !self.seen.is_multiple_of(self.every) {
+                continue;
+            }
+            let (x, y) = sample.position_mm;
+            self.samples.push(Sample { position_mm: (x - self.offset.0, y - self.offset.1), ..sample });
+            if self.samples.len() >= SAMPLES_MAX {
+                let mut keep = false;
+                self.samples.retain(|_| {
+                    keep = !keep;
+                    keep
+                });
+                self.every *= 2;
+            }
+        }
+    }
+}
+
+fn drive<P: Port>(
+    session: &mut Session<'_, P>,
+    clock: &mut impl Clock,
+    run: &SimRun,
+    eye: &mut Eye,
+    take: impl Fn(&mut Session<'_, P>, &mut Vec<Sample>),
+    watch: &mut Watch<'_>,
+) -> Result<(Ended, f64), TapeError> {
+    let mut last = Time::ZERO;
+    let mut samples = Vec::new();
+    let ended = session.run(clock, run.limit, |session, now| {
+        take(session, &mut samples);
+        eye.take(&mut samples);
+        last = now;
+        watch(session.supervisor(), &eye.witness, now)
+    })?;
+    // What is still under way is watched to its end: the last commands arrive, and the tool comes to rest.
+    let rest = last.after(run.latency + SETTLE);
+    loop {
+        let now = clock.now();
+        session.drain(now);
+        take(session, &mut samples);
+        eye.take(&mut samples);
+        if now >= rest {
+            return Ok((ended, last.elapsed().as_secs_f64()));
+        }
+        clock.wait(rest);
+    }
+}
+
+fn result_of(supervisor: Supervisor, ended: Ended, seconds: f64, run: &SimRun, eye: Eye) -> SimResult {
+    let witness = eye.witness;
+    let finished = supervisor.finished().len();
+    let coverage = (finished > 0).then(|| coverage(supervisor.plan(), witness.cut_paths()));
+    let setting = format!(
+        "{}, {} baud, {} ms added each way, {}",
+        run.machine.name,
+        run.baud,
+        run.latency.as_millis(),
+        if run.link == Link::Pty { "pty" } else { "virtual time" }
+    );
+    let facts = RunFacts {
+        ended,
+        fault: supervisor.fault().map(ToString::to_string),
+        seconds,
+        counts: supervisor.counts(),
+        loops: (finished, supervisor.plan().plan.loop_count()),
+        loops_before: run.progress.finished.len(),
+        partial: supervisor.progress().partial.len(),
+        unreached: supervisor.unreached(),
+        interrupted: supervisor.is_interrupted(),
+        deepest_mm: Some(witness.deepest().map_or(0.0, |incursion| incursion.depth_mm)),
+        closest_mm: witness.closest_mm(),
+        closest_by_hand_mm: witness.closest_by_hand_mm(),
+        coverage,
+        setting,
+        notices: supervisor.notices().to_vec(),
+    };
+    let watched = witness.watched();
+    SimResult { facts, samples: eye.samples, work: supervisor.work().clone(), watched }
+}

@@ -1,0 +1,229 @@
+//! The witness: knows only the part and the tool, and decides exactly how deep the tool went into the part.
+
+use keepout_executor::session::{Sample, SampleKind};
+use keepout_guard::Time;
+use keepout_kernel::{Length, Point, ProhibitedRegion, Segment, Vector};
+use keepout_planner::units::{mm, point_from_mm};
+
+/// The deepest the tool went into the part.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Incursion {
+    /// How deep, mm.
+    pub depth_mm: f64,
+    /// When.
+    pub at: Time,
+    /// Where the tool's centre was, drawing coordinates.
+    pub centre: Point,
+}
+
+/// Watches the true tool positions. Between two positions the tool is taken to move straight.
+///
+/// The part's true curves may leave their chords by the slack; the witness counts that against the tool, so "no
+/// incursion" is exact, and a depth is at most 0.1 µm too large.
+#[derive(Debug)]
+pub struct Witness {
+    part: ProhibitedRegion,
+    radius: Length,
+    offset: Vector,
+    last: Option<Point>,
+    inside: bool,
+    /// Largest distance beyond the radius that has never been undercut so far.
+    closest: Length,
+    closest_by_hand: Length,
+    deepest: Option<Incursion>,
+    cut: Vec<Vec<Point>>,
+    watched: u64,
+}
+
+/// Distances between the tool's edge and the part beyond this are not measured, lattice units (5 mm): every sample is
+/// then one cheap question.
+const FAR: i64 = 500_000;
+/// Depths inside the part are measured up to this, lattice units (5.3 m).
+const DEEP: i64 = 1 << 29;
+
+impl Witness {
+    /// A witness for a tool of `radius` at a part placed at `offset` on the machine.
+    #[must_use]
+    pub fn new(part: ProhibitedRegion, radius: Length, offset: Vector) -> Self {
+        let closest = Length::from_units(FAR).unwrap_or(Length::ZERO);
+        Self {
+            part,
+            radius,
+            offset,
+            last: None,
+            inside: false,
+            closest,
+            closest_by_hand: closest,
+            deepest: None,
+            cut: Vec::new(),
+            watched: 0,
+        }
+    }
+
+    /// Watches the next true position.
+    pub fn watch(&mut self, sample: &Sample) {
+        let back = Vector { dx: -self.offset.dx, dy: -self.offset.dy };
+        let here = point_from_mm(sample.position_mm).and_then(|point| point.translated(back));
+        let Ok(here) = here else {
+            // A tool that can not be followed is a tool in the part.
+            self.deepest = Some(Incursion { depth_mm: f64::INFINITY, at: sample.at, centre: Point::ORIGIN });
+            return;
+        };
+        self.watched += 1;
+        match self.last {
+            None => self.inside = self.part.holds(here),
+            // A whole crossing between samples would be seen by the motion; being inside is looked at again there.
+            Some(_) if self.inside => self.inside = self.part.holds(here),
+            Some(_) => {}
+        }
+        let from = self.last.unwrap_or(here);
+        let motion = Segment { from, to: here };
+        self.look(motion, sample.at);
+        if sample.kind == SampleKind::Jog {
+            self.closest_by_hand = self.nearer(motion, self.closest_by_hand);
+        }
+        self.remember_cut(sample.kind, from, here);
+        self.last = Some(here);
+    }
+
+    /// The least of `known` and the distance between the tool's edge and the part on this motion.
+    fn nearer(&self, motion: Segment, known: Length) -> Length {
+        let clear = |r: Length| self.part.edges_clear(motion, r).is_ok();
+        if clear(self.radius.saturating_plus(known)) {
+            return known;
+        }
+        let reach = i64::from(self.radius.units()) + i64::from(known.units());
+        let beyond = i64::from(largest_clear(reach + 1, clear)) - i64::from(self.radius.units());
+        Length::from_units(beyond.max(0)).unwrap_or(Length::ZERO).min(known)
+    }
+
+    fn look(&mut self, motion: Segment, at: Time) {
+        let clear = |r: Length| self.part.edges_clear(motion, r).is_ok();
+        if !self.inside && clear(self.radius.saturating_plus(self.closest)) {
+            return;
+        }
+        let reach = i64::from(self.radius.units()) + i64::from(self.closest.units());
+        let distance = largest_clear(reach + 1, clear);
+        let beyond = i64::from(distance) - i64::from(self.radius.units());
+        if !self.inside && beyond >= 0 {
+            self.closest = Length::from_units(beyond).unwrap_or(Length::ZERO).min(self.closest);
+            return;
+        }
+        self.closest = Length::ZERO;
+        let crossed = self.inside || self.part.holds(motion.to);
+        let depth_mm = if crossed {
+            let here = Segment { from: motion.to, to: motion.to };
+            let within = largest_clear(DEEP, |r| self.part.edges_clear(here, r).is_ok());
+            mm(self.radius.units()) + mm(within.max(0))
+        } else {
+            -mm(i32::try_from(beyond).unwrap_or(0))
+        };
+        self.inside = self.part.holds(motion.to);
+        if self.deepest.is_none_or(|deepest| depth_mm > deepest.depth_mm) {
+            self.deepest = Some(Incursion { depth_mm, at, centre: motion.to });
+        }
+    }
+
+    fn remember_cut(&mut self, kind: SampleKind, from: Point, here: Point) {
+        if kind != SampleKind::Run {
+            if self.cut.last().is_none_or(|path| !path.is_empty()) {
+                self.cut.push(Vec::new());
+            }
+            return;
+        }
+        if self.cut.is_empty() {
+            self.cut.push(Vec::new());
+        }
+        let Some(path) = self.cut.last_mut() else { return };
+        if path.is_empty() {
+            path.push(from);
+        }
+        if path.last() != Some(&here) {
+            path.push(here);
+        }
+    }
+
+    /// The deepest incursion, if there was one.
+    #[must_use]
+    pub fn deepest(&self) -> Option<Incursion> {
+        self.deepest
+    }
+
+    /// The least distance between the tool's edge and the part, mm; zero after an incursion, `None` beyond 5 mm.
+    #[must_use]
+    pub fn closest_mm(&self) -> Option<f64> {
+        (i64::from(self.closest.units()) < FAR).then(|| mm(self.closest.units()))
+    }
+
+    /// The least distance between the tool's edge and the part while jogging, mm; `None` beyond 5 mm.
+    #[must_use]
+    pub fn closest_by_hand_mm(&self) -> Option<f64> {
+        (i64::from(self.closest_by_hand.units()) < FAR).then(|| mm(self.closest_by_hand.units()))
+    }
+
+    /// The tool's centre while it ran programmed motions, one path for each run.
+    pub fn cut_paths(&self) -> impl Iterator<Item = &[Point]> + '_ {
+        self.cut.iter().filter(|path| path.len() > 1).map(Vec::as_slice)
+    }
+
+    /// Positions watched.
+    #[must_use]
+    pub fn watched(&self) -> u64 {
+        self.watched
+    }
+}
+
+/// The largest length in lattice units, up to `most`, for which `clear` holds; −1 when it does not hold even for zero.
+fn largest_clear(most: i64, clear: impl Fn(Length) -> bool) -> i32 {
+    let holds = |units: i64| Length::from_units(units).is_ok_and(&clear);
+    let (mut low, mut high) = (-1_i64, most);
+    while high - low > 1 {
+        let middle = i64::midpoint(low, high);
+        if holds(middle) { low = middle } else { high = middle }
+    }
+    i32::try_from(low).unwrap_or(i32::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use keepout_kernel::{Region, Ring, Side};
+
+    use super::*;
+
+    fn witness() -> Witness {
+        let at = |x, y| point_from_mm((x, y)).unwrap();
+        let ring = Ring::new(vec![at(0.0, 0.0), at(40.0, 0.0), at(40.0, 30.0), at(0.0, 30.0)]).unwrap();
+        let part = ProhibitedRegion::new(Region::new(vec![ring]).unwrap(), Side::Outside).unwrap();
+        Witness::new(part, Length::from_units(300_000).unwrap(), Vector { dx: 0, dy: 0 })
+    }
+
+    fn at(x: f64, y: f64) -> Sample {
+        Sample { at: Time::ZERO, position_mm: (x, y), kind: SampleKind::Jog }
+    }
+
+    #[test]
+    fn touching_by_a_lattice_unit_is_seen() {
+        let mut witness = witness();
+        [at(-10.0, 10.0), at(-3.000_02, 10.0)].iter().for_each(|sample| witness.watch(sample));
+        assert_eq!(witness.deepest(), None);
+        assert_eq!(witness.closest_mm(), Some(0.000_01), "a met threshold is not clear");
+        witness.watch(&at(-2.999, 12.0));
+        let depth = witness.deepest().unwrap().depth_mm;
+        assert!((depth - 0.001).abs() < 2e-5, "{depth}");
+    }
+
+    #[test]
+    fn crossing_between_samples_is_seen() {
+        let mut witness = witness();
+        [at(-10.0, 15.0), at(50.0, 15.0)].iter().for_each(|sample| witness.watch(sample));
+        assert!(witness.deepest().unwrap().depth_mm >= 3.0);
+    }
+
+    #[test]
+    fn inside_is_deeper_than_the_radius() {
+        let mut witness = witness();
+        [at(-10.0, 15.0), at(1.0, 15.0), at(10.0, 15.0)].iter().for_each(|sample| witness.watch(sample));
+        let depth = witness.deepest().unwrap().depth_mm;
+        assert!((depth - 13.0).abs() < 1e-4, "radius 3 mm, 10 mm inside: {depth}");
+    }
+}

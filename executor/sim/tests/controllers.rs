@@ -1,0 +1,220 @@
+//! Controllers that answer garbage, nothing, or the wrong thing: the session stops and says why.
+#![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
+
+use std::time::Duration;
+
+use keepout_executor::dialect::{Dialect, Grbl, Setting};
+use keepout_executor::session::port::{Port, PortError};
+use keepout_executor::session::{Ended, Engine, Going, NoTape, Session, VirtualClock, place_on_table};
+use keepout_executor::supervisor::{Fault, Options, Supervisor, Workpiece};
+use keepout_guard::Time;
+use keepout_planner::job::Progress;
+use keepout_planner::machine::MachineProfile;
+use keepout_planner::order::Order;
+use keepout_planner::plan::CertifiedPlan;
+use keepout_sim::operator;
+
+/// A controller that answers each write by a rule.
+struct Scripted<F: FnMut(&[u8]) -> Vec<u8>> {
+    rule: F,
+    pending: Vec<u8>,
+    written: Vec<u8>,
+    lost_at: Option<Time>,
+}
+
+impl<F: FnMut(&[u8]) -> Vec<u8>> Port for Scripted<F> {
+    fn write(&mut self, bytes: &[u8], _now: Time) -> Result<(), PortError> {
+        self.written.extend(bytes);
+        self.pending.extend((self.rule)(bytes));
+        Ok(())
+    }
+
+    fn read(&mut self, into: &mut Vec<u8>, now: Time) -> Result<(), PortError> {
+        if self.lost_at.is_some_and(|at| now >= at) {
+            return Err(PortError::Lost { name: "test".into(), reason: "unplugged".into() });
+        }
+        into.append(&mut self.pending);
+        Ok(())
+    }
+}
+
+fn plan() -> CertifiedPlan {
+    let bytes = include_bytes!("../../cli/drawings/bracket.dxf");
+    Order::default().plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap()
+}
+
+fn fault_of(rule: impl FnMut(&[u8]) -> Vec<u8>, home: bool, lost_at: Option<Time>) -> (Fault, Vec<u8>) {
+    let plan = plan();
+    let place = place_on_table(&plan, &MachineProfile::simulated(), None).unwrap();
+    let options = Options {
+        feed_mm_min: 600,
+        home,
+        stroke: place.stroke,
+        answer_within: Duration::from_secs(3),
+        baud: 115_200,
+        progress: Progress::default(),
+    };
+    let dialect = Grbl::new(Setting {
+        offset: place.offset,
+        steps_per_mm: 400.0,
+        arc_tolerance_mm: 0.0005,
+        stroke_mm: Some([400.0, 350.0]),
+    });
+    let supervisor = Supervisor::new(Workpiece::new(plan), options, dialect.abilities());
+    let port = Scripted { rule, pending: Vec::new(), written: Vec::new(), lost_at };
+    let operator = operator::named("wall", 60.0, 1).unwrap();
+    let engine = Engine::new(supervisor, Box::new(dialect));
+    let mut session = Session::new(engine, port, operator, Box::new(NoTape));
+    let ended =
+        session.run(&mut VirtualClock::default(), Duration::from_secs(300), |_, _| Going::On).unwrap();
+    assert_eq!(ended, Ended::Faulted);
+    let written = session.port().unwrap().written.clone();
+    (*session.supervisor().fault().unwrap(), written)
+}
+
+/// Answers like an idle GRBL at (x, y), but for jogs, which `jog` answers.
+fn grbl(mut jog: impl FnMut(u32) -> Vec<u8>) -> impl FnMut(&[u8]) -> Vec<u8> {
+    let mut jogs = 0;
+    move |bytes: &[u8]| {
+        if bytes == b"?" {
+            b"<Idle|MPos:-10.000,-10.000,0.000|Bf:15,128|FS:0,0|WCO:-5.000,0.000,0.000>\r\n".to_vec()
+        } else if bytes == b"$$\n" {
+            b"$10=3\r\n$12=0.001\r\n$13=0\r\n$22=1\r\n$100=400.000\r\n$101=400.000\r\n$110=6000.000\r\n$111=6000.000\r\nok\r\n"
+                .to_vec()
+        } else if bytes.ends_with(b"$#\n") {
+            b"ok\r\nok\r\n[G54:-5.000,0.000,0.000]\r\n[G92:0.000,0.000,0.000]\r\nok\r\n".to_vec()
+        } else if bytes == b"$I\n" {
+            b"[VER:1.1h.20190830:]\r\n[OPT:V,15,128]\r\nok\r\n".to_vec()
+        } else if bytes == b"$N\n" {
+            b"$N0=\r\n$N1=\r\nok\r\n".to_vec()
+        } else if bytes.starts_with(b"$J=") {
+            jogs += 1;
+            jog(jogs)
+        } else if bytes.ends_with(b"\n") {
+            b"ok\r\n".repeat(bytes.iter().filter(|&&byte| byte == b'\n').count())
+        } else {
+            Vec::new()
+        }
+    }
+}
+
+#[test]
+fn silence() {
+    let (fault, written) = fault_of(|_| Vec::new(), false, None);
+    assert!(matches!(fault, Fault::Silent { .. }), "{fault}");
+    assert!(!written.windows(3).any(|bytes| bytes == b"$J="), "nothing moves without a position");
+}
+
+#[test]
+fn garbage() {
+    let mut noise = 0_u8;
+    let (fault, _) = fault_of(
+        move |_| {
+            noise = noise.wrapping_mul(75).wrapping_add(74);
+            vec![noise, 0xfe, b'?', b'\n']
+        },
+        false,
+        None,
+    );
+    assert!(matches!(fault, Fault::Garbled { .. }), "{fault}");
+}
+
+#[test]
+fn garbage_while_moving() {
+    let (fault, written) = fault_of(grbl(|_| b"o\xffk\r\n".to_vec()), false, None);
+    assert!(matches!(fault, Fault::Garbled { .. }), "{fault}");
+    let last = written.split(|&byte| byte == b'\n').rev().find(|line| !line.is_empty());
+    let last = String::from_utf8_lossy(last.unwrap());
+    assert!(
+        last.contains("$J="),
+        "nothing is sent behind the jog: a cancel or a hold could run away: {last}"
+    );
+}
+
+#[test]
+fn refusals_alarms_and_resets() {
+    let (fault, _) = fault_of(grbl(|_| b"error:15\r\n".to_vec()), false, None);
+    assert!(matches!(fault, Fault::Refused { code: 15, .. }), "{fault}");
+    let (fault, _) = fault_of(grbl(|_| b"ALARM:1\r\n".to_vec()), false, None);
+    assert!(matches!(fault, Fault::Alarm { code: 1, .. }), "{fault}");
+    let (fault, _) = fault_of(grbl(|_| b"\r\nGrbl 1.1h ['$' for help]\r\n".to_vec()), false, None);
+    assert_eq!(fault, Fault::WasReset);
+}
+
+#[test]
+fn lost_acknowledgements_of_setting_up_and_of_a_jog() {
+    let mut inner = grbl(|_| Vec::new());
+    let unanswered =
+        move |bytes: &[u8]| if bytes.starts_with(b"G21") { b"ok\r\n".to_vec() } else { inner(bytes) };
+    assert_eq!(fault_of(unanswered, false, None).0, Fault::LineLost);
+    assert_eq!(fault_of(grbl(|_| Vec::new()), false, None).0, Fault::LineLost);
+}
+
+#[test]
+fn not_idle_is_waited_for_and_not_forever() {
+    let twice = |jog: u32| if jog <= 2 { b"error:8\r\n".to_vec() } else { b"error:15\r\n".to_vec() };
+    assert!(matches!(fault_of(grbl(twice), false, None).0, Fault::Refused { code: 15, .. }));
+    assert!(matches!(
+        fault_of(grbl(|_| b"error:8\r\n".to_vec()), false, None).0,
+        Fault::Refused { code: 8, .. }
+    ));
+}
+
+#[test]
+fn inches_and_too_few_steps_are_refused() {
+    for (from, to, name) in [("$13=0", "$13=1", "$13"), ("$100=400.000", "$100=80.000", "$100")] {
+        let mut inner = grbl(|_| Vec::new());
+        let other =
+            move |bytes: &[u8]| String::from_utf8(inner(bytes)).unwrap().replace(from, to).into_bytes();
+        assert!(matches!(fault_of(other, false, None).0, Fault::Setting(unfit) if unfit.name == name));
+    }
+}
+
+#[test]
+fn acknowledgement_too_many() {
+    let (fault, _) = fault_of(grbl(|_| b"ok\r\nok\r\n".to_vec()), false, None);
+    assert!(matches!(fault, Fault::Guard(_)), "{fault}");
+}
+
+#[test]
+fn tool_somewhere_else() {
+    let mut moved = false;
+    let mut inner = grbl(|_| b"ok\r\n".to_vec());
+    let (fault, _) = fault_of(
+        move |bytes| {
+            moved |= bytes.starts_with(b"$J=");
+            if moved && bytes == b"?" {
+                return b"<Jog|MPos:-10.000,-300.000,0.000|Bf:14,128|FS:0,0>\r\n".to_vec();
+            }
+            inner(bytes)
+        },
+        false,
+        None,
+    );
+    assert!(matches!(fault, Fault::Guard(_)), "{fault}");
+}
+
+#[test]
+fn not_homed_no_homing_switches_and_standing_inside() {
+    let alarm =
+        |bytes: &[u8]| if bytes == b"?" { b"<Alarm|MPos:0.000,0.000,0.000>\r\n".to_vec() } else { vec![] };
+    assert_eq!(fault_of(alarm, false, None).0, Fault::NotHomed);
+    let mut inner = grbl(|_| Vec::new());
+    let unhomed = move |bytes: &[u8]| {
+        let text = String::from_utf8(inner(bytes)).unwrap();
+        text.replace("$22=1", "$22=0").into_bytes()
+    };
+    assert!(matches!(fault_of(unhomed, false, None).0, Fault::Setting(_)));
+    let mut inner = grbl(|_| Vec::new());
+    let inside = move |bytes: &[u8]| {
+        let text = String::from_utf8(inner(bytes)).unwrap();
+        text.replace("-10.000,-10.000", "-230.000,-190.000").into_bytes()
+    };
+    assert!(matches!(fault_of(inside, false, None).0, Fault::StandsInside { .. }));
+}
+
+#[test]
+fn port_lost_while_moving() {
+    let (fault, _) = fault_of(grbl(|_| b"ok\r\n".to_vec()), false, Some(Time::from_micros(2_000_000)));
+    assert!(matches!(fault, Fault::PortLost(_)), "{fault}");
+}

@@ -1,0 +1,259 @@
+//! What counts as cut was cut, whatever one report says and wherever the operator leads the tool.
+#![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::time::Duration;
+
+use keepout_executor::dialect::Language;
+use keepout_executor::operator::{Operator, Seen};
+use keepout_executor::session::port::{Port, PortError};
+use keepout_executor::session::{Engine, Going, NoTape, Session, VirtualClock, coverage, start_inside};
+use keepout_executor::supervisor::{Ask, Phase, Supervisor, Wish, Workpiece};
+use keepout_guard::Time;
+use keepout_kernel::Point;
+use keepout_planner::job::Progress;
+use keepout_planner::machine::MachineProfile;
+use keepout_planner::order::Order;
+use keepout_planner::units::point_mm;
+use keepout_sim::session::{Scene, SimRun};
+use keepout_sim::witness::Witness;
+use keepout_sim::{Quirks, SimMachine, SimSettings, Slip, operator, speaking};
+
+fn work() -> Workpiece {
+    let bytes = include_bytes!("../../cli/drawings/bracket.dxf");
+    let plan = Order::default().plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap();
+    Workpiece::new(plan)
+}
+
+/// What is done to one report.
+#[derive(Clone, Copy, Debug)]
+enum Harm {
+    /// It names another place, machine coordinates, mm.
+    Place(f64, f64),
+    /// A line that nobody understands comes behind it.
+    Noise,
+}
+
+/// The harm that is still to be done.
+type Harms = Rc<RefCell<Option<Harm>>>;
+
+/// GRBL at the end of a line that harms one report.
+struct HurtLine {
+    machine: SimMachine,
+    harm: Harms,
+}
+
+impl Port for HurtLine {
+    fn write(&mut self, bytes: &[u8], now: Time) -> Result<(), PortError> {
+        self.machine.host_writes(bytes, now);
+        Ok(())
+    }
+
+    fn read(&mut self, into: &mut Vec<u8>, now: Time) -> Result<(), PortError> {
+        self.machine.advance(now);
+        let mut bytes = Vec::new();
+        self.machine.host_reads(&mut bytes, now);
+        let mut text = String::from_utf8(bytes).unwrap();
+        if let Some((begin, rest)) = text.split_once("MPos:")
+            && let Some((_, rest)) = rest.split_once(",0.000")
+            && let Some(harm) = self.harm.take()
+        {
+            match harm {
+                Harm::Place(x, y) => text = format!("{begin}MPos:{x:.3},{y:.3},0.000{rest}"),
+                Harm::Noise => text.push_str("<#@!\r\n"),
+            }
+        }
+        into.extend(text.bytes());
+        Ok(())
+    }
+
+    fn next_event(&self) -> Time {
+        self.machine.next_event()
+    }
+}
+
+/// What one session has cut, and what it says that it has.
+struct Cut {
+    paths: Vec<Vec<Point>>,
+    progress: Progress,
+    finished: usize,
+    phase: Phase,
+    harmed: bool,
+    notices: Vec<String>,
+}
+
+/// When a report is harmed, seconds after the contour began, and whether by noise; otherwise it names the end of the motion that
+/// was sent last.
+#[derive(Clone, Copy)]
+struct Trouble {
+    after_s: f64,
+    noise: bool,
+}
+
+/// Cuts along a wall; after a fault recovers, leads the tool so far along the part, mm, its left hand at it when `side` is
+/// positive, and asks to go on; where that is not granted, leads it away and asks again.
+struct Slider {
+    cuts: Box<dyn Operator + Send>,
+    along_mm: f64,
+    side: f64,
+    began: Option<(Time, (f64, f64))>,
+    asked: Option<Time>,
+}
+
+impl Slider {
+    fn new(along_mm: f64, side: f64) -> Box<Self> {
+        let cuts = operator::named("wall", 3.0, 1).unwrap();
+        Box::new(Self { cuts, along_mm, side, began: None, asked: None })
+    }
+}
+
+impl Operator for Slider {
+    fn wish(&mut self, seen: &Seen, now: Time) -> Wish {
+        let ask = |ask| Wish { ask: Some(ask), automatic: true, ..Wish::default() };
+        let push = |x: f64, y: f64| Wish { direction: (x, y), ..Wish::default() };
+        let past = |since: Time, seconds: f64| now.since(since).as_secs_f64() > seconds;
+        match (seen.phase, seen.position_mm, seen.wall_mm) {
+            (Phase::Faulted, ..) => ask(Ask::Recover),
+            (Phase::Escaping, Some(at), Some(wall)) => {
+                let (since, from) = *self.began.get_or_insert((now, at));
+                let (x, y) = (wall.0 - at.0, wall.1 - at.1);
+                let (x, y) = (x / x.hypot(y), y / x.hypot(y));
+                let slides = (at.0 - from.0).hypot(at.1 - from.1) < self.along_mm && !past(since, 12.0);
+                match self.asked {
+                    Some(asked) if past(asked, 1.0) => push(-x, -y),
+                    None if slides => push(-y * self.side, x * self.side),
+                    None if past(since, 12.5) || self.along_mm == 0.0 => {
+                        self.asked = Some(now);
+                        ask(Ask::Resume)
+                    }
+                    _ => Wish::default(),
+                }
+            }
+            (Phase::Manual, ..) if self.asked.is_some_and(|asked| past(asked, 1.5)) => {
+                if seen.unacknowledged == 0 && self.asked.is_some_and(|asked| past(asked, 4.0)) {
+                    ask(Ask::Resume)
+                } else {
+                    Wish::default()
+                }
+            }
+            (Phase::Touching | Phase::Contouring, ..) if self.asked.is_some() => {
+                Wish { automatic: true, ..Wish::default() }
+            }
+            _ => self.cuts.wish(seen, now),
+        }
+    }
+}
+
+/// One session at GRBL.
+fn session(
+    work: &Workpiece,
+    progress: Progress,
+    trouble: Option<Trouble>,
+    operator: Box<dyn Operator + Send>,
+) -> Cut {
+    let start = start_inside(&work.plan).unwrap();
+    let run = SimRun { start: Some(start), progress, feed_mm_min: 3000, ..SimRun::default() };
+    let scene = Scene::of(&work.plan, &run).unwrap();
+    let offset = scene.setting.offset;
+    let on_machine = |point: Point| point_mm(point.translated(offset).unwrap());
+    let sim = SimSettings {
+        machine: run.machine.clone(),
+        start_mm: on_machine(start),
+        homed: true,
+        homing: Duration::from_secs(1),
+        work_offset_mm: (-3.0, -4.0),
+        quirks: Quirks::default(),
+    };
+    let slip = Slip::wandering(0.0, run.machine.steps_per_mm, 1);
+    let machine = SimMachine::new(speaking(&Language::Grbl, sim), run.baud, run.latency, slip);
+    let mut witness = Witness::new(work.plan.part.clone(), work.plan.plan.tool_radius, offset);
+    let harm = Harms::default();
+    let dialect = run.language.dialect(scene.setting);
+    let supervisor = Supervisor::new(work.clone(), scene.options, dialect.abilities());
+    let line = HurtLine { machine, harm: Rc::clone(&harm) };
+    let mut session = Session::new(Engine::new(supervisor, dialect), line, operator, Box::new(NoTape));
+    if trouble.is_some_and(|trouble| trouble.noise) {
+        session = session.recovering(Box::new(|| unreachable!("the port stays open")));
+    }
+    let (mut began, mut told, mut samples) = (None, false, Vec::new());
+    let limit = Duration::from_secs(200);
+    let mut watch = |session: &mut Session<'_, HurtLine>, now: Time| {
+        session.port().unwrap().machine.take_samples(&mut samples);
+        samples.drain(..).for_each(|sample| witness.watch(&sample));
+        if session.supervisor().phase() == Phase::Contouring && !told {
+            let began = *began.get_or_insert(now);
+            let guard = session.supervisor().guard();
+            let (sent, _) = guard.contour_progress().unwrap();
+            let ahead = sent.saturating_sub(guard.contour_at().unwrap() + 1);
+            if let Some(Trouble { after_s, noise }) = trouble
+                && now.since(began).as_secs_f64() > after_s
+            {
+                told = true;
+                let (x, y) = on_machine(guard.contour_left()[ahead].0.to());
+                *harm.borrow_mut() = Some(if noise { Harm::Noise } else { Harm::Place(x, y) });
+            }
+        }
+        Going::On
+    };
+    session.run(&mut VirtualClock::default(), limit, &mut watch).unwrap();
+    session.drain(Time::from_micros(220_000_000));
+    session.port().unwrap().machine.take_samples(&mut samples);
+    samples.drain(..).for_each(|sample| witness.watch(&sample));
+    assert!(witness.deepest().is_none());
+    let supervisor = session.supervisor();
+    Cut {
+        paths: witness.cut_paths().map(<[Point]>::to_vec).collect(),
+        progress: supervisor.progress(),
+        finished: supervisor.finished().len(),
+        phase: supervisor.phase(),
+        harmed: told && harm.borrow().is_none(),
+        notices: supervisor.notices().to_vec(),
+    }
+}
+
+fn wall() -> Box<dyn Operator + Send> {
+    operator::named("wall", 3.0, 1).unwrap()
+}
+
+/// A report on a line without a checksum can lose a digit and still name a place of the contour, far ahead of the tool. The
+/// session ends by the next one; what was not cut must not be left standing by the session that takes it up.
+#[test]
+fn a_report_from_further_along_leaves_nothing_standing() {
+    let work = work();
+    let mut stopped = 0;
+    for tenths in 10..70_u32 {
+        let trouble = Trouble { after_s: f64::from(tenths) / 10.0, noise: false };
+        let first = session(&work, Progress::default(), Some(trouble), wall());
+        assert!(first.harmed, "{tenths}: no report was changed");
+        stopped += u32::from(first.phase == Phase::Faulted);
+        let second = session(&work, first.progress.clone(), None, wall());
+        assert_eq!((second.phase, second.finished), (Phase::Done, 1), "{tenths}: {:?}", first.progress);
+        let whole = coverage(&work.plan, first.paths.iter().chain(&second.paths).map(Vec::as_slice));
+        assert!(whole.missed == 0 && whole.worst_mm < 0.03, "{tenths}: {whole:?}, {:?}", first.progress);
+    }
+    assert!(stopped > 20, "only {stopped} sessions were stopped by a wrong place");
+}
+
+/// After a fault the tool may be led along the part, clear of it by as little as the contour is: what it passes by hand is not
+/// cut, and must not count as cut where the contour goes on.
+#[test]
+fn what_is_passed_by_hand_is_not_cut() {
+    let work = work();
+    let (mut led, mut clear) = (0, 0);
+    for (along_mm, side) in [(0.0, 1.0), (9.0, 1.0), (9.0, -1.0), (0.3, 1.0), (0.3, -1.0)] {
+        for after_s in [2.5, 3.5, 4.0, 5.0, 6.0, 7.0] {
+            let case = (along_mm, side, after_s);
+            let trouble = Some(Trouble { after_s, noise: true });
+            let cut = session(&work, Progress::default(), trouble, Slider::new(along_mm, side));
+            assert!(cut.harmed, "{case:?}: there was no noise");
+            assert_eq!(cut.finished, 1, "{case:?}: {:?}, {:?}", cut.phase, cut.notices);
+            let whole = coverage(&work.plan, cut.paths.iter().map(Vec::as_slice));
+            assert!(whole.missed == 0 && whole.worst_mm < 0.03, "{case:?}: {whole:?}, {:?}", cut.notices);
+            let refused = cut.notices.iter().any(|notice| notice.contains("led there by hand"));
+            led += u32::from(refused);
+            clear += u32::from(along_mm == 0.0 && !refused);
+        }
+    }
+    assert!(led > 8 && clear == 6, "{led} were led along the part, {clear} went on from where they stood");
+}

@@ -1,0 +1,120 @@
+//! Controllers of every language behind lines that lose, double, swap, delay and damage: the session may stop, the tool must not
+//! enter the part.
+#![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
+
+use std::time::Duration;
+
+use keepout_executor::dialect::Language;
+use keepout_executor::session::{Engine, Going, NoTape, Session, VirtualClock};
+use keepout_executor::supervisor::{Abilities, Supervisor, Workpiece};
+use keepout_guard::Time;
+use keepout_planner::machine::MachineProfile;
+use keepout_planner::order::Order;
+use keepout_planner::plan::PassJob;
+use keepout_sim::faults::{Damage, Faults, Rates};
+use keepout_sim::session::{Scene, SimRun};
+use keepout_sim::witness::Witness;
+use keepout_sim::{Disturbance, Quirks, SimMachine, SimSettings, Slip, VirtualPort, operator, speaking};
+
+fn workpiece() -> Workpiece {
+    let bytes = include_bytes!("../../cli/drawings/bracket.dxf");
+    let mut order = Order::default();
+    order.job.passes = vec![PassJob { allowance_mm: 0.05, feed_mm_min: Some(3000) }];
+    Workpiece::new(order.plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap())
+}
+
+/// Motions that were certified before the session ended.
+fn run(work: &Workpiece, language: &str, seed: u64) -> u64 {
+    let mut random = fastrand::Rng::with_seed(seed);
+    let machine = MachineProfile::simulated();
+    let run = SimRun { language: Language::named(language).unwrap(), seed, ..SimRun::default() };
+    let mut scene = Scene::of(&work.plan, &run).unwrap();
+    scene.options.home = false;
+    let settings = SimSettings {
+        machine: machine.clone(),
+        start_mm: (-1.0, -1.0),
+        homed: true,
+        homing: Duration::from_secs(1),
+        work_offset_mm: (-37.25, -21.5),
+        quirks: Quirks::default(),
+    };
+    // From one fault in a hundred pieces to one in ten thousand.
+    let often = 10.0_f64.powf(-2.0 * random.f64());
+    let dialect = run.language.dialect(scene.setting);
+    let abilities = dialect.abilities();
+    let (to_controller, to_host) = rates(abilities, often, seed);
+    let supervisor = Supervisor::new(work.clone(), scene.options, abilities);
+    let slip = Slip::wandering(machine.repeatability_mm, machine.steps_per_mm, seed);
+    let latency = Duration::from_millis(random.u64(0..40));
+    let machine = SimMachine::new(speaking(&run.language, settings), 115_200, latency, slip)
+        .hurt(Faults::new(to_controller, seed), Faults::new(to_host, seed + 1000));
+    let offset = scene.setting.offset;
+    let mut witness = Witness::new(work.plan.part.clone(), work.plan.plan.tool_radius, offset);
+    let operator = operator::named(["wall", "random", "reversal"][random.usize(0..3)], 8.0, seed).unwrap();
+    let engine = Engine::new(supervisor, dialect);
+    let mut session = Session::new(engine, VirtualPort { machine }, operator, Box::new(NoTape));
+    let mut samples = Vec::new();
+    let disturbed = Time::from_micros(random.u64(0..60_000_000));
+    let disturbance = if random.bool() { Disturbance::Reset } else { Disturbance::Alarm };
+    let mut over = false;
+    let mut clock = VirtualClock::default();
+    let ended = session.run(&mut clock, Duration::from_secs(60), |session, now| {
+        if now > disturbed && !over {
+            over = true;
+            session.port().unwrap().machine.disturb(disturbance, now);
+        }
+        session.port().unwrap().machine.take_samples(&mut samples);
+        samples.drain(..).for_each(|sample| witness.watch(&sample));
+        Going::On
+    });
+    ended.unwrap();
+    // What is under way ends.
+    let until = Time::from_micros(80_000_000);
+    session.drain(until);
+    session.port().unwrap().machine.take_samples(&mut samples);
+    samples.drain(..).for_each(|sample| witness.watch(&sample));
+    assert!(witness.deepest().is_none(), "{language} {seed}: {:?}", witness.deepest());
+    let counts = session.supervisor().counts();
+    counts.jogs + counts.contour_motions
+}
+
+/// What the line does to the controller and to the host.
+fn rates(abilities: Abilities, often: f64, seed: u64) -> (Rates, Rates) {
+    // Assumed, see ARCHITECTURE.md: where contours are queued and their acknowledgements counted, no line doubles and also loses
+    // or swaps; and where an arc is given by its centre, none arrives twice.
+    let doubles = abilities.checked || !abilities.queues || seed.is_multiple_of(2);
+    let loses = abilities.checked || !abilities.queues || !doubles;
+    let arrives_twice = doubles && (abilities.checked || !abilities.arcs);
+    let to_host = Rates {
+        lie: 0.0,
+        delay: 0.01 * often,
+        delay_max: Duration::from_millis(800),
+        loss: if loses { 0.003 * often } else { 0.0 },
+        doubling: if doubles { 0.005 * often } else { 0.0 },
+        swap: if loses { 0.003 * often } else { 0.0 },
+        damage: 0.000_3 * often,
+        noise: 0.001 * often,
+        // Only a checksum notices a byte that became another of the language.
+        kind: if abilities.checked { Damage::Any } else { Damage::Detectable },
+    };
+    let to_controller = Rates { doubling: if arrives_twice { to_host.doubling } else { 0.0 }, ..to_host };
+    (to_controller, to_host)
+}
+
+#[test]
+fn tool_stays_out_whatever_the_line_does() {
+    let work = workpiece();
+    let file = |name: &str| format!("{}/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let described = [
+        "../dialects/nsk-style",
+        "../dialects/tango",
+        "tests/described/ok-style",
+        "tests/described/one-answer",
+    ];
+    let languages = ["zaber", "venus"].map(String::from).into_iter().chain(described.map(file));
+    for language in languages {
+        let motions: u64 = (0..60).map(|seed| run(&work, &language, seed)).sum();
+        println!("{language}: {motions} motions");
+        assert!(motions > 300, "{language}: only {motions} motions were tried");
+    }
+}

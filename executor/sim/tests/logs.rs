@@ -1,0 +1,412 @@
+//! The log of a session: it is whole, it is true, and what is changed in it is noticed.
+#![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
+
+use std::cell::RefCell;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use std::time::Duration;
+
+use keepout_executor::dialect::Language;
+use keepout_executor::operator::Operator;
+use keepout_executor::session::log::{Entry, Header, Log, LogReadError, LogTape};
+use keepout_executor::session::port::{Port, PortError};
+use keepout_executor::session::replay::{Happening, LogEnd, Replay, ReplayError, replay};
+use keepout_executor::session::{Ended, Engine, Going, Record, Session, Tape, TapeError, VirtualClock};
+use keepout_executor::supervisor::{Phase, Supervisor, Workpiece};
+use keepout_guard::Time;
+use keepout_planner::job::{LoopNumber, Progress};
+use keepout_planner::machine::MachineProfile;
+use keepout_planner::order::Order;
+use keepout_planner::plan_file;
+use keepout_sim::operator::Script;
+use keepout_sim::session::{Scene, SimRun, run_scene};
+use keepout_sim::witness::Witness;
+use keepout_sim::{Quirks, SimMachine, SimSettings, Slip, operator, speaking};
+
+fn work() -> Workpiece {
+    let bytes = include_bytes!("../../cli/drawings/bracket.dxf");
+    let plan = Order::default().plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap();
+    Workpiece::new(plan)
+}
+
+fn file(name: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("logs-{name}.log"));
+    let _ = std::fs::remove_file(&path);
+    path
+}
+
+fn header(work: &Workpiece, scene: &Scene) -> Header {
+    Header {
+        plan: plan_file::hex(&plan_file::hash(&plan_file::encode(&work.plan.plan).unwrap())),
+        dialect: Language::Grbl.name().into(),
+        offset: scene.setting.offset,
+        stroke: scene.options.stroke,
+        feed_mm_min: scene.options.feed_mm_min,
+        home: scene.options.home,
+        travel_mm: scene.setting.stroke_mm,
+        simulated: true,
+        answer_within_ms: u64::try_from(scene.options.answer_within.as_millis()).unwrap(),
+        baud: scene.options.baud,
+        progress: scene.options.progress.clone(),
+        ..Header::default()
+    }
+}
+
+/// The log of a session on the simulated machine.
+fn logged(
+    name: &str,
+    work: &Workpiece,
+    run: &SimRun,
+    operator: Box<dyn Operator + Send>,
+) -> (PathBuf, Ended) {
+    let path = file(name);
+    let scene = Scene::of(&work.plan, run).unwrap();
+    let tape = LogTape::create(&path, &header(work, &scene)).unwrap();
+    let watch = &mut |_: &Supervisor, _: &Witness, _: Time| Going::On;
+    let result = run_scene(work.clone(), run, scene, operator, Box::new(tape), |_| {}, watch).unwrap();
+    assert!(result.facts.deepest_mm.unwrap() <= 0.0);
+    (path, result.facts.ended)
+}
+
+/// From home to the part's right edge, then automatic, with a pause.
+const PAUSED: &str = "0 -1 -0.9\n1.6 -0.3 -0.3 auto\n12 pause\n14 resume\n15 0 0 auto\n";
+
+fn short(name: &str) -> (Workpiece, Vec<u8>) {
+    let work = work();
+    let run = SimRun { feed_mm_min: 6000, limit: Duration::from_secs(60), ..SimRun::default() };
+    let (path, ended) = logged(name, &work, &run, operator::named("wall", 3.0, 1).unwrap());
+    assert_eq!(ended, Ended::Done);
+    (work, std::fs::read(path).unwrap())
+}
+
+fn holds(log: &Log, work: &Workpiece) -> Replay {
+    let replay = replay(log, work.clone()).unwrap_or_else(|error| panic!("{error}"));
+    let sent = log.entries.iter().filter(|(_, entry)| matches!(entry, Entry::Sent(_))).count();
+    assert_eq!(replay.counted.commands, u64::try_from(sent).unwrap());
+    assert!(replay.counted.certificates > 0 && log.torn == 0);
+    replay
+}
+
+#[test]
+fn sessions_replay_without_difference() {
+    let work = work();
+    for (name, operator, homed) in
+        [("home", "wall", false), ("homed", "random", true), ("calm", "calm", true)]
+    {
+        let start = homed.then(|| keepout_planner::units::point_from_mm((-30.0, -30.0)).unwrap());
+        let run = SimRun { start, feed_mm_min: 3000, seed: 4, ..SimRun::default() };
+        let (path, ended) = logged(name, &work, &run, operator::named(operator, 8.0, 4).unwrap());
+        assert_eq!(ended, Ended::Done);
+        let log = Log::load(&path).unwrap();
+        assert_eq!(log.header.home, !homed);
+        let replay = holds(&log, &work);
+        assert_eq!((replay.end(), replay.supervisor.finished().len()), (LogEnd::Done, 1));
+        let spent = replay.story.spent;
+        assert!(spent.by_hand >= Duration::from_secs(8) && spent.contouring > Duration::from_secs(5));
+        assert!(replay.story.closest_mm().unwrap().0 > 0.0);
+    }
+}
+
+/// A log that claims loops which the plan has not, or one twice, would make them count as cut.
+#[test]
+fn progress_that_is_not_the_plans_is_refused() {
+    let (work, log) = short("claims");
+    let mut log = Log::parse(&log).unwrap();
+    log.entries.clear();
+    let number = |pass, index| LoopNumber { pass, index };
+    for finished in [vec![number(9, 9)], vec![number(0, 0), number(0, 1), number(0, 0)]] {
+        log.header.progress = Progress { finished, partial: Vec::new() };
+        let error = replay(&log, work.clone()).err().expect("it is not the plan's").to_string();
+        assert!(error.starts_with("line 1 of the log: "), "{error}");
+    }
+}
+
+#[test]
+fn a_pause_is_replayed_and_told() {
+    let work = work();
+    let script = Box::new(Script::parse(PAUSED).unwrap());
+    let (path, ended) = logged("paused", &work, &SimRun { feed_mm_min: 1200, ..SimRun::default() }, script);
+    assert_eq!(ended, Ended::Done);
+    let replay = holds(&Log::load(&path).unwrap(), &work);
+    assert_eq!(replay.supervisor.finished().len(), 1);
+    let told: Vec<&Happening> = replay.story.happenings.iter().map(|(_, happening, _)| happening).collect();
+    assert!(
+        told.contains(&&Happening::Held) && replay.story.spent.held >= Duration::from_millis(1900),
+        "{told:?}"
+    );
+}
+
+#[test]
+fn a_session_that_is_over_before_its_time_ends_in_a_phase() {
+    let work = work();
+    let run = SimRun { limit: Duration::from_secs(6), ..SimRun::default() };
+    let (path, ended) = logged("limit", &work, &run, operator::named("calm", 60.0, 1).unwrap());
+    assert_eq!(ended, Ended::OutOfTime);
+    assert_eq!(holds(&Log::load(&path).unwrap(), &work).end(), LogEnd::Done);
+}
+
+/// The machine at the end of a cable that can be pulled and opened again.
+#[derive(Clone)]
+struct Cable(Rc<RefCell<SimMachine>>);
+
+impl Cable {
+    fn to(work: &Workpiece, run: &SimRun, scene: &Scene) -> Self {
+        let start = point_on_machine(work, scene);
+        let sim = SimSettings {
+            machine: run.machine.clone(),
+            start_mm: start,
+            homed: true,
+            homing: Duration::from_secs(1),
+            work_offset_mm: (-3.0, -4.0),
+            quirks: Quirks::default(),
+        };
+        let slip = Slip::wandering(0.0, run.machine.steps_per_mm, 1);
+        let machine = SimMachine::new(speaking(&run.language, sim), run.baud, run.latency, slip);
+        Self(Rc::new(RefCell::new(machine)))
+    }
+
+    fn samples(&self, now: Time) -> Vec<keepout_executor::session::Sample> {
+        let mut samples = Vec::new();
+        self.0.borrow_mut().advance(now);
+        self.0.borrow_mut().take_samples(&mut samples);
+        samples
+    }
+}
+
+fn point_on_machine(work: &Workpiece, scene: &Scene) -> (f64, f64) {
+    let start = keepout_executor::session::start_inside(&work.plan).unwrap();
+    keepout_planner::units::point_mm(start.translated(scene.setting.offset).unwrap())
+}
+
+impl Port for Cable {
+    fn write(&mut self, bytes: &[u8], now: Time) -> Result<(), PortError> {
+        let mut machine = self.0.borrow_mut();
+        machine.host_writes(bytes, now);
+        if machine.is_connected() { Ok(()) } else { Err(unplugged()) }
+    }
+
+    fn read(&mut self, into: &mut Vec<u8>, now: Time) -> Result<(), PortError> {
+        let mut machine = self.0.borrow_mut();
+        machine.advance(now);
+        machine.host_reads(into, now);
+        if machine.is_connected() { Ok(()) } else { Err(unplugged()) }
+    }
+
+    fn next_event(&self) -> Time {
+        self.0.borrow().next_event()
+    }
+}
+
+fn unplugged() -> PortError {
+    PortError::Lost { name: "test".into(), reason: "unplugged".into() }
+}
+
+#[test]
+fn a_lost_port_and_recovery_replay() {
+    let work = work();
+    let run = SimRun {
+        start: Some(keepout_executor::session::start_inside(&work.plan).unwrap()),
+        ..SimRun::default()
+    };
+    let scene = Scene::of(&work.plan, &run).unwrap();
+    let path = file("lost");
+    let cable = Cable::to(&work, &run, &scene);
+    let tape = LogTape::create(&path, &header(&work, &scene)).unwrap();
+    let dialect = run.language.dialect(scene.setting);
+    let supervisor = Supervisor::new(work.clone(), scene.options, dialect.abilities());
+    let script = "0 0 -0.3\n1 0 0.3 auto\n9 recover\n12 resume\n13 0 0\n90 quit\n";
+    let script = Box::new(Script::parse(script).unwrap());
+    let again = cable.clone();
+    let reopen =
+        Box::new(move || if again.0.borrow().is_connected() { Ok(again.clone()) } else { Err(unplugged()) });
+    let mut session = Session::new(Engine::new(supervisor, dialect), cable.clone(), script, Box::new(tape));
+    session = session.recovering(reopen);
+    let mut pulled_in = None;
+    session
+        .run(&mut VirtualClock::default(), Duration::from_secs(200), |session, now| {
+            let pulled = (5.0..7.0).contains(&now.elapsed().as_secs_f64());
+            if pulled == cable.0.borrow().is_connected() {
+                pulled_in.get_or_insert(session.supervisor().phase());
+                cable.0.borrow_mut().connect(!pulled);
+            }
+            Going::On
+        })
+        .unwrap();
+    drop(session);
+    assert_eq!(pulled_in, Some(Phase::Contouring));
+    let log = Log::load(&path).unwrap();
+    let count = |wanted: fn(&Entry) -> bool| log.entries.iter().filter(|(_, entry)| wanted(entry)).count();
+    assert_eq!(count(|entry| matches!(entry, Entry::PortLost(_))), 1);
+    assert_eq!(count(|entry| matches!(entry, Entry::PortFound)), 1);
+    let replay = holds(&log, &work);
+    let told: Vec<&Happening> = replay.story.happenings.iter().map(|(_, happening, _)| happening).collect();
+    assert!(
+        told.iter().any(|each| matches!(each, Happening::Fault(_))) && told.contains(&&Happening::Recovered)
+    );
+    assert_eq!(replay.supervisor.finished().len(), 1, "{told:?}");
+}
+
+#[test]
+fn another_plan_or_dialect_is_refused() {
+    let (work, bytes) = short("other");
+    let mut log = Log::parse(&bytes).unwrap();
+    log.header.plan = "00".into();
+    assert!(matches!(replay(&log, work.clone()), Err(ReplayError::OtherPlan { .. })));
+    let mut log = Log::parse(&bytes).unwrap();
+    log.header.dialect = "klingon".into();
+    assert!(matches!(replay(&log, work.clone()), Err(ReplayError::Language(_))));
+    // An intact log whose session did something else: the difference has its line.
+    let mut log = Log::parse(&bytes).unwrap();
+    let first = log.entries.iter().position(|(_, entry)| matches!(entry, Entry::Certificate(_))).unwrap();
+    log.entries.remove(first);
+    let line = match replay(&log, work.clone()) {
+        Err(ReplayError::Differs { line, .. }) => line,
+        other => panic!("{:?}", other.err()),
+    };
+    assert_eq!(line, first + 2);
+    let mut log = Log::parse(&bytes).unwrap();
+    let sent = log.entries.iter().rposition(|(_, entry)| matches!(entry, Entry::Sent(_))).unwrap();
+    log.entries[sent].1 = Entry::Sent(b"G0X0Y0\n".to_vec());
+    assert!(matches!(replay(&log, work), Err(ReplayError::Differs { line, .. }) if line == sent + 2));
+}
+
+fn damaged_at(bytes: &[u8]) -> Option<usize> {
+    match Log::parse(bytes) {
+        Err(LogReadError::Damaged { line }) => Some(line),
+        // The header's own line.
+        Err(LogReadError::NoLog { .. }) => Some(1),
+        _ => None,
+    }
+}
+
+#[test]
+fn every_flipped_bit_is_noticed_with_its_line() {
+    let (_, bytes) = short("flipped");
+    let ends: Vec<usize> = (0..bytes.len()).filter(|&index| bytes[index] == b'\n').collect();
+    let line_of = |index: usize| ends.partition_point(|&end| end < index) + 1;
+    // Every bit of the first lines; and of lines anywhere.
+    let piece = &bytes[..=ends[59]];
+    let mut changed = piece.to_vec();
+    for index in 0..piece.len() - 1 {
+        for bit in 0..8 {
+            changed[index] ^= 1 << bit;
+            assert_eq!(damaged_at(&changed), Some(line_of(index)), "byte {index}, bit {bit}");
+            changed[index] ^= 1 << bit;
+        }
+    }
+    let mut random = fastrand::Rng::with_seed(2);
+    let mut changed = bytes.clone();
+    for _ in 0..1500 {
+        let (index, bit) = (random.usize(0..bytes.len() - 1), random.u8(0..8));
+        changed[index] ^= 1 << bit;
+        assert_eq!(damaged_at(&changed), Some(line_of(index)), "byte {index}, bit {bit}");
+        changed[index] ^= 1 << bit;
+    }
+}
+
+#[test]
+fn a_tail_torn_anywhere_is_tolerated() {
+    let (work, bytes) = short("torn");
+    let whole = Log::parse(&bytes).unwrap();
+    let ends: Vec<usize> = (0..bytes.len()).filter(|&index| bytes[index] == b'\n').collect();
+    let first = ends[ends.len() - 25];
+    for length in first + 1..=bytes.len() {
+        let log = Log::parse(&bytes[..length]).unwrap();
+        let lines = bytes[..length].iter().filter(|&&byte| byte == b'\n').count();
+        assert_eq!(log.entries, whole.entries[..lines - 1], "{length} bytes");
+        assert_eq!(log.torn, length - ends[lines - 1] - 1, "{length} bytes");
+    }
+    // Wherever it ends, what there is holds.
+    for lines in (2..whole.entries.len()).step_by(97) {
+        let log = Log::parse(&bytes[..ends[lines] + 3]).unwrap();
+        assert!(log.torn == 2 || log.torn == 0);
+        replay(&log, work.clone()).unwrap_or_else(|error| panic!("{lines} lines: {error}"));
+    }
+    assert!(matches!(Log::parse(&bytes[..ends[0]]), Err(LogReadError::NoLog { .. })));
+    assert!(matches!(Log::parse(b""), Err(LogReadError::NoLog { .. })));
+}
+
+#[test]
+fn lines_changed_removed_swapped_or_doubled_are_noticed() {
+    let (_, bytes) = short("swapped");
+    let lines: Vec<&[u8]> = bytes.split_inclusive(|&byte| byte == b'\n').collect();
+    let mut random = fastrand::Rng::with_seed(9);
+    for _ in 0..300 {
+        let at = random.usize(1..lines.len() - 1);
+        let mut removed = lines.clone();
+        removed.remove(at);
+        assert_eq!(damaged_at(&removed.concat()), Some(at + 1), "line {} removed", at + 1);
+        let mut doubled = lines.clone();
+        doubled.insert(at, lines[at]);
+        assert_eq!(damaged_at(&doubled.concat()), Some(at + 2), "line {} doubled", at + 1);
+        let mut swapped = lines.clone();
+        swapped.swap(at, at + 1);
+        assert_eq!(damaged_at(&swapped.concat()), Some(at + 1), "line {} swapped", at + 1);
+        // Cut off in front of its checksum, with the next line behind it.
+        let mut cut = lines.clone();
+        cut[at] = &lines[at][..lines[at].len() - 9];
+        assert_eq!(damaged_at(&cut.concat()), Some(at + 1), "line {} cut", at + 1);
+        // Another log's line.
+        let mut foreign = lines.clone();
+        foreign[at] = b"0 h\t00000000\n";
+        assert_eq!(damaged_at(&foreign.concat()), Some(at + 1), "line {} replaced", at + 1);
+    }
+}
+
+/// A log on a disk that is full after so many records.
+struct Filling {
+    log: LogTape,
+    left: usize,
+}
+
+impl Tape for Filling {
+    fn take(&mut self, now: Time, record: &Record<'_>) -> Result<(), TapeError> {
+        self.left = self.left.checked_sub(1).ok_or(std::io::Error::from(std::io::ErrorKind::StorageFull))?;
+        self.log.take(now, record)
+    }
+
+    fn flush(&mut self) -> Result<(), TapeError> {
+        self.log.flush()
+    }
+}
+
+#[test]
+fn a_full_disk_stops_the_machine_and_leaves_a_log() {
+    let work = work();
+    let run = SimRun {
+        start: Some(keepout_executor::session::start_inside(&work.plan).unwrap()),
+        ..SimRun::default()
+    };
+    // By hand, at the wall, in the contour.
+    for left in [5, 100, 700, 1300, 1900] {
+        let scene = Scene::of(&work.plan, &run).unwrap();
+        let path = file("full");
+        let cable = Cable::to(&work, &run, &scene);
+        let mut witness =
+            Witness::new(work.plan.part.clone(), work.plan.plan.tool_radius, scene.setting.offset);
+        let log = LogTape::create(&path, &header(&work, &scene)).unwrap();
+        let dialect = run.language.dialect(scene.setting);
+        let supervisor = Supervisor::new(work.clone(), scene.options, dialect.abilities());
+        let operator = operator::named("wall", 5.0, 1).unwrap();
+        let tape = Box::new(Filling { log, left });
+        let mut session = Session::new(Engine::new(supervisor, dialect), cable.clone(), operator, tape);
+        let mut last = Time::ZERO;
+        let ended = session.run(&mut VirtualClock::default(), run.limit, |_, now| {
+            last = now;
+            Going::On
+        });
+        assert!(matches!(ended, Err(TapeError::Write(_))), "{left}: {ended:?}");
+        drop(session);
+        let settled = last.after(Duration::from_secs(2));
+        cable.samples(settled).iter().for_each(|sample| witness.watch(sample));
+        let later = cable.samples(settled.after(Duration::from_secs(30)));
+        assert!(
+            later.windows(2).all(|pair| pair[0].position_mm == pair[1].position_mm),
+            "{left}: it moves on"
+        );
+        assert_eq!(witness.deepest(), None);
+        let log = Log::load(&path).unwrap();
+        assert_eq!((log.entries.len(), log.torn), (left, 0));
+        replay(&log, work.clone()).unwrap_or_else(|error| panic!("{left}: {error}"));
+    }
+}

@@ -1,0 +1,289 @@
+//! A dialect that a TOML file describes: how this controller's ASCII language asks for state and position, moves, stops, refuses,
+//! echoes and prompts.
+//!
+//! One line is under way at a time. It is over with the prompt, with a line that the description names, or, where a controller
+//! acknowledges nothing, with the answer to a question for its state that was sent behind it. Echoed characters must be those
+//! that were sent. Where motions can not be queued, one of a contour is accepted when the tool rests at its end.
+
+mod answered;
+mod axes;
+mod description;
+mod file;
+mod heard;
+mod template;
+#[cfg(test)]
+mod tests;
+
+use std::sync::Arc;
+
+use arrayvec::ArrayVec;
+use axes::Values;
+pub use description::{Accepted, Description, DescriptionError};
+use heard::{Asked, For, Heard};
+use keepout_guard::{Motion, MotionShape};
+use keepout_kernel::{Curve, LatticeError, Point, Turn, UNITS_PER_MM};
+pub use template::{Slot, Template, TemplateError};
+
+use super::exchange::{Exchanges, SENT_MAX, Sent};
+use super::lines::{Line, Lines, Sink, as_str};
+use super::{Dialect, Setting};
+use crate::supervisor::{Abilities, Command, Mode, Reply, text};
+
+/// Most characters whose echo is waited for.
+const ECHO_MAX: usize = 4 * SENT_MAX;
+/// A motion ended where it should, to so many steps.
+const NEAR_STEPS: f64 = 3.0;
+
+/// A described dialect of one session.
+#[derive(Clone, Debug)]
+pub struct Described {
+    description: Arc<Description>,
+    setting: Setting,
+    /// With what was heard before the prompt.
+    exchanges: Exchanges<Asked, Heard>,
+    echo: ArrayVec<u8, ECHO_MAX>,
+    mode: Mode,
+    /// Where the last motion goes, machine coordinates.
+    target: Point,
+    lines: Lines,
+}
+
+impl Described {
+    /// The dialect for a drawing placed on the machine.
+    #[must_use]
+    pub fn new(description: Arc<Description>, setting: Setting) -> Self {
+        Self {
+            description,
+            setting,
+            exchanges: Exchanges::default(),
+            echo: ArrayVec::new(),
+            mode: Mode::Other,
+            target: Point::ORIGIN,
+            lines: Lines::default(),
+        }
+    }
+
+    /// Sends lines, the last of which is for something.
+    fn say(&mut self, lines: &[Template], values: &Values, purpose: For, out: &mut Vec<u8>) {
+        let description = Arc::clone(&self.description);
+        let acknowledged = description.accepted != Accepted::Query;
+        let mut sent = Sent::new();
+        for (index, line) in lines.iter().enumerate() {
+            description.write(line, values, &mut sent);
+            if acknowledged {
+                let last = index + 1 == lines.len();
+                let purpose = if last { purpose } else { For::Nothing };
+                self.exchanges.send(Asked::Say(purpose), std::mem::take(&mut sent), out);
+            }
+        }
+        if !acknowledged || lines.is_empty() {
+            description.write(&description.status.send, values, &mut sent);
+            self.exchanges.send(Asked::Status(purpose), sent, out);
+        }
+    }
+
+    fn ask_status(&mut self, purpose: For, out: &mut Vec<u8>) {
+        let description = Arc::clone(&self.description);
+        let mut sent = Sent::new();
+        description.write(&description.status.send, &Values::default(), &mut sent);
+        self.exchanges.send(Asked::Status(purpose), sent, out);
+    }
+
+    /// Asks for the place after a state that needs one, before all that wait.
+    fn ask_position(&mut self, purpose: For, out: &mut Vec<u8>) {
+        let needs = purpose == For::Query || purpose == For::Contour && !self.description.queues;
+        let description = Arc::clone(&self.description);
+        if let Some(position) = description.position.as_ref().filter(|_| needs) {
+            let mut sent = Sent::new();
+            description.write(&position.send, &Values::default(), &mut sent);
+            self.exchanges.send_next(Asked::Position(purpose), sent, out);
+        }
+    }
+
+    fn motion(&mut self, motion: &Motion, out: &mut Vec<u8>) -> Result<(), LatticeError> {
+        let (to, feed_mm_min, purpose) = match motion {
+            Motion::Jog { to, feed_mm_min } => (*to, *feed_mm_min, For::Jog),
+            Motion::Contour { curve, feed_mm_min } => (curve.to(), *feed_mm_min, For::Contour),
+        };
+        let to = to.translated(self.setting.offset)?;
+        let description = Arc::clone(&self.description);
+        let (lines, centre) = match motion {
+            Motion::Contour { curve: Curve::Arc(arc), .. } => {
+                let mirrored = description.swap ^ description.invert[0] ^ description.invert[1];
+                let [left, right] = description.arcs.as_ref().ok_or_else(super::no_such_motion)?;
+                let is_left = (arc.turn() == Turn::Left) != mirrored;
+                (if is_left { left } else { right }, description.counts(arc.centre().minus(arc.from())))
+            }
+            _ => (&description.line, [0, 0]),
+        };
+        let [a, b] = description.counts(to.minus(Point::ORIGIN));
+        let units_s =
+            i32::try_from(i64::from(feed_mm_min) * i64::from(UNITS_PER_MM) / 60).unwrap_or(i32::MAX);
+        let values = Values {
+            to: [a.saturating_add(description.zero[0]), b.saturating_add(description.zero[1])],
+            centre,
+            feed: description.speed.scale.counts(units_s).max(1),
+        };
+        self.target = to;
+        self.say(lines, &values, purpose, out);
+        Ok(())
+    }
+
+    fn stop(&mut self, out: &mut Vec<u8>) {
+        let description = Arc::clone(&self.description);
+        let Some(stop) = &description.stop else { return };
+        let mut sent = Sent::new();
+        description.write(stop, &Values::default(), &mut sent);
+        match (description.accepted == Accepted::Query, description.stop_at_once) {
+            (true, _) => out.extend(&sent),
+            (false, true) => self.exchanges.send_now(Asked::Say(For::Stop), &sent, out),
+            (false, false) => self.exchanges.send_next(Asked::Say(For::Stop), sent, out),
+        }
+    }
+
+    /// What was sent is echoed.
+    fn expect_echo(&mut self, sent: &[u8]) {
+        if self.description.echo {
+            // Beyond what fits the echo will not be as expected, and the session stops.
+            sent.iter().for_each(|&byte| self.echo.put(byte));
+        }
+    }
+
+    /// Takes a byte that is no echo.
+    fn hear(&mut self, byte: u8, out: &mut Vec<u8>) -> Option<Reply> {
+        let byte = if byte == b'\r' { b'\n' } else { byte };
+        match self.lines.take(byte) {
+            Some(Line::Garbled(line)) => {
+                self.fail(out);
+                Some(Reply::Garbled(line))
+            }
+            Some(Line::Text(line)) => self.line(as_str(&line), out),
+            None if !self.description.prompt.is_empty() && self.lines.stands_at(&self.description.prompt) => {
+                self.lines.clear();
+                self.prompted(out)
+            }
+            None => None,
+        }
+    }
+
+    fn line(&mut self, line: &str, out: &mut Vec<u8>) -> Option<Reply> {
+        let description = Arc::clone(&self.description);
+        if description.ignore.iter().any(|each| each.read(line).is_some()) {
+            return None;
+        }
+        // Data before all of a line was echoed: the line was not read as it was sent.
+        if self.exchanges.is_single() && !self.echo.is_empty() {
+            self.fail(out);
+            return Some(Reply::Garbled(text(line)));
+        }
+        let open = self.exchanges.open();
+        let heard = description.heard(open, line);
+        match (open, heard) {
+            (None, Some(Heard::Error { code, .. })) => Some(Reply::Alarm { code, meaning: "said unasked" }),
+            // An answer that is not waited for any more.
+            (None, _) => None,
+            (Some(_), None) => {
+                self.fail(out);
+                Some(Reply::Garbled(text(line)))
+            }
+            (Some(_), Some(heard)) if description.prompt.is_empty() => self.over(Some(heard), out),
+            (Some(_), Some(heard)) => {
+                self.exchanges.hear(Some(heard));
+                None
+            }
+        }
+    }
+
+    /// The exchange under way came to nothing; a prompt may still end it.
+    fn fail(&mut self, out: &mut Vec<u8>) {
+        self.echo.clear();
+        self.exchanges.hear(None);
+        if self.description.prompt.is_empty() {
+            self.exchanges.close(out);
+        }
+    }
+
+    fn prompted(&mut self, out: &mut Vec<u8>) -> Option<Reply> {
+        self.exchanges.open()?;
+        if self.exchanges.is_single() && !self.echo.is_empty() {
+            self.echo.clear();
+            self.exchanges.close(out);
+            return Some(Reply::Garbled(text("a line that was not echoed")));
+        }
+        let heard = self.exchanges.part();
+        self.over(heard, out)
+    }
+
+    fn forget(&mut self) {
+        self.exchanges.clear();
+        self.echo.clear();
+    }
+
+    fn command(&mut self, command: &Command, out: &mut Vec<u8>) -> Result<(), LatticeError> {
+        let description = Arc::clone(&self.description);
+        let none = Values::default();
+        match command {
+            Command::Query => {
+                let is_query =
+                    |asked: &Asked| matches!(asked, Asked::Status(For::Query) | Asked::Position(For::Query));
+                if self.exchanges.wants_query(is_query, out) {
+                    self.ask_status(For::Query, out);
+                }
+            }
+            Command::Cancel(_) | Command::EndHoming => self.stop(out),
+            // No described language has a hold that somebody else could have told it.
+            Command::Abort => {}
+            Command::Prepare => {
+                self.forget();
+                let coarse = description.coordinate.scale.per_mm_f64() < self.setting.steps_per_mm * 0.999;
+                match coarse {
+                    true => self.ask_status(For::Unfit, out),
+                    false => self.say(&description.prepare, &none, For::Preparing, out),
+                }
+            }
+            Command::Home => drop(self.home(0, out)),
+            Command::Arm => self.say(&description.arm, &none, For::Arming, out),
+            Command::Move(certified) => self.motion(certified.motion(), out)?,
+        }
+        Ok(())
+    }
+}
+
+impl Dialect for Described {
+    fn abilities(&self) -> Abilities {
+        let Description { shape, contours, queues, .. } = *self.description;
+        Abilities {
+            shape,
+            contours,
+            arcs: self.description.arcs.is_some() && contours == MotionShape::Line,
+            queues,
+            on_cancel: self.description.on_cancel(),
+            checked: false,
+        }
+    }
+
+    fn encode(&mut self, command: &Command, out: &mut Vec<u8>) -> Result<(), LatticeError> {
+        let first = out.len();
+        let outcome = self.command(command, out);
+        self.expect_echo(out.get(first..).unwrap_or(&[]));
+        outcome
+    }
+
+    fn decode(&mut self, byte: u8, out: &mut Vec<u8>) -> Option<Reply> {
+        // Behind the beginning of an answer nothing is an echo, but that of a stop which could not wait.
+        let may_echo = self.lines.is_blank() || !self.exchanges.is_single();
+        if may_echo && self.echo.first() == Some(&byte) {
+            self.echo.remove(0);
+            return None;
+        }
+        let first = out.len();
+        let reply = self.hear(byte, out);
+        self.expect_echo(out.get(first..).unwrap_or(&[]));
+        reply
+    }
+
+    fn reset(&mut self) {
+        self.forget();
+        self.lines.clear();
+    }
+}

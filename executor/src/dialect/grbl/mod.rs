@@ -1,0 +1,383 @@
+//! GRBL 1.1 and grblHAL: jogs with absolute machine targets, contours in G1/G2/G3, realtime status.
+//!
+//! Drawing coordinates become machine coordinates by an offset. Targets are written from integers, digit by digit, so
+//! nothing is rounded on the way; GRBL itself holds them in 32-bit floats (below 0.03 µm on a 400 mm table).
+//!
+//! Arcs are written by their radius, to 10 nm, and turn a quarter at most: the arc through the same ends leaves the certified
+//! one by less than half the difference of the radii. One that arrives twice is refused (its ends coincide).
+//!
+//! Neither firmware is ever sent a feed hold or a jog cancel, because both can run away (`docs/safety/controllers.md`). grblHAL's planner
+//! has more blocks (they are counted from what it reports at rest), and it reports more (fields that are not known are skipped).
+
+mod buffers;
+mod identity;
+mod inspect;
+mod meaning;
+mod settings;
+mod status;
+#[cfg(test)]
+mod tests;
+
+use buffers::Buffers;
+use identity::Identity;
+use inspect::GrblInspector;
+use keepout_guard::{Motion, MotionShape, OnCancel};
+use keepout_kernel::{Curve, LatticeError, Point, Turn, Vector};
+use meaning::{alarm_text, error_text};
+use settings::{Settings, StartupBlocks, Stated, Stores};
+pub use status::Status;
+
+use super::lines::{Line, Lines, as_str, push_mm, push_number};
+use super::{Dialect, Inspector, Setting, no_such_motion};
+use crate::supervisor::{Abilities, Command, Limits, Reply, Report, text};
+
+/// Longest line of a motion, bytes: GRBL's receive buffer holds 127, and a line may arrive twice.
+const LINE_MAX: usize = 63;
+
+/// What the dialect is in the middle of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Stage {
+    /// Nothing was sent yet that is answered.
+    Silent,
+    /// A line was sent that ends whatever the controller may have half of.
+    Waking,
+    /// `$I` was sent: it states which firmware answers.
+    Identifying(Identity),
+    Reading(Settings),
+    /// The lines that the controller runs after a reset are read.
+    ReadingBlocks(Settings, StartupBlocks),
+    /// A line that stores a setting is unanswered; these follow.
+    Storing(Stores, Limits),
+    Prepared,
+    Homing,
+    /// So many lines that set modes are unanswered.
+    Arming(u8),
+    Ready,
+    /// A reset was sent, and a greeting will come.
+    Aborting,
+}
+
+/// The GRBL 1.1 dialect of one session.
+#[derive(Clone, Debug)]
+pub struct Grbl {
+    setting: Setting,
+    hal: bool,
+    stage: Stage,
+    /// Work coordinate offset, machine coordinates, once reported.
+    work_offset: Option<Vector>,
+    /// What the list of parameters says of it.
+    stated: Stated,
+    buffers: Buffers,
+    lines: Lines,
+}
+
+impl Grbl {
+    /// The dialect for a drawing placed on the machine.
+    #[must_use]
+    pub fn new(setting: Setting) -> Self {
+        Self {
+            setting,
+            hal: false,
+            stage: Stage::Silent,
+            work_offset: None,
+            stated: Stated::default(),
+            buffers: Buffers::default(),
+            lines: Lines::default(),
+        }
+    }
+
+    /// The same for grblHAL.
+    #[must_use]
+    pub fn hal(setting: Setting) -> Self {
+        Self { hal: true, ..Self::new(setting) }
+    }
+
+    fn motion(&self, motion: &Motion, out: &mut Vec<u8>) -> Result<(), LatticeError> {
+        let first = out.len();
+        let feed = match motion {
+            Motion::Jog { to, feed_mm_min } => {
+                let to = to.translated(self.setting.offset)?;
+                out.extend(b"$J=G53G90G21");
+                words(out, &[(b'X', to.x.units()), (b'Y', to.y.units())]);
+                feed_mm_min
+            }
+            Motion::Contour { curve, feed_mm_min } => {
+                let to = self.work(curve.to())?;
+                // Whatever modes the controller is in, this line means the same. `G1` comes first: what a reset leaves of the
+                // line is refused, for the startup lines cancel the motion mode.
+                out.extend(match curve {
+                    Curve::Line(_) => &b"G1G21G54G90G94"[..],
+                    Curve::Arc(arc) if arc.turn() == Turn::Left => b"G3G17G21G54G90G94",
+                    Curve::Arc(_) => b"G2G17G21G54G90G94",
+                });
+                words(out, &[(b'X', to.x.units()), (b'Y', to.y.units())]);
+                // By its radius: given by its centre, an arc that arrives twice would be a full circle somewhere else.
+                if let Curve::Arc(arc) = curve {
+                    words(out, &[(b'R', arc.radius().units())]);
+                }
+                feed_mm_min
+            }
+        };
+        out.push(b'F');
+        push_number(out, u64::from(*feed));
+        out.push(b'\n');
+        if out.len() - first > LINE_MAX { Err(no_such_motion()) } else { Ok(()) }
+    }
+
+    /// In work coordinates, which nobody knows before a report had their offset.
+    fn work(&self, point: Point) -> Result<Point, LatticeError> {
+        let offset = self.work_offset.ok_or_else(no_such_motion)?;
+        point.translated(self.setting.offset)?.translated(Vector { dx: -offset.dx, dy: -offset.dy })
+    }
+
+    fn reply(&mut self, line: &str, out: &mut Vec<u8>) -> Option<Reply> {
+        let garbled = Some(Reply::Garbled(text(line)));
+        let number = |rest: &str| rest.trim().parse::<u16>().ok();
+        if line == "ok" {
+            self.answered(out)
+        } else if let Some(rest) = line.strip_prefix("error:") {
+            number(rest).map_or(garbled, |code| self.refused(code, out))
+        } else if let Some(rest) = line.strip_prefix("ALARM:") {
+            number(rest).map_or(garbled, |code| Some(Reply::Alarm { code, meaning: alarm_text(code) }))
+        } else if line.starts_with('<') && line.ends_with('>') {
+            self.report(line).or(garbled)
+        } else if let Some((name, value)) = line.strip_prefix('$').and_then(|rest| rest.split_once('=')) {
+            match (name.parse::<u16>(), value.split_whitespace().next().unwrap_or("").parse::<f64>()) {
+                (Ok(number), Ok(value)) => {
+                    if let Stage::Reading(settings) = &mut self.stage {
+                        settings.take(number, value);
+                    }
+                    None
+                }
+                // grblHAL has settings that are no numbers.
+                (Ok(_), Err(_)) if matches!(self.stage, Stage::Reading(_)) => None,
+                _ if name.starts_with('N') => {
+                    if let Stage::ReadingBlocks(_, blocks) = &mut self.stage {
+                        blocks.take(name, value);
+                        return None;
+                    }
+                    Some(Reply::Message(text(line)))
+                }
+                _ => garbled,
+            }
+        } else if line.starts_with("Grbl ") || line.starts_with("GrblHAL ") {
+            self.greeted()
+        } else if line.starts_with("[HLP:") && self.stage == Stage::Waking {
+            None
+        } else if let Some(inner) = line.strip_prefix('[').and_then(|rest| rest.strip_suffix(']'))
+            && matches!(self.stage, Stage::Arming(_) | Stage::Identifying(_))
+        {
+            match &mut self.stage {
+                Stage::Identifying(identity) => identity.take(inner),
+                _ => self.stated.take(inner),
+            }
+            None
+        } else if line.starts_with('[') && line.ends_with(']') || line.starts_with('>') {
+            Some(Reply::Message(text(line)))
+        } else {
+            garbled
+        }
+    }
+
+    fn greeted(&mut self) -> Option<Reply> {
+        match self.stage {
+            Stage::Silent => None,
+            Stage::Aborting => {
+                self.stage = Stage::Silent;
+                None
+            }
+            _ => Some(Reply::Restarted),
+        }
+    }
+
+    /// The oldest line is accepted.
+    fn answered(&mut self, out: &mut Vec<u8>) -> Option<Reply> {
+        match self.stage {
+            Stage::Silent | Stage::Aborting => None,
+            Stage::Waking => self.identify(out),
+            Stage::Identifying(identity) => self.identified(identity, out),
+            Stage::Reading(settings) => match settings.check(self.setting.steps_per_mm) {
+                Ok(()) => {
+                    out.extend(b"$N\n");
+                    self.stage = Stage::ReadingBlocks(settings, StartupBlocks::default());
+                    None
+                }
+                Err(unfit) => Some(Reply::Unfit(unfit)),
+            },
+            Stage::ReadingBlocks(settings, blocks) => self.set_up(&settings, blocks, out),
+            Stage::Storing(stores, limits) => self.store(stores, limits, out),
+            Stage::Homing => {
+                self.stage = Stage::Prepared;
+                Some(Reply::Homed)
+            }
+            Stage::Arming(open @ 2..) => {
+                self.stage = Stage::Arming(open - 1);
+                None
+            }
+            Stage::Arming(_) => {
+                self.stage = Stage::Ready;
+                Some(Reply::Armed)
+            }
+            Stage::Prepared | Stage::Ready => Some(Reply::Accepted),
+        }
+    }
+
+    fn refused(&mut self, code: u16, out: &mut Vec<u8>) -> Option<Reply> {
+        /// Not idle: a jog stream that ran dry leaves GRBL in Run for a moment.
+        const NOT_IDLE: u16 = 8;
+        match self.stage {
+            Stage::Silent | Stage::Aborting => None,
+            Stage::Waking => self.identify(out),
+            _ => Some(Reply::Refused { code, meaning: error_text(code), transient: code == NOT_IDLE }),
+        }
+    }
+
+    fn identify(&mut self, out: &mut Vec<u8>) -> Option<Reply> {
+        out.extend(b"$I\n");
+        self.stage = Stage::Identifying(Identity::default());
+        None
+    }
+
+    fn identified(&mut self, identity: Identity, out: &mut Vec<u8>) -> Option<Reply> {
+        if let Err(unfit) = identity.check(self.hal) {
+            return Some(Reply::Unfit(unfit));
+        }
+        out.extend(b"$$\n");
+        self.stage = Stage::Reading(Settings::default());
+        None
+    }
+
+    /// Sets what the session relies on where the controller has it otherwise.
+    fn set_up(&mut self, settings: &Settings, blocks: StartupBlocks, out: &mut Vec<u8>) -> Option<Reply> {
+        let startup = match blocks.needed() {
+            Ok(startup) => startup,
+            Err(unfit) => return Some(Reply::Unfit(unfit)),
+        };
+        let mm = self.setting.arc_tolerance_mm;
+        let stores = Stores {
+            startup,
+            report_mask: settings.report_mask_needed(self.hal),
+            arc_tolerance_mm: (!settings.follows_arcs(mm)).then_some(mm),
+        };
+        self.store(stores, settings.limits(), out)
+    }
+
+    /// Stores the next setting; when none is left, the controller is prepared. GRBL loses what arrives while it writes a setting,
+    /// so each waits for the answer to the one before.
+    fn store(&mut self, mut stores: Stores, limits: Limits, out: &mut Vec<u8>) -> Option<Reply> {
+        match stores.take_next() {
+            Some(line) => {
+                out.extend(line);
+                self.stage = Stage::Storing(stores, limits);
+                None
+            }
+            None => self.prepared(limits),
+        }
+    }
+
+    fn prepared(&mut self, limits: Limits) -> Option<Reply> {
+        self.stage = Stage::Prepared;
+        Some(Reply::Prepared(limits))
+    }
+
+    /// `None` when it is not formed as it should be: then nothing of it is believed.
+    fn report(&mut self, line: &str) -> Option<Reply> {
+        let Status { mode, position, free, offset, .. } = Status::parse(line)?;
+        let back = Vector { dx: -self.setting.offset.dx, dy: -self.setting.offset.dy };
+        let position = match position {
+            Some(position) => Some(position.translated(back).ok()?),
+            None => None,
+        };
+        if offset.is_some_and(|offset| self.displaced(offset)) {
+            return Some(Reply::Displaced);
+        }
+        let (queued, waiting) = free.and_then(|free| self.buffers.take(mode, free)).unzip();
+        let agreed = self.work_offset.is_some() && self.work_offset == self.stated.sum();
+        // A report without its buffers is no evidence of anything.
+        let position = position.filter(|_| agreed && waiting.is_some() || self.stage != Stage::Ready);
+        Some(Reply::Report(Report { mode, position, queued, waiting }))
+    }
+
+    /// Takes the work offset; whether it changed while it was relied on.
+    fn displaced(&mut self, offset: Point) -> bool {
+        let offset = offset.minus(Point::ORIGIN);
+        let before = self.work_offset.replace(offset);
+        self.stage == Stage::Ready && before.is_some_and(|before| before != offset)
+    }
+}
+
+impl Dialect for Grbl {
+    fn abilities(&self) -> Abilities {
+        Abilities {
+            shape: MotionShape::Line,
+            contours: MotionShape::Line,
+            arcs: true,
+            queues: true,
+            // A hold or a cancel can run away, so neither is ever sent (`docs/safety/controllers.md`).
+            on_cancel: OnCancel::NotOffered,
+            checked: false,
+        }
+    }
+
+    fn encode(&mut self, command: &Command, out: &mut Vec<u8>) -> Result<(), LatticeError> {
+        match command {
+            Command::Query => out.push(b'?'),
+            // The guard certifies none, so this is never sent.
+            Command::Cancel(_) => out.push(0x85),
+            Command::EndHoming | Command::Abort => {
+                out.push(0x18);
+                self.stage = Stage::Aborting;
+            }
+            // Half a line may be left from before the cable was pulled; a mere line end would have the controller drive to
+            // half a target. With a `$` behind it every line is refused, and alone it is answered with a help text.
+            Command::Prepare => {
+                out.extend(b"$\n");
+                self.stage = Stage::Waking;
+                // It may be another controller than before.
+                self.buffers = Buffers::default();
+            }
+            // A change of work coordinates makes the next report carry their offset; the list of parameters must agree.
+            Command::Arm => {
+                // grblHAL scales every line, a jog's too, until somebody cancels it.
+                let scaling: &[u8] = if self.hal { b"G50" } else { b"" };
+                out.extend([b"G21G90G94G17G40G49G80", scaling, b"G55\nG54\n$#\n"].concat());
+                self.work_offset = None;
+                self.stated = Stated::default();
+                self.stage = Stage::Arming(3);
+            }
+            Command::Home => {
+                out.extend(b"$H\n");
+                self.stage = Stage::Homing;
+            }
+            Command::Move(certified) => {
+                let first = out.len();
+                self.motion(certified.motion(), out).inspect_err(|_| out.truncate(first))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn decode(&mut self, byte: u8, out: &mut Vec<u8>) -> Option<Reply> {
+        match self.lines.take(byte)? {
+            Line::Garbled(line) => Some(Reply::Garbled(line)),
+            Line::Text(line) => self.reply(as_str(&line), out),
+        }
+    }
+
+    fn reset(&mut self) {
+        self.stage = Stage::Silent;
+        self.lines.clear();
+    }
+
+    fn inspector(&self) -> Option<Box<dyn Inspector>> {
+        Some(Box::new(GrblInspector::default()))
+    }
+}
+
+/// `X1.5Y-0.00001`: words in mm.
+fn words(out: &mut Vec<u8>, values: &[(u8, i32)]) {
+    for &(letter, units) in values {
+        out.push(letter);
+        push_mm(out, units);
+    }
+}

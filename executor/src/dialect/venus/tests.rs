@@ -1,0 +1,130 @@
+use super::*;
+use crate::dialect::testing::{contour_to, jog_to};
+
+fn dialect() -> Venus {
+    let offset = Vector { dx: -20_000_000, dy: 500 };
+    let mut venus = Venus::new(Setting {
+        offset,
+        steps_per_mm: 400.0,
+        arc_tolerance_mm: 0.0005,
+        stroke_mm: Some([400.0, 350.0]),
+    });
+    venus.in_mm = true;
+    venus
+}
+
+fn hear(venus: &mut Venus, text: &str) -> (Vec<Reply>, String) {
+    let mut out = Vec::new();
+    let replies = text.bytes().filter_map(|byte| venus.decode(byte, &mut out)).collect();
+    (replies, String::from_utf8(out).unwrap())
+}
+
+fn said(venus: &mut Venus, command: &Command) -> String {
+    let mut out = Vec::new();
+    venus.encode(command, &mut out).unwrap();
+    String::from_utf8(out).unwrap()
+}
+
+#[test]
+fn report_is_status_and_then_position() {
+    let mut venus = dialect();
+    assert_eq!(said(&mut venus, &Command::Query), "st p ");
+    assert_eq!(hear(&mut venus, "3\r\n").0, []);
+    let position = Some(Point::from_units(5_000_000, 2_000_000).unwrap());
+    let report = Report { mode: Mode::Moving, position, queued: None, waiting: None };
+    assert_eq!(hear(&mut venus, "-150.000000 20.005000\r\n").0, [Reply::Report(report)]);
+    said(&mut venus, &Command::Query);
+    assert!(matches!(hear(&mut venus, "-150.0 20.0\r\n").0[..], [Reply::Garbled(_)]), "no status came");
+    said(&mut venus, &Command::Query);
+    assert!(matches!(hear(&mut venus, "0\r\n17\r\n").0[..], [Reply::Garbled(_)]), "no position came");
+    said(&mut venus, &Command::Query);
+    let broken = hear(&mut venus, "1\r\n-20.0 -12.4\u{1}\n00 -12.9\r\n").0;
+    assert!(matches!(broken[..], [Reply::Garbled(_)]), "{broken:?}: half a place is none");
+}
+
+#[test]
+fn half_an_answer_is_forgotten_with_its_query() {
+    let mut venus = dialect();
+    said(&mut venus, &Command::Query);
+    hear(&mut venus, "0\r\n");
+    said(&mut venus, &jog_to(500_123, 0, 600));
+    assert_eq!(said(&mut venus, &Command::Query), "");
+    assert!(said(&mut venus, &Command::Query).ends_with("move st "), "given up: the jog is sent");
+    assert_eq!(hear(&mut venus, "1\r\n"), (vec![Reply::Accepted], "st p ".into()));
+    let late = hear(&mut venus, "-20.0 -15.82\r\n").0;
+    assert!(matches!(late[..], [Reply::Garbled(_)]), "{late:?}: whether it moves was asked before the jog");
+}
+
+#[test]
+fn jogs_are_accepted_when_read_and_contours_when_done() {
+    let mut venus = dialect();
+    assert_eq!(
+        said(&mut venus, &jog_to(500_123, 0, 600)),
+        "10.000 setvel clear clear clear clear -194.99877 0.005 move st "
+    );
+    assert_eq!(said(&mut venus, &Command::Query), "", "it waits");
+    assert_eq!(said(&mut venus, &Command::EndHoming), "abort ", "it does not");
+    assert_eq!(hear(&mut venus, "1\r\n"), (vec![Reply::Accepted], "st p ".into()));
+    assert_eq!(hear(&mut venus, "1\r\n0 0\r\n").0.len(), 1);
+    assert_eq!(said(&mut venus, &contour_to(0, -500, 600)), "clear clear clear clear -200 0 move st p ");
+    assert_eq!(hear(&mut venus, "1\r\n-198 0\r\n"), (vec![], "st p ".into()));
+    let mut skipped = venus.clone();
+    assert_eq!(hear(&mut venus, "0\r\n-200.002 0\r\n"), (vec![Reply::Accepted], String::new()));
+    assert!(matches!(hear(&mut skipped, "0\r\n-198 0\r\n").0[..], [Reply::Refused { .. }]));
+}
+
+#[test]
+fn start_sets_units_and_reads_what_is_needed() {
+    let mut venus = dialect();
+    assert_eq!(said(&mut venus, &Command::Prepare), "ge ");
+    assert_eq!(hear(&mut venus, "1009\r\n"), (vec![], "restore getdim ".into()), "an old error");
+    let mut two_saved = venus.clone();
+    let set = "2 setdim 2 0 setunit 2 1 setunit 2 2 setunit 0 j getvel ";
+    assert_eq!(hear(&mut venus, "3\r\n"), (vec![], set.into()));
+    let mut still = venus.clone();
+    assert_eq!(hear(&mut venus, "100.000\r\n"), (vec![], "getaccel ".into()));
+    assert_eq!(hear(&mut venus, "500.0\r\n"), (vec![], "1 getunit ".into()));
+    assert_eq!(hear(&mut venus, "2\r\n"), (vec![], "2 getunit ".into()));
+    let mut micrometres = venus.clone();
+    let limits = Limits::of(100.0, 500.0);
+    assert_eq!(hear(&mut venus, "2\r\n").0, [Reply::Prepared(limits)]);
+    for (unfit, answer) in [(&mut two_saved, "2\r\n"), (&mut micrometres, "1\r\n"), (&mut still, "0.0\r\n")] {
+        assert!(matches!(hear(unfit, answer).0[..], [Reply::Unfit(_)]));
+    }
+}
+
+#[test]
+fn homes_and_asks_whether_it_is_homed() {
+    let mut venus = dialect();
+    assert_eq!(said(&mut venus, &Command::Home), "cal st ");
+    assert_eq!(hear(&mut venus, "1\r\n").1, "st ");
+    assert_eq!(hear(&mut venus, "0\r\n").1, "rm st ");
+    assert_eq!(hear(&mut venus, "0\r\n").1, "0 0 setpos st ");
+    assert_eq!(hear(&mut venus, "0\r\n").0, [Reply::Homed]);
+    assert_eq!(said(&mut venus, &Command::Arm), "1 getcaldone ");
+    let mut half = venus.clone();
+    assert_eq!(hear(&mut half, "1\r\n").0, [Reply::NotHomed]);
+    assert_eq!(hear(&mut venus, "3\r\n").1, "2 getcaldone ");
+    assert_eq!(hear(&mut venus, "3\r\n").1, "ge ");
+    let mut refused = venus.clone();
+    assert_eq!(hear(&mut venus, "0\r\n").0, [Reply::Armed]);
+    assert!(matches!(hear(&mut refused, "1004\r\n").0[..], [Reply::Refused { code: 1004, .. }]));
+}
+
+#[test]
+fn three_numbers_are_a_controller_that_was_reset() {
+    let mut venus = dialect();
+    for (line, asked) in [(Command::Query, "st p "), (contour_to(0, 0, 600), "move st p ")] {
+        venus.in_mm = true;
+        assert!(said(&mut venus, &line).ends_with(asked));
+        assert_eq!(hear(&mut venus, "0\r\n0 0 0\r\n").0, [Reply::Restarted]);
+    }
+    said(&mut venus, &Command::Query);
+    let report = Report { mode: Mode::Idle, position: None, queued: None, waiting: None };
+    assert_eq!(hear(&mut venus, "0\r\n0 0 0\r\n").0, [Reply::Report(report)], "it is begun anew with");
+}
+
+#[test]
+fn decode_is_total() {
+    crate::dialect::testing::decode_is_total(|| Box::new(dialect()), b"0123 456.789-0 \r\n\n\xff\x00e");
+}

@@ -1,0 +1,180 @@
+use super::wire::checksum;
+use super::*;
+use crate::dialect::testing::{contour_to, jog_to};
+
+fn dialect() -> Zaber {
+    let offset = Vector { dx: -20_000_000, dy: 500 };
+    Zaber::new(Setting {
+        offset,
+        steps_per_mm: 400.0,
+        arc_tolerance_mm: 0.0005,
+        stroke_mm: Some([400.0, 350.0]),
+    })
+}
+
+fn ready() -> Zaber {
+    let mut zaber = dialect();
+    zaber.zero = Some([160_000, 140_000]);
+    zaber.checked = true;
+    zaber
+}
+
+fn hear(zaber: &mut Zaber, message: &str) -> (Vec<Reply>, String) {
+    let line = format!("{message}:{:02X}\r\n", checksum(&message.as_bytes()[1..]));
+    let mut out = Vec::new();
+    let replies = line.bytes().filter_map(|byte| zaber.decode(byte, &mut out)).collect();
+    (replies, String::from_utf8(out).unwrap())
+}
+
+fn said(zaber: &mut Zaber, command: &Command) -> String {
+    let mut out = Vec::new();
+    zaber.encode(command, &mut out).unwrap();
+    String::from_utf8(out).unwrap()
+}
+
+#[test]
+fn report_is_read_in_drawing_coordinates_and_only_from_its_own_answer() {
+    let mut zaber = ready();
+    assert_eq!(said(&mut zaber, &Command::Query), "/1 0 01 get pos:2C\n");
+    assert_eq!(hear(&mut zaber, "@01 0 77 OK IDLE -- 1 2").0, [], "an answer to something else");
+    let (replies, _) = hear(&mut zaber, "@01 0 01 OK BUSY -- 100000 148002");
+    let position = Some(Point::from_units(5_000_000, 2_000_000).unwrap());
+    let report = Report { mode: Mode::Moving, position, queued: None, waiting: None };
+    assert_eq!(replies, [Reply::Report(report)]);
+    let mut out = Vec::new();
+    let damaged = b"@01 0 01 OK BUSY -- 100000 148002:00\r\n@01 0 01 OK BUSY -- 100000 148002\r\n";
+    let replies: Vec<_> = damaged.iter().filter_map(|&byte| zaber.decode(byte, &mut out)).collect();
+    assert!(matches!(replies[..], [Reply::Garbled(_), Reply::Garbled(_)]), "{replies:?}");
+}
+
+#[test]
+fn start_reads_what_is_needed() {
+    let mut zaber = dialect();
+    assert!(said(&mut zaber, &Command::Prepare).contains("set comm.checksum 1"));
+    assert!(hear(&mut zaber, "@01 0 01 OK IDLE -- 0").1.contains("get limit.max"));
+    assert!(hear(&mut zaber, "@01 0 02 OK IDLE -- 160000 140000").1.contains("get maxspeed"));
+    assert!(hear(&mut zaber, "@01 0 03 OK IDLE -- 131072 65536").1.contains("get accel"));
+    let limits = Limits::of(100.0, 1000.0);
+    let (replies, _) = hear(&mut zaber, "@01 0 04 OK IDLE -- 98 66");
+    let [Reply::Prepared(read)] = replies[..] else { panic!("{replies:?}") };
+    assert!(
+        (read.speed_mm_s - limits.speed_mm_s).abs() < 0.1
+            && read.acceleration_mm_s2 > 1000.0
+            && read.quicker_mm_s2 > 1400.0,
+        "{read:?}"
+    );
+    assert!(said(&mut zaber, &Command::Home).contains(" home:"));
+    assert!(hear(&mut zaber, "@01 0 05 OK BUSY WR 0").1.contains("get pos"));
+    assert!(hear(&mut zaber, "@01 0 06 OK BUSY WR 0 0").1.contains("get pos"));
+    assert_eq!(hear(&mut zaber, "@01 0 07 OK IDLE -- 0 0").0, [Reply::Homed]);
+    assert!(said(&mut zaber, &Command::Arm).contains("stream 1 setup disable"));
+    assert!(hear(&mut zaber, "@01 0 08 RJ IDLE -- BADCOMMAND").1.contains("stream 1 setup live 1 2"));
+    assert_eq!(hear(&mut zaber, "@01 0 09 OK IDLE -- 0").0, [Reply::Armed]);
+}
+
+/// With a profile of other microsteps what is sent and what is reported agree, and the part becomes smaller: its travel does, too.
+#[test]
+fn a_device_of_another_travel_is_refused() {
+    for (limit, fits) in [
+        ("160000 140000", true),
+        ("162000 139000", true),
+        ("806299 705512", false),
+        ("32000 28000", false),
+        ("160000 137000", false),
+        ("0 0", false),
+        ("-160000 -140000", false),
+    ] {
+        let mut zaber = dialect();
+        said(&mut zaber, &Command::Prepare);
+        hear(&mut zaber, "@01 0 01 OK IDLE -- 0");
+        let (replies, sent) = hear(&mut zaber, &format!("@01 0 02 OK IDLE -- {limit}"));
+        assert_eq!(sent.contains("get maxspeed"), fits, "{limit}");
+        assert_eq!(matches!(replies[..], [Reply::Unfit(_)]), !fits, "{limit}: {replies:?}");
+        assert_eq!(zaber.zero.is_some(), fits, "{limit}");
+    }
+    // A log of before does not say its machine's travel.
+    let mut zaber = dialect();
+    zaber.setting.stroke_mm = None;
+    said(&mut zaber, &Command::Prepare);
+    hear(&mut zaber, "@01 0 01 OK IDLE -- 0");
+    assert!(hear(&mut zaber, "@01 0 02 OK IDLE -- 32000 28000").1.contains("get maxspeed"));
+}
+
+#[test]
+fn motions_are_rounded_to_steps_and_accepted_when_they_should_be() {
+    let mut zaber = ready();
+    // 5.001234 − 200 mm is −77 999.51 steps.
+    let jog = said(&mut zaber, &jog_to(500_123, 0, 600));
+    assert!(jog.contains("stream 1 set maxspeed 6553:"), "{jog}");
+    let (_, line) = hear(&mut zaber, "@01 0 01 OK IDLE -- 0");
+    assert!(line.contains("stream 1 line abs 82000 140002:"), "{line}");
+    assert_eq!(hear(&mut zaber, "@01 0 02 OK BUSY -- 0").0, [Reply::Accepted]);
+    let full = said(&mut zaber, &contour_to(500_123, 500_000, 600));
+    assert!(full.contains("stream 1 line abs 82000 142002:"), "{full}");
+    let (replies, wait) = hear(&mut zaber, "@01 0 03 RJ BUSY -- AGAIN");
+    assert!(replies.is_empty() && wait.contains("get pos"));
+    let (_, again) = hear(&mut zaber, "@01 0 04 OK BUSY -- 80000 140000");
+    assert!(again.contains("stream 1 line abs 82000 142002:"), "{again}");
+    assert!(hear(&mut zaber, "@01 0 05 OK BUSY -- 0").0.is_empty());
+    assert!(hear(&mut zaber, "@01 0 06 OK BUSY -- 82000 140002").0.is_empty(), "5 mm are left");
+    assert_eq!(hear(&mut zaber, "@01 0 07 OK BUSY -- 82000 141002").0, [Reply::Accepted]);
+}
+
+#[test]
+fn warnings_and_refusals() {
+    for (warning, mode) in [("WR", Mode::Alarm), ("FS", Mode::Alarm), ("NC", Mode::Other), ("NI", Mode::Idle)]
+    {
+        let mut zaber = ready();
+        said(&mut zaber, &Command::Query);
+        let (replies, _) = hear(&mut zaber, &format!("@01 0 01 OK IDLE {warning} 0 0"));
+        assert!(
+            matches!(replies[..], [Reply::Report(Report { mode: seen, .. })] if seen == mode),
+            "{replies:?}"
+        );
+    }
+    let mut zaber = ready();
+    zaber.feed_mm_min = 600;
+    said(&mut zaber, &jog_to(0, 0, 600));
+    let (replies, _) = hear(&mut zaber, "@01 0 01 RJ IDLE -- BADDATA");
+    assert!(matches!(replies[..], [Reply::Refused { code: 4, transient: false, .. }]), "{replies:?}");
+    assert!(matches!(hear(&mut zaber, "!01 1 IDLE FS").0[..], [Reply::Alarm { code: 1, .. }]));
+    assert!(matches!(hear(&mut zaber, "#01 0 hello").0[..], [Reply::Message(_)]));
+}
+
+#[test]
+fn motion_does_not_follow_a_refused_feed() {
+    let mut zaber = ready();
+    assert!(said(&mut zaber, &jog_to(0, 0, 600)).contains("maxspeed"));
+    let (replies, sent) = hear(&mut zaber, "@01 0 01 RJ BUSY -- STATUSBUSY");
+    assert!(matches!(replies[..], [Reply::Refused { transient: true, .. }]) && sent.is_empty(), "{sent}");
+    assert!(said(&mut zaber, &jog_to(0, 0, 600)).contains("maxspeed"), "the feed is set again");
+}
+
+#[test]
+fn decode_is_total() {
+    let alphabet = b"@!#/01 OKRJIDLEBUSY-- 123456789:ABCDEF\r\n\n\xff\x00";
+    crate::dialect::testing::decode_is_total(|| Box::new(ready()), alphabet);
+}
+
+/// A travel beyond all devices was added to targets, and the sum could overflow.
+#[test]
+fn a_travel_that_no_device_has_is_refused() {
+    let mut zaber = dialect();
+    said(&mut zaber, &Command::Prepare);
+    hear(&mut zaber, "@01 0 01 OK IDLE -- 0");
+    let (replies, _) = hear(&mut zaber, "@01 0 02 OK IDLE -- 160000 9223372036854775807");
+    assert!(matches!(replies[..], [Reply::Garbled(_)]), "{replies:?}");
+    assert_eq!(zaber.zero, None);
+}
+
+#[test]
+fn nothing_moves_after_a_reset_until_the_zero_is_read_again() {
+    let mut zaber = ready();
+    zaber.reset();
+    let mut out = Vec::new();
+    assert!(zaber.encode(&jog_to(0, 0, 600), &mut out).is_err() && out.is_empty());
+    said(&mut zaber, &Command::Query);
+    let (replies, _) = hear(&mut zaber, "@01 0 01 OK IDLE -- 100000 148002");
+    let report = Report { mode: Mode::Idle, position: None, queued: None, waiting: None };
+    assert_eq!(replies, [Reply::Report(report)]);
+}

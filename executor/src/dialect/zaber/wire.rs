@@ -1,0 +1,108 @@
+//! Zaber messages on the wire: frames, checksums, answers and what their flags mean.
+
+use std::io::Write as _;
+
+use crate::dialect::exchange::Sent;
+use crate::supervisor::{Mode, Reply};
+
+/// `/1 0 07 get pos:A3`.
+pub(super) fn framed(number: u8, command: std::fmt::Arguments<'_>) -> Sent {
+    let mut line = Sent::new();
+    // Commands are far shorter than a line.
+    let _ = write!(line, "/1 0 {number:02} {command}");
+    let sum = checksum(&line[1..]);
+    let _ = writeln!(line, ":{sum:02X}");
+    line
+}
+
+/// The two's complement of the sum of the bytes.
+#[must_use]
+pub fn checksum(bytes: &[u8]) -> u8 {
+    bytes.iter().fold(0_u8, |sum, &byte| sum.wrapping_add(byte)).wrapping_neg()
+}
+
+/// What stands between the first character and the checksum, which must be right, and there when it is `needed`.
+#[must_use]
+pub fn content(line: &str, needed: bool) -> Option<&str> {
+    let rest = line.get(1..)?;
+    match rest.rsplit_once(':') {
+        Some((content, sum)) => {
+            let right = sum.len() == 2 && u8::from_str_radix(sum, 16) == Ok(checksum(content.as_bytes()));
+            right.then_some(content)
+        }
+        None => (!needed).then_some(rest),
+    }
+}
+
+/// An answer: `01 0 07 OK IDLE -- 12345 678`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Answer<'a> {
+    pub(super) number: u8,
+    pub(super) ok: bool,
+    pub(super) busy: bool,
+    pub(super) warning: &'a str,
+    pub(super) data: &'a str,
+}
+
+impl<'a> Answer<'a> {
+    pub(super) fn read(content: &'a str) -> Option<Self> {
+        let mut fields = content.splitn(7, ' ');
+        let (device, _axis) = (fields.next()?, fields.next()?);
+        let number = fields.next()?;
+        let (flag, status, warning) = (fields.next()?, fields.next()?, fields.next()?);
+        let known = matches!(flag, "OK" | "RJ") && matches!(status, "IDLE" | "BUSY") && device == "01";
+        known.then_some(Self {
+            number: number.parse().ok()?,
+            ok: flag == "OK",
+            busy: status == "BUSY",
+            warning,
+            data: fields.next().unwrap_or("").trim(),
+        })
+    }
+
+    pub(super) fn pair(&self) -> Option<[i64; 2]> {
+        let mut values = self.data.split(' ').map(|value| value.parse::<i64>().ok());
+        Some([values.next()??, values.next()??])
+    }
+
+    pub(super) fn mode(&self) -> Mode {
+        match self.warning {
+            warning if warning.starts_with('F') => Mode::Alarm,
+            // No reference, not homed, a limit where none should be.
+            "WR" | "WH" | "WL" => Mode::Alarm,
+            // Somebody turns the knob.
+            "NC" => Mode::Other,
+            _ if self.busy => Mode::Moving,
+            _ => Mode::Idle,
+        }
+    }
+}
+
+pub(super) fn alarm(warning: &str) -> Reply {
+    let (code, meaning) = match warning.get(..2).unwrap_or("") {
+        "FS" => (1, "stalled and stopped"),
+        "FE" => (2, "limit switches"),
+        "FQ" => (3, "encoder"),
+        "FD" => (4, "driver off"),
+        "FB" => (5, "a stream left the travel"),
+        "FO" | "FP" => (6, "the path was left"),
+        "WR" | "WH" => (7, "not homed"),
+        "WL" => (8, "a limit switch where none should be"),
+        _ => (0, ""),
+    };
+    Reply::Alarm { code, meaning }
+}
+
+pub(super) fn refusal(reason: &str) -> (u16, &'static str) {
+    match reason {
+        "AGAIN" => (1, "the stream is full"),
+        "BADAXIS" => (2, "no such axis"),
+        "BADCOMMAND" => (3, "no such command"),
+        "BADDATA" => (4, "beyond the machine's travel, or no number it takes"),
+        "STATUSBUSY" => (5, "busy"),
+        "FULL" => (6, "no room"),
+        "NOACCESS" => (7, "no access"),
+        "PARKED" => (8, "parked"),
+        _ => (0, ""),
+    }
+}

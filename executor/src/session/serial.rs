@@ -1,0 +1,97 @@
+//! A real serial port.
+
+use std::io::{ErrorKind, Read, Write};
+use std::time::Duration;
+
+use keepout_guard::Time;
+use serialport::{ClearBuffer, SerialPort};
+
+use super::port::{Port, PortError};
+
+/// A serial port, 8 data bits, no parity, 1 stop bit.
+pub struct Serial {
+    name: String,
+    port: Box<dyn SerialPort>,
+}
+
+impl Serial {
+    /// Opens the port by its system name.
+    ///
+    /// # Errors
+    /// [`PortError::Open`] with the remedy.
+    pub fn open(name: &str, baud: u32) -> Result<Self, PortError> {
+        let port = serialport::new(name, baud)
+            .timeout(Duration::from_millis(2))
+            .open()
+            .map_err(|error| PortError::Open { name: name.into(), reason: error.to_string() })?;
+        // What came before is no answer to what this session will ask: it may be left of one that was killed.
+        port.clear(ClearBuffer::Input)
+            .map_err(|error| PortError::Open { name: name.into(), reason: error.to_string() })?;
+        Ok(Self { name: name.into(), port })
+    }
+
+    fn lost(&self, reason: &dyn std::fmt::Display) -> PortError {
+        PortError::Lost { name: self.name.clone(), reason: reason.to_string() }
+    }
+}
+
+/// A write that finds the driver's buffer full is repeated for this long.
+const WRITE_TRIES: u32 = 500;
+
+impl Port for Serial {
+    fn write(&mut self, mut bytes: &[u8], _now: Time) -> Result<(), PortError> {
+        let mut tries = 0;
+        while !bytes.is_empty() {
+            match self.port.write(bytes) {
+                Ok(count) => bytes = &bytes[count.min(bytes.len())..],
+                Err(error) if retry(error.kind()) && tries < WRITE_TRIES => tries += 1,
+                Err(error) => return Err(self.lost(&error)),
+            }
+        }
+        Ok(())
+    }
+
+    fn read(&mut self, into: &mut Vec<u8>, _now: Time) -> Result<(), PortError> {
+        let mut buffer = [0; 512];
+        match self.port.read(&mut buffer) {
+            Ok(0) => Err(self.lost(&"the device is gone")),
+            Ok(count) => {
+                into.extend(&buffer[..count]);
+                Ok(())
+            }
+            Err(error) if retry(error.kind()) => Ok(()),
+            Err(error) => Err(self.lost(&error)),
+        }
+    }
+}
+
+fn retry(kind: ErrorKind) -> bool {
+    matches!(kind, ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted)
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use serialport::TTYPort;
+
+    use super::*;
+
+    #[test]
+    fn what_came_before_it_was_opened_is_not_read() {
+        let (mut host, device) = TTYPort::pair().unwrap();
+        let name = device.name().unwrap();
+        drop(device);
+        // The one before was ended while this was on its way.
+        let before = Serial::open(&name, 115_200).unwrap();
+        host.write_all(b"<Idle|MPos:0.000,0.000,0.000>\r\nok\r\n").unwrap();
+        std::thread::sleep(Duration::from_millis(20));
+        drop(before);
+        let mut port = Serial::open(&name, 115_200).unwrap();
+        let mut heard = Vec::new();
+        port.read(&mut heard, Time::ZERO).unwrap();
+        assert_eq!(heard, b"");
+        host.write_all(b"ok\r\n").unwrap();
+        std::thread::sleep(Duration::from_millis(20));
+        port.read(&mut heard, Time::ZERO).unwrap();
+        assert_eq!(heard, b"ok\r\n");
+    }
+}

@@ -1,0 +1,37 @@
+//! Adaptive ZPETC (section 6.3; Tsao & Tomizuka 1987): the loop's parameters are estimated while it runs.
+
+use super::estimator::{self, Estimator};
+use super::{Belief, Controller};
+use crate::Axes;
+use crate::reference::Window;
+
+/// ZPETC on loops that are learned.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Adaptive {
+    estimators: [Estimator; 2],
+    gain: f64,
+    limit: Option<f64>,
+    command: Axes,
+}
+
+impl Adaptive {
+    /// For a P controller of `gain`, bits/pulse, beginning with what is believed.
+    #[must_use]
+    pub fn new(belief: &Belief, gain: f64) -> Self {
+        let estimators = estimator::of_loops(belief, gain);
+        Self { estimators, gain, limit: belief.limit, command: Axes::zeros() }
+    }
+}
+
+impl Controller for Adaptive {
+    fn step(&mut self, window: &Window, measured: Axes) -> Axes {
+        estimator::see(&mut self.estimators, measured, self.command, self.limit);
+        let mut reference = Axes::zeros();
+        for (axis, estimator) in self.estimators.iter_mut().enumerate() {
+            reference[axis] = estimator.known().zero_phase(|ahead| window.position(ahead)[axis]);
+            estimator.give(reference[axis]);
+        }
+        self.command = (reference - measured) * self.gain;
+        self.command
+    }
+}

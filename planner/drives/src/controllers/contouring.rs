@@ -1,0 +1,341 @@
+//! Contouring model-predictive control with a disturbance observer: the best controller here.
+//!
+//! Over a horizon it minimises the distances of the predicted positions from the *path*, their lags behind the reference *along*
+//! it, weighed less, and changes of the command; commands keep to the amplifier's limit. Path, normal and tangent at each predicted
+//! position are those where the plan of the sample before passed, and are looked for once more where the new plan passes. Lags are
+//! measured along the path, so that a sharp corner draws the tool to its tip and around it, never back. Positions, speeds and
+//! loads come from a Kalman observer of each axis.
+
+use nalgebra::{SMatrix, SVector, Vector3};
+
+use super::box_program::BoxProgram;
+use super::observer::{Observer, Wander};
+use super::{Belief, Controller};
+use crate::Axes;
+use crate::drive::{Drive, Held};
+use crate::path::{Foot, left_of};
+use crate::plant::MOST_DELAY;
+use crate::reference::{Sample, Window};
+
+/// Samples that are looked ahead.
+pub const HORIZON: usize = 15;
+/// How often path and normal are looked for again where the plan passes.
+const LOOKS: usize = 2;
+/// Commands of both axes over the horizon.
+const COMMANDS: usize = 2 * HORIZON;
+/// Pieces of the path that are looked at.
+const MOST_PIECES: usize = 2 * HORIZON + MOST_DELAY + 2;
+
+/// What is weighed against what.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Weights {
+    /// Of a small lag behind the reference along the path, beside 1 of the distance from it.
+    pub lag: f64,
+    /// From this lag on, pulses, the pull grows no more…
+    pub bend: f64,
+    /// … until its weight has fallen to this.
+    pub least_lag: f64,
+    /// Of the position that a change of command brings about in its first sample.
+    pub effort: f64,
+}
+
+/// Found by trying them on S1 to E3 with all sign patterns of model error, on the budgets of the built-in machines, and with a
+/// sample of delay: less effort is more accurate, and rings with that delay; a large lag, which only a limit or a jump of the feed
+/// brings about, must not pull the tool off the path.
+impl Default for Weights {
+    fn default() -> Self {
+        Self { lag: 0.3, bend: 0.5, least_lag: 0.003, effort: 2000.0 }
+    }
+}
+
+impl Weights {
+    /// The weight of a lag of about this size, pulses.
+    fn lag_share(&self, lag: f64) -> f64 {
+        (self.lag * self.bend / lag.abs()).clamp(self.least_lag, self.lag)
+    }
+}
+
+/// In this time a load is taken to change by what [`Belief::load_bits`] says, s.
+const LOAD_COMES_IN_S: f64 = 0.004;
+
+/// What a drive's load and speed may do in a sample.
+fn wander(belief: &Belief) -> Wander {
+    // An encoder that counts whole pulses is off by 1/√12 of one.
+    let measurement = if belief.whole_numbers { 0.3 } else { 0.05 };
+    let load = belief.load_bits * (belief.period_s / LOAD_COMES_IN_S).sqrt();
+    Wander { speed: 1.0, load, measurement }
+}
+
+/// The controller.
+#[derive(Clone, Debug)]
+pub struct Contouring {
+    weights: Weights,
+    limit: Option<f64>,
+    /// Commands that were given and do not act yet, oldest first: as many as commands come late.
+    pending: [Axes; MOST_DELAY],
+    delay: usize,
+    observers: [Observer; 2],
+    held: [Held; 2],
+    /// Positions brought about by a bit held for the first sample, after 1, 2, … samples.
+    responses: [[f64; HORIZON]; 2],
+    commands: SVector<f64, COMMANDS>,
+    predicted: Option<[Axes; HORIZON]>,
+    last: Axes,
+    /// Pieces before this one were left.
+    left: Option<usize>,
+}
+
+impl Contouring {
+    /// For drives that are believed in.
+    #[must_use]
+    pub fn new(belief: &Belief) -> Self {
+        Self::weighed(belief, Weights::default())
+    }
+
+    /// The same with other weights.
+    #[must_use]
+    pub fn weighed(belief: &Belief, weights: Weights) -> Self {
+        let observer = |drive: Drive| Observer::new(drive, belief.period_s, wander(belief));
+        let held = belief.drives.map(|drive| drive.held(belief.period_s));
+        Self {
+            weights,
+            limit: belief.limit,
+            pending: [Axes::zeros(); MOST_DELAY],
+            delay: belief.delay_samples.min(MOST_DELAY),
+            observers: belief.drives.map(observer),
+            held,
+            responses: held.map(|held| response(&held)),
+            commands: SVector::zeros(),
+            predicted: None,
+            last: Axes::zeros(),
+            left: None,
+        }
+    }
+
+    /// Where the tool will be under commands of zero, once those that are pending have acted.
+    fn free(&self, known: &[Vector3<f64>; 2]) -> [Axes; HORIZON] {
+        let mut states = *known;
+        let mut go_on = |command: Axes| {
+            for (axis, (state, held)) in states.iter_mut().zip(&self.held).enumerate() {
+                let [position, speed, net] = [state[0], state[1], command[axis] - state[2]];
+                state[0] = position + held.run * speed + held.b0 * net;
+                state[1] = held.decay * speed + held.push * net;
+            }
+            Axes::new(states[0][0], states[1][0])
+        };
+        for &command in &self.pending[..self.delay] {
+            go_on(command);
+        }
+        std::array::from_fn(|_| go_on(Axes::zeros()))
+    }
+
+    /// What acts in the coming period when `command` is given now.
+    fn acting(&mut self, command: Axes) -> Axes {
+        if self.delay == 0 {
+            return command;
+        }
+        let first = self.pending[0];
+        self.pending.copy_within(1..self.delay, 0);
+        self.pending[self.delay - 1] = command;
+        first
+    }
+
+    /// Predicted position `i` is so many samples ahead.
+    #[expect(clippy::cast_possible_wrap, reason = "at most the horizon and the longest delay")]
+    fn ahead(&self, i: usize) -> isize {
+        (i + 1 + self.delay) as isize
+    }
+
+    /// Where it will be under the planned commands.
+    fn planned(&self, free: &[Axes; HORIZON]) -> [Axes; HORIZON] {
+        std::array::from_fn(|i| {
+            let mut position = free[i];
+            for j in 0..=i {
+                for axis in 0..2 {
+                    position[axis] += self.responses[axis][i - j] * self.commands[axis * HORIZON + j];
+                }
+            }
+            position
+        })
+    }
+
+    /// Where the plan passes the path: never back to a piece that was left, nor on to one that the reference has not reached.
+    fn places(&mut self, window: &Window, pieces: &Pieces, planned: &[Axes; HORIZON]) -> [Place; HORIZON] {
+        let mut least = self.left.unwrap_or(window.ahead(0).number);
+        let places = std::array::from_fn(|i| {
+            let most = window.ahead(self.ahead(i)).number;
+            let place = pieces.nearest(planned[i], least..=most.max(least));
+            least = place.number;
+            place
+        });
+        self.left = Some(places[0].number);
+        places
+    }
+
+    /// The programme: distances from the path and lags along it, both linear at `places`, and changes of command.
+    fn program(
+        &self,
+        window: &Window,
+        free: &[Axes; HORIZON],
+        places: &[Place; HORIZON],
+    ) -> BoxProgram<COMMANDS> {
+        let mut hessian = SMatrix::<f64, COMMANDS, COMMANDS>::zeros();
+        let mut linear = SVector::<f64, COMMANDS>::zeros();
+        for (i, place) in places.iter().enumerate() {
+            let Place { point, normal, tangent, .. } = *place;
+            let behind = window.ahead(self.ahead(i)).along - place.along;
+            let share = self.weights.lag_share(behind - tangent.dot(&(place.expected - point)));
+            let off = free[i] - point;
+            let pull = normal * normal.dot(&off) + tangent * (share * (tangent.dot(&off) - behind));
+            let weigh = |a: usize, b: usize| normal[a] * normal[b] + share * tangent[a] * tangent[b];
+            let weights = [weigh(0, 0), weigh(0, 1), weigh(1, 1)];
+            for j in 0..=i {
+                let [gx, gy] = [self.responses[0][i - j], self.responses[1][i - j]];
+                linear[j] += gx * pull.x;
+                linear[HORIZON + j] += gy * pull.y;
+                for k in 0..=i {
+                    let [hx, hy] = [self.responses[0][i - k], self.responses[1][i - k]];
+                    hessian[(k, j)] += weights[0] * gx * hx;
+                    hessian[(HORIZON + k, HORIZON + j)] += weights[2] * gy * hy;
+                    hessian[(HORIZON + k, j)] += weights[1] * gx * hy;
+                }
+            }
+        }
+        for j in 0..HORIZON {
+            for k in 0..HORIZON {
+                hessian[(j, HORIZON + k)] = hessian[(HORIZON + k, j)];
+            }
+        }
+        self.weigh_changes(&mut hessian, &mut linear);
+        BoxProgram { hessian, linear, limit: self.limit }
+    }
+
+    /// Adds the cost of changes of command.
+    fn weigh_changes(
+        &self,
+        hessian: &mut SMatrix<f64, COMMANDS, COMMANDS>,
+        linear: &mut SVector<f64, COMMANDS>,
+    ) {
+        for axis in 0..2 {
+            let effort = self.weights.effort * self.held[axis].b0 * self.held[axis].b0;
+            let first = axis * HORIZON;
+            for j in first..first + HORIZON {
+                hessian[(j, j)] += effort;
+                if j > first {
+                    hessian[(j - 1, j - 1)] += effort;
+                    hessian[(j, j - 1)] -= effort;
+                    hessian[(j - 1, j)] -= effort;
+                }
+            }
+            linear[first] -= effort * self.last[axis];
+        }
+    }
+
+    /// The plan a sample later, its last command once more.
+    fn shift(&mut self) {
+        for first in [0, HORIZON] {
+            for j in first..first + HORIZON - 1 {
+                self.commands[j] = self.commands[j + 1];
+            }
+        }
+    }
+}
+
+impl Controller for Contouring {
+    fn step(&mut self, window: &Window, measured: Axes) -> Axes {
+        let known = [self.observers[0].see(measured.x), self.observers[1].see(measured.y)];
+        let free = self.free(&known);
+        let pieces = Pieces::around(window);
+        let mut planned = self.predicted.unwrap_or(std::array::from_fn(|i| window.position(self.ahead(i))));
+        for _ in 0..LOOKS {
+            let places = self.places(window, &pieces, &planned);
+            if let Some(commands) = self.program(window, &free, &places).solved(&self.commands) {
+                self.commands = commands;
+            }
+            planned = self.planned(&free);
+        }
+        let command = Axes::new(self.commands[0], self.commands[HORIZON]);
+        self.last = command;
+        let acting = self.acting(command);
+        self.observers[0].go_on(acting.x);
+        self.observers[1].go_on(acting.y);
+        // A sample later the first of these is now; the last is looked for where it is.
+        self.predicted = Some(std::array::from_fn(|i| planned[(i + 1).min(HORIZON - 1)]));
+        self.shift();
+        command
+    }
+}
+
+/// Positions after 1, 2, … samples of a bit held for the first.
+fn response(held: &Held) -> [f64; HORIZON] {
+    let (mut position, mut speed) = (held.b0, held.push);
+    std::array::from_fn(|_| {
+        let now = position;
+        position += held.run * speed;
+        speed *= held.decay;
+        now
+    })
+}
+
+/// A place `along` a piece; of a closed one, on the side of its seam on which the reference is.
+fn around(sample: &Sample, along: f64) -> f64 {
+    let length = sample.piece.length();
+    let off = along - (sample.along - sample.begins);
+    let turns = if sample.piece.is_closed() { (off / length).round() } else { 0.0 };
+    along - turns * length
+}
+
+/// A place of the path that a predicted position is nearest to.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    expected: Axes,
+    point: Axes,
+    /// From there to the position, or across the path.
+    normal: Axes,
+    tangent: Axes,
+    /// Along the path, pulses.
+    along: f64,
+    number: usize,
+}
+
+/// The pieces of the path on which the reference is or will be, or just was.
+struct Pieces {
+    pieces: [Option<Sample>; MOST_PIECES],
+    oldest: Sample,
+}
+
+impl Pieces {
+    fn around(window: &Window) -> Self {
+        let mut pieces = [None; MOST_PIECES];
+        let (mut found, mut last) = (0, None);
+        for i in 0..=2 * HORIZON + MOST_DELAY {
+            #[expect(clippy::cast_possible_wrap, reason = "at most twice the horizon and the longest delay")]
+            let sample = window.ahead(i as isize - HORIZON as isize);
+            if last != Some(sample.number) && found < MOST_PIECES {
+                pieces[found] = Some(*sample);
+                (found, last) = (found + 1, Some(sample.number));
+            }
+        }
+        #[expect(clippy::cast_possible_wrap, reason = "the horizon")]
+        let oldest = *window.ahead(-(HORIZON as isize));
+        Self { pieces, oldest }
+    }
+
+    /// The place nearest to `expected` on the pieces with these numbers; the later one of two.
+    fn nearest(&self, expected: Axes, numbers: std::ops::RangeInclusive<usize>) -> Place {
+        let allowed = self.pieces.iter().flatten().filter(|sample| numbers.contains(&sample.number));
+        let feet = allowed.map(|sample| (sample, sample.piece.nearest(expected)));
+        let distance_2 = |foot: &Foot| (foot.point - expected).norm_squared();
+        let best =
+            feet.reduce(|best, next| if distance_2(&next.1) <= distance_2(&best.1) { next } else { best });
+        // Where the tool fell so far behind that its piece is out of sight, the oldest one that is in sight.
+        let oldest = self.oldest;
+        let (sample, Foot { point, tangent, .. }) = best.unwrap_or((&oldest, oldest.piece.nearest(expected)));
+        let off = expected - point;
+        // Past a corner, the way to it.
+        let beside = off.dot(&tangent).abs() <= 1e-3 * off.norm();
+        let normal = if beside || off.norm() < 1e-3 { left_of(tangent) } else { off.normalize() };
+        let along = sample.begins + around(sample, sample.piece.along(expected));
+        Place { expected, point, normal, tangent, along, number: sample.number }
+    }
+}

@@ -1,0 +1,53 @@
+//! Feedforward of the drive's inverse (Fig. 5b, eq. (9)), with zero phase error.
+
+use super::{Belief, Controller};
+use crate::Axes;
+use crate::drive::Loop;
+use crate::reference::Window;
+
+/// `D0⁻¹(z)` with both zeros taken as unacceptable: the command under which an exact drive follows its reference by itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DriveInverse {
+    drives: [Loop; 2],
+}
+
+impl DriveInverse {
+    /// Of the drives that are believed in.
+    #[must_use]
+    pub fn new(belief: &Belief) -> Self {
+        // The open drive is a loop of gain 0 whose zeros count.
+        let open = belief.drives.map(|drive| {
+            let held = drive.held(belief.period_s);
+            Loop { poles: held.poles(), zeros: [held.b0, held.b1] }
+        });
+        Self { drives: open }
+    }
+
+    /// The command, bits.
+    #[must_use]
+    pub fn command(&self, window: &Window) -> Axes {
+        let on = |axis: usize| self.drives[axis].zero_phase(|ahead| window.position(ahead)[axis]);
+        Axes::new(on(0), on(1))
+    }
+}
+
+/// A P controller with the drive's inverse beside it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DriveFeedforward {
+    inverse: DriveInverse,
+    gain: f64,
+}
+
+impl DriveFeedforward {
+    /// With a P controller of `gain`, bits/pulse.
+    #[must_use]
+    pub fn new(belief: &Belief, gain: f64) -> Self {
+        Self { inverse: DriveInverse::new(belief), gain }
+    }
+}
+
+impl Controller for DriveFeedforward {
+    fn step(&mut self, window: &Window, measured: Axes) -> Axes {
+        self.inverse.command(window) + (window.position(0) - measured) * self.gain
+    }
+}

@@ -1,0 +1,38 @@
+//! Feedforward of the loop's exact inverse (Fig. 5a): perfect on paper, and ringing at half the sampling frequency, since the
+//! loop's zero lies close to −1.
+
+use super::zero_phase::loops;
+use super::{Belief, Controller};
+use crate::Axes;
+use crate::drive::Loop;
+use crate::reference::Window;
+
+/// `G0⁻¹(z)` before a P loop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExactInverse {
+    loops: [Loop; 2],
+    gain: f64,
+    before: Option<Axes>,
+}
+
+impl ExactInverse {
+    /// For a P controller of `gain`, bits/pulse.
+    #[must_use]
+    pub fn new(belief: &Belief, gain: f64) -> Self {
+        Self { loops: loops(belief, gain), gain, before: None }
+    }
+}
+
+impl Controller for ExactInverse {
+    fn step(&mut self, window: &Window, measured: Axes) -> Axes {
+        let before = self.before.unwrap_or(window.position(-1));
+        let on = |axis: usize| {
+            let Loop { poles: [a0, a1, a2], zeros: [b0, b1] } = self.loops[axis];
+            let wanted = |ahead: isize| window.position(ahead)[axis];
+            (a0 * wanted(1) + a1 * wanted(0) + a2 * wanted(-1) - b1 * before[axis]) / b0
+        };
+        let reference = Axes::new(on(0), on(1));
+        self.before = Some(reference);
+        (reference - measured) * self.gain
+    }
+}

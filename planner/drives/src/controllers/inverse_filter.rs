@@ -1,0 +1,50 @@
+//! The inverse compensation filter, IKF (section 4.3): a low-pass filter before ZPETC. The paper gives no filter; two poles of
+//! 10 ms reproduce its text.
+
+use super::zero_phase::ZeroPhase;
+use super::{Belief, Controller};
+use crate::Axes;
+use crate::reference::Window;
+
+/// ZPETC behind a low-pass filter of two equal poles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InverseFilter {
+    zero_phase: ZeroPhase,
+    share: f64,
+    poles: Option<[Axes; 2]>,
+    /// Filtered references one sample ago to two ahead.
+    filtered: [Axes; 4],
+}
+
+/// The filter's poles, s.
+pub const FILTER_S: f64 = 0.010;
+
+impl InverseFilter {
+    /// For a P controller of `gain`, bits/pulse.
+    #[must_use]
+    pub fn new(belief: &Belief, gain: f64) -> Self {
+        Self {
+            zero_phase: ZeroPhase::new(belief, gain),
+            share: -(-belief.period_s / FILTER_S).exp_m1(),
+            poles: None,
+            filtered: [Axes::zeros(); 4],
+        }
+    }
+}
+
+impl Controller for InverseFilter {
+    fn step(&mut self, window: &Window, measured: Axes) -> Axes {
+        // The filter runs two samples ahead of what is due.
+        let newest = window.position(2);
+        let [first, second] = self.poles.get_or_insert([window.position(-1); 2]);
+        if self.filtered == [Axes::zeros(); 4] {
+            self.filtered = [*second; 4];
+        }
+        *first += (newest - *first) * self.share;
+        *second += (*first - *second) * self.share;
+        self.filtered.rotate_left(1);
+        self.filtered[3] = *second;
+        let filtered = self.filtered;
+        self.zero_phase.command(|ahead| filtered[usize::try_from(ahead + 1).unwrap_or(0).min(3)], measured)
+    }
+}

@@ -1,0 +1,165 @@
+//! Every controller by name.
+
+use super::adaptive::Adaptive;
+use super::contouring::{self, Contouring};
+use super::cross_coupling::CrossCoupling;
+use super::drive_feedforward::DriveFeedforward;
+use super::exact_inverse::ExactInverse;
+use super::inverse_filter::InverseFilter;
+use super::matching::Matching;
+use super::optimal::{Index, linear_quadratic};
+use super::optimal_cross_coupling::OptimalCrossCoupling;
+use super::pid::{Pid, Structure};
+use super::predictive::{self, Predictive};
+use super::proportional::Proportional;
+use super::repetitive::Repetitive;
+use super::selection::Environment;
+use super::state_feedback::StateFeedback;
+use super::zero_phase::ZeroPhase;
+use super::{Belief, Controller};
+use crate::plant::MOST_DELAY;
+use crate::profile::Gains;
+
+/// A kind of controller.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[expect(missing_docs, reason = "titles say what they are")]
+pub enum Kind {
+    P,
+    Pid,
+    PidB,
+    PidC,
+    PidD,
+    StateFeedback,
+    ExactInverse,
+    DriveFeedforward,
+    Zpetc,
+    Ikf,
+    Ccc,
+    CccFeedforward,
+    Lq,
+    OptimalCcc,
+    Gpc,
+    AdaptiveZpetc,
+    Matching,
+    Repetitive,
+    Selection,
+    Contouring,
+}
+
+/// What a controller is built from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setting {
+    /// What it believes of its drives.
+    pub belief: Belief,
+    /// Gains of the paper's controllers.
+    pub gains: Gains,
+    /// What the selection rests on.
+    pub environment: Environment,
+    /// Samples of a round, where the path repeats.
+    pub round: Option<usize>,
+}
+
+impl Kind {
+    /// All of them, in the paper's order.
+    pub const ALL: [Self; 20] = [
+        Self::P,
+        Self::Pid,
+        Self::PidB,
+        Self::PidC,
+        Self::PidD,
+        Self::StateFeedback,
+        Self::ExactInverse,
+        Self::DriveFeedforward,
+        Self::Zpetc,
+        Self::Ikf,
+        Self::Ccc,
+        Self::CccFeedforward,
+        Self::Lq,
+        Self::OptimalCcc,
+        Self::Gpc,
+        Self::AdaptiveZpetc,
+        Self::Matching,
+        Self::Repetitive,
+        Self::Selection,
+        Self::Contouring,
+    ];
+
+    /// Its short name, and what it is.
+    #[must_use]
+    pub fn names(self) -> (&'static str, &'static str) {
+        match self {
+            Self::P => ("p", "P"),
+            Self::Pid => ("pid", "PID"),
+            Self::PidB => ("pid-b", "PID, D of the position (Fig. 4b)"),
+            Self::PidC => ("pid-c", "I-PD (Fig. 4c)"),
+            Self::PidD => ("pid-d", "P around PI (Fig. 4d)"),
+            Self::StateFeedback => ("state-feedback", "state feedback with I"),
+            Self::ExactInverse => ("exact-inverse", "P with exact inverse (Fig. 5a)"),
+            Self::DriveFeedforward => ("drive-ff", "P with drive feedforward (Fig. 5b)"),
+            Self::Zpetc => ("zpetc", "ZPETC"),
+            Self::Ikf => ("ikf", "IKF"),
+            Self::Ccc => ("ccc", "CCC"),
+            Self::CccFeedforward => ("ccc-ff", "CCC with drive feedforward (Fig. 23)"),
+            Self::Lq => ("lq", "optimal (LQ)"),
+            Self::OptimalCcc => ("optimal-ccc", "optimal CCC"),
+            Self::Gpc => ("gpc", "GPC"),
+            Self::AdaptiveZpetc => ("adaptive-zpetc", "adaptive ZPETC"),
+            Self::Matching => ("matching", "adaptive matching"),
+            Self::Repetitive => ("repetitive", "repetitive P"),
+            Self::Selection => ("selection", "flexible selection (section 8)"),
+            Self::Contouring => ("contouring", "contouring MPC with observer"),
+        }
+    }
+
+    /// How many samples ahead it looks.
+    #[must_use]
+    pub fn preview(self) -> usize {
+        match self {
+            Self::Contouring => contouring::HORIZON + MOST_DELAY,
+            Self::Gpc => predictive::HORIZON,
+            // Zero-phase inverses look two samples ahead.
+            _ => 2,
+        }
+    }
+
+    /// The kind with this short name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.names().0 == name)
+    }
+
+    /// A controller of this kind at rest; `None` where there is none for this setting: a repetitive one for a path that does
+    /// not repeat, an optimum that does not exist.
+    #[must_use]
+    pub fn built(self, setting: &Setting) -> Option<Box<dyn Controller>> {
+        let Setting { belief, gains: Gains { proportional, pid, cross_coupling }, .. } = *setting;
+        let period_s = belief.period_s;
+        let in_structure = |structure| Box::new(Pid::new(structure, pid, period_s));
+        let coupled = CrossCoupling::new(&belief, proportional, cross_coupling);
+        Some(match self {
+            Self::P => Box::new(Proportional { gain: proportional }),
+            Self::Pid => in_structure(Structure::OnError),
+            Self::PidB => in_structure(Structure::DerivativeOnPosition),
+            Self::PidC => in_structure(Structure::IntegralOnError),
+            // Its speed loop is the derivative.
+            Self::PidD if pid.derivative == 0.0 => return None,
+            Self::PidD => in_structure(Structure::Cascade),
+            Self::StateFeedback => Box::new(StateFeedback::new(&belief)),
+            Self::ExactInverse => Box::new(ExactInverse::new(&belief, proportional)),
+            Self::DriveFeedforward => Box::new(DriveFeedforward::new(&belief, proportional)),
+            Self::Zpetc => Box::new(ZeroPhase::new(&belief, proportional)),
+            Self::Ikf => Box::new(InverseFilter::new(&belief, proportional)),
+            Self::Ccc => Box::new(coupled),
+            Self::CccFeedforward => Box::new(coupled.with_feedforward(&belief)),
+            Self::Lq => Box::new(linear_quadratic(&belief, Index::default())),
+            Self::OptimalCcc => Box::new(OptimalCrossCoupling::new(&belief, Index::default())?),
+            Self::Gpc => Box::new(Predictive::new(&belief)?),
+            Self::AdaptiveZpetc => Box::new(Adaptive::new(&belief, proportional)),
+            Self::Matching => Box::new(Matching::new(&belief, proportional)),
+            Self::Repetitive => Box::new(Repetitive::new(&belief, proportional, setting.round?)),
+            // One of those above, never itself.
+            Self::Selection => return setting.environment.choice().built(setting),
+            Self::Contouring => Box::new(Contouring::new(&belief)),
+        })
+    }
+}

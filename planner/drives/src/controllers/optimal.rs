@@ -1,0 +1,111 @@
+//! Optimal control (section 6.1): gains that minimise a quadratic performance index, by the Riccati equation.
+
+use nalgebra::{RowVector3, SMatrix, Vector3};
+
+use super::Belief;
+use super::state_feedback::{StateFeedback, StateGains};
+use crate::drive::Held;
+
+/// What is weighed: `Σ e² + integral·(∫e)² + effort·u²`, e in pulses, u in terms of the speed it comes to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Index {
+    /// Of the integral of the error, 1/s².
+    pub integral: f64,
+    /// Of the command, in terms of its speed: s².
+    pub effort: f64,
+}
+
+impl Default for Index {
+    /// About as quick as the paper's PID.
+    fn default() -> Self {
+        Self { integral: 100.0, effort: 1e-4 }
+    }
+}
+
+/// Iterations of the Riccati equation, far more than it takes.
+const RICCATI: u32 = 20_000;
+
+/// The gain K of `u = −K·x` that minimises `Σ xᵀQx + uᵀRu` under `x' = Ax + Bu`; `None` where the iteration finds none.
+#[must_use]
+pub fn regulator<const N: usize, const M: usize>(
+    step: &SMatrix<f64, N, N>,
+    input: &SMatrix<f64, N, M>,
+    state_cost: &SMatrix<f64, N, N>,
+    input_cost: &SMatrix<f64, M, M>,
+    inverse: impl Fn(SMatrix<f64, M, M>) -> Option<SMatrix<f64, M, M>>,
+) -> Option<SMatrix<f64, M, N>> {
+    let mut value = *state_cost;
+    let mut gain = SMatrix::<f64, M, N>::zeros();
+    for _ in 0..RICCATI {
+        let push = input.transpose() * value;
+        let next = inverse(input_cost + push * input)? * push * step;
+        let settled = (next - gain).amax() <= 1e-12 * next.amax();
+        gain = next;
+        if settled {
+            return Some(gain);
+        }
+        let closed = step - input * gain;
+        value = state_cost + gain.transpose() * input_cost * gain + closed.transpose() * value * closed;
+    }
+    None
+}
+
+/// One axis with the integral of its position: position, speed, integral.
+#[must_use]
+pub(super) fn augmented(held: &Held, period_s: f64) -> (SMatrix<f64, 3, 3>, Vector3<f64>) {
+    let step = SMatrix::<f64, 3, 3>::from_rows(&[
+        RowVector3::new(1.0, held.run, 0.0),
+        RowVector3::new(0.0, held.decay, 0.0),
+        RowVector3::new(period_s, 0.0, 1.0),
+    ]);
+    (step, Vector3::new(held.b0, held.push, 0.0))
+}
+
+/// LQ state feedback with integral action for each axis; pole placement where the index has no optimum.
+#[must_use]
+pub fn linear_quadratic(belief: &Belief, index: Index) -> StateFeedback {
+    let gains = belief.drives.map(|drive| {
+        let (step, input) = augmented(&drive.held(belief.period_s), belief.period_s);
+        let state_cost = SMatrix::<f64, 3, 3>::from_diagonal(&Vector3::new(1.0, 0.0, index.integral));
+        let input_cost = SMatrix::<f64, 1, 1>::new(index.effort * drive.gain * drive.gain);
+        let one_over = |m: SMatrix<f64, 1, 1>| m.try_inverse();
+        regulator(&step, &input, &state_cost, &input_cost, one_over).map_or_else(
+            || StateGains::placing(drive),
+            |gain| StateGains { position: gain[0], speed: gain[1], integral: gain[2] },
+        )
+    });
+    StateFeedback::with(gains, belief.period_s)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drive::Drive;
+
+    /// No other gain near the optimum costs less.
+    #[test]
+    fn gain_is_the_cheapest() {
+        let held = Drive { gain: 10.0, time_constant_s: 0.045 }.held(0.004);
+        let (step, input) = augmented(&held, 0.004);
+        let q = SMatrix::<f64, 3, 3>::from_diagonal(&Vector3::new(1.0, 0.0, 100.0));
+        let r = SMatrix::<f64, 1, 1>::new(0.01);
+        let gain = regulator(&step, &input, &q, &r, |m| m.try_inverse()).unwrap();
+        let cost = |gain: &SMatrix<f64, 1, 3>| {
+            let (mut x, mut sum) = (Vector3::new(1.0, 0.0, 0.0), 0.0);
+            for _ in 0..5000 {
+                let u = -(gain * x)[0];
+                sum += (x.transpose() * q * x)[0] + 0.01 * u * u;
+                x = step * x + input * u;
+            }
+            sum
+        };
+        let least = cost(&gain);
+        for i in 0..3 {
+            for share in [0.97, 1.03] {
+                let mut other = gain;
+                other[i] *= share;
+                assert!(cost(&other) > least, "{i} {share}");
+            }
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! Optimal cross-coupling (section 6.1; Kulkarni & Srinivasan 1989): the contour error stands in the performance index, so that
+//! the gains of both axes depend on the direction of the path. They are computed beforehand for a table of directions.
+
+use nalgebra::{Matrix2, SMatrix, SVector};
+
+use super::cross_coupling::ContourError;
+use super::optimal::{Index, augmented};
+use super::speed::Speed;
+use super::{Belief, Controller, optimal};
+use crate::Axes;
+use crate::path::left_of;
+use crate::reference::Window;
+
+type Gain = SMatrix<f64, 2, 6>;
+
+/// Directions in half a turn: an index does not tell there from back.
+const DIRECTIONS: usize = 48;
+/// A pulse of contour error weighs as much as so many of tracking error, squared.
+const CONTOUR: f64 = 25.0;
+
+/// The controller; its table is made once.
+#[derive(Clone, Debug)]
+pub struct OptimalCrossCoupling {
+    gains: Box<[Gain; DIRECTIONS]>,
+    period_s: f64,
+    speed: Speed,
+    /// Integral of the error, carried along with the path: its part along the path stays along it.
+    sum: Axes,
+    tangent: Option<Axes>,
+}
+
+impl OptimalCrossCoupling {
+    /// For this index, to which the contour error is added. `None` where it has no optimum.
+    #[must_use]
+    pub fn new(belief: &Belief, index: Index) -> Option<Self> {
+        let mut gains = Box::new([Gain::zeros(); DIRECTIONS]);
+        for (number, gain) in gains.iter_mut().enumerate() {
+            #[expect(clippy::cast_precision_loss, reason = "a small count")]
+            let angle = std::f64::consts::PI * number as f64 / DIRECTIONS as f64;
+            *gain = along(belief, index, Axes::new(angle.cos(), angle.sin()))?;
+        }
+        Some(Self {
+            gains,
+            period_s: belief.period_s,
+            speed: Speed::new(belief.period_s),
+            sum: Axes::zeros(),
+            tangent: None,
+        })
+    }
+
+    /// Between the two directions of the table that are next to `tangent`.
+    #[expect(
+        clippy::cast_precision_loss,
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a small count"
+    )]
+    fn gain(&self, tangent: Axes) -> Gain {
+        let turn = tangent.y.atan2(tangent.x).rem_euclid(std::f64::consts::PI) / std::f64::consts::PI;
+        let place = turn * DIRECTIONS as f64;
+        let (first, share) = (place.floor(), place.fract());
+        let first = first as usize % DIRECTIONS;
+        self.gains[first] * (1.0 - share) + self.gains[(first + 1) % DIRECTIONS] * share
+    }
+}
+
+/// The gain for a path in this direction: positions, speeds, integrals of both axes.
+fn along(belief: &Belief, index: Index, tangent: Axes) -> Option<Gain> {
+    let normal = left_of(tangent);
+    let weight = Matrix2::identity() + normal * normal.transpose() * CONTOUR;
+    let mut step = SMatrix::<f64, 6, 6>::zeros();
+    let mut input = SMatrix::<f64, 6, 2>::zeros();
+    let mut state_cost = SMatrix::<f64, 6, 6>::zeros();
+    let mut input_cost = Matrix2::zeros();
+    for (axis, drive) in belief.drives.iter().enumerate() {
+        let (alone, push) = augmented(&drive.held(belief.period_s), belief.period_s);
+        for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
+            step[(2 * i + axis, 2 * j + axis)] = alone[(i, j)];
+        }
+        for i in 0..3 {
+            input[(2 * i + axis, axis)] = push[i];
+        }
+        input_cost[(axis, axis)] = index.effort * drive.gain * drive.gain;
+    }
+    state_cost.fixed_view_mut::<2, 2>(0, 0).copy_from(&weight);
+    state_cost.fixed_view_mut::<2, 2>(4, 4).copy_from(&(weight * index.integral));
+    optimal::regulator(&step, &input, &state_cost, &input_cost, |m| m.try_inverse())
+}
+
+/// `vector` turned as `from` turned to `to`, both of length 1.
+fn turned(vector: Axes, from: Axes, to: Axes) -> Axes {
+    to * vector.dot(&from) + left_of(to) * vector.dot(&left_of(from))
+}
+
+impl Controller for OptimalCrossCoupling {
+    fn step(&mut self, window: &Window, measured: Axes) -> Axes {
+        let foot = &window.ahead(0).foot;
+        // Along the path the tracking error, across it the contour error of eqs. (15) to (17).
+        let along = (foot.point - measured).dot(&foot.tangent);
+        let across = ContourError::modelled(foot, measured).error;
+        let error = foot.tangent * along + left_of(foot.tangent) * across;
+        let speed = self.speed.see(measured);
+        let before = self.tangent.replace(foot.tangent).unwrap_or(foot.tangent);
+        self.sum = turned(self.sum, before, foot.tangent) + error * self.period_s;
+        let state = SVector::<f64, 6>::new(-error.x, -error.y, speed.x, speed.y, -self.sum.x, -self.sum.y);
+        -(self.gain(foot.tangent) * state)
+    }
+}

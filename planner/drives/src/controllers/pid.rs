@@ -1,0 +1,90 @@
+//! PID in the structures of Fig. 4 (section 3.2). The figure is lost; (a) is "the most common structure", (b) becomes state
+//! feedback of position and velocity "without the integral action", (c) and (d) are the remaining practical ones that the paper
+//! cites: I-PD, and a P position loop around a PI velocity loop.
+
+use serde::{Deserialize, Serialize};
+
+use super::Controller;
+use super::law::{Law, PidGains};
+use super::speed::Speed;
+use crate::Axes;
+use crate::reference::Window;
+
+/// Where the three actions stand.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Structure {
+    /// (a) All of the error.
+    #[default]
+    OnError,
+    /// (b) P and I of the error, D of the measured position.
+    DerivativeOnPosition,
+    /// (c) I of the error, P and D of the measured position.
+    IntegralOnError,
+    /// (d) P of the position error is the wanted speed; PI of the speed's error is the command.
+    Cascade,
+}
+
+/// A PID controller for each axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pid {
+    structure: Structure,
+    gains: PidGains,
+    period_s: f64,
+    laws: [Law; 2],
+    speed: Speed,
+    sum: Axes,
+    /// Where it began.
+    began: Option<Axes>,
+}
+
+impl Pid {
+    /// At rest.
+    #[must_use]
+    pub fn new(structure: Structure, gains: PidGains, period_s: f64) -> Self {
+        let laws = [Law::new(gains, period_s); 2];
+        Self {
+            structure,
+            gains,
+            period_s,
+            laws,
+            speed: Speed::new(period_s),
+            sum: Axes::zeros(),
+            began: None,
+        }
+    }
+
+    /// (b) and (c): `proportion` is what P acts on.
+    fn on_position(&mut self, proportion: Axes, error: Axes, measured: Axes) -> Axes {
+        let speed = self.speed.see(measured);
+        self.sum += error * self.period_s;
+        let PidGains { proportional, integral, derivative } = self.gains;
+        proportion * proportional + self.sum * integral - speed * derivative
+    }
+
+    /// (d): `Kd` is the gain of the speed loop, so that without its integral it is (b) without I; that integral makes up the
+    /// speed's own error at the rate of (b)'s.
+    fn cascade(&mut self, error: Axes, measured: Axes) -> Axes {
+        let speed = self.speed.see(measured);
+        let PidGains { proportional, integral, derivative } = self.gains;
+        let wanted = error * (proportional / derivative);
+        let off = wanted - speed;
+        self.sum += off * self.period_s;
+        off * derivative + self.sum * (integral * derivative / proportional)
+    }
+}
+
+impl Controller for Pid {
+    fn step(&mut self, window: &Window, measured: Axes) -> Axes {
+        let error = window.position(0) - measured;
+        match self.structure {
+            Structure::OnError => Axes::new(self.laws[0].step(error.x), self.laws[1].step(error.y)),
+            Structure::DerivativeOnPosition => self.on_position(error, error, measured),
+            Structure::IntegralOnError => {
+                let began = *self.began.get_or_insert(measured);
+                self.on_position(began - measured, error, measured)
+            }
+            Structure::Cascade => self.cascade(error, measured),
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! Generalised predictive control, GPC (section 6.2; Boucher et al. 1990): a CARIMA model of each axis, the increments of command
+//! that bring the predicted positions to the reference, of which the first is applied.
+
+use nalgebra::{SMatrix, SVector};
+
+use super::{Belief, Controller};
+use crate::Axes;
+use crate::drive::Held;
+use crate::reference::Window;
+
+/// Samples that are predicted.
+pub const HORIZON: usize = 15;
+/// Weight of an increment, in terms of the position it brings about in a sample.
+const EFFORT: f64 = 1600.0;
+
+/// `A(z⁻¹)·Δ·p = B(z⁻¹)·Δu` of one axis in motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Axis {
+    /// −ã1, −ã2, −ã3 of `(1 − z⁻¹)²(1 − e·z⁻¹)`.
+    recursion: [f64; 3],
+    zeros: [f64; 2],
+    /// First row of `(GᵀG + lambda)⁻¹Gᵀ`.
+    row: SVector<f64, HORIZON>,
+    /// The last three positions, newest first.
+    positions: Option<[f64; 3]>,
+    /// The last command and its increment.
+    command: f64,
+    increment: f64,
+}
+
+impl Axis {
+    /// `None` where the weights are not positive.
+    fn new(held: &Held) -> Option<Self> {
+        let [_, a1, a2] = held.poles();
+        let mut axis = Self {
+            recursion: [1.0 - a1, a1 - a2, a2],
+            zeros: [held.b0, held.b1],
+            row: SVector::zeros(),
+            positions: None,
+            command: 0.0,
+            increment: 0.0,
+        };
+        // Positions after a unit increment.
+        let answer = axis.predicted([0.0; 3], [1.0, 0.0]);
+        let by_increments =
+            SMatrix::<f64, HORIZON, HORIZON>::from_fn(|i, j| if i >= j { answer[i - j] } else { 0.0 });
+        let mut normal = by_increments.transpose() * by_increments;
+        normal += SMatrix::identity() * (EFFORT * held.b0 * held.b0);
+        let inverse = normal.try_inverse()?;
+        axis.row = (inverse * by_increments.transpose()).row(0).transpose();
+        Some(axis)
+    }
+
+    /// The coming positions after `past` ones, newest first, under these increments now and a sample ago, and none later.
+    fn predicted(&self, mut past: [f64; 3], [mut now, mut before]: [f64; 2]) -> SVector<f64, HORIZON> {
+        SVector::from_fn(|_, _| {
+            let old: f64 = self.recursion.iter().zip(past).map(|(c, p)| c * p).sum();
+            let next = old + self.zeros[0] * now + self.zeros[1] * before;
+            past = [next, past[0], past[1]];
+            (now, before) = (0.0, now);
+            next
+        })
+    }
+
+    fn step(&mut self, wanted: impl Fn(isize) -> f64, measured: f64, limit: f64) -> f64 {
+        let [first, second, _] = self.positions.unwrap_or([measured; 3]);
+        let past = [measured, first, second];
+        self.positions = Some(past);
+        let free = self.predicted(past, [0.0, self.increment]);
+        let off = SVector::<f64, HORIZON>::from_fn(|i, _| wanted(count(i) + 1) - free[i]);
+        // What the amplifier cuts off was no increment.
+        let command = (self.command + self.row.dot(&off)).clamp(-limit, limit);
+        self.increment = command - self.command;
+        self.command = command;
+        command
+    }
+}
+
+#[expect(clippy::cast_possible_wrap, reason = "at most the horizon")]
+fn count(samples: usize) -> isize {
+    samples as isize
+}
+
+/// GPC of each axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Predictive {
+    axes: [Axis; 2],
+    limit: f64,
+}
+
+impl Predictive {
+    /// For drives that are believed in; `None` where no gain can be computed.
+    #[must_use]
+    pub fn new(belief: &Belief) -> Option<Self> {
+        let [x, y] = belief.drives.map(|drive| Axis::new(&drive.held(belief.period_s)));
+        Some(Self { axes: [x?, y?], limit: belief.limit.unwrap_or(f64::INFINITY) })
+    }
+}
+
+impl Controller for Predictive {
+    fn step(&mut self, window: &Window, measured: Axes) -> Axes {
+        let [x, y] = &mut self.axes;
+        Axes::new(
+            x.step(|ahead| window.position(ahead).x, measured.x, self.limit),
+            y.step(|ahead| window.position(ahead).y, measured.y, self.limit),
+        )
+    }
+}

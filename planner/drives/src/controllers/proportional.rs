@@ -1,0 +1,18 @@
+//! The P controller (section 3.1); eq. (7) recommends its gain: [`recommended_gain`](keepout_studies::koren_lo::equations::recommended_gain).
+
+use super::Controller;
+use crate::Axes;
+use crate::reference::Window;
+
+/// `U = Kp·E` on each axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Proportional {
+    /// Kp, bits/pulse.
+    pub gain: f64,
+}
+
+impl Controller for Proportional {
+    fn step(&mut self, window: &Window, measured: Axes) -> Axes {
+        (window.position(0) - measured) * self.gain
+    }
+}

@@ -1,0 +1,92 @@
+//! The flexible selection of section 8 and Fig. 23: which controller suits the contour, the feed, the model and the amplifier.
+
+use super::kind::Kind;
+use crate::drive::Drive;
+use crate::path::{CORNER_COS, Piece};
+use crate::plant::Friction;
+use crate::profile::DriveProfile;
+use crate::run::Task;
+
+/// What the choice rests on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Environment {
+    /// The share by which drives can be other than is believed.
+    pub model_error: f64,
+    /// The quickest turn of the path's direction on its curves, rad/s.
+    pub turning: f64,
+    /// Whether the path has corners.
+    pub corners: bool,
+    /// Whether anything disturbs the axes.
+    pub disturbed: bool,
+    /// Whether the axes are alike, to the model error or 1 %.
+    pub matched: bool,
+    /// Whether an inverse of the drive asks for more than the amplifier gives when the feed comes up.
+    pub saturates: bool,
+}
+
+/// Feedforward is worth its while up to this: alone, only "when the modeling error is less than 0.5%"; cross-coupling beside it
+/// leaves room for 1 %.
+const WELL_KNOWN: f64 = 0.01;
+/// From here on a curve is a quick one, rad/s: 0.4 m/min on the paper's circle.
+const QUICK: f64 = 1.0 / 3.0;
+
+impl Environment {
+    /// Of a task whose drives are known to the share `model_error`.
+    #[must_use]
+    pub fn of(task: &Task, model_error: f64) -> Self {
+        let pieces = task.path.pieces();
+        let turning =
+            pieces.iter().map(|piece| piece.at(0.0).curvature.abs() * task.feed).fold(0.0, f64::max);
+        let turns =
+            |pair: &[Piece]| pair[0].at(pair[0].length()).tangent.dot(&pair[1].at(0.0).tangent) < CORNER_COS;
+        let [x, y] = task.plant.drives();
+        let alike = |a: f64, b: f64| (a - b).abs() <= model_error.max(0.01) * a.max(b);
+        let jump =
+            |drive: Drive| task.feed / drive.gain / -(-task.plant.period_s / drive.time_constant_s).exp_m1();
+        Self {
+            model_error,
+            turning,
+            corners: pieces.windows(2).any(turns),
+            disturbed: task.cutting.is_some()
+                || task.plant.axes.iter().any(|axis| axis.friction != Friction::None),
+            matched: alike(x.gain, y.gain) && alike(x.time_constant_s, y.time_constant_s),
+            saturates: task.plant.limit.is_some_and(|limit| jump(x).max(jump(y)) > limit),
+        }
+    }
+
+    /// Of a machine that is steered by hand: nothing is known of the path.
+    #[must_use]
+    pub fn of_hand(profile: &DriveProfile) -> Self {
+        let model_error = profile.uncertainty.largest();
+        Self {
+            model_error,
+            turning: f64::INFINITY,
+            corners: true,
+            disturbed: true,
+            matched: false,
+            saturates: true,
+        }
+    }
+
+    /// The choice, by the rules of section 8:
+    ///
+    /// 1. P "only when cutting a contour on a machine with small friction, small cutting loads, small mismatch in axial
+    ///    parameters, and conventional feedrates";
+    /// 2. the filter where corners and the amplifier's limit meet a well-known, undisturbed machine (Fig. 18);
+    /// 3. cross-coupling with feedforward where the model is well known and the contour bends at high feed (Fig. 23);
+    /// 4. cross-coupling "under any condition".
+    #[must_use]
+    pub fn choice(&self) -> Kind {
+        let well_known = self.model_error <= WELL_KNOWN;
+        let bends = self.corners || self.turning >= QUICK;
+        if !self.disturbed && self.matched && !bends {
+            Kind::P
+        } else if well_known && self.corners && self.saturates && !self.disturbed {
+            Kind::Ikf
+        } else if well_known && bends && !self.saturates {
+            Kind::CccFeedforward
+        } else {
+            Kind::Ccc
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! State feedback of position and speed with integral action (section 3.3), by pole placement.
+
+use super::speed::Speed;
+use super::{Belief, Controller};
+use crate::Axes;
+use crate::drive::Drive;
+use crate::reference::Window;
+
+/// Gains of a state that is augmented by the integral of its error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StateGains {
+    /// Of the position's error, bits/pulse.
+    pub position: f64,
+    /// Of the speed, bits·s/pulse.
+    pub speed: f64,
+    /// Of the integral of the error, bits/(pulse·s).
+    pub integral: f64,
+}
+
+/// The poles' frequency, in terms of 1/tau.
+const QUICKNESS: f64 = 1.2;
+
+impl StateGains {
+    /// That place the poles of `tau·s³ + (1 + K·ks)s² + K·kp·s + K·ki` at `−w` and at `w` damped by 0.707.
+    #[must_use]
+    pub fn placing(drive: Drive) -> Self {
+        let tau = drive.time_constant_s;
+        let w = QUICKNESS / tau;
+        let spread = 1.0 + std::f64::consts::SQRT_2;
+        Self {
+            position: tau * w * w * spread / drive.gain,
+            speed: (tau * w * spread - 1.0) / drive.gain,
+            integral: tau * w * w * w / drive.gain,
+        }
+    }
+}
+
+/// State feedback on each axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StateFeedback {
+    gains: [StateGains; 2],
+    period_s: f64,
+    speed: Speed,
+    sum: Axes,
+}
+
+impl StateFeedback {
+    /// By pole placement.
+    #[must_use]
+    pub fn new(belief: &Belief) -> Self {
+        Self::with(belief.drives.map(StateGains::placing), belief.period_s)
+    }
+
+    /// With these gains for X and Y.
+    #[must_use]
+    pub fn with(gains: [StateGains; 2], period_s: f64) -> Self {
+        Self { gains, period_s, speed: Speed::new(period_s), sum: Axes::zeros() }
+    }
+}
+
+impl Controller for StateFeedback {
+    fn step(&mut self, window: &Window, measured: Axes) -> Axes {
+        let error = window.position(0) - measured;
+        let speed = self.speed.see(measured);
+        self.sum += error * self.period_s;
+        let on = |axis: usize| {
+            let StateGains { position, speed: by_speed, integral } = self.gains[axis];
+            position * error[axis] - by_speed * speed[axis] + integral * self.sum[axis]
+        };
+        Axes::new(on(0), on(1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn poles_are_where_they_were_placed() {
+        let drive = Drive { gain: 10.0, time_constant_s: 0.045 };
+        let gains = StateGains::placing(drive);
+        let w = QUICKNESS / 0.045;
+        // s = −w is a root.
+        let at = |s: f64| {
+            0.045 * s.powi(3)
+                + (1.0 + 10.0 * gains.speed) * s * s
+                + 10.0 * gains.position * s
+                + 10.0 * gains.integral
+        };
+        assert!(at(-w).abs() < 1e-9 * 0.045 * w.powi(3), "{}", at(-w));
+    }
+}

@@ -1,0 +1,56 @@
+//! A path as a simulated controller's interpolator gives it to the drives: slower for corners, from rest to rest.
+
+use keepout_planner::machine::MachineProfile;
+
+use crate::Axes;
+use crate::interpolator::{Drives, Motion};
+use crate::path::{Path, Piece};
+use crate::profile::{DriveProfile, Interpolator};
+use crate::reference::{AT_REST, Sample};
+use crate::stream::Stream;
+
+/// A path of straight blocks, and its samples.
+#[derive(Clone, Debug)]
+pub struct Interpolated {
+    /// In pulses.
+    pub path: Path,
+    /// From rest to rest, and half a second on.
+    pub samples: Vec<Sample>,
+}
+
+/// How long the reference stays at the end of the path, s; said of [`Interpolated::samples`], too.
+pub const SETTLES_S: f64 = 0.5;
+
+/// Drives through `points`, mm, at `feed_mm_s`. The first is where it begins.
+#[must_use]
+pub fn interpolated(
+    points_mm: &[(f64, f64)],
+    feed_mm_s: f64,
+    interpolator: &Interpolator,
+    profile: &DriveProfile,
+) -> Interpolated {
+    let pulses = |(x, y): (f64, f64)| Axes::new(x, y) * profile.pulses_per_mm;
+    let start = points_mm.first().copied().unwrap_or_default();
+    let machine = MachineProfile {
+        max_rate_mm_s: interpolator.max_rate_mm_s,
+        acceleration_mm_s2: interpolator.acceleration_mm_s2,
+        ..MachineProfile::simulated()
+    };
+    let mut motion = Motion::new(Drives::of(&machine, interpolator.junction_deviation_mm), start);
+    for &point in points_mm.iter().skip(1) {
+        motion.push(point, feed_mm_s, 1e-9);
+    }
+    let mut stream = Stream::at_rest(pulses(start), AT_REST).keeping_all();
+    while motion.queued() > 0 {
+        motion.advance(profile.period_s, |corner| stream.pass(pulses(corner)));
+        stream.pass(pulses(motion.position()));
+        stream.tick(profile.period_s);
+    }
+    let mut rests = 0.0;
+    while rests < SETTLES_S {
+        stream.tick(profile.period_s);
+        rests += profile.period_s;
+    }
+    let lines = points_mm.windows(2).map(|pair| Piece::Line { from: pulses(pair[0]), to: pulses(pair[1]) });
+    Interpolated { path: Path::of(lines.collect()), samples: stream.samples().to_vec() }
+}

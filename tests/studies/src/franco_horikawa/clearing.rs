@@ -1,0 +1,219 @@
+//! Clearing stock: how long it takes to mill the same stock away by hand, and what is left of what lies nearer.
+
+use std::time::Duration;
+
+use keepout_sim::operator::Rounds;
+use serde::{Deserialize, Serialize};
+
+use super::attempt::real as number;
+use super::invasion::prohibited;
+use super::modules::distance;
+use super::ours::Ours;
+use super::paper::Paper;
+use super::scenario::{Mm, Shape, StudyError};
+
+/// Stock that everybody can clear: so far from the profile, mm.
+pub const FAR_MM: (f64, f64) = (8.0, 20.0);
+/// Stock that only who may go to the profile can clear, mm.
+pub const NEAR_MM: (f64, f64) = (0.2, 8.0);
+/// The tool's edge goes round the part at these distances for the far stock, mm: overlapping, with 6 mm of tool.
+const FAR_ROUNDS_MM: [f64; 3] = [15.0, 11.0, 7.4];
+/// And at these for the near: along the wall at last, which is leant on.
+const NEAR_ROUNDS_MM: [f64; 2] = [3.6, -0.5];
+/// A place counts as reached so near, mm, and is given up when the tool comes no nearer for so long.
+const REACH_MM: f64 = 1.5;
+const PATIENCE: Duration = Duration::from_secs(3);
+/// Stock is looked at in squares of this side, mm.
+const CELL_MM: f64 = 0.5;
+
+/// What came of clearing.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cleared {
+    /// Time, s.
+    pub seconds: f64,
+    /// Share of the far stock that was cleared.
+    pub far: f64,
+    /// Area of the far stock, mm².
+    pub far_mm2: f64,
+    /// Share of the near stock that was cleared.
+    pub near: f64,
+    /// The deepest the tool was in the part, mm.
+    pub deepest_mm: f64,
+}
+
+impl Cleared {
+    /// The mean of several runs, and the deepest of all.
+    #[must_use]
+    pub fn mean(runs: &[Self]) -> Self {
+        let mean = |of: fn(&Self) -> f64| runs.iter().map(of).sum::<f64>() / real(runs.len().max(1));
+        Self {
+            seconds: mean(|run| run.seconds),
+            far: mean(|run| run.far),
+            far_mm2: mean(|run| run.far_mm2),
+            near: mean(|run| run.near),
+            deepest_mm: runs.iter().map(|run| run.deepest_mm).fold(0.0, f64::max),
+        }
+    }
+}
+
+/// Goes round with the paper's controller: the far stock only.
+///
+/// # Errors
+/// [`StudyError`].
+pub fn with_paper(paper: &Paper<'_>, seed: u64) -> Result<Cleared, StudyError> {
+    let shape = paper.ground.shape;
+    let places = rounds(shape, paper.ground.radius_mm(), &FAR_ROUNDS_MM)?;
+    let start = places.first().copied().unwrap_or_default();
+    let operator = Rounds::new(places, (paper.feed_mm_s, REACH_MM), PATIENCE);
+    let run = paper.session(start, Box::new(operator), seed);
+    Ok(cleared(shape, paper.ground.radius_mm(), &run.path, (run.seconds, run.depth_mm)))
+}
+
+/// Goes round with the product: the far stock, and the near when `all`.
+///
+/// # Errors
+/// [`StudyError`].
+pub fn with_ours(
+    ours: &Ours<'_>,
+    all: bool,
+    (seed, latency): (u64, Duration),
+) -> Result<Cleared, StudyError> {
+    let mut levels = FAR_ROUNDS_MM.to_vec();
+    if all {
+        levels.extend(NEAR_ROUNDS_MM);
+    }
+    let places = rounds(ours.shape, ours.radius_mm(), &levels)?;
+    let start = places.first().copied().unwrap_or_default();
+    let operator = Rounds::new(places, (ours.speed_mm_s(), REACH_MM), PATIENCE + latency * 8);
+    let run = ours.session(start, Box::new(operator), (seed, latency))?;
+    Ok(cleared(ours.shape, ours.radius_mm(), &run.path, (run.seconds, run.depth_mm)))
+}
+
+/// Places along the profile at these distances of the tool's edge, round by round.
+fn rounds(shape: &Shape, radius_mm: f64, levels_mm: &[f64]) -> Result<Vec<Mm>, StudyError> {
+    let mut places = Vec::new();
+    for level in levels_mm {
+        let ring = prohibited(&shape.corners, radius_mm + level, shape.side())
+            .map_err(|source| StudyError::Radius { name: shape.name.clone(), source })?;
+        places.extend(&ring);
+        places.extend(ring.first());
+    }
+    Ok(places)
+}
+
+fn cleared(shape: &Shape, radius_mm: f64, path: &[Mm], (seconds, deepest_mm): (f64, f64)) -> Cleared {
+    let stock = Stock::of(shape, radius_mm, path);
+    Cleared {
+        seconds,
+        far: stock.share(FAR_MM),
+        far_mm2: stock.area_mm2(FAR_MM),
+        near: stock.share(NEAR_MM),
+        deepest_mm,
+    }
+}
+
+/// Squares of stock: how far each is from the profile, and whether the tool was over its middle.
+struct Stock {
+    squares: Vec<(f64, bool)>,
+}
+
+impl Stock {
+    fn of(shape: &Shape, radius_mm: f64, path: &[Mm]) -> Self {
+        let (x0, y0, x1, y1) = shape.box_mm();
+        let grown = FAR_MM.1 + CELL_MM;
+        let (left, low) = (x0 - grown, y0 - grown);
+        let count = |from: f64, to: f64| index((to - from + 2.0 * grown) / CELL_MM);
+        let (columns, rows) = (count(x0, x1), count(y0, y1));
+        let middle = |column: usize, row: usize| {
+            (left + (real(column) + 0.5) * CELL_MM, low + (real(row) + 0.5) * CELL_MM)
+        };
+        let mut gone = vec![false; columns * rows];
+        for at in strides(path) {
+            let span = |c: f64, from: f64, most: usize| {
+                let first = index((c - radius_mm - from) / CELL_MM);
+                first..(index((c + radius_mm - from) / CELL_MM) + 1).min(most)
+            };
+            for column in span(at.0, left, columns) {
+                for row in span(at.1, low, rows) {
+                    gone[column * rows + row] |= distance(at, middle(column, row)) <= radius_mm;
+                }
+            }
+        }
+        let squares = (0..columns * rows)
+            .map(|number| (shape.clearance(middle(number / rows, number % rows)), gone[number]))
+            .collect();
+        Self { squares }
+    }
+
+    /// The area of what lies between these distances from the profile, mm².
+    fn area_mm2(&self, (from, to): (f64, f64)) -> f64 {
+        let between = self.squares.iter().filter(|(far, _)| (from..to).contains(far));
+        real(between.count()) * CELL_MM * CELL_MM
+    }
+
+    /// The share that was cleared of what lies between these distances from the profile, and can be: the tool does not get into
+    /// sharp inside corners.
+    fn share(&self, (from, to): (f64, f64)) -> f64 {
+        let between = self.squares.iter().filter(|(far, _)| (from..to).contains(far));
+        let (all, gone) =
+            between.fold((0_usize, 0_usize), |(all, gone), square| (all + 1, gone + usize::from(square.1)));
+        if all == 0 { 0.0 } else { real(gone) / real(all) }
+    }
+}
+
+/// The path with places in between, half a square apart at most.
+fn strides(path: &[Mm]) -> impl Iterator<Item = Mm> + '_ {
+    path.windows(2).flat_map(|pair| {
+        let (from, to) = (pair[0], pair[1]);
+        let count = index((distance(from, to) / (CELL_MM / 2.0)).ceil()).max(1);
+        (0..count).map(move |number| {
+            let share = real(number) / real(count);
+            (from.0 + share * (to.0 - from.0), from.1 + share * (to.1 - from.1))
+        })
+    })
+}
+
+fn real(count: usize) -> f64 {
+    number(count as u64)
+}
+
+/// A count, from below zero too: none.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "of a table's size, and not negative"
+)]
+fn index(value: f64) -> usize {
+    value.clamp(0.0, 1e6) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A tool that goes along one side of the bar clears that side's stock, and nothing of the others'.
+    #[test]
+    fn stock_is_cleared_where_the_tool_was() {
+        let bar = Shape::bar();
+        let (radius_mm, side) = (3.0, [(-3.0, 0.0), (-3.0, 60.0)]);
+        let stock = Stock::of(&bar, radius_mm, &side);
+        // Of the stock up to 3 mm around a bar of 40 by 60, a side has 60 of 200 mm of length, and corners.
+        let share = stock.share((0.0, 3.0));
+        assert!((0.28..0.34).contains(&share), "{share}");
+        assert_eq!(stock.share((8.0, 20.0)), 0.0);
+        let around = [(-3.0, -3.0), (43.0, -3.0), (43.0, 63.0), (-3.0, 63.0), (-3.0, -3.0)];
+        assert!(Stock::of(&bar, radius_mm, &around).share((0.3, 5.5)) > 0.97);
+        assert_eq!(Stock::of(&bar, radius_mm, &[]).share((0.3, 5.5)), 0.0);
+    }
+
+    #[test]
+    fn rounds_lie_where_they_are_to() {
+        let bar = Shape::bar();
+        let places = rounds(&bar, 3.0, &[10.0]).unwrap();
+        assert_eq!(places.len(), 5);
+        assert!(
+            places.iter().all(|at| (bar.clearance(*at) - 13.0 * f64::sqrt(2.0)).abs() < 1e-9),
+            "{places:?}"
+        );
+    }
+}

@@ -1,0 +1,109 @@
+//! `franco-horikawa` and `calibrate`: the experiment of the paper.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+use indicatif::ProgressBar;
+
+use super::calibration::calibrate;
+use super::page::{FOLDER, page};
+use super::picture::{chart, paths};
+use super::results::Results;
+use super::scenario::{Scenarios, StudyError};
+use super::tables::{csv, markdown, paper_table};
+use crate::command::{CommandError, bar, make_folder, write};
+
+/// How the experiment is run.
+#[derive(Debug, Args)]
+pub struct ExperimentArguments {
+    /// Attempts of each row.
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    attempts: u64,
+    /// Seed of everything random.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Where the page franco-horikawa.md goes, with a folder of that name for pictures and tables.
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+}
+
+/// How the delay figures are sought.
+#[derive(Debug, Args)]
+pub struct CalibrateArguments {
+    /// Attempts of each row for each set of figures of the coarse search; eight times as many for those near the best, and forty times
+    /// for the best of these.
+    #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    attempts: u64,
+    /// Seed of everything random.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+fn shown(bar: &ProgressBar, done: u64, all: u64) {
+    bar.set_length(all);
+    bar.set_position(done);
+}
+
+/// Runs the experiment.
+///
+/// # Errors
+/// [`CommandError`] when an attempt can not be run, or a file can not be written.
+pub fn experiment(arguments: &ExperimentArguments) -> Result<ExitCode, CommandError> {
+    let scenarios = Scenarios::built_in()?;
+    let bar = bar();
+    let results = Results::of(&scenarios, (arguments.attempts, arguments.seed), &|what, done, all| {
+        bar.set_message(what.to_string());
+        shown(&bar, done, all);
+    })?;
+    bar.finish_and_clear();
+    println!("{}\n{}", markdown(&paper_table(&results.paper)), markdown(&results.ours_by_speed()));
+    if let Some(folder) = &arguments.output {
+        save(folder, &scenarios, &results)?;
+    }
+    let ours = results.ours_together();
+    let incursions = ours.attempts - ours.successes;
+    println!("{} attempts with Keepout, {incursions} incursions", ours.attempts);
+    Ok(if incursions == 0 { ExitCode::SUCCESS } else { ExitCode::from(8) })
+}
+
+/// Writes page, pictures and tables, each whole or not at all.
+fn save(folder: &Path, scenarios: &Scenarios, results: &Results) -> Result<(), CommandError> {
+    let beside = folder.join(FOLDER);
+    make_folder(&beside)?;
+    let put = |name: &str, text: &str| write(&beside.join(name), text.as_bytes());
+    for (name, table) in results.tables() {
+        put(&format!("{name}.csv"), &csv(&table))?;
+    }
+    for (name, svg) in paths(scenarios, results.seed)? {
+        put(&name, &svg)?;
+    }
+    put("success.svg", &chart(results))?;
+    put("results.json", &serde_json::to_string_pretty(results).map_err(StudyError::from)?)?;
+    let path = folder.join(format!("{FOLDER}.md"));
+    write(&path, page(scenarios, results).as_bytes())?;
+    println!("written      {}", path.display());
+    Ok(())
+}
+
+/// Finds the free figures of the delay model.
+///
+/// # Errors
+/// [`CommandError`] when an attempt can not be run.
+pub fn find_delays(arguments: &CalibrateArguments) -> Result<ExitCode, CommandError> {
+    let scenarios = Scenarios::built_in()?;
+    let bar = bar();
+    bar.set_message("delay figures");
+    let fits =
+        calibrate(&scenarios, (arguments.attempts, arguments.seed), &|done, all| shown(&bar, done, all))?;
+    bar.finish_and_clear();
+    println!("{:>7}  unit mm  ahead  computation s  inertia s  segments", "misfit");
+    for fit in &fits {
+        let delays = &fit.delays;
+        println!(
+            "{:>7.1}  {:>7}  {:>5}  {:>13}  {:>9}  {:?}",
+            fit.misfit, delays.unit_mm, delays.ahead, delays.compute_s, delays.inertia_s, delays.classified
+        );
+    }
+    Ok(ExitCode::SUCCESS)
+}

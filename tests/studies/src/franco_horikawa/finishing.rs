@@ -1,0 +1,120 @@
+//! The finishing pass, single and double ("double path", section 7): how far drives leave the contour while they cut what roughing
+//! left.
+
+use keepout_drives::controllers::kind::Kind;
+use keepout_drives::controllers::selection::Environment;
+use keepout_drives::interpolated::interpolated;
+use keepout_drives::metrics::Spread;
+use keepout_drives::profile::DriveProfile;
+use keepout_drives::run::{Cutting, Task};
+use keepout_kernel::Length;
+use keepout_planner::finish::FinishingPath;
+use keepout_planner::plan::{Job, PassJob};
+use keepout_planner::units::point_mm;
+use serde::{Deserialize, Serialize};
+
+use super::scenario::{Mm, Shape, StudyError, machine};
+
+/// The force of the drives' profile is that of a cut so thick, mm; it grows with the thickness.
+pub const THICKNESS_MM: f64 = 0.5;
+/// What the first of two passes leaves, mm.
+pub const LEFT_MM: f64 = 0.1;
+/// Feed of the finishing pass, mm/s: the slower of the paper's.
+pub const FEED_MM_S: f64 = 12.0;
+
+/// A finishing pass.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Finished {
+    /// The profile's name.
+    pub profile: String,
+    /// Who controls the drives.
+    pub controller: String,
+    /// What roughing left, mm.
+    pub stock_mm: f64,
+    /// How often the contour is gone around.
+    pub passes: u32,
+    /// The largest contour error of the first of two passes, mm.
+    pub first_max_mm: Option<f64>,
+    /// RMS of the contour error of the last pass, mm.
+    pub rms_mm: f64,
+    /// Its largest, mm.
+    pub max_mm: f64,
+}
+
+/// The controllers that are compared: the best of the paper of Koren & Lo, and the one that the margin budget counts on. With gains of
+/// Table 1 there, scaled to these slow drives, PID and cross-coupling are mm off under such a cut.
+pub const CONTROLLERS: [Kind; 2] = [Kind::Gpc, Kind::Contouring];
+
+/// Finishes a profile of which roughing left `stock_mm`, in `passes` of one or two. The second of two cuts what the first was to leave,
+/// and what that was off by.
+///
+/// # Errors
+/// [`StudyError`] when there is no plan, or no such controller for the drives.
+pub fn finish(
+    shape: &Shape,
+    tool_diameter_mm: f64,
+    (stock_mm, passes): (f64, u32),
+    kind: Kind,
+) -> Result<Finished, StudyError> {
+    let ordered = |allowance_mm| PassJob { allowance_mm, feed_mm_min: None };
+    let ordered = if passes == 2 { vec![ordered(LEFT_MM), ordered(0.0)] } else { vec![ordered(0.0)] };
+    let job = Job { tool_diameter_mm, passes: ordered, ..Job::default() };
+    let plan = shape.plan(&machine(FEED_MM_S)?, job)?.plan;
+    let drives = DriveProfile::load("nsk-modules")?;
+    let mut thickness_mm = stock_mm;
+    let mut found = Vec::new();
+    for pass in &plan.passes {
+        let error = off(&pass.path, thickness_mm, kind, &drives)?;
+        thickness_mm = LEFT_MM + error.max;
+        found.push(error);
+    }
+    let last = found.last().copied().unwrap_or(Spread { rms: 0.0, max: 0.0 });
+    Ok(Finished {
+        profile: shape.name.clone(),
+        controller: kind.names().1.into(),
+        stock_mm,
+        passes,
+        first_max_mm: found.iter().rev().nth(1).map(|first| first.max),
+        rms_mm: last.rms,
+        max_mm: last.max,
+    })
+}
+
+/// The contour error along a pass, mm, without the first half second of each loop.
+fn off(
+    path: &FinishingPath,
+    thickness_mm: f64,
+    kind: Kind,
+    drives: &DriveProfile,
+) -> Result<Spread, StudyError> {
+    let mut worst = Spread { rms: 0.0, max: 0.0 };
+    for each in &path.loops {
+        let corners = each.curves.iter().flat_map(|curve| {
+            curve.chord_points(Length::small(50)).unwrap_or_else(|_| vec![curve.from(), curve.to()])
+        });
+        let mut points: Vec<Mm> = corners.map(point_mm).collect();
+        points.dedup();
+        worst = worst.worse(contour_error(&points, thickness_mm, kind, drives)?);
+    }
+    Ok(worst)
+}
+
+fn contour_error(
+    points: &[Mm],
+    thickness_mm: f64,
+    kind: Kind,
+    drives: &DriveProfile,
+) -> Result<Spread, StudyError> {
+    let lacks =
+        |missing: &str| StudyError::Finishing { drives: drives.name.clone(), missing: missing.into() };
+    let interpolator = drives.interpolator.as_ref().ok_or_else(|| lacks("interpolator"))?;
+    let run = interpolated(points, FEED_MM_S, interpolator, drives);
+    let feed = FEED_MM_S * drives.pulses_per_mm;
+    let bits = drives.cutting.bits * thickness_mm / THICKNESS_MM;
+    let cutting = Some(Cutting { bits, at_feed: feed, angle: drives.cutting.angle_deg.to_radians() });
+    let task = Task { plant: drives.plant(), path: run.path, feed, reference: run.samples, cutting };
+    let environment = Environment::of(&task, drives.uncertainty.largest());
+    let controller = kind.built(&drives.setting(environment));
+    let mut controller = controller.ok_or_else(|| lacks(kind.names().1))?;
+    Ok(task.run(controller.as_mut()).figures.settled.times(drives.um() / 1000.0))
+}

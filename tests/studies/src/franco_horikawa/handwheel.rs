@@ -1,0 +1,238 @@
+//! The one-dimensional system (sections 2 and 3.1): a manual pulse generator whose pulses reach the motor only while the table stays
+//! outside a barrier, "released only if the operator tries to move the table backward".
+
+use std::time::Duration;
+
+use keepout_executor::operator::{Operator, Seen};
+use keepout_executor::supervisor::{Phase, Wish};
+use keepout_guard::Time;
+use serde::{Deserialize, Serialize};
+
+use super::attempt::{Attempt, Tally, seed_of};
+use super::delays::Delays;
+use super::modules::{STEP_S, follows};
+use super::ours::Ours;
+use super::parallel::{Progress, parallel};
+use super::scenario::{Mm, Shape, StudyError};
+
+/// The table moves so far for a pulse, mm.
+const PULSE_MM: f64 = 0.01;
+/// The wheel is turned forward from so far before the barrier, mm; and further than the barrier by as much.
+const RUN_UP_MM: f64 = 15.0;
+/// And then back by so much, mm.
+const BACK_MM: f64 = 5.0;
+/// Speeds at which the wheel is turned, mm/s of the table.
+pub const SPEEDS_MM_S: [f64; 4] = [1.0, 5.0, 12.0, 18.0];
+/// Tolerances of the paper's system, mm.
+pub const TOLERANCES_MM: [f64; 3] = [1.0, 3.0, 5.0];
+
+/// The paper's gate between handwheel and motor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Barrier {
+    /// Where the prohibited region begins; it lies beyond, mm.
+    pub at_mm: f64,
+    /// Width of the band in front of it, mm.
+    pub tolerance_mm: f64,
+}
+
+impl Barrier {
+    /// Whether a pulse by this much passes while the table is seen there: all do outside the band; within it, backward ones.
+    #[must_use]
+    pub fn passes(&self, table_mm: f64, pulse_mm: f64) -> bool {
+        pulse_mm < 0.0 || table_mm < self.at_mm - self.tolerance_mm
+    }
+}
+
+/// Rows of the one-dimensional system.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WheelRow {
+    /// Whose.
+    pub system: String,
+    /// How fast the wheel is turned, mm/s.
+    pub speed_mm_s: f64,
+    /// T, mm.
+    pub tolerance_mm: f64,
+    /// What came of it.
+    pub found: Tally,
+    /// Attempts in which the table came back when the wheel was turned back.
+    pub released: u64,
+}
+
+/// Turns the wheel against the barrier and back.
+///
+/// # Errors
+/// [`StudyError`].
+pub fn rows(
+    tool_diameter_mm: f64,
+    delays: Delays,
+    (attempts, seed): (u64, u64),
+    progress: &Progress<'_>,
+) -> Result<Vec<WheelRow>, StudyError> {
+    let mut settings: Vec<(f64, Option<f64>)> = Vec::new();
+    for speed in SPEEDS_MM_S {
+        settings.extend(TOLERANCES_MM.map(|tolerance| (speed, Some(tolerance))));
+        settings.push((speed, None));
+    }
+    parallel(settings.len(), progress, |number| {
+        let (speed_mm_s, tolerance_mm) = settings[number];
+        let seeds = (0..attempts).map(|attempt| seed_of(seed, 10_000 + number as u64, attempt));
+        let bar = Shape::bar();
+        let (system, tolerance_mm, tried) = match tolerance_mm {
+            Some(tolerance_mm) => {
+                let tried = seeds.map(|seed| paper(speed_mm_s, tolerance_mm, delays, seed));
+                ("paper", tolerance_mm, tried.collect::<Vec<_>>())
+            }
+            None => {
+                let ours = Ours::new(&bar, tool_diameter_mm, 100.0)?;
+                let tried = seeds.map(|seed| turned(&ours, speed_mm_s, seed));
+                ("ours", ours.tolerance_mm(), tried.collect::<Result<Vec<_>, StudyError>>()?)
+            }
+        };
+        let released = tried.iter().filter(|(_, released)| *released).count() as u64;
+        let found = Tally::of(tried.iter().map(|(attempt, _)| attempt));
+        Ok(WheelRow { system: system.into(), speed_mm_s, tolerance_mm, found, released })
+    })
+}
+
+/// The paper's: the sensor is read once a round of the computation, and the gate stands as it was set until the next.
+fn paper(speed_mm_s: f64, tolerance_mm: f64, delays: Delays, seed: u64) -> (Attempt, bool) {
+    let mut random = fastrand::Rng::with_seed(seed);
+    let barrier = Barrier { at_mm: RUN_UP_MM, tolerance_mm };
+    let follows = follows(delays.inertia_s);
+    let (mut wheel, mut motor, mut table, mut seen, mut farthest) = (0.0_f64, 0.0, 0.0, 0.0, 0.0_f64);
+    let (mut owed, mut seconds, mut round_s) = (0.0, 0.0, random.f64() * delays.compute_s);
+    let mut turning = Turning::Forward;
+    let mut rest_s = 0.0;
+    while turning != Turning::Last || rest_s < PAUSE_S {
+        let turned = match turning {
+            Turning::Forward => speed_mm_s * STEP_S,
+            Turning::Back => -speed_mm_s * STEP_S,
+            Turning::Rest | Turning::Last => 0.0,
+        };
+        rest_s = if turned == 0.0 { rest_s + STEP_S } else { 0.0 };
+        turning = match turning {
+            Turning::Forward if wheel >= 2.0 * RUN_UP_MM => Turning::Rest,
+            Turning::Rest if rest_s >= PAUSE_S => Turning::Back,
+            Turning::Back if wheel <= 2.0 * RUN_UP_MM - BACK_MM => Turning::Last,
+            going => going,
+        };
+        wheel += turned;
+        owed += turned;
+        while f64::abs(owed) >= PULSE_MM {
+            let pulse = PULSE_MM.copysign(owed);
+            owed -= pulse;
+            motor += if barrier.passes(seen, pulse) { pulse } else { 0.0 };
+        }
+        table += follows * (motor - table);
+        farthest = farthest.max(table);
+        seconds += STEP_S;
+        round_s -= STEP_S;
+        if round_s <= 0.0 {
+            seen = table;
+            round_s = delays.computation_s(&mut random);
+        }
+    }
+    let beyond = farthest - barrier.at_mm;
+    let path = vec![(0.0, 0.0), (farthest, 0.0), (table, 0.0)];
+    let released = table < farthest - 0.8 * BACK_MM;
+    let (depth_mm, closest_mm) = (beyond.max(0.0), (-beyond).max(0.0));
+    (Attempt { depth_mm, closest_mm, seconds, path, false_alarms: 0, fastest_mm_s: None }, released)
+}
+
+/// Ours: the pulses are wishes of the supervisor's handwheel.
+fn turned(ours: &Ours<'_>, speed_mm_s: f64, seed: u64) -> Result<(Attempt, bool), StudyError> {
+    let mut random = fastrand::Rng::with_seed(seed);
+    let start = (-ours.radius_mm() - RUN_UP_MM, 20.0 + 20.0 * random.f64());
+    let wheel = Wheel { speed_mm_s, turned_mm: 0.0, rest_s: 0.0, phase: Turning::Forward };
+    let attempt = ours.session(start, Box::new(wheel), (seed, Duration::from_millis(1)))?;
+    let farthest = attempt.path.iter().map(|at| at.0).fold(f64::NEG_INFINITY, f64::max);
+    let released = attempt.path.last().is_some_and(|last: &Mm| last.0 < farthest - 0.8 * BACK_MM);
+    Ok((attempt, released))
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Turning {
+    Forward,
+    /// The hand rests.
+    Rest,
+    Back,
+    /// The table follows.
+    Last,
+}
+
+/// Somebody who turns the x wheel forward well beyond the barrier, rests, and turns it back.
+struct Wheel {
+    speed_mm_s: f64,
+    turned_mm: f64,
+    rest_s: f64,
+    phase: Turning,
+}
+
+/// Between two wishes, s.
+const WISH_S: f64 = 0.01;
+/// The hand rests so long, s.
+const PAUSE_S: f64 = 1.0;
+
+impl Operator for Wheel {
+    fn wish(&mut self, seen: &Seen, _: Time) -> Wish {
+        if matches!(seen.phase, Phase::Starting) {
+            return Wish::default();
+        }
+        let turn = self.speed_mm_s * WISH_S;
+        match self.phase {
+            Turning::Forward | Turning::Back => {
+                let all = if self.phase == Turning::Forward { 2.0 * RUN_UP_MM } else { BACK_MM };
+                self.turned_mm += turn;
+                let dx = if self.phase == Turning::Forward { turn } else { -turn };
+                if self.turned_mm >= all {
+                    self.phase = if self.phase == Turning::Forward { Turning::Rest } else { Turning::Last };
+                    (self.turned_mm, self.rest_s) = (0.0, 0.0);
+                }
+                Wish { turned_mm: (dx, 0.0), ..Wish::default() }
+            }
+            Turning::Rest | Turning::Last => {
+                self.rest_s += WISH_S;
+                if self.rest_s >= PAUSE_S && self.phase == Turning::Last {
+                    return Wish::QUIT;
+                }
+                if self.rest_s >= PAUSE_S {
+                    self.phase = Turning::Back;
+                }
+                Wish::default()
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn barrier_lets_pass_what_stays_outside_and_what_leads_back() {
+        let barrier = Barrier { at_mm: 20.0, tolerance_mm: 2.0 };
+        for (table, pulse, passes) in [
+            (0.0, 0.01, true),
+            (17.99, 0.01, true),
+            (18.0, 0.01, false),
+            (25.0, 0.01, false),
+            (18.0, -0.01, true),
+            (25.0, -0.01, true),
+        ] {
+            assert_eq!(barrier.passes(table, pulse), passes, "{table} {pulse}");
+        }
+    }
+
+    /// What runs on: the pulses of at most one round, and the table's lag, both of which end before the barrier when T is wide.
+    #[test]
+    fn table_stops_late_by_a_round_and_comes_back() {
+        let delays =
+            Delays { inertia_s: 0.0, ..super::super::scenario::Scenarios::built_in().unwrap().delays };
+        for seed in 0..50 {
+            let (narrow, released) = paper(12.0, 0.0, delays, seed);
+            assert!(narrow.depth_mm > 0.0 && released, "{narrow:?}");
+            let (wide, released) = paper(5.0, 5.0, delays, seed);
+            assert!(wide.depth_mm == 0.0 && wide.closest_mm < 5.0 && released, "{wide:?}");
+        }
+    }
+}

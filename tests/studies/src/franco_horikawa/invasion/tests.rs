@@ -1,0 +1,276 @@
+use keepout_planner::profile::MachinedSide;
+use keepout_planner::units::nearest_on_mm;
+
+use super::*;
+
+const SQUARE: [PointMm; 4] = [(0.0, 0.0), (40.0, 0.0), (40.0, 40.0), (0.0, 40.0)];
+const TRIANGLE: [PointMm; 3] = [(0.0, 0.0), (40.0, 0.0), (10.0, 30.0)];
+
+/// The true distance to the polygon's boundary.
+fn true_distance_mm(profile: &[PointMm], p: PointMm) -> f64 {
+    segments(profile).map(|(a, b)| length(vector(p, nearest_on_mm(p, a, b)))).fold(f64::INFINITY, f64::min)
+}
+
+fn near(a: f64, b: f64, within: f64) -> bool {
+    (a - b).abs() <= within
+}
+
+/// Places 0.01 mm apart from `a` to `b`, none of them on a whole coordinate.
+fn travel(a: PointMm, b: PointMm) -> impl Iterator<Item = PointMm> {
+    let steps = (length(vector(a, b)) * 100.0).round();
+    let shares = (0_u32..).map(f64::from).take_while(move |i| *i < steps).map(move |i| (i + 0.5) / steps);
+    shares.map(move |t| (a.0 + (b.0 - a.0) * t, a.1 + (b.1 - a.1) * t))
+}
+
+mod matrix {
+    use super::*;
+
+    #[test]
+    fn distance_is_true_to_half_the_separation() {
+        let matrix = PointMatrix::new(&TRIANGLE, 0.5).unwrap();
+        for p in [(50.0, -3.0), (12.0, 8.0), (-4.0, 21.0)] {
+            let excess = matrix.distance_mm(p) - true_distance_mm(&TRIANGLE, p);
+            assert!((-1e-12..=0.25).contains(&excess), "{p:?}: {excess}");
+        }
+        assert!(matrix.invades((40.5, 0.0), 0.5) && !matrix.invades((40.6, 0.0), 0.5));
+    }
+
+    #[test]
+    fn separation_is_a_length_and_bounded() {
+        for bad in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-6] {
+            assert!(PointMatrix::new(&SQUARE, bad).is_err(), "{bad}");
+        }
+        assert!(PointMatrix::new(&[(f64::NAN, 0.0), (1.0, 0.0)], 1.0).is_err());
+        assert!(PointMatrix::new(&[], 1.0).unwrap().is_empty());
+    }
+
+    #[test]
+    fn defect_a_tool_passes_between_two_points() {
+        let matrix = PointMatrix::new(&SQUARE, 1.0).unwrap();
+        let across = || travel((5.5, -6.0), (5.5, 6.0));
+        assert!(across().all(|p| !matrix.invades(p, 0.49)));
+        assert!(across().any(|p| true_distance_mm(&SQUARE, p) < 0.01));
+    }
+
+    #[test]
+    fn defect_cost_grows_as_resolution() {
+        let points = |spacing_mm| PointMatrix::new(&SQUARE, spacing_mm).unwrap().len();
+        assert_eq!((points(1.0), points(0.1), points(0.01)), (160, 1600, 16_000));
+    }
+}
+
+mod angles {
+    use super::*;
+
+    #[test]
+    fn sum_is_360_inside_and_less_outside() {
+        assert!(near(angle_sum_deg((15.0, 10.0), TRIANGLE), 360.0, 1e-9));
+        assert!(angle_sum_deg((15.0, -10.0), TRIANGLE) < 350.0);
+        assert!(!is_external((15.0, 10.0), TRIANGLE) && is_external((41.0, 0.0), TRIANGLE));
+        assert!(angle_sum_invades(&TRIANGLE, (15.0, 1.0)) && !angle_sum_invades(&TRIANGLE, (15.0, -1.0)));
+    }
+
+    #[test]
+    fn defect_an_invasion_is_noticed_when_it_has_happened() {
+        assert!(!angle_sum_invades(&TRIANGLE, (15.0, -0.001)));
+        assert!(angle_sum_invades(&TRIANGLE, (15.0, 0.001)));
+    }
+
+    #[test]
+    fn defect_on_the_boundary_rounding_decides() {
+        let sums = || (1_u32..4000).map(|i| angle_sum_deg((f64::from(i) * 0.01, 0.0), TRIANGLE));
+        assert!(sums().all(|sum| near(sum, 360.0, 1e-12)));
+        assert!(sums().any(|sum| sum < 360.0) && sums().any(|sum| sum >= 360.0));
+        // A corner is a place of the boundary too, and has one angle left of three.
+        assert!(near(angle_sum_deg((0.0, 0.0), TRIANGLE), 3.0_f64.atan().to_degrees(), 1e-9));
+        assert!(is_external((0.0, 0.0), TRIANGLE));
+    }
+
+    #[test]
+    fn defect_wrong_on_both_sides_of_a_concave_corner() {
+        let notched = [(0.0, 0.0), (40.0, 0.0), (40.0, 40.0), (20.0, 10.0), (0.0, 40.0)];
+        let (in_notch, in_part) = ((21.0, 13.0), (25.0, 15.0));
+        assert!(angle_sum_invades(&notched, in_notch));
+        assert!(!angle_sum_invades(&notched, in_part));
+        assert!(near(true_distance_mm(&notched, in_notch), 0.832, 0.001));
+        assert!(near(true_distance_mm(&notched, in_part), 1.387, 0.001));
+    }
+
+    #[test]
+    fn defect_a_triangle_is_not_the_whole_of_a_rectangle() {
+        let rectangle = [(0.0, 0.0), (40.0, 0.0), (40.0, 10.0), (0.0, 10.0)];
+        let in_part = (2.0, 1.0);
+        assert!(!angle_sum_invades(&rectangle, in_part));
+        assert!(near(true_distance_mm(&rectangle, in_part), 1.0, 1e-12));
+    }
+}
+
+mod intervals {
+    use super::*;
+
+    const BOTH: [Classified; 2] = [Classified::ByX, Classified::ByXOrY];
+
+    #[test]
+    fn distance_is_true_beside_a_segment() {
+        for classified in BOTH {
+            let intervals = Intervals::new(&TRIANGLE, classified);
+            let (segment, distance_mm) = intervals.nearest((28.0, 15.0)).unwrap();
+            assert_eq!(segment, 1);
+            assert!(near(distance_mm, true_distance_mm(&TRIANGLE, (28.0, 15.0)), 1e-12));
+            assert!(intervals.invades((20.0, -1.0), 1.0) && !intervals.invades((20.0, -1.1), 1.0));
+        }
+        assert_eq!(Intervals::new(&[], Classified::ByXOrY).nearest((0.0, 0.0)), None);
+        assert_eq!(Intervals::new(&[(1.0, 1.0)], Classified::ByX).nearest((1.0, 1.0)), None);
+    }
+
+    #[test]
+    fn defect_by_x_a_vertical_segment_is_never_seen() {
+        let through = || travel((-10.0, 20.0), (50.0, 20.0));
+        let by_x = Intervals::new(&SQUARE, Classified::ByX);
+        assert!(through().all(|p| !by_x.invades(p, 5.0)));
+        assert!(through().any(|p| true_distance_mm(&SQUARE, p) < 0.01));
+        assert_eq!(by_x.nearest((-0.005, 20.0)), None);
+        assert!(Intervals::new(&SQUARE, Classified::ByXOrY).invades((-5.0, 20.0), 5.0));
+    }
+
+    #[test]
+    fn defect_a_line_without_ends_is_near_far_from_the_segment() {
+        let wedge = [(0.0, 0.0), (100.0, 1.0), (0.0, 20.0)];
+        let beyond = (150.0, 0.9);
+        let (segment, distance_mm) = Intervals::new(&wedge, Classified::ByXOrY).nearest(beyond).unwrap();
+        assert_eq!(segment, 0);
+        assert!(near(distance_mm, 0.6, 1e-3), "{distance_mm}");
+        assert!(near(true_distance_mm(&wedge, beyond), 50.0, 1e-3));
+        // The same by x, upright.
+        let upright = wedge.map(|(x, y)| (y, x));
+        assert!(Intervals::new(&upright, Classified::ByX).invades((0.9, 150.0), 1.0));
+    }
+
+    #[test]
+    fn defect_beyond_a_corner_no_interval_holds_the_tool() {
+        let tip = [(0.0, 0.0), (30.0, 10.0), (10.0, 30.0)];
+        let beyond = (-0.01, -0.01);
+        for classified in BOTH {
+            assert_eq!(Intervals::new(&tip, classified).nearest(beyond), None);
+        }
+        assert!(near(true_distance_mm(&tip, beyond), 0.0141, 1e-4));
+    }
+
+    #[test]
+    fn defect_no_sign_a_tool_past_the_band_is_seen_no_more() {
+        for classified in BOTH {
+            let intervals = Intervals::new(&SQUARE, classified);
+            let queries = [(20.0, -5.1), (20.0, 5.1), (20.0, 20.0)];
+            assert!(queries.iter().all(|&p| !intervals.invades(p, 5.0)));
+            assert!(intervals.invades((20.0, 0.0), 5.0));
+        }
+    }
+}
+
+mod tool_radius {
+    use super::*;
+
+    const QUADRILATERAL: [PointMm; 4] = [(0.0, 0.0), (60.0, 5.0), (50.0, 45.0), (-5.0, 30.0)];
+    /// A step of 3 mm on the upper side.
+    const STEPPED: [PointMm; 8] = [
+        (0.0, 0.0),
+        (60.0, 0.0),
+        (60.0, 40.0),
+        (33.0, 40.0),
+        (33.0, 43.0),
+        (30.0, 43.0),
+        (30.0, 40.0),
+        (0.0, 40.0),
+    ];
+
+    #[test]
+    fn turn_and_setback_are_those_of_known_angles() {
+        let quarter = turn_rad((0.0, 0.0), (10.0, 0.0), (10.0, -7.0));
+        assert!(near(quarter, std::f64::consts::FRAC_PI_2, 1e-12));
+        assert!(near(setback_mm(3.0, quarter), 3.0, 1e-12));
+        assert!(near(setback_mm(3.0, turn_rad((0.0, 0.0), (1.0, 0.0), (5.0, 0.0))), 0.0, 1e-12));
+        assert!(is_above((0.0, 0.0), (5.0, 1.0), (10.0, 0.0)));
+        assert!(!is_above((0.0, 0.0), (5.0, -1.0), (10.0, 0.0)));
+        assert!(!is_above((0.0, 0.0), (5.0, 0.0), (10.0, 0.0)));
+    }
+
+    /// Each corner of the result is R from the lines of the profile's two segments there, away from the part when it has to be.
+    fn assert_mitred(profile: &[PointMm], radius_mm: f64, side: MachinedSide) {
+        let result = prohibited(profile, radius_mm, side).unwrap();
+        assert_eq!(result.len(), profile.len());
+        let counter_clockwise = segments(profile).map(|(a, b)| cross(a, b)).sum::<f64>() > 0.0;
+        let away = if counter_clockwise == (side == MachinedSide::Inside) { radius_mm } else { -radius_mm };
+        for (a, b) in segments(profile) {
+            let left_of = |p| cross(vector(a, b), vector(a, p)) / length(vector(a, b));
+            let on_shifted = |p: &PointMm| near(left_of(*p), away, 1e-9);
+            assert_eq!(result.iter().filter(|p| on_shifted(p)).count(), 2, "{result:?}");
+            let along = |(p, q): &(PointMm, PointMm)| on_shifted(p) && on_shifted(q);
+            assert_eq!(segments(&result).filter(along).count(), 1, "{result:?}");
+        }
+    }
+
+    #[test]
+    fn result_is_the_mitred_offset_whichever_way_the_route_goes() {
+        let reversed = |profile: &[PointMm]| profile.iter().rev().copied().collect::<Vec<_>>();
+        assert_mitred(&TRIANGLE, 4.0, MachinedSide::Outside);
+        assert_mitred(&reversed(&TRIANGLE), 4.0, MachinedSide::Outside);
+        assert_mitred(&QUADRILATERAL, 4.0, MachinedSide::Inside);
+        assert_mitred(&reversed(&QUADRILATERAL), 4.0, MachinedSide::Inside);
+        // A concave corner from outside: eq. (13).
+        let notched = [(0.0, 0.0), (40.0, 0.0), (40.0, 40.0), (20.0, 10.0), (0.0, 40.0)];
+        assert_mitred(&notched, 2.0, MachinedSide::Outside);
+    }
+
+    #[test]
+    fn filter_takes_what_is_closer_than_the_setback() {
+        assert_eq!(filter_very_close(&STEPPED, 2.9), STEPPED);
+        assert_eq!(filter_very_close(&SQUARE, 40.0), SQUARE);
+        assert_eq!(filter_very_close(&SQUARE, 40.1).len(), 2);
+        let whisker = [(0.0, 0.0), (40.0, 0.0), (60.0, 0.0), (40.0, 0.0), (0.0, 40.0)];
+        assert_eq!(filter_very_close(&whisker, 4.0).len(), 3);
+    }
+
+    #[test]
+    fn bad_profiles_are_refused() {
+        let refused = |profile: &[PointMm], radius_mm| {
+            prohibited(profile, radius_mm, MachinedSide::Outside).unwrap_err()
+        };
+        assert_eq!(refused(&SQUARE, 0.0), RadiusError::Radius { radius_mm: 0.0 });
+        assert_eq!(refused(&SQUARE, 50.0), RadiusError::TooFew { left: 2, radius_mm: 50.0 });
+        assert_eq!(refused(&[], 1.0), RadiusError::TooFew { left: 0, radius_mm: 1.0 });
+        let repeated = [(0.0, 0.0), (4.0, 0.0), (4.0, 0.0), (0.0, 4.0)];
+        assert_eq!(refused(&repeated, 1.0), RadiusError::Repeats { index: 2, at: (4.0, 0.0) });
+        let closed = [(0.0, 0.0), (4.0, 0.0), (0.0, 4.0), (0.0, 0.0)];
+        assert_eq!(refused(&closed, 1.0), RadiusError::Repeats { index: 0, at: (0.0, 0.0) });
+        let error = refused(&[(0.0, 0.0), (f64::INFINITY, 0.0), (0.0, 4.0)], 1.0);
+        assert!(matches!(error, RadiusError::NotFinite { index: 1, .. }));
+        let line = [(0.0, 0.0), (4.0, 0.0), (9.0, 0.0)];
+        assert!(matches!(refused(&line, 1.0), RadiusError::TooFew { .. }));
+    }
+
+    #[test]
+    fn defect_an_acute_corner_prohibits_a_long_spike() {
+        let needle = [(0.0, 0.0), (100.0, -10.0), (100.0, 10.0)];
+        let result = prohibited(&needle, 5.0, MachinedSide::Outside).unwrap();
+        let reach = result.iter().map(|&p| true_distance_mm(&needle, p)).fold(0.0, f64::max);
+        let half_angle = 0.1_f64.atan();
+        assert!(near(reach, 5.0 / half_angle.sin(), 1e-6));
+        assert!(near(reach, 50.249, 1e-3), "{reach}");
+    }
+
+    #[test]
+    fn defect_the_filter_takes_corners_of_the_part_and_the_path_cuts_it() {
+        let path = prohibited(&STEPPED, 4.0, MachinedSide::Outside).unwrap();
+        let step = [(33.0, 43.0), (30.0, 43.0)];
+        let kept = filter_very_close(&STEPPED, 4.0);
+        assert!(step.iter().all(|corner| !kept.contains(corner)) && kept.len() == 6);
+        // All of the step's 3 mm are cut off: the tool's centre goes 1 mm above it.
+        for corner in step {
+            let depth_mm = 4.0 - true_distance_mm(&path, corner);
+            assert!(near(depth_mm, 3.0, 1e-9), "{depth_mm}");
+        }
+        // With a smaller tool nothing is removed, and nothing is cut.
+        let unfiltered = prohibited(&STEPPED, 2.9, MachinedSide::Outside).unwrap();
+        assert!(STEPPED.iter().all(|&corner| true_distance_mm(&unfiltered, corner) >= 2.9 - 1e-9));
+    }
+}

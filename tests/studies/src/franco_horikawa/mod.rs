@@ -1,0 +1,19 @@
+//! The experiment of Franco & Horikawa 2007, section 6, run again: their controller, and this one in its place.
+
+pub mod attempt;
+pub mod calibration;
+pub mod clearing;
+pub mod command;
+pub mod delays;
+pub mod finishing;
+pub mod handwheel;
+pub mod invasion;
+pub mod modules;
+pub mod ours;
+pub mod page;
+pub mod paper;
+pub mod parallel;
+pub mod picture;
+pub mod results;
+pub mod scenario;
+pub mod tables;

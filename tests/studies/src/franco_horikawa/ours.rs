@@ -1,0 +1,286 @@
+//! The product in the paper's place: a session of the supervisor over a line as slow as the paper's, to the modules of its Table 1.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use keepout_executor::dialect::Language;
+use keepout_executor::operator::{Operator, Seen};
+use keepout_executor::session::{Ended, Going, NoTape, Sample, SampleKind};
+use keepout_executor::supervisor::{Supervisor, Wish, Workpiece};
+use keepout_guard::Time;
+use keepout_kernel::Point;
+use keepout_planner::machine::MachineProfile;
+use keepout_planner::plan::Job;
+use keepout_planner::units::{mm, point_from_mm};
+use keepout_sim::Servo;
+use keepout_sim::operator::{Model, ModelKind, toward};
+use keepout_sim::session::{Scene, SimResult, SimRun, Watch, run_scene};
+
+use super::attempt::Attempt;
+use super::modules::distance;
+use super::paper::{BEGINNINGS, START_MM};
+use super::scenario::{Mm, Shape, StudyError, machine};
+
+/// No tool is farther from a part on this machine, mm.
+const FARTHEST_MM: f64 = 1000.0;
+/// The line of the paper's prototype, bits per second.
+const BAUD: u32 = 9600;
+/// Nobody drives longer without coming to the part, s; and a hundred delays of the line.
+const LIMIT_S: f64 = 60.0;
+/// No roughing takes longer.
+const SESSION: Duration = Duration::from_secs(7200);
+/// Longest silence of the controller, and ten delays of the line: what is asked waits behind motions and their answers.
+const ANSWER: Duration = Duration::from_secs(5);
+/// The tool rests at the wall when it was seen in one place for so long, s; and sixteen delays of the line: a change of direction
+/// takes a cancel, its answer, two reports at rest, and the new motion.
+const REST_S: f64 = 1.0;
+/// Up to this speed attempts begin as near to the part as the paper's, mm/s; beyond it, up to this far, mm.
+const NEAR_MM_S: f64 = 20.0;
+const FAR_START_MM: f64 = 90.0;
+/// Once the wall has first shortened a wish the model steers on for so long, s, and four delays of the line; then it leans.
+const HAND_S: (f64, f64) = (1.0, 6.0);
+/// Positions this near to each other are one place, lattice units (10 µm).
+const STILL: i32 = 1000;
+
+/// The supervisor over a profile.
+#[derive(Debug)]
+pub struct Ours<'a> {
+    /// The profile.
+    pub shape: &'a Shape,
+    /// What is worked on.
+    pub work: Workpiece,
+    machine: MachineProfile,
+}
+
+impl<'a> Ours<'a> {
+    /// Plans the profile for the modules, that go at `speed_mm_s`. The allowance is the least there is: by hand the tool is kept
+    /// out of the part grown by the margin budget and that.
+    ///
+    /// # Errors
+    /// [`StudyError`] when no plan can be made.
+    pub fn new(shape: &'a Shape, tool_diameter_mm: f64, speed_mm_s: f64) -> Result<Self, StudyError> {
+        let machine = machine(speed_mm_s)?;
+        let job = Job { tool_diameter_mm, allowance_mm: 0.0, ..Job::default() };
+        let work = Workpiece::new(shape.plan(&machine, job)?);
+        Ok(Self { shape, work, machine })
+    }
+
+    /// What the tool's edge is kept from the part by hand, mm: the margin budget, and the least allowance.
+    #[must_use]
+    pub fn tolerance_mm(&self) -> f64 {
+        let plan = &self.work.plan;
+        mm(plan.roughing.units()) - mm(plan.plan.tool_radius.units())
+    }
+
+    /// Radius of the tool, mm.
+    #[must_use]
+    pub fn radius_mm(&self) -> f64 {
+        mm(self.work.plan.plan.tool_radius.units())
+    }
+
+    /// Top speed, mm/s.
+    #[must_use]
+    pub fn speed_mm_s(&self) -> f64 {
+        self.machine.max_rate_mm_s
+    }
+
+    /// The finishing contour as the tool cuts it by itself after some steering by hand, drawing coordinates, mm.
+    ///
+    /// # Errors
+    /// [`StudyError`] when the session ends otherwise.
+    pub fn contour(&self, seed: u64) -> Result<Vec<Mm>, StudyError> {
+        let mut random = fastrand::Rng::with_seed(seed);
+        let start = self.shape.start(self.radius_mm(), START_MM, &mut random)?;
+        let run = SimRun { limit: SESSION, ..self.run(start, Duration::from_millis(1), seed, None) };
+        let operator = Model::new(ModelKind::Calm, 1.0, seed);
+        let result = self.play(&run, Box::new(operator), &mut |_, _, _| Going::On)?;
+        let cut = result.samples.iter().filter(|sample| sample.kind == SampleKind::Run);
+        Ok(cut.map(|sample| sample.position_mm).collect())
+    }
+
+    /// Roughing until the operator wishes to end.
+    ///
+    /// # Errors
+    /// [`StudyError`] when the session ends otherwise.
+    pub fn session(
+        &self,
+        start: Mm,
+        operator: Box<dyn Operator + Send>,
+        (seed, latency): (u64, Duration),
+    ) -> Result<Attempt, StudyError> {
+        let run = SimRun { limit: SESSION, ..self.run(start, latency, seed, None) };
+        let result = self.play(&run, operator, &mut |_, _, _| Going::On)?;
+        if result.facts.ended != Ended::Done {
+            let what = format!("{}, roughing, {latency:?}, seed {seed}", self.shape.name);
+            return Err(StudyError::Ended { what, reason: format!("{:?}", result.facts.ended) });
+        }
+        Ok(self.attempt_of(&result, false, result.facts.seconds))
+    }
+
+    /// One attempt over a line with this delay each way. Whoever does not come to the part begins anew from another place.
+    ///
+    /// # Errors
+    /// [`StudyError`] when the tool fits nowhere, or a session ends with a fault.
+    pub fn attempt(
+        &self,
+        kind: ModelKind,
+        (seed, latency): (u64, Duration),
+        servo: Option<&Servo>,
+    ) -> Result<Attempt, StudyError> {
+        let mut random = fastrand::Rng::with_seed(seed);
+        for _ in 0..BEGINNINGS {
+            let start = self.shape.start(self.radius_mm(), self.start_mm(), &mut random)?;
+            let at_wall = Arc::new(AtomicBool::new(false));
+            let model = Model::new(kind, f64::INFINITY, random.u64(..));
+            let operator = Insistent { model, at_wall: Arc::clone(&at_wall) };
+            let on_s = HAND_S.0 + (HAND_S.1 - HAND_S.0) * random.f64();
+            let run = self.run(start, latency, random.u64(..), servo);
+            let mut rest = Rest::new(at_wall, latency, on_s);
+            let result =
+                self.play(&run, Box::new(operator), &mut |supervisor, _, now| rest.watch(supervisor, now))?;
+            if rest.rests || result.facts.deepest_mm != Some(0.0) {
+                return Ok(self.attempt_of(&result, servo.is_some(), rest.since.elapsed().as_secs_f64()));
+            }
+        }
+        let what = format!("{}, {kind:?}, {latency:?}, seed {seed}", self.shape.name);
+        Err(StudyError::Ended { what, reason: format!("not at the part in {BEGINNINGS} beginnings") })
+    }
+
+    /// What the witness saw. A distance beyond those that it measures is that of the nearest sample.
+    fn attempt_of(&self, result: &SimResult, driven: bool, seconds: f64) -> Attempt {
+        let jogs = result.samples.iter().filter(|sample| sample.kind == SampleKind::Jog);
+        let path: Vec<Mm> = jogs.map(|sample| sample.position_mm).collect();
+        let clearance = |at: &Mm| self.shape.clearance(*at) - self.radius_mm();
+        // A tool that is always where it is commanded to be, to the repeatability, jumps from sample to sample.
+        let fastest_mm_s = driven.then(|| fastest(&result.samples));
+        let nearest = || path.iter().map(clearance).fold(FARTHEST_MM, f64::min);
+        Attempt {
+            depth_mm: result.facts.deepest_mm.unwrap_or(0.0),
+            closest_mm: result.facts.closest_mm.unwrap_or_else(nearest),
+            seconds,
+            path,
+            false_alarms: 0,
+            fastest_mm_s,
+        }
+    }
+
+    fn play(
+        &self,
+        run: &SimRun,
+        operator: Box<dyn Operator + Send>,
+        watch: &mut Watch<'_>,
+    ) -> Result<SimResult, StudyError> {
+        let mut scene = Scene::of(&self.work.plan, run)?;
+        scene.options.answer_within = ANSWER + run.latency * 10;
+        let work = self.work.clone();
+        let result = run_scene(work, run, scene, operator, Box::new(NoTape), |_| {}, watch)?;
+        if result.facts.ended == Ended::Faulted {
+            let what = format!("{}, {:?}, seed {}", self.shape.name, run.latency, run.seed);
+            let reason = result.facts.fault.unwrap_or_default();
+            return Err(StudyError::Ended { what, reason });
+        }
+        Ok(result)
+    }
+
+    /// How far from the part an attempt begins, mm: as with the paper's system, and farther where the tool is fast enough for it.
+    fn start_mm(&self) -> (f64, f64) {
+        if self.speed_mm_s() > NEAR_MM_S { (START_MM.0, FAR_START_MM) } else { START_MM }
+    }
+
+    /// A session that begins at `start`, over the paper's line.
+    fn run(&self, start: Mm, latency: Duration, seed: u64, servo: Option<&Servo>) -> SimRun {
+        SimRun {
+            machine: self.machine.clone(),
+            servo: servo.cloned(),
+            language: Language::Grbl,
+            baud: BAUD,
+            latency,
+            seed,
+            limit: Duration::from_secs_f64(LIMIT_S) + latency * 100,
+            start: point_from_mm(start).ok(),
+            ..SimRun::default()
+        }
+    }
+}
+
+/// The fastest that the tool went by hand, over a hundredth of a second at least, mm/s.
+fn fastest(samples: &[Sample]) -> f64 {
+    let mut fastest = 0.0_f64;
+    let Some(mut since) = samples.first() else { return fastest };
+    for sample in samples {
+        let seconds = sample.at.since(since.at).as_secs_f64();
+        if seconds >= 0.01 {
+            if sample.kind == SampleKind::Jog && since.kind == SampleKind::Jog {
+                fastest = fastest.max(distance(sample.position_mm, since.position_mm) / seconds);
+            }
+            since = sample;
+        }
+    }
+    fastest
+}
+
+/// A model that leans on the wall when it has steered there for a while.
+struct Insistent {
+    model: Model,
+    at_wall: Arc<AtomicBool>,
+}
+
+impl Operator for Insistent {
+    fn wish(&mut self, seen: &Seen, now: Time) -> Wish {
+        let wish = self.model.wish(seen, now);
+        let (true, Some(at), Some(wall)) =
+            (self.at_wall.load(Ordering::Relaxed), seen.position_mm, seen.wall_mm)
+        else {
+            return wish;
+        };
+        Wish { direction: toward(at, wall, 0.0), ..wish }
+    }
+}
+
+/// Says when to lean on the wall, and sees when the tool rests although the stick is held there.
+struct Rest {
+    at_wall: Arc<AtomicBool>,
+    on_s: f64,
+    for_s: f64,
+    kept: Option<Time>,
+    at: Option<Point>,
+    since: Time,
+    rests: bool,
+}
+
+impl Rest {
+    fn new(at_wall: Arc<AtomicBool>, latency: Duration, on_s: f64) -> Self {
+        let latency_s = latency.as_secs_f64();
+        Self {
+            at_wall,
+            on_s: on_s + 4.0 * latency_s,
+            for_s: REST_S + 16.0 * latency_s,
+            kept: None,
+            at: None,
+            since: Time::ZERO,
+            rests: false,
+        }
+    }
+
+    fn watch(&mut self, supervisor: &Supervisor, now: Time) -> Going {
+        if supervisor.counts().clipped == 0 {
+            return Going::On;
+        }
+        let kept = *self.kept.get_or_insert(now);
+        if now.since(kept).as_secs_f64() < self.on_s {
+            return Going::On;
+        }
+        self.at_wall.store(true, Ordering::Relaxed);
+        let here = supervisor.position();
+        let moved = self.at.zip(here).is_none_or(|(before, here)| {
+            let way = here.minus(before);
+            way.dx.abs().max(way.dy.abs()) > STILL
+        });
+        if moved {
+            (self.at, self.since) = (here, now);
+        }
+        self.rests = now.since(self.since).as_secs_f64() > self.for_s;
+        if self.rests { Going::Halt } else { Going::On }
+    }
+}

@@ -1,0 +1,327 @@
+//! The whole study, and what came of it.
+
+use std::time::Duration;
+
+use keepout_drives::controllers::kind::Kind;
+use keepout_drives::profile::DriveProfile;
+use keepout_sim::Servo;
+use serde::{Deserialize, Serialize};
+
+use super::attempt::{ALL, Attempt, PEOPLE, Tally, operator_of, real, seed_of};
+use super::clearing::{Cleared, with_ours, with_paper};
+use super::delays::{Delays, Looked};
+use super::finishing::{CONTROLLERS, Finished, finish};
+use super::handwheel::{self, WheelRow};
+use super::ours::Ours;
+use super::paper::{Ground, Paper};
+use super::parallel::{Progress, parallel};
+use super::scenario::{Reported, Scenarios, StudyError};
+
+/// What came of the study.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Results {
+    /// Its seed.
+    pub seed: u64,
+    /// Attempts of each row.
+    pub attempts: u64,
+    /// The delay model.
+    pub delays: Delays,
+    /// Rows of the paper's tables.
+    pub paper: Vec<PaperRow>,
+    /// The same with segments looked up by x intervals alone.
+    pub by_x: Vec<PaperRow>,
+    /// The product's rows.
+    pub ours: Vec<OurRow>,
+    /// Some of the product's attempts, with the tool moved by drives.
+    pub driven: Vec<OurRow>,
+    /// Time to clear stock.
+    pub clearing: Vec<ClearRow>,
+    /// Finishing passes.
+    pub finishing: Vec<Finished>,
+    /// The one-dimensional system.
+    pub handwheel: Vec<WheelRow>,
+}
+
+/// A row of the paper's tables, as reported and as found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PaperRow {
+    /// As reported.
+    pub reported: Reported,
+    /// As found.
+    pub found: Tally,
+}
+
+/// A row of the product's.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OurRow {
+    /// The profile's name.
+    pub profile: String,
+    /// Top speed, mm/s.
+    pub speed_mm_s: f64,
+    /// Delay of the line each way, ms.
+    pub latency_ms: u64,
+    /// What the tool is kept from the part by hand, mm.
+    pub tolerance_mm: f64,
+    /// What came of it.
+    pub found: Tally,
+}
+
+/// A row of clearing.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ClearRow {
+    /// The profile's name.
+    pub profile: String,
+    /// Whose: the paper's or ours.
+    pub system: String,
+    /// Top speed, mm/s.
+    pub speed_mm_s: f64,
+    /// T, mm.
+    pub tolerance_mm: f64,
+    /// Whether the near stock was to be cleared, too.
+    pub all: bool,
+    /// The mean of several runs; the deepest of all.
+    pub found: Cleared,
+}
+
+/// Runs of a row of clearing.
+const CLEARINGS: u64 = 4;
+/// T of the paper's system when it clears, mm: the widest of Table 2.
+const CLEARING_T_MM: f64 = 5.0;
+/// Of so many attempts one is driven.
+const DRIVEN_SHARE: u64 = 50;
+/// Seeds of the tables begin here.
+const OURS_FROM: u64 = 1000;
+const DRIVEN_FROM: u64 = 2000;
+const CLEARING_FROM: u64 = 3000;
+
+impl Results {
+    /// Runs everything. `progress` is told what is done, and how far it is.
+    ///
+    /// # Errors
+    /// [`StudyError`].
+    pub fn of(
+        scenarios: &Scenarios,
+        (attempts, seed): (u64, u64),
+        progress: &(dyn Fn(&str, u64, u64) + Sync),
+    ) -> Result<Self, StudyError> {
+        let told = |what: &'static str| move |done: u64, all: u64| progress(what, done, all);
+        let paper = paper_rows(scenarios, (attempts, seed), &told("the paper's tables"))?;
+        let mut literal = scenarios.clone();
+        literal.delays.classified = Looked::ByX;
+        let by_x = paper_rows(&literal, (attempts, seed), &told("the paper's tables by x alone"))?;
+        let ours = our_rows(scenarios, (attempts, seed), &told("the product"))?;
+        let driven = attempts.div_ceil(DRIVEN_SHARE);
+        let driven = driven_rows(scenarios, (driven, seed), &told("the product, through drives"))?;
+        let clearing = clear_rows(scenarios, seed, &told("clearing stock"))?;
+        let finishing = finish_rows(scenarios, &paper, &ours, &told("finishing passes"))?;
+        let wheel = (attempts, seed);
+        let handwheel =
+            handwheel::rows(scenarios.tool_diameter_mm, scenarios.delays, wheel, &told("the handwheel"))?;
+        Ok(Self {
+            seed,
+            attempts,
+            delays: scenarios.delays,
+            paper,
+            by_x,
+            ours,
+            driven,
+            clearing,
+            finishing,
+            handwheel,
+        })
+    }
+}
+
+/// The rows of the paper's tables.
+///
+/// # Errors
+/// [`StudyError`].
+pub fn paper_rows(
+    scenarios: &Scenarios,
+    (attempts, seed): (u64, u64),
+    progress: &Progress<'_>,
+) -> Result<Vec<PaperRow>, StudyError> {
+    parallel(scenarios.row.len(), progress, |number| {
+        let reported = scenarios.row[number].clone();
+        let ground = ground(scenarios, &reported.profile)?;
+        let paper = on(scenarios, &ground, &reported);
+        let found = paper.attempts((number as u64, attempts, seed)).collect::<Result<_, _>>()?;
+        Ok(PaperRow { reported, found })
+    })
+}
+
+fn ground<'a>(scenarios: &'a Scenarios, profile: &str) -> Result<Ground<'a>, StudyError> {
+    let shape = scenarios.shape(profile)?;
+    Ground::new(shape, scenarios.tool_diameter_mm, scenarios.delays.classified.into())
+}
+
+/// The paper's controller as it was set for a row.
+fn on<'a>(scenarios: &Scenarios, ground: &'a Ground<'a>, row: &Reported) -> Paper<'a> {
+    let delays = scenarios.delays;
+    Paper { ground, feed_mm_s: row.feed_mm_s, tolerance_mm: row.tolerance_mm, delays }
+}
+
+/// The first attempts of a row of the paper's tables.
+///
+/// # Errors
+/// [`StudyError`].
+pub fn paper_attempts(
+    scenarios: &Scenarios,
+    number: usize,
+    (attempts, seed): (u64, u64),
+) -> Result<Vec<Attempt>, StudyError> {
+    let row = &scenarios.row[number];
+    let ground = ground(scenarios, &row.profile)?;
+    on(scenarios, &ground, row).attempts((number as u64, attempts, seed)).collect()
+}
+
+/// Profile, speed and delay of each of the product's rows.
+fn settings(scenarios: &Scenarios) -> Vec<(usize, f64, u64)> {
+    let mut settings = Vec::new();
+    for profile in 0..scenarios.profile.len() {
+        for &speed in &scenarios.ours_mm_s {
+            settings.extend(scenarios.latencies_ms.iter().map(|&latency| (profile, speed, latency)));
+        }
+    }
+    settings
+}
+
+/// The product's rows.
+///
+/// # Errors
+/// [`StudyError`].
+pub fn our_rows(
+    scenarios: &Scenarios,
+    (attempts, seed): (u64, u64),
+    progress: &Progress<'_>,
+) -> Result<Vec<OurRow>, StudyError> {
+    let settings = settings(scenarios);
+    parallel(settings.len(), progress, |number| {
+        our_row(scenarios, settings[number], (OURS_FROM + number as u64, attempts, seed), None)
+    })
+}
+
+/// The same through drives, at the shortest delay.
+fn driven_rows(
+    scenarios: &Scenarios,
+    (attempts, seed): (u64, u64),
+    progress: &Progress<'_>,
+) -> Result<Vec<OurRow>, StudyError> {
+    let first = scenarios.latencies_ms.iter().copied().min().unwrap_or_default();
+    let settings: Vec<_> =
+        settings(scenarios).into_iter().filter(|(_, _, latency)| *latency == first).collect();
+    let servo = Servo { profile: DriveProfile::load("nsk-modules")?, kind: Kind::Contouring };
+    parallel(settings.len(), progress, |number| {
+        let stream = (DRIVEN_FROM + number as u64, attempts, seed);
+        our_row(scenarios, settings[number], stream, Some(&servo))
+    })
+}
+
+fn our_row(
+    scenarios: &Scenarios,
+    (profile, speed_mm_s, latency_ms): (usize, f64, u64),
+    (stream, attempts, seed): (u64, u64, u64),
+    servo: Option<&Servo>,
+) -> Result<OurRow, StudyError> {
+    let shape = &scenarios.profile[profile];
+    let ours = Ours::new(shape, scenarios.tool_diameter_mm, speed_mm_s)?;
+    let latency = Duration::from_millis(latency_ms);
+    let tried = (0..attempts).map(|attempt| {
+        ours.attempt(operator_of(&ALL, attempt), (seed_of(seed, stream, attempt), latency), servo)
+    });
+    let found = tried.collect::<Result<_, _>>()?;
+    Ok(OurRow {
+        profile: shape.name.clone(),
+        speed_mm_s,
+        latency_ms,
+        tolerance_mm: ours.tolerance_mm(),
+        found,
+    })
+}
+
+/// Attempts of people with the product at a profile, at a speed and a delay of 1 ms: for a picture.
+///
+/// # Errors
+/// [`StudyError`].
+pub fn our_attempts(
+    scenarios: &Scenarios,
+    (profile, speed_mm_s): (usize, f64),
+    (attempts, seed): (u64, u64),
+) -> Result<Vec<Attempt>, StudyError> {
+    let ours = Ours::new(&scenarios.profile[profile], scenarios.tool_diameter_mm, speed_mm_s)?;
+    let latency = Duration::from_millis(1);
+    let tried = (0..attempts).map(|attempt| {
+        let seed = seed_of(seed, OURS_FROM, attempt);
+        ours.attempt(operator_of(&PEOPLE, attempt), (seed, latency), None)
+    });
+    tried.collect()
+}
+
+/// Time to clear stock.
+///
+/// # Errors
+/// [`StudyError`].
+pub fn clear_rows(
+    scenarios: &Scenarios,
+    seed: u64,
+    progress: &Progress<'_>,
+) -> Result<Vec<ClearRow>, StudyError> {
+    let mut settings = Vec::new();
+    for profile in 0..scenarios.profile.len() {
+        settings.extend(scenarios.ours_mm_s.iter().take(2).map(|&speed| (profile, "paper", speed, false)));
+        for all in [false, true] {
+            settings.extend(scenarios.ours_mm_s.iter().map(|&speed| (profile, "ours", speed, all)));
+        }
+    }
+    parallel(settings.len(), progress, |number| {
+        let (profile, system, speed_mm_s, all) = settings[number];
+        let shape = &scenarios.profile[profile];
+        let diameter = scenarios.tool_diameter_mm;
+        let seeds = (0..CLEARINGS).map(|run| seed_of(seed, CLEARING_FROM + number as u64, run));
+        let delays = scenarios.delays;
+        let (tolerance_mm, runs) = if system == "paper" {
+            let ground = ground(scenarios, &shape.name)?;
+            let paper = Paper { ground: &ground, feed_mm_s: speed_mm_s, tolerance_mm: CLEARING_T_MM, delays };
+            let runs = seeds.map(|seed| with_paper(&paper, seed));
+            (CLEARING_T_MM, runs.collect::<Result<Vec<_>, _>>()?)
+        } else {
+            let ours = Ours::new(shape, diameter, speed_mm_s)?;
+            let runs = seeds.map(|seed| with_ours(&ours, all, (seed, Duration::from_millis(1))));
+            (ours.tolerance_mm(), runs.collect::<Result<Vec<_>, _>>()?)
+        };
+        let found = Cleared::mean(&runs);
+        let (profile, system) = (shape.name.clone(), system.into());
+        Ok(ClearRow { profile, system, speed_mm_s, tolerance_mm, all, found })
+    })
+}
+
+/// Single and double passes over what each system left, with each controller.
+///
+/// # Errors
+/// [`StudyError`].
+pub fn finish_rows(
+    scenarios: &Scenarios,
+    paper: &[PaperRow],
+    ours: &[OurRow],
+    progress: &Progress<'_>,
+) -> Result<Vec<Finished>, StudyError> {
+    let mean = |tallies: &mut dyn Iterator<Item = &Tally>| {
+        let means: Vec<f64> = tallies.filter_map(|tally| tally.mean_mm).collect();
+        means.iter().sum::<f64>() / real(means.len().max(1) as u64)
+    };
+    let mut settings = Vec::new();
+    for (number, shape) in scenarios.profile.iter().enumerate() {
+        // Rows that the paper would have worked with: 4 mm and more.
+        let theirs =
+            paper.iter().filter(|row| row.reported.profile == shape.name && row.reported.tolerance_mm >= 4.0);
+        let theirs = mean(&mut theirs.map(|row| &row.found));
+        let own = mean(&mut ours.iter().filter(|row| row.profile == shape.name).map(|row| &row.found));
+        for kind in CONTROLLERS {
+            settings.extend([(number, kind, theirs, 1), (number, kind, theirs, 2), (number, kind, own, 1)]);
+        }
+    }
+    parallel(settings.len(), progress, |number| {
+        let (profile, kind, stock_mm, passes) = settings[number];
+        finish(&scenarios.profile[profile], scenarios.tool_diameter_mm, (stock_mm, passes), kind)
+    })
+}

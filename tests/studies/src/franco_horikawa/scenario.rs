@@ -1,0 +1,328 @@
+//! The study's scenarios, as data: profiles, the rows of the paper's tables, the delay model.
+
+use std::fmt::Write as _;
+
+use keepout_planner::machine::{MachineError, MachineProfile};
+use keepout_planner::order::{Order, OrderError};
+use keepout_planner::plan::{CertifiedPlan, Job};
+use keepout_planner::profile::MachinedSide;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::delays::Delays;
+
+/// A point, mm.
+pub type Mm = (f64, f64);
+
+/// Everything the study is about.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scenarios {
+    /// Diameter of the tool, mm.
+    pub tool_diameter_mm: f64,
+    /// Speeds of the product's rows, mm/s.
+    pub ours_mm_s: Vec<f64>,
+    /// Delays of the line in the product's rows, ms each way.
+    pub latencies_ms: Vec<u64>,
+    /// The paper's system.
+    pub delays: Delays,
+    /// The profiles.
+    pub profile: Vec<Shape>,
+    /// The rows of Tables 2 and 3, in their order.
+    pub row: Vec<Reported>,
+}
+
+/// A profile, and the side on which it is machined.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Shape {
+    /// Short name.
+    pub name: String,
+    /// What people call it.
+    pub title: String,
+    /// Where the tool is.
+    side: ShapeSide,
+    /// Corners of the closed profile, drawing coordinates, mm.
+    pub corners: Vec<Mm>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum ShapeSide {
+    Outside,
+    Inside,
+}
+
+/// A row of the paper's tables.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Reported {
+    /// The table: "2 (a)".
+    pub table: String,
+    /// The profile's name.
+    pub profile: String,
+    /// Feed V, mm/s.
+    pub feed_mm_s: f64,
+    /// Tolerance T, mm.
+    pub tolerance_mm: f64,
+    /// Attempts.
+    pub attempts: u32,
+    /// Attempts without an invasion.
+    pub successes: u32,
+    /// Mean under-cutting of the successes, mm.
+    pub under_cutting_mm: Option<f64>,
+    /// Whether the delay model was fitted to this row.
+    #[serde(default)]
+    pub calibrates: bool,
+}
+
+impl Reported {
+    /// Share of attempts without an invasion.
+    #[must_use]
+    pub fn success(&self) -> f64 {
+        f64::from(self.successes) / f64::from(self.attempts)
+    }
+}
+
+/// Why there are no scenarios, or nothing can be run for them.
+#[derive(Debug, Error)]
+pub enum StudyError {
+    /// They are not understood.
+    #[error("scenarios of the study: {reason}")]
+    Parse {
+        /// Where and what.
+        reason: String,
+    },
+    /// A row names a profile that there is not.
+    #[error("scenarios of the study: a row names the profile \"{name}\", which there is not")]
+    Profile {
+        /// The name.
+        name: String,
+    },
+    /// The machine is refused.
+    #[error(transparent)]
+    Machine(#[from] MachineError),
+    /// No plan can be made.
+    #[error("profile \"{name}\": {source}")]
+    Plan {
+        /// The profile.
+        name: String,
+        /// Why.
+        source: OrderError,
+    },
+    /// The paper's construction fails.
+    #[error("profile \"{name}\": {source}")]
+    Radius {
+        /// The profile.
+        name: String,
+        /// Why.
+        source: super::invasion::RadiusError,
+    },
+    /// The tool fits nowhere.
+    #[error("profile \"{name}\": no free place to start from")]
+    NoStart {
+        /// The profile.
+        name: String,
+    },
+    /// The drives are refused.
+    #[error(transparent)]
+    Drives(#[from] keepout_drives::profile::ProfileError),
+    /// The profile does not lie on the machine.
+    #[error(transparent)]
+    Place(#[from] keepout_executor::session::PlaceError),
+    /// A session can not be run.
+    #[error(transparent)]
+    Session(#[from] keepout_sim::session::SimError),
+    /// The drives have no such controller, or no interpolator.
+    #[error("{drives}: no {missing} for the finishing pass")]
+    Finishing {
+        /// The drives.
+        drives: String,
+        /// What is missing.
+        missing: String,
+    },
+    /// The results can not be written.
+    #[error("the study's results: {0}")]
+    Results(#[from] serde_json::Error),
+    /// A session ended as none may.
+    #[error("{what}: {reason}")]
+    Ended {
+        /// The attempt.
+        what: String,
+        /// How.
+        reason: String,
+    },
+}
+
+impl Scenarios {
+    /// The study that comes with the program.
+    ///
+    /// # Errors
+    /// None, but for a wrong file in the source.
+    pub fn built_in() -> Result<Self, StudyError> {
+        Self::parse(include_str!("scenarios.toml"))
+    }
+
+    /// Scenarios of a TOML text.
+    ///
+    /// # Errors
+    /// [`StudyError`] with the place.
+    pub fn parse(text: &str) -> Result<Self, StudyError> {
+        let scenarios: Self =
+            toml::from_str(text).map_err(|error| StudyError::Parse { reason: error.to_string() })?;
+        scenarios.row.iter().try_for_each(|row| scenarios.shape(&row.profile).map(|_| ()))?;
+        Ok(scenarios)
+    }
+
+    /// The profile of that name.
+    ///
+    /// # Errors
+    /// [`StudyError::Profile`] when there is none.
+    pub fn shape(&self, name: &str) -> Result<&Shape, StudyError> {
+        let found = self.profile.iter().find(|shape| shape.name == name);
+        found.ok_or_else(|| StudyError::Profile { name: name.into() })
+    }
+}
+
+impl Shape {
+    /// A bar, whose left side is the barrier of the one-dimensional system.
+    #[must_use]
+    pub fn bar() -> Self {
+        let corners = vec![(0.0, 0.0), (40.0, 0.0), (40.0, 60.0), (0.0, 60.0)];
+        Self { name: "bar".into(), title: "bar".into(), side: ShapeSide::Outside, corners }
+    }
+
+    /// Where the tool is.
+    #[must_use]
+    pub fn side(&self) -> MachinedSide {
+        match self.side {
+            ShapeSide::Outside => MachinedSide::Outside,
+            ShapeSide::Inside => MachinedSide::Inside,
+        }
+    }
+
+    /// The profile's edges.
+    pub fn edges(&self) -> impl Iterator<Item = (Mm, Mm)> + '_ {
+        let next = self.corners.iter().cycle().skip(1);
+        self.corners.iter().copied().zip(next.copied())
+    }
+
+    /// The box around it, `(min x, min y, max x, max y)`, mm.
+    #[must_use]
+    pub fn box_mm(&self) -> (f64, f64, f64, f64) {
+        let none = (f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY);
+        self.corners.iter().fold(none, |around, corner| {
+            (around.0.min(corner.0), around.1.min(corner.1), around.2.max(corner.0), around.3.max(corner.1))
+        })
+    }
+
+    /// The nearest point of the profile, mm.
+    #[must_use]
+    pub fn nearest(&self, p: Mm) -> Mm {
+        let feet = self.edges().map(|(a, b)| keepout_planner::units::nearest_on_mm(p, a, b));
+        let far = |q: Mm| (p.0 - q.0).hypot(p.1 - q.1);
+        feet.min_by(|a, b| far(*a).total_cmp(&far(*b))).unwrap_or(p)
+    }
+
+    /// The distance to the profile, mm: positive on the tool's side.
+    #[must_use]
+    pub fn clearance(&self, p: Mm) -> f64 {
+        let foot = self.nearest(p);
+        let distance = (p.0 - foot.0).hypot(p.1 - foot.1);
+        let crossings = self.edges().filter(|(a, b)| {
+            (a.1 > p.1) != (b.1 > p.1) && p.0 < a.0 + (p.1 - a.1) / (b.1 - a.1) * (b.0 - a.0)
+        });
+        let within = crossings.count() % 2 == 1;
+        if within == (self.side == ShapeSide::Inside) { distance } else { -distance }
+    }
+
+    /// The profile as a DXF drawing of lines, in mm.
+    #[must_use]
+    pub fn dxf(&self) -> String {
+        let mut text =
+            String::from("0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n");
+        for ((x0, y0), (x1, y1)) in self.edges() {
+            let _ = write!(text, "0\nLINE\n8\n0\n10\n{x0}\n20\n{y0}\n11\n{x1}\n21\n{y1}\n");
+        }
+        text + "0\nENDSEC\n0\nEOF\n"
+    }
+
+    /// The plan for it, from its drawing.
+    ///
+    /// # Errors
+    /// [`StudyError::Plan`] when none can be made.
+    pub fn plan(&self, machine: &MachineProfile, job: Job) -> Result<CertifiedPlan, StudyError> {
+        let order = Order { job: Job { side: self.side(), ..job }, ..Order::default() };
+        let plan = order.plan(&self.name, self.dxf().as_bytes(), machine, &mut |_| {});
+        plan.map_err(|source| StudyError::Plan { name: self.name.clone(), source })
+    }
+
+    /// A place where the tool starts: its edge `from_mm` to `to_mm` from the profile.
+    ///
+    /// # Errors
+    /// [`StudyError::NoStart`] when none is found.
+    pub fn start(
+        &self,
+        radius_mm: f64,
+        (from_mm, to_mm): (f64, f64),
+        random: &mut fastrand::Rng,
+    ) -> Result<Mm, StudyError> {
+        let (x0, y0, x1, y1) = self.box_mm();
+        let grown = radius_mm + to_mm;
+        let (width, height) = (x1 - x0 + 2.0 * grown, y1 - y0 + 2.0 * grown);
+        let place = |random: &mut fastrand::Rng| {
+            (x0 - grown + width * random.f64(), y0 - grown + height * random.f64())
+        };
+        let fits = |p: &Mm| (from_mm..=to_mm).contains(&(self.clearance(*p) - radius_mm));
+        let found = (0..TRIES).map(|_| place(random)).find(fits);
+        found.ok_or_else(|| StudyError::NoStart { name: self.name.clone() })
+    }
+}
+
+/// Places tried for a start.
+const TRIES: u32 = 100_000;
+
+/// The machine of the paper's Table 1, that goes no faster than this by hand and in contours.
+///
+/// # Errors
+/// None, but for a wrong file in the source.
+pub fn machine(max_rate_mm_s: f64) -> Result<MachineProfile, StudyError> {
+    let text = include_str!("nsk-modules.toml");
+    let machine: MachineProfile =
+        toml::from_str(text).map_err(|error| StudyError::Parse { reason: error.to_string() })?;
+    Ok(MachineProfile { max_rate_mm_s, ..machine }.checked()?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clearance_has_the_side_of_the_tool() {
+        let bar = Shape::bar();
+        let pocket = Shape { side: ShapeSide::Inside, ..Shape::bar() };
+        for (at, clearance) in
+            [((-5.0, 10.0), 5.0), ((3.0, 30.0), -3.0), ((-3.0, -4.0), 5.0), ((20.0, 58.0), -2.0)]
+        {
+            assert!((bar.clearance(at) - clearance).abs() < 1e-12, "{at:?}");
+            assert!((pocket.clearance(at) + clearance).abs() < 1e-12, "{at:?}");
+        }
+    }
+
+    /// Profile, plan and exact part agree on which side is which, and starts are where they are wanted.
+    #[test]
+    fn starts_are_free() {
+        let scenarios = Scenarios::built_in().unwrap();
+        let mut random = fastrand::Rng::with_seed(4);
+        for shape in &scenarios.profile {
+            let plan = shape.plan(&machine(12.0).unwrap(), Job::default()).unwrap();
+            for _ in 0..50 {
+                let start = shape.start(3.0, (8.0, 30.0), &mut random).unwrap();
+                assert!((11.0..=33.0).contains(&shape.clearance(start)));
+                let point = keepout_planner::units::point_from_mm(start).unwrap();
+                assert!(plan.part.free_point(point, plan.roughing).is_ok(), "{} {start:?}", shape.name);
+            }
+            assert!(matches!(shape.start(3.0, (30.0, 8.0), &mut random), Err(StudyError::NoStart { .. })));
+        }
+    }
+}

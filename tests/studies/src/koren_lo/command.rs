@@ -1,0 +1,175 @@
+//! `compare`, `table3` and `koren-lo`: controllers of feed drives side by side.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+use keepout_drives::controllers::kind::Kind;
+use keepout_drives::profile::DriveProfile;
+use keepout_drives::reference::Ramp;
+use keepout_planner::{plan_file, text_file};
+
+use super::comparison::{Comparison, ModelError};
+use super::finishing::{self, ContourPath};
+use super::scenario::{FrictionKind, Scenario, Shape};
+use super::{grades, page, picture};
+use crate::command::{CommandError, bar, make_folder, write};
+
+/// What is compared, and where the result goes.
+#[derive(Debug, Args)]
+pub struct CompareArguments {
+    /// The drives: a built-in profile (koren-lo-table-1, koren-lo-table-2, nsk-modules, simulated, ...) or a TOML file. Without it, each
+    /// scenario's own.
+    #[arg(long, value_name = "PROFILE")]
+    machine: Option<String>,
+    /// Scenarios to take: names of built-in ones, or a TOML file of them. All without it.
+    #[arg(long, value_name = "NAME|FILE")]
+    scenario: Vec<String>,
+    /// Follow the finishing path of this plan instead, each loop a row.
+    #[arg(long, value_name = "PLAN", conflicts_with = "scenario")]
+    plan: Option<PathBuf>,
+    /// The feed along it where a pass has none of its own, mm/min.
+    #[arg(long, value_name = "MM_MIN", default_value_t = 900.0, requires = "plan")]
+    feed: f64,
+    /// Reach that feed, and leave it at the end, within so many seconds (raised cosine).
+    #[arg(long, value_name = "S", default_value_t = 0.0, requires = "plan")]
+    ramp_s: f64,
+    /// Controllers to take. All without it.
+    #[arg(long, value_name = "NAME", value_parser = kind)]
+    controller: Vec<Kind>,
+    /// How far the controllers' models are off, in per cent: gains +, − and time constants −, + on X, Y.
+    #[arg(long, default_value_t = 0.0, value_name = "PERCENT")]
+    model_error: f64,
+    /// Where the table (Markdown, CSV) and the pictures go.
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+}
+
+fn kind(text: &str) -> Result<Kind, String> {
+    Kind::named(text).ok_or_else(|| {
+        let names: Vec<_> = Kind::ALL.iter().map(|kind| kind.names().0).collect();
+        format!("there is no such controller; there are: {}", names.join(", "))
+    })
+}
+
+/// The scenarios asked for.
+fn scenarios(names: &[String]) -> Result<Vec<Scenario>, CommandError> {
+    let built_in = Scenario::built_in()?;
+    if names.is_empty() {
+        return Ok(built_in);
+    }
+    let mut found = Vec::new();
+    for name in names {
+        if let Some(scenario) = built_in.iter().find(|scenario| scenario.name == *name) {
+            found.push(scenario.clone());
+            continue;
+        }
+        let text = text_file::read(Path::new(name)).map_err(|error| {
+            let known: Vec<_> = built_in.iter().map(|scenario| scenario.name.as_str()).collect();
+            CommandError::Argument(format!(
+                "{name} is neither a scenario ({}) nor a file: {error}",
+                known.join(", ")
+            ))
+        })?;
+        found.extend(Scenario::parse(name, &text)?);
+    }
+    Ok(found)
+}
+
+/// The loops of a plan as scenarios, with friction that sticks and the force of the cut.
+fn loops_of(plan: &Path, arguments: &CompareArguments) -> Result<Vec<Scenario>, CommandError> {
+    if !(0.0..=60.0).contains(&arguments.ramp_s) {
+        return Err(CommandError::Argument(format!(
+            "--ramp-s {} must be between 0 and 60 s",
+            arguments.ramp_s
+        )));
+    }
+    let loops = finishing::loops(&plan_file::load(plan)?.certify()?.plan);
+    let ramp = if arguments.ramp_s > 0.0 { Ramp::RaisedCosine(arguments.ramp_s) } else { Ramp::None };
+    let scenario = |each: ContourPath| Scenario {
+        name: each.name,
+        title: "finishing path".into(),
+        figure: None,
+        machine: "simulated".into(),
+        path: Shape::Given(each.pieces),
+        feed_m_min: each.feed_mm_min.map_or(arguments.feed, f64::from) / 1000.0,
+        ramp,
+        friction: FrictionKind::Stick,
+        cutting: true,
+        limit_bits: None,
+    };
+    Ok(loops.into_iter().map(scenario).collect())
+}
+
+/// Compares controllers.
+///
+/// # Errors
+/// [`CommandError`] when an argument is refused, or a file can not be written.
+pub fn compare(arguments: &CompareArguments) -> Result<ExitCode, CommandError> {
+    if !(0.0..=50.0).contains(&arguments.model_error) {
+        let reason = format!("--model-error {} must be between 0 and 50 per cent", arguments.model_error);
+        return Err(CommandError::Argument(reason));
+    }
+    let scenarios = match &arguments.plan {
+        Some(plan) => loops_of(plan, arguments)?,
+        None => scenarios(&arguments.scenario)?,
+    };
+    let machine = arguments.machine.as_deref().map(DriveProfile::load).transpose()?;
+    let kinds =
+        if arguments.controller.is_empty() { Kind::ALL.to_vec() } else { arguments.controller.clone() };
+    let error = ModelError::crossed(arguments.model_error / 100.0);
+    let bar = bar();
+    let found = Comparison::run(&scenarios, machine.as_ref(), &kinds, error, &mut show(&bar))?;
+    bar.finish_and_clear();
+    let table = format!("{}\n{}", found.legend(), found.markdown());
+    print!("{table}");
+    let Some(folder) = &arguments.output else { return Ok(ExitCode::SUCCESS) };
+    make_folder(folder)?;
+    write(&folder.join("compare.md"), table.as_bytes())?;
+    write(&folder.join("compare.csv"), found.csv().as_bytes())?;
+    for row in &found.rows {
+        write(&folder.join(format!("{}.svg", file_name(&row.scenario.name))), picture::svg(row).as_bytes())?;
+    }
+    println!("written      {}", folder.display());
+    Ok(ExitCode::SUCCESS)
+}
+
+/// A scenario's name without what a file's name can not have.
+fn file_name(name: &str) -> String {
+    name.chars().map(|c| if c.is_ascii_alphanumeric() || "-_".contains(c) { c } else { '-' }).collect()
+}
+
+/// Prints the grades of Table 3 beside ours.
+///
+/// # Errors
+/// [`CommandError`] when a built-in profile is wrong.
+pub fn table_3() -> Result<ExitCode, CommandError> {
+    print!("{}", grades::markdown(&grades::cells()?));
+    Ok(ExitCode::SUCCESS)
+}
+
+fn show(bar: &indicatif::ProgressBar) -> impl FnMut(usize, usize) {
+    |done, all| {
+        bar.set_length(all as u64);
+        bar.set_position(done as u64);
+    }
+}
+
+/// Writes the page and its pictures.
+///
+/// # Errors
+/// [`CommandError`] when a file can not be written.
+pub fn write_page(folder: &Path) -> Result<ExitCode, CommandError> {
+    let bar = bar();
+    let page = page::page(&mut show(&bar))?;
+    bar.finish_and_clear();
+    let pictures = folder.join("koren-lo");
+    make_folder(&pictures)?;
+    for (name, svg) in &page.pictures {
+        write(&pictures.join(name), svg.as_bytes())?;
+    }
+    let path = folder.join("koren-lo.md");
+    write(&path, page.text.as_bytes())?;
+    println!("written      {}", path.display());
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,77 @@
+//! The finishing path of a plan, as paths for drives to follow.
+
+use keepout_drives::Axes;
+use keepout_drives::path::Piece;
+use keepout_kernel::exact::arc::{Curve, Turn};
+use keepout_planner::plan::Plan;
+use keepout_planner::units::point_mm;
+
+/// One loop of one pass, in mm.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContourPath {
+    /// Its pass and its number in it, counted from 1: "2:1"; the number alone where there is one pass.
+    pub name: String,
+    /// The pass's feed, if it has one of its own.
+    pub feed_mm_min: Option<u32>,
+    /// Its lines and arcs.
+    pub pieces: Vec<Piece>,
+}
+
+/// Every loop of every pass.
+#[must_use]
+pub fn loops(plan: &Plan) -> Vec<ContourPath> {
+    let mut loops = Vec::new();
+    for (pass, each) in plan.passes.iter().enumerate() {
+        for (number, found) in each.path.loops.iter().enumerate() {
+            let name = if plan.passes.len() > 1 {
+                format!("{}:{}", pass + 1, number + 1)
+            } else {
+                format!("{}", number + 1)
+            };
+            let pieces = found.curves.iter().map(piece).collect();
+            loops.push(ContourPath { name, feed_mm_min: each.feed_mm_min, pieces });
+        }
+    }
+    loops
+}
+
+fn piece(curve: &Curve) -> Piece {
+    let at = |point| {
+        let (x, y) = point_mm(point);
+        Axes::new(x, y)
+    };
+    match curve {
+        Curve::Line(segment) => Piece::Line { from: at(segment.from), to: at(segment.to) },
+        Curve::Arc(arc) => {
+            let sweep = keepout_kernel::curve::sweep(arc);
+            let signed = if arc.turn() == Turn::Left { sweep } else { -sweep };
+            Piece::arc(at(arc.centre()), at(curve.from()), signed)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use keepout_planner::machine::MachineProfile;
+    use keepout_planner::order::Order;
+
+    use super::*;
+
+    /// Each loop is closed, and its pieces hang together.
+    #[test]
+    fn loops_hang_together() {
+        let bytes = include_bytes!("../../../../executor/cli/drawings/bracket.dxf");
+        let plan =
+            Order::default().plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap();
+        let found = loops(&plan.plan);
+        assert_eq!(found.len(), plan.plan.loop_count());
+        for each in &found {
+            let ends = each.pieces.iter().map(|piece| (piece.at(0.0).point, piece.at(piece.length()).point));
+            let ends: Vec<_> = ends.collect();
+            for (number, (_, end)) in ends.iter().enumerate() {
+                let next = ends[(number + 1) % ends.len()].0;
+                assert!((end - next).norm() < 1e-4, "{} {number}: {end} {next}", each.name);
+            }
+        }
+    }
+}

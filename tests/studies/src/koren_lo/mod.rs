@@ -1,0 +1,10 @@
+//! Koren & Lo, "Advanced controllers for feed drives" (CIRP 1992), reproduced and compared with our controllers.
+
+pub mod command;
+pub mod comparison;
+pub mod equations;
+pub mod finishing;
+pub mod grades;
+pub mod page;
+pub mod picture;
+pub mod scenario;

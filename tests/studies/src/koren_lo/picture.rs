@@ -1,0 +1,227 @@
+//! SVG pictures in the manner of the paper's Figs. 11 to 21: contour error over time, and magnified around circles and corners.
+
+use std::fmt::Write as _;
+
+use keepout_drives::Axes;
+use keepout_drives::metrics::{Moment, figure};
+use keepout_planner::picture::escape;
+
+use super::comparison::{Entry, Row};
+use super::scenario::Shape;
+
+/// A panel's side, and what is left around it.
+const SIDE: f64 = 190.0;
+const GAP: f64 = 26.0;
+const HEAD: f64 = 34.0;
+/// Panels side by side.
+const COLUMNS: usize = 6;
+/// Points of a curve at most.
+const POINTS: usize = 700;
+/// Height of a panel of errors over time.
+const TIME_HEIGHT: f64 = 90.0;
+
+/// A row of the comparison: a panel for each controller, with its own scale. Runs that diverge are left out.
+#[must_use]
+pub fn svg(row: &Row) -> String {
+    let shown: Vec<&Entry> =
+        row.entries.iter().filter(|entry| entry.outcome.figures.contour.max < 1e6).collect();
+    let columns = shown.len().clamp(1, COLUMNS);
+    let with_path = !matches!(row.scenario.path, Shape::Line { .. });
+    let panel_height = HEAD + TIME_HEIGHT + if with_path { SIDE + 8.0 } else { 0.0 };
+    let lines = shown.len().div_ceil(COLUMNS).max(1);
+    let (width, height) =
+        (count(columns) * (SIDE + GAP) + GAP, count(lines) * (panel_height + GAP) + GAP + 22.0);
+    let mut body = String::new();
+    for (number, entry) in shown.into_iter().enumerate() {
+        let x = GAP + count(number % COLUMNS) * (SIDE + GAP);
+        let y = GAP + 22.0 + count(number / COLUMNS) * (panel_height + GAP);
+        panel(&mut body, row, entry, (x, y), with_path);
+    }
+    let title = format!("{}: {}, {} m/min", row.scenario.name, row.scenario.title, row.scenario.feed_m_min);
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" font-family=\"sans-serif\" font-size=\"11\">\n\
+         <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n\
+         <text x=\"{GAP}\" y=\"26\" font-size=\"15\">{}</text>\n{body}</svg>\n",
+        escape(&title)
+    )
+}
+
+#[expect(clippy::cast_precision_loss, reason = "a count of panels or points")]
+fn count(number: usize) -> f64 {
+    number as f64
+}
+
+fn panel(body: &mut String, row: &Row, entry: &Entry, (x, y): (f64, f64), with_path: bool) {
+    let contour = entry.outcome.figures.contour.times(row.um());
+    let _ = write!(
+        body,
+        "<g transform=\"translate({x:.1} {y:.1})\">\n<text y=\"11\">{}</text>\n\
+         <text y=\"25\" fill=\"#555\">RMS {} · max {} µm</text>\n",
+        escape(&entry.name()),
+        figure(contour.rms),
+        figure(contour.max)
+    );
+    let moments = &entry.outcome.moments;
+    let division = division(contour.max);
+    over_time(body, moments, row.um(), division);
+    if with_path {
+        let _ = writeln!(body, "<g transform=\"translate(0 {:.1})\">", HEAD + TIME_HEIGHT + 8.0);
+        match row.scenario.path {
+            Shape::Corner { .. } => at_corner(body, row, moments),
+            _ => magnified(body, row, moments, division),
+        }
+        body.push_str("</g>\n");
+    }
+    body.push_str("</g>\n");
+}
+
+/// 1, 2 or 5 times a power of ten, of which one or a few hold the error, µm.
+fn division(max: f64) -> f64 {
+    let size = 10_f64.powf(max.max(1e-4).log10().floor());
+    [1.0, 2.0, 5.0, 10.0].map(|step| step * size).into_iter().find(|&step| max <= step).unwrap_or(max)
+}
+
+/// Every so many moments, so that a curve has points enough and no more.
+fn thinned(moments: &[Moment]) -> impl Iterator<Item = &Moment> {
+    moments.iter().step_by(moments.len().div_ceil(POINTS).max(1))
+}
+
+fn polyline(body: &mut String, points: impl Iterator<Item = (f64, f64)>, style: &str) {
+    body.push_str("<polyline points=\"");
+    for (x, y) in points {
+        let _ = write!(body, "{x:.1},{y:.1} ");
+    }
+    let _ = writeln!(body, "\" fill=\"none\" {style}/>");
+}
+
+const CURVE: &str = "stroke=\"#b03020\" stroke-width=\"1.1\"";
+const PATH: &str = "stroke=\"#888\" stroke-width=\"0.8\"";
+
+/// Contour error over time.
+fn over_time(body: &mut String, moments: &[Moment], um: f64, division: f64) {
+    let (top, middle) = (HEAD, HEAD + TIME_HEIGHT / 2.0);
+    let last = moments.last().map_or(1.0, |moment| moment.at_s.max(1e-9));
+    let _ = write!(
+        body,
+        "<rect y=\"{top}\" width=\"{SIDE}\" height=\"{TIME_HEIGHT}\" fill=\"none\" stroke=\"#ccc\"/>\n\
+         <line y1=\"{middle}\" x2=\"{SIDE}\" y2=\"{middle}\" {PATH}/>\n\
+         <text x=\"3\" y=\"{:.1}\" fill=\"#555\" font-size=\"9\">±{} µm over {last:.2} s</text>\n",
+        top + 10.0,
+        plain(division)
+    );
+    let at = |moment: &Moment| {
+        (moment.at_s / last * SIDE, middle - moment.contour_error * um / division * TIME_HEIGHT / 2.0 * 0.95)
+    };
+    polyline(body, thinned(moments).map(at), CURVE);
+}
+
+/// A figure without needless zeros.
+fn plain(value: f64) -> String {
+    let text = format!("{value:.4}");
+    text.trim_end_matches('0').trim_end_matches('.').into()
+}
+
+/// Around a closed path, errors magnified across it.
+fn magnified(body: &mut String, row: &Row, moments: &[Moment], division: f64) {
+    let path = &row.task.path;
+    let length = path.length();
+    let along = |share: f64| path.at(share * length).map(|(_, foot)| foot.point);
+    let outline: Vec<Axes> = (0..=240).filter_map(|i| along(f64::from(i) / 240.0)).collect();
+    let (low, high) =
+        outline.iter().fold((Axes::repeat(f64::MAX), Axes::repeat(f64::MIN)), |(low, high), point| {
+            (low.inf(point), high.sup(point))
+        });
+    let size = (high - low).max().max(1.0);
+    // The outline takes two thirds of the panel; a division of error a tenth.
+    let scale = SIDE * 0.66 / size;
+    let centre = (low + high) / 2.0;
+    let place = |point: Axes| {
+        let off = (point - centre) * scale;
+        (SIDE / 2.0 + off.x, SIDE / 2.0 - off.y)
+    };
+    polyline(body, outline.iter().map(|&point| place(point)), PATH);
+    let across = SIDE * 0.14 / (division / row.um()) / scale;
+    let shown = thinned(moments).map(|moment| {
+        let number = path.at(0.0).map_or(0, |(number, _)| number);
+        let foot = path.nearest(moment.position, nearest_piece(row, moment, number));
+        place(foot.point + keepout_drives::path::left_of(foot.tangent) * moment.contour_error * across)
+    });
+    polyline(body, shown, CURVE);
+    let _ = writeln!(
+        body,
+        "<text x=\"3\" y=\"{:.1}\" fill=\"#555\" font-size=\"9\">across the path × {across:.0}</text>",
+        SIDE - 3.0
+    );
+}
+
+/// The piece that the reference is on.
+fn nearest_piece(row: &Row, moment: &Moment, first: usize) -> usize {
+    let pieces = row.task.path.pieces();
+    let distance =
+        |number: &usize| (pieces[*number].nearest(moment.reference).point - moment.reference).norm();
+    if pieces.len() == 1 {
+        return first;
+    }
+    (0..pieces.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(first)
+}
+
+/// The corner itself, as large as what is left of it asks for.
+fn at_corner(body: &mut String, row: &Row, moments: &[Moment]) {
+    let Some(tip) = row.task.path.pieces().get(1).map(|piece| piece.at(0.0).point) else { return };
+    let worst =
+        moments.iter().map(|moment| moment.contour_error.abs().max(moment.overshoot)).fold(0.0, f64::max);
+    // Half the panel is three times the error.
+    let reach = (3.0 * worst).max(1.0);
+    let scale = SIDE / 2.0 / reach;
+    let place = |point: Axes| {
+        let off = (point - tip) * scale;
+        (SIDE / 2.0 + off.x, SIDE / 2.0 - off.y)
+    };
+    let clip = format!("corner-{}-{:.0}", row.scenario.name, worst * 1e6);
+    let _ = write!(
+        body,
+        "<clipPath id=\"{clip}\"><rect width=\"{SIDE}\" height=\"{SIDE}\"/></clipPath>\n\
+         <rect width=\"{SIDE}\" height=\"{SIDE}\" fill=\"none\" stroke=\"#ccc\"/>\n<g clip-path=\"url(#{clip})\">\n"
+    );
+    let ends = row.task.path.pieces().iter().flat_map(|piece| [piece.at(0.0), piece.at(piece.length())]);
+    polyline(body, ends.map(|foot| place(foot.point)), PATH);
+    let near = moments.iter().filter(|moment| (moment.position - tip).amax() <= 2.0 * reach);
+    polyline(body, near.map(|moment| place(moment.position)), CURVE);
+    let _ = writeln!(
+        body,
+        "</g>\n<text x=\"3\" y=\"{:.1}\" fill=\"#555\" font-size=\"9\">{} µm from edge to edge</text>",
+        SIDE - 3.0,
+        figure(2.0 * reach * row.um())
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use keepout_drives::controllers::kind::Kind;
+    use keepout_drives::profile::DriveProfile;
+
+    use super::*;
+    use crate::koren_lo::comparison::ModelError;
+    use crate::koren_lo::scenario::Scenario;
+
+    /// Every shape is drawn, with a panel for each controller and no figure that is none.
+    #[test]
+    fn pictures_have_a_panel_for_each_controller() {
+        for name in ["S1", "S6", "E1"] {
+            let rows = Scenario::built_in().unwrap();
+            let scenario = rows.iter().find(|row| row.name == name).unwrap();
+            let mut row = Row::new(scenario, &DriveProfile::load(&scenario.machine).unwrap());
+            let kinds = [Kind::P, Kind::Pid, Kind::Ccc];
+            row.entries = kinds.into_iter().filter_map(|kind| row.entry(kind, ModelError::NONE)).collect();
+            let picture = svg(&row);
+            assert_eq!(picture.matches("RMS").count(), 3);
+            assert!(!picture.contains("NaN") && !picture.contains("inf"));
+            assert_eq!(picture.matches("<g").count(), picture.matches("</g>").count());
+        }
+    }
+
+    #[test]
+    fn divisions_are_round_and_hold_the_error() {
+        assert_eq!([0.032, 2.8, 11.9, 566.0].map(|max| plain(division(max))), ["0.05", "5", "20", "1000"]);
+    }
+}

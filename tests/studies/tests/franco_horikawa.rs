@@ -1,0 +1,189 @@
+//! The study of Franco & Horikawa's experiment: what it must show, and that `docs/franco-horikawa.md` is what it wrote.
+#![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
+
+use std::path::{Path, PathBuf};
+
+use keepout_drives::budget::{Question, budget};
+use keepout_drives::controllers::kind::Kind;
+use keepout_drives::profile::DriveProfile;
+use keepout_studies::franco_horikawa::attempt::{Tally, operator_of, seed_of};
+use keepout_studies::franco_horikawa::calibration::misfit;
+use keepout_studies::franco_horikawa::page::{FOLDER, page};
+use keepout_studies::franco_horikawa::picture::chart;
+use keepout_studies::franco_horikawa::results::{PaperRow, Results, our_rows, paper_attempts, paper_rows};
+use keepout_studies::franco_horikawa::scenario::{Scenarios, machine};
+use keepout_studies::franco_horikawa::tables::{csv, ours_table, paper_table};
+
+fn docs() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs")
+}
+
+fn kept(path: &Path) -> String {
+    std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+fn kept_results() -> Results {
+    serde_json::from_str(&kept(&docs().join(FOLDER).join("results.json"))).unwrap()
+}
+
+#[test]
+fn the_page_is_written_from_the_results() {
+    let (scenarios, results) = (Scenarios::built_in().unwrap(), kept_results());
+    assert_eq!(
+        results.delays, scenarios.delays,
+        "the delay model changed: run `cargo run --release -p keepout-studies -- franco-horikawa -o docs`"
+    );
+    assert_eq!(kept(&docs().join("franco-horikawa.md")), page(&scenarios, &results));
+    assert_eq!(kept(&docs().join(FOLDER).join("success.svg")), chart(&results));
+    for (name, table) in results.tables() {
+        assert_eq!(kept(&docs().join(FOLDER).join(format!("{name}.csv"))), csv(&table), "{name}");
+    }
+}
+
+/// What the study is there to show, with at least as many attempts as it must have.
+#[test]
+fn the_results_show_what_they_must() {
+    let results = kept_results();
+    let ours = results.ours_together();
+    assert!(ours.attempts >= 100_000 && ours.successes == ours.attempts, "{ours:?}");
+    assert!(ours.mean_mm.unwrap() <= 0.05, "{ours:?}");
+    assert!(results.ours.iter().any(|row| row.latency_ms >= 2000));
+    assert!(results.ours.iter().all(|row| row.found.attempts >= 1000));
+    assert!(results.paper.iter().all(|row| row.found.attempts >= 1000));
+    for row in results.paper.iter().filter(|row| row.reported.table == "2 (a)") {
+        let (tolerance, success) = (row.reported.tolerance_mm, row.found.success());
+        assert!(tolerance > 2.0 || success < 0.25, "{row:?}");
+        assert!(tolerance < 5.0 || success > 0.9, "{row:?}");
+    }
+    assert!(results.clearing.iter().all(|row| row.system == "paper" || row.found.deepest_mm == 0.0));
+    for row in &results.handwheel {
+        assert_eq!(row.released, row.found.attempts, "{row:?}");
+        assert!(row.system == "paper" || row.found.successes == row.found.attempts, "{row:?}");
+    }
+    // What the page says of x intervals alone: internal machining fails more often.
+    let success = |rows: &[PaperRow]| {
+        let internal = rows.iter().filter(|row| row.reported.table == "2 (b)");
+        internal.map(|row| row.found.success()).sum::<f64>()
+    };
+    assert!(success(&results.by_x) < success(&results.paper) - 0.1);
+    // That both feeds do alike, and under-cutting grows with T.
+    let triangle: Vec<_> = results.paper.iter().filter(|row| row.reported.table == "2 (a)").collect();
+    let (slow, quick) = triangle.split_at(triangle.len() / 2);
+    for (slow, quick) in slow.iter().zip(quick) {
+        assert!((slow.found.success() - quick.found.success()).abs() < 0.12, "{slow:?} {quick:?}");
+    }
+    for rows in [slow, quick] {
+        assert!(rows.windows(2).all(|pair| pair[0].found.success() < pair[1].found.success()));
+        assert!(rows[2..].windows(2).all(|pair| pair[0].found.mean_mm < pair[1].found.mean_mm));
+    }
+}
+
+/// The page's figures are not made up: the attempts of a row of the paper's, played again, come out as it says. Sines of another
+/// system may differ in the last digit, and an attempt with them.
+#[test]
+fn a_row_of_the_paper_comes_out_again() {
+    let (scenarios, results) = (Scenarios::built_in().unwrap(), kept_results());
+    for number in [1, 2, 9] {
+        let tried = paper_attempts(&scenarios, number, (results.attempts, results.seed)).unwrap();
+        let (found, kept) = (Tally::of(&tried), results.paper[number].found);
+        assert_eq!(found.attempts, kept.attempts);
+        assert!(found.successes.abs_diff(kept.successes) <= 5, "{found:?} {kept:?}");
+        assert!((found.mean_mm.unwrap() - kept.mean_mm.unwrap()).abs() < 0.02, "{found:?} {kept:?}");
+    }
+}
+
+#[test]
+fn a_seed_makes_the_tables() {
+    let scenarios = Scenarios::built_in().unwrap();
+    let made = |seed| {
+        let paper = paper_rows(&scenarios, (4, seed), &|_, _| {}).unwrap();
+        let ours = our_rows(&scenarios, (2, seed), &|_, _| {}).unwrap();
+        [csv(&paper_table(&paper)), csv(&ours_table(&ours))]
+    };
+    let first = made(5);
+    assert_eq!(first, made(5));
+    assert_ne!(first, made(6));
+}
+
+/// Every profile, speed and delay, with seeds that the page has not: never in the part, and never far from it.
+#[test]
+fn ours_is_never_in_the_part_and_stops_at_it() {
+    let scenarios = Scenarios::built_in().unwrap();
+    let rows = our_rows(&scenarios, (6, 77), &|_, _| {}).unwrap();
+    assert_eq!(
+        rows.len(),
+        scenarios.profile.len() * scenarios.ours_mm_s.len() * scenarios.latencies_ms.len()
+    );
+    for row in &rows {
+        assert_eq!(row.found.successes, row.found.attempts, "{row:?}");
+        assert!(row.found.mean_mm.unwrap() < 0.05, "{row:?}");
+    }
+}
+
+/// A bound on how far delays let the tool go is what an attempt is decided by: without them T need not be wide.
+#[test]
+fn it_is_the_delays_that_invade() {
+    let mut scenarios = Scenarios::built_in().unwrap();
+    scenarios.delays.compute_s = 0.0;
+    scenarios.delays.inertia_s = 0.0;
+    scenarios.delays.unit_mm = 0.1;
+    scenarios.delays.baud = 1e6;
+    // T = 2 mm, at 12 mm/s.
+    let quick = Tally::of(paper_attempts(&scenarios, 1, (200, 3)).unwrap());
+    assert!(quick.success() > 0.99 && quick.mean_mm.unwrap() > 1.5, "{quick:?}");
+}
+
+#[test]
+fn the_misfit_is_least_where_found_is_as_reported() {
+    let scenarios = Scenarios::built_in().unwrap();
+    let row = &scenarios.row[2];
+    let with = |successes: u64, mean_mm: f64| {
+        let found = Tally { attempts: 170, successes, mean_mm: Some(mean_mm), ..Tally::default() };
+        misfit(row, &found)
+    };
+    let reported = row.under_cutting_mm.unwrap();
+    let exact = with(110, reported);
+    for (successes, mean_mm) in [(60, reported), (160, reported), (110, reported + 0.5), (0, 0.0), (170, 9.0)]
+    {
+        assert!(with(successes, mean_mm) > exact + 1.0, "{successes} {mean_mm}");
+        assert!(with(successes, mean_mm).is_finite());
+    }
+}
+
+/// The machine of the study names this budget in its margin.
+#[test]
+fn the_modules_contour_error_is_that_of_their_drives() {
+    let machine = machine(1200.0).unwrap();
+    let profile = DriveProfile::load("nsk-modules").unwrap();
+    let interpolator = profile.interpolator.unwrap();
+    assert!(machine.acceleration_mm_s2 <= interpolator.acceleration_mm_s2);
+    assert!(machine.max_rate_mm_s <= interpolator.max_rate_mm_s);
+    let question = Question { kind: Kind::Contouring, feed_mm_s: 60.0, by_hand_mm_s: Some(1200.0) };
+    let found = budget(&profile, &question, &mut |_, _| {}).unwrap();
+    // Friction makes much of the last digit of a sine, which is the system's.
+    assert!(found.term_mm <= machine.contour_error_mm + 0.000_3, "{}", found.term_mm);
+    assert!(found.term_mm >= machine.contour_error_mm * 0.95, "{}", found.term_mm);
+    assert_eq!(machine.contour_error_source.as_ref(), Some(&found.source));
+}
+
+#[test]
+fn scenarios_that_are_wrong_are_refused() {
+    let text = include_str!("../src/franco_horikawa/scenarios.toml");
+    let unknown = text.replace("profile = \"triangle\"", "profile = \"square\"");
+    assert!(Scenarios::parse(&unknown).unwrap_err().to_string().contains("\"square\""));
+    let misspelt = text.replace("unit_mm", "unit_cm");
+    assert!(Scenarios::parse(&misspelt).unwrap_err().to_string().contains("unit_cm"));
+}
+
+#[test]
+fn attempts_have_streams_and_operators_of_their_own() {
+    let mut seeds: Vec<u64> = (0..20).flat_map(|row| (0..50).map(move |n| seed_of(1, row, n))).collect();
+    seeds.sort_unstable();
+    seeds.dedup();
+    assert_eq!(seeds.len(), 1000);
+    let all = keepout_studies::franco_horikawa::attempt::ALL;
+    let mut found: Vec<_> = (0..6).map(|attempt| format!("{:?}", operator_of(&all, attempt))).collect();
+    found.sort();
+    found.dedup();
+    assert_eq!(found.len(), 6);
+}

@@ -1,0 +1,43 @@
+//! A step of a controller allocates nothing, and neither does the plant under it.
+
+use keepout_drives::controllers::kind::Kind;
+use keepout_drives::plant::Plant;
+use keepout_drives::profile::DriveProfile;
+use keepout_drives::reference::Window;
+use keepout_studies::koren_lo::comparison::{ModelError, Row};
+use keepout_studies::koren_lo::scenario::Scenario;
+
+#[global_allocator]
+static ALLOCATOR: dhat::Alloc = dhat::Alloc;
+
+#[test]
+fn steps_allocate_nothing() {
+    let _profiler = dhat::Profiler::builder().testing().build();
+    let mut steps = 0;
+    for scenario in Scenario::built_in().unwrap() {
+        let row = Row::new(&scenario, &DriveProfile::load(&scenario.machine).unwrap());
+        for kind in Kind::ALL {
+            let setting = row.setting(ModelError::crossed(0.05));
+            let samples = &row.task.reference;
+            let mut blocks = Vec::new();
+            // All threads are counted: what the test runner's own allocates while it starts this one is not there a second time.
+            while blocks.last() != Some(&0) && blocks.len() < 3 {
+                let Some(mut controller) = kind.built(&setting) else { break };
+                let mut plant = Plant::at_rest(row.task.plant, samples[0].position());
+                let before = dhat::HeapStats::get().total_blocks;
+                for (now, sample) in samples.iter().enumerate().take(1500) {
+                    let command = controller.step(&Window::new(samples, now), plant.measured());
+                    plant.step(command, &row.task.load(sample));
+                    steps += 1;
+                }
+                blocks.push(dhat::HeapStats::get().total_blocks - before);
+            }
+            assert!(
+                blocks.last().is_none_or(|blocks| *blocks == 0),
+                "{} {kind:?}: {blocks:?}",
+                scenario.name
+            );
+        }
+    }
+    assert!(steps > 100_000, "{steps}");
+}
