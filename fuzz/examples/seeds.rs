@@ -8,16 +8,16 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use arbitrary::{Arbitrary, Unstructured};
-use keepout_executor::dialect::Language;
+use keepout_executor::dialect::DialectName;
 use keepout_executor::session::Going;
 use keepout_executor::session::log::{Header, LogTape};
 use keepout_fuzz::PLATE;
 use keepout_fuzz::sketch::{Family, Sketch};
 use keepout_kernel::Point;
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::order::Order;
 use keepout_planner::plan::Plan;
 use keepout_planner::plan_file;
+use keepout_planner::request::PlanRequest;
 use keepout_sim::operator::Script;
 use keepout_sim::session::{Scene, SimRun, run_scene};
 
@@ -82,15 +82,15 @@ fn drawings() -> Outcome {
 /// made for, and of one that is coarser than the whole margin.
 fn wrong_plans() -> Outcome {
     let planned = |machine: &MachineProfile| -> Result<Plan, Box<dyn Error>> {
-        let certified = Order::default().plan("plate", PLATE.as_bytes(), machine, &mut |_| {})?;
+        let certified = PlanRequest::default().plan("plate", PLATE.as_bytes(), machine, &mut |_| {})?;
         Ok(certified.plan)
     };
     let usual = MachineProfile::simulated();
     let plan = planned(&usual)?;
     let worse = MachineProfile { contour_error_mm: usual.contour_error_mm + 0.0008, ..usual.clone() };
     let near = Plan { budget: planned(&worse)?.budget, machine: worse, ..plan.clone() };
-    let coarse = MachineProfile { arc_tolerance_mm: 0.1, ..usual };
-    let small = Plan { machine: coarse, ..plan };
+    let simplified = MachineProfile { arc_tolerance_mm: 0.1, ..usual };
+    let small = Plan { machine: simplified, ..plan };
     for (name, plan, cause) in [("too-near", near, "path"), ("margin-too-small", small, "margin")] {
         let refused = plan.clone().certify().err().ok_or("a wrong plan is believed")?.to_string();
         if !refused.contains(cause) {
@@ -116,7 +116,7 @@ fn logs() -> Outcome {
     for (name, language, script, (x, y)) in scenes {
         let work = keepout_fuzz::work();
         let run = SimRun {
-            language: Language::named(language)?,
+            language: DialectName::named(language)?,
             servo: None,
             limit: Duration::from_secs(6),
             start: Some(Point::from_units(x * 100_000, y * 100_000)?),
@@ -128,7 +128,7 @@ fn logs() -> Outcome {
             drawing: "plate".into(),
             dialect: language.into(),
             offset: scene.setting.offset,
-            stroke: scene.options.stroke,
+            travel: scene.options.travel,
             feed_mm_min: run.feed_mm_min,
             travel_mm: None,
             simulated: true,
@@ -178,7 +178,7 @@ fn texts() -> Outcome {
         write("small_files", &name, format!("{kind}{}", fs::read_to_string(tree.join(file))?).as_bytes())?;
     }
     let setup = "eversion = 1\nrotation_deg = 12.0\norigin_mm = [-250.0, -200.0]\ndrawing = \"part.dxf\"\nmethod = \"points\"\n\
-touches = 2\nrotation_measured = true\nresidual_mm = 0.0\ntouch_error_mm = 0.01\nuncertainty_mm = 0.02\n";
+touches = 2\nrotation_measured = true\nresidual_mm = 0.0\nprobe_error_mm = 0.01\nuncertainty_mm = 0.02\n";
     write("small_files", "setup", setup.as_bytes())?;
     let script = "f# a hand\n0.0 1.0 0.0\n2.5 0.0 -0.5\n6 0 0.3 auto\n20 pause\n25 resume\n50 turn 0.05 -0.1\n60 quit\n";
     write("small_files", "script", script.as_bytes())?;

@@ -15,7 +15,7 @@ use keepout_proofs::square::plain;
 use crate::field::{Field, segment};
 use crate::import::told;
 use crate::offset::bent;
-use crate::witness::{places, to_chord};
+use crate::oracle::{places, to_chord};
 
 /// Any bytes as a part and motions beside it: point, motion, fan and clip are what big integers say over all edges.
 ///
@@ -48,8 +48,8 @@ fn clear_of(u: &mut Unstructured<'_>) -> Result<()> {
     }
     ask(&part, &truth, drawn.corners_around(), threshold);
     // The same once more among zones, and where curves may leave their chords.
-    for (_, slack) in drawn.outlines.iter_mut().flatten() {
-        *slack = slack_of(u)?;
+    for (_, chord_error) in drawn.outlines.iter_mut().flatten() {
+        *chord_error = slack_of(u)?;
     }
     for _ in 0..u.int_in_range(0..=2_u8)? {
         let zone = field.ring(u)?.into_iter().map(clamped);
@@ -141,13 +141,15 @@ impl Drawn {
 }
 
 fn ring_of(each: &Loop) -> std::result::Result<Ring, RingError> {
-    let pieces =
-        edges_of(each).map(|((a, b), slack)| Piece::Line { segment: segment(a, b), slack: length(slack) });
+    let pieces = edges_of(each).map(|((a, b), chord_error)| Piece::Line {
+        segment: segment(a, b),
+        chord_error: length(chord_error),
+    });
     Ring::from_pieces(&pieces.collect::<Vec<_>>())
 }
 
 fn edges_of(each: &Loop) -> impl Iterator<Item = ((Xy, Xy), i64)> + '_ {
-    each.iter().zip(each.iter().cycle().skip(1)).map(|(&(a, slack), &(b, _))| ((a, b), slack))
+    each.iter().zip(each.iter().cycle().skip(1)).map(|(&(a, chord_error), &(b, _))| ((a, b), chord_error))
 }
 
 /// What big integers say of it.
@@ -179,33 +181,34 @@ impl Truth {
     }
 
     fn near_point(&self, p: Xy, r: i64) -> bool {
-        self.walls.iter().any(|&((a, b), slack)| point_within(p, a, b, r + slack))
+        self.walls.iter().any(|&((a, b), chord_error)| point_within(p, a, b, r + chord_error))
     }
 
     /// How far places on the curve are from every wall, less what that may leave its chord by.
     #[expect(clippy::cast_precision_loss, reason = "slacks have 17 bits")]
     fn kept_by(&self, curve: &Curve) -> f64 {
         let left = |place| {
-            let off =
-                |&((a, b), slack): &((Xy, Xy), i64)| to_chord(place, (xy(at(a)), xy(at(b)))) - slack as f64;
+            let off = |&((a, b), chord_error): &((Xy, Xy), i64)| {
+                to_chord(place, (xy(at(a)), xy(at(b)))) - chord_error as f64
+            };
             self.walls.iter().map(off).fold(f64::INFINITY, f64::min)
         };
         places(curve).into_iter().map(left).fold(f64::INFINITY, f64::min)
     }
 
     fn near_motion(&self, p: Xy, q: Xy, r: i64) -> bool {
-        self.walls.iter().any(|&((a, b), slack)| segments_within(p, q, a, b, r + slack))
+        self.walls.iter().any(|&((a, b), chord_error)| segments_within(p, q, a, b, r + chord_error))
     }
 
     fn near_fan(&self, corners: [Xy; 3], r: i64) -> bool {
-        self.walls.iter().any(|&((a, b), slack)| triangle_within(corners, a, b, r + slack))
+        self.walls.iter().any(|&((a, b), chord_error)| triangle_within(corners, a, b, r + chord_error))
     }
 
     /// Whether the motion comes within `r` of a wall that it also comes nearer to than it began.
     fn approaches(&self, p: Xy, q: Xy, r: i64) -> bool {
         let big = |(x, y): Xy| Big::new(x, y);
-        self.walls.iter().any(|&((a, b), slack)| {
-            segments_within(p, q, a, b, r + slack) && !never_nearer(&big(p), &big(q), &big(a), &big(b))
+        self.walls.iter().any(|&((a, b), chord_error)| {
+            segments_within(p, q, a, b, r + chord_error) && !never_nearer(&big(p), &big(q), &big(a), &big(b))
         })
     }
 }
@@ -271,7 +274,7 @@ fn ask_more(part: &ProhibitedRegion, truth: &Truth, [p, q, s]: [Xy; 3], r: i64, 
         let end = part.polygon(start, polygon, at(q));
         assert_eq!(end.is_ok(), !near, "polygon {corners:?}, {}", case());
     }
-    let way_out = part.recedes(start, at(q), length(more.higher));
+    let way_out = part.retract(start, at(q), length(more.higher));
     assert_eq!(way_out.is_ok(), !truth.approaches(p, q, more.higher), "way out {}", case());
     let Some(curve) = bent(at(p), at(q), more.bulge) else { return };
     let Curve::Arc(arc) = &curve else { return };
@@ -290,11 +293,11 @@ fn ask_more(part: &ProhibitedRegion, truth: &Truth, [p, q, s]: [Xy; 3], r: i64, 
 /// What is free of the part with fewer edges is free of the part.
 fn ask_coarse(part: &ProhibitedRegion, truth: &Truth, [p, q, s]: [Xy; 3], r: i64, tolerance: i64) {
     let case = || format!("{p:?} {q:?} {s:?} within {r} of {truth:?}, coarse by {tolerance}");
-    let coarse = part.coarsened(length(tolerance)).expect("fewer edges");
-    let Ok(start) = coarse.free_point(at(p), length(r)) else { return };
+    let simplified = part.simplified(length(tolerance)).expect("fewer edges");
+    let Ok(start) = simplified.free_point(at(p), length(r)) else { return };
     assert!(!truth.near_point(p, r) && truth.is_free(p), "free point {}", case());
-    let Ok(end) = coarse.motion(start, at(q)) else { return };
+    let Ok(end) = simplified.motion(start, at(q)) else { return };
     assert!(!truth.near_motion(p, q, r), "motion {}", case());
-    let fan = coarse.fan(start, end, at(s));
+    let fan = simplified.fan(start, end, at(s));
     assert!(fan.is_err() || !truth.near_fan([p, q, s], r), "fan {}", case());
 }

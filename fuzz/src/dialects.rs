@@ -6,7 +6,9 @@ use std::sync::{Arc as Shared, OnceLock};
 use std::time::Duration;
 
 use arbitrary::{Arbitrary, Result, Unstructured};
-use keepout_executor::dialect::{Described, Description, Dialect, Grbl, Language, Setting, Venus, Zaber};
+use keepout_executor::dialect::{
+    Described, Description, Dialect, DialectConfig, DialectName, Grbl, Venus, Zaber,
+};
 use keepout_executor::supervisor::{Command, Mode, Reply};
 use keepout_guard::{Certification, Certified, Time, guard_in_open_space};
 use keepout_kernel::curve::{fit_arc, xy};
@@ -16,7 +18,7 @@ use keepout_planner::units::mm;
 use keepout_sim::{Controller, Quirks, SimSettings, speaking};
 use says::{Heard, Says};
 
-use crate::witness::{self, UNIT};
+use crate::oracle::{self, UNIT};
 
 /// Commands that move nothing.
 pub const COMMANDS: [Command; 6] =
@@ -44,12 +46,12 @@ pub const STROKE_MM: [f64; 2] = [400.0, 350.0];
 
 /// What dialects are told here.
 #[must_use]
-pub fn setting() -> Setting {
-    Setting {
+pub fn setting() -> DialectConfig {
+    DialectConfig {
         offset: Vector { dx: -12_345_600, dy: 700 },
         steps_per_mm: 400.0,
         arc_tolerance_mm: 0.0005,
-        stroke_mm: Some(STROKE_MM),
+        travel_mm: Some(STROKE_MM),
     }
 }
 
@@ -85,7 +87,7 @@ fn inspects(dialect: &dyn Dialect, bytes: &[u8]) {
         let text = String::from_utf8_lossy(line);
         let _ = inspector.hear(text.trim_end());
     }
-    let Setting { steps_per_mm, arc_tolerance_mm, .. } = setting();
+    let DialectConfig { steps_per_mm, arc_tolerance_mm, .. } = setting();
     let found = inspector.inspected(steps_per_mm, arc_tolerance_mm);
     assert!(found.findings.iter().all(|finding| !finding.name.is_empty() && finding.value.len() < 4000));
 }
@@ -217,7 +219,8 @@ fn straight(from: Point, to: Point, feed_mm_min: u32) -> Certified {
 fn bend() -> Curve {
     let at = |x, y| Point::from_units(x, y).expect("it is small");
     Curve::Arc(
-        Arc::new(Point::ORIGIN, at(500_000, 500_000), at(0, 500_000), Turn::Left).expect("it is round"),
+        Arc::new(Point::ORIGIN, at(500_000, 500_000), at(0, 500_000), Turn::CounterClockwise)
+            .expect("it is round"),
     )
 }
 
@@ -234,7 +237,13 @@ fn bend_to(from: Point, to: Point, left: bool) -> Option<Arc> {
     let (a, b) = (xy(from), xy(to));
     let (dx, dy) = ((b.0 - a.0) / 2.0, (b.1 - a.1) / 2.0);
     let (nx, ny) = if left { (-dy, dx) } else { (dy, -dx) };
-    fit_arc(from, to, (a.0 + dx + nx, a.1 + dy + ny), if left { Turn::Left } else { Turn::Right }).ok()
+    fit_arc(
+        from,
+        to,
+        (a.0 + dx + nx, a.1 + dy + ny),
+        if left { Turn::CounterClockwise } else { Turn::Clockwise },
+    )
+    .ok()
 }
 
 /// A language, a place of the table, rubbish before the session, and motions: each arrives where it was sent, and is reported
@@ -248,8 +257,8 @@ pub fn round_trip(bytes: &[u8]) {
 
 fn round_trip_of(u: &mut Unstructured<'_>) -> Result<()> {
     let language = match u.int_in_range(0..=7_usize)? {
-        which @ 0..=3 => Language::named(Language::NAMES[which]).expect("it is built in"),
-        other => Language::Described { file: "described".into(), description: description(other) },
+        which @ 0..=3 => DialectName::named(DialectName::NAMES[which]).expect("it is built in"),
+        other => DialectName::Described { file: "described".into(), description: description(other) },
     };
     let reach = 15_000_000;
     let offset = Vector { dx: -u.int_in_range(reach..=2 * reach)?, dy: -u.int_in_range(reach..=2 * reach)? };
@@ -290,9 +299,9 @@ struct Trip {
 }
 
 impl Trip {
-    fn begin(language: &Language, offset: Vector) -> Self {
+    fn begin(language: &DialectName, offset: Vector) -> Self {
         let machine = MachineProfile::simulated();
-        let setting = Setting::of(&machine, offset);
+        let setting = DialectConfig::of(&machine, offset);
         let settings = SimSettings {
             machine,
             start_mm: (mm(offset.dx), mm(offset.dy)),
@@ -346,7 +355,7 @@ impl Trip {
             let most_mm = 4.0 * MachineProfile::simulated().arc_tolerance_mm + 2.0 * half_step_mm;
             for (x, y) in samples.iter().map(|sample| sample.position_mm) {
                 let place = ((x - mm(offset.dx)) * UNIT, (y - mm(offset.dy)) * UNIT);
-                let off = witness::distance(place, [&arc].into_iter()) / UNIT;
+                let off = oracle::distance(place, [&arc].into_iter()) / UNIT;
                 assert!(off <= most_mm, "{off} mm beside {arc:?} at {place:?}");
             }
         }

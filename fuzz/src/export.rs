@@ -53,7 +53,7 @@ fn bulge(curve: &Curve) -> f64 {
         Curve::Line(_) => 0.0,
         Curve::Arc(arc) => {
             let size = (sweep(arc) / 4.0).tan();
-            if arc.turn() == Turn::Left { size } else { -size }
+            if arc.turn() == Turn::CounterClockwise { size } else { -size }
         }
     }
 }

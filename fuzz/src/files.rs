@@ -9,7 +9,7 @@ use keepout_proofs::square::plain;
 
 use crate::import::{CURVES_MAX, edges, told};
 use crate::session::watch::{ROUNDING, comes_near, ends_of_edges, keep_away, triangles};
-use crate::{job, witness};
+use crate::{job, oracle};
 
 /// Any bytes as a plan file, or as what one holds behind its hash: a typed error, or a plan, which certification refuses or
 /// believes; what it believes keeps the tool out of the part, by another's eyes, and its texts can be printed.
@@ -34,10 +34,10 @@ pub fn plan_file(bytes: &[u8]) {
         Ok(certified) => {
             let plan = &certified.plan;
             let terms = plan.budget.terms.iter().flat_map(|term| [&term.name, &term.source]);
-            let texts = terms.chain([&plan.sheet.name, &plan.sheet.unit, &plan.machine.name]);
+            let texts = terms.chain([&plan.provenance.name, &plan.provenance.unit, &plan.machine.name]);
             let lines: Vec<&String> = texts.filter(|text| text.contains(char::is_control)).collect();
             assert!(lines.is_empty(), "printed beside what was proved: {lines:?}");
-            witness::watch(&certified, None);
+            oracle::watch(&certified, None);
         }
         Err(error) => told(&error.to_string()),
     }
@@ -162,7 +162,7 @@ fn watch(log: &Log) -> usize {
             }
             Some(Certificate::Contour(curve)) => {
                 let kept = f64::from(plan.finishing.units()) - ROUNDING;
-                keep_away(&curve, &witness::places(&curve), kept);
+                keep_away(&curve, &oracle::places(&curve), kept);
             }
             None => {}
         }

@@ -1,15 +1,15 @@
 //! Bytes as a drawing.
 
 use keepout_kernel::{Curve, Length, Point};
-use keepout_planner::drawing::{Chained, Choice, Drawing, DrawingError, census, import};
+use keepout_planner::drawing::{Chained, Drawing, DrawingError, EntityFilter, census, import};
 use keepout_planner::finish::PathRefusal::{Elsewhere, WrongSpace, WrongWay};
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::order::{Order, OrderError};
 use keepout_planner::plan::PlanError;
 use keepout_planner::plan_file;
 use keepout_planner::profile::{MachinedSide, Profile, ProfileEdge, ProfileError, ProfileLoop};
+use keepout_planner::request::{PlanRequest, PlanRequestError};
 
-use crate::{export, small, witness};
+use crate::{export, oracle, small};
 
 /// Drawings with more curves than this are imported and not planned: the fuzzer is after faults, not after work.
 pub(crate) const CURVES_MAX: usize = 400;
@@ -23,11 +23,11 @@ const CENTRE_MAX: i64 = 4;
 /// # Panics
 /// When one of these does not hold.
 pub fn dxf_import(bytes: &[u8]) {
-    ordered(bytes, &Order::default());
+    ordered(bytes, &PlanRequest::default());
     if bytes.len() < ORDERED_TWICE {
         ordered(bytes, &particular(bytes));
         // What can not be read can not be counted, either.
-        let read = !matches!(import(bytes, &Choice::default()), Err(DrawingError::Damaged(_)));
+        let read = !matches!(import(bytes, &EntityFilter::default()), Err(DrawingError::Damaged(_)));
         assert_eq!(census(bytes).is_ok(), read, "counted and not read, or the other way");
     }
 }
@@ -36,11 +36,11 @@ pub fn dxf_import(bytes: &[u8]) {
 const ORDERED_TWICE: usize = 4_000;
 
 /// An order that asks for much besides.
-fn particular(bytes: &[u8]) -> Order {
+fn particular(bytes: &[u8]) -> PlanRequest {
     // A layer that is asked for must be there.
     let has =
         |layer: &&str| bytes.windows(layer.len() + 2).any(|part| part == format!("8\n{layer}").as_bytes());
-    let choice = Choice {
+    let choice = EntityFilter {
         layers: Vec::new(),
         without: Some("WITHOUT").filter(has).map(Into::into).into_iter().collect(),
         unit: Some("in".into()),
@@ -49,16 +49,16 @@ fn particular(bytes: &[u8]) -> Order {
         solids: true,
         placed: Some((12.5, (30.0, -20.0))),
     };
-    let zone_layers = Some("CLAMPS").filter(has).map(Into::into).into_iter().collect();
-    let stroke_layer = Some("TABLE").filter(has).map(Into::into);
-    Order { choice, zone_layers, stroke_layer, ..Order::default() }
+    let keep_out_layers = Some("CLAMPS").filter(has).map(Into::into).into_iter().collect();
+    let travel_layer = Some("TABLE").filter(has).map(Into::into);
+    PlanRequest { choice, keep_out_layers, travel_layer, ..PlanRequest::default() }
 }
 
 /// The same under an order; answers what was read of the part and of the zones, if it was, and was not too much.
 ///
 /// # Panics
 /// As [`dxf_import`].
-pub fn ordered(bytes: &[u8], order: &Order) -> Option<(Chained, Chained)> {
+pub fn ordered(bytes: &[u8], order: &PlanRequest) -> Option<(Chained, Chained)> {
     let (drawing, chained) = match order.contours(bytes) {
         Ok(read) => read,
         Err(error) => {
@@ -79,7 +79,7 @@ pub fn ordered(bytes: &[u8], order: &Order) -> Option<(Chained, Chained)> {
 }
 
 /// Contours bound a part and come back, or what is wrong with them is named; what stands for a curve always follows it.
-fn is_valid(read: &Chained, order: &Order) {
+fn is_valid(read: &Chained, order: &PlanRequest) {
     match read.profile.part(MachinedSide::Outside, &Profile::default()) {
         Ok(_) if read.problems.is_empty() => comes_back(&read.profile, order),
         Ok(_) => {}
@@ -91,12 +91,13 @@ fn is_valid(read: &Chained, order: &Order) {
 }
 
 /// What is on the layers of zones; nothing when none are ordered.
-fn zones(bytes: &[u8], order: &Order) -> Option<Chained> {
-    if order.zone_layers.is_empty() {
+fn zones(bytes: &[u8], order: &PlanRequest) -> Option<Chained> {
+    if order.keep_out_layers.is_empty() {
         return Some(Chained::default());
     }
-    let choice = Choice { layers: order.zone_layers.clone(), ..order.choice.clone() };
-    let zones = Order { choice, join_mm: order.join_mm, curve_mm: order.curve_mm, ..Order::default() };
+    let choice = EntityFilter { layers: order.keep_out_layers.clone(), ..order.choice.clone() };
+    let zones =
+        PlanRequest { choice, join_mm: order.join_mm, curve_mm: order.curve_mm, ..PlanRequest::default() };
     zones.contours(bytes).ok().map(|(_, zones)| zones)
 }
 
@@ -143,12 +144,12 @@ fn is_told_apart(profile: &Profile) -> bool {
     entities.iter().all(|entity| length(entity) > ROUNDING) && ends.iter().enumerate().all(apart)
 }
 
-fn comes_back(profile: &Profile, order: &Order) {
+fn comes_back(profile: &Profile, order: &PlanRequest) {
     if !is_told_apart(profile) {
         return;
     }
     let text = export::dxf(profile);
-    let again = Order { join_mm: 0.0, curve_mm: order.curve_mm, ..Order::default() };
+    let again = PlanRequest { join_mm: 0.0, curve_mm: order.curve_mm, ..PlanRequest::default() };
     let (_, chained) = again.contours(text.as_bytes()).unwrap_or_else(|error| panic!("{error}\n{text}"));
     let (found, problems) = (&chained.profile, &chained.problems);
     assert!(problems.is_empty(), "{problems:?}\n{text}");
@@ -176,7 +177,7 @@ fn same_from(found: &ProfileLoop, first: usize, given: &ProfileLoop) -> bool {
     let same = given.edges.iter().all(|edge| {
         let Some(one) = left.next() else { return false };
         let begins = one.curve.from() == edge.curve.from()
-            && one.slack == edge.slack
+            && one.chord_error == edge.chord_error
             && alike(&one.curve, &edge.curve);
         let ends = one.curve.to() == edge.curve.to();
         let second = left
@@ -207,12 +208,12 @@ fn near(one: Point, other: Point) -> bool {
 }
 
 /// A path that is proposed may come too near or leave something out, which is a limit that is told; it is never elsewhere.
-fn is_misplaced(error: &OrderError) -> bool {
-    let OrderError::Plan(PlanError::Pass { refusal, .. }) = error else { return false };
+fn is_misplaced(error: &PlanRequestError) -> bool {
+    let PlanRequestError::Plan(PlanError::Pass { refusal, .. }) = error else { return false };
     matches!(refusal, Elsewhere { .. } | WrongWay { .. } | WrongSpace { .. })
 }
 
-fn plans(bytes: &[u8], order: &Order) {
+fn plans(bytes: &[u8], order: &PlanRequest) {
     let certified = match order.plan("fuzz", bytes, &MachineProfile::simulated(), &mut |_| {}) {
         Ok(certified) => certified,
         Err(error) => {
@@ -220,7 +221,7 @@ fn plans(bytes: &[u8], order: &Order) {
             return told(&error.to_string());
         }
     };
-    witness::watch(&certified, Some(&order.job));
+    oracle::watch(&certified, Some(&order.job));
     small::adds_up(&certified.plan.machine, &certified.plan.budget, order.job.margin_mm);
     let stored = plan_file::encode(&certified.plan).expect("a plan in memory can be written");
     let again = plan_file::decode(&stored).expect("what was written can be read");

@@ -55,10 +55,10 @@ fn mutated(u: &mut Unstructured<'_>) -> Result<()> {
     let (own, copies) = (u.int_in_range(0..=40_usize)?, u.int_in_range(1..=16_i64)?);
     let mut edges = Vec::new();
     for _ in 0..own {
-        let (a, b, slack) = (field.point(u)?, field.point(u)?, length(i64::from(u8::arbitrary(u)?)));
+        let (a, b, chord_error) = (field.point(u)?, field.point(u)?, length(i64::from(u8::arbitrary(u)?)));
         for k in 0..copies {
             let chord = segment((a.0 + 7 * k, a.1), (b.0, b.1 - 5 * k));
-            edges.push(Edge { chord, slack });
+            edges.push(Edge { chord, chord_error });
         }
     }
     let mut proposal = propose(&edges);

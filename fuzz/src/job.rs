@@ -2,10 +2,10 @@
 
 use std::sync::OnceLock;
 
-use keepout_executor::supervisor::Workpiece;
+use keepout_executor::supervisor::PreparedPlan;
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::order::Order;
 use keepout_planner::plan_file;
+use keepout_planner::request::PlanRequest;
 
 /// A plate of 24 × 16 mm with a slot that the tool enters and a step.
 pub const PLATE: &str = "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n0\nLWPOLYLINE\n8\n0\n90\n10\n70\n1\n\
@@ -17,12 +17,12 @@ pub const PLATE: &str = "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n
 /// # Panics
 /// Never: it can be planned.
 #[must_use]
-pub fn work() -> Workpiece {
-    static WORK: OnceLock<Workpiece> = OnceLock::new();
+pub fn work() -> PreparedPlan {
+    static WORK: OnceLock<PreparedPlan> = OnceLock::new();
     let planned = || {
         let machine = MachineProfile::simulated();
-        let plan = Order::default().plan("plate", PLATE.as_bytes(), &machine, &mut |_| {});
-        Workpiece::new(plan.expect("the plate can be planned"))
+        let plan = PlanRequest::default().plan("plate", PLATE.as_bytes(), &machine, &mut |_| {});
+        PreparedPlan::new(plan.expect("the plate can be planned"))
     };
     WORK.get_or_init(planned).clone()
 }

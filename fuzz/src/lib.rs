@@ -13,10 +13,10 @@ mod index;
 mod job;
 mod mesh;
 mod offset;
+mod oracle;
 mod session;
 pub mod sketch;
 mod small;
-mod witness;
 
 pub use clear::clear;
 pub use dialects::{described_decode, grbl_decode, round_trip, venus_decode, zaber_decode};

@@ -13,7 +13,7 @@ use keepout_proofs::properties::Xy;
 use keepout_proofs::square::plain;
 
 use crate::field::{CORNERS_MAX, Field, segment};
-use crate::witness::to_chord;
+use crate::oracle::to_chord;
 
 /// Any bytes as edges: a mesh that finds what is nearest, and what lies where, as brute force does; or one that is not
 /// confirmed.
@@ -96,7 +96,7 @@ fn soup_of(field: Field, u: &mut Unstructured<'_>) -> Result<(Vec<Edge>, Vec<Xy>
             if corners.is_empty() || bool::arbitrary(u)? { field.point(u)? } else { *u.choose(&corners)? };
         let b = field.point(u)?;
         corners.extend([a, b]);
-        edges.push(Edge { chord: segment(a, b), slack: Length::ZERO });
+        edges.push(Edge { chord: segment(a, b), chord_error: Length::ZERO });
     }
     Ok((edges, corners))
 }
@@ -106,7 +106,7 @@ fn rings_of(field: Field, u: &mut Unstructured<'_>) -> Result<(Vec<Edge>, Vec<Xy
     for _ in 0..u.int_in_range(1..=2_u8)? {
         let ring = field.ring(u)?;
         let ends = ring.iter().zip(ring.iter().cycle().skip(1));
-        edges.extend(ends.map(|(&a, &b)| Edge { chord: segment(a, b), slack: Length::ZERO }));
+        edges.extend(ends.map(|(&a, &b)| Edge { chord: segment(a, b), chord_error: Length::ZERO }));
         corners.extend(ring);
     }
     Ok((edges, corners))

@@ -5,7 +5,7 @@ use keepout_kernel::curve::xy;
 use keepout_kernel::offset::{OffsetLoop, Outline, RESOLUTION, certify_complete, certify_path, propose};
 use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side, Turn};
 
-use crate::witness::{GUARD, distance, places, winds};
+use crate::oracle::{PATH_CLEARANCE, distance, places, winds};
 
 /// Distances from here on, 0.2 mm, are those of tools: around a plain outline they must be kept without doubt.
 const PLAIN_MIN: u32 = 20_000;
@@ -28,16 +28,17 @@ fn offset_of(u: &mut Unstructured<'_>) -> Result<()> {
     let free_on_left = bool::arbitrary(u)?;
     let d = u.int_in_range(1_000..=600_000_u32)?;
     let curves = if d.is_multiple_of(4) { around(&curves).unwrap_or(curves) } else { curves };
-    let slack = Length::small(10);
+    let chord_error = Length::small(10);
     let pieces: std::result::Result<Vec<_>, _> =
-        curves.iter().map(|curve| curve.piece(slack, Length::ZERO)).collect();
+        curves.iter().map(|curve| curve.piece(chord_error, Length::ZERO)).collect();
     let Some(ring) = pieces.ok().and_then(|pieces| Ring::from_pieces(&pieces).ok()) else { return Ok(()) };
     let left = ring.double_area() > 0;
     let side = if left == free_on_left { Side::Inside } else { Side::Outside };
     let Ok(region) = Region::new(vec![ring]) else { return Ok(()) };
     let Ok(part) = ProhibitedRegion::new(region, side) else { return Ok(()) };
     let outlines = [Outline { curves, free_on_left }];
-    let (threshold, centre) = (Length::from_units(d.into()).unwrap_or(Length::ZERO), f64::from(d) + GUARD);
+    let (threshold, centre) =
+        (Length::from_units(d.into()).unwrap_or(Length::ZERO), f64::from(d) + PATH_CLEARANCE);
     let plain = d >= PLAIN_MIN
         && is_plain(&outlines[0].curves)
         && (side == Side::Outside || reaches(&outlines[0].curves, centre));
@@ -219,6 +220,6 @@ pub fn bent(from: Point, to: Point, bulge: f64) -> Option<Curve> {
     let (a, b) = (xy(from), xy(to));
     let off = (1.0 - bulge * bulge) / (4.0 * bulge);
     let centre = (f64::midpoint(a.0, b.0) - (b.1 - a.1) * off, f64::midpoint(a.1, b.1) + (b.0 - a.0) * off);
-    let turn = if bulge > 0.0 { Turn::Left } else { Turn::Right };
+    let turn = if bulge > 0.0 { Turn::CounterClockwise } else { Turn::Clockwise };
     keepout_kernel::curve::fit_arc(from, to, centre, turn).ok().map(Curve::Arc)
 }

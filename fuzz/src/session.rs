@@ -1,4 +1,4 @@
-//! The supervisor beside a machine that does what it is told, late, in part or twice, or says what it likes; with the witness of
+//! The supervisor beside a machine that does what it is told, late, in part or twice, or says what it likes; with the oracle of
 //! the guard's invariant: whatever may still be executed leads nowhere near the part, and the tool never comes there.
 
 mod machine;
@@ -9,9 +9,10 @@ use std::time::Duration;
 use arbitrary::{Arbitrary, Result, Unstructured};
 use keepout_executor::session::place_on_table;
 use keepout_executor::supervisor::{
-    Abilities, Ask, Event, Limits, Mode, Options, Phase, Reply, Report, Supervisor, Unfit, Wish, text,
+    Abilities, Event, Limits, Mode, OperatorCommand, OperatorInput, Options, Phase, Reply, Report,
+    Supervisor, Unfit, text,
 };
-use keepout_guard::{MotionShape, OnCancel, Time};
+use keepout_guard::{Interpolation, OnCancel, Time};
 use keepout_kernel::{Curve, Length, Point, Segment, Vector};
 use keepout_planner::job::{ContourJob, Progress};
 use keepout_proofs::properties::Xy;
@@ -37,7 +38,7 @@ enum Trouble {
     Lies,
 }
 
-/// Any bytes as a session: what the operator wishes, what the machine does and when, what goes wrong.
+/// Any bytes as a session: what the operator inputs, what the machine does and when, what goes wrong.
 ///
 /// # Panics
 /// When something is sent that is not certified, or the tool comes too near the part.
@@ -66,8 +67,8 @@ fn session(u: &mut Unstructured<'_>) -> Result<()> {
 /// One of the kinds that dialects stand for, or one that a file could describe.
 fn make(u: &mut Unstructured<'_>) -> Result<Make> {
     let grbl = Abilities {
-        shape: MotionShape::Line,
-        contours: MotionShape::Line,
+        interpolation: Interpolation::Linear,
+        contours: Interpolation::Linear,
         arcs: bool::arbitrary(u)?,
         queues: true,
         on_cancel: OnCancel::KeepsPath,
@@ -80,18 +81,18 @@ fn make(u: &mut Unstructured<'_>) -> Result<Make> {
         // As Zaber's.
         4 => Abilities { on_cancel: OnCancel::NotOffered, checked: true, ..single },
         // As Venus-1.
-        5 => Abilities { shape: MotionShape::Box, checked: false, ..single },
+        5 => Abilities { interpolation: Interpolation::Independent, checked: false, ..single },
         6 => Abilities {
-            shape: MotionShape::Box,
-            contours: MotionShape::Box,
+            interpolation: Interpolation::Independent,
+            contours: Interpolation::Independent,
             on_cancel: OnCancel::NotOffered,
             ..single
         },
         _ => {
             let apart = bool::arbitrary(u)?;
-            let shape = if apart { MotionShape::Box } else { MotionShape::Line };
+            let shape = if apart { Interpolation::Independent } else { Interpolation::Linear };
             let on_cancel = [OnCancel::NotOffered, OnCancel::KeepsPath][usize::from(bool::arbitrary(u)?)];
-            Abilities { shape, queues: bool::arbitrary(u)?, on_cancel, ..single }
+            Abilities { interpolation: shape, queues: bool::arbitrary(u)?, on_cancel, ..single }
         }
     };
     let replaces = !abilities.queues && bool::arbitrary(u)?;
@@ -107,11 +108,11 @@ struct Play {
     walls: Vec<(Xy, Xy)>,
     /// The tool was, or was taken to be, nearer than roughing allows: it may stand where a contour led it.
     near: bool,
-    wish: Wish,
+    input: OperatorInput,
     /// The ways that the tool went on contours.
     cut: Vec<[Xy; 2]>,
     /// The last place that counted as cut.
-    cut_to: Option<Point>,
+    resume_point: Option<Point>,
     /// Nothing is sent and nothing heard: the cable is pulled.
     pulled: bool,
 }
@@ -139,7 +140,7 @@ impl Play {
         let options = Options {
             feed_mm_min: 900,
             home: start / 7 % 2 == 1,
-            stroke: place.stroke,
+            travel: place.travel,
             answer_within: Duration::from_secs(5),
             baud: 115_200,
             progress: Progress::default(),
@@ -153,9 +154,9 @@ impl Play {
             now: Time::ZERO,
             walls,
             near: false,
-            wish: Wish::default(),
+            input: OperatorInput::default(),
             cut: Vec::new(),
-            cut_to: None,
+            resume_point: None,
             pulled: false,
         };
         Ok((play, start / 7 < 6))
@@ -194,8 +195,8 @@ impl Play {
             2 | 3 => self.moves(f64::from(u8::arbitrary(u)?) / 128.0),
             4 | 5 => self.is_told(),
             6 | 7 => {
-                self.wish = wish(u)?;
-                self.step(Event::Operator(self.wish));
+                self.input = input(u)?;
+                self.step(Event::Operator(self.input));
             }
             8 => self.passes(Duration::from_millis(u64::from(u16::arbitrary(u)?) / 16)),
             9 => self.suffers(u)?,
@@ -211,7 +212,7 @@ impl Play {
             // As it goes when nothing is late, for a while.
             rounds => {
                 for _ in 10..rounds {
-                    self.step(Event::Operator(self.wish));
+                    self.step(Event::Operator(self.input));
                     self.passes(Duration::from_millis(50));
                     self.moves(0.6);
                     self.hears_all();
@@ -230,7 +231,7 @@ impl Play {
         let mut commands = Vec::new();
         self.supervisor.step(event, self.now, &mut commands);
         assert!(commands.len() <= COMMANDS_MAX, "{} commands at once", commands.len());
-        let inside = self.supervisor.guard().stands_inside();
+        let inside = self.supervisor.guard().is_inside_jogging_clearance();
         self.near |= inside || matches!(self.supervisor.phase(), Phase::Contouring | Phase::Holding);
         for command in commands {
             self.watch(&command, inside);
@@ -247,7 +248,7 @@ impl Play {
         let rules = self.supervisor.guard().rules();
         let off = 3 * i64::from(rules.resolution.units()) + 4;
         let kept = |threshold: Length| i64::from(threshold.units()) - off;
-        let kept = if self.near { kept(rules.finishing) } else { kept(rules.manual) };
+        let kept = if self.near { kept(rules.finishing_clearance) } else { kept(rules.jogging_clearance) };
         let mut left = share;
         while left > 0.0 {
             let from = self.machine.tool;
@@ -303,7 +304,7 @@ impl Play {
     }
 }
 
-fn wish(u: &mut Unstructured<'_>) -> Result<Wish> {
+fn input(u: &mut Unstructured<'_>) -> Result<OperatorInput> {
     // The ends of the range are what no stick or wheel gives.
     let share = |u: &mut Unstructured<'_>| {
         Ok(match i8::arbitrary(u)? {
@@ -317,13 +318,13 @@ fn wish(u: &mut Unstructured<'_>) -> Result<Wish> {
     let direction = (share(u)?, share(u)?);
     let turned = if u.int_in_range(0..=7_u8)? == 0 { (share(u)?, share(u)?) } else { (0.0, 0.0) };
     let ask = match u.int_in_range(0..=31_u8)? {
-        0 => Some(Ask::Pause),
-        1 | 2 => Some(Ask::Resume),
-        3 => Some(Ask::Recover),
-        4 => Some(Ask::Quit),
+        0 => Some(OperatorCommand::FeedHold),
+        1 | 2 => Some(OperatorCommand::CycleStart),
+        3 => Some(OperatorCommand::Recover),
+        4 => Some(OperatorCommand::Stop),
         _ => None,
     };
-    Ok(Wish { direction, turned_mm: turned, automatic: u.int_in_range(0..=2_u8)? == 0, ask })
+    Ok(OperatorInput { direction, turned_mm: turned, automatic: u.int_in_range(0..=2_u8)? == 0, ask })
 }
 
 /// Changes a job: none, a motion somewhere else, one left out, or nothing.

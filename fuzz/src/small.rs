@@ -7,22 +7,22 @@ use std::time::Duration;
 use arbitrary::{Arbitrary, Unstructured};
 use keepout_drives::profile::DriveProfile;
 use keepout_executor::dialect::{Described, Description, Dialect};
-use keepout_executor::operator::{Operator, Panel, Seen};
-use keepout_executor::supervisor::{Phase, Wish};
+use keepout_executor::operator::{Operator, OperatorView, Panel};
+use keepout_executor::supervisor::{OperatorInput, Phase};
 use keepout_guard::Time;
+use keepout_planner::align::file::AlignmentFile;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::margin::Budget;
-use keepout_planner::setup::Setup;
 use keepout_sim::operator::{Recorder, Script, Trace};
 use serde::Serialize;
 use toml::Value;
 
 use crate::dialects::{COMMANDS, setting};
 use crate::import::told;
+use crate::oracle;
 use crate::sketch::number;
-use crate::witness;
 
-/// Looks at what an operator from a file wishes.
+/// Looks at what an operator from a file inputs.
 const LOOKS: usize = 200;
 
 /// Any bytes as a machine profile, or, behind a zero, as its figures: a typed error, or figures that a machine can have, which are
@@ -67,7 +67,7 @@ fn with_figures(u: &mut Unstructured<'_>) -> arbitrary::Result<String> {
         2 => vec![400.0, 350.0, two[0]],
         _ => vec![400.0],
     };
-    text.push_str(&format!("stroke_mm = {strokes:?}\n"));
+    text.push_str(&format!("travel_mm = {strokes:?}\n"));
     Ok(text)
 }
 
@@ -88,7 +88,7 @@ fn profile_of(text: &str) {
 /// The terms cover what the machine needs, or are what was ordered; and their sum is the margin.
 pub(crate) fn adds_up(profile: &MachineProfile, budget: &Budget, ordered_mm: Option<f64>) {
     let sum: f64 = budget.terms.iter().map(|term| term.mm).sum();
-    let least = ordered_mm.unwrap_or_else(|| witness::least_margin_mm(profile)) - 1e-9;
+    let least = ordered_mm.unwrap_or_else(|| oracle::least_margin_mm(profile)) - 1e-9;
     let figures = [
         profile.repeatability_mm,
         profile.contour_error_mm,
@@ -107,7 +107,7 @@ pub(crate) fn adds_up(profile: &MachineProfile, budget: &Budget, ordered_mm: Opt
 
 /// Any bytes as one of the small files, which the first chooses: a controller's description, a setup, a script, a trace, drives.
 /// A typed error, or what the file says: all of it is in what was read of it, notes and blanks change nothing, what a script or a
-/// trace wishes can be recorded and comes back, and a description that is read makes a dialect that hears the rest.
+/// trace inputs can be recorded and comes back, and a description that is read makes a dialect that hears the rest.
 ///
 /// # Panics
 /// When one of these does not hold.
@@ -123,7 +123,7 @@ pub fn small_files(bytes: &[u8]) {
             Ok(description) => hears(description, rest),
             Err(error) => told(&error.to_string()),
         },
-        1 => match Setup::parse(path, text) {
+        1 => match AlignmentFile::parse(path, text) {
             Ok(setup) => {
                 assert!(setup.placed().is_none_or(|(degrees, _)| degrees.is_finite()));
                 is_used(text, &setup);
@@ -181,9 +181,9 @@ fn is_in(said: &Value, used: &Value) -> bool {
     }
 }
 
-/// What an operator wishes is recorded, and wished again at the same times by who plays the recording.
+/// What an operator inputs is recorded, and input again at the same times by who plays the recording.
 fn is_recorded(operator: impl Operator, looks: &[u8]) {
-    let seen = Seen {
+    let seen = OperatorView {
         position_mm: None,
         wall_mm: None,
         part_box_mm: (0.0, 0.0, 100.0, 60.0),
@@ -200,14 +200,15 @@ fn is_recorded(operator: impl Operator, looks: &[u8]) {
     let times: Vec<Time> = looks.iter().take(LOOKS).map(|&look| later(look.into())).collect();
     let mut file = Vec::new();
     let mut recorder = Recorder::new(operator, &mut file, Panel::default());
-    let wishes: Vec<Wish> = times.iter().map(|&time| recorder.wish(&seen, time)).collect();
+    let inputs: Vec<OperatorInput> = times.iter().map(|&time| recorder.input(&seen, time)).collect();
     drop(recorder);
     let mut again = Trace::read(&file[..], Path::new("recorded")).expect("a recording can be read");
     // Turns add up; what is beyond all numbers is none.
     let finite = |(x, y): (f64, f64)| if x.is_finite() && y.is_finite() { (x, y) } else { (0.0, 0.0) };
-    for (time, wish) in times.into_iter().zip(wishes) {
-        let wish = Wish { direction: finite(wish.direction), turned_mm: finite(wish.turned_mm), ..wish };
-        assert_eq!(again.wish(&seen, time), wish, "at {time:?}");
+    for (time, input) in times.into_iter().zip(inputs) {
+        let input =
+            OperatorInput { direction: finite(input.direction), turned_mm: finite(input.turned_mm), ..input };
+        assert_eq!(again.input(&seen, time), input, "at {time:?}");
     }
 }
 

@@ -1,4 +1,4 @@
-//! Steering a disc of 3 mm radius around an L-shaped part: `cargo run -p keepout-kernel --example steer`.
+//! JogPlanner a disc of 3 mm radius around an L-shaped part: `cargo run -p keepout-kernel --example steer`.
 //!
 //! Shows the queries a controller is written over: a free point, a clipped motion, sliding along the wall, the fan for a machine
 //! that is re-targeted in the middle of a motion, and the way out for a tool that stands too near.
@@ -33,9 +33,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let at_wall = probe.clip(start, mm(20.0, 30.0)?);
     show("pushed at the wall, stops at", at_wall.point());
 
-    let wish = mm(20.0, 30.0)?.minus(at_wall.point());
+    let input = mm(20.0, 30.0)?.minus(at_wall.point());
     if let Some(wall) = part.wall(at_wall, contact_band()) {
-        let slides = SLIDE_TURNS.iter().filter_map(|&turn| wall.slide(wish, turn));
+        let slides = SLIDE_TURNS.iter().filter_map(|&turn| wall.slide(input, turn));
         let target = slides
             .filter_map(|along| at_wall.point().translated(along).ok())
             .find(|&target| part.motion(at_wall, target).is_ok());
@@ -58,7 +58,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     if let Some(clearance) = part.clearance(too_near.point()) {
         println!("stands {:.5} mm from the part", f64::from(clearance.units()) / f64::from(UNITS_PER_MM));
     }
-    show("the way out", part.recedes(too_near, mm(-4.0, 25.0)?, threshold)?.point());
-    println!("the way in is refused: {}", part.recedes(too_near, mm(-0.9, 20.0)?, threshold).is_err());
+    show("the way out", part.retract(too_near, mm(-4.0, 25.0)?, threshold)?.point());
+    println!("the way in is refused: {}", part.retract(too_near, mm(-0.9, 20.0)?, threshold).is_err());
     Ok(())
 }

@@ -89,7 +89,7 @@ impl core::error::Error for Blocked {}
 
 /// The part, seen from the tool: a region, the side of it that is prohibited, and the queries.
 ///
-/// Distances are to the true curves: each edge is asked with the threshold plus its slack. No query allocates.
+/// Distances are to the true curves: each edge is asked with the threshold plus its chord_error. No query allocates.
 #[derive(Clone, Debug)]
 pub struct ProhibitedRegion {
     region: Region,
@@ -252,7 +252,7 @@ impl ProhibitedRegion {
         };
         let mut near = None;
         let _ = self.index.visit(swept.bounds().grown(threshold), |_, edge| {
-            let reach = threshold.plus(edge.slack);
+            let reach = threshold.plus(edge.chord_error);
             if reach.is_ok_and(|reach| swept.near_chord(edge.chord, reach).is_clear()) {
                 return ControlFlow::Continue(());
             }
@@ -304,7 +304,7 @@ impl ProhibitedRegion {
     ///
     /// # Errors
     /// [`Blocked::ByEdge`] with an edge that the motion approaches.
-    pub fn recedes(&self, from: FreePoint, to: Point, threshold: Length) -> Result<FreePoint, Blocked> {
+    pub fn retract(&self, from: FreePoint, to: Point, threshold: Length) -> Result<FreePoint, Blocked> {
         match self.index.approached(Segment { from: from.point, to }, threshold.max(from.threshold)) {
             Some(edge) => Err(Blocked::ByEdge(*edge)),
             None => Ok(FreePoint { point: to, threshold: from.threshold }),
@@ -312,7 +312,7 @@ impl ProhibitedRegion {
     }
 
     /// A certified lower bound on the distance of `point` to the part's edges, within two units of it; `None` when the
-    /// point is on an edge or within its slack.
+    /// point is on an edge or within its chord_error.
     #[must_use]
     pub fn clearance(&self, point: Point) -> Option<Length> {
         self.index.clearance(point)

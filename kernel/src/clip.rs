@@ -1,4 +1,4 @@
-//! Clipping a wish to what is certified: the longest clear prefix of a motion, and sliding along the wall.
+//! Clipping a input to what is certified: the longest clear prefix of a motion, and sliding along the wall.
 //!
 //! Everything here proposes; each answer has passed [`ProhibitedRegion::motion`].
 
@@ -147,7 +147,7 @@ impl ProhibitedRegion {
         let reach = from.threshold().saturating_plus(band);
         let mut nearest: Option<(f64, Wall)> = None;
         self.edges_near(Window::of(point), reach, |edge| {
-            let near = !edge.chord.near_point(point, reach.saturating_plus(edge.slack)).is_clear();
+            let near = !edge.chord.near_point(point, reach.saturating_plus(edge.chord_error)).is_clear();
             let Some((away, scale)) = away_from(point, edge.chord).filter(|_| near) else { return };
             let (x, y) = (approximate(away.0) / scale, approximate(away.1) / scale);
             let distance_2 = x * x + y * y;
@@ -178,7 +178,7 @@ impl Line {
         if edge.near_motion(motion, threshold).is_clear() {
             return None;
         }
-        let r = f64::from(threshold.saturating_plus(edge.slack).units());
+        let r = f64::from(threshold.saturating_plus(edge.chord_error).units());
         Some(self.contact(edge.chord, r).unwrap_or(1.0))
     }
 
@@ -254,10 +254,10 @@ pub struct Wall {
 }
 
 impl Wall {
-    /// Whether `wish` leads away from the wall, or along it.
+    /// Whether `input` leads away from the wall, or along it.
     #[must_use]
-    pub fn is_left_by(&self, wish: Vector) -> bool {
-        self.away.0 * i128::from(wish.dx) + self.away.1 * i128::from(wish.dy) >= 0
+    pub fn is_left_by(&self, input: Vector) -> bool {
+        self.away.0 * i128::from(input.dx) + self.away.1 * i128::from(input.dy) >= 0
     }
 
     /// The direction away from the wall, of length 1.
@@ -268,15 +268,15 @@ impl Wall {
         (x / length, y / length)
     }
 
-    /// What is left of `wish` when the wall takes its part across: its projection on the wall, turned away from the
+    /// What is left of `input` when the wall takes its part across: its projection on the wall, turned away from the
     /// wall by the angle whose half has the tangent `1 / 2^half_turn` (0.1° for 10, 53° for 1).
     ///
-    /// The length is that of the projection; `None` when nothing of the wish runs along the wall.
+    /// The length is that of the projection; `None` when nothing of the input runs along the wall.
     #[must_use]
-    pub fn slide(&self, wish: Vector, half_turn: u32) -> Option<Vector> {
+    pub fn slide(&self, input: Vector, half_turn: u32) -> Option<Vector> {
         let (nx, ny) = self.away;
         let (mut ax, mut ay) = (-ny, nx);
-        let mut projected = ax * i128::from(wish.dx) + ay * i128::from(wish.dy);
+        let mut projected = ax * i128::from(input.dx) + ay * i128::from(input.dy);
         if projected < 0 {
             (ax, ay, projected) = (-ax, -ay, -projected);
         }
@@ -361,12 +361,12 @@ mod tests {
     fn slide_keeps_the_part_along_the_wall() {
         let part = square();
         let start = part.free_point(at(-301, 500), Length::from_units(300).unwrap()).unwrap();
-        let wish = Vector { dx: 1000, dy: 1000 };
+        let input = Vector { dx: 1000, dy: 1000 };
         assert!(part.motion(start, at(699, 1500)).is_err());
         let wall = part.wall(start, contact_band()).unwrap();
-        let slid = wall.slide(wish, 12).unwrap();
+        let slid = wall.slide(input, 12).unwrap();
         assert!((slid.dy - 1000).abs() <= 1 && slid.dx.abs() <= 1, "{slid:?}");
-        let turned = wall.slide(wish, 3).unwrap();
+        let turned = wall.slide(input, 3).unwrap();
         assert!(turned.dx < -200 && turned.dy > 900, "away from the wall: {turned:?}");
         assert_eq!(wall.slide(Vector { dx: 1000, dy: 0 }, 12), None, "straight at the wall");
         assert_eq!(wall.normal(), (-1.0, 0.0));

@@ -37,29 +37,29 @@ impl Curve {
         }
     }
 
-    /// The curve as checked chords, each within `slack` of it; `own` is the bound its maker gives on how far the true curve
+    /// The curve as checked chords, each within `chord_error` of it; `own` is the bound its maker gives on how far the true curve
     /// leaves it.
     ///
     /// # Errors
-    /// [`ArcError`] when the proposed chords fail the exact check, as for a `slack` below 6 units.
-    pub fn piece(&self, slack: Length, own: Length) -> Result<Piece, ArcError> {
+    /// [`ArcError`] when the proposed chords fail the exact check, as for a `chord_error` below 6 units.
+    pub fn piece(&self, chord_error: Length, own: Length) -> Result<Piece, ArcError> {
         match self {
-            Self::Line(segment) => Ok(Piece::Line { segment: *segment, slack: own }),
+            Self::Line(segment) => Ok(Piece::Line { segment: *segment, chord_error: own }),
             Self::Arc(arc) => {
-                let chords = ArcChords::check(arc, propose_chords(arc, slack))?;
-                Ok(Piece::Arc { chords, slack: own })
+                let chords = ArcChords::check(arc, propose_chords(arc, chord_error))?;
+                Ok(Piece::Arc { chords, chord_error: own })
             }
         }
     }
 
-    /// The corners of the curve's chords within `slack` of it, checked; two points for a line.
+    /// The corners of the curve's chords within `chord_error` of it, checked; two points for a line.
     ///
     /// # Errors
-    /// As [`Curve::piece`], and [`ArcError::Chord`] when the checked slack exceeds the one asked for.
-    pub fn chord_points(&self, slack: Length) -> Result<Vec<Point>, ArcError> {
-        match self.piece(slack, Length::ZERO)? {
+    /// As [`Curve::piece`], and [`ArcError::Chord`] when the checked chord_error exceeds the one asked for.
+    pub fn chord_points(&self, chord_error: Length) -> Result<Vec<Point>, ArcError> {
+        match self.piece(chord_error, Length::ZERO)? {
             Piece::Line { segment, .. } => Ok(vec![segment.from, segment.to]),
-            Piece::Arc { chords, .. } if chords.slack() <= slack => Ok(chords.points().to_vec()),
+            Piece::Arc { chords, .. } if chords.chord_error() <= chord_error => Ok(chords.points().to_vec()),
             Piece::Arc { .. } => Err(ArcError::Chord { at: self.from() }),
         }
     }
@@ -147,7 +147,7 @@ pub fn fit_arc(from: Point, to: Point, (x, y): (f64, f64), turn: Turn) -> Result
 #[must_use]
 pub fn sweep(arc: &Arc) -> f64 {
     let (start, end) = (angle(arc.centre(), arc.from()), angle(arc.centre(), arc.to()));
-    let turned = if arc.turn() == Turn::Left { end - start } else { start - end };
+    let turned = if arc.turn() == Turn::CounterClockwise { end - start } else { start - end };
     if turned <= 0.0 { turned + TAU } else { turned }
 }
 
@@ -172,14 +172,14 @@ fn distance(p: Point, q: Point) -> f64 {
 /// Slack that [`ArcChords::check`] adds to the sagitta: the ring's width, and one unit of rounding up.
 const RING_WIDTH: f64 = 5.0;
 
-fn propose_chords(arc: &Arc, slack: Length) -> Vec<Point> {
+fn propose_chords(arc: &Arc, chord_error: Length) -> Vec<Point> {
     let (rho, end_rho) = (radius(arc), distance(arc.to(), arc.centre()));
-    let sagitta = (f64::from(slack.units()) - RING_WIDTH).max(1.0);
+    let sagitta = (f64::from(chord_error.units()) - RING_WIDTH).max(1.0);
     // `L² / 7ρ` is the checker's bound on the sagitta; two units of rounding are kept back from L.
     let longest = fmin(sqrt(7.0 * rho * sagitta) - 2.0, 0.9 * rho).max(4.0);
     let (start, turned) = (angle(arc.centre(), arc.from()), sweep(arc));
     let count = ceil(turned / (2.0 * asin(fmin(longest / (2.0 * rho), 0.5)))).max(1.0);
-    let step = if arc.turn() == Turn::Left { turned / count } else { -turned / count };
+    let step = if arc.turn() == Turn::CounterClockwise { turned / count } else { -turned / count };
     let (cx, cy) = (f64::from(arc.centre().x.units()), f64::from(arc.centre().y.units()));
     let mut points = vec![arc.from()];
     let mut k = 1.0;
@@ -214,7 +214,7 @@ mod tests {
     #[test]
     fn proposed_chords_pass_the_check_for_all_sizes() {
         for radius in [100, 1_000, 30_000, 300_000, 10_000_000, 200_000_000_i64] {
-            for turn in [Turn::Left, Turn::Right] {
+            for turn in [Turn::CounterClockwise, Turn::Clockwise] {
                 let at = |x, y| Point::from_units(x, y).unwrap();
                 let arc = Arc::new(at(radius + 7, 9), at(7 - radius, 9), at(7, 9), turn).unwrap();
                 let chords = Curve::Arc(arc).chord_points(Length::from_units(10).unwrap()).unwrap();

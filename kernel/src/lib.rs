@@ -23,12 +23,12 @@ extern crate alloc;
 
 pub mod clear;
 pub mod clip;
-mod coarse;
 pub mod curve;
 pub mod exact;
 pub mod index;
 pub mod offset;
 pub mod probe;
+mod simplify;
 
 pub use clear::{Blocked, FreePoint, ProhibitedRegion, Side};
 pub use curve::Curve;

@@ -28,14 +28,15 @@ fn circle(centre: Point, radius: i64) -> Vec<Curve> {
     let (x, y) = (i64::from(centre.x.units()), i64::from(centre.y.units()));
     let east = Point::from_units(x + radius * MM, y).unwrap();
     let west = Point::from_units(x - radius * MM, y).unwrap();
-    let half = |from, to| Curve::Arc(Arc::new(from, to, centre, Turn::Left).unwrap());
+    let half = |from, to| Curve::Arc(Arc::new(from, to, centre, Turn::CounterClockwise).unwrap());
     vec![half(east, west), half(west, east)]
 }
 
 fn part_of(outlines: &[Vec<Curve>], side: Side) -> ProhibitedRegion {
-    let slack = Length::from_units(10).unwrap();
+    let chord_error = Length::from_units(10).unwrap();
     let ring = |curves: &Vec<Curve>| {
-        let pieces: Vec<_> = curves.iter().map(|curve| curve.piece(slack, Length::ZERO).unwrap()).collect();
+        let pieces: Vec<_> =
+            curves.iter().map(|curve| curve.piece(chord_error, Length::ZERO).unwrap()).collect();
         Ring::from_pieces(&pieces).unwrap()
     };
     ProhibitedRegion::new(Region::new(outlines.iter().map(ring).collect()).unwrap(), side).unwrap()

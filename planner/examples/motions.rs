@@ -13,9 +13,9 @@ use keepout_kernel::offset::shortest_arc;
 use keepout_kernel::{Curve, Point, UNITS_PER_MM};
 use keepout_planner::drawing::read_file;
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::order::Order;
-use keepout_planner::plan::{CertifiedPlan, Job};
+use keepout_planner::plan::{CertifiedPlan, PlanParameters};
 use keepout_planner::profile::{CHORD_SLACK, MachinedSide, ProfileEdge};
+use keepout_planner::request::PlanRequest;
 use keepout_planner::units::{along_mm, nearest_on_mm, point_from_mm, point_mm};
 
 const TOOLS_MM: [f64; 2] = [3.0, 6.0];
@@ -93,7 +93,10 @@ fn main() {
         let Ok(bytes) = read_file(&file) else { continue };
         let mut count = Count::default();
         for (tool_diameter_mm, side) in TOOLS_MM.into_iter().flat_map(|tool| SIDES.map(|side| (tool, side))) {
-            let order = Order { job: Job { tool_diameter_mm, side, ..Job::default() }, ..Order::default() };
+            let order = PlanRequest {
+                job: PlanParameters { tool_diameter_mm, side, ..PlanParameters::default() },
+                ..PlanRequest::default()
+            };
             let begin = Instant::now();
             let plan = order.plan("", &bytes, &MachineProfile::simulated(), &mut |_| {});
             if let Ok(plan) = plan {
@@ -161,7 +164,7 @@ fn cause(plan: &CertifiedPlan, edges: &HashMap<(Point, Point), ProfileEdge>, cur
     let Some(nearest) = plan.part.index().nearest(at, None) else { return Cause::Other };
     let chord = plan.part.edges()[nearest.edge].chord;
     let edge = edges.get(&(chord.from, chord.to));
-    let fitted = edge.is_some_and(|edge| edge.slack.units() > 0);
+    let fitted = edge.is_some_and(|edge| edge.chord_error.units() > 0);
     let (a, b) = (point_mm(chord.from), point_mm(chord.to));
     let foot = nearest_on_mm(middle, a, b);
     let at_corner = foot == a || foot == b;

@@ -131,7 +131,7 @@ impl Chord {
         }
         let up = height - self.radius(height);
         let centre = (self.middle.0 - self.along.1 * up, self.middle.1 + self.along.0 * up);
-        let turn = if height > 0.0 { Turn::Right } else { Turn::Left };
+        let turn = if height > 0.0 { Turn::Clockwise } else { Turn::CounterClockwise };
         let arc = fit_arc(self.ends.0, self.ends.1, centre, turn).ok()?;
         let long = 2.0 * self.half > f64::from(shortest_arc(arc.radius()).units());
         (long && radius(&arc) <= RADIUS_MAX).then_some(Curve::Arc(arc))
@@ -144,7 +144,7 @@ impl Chord {
             Curve::Arc(arc) => {
                 let (x, y) = minus(p, xy(arc.centre()));
                 let outside = hypot(x, y) - radius(arc);
-                if arc.turn() == Turn::Left { -outside } else { outside }
+                if arc.turn() == Turn::CounterClockwise { -outside } else { outside }
             }
         }
     }
@@ -190,7 +190,7 @@ mod tests {
                 let chord = Chord::between(at(places[0]), at(places[16])).unwrap();
                 let curve = chord.curve_beside(&places, Band { left: 25.0, right: 25.0 });
                 let Some(Curve::Arc(arc)) = curve else { panic!("{radius} {turn}: {curve:?}") };
-                assert_eq!(arc.turn(), if turn > 0.0 { Turn::Left } else { Turn::Right });
+                assert_eq!(arc.turn(), if turn > 0.0 { Turn::CounterClockwise } else { Turn::Clockwise });
                 assert!(chord.curve_beside(&places, Band { left: 5.0, right: 5.0 }).is_none());
             }
         }

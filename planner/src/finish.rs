@@ -15,7 +15,7 @@ use crate::units::{along_mm, nearest_on_mm, point_from_mm, point_mm};
 
 /// Added to R + M for the path's own rounding and chords, lattice units (0.6 µm): two chord slacks of the profile, two
 /// of the path, and the rounding of joints and centres.
-pub const GUARD: u8 = 60;
+pub const PATH_CLEARANCE: u8 = 60;
 
 /// A closed loop of the finishing path, the part on the left of its direction.
 #[derive(Clone, Debug, PartialEq)]
@@ -147,11 +147,11 @@ pub fn propose(
 }
 
 /// The distance of the path from the profile for a threshold, lattice units: what the true curves may leave the profile's
-/// edges by, and [`GUARD`], are added.
+/// edges by, and [`PATH_CLEARANCE`], are added.
 #[must_use]
 pub fn centre_distance(profile: &Profile, zones: &Profile, threshold: Length) -> f64 {
-    let slack = profile.slack().max(zones.slack());
-    f64::from(threshold.units()) + f64::from(GUARD) + f64::from(slack.units())
+    let chord_error = profile.chord_error().max(zones.chord_error());
+    f64::from(threshold.units()) + f64::from(PATH_CLEARANCE) + f64::from(chord_error.units())
 }
 
 /// The offset where zones may lie on the part: outlines are offset to both sides, so that all loops close, and loops within
@@ -222,7 +222,7 @@ fn runs_beside(
             let Some(nearest) = part.index().nearest(at, hint) else { return Err(elsewhere) };
             hint = Some(nearest.edge);
             let edge = part.edges()[nearest.edge];
-            if nearest.distance() > d + RESOLUTION + COVERAGE + f64::from(edge.slack.units()) {
+            if nearest.distance() > d + RESOLUTION + COVERAGE + f64::from(edge.chord_error.units()) {
                 return Err(elsewhere);
             }
             let Some((place, (dx, dy))) = travel else { continue };

@@ -119,7 +119,7 @@ pub fn inspect(drawing: &Drawing, chained: &Chained) -> Inspection {
         box_mm: contours.iter().map(|contour| contour.box_mm).reduce(union),
         contours,
         free_curves: chained.profile.source_count(),
-        curve_bound_mm: mm(chained.profile.slack().units()),
+        curve_bound_mm: mm(chained.profile.chord_error().units()),
         open_chains: chained.open.len(),
         repairs,
         problems,
@@ -171,7 +171,7 @@ fn depths(outlines: &[Outline]) -> Vec<usize> {
     // The diagonals of their boxes, behind boxes: few outlines are asked about each corner.
     let point = |p: (f64, f64)| point_from_mm(p).unwrap_or(Point::ORIGIN);
     let diagonal = |outline: &Outline| Segment { from: point(outline.bounds.0), to: point(outline.bounds.1) };
-    let edge = |outline: &Outline| Edge { chord: diagonal(outline), slack: Length::ZERO };
+    let edge = |outline: &Outline| Edge { chord: diagonal(outline), chord_error: Length::ZERO };
     let Ok(index) = build::build(outlines.iter().map(edge).collect()) else { return vec![0; outlines.len()] };
     let depth = |(i, outline): (usize, &Outline)| {
         let Some(&corner) = outline.points.first().filter(|_| outline.area_mm2 > 0.0) else { return 0 };
@@ -282,7 +282,7 @@ mod tests {
     use std::fmt::Write as _;
 
     use super::*;
-    use crate::order::Order;
+    use crate::request::PlanRequest;
 
     /// What is said of so many circles that all cross each other.
     fn said_of_circles(count: u32, radius_mm: f64) -> Vec<String> {
@@ -291,7 +291,7 @@ mod tests {
             let _ = write!(dxf, "0\nCIRCLE\n10\n{x}\n20\n0\n40\n{radius_mm}\n");
         }
         dxf.push_str("0\nENDSEC\n0\nEOF\n");
-        let (drawing, chained) = Order::default().contours(dxf.as_bytes()).expect("circles are read");
+        let (drawing, chained) = PlanRequest::default().contours(dxf.as_bytes()).expect("circles are read");
         inspect(&drawing, &chained).problems.into_iter().map(|note| note.text).collect()
     }
 

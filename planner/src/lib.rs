@@ -7,6 +7,7 @@
 //! Nothing here is trusted: a plan is believed after [`plan::Plan::certify`], which asks the kernel's exact predicates
 //! about every motion, and whoever loads a plan file does that again.
 
+pub mod align;
 mod chord;
 pub mod drawing;
 pub mod finish;
@@ -16,15 +17,13 @@ pub mod machine;
 pub mod margin;
 pub mod merge;
 pub mod mesh;
-pub mod order;
 pub mod picture;
 pub mod plan;
 pub mod plan_file;
 pub mod profile;
-pub mod registration;
+pub mod request;
 pub mod route;
 pub mod select;
-pub mod setup;
 mod summary;
 pub mod text_file;
 pub mod units;

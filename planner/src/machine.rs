@@ -16,7 +16,8 @@ pub struct MachineProfile {
     pub name: String,
     /// Travel of x and y, mm: all of it, which some controllers say and are held to.
     #[serde(deserialize_with = "text_file::pair")]
-    pub stroke_mm: [f64; 2],
+    #[serde(alias = "stroke_mm")]
+    pub travel_mm: [f64; 2],
     /// Top speed, mm/s.
     pub max_rate_mm_s: f64,
     /// Acceleration, mm/s².
@@ -127,7 +128,7 @@ impl MachineProfile {
     pub fn simulated() -> Self {
         Self {
             name: "simulated GRBL 1.1 table".into(),
-            stroke_mm: [400.0, 350.0],
+            travel_mm: [400.0, 350.0],
             max_rate_mm_s: 200.0,
             acceleration_mm_s2: 1000.0,
             steps_per_mm: 400.0,
@@ -198,8 +199,8 @@ impl MachineProfile {
             }
         }
         let sizes = [
-            ("stroke_mm", self.stroke_mm[0], 0.1..=5000.0),
-            ("stroke_mm", self.stroke_mm[1], 0.1..=5000.0),
+            ("travel_mm", self.travel_mm[0], 0.1..=5000.0),
+            ("travel_mm", self.travel_mm[1], 0.1..=5000.0),
             ("max_rate_mm_s", self.max_rate_mm_s, 1e-3..=1e5),
             ("acceleration_mm_s2", self.acceleration_mm_s2, 1e-3..=1e6),
             ("steps_per_mm", self.steps_per_mm, 0.1..=1e6),
@@ -291,7 +292,7 @@ mod tests {
         let error = MachineProfile::parse(Path::new("three.toml"), &text).expect_err("it has two axes");
         let error = error.to_string();
         assert!(
-            error.contains("stroke_mm = [400.0, 350.0, 120.0]") && error.contains("an array of two"),
+            error.contains("travel_mm = [400.0, 350.0, 120.0]") && error.contains("an array of two"),
             "{error}"
         );
     }

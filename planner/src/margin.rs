@@ -1,6 +1,6 @@
 //! The margin M: how far the tool can be from where the plan believes it is, term by term.
 //!
-//! How well it is known where the workpiece lies ([`crate::registration`]) is no term: path and part are one drawing, and shift
+//! How well it is known where the workpiece lies ([`crate::align`]) is no term: path and part are one drawing, and shift
 //! together.
 
 use std::f64::consts::SQRT_2;
@@ -228,8 +228,8 @@ mod tests {
             let budget = Budget::of(&machine, total_mm, placed).unwrap();
             assert_eq!(budget.check(&machine, placed), Ok(()));
             assert!(budget.check(&machine, !placed).is_err());
-            let coarse = MachineProfile { report_digit_mm: 0.01, ..machine.clone() };
-            assert!(budget.check(&coarse, placed).is_err());
+            let simplified = MachineProfile { report_digit_mm: 0.01, ..machine.clone() };
+            assert!(budget.check(&simplified, placed).is_err());
             for index in 0..budget.terms.len() {
                 let changed = |change: &dyn Fn(&mut Vec<Term>)| {
                     let mut other = budget.clone();

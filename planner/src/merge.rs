@@ -11,13 +11,13 @@ use crate::chord::{Band, Chord, Xy, cross, dot, minus};
 use crate::finish::{FinishingLoop, FinishingPath};
 
 /// The most by which a merged motion comes nearer to the part than the run that it replaces, lattice units (0.3 µm): half of
-/// what [`crate::finish::GUARD`] adds to the path's distance.
+/// what [`crate::finish::PATH_CLEARANCE`] adds to the path's distance.
 pub const INWARD: f64 = 30.0;
-/// The most by which it lies farther out, lattice units (0.6 µm): with the slack of the chords by which a path is checked
+/// The most by which it lies farther out, lattice units (0.6 µm): with the chord_error of the chords by which a path is checked
 /// for completeness this is less than [`keepout_kernel::offset::BESIDE`].
 pub const OUTWARD: f64 = 60.0;
 /// Merged motions keep so much more than the threshold, lattice units: where a controller is sent parts or chords of an arc, each
-/// of these begins with [`keepout_kernel::offset::PATH_SLACK`] to spare, on the lattice.
+/// of these begins with [`keepout_kernel::offset::PATH_CHORD_ERROR`] to spare, on the lattice.
 const RESERVE: Length = Length::small(16);
 /// Where motions turn by more than this, radians (3°), the path has a corner, which stays.
 const CORNER: f64 = 0.052;
@@ -95,7 +95,7 @@ fn directions(curve: &Curve) -> (Xy, Xy) {
 }
 
 fn turn_sign(turn: Turn) -> f64 {
-    if turn == Turn::Left { 1.0 } else { -1.0 }
+    if turn == Turn::CounterClockwise { 1.0 } else { -1.0 }
 }
 
 /// Motions without a corner between them.

@@ -10,32 +10,32 @@ use crate::finish::{FinishError, FinishingPath, PathRefusal, centre_distance, pr
 use crate::machine::MachineProfile;
 use crate::margin::{Budget, MarginError};
 use crate::merge::merged;
-use crate::order::Stage;
 use crate::profile::{MachinedSide, Profile, ProfileError, free_outlines};
+use crate::request::Stage;
 use crate::units::{length_up_from_mm, mm};
 
 /// What the user decides about a job.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Job {
+pub struct PlanParameters {
     /// Diameter of the tool, mm.
     pub tool_diameter_mm: f64,
     /// Stock that roughing leaves for finishing, mm.
-    pub allowance_mm: f64,
+    pub stock_to_leave_mm: f64,
     /// Which side is machined.
     pub side: MachinedSide,
     /// The whole margin, mm, in place of the machine profile's errors.
     pub margin_mm: Option<f64>,
     /// Finishing passes, first to last; none means one along the profile itself.
-    pub passes: Vec<PassJob>,
+    pub passes: Vec<PassParameters>,
     /// Which way round the tool cuts.
     pub cut: Cut,
 }
 
-impl Default for Job {
+impl Default for PlanParameters {
     fn default() -> Self {
         Self {
             tool_diameter_mm: 6.0,
-            allowance_mm: 0.2,
+            stock_to_leave_mm: 0.2,
             side: MachinedSide::Outside,
             margin_mm: None,
             passes: Vec::new(),
@@ -54,9 +54,9 @@ pub const PASSES_MAX: usize = 16;
 
 /// A finishing pass, as it is ordered.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PassJob {
+pub struct PassParameters {
     /// Stock that the pass leaves, mm.
-    pub allowance_mm: f64,
+    pub stock_to_leave_mm: f64,
     /// Its feed, mm/min; the run's own when none is given.
     pub feed_mm_min: Option<u32>,
 }
@@ -88,7 +88,7 @@ impl From<String> for Remark {
 
 /// Where a plan comes from.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Sheet {
+pub struct Provenance {
     /// Name of the drawing.
     pub name: String,
     /// SHA-256 of the drawing's bytes.
@@ -103,20 +103,20 @@ pub struct Sheet {
 
 /// What a drawing says of a job.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Shapes {
+pub struct PlanGeometry {
     /// The part's contours.
     pub profile: Profile,
     /// What the tool keeps out of besides.
     pub zones: Profile,
     /// Where the tool's centre may go, when the drawing says so.
-    pub stroke: Option<Window>,
+    pub travel: Option<Window>,
 }
 
 /// A finishing pass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pass {
     /// Stock that it leaves.
-    pub allowance: Length,
+    pub stock_to_leave: Length,
     /// Its feed, mm/min; the run's own when none is given.
     pub feed_mm_min: Option<u32>,
     /// Its path.
@@ -127,7 +127,7 @@ pub struct Pass {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     /// Where it comes from.
-    pub sheet: Sheet,
+    pub provenance: Provenance,
     /// The machine the margin was made for.
     pub machine: MachineProfile,
     /// Which side is machined.
@@ -135,7 +135,7 @@ pub struct Plan {
     /// Radius R of the tool.
     pub tool_radius: Length,
     /// Allowance A.
-    pub allowance: Length,
+    pub stock_to_leave: Length,
     /// The margin M.
     pub budget: Budget,
     /// The profile.
@@ -143,7 +143,7 @@ pub struct Plan {
     /// Closed loops that the tool keeps out of besides: clamps, a vice.
     pub zones: Profile,
     /// Where the tool's centre may go, when the drawing says so.
-    pub stroke: Option<Window>,
+    pub travel: Option<Window>,
     /// Which way round the tool cuts.
     pub cut: Cut,
     /// The finishing passes, first to last; there is at least one.
@@ -188,11 +188,11 @@ pub enum PlanError {
     },
     /// Passes do not take off something each.
     #[error(
-        "a finishing pass leaves {allowance_mm:.4} mm: each pass must leave less than the one before, and the first no more than roughing leaves (--allowance-mm)"
+        "a finishing pass leaves {stock_to_leave_mm:.4} mm: each pass must leave less than the one before, and the first no more than roughing leaves (--stock-to-leave-mm)"
     )]
     PassOrder {
         /// What the pass leaves, mm.
-        allowance_mm: f64,
+        stock_to_leave_mm: f64,
     },
     /// A finishing pass has a feed that is none.
     #[error(
@@ -232,9 +232,9 @@ impl Plan {
     /// # Errors
     /// [`PlanError`] with place and remedy.
     pub fn make(
-        sheet: Sheet,
-        shapes: Shapes,
-        job: &Job,
+        provenance: Provenance,
+        shapes: PlanGeometry,
+        job: &PlanParameters,
         machine: &MachineProfile,
         stage: &mut dyn FnMut(Stage),
     ) -> Result<CertifiedPlan, PlanError> {
@@ -245,36 +245,36 @@ impl Plan {
         let length =
             |what, value| length_up_from_mm(value).map_err(|source| PlanError::Length { what, source });
         let tool_radius = length("tool radius", diameter_mm / 2.0)?;
-        let allowance = length("allowance", job.allowance_mm)?;
-        let budget = Budget::of(machine, job.margin_mm, sheet.placed.is_some())?;
-        let Shapes { profile, zones, stroke } = shapes;
+        let stock_to_leave = length("allowance", job.stock_to_leave_mm)?;
+        let budget = Budget::of(machine, job.margin_mm, provenance.placed.is_some())?;
+        let PlanGeometry { profile, zones, travel } = shapes;
         stage(Stage::Checking);
         let part = profile.part(job.side, &zones)?;
         let finishing = finishing_threshold(tool_radius, &budget)?;
         let outlines = free_outlines(&profile, &zones, &part);
         stage(Stage::Offsetting);
-        let single = [PassJob::default()];
+        let single = [PassParameters::default()];
         let ordered = if job.passes.is_empty() { &single[..] } else { &job.passes };
         let (mut passes, mut unmerged) = (Vec::new(), Vec::new());
         for each in ordered {
-            let left = length("allowance of a pass", each.allowance_mm)?;
+            let left = length("allowance of a pass", each.stock_to_leave_mm)?;
             let threshold = plus(finishing, left)?;
             let d = centre_distance(&profile, &zones, threshold);
             let path = propose(&outlines, &part, d, diameter_mm)?;
-            let pass = |path| Pass { allowance: left, feed_mm_min: each.feed_mm_min, path };
+            let pass = |path| Pass { stock_to_leave: left, feed_mm_min: each.feed_mm_min, path };
             passes.push(pass(merged(&path, &part, threshold)));
             unmerged.push(pass(path));
         }
         let mut plan = Self {
-            sheet,
+            provenance,
             machine: machine.clone(),
             side: job.side,
             tool_radius,
-            allowance,
+            stock_to_leave,
             budget,
             profile,
             zones,
-            stroke,
+            travel,
             cut: job.cut,
             passes,
         };
@@ -328,13 +328,13 @@ impl Plan {
         if !(TOOL_MIN_MM..=TOOL_MAX_MM).contains(&diameter_mm) {
             return Err(PlanError::Tool { diameter_mm });
         }
-        self.budget.check(&self.machine, self.sheet.placed.is_some())?;
+        self.budget.check(&self.machine, self.provenance.placed.is_some())?;
         let finishing = finishing_threshold(self.tool_radius, &self.budget)?;
-        let roughing = roughing_threshold(finishing, self.allowance, &self.budget)?;
+        let roughing = roughing_threshold(finishing, self.stock_to_leave, &self.budget)?;
         self.certify_order()?;
         let mut motions = 0;
         for (index, pass) in self.passes.iter().enumerate() {
-            let threshold = plus(finishing, pass.allowance)?;
+            let threshold = plus(finishing, pass.stock_to_leave)?;
             let refused = |refusal| PlanError::Pass { number: index + 1, refusal };
             let d = centre_distance(&self.profile, &self.zones, threshold);
             motions += pass.path.certify(outlines, part, (threshold, d)).map_err(refused)?;
@@ -353,14 +353,14 @@ impl Plan {
             if let Some(mm_min) = pass.feed_mm_min.filter(|feed| !FEEDS_MM_MIN.contains(feed)) {
                 return Err(PlanError::Feed { mm_min });
             }
-            if before.is_some_and(|before| pass.allowance >= before) {
-                return Err(PlanError::PassOrder { allowance_mm: mm(pass.allowance.units()) });
+            if before.is_some_and(|before| pass.stock_to_leave >= before) {
+                return Err(PlanError::PassOrder { stock_to_leave_mm: mm(pass.stock_to_leave.units()) });
             }
-            before = Some(pass.allowance);
+            before = Some(pass.stock_to_leave);
         }
         match self.passes.first() {
-            Some(first) if first.allowance > self.allowance => {
-                Err(PlanError::PassOrder { allowance_mm: mm(first.allowance.units()) })
+            Some(first) if first.stock_to_leave > self.stock_to_leave => {
+                Err(PlanError::PassOrder { stock_to_leave_mm: mm(first.stock_to_leave.units()) })
             }
             _ => Ok(()),
         }
@@ -388,9 +388,13 @@ fn plus(threshold: Length, more: Length) -> Result<Length, PlanError> {
 }
 
 /// R + M + A, where A is no less than how far a tool that was stopped by hand can be from where it is taken to be.
-fn roughing_threshold(finishing: Length, allowance: Length, budget: &Budget) -> Result<Length, PlanError> {
+fn roughing_threshold(
+    finishing: Length,
+    stock_to_leave: Length,
+    budget: &Budget,
+) -> Result<Length, PlanError> {
     let stopping = budget.stopping().map_err(|source| PlanError::Length { what: "margin", source })?;
-    plus(finishing, allowance.max(stopping))
+    plus(finishing, stock_to_leave.max(stopping))
 }
 
 fn finishing_threshold(tool_radius: Length, budget: &Budget) -> Result<Length, PlanError> {

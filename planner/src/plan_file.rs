@@ -17,7 +17,7 @@ use thiserror::Error;
 use crate::finish::{FinishingLoop, FinishingPath};
 use crate::machine::{MachineError, MachineProfile};
 use crate::margin::Budget;
-use crate::plan::{Cut, Pass, Plan, Remark, Sheet};
+use crate::plan::{Cut, Pass, Plan, Provenance, Remark};
 use crate::profile::{MachinedSide, Profile, ProfileEdge, ProfileLoop, SourceCurve};
 use crate::text_file;
 
@@ -84,18 +84,18 @@ struct Stored {
     machine: MachineProfile,
     side: MachinedSide,
     tool_radius: i32,
-    allowance: i32,
+    stock_to_leave: i32,
     budget: Budget,
     loops: Vec<StoredLoop>,
     zones: Vec<StoredLoop>,
-    stroke: Option<[i32; 4]>,
+    travel: Option<[i32; 4]>,
     cut: Cut,
     passes: Vec<StoredPass>,
 }
 
 #[derive(Serialize, Deserialize)]
 struct StoredPass {
-    allowance: i32,
+    stock_to_leave: i32,
     feed_mm_min: Option<u32>,
     loops: Vec<(Vec<StoredCurve>, u64)>,
     residual_length_mm: f64,
@@ -217,22 +217,22 @@ pub fn load(path: &Path) -> Result<Plan, PlanFileError> {
 }
 
 fn stored(plan: &Plan) -> Stored {
-    let sheet = &plan.sheet;
+    let provenance = &plan.provenance;
     Stored {
-        drawing: sheet.name.clone(),
-        drawing_hash: sheet.hash,
-        unit: sheet.unit.clone(),
-        remarks: sheet.remarks.iter().map(stored_remark).collect(),
-        placed: sheet.placed,
+        drawing: provenance.name.clone(),
+        drawing_hash: provenance.hash,
+        unit: provenance.unit.clone(),
+        remarks: provenance.remarks.iter().map(stored_remark).collect(),
+        placed: provenance.placed,
         machine: plan.machine.clone(),
         side: plan.side,
         tool_radius: plan.tool_radius.units(),
-        allowance: plan.allowance.units(),
+        stock_to_leave: plan.stock_to_leave.units(),
         budget: plan.budget.clone(),
         loops: plan.profile.loops.iter().map(stored_loop).collect(),
         zones: plan.zones.loops.iter().map(stored_loop).collect(),
-        stroke: plan.stroke.map(|stroke| {
-            let (x0, y0, x1, y1) = stroke.corners();
+        travel: plan.travel.map(|travel| {
+            let (x0, y0, x1, y1) = travel.corners();
             [x0, y0, x1, y1]
         }),
         cut: plan.cut,
@@ -255,7 +255,7 @@ fn stored_pass(pass: &Pass) -> StoredPass {
         (each.curves.iter().map(stored_curve).collect(), component)
     };
     StoredPass {
-        allowance: pass.allowance.units(),
+        stock_to_leave: pass.stock_to_leave.units(),
         feed_mm_min: pass.feed_mm_min,
         loops: pass.path.loops.iter().map(finishing).collect(),
         residual_length_mm: pass.path.residual_length_mm,
@@ -278,20 +278,23 @@ fn restored_pass(stored: &StoredPass) -> Result<Pass, PlanFileError> {
         residual_area_mm2: stored.residual_area_mm2,
         profile_length_mm: stored.profile_length_mm,
     };
-    let allowance = Length::from_units(stored.allowance.into())?;
-    Ok(Pass { allowance, feed_mm_min: stored.feed_mm_min, path })
+    let stock_to_leave = Length::from_units(stored.stock_to_leave.into())?;
+    Ok(Pass { stock_to_leave, feed_mm_min: stored.feed_mm_min, path })
 }
 
 fn stored_loop(each: &ProfileLoop) -> StoredLoop {
     StoredLoop {
-        edges: each.edges.iter().map(|edge| (stored_curve(&edge.curve), edge.slack.units())).collect(),
+        edges: each.edges.iter().map(|edge| (stored_curve(&edge.curve), edge.chord_error.units())).collect(),
         sources: each.sources.iter().map(stored_source).collect(),
     }
 }
 
 fn restored_loop(each: &StoredLoop) -> Result<ProfileLoop, PlanFileError> {
-    let edge = |(curve, slack): &(StoredCurve, i32)| {
-        Ok(ProfileEdge { curve: restored_curve(curve)?, slack: Length::from_units((*slack).into())? })
+    let edge = |(curve, chord_error): &(StoredCurve, i32)| {
+        Ok(ProfileEdge {
+            curve: restored_curve(curve)?,
+            chord_error: Length::from_units((*chord_error).into())?,
+        })
     };
     let edges = each.edges.iter().map(edge).collect::<Result<_, PlanFileError>>()?;
     let sources = each.sources.iter().map(restored_source).collect::<Result<_, PlanFileError>>()?;
@@ -326,9 +329,11 @@ fn stored_curve(curve: &Curve) -> StoredCurve {
     let ([a, b], [c, d]) = (xy(curve.from()), xy(curve.to()));
     match curve {
         Curve::Line(_) => StoredCurve::Line([a, b, c, d]),
-        Curve::Arc(arc) => {
-            StoredCurve::Arc { ends: [a, b, c, d], centre: xy(arc.centre()), left: arc.turn() == Turn::Left }
-        }
+        Curve::Arc(arc) => StoredCurve::Arc {
+            ends: [a, b, c, d],
+            centre: xy(arc.centre()),
+            left: arc.turn() == Turn::CounterClockwise,
+        },
     }
 }
 
@@ -344,7 +349,7 @@ fn restored(stored: Stored) -> Result<Plan, PlanFileError> {
         return Err(PlanFileError::Contents("it has no finishing pass".into()));
     }
     Ok(Plan {
-        sheet: Sheet {
+        provenance: Provenance {
             name: stored.drawing,
             hash: stored.drawing_hash,
             unit: stored.unit,
@@ -352,13 +357,13 @@ fn restored(stored: Stored) -> Result<Plan, PlanFileError> {
             placed: stored.placed,
         },
         tool_radius: length(stored.tool_radius)?,
-        allowance: length(stored.allowance)?,
+        stock_to_leave: length(stored.stock_to_leave)?,
         machine: stored.machine.checked()?,
         side: stored.side,
         budget: stored.budget,
         profile: restored_profile(&stored.loops)?,
         zones: restored_profile(&stored.zones)?,
-        stroke: stored.stroke.map(|[x0, y0, x1, y1]| Window::from_corners(x0, y0, x1, y1)),
+        travel: stored.travel.map(|[x0, y0, x1, y1]| Window::from_corners(x0, y0, x1, y1)),
         cut: stored.cut,
         passes,
     })
@@ -369,7 +374,7 @@ fn restored_curve(curve: &StoredCurve) -> Result<Curve, PlanFileError> {
     Ok(match *curve {
         StoredCurve::Line([a, b, c, d]) => Curve::Line(Segment { from: at(a, b)?, to: at(c, d)? }),
         StoredCurve::Arc { ends: [a, b, c, d], centre: [x, y], left } => {
-            let turn = if left { Turn::Left } else { Turn::Right };
+            let turn = if left { Turn::CounterClockwise } else { Turn::Clockwise };
             Curve::Arc(Arc::new(at(a, b)?, at(c, d)?, at(x, y)?, turn)?)
         }
     })

@@ -25,16 +25,16 @@ pub struct ProfileEdge {
     /// The curve.
     pub curve: Curve,
     /// How far the drawing's curve leaves a line that stands for it; zero for true lines and arcs.
-    pub slack: Length,
+    pub chord_error: Length,
 }
 
 impl ProfileEdge {
     fn is_exact(&self) -> bool {
-        self.slack == Length::ZERO
+        self.chord_error == Length::ZERO
     }
 }
 
-/// A curve of the drawing that edges stand for, within their slack.
+/// A curve of the drawing that edges stand for, within their chord_error.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SourceCurve {
     /// The curve, in the direction of the loop.
@@ -156,11 +156,11 @@ impl Profile {
             .map_err(|error| ProfileError::TooLarge { reason: error.to_string() })
     }
 
-    /// The largest slack of an edge.
+    /// The largest chord_error of an edge.
     #[must_use]
-    pub fn slack(&self) -> Length {
+    pub fn chord_error(&self) -> Length {
         let edges = self.loops.iter().flat_map(|each| &each.edges);
-        edges.map(|edge| edge.slack).max().unwrap_or(Length::ZERO)
+        edges.map(|edge| edge.chord_error).max().unwrap_or(Length::ZERO)
     }
 
     /// The number of pieces of splines and ellipses that edges stand for.
@@ -198,11 +198,11 @@ pub fn free_outlines(profile: &Profile, zones: &Profile, part: &ProhibitedRegion
     outlines
 }
 
-/// The corners of closed curves' chords within `slack` of them, each once; only the ends of a curve that has no such chords.
-pub(crate) fn corners<'a>(curves: impl Iterator<Item = &'a Curve>, slack: Length) -> Vec<Point> {
+/// The corners of closed curves' chords within `chord_error` of them, each once; only the ends of a curve that has no such chords.
+pub(crate) fn corners<'a>(curves: impl Iterator<Item = &'a Curve>, chord_error: Length) -> Vec<Point> {
     let mut corners = Vec::new();
     for curve in curves {
-        corners.extend(curve.chord_points(slack).unwrap_or_else(|_| vec![curve.from(), curve.to()]));
+        corners.extend(curve.chord_points(chord_error).unwrap_or_else(|_| vec![curve.from(), curve.to()]));
         corners.pop();
     }
     corners
@@ -235,20 +235,27 @@ impl ProfileLoop {
         )
     }
 
-    /// Checks that edges stand for curves, each edge with a slack for exactly one, and follow them within it: the source follows
-    /// the chain of its edges within their least slack ([`Bezier::follows`]).
+    /// Checks that edges stand for curves, each edge with a chord_error for exactly one, and follow them within it: the source follows
+    /// the chain of its edges within their least chord_error ([`Bezier::follows`]).
     fn check_sources(&self) -> Result<(), ProfileError> {
         let mut checked = 0;
         for source in &self.sources {
             let at = source.curve.control().first().copied().unwrap_or(Point::ORIGIN);
-            // In order and apart, so that the work is bounded by the number of edges; none between them has a slack.
+            // In order and apart, so that the work is bounded by the number of edges; none between them has a chord_error.
             let before = self.edges.get(checked..source.first).ok_or(ProfileError::Curve { at })?;
             let edges = self.edges.get(source.first..source.end).ok_or(ProfileError::Curve { at })?;
-            let slack = edges.iter().map(|edge| edge.slack).min().filter(|slack| *slack <= SLACK_MAX);
-            let slack = slack.filter(|_| before.iter().all(ProfileEdge::is_exact));
-            let slack = slack.ok_or(ProfileError::Curve { at })?;
+            let chord_error = edges
+                .iter()
+                .map(|edge| edge.chord_error)
+                .min()
+                .filter(|chord_error| *chord_error <= SLACK_MAX);
+            let chord_error = chord_error.filter(|_| before.iter().all(ProfileEdge::is_exact));
+            let chord_error = chord_error.ok_or(ProfileError::Curve { at })?;
             let chain: Vec<Curve> = edges.iter().map(|edge| edge.curve).collect();
-            source.curve.follows(&chain, slack).map_err(|stray| ProfileError::Curve { at: stray.at })?;
+            source
+                .curve
+                .follows(&chain, chord_error)
+                .map_err(|stray| ProfileError::Curve { at: stray.at })?;
             checked = source.end;
         }
         match self.edges.iter().skip(checked).find(|edge| !edge.is_exact()) {
@@ -268,10 +275,12 @@ impl ProfileLoop {
         let mut chords = 0;
         let mut pieces = Vec::with_capacity(self.edges.len());
         for edge in &self.edges {
-            let piece =
-                edge.curve.piece(CHORD_SLACK, edge.slack).map_err(|error| degenerate(error.to_string()))?;
+            let piece = edge
+                .curve
+                .piece(CHORD_SLACK, edge.chord_error)
+                .map_err(|error| degenerate(error.to_string()))?;
             if let Piece::Arc { chords: arc, .. } = &piece {
-                if arc.slack() > ARC_CHORD_SLACK {
+                if arc.chord_error() > ARC_CHORD_SLACK {
                     return Err(degenerate("an arc is not followed closely by its chords".into()));
                 }
                 chords += arc.points().len();

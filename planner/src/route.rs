@@ -9,7 +9,7 @@ use keepout_kernel::{FreePoint, Point, ProhibitedRegion};
 
 use crate::units::{point_from_mm, point_mm};
 
-/// Grid cells along the longer side of the searched box, from coarse to fine.
+/// Grid cells along the longer side of the searched box, from simplified to fine.
 const CELLS: [f64; 3] = [48.0, 128.0, 320.0];
 
 type Node = (i32, i32);
@@ -156,7 +156,7 @@ fn search(
     None
 }
 
-/// Order of visiting: cost so far and the straight rest, in thousandths of a cell.
+/// PlanRequest of visiting: cost so far and the straight rest, in thousandths of a cell.
 fn rank(cost: f64, rest: f64) -> i64 {
     keepout_kernel::curve::nearest_unit((cost + rest) * 1000.0)
 }

@@ -180,5 +180,5 @@ fn beyond_chord_mm2(curve: &Curve) -> f64 {
     let Curve::Arc(arc) = curve else { return 0.0 };
     let (r, angle) = (radius(arc) / f64::from(UNITS_PER_MM), sweep(arc));
     let area = r * r * (angle - angle.sin()) / 2.0;
-    if arc.turn() == Turn::Left { area } else { -area }
+    if arc.turn() == Turn::CounterClockwise { area } else { -area }
 }

@@ -13,7 +13,7 @@ impl CertifiedPlan {
     #[must_use]
     pub fn summary(&self) -> String {
         let plan = &self.plan;
-        let sheet = &plan.sheet;
+        let provenance = &plan.provenance;
         let side = match plan.side {
             MachinedSide::Outside => "outside (the part is inside the contour)",
             MachinedSide::Inside => "inside (the part is outside the contour)",
@@ -21,13 +21,13 @@ impl CertifiedPlan {
         let mut lines = vec![
             format!(
                 "drawing      {} ({} contours, unit {})",
-                sheet.name,
+                provenance.name,
                 plan.profile.loops.len(),
-                sheet.unit
+                provenance.unit
             ),
             format!("machined     {side}"),
             format!("tool radius  {:.5} mm", mm(plan.tool_radius.units())),
-            format!("allowance    {:.5} mm", mm(plan.allowance.units())),
+            format!("allowance    {:.5} mm", mm(plan.stock_to_leave.units())),
             format!("margin for   {}", plan.machine.name),
             plan.budget.to_string(),
             format!(
@@ -39,7 +39,7 @@ impl CertifiedPlan {
                 mm(self.finishing.units())
             ),
         ];
-        if let Some((degrees, (x, y))) = sheet.placed {
+        if let Some((degrees, (x, y))) = provenance.placed {
             lines.insert(
                 1,
                 format!("placed       turned by {degrees}° about its origin, then moved by ({x}, {y}) mm"),
@@ -53,10 +53,10 @@ impl CertifiedPlan {
         }
         let sources = plan.profile.source_count();
         if sources > 0 {
-            let slack = plan.profile.slack();
+            let chord_error = plan.profile.chord_error();
             lines.push(format!(
                 "curves       {sources} pieces of splines and ellipses, within {:.5} mm of their arcs and lines",
-                mm(slack.units())
+                mm(chord_error.units())
             ));
         }
         let way = match plan.cut {
@@ -65,7 +65,7 @@ impl CertifiedPlan {
         };
         lines.push(format!("cut          {way}, {} motions, every motion certified", self.certified_motions));
         lines.extend(plan.passes.iter().enumerate().map(|(index, pass)| pass.summary(index + 1)));
-        lines.extend(sheet.remarks.iter().map(|remark| format!("note         {}", remark.text)));
+        lines.extend(provenance.remarks.iter().map(|remark| format!("note         {}", remark.text)));
         lines.join("\n")
     }
 
@@ -82,11 +82,11 @@ impl CertifiedPlan {
         if sources > 0 {
             lines.push(format!(
                 "proved       each of {sources} pieces of splines and ellipses follows its arcs and lines within {:.5} mm",
-                mm(plan.profile.slack().max(plan.zones.slack()).units())
+                mm(plan.profile.chord_error().max(plan.zones.chord_error()).units())
             ));
         }
         for (index, pass) in plan.passes.iter().enumerate() {
-            let at_least = self.finishing.saturating_plus(pass.allowance);
+            let at_least = self.finishing.saturating_plus(pass.stock_to_leave);
             let threshold = mm(at_least.units());
             let motions: usize = pass.path.loops.iter().map(|each| each.curves.len()).sum();
             lines.push(format!(
@@ -114,7 +114,7 @@ impl Pass {
         let path = &self.path;
         format!(
             "pass {number}       leaves {:.4} mm{feed}: {} loops, {:.1} mm; residual {}",
-            mm(self.allowance.units()),
+            mm(self.stock_to_leave.units()),
             path.loops.len(),
             path.length_mm(),
             path.residual()

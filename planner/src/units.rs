@@ -51,7 +51,7 @@ pub fn along_mm(curve: &Curve, t: f64) -> ((f64, f64), (f64, f64)) {
             ((a.0 + dx * t, a.1 + dy * t), (dx / length, dy / length))
         }
         Curve::Arc(arc) => {
-            let sign = if arc.turn() == Turn::Left { 1.0 } else { -1.0 };
+            let sign = if arc.turn() == Turn::CounterClockwise { 1.0 } else { -1.0 };
             let phi = angle(arc.centre(), arc.from()) + sign * sweep(arc) * t;
             let (c, r) = (point_mm(arc.centre()), radius(arc) / f64::from(UNITS_PER_MM));
             ((c.0 + r * phi.cos(), c.1 + r * phi.sin()), (-phi.sin() * sign, phi.cos() * sign))

@@ -4,7 +4,9 @@ use keepout_kernel::exact::bezier::Bezier;
 use keepout_kernel::{Arc, Curve, Length, Point, Segment, Turn};
 use keepout_planner::finish::{FinishingLoop, PathRefusal};
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::plan::{CertifiedPlan, Job, PASSES_MAX, Plan, PlanError, Shapes, Sheet};
+use keepout_planner::plan::{
+    CertifiedPlan, PASSES_MAX, Plan, PlanError, PlanGeometry, PlanParameters, Provenance,
+};
 use keepout_planner::plan_file;
 use keepout_planner::profile::{MachinedSide, Profile, ProfileEdge, ProfileError, ProfileLoop, SourceCurve};
 
@@ -14,10 +16,10 @@ fn at(x_mm: f64, y_mm: f64) -> Point {
 }
 
 #[expect(clippy::unwrap_used, reason = "slacks of ours")]
-fn polygon(corners: &[Point], slack: i64) -> ProfileLoop {
-    let slack = Length::from_units(slack).unwrap();
+fn polygon(corners: &[Point], chord_error: i64) -> ProfileLoop {
+    let chord_error = Length::from_units(chord_error).unwrap();
     let ends = corners.iter().zip(corners.iter().cycle().skip(1));
-    let edge = |(&from, &to)| ProfileEdge { curve: Curve::Line(Segment { from, to }), slack };
+    let edge = |(&from, &to)| ProfileEdge { curve: Curve::Line(Segment { from, to }), chord_error };
     ProfileLoop { edges: ends.map(edge).collect(), sources: Vec::new() }
 }
 
@@ -37,9 +39,9 @@ fn make(
     side: MachinedSide,
     tool_diameter_mm: f64,
 ) -> Result<CertifiedPlan, PlanError> {
-    let shapes = Shapes { profile: Profile { loops }, ..Shapes::default() };
-    let job = Job { side, tool_diameter_mm, ..Job::default() };
-    Plan::make(Sheet::default(), shapes, &job, &MachineProfile::simulated(), &mut |_| {})
+    let shapes = PlanGeometry { profile: Profile { loops }, ..PlanGeometry::default() };
+    let job = PlanParameters { side, tool_diameter_mm, ..PlanParameters::default() };
+    Plan::make(Provenance::default(), shapes, &job, &MachineProfile::simulated(), &mut |_| {})
 }
 
 /// The plan as whoever is given its file believes it.
@@ -66,9 +68,9 @@ fn a_name_that_moves_the_cursor() {
             .expect_err("it can not be shown")
             .to_string()
     };
-    let error = wrong(&|plan| plan.sheet.name = "x\nproved  all\u{1b}[8m".into());
+    let error = wrong(&|plan| plan.provenance.name = "x\nproved  all\u{1b}[8m".into());
     assert!(error.contains("what can not be shown"), "{error}");
-    let error = wrong(&|plan| plan.sheet.remarks.push("\r".to_string().into()));
+    let error = wrong(&|plan| plan.provenance.remarks.push("\r".to_string().into()));
     assert!(error.contains("what can not be shown"), "{error}");
     let error = wrong(&|plan| plan.machine.name.push('\n'));
     assert!(error.contains("name must be"), "{error}");
@@ -128,7 +130,7 @@ fn no_path_about_a_serrated_disc() {
 fn a_slack_that_stands_for_nothing() {
     for edge in 0..4 {
         let mut each = square();
-        each.edges[edge].slack = Length::from_units(500).unwrap();
+        each.edges[edge].chord_error = Length::from_units(500).unwrap();
         let error = error_of(make(vec![each], MachinedSide::Outside, 6.0), "no source");
         assert!(matches!(error, PlanError::Profile(ProfileError::Curve { .. })), "{error}");
     }
@@ -159,7 +161,7 @@ fn a_source_that_jumps_over_the_neck_of_a_pocket() {
     ];
     let mut each = polygon(&corners, 0);
     let count = each.edges.len();
-    each.edges[3..].iter_mut().for_each(|edge| edge.slack = Length::small(100));
+    each.edges[3..].iter_mut().for_each(|edge| edge.chord_error = Length::small(100));
     each.sources.push(straight_source(at(40.0, 20.0), at(-40.0, 20.0), 3, count));
     let error = error_of(make(vec![each], MachinedSide::Outside, 6.0), "the source does not follow");
     assert!(matches!(error, PlanError::Profile(ProfileError::Curve { .. })), "{error}");
@@ -168,12 +170,12 @@ fn a_source_that_jumps_over_the_neck_of_a_pocket() {
 #[test]
 fn sources_that_are_points_or_overlap() {
     let mut each = square();
-    each.edges.iter_mut().for_each(|edge| edge.slack = Length::small(100));
+    each.edges.iter_mut().for_each(|edge| edge.chord_error = Length::small(100));
     let corner = at(-20.0, -20.0);
     each.sources.push(straight_source(corner, corner, 0, 4));
     assert!(make(vec![each.clone()], MachinedSide::Outside, 6.0).is_err(), "a point for an outline");
     each.sources.clear();
-    each.edges.iter_mut().skip(1).for_each(|edge| edge.slack = Length::ZERO);
+    each.edges.iter_mut().skip(1).for_each(|edge| edge.chord_error = Length::ZERO);
     each.sources = vec![straight_source(corner, at(20.0, -20.0), 0, 1)];
     assert!(make(vec![each.clone()], MachinedSide::Outside, 6.0).is_ok(), "one edge, one source");
     each.sources.push(each.sources[0].clone());
@@ -184,19 +186,19 @@ fn sources_that_are_points_or_overlap() {
     }
 }
 
-/// Shallow hollows with a coarse bound for curves: nothing is missing there.
+/// Shallow hollows with a simplified bound for curves: nothing is missing there.
 #[test]
 fn hollows_with_a_coarse_bound_are_complete() {
-    for (degrees, slack) in [(2.0_f64, 100), (2.0, 200), (10.0, 1_000), (20.0, 1_000), (40.0, 1_000)] {
+    for (degrees, chord_error) in [(2.0_f64, 100), (2.0, 200), (10.0, 1_000), (20.0, 1_000), (40.0, 1_000)] {
         let high = 20.0 * (degrees.to_radians() / 2.0).tan();
         let corners = [at(-20.0, -20.0), at(20.0, -20.0), at(20.0, high), at(0.0, 0.0), at(-20.0, high)];
-        let mut each = polygon(&corners, slack);
+        let mut each = polygon(&corners, chord_error);
         for i in 0..corners.len() {
             let (from, to) = (corners[i], corners[(i + 1) % corners.len()]);
             each.sources.push(straight_source(from, to, i, i + 1));
         }
         if let Err(error) = make(vec![each], MachinedSide::Outside, 6.0) {
-            panic!("{degrees}°, slack {slack}: {error}");
+            panic!("{degrees}°, slack {chord_error}: {error}");
         }
     }
 }
@@ -217,8 +219,8 @@ fn empty_loops_and_endless_passes() {
 fn thousands_of_huge_arcs() {
     let (a, b) = (Point::from_units(0, 270_000_000).unwrap(), Point::from_units(0, -270_000_000).unwrap());
     let half = |from, to| {
-        let arc = Arc::new(from, to, Point::ORIGIN, Turn::Left).expect("half a circle");
-        ProfileEdge { curve: Curve::Arc(arc), slack: Length::ZERO }
+        let arc = Arc::new(from, to, Point::ORIGIN, Turn::CounterClockwise).expect("half a circle");
+        ProfileEdge { curve: Curve::Arc(arc), chord_error: Length::ZERO }
     };
     let edges = (0..4_000).map(|k| if k % 2 == 0 { half(a, b) } else { half(b, a) }).collect();
     let each = ProfileLoop { edges, sources: Vec::new() };

@@ -10,9 +10,9 @@ use keepout_kernel::{Curve, Point, Segment, Turn};
 use keepout_planner::finish::{centre_distance, propose};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::merge::{INWARD, OUTWARD, merged_loop};
-use keepout_planner::order::Order;
-use keepout_planner::plan::{CertifiedPlan, Job};
+use keepout_planner::plan::{CertifiedPlan, PlanParameters};
 use keepout_planner::profile::{MachinedSide, Profile, free_outlines};
+use keepout_planner::request::PlanRequest;
 use keepout_planner::units::{along_mm, mm, nearest_on_mm, point_mm};
 use proptest::prelude::{Strategy, proptest};
 use proptest::test_runner::Config;
@@ -56,7 +56,7 @@ fn arc_through(from: Point, by: Point, to: Point) -> Option<Curve> {
     let twice = 2.0 * (ux * vy - uy * vx);
     let (u2, v2) = (ux * ux + uy * uy, vx * vx + vy * vy);
     let centre = (ax + (vy * u2 - uy * v2) / twice, ay + (ux * v2 - vx * u2) / twice);
-    let turn = if twice > 0.0 { Turn::Left } else { Turn::Right };
+    let turn = if twice > 0.0 { Turn::CounterClockwise } else { Turn::Clockwise };
     let large = hypot(centre.0 - ax, centre.1 - ay) > 1e8 || !twice.is_normal();
     fit_arc(from, to, centre, turn).ok().filter(|_| !large).map(Curve::Arc)
 }
@@ -81,7 +81,7 @@ fn right_of((x, y): (f64, f64), curve: &Curve) -> f64 {
         }
         Curve::Arc(arc) => {
             let c = xy(arc.centre());
-            let sign = if arc.turn() == Turn::Left { 1.0 } else { -1.0 };
+            let sign = if arc.turn() == Turn::CounterClockwise { 1.0 } else { -1.0 };
             // Arcs of less than half a turn.
             let within = sign * side(c, a) >= 0.0 && sign * side(c, b) <= 0.0;
             if within { sign * (far(c) - radius(arc)) } else { at_end }
@@ -167,13 +167,16 @@ fn fine_loops_become_few_motions_and_corners_stay() {
         .collect();
     assert_eq!(merged_loop(&loop_through(&square, usize::MAX), &|_| true).len(), 4);
     // Chords that turn by four degrees each are corners.
-    let coarse = loop_through(&wave(90, 3e6, &[]), usize::MAX);
-    assert_eq!(merged_loop(&coarse, &|_| true), coarse);
+    let simplified = loop_through(&wave(90, 3e6, &[]), usize::MAX);
+    assert_eq!(merged_loop(&simplified, &|_| true), simplified);
     assert_eq!(merged_loop(&[], &|_| true), []);
 }
 
 fn planned(dxf: &str, tool_diameter_mm: f64, side: MachinedSide) -> Option<CertifiedPlan> {
-    let order = Order { job: Job { tool_diameter_mm, side, ..Job::default() }, ..Order::default() };
+    let order = PlanRequest {
+        job: PlanParameters { tool_diameter_mm, side, ..PlanParameters::default() },
+        ..PlanRequest::default()
+    };
     order.plan("", dxf.as_bytes(), &MachineProfile::simulated(), &mut |_| {}).ok()
 }
 
@@ -223,9 +226,9 @@ proptest! {
         tool_mm in 0.5..8.0_f64,
     ) {
         let places = wave(count, size, &waves);
-        let coarse = wave(count.min(40), size, &waves);
+        let simplified = wave(count.min(40), size, &waves);
         for side in [MachinedSide::Outside, MachinedSide::Inside] {
-            for dxf in [polyline(&places), spline(&coarse)] {
+            for dxf in [polyline(&places), spline(&simplified)] {
                 let Some(plan) = planned(&dxf, tool_mm, side) else { continue };
                 let (merged, found) = motions(&plan);
                 assert!(merged <= found, "{merged} of {found}");

@@ -15,7 +15,7 @@ const FRAME: Window = Window::from_corners(-20_000_000, -20_000_000, 20_000_000,
 
 fn ring(points: &[Point]) -> Vec<Edge> {
     let ends = points.iter().zip(points.iter().cycle().skip(1));
-    ends.map(|(&from, &to)| Edge { chord: Segment { from, to }, slack: Length::ZERO }).collect()
+    ends.map(|(&from, &to)| Edge { chord: Segment { from, to }, chord_error: Length::ZERO }).collect()
 }
 
 /// A radial polygon about a centre: simple, with needles when it has many corners.
@@ -91,7 +91,7 @@ fn wrong_answers_are_not_confirmed() {
 #[test]
 fn degenerate_edges_make_a_mesh_or_are_left_out() {
     let at = |x, y| Point::from_units(x, y).unwrap();
-    let edge = |a, b| Edge { chord: Segment { from: a, to: b }, slack: Length::ZERO };
+    let edge = |a, b| Edge { chord: Segment { from: a, to: b }, chord_error: Length::ZERO };
     let soup = vec![
         edge(at(0, 0), at(900, 900)),
         edge(at(0, 900), at(900, 0)),

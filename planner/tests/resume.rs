@@ -11,9 +11,9 @@ use keepout_planner::job::{
     resume_job,
 };
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::order::Order;
-use keepout_planner::plan::{CertifiedPlan, Cut, Job, PassJob};
+use keepout_planner::plan::{CertifiedPlan, Cut, PassParameters, PlanParameters};
 use keepout_planner::profile::MachinedSide;
+use keepout_planner::request::PlanRequest;
 use keepout_planner::units::{along_mm, nearest_on_mm, point_from_mm, point_mm};
 use proptest::prelude::{Strategy, any, proptest};
 use proptest::test_runner::{Config, TestRunner};
@@ -38,10 +38,10 @@ const CASES: [Case; 11] = [
 fn planned((file, side, diameter): Case, cut: Cut, passes: &[f64]) -> CertifiedPlan {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(file);
     let bytes = std::fs::read(path).unwrap();
-    let pass = |&allowance_mm: &f64| PassJob { allowance_mm, feed_mm_min: None };
+    let pass = |&stock_to_leave_mm: &f64| PassParameters { stock_to_leave_mm, feed_mm_min: None };
     let passes = passes.iter().map(pass).collect();
-    let job = Job { tool_diameter_mm: diameter, side, cut, passes, ..Job::default() };
-    let order = Order { job, ..Order::default() };
+    let job = PlanParameters { tool_diameter_mm: diameter, side, cut, passes, ..PlanParameters::default() };
+    let order = PlanRequest { job, ..PlanRequest::default() };
     order.plan(file, &bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap()
 }
 
@@ -219,8 +219,11 @@ fn check_whole(plan: &CertifiedPlan, done: &Done, times: usize, recut: f64) {
     for (number, cut) in &done.mm {
         let curves = &plan.plan.passes[number.pass].path.loops[number.index].curves;
         let length = length_mm(curves);
-        let slack = 0.012 * (1.0 + f64::from(u32::try_from(times).unwrap()));
-        assert!(*cut > length - slack && *cut < length + recut + slack, "{number}: {cut} of {length}");
+        let chord_error = 0.012 * (1.0 + f64::from(u32::try_from(times).unwrap()));
+        assert!(
+            *cut > length - chord_error && *cut < length + recut + chord_error,
+            "{number}: {cut} of {length}"
+        );
         let chords: Vec<((f64, f64), (f64, f64))> = done.curves[number]
             .iter()
             .flat_map(|curve| {
@@ -291,8 +294,9 @@ fn where_there_is_room_nothing_is_cut_twice() {
 fn in_a_slot_no_more_is_cut_again_than_needed() {
     let (mut again, mut again_at_entry, mut lost) = (0, 0, 0);
     for diameter in [5.9, 5.95] {
-        let job = Job { tool_diameter_mm: diameter, margin_mm: Some(0.02), ..Job::default() };
-        let order = Order { job, ..Order::default() };
+        let job =
+            PlanParameters { tool_diameter_mm: diameter, margin_mm: Some(0.02), ..PlanParameters::default() };
+        let order = PlanRequest { job, ..PlanRequest::default() };
         let slot = include_bytes!("../../tests/drawings/slot_exact.dxf");
         let plan = order.plan("slot", slot, &MachineProfile::simulated(), &mut |_| {}).unwrap();
         let start = starts(&plan)[0];
@@ -321,8 +325,8 @@ fn in_a_slot_no_more_is_cut_again_than_needed() {
             // Entered there, and interrupted where there is room.
             let longest = |a: &&Curve, b: &&Curve| a.length().total_cmp(&b.length());
             let room = job.legs[leg].curves.iter().max_by(longest).unwrap();
-            let cut_to = point_from_mm(along_mm(room, 0.4).0).unwrap();
-            let partial = PartialLoop { number: job.legs[leg].cuts.unwrap(), entry: at, cut_to };
+            let resume_point = point_from_mm(along_mm(room, 0.4).0).unwrap();
+            let partial = PartialLoop { number: job.legs[leg].cuts.unwrap(), entry: at, resume_point };
             let progress = Progress { partial: vec![partial], ..Progress::default() };
             if let Ok(rest) = resume_job(&plan, start, field(&plan), &progress) {
                 check_job(&plan, &rest, start);
@@ -343,14 +347,14 @@ fn progress_that_does_not_fit_is_refused() {
     let (number, entry) = (leg.cuts.unwrap(), leg.entry.unwrap());
     let with = |partial| Progress { partial: vec![partial], ..Progress::default() };
     let resumed = |partial| resume_job(&plan, start, within, &with(partial));
-    let off = resumed(PartialLoop { number, entry, cut_to: start }).unwrap_err();
+    let off = resumed(PartialLoop { number, entry, resume_point: start }).unwrap_err();
     assert!(matches!(off, JobError::Progress(ProgressError::Off { at, .. }) if at == start), "{off}");
     assert!(off.to_string().contains("begin anew"), "{off}");
     let elsewhere = LoopNumber { pass: 3, index: 0 };
-    let none = resumed(PartialLoop { number: elsewhere, entry, cut_to: entry }).unwrap_err();
+    let none = resumed(PartialLoop { number: elsewhere, entry, resume_point: entry }).unwrap_err();
     assert!(matches!(none, JobError::Progress(ProgressError::NoSuchLoop { .. })), "{none}");
     // At its end it is finished.
-    let rest = resumed(PartialLoop { number, entry, cut_to: entry });
+    let rest = resumed(PartialLoop { number, entry, resume_point: entry });
     assert!(rest.is_err() || rest.unwrap().legs.iter().all(|leg| leg.cuts != Some(number)));
     let all: Vec<LoopNumber> = job.legs.iter().filter_map(|leg| leg.cuts).collect();
     let all = Progress { finished: all, ..Progress::default() };
@@ -380,7 +384,7 @@ fn what_was_seen_tells_what_is_done() {
     assert_eq!(seen(leg.on_loop.end, 0.0).finished.len(), 3, "led out");
     assert_eq!(Progress::after(&job, 99, 0, start).finished.len(), 4);
     let lost = Progress::after(&job, cuts[2], leg.on_loop.start + 1, start);
-    assert_eq!(lost.partial[0].cut_to, leg.curves[leg.on_loop.start + 1].from(), "off the curve");
+    assert_eq!(lost.partial[0].resume_point, leg.curves[leg.on_loop.start + 1].from(), "off the curve");
     // An interruption before the loop is taken up again changes nothing.
     let rest = resume_job(&plan, start, within, &begun).unwrap();
     assert_eq!(Progress::after(&rest, 0, 0, start), begun);

@@ -4,9 +4,9 @@ use keepout_kernel::curve::fit_arc;
 use keepout_kernel::{Arc, Curve, Length, Point, Segment, Vector};
 use keepout_planner::finish::{FinishingLoop, PathRefusal};
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::order::Order;
-use keepout_planner::plan::{CertifiedPlan, Cut, Job, PassJob, Plan, PlanError};
+use keepout_planner::plan::{CertifiedPlan, Cut, PassParameters, Plan, PlanError, PlanParameters};
 use keepout_planner::profile::{MachinedSide, ProfileError};
+use keepout_planner::request::PlanRequest;
 use keepout_planner::units::point_from_mm;
 
 /// A plate with a boss-like bow, a slot with round ends, an ellipse and a spline.
@@ -14,8 +14,8 @@ const PLATE: &[u8] = include_bytes!("../../tests/drawings/rounded_plate.dxf");
 
 #[expect(clippy::unwrap_used, reason = "a drawing of ours")]
 fn plan(side: MachinedSide) -> CertifiedPlan {
-    let job = Job { tool_diameter_mm: 4.0, side, ..Job::default() };
-    let order = Order { job, ..Order::default() };
+    let job = PlanParameters { tool_diameter_mm: 4.0, side, ..PlanParameters::default() };
+    let order = PlanRequest { job, ..PlanRequest::default() };
     order.plan("plate", PLATE, &MachineProfile::simulated(), &mut |_| {}).unwrap()
 }
 
@@ -114,8 +114,8 @@ fn loops_that_are_turned_round_misplaced_or_added() {
 #[test]
 fn a_triangle_around_the_path() {
     let circle = b"0\nSECTION\n2\nENTITIES\n0\nCIRCLE\n10\n0\n20\n0\n40\n30\n0\nENDSEC\n0\nEOF\n";
-    let job = Job { tool_diameter_mm: 4.0, ..Job::default() };
-    let order = Order { job, ..Order::default() };
+    let job = PlanParameters { tool_diameter_mm: 4.0, ..PlanParameters::default() };
+    let order = PlanRequest { job, ..PlanRequest::default() };
     let mut wrong =
         order.plan("circle", circle, &MachineProfile::simulated(), &mut |_| {}).expect("a circle").plan;
     let loops = &mut wrong.passes[0].path.loops;
@@ -167,13 +167,13 @@ fn a_tool_of_no_size_or_a_margin_of_another_machine() {
 fn a_path_two_micrometres_too_far_out() {
     for side in SIDES {
         let good = plan(side).plan;
-        let job = Job {
+        let job = PlanParameters {
             tool_diameter_mm: 4.0,
             side,
-            passes: vec![PassJob { allowance_mm: 0.002, feed_mm_min: None }],
-            ..Job::default()
+            passes: vec![PassParameters { stock_to_leave_mm: 0.002, feed_mm_min: None }],
+            ..PlanParameters::default()
         };
-        let order = Order { job, ..Order::default() };
+        let order = PlanRequest { job, ..PlanRequest::default() };
         let farther = order.plan("plate", PLATE, &MachineProfile::simulated(), &mut |_| {}).unwrap().plan;
         let mut wrong = good.clone();
         wrong.passes[0].path = farther.passes[0].path.clone();
@@ -240,19 +240,19 @@ fn a_loop_that_does_not_close() {
     assert!(matches!(refusal(wrong), PathRefusal::OpenLoop { number: 1 }));
 }
 
-/// Edges that leave the spline or ellipse they stand for by more than their slack.
+/// Edges that leave the spline or ellipse they stand for by more than their chord_error.
 #[test]
 fn edges_that_do_not_follow_their_curve() {
     let good = plan(MachinedSide::Outside).plan;
     let mut tampered = 0;
     for index in 0..good.profile.loops.len() {
         for source in 0..good.profile.loops[index].sources.len() {
-            // Half the slack is claimed.
+            // Half the chord_error is claimed.
             let mut wrong = good.clone();
             let each = &mut wrong.profile.loops[index];
             let (first, end) = (each.sources[source].first, each.sources[source].end);
             for edge in &mut each.edges[first..end] {
-                edge.slack = keepout_kernel::Length::small(5);
+                edge.chord_error = keepout_kernel::Length::small(5);
             }
             let error = error_of(wrong.certify(), "a slack that is too small");
             assert!(matches!(error, PlanError::Profile(ProfileError::Curve { .. })), "{error}");
@@ -283,11 +283,11 @@ fn edges_that_do_not_follow_their_curve() {
 #[test]
 fn a_zone_on_the_path() {
     let clamps = include_bytes!("../../tests/drawings/clamps.dxf");
-    let mut order = Order { stroke_layer: Some("TABLE".into()), ..Order::default() };
+    let mut order = PlanRequest { travel_layer: Some("TABLE".into()), ..PlanRequest::default() };
     order.choice.without.push("CLAMPS".into());
     let bare = order.plan("clamps", clamps, &MachineProfile::simulated(), &mut |_| {}).unwrap().plan;
     order.choice.without.clear();
-    order.zone_layers.push("CLAMPS".into());
+    order.keep_out_layers.push("CLAMPS".into());
     let clamped = order.plan("clamps", clamps, &MachineProfile::simulated(), &mut |_| {}).unwrap().plan;
     let mut wrong = bare;
     wrong.zones = clamped.zones;
@@ -298,8 +298,8 @@ fn a_zone_on_the_path() {
 #[test]
 fn the_way_round() {
     for (cut, left) in [(Cut::Conventional, true), (Cut::Climb, false)] {
-        let job = Job { tool_diameter_mm: 4.0, cut, ..Job::default() };
-        let order = Order { job, ..Order::default() };
+        let job = PlanParameters { tool_diameter_mm: 4.0, cut, ..PlanParameters::default() };
+        let order = PlanRequest { job, ..PlanRequest::default() };
         let plan = order.plan("plate", PLATE, &MachineProfile::simulated(), &mut |_| {}).unwrap();
         let (low, high) = plan.part_box();
         let field = keepout_kernel::exact::segment::Window::of(low).including(high);

@@ -361,7 +361,7 @@ impl Plant {
             Some(Sent::Query) => {
                 let report = Report {
                     place: (self.tool.0 + error.0, self.tool.1 + error.1),
-                    at_rest: !self.in_motion() && !self.held,
+                    in_position: !self.in_motion() && !self.held,
                     queued: self.planner.len(),
                     waiting: !self.received.is_empty(),
                     doubled: false,

@@ -121,7 +121,7 @@ impl Family {
         }
         if self == Self::Slacks {
             for edge in &mut profile.edges {
-                edge.slack = length(if random.bool() { 0 } else { random.i64(0..=900) });
+                edge.chord_error = length(if random.bool() { 0 } else { random.i64(0..=900) });
             }
         }
     }
@@ -175,7 +175,7 @@ pub struct Profile {
 
 impl Profile {
     fn push(&mut self, a: Xy, b: Xy) {
-        self.edges.push(Edge { chord: Segment { from: at(a), to: at(b) }, slack: Length::ZERO });
+        self.edges.push(Edge { chord: Segment { from: at(a), to: at(b) }, chord_error: Length::ZERO });
     }
 
     /// Edges with coordinates drawn one by one.
@@ -191,7 +191,7 @@ impl Profile {
         let edge = &self.edges[random.usize(..self.edges.len())];
         let end = if random.bool() { edge.chord.from } else { edge.chord.to };
         let (x, y) = (i64::from(end.x.units()), i64::from(end.y.units()));
-        let r = self.threshold + i64::from(edge.slack.units());
+        let r = self.threshold + i64::from(edge.chord_error.units());
         let shift = match random.u8(0..8) {
             0 => (r, 0),
             1 => (0, -r),

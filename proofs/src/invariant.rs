@@ -15,7 +15,9 @@ use std::hash::BuildHasher;
 use std::sync::Arc;
 
 use keepout_guard::proof::State as GuardState;
-use keepout_guard::{Certification, DRAIN, Guard, MotionShape, OnCancel, Rules, Sighting, Stamp, Time};
+use keepout_guard::{
+    Certification, DRAIN, Guard, Interpolation, OnCancel, PositionFeedback, QueryStamp, Rules, Time,
+};
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Curve, ProhibitedRegion, Segment};
 
@@ -55,7 +57,7 @@ pub struct World {
 struct Node {
     guard: Guard,
     plant: Plant,
-    queries: VecDeque<Stamp>,
+    queries: VecDeque<QueryStamp>,
     now: u8,
     budget: [u8; 4],
     /// The session has ended: nothing is sent any more.
@@ -65,7 +67,7 @@ struct Node {
 }
 
 #[derive(Hash)]
-struct Key<'a>(GuardState, &'a Plant, &'a VecDeque<Stamp>, u8, [u8; 4], [bool; 2]);
+struct Key<'a>(GuardState, &'a Plant, &'a VecDeque<QueryStamp>, u8, [u8; 4], [bool; 2]);
 
 /// Something that is done or happens.
 #[derive(Clone, Copy, Debug)]
@@ -99,16 +101,16 @@ pub struct Explored {
 
 impl World {
     fn guard(&self, part: &Arc<ProhibitedRegion>) -> Guard {
-        let shape = if self.drive.apart { MotionShape::Box } else { MotionShape::Line };
+        let interpolation = if self.drive.apart { Interpolation::Independent } else { Interpolation::Linear };
         let rules = Rules {
-            stroke: Window::of(at((-5000, -5000))).including(at((5000, 5000))),
-            manual: length(MANUAL),
-            finishing: length(FINISHING),
+            travel: Window::of(at((-5000, -5000))).including(at((5000, 5000))),
+            jogging_clearance: length(MANUAL),
+            finishing_clearance: length(FINISHING),
             resolution: length(RESOLUTION),
             shortest: length(4),
-            shape,
+            interpolation,
             on_cancel: if self.drive.strays { OnCancel::MayStray } else { OnCancel::KeepsPath },
-            contours: shape,
+            contours: interpolation,
             checked: self.checked,
         };
         let mut guard = Guard::new(Arc::clone(part), square::grown(self.coarser), rules);
@@ -130,7 +132,7 @@ impl World {
         let mut guard = self.guard(&part);
         change(&mut guard);
         let first = Node {
-            inside: guard.stands_inside(),
+            inside: guard.is_inside_jogging_clearance(),
             guard,
             plant: Plant::new(self.start, self.drive, self.trouble),
             queries: VecDeque::new(),
@@ -210,7 +212,7 @@ impl Node {
         let [motions, queries, cancels, passes] = self.budget;
         if !self.ended {
             if motions > 0 {
-                let inside = self.guard.stands_inside();
+                let inside = self.guard.is_inside_jogging_clearance();
                 into.extend(
                     world.targets.iter().map(|&to| if inside { Step::Escape(to) } else { Step::Jog(to) }),
                 );
@@ -241,7 +243,7 @@ impl Node {
                 self.send(to);
             }
             Step::Escape(to) => {
-                self.guard.escape(at(to), world.feed()).ok()?;
+                self.guard.retract(at(to), world.feed()).ok()?;
                 self.send(to);
             }
             Step::Contour => {
@@ -304,11 +306,12 @@ impl Node {
                 false
             }
             Some(Answer::Report(report)) => {
-                let Report { place, at_rest, queued, waiting, doubled } = report;
+                let Report { place, in_position, queued, waiting, doubled } = report;
                 if let Some(stamp) = self.queries.pop_front() {
-                    let sighting = Sighting { position: at(place), at_rest, queued: Some(queued), waiting };
-                    self.ended |= self.guard.reported(&sighting, stamp, self.time()).is_err();
-                    self.inside &= !self.guard.settled() || self.guard.stands_inside();
+                    let feedback =
+                        PositionFeedback { position: at(place), in_position, queued: Some(queued), waiting };
+                    self.ended |= self.guard.reported(&feedback, stamp, self.time()).is_err();
+                    self.inside &= !self.guard.in_position() || self.guard.is_inside_jogging_clearance();
                 }
                 doubled
             }
@@ -347,7 +350,7 @@ impl Node {
             part.motion_clear(Segment { from: at(tool), to: at(tool) }, length(MANUAL + 2 * RESOLUTION));
         let off = match world.drive.errs {
             false => 1,
-            true if self.guard.settled() && open.is_clear() => RESOLUTION,
+            true if self.guard.in_position() && open.is_clear() => RESOLUTION,
             true => world.off() + 1,
         };
         let off = off + stray;
@@ -364,7 +367,7 @@ impl Node {
             let line = Segment { from: curve.from(), to: curve.to() };
             let beside = !line.near_point(at(tool), length(RESOLUTION)).is_clear();
             beside
-                || self.guard.rules().contours == MotionShape::Box
+                || self.guard.rules().contours == Interpolation::Independent
                     && Window::of(line.from).including(line.to).holds(at(tool))
         });
         (!on).then(|| format!("the tool at {tool:?} is not on the contour"))

@@ -150,7 +150,7 @@ pub fn family_queries(family: Family, random: &mut Rng) -> u64 {
 
 fn brute(index: &CheckedIndex, r: i64, within: impl Fn(Xy, Xy, i64) -> bool) -> bool {
     index.edges().iter().any(|edge: &Edge| {
-        let reach = r + i64::from(edge.slack.units());
+        let reach = r + i64::from(edge.chord_error.units());
         // Beyond the lattice everything is blocked.
         reach > i64::from(COORD_MAX) || within(plain(edge.chord.from), plain(edge.chord.to), reach)
     })
@@ -172,9 +172,9 @@ struct Ask<'a> {
 impl Ask<'_> {
     fn compare(&self, p: Xy, q: Xy, s: Xy, near_by: Xy, list: &mut NearList, context: &str) -> u64 {
         let (index, r, threshold) = (self.index, self.r, length(self.r));
-        // An edge whose slack takes the threshold beyond the lattice is found only near its box.
+        // An edge whose chord_error takes the threshold beyond the lattice is found only near its box.
         let whole =
-            index.edges().iter().all(|edge| r + i64::from(edge.slack.units()) <= i64::from(COORD_MAX));
+            index.edges().iter().all(|edge| r + i64::from(edge.chord_error.units()) <= i64::from(COORD_MAX));
         if !whole {
             return 0;
         }
@@ -195,7 +195,7 @@ impl Ask<'_> {
             );
             let approached = index.edges().iter().any(|edge| {
                 let (a, b) = (plain(edge.chord.from), plain(edge.chord.to));
-                segments_within(p, to, a, b, r + i64::from(edge.slack.units()))
+                segments_within(p, to, a, b, r + i64::from(edge.chord_error.units()))
                     && !quick::never_nearer(float(p), float(to), float(a), float(b))
                         .unwrap_or_else(|| oracle::never_nearer(&big(p), &big(to), &big(a), &big(b)))
             });
@@ -244,8 +244,8 @@ pub fn arcs(random: &mut Rng, cases: u64) {
         let rho = 1_i64 << random.u32(7..=22);
         let rho = random.i64(rho..=2 * rho);
         let (start, sweep) = (random.f64() * 7.0, 0.02 + random.f64() * 6.2);
-        let turn = if random.bool() { Turn::Left } else { Turn::Right };
-        let signed = if turn == Turn::Left { sweep } else { -sweep };
+        let turn = if random.bool() { Turn::CounterClockwise } else { Turn::Clockwise };
+        let signed = if turn == Turn::CounterClockwise { sweep } else { -sweep };
         let on = |phi: f64, r: f64| (r * phi.cos(), r * phi.sin());
         let lattice = |(x, y): (f64, f64)| keepout_kernel::curve::nearest_point(x, y).expect("small");
         let (from, to) = (lattice(on(start, rho as f64)), lattice(on(start + signed, rho as f64)));
@@ -265,10 +265,11 @@ pub fn arcs(random: &mut Rng, cases: u64) {
         let mut least = f64::INFINITY;
         let rho_true = i64::from(arc.radius().units()) as f64;
         let (first, last) = (angle(from), angle(to));
-        let turned =
-            (if turn == Turn::Left { last - first } else { first - last }).rem_euclid(std::f64::consts::TAU);
+        let turned = (if turn == Turn::CounterClockwise { last - first } else { first - last })
+            .rem_euclid(std::f64::consts::TAU);
         for k in 0..=200 {
-            let phi = first + turned * f64::from(k) / 200.0 * if turn == Turn::Left { 1.0 } else { -1.0 };
+            let phi = first
+                + turned * f64::from(k) / 200.0 * if turn == Turn::CounterClockwise { 1.0 } else { -1.0 };
             for r in [rho_true - 1.0, rho_true + 2.0] {
                 least = least.min(quick::point_segment(on(phi, r), float(a), float(b)));
             }

@@ -30,7 +30,7 @@ pub struct Report {
     /// Where the tool is.
     pub place: Xy,
     /// Nothing moves.
-    pub at_rest: bool,
+    pub in_position: bool,
     /// Blocks in the planner.
     pub queued: usize,
     /// Something is in the receive buffer.

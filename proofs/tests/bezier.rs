@@ -43,7 +43,7 @@ fn distance(curve: &Curve, p: Xy) -> f64 {
         }
         Curve::Arc(arc) => {
             let c = xy(arc.centre());
-            let sign = if arc.turn() == Turn::Left { 1.0 } else { -1.0 };
+            let sign = if arc.turn() == Turn::CounterClockwise { 1.0 } else { -1.0 };
             let cross = |u: Xy, v: Xy| ((u.0 - c.0) * (v.1 - c.1) - (u.1 - c.1) * (v.0 - c.0)) * sign;
             let between = cross(a, p) >= 0.0 && cross(p, b) >= 0.0;
             let rho = f64::from(arc.radius().units());
@@ -93,11 +93,11 @@ fn through(from: Point, (mx, my): Xy, to: Point) -> Option<Curve> {
         ax + (u * (by - ay) - v * (my - ay)) / (2.0 * cross),
         ay + (v * (mx - ax) - u * (bx - ax)) / (2.0 * cross),
     );
-    let turn = if cross < 0.0 { Turn::Right } else { Turn::Left };
+    let turn = if cross < 0.0 { Turn::Clockwise } else { Turn::CounterClockwise };
     fit_arc(from, to, centre, turn).ok().map(Curve::Arc)
 }
 
-/// Whatever is said to follow does: every point of the curve is within the slack of the chain, every point of the chain within
+/// Whatever is said to follow does: every point of the curve is within the chord_error of the chain, every point of the chain within
 /// twice that of the curve.
 #[test]
 fn what_follows_is_near_both_ways() {
@@ -107,9 +107,9 @@ fn what_follows_is_near_both_ways() {
     for _ in 0..6_000 {
         let size = 10_i64.pow(random.u32(3..=7));
         let curve = any_curve(&mut random, size);
-        let (count, slack) = (random.u32(1..=24), random.i64(3..=(size / 10).clamp(4, 200_000)));
-        let Some(chain) = chain_along(&curve, &mut random, count, slack / 2) else { continue };
-        let allowed = Length::from_units(slack).expect("a length");
+        let (count, chord_error) = (random.u32(1..=24), random.i64(3..=(size / 10).clamp(4, 200_000)));
+        let Some(chain) = chain_along(&curve, &mut random, count, chord_error / 2) else { continue };
+        let allowed = Length::from_units(chord_error).expect("a length");
         if curve.follows(&chain, allowed).is_err() {
             refused += 1;
             continue;
@@ -136,7 +136,7 @@ fn what_follows_is_near_both_ways() {
     assert!(followed > 300 && refused > 300, "{followed} followed, {refused} refused");
 }
 
-/// What is off by more than the slack somewhere is never said to follow.
+/// What is off by more than the chord_error somewhere is never said to follow.
 #[test]
 fn what_is_off_is_refused() {
     let mut random = Rng::with_seed(7);
@@ -149,10 +149,13 @@ fn what_is_off_is_refused() {
         let off = places
             .map(|place| chain.iter().map(|each| distance(each, place)).fold(f64::INFINITY, f64::min))
             .fold(0.0, f64::max);
-        let slack = keepout_kernel::curve::round_down(off - 1.0);
-        let Ok(slack) = Length::from_units(slack) else { continue };
+        let chord_error = keepout_kernel::curve::round_down(off - 1.0);
+        let Ok(chord_error) = Length::from_units(chord_error) else { continue };
         off_somewhere += 1;
-        assert!(curve.follows(&chain, slack).is_err(), "{curve:?} is {off} off {chain:?}, slack {slack:?}");
+        assert!(
+            curve.follows(&chain, chord_error).is_err(),
+            "{curve:?} is {off} off {chain:?}, slack {chord_error:?}"
+        );
     }
     assert!(off_somewhere > 3_000, "{off_somewhere}");
 }

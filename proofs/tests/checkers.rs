@@ -80,7 +80,7 @@ fn a_box_a_unit_too_small_is_rejected_on_every_side_and_level() {
     let edges: Vec<Edge> = (0..300)
         .map(|k| {
             let corner = |d| Point::from_units(k * 10, (k * k) % 97 + d).unwrap();
-            Edge { chord: Segment { from: corner(0), to: corner(9) }, slack: Length::small(3) }
+            Edge { chord: Segment { from: corner(0), to: corner(9) }, chord_error: Length::small(3) }
         })
         .collect();
     let right = build::propose(&edges);
@@ -195,7 +195,7 @@ fn wrong_cells_are_rejected_or_harmless() {
 fn the_whole_must_hold_everything_near_by_a_unit() {
     let edge = Edge {
         chord: Segment { from: Point::from_units(0, 0).unwrap(), to: Point::from_units(50, 30).unwrap() },
-        slack: Length::small(2),
+        chord_error: Length::small(2),
     };
     let index = build::build(vec![edge]).unwrap();
     // What is near lies from −2 − 10 to 52 + 10 in x: with the unit to spare, 76 wide.
@@ -226,7 +226,7 @@ fn the_whole_must_hold_everything_near_by_a_unit() {
 fn lists_must_be_complete_and_known_and_nothing_left_over() {
     let edge = |x: i64| Edge {
         chord: Segment { from: Point::from_units(x, 0).unwrap(), to: Point::from_units(x, 9).unwrap() },
-        slack: Length::ZERO,
+        chord_error: Length::ZERO,
     };
     let index = build::build(vec![edge(0), edge(20)]).unwrap();
     // One group over everything; its squares are 64 wide, and the one that holds both edges has the list.
@@ -242,9 +242,21 @@ fn lists_must_be_complete_and_known_and_nothing_left_over() {
     assert!(faulty(vec![1, 0]) && faulty(vec![1, 1]) && faulty(vec![0]), "an edge is missing");
     assert!(faulty(vec![2, 1, 0]), "not ascending");
     assert!(faulty(vec![3, 0, 1, 2]), "an edge that is not there");
-    assert_eq!(check(with(GROUP, vec![2, 0, 1, 0])), Err(CellFault::Order { at: 3 }), "a list left over");
-    assert_eq!(check(with(2 * GROUP, vec![2, 0, 1])), Err(CellFault::Order { at: 3 }), "a group left over");
-    assert_eq!(check(with(GROUP, vec![9, 0, 1])), Err(CellFault::Order { at: 0 }), "a list beyond the end");
+    assert_eq!(
+        check(with(GROUP, vec![2, 0, 1, 0])),
+        Err(CellFault::PlanRequest { at: 3 }),
+        "a list left over"
+    );
+    assert_eq!(
+        check(with(2 * GROUP, vec![2, 0, 1])),
+        Err(CellFault::PlanRequest { at: 3 }),
+        "a group left over"
+    );
+    assert_eq!(
+        check(with(GROUP, vec![9, 0, 1])),
+        Err(CellFault::PlanRequest { at: 0 }),
+        "a list beyond the end"
+    );
     let largest = length(i64::from(keepout_kernel::exact::lattice::COORD_MAX));
     let whole = cells::Proposal {
         threshold: largest,
@@ -254,7 +266,7 @@ fn lists_must_be_complete_and_known_and_nothing_left_over() {
     };
     assert_eq!(check(whole.clone()), Err(CellFault::Whole), "a threshold that can not be exceeded");
     // Even where the whole would just hold the boxes grown by it.
-    let dot = Edge { chord: Segment { from: Point::ORIGIN, to: Point::ORIGIN }, slack: Length::ZERO };
+    let dot = Edge { chord: Segment { from: Point::ORIGIN, to: Point::ORIGIN }, chord_error: Length::ZERO };
     let dot = build::build(vec![dot]).unwrap();
     assert_eq!(Cells::check(&dot, whole).map(|_| ()), Err(CellFault::Whole));
 }
@@ -269,7 +281,7 @@ fn every_walk_over_a_small_field_ends_with_the_right_answer() {
         let edge = |random: &mut Rng| {
             let mut c = || random.i64(-14..=14);
             let (a, b) = ((c(), c()), (c(), c()));
-            Edge { chord: Segment { from: at(a), to: at(b) }, slack: Length::ZERO }
+            Edge { chord: Segment { from: at(a), to: at(b) }, chord_error: Length::ZERO }
         };
         let index = build::build((0..3).map(|_| edge(&mut random)).collect()).unwrap();
         let threshold = length(random.i64(0..=5));

@@ -125,7 +125,8 @@ fn every_triangle_of_a_lattice_against_every_point_and_threshold() {
         for (j, &b) in points.iter().enumerate().skip(i) {
             for &c in &points[j..] {
                 let sides = [(a, b), (b, c), (c, a)];
-                let edge = |(p, q)| Edge { chord: Segment { from: at(p), to: at(q) }, slack: Length::ZERO };
+                let edge =
+                    |(p, q)| Edge { chord: Segment { from: at(p), to: at(q) }, chord_error: Length::ZERO };
                 let index = build(sides.map(edge).to_vec()).unwrap();
                 for &p in &points {
                     // The squared distances of coordinates below 8 are fractions with denominators below 2^7.

@@ -163,17 +163,17 @@ proptest! {
         prop_assert_eq!(seen, part.edges().iter().filter(|edge| edge.bounds().meets(window)).count());
     }
 
-    /// Every point of a true arc lies within the slack of the checked chords.
+    /// Every point of a true arc lies within the chord_error of the checked chords.
     #[test]
     fn chords_stay_within_their_slack(
         radius in 100_i64..50_000_000,
         from in 0.0_f64..std::f64::consts::TAU,
         sweep in 0.01_f64..3.1,
         left in any::<bool>(),
-        slack in 7_u8..250,
+        chord_error in 7_u8..250,
     ) {
         let r = radius as f64;
-        let turn = if left { keepout_kernel::Turn::Left } else { keepout_kernel::Turn::Right };
+        let turn = if left { keepout_kernel::Turn::CounterClockwise } else { keepout_kernel::Turn::Clockwise };
         let signed = if left { sweep } else { -sweep };
         let at = |phi: f64| keepout_kernel::curve::nearest_point(r * phi.cos(), r * phi.sin()).unwrap();
         let (start, end) = (at(from), at(from + signed));
@@ -181,11 +181,11 @@ proptest! {
             return Ok(());
         }
         let Ok(arc) = keepout_kernel::curve::fit_arc(start, end, (0.0, 0.0), turn) else { return Ok(()) };
-        let slack = Length::small(slack);
-        let points = Curve::Arc(arc).chord_points(slack).unwrap();
+        let chord_error = Length::small(chord_error);
+        let points = Curve::Arc(arc).chord_points(chord_error).unwrap();
         let chords: Vec<Segment> = points.windows(2).map(|w| Segment { from: w[0], to: w[1] }).collect();
         // Rounding a point of the arc to the lattice moves it by less than a unit.
-        let reach = slack.plus(Length::small(1)).unwrap();
+        let reach = chord_error.plus(Length::small(1)).unwrap();
         for k in 0..=40 {
             let on_arc = at(from + signed * f64::from(k) / 40.0);
             prop_assert!(chords.iter().any(|chord| !chord.near_point(on_arc, reach).is_clear()), "{k}");

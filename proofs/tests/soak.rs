@@ -36,7 +36,7 @@ fn a_million_edges_in_a_millimetre() {
         let (x, y) = (i64::from(from.x.units()), i64::from(from.y.units()));
         let to =
             Point::from_units(x + i64::from(to.x.units()) / 500, y + i64::from(to.y.units()) / 500).unwrap();
-        Edge { chord: Segment { from, to }, slack: Length::ZERO }
+        Edge { chord: Segment { from, to }, chord_error: Length::ZERO }
     };
     let edges: Vec<Edge> = (0..1_000_000).map(|_| edge(at(), at())).collect();
     let index = build(edges).unwrap();

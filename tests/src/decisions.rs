@@ -2,24 +2,24 @@
 
 use std::time::Duration;
 
-use keepout_executor::dialect::{Language, Setting};
-use keepout_executor::operator::{Operator, Seen};
-use keepout_executor::session::{Engine, NoTape, Sample, nearest_wall, place_on_table};
-use keepout_executor::supervisor::{Options, Phase, Supervisor, Wish, Workpiece};
+use keepout_executor::dialect::{DialectConfig, DialectName};
+use keepout_executor::operator::{Operator, OperatorView};
+use keepout_executor::session::{Engine, NoEventLog, Sample, nearest_wall, place_on_table};
+use keepout_executor::supervisor::{OperatorInput, Options, Phase, PreparedPlan, Supervisor};
 use keepout_guard::Time;
 use keepout_kernel::Point;
 use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::units::{mm, point_from_mm, point_mm};
-use keepout_sim::{Quirks, SimMachine, SimSettings, Slip, speaking};
+use keepout_sim::{PositioningError, Quirks, SimMachine, SimSettings, speaking};
 
 /// What a decision is taken on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cause {
     /// Bytes from the controller.
     Reply,
-    /// A wish of the operator.
-    Wish,
+    /// A input of the operator.
+    OperatorInput,
     /// Time that has passed.
     Tick,
 }
@@ -30,15 +30,15 @@ pub struct Decisions {
     machine: SimMachine,
     operator: Box<dyn Operator>,
     now: Time,
-    wish_due: Time,
+    input_due: Time,
     bytes: Vec<u8>,
     samples: Vec<Sample>,
     wall: Option<(f64, f64)>,
-    wishes: u32,
+    inputs: u32,
     part_box_mm: (f64, f64, f64, f64),
 }
 
-/// The wall nearest to the tool is looked for every so many wishes: a person's eye is no quicker.
+/// The wall nearest to the tool is looked for every so many inputs: a person's eye is no quicker.
 const LOOK_EVERY: u32 = 10;
 
 impl Decisions {
@@ -46,9 +46,9 @@ impl Decisions {
     ///
     /// # Errors
     /// What does not fit, in words.
-    pub fn new(work: Workpiece, operator: Box<dyn Operator>) -> Result<Self, String> {
+    pub fn new(work: PreparedPlan, operator: Box<dyn Operator>) -> Result<Self, String> {
         let mut machine = MachineProfile::simulated();
-        machine.stroke_mm = [1000.0, 1000.0];
+        machine.travel_mm = [1000.0, 1000.0];
         let place = place_on_table(&work.plan, &machine, None).map_err(|error| error.to_string())?;
         let (low, high) = work.plan.part_box();
         let ((x, y), (x1, y1)) = (point_mm(low), point_mm(high));
@@ -63,30 +63,30 @@ impl Decisions {
             work_offset_mm: (0.0, 0.0),
             quirks: Quirks::default(),
         };
-        let setting = Setting::of(&machine, place.offset);
+        let setting = DialectConfig::of(&machine, place.offset);
         let options = Options {
             feed_mm_min: 6000,
             home: false,
-            stroke: place.stroke,
+            travel: place.travel,
             answer_within: Duration::from_secs(5),
             baud: 115_200,
             progress: Progress::default(),
         };
-        let dialect = Language::Grbl.dialect(setting);
+        let dialect = DialectName::Grbl.dialect(setting);
         let supervisor = Supervisor::new(work, options, dialect.abilities());
-        let slip = Slip::wandering(0.0, machine.steps_per_mm, 1);
+        let slip = PositioningError::wandering(0.0, machine.steps_per_mm, 1);
         let machine =
-            SimMachine::new(speaking(&Language::Grbl, settings), 115_200, Duration::from_millis(1), slip);
+            SimMachine::new(speaking(&DialectName::Grbl, settings), 115_200, Duration::from_millis(1), slip);
         Ok(Self {
             engine: Engine::new(supervisor, dialect),
             machine,
             operator,
             now: Time::ZERO,
-            wish_due: Time::ZERO,
+            input_due: Time::ZERO,
             bytes: Vec::with_capacity(4096),
             samples: Vec::with_capacity(4096),
             wall: None,
-            wishes: 0,
+            inputs: 0,
             part_box_mm: (x, y, x1, y1),
         })
     }
@@ -112,7 +112,7 @@ impl Decisions {
     /// Goes on to the next moment at which something is to be decided, and has each decision taken by `decide`: input in,
     /// bytes to send out. A contouring job that is wanted is worked out outside of it.
     pub fn step(&mut self, mut decide: impl FnMut(Cause, &mut dyn FnMut())) {
-        let due = self.engine.supervisor.due().min(self.wish_due).min(self.machine.next_event());
+        let due = self.engine.supervisor.due().min(self.input_due).min(self.machine.next_event());
         self.now = due.max(self.now.after(Duration::from_micros(1)));
         let now = self.now;
         self.machine.advance(now);
@@ -120,21 +120,21 @@ impl Decisions {
         self.machine.host_reads(&mut self.bytes, now);
         let (engine, bytes) = (&mut self.engine, &self.bytes);
         if !bytes.is_empty() {
-            decide(Cause::Reply, &mut || drop(engine.receive(bytes, now, &mut NoTape)));
+            decide(Cause::Reply, &mut || drop(engine.receive(bytes, now, &mut NoEventLog)));
         }
-        if now >= self.wish_due {
-            let wish = self.wish();
-            self.wish_due = now.after(self.operator.every());
+        if now >= self.input_due {
+            let input = self.input();
+            self.input_due = now.after(self.operator.every());
             let engine = &mut self.engine;
-            decide(Cause::Wish, &mut || drop(engine.wish(wish, now, &mut NoTape)));
+            decide(Cause::OperatorInput, &mut || drop(engine.input(input, now, &mut NoEventLog)));
         }
         let engine = &mut self.engine;
         if now >= engine.supervisor.due() {
-            decide(Cause::Tick, &mut || drop(engine.tick(now, &mut NoTape)));
+            decide(Cause::Tick, &mut || drop(engine.tick(now, &mut NoEventLog)));
         }
         if let Some(request) = self.engine.wanted_job() {
             let job = request.work_out(self.engine.supervisor.plan());
-            let _ = self.engine.job(job, now, &mut NoTape);
+            let _ = self.engine.job(job, now, &mut NoEventLog);
         }
         let machine = &mut self.machine;
         self.engine.drain(|piece| machine.host_writes(piece, now));
@@ -142,14 +142,14 @@ impl Decisions {
         self.samples.clear();
     }
 
-    fn wish(&mut self) -> Wish {
+    fn input(&mut self) -> OperatorInput {
         let supervisor = &self.engine.supervisor;
         let position = supervisor.position();
-        self.wishes += 1;
-        if self.wishes.is_multiple_of(LOOK_EVERY) {
+        self.inputs += 1;
+        if self.inputs.is_multiple_of(LOOK_EVERY) {
             self.wall = position.and_then(|position| nearest_wall(supervisor.plan(), position));
         }
-        let seen = Seen {
+        let seen = OperatorView {
             position_mm: position.map(point_mm),
             wall_mm: self.wall,
             part_box_mm: self.part_box_mm,
@@ -158,6 +158,6 @@ impl Decisions {
             phase: supervisor.phase(),
             contoured: !supervisor.finished().is_empty(),
         };
-        self.operator.wish(&seen, self.now)
+        self.operator.input(&seen, self.now)
     }
 }

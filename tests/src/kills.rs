@@ -2,7 +2,7 @@
 //!
 //! Each moment is a session of its own, of separate processes: `keepout simulate` is the machine, `keepout run` the
 //! executor. One of them is killed, or the cable between them is pulled; then the log is read, compared with what the machine
-//! received, and played again, and `keepout run --resume` finishes the contour. A witness looks at every true position of
+//! received, and played again, and `keepout run --resume` finishes the contour. A monitor looks at every true position of
 //! the tool, before and after.
 
 mod judge;
@@ -13,11 +13,11 @@ use std::time::{Duration, Instant};
 
 pub use judge::{Played, Watched};
 use keepout_executor::session::place_on_table;
-use keepout_executor::supervisor::Workpiece;
+use keepout_executor::supervisor::PreparedPlan;
 use keepout_kernel::Vector;
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::order::Order;
 use keepout_planner::plan_file;
+use keepout_planner::request::PlanRequest;
 use keepout_sim::standalone::{positions, state};
 pub use process::{Process, keepout_program};
 
@@ -77,7 +77,7 @@ pub struct Outcome {
     pub resumed: bool,
     /// Commands of both sessions that came out the same when played again.
     pub commands: u64,
-    /// Positions that the witness watched.
+    /// Positions that the monitor watched.
     pub watched: u64,
     /// Least distance of tool and part, mm.
     pub closest_mm: f64,
@@ -91,7 +91,7 @@ pub struct Trials {
     program: PathBuf,
     folder: PathBuf,
     plan: PathBuf,
-    work: Workpiece,
+    work: PreparedPlan,
     offset: Vector,
 }
 
@@ -109,7 +109,7 @@ impl Trials {
         std::fs::create_dir_all(folder).map_err(|error| error.to_string())?;
         let machine = MachineProfile::simulated();
         let bytes = include_bytes!("../../executor/cli/drawings/bracket.dxf");
-        let plan = Order::default().plan("bracket.dxf", bytes, &machine, &mut |_| {});
+        let plan = PlanRequest::default().plan("bracket.dxf", bytes, &machine, &mut |_| {});
         let plan = plan.map_err(|error| error.to_string())?;
         let file = folder.join("part.plan");
         plan_file::save(&plan.plan, &file).map_err(|error| error.to_string())?;
@@ -118,7 +118,7 @@ impl Trials {
             program,
             folder: folder.to_path_buf(),
             plan: file,
-            work: Workpiece::new(plan),
+            work: PreparedPlan::new(plan),
             offset: place.offset,
         })
     }
@@ -203,7 +203,7 @@ impl Trial<'_> {
         let (plan, port, log) = (self.trials.plan.display().to_string(), self.path("port"), self.path(log));
         let (seed, feed) = (self.moment.number.to_string(), FEED_MM_MIN.to_string());
         let mut arguments = vec!["run", &plan, "--port", &port, "--origin-mm", ORIGIN, "--log", &log];
-        arguments.extend(["--operator", operator, "--manual-s", "2.5"]);
+        arguments.extend(["--operator", operator, "--jog-s", "2.5"]);
         arguments.extend(["--feed-mm-min", feed.as_str()]);
         arguments.extend(["--limit-s", "80", "--seed", &seed]);
         arguments.extend(more);

@@ -11,20 +11,23 @@ use std::path::{Path, PathBuf};
 
 use keepout_planner::drawing::read_file;
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::order::{Order, OrderError};
-use keepout_planner::plan::{CertifiedPlan, Job};
+use keepout_planner::plan::{CertifiedPlan, PlanParameters};
+use keepout_planner::request::{PlanRequest, PlanRequestError};
 
 /// An order for a tool of the diameter, all else by default.
 #[must_use]
-pub fn order(tool_diameter_mm: f64) -> Order {
-    Order { job: Job { tool_diameter_mm, ..Job::default() }, ..Order::default() }
+pub fn order(tool_diameter_mm: f64) -> PlanRequest {
+    PlanRequest {
+        job: PlanParameters { tool_diameter_mm, ..PlanParameters::default() },
+        ..PlanRequest::default()
+    }
 }
 
 /// Drawing file to certified plan for the simulated machine.
 ///
 /// # Errors
 /// The message that a person would read.
-pub fn plan_of(path: &Path, order: &Order) -> Result<CertifiedPlan, String> {
+pub fn plan_of(path: &Path, order: &PlanRequest) -> Result<CertifiedPlan, String> {
     let bytes = read_file(path).map_err(|error| error.to_string())?;
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     plan_bytes(&name, &bytes, order).map_err(|error| error.to_string())
@@ -33,8 +36,8 @@ pub fn plan_of(path: &Path, order: &Order) -> Result<CertifiedPlan, String> {
 /// Drawing bytes to certified plan for the simulated machine.
 ///
 /// # Errors
-/// [`OrderError`].
-pub fn plan_bytes(name: &str, bytes: &[u8], order: &Order) -> Result<CertifiedPlan, OrderError> {
+/// [`PlanRequestError`].
+pub fn plan_bytes(name: &str, bytes: &[u8], order: &PlanRequest) -> Result<CertifiedPlan, PlanRequestError> {
     order.plan(name, bytes, &MachineProfile::simulated(), &mut |_| {})
 }
 

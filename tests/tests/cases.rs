@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use keepout_planner::drawing::Choice;
-use keepout_planner::order::Order;
-use keepout_planner::plan::PassJob;
+use keepout_planner::drawing::EntityFilter;
+use keepout_planner::plan::PassParameters;
 use keepout_planner::plan_file;
 use keepout_planner::profile::MachinedSide;
+use keepout_planner::request::PlanRequest;
 use keepout_planner::select::Selection;
 use keepout_tests::{area_mm2, order, plan_of};
 use serde::Deserialize;
@@ -66,9 +66,9 @@ struct Case {
     #[serde(default)]
     left_out: Option<String>,
     #[serde(default)]
-    zone_layers: Vec<String>,
+    keep_out_layers: Vec<String>,
     #[serde(default)]
-    stroke_layer: Option<String>,
+    travel_layer: Option<String>,
     #[serde(default)]
     passes: Vec<f64>,
     #[serde(default)]
@@ -78,14 +78,14 @@ struct Case {
 }
 
 impl Case {
-    fn order(&self) -> Result<Order, String> {
+    fn order(&self) -> Result<PlanRequest, String> {
         let mut wanted = order(self.tool.unwrap_or(3.0));
         wanted.job.side = match self.side.as_deref() {
             Some("inside") => MachinedSide::Inside,
             None | Some("outside") => MachinedSide::Outside,
             Some(other) => return Err(format!("no side {other}")),
         };
-        wanted.choice = Choice {
+        wanted.choice = EntityFilter {
             layers: self.layers.clone(),
             without: self.without.clone(),
             unit: self.units.clone(),
@@ -100,9 +100,9 @@ impl Case {
             most_area_mm2: self.max_area,
             leave_out_open: self.leave_out_open,
         };
-        wanted.zone_layers.clone_from(&self.zone_layers);
-        wanted.stroke_layer.clone_from(&self.stroke_layer);
-        let pass = |&allowance_mm: &f64| PassJob { allowance_mm, feed_mm_min: None };
+        wanted.keep_out_layers.clone_from(&self.keep_out_layers);
+        wanted.travel_layer.clone_from(&self.travel_layer);
+        let pass = |&stock_to_leave_mm: &f64| PassParameters { stock_to_leave_mm, feed_mm_min: None };
         wanted.job.passes = self.passes.iter().map(pass).collect();
         wanted.join_mm = self.join_mm.unwrap_or(wanted.join_mm);
         Ok(wanted)
@@ -128,12 +128,12 @@ fn check(case: &Case) -> Result<(), String> {
     };
     same("contours", plan.plan.profile.loops.len(), case.contours)?;
     same("finishing loops", plan.plan.finish().loops.len(), case.finish_loops)?;
-    let repairs = plan.plan.sheet.remarks.iter().filter(|remark| remark.at.is_some()).count();
+    let repairs = plan.plan.provenance.remarks.iter().filter(|remark| remark.at.is_some()).count();
     same("repairs", repairs, case.repairs.or(Some(0)))?;
     if let Some(words) = &case.left_out
-        && !plan.plan.sheet.remarks.iter().any(|remark| remark.text.contains(words.as_str()))
+        && !plan.plan.provenance.remarks.iter().any(|remark| remark.text.contains(words.as_str()))
     {
-        return Err(format!("no remark says \"{words}\": {:?}", plan.plan.sheet.remarks));
+        return Err(format!("no remark says \"{words}\": {:?}", plan.plan.provenance.remarks));
     }
     let near = |what: &str, found: f64, wanted: Option<f64>, tolerance: f64| match wanted {
         Some(wanted) if (wanted - found).abs() > tolerance => Err(format!("{what} {found}, {wanted} wanted")),

@@ -1,6 +1,6 @@
 //! The feel of jogging, held to goals: first step, sliding along straight and curved walls, release.
 
-use keepout_executor::dialect::Language;
+use keepout_executor::dialect::DialectName;
 use keepout_tests::feel::{self, AT_WALL_MM, Shape, Table, Wall, median_and_p99};
 
 /// Angles at which the straight wall lies, degrees.
@@ -59,7 +59,7 @@ fn first_step_comes_within_30_ms_and_the_latency_of_the_line() {
 fn tool_rests_at_the_end_of_a_short_look_ahead() {
     for table in &Table::ALL {
         for (delay, allowed_s) in [(1, 0.2), (50, 0.45)] {
-            for language in [Language::Grbl, Language::GrblHal] {
+            for language in [DialectName::Grbl, DialectName::GrblHal] {
                 let released = feel::release(table, language.clone(), delay, Wall::Sliding).unwrap();
                 let braking_s = table.feed_mm_min / 60.0 / table.acceleration_mm_s2;
                 let case = format!("{}, {delay} ms: {released:?}", table.name);

@@ -6,12 +6,12 @@ use std::time::Duration;
 
 use keepout_executor::session::log::{Header, LogTape};
 use keepout_executor::session::{Going, Sample, SampleKind};
-use keepout_executor::supervisor::Workpiece;
+use keepout_executor::supervisor::PreparedPlan;
 use keepout_kernel::Vector;
 use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::order::Order;
 use keepout_planner::plan_file;
+use keepout_planner::request::PlanRequest;
 use keepout_sim::operator;
 use keepout_sim::session::{Scene, SimRun, run_scene};
 use keepout_tests::kills::{Played, Watched};
@@ -26,14 +26,14 @@ fn folder(name: &str) -> PathBuf {
     folder
 }
 
-fn work() -> Workpiece {
+fn work() -> PreparedPlan {
     let bytes = include_bytes!("../../executor/cli/drawings/bracket.dxf");
     let machine = MachineProfile::simulated();
-    Workpiece::new(Order::default().plan("bracket.dxf", bytes, &machine, &mut |_| {}).unwrap())
+    PreparedPlan::new(PlanRequest::default().plan("bracket.dxf", bytes, &machine, &mut |_| {}).unwrap())
 }
 
 /// A session in virtual time that ends after a while at the latest; where the tool truly was.
-fn session(work: &Workpiece, limit_s: u64, progress: Progress, log: &Path) -> Vec<Sample> {
+fn session(work: &PreparedPlan, limit_s: u64, progress: Progress, log: &Path) -> Vec<Sample> {
     let limit = Duration::from_secs(limit_s);
     let run = SimRun { limit, progress, feed_mm_min: 3000, ..SimRun::default() };
     let scene = Scene::of(&work.plan, &run).unwrap();
@@ -41,10 +41,10 @@ fn session(work: &Workpiece, limit_s: u64, progress: Progress, log: &Path) -> Ve
         plan: plan_file::hex(&plan_file::hash(&plan_file::encode(&work.plan.plan).unwrap())),
         dialect: "grbl".into(),
         offset: scene.setting.offset,
-        stroke: scene.options.stroke,
+        travel: scene.options.travel,
         feed_mm_min: scene.options.feed_mm_min,
         home: scene.options.home,
-        travel_mm: scene.setting.stroke_mm,
+        travel_mm: scene.setting.travel_mm,
         simulated: true,
         answer_within_ms: u64::try_from(scene.options.answer_within.as_millis()).unwrap(),
         baud: scene.options.baud,

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use keepout_executor::supervisor::{Phase, Workpiece};
+use keepout_executor::supervisor::{Phase, PreparedPlan};
 use keepout_tests::decisions::Decisions;
 use keepout_tests::hostile::{Hostile, Style};
 use keepout_tests::{order, plan_of};
@@ -16,7 +16,7 @@ fn decisions_allocate_nothing_after_the_start() {
     let drawing = Path::new(env!("CARGO_MANIFEST_DIR")).join("../executor/cli/drawings/bracket.dxf");
     let mut jogs = 0;
     for style in Style::ALL {
-        let work = Workpiece::new(plan_of(&drawing, &order(6.0)).unwrap());
+        let work = PreparedPlan::new(plan_of(&drawing, &order(6.0)).unwrap());
         let mut run = Decisions::new(work, Box::new(Hostile::new(style, true, 3))).unwrap();
         while run.phase() == Phase::Starting {
             run.step(|_, take| take());

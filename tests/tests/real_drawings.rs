@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::time::Duration;
 
-use keepout_executor::session::{Ended, Going, NoTape};
-use keepout_executor::supervisor::Workpiece;
+use keepout_executor::session::{Ended, Going, NoEventLog};
+use keepout_executor::supervisor::PreparedPlan;
 use keepout_planner::drawing::read_file;
 use keepout_planner::inspect::inspect;
 use keepout_sim::operator;
@@ -69,13 +69,17 @@ fn whole_job(path: &Path, operator: &str) -> Result<(), String> {
         feed_mm_min: 3000,
         ..SimRun::default()
     };
-    run.machine.stroke_mm = [480.0, 440.0];
+    run.machine.travel_mm = [480.0, 440.0];
     let operator = operator::named(operator, 20.0, 5).map_err(|error| error.to_string())?;
-    let result =
-        run_simulated(Workpiece::new(plan), &run, operator, Box::new(NoTape), |_| {}, &mut |_, _, _| {
-            Going::On
-        })
-        .map_err(|error| error.to_string())?;
+    let result = run_simulated(
+        PreparedPlan::new(plan),
+        &run,
+        operator,
+        Box::new(NoEventLog),
+        |_| {},
+        &mut |_, _, _| Going::On,
+    )
+    .map_err(|error| error.to_string())?;
     let facts = &result.facts;
     let coverage = facts.coverage.ok_or(format!("nothing was contoured: {facts:?}"))?;
     if facts.deepest_mm != Some(0.0) {

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use keepout_executor::dialect::Language;
+use keepout_executor::dialect::DialectName;
 use keepout_executor::session::RealClock;
 use keepout_executor::session::serial::Serial;
 use keepout_planner::machine::{ControllerProfile, MachineError, MachineProfile};
@@ -14,8 +14,8 @@ use keepout_planner::plan_file::write_whole;
 use keepout_planner::text_file;
 use keepout_sim::Quirks;
 use keepout_sim::conformance::{
-    Bench, Care, Findings, RecordError, Recorder, Recording, Scenario, Setting, Setup, Start, compare, load,
-    save, scenarios, simulate, table,
+    Bench, Care, Findings, RecordError, Recorder, Recording, Scenario, Setup, SimulatedBench, Start, compare,
+    load, save, scenarios, simulate, table,
 };
 
 use super::CliError;
@@ -80,7 +80,7 @@ pub struct AtPort<'a> {
     /// The clock.
     pub clock: &'a mut RealClock,
     /// The dialect.
-    pub language: Language,
+    pub language: DialectName,
     /// The machine with the controller's own figures.
     pub machine: MachineProfile,
     /// The profile's file.
@@ -110,7 +110,8 @@ pub fn conformance(at: AtPort<'_>, arguments: &ConformanceArguments) -> Result<E
     played?;
     let found = Findings::of(&recording);
     println!("\n{found}");
-    let model = simulate(&Setting { setup, at: origin, baud: at.baud, quirks: Quirks::default() }, &chosen)?;
+    let model =
+        simulate(&SimulatedBench { setup, at: origin, baud: at.baud, quirks: Quirks::default() }, &chosen)?;
     print_differences(&recording, &model, ["machine", "simulated"], ROWS);
     if arguments.store {
         store(&profile, &found.profile())?;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use keepout_executor::dialect::{Fit, Inspected, Language, Setting};
+use keepout_executor::dialect::{DialectConfig, DialectName, Fit, Inspected};
 use keepout_executor::session::RealClock;
 use keepout_executor::session::serial::Serial;
 use keepout_executor::supervisor::Mode;
@@ -52,11 +52,11 @@ pub fn doctor(arguments: &DoctorArguments) -> Result<ExitCode, CliError> {
         None => MachineProfile::simulated(),
     };
     let language =
-        Language::named(&arguments.dialect).map_err(|error| CliError::Argument(error.to_string()))?;
+        DialectName::named(&arguments.dialect).map_err(|error| CliError::Argument(error.to_string()))?;
     if arguments.conformance.conformance {
         check_dialect(&language)?;
     }
-    let setting = Setting::of(&machine, Vector { dx: 0, dy: 0 });
+    let setting = DialectConfig::of(&machine, Vector { dx: 0, dy: 0 });
     let mut dialect = language.dialect(setting);
     let mut port = Serial::open(arguments.port.as_deref().unwrap_or_default(), arguments.baud)?;
     let mut clock = RealClock::default();

@@ -7,13 +7,13 @@ use keepout_drives::profile::ProfileError;
 use keepout_executor::session::log::{LogError, LogReadError};
 use keepout_executor::session::port::PortError;
 use keepout_executor::session::replay::ReplayError;
-use keepout_executor::session::{PlaceError, TapeError};
+use keepout_executor::session::{EventLogError, PlaceError};
+use keepout_planner::align::AlignmentError;
+use keepout_planner::align::file::AlignmentFileError;
 use keepout_planner::machine::MachineError;
-use keepout_planner::order::OrderError;
 use keepout_planner::plan::PlanError;
 use keepout_planner::plan_file::PlanFileError;
-use keepout_planner::registration::RegistrationError;
-use keepout_planner::setup::SetupError;
+use keepout_planner::request::PlanRequestError;
 use keepout_sim::conformance::{RecordError, RecordingError};
 use keepout_sim::operator::OperatorError;
 use keepout_sim::session::SimError;
@@ -30,11 +30,11 @@ use crate::input::{StickError, TerminalError};
 pub enum CliError {
     /// The drawing can not be used, or no plan can be made of it.
     #[error("{path}: {source}", path = path.display())]
-    Order {
+    PlanRequest {
         /// The file.
         path: PathBuf,
         /// Why.
-        source: OrderError,
+        source: PlanRequestError,
     },
     /// A plan file does not hold what it claims.
     #[error("{path}: not certified: {source}", path = path.display())]
@@ -55,10 +55,10 @@ pub enum CliError {
     Drives(#[from] ProfileError),
     /// The touches do not say how the workpiece lies.
     #[error(transparent)]
-    Registration(#[from] RegistrationError),
-    /// A setup is refused.
+    Alignment(#[from] AlignmentError),
+    /// A alignment is refused.
     #[error(transparent)]
-    Setup(#[from] SetupError),
+    AlignmentFile(#[from] AlignmentFileError),
     /// There is no operator.
     #[error(transparent)]
     Operator(#[from] OperatorError),
@@ -82,7 +82,7 @@ pub enum CliError {
     Log(#[from] LogError),
     /// The log could not be written on.
     #[error(transparent)]
-    Tape(#[from] TapeError),
+    EventLog(#[from] EventLogError),
     /// The simulated machine can not run.
     #[cfg(unix)]
     #[error(transparent)]
@@ -92,7 +92,7 @@ pub enum CliError {
     Examine(#[from] ExamineError),
     /// No scenario can be recorded, or no more.
     #[error(transparent)]
-    Record(#[from] RecordError),
+    LoggedEvent(#[from] RecordError),
     /// A recording can not be read.
     #[error(transparent)]
     Recording(#[from] RecordingError),
@@ -143,7 +143,7 @@ impl From<SimError> for CliError {
         match error {
             SimError::Place(error) => Self::Place(error),
             SimError::Port(error) => Self::Port(error),
-            SimError::Tape(error) => Self::Tape(error),
+            SimError::EventLog(error) => Self::EventLog(error),
         }
     }
 }
@@ -153,8 +153,8 @@ impl CliError {
     #[must_use]
     pub fn exit_code(&self) -> ExitCode {
         ExitCode::from(match self {
-            Self::Setup(SetupError::Turned { .. } | SetupError::Moved { .. }) => 4,
-            Self::Setup(SetupError::Write { .. }) => 7,
+            Self::AlignmentFile(AlignmentFileError::Turned { .. } | AlignmentFileError::Moved { .. }) => 4,
+            Self::AlignmentFile(AlignmentFileError::Write { .. }) => 7,
             Self::Argument(_)
             | Self::Operator(_)
             | Self::Device(_)
@@ -162,20 +162,21 @@ impl CliError {
             | Self::Terminal(_)
             | Self::Machine(_)
             | Self::Drives(_)
-            | Self::Registration(_)
-            | Self::Setup(_) => 2,
-            Self::Order {
-                source: OrderError::Drawing(_) | OrderError::Select(_) | OrderError::Stroke { .. },
+            | Self::Alignment(_)
+            | Self::AlignmentFile(_) => 2,
+            Self::PlanRequest {
+                source:
+                    PlanRequestError::Drawing(_) | PlanRequestError::Select(_) | PlanRequestError::Stroke { .. },
                 ..
             } => 3,
-            Self::Order { .. } | Self::Place(_) => 4,
+            Self::PlanRequest { .. } | Self::Place(_) => 4,
             Self::PlanFile(PlanFileError::Write { .. })
             | Self::Write { .. }
             | Self::Log(_)
-            | Self::Tape(_) => 7,
+            | Self::EventLog(_) => 7,
             Self::LogRead(LogReadError::Read { .. })
             | Self::NoPlan { .. }
-            | Self::Record(RecordError::Dialect { .. })
+            | Self::LoggedEvent(RecordError::Dialect { .. })
             | Self::Recording(RecordingError::File { .. }) => 2,
             Self::Recording(_)
             | Self::PlanFile(_)
@@ -188,7 +189,7 @@ impl CliError {
             Self::Simulate(StandaloneError::File { .. }) => 7,
             #[cfg(unix)]
             Self::Simulate(_) => 2,
-            Self::Port(_) | Self::Examine(_) | Self::Record(_) => 6,
+            Self::Port(_) | Self::Examine(_) | Self::LoggedEvent(_) => 6,
         })
     }
 }

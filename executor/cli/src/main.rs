@@ -1,5 +1,6 @@
 //! `keepout`: machine a part by hand, straight from its drawing.
 
+mod align;
 mod conformance;
 mod display;
 mod doctor;
@@ -7,9 +8,8 @@ mod drives;
 mod error;
 mod examine;
 mod input;
-mod operators;
+mod operator_setup;
 mod plan;
-mod register;
 mod replay;
 mod report;
 mod resume;
@@ -24,10 +24,10 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 pub use error::CliError;
+use keepout_planner::align::{PROBE_ERROR_MM, ProbePoint, TOLERANCE_MM};
 use keepout_planner::job::LoopNumber;
-use keepout_planner::plan::{Cut, FEEDS_MM_MIN, PassJob};
+use keepout_planner::plan::{Cut, FEEDS_MM_MIN, PassParameters};
 use keepout_planner::profile::MachinedSide;
-use keepout_planner::registration::{TOLERANCE_MM, TOUCH_ERROR_MM, Touch};
 
 /// Machine a part by hand, straight from its drawing: the computer keeps the tool out of the part, whatever you do,
 /// and then cuts the finishing contour by itself.
@@ -47,7 +47,7 @@ enum Command {
     /// Say what was understood of a DXF drawing: layers, contours, repairs, problems; and draw it.
     Inspect(InspectArguments),
     /// Find how the workpiece lies on the machine, from points or edges of it that were touched.
-    Register(RegisterArguments),
+    Align(AlignArguments),
     /// Make a plan from a DXF drawing: what is kept out of, and the finishing path.
     Plan(PlanArguments),
     /// Draw a plan as an SVG picture.
@@ -80,7 +80,7 @@ enum Command {
         output: PathBuf,
         /// How long the operator pushes at the wall, seconds of machine time.
         #[arg(long, default_value_t = 60.0)]
-        manual_s: f64,
+        jog_s: f64,
     },
 }
 
@@ -185,7 +185,7 @@ struct InspectArguments {
 }
 
 #[derive(Debug, Args)]
-struct RegisterArguments {
+struct AlignArguments {
     #[command(flatten)]
     drawing: DrawingArguments,
     /// Which side of the contour is machined: edges are touched from there.
@@ -193,23 +193,23 @@ struct RegisterArguments {
     side: SideArgument,
     /// A point of the drawing and the machine coordinates of the tool's centre on it, mm. Two or more measure the rotation
     /// too; one alone gives the offset.
-    #[arg(long, value_name = "DX,DY=MX,MY", value_parser = register::touch, allow_hyphen_values = true)]
-    point: Vec<Touch>,
+    #[arg(long, value_name = "DX,DY=MX,MY", value_parser = align::touch, allow_hyphen_values = true)]
+    point: Vec<ProbePoint>,
     /// A place near a straight edge of the drawing, and the machine coordinates of the tool's centre where the tool touched
     /// that edge, mm. Two along one edge and one of another measure the rotation too; one each of two edges give the offset.
-    #[arg(long, value_name = "DX,DY=MX,MY", value_parser = register::touch, allow_hyphen_values = true,
+    #[arg(long, value_name = "DX,DY=MX,MY", value_parser = align::touch, allow_hyphen_values = true,
         requires = "probe_diameter")]
-    edge: Vec<Touch>,
+    edge: Vec<ProbePoint>,
     /// Diameter of the probe or tool that touched the edges, mm.
     #[arg(long, value_name = "MM")]
     probe_diameter: Option<f64>,
     /// How far a touch may be wrong, mm.
-    #[arg(long, value_name = "MM", default_value_t = TOUCH_ERROR_MM)]
-    touch_error_mm: f64,
+    #[arg(long, value_name = "MM", default_value_t = PROBE_ERROR_MM)]
+    probe_error_mm: f64,
     /// How far drawing and machine may disagree, mm.
     #[arg(long, value_name = "MM", default_value_t = TOLERANCE_MM)]
     tolerance_mm: f64,
-    /// Where the setup goes, a TOML file.
+    /// Where the alignment goes, a TOML file.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
 }
@@ -218,9 +218,9 @@ struct RegisterArguments {
 struct PlanArguments {
     #[command(flatten)]
     drawing: DrawingArguments,
-    /// Turn the drawing as the workpiece lies: the file that `keepout register` wrote. `run` wants it too.
+    /// Turn the drawing as the workpiece lies: the file that `keepout align` wrote. `run` wants it too.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["rotate_deg", "offset_mm"])]
-    setup: Option<PathBuf>,
+    alignment: Option<PathBuf>,
     /// Diameter of the cutter, mm.
     #[arg(long, value_name = "MM")]
     tool_diameter: f64,
@@ -229,7 +229,7 @@ struct PlanArguments {
     side: SideArgument,
     /// Stock that roughing by hand leaves for the finishing cut, mm.
     #[arg(long, value_name = "MM", default_value_t = 0.2)]
-    allowance_mm: f64,
+    stock_to_leave_mm: f64,
     /// The whole margin for the machine's errors, mm. Without it the machine profile's figures are used.
     #[arg(long, value_name = "MM")]
     margin_mm: Option<f64>,
@@ -247,14 +247,14 @@ struct PlanArguments {
     leave_out_open: bool,
     /// The tool keeps out of what is closed on this layer, too: clamps, a vice. May be given more than once.
     #[arg(long, value_name = "NAME")]
-    zone_layer: Vec<String>,
+    keep_out_layer: Vec<String>,
     /// This layer holds a rectangle that the tool's centre stays in: the machine's travel.
     #[arg(long, value_name = "NAME")]
-    stroke_layer: Option<String>,
+    travel_layer: Option<String>,
     /// A finishing pass: the stock it leaves in mm, with its feed in mm/min after a colon. Twice for the double pass,
     /// such as --pass 0.1:900 --pass 0:600. Without any, one pass along the contour itself.
     #[arg(long, value_name = "MM[:F]", value_parser = pass)]
-    pass: Vec<PassJob>,
+    pass: Vec<PassParameters>,
     /// Which way round the tool cuts, for a cutter that turns clockwise seen from above.
     #[arg(long, value_enum, default_value = "conventional")]
     cut: CutArgument,
@@ -310,9 +310,9 @@ struct RunArguments {
     /// Where the drawing's origin lies on the machine, machine coordinates, mm. A real machine does not move without it.
     #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true, group = "place")]
     origin_mm: Option<(f64, f64)>,
-    /// Where it lies, as the file says that `keepout register` wrote, and that the plan was made with.
+    /// Where it lies, as the file says that `keepout align` wrote, and that the plan was made with.
     #[arg(long, value_name = "FILE", group = "place")]
-    setup: Option<PathBuf>,
+    alignment: Option<PathBuf>,
     /// Home the real machine first, tool raised.
     #[arg(long)]
     home: bool,
@@ -323,7 +323,7 @@ struct RunArguments {
     /// stuck, reversal; a script file; trace:FILE.
     #[arg(long, default_value = "calm")]
     operator: String,
-    /// Record every change of the operator's wish to this new file, to be played by --operator trace:FILE.
+    /// LoggedEvent every change of the operator's input to this new file, to be played by --operator trace:FILE.
     #[arg(long, value_name = "FILE")]
     record_trace: Option<PathBuf>,
     /// Show position, wall and a small plan on the whole terminal. Without a terminal it is left out.
@@ -337,7 +337,7 @@ struct RunArguments {
     expo: f64,
     /// How long a modelled operator steers before touching the part, s.
     #[arg(long, value_name = "S", default_value_t = 60.0)]
-    manual_s: f64,
+    jog_s: f64,
     /// Feed of the finishing contour, mm/min.
     #[arg(long, value_name = "F", default_value_t = 900, value_parser = clap::value_parser!(u32).range(i64::from(*FEEDS_MM_MIN.start())..=i64::from(*FEEDS_MM_MIN.end())))]
     feed_mm_min: u32,
@@ -352,7 +352,7 @@ struct RunArguments {
     latency_ms: u64,
     /// Simulated machine: travel in x and y, mm.
     #[arg(long, value_name = "X,Y", value_parser = pair)]
-    stroke_mm: Option<(f64, f64)>,
+    travel_mm: Option<(f64, f64)>,
     /// Simulated machine: where the tool is let down, drawing coordinates, mm.
     #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true)]
     start_mm: Option<(f64, f64)>,
@@ -397,18 +397,21 @@ fn time(text: &str) -> Result<f64, String> {
 }
 
 /// `ALLOWANCE` or `ALLOWANCE:FEED`.
-fn pass(text: &str) -> Result<PassJob, String> {
+fn pass(text: &str) -> Result<PassParameters, String> {
     let wrong = || {
         format!("\"{text}\" is no pass: the stock it leaves in mm, and its feed in mm/min, such as 0.1:900")
     };
-    let (allowance, feed) =
-        text.split_once(':').map_or((text, None), |(allowance, feed)| (allowance, Some(feed)));
-    let allowance_mm =
-        allowance.parse::<f64>().ok().filter(|value| (0.0..=1000.0).contains(value)).ok_or_else(wrong)?;
+    let (stock_to_leave, feed) =
+        text.split_once(':').map_or((text, None), |(stock_to_leave, feed)| (stock_to_leave, Some(feed)));
+    let stock_to_leave_mm = stock_to_leave
+        .parse::<f64>()
+        .ok()
+        .filter(|value| (0.0..=1000.0).contains(value))
+        .ok_or_else(wrong)?;
     let feed = feed.map(|feed| feed.parse::<u32>().ok().filter(|feed| FEEDS_MM_MIN.contains(feed)));
     match feed {
         Some(None) => Err(wrong()),
-        feed => Ok(PassJob { allowance_mm, feed_mm_min: feed.flatten() }),
+        feed => Ok(PassParameters { stock_to_leave_mm, feed_mm_min: feed.flatten() }),
     }
 }
 
@@ -416,7 +419,7 @@ fn pass(text: &str) -> Result<PassJob, String> {
 fn execute(arguments: Arguments) -> Result<ExitCode, CliError> {
     match arguments.command {
         Command::Inspect(arguments) => plan::inspect(&arguments),
-        Command::Register(arguments) => register::register(&arguments),
+        Command::Align(arguments) => align::align(&arguments),
         Command::Plan(arguments) => plan::plan(&arguments),
         Command::Show(arguments) => plan::show(&arguments),
         Command::Verify { plan, time } => plan::verify(&plan, time),
@@ -427,7 +430,7 @@ fn execute(arguments: Arguments) -> Result<ExitCode, CliError> {
         Command::Drives(command) => drives::drives(&command),
         #[cfg(unix)]
         Command::Simulate(arguments) => simulate::simulate(&arguments),
-        Command::Demo { output, manual_s } => run::demo(&output, manual_s),
+        Command::Demo { output, jog_s } => run::demo(&output, jog_s),
     }
 }
 

@@ -8,14 +8,14 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
+use keepout_planner::align::file::AlignmentFile;
 use keepout_planner::inspect::inspect as look_at;
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::order::{Order, OrderError, Stage};
 use keepout_planner::picture::{inspection_svg, svg};
-use keepout_planner::plan::{CertifiedPlan, Job};
+use keepout_planner::plan::{CertifiedPlan, PlanParameters};
 use keepout_planner::plan_file;
+use keepout_planner::request::{PlanRequest, PlanRequestError, Stage};
 use keepout_planner::select::Selection;
-use keepout_planner::setup::Setup;
 
 use super::{CertifyTime, CliError, DrawingArguments, InspectArguments, PlanArguments, ShowArguments};
 
@@ -81,11 +81,12 @@ impl Drop for Progress {
 }
 
 /// What is to be taken of a drawing, without a job yet.
-pub fn order_of(arguments: &DrawingArguments) -> Result<Order, CliError> {
+pub fn order_of(arguments: &DrawingArguments) -> Result<PlanRequest, CliError> {
     if !(0.0..=100.0).contains(&arguments.join_mm) {
         return Err(CliError::Argument(format!("--join-mm {} must be between 0 and 100", arguments.join_mm)));
     }
-    let mut order = Order { join_mm: arguments.join_mm, curve_mm: arguments.curve_mm, ..Order::default() };
+    let mut order =
+        PlanRequest { join_mm: arguments.join_mm, curve_mm: arguments.curve_mm, ..PlanRequest::default() };
     let choice = &mut order.choice;
     choice.layers.clone_from(&arguments.layer);
     choice.without.clone_from(&arguments.without_layer);
@@ -105,7 +106,7 @@ pub fn order_of(arguments: &DrawingArguments) -> Result<Order, CliError> {
 
 pub fn inspect(arguments: &InspectArguments) -> Result<ExitCode, CliError> {
     let path = &arguments.drawing.drawing;
-    let wrong = |source: OrderError| CliError::Order { path: path.clone(), source };
+    let wrong = |source: PlanRequestError| CliError::PlanRequest { path: path.clone(), source };
     let order = order_of(&arguments.drawing)?;
     if let Some(output) = &arguments.output {
         refuse_same(&[path], &[output])?;
@@ -139,15 +140,16 @@ pub fn plan(arguments: &PlanArguments) -> Result<ExitCode, CliError> {
         Some(path) => MachineProfile::load(path)?,
         None => MachineProfile::simulated(),
     };
-    let inputs = [Some(path), arguments.machine_profile.as_ref(), arguments.setup.as_ref()];
+    let inputs = [Some(path), arguments.machine_profile.as_ref(), arguments.alignment.as_ref()];
     refuse_same(&given(&inputs), &[&arguments.output])?;
-    if !(0.0..=1000.0).contains(&arguments.allowance_mm) {
-        let reason = format!("--allowance-mm {} must be between 0 and 1000", arguments.allowance_mm);
+    if !(0.0..=1000.0).contains(&arguments.stock_to_leave_mm) {
+        let reason =
+            format!("--stock-to-leave-mm {} must be between 0 and 1000", arguments.stock_to_leave_mm);
         return Err(CliError::Argument(reason));
     }
     let mut order = order_of(&arguments.drawing)?;
-    if let Some(setup) = &arguments.setup {
-        order.choice.placed = Setup::load(setup)?.placed();
+    if let Some(alignment) = &arguments.alignment {
+        order.choice.placed = AlignmentFile::load(alignment)?.placed();
     }
     order.selection = Selection {
         at: arguments.at.clone(),
@@ -155,18 +157,18 @@ pub fn plan(arguments: &PlanArguments) -> Result<ExitCode, CliError> {
         most_area_mm2: arguments.max_area_mm2,
         leave_out_open: arguments.leave_out_open,
     };
-    order.zone_layers.clone_from(&arguments.zone_layer);
-    order.stroke_layer.clone_from(&arguments.stroke_layer);
-    order.job = Job {
+    order.keep_out_layers.clone_from(&arguments.keep_out_layer);
+    order.travel_layer.clone_from(&arguments.travel_layer);
+    order.job = PlanParameters {
         tool_diameter_mm: arguments.tool_diameter,
-        allowance_mm: arguments.allowance_mm,
+        stock_to_leave_mm: arguments.stock_to_leave_mm,
         side: arguments.side.into(),
         margin_mm: arguments.margin_mm,
         passes: arguments.pass.clone(),
         cut: arguments.cut.into(),
     };
     let bytes = keepout_planner::drawing::read_file(path)
-        .map_err(|error| CliError::Order { path: path.clone(), source: error.into() })?;
+        .map_err(|error| CliError::PlanRequest { path: path.clone(), source: error.into() })?;
     let certified = make(path, &bytes, &order, &machine, arguments.drawing.limit_s)?;
     plan_file::save(&certified.plan, &arguments.output)?;
     println!("{}", certified.summary());
@@ -178,7 +180,7 @@ pub fn plan(arguments: &PlanArguments) -> Result<ExitCode, CliError> {
 pub fn make(
     path: &Path,
     bytes: &[u8],
-    order: &Order,
+    order: &PlanRequest,
     machine: &MachineProfile,
     limit_s: f64,
 ) -> Result<CertifiedPlan, CliError> {
@@ -186,7 +188,7 @@ pub fn make(
     let progress = Progress::new(limit_s, DRAWING_REMEDY);
     order
         .plan(&name, bytes, machine, &mut |stage| progress.show(stage))
-        .map_err(|source| CliError::Order { path: path.to_path_buf(), source })
+        .map_err(|source| CliError::PlanRequest { path: path.to_path_buf(), source })
 }
 
 /// Reads a plan file and certifies it.
@@ -200,7 +202,7 @@ pub fn load(path: &Path, time: CertifyTime) -> Result<CertifiedPlan, CliError> {
 pub fn show(arguments: &ShowArguments) -> Result<ExitCode, CliError> {
     refuse_same(&[&arguments.plan], &[&arguments.output])?;
     let certified = load(&arguments.plan, arguments.time)?;
-    let picture = svg(&certified, &certified.plan.sheet.name, &[]);
+    let picture = svg(&certified, &certified.plan.provenance.name, &[]);
     write(&arguments.output, picture.as_bytes())?;
     println!("written      {}", arguments.output.display());
     Ok(ExitCode::SUCCESS)
@@ -209,7 +211,7 @@ pub fn show(arguments: &ShowArguments) -> Result<ExitCode, CliError> {
 pub fn verify(path: &Path, time: CertifyTime) -> Result<ExitCode, CliError> {
     let certified = load(path, time)?;
     println!("{}", certified.summary());
-    println!("drawing hash {}", plan_file::hex(&certified.plan.sheet.hash));
+    println!("drawing hash {}", plan_file::hex(&certified.plan.provenance.hash));
     println!("{}", certified.proved());
     Ok(ExitCode::SUCCESS)
 }

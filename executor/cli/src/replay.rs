@@ -10,7 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use keepout_executor::session::log::{Header, LogReadError, LogReader};
 use keepout_executor::session::picture_of_log;
 use keepout_executor::session::replay::{Replay, ReplayError, replay_from};
-use keepout_executor::supervisor::Workpiece;
+use keepout_executor::supervisor::PreparedPlan;
 use keepout_planner::{plan_file, text_file};
 
 use super::plan::{load, refuse_same, write};
@@ -68,14 +68,14 @@ impl Played {
             None => find_plan(log, reader.header())?,
         };
         refuse_same(&[log, &found], output.as_slice())?;
-        Self::with(log, &mut reader, Workpiece::new(load(&found, time)?))
+        Self::with(log, &mut reader, PreparedPlan::new(load(&found, time)?))
     }
 
     /// Plays a log with a plan that is loaded.
     pub fn with<R: BufRead>(
         log: &Path,
         reader: &mut LogReader<R>,
-        work: Workpiece,
+        work: PreparedPlan,
     ) -> Result<Self, CliError> {
         let replay = replay_from(reader, work).map_err(|source| match source {
             ReplayError::Log(error) => CliError::LogRead(error),
@@ -103,7 +103,7 @@ impl Played {
             ("ended", self.replay.end().to_string()),
             ("lines, each matching the one before", self.lines.to_string()),
             ("torn tail", torn),
-            ("wishes of the operator", counted.wishes.to_string()),
+            ("wishes of the operator", counted.inputs.to_string()),
             ("lines from the controller", counted.replies.to_string()),
             ("commands the same, byte by byte", counted.commands.to_string()),
             ("certificates checked by themselves", counted.certificates.to_string()),

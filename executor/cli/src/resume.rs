@@ -4,7 +4,7 @@ use std::path::Path;
 
 use keepout_executor::session::log::Header;
 use keepout_executor::session::place_on_table;
-use keepout_executor::supervisor::Workpiece;
+use keepout_executor::supervisor::PreparedPlan;
 use keepout_kernel::Vector;
 use keepout_planner::job::{LoopNumber, Progress};
 use keepout_planner::plan::CertifiedPlan;
@@ -17,7 +17,7 @@ use super::{CliError, RunArguments};
 /// The progress at the end of a log, which is played again first. Loops of `recut` are forgotten.
 pub fn progress_of(
     log: &Path,
-    work: &Workpiece,
+    work: &PreparedPlan,
     recut: &[LoopNumber],
 ) -> Result<(Progress, Header), CliError> {
     let played = Played::with(log, &mut open(log)?, work.clone())?;
@@ -57,7 +57,7 @@ pub fn fits(header: &Header, plan: &CertifiedPlan, arguments: &RunArguments) -> 
     let shown = |dx: i32, dy: i32| format!("{:.3},{:.3}", mm(dx), mm(dy));
     Err(CliError::Argument(format!(
         "the run of --resume had the drawing's origin at {}, this one has it at {}: what is cut would be cut again beside it. \
-         Give the same --origin-mm or --setup; if the workpiece was shifted, not turned, and was measured anew, give --moved",
+         Give the same --origin-mm or --alignment; if the workpiece was shifted, not turned, and was measured anew, give --moved",
         shown(header.offset.dx, header.offset.dy),
         shown(dx, dy),
     )))

@@ -6,30 +6,30 @@ use std::time::{Duration, SystemTime};
 
 use keepout_drives::controllers::kind::Kind;
 use keepout_drives::profile::DriveProfile;
-use keepout_executor::dialect::{Language, Setting};
+use keepout_executor::dialect::{DialectConfig, DialectName};
 use keepout_executor::operator::Panel;
 use keepout_executor::session::log::{Header, LogReader, LogTape, rfc_3339};
 use keepout_executor::session::serial::Serial;
 use keepout_executor::session::{
-    Ended, Engine, Going, NoTape, RealClock, RunFacts, Sample, SampleKind, Session, Tape, html,
+    Ended, Engine, EventLog, Going, NoEventLog, RealClock, RunFacts, Sample, SampleKind, Session, html,
     picture_of_run, place_on_table,
 };
-use keepout_executor::supervisor::{Options, Phase, Supervisor, Workpiece};
+use keepout_executor::supervisor::{Options, Phase, PreparedPlan, Supervisor};
 use keepout_guard::Time;
 use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::order::Order;
 use keepout_planner::picture::svg;
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::plan_file;
+use keepout_planner::request::PlanRequest;
 use keepout_planner::units::{point_from_mm, point_mm};
 use keepout_sim::session::{Link, Scene, SimRun, run_scene};
-use keepout_sim::{Servo, operator};
+use keepout_sim::{ServoConfig, operator};
 
+use super::align::placed;
 use super::display::Display;
-use super::operators::{Hands, hands};
+use super::operator_setup::{OperatorSetup, hands};
 use super::plan::{LIMIT_S, given, load, make, refuse_same, write};
-use super::register::placed;
 use super::resume::{fits, progress_of};
 use super::{CliError, MachineArgument, RunArguments};
 
@@ -37,7 +37,7 @@ use super::{CliError, MachineArgument, RunArguments};
 const BRACKET: &[u8] = include_bytes!("../drawings/bracket.dxf");
 
 pub fn run(arguments: &RunArguments) -> Result<ExitCode, CliError> {
-    let inputs = [Some(&arguments.plan), arguments.resume.as_ref(), arguments.setup.as_ref()];
+    let inputs = [Some(&arguments.plan), arguments.resume.as_ref(), arguments.alignment.as_ref()];
     let named = [&arguments.dialect, &arguments.drives, &arguments.operator];
     let files = named.map(|name| Path::new(name.strip_prefix("trace:").unwrap_or(name)));
     let outputs = [&arguments.log, &arguments.report, &arguments.picture, &arguments.record_trace];
@@ -45,14 +45,14 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, CliError> {
     let plan = load(&arguments.plan, arguments.time)?;
     let arguments = &placed(arguments, &plan)?;
     let limit = seconds("--limit-s", arguments.limit_s)?;
-    let manual = seconds("--manual-s", arguments.manual_s)?;
+    let manual = seconds("--jog-s", arguments.jog_s)?;
     let outputs = Outputs { report: arguments.report.clone(), picture: arguments.picture.clone() };
     if arguments.port.is_some() && !arguments.home && !arguments.homed {
         let reason = "a real machine needs --home (tool raised), or --homed when it was homed since power-up";
         return Err(CliError::Argument(reason.into()));
     }
     let real_time = arguments.port.is_some() || arguments.machine == MachineArgument::Sim;
-    let work = Workpiece::new(plan);
+    let work = PreparedPlan::new(plan);
     let progress = match &arguments.resume {
         Some(log) => {
             let (progress, header) = progress_of(log, &work, &arguments.recut)?;
@@ -102,8 +102,8 @@ fn answer_within(arguments: &RunArguments) -> Result<Duration, CliError> {
 /// The simulated machine, with the travel that was asked for.
 pub fn simulated_machine(arguments: &RunArguments) -> Result<MachineProfile, CliError> {
     let machine = MachineProfile::simulated();
-    match arguments.stroke_mm {
-        Some((x, y)) => Ok(MachineProfile { stroke_mm: [x, y], ..machine }.checked()?),
+    match arguments.travel_mm {
+        Some((x, y)) => Ok(MachineProfile { travel_mm: [x, y], ..machine }.checked()?),
         None => Ok(machine),
     }
 }
@@ -130,11 +130,11 @@ fn simulation(arguments: &RunArguments, limit: Duration) -> Result<SimRun, CliEr
 }
 
 /// The drives of a simulated machine: a profile, or `none`.
-pub fn drives(name: &str) -> Result<Option<Servo>, CliError> {
+pub fn drives(name: &str) -> Result<Option<ServoConfig>, CliError> {
     if name == "none" {
         return Ok(None);
     }
-    Ok(Some(Servo { profile: DriveProfile::load(name)?, kind: Kind::Contouring }))
+    Ok(Some(ServoConfig { profile: DriveProfile::load(name)?, kind: Kind::Contouring }))
 }
 
 /// What is to be said when the plan's margin is not that of the drives it is run on.
@@ -169,8 +169,8 @@ struct Outputs {
 }
 
 /// The dialect that was asked for.
-fn language(arguments: &RunArguments) -> Result<Language, CliError> {
-    Language::named(&arguments.dialect).map_err(|error| CliError::Argument(error.to_string()))
+fn language(arguments: &RunArguments) -> Result<DialectName, CliError> {
+    DialectName::named(&arguments.dialect).map_err(|error| CliError::Argument(error.to_string()))
 }
 
 /// The log of a session that is wanted.
@@ -185,22 +185,22 @@ struct Recording<'a> {
 impl Recording<'_> {
     fn tape(
         &self,
-        work: &Workpiece,
-        language: &Language,
+        work: &PreparedPlan,
+        language: &DialectName,
         options: &Options,
-        setting: &Setting,
-    ) -> Result<Box<dyn Tape>, CliError> {
-        let Some(path) = self.log else { return Ok(Box::new(NoTape)) };
+        setting: &DialectConfig,
+    ) -> Result<Box<dyn EventLog>, CliError> {
+        let Some(path) = self.log else { return Ok(Box::new(NoEventLog)) };
         let header = Header {
             began: rfc_3339(SystemTime::now()),
             plan: plan_file::hex(&plan_file::hash(&plan_file::encode(&work.plan.plan)?)),
-            drawing: work.plan.plan.sheet.name.clone(),
+            drawing: work.plan.plan.provenance.name.clone(),
             dialect: language.name().into(),
             description: language.hash(),
             simulated: self.simulated,
             offset: setting.offset,
-            travel_mm: setting.stroke_mm,
-            stroke: options.stroke,
+            travel_mm: setting.travel_mm,
+            travel: options.travel,
             feed_mm_min: options.feed_mm_min,
             home: options.home,
             answer_within_ms: u64::try_from(options.answer_within.as_millis()).unwrap_or(u64::MAX),
@@ -214,9 +214,9 @@ impl Recording<'_> {
 }
 
 fn on_simulation(
-    work: Workpiece,
+    work: PreparedPlan,
     run: &SimRun,
-    hands: Hands,
+    hands: OperatorSetup,
     recording: &Recording<'_>,
     outputs: &Outputs,
 ) -> Result<ExitCode, CliError> {
@@ -224,8 +224,8 @@ fn on_simulation(
     let scene = Scene::of(&work.plan, run)?;
     let tape = recording.tape(&work, &run.language, &scene.options, &scene.setting)?;
     let operator = hands.operator;
-    let result = run_scene(work, run, scene, operator, tape, |_| {}, &mut |supervisor, witness, now| {
-        display.show(supervisor, witness.closest_mm(), now);
+    let result = run_scene(work, run, scene, operator, tape, |_| {}, &mut |supervisor, monitor, now| {
+        display.show(supervisor, monitor.closest_mm(), now);
         Going::On
     })?;
     display.finish();
@@ -233,11 +233,11 @@ fn on_simulation(
 }
 
 fn on_port(
-    work: Workpiece,
+    work: PreparedPlan,
     name: &str,
     arguments: &RunArguments,
     limit: Duration,
-    hands: Hands,
+    hands: OperatorSetup,
     progress: Progress,
     outputs: &Outputs,
 ) -> Result<ExitCode, CliError> {
@@ -248,12 +248,12 @@ fn on_port(
     let options = Options {
         feed_mm_min: arguments.feed_mm_min,
         home: arguments.home,
-        stroke: place.stroke,
+        travel: place.travel,
         answer_within: answer_within(arguments)?,
         baud: arguments.baud,
         progress,
     };
-    let setting = Setting::of(&machine, place.offset);
+    let setting = DialectConfig::of(&machine, place.offset);
     let loops_before = options.progress.finished.len();
     let on = format!("{} on {name}, {} baud", machine.name, arguments.baud);
     let port = Serial::open(name, arguments.baud)?;
@@ -317,7 +317,7 @@ fn finish(
     for (name, value) in facts.rows(plan) {
         println!("{name:<36} {value}");
     }
-    let title = format!("{}, as run", plan.plan.sheet.name);
+    let title = format!("{}, as run", plan.plan.provenance.name);
     let picture = picture_of_run(plan, &title, samples);
     if let Some(path) = &outputs.picture {
         write(path, picture.as_bytes())?;
@@ -360,28 +360,28 @@ fn remove_of_demo(log: &Path, drawing: &str) -> Result<(), CliError> {
     std::fs::remove_file(log).map_err(|source| CliError::Write { path: log.to_path_buf(), source })
 }
 
-pub fn demo(output: &Path, manual_s: f64) -> Result<ExitCode, CliError> {
-    let manual_s = seconds("--manual-s", manual_s)?.as_secs_f64();
+pub fn demo(output: &Path, jog_s: f64) -> Result<ExitCode, CliError> {
+    let jog_s = seconds("--jog-s", jog_s)?.as_secs_f64();
     std::fs::create_dir_all(output)
         .map_err(|source| CliError::Write { path: output.to_path_buf(), source })?;
     let machine = MachineProfile::simulated();
     println!("1. Plan: a bracket with holes, arcs and an inside corner, 6 mm cutter.\n");
-    let plan = make(Path::new("bracket.dxf"), BRACKET, &Order::default(), &machine, LIMIT_S)?;
+    let plan = make(Path::new("bracket.dxf"), BRACKET, &PlanRequest::default(), &machine, LIMIT_S)?;
     println!("{}\n", plan.summary());
     let log = output.join("session.log");
-    remove_of_demo(&log, &plan.plan.sheet.name)?;
+    remove_of_demo(&log, &plan.plan.provenance.name)?;
     plan_file::save(&plan.plan, &output.join("bracket.plan"))?;
     write(&output.join("plan.svg"), svg(&plan, "bracket.dxf", &[]).as_bytes())?;
     println!(
-        "2. Run on the simulated machine: {manual_s:.0} s of an operator pushing at the wall at {:.0} mm/s, over 9600 baud \
+        "2. Run on the simulated machine: {jog_s:.0} s of an operator pushing at the wall at {:.0} mm/s, over 9600 baud \
          with 150 ms added each way;\n   then the operator touches the part, and the contour is cut.\n",
         machine.max_rate_mm_s
     );
     let run = SimRun { baud: 9600, latency: Duration::from_millis(150), machine, ..SimRun::default() };
-    let operator = operator::named("wall", manual_s, run.seed)?;
+    let operator = operator::named("wall", jog_s, run.seed)?;
     let outputs = Outputs { report: Some(output.join("report.html")), picture: Some(output.join("run.svg")) };
-    let hands = Hands { operator, screen: None, panel: Panel::default(), recovers: false };
+    let hands = OperatorSetup { operator, screen: None, panel: Panel::default(), recovers: false };
     let recording =
         Recording { log: Some(&log), operator: "wall", machine: run.machine.name.clone(), simulated: true };
-    on_simulation(Workpiece::new(plan), &run, hands, &recording, &outputs)
+    on_simulation(PreparedPlan::new(plan), &run, hands, &recording, &outputs)
 }

@@ -176,7 +176,7 @@ fn headline(supervisor: &Supervisor, wall_mm: Option<f64>) -> Headline {
 /// Whether the tool stands at an edge of the travel.
 fn at_the_end_of_travel(supervisor: &Supervisor) -> bool {
     let Some(position) = supervisor.position() else { return false };
-    let (x0, y0, x1, y1) = supervisor.guard().rules().stroke.corners();
+    let (x0, y0, x1, y1) = supervisor.guard().rules().travel.corners();
     let (x, y) = (position.x.units(), position.y.units());
     [x - x0, x1 - x, y - y0, y1 - y].into_iter().any(|room| mm(room) <= AT_WALL_MM)
 }

@@ -8,12 +8,12 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use clap::Args;
-use keepout_executor::dialect::Language;
+use keepout_executor::dialect::DialectName;
 use keepout_executor::session::place_on_table;
 use keepout_planner::machine::MachineProfile;
+use keepout_sim::monitor::CollisionMonitor;
 use keepout_sim::standalone::{Records, Signals, Standalone, state};
-use keepout_sim::witness::Witness;
-use keepout_sim::{Follower, Quirks, SimMachine, SimSettings, Slip, speaking};
+use keepout_sim::{PositioningError, Quirks, ServoDrive, SimMachine, SimSettings, speaking};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
 
 use super::plan::{given, load, refuse_same};
@@ -63,7 +63,7 @@ pub struct SimulateArguments {
     drives: String,
     /// Watch the part of this plan. The exit code is 8 when the tool was in it.
     #[arg(long, value_name = "PLAN")]
-    witness: Option<PathBuf>,
+    monitor: Option<PathBuf>,
     #[command(flatten)]
     time: CertifyTime,
     /// Where that part lies: machine coordinates of the drawing's origin, mm.
@@ -75,16 +75,16 @@ pub fn simulate(arguments: &SimulateArguments) -> Result<ExitCode, CliError> {
     let described = Some(PathBuf::from(&arguments.dialect)).filter(|path| path.is_file());
     let driven = Some(PathBuf::from(&arguments.drives)).filter(|path| path.is_file());
     let profile = arguments.machine_profile.as_ref();
-    let inputs = given(&[profile, arguments.witness.as_ref(), described.as_ref(), driven.as_ref()]);
+    let inputs = given(&[profile, arguments.monitor.as_ref(), described.as_ref(), driven.as_ref()]);
     let outputs = [&arguments.link, &arguments.received, &arguments.positions, &arguments.state];
     refuse_same(&inputs, &given(&outputs.map(Option::as_ref)))?;
     let language =
-        Language::named(&arguments.dialect).map_err(|error| CliError::Argument(error.to_string()))?;
+        DialectName::named(&arguments.dialect).map_err(|error| CliError::Argument(error.to_string()))?;
     let machine = match &arguments.machine_profile {
         Some(path) => MachineProfile::load(path)?,
         None => MachineProfile::simulated(),
     };
-    let mut witness = witness(arguments, &machine)?;
+    let mut monitor = monitor(arguments, &machine)?;
     let known = arguments.state.as_deref().map(state).transpose()?.flatten();
     let settings = SimSettings {
         machine: machine.clone(),
@@ -94,9 +94,9 @@ pub fn simulate(arguments: &SimulateArguments) -> Result<ExitCode, CliError> {
         work_offset_mm: (-37.25, -21.5),
         quirks: Quirks::default(),
     };
-    let slip = Slip::wandering(machine.repeatability_mm, machine.steps_per_mm, arguments.seed);
+    let slip = PositioningError::wandering(machine.repeatability_mm, machine.steps_per_mm, arguments.seed);
     let latency = Duration::from_millis(arguments.latency_ms);
-    let drives = drives(&arguments.drives)?.and_then(|servo| Follower::new(&servo, settings.start_mm));
+    let drives = drives(&arguments.drives)?.and_then(|servo| ServoDrive::new(&servo, settings.start_mm));
     let simulated =
         SimMachine::new(speaking(&language, settings), arguments.baud, latency, slip).driven(drives);
     let records = Records {
@@ -106,8 +106,8 @@ pub fn simulate(arguments: &SimulateArguments) -> Result<ExitCode, CliError> {
         state: arguments.state.clone(),
     };
     let mut watch = |sample: &_| {
-        if let Some(witness) = &mut witness {
-            witness.watch(sample);
+        if let Some(monitor) = &mut monitor {
+            monitor.watch(sample);
         }
     };
     let signals = signals()?;
@@ -115,20 +115,23 @@ pub fn simulate(arguments: &SimulateArguments) -> Result<ExitCode, CliError> {
         println!("device {name}");
         let _ = std::io::stdout().flush();
     })?;
-    Ok(witness.map_or(ExitCode::SUCCESS, |witness| verdict(&witness)))
+    Ok(monitor.map_or(ExitCode::SUCCESS, |monitor| verdict(&monitor)))
 }
 
-fn witness(arguments: &SimulateArguments, machine: &MachineProfile) -> Result<Option<Witness>, CliError> {
-    let Some(path) = &arguments.witness else { return Ok(None) };
+fn monitor(
+    arguments: &SimulateArguments,
+    machine: &MachineProfile,
+) -> Result<Option<CollisionMonitor>, CliError> {
+    let Some(path) = &arguments.monitor else { return Ok(None) };
     let plan = load(path, arguments.time)?;
     let place = place_on_table(&plan, machine, arguments.origin_mm)?;
-    Ok(Some(Witness::new(plan.part, plan.plan.tool_radius, place.offset)))
+    Ok(Some(CollisionMonitor::new(plan.part, plan.plan.tool_radius, place.offset)))
 }
 
-fn verdict(witness: &Witness) -> ExitCode {
-    let deepest = witness.deepest().map_or(0.0, |incursion| incursion.depth_mm);
+fn verdict(monitor: &CollisionMonitor) -> ExitCode {
+    let deepest = monitor.deepest().map_or(0.0, |gouge| gouge.depth_mm);
     println!("{:<36} {deepest:.5} mm", "deepest incursion");
-    if let Some(closest) = witness.closest_mm() {
+    if let Some(closest) = monitor.closest_mm() {
         println!("{:<36} {closest:.5} mm", "closest approach of tool and part");
     }
     if deepest > 0.0 { ExitCode::from(8) } else { ExitCode::SUCCESS }
@@ -137,7 +140,7 @@ fn verdict(witness: &Witness) -> ExitCode {
 fn signals() -> Result<Arc<Signals>, CliError> {
     let signals = Arc::new(Signals::default());
     let raised = Arc::clone(&signals);
-    let wrong = |error| CliError::Terminal(TerminalError::Setup(error));
+    let wrong = |error| CliError::Terminal(TerminalError::AlignmentFile(error));
     let mut waiting =
         signal_hook::iterator::Signals::new([SIGINT, SIGTERM, SIGHUP, SIGUSR1]).map_err(wrong)?;
     let wait = move || {

@@ -41,7 +41,7 @@ fn plan_verify_show_and_run() {
         "sim-fast",
         "--operator",
         "wall",
-        "--manual-s",
+        "--jog-s",
         "10",
         "--log",
         &log.display().to_string(),
@@ -68,7 +68,7 @@ fn pty_run_is_the_same_job_in_real_time() {
         "115200",
         "--operator",
         "wall",
-        "--manual-s",
+        "--jog-s",
         "3",
         "--feed-mm-min",
         "6000",
@@ -130,8 +130,9 @@ fn bad_drawings_and_jobs_have_their_codes_and_write_nothing() {
     let (found, words) = attempt(&drawing("pocket.dxf"), &["--tool-diameter", "300", "--side", "inside"]);
     assert!(found == 4 && words.contains("fits nowhere"), "{words}");
     assert_eq!(attempt(&drawing("triangle.dxf"), &[]).0, 2, "a missing argument");
-    let (found, words) = attempt(&drawing("triangle.dxf"), &["--tool-diameter", "6", "--allowance-mm=-1"]);
-    assert!(found == 2 && words.contains("--allowance-mm"), "{words}");
+    let (found, words) =
+        attempt(&drawing("triangle.dxf"), &["--tool-diameter", "6", "--stock-to-leave-mm=-1"]);
+    assert!(found == 2 && words.contains("--stock-to-leave-mm"), "{words}");
     assert_eq!(files(&folder), Vec::<String>::new());
     let own = folder.join("own.dxf").display().to_string();
     std::fs::copy(bracket(), &own).unwrap();
@@ -175,8 +176,8 @@ fn ports_that_are_not_there_and_jobs_that_do_not_fit() {
     }
     let run = keepout(&["run", &plan, "--machine", "sim-fast", "--origin-mm", "0,0"]);
     assert!(code(&run) == 4 && complaint(&run).contains("--origin-mm may be"), "{}", complaint(&run));
-    let run = keepout(&["run", &plan, "--machine", "sim-fast", "--stroke-mm", "80,80"]);
-    assert!(code(&run) == 4 && complaint(&run).contains("--stroke-mm"), "{}", complaint(&run));
+    let run = keepout(&["run", &plan, "--machine", "sim-fast", "--travel-mm", "80,80"]);
+    assert!(code(&run) == 4 && complaint(&run).contains("--travel-mm"), "{}", complaint(&run));
 }
 
 #[test]

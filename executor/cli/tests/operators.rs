@@ -30,7 +30,7 @@ fn a_trace_repeats_the_session_it_was_recorded_in() {
         let file = |name: &str| folder.join(name).display().to_string();
         let (first, second, trace) = (file("first.log"), file("second.log"), file("run.trace"));
         let run = |operator: &str, more: &[&str]| {
-            let fixed = ["run", &plan, "--machine", "sim-fast", "--manual-s", "10", "--operator", operator];
+            let fixed = ["run", &plan, "--machine", "sim-fast", "--jog-s", "10", "--operator", operator];
             keepout(&[&fixed, more].concat())
         };
         let recorded = run(operator, &["--log", &first, "--record-trace", &trace]);
@@ -155,13 +155,13 @@ mod terminal {
         terminal.type_for(Duration::from_millis(600), b"", once);
         terminal.type_for(Duration::from_secs(60), b"q", Duration::from_secs(1));
         assert_eq!(terminal.end(), Some(9), "ended in order, without a contour");
-        let wishes = std::fs::read_to_string(&trace).unwrap();
-        let pushed = wishes.lines().find(|line| line.contains(" -1 0 0 0 -")).unwrap();
-        let released = wishes.lines().skip_while(|line| *line != pushed).nth(1).unwrap();
+        let inputs = std::fs::read_to_string(&trace).unwrap();
+        let pushed = inputs.lines().find(|line| line.contains(" -1 0 0 0 -")).unwrap();
+        let released = inputs.lines().skip_while(|line| *line != pushed).nth(1).unwrap();
         let at = |line: &str| line.split(' ').next().unwrap().parse::<f64>().unwrap();
-        assert!(released.ends_with(" 0 0 0 0 -"), "{wishes}");
-        assert!((0.5..2.0).contains(&(at(released) - at(pushed))), "{wishes}");
-        assert!(wishes.contains(" q\n"), "{wishes}");
+        assert!(released.ends_with(" 0 0 0 0 -"), "{inputs}");
+        assert!((0.5..2.0).contains(&(at(released) - at(pushed))), "{inputs}");
+        assert!(inputs.contains(" q\n"), "{inputs}");
         let shown = String::from_utf8_lossy(&terminal.shown).into_owned();
         let (enter, leave) = (shown.find("\u{1b}[?1049h"), shown.rfind("\u{1b}[?1049l"));
         assert!(enter.is_some() && leave > enter && shown.rfind("\u{1b}[?25h") > enter);

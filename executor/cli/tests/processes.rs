@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use keepout_executor::session::log::{Entry, Log};
 use keepout_executor::session::replay::{LogEnd, replay};
-use keepout_executor::supervisor::Workpiece;
+use keepout_executor::supervisor::PreparedPlan;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan_file;
 
@@ -41,8 +41,7 @@ impl Shop {
     /// Runs in virtual time.
     fn run(&self, more: &[&str]) -> Output {
         let plan = self.at("part.plan");
-        let mut arguments =
-            vec!["run", &plan, "--machine", "sim-fast", "--operator", "calm", "--manual-s", "3"];
+        let mut arguments = vec!["run", &plan, "--machine", "sim-fast", "--operator", "calm", "--jog-s", "3"];
         arguments.extend(more);
         keepout(&arguments)
     }
@@ -64,8 +63,8 @@ impl Shop {
         Log::load(&self.0.join(name)).unwrap()
     }
 
-    fn work(&self) -> Workpiece {
-        Workpiece::new(plan_file::load(&self.0.join("part.plan")).unwrap().certify().unwrap())
+    fn work(&self) -> PreparedPlan {
+        PreparedPlan::new(plan_file::load(&self.0.join("part.plan")).unwrap().certify().unwrap())
     }
 }
 
@@ -233,7 +232,7 @@ fn a_device_of_other_microsteps_is_refused_before_it_moves() {
     let made =
         keepout(&["plan", &bracket, "--tool-diameter", "6", "--machine-profile", &profile, "-o", &plan]);
     assert_eq!(made.status.code(), Some(0), "{}", said(&made));
-    let common = ["--machine", "sim-fast", "--dialect", "zaber", "--operator", "calm", "--manual-s", "3"];
+    let common = ["--machine", "sim-fast", "--dialect", "zaber", "--operator", "calm", "--jog-s", "3"];
     let run = keepout(&[&["run", &plan], &common[..]].concat());
     assert!(run.status.code() == Some(6) && said(&run).contains("limit.max"), "{}", said(&run));
     assert!(said(&run).contains("0 jogs, 0 contour motions"), "{}", said(&run));
@@ -296,7 +295,7 @@ fn interrupted_contours_are_taken_up_in_a_chain_of_runs() {
     assert!(run.status.code() == Some(9) && said(&run).contains("1 in part"), "{}", said(&run));
     let cut = |name: &str| replay(&shop.log(name), shop.work()).unwrap().supervisor.progress().partial[0];
     assert_eq!(cut("1.log").entry, cut("2.log").entry);
-    assert_ne!(cut("1.log").cut_to, cut("2.log").cut_to);
+    assert_ne!(cut("1.log").resume_point, cut("2.log").resume_point);
     let run = shop.run(&["--log", &third, "--resume", &second]);
     assert!(run.status.code() == Some(0) && said(&run).contains("1 of 3"), "{}", said(&run));
     let replayed = replay(&shop.log("3.log"), shop.work()).unwrap();
@@ -343,7 +342,7 @@ fn signals_end_a_session_in_order() {
         let mut machine = shop.machine(&[]);
         let (log, plan, port) = (format!("{round}.log"), shop.at("part.plan"), shop.at("port"));
         let path = shop.at(&log);
-        let mut arguments = vec!["run", &plan, "--log", &path, "--operator", "wall", "--manual-s", "1.5"];
+        let mut arguments = vec!["run", &plan, "--log", &path, "--operator", "wall", "--jog-s", "1.5"];
         arguments.extend(["--feed-mm-min", "6000"]);
         // By turns at the end of a port, and as the simulation behind a pty.
         if round % 2 == 0 {
@@ -395,7 +394,7 @@ fn the_doctor_looks_and_touches_nothing() {
     let fine = shop.at("fine.toml");
     std::fs::write(
         &fine,
-        "name = \"fine\"\nstroke_mm = [400.0, 350.0]\nmax_rate_mm_s = 100.0\nacceleration_mm_s2 = 500.0\n\
+        "name = \"fine\"\ntravel_mm = [400.0, 350.0]\nmax_rate_mm_s = 100.0\nacceleration_mm_s2 = 500.0\n\
          steps_per_mm = 1000.0\nreport_digit_mm = 0.001\narc_tolerance_mm = 0.0005\nrepeatability_mm = 0.002\n\
          contour_error_mm = 0.001\n",
     )
@@ -458,7 +457,7 @@ fn a_demo_keeps_logs_of_others() {
     let shop = Shop::new("demo");
     let log = shop.at("session.log");
     let folder = shop.0.display().to_string();
-    let demo = || keepout(&["demo", "--manual-s", "1", "--output", &folder]);
+    let demo = || keepout(&["demo", "--jog-s", "1", "--output", &folder]);
     for other in [&b"anything"[..], b""] {
         std::fs::write(&log, other).unwrap();
         let run = demo();

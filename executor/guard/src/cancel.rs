@@ -22,7 +22,7 @@ use keepout_kernel::{FreePoint, Length, Point, ProhibitedRegion};
 
 use crate::in_flight::{BELIEVED, InFlight, clear_box};
 use crate::motion::CertifiedCancel;
-use crate::{Guard, MotionShape, Refusal};
+use crate::{Guard, Interpolation, Refusal};
 
 /// What the tool does when a jog under way is cancelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,7 +80,7 @@ impl Guard {
         if self.contour.is_some() {
             return Err(Refusal::InMotion);
         }
-        if self.set.tail.is_none() {
+        if self.set.confirmed.is_none() {
             return Err(Refusal::PositionUnknown);
         }
         if self.set.cancelled.is_some_and(|sent| self.acknowledged <= sent) {
@@ -104,13 +104,13 @@ impl Guard {
     }
 
     fn cancel_that_strays(&mut self) -> Result<CertifiedCancel, Refusal> {
-        if self.stands_inside() {
-            return Err(Refusal::StandsInside);
+        if self.is_inside_jogging_clearance() {
+            return Err(Refusal::InsideJoggingClearance);
         }
         let deceleration = self.deceleration.ok_or(Refusal::StoppingUnknown)?;
         let distance = stopping_distance(self.set.fastest, deceleration).ok_or(Refusal::StoppingUnknown)?;
         let stray = self.set.stray.plus(distance).map_err(|_| Refusal::StoppingUnknown)?;
-        self.set.admit_stray(&self.coarse, stray)?;
+        self.set.admit_stray(&self.simplified, stray)?;
         self.set.stray = stray;
         Ok(CertifiedCancel::new())
     }
@@ -120,16 +120,16 @@ impl InFlight {
     /// Certifies that the hull of the set, or its box, stays clear when the tool may leave it by `stray`. Reports are believed
     /// to twice the resolution beyond that, so as much more is clear.
     fn admit_stray(&self, part: &ProhibitedRegion, stray: Length) -> Result<(), Refusal> {
-        let tail = self.tail.ok_or(Refusal::PositionUnknown)?;
-        let reach = self.believed(stray).saturating_plus(tail.threshold());
-        let place = part.free_point(tail.point(), reach).map_err(Refusal::Blocked)?;
-        let clear = match self.shape {
-            MotionShape::Line => {
+        let confirmed = self.confirmed.ok_or(Refusal::PositionUnknown)?;
+        let reach = self.believed(stray).saturating_plus(confirmed.threshold());
+        let place = part.free_point(confirmed.point(), reach).map_err(Refusal::Blocked)?;
+        let clear = match self.interpolation {
+            Interpolation::Linear => {
                 let hull = self.hull().ok_or(Refusal::PositionUnknown)?;
                 let polygon = hull.polygon().ok_or(Refusal::PositionUnknown)?;
                 part.polygon(place, polygon, place.point()).map(drop)
             }
-            MotionShape::Box => {
+            Interpolation::Independent => {
                 let window = self.points().map(|free| Window::of(free.point())).reduce(Window::union);
                 clear_box(part, place, window.ok_or(Refusal::PositionUnknown)?)
             }

@@ -8,8 +8,8 @@ use keepout_kernel::{Arc, Curve, FreePoint, Length, Point, Turn};
 
 #[cfg(feature = "mutations")]
 use crate::Mutation;
-use crate::in_flight::{BELIEVED, BEYOND, Sighting, clear_box};
-use crate::{Certified, Guard, Motion, MotionShape, Refusal};
+use crate::in_flight::{BELIEVED, BEYOND, PositionFeedback, clear_box};
+use crate::{Certified, Guard, Interpolation, Motion, Refusal};
 
 /// A contour, being certified and then executed.
 #[derive(Clone, Debug)]
@@ -67,22 +67,23 @@ impl Guard {
     /// # Errors
     /// [`Refusal`]; nothing is taken up then.
     pub fn begin_contour(&mut self, curves: Vec<(Curve, u32)>) -> Result<(), Refusal> {
-        if !self.settled() {
+        if !self.in_position() {
             return Err(Refusal::InMotion);
         }
-        let tail = self.set.tail.ok_or(Refusal::PositionUnknown)?;
+        let confirmed = self.set.confirmed.ok_or(Refusal::PositionUnknown)?;
         let Some(&(first, _)) = curves.first() else { return Err(Refusal::PositionUnknown) };
-        let near = !points_within(first.from(), tail.point(), self.rules.resolution).is_clear();
+        let near = !points_within(first.from(), confirmed.point(), self.rules.resolution).is_clear();
         if !near {
             return Err(Refusal::OffCertified(first.from()));
         }
-        let reached = self.exact.free_point(first.from(), self.rules.finishing).map_err(Refusal::Blocked)?;
+        let reached =
+            self.exact.free_point(first.from(), self.rules.finishing_clearance).map_err(Refusal::Blocked)?;
         self.contour =
             Some(Contour { curves, certified: 0, reached, sent: 0, first: 0, rests_seen: 0, stops_seen: 0 });
         Ok(())
     }
 
-    /// Certifies up to `count` more motions of the contour. The contour must end clear at the manual threshold.
+    /// Certifies up to `count` more motions of the contour. The contour must end clear at the jogging_clearance threshold.
     ///
     /// # Errors
     /// [`Refusal`] naming the motion that is not clear; the contour is dropped then, and nothing of it was handed out.
@@ -98,7 +99,7 @@ impl Guard {
         let answer = if certified < all {
             Certification::Under { done: certified, all }
         } else {
-            let end = self.coarse.free_point(contour.reached.point(), self.rules.manual);
+            let end = self.simplified.free_point(contour.reached.point(), self.rules.jogging_clearance);
             contour.reached = end.map_err(Refusal::Blocked)?;
             Certification::Done
         };
@@ -117,33 +118,33 @@ impl Guard {
         }
         self.within_stroke(curve)?;
         match (self.rules.contours, curve) {
-            (MotionShape::Line, Curve::Arc(arc)) if is_too_short(arc) => {
+            (Interpolation::Linear, Curve::Arc(arc)) if is_too_short(arc) => {
                 return Err(Refusal::ArcTooShort(arc.from()));
             }
-            (MotionShape::Line, Curve::Arc(arc)) if is_too_long(arc) => {
+            (Interpolation::Linear, Curve::Arc(arc)) if is_too_long(arc) => {
                 return Err(Refusal::ArcTooLong(arc.from()));
             }
-            (MotionShape::Line, _) => {}
-            (MotionShape::Box, Curve::Arc(arc)) => return Err(Refusal::Slanted(arc.from())),
-            (MotionShape::Box, Curve::Line(line)) => {
+            (Interpolation::Linear, _) => {}
+            (Interpolation::Independent, Curve::Arc(arc)) => return Err(Refusal::Slanted(arc.from())),
+            (Interpolation::Independent, Curve::Line(line)) => {
                 let window = Window::of(line.from).including(line.to);
                 clear_box(&self.exact, from, window).map_err(Refusal::Blocked)?;
             }
         }
-        let end = certify_path(&self.exact, self.rules.finishing, core::slice::from_ref(curve));
+        let end = certify_path(&self.exact, self.rules.finishing_clearance, core::slice::from_ref(curve));
         let end = end.map_err(|gouge| Refusal::Gouge(Gouge { index, ..gouge }))?;
-        end.and_then(|end| end.lowered(self.rules.finishing)).ok_or(Refusal::PositionUnknown)
+        end.and_then(|end| end.lowered(self.rules.finishing_clearance)).ok_or(Refusal::PositionUnknown)
     }
 
     fn within_stroke(&self, curve: &Curve) -> Result<(), Refusal> {
-        let stroke = self.rules.stroke;
-        let beyond = |point: Point| (!stroke.holds(point)).then_some(Refusal::BeyondStroke(point));
+        let travel = self.rules.travel;
+        let beyond = |point: Point| (!travel.holds(point)).then_some(Refusal::SoftLimit(point));
         let inside = match curve {
             Curve::Line(_) => None,
             Curve::Arc(arc) => match curve.chord_points(Length::small(200)) {
-                // An arc near the stroke's edge is looked at chord by chord.
+                // An arc near the travel's edge is looked at chord by chord.
                 Ok(points) => points.into_iter().find_map(beyond),
-                Err(_) => Some(Refusal::BeyondStroke(arc.from())),
+                Err(_) => Some(Refusal::SoftLimit(arc.from())),
             },
         };
         [curve.from(), curve.to()].into_iter().find_map(beyond).or(inside).map_or(Ok(()), Err)
@@ -194,8 +195,12 @@ impl Guard {
     }
 
     /// Takes a report of a machine that runs the contour.
-    pub(crate) fn reported_in_contour(&mut self, sighting: &Sighting, all: bool) -> Result<(), Refusal> {
-        let (resolution, shape) = (self.rules.resolution, self.rules.contours);
+    pub(crate) fn reported_in_contour(
+        &mut self,
+        feedback: &PositionFeedback,
+        all: bool,
+    ) -> Result<(), Refusal> {
+        let (resolution, interpolation) = (self.rules.resolution, self.rules.contours);
         let Some(contour) = self.contour.as_mut() else { return Ok(()) };
         if contour.sent == 0 {
             return Ok(());
@@ -204,18 +209,18 @@ impl Guard {
         // The first motion begins where the tool was reported to rest, the others where the one before it ended.
         let tolerance = |k: usize| if k == 0 { self.set.resolutions(BELIEVED) } else { resolution };
         let on = (contour.first..last)
-            .find(|&k| lies_on(sighting.position, &contour.curves[k].0, tolerance(k), shape));
-        contour.first = on.ok_or(Refusal::OffCertified(sighting.position))?;
-        let rests = sighting.rests() && all;
+            .find(|&k| lies_on(feedback.position, &contour.curves[k].0, tolerance(k), interpolation));
+        contour.first = on.ok_or(Refusal::OffCertified(feedback.position))?;
+        let rests = feedback.rests() && all;
         let reached = contour.curves.get(contour.sent - 1).is_some_and(|(curve, _)| {
-            !points_within(curve.to(), sighting.position, self.set.resolutions(BEYOND)).is_clear()
+            !points_within(curve.to(), feedback.position, self.set.resolutions(BEYOND)).is_clear()
         });
         contour.stops_seen = if rests && !reached { contour.stops_seen.saturating_add(1) } else { 0 };
         if contour.stops_seen >= 2 {
-            return Err(Refusal::Dropped(sighting.position));
+            return Err(Refusal::Dropped(feedback.position));
         }
         let done = contour.sent == contour.curves.len();
-        let arrived = !points_within(contour.reached.point(), sighting.position, resolution).is_clear();
+        let arrived = !points_within(contour.reached.point(), feedback.position, resolution).is_clear();
         if !(rests && done && arrived) {
             contour.rests_seen = 0;
             return Ok(());
@@ -235,7 +240,7 @@ impl Guard {
     }
 
     /// Gives up the contour when the tool stands still where it was reported, and the controller has forgotten the rest of it:
-    /// from there only [`Guard::escape`] and a contour that begins there lead on.
+    /// from there only [`Guard::retract`] and a contour that begins there lead on.
     ///
     /// # Errors
     /// [`Refusal`] when the place is in the part.
@@ -254,7 +259,7 @@ fn is_too_short(arc: &Arc) -> bool {
 /// Whether an arc turns by more than about a quarter (97°): its ends, seen from the centre, are more than that apart.
 fn is_too_long(arc: &Arc) -> bool {
     let (c, from, to) = (arc.centre(), arc.from(), arc.to());
-    let ahead = if arc.turn() == Turn::Left { Orientation::Left } else { Orientation::Right };
+    let ahead = if arc.turn() == Turn::CounterClockwise { Orientation::Left } else { Orientation::Right };
     let (a, b) = (from.minus(c), to.minus(c));
     let product = |p: i32, q: i32| i128::from(p) * i128::from(q);
     let cosine = product(a.dx, b.dx) + product(a.dy, b.dy);
@@ -267,9 +272,9 @@ const CHORDED: Length = Length::small(200);
 
 /// Whether `p` lies where the tool can be on its way along the curve, to `tolerance`: on it, or where axes run apart anywhere in
 /// the box that was certified for it. An arc may be driven as chords within 2 µm.
-fn lies_on(p: Point, curve: &Curve, tolerance: Length, shape: MotionShape) -> bool {
+fn lies_on(p: Point, curve: &Curve, tolerance: Length, interpolation: Interpolation) -> bool {
     match curve {
-        Curve::Line(line) if shape == MotionShape::Box => {
+        Curve::Line(line) if interpolation == Interpolation::Independent => {
             Window::of(line.from).including(line.to).grown(tolerance).holds(p)
         }
         Curve::Line(line) => !line.near_point(p, tolerance).is_clear(),
@@ -292,7 +297,7 @@ fn lies_on_arc(p: Point, arc: &Arc, reach: Length) -> bool {
 /// Whether `p` lies within the sector of the arc, seen from its centre.
 fn in_wedge(p: Point, arc: &Arc) -> bool {
     let (c, from, to) = (arc.centre(), arc.from(), arc.to());
-    let (first, last) = if arc.turn() == Turn::Left { (from, to) } else { (to, from) };
+    let (first, last) = if arc.turn() == Turn::CounterClockwise { (from, to) } else { (to, from) };
     // Counter-clockwise from `first` to `last`.
     let after_first = orientation(c, first, p) != Orientation::Right;
     let before_last = orientation(c, last, p) != Orientation::Left;
@@ -311,8 +316,9 @@ mod tests {
     #[test]
     fn arcs_are_told_from_the_rest_of_their_circles() {
         let at = |x, y| Point::from_units(x, y).unwrap();
-        let three_quarters = Arc::new(at(100_000, 0), at(0, -100_000), at(0, 0), Turn::Left).unwrap();
-        let quarter = Arc::new(at(0, 100_000), at(100_000, 0), at(0, 0), Turn::Right).unwrap();
+        let three_quarters =
+            Arc::new(at(100_000, 0), at(0, -100_000), at(0, 0), Turn::CounterClockwise).unwrap();
+        let quarter = Arc::new(at(0, 100_000), at(100_000, 0), at(0, 0), Turn::Clockwise).unwrap();
         let tolerance = Length::small(10);
         for (point, long, short) in [
             (at(70_710, 70_710), true, true),
@@ -330,11 +336,11 @@ mod tests {
             assert_eq!(lies_on_arc(point, &quarter, tolerance.saturating_plus(CHORDED)), short, "{point:?}");
         }
         let line = Curve::Line(Segment { from: at(0, 0), to: at(100, 0) });
-        let on = |p, shape| lies_on(p, &line, tolerance, shape);
-        assert!(on(at(50, 10), MotionShape::Line) && !on(at(50, 11), MotionShape::Line));
+        let on = |p, interpolation| lies_on(p, &line, tolerance, interpolation);
+        assert!(on(at(50, 10), Interpolation::Linear) && !on(at(50, 11), Interpolation::Linear));
         let line = Curve::Line(Segment { from: at(0, 0), to: at(100, 60) });
-        let on = |p, shape| lies_on(p, &line, tolerance, shape);
-        assert!(on(at(99, -9), MotionShape::Box) && !on(at(99, -9), MotionShape::Line));
-        assert!(!on(at(99, -11), MotionShape::Box) && !on(at(111, 60), MotionShape::Box));
+        let on = |p, interpolation| lies_on(p, &line, tolerance, interpolation);
+        assert!(on(at(99, -9), Interpolation::Independent) && !on(at(99, -9), Interpolation::Linear));
+        assert!(!on(at(99, -11), Interpolation::Independent) && !on(at(111, 60), Interpolation::Independent));
     }
 }

@@ -1,13 +1,13 @@
 //! TRUSTED. The in-flight set: every point where the tool may still be, and every target it may still execute.
 //!
 //! **Invariant:** the set's hull is clear of the part at the threshold of its points. For a controller that drives straight
-//! ([`MotionShape::Line`]) the hull is the convex hull; for one whose axes run apart ([`MotionShape::Box`]) it is the smallest
+//! ([`Interpolation::Linear`]) the hull is the convex hull; for one whose axes run apart ([`Interpolation::Independent`]) it is the smallest
 //! box along the axes. Either way a motion from a point of the hull to a target in the set stays in the hull.
 //!
 //! **Where the tool is.** Let e be the resolution: a report is no farther than that from where the tool was commanded to be. It
-//! is believed up to 2e from the hull, and the nearest point of the hull becomes the tail: no farther than 3e from the tool.
+//! is believed up to 2e from the hull, and the nearest point of the hull becomes the confirmed: no farther than 3e from the tool.
 //! Motions to targets in the set begin there, and bring it no farther from the hull. At rest the report itself becomes the
-//! tail, e from the tool, where that is free: so errors do not add up. The margin counts e; the rest comes from what steering
+//! confirmed, e from the tool, where that is free: so errors do not add up. The margin counts e; the rest comes from what steering
 //! by hand keeps beyond it, which is 2e at least. Nearest points are rounded, by less than a unit each time: where distances
 //! are compared a unit is added for each, and the margin has its term for the lattice.
 
@@ -23,20 +23,20 @@ use crate::{Refusal, Time};
 
 /// How a controller drives to a target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MotionShape {
+pub enum Interpolation {
     /// Straight.
-    Line,
+    Linear,
     /// Each axis by itself: anywhere in the box between start and target.
-    Box,
+    Independent,
 }
 
 /// What a status report says, as far as the guard is concerned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Sighting {
+pub struct PositionFeedback {
     /// The reported position.
     pub position: Point,
     /// The controller says that it stands still and waits for commands.
-    pub at_rest: bool,
+    pub in_position: bool,
     /// Motions in the controller's queue; `None` when the report does not say.
     pub queued: Option<usize>,
     /// Whether it has received something that it has not acted on.
@@ -45,7 +45,7 @@ pub struct Sighting {
 
 /// How many lines had been sent and acknowledged when a query left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Stamp {
+pub struct QueryStamp {
     pub(crate) sent: u64,
     pub(crate) acknowledged: u64,
     pub(crate) at: Time,
@@ -61,7 +61,7 @@ pub(crate) struct Line {
 pub(crate) const LINES_MAX: usize = 12;
 /// Reports that are remembered while lines wait to be retired.
 const SEEN_MAX: usize = 64;
-/// How far from the hull a report is believed, in resolutions: that of the report, and that of the one the tail came from.
+/// How far from the hull a report is believed, in resolutions: that of the report, and that of the one the confirmed came from.
 pub(crate) const BELIEVED: i64 = 2;
 /// A tool that has begun no later line is reported no farther than this from the places up to there, in resolutions.
 pub(crate) const BEYOND: i64 = 4;
@@ -73,14 +73,14 @@ pub const DRAIN: Duration = Duration::from_millis(500);
 #[derive(Debug)]
 #[cfg_attr(feature = "proofs", derive(Clone))]
 pub(crate) struct InFlight {
-    pub(crate) shape: MotionShape,
+    pub(crate) interpolation: Interpolation,
     /// How far a reported position can be from the commanded one.
     pub(crate) resolution: Length,
     /// Reports are protected by a checksum: one is evidence. Otherwise two are needed, so that one that was damaged into a
     /// valid one does no harm.
     pub(crate) checked: bool,
     /// Where the tool was at the last report, and at the one before it when one report is no evidence.
-    pub(crate) tail: Option<FreePoint>,
+    pub(crate) confirmed: Option<FreePoint>,
     pub(crate) before: Option<FreePoint>,
     pub(crate) lines: VecDeque<Line>,
     /// Lines up to this number had left the queue when the report at this time arrived; both ascending.
@@ -104,12 +104,12 @@ pub(crate) struct InFlight {
 }
 
 impl InFlight {
-    pub(crate) fn new(shape: MotionShape, resolution: Length, checked: bool) -> Self {
+    pub(crate) fn new(interpolation: Interpolation, resolution: Length, checked: bool) -> Self {
         Self {
-            shape,
+            interpolation,
             resolution,
             checked,
-            tail: None,
+            confirmed: None,
             before: None,
             lines: VecDeque::with_capacity(LINES_MAX),
             left_queue: VecDeque::with_capacity(SEEN_MAX),
@@ -132,11 +132,11 @@ impl InFlight {
     /// Where the tool was last seen and the targets of the first `count` lines.
     fn points_up_to(&self, count: usize) -> impl Iterator<Item = FreePoint> + Clone + '_ {
         let lines = self.lines.iter().take(count).map(|line| line.target);
-        self.before.into_iter().chain(self.tail).chain(lines)
+        self.before.into_iter().chain(self.confirmed).chain(lines)
     }
 
-    pub(crate) fn place(&mut self, tail: Option<FreePoint>) {
-        self.tail = tail;
+    pub(crate) fn place(&mut self, confirmed: Option<FreePoint>) {
+        self.confirmed = confirmed;
         self.before = None;
         self.lines.clear();
         self.left_queue.clear();
@@ -164,15 +164,15 @@ impl InFlight {
         &self,
         part: &ProhibitedRegion,
         hull: Option<&Hull>,
-        tail: FreePoint,
+        confirmed: FreePoint,
         to: Point,
     ) -> Result<FreePoint, Refusal> {
-        let outcome = match self.shape {
-            MotionShape::Line => self.admit_line(part, hull, tail, to),
-            MotionShape::Box => {
+        let outcome = match self.interpolation {
+            Interpolation::Linear => self.admit_line(part, hull, confirmed, to),
+            Interpolation::Independent => {
                 let points = self.points().map(FreePoint::point);
                 let window = points.fold(Window::of(to), Window::including);
-                clear_box(part, tail, window).and_then(|()| part.motion(tail, to))
+                clear_box(part, confirmed, window).and_then(|()| part.motion(confirmed, to))
             }
         };
         if let Err(Blocked::ByEdge(edge)) = outcome {
@@ -182,19 +182,19 @@ impl InFlight {
     }
 
     /// The new hull, that of the old one and the new target, is clear, all of it. The points carry one threshold: that of the
-    /// tail.
+    /// confirmed.
     fn admit_line(
         &self,
         part: &ProhibitedRegion,
         hull: Option<&Hull>,
-        tail: FreePoint,
+        confirmed: FreePoint,
         to: Point,
     ) -> Result<FreePoint, Blocked> {
-        let threshold = tail.threshold();
+        let threshold = confirmed.threshold();
         if let Some(other) = self.points().find(|free| free.threshold() != threshold) {
             return Err(Blocked::StartTooNear(other.point()));
         }
-        let unknown = Blocked::StartTooNear(tail.point());
+        let unknown = Blocked::StartTooNear(confirmed.point());
         let hull = hull.ok_or(unknown)?;
         // What was last in the way mostly still is: the ways from the old corners to the target lie in the new hull.
         let near = |edge: &Edge, from: Point| !edge.near_motion(Segment { from, to }, threshold).is_clear();
@@ -203,10 +203,10 @@ impl InFlight {
             return Err(Blocked::ByEdge(edge));
         }
         let hull = hull.with(to).ok_or(unknown)?;
-        part.polygon(tail, hull.polygon().ok_or(unknown)?, to)
+        part.polygon(confirmed, hull.polygon().ok_or(unknown)?, to)
     }
 
-    /// The point of the hull nearest to the reported position, as a certified tail.
+    /// The point of the hull nearest to the reported position, as a certified confirmed.
     fn snap(&self, part: &ProhibitedRegion, position: Point) -> Snap {
         let Some(foot) = self.nearest_in_set(position) else { return Snap::Off };
         let believed = self.resolutions(BELIEVED).saturating_plus(Length::small(1));
@@ -231,12 +231,12 @@ impl InFlight {
 
     /// The place nearest to `position` in the hull of these.
     fn nearest(&self, position: Point, count: usize) -> Option<Point> {
-        match self.shape {
-            MotionShape::Line => {
+        match self.interpolation {
+            Interpolation::Linear => {
                 let hull = Hull::of(self.points_up_to(count).map(FreePoint::point));
                 hull.and_then(|hull| hull.nearest(position))
             }
-            MotionShape::Box => self.window(count).and_then(|window| nearest_in(window, position)),
+            Interpolation::Independent => self.window(count).and_then(|window| nearest_in(window, position)),
         }
     }
 
@@ -245,39 +245,39 @@ impl InFlight {
     }
 
     /// The place as a free point, when the way to it from one of the points is clear. One way is enough: which one the tool
-    /// took was certified before. A tail that was rounded can have lost its way to a far target by a unit.
+    /// took was certified before. A confirmed that was rounded can have lost its way to a far target by a unit.
     pub(crate) fn reached(&self, part: &ProhibitedRegion, place: Point) -> Option<FreePoint> {
         self.points().find_map(|point| part.motion(point, place).ok())
     }
 
     /// Takes a report as evidence; `all` says whether all lines ever sent were acknowledged before the query left. Answers
-    /// whether the tool is known to rest at the tail, with nothing else in the set.
+    /// whether the tool is known to rest at the confirmed, with nothing else in the set.
     pub(crate) fn reported(
         &mut self,
         part: &ProhibitedRegion,
-        sighting: &Sighting,
+        feedback: &PositionFeedback,
         all: bool,
         acknowledged: u64,
         (asked, now): (Time, Time),
     ) -> Result<bool, Refusal> {
-        let rests = sighting.rests() && all;
+        let rests = feedback.rests() && all;
         if self.stray > Length::ZERO {
-            return self.reported_after_cancel(part, sighting.position, rests);
+            return self.reported_after_cancel(part, feedback.position, rests);
         }
-        let tail = match self.snap(part, sighting.position) {
-            Snap::At(tail) => tail,
+        let confirmed = match self.snap(part, feedback.position) {
+            Snap::At(confirmed) => confirmed,
             Snap::Keep => return Ok(false),
-            Snap::Off => return Err(Refusal::OffCertified(sighting.position)),
+            Snap::Off => return Err(Refusal::OffCertified(feedback.position)),
         };
-        let passed = if rests { 0 } else { self.passed(sighting.position, asked) };
-        self.before = self.tail.filter(|_| !self.checked);
-        self.tail = Some(tail);
+        let passed = if rests { 0 } else { self.passed(feedback.position, asked) };
+        self.before = self.confirmed.filter(|_| !self.checked);
+        self.confirmed = Some(confirmed);
         if rests {
-            return Ok(self.settle(part, sighting.position));
+            return Ok(self.settle(part, feedback.position));
         }
         self.moving();
         self.lines.retain(|line| line.number > passed);
-        self.take_count(sighting, acknowledged, now);
+        self.take_count(feedback, acknowledged, now);
         Ok(false)
     }
 
@@ -293,7 +293,7 @@ impl InFlight {
             self.refused = 0;
             self.fastest = 0;
             self.cancelled = None;
-            self.tail = self.reached(part, position).or(self.tail);
+            self.confirmed = self.reached(part, position).or(self.confirmed);
         }
         enough
     }
@@ -333,8 +333,8 @@ impl InFlight {
     }
 
     /// What a report says of the queue. A line that was refused, and yet is in the queue, is not one of those that left it.
-    fn take_count(&mut self, sighting: &Sighting, acknowledged: u64, now: Time) {
-        let Some(queued) = sighting.queued else { return };
+    fn take_count(&mut self, feedback: &PositionFeedback, acknowledged: u64, now: Time) {
+        let Some(queued) = feedback.queued else { return };
         let kept = u64::try_from(queued).unwrap_or(u64::MAX).saturating_add(self.refused);
         let left = acknowledged.saturating_sub(kept);
         let believed = if self.checked { left } else { left.min(self.left_before) };
@@ -346,19 +346,19 @@ impl InFlight {
     }
 }
 
-impl Sighting {
+impl PositionFeedback {
     /// At rest, with nothing left to do.
     #[must_use]
     pub fn rests(&self) -> bool {
-        self.at_rest && !self.waiting && self.queued.is_none_or(|queued| queued == 0)
+        self.in_position && !self.waiting && self.queued.is_none_or(|queued| queued == 0)
     }
 }
 
-/// What becomes of the tail when a position is reported.
+/// What becomes of the confirmed when a position is reported.
 enum Snap {
     /// It is here.
     At(FreePoint),
-    /// The position is in the set, but no clear lattice point was found for it: the tail stays where it was.
+    /// The position is in the set, but no clear lattice point was found for it: the confirmed stays where it was.
     Keep,
     /// The position is outside the set.
     Off,

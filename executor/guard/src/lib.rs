@@ -1,6 +1,6 @@
 //! TRUSTED. The guard: the in-flight set, and the only maker of [`Certified`] motions.
 //!
-//! A new target is admitted only if the hull of the in-flight set (`in_flight.rs`) with it stays clear of the part at the manual
+//! A new target is admitted only if the hull of the in-flight set (`in_flight.rs`) with it stays clear of the part at the jogging_clearance
 //! threshold. Straight motions from a point of a convex set to a target in the set stay in the set: lines lost, repeated,
 //! reordered, cancelled half-way and planned from wherever the tool stopped are such motions, however long each takes. So
 //! nothing here depends on latency. A target leaves the set only by evidence, see [`Guard::reported`].
@@ -10,11 +10,11 @@
 //! behind it was answered (acknowledgements can come twice), so none can be skipped. The whole path is certified before the first is
 //! sent. A contour is never held or cancelled.
 //!
-//! **Reading:** a controller whose receive buffer is full drops bytes, and takes the head of one line and the tail of another
+//! **Reading:** a controller whose receive buffer is full drops bytes, and takes the head of one line and the confirmed of another
 //! for a third. So no line is sent before it has read the one before for certain, whatever was acknowledged: one line of at most
 //! 63 bytes fits the smallest buffer, GRBL's 127, even when it arrives twice. The dialect refuses to write a longer one.
 //!
-//! **Escaping:** a tool that stands nearer than the manual threshold, but not in the part, is admitted single motions on
+//! **Escaping:** a tool that stands nearer than the jogging_clearance threshold, but not in the part, is admitted single motions on
 //! which it comes nearer to no edge within that threshold.
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
@@ -41,7 +41,7 @@ pub use cancel::OnCancel;
 pub use contour::Certification;
 use contour::Contour;
 use hull::Hull;
-pub use in_flight::{DRAIN, MotionShape, Sighting, Stamp};
+pub use in_flight::{DRAIN, Interpolation, PositionFeedback, QueryStamp};
 use in_flight::{InFlight, LINES_MAX, Line};
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{FreePoint, Length, Point, ProhibitedRegion};
@@ -55,22 +55,22 @@ pub use time::Time;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rules {
     /// Where the tool's centre may go: the machine's travel.
-    pub stroke: Window,
+    pub travel: Window,
     /// Threshold of motions by hand.
-    pub manual: Length,
+    pub jogging_clearance: Length,
     /// Threshold of contours, as they are sent.
-    pub finishing: Length,
+    pub finishing_clearance: Length,
     /// How far a reported position can be from the commanded one.
     pub resolution: Length,
     /// A jog shorter than this on both axes might be no motion to the controller, and spoil the counting of its queue: at
     /// least two steps.
     pub shortest: Length,
     /// How the controller drives to a jog's target, wherever the jog is cancelled.
-    pub shape: MotionShape,
+    pub interpolation: Interpolation,
     /// What a cancel does.
     pub on_cancel: OnCancel,
     /// How it drives the motions of a contour: they are never cancelled, so this may be straighter.
-    pub contours: MotionShape,
+    pub contours: Interpolation,
     /// Whether a checksum protects the line both ways.
     pub checked: bool,
 }
@@ -81,7 +81,7 @@ pub struct Rules {
 pub struct Guard {
     exact: Arc<ProhibitedRegion>,
     /// The part with fewer edges, and a little larger: what is clear of it is clear of the part.
-    coarse: Arc<ProhibitedRegion>,
+    simplified: Arc<ProhibitedRegion>,
     rules: Rules,
     set: InFlight,
     sent: u64,
@@ -110,28 +110,28 @@ impl Asking<'_> {
     /// [`Refusal`] saying why not.
     pub fn admits(&self, to: Point) -> Result<FreePoint, Refusal> {
         let guard = self.guard;
-        let tail = guard.ready(to)?;
-        if guard.stands_inside() {
-            return Err(Refusal::StandsInside);
+        let confirmed = guard.ready(to)?;
+        if guard.is_inside_jogging_clearance() {
+            return Err(Refusal::InsideJoggingClearance);
         }
         #[cfg(feature = "mutations")]
         if guard.mutation == Mutation::NoFans {
-            let last = guard.set.lines.back().map_or(tail, |line| line.target);
-            return guard.coarse.motion(last, to).map_err(Refusal::Blocked);
+            let last = guard.set.lines.back().map_or(confirmed, |line| line.target);
+            return guard.simplified.motion(last, to).map_err(Refusal::Blocked);
         }
-        guard.set.admit(&guard.coarse, self.hull.as_ref(), tail, to)
+        guard.set.admit(&guard.simplified, self.hull.as_ref(), confirmed, to)
     }
 }
 
 impl Guard {
-    /// A guard for `part`. `coarse` is the part itself, or [coarsened](ProhibitedRegion::coarsened): steering by
+    /// A guard for `part`. `simplified` is the part itself, or [simplified](ProhibitedRegion::simplified): steering by
     /// hand is certified against it, contours and ways out against the part.
     #[must_use]
-    pub fn new(part: Arc<ProhibitedRegion>, coarse: Arc<ProhibitedRegion>, rules: Rules) -> Self {
+    pub fn new(part: Arc<ProhibitedRegion>, simplified: Arc<ProhibitedRegion>, rules: Rules) -> Self {
         Self {
             exact: part,
-            coarse,
-            set: InFlight::new(rules.shape, rules.resolution, rules.checked),
+            simplified,
+            set: InFlight::new(rules.interpolation, rules.resolution, rules.checked),
             rules,
             sent: 0,
             acknowledged: 0,
@@ -146,7 +146,7 @@ impl Guard {
     /// The part as steering by hand sees it.
     #[must_use]
     pub fn part(&self) -> &ProhibitedRegion {
-        &self.coarse
+        &self.simplified
     }
 
     /// What it keeps to.
@@ -163,7 +163,7 @@ impl Guard {
     }
 
     /// Takes the position of a machine that stands still with nothing under way, after connecting or homing. Nearer than the
-    /// manual threshold only [`Guard::escape`] and [`Guard::begin_contour`] lead on.
+    /// jogging_clearance threshold only [`Guard::retract`] and [`Guard::begin_contour`] lead on.
     ///
     /// # Errors
     /// [`Refusal::Blocked`] when the tool stands in the part itself, [`Refusal::InMotion`] with lines in flight.
@@ -176,11 +176,12 @@ impl Guard {
         Ok(())
     }
 
-    /// The point as free at the manual threshold, or else at whatever distance the part is.
+    /// The point as free at the jogging_clearance threshold, or else at whatever distance the part is.
     fn free_place(&self, position: Point) -> Result<FreePoint, Refusal> {
-        self.coarse.free_point(position, self.rules.manual).or_else(|blocked| {
+        self.simplified.free_point(position, self.rules.jogging_clearance).or_else(|blocked| {
             let clearance = self.exact.clearance(position).ok_or(Refusal::Blocked(blocked))?;
-            let below = Length::from_units(i64::from(self.rules.manual.units()) - 1).unwrap_or(Length::ZERO);
+            let below = Length::from_units(i64::from(self.rules.jogging_clearance.units()) - 1)
+                .unwrap_or(Length::ZERO);
             self.exact.free_point(position, clearance.min(below)).map_err(Refusal::Blocked)
         })
     }
@@ -191,13 +192,13 @@ impl Guard {
         if let Some(contour) = &self.contour {
             return Some(contour.end());
         }
-        self.set.lines.back().map(|line| line.target).or(self.set.tail)
+        self.set.lines.back().map(|line| line.target).or(self.set.confirmed)
     }
 
     /// Where the tool was last known to be.
     #[must_use]
-    pub fn tail(&self) -> Option<FreePoint> {
-        self.set.tail
+    pub fn confirmed(&self) -> Option<FreePoint> {
+        self.set.confirmed
     }
 
     /// The in-flight set: where the tool was last known to be, and the targets in flight, in order.
@@ -208,7 +209,7 @@ impl Guard {
     /// Where the tool was last known to be, and the targets in flight of lines sent after the one of this number, in order.
     pub fn way_after(&self, number: u64) -> impl Iterator<Item = Point> + '_ {
         let lines = self.set.lines.iter().filter(move |line| line.number > number);
-        self.set.tail.into_iter().chain(lines.map(|line| line.target)).map(FreePoint::point)
+        self.set.confirmed.into_iter().chain(lines.map(|line| line.target)).map(FreePoint::point)
     }
 
     /// Lines sent, ever.
@@ -247,17 +248,17 @@ impl Guard {
 
     /// Whether the tool stands still at a known place with nothing under way.
     #[must_use]
-    pub fn settled(&self) -> bool {
-        self.set.tail.is_some()
+    pub fn in_position(&self) -> bool {
+        self.set.confirmed.is_some()
             && self.set.before.is_none()
             && self.set.lines.is_empty()
             && self.contour.is_none()
     }
 
-    /// Whether the tool stands nearer to the part than the manual threshold.
+    /// Whether the tool stands nearer to the part than the jogging_clearance threshold.
     #[must_use]
-    pub fn stands_inside(&self) -> bool {
-        self.set.tail.is_some_and(|tail| tail.threshold() < self.rules.manual)
+    pub fn is_inside_jogging_clearance(&self) -> bool {
+        self.set.confirmed.is_some_and(|confirmed| confirmed.threshold() < self.rules.jogging_clearance)
     }
 
     /// Whether a jog to `to` would be admitted.
@@ -271,25 +272,25 @@ impl Guard {
     /// For many questions about the set as it is.
     #[must_use]
     pub fn asking(&self) -> Asking<'_> {
-        let hull = if self.rules.shape == MotionShape::Line { self.set.hull() } else { None };
+        let hull = if self.rules.interpolation == Interpolation::Linear { self.set.hull() } else { None };
         Asking { guard: self, hull }
     }
 
-    /// The tail, when a motion to `to` can be thought of at all.
+    /// The confirmed, when a motion to `to` can be thought of at all.
     fn ready(&self, to: Point) -> Result<FreePoint, Refusal> {
         if self.contour.is_some() || self.set.stray > Length::ZERO {
             return Err(Refusal::InMotion);
         }
-        let tail = self.set.tail.ok_or(Refusal::PositionUnknown)?;
-        if !self.rules.stroke.holds(to) {
-            return Err(Refusal::BeyondStroke(to));
+        let confirmed = self.set.confirmed.ok_or(Refusal::PositionUnknown)?;
+        if !self.rules.travel.holds(to) {
+            return Err(Refusal::SoftLimit(to));
         }
         if !self.takes_lines() {
             return Err(Refusal::Full);
         }
-        let way = to.minus(self.set.lines.back().map_or(tail, |line| line.target).point());
+        let way = to.minus(self.set.lines.back().map_or(confirmed, |line| line.target).point());
         let short = way.dx.abs().max(way.dy.abs()) < self.rules.shortest.units();
-        if short { Err(Refusal::TooShort) } else { Ok(tail) }
+        if short { Err(Refusal::TooShort) } else { Ok(confirmed) }
     }
 
     /// Certifies a jog to `to` and counts it as sent.
@@ -301,35 +302,35 @@ impl Guard {
         Ok(self.send_jog(target, feed_mm_min))
     }
 
-    /// Whether a way out to `to` would be admitted: from rest, nearer to no edge within the manual threshold.
+    /// Whether a way out to `to` would be admitted: from rest, nearer to no edge within the jogging_clearance threshold.
     ///
     /// # Errors
     /// [`Refusal`] saying why not.
-    pub fn admits_escape(&self, to: Point) -> Result<FreePoint, Refusal> {
-        let tail = self.ready(to)?;
-        if !self.stands_inside() {
-            return Err(Refusal::StandsClear);
+    pub fn admits_retract(&self, to: Point) -> Result<FreePoint, Refusal> {
+        let confirmed = self.ready(to)?;
+        if !self.is_inside_jogging_clearance() {
+            return Err(Refusal::ClearOfPart);
         }
-        if !self.settled() {
+        if !self.in_position() {
             return Err(Refusal::InMotion);
         }
-        let way = to.minus(tail.point());
-        if self.rules.shape == MotionShape::Box && way.dx != 0 && way.dy != 0 {
-            return Err(Refusal::Slanted(tail.point()));
+        let way = to.minus(confirmed.point());
+        if self.rules.interpolation == Interpolation::Independent && way.dx != 0 && way.dy != 0 {
+            return Err(Refusal::Slanted(confirmed.point()));
         }
         #[cfg(feature = "mutations")]
         if self.mutation == Mutation::EscapeAnywhere {
-            return self.exact.recedes(tail, to, Length::ZERO).map_err(Refusal::Blocked);
+            return self.exact.retract(confirmed, to, Length::ZERO).map_err(Refusal::Blocked);
         }
-        self.exact.recedes(tail, to, self.rules.manual).map_err(Refusal::Blocked)
+        self.exact.retract(confirmed, to, self.rules.jogging_clearance).map_err(Refusal::Blocked)
     }
 
     /// Certifies a way out to `to` and counts it as sent.
     ///
     /// # Errors
     /// [`Refusal`] saying why it may not be sent.
-    pub fn escape(&mut self, to: Point, feed_mm_min: u32) -> Result<Certified, Refusal> {
-        let target = self.admits_escape(to)?;
+    pub fn retract(&mut self, to: Point, feed_mm_min: u32) -> Result<Certified, Refusal> {
+        let target = self.admits_retract(to)?;
         Ok(self.send_jog(target, feed_mm_min))
     }
 
@@ -374,14 +375,14 @@ impl Guard {
 
     /// Whether the query of this stamp left before the newest acknowledged line: its answer can not be still to come.
     #[must_use]
-    pub fn is_outdated(&self, stamp: &Stamp) -> bool {
+    pub fn is_outdated(&self, stamp: &QueryStamp) -> bool {
         stamp.sent < self.acknowledged
     }
 
     /// The stamp of a query that leaves now.
     #[must_use]
-    pub fn stamp(&self, now: Time) -> Stamp {
-        Stamp { sent: self.sent, acknowledged: self.acknowledged, at: now }
+    pub fn stamp(&self, now: Time) -> QueryStamp {
+        QueryStamp { sent: self.sent, acknowledged: self.acknowledged, at: now }
     }
 
     /// Takes a report as evidence. `stamp` is that of the query it answers, or of an earlier one.
@@ -389,43 +390,48 @@ impl Guard {
     /// *Reading:* nothing waits in the receive buffer: lines that left before the query have been read.
     ///
     /// *Settling:* the controller rests with an empty queue, every line ever sent was acknowledged before the query left,
-    /// and two such reports agree (one at the last target, over a line with a checksum). Then only the tail remains.
+    /// and two such reports agree (one at the last target, over a line with a checksum). Then only the confirmed remains.
     ///
     /// *Retiring:* with `q` motions in the queue, all acknowledged lines but the last `q` have left it. Lines that
     /// had left it at a report that arrived [`DRAIN`] before this query left are executed, and leave the set.
     ///
     /// # Errors
     /// [`Refusal::OffCertified`] when the position is outside the certified set by more than the resolution.
-    pub fn reported(&mut self, sighting: &Sighting, stamp: Stamp, now: Time) -> Result<(), Refusal> {
+    pub fn reported(
+        &mut self,
+        feedback: &PositionFeedback,
+        stamp: QueryStamp,
+        now: Time,
+    ) -> Result<(), Refusal> {
         let all = self.all_acknowledged(stamp);
-        if !sighting.waiting {
+        if !feedback.waiting {
             self.read = self.read.max(stamp.sent);
         }
         if self.contour.is_some() {
-            return self.reported_in_contour(sighting, all);
+            return self.reported_in_contour(feedback, all);
         }
-        if self.set.tail.is_none() {
+        if self.set.confirmed.is_none() {
             return Ok(());
         }
         #[cfg(feature = "mutations")]
-        if self.mutate_report(sighting) {
+        if self.mutate_report(feedback) {
             return Ok(());
         }
-        let part = if self.stands_inside() { &*self.exact } else { &*self.coarse };
-        let settled = self.set.reported(part, sighting, all, self.acknowledged, (stamp.at, now))?;
+        let part = if self.is_inside_jogging_clearance() { &*self.exact } else { &*self.simplified };
+        let in_position = self.set.reported(part, feedback, all, self.acknowledged, (stamp.at, now))?;
         #[cfg(feature = "mutations")]
-        self.mutate_retiring(sighting);
-        if settled
-            && self.stands_inside()
-            && let Some(tail) = self.set.tail
+        self.mutate_retiring(feedback);
+        if in_position
+            && self.is_inside_jogging_clearance()
+            && let Some(confirmed) = self.set.confirmed
         {
-            self.set.tail = Some(self.free_place(tail.point()).unwrap_or(tail));
+            self.set.confirmed = Some(self.free_place(confirmed.point()).unwrap_or(confirmed));
         }
         Ok(())
     }
 
     /// Whether every line ever sent was acknowledged before the query left.
-    fn all_acknowledged(&self, stamp: Stamp) -> bool {
+    fn all_acknowledged(&self, stamp: QueryStamp) -> bool {
         stamp.acknowledged == self.sent
     }
 }

@@ -67,13 +67,13 @@ pub enum Refusal {
     /// A motion of a contour comes too near the part.
     Gouge(Gouge),
     /// The target is beyond the machine's travel.
-    BeyondStroke(Point),
+    SoftLimit(Point),
     /// Where the tool is, is not known.
     PositionUnknown,
     /// The tool stands nearer to the part than this needs.
-    StandsInside,
-    /// The tool is clear of the part: there is nothing to escape from.
-    StandsClear,
+    InsideJoggingClearance,
+    /// The tool is clear of the part: there is nothing to retract from.
+    ClearOfPart,
     /// The tool is moving, or may be about to.
     InMotion,
     /// More targets in flight than are tracked.
@@ -105,10 +105,10 @@ impl fmt::Display for Refusal {
         match self {
             Self::Blocked(by) => by.fmt(f),
             Self::Gouge(by) => by.fmt(f),
-            Self::BeyondStroke(at) => write!(f, "{at} is beyond the machine's travel"),
+            Self::SoftLimit(at) => write!(f, "{at} is beyond the machine's travel"),
             Self::PositionUnknown => f.write_str("where the tool is, is not known"),
-            Self::StandsInside => f.write_str("the tool stands nearer to the part than that needs"),
-            Self::StandsClear => f.write_str("the tool is clear of the part"),
+            Self::InsideJoggingClearance => f.write_str("the tool stands nearer to the part than that needs"),
+            Self::ClearOfPart => f.write_str("the tool is clear of the part"),
             Self::InMotion => f.write_str("motions are still under way"),
             Self::Full => f.write_str("too many motions are under way"),
             Self::NoCancel => f.write_str("this controller can not cancel a jog"),

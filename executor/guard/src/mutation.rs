@@ -2,7 +2,7 @@
 
 use keepout_kernel::Length;
 
-use crate::{Guard, MotionShape, Sighting};
+use crate::{Guard, Interpolation, PositionFeedback};
 
 /// Parts of the guard that a test build can take out, one at a time, to see that somebody notices.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -26,13 +26,13 @@ pub enum Mutation {
     ContourUnacknowledged,
     /// Lines go out as they are acknowledged, whatever the controller has read.
     AheadOfReading,
-    /// An escape may lead anywhere.
+    /// An retract may lead anywhere.
     EscapeAnywhere,
     /// Axes that run apart are taken to drive straight.
     StraightAnyway,
     /// A cancel is taken to keep the path, whatever the controller does.
     UncertifiedCancel,
-    /// The margin and allowance are forgotten: the threshold is the tool's radius less 20 µm.
+    /// The margin and stock_to_leave are forgotten: the threshold is the tool's radius less 20 µm.
     NoMargin,
 }
 
@@ -60,34 +60,34 @@ impl Guard {
         self.mutation = mutation;
         match mutation {
             Mutation::StraightAnyway => {
-                self.rules.shape = MotionShape::Line;
-                self.rules.contours = MotionShape::Line;
-                self.set.shape = MotionShape::Line;
+                self.rules.interpolation = Interpolation::Linear;
+                self.rules.contours = Interpolation::Linear;
+                self.set.interpolation = Interpolation::Linear;
             }
             Mutation::NoMargin => {
                 let less =
                     |length: Length| Length::from_units(i64::from(length.units()) * 9 / 10).unwrap_or(length);
-                self.rules.manual = less(self.rules.finishing);
-                self.rules.finishing = less(self.rules.finishing);
+                self.rules.jogging_clearance = less(self.rules.finishing_clearance);
+                self.rules.finishing_clearance = less(self.rules.finishing_clearance);
             }
             _ => {}
         }
     }
 
     /// Whether a mutation has dealt with the report.
-    pub(crate) fn mutate_report(&mut self, sighting: &Sighting) -> bool {
-        let place = self.free_place(sighting.position).ok();
+    pub(crate) fn mutate_report(&mut self, feedback: &PositionFeedback) -> bool {
+        let place = self.free_place(feedback.position).ok();
         match self.mutation {
-            Mutation::ForgetInFlight => self.set.tail = place.or(self.set.tail),
+            Mutation::ForgetInFlight => self.set.confirmed = place.or(self.set.confirmed),
             Mutation::BelieveAnyPosition if place.is_some() => {
-                self.set.tail = place;
+                self.set.confirmed = place;
                 self.set.before = None;
-                if sighting.rests() {
+                if feedback.rests() {
                     self.set.lines.clear();
                 }
             }
-            Mutation::SettleAtOnce if sighting.at_rest => {
-                self.set.place(place.or(self.set.tail));
+            Mutation::SettleAtOnce if feedback.in_position => {
+                self.set.place(place.or(self.set.confirmed));
             }
             _ => return false,
         }
@@ -95,9 +95,9 @@ impl Guard {
     }
 
     /// Lets lines leave the set too soon.
-    pub(crate) fn mutate_retiring(&mut self, sighting: &Sighting) {
+    pub(crate) fn mutate_retiring(&mut self, feedback: &PositionFeedback) {
         if self.mutation == Mutation::RetireAtOnce {
-            let queued = u64::try_from(sighting.queued.unwrap_or(0)).unwrap_or(u64::MAX);
+            let queued = u64::try_from(feedback.queued.unwrap_or(0)).unwrap_or(u64::MAX);
             let left = self.acknowledged.saturating_sub(queued);
             self.set.lines.retain(|line| line.number > left);
         }

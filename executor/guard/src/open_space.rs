@@ -7,7 +7,7 @@ use keepout_kernel::exact::lattice::COORD_MAX;
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Length, Point, ProhibitedRegion, Region, Ring, Side};
 
-use crate::{Guard, MotionShape, OnCancel, Rules};
+use crate::{Guard, Interpolation, OnCancel, Rules};
 
 /// A guard whose part is three units large, in the farthest corner of the lattice. `None` only if no such part could be built.
 #[must_use]
@@ -17,14 +17,14 @@ pub fn guard_in_open_space() -> Option<Guard> {
     let ring = Ring::new(vec![corner(far - 2, far - 2)?, corner(far, far - 2)?, corner(far, far)?]).ok()?;
     let part = Arc::new(ProhibitedRegion::new(Region::new(vec![ring]).ok()?, Side::Outside).ok()?);
     let rules = Rules {
-        stroke: Window::from_corners(i32::MIN, i32::MIN, i32::MAX, i32::MAX),
-        manual: Length::ZERO,
-        finishing: Length::ZERO,
+        travel: Window::from_corners(i32::MIN, i32::MIN, i32::MAX, i32::MAX),
+        jogging_clearance: Length::ZERO,
+        finishing_clearance: Length::ZERO,
         resolution: Length::ZERO,
         shortest: Length::ZERO,
-        shape: MotionShape::Line,
+        interpolation: Interpolation::Linear,
         on_cancel: OnCancel::KeepsPath,
-        contours: MotionShape::Line,
+        contours: Interpolation::Linear,
         checked: true,
     };
     Some(Guard::new(Arc::clone(&part), part, rules))

@@ -12,7 +12,7 @@ use crate::{Guard, Time};
 /// anyway).
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct State {
-    tail: Option<(Point, i32)>,
+    confirmed: Option<(Point, i32)>,
     before: Option<(Point, i32)>,
     lines: Vec<(u64, Point)>,
     left_queue: Vec<(u64, Time)>,
@@ -36,7 +36,7 @@ impl Guard {
         let set = &self.set;
         let place = |free: FreePoint| (free.point(), free.threshold().units());
         State {
-            tail: set.tail.map(place),
+            confirmed: set.confirmed.map(place),
             before: set.before.map(place),
             lines: set.lines.iter().map(|line| (line.number, line.target.point())).collect(),
             left_queue: set.left_queue.iter().copied().collect(),

@@ -13,20 +13,20 @@ fn at(x: i64, y: i64) -> Point {
 }
 
 /// An L, in lattice units, and a guard that keeps 300 units from it.
-fn guard_of(shape: MotionShape, checked: bool) -> Guard {
+fn guard_of(interpolation: Interpolation, checked: bool) -> Guard {
     let corners = [(0, 0), (9000, 0), (9000, 2500), (3000, 2500), (3000, 7000), (0, 7000)];
     let ring = Ring::new(corners.iter().map(|&(x, y)| at(x, y)).collect()).unwrap();
     let part = ProhibitedRegion::new(Region::new(vec![ring]).unwrap(), Side::Outside).unwrap();
     let length = |units| Length::from_units(units).unwrap();
     let rules = Rules {
-        stroke: Window::of(at(-20_000, -20_000)).including(at(20_000, 20_000)),
-        manual: length(300),
-        finishing: length(290),
+        travel: Window::of(at(-20_000, -20_000)).including(at(20_000, 20_000)),
+        jogging_clearance: length(300),
+        finishing_clearance: length(290),
         resolution: length(5),
         shortest: length(4),
-        shape,
+        interpolation,
         on_cancel: OnCancel::KeepsPath,
-        contours: shape,
+        contours: interpolation,
         checked,
     };
     let part = Arc::new(part);
@@ -34,7 +34,7 @@ fn guard_of(shape: MotionShape, checked: bool) -> Guard {
 }
 
 fn guard() -> Guard {
-    guard_of(MotionShape::Line, true)
+    guard_of(Interpolation::Linear, true)
 }
 
 /// The adversary executes lines in any order, any number of times, each only as far as it likes.
@@ -79,10 +79,10 @@ fn without_a_position_nothing_is_admitted() {
     assert_eq!(guard.jog(at(-1000, 0), 600), Err(Refusal::PositionUnknown));
     assert!(matches!(guard.locate(at(100, 100)), Err(Refusal::Blocked(_))));
     guard.locate(at(-200, 100)).unwrap();
-    assert!(guard.stands_inside());
-    assert_eq!(guard.jog(at(-900, 100), 600), Err(Refusal::StandsInside));
+    assert!(guard.is_inside_jogging_clearance());
+    assert_eq!(guard.jog(at(-900, 100), 600), Err(Refusal::InsideJoggingClearance));
     guard.locate(at(-1000, 0)).unwrap();
-    assert_eq!(guard.jog(at(-30_000, 0), 600), Err(Refusal::BeyondStroke(at(-30_000, 0))));
+    assert_eq!(guard.jog(at(-30_000, 0), 600), Err(Refusal::SoftLimit(at(-30_000, 0))));
     assert_eq!(guard.jog(at(-1003, -3), 600), Err(Refusal::TooShort));
     guard.jog(at(-1000, 900), 600).unwrap();
     assert!(guard.refused() && !guard.refused() && guard.unacknowledged() == 0);
@@ -93,43 +93,43 @@ fn without_a_position_nothing_is_admitted() {
 
 #[test]
 fn a_refused_line_may_arrive_once_more() {
-    let mut guard = guard_of(MotionShape::Line, false);
+    let mut guard = guard_of(Interpolation::Linear, false);
     guard.locate(at(-1000, 0)).unwrap();
     guard.jog(at(-1000, 2000), 600).unwrap();
     assert!(guard.refused());
     assert_eq!(guard.jog(at(-1000, 3000), 600), Err(Refusal::Full), "it may still be unread");
     // Its second copy was accepted: it is in the queue, and the line after it is not the one that has left.
-    sees(&mut guard, &sighting(at(-1000, 100), false, 1), 0);
+    sees(&mut guard, &feedback(at(-1000, 100), false, 1), 0);
     guard.jog(at(-1000, 3000), 600).unwrap();
     guard.acknowledged().unwrap();
     for (ms, y) in [(20, 110), (600, 400), (1200, 700), (1800, 1000)] {
-        sees(&mut guard, &sighting(at(-1000, y), false, 2), ms);
+        sees(&mut guard, &feedback(at(-1000, y), false, 2), ms);
         assert_eq!(guard.in_flight().filter(|target| target.y.units() >= 2000).count(), 2, "{ms}");
     }
     for ms in [2400, 2500] {
-        sees(&mut guard, &sighting(at(-1000, 3000), true, 0), ms);
+        sees(&mut guard, &feedback(at(-1000, 3000), true, 0), ms);
     }
-    assert!(guard.settled());
+    assert!(guard.in_position());
 }
 
 #[test]
 fn a_refused_line_is_none_that_left_the_queue() {
-    let mut guard = guard_of(MotionShape::Line, false);
+    let mut guard = guard_of(Interpolation::Linear, false);
     guard.locate(at(-1000, 0)).unwrap();
     guard.jog(at(-1000, 2000), 600).unwrap();
     guard.acknowledged().unwrap();
-    sees(&mut guard, &sighting(at(-1000, 0), false, 1), 0);
+    sees(&mut guard, &feedback(at(-1000, 0), false, 1), 0);
     guard.jog(at(-3000, 2000), 600).unwrap();
     assert!(guard.refused());
     // One motion in the queue of two lines that were answered; and the tool is seen off its way.
     for (x, y, ms) in [(-1050, 1000, 20), (-1200, 1100, 600), (-1400, 1210, 1200), (-1600, 1320, 1800)] {
-        sees(&mut guard, &sighting(at(x, y), false, 1), ms);
+        sees(&mut guard, &feedback(at(x, y), false, 1), ms);
         assert!(guard.in_flight().any(|target| target == at(-1000, 2000)), "{ms}");
     }
 }
 
-fn sighting(position: Point, at_rest: bool, queued: usize) -> Sighting {
-    Sighting { position, at_rest, queued: Some(queued), waiting: false }
+fn feedback(position: Point, in_position: bool, queued: usize) -> PositionFeedback {
+    PositionFeedback { position, in_position, queued: Some(queued), waiting: false }
 }
 
 fn time(ms: u64) -> Time {
@@ -137,9 +137,9 @@ fn time(ms: u64) -> Time {
 }
 
 /// A query leaves, and its answer arrives a little later.
-fn sees(guard: &mut Guard, sighting: &Sighting, ms: u64) {
+fn sees(guard: &mut Guard, feedback: &PositionFeedback, ms: u64) {
     let stamp = guard.stamp(time(ms));
-    guard.reported(sighting, stamp, time(ms + 5)).unwrap();
+    guard.reported(feedback, stamp, time(ms + 5)).unwrap();
 }
 
 #[test]
@@ -150,10 +150,10 @@ fn targets_leave_only_by_evidence() {
     guard.jog(at(-1000, 2000), 600).unwrap();
     // Reports at rest that were asked for before the line, or before its acknowledgement, prove nothing.
     for _ in 0..3 {
-        guard.reported(&sighting(at(-1000, 0), true, 0), before, time(50)).unwrap();
+        guard.reported(&feedback(at(-1000, 0), true, 0), before, time(50)).unwrap();
         assert_eq!(guard.in_flight().count(), 2);
         let unacknowledged = guard.stamp(time(50));
-        guard.reported(&sighting(at(-1000, 0), true, 0), unacknowledged, time(60)).unwrap();
+        guard.reported(&feedback(at(-1000, 0), true, 0), unacknowledged, time(60)).unwrap();
         assert_eq!(guard.in_flight().count(), 2);
     }
     guard.acknowledged().unwrap();
@@ -162,21 +162,21 @@ fn targets_leave_only_by_evidence() {
     guard.acknowledged().unwrap();
     // The first block has left the planner; it is executed for sure only after the drain time.
     let stamp = guard.stamp(time(100));
-    guard.reported(&sighting(at(-1000, 1500), false, 1), stamp, time(120)).unwrap();
+    guard.reported(&feedback(at(-1000, 1500), false, 1), stamp, time(120)).unwrap();
     assert_eq!(guard.in_flight().count(), 3);
     let stamp = guard.stamp(time(200));
-    guard.reported(&sighting(at(-1000, 2100), false, 1), stamp, time(220)).unwrap();
+    guard.reported(&feedback(at(-1000, 2100), false, 1), stamp, time(220)).unwrap();
     assert_eq!(guard.in_flight().count(), 3, "too early");
     let stamp = guard.stamp(time(700));
-    guard.reported(&sighting(at(-1000, 2500), false, 1), stamp, time(720)).unwrap();
+    guard.reported(&feedback(at(-1000, 2500), false, 1), stamp, time(720)).unwrap();
     assert_eq!(guard.in_flight().collect::<Vec<_>>(), [at(-1000, 2500), at(-1000, 4000)]);
     // At rest short of the target: once may be a report between two motions, twice is a stop.
     let stamp = guard.stamp(time(800));
-    guard.reported(&sighting(at(-1000, 3000), true, 0), stamp, time(820)).unwrap();
-    assert!(!guard.settled());
+    guard.reported(&feedback(at(-1000, 3000), true, 0), stamp, time(820)).unwrap();
+    assert!(!guard.in_position());
     let stamp = guard.stamp(time(900));
-    guard.reported(&sighting(at(-1000, 3000), true, 0), stamp, time(920)).unwrap();
-    assert!(guard.settled());
+    guard.reported(&feedback(at(-1000, 3000), true, 0), stamp, time(920)).unwrap();
+    assert!(guard.in_position());
 }
 
 #[test]
@@ -185,12 +185,12 @@ fn position_off_the_certified_set_is_refused() {
     guard.locate(at(-1000, 0)).unwrap();
     guard.jog(at(-1000, 2000), 600).unwrap();
     let stamp = guard.stamp(Time::ZERO);
-    assert!(guard.reported(&sighting(at(-1004, 500), false, 1), stamp, Time::ZERO).is_ok());
-    assert!(guard.reported(&sighting(at(-1010, 500), false, 1), stamp, Time::ZERO).is_ok());
+    assert!(guard.reported(&feedback(at(-1004, 500), false, 1), stamp, Time::ZERO).is_ok());
+    assert!(guard.reported(&feedback(at(-1010, 500), false, 1), stamp, Time::ZERO).is_ok());
     // Two resolutions, and a unit for rounding.
-    assert!(guard.reported(&sighting(at(-1011, 500), false, 1), stamp, Time::ZERO).is_ok());
+    assert!(guard.reported(&feedback(at(-1011, 500), false, 1), stamp, Time::ZERO).is_ok());
     let off = at(-1012, 500);
-    assert_eq!(guard.reported(&sighting(off, false, 1), stamp, Time::ZERO), Err(Refusal::OffCertified(off)));
+    assert_eq!(guard.reported(&feedback(off, false, 1), stamp, Time::ZERO), Err(Refusal::OffCertified(off)));
 }
 
 fn take_contour(guard: &mut Guard, curves: Vec<(Curve, u32)>) -> Result<(), Refusal> {
@@ -218,12 +218,12 @@ fn contour_is_certified_whole_and_handed_out_one_by_one() {
     assert_eq!(guard.next_of_contour().unwrap().target(), r);
     guard.acknowledged().unwrap();
     let stamp = guard.stamp(Time::ZERO);
-    guard.reported(&sighting(r, true, 0), stamp, Time::ZERO).unwrap();
-    assert!(guard.settled());
+    guard.reported(&feedback(r, true, 0), stamp, Time::ZERO).unwrap();
+    assert!(guard.in_position());
     assert_eq!(guard.end().unwrap().point(), r);
 }
 
-/// The tail was rounded, and lost its straight way to the last target by a unit, as happens in sliding contact. At
+/// The confirmed was rounded, and lost its straight way to the last target by a unit, as happens in sliding contact. At
 /// rest at the target the set must become the target all the same, or the tool could never move again.
 #[test]
 fn rest_at_a_target_is_settled_whatever_the_tail_sees() {
@@ -233,14 +233,15 @@ fn rest_at_a_target_is_settled_whatever_the_tail_sees() {
     guard.jog(at(-301, 7200), 600).unwrap();
     guard.acknowledged().unwrap();
     // Rounded toward the wall, beyond the corner's reach: free, but the way along the wall is blocked.
-    guard.set.tail = Some(guard.part().free_point(at(-280, -120), Length::from_units(300).unwrap()).unwrap());
-    let tail = guard.set.tail.unwrap();
-    assert!(guard.part().motion(tail, at(-301, 7200)).is_err());
+    guard.set.confirmed =
+        Some(guard.part().free_point(at(-280, -120), Length::from_units(300).unwrap()).unwrap());
+    let confirmed = guard.set.confirmed.unwrap();
+    assert!(guard.part().motion(confirmed, at(-301, 7200)).is_err());
     for _ in 0..2 {
         let stamp = guard.stamp(time);
-        guard.reported(&sighting(at(-304, 7198), true, 0), stamp, time).unwrap();
+        guard.reported(&feedback(at(-304, 7198), true, 0), stamp, time).unwrap();
     }
-    assert!(guard.settled());
+    assert!(guard.in_position());
     guard.jog(at(-900, 7200), 600).unwrap();
 }
 
@@ -248,8 +249,8 @@ fn rest_at_a_target_is_settled_whatever_the_tail_sees() {
 #[test]
 fn jogs_can_be_boxes_and_contours_lines() {
     let slanted = Curve::Line(Segment { from: at(-1000, 2000), to: at(-400, 2600) });
-    let certify = |shape, contours, to: Point| {
-        let mut guard = guard_of(shape, true);
+    let certify = |interpolation, contours, to: Point| {
+        let mut guard = guard_of(interpolation, true);
         guard.rules.contours = contours;
         guard.locate(at(-1000, 2000)).unwrap();
         let jog = guard.admits(to);
@@ -258,20 +259,20 @@ fn jogs_can_be_boxes_and_contours_lines() {
     };
     // Past the corner of the L: the line is clear, its box is not.
     let past = at(300, 12_000);
-    assert_eq!(certify(MotionShape::Line, MotionShape::Line, past), (true, true));
-    assert_eq!(certify(MotionShape::Box, MotionShape::Line, past), (false, true));
-    assert_eq!(certify(MotionShape::Box, MotionShape::Box, at(-400, 2600)), (true, true));
+    assert_eq!(certify(Interpolation::Linear, Interpolation::Linear, past), (true, true));
+    assert_eq!(certify(Interpolation::Independent, Interpolation::Linear, past), (false, true));
+    assert_eq!(certify(Interpolation::Independent, Interpolation::Independent, at(-400, 2600)), (true, true));
     let arc = |to: Point| {
-        let turn = keepout_kernel::Turn::Left;
+        let turn = keepout_kernel::Turn::CounterClockwise;
         Curve::Arc(keepout_kernel::Arc::new(at(-1000, 2000), to, at(-2000, 2000), turn).unwrap())
     };
     let quarter = arc(at(-2000, 3000));
-    let mut guard = guard_of(MotionShape::Line, true);
+    let mut guard = guard_of(Interpolation::Linear, true);
     guard.locate(at(-1000, 2000)).unwrap();
     guard.begin_contour(vec![(arc(at(-3000, 2000)), 600)]).unwrap();
     assert_eq!(guard.certify_contour(9), Err(Refusal::ArcTooLong(at(-1000, 2000))));
-    for (contours, clear) in [(MotionShape::Line, true), (MotionShape::Box, false)] {
-        let mut guard = guard_of(MotionShape::Box, true);
+    for (contours, clear) in [(Interpolation::Linear, true), (Interpolation::Independent, false)] {
+        let mut guard = guard_of(Interpolation::Independent, true);
         guard.rules.contours = contours;
         guard.locate(at(-1000, 2000)).unwrap();
         guard.begin_contour(vec![(quarter, 600)]).unwrap();
@@ -284,7 +285,7 @@ fn jogs_can_be_boxes_and_contours_lines() {
 #[test]
 fn one_report_of_rest_is_not_believed_without_a_checksum() {
     for checked in [false, true] {
-        let mut guard = guard_of(MotionShape::Line, checked);
+        let mut guard = guard_of(Interpolation::Linear, checked);
         let time = time(1);
         let (home, far, across) = (at(-1000, -1000), at(-1000, 8000), at(9900, -1000));
         guard.locate(home).unwrap();
@@ -292,18 +293,18 @@ fn one_report_of_rest_is_not_believed_without_a_checksum() {
             guard.jog(target, 600).unwrap();
             guard.acknowledged().unwrap();
             let stamp = guard.stamp(time);
-            guard.reported(&sighting(home, false, 1), stamp, time).unwrap();
+            guard.reported(&feedback(home, false, 1), stamp, time).unwrap();
         }
         let stamp = guard.stamp(time);
-        guard.reported(&sighting(home, true, 0), stamp, time).unwrap();
-        assert_eq!(guard.settled(), checked);
+        guard.reported(&feedback(home, true, 0), stamp, time).unwrap();
+        assert_eq!(guard.in_position(), checked);
         // From home it is clear; from where the tool may be it leads through the part.
         assert_eq!(guard.jog(across, 600).is_ok(), checked);
         let true_way = Segment { from: far, to: across };
         assert!(guard.part().edges_clear(true_way, Length::ZERO).is_err());
         if !checked {
-            guard.reported(&sighting(home, true, 0), stamp, time).unwrap();
-            assert!(guard.settled(), "two that agree are believed");
+            guard.reported(&feedback(home, true, 0), stamp, time).unwrap();
+            assert!(guard.in_position(), "two that agree are believed");
         }
     }
 }
@@ -311,19 +312,19 @@ fn one_report_of_rest_is_not_believed_without_a_checksum() {
 /// Acknowledgements that come twice let nothing be sent ahead of what the controller has read.
 #[test]
 fn lines_go_out_only_as_the_controller_reads_them() {
-    let mut guard = guard_of(MotionShape::Line, false);
+    let mut guard = guard_of(Interpolation::Linear, false);
     guard.locate(at(-1000, 0)).unwrap();
     guard.jog(at(-1000, 1000), 600).unwrap();
     guard.acknowledged().unwrap();
     assert_eq!(guard.jog(at(-1000, 3000), 600), Err(Refusal::Full));
     let (asked, later) = (guard.stamp(Time::ZERO), Time::ZERO.after(DRAIN));
-    let full = Sighting { waiting: true, ..sighting(at(-1000, 0), false, 0) };
+    let full = PositionFeedback { waiting: true, ..feedback(at(-1000, 0), false, 0) };
     guard.reported(&full, asked, later).unwrap();
     assert_eq!(guard.jog(at(-1000, 3000), 600), Err(Refusal::Full));
-    guard.reported(&sighting(at(-1000, 0), false, 1), asked, later).unwrap();
+    guard.reported(&feedback(at(-1000, 0), false, 1), asked, later).unwrap();
     guard.jog(at(-1000, 3000), 600).unwrap();
 
-    let mut guard = guard_of(MotionShape::Line, false);
+    let mut guard = guard_of(Interpolation::Linear, false);
     guard.locate(at(-1000, 0)).unwrap();
     let line = |y| Curve::Line(Segment { from: at(-1000, y), to: at(-1000, y + 100) });
     guard.begin_contour((0..4).map(|k| (line(100 * k), 300)).collect()).unwrap();
@@ -332,10 +333,10 @@ fn lines_go_out_only_as_the_controller_reads_them() {
     assert!(guard.next_of_contour().is_some());
     guard.acknowledged().unwrap();
     assert!(guard.awaits_reading() && guard.next_of_contour().is_none());
-    guard.reported(&sighting(at(-1000, 0), false, 1), before, later).unwrap();
+    guard.reported(&feedback(at(-1000, 0), false, 1), before, later).unwrap();
     assert!(guard.next_of_contour().is_none());
     let behind = guard.stamp(Time::ZERO);
-    guard.reported(&sighting(at(-1000, 0), false, 1), behind, later).unwrap();
+    guard.reported(&feedback(at(-1000, 0), false, 1), behind, later).unwrap();
     assert!(!guard.awaits_reading() && guard.next_of_contour().is_some());
 }
 
@@ -343,8 +344,8 @@ fn lines_go_out_only_as_the_controller_reads_them() {
 #[test]
 fn a_clock_that_jumps_retires_nothing() {
     for checked in [false, true] {
-        for shape in [MotionShape::Line, MotionShape::Box] {
-            let mut guard = guard_of(shape, checked);
+        for interpolation in [Interpolation::Linear, Interpolation::Independent] {
+            let mut guard = guard_of(interpolation, checked);
             let (south, west) = (at(-1000, -1000), at(-1000, 8000));
             guard.locate(south).unwrap();
             for target in [west, south] {
@@ -353,21 +354,24 @@ fn a_clock_that_jumps_retires_nothing() {
                 let mut now = Time::ZERO;
                 for _ in 0..4 {
                     let stamp = guard.stamp(now);
-                    guard.reported(&sighting(south, false, 0), stamp, now).unwrap();
+                    guard.reported(&feedback(south, false, 0), stamp, now).unwrap();
                     now = now.after(2 * DRAIN);
                 }
             }
             let ways: Vec<Point> = guard.in_flight().collect();
-            assert!(ways.contains(&west), "{checked} {shape:?}");
-            assert!(guard.jog(at(9900, -1000), 600).is_err(), "{checked} {shape:?}: through the part");
-            // Seen farther on, and on the way back, it has been there.
+            assert!(ways.contains(&west), "{checked} {interpolation:?}");
+            assert!(
+                guard.jog(at(9900, -1000), 600).is_err(),
+                "{checked} {interpolation:?}: through the part"
+            );
+            // OperatorView farther on, and on the way back, it has been there.
             let mut now = Time::ZERO.after(20 * DRAIN);
             for y in [2000, 6000, 5000, 4000, 3000, 2000] {
                 let stamp = guard.stamp(now);
-                guard.reported(&sighting(at(-1000, y), false, 0), stamp, now).unwrap();
+                guard.reported(&feedback(at(-1000, y), false, 0), stamp, now).unwrap();
                 now = now.after(2 * DRAIN);
             }
-            assert!(!guard.in_flight().any(|place| place == west), "{checked} {shape:?}");
+            assert!(!guard.in_flight().any(|place| place == west), "{checked} {interpolation:?}");
         }
     }
 }
@@ -392,13 +396,13 @@ fn errors_of_reports_do_not_add_up() {
         let goal = (f64::from(goal.x.units()), f64::from(goal.y.units()));
         let way = |t: f64| (tool.0 + (goal.0 - tool.0) * t, tool.1 + (goal.1 - tool.1) * t);
         for (t, rests) in [(0.02, false), (0.06, false), (0.08, true), (0.08, true)] {
-            let seen = sighting(lattice(ahead(way(t), -ERROR)), rests, 0);
+            let seen = feedback(lattice(ahead(way(t), -ERROR)), rests, 0);
             now = now.after(core::time::Duration::from_millis(10));
             guard.reported(&seen, guard.stamp(now), now).unwrap();
         }
         tool = way(0.08);
-        assert!(guard.settled());
-        let known = guard.tail().unwrap().point();
+        assert!(guard.in_position());
+        let known = guard.confirmed().unwrap().point();
         assert!(
             !points_within(known, lattice(tool), guard.rules().resolution).is_clear(),
             "{known:?} {tool:?}"
@@ -417,8 +421,8 @@ fn nothing_of_a_contour_goes_out_while_the_controller_rests_too_early() {
     guard.next_of_contour().unwrap();
     let unacknowledged = guard.stamp(Time::ZERO);
     guard.acknowledged().unwrap();
-    let (stamp, moving) = (guard.stamp(Time::ZERO), sighting(at(-310, 1000), false, 0));
-    let rests = sighting(at(-310, 1000), true, 0);
+    let (stamp, moving) = (guard.stamp(Time::ZERO), feedback(at(-310, 1000), false, 0));
+    let rests = feedback(at(-310, 1000), true, 0);
     // Asked for before the motion was acknowledged, this says nothing of it.
     guard.reported(&rests, unacknowledged, Time::ZERO).unwrap();
     guard.reported(&rests, stamp, Time::ZERO).unwrap();
@@ -427,7 +431,7 @@ fn nothing_of_a_contour_goes_out_while_the_controller_rests_too_early() {
     assert_eq!(guard.next_of_contour().unwrap().target(), r);
     guard.acknowledged().unwrap();
     let (stamp, stopped) = (guard.stamp(Time::ZERO), at(-310, 4000));
-    guard.reported(&sighting(stopped, true, 0), stamp, Time::ZERO).unwrap();
-    let dropped = guard.reported(&sighting(stopped, true, 0), stamp, Time::ZERO);
+    guard.reported(&feedback(stopped, true, 0), stamp, Time::ZERO).unwrap();
+    let dropped = guard.reported(&feedback(stopped, true, 0), stamp, Time::ZERO);
     assert_eq!(dropped, Err(Refusal::Dropped(stopped)));
 }

@@ -20,7 +20,7 @@ pub trait Controller: Send + std::fmt::Debug {
     fn receive(&mut self, byte: u8);
 
     /// Whether it acts on this byte; others are kept for later.
-    fn minds(&self, byte: u8) -> bool;
+    fn is_realtime(&self, byte: u8) -> bool;
 
     /// Goes on until `now`.
     fn advance(&mut self, now: Time);

@@ -11,7 +11,7 @@ use keepout_executor::dialect::Description;
 use keepout_executor::dialect::described::{Accepted, Slot, Template};
 use keepout_executor::session::Sample;
 use keepout_executor::supervisor::Mode;
-use keepout_guard::{MotionShape, Time};
+use keepout_guard::{Interpolation, Time};
 
 use super::controller::{Controller, Disturbance};
 use super::grbl::SimSettings;
@@ -113,9 +113,9 @@ impl DescribedSim {
             return Ok(Some(self.answer(&position.answer)));
         }
         if description.stop.as_ref().is_some_and(is) {
-            match description.shape {
-                MotionShape::Line => self.plant.stop(),
-                MotionShape::Box => self.plant.stop_apart(),
+            match description.interpolation {
+                Interpolation::Linear => self.plant.stop(),
+                Interpolation::Independent => self.plant.stop_apart(),
             }
             return Ok(None);
         }
@@ -154,7 +154,7 @@ impl DescribedSim {
 
     fn drive(&mut self, description: &Description, centre: Option<(f64, f64)>, left: bool) -> Result<(), u8> {
         let to = self.machine_mm(self.place, description.zero);
-        let [width, height] = self.settings.machine.stroke_mm;
+        let [width, height] = self.settings.machine.travel_mm;
         if !(-width..=0.0).contains(&to.0) || !(-height..=0.0).contains(&to.1) {
             return Err(3);
         }
@@ -164,8 +164,8 @@ impl DescribedSim {
         match (centre, description.contours) {
             (Some((i, j)), _) => self.arc(to, self.machine_mm([i, j], [0, 0]), left),
             // A controller that keeps to the line unless it is stopped drives jogs straight as well.
-            (None, MotionShape::Line) => self.plant.push(to, self.feed),
-            (None, MotionShape::Box) => self.plant.push_apart(to, self.feed),
+            (None, Interpolation::Linear) => self.plant.push(to, self.feed),
+            (None, Interpolation::Independent) => self.plant.push_apart(to, self.feed),
         }
         Ok(())
     }
@@ -261,7 +261,7 @@ impl Controller for DescribedSim {
         }
     }
 
-    fn minds(&self, byte: u8) -> bool {
+    fn is_realtime(&self, byte: u8) -> bool {
         self.description.echo || self.description.end.last() == Some(&byte)
     }
 

@@ -1,48 +1,48 @@
 //! Simulated machines: controllers that speak the dialects, with their drives, behind a serial line that takes time.
 //!
-//! The same objects run in virtual time ([`VirtualPort`]) and behind a real pty ([`pty`]). The [`witness`] watches the
+//! The same objects run in virtual time ([`VirtualPort`]) and behind a real pty ([`pty`]). The [`monitor`] watches the
 //! true tool position and knows only the part and the tool.
 
-mod apart;
 pub mod conformance;
 mod controller;
 mod described;
 pub mod faults;
-mod follower;
 mod grbl;
+mod independent;
 mod line;
 mod machine;
+pub mod monitor;
 pub mod operator;
 mod plant;
 #[cfg(unix)]
 pub mod pty;
 #[cfg(test)]
 mod round_trip;
+mod servo_drive;
 pub mod session;
 #[cfg(unix)]
 pub mod standalone;
 mod venus;
-pub mod witness;
 mod zaber;
 
 pub use controller::{Controller, Disturbance};
 pub use described::DescribedSim;
-pub use follower::{Follower, Servo};
 pub use grbl::{GrblSim, Quirks, SimSettings};
-use keepout_executor::dialect::Language;
+use keepout_executor::dialect::DialectName;
 pub use line::Wire;
-pub use machine::{SimMachine, Slip, VirtualPort};
+pub use machine::{PositioningError, SimMachine, VirtualPort};
+pub use servo_drive::{ServoConfig, ServoDrive};
 pub use venus::VenusSim;
 pub use zaber::ZaberSim;
 
 /// A simulated controller that speaks the language.
 #[must_use]
-pub fn speaking(language: &Language, settings: SimSettings) -> Box<dyn Controller> {
+pub fn speaking(language: &DialectName, settings: SimSettings) -> Box<dyn Controller> {
     match language {
-        Language::Grbl => Box::new(GrblSim::new(settings)),
-        Language::GrblHal => Box::new(GrblSim::hal(settings)),
-        Language::Zaber => Box::new(ZaberSim::new(settings)),
-        Language::Venus => Box::new(VenusSim::new(settings)),
-        Language::Described { description, .. } => Box::new(DescribedSim::new(description, settings)),
+        DialectName::Grbl => Box::new(GrblSim::new(settings)),
+        DialectName::GrblHal => Box::new(GrblSim::hal(settings)),
+        DialectName::Zaber => Box::new(ZaberSim::new(settings)),
+        DialectName::Venus => Box::new(VenusSim::new(settings)),
+        DialectName::Described { description, .. } => Box::new(DescribedSim::new(description, settings)),
     }
 }

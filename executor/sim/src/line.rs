@@ -118,8 +118,8 @@ impl Wire {
 
     /// When the next byte arrives that is minded.
     #[must_use]
-    pub fn next_minded(&self, minds: impl Fn(u8) -> bool) -> Option<Time> {
-        self.under_way.iter().find(|&&(_, byte)| minds(byte)).map(|&(at, _)| at)
+    pub fn next_minded(&self, is_realtime: impl Fn(u8) -> bool) -> Option<Time> {
+        self.under_way.iter().find(|&&(_, byte)| is_realtime(byte)).map(|&(at, _)| at)
     }
 
     /// When the next line is complete, or the last byte that is on the way arrives.

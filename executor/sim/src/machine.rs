@@ -7,8 +7,8 @@ use keepout_executor::session::{Sample, SampleKind};
 use keepout_guard::Time;
 
 use super::controller::{Controller, Disturbance};
-use super::follower::Follower;
 use super::line::Wire;
+use super::servo_drive::ServoDrive;
 use crate::faults::Faults;
 
 /// A machine at the end of a serial line.
@@ -17,8 +17,8 @@ pub struct SimMachine {
     controller: Box<dyn Controller>,
     to_controller: Wire,
     to_host: Wire,
-    drives: Option<Follower>,
-    slip: Slip,
+    drives: Option<ServoDrive>,
+    slip: PositioningError,
     fresh: Vec<Sample>,
     moved: Vec<Sample>,
     samples: Vec<Sample>,
@@ -28,7 +28,7 @@ pub struct SimMachine {
 
 /// How the tool's true place differs from the commanded one, within the machine's repeatability.
 #[derive(Clone, Debug)]
-pub struct Slip {
+pub struct PositioningError {
     random: fastrand::Rng,
     band_mm: f64,
     now: (f64, f64),
@@ -40,7 +40,7 @@ pub struct Slip {
 /// How far a wandering error moves in a sample, mm.
 const DRIFT: f64 = 1e-5;
 
-impl Slip {
+impl PositioningError {
     /// An error that wanders inside the band while the machine moves.
     #[must_use]
     pub fn wandering(band_mm: f64, steps_per_mm: f64, seed: u64) -> Self {
@@ -88,7 +88,12 @@ impl Slip {
 impl SimMachine {
     /// A machine behind a line of `baud` that delays each byte by `latency` each way.
     #[must_use]
-    pub fn new(controller: Box<dyn Controller>, baud: u32, latency: Duration, slip: Slip) -> Self {
+    pub fn new(
+        controller: Box<dyn Controller>,
+        baud: u32,
+        latency: Duration,
+        slip: PositioningError,
+    ) -> Self {
         Self {
             controller,
             to_controller: Wire::new(baud, latency),
@@ -106,7 +111,7 @@ impl SimMachine {
     /// The same machine on feed drives that follow the commanded positions, in their own time; without any, the tool is where
     /// it is commanded to be.
     #[must_use]
-    pub fn driven(mut self, drives: Option<Follower>) -> Self {
+    pub fn driven(mut self, drives: Option<ServoDrive>) -> Self {
         self.drives = drives;
         self
     }
@@ -186,7 +191,7 @@ impl SimMachine {
     pub fn advance(&mut self, now: Time) {
         loop {
             let arrival = self.to_controller.next_arrival().filter(|&at| at <= now);
-            let tick = self.drives.as_ref().map_or(Time::NEVER, Follower::next_tick);
+            let tick = self.drives.as_ref().map_or(Time::NEVER, ServoDrive::next_tick);
             let event = self.controller.next_event().min(tick);
             match arrival {
                 Some(at) if at <= event => {
@@ -214,7 +219,7 @@ impl SimMachine {
 
     /// The controller takes a byte; most wait in its buffer for what follows, and need no looking at.
     fn take(&mut self, byte: u8, at: Time) {
-        if self.controller.minds(byte) {
+        if self.controller.is_realtime(byte) {
             self.controller.advance(at);
             self.controller.receive(byte);
             self.pass_on(at);
@@ -246,7 +251,8 @@ impl SimMachine {
     #[must_use]
     pub fn next_event(&self) -> Time {
         let controller = self.controller.next_event();
-        let there = self.to_controller.next_minded(|byte| self.controller.minds(byte)).unwrap_or(Time::NEVER);
+        let there =
+            self.to_controller.next_minded(|byte| self.controller.is_realtime(byte)).unwrap_or(Time::NEVER);
         let here = self.to_host.next_line().unwrap_or(Time::NEVER);
         controller.min(there).min(here)
     }

@@ -6,7 +6,7 @@ use keepout_drives::interpolator::{Drives, Motion};
 use keepout_executor::session::{Sample, SampleKind};
 use keepout_guard::Time;
 
-use super::apart::Apart;
+use super::independent::Apart;
 
 /// The drives of a simulated controller, in its own time.
 #[derive(Clone, Debug)]

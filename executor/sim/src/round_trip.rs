@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use keepout_executor::dialect::{Dialect, Language, Setting};
+use keepout_executor::dialect::{Dialect, DialectConfig, DialectName};
 use keepout_executor::supervisor::{Command, Mode, Reply};
 use keepout_guard::{Guard, Time, guard_in_open_space};
 use keepout_kernel::{Curve, Point, Segment, Vector};
@@ -40,9 +40,9 @@ struct Pair {
 }
 
 impl Pair {
-    fn new(language: &Language, offset: Vector) -> Self {
+    fn new(language: &DialectName, offset: Vector) -> Self {
         let machine = MachineProfile::simulated();
-        let setting = Setting::of(&machine, offset);
+        let setting = DialectConfig::of(&machine, offset);
         let settings = SimSettings {
             machine,
             start_mm: (-10.0, -10.0),
@@ -96,7 +96,7 @@ impl Pair {
 
 /// Drives to places on the lattice, and looks where the machine and the report are.
 fn through(language: &str) {
-    let language = Language::named(language).unwrap();
+    let language = DialectName::named(language).unwrap();
     let mut random = fastrand::Rng::with_seed(11);
     let offset = Vector { dx: -30_012_345, dy: -20_000_007 };
     let mut pair = Pair::new(&language, offset);
@@ -144,7 +144,7 @@ fn venus() {
 
 #[test]
 fn described() {
-    for file in ["nsk-style", "tango", "../tests/described/ok-style", "../tests/described/one-answer"] {
+    for file in ["nsk-style", "tango", "../sim/tests/described/ok-style", "../tests/described/one-answer"] {
         through(&format!("{}/../dialects/{file}.toml", env!("CARGO_MANIFEST_DIR")));
     }
 }

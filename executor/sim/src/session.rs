@@ -1,16 +1,16 @@
-//! A whole session on the simulated machine, watched by the witness.
+//! A whole session on the simulated machine, watched by the monitor.
 
 use std::time::Duration;
 
-use keepout_executor::dialect::{Language, Setting};
+use keepout_executor::dialect::{DialectConfig, DialectName};
 use keepout_executor::operator::Operator;
 use keepout_executor::session::port::{Port, PortError};
 use keepout_executor::session::serial::Serial;
 use keepout_executor::session::{
-    Clock, Ended, Engine, Going, PlaceError, Placement, RealClock, RunFacts, Sample, SampleKind, Session,
-    Tape, TapeError, VirtualClock, coverage, place_on_table, start_inside,
+    Clock, Ended, Engine, EventLog, EventLogError, Going, PlaceError, Placement, RealClock, RunFacts, Sample,
+    SampleKind, Session, VirtualClock, coverage, place_on_table, start_inside,
 };
-use keepout_executor::supervisor::{Options, Supervisor, Workpiece};
+use keepout_executor::supervisor::{Options, PreparedPlan, Supervisor};
 use keepout_guard::Time;
 use keepout_kernel::{Point, Vector};
 use keepout_planner::job::{Progress, contour_job};
@@ -19,8 +19,10 @@ use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::{mm, point_mm};
 use thiserror::Error;
 
-use crate::witness::Witness;
-use crate::{Follower, Quirks, Servo, SimMachine, SimSettings, Slip, VirtualPort, speaking};
+use crate::monitor::CollisionMonitor;
+use crate::{
+    PositioningError, Quirks, ServoConfig, ServoDrive, SimMachine, SimSettings, VirtualPort, speaking,
+};
 
 /// How the simulated machine is reached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,11 +39,11 @@ pub struct SimRun {
     /// The machine.
     pub machine: MachineProfile,
     /// The drives that its tool is moved by; without, it is always where it is commanded to be.
-    pub servo: Option<Servo>,
+    pub servo: Option<ServoConfig>,
     /// How it is reached.
     pub link: Link,
     /// What its controller speaks.
-    pub language: Language,
+    pub language: DialectName,
     /// Baud rate of the line.
     pub baud: u32,
     /// Added delay each way.
@@ -64,9 +66,9 @@ impl Default for SimRun {
     fn default() -> Self {
         Self {
             machine: MachineProfile::simulated(),
-            servo: Servo::simulated().ok(),
+            servo: ServoConfig::simulated().ok(),
             link: Link::Virtual,
-            language: Language::Grbl,
+            language: DialectName::Grbl,
             baud: 115_200,
             latency: Duration::from_millis(1),
             seed: 1,
@@ -87,8 +89,8 @@ pub struct SimResult {
     /// The true tool positions while it moved, drawing coordinates.
     pub samples: Vec<Sample>,
     /// The plan.
-    pub work: Workpiece,
-    /// Positions that the witness watched.
+    pub work: PreparedPlan,
+    /// Positions that the monitor watched.
     pub watched: u64,
 }
 
@@ -103,7 +105,7 @@ pub enum SimError {
     Port(#[from] PortError),
     /// The log failed.
     #[error(transparent)]
-    Tape(#[from] TapeError),
+    EventLog(#[from] EventLogError),
 }
 
 /// Most samples that are kept for the picture; beyond it every other one is dropped.
@@ -112,8 +114,8 @@ const SAMPLES_MAX: usize = 2_000_000;
 /// After the session's end the machine is watched for this long, and the line's latency.
 const SETTLE: Duration = Duration::from_millis(2500);
 
-/// Called after every round with the supervisor, the witness and the time.
-pub type Watch<'a> = dyn FnMut(&Supervisor, &Witness, Time) -> Going + 'a;
+/// Called after every round with the supervisor, the monitor and the time.
+pub type Watch<'a> = dyn FnMut(&Supervisor, &CollisionMonitor, Time) -> Going + 'a;
 
 /// A simulated session before it begins.
 #[derive(Debug)]
@@ -121,7 +123,7 @@ pub struct Scene {
     /// What the session is set up with.
     pub options: Options,
     /// What its dialect is told.
-    pub setting: Setting,
+    pub setting: DialectConfig,
     sim: SimSettings,
 }
 
@@ -156,21 +158,21 @@ impl Scene {
         let options = Options {
             feed_mm_min: run.feed_mm_min,
             home: start.is_none(),
-            stroke: place.stroke,
+            travel: place.travel,
             answer_within: Duration::from_secs(5) + run.latency * 4,
             baud: run.baud,
             progress: run.progress.clone(),
         };
-        let setting = Setting {
-            stroke_mm: Some(run.machine.stroke_mm),
-            ..Setting::of(&plan.plan.machine, place.offset)
+        let setting = DialectConfig {
+            travel_mm: Some(run.machine.travel_mm),
+            ..DialectConfig::of(&plan.plan.machine, place.offset)
         };
         Ok(Self { options, setting, sim })
     }
 }
 
 fn check_start(plan: &CertifiedPlan, place: &Placement, at: Point) -> Result<(), PlaceError> {
-    if !place.stroke.holds(at) {
+    if !place.travel.holds(at) {
         return Err(PlaceError::Start { at, reason: "it is beyond the machine's travel".into() });
     }
     let free = plan.part.free_point(at, plan.roughing);
@@ -183,10 +185,10 @@ fn check_start(plan: &CertifiedPlan, place: &Placement, at: Point) -> Result<(),
 /// # Errors
 /// [`SimError`] when the job does not fit the table, there is no pty, or the log can not be written on.
 pub fn run_simulated(
-    work: Workpiece,
+    work: PreparedPlan,
     run: &SimRun,
     operator: Box<dyn Operator + Send>,
-    tape: Box<dyn Tape>,
+    tape: Box<dyn EventLog>,
     prepare: impl FnOnce(&mut Supervisor),
     watch: &mut Watch<'_>,
 ) -> Result<SimResult, SimError> {
@@ -199,22 +201,22 @@ pub fn run_simulated(
 /// # Errors
 /// [`SimError`] when there is no pty, or the log can not be written on.
 pub fn run_scene(
-    work: Workpiece,
+    work: PreparedPlan,
     run: &SimRun,
     scene: Scene,
     operator: Box<dyn Operator + Send>,
-    tape: Box<dyn Tape>,
+    tape: Box<dyn EventLog>,
     prepare: impl FnOnce(&mut Supervisor),
     watch: &mut Watch<'_>,
 ) -> Result<SimResult, SimError> {
     let offset = scene.setting.offset;
-    let witness = Witness::new(work.plan.part.clone(), work.plan.plan.tool_radius, offset);
-    let mut eye = Eye { witness, samples: Vec::new(), every: 1, seen: 0, offset: point_mm_of(offset) };
+    let monitor = CollisionMonitor::new(work.plan.part.clone(), work.plan.plan.tool_radius, offset);
+    let mut eye = Eye { monitor, samples: Vec::new(), every: 1, seen: 0, offset: point_mm_of(offset) };
     let dialect = run.language.dialect(scene.setting);
     let mut supervisor = Supervisor::new(work, scene.options, dialect.abilities());
     prepare(&mut supervisor);
-    let slip = Slip::wandering(run.machine.repeatability_mm, run.machine.steps_per_mm, run.seed);
-    let drives = run.servo.as_ref().and_then(|servo| Follower::new(servo, scene.sim.start_mm));
+    let slip = PositioningError::wandering(run.machine.repeatability_mm, run.machine.steps_per_mm, run.seed);
+    let drives = run.servo.as_ref().and_then(|servo| ServoDrive::new(servo, scene.sim.start_mm));
     let machine =
         SimMachine::new(speaking(&run.language, scene.sim), run.baud, run.latency, slip).driven(drives);
     let engine = Engine::new(supervisor, dialect);
@@ -239,7 +241,7 @@ pub fn run_scene(
 fn on_pty(
     engine: Engine,
     operator: Box<dyn Operator + Send>,
-    tape: Box<dyn Tape>,
+    tape: Box<dyn EventLog>,
     machine: SimMachine,
     run: &SimRun,
     eye: &mut Eye,
@@ -257,7 +259,7 @@ fn on_pty(
 fn on_pty(
     _: Engine,
     _: Box<dyn Operator + Send>,
-    _: Box<dyn Tape>,
+    _: Box<dyn EventLog>,
     _: SimMachine,
     _: &SimRun,
     _: &mut Eye,
@@ -277,12 +279,12 @@ fn comes_from_home(plan: &CertifiedPlan, place: &Placement, home: (f64, f64)) ->
     else {
         return false;
     };
-    plan.part.free_point(point, plan.roughing).is_ok() && contour_job(plan, point, place.stroke).is_ok()
+    plan.part.free_point(point, plan.roughing).is_ok() && contour_job(plan, point, place.travel).is_ok()
 }
 
-/// The witness, and what is kept for the picture.
+/// The monitor, and what is kept for the picture.
 struct Eye {
-    witness: Witness,
+    monitor: CollisionMonitor,
     samples: Vec<Sample>,
     every: usize,
     seen: usize,
@@ -292,7 +294,7 @@ struct Eye {
 impl Eye {
     fn take(&mut self, samples: &mut Vec<Sample>) {
         for sample in samples.drain(..) {
-            self.witness.watch(&sample);
+            self.monitor.watch(&sample);
             if sample.kind == SampleKind::Rest {
                 continue;
             }
@@ -321,14 +323,14 @@ fn drive<P: Port>(
     eye: &mut Eye,
     take: impl Fn(&mut Session<'_, P>, &mut Vec<Sample>),
     watch: &mut Watch<'_>,
-) -> Result<(Ended, f64), TapeError> {
+) -> Result<(Ended, f64), EventLogError> {
     let mut last = Time::ZERO;
     let mut samples = Vec::new();
     let ended = session.run(clock, run.limit, |session, now| {
         take(session, &mut samples);
         eye.take(&mut samples);
         last = now;
-        watch(session.supervisor(), &eye.witness, now)
+        watch(session.supervisor(), &eye.monitor, now)
     })?;
     // What is still under way is watched to its end: the last commands arrive, and the tool comes to rest.
     let rest = last.after(run.latency + SETTLE);
@@ -345,9 +347,9 @@ fn drive<P: Port>(
 }
 
 fn result_of(supervisor: Supervisor, ended: Ended, seconds: f64, run: &SimRun, eye: Eye) -> SimResult {
-    let witness = eye.witness;
+    let monitor = eye.monitor;
     let finished = supervisor.finished().len();
-    let coverage = (finished > 0).then(|| coverage(supervisor.plan(), witness.cut_paths()));
+    let coverage = (finished > 0).then(|| coverage(supervisor.plan(), monitor.cut_paths()));
     let setting = format!(
         "{}, {} baud, {} ms added each way, {}",
         run.machine.name,
@@ -365,13 +367,13 @@ fn result_of(supervisor: Supervisor, ended: Ended, seconds: f64, run: &SimRun, e
         partial: supervisor.progress().partial.len(),
         unreached: supervisor.unreached(),
         interrupted: supervisor.is_interrupted(),
-        deepest_mm: Some(witness.deepest().map_or(0.0, |incursion| incursion.depth_mm)),
-        closest_mm: witness.closest_mm(),
-        closest_by_hand_mm: witness.closest_by_hand_mm(),
+        deepest_mm: Some(monitor.deepest().map_or(0.0, |gouge| gouge.depth_mm)),
+        closest_mm: monitor.closest_mm(),
+        closest_by_hand_mm: monitor.closest_by_hand_mm(),
         coverage,
         setting,
         notices: supervisor.notices().to_vec(),
     };
-    let watched = witness.watched();
+    let watched = monitor.watched();
     SimResult { facts, samples: eye.samples, work: supervisor.work().clone(), watched }
 }

@@ -220,7 +220,7 @@ impl VenusSim {
 
     /// To a place in machine coordinates. Without its ends it knows of no limits: the axes stop at their switches.
     fn drive(&mut self, to: (f64, f64)) {
-        let [width, height] = self.settings.machine.stroke_mm;
+        let [width, height] = self.settings.machine.travel_mm;
         let within = (to.0.clamp(-width, 0.0), to.1.clamp(-height, 0.0));
         self.stands = None;
         if self.calibrated == NEAR | FAR && within != to {
@@ -241,7 +241,7 @@ impl VenusSim {
         if !self.plant.is_homing()
             && let Some(end) = self.searches.take()
         {
-            let [width, height] = self.settings.machine.stroke_mm;
+            let [width, height] = self.settings.machine.travel_mm;
             let at = if end == NEAR { (-width, -height) } else { (0.0, 0.0) };
             self.calibrated |= end;
             self.stands = Some(at);
@@ -256,12 +256,12 @@ impl Controller for VenusSim {
         if self.rx.len() < RX_MAX && self.plant.now() >= self.deaf_until {
             self.rx.push_back(byte);
         }
-        if self.minds(byte) {
+        if self.is_realtime(byte) {
             self.interpret();
         }
     }
 
-    fn minds(&self, byte: u8) -> bool {
+    fn is_realtime(&self, byte: u8) -> bool {
         matches!(byte, b' ' | b'\r' | b'\n')
     }
 

@@ -59,7 +59,7 @@ impl ZaberSim {
 
     /// Travel in microsteps: the far end is machine zero.
     fn travel(&self) -> (f64, f64) {
-        let [width, height] = self.settings.machine.stroke_mm;
+        let [width, height] = self.settings.machine.travel_mm;
         (self.steps(width), self.steps(height))
     }
 
@@ -178,7 +178,7 @@ impl Controller for ZaberSim {
         }
     }
 
-    fn minds(&self, byte: u8) -> bool {
+    fn is_realtime(&self, byte: u8) -> bool {
         matches!(byte, b'\n' | b'\r')
     }
 

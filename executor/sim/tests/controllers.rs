@@ -3,15 +3,15 @@
 
 use std::time::Duration;
 
-use keepout_executor::dialect::{Dialect, Grbl, Setting};
+use keepout_executor::dialect::{Dialect, DialectConfig, Grbl};
 use keepout_executor::session::port::{Port, PortError};
-use keepout_executor::session::{Ended, Engine, Going, NoTape, Session, VirtualClock, place_on_table};
-use keepout_executor::supervisor::{Fault, Options, Supervisor, Workpiece};
+use keepout_executor::session::{Ended, Engine, Going, NoEventLog, Session, VirtualClock, place_on_table};
+use keepout_executor::supervisor::{Fault, Options, PreparedPlan, Supervisor};
 use keepout_guard::Time;
 use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::order::Order;
 use keepout_planner::plan::CertifiedPlan;
+use keepout_planner::request::PlanRequest;
 use keepout_sim::operator;
 
 /// A controller that answers each write by a rule.
@@ -40,7 +40,7 @@ impl<F: FnMut(&[u8]) -> Vec<u8>> Port for Scripted<F> {
 
 fn plan() -> CertifiedPlan {
     let bytes = include_bytes!("../../cli/drawings/bracket.dxf");
-    Order::default().plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap()
+    PlanRequest::default().plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap()
 }
 
 fn fault_of(rule: impl FnMut(&[u8]) -> Vec<u8>, home: bool, lost_at: Option<Time>) -> (Fault, Vec<u8>) {
@@ -49,22 +49,22 @@ fn fault_of(rule: impl FnMut(&[u8]) -> Vec<u8>, home: bool, lost_at: Option<Time
     let options = Options {
         feed_mm_min: 600,
         home,
-        stroke: place.stroke,
+        travel: place.travel,
         answer_within: Duration::from_secs(3),
         baud: 115_200,
         progress: Progress::default(),
     };
-    let dialect = Grbl::new(Setting {
+    let dialect = Grbl::new(DialectConfig {
         offset: place.offset,
         steps_per_mm: 400.0,
         arc_tolerance_mm: 0.0005,
-        stroke_mm: Some([400.0, 350.0]),
+        travel_mm: Some([400.0, 350.0]),
     });
-    let supervisor = Supervisor::new(Workpiece::new(plan), options, dialect.abilities());
+    let supervisor = Supervisor::new(PreparedPlan::new(plan), options, dialect.abilities());
     let port = Scripted { rule, pending: Vec::new(), written: Vec::new(), lost_at };
     let operator = operator::named("wall", 60.0, 1).unwrap();
     let engine = Engine::new(supervisor, Box::new(dialect));
-    let mut session = Session::new(engine, port, operator, Box::new(NoTape));
+    let mut session = Session::new(engine, port, operator, Box::new(NoEventLog));
     let ended =
         session.run(&mut VirtualClock::default(), Duration::from_secs(300), |_, _| Going::On).unwrap();
     assert_eq!(ended, Ended::Faulted);
@@ -166,7 +166,7 @@ fn inches_and_too_few_steps_are_refused() {
         let mut inner = grbl(|_| Vec::new());
         let other =
             move |bytes: &[u8]| String::from_utf8(inner(bytes)).unwrap().replace(from, to).into_bytes();
-        assert!(matches!(fault_of(other, false, None).0, Fault::Setting(unfit) if unfit.name == name));
+        assert!(matches!(fault_of(other, false, None).0, Fault::DialectConfig(unfit) if unfit.name == name));
     }
 }
 
@@ -204,13 +204,13 @@ fn not_homed_no_homing_switches_and_standing_inside() {
         let text = String::from_utf8(inner(bytes)).unwrap();
         text.replace("$22=1", "$22=0").into_bytes()
     };
-    assert!(matches!(fault_of(unhomed, false, None).0, Fault::Setting(_)));
+    assert!(matches!(fault_of(unhomed, false, None).0, Fault::DialectConfig(_)));
     let mut inner = grbl(|_| Vec::new());
     let inside = move |bytes: &[u8]| {
         let text = String::from_utf8(inner(bytes)).unwrap();
         text.replace("-10.000,-10.000", "-230.000,-190.000").into_bytes()
     };
-    assert!(matches!(fault_of(inside, false, None).0, Fault::StandsInside { .. }));
+    assert!(matches!(fault_of(inside, false, None).0, Fault::InsideJoggingClearance { .. }));
 }
 
 #[test]

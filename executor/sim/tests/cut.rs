@@ -5,25 +5,26 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Duration;
 
-use keepout_executor::dialect::Language;
-use keepout_executor::operator::{Operator, Seen};
+use keepout_executor::dialect::DialectName;
+use keepout_executor::operator::{Operator, OperatorView};
 use keepout_executor::session::port::{Port, PortError};
-use keepout_executor::session::{Engine, Going, NoTape, Session, VirtualClock, coverage, start_inside};
-use keepout_executor::supervisor::{Ask, Phase, Supervisor, Wish, Workpiece};
+use keepout_executor::session::{Engine, Going, NoEventLog, Session, VirtualClock, coverage, start_inside};
+use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase, PreparedPlan, Supervisor};
 use keepout_guard::Time;
 use keepout_kernel::Point;
 use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::order::Order;
+use keepout_planner::request::PlanRequest;
 use keepout_planner::units::point_mm;
+use keepout_sim::monitor::CollisionMonitor;
 use keepout_sim::session::{Scene, SimRun};
-use keepout_sim::witness::Witness;
-use keepout_sim::{Quirks, SimMachine, SimSettings, Slip, operator, speaking};
+use keepout_sim::{PositioningError, Quirks, SimMachine, SimSettings, operator, speaking};
 
-fn work() -> Workpiece {
+fn work() -> PreparedPlan {
     let bytes = include_bytes!("../../cli/drawings/bracket.dxf");
-    let plan = Order::default().plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap();
-    Workpiece::new(plan)
+    let plan =
+        PlanRequest::default().plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap();
+    PreparedPlan::new(plan)
 }
 
 /// What is done to one report.
@@ -109,12 +110,12 @@ impl Slider {
 }
 
 impl Operator for Slider {
-    fn wish(&mut self, seen: &Seen, now: Time) -> Wish {
-        let ask = |ask| Wish { ask: Some(ask), automatic: true, ..Wish::default() };
-        let push = |x: f64, y: f64| Wish { direction: (x, y), ..Wish::default() };
+    fn input(&mut self, view: &OperatorView, now: Time) -> OperatorInput {
+        let ask = |ask| OperatorInput { ask: Some(ask), automatic: true, ..OperatorInput::default() };
+        let push = |x: f64, y: f64| OperatorInput { direction: (x, y), ..OperatorInput::default() };
         let past = |since: Time, seconds: f64| now.since(since).as_secs_f64() > seconds;
-        match (seen.phase, seen.position_mm, seen.wall_mm) {
-            (Phase::Faulted, ..) => ask(Ask::Recover),
+        match (view.phase, view.position_mm, view.wall_mm) {
+            (Phase::Faulted, ..) => ask(OperatorCommand::Recover),
             (Phase::Escaping, Some(at), Some(wall)) => {
                 let (since, from) = *self.began.get_or_insert((now, at));
                 let (x, y) = (wall.0 - at.0, wall.1 - at.1);
@@ -125,29 +126,29 @@ impl Operator for Slider {
                     None if slides => push(-y * self.side, x * self.side),
                     None if past(since, 12.5) || self.along_mm == 0.0 => {
                         self.asked = Some(now);
-                        ask(Ask::Resume)
+                        ask(OperatorCommand::CycleStart)
                     }
-                    _ => Wish::default(),
+                    _ => OperatorInput::default(),
                 }
             }
             (Phase::Manual, ..) if self.asked.is_some_and(|asked| past(asked, 1.5)) => {
-                if seen.unacknowledged == 0 && self.asked.is_some_and(|asked| past(asked, 4.0)) {
-                    ask(Ask::Resume)
+                if view.unacknowledged == 0 && self.asked.is_some_and(|asked| past(asked, 4.0)) {
+                    ask(OperatorCommand::CycleStart)
                 } else {
-                    Wish::default()
+                    OperatorInput::default()
                 }
             }
             (Phase::Touching | Phase::Contouring, ..) if self.asked.is_some() => {
-                Wish { automatic: true, ..Wish::default() }
+                OperatorInput { automatic: true, ..OperatorInput::default() }
             }
-            _ => self.cuts.wish(seen, now),
+            _ => self.cuts.input(view, now),
         }
     }
 }
 
 /// One session at GRBL.
 fn session(
-    work: &Workpiece,
+    work: &PreparedPlan,
     progress: Progress,
     trouble: Option<Trouble>,
     operator: Box<dyn Operator + Send>,
@@ -165,14 +166,14 @@ fn session(
         work_offset_mm: (-3.0, -4.0),
         quirks: Quirks::default(),
     };
-    let slip = Slip::wandering(0.0, run.machine.steps_per_mm, 1);
-    let machine = SimMachine::new(speaking(&Language::Grbl, sim), run.baud, run.latency, slip);
-    let mut witness = Witness::new(work.plan.part.clone(), work.plan.plan.tool_radius, offset);
+    let slip = PositioningError::wandering(0.0, run.machine.steps_per_mm, 1);
+    let machine = SimMachine::new(speaking(&DialectName::Grbl, sim), run.baud, run.latency, slip);
+    let mut monitor = CollisionMonitor::new(work.plan.part.clone(), work.plan.plan.tool_radius, offset);
     let harm = Harms::default();
     let dialect = run.language.dialect(scene.setting);
     let supervisor = Supervisor::new(work.clone(), scene.options, dialect.abilities());
     let line = HurtLine { machine, harm: Rc::clone(&harm) };
-    let mut session = Session::new(Engine::new(supervisor, dialect), line, operator, Box::new(NoTape));
+    let mut session = Session::new(Engine::new(supervisor, dialect), line, operator, Box::new(NoEventLog));
     if trouble.is_some_and(|trouble| trouble.noise) {
         session = session.recovering(Box::new(|| unreachable!("the port stays open")));
     }
@@ -180,7 +181,7 @@ fn session(
     let limit = Duration::from_secs(200);
     let mut watch = |session: &mut Session<'_, HurtLine>, now: Time| {
         session.port().unwrap().machine.take_samples(&mut samples);
-        samples.drain(..).for_each(|sample| witness.watch(&sample));
+        samples.drain(..).for_each(|sample| monitor.watch(&sample));
         if session.supervisor().phase() == Phase::Contouring && !told {
             let began = *began.get_or_insert(now);
             let guard = session.supervisor().guard();
@@ -199,11 +200,11 @@ fn session(
     session.run(&mut VirtualClock::default(), limit, &mut watch).unwrap();
     session.drain(Time::from_micros(220_000_000));
     session.port().unwrap().machine.take_samples(&mut samples);
-    samples.drain(..).for_each(|sample| witness.watch(&sample));
-    assert!(witness.deepest().is_none());
+    samples.drain(..).for_each(|sample| monitor.watch(&sample));
+    assert!(monitor.deepest().is_none());
     let supervisor = session.supervisor();
     Cut {
-        paths: witness.cut_paths().map(<[Point]>::to_vec).collect(),
+        paths: monitor.cut_paths().map(<[Point]>::to_vec).collect(),
         progress: supervisor.progress(),
         finished: supervisor.finished().len(),
         phase: supervisor.phase(),

@@ -5,17 +5,17 @@
 
 use std::time::Duration;
 
-use keepout_executor::session::{Going, NoTape, Sample};
-use keepout_executor::supervisor::Workpiece;
+use keepout_executor::session::{Going, NoEventLog, Sample};
+use keepout_executor::supervisor::PreparedPlan;
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::order::Order;
+use keepout_planner::request::PlanRequest;
 use keepout_planner::units::point_from_mm;
 use keepout_sim::operator::Script;
 use keepout_sim::session::{SimRun, run_simulated};
 
 /// An L of 90 × 70 mm with its inside corner at (30, 25).
 const L: &str = "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n0\nLWPOLYLINE\n8\n0\n90\n6\n70\n1\n10\n0\n20\n0\n10\n90\n20\n0\n10\n90\n20\n25\n10\n30\n20\n25\n10\n30\n20\n70\n10\n0\n20\n70\n0\nENDSEC\n0\nEOF\n";
-/// The tool's radius, allowance and margin: how near the centre may come by hand, mm.
+/// The tool's radius, stock_to_leave and margin: how near the centre may come by hand, mm.
 const REACH: f64 = 3.2115;
 const SPEED: f64 = 200.0;
 const ACCELERATION: f64 = 1000.0;
@@ -32,7 +32,8 @@ fn steered(start: (f64, f64), script: &str) -> Trace {
 
 /// What the tool did over a line of this baud rate.
 fn steered_over(baud: u32, start: (f64, f64), script: &str) -> Trace {
-    let plan = Order::default().plan("l", L.as_bytes(), &MachineProfile::simulated(), &mut |_| {}).unwrap();
+    let plan =
+        PlanRequest::default().plan("l", L.as_bytes(), &MachineProfile::simulated(), &mut |_| {}).unwrap();
     let machine = MachineProfile { repeatability_mm: 0.0, ..MachineProfile::simulated() };
     // A tool that is where it is commanded to be: the feel is that of steering, not of drives.
     let run = SimRun {
@@ -46,10 +47,10 @@ fn steered_over(baud: u32, start: (f64, f64), script: &str) -> Trace {
     let mut began = None;
     let operator = Box::new(Script::parse(script).unwrap());
     let result = run_simulated(
-        Workpiece::new(plan),
+        PreparedPlan::new(plan),
         &run,
         operator,
-        Box::new(NoTape),
+        Box::new(NoEventLog),
         |_| {},
         &mut |supervisor, _, now| {
             if began.is_none() && supervisor.phase().is_steered() {
@@ -60,7 +61,7 @@ fn steered_over(baud: u32, start: (f64, f64), script: &str) -> Trace {
     );
     let result = result.unwrap();
     assert_eq!(result.facts.deepest_mm, Some(0.0));
-    // The script's clock starts with the first wish after the start: within 10 ms.
+    // The script's clock starts with the first input after the start: within 10 ms.
     let began = began.unwrap();
     let place = |sample: &Sample| (sample.at.elapsed().as_secs_f64() - began, sample.position_mm);
     result.samples.iter().map(place).collect()
@@ -273,9 +274,9 @@ fn slides_along_the_end_of_the_travel(places: &[(f64, (f64, f64))]) -> Judgement
 #[test]
 fn the_end_of_the_travel_is_reached_and_slid_along() {
     let profile = MachineProfile::simulated();
-    let plan = Order::default().plan("l", L.as_bytes(), &profile, &mut |_| {}).unwrap();
+    let plan = PlanRequest::default().plan("l", L.as_bytes(), &profile, &mut |_| {}).unwrap();
     let place = keepout_executor::session::place_on_table(&plan, &profile, None).unwrap();
-    let (_, _, _, y1) = place.stroke.corners();
+    let (_, _, _, y1) = place.travel.corners();
     let end = keepout_planner::units::mm(y1);
     let places = steered((0.0, end - 4.0), "0 0 0\n0.5 0.5 0.5\n1.5 0 0\n2.5 quit\n");
     slides_along_the_end_of_the_travel(&places).unwrap();

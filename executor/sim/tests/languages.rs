@@ -3,21 +3,21 @@
 
 use std::time::Duration;
 
-use keepout_executor::dialect::Language;
-use keepout_executor::session::{Ended, Going, NoTape, RunFacts};
-use keepout_executor::supervisor::Workpiece;
+use keepout_executor::dialect::DialectName;
+use keepout_executor::session::{Ended, Going, NoEventLog, RunFacts};
+use keepout_executor::supervisor::PreparedPlan;
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::order::Order;
-use keepout_planner::plan::{CertifiedPlan, PassJob};
+use keepout_planner::plan::{CertifiedPlan, PassParameters};
+use keepout_planner::request::PlanRequest;
 use keepout_sim::operator;
 use keepout_sim::session::{SimRun, run_simulated};
 
 /// The bracket, with one finishing pass that leaves `stock_mm`.
 fn plan(stock_mm: f64) -> CertifiedPlan {
     let bytes = include_bytes!("../../cli/drawings/bracket.dxf");
-    let mut order = Order::default();
+    let mut order = PlanRequest::default();
     if stock_mm > 0.0 {
-        order.job.passes = vec![PassJob { allowance_mm: stock_mm, feed_mm_min: None }];
+        order.job.passes = vec![PassParameters { stock_to_leave_mm: stock_mm, feed_mm_min: None }];
     }
     order.plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap()
 }
@@ -35,7 +35,7 @@ fn run_over(
     seed: u64,
 ) -> RunFacts {
     let run = SimRun {
-        language: Language::named(language).unwrap(),
+        language: DialectName::named(language).unwrap(),
         feed_mm_min: 3000,
         baud,
         latency: Duration::from_millis(latency_ms),
@@ -43,8 +43,8 @@ fn run_over(
         ..SimRun::default()
     };
     let operator = operator::named(operator, 20.0, seed).unwrap();
-    let work = Workpiece::new(plan(stock_mm));
-    run_simulated(work, &run, operator, Box::new(NoTape), |_| {}, &mut |_, _, _| Going::On).unwrap().facts
+    let work = PreparedPlan::new(plan(stock_mm));
+    run_simulated(work, &run, operator, Box::new(NoEventLog), |_| {}, &mut |_, _, _| Going::On).unwrap().facts
 }
 
 fn whole(language: &str, stock_mm: f64) {

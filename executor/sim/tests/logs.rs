@@ -6,27 +6,30 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::Duration;
 
-use keepout_executor::dialect::Language;
+use keepout_executor::dialect::DialectName;
 use keepout_executor::operator::Operator;
 use keepout_executor::session::log::{Entry, Header, Log, LogReadError, LogTape};
 use keepout_executor::session::port::{Port, PortError};
-use keepout_executor::session::replay::{Happening, LogEnd, Replay, ReplayError, replay};
-use keepout_executor::session::{Ended, Engine, Going, Record, Session, Tape, TapeError, VirtualClock};
-use keepout_executor::supervisor::{Phase, Supervisor, Workpiece};
+use keepout_executor::session::replay::{LogEnd, Replay, ReplayError, TimelineEntry, replay};
+use keepout_executor::session::{
+    Ended, Engine, EventLog, EventLogError, Going, LoggedEvent, Session, VirtualClock,
+};
+use keepout_executor::supervisor::{Phase, PreparedPlan, Supervisor};
 use keepout_guard::Time;
 use keepout_planner::job::{LoopNumber, Progress};
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::order::Order;
 use keepout_planner::plan_file;
+use keepout_planner::request::PlanRequest;
+use keepout_sim::monitor::CollisionMonitor;
 use keepout_sim::operator::Script;
 use keepout_sim::session::{Scene, SimRun, run_scene};
-use keepout_sim::witness::Witness;
-use keepout_sim::{Quirks, SimMachine, SimSettings, Slip, operator, speaking};
+use keepout_sim::{PositioningError, Quirks, SimMachine, SimSettings, operator, speaking};
 
-fn work() -> Workpiece {
+fn work() -> PreparedPlan {
     let bytes = include_bytes!("../../cli/drawings/bracket.dxf");
-    let plan = Order::default().plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap();
-    Workpiece::new(plan)
+    let plan =
+        PlanRequest::default().plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap();
+    PreparedPlan::new(plan)
 }
 
 fn file(name: &str) -> PathBuf {
@@ -35,15 +38,15 @@ fn file(name: &str) -> PathBuf {
     path
 }
 
-fn header(work: &Workpiece, scene: &Scene) -> Header {
+fn header(work: &PreparedPlan, scene: &Scene) -> Header {
     Header {
         plan: plan_file::hex(&plan_file::hash(&plan_file::encode(&work.plan.plan).unwrap())),
-        dialect: Language::Grbl.name().into(),
+        dialect: DialectName::Grbl.name().into(),
         offset: scene.setting.offset,
-        stroke: scene.options.stroke,
+        travel: scene.options.travel,
         feed_mm_min: scene.options.feed_mm_min,
         home: scene.options.home,
-        travel_mm: scene.setting.stroke_mm,
+        travel_mm: scene.setting.travel_mm,
         simulated: true,
         answer_within_ms: u64::try_from(scene.options.answer_within.as_millis()).unwrap(),
         baud: scene.options.baud,
@@ -55,14 +58,14 @@ fn header(work: &Workpiece, scene: &Scene) -> Header {
 /// The log of a session on the simulated machine.
 fn logged(
     name: &str,
-    work: &Workpiece,
+    work: &PreparedPlan,
     run: &SimRun,
     operator: Box<dyn Operator + Send>,
 ) -> (PathBuf, Ended) {
     let path = file(name);
     let scene = Scene::of(&work.plan, run).unwrap();
     let tape = LogTape::create(&path, &header(work, &scene)).unwrap();
-    let watch = &mut |_: &Supervisor, _: &Witness, _: Time| Going::On;
+    let watch = &mut |_: &Supervisor, _: &CollisionMonitor, _: Time| Going::On;
     let result = run_scene(work.clone(), run, scene, operator, Box::new(tape), |_| {}, watch).unwrap();
     assert!(result.facts.deepest_mm.unwrap() <= 0.0);
     (path, result.facts.ended)
@@ -71,7 +74,7 @@ fn logged(
 /// From home to the part's right edge, then automatic, with a pause.
 const PAUSED: &str = "0 -1 -0.9\n1.6 -0.3 -0.3 auto\n12 pause\n14 resume\n15 0 0 auto\n";
 
-fn short(name: &str) -> (Workpiece, Vec<u8>) {
+fn short(name: &str) -> (PreparedPlan, Vec<u8>) {
     let work = work();
     let run = SimRun { feed_mm_min: 6000, limit: Duration::from_secs(60), ..SimRun::default() };
     let (path, ended) = logged(name, &work, &run, operator::named("wall", 3.0, 1).unwrap());
@@ -79,7 +82,7 @@ fn short(name: &str) -> (Workpiece, Vec<u8>) {
     (work, std::fs::read(path).unwrap())
 }
 
-fn holds(log: &Log, work: &Workpiece) -> Replay {
+fn holds(log: &Log, work: &PreparedPlan) -> Replay {
     let replay = replay(log, work.clone()).unwrap_or_else(|error| panic!("{error}"));
     let sent = log.entries.iter().filter(|(_, entry)| matches!(entry, Entry::Sent(_))).count();
     assert_eq!(replay.counted.commands, u64::try_from(sent).unwrap());
@@ -129,9 +132,10 @@ fn a_pause_is_replayed_and_told() {
     assert_eq!(ended, Ended::Done);
     let replay = holds(&Log::load(&path).unwrap(), &work);
     assert_eq!(replay.supervisor.finished().len(), 1);
-    let told: Vec<&Happening> = replay.story.happenings.iter().map(|(_, happening, _)| happening).collect();
+    let told: Vec<&TimelineEntry> =
+        replay.story.happenings.iter().map(|(_, happening, _)| happening).collect();
     assert!(
-        told.contains(&&Happening::Held) && replay.story.spent.held >= Duration::from_millis(1900),
+        told.contains(&&TimelineEntry::Held) && replay.story.spent.held >= Duration::from_millis(1900),
         "{told:?}"
     );
 }
@@ -150,7 +154,7 @@ fn a_session_that_is_over_before_its_time_ends_in_a_phase() {
 struct Cable(Rc<RefCell<SimMachine>>);
 
 impl Cable {
-    fn to(work: &Workpiece, run: &SimRun, scene: &Scene) -> Self {
+    fn to(work: &PreparedPlan, run: &SimRun, scene: &Scene) -> Self {
         let start = point_on_machine(work, scene);
         let sim = SimSettings {
             machine: run.machine.clone(),
@@ -160,7 +164,7 @@ impl Cable {
             work_offset_mm: (-3.0, -4.0),
             quirks: Quirks::default(),
         };
-        let slip = Slip::wandering(0.0, run.machine.steps_per_mm, 1);
+        let slip = PositioningError::wandering(0.0, run.machine.steps_per_mm, 1);
         let machine = SimMachine::new(speaking(&run.language, sim), run.baud, run.latency, slip);
         Self(Rc::new(RefCell::new(machine)))
     }
@@ -173,7 +177,7 @@ impl Cable {
     }
 }
 
-fn point_on_machine(work: &Workpiece, scene: &Scene) -> (f64, f64) {
+fn point_on_machine(work: &PreparedPlan, scene: &Scene) -> (f64, f64) {
     let start = keepout_executor::session::start_inside(&work.plan).unwrap();
     keepout_planner::units::point_mm(start.translated(scene.setting.offset).unwrap())
 }
@@ -239,9 +243,11 @@ fn a_lost_port_and_recovery_replay() {
     assert_eq!(count(|entry| matches!(entry, Entry::PortLost(_))), 1);
     assert_eq!(count(|entry| matches!(entry, Entry::PortFound)), 1);
     let replay = holds(&log, &work);
-    let told: Vec<&Happening> = replay.story.happenings.iter().map(|(_, happening, _)| happening).collect();
+    let told: Vec<&TimelineEntry> =
+        replay.story.happenings.iter().map(|(_, happening, _)| happening).collect();
     assert!(
-        told.iter().any(|each| matches!(each, Happening::Fault(_))) && told.contains(&&Happening::Recovered)
+        told.iter().any(|each| matches!(each, TimelineEntry::Fault(_)))
+            && told.contains(&&TimelineEntry::Recovered)
     );
     assert_eq!(replay.supervisor.finished().len(), 1, "{told:?}");
 }
@@ -254,7 +260,7 @@ fn another_plan_or_dialect_is_refused() {
     assert!(matches!(replay(&log, work.clone()), Err(ReplayError::OtherPlan { .. })));
     let mut log = Log::parse(&bytes).unwrap();
     log.header.dialect = "klingon".into();
-    assert!(matches!(replay(&log, work.clone()), Err(ReplayError::Language(_))));
+    assert!(matches!(replay(&log, work.clone()), Err(ReplayError::DialectName(_))));
     // An intact log whose session did something else: the difference has its line.
     let mut log = Log::parse(&bytes).unwrap();
     let first = log.entries.iter().position(|(_, entry)| matches!(entry, Entry::Certificate(_))).unwrap();
@@ -359,13 +365,13 @@ struct Filling {
     left: usize,
 }
 
-impl Tape for Filling {
-    fn take(&mut self, now: Time, record: &Record<'_>) -> Result<(), TapeError> {
+impl EventLog for Filling {
+    fn take(&mut self, now: Time, record: &LoggedEvent<'_>) -> Result<(), EventLogError> {
         self.left = self.left.checked_sub(1).ok_or(std::io::Error::from(std::io::ErrorKind::StorageFull))?;
         self.log.take(now, record)
     }
 
-    fn flush(&mut self) -> Result<(), TapeError> {
+    fn flush(&mut self) -> Result<(), EventLogError> {
         self.log.flush()
     }
 }
@@ -382,8 +388,8 @@ fn a_full_disk_stops_the_machine_and_leaves_a_log() {
         let scene = Scene::of(&work.plan, &run).unwrap();
         let path = file("full");
         let cable = Cable::to(&work, &run, &scene);
-        let mut witness =
-            Witness::new(work.plan.part.clone(), work.plan.plan.tool_radius, scene.setting.offset);
+        let mut monitor =
+            CollisionMonitor::new(work.plan.part.clone(), work.plan.plan.tool_radius, scene.setting.offset);
         let log = LogTape::create(&path, &header(&work, &scene)).unwrap();
         let dialect = run.language.dialect(scene.setting);
         let supervisor = Supervisor::new(work.clone(), scene.options, dialect.abilities());
@@ -395,16 +401,16 @@ fn a_full_disk_stops_the_machine_and_leaves_a_log() {
             last = now;
             Going::On
         });
-        assert!(matches!(ended, Err(TapeError::Write(_))), "{left}: {ended:?}");
+        assert!(matches!(ended, Err(EventLogError::Write(_))), "{left}: {ended:?}");
         drop(session);
         let settled = last.after(Duration::from_secs(2));
-        cable.samples(settled).iter().for_each(|sample| witness.watch(sample));
+        cable.samples(settled).iter().for_each(|sample| monitor.watch(sample));
         let later = cable.samples(settled.after(Duration::from_secs(30)));
         assert!(
             later.windows(2).all(|pair| pair[0].position_mm == pair[1].position_mm),
             "{left}: it moves on"
         );
-        assert_eq!(witness.deepest(), None);
+        assert_eq!(monitor.deepest(), None);
         let log = Log::load(&path).unwrap();
         assert_eq!((log.entries.len(), log.torn), (left, 0));
         replay(&log, work.clone()).unwrap_or_else(|error| panic!("{left}: {error}"));

@@ -7,11 +7,11 @@ use keepout_planner::plan_file;
 use keepout_planner::text_file::shown;
 use thiserror::Error;
 
-use super::{Described, Description, DescriptionError, Dialect, Grbl, Setting, Venus, Zaber};
+use super::{Described, Description, DescriptionError, Dialect, DialectConfig, Grbl, Venus, Zaber};
 
 /// A controller's language, as it is asked for.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub enum Language {
+pub enum DialectName {
     /// GRBL 1.1.
     #[default]
     Grbl,
@@ -32,9 +32,9 @@ pub enum Language {
 
 /// Why there is no such language.
 #[derive(Debug, Error)]
-pub enum LanguageError {
+pub enum DialectNameError {
     /// Neither built in nor a file.
-    #[error("no dialect \"{}\": it is none of {} and no file that describes one", shown(name), Language::NAMES.join(", "))]
+    #[error("no dialect \"{}\": it is none of {} and no file that describes one", shown(name), DialectName::NAMES.join(", "))]
     Unknown {
         /// What was asked for.
         name: String,
@@ -49,15 +49,15 @@ pub enum LanguageError {
     },
 }
 
-impl Language {
+impl DialectName {
     /// The names of the languages that are built in.
     pub const NAMES: [&'static str; 4] = ["grbl", "grblhal", "zaber", "venus"];
 
     /// The language of that name, or described by the file of that name.
     ///
     /// # Errors
-    /// [`LanguageError`] naming what is wrong.
-    pub fn named(name: &str) -> Result<Self, LanguageError> {
+    /// [`DialectNameError`] naming what is wrong.
+    pub fn named(name: &str) -> Result<Self, DialectNameError> {
         Ok(match name {
             "grbl" => Self::Grbl,
             "grblhal" => Self::GrblHal,
@@ -66,10 +66,10 @@ impl Language {
             _ if Path::new(name).is_file() => {
                 let path = Path::new(name);
                 let description = Description::load(path)
-                    .map_err(|error| LanguageError::Description { path: path.to_path_buf(), error })?;
+                    .map_err(|error| DialectNameError::Description { path: path.to_path_buf(), error })?;
                 Self::Described { file: name.into(), description: Arc::new(description) }
             }
-            _ => return Err(LanguageError::Unknown { name: name.into() }),
+            _ => return Err(DialectNameError::Unknown { name: name.into() }),
         })
     }
 
@@ -96,7 +96,7 @@ impl Language {
 
     /// The dialect of one session.
     #[must_use]
-    pub fn dialect(&self, setting: Setting) -> Box<dyn Dialect> {
+    pub fn dialect(&self, setting: DialectConfig) -> Box<dyn Dialect> {
         match self {
             Self::Grbl => Box::new(Grbl::new(setting)),
             Self::GrblHal => Box::new(Grbl::hal(setting)),

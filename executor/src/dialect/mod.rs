@@ -17,7 +17,7 @@ pub use grbl::{Grbl, Status};
 pub use inspect::{Finding, Fit, Inspected, Inspector};
 use keepout_kernel::{LatticeError, Vector};
 use keepout_planner::machine::MachineProfile;
-pub use language::{Language, LanguageError};
+pub use language::{DialectName, DialectNameError};
 pub use venus::Venus;
 pub use zaber::Zaber;
 
@@ -53,7 +53,7 @@ pub trait Dialect: Send {
 
 /// What a dialect is told of the session.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Setting {
+pub struct DialectConfig {
     /// Machine coordinates less drawing coordinates.
     pub offset: Vector,
     /// Steps per mm below which the controller's own figure is refused.
@@ -61,15 +61,15 @@ pub struct Setting {
     /// Arc tolerance, mm, that the controller is given unless its own is smaller.
     pub arc_tolerance_mm: f64,
     /// Travel of x and y, mm; `None` where a log does not say it: then no controller's is compared.
-    pub stroke_mm: Option<[f64; 2]>,
+    pub travel_mm: Option<[f64; 2]>,
 }
 
-impl Setting {
+impl DialectConfig {
     /// What a plan's machine and the place of its drawing make of it.
     #[must_use]
     pub fn of(machine: &MachineProfile, offset: Vector) -> Self {
-        let MachineProfile { steps_per_mm, arc_tolerance_mm, stroke_mm, .. } = *machine;
-        Self { offset, steps_per_mm, arc_tolerance_mm, stroke_mm: Some(stroke_mm) }
+        let MachineProfile { steps_per_mm, arc_tolerance_mm, travel_mm, .. } = *machine;
+        Self { offset, steps_per_mm, arc_tolerance_mm, travel_mm: Some(travel_mm) }
     }
 }
 

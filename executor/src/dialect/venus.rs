@@ -26,13 +26,13 @@
 //! and one that was reset later has three dimensions to the end of the session. It then gives three numbers for a place, and the
 //! session ends ([`Reply::Restarted`]).
 
-use keepout_guard::{Motion, MotionShape, OnCancel};
+use keepout_guard::{Interpolation, Motion, OnCancel};
 use keepout_kernel::{Curve, LatticeError, Point, Vector};
 use keepout_planner::units::point_from_mm;
 
 use super::exchange::{Exchanges, Sent, sent};
 use super::lines::{Line, Lines, Sink, as_str, push_mm, push_number};
-use super::{Dialect, Setting};
+use super::{Dialect, DialectConfig};
 use crate::supervisor::{Abilities, Command, Limits, Mode, Reply, Report, Text, Unfit, text};
 
 /// What a line asks for.
@@ -63,7 +63,7 @@ enum What {
 /// The Venus-1 dialect of one session.
 #[derive(Clone, Debug)]
 pub struct Venus {
-    setting: Setting,
+    setting: DialectConfig,
     /// With the status of a query that is half answered.
     exchanges: Exchanges<What, u32>,
     limits: Limits,
@@ -92,7 +92,7 @@ const NEAR_STEPS: f64 = 3.0;
 impl Venus {
     /// The dialect for a drawing placed on the machine.
     #[must_use]
-    pub fn new(setting: Setting) -> Self {
+    pub fn new(setting: DialectConfig) -> Self {
         Self {
             setting,
             exchanges: Exchanges::default(),
@@ -277,8 +277,8 @@ impl Venus {
 impl Dialect for Venus {
     fn abilities(&self) -> Abilities {
         Abilities {
-            shape: MotionShape::Box,
-            contours: MotionShape::Line,
+            interpolation: Interpolation::Independent,
+            contours: Interpolation::Linear,
             arcs: false,
             queues: false,
             on_cancel: OnCancel::KeepsPath,

@@ -16,14 +16,14 @@
 mod tests;
 pub mod wire;
 
-use keepout_guard::{Motion, MotionShape, OnCancel};
+use keepout_guard::{Interpolation, Motion, OnCancel};
 use keepout_kernel::{Curve, LatticeError, Point, Vector};
 use wire::{Answer, alarm, content, framed, refusal};
 
 use super::exchange::Exchanges;
 use super::lines::{Line, Lines, as_str};
 use super::scale::Scale;
-use super::{Dialect, Setting};
+use super::{Dialect, DialectConfig};
 use crate::supervisor::{Abilities, Command, Limits, Mode, Reply, Report, Unfit, text};
 
 /// What a line asks for.
@@ -66,7 +66,7 @@ struct Target {
 /// The Zaber ASCII dialect of one session.
 #[derive(Clone, Debug)]
 pub struct Zaber {
-    setting: Setting,
+    setting: DialectConfig,
     scale: Scale,
     exchanges: Exchanges<Asked>,
     number: u8,
@@ -91,7 +91,7 @@ const SPEED_UNIT: i64 = 16_384;
 impl Zaber {
     /// The dialect for a drawing placed on the machine.
     #[must_use]
-    pub fn new(setting: Setting) -> Self {
+    pub fn new(setting: DialectConfig) -> Self {
         Self {
             scale: Scale::per_mm(setting.steps_per_mm).unwrap_or(FALLBACK),
             setting,
@@ -257,9 +257,9 @@ impl Zaber {
     /// or larger, what is sent and what is reported alike: only the travel tells.
     fn other_travel(&self, limit: [i64; 2]) -> Option<Unfit> {
         let mut travels =
-            limit.map(|counts| self.scale.to_mm(counts)).into_iter().zip(self.setting.stroke_mm?);
-        let (value, _) = travels.find(|(found, stroke)| (found / stroke - 1.0).abs() > TRAVEL_OFF)?;
-        let needed = "the profile's stroke_mm within 2 %; steps_per_mm or stroke_mm is not this machine's";
+            limit.map(|counts| self.scale.to_mm(counts)).into_iter().zip(self.setting.travel_mm?);
+        let (value, _) = travels.find(|(found, travel)| (found / travel - 1.0).abs() > TRAVEL_OFF)?;
+        let needed = "the profile's travel_mm within 2 %; steps_per_mm or travel_mm is not this machine's";
         Some(Unfit { name: "limit.max, in mm by the profile's steps_per_mm,", value, needed })
     }
 
@@ -327,8 +327,8 @@ impl Zaber {
 impl Dialect for Zaber {
     fn abilities(&self) -> Abilities {
         Abilities {
-            shape: MotionShape::Line,
-            contours: MotionShape::Line,
+            interpolation: Interpolation::Linear,
+            contours: Interpolation::Linear,
             arcs: false,
             queues: false,
             on_cancel: OnCancel::NotOffered,

@@ -5,11 +5,11 @@ mod panel;
 use keepout_guard::Time;
 pub use panel::Panel;
 
-use crate::supervisor::{Phase, Wish};
+use crate::supervisor::{OperatorInput, Phase};
 
 /// What the operator sees.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Seen {
+pub struct OperatorView {
     /// The tool centre as displayed, drawing coordinates, mm.
     pub position_mm: Option<(f64, f64)>,
     /// The nearest point of the part, drawing coordinates, mm.
@@ -28,17 +28,17 @@ pub struct Seen {
 
 /// Somebody who steers.
 pub trait Operator {
-    /// The wish of this moment.
-    fn wish(&mut self, seen: &Seen, now: Time) -> Wish;
+    /// The input of this moment.
+    fn input(&mut self, view: &OperatorView, now: Time) -> OperatorInput;
 
-    /// Time between two wishes.
+    /// Time between two inputs.
     fn every(&self) -> std::time::Duration {
         std::time::Duration::from_millis(10)
     }
 }
 
 impl<O: Operator + ?Sized> Operator for Box<O> {
-    fn wish(&mut self, seen: &Seen, now: Time) -> Wish {
-        (**self).wish(seen, now)
+    fn input(&mut self, view: &OperatorView, now: Time) -> OperatorInput {
+        (**self).input(view, now)
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use keepout_kernel::{Length, Point, UNITS_PER_MM};
-use keepout_planner::finish::{FreeSpaces, GUARD, centre_distance};
+use keepout_planner::finish::{FreeSpaces, PATH_CLEARANCE, centre_distance};
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::profile::ProfileLoop;
 use keepout_planner::units::{along_mm, length_up_from_mm, mm, nearest_on_mm, point_from_mm, point_mm};
@@ -80,14 +80,14 @@ const ASIDE_MM: f64 = 0.01;
 struct Touching {
     /// Distance of the path from the profile, mm.
     path_mm: f64,
-    /// What the centre is clear at; edges are asked with their slack on top.
+    /// What the centre is clear at; edges are asked with their chord_error on top.
     threshold: Length,
 }
 
 impl Touching {
     fn of(plan: &CertifiedPlan) -> Self {
         let path = centre_distance(&plan.plan.profile, &plan.plan.zones, plan.finishing);
-        let threshold = mm(plan.finishing.units()) + mm(i32::from(GUARD)) - TOUCHING_MM;
+        let threshold = mm(plan.finishing.units()) + mm(i32::from(PATH_CLEARANCE)) - TOUCHING_MM;
         Self {
             path_mm: path / f64::from(UNITS_PER_MM),
             threshold: length_up_from_mm(threshold).unwrap_or(plan.finishing),

@@ -1,14 +1,14 @@
-//! The engine: supervisor and dialect, from bytes and wishes to bytes. No clock, no port, no file.
+//! The engine: supervisor and dialect, from bytes and inputs to bytes. No clock, no port, no file.
 
 use keepout_guard::Time;
 use keepout_kernel::LatticeError;
 use keepout_planner::job::ContourJob;
 
-use super::tape::{Record, Tape, TapeError};
+use super::event_log::{EventLog, EventLogError, LoggedEvent};
 use crate::dialect::Dialect;
-use crate::supervisor::{Command, Event, JobRequest, Phase, Supervisor, Wish, text};
+use crate::supervisor::{Command, Event, JobRequest, OperatorInput, Phase, Supervisor, text};
 
-/// Supervisor and dialect. Everything that goes in, and everything that comes out, is told to a [`Tape`]: played again, it
+/// Supervisor and dialect. Everything that goes in, and everything that comes out, is told to a [`EventLog`]: played again, it
 /// must come out the same.
 pub struct Engine {
     /// The supervisor.
@@ -39,12 +39,12 @@ impl Engine {
     /// Takes bytes from the controller.
     ///
     /// # Errors
-    /// [`TapeError`] when the tape can not be written on; then nothing must be sent.
-    pub fn receive(&mut self, bytes: &[u8], now: Time, tape: &mut dyn Tape) -> Result<(), TapeError> {
+    /// [`EventLogError`] when the tape can not be written on; then nothing must be sent.
+    pub fn receive(&mut self, bytes: &[u8], now: Time, tape: &mut dyn EventLog) -> Result<(), EventLogError> {
         if bytes.is_empty() {
             return Ok(());
         }
-        tape.take(now, &Record::Received(bytes))?;
+        tape.take(now, &LoggedEvent::Received(bytes))?;
         for &byte in bytes {
             let first = self.out.len();
             let reply = self.dialect.decode(byte, &mut self.out);
@@ -56,21 +56,26 @@ impl Engine {
         Ok(())
     }
 
-    /// Takes the operator's wish.
+    /// Takes the operator's input.
     ///
     /// # Errors
     /// As [`Engine::receive`].
-    pub fn wish(&mut self, wish: Wish, now: Time, tape: &mut dyn Tape) -> Result<(), TapeError> {
-        tape.take(now, &Record::Wish(wish))?;
-        self.feed(Event::Operator(wish), now, tape)
+    pub fn input(
+        &mut self,
+        input: OperatorInput,
+        now: Time,
+        tape: &mut dyn EventLog,
+    ) -> Result<(), EventLogError> {
+        tape.take(now, &LoggedEvent::OperatorInput(input))?;
+        self.feed(Event::Operator(input), now, tape)
     }
 
     /// Time has passed.
     ///
     /// # Errors
     /// As [`Engine::receive`].
-    pub fn tick(&mut self, now: Time, tape: &mut dyn Tape) -> Result<(), TapeError> {
-        tape.take(now, &Record::Tick)?;
+    pub fn tick(&mut self, now: Time, tape: &mut dyn EventLog) -> Result<(), EventLogError> {
+        tape.take(now, &LoggedEvent::Tick)?;
         self.feed(Event::Tick, now, tape)
     }
 
@@ -82,9 +87,9 @@ impl Engine {
         &mut self,
         job: Result<ContourJob, String>,
         now: Time,
-        tape: &mut dyn Tape,
-    ) -> Result<(), TapeError> {
-        tape.take(now, &Record::Job(&job))?;
+        tape: &mut dyn EventLog,
+    ) -> Result<(), EventLogError> {
+        tape.take(now, &LoggedEvent::Job(&job))?;
         self.feed(Event::Job(Box::new(job)), now, tape)
     }
 
@@ -92,8 +97,13 @@ impl Engine {
     ///
     /// # Errors
     /// As [`Engine::receive`].
-    pub fn port_lost(&mut self, reason: &str, now: Time, tape: &mut dyn Tape) -> Result<(), TapeError> {
-        tape.take(now, &Record::PortLost(reason))?;
+    pub fn port_lost(
+        &mut self,
+        reason: &str,
+        now: Time,
+        tape: &mut dyn EventLog,
+    ) -> Result<(), EventLogError> {
+        tape.take(now, &LoggedEvent::PortLost(reason))?;
         self.feed(Event::PortLost(text(reason)), now, tape)
     }
 
@@ -101,8 +111,8 @@ impl Engine {
     ///
     /// # Errors
     /// As [`Engine::receive`].
-    pub fn port_found(&mut self, now: Time, tape: &mut dyn Tape) -> Result<(), TapeError> {
-        tape.take(now, &Record::PortFound)?;
+    pub fn port_found(&mut self, now: Time, tape: &mut dyn EventLog) -> Result<(), EventLogError> {
+        tape.take(now, &LoggedEvent::PortFound)?;
         self.dialect.reset();
         self.feed(Event::PortFound, now, tape)
     }
@@ -111,8 +121,8 @@ impl Engine {
     ///
     /// # Errors
     /// As [`Engine::receive`].
-    pub fn halt(&mut self, now: Time, tape: &mut dyn Tape) -> Result<(), TapeError> {
-        tape.take(now, &Record::Halt)?;
+    pub fn halt(&mut self, now: Time, tape: &mut dyn EventLog) -> Result<(), EventLogError> {
+        tape.take(now, &LoggedEvent::Halt)?;
         let before = self.supervisor.phase();
         self.commands.extend(self.supervisor.halt());
         self.send(now, tape)?;
@@ -147,7 +157,7 @@ impl Engine {
         bytes
     }
 
-    fn feed(&mut self, event: Event, now: Time, tape: &mut dyn Tape) -> Result<(), TapeError> {
+    fn feed(&mut self, event: Event, now: Time, tape: &mut dyn EventLog) -> Result<(), EventLogError> {
         let before = self.supervisor.phase();
         self.supervisor.step(event, now, &mut self.commands);
         self.send(now, tape)?;
@@ -155,18 +165,18 @@ impl Engine {
         if after != before { self.tell(after, now, tape) } else { Ok(()) }
     }
 
-    fn tell(&mut self, phase: Phase, now: Time, tape: &mut dyn Tape) -> Result<(), TapeError> {
+    fn tell(&mut self, phase: Phase, now: Time, tape: &mut dyn EventLog) -> Result<(), EventLogError> {
         let fault = self.supervisor.fault();
-        tape.take(now, &Record::Phase(phase, fault))
+        tape.take(now, &LoggedEvent::Phase(phase, fault))
     }
 
     /// Encodes the commands; when one can not be, nothing after it is, but what the supervisor then wants: to stop.
-    fn send(&mut self, now: Time, tape: &mut dyn Tape) -> Result<(), TapeError> {
+    fn send(&mut self, now: Time, tape: &mut dyn EventLog) -> Result<(), EventLogError> {
         let mut failed: Option<LatticeError> = None;
         for index in 0..self.commands.len() {
             let command = self.commands[index];
             if let Command::Move(certified) = &command {
-                tape.take(now, &Record::Certificate(certified, self.supervisor.guard()))?;
+                tape.take(now, &LoggedEvent::Certificate(certified, self.supervisor.guard()))?;
             }
             let first = self.out.len();
             if let Err(error) = self.dialect.encode(&command, &mut self.out) {
@@ -189,10 +199,10 @@ impl Engine {
     }
 
     /// What was added since `first` is a piece of its own.
-    fn piece(&mut self, first: usize, now: Time, tape: &mut dyn Tape) -> Result<(), TapeError> {
+    fn piece(&mut self, first: usize, now: Time, tape: &mut dyn EventLog) -> Result<(), EventLogError> {
         if self.out.len() > first {
             self.ends.push(self.out.len());
-            tape.take(now, &Record::Sent(&self.out[first..]))?;
+            tape.take(now, &LoggedEvent::Sent(&self.out[first..]))?;
         }
         Ok(())
     }

@@ -11,7 +11,7 @@ use keepout_planner::plan_file::hex;
 use keepout_planner::units::{mm, point_from_mm, point_mm};
 
 use super::log::Header;
-use super::replay::{Happening, Replay, Spent};
+use super::replay::{PhaseTimes, Replay, TimelineEntry};
 use super::report::{page, table, traces};
 use crate::session::{Sample, SampleKind};
 
@@ -20,10 +20,10 @@ use crate::session::{Sample, SampleKind};
 #[must_use]
 pub fn picture_of_log(header: &Header, replay: &Replay) -> String {
     let story = &replay.story;
-    let spot = |(_, happening, at): &(Time, Happening, Option<Point>)| {
+    let spot = |(_, happening, at): &(Time, TimelineEntry, Option<Point>)| {
         let kind = match happening {
-            Happening::Touched => SpotKind::Touch,
-            Happening::Held | Happening::Fault(_) => SpotKind::Stop,
+            TimelineEntry::Touched => SpotKind::ProbePoint,
+            TimelineEntry::Held | TimelineEntry::Fault(_) => SpotKind::Stop,
             _ => return None,
         };
         Some(Spot { kind, at_mm: point_mm((*at)?) })
@@ -81,10 +81,10 @@ fn job_rows(header: &Header, plan: &CertifiedPlan) -> Vec<(String, String)> {
     let budget = &plan.plan.budget;
     vec![
         row("drawing", &header.drawing),
-        row("drawing SHA-256", hex(&plan.plan.sheet.hash)),
+        row("drawing SHA-256", hex(&plan.plan.provenance.hash)),
         row("plan SHA-256", &header.plan),
         row("tool", format!("{:.3} mm diameter", 2.0 * mm(plan.plan.tool_radius.units()))),
-        row("stock left by roughing", format!("{:.3} mm", mm(plan.plan.allowance.units()))),
+        row("stock left by roughing", format!("{:.3} mm", mm(plan.plan.stock_to_leave.units()))),
         row("margin M", format!("{:.5} mm", budget.total().map_or(f64::NAN, |m| mm(m.units())))),
         row("machine", &header.setting),
         row("controller's language", &header.dialect),
@@ -98,7 +98,7 @@ fn job_rows(header: &Header, plan: &CertifiedPlan) -> Vec<(String, String)> {
 
 /// How it went.
 fn run_rows(header: &Header, replay: &Replay) -> Vec<(String, String)> {
-    let Spent { starting, by_hand, touching, contouring, held, stopped } = replay.story.spent;
+    let PhaseTimes { starting, by_hand, touching, contouring, held, stopped } = replay.story.spent;
     let supervisor = &replay.supervisor;
     let counts = supervisor.counts();
     let progress = supervisor.progress();
@@ -161,14 +161,14 @@ fn happenings(replay: &Replay) -> String {
     let mut table = String::from("<table>\n");
     for (at, happening, place) in &replay.story.happenings {
         let what = match happening {
-            Happening::Touched => "contour asked for, worked out and certified".into(),
-            Happening::Contouring => "contouring".into(),
-            Happening::Held => "contour held".into(),
-            Happening::Finished(number) => format!("{number} finished"),
-            Happening::Told(notice) => format!("note: {notice}"),
-            Happening::Fault(fault) => format!("stopped: {fault}"),
-            Happening::Recovered => "begun anew with the controller".into(),
-            Happening::Ended => "the session ended".into(),
+            TimelineEntry::Touched => "contour asked for, worked out and certified".into(),
+            TimelineEntry::Contouring => "contouring".into(),
+            TimelineEntry::Held => "contour held".into(),
+            TimelineEntry::Finished(number) => format!("{number} finished"),
+            TimelineEntry::Told(notice) => format!("note: {notice}"),
+            TimelineEntry::Fault(fault) => format!("stopped: {fault}"),
+            TimelineEntry::Recovered => "begun anew with the controller".into(),
+            TimelineEntry::Ended => "the session ended".into(),
         };
         let place = place.map_or(String::new(), |at| at.to_string());
         let _ = writeln!(

@@ -2,6 +2,7 @@
 
 mod coverage;
 mod engine;
+mod event_log;
 pub mod log;
 mod log_page;
 mod place;
@@ -11,13 +12,12 @@ mod report;
 mod run;
 mod sample;
 pub mod serial;
-mod tape;
 
 pub use coverage::{Coverage, coverage};
 pub use engine::Engine;
+pub use event_log::{EventLog, EventLogError, LoggedEvent, NoEventLog};
 pub use log_page::{page_of_log, picture_of_log};
 pub use place::{PlaceError, Placement, place_on_table, start_inside};
 pub use report::{RunFacts, html, picture_of_run};
 pub use run::{Clock, Ended, Going, RealClock, Reopen, Session, VirtualClock, nearest_wall};
 pub use sample::{Sample, SampleKind};
-pub use tape::{NoTape, Record, Tape, TapeError};

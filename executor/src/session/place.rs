@@ -13,7 +13,7 @@ pub struct Placement {
     /// Machine coordinates less drawing coordinates.
     pub offset: Vector,
     /// The machine's travel, drawing coordinates.
-    pub stroke: Window,
+    pub travel: Window,
 }
 
 /// Why a drawing can not be placed.
@@ -21,7 +21,7 @@ pub struct Placement {
 pub enum PlaceError {
     /// The machine is too small.
     #[error(
-        "the job needs {needed_x:.1} × {needed_y:.1} mm of travel, {machine} has {has_x:.1} × {has_y:.1} mm. Turn the drawing, or use a larger machine (--stroke-mm for the simulated one)."
+        "the job needs {needed_x:.1} × {needed_y:.1} mm of travel, {machine} has {has_x:.1} × {has_y:.1} mm. Turn the drawing, or use a larger machine (--travel-mm for the simulated one)."
     )]
     TooLarge {
         /// Travel needed in x, mm.
@@ -58,7 +58,7 @@ pub enum PlaceError {
     OffLattice(#[from] keepout_kernel::LatticeError),
     /// No clear place to start from.
     #[error(
-        "the tool fits nowhere clear of the part with the roughing allowance. Lower --allowance-mm, or take a smaller tool."
+        "the tool fits nowhere clear of the part with the roughing allowance. Lower --stock-to-leave-mm, or take a smaller tool."
     )]
     NoStart,
 }
@@ -80,12 +80,12 @@ pub fn place_on_table(
     origin_mm: Option<(f64, f64)>,
 ) -> Result<Placement, PlaceError> {
     let (low, high) = path_box(plan)?;
-    let [width, height] = machine.stroke_mm;
+    let [width, height] = machine.travel_mm;
     let (x0, y0) = point_mm(low);
     let (x1, y1) = point_mm(high);
     // In the middle of the travel; travel that is drawn lies with its own middle there.
-    let drawn = plan.plan.stroke.map(|stroke| {
-        let (x0, y0, x1, y1) = stroke.corners();
+    let drawn = plan.plan.travel.map(|travel| {
+        let (x0, y0, x1, y1) = travel.corners();
         (mm(x0), mm(y0), mm(x1), mm(y1))
     });
     let (left, low_y, right, high_y) = drawn.unwrap_or((x0, y0, x1, y1));
@@ -96,7 +96,7 @@ pub fn place_on_table(
     let back = Vector { dx: -offset.dx, dy: -offset.dy };
     let corner = |x: f64, y: f64| point_from_mm((x, y))?.translated(back);
     let travel = Window::of(corner(-width, -height)?).including(corner(0.0, 0.0)?);
-    let stroke = plan.plan.stroke.map_or(travel, |drawn| travel.common(drawn));
+    let travel = plan.plan.travel.map_or(travel, |drawn| travel.common(drawn));
     if x1 - x0 + EDGE_MM > width || y1 - y0 + EDGE_MM > height {
         return Err(PlaceError::TooLarge {
             needed_x: x1 - x0 + EDGE_MM,
@@ -106,24 +106,21 @@ pub fn place_on_table(
             has_y: height,
         });
     }
-    if !(stroke.holds(low) && stroke.holds(high)) {
+    if !(travel.holds(low) && travel.holds(high)) {
         return Err(PlaceError::Misplaced { x: (-width - x0, -x1), y: (-height - y0, -y1) });
     }
-    Ok(Placement { offset, stroke })
+    Ok(Placement { offset, travel })
 }
 
-/// The box of the finishing path, grown by the allowance: roughing goes around it too.
+/// The box of the finishing path, grown by the stock_to_leave: roughing goes around it too.
 fn path_box(plan: &CertifiedPlan) -> Result<(Point, Point), PlaceError> {
-    let slack = Length::small(200);
-    let points = plan
-        .plan
-        .finish()
-        .loops
-        .iter()
-        .flat_map(|each| &each.curves)
-        .flat_map(|curve| curve.chord_points(slack).unwrap_or_else(|_| vec![curve.from(), curve.to()]));
+    let chord_error = Length::small(200);
+    let points =
+        plan.plan.finish().loops.iter().flat_map(|each| &each.curves).flat_map(|curve| {
+            curve.chord_points(chord_error).unwrap_or_else(|_| vec![curve.from(), curve.to()])
+        });
     let window = points.map(Window::of).reduce(Window::union).unwrap_or(Window::of(Point::ORIGIN));
-    let grown = window.grown(plan.plan.allowance).grown(length_up_from_mm(0.1)?);
+    let grown = window.grown(plan.plan.stock_to_leave).grown(length_up_from_mm(0.1)?);
     let (x0, y0, x1, y1) = grown.corners();
     Ok((Point::from_units(x0.into(), y0.into())?, Point::from_units(x1.into(), y1.into())?))
 }
@@ -138,7 +135,7 @@ pub fn start_inside(plan: &CertifiedPlan) -> Result<Point, PlaceError> {
 
 /// A clear place `beyond` mm outside the roughing threshold, beside the longest finishing loops.
 fn start_beside(plan: &CertifiedPlan, beyond: f64) -> Option<Point> {
-    let beyond = mm(plan.plan.allowance.units()) + beyond;
+    let beyond = mm(plan.plan.stock_to_leave.units()) + beyond;
     let mut curves: Vec<_> = plan.plan.finish().loops.iter().flat_map(|each| &each.curves).collect();
     curves.sort_by(|a, b| b.length().total_cmp(&a.length()));
     curves

@@ -32,13 +32,13 @@ pub struct RunFacts {
     pub unreached: usize,
     /// A contour was begun and is not done: it ended between two loops, too.
     pub interrupted: bool,
-    /// Deepest incursion by the witness, mm; `None` without a witness.
+    /// Deepest gouge by the monitor, mm; `None` without a monitor.
     pub deepest_mm: Option<f64>,
-    /// Least distance between tool and part by the witness, mm.
+    /// Least distance between tool and part by the monitor, mm.
     pub closest_mm: Option<f64>,
     /// The same while steered by hand, mm.
     pub closest_by_hand_mm: Option<f64>,
-    /// The cut contour by the witness.
+    /// The cut contour by the monitor.
     pub coverage: Option<Coverage>,
     /// Operator, machine and port, in words.
     pub setting: String,
@@ -147,9 +147,9 @@ pub fn html(plan: &CertifiedPlan, facts: &RunFacts, picture: &str) -> String {
         "{}\n{picture}\n<h2>The plan</h2>\n<pre>{}</pre>\n<p>drawing SHA-256 {}</p>\n",
         table(&facts.rows(plan)),
         escape(&plan.summary()),
-        keepout_planner::plan_file::hex(&plan.plan.sheet.hash),
+        keepout_planner::plan_file::hex(&plan.plan.provenance.hash),
     );
-    page(&format!("Keepout: {}", plan.plan.sheet.name), &body)
+    page(&format!("Keepout: {}", plan.plan.provenance.name), &body)
 }
 
 /// A table of names and values.

@@ -11,8 +11,8 @@ use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::{nearest_on_mm, point_mm};
 
 use super::engine::Engine;
-use super::tape::{Tape, TapeError};
-use crate::operator::{Operator, Seen};
+use super::event_log::{EventLog, EventLogError};
+use crate::operator::{Operator, OperatorView};
 use crate::session::port::{Port, PortError};
 use crate::supervisor::{JobRequest, Phase, Supervisor};
 
@@ -117,8 +117,8 @@ pub struct Session<'a, P: Port> {
     port: Option<P>,
     reopen: Option<Reopen<'a, P>>,
     operator: Box<dyn Operator + Send + 'a>,
-    tape: Box<dyn Tape + 'a>,
-    wish_due: Time,
+    tape: Box<dyn EventLog + 'a>,
+    input_due: Time,
     flush_due: Time,
     reopen_due: Time,
     bytes: Vec<u8>,
@@ -138,7 +138,7 @@ impl<'a, P: Port> Session<'a, P> {
         engine: Engine,
         port: P,
         operator: Box<dyn Operator + Send + 'a>,
-        tape: Box<dyn Tape + 'a>,
+        tape: Box<dyn EventLog + 'a>,
     ) -> Self {
         let (low, high) = engine.supervisor.plan().part_box();
         let ((x0, y0), (x1, y1)) = (point_mm(low), point_mm(high));
@@ -150,7 +150,7 @@ impl<'a, P: Port> Session<'a, P> {
             reopen: None,
             operator,
             tape,
-            wish_due: Time::ZERO,
+            input_due: Time::ZERO,
             flush_due: Time::ZERO,
             reopen_due: Time::ZERO,
             bytes: Vec::with_capacity(4096),
@@ -201,13 +201,13 @@ impl<'a, P: Port> Session<'a, P> {
     /// the session.
     ///
     /// # Errors
-    /// [`TapeError`] when the log can not be written on. Nothing more is sent then, and the queued motions run to their certified ends.
+    /// [`EventLogError`] when the log can not be written on. Nothing more is sent then, and the queued motions run to their certified ends.
     pub fn run(
         &mut self,
         clock: &mut impl Clock,
         limit: Duration,
         mut watch: impl FnMut(&mut Self, Time) -> Going,
-    ) -> Result<Ended, TapeError> {
+    ) -> Result<Ended, EventLogError> {
         let mut over: Option<Time> = None;
         let mut halted = false;
         loop {
@@ -240,15 +240,15 @@ impl<'a, P: Port> Session<'a, P> {
     fn due(&self, limit: Duration, over: Option<Time>) -> Time {
         let port = self.port.as_ref().map_or(self.reopen_due, Port::next_event);
         let end = over.map_or(Time::ZERO.after(limit), |over| over.after(REST_WITHIN).after(FLUSH_EVERY));
-        self.engine.supervisor.due().min(self.wish_due).min(self.flush_due).min(port).min(end)
+        self.engine.supervisor.due().min(self.input_due).min(self.flush_due).min(port).min(end)
     }
 
     /// Without a log nothing may go on: what is in flight ends at its certified target, or sooner.
     fn guarded(
         &mut self,
         now: Time,
-        act: impl FnOnce(&mut Self) -> Result<(), TapeError>,
-    ) -> Result<(), TapeError> {
+        act: impl FnOnce(&mut Self) -> Result<(), EventLogError>,
+    ) -> Result<(), EventLogError> {
         let outcome = act(self).and_then(|()| self.write(now));
         outcome.inspect_err(|_| {
             let stop = self.engine.stop_bytes();
@@ -258,14 +258,14 @@ impl<'a, P: Port> Session<'a, P> {
         })
     }
 
-    /// One round: replies in, the operator's wish, a tick; commands out.
-    fn round(&mut self, now: Time, real: bool) -> Result<(), TapeError> {
+    /// One round: replies in, the operator's input, a tick; commands out.
+    fn round(&mut self, now: Time, real: bool) -> Result<(), EventLogError> {
         self.read(now)?;
-        if now >= self.wish_due {
-            self.wish_due = now.after(self.operator.every());
+        if now >= self.input_due {
+            self.input_due = now.after(self.operator.every());
             let seen = self.seen();
-            let wish = self.operator.wish(&seen, now);
-            self.engine.wish(wish, now, self.tape.as_mut())?;
+            let input = self.operator.input(&seen, now);
+            self.engine.input(input, now, self.tape.as_mut())?;
         }
         if now >= self.engine.supervisor.due() {
             self.engine.tick(now, self.tape.as_mut())?;
@@ -278,7 +278,7 @@ impl<'a, P: Port> Session<'a, P> {
         Ok(())
     }
 
-    fn read(&mut self, now: Time) -> Result<(), TapeError> {
+    fn read(&mut self, now: Time) -> Result<(), EventLogError> {
         self.bytes.clear();
         let Some(port) = &mut self.port else { return self.find_port(now) };
         let outcome = port.read(&mut self.bytes, now);
@@ -289,7 +289,7 @@ impl<'a, P: Port> Session<'a, P> {
         }
     }
 
-    fn lose_port(&mut self, error: &PortError, now: Time) -> Result<(), TapeError> {
+    fn lose_port(&mut self, error: &PortError, now: Time) -> Result<(), EventLogError> {
         if self.reopen.is_some() {
             self.port = None;
             self.reopen_due = now.after(REOPEN_EVERY);
@@ -297,7 +297,7 @@ impl<'a, P: Port> Session<'a, P> {
         self.engine.port_lost(&error.to_string(), now, self.tape.as_mut())
     }
 
-    fn find_port(&mut self, now: Time) -> Result<(), TapeError> {
+    fn find_port(&mut self, now: Time) -> Result<(), EventLogError> {
         let Some(reopen) = self.reopen.as_mut().filter(|_| now >= self.reopen_due) else { return Ok(()) };
         self.reopen_due = now.after(REOPEN_EVERY);
         if let Ok(port) = reopen() {
@@ -308,7 +308,7 @@ impl<'a, P: Port> Session<'a, P> {
     }
 
     /// Works out a contouring job that is wanted: in a thread when time is real.
-    fn work_out(&mut self, now: Time, real: bool) -> Result<(), TapeError> {
+    fn work_out(&mut self, now: Time, real: bool) -> Result<(), EventLogError> {
         if let Some(thread) = self.job.take_if(|thread| thread.is_finished()) {
             let job = thread.join().unwrap_or(Err("working it out failed".into()));
             return self.engine.job(job, now, self.tape.as_mut());
@@ -330,7 +330,7 @@ impl<'a, P: Port> Session<'a, P> {
     }
 
     /// Writes what the engine wants sent, after the log has been handed to the system.
-    fn write(&mut self, now: Time) -> Result<(), TapeError> {
+    fn write(&mut self, now: Time) -> Result<(), EventLogError> {
         let mut lost = None;
         for _ in 0..2 {
             self.bytes.clear();
@@ -356,11 +356,11 @@ impl<'a, P: Port> Session<'a, P> {
         Ok(())
     }
 
-    fn seen(&self) -> Seen {
+    fn seen(&self) -> OperatorView {
         let supervisor = self.supervisor();
         let plan = supervisor.plan();
         let position_mm = supervisor.position().map(point_mm);
-        Seen {
+        OperatorView {
             position_mm,
             wall_mm: supervisor.position().and_then(|position| nearest_wall(plan, position)),
             part_box_mm: self.part_box_mm,

@@ -1,14 +1,14 @@
 //! What a controller can do.
 
-use keepout_guard::{MotionShape, OnCancel};
+use keepout_guard::{Interpolation, OnCancel};
 
 /// What a dialect's controller can do, as far as the supervisor needs it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Abilities {
     /// How it drives to a jog's target, cancelled under way or not.
-    pub shape: MotionShape,
+    pub interpolation: Interpolation,
     /// How it drives the motions of a contour, which are never cancelled.
-    pub contours: MotionShape,
+    pub contours: Interpolation,
     /// It drives arcs.
     pub arcs: bool,
     /// It takes motions while it moves, and joins them.

@@ -2,14 +2,14 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use keepout_guard::MotionShape;
+use keepout_guard::Interpolation;
 use keepout_kernel::curve::{fit_arc, nearest_unit, sweep};
 use keepout_kernel::{Arc, Curve, Length, Point, Segment, Turn, UNITS_PER_MM};
 use keepout_planner::units::{point_from_mm, point_mm};
 
 use super::Supervisor;
 use super::event::{Command, Mode};
-use super::manual::length_mm;
+use super::jog::length_mm;
 
 impl Supervisor {
     /// The motions that the controller is sent for a curve: itself in pieces, or lines where it knows no arcs, in steps where
@@ -24,7 +24,7 @@ impl Supervisor {
         let longest_mm = longest_mm(feed);
         if let Curve::Arc(arc) = curve
             && self.abilities.arcs
-            && self.abilities.contours == MotionShape::Line
+            && self.abilities.contours == Interpolation::Linear
         {
             into.extend(quarters(arc, longest_mm)?.into_iter().map(|piece| (Curve::Arc(piece), feed)));
             return Ok(());
@@ -40,7 +40,7 @@ impl Supervisor {
 
     /// How far chords may leave an arc: what the certified threshold leaves for it.
     fn chord_slack(&self) -> Length {
-        let left = self.plan().finishing.units() - self.guard.rules().finishing.units();
+        let left = self.plan().finishing.units() - self.guard.rules().finishing_clearance.units();
         Length::from_units(i64::from(left) - 2).unwrap_or(CHORD_LEAST).max(CHORD_LEAST)
     }
 
@@ -56,7 +56,7 @@ impl Supervisor {
         let d = line.to.minus(line.from);
         let parts = length_mm(d) / longest_mm;
         let mut count = nearest_unit(parts.ceil()).max(1);
-        if self.abilities.contours == MotionShape::Box && d.dx != 0 && d.dy != 0 {
+        if self.abilities.contours == Interpolation::Independent && d.dx != 0 && d.dy != 0 {
             let room = i64::from(stock.units()) - BOX_ROUNDING;
             if room < BOX_ROOM_LEAST {
                 return Err(format!(
@@ -122,7 +122,7 @@ fn quarters(arc: &Arc, longest: f64) -> Result<Vec<Arc>, String> {
     let (radius, begin) = ((x - cx).hypot(y - cy), (y - cy).atan2(x - cx));
     let sweep = sweep(arc);
     let count = (sweep / FRAC_PI_2).max(sweep * radius / longest).ceil().max(1.0);
-    let sign = if arc.turn() == Turn::Left { 1.0 } else { -1.0 };
+    let sign = if arc.turn() == Turn::CounterClockwise { 1.0 } else { -1.0 };
     let mut pieces = Vec::new();
     let (mut from, mut k) = (arc.from(), 1.0);
     while k <= count {
@@ -183,8 +183,8 @@ mod tests {
                 let (x, y) = (radius * phi.cos(), radius * phi.sin());
                 point_from_mm((x / 1e5, y / 1e5)).unwrap()
             };
-            let turn = if random.bool() { Turn::Left } else { Turn::Right };
-            let sign = if turn == Turn::Left { 1.0 } else { -1.0 };
+            let turn = if random.bool() { Turn::CounterClockwise } else { Turn::Clockwise };
+            let sign = if turn == Turn::CounterClockwise { 1.0 } else { -1.0 };
             let ends = (at(begin), at(begin + sign * turns));
             let Ok(arc) = fit_arc(ends.0, ends.1, (0.0, 0.0), turn) else { continue };
             let pieces = quarters(&arc, f64::INFINITY).unwrap();

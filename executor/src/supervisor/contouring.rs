@@ -7,7 +7,7 @@ use keepout_planner::job::{ContourJob, Leg, LoopNumber, Progress, resume_in_plac
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::{length_up_from_mm, point_mm};
 
-use super::manual::{self, Steering};
+use super::jog::{self, JogPlanner};
 use super::state::{Run, State, Touch};
 use super::{CERTIFIED_AT_ONCE, Supervisor};
 
@@ -20,17 +20,17 @@ impl Supervisor {
         let Some(at) = self.guard.end() else { return false };
         let Ok(band) = length_up_from_mm(TOUCH_MM) else { return false };
         let here = Segment { from: at.point(), to: at.point() };
-        self.work.coarse().edges_clear(here, at.threshold().saturating_plus(band)).is_err()
+        self.work.simplified().edges_clear(here, at.threshold().saturating_plus(band)).is_err()
     }
 
     /// The contouring job that is wanted. It is worked out elsewhere, and comes as an event.
     #[must_use]
     pub fn wanted_job(&self) -> Option<JobRequest> {
         let State::Touching(Touch::Asked { in_place }) = self.state else { return None };
-        let from = self.guard.tail()?.point();
+        let from = self.guard.confirmed()?.point();
         Some(JobRequest {
             from,
-            within: self.guard.rules().stroke,
+            within: self.guard.rules().travel,
             progress: self.progress.clone(),
             interrupted: self.interrupted.clone().filter(|_| in_place),
         })
@@ -42,7 +42,7 @@ impl Supervisor {
 
     /// Goes on with what is left of the contour: from where the tool stands on it, or from clear space.
     pub(super) fn resume(&mut self) {
-        let in_place = self.guard.stands_inside();
+        let in_place = self.guard.is_inside_jogging_clearance();
         let begun = match &self.interrupted {
             Some(interrupted) if in_place && interrupted.led_away => {
                 let (x, y) = point_mm(self.guard.end().map_or(Point::ORIGIN, |end| end.point()));
@@ -54,7 +54,7 @@ impl Supervisor {
             interrupted if in_place => interrupted.is_some(),
             _ => self.progress != Progress::default(),
         };
-        if self.guard.settled() && begun {
+        if self.guard.in_position() && begun {
             self.state = State::Touching(Touch::Asked { in_place });
         }
     }
@@ -73,9 +73,12 @@ impl Supervisor {
     fn give_up(&mut self, reason: &str) {
         self.guard.withdraw_contour();
         self.note(format!("no contour: {reason}"));
-        let steering = Steering::default();
-        self.state =
-            if self.guard.stands_inside() { State::Escaping(steering) } else { State::Sliding(steering) };
+        let steering = JogPlanner::default();
+        self.state = if self.guard.is_inside_jogging_clearance() {
+            State::Escaping(steering)
+        } else {
+            State::Sliding(steering)
+        };
     }
 
     fn begin(&mut self, job: ContourJob) -> Result<Run, String> {
@@ -84,7 +87,7 @@ impl Supervisor {
         {
             return Err(format!("the plan has no {number}"));
         }
-        let fast = manual::feed(self.limits.speed_mm_s / 2.0);
+        let fast = jog::feed(self.limits.speed_mm_s / 2.0);
         let of_pass = |cut: LoopNumber| self.work.plan.plan.passes[cut.pass].feed_mm_min;
         let feed = |leg: &Leg| match leg.cuts {
             Some(cut) => of_pass(cut).unwrap_or(self.options.feed_mm_min),
@@ -112,7 +115,7 @@ impl Supervisor {
     /// What a leg leaves on the part beyond what its contour may touch.
     fn stock(&self, leg: &Leg) -> Length {
         let plan = &self.work.plan.plan;
-        leg.cuts.map_or(plan.allowance, |cut| plan.passes[cut.pass].allowance)
+        leg.cuts.map_or(plan.stock_to_leave, |cut| plan.passes[cut.pass].stock_to_leave)
     }
 
     /// Certifies a little more of the contour.

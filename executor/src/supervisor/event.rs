@@ -5,7 +5,7 @@ use keepout_guard::{Certified, CertifiedCancel};
 use keepout_kernel::Point;
 use keepout_planner::job::ContourJob;
 
-use super::manual::Limits;
+use super::jog::Limits;
 
 /// A line of text of bounded length: what does not fit is cut off.
 pub type Text = ArrayString<80>;
@@ -20,34 +20,38 @@ pub fn text(text: &str) -> Text {
 
 /// What the operator wants, as read from a joystick, script or model.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Wish {
+pub struct OperatorInput {
     /// Direction and share of full speed; the length counts up to 1.
     pub direction: (f64, f64),
-    /// How far the handwheels were turned since the last wish, mm.
+    /// How far the handwheels were turned since the last input, mm.
     pub turned_mm: (f64, f64),
     /// Touching the part starts the contour.
     pub automatic: bool,
     /// What is asked for besides.
-    pub ask: Option<Ask>,
+    pub ask: Option<OperatorCommand>,
 }
 
-/// What an operator asks for besides steering. It counts when it is first said, and again after a wish without it.
+/// What an operator asks for besides steering. It counts when it is first said, and again after a input without it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ask {
+pub enum OperatorCommand {
     /// Stop where it is; a contour can go on later.
-    Pause,
+    FeedHold,
     /// Go on with what was paused.
-    Resume,
+    CycleStart,
     /// Begin anew with the controller after a fault, and know where the contour was.
     Recover,
     /// Stop and end the session.
-    Quit,
+    Stop,
 }
 
-impl Wish {
+impl OperatorInput {
     /// Nothing but the end of the session.
-    pub const QUIT: Self =
-        Self { direction: (0.0, 0.0), turned_mm: (0.0, 0.0), automatic: false, ask: Some(Ask::Quit) };
+    pub const STOP: Self = Self {
+        direction: (0.0, 0.0),
+        turned_mm: (0.0, 0.0),
+        automatic: false,
+        ask: Some(OperatorCommand::Stop),
+    };
 }
 
 /// The controller's state, as far as the supervisor needs it.
@@ -141,8 +145,8 @@ pub enum Reply {
 pub enum Event {
     /// A message from the controller.
     Reply(Reply),
-    /// The operator's wish of this moment.
-    Operator(Wish),
+    /// The operator's input of this moment.
+    Operator(OperatorInput),
     /// Time has passed.
     Tick,
     /// The contouring job that was asked for.
@@ -156,7 +160,7 @@ pub enum Event {
 /// What the supervisor wants done.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Command {
-    /// Ask for a status report.
+    /// OperatorCommand for a status report.
     Query,
     /// Stop jogging, and forget jogs that are queued.
     Cancel(CertifiedCancel),

@@ -9,14 +9,14 @@ mod contour_motions;
 mod contouring;
 mod event;
 mod fault;
-mod manual;
+mod jog;
+mod prepared_plan;
 mod start;
 mod state;
 mod stopping;
 #[cfg(test)]
 mod transitions;
 mod watch;
-mod workpiece;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -24,20 +24,20 @@ use std::time::Duration;
 
 pub use abilities::Abilities;
 pub use contouring::{Interrupted, JobRequest};
-pub use event::{Ask, Command, Event, Mode, Reply, Report, Text, Unfit, Wish, text};
+pub use event::{Command, Event, Mode, OperatorCommand, OperatorInput, Reply, Report, Text, Unfit, text};
 pub use fault::Fault;
-use keepout_guard::{Guard, Stamp, Time};
+pub use jog::Limits;
+use jog::{Contact, JogContext, JogPlanner};
+use keepout_guard::{Guard, QueryStamp, Time};
 use keepout_kernel::Point;
 use keepout_kernel::exact::segment::Window;
 use keepout_planner::job::{LoopNumber, Progress};
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::mm;
-pub use manual::Limits;
-use manual::{Contact, Helm, Steering};
+pub use prepared_plan::PreparedPlan;
+use prepared_plan::rules;
 pub use state::Phase;
 use state::{State, Touch};
-pub use workpiece::Workpiece;
-use workpiece::rules;
 
 /// What the session was set up with.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,7 +47,7 @@ pub struct Options {
     /// Home the machine before the start.
     pub home: bool,
     /// The machine's travel, drawing coordinates.
-    pub stroke: Window,
+    pub travel: Window,
     /// Longest silence of the controller.
     pub answer_within: Duration,
     /// Baud rate of the line.
@@ -81,17 +81,17 @@ const CERTIFIED_AT_ONCE: usize = 32;
 /// The supervisor; see the module's documentation.
 #[derive(Debug)]
 pub struct Supervisor {
-    work: Workpiece,
+    work: PreparedPlan,
     guard: Guard,
     options: Options,
     abilities: Abilities,
     state: State,
-    wish: Wish,
-    wished_at: Option<Time>,
-    /// When the wish went stale, steering was told so.
+    input: OperatorInput,
+    input_at: Option<Time>,
+    /// When the input went stale, steering was told so.
     rested_for_stale: bool,
     heard_at: Time,
-    queries: VecDeque<Stamp>,
+    queries: VecDeque<QueryStamp>,
     asked_at: Option<Time>,
     /// When the first query was asked that no report has come behind.
     waits_since: Option<Time>,
@@ -126,19 +126,19 @@ pub struct Supervisor {
 impl Supervisor {
     /// A supervisor for a certified plan, over a controller of these abilities.
     #[must_use]
-    pub fn new(work: Workpiece, options: Options, abilities: Abilities) -> Self {
+    pub fn new(work: PreparedPlan, options: Options, abilities: Abilities) -> Self {
         let plan = &work.plan;
         let machine = &plan.plan.machine;
-        let rules = rules(plan, options.stroke, abilities);
+        let rules = rules(plan, options.travel, abilities);
         let limits = Limits::of(machine.max_rate_mm_s, machine.acceleration_mm_s2);
         Self {
-            guard: Guard::new(Arc::clone(&work.part), Arc::clone(&work.coarse), rules),
+            guard: Guard::new(Arc::clone(&work.part), Arc::clone(&work.simplified), rules),
             work,
             homes: options.home,
             abilities,
             state: State::Connecting { garbled: None },
-            wish: Wish::default(),
-            wished_at: None,
+            input: OperatorInput::default(),
+            input_at: None,
             rested_for_stale: false,
             heard_at: Time::ZERO,
             queries: VecDeque::with_capacity(QUERIES_MAX),
@@ -171,8 +171,8 @@ impl Supervisor {
         let tick = matches!(event, Event::Tick);
         let outcome = match event {
             Event::Reply(reply) => self.hear(reply, now, commands),
-            Event::Operator(wish) => {
-                self.take_wish(wish, now, commands);
+            Event::Operator(input) => {
+                self.take_wish(input, now, commands);
                 Ok(())
             }
             Event::Tick => self.check_silence(now),
@@ -192,28 +192,28 @@ impl Supervisor {
         }
     }
 
-    fn take_wish(&mut self, wish: Wish, now: Time, commands: &mut Vec<Command>) {
+    fn take_wish(&mut self, input: OperatorInput, now: Time, commands: &mut Vec<Command>) {
         // Automatic mode is armed by being chosen, and spent by a contour.
-        self.armed = wish.automatic && (self.armed || !self.wish.automatic);
-        let asked = wish.ask.filter(|_| wish.ask != self.wish.ask);
-        self.wish = wish;
-        self.wished_at = Some(now);
+        self.armed = input.automatic && (self.armed || !self.input.automatic);
+        let asked = input.ask.filter(|_| input.ask != self.input.ask);
+        self.input = input;
+        self.input_at = Some(now);
         self.rested_for_stale = false;
         if let State::Manual(steering) | State::Sliding(steering) = &mut self.state {
-            steering.turn(wish.turned_mm);
+            steering.turn(input.turned_mm);
         }
         if let Some(ask) = asked {
             self.asked(ask, now, commands);
         }
     }
 
-    fn asked(&mut self, ask: Ask, now: Time, commands: &mut Vec<Command>) {
+    fn asked(&mut self, ask: OperatorCommand, now: Time, commands: &mut Vec<Command>) {
         match (ask, self.phase()) {
-            (Ask::Quit, _) => commands.extend(self.halt()),
-            (Ask::Pause, Phase::Contouring) => self.pause(),
-            (Ask::Resume, Phase::Holding) => self.go_on(),
-            (Ask::Resume, phase) if phase.is_steered() => self.resume(),
-            (Ask::Recover, Phase::Faulted) => self.recover(now),
+            (OperatorCommand::Stop, _) => commands.extend(self.halt()),
+            (OperatorCommand::FeedHold, Phase::Contouring) => self.pause(),
+            (OperatorCommand::CycleStart, Phase::Holding) => self.go_on(),
+            (OperatorCommand::CycleStart, phase) if phase.is_steered() => self.resume(),
+            (OperatorCommand::Recover, Phase::Faulted) => self.recover(now),
             _ => {}
         }
     }
@@ -232,7 +232,7 @@ impl Supervisor {
 
     /// The plan and its part.
     #[must_use]
-    pub fn work(&self) -> &Workpiece {
+    pub fn work(&self) -> &PreparedPlan {
         &self.work
     }
 
@@ -316,16 +316,16 @@ impl Supervisor {
         let motions = self.guard.sent();
         match &mut self.state {
             State::Manual(_) | State::Sliding(_) | State::Escaping(_) => {
-                let wish = manual::fresh(self.wish, self.wished_at, now);
+                let input = jog::fresh(self.input, self.input_at, now);
                 let silent = self.is_stale(now);
                 if !tick || silent && !self.rested_for_stale {
                     self.rested_for_stale = silent;
-                    self.touch_or_steer(wish, now, commands);
+                    self.touch_or_steer(input, now, commands);
                 }
             }
             State::Touching(Touch::Certifying(_)) => self.certify_on(),
             State::Contouring(_) => self.contour_on(commands),
-            State::Stopping { .. } if self.guard.settled() => self.state = State::Done,
+            State::Stopping { .. } if self.guard.in_position() => self.state = State::Done,
             _ => {}
         }
         if self.guard.sent() > motions {
@@ -338,17 +338,21 @@ impl Supervisor {
     }
 
     fn is_stale(&self, now: Time) -> bool {
-        self.wished_at.is_none_or(|at| now.since(at) > manual::STALE)
+        self.input_at.is_none_or(|at| now.since(at) > jog::STALE)
     }
 
-    fn touch_or_steer(&mut self, wish: Option<(f64, f64)>, now: Time, commands: &mut Vec<Command>) {
-        if self.armed && self.guard.settled() && !self.guard.stands_inside() && self.touches() {
+    fn touch_or_steer(&mut self, input: Option<(f64, f64)>, now: Time, commands: &mut Vec<Command>) {
+        if self.armed
+            && self.guard.in_position()
+            && !self.guard.is_inside_jogging_clearance()
+            && self.touches()
+        {
             self.armed = false;
             self.state = State::Touching(Touch::Asked { in_place: false });
             return;
         }
         let jogs = self.counts.jogs;
-        let mut helm = Helm {
+        let mut context = JogContext {
             guard: &mut self.guard,
             counts: &mut self.counts,
             commands,
@@ -358,9 +362,9 @@ impl Supervisor {
             now,
         };
         let contact = match &mut self.state {
-            State::Manual(steering) | State::Sliding(steering) => steering.steer(wish, &mut helm),
+            State::Manual(steering) | State::Sliding(steering) => steering.steer(input, &mut context),
             State::Escaping(steering) => {
-                steering.escape(wish, &mut helm);
+                steering.retract(input, &mut context);
                 Contact::Unknown
             }
             _ => return,
@@ -377,9 +381,9 @@ impl Supervisor {
 
     /// Where a tool that has come to rest goes on.
     fn at_rest(&mut self) {
-        let inside = self.guard.stands_inside();
+        let inside = self.guard.is_inside_jogging_clearance();
         self.state = match std::mem::replace(&mut self.state, State::Done) {
-            State::Escaping(_) if !inside => State::Manual(Steering::default()),
+            State::Escaping(_) if !inside => State::Manual(JogPlanner::default()),
             State::Manual(mut steering) => {
                 steering.settle();
                 State::Manual(steering)
@@ -395,7 +399,7 @@ impl Supervisor {
             State::Contouring(run) | State::Holding(run) => {
                 self.progress = run.done;
                 self.interrupted = None;
-                State::Manual(Steering::default())
+                State::Manual(JogPlanner::default())
             }
             State::Stopping { .. } => State::Done,
             state => state,

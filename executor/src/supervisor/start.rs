@@ -5,7 +5,7 @@ use keepout_kernel::UNITS_PER_MM;
 use keepout_kernel::curve::nearest_unit;
 
 use super::event::{Command, Mode, Reply, Report};
-use super::manual::Steering;
+use super::jog::JogPlanner;
 use super::state::State;
 use super::{Fault, Limits, Supervisor};
 
@@ -89,16 +89,16 @@ impl Supervisor {
         {
             return Ok(());
         }
-        self.guard.locate(at).map_err(|refusal| Fault::StandsInside { at, refusal })?;
+        self.guard.locate(at).map_err(|refusal| Fault::InsideJoggingClearance { at, refusal })?;
         // Only now: homing that was followed by a fault may have been done in part.
         self.homes = false;
-        self.state = if self.guard.stands_inside() {
+        self.state = if self.guard.is_inside_jogging_clearance() {
             self.note(
                 "the tool stands nearer to the part than roughing allows: only ways out are allowed".into(),
             );
-            State::Escaping(Steering::default())
+            State::Escaping(JogPlanner::default())
         } else {
-            State::Manual(Steering::default())
+            State::Manual(JogPlanner::default())
         };
         Ok(())
     }

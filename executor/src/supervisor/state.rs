@@ -5,7 +5,7 @@ use keepout_planner::job::{ContourJob, Progress};
 
 use super::event::Text;
 use super::fault::Fault;
-use super::manual::Steering;
+use super::jog::JogPlanner;
 
 /// What the supervisor is doing; each state carries only its own data.
 #[derive(Debug)]
@@ -23,11 +23,11 @@ pub(super) enum State {
     Locating {
         seen: Option<Point>,
     },
-    Manual(Steering),
+    Manual(JogPlanner),
     /// As by hand, along the wall.
-    Sliding(Steering),
+    Sliding(JogPlanner),
     /// The tool stands nearer than the manual threshold: only ways out.
-    Escaping(Steering),
+    Escaping(JogPlanner),
     Touching(Touch),
     Contouring(Run),
     /// No more of a contour is sent, and it can go on.

@@ -25,7 +25,7 @@ impl Supervisor {
                 self.state = stopping;
                 None
             }
-            Phase::Manual | Phase::Sliding | Phase::Escaping if self.guard.settled() => {
+            Phase::Manual | Phase::Sliding | Phase::Escaping if self.guard.in_position() => {
                 self.state = State::Done;
                 None
             }

@@ -4,18 +4,18 @@
 
 use std::fmt::Write as _;
 
-use keepout_guard::{MotionShape, OnCancel};
+use keepout_guard::{Interpolation, OnCancel};
 use keepout_planner::job::ContourJob;
 use keepout_planner::machine::{ControllerProfile, MachineProfile};
-use keepout_planner::order::Order;
+use keepout_planner::request::PlanRequest;
 use keepout_planner::units::point_from_mm;
 
 use super::state::Run;
 use super::*;
 
 pub(super) const ABILITIES: Abilities = Abilities {
-    shape: MotionShape::Line,
-    contours: MotionShape::Line,
+    interpolation: Interpolation::Linear,
+    contours: Interpolation::Linear,
     arcs: true,
     queues: true,
     on_cancel: OnCancel::KeepsPath,
@@ -26,13 +26,13 @@ const CLEAR: (f64, f64) = (-30.0, -30.0);
 const NEAR: (f64, f64) = (-3.1, 20.0);
 const NOW: Time = Time::from_micros(10_000_000);
 
-fn work() -> Workpiece {
+fn work() -> PreparedPlan {
     work_on(&MachineProfile::simulated())
 }
 
-fn work_on(machine: &MachineProfile) -> Workpiece {
+fn work_on(machine: &MachineProfile) -> PreparedPlan {
     let bytes = include_bytes!("../../cli/drawings/bracket.dxf");
-    Workpiece::new(Order::default().plan("bracket", bytes, machine, &mut |_| {}).unwrap())
+    PreparedPlan::new(PlanRequest::default().plan("bracket", bytes, machine, &mut |_| {}).unwrap())
 }
 
 fn at(mm: (f64, f64)) -> Point {
@@ -57,9 +57,9 @@ const STATES: [Made; 15] = [
     ("Homing", || State::Homing),
     ("Arming", || State::Arming),
     ("Locating", || State::Locating { seen: None }),
-    ("Manual", || State::Manual(Steering::default())),
-    ("Sliding", || State::Sliding(Steering::default())),
-    ("Escaping", || State::Escaping(Steering::default())),
+    ("Manual", || State::Manual(JogPlanner::default())),
+    ("Sliding", || State::Sliding(JogPlanner::default())),
+    ("Escaping", || State::Escaping(JogPlanner::default())),
     ("Touching, asked", || State::Touching(Touch::Asked { in_place: false })),
     ("Touching, certifying", || State::Touching(Touch::Certifying(Box::new(run())))),
     ("Contouring", || State::Contouring(run())),
@@ -69,12 +69,12 @@ const STATES: [Made; 15] = [
     ("Faulted", || State::Faulted { fault: Fault::PortLost(text("unplugged")), warned: false }),
 ];
 
-fn ask(ask: Ask) -> Event {
-    Event::Operator(Wish { ask: Some(ask), ..Wish::default() })
+fn ask(ask: OperatorCommand) -> Event {
+    Event::Operator(OperatorInput { ask: Some(ask), ..OperatorInput::default() })
 }
 
-fn wish(direction: (f64, f64)) -> Event {
-    Event::Operator(Wish { direction, ..Wish::default() })
+fn input(direction: (f64, f64)) -> Event {
+    Event::Operator(OperatorInput { direction, ..OperatorInput::default() })
 }
 
 type Happens = (&'static str, fn() -> Event);
@@ -101,23 +101,23 @@ const EVENTS: [Happens; 29] = [
     ("displaced", || Event::Reply(Reply::Displaced)),
     ("message", || Event::Reply(Reply::Message(text("hello")))),
     ("garbled", || Event::Reply(Reply::Garbled(text("#")))),
-    ("no wish", || wish((0.0, 0.0))),
-    ("a push", || wish((-1.0, 0.0))),
-    ("ask: pause", || ask(Ask::Pause)),
-    ("ask: resume", || ask(Ask::Resume)),
-    ("ask: recover", || ask(Ask::Recover)),
-    ("ask: quit", || ask(Ask::Quit)),
+    ("no wish", || input((0.0, 0.0))),
+    ("a push", || input((-1.0, 0.0))),
+    ("ask: pause", || ask(OperatorCommand::FeedHold)),
+    ("ask: resume", || ask(OperatorCommand::CycleStart)),
+    ("ask: recover", || ask(OperatorCommand::Recover)),
+    ("ask: quit", || ask(OperatorCommand::Stop)),
     ("tick", || Event::Tick),
     ("no job", || Event::Job(Box::new(Err("nothing here".into())))),
     ("port lost", || Event::PortLost(text("unplugged"))),
 ];
 
-fn supervisor(work: &Workpiece, name: &str, state: State) -> Supervisor {
-    let stroke = Window::of(at((-200.0, -200.0))).including(at((200.0, 200.0)));
+fn supervisor(work: &PreparedPlan, name: &str, state: State) -> Supervisor {
+    let travel = Window::of(at((-200.0, -200.0))).including(at((200.0, 200.0)));
     let options = Options {
         feed_mm_min: 900,
         home: false,
-        stroke,
+        travel,
         answer_within: Duration::from_secs(5),
         baud: 115_200,
         progress: Progress::default(),
@@ -130,7 +130,7 @@ fn supervisor(work: &Workpiece, name: &str, state: State) -> Supervisor {
     supervisor.heard_at = NOW;
     supervisor.answered_at = NOW;
     supervisor.progress_at = NOW;
-    supervisor.wished_at = Some(NOW);
+    supervisor.input_at = Some(NOW);
     // The report that comes answers a query.
     supervisor.query(NOW, &mut Vec::new());
     supervisor
@@ -211,8 +211,8 @@ fn homing_is_owed_until_the_tool_is_located() {
         step(&mut supervisor, refused());
         // Asked for twice where the tool must be raised first; the key is let go between.
         for _ in 0..2 {
-            step(&mut supervisor, ask(Ask::Recover));
-            step(&mut supervisor, wish((0.0, 0.0)));
+            step(&mut supervisor, ask(OperatorCommand::Recover));
+            step(&mut supervisor, input((0.0, 0.0)));
         }
         step(&mut supervisor, report(Mode::Idle));
         step(&mut supervisor, prepared());

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use keepout_guard::{Sighting, Stamp, Time};
+use keepout_guard::{PositionFeedback, QueryStamp, Time};
 
 use super::event::{Command, Mode, Reply, Report};
 use super::state::{Phase, State};
@@ -60,7 +60,7 @@ impl Supervisor {
             },
             Reply::NotHomed => Err(Fault::NotHomed),
             Reply::Displaced => Err(Fault::OffsetChanged),
-            Reply::Unfit(unfit) => Err(Fault::Setting(unfit)),
+            Reply::Unfit(unfit) => Err(Fault::DialectConfig(unfit)),
             Reply::Message(text) => {
                 self.note(text.to_string());
                 Ok(())
@@ -134,19 +134,19 @@ impl Supervisor {
     fn take_sighting(
         &mut self,
         report: &Report,
-        stamp: Stamp,
+        stamp: QueryStamp,
         now: Time,
         commands: &mut Vec<Command>,
     ) -> Result<(), Fault> {
         let Some(position) = report.position else { return Ok(()) };
-        let sighting = Sighting {
+        let feedback = PositionFeedback {
             position,
-            at_rest: report.mode == Mode::Idle,
+            in_position: report.mode == Mode::Idle,
             queued: report.queued,
             waiting: report.waiting.unwrap_or(false),
         };
-        self.check_answers(&sighting, now)?;
-        self.guard.reported(&sighting, stamp, now)?;
+        self.check_answers(&feedback, now)?;
+        self.guard.reported(&feedback, stamp, now)?;
         if let State::Contouring(run) | State::Holding(run) = &mut self.state
             && let (Some(motion), Some((curve, _))) =
                 (self.guard.contour_at(), self.guard.contour_left().first())
@@ -157,7 +157,7 @@ impl Supervisor {
             *stale -= 1;
         } else if let State::Stopping { aborted, rested, .. } = &mut self.state {
             // One report may have been damaged or come twice.
-            let rests = sighting.rests() && self.guard.unacknowledged() == 0;
+            let rests = feedback.rests() && self.guard.unacknowledged() == 0;
             let agreed = rests && *rested;
             *rested = rests;
             match report.mode {
@@ -170,16 +170,16 @@ impl Supervisor {
                 _ => {}
             }
         }
-        if self.guard.settled() {
+        if self.guard.in_position() {
             self.at_rest();
         }
         Ok(())
     }
 
     /// A line is lost when the controller rests with an empty queue for long, and has not answered it.
-    fn check_answers(&mut self, sighting: &Sighting, now: Time) -> Result<(), Fault> {
+    fn check_answers(&mut self, feedback: &PositionFeedback, now: Time) -> Result<(), Fault> {
         let open = self.guard.unacknowledged() > 0;
-        if !(open && sighting.at_rest && sighting.queued.is_none_or(|queued| queued == 0)) {
+        if !(open && feedback.in_position && feedback.queued.is_none_or(|queued| queued == 0)) {
             self.unanswered_since = None;
             return Ok(());
         }
@@ -241,7 +241,7 @@ impl Supervisor {
             }
             None => {
                 let steered = self.phase().is_steered();
-                let waits = steered && !self.guard.settled() && self.wish.direction == (0.0, 0.0);
+                let waits = steered && !self.guard.in_position() && self.input.direction == (0.0, 0.0);
                 let pause = if waits || self.guard.awaits_reading() { QUERY_SOON } else { QUERY_PAUSE };
                 self.answered_at.after(pause.max(echo))
             }
@@ -277,9 +277,9 @@ impl Supervisor {
         if self.asks() && self.queries.len() < QUERIES_MAX {
             due = due.min(self.query_due());
         }
-        match self.wished_at {
+        match self.input_at {
             Some(at) if self.phase().is_steered() && !self.rested_for_stale => {
-                due.min(at.after(super::manual::STALE).after(step))
+                due.min(at.after(super::jog::STALE).after(step))
             }
             _ => due,
         }

@@ -3,13 +3,13 @@
 use std::collections::VecDeque;
 
 use keepout_executor::supervisor::{Abilities, Command, Limits, Mode, Reply, Report};
-use keepout_guard::{Motion, MotionShape, OnCancel};
+use keepout_guard::{Interpolation, Motion, OnCancel};
 use keepout_kernel::curve::{nearest_point, xy};
 use keepout_kernel::{Curve, Point};
 use keepout_proofs::properties::Xy;
 use keepout_proofs::square::plain;
 
-use crate::witness;
+use crate::oracle;
 
 /// Lines that the controller's receive buffer holds; what arrives beyond them is lost.
 const BUFFER: usize = 3;
@@ -161,10 +161,10 @@ impl Machine {
         let at = done + used;
         self.tool = match motion {
             Motion::Contour { curve: Curve::Arc(arc), .. } if at < 1.0 => {
-                let (centre, (angle, r)) = (xy(arc.centre()), witness::polar(&arc, at));
+                let (centre, (angle, r)) = (xy(arc.centre()), oracle::polar(&arc, at));
                 nearest((centre.0 + r * angle.cos(), centre.1 + r * angle.sin()))
             }
-            Motion::Jog { to, .. } => self.between(from, to, at, self.make.abilities.shape),
+            Motion::Jog { to, .. } => self.between(from, to, at, self.make.abilities.interpolation),
             Motion::Contour { curve, .. } => self.between(from, curve.to(), at, self.make.abilities.contours),
         };
         self.begun.1 = at;
@@ -177,19 +177,19 @@ impl Machine {
 
     /// Where one axis has arrived and the other begins, as a share of the motion.
     fn corner(&self, motion: &Motion) -> Option<f64> {
-        let Abilities { shape, contours, .. } = self.make.abilities;
-        let shape = if matches!(motion, Motion::Jog { .. }) { shape } else { contours };
-        (shape == MotionShape::Box).then_some(0.5)
+        let Abilities { interpolation, contours, .. } = self.make.abilities;
+        let interpolation = if matches!(motion, Motion::Jog { .. }) { interpolation } else { contours };
+        (interpolation == Interpolation::Independent).then_some(0.5)
     }
 
     #[expect(clippy::cast_precision_loss, reason = "coordinates have 30 bits")]
-    fn between(&self, from: Xy, to: Point, share: f64, shape: MotionShape) -> Xy {
+    fn between(&self, from: Xy, to: Point, share: f64, interpolation: Interpolation) -> Xy {
         let (a, b) = ((from.0 as f64, from.1 as f64), xy(to));
         let (first, second) = ((2.0 * share).min(1.0), (2.0 * share - 1.0).max(0.0));
-        let (x, y) = match (shape, self.make.y_first) {
-            (MotionShape::Line, _) => (share, share),
-            (MotionShape::Box, false) => (first, second),
-            (MotionShape::Box, true) => (second, first),
+        let (x, y) = match (interpolation, self.make.y_first) {
+            (Interpolation::Linear, _) => (share, share),
+            (Interpolation::Independent, false) => (first, second),
+            (Interpolation::Independent, true) => (second, first),
         };
         nearest((a.0 + (b.0 - a.0) * x, a.1 + (b.1 - a.1) * y))
     }

@@ -1,7 +1,7 @@
 //! What is watched of a session: the guard's invariant, by other means than the guard's.
 
 use keepout_executor::supervisor::{Command, Phase};
-use keepout_guard::{Motion, MotionShape};
+use keepout_guard::{Interpolation, Motion};
 use keepout_kernel::curve::xy;
 use keepout_kernel::{Curve, Point, ProhibitedRegion};
 use keepout_planner::job::LoopNumber;
@@ -11,7 +11,7 @@ use keepout_proofs::soak::{segments_within, triangle_within};
 use keepout_proofs::square::{off_box, plain};
 
 use super::{Play, Trouble};
-use crate::{job, witness};
+use crate::{job, oracle};
 
 /// Rounding of places in `f64`, and of nearest points, lattice units.
 pub const ROUNDING: f64 = 4.0;
@@ -44,9 +44,9 @@ impl Play {
     /// All that may be executed is clear of the part: each triangle of it, or the whole box, by big integers over all edges.
     fn watch_set(&self) {
         let guard = self.supervisor.guard();
-        let kept = i64::from(guard.rules().manual.units()) - 1;
+        let kept = i64::from(guard.rules().jogging_clearance.units()) - 1;
         let mut set: Vec<Xy> = guard.in_flight().map(plain).collect();
-        if guard.rules().shape == MotionShape::Box {
+        if guard.rules().interpolation == Interpolation::Independent {
             set = corners(&set);
         }
         for corners in triangles(&set) {
@@ -58,15 +58,16 @@ impl Play {
     /// A way out comes nearer to no edge within the threshold by hand, and goes along an axis where axes run apart.
     fn watch_way_out(&self, to: Point) {
         let guard = self.supervisor.guard();
-        let from = guard.tail().expect("it stands inside").point();
-        let straight = guard.rules().shape == MotionShape::Line || from.x == to.x || from.y == to.y;
+        let from = guard.confirmed().expect("it stands inside").point();
+        let straight =
+            guard.rules().interpolation == Interpolation::Linear || from.x == to.x || from.y == to.y;
         assert!(straight, "a way out from {from:?} to {to:?} is not along an axis");
-        let (a, b, manual) = (xy(from), xy(to), f64::from(guard.rules().manual.units()));
-        for wall in witness::walls(&job::work().plan) {
-            let least = witness::distance(a, [wall].into_iter()).min(manual);
+        let (a, b, manual) = (xy(from), xy(to), f64::from(guard.rules().jogging_clearance.units()));
+        for wall in oracle::walls(&job::work().plan) {
+            let least = oracle::distance(a, [wall].into_iter()).min(manual);
             for k in 1..=PLACES {
                 let t = f64::from(k) / f64::from(PLACES);
-                let left = witness::distance(witness::on_the_way(a, b, t), [wall].into_iter());
+                let left = oracle::distance(oracle::on_the_way(a, b, t), [wall].into_iter());
                 assert!(
                     left > least - ROUNDING,
                     "a way out from {from:?} to {to:?} comes to {left} of {wall:?}"
@@ -77,9 +78,9 @@ impl Play {
 
     fn watch_contour(&self, curve: &Curve) {
         let rules = self.supervisor.guard().rules();
-        let kept = f64::from(rules.finishing.units()) - ROUNDING;
-        let mut places = witness::places(curve);
-        if rules.contours == MotionShape::Box {
+        let kept = f64::from(rules.finishing_clearance.units()) - ROUNDING;
+        let mut places = oracle::places(curve);
+        if rules.contours == Interpolation::Independent {
             assert!(matches!(curve, Curve::Line(_)), "axes that run apart drive no arc");
             let (a, b) = (xy(curve.from()), xy(curve.to()));
             places.extend([a, b, (a.0, b.1), (b.0, a.1)]);
@@ -92,13 +93,13 @@ impl Play {
         let guard = self.supervisor.guard();
         let by_hand = matches!(self.supervisor.phase(), Phase::Manual | Phase::Sliding | Phase::Escaping);
         let contour = self.machine.under_way().any(|motion| matches!(motion, Motion::Contour { .. }));
-        if !by_hand || contour || guard.tail().is_none() {
+        if !by_hand || contour || guard.confirmed().is_none() {
             return;
         }
         let set: Vec<Xy> = guard.in_flight().map(plain).collect();
-        let is_in = |place: Xy, r: i64| match guard.rules().shape {
-            MotionShape::Line => triangles(&set).any(|corners| comes_near(corners, place, place, r)),
-            MotionShape::Box => off_box(&set, place) <= r,
+        let is_in = |place: Xy, r: i64| match guard.rules().interpolation {
+            Interpolation::Linear => triangles(&set).any(|corners| comes_near(corners, place, place, r)),
+            Interpolation::Independent => off_box(&set, place) <= r,
         };
         let (tool, most) = (self.machine.tool, 3 * i64::from(guard.rules().resolution.units()) + 4);
         assert!(is_in(tool, most), "the tool is more than {most} off {set:?}, at {tool:?}");
@@ -116,10 +117,10 @@ impl Play {
         {
             return;
         }
-        let cut_to = self.supervisor.progress().partial.first().map(|partial| partial.cut_to);
-        if cut_to != self.cut_to {
-            self.cut_to = cut_to;
-            cut_to.into_iter().for_each(|cut_to| self.has_cut(xy(cut_to)));
+        let resume_point = self.supervisor.progress().partial.first().map(|partial| partial.resume_point);
+        if resume_point != self.resume_point {
+            self.resume_point = resume_point;
+            resume_point.into_iter().for_each(|resume_point| self.has_cut(xy(resume_point)));
         }
     }
 
@@ -130,9 +131,9 @@ impl Play {
             return;
         }
         let plan = &job::work().plan.plan;
-        let places = |number: LoopNumber| -> Vec<witness::Xy> {
+        let places = |number: LoopNumber| -> Vec<oracle::Xy> {
             let curves = &plan.passes[number.pass].path.loops[number.index].curves;
-            curves.iter().flat_map(|curve| witness::places_along(curve, PLACES_CUT)).collect()
+            curves.iter().flat_map(|curve| oracle::places_along(curve, PLACES_CUT)).collect()
         };
         for &number in &progress.finished {
             places(number).into_iter().for_each(|place| self.has_cut(place));
@@ -140,13 +141,13 @@ impl Play {
         for partial in &progress.partial {
             let places = places(partial.number);
             let nearest = |to: Point| {
-                let away = |k: &usize| witness::between(places[*k], xy(to));
+                let away = |k: &usize| oracle::between(places[*k], xy(to));
                 (0..places.len()).min_by(|a, b| away(a).total_cmp(&away(b))).expect("a loop has places")
             };
             // From the place behind the one by the entry to the one before that by the end.
-            let (entry, cut_to) = (nearest(partial.entry), nearest(partial.cut_to));
-            let count = (cut_to + places.len() - entry) % places.len();
-            let whole = partial.entry == partial.cut_to;
+            let (entry, resume_point) = (nearest(partial.entry), nearest(partial.resume_point));
+            let count = (resume_point + places.len() - entry) % places.len();
+            let whole = partial.entry == partial.resume_point;
             let count = if whole { places.len() } else { count };
             for k in 1..count {
                 self.has_cut(places[(entry + k) % places.len()]);
@@ -154,18 +155,18 @@ impl Play {
         }
     }
 
-    fn has_cut(&self, place: witness::Xy) {
+    fn has_cut(&self, place: oracle::Xy) {
         let real = |(x, y): Xy| xy(at((x, y)));
-        let away = self.cut.iter().map(|&[a, b]| witness::to_chord(place, (real(a), real(b))));
+        let away = self.cut.iter().map(|&[a, b]| oracle::to_chord(place, (real(a), real(b))));
         let away = away.fold(f64::INFINITY, f64::min);
         assert!(away < CUT, "{place:?} counts as cut, and the tool was {away} from it at the nearest");
     }
 }
 
 /// Places of a motion of a contour are farther from the part.
-pub fn keep_away(curve: &Curve, places: &[witness::Xy], kept: f64) {
+pub fn keep_away(curve: &Curve, places: &[oracle::Xy], kept: f64) {
     for &place in places {
-        let left = witness::distance(place, witness::walls(&job::work().plan));
+        let left = oracle::distance(place, oracle::walls(&job::work().plan));
         assert!(left > kept, "{curve:?} of a contour comes to {left}, not {kept}");
     }
 }

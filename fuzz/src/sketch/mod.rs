@@ -6,9 +6,9 @@ mod truth;
 mod write;
 
 use arbitrary::{Arbitrary, Result, Unstructured};
-use keepout_planner::order::Order;
-use keepout_planner::plan::{Cut, Job, PassJob};
+use keepout_planner::plan::{Cut, PassParameters, PlanParameters};
 use keepout_planner::profile::MachinedSide;
+use keepout_planner::request::PlanRequest;
 pub use shape::{Outline, Shape};
 pub use spoil::Family;
 
@@ -27,7 +27,7 @@ pub struct Sketch {
     /// The outlines.
     pub outlines: Vec<Figure>,
     /// The order.
-    pub order: Order,
+    pub order: PlanRequest,
 }
 
 /// An outline, what is wrong with it, and how it stands in the file.
@@ -96,7 +96,7 @@ impl<'a> Arbitrary<'a> for Sketch {
         for figure in &mut outlines {
             figure.zone = u.int_in_range(0..=7_u8)? == 7;
         }
-        order.zone_layers.extend(outlines.iter().any(|figure| figure.zone).then(|| ZONES.into()));
+        order.keep_out_layers.extend(outlines.iter().any(|figure| figure.zone).then(|| ZONES.into()));
         order.job.margin_mm = *u.choose(&[None, None, None, Some(0.02), Some(1.0), Some(0.0005)])?;
         Ok(Self { units, outlines, order })
     }
@@ -137,22 +137,22 @@ pub(crate) fn number(u: &mut Unstructured<'_>) -> Result<f64> {
     })
 }
 
-fn order(u: &mut Unstructured<'_>) -> Result<Order> {
+fn order(u: &mut Unstructured<'_>) -> Result<PlanRequest> {
     let passes = match u.int_in_range(0..=5_u8)? {
         0 => vec![(0.1, Some(900)), (0.0, None)],
         1 => vec![(0.2, None), (0.1, None), (0.0, Some(60))],
         _ => vec![],
     };
-    let pass = |(allowance_mm, feed_mm_min)| PassJob { allowance_mm, feed_mm_min };
-    let job = Job {
+    let pass = |(stock_to_leave_mm, feed_mm_min)| PassParameters { stock_to_leave_mm, feed_mm_min };
+    let job = PlanParameters {
         tool_diameter_mm: *u.choose(&[6.0, 3.0, 0.5, 0.1, 0.01, 20.0, 80.0, 500.0])?,
-        allowance_mm: *u.choose(&[0.2, 0.0, 1.0, 0.01])?,
+        stock_to_leave_mm: *u.choose(&[0.2, 0.0, 1.0, 0.01])?,
         side: if bool::arbitrary(u)? { MachinedSide::Inside } else { MachinedSide::Outside },
         passes: passes.into_iter().map(pass).collect(),
         cut: if bool::arbitrary(u)? { Cut::Climb } else { Cut::Conventional },
-        ..Job::default()
+        ..PlanParameters::default()
     };
-    let mut order = Order { job, ..Order::default() };
+    let mut order = PlanRequest { job, ..PlanRequest::default() };
     order.join_mm = *u.choose(&[0.01, 0.01, 0.0, 0.5, 0.001])?;
     order.curve_mm = *u.choose(&[0.001, 0.01, 0.0001, 1.0])?;
     if u.int_in_range(0..=7_u8)? == 0 {

@@ -1,7 +1,7 @@
 //! The ways in which drawings are degenerate.
 
 use super::shape::{Corner, Outline};
-use crate::witness::on_the_way;
+use crate::oracle::on_the_way;
 
 /// What is wrong with an outline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -9,7 +9,7 @@ use keepout_planner::profile::Profile;
 use super::shape::Outline;
 use super::spoil::{Edge, Spoilt, spoilt};
 use super::{Figure, Nest, Sketch};
-use crate::witness::{self, UNIT, Xy, between, on_the_way, to_chord};
+use crate::oracle::{self, UNIT, Xy, between, on_the_way, to_chord};
 
 /// What is read may be off by this, lattice units: ends this near are joined without a word, and curves this flat are lines.
 const ROUNDING: f64 = 15.0;
@@ -112,7 +112,7 @@ impl<'a> Truth<'a> {
         if !self.whole {
             return;
         }
-        let read: Vec<Xy> = curves_of(profile).flat_map(witness::places).collect();
+        let read: Vec<Xy> = curves_of(profile).flat_map(oracle::places).collect();
         let chords: usize = self.curves.iter().map(|curve| curve.points.len()).sum();
         for &place in read.iter().step_by(step(read.len(), chords)) {
             let left = self.curves.iter().map(|curve| {
@@ -133,7 +133,7 @@ impl<'a> Truth<'a> {
         let long = self.curves.iter().filter(|curve| length(&curve.points) > short);
         let drawn: Vec<Xy> = long.flat_map(|curve| &curve.points).copied().collect();
         for &place in drawn.iter().step_by(step(drawn.len(), curves_of(profile).count())) {
-            let left = witness::distance(place, curves_of(profile));
+            let left = oracle::distance(place, curves_of(profile));
             assert!(
                 left <= off,
                 "{place:?} was drawn: the nearest contour is {left} away, not {off}\n{:?}",

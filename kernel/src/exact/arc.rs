@@ -8,7 +8,7 @@ use super::predicate::{Orientation, on_ring, sagitta};
 use super::segment::{Segment, distance_2, orientation, points_within};
 use super::width::Product;
 
-/// Smallest radius of an arc, in lattice units (0.64 µm). Below it the slack bound of [`ArcChords::check`] is not proven.
+/// Smallest radius of an arc, in lattice units (0.64 µm). Below it the chord_error bound of [`ArcChords::check`] is not proven.
 pub const RADIUS_MIN: i64 = 64;
 
 /// Rounding of an arc's ends: with ρ = ⌊|from − centre|⌋ the curve stays between ρ − 1 and ρ + 2 from the centre.
@@ -22,9 +22,9 @@ const RING_WIDTH: i64 = 4;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Turn {
     /// Counter-clockwise (G3).
-    Left,
+    CounterClockwise,
     /// Clockwise (G2).
-    Right,
+    Clockwise,
 }
 
 impl Turn {
@@ -32,13 +32,16 @@ impl Turn {
     #[must_use]
     pub fn reversed(self) -> Self {
         match self {
-            Self::Left => Self::Right,
-            Self::Right => Self::Left,
+            Self::CounterClockwise => Self::Clockwise,
+            Self::Clockwise => Self::CounterClockwise,
         }
     }
 
     fn agrees_with(self, orientation: Orientation) -> bool {
-        matches!((self, orientation), (Self::Left, Orientation::Left) | (Self::Right, Orientation::Right))
+        matches!(
+            (self, orientation),
+            (Self::CounterClockwise, Orientation::Left) | (Self::Clockwise, Orientation::Right)
+        )
     }
 }
 
@@ -216,11 +219,11 @@ impl Curve {
     }
 }
 
-/// A chain of chords that was checked to follow an [`Arc`] within a slack.
+/// A chain of chords that was checked to follow an [`Arc`] within a chord_error.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ArcChords {
     points: Vec<Point>,
-    slack: Length,
+    chord_error: Length,
 }
 
 impl ArcChords {
@@ -230,7 +233,7 @@ impl ArcChords {
     /// direction and is no longer than ρ, and the chain begins and ends where the arc does, so that it passes every
     /// polar angle of the arc. With chords of length at most `L ≤ ρ` and ρ ≥ 64 the sagitta is at most `L² / 7ρ`: at
     /// the same polar angle the chord's radius lies in [ρ − 2 − L²/7ρ, ρ + 3] and the curve's in [ρ − 1, ρ + 2], so the
-    /// slack is the sagitta plus 4 units.
+    /// chord_error is the sagitta plus 4 units.
     ///
     /// # Errors
     /// [`ArcError`] naming the point at which the claim fails.
@@ -251,9 +254,9 @@ impl ArcChords {
             longest_2 = longest_2.max(distance_2(a, b));
         }
         let sagitta = sagitta::<Product>(longest_2, arc.radius.units());
-        let slack = Length::from_units(sagitta.saturating_add(RING_WIDTH))
+        let chord_error = Length::from_units(sagitta.saturating_add(RING_WIDTH))
             .map_err(|_| ArcError::Radius { radius_2: distance_2(arc.from, arc.centre) })?;
-        Ok(Self { points, slack })
+        Ok(Self { points, chord_error })
     }
 
     /// The corners of the chain, first and last included.
@@ -264,8 +267,8 @@ impl ArcChords {
 
     /// How far the arc can leave the chain.
     #[must_use]
-    pub fn slack(&self) -> Length {
-        self.slack
+    pub fn chord_error(&self) -> Length {
+        self.chord_error
     }
 
     /// The chords in order.
@@ -288,14 +291,18 @@ mod tests {
     }
 
     fn quarter() -> Arc {
-        Arc::new(at(1000, 0), at(0, 1000), Point::ORIGIN, Turn::Left).unwrap()
+        Arc::new(at(1000, 0), at(0, 1000), Point::ORIGIN, Turn::CounterClockwise).unwrap()
     }
 
     #[test]
     fn chain_that_follows_is_believed_with_a_true_slack() {
         let chords = ArcChords::check(&quarter(), vec![at(1000, 0), at(707, 707), at(0, 1000)]).unwrap();
         // True sagitta of a 45° chord of radius 1000: 1000·(1 − cos 22.5°) = 76.1.
-        assert!(chords.slack().units() >= 77 && chords.slack().units() <= 90, "{:?}", chords.slack());
+        assert!(
+            chords.chord_error().units() >= 77 && chords.chord_error().units() <= 90,
+            "{:?}",
+            chords.chord_error()
+        );
     }
 
     #[test]
@@ -315,7 +322,7 @@ mod tests {
 
     #[test]
     fn impossible_arcs_are_rejected() {
-        let new = |from, to, centre| Arc::new(from, to, centre, Turn::Right);
+        let new = |from, to, centre| Arc::new(from, to, centre, Turn::Clockwise);
         assert_eq!(new(at(9, 9), at(9, 9), at(0, 0)), Err(ArcError::EndsCoincide { at: at(9, 9) }));
         assert_eq!(new(at(1000, 0), at(0, 1003), at(0, 0)), Err(ArcError::OffCircle { at: at(0, 1003) }));
         assert!(new(at(1000, 0), at(0, 1002), at(0, 0)).is_ok());

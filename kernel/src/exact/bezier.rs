@@ -107,24 +107,24 @@ impl Bezier {
         &self.weights
     }
 
-    /// Checks that the curve follows the chain, each curve of which begins where the one before ends, within `slack`.
+    /// Checks that the curve follows the chain, each curve of which begins where the one before ends, within `chord_error`.
     ///
     /// **Claim.** The curve's parameter range falls into consecutive intervals, one for each curve of the chain in order. On its
-    /// interval every point is beside that curve: within `slack` of a line, or, for an arc of less than half a turn, within
-    /// `slack` of the circle of radius ρ about its centre and between the rays to its ends, or within `slack` of an end. Where
-    /// one interval ends and the next begins the point is within `slack` of the joint. So every point of the curve is within
-    /// `slack` of the chain, and, the curve being continuous, every point of the chain is within twice that of the curve.
+    /// interval every point is beside that curve: within `chord_error` of a line, or, for an arc of less than half a turn, within
+    /// `chord_error` of the circle of radius ρ about its centre and between the rays to its ends, or within `chord_error` of an end. Where
+    /// one interval ends and the next begins the point is within `chord_error` of the joint. So every point of the curve is within
+    /// `chord_error` of the chain, and, the curve being continuous, every point of the chain is within twice that of the curve.
     ///
     /// The curve is halved until the convex hull of each piece's control points lies beside the chain's current curve, or
     /// beside the next one with the piece's beginning near the joint. Control points of the pieces are rounded to the lattice,
-    /// by less than a unit together with the halvings, which is taken off the slack.
+    /// by less than a unit together with the halvings, which is taken off the chord_error.
     ///
     /// # Errors
     /// [`Stray`] with a place where the curve does not follow the chain, or was not found to within the budget of pieces.
-    pub fn follows(&self, chain: &[Curve], slack: Length) -> Result<(), Stray> {
+    pub fn follows(&self, chain: &[Curve], chord_error: Length) -> Result<(), Stray> {
         let origin = self.control.first().copied().unwrap_or(Point::ORIGIN);
         let refused = Err(Stray { at: origin });
-        let Ok(slack) = Length::from_units(i64::from(slack.units()).saturating_sub(1)) else {
+        let Ok(chord_error) = Length::from_units(i64::from(chord_error.units()).saturating_sub(1)) else {
             return refused;
         };
         let joins =
@@ -142,7 +142,7 @@ impl Bezier {
                 [i128::from(d.dx).saturating_mul(weight), i128::from(d.dy).saturating_mul(weight), weight];
         }
         let left = chain.len().saturating_mul(PIECES_EACH).saturating_add(PIECES_EACH);
-        let mut search = Search { origin, chain, slack, count: self.control.len(), left, reached: 0 };
+        let mut search = Search { origin, chain, chord_error, count: self.control.len(), left, reached: 0 };
         search.piece(&row, 0)?;
         search.finish()
     }
@@ -151,7 +151,7 @@ impl Bezier {
 struct Search<'a> {
     origin: Point,
     chain: &'a [Curve],
-    slack: Length,
+    chord_error: Length,
     /// Control points of each piece.
     count: usize,
     /// Pieces that may still be looked at.
@@ -184,13 +184,13 @@ impl Search<'_> {
         let (Some(current), Some(&first)) = (self.chain.get(self.reached), hull.first()) else {
             return false;
         };
-        if is_beside(hull, current, self.slack) {
+        if is_beside(hull, current, self.chord_error) {
             return true;
         }
         let next = self.reached.saturating_add(1);
-        let near_joint = !points_within(first, current.to(), self.slack).is_clear();
+        let near_joint = !points_within(first, current.to(), self.chord_error).is_clear();
         let goes_on =
-            near_joint && self.chain.get(next).is_some_and(|curve| is_beside(hull, curve, self.slack));
+            near_joint && self.chain.get(next).is_some_and(|curve| is_beside(hull, curve, self.chord_error));
         if goes_on {
             self.reached = next;
         }
@@ -202,7 +202,7 @@ impl Search<'_> {
     fn finish(&self) -> Result<(), Stray> {
         let Some(end) = self.chain.last().map(Curve::to) else { return Err(Stray { at: self.origin }) };
         let left = self.chain.iter().skip(self.reached).map(Curve::to);
-        let mut far = left.filter(|&joint| points_within(joint, end, self.slack).is_clear());
+        let mut far = left.filter(|&joint| points_within(joint, end, self.chord_error).is_clear());
         far.next().map_or(Ok(()), |at| Err(Stray { at }))
     }
 
@@ -257,28 +257,28 @@ fn is_short_of_half_a_turn(curve: &Curve) -> bool {
 }
 
 /// Whether the whole convex hull of the points is beside the curve.
-fn is_beside(hull: &[Point], curve: &Curve, slack: Length) -> bool {
-    let near_end = |end: Point| hull.iter().all(|&p| !points_within(p, end, slack).is_clear());
+fn is_beside(hull: &[Point], curve: &Curve, chord_error: Length) -> bool {
+    let near_end = |end: Point| hull.iter().all(|&p| !points_within(p, end, chord_error).is_clear());
     match curve {
-        Curve::Line(segment) => hull.iter().all(|&p| !segment.near_point(p, slack).is_clear()),
-        Curve::Arc(arc) => is_along(hull, arc, slack) || near_end(arc.from()) || near_end(arc.to()),
+        Curve::Line(segment) => hull.iter().all(|&p| !segment.near_point(p, chord_error).is_clear()),
+        Curve::Arc(arc) => is_along(hull, arc, chord_error) || near_end(arc.from()) || near_end(arc.to()),
     }
 }
 
-/// Whether the hull lies between the rays to the arc's ends, within the slack of its circle.
-fn is_along(hull: &[Point], arc: &Arc, slack: Length) -> bool {
+/// Whether the hull lies between the rays to the arc's ends, within the chord_error of its circle.
+fn is_along(hull: &[Point], arc: &Arc, chord_error: Length) -> bool {
     let (from, to, centre) = (arc.from(), arc.to(), arc.centre());
     if !arc.is_ahead(from, to) {
         return false;
     }
     // Rays less than half a turn apart bound a convex wedge.
     let in_wedge = |p: Point| !arc.is_ahead(p, from) && !arc.is_ahead(to, p);
-    let Ok(outer) = arc.radius().plus(slack) else { return false };
+    let Ok(outer) = arc.radius().plus(chord_error) else { return false };
     let in_disc = |p: Point| !points_within(p, centre, outer).is_clear();
     if !hull.iter().all(|&p| in_wedge(p) && in_disc(p)) {
         return false;
     }
-    let inner = i64::from(arc.radius().units()).saturating_sub(i64::from(slack.units()));
+    let inner = i64::from(arc.radius().units()).saturating_sub(i64::from(chord_error.units()));
     let Ok(inner) = Length::from_units(inner) else { return true };
     // The hull's outline is among the segments between its points; it does not go round the wedge's tip.
     hull.iter().enumerate().all(|(i, &from)| {
@@ -298,7 +298,7 @@ mod tests {
         Point::from_units(x, y).unwrap()
     }
 
-    fn slack(units: i64) -> Length {
+    fn chord_error(units: i64) -> Length {
         Length::from_units(units).unwrap()
     }
 
@@ -310,37 +310,39 @@ mod tests {
 
     #[test]
     fn quarter_circle_follows_its_arc_and_not_its_chord() {
-        let arc = Arc::new(at(100_000, 0), at(0, 100_000), Point::ORIGIN, Turn::Left).unwrap();
-        assert_eq!(quarter().follows(&[Curve::Arc(arc)], slack(4)), Ok(()));
+        let arc = Arc::new(at(100_000, 0), at(0, 100_000), Point::ORIGIN, Turn::CounterClockwise).unwrap();
+        assert_eq!(quarter().follows(&[Curve::Arc(arc)], chord_error(4)), Ok(()));
         let chord = Curve::Line(Segment { from: at(100_000, 0), to: at(0, 100_000) });
         // The sagitta is 100 000·(1 − cos 45°) = 29 289.3.
-        assert_eq!(quarter().follows(&[chord], slack(29_292)), Ok(()));
-        assert!(quarter().follows(&[chord], slack(29_289)).is_err());
+        assert_eq!(quarter().follows(&[chord], chord_error(29_292)), Ok(()));
+        assert!(quarter().follows(&[chord], chord_error(29_289)).is_err());
     }
 
     #[test]
     fn arcs_that_are_off_by_more_than_the_slack_are_refused() {
         // About centres moved along the bisector of its ends, arcs bend less or more: by 0.29 of the way in the middle.
         for (moved, wrong) in [(-60, true), (60, true), (-15, false), (15, false)] {
-            let arc = Arc::new(at(100_000, 0), at(0, 100_000), at(moved, moved), Turn::Left).unwrap();
-            assert_eq!(quarter().follows(&[Curve::Arc(arc)], slack(14)).is_err(), wrong, "{moved}");
+            let arc =
+                Arc::new(at(100_000, 0), at(0, 100_000), at(moved, moved), Turn::CounterClockwise).unwrap();
+            assert_eq!(quarter().follows(&[Curve::Arc(arc)], chord_error(14)).is_err(), wrong, "{moved}");
         }
         // The other three quarters of the circle are not beside it; nor is half a turn or more believed.
-        let rest = Arc::new(at(100_000, 0), at(0, 100_000), Point::ORIGIN, Turn::Right).unwrap();
-        assert!(quarter().follows(&[Curve::Arc(rest)], slack(8)).is_err());
+        let rest = Arc::new(at(100_000, 0), at(0, 100_000), Point::ORIGIN, Turn::Clockwise).unwrap();
+        assert!(quarter().follows(&[Curve::Arc(rest)], chord_error(8)).is_err());
         // Half of it as an arc, half as a chord: the place is in the second half.
-        let half = Arc::new(at(100_000, 0), at(70_711, 70_711), Point::ORIGIN, Turn::Left).unwrap();
+        let half =
+            Arc::new(at(100_000, 0), at(70_711, 70_711), Point::ORIGIN, Turn::CounterClockwise).unwrap();
         let chord = Curve::Line(Segment { from: at(70_711, 70_711), to: at(0, 100_000) });
-        let stray = quarter().follows(&[Curve::Arc(half), chord], slack(8)).unwrap_err();
+        let stray = quarter().follows(&[Curve::Arc(half), chord], chord_error(8)).unwrap_err();
         assert!((stray.at.x.units() - 70_711).abs() < 2_000, "{stray:?}");
         assert_eq!(
-            quarter().follows(&[chord, Curve::Arc(half)], slack(8)),
+            quarter().follows(&[chord, Curve::Arc(half)], chord_error(8)),
             Err(Stray { at: at(100_000, 0) })
         );
-        assert!(quarter().follows(&[Curve::Arc(half)], slack(8)).is_err(), "it ends early");
+        assert!(quarter().follows(&[Curve::Arc(half)], chord_error(8)).is_err(), "it ends early");
     }
 
-    /// What lies within the slack of some curve of the chain need not follow it: a chain that leaves the curve through a neck
+    /// What lies within the chord_error of some curve of the chain need not follow it: a chain that leaves the curve through a neck
     /// and comes back, by lines or by two arcs, is refused.
     #[test]
     fn chains_that_leave_the_curve_and_come_back_are_refused() {
@@ -350,7 +352,10 @@ mod tests {
             let ends = points.iter().zip(points.iter().skip(1));
             ends.map(|(&(a, b), &(c, d))| Curve::Line(Segment { from: at(a, b), to: at(c, d) })).collect()
         };
-        assert_eq!(line.follows(&path(&[(0, 0), (50_000, 0), (50_004, 0), (100_000, 0)]), slack(8)), Ok(()));
+        assert_eq!(
+            line.follows(&path(&[(0, 0), (50_000, 0), (50_004, 0), (100_000, 0)]), chord_error(8)),
+            Ok(())
+        );
         let pocket = [
             (0, 0),
             (50_000, 0),
@@ -361,31 +366,32 @@ mod tests {
             (50_004, 0),
             (100_000, 0),
         ];
-        assert!(line.follows(&path(&pocket), slack(8)).is_err());
+        assert!(line.follows(&path(&pocket), chord_error(8)).is_err());
         let spur = [(0, 0), (50_000, 0), (50_002, -9_000), (50_004, 0), (100_000, 0)];
-        assert!(line.follows(&path(&spur), slack(8)).is_err());
-        let arc = |from, to, centre| Curve::Arc(Arc::new(from, to, centre, Turn::Left).unwrap());
+        assert!(line.follows(&path(&spur), chord_error(8)).is_err());
+        let arc = |from, to, centre| Curve::Arc(Arc::new(from, to, centre, Turn::CounterClockwise).unwrap());
         let round = [
             path(&[(0, 0), (50_000, 0)])[0],
             arc(at(50_000, 0), at(50_001, -2_000), at(50_000, -1_000)),
             arc(at(50_001, -2_000), at(50_000, 0), at(50_001, -1_000)),
             path(&[(50_000, 0), (100_000, 0)])[0],
         ];
-        assert!(line.follows(&round, slack(8)).is_err());
+        assert!(line.follows(&round, chord_error(8)).is_err());
         // One arc nearly all round, its ends beside each other.
-        let all_round = Arc::new(at(50_000, 0), at(50_002, 0), at(50_001, -1_000), Turn::Left).unwrap();
+        let all_round =
+            Arc::new(at(50_000, 0), at(50_002, 0), at(50_001, -1_000), Turn::CounterClockwise).unwrap();
         let [before, after] = [path(&[(0, 0), (50_000, 0)])[0], path(&[(50_002, 0), (100_000, 0)])[0]];
-        assert!(line.follows(&[before, Curve::Arc(all_round), after], slack(8)).is_err());
+        assert!(line.follows(&[before, Curve::Arc(all_round), after], chord_error(8)).is_err());
         // Beside every line of a Z in turn, but never near where its first two meet.
         let rising = Bezier::new(vec![at(0, 0), at(100_000, 30)], vec![w; 2]).unwrap();
         let zigzag = path(&[(0, 0), (60_000, 0), (40_000, 30), (100_000, 30)]);
-        assert!(rising.follows(&zigzag, slack(17)).is_err());
+        assert!(rising.follows(&zigzag, chord_error(17)).is_err());
         // A gap of a few units.
-        assert!(line.follows(&[before, after], slack(8)).is_err());
+        assert!(line.follows(&[before, after], chord_error(8)).is_err());
         // Backwards, twice over, and from elsewhere.
-        assert!(line.follows(&path(&[(100_000, 0), (0, 0)]), slack(8)).is_err());
-        assert!(line.follows(&path(&[(0, 0), (100_000, 0), (0, 0), (100_000, 0)]), slack(8)).is_err());
-        assert!(line.follows(&path(&[(0, 1), (100_000, 0)]), slack(8)).is_err());
+        assert!(line.follows(&path(&[(100_000, 0), (0, 0)]), chord_error(8)).is_err());
+        assert!(line.follows(&path(&[(0, 0), (100_000, 0), (0, 0), (100_000, 0)]), chord_error(8)).is_err());
+        assert!(line.follows(&path(&[(0, 1), (100_000, 0)]), chord_error(8)).is_err());
     }
 
     #[test]
@@ -395,7 +401,7 @@ mod tests {
         let curve =
             Bezier::new(vec![at(0, 0), at(9_000, 8_000), at(-8_000, 8_000), at(1_000, 0)], vec![w; 4]);
         let line = Curve::Line(Segment { from: at(0, 0), to: at(1_000, 0) });
-        assert!(curve.unwrap().follows(&[line], slack(100)).is_err());
+        assert!(curve.unwrap().follows(&[line], chord_error(100)).is_err());
     }
 
     #[test]
@@ -407,7 +413,7 @@ mod tests {
         assert!(Bezier::new(vec![at(0, 0); 2], vec![WEIGHTS.0, WEIGHTS.1 + 1]).is_err());
         let edge =
             Bezier::new(vec![at(-(1 << 29), -(1 << 29)), at(1 << 29, 1 << 29)], vec![WEIGHTS.1; 2]).unwrap();
-        assert!(edge.follows(&[], slack(100)).is_err());
+        assert!(edge.follows(&[], chord_error(100)).is_err());
         assert!(edge.follows(&[], Length::ZERO).is_err());
     }
 }

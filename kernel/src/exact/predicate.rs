@@ -261,9 +261,9 @@ pub fn box_segment<L: Lattice>(
 ///
 /// The distance to a convex set is convex along a line: it never falls when it does not fall at the start. There the
 /// nearest point is `a`, `b` or the foot of the perpendicular, as in [`point_segment`], and the sign of the motion's
-/// component away from it decides. From a point of the segment itself every motion recedes.
+/// component away from it decides. From a point of the segment itself every motion retract.
 #[inline(always)]
-pub fn recedes<L: Lattice>(p: Site<L>, q: Site<L>, a: Site<L>, b: Site<L>) -> bool {
+pub fn retract<L: Lattice>(p: Site<L>, q: Site<L>, a: Site<L>, b: Site<L>) -> bool {
     let along = dot::<L>(a, p, b);
     let away_from = |end| L::compare(dot::<L>(p, end, q), L::zero()) != Ordering::Greater;
     if L::compare(along, L::zero()) != Ordering::Greater {

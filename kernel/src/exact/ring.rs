@@ -13,23 +13,23 @@ use super::width::{Lattice, Product};
 /// One piece of a ring's outline.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Piece {
-    /// A straight piece; `slack` bounds how far the true curve leaves it (zero for a true line).
+    /// A straight piece; `chord_error` bounds how far the true curve leaves it (zero for a true line).
     Line {
         /// The piece.
         segment: Segment,
         /// Bound on the distance between piece and true curve.
-        slack: Length,
+        chord_error: Length,
     },
-    /// Checked chords of an arc; `slack` bounds how far the true curve leaves the arc (zero for a true arc).
+    /// Checked chords of an arc; `chord_error` bounds how far the true curve leaves the arc (zero for a true arc).
     Arc {
         /// The chords.
         chords: ArcChords,
         /// Bound on the distance between arc and true curve.
-        slack: Length,
+        chord_error: Length,
     },
 }
 
-/// A closed simple polygon; each edge carries the slack between chord and true curve.
+/// A closed simple polygon; each edge carries the chord_error between chord and true curve.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Ring {
     vertices: Vec<Point>,
@@ -120,13 +120,13 @@ impl Ring {
                 _ => end = Some(piece.end()),
             }
             match piece {
-                Piece::Line { segment, slack } => {
+                Piece::Line { segment, chord_error } => {
                     vertices.push(segment.from);
-                    slacks.push(*slack);
+                    slacks.push(*chord_error);
                 }
-                Piece::Arc { chords, slack } => {
+                Piece::Arc { chords, chord_error } => {
                     // Cut off at the largest length, a sum is too much for any threshold: everything is near then.
-                    let total = chords.slack().saturating_plus(*slack);
+                    let total = chords.chord_error().saturating_plus(*chord_error);
                     for chord in chords.segments() {
                         vertices.push(chord.from);
                         slacks.push(total);
@@ -175,7 +175,7 @@ impl Ring {
         self.vertices.iter().zip(ends).map(|(&from, &to)| Segment { from, to })
     }
 
-    /// The slack of each edge, in the order of [`Ring::segments`].
+    /// The chord_error of each edge, in the order of [`Ring::segments`].
     #[must_use]
     pub fn slacks(&self) -> &[Length] {
         &self.slacks
@@ -293,7 +293,7 @@ mod tests {
 
     #[test]
     fn gap_between_pieces_is_an_error() {
-        let line = |a, b| Piece::Line { segment: Segment { from: a, to: b }, slack: Length::ZERO };
+        let line = |a, b| Piece::Line { segment: Segment { from: a, to: b }, chord_error: Length::ZERO };
         let pieces = vec![line(at(0, 0), at(9, 0)), line(at(9, 1), at(4, 5)), line(at(4, 5), at(0, 0))];
         assert_eq!(Ring::from_pieces(&pieces), Err(RingError::Gap { from: at(9, 0), to: at(9, 1) }));
     }

@@ -70,7 +70,7 @@ impl Segment {
     #[must_use]
     #[inline]
     pub fn recedes_from(self, wall: Self) -> bool {
-        predicate::recedes::<Product>(self.from.into(), self.to.into(), wall.from.into(), wall.to.into())
+        predicate::retract::<Product>(self.from.into(), self.to.into(), wall.from.into(), wall.to.into())
     }
 
     /// The box `[min x, min y, max x, max y]` of the segment.

@@ -87,13 +87,13 @@ impl SweptArc {
         corners.iter().copied().zip(corners.iter().copied().skip(1))
     }
 
-    /// A box that holds the curve: each piece is within its slack of its chord.
+    /// A box that holds the curve: each piece is within its chord_error of its chord.
     #[must_use]
     pub fn bounds(&self) -> Window {
         let start = Window::of(self.arc.from());
         self.pieces().fold(start, |bounds, (a, b)| {
-            let slack = self.slack(a, b).unwrap_or(self.arc.radius());
-            bounds.union(Segment { from: a, to: b }.bounds().grown(slack))
+            let chord_error = self.chord_error(a, b).unwrap_or(self.arc.radius());
+            bounds.union(Segment { from: a, to: b }.bounds().grown(chord_error))
         })
     }
 
@@ -116,7 +116,7 @@ impl SweptArc {
     }
 
     fn piece_clear(&self, a: Point, b: Point, chord: Segment, t: Length, halvings: u32) -> bool {
-        let reach = self.slack(a, b).and_then(|slack| t.plus(slack).ok());
+        let reach = self.chord_error(a, b).and_then(|chord_error| t.plus(chord_error).ok());
         if reach.is_some_and(|reach| Segment { from: a, to: b }.near_segment(chord, reach).is_clear())
             || self.behind_corner(a, b, chord, t)
             || self.behind_corner(a, b, Segment { from: chord.to, to: chord.from }, t)
@@ -131,8 +131,8 @@ impl SweptArc {
         })
     }
 
-    /// The slack of rule 3.
-    fn slack(&self, a: Point, b: Point) -> Option<Length> {
+    /// The chord_error of rule 3.
+    fn chord_error(&self, a: Point, b: Point) -> Option<Length> {
         let sagitta = sagitta::<Product>(distance_2(a, b), self.arc.radius().units());
         Length::from_units(sagitta.saturating_add(5)).ok()
     }
@@ -150,8 +150,8 @@ impl SweptArc {
 fn quarter(arc: &Arc, at: Point) -> Option<Point> {
     let d = at.minus(arc.centre());
     let turned = match arc.turn() {
-        Turn::Left => (d.dy.checked_neg()?, d.dx),
-        Turn::Right => (d.dy, d.dx.checked_neg()?),
+        Turn::CounterClockwise => (d.dy.checked_neg()?, d.dx),
+        Turn::Clockwise => (d.dy, d.dx.checked_neg()?),
     };
     let coordinate = |c: i32, d: i32| i64::from(c).saturating_add(i64::from(d));
     let centre = arc.centre();
@@ -169,12 +169,12 @@ mod tests {
     #[test]
     fn arcs_of_all_turns_are_cut_and_cover_their_sweep() {
         for (to, turn, least) in [
-            (at(0, 1000), Turn::Left, 2),
-            (at(0, 1000), Turn::Right, 6),
-            (at(-1000, 0), Turn::Left, 4),
-            (at(998, 60), Turn::Left, 1),
-            (at(998, 60), Turn::Right, 7),
-            (at(998, -60), Turn::Left, 7),
+            (at(0, 1000), Turn::CounterClockwise, 2),
+            (at(0, 1000), Turn::Clockwise, 6),
+            (at(-1000, 0), Turn::CounterClockwise, 4),
+            (at(998, 60), Turn::CounterClockwise, 1),
+            (at(998, 60), Turn::Clockwise, 7),
+            (at(998, -60), Turn::CounterClockwise, 7),
         ] {
             let arc = Arc::new(at(1000, 0), to, Point::ORIGIN, turn).unwrap();
             let swept = SweptArc::of(&arc).unwrap();
@@ -185,7 +185,7 @@ mod tests {
 
     #[test]
     fn each_rule_decides_where_it_should() {
-        let arc = Arc::new(at(3000, 0), at(0, 3000), Point::ORIGIN, Turn::Left).unwrap();
+        let arc = Arc::new(at(3000, 0), at(0, 3000), Point::ORIGIN, Turn::CounterClockwise).unwrap();
         let swept = SweptArc::of(&arc).unwrap();
         let near = |from, to, t| swept.near_chord(Segment { from, to }, Length::from_units(t).unwrap());
         // Inside and outside.
@@ -204,7 +204,7 @@ mod tests {
 
     #[test]
     fn pieces_follow_the_ring_forward_and_short() {
-        let arc = Arc::new(at(3000, 0), at(0, 3000), Point::ORIGIN, Turn::Left).unwrap();
+        let arc = Arc::new(at(3000, 0), at(0, 3000), Point::ORIGIN, Turn::CounterClockwise).unwrap();
         let swept = SweptArc::of(&arc).unwrap();
         let east = at(3000, 0);
         assert!(swept.follows(east, at(2121, 2121)));
@@ -217,7 +217,7 @@ mod tests {
 
     #[test]
     fn each_rule_decides_alone_by_a_unit() {
-        let arc = Arc::new(at(3000, 0), at(0, 3000), Point::ORIGIN, Turn::Left).unwrap();
+        let arc = Arc::new(at(3000, 0), at(0, 3000), Point::ORIGIN, Turn::CounterClockwise).unwrap();
         let swept = SweptArc::of(&arc).unwrap();
         let near = |from, to, t| swept.near_chord(Segment { from, to }, Length::from_units(t).unwrap());
         // Inside: a chord that touches the circle of radius 1000 from within.

@@ -21,7 +21,9 @@ pub fn edges_of_rings(rings: &[Ring]) -> Vec<Edge> {
     let count = rings.iter().map(|ring| ring.vertices().len()).sum();
     let mut edges = Vec::with_capacity(count);
     for ring in rings {
-        edges.extend(ring.segments().zip(ring.slacks()).map(|(chord, &slack)| Edge { chord, slack }));
+        edges.extend(
+            ring.segments().zip(ring.slacks()).map(|(chord, &chord_error)| Edge { chord, chord_error }),
+        );
     }
     edges
 }

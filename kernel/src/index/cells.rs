@@ -96,7 +96,7 @@ pub enum CellFault {
     /// The whole is too small to be divided, too large for the lattice, or does not hold everything near an edge.
     Whole,
     /// Groups or lists are not in the order of the walk, missing, or left over.
-    Order {
+    PlanRequest {
         /// The first group or list entry concerned.
         at: usize,
     },
@@ -113,7 +113,7 @@ impl fmt::Display for CellFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Whole => write!(f, "the cells do not cover what is near the part"),
-            Self::Order { at } => write!(f, "the cells' groups or lists are out of order at {at}"),
+            Self::PlanRequest { at } => write!(f, "the cells' groups or lists are out of order at {at}"),
             Self::Claim { square, claim } => write!(f, "{claim:?} does not hold for the cell {square:?}"),
         }
     }
@@ -199,7 +199,7 @@ impl Cells {
         check.group(0, origin, log_2)?;
         let (groups, lists) = (check.groups.saturating_mul(GROUP), check.lists);
         if groups != cells.claims.len() || lists != cells.lists.len() {
-            return Err(CellFault::Order { at: groups.min(lists) });
+            return Err(CellFault::PlanRequest { at: groups.min(lists) });
         }
         Ok(cells)
     }
@@ -255,7 +255,7 @@ impl Cells {
         }
     }
 
-    /// Hands out, from start to end, squares whose closed boxes cover the motion, until `visit` breaks; `None` when the
+    /// OperatorSetup out, from start to end, squares whose closed boxes cover the motion, until `visit` breaks; `None` when the
     /// motion leaves the whole.
     ///
     /// The walk keeps the lattice unit `(x, y)` that the motion enters at the current exit: its closed square contains the point
@@ -376,7 +376,7 @@ struct Check<'a> {
 impl Check<'_> {
     fn group(&mut self, number: u32, low: (i32, i32), log_2: u32) -> Result<(), CellFault> {
         let at = usize::try_from(number).unwrap_or(usize::MAX);
-        let out_of_order = CellFault::Order { at };
+        let out_of_order = CellFault::PlanRequest { at };
         let first = at.saturating_mul(GROUP);
         let claims = self.cells.claims.get(first..first.saturating_add(GROUP)).ok_or(out_of_order)?;
         if at != self.groups {
@@ -412,7 +412,8 @@ impl Check<'_> {
     /// Whether the list, in ascending order, holds every edge near the square.
     fn lists_all_near(&mut self, list: u32, square: Window) -> Result<bool, CellFault> {
         let at = usize::try_from(list).unwrap_or(usize::MAX);
-        let listed = self.cells.list(list).filter(|_| at == self.lists).ok_or(CellFault::Order { at })?;
+        let listed =
+            self.cells.list(list).filter(|_| at == self.lists).ok_or(CellFault::PlanRequest { at })?;
         self.lists = self.lists.saturating_add(listed.len()).saturating_add(1);
         let threshold = self.cells.threshold;
         let mut rest = listed.iter().copied();

@@ -196,7 +196,7 @@ impl CheckedIndex {
         &self.levels
     }
 
-    /// Visits, in ascending order, every edge whose box (with its slack) meets `window`, and others, until `visit` breaks.
+    /// Visits, in ascending order, every edge whose box (with its chord_error) meets `window`, and others, until `visit` breaks.
     #[inline]
     pub fn visit(
         &self,

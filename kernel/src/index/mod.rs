@@ -29,61 +29,61 @@ pub struct Edge {
     /// The chord.
     pub chord: Segment,
     /// Bound on the distance between the true curve and the chord.
-    pub slack: Length,
+    pub chord_error: Length,
 }
 
 impl Edge {
-    /// The box of the chord, grown by the slack.
+    /// The box of the chord, grown by the chord_error.
     #[must_use]
     #[inline]
     pub fn bounds(&self) -> Window {
-        self.chord.bounds().grown(self.slack)
+        self.chord.bounds().grown(self.chord_error)
     }
 
-    /// Whether the chord comes within `threshold` plus slack of `point`.
+    /// Whether the chord comes within `threshold` plus chord_error of `point`.
     #[must_use]
     #[inline]
     pub fn near_point(&self, point: Point, threshold: Length) -> Proximity {
         self.at(threshold, |r| self.chord.near_point(point, r))
     }
 
-    /// Whether the chord comes within `threshold` plus slack of the straight motion.
+    /// Whether the chord comes within `threshold` plus chord_error of the straight motion.
     #[must_use]
     #[inline]
     pub fn near_motion(&self, motion: Segment, threshold: Length) -> Proximity {
         self.at(threshold, |r| motion.near_segment(self.chord, r))
     }
 
-    /// Whether the chord comes within `threshold` plus slack of the filled triangle.
+    /// Whether the chord comes within `threshold` plus chord_error of the filled triangle.
     #[must_use]
     #[inline]
     pub fn near_fan(&self, fan: Triangle, threshold: Length) -> Proximity {
         self.at(threshold, |r| fan.near_segment(self.chord, r))
     }
 
-    /// Whether the chord comes within `threshold` plus slack of the filled polygon.
+    /// Whether the chord comes within `threshold` plus chord_error of the filled polygon.
     #[must_use]
     #[inline]
     pub fn near_convex(&self, polygon: Convex<'_>, threshold: Length) -> Proximity {
         self.at(threshold, |r| polygon.near_segment(self.chord, r))
     }
 
-    /// Whether the chord comes within `threshold` plus slack of some point of the box that is on the lattice.
+    /// Whether the chord comes within `threshold` plus chord_error of some point of the box that is on the lattice.
     #[must_use]
     #[inline]
     pub fn near_box(&self, window: Window, threshold: Length) -> Proximity {
         self.at(threshold, |r| window.near_segment(self.chord, r))
     }
 
-    /// Whether every point of the box that is on the lattice is within `threshold` plus slack of the chord.
+    /// Whether every point of the box that is on the lattice is within `threshold` plus chord_error of the chord.
     #[must_use]
     pub fn reaches_all(&self, window: Window, threshold: Length) -> bool {
-        threshold.plus(self.slack).is_ok_and(|r| window.within_reach_of(self.chord, r))
+        threshold.plus(self.chord_error).is_ok_and(|r| window.within_reach_of(self.chord, r))
     }
 
-    /// A threshold that leaves the lattice when the slack is added blocks everything.
+    /// A threshold that leaves the lattice when the chord_error is added blocks everything.
     #[inline(always)]
     fn at(&self, threshold: Length, ask: impl Fn(Length) -> Proximity) -> Proximity {
-        threshold.plus(self.slack).map_or(Proximity::Near, ask)
+        threshold.plus(self.chord_error).map_or(Proximity::Near, ask)
     }
 }

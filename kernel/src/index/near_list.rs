@@ -25,7 +25,7 @@ const LOOKED_AT: usize = 512;
 #[derive(Clone, Debug)]
 pub struct NearList {
     anchor: Point,
-    /// No other edge is within this (plus its slack) of the anchor; negative when the list is not complete.
+    /// No other edge is within this (plus its chord_error) of the anchor; negative when the list is not complete.
     reach: Option<Length>,
     edges: [u32; CAPACITY],
     count: usize,

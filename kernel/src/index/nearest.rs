@@ -52,7 +52,7 @@ impl CheckedIndex {
     #[must_use]
     pub fn clearance(&self, point: Point) -> Option<Length> {
         let mut reach = f64::from(crate::exact::lattice::COORD_MAX);
-        // Slacks differ: an edge farther away may be nearer when its slack is taken off.
+        // Slacks differ: an edge farther away may be nearer when its chord_error is taken off.
         let mut hint = None;
         for _ in 0..4 {
             let nearest = self.nearest(point, hint)?;
@@ -151,7 +151,7 @@ impl CheckedIndex {
         let length = |units: i64| Length::from_units(units);
         let distance = round_down(nearest.distance());
         let reached = length(distance + 1).is_ok_and(|reach| !edge.chord.near_point(point, reach).is_clear());
-        // Thresholds add slack: an edge with slack within the distance is looked at without it.
+        // Thresholds add chord_error: an edge with chord_error within the distance is looked at without it.
         let nearer = length(distance - 1).is_ok_and(|within| {
             let window = Window::of(point).grown(within);
             self.first(window, |edge| edge.chord.near_point(point, within)).is_some()
@@ -174,5 +174,5 @@ pub fn distance_2((x, y): (f64, f64), chord: Segment) -> f64 {
 
 /// The distance of an edge's true curve from a point, at least.
 pub(crate) fn least_distance(point: Point, edge: &Edge) -> f64 {
-    libm::sqrt(distance_2(xy(point), edge.chord)) - f64::from(edge.slack.units())
+    libm::sqrt(distance_2(xy(point), edge.chord)) - f64::from(edge.chord_error.units())
 }

@@ -1,6 +1,6 @@
 //! TRUSTED: the threshold questions over a checked index. Each answer is the exact one over all edges.
 //!
-//! An edge that comes within a threshold T plus its slack of a shape has a box, grown by the slack, that meets the box of
+//! An edge that comes within a threshold T plus its chord_error of a shape has a box, grown by the chord_error, that meets the box of
 //! the shape grown by T; [`CheckedIndex::search`] leaves out no such edge. For long motions a box is also left out when
 //! it lies, grown by T, wholly on one side of the motion's line; for polygons when it lies, grown by T, wholly beyond one of
 //! their sides. (Grown by T it holds every point within T of the box, and so of what is in it.)

@@ -8,7 +8,7 @@ use crate::exact::arc::ArcError;
 use crate::exact::lattice::{Length, Point};
 
 /// An arc of a path is certified as chords within this distance of it, in lattice units (0.1 µm).
-pub const PATH_SLACK: i64 = 10;
+pub const PATH_CHORD_ERROR: i64 = 10;
 
 /// An arc whose ends are this near or nearer is given as a line: controllers that compute in 32-bit floats can take it
 /// for a full circle. 10 µm, or 20 ppm of the radius when that is more.
@@ -56,7 +56,7 @@ impl core::error::Error for Gouge {}
 
 /// Certifies that the whole path stays farther than `threshold` from the part.
 ///
-/// Arcs are asked whole; one that is not proven clear that way is taken as checked chords, asked with [`PATH_SLACK`] more.
+/// Arcs are asked whole; one that is not proven clear that way is taken as checked chords, asked with [`PATH_CHORD_ERROR`] more.
 /// Returns the free point at the path's end, or `None` for an empty path.
 ///
 /// # Errors
@@ -66,7 +66,7 @@ pub fn certify_path(
     threshold: Length,
     path: &[Curve],
 ) -> Result<Option<FreePoint>, Gouge> {
-    let slack = Length::from_units(PATH_SLACK).unwrap_or(Length::ZERO);
+    let chord_error = Length::from_units(PATH_CHORD_ERROR).unwrap_or(Length::ZERO);
     let mut end: Option<FreePoint> = None;
     for (index, curve) in path.iter().enumerate() {
         let refuse = |at, cause| Gouge { index, at, cause };
@@ -74,7 +74,7 @@ pub fn certify_path(
             Some(free) if free.point() == curve.from() => free,
             Some(free) => return Err(refuse(free.point(), GougeCause::Discontinuous)),
             None => threshold
-                .plus(slack)
+                .plus(chord_error)
                 .map_err(|_| Blocked::StartTooNear(curve.from()))
                 .and_then(|start| part.free_point(curve.from(), start))
                 .map_err(|blocked| refuse(curve.from(), GougeCause::Blocked(blocked)))?,
@@ -87,7 +87,7 @@ pub fn certify_path(
         }
         // A line; or an arc that is not proven clear at once, whose chords tell the place.
         let points =
-            curve.chord_points(slack).map_err(|error| refuse(curve.from(), GougeCause::Arc(error)))?;
+            curve.chord_points(chord_error).map_err(|error| refuse(curve.from(), GougeCause::Arc(error)))?;
         for &point in points.iter().skip(1) {
             free = part
                 .motion(free, point)

@@ -22,7 +22,7 @@ use crate::index::{CheckedIndex, Edge, build};
 /// A loop is beside a place when one of its chords is this near, in lattice units (1 µm).
 pub const BESIDE: u16 = 100;
 /// The path is within this of every place between two that were found beside it, in lattice units (1.8 µm): [`BESIDE`], the
-/// slack of the chords, half a step or what an arc leaves between two places, and rounding.
+/// chord_error of the chords, half a step or what an arc leaves between two places, and rounding.
 pub const COVERAGE: f64 = 180.0;
 /// The greatest length without a loop beside it that goes unnoticed, in lattice units (20 µm): all stretches together that are
 /// walked between two places beside a loop.
@@ -92,12 +92,13 @@ pub fn certify_complete<'a>(
 
 /// The loops' chords, behind boxes; `None` when a loop's arc can not be turned into chords.
 fn index_of<'a>(path: impl Iterator<Item = &'a Curve>) -> Option<CheckedIndex> {
-    let slack = Length::small(CHORD_SLACK);
+    let chord_error = Length::small(CHORD_SLACK);
     let mut chords = Vec::new();
     for curve in path {
-        let points = curve.chord_points(slack).ok().filter(|_| chords.len() < CHORDS_MAX)?;
+        let points = curve.chord_points(chord_error).ok().filter(|_| chords.len() < CHORDS_MAX)?;
         let ends = points.iter().zip(points.iter().skip(1));
-        chords.extend(ends.map(|(&from, &to)| Edge { chord: Segment { from, to }, slack: Length::ZERO }));
+        chords
+            .extend(ends.map(|(&from, &to)| Edge { chord: Segment { from, to }, chord_error: Length::ZERO }));
     }
     build::build(chords).ok()
 }
@@ -165,8 +166,8 @@ impl Walk<'_> {
     fn covered_by(&self, edge: usize, place: Point, shape: &Shape, walked: f64) -> Option<f64> {
         let edge = self.part.edges().get(edge)?;
         // The edge is within that of the chord; what the edge stands for is no matter here.
-        let slack = edge.slack.min(self.chord_slack);
-        let radius = round_down(self.d - ROUNDING) - i64::from(slack.units());
+        let chord_error = edge.chord_error.min(self.chord_slack);
+        let radius = round_down(self.d - ROUNDING) - i64::from(chord_error.units());
         let radius = Length::from_units(radius).ok()?;
         let covers = |place: Point| !edge.chord.near_point(place, radius).is_clear();
         if !covers(place) {

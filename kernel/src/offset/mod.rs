@@ -11,6 +11,6 @@ mod propose;
 mod stitch;
 mod track;
 
-pub use certify::{Gouge, GougeCause, PATH_SLACK, certify_path, shortest_arc};
+pub use certify::{Gouge, GougeCause, PATH_CHORD_ERROR, certify_path, shortest_arc};
 pub use complete::{BESIDE, COVERAGE, Missing, RESOLUTION, certify_complete};
 pub use propose::{Offset, OffsetLoop, Outline, propose};

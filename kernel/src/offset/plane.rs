@@ -75,9 +75,9 @@ impl Shape {
             atan2(w.1, w.0)
         };
         let (start, end) = (polar(from), polar(to));
-        let turned = if turn == Turn::Left { end - start } else { start - end };
+        let turned = if turn == Turn::CounterClockwise { end - start } else { start - end };
         let turned = if turned <= 0.0 { turned + TAU } else { turned };
-        let sweep = if turn == Turn::Left { turned } else { -turned };
+        let sweep = if turn == Turn::CounterClockwise { turned } else { -turned };
         Self::Arc { centre, radius: norm(minus(from, centre)), start, sweep }
     }
 

@@ -96,7 +96,7 @@ pub fn propose(outlines: &[Outline], d: f64) -> Offset {
     offset
 }
 
-/// The edges behind boxes: a curved edge stands in the index as chords with its sagitta as slack.
+/// The edges behind boxes: a curved edge stands in the index as chords with its sagitta as chord_error.
 struct EdgeIndex {
     index: CheckedIndex,
     /// The edge of each chord in the index.
@@ -117,7 +117,7 @@ impl EdgeIndex {
     }
 }
 
-/// Chords of an edge, each with a slack that holds the edge's part between its ends; `None` off the lattice.
+/// Chords of an edge, each with a chord_error that holds the edge's part between its ends; `None` off the lattice.
 fn push_chords(edge: &Shape, chords: &mut Vec<Edge>) -> Option<()> {
     let point = |t: f64| {
         let (x, y) = edge.at(t);
@@ -130,11 +130,13 @@ fn push_chords(edge: &Shape, chords: &mut Vec<Edge>) -> Option<()> {
             (count, radius * (1.0 - cos(sweep.abs() / count / 2.0)))
         }
     };
-    let slack = Length::from_units(curve::round_up(sagitta) + 2).ok()?;
+    let chord_error = Length::from_units(curve::round_up(sagitta) + 2).ok()?;
     let mut k = 0.0;
     while k < count {
-        chords
-            .push(Edge { chord: Segment { from: point(k / count)?, to: point((k + 1.0) / count)? }, slack });
+        chords.push(Edge {
+            chord: Segment { from: point(k / count)?, to: point((k + 1.0) / count)? },
+            chord_error,
+        });
         k += 1.0;
     }
     Some(())

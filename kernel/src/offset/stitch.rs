@@ -179,7 +179,7 @@ fn push_loop(kept: &[Kept], chain: &[usize], offset: &mut Offset) {
         curves.push(match kept[index].shape {
             Shape::Line { .. } => line,
             Shape::Arc { centre, sweep, .. } => {
-                let turn = if sweep > 0.0 { Turn::Left } else { Turn::Right };
+                let turn = if sweep > 0.0 { Turn::CounterClockwise } else { Turn::Clockwise };
                 match curve::fit_arc(from, to, centre, turn) {
                     Ok(arc) if line.length() > f64::from(shortest_arc(arc.radius()).units()) => {
                         Curve::Arc(arc)

@@ -9,7 +9,7 @@ use libm::{acos, cos, sin, sqrt};
 
 use super::plane::{Shape, Xy, cross, dot, left_of, minus, norm, plus};
 
-/// A bend of larger radius (lattice units, 0.1 m) is cut by angles: 1 − cos θ is too coarse for small angles there.
+/// A bend of larger radius (lattice units, 0.1 m) is cut by angles: 1 − cos θ is too simplified for small angles there.
 const FLAT: f64 = 1e7;
 
 /// An offset shape, ready to be cut.

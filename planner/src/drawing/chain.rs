@@ -105,7 +105,7 @@ fn swept(centre: (f64, f64), from: Point, to: Point, turn: Turn) -> f64 {
         (y - centre.1).atan2(x - centre.0)
     };
     let turned = angle(to) - angle(from);
-    (if turn == Turn::Left { turned } else { -turned }).rem_euclid(TAU)
+    (if turn == Turn::CounterClockwise { turned } else { -turned }).rem_euclid(TAU)
 }
 
 /// Joins the drawing's curves into closed loops. Ends up to `join_mm` apart are moved together, and listed; splines and
@@ -194,7 +194,7 @@ fn lattice_pieces(
                     .iter()
                     .try_for_each(|piece| lattice_pieces(piece, origin, drawing, pieces, zero));
             }
-            let turn = if sweep > 0.0 { Turn::Left } else { Turn::Right };
+            let turn = if sweep > 0.0 { Turn::CounterClockwise } else { Turn::Clockwise };
             let count = half_circle_parts(sweep.abs());
             let step = sweep / f64::from(count);
             let scale = f64::from(UNITS_PER_MM);
@@ -224,7 +224,7 @@ fn key_of(piece: &Piece) -> Key {
         Bend::Straight => Vec::new(),
         // The same arc drawn the other way has its turn swapped, too.
         Bend::Round((x, y), turn, _) => {
-            vec![nearest_unit(*x), nearest_unit(*y), i64::from((*turn == Turn::Left) == forwards)]
+            vec![nearest_unit(*x), nearest_unit(*y), i64::from((*turn == Turn::CounterClockwise) == forwards)]
         }
         Bend::Free(curve) => {
             let units = |(p, &w): (&Point, &u64)| {
@@ -362,7 +362,7 @@ fn edges_of(
         Err(DrawingError::BadEntity { origin, problem })
     };
     let (from, to) = if backwards { (piece.to, piece.from) } else { (piece.from, piece.to) };
-    let exact = |curve| ProfileEdge { curve, slack: Length::ZERO };
+    let exact = |curve| ProfileEdge { curve, chord_error: Length::ZERO };
     match &piece.bend {
         Bend::Free(curve) => {
             let Some(curve) = ending_at(curve, backwards, from, to) else {
@@ -372,7 +372,7 @@ fn edges_of(
                 return bad("no arcs and lines were found that follow it within --curve-mm");
             };
             let first = out.edges.len();
-            out.edges.extend(chain.into_iter().map(|curve| ProfileEdge { curve, slack: bound }));
+            out.edges.extend(chain.into_iter().map(|curve| ProfileEdge { curve, chord_error: bound }));
             out.sources.push(SourceCurve { curve, first, end: out.edges.len() });
         }
         _ if from == to => {}

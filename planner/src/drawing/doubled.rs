@@ -90,7 +90,7 @@ fn enclose_the_same(one: &[Point], other: &[Point], reach: Length) -> bool {
 /// Whether one contour stays within reach of the other all along.
 fn all_near(corners: &[Point], other: &[Point], reach: Length) -> bool {
     let ends = other.iter().zip(other.iter().cycle().skip(1));
-    let edges = ends.map(|(&from, &to)| Edge { chord: Segment { from, to }, slack: Length::ZERO });
+    let edges = ends.map(|(&from, &to)| Edge { chord: Segment { from, to }, chord_error: Length::ZERO });
     let Ok(index) = build::build(edges.collect()) else { return false };
     let near = Near { index: &index, reach };
     let stretches = corners.iter().zip(corners.iter().cycle().skip(1));

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use super::entity::{Boundary, Ellipse, Entity, Hidden, Insert, Polyline, Shape, Vec3};
 use super::file::{DxfFile, folded};
-use super::import::Choice;
+use super::import::EntityFilter;
 use super::placement::{Placement, bulge, cross, unit};
-use super::{Drawing, DrawingError, Origin, RawCurve, Run, spline};
+use super::{Drawing, DrawingError, Origin, PolylineChain, RawCurve, spline};
 
 /// Blocks within blocks that are followed.
 const DEPTH_MAX: usize = 32;
@@ -20,7 +20,7 @@ pub const CURVES_MAX: usize = if cfg!(fuzzing) { 10_000 } else { 2_000_000 };
 /// Turns entities into the curves of a drawing.
 pub struct Flattener<'a> {
     file: &'a DxfFile,
-    choice: &'a Choice,
+    choice: &'a EntityFilter,
     /// The drawing that grows.
     pub drawing: Drawing,
     visits: usize,
@@ -43,7 +43,7 @@ struct Setting {
 impl<'a> Flattener<'a> {
     /// A drawing without curves yet.
     #[must_use]
-    pub fn new(file: &'a DxfFile, choice: &'a Choice, unit: String) -> Self {
+    pub fn new(file: &'a DxfFile, choice: &'a EntityFilter, unit: String) -> Self {
         let drawing = Drawing { unit, ..Drawing::default() };
         Self { file, choice, drawing, visits: 0, open: Vec::new() }
     }
@@ -281,14 +281,14 @@ impl<'a> Flattener<'a> {
         }
         if !taken.is_empty() {
             let closed = closed || taken.len() > 1 && taken[0].from() == taken[taken.len() - 1].to();
-            self.drawing.runs.push(Run { first, end: self.drawing.curves.len(), closed, origin });
+            self.drawing.runs.push(PolylineChain { first, end: self.drawing.curves.len(), closed, origin });
         }
         Ok(())
     }
 }
 
 /// The name of an entity that is taken, or why it is not.
-fn kind_of(shape: &Shape, choice: &Choice) -> Result<&'static str, String> {
+fn kind_of(shape: &Shape, choice: &EntityFilter) -> Result<&'static str, String> {
     match shape {
         Shape::Hatch(_) if !choice.hatches => {
             Err("hatch (its boundaries can be taken with --with hatch)".into())

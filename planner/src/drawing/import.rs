@@ -18,7 +18,7 @@ const CONSTRUCTION: [&str; 8] = ["HIDDEN", "CENTER", "CENTRE", "PHANTOM", "DASH"
 
 /// What is taken from a drawing, and how.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Choice {
+pub struct EntityFilter {
     /// Layers to take; all visible ones when empty.
     pub layers: Vec<String>,
     /// Layers to leave out.
@@ -35,7 +35,7 @@ pub struct Choice {
     pub placed: Option<(f64, (f64, f64))>,
 }
 
-impl Choice {
+impl EntityFilter {
     /// Whether curves of the layer are taken.
     #[must_use]
     pub fn takes_layer(&self, name: &str) -> bool {
@@ -96,7 +96,7 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>, DrawingError> {
 ///
 /// # Errors
 /// [`DrawingError`], naming the line, entity or layer at fault and the remedy.
-pub fn import(bytes: &[u8], choice: &Choice) -> Result<Drawing, DrawingError> {
+pub fn import(bytes: &[u8], choice: &EntityFilter) -> Result<Drawing, DrawingError> {
     curves_of(&read(bytes)?, choice)
 }
 
@@ -104,7 +104,7 @@ pub fn import(bytes: &[u8], choice: &Choice) -> Result<Drawing, DrawingError> {
 ///
 /// # Errors
 /// As [`import`].
-pub(crate) fn curves_of(file: &DxfFile, choice: &Choice) -> Result<Drawing, DrawingError> {
+pub(crate) fn curves_of(file: &DxfFile, choice: &EntityFilter) -> Result<Drawing, DrawingError> {
     let (scale, unit) = scale_of(choice.unit.as_deref(), file.units)?;
     let mut placement = Placement::scaled(scale);
     if let Some((degrees, by)) = choice.placed {
@@ -188,7 +188,7 @@ mod tests {
         for bytes in
             [&b""[..], b"hello", b"\x00\x01\x02", b"0\nSECTION\n2\nENTITIES\n0\nLINE\n10\nabc\n0\nEOF\n"]
         {
-            let error = import(bytes, &Choice::default()).unwrap_err();
+            let error = import(bytes, &EntityFilter::default()).unwrap_err();
             assert!(matches!(error, DrawingError::Damaged(_)), "{bytes:?}: {error}");
         }
     }

@@ -235,7 +235,7 @@ impl LineIndex {
         let lines: Vec<(Point, Point, usize)> = pieces.iter().enumerate().filter_map(straight).collect();
         let edge = |&(from, to, _): &(Point, Point, usize)| Edge {
             chord: Segment { from, to },
-            slack: Length::ZERO,
+            chord_error: Length::ZERO,
         };
         let index = build::build(lines.iter().map(edge).collect()).ok()?;
         Some(Self { index, pieces: lines.into_iter().map(|(.., i)| i).collect() })
@@ -271,7 +271,7 @@ impl EndIndex {
     pub fn of(joiner: &Joiner, ends: Vec<End>) -> Option<Self> {
         let at = |&end: &End| Edge {
             chord: Segment { from: joiner.at(end), to: joiner.at(end) },
-            slack: Length::ZERO,
+            chord_error: Length::ZERO,
         };
         let index = build::build(ends.iter().map(at).collect()).ok()?;
         Some(Self { index, ends })

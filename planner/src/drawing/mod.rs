@@ -29,7 +29,7 @@ pub(crate) use file::{DxfFile, read};
 pub use fit::CURVE_MM;
 pub use flatten::CURVES_MAX;
 pub(crate) use import::curves_of;
-pub use import::{Choice, SIZE_MAX, census, import, read_file};
+pub use import::{EntityFilter, SIZE_MAX, census, import, read_file};
 use keepout_kernel::LatticeError;
 pub use repair::{Problem, Repair};
 pub use tags::{Damage, FilePlace};
@@ -179,7 +179,7 @@ impl RawCurve {
 
 /// Curves that one entity joins end to end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Run {
+pub struct PolylineChain {
     /// The first of them, among the drawing's curves.
     pub first: usize,
     /// One past the last.
@@ -196,7 +196,7 @@ pub struct Drawing {
     /// The curves of the visible model space, in file order.
     pub curves: Vec<RawCurve>,
     /// How entities join them.
-    pub runs: Vec<Run>,
+    pub runs: Vec<PolylineChain>,
     /// The entities they come from.
     pub origins: Vec<Origin>,
     /// The file's unit, in words, and whether it was stated.

@@ -242,7 +242,7 @@ mod tests {
     use std::f64::consts::PI;
     use std::fmt::Write as _;
 
-    use super::super::{CURVE_MM, Choice, JOIN_MM, chain, import};
+    use super::super::{CURVE_MM, EntityFilter, JOIN_MM, chain, import};
 
     /// A slot with half circles of radius `r` for ends, of short lines that each begin a little before the one before ends, and a
     /// side that is open from x = 40 to 60 mm.
@@ -276,7 +276,7 @@ mod tests {
     /// Lines far apart on one line are not one, whatever leads from one to the other round about.
     #[test]
     fn an_opening_stays_open() {
-        let drawing = import(open_slot(10.0).as_bytes(), &Choice::default()).unwrap();
+        let drawing = import(open_slot(10.0).as_bytes(), &EntityFilter::default()).unwrap();
         let chained = chain(&drawing, JOIN_MM, CURVE_MM).unwrap();
         assert!(chained.profile.loops.is_empty(), "{:?}", chained.profile);
         assert!(!chained.problems.is_empty());

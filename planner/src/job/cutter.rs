@@ -116,7 +116,7 @@ impl Cutter<'_> {
     /// A place beside the loop that is clear for roughing.
     fn approach(&self, entry: &Entry) -> Option<FreePoint> {
         let pass = &self.plan.plan.passes[self.number.pass];
-        let left_by_roughing = self.plan.plan.allowance.units() - pass.allowance.units();
+        let left_by_roughing = self.plan.plan.stock_to_leave.units() - pass.stock_to_leave.units();
         let place = entry.aside(0.0, mm(left_by_roughing) + STAND_OFF_MM)?;
         self.plan.part.free_point(place, self.plan.roughing).ok().filter(|_| self.within.holds(place))
     }

@@ -228,7 +228,9 @@ impl Work<'_> {
         }
         let lost = job.before.partial.iter().find(|partial| job.unreached.contains(&partial.number));
         Err(match lost {
-            Some(&PartialLoop { number, cut_to, .. }) => JobError::NoWayBack { number, at: cut_to },
+            Some(&PartialLoop { number, resume_point, .. }) => {
+                JobError::NoWayBack { number, at: resume_point }
+            }
             None if job.unreached.is_empty() && job.before != Progress::default() => {
                 JobError::AllFinished { from }
             }

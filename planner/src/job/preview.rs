@@ -27,7 +27,7 @@ pub fn preview(plan: &CertifiedPlan) -> Vec<ContourJob> {
         let beside = |each: &FinishingLoop| {
             let track = Track::of(each, plan.plan.cut)?;
             (0..TRIES).find_map(|k| {
-                let stand_off = mm(plan.plan.allowance.units()) + STAND_OFF_MM;
+                let stand_off = mm(plan.plan.stock_to_leave.units()) + STAND_OFF_MM;
                 let place =
                     track.at(track.length_mm() * f64::from(k) / f64::from(TRIES)).aside(0.0, stand_off)?;
                 let clear = plan.part.free_point(place, plan.roughing).is_ok();

@@ -30,7 +30,7 @@ pub struct Progress {
 }
 
 /// A loop that is cut from where it was entered to where the tool was last on it, in the plan's direction of cut. One that
-/// nothing is cut of yet is none: `cut_to` at the entry means that it was cut once around.
+/// nothing is cut of yet is none: `resume_point` at the entry means that it was cut once around.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PartialLoop {
     /// The loop.
@@ -38,7 +38,7 @@ pub struct PartialLoop {
     /// Where it was first entered: what is left of it ends there.
     pub entry: Point,
     /// The last place to which it was certainly cut.
-    pub cut_to: Point,
+    pub resume_point: Point,
 }
 
 /// Why a progress does not fit a plan.
@@ -96,11 +96,11 @@ impl Progress {
         }
         let under_way = job.legs.get(leg).and_then(|leg| Some((leg, leg.cuts?, leg.entry?)));
         if let Some((leg, number, entry)) = under_way {
-            match leg.cut_to(curve, at) {
+            match leg.resume_point(curve, at) {
                 CutTo::Nothing => {}
-                CutTo::Here(cut_to) => {
+                CutTo::Here(resume_point) => {
                     progress.partial.retain(|each| each.number != number);
-                    progress.partial.push(PartialLoop { number, entry, cut_to });
+                    progress.partial.push(PartialLoop { number, entry, resume_point });
                 }
                 CutTo::End => progress.finish(number),
             }
@@ -154,7 +154,7 @@ enum CutTo {
 }
 
 impl Leg {
-    fn cut_to(&self, curve: usize, at: Point) -> CutTo {
+    fn resume_point(&self, curve: usize, at: Point) -> CutTo {
         if curve >= self.on_loop.end {
             return CutTo::End;
         }
@@ -163,14 +163,14 @@ impl Leg {
         }
         let Some(under_way) = self.curves.get(curve) else { return CutTo::Nothing };
         let length = |curves: &[Curve]| curves.iter().map(length_mm).sum::<f64>();
-        let (share, cut_to) = place_of(under_way, at).unwrap_or((0.0, under_way.from()));
+        let (share, resume_point) = place_of(under_way, at).unwrap_or((0.0, under_way.from()));
         // A job that was made by somebody else may claim what it does not have.
         let of = |range| length(self.curves.get(range).unwrap_or(&[]));
         let cut = of(self.on_loop.start..curve) + share * length_mm(under_way);
         match of(self.on_loop.clone()) - cut {
             left if left <= DONE_MM => CutTo::End,
             _ if cut <= DONE_MM => CutTo::Nothing,
-            _ => CutTo::Here(cut_to),
+            _ => CutTo::Here(resume_point),
         }
     }
 }
@@ -198,17 +198,17 @@ pub(super) struct Rest {
 }
 
 impl Rest {
-    /// What is left of the track; `None` when it is finished. Where the loop passes near itself, and `cut_to` can be two places,
+    /// What is left of the track; `None` when it is finished. Where the loop passes near itself, and `resume_point` can be two places,
     /// the earlier counts: rather is cut twice than not.
     pub fn of(track: &Track, partial: &PartialLoop) -> Result<Option<Self>, ProgressError> {
-        let PartialLoop { number, entry, cut_to } = *partial;
+        let PartialLoop { number, entry, resume_point } = *partial;
         let length_mm = track.length_mm();
         let entry_mm = single(track, number, entry)?;
         let beyond_entry = |along_mm: f64| {
             let beyond = (along_mm - entry_mm).rem_euclid(length_mm);
             if beyond < AT_ENTRY_MM { length_mm } else { beyond }
         };
-        let cut_mm = candidates(track, number, cut_to, ALIKE_MM)?;
+        let cut_mm = candidates(track, number, resume_point, ALIKE_MM)?;
         let cut_mm = cut_mm.into_iter().map(beyond_entry).fold(length_mm, f64::min);
         Ok((length_mm - cut_mm > DONE_MM).then_some(Self { entry_mm, cut_mm, length_mm }))
     }
@@ -300,7 +300,7 @@ mod tests {
         for (cut, entry) in [(Cut::Conventional, at(1.0, 0.0)), (Cut::Climb, at(1.0, 0.002))] {
             let track = slot(cut);
             for y in [0.0, 0.001, 0.002, 0.004] {
-                let partial = PartialLoop { number: NUMBER, entry, cut_to: at(4.0, y) };
+                let partial = PartialLoop { number: NUMBER, entry, resume_point: at(4.0, y) };
                 let rest = Rest::of(&track, &partial).unwrap().unwrap();
                 assert!((rest.cut_mm() - 3.0).abs() < 1e-6, "{cut:?} {y}: {}", rest.cut_mm());
             }
@@ -310,7 +310,7 @@ mod tests {
     #[test]
     fn an_entry_that_can_be_two_places_is_refused() {
         let entry = at(5.0, 0.001);
-        let partial = PartialLoop { number: NUMBER, entry, cut_to: at(6.0, 0.0) };
+        let partial = PartialLoop { number: NUMBER, entry, resume_point: at(6.0, 0.0) };
         let refused = Rest::of(&slot(Cut::Conventional), &partial).err();
         assert_eq!(refused, Some(ProgressError::EnteredTwice { number: NUMBER, at: entry }));
     }
@@ -320,7 +320,8 @@ mod tests {
         let track = slot(Cut::Conventional);
         let entry = at(0.0, 0.0);
         for (x, done) in [(0.0, true), (0.005, false), (0.03, false)] {
-            let rest = Rest::of(&track, &PartialLoop { number: NUMBER, entry, cut_to: at(x, 0.0) }).unwrap();
+            let rest =
+                Rest::of(&track, &PartialLoop { number: NUMBER, entry, resume_point: at(x, 0.0) }).unwrap();
             assert_eq!(rest.is_none(), done, "{x}");
         }
     }

@@ -86,8 +86,8 @@ impl Track {
     /// The way in which an arc turns that touches the track from the tool's side, in the direction of travel.
     pub fn lead_turn(&self) -> Turn {
         match self.cut {
-            Cut::Conventional => Turn::Right,
-            Cut::Climb => Turn::Left,
+            Cut::Conventional => Turn::Clockwise,
+            Cut::Climb => Turn::CounterClockwise,
         }
     }
 
@@ -201,7 +201,7 @@ pub(super) fn share_nearest(curve: &Curve, p: (f64, f64)) -> f64 {
         Curve::Line(_) => far(a, nearest_on_mm(p, a, b)) / far(a, b).max(f64::MIN_POSITIVE),
         Curve::Arc(arc) => {
             let c = point_mm(arc.centre());
-            let sign = if arc.turn() == Turn::Left { 1.0 } else { -1.0 };
+            let sign = if arc.turn() == Turn::CounterClockwise { 1.0 } else { -1.0 };
             let turned = sign * ((p.1 - c.1).atan2(p.0 - c.0) - angle(arc.centre(), arc.from()));
             let share = turned.rem_euclid(std::f64::consts::TAU) / sweep(arc);
             match share {

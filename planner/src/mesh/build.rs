@@ -3,14 +3,14 @@
 //! `spade`'s bulk load of points and constraints together slows down on round outlines. Points inserted one by one along a
 //! Morton curve, each beside the one before, and constraints in ring order take near-linear time.
 
-use spade::handles::FixedVertexHandle;
-use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
-
-use super::{Mesh, MeshError, NONE, Triangle};
 use keepout_kernel::curve::xy;
 use keepout_kernel::exact::lattice::{COORD_MAX, Point};
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::index::CheckedIndex;
+use spade::handles::FixedVertexHandle;
+use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
+
+use super::{Mesh, MeshError, NONE, Triangle};
 
 /// A square with at most this many points is not divided further when points are added.
 const CROWD: usize = 3;
@@ -35,7 +35,7 @@ impl HasPosition for Vertex {
 type Triangulated = ConstrainedDelaunayTriangulation<Vertex>;
 
 impl Mesh {
-    /// The mesh over the chords of `index` in `frame`, the machine's stroke or more. With `refined`, lattice points are
+    /// The mesh over the chords of `index` in `frame`, the machine's travel or more. With `refined`, lattice points are
     /// added in open space, one for each square of a quadtree over the points that is clear of the profile, so that
     /// triangles are near the local feature size. Chords that cross others are left out and counted.
     ///

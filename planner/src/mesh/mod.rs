@@ -12,7 +12,7 @@
 //! let at = |x, y| Point::from_units(x, y).unwrap();
 //! let corners = [at(0, 0), at(900, 0), at(450, 900)];
 //! let side = |i: usize| Segment { from: corners[i], to: corners[(i + 1) % 3] };
-//! let edges = (0..3).map(|i| Edge { chord: side(i), slack: Length::ZERO }).collect();
+//! let edges = (0..3).map(|i| Edge { chord: side(i), chord_error: Length::ZERO }).collect();
 //! let index = build(edges).unwrap();
 //! let mesh = Mesh::build(&index, Window::from_corners(-5000, -5000, 5000, 5000), false).unwrap();
 //! let mut walk = mesh.walk();
@@ -27,10 +27,9 @@ mod walk;
 
 use std::fmt;
 
-pub use walk::Walk;
-
 use keepout_kernel::exact::lattice::Point;
 use keepout_kernel::index::CheckedIndex;
+pub use walk::Walk;
 
 /// No triangle, no edge.
 const NONE: u32 = u32::MAX;

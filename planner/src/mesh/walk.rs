@@ -1,12 +1,13 @@
 //! Walking over the mesh: which triangle holds a point, and which edge is nearest to it.
 
-use super::{Mesh, NONE};
 use keepout_kernel::curve::xy;
 use keepout_kernel::exact::lattice::Point;
 use keepout_kernel::exact::predicate::Orientation;
 use keepout_kernel::exact::segment::{Segment, orientation};
 use keepout_kernel::index::CheckedIndex;
 use keepout_kernel::index::nearest::{Nearest, distance_2};
+
+use super::{Mesh, NONE};
 
 /// Where a walk stands, and what it needs to look around. Nothing is allocated while it walks, once its queue has grown.
 #[derive(Clone, Debug)]

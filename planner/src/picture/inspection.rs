@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::view::{Entry, Mark, View, path_of, sheet};
+use super::view::{Entry, Mark, View, path_of, provenance};
 use crate::drawing::Chained;
 use crate::inspect::{Inspection, Note, union};
 use crate::units::point_mm;
@@ -57,7 +57,7 @@ pub fn inspection_svg(found: &Inspection, chained: &Chained, title: &str) -> Str
             format!("{} problems, in the order of the report", found.problems.len()),
         ),
     ];
-    sheet(&view, title, &legend, &body)
+    provenance(&view, title, &legend, &body)
 }
 
 fn view_of(found: &Inspection, chained: &Chained) -> View {

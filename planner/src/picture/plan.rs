@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use keepout_kernel::{Curve, Side, UNITS_PER_MM};
 
-use super::view::{Entry, Mark, PAD, View, WIDTH, path_of, sheet};
+use super::view::{Entry, Mark, PAD, View, WIDTH, path_of, provenance};
 use crate::finish::centre_distance;
 use crate::job::{ContourJob, preview};
 use crate::plan::CertifiedPlan;
@@ -42,7 +42,7 @@ pub struct Spot {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SpotKind {
     /// The part was touched, and a contour began from there.
-    Touch,
+    ProbePoint,
     /// The tool was stopped: held, or by a fault.
     Stop,
 }
@@ -85,7 +85,7 @@ pub fn svg_of_run(plan: &CertifiedPlan, title: &str, traces: &[Trace], spots: &[
             draw_job(&mut body, &job, &view);
         }
     }
-    for remark in &plan.plan.sheet.remarks {
+    for remark in &plan.plan.provenance.remarks {
         if let Some(at) = remark.at {
             let (x, y) = view.xy(point_mm(at));
             let _ = writeln!(
@@ -98,7 +98,7 @@ pub fn svg_of_run(plan: &CertifiedPlan, title: &str, traces: &[Trace], spots: &[
         draw_tool(&mut body, *last, mm(plan.plan.tool_radius.units()), &view);
     }
     spots.iter().for_each(|spot| draw_spot(&mut body, spot, &view));
-    sheet(&view, title, &legend(plan, traces, spots), &body)
+    provenance(&view, title, &legend(plan, traces, spots), &body)
 }
 
 fn view_of(plan: &CertifiedPlan, traces: &[Trace]) -> View {
@@ -189,19 +189,19 @@ fn draw_job(out: &mut String, job: &ContourJob, view: &View) {
     let mut number = 0;
     for leg in &job.legs {
         let colour = if leg.cuts.is_some() { FINISH } else { WAY };
-        let stroke = |out: &mut String, curves: &[Curve]| {
+        let travel = |out: &mut String, curves: &[Curve]| {
             let path = path_of(curves.iter().copied(), view);
             let _ =
                 writeln!(out, "<path d=\"{path}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.2\"/>");
         };
         let Some(cut) = leg.cuts else {
-            stroke(out, &leg.curves);
+            travel(out, &leg.curves);
             continue;
         };
         // The leads are the first two and the last two motions: a line and an arc.
         let count = leg.curves.len();
-        stroke(out, &leg.curves[..count.min(2)]);
-        stroke(out, &leg.curves[count.saturating_sub(2)..]);
+        travel(out, &leg.curves[..count.min(2)]);
+        travel(out, &leg.curves[count.saturating_sub(2)..]);
         number += 1;
         let longest = leg.curves.iter().max_by(|a, b| a.length().total_cmp(&b.length()));
         if let Some(curve) = longest {
@@ -262,7 +262,7 @@ fn draw_tool(out: &mut String, at: (f64, f64), radius_mm: f64, view: &View) {
 fn draw_spot(out: &mut String, spot: &Spot, view: &View) {
     let (x, y) = view.xy(spot.at_mm);
     let _ = match spot.kind {
-        SpotKind::Touch => writeln!(
+        SpotKind::ProbePoint => writeln!(
             out,
             "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"7\" fill=\"none\" stroke=\"{TOUCH}\" stroke-width=\"2.5\"/>"
         ),
@@ -296,7 +296,7 @@ fn legend(plan: &CertifiedPlan, traces: &[Trace], spots: &[Spot]) -> Vec<Entry> 
     if !plan.plan.zones.loops.is_empty() {
         entries.push(Entry::new(ZONE, Mark::Area, "zones kept out of besides: clamps, a vice"));
     }
-    if plan.plan.sheet.remarks.iter().any(|remark| remark.at.is_some()) {
+    if plan.plan.provenance.remarks.iter().any(|remark| remark.at.is_some()) {
         entries.push(Entry::new(REPAIR, Mark::Ring, "repaired in the drawing"));
     }
     if traces.is_empty() {
@@ -313,7 +313,7 @@ fn legend(plan: &CertifiedPlan, traces: &[Trace], spots: &[Spot]) -> Vec<Entry> 
         ));
     }
     let has = |kind| spots.iter().any(|spot| spot.kind == kind);
-    if has(SpotKind::Touch) {
+    if has(SpotKind::ProbePoint) {
         entries.push(Entry::new(TOUCH, Mark::Ring, "touched: the contour begins"));
     }
     if has(SpotKind::Stop) {

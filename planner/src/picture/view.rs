@@ -19,7 +19,7 @@ pub(super) struct View {
 }
 
 impl View {
-    /// The view of a box, mm, as large as the sheet allows.
+    /// The view of a box, mm, as large as the provenance allows.
     pub fn of((x0, y0): (f64, f64), (x1, y1): (f64, f64)) -> Self {
         let (w, h) = ((x1 - x0).max(1e-3), (y1 - y0).max(1e-3));
         let scale = ((WIDTH - 2.0 * PAD) / w).min(900.0 / h);
@@ -50,7 +50,7 @@ pub(super) fn path_of(curves: impl Iterator<Item = Curve>, view: &View) -> Strin
                     * view.scale;
                 let large = u8::from(keepout_kernel::curve::sweep(&arc) > std::f64::consts::PI);
                 // The picture is mirrored in y: a turn to the left runs against SVG's positive angle.
-                let sweep = u8::from(arc.turn() == Turn::Right);
+                let sweep = u8::from(arc.turn() == Turn::Clockwise);
                 let _ = write!(path, "A{r:.3} {r:.3} 0 {large} {sweep} {x:.3} {y:.3}");
             }
         }
@@ -112,7 +112,7 @@ impl Entry {
 const ROW: f64 = 24.0;
 
 /// The whole picture: `body` in the field, a scale, and below it the title and the legend in two columns.
-pub(super) fn sheet(view: &View, title: &str, legend: &[Entry], body: &str) -> String {
+pub(super) fn provenance(view: &View, title: &str, legend: &[Entry], body: &str) -> String {
     let rows = legend.len().div_ceil(2);
     let legend_height = 40.0 + ROW * f64::from(u32::try_from(rows).unwrap_or(0));
     let (width, height) = (WIDTH, view.height + legend_height + 2.0 * PAD);

@@ -62,7 +62,7 @@ fn small<D: Draw>(d: &mut D) -> Xy {
 }
 
 fn turn(left: bool) -> Turn {
-    if left { Turn::Left } else { Turn::Right }
+    if left { Turn::CounterClockwise } else { Turn::Clockwise }
 }
 
 fn square(p: Xy) -> i64 {
@@ -106,15 +106,15 @@ fn chords_leave_their_arc_by_no_more_than_the_slack(from: Xy, middle: Xy, to: Xy
     let Ok(arc) = Arc::new(at(from), at(to), Point::ORIGIN, turn(left)) else { return passed_over() };
     let Ok(chords) = ArcChords::check(&arc, vec![at(from), at(middle), at(to)]) else { return passed_over() };
     let rho = i64::from(arc.radius().units());
-    let slack = i64::from(chords.slack().units());
-    // True sagitta: the slack is no more than it, and the rounding, ask for.
-    assert!(slack <= rho, "{from:?} {middle:?} {to:?}");
+    let chord_error = i64::from(chords.chord_error().units());
+    // True sagitta: the chord_error is no more than it, and the rounding, ask for.
+    assert!(chord_error <= rho, "{from:?} {middle:?} {to:?}");
     for (a, b) in [(from, middle), (middle, to)] {
         let chord = Segment { from: at(a), to: at(b) };
         for p in ring_between(rho, a, b, left) {
             assert!(
-                !chord.near_point(at(p), chords.slack()).is_clear(),
-                "{from:?} {middle:?} {to:?} {p:?} {slack}"
+                !chord.near_point(at(p), chords.chord_error()).is_clear(),
+                "{from:?} {middle:?} {to:?} {p:?} {chord_error}"
             );
         }
     }
@@ -174,11 +174,11 @@ fn weights_and_counts_are_checked(points: i64, weights: i64, weight: i64) {
     assert_eq!(made.is_ok(), fits, "{points} {weights} {weight}");
 }
 
-fn what_follows_a_line_is_within_the_slack(control: [Xy; 3], bits: [i64; 3], slack: i64) {
+fn what_follows_a_line_is_within_the_slack(control: [Xy; 3], bits: [i64; 3], chord_error: i64) {
     let weights = bits.map(|bits| 1_u64 << (24 + bits));
     let Ok(curve) = Bezier::new(control.map(at).to_vec(), weights.to_vec()) else { return passed_over() };
     let line = Curve::Line(Segment { from: at(control[0]), to: at(control[2]) });
-    let Ok(slack_length) = Length::from_units(slack) else { return passed_over() };
+    let Ok(slack_length) = Length::from_units(chord_error) else { return passed_over() };
     if curve.follows(&[line], slack_length).is_err() {
         return passed_over();
     }
@@ -192,8 +192,8 @@ fn what_follows_a_line_is_within_the_slack(control: [Xy; 3], bits: [i64; 3], sla
         // Everything times the sum of weights, so that the curve's point is whole.
         let place = Big { x: sum(|p| p.0), y: sum(|p| p.1) };
         let end = |p: Xy| Big { x: &all * Wide::from(p.0), y: &all * Wide::from(p.1) };
-        let reach = &all * Wide::from(slack);
+        let reach = &all * Wide::from(chord_error);
         let (d, n) = oracle::point_segment_distance_2(&place, &end(control[0]), &end(control[2]));
-        assert!(d <= &reach * &reach * n, "{control:?} {bits:?} {slack} at {k}/16");
+        assert!(d <= &reach * &reach * n, "{control:?} {bits:?} {chord_error} at {k}/16");
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use keepout_executor::dialect::{Described, Description, Dialect, Grbl, Setting, Venus, Zaber};
+use keepout_executor::dialect::{Described, Description, Dialect, DialectConfig, Grbl, Venus, Zaber};
 use keepout_executor::supervisor::{Command, Mode, Reply};
 use keepout_guard::guard_in_open_space;
 use keepout_kernel::Vector;
@@ -53,12 +53,12 @@ fn byte<D: Draw>(d: &mut D) -> u8 {
     u8::try_from(d.int(0, 255)).unwrap_or(0)
 }
 
-fn setting() -> Setting {
-    Setting {
+fn setting() -> DialectConfig {
+    DialectConfig {
         offset: Vector { dx: -12_345_600, dy: 700 },
         steps_per_mm: 400.0,
         arc_tolerance_mm: 0.0005,
-        stroke_mm: Some([400.0, 350.0]),
+        travel_mm: Some([400.0, 350.0]),
     }
 }
 
@@ -134,7 +134,7 @@ fn units(text: &str) -> i64 {
 fn jogs_are_written_exactly(to: Xy, offset: [i64; 2]) {
     let narrow = |c: i64| i32::try_from(c).unwrap_or(0);
     let offset = Vector { dx: narrow(offset[0]), dy: narrow(offset[1]) };
-    let mut grbl = Grbl::new(Setting { offset, ..setting() });
+    let mut grbl = Grbl::new(DialectConfig { offset, ..setting() });
     let mut guard = guard_in_open_space().expect("a triangle is a region");
     guard.locate(at((0, 0))).expect("it is clear");
     let certified = guard.jog(at(to), 6000).expect("it is clear");

@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use keepout_guard::proof::hull;
 use keepout_guard::{
-    Certification, DRAIN, Guard, Motion, MotionShape, OnCancel, Refusal, Rules, Sighting, Time,
+    Certification, DRAIN, Guard, Interpolation, Motion, OnCancel, PositionFeedback, Refusal, Rules, Time,
 };
 use keepout_kernel::exact::lattice::COORD_MAX;
 use keepout_kernel::exact::segment::{Orientation, Window, distance_2, orientation};
@@ -102,11 +102,11 @@ fn crowd<D: Draw>(d: &mut D) -> Vec<Xy> {
 }
 
 /// What a report says that names no more than this.
-fn sighting(position: Point, at_rest: bool, queued: usize) -> Sighting {
-    Sighting { position, at_rest, queued: Some(queued), waiting: false }
+fn feedback(position: Point, in_position: bool, queued: usize) -> PositionFeedback {
+    PositionFeedback { position, in_position, queued: Some(queued), waiting: false }
 }
 
-fn guard(shape: MotionShape, checked: bool) -> Guard {
+fn guard(interpolation: Interpolation, checked: bool) -> Guard {
     static PART: OnceLock<Arc<ProhibitedRegion>> = OnceLock::new();
     let part = PART.get_or_init(|| {
         let ring = Ring::new(CORNERS.iter().map(|&p| at(p)).collect()).expect("an L");
@@ -114,14 +114,14 @@ fn guard(shape: MotionShape, checked: bool) -> Guard {
         Arc::new(ProhibitedRegion::new(region, Side::Outside).expect("few edges"))
     });
     let rules = Rules {
-        stroke: Window::of(at((-TRAVEL, -TRAVEL))).including(at((TRAVEL, TRAVEL))),
-        manual: length(MANUAL),
-        finishing: length(FINISHING),
+        travel: Window::of(at((-TRAVEL, -TRAVEL))).including(at((TRAVEL, TRAVEL))),
+        jogging_clearance: length(MANUAL),
+        finishing_clearance: length(FINISHING),
         resolution: length(RESOLUTION),
         shortest: length(4),
-        shape,
+        interpolation,
         on_cancel: OnCancel::KeepsPath,
-        contours: shape,
+        contours: interpolation,
         checked,
     };
     Guard::new(Arc::clone(part), Arc::clone(part), rules)
@@ -191,9 +191,9 @@ fn nearest_of_a_hull_is_nearest(set: &[Xy], probe: Xy, other: Xy) {
 }
 
 fn admitted_jogs_keep_the_hull_clear(start: Xy, targets: &[Xy], apart: bool) {
-    let shape = if apart { MotionShape::Box } else { MotionShape::Line };
-    let mut guard = guard(shape, true);
-    if guard.locate(at(start)).is_err() || guard.stands_inside() {
+    let interpolation = if apart { Interpolation::Independent } else { Interpolation::Linear };
+    let mut guard = guard(interpolation, true);
+    if guard.locate(at(start)).is_err() || guard.is_inside_jogging_clearance() {
         return passed_over();
     }
     for &target in targets {
@@ -244,9 +244,9 @@ fn admitted_cancels_keep_their_reach_clear(
     [speed, brakes]: [i64; 2],
     apart: bool,
 ) {
-    let mut guard = guard(if apart { MotionShape::Box } else { MotionShape::Line }, true);
+    let mut guard = guard(if apart { Interpolation::Independent } else { Interpolation::Linear }, true);
     guard.learn_of_cancels(OnCancel::MayStray, u64::try_from(brakes * 1000).ok());
-    if guard.locate(at(start)).is_err() || guard.stands_inside() {
+    if guard.locate(at(start)).is_err() || guard.is_inside_jogging_clearance() {
         return passed_over();
     }
     let feed = u32::try_from(speed).expect("it is small");
@@ -269,8 +269,8 @@ fn admitted_cancels_keep_their_reach_clear(
 }
 
 fn reports_are_never_farther_than_they_were([a, b, c]: [Xy; 3], share: i64, noise: [i64; 2], checked: bool) {
-    let mut guard = guard(MotionShape::Line, checked);
-    if guard.locate(at(a)).is_err() || guard.stands_inside() {
+    let mut guard = guard(Interpolation::Linear, checked);
+    if guard.locate(at(a)).is_err() || guard.is_inside_jogging_clearance() {
         return passed_over();
     }
     let stamp = guard.stamp(Time::ZERO);
@@ -281,10 +281,10 @@ fn reports_are_never_farther_than_they_were([a, b, c]: [Xy; 3], share: i64, nois
     let part = |from: i64, to: i64| from + (to - from) * share / 16;
     let place = (part(a.0, b.0), part(a.1, b.1));
     let said = (place.0 + noise[0], place.1 + noise[1]);
-    let sighting = sighting(at(said), false, 1);
+    let feedback = feedback(at(said), false, 1);
     let before: Vec<Point> = guard.in_flight().collect();
-    guard.reported(&sighting, stamp, Time::ZERO).expect("it is within the resolution of the set");
-    let tail = guard.tail().expect("it is known").point();
+    guard.reported(&feedback, stamp, Time::ZERO).expect("it is within the resolution of the set");
+    let tail = guard.confirmed().expect("it is known").point();
     let set: Vec<Point> = guard.in_flight().collect();
     assert!(before.iter().skip(1).all(|p| set.contains(p)), "targets stay: {before:?} {set:?}");
     assert!(checked || set.contains(&before[0]), "so does the place before, without a checksum");
@@ -301,14 +301,14 @@ fn reports_are_never_farther_than_they_were([a, b, c]: [Xy; 3], share: i64, nois
 }
 
 fn reports_off_the_set_are_refused([a, b]: [Xy; 2], said: Xy) {
-    let mut guard = guard(MotionShape::Line, true);
-    if guard.locate(at(a)).is_err() || guard.stands_inside() || guard.jog(at(b), 600).is_err() {
+    let mut guard = guard(Interpolation::Linear, true);
+    if guard.locate(at(a)).is_err() || guard.is_inside_jogging_clearance() || guard.jog(at(b), 600).is_err() {
         return passed_over();
     }
     let stamp = guard.stamp(Time::ZERO);
     let before: Vec<Point> = guard.in_flight().collect();
-    let sighting = sighting(at(said), true, 0);
-    let outcome = guard.reported(&sighting, stamp, Time::ZERO);
+    let feedback = feedback(at(said), true, 0);
+    let outcome = guard.reported(&feedback, stamp, Time::ZERO);
     let way = Segment { from: at(a), to: at(b) };
     if way.near_point(at(said), length(2 * RESOLUTION + 2)).is_clear() {
         assert_eq!(outcome, Err(Refusal::OffCertified(at(said))), "{a:?} {b:?} {said:?}");
@@ -319,10 +319,10 @@ fn reports_off_the_set_are_refused([a, b]: [Xy; 2], said: Xy) {
 }
 
 fn acknowledgements_are_counted(acts: &[usize]) {
-    let mut guard = guard(MotionShape::Line, false);
+    let mut guard = guard(Interpolation::Linear, false);
     let here = at((-1000, 0));
     guard.locate(here).expect("it is clear");
-    let sighting = sighting(here, false, 0);
+    let feedback = feedback(here, false, 0);
     let (mut sent, mut answered, mut read) = (0_u64, 0_u64, 0_u64);
     let (mut open, mut targets) = (VecDeque::new(), Vec::new());
     for (k, act) in acts.iter().enumerate() {
@@ -347,7 +347,7 @@ fn acknowledgements_are_counted(acts: &[usize]) {
             3 => open.push_back((guard.stamp(Time::ZERO), sent)),
             _ => {
                 let Some((stamp, sent_before)) = open.pop_front() else { continue };
-                guard.reported(&sighting, stamp, Time::ZERO).expect("it has not moved");
+                guard.reported(&feedback, stamp, Time::ZERO).expect("it has not moved");
                 read = read.max(sent_before);
             }
         }
@@ -358,13 +358,13 @@ fn acknowledgements_are_counted(acts: &[usize]) {
 }
 
 fn evidence_is_newer_than_what_it_settles(to: Xy, checked: bool) {
-    let mut guard = guard(MotionShape::Line, checked);
+    let mut guard = guard(Interpolation::Linear, checked);
     let here = at((-1000, 0));
     guard.locate(here).expect("it is clear");
     if guard.jog(at(to), 600).is_err() {
         return passed_over();
     }
-    let rests = sighting(here, true, 0);
+    let rests = feedback(here, true, 0);
     let stale = guard.stamp(Time::ZERO);
     guard.acknowledged().expect("one line");
     for _ in 0..3 {
@@ -374,15 +374,15 @@ fn evidence_is_newer_than_what_it_settles(to: Xy, checked: bool) {
     for settled in [false, true] {
         let stamp = guard.stamp(Time::ZERO);
         guard.reported(&rests, stamp, Time::ZERO).expect("it has not moved");
-        assert_eq!(guard.settled(), settled, "{to:?}");
+        assert_eq!(guard.in_position(), settled, "{to:?}");
     }
 }
 
 /// North to A, and west to B, which is refused; one motion stays in the queue while the tool is seen ever nearer to B.
 fn refused_lines_did_not_leave_the_queue(aside: i64, step: i64) {
-    let mut guard = guard(MotionShape::Line, false);
+    let mut guard = guard(Interpolation::Linear, false);
     let [start, a, b] = [(-1000 - aside, 0), (-1000 - aside, 2000), (-3000 - aside, 2000)].map(at);
-    let seen = |position: Point| sighting(position, false, 1);
+    let seen = |position: Point| feedback(position, false, 1);
     guard.locate(start).expect("it is clear");
     guard.jog(a, 600).expect("it is clear");
     guard.acknowledged().expect("one line");
@@ -401,19 +401,22 @@ fn refused_lines_did_not_leave_the_queue(aside: i64, step: i64) {
 }
 
 fn one_way_out_at_a_time(place: Xy, to: Xy, other: Xy) {
-    let mut guard = guard(MotionShape::Line, true);
-    if guard.locate(at(place)).is_err() || !guard.stands_inside() || guard.escape(at(to), 600).is_err() {
+    let mut guard = guard(Interpolation::Linear, true);
+    if guard.locate(at(place)).is_err()
+        || !guard.is_inside_jogging_clearance()
+        || guard.retract(at(to), 600).is_err()
+    {
         return passed_over();
     }
     let farther = (2 * to.0 - place.0, 2 * to.1 - place.1);
     for next in [other, farther, place] {
-        assert!(guard.admits_escape(at(next)).is_err(), "{place:?} {to:?} {next:?}");
+        assert!(guard.admits_retract(at(next)).is_err(), "{place:?} {to:?} {next:?}");
     }
 }
 
 /// A contour of lines far from the part.
 fn contours_go_on_one_by_one(path: &[Xy], checked: bool) {
-    let mut guard = guard(MotionShape::Line, checked);
+    let mut guard = guard(Interpolation::Linear, checked);
     guard.locate(at(path[0])).expect("it is clear");
     let line = |pair: &[Xy]| (Curve::Line(Segment { from: at(pair[0]), to: at(pair[1]) }), 300);
     let away = distance_2(at(path[0]), at(path[1])) > RESOLUTION.pow(2);
@@ -431,7 +434,7 @@ fn contours_go_on_one_by_one(path: &[Xy], checked: bool) {
         let early = guard.stamp(Time::ZERO);
         assert!(guard.next_of_contour().is_some(), "{path:?} {k}");
         assert_eq!(guard.next_of_contour(), None, "not before the acknowledgement: {path:?} {k}");
-        let seen = sighting(at(begin), false, 1);
+        let seen = feedback(at(begin), false, 1);
         guard.acknowledged().expect("one motion");
         let last = k + 2 == path.len();
         if !checked && !last {
@@ -445,8 +448,8 @@ fn contours_go_on_one_by_one(path: &[Xy], checked: bool) {
 }
 
 fn certified_contours_are_joined_and_clear(path: &[Xy], torn: usize, apart: bool) {
-    let shape = if apart { MotionShape::Box } else { MotionShape::Line };
-    let mut guard = guard(shape, true);
+    let interpolation = if apart { Interpolation::Independent } else { Interpolation::Linear };
+    let mut guard = guard(interpolation, true);
     if guard.locate(at(path[0])).is_err() {
         return passed_over();
     }
@@ -488,9 +491,9 @@ fn certified_contours_are_joined_and_clear(path: &[Xy], torn: usize, apart: bool
 
 /// A guard whose contour is this arc, if it takes it.
 fn on_arc(from: Xy, to: Xy, left: bool) -> Option<(Guard, keepout_kernel::Arc)> {
-    let turn = if left { Turn::Left } else { Turn::Right };
+    let turn = if left { Turn::CounterClockwise } else { Turn::Clockwise };
     let arc = keepout_kernel::Arc::new(at(from), at(to), at((-3000, 2000)), turn).ok()?;
-    let mut guard = guard(MotionShape::Line, true);
+    let mut guard = guard(Interpolation::Linear, true);
     guard.locate(at(from)).ok()?;
     guard.begin_contour(vec![(Curve::Arc(arc), 300)]).ok()?;
     (guard.certify_contour(1) == Ok(Certification::Done)).then_some((guard, arc))
@@ -517,8 +520,8 @@ fn places_on_arcs_are_told(from: Xy, to: Xy, place: Xy, left: bool) {
         return;
     }
     let stamp = guard.stamp(Time::ZERO);
-    let sighting = sighting(at(place), false, 1);
-    let believed = guard.reported(&sighting, stamp, Time::ZERO).is_ok();
+    let feedback = feedback(at(place), false, 1);
+    let believed = guard.reported(&feedback, stamp, Time::ZERO).is_ok();
     let ahead = if left { Orientation::Left } else { Orientation::Right };
     let between = |p: Point| {
         orientation(arc.centre(), arc.from(), p) == ahead && orientation(arc.centre(), p, arc.to()) == ahead
@@ -535,7 +538,7 @@ fn places_on_arcs_are_told(from: Xy, to: Xy, place: Xy, left: bool) {
 }
 
 fn jogs_beyond_the_travel_are_refused(to: Xy) {
-    let mut guard = guard(MotionShape::Line, true);
+    let mut guard = guard(Interpolation::Linear, true);
     guard.locate(at((-1000, -1000))).expect("it is clear");
     let admitted = guard.jog(at(to), 600).is_ok();
     let within = to.0.abs().max(to.1.abs()) <= TRAVEL;

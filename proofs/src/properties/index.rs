@@ -69,8 +69,8 @@ fn edges<D: Draw>(d: &mut D, count: usize) -> Vec<Edge> {
             // Mostly short: what is far is to be skipped.
             let part = [1, 8, 64][if count > 2 { d.one_of(3) } else { 0 }];
             let b = (a.0 + (b.0 - a.0) / part, a.1 + (b.1 - a.1) / part);
-            let slack = if count > 2 && d.one_of(4) == 0 { d.radius() / 16 } else { 0 };
-            Edge { chord: Segment { from: at(a), to: at(b) }, slack: length(slack) }
+            let chord_error = if count > 2 && d.one_of(4) == 0 { d.radius() / 16 } else { 0 };
+            Edge { chord: Segment { from: at(a), to: at(b) }, chord_error: length(chord_error) }
         })
         .collect()
 }
@@ -186,8 +186,8 @@ fn boxes_of_a_node_meet_as_windows_do(boxes: &[Window], window: Window) {
 fn queries_are_those_over_all_edges(edges: &[Edge], [p, q, s]: [Xy; 3], r: i64) {
     let index = build(edges.to_vec()).expect("few edges");
     let (a, b, c, t) = (at(p), at(q), at(s), length(r));
-    // A threshold that leaves the lattice with the slack is found only near its box.
-    if edges.iter().any(|edge| t.plus(edge.slack).is_err()) {
+    // A threshold that leaves the lattice with the chord_error is found only near its box.
+    if edges.iter().any(|edge| t.plus(edge.chord_error).is_err()) {
         return passed_over();
     }
     let any = |near: &dyn Fn(&Edge) -> bool| edges.iter().any(near);
@@ -256,7 +256,7 @@ fn long_motions_skip_only_what_is_beside(edges: &[Edge], [p, q]: [Xy; 2], r: i64
         ControlFlow::Continue(())
     });
     for (edge, seen) in edges.iter().zip(seen) {
-        let near = t.plus(edge.slack).is_ok() && !edge.near_motion(motion, t).is_clear();
+        let near = t.plus(edge.chord_error).is_ok() && !edge.near_motion(motion, t).is_clear();
         assert!(seen || !near, "{edge:?} {motion:?} {r}");
     }
 }
@@ -392,7 +392,7 @@ fn near_lists_answer_as_the_index(edges: &[Edge], way: &[(Xy, i64)], closer: i64
         let p = (before.0 + (p.0 - before.0) / closer, before.1 + (p.1 - before.1) / closer);
         before = p;
         let t = length(r / closer);
-        if edges.iter().any(|edge| t.plus(edge.slack).is_err()) {
+        if edges.iter().any(|edge| t.plus(edge.chord_error).is_err()) {
             continue;
         }
         let clear = edges.iter().all(|edge| edge.near_point(at(p), t).is_clear());

@@ -1,4 +1,4 @@
-//! The part as the tool sees it: free points, motions, fans, ways out, clipping, probes, and the coarse part.
+//! The part as the tool sees it: free points, motions, fans, ways out, clipping, probes, and the simplified part.
 
 use keepout_kernel::clip::longest_prefix;
 use keepout_kernel::exact::segment::distance_2;
@@ -55,7 +55,7 @@ fn part<D: Draw>(d: &mut D) -> Option<ProhibitedRegion> {
     ProhibitedRegion::with_zones(Region::new(vec![ring]).ok()?, side, zones.into_iter().collect()).ok()
 }
 
-/// A ring with long runs that are nearly straight, so that there is something to be coarsened; perhaps with a zone.
+/// A ring with long runs that are nearly straight, so that there is something to be simplified; perhaps with a zone.
 fn wavy<D: Draw>(d: &mut D) -> Option<ProhibitedRegion> {
     let (sides, each) = (3 + d.one_of(3), 3 + d.one_of(7));
     let wave = d.int(0, 25);
@@ -85,7 +85,7 @@ fn beside<D: Draw>(d: &mut D, part: &ProhibitedRegion) -> Xy {
 fn clear_of_all(part: &ProhibitedRegion, p: Xy, r: i64) -> bool {
     let big = |point: Point| Big::new(point.x.units().into(), point.y.units().into());
     part.edges().iter().all(|edge| {
-        let reach = r + i64::from(edge.slack.units());
+        let reach = r + i64::from(edge.chord_error.units());
         !oracle::point_segment_within(&Big::new(p.0, p.1), &big(edge.chord.from), &big(edge.chord.to), reach)
     })
 }
@@ -150,14 +150,14 @@ fn squares(edge: &Edge, p: Point) -> (Wide, Wide) {
 fn ways_out_come_nearer_to_nothing(part: &ProhibitedRegion, [p, q]: [Xy; 2], r: i64, share: i64) {
     let Some(clearance) = part.clearance(at(p)) else { return passed_over() };
     let Ok(from) = part.free_point(at(p), clearance.min(length(r))) else { return passed_over() };
-    let Ok(end) = part.recedes(from, at(q), length(r)) else { return passed_over() };
+    let Ok(end) = part.retract(from, at(q), length(r)) else { return passed_over() };
     assert!(end.point() == at(q) && end.threshold() == from.threshold());
     let (on_way, exact) = place([p, q, q], [share, 0]);
     for place in [Some(q), exact.then_some(on_way)].into_iter().flatten() {
         assert_eq!(held(part, place), Some(false), "{part:?} {p:?} {q:?} {r}");
         for edge in part.edges() {
             let ((d0, n0), (d1, n1)) = (squares(edge, at(p)), squares(edge, at(place)));
-            let reach = Wide::from(r + i64::from(edge.slack.units()));
+            let reach = Wide::from(r + i64::from(edge.chord_error.units()));
             let within = d1 <= &reach * &reach * &n1;
             assert!(
                 !within || d1 * &n0 >= d0 * &n1,
@@ -177,9 +177,9 @@ fn clipped_motions_are_clear_prefixes(mut part: ProhibitedRegion, [p, q]: [Xy; 2
     let motion = Segment { from: at(p), to: end.point() };
     assert!(part.index().near_motion(motion, t).is_none() || end == from, "{part:?} {p:?} {q:?} {r}");
     assert!(part.free_point(end.point(), t).is_ok(), "{part:?} {p:?} {q:?} {r}");
-    let wish = Segment { from: at(p), to: at(q) };
+    let input = Segment { from: at(p), to: at(q) };
     assert!(
-        !wish.near_point(end.point(), Length::small(1)).is_clear(),
+        !input.near_point(end.point(), Length::small(1)).is_clear(),
         "beside the wish: {p:?} {q:?} {end:?}"
     );
     if part.motion(from, at(q)).is_ok() {
@@ -201,17 +201,17 @@ fn prefixes_were_accepted(p: Xy, q: Xy, limit: i64) {
     assert_eq!(end == to, distance_2(from, to) <= limit * limit || from == to, "{p:?} {q:?} {limit}");
 }
 
-fn slides_keep_away_from_the_wall(part: &ProhibitedRegion, p: Xy, r: i64, wish: Xy, turn: i64) {
+fn slides_keep_away_from_the_wall(part: &ProhibitedRegion, p: Xy, r: i64, input: Xy, turn: i64) {
     let Ok(from) = part.free_point(at(p), length(r / 4)) else { return passed_over() };
     let Some(wall) = part.wall(from, length(r)) else { return passed_over() };
     let clamp = |c: i64| i32::try_from(c).unwrap_or(0);
-    let wish = Vector { dx: clamp(wish.0), dy: clamp(wish.1) };
-    let Some(slid) = wall.slide(wish, u32::try_from(turn).unwrap_or(1).max(1)) else { return passed_over() };
+    let input = Vector { dx: clamp(input.0), dy: clamp(input.1) };
+    let Some(slid) = wall.slide(input, u32::try_from(turn).unwrap_or(1).max(1)) else { return passed_over() };
     let square = |v: Vector| i128::from(v.dx).pow(2) + i128::from(v.dy).pow(2);
-    assert!(square(slid) <= square(wish), "{wish:?} {slid:?}");
+    assert!(square(slid) <= square(input), "{input:?} {slid:?}");
     let backward = Vector { dx: -slid.dx, dy: -slid.dy };
     let long = slid.dx.abs().max(slid.dy.abs()) > 1 << 14;
-    assert!(!long || wall.is_left_by(slid) || !wall.is_left_by(backward), "{wish:?} {slid:?}");
+    assert!(!long || wall.is_left_by(slid) || !wall.is_left_by(backward), "{input:?} {slid:?}");
 }
 
 fn probes_answer_as_the_part(mut part: ProhibitedRegion, way: &[Xy], r: i64, closer: i64) {
@@ -262,42 +262,42 @@ fn what_is_clear_of_the_coarse_part_is_clear_of_the_part(
     corners: [Xy; 3],
     r: i64,
 ) {
-    let coarse = part.coarsened(length(tolerance)).expect("fewer edges");
-    assert!(coarse.edges().len() <= part.edges().len());
+    let simplified = part.simplified(length(tolerance)).expect("fewer edges");
+    assert!(simplified.edges().len() <= part.edges().len());
     let (t, [a, b, c]) = (length(r), corners.map(at));
     let case = || format!("{part:?} by {tolerance}: {corners:?} at {r}");
     for (point, p) in [(a, corners[0]), (b, corners[1]), (c, corners[2])] {
-        if coarse.free_point(point, t).is_ok() {
+        if simplified.free_point(point, t).is_ok() {
             assert!(clear_of_all(part, p, r) && held(part, p) == Some(false), "{}", case());
         }
-        if coarse.point_clear(point, t).is_clear() {
+        if simplified.point_clear(point, t).is_clear() {
             assert!(part.point_clear(point, t).is_clear(), "{}", case());
-            assert_eq!(coarse.holds(point), part.holds(point), "sides: {}", case());
+            assert_eq!(simplified.holds(point), part.holds(point), "sides: {}", case());
         }
     }
     let (motion, fan) = (Segment { from: a, to: b }, Triangle { corners: [a, b, c] });
-    if coarse.motion_clear(motion, t).is_clear() {
+    if simplified.motion_clear(motion, t).is_clear() {
         assert!(part.motion_clear(motion, t).is_clear(), "{}", case());
     }
-    if coarse.index().near_fan(fan, t).is_none() {
+    if simplified.index().near_fan(fan, t).is_none() {
         assert!(part.index().near_fan(fan, t).is_none(), "{}", case());
     }
     // Coarse answers are "near" more often only within twice the tolerance.
     let wide = length(r + 2 * tolerance);
     if part.point_clear(a, wide).is_clear() {
-        assert!(coarse.point_clear(a, t).is_clear(), "{}", case());
+        assert!(simplified.point_clear(a, t).is_clear(), "{}", case());
     }
-    let exact: Result<FreePoint, _> = part.coarsened(length(0)).expect("the same edges").free_point(a, t);
+    let exact: Result<FreePoint, _> = part.simplified(length(0)).expect("the same edges").free_point(a, t);
     assert_eq!(exact.is_ok(), part.free_point(a, t).is_ok(), "tolerance of nothing: {}", case());
 }
 
 fn coarse_chords_cover_their_runs(part: &ProhibitedRegion, tolerance: i64) {
-    let coarse = part.coarsened(length(tolerance)).expect("fewer edges");
+    let simplified = part.simplified(length(tolerance)).expect("fewer edges");
     let mut covered = 0;
-    for edge in coarse.edges() {
+    for edge in simplified.edges() {
         loop {
             let fine = &part.edges()[covered];
-            let reach = length(i64::from(edge.slack.units()) - i64::from(fine.slack.units()));
+            let reach = length(i64::from(edge.chord_error.units()) - i64::from(fine.chord_error.units()));
             assert!(!edge.chord.near_point(fine.chord.from, reach).is_clear(), "{part:?} {edge:?} {fine:?}");
             assert!(!edge.chord.near_point(fine.chord.to, reach).is_clear(), "{part:?} {edge:?} {fine:?}");
             covered += 1;
@@ -308,6 +308,6 @@ fn coarse_chords_cover_their_runs(part: &ProhibitedRegion, tolerance: i64) {
     }
     assert_eq!(covered, part.edges().len(), "{part:?} {tolerance}");
     let rings = part.region().rings().len() + part.zones().len();
-    let ends = coarse.edges().iter().zip(coarse.edges().iter().cycle().skip(1));
+    let ends = simplified.edges().iter().zip(simplified.edges().iter().cycle().skip(1));
     assert!(rings != 1 || ends.into_iter().all(|(one, next)| one.chord.to == next.chord.from));
 }

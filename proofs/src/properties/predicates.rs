@@ -2,7 +2,7 @@
 
 use keepout_kernel::exact::predicate::{
     Orientation, beyond, box_point, box_segment, convex_holds, convex_segment, crosses_properly, orientation,
-    point_point, point_segment, ray_crosses, recedes, segment_segment, strictly_inside, triangle_segment,
+    point_point, point_segment, ray_crosses, retract, segment_segment, strictly_inside, triangle_segment,
 };
 
 use super::{FromPlain, Xy, exact};
@@ -219,18 +219,18 @@ pub fn fan_covers_every_retargeted_motion<L: FromPlain>(
     }
 }
 
-/// A motion recedes from a segment exactly when no point of it is nearer than its start.
+/// A motion retract from a segment exactly when no point of it is nearer than its start.
 ///
 /// # Panics
 /// When the property does not hold.
 pub fn receding_never_comes_nearer<L: FromPlain>(p: Xy, q: Xy, a: Xy, b: Xy) {
-    let answer = recedes::<L>(L::site(p), L::site(q), L::site(a), L::site(b));
+    let answer = retract::<L>(L::site(p), L::site(q), L::site(a), L::site(b));
     assert_eq!(
         answer,
         oracle::never_nearer(&exact::<L>(p), &exact::<L>(q), &exact::<L>(a), &exact::<L>(b)),
         "{p:?} {q:?} {a:?} {b:?}"
     );
-    assert_eq!(answer, recedes::<L>(L::site(p), L::site(q), L::site(b), L::site(a)), "either way round");
+    assert_eq!(answer, retract::<L>(L::site(p), L::site(q), L::site(b), L::site(a)), "either way round");
 }
 
 /// Box–segment and box–point: near exactly when some point of the filled box is within r.

@@ -192,13 +192,13 @@ impl<'a> Prover<'a> {
         contract: &Contract<N, M>,
         paths: &[Path<bool>],
         numbers: [Term; N],
-        (witness, using): ([Term; M], &[Instance]),
+        (monitor, using): ([Term; M], &[Instance]),
     ) {
         self.proves(contract, &numbers);
         self.report.paths += paths.len();
         let answers: BTreeSet<bool> = paths.iter().map(|path| path.outcome).collect();
         for answer in answers {
-            let claim = (contract.statement)(answer.into(), numbers, witness);
+            let claim = (contract.statement)(answer.into(), numbers, monitor);
             if claim.then == Fact::True || claim.given.contains(&Fact::False) {
                 continue;
             }
@@ -215,13 +215,13 @@ impl<'a> Prover<'a> {
         contract: &Contract<N, M>,
         paths: &[Path<bool>],
         numbers: [Term; N],
-        (witness, using): ([Term; M], &[Instance]),
+        (monitor, using): ([Term; M], &[Instance]),
     ) {
         self.proves(contract, &numbers);
         for answer in [false, true] {
             let outcome = |path: &&Path<bool>| path.outcome == answer;
             let paths: Vec<Path<bool>> = paths.iter().filter(outcome).cloned().collect();
-            let Claim { mut given, then } = (contract.statement)(answer.into(), numbers, witness);
+            let Claim { mut given, then } = (contract.statement)(answer.into(), numbers, monitor);
             if then == Fact::True || given.contains(&Fact::False) {
                 self.report.paths += paths.len();
                 continue;
@@ -237,10 +237,10 @@ impl<'a> Prover<'a> {
         contract: &Contract<N, M>,
         answer: Fact,
         numbers: [Term; N],
-        (witness, using): ([Term; M], &[Instance]),
+        (monitor, using): ([Term; M], &[Instance]),
     ) {
         self.proves(contract, &numbers);
-        self.glue(contract.name, using, &(contract.statement)(answer, numbers, witness));
+        self.glue(contract.name, using, &(contract.statement)(answer, numbers, monitor));
     }
 
     fn proves<const N: usize, const M: usize>(&mut self, contract: &Contract<N, M>, numbers: &[Term; N]) {
@@ -263,8 +263,8 @@ impl<'a> Prover<'a> {
                 .push(format!("rests on its own \"{}\" before that is proved", contract.name));
         }
         self.report.rests_on.insert(own);
-        let witness = std::array::from_fn(|_| Term::fresh("w"));
-        (Instance((contract.statement)(answer, numbers, witness).fact()), witness)
+        let monitor = std::array::from_fn(|_| Term::fresh("w"));
+        (Instance((contract.statement)(answer, numbers, monitor).fact()), monitor)
     }
 
     /// The written part of this proof rests on the lemmas of that theorem.

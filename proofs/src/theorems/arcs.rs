@@ -1,4 +1,4 @@
-//! Arcs: rings, the slack of chords, and the rules by which a swept arc is clear of a chord.
+//! Arcs: rings, the chord_error of chords, and the rules by which a swept arc is clear of a chord.
 
 use keepout_kernel::exact::predicate::{ahead, on_ring, sagitta};
 
@@ -86,7 +86,7 @@ const CHORD_DISTANCE: Contract<6, 0> = Contract {
     },
 };
 
-/// The slack of chords.
+/// The chord_error of chords.
 pub const CHORD_SLACK: Theorem = Theorem {
     name: SLACK,
     source: "ArcChords::check, SweptArc::slack",
@@ -161,8 +161,8 @@ pub const CHORD_SLACK: Theorem = Theorem {
         let bounded = prover.lemma("squares keep the order", |[d, most]| {
             claim([at_most(d, most), at_most(-d, most)], at_most(square(d), square(most)))
         });
-        let slack = sigma + whole(4);
-        using.push(bounded.at([x - y, slack]));
+        let chord_error = sigma + whole(4);
+        using.push(bounded.at([x - y, chord_error]));
         let given = [
             is_chord(a, b, rho),
             share(m),
@@ -171,7 +171,7 @@ pub const CHORD_SLACK: Theorem = Theorem {
             at_least_zero(sigma),
             at_most(length_2, sigma * (whole(7) * rho)),
         ];
-        let then = at_most((curve - on_chord).norm_2(), square(slack));
+        let then = at_most((curve - on_chord).norm_2(), square(chord_error));
         prover.glue("the slack", &using, &claim(given, then));
     },
 };
@@ -184,7 +184,7 @@ pub const SWEPT_RULES: Theorem = Theorem {
             t from the curve",
     proof: |prover| {
         let [curve, chord, foot] = ["curve", "chord", "foot"].map(V::unknown);
-        let [rho, t, slack] = ["rho", "t", "slack"].map(Term::fresh);
+        let [rho, t, chord_error] = ["rho", "t", "slack"].map(Term::fresh);
         let on_curve = in_ring(curve.norm_2(), rho, ENDS);
         let far = less(square(t), (curve - chord).norm_2());
         let sizes = [at_least_zero(t), at_most(whole(64), rho)];
@@ -214,19 +214,19 @@ pub const SWEPT_RULES: Theorem = Theorem {
         let given = [one, two, on_curve, less(square(reach), chord.norm_2())];
         prover.glue("outside", &[step, left, turned.clone()], &claim(given, far.clone()));
         // Beside a chord of the arc.
-        let reach = t + slack;
+        let reach = t + chord_error;
         let (from_foot, to_curve) = (chord - foot, curve - foot);
-        let step = prover.by(&FARTHER, Fact::True, numbers(from_foot, to_curve, reach, slack)).0;
-        let left = prover.fact("what is left", &claim([], equal(square(reach - slack), square(t))));
+        let step = prover.by(&FARTHER, Fact::True, numbers(from_foot, to_curve, reach, chord_error)).0;
+        let left = prover.fact("what is left", &claim([], equal(square(reach - chord_error), square(t))));
         let whole_way = prover.fact(
             "by way of the foot",
             &claim([], equal((from_foot - to_curve).norm_2(), (chord - curve).norm_2())),
         );
         let given = [
             at_least_zero(t),
-            at_least_zero(slack),
+            at_least_zero(chord_error),
             less(square(reach), from_foot.norm_2()),
-            at_most(to_curve.norm_2(), square(slack)),
+            at_most(to_curve.norm_2(), square(chord_error)),
         ];
         prover.glue("beside a chord", &[step, left, whole_way, turned], &claim(given, far));
     },

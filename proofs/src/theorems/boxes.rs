@@ -148,16 +148,16 @@ pub const PRUNING: Theorem = Theorem {
             let c = a + (b - a) * s;
             claim([share(s)], any([between(a, c, b), between(b, c, a)]))
         });
-        prover.lemma("boxes meet", |[a, b, c, x, low, high, t, slack]| {
+        prover.lemma("boxes meet", |[a, b, c, x, low, high, t, chord_error]| {
             let given = [
                 any([between(a, c, b), between(b, c, a)]),
                 between(low, x, high),
-                between(-(t + slack), c - x, t + slack),
+                between(-(t + chord_error), c - x, t + chord_error),
                 at_least_zero(t),
-                at_least_zero(slack),
+                at_least_zero(chord_error),
             ];
             let meets = |least: Term, most: Term| {
-                all([at_most(least - slack, high + t), at_most(low - t, most + slack)])
+                all([at_most(least - chord_error, high + t), at_most(low - t, most + chord_error)])
             };
             let of_chord = [(at_most(a, b), meets(a, b)), (less(b, a), meets(b, a))];
             claim(given, all(of_chord.map(|(order, meets)| any([not(order), meets]))))

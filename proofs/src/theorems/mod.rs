@@ -16,7 +16,7 @@ mod pieces;
 mod plane;
 mod point_segment;
 mod polygon_pruning;
-mod recedes;
+mod retract;
 mod ring;
 mod segment_ends;
 mod segments;
@@ -55,7 +55,7 @@ pub const THEOREMS: &[Theorem] = &[
     ring::FOLDS_BACK,
     winding::TRIANGLE_PARITY,
     winding::RING_PARITY,
-    recedes::RECEDES,
+    retract::RECEDES,
     near::TRIANGLE_INEQUALITY,
     arcs::ON_RING,
     arcs::SAGITTA,

@@ -178,22 +178,22 @@ pub const NEAR_LIST: Theorem = Theorem {
     claim: "what is farther than reach + slack from the anchor is farther than T + slack from points within reach − T of it",
     proof: |prover| {
         let [anchor, point, place] = ["anchor", "point", "place"].map(V::unknown);
-        let [reach, threshold, slack] = ["reach", "T", "slack"].map(Term::fresh);
+        let [reach, threshold, chord_error] = ["reach", "T", "slack"].map(Term::fresh);
         let (far, near) = (place - anchor, point - anchor);
         let over = reach - threshold;
-        let step = prover.by(&FARTHER, Fact::True, terms(&[far, near], &[reach + slack, over])).0;
-        let left = claim([], equal(square((reach + slack) - over), square(threshold + slack)));
+        let step = prover.by(&FARTHER, Fact::True, terms(&[far, near], &[reach + chord_error, over])).0;
+        let left = claim([], equal(square((reach + chord_error) - over), square(threshold + chord_error)));
         let left = prover.fact("what is left", &left);
         let same = prover
             .fact("by way of the anchor", &claim([], equal(difference(far, near), difference(place, point))));
         let given = [
             at_least_zero(over),
             at_least_zero(threshold),
-            at_least_zero(slack),
-            less(square(reach + slack), far.norm_2()),
+            at_least_zero(chord_error),
+            less(square(reach + chord_error), far.norm_2()),
             at_most(near.norm_2(), square(over)),
         ];
-        let then = less(square(threshold + slack), difference(place, point));
+        let then = less(square(threshold + chord_error), difference(place, point));
         prover.glue("beyond the threshold", &[step, left, same], &claim(given, then));
     },
 };

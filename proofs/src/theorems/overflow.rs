@@ -3,7 +3,7 @@
 use keepout_kernel::exact::lattice::COORD_MAX;
 use keepout_kernel::exact::predicate::{
     ahead, beyond, box_point, box_segment, box_side, convex_holds, convex_segment, crosses_properly, on_ring,
-    orientation, point_point, point_segment, ray_crosses, recedes, sagitta, segment_segment, strictly_inside,
+    orientation, point_point, point_segment, ray_crosses, retract, sagitta, segment_segment, strictly_inside,
     triangle_segment,
 };
 
@@ -62,7 +62,7 @@ pub fn prove(prover: &mut Prover<'_>, limit: i128) {
     count += explore(&[], &[], || crosses_properly::<Symbolic>(a, b, c, d)).len();
     count += explore(&[], &[], || strictly_inside::<Symbolic>(a, b, c, d)).len();
     count += explore(&[], &[], || ray_crosses::<Symbolic>(a, b, c)).len();
-    count += explore(&[], &[], || recedes::<Symbolic>(a, b, c, d)).len();
+    count += explore(&[], &[], || retract::<Symbolic>(a, b, c, d)).len();
     count += explore(&ordered, &[], || box_point::<Symbolic>(a, b, c, r)).len();
     count += explore(&[], &[], || beyond::<Symbolic>([a, b], [c, d].into_iter(), r)).len();
     count += explore(&[], &[], || convex_holds::<Symbolic>([a, b].into_iter(), c)).len();

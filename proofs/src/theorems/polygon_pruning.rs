@@ -17,7 +17,7 @@ pub const POLYGON_PRUNING: Theorem = Theorem {
     proof: |prover| {
         let low = V::unknown("low");
         let [high, a, b, x] = ["high", "a", "b", "x"].map(|name| low.other(name));
-        let (t, slack) = (Term::fresh("T"), Term::fresh("slack"));
+        let (t, chord_error) = (Term::fresh("T"), Term::fresh("slack"));
         let c = x + V::unknown("way");
         let way = c - x;
         let grown = [low - v(t, t), high + v(t, t)];
@@ -28,15 +28,17 @@ pub const POLYGON_PRUNING: Theorem = Theorem {
         });
         let right = Fact::Answer("the grown box is right of the side".to_owned());
         let arguments = terms(&[grown[0], grown[1], a, b, x], &[]);
-        let using =
-            [components.at([way.x, way.y, t + slack]), prover.by(&boxes::RIGHT, right.clone(), arguments).0];
+        let using = [
+            components.at([way.x, way.y, t + chord_error]),
+            prover.by(&boxes::RIGHT, right.clone(), arguments).0,
+        ];
         let given = vec![
-            all([at_least_zero(t), at_least_zero(slack)]),
-            c.is_in(low + v(slack, slack), high - v(slack, slack)),
+            all([at_least_zero(t), at_least_zero(chord_error)]),
+            c.is_in(low + v(chord_error, chord_error), high - v(chord_error, chord_error)),
             at_least_zero(off([a, b], x)),
             right,
         ];
-        let then = less(square(t + slack), way.norm_2());
+        let then = less(square(t + chord_error), way.norm_2());
         prover.glue("a chord's point in the box, slack from its border", &using, &Claim { given, then });
     },
 };

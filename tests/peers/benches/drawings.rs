@@ -14,12 +14,12 @@ use i_overlay::mesh::float::outline::offset::OutlineOffset;
 use i_overlay::mesh::float::style::{LineJoin, OutlineStyle};
 use keepout_kernel::curve::sweep;
 use keepout_kernel::{Curve, Length, Turn};
-use keepout_planner::drawing::{Choice, import};
+use keepout_planner::drawing::{EntityFilter, import};
 use keepout_planner::finish::{centre_distance, propose};
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::order::Order;
-use keepout_planner::plan::{Job, Plan, Shapes, Sheet};
+use keepout_planner::plan::{Plan, PlanGeometry, PlanParameters, Provenance};
 use keepout_planner::profile::{MachinedSide, Profile, free_outlines};
+use keepout_planner::request::PlanRequest;
 use keepout_planner::units::point_mm;
 
 const ROUNDS: usize = 9;
@@ -139,7 +139,7 @@ fn imports(real: &[File], made: &[File], page: &mut String) {
     );
     let (mut ours_all, mut dxf_all, mut count, mut ratios, mut size) = (0.0, 0.0, 0, Vec::new(), 0);
     for file in real {
-        let readable = by_dxf(&file.bytes) && import(&file.bytes, &Choice::default()).is_ok();
+        let readable = by_dxf(&file.bytes) && import(&file.bytes, &EntityFilter::default()).is_ok();
         if !readable {
             continue;
         }
@@ -177,7 +177,9 @@ fn imports(real: &[File], made: &[File], page: &mut String) {
 fn import_times(bytes: &[u8]) -> (f64, f64) {
     let (mut ours, mut peer) = (Vec::new(), Vec::new());
     for _ in 0..ROUNDS {
-        ours.push(seconds(|| import(bytes, &Choice::default()).map(|drawing| drawing.curves.len()).ok()).0);
+        ours.push(
+            seconds(|| import(bytes, &EntityFilter::default()).map(|drawing| drawing.curves.len()).ok()).0,
+        );
         peer.push(seconds(|| by_dxf(bytes)).0);
     }
     (median(ours), median(peer))
@@ -235,14 +237,14 @@ fn plans(real: &[File], made: &[File], page: &mut String) {
 }
 
 fn planned(file: &File) -> Option<Planned> {
-    let job = Job { tool_diameter_mm: 2.0 * RADIUS_MM, ..Job::default() };
-    let order = Order { job: job.clone(), ..Order::default() };
+    let job = PlanParameters { tool_diameter_mm: 2.0 * RADIUS_MM, ..PlanParameters::default() };
+    let order = PlanRequest { job: job.clone(), ..PlanRequest::default() };
     let (_, chained) = order.contours(&file.bytes).ok()?;
     let profile = chained.closed().ok()?.profile;
     let machine = MachineProfile::simulated();
     let make = || {
-        let shapes = Shapes { profile: profile.clone(), ..Shapes::default() };
-        Plan::make(Sheet::default(), shapes, &job, &machine, &mut |_| {})
+        let shapes = PlanGeometry { profile: profile.clone(), ..PlanGeometry::default() };
+        Plan::make(Provenance::default(), shapes, &job, &machine, &mut |_| {})
     };
     let (first, certified) = seconds(make);
     let certified = certified.ok()?;
@@ -297,7 +299,7 @@ fn plines(profile: &Profile, part: &keepout_kernel::ProhibitedRegion) -> Vec<Pol
             let bulge = match curve {
                 Curve::Line(_) => 0.0,
                 Curve::Arc(arc) => {
-                    (sweep(arc) / 4.0).tan() * if arc.turn() == Turn::Left { 1.0 } else { -1.0 }
+                    (sweep(arc) / 4.0).tan() * if arc.turn() == Turn::CounterClockwise { 1.0 } else { -1.0 }
                 }
             };
             pline.add(x, y, bulge);
@@ -309,10 +311,11 @@ fn plines(profile: &Profile, part: &keepout_kernel::ProhibitedRegion) -> Vec<Pol
 
 /// The profile flattened to 1 µm, outer contours counter-clockwise, holes clockwise.
 fn contours(profile: &Profile, part: &keepout_kernel::ProhibitedRegion) -> Vec<Vec<[f64; 2]>> {
-    let slack = Length::from_units(100).unwrap_or(Length::ZERO);
+    let chord_error = Length::from_units(100).unwrap_or(Length::ZERO);
     let contour = |outline: keepout_kernel::offset::Outline| {
         let corners = |curve: &Curve| {
-            let mut points = curve.chord_points(slack).unwrap_or_else(|_| vec![curve.from(), curve.to()]);
+            let mut points =
+                curve.chord_points(chord_error).unwrap_or_else(|_| vec![curve.from(), curve.to()]);
             points.pop();
             points
         };

@@ -12,15 +12,17 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use clap::Parser;
-use keepout_executor::dialect::Language;
-use keepout_executor::session::{Ended, Going, Record, Sample, SampleKind, Tape, TapeError, place_on_table};
-use keepout_executor::supervisor::{Phase, Workpiece};
+use keepout_executor::dialect::DialectName;
+use keepout_executor::session::{
+    Ended, EventLog, EventLogError, Going, LoggedEvent, Sample, SampleKind, place_on_table,
+};
+use keepout_executor::supervisor::{Phase, PreparedPlan};
 use keepout_guard::Time;
 use keepout_planner::drawing::read_file;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::units::mm;
 use keepout_sim::session::{SimRun, run_simulated};
-use keepout_sim::{Quirks, SimMachine, SimSettings, Slip, operator, speaking};
+use keepout_sim::{PositioningError, Quirks, SimMachine, SimSettings, operator, speaking};
 use keepout_tests::{REAL_DRAWINGS, order, plan_bytes};
 
 /// Contour time beside plain streaming.
@@ -92,9 +94,9 @@ fn falls_below(speeds: &[f64], level: f64) -> usize {
 #[derive(Clone, Default)]
 struct Lines(Rc<RefCell<Vec<String>>>);
 
-impl Tape for Lines {
-    fn take(&mut self, _: Time, record: &Record<'_>) -> Result<(), TapeError> {
-        if let Record::Sent(bytes) = record {
+impl EventLog for Lines {
+    fn take(&mut self, _: Time, record: &LoggedEvent<'_>) -> Result<(), EventLogError> {
+        if let LoggedEvent::Sent(bytes) = record {
             let text = String::from_utf8_lossy(bytes);
             let lines = text.lines().filter(|line| ["G1G", "G2G", "G3G"].iter().any(|g| line.starts_with(g)));
             self.0.borrow_mut().extend(lines.map(plain));
@@ -102,7 +104,7 @@ impl Tape for Lines {
         Ok(())
     }
 
-    fn flush(&mut self) -> Result<(), TapeError> {
+    fn flush(&mut self) -> Result<(), EventLogError> {
         Ok(())
     }
 }
@@ -114,8 +116,8 @@ fn plain(line: &str) -> String {
 }
 
 struct Case<'a> {
-    work: &'a Workpiece,
-    language: Language,
+    work: &'a PreparedPlan,
+    language: DialectName,
     feed_mm_min: u32,
     delay: Duration,
 }
@@ -125,7 +127,7 @@ type Cut = (Measured, Vec<String>, (f64, f64));
 
 /// As long as the table and as wide as the drawings need.
 fn machine() -> MachineProfile {
-    MachineProfile { stroke_mm: [900.0, 900.0], repeatability_mm: 0.0, ..MachineProfile::simulated() }
+    MachineProfile { travel_mm: [900.0, 900.0], repeatability_mm: 0.0, ..MachineProfile::simulated() }
 }
 
 impl Case<'_> {
@@ -185,10 +187,14 @@ impl Case<'_> {
             work_offset_mm: (-37.25, -21.5),
             quirks: Quirks::default(),
         };
-        let buffer = if self.language == Language::Grbl { 127 } else { 1023 };
+        let buffer = if self.language == DialectName::Grbl { 127 } else { 1023 };
         let controller = speaking(&self.language, settings);
-        let mut machine =
-            SimMachine::new(controller, 115_200, self.delay, Slip::wandering(0.0, machine().steps_per_mm, 1));
+        let mut machine = SimMachine::new(
+            controller,
+            115_200,
+            self.delay,
+            PositioningError::wandering(0.0, machine().steps_per_mm, 1),
+        );
         let (mut now, step) = (Time::ZERO, Duration::from_micros(500));
         let (mut open, mut bytes, mut samples, mut heard) =
             (VecDeque::new(), Vec::new(), Vec::new(), Vec::new());
@@ -256,7 +262,7 @@ fn drawings(only: &str) -> Vec<(String, Vec<u8>)> {
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    let Ok(language) = Language::named(&arguments.dialect) else {
+    let Ok(language) = DialectName::named(&arguments.dialect) else {
         eprintln!("contour_times: there is no dialect {}", arguments.dialect);
         return ExitCode::from(2);
     };
@@ -266,7 +272,7 @@ fn main() -> ExitCode {
     println!("|---|---|---|---|---|---|---|---|---|");
     for (name, bytes) in drawings(&arguments.only) {
         let work = match plan_bytes(&name, &bytes, &order(arguments.tool_mm)) {
-            Ok(plan) => Workpiece::new(plan),
+            Ok(plan) => PreparedPlan::new(plan),
             Err(error) => {
                 println!("| {name} | – | – | – | – | – | {error} | – | – |");
                 continue;

@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Parser;
-use keepout_executor::supervisor::{Phase, Workpiece};
+use keepout_executor::supervisor::{Phase, PreparedPlan};
 use keepout_guard::Time;
 use keepout_planner::units::point_mm;
 use keepout_tests::decisions::{Cause, Decisions};
@@ -85,9 +85,9 @@ fn run(arguments: &Arguments) -> Result<(), String> {
     let plan = plan_bytes("wavy", drawing.as_bytes(), &order(3.0)).map_err(|error| error.to_string())?;
     let motions: usize = plan.plan.finish().loops.iter().map(|each| each.curves.len()).sum();
     let edges = plan.part.edges().len();
-    let work = Workpiece::new(plan);
-    let coarse = work.coarse().edges().len();
-    println!("{edges} edges, {coarse} for steering, {motions} motions in the finishing path");
+    let work = PreparedPlan::new(plan);
+    let simplified = work.simplified().edges().len();
+    println!("{edges} edges, {simplified} for jogging, {motions} motions in the finishing path");
     let mut taken = Vec::new();
     let mut travelled = Travelled::default();
     for _ in 0..arguments.repeats.max(1) {
@@ -103,7 +103,7 @@ fn run(arguments: &Arguments) -> Result<(), String> {
         "| decisions on | count | p50 µs | p99 µs | p99.9 µs | p99.99 µs | max µs |\n|---|---|---|---|---|---|---|"
     );
     row("all", taken.iter());
-    for cause in [Cause::Reply, Cause::Wish, Cause::Tick] {
+    for cause in [Cause::Reply, Cause::OperatorInput, Cause::Tick] {
         row(&format!("{cause:?}"), taken.iter().filter(|each| each.cause == cause));
     }
     for phase in [Phase::Manual, Phase::Sliding, Phase::Escaping, Phase::Touching, Phase::Contouring] {
@@ -120,7 +120,7 @@ struct Taken {
     phase: Phase,
 }
 
-/// What the operators got of their wishes.
+/// What the operators got of their inputs.
 #[derive(Default)]
 struct Travelled {
     way_mm: f64,
@@ -153,7 +153,7 @@ impl Travelled {
 
 fn time_decisions(
     arguments: &Arguments,
-    work: &Workpiece,
+    work: &PreparedPlan,
     travelled: &mut Travelled,
 ) -> Result<Vec<Taken>, String> {
     let wanted = usize::try_from(arguments.decisions).unwrap_or(usize::MAX);

@@ -8,8 +8,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use clap::{Parser, ValueEnum};
-use keepout_executor::session::{Ended, Going, NoTape};
-use keepout_executor::supervisor::Workpiece;
+use keepout_executor::session::{Ended, Going, NoEventLog};
+use keepout_executor::supervisor::PreparedPlan;
 use keepout_sim::operator;
 use keepout_sim::session::{Link, SimRun, run_simulated};
 use keepout_tests::{REAL_DRAWINGS, most_left_mm, order, plan_of, shared};
@@ -28,7 +28,7 @@ struct Arguments {
     link: LinkArgument,
     /// Seconds that each operator steers.
     #[arg(long, default_value_t = 60.0)]
-    manual_s: f64,
+    jog_s: f64,
     /// Added delay each way, ms.
     #[arg(long, default_value_t = 150)]
     latency_ms: u64,
@@ -101,14 +101,17 @@ fn one(path: &std::path::Path, name: &str, arguments: &Arguments) -> (bool, Stri
             feed_mm_min: 3000,
             ..SimRun::default()
         };
-        run.machine.stroke_mm = [480.0, 440.0];
-        let operator =
-            operator::named(name, arguments.manual_s, arguments.seed).map_err(|e| e.to_string())?;
-        let result =
-            run_simulated(Workpiece::new(plan), &run, operator, Box::new(NoTape), |_| {}, &mut |_, _, _| {
-                Going::On
-            })
-            .map_err(|error| error.to_string())?;
+        run.machine.travel_mm = [480.0, 440.0];
+        let operator = operator::named(name, arguments.jog_s, arguments.seed).map_err(|e| e.to_string())?;
+        let result = run_simulated(
+            PreparedPlan::new(plan),
+            &run,
+            operator,
+            Box::new(NoEventLog),
+            |_| {},
+            &mut |_, _, _| Going::On,
+        )
+        .map_err(|error| error.to_string())?;
         let facts = result.facts;
         let coverage = facts.coverage.unwrap_or_default();
         let good = facts.ended == Ended::Done

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use keepout_executor::dialect::Language;
+use keepout_executor::dialect::DialectName;
 use keepout_tests::feel::{self, CURVE_PUSH, Shape, Table, Wall, median_and_p99};
 
 /// Push angles into the straight wall, degrees.
@@ -103,7 +103,7 @@ fn releases() -> Result<(), String> {
         for delay in DELAYS_MS {
             print!("| {} | {delay} ms |", table.name);
             for wall in [Wall::Far, Wall::Sliding] {
-                for language in [Language::Grbl, Language::GrblHal] {
+                for language in [DialectName::Grbl, DialectName::GrblHal] {
                     let release = feel::release(table, language, delay, wall)?;
                     print!(" {:.0} ms, {:.1} mm |", 1e3 * release.seconds, release.distance_mm);
                 }

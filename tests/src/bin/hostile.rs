@@ -11,8 +11,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use clap::Parser;
-use keepout_executor::dialect::Language;
-use keepout_executor::session::{NoTape, Tape};
+use keepout_executor::dialect::DialectName;
+use keepout_executor::session::{EventLog, NoEventLog};
 use keepout_kernel::Length;
 use keepout_tests::REAL_DRAWINGS;
 #[cfg(feature = "mutations")]
@@ -170,11 +170,11 @@ fn main() -> ExitCode {
 fn worlds(arguments: &Arguments) -> Result<Worlds, String> {
     let described = concat!(env!("CARGO_MANIFEST_DIR"), "/../executor/dialects/nsk-style.toml");
     let names: Vec<&str> = if arguments.dialect.is_empty() {
-        Language::NAMES.into_iter().chain([described]).collect()
+        DialectName::NAMES.into_iter().chain([described]).collect()
     } else {
         arguments.dialect.iter().map(String::as_str).collect()
     };
-    let languages = names.into_iter().map(Language::named).collect::<Result<_, _>>();
+    let languages = names.into_iter().map(DialectName::named).collect::<Result<_, _>>();
     let languages = languages.map_err(|error| error.to_string())?;
     let shared = std::env::var_os("KEEPOUT_SHARED").map(std::path::PathBuf::from);
     let real = shared.map_or(Vec::new(), |shared| {
@@ -266,7 +266,7 @@ fn hunt(worlds: &Worlds, arguments: &Arguments) -> ExitCode {
 }
 
 fn tell(world: &World, spec: &Spec, verdict: Verdict, part: Part) {
-    let (Verdict::Incursion { centre, .. } | Verdict::Allowance { centre, .. }) = verdict;
+    let (Verdict::Gouging { centre, .. } | Verdict::Allowance { centre, .. }) = verdict;
     let mm = |length: Length| keepout_planner::units::mm(length.units());
     println!(
         "  clearance {:?} mm, tool {} mm, by hand {} mm, roughing threshold {} mm, {:?}",
@@ -296,7 +296,7 @@ fn replay(worlds: &Worlds, seeds: &str, driven: bool, path: Option<&std::path::P
     };
     let mut spec = Spec::of(session);
     spec.driven |= driven;
-    let tape = path.map_or(Ok(Box::new(NoTape) as Box<dyn Tape>), |path| log(&world, &spec, path));
+    let tape = path.map_or(Ok(Box::new(NoEventLog) as Box<dyn EventLog>), |path| log(&world, &spec, path));
     let outcome = match tape {
         Ok(tape) => play_on(&world, &spec, whole(), tape),
         Err(error) => {

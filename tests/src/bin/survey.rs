@@ -12,9 +12,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use clap::Parser;
 use keepout_planner::drawing::read_file;
 use keepout_planner::inspect::{Inspection, inspect};
-use keepout_planner::order::OrderError;
 use keepout_planner::plan::PlanError;
 use keepout_planner::profile::MachinedSide;
+use keepout_planner::request::PlanRequestError;
 use keepout_tests::oracle::{self, Oracle};
 use keepout_tests::{order, plan_bytes, shared};
 use serde::Deserialize;
@@ -204,18 +204,18 @@ fn plan_all(file: &str, bytes: &[u8], found: &Inspection, row: &mut Row) {
                 }
                 Err(error) => {
                     let why = match &error {
-                        OrderError::Plan(PlanError::Finish(finish)) => match finish {
+                        PlanRequestError::Plan(PlanError::Finish(finish)) => match finish {
                             keepout_planner::finish::FinishError::ToolFitsNowhere { .. } => {
                                 "tool fits nowhere"
                             }
                             keepout_planner::finish::FinishError::LooseEnds { .. } => "no closed path found",
                         },
-                        OrderError::Plan(PlanError::Pass { .. }) => "path not certified",
-                        OrderError::Plan(PlanError::Profile(_)) => "contours touch or cross",
-                        OrderError::Plan(_) => "other",
-                        OrderError::Drawing(_) | OrderError::Select(_) | OrderError::Stroke { .. } => {
-                            "contours open"
-                        }
+                        PlanRequestError::Plan(PlanError::Pass { .. }) => "path not certified",
+                        PlanRequestError::Plan(PlanError::Profile(_)) => "contours touch or cross",
+                        PlanRequestError::Plan(_) => "other",
+                        PlanRequestError::Drawing(_)
+                        | PlanRequestError::Select(_)
+                        | PlanRequestError::Stroke { .. } => "contours open",
                     };
                     *row.refusals.entry(why.into()).or_default() += 1;
                     let expected = matches!(why, "tool fits nowhere") || !found.problems.is_empty();

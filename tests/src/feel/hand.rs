@@ -1,9 +1,9 @@
-//! Hands that push in ways that can be measured.
+//! OperatorSetup that push in ways that can be measured.
 
 use std::sync::{Arc, Mutex};
 
-use keepout_executor::operator::{Operator, Seen};
-use keepout_executor::supervisor::Wish;
+use keepout_executor::operator::{Operator, OperatorView};
+use keepout_executor::supervisor::OperatorInput;
 use keepout_guard::Time;
 
 /// A hand.
@@ -68,20 +68,20 @@ impl Pushes {
         Self { plan, next: 0, times: Arc::default(), keeps: Keeps::Releases, pushed: false }
     }
 
-    fn wish(&mut self, seconds: f64, now: Time) -> Wish {
+    fn input(&mut self, seconds: f64, now: Time) -> OperatorInput {
         while self.plan.get(self.next).is_some_and(|step| step.0 <= seconds) {
             self.next += 1;
         }
         let direction = self.next.checked_sub(1).map_or((0.0, 0.0), |k| self.plan[k].1);
         if direction.0.is_nan() {
-            return Wish::QUIT;
+            return OperatorInput::STOP;
         }
         let pushed = direction != (0.0, 0.0);
         if pushed != self.pushed && pushed == (self.keeps == Keeps::Pushes) {
             self.times.lock().expect("the session has one thread").push(now.elapsed().as_secs_f64());
         }
         self.pushed = pushed;
-        Wish { direction, ..Wish::default() }
+        OperatorInput { direction, ..OperatorInput::default() }
     }
 }
 
@@ -92,28 +92,34 @@ pub(super) struct Timed {
 }
 
 impl Operator for Timed {
-    fn wish(&mut self, seen: &Seen, now: Time) -> Wish {
-        if !seen.phase.is_steered() {
-            return Wish::default();
+    fn input(&mut self, view: &OperatorView, now: Time) -> OperatorInput {
+        if !view.phase.is_steered() {
+            return OperatorInput::default();
         }
         let seconds = now.since(*self.began.get_or_insert(now)).as_secs_f64();
         match &mut self.hand {
             Hand::Away(away) => {
                 let (along, limit) = away.beyond;
-                let beyond = seen.position_mm.is_some_and(|at| at.0 * along.0 + at.1 * along.1 > limit);
+                let beyond = view.position_mm.is_some_and(|at| at.0 * along.0 + at.1 * along.1 > limit);
                 let over = beyond || seconds > away.within_s;
-                if over { Wish::QUIT } else { Wish { direction: away.direction, ..Wish::default() } }
+                if over {
+                    OperatorInput::STOP
+                } else {
+                    OperatorInput { direction: away.direction, ..OperatorInput::default() }
+                }
             }
-            Hand::Follow(follow) if seconds > follow.within_s => Wish::QUIT,
-            Hand::Follow(follow) => Wish { direction: follow.direction(seen), ..Wish::default() },
-            Hand::Pushes(pushes) => pushes.wish(seconds, now),
+            Hand::Follow(follow) if seconds > follow.within_s => OperatorInput::STOP,
+            Hand::Follow(follow) => {
+                OperatorInput { direction: follow.direction(view), ..OperatorInput::default() }
+            }
+            Hand::Pushes(pushes) => pushes.input(seconds, now),
         }
     }
 }
 
 impl Follow {
-    fn direction(&self, seen: &Seen) -> (f64, f64) {
-        let (Some(at), Some(wall)) = (seen.position_mm, seen.wall_mm) else { return (0.0, 0.0) };
+    fn direction(&self, view: &OperatorView) -> (f64, f64) {
+        let (Some(at), Some(wall)) = (view.position_mm, view.wall_mm) else { return (0.0, 0.0) };
         let (x, y) = (wall.0 - at.0, wall.1 - at.1);
         let (sin, cos) = self.angle.sin_cos();
         let length = x.hypot(y).max(1e-9);

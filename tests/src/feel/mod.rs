@@ -9,7 +9,7 @@ mod trace;
 use std::time::Duration;
 
 use hand::{Away, Follow, Hand, Pushes};
-use keepout_executor::dialect::Language;
+use keepout_executor::dialect::DialectName;
 use scene::{BAR_END_MM, START_MM, Scene, turned};
 pub use scene::{Shape, Table, Wall};
 pub use trace::median_and_p99;
@@ -48,7 +48,7 @@ pub struct Slide {
 /// What kept the session from running.
 pub fn straight(table: &Table, wall: f64, angle: f64, delay_ms: u64) -> Result<Slide, String> {
     let shape = Shape::Bar(wall);
-    let scene = Scene::of(table, shape, Language::Grbl, delay_ms)?;
+    let scene = Scene::of(table, shape, DialectName::Grbl, delay_ms)?;
     let (sin, cos) = angle.to_radians().sin_cos();
     let gap_mm = if angle == 0.0 { 0.01 } else { (10.0 * angle.to_radians().tan()).clamp(0.5, 10.0) };
     let start = shape.start_mm(scene.limit_mm() + gap_mm);
@@ -72,7 +72,7 @@ pub fn straight(table: &Table, wall: f64, angle: f64, delay_ms: u64) -> Result<S
 /// # Errors
 /// What kept the session from running.
 pub fn curved(table: &Table, shape: Shape, delay_ms: u64) -> Result<Slide, String> {
-    let scene = Scene::of(table, shape, Language::Grbl, delay_ms)?;
+    let scene = Scene::of(table, shape, DialectName::Grbl, delay_ms)?;
     let start = shape.start_mm(scene.limit_mm() + 0.5);
     let commanded = table.speed_mm_s() * CURVE_PUSH.to_radians().cos();
     let hand = Follow { angle: CURVE_PUSH.to_radians(), within_s: 12.0 };
@@ -89,7 +89,7 @@ pub fn curved(table: &Table, shape: Shape, delay_ms: u64) -> Result<Slide, Strin
 /// What kept the session from running.
 pub fn corner(table: &Table, delay_ms: u64) -> Result<f64, String> {
     let shape = Shape::Bar(0.0);
-    let scene = Scene::of(table, shape, Language::Grbl, delay_ms)?;
+    let scene = Scene::of(table, shape, DialectName::Grbl, delay_ms)?;
     let (_, y) = shape.start_mm(scene.limit_mm() + 0.5);
     let part = std::f64::consts::FRAC_1_SQRT_2;
     let hand = Away { direction: (part, -part), beyond: ((0.0, -1.0), 0.0), within_s: 60.0 };
@@ -104,7 +104,7 @@ pub fn corner(table: &Table, delay_ms: u64) -> Result<f64, String> {
 /// # Errors
 /// What kept the session from running.
 pub fn first_steps(table: &Table, delay_ms: u64, count: usize) -> Result<Vec<f64>, String> {
-    let scene = Scene::of(table, Shape::Bar(0.0), Language::Grbl, delay_ms)?;
+    let scene = Scene::of(table, Shape::Bar(0.0), DialectName::Grbl, delay_ms)?;
     let hand = Pushes::new(count, 0.6 + 4.0 * Duration::from_millis(delay_ms).as_secs_f64());
     let (trace, pushed) = scene.trace_of_pushes((0.0, 60.0), hand)?;
     let mut waited: Vec<f64> =
@@ -126,7 +126,7 @@ pub struct Release {
 ///
 /// # Errors
 /// What kept the session from running.
-pub fn release(table: &Table, language: Language, delay_ms: u64, wall: Wall) -> Result<Release, String> {
+pub fn release(table: &Table, language: DialectName, delay_ms: u64, wall: Wall) -> Result<Release, String> {
     let shape = Shape::Bar(0.0);
     let scene = Scene::of(table, shape, language, delay_ms)?;
     let part = std::f64::consts::FRAC_1_SQRT_2;

@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
-use keepout_executor::dialect::Language;
-use keepout_executor::session::{Going, NoTape, nearest_wall};
-use keepout_executor::supervisor::Workpiece;
+use keepout_executor::dialect::DialectName;
+use keepout_executor::session::{Going, NoEventLog, nearest_wall};
+use keepout_executor::supervisor::PreparedPlan;
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::order::Order;
+use keepout_planner::request::PlanRequest;
 use keepout_planner::units::{mm, point_from_mm};
 use keepout_sim::session::{SimRun, run_simulated};
 
@@ -56,7 +56,7 @@ impl Table {
 
     fn machine(&self) -> MachineProfile {
         MachineProfile {
-            stroke_mm: [300.0, 300.0],
+            travel_mm: [300.0, 300.0],
             max_rate_mm_s: self.speed_mm_s(),
             acceleration_mm_s2: self.acceleration_mm_s2,
             repeatability_mm: 0.0,
@@ -146,14 +146,19 @@ impl Shape {
 
 /// A part on a table behind a line.
 pub(super) struct Scene {
-    work: Workpiece,
+    work: PreparedPlan,
     run: SimRun,
 }
 
 impl Scene {
-    pub(super) fn of(table: &Table, shape: Shape, language: Language, delay_ms: u64) -> Result<Self, String> {
+    pub(super) fn of(
+        table: &Table,
+        shape: Shape,
+        language: DialectName,
+        delay_ms: u64,
+    ) -> Result<Self, String> {
         let machine = table.machine();
-        let plan = Order::default().plan("feel", shape.drawing().as_bytes(), &machine, &mut |_| {});
+        let plan = PlanRequest::default().plan("feel", shape.drawing().as_bytes(), &machine, &mut |_| {});
         let run = SimRun {
             machine,
             servo: None,
@@ -162,7 +167,7 @@ impl Scene {
             limit: Duration::from_secs(900),
             ..SimRun::default()
         };
-        Ok(Self { work: Workpiece::new(plan.map_err(|error| error.to_string())?), run })
+        Ok(Self { work: PreparedPlan::new(plan.map_err(|error| error.to_string())?), run })
     }
 
     /// The jogging clearance, mm.
@@ -182,7 +187,8 @@ impl Scene {
         let run = SimRun { start: Some(start), ..self.run.clone() };
         let operator = Box::new(Timed { hand, began: None });
         let work = self.work.clone();
-        let result = run_simulated(work, &run, operator, Box::new(NoTape), |_| {}, &mut |_, _, _| Going::On);
+        let result =
+            run_simulated(work, &run, operator, Box::new(NoEventLog), |_| {}, &mut |_, _, _| Going::On);
         let result = result.map_err(|error| error.to_string())?;
         if let Some(fault) = result.facts.fault {
             return Err(fault);

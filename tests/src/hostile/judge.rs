@@ -11,13 +11,13 @@ use keepout_planner::units::point_from_mm;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Verdict {
     /// The tool was in the part.
-    Incursion {
+    Gouging {
         /// When.
         at: Time,
         /// Where its centre was, drawing coordinates.
         centre: Point,
     },
-    /// Steered by hand, the tool came nearer than the roughing allowance.
+    /// Steered by hand, the tool came nearer than the roughing stock_to_leave.
     Allowance {
         /// When.
         at: Time,
@@ -28,7 +28,7 @@ pub enum Verdict {
 
 /// Watches the true way of the tool: straight between one sample and the next.
 ///
-/// The part's curves may leave their chords by the slack, which counts against the tool.
+/// The part's curves may leave their chords by the chord_error, which counts against the tool.
 #[derive(Clone, Debug)]
 pub struct Judge {
     part: Arc<ProhibitedRegion>,
@@ -38,7 +38,7 @@ pub struct Judge {
     /// Beyond this the tool has left for certain, wherever the machine believes it is.
     outside: Length,
     last: Option<Point>,
-    /// The tool stands nearer than the allowance already, and may leave.
+    /// The tool stands nearer than the stock_to_leave already, and may leave.
     excused: bool,
     verdict: Option<Verdict>,
     /// Way of the tool, mm.
@@ -63,7 +63,7 @@ impl Judge {
     pub fn watch(&mut self, sample: &Sample) {
         let place = point_from_mm(sample.position_mm).and_then(|point| point.translated(self.back));
         let Ok(here) = place else {
-            self.find(Verdict::Incursion { at: sample.at, centre: Point::ORIGIN });
+            self.find(Verdict::Gouging { at: sample.at, centre: Point::ORIGIN });
             return;
         };
         let from = self.last.replace(here).unwrap_or(here);
@@ -75,13 +75,13 @@ impl Judge {
         let motion = Segment { from, to: here };
         if self.part.motion_clear(motion, self.by_hand).is_clear() {
             // A contour that ends between the two leaves a tool that may already be too near by the machine's own count: what it
-            // goes from there is an escape, however much the machine slips.
+            // goes from there is an retract, however much the machine slips.
             let outside = self.part.motion_clear(motion, self.outside).is_clear();
             self.excused = !outside && (self.excused || sample.kind == SampleKind::Run);
             return;
         }
         if !self.part.motion_clear(motion, self.radius).is_clear() || self.part.holds(here) {
-            self.find(Verdict::Incursion { at: sample.at, centre: here });
+            self.find(Verdict::Gouging { at: sample.at, centre: here });
         } else if sample.kind == SampleKind::Jog && !self.excused {
             self.find(Verdict::Allowance { at: sample.at, centre: here });
         } else {
@@ -92,7 +92,7 @@ impl Judge {
     fn find(&mut self, verdict: Verdict) {
         let worse = matches!(
             (self.verdict, verdict),
-            (None, _) | (Some(Verdict::Allowance { .. }), Verdict::Incursion { .. })
+            (None, _) | (Some(Verdict::Allowance { .. }), Verdict::Gouging { .. })
         );
         if worse {
             self.verdict = Some(verdict);

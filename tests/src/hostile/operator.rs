@@ -4,8 +4,8 @@ use std::f64::consts::{PI, TAU};
 use std::time::Duration;
 
 use fastrand::Rng;
-use keepout_executor::operator::{Operator, Seen};
-use keepout_executor::supervisor::{Ask, Phase, Wish};
+use keepout_executor::operator::{Operator, OperatorView};
+use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
 use keepout_guard::Time;
 use keepout_sim::operator::{Model, ModelKind};
 
@@ -50,8 +50,8 @@ pub struct Hostile {
     until: Time,
     turn: f64,
     automatic: bool,
-    ask: Option<Ask>,
-    /// Chance of an ask or a change of mode, for each wish.
+    ask: Option<OperatorCommand>,
+    /// Chance of an ask or a change of mode, for each input.
     restless: f64,
 }
 
@@ -77,31 +77,31 @@ impl Hostile {
         }
     }
 
-    fn direction(&mut self, seen: &Seen, now: Time) -> ((f64, f64), (f64, f64)) {
+    fn direction(&mut self, view: &OperatorView, now: Time) -> ((f64, f64), (f64, f64)) {
         let still = (0.0, 0.0);
         match self.style {
-            Style::Model(_) => (self.model.wish(seen, now).direction, still),
-            Style::Adversarial => (self.against(seen, now), still),
+            Style::Model(_) => (self.model.input(view, now).direction, still),
+            Style::Adversarial => (self.against(view, now), still),
             Style::Wheels => {
-                let toward = self.toward(seen, 0.0);
+                let toward = self.toward(view, 0.0);
                 let step = [0.01, 0.1, 1.0, 3.0][self.random.usize(0..4)];
                 (still, (toward.0 * step, toward.1 * step))
             }
             Style::WheelsAround => {
-                let way = self.against(seen, now);
+                let way = self.against(view, now);
                 let step = [0.3, 1.0, 3.0, 9.0][self.random.usize(0..4)];
                 (still, (way.0 * step, way.1 * step))
             }
             Style::Stale => {
                 let phase = now.elapsed().as_secs_f64() % 3.0;
-                (if phase < 1.5 { self.toward(seen, self.turn) } else { still }, still)
+                (if phase < 1.5 { self.toward(view, self.turn) } else { still }, still)
             }
         }
     }
 
-    /// Where the motions in flight end decides: the next is wished around the corner from there.
-    fn against(&mut self, seen: &Seen, now: Time) -> (f64, f64) {
-        if now >= self.until || seen.unacknowledged == 0 && self.random.u8(0..4) == 0 {
+    /// Where the motions in flight end decides: the next is input around the corner from there.
+    fn against(&mut self, view: &OperatorView, now: Time) -> (f64, f64) {
+        if now >= self.until || view.unacknowledged == 0 && self.random.u8(0..4) == 0 {
             self.until = now.after(Duration::from_millis(self.random.u64(20..800)));
             self.turn = match self.random.u8(0..6) {
                 0 => 0.0,
@@ -112,29 +112,29 @@ impl Hostile {
                 _ => TAU * self.random.f64(),
             };
         }
-        let (Some(end), Some(wall)) = (seen.end_mm, seen.wall_mm) else { return (0.0, 0.0) };
+        let (Some(end), Some(wall)) = (view.end_mm, view.wall_mm) else { return (0.0, 0.0) };
         let (dx, dy) = (wall.0 - end.0, wall.1 - end.1);
         let length = dx.hypot(dy).max(1e-9);
         turned((dx / length, dy / length), self.turn)
     }
 
-    fn toward(&mut self, seen: &Seen, turn: f64) -> (f64, f64) {
-        let (Some(position), Some(wall)) = (seen.position_mm, seen.wall_mm) else { return (0.0, 0.0) };
+    fn toward(&mut self, view: &OperatorView, turn: f64) -> (f64, f64) {
+        let (Some(position), Some(wall)) = (view.position_mm, view.wall_mm) else { return (0.0, 0.0) };
         let (dx, dy) = (wall.0 - position.0, wall.1 - position.1);
         let length = dx.hypot(dy).max(1e-9);
         turned((dx / length, dy / length), turn)
     }
 
-    fn asked(&mut self, phase: Phase) -> Option<Ask> {
+    fn asked(&mut self, phase: Phase) -> Option<OperatorCommand> {
         if self.ask.take().is_some() {
             return None;
         }
         let chance = self.random.f64();
         self.ask = match phase {
-            Phase::Faulted if chance < 0.05 => Some(Ask::Recover),
-            Phase::Contouring if chance < self.restless => Some(Ask::Pause),
-            Phase::Holding if chance < 0.05 => Some(Ask::Resume),
-            phase if phase.is_steered() && chance < self.restless => Some(Ask::Resume),
+            Phase::Faulted if chance < 0.05 => Some(OperatorCommand::Recover),
+            Phase::Contouring if chance < self.restless => Some(OperatorCommand::FeedHold),
+            Phase::Holding if chance < 0.05 => Some(OperatorCommand::CycleStart),
+            phase if phase.is_steered() && chance < self.restless => Some(OperatorCommand::CycleStart),
             _ => None,
         };
         self.ask
@@ -146,14 +146,14 @@ fn turned((x, y): (f64, f64), turn: f64) -> (f64, f64) {
 }
 
 impl Operator for Hostile {
-    fn wish(&mut self, seen: &Seen, now: Time) -> Wish {
-        if seen.phase == Phase::Starting {
-            return Wish::default();
+    fn input(&mut self, view: &OperatorView, now: Time) -> OperatorInput {
+        if view.phase == Phase::Starting {
+            return OperatorInput::default();
         }
-        let (direction, turned_mm) = self.direction(seen, now);
+        let (direction, turned_mm) = self.direction(view, now);
         // Armed once a while: choosing automatic mode again arms it again.
         let automatic = self.automatic && now.micros() % 16_000_000 > 8_000_000;
-        Wish { direction, turned_mm, automatic, ask: self.asked(seen.phase) }
+        OperatorInput { direction, turned_mm, automatic, ask: self.asked(view.phase) }
     }
 
     fn every(&self) -> Duration {

@@ -5,10 +5,10 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use fastrand::Rng;
-use keepout_executor::dialect::Setting;
+use keepout_executor::dialect::DialectConfig;
 use keepout_executor::session::log::{Header, LogError, LogTape};
 use keepout_executor::session::port::{Port, PortError};
-use keepout_executor::session::{Clock, Ended, Engine, Going, NoTape, Sample, Session, Tape};
+use keepout_executor::session::{Clock, Ended, Engine, EventLog, Going, NoEventLog, Sample, Session};
 use keepout_executor::supervisor::{Abilities, Counts, Options, Supervisor};
 use keepout_guard::Time;
 use keepout_kernel::{Curve, Segment, Vector};
@@ -16,7 +16,9 @@ use keepout_planner::job::{ContourJob, Progress};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::units::point_mm;
 use keepout_sim::faults::Faults;
-use keepout_sim::{Disturbance, Follower, Servo, SimMachine, SimSettings, Slip, speaking};
+use keepout_sim::{
+    Disturbance, PositioningError, ServoConfig, ServoDrive, SimMachine, SimSettings, speaking,
+};
 
 use super::judge::{Judge, Verdict};
 use super::operator::Hostile;
@@ -141,12 +143,12 @@ enum Happening {
 /// Plays the session in the world. `part` is taken out of the guard.
 #[must_use]
 pub fn play(world: &World, spec: &Spec, part: Part) -> Outcome {
-    play_on(world, spec, part, Box::new(NoTape))
+    play_on(world, spec, part, Box::new(NoEventLog))
 }
 
 /// As [`play`], and tells the tape.
 #[must_use]
-pub fn play_on(world: &World, spec: &Spec, part: Part, tape: Box<dyn Tape>) -> Outcome {
+pub fn play_on(world: &World, spec: &Spec, part: Part, tape: Box<dyn EventLog>) -> Outcome {
     let mut random = Rng::with_seed(spec.seed ^ 0x5e55_1011);
     let dialect = world.language.dialect(setting(world));
     let machine = machine(world, spec, start_mm(world, spec, &mut random), dialect.abilities());
@@ -182,7 +184,7 @@ fn options(world: &World, spec: &Spec, random: &mut Rng) -> Options {
     Options {
         feed_mm_min: [300, 900, 3000][random.usize(0..3)],
         home: false,
-        stroke: world.place.stroke,
+        travel: world.place.travel,
         // Where one thing is asked at a time a report takes two exchanges, behind up to three that stop.
         answer_within: Duration::from_secs(5) + spec.latency * 10,
         baud: spec.baud,
@@ -273,7 +275,7 @@ impl Watcher {
 ///
 /// # Errors
 /// [`LogError`] when it can not be created.
-pub fn log(world: &World, spec: &Spec, path: &std::path::Path) -> Result<Box<dyn Tape>, LogError> {
+pub fn log(world: &World, spec: &Spec, path: &std::path::Path) -> Result<Box<dyn EventLog>, LogError> {
     let header = Header {
         plan: String::new(),
         drawing: world.name.clone(),
@@ -282,10 +284,10 @@ pub fn log(world: &World, spec: &Spec, path: &std::path::Path) -> Result<Box<dyn
         dialect: world.language.name().into(),
         description: world.language.hash(),
         offset: world.place.offset,
-        stroke: world.place.stroke,
+        travel: world.place.travel,
         feed_mm_min: 900,
         home: false,
-        travel_mm: Some(world.machine.stroke_mm),
+        travel_mm: Some(world.machine.travel_mm),
         simulated: true,
         answer_within_ms: 5000,
         baud: spec.baud,
@@ -341,8 +343,8 @@ fn take_out(supervisor: &mut Supervisor, part: Part) {
 #[cfg(not(feature = "mutations"))]
 fn take_out(_: &mut Supervisor, _: Part) {}
 
-fn setting(world: &World) -> Setting {
-    Setting::of(&world.machine, world.place.offset)
+fn setting(world: &World) -> DialectConfig {
+    DialectConfig::of(&world.machine, world.place.offset)
 }
 
 fn machine(world: &World, spec: &Spec, start_mm: (f64, f64), abilities: Abilities) -> SimMachine {
@@ -356,17 +358,17 @@ fn machine(world: &World, spec: &Spec, start_mm: (f64, f64), abilities: Abilitie
     };
     let (band, steps) = (world.machine.repeatability_mm, world.machine.steps_per_mm);
     let slip = if spec.suffers(Fault::LostSteps) {
-        Slip::sudden(band, steps, spec.seed)
+        PositioningError::sudden(band, steps, spec.seed)
     } else {
-        Slip::wandering(band, steps, spec.seed)
+        PositioningError::wandering(band, steps, spec.seed)
     };
     let controller = speaking(&world.language, settings);
     let there = Faults::new(spec.rates(false, abilities), spec.seed ^ 0x7e0);
     let here = Faults::new(spec.rates(true, abilities), spec.seed ^ 0x4e1);
     // Their budget is for a machine that speeds up no faster.
     let suits = world.machine.acceleration_mm_s2 <= MachineProfile::simulated().acceleration_mm_s2;
-    let servo = (spec.driven && suits).then(Servo::simulated).and_then(Result::ok);
-    let drives = servo.and_then(|servo| Follower::new(&servo, start_mm));
+    let servo = (spec.driven && suits).then(ServoConfig::simulated).and_then(Result::ok);
+    let drives = servo.and_then(|servo| ServoDrive::new(&servo, start_mm));
     SimMachine::new(controller, spec.baud, spec.latency, slip).hurt(there, here).driven(drives)
 }
 

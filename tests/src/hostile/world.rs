@@ -4,14 +4,14 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use fastrand::Rng;
-use keepout_executor::dialect::Language;
+use keepout_executor::dialect::DialectName;
 use keepout_executor::session::{Placement, place_on_table};
-use keepout_executor::supervisor::Workpiece;
+use keepout_executor::supervisor::PreparedPlan;
 use keepout_kernel::{Length, Point, ProhibitedRegion};
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::order::Order;
-use keepout_planner::plan::{Cut, Job, PassJob};
+use keepout_planner::plan::{Cut, PassParameters, PlanParameters};
 use keepout_planner::profile::MachinedSide;
+use keepout_planner::request::PlanRequest;
 use keepout_planner::units::{length_up_from_mm, mm, point_from_mm, point_mm};
 
 use super::drawing::random_drawing;
@@ -23,18 +23,18 @@ pub struct World {
     /// The drawing's name.
     pub name: String,
     /// The language that its controller speaks.
-    pub language: Language,
+    pub language: DialectName,
     /// The machine.
     pub machine: MachineProfile,
     /// The plan.
-    pub work: Workpiece,
+    pub work: PreparedPlan,
     /// The part, prepared for the judge's questions.
     pub part: Arc<ProhibitedRegion>,
     /// Where the drawing lies.
     pub place: Placement,
     /// Threshold of the judge while the tool is steered.
     pub by_hand: Length,
-    /// Beyond this the tool has left the allowance for certain.
+    /// Beyond this the tool has left the stock_to_leave for certain.
     pub outside: Length,
     /// Places where the tool can begin.
     pub starts: Vec<Point>,
@@ -48,7 +48,7 @@ pub struct Worlds {
     /// Real drawings; random ones are made besides.
     pub real: Vec<PathBuf>,
     /// The languages that controllers speak.
-    pub languages: Vec<Language>,
+    pub languages: Vec<DialectName>,
 }
 
 /// Share of real drawings, where there are some: one in so many.
@@ -78,7 +78,7 @@ impl Worlds {
         }
         let place = place_on_table(&plan, &machine, None).ok()?;
         let by_hand = Length::from_units(
-            i64::from(plan.plan.tool_radius.units()) + i64::from(plan.plan.allowance.units()),
+            i64::from(plan.plan.tool_radius.units()) + i64::from(plan.plan.stock_to_leave.units()),
         )
         .ok()?;
         let margin = plan.roughing.units() - by_hand.units();
@@ -92,7 +92,7 @@ impl Worlds {
             name,
             language,
             machine,
-            work: Workpiece::new(plan),
+            work: PreparedPlan::new(plan),
             part: Arc::new(part),
             place,
             by_hand,
@@ -120,7 +120,7 @@ impl World {
             let within = |low: f64, high: f64, t: f64| low - reach + (high - low + 2.0 * reach) * t;
             let place = (within(x0, x1, random.f64()), within(y0, y1, random.f64()));
             let Ok(point) = point_from_mm(place) else { continue };
-            if !self.place.stroke.holds(point) {
+            if !self.place.travel.holds(point) {
                 continue;
             }
             if plan.part.free_point(point, plan.roughing).is_ok() {
@@ -145,21 +145,21 @@ fn machine(random: &mut Rng) -> MachineProfile {
     }
 }
 
-fn order(random: &mut Rng) -> Order {
+fn order(random: &mut Rng) -> PlanRequest {
     let tool_diameter_mm = [1.0, 2.0, 3.0, 6.0, 10.0][random.usize(0..5)];
     let passes = match random.u8(0..4) {
-        0 => vec![PassJob { allowance_mm: 0.1, feed_mm_min: None }, PassJob::default()],
+        0 => vec![PassParameters { stock_to_leave_mm: 0.1, feed_mm_min: None }, PassParameters::default()],
         // Axes that run apart can not follow slanted walls closer than this.
-        1 => vec![PassJob { allowance_mm: 0.05, feed_mm_min: None }],
+        1 => vec![PassParameters { stock_to_leave_mm: 0.05, feed_mm_min: None }],
         _ => Vec::new(),
     };
-    let job = Job {
+    let job = PlanParameters {
         tool_diameter_mm,
-        allowance_mm: [0.15, 0.2, 0.5, 2.0][random.usize(0..4)],
+        stock_to_leave_mm: [0.15, 0.2, 0.5, 2.0][random.usize(0..4)],
         side: if random.u8(0..3) == 0 { MachinedSide::Inside } else { MachinedSide::Outside },
         passes,
         cut: if random.bool() { Cut::Climb } else { Cut::Conventional },
-        ..Job::default()
+        ..PlanParameters::default()
     };
-    Order { job, ..Order::default() }
+    PlanRequest { job, ..PlanRequest::default() }
 }

@@ -5,12 +5,12 @@ use std::path::Path;
 use keepout_executor::session::log::{Entry, Log, LogReadError};
 use keepout_executor::session::replay::{Replay, replay};
 use keepout_executor::session::{Sample, coverage};
-use keepout_executor::supervisor::Workpiece;
+use keepout_executor::supervisor::PreparedPlan;
 use keepout_kernel::Vector;
 use keepout_planner::job::Progress;
 use keepout_planner::units::mm;
-use keepout_sim::Servo;
-use keepout_sim::witness::Witness;
+use keepout_sim::ServoConfig;
+use keepout_sim::monitor::CollisionMonitor;
 
 use super::FEED_MM_MIN;
 use crate::most_left_mm;
@@ -38,7 +38,7 @@ impl Played {
         received: &[u8],
         earlier: &[u8],
         may_be_torn: bool,
-        work: &Workpiece,
+        work: &PreparedPlan,
     ) -> Result<Option<Self>, String> {
         let log = match Log::load(path) {
             Ok(log) => log,
@@ -91,15 +91,15 @@ fn follows(received: &[u8], first: &[u8], second: &[u8]) -> bool {
 /// What a controller that is switched off while it cuts may leave besides, mm. Its reports have the commanded position, which the drives
 /// are behind by as many samples as their controller looks ahead: the contour is taken up again from there, and so much of the path
 /// is not gone. What stands between two discs that far apart is their ridge.
-fn ridge_mm(work: &Workpiece) -> f64 {
-    let Ok(servo) = Servo::simulated() else { return 0.0 };
+fn ridge_mm(work: &PreparedPlan) -> f64 {
+    let Ok(servo) = ServoConfig::simulated() else { return 0.0 };
     let samples = u32::try_from(servo.kind.preview() + 1).unwrap_or(u32::MAX);
     let behind_mm = f64::from(samples) * servo.profile.period_s * f64::from(FEED_MM_MIN) / 60.0;
     let radius_mm = mm(work.plan.finishing.units());
     radius_mm.hypot(behind_mm / 2.0) - radius_mm
 }
 
-/// What a witness saw, when that is as wanted.
+/// What a monitor saw, when that is as wanted.
 #[derive(Clone, Copy, Debug)]
 pub struct Watched {
     /// Positions that it watched.
@@ -115,18 +115,19 @@ impl Watched {
     ///
     /// # Errors
     /// When it was in the part, or the contour is not cut.
-    pub fn of(machines: &[Vec<Sample>], work: &Workpiece, offset: Vector) -> Result<Self, String> {
+    pub fn of(machines: &[Vec<Sample>], work: &PreparedPlan, offset: Vector) -> Result<Self, String> {
         let mut cut = Vec::new();
         let (mut watched, mut closest_mm) = (0, f64::INFINITY);
         for samples in machines {
-            let mut witness = Witness::new(work.plan.part.clone(), work.plan.plan.tool_radius, offset);
-            samples.iter().for_each(|sample| witness.watch(sample));
-            if let Some(incursion) = witness.deepest() {
-                return Err(format!("the tool was in the part: {incursion:?}"));
+            let mut monitor =
+                CollisionMonitor::new(work.plan.part.clone(), work.plan.plan.tool_radius, offset);
+            samples.iter().for_each(|sample| monitor.watch(sample));
+            if let Some(gouge) = monitor.deepest() {
+                return Err(format!("the tool was in the part: {gouge:?}"));
             }
-            watched += witness.watched();
-            closest_mm = closest_mm.min(witness.closest_mm().unwrap_or(closest_mm));
-            cut.extend(witness.cut_paths().map(<[_]>::to_vec));
+            watched += monitor.watched();
+            closest_mm = closest_mm.min(monitor.closest_mm().unwrap_or(closest_mm));
+            cut.extend(monitor.cut_paths().map(<[_]>::to_vec));
         }
         let covered = coverage(&work.plan, cut.iter().map(Vec::as_slice));
         let ridge_mm = if machines.len() > 1 { ridge_mm(work) } else { 0.0 };

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::order::Order;
-use keepout_planner::plan::Job;
+use keepout_planner::plan::PlanParameters;
 use keepout_planner::plan_file;
+use keepout_planner::request::PlanRequest;
 
 fn studies(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_keepout-studies")).args(arguments).output().unwrap()
@@ -55,7 +55,10 @@ fn finishing_path_of_a_plan_is_compared() {
     let folder = folder("plan");
     let plan = folder.join("part.plan").display().to_string();
     let bracket = include_bytes!("../../../executor/cli/drawings/bracket.dxf");
-    let order = Order { job: Job { tool_diameter_mm: 6.0, ..Job::default() }, ..Order::default() };
+    let order = PlanRequest {
+        job: PlanParameters { tool_diameter_mm: 6.0, ..PlanParameters::default() },
+        ..PlanRequest::default()
+    };
     let made = order.plan("bracket.dxf", bracket, &MachineProfile::simulated(), &mut |_| {}).unwrap();
     plan_file::save(&made.plan, Path::new(&plan)).unwrap();
     let compare =

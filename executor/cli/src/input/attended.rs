@@ -3,8 +3,8 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use keepout_executor::operator::{Operator, Seen};
-use keepout_executor::supervisor::Wish;
+use keepout_executor::operator::{Operator, OperatorView};
+use keepout_executor::supervisor::OperatorInput;
 use keepout_guard::Time;
 
 use super::terminal::Keyboard;
@@ -35,13 +35,13 @@ impl<O: Operator, A: Attendant> Attended<O, A> {
 }
 
 impl<O: Operator, A: Attendant> Operator for Attended<O, A> {
-    fn wish(&mut self, seen: &Seen, now: Time) -> Wish {
-        let mut wish = self.operator.wish(seen, now);
-        let attendant = self.attendant.wish(seen, now);
+    fn input(&mut self, view: &OperatorView, now: Time) -> OperatorInput {
+        let mut input = self.operator.input(view, now);
+        let attendant = self.attendant.input(view, now);
         if self.attendant.stopped() {
-            wish = Wish { direction: (0.0, 0.0), turned_mm: (0.0, 0.0), ..wish };
+            input = OperatorInput { direction: (0.0, 0.0), turned_mm: (0.0, 0.0), ..input };
         }
-        Wish { ask: attendant.ask.or(wish.ask), ..wish }
+        OperatorInput { ask: attendant.ask.or(input.ask), ..input }
     }
 }
 
@@ -59,22 +59,22 @@ impl<O: Operator> Endable<O> {
 }
 
 impl<O: Operator> Operator for Endable<O> {
-    fn wish(&mut self, seen: &Seen, now: Time) -> Wish {
-        if self.end.load(Ordering::Relaxed) { Wish::QUIT } else { self.operator.wish(seen, now) }
+    fn input(&mut self, view: &OperatorView, now: Time) -> OperatorInput {
+        if self.end.load(Ordering::Relaxed) { OperatorInput::STOP } else { self.operator.input(view, now) }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use keepout_executor::supervisor::{Ask, Phase};
+    use keepout_executor::supervisor::{OperatorCommand, Phase};
 
     use super::*;
-    use crate::input::testing::{Told, seen};
+    use crate::input::testing::{Told, view};
 
-    struct Watching(Wish, bool);
+    struct Watching(OperatorInput, bool);
 
     impl Operator for Watching {
-        fn wish(&mut self, _: &Seen, _: Time) -> Wish {
+        fn input(&mut self, _: &OperatorView, _: Time) -> OperatorInput {
             self.0
         }
     }
@@ -87,22 +87,33 @@ mod tests {
 
     #[test]
     fn the_attendant_stops_and_asks_but_does_not_steer() {
-        let steered = Wish { direction: (1.0, 0.0), automatic: true, ..Wish::default() };
-        let pause = Wish { direction: (0.0, 1.0), ask: Some(Ask::Pause), ..Wish::default() };
+        let steered = OperatorInput { direction: (1.0, 0.0), automatic: true, ..OperatorInput::default() };
+        let pause = OperatorInput {
+            direction: (0.0, 1.0),
+            ask: Some(OperatorCommand::FeedHold),
+            ..OperatorInput::default()
+        };
         let with = |stopped| {
             let told = Told::new(vec![steered]);
-            Attended::new(told, Watching(pause, stopped)).wish(&seen(Phase::Manual), Time::ZERO)
+            Attended::new(told, Watching(pause, stopped)).input(&view(Phase::Manual), Time::ZERO)
         };
-        assert_eq!(with(false), Wish { ask: Some(Ask::Pause), ..steered });
-        assert_eq!(with(true), Wish { ask: Some(Ask::Pause), automatic: true, ..Wish::default() });
+        assert_eq!(with(false), OperatorInput { ask: Some(OperatorCommand::FeedHold), ..steered });
+        assert_eq!(
+            with(true),
+            OperatorInput {
+                ask: Some(OperatorCommand::FeedHold),
+                automatic: true,
+                ..OperatorInput::default()
+            }
+        );
     }
 
     #[test]
     fn the_flag_ends_it() {
         let end = Arc::new(AtomicBool::new(false));
-        let mut operator = Endable::new(Told::new(vec![Wish::default(); 2]), Arc::clone(&end));
-        assert_eq!(operator.wish(&seen(Phase::Manual), Time::ZERO), Wish::default());
+        let mut operator = Endable::new(Told::new(vec![OperatorInput::default(); 2]), Arc::clone(&end));
+        assert_eq!(operator.input(&view(Phase::Manual), Time::ZERO), OperatorInput::default());
         end.store(true, Ordering::Relaxed);
-        assert_eq!(operator.wish(&seen(Phase::Manual), Time::ZERO), Wish::QUIT);
+        assert_eq!(operator.input(&view(Phase::Manual), Time::ZERO), OperatorInput::STOP);
     }
 }

@@ -5,11 +5,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use keepout_executor::operator::{Operator, Panel, Seen};
-use keepout_executor::supervisor::Wish;
+use keepout_executor::operator::{Operator, OperatorView, Panel};
+use keepout_executor::supervisor::OperatorInput;
 use keepout_guard::Time;
 
-use super::device::{DeviceError, Devices, Hand, Mapping, Reader, Reading, Wanted};
+use super::device::{DeviceError, Devices, EnablingInterlock, Mapping, Reader, Reading, Wanted};
 use super::stick::Stick;
 
 /// Between two looks at the device.
@@ -28,7 +28,7 @@ struct Left {
 
 /// The operator at an input device. Dropping it ends its thread.
 pub struct Gamepad {
-    hand: Hand,
+    hand: EnablingInterlock,
     /// What was last taken of it, for the moments in which the thread holds it.
     last: Reading,
     heard: Instant,
@@ -83,7 +83,7 @@ impl Gamepad {
             .spawn(move || serve(reader, began, &shared.0, &shared.1))
             .map_err(DeviceError::Thread)?;
         Ok(Self {
-            hand: Hand::new(stick, panel.clone()),
+            hand: EnablingInterlock::new(stick, panel.clone()),
             last: Reading::default(),
             heard: began,
             left,
@@ -133,7 +133,7 @@ fn leave<D: Devices>(reader: &mut Reader<D>, mut reading: Reading, at: Instant, 
 }
 
 impl Operator for Gamepad {
-    fn wish(&mut self, seen: &Seen, _: Time) -> Wish {
+    fn input(&mut self, view: &OperatorView, _: Time) -> OperatorInput {
         self.last.asks.clear();
         self.last.turned_mm = (0.0, 0.0);
         if let Ok(mut left) = self.left.try_lock() {
@@ -144,7 +144,7 @@ impl Operator for Gamepad {
             left.taken = true;
         }
         self.panel.set_status(&self.status());
-        self.hand.wish(&self.last, self.heard.elapsed(), seen.phase)
+        self.hand.input(&self.last, self.heard.elapsed(), view.phase)
     }
 }
 
@@ -167,9 +167,9 @@ mod tests {
     use super::*;
     use crate::input::device::{AxisRange, Device, RawEvent, Snapshot};
     use crate::input::stick::StickSettings;
-    use crate::input::testing::seen;
+    use crate::input::testing::view;
 
-    /// What a test does with the device, seen by the reader's thread.
+    /// What a test does with the device, view by the reader's thread.
     #[derive(Debug, Default)]
     struct Bench {
         plugged: bool,
@@ -210,9 +210,9 @@ mod tests {
     }
 
     /// Wishes every 2 ms until one is as wanted; fails after 5 s.
-    fn until(gamepad: &mut Gamepad, wanted: impl Fn(&Wish) -> bool) {
+    fn until(gamepad: &mut Gamepad, wanted: impl Fn(&OperatorInput) -> bool) {
         for _ in 0..2500 {
-            if wanted(&gamepad.wish(&seen(Phase::Manual), Time::ZERO)) {
+            if wanted(&gamepad.input(&view(Phase::Manual), Time::ZERO)) {
                 return;
             }
             std::thread::sleep(Duration::from_millis(2));
@@ -227,8 +227,8 @@ mod tests {
         let stick = Stick::new(StickSettings::default()).unwrap();
         let panel = Panel::default();
         let mut gamepad = Gamepad::of(bench.clone(), Mapping::default(), stick, panel.clone()).unwrap();
-        let held = |wish: &Wish| wish.direction == (1.0, 0.0);
-        let still = |wish: &Wish| wish.direction == (0.0, 0.0);
+        let held = |input: &OperatorInput| input.direction == (1.0, 0.0);
+        let still = |input: &OperatorInput| input.direction == (0.0, 0.0);
         let push = || {
             let all = [
                 RawEvent::Axis { code: 0, value: 100 },

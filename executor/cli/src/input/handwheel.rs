@@ -62,9 +62,9 @@ impl StepSize {
     }
 }
 
-/// A handwheel: pulses in, millimetres for [`Wish::turned_mm`](keepout_executor::supervisor::Wish::turned_mm) out.
+/// A handwheel: pulses in, millimetres for [`OperatorInput::turned_mm`](keepout_executor::supervisor::OperatorInput::turned_mm) out.
 ///
-/// At most [`Self::PULSES_MAX`] pulses of an axis count between two wishes; the rest is dropped, not saved up, so that
+/// At most [`Self::PULSES_MAX`] pulses of an axis count between two inputs; the rest is dropped, not saved up, so that
 /// the tool does not go on after the hand has stopped. Sums are whole µm: no rounding gathers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Handwheel {
@@ -75,7 +75,7 @@ pub struct Handwheel {
 }
 
 impl Handwheel {
-    /// Pulses of an axis that count between two wishes: three times what a quick hand gives on a 100-pulse wheel.
+    /// Pulses of an axis that count between two inputs: three times what a quick hand gives on a 100-pulse wheel.
     pub const PULSES_MAX: i32 = 10;
 
     /// The axis that is turned.

@@ -13,7 +13,7 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use keepout_executor::supervisor::{Ask, Phase, Wish};
+use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
 use keepout_guard::Time;
 
 use super::handwheel::{Handwheel, StepSize, WheelAxis};
@@ -48,7 +48,7 @@ pub const HELD: Duration = Duration::from_millis(150);
 pub const FIRST_REPEAT: Duration = Duration::from_millis(700);
 /// Shares of full speed, keys 1 to 4.
 pub const SPEEDS: [f64; 4] = [0.05, 0.2, 0.5, 1.0];
-/// Asks that wait for their wish.
+/// Asks that wait for their input.
 const ASKS_MAX: usize = 8;
 
 /// The keys that are held, and what else was typed.
@@ -67,8 +67,8 @@ pub struct Keys {
     automatic: bool,
     stopped: bool,
     quit: bool,
-    asks: VecDeque<Ask>,
-    asked: Option<Ask>,
+    asks: VecDeque<OperatorCommand>,
+    asked: Option<OperatorCommand>,
 }
 
 impl Keys {
@@ -102,17 +102,22 @@ impl Keys {
         }
     }
 
-    /// The wish at `now`.
-    pub fn wish(&mut self, phase: Phase, now: Time) -> Wish {
+    /// The input at `now`.
+    pub fn input(&mut self, phase: Phase, now: Time) -> OperatorInput {
         if self.quit {
-            return Wish::QUIT;
+            return OperatorInput::STOP;
         }
         self.held.retain(|held| now < held.1);
         let ask = self.next_ask(phase);
         if self.stopped {
-            return Wish { automatic: self.automatic, ask, ..Wish::default() };
+            return OperatorInput { automatic: self.automatic, ask, ..OperatorInput::default() };
         }
-        Wish { direction: self.direction(), turned_mm: self.wheel.take_mm(), automatic: self.automatic, ask }
+        OperatorInput {
+            direction: self.direction(),
+            turned_mm: self.wheel.take_mm(),
+            automatic: self.automatic,
+            ask,
+        }
     }
 
     /// Whether space was pressed, and nothing since.
@@ -190,9 +195,9 @@ impl Keys {
             Key::Interrupt | Key::Character('q') => self.quit = true,
             Key::Character(' ') => self.stop(),
             Key::Character('a') => self.automatic = !self.automatic,
-            Key::Character('p') => self.ask(Ask::Pause),
-            Key::Character('r') => self.ask(Ask::Resume),
-            Key::Character('f') => self.ask(Ask::Recover),
+            Key::Character('p') => self.ask(OperatorCommand::FeedHold),
+            Key::Character('r') => self.ask(OperatorCommand::CycleStart),
+            Key::Character('f') => self.ask(OperatorCommand::Recover),
             Key::Character('s') => {
                 self.stop();
                 self.stopped = false;
@@ -210,17 +215,17 @@ impl Keys {
         }
     }
 
-    fn ask(&mut self, ask: Ask) {
+    fn ask(&mut self, ask: OperatorCommand) {
         if self.asks.len() < ASKS_MAX {
             self.asks.push_back(ask);
         }
     }
 
-    /// One ask at a time; the same one twice has a wish without it between. Space stops a contour by pausing it.
-    fn next_ask(&mut self, phase: Phase) -> Option<Ask> {
+    /// One ask at a time; the same one twice has a input without it between. Space stops a contour by pausing it.
+    fn next_ask(&mut self, phase: Phase) -> Option<OperatorCommand> {
         let repeated = self.asked.is_some() && self.asks.front() == self.asked.as_ref();
         self.asked = if repeated { None } else { self.asks.pop_front() };
-        self.asked.or((self.stopped && phase == Phase::Contouring).then_some(Ask::Pause))
+        self.asked.or((self.stopped && phase == Phase::Contouring).then_some(OperatorCommand::FeedHold))
     }
 }
 
@@ -236,7 +241,7 @@ mod tests {
     }
 
     fn direction(keys: &mut Keys, at: u64) -> (f64, f64) {
-        keys.wish(Phase::Manual, ms(at)).direction
+        keys.input(Phase::Manual, ms(at)).direction
     }
 
     fn fast(releases: bool) -> Keys {
@@ -318,11 +323,11 @@ mod tests {
         keys.take(RIGHT, Stroke::Down, ms(1));
         keys.take(RIGHT, Stroke::Down, ms(2));
         keys.take(Key::Steer(0, -1), Stroke::Down, ms(3));
-        let wish = keys.wish(Phase::Manual, ms(10));
-        assert_eq!((wish.direction, wish.turned_mm), ((0.0, 0.0), (0.02, -0.01)));
-        assert_eq!(keys.wish(Phase::Manual, ms(20)).turned_mm, (0.0, 0.0));
+        let input = keys.input(Phase::Manual, ms(10));
+        assert_eq!((input.direction, input.turned_mm), ((0.0, 0.0), (0.02, -0.01)));
+        assert_eq!(keys.input(Phase::Manual, ms(20)).turned_mm, (0.0, 0.0));
         (0..1000).for_each(|_| keys.take(RIGHT, Stroke::Down, ms(30)));
-        assert_eq!(keys.wish(Phase::Manual, ms(40)).turned_mm, (0.1, 0.0));
+        assert_eq!(keys.input(Phase::Manual, ms(40)).turned_mm, (0.1, 0.0));
         assert_eq!(keys.status(), "step 0.01 mm");
     }
 
@@ -336,7 +341,7 @@ mod tests {
             keys.take(RIGHT, Stroke::Repeat, ms(20));
             keys.take(RIGHT, Stroke::Up, ms(25));
             assert!(keys.stopped() && direction(&mut keys, 26) == (0.0, 0.0));
-            assert_eq!(keys.wish(Phase::Contouring, ms(27)).ask, Some(Ask::Pause));
+            assert_eq!(keys.input(Phase::Contouring, ms(27)).ask, Some(OperatorCommand::FeedHold));
             keys.take(UP, Stroke::Down, ms(30));
             assert!(!keys.stopped() && direction(&mut keys, 31) == (0.0, 1.0));
         }
@@ -348,11 +353,20 @@ mod tests {
         for key in ['p', 'p', 'f', 'a'] {
             keys.take(Key::Character(key), Stroke::Down, ms(0));
         }
-        let said: Vec<_> = (0..5).map(|i| keys.wish(Phase::Manual, ms(10 * i)).ask).collect();
-        assert_eq!(said, [Some(Ask::Pause), None, Some(Ask::Pause), Some(Ask::Recover), None]);
-        assert!(keys.wish(Phase::Manual, ms(60)).automatic);
+        let said: Vec<_> = (0..5).map(|i| keys.input(Phase::Manual, ms(10 * i)).ask).collect();
+        assert_eq!(
+            said,
+            [
+                Some(OperatorCommand::FeedHold),
+                None,
+                Some(OperatorCommand::FeedHold),
+                Some(OperatorCommand::Recover),
+                None
+            ]
+        );
+        assert!(keys.input(Phase::Manual, ms(60)).automatic);
         keys.take(Key::Interrupt, Stroke::Down, ms(70));
-        assert_eq!(keys.wish(Phase::Manual, ms(80)), Wish::QUIT);
-        assert_eq!(keys.wish(Phase::Manual, ms(90)), Wish::QUIT);
+        assert_eq!(keys.input(Phase::Manual, ms(80)), OperatorInput::STOP);
+        assert_eq!(keys.input(Phase::Manual, ms(90)), OperatorInput::STOP);
     }
 }

@@ -15,13 +15,13 @@ pub use terminal::{Keyboard, TerminalError};
 
 #[cfg(test)]
 mod testing {
-    use keepout_executor::operator::{Operator, Seen};
-    use keepout_executor::supervisor::{Phase, Wish};
+    use keepout_executor::operator::{Operator, OperatorView};
+    use keepout_executor::supervisor::{OperatorInput, Phase};
     use keepout_guard::Time;
 
     /// What an operator sees in the middle of nowhere.
-    pub fn seen(phase: Phase) -> Seen {
-        Seen {
+    pub fn view(phase: Phase) -> OperatorView {
+        OperatorView {
             end_mm: None,
             unacknowledged: 0,
             position_mm: Some((-20.0, 10.0)),
@@ -32,17 +32,17 @@ mod testing {
         }
     }
 
-    /// An operator who wishes what it was told, one after the other.
-    pub struct Told(std::vec::IntoIter<Wish>);
+    /// An operator who inputs what it was told, one after the other.
+    pub struct Told(std::vec::IntoIter<OperatorInput>);
 
     impl Told {
-        pub fn new(wishes: Vec<Wish>) -> Self {
-            Self(wishes.into_iter())
+        pub fn new(inputs: Vec<OperatorInput>) -> Self {
+            Self(inputs.into_iter())
         }
     }
 
     impl Operator for Told {
-        fn wish(&mut self, _: &Seen, _: Time) -> Wish {
+        fn input(&mut self, _: &OperatorView, _: Time) -> OperatorInput {
             self.0.next().unwrap_or_default()
         }
     }

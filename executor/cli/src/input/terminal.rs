@@ -12,8 +12,8 @@ use crossterm::event::{
     PopKeyboardEnhancementFlags, PushKeyboardEnhancementFlags,
 };
 use crossterm::{cursor, execute, terminal};
-use keepout_executor::operator::{Operator, Panel, Seen};
-use keepout_executor::supervisor::Wish;
+use keepout_executor::operator::{Operator, OperatorView, Panel};
+use keepout_executor::supervisor::OperatorInput;
 use keepout_guard::Time;
 use thiserror::Error;
 
@@ -36,7 +36,7 @@ pub enum TerminalError {
     #[error(
         "the terminal can not be set up: {0}. Use another terminal, or leave --view and --operator keyboard out."
     )]
-    Setup(#[from] std::io::Error),
+    AlignmentFile(#[from] std::io::Error),
 }
 
 /// Key strokes that wait for the loop; more are not kept.
@@ -170,7 +170,7 @@ impl Keyboard {
         let thread = std::thread::Builder::new()
             .name("keyboard".into())
             .spawn(move || serve(&shared.0, &shared.1))
-            .map_err(TerminalError::Setup)?;
+            .map_err(TerminalError::AlignmentFile)?;
         let keys = Keys::new(mode.releases);
         Ok(Self { keys, typed, stop, thread: Some(thread), panel, _mode: mode })
     }
@@ -196,11 +196,11 @@ impl Keyboard {
 }
 
 impl Operator for Keyboard {
-    fn wish(&mut self, seen: &Seen, now: Time) -> Wish {
+    fn input(&mut self, view: &OperatorView, now: Time) -> OperatorInput {
         self.listen(now);
-        let wish = self.keys.wish(seen.phase, now);
+        let input = self.keys.input(view.phase, now);
         self.panel.set_status(&self.keys.status());
-        wish
+        input
     }
 }
 

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use keepout_executor::dialect::Language;
-use keepout_executor::supervisor::Workpiece;
+use keepout_executor::dialect::DialectName;
+use keepout_executor::supervisor::PreparedPlan;
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::order::Order;
-use keepout_planner::plan::PassJob;
+use keepout_planner::plan::PassParameters;
 use keepout_planner::plan_file;
+use keepout_planner::request::PlanRequest;
 
 /// Toward the plate, let go on the way, on to its wall, let go, and touch it.
 pub const SCRIPT: &str = "0 0 -0.05\n0.4 0 0\n1 0 -0.5\n2.5 0 0\n3 0 -0.1 auto\n";
@@ -30,7 +30,7 @@ pub struct Case {
 
 impl Case {
     pub fn all() -> Vec<Self> {
-        let languages = Language::NAMES.into_iter().chain(["nsk-style", "tango"]);
+        let languages = DialectName::NAMES.into_iter().chain(["nsk-style", "tango"]);
         let cases =
             languages.flat_map(|language| [9600, 38_400, 115_200].map(|baud| Self { language, baud }));
         cases.collect()
@@ -47,7 +47,7 @@ impl Case {
 
     /// As `--dialect` takes it.
     pub fn dialect(&self) -> String {
-        if Language::NAMES.contains(&self.language) {
+        if DialectName::NAMES.contains(&self.language) {
             return self.language.into();
         }
         format!("{}/../dialects/{}.toml", env!("CARGO_MANIFEST_DIR"), self.language)
@@ -55,15 +55,15 @@ impl Case {
 
     /// Axes that run apart can not follow slanted walls: they leave stock.
     fn needs_stock(&self) -> bool {
-        !Language::NAMES.contains(&self.language)
+        !DialectName::NAMES.contains(&self.language)
     }
 }
 
 /// The plans, in a folder.
 pub struct Job {
     folder: PathBuf,
-    bare: Workpiece,
-    stock: Workpiece,
+    bare: PreparedPlan,
+    stock: PreparedPlan,
 }
 
 impl Job {
@@ -73,15 +73,15 @@ impl Job {
         std::fs::create_dir_all(&folder).unwrap();
         std::fs::write(folder.join("script"), SCRIPT).unwrap();
         let plan = |file: &str, stock_mm: f64| {
-            let mut order = Order::default();
+            let mut order = PlanRequest::default();
             order.job.tool_diameter_mm = 3.0;
             if stock_mm > 0.0 {
-                order.job.passes = vec![PassJob { allowance_mm: stock_mm, feed_mm_min: None }];
+                order.job.passes = vec![PassParameters { stock_to_leave_mm: stock_mm, feed_mm_min: None }];
             }
             let machine = MachineProfile::simulated();
             let plan = order.plan("plate.dxf", include_bytes!("plate.dxf"), &machine, &mut |_| {}).unwrap();
             plan_file::save(&plan.plan, &folder.join(file)).unwrap();
-            Workpiece::new(plan)
+            PreparedPlan::new(plan)
         };
         Self { bare: plan("bare.plan", 0.0), stock: plan("stock.plan", 0.15), folder }
     }
@@ -91,7 +91,7 @@ impl Job {
         self.folder.join(name).display().to_string()
     }
 
-    pub fn work(&self, case: Case) -> Workpiece {
+    pub fn work(&self, case: Case) -> PreparedPlan {
         if case.needs_stock() { self.stock.clone() } else { self.bare.clone() }
     }
 

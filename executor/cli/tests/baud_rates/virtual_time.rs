@@ -3,16 +3,16 @@
 use std::path::Path;
 use std::time::Duration;
 
-use keepout_executor::dialect::{Language, Setting};
+use keepout_executor::dialect::{DialectConfig, DialectName};
 use keepout_executor::session::log::{Header, Log, LogTape};
 use keepout_executor::session::replay::replay;
 use keepout_executor::session::{Ended, Engine, Going, Session, VirtualClock, place_on_table};
 use keepout_executor::supervisor::{Options, Supervisor};
 use keepout_planner::job::Progress;
 use keepout_planner::plan_file;
+use keepout_sim::monitor::CollisionMonitor;
 use keepout_sim::operator::Script;
-use keepout_sim::witness::Witness;
-use keepout_sim::{Quirks, SimMachine, SimSettings, Slip, VirtualPort, speaking};
+use keepout_sim::{PositioningError, Quirks, SimMachine, SimSettings, VirtualPort, speaking};
 
 use super::job::{Case, FEED_MM_MIN, Job, LATENCY_MS, ORIGIN_MM, SCRIPT, START_MM};
 
@@ -20,13 +20,13 @@ use super::job::{Case, FEED_MM_MIN, Job, LATENCY_MS, ORIGIN_MM, SCRIPT, START_MM
 pub fn session(job: &Job, case: Case) -> Result<Log, String> {
     let work = job.work(case);
     let machine = work.plan.plan.machine.clone();
-    let language = Language::named(&case.dialect()).map_err(|error| error.to_string())?;
+    let language = DialectName::named(&case.dialect()).map_err(|error| error.to_string())?;
     let place = place_on_table(&work.plan, &machine, Some(ORIGIN_MM)).map_err(|error| error.to_string())?;
-    let setting = Setting::of(&machine, place.offset);
+    let setting = DialectConfig::of(&machine, place.offset);
     let options = Options {
         feed_mm_min: FEED_MM_MIN,
         home: true,
-        stroke: place.stroke,
+        travel: place.travel,
         answer_within: Duration::from_secs(5),
         baud: case.baud,
         progress: Progress::default(),
@@ -35,7 +35,7 @@ pub fn session(job: &Job, case: Case) -> Result<Log, String> {
         plan: plan_file::hex(&plan_file::hash(&plan_file::encode(&work.plan.plan).unwrap())),
         dialect: case.dialect(),
         offset: setting.offset,
-        stroke: options.stroke,
+        travel: options.travel,
         feed_mm_min: options.feed_mm_min,
         home: options.home,
         simulated: true,
@@ -43,7 +43,7 @@ pub fn session(job: &Job, case: Case) -> Result<Log, String> {
         baud: case.baud,
         ..Header::default()
     };
-    let slip = Slip::wandering(machine.repeatability_mm, machine.steps_per_mm, 1);
+    let slip = PositioningError::wandering(machine.repeatability_mm, machine.steps_per_mm, 1);
     let sim = SimSettings {
         machine,
         start_mm: START_MM,
@@ -60,20 +60,20 @@ pub fn session(job: &Job, case: Case) -> Result<Log, String> {
     let tape = LogTape::create(Path::new(&path), &header).map_err(|error| error.to_string())?;
     let operator = Box::new(Script::parse(SCRIPT).unwrap());
     let mut session = Session::new(Engine::new(supervisor, dialect), port, operator, Box::new(tape));
-    let mut witness = Witness::new(work.plan.part.clone(), work.plan.plan.tool_radius, place.offset);
+    let mut monitor = CollisionMonitor::new(work.plan.part.clone(), work.plan.plan.tool_radius, place.offset);
     let ended = session.run(&mut VirtualClock::default(), Duration::from_secs(120), |session, _| {
         let mut samples = Vec::new();
         if let Some(port) = session.port() {
             port.machine.take_samples(&mut samples);
         }
-        samples.iter().for_each(|sample| witness.watch(sample));
+        samples.iter().for_each(|sample| monitor.watch(sample));
         Going::On
     });
     let ended = ended.map_err(|error| error.to_string())?;
     let supervisor = session.into_supervisor();
-    if ended != Ended::Done || supervisor.finished().len() != 1 || witness.deepest().is_some() {
+    if ended != Ended::Done || supervisor.finished().len() != 1 || monitor.deepest().is_some() {
         let (fault, notices) = (supervisor.fault(), supervisor.notices());
-        return Err(format!("{ended:?}, {fault:?}, {notices:?}, {:?}", witness.deepest()));
+        return Err(format!("{ended:?}, {fault:?}, {notices:?}, {:?}", monitor.deepest()));
     }
     let log = Log::load(Path::new(&path)).map_err(|error| error.to_string())?;
     replay(&log, work).map_err(|error| error.to_string())?;

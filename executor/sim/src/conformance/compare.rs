@@ -15,7 +15,7 @@ pub enum Aspect {
     Scenario,
     /// The largest distance from the commanded path.
     Distance,
-    /// Order and kind of replies.
+    /// PlanRequest and kind of replies.
     Replies,
     /// The states that were passed through.
     States,

@@ -33,5 +33,5 @@ pub use path::Mm2;
 pub use record::{Bench, Recorder};
 pub use recording::{Event, Header, Recording, What};
 pub use scenario::{Care, Frame, Scenario, Step, scenarios};
-pub use simulated::{Setting, simulate};
+pub use simulated::{SimulatedBench, simulate};
 pub use start::{Known, Setup, Start, check_dialect};

@@ -10,11 +10,11 @@ use super::record::{Bench, Recorder};
 use super::recording::Recording;
 use super::scenario::Scenario;
 use super::start::{Setup, Start};
-use crate::{Quirks, SimMachine, SimSettings, Slip, VirtualPort, speaking};
+use crate::{PositioningError, Quirks, SimMachine, SimSettings, VirtualPort, speaking};
 
 /// The simulated machine.
 #[derive(Clone, Debug)]
-pub struct Setting {
+pub struct SimulatedBench {
     /// What the recording is made with.
     pub setup: Setup,
     /// Where the tool stands.
@@ -34,10 +34,10 @@ const STORES_WITHIN: Duration = Duration::from_secs(1);
 ///
 /// # Errors
 /// [`RecordError`] as at a port.
-pub fn simulate(setting: &Setting, scenarios: &[Scenario]) -> Result<Recording, RecordError> {
+pub fn simulate(setting: &SimulatedBench, scenarios: &[Scenario]) -> Result<Recording, RecordError> {
     let machine = setting.setup.machine.clone();
     let setup = Setup { start: Start::Standing, ..setting.setup.clone() };
-    let slip = Slip::wandering(0.0, machine.steps_per_mm, 1);
+    let slip = PositioningError::wandering(0.0, machine.steps_per_mm, 1);
     let settings = SimSettings {
         machine,
         start_mm: (setting.at.x, setting.at.y),

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use keepout_executor::dialect::Language;
+use keepout_executor::dialect::DialectName;
 use keepout_executor::session::Clock;
 use keepout_executor::session::port::Port;
 use keepout_executor::supervisor::Mode;
@@ -27,7 +27,7 @@ pub enum Start {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setup {
     /// The dialect.
-    pub language: Language,
+    pub language: DialectName,
     /// The machine's figures.
     pub machine: MachineProfile,
     /// Side of the box, mm.
@@ -41,7 +41,7 @@ pub struct Setup {
 impl Setup {
     /// The usual setup for a machine: a box of 20 mm about where the tool stands.
     #[must_use]
-    pub fn of(language: Language, machine: MachineProfile) -> Self {
+    pub fn of(language: DialectName, machine: MachineProfile) -> Self {
         Self { language, machine, box_mm: 20.0, start: Start::Standing, interval: Duration::from_millis(2) }
     }
 
@@ -61,7 +61,7 @@ impl Setup {
             let (least, most) = (half - travel, -half);
             (least <= most).then(|| value.clamp(least, most))
         };
-        let [width, height] = self.machine.stroke_mm;
+        let [width, height] = self.machine.travel_mm;
         Some(Mm2::new(axis(at.x, width)?, axis(at.y, height)?))
     }
 }
@@ -109,9 +109,9 @@ impl Known {
 ///
 /// # Errors
 /// [`RecordError::Dialect`] when it has none.
-pub fn check_dialect(language: &Language) -> Result<(), RecordError> {
+pub fn check_dialect(language: &DialectName) -> Result<(), RecordError> {
     match language {
-        Language::Grbl | Language::GrblHal => Ok(()),
+        DialectName::Grbl | DialectName::GrblHal => Ok(()),
         other => Err(RecordError::Dialect { name: other.name().into() }),
     }
 }

@@ -3,34 +3,34 @@
 use std::sync::OnceLock;
 use std::time::Duration;
 
-use keepout_executor::dialect::Language;
+use keepout_executor::dialect::DialectName;
 use keepout_planner::machine::MachineProfile;
 
 use super::scenario::{CANCEL, HOLD};
 use super::*;
 use crate::Quirks;
 
-fn setting(language: Language, quirks: Quirks) -> Setting {
+fn setting(language: DialectName, quirks: Quirks) -> SimulatedBench {
     let setup = Setup::of(language, MachineProfile::simulated());
-    Setting { setup, at: Mm2::new(-200.0, -150.0), baud: 115_200, quirks }
+    SimulatedBench { setup, at: Mm2::new(-200.0, -150.0), baud: 115_200, quirks }
 }
 
-fn all(language: &Language) -> Vec<Scenario> {
-    let blocks = if *language == Language::Grbl { 15 } else { 100 };
+fn all(language: &DialectName) -> Vec<Scenario> {
+    let blocks = if *language == DialectName::Grbl { 15 } else { 100 };
     scenarios(&setting(language.clone(), Quirks::default()).setup.frame(blocks))
 }
 
-fn played(language: &Language, quirks: Quirks, choose: fn(&Scenario) -> bool) -> Recording {
+fn played(language: &DialectName, quirks: Quirks, choose: fn(&Scenario) -> bool) -> Recording {
     let scenarios: Vec<Scenario> = all(language).into_iter().filter(choose).collect();
     assert!(!scenarios.is_empty());
     simulate(&setting(language.clone(), quirks), &scenarios).unwrap()
 }
 
 /// Everything, at GRBL and at grblHAL without quirks.
-fn whole(language: &Language) -> &'static Recording {
+fn whole(language: &DialectName) -> &'static Recording {
     static GRBL: OnceLock<Recording> = OnceLock::new();
     static HAL: OnceLock<Recording> = OnceLock::new();
-    let cell = if *language == Language::Grbl { &GRBL } else { &HAL };
+    let cell = if *language == DialectName::Grbl { &GRBL } else { &HAL };
     cell.get_or_init(|| played(language, Quirks::default(), |_| true))
 }
 
@@ -44,7 +44,7 @@ fn stops(scenario: &Scenario) -> bool {
 
 #[test]
 fn grbl_keeps_its_path_and_its_figures_are_found() {
-    let found = Findings::of(whole(&Language::Grbl));
+    let found = Findings::of(whole(&DialectName::Grbl));
     println!("{found}");
     assert_eq!(found.keeps_path_on_cancel(), Some(true));
     assert!(found.cancels > 100);
@@ -63,17 +63,18 @@ fn grbl_keeps_its_path_and_its_figures_are_found() {
 
 #[test]
 fn fast_hold_of_grblhal_is_found_and_plain_hold_keeps_the_path() {
-    let found = Findings::of(whole(&Language::GrblHal));
+    let found = Findings::of(whole(&DialectName::GrblHal));
     println!("{found}");
     assert_eq!(found.keeps_path_on_cancel(), Some(false));
     assert!(found.largest_deviation_mm > 0.1);
     assert_eq!((found.planner_blocks, found.receive_buffer), (Some(100), Some(1024)));
     assert_eq!((found.discards_lines, found.hold_stops_jog), (Some(true), Some(false)));
     let plain = Quirks { plain_hold: true, ..Quirks::default() };
-    let plain = played(&Language::GrblHal, plain, |scenario| scenario.name.starts_with("cancel"));
+    let plain = played(&DialectName::GrblHal, plain, |scenario| scenario.name.starts_with("cancel"));
     let found = Findings::of(&plain);
     assert_eq!(found.keeps_path_on_cancel(), Some(true), "{found}");
-    let fast = played(&Language::GrblHal, Quirks::default(), |scenario| scenario.name.starts_with("cancel"));
+    let fast =
+        played(&DialectName::GrblHal, Quirks::default(), |scenario| scenario.name.starts_with("cancel"));
     let differences = compare(&fast, &plain);
     println!("{}", table(&differences, ["fast hold", "plain hold"], 99));
     let strays = |each: &&Difference| each.aspect == Aspect::Distance;
@@ -86,20 +87,20 @@ fn idle_delay_is_found() {
     let slow = Quirks { idle_delay: Duration::from_millis(25), ..Quirks::default() };
     let moves =
         |each: &Scenario| each.care == Care::Harmless || stops(each) && !each.name.starts_with("low queue");
-    let found = Findings::of(&played(&Language::Grbl, slow.clone(), moves));
+    let found = Findings::of(&played(&DialectName::Grbl, slow.clone(), moves));
     assert_eq!(found.keeps_path_on_cancel(), Some(true), "{found}");
     assert!((20..=30).contains(&found.idle_delay.as_millis()), "{found}");
-    let slow = played(&Language::Grbl, slow, ends);
+    let slow = played(&DialectName::Grbl, slow, ends);
     let delay = Findings::of(&slow).idle_delay;
     assert!((20..=30).contains(&delay.as_millis()), "{delay:?}");
-    let differences = compare(&played(&Language::Grbl, Quirks::default(), ends), &slow);
+    let differences = compare(&played(&DialectName::Grbl, Quirks::default(), ends), &slow);
     let aspects: Vec<Aspect> = differences.iter().map(|each| each.aspect).collect();
     assert_eq!(aspects, [Aspect::Answer], "{differences:?}");
 }
 
 #[test]
 fn equal_controllers_do_not_differ() {
-    for language in [Language::Grbl, Language::GrblHal] {
+    for language in [DialectName::Grbl, DialectName::GrblHal] {
         let again = played(&language, Quirks::default(), cancels);
         let same = played(&language, Quirks::default(), cancels);
         assert_eq!(compare(&again, &same), []);
@@ -109,21 +110,21 @@ fn equal_controllers_do_not_differ() {
 #[test]
 fn startup_lines_and_silent_resets_are_found() {
     let resets = |scenario: &Scenario| ["startup lines", "reset at rest"].contains(&scenario.name.as_str());
-    let usual = played(&Language::Grbl, Quirks::default(), resets);
+    let usual = played(&DialectName::Grbl, Quirks::default(), resets);
     let inches = Quirks { startup: ["G20".into(), String::new()], ..Quirks::default() };
-    let differences = compare(&usual, &played(&Language::Grbl, inches, resets));
+    let differences = compare(&usual, &played(&DialectName::Grbl, inches, resets));
     let found: Vec<_> = differences.iter().map(|each| (each.scenario.as_str(), each.aspect)).collect();
     assert_eq!(found, [("startup lines", Aspect::Replies), ("reset at rest", Aspect::Replies)]);
     assert!(differences[0].second.contains("$N0=G20") && differences[1].second.contains(">G20:ok"));
     let silent = Quirks { silent_reset: true, ..Quirks::default() };
-    let differences = compare(&usual, &played(&Language::Grbl, silent, resets));
+    let differences = compare(&usual, &played(&DialectName::Grbl, silent, resets));
     let [only] = &differences[..] else { panic!("{differences:?}") };
     assert!(only.first.contains("greeting") && only.second.contains("none"), "{only:?}");
 }
 
 #[test]
 fn no_stop_is_played_at_a_machine() {
-    for language in [Language::Grbl, Language::GrblHal] {
+    for language in [DialectName::Grbl, DialectName::GrblHal] {
         let scenarios = all(&language);
         let harmless = |each: &&Scenario| each.care == Care::Harmless;
         assert!(scenarios.iter().filter(|each| stops(each)).count() > 50);
@@ -136,7 +137,7 @@ fn no_stop_is_played_at_a_machine() {
 #[test]
 fn stops_that_run_away_are_found() {
     let low = |scenario: &Scenario| scenario.name.starts_with("low queue");
-    for language in [Language::Grbl, Language::GrblHal] {
+    for language in [DialectName::Grbl, DialectName::GrblHal] {
         let sound = Findings::of(&played(&language, Quirks { plain_hold: true, ..Quirks::default() }, low));
         assert!(sound.cancels > 10 && sound.largest_stop_mm < 10.0, "{sound}");
         let quirks = Quirks { plain_hold: true, stops_run_away: true, ..Quirks::default() };
@@ -147,12 +148,12 @@ fn stops_that_run_away_are_found() {
 
 #[test]
 fn models_of_grbl_and_grblhal_differ_as_documented() {
-    let scenarios: Vec<Scenario> = all(&Language::Grbl);
+    let scenarios: Vec<Scenario> = all(&DialectName::Grbl);
     let chosen: Vec<Scenario> = scenarios
         .into_iter()
         .filter(|each| each.name.starts_with("hold in jog") || each.name.starts_with("refill"))
         .collect();
-    let [grbl, hal] = [Language::Grbl, Language::GrblHal]
+    let [grbl, hal] = [DialectName::Grbl, DialectName::GrblHal]
         .map(|language| simulate(&setting(language, Quirks::default()), &chosen).unwrap());
     let differences = compare(&grbl, &hal);
     assert!(
@@ -164,7 +165,7 @@ fn models_of_grbl_and_grblhal_differ_as_documented() {
 
 #[test]
 fn recordings_survive_their_file_and_damage_is_named_by_line() {
-    let recording = played(&Language::Grbl, Quirks::default(), cancels);
+    let recording = played(&DialectName::Grbl, Quirks::default(), cancels);
     let text = write(&recording);
     assert_eq!(read(text.as_bytes()).unwrap(), recording);
     let lines: Vec<&str> = text.lines().collect();
@@ -204,18 +205,18 @@ fn recordings_survive_their_file_and_damage_is_named_by_line() {
 
 #[test]
 fn nothing_moves_where_it_must_not() {
-    let refusal = |setting: &Setting| match simulate(setting, &[]) {
+    let refusal = |setting: &SimulatedBench| match simulate(setting, &[]) {
         Err(error) => error.to_string(),
         Ok(_) => panic!("nothing was refused"),
     };
-    let corner = Setting { at: Mm2::new(-1.0, -1.0), ..setting(Language::Grbl, Quirks::default()) };
+    let corner = SimulatedBench { at: Mm2::new(-1.0, -1.0), ..setting(DialectName::Grbl, Quirks::default()) };
     assert!(refusal(&corner).contains("leaves the machine's travel"));
-    assert!(refusal(&setting(Language::Zaber, Quirks::default())).contains("zaber has no conformance"));
+    assert!(refusal(&setting(DialectName::Zaber, Quirks::default())).contains("zaber has no conformance"));
     let outside = Step::Jog { to: Mm2::new(11.0, 0.0), feed: 600 };
     let scenario = Scenario { name: "far".into(), care: Care::Harmless, steps: vec![outside] };
-    let refused = simulate(&setting(Language::Grbl, Quirks::default()), &[scenario]);
+    let refused = simulate(&setting(DialectName::Grbl, Quirks::default()), &[scenario]);
     assert!(matches!(refused, Err(RecordError::OutsideBox { .. })));
-    for language in [Language::Grbl, Language::GrblHal] {
+    for language in [DialectName::Grbl, DialectName::GrblHal] {
         for scenario in all(&language).iter().filter(|each| each.care == Care::Harmless) {
             for step in &scenario.steps {
                 let stores =

@@ -500,7 +500,7 @@ impl Controller for GrblSim {
         }
     }
 
-    fn minds(&self, byte: u8) -> bool {
+    fn is_realtime(&self, byte: u8) -> bool {
         matches!(byte, b'\n' | b'\r' | b'?' | b'!' | b'~' | 0x18 | 0x80..)
     }
 

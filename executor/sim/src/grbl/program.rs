@@ -93,8 +93,8 @@ impl GrblSim {
             (111, per_minute),
             (120, machine.acceleration_mm_s2),
             (121, machine.acceleration_mm_s2),
-            (130, machine.stroke_mm[0]),
-            (131, machine.stroke_mm[1]),
+            (130, machine.travel_mm[0]),
+            (131, machine.travel_mm[1]),
         ];
         for (number, value) in values {
             let text = if [10, 13, 20, 21, 22].contains(&number) {
@@ -234,7 +234,7 @@ impl GrblSim {
     }
 
     fn is_beyond(&self, (x, y): (f64, f64)) -> bool {
-        let [width, height] = self.settings.machine.stroke_mm;
+        let [width, height] = self.settings.machine.travel_mm;
         !(-width..=0.0).contains(&x) || !(-height..=0.0).contains(&y)
     }
 }

@@ -3,7 +3,7 @@
 //! A model draws its own random numbers from a seed and gets the time as an argument, so that a run can be repeated. Figures are
 //! from human motor control: reaction 0.25 s, crossover 2.5 rad/s, tremor 8 to 12 Hz, arm as a second-order lag.
 
-mod hand;
+mod arm;
 mod models;
 mod playback;
 mod recorder;
@@ -36,13 +36,13 @@ pub enum OperatorError {
     Trace(#[from] TraceError),
 }
 
-/// The operator of a session: a model for `manual_s` seconds and then automatic, `trace:FILE`, or a script file.
+/// The operator of a session: a model for `jog_s` seconds and then automatic, `trace:FILE`, or a script file.
 ///
 /// # Errors
 /// [`OperatorError`] when `name` is neither a model nor a readable trace or script.
-pub fn named(name: &str, manual_s: f64, seed: u64) -> Result<Box<dyn Operator + Send>, OperatorError> {
+pub fn named(name: &str, jog_s: f64, seed: u64) -> Result<Box<dyn Operator + Send>, OperatorError> {
     if let Some(kind) = ModelKind::named(name) {
-        return Ok(Box::new(Model::new(kind, manual_s, seed)));
+        return Ok(Box::new(Model::new(kind, jog_s, seed)));
     }
     if let Some(file) = name.strip_prefix("trace:") {
         return Ok(Box::new(Trace::load(std::path::Path::new(file))?));
@@ -57,15 +57,15 @@ pub fn named(name: &str, manual_s: f64, seed: u64) -> Result<Box<dyn Operator + 
 
 #[cfg(test)]
 mod tests {
-    use keepout_executor::operator::Seen;
-    use keepout_executor::supervisor::{Phase, Wish};
+    use keepout_executor::operator::OperatorView;
+    use keepout_executor::supervisor::{OperatorInput, Phase};
     use keepout_guard::Time;
 
     use super::*;
 
     /// What an operator sees in the middle of nowhere.
-    pub fn seen(phase: Phase) -> Seen {
-        Seen {
+    pub fn view(phase: Phase) -> OperatorView {
+        OperatorView {
             end_mm: None,
             unacknowledged: 0,
             position_mm: Some((-20.0, 10.0)),
@@ -76,18 +76,22 @@ mod tests {
         }
     }
 
-    /// An operator who wishes what it was told, one after the other; the start takes none.
-    pub struct Told(std::vec::IntoIter<Wish>);
+    /// An operator who inputs what it was told, one after the other; the start takes none.
+    pub struct Told(std::vec::IntoIter<OperatorInput>);
 
     impl Told {
-        pub fn new(wishes: Vec<Wish>) -> Self {
-            Self(wishes.into_iter())
+        pub fn new(inputs: Vec<OperatorInput>) -> Self {
+            Self(inputs.into_iter())
         }
     }
 
     impl Operator for Told {
-        fn wish(&mut self, seen: &Seen, _: Time) -> Wish {
-            if seen.phase == Phase::Starting { Wish::default() } else { self.0.next().unwrap_or_default() }
+        fn input(&mut self, view: &OperatorView, _: Time) -> OperatorInput {
+            if view.phase == Phase::Starting {
+                OperatorInput::default()
+            } else {
+                self.0.next().unwrap_or_default()
+            }
         }
     }
 

@@ -2,11 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use keepout_executor::operator::{Operator, Seen};
-use keepout_executor::supervisor::{Phase, Wish};
+use keepout_executor::operator::{Operator, OperatorView};
+use keepout_executor::supervisor::{OperatorInput, Phase};
 use keepout_guard::Time;
 
-use super::hand::{DT, Lag, Reaction, Sticking, Tremor};
+use super::arm::{DT, Lag, Reaction, Sticking, Tremor};
 
 /// How a model behaves while it steers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,9 +45,9 @@ impl ModelKind {
     }
 }
 
-/// Reaction time of the calm operator, in wishes.
+/// Reaction time of the calm operator, in inputs.
 const REACTION: usize = 25;
-/// Reaction time of the jittery operator, in wishes.
+/// Reaction time of the jittery operator, in inputs.
 const QUICK_REACTION: usize = 20;
 /// Strongest tremor of the jittery operator, share of the throw.
 const TREMOR: f64 = 0.2;
@@ -60,7 +60,7 @@ const TOUCH_WITHIN: f64 = 240.0;
 #[derive(Clone, Debug)]
 pub struct Model {
     kind: ModelKind,
-    manual_s: f64,
+    jog_s: f64,
     random: fastrand::Rng,
     began: Option<Time>,
     automatic_since: Option<Time>,
@@ -75,12 +75,12 @@ pub struct Model {
 }
 
 impl Model {
-    /// A model that steers for `manual_s` seconds from its first manual moment.
+    /// A model that steers for `jog_s` seconds from its first manual moment.
     #[must_use]
-    pub fn new(kind: ModelKind, manual_s: f64, seed: u64) -> Self {
+    pub fn new(kind: ModelKind, jog_s: f64, seed: u64) -> Self {
         Self {
             kind,
-            manual_s,
+            jog_s,
             random: fastrand::Rng::with_seed(seed),
             began: None,
             automatic_since: None,
@@ -95,40 +95,40 @@ impl Model {
         }
     }
 
-    fn steer(&mut self, seen: &Seen, t: f64) -> (f64, f64) {
+    fn steer(&mut self, view: &OperatorView, t: f64) -> (f64, f64) {
         match self.kind {
-            ModelKind::Calm => self.calm(seen, t),
+            ModelKind::Calm => self.calm(view, t),
             ModelKind::Random => self.random(t),
-            ModelKind::Wall => self.wall(seen, t),
-            ModelKind::Reversal => self.reversal(seen, t),
-            ModelKind::Jittery => self.jittery(seen, t),
-            ModelKind::Stuck => self.stuck(seen, t),
+            ModelKind::Wall => self.wall(view, t),
+            ModelKind::Reversal => self.reversal(view, t),
+            ModelKind::Jittery => self.jittery(view, t),
+            ModelKind::Stuck => self.stuck(view, t),
         }
     }
 
-    fn calm(&mut self, seen: &Seen, t: f64) -> (f64, f64) {
-        let Some((x, y)) = self.go_around(seen, t, REACTION) else { return (0.0, 0.0) };
+    fn calm(&mut self, view: &OperatorView, t: f64) -> (f64, f64) {
+        let Some((x, y)) = self.go_around(view, t, REACTION) else { return (0.0, 0.0) };
         let tremor = 0.002 * (TAU * 9.0 * t).sin();
         let remnant = 1.0 + 0.05 * (self.random.f64() - 0.5);
         (x * remnant + tremor, y * remnant - tremor)
     }
 
-    fn jittery(&mut self, seen: &Seen, t: f64) -> (f64, f64) {
-        let (x, y) = self.go_around(seen, t, QUICK_REACTION).unwrap_or((0.0, 0.0));
+    fn jittery(&mut self, view: &OperatorView, t: f64) -> (f64, f64) {
+        let (x, y) = self.go_around(view, t, QUICK_REACTION).unwrap_or((0.0, 0.0));
         let tremor = self.tremor.step(TREMOR, &mut self.random);
         (x + tremor.0, y + tremor.1)
     }
 
-    fn stuck(&mut self, seen: &Seen, t: f64) -> (f64, f64) {
-        let wanted = self.go_around(seen, t, REACTION).unwrap_or((0.0, 0.0));
+    fn stuck(&mut self, view: &OperatorView, t: f64) -> (f64, f64) {
+        let wanted = self.go_around(view, t, REACTION).unwrap_or((0.0, 0.0));
         self.sticking.step(wanted, t, &mut self.random)
     }
 
     /// Where the arm has the stick on the way from place to place; none while the position is not known.
-    fn go_around(&mut self, seen: &Seen, t: f64, reaction: usize) -> Option<(f64, f64)> {
-        let position = seen.position_mm?;
+    fn go_around(&mut self, view: &OperatorView, t: f64, reaction: usize) -> Option<(f64, f64)> {
+        let position = view.position_mm?;
         if t >= self.until {
-            self.goal = self.place_around(seen.part_box_mm);
+            self.goal = self.place_around(view.part_box_mm);
             self.until = t + 2.0 + 4.0 * self.random.f64();
         }
         let error = (self.goal.0 - position.0, self.goal.1 - position.1);
@@ -160,8 +160,8 @@ impl Model {
     }
 
     /// At the wall with everything, by turns straight, grazing by 5°, along it, and letting go for 50 ms.
-    fn wall(&mut self, seen: &Seen, t: f64) -> (f64, f64) {
-        let (Some(position), Some(wall)) = (seen.position_mm, seen.wall_mm) else { return (0.0, 0.0) };
+    fn wall(&mut self, view: &OperatorView, t: f64) -> (f64, f64) {
+        let (Some(position), Some(wall)) = (view.position_mm, view.wall_mm) else { return (0.0, 0.0) };
         if t >= self.until {
             self.until = t + 0.3 + 1.7 * self.random.f64();
             let graze = 5.0_f64.to_radians();
@@ -175,8 +175,8 @@ impl Model {
         toward(position, wall, turn)
     }
 
-    fn reversal(&mut self, seen: &Seen, t: f64) -> (f64, f64) {
-        let (Some(position), Some(wall)) = (seen.position_mm, seen.wall_mm) else { return (0.0, 0.0) };
+    fn reversal(&mut self, view: &OperatorView, t: f64) -> (f64, f64) {
+        let (Some(position), Some(wall)) = (view.position_mm, view.wall_mm) else { return (0.0, 0.0) };
         if t >= self.until {
             self.until = t + 0.1 + 0.9 * self.random.f64();
             self.variant = if self.variant == 0.0 { std::f64::consts::PI } else { 0.0 };
@@ -195,48 +195,50 @@ pub fn toward(from: (f64, f64), to: (f64, f64), turn: f64) -> (f64, f64) {
 }
 
 impl Operator for Model {
-    fn wish(&mut self, seen: &Seen, now: Time) -> Wish {
-        if seen.phase == Phase::Starting {
-            return Wish::default();
+    fn input(&mut self, view: &OperatorView, now: Time) -> OperatorInput {
+        if view.phase == Phase::Starting {
+            return OperatorInput::default();
         }
         let began = *self.began.get_or_insert(now);
         let t = now.since(began).as_secs_f64();
-        if t < self.manual_s {
-            return Wish { direction: self.steer(seen, t), ..Wish::default() };
+        if t < self.jog_s {
+            return OperatorInput { direction: self.steer(view, t), ..OperatorInput::default() };
         }
         let since = *self.automatic_since.get_or_insert(now);
-        if seen.contoured && seen.phase.is_steered() {
-            return Wish::QUIT;
+        if view.contoured && view.phase.is_steered() {
+            return OperatorInput::STOP;
         }
-        if matches!(seen.phase, Phase::Contouring | Phase::Touching) {
-            return Wish { automatic: true, ..Wish::default() };
+        if matches!(view.phase, Phase::Contouring | Phase::Touching) {
+            return OperatorInput { automatic: true, ..OperatorInput::default() };
         }
         let waited = now.since(since).as_secs_f64();
         if waited > TOUCH_WITHIN {
-            return Wish::QUIT;
+            return OperatorInput::STOP;
         }
-        let (Some(position), Some(wall)) = (seen.position_mm, seen.wall_mm) else { return Wish::default() };
+        let (Some(position), Some(wall)) = (view.position_mm, view.wall_mm) else {
+            return OperatorInput::default();
+        };
         // A tool that stands too near, as after a contour that was interrupted, is led away first.
-        let turn = if seen.phase == Phase::Escaping { std::f64::consts::PI } else { 0.0 };
+        let turn = if view.phase == Phase::Escaping { std::f64::consts::PI } else { 0.0 };
         let (x, y) = toward(position, wall, turn);
-        Wish { direction: (x * APPROACH, y * APPROACH), automatic: true, ..Wish::default() }
+        OperatorInput { direction: (x * APPROACH, y * APPROACH), automatic: true, ..OperatorInput::default() }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::operator::tests::seen;
+    use crate::operator::tests::view;
 
-    /// What a model wishes during a minute in which the tool follows it at up to 50 mm/s.
+    /// What a model inputs during a minute in which the tool follows it at up to 50 mm/s.
     fn minute(kind: ModelKind, seed: u64) -> Vec<(f64, f64)> {
         let mut model = Model::new(kind, 100.0, seed);
-        let mut seen = seen(Phase::Manual);
+        let mut view = view(Phase::Manual);
         let mut at = (-20.0, 10.0);
         (0..6000)
             .map(|i| {
-                seen.position_mm = Some(at);
-                let (x, y) = model.wish(&seen, Time::from_micros(i * 10_000)).direction;
+                view.position_mm = Some(at);
+                let (x, y) = model.input(&view, Time::from_micros(i * 10_000)).direction;
                 at = (at.0 + 0.5 * x, at.1 + 0.5 * y);
                 (x, y)
             })
@@ -256,11 +258,11 @@ mod tests {
 
     #[test]
     fn the_jittery_hand_trembles_at_8_to_12_hertz_with_an_amplitude_that_matters() {
-        let wishes = minute(ModelKind::Jittery, 1);
+        let inputs = minute(ModelKind::Jittery, 1);
         // What is quicker than the arm: the difference to the mean of a tenth of a second around.
-        let quick: Vec<f64> = wishes
+        let quick: Vec<f64> = inputs
             .windows(11)
-            .map(|around| around[5].0 - around.iter().map(|wish| wish.0).sum::<f64>() / 11.0)
+            .map(|around| around[5].0 - around.iter().map(|input| input.0).sum::<f64>() / 11.0)
             .collect();
         let rises = quick.windows(2).filter(|pair| pair[0] < 0.0 && pair[1] >= 0.0).count();
         assert!((8 * 59..=12 * 61).contains(&rises), "{rises} periods in a minute");
@@ -269,10 +271,10 @@ mod tests {
 
     #[test]
     fn the_stuck_stick_holds_for_seconds_and_sometimes_at_its_stop() {
-        let wishes = minute(ModelKind::Stuck, 1);
+        let inputs = minute(ModelKind::Stuck, 1);
         let mut longest = [0, 0];
         let mut same = 0;
-        for pair in wishes.windows(2) {
+        for pair in inputs.windows(2) {
             same = if pair[0] == pair[1] { same + 1 } else { 0 };
             let full = usize::from((pair[1].0.hypot(pair[1].1) - 1.0).abs() < 1e-9);
             longest[full] = longest[full].max(same);

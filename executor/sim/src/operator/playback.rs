@@ -1,38 +1,38 @@
-//! Plays wishes at their times, so that nothing is lost between two looks.
+//! Plays inputs at their times, so that nothing is lost between two looks.
 
 use std::time::Duration;
 
-use keepout_executor::supervisor::Wish;
+use keepout_executor::supervisor::OperatorInput;
 
 /// Wishes, each with its time since the beginning; times do not go back.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Playback {
-    steps: Vec<(Duration, Wish)>,
+    steps: Vec<(Duration, OperatorInput)>,
     /// How many were played.
     played: usize,
 }
 
 impl Playback {
-    pub(super) fn new(steps: Vec<(Duration, Wish)>) -> Self {
+    pub(super) fn new(steps: Vec<(Duration, OperatorInput)>) -> Self {
         Self { steps, played: 0 }
     }
 
-    /// Whether every wish was played.
+    /// Whether every input was played.
     pub(super) fn over(&self) -> bool {
         self.played == self.steps.len()
     }
 
     #[cfg(test)]
-    pub(super) fn steps(&self) -> &[(Duration, Wish)] {
+    pub(super) fn steps(&self) -> &[(Duration, OperatorInput)] {
         &self.steps
     }
 
-    /// The wish at a time; no wish before the first.
+    /// The input at a time; no input before the first.
     ///
     /// The direction is that of the last step. Turns of the steps since the last call are summed, and are given once.
     /// A step that asks for something else than the one before, or that changes automatic mode, is never passed over:
     /// the steps after it wait for the next call.
-    pub(super) fn at(&mut self, time: Duration) -> Wish {
+    pub(super) fn at(&mut self, time: Duration) -> OperatorInput {
         let before = self.current();
         let mut turned_mm = (0.0, 0.0);
         while let Some(&(at, step)) = self.steps.get(self.played)
@@ -44,17 +44,17 @@ impl Playback {
                 break;
             }
         }
-        Wish { turned_mm, ..self.current() }
+        OperatorInput { turned_mm, ..self.current() }
     }
 
-    fn current(&self) -> Wish {
-        self.played.checked_sub(1).map_or(Wish::default(), |last| self.steps[last].1)
+    fn current(&self) -> OperatorInput {
+        self.played.checked_sub(1).map_or(OperatorInput::default(), |last| self.steps[last].1)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use keepout_executor::supervisor::Ask;
+    use keepout_executor::supervisor::OperatorCommand;
 
     use super::*;
 
@@ -64,22 +64,25 @@ mod tests {
 
     #[test]
     fn turns_are_given_once_and_asks_are_not_passed_over() {
-        let turn = |x| Wish { turned_mm: (x, 0.0), ..Wish::default() };
-        let ask = |ask| Wish { ask: Some(ask), ..Wish::default() };
+        let turn = |x| OperatorInput { turned_mm: (x, 0.0), ..OperatorInput::default() };
+        let ask = |ask| OperatorInput { ask: Some(ask), ..OperatorInput::default() };
         let steps = vec![
             (ms(10), turn(1.0)),
             (ms(11), turn(2.0)),
-            (ms(12), ask(Ask::Pause)),
-            (ms(13), Wish::default()),
-            (ms(14), ask(Ask::Pause)),
+            (ms(12), ask(OperatorCommand::FeedHold)),
+            (ms(13), OperatorInput::default()),
+            (ms(14), ask(OperatorCommand::FeedHold)),
             (ms(15), turn(4.0)),
         ];
         let mut playback = Playback::new(steps);
-        assert_eq!(playback.at(ms(0)), Wish::default());
-        let played: Vec<Wish> = (0..5).map(|_| playback.at(ms(100))).collect();
-        let asks: Vec<_> = played.iter().map(|wish| wish.ask).collect();
-        assert_eq!(asks, [Some(Ask::Pause), None, Some(Ask::Pause), None, None]);
-        let turned: Vec<f64> = played.iter().map(|wish| wish.turned_mm.0).collect();
+        assert_eq!(playback.at(ms(0)), OperatorInput::default());
+        let played: Vec<OperatorInput> = (0..5).map(|_| playback.at(ms(100))).collect();
+        let asks: Vec<_> = played.iter().map(|input| input.ask).collect();
+        assert_eq!(
+            asks,
+            [Some(OperatorCommand::FeedHold), None, Some(OperatorCommand::FeedHold), None, None]
+        );
+        let turned: Vec<f64> = played.iter().map(|input| input.turned_mm.0).collect();
         assert_eq!(turned, [3.0, 0.0, 0.0, 4.0, 0.0]);
         assert!(playback.over());
     }

@@ -1,12 +1,12 @@
-//! Records an operator's wishes as a [trace](super::trace).
+//! Records an operator's inputs as a [trace](super::trace).
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 use std::time::Duration;
 
-use keepout_executor::operator::{Operator, Panel, Seen};
-use keepout_executor::supervisor::{Phase, Wish};
+use keepout_executor::operator::{Operator, OperatorView, Panel};
+use keepout_executor::supervisor::{OperatorInput, Phase};
 use keepout_guard::Time;
 
 use super::trace::{FLAGS, HEADER, LINES_MAX, TraceError};
@@ -14,14 +14,14 @@ use super::trace::{FLAGS, HEADER, LINES_MAX, TraceError};
 /// Between two flushes of a recording.
 const FLUSH_EVERY: Duration = Duration::from_millis(500);
 
-/// Writes every change of another operator's wish to a file. Dropping it writes the end.
+/// Writes every change of another operator's input to a file. Dropping it writes the end.
 ///
 /// When the file can not be written on, recording ends with a notice; steering goes on.
 pub struct Recorder<O, W: Write = BufWriter<File>> {
     operator: O,
     file: Option<W>,
     began: Option<Time>,
-    last: Option<Wish>,
+    last: Option<OperatorInput>,
     asked: Duration,
     flushed: Duration,
     lines: usize,
@@ -57,14 +57,14 @@ impl<O, W: Write> Recorder<O, W> {
         recorder
     }
 
-    fn note(&mut self, wish: &Wish, now: Time) {
+    fn note(&mut self, input: &OperatorInput, now: Time) {
         let at = now.since(*self.began.get_or_insert(now));
         self.asked = at;
-        // Turns are sums since the wish before: the same turn again is another one.
-        let changed = self.last.as_ref() != Some(wish) || wish.turned_mm != (0.0, 0.0);
+        // Turns are sums since the input before: the same turn again is another one.
+        let changed = self.last.as_ref() != Some(input) || input.turned_mm != (0.0, 0.0);
         if changed {
-            self.last = Some(*wish);
-            self.write(&line_of(at, wish));
+            self.last = Some(*input);
+            self.write(&line_of(at, input));
         }
         if at - self.flushed.min(at) >= FLUSH_EVERY {
             self.flushed = at;
@@ -93,12 +93,12 @@ impl<O, W: Write> Recorder<O, W> {
 }
 
 impl<O: Operator, W: Write> Operator for Recorder<O, W> {
-    fn wish(&mut self, seen: &Seen, now: Time) -> Wish {
-        let wish = self.operator.wish(seen, now);
-        if seen.phase != Phase::Starting {
-            self.note(&wish, now);
+    fn input(&mut self, view: &OperatorView, now: Time) -> OperatorInput {
+        let input = self.operator.input(view, now);
+        if view.phase != Phase::Starting {
+            self.note(&input, now);
         }
-        wish
+        input
     }
 }
 
@@ -112,14 +112,14 @@ impl<O, W: Write> Drop for Recorder<O, W> {
     }
 }
 
-/// The line of a wish; what is no number was no wish to move.
-fn line_of(at: Duration, wish: &Wish) -> String {
+/// The line of a input; what is no number was no input to move.
+fn line_of(at: Duration, input: &OperatorInput) -> String {
     let pair = |(x, y): (f64, f64)| if x.is_finite() && y.is_finite() { (x, y) } else { (0.0, 0.0) };
-    let ((x, y), (turned_x, turned_y)) = (pair(wish.direction), pair(wish.turned_mm));
+    let ((x, y), (turned_x, turned_y)) = (pair(input.direction), pair(input.turned_mm));
     let mut line = format!("{} {x} {y} {turned_x} {turned_y} ", stamp(at));
-    line.extend(wish.automatic.then_some('a'));
-    line.extend(FLAGS.iter().filter(|flag| wish.ask == Some(flag.1)).map(|flag| flag.0));
-    if !wish.automatic && wish.ask.is_none() {
+    line.extend(input.automatic.then_some('a'));
+    line.extend(FLAGS.iter().filter(|flag| input.ask == Some(flag.1)).map(|flag| flag.0));
+    if !input.automatic && input.ask.is_none() {
         line.push('-');
     }
     line
@@ -131,10 +131,10 @@ fn stamp(at: Duration) -> String {
 
 #[cfg(test)]
 mod tests {
-    use keepout_executor::supervisor::Ask;
+    use keepout_executor::supervisor::OperatorCommand;
 
     use super::*;
-    use crate::operator::tests::{Told, seen};
+    use crate::operator::tests::{Told, view};
     use crate::operator::trace::Trace;
 
     fn read(text: &str) -> Result<Trace, TraceError> {
@@ -142,7 +142,7 @@ mod tests {
     }
 
     /// Wishes of all kinds.
-    fn wishes(seed: u64) -> Vec<Wish> {
+    fn inputs(seed: u64) -> Vec<OperatorInput> {
         let mut random = fastrand::Rng::with_seed(seed);
         let number = |random: &mut fastrand::Rng| match random.u8(0..6) {
             0 => 0.0,
@@ -151,9 +151,16 @@ mod tests {
             3 => 1e300 * random.f64(),
             _ => 2.0 * random.f64() - 1.0,
         };
-        let asks = [None, None, None, Some(Ask::Pause), Some(Ask::Resume), Some(Ask::Recover)];
+        let asks = [
+            None,
+            None,
+            None,
+            Some(OperatorCommand::FeedHold),
+            Some(OperatorCommand::CycleStart),
+            Some(OperatorCommand::Recover),
+        ];
         (0..500)
-            .map(|_| Wish {
+            .map(|_| OperatorInput {
                 direction: (number(&mut random), number(&mut random)),
                 turned_mm: if random.u8(0..3) == 0 { (number(&mut random), 0.5) } else { (0.0, 0.0) },
                 automatic: random.bool(),
@@ -165,31 +172,31 @@ mod tests {
     #[test]
     fn what_is_recorded_is_played_back_exactly() {
         for seed in 0..20 {
-            let told = wishes(seed);
+            let told = inputs(seed);
             let mut file = Vec::new();
             let mut recorder = Recorder::new(Told::new(told.clone()), &mut file, Panel::default());
             let time = |index: usize| Time::from_micros(12_345 + 10_000 * u64::try_from(index).unwrap());
-            recorder.wish(&seen(Phase::Starting), Time::ZERO);
+            recorder.input(&view(Phase::Starting), Time::ZERO);
             for index in 0..told.len() {
-                recorder.wish(&seen(Phase::Manual), time(index));
+                recorder.input(&view(Phase::Manual), time(index));
             }
             drop(recorder);
             let mut trace = read(std::str::from_utf8(&file).unwrap()).unwrap();
-            for (index, wish) in told.iter().enumerate() {
-                let played = trace.wish(&seen(Phase::Manual), time(index));
-                assert_eq!(played, *wish, "seed {seed}, wish {index}");
+            for (index, input) in told.iter().enumerate() {
+                let played = trace.input(&view(Phase::Manual), time(index));
+                assert_eq!(played, *input, "seed {seed}, wish {index}");
             }
-            assert_eq!(trace.wish(&seen(Phase::Manual), time(told.len())), Wish::QUIT);
+            assert_eq!(trace.input(&view(Phase::Manual), time(told.len())), OperatorInput::STOP);
         }
     }
 
     #[test]
     fn only_changes_are_written() {
         let mut file = Vec::new();
-        let still = Wish { direction: (0.1, 0.0), ..Wish::default() };
+        let still = OperatorInput { direction: (0.1, 0.0), ..OperatorInput::default() };
         let mut recorder = Recorder::new(Told::new(vec![still; 300]), &mut file, Panel::default());
         for i in 0..300 {
-            recorder.wish(&seen(Phase::Manual), Time::from_micros(i * 10_000));
+            recorder.input(&view(Phase::Manual), Time::from_micros(i * 10_000));
         }
         drop(recorder);
         let text = String::from_utf8(file).unwrap();
@@ -208,9 +215,9 @@ mod tests {
             }
         }
         let panel = Panel::default();
-        let wish = Wish { direction: (1.0, 0.0), ..Wish::default() };
-        let mut recorder = Recorder::new(Told::new(vec![wish]), Full, panel.clone());
-        assert_eq!(recorder.wish(&seen(Phase::Manual), Time::ZERO), wish);
+        let input = OperatorInput { direction: (1.0, 0.0), ..OperatorInput::default() };
+        let mut recorder = Recorder::new(Told::new(vec![input]), Full, panel.clone());
+        assert_eq!(recorder.input(&view(Phase::Manual), Time::ZERO), input);
         assert!(panel.notices()[0].contains("can not be written"));
     }
 }

@@ -2,13 +2,13 @@
 
 use std::time::Duration;
 
-use keepout_executor::operator::{Operator, Seen};
-use keepout_executor::supervisor::{Phase, Wish};
+use keepout_executor::operator::{Operator, OperatorView};
+use keepout_executor::supervisor::{OperatorInput, Phase};
 use keepout_guard::Time;
 
-use super::hand::{Lag, Reaction};
+use super::arm::{Lag, Reaction};
 
-/// Reaction time, in wishes: 0.25 s.
+/// Reaction time, in inputs: 0.25 s.
 const REACTION: usize = 25;
 /// Somebody slows down so long before a place, s.
 const SLOWS_S: f64 = 0.8;
@@ -63,12 +63,12 @@ impl Rounds {
 }
 
 impl Operator for Rounds {
-    fn wish(&mut self, seen: &Seen, now: Time) -> Wish {
-        let Some(position) = seen.position_mm.filter(|_| seen.phase != Phase::Starting) else {
+    fn input(&mut self, view: &OperatorView, now: Time) -> OperatorInput {
+        let Some(position) = view.position_mm.filter(|_| view.phase != Phase::Starting) else {
             self.since = now;
-            return Wish::default();
+            return OperatorInput::default();
         };
-        let Some(place) = self.places.get(self.next).copied() else { return Wish::QUIT };
+        let Some(place) = self.places.get(self.next).copied() else { return OperatorInput::STOP };
         let way = (place.0 - position.0, place.1 - position.1);
         let far = way.0.hypot(way.1);
         if far < self.nearest_mm - PROGRESS_MM {
@@ -82,13 +82,13 @@ impl Operator for Rounds {
         let speed_mm_s = (seen_far / SLOWS_S).clamp(LEAST_MM_S, CAREFUL_MM_S);
         let deflection = (speed_mm_s / self.speed_mm_s).clamp(LEAST_TILT, 1.0);
         let direction = self.hand.step((x / seen_far * deflection, y / seen_far * deflection));
-        Wish { direction, ..Wish::default() }
+        OperatorInput { direction, ..OperatorInput::default() }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::seen;
+    use super::super::tests::view;
     use super::*;
 
     /// Reaches one place after the other, gives up the one that it can not get to, and ends.
@@ -96,17 +96,17 @@ mod tests {
     fn goes_from_place_to_place() {
         let places = vec![(30.0, 0.0), (30.0, 40.0), (-60.0, 40.0)];
         let mut rounds = Rounds::new(places, (20.0, 1.0), Duration::from_secs(2));
-        let mut seen = seen(Phase::Manual);
+        let mut view = view(Phase::Manual);
         let (mut at, mut passed) = ((0.0, 0.0), [false; 3]);
         for tick in 0..4000_u64 {
-            seen.position_mm = Some(at);
-            let wish = rounds.wish(&seen, Time::from_micros(tick * 10_000));
-            if wish == Wish::QUIT {
+            view.position_mm = Some(at);
+            let input = rounds.input(&view, Time::from_micros(tick * 10_000));
+            if input == OperatorInput::STOP {
                 assert_eq!(passed, [true, true, false]);
                 return;
             }
             // A wall at −20 mm.
-            at = (f64::max(at.0 + 0.2 * wish.direction.0, -20.0), at.1 + 0.2 * wish.direction.1);
+            at = (f64::max(at.0 + 0.2 * input.direction.0, -20.0), at.1 + 0.2 * input.direction.1);
             for (passed, place) in passed.iter_mut().zip([(30.0, 0.0), (30.0, 40.0), (-60.0, 40.0)]) {
                 *passed |= f64::hypot(at.0 - place.0, at.1 - place.1) < 1.5;
             }

@@ -18,8 +18,8 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use keepout_executor::operator::{Operator, Seen};
-use keepout_executor::supervisor::{Ask, Phase, Wish};
+use keepout_executor::operator::{Operator, OperatorView};
+use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
 use keepout_guard::Time;
 use keepout_planner::text_file;
 use thiserror::Error;
@@ -75,7 +75,7 @@ impl Script {
     /// # Errors
     /// [`ScriptError::Line`] naming the first line that is not understood.
     pub fn parse(text: &str) -> Result<Self, ScriptError> {
-        let mut steps: Vec<(Duration, Wish)> = Vec::new();
+        let mut steps: Vec<(Duration, OperatorInput)> = Vec::new();
         for (index, line) in text.lines().enumerate() {
             let content = line.split('#').next().unwrap_or("").trim();
             if content.is_empty() {
@@ -83,11 +83,11 @@ impl Script {
             }
             let bad = || ScriptError::Line { number: index + 1, line: told(line) };
             let automatic = steps.last().is_some_and(|last| last.1.automatic);
-            let (at, wish) = step(content, automatic).ok_or_else(bad)?;
+            let (at, input) = step(content, automatic).ok_or_else(bad)?;
             if steps.last().is_some_and(|last| last.0 > at) {
                 return Err(bad());
             }
-            steps.push((at, wish));
+            steps.push((at, input));
         }
         if steps.is_empty() {
             return Err(ScriptError::Empty);
@@ -101,60 +101,62 @@ fn told(line: &str) -> String {
     line.trim().chars().take(80).collect()
 }
 
-/// A line's time and wish; `automatic` is what the line before said.
-fn step(content: &str, automatic: bool) -> Option<(Duration, Wish)> {
+/// A line's time and input; `automatic` is what the line before said.
+fn step(content: &str, automatic: bool) -> Option<(Duration, OperatorInput)> {
     let fields: Vec<&str> = content.split_whitespace().collect();
     let (at, rest) = fields.split_first()?;
     let at = number(at).and_then(|seconds| Duration::try_from_secs_f64(seconds).ok())?;
     let pair = |x: &str, y: &str| Some((number(x)?, number(y)?));
-    let wish = match *rest {
-        ["quit"] => Wish::QUIT,
-        [word] => Wish { automatic, ask: Some(ask(word)?), ..Wish::default() },
-        ["turn", dx, dy] => Wish { turned_mm: pair(dx, dy)?, automatic, ..Wish::default() },
-        [x, y] => Wish { direction: pair(x, y)?, ..Wish::default() },
-        [x, y, "auto"] => Wish { direction: pair(x, y)?, automatic: true, ..Wish::default() },
+    let input = match *rest {
+        ["quit"] => OperatorInput::STOP,
+        [word] => OperatorInput { automatic, ask: Some(ask(word)?), ..OperatorInput::default() },
+        ["turn", dx, dy] => OperatorInput { turned_mm: pair(dx, dy)?, automatic, ..OperatorInput::default() },
+        [x, y] => OperatorInput { direction: pair(x, y)?, ..OperatorInput::default() },
+        [x, y, "auto"] => {
+            OperatorInput { direction: pair(x, y)?, automatic: true, ..OperatorInput::default() }
+        }
         _ => return None,
     };
-    Some((at, wish))
+    Some((at, input))
 }
 
 fn number(text: &str) -> Option<f64> {
     text.parse::<f64>().ok().filter(|value| value.is_finite())
 }
 
-fn ask(word: &str) -> Option<Ask> {
+fn ask(word: &str) -> Option<OperatorCommand> {
     match word {
-        "pause" => Some(Ask::Pause),
-        "resume" => Some(Ask::Resume),
-        "recover" => Some(Ask::Recover),
+        "pause" => Some(OperatorCommand::FeedHold),
+        "resume" => Some(OperatorCommand::CycleStart),
+        "recover" => Some(OperatorCommand::Recover),
         _ => None,
     }
 }
 
 impl Operator for Script {
-    fn wish(&mut self, seen: &Seen, now: Time) -> Wish {
-        if seen.phase == Phase::Starting {
-            return Wish::default();
+    fn input(&mut self, view: &OperatorView, now: Time) -> OperatorInput {
+        if view.phase == Phase::Starting {
+            return OperatorInput::default();
         }
         let already_over = self.playback.over();
-        let wish = self.playback.at(now.since(*self.began.get_or_insert(now)));
-        let said = !already_over && (wish.ask.is_some() || wish.turned_mm != (0.0, 0.0));
-        let finished = !wish.automatic || seen.contoured && seen.phase.is_steered();
-        if self.playback.over() && finished && !said { Wish::QUIT } else { wish }
+        let input = self.playback.at(now.since(*self.began.get_or_insert(now)));
+        let said = !already_over && (input.ask.is_some() || input.turned_mm != (0.0, 0.0));
+        let finished = !input.automatic || view.contoured && view.phase.is_steered();
+        if self.playback.over() && finished && !said { OperatorInput::STOP } else { input }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::operator::tests::seen;
+    use crate::operator::tests::view;
 
     #[test]
     fn lines_are_read_and_faults_named() {
         let script = Script::parse("# a comment\n0 1 0\n2.5 0 -0.5 auto # touch\n9 quit\n").unwrap();
         let steps = script.playback.steps();
         assert_eq!(steps.len(), 3);
-        assert!(steps[1].1.automatic && steps[2].1 == Wish::QUIT);
+        assert!(steps[1].1.automatic && steps[2].1 == OperatorInput::STOP);
         assert!(matches!(Script::parse("# nothing\n\n"), Err(ScriptError::Empty)));
         let wrong = [
             "0 1",
@@ -176,24 +178,26 @@ mod tests {
     fn words_and_turns_are_said_in_turn() {
         let text = "0 0 0.3 auto\n1 pause\n2 resume\n3 turn 0.05 -0.1\n4 recover\n5 0 0\n6 quit";
         let mut script = Script::parse(text).unwrap();
-        let wish = |millis: u64, script: &mut Script| {
-            script.wish(&seen(Phase::Manual), Time::from_micros(millis * 1000))
+        let input = |millis: u64, script: &mut Script| {
+            script.input(&view(Phase::Manual), Time::from_micros(millis * 1000))
         };
-        assert_eq!(wish(0, &mut script).direction, (0.0, 0.3));
-        let pause = wish(1500, &mut script);
-        assert!(pause.automatic && pause.ask == Some(Ask::Pause) && pause.direction == (0.0, 0.0));
-        assert_eq!(wish(2500, &mut script).ask, Some(Ask::Resume));
-        assert_eq!(wish(3000, &mut script).turned_mm, (0.05, -0.1));
-        assert_eq!(wish(3010, &mut script).turned_mm, (0.0, 0.0));
-        assert_eq!(wish(4000, &mut script).ask, Some(Ask::Recover));
-        assert!(!wish(5000, &mut script).automatic);
-        assert_eq!(wish(6000, &mut script), Wish::QUIT);
+        assert_eq!(input(0, &mut script).direction, (0.0, 0.3));
+        let pause = input(1500, &mut script);
+        assert!(
+            pause.automatic && pause.ask == Some(OperatorCommand::FeedHold) && pause.direction == (0.0, 0.0)
+        );
+        assert_eq!(input(2500, &mut script).ask, Some(OperatorCommand::CycleStart));
+        assert_eq!(input(3000, &mut script).turned_mm, (0.05, -0.1));
+        assert_eq!(input(3010, &mut script).turned_mm, (0.0, 0.0));
+        assert_eq!(input(4000, &mut script).ask, Some(OperatorCommand::Recover));
+        assert!(!input(5000, &mut script).automatic);
+        assert_eq!(input(6000, &mut script), OperatorInput::STOP);
     }
 
     #[test]
     fn the_last_line_is_said_before_quitting() {
         let mut script = Script::parse("0 turn 1 0").unwrap();
-        assert_eq!(script.wish(&seen(Phase::Manual), Time::ZERO).turned_mm, (1.0, 0.0));
-        assert_eq!(script.wish(&seen(Phase::Manual), Time::from_micros(1)), Wish::QUIT);
+        assert_eq!(script.input(&view(Phase::Manual), Time::ZERO).turned_mm, (1.0, 0.0));
+        assert_eq!(script.input(&view(Phase::Manual), Time::from_micros(1)), OperatorInput::STOP);
     }
 }

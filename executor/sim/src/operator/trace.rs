@@ -1,4 +1,4 @@
-//! Recorded traces: every change of an operator's wish, with its time.
+//! Recorded traces: every change of an operator's input, with its time.
 //!
 //! ```text
 //! # keepout trace 1: seconds x y turned_x turned_y flags
@@ -9,7 +9,7 @@
 //! 12.500000 end
 //! ```
 //!
-//! Seconds count from the first wish after the start of the machine; x and y are the deflection, `turned_x` and
+//! Seconds count from the first input after the start of the machine; x and y are the deflection, `turned_x` and
 //! `turned_y` what handwheels were turned since the line before, mm. Flags: `a` automatic, then at most one of
 //! `p` pause, `r` resume, `f` recover after a fault, `q` quit; `-` for none. Numbers are written so that they are read
 //! back exactly.
@@ -19,14 +19,14 @@ use std::io::{self, BufRead, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use keepout_executor::operator::{Operator, Seen};
-use keepout_executor::supervisor::{Ask, Phase, Wish};
+use keepout_executor::operator::{Operator, OperatorView};
+use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
 use keepout_guard::Time;
 use thiserror::Error;
 
 use super::playback::Playback;
 
-/// Most lines of a trace: five hours of wishes that change every time.
+/// Most lines of a trace: five hours of inputs that change every time.
 pub const LINES_MAX: usize = 2_000_000;
 /// Longest line with its end, bytes; numbers are written with up to 330.
 const LINE_MAX: u64 = 2000;
@@ -93,7 +93,7 @@ impl Trace {
     /// # Errors
     /// [`TraceError`] naming the line.
     pub fn read(mut source: impl BufRead, path: &Path) -> Result<Self, TraceError> {
-        let mut steps: Vec<(Duration, Wish)> = Vec::new();
+        let mut steps: Vec<(Duration, OperatorInput)> = Vec::new();
         let mut end = None;
         let mut bytes = Vec::new();
         for number in 1.. {
@@ -106,7 +106,7 @@ impl Trace {
             let parsed = line_of(&bytes).and_then(|line| parse(line, last));
             match parsed.and_then(|parsed| checked(parsed, end.is_some())) {
                 Ok(Parsed::Nothing) => {}
-                Ok(Parsed::Step(at, wish)) => steps.push((at, wish)),
+                Ok(Parsed::Step(at, input)) => steps.push((at, input)),
                 Ok(Parsed::End(at)) => end = Some(at),
                 Err(wrong) => {
                     let line = String::from_utf8_lossy(&bytes).trim().chars().take(80).collect();
@@ -123,25 +123,25 @@ impl Trace {
 }
 
 impl Operator for Trace {
-    fn wish(&mut self, seen: &Seen, now: Time) -> Wish {
-        if seen.phase == Phase::Starting {
-            return Wish::default();
+    fn input(&mut self, view: &OperatorView, now: Time) -> OperatorInput {
+        if view.phase == Phase::Starting {
+            return OperatorInput::default();
         }
         let time = now.since(*self.began.get_or_insert(now));
-        let wish = self.playback.at(time);
-        if !self.playback.over() || time <= self.end || wish.turned_mm != (0.0, 0.0) {
-            wish
-        } else if seen.phase == Phase::Contouring && wish.ask != Some(Ask::Quit) {
-            Wish { automatic: true, ..Wish::default() }
+        let input = self.playback.at(time);
+        if !self.playback.over() || time <= self.end || input.turned_mm != (0.0, 0.0) {
+            input
+        } else if view.phase == Phase::Contouring && input.ask != Some(OperatorCommand::Stop) {
+            OperatorInput { automatic: true, ..OperatorInput::default() }
         } else {
-            Wish::QUIT
+            OperatorInput::STOP
         }
     }
 }
 
 enum Parsed {
     Nothing,
-    Step(Duration, Wish),
+    Step(Duration, OperatorInput),
     End(Duration),
 }
 
@@ -175,7 +175,7 @@ fn parse(line: &str, last: Option<Duration>) -> Result<Parsed, &'static str> {
             let direction = pair(x, y).ok_or(wrong)?;
             let turned_mm = pair(turned_x, turned_y).ok_or(wrong)?;
             let (automatic, ask) = flags_of(flags).ok_or("the flags are not - or a and one of p, r, f, q")?;
-            Ok(Parsed::Step(at, Wish { direction, turned_mm, automatic, ask }))
+            Ok(Parsed::Step(at, OperatorInput { direction, turned_mm, automatic, ask }))
         }
         _ => Err("not SECONDS X Y TURNED_X TURNED_Y FLAGS, or SECONDS end"),
     }
@@ -196,10 +196,14 @@ fn seconds(text: &str) -> Option<Duration> {
     Some(Duration::from_secs(whole.parse().ok()?) + Duration::from_micros(micros))
 }
 
-pub(super) const FLAGS: [(char, Ask); 4] =
-    [('p', Ask::Pause), ('r', Ask::Resume), ('f', Ask::Recover), ('q', Ask::Quit)];
+pub(super) const FLAGS: [(char, OperatorCommand); 4] = [
+    ('p', OperatorCommand::FeedHold),
+    ('r', OperatorCommand::CycleStart),
+    ('f', OperatorCommand::Recover),
+    ('q', OperatorCommand::Stop),
+];
 
-fn flags_of(flags: &str) -> Option<(bool, Option<Ask>)> {
+fn flags_of(flags: &str) -> Option<(bool, Option<OperatorCommand>)> {
     if flags == "-" {
         return Some((false, None));
     }
@@ -219,7 +223,7 @@ fn flags_of(flags: &str) -> Option<(bool, Option<Ask>)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::operator::tests::seen;
+    use crate::operator::tests::view;
 
     fn read(text: &str) -> Result<Trace, TraceError> {
         Trace::read(text.as_bytes(), Path::new("test"))
@@ -260,10 +264,10 @@ mod tests {
     #[test]
     fn a_contour_is_finished_after_the_end() {
         let mut trace = read("0 0 0 0 0 a\n1 end\n").unwrap();
-        trace.wish(&seen(Phase::Manual), Time::ZERO);
+        trace.input(&view(Phase::Manual), Time::ZERO);
         let late = Time::from_micros(5_000_000);
-        assert!(trace.wish(&seen(Phase::Contouring), late).ask.is_none());
-        assert_eq!(trace.wish(&seen(Phase::Manual), late), Wish::QUIT);
+        assert!(trace.input(&view(Phase::Contouring), late).ask.is_none());
+        assert_eq!(trace.input(&view(Phase::Manual), late), OperatorInput::STOP);
     }
 
     #[test]
@@ -275,7 +279,7 @@ mod tests {
             let text: String =
                 (0..random.usize(0..20)).map(|_| pieces[random.usize(0..pieces.len())]).collect();
             if let Ok(mut trace) = read(&text) {
-                trace.wish(&seen(Phase::Manual), Time::ZERO);
+                trace.input(&view(Phase::Manual), Time::ZERO);
             }
         }
         let error =

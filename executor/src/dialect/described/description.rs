@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use keepout_guard::{MotionShape, OnCancel};
+use keepout_guard::{Interpolation, OnCancel};
 use keepout_planner::{plan_file, text_file};
 use thiserror::Error;
 
@@ -141,9 +141,9 @@ pub struct Description {
     /// How a motion is answered.
     pub accepted: Accepted,
     /// How a jog is driven.
-    pub shape: MotionShape,
+    pub interpolation: Interpolation,
     /// How the motions of a contour are driven.
-    pub contours: MotionShape,
+    pub contours: Interpolation,
     /// Takes motions while it moves.
     pub queues: bool,
     /// Sent first.
@@ -211,7 +211,7 @@ impl Description {
             (None, None) => None,
             _ => return Err(value("motion.arc_left", "given together with motion.arc_right, or neither")),
         };
-        let shape = shape_of(motion.shape);
+        let interpolation = shape_of(motion.interpolation);
         let errors =
             file.errors.iter().map(|each| Ok((template("errors.says", &each.says)?, each.transient)));
         let described = Self {
@@ -239,8 +239,8 @@ impl Description {
             stop_at_once: motion.stop_at_once,
             stop_keeps_path: motion.stop_keeps_path,
             accepted,
-            shape,
-            contours: motion.contours.map_or(shape, shape_of),
+            interpolation,
+            contours: motion.contours.map_or(interpolation, shape_of),
             queues: motion.queues,
             prepare: templates("start.prepare", &file.start.prepare)?,
             home: templates("start.home", &file.start.home)?,

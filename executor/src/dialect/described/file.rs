@@ -1,6 +1,6 @@
 //! The tables of a description's file, as they are read.
 
-use keepout_guard::MotionShape;
+use keepout_guard::Interpolation;
 use keepout_planner::text_file;
 use serde::Deserialize;
 
@@ -108,7 +108,7 @@ pub(super) struct MotionTable {
     pub(super) accepted: AcceptedName,
     #[serde(default)]
     pub(super) answer: Option<String>,
-    pub(super) shape: ShapeName,
+    pub(super) interpolation: ShapeName,
     pub(super) contours: Option<ShapeName>,
     #[serde(default)]
     pub(super) queues: bool,
@@ -155,9 +155,9 @@ pub(super) fn mode_of(name: ModeName) -> Mode {
     }
 }
 
-pub(super) fn shape_of(name: ShapeName) -> MotionShape {
+pub(super) fn shape_of(name: ShapeName) -> Interpolation {
     match name {
-        ShapeName::Line => MotionShape::Line,
-        ShapeName::Box => MotionShape::Box,
+        ShapeName::Line => Interpolation::Linear,
+        ShapeName::Box => Interpolation::Independent,
     }
 }

@@ -12,7 +12,7 @@ pub(super) enum For {
     Stop,
     Query,
     Preparing,
-    /// The description is too coarse for the plan.
+    /// The description is too simplified for the plan.
     Unfit,
     /// So many of the lines of homing were sent.
     Homing(u8),

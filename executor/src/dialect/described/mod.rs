@@ -20,13 +20,13 @@ use arrayvec::ArrayVec;
 use axes::Values;
 pub use description::{Accepted, Description, DescriptionError};
 use heard::{Asked, For, Heard};
-use keepout_guard::{Motion, MotionShape};
+use keepout_guard::{Interpolation, Motion};
 use keepout_kernel::{Curve, LatticeError, Point, Turn, UNITS_PER_MM};
 pub use template::{Slot, Template, TemplateError};
 
 use super::exchange::{Exchanges, SENT_MAX, Sent};
 use super::lines::{Line, Lines, Sink, as_str};
-use super::{Dialect, Setting};
+use super::{Dialect, DialectConfig};
 use crate::supervisor::{Abilities, Command, Mode, Reply, text};
 
 /// Most characters whose echo is waited for.
@@ -38,7 +38,7 @@ const NEAR_STEPS: f64 = 3.0;
 #[derive(Clone, Debug)]
 pub struct Described {
     description: Arc<Description>,
-    setting: Setting,
+    setting: DialectConfig,
     /// With what was heard before the prompt.
     exchanges: Exchanges<Asked, Heard>,
     echo: ArrayVec<u8, ECHO_MAX>,
@@ -51,7 +51,7 @@ pub struct Described {
 impl Described {
     /// The dialect for a drawing placed on the machine.
     #[must_use]
-    pub fn new(description: Arc<Description>, setting: Setting) -> Self {
+    pub fn new(description: Arc<Description>, setting: DialectConfig) -> Self {
         Self {
             description,
             setting,
@@ -111,7 +111,7 @@ impl Described {
             Motion::Contour { curve: Curve::Arc(arc), .. } => {
                 let mirrored = description.swap ^ description.invert[0] ^ description.invert[1];
                 let [left, right] = description.arcs.as_ref().ok_or_else(super::no_such_motion)?;
-                let is_left = (arc.turn() == Turn::Left) != mirrored;
+                let is_left = (arc.turn() == Turn::CounterClockwise) != mirrored;
                 (if is_left { left } else { right }, description.counts(arc.centre().minus(arc.from())))
             }
             _ => (&description.line, [0, 0]),
@@ -235,8 +235,9 @@ impl Described {
             Command::Abort => {}
             Command::Prepare => {
                 self.forget();
-                let coarse = description.coordinate.scale.per_mm_f64() < self.setting.steps_per_mm * 0.999;
-                match coarse {
+                let simplified =
+                    description.coordinate.scale.per_mm_f64() < self.setting.steps_per_mm * 0.999;
+                match simplified {
                     true => self.ask_status(For::Unfit, out),
                     false => self.say(&description.prepare, &none, For::Preparing, out),
                 }
@@ -251,11 +252,11 @@ impl Described {
 
 impl Dialect for Described {
     fn abilities(&self) -> Abilities {
-        let Description { shape, contours, queues, .. } = *self.description;
+        let Description { interpolation, contours, queues, .. } = *self.description;
         Abilities {
-            shape,
+            interpolation,
             contours,
-            arcs: self.description.arcs.is_some() && contours == MotionShape::Line,
+            arcs: self.description.arcs.is_some() && contours == Interpolation::Linear,
             queues,
             on_cancel: self.description.on_cancel(),
             checked: false,

@@ -12,7 +12,12 @@ fn dialect(text: &str) -> Described {
     let description = Arc::new(Description::of(text).unwrap());
     Described::new(
         description,
-        Setting { offset, steps_per_mm: 400.0, arc_tolerance_mm: 0.0005, stroke_mm: Some([400.0, 350.0]) },
+        DialectConfig {
+            offset,
+            steps_per_mm: 400.0,
+            arc_tolerance_mm: 0.0005,
+            travel_mm: Some([400.0, 350.0]),
+        },
     )
 }
 
@@ -118,9 +123,9 @@ fn start_without_acknowledgements() {
 
 #[test]
 fn too_coarse_a_language_is_refused() {
-    let mut coarse = dialect(&NSK.replace("counts_per_mm = 1000", "counts_per_mm = 100"));
-    said(&mut coarse, &Command::Prepare);
-    assert!(matches!(hear(&mut coarse, "TS\r\n 0\r\n:").0[..], [Reply::Unfit(_)]));
+    let mut simplified = dialect(&NSK.replace("counts_per_mm = 1000", "counts_per_mm = 100"));
+    said(&mut simplified, &Command::Prepare);
+    assert!(matches!(hear(&mut simplified, "TS\r\n 0\r\n:").0[..], [Reply::Unfit(_)]));
 }
 
 #[test]

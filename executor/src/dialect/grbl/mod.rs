@@ -21,14 +21,14 @@ mod tests;
 use buffers::Buffers;
 use identity::Identity;
 use inspect::GrblInspector;
-use keepout_guard::{Motion, MotionShape, OnCancel};
+use keepout_guard::{Interpolation, Motion, OnCancel};
 use keepout_kernel::{Curve, LatticeError, Point, Turn, Vector};
 use meaning::{alarm_text, error_text};
 use settings::{Settings, StartupBlocks, Stated, Stores};
 pub use status::Status;
 
 use super::lines::{Line, Lines, as_str, push_mm, push_number};
-use super::{Dialect, Inspector, Setting, no_such_motion};
+use super::{Dialect, DialectConfig, Inspector, no_such_motion};
 use crate::supervisor::{Abilities, Command, Limits, Reply, Report, text};
 
 /// Longest line of a motion, bytes: GRBL's receive buffer holds 127, and a line may arrive twice.
@@ -60,7 +60,7 @@ enum Stage {
 /// The GRBL 1.1 dialect of one session.
 #[derive(Clone, Debug)]
 pub struct Grbl {
-    setting: Setting,
+    setting: DialectConfig,
     hal: bool,
     stage: Stage,
     /// Work coordinate offset, machine coordinates, once reported.
@@ -74,7 +74,7 @@ pub struct Grbl {
 impl Grbl {
     /// The dialect for a drawing placed on the machine.
     #[must_use]
-    pub fn new(setting: Setting) -> Self {
+    pub fn new(setting: DialectConfig) -> Self {
         Self {
             setting,
             hal: false,
@@ -88,7 +88,7 @@ impl Grbl {
 
     /// The same for grblHAL.
     #[must_use]
-    pub fn hal(setting: Setting) -> Self {
+    pub fn hal(setting: DialectConfig) -> Self {
         Self { hal: true, ..Self::new(setting) }
     }
 
@@ -107,7 +107,7 @@ impl Grbl {
                 // line is refused, for the startup lines cancel the motion mode.
                 out.extend(match curve {
                     Curve::Line(_) => &b"G1G21G54G90G94"[..],
-                    Curve::Arc(arc) if arc.turn() == Turn::Left => b"G3G17G21G54G90G94",
+                    Curve::Arc(arc) if arc.turn() == Turn::CounterClockwise => b"G3G17G21G54G90G94",
                     Curve::Arc(_) => b"G2G17G21G54G90G94",
                 });
                 words(out, &[(b'X', to.x.units()), (b'Y', to.y.units())]);
@@ -309,8 +309,8 @@ impl Grbl {
 impl Dialect for Grbl {
     fn abilities(&self) -> Abilities {
         Abilities {
-            shape: MotionShape::Line,
-            contours: MotionShape::Line,
+            interpolation: Interpolation::Linear,
+            contours: Interpolation::Linear,
             arcs: true,
             queues: true,
             // A hold or a cancel can run away, so neither is ever sent (`docs/safety/controllers.md`).

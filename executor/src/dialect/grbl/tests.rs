@@ -5,11 +5,11 @@ use crate::supervisor::Mode;
 
 fn dialect() -> Grbl {
     let offset = Vector { dx: -20_000_000, dy: 500 };
-    Grbl::new(Setting {
+    Grbl::new(DialectConfig {
         offset,
         steps_per_mm: 400.0,
         arc_tolerance_mm: 0.0005,
-        stroke_mm: Some([400.0, 350.0]),
+        travel_mm: Some([400.0, 350.0]),
     })
 }
 

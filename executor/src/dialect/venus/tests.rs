@@ -3,11 +3,11 @@ use crate::dialect::testing::{contour_to, jog_to};
 
 fn dialect() -> Venus {
     let offset = Vector { dx: -20_000_000, dy: 500 };
-    let mut venus = Venus::new(Setting {
+    let mut venus = Venus::new(DialectConfig {
         offset,
         steps_per_mm: 400.0,
         arc_tolerance_mm: 0.0005,
-        stroke_mm: Some([400.0, 350.0]),
+        travel_mm: Some([400.0, 350.0]),
     });
     venus.in_mm = true;
     venus

@@ -4,11 +4,11 @@ use crate::dialect::testing::{contour_to, jog_to};
 
 fn dialect() -> Zaber {
     let offset = Vector { dx: -20_000_000, dy: 500 };
-    Zaber::new(Setting {
+    Zaber::new(DialectConfig {
         offset,
         steps_per_mm: 400.0,
         arc_tolerance_mm: 0.0005,
-        stroke_mm: Some([400.0, 350.0]),
+        travel_mm: Some([400.0, 350.0]),
     })
 }
 
@@ -94,7 +94,7 @@ fn a_device_of_another_travel_is_refused() {
     }
     // A log of before does not say its machine's travel.
     let mut zaber = dialect();
-    zaber.setting.stroke_mm = None;
+    zaber.setting.travel_mm = None;
     said(&mut zaber, &Command::Prepare);
     hear(&mut zaber, "@01 0 01 OK IDLE -- 0");
     assert!(hear(&mut zaber, "@01 0 02 OK IDLE -- 32000 28000").1.contains("get maxspeed"));

@@ -27,7 +27,7 @@ pub struct Header {
     /// The machine's travel in x and y, mm; logs of earlier versions do not say it.
     pub travel_mm: Option<[f64; 2]>,
     /// Where the tool may go of that, drawing coordinates.
-    pub stroke: Window,
+    pub travel: Window,
     /// Feed of the contour, mm/min.
     pub feed_mm_min: u32,
     /// Whether the session begins with homing.
@@ -55,7 +55,7 @@ impl Default for Header {
             simulated: false,
             offset: Vector { dx: 0, dy: 0 },
             travel_mm: None,
-            stroke: Window::of(Point::ORIGIN),
+            travel: Window::of(Point::ORIGIN),
             feed_mm_min: 0,
             home: false,
             answer_within_ms: 0,
@@ -71,7 +71,7 @@ const MAGIC: &str = "keepout-log 1";
 
 /// The first line.
 pub(super) fn text(header: &Header) -> String {
-    let (x0, y0, x1, y1) = header.stroke.corners();
+    let (x0, y0, x1, y1) = header.travel.corners();
     let mut progress = String::new();
     job::push_progress(&mut progress, &header.progress);
     let travel = header.travel_mm.map_or(String::new(), |[x, y]| format!(" travel={x},{y}"));
@@ -109,8 +109,8 @@ pub(super) fn parse(text: &str) -> Result<Header, LineError> {
         field(name)?.split(',').map(|number| number.parse().map_err(|_| bad())).collect()
     };
     let word = |name: &str| unquoted(field(name)?).ok_or_else(bad);
-    let (offset, stroke) = (numbers("offset")?, numbers("stroke")?);
-    let (&[dx, dy], &[x0, y0, x1, y1]) = (&offset[..], &stroke[..]) else { return Err(bad()) };
+    let (offset, travel) = (numbers("offset")?, numbers("stroke")?);
+    let (&[dx, dy], &[x0, y0, x1, y1]) = (&offset[..], &travel[..]) else { return Err(bad()) };
     let travel_mm = match field("travel") {
         Ok(travel) => {
             let mm = travel.split(',').map(|number| number.parse().ok().filter(|mm: &f64| mm.is_finite()));
@@ -131,7 +131,7 @@ pub(super) fn parse(text: &str) -> Result<Header, LineError> {
         simulated: field("simulated").is_ok_and(|simulated| simulated == "1"),
         offset: corner(dx, dy)?.minus(Point::ORIGIN),
         travel_mm,
-        stroke: Window::of(corner(x0, y0)?).including(corner(x1, y1)?),
+        travel: Window::of(corner(x0, y0)?).including(corner(x1, y1)?),
         feed_mm_min: field("feed")?.parse().map_err(|_| bad())?,
         home: field("home")? == "1",
         answer_within_ms: field("answer")?.parse().map_err(|_| bad())?,
@@ -159,7 +159,7 @@ mod tests {
             simulated: true,
             offset: Vector { dx: -20_000_000, dy: 500 },
             travel_mm: Some([400.125, 1.0 / 3.0]),
-            stroke: Window::of(Point::from_units(-5, -7).unwrap()).including(Point::ORIGIN),
+            travel: Window::of(Point::from_units(-5, -7).unwrap()).including(Point::ORIGIN),
             feed_mm_min: 900,
             home: true,
             answer_within_ms: 5000,

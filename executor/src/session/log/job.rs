@@ -50,7 +50,7 @@ pub(super) fn push_progress(text: &mut String, progress: &Progress) {
         text.push(' ');
         push_point(text, each.entry);
         text.push(' ');
-        push_point(text, each.cut_to);
+        push_point(text, each.resume_point);
     }
 }
 
@@ -61,7 +61,7 @@ pub(super) fn parse_progress(text: &str) -> Option<Progress> {
         Some(PartialLoop {
             number: number(fields.next()?)?,
             entry: point(&mut fields)?,
-            cut_to: point(&mut fields)?,
+            resume_point: point(&mut fields)?,
         })
     });
     Some(Progress { finished: numbers(finished)?, partial: partial.collect::<Option<_>>()? })
@@ -108,7 +108,7 @@ pub(super) fn push_curve(text: &mut String, curve: &Curve) {
             push_point(text, arc.to());
             text.push(' ');
             push_point(text, arc.centre());
-            text.push_str(if arc.turn() == Turn::Left { " +" } else { " -" });
+            text.push_str(if arc.turn() == Turn::CounterClockwise { " +" } else { " -" });
         }
     }
 }
@@ -171,7 +171,7 @@ pub(super) fn curve(from: Point, text: &str) -> Option<Curve> {
         "l" => Some(Curve::Line(Segment { from, to })),
         "a" => {
             let centre = point(&mut fields)?;
-            let turn = if fields.next()? == "+" { Turn::Left } else { Turn::Right };
+            let turn = if fields.next()? == "+" { Turn::CounterClockwise } else { Turn::Clockwise };
             Arc::new(from, to, centre, turn).ok().map(Curve::Arc)
         }
         _ => None,
@@ -203,8 +203,8 @@ mod tests {
         let at = |dx: i64, dy: i64| Point::from_units(x + dx, y + dy).unwrap();
         match random.u8(0..3) {
             0 => Curve::Line(Segment { from, to: place(random) }),
-            1 => Curve::Arc(Arc::new(from, at(-r, r), at(-r, 0), Turn::Left).unwrap()),
-            _ => Curve::Arc(Arc::new(from, at(r, -r), at(0, -r), Turn::Right).unwrap()),
+            1 => Curve::Arc(Arc::new(from, at(-r, r), at(-r, 0), Turn::CounterClockwise).unwrap()),
+            _ => Curve::Arc(Arc::new(from, at(r, -r), at(0, -r), Turn::Clockwise).unwrap()),
         }
     }
 
@@ -236,7 +236,7 @@ mod tests {
         let partial = several(random).into_iter().map(|()| PartialLoop {
             number: numbered(random),
             entry: place(random),
-            cut_to: place(random),
+            resume_point: place(random),
         });
         let partial = partial.collect();
         ContourJob {

@@ -8,16 +8,16 @@ use keepout_planner::job::ContourJob;
 use thiserror::Error;
 
 use super::job;
-use crate::session::tape::Record;
-use crate::supervisor::{Ask, Wish};
+use crate::session::event_log::LoggedEvent;
+use crate::supervisor::{OperatorCommand, OperatorInput};
 
 /// One thing that happened, as it was logged.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Entry {
     /// Bytes came from the controller.
     Received(Vec<u8>),
-    /// The operator's wish.
-    Wish(Wish),
+    /// The operator's input.
+    OperatorInput(OperatorInput),
     /// Time passed.
     Tick,
     /// A contouring job was worked out.
@@ -116,51 +116,53 @@ pub(super) fn unquoted(text: &str) -> Option<String> {
 }
 
 /// `w X Y TURNED_X TURNED_Y AUTO ASK`; numbers are written so that they are read as the same.
-fn push_wish(text: &mut String, wish: &Wish) {
-    let ask = match wish.ask {
+fn push_wish(text: &mut String, input: &OperatorInput) {
+    let ask = match input.ask {
         None => '-',
-        Some(Ask::Pause) => 'p',
-        Some(Ask::Resume) => 'r',
-        Some(Ask::Recover) => 'f',
-        Some(Ask::Quit) => 'q',
+        Some(OperatorCommand::FeedHold) => 'p',
+        Some(OperatorCommand::CycleStart) => 'r',
+        Some(OperatorCommand::Recover) => 'f',
+        Some(OperatorCommand::Stop) => 'q',
     };
-    let ((x, y), (u, v)) = (wish.direction, wish.turned_mm);
-    let _ = write!(text, "w {x:?} {y:?} {u:?} {v:?} {} {ask}", u8::from(wish.automatic));
+    let ((x, y), (u, v)) = (input.direction, input.turned_mm);
+    let _ = write!(text, "w {x:?} {y:?} {u:?} {v:?} {} {ask}", u8::from(input.automatic));
 }
 
-/// Whether two wishes are the same to the bit: equal numbers are not, when one of them is −0.
-fn is_same(a: &Wish, b: &Wish) -> bool {
-    let bits = |wish: &Wish| {
-        let ((x, y), (u, v)) = (wish.direction, wish.turned_mm);
+/// Whether two inputs are the same to the bit: equal numbers are not, when one of them is −0.
+fn is_same(a: &OperatorInput, b: &OperatorInput) -> bool {
+    let bits = |input: &OperatorInput| {
+        let ((x, y), (u, v)) = (input.direction, input.turned_mm);
         [x, y, u, v].map(f64::to_bits)
     };
     bits(a) == bits(b) && (a.automatic, a.ask) == (b.automatic, b.ask)
 }
 
-/// The record without its time. A wish that is as the one before says only that.
-pub(super) fn push_record(text: &mut String, record: &Record<'_>, before: &mut Option<Wish>) {
+/// The record without its time. A input that is as the one before says only that.
+pub(super) fn push_record(text: &mut String, record: &LoggedEvent<'_>, before: &mut Option<OperatorInput>) {
     // Writing to a string does not fail.
     let _ = match record {
-        Record::Received(bytes) => write!(text, "r {}", bytes.escape_ascii()),
-        Record::Sent(bytes) => write!(text, "s {}", bytes.escape_ascii()),
-        Record::Wish(wish) if before.is_some_and(|before| is_same(&before, wish)) => write!(text, "w"),
-        Record::Wish(wish) => {
-            push_wish(text, wish);
-            *before = Some(*wish);
+        LoggedEvent::Received(bytes) => write!(text, "r {}", bytes.escape_ascii()),
+        LoggedEvent::Sent(bytes) => write!(text, "s {}", bytes.escape_ascii()),
+        LoggedEvent::OperatorInput(input) if before.is_some_and(|before| is_same(&before, input)) => {
+            write!(text, "w")
+        }
+        LoggedEvent::OperatorInput(input) => {
+            push_wish(text, input);
+            *before = Some(*input);
             Ok(())
         }
-        Record::Tick => write!(text, "t"),
-        Record::Job(job) => {
+        LoggedEvent::Tick => write!(text, "t"),
+        LoggedEvent::Job(job) => {
             text.push_str("j ");
             job::push(text, job);
             Ok(())
         }
-        Record::PortLost(reason) => write!(text, "x {}", reason.escape_default()),
-        Record::PortFound => write!(text, "o"),
-        Record::Halt => write!(text, "h"),
-        Record::Certificate(certified, guard) => write!(text, "c {}", certificate(certified, guard)),
-        Record::Phase(phase, None) => write!(text, "p {phase:?}"),
-        Record::Phase(phase, Some(fault)) => {
+        LoggedEvent::PortLost(reason) => write!(text, "x {}", reason.escape_default()),
+        LoggedEvent::PortFound => write!(text, "o"),
+        LoggedEvent::Halt => write!(text, "h"),
+        LoggedEvent::Certificate(certified, guard) => write!(text, "c {}", certificate(certified, guard)),
+        LoggedEvent::Phase(phase, None) => write!(text, "p {phase:?}"),
+        LoggedEvent::Phase(phase, Some(fault)) => {
             write!(text, "p {phase:?} {}", fault.to_string().escape_default())
         }
     };
@@ -193,12 +195,12 @@ fn certificate(certified: &Certified, guard: &Guard) -> String {
 }
 
 /// The record as it will be read again.
-pub(crate) fn as_entry(record: &Record<'_>) -> Option<Entry> {
+pub(crate) fn as_entry(record: &LoggedEvent<'_>) -> Option<Entry> {
     Some(match record {
-        Record::Sent(bytes) => Entry::Sent(bytes.to_vec()),
-        Record::Certificate(certified, guard) => Entry::Certificate(certificate(certified, guard)),
-        Record::Phase(phase, None) => Entry::Phase(format!("{phase:?}")),
-        Record::Phase(phase, Some(fault)) => Entry::Phase(format!("{phase:?} {fault}")),
+        LoggedEvent::Sent(bytes) => Entry::Sent(bytes.to_vec()),
+        LoggedEvent::Certificate(certified, guard) => Entry::Certificate(certificate(certified, guard)),
+        LoggedEvent::Phase(phase, None) => Entry::Phase(format!("{phase:?}")),
+        LoggedEvent::Phase(phase, Some(fault)) => Entry::Phase(format!("{phase:?} {fault}")),
         _ => return None,
     })
 }
@@ -229,10 +231,10 @@ impl Certificate {
     }
 }
 
-/// Reads line after line; a wish that is as the one before says only that.
+/// Reads line after line; a input that is as the one before says only that.
 #[derive(Debug, Default)]
 pub(super) struct Reader {
-    wish: Wish,
+    input: OperatorInput,
 }
 
 impl Reader {
@@ -245,10 +247,10 @@ impl Reader {
         let entry = match kind {
             "r" => Entry::Received(bytes()?),
             "s" => Entry::Sent(bytes()?),
-            "w" if payload.is_empty() => Entry::Wish(self.wish),
+            "w" if payload.is_empty() => Entry::OperatorInput(self.input),
             "w" => {
-                self.wish = wish(payload).ok_or_else(bad)?;
-                Entry::Wish(self.wish)
+                self.input = input(payload).ok_or_else(bad)?;
+                Entry::OperatorInput(self.input)
             }
             "t" => Entry::Tick,
             "j" => Entry::Job(Box::new(job::parse(payload).ok_or_else(bad)?)),
@@ -263,7 +265,7 @@ impl Reader {
     }
 }
 
-fn wish(payload: &str) -> Option<Wish> {
+fn input(payload: &str) -> Option<OperatorInput> {
     let mut fields = payload.split(' ');
     let mut number = || fields.next()?.parse::<f64>().ok();
     let direction = (number()?, number()?);
@@ -271,13 +273,13 @@ fn wish(payload: &str) -> Option<Wish> {
     let automatic = fields.next()? == "1";
     let ask = match fields.next()? {
         "-" => None,
-        "p" => Some(Ask::Pause),
-        "r" => Some(Ask::Resume),
-        "f" => Some(Ask::Recover),
-        "q" => Some(Ask::Quit),
+        "p" => Some(OperatorCommand::FeedHold),
+        "r" => Some(OperatorCommand::CycleStart),
+        "f" => Some(OperatorCommand::Recover),
+        "q" => Some(OperatorCommand::Stop),
         _ => return None,
     };
-    Some(Wish { direction, turned_mm, automatic, ask })
+    Some(OperatorInput { direction, turned_mm, automatic, ask })
 }
 
 #[cfg(test)]
@@ -297,26 +299,31 @@ mod tests {
     fn wishes_are_read_to_the_bit() {
         let mut random = fastrand::Rng::with_seed(5);
         let (mut before, mut reader, mut text) = (None, Reader::default(), String::new());
-        let mut wish = Wish::default();
+        let mut input = OperatorInput::default();
         for _ in 0..50_000 {
             // Some change nothing, some only a sign of zero.
             match random.u8(0..4) {
                 0 => {}
-                1 => wish.direction.0 = if random.bool() { 0.0 } else { -0.0 },
+                1 => input.direction.0 = if random.bool() { 0.0 } else { -0.0 },
                 _ => {
                     let mut pair = || (deflection(&mut random), deflection(&mut random));
-                    (wish.direction, wish.turned_mm) = (pair(), pair());
-                    let asks =
-                        [None, Some(Ask::Pause), Some(Ask::Resume), Some(Ask::Recover), Some(Ask::Quit)];
-                    (wish.automatic, wish.ask) = (random.bool(), asks[random.usize(0..5)]);
+                    (input.direction, input.turned_mm) = (pair(), pair());
+                    let asks = [
+                        None,
+                        Some(OperatorCommand::FeedHold),
+                        Some(OperatorCommand::CycleStart),
+                        Some(OperatorCommand::Recover),
+                        Some(OperatorCommand::Stop),
+                    ];
+                    (input.automatic, input.ask) = (random.bool(), asks[random.usize(0..5)]);
                 }
             }
             text.clear();
             text.push_str("17 ");
-            push_record(&mut text, &Record::Wish(wish), &mut before);
+            push_record(&mut text, &LoggedEvent::OperatorInput(input), &mut before);
             let (_, entry) = reader.parse(&text).unwrap();
-            let Entry::Wish(read) = entry else { panic!("{text}") };
-            assert!(is_same(&read, &wish), "{text}: {read:?} for {wish:?}");
+            let Entry::OperatorInput(read) = entry else { panic!("{text}") };
+            assert!(is_same(&read, &input), "{text}: {read:?} for {input:?}");
         }
     }
 
@@ -328,10 +335,10 @@ mod tests {
             let bytes: Vec<u8> = (0..random.usize(0..30)).map(|_| random.u8(..)).collect();
             let words: String = (0..random.usize(0..20)).map(|_| random.char(..)).collect();
             text.clear();
-            push_record(&mut text, &Record::Received(&bytes), &mut None);
+            push_record(&mut text, &LoggedEvent::Received(&bytes), &mut None);
             assert_eq!(unescaped(&text[2..]), Some(bytes));
             text.clear();
-            push_record(&mut text, &Record::PortLost(&words), &mut None);
+            push_record(&mut text, &LoggedEvent::PortLost(&words), &mut None);
             assert_eq!(unquoted(&text[2..]).as_deref(), Some(words.as_str()));
             assert_eq!(unquoted(&quoted(&words)), Some(words));
             assert!(!text.contains(['\t', '\n', '\r']));

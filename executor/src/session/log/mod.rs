@@ -16,7 +16,7 @@
 //! | | |
 //! |---|---|
 //! | `r` `s` | bytes received, bytes sent |
-//! | `w` | the operator's wish: direction, turns in mm, automatic mode, what is asked; alone when it is as before |
+//! | `w` | the operator's input: direction, turns in mm, automatic mode, what is asked; alone when it is as before |
 //! | `t` | time passed |
 //! | `j` | a contouring job was worked out |
 //! | `x` `o` `h` | the port failed, was found again; the session is to end |

@@ -9,8 +9,8 @@ use thiserror::Error;
 
 use super::header::{self, Header};
 use super::line;
-use crate::session::tape::{Record, Tape, TapeError};
-use crate::supervisor::Wish;
+use crate::session::event_log::{EventLog, EventLogError, LoggedEvent};
+use crate::supervisor::OperatorInput;
 
 /// Why a log can not be written.
 #[derive(Debug, Error)]
@@ -36,7 +36,7 @@ pub enum LogError {
 pub struct LogTape {
     out: BufWriter<std::fs::File>,
     sum: u32,
-    wish: Option<Wish>,
+    input: Option<OperatorInput>,
     text: String,
     dirty: bool,
 }
@@ -53,7 +53,7 @@ impl LogTape {
             _ => LogError::Create { path: path.to_path_buf(), source },
         })?;
         let mut log =
-            Self { out: BufWriter::new(file), sum: 0, wish: None, text: String::new(), dirty: false };
+            Self { out: BufWriter::new(file), sum: 0, input: None, text: String::new(), dirty: false };
         log.text = header::text(header);
         log.end_line().and_then(|()| log.flush()).map_err(|error| LogError::Create {
             path: path.to_path_buf(),
@@ -62,7 +62,7 @@ impl LogTape {
         Ok(log)
     }
 
-    fn end_line(&mut self) -> Result<(), TapeError> {
+    fn end_line(&mut self) -> Result<(), EventLogError> {
         self.sum = line::checksum(self.sum, &self.text);
         writeln!(self.out, "{}\t{:08x}", self.text, self.sum)?;
         self.dirty = true;
@@ -70,17 +70,17 @@ impl LogTape {
     }
 }
 
-impl Tape for LogTape {
-    fn take(&mut self, now: Time, record: &Record<'_>) -> Result<(), TapeError> {
+impl EventLog for LogTape {
+    fn take(&mut self, now: Time, record: &LoggedEvent<'_>) -> Result<(), EventLogError> {
         let text = &mut self.text;
         text.clear();
         // Writing to a string does not fail.
         let _ = write!(text, "{} ", now.micros());
-        line::push_record(text, record, &mut self.wish);
+        line::push_record(text, record, &mut self.input);
         self.end_line()
     }
 
-    fn flush(&mut self) -> Result<(), TapeError> {
+    fn flush(&mut self) -> Result<(), EventLogError> {
         if std::mem::take(&mut self.dirty) {
             self.out.flush()?;
         }

@@ -1,6 +1,6 @@
 //! Certificates checked by themselves, without the guard.
 
-use keepout_guard::{MotionShape, Rules};
+use keepout_guard::{Interpolation, Rules};
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::offset::certify_path;
 use keepout_kernel::{FreePoint, Length, Point, ProhibitedRegion};
@@ -21,13 +21,14 @@ pub(super) fn check(
     match certificate {
         Certificate::Jog(target, set) if !set.contains(target) => Err("its set lacks its target".into()),
         Certificate::Jog(target, set) => {
-            let hull = if rules.shape == MotionShape::Box { corners(set) } else { set.clone() };
-            match check_hull(part, rules.manual, &hull) {
-                Err(_) if escapes => check_escape(part, rules.manual, *target, set),
+            let hull =
+                if rules.interpolation == Interpolation::Independent { corners(set) } else { set.clone() };
+            match check_hull(part, rules.jogging_clearance, &hull) {
+                Err(_) if escapes => check_escape(part, rules.jogging_clearance, *target, set),
                 checked => checked,
             }
         }
-        Certificate::Contour(curve) => match certify_path(part, rules.finishing, &[*curve]) {
+        Certificate::Contour(curve) => match certify_path(part, rules.finishing_clearance, &[*curve]) {
             Ok(_) => Ok(()),
             Err(gouge) => Err(gouge.to_string()),
         },
@@ -72,5 +73,5 @@ fn check_escape(
     let from = set.iter().copied().find(|&point| point != target).unwrap_or(target);
     let clearance = part.clearance(from).ok_or("it begins in the part")?;
     let from = part.free_point(from, clearance).map_err(|blocked| blocked.to_string())?;
-    part.recedes(from, target, threshold).map(|_| ()).map_err(|blocked| blocked.to_string())
+    part.retract(from, target, threshold).map(|_| ()).map_err(|blocked| blocked.to_string())
 }

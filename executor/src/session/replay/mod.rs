@@ -5,7 +5,7 @@
 //! contour, against the part.
 
 mod certificate;
-mod story;
+mod timeline;
 
 use std::collections::VecDeque;
 use std::io::BufRead;
@@ -14,14 +14,14 @@ use std::time::Duration;
 use keepout_guard::Time;
 use keepout_planner::job::ProgressError;
 use keepout_planner::{plan_file, text_file};
-pub use story::{Happening, Spent, Story};
 use thiserror::Error;
+pub use timeline::{PhaseTimes, Timeline, TimelineEntry};
 
 use super::engine::Engine;
+use super::event_log::{EventLog, EventLogError, LoggedEvent};
 use super::log::{Certificate, Entry, Header, Log, LogReadError, LogReader, as_entry};
-use super::tape::{Record, Tape, TapeError};
-use crate::dialect::{Language, LanguageError, Setting};
-use crate::supervisor::{Options, Phase, Supervisor, Workpiece};
+use crate::dialect::{DialectConfig, DialectName, DialectNameError};
+use crate::supervisor::{Options, Phase, PreparedPlan, Supervisor};
 
 /// Why a log does not hold what it claims.
 #[derive(Debug, Error)]
@@ -47,7 +47,7 @@ pub enum ReplayError {
     Plan(#[from] keepout_planner::plan_file::PlanFileError),
     /// The dialect is not known.
     #[error(transparent)]
-    Language(#[from] LanguageError),
+    DialectName(#[from] DialectNameError),
     /// The file that describes the dialect has changed.
     #[error(
         "the log was written with another text of {file}: it names {logged}, this one is {given}. Put that file back as it was when the part was cut."
@@ -95,7 +95,7 @@ pub struct Replay {
     /// What was counted.
     pub counted: Counted,
     /// What happened, and where.
-    pub story: Story,
+    pub story: Timeline,
     /// The last phase and fault that were logged.
     pub last_phase: String,
 }
@@ -110,7 +110,7 @@ pub struct Counted {
     /// Certificates that were checked by themselves.
     pub certificates: u64,
     /// Wishes of the operator.
-    pub wishes: u64,
+    pub inputs: u64,
     /// Lines from the controller.
     pub replies: u64,
 }
@@ -155,13 +155,13 @@ struct Outcome {
     entries: VecDeque<Entry>,
 }
 
-impl Tape for Outcome {
-    fn take(&mut self, _: Time, record: &Record<'_>) -> Result<(), TapeError> {
+impl EventLog for Outcome {
+    fn take(&mut self, _: Time, record: &LoggedEvent<'_>) -> Result<(), EventLogError> {
         self.entries.extend(as_entry(record));
         Ok(())
     }
 
-    fn flush(&mut self) -> Result<(), TapeError> {
+    fn flush(&mut self) -> Result<(), EventLogError> {
         Ok(())
     }
 }
@@ -170,7 +170,7 @@ impl Tape for Outcome {
 ///
 /// # Errors
 /// [`ReplayError`] naming the line from which on it does not hold.
-pub fn replay(log: &Log, work: Workpiece) -> Result<Replay, ReplayError> {
+pub fn replay(log: &Log, work: PreparedPlan) -> Result<Replay, ReplayError> {
     let mut player = Player::new(&log.header, work)?;
     for (index, (time, entry)) in log.entries.iter().enumerate() {
         player.play(index + 2, *time, entry)?;
@@ -182,7 +182,7 @@ pub fn replay(log: &Log, work: Workpiece) -> Result<Replay, ReplayError> {
 ///
 /// # Errors
 /// [`ReplayError`] naming the line from which on it does not hold.
-pub fn replay_from<R: BufRead>(log: &mut LogReader<R>, work: Workpiece) -> Result<Replay, ReplayError> {
+pub fn replay_from<R: BufRead>(log: &mut LogReader<R>, work: PreparedPlan) -> Result<Replay, ReplayError> {
     let mut player = Player::new(log.header(), work)?;
     for entry in log {
         let (line, time, entry) = entry?;
@@ -191,7 +191,7 @@ pub fn replay_from<R: BufRead>(log: &mut LogReader<R>, work: Workpiece) -> Resul
     Ok(player.end())
 }
 
-fn check_plan(header: &Header, work: &Workpiece) -> Result<(), ReplayError> {
+fn check_plan(header: &Header, work: &PreparedPlan) -> Result<(), ReplayError> {
     let given = plan_file::hex(&plan_file::hash(&plan_file::encode(&work.plan.plan)?));
     if header.plan == given {
         return Ok(());
@@ -200,8 +200,8 @@ fn check_plan(header: &Header, work: &Workpiece) -> Result<(), ReplayError> {
 }
 
 /// The language that a log was written in.
-fn language_of(header: &Header) -> Result<Language, ReplayError> {
-    let language = Language::named(&header.dialect)?;
+fn language_of(header: &Header) -> Result<DialectName, ReplayError> {
+    let language = DialectName::named(&header.dialect)?;
     let (given, logged) = (language.hash(), &header.description);
     if logged.is_empty() || *logged == given {
         return Ok(language);
@@ -214,20 +214,21 @@ struct Player {
     engine: Engine,
     outcome: Outcome,
     counted: Counted,
-    story: Story,
+    story: Timeline,
     last_phase: String,
 }
 
 impl Player {
-    fn new(header: &Header, work: Workpiece) -> Result<Self, ReplayError> {
+    fn new(header: &Header, work: PreparedPlan) -> Result<Self, ReplayError> {
         check_plan(header, &work)?;
         header.progress.check(&work.plan)?;
         let machine = &work.plan.plan.machine;
-        let setting = Setting { stroke_mm: header.travel_mm, ..Setting::of(machine, header.offset) };
+        let setting =
+            DialectConfig { travel_mm: header.travel_mm, ..DialectConfig::of(machine, header.offset) };
         let options = Options {
             feed_mm_min: header.feed_mm_min,
             home: header.home,
-            stroke: header.stroke,
+            travel: header.travel,
             answer_within: Duration::from_millis(header.answer_within_ms),
             baud: header.baud,
             progress: header.progress.clone(),
@@ -235,7 +236,7 @@ impl Player {
         let dialect = language_of(header)?.dialect(setting);
         let supervisor = Supervisor::new(work, options, dialect.abilities());
         Ok(Self {
-            story: Story::of(&supervisor),
+            story: Timeline::of(&supervisor),
             engine: Engine::new(supervisor, dialect),
             outcome: Outcome::default(),
             counted: Counted::default(),
@@ -258,9 +259,9 @@ impl Player {
                 self.counted.replies += bytes.iter().map(|&byte| u64::from(byte == b'\n')).sum::<u64>();
                 engine.receive(bytes, time, tape)
             }
-            Entry::Wish(wish) => {
-                self.counted.wishes += 1;
-                engine.wish(*wish, time, tape)
+            Entry::OperatorInput(input) => {
+                self.counted.inputs += 1;
+                engine.input(*input, time, tape)
             }
             Entry::Tick => engine.tick(time, tape),
             Entry::Job(job) => engine.job((**job).clone(), time, tape),

@@ -18,10 +18,10 @@ pub struct Prove {
     /// The solver whose answers count.
     #[arg(long, value_enum, default_value = "z3")]
     solver: Kind,
-    /// Ask both solvers; they must not contradict each other. The default where both are found.
+    /// OperatorCommand both solvers; they must not contradict each other. The default where both are found.
     #[arg(long)]
     cross: bool,
-    /// Ask one solver only.
+    /// OperatorCommand one solver only.
     #[arg(long, conflicts_with = "cross")]
     single: bool,
     /// Only theorems whose name begins so, and those that they rest on.

@@ -18,7 +18,7 @@ const FLAT_MM: f64 = 0.001;
 /// A peer that took longer than this at one size is not run at the next.
 const PATIENCE_S: f64 = 12.0;
 /// Ours keeps this much more than the radius, as the planner does: its loops are certified at the radius.
-const GUARD: f64 = 60.0;
+const PATH_CLEARANCE: f64 = 60.0;
 
 /// One offsetter on one profile.
 pub struct Run {
@@ -105,7 +105,7 @@ fn ours(vertices: &[Point], part: &ProhibitedRegion, rounds: usize, offsets: &mu
     let (mut times, mut certificates) = (Vec::new(), Vec::new());
     let mut made = offset::Offset::default();
     for _ in 0..rounds {
-        let (proposing, proposed) = seconds(|| offset::propose(&outline, RADIUS_MM * MM + GUARD));
+        let (proposing, proposed) = seconds(|| offset::propose(&outline, RADIUS_MM * MM + PATH_CLEARANCE));
         let refused =
             |each: &&offset::OffsetLoop| offset::certify_path(part, threshold, &each.curves).is_err();
         let (certifying, refused) = seconds(|| proposed.loops.iter().filter(refused).count());
@@ -116,7 +116,7 @@ fn ours(vertices: &[Point], part: &ProhibitedRegion, rounds: usize, offsets: &mu
     }
     let (completing, complete) = seconds(|| {
         let path = made.loops.iter().flat_map(|each| &each.curves);
-        offset::certify_complete(part, &outline, RADIUS_MM * MM + GUARD, Length::small(20), path)
+        offset::certify_complete(part, &outline, RADIUS_MM * MM + PATH_CLEARANCE, Length::small(20), path)
     });
     offsets.complete_ms = completing * 1e3;
     offsets.refused += usize::from(complete.is_err());
@@ -146,8 +146,8 @@ fn measured(name: &'static str, ms: f64, pieces: usize, loops: &Loops, part: &Pr
 
 /// Points along a curve, dense enough that chords between them leave an arc by next to nothing.
 fn sampled(curve: &Curve) -> Vec<Xy> {
-    let slack = Length::from_units(7).expect("a length");
-    let points = curve.chord_points(slack).unwrap_or_else(|_| vec![curve.from(), curve.to()]);
+    let chord_error = Length::from_units(7).expect("a length");
+    let points = curve.chord_points(chord_error).unwrap_or_else(|_| vec![curve.from(), curve.to()]);
     let in_mm = |&point: &Point| mm(point);
     points[..points.len() - 1].iter().map(in_mm).collect()
 }

@@ -96,7 +96,7 @@ fn maze(count: usize) -> Vec<Point> {
     for row in 0..rows {
         let y = -175.0 + pitch * (row as f64 + 0.5);
         let sign = if row % 2 == 0 { 1.0 } else { -1.0 };
-        // Seen along the row: the inner side of a turn is cut short by the width of the band.
+        // OperatorView along the row: the inner side of a turn is cut short by the width of the band.
         let short = 2.0 * quarter;
         let entry = |inner: bool| -200.0 + if inner && row > 0 { short } else { 0.0 };
         let exit = |inner: bool| 200.0 - if inner && row + 1 < rows { short } else { 0.0 };
@@ -122,11 +122,11 @@ pub fn at(x: f64, y: f64) -> Point {
     keepout_kernel::curve::nearest_point(x * MM, y * MM).expect("profiles lie in the field")
 }
 
-/// The closed polygons' edges, without slack.
+/// The closed polygons' edges, without chord_error.
 pub fn edges(rings: &[Vec<Point>]) -> Vec<Edge> {
     let of = |ring: &Vec<Point>| -> Vec<Edge> {
         let next = ring.iter().cycle().skip(1);
-        let edge = |(&from, &to)| Edge { chord: Segment { from, to }, slack: Length::ZERO };
+        let edge = |(&from, &to)| Edge { chord: Segment { from, to }, chord_error: Length::ZERO };
         ring.iter().zip(next).map(edge).collect()
     };
     rings.iter().flat_map(of).collect()

@@ -114,7 +114,7 @@ impl Tally {
         }
     }
 
-    /// Share of attempts without an incursion.
+    /// Share of attempts without an gouge.
     #[must_use]
     pub fn success(&self) -> f64 {
         real(self.successes) / real(self.attempts.max(1))

@@ -32,13 +32,13 @@ pub fn misfit(row: &Reported, found: &Tally) -> f64 {
     deviance + under_cutting.map_or(0.0, |(reported, found)| ((reported - found) / SPREAD_MM).powi(2))
 }
 
-/// Of the coarse search so many are refined, with so many times the attempts; of these so many are rated once more, with so many times.
+/// Of the simplified search so many are refined, with so many times the attempts; of these so many are rated once more, with so many times.
 const REFINED: usize = 4;
 const REFINED_ATTEMPTS: u64 = 8;
 const RATED: usize = 8;
 const RATED_ATTEMPTS: u64 = 40;
 
-/// Tries every combination of a coarse grid on the rows that calibrate, a fine one around the best, and the best of that with more
+/// Tries every combination of a simplified grid on the rows that calibrate, a fine one around the best, and the best of that with more
 /// attempts of another seed, so that the best is not the luckiest; best first.
 ///
 /// # Errors
@@ -48,9 +48,9 @@ pub fn calibrate(
     (attempts, seed): (u64, u64),
     progress: &Progress<'_>,
 ) -> Result<Vec<Fit>, StudyError> {
-    let coarse = rate(scenarios, grid(scenarios.delays), (attempts, seed), progress)?;
+    let simplified = rate(scenarios, grid(scenarios.delays), (attempts, seed), progress)?;
     let mut fine: Vec<Delays> = Vec::new();
-    for around in coarse.iter().take(REFINED).flat_map(|fit| around(fit.delays)) {
+    for around in simplified.iter().take(REFINED).flat_map(|fit| around(fit.delays)) {
         if !fine.contains(&around) {
             fine.push(around);
         }

@@ -31,7 +31,7 @@ pub struct ExperimentArguments {
 /// How the delay figures are sought.
 #[derive(Debug, Args)]
 pub struct CalibrateArguments {
-    /// Attempts of each row for each set of figures of the coarse search; eight times as many for those near the best, and forty times
+    /// Attempts of each row for each set of figures of the simplified search; eight times as many for those near the best, and forty times
     /// for the best of these.
     #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     attempts: u64,
@@ -62,9 +62,9 @@ pub fn experiment(arguments: &ExperimentArguments) -> Result<ExitCode, CommandEr
         save(folder, &scenarios, &results)?;
     }
     let ours = results.ours_together();
-    let incursions = ours.attempts - ours.successes;
-    println!("{} attempts with Keepout, {incursions} incursions", ours.attempts);
-    Ok(if incursions == 0 { ExitCode::SUCCESS } else { ExitCode::from(8) })
+    let gouges = ours.attempts - ours.successes;
+    println!("{} attempts with Keepout, {gouges} incursions", ours.attempts);
+    Ok(if gouges == 0 { ExitCode::SUCCESS } else { ExitCode::from(8) })
 }
 
 /// Writes page, pictures and tables, each whole or not at all.

@@ -9,7 +9,7 @@ use keepout_drives::profile::DriveProfile;
 use keepout_drives::run::{Cutting, Task};
 use keepout_kernel::Length;
 use keepout_planner::finish::FinishingPath;
-use keepout_planner::plan::{Job, PassJob};
+use keepout_planner::plan::{PassParameters, PlanParameters};
 use keepout_planner::units::point_mm;
 use serde::{Deserialize, Serialize};
 
@@ -56,9 +56,9 @@ pub fn finish(
     (stock_mm, passes): (f64, u32),
     kind: Kind,
 ) -> Result<Finished, StudyError> {
-    let ordered = |allowance_mm| PassJob { allowance_mm, feed_mm_min: None };
+    let ordered = |stock_to_leave_mm| PassParameters { stock_to_leave_mm, feed_mm_min: None };
     let ordered = if passes == 2 { vec![ordered(LEFT_MM), ordered(0.0)] } else { vec![ordered(0.0)] };
-    let job = Job { tool_diameter_mm, passes: ordered, ..Job::default() };
+    let job = PlanParameters { tool_diameter_mm, passes: ordered, ..PlanParameters::default() };
     let plan = shape.plan(&machine(FEED_MM_S)?, job)?.plan;
     let drives = DriveProfile::load("nsk-modules")?;
     let mut thickness_mm = stock_mm;

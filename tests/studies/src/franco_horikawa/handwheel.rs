@@ -3,8 +3,8 @@
 
 use std::time::Duration;
 
-use keepout_executor::operator::{Operator, Seen};
-use keepout_executor::supervisor::{Phase, Wish};
+use keepout_executor::operator::{Operator, OperatorView};
+use keepout_executor::supervisor::{OperatorInput, Phase};
 use keepout_guard::Time;
 use serde::{Deserialize, Serialize};
 
@@ -36,7 +36,7 @@ pub struct Barrier {
 }
 
 impl Barrier {
-    /// Whether a pulse by this much passes while the table is seen there: all do outside the band; within it, backward ones.
+    /// Whether a pulse by this much passes while the table is view there: all do outside the band; within it, backward ones.
     #[must_use]
     pub fn passes(&self, table_mm: f64, pulse_mm: f64) -> bool {
         pulse_mm < 0.0 || table_mm < self.at_mm - self.tolerance_mm
@@ -99,7 +99,7 @@ fn paper(speed_mm_s: f64, tolerance_mm: f64, delays: Delays, seed: u64) -> (Atte
     let mut random = fastrand::Rng::with_seed(seed);
     let barrier = Barrier { at_mm: RUN_UP_MM, tolerance_mm };
     let follows = follows(delays.inertia_s);
-    let (mut wheel, mut motor, mut table, mut seen, mut farthest) = (0.0_f64, 0.0, 0.0, 0.0, 0.0_f64);
+    let (mut wheel, mut motor, mut table, mut view, mut farthest) = (0.0_f64, 0.0, 0.0, 0.0, 0.0_f64);
     let (mut owed, mut seconds, mut round_s) = (0.0, 0.0, random.f64() * delays.compute_s);
     let mut turning = Turning::Forward;
     let mut rest_s = 0.0;
@@ -121,14 +121,14 @@ fn paper(speed_mm_s: f64, tolerance_mm: f64, delays: Delays, seed: u64) -> (Atte
         while f64::abs(owed) >= PULSE_MM {
             let pulse = PULSE_MM.copysign(owed);
             owed -= pulse;
-            motor += if barrier.passes(seen, pulse) { pulse } else { 0.0 };
+            motor += if barrier.passes(view, pulse) { pulse } else { 0.0 };
         }
         table += follows * (motor - table);
         farthest = farthest.max(table);
         seconds += STEP_S;
         round_s -= STEP_S;
         if round_s <= 0.0 {
-            seen = table;
+            view = table;
             round_s = delays.computation_s(&mut random);
         }
     }
@@ -139,7 +139,7 @@ fn paper(speed_mm_s: f64, tolerance_mm: f64, delays: Delays, seed: u64) -> (Atte
     (Attempt { depth_mm, closest_mm, seconds, path, false_alarms: 0, fastest_mm_s: None }, released)
 }
 
-/// Ours: the pulses are wishes of the supervisor's handwheel.
+/// Ours: the pulses are inputs of the supervisor's handwheel.
 fn turned(ours: &Ours<'_>, speed_mm_s: f64, seed: u64) -> Result<(Attempt, bool), StudyError> {
     let mut random = fastrand::Rng::with_seed(seed);
     let start = (-ours.radius_mm() - RUN_UP_MM, 20.0 + 20.0 * random.f64());
@@ -168,15 +168,15 @@ struct Wheel {
     phase: Turning,
 }
 
-/// Between two wishes, s.
+/// Between two inputs, s.
 const WISH_S: f64 = 0.01;
 /// The hand rests so long, s.
 const PAUSE_S: f64 = 1.0;
 
 impl Operator for Wheel {
-    fn wish(&mut self, seen: &Seen, _: Time) -> Wish {
-        if matches!(seen.phase, Phase::Starting) {
-            return Wish::default();
+    fn input(&mut self, view: &OperatorView, _: Time) -> OperatorInput {
+        if matches!(view.phase, Phase::Starting) {
+            return OperatorInput::default();
         }
         let turn = self.speed_mm_s * WISH_S;
         match self.phase {
@@ -188,17 +188,17 @@ impl Operator for Wheel {
                     self.phase = if self.phase == Turning::Forward { Turning::Rest } else { Turning::Last };
                     (self.turned_mm, self.rest_s) = (0.0, 0.0);
                 }
-                Wish { turned_mm: (dx, 0.0), ..Wish::default() }
+                OperatorInput { turned_mm: (dx, 0.0), ..OperatorInput::default() }
             }
             Turning::Rest | Turning::Last => {
                 self.rest_s += WISH_S;
                 if self.rest_s >= PAUSE_S && self.phase == Turning::Last {
-                    return Wish::QUIT;
+                    return OperatorInput::STOP;
                 }
                 if self.rest_s >= PAUSE_S {
                     self.phase = Turning::Back;
                 }
-                Wish::default()
+                OperatorInput::default()
             }
         }
     }

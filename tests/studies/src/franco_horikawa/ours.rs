@@ -4,16 +4,16 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use keepout_executor::dialect::Language;
-use keepout_executor::operator::{Operator, Seen};
-use keepout_executor::session::{Ended, Going, NoTape, Sample, SampleKind};
-use keepout_executor::supervisor::{Supervisor, Wish, Workpiece};
+use keepout_executor::dialect::DialectName;
+use keepout_executor::operator::{Operator, OperatorView};
+use keepout_executor::session::{Ended, Going, NoEventLog, Sample, SampleKind};
+use keepout_executor::supervisor::{OperatorInput, PreparedPlan, Supervisor};
 use keepout_guard::Time;
 use keepout_kernel::Point;
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::plan::Job;
+use keepout_planner::plan::PlanParameters;
 use keepout_planner::units::{mm, point_from_mm};
-use keepout_sim::Servo;
+use keepout_sim::ServoConfig;
 use keepout_sim::operator::{Model, ModelKind, toward};
 use keepout_sim::session::{Scene, SimResult, SimRun, Watch, run_scene};
 
@@ -32,13 +32,13 @@ const LIMIT_S: f64 = 60.0;
 const SESSION: Duration = Duration::from_secs(7200);
 /// Longest silence of the controller, and ten delays of the line: what is asked waits behind motions and their answers.
 const ANSWER: Duration = Duration::from_secs(5);
-/// The tool rests at the wall when it was seen in one place for so long, s; and sixteen delays of the line: a change of direction
+/// The tool rests at the wall when it was view in one place for so long, s; and sixteen delays of the line: a change of direction
 /// takes a cancel, its answer, two reports at rest, and the new motion.
 const REST_S: f64 = 1.0;
 /// Up to this speed attempts begin as near to the part as the paper's, mm/s; beyond it, up to this far, mm.
 const NEAR_MM_S: f64 = 20.0;
 const FAR_START_MM: f64 = 90.0;
-/// Once the wall has first shortened a wish the model steers on for so long, s, and four delays of the line; then it leans.
+/// Once the wall has first shortened a input the model steers on for so long, s, and four delays of the line; then it leans.
 const HAND_S: (f64, f64) = (1.0, 6.0);
 /// Positions this near to each other are one place, lattice units (10 µm).
 const STILL: i32 = 1000;
@@ -49,24 +49,24 @@ pub struct Ours<'a> {
     /// The profile.
     pub shape: &'a Shape,
     /// What is worked on.
-    pub work: Workpiece,
+    pub work: PreparedPlan,
     machine: MachineProfile,
 }
 
 impl<'a> Ours<'a> {
-    /// Plans the profile for the modules, that go at `speed_mm_s`. The allowance is the least there is: by hand the tool is kept
+    /// Plans the profile for the modules, that go at `speed_mm_s`. The stock_to_leave is the least there is: by hand the tool is kept
     /// out of the part grown by the margin budget and that.
     ///
     /// # Errors
     /// [`StudyError`] when no plan can be made.
     pub fn new(shape: &'a Shape, tool_diameter_mm: f64, speed_mm_s: f64) -> Result<Self, StudyError> {
         let machine = machine(speed_mm_s)?;
-        let job = Job { tool_diameter_mm, allowance_mm: 0.0, ..Job::default() };
-        let work = Workpiece::new(shape.plan(&machine, job)?);
+        let job = PlanParameters { tool_diameter_mm, stock_to_leave_mm: 0.0, ..PlanParameters::default() };
+        let work = PreparedPlan::new(shape.plan(&machine, job)?);
         Ok(Self { shape, work, machine })
     }
 
-    /// What the tool's edge is kept from the part by hand, mm: the margin budget, and the least allowance.
+    /// What the tool's edge is kept from the part by hand, mm: the margin budget, and the least stock_to_leave.
     #[must_use]
     pub fn tolerance_mm(&self) -> f64 {
         let plan = &self.work.plan;
@@ -99,7 +99,7 @@ impl<'a> Ours<'a> {
         Ok(cut.map(|sample| sample.position_mm).collect())
     }
 
-    /// Roughing until the operator wishes to end.
+    /// Roughing until the operator inputs to end.
     ///
     /// # Errors
     /// [`StudyError`] when the session ends otherwise.
@@ -126,7 +126,7 @@ impl<'a> Ours<'a> {
         &self,
         kind: ModelKind,
         (seed, latency): (u64, Duration),
-        servo: Option<&Servo>,
+        servo: Option<&ServoConfig>,
     ) -> Result<Attempt, StudyError> {
         let mut random = fastrand::Rng::with_seed(seed);
         for _ in 0..BEGINNINGS {
@@ -147,7 +147,7 @@ impl<'a> Ours<'a> {
         Err(StudyError::Ended { what, reason: format!("not at the part in {BEGINNINGS} beginnings") })
     }
 
-    /// What the witness saw. A distance beyond those that it measures is that of the nearest sample.
+    /// What the monitor saw. A distance beyond those that it measures is that of the nearest sample.
     fn attempt_of(&self, result: &SimResult, driven: bool, seconds: f64) -> Attempt {
         let jogs = result.samples.iter().filter(|sample| sample.kind == SampleKind::Jog);
         let path: Vec<Mm> = jogs.map(|sample| sample.position_mm).collect();
@@ -174,7 +174,7 @@ impl<'a> Ours<'a> {
         let mut scene = Scene::of(&self.work.plan, run)?;
         scene.options.answer_within = ANSWER + run.latency * 10;
         let work = self.work.clone();
-        let result = run_scene(work, run, scene, operator, Box::new(NoTape), |_| {}, watch)?;
+        let result = run_scene(work, run, scene, operator, Box::new(NoEventLog), |_| {}, watch)?;
         if result.facts.ended == Ended::Faulted {
             let what = format!("{}, {:?}, seed {}", self.shape.name, run.latency, run.seed);
             let reason = result.facts.fault.unwrap_or_default();
@@ -189,11 +189,11 @@ impl<'a> Ours<'a> {
     }
 
     /// A session that begins at `start`, over the paper's line.
-    fn run(&self, start: Mm, latency: Duration, seed: u64, servo: Option<&Servo>) -> SimRun {
+    fn run(&self, start: Mm, latency: Duration, seed: u64, servo: Option<&ServoConfig>) -> SimRun {
         SimRun {
             machine: self.machine.clone(),
             servo: servo.cloned(),
-            language: Language::Grbl,
+            language: DialectName::Grbl,
             baud: BAUD,
             latency,
             seed,
@@ -227,14 +227,14 @@ struct Insistent {
 }
 
 impl Operator for Insistent {
-    fn wish(&mut self, seen: &Seen, now: Time) -> Wish {
-        let wish = self.model.wish(seen, now);
+    fn input(&mut self, view: &OperatorView, now: Time) -> OperatorInput {
+        let input = self.model.input(view, now);
         let (true, Some(at), Some(wall)) =
-            (self.at_wall.load(Ordering::Relaxed), seen.position_mm, seen.wall_mm)
+            (self.at_wall.load(Ordering::Relaxed), view.position_mm, view.wall_mm)
         else {
-            return wish;
+            return input;
         };
-        Wish { direction: toward(at, wall, 0.0), ..wish }
+        OperatorInput { direction: toward(at, wall, 0.0), ..input }
     }
 }
 

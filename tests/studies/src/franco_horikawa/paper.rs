@@ -11,16 +11,16 @@
 //! stop or, when the stick is tilted and the controller's queue has room, one "unitary movement" (section 3.1) in the stick's
 //! direction (section 3.3: direction, no speed).
 
-use keepout_executor::operator::{Operator, Seen};
+use keepout_executor::operator::{Operator, OperatorView};
 use keepout_executor::session::{Sample, SampleKind};
-use keepout_executor::supervisor::{Phase, Wish};
+use keepout_executor::supervisor::{OperatorInput, Phase};
 use keepout_guard::Time;
 use keepout_kernel::{ProhibitedRegion, Vector};
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::plan::Job;
+use keepout_planner::plan::PlanParameters;
 use keepout_planner::units::nearest_on_mm;
+use keepout_sim::monitor::CollisionMonitor;
 use keepout_sim::operator::{Model, ModelKind};
-use keepout_sim::witness::Witness;
 
 use super::attempt::{Attempt, PEOPLE, operator_of, seed_of};
 use super::delays::Delays;
@@ -34,9 +34,9 @@ pub const START_MM: (f64, f64) = (8.0, 30.0);
 pub const BEGINNINGS: u32 = 1000;
 /// A stick tilted by less says nothing.
 const TILTED: f64 = 0.3;
-/// Steps between two wishes of the operator.
+/// Steps between two inputs of the operator.
 const WISH_STEPS: u64 = 10;
-/// Steps between two looks of the witness.
+/// Steps between two looks of the monitor.
 const LOOK_STEPS: u64 = 5;
 /// The same where the tool is farther from the part than this, mm.
 const LOOK_STEPS_FAR: u64 = 50;
@@ -48,7 +48,7 @@ const SESSION_S: f64 = 7200.0;
 /// The modules rest within this, s.
 const REST_S: f64 = 20.0;
 
-/// A profile as the paper's controller knows it, and the part as the witness does.
+/// A profile as the paper's controller knows it, and the part as the monitor does.
 #[derive(Debug)]
 pub struct Ground<'a> {
     /// The profile.
@@ -69,7 +69,7 @@ impl<'a> Ground<'a> {
         let radius_mm = tool_diameter_mm / 2.0;
         let polygon = prohibited(&shape.corners, radius_mm, shape.side())
             .map_err(|source| StudyError::Radius { name: shape.name.clone(), source })?;
-        let job = Job { tool_diameter_mm, ..Job::default() };
+        let job = PlanParameters { tool_diameter_mm, ..PlanParameters::default() };
         let part = shape.plan(&MachineProfile::simulated(), job)?.part;
         let check = Intervals::new(&polygon, classified);
         Ok(Self { shape, part, radius_mm, polygon, check })
@@ -138,7 +138,7 @@ impl<'a> Paper<'a> {
             .map(move |number| self.attempt(operator_of(&PEOPLE, number), seed_of(study, row, number)))
     }
 
-    /// Roughing until the operator wishes to end. After a stop only motions that lead away from the segment are sent.
+    /// Roughing until the operator inputs to end. After a stop only motions that lead away from the segment are sent.
     #[must_use]
     pub fn session(&self, start: Mm, operator: Box<dyn Operator>, seed: u64) -> Attempt {
         let mut scene = Scene::new(self, start, operator, Going::OnAfterStops);
@@ -170,9 +170,9 @@ struct Scene<'a> {
     modules: Modules,
     operator: Box<dyn Operator>,
     going: Going,
-    seen: Seen,
-    wish: Wish,
-    witness: Witness,
+    seen: OperatorView,
+    input: OperatorInput,
+    monitor: CollisionMonitor,
     /// At the last look, and the least of all, mm.
     clearance_mm: f64,
     closest_mm: f64,
@@ -192,7 +192,7 @@ impl<'a> Scene<'a> {
             modules: Modules::new(start, paper.feed_mm_s, paper.delays.inertia_s),
             operator,
             going,
-            seen: Seen {
+            seen: OperatorView {
                 position_mm: Some(start),
                 wall_mm: Some(paper.ground.shape.nearest(start)),
                 part_box_mm: paper.ground.shape.box_mm(),
@@ -201,8 +201,8 @@ impl<'a> Scene<'a> {
                 phase: Phase::Manual,
                 contoured: false,
             },
-            wish: Wish::default(),
-            witness: Witness::new(paper.ground.part.clone(), radius, offset),
+            input: OperatorInput::default(),
+            monitor: CollisionMonitor::new(paper.ground.part.clone(), radius, offset),
             clearance_mm: 0.0,
             closest_mm: f64::INFINITY,
             path: Vec::new(),
@@ -227,7 +227,7 @@ impl<'a> Scene<'a> {
         while self.owed_s >= STEP_S {
             self.owed_s -= STEP_S;
             if self.steps.is_multiple_of(WISH_STEPS) {
-                self.wish = self.operator.wish(&self.seen, self.now());
+                self.input = self.operator.input(&self.seen, self.now());
             }
             self.modules.step();
             self.steps += 1;
@@ -244,7 +244,7 @@ impl<'a> Scene<'a> {
             return;
         }
         let sample = Sample { at: self.now(), position_mm: tool, kind: SampleKind::Jog };
-        self.witness.watch(&sample);
+        self.monitor.watch(&sample);
         self.clearance_mm = self.paper.ground.clearance(tool);
         self.closest_mm = self.closest_mm.min(self.clearance_mm);
         self.path.push(tool);
@@ -254,7 +254,7 @@ impl<'a> Scene<'a> {
     fn drive(&mut self, random: &mut fastrand::Rng) -> End {
         let delays = self.paper.delays;
         let limit_s = if self.going == Going::OnAfterStops { SESSION_S } else { LIMIT_S };
-        while self.seconds() < limit_s && self.wish.ask.is_none() {
+        while self.seconds() < limit_s && self.input.ask.is_none() {
             self.pass(delays.line_s(delays.query_bytes) + delays.controller_s);
             let (position, queued) = (self.modules.tool(), self.modules.queued());
             self.pass(delays.line_s(delays.answer_bytes));
@@ -267,13 +267,13 @@ impl<'a> Scene<'a> {
                 self.modules.stop(delays.stop_cuts);
                 if self.going == Going::ToTheFirstStop {
                     self.settle();
-                    let called_for = self.witness.deepest().is_some()
+                    let called_for = self.monitor.deepest().is_some()
                         || !self.paper.ground.is_false_alarm(position, self.paper.tolerance_mm);
                     return if called_for { End::Stopped } else { End::FalseAlarm };
                 }
                 continue;
             }
-            if self.going == Going::ToTheFirstStop && self.witness.deepest().is_some() {
+            if self.going == Going::ToTheFirstStop && self.monitor.deepest().is_some() {
                 // Past the band and unnoticed: the tool is in the part.
                 return End::Stopped;
             }
@@ -287,7 +287,7 @@ impl<'a> Scene<'a> {
     /// Sends a motion in the stick's direction, when that is tilted, and allowed.
     fn send(&mut self, position: Mm, invades: bool) {
         let delays = self.paper.delays;
-        let stick = self.wish.direction;
+        let stick = self.input.direction;
         let tilt = distance(stick, (0.0, 0.0));
         let way = (stick.0 / tilt * delays.unit_mm, stick.1 / tilt * delays.unit_mm);
         let end = (position.0 + way.0, position.1 + way.1);
@@ -308,8 +308,8 @@ impl<'a> Scene<'a> {
 
     fn attempt(self) -> Attempt {
         Attempt {
-            depth_mm: self.witness.deepest().map_or(0.0, |incursion| incursion.depth_mm),
-            closest_mm: self.witness.closest_mm().unwrap_or(self.closest_mm),
+            depth_mm: self.monitor.deepest().map_or(0.0, |gouge| gouge.depth_mm),
+            closest_mm: self.monitor.closest_mm().unwrap_or(self.closest_mm),
             seconds: self.seconds(),
             path: self.path,
             false_alarms: 0,

@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 
 use keepout_planner::machine::{MachineError, MachineProfile};
-use keepout_planner::order::{Order, OrderError};
-use keepout_planner::plan::{CertifiedPlan, Job};
+use keepout_planner::plan::{CertifiedPlan, PlanParameters};
 use keepout_planner::profile::MachinedSide;
+use keepout_planner::request::{PlanRequest, PlanRequestError};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -108,7 +108,7 @@ pub enum StudyError {
         /// The profile.
         name: String,
         /// Why.
-        source: OrderError,
+        source: PlanRequestError,
     },
     /// The paper's construction fails.
     #[error("profile \"{name}\": {source}")]
@@ -251,8 +251,9 @@ impl Shape {
     ///
     /// # Errors
     /// [`StudyError::Plan`] when none can be made.
-    pub fn plan(&self, machine: &MachineProfile, job: Job) -> Result<CertifiedPlan, StudyError> {
-        let order = Order { job: Job { side: self.side(), ..job }, ..Order::default() };
+    pub fn plan(&self, machine: &MachineProfile, job: PlanParameters) -> Result<CertifiedPlan, StudyError> {
+        let order =
+            PlanRequest { job: PlanParameters { side: self.side(), ..job }, ..PlanRequest::default() };
         let plan = order.plan(&self.name, self.dxf().as_bytes(), machine, &mut |_| {});
         plan.map_err(|source| StudyError::Plan { name: self.name.clone(), source })
     }
@@ -315,7 +316,7 @@ mod tests {
         let scenarios = Scenarios::built_in().unwrap();
         let mut random = fastrand::Rng::with_seed(4);
         for shape in &scenarios.profile {
-            let plan = shape.plan(&machine(12.0).unwrap(), Job::default()).unwrap();
+            let plan = shape.plan(&machine(12.0).unwrap(), PlanParameters::default()).unwrap();
             for _ in 0..50 {
                 let start = shape.start(3.0, (8.0, 30.0), &mut random).unwrap();
                 assert!((11.0..=33.0).contains(&shape.clearance(start)));

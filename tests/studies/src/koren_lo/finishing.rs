@@ -44,7 +44,7 @@ fn piece(curve: &Curve) -> Piece {
         Curve::Line(segment) => Piece::Line { from: at(segment.from), to: at(segment.to) },
         Curve::Arc(arc) => {
             let sweep = keepout_kernel::curve::sweep(arc);
-            let signed = if arc.turn() == Turn::Left { sweep } else { -sweep };
+            let signed = if arc.turn() == Turn::CounterClockwise { sweep } else { -sweep };
             Piece::arc(at(arc.centre()), at(curve.from()), signed)
         }
     }
@@ -53,7 +53,7 @@ fn piece(curve: &Curve) -> Piece {
 #[cfg(test)]
 mod tests {
     use keepout_planner::machine::MachineProfile;
-    use keepout_planner::order::Order;
+    use keepout_planner::request::PlanRequest;
 
     use super::*;
 
@@ -62,7 +62,7 @@ mod tests {
     fn loops_hang_together() {
         let bytes = include_bytes!("../../../../executor/cli/drawings/bracket.dxf");
         let plan =
-            Order::default().plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap();
+            PlanRequest::default().plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap();
         let found = loops(&plan.plan);
         assert_eq!(found.len(), plan.plan.loop_count());
         for each in &found {

@@ -1,6 +1,6 @@
 //! What the buttons and axes of a device mean.
 
-use keepout_executor::supervisor::Ask;
+use keepout_executor::supervisor::OperatorCommand;
 
 /// What a button does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -10,7 +10,7 @@ pub enum Action {
     /// Each press turns automatic mode on or off.
     Automatic,
     /// Asks for something.
-    Ask(Ask),
+    OperatorCommand(OperatorCommand),
     /// The handwheel turns the other axis.
     WheelAxis,
     /// The handwheel has the next step size.
@@ -45,26 +45,26 @@ const WHEELS: [u16; 2] = [0x07, 0x08];
 /// | mode (the logo) | seventh (base) | | quit |
 /// | select, left stick pressed | | first, second | other axis, next step of the handwheel |
 const BUTTONS: [(u16, Action); 20] = [
-    (0x136, Action::DeadMan),           // BTN_TL
-    (0x137, Action::DeadMan),           // BTN_TR
-    (0x13b, Action::Automatic),         // BTN_START
-    (0x131, Action::Ask(Ask::Pause)),   // BTN_EAST
-    (0x130, Action::Ask(Ask::Resume)),  // BTN_SOUTH
-    (0x133, Action::Ask(Ask::Recover)), // BTN_NORTH
-    (0x13c, Action::Ask(Ask::Quit)),    // BTN_MODE
-    (0x13a, Action::WheelAxis),         // BTN_SELECT
-    (0x13d, Action::WheelStep),         // BTN_THUMBL
-    (0x120, Action::DeadMan),           // BTN_TRIGGER
-    (0x123, Action::Automatic),         // BTN_TOP
-    (0x121, Action::Ask(Ask::Pause)),   // BTN_THUMB
-    (0x122, Action::Ask(Ask::Resume)),  // BTN_THUMB2
-    (0x124, Action::Ask(Ask::Recover)), // BTN_TOP2
-    (0x126, Action::Ask(Ask::Quit)),    // BTN_BASE
-    (0x100, Action::WheelAxis),         // BTN_0
-    (0x101, Action::WheelStep),         // BTN_1
-    (0x102, Action::Ask(Ask::Pause)),   // BTN_2
-    (0x103, Action::Ask(Ask::Resume)),  // BTN_3
-    (0x104, Action::Automatic),         // BTN_4
+    (0x136, Action::DeadMan),                                      // BTN_TL
+    (0x137, Action::DeadMan),                                      // BTN_TR
+    (0x13b, Action::Automatic),                                    // BTN_START
+    (0x131, Action::OperatorCommand(OperatorCommand::FeedHold)),   // BTN_EAST
+    (0x130, Action::OperatorCommand(OperatorCommand::CycleStart)), // BTN_SOUTH
+    (0x133, Action::OperatorCommand(OperatorCommand::Recover)),    // BTN_NORTH
+    (0x13c, Action::OperatorCommand(OperatorCommand::Stop)),       // BTN_MODE
+    (0x13a, Action::WheelAxis),                                    // BTN_SELECT
+    (0x13d, Action::WheelStep),                                    // BTN_THUMBL
+    (0x120, Action::DeadMan),                                      // BTN_TRIGGER
+    (0x123, Action::Automatic),                                    // BTN_TOP
+    (0x121, Action::OperatorCommand(OperatorCommand::FeedHold)),   // BTN_THUMB
+    (0x122, Action::OperatorCommand(OperatorCommand::CycleStart)), // BTN_THUMB2
+    (0x124, Action::OperatorCommand(OperatorCommand::Recover)),    // BTN_TOP2
+    (0x126, Action::OperatorCommand(OperatorCommand::Stop)),       // BTN_BASE
+    (0x100, Action::WheelAxis),                                    // BTN_0
+    (0x101, Action::WheelStep),                                    // BTN_1
+    (0x102, Action::OperatorCommand(OperatorCommand::FeedHold)),   // BTN_2
+    (0x103, Action::OperatorCommand(OperatorCommand::CycleStart)), // BTN_3
+    (0x104, Action::Automatic),                                    // BTN_4
 ];
 
 impl Default for Mapping {

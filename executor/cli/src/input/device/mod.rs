@@ -1,13 +1,13 @@
 //! Input devices: gamepads, joysticks and handwheels, as Linux (evdev) numbers their axes and buttons.
 //!
 //! ```text
-//! evdev ──> Reader (its thread) ──> Reading (shared) ──> Hand ──> Wish
+//! evdev ──> Reader (its thread) ──> Reading (shared) ──> EnablingInterlock ──> OperatorInput
 //! ```
 //!
 //! The [`Reader`] follows unplugging and plugging in, the [`Pad`] what the events mean, the
-//! [`Hand`] decides what of it may move the tool. All but `linux` is free of devices and clocks.
+//! [`EnablingInterlock`] decides what of it may move the tool. All but `linux` is free of devices and clocks.
 
-mod hand;
+mod enabling;
 #[cfg(target_os = "linux")]
 mod linux;
 mod map;
@@ -16,7 +16,7 @@ mod reader;
 
 use std::path::PathBuf;
 
-pub use hand::Hand;
+pub use enabling::EnablingInterlock;
 #[cfg(target_os = "linux")]
 pub use linux::EvdevDevices;
 pub use map::Mapping;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use keepout_executor::supervisor::Ask;
+use keepout_executor::supervisor::OperatorCommand;
 
 use super::map::{Action, Mapping};
 use crate::input::handwheel::Handwheel;
@@ -77,7 +77,7 @@ pub struct Pad {
     open: Vec<RawEvent>,
     in_step: bool,
     automatic: bool,
-    asks: Vec<Ask>,
+    asks: Vec<OperatorCommand>,
     wheel: Handwheel,
 }
 
@@ -158,7 +158,7 @@ impl Pad {
     }
 
     /// What was asked for since this was last called, in order.
-    pub fn take_asks(&mut self) -> Vec<Ask> {
+    pub fn take_asks(&mut self) -> Vec<OperatorCommand> {
         std::mem::take(&mut self.asks)
     }
 
@@ -197,8 +197,8 @@ impl Pad {
         match action {
             Action::DeadMan => {}
             Action::Automatic => self.automatic = !self.automatic,
-            Action::Ask(ask) if self.asks.len() < ASKS_MAX => self.asks.push(ask),
-            Action::Ask(_) => {}
+            Action::OperatorCommand(ask) if self.asks.len() < ASKS_MAX => self.asks.push(ask),
+            Action::OperatorCommand(_) => {}
             Action::WheelAxis => self.wheel.swap_axis(),
             Action::WheelStep => self.wheel.set_step(self.wheel.step().next()),
         }
@@ -281,10 +281,10 @@ mod tests {
         let mut pad = pad();
         let presses = [button(EAST, true), RawEvent::Report, button(EAST, true), RawEvent::Report];
         feed(&mut pad, &presses);
-        assert_eq!(pad.take_asks(), [Ask::Pause], "a repeated event is no second press");
+        assert_eq!(pad.take_asks(), [OperatorCommand::FeedHold], "a repeated event is no second press");
         feed(&mut pad, &[button(EAST, false), RawEvent::Report]);
         feed(&mut pad, &presses);
-        assert_eq!(pad.take_asks(), [Ask::Pause]);
+        assert_eq!(pad.take_asks(), [OperatorCommand::FeedHold]);
         for _ in 0..100 {
             feed(&mut pad, &[button(EAST, false), button(EAST, true), RawEvent::Report]);
         }

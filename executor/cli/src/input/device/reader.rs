@@ -4,7 +4,7 @@ use std::io;
 use std::time::Duration;
 
 use keepout_executor::operator::Panel;
-use keepout_executor::supervisor::Ask;
+use keepout_executor::supervisor::OperatorCommand;
 
 use super::DeviceError;
 use super::map::Mapping;
@@ -55,7 +55,7 @@ pub struct Reading {
     /// Automatic mode is on.
     pub automatic: bool,
     /// What was asked for since the last reading, in order.
-    pub asks: Vec<Ask>,
+    pub asks: Vec<OperatorCommand>,
     /// How far handwheels were turned since it was last taken, mm.
     pub turned_mm: (f64, f64),
     /// The handwheel's axis and step, to be shown.
@@ -91,7 +91,7 @@ impl<D: Devices> Reader<D> {
     }
 
     /// How far handwheels were turned since this was last asked, mm; readings leave it out, so that the bound holds for
-    /// each wish, however many readings there are between two.
+    /// each input, however many readings there are between two.
     pub fn take_turned_mm(&mut self) -> (f64, f64) {
         self.pad.wheel().take_mm()
     }

@@ -2,7 +2,7 @@
 
 use keepout_kernel::{Curve, UNITS_PER_MM};
 
-use super::RegistrationError;
+use super::AlignmentError;
 use crate::profile::{MachinedSide, Profile, ProfileError};
 use crate::select::Outline;
 use crate::units::{nearest_on_mm, point_mm};
@@ -74,18 +74,18 @@ impl Part {
     }
 
     /// The straight edge that is meant by a place near it.
-    pub(super) fn edge_near(&self, near: (f64, f64)) -> Result<StraightEdge, RegistrationError> {
+    pub(super) fn edge_near(&self, near: (f64, f64)) -> Result<StraightEdge, AlignmentError> {
         let by_distance =
             |a: &&StraightEdge, b: &&StraightEdge| a.distance(near).total_cmp(&b.distance(near));
-        let nearest = self.edges.iter().min_by(by_distance).ok_or(RegistrationError::NoEdge { near })?;
+        let nearest = self.edges.iter().min_by(by_distance).ok_or(AlignmentError::NoEdge { near })?;
         let distance = nearest.distance(near);
         if !(distance.is_finite() && distance <= self.size_mm()) {
-            return Err(RegistrationError::NoEdge { near });
+            return Err(AlignmentError::NoEdge { near });
         }
         let others = self.edges.iter().filter(|edge| !edge.is_along(nearest));
         let next = others.map(|edge| edge.distance(near)).fold(f64::INFINITY, f64::min);
         if next < CLEARLY * distance || next - distance < APART_MM {
-            return Err(RegistrationError::WhichEdge { near });
+            return Err(AlignmentError::WhichEdge { near });
         }
         Ok(*nearest)
     }

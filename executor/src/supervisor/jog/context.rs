@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use keepout_guard::{Asking, Certified, Guard, MotionShape, Time};
+use keepout_guard::{Asking, Certified, Guard, Interpolation, Time};
 use keepout_kernel::clip::contact_band;
 use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::{FreePoint, Length, Point, Segment, UNITS_PER_MM, Vector};
@@ -24,7 +24,7 @@ const STAIR_MM: f64 = 0.5;
 const HALVINGS: u32 = 6;
 /// What ways keep beyond the threshold, so that places on them can be rounded (1 µm).
 const ROUNDING: Length = Length::small(100);
-/// Nothing slides more slowly than this share of the wish: one straight at the wall (to 3°) rests there.
+/// Nothing slides more slowly than this share of the input: one straight at the wall (to 3°) rests there.
 pub(super) const CREEP: f64 = 0.05;
 
 /// What a proposal ran into.
@@ -32,7 +32,7 @@ pub(super) const CREEP: f64 = 0.05;
 pub enum Contact {
     /// Nothing new was proposed.
     Unknown,
-    /// Nothing: the tool goes where it is wished.
+    /// Nothing: the tool goes where it is input.
     Free,
     /// The wall: the motion was cut short, or runs along it.
     Wall,
@@ -72,7 +72,7 @@ pub(super) struct Proposal {
 }
 
 /// What steering works with.
-pub(in crate::supervisor) struct Helm<'a> {
+pub(in crate::supervisor) struct JogContext<'a> {
     pub(in crate::supervisor) guard: &'a mut Guard,
     pub(in crate::supervisor) counts: &'a mut Counts,
     pub(in crate::supervisor) commands: &'a mut Vec<Command>,
@@ -101,7 +101,7 @@ pub(super) fn part_of(v: Vector, share: f64) -> Vector {
     vector((mm_of(v.dx), mm_of(v.dy)), share)
 }
 
-impl Helm<'_> {
+impl JogContext<'_> {
     pub(super) fn send(&mut self, certified: Certified) {
         self.counts.jogs += 1;
         self.commands.push(Command::Move(certified));
@@ -110,35 +110,35 @@ impl Helm<'_> {
     /// The jog that follows the push best, straight or along a wall; and what was met.
     pub(super) fn reach(&mut self, base: FreePoint, push: &Push) -> (Option<Proposal>, Contact) {
         let missing_mm = push.missing_mm(push.speed_mm_s);
-        let (wish, pace) = self.within_travel(base.point(), vector(push.unit, missing_mm));
+        let (input, pace) = self.within_travel(base.point(), vector(push.unit, missing_mm));
         let asked = self.guard.asking();
-        if let Some(target) = self.whole(&asked, base, wish) {
+        if let Some(target) = self.whole(&asked, base, input) {
             return (Some(push.jog(target, pace)), Contact::Free);
         }
-        let length = length_mm(wish).max(1e-9);
-        let unit = (mm_of(wish.dx) / length, mm_of(wish.dy) / length);
+        let length = length_mm(input).max(1e-9);
+        let unit = (mm_of(input.dx) / length, mm_of(input.dy) / length);
         let push = Push { unit, speed_mm_s: push.speed_mm_s * pace, ..*push };
-        let met = match self.abilities.shape {
-            MotionShape::Line => self.slide(&asked, base, &push, wish),
-            MotionShape::Box => self.climb(&asked, base, &push, wish),
+        let met = match self.abilities.interpolation {
+            Interpolation::Linear => self.slide(&asked, base, &push, input),
+            Interpolation::Independent => self.climb(&asked, base, &push, input),
         };
         self.counts.clipped += 1;
         met
     }
 
-    /// The wish up to the end of the machine's travel, or along it when the tool is there, and the share of the speed that is
+    /// The input up to the end of the machine's travel, or along it when the tool is there, and the share of the speed that is
     /// left.
-    fn within_travel(&self, from: Point, wish: Vector) -> (Vector, f64) {
-        let (x0, y0, x1, y1) = self.guard.rules().stroke.corners();
+    fn within_travel(&self, from: Point, input: Vector) -> (Vector, f64) {
+        let (x0, y0, x1, y1) = self.guard.rules().travel.corners();
         let (x, y) = (from.x.units(), from.y.units());
-        let along = Vector { dx: wish.dx.clamp(x0 - x, x1 - x), dy: wish.dy.clamp(y0 - y, y1 - y) };
+        let along = Vector { dx: input.dx.clamp(x0 - x, x1 - x), dy: input.dy.clamp(y0 - y, y1 - y) };
         let share =
             |part: i32, whole: i32| if part == whole { 1.0 } else { f64::from(part) / f64::from(whole) };
-        let up_to_there = share(along.dx, wish.dx).min(share(along.dy, wish.dy));
-        if up_to_there * length_mm(wish) >= SHORTEST_MM {
-            return (part_of(wish, up_to_there), 1.0);
+        let up_to_there = share(along.dx, input.dx).min(share(along.dy, input.dy));
+        if up_to_there * length_mm(input) >= SHORTEST_MM {
+            return (part_of(input, up_to_there), 1.0);
         }
-        (along, (length_mm(along) / length_mm(wish).max(1e-9)).clamp(CREEP, 1.0))
+        (along, (length_mm(along) / length_mm(input).max(1e-9)).clamp(CREEP, 1.0))
     }
 
     /// The jog for a push that meets the part, where the axes are not interpolated: straight, along a wall that lies along an axis, or a
@@ -148,19 +148,19 @@ impl Helm<'_> {
         asked: &Asking<'_>,
         base: FreePoint,
         push: &Push,
-        wish: Vector,
+        input: Vector,
     ) -> (Option<Proposal>, Contact) {
-        let straight = self.prefix(asked, base, wish, SHORTEST_MM);
+        let straight = self.prefix(asked, base, input, SHORTEST_MM);
         let gained = straight.map_or(0.0, |target| length_mm(target.minus(base.point())));
         let whole = |target| push.jog(target, 1.0);
         let wall = self.guard.part().wall(base, contact_band());
-        let Some(wall) = wall.filter(|wall| !wall.is_left_by(wish)) else {
+        let Some(wall) = wall.filter(|wall| !wall.is_left_by(input)) else {
             return (straight.map(whole), if gained > 0.0 { Contact::Unknown } else { Contact::Wall });
         };
-        let along = wall.slide(wish, 12).filter(|&along| length_mm(along) >= CREEP * length_mm(wish));
+        let along = wall.slide(input, 12).filter(|&along| length_mm(along) >= CREEP * length_mm(input));
         let Some(along) = along else { return (straight.map(whole), Contact::Wall) };
         let length = length_mm(along).max(1e-9);
-        let share = (length / length_mm(wish).max(1e-9)).clamp(CREEP, 1.0);
+        let share = (length / length_mm(input).max(1e-9)).clamp(CREEP, 1.0);
         let mut best: Option<(f64, Point)> = None;
         for way in steps_along(along).into_iter().flatten() {
             let Some(target) = self.prefix(asked, base, way, SHORTEST_MM) else { continue };
@@ -184,8 +184,8 @@ impl Helm<'_> {
     }
 
     /// The end of a motion, on the grid, when all of it is admitted.
-    fn whole(&self, asked: &Asking<'_>, from: FreePoint, wish: Vector) -> Option<Point> {
-        let target = from.point().translated(wish).ok().and_then(on_grid)?;
+    fn whole(&self, asked: &Asking<'_>, from: FreePoint, input: Vector) -> Option<Point> {
+        let target = from.point().translated(input).ok().and_then(on_grid)?;
         (target != from.point() && asked.admits(target).is_ok() && self.stands_off(target)).then_some(target)
     }
 
@@ -194,10 +194,10 @@ impl Helm<'_> {
         &self,
         asked: &Asking<'_>,
         from: FreePoint,
-        wish: Vector,
+        input: Vector,
         least_mm: f64,
     ) -> Option<Point> {
-        let to = from.point().translated(wish).ok()?;
+        let to = from.point().translated(input).ok()?;
         let admitted = |point: Point| {
             let here = |&at: &Point| at != from.point() && asked.admits(at).is_ok();
             on_grid(point).filter(here).filter(|&at| self.stands_off(at))
@@ -206,7 +206,7 @@ impl Helm<'_> {
         let least_mm = least_mm.max(mm_of(self.guard.rules().shortest.units()) - GRID_MM);
         // What is not longer before it is rounded is hardly so afterwards.
         let is_longer = |length_mm: f64| length_mm + GRID_MM > least_mm;
-        let length = length_mm(wish).max(1e-9);
+        let length = length_mm(input).max(1e-9);
         if !is_longer(length) {
             return None;
         }
@@ -220,7 +220,7 @@ impl Helm<'_> {
             return None;
         }
         for back_mm in [0.001, 0.002, 0.004] {
-            let set_back = part_of(wish, -back_mm / length);
+            let set_back = part_of(input, -back_mm / length);
             if let Some(target) = clipped.translated(set_back).ok().and_then(admitted) {
                 return Some(target);
             }

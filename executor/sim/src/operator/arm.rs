@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
 
-/// Between two wishes, s.
+/// Between two inputs, s.
 pub(super) const DT: f64 = 0.01;
 
 /// The arm: a second-order lag, 10 rad/s, damping 0.7.
@@ -26,17 +26,17 @@ impl Lag {
     }
 }
 
-/// What was seen some wishes ago is acted on now.
+/// What was seen some inputs ago is acted on now.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Reaction {
     seen: VecDeque<(f64, f64)>,
 }
 
 impl Reaction {
-    /// What was seen `wishes` wishes ago; nothing before that.
-    pub(super) fn step(&mut self, seen: (f64, f64), wishes: usize) -> (f64, f64) {
+    /// What was seen `inputs` inputs ago; nothing before that.
+    pub(super) fn step(&mut self, seen: (f64, f64), inputs: usize) -> (f64, f64) {
         self.seen.push_back(seen);
-        let due = if self.seen.len() > wishes { self.seen.pop_front() } else { None };
+        let due = if self.seen.len() > inputs { self.seen.pop_front() } else { None };
         due.unwrap_or((0.0, 0.0))
     }
 }

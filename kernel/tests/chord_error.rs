@@ -9,12 +9,12 @@ fn at(x: i64, y: i64) -> Point {
     Point::from_units(x, y).unwrap()
 }
 
-/// A square of 10 mm with one upper edge that the true curve may leave by `slack` units.
-fn part(slack: i64) -> ProhibitedRegion {
+/// A square of 10 mm with one upper edge that the true curve may leave by `chord_error` units.
+fn part(chord_error: i64) -> ProhibitedRegion {
     let corners = [at(0, 0), at(1_000_000, 0), at(1_000_000, 1_000_000), at(0, 1_000_000)];
     let piece = |i: usize| Piece::Line {
         segment: Segment { from: corners[i], to: corners[(i + 1) % 4] },
-        slack: Length::from_units(if i == 2 { slack } else { 0 }).unwrap(),
+        chord_error: Length::from_units(if i == 2 { chord_error } else { 0 }).unwrap(),
     };
     let ring = Ring::from_pieces(&[piece(0), piece(1), piece(2), piece(3)]).unwrap();
     ProhibitedRegion::new(Region::new(vec![ring]).unwrap(), Side::Outside).unwrap()
@@ -24,16 +24,16 @@ fn part(slack: i64) -> ProhibitedRegion {
 fn every_query_adds_the_slack_of_each_edge() {
     let threshold = Length::from_units(300_000).unwrap();
     let height = |beyond: i64| 1_000_000 + 300_000 + beyond;
-    for slack in [0, 10, 5_000] {
-        let part = part(slack);
+    for chord_error in [0, 10, 5_000] {
+        let part = part(chord_error);
         let free = |beyond| part.free_point(at(500_000, height(beyond)), threshold);
-        assert!(free(slack).is_err(), "met is not clear, slack {slack}");
-        let start = free(slack + 1).unwrap();
+        assert!(free(chord_error).is_err(), "met is not clear, slack {chord_error}");
+        let start = free(chord_error + 1).unwrap();
         let along = |beyond| part.motion(start, at(600_000, height(beyond)));
-        assert!(along(slack).is_err());
-        let end = along(slack + 1).unwrap();
-        assert!(part.fan(start, end, at(550_000, height(slack))).is_err());
-        assert!(part.fan(start, end, at(550_000, height(slack + 1))).is_ok());
+        assert!(along(chord_error).is_err());
+        let end = along(chord_error + 1).unwrap();
+        assert!(part.fan(start, end, at(550_000, height(chord_error))).is_err());
+        assert!(part.fan(start, end, at(550_000, height(chord_error + 1))).is_ok());
     }
 }
 
@@ -46,7 +46,7 @@ fn certificate_counts_what_an_arc_leaves_its_chords() {
         let (radius, lowest) = (800_000, 1_000_000 + 300_000 + beyond);
         let centre = at(500_000, lowest + radius);
         let ends = (at(500_000 - radius, lowest + radius), at(500_000 + radius, lowest + radius));
-        let arc = Arc::new(ends.0, ends.1, centre, Turn::Left).unwrap();
+        let arc = Arc::new(ends.0, ends.1, centre, Turn::CounterClockwise).unwrap();
         certify_path(&part, threshold, &[Curve::Arc(arc)])
     };
     assert!(hanging(25).is_ok());

@@ -28,7 +28,7 @@ pub enum Method {
 /// is as it lies; when it is run it is only moved.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Setup {
+pub struct AlignmentFile {
     /// [`VERSION`].
     pub version: u32,
     /// Rotation of the drawing about its origin, counter-clockwise, degrees.
@@ -47,16 +47,17 @@ pub struct Setup {
     /// The largest residual, mm.
     pub residual_mm: f64,
     /// What each touch may be wrong by, mm.
-    pub touch_error_mm: f64,
+    #[serde(alias = "touch_error_mm")]
+    pub probe_error_mm: f64,
     /// How far a place of the part may be off for that, mm.
     pub uncertainty_mm: f64,
 }
 
 /// Why a setup is refused.
 #[derive(Debug, Error)]
-pub enum SetupError {
+pub enum AlignmentFileError {
     /// The file can not be read.
-    #[error("can not read {}: {source}. Check the path, or make it with `keepout register`.", path.display())]
+    #[error("can not read {}: {source}. Check the path, or make it with `keepout align`.", path.display())]
     Read {
         /// The file.
         path: PathBuf,
@@ -72,7 +73,7 @@ pub enum SetupError {
         source: std::io::Error,
     },
     /// The file is no setup.
-    #[error("{} is no setup: {reason}. Make one with `keepout register`.", path.display())]
+    #[error("{} is no setup: {reason}. Make one with `keepout align`.", path.display())]
     Parse {
         /// The file.
         path: PathBuf,
@@ -99,7 +100,7 @@ pub enum SetupError {
     },
     /// The plan is turned otherwise.
     #[error(
-        "the plan was made for a drawing turned by {plan_deg}°, the workpiece lies turned by {setup_deg}°. Make the plan again with `keepout plan --setup`."
+        "the plan was made for a drawing turned by {plan_deg}°, the workpiece lies turned by {setup_deg}°. Make the plan again with `keepout plan --alignment`."
     )]
     Turned {
         /// The plan's rotation, degrees.
@@ -109,7 +110,7 @@ pub enum SetupError {
     },
     /// The plan is moved.
     #[error(
-        "the plan was made with --offset-mm {},{}: the setup says where the drawing lies as it was drawn. Make the plan again with `keepout plan --setup`, without --offset-mm.",
+        "the plan was made with --offset-mm {},{}: the setup says where the drawing lies as it was drawn. Make the plan again with `keepout plan --alignment`, without --offset-mm.",
         .by_mm.0, .by_mm.1
     )]
     Moved {
@@ -118,28 +119,30 @@ pub enum SetupError {
     },
 }
 
-impl Setup {
+impl AlignmentFile {
     /// Reads a setup.
     ///
     /// # Errors
-    /// [`SetupError`] naming the file and what is wrong with it.
-    pub fn load(path: &Path) -> Result<Self, SetupError> {
-        let failed = |source| SetupError::Read { path: path.to_path_buf(), source };
+    /// [`AlignmentFileError`] naming the file and what is wrong with it.
+    pub fn load(path: &Path) -> Result<Self, AlignmentFileError> {
+        let failed = |source| AlignmentFileError::Read { path: path.to_path_buf(), source };
         Self::parse(path, &text_file::read(path).map_err(failed)?)
     }
 
     /// The setup that `text` holds; `path` is for messages.
     ///
     /// # Errors
-    /// [`SetupError`] naming what is wrong with it.
-    pub fn parse(path: &Path, text: &str) -> Result<Self, SetupError> {
+    /// [`AlignmentFileError`] naming what is wrong with it.
+    pub fn parse(path: &Path, text: &str) -> Result<Self, AlignmentFileError> {
         let own = || path.to_path_buf();
-        let parse =
-            |error: toml::de::Error| SetupError::Parse { path: own(), reason: text_file::reason(&error) };
+        let parse = |error: toml::de::Error| AlignmentFileError::Parse {
+            path: own(),
+            reason: text_file::reason(&error),
+        };
         let table: toml::Table = toml::from_str(text).map_err(parse)?;
         let found = table.get("version").and_then(toml::Value::as_integer);
         if let Some(found) = found.filter(|&found| found != i64::from(VERSION)) {
-            return Err(SetupError::Version { path: own(), found });
+            return Err(AlignmentFileError::Version { path: own(), found });
         }
         toml::from_str::<Self>(text).map_err(parse)?.checked()
     }
@@ -147,35 +150,36 @@ impl Setup {
     /// Writes it whole or not at all.
     ///
     /// # Errors
-    /// [`SetupError`] with the system's error.
-    pub fn save(&self, path: &Path) -> Result<(), SetupError> {
+    /// [`AlignmentFileError`] with the system's error.
+    pub fn save(&self, path: &Path) -> Result<(), AlignmentFileError> {
         let own = || path.to_path_buf();
-        let reason = |error: toml::ser::Error| SetupError::Parse { path: own(), reason: error.to_string() };
+        let reason =
+            |error: toml::ser::Error| AlignmentFileError::Parse { path: own(), reason: error.to_string() };
         let text = toml::to_string(self).map_err(reason)?;
-        write_whole(path, text.as_bytes()).map_err(|source| SetupError::Write { path: own(), source })
+        write_whole(path, text.as_bytes()).map_err(|source| AlignmentFileError::Write { path: own(), source })
     }
 
     /// Checks that every figure is one a workpiece can have.
     ///
     /// # Errors
-    /// [`SetupError::Figure`] naming the first that is not.
-    pub fn checked(self) -> Result<Self, SetupError> {
+    /// [`AlignmentFileError::Figure`] naming the first that is not.
+    pub fn checked(self) -> Result<Self, AlignmentFileError> {
         let [x, y] = self.origin_mm;
         let figures = [
             ("rotation_deg", self.rotation_deg, -360.0..=360.0, "between -360 and 360"),
             ("origin_mm", x, -1e4..=1e4, "within 10 m"),
             ("origin_mm", y, -1e4..=1e4, "within 10 m"),
             ("residual_mm", self.residual_mm, 0.0..=1e3, "a length"),
-            ("touch_error_mm", self.touch_error_mm, 0.0..=1e3, "a length"),
+            ("probe_error_mm", self.probe_error_mm, 0.0..=1e3, "a length"),
             ("uncertainty_mm", self.uncertainty_mm, 0.0..=1e3, "a length"),
         ];
         match figures.into_iter().find(|(_, value, range, _)| !range.contains(value)) {
-            Some((field, value, _, range)) => Err(SetupError::Figure { field, value, range }),
+            Some((field, value, _, range)) => Err(AlignmentFileError::Figure { field, value, range }),
             None => Ok(self),
         }
     }
 
-    /// How a drawing is placed for planning ([`crate::drawing::Choice::placed`]): turned, not moved.
+    /// How a drawing is placed for planning ([`crate::drawing::EntityFilter::placed`]): turned, not moved.
     #[must_use]
     pub fn placed(&self) -> Option<(f64, (f64, f64))> {
         (self.rotation_deg != 0.0).then_some((self.rotation_deg, (0.0, 0.0)))
@@ -184,15 +188,15 @@ impl Setup {
     /// Machine coordinates of the plan's origin, mm.
     ///
     /// # Errors
-    /// [`SetupError`] when the plan is turned otherwise, or moved.
-    pub fn origin_for(&self, plan: &Plan) -> Result<(f64, f64), SetupError> {
-        let (plan_deg, by_mm) = plan.sheet.placed.unwrap_or_default();
+    /// [`AlignmentFileError`] when the plan is turned otherwise, or moved.
+    pub fn origin_for(&self, plan: &Plan) -> Result<(f64, f64), AlignmentFileError> {
+        let (plan_deg, by_mm) = plan.provenance.placed.unwrap_or_default();
         if by_mm != (0.0, 0.0) {
-            return Err(SetupError::Moved { by_mm });
+            return Err(AlignmentFileError::Moved { by_mm });
         }
         #[expect(clippy::float_cmp, reason = "both were read from the same digits")]
         if plan_deg != self.rotation_deg {
-            return Err(SetupError::Turned { plan_deg, setup_deg: self.rotation_deg });
+            return Err(AlignmentFileError::Turned { plan_deg, setup_deg: self.rotation_deg });
         }
         let [x, y] = self.origin_mm;
         Ok((x, y))
@@ -205,7 +209,7 @@ mod tests {
 
     #[test]
     fn what_is_written_is_read() {
-        let setup = Setup {
+        let setup = AlignmentFile {
             version: VERSION,
             rotation_deg: -12.345_678_9,
             origin_mm: [-250.001, 17.5],
@@ -214,15 +218,15 @@ mod tests {
             touches: 4,
             rotation_measured: true,
             residual_mm: 0.001_25,
-            touch_error_mm: 0.005,
+            probe_error_mm: 0.005,
             uncertainty_mm: 0.02,
         };
         let path = std::env::temp_dir().join(format!("keepout-setup-{}.toml", std::process::id()));
         setup.save(&path).unwrap();
-        let read = Setup::load(&path);
+        let read = AlignmentFile::load(&path);
         std::fs::remove_file(&path).unwrap();
         assert_eq!(read.unwrap(), setup);
         assert_eq!(setup.placed(), Some((-12.345_678_9, (0.0, 0.0))));
-        assert!(Setup { residual_mm: f64::NAN, ..setup }.checked().is_err());
+        assert!(AlignmentFile { residual_mm: f64::NAN, ..setup }.checked().is_err());
     }
 }

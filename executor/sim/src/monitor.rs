@@ -1,4 +1,4 @@
-//! The witness: knows only the part and the tool, and decides exactly how deep the tool went into the part.
+//! The monitor: knows only the part and the tool, and decides exactly how deep the tool went into the part.
 
 use keepout_executor::session::{Sample, SampleKind};
 use keepout_guard::Time;
@@ -7,7 +7,7 @@ use keepout_planner::units::{mm, point_from_mm};
 
 /// The deepest the tool went into the part.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Incursion {
+pub struct Gouging {
     /// How deep, mm.
     pub depth_mm: f64,
     /// When.
@@ -18,10 +18,10 @@ pub struct Incursion {
 
 /// Watches the true tool positions. Between two positions the tool is taken to move straight.
 ///
-/// The part's true curves may leave their chords by the slack; the witness counts that against the tool, so "no
+/// The part's true curves may leave their chords by the chord_error; the monitor counts that against the tool, so "no
 /// incursion" is exact, and a depth is at most 0.1 µm too large.
 #[derive(Debug)]
-pub struct Witness {
+pub struct CollisionMonitor {
     part: ProhibitedRegion,
     radius: Length,
     offset: Vector,
@@ -30,7 +30,7 @@ pub struct Witness {
     /// Largest distance beyond the radius that has never been undercut so far.
     closest: Length,
     closest_by_hand: Length,
-    deepest: Option<Incursion>,
+    deepest: Option<Gouging>,
     cut: Vec<Vec<Point>>,
     watched: u64,
 }
@@ -41,8 +41,8 @@ const FAR: i64 = 500_000;
 /// Depths inside the part are measured up to this, lattice units (5.3 m).
 const DEEP: i64 = 1 << 29;
 
-impl Witness {
-    /// A witness for a tool of `radius` at a part placed at `offset` on the machine.
+impl CollisionMonitor {
+    /// A monitor for a tool of `radius` at a part placed at `offset` on the machine.
     #[must_use]
     pub fn new(part: ProhibitedRegion, radius: Length, offset: Vector) -> Self {
         let closest = Length::from_units(FAR).unwrap_or(Length::ZERO);
@@ -66,7 +66,7 @@ impl Witness {
         let here = point_from_mm(sample.position_mm).and_then(|point| point.translated(back));
         let Ok(here) = here else {
             // A tool that can not be followed is a tool in the part.
-            self.deepest = Some(Incursion { depth_mm: f64::INFINITY, at: sample.at, centre: Point::ORIGIN });
+            self.deepest = Some(Gouging { depth_mm: f64::INFINITY, at: sample.at, centre: Point::ORIGIN });
             return;
         };
         self.watched += 1;
@@ -120,7 +120,7 @@ impl Witness {
         };
         self.inside = self.part.holds(motion.to);
         if self.deepest.is_none_or(|deepest| depth_mm > deepest.depth_mm) {
-            self.deepest = Some(Incursion { depth_mm, at, centre: motion.to });
+            self.deepest = Some(Gouging { depth_mm, at, centre: motion.to });
         }
     }
 
@@ -143,13 +143,13 @@ impl Witness {
         }
     }
 
-    /// The deepest incursion, if there was one.
+    /// The deepest gouge, if there was one.
     #[must_use]
-    pub fn deepest(&self) -> Option<Incursion> {
+    pub fn deepest(&self) -> Option<Gouging> {
         self.deepest
     }
 
-    /// The least distance between the tool's edge and the part, mm; zero after an incursion, `None` beyond 5 mm.
+    /// The least distance between the tool's edge and the part, mm; zero after an gouge, `None` beyond 5 mm.
     #[must_use]
     pub fn closest_mm(&self) -> Option<f64> {
         (i64::from(self.closest.units()) < FAR).then(|| mm(self.closest.units()))
@@ -190,11 +190,11 @@ mod tests {
 
     use super::*;
 
-    fn witness() -> Witness {
+    fn monitor() -> CollisionMonitor {
         let at = |x, y| point_from_mm((x, y)).unwrap();
         let ring = Ring::new(vec![at(0.0, 0.0), at(40.0, 0.0), at(40.0, 30.0), at(0.0, 30.0)]).unwrap();
         let part = ProhibitedRegion::new(Region::new(vec![ring]).unwrap(), Side::Outside).unwrap();
-        Witness::new(part, Length::from_units(300_000).unwrap(), Vector { dx: 0, dy: 0 })
+        CollisionMonitor::new(part, Length::from_units(300_000).unwrap(), Vector { dx: 0, dy: 0 })
     }
 
     fn at(x: f64, y: f64) -> Sample {
@@ -203,27 +203,27 @@ mod tests {
 
     #[test]
     fn touching_by_a_lattice_unit_is_seen() {
-        let mut witness = witness();
-        [at(-10.0, 10.0), at(-3.000_02, 10.0)].iter().for_each(|sample| witness.watch(sample));
-        assert_eq!(witness.deepest(), None);
-        assert_eq!(witness.closest_mm(), Some(0.000_01), "a met threshold is not clear");
-        witness.watch(&at(-2.999, 12.0));
-        let depth = witness.deepest().unwrap().depth_mm;
+        let mut monitor = monitor();
+        [at(-10.0, 10.0), at(-3.000_02, 10.0)].iter().for_each(|sample| monitor.watch(sample));
+        assert_eq!(monitor.deepest(), None);
+        assert_eq!(monitor.closest_mm(), Some(0.000_01), "a met threshold is not clear");
+        monitor.watch(&at(-2.999, 12.0));
+        let depth = monitor.deepest().unwrap().depth_mm;
         assert!((depth - 0.001).abs() < 2e-5, "{depth}");
     }
 
     #[test]
     fn crossing_between_samples_is_seen() {
-        let mut witness = witness();
-        [at(-10.0, 15.0), at(50.0, 15.0)].iter().for_each(|sample| witness.watch(sample));
-        assert!(witness.deepest().unwrap().depth_mm >= 3.0);
+        let mut monitor = monitor();
+        [at(-10.0, 15.0), at(50.0, 15.0)].iter().for_each(|sample| monitor.watch(sample));
+        assert!(monitor.deepest().unwrap().depth_mm >= 3.0);
     }
 
     #[test]
     fn inside_is_deeper_than_the_radius() {
-        let mut witness = witness();
-        [at(-10.0, 15.0), at(1.0, 15.0), at(10.0, 15.0)].iter().for_each(|sample| witness.watch(sample));
-        let depth = witness.deepest().unwrap().depth_mm;
+        let mut monitor = monitor();
+        [at(-10.0, 15.0), at(1.0, 15.0), at(10.0, 15.0)].iter().for_each(|sample| monitor.watch(sample));
+        let depth = monitor.deepest().unwrap().depth_mm;
         assert!((depth - 13.0).abs() < 1e-4, "radius 3 mm, 10 mm inside: {depth}");
     }
 }

@@ -1,25 +1,25 @@
-//! Steering by hand: from the operator's wish to certified jogs.
+//! JogPlanner by hand: from the operator's input to certified jogs.
 //!
-//! Everything here proposes a target; [`Guard::jog`] and [`Guard::escape`] decide.
+//! Everything here proposes a target; [`Guard::jog`] and [`Guard::retract`] decide.
 
-mod helm;
+mod context;
 mod pace;
 mod slide;
 mod way;
 
 use std::time::Duration;
 
-pub use helm::Contact;
-pub(super) use helm::{Helm, length_mm, standing_off};
-use helm::{Push, on_grid, part_of, vector};
-use keepout_guard::{Guard, MotionShape, OnCancel, Time};
+pub use context::Contact;
+pub(super) use context::{JogContext, length_mm, standing_off};
+use context::{Push, on_grid, part_of, vector};
+use keepout_guard::{Guard, Interpolation, OnCancel, Time};
 use keepout_kernel::clip::longest_prefix;
 use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::{FreePoint, Point};
 use pace::LookAhead;
 use way::Way;
 
-use super::{Command, Wish};
+use super::{Command, OperatorInput};
 
 /// What the machine can do, as far as steering needs it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,7 +28,7 @@ pub struct Limits {
     pub speed_mm_s: f64,
     /// Acceleration, mm/s².
     pub acceleration_mm_s2: f64,
-    /// Acceleration of the quicker axis, mm/s²; not known where it is not finite. Steering asks for no more than the other.
+    /// Acceleration of the quicker axis, mm/s²; not known where it is not finite. JogPlanner asks for no more than the other.
     pub quicker_mm_s2: f64,
 }
 
@@ -53,11 +53,11 @@ impl Limits {
     }
 }
 
-/// A wish older than this counts as none: the device is gone, or the program behind it.
+/// A input older than this counts as none: the device is gone, or the program behind it.
 pub(super) const STALE: Duration = Duration::from_millis(250);
 /// Below this deflection nothing moves.
 const DEAD_ZONE: f64 = 0.03;
-/// A wish that turns by more than this (cosine) cancels what is in flight.
+/// A input that turns by more than this (cosine) cancels what is in flight.
 const TURNED: f64 = 0.7;
 /// The same where the queue is not added to while it runs.
 const TURNED_SINGLE: f64 = 0.995;
@@ -70,8 +70,8 @@ const ALIKE: f64 = 0.9999;
 
 /// What steering remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Steering {
-    /// Direction of the last jog's wish.
+pub struct JogPlanner {
+    /// Direction of the last jog's input.
     heading: Option<(f64, f64)>,
     /// Lines sent and acknowledged when a cancel was last asked of the guard.
     asked_to_cancel: Option<(u64, u64)>,
@@ -106,9 +106,9 @@ impl Fruitless {
     }
 }
 
-/// The wish, or none when it is stale or no number.
-pub(super) fn fresh(wish: Wish, at: Option<Time>, now: Time) -> Option<(f64, f64)> {
-    let (x, y) = wish.direction;
+/// The input, or none when it is stale or no number.
+pub(super) fn fresh(input: OperatorInput, at: Option<Time>, now: Time) -> Option<(f64, f64)> {
+    let (x, y) = input.direction;
     let length = x.hypot(y);
     let recent = at.is_some_and(|at| now.since(at) <= STALE);
     if !recent || !length.is_finite() || length < DEAD_ZONE {
@@ -123,7 +123,7 @@ pub(super) fn feed(speed_mm_s: f64) -> u32 {
     u32::try_from(nearest_unit((speed_mm_s * 60.0).floor())).unwrap_or(1).max(60)
 }
 
-impl Steering {
+impl JogPlanner {
     /// The tool has come to rest with nothing in flight.
     pub(super) fn settle(&mut self) {
         self.resting = false;
@@ -145,131 +145,132 @@ impl Steering {
         self.turned_mm = (sum(self.turned_mm.0, x), sum(self.turned_mm.1, y));
     }
 
-    /// Sends what the wish asks for, as far as it is certified and not already under way.
-    pub(super) fn steer(&mut self, wish: Option<(f64, f64)>, helm: &mut Helm<'_>) -> Contact {
-        let Some((x, y)) = wish else { return self.turn_wheels(helm) };
+    /// Sends what the input asks for, as far as it is certified and not already under way.
+    pub(super) fn steer(&mut self, input: Option<(f64, f64)>, context: &mut JogContext<'_>) -> Contact {
+        let Some((x, y)) = input else { return self.turn_wheels(context) };
         self.turned_mm = (0.0, 0.0);
         if self.resting {
             return Contact::Unknown;
         }
         let length = x.hypot(y);
         let unit = (x / length, y / length);
-        let mut ahead_mm = self.ahead_mm(helm.guard);
-        let single = !helm.abilities.queues;
+        let mut ahead_mm = self.ahead_mm(context.guard);
+        let single = !context.abilities.queues;
         let turned = if single { TURNED_SINGLE } else { TURNED };
         let turns = self.heading.is_some_and(|(hx, hy)| hx * unit.0 + hy * unit.1 < turned);
         if turns && (ahead_mm > SHORT_QUEUE_MM || single) {
-            self.cancel(helm);
-            ahead_mm = self.ahead_mm(helm.guard);
+            self.cancel(context);
+            ahead_mm = self.ahead_mm(context.guard);
         }
-        let busy = helm.guard.unacknowledged() > 0 || !helm.guard.takes_lines();
-        if self.resting || busy || single && !helm.guard.settled() {
+        let busy = context.guard.unacknowledged() > 0 || !context.guard.takes_lines();
+        if self.resting || busy || single && !context.guard.in_position() {
             return Contact::Unknown;
         }
-        let speed_mm_s = length * helm.limits.speed_mm_s;
-        let look = LookAhead::of(helm, speed_mm_s);
+        let speed_mm_s = length * context.limits.speed_mm_s;
+        let look = LookAhead::of(context, speed_mm_s);
         let push = Push { unit, speed_mm_s, ahead_mm, ahead_mm_s: self.speed_mm_s, look };
-        if helm.now < self.next_at && !helm.guard.settled()
+        if context.now < self.next_at && !context.guard.in_position()
             || push.missing_mm(speed_mm_s) < look.least_mm(speed_mm_s)
         {
             return Contact::Unknown;
         }
-        let Some(base) = self.base(helm) else { return Contact::Unknown };
-        let tail = helm.guard.tail().map(FreePoint::point);
-        let attempt = Fruitless { base: base.point(), tail, set: helm.guard.in_flight().count(), unit };
+        let Some(base) = self.base(context) else { return Contact::Unknown };
+        let tail = context.guard.confirmed().map(FreePoint::point);
+        let attempt = Fruitless { base: base.point(), tail, set: context.guard.in_flight().count(), unit };
         if self.fruitless.is_some_and(|before| before.is_alike(&attempt)) {
-            helm.counts.clipped += 1;
+            context.counts.clipped += 1;
             return Contact::Unknown;
         }
-        let (proposal, contact) = helm.reach(base, &push);
+        let (proposal, contact) = context.reach(base, &push);
         self.fruitless = proposal.is_none().then_some(attempt);
         let Some(proposal) = proposal else { return contact };
-        if let Ok(certified) = helm.guard.jog(proposal.target, feed(proposal.speed_mm_s)) {
+        if let Ok(certified) = context.guard.jog(proposal.target, feed(proposal.speed_mm_s)) {
             self.heading = Some(unit);
             self.speed_mm_s = proposal.speed_mm_s;
-            self.next_at = helm.now.after(look.step());
-            helm.send(certified);
+            self.next_at = context.now.after(look.step());
+            context.send(certified);
         }
         contact
     }
 
-    /// Sends a way out where the wish leads: nearer to no edge that is too near.
-    pub(super) fn escape(&mut self, wish: Option<(f64, f64)>, helm: &mut Helm<'_>) {
-        let Some((x, y)) = wish else {
-            self.cancel(helm);
+    /// Sends a way out where the input leads: nearer to no edge that is too near.
+    pub(super) fn retract(&mut self, input: Option<(f64, f64)>, context: &mut JogContext<'_>) {
+        let Some((x, y)) = input else {
+            self.cancel(context);
             return;
         };
-        if self.resting || !helm.guard.settled() || helm.guard.unacknowledged() > 0 {
+        if self.resting || !context.guard.in_position() || context.guard.unacknowledged() > 0 {
             return;
         }
-        let Some(from) = helm.guard.tail() else { return };
-        let speed = (x.hypot(y) * helm.limits.speed_mm_s).min(ESCAPE_MM_S);
+        let Some(from) = context.guard.confirmed() else { return };
+        let speed = (x.hypot(y) * context.limits.speed_mm_s).min(ESCAPE_MM_S);
         let single_axis = if x.abs() > y.abs() { (x, 0.0) } else { (0.0, y) };
-        let along = if helm.abilities.shape == MotionShape::Box { single_axis } else { (x, y) };
+        let along =
+            if context.abilities.interpolation == Interpolation::Independent { single_axis } else { (x, y) };
         let to = from.point().translated(vector(along, ESCAPE_STEP_MM));
         let Ok(to) = to else { return };
         let mut best = None;
         longest_prefix(from.point(), to, |point| {
-            let target = on_grid(point).filter(|&target| helm.guard.admits_escape(target).is_ok());
+            let target = on_grid(point).filter(|&target| context.guard.admits_retract(target).is_ok());
             best = target.or(best);
             target.is_some()
         });
-        if let Some(certified) = best.and_then(|target| helm.guard.escape(target, feed(speed)).ok()) {
-            helm.send(certified);
+        if let Some(certified) = best.and_then(|target| context.guard.retract(target, feed(speed)).ok()) {
+            context.send(certified);
         }
     }
 
     /// Without a push on the stick: what the wheels were turned, or rest.
-    fn turn_wheels(&mut self, helm: &mut Helm<'_>) -> Contact {
+    fn turn_wheels(&mut self, context: &mut JogContext<'_>) -> Contact {
         let step = vector(self.turned_mm, 1.0);
-        let short = step.dx.abs().max(step.dy.abs()) < helm.guard.rules().shortest.units();
+        let short = step.dx.abs().max(step.dy.abs()) < context.guard.rules().shortest.units();
         if short {
             if self.heading.is_some() {
-                self.cancel(helm);
+                self.cancel(context);
             }
             return Contact::Unknown;
         }
         if self.heading.is_some() {
             // The stick was let go before the wheel was turned: rest first.
-            self.cancel(helm);
-            self.heading = if helm.guard.settled() { None } else { self.heading };
+            self.cancel(context);
+            self.heading = if context.guard.in_position() { None } else { self.heading };
         }
-        let busy = helm.guard.unacknowledged() > 0
-            || !helm.guard.takes_lines()
-            || !helm.abilities.queues && !helm.guard.settled();
+        let busy = context.guard.unacknowledged() > 0
+            || !context.guard.takes_lines()
+            || !context.abilities.queues && !context.guard.in_position();
         if self.resting || busy || self.heading.is_some() {
             return Contact::Unknown;
         }
-        let Some(end) = helm.guard.end() else { return Contact::Unknown };
+        let Some(end) = context.guard.end() else { return Contact::Unknown };
         self.turned_mm = (0.0, 0.0);
-        let target = helm.prefix(&helm.guard.asking(), end, step, 0.0);
-        let wished = end.point().translated(step).ok().and_then(on_grid);
+        let target = context.prefix(&context.guard.asking(), end, step, 0.0);
+        let input = end.point().translated(step).ok().and_then(on_grid);
         if let Some(certified) =
-            target.and_then(|target| helm.guard.jog(target, feed(helm.limits.speed_mm_s)).ok())
+            target.and_then(|target| context.guard.jog(target, feed(context.limits.speed_mm_s)).ok())
         {
-            helm.send(certified);
+            context.send(certified);
         }
-        if target == wished { Contact::Free } else { Contact::Wall }
+        if target == input { Contact::Free } else { Contact::Wall }
     }
 
     /// Cancels what moves, once for each state of what was sent and acknowledged: a line that waited for room in the queue
     /// runs after a cancel, and needs another.
-    pub(super) fn cancel(&mut self, helm: &mut Helm<'_>) {
-        let counts = (helm.guard.sent(), helm.guard.unacknowledged());
+    pub(super) fn cancel(&mut self, context: &mut JogContext<'_>) {
+        let counts = (context.guard.sent(), context.guard.unacknowledged());
         // A controller that nobody has examined may also throw away what it has not read: it would never be acknowledged.
-        let may_flush = helm.guard.rules().on_cancel == OnCancel::MayStray && helm.abilities.queues;
-        let waits = may_flush && helm.guard.unacknowledged() > 0;
-        if helm.guard.settled() || self.asked_to_cancel == Some(counts) || waits {
+        let may_flush = context.guard.rules().on_cancel == OnCancel::MayStray && context.abilities.queues;
+        let waits = may_flush && context.guard.unacknowledged() > 0;
+        if context.guard.in_position() || self.asked_to_cancel == Some(counts) || waits {
             return;
         }
         self.asked_to_cancel = Some(counts);
         // What may not be cancelled runs to its targets, a short way ahead.
-        let Ok(certified) = helm.guard.cancel() else { return };
-        self.resting |= helm.guard.may_have_strayed();
+        let Ok(certified) = context.guard.cancel() else { return };
+        self.resting |= context.guard.may_have_strayed();
         self.cancelled = Some(counts);
         self.next_at = Time::ZERO;
-        helm.counts.cancels += 1;
-        helm.commands.push(Command::Cancel(certified));
+        context.counts.cancels += 1;
+        context.commands.push(Command::Cancel(certified));
     }
 
     /// The way still ahead of the tool, mm: along the targets that no cancel has struck out.
@@ -280,16 +281,16 @@ impl Steering {
     }
 
     /// Where the next motion begins: at the last target, or after a cancel where the tool will stand.
-    fn base(&self, helm: &Helm<'_>) -> Option<FreePoint> {
-        if self.cancelled.is_none_or(|(sent, _)| sent != helm.guard.sent()) {
-            return helm.guard.end();
+    fn base(&self, context: &JogContext<'_>) -> Option<FreePoint> {
+        if self.cancelled.is_none_or(|(sent, _)| sent != context.guard.sent()) {
+            return context.guard.end();
         }
-        let tail = helm.guard.tail()?;
-        let speed = helm.limits.speed_mm_s;
-        let mut left = speed * speed / (2.0 * helm.limits.acceleration_mm_s2)
-            + speed * helm.round_trip.as_secs_f64() / 2.0;
+        let tail = context.guard.confirmed()?;
+        let speed = context.limits.speed_mm_s;
+        let mut left = speed * speed / (2.0 * context.limits.acceleration_mm_s2)
+            + speed * context.round_trip.as_secs_f64() / 2.0;
         let mut at = tail.point();
-        for &next in Way::of(helm.guard, 0).points().iter().skip(1) {
+        for &next in Way::of(context.guard, 0).points().iter().skip(1) {
             let step = next.minus(at);
             let length = length_mm(step);
             let share = (left / length.max(1e-9)).min(1.0);
@@ -299,7 +300,7 @@ impl Steering {
                 break;
             }
         }
-        helm.guard.part().motion(tail, at).ok().or(Some(tail))
+        context.guard.part().motion(tail, at).ok().or(Some(tail))
     }
 }
 

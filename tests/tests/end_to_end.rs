@@ -3,17 +3,17 @@
 use std::path::Path;
 use std::time::Duration;
 
-use keepout_executor::session::{Ended, Going, NoTape};
-use keepout_executor::supervisor::Workpiece;
-use keepout_planner::order::Order;
-use keepout_planner::plan::{Cut, PassJob};
+use keepout_executor::session::{Ended, Going, NoEventLog};
+use keepout_executor::supervisor::PreparedPlan;
+use keepout_planner::plan::{Cut, PassParameters};
 use keepout_planner::profile::MachinedSide;
+use keepout_planner::request::PlanRequest;
 use keepout_sim::operator;
 use keepout_sim::session::{Link, SimRun, run_simulated};
 use keepout_tests::{most_left_mm, order, plan_of};
 
 /// Runs the job with an operator over a slow line, and says what is wrong with the outcome.
-fn run(drawing: &str, order: &Order, operator: &str) -> Result<(), String> {
+fn run(drawing: &str, order: &PlanRequest, operator: &str) -> Result<(), String> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("drawings");
     let plan = plan_of(&folder.join(drawing), order)?;
     let loops = plan.plan.loop_count();
@@ -26,11 +26,15 @@ fn run(drawing: &str, order: &Order, operator: &str) -> Result<(), String> {
         ..SimRun::default()
     };
     let operator = operator::named(operator, 15.0, 7).map_err(|error| error.to_string())?;
-    let result =
-        run_simulated(Workpiece::new(plan), &run, operator, Box::new(NoTape), |_| {}, &mut |_, _, _| {
-            Going::On
-        })
-        .map_err(|error| error.to_string())?;
+    let result = run_simulated(
+        PreparedPlan::new(plan),
+        &run,
+        operator,
+        Box::new(NoEventLog),
+        |_| {},
+        &mut |_, _, _| Going::On,
+    )
+    .map_err(|error| error.to_string())?;
     let facts = result.facts;
     let coverage = facts.coverage.ok_or(format!("nothing was contoured: {facts:?}"))?;
     let whole = facts.ended == Ended::Done && facts.unreached == 0 && facts.loops.1 == loops;
@@ -45,8 +49,8 @@ fn run(drawing: &str, order: &Order, operator: &str) -> Result<(), String> {
 fn double_pass_and_climb_milling_around_splines() {
     let mut wanted = order(4.0);
     wanted.job.passes = vec![
-        PassJob { allowance_mm: 0.1, feed_mm_min: Some(3000) },
-        PassJob { allowance_mm: 0.0, feed_mm_min: Some(1500) },
+        PassParameters { stock_to_leave_mm: 0.1, feed_mm_min: Some(3000) },
+        PassParameters { stock_to_leave_mm: 0.0, feed_mm_min: Some(1500) },
     ];
     for (cut, operator) in [(Cut::Conventional, "wall"), (Cut::Climb, "calm")] {
         wanted.job.cut = cut;
@@ -57,8 +61,8 @@ fn double_pass_and_climb_milling_around_splines() {
 #[test]
 fn clamps_are_kept_out_of_and_gone_around() {
     let mut wanted = order(6.0);
-    wanted.zone_layers = vec!["CLAMPS".into()];
-    wanted.stroke_layer = Some("TABLE".into());
+    wanted.keep_out_layers = vec!["CLAMPS".into()];
+    wanted.travel_layer = Some("TABLE".into());
     for side in [MachinedSide::Outside, MachinedSide::Inside] {
         wanted.job.side = side;
         for operator in ["wall", "random"] {

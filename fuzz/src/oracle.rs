@@ -9,7 +9,7 @@ use keepout_kernel::exact::bezier::Bezier;
 use keepout_kernel::offset::{COVERAGE, RESOLUTION};
 use keepout_kernel::{Arc, Curve, Point, Segment, Turn};
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::plan::{CertifiedPlan, Job, Pass};
+use keepout_planner::plan::{CertifiedPlan, Pass, PlanParameters};
 use keepout_planner::profile::{MachinedSide, ProfileLoop, SourceCurve};
 use keepout_proofs::soak::segments_within;
 use keepout_proofs::square::plain;
@@ -21,7 +21,7 @@ const PLACES: u32 = 7;
 /// Rounding: of arcs' radii, of places on them, in lattice units.
 const ROUNDING: f64 = 3.0;
 /// How much farther than it must be a path may be, lattice units: for its own rounding.
-pub const GUARD: f64 = 60.0;
+pub const PATH_CLEARANCE: f64 = 60.0;
 /// How much more than tool, stock and errors may be kept, lattice units: the plan names more terms, and each is rounded up.
 const KEPT_MORE: f64 = 10.0;
 /// How far beside a motion is looked where the part is, lattice units.
@@ -36,7 +36,7 @@ const LATTICE_MM: f64 = 0.000_2;
 ///
 /// # Panics
 /// When the tool would enter the part, or leave out what it can reach.
-pub fn watch(plan: &CertifiedPlan, job: Option<&Job>) {
+pub fn watch(plan: &CertifiedPlan, job: Option<&PlanParameters>) {
     follows_sources(plan);
     let by_hand = f64::from(plan.roughing.units()) - f64::from(plan.finishing.units());
     let least = 2.0 * resolution_mm(&plan.plan.machine) * UNIT;
@@ -52,11 +52,11 @@ pub fn watch(plan: &CertifiedPlan, job: Option<&Job>) {
                 let least_mm = rounding_mm(&plan.plan.machine);
                 assert!(margin_mm > least_mm - 1e-9, "a margin of {margin_mm}, {least_mm} is needed");
                 f64::from(plan.plan.tool_radius.units())
-                    + f64::from(pass.allowance.units())
+                    + f64::from(pass.stock_to_leave.units())
                     + margin_mm * UNIT
             }
         };
-        let threshold = plan.finishing.plus(pass.allowance).expect("it was certified");
+        let threshold = plan.finishing.plus(pass.stock_to_leave).expect("it was certified");
         let stated = f64::from(threshold.units());
         assert!(stated > needed - 0.01, "{stated} is kept, {needed} is what tool, stock and errors need");
         assert!(stated < needed + KEPT_MORE, "{stated} is kept, and no more than {needed} is needed");
@@ -69,8 +69,8 @@ pub fn watch(plan: &CertifiedPlan, job: Option<&Job>) {
 }
 
 /// Radius, what the pass leaves, and the margin: as ordered, or what it must cover.
-fn needed_mm(plan: &CertifiedPlan, job: &Job, pass: usize) -> f64 {
-    let left_mm = job.passes.get(pass).map_or(0.0, |pass| pass.allowance_mm);
+fn needed_mm(plan: &CertifiedPlan, job: &PlanParameters, pass: usize) -> f64 {
+    let left_mm = job.passes.get(pass).map_or(0.0, |pass| pass.stock_to_leave_mm);
     let margin_mm = job.margin_mm.unwrap_or_else(|| least_margin_mm(&plan.plan.machine));
     job.tool_diameter_mm / 2.0 + left_mm + margin_mm
 }
@@ -135,7 +135,7 @@ fn goes_round(plan: &CertifiedPlan, pass: &Pass) {
     for each in &pass.path.loops {
         let other_way = |curve: &&Curve| {
             let (place, (nx, ny)) = (places(curve)[MIDDLE], normals(curve)[MIDDLE]);
-            let inward = matches!(curve, Curve::Arc(arc) if arc.turn() == Turn::Left);
+            let inward = matches!(curve, Curve::Arc(arc) if arc.turn() == Turn::CounterClockwise);
             let aside = if inward { -ASIDE } else { ASIDE };
             let at = |by: f64| distance((place.0 + nx * by, place.1 + ny * by), walls(plan));
             at(aside) > at(-aside)
@@ -149,10 +149,10 @@ fn goes_round(plan: &CertifiedPlan, pass: &Pass) {
 
 /// A place beside an edge at the path's distance, and at no smaller one from any other edge, is on the true offset.
 fn reaches_all(plan: &CertifiedPlan, pass: &Pass) {
-    let threshold = plan.finishing.plus(pass.allowance).expect("it was certified");
+    let threshold = plan.finishing.plus(pass.stock_to_leave).expect("it was certified");
     let loops = plan.plan.profile.loops.iter().chain(&plan.plan.zones.loops);
-    let room = loops.flat_map(|each| &each.edges).map(|edge| edge.slack.units()).max().unwrap_or(0);
-    let d = f64::from(threshold.units()) + GUARD + f64::from(room);
+    let room = loops.flat_map(|each| &each.edges).map(|edge| edge.chord_error.units()).max().unwrap_or(0);
+    let d = f64::from(threshold.units()) + PATH_CLEARANCE + f64::from(room);
     // Edges that stand for splines may leave them; what is nearly a corner is no place to ask at.
     let apart = 2.0 * (ROUNDING + f64::from(room));
     for curve in walls(plan) {
@@ -182,10 +182,13 @@ fn reaches_all(plan: &CertifiedPlan, pass: &Pass) {
 fn follows_sources(plan: &CertifiedPlan) {
     for (each, source) in sources(plan) {
         let edges = &each.edges[source.first..source.end];
-        let slack = edges.iter().map(|edge| edge.slack.units()).max().unwrap_or(0);
+        let chord_error = edges.iter().map(|edge| edge.chord_error.units()).max().unwrap_or(0);
         for point in points_of(source) {
             let off = distance(point, edges.iter().map(|edge| &edge.curve));
-            assert!(off < f64::from(slack) + ROUNDING, "{source:?} is {off} from its edges, not {slack}");
+            assert!(
+                off < f64::from(chord_error) + ROUNDING,
+                "{source:?} is {off} from its edges, not {chord_error}"
+            );
         }
     }
 }
@@ -232,7 +235,7 @@ pub fn winds<'a>(curves: impl Iterator<Item = &'a Curve>, place: Xy) -> bool {
         let chord = across.atan2(a.0 * b.0 + a.1 * b.1);
         let Curve::Arc(arc) = curve else { return chord };
         // Between the chord and the arc it is once more.
-        let left = arc.turn() == Turn::Left;
+        let left = arc.turn() == Turn::CounterClockwise;
         let whole = arc.from() == arc.to();
         let inside = between(place, xy(arc.centre())) < radius(arc, xy(arc.from()));
         match (inside && (whole || (across < 0.0) == left), left) {
@@ -301,7 +304,7 @@ fn radius(arc: &Arc, end: Xy) -> f64 {
 fn turned(arc: &Arc, angle: f64) -> f64 {
     let (centre, from) = (xy(arc.centre()), xy(arc.from()));
     let start = (from.1 - centre.1).atan2(from.0 - centre.0);
-    (if arc.turn() == Turn::Left { angle - start } else { start - angle }).rem_euclid(TAU)
+    (if arc.turn() == Turn::CounterClockwise { angle - start } else { start - angle }).rem_euclid(TAU)
 }
 
 fn swept(arc: &Arc) -> f64 {
@@ -350,6 +353,6 @@ pub fn polar(arc: &Arc, share: f64) -> (f64, f64) {
     let (centre, from) = (xy(arc.centre()), xy(arc.from()));
     let start = (from.1 - centre.1).atan2(from.0 - centre.0);
     let by = swept(arc) * share;
-    let angle = if arc.turn() == Turn::Left { start + by } else { start - by };
+    let angle = if arc.turn() == Turn::CounterClockwise { start + by } else { start - by };
     (angle, radius(arc, from) * (1.0 - share) + radius(arc, xy(arc.to())) * share)
 }

@@ -13,7 +13,7 @@ use crate::supervisor::{Phase, Supervisor};
 
 /// Something that happened.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Happening {
+pub enum TimelineEntry {
     /// The wall was touched, or the contour was asked for again.
     Touched,
     /// The contour began, or went on.
@@ -34,7 +34,7 @@ pub enum Happening {
 
 /// How long the session was in what.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Spent {
+pub struct PhaseTimes {
     /// Connecting, reading settings, homing.
     pub starting: Duration,
     /// Steered by hand.
@@ -51,11 +51,11 @@ pub struct Spent {
 
 /// What happened, in order, and the way of the tool as the controller reported it.
 #[derive(Clone, Debug)]
-pub struct Story {
+pub struct Timeline {
     /// What happened, when, and where the tool was last reported then, drawing coordinates.
-    pub happenings: Vec<(Time, Happening, Option<Point>)>,
+    pub happenings: Vec<(Time, TimelineEntry, Option<Point>)>,
     /// How long the session was in what.
-    pub spent: Spent,
+    pub spent: PhaseTimes,
     /// Where the tool was reported while it moved, drawing coordinates.
     pub samples: Vec<Sample>,
     /// The motions of contours as they were sent: chains of points, drawing coordinates, mm.
@@ -72,12 +72,12 @@ pub struct Story {
 /// Chords leave the arcs that they are drawn for by less than this: 1 µm.
 const CHORD: Length = Length::small(100);
 
-impl Story {
+impl Timeline {
     /// Before anything happened.
     pub(super) fn of(supervisor: &Supervisor) -> Self {
         Self {
             happenings: Vec::new(),
-            spent: Spent::default(),
+            spent: PhaseTimes::default(),
             samples: Vec::new(),
             contours: Vec::new(),
             closest: None,
@@ -116,8 +116,8 @@ impl Story {
         }
         let at = supervisor.position();
         let mut add = |happening| self.happenings.push((now, happening, at));
-        supervisor.finished().iter().skip(self.finished).for_each(|each| add(Happening::Finished(*each)));
-        supervisor.notices().iter().skip(self.told).for_each(|each| add(Happening::Told(each.clone())));
+        supervisor.finished().iter().skip(self.finished).for_each(|each| add(TimelineEntry::Finished(*each)));
+        supervisor.notices().iter().skip(self.told).for_each(|each| add(TimelineEntry::Told(each.clone())));
         self.finished = supervisor.finished().len();
         self.told = supervisor.notices().len();
         let (before, after) = (self.phase, supervisor.phase());
@@ -126,14 +126,14 @@ impl Story {
             return;
         }
         let happening = match after {
-            Phase::Touching => Happening::Touched,
-            Phase::Contouring => Happening::Contouring,
-            Phase::Holding => Happening::Held,
+            Phase::Touching => TimelineEntry::Touched,
+            Phase::Contouring => TimelineEntry::Contouring,
+            Phase::Holding => TimelineEntry::Held,
             Phase::Faulted => {
-                Happening::Fault(supervisor.fault().map(ToString::to_string).unwrap_or_default())
+                TimelineEntry::Fault(supervisor.fault().map(ToString::to_string).unwrap_or_default())
             }
-            Phase::Starting => Happening::Recovered,
-            Phase::Done => Happening::Ended,
+            Phase::Starting => TimelineEntry::Recovered,
+            Phase::Done => TimelineEntry::Ended,
             Phase::Manual | Phase::Sliding | Phase::Escaping | Phase::Stopping => return,
         };
         self.happenings.push((now, happening, at));

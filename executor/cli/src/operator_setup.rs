@@ -19,7 +19,7 @@ const STEERING_KEYS: &str = "SPACE STOP · arrows steer · q quit · 1-4 speed �
 const WATCHING_KEYS: &str = "SPACE STOP · p pause · q quit · r resume · f recover";
 
 /// The operator, the view if there is one, and what the operator's devices have to say.
-pub struct Hands {
+pub struct OperatorSetup {
     pub operator: Box<dyn Operator + Send>,
     pub screen: Option<Screen>,
     pub panel: Panel,
@@ -28,7 +28,7 @@ pub struct Hands {
 }
 
 /// Sets up the operator that the arguments ask for. `real_time`: whether the run waits for people.
-pub fn hands(arguments: &RunArguments, manual_s: f64, real_time: bool) -> Result<Hands, CliError> {
+pub fn hands(arguments: &RunArguments, jog_s: f64, real_time: bool) -> Result<OperatorSetup, CliError> {
     let panel = Panel::default();
     let name = arguments.operator.as_str();
     let by_hand = ["keyboard", "gamepad", "handwheel"].contains(&name.split(':').next().unwrap_or(name));
@@ -37,7 +37,7 @@ pub fn hands(arguments: &RunArguments, manual_s: f64, real_time: bool) -> Result
         return Err(CliError::Argument(reason));
     }
     // Devices that are missing are told of before the terminal is changed.
-    let other = if name == "keyboard" { None } else { Some(other(arguments, manual_s, &panel)?) };
+    let other = if name == "keyboard" { None } else { Some(other(arguments, jog_s, &panel)?) };
     let keyboard = name == "keyboard" || arguments.view && real_time && std::io::stdin().is_terminal();
     let screen = if arguments.view && std::io::stdout().is_terminal() {
         let keys = match (name, keyboard) {
@@ -63,15 +63,11 @@ pub fn hands(arguments: &RunArguments, manual_s: f64, real_time: bool) -> Result
         Some(path) => Box::new(Recorder::create(operator, path, panel.clone()).map_err(OperatorError::from)?),
         None => operator,
     };
-    Ok(Hands { operator, screen, panel, recovers: by_hand })
+    Ok(OperatorSetup { operator, screen, panel, recovers: by_hand })
 }
 
 /// An operator other than the keyboard.
-fn other(
-    arguments: &RunArguments,
-    manual_s: f64,
-    panel: &Panel,
-) -> Result<Box<dyn Operator + Send>, CliError> {
+fn other(arguments: &RunArguments, jog_s: f64, panel: &Panel) -> Result<Box<dyn Operator + Send>, CliError> {
     let (kind, device) = match arguments.operator.split_once(':') {
         Some((kind, device)) => (kind, Some(device)),
         None => (arguments.operator.as_str(), None),
@@ -80,7 +76,7 @@ fn other(
         ("gamepad", None) => Wanted::Stick,
         ("handwheel", None) => Wanted::Wheel,
         ("gamepad" | "handwheel", Some(device)) => Wanted::At(device.into()),
-        _ => return Ok(named(&arguments.operator, manual_s, arguments.seed)?),
+        _ => return Ok(named(&arguments.operator, jog_s, arguments.seed)?),
     };
     let stick = Stick::new(StickSettings {
         dead_zone: arguments.dead_zone,
@@ -100,7 +96,7 @@ fn ended_by_signals(operator: Box<dyn Operator + Send>) -> Result<Box<dyn Operat
     use signal_hook::iterator::Signals;
 
     let end = Arc::new(AtomicBool::new(false));
-    let mut signals = Signals::new([SIGINT, SIGTERM, SIGHUP]).map_err(TerminalError::Setup)?;
+    let mut signals = Signals::new([SIGINT, SIGTERM, SIGHUP]).map_err(TerminalError::AlignmentFile)?;
     let raised = Arc::clone(&end);
     let wait = move || {
         for signal in signals.forever() {
@@ -110,7 +106,7 @@ fn ended_by_signals(operator: Box<dyn Operator + Send>) -> Result<Box<dyn Operat
             }
         }
     };
-    std::thread::Builder::new().name("signals".into()).spawn(wait).map_err(TerminalError::Setup)?;
+    std::thread::Builder::new().name("signals".into()).spawn(wait).map_err(TerminalError::AlignmentFile)?;
     Ok(Box::new(Endable::new(operator, end)))
 }
 

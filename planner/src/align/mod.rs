@@ -8,6 +8,7 @@
 //! and how well it meets features that were made before. It does count toward what is drawn but does not move with the
 //! part, such as clamps: draw those larger by it.
 
+pub mod file;
 mod fit;
 mod part;
 
@@ -19,7 +20,7 @@ use crate::units::mm_pair;
 
 /// A place of the part, drawing coordinates, and where the tool's centre was, machine coordinates; mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Touch {
+pub struct ProbePoint {
     /// The place in the drawing; of a touched edge, a place near where it was touched.
     pub drawing_mm: (f64, f64),
     /// The machine coordinates of the tool's centre.
@@ -28,21 +29,21 @@ pub struct Touch {
 
 /// What was touched, and how well.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Touches {
+pub struct ProbePoints {
     /// Points that the tool's centre was brought to.
-    pub points: Vec<Touch>,
+    pub points: Vec<ProbePoint>,
     /// Straight edges that the tool touched from the free side.
-    pub edges: Vec<Touch>,
+    pub edges: Vec<ProbePoint>,
     /// Diameter of the probe or tool that touched the edges, mm.
     pub probe_diameter_mm: f64,
     /// How far a touch may be wrong, mm.
-    pub touch_error_mm: f64,
+    pub probe_error_mm: f64,
     /// How far drawing and machine may disagree, mm.
     pub tolerance_mm: f64,
 }
 
 /// A touch may be wrong by this unless told otherwise, mm.
-pub const TOUCH_ERROR_MM: f64 = 0.005;
+pub const PROBE_ERROR_MM: f64 = 0.005;
 /// Drawing and machine may disagree by this unless told otherwise, mm.
 pub const TOLERANCE_MM: f64 = 0.05;
 /// Refused when a touch error moves some place of the part by more than this many times itself.
@@ -56,7 +57,7 @@ const ROUND_MM: f64 = 0.000_75;
 
 /// How the workpiece lies, and how well that is known.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Registration {
+pub struct Alignment {
     /// Rotation of the drawing about its origin, counter-clockwise, degrees in (−180, 180].
     pub rotation_deg: f64,
     /// Machine coordinates of the drawing's origin, mm.
@@ -75,7 +76,7 @@ pub struct Registration {
 
 /// Why touches do not say how the workpiece lies.
 #[derive(Clone, Debug, Error, PartialEq)]
-pub enum RegistrationError {
+pub enum AlignmentError {
     /// Too few touches.
     #[error(
         "too few touches: give one point, or touches of two edges that are not parallel (no rotation is measured then); two points, or two touches along one edge and one of another, to measure the rotation too"
@@ -156,12 +157,12 @@ pub enum RegistrationError {
     Undetermined,
     /// The touches are too near each other for the part.
     #[error(
-        "a touch error of {touch_error_mm} mm could put the part off by {off_mm:.3} mm at {}: the touches are {apart_mm:.2} mm apart, the part is {size_mm:.2} mm long. Touch points farther apart, and edges that stand square to each other.",
+        "a touch error of {probe_error_mm} mm could put the part off by {off_mm:.3} mm at {}: the touches are {apart_mm:.2} mm apart, the part is {size_mm:.2} mm long. Touch points farther apart, and edges that stand square to each other.",
         mm_pair(*at_mm)
     )]
     Degenerate {
         /// What each touch may be wrong by, mm.
-        touch_error_mm: f64,
+        probe_error_mm: f64,
         /// What that comes to, mm.
         off_mm: f64,
         /// Where, drawing coordinates.
@@ -179,20 +180,20 @@ pub enum RegistrationError {
 /// one edge and one of another; more of them are averaged.
 ///
 /// # Errors
-/// [`RegistrationError`] when the touches contradict each other or do not fix the part well enough.
-pub fn register(part: &Part, touches: &Touches) -> Result<Registration, RegistrationError> {
+/// [`AlignmentError`] when the touches contradict each other or do not fix the part well enough.
+pub fn align(part: &Part, touches: &ProbePoints) -> Result<Alignment, AlignmentError> {
     touches.check()?;
     let observations = touches.observations(part)?;
     let start = first_rotation(touches, &observations)?;
-    let fit = Fit::of(&observations, start, part).ok_or(RegistrationError::Undetermined)?;
+    let fit = Fit::of(&observations, start, part).ok_or(AlignmentError::Undetermined)?;
     let residuals_mm: Vec<f64> = observations.iter().map(|each| fit.residual_mm(each)).collect();
     touches.check_residuals(&residuals_mm)?;
     check_ends(&fit, &observations, touches)?;
-    let (off_mm, worst_at_mm) = fit.uncertainty(&observations, touches.touch_error_mm, part);
-    let gain = off_mm / touches.touch_error_mm;
+    let (off_mm, worst_at_mm) = fit.uncertainty(&observations, touches.probe_error_mm, part);
+    let gain = off_mm / touches.probe_error_mm;
     if gain > WORST_GAIN {
-        return Err(RegistrationError::Degenerate {
-            touch_error_mm: touches.touch_error_mm,
+        return Err(AlignmentError::Degenerate {
+            probe_error_mm: touches.probe_error_mm,
             off_mm,
             at_mm: worst_at_mm,
             apart_mm: touches.apart_mm(),
@@ -202,7 +203,7 @@ pub fn register(part: &Part, touches: &Touches) -> Result<Registration, Registra
     let rotation_deg = wrapped((fit.rotation.to_degrees() * DEGREE_PARTS).round() / DEGREE_PARTS);
     let (x, y) = fit.origin(rotation_deg.to_radians());
     let micrometre = |c: f64| (c * 1000.0).round() / 1000.0;
-    Ok(Registration {
+    Ok(Alignment {
         rotation_deg,
         origin_mm: (micrometre(x), micrometre(y)),
         turned: start.is_some(),
@@ -213,7 +214,7 @@ pub fn register(part: &Part, touches: &Touches) -> Result<Registration, Registra
     })
 }
 
-impl Registration {
+impl Alignment {
     /// Machine coordinates of a drawing's point, mm.
     #[must_use]
     pub fn machine_mm(&self, drawing_mm: (f64, f64)) -> (f64, f64) {
@@ -229,17 +230,17 @@ impl Registration {
     }
 }
 
-impl Touches {
-    fn check(&self) -> Result<(), RegistrationError> {
+impl ProbePoints {
+    fn check(&self) -> Result<(), AlignmentError> {
         let least_probe = if self.edges.is_empty() { 0.0 } else { 0.001 };
         let figures = [
             ("probe diameter", self.probe_diameter_mm, least_probe, 500.0),
-            ("touch error", self.touch_error_mm, 0.000_1, 1.0),
+            ("touch error", self.probe_error_mm, 0.000_1, 1.0),
             ("tolerance", self.tolerance_mm, 0.000_1, 10.0),
         ];
         for (what, value, least, most) in figures {
             if !(least..=most).contains(&value) {
-                return Err(RegistrationError::Figure { what, value, least, most });
+                return Err(AlignmentError::Figure { what, value, least, most });
             }
         }
         let pairs = (0..self.points.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
@@ -249,19 +250,13 @@ impl Touches {
             let machine_mm = far(a.machine_mm, b.machine_mm);
             if (drawing_mm - machine_mm).abs() > self.tolerance_mm {
                 let (first, second, tolerance_mm) = (i + 1, j + 1, self.tolerance_mm);
-                return Err(RegistrationError::Distance {
-                    first,
-                    second,
-                    drawing_mm,
-                    machine_mm,
-                    tolerance_mm,
-                });
+                return Err(AlignmentError::Distance { first, second, drawing_mm, machine_mm, tolerance_mm });
             }
         }
         Ok(())
     }
 
-    fn observations(&self, part: &Part) -> Result<Vec<Observation>, RegistrationError> {
+    fn observations(&self, part: &Part) -> Result<Vec<Observation>, AlignmentError> {
         let points = self.points.iter().map(|&touch| Ok(Observation::Point(touch)));
         let edges = self.edges.iter().map(|&touch| {
             let edge = part.edge_near(touch.drawing_mm)?;
@@ -270,7 +265,7 @@ impl Touches {
         points.chain(edges).collect()
     }
 
-    fn check_residuals(&self, residuals_mm: &[f64]) -> Result<(), RegistrationError> {
+    fn check_residuals(&self, residuals_mm: &[f64]) -> Result<(), AlignmentError> {
         let worst = residuals_mm.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
         match worst {
             Some((index, &off_mm)) if off_mm > self.tolerance_mm => {
@@ -278,7 +273,7 @@ impl Touches {
                     None => format!("point {}", index + 1),
                     Some(edge) => format!("edge touch {}", edge + 1),
                 };
-                Err(RegistrationError::Residual { touch, off_mm, tolerance_mm: self.tolerance_mm })
+                Err(AlignmentError::Residual { touch, off_mm, tolerance_mm: self.tolerance_mm })
             }
             _ => Ok(()),
         }
@@ -293,14 +288,17 @@ impl Touches {
 }
 
 /// Where the search for the rotation begins, rad; `None` when the touches are too few to measure it.
-fn first_rotation(touches: &Touches, observations: &[Observation]) -> Result<Option<f64>, RegistrationError> {
+fn first_rotation(
+    touches: &ProbePoints,
+    observations: &[Observation],
+) -> Result<Option<f64>, AlignmentError> {
     if let [first, others @ ..] = &touches.points[..] {
-        let away = |touch: &Touch| far(first.drawing_mm, touch.drawing_mm);
+        let away = |touch: &ProbePoint| far(first.drawing_mm, touch.drawing_mm);
         if let Some(farthest) = others.iter().max_by(|a, b| away(a).total_cmp(&away(b))) {
             return Ok(Some(turn_between(first, farthest)));
         }
     }
-    let edges: Vec<(Touch, StraightEdge)> = observations.iter().filter_map(Observation::edge).collect();
+    let edges: Vec<(ProbePoint, StraightEdge)> = observations.iter().filter_map(Observation::edge).collect();
     let pairs = (0..edges.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
     for (i, j) in pairs {
         let ((a, edge), (b, other)) = (edges[i], edges[j]);
@@ -309,30 +307,30 @@ fn first_rotation(touches: &Touches, observations: &[Observation]) -> Result<Opt
         }
         let along = edge.along(b.drawing_mm) - edge.along(a.drawing_mm);
         if along.abs() < far(a.machine_mm, b.machine_mm) / 2.0 {
-            return Err(RegistrationError::WhichEnd { near: a.drawing_mm });
+            return Err(AlignmentError::WhichEnd { near: a.drawing_mm });
         }
-        let on = |touch: Touch| Touch { drawing_mm: edge.foot(touch.drawing_mm), ..touch };
+        let on = |touch: ProbePoint| ProbePoint { drawing_mm: edge.foot(touch.drawing_mm), ..touch };
         return Ok(Some(turn_between(&on(a), &on(b))));
     }
     match (touches.points.len(), edges.len()) {
         (1, 0) | (0, 2) => Ok(None),
-        _ => Err(RegistrationError::TooFew),
+        _ => Err(AlignmentError::TooFew),
     }
 }
 
-fn check_ends(fit: &Fit, observations: &[Observation], touches: &Touches) -> Result<(), RegistrationError> {
+fn check_ends(fit: &Fit, observations: &[Observation], touches: &ProbePoints) -> Result<(), AlignmentError> {
     let edges = observations.iter().filter_map(Observation::edge);
     for (index, (touch, edge)) in edges.enumerate() {
         let beyond_mm = edge.beyond(fit.drawing_mm(touch.machine_mm));
         if beyond_mm > touches.tolerance_mm {
-            return Err(RegistrationError::BeyondEdge { touch: index + 1, beyond_mm });
+            return Err(AlignmentError::BeyondEdge { touch: index + 1, beyond_mm });
         }
     }
     Ok(())
 }
 
 /// The angle by which the way between two touches is turned on the machine.
-fn turn_between(a: &Touch, b: &Touch) -> f64 {
+fn turn_between(a: &ProbePoint, b: &ProbePoint) -> f64 {
     let angle = |p: (f64, f64), q: (f64, f64)| (q.1 - p.1).atan2(q.0 - p.0);
     angle(a.machine_mm, b.machine_mm) - angle(a.drawing_mm, b.drawing_mm)
 }

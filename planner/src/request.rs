@@ -4,10 +4,10 @@ use keepout_kernel::exact::segment::Window;
 use thiserror::Error;
 
 use crate::drawing::{
-    CURVE_MM, Chained, Choice, Drawing, DrawingError, DxfFile, JOIN_MM, Repair, chain, curves_of, read,
+    CURVE_MM, Chained, Drawing, DrawingError, DxfFile, EntityFilter, JOIN_MM, Repair, chain, curves_of, read,
 };
 use crate::machine::MachineProfile;
-use crate::plan::{CertifiedPlan, Job, Plan, PlanError, Remark, Shapes, Sheet};
+use crate::plan::{CertifiedPlan, Plan, PlanError, PlanGeometry, PlanParameters, Provenance, Remark};
 use crate::plan_file;
 use crate::profile::Profile;
 use crate::select::{SelectError, Selection};
@@ -15,9 +15,9 @@ use crate::text_file::shown;
 
 /// What a person decides.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Order {
+pub struct PlanRequest {
     /// What is taken from the drawing.
-    pub choice: Choice,
+    pub choice: EntityFilter,
     /// Gaps up to this are closed, mm.
     pub join_mm: f64,
     /// Splines and ellipses become arcs and lines within this, mm.
@@ -25,30 +25,30 @@ pub struct Order {
     /// Which contours make the part.
     pub selection: Selection,
     /// Layers whose closed contours the tool keeps out of besides the part: clamps, a vice.
-    pub zone_layers: Vec<String>,
+    pub keep_out_layers: Vec<String>,
     /// The layer of a rectangle that the tool's centre stays in.
-    pub stroke_layer: Option<String>,
-    /// Tool, side, allowances, passes.
-    pub job: Job,
+    pub travel_layer: Option<String>,
+    /// Tool, side, stocks_to_leave, passes.
+    pub job: PlanParameters,
 }
 
-impl Default for Order {
+impl Default for PlanRequest {
     fn default() -> Self {
         Self {
-            choice: Choice::default(),
+            choice: EntityFilter::default(),
             join_mm: JOIN_MM,
             curve_mm: CURVE_MM,
             selection: Selection::default(),
-            zone_layers: Vec::new(),
-            stroke_layer: None,
-            job: Job::default(),
+            keep_out_layers: Vec::new(),
+            travel_layer: None,
+            job: PlanParameters::default(),
         }
     }
 }
 
 /// Why there is no plan.
 #[derive(Debug, Error)]
-pub enum OrderError {
+pub enum PlanRequestError {
     /// The drawing can not be used.
     #[error(transparent)]
     Drawing(#[from] DrawingError),
@@ -114,7 +114,7 @@ impl std::fmt::Display for Stage {
     }
 }
 
-impl Order {
+impl PlanRequest {
     /// The drawing's contours, chained and not yet selected.
     ///
     /// # Errors
@@ -126,9 +126,9 @@ impl Order {
     }
 
     /// What is taken for the part: not the layers that say something else.
-    fn part_choice(&self) -> Choice {
+    fn part_choice(&self) -> EntityFilter {
         let mut choice = self.choice.clone();
-        choice.without.extend(self.zone_layers.iter().chain(&self.stroke_layer).cloned());
+        choice.without.extend(self.keep_out_layers.iter().chain(&self.travel_layer).cloned());
         choice
     }
 
@@ -139,7 +139,7 @@ impl Order {
         (layers, what): (&[String], &str),
         remarks: &mut Vec<Remark>,
     ) -> Result<Profile, DrawingError> {
-        let choice = Choice { layers: layers.to_vec(), ..self.choice.clone() };
+        let choice = EntityFilter { layers: layers.to_vec(), ..self.choice.clone() };
         let drawing = curves_of(file, &choice)?;
         let chained = chain(&drawing, self.join_mm, self.curve_mm)?.closed()?;
         remarks.extend(chained.repairs.iter().map(repaired).map(|remark| of(what, remark)));
@@ -147,35 +147,35 @@ impl Order {
     }
 
     fn zones(&self, file: &DxfFile, remarks: &mut Vec<Remark>) -> Result<Profile, DrawingError> {
-        if self.zone_layers.is_empty() {
+        if self.keep_out_layers.is_empty() {
             Ok(Profile::default())
         } else {
-            self.closed_on(file, (&self.zone_layers, "zone"), remarks)
+            self.closed_on(file, (&self.keep_out_layers, "zone"), remarks)
         }
     }
 
-    fn stroke(&self, file: &DxfFile, remarks: &mut Vec<Remark>) -> Result<Option<Window>, OrderError> {
-        let Some(layer) = &self.stroke_layer else { return Ok(None) };
+    fn travel(&self, file: &DxfFile, remarks: &mut Vec<Remark>) -> Result<Option<Window>, PlanRequestError> {
+        let Some(layer) = &self.travel_layer else { return Ok(None) };
         let profile = self.closed_on(file, (std::slice::from_ref(layer), "machine's travel"), remarks)?;
         let rectangle = match &profile.loops[..] {
             [only] => only.rectangle(),
             _ => None,
         };
-        let wrong = || OrderError::Stroke { layer: layer.clone(), count: profile.loops.len() };
+        let wrong = || PlanRequestError::Stroke { layer: layer.clone(), count: profile.loops.len() };
         Ok(Some(rectangle.ok_or_else(wrong)?))
     }
 
     /// Drawing bytes to certified plan; `stage` is told what is being done.
     ///
     /// # Errors
-    /// [`OrderError`] with place and remedy.
+    /// [`PlanRequestError`] with place and remedy.
     pub fn plan(
         &self,
         name: &str,
         bytes: &[u8],
         machine: &MachineProfile,
         stage: &mut dyn FnMut(Stage),
-    ) -> Result<CertifiedPlan, OrderError> {
+    ) -> Result<CertifiedPlan, PlanRequestError> {
         stage(Stage::Reading);
         let file = read(bytes).map_err(DrawingError::from)?;
         let drawing = curves_of(&file, &self.part_choice())?;
@@ -184,22 +184,22 @@ impl Order {
         let left_out = drawing.left_out.iter().map(|(why, count)| format!("left out: {count} {why}"));
         let mut remarks: Vec<Remark> = chained.repairs.iter().map(repaired).collect();
         remarks.extend(drawing.remarks.iter().cloned().chain(left_out).map(Remark::from));
-        let shapes = Shapes {
+        let shapes = PlanGeometry {
             profile: self.selection.apply(chained, &mut remarks)?,
             zones: self.zones(&file, &mut remarks)?,
-            stroke: self.stroke(&file, &mut remarks)?,
+            travel: self.travel(&file, &mut remarks)?,
         };
         for remark in &mut remarks {
             remark.text = shown(&remark.text);
         }
-        let sheet = Sheet {
+        let provenance = Provenance {
             name: shown(name),
             hash: plan_file::hash(bytes),
             unit: shown(&drawing.unit),
             remarks,
             placed: self.choice.placed,
         };
-        Ok(Plan::make(sheet, shapes, &self.job, machine, stage)?)
+        Ok(Plan::make(provenance, shapes, &self.job, machine, stage)?)
     }
 }
 

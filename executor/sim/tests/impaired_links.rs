@@ -4,30 +4,32 @@
 
 use std::time::Duration;
 
-use keepout_executor::dialect::Language;
-use keepout_executor::session::{Engine, Going, NoTape, Session, VirtualClock};
-use keepout_executor::supervisor::{Abilities, Supervisor, Workpiece};
+use keepout_executor::dialect::DialectName;
+use keepout_executor::session::{Engine, Going, NoEventLog, Session, VirtualClock};
+use keepout_executor::supervisor::{Abilities, PreparedPlan, Supervisor};
 use keepout_guard::Time;
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::order::Order;
-use keepout_planner::plan::PassJob;
+use keepout_planner::plan::PassParameters;
+use keepout_planner::request::PlanRequest;
 use keepout_sim::faults::{Damage, Faults, Rates};
+use keepout_sim::monitor::CollisionMonitor;
 use keepout_sim::session::{Scene, SimRun};
-use keepout_sim::witness::Witness;
-use keepout_sim::{Disturbance, Quirks, SimMachine, SimSettings, Slip, VirtualPort, operator, speaking};
+use keepout_sim::{
+    Disturbance, PositioningError, Quirks, SimMachine, SimSettings, VirtualPort, operator, speaking,
+};
 
-fn workpiece() -> Workpiece {
+fn workpiece() -> PreparedPlan {
     let bytes = include_bytes!("../../cli/drawings/bracket.dxf");
-    let mut order = Order::default();
-    order.job.passes = vec![PassJob { allowance_mm: 0.05, feed_mm_min: Some(3000) }];
-    Workpiece::new(order.plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap())
+    let mut order = PlanRequest::default();
+    order.job.passes = vec![PassParameters { stock_to_leave_mm: 0.05, feed_mm_min: Some(3000) }];
+    PreparedPlan::new(order.plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap())
 }
 
 /// Motions that were certified before the session ended.
-fn run(work: &Workpiece, language: &str, seed: u64) -> u64 {
+fn run(work: &PreparedPlan, language: &str, seed: u64) -> u64 {
     let mut random = fastrand::Rng::with_seed(seed);
     let machine = MachineProfile::simulated();
-    let run = SimRun { language: Language::named(language).unwrap(), seed, ..SimRun::default() };
+    let run = SimRun { language: DialectName::named(language).unwrap(), seed, ..SimRun::default() };
     let mut scene = Scene::of(&work.plan, &run).unwrap();
     scene.options.home = false;
     let settings = SimSettings {
@@ -44,15 +46,15 @@ fn run(work: &Workpiece, language: &str, seed: u64) -> u64 {
     let abilities = dialect.abilities();
     let (to_controller, to_host) = rates(abilities, often, seed);
     let supervisor = Supervisor::new(work.clone(), scene.options, abilities);
-    let slip = Slip::wandering(machine.repeatability_mm, machine.steps_per_mm, seed);
+    let slip = PositioningError::wandering(machine.repeatability_mm, machine.steps_per_mm, seed);
     let latency = Duration::from_millis(random.u64(0..40));
     let machine = SimMachine::new(speaking(&run.language, settings), 115_200, latency, slip)
         .hurt(Faults::new(to_controller, seed), Faults::new(to_host, seed + 1000));
     let offset = scene.setting.offset;
-    let mut witness = Witness::new(work.plan.part.clone(), work.plan.plan.tool_radius, offset);
+    let mut monitor = CollisionMonitor::new(work.plan.part.clone(), work.plan.plan.tool_radius, offset);
     let operator = operator::named(["wall", "random", "reversal"][random.usize(0..3)], 8.0, seed).unwrap();
     let engine = Engine::new(supervisor, dialect);
-    let mut session = Session::new(engine, VirtualPort { machine }, operator, Box::new(NoTape));
+    let mut session = Session::new(engine, VirtualPort { machine }, operator, Box::new(NoEventLog));
     let mut samples = Vec::new();
     let disturbed = Time::from_micros(random.u64(0..60_000_000));
     let disturbance = if random.bool() { Disturbance::Reset } else { Disturbance::Alarm };
@@ -64,7 +66,7 @@ fn run(work: &Workpiece, language: &str, seed: u64) -> u64 {
             session.port().unwrap().machine.disturb(disturbance, now);
         }
         session.port().unwrap().machine.take_samples(&mut samples);
-        samples.drain(..).for_each(|sample| witness.watch(&sample));
+        samples.drain(..).for_each(|sample| monitor.watch(&sample));
         Going::On
     });
     ended.unwrap();
@@ -72,8 +74,8 @@ fn run(work: &Workpiece, language: &str, seed: u64) -> u64 {
     let until = Time::from_micros(80_000_000);
     session.drain(until);
     session.port().unwrap().machine.take_samples(&mut samples);
-    samples.drain(..).for_each(|sample| witness.watch(&sample));
-    assert!(witness.deepest().is_none(), "{language} {seed}: {:?}", witness.deepest());
+    samples.drain(..).for_each(|sample| monitor.watch(&sample));
+    assert!(monitor.deepest().is_none(), "{language} {seed}: {:?}", monitor.deepest());
     let counts = session.supervisor().counts();
     counts.jogs + counts.contour_motions
 }

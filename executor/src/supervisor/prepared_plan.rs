@@ -8,42 +8,42 @@ use keepout_kernel::{Length, ProhibitedRegion};
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::length_up_from_mm;
 
-use super::manual::standing_off;
+use super::jog::standing_off;
 use crate::supervisor::Abilities;
 
 /// A certified plan, and its part prepared for steering. Cheap to clone.
 #[derive(Clone, Debug)]
-pub struct Workpiece {
+pub struct PreparedPlan {
     /// The plan.
     pub plan: Arc<CertifiedPlan>,
     pub(super) part: Arc<ProhibitedRegion>,
-    pub(super) coarse: Arc<ProhibitedRegion>,
+    pub(super) simplified: Arc<ProhibitedRegion>,
 }
 
 /// Runs of edges are under one chord while the tool is steered by hand, as many short edges would make decisions slow: as far
-/// as they keep within this share of the allowance of it, and within 5 µm.
+/// as they keep within this share of the stock_to_leave of it, and within 5 µm.
 const COARSE_SHARE: i64 = 40;
 const COARSE_MAX: i64 = 500;
 
-impl Workpiece {
+impl PreparedPlan {
     /// Prepares the part of a certified plan.
     #[must_use]
     pub fn new(plan: CertifiedPlan) -> Self {
-        let tolerance = (i64::from(plan.plan.allowance.units()) / COARSE_SHARE).min(COARSE_MAX);
+        let tolerance = (i64::from(plan.plan.stock_to_leave.units()) / COARSE_SHARE).min(COARSE_MAX);
         let tolerance = Length::from_units(tolerance).unwrap_or(Length::ZERO);
-        let mut coarse = plan.part.coarsened(tolerance).unwrap_or_else(|_| plan.part.clone());
+        let mut simplified = plan.part.simplified(tolerance).unwrap_or_else(|_| plan.part.clone());
         // Cells only make answers at the roughing threshold and where ways stand off it
         // faster; a part too large for them is asked by its index.
-        let _ = coarse.prepare(plan.roughing);
-        let _ = coarse.prepare(standing_off(plan.roughing));
+        let _ = simplified.prepare(plan.roughing);
+        let _ = simplified.prepare(standing_off(plan.roughing));
         let part = Arc::new(plan.part.clone());
-        Self { plan: Arc::new(plan), part, coarse: Arc::new(coarse) }
+        Self { plan: Arc::new(plan), part, simplified: Arc::new(simplified) }
     }
 
     /// The part as steering by hand sees it: up to 10 µm larger.
     #[must_use]
-    pub fn coarse(&self) -> &ProhibitedRegion {
-        &self.coarse
+    pub fn simplified(&self) -> &ProhibitedRegion {
+        &self.simplified
     }
 
     /// The part.
@@ -54,17 +54,17 @@ impl Workpiece {
 }
 
 /// What the guard keeps to.
-pub(super) fn rules(plan: &CertifiedPlan, stroke: Window, abilities: Abilities) -> Rules {
+pub(super) fn rules(plan: &CertifiedPlan, travel: Window, abilities: Abilities) -> Rules {
     let machine = &plan.plan.machine;
     // Two steps and a little: the controller may have up to as few steps per mm as the profile says.
     let shortest = length_up_from_mm(2.2 / machine.steps_per_mm).unwrap_or(Length::small(u8::MAX));
     Rules {
-        stroke,
-        manual: plan.roughing,
-        finishing: finishing_as_sent(plan, abilities),
+        travel,
+        jogging_clearance: plan.roughing,
+        finishing_clearance: finishing_as_sent(plan, abilities),
         resolution: plan.plan.budget.resolution().unwrap_or(Length::small(100)),
         shortest,
-        shape: abilities.shape,
+        interpolation: abilities.interpolation,
         on_cancel: abilities.on_cancel,
         contours: abilities.contours,
         checked: abilities.checked,
@@ -84,8 +84,8 @@ fn finishing_as_sent(plan: &CertifiedPlan, abilities: Abilities) -> Length {
 mod tests {
     use keepout_kernel::Point;
     use keepout_planner::machine::MachineProfile;
-    use keepout_planner::order::Order;
-    use keepout_planner::plan::Job;
+    use keepout_planner::plan::PlanParameters;
+    use keepout_planner::request::PlanRequest;
     use keepout_planner::units::mm;
 
     use super::super::transitions::ABILITIES;
@@ -105,16 +105,16 @@ mod tests {
                 contour_error_mm: random.f64() * 0.05,
                 ..MachineProfile::simulated()
             };
-            let job = Job {
+            let job = PlanParameters {
                 tool_diameter_mm: 3.0 + random.f64() * 3.0,
-                allowance_mm: [0.0, 0.01, 0.3][case % 3],
-                ..Job::default()
+                stock_to_leave_mm: [0.0, 0.01, 0.3][case % 3],
+                ..PlanParameters::default()
             };
-            let order = Order { job, ..Order::default() };
+            let order = PlanRequest { job, ..PlanRequest::default() };
             let plan = order.plan("bracket", bytes, &machine, &mut |_| {}).unwrap();
-            let stroke = Window::of(Point::ORIGIN);
+            let travel = Window::of(Point::ORIGIN);
             let [arcs, chords] =
-                [true, false].map(|arcs| rules(&plan, stroke, Abilities { arcs, ..ABILITIES }));
+                [true, false].map(|arcs| rules(&plan, travel, Abilities { arcs, ..ABILITIES }));
             let radius = order.job.tool_diameter_mm / 2.0;
             let terms = &plan.plan.budget.terms;
             let sum: f64 = terms.iter().map(|term| term.mm).sum();
@@ -124,11 +124,19 @@ mod tests {
             let of_arcs = of("controller arcs");
             assert!(terms.iter().all(|term| term.mm > 0.0) && of_arcs > 0.0);
             let close = |length: Length, least: f64| (0.0..1e-4).contains(&(mm(length.units()) - least));
-            assert!(close(arcs.finishing, radius + sum), "{case}: {:?}", arcs.finishing);
-            assert!(close(chords.finishing, radius + sum - of_arcs), "{case}: {:?}", chords.finishing);
-            let kept = order.job.allowance_mm.max(2.0 * mm(arcs.resolution.units()));
+            assert!(close(arcs.finishing_clearance, radius + sum), "{case}: {:?}", arcs.finishing_clearance);
+            assert!(
+                close(chords.finishing_clearance, radius + sum - of_arcs),
+                "{case}: {:?}",
+                chords.finishing_clearance
+            );
+            let kept = order.job.stock_to_leave_mm.max(2.0 * mm(arcs.resolution.units()));
             for rules in [arcs, chords] {
-                assert!(close(rules.manual, radius + sum + kept), "{case}: {:?} {kept}", rules.manual);
+                assert!(
+                    close(rules.jogging_clearance, radius + sum + kept),
+                    "{case}: {:?} {kept}",
+                    rules.jogging_clearance
+                );
                 assert!(close(rules.resolution, of("controller resolution")), "{case}");
             }
         }

@@ -1,19 +1,19 @@
 //! The least-squares fit of a rigid motion to touches.
 
-use super::Touch;
+use super::ProbePoint;
 use super::part::{Part, StraightEdge};
 
 /// A touch with what it was of.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Observation {
     /// The tool's centre is on a point.
-    Point(Touch),
+    Point(ProbePoint),
     /// The tool's disc touches an edge.
-    Edge { touch: Touch, edge: StraightEdge, radius_mm: f64 },
+    Edge { touch: ProbePoint, edge: StraightEdge, radius_mm: f64 },
 }
 
 impl Observation {
-    pub fn edge(&self) -> Option<(Touch, StraightEdge)> {
+    pub fn edge(&self) -> Option<(ProbePoint, StraightEdge)> {
         match *self {
             Self::Point(_) => None,
             Self::Edge { touch, edge, .. } => Some((touch, edge)),
@@ -80,7 +80,7 @@ impl Fit {
     fn rows(&self, observation: &Observation) -> Vec<Row> {
         let scaled = |slope: f64| if self.turns { slope / self.half_mm } else { 0.0 };
         match *observation {
-            Observation::Point(Touch { drawing_mm, machine_mm }) => {
+            Observation::Point(ProbePoint { drawing_mm, machine_mm }) => {
                 let (x, y) = self.arm(drawing_mm);
                 let off = (self.place.0 + x - machine_mm.0, self.place.1 + y - machine_mm.1);
                 vec![

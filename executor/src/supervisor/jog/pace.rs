@@ -5,7 +5,7 @@ use std::time::Duration;
 use keepout_guard::DRAIN;
 
 use super::super::watch::QUERY_PAUSE;
-use super::helm::Helm;
+use super::context::JogContext;
 
 /// Where motions can not be joined, each lasts up to this, s.
 const SINGLE_S: f64 = 1.0;
@@ -35,19 +35,19 @@ impl LookAhead {
     ///
     /// A target stays in the in-flight set from when it is sent until [`DRAIN`] after it was reached, and until status reports say
     /// so. The set holds only so many targets, so jogs are at least that time over their number apart.
-    pub(super) fn of(helm: &Helm<'_>, speed_mm_s: f64) -> Self {
-        let trip_s = helm.round_trip.as_secs_f64();
+    pub(super) fn of(context: &JogContext<'_>, speed_mm_s: f64) -> Self {
+        let trip_s = context.round_trip.as_secs_f64();
         let pause_s = QUERY_PAUSE.as_secs_f64();
         // The known position is as old as a status query takes, and the pause before it.
         let latency_s = (trip_s * 2.5 + 2.0 * pause_s).clamp(0.06, 2.5);
-        let braking_s = speed_mm_s / (2.0 * helm.limits.acceleration_mm_s2);
+        let braking_s = speed_mm_s / (2.0 * context.limits.acceleration_mm_s2);
         let completing_s = DRAIN.as_secs_f64() + QUERIES * (trip_s + trip_s.max(pause_s));
         let step_s = ((braking_s + latency_s + completing_s) / TARGETS).min(STEP_MAX_S);
-        let single_s = if helm.abilities.cancels() { SINGLE_S } else { UNSTOPPABLE_S };
+        let single_s = if context.abilities.cancels() { SINGLE_S } else { UNSTOPPABLE_S };
         let horizon_s = latency_s + step_s;
-        let horizon_s = if helm.abilities.queues { horizon_s } else { horizon_s.max(single_s) };
+        let horizon_s = if context.abilities.queues { horizon_s } else { horizon_s.max(single_s) };
         Self {
-            acceleration_mm_s2: helm.limits.acceleration_mm_s2,
+            acceleration_mm_s2: context.limits.acceleration_mm_s2,
             horizon_s,
             step_s,
             span_s: completing_s + horizon_s,

@@ -1,10 +1,10 @@
-//! TRUSTED. A part with fewer edges: runs of chords under one chord, with a slack that covers them.
+//! TRUSTED. A part with fewer edges: runs of chords under one chord, with a chord_error that covers them.
 //!
-//! **Claim.** What is clear of the coarse part at a threshold is clear of the part at it, and on the same side.
+//! **Claim.** What is clear of the simplified part at a threshold is clear of the part at it, and on the same side.
 //! Every corner of a run was found within the tolerance of its chord. What is near a segment is convex, so the run's chords
-//! are within the tolerance too, and the true curve within the tolerance and its own slack: that sum is the chord's slack.
+//! are within the tolerance too, and the true curve within the tolerance and its own chord_error: that sum is the chord's chord_error.
 //! Moving each point of a run straight onto its chord never leaves that neighbourhood; so a point outside it, as every clear
-//! point is, is wound around as often by the coarse ring as by the ring.
+//! point is, is wound around as often by the simplified ring as by the ring.
 
 use alloc::vec::Vec;
 
@@ -23,7 +23,7 @@ impl ProhibitedRegion {
     ///
     /// # Errors
     /// [`IndexFault::TooManyEdges`] as for the part itself.
-    pub fn coarsened(&self, tolerance: Length) -> Result<Self, IndexFault> {
+    pub fn simplified(&self, tolerance: Length) -> Result<Self, IndexFault> {
         let mut edges = Vec::new();
         for ring in self.region().rings().iter().chain(self.zones()) {
             coarsen(ring, tolerance, &mut edges);
@@ -45,10 +45,10 @@ fn coarsen(ring: &Ring, tolerance: Length, into: &mut Vec<Edge>) {
             count += 1;
         }
         let run = first..first + count;
-        let slack = slacks[run.clone()].iter().copied().max().unwrap_or(Length::ZERO);
+        let chord_error = slacks[run.clone()].iter().copied().max().unwrap_or(Length::ZERO);
         let chord = Segment { from: chords[first].from, to: chords[first + count - 1].to };
-        let slack = if count == 1 { slack } else { slack.saturating_plus(tolerance) };
-        into.push(Edge { chord, slack });
+        let chord_error = if count == 1 { chord_error } else { chord_error.saturating_plus(tolerance) };
+        into.push(Edge { chord, chord_error });
         first += count;
     }
 }
@@ -77,14 +77,14 @@ mod tests {
         corners.extend([at(100_000, 0), at(100_000, 50_000), at(0, 50_000)]);
         let ring = Ring::new(corners).unwrap();
         let part = ProhibitedRegion::new(Region::new(vec![ring]).unwrap(), Side::Outside).unwrap();
-        let coarse = part.coarsened(Length::small(1)).unwrap();
-        assert!(coarse.edges().len() <= 8, "{}", coarse.edges().len());
-        assert_eq!(part.coarsened(Length::ZERO).unwrap().edges().len(), part.edges().len());
+        let simplified = part.simplified(Length::small(1)).unwrap();
+        assert!(simplified.edges().len() <= 8, "{}", simplified.edges().len());
+        assert_eq!(part.simplified(Length::ZERO).unwrap().edges().len(), part.edges().len());
         let threshold = Length::small(200);
-        // The chord lies on the corners at 0 or 1, and its slack is a unit.
+        // The chord lies on the corners at 0 or 1, and its chord_error is a unit.
         assert!(part.free_point(at(50_000, -201), threshold).is_ok());
-        assert!(coarse.free_point(at(50_000, -203), threshold).is_ok());
-        assert!(coarse.free_point(at(50_000, -200), threshold).is_err());
-        assert!(coarse.holds(at(50_000, 20_000)) && !coarse.holds(at(50_000, -20)));
+        assert!(simplified.free_point(at(50_000, -203), threshold).is_ok());
+        assert!(simplified.free_point(at(50_000, -200), threshold).is_err());
+        assert!(simplified.holds(at(50_000, 20_000)) && !simplified.holds(at(50_000, -20)));
     }
 }

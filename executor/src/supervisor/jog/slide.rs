@@ -12,7 +12,9 @@ use keepout_guard::Asking;
 use keepout_kernel::clip::{Wall, contact_band};
 use keepout_kernel::{FreePoint, Point, Vector};
 
-use super::helm::{CREEP, Contact, Helm, Proposal, Push, SHORTEST_MM, length_mm, mm_of, on_grid, vector};
+use super::context::{
+    CREEP, Contact, JogContext, Proposal, Push, SHORTEST_MM, length_mm, mm_of, on_grid, vector,
+};
 
 /// Height of targets above the jogging limit, mm: they are rounded to the grid.
 const HEIGHT_MM: f64 = 0.01;
@@ -105,22 +107,22 @@ fn limited(base: FreePoint, push: &Push, jog: Proposal) -> Option<Proposal> {
     (length_mm >= push.look.least_mm(speed_mm_s)).then_some(Proposal { speed_mm_s, ..jog })
 }
 
-impl Helm<'_> {
+impl JogContext<'_> {
     /// The jog for a push that meets the part or the hull before its end.
     pub(super) fn slide(
         &self,
         asked: &Asking<'_>,
         base: FreePoint,
         push: &Push,
-        wish: Vector,
+        input: Vector,
     ) -> (Option<Proposal>, Contact) {
-        let to = base.point().translated(wish).unwrap_or(base.point());
+        let to = base.point().translated(input).unwrap_or(base.point());
         let contact = self.guard.part().clip(base, to);
         let gap_mm = length_mm(contact.point().minus(base.point()));
         let wall = self.guard.part().wall(contact, contact_band());
         let Some(slope) = wall.and_then(|wall| Slope::of(&wall, push.unit, gap_mm)) else {
             // The way is clear, and the in-flight set is in the way.
-            let target = self.prefix(asked, base, wish, SHORTEST_MM);
+            let target = self.prefix(asked, base, input, SHORTEST_MM);
             return (target.and_then(|target| limited(base, push, push.jog(target, 1.0))), Contact::Unknown);
         };
         let length_mm = push.missing_mm(push.speed_mm_s * slope.along).max(SHORTEST_MM);
@@ -137,7 +139,7 @@ impl Helm<'_> {
     /// The greatest height along a curved wall: the stock to leave.
     fn highest_mm(&self) -> f64 {
         let rules = self.guard.rules();
-        (mm_of(rules.manual.units()) - mm_of(rules.finishing.units())).max(HIGHEST_MM)
+        (mm_of(rules.jogging_clearance.units()) - mm_of(rules.finishing_clearance.units())).max(HIGHEST_MM)
     }
 
     /// The jog along a wall, no faster than its curve lets it be; as long as the guard admits.

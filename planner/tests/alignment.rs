@@ -1,9 +1,9 @@
 //! How a workpiece lies is found again from touches of it, and refused when they do not say it.
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
-use keepout_planner::order::Order;
+use keepout_planner::align::{Alignment, AlignmentError, Part, ProbePoint, ProbePoints, align};
 use keepout_planner::profile::{MachinedSide, Profile};
-use keepout_planner::registration::{Part, Registration, RegistrationError, Touch, Touches, register};
+use keepout_planner::request::PlanRequest;
 use proptest::prelude::{Strategy, proptest};
 
 type Xy = (f64, f64);
@@ -14,7 +14,7 @@ fn part() -> Part {
 }
 
 fn drawn(bytes: &[u8]) -> Part {
-    let (_, chained) = Order::default().contours(bytes).unwrap();
+    let (_, chained) = PlanRequest::default().contours(bytes).unwrap();
     Part::of(&Profile { loops: chained.profile.loops }, MachinedSide::Outside).unwrap()
 }
 
@@ -32,8 +32,8 @@ fn square() -> Part {
     drawn(text.as_bytes())
 }
 
-fn touches(points: Vec<Touch>, edges: Vec<Touch>) -> Touches {
-    Touches { points, edges, probe_diameter_mm: 6.0, touch_error_mm: 0.005, tolerance_mm: 0.05 }
+fn touches(points: Vec<ProbePoint>, edges: Vec<ProbePoint>) -> ProbePoints {
+    ProbePoints { points, edges, probe_diameter_mm: 6.0, probe_error_mm: 0.005, tolerance_mm: 0.05 }
 }
 
 /// How a workpiece lies in truth.
@@ -49,18 +49,18 @@ impl Truth {
         (x * cos - y * sin + self.origin.0, x * sin + y * cos + self.origin.1)
     }
 
-    fn point(&self, drawing_mm: Xy) -> Touch {
-        Touch { drawing_mm, machine_mm: self.machine(drawing_mm) }
+    fn point(&self, drawing_mm: Xy) -> ProbePoint {
+        ProbePoint { drawing_mm, machine_mm: self.machine(drawing_mm) }
     }
 
     /// The probe of 6 mm is driven against the edge through `at` until it touches; the person says about where.
-    fn probed(&self, at: Xy, outward: Xy, said: Xy) -> Touch {
+    fn probed(&self, at: Xy, outward: Xy, said: Xy) -> ProbePoint {
         let centre = (at.0 + 3.0 * outward.0, at.1 + 3.0 * outward.1);
-        Touch { drawing_mm: said, machine_mm: self.machine(centre) }
+        ProbePoint { drawing_mm: said, machine_mm: self.machine(centre) }
     }
 
     /// Two touches of the square's lower edge and one of its left one.
-    fn three_edges(&self) -> Vec<Touch> {
+    fn three_edges(&self) -> Vec<ProbePoint> {
         vec![
             self.probed((15.0, 20.0), (0.0, -1.0), (16.0, 19.0)),
             self.probed((85.0, 20.0), (0.0, -1.0), (80.0, 21.0)),
@@ -68,7 +68,7 @@ impl Truth {
         ]
     }
 
-    fn is_met_by(&self, found: &Registration, part: &Part, within: f64) {
+    fn is_met_by(&self, found: &Alignment, part: &Part, within: f64) {
         for corner in part.corners_mm() {
             let (a, b) = (self.machine(corner), found.machine_mm(corner));
             let off = (a.0 - b.0).hypot(a.1 - b.1);
@@ -88,7 +88,7 @@ fn errors() -> impl Strategy<Value = Vec<f64>> {
     proptest::collection::vec(-0.0035..0.0035_f64, 6)
 }
 
-fn disturbed(mut touches: Vec<Touch>, errors: &[f64]) -> Vec<Touch> {
+fn disturbed(mut touches: Vec<ProbePoint>, errors: &[f64]) -> Vec<ProbePoint> {
     for (touch, error) in touches.iter_mut().zip(errors.chunks(2)) {
         touch.machine_mm.0 += error[0];
         touch.machine_mm.1 += error[1];
@@ -100,34 +100,34 @@ proptest! {
     #[test]
     fn points_are_found_again(truth in truth(), errors in errors()) {
         let part = part();
-        let points: Vec<Touch> =
+        let points: Vec<ProbePoint> =
             [(0.0, 0.0), (100.0, 5.0), (40.0, 60.0)].map(|point| truth.point(point)).to_vec();
-        let exact = register(&part, &touches(points.clone(), vec![])).unwrap();
+        let exact = align(&part, &touches(points.clone(), vec![])).unwrap();
         truth.is_met_by(&exact, &part, 0.001);
         assert!(exact.turned && exact.residual_mm() < 1e-6 && !exact.poor);
-        let found = register(&part, &touches(disturbed(points, &errors), vec![])).unwrap();
+        let found = align(&part, &touches(disturbed(points, &errors), vec![])).unwrap();
         truth.is_met_by(&found, &part, found.uncertainty_mm);
     }
 
     #[test]
     fn three_touches_of_a_turned_square_are_compensated(truth in truth(), errors in errors()) {
         let part = square();
-        let exact = register(&part, &touches(vec![], truth.three_edges())).unwrap();
+        let exact = align(&part, &touches(vec![], truth.three_edges())).unwrap();
         truth.is_met_by(&exact, &part, 0.001);
         let off = (exact.rotation_deg - truth.degrees).rem_euclid(360.0);
         assert!(off.min(360.0 - off) < 1e-6);
-        let found = register(&part, &touches(vec![], disturbed(truth.three_edges(), &errors))).unwrap();
+        let found = align(&part, &touches(vec![], disturbed(truth.three_edges(), &errors))).unwrap();
         truth.is_met_by(&found, &part, found.uncertainty_mm);
     }
 
     #[test]
     fn an_offset_needs_less(x in -400.0..400.0_f64, y in -400.0..400.0_f64) {
         let (truth, part) = (Truth { degrees: 0.0, origin: (x, y) }, square());
-        let found = register(&part, &touches(vec![truth.point((50.0, 50.0))], vec![])).unwrap();
+        let found = align(&part, &touches(vec![truth.point((50.0, 50.0))], vec![])).unwrap();
         truth.is_met_by(&found, &part, 0.001);
         assert!(!found.turned && found.rotation_deg == 0.0);
         let [_, lower, left] = truth.three_edges()[..] else { panic!() };
-        let found = register(&part, &touches(vec![], vec![lower, left])).unwrap();
+        let found = align(&part, &touches(vec![], vec![lower, left])).unwrap();
         truth.is_met_by(&found, &part, 0.001);
         assert!(!found.turned && (found.uncertainty_mm - 0.010_75).abs() < 1e-6, "{found:?}");
     }
@@ -137,7 +137,7 @@ proptest! {
 #[test]
 fn the_uncertainty_is_reached() {
     let (truth, part) = (Truth { degrees: 30.0, origin: (-200.0, -100.0) }, square());
-    let stated = register(&part, &touches(vec![], truth.three_edges())).unwrap().uncertainty_mm;
+    let stated = align(&part, &touches(vec![], truth.three_edges())).unwrap().uncertainty_mm;
     let mut worst: f64 = 0.0;
     for signs in 0..8_u8 {
         let mut edges = truth.three_edges();
@@ -148,7 +148,7 @@ fn the_uncertainty_is_reached() {
             touch.machine_mm.0 += turned.0 * sign;
             touch.machine_mm.1 += turned.1 * sign;
         }
-        let found = register(&part, &touches(vec![], edges)).unwrap();
+        let found = align(&part, &touches(vec![], edges)).unwrap();
         for corner in part.corners_mm() {
             let (a, b) = (truth.machine(corner), found.machine_mm(corner));
             worst = worst.max((a.0 - b.0).hypot(a.1 - b.1));
@@ -161,50 +161,50 @@ fn the_uncertainty_is_reached() {
 fn what_contradicts_itself_is_refused() {
     let (truth, part) = (Truth { degrees: -7.0, origin: (-200.0, -100.0) }, square());
     let refused =
-        |points: Vec<Touch>, edges: Vec<Touch>| register(&part, &touches(points, edges)).unwrap_err();
+        |points: Vec<ProbePoint>, edges: Vec<ProbePoint>| align(&part, &touches(points, edges)).unwrap_err();
     let point = |x, y| truth.point((x, y));
-    assert_eq!(refused(vec![], vec![]), RegistrationError::TooFew);
-    assert_eq!(refused(vec![], vec![truth.three_edges()[0]]), RegistrationError::TooFew);
+    assert_eq!(refused(vec![], vec![]), AlignmentError::TooFew);
+    assert_eq!(refused(vec![], vec![truth.three_edges()[0]]), AlignmentError::TooFew);
     let mut far = point(90.0, 100.0);
     far.machine_mm.0 += 0.2;
     let error = refused(vec![point(10.0, 20.0), far], vec![]);
-    assert!(matches!(error, RegistrationError::Distance { first: 1, second: 2, .. }), "{error}");
+    assert!(matches!(error, AlignmentError::Distance { first: 1, second: 2, .. }), "{error}");
     assert!(error.to_string().contains("steps per mm"), "{error}");
     let mut edges = truth.three_edges();
     edges.push(truth.probed((10.0, 30.0), (-1.0, 0.0), (9.0, 35.0)));
-    register(&part, &touches(vec![], edges.clone())).unwrap();
+    align(&part, &touches(vec![], edges.clone())).unwrap();
     edges[3].machine_mm.0 -= 0.5;
-    assert!(matches!(refused(vec![], edges), RegistrationError::Residual { .. }));
+    assert!(matches!(refused(vec![], edges), AlignmentError::Residual { .. }));
     let same = vec![point(10.0, 20.0), point(10.0, 20.0)];
-    assert_eq!(refused(same, vec![]), RegistrationError::Undetermined);
+    assert_eq!(refused(same, vec![]), AlignmentError::Undetermined);
     let near = vec![point(10.0, 20.0), point(11.0, 20.0)];
     let error = refused(near, vec![]);
-    assert!(matches!(error, RegistrationError::Degenerate { .. }), "{error}");
+    assert!(matches!(error, AlignmentError::Degenerate { .. }), "{error}");
     assert!(error.to_string().contains("touches are 1.00 mm apart"), "{error}");
-    let fair = register(&part, &touches(vec![point(10.0, 20.0), point(25.0, 20.0)], vec![])).unwrap();
+    let fair = align(&part, &touches(vec![point(10.0, 20.0), point(25.0, 20.0)], vec![])).unwrap();
     assert!(fair.poor, "{fair:?}");
 }
 
 #[test]
 fn edges_that_are_not_meant_are_refused() {
     let (truth, part) = (Truth { degrees: 12.0, origin: (50.0, -100.0) }, square());
-    let refused = |edges: Vec<Touch>| register(&part, &touches(vec![], edges)).unwrap_err();
+    let refused = |edges: Vec<ProbePoint>| align(&part, &touches(vec![], edges)).unwrap_err();
     let [first, second, third] = truth.three_edges()[..] else { panic!() };
     let parallel = truth.probed((40.0, 100.0), (0.0, 1.0), (40.0, 101.0));
-    assert_eq!(refused(vec![first, second, parallel]), RegistrationError::Undetermined);
-    let corner = Touch { drawing_mm: (10.0, 20.0), ..third };
+    assert_eq!(refused(vec![first, second, parallel]), AlignmentError::Undetermined);
+    let corner = ProbePoint { drawing_mm: (10.0, 20.0), ..third };
     let error = refused(vec![first, second, corner]);
-    assert!(matches!(error, RegistrationError::WhichEdge { .. }), "{error}");
-    let alike = Touch { drawing_mm: first.drawing_mm, ..second };
-    assert!(matches!(refused(vec![first, alike, third]), RegistrationError::WhichEnd { .. }));
+    assert!(matches!(error, AlignmentError::WhichEdge { .. }), "{error}");
+    let alike = ProbePoint { drawing_mm: first.drawing_mm, ..second };
+    assert!(matches!(refused(vec![first, alike, third]), AlignmentError::WhichEnd { .. }));
     // The two ends mistaken for each other: it would lie turned about, the third touch beyond the left edge.
     let swapped = vec![
-        Touch { drawing_mm: second.drawing_mm, ..first },
-        Touch { drawing_mm: first.drawing_mm, ..second },
+        ProbePoint { drawing_mm: second.drawing_mm, ..first },
+        ProbePoint { drawing_mm: first.drawing_mm, ..second },
         third,
     ];
-    assert!(matches!(refused(swapped), RegistrationError::BeyondEdge { .. }));
-    let bare = Touches { probe_diameter_mm: 0.0, ..touches(vec![], truth.three_edges()) };
-    let error = register(&part, &bare).unwrap_err();
+    assert!(matches!(refused(swapped), AlignmentError::BeyondEdge { .. }));
+    let bare = ProbePoints { probe_diameter_mm: 0.0, ..touches(vec![], truth.three_edges()) };
+    let error = align(&part, &bare).unwrap_err();
     assert!(error.to_string().contains("probe diameter"), "{error}");
 }

@@ -4,41 +4,41 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use keepout_executor::operator::Panel;
-use keepout_executor::supervisor::{Ask, Phase, Wish};
+use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
 
 use super::reader::Reading;
 use crate::input::stick::Stick;
 
 /// A reading older than this counts as none: the thread that reads the device does not answer.
 pub const STALE_AFTER: Duration = Duration::from_millis(100);
-/// Asks that wait for their wish.
+/// Asks that wait for their input.
 const ASKS_MAX: usize = 8;
 
-/// From readings to wishes. The stick counts only once it was seen centred with the dead-man released, since the
+/// From readings to inputs. The stick counts only once it was seen centred with the dead-man released, since the
 /// device was plugged in, lost events, or fell silent: a stick that is held meanwhile does not move the tool.
 #[derive(Clone, Debug)]
-pub struct Hand {
+pub struct EnablingInterlock {
     stick: Stick,
     panel: Panel,
     /// The connection for which the stick was seen at rest.
     rested: Option<u64>,
-    asks: VecDeque<Ask>,
-    /// What the last wish asked for.
-    asked: Option<Ask>,
+    asks: VecDeque<OperatorCommand>,
+    /// What the last input asked for.
+    asked: Option<OperatorCommand>,
     quit: bool,
 }
 
-impl Hand {
+impl EnablingInterlock {
     /// A hand at a stick of that shape, not yet seen at rest.
     #[must_use]
     pub fn new(stick: Stick, panel: Panel) -> Self {
         Self { stick, panel, rested: None, asks: VecDeque::new(), asked: None, quit: false }
     }
 
-    /// The wish for what was read `age` ago. Handwheel turns and asks must not be in the same reading twice.
+    /// The input for what was read `age` ago. Handwheel turns and asks must not be in the same reading twice.
     ///
     /// Without a device nothing moves, and a contour is paused: who watches it could not stop it.
-    pub fn wish(&mut self, reading: &Reading, age: Duration, phase: Phase) -> Wish {
+    pub fn input(&mut self, reading: &Reading, age: Duration, phase: Phase) -> OperatorInput {
         self.keep(&reading.asks);
         let stale = age > STALE_AFTER;
         if stale || !reading.known {
@@ -47,35 +47,36 @@ impl Hand {
                     .say("the device does not answer in time: centre the stick, let go of the dead-man");
             }
             self.rested = None;
-            let pause = (phase == Phase::Contouring).then_some(Ask::Pause);
+            let pause = (phase == Phase::Contouring).then_some(OperatorCommand::FeedHold);
             let ask = self.next_ask().or(pause);
-            return Wish { ask, ..Wish::default() };
+            return OperatorInput { ask, ..OperatorInput::default() };
         }
         if self.stick.rests(reading.axes) && !reading.dead_man {
             self.rested = Some(reading.connection);
         }
-        let mut wish = Wish { automatic: reading.automatic, ask: self.next_ask(), ..Wish::default() };
+        let mut input =
+            OperatorInput { automatic: reading.automatic, ask: self.next_ask(), ..OperatorInput::default() };
         if self.rested == Some(reading.connection) {
-            wish.direction = self.stick.deflection(reading.axes, reading.dead_man);
-            wish.turned_mm = reading.turned_mm;
+            input.direction = self.stick.deflection(reading.axes, reading.dead_man);
+            input.turned_mm = reading.turned_mm;
         }
-        wish
+        input
     }
 
-    fn keep(&mut self, asks: &[Ask]) {
+    fn keep(&mut self, asks: &[OperatorCommand]) {
         for &ask in asks {
-            self.quit |= ask == Ask::Quit;
+            self.quit |= ask == OperatorCommand::Stop;
             if self.asks.len() < ASKS_MAX {
                 self.asks.push_back(ask);
             }
         }
     }
 
-    /// One ask at a time; the same one twice has a wish without it between. The wish to quit stays.
-    fn next_ask(&mut self) -> Option<Ask> {
+    /// One ask at a time; the same one twice has a input without it between. The input to quit stays.
+    fn next_ask(&mut self) -> Option<OperatorCommand> {
         let repeated = self.asked.is_some() && self.asks.front() == self.asked.as_ref();
         let next = if repeated { None } else { self.asks.pop_front() };
-        self.asked = if self.quit { Some(Ask::Quit) } else { next };
+        self.asked = if self.quit { Some(OperatorCommand::Stop) } else { next };
         self.asked
     }
 }
@@ -87,24 +88,24 @@ mod tests {
 
     const FRESH: Duration = Duration::from_millis(5);
 
-    fn hand() -> Hand {
+    fn hand() -> EnablingInterlock {
         let settings = StickSettings { dead_zone: 0.1, expo: 0.0, top: 1.0 };
-        Hand::new(Stick::new(settings).unwrap(), Panel::default())
+        EnablingInterlock::new(Stick::new(settings).unwrap(), Panel::default())
     }
 
     fn reading(x: f64, dead_man: bool) -> Reading {
         Reading { connection: 1, known: true, axes: (x, 0.0), dead_man, ..Reading::default() }
     }
 
-    fn direction(hand: &mut Hand, reading: &Reading) -> (f64, f64) {
-        hand.wish(reading, FRESH, Phase::Manual).direction
+    fn direction(hand: &mut EnablingInterlock, reading: &Reading) -> (f64, f64) {
+        hand.input(reading, FRESH, Phase::Manual).direction
     }
 
     #[test]
     fn a_stick_held_while_plugged_in_moves_nothing_until_it_was_at_rest() {
         let mut hand = hand();
         let turned = Reading { turned_mm: (1.0, 0.0), ..reading(1.0, true) };
-        assert_eq!(hand.wish(&turned, FRESH, Phase::Manual), Wish::default());
+        assert_eq!(hand.input(&turned, FRESH, Phase::Manual), OperatorInput::default());
         assert_eq!(
             direction(&mut hand, &reading(0.0, true)),
             (0.0, 0.0),
@@ -115,7 +116,7 @@ mod tests {
         assert_eq!(direction(&mut hand, &reading(1.0, true)), (0.0, 0.0));
         assert_eq!(direction(&mut hand, &reading(0.05, false)), (0.0, 0.0));
         assert_eq!(direction(&mut hand, &reading(1.0, true)), (1.0, 0.0));
-        assert_eq!(hand.wish(&turned, FRESH, Phase::Manual).turned_mm, (1.0, 0.0));
+        assert_eq!(hand.input(&turned, FRESH, Phase::Manual).turned_mm, (1.0, 0.0));
         let again = Reading { connection: 2, ..reading(1.0, true) };
         assert_eq!(direction(&mut hand, &again), (0.0, 0.0), "unplugged and plugged in between two wishes");
     }
@@ -126,10 +127,10 @@ mod tests {
         direction(&mut hand, &reading(0.0, false));
         let held = reading(1.0, true);
         for _ in 0..10_000 {
-            assert_eq!(hand.wish(&held, STALE_AFTER, Phase::Manual).direction, (1.0, 0.0));
+            assert_eq!(hand.input(&held, STALE_AFTER, Phase::Manual).direction, (1.0, 0.0));
         }
         let late = STALE_AFTER + Duration::from_millis(1);
-        assert_eq!(hand.wish(&held, late, Phase::Manual), Wish::default());
+        assert_eq!(hand.input(&held, late, Phase::Manual), OperatorInput::default());
         assert_eq!(direction(&mut hand, &held), (0.0, 0.0), "not again before it was at rest");
     }
 
@@ -137,21 +138,30 @@ mod tests {
     fn without_a_device_a_contour_is_paused() {
         let mut hand = hand();
         let gone = Reading { known: false, automatic: true, ..reading(1.0, true) };
-        let wish = hand.wish(&gone, FRESH, Phase::Contouring);
-        assert_eq!(wish, Wish { ask: Some(Ask::Pause), ..Wish::default() });
-        assert_eq!(hand.wish(&gone, FRESH, Phase::Manual), Wish::default());
+        let input = hand.input(&gone, FRESH, Phase::Contouring);
+        assert_eq!(input, OperatorInput { ask: Some(OperatorCommand::FeedHold), ..OperatorInput::default() });
+        assert_eq!(hand.input(&gone, FRESH, Phase::Manual), OperatorInput::default());
     }
 
     #[test]
     fn asks_come_one_by_one_and_quit_stays() {
         let mut hand = hand();
-        let asks = vec![Ask::Pause, Ask::Pause, Ask::Resume];
+        let asks = vec![OperatorCommand::FeedHold, OperatorCommand::FeedHold, OperatorCommand::CycleStart];
         let all = Reading { asks, ..reading(0.0, false) };
-        let mut said = vec![hand.wish(&all, FRESH, Phase::Manual).ask];
-        said.extend((0..4).map(|_| hand.wish(&reading(0.0, false), FRESH, Phase::Manual).ask));
-        assert_eq!(said, [Some(Ask::Pause), None, Some(Ask::Pause), Some(Ask::Resume), None]);
-        let quit = Reading { asks: vec![Ask::Quit], ..reading(0.0, false) };
-        hand.wish(&quit, FRESH, Phase::Manual);
-        assert_eq!(hand.wish(&reading(0.0, false), FRESH, Phase::Manual).ask, Some(Ask::Quit));
+        let mut said = vec![hand.input(&all, FRESH, Phase::Manual).ask];
+        said.extend((0..4).map(|_| hand.input(&reading(0.0, false), FRESH, Phase::Manual).ask));
+        assert_eq!(
+            said,
+            [
+                Some(OperatorCommand::FeedHold),
+                None,
+                Some(OperatorCommand::FeedHold),
+                Some(OperatorCommand::CycleStart),
+                None
+            ]
+        );
+        let quit = Reading { asks: vec![OperatorCommand::Stop], ..reading(0.0, false) };
+        hand.input(&quit, FRESH, Phase::Manual);
+        assert_eq!(hand.input(&reading(0.0, false), FRESH, Phase::Manual).ask, Some(OperatorCommand::Stop));
     }
 }

@@ -1,4 +1,4 @@
-//! `keepout register`, and the setup file between it, `plan` and `run`.
+//! `keepout align`, and the alignment file between it, `plan` and `run`.
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 mod support;
@@ -19,23 +19,23 @@ fn point(x: f64, y: f64) -> String {
 }
 
 fn registered(folder: &Path) -> String {
-    let setup = folder.join("setup.toml").display().to_string();
+    let alignment = folder.join("setup.toml").display().to_string();
     let points = [point(0.0, 0.0), point(100.0, 0.0), point(0.0, 60.0)];
-    let mut arguments = vec!["register".to_owned(), bracket(), "-o".into(), setup.clone()];
+    let mut arguments = vec!["align".to_owned(), bracket(), "-o".into(), alignment.clone()];
     arguments.extend(points.into_iter().flat_map(|point| ["--point".into(), point]));
     let output = keepout(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
     let text = said(&output);
     assert_eq!(code(&output), 0, "{}", complaint(&output));
     assert!(text.contains("rotation     1") && text.contains("no term of it"), "{text}");
-    setup
+    alignment
 }
 
 #[test]
 fn register_plan_and_run() {
-    let folder = folder("register");
-    let setup = registered(&folder);
+    let folder = folder("align");
+    let alignment = registered(&folder);
     let plan = folder.join("part.plan").display().to_string();
-    let made = keepout(&["plan", &bracket(), "--tool-diameter", "6", "--setup", &setup, "-o", &plan]);
+    let made = keepout(&["plan", &bracket(), "--tool-diameter", "6", "--alignment", &alignment, "-o", &plan]);
     let text = said(&made);
     assert!(code(&made) == 0 && text.contains("placed       turned by 1"), "{text}{}", complaint(&made));
     let run = keepout(&[
@@ -45,10 +45,10 @@ fn register_plan_and_run() {
         "sim-fast",
         "--operator",
         "wall",
-        "--manual-s",
+        "--jog-s",
         "5",
-        "--setup",
-        &setup,
+        "--alignment",
+        &alignment,
     ]);
     let text = said(&run);
     assert!(
@@ -57,27 +57,28 @@ fn register_plan_and_run() {
         complaint(&run)
     );
     // It is said when it was found with another drawing.
-    let text = std::fs::read_to_string(&setup).unwrap();
+    let text = std::fs::read_to_string(&alignment).unwrap();
     let other = folder.join("other.toml").display().to_string();
     std::fs::write(&other, text.replace("bracket.dxf", "lid.dxf")).unwrap();
-    for (setup, noted) in [(&setup, false), (&other, true)] {
-        let run = keepout(&["run", &plan, "--machine", "sim-fast", "--limit-s", "1", "--setup", setup]);
+    for (alignment, noted) in [(&alignment, false), (&other, true)] {
+        let run =
+            keepout(&["run", &plan, "--machine", "sim-fast", "--limit-s", "1", "--alignment", alignment]);
         assert_eq!(complaint(&run).contains("was found with lid.dxf"), noted, "{}", complaint(&run));
     }
-    // The setup says where it lies, so that a real machine is not asked for it again.
+    // The alignment says where it lies, so that a real machine is not asked for it again.
     let port = ["run", &plan, "--port", "/dev/no-such-port", "--home"];
     assert_eq!(code(&keepout(&port)), 2, "unregistered");
-    let run = keepout(&[&port[..], &["--setup", &setup]].concat());
+    let run = keepout(&[&port[..], &["--alignment", &alignment]].concat());
     assert!(code(&run) == 6 && complaint(&run).contains("can not open port"), "{}", complaint(&run));
     assert!(complaint(&run).contains("are of the simulated GRBL 1.1 table"), "{}", complaint(&run));
-    let run = keepout(&[&port[..], &["--setup", &setup, "--origin-mm", "-250,-200"]].concat());
+    let run = keepout(&[&port[..], &["--alignment", &alignment, "--origin-mm", "-250,-200"]].concat());
     assert_eq!(code(&run), 2, "{}", complaint(&run));
 }
 
 #[test]
 fn plans_that_lie_otherwise_are_refused() {
     let folder = folder("register_otherwise");
-    let setup = registered(&folder);
+    let alignment = registered(&folder);
     let plan = folder.join("part.plan").display().to_string();
     let planned = |more: &[&str]| {
         let mut arguments = vec!["plan", "", "--tool-diameter", "6", "-o", &plan];
@@ -86,7 +87,7 @@ fn plans_that_lie_otherwise_are_refused() {
         arguments.extend(more);
         keepout(&arguments)
     };
-    let run = || keepout(&["run", &plan, "--machine", "sim-fast", "--setup", &setup]);
+    let run = || keepout(&["run", &plan, "--machine", "sim-fast", "--alignment", &alignment]);
     for (more, words) in [
         (&[][..], "turned by 0°"),
         (&["--rotate-deg", "11"], "turned by 11°"),
@@ -97,12 +98,13 @@ fn plans_that_lie_otherwise_are_refused() {
         assert!(code(&run) == 4 && complaint(&run).contains(words), "{more:?}: {}", complaint(&run));
     }
     for more in [["--rotate-deg", "12"], ["--offset-mm", "1,2"]] {
-        let both = planned(&[&["--setup", &setup][..], &more].concat());
-        assert!(code(&both) == 2 && complaint(&both).contains("--setup"), "{}", complaint(&both));
+        let both = planned(&[&["--alignment", &alignment][..], &more].concat());
+        assert!(code(&both) == 2 && complaint(&both).contains("--alignment"), "{}", complaint(&both));
     }
-    let onto = keepout(&["plan", &bracket(), "--tool-diameter", "6", "--setup", &setup, "-o", &setup]);
+    let onto =
+        keepout(&["plan", &bracket(), "--tool-diameter", "6", "--alignment", &alignment, "-o", &alignment]);
     assert!(code(&onto) == 2 && complaint(&onto).contains("not overwritten"), "{}", complaint(&onto));
-    let text = std::fs::read_to_string(&setup).unwrap();
+    let text = std::fs::read_to_string(&alignment).unwrap();
     let damages = [
         (text.replace("version = 1", "version = 9"), "version 9"),
         (text.replace("version = 1", "version = 1\nshear_deg = 1.0"), "shear_deg"),
@@ -111,20 +113,20 @@ fn plans_that_lie_otherwise_are_refused() {
         (String::new(), "no setup"),
     ];
     for (damaged, words) in damages {
-        std::fs::write(&setup, damaged).unwrap();
-        let made = planned(&["--setup", &setup]);
+        std::fs::write(&alignment, damaged).unwrap();
+        let made = planned(&["--alignment", &alignment]);
         assert!(code(&made) == 2 && complaint(&made).contains(words), "{words}: {}", complaint(&made));
     }
-    std::fs::remove_file(&setup).unwrap();
-    assert!(complaint(&run()).contains("keepout register"));
+    std::fs::remove_file(&alignment).unwrap();
+    assert!(complaint(&run()).contains("keepout align"));
 }
 
 #[test]
 fn touches_that_do_not_say_it_are_refused_and_write_nothing() {
     let folder = folder("register_refused");
-    let setup = folder.join("setup.toml").display().to_string();
+    let alignment = folder.join("setup.toml").display().to_string();
     let drawing = bracket();
-    let attempt = |more: &[&str]| keepout(&[&["register", &drawing, "-o", &setup], more].concat());
+    let attempt = |more: &[&str]| keepout(&[&["align", &drawing, "-o", &alignment], more].concat());
     let cases: [(&[&str], i32, &str); 8] = [
         (&[], 2, "too few touches"),
         (&["--point", "here"], 2, "no touch"),
@@ -137,7 +139,7 @@ fn touches_that_do_not_say_it_are_refused_and_write_nothing() {
         (&["--edge", "50,0=-200,-203"], 2, "--probe-diameter"),
         (&["--point", "0,0=-200,-200", "--rotate-deg", "3"], 2, "leave out --rotate-deg"),
         (&["--point", "0,0=-200,-200", "--layer", "NONE"], 3, "NONE"),
-        (&["--point", "0,0=-200,-200", "--touch-error-mm", "0"], 2, "touch error"),
+        (&["--point", "0,0=-200,-200", "--probe-error-mm", "0"], 2, "touch error"),
     ];
     for (more, wanted, words) in cases {
         let output = attempt(more);

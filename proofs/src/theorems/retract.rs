@@ -1,6 +1,6 @@
 //! Receding.
 
-use keepout_kernel::exact::predicate::recedes;
+use keepout_kernel::exact::predicate::retract;
 
 use super::plane::{V, share, to_segment, v};
 use crate::smt::explore::explore;
@@ -20,7 +20,7 @@ pub const RECEDES: Theorem = Theorem {
         let p = V::unknown("p");
         let [q, a] = ["q", "a"].map(|name| p.other(name));
         let b = a.other("b");
-        let paths = explore(&[], &[], || recedes::<Symbolic>(p.place(), q.place(), a.place(), b.place()));
+        let paths = explore(&[], &[], || retract::<Symbolic>(p.place(), q.place(), a.place(), b.place()));
         let (along, length_2) = ((p - a).dot(b - a), (b - a).norm_2());
         let (before, past) = (at_most(along, whole(0)), at_most(length_2, along));
         let (foot, mut using) = prover.define(
@@ -35,11 +35,11 @@ pub const RECEDES: Theorem = Theorem {
         let nearest = a + (b - a).times(foot);
         let n = p - nearest;
         let rate = n.dot(q - p);
-        prover.on_paths_by("yes: the rate at the start is not negative", &paths, &using, |&recedes| {
-            claim([recedes.into()], at_least_zero(rate))
+        prover.on_paths_by("yes: the rate at the start is not negative", &paths, &using, |&retract| {
+            claim([retract.into()], at_least_zero(rate))
         });
-        prover.on_paths_by("no: it is negative", &paths, &using, |&recedes| {
-            claim([(!recedes).into()], less(rate, whole(0)))
+        prover.on_paths_by("no: it is negative", &paths, &using, |&retract| {
+            claim([(!retract).into()], less(rate, whole(0)))
         });
         let [s, t] = ["s", "t"].map(Term::fresh);
         let obtuse = prover.follows(

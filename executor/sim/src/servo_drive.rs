@@ -17,14 +17,14 @@ use keepout_guard::Time;
 
 /// Which drives, and what controls them.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Servo {
+pub struct ServoConfig {
     /// The drives.
     pub profile: DriveProfile,
     /// Their controller.
     pub kind: Kind,
 }
 
-impl Servo {
+impl ServoConfig {
     /// The drives of the built-in simulated machine.
     ///
     /// # Errors
@@ -36,7 +36,7 @@ impl Servo {
 
 /// Two drives and their controller in motion.
 #[derive(Debug)]
-pub struct Follower {
+pub struct ServoDrive {
     stream: Stream,
     plant: Plant,
     controller: Box<dyn Controller>,
@@ -58,10 +58,10 @@ pub struct Follower {
 /// After so many samples at rest the drives have settled, and are left as they are: hours of waiting cost nothing.
 const SETTLED: u32 = 2000;
 
-impl Follower {
+impl ServoDrive {
     /// Drives at rest at `start_mm`, machine coordinates. `None` where there is no such controller for them.
     #[must_use]
-    pub fn new(Servo { profile, kind }: &Servo, start_mm: (f64, f64)) -> Option<Self> {
+    pub fn new(ServoConfig { profile, kind }: &ServoConfig, start_mm: (f64, f64)) -> Option<Self> {
         let environment = Environment::of_hand(profile);
         let controller = kind.built(&profile.setting(environment))?;
         let preview = kind.preview();
@@ -155,8 +155,8 @@ impl Follower {
 mod tests {
     use super::*;
 
-    fn follower() -> Follower {
-        Follower::new(&Servo::simulated().unwrap(), (10.0, 20.0)).unwrap()
+    fn follower() -> ServoDrive {
+        ServoDrive::new(&ServoConfig::simulated().unwrap(), (10.0, 20.0)).unwrap()
     }
 
     fn sample(ms: u64, x: f64, kind: SampleKind) -> Sample {
@@ -200,19 +200,19 @@ mod tests {
     #[test]
     fn late_positions_are_no_jumps() {
         let (mut often, mut seldom) = (follower(), follower());
-        let (mut fine, mut coarse) = (Vec::new(), Vec::new());
+        let (mut fine, mut simplified) = (Vec::new(), Vec::new());
         for ms in 0..5000 {
             let rest = sample(ms, 10.0, SampleKind::Rest);
             often.follow(&rest, &mut fine);
-            seldom.follow(&rest, &mut coarse);
+            seldom.follow(&rest, &mut simplified);
         }
         let way = |ms: u64| 10.0 + f64::from(u32::try_from(ms).unwrap()) * 0.02;
         for ms in 1..=50 {
             often.follow(&sample(4999 + ms, way(ms), SampleKind::Jog), &mut fine);
         }
-        seldom.follow(&sample(5049, way(50), SampleKind::Jog), &mut coarse);
+        seldom.follow(&sample(5049, way(50), SampleKind::Jog), &mut simplified);
         let off = |a: &Sample, b: &Sample| (a.position_mm.0 - b.position_mm.0).abs();
-        assert_eq!(fine.len(), coarse.len());
-        assert!(fine.iter().zip(&coarse).all(|(a, b)| off(a, b) < 0.001));
+        assert_eq!(fine.len(), simplified.len());
+        assert!(fine.iter().zip(&simplified).all(|(a, b)| off(a, b) < 0.001));
     }
 }

@@ -4,15 +4,15 @@ use keepout_guard::{Certified, Guard, Time};
 use keepout_planner::job::ContourJob;
 use thiserror::Error;
 
-use crate::supervisor::{Fault, Phase, Wish};
+use crate::supervisor::{Fault, OperatorInput, Phase};
 
 /// One thing that happened.
 #[derive(Clone, Copy, Debug)]
-pub enum Record<'a> {
+pub enum LoggedEvent<'a> {
     /// Bytes came from the controller.
     Received(&'a [u8]),
-    /// The operator's wish.
-    Wish(Wish),
+    /// The operator's input.
+    OperatorInput(OperatorInput),
     /// Time passed.
     Tick,
     /// A contouring job was worked out.
@@ -33,7 +33,7 @@ pub enum Record<'a> {
 
 /// Why a tape takes nothing more.
 #[derive(Debug, Error)]
-pub enum TapeError {
+pub enum EventLogError {
     /// It can not be written on.
     #[error("the log could not be written on: {0}. The machine was stopped.")]
     Write(#[from] std::io::Error),
@@ -43,30 +43,30 @@ pub enum TapeError {
 }
 
 /// Something that is told all.
-pub trait Tape {
+pub trait EventLog {
     /// Takes a record.
     ///
     /// # Errors
-    /// [`TapeError`] when it can not be kept; the session must stop then.
-    fn take(&mut self, now: Time, record: &Record<'_>) -> Result<(), TapeError>;
+    /// [`EventLogError`] when it can not be kept; the session must stop then.
+    fn take(&mut self, now: Time, record: &LoggedEvent<'_>) -> Result<(), EventLogError>;
 
-    /// Hands everything to the system that is to outlive this program. Called before anything is sent.
+    /// OperatorSetup everything to the system that is to outlive this program. Called before anything is sent.
     ///
     /// # Errors
-    /// As [`Tape::take`].
-    fn flush(&mut self) -> Result<(), TapeError>;
+    /// As [`EventLog::take`].
+    fn flush(&mut self) -> Result<(), EventLogError>;
 }
 
 /// No tape.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct NoTape;
+pub struct NoEventLog;
 
-impl Tape for NoTape {
-    fn take(&mut self, _: Time, _: &Record<'_>) -> Result<(), TapeError> {
+impl EventLog for NoEventLog {
+    fn take(&mut self, _: Time, _: &LoggedEvent<'_>) -> Result<(), EventLogError> {
         Ok(())
     }
 
-    fn flush(&mut self) -> Result<(), TapeError> {
+    fn flush(&mut self) -> Result<(), EventLogError> {
         Ok(())
     }
 }
