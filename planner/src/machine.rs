@@ -16,7 +16,6 @@ pub struct MachineProfile {
     pub name: String,
     /// Travel of x and y, mm: all of it, which some controllers say and are held to.
     #[serde(deserialize_with = "text_file::pair")]
-    #[serde(alias = "stroke_mm")]
     pub travel_mm: [f64; 2],
     /// Top speed, mm/s.
     pub max_rate_mm_s: f64,

@@ -274,8 +274,8 @@ fn a_simulated_machine_writes_over_nothing() {
     let plan = shop.at("part.plan");
     let before = std::fs::read(&plan).unwrap();
     for (arguments, why) in [
-        (["--witness", &plan, "--state", &plan], "is what is read"),
-        (["--witness", &plan, "--received", &plan], "is what is read"),
+        (["--monitor", &plan, "--state", &plan], "is what is read"),
+        (["--monitor", &plan, "--received", &plan], "is what is read"),
         (["--positions", &shop.at("x"), "--received", &shop.at("x")], "for two outputs"),
         (["--state", &plan, "--link", &shop.at("link")], "line 1"),
     ] {
@@ -376,7 +376,7 @@ fn signals_end_a_session_in_order() {
 fn the_doctor_looks_and_touches_nothing() {
     let shop = Shop::new("doctor");
     let (state, plan) = (shop.at("state"), shop.at("part.plan"));
-    let mut machine = shop.machine(&["--state", &state, "--witness", &plan, "--origin-mm", "-130,-110"]);
+    let mut machine = shop.machine(&["--state", &state, "--monitor", &plan, "--origin-mm", "-130,-110"]);
     let examined = keepout(&["doctor", "--port", &shop.at("port"), "--queries", "20"]);
     let text = said(&examined);
     assert!(
@@ -445,7 +445,7 @@ fn the_simulated_witness_has_its_code() {
     let shop = Shop::new("witness");
     let plan = shop.at("part.plan");
     // The tool stands in the part.
-    let more = ["--witness", &plan, "--origin-mm", "-130,-110", "--start-mm", "-120,-100"];
+    let more = ["--monitor", &plan, "--origin-mm", "-130,-110", "--start-mm", "-120,-100"];
     let mut machine = shop.machine(&more);
     std::thread::sleep(Duration::from_millis(200));
     assert_eq!(machine.end(), Some(8));

@@ -47,7 +47,6 @@ pub struct AlignmentFile {
     /// The largest residual, mm.
     pub residual_mm: f64,
     /// What each touch may be wrong by, mm.
-    #[serde(alias = "touch_error_mm")]
     pub probe_error_mm: f64,
     /// How far a place of the part may be off for that, mm.
     pub uncertainty_mm: f64,

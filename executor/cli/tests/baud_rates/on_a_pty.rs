@@ -43,7 +43,7 @@ pub fn session(job: &Job, case: Case) -> Result<Log, String> {
     let latency = LATENCY_MS.to_string();
     let mut arguments = vec!["simulate", "--dialect", &dialect, "--baud", &baud, "--link", &port];
     arguments.extend(["--received", &received, "--start-mm", &start, "--latency-ms", &latency]);
-    arguments.extend(["--witness", &plan, "--origin-mm", &origin]);
+    arguments.extend(["--monitor", &plan, "--origin-mm", &origin]);
     let machine = Command::new(PROGRAM).args(arguments).stdout(Stdio::null()).spawn();
     let mut machine = Machine(machine.map_err(|error| error.to_string())?);
     let begun = Instant::now();

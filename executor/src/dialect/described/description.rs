@@ -204,12 +204,12 @@ impl Description {
                 ));
             }
         };
-        let arcs = match (&motion.arc_left, &motion.arc_right) {
+        let arcs = match (&motion.arc_counterclockwise, &motion.arc_clockwise) {
             (Some(left), Some(right)) => {
-                Some([templates("motion.arc_left", left)?, templates("motion.arc_right", right)?])
+                Some([templates("motion.arc_counterclockwise", left)?, templates("motion.arc_clockwise", right)?])
             }
             (None, None) => None,
-            _ => return Err(value("motion.arc_left", "given together with motion.arc_right, or neither")),
+            _ => return Err(value("motion.arc_counterclockwise", "given together with motion.arc_clockwise, or neither")),
         };
         let interpolation = shape_of(motion.interpolation);
         let errors =
@@ -280,8 +280,8 @@ impl Description {
                 arcs.clone().all(|lines| {
                     [Slot::X, Slot::Y, Slot::I, Slot::J].iter().all(|&slot| any_has(lines, slot))
                 }),
-                "motion.arc_left",
-                "lines with {x}, {y}, {i} and {j}, as motion.arc_right",
+                "motion.arc_counterclockwise",
+                "lines with {x}, {y}, {i} and {j}, as motion.arc_clockwise",
             ),
             (
                 [&self.line, &self.prepare, &self.home, &self.arm]

@@ -98,8 +98,8 @@ pub(super) enum ModeName {
 #[serde(deny_unknown_fields)]
 pub(super) struct MotionTable {
     pub(super) line: Vec<String>,
-    pub(super) arc_left: Option<Vec<String>>,
-    pub(super) arc_right: Option<Vec<String>>,
+    pub(super) arc_counterclockwise: Option<Vec<String>>,
+    pub(super) arc_clockwise: Option<Vec<String>>,
     pub(super) stop: Option<String>,
     #[serde(default)]
     pub(super) stop_at_once: bool,
@@ -108,8 +108,8 @@ pub(super) struct MotionTable {
     pub(super) accepted: AcceptedName,
     #[serde(default)]
     pub(super) answer: Option<String>,
-    pub(super) interpolation: ShapeName,
-    pub(super) contours: Option<ShapeName>,
+    pub(super) interpolation: InterpolationName,
+    pub(super) contours: Option<InterpolationName>,
     #[serde(default)]
     pub(super) queues: bool,
 }
@@ -124,9 +124,9 @@ pub(super) enum AcceptedName {
 
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub(super) enum ShapeName {
-    Line,
-    Box,
+pub(super) enum InterpolationName {
+    Linear,
+    Independent,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -155,9 +155,9 @@ pub(super) fn mode_of(name: ModeName) -> Mode {
     }
 }
 
-pub(super) fn shape_of(name: ShapeName) -> Interpolation {
+pub(super) fn shape_of(name: InterpolationName) -> Interpolation {
     match name {
-        ShapeName::Line => Interpolation::Linear,
-        ShapeName::Box => Interpolation::Independent,
+        InterpolationName::Linear => Interpolation::Linear,
+        InterpolationName::Independent => Interpolation::Independent,
     }
 }

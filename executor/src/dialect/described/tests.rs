@@ -148,7 +148,7 @@ fn descriptions_are_refused_by_key() {
         ("{ bits = 1, mode", "{ contains = \"\", mode", "status.rules"),
         ("{ bits = 1, mode", "{ equals = \"\", mode", "status.rules"),
         ("[\"MV{feed}\", \"MA{x},{y}\"]", "[\"MA{x}\"]", "motion.line"),
-        ("shape = \"box\"", "shape = \"round\"", "unknown variant `round`"),
+        ("interpolation = \"independent\"", "interpolation = \"round\"", "unknown variant `round`"),
     ] {
         assert!(NSK.contains(from), "{from}");
         let error = Description::of(&NSK.replacen(from, to, 1)).unwrap_err().to_string();
