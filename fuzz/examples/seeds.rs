@@ -10,7 +10,7 @@ use std::time::Duration;
 use arbitrary::{Arbitrary, Unstructured};
 use keepout_executor::dialect::DialectName;
 use keepout_executor::session::Going;
-use keepout_executor::session::log::{Header, LogTape};
+use keepout_executor::session::log::{Header, LogWriter};
 use keepout_fuzz::PLATE;
 use keepout_fuzz::sketch::{Family, Sketch};
 use keepout_kernel::Point;
@@ -124,6 +124,7 @@ fn logs() -> Outcome {
         };
         let scene = Scene::of(&work.plan, &run)?;
         let header = Header {
+            keepout_log: keepout_executor::session::log::VERSION,
             plan: "@".into(),
             drawing: "plate".into(),
             dialect: language.into(),
@@ -136,7 +137,7 @@ fn logs() -> Outcome {
             ..Header::default()
         };
         let path = std::env::temp_dir().join(format!("keepout-seed-{name}-{}.log", std::process::id()));
-        let tape = Box::new(LogTape::create(&path, &header)?);
+        let tape = Box::new(LogWriter::create(&path, &header)?);
         let operator = Box::new(Script::parse(script)?);
         run_scene(work, &run, scene, operator, tape, |_| {}, &mut |_, _, _| Going::On)?;
         let text = fs::read_to_string(&path)?;

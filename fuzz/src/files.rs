@@ -1,8 +1,9 @@
 //! Plans and logs.
 
-use keepout_executor::session::log::{Certificate, Entry, Log, LogReadError};
+use keepout_executor::session::log::{Log, LogReadError};
 use keepout_executor::session::replay::replay;
-use keepout_executor::session::{page_of_log, picture_of_log};
+use keepout_executor::session::{Certificate, LoggedEvent, page_of_log, picture_of_log};
+use keepout_executor::supervisor::Phase;
 use keepout_planner::plan_file;
 use keepout_proofs::properties::Xy;
 use keepout_proofs::square::plain;
@@ -138,33 +139,32 @@ fn is_not_changed_unnoticed(log: &[u8], which: usize) {
 fn watch(log: &Log) -> usize {
     let plan = &job::work().plan;
     let walls = ends_of_edges(&plan.part);
-    let is_way_out = |entry: &Entry| match entry {
-        Entry::Phase(phase) => Some(phase.starts_with("Escaping")),
+    let is_way_out = |event: &LoggedEvent<'_>| match event {
+        LoggedEvent::Phase { phase, .. } => Some(*phase == Phase::Escaping),
         _ => None,
     };
     // What was sent is of the phase that is logged last, or of the next.
     let (mut last, mut count) = (false, 0);
-    for (at, (_, entry)) in log.entries.iter().enumerate() {
-        let mut next = log.entries[at..].iter().filter_map(|(_, entry)| is_way_out(entry));
+    for (at, entry) in log.entries.iter().enumerate() {
+        let mut next = log.entries[at..].iter().filter_map(|entry| is_way_out(&entry.event));
         let escapes = last || next.next() == Some(true);
-        last = is_way_out(entry).unwrap_or(last);
-        let Entry::Certificate(text) = entry else { continue };
+        last = is_way_out(&entry.event).unwrap_or(last);
+        let LoggedEvent::Certificate(certificate) = &entry.event else { continue };
         count += 1;
-        match Certificate::parse(text) {
-            Some(Certificate::Jog(to, set)) => {
+        match certificate {
+            Certificate::Jog { to, set, .. } => {
                 let kept = if escapes { plan.plan.tool_radius } else { plan.roughing };
                 let kept = i64::from(kept.units()) - 3;
-                let set: Vec<Xy> = set.iter().chain([&to]).map(|&point| plain(point)).collect();
+                let set: Vec<Xy> = set.iter().chain([to]).map(|&point| plain(point)).collect();
                 let set = if escapes { &set[set.len() - 1..] } else { &set };
                 let near = triangles(set)
                     .find(|corners| walls.iter().any(|&(d, e)| comes_near(*corners, d, e, kept)));
                 assert!(near.is_none(), "a jog to {to:?}: {near:?} comes nearer than {kept}");
             }
-            Some(Certificate::Contour(curve)) => {
+            Certificate::Contour { curve, .. } => {
                 let kept = f64::from(plan.finishing.units()) - ROUNDING;
-                keep_away(&curve, &oracle::places(&curve), kept);
+                keep_away(curve, &oracle::places(curve), kept);
             }
-            None => {}
         }
     }
     count

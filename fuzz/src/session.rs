@@ -14,7 +14,7 @@ use keepout_executor::supervisor::{
 };
 use keepout_guard::{Interpolation, OnCancel, Time};
 use keepout_kernel::{Curve, Length, Point, Segment, Vector};
-use keepout_planner::job::{ContourJob, Progress};
+use keepout_planner::job::{ContourJob, JobError, Progress};
 use keepout_proofs::properties::Xy;
 use machine::{Machine, Make};
 
@@ -315,20 +315,20 @@ fn input(u: &mut Unstructured<'_>) -> Result<OperatorInput> {
             usual => f64::from(usual) / 100.0,
         })
     };
-    let direction = (share(u)?, share(u)?);
+    let velocity = (share(u)?, share(u)?);
     let turned = if u.int_in_range(0..=7_u8)? == 0 { (share(u)?, share(u)?) } else { (0.0, 0.0) };
-    let ask = match u.int_in_range(0..=31_u8)? {
+    let command = match u.int_in_range(0..=31_u8)? {
         0 => Some(OperatorCommand::FeedHold),
         1 | 2 => Some(OperatorCommand::CycleStart),
         3 => Some(OperatorCommand::Recover),
         4 => Some(OperatorCommand::Stop),
         _ => None,
     };
-    Ok(OperatorInput { direction, turned_mm: turned, automatic: u.int_in_range(0..=2_u8)? == 0, ask })
+    Ok(OperatorInput { velocity, turned_mm: turned, automatic: u.int_in_range(0..=2_u8)? == 0, command })
 }
 
 /// Changes a job: none, a motion somewhere else, one left out, or nothing.
-fn forge(job: &mut std::result::Result<ContourJob, String>, u: &mut Unstructured<'_>) -> Result<()> {
+fn forge(job: &mut std::result::Result<ContourJob, JobError>, u: &mut Unstructured<'_>) -> Result<()> {
     let what = u.int_in_range(0..=7_u8)?;
     let Ok(legs) = job.as_mut().map(|job| &mut job.legs) else { return Ok(()) };
     let which = if legs.is_empty() { 0 } else { u.choose_index(legs.len())? };
@@ -338,7 +338,7 @@ fn forge(job: &mut std::result::Result<ContourJob, String>, u: &mut Unstructured
     };
     let at = u.choose_index(curves.len())?;
     match what {
-        0 => *job = Err("there is none".into()),
+        0 => *job = Err(JobError::Failed),
         1 => drop(curves.remove(at)),
         2 => curves.swap(0, at),
         3 | 4 => {

@@ -207,7 +207,7 @@ fn is_recorded(operator: impl Operator, looks: &[u8]) {
     let finite = |(x, y): (f64, f64)| if x.is_finite() && y.is_finite() { (x, y) } else { (0.0, 0.0) };
     for (time, input) in times.into_iter().zip(inputs) {
         let input =
-            OperatorInput { direction: finite(input.direction), turned_mm: finite(input.turned_mm), ..input };
+            OperatorInput { velocity: finite(input.velocity), turned_mm: finite(input.turned_mm), ..input };
         assert_eq!(again.input(&seen, time), input, "at {time:?}");
     }
 }

@@ -8,6 +8,7 @@ use keepout_kernel::offset::{
     self, COVERAGE, Gouge, Missing, Offset, Outline, RESOLUTION, certify_complete, certify_path,
 };
 use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, UNITS_PER_MM};
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::profile::{ARC_CHORD_SLACK, Profile, corners};
@@ -18,16 +19,17 @@ use crate::units::{along_mm, nearest_on_mm, point_from_mm, point_mm};
 pub const PATH_CLEARANCE: u8 = 60;
 
 /// A closed loop of the finishing path, the part on the left of its direction.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FinishingLoop {
     /// Its motions.
+    #[serde(with = "crate::stored::many")]
     pub curves: Vec<Curve>,
     /// The connected piece of free space that it lies in: 0 is the unbounded one.
     pub component: usize,
 }
 
 /// The finishing path.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FinishingPath {
     /// Its loops.
     pub loops: Vec<FinishingLoop>,

@@ -24,6 +24,7 @@ pub mod profile;
 pub mod request;
 pub mod route;
 pub mod select;
+pub mod stored;
 mod summary;
 pub mod text_file;
 pub mod units;

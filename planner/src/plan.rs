@@ -72,9 +72,10 @@ pub enum Cut {
 }
 
 /// Something to know about a drawing, and where.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Remark {
     /// The place, when it has one.
+    #[serde(with = "crate::stored::maybe")]
     pub at: Option<Point>,
     /// What.
     pub text: String,
@@ -87,7 +88,7 @@ impl From<String> for Remark {
 }
 
 /// Where a plan comes from.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Provenance {
     /// Name of the drawing.
     pub name: String,
@@ -113,9 +114,10 @@ pub struct PlanGeometry {
 }
 
 /// A finishing pass.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pass {
     /// Stock that it leaves.
+    #[serde(with = "crate::stored")]
     pub stock_to_leave: Length,
     /// Its feed, mm/min; the run's own when none is given.
     pub feed_mm_min: Option<u32>,
@@ -124,7 +126,7 @@ pub struct Pass {
 }
 
 /// A plan. Believe it after [`Plan::certify`].
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
     /// Where it comes from.
     pub provenance: Provenance,
@@ -133,8 +135,10 @@ pub struct Plan {
     /// Which side is machined.
     pub side: MachinedSide,
     /// Radius R of the tool.
+    #[serde(with = "crate::stored")]
     pub tool_radius: Length,
     /// Allowance A.
+    #[serde(with = "crate::stored")]
     pub stock_to_leave: Length,
     /// The margin M.
     pub budget: Budget,
@@ -143,6 +147,7 @@ pub struct Plan {
     /// Closed loops that the tool keeps out of besides: clamps, a vice.
     pub zones: Profile,
     /// Where the tool's centre may go, when the drawing says so.
+    #[serde(with = "crate::stored::maybe")]
     pub travel: Option<Window>,
     /// Which way round the tool cuts.
     pub cut: Cut,

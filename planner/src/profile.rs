@@ -20,11 +20,13 @@ const SLACK_MAX: Length = Length::whole_mm(1);
 const CHORDS_MAX: usize = 16_000_000;
 
 /// An edge of the profile.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ProfileEdge {
     /// The curve.
+    #[serde(with = "crate::stored")]
     pub curve: Curve,
     /// How far the drawing's curve leaves a line that stands for it; zero for true lines and arcs.
+    #[serde(with = "crate::stored")]
     pub chord_error: Length,
 }
 
@@ -35,9 +37,10 @@ impl ProfileEdge {
 }
 
 /// A curve of the drawing that edges stand for, within their chord_error.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SourceCurve {
     /// The curve, in the direction of the loop.
+    #[serde(with = "crate::stored")]
     pub curve: Bezier,
     /// The first of the edges.
     pub first: usize,
@@ -46,7 +49,7 @@ pub struct SourceCurve {
 }
 
 /// A closed loop of edges, each beginning where the one before ends.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ProfileLoop {
     /// The edges in order.
     pub edges: Vec<ProfileEdge>,
@@ -55,7 +58,7 @@ pub struct ProfileLoop {
 }
 
 /// Closed loops taken from the drawing.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Profile {
     /// The loops.
     pub loops: Vec<ProfileLoop>,

@@ -165,7 +165,7 @@ impl Trial<'_> {
         }
         self.rest()?;
         let first = self.log("first.log", &self.received(1)?, &[])?;
-        let phase = first.as_ref().map_or(String::new(), |first| first.phase.clone());
+        let phase = first.as_ref().map_or(String::new(), |first| format!("{:?}", first.phase));
         let left = first.as_ref().is_none_or(|first| {
             let progress = first.replay.supervisor.progress();
             progress.finished.is_empty() || !progress.partial.is_empty()

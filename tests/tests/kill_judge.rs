@@ -4,9 +4,9 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use keepout_executor::session::log::{Header, LogTape};
+use keepout_executor::session::log::{Header, LogWriter};
 use keepout_executor::session::{Going, Sample, SampleKind};
-use keepout_executor::supervisor::PreparedPlan;
+use keepout_executor::supervisor::{Phase, PreparedPlan};
 use keepout_kernel::Vector;
 use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
@@ -38,6 +38,7 @@ fn session(work: &PreparedPlan, limit_s: u64, progress: Progress, log: &Path) ->
     let run = SimRun { limit, progress, feed_mm_min: 3000, ..SimRun::default() };
     let scene = Scene::of(&work.plan, &run).unwrap();
     let header = Header {
+        keepout_log: keepout_executor::session::log::VERSION,
         plan: plan_file::hex(&plan_file::hash(&plan_file::encode(&work.plan.plan).unwrap())),
         dialect: "grbl".into(),
         offset: scene.setting.offset,
@@ -51,7 +52,7 @@ fn session(work: &PreparedPlan, limit_s: u64, progress: Progress, log: &Path) ->
         progress: scene.options.progress.clone(),
         ..Header::default()
     };
-    let tape = Box::new(LogTape::create(log, &header).unwrap());
+    let tape = Box::new(LogWriter::create(log, &header).unwrap());
     let operator = operator::named("calm", 2.0, 1).unwrap();
     let watch = &mut |_: &_, _: &_, _| Going::On;
     run_scene(work.clone(), &run, scene, operator, tape, |_| {}, watch).unwrap().samples
@@ -103,7 +104,7 @@ fn to_sessions_that_are_taken_up_without_the_log() {
     };
     let first = run("first.log", 9, Progress::default());
     let left = first.replay.supervisor.progress();
-    assert_eq!((first.phase.as_str(), left.partial.len()), ("Stopping", 1));
+    assert_eq!((first.phase, left.partial.len()), (Phase::Stopping, 1));
     run("second.log", 60, left).goes_on_from(Some(&first)).unwrap();
     let anew = run("anew.log", 60, Progress::default());
     objects("taken up with", anew.goes_on_from(Some(&first)));

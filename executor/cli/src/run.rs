@@ -8,7 +8,7 @@ use keepout_drives::controllers::kind::Kind;
 use keepout_drives::profile::DriveProfile;
 use keepout_executor::dialect::{DialectConfig, DialectName};
 use keepout_executor::operator::Panel;
-use keepout_executor::session::log::{Header, LogReader, LogTape, rfc_3339};
+use keepout_executor::session::log::{Header, LogReader, LogWriter, rfc_3339};
 use keepout_executor::session::serial::Serial;
 use keepout_executor::session::{
     Ended, Engine, EventLog, Going, NoEventLog, RealClock, RunFacts, Sample, SampleKind, Session, html,
@@ -192,6 +192,7 @@ impl Recording<'_> {
     ) -> Result<Box<dyn EventLog>, CliError> {
         let Some(path) = self.log else { return Ok(Box::new(NoEventLog)) };
         let header = Header {
+            keepout_log: keepout_executor::session::log::VERSION,
             began: rfc_3339(SystemTime::now()),
             plan: plan_file::hex(&plan_file::hash(&plan_file::encode(&work.plan.plan)?)),
             drawing: work.plan.plan.provenance.name.clone(),
@@ -209,7 +210,7 @@ impl Recording<'_> {
             operator: self.operator.into(),
             setting: self.machine.clone(),
         };
-        Ok(Box::new(LogTape::create(path, &header)?))
+        Ok(Box::new(LogWriter::create(path, &header)?))
     }
 }
 

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use keepout_executor::session::log::{Entry, Log};
+use keepout_executor::session::LoggedEvent;
+use keepout_executor::session::log::Log;
 use keepout_executor::session::replay::{LogEnd, replay};
 use keepout_executor::supervisor::PreparedPlan;
 use keepout_planner::machine::MachineProfile;
@@ -361,8 +362,8 @@ fn signals_end_a_session_in_order() {
         assert_eq!(code, Some(if finished { 0 } else { 9 }), "{round}");
         assert_eq!((replay.end(), log.torn), (LogEnd::Done, 0), "{round}");
         if round % 2 == 0 {
-            let sent = log.entries.iter().filter_map(|(_, entry)| match entry {
-                Entry::Sent(bytes) => Some(bytes.as_slice()),
+            let sent = log.entries.iter().filter_map(|entry| match &entry.event {
+                LoggedEvent::Sent(bytes) => Some(&**bytes),
                 _ => None,
             });
             let sent: Vec<u8> = sent.flatten().copied().collect();

@@ -238,16 +238,6 @@ impl Guard {
     pub fn withdraw_contour(&mut self) {
         self.contour = self.contour.take().filter(|contour| contour.sent > 0);
     }
-
-    /// Gives up the contour when the tool stands still where it was reported, and the controller has forgotten the rest of it:
-    /// from there only [`Guard::retract`] and a contour that begins there lead on.
-    ///
-    /// # Errors
-    /// [`Refusal`] when the place is in the part.
-    pub fn drop_contour(&mut self, position: Point) -> Result<(), Refusal> {
-        self.forget();
-        self.locate(position)
-    }
 }
 
 /// Whether the ends of an arc are so near that a controller computing in 32-bit floats can mistake its sweep for a full

@@ -21,6 +21,7 @@
 
 extern crate alloc;
 
+mod admission;
 mod cancel;
 mod contour;
 mod hull;
@@ -37,10 +38,10 @@ mod time;
 
 use alloc::sync::Arc;
 
+pub use admission::{Admission, Admissions};
 pub use cancel::OnCancel;
 pub use contour::Certification;
 use contour::Contour;
-use hull::Hull;
 pub use in_flight::{DRAIN, Interpolation, PositionFeedback, QueryStamp};
 use in_flight::{InFlight, LINES_MAX, Line};
 use keepout_kernel::exact::segment::Window;
@@ -93,34 +94,6 @@ pub struct Guard {
     contour: Option<Contour>,
     #[cfg(feature = "mutations")]
     mutation: Mutation,
-}
-
-/// What jogs a guard would admit. It holds on to the guard, so that the set, and the hull that is worked out once, stay as they
-/// are.
-#[derive(Debug)]
-pub struct Asking<'a> {
-    guard: &'a Guard,
-    hull: Option<Hull>,
-}
-
-impl Asking<'_> {
-    /// Whether a jog to `to` would be admitted.
-    ///
-    /// # Errors
-    /// [`Refusal`] saying why not.
-    pub fn admits(&self, to: Point) -> Result<FreePoint, Refusal> {
-        let guard = self.guard;
-        let confirmed = guard.ready(to)?;
-        if guard.is_inside_jogging_clearance() {
-            return Err(Refusal::InsideJoggingClearance);
-        }
-        #[cfg(feature = "mutations")]
-        if guard.mutation == Mutation::NoFans {
-            let last = guard.set.lines.back().map_or(confirmed, |line| line.target);
-            return guard.simplified.motion(last, to).map_err(Refusal::Blocked);
-        }
-        guard.set.admit(&guard.simplified, self.hull.as_ref(), confirmed, to)
-    }
 }
 
 impl Guard {
@@ -261,22 +234,13 @@ impl Guard {
         self.set.confirmed.is_some_and(|confirmed| confirmed.threshold() < self.rules.jogging_clearance)
     }
 
-    /// Whether a jog to `to` would be admitted.
-    ///
-    /// # Errors
-    /// [`Refusal`] saying why not.
-    pub fn admits(&self, to: Point) -> Result<FreePoint, Refusal> {
-        self.asking().admits(to)
-    }
-
-    /// For many questions about the set as it is.
+    /// Holds the guard for questions about jogs, and for the jog that follows.
     #[must_use]
-    pub fn asking(&self) -> Asking<'_> {
-        let hull = if self.rules.interpolation == Interpolation::Linear { self.set.hull() } else { None };
-        Asking { guard: self, hull }
+    pub fn admissions(&mut self) -> Admissions<'_> {
+        Admissions::of(self)
     }
 
-    /// The confirmed, when a motion to `to` can be thought of at all.
+    /// The confirmed position, when the guard can consider a motion to `to`.
     fn ready(&self, to: Point) -> Result<FreePoint, Refusal> {
         if self.contour.is_some() || self.set.stray > Length::ZERO {
             return Err(Refusal::InMotion);
@@ -298,40 +262,19 @@ impl Guard {
     /// # Errors
     /// [`Refusal`] saying why it may not be sent.
     pub fn jog(&mut self, to: Point, feed_mm_min: u32) -> Result<Certified, Refusal> {
-        let target = self.admits(to)?;
-        Ok(self.send_jog(target, feed_mm_min))
+        let admissions = self.admissions();
+        let admission = admissions.admit(to)?;
+        Ok(admissions.jog(admission, feed_mm_min))
     }
 
-    /// Whether a way out to `to` would be admitted: from rest, nearer to no edge within the jogging_clearance threshold.
-    ///
-    /// # Errors
-    /// [`Refusal`] saying why not.
-    pub fn admits_retract(&self, to: Point) -> Result<FreePoint, Refusal> {
-        let confirmed = self.ready(to)?;
-        if !self.is_inside_jogging_clearance() {
-            return Err(Refusal::ClearOfPart);
-        }
-        if !self.in_position() {
-            return Err(Refusal::InMotion);
-        }
-        let way = to.minus(confirmed.point());
-        if self.rules.interpolation == Interpolation::Independent && way.dx != 0 && way.dy != 0 {
-            return Err(Refusal::Slanted(confirmed.point()));
-        }
-        #[cfg(feature = "mutations")]
-        if self.mutation == Mutation::EscapeAnywhere {
-            return self.exact.retract(confirmed, to, Length::ZERO).map_err(Refusal::Blocked);
-        }
-        self.exact.retract(confirmed, to, self.rules.jogging_clearance).map_err(Refusal::Blocked)
-    }
-
-    /// Certifies a way out to `to` and counts it as sent.
+    /// Certifies a retract move to `to` and counts it as sent.
     ///
     /// # Errors
     /// [`Refusal`] saying why it may not be sent.
     pub fn retract(&mut self, to: Point, feed_mm_min: u32) -> Result<Certified, Refusal> {
-        let target = self.admits_retract(to)?;
-        Ok(self.send_jog(target, feed_mm_min))
+        let admissions = self.admissions();
+        let admission = admissions.admit_retract(to)?;
+        Ok(admissions.jog(admission, feed_mm_min))
     }
 
     fn send_jog(&mut self, target: FreePoint, feed_mm_min: u32) -> Certified {

@@ -253,7 +253,7 @@ fn jogs_can_be_boxes_and_contours_lines() {
         let mut guard = guard_of(interpolation, true);
         guard.rules.contours = contours;
         guard.locate(at(-1000, 2000)).unwrap();
-        let jog = guard.admits(to);
+        let jog = guard.admissions().admit(to).map(|admission| admission.target());
         guard.begin_contour(vec![(slanted, 600)]).unwrap();
         (jog.is_ok(), guard.certify_contour(9).is_ok())
     };

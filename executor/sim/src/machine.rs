@@ -124,15 +124,6 @@ impl SimMachine {
         self
     }
 
-    /// The line is as good as new from here on.
-    pub fn mend(&mut self) {
-        for wire in [&mut self.to_controller, &mut self.to_host] {
-            if let Some(faults) = wire.faults() {
-                faults.end();
-            }
-        }
-    }
-
     /// The two ends of the line are set to different baud rates, or no longer.
     pub fn mistune(&mut self, wrong: bool) {
         for wire in [&mut self.to_controller, &mut self.to_host] {

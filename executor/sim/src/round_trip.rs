@@ -144,7 +144,8 @@ fn venus() {
 
 #[test]
 fn described() {
-    for file in ["nsk-style", "tango", "../sim/tests/described/ok-style", "../sim/tests/described/one-answer"] {
+    for file in ["nsk-style", "tango", "../sim/tests/described/ok-style", "../sim/tests/described/one-answer"]
+    {
         through(&format!("{}/../dialects/{file}.toml", env!("CARGO_MANIFEST_DIR")));
     }
 }

@@ -166,7 +166,7 @@ fn inches_and_too_few_steps_are_refused() {
         let mut inner = grbl(|_| Vec::new());
         let other =
             move |bytes: &[u8]| String::from_utf8(inner(bytes)).unwrap().replace(from, to).into_bytes();
-        assert!(matches!(fault_of(other, false, None).0, Fault::DialectConfig(unfit) if unfit.name == name));
+        assert!(matches!(fault_of(other, false, None).0, Fault::Unfit(unfit) if unfit.name == name));
     }
 }
 
@@ -204,13 +204,13 @@ fn not_homed_no_homing_switches_and_standing_inside() {
         let text = String::from_utf8(inner(bytes)).unwrap();
         text.replace("$22=1", "$22=0").into_bytes()
     };
-    assert!(matches!(fault_of(unhomed, false, None).0, Fault::DialectConfig(_)));
+    assert!(matches!(fault_of(unhomed, false, None).0, Fault::Unfit(_)));
     let mut inner = grbl(|_| Vec::new());
     let inside = move |bytes: &[u8]| {
         let text = String::from_utf8(inner(bytes)).unwrap();
         text.replace("-10.000,-10.000", "-230.000,-190.000").into_bytes()
     };
-    assert!(matches!(fault_of(inside, false, None).0, Fault::InsideJoggingClearance { .. }));
+    assert!(matches!(fault_of(inside, false, None).0, Fault::InsidePart { .. }));
 }
 
 #[test]

@@ -99,46 +99,47 @@ struct Slider {
     along_mm: f64,
     side: f64,
     began: Option<(Time, (f64, f64))>,
-    asked: Option<Time>,
+    commanded: Option<Time>,
 }
 
 impl Slider {
     fn new(along_mm: f64, side: f64) -> Box<Self> {
         let cuts = operator::named("wall", 3.0, 1).unwrap();
-        Box::new(Self { cuts, along_mm, side, began: None, asked: None })
+        Box::new(Self { cuts, along_mm, side, began: None, commanded: None })
     }
 }
 
 impl Operator for Slider {
     fn input(&mut self, view: &OperatorView, now: Time) -> OperatorInput {
-        let ask = |ask| OperatorInput { ask: Some(ask), automatic: true, ..OperatorInput::default() };
-        let push = |x: f64, y: f64| OperatorInput { direction: (x, y), ..OperatorInput::default() };
+        let command =
+            |command| OperatorInput { command: Some(command), automatic: true, ..OperatorInput::default() };
+        let push = |x: f64, y: f64| OperatorInput { velocity: (x, y), ..OperatorInput::default() };
         let past = |since: Time, seconds: f64| now.since(since).as_secs_f64() > seconds;
         match (view.phase, view.position_mm, view.wall_mm) {
-            (Phase::Faulted, ..) => ask(OperatorCommand::Recover),
+            (Phase::Faulted, ..) => command(OperatorCommand::Recover),
             (Phase::Escaping, Some(at), Some(wall)) => {
                 let (since, from) = *self.began.get_or_insert((now, at));
                 let (x, y) = (wall.0 - at.0, wall.1 - at.1);
                 let (x, y) = (x / x.hypot(y), y / x.hypot(y));
                 let slides = (at.0 - from.0).hypot(at.1 - from.1) < self.along_mm && !past(since, 12.0);
-                match self.asked {
-                    Some(asked) if past(asked, 1.0) => push(-x, -y),
+                match self.commanded {
+                    Some(commanded) if past(commanded, 1.0) => push(-x, -y),
                     None if slides => push(-y * self.side, x * self.side),
                     None if past(since, 12.5) || self.along_mm == 0.0 => {
-                        self.asked = Some(now);
-                        ask(OperatorCommand::CycleStart)
+                        self.commanded = Some(now);
+                        command(OperatorCommand::CycleStart)
                     }
                     _ => OperatorInput::default(),
                 }
             }
-            (Phase::Manual, ..) if self.asked.is_some_and(|asked| past(asked, 1.5)) => {
-                if view.unacknowledged == 0 && self.asked.is_some_and(|asked| past(asked, 4.0)) {
-                    ask(OperatorCommand::CycleStart)
+            (Phase::Manual, ..) if self.commanded.is_some_and(|commanded| past(commanded, 1.5)) => {
+                if view.unacknowledged == 0 && self.commanded.is_some_and(|commanded| past(commanded, 4.0)) {
+                    command(OperatorCommand::CycleStart)
                 } else {
                     OperatorInput::default()
                 }
             }
-            (Phase::Touching | Phase::Contouring, ..) if self.asked.is_some() => {
+            (Phase::Touching | Phase::Contouring, ..) if self.commanded.is_some() => {
                 OperatorInput { automatic: true, ..OperatorInput::default() }
             }
             _ => self.cuts.input(view, now),

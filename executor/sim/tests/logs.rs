@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use keepout_executor::dialect::DialectName;
 use keepout_executor::operator::Operator;
-use keepout_executor::session::log::{Entry, Header, Log, LogReadError, LogTape};
+use keepout_executor::session::log::{Header, Log, LogReadError, LogWriter, VERSION};
 use keepout_executor::session::port::{Port, PortError};
 use keepout_executor::session::replay::{LogEnd, Replay, ReplayError, TimelineEntry, replay};
 use keepout_executor::session::{
@@ -40,6 +40,7 @@ fn file(name: &str) -> PathBuf {
 
 fn header(work: &PreparedPlan, scene: &Scene) -> Header {
     Header {
+        keepout_log: VERSION,
         plan: plan_file::hex(&plan_file::hash(&plan_file::encode(&work.plan.plan).unwrap())),
         dialect: DialectName::Grbl.name().into(),
         offset: scene.setting.offset,
@@ -64,7 +65,7 @@ fn logged(
 ) -> (PathBuf, Ended) {
     let path = file(name);
     let scene = Scene::of(&work.plan, run).unwrap();
-    let tape = LogTape::create(&path, &header(work, &scene)).unwrap();
+    let tape = LogWriter::create(&path, &header(work, &scene)).unwrap();
     let watch = &mut |_: &Supervisor, _: &CollisionMonitor, _: Time| Going::On;
     let result = run_scene(work.clone(), run, scene, operator, Box::new(tape), |_| {}, watch).unwrap();
     assert!(result.facts.deepest_mm.unwrap() <= 0.0);
@@ -84,7 +85,7 @@ fn short(name: &str) -> (PreparedPlan, Vec<u8>) {
 
 fn holds(log: &Log, work: &PreparedPlan) -> Replay {
     let replay = replay(log, work.clone()).unwrap_or_else(|error| panic!("{error}"));
-    let sent = log.entries.iter().filter(|(_, entry)| matches!(entry, Entry::Sent(_))).count();
+    let sent = log.entries.iter().filter(|entry| matches!(entry.event, LoggedEvent::Sent(_))).count();
     assert_eq!(replay.counted.commands, u64::try_from(sent).unwrap());
     assert!(replay.counted.certificates > 0 && log.torn == 0);
     replay
@@ -215,7 +216,7 @@ fn a_lost_port_and_recovery_replay() {
     let scene = Scene::of(&work.plan, &run).unwrap();
     let path = file("lost");
     let cable = Cable::to(&work, &run, &scene);
-    let tape = LogTape::create(&path, &header(&work, &scene)).unwrap();
+    let tape = LogWriter::create(&path, &header(&work, &scene)).unwrap();
     let dialect = run.language.dialect(scene.setting);
     let supervisor = Supervisor::new(work.clone(), scene.options, dialect.abilities());
     let script = "0 0 -0.3\n1 0 0.3 auto\n9 recover\n12 resume\n13 0 0\n90 quit\n";
@@ -239,9 +240,11 @@ fn a_lost_port_and_recovery_replay() {
     drop(session);
     assert_eq!(pulled_in, Some(Phase::Contouring));
     let log = Log::load(&path).unwrap();
-    let count = |wanted: fn(&Entry) -> bool| log.entries.iter().filter(|(_, entry)| wanted(entry)).count();
-    assert_eq!(count(|entry| matches!(entry, Entry::PortLost(_))), 1);
-    assert_eq!(count(|entry| matches!(entry, Entry::PortFound)), 1);
+    let count = |wanted: fn(&LoggedEvent<'_>) -> bool| {
+        log.entries.iter().filter(|entry| wanted(&entry.event)).count()
+    };
+    assert_eq!(count(|event| matches!(event, LoggedEvent::PortLost(_))), 1);
+    assert_eq!(count(|event| matches!(event, LoggedEvent::PortFound)), 1);
     let replay = holds(&log, &work);
     let told: Vec<&TimelineEntry> =
         replay.story.happenings.iter().map(|(_, happening, _)| happening).collect();
@@ -263,16 +266,17 @@ fn another_plan_or_dialect_is_refused() {
     assert!(matches!(replay(&log, work.clone()), Err(ReplayError::DialectName(_))));
     // An intact log whose session did something else: the difference has its line.
     let mut log = Log::parse(&bytes).unwrap();
-    let first = log.entries.iter().position(|(_, entry)| matches!(entry, Entry::Certificate(_))).unwrap();
+    let first =
+        log.entries.iter().position(|entry| matches!(entry.event, LoggedEvent::Certificate(_))).unwrap();
     log.entries.remove(first);
     let line = match replay(&log, work.clone()) {
         Err(ReplayError::Differs { line, .. }) => line,
         other => panic!("{:?}", other.err()),
     };
-    assert_eq!(line, first + 2);
+    assert_eq!(line, first + 3);
     let mut log = Log::parse(&bytes).unwrap();
-    let sent = log.entries.iter().rposition(|(_, entry)| matches!(entry, Entry::Sent(_))).unwrap();
-    log.entries[sent].1 = Entry::Sent(b"G0X0Y0\n".to_vec());
+    let sent = log.entries.iter().rposition(|entry| matches!(entry.event, LoggedEvent::Sent(_))).unwrap();
+    log.entries[sent].event = LoggedEvent::Sent(b"G0X0Y0\n".to_vec().into());
     assert!(matches!(replay(&log, work), Err(ReplayError::Differs { line, .. }) if line == sent + 2));
 }
 
@@ -361,7 +365,7 @@ fn lines_changed_removed_swapped_or_doubled_are_noticed() {
 
 /// A log on a disk that is full after so many records.
 struct Filling {
-    log: LogTape,
+    log: LogWriter,
     left: usize,
 }
 
@@ -390,7 +394,7 @@ fn a_full_disk_stops_the_machine_and_leaves_a_log() {
         let cable = Cable::to(&work, &run, &scene);
         let mut monitor =
             CollisionMonitor::new(work.plan.part.clone(), work.plan.plan.tool_radius, scene.setting.offset);
-        let log = LogTape::create(&path, &header(&work, &scene)).unwrap();
+        let log = LogWriter::create(&path, &header(&work, &scene)).unwrap();
         let dialect = run.language.dialect(scene.setting);
         let supervisor = Supervisor::new(work.clone(), scene.options, dialect.abilities());
         let operator = operator::named("wall", 5.0, 1).unwrap();

@@ -1,4 +1,4 @@
-//! The operator's side of a session: what an operator sees, and what they ask for.
+//! The operator's side of a session: what an operator sees, and what they command for.
 
 mod panel;
 

@@ -1,10 +1,12 @@
 //! The engine: supervisor and dialect, from bytes and inputs to bytes. No clock, no port, no file.
 
+use std::borrow::Cow;
+
 use keepout_guard::Time;
 use keepout_kernel::LatticeError;
-use keepout_planner::job::ContourJob;
+use keepout_planner::job::{ContourJob, JobError};
 
-use super::event_log::{EventLog, EventLogError, LoggedEvent};
+use super::event_log::{Certificate, EventLog, EventLogError, LoggedEvent};
 use crate::dialect::Dialect;
 use crate::supervisor::{Command, Event, JobRequest, OperatorInput, Phase, Supervisor, text};
 
@@ -44,7 +46,7 @@ impl Engine {
         if bytes.is_empty() {
             return Ok(());
         }
-        tape.take(now, &LoggedEvent::Received(bytes))?;
+        tape.take(now, &LoggedEvent::Received(bytes.into()))?;
         for &byte in bytes {
             let first = self.out.len();
             let reply = self.dialect.decode(byte, &mut self.out);
@@ -66,7 +68,8 @@ impl Engine {
         now: Time,
         tape: &mut dyn EventLog,
     ) -> Result<(), EventLogError> {
-        tape.take(now, &LoggedEvent::OperatorInput(input))?;
+        let input = input.finite();
+        tape.take(now, &LoggedEvent::Input(input))?;
         self.feed(Event::Operator(input), now, tape)
     }
 
@@ -85,11 +88,11 @@ impl Engine {
     /// As [`Engine::receive`].
     pub fn job(
         &mut self,
-        job: Result<ContourJob, String>,
+        job: Result<ContourJob, JobError>,
         now: Time,
         tape: &mut dyn EventLog,
     ) -> Result<(), EventLogError> {
-        tape.take(now, &LoggedEvent::Job(&job))?;
+        tape.take(now, &LoggedEvent::Job(Cow::Borrowed(&job)))?;
         self.feed(Event::Job(Box::new(job)), now, tape)
     }
 
@@ -103,7 +106,7 @@ impl Engine {
         now: Time,
         tape: &mut dyn EventLog,
     ) -> Result<(), EventLogError> {
-        tape.take(now, &LoggedEvent::PortLost(reason))?;
+        tape.take(now, &LoggedEvent::PortLost(reason.into()))?;
         self.feed(Event::PortLost(text(reason)), now, tape)
     }
 
@@ -166,8 +169,8 @@ impl Engine {
     }
 
     fn tell(&mut self, phase: Phase, now: Time, tape: &mut dyn EventLog) -> Result<(), EventLogError> {
-        let fault = self.supervisor.fault();
-        tape.take(now, &LoggedEvent::Phase(phase, fault))
+        let fault = self.supervisor.fault().map(ToString::to_string);
+        tape.take(now, &LoggedEvent::Phase { phase, fault })
     }
 
     /// Encodes the commands; when one can not be, nothing after it is, but what the supervisor then wants: to stop.
@@ -176,7 +179,8 @@ impl Engine {
         for index in 0..self.commands.len() {
             let command = self.commands[index];
             if let Command::Move(certified) = &command {
-                tape.take(now, &LoggedEvent::Certificate(certified, self.supervisor.guard()))?;
+                let certificate = Certificate::of(certified, self.supervisor.guard());
+                tape.take(now, &LoggedEvent::Certificate(certificate))?;
             }
             let first = self.out.len();
             if let Err(error) = self.dialect.encode(&command, &mut self.out) {
@@ -202,7 +206,7 @@ impl Engine {
     fn piece(&mut self, first: usize, now: Time, tape: &mut dyn EventLog) -> Result<(), EventLogError> {
         if self.out.len() > first {
             self.ends.push(self.out.len());
-            tape.take(now, &LoggedEvent::Sent(&self.out[first..]))?;
+            tape.take(now, &LoggedEvent::Sent(self.out[first..].into()))?;
         }
         Ok(())
     }

@@ -1,10 +1,12 @@
 //! A session: engine, port, operator and log, run together against a clock; and what remains of it.
 
+pub mod characters;
 mod coverage;
 mod engine;
 mod event_log;
 pub mod log;
 mod log_page;
+pub mod micros;
 mod place;
 pub mod port;
 pub mod replay;
@@ -15,7 +17,7 @@ pub mod serial;
 
 pub use coverage::{Coverage, coverage};
 pub use engine::Engine;
-pub use event_log::{EventLog, EventLogError, LoggedEvent, NoEventLog};
+pub use event_log::{Certificate, EventLog, EventLogError, LoggedEvent, NoEventLog};
 pub use log_page::{page_of_log, picture_of_log};
 pub use place::{PlaceError, Placement, place_on_table, start_inside};
 pub use report::{RunFacts, html, picture_of_run};

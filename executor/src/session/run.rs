@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use keepout_guard::Time;
 use keepout_kernel::Point;
-use keepout_planner::job::ContourJob;
+use keepout_planner::job::{ContourJob, JobError};
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::{nearest_on_mm, point_mm};
 
@@ -106,7 +106,7 @@ pub enum Ended {
 }
 
 /// Works out contouring jobs.
-pub type Planner<'a> = Box<dyn FnMut(&JobRequest, &CertifiedPlan) -> Result<ContourJob, String> + 'a>;
+pub type Planner<'a> = Box<dyn FnMut(&JobRequest, &CertifiedPlan) -> Result<ContourJob, JobError> + 'a>;
 
 /// Opens a port again.
 pub type Reopen<'a, P> = Box<dyn FnMut() -> Result<P, PortError> + 'a>;
@@ -122,7 +122,7 @@ pub struct Session<'a, P: Port> {
     flush_due: Time,
     reopen_due: Time,
     bytes: Vec<u8>,
-    job: Option<JoinHandle<Result<ContourJob, String>>>,
+    job: Option<JoinHandle<Result<ContourJob, JobError>>>,
     /// In virtual time, instead of the planner.
     planner: Option<Planner<'a>>,
     part_box_mm: (f64, f64, f64, f64),
@@ -310,7 +310,7 @@ impl<'a, P: Port> Session<'a, P> {
     /// Works out a contouring job that is wanted: in a thread when time is real.
     fn work_out(&mut self, now: Time, real: bool) -> Result<(), EventLogError> {
         if let Some(thread) = self.job.take_if(|thread| thread.is_finished()) {
-            let job = thread.join().unwrap_or(Err("working it out failed".into()));
+            let job = thread.join().unwrap_or(Err(JobError::Failed));
             return self.engine.job(job, now, self.tape.as_mut());
         }
         if self.job.is_some() {

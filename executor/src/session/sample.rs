@@ -1,9 +1,11 @@
 //! True positions of the tool.
 
 use keepout_guard::Time;
+use serde::{Deserialize, Serialize};
 
 /// What the machine was doing at a sample.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum SampleKind {
     /// Standing still.
     Rest,

@@ -8,6 +8,7 @@ use keepout_kernel::{Arc, Curve, Length, Point, Segment, Turn, UNITS_PER_MM};
 use keepout_planner::units::{point_from_mm, point_mm};
 
 use super::Supervisor;
+use super::contouring::NoContour;
 use super::event::{Command, Mode};
 use super::jog::length_mm;
 
@@ -20,7 +21,7 @@ impl Supervisor {
         feed: u32,
         stock: Length,
         into: &mut Vec<(Curve, u32)>,
-    ) -> Result<(), String> {
+    ) -> Result<(), NoContour> {
         let longest_mm = longest_mm(feed);
         if let Curve::Arc(arc) = curve
             && self.abilities.arcs
@@ -29,7 +30,7 @@ impl Supervisor {
             into.extend(quarters(arc, longest_mm)?.into_iter().map(|piece| (Curve::Arc(piece), feed)));
             return Ok(());
         }
-        let points = curve.chord_points(self.chord_slack()).map_err(|error| error.to_string())?;
+        let points = curve.chord_points(self.chord_slack())?;
         for pair in points.windows(2) {
             let line = Segment { from: pair[0], to: pair[1] };
             let step = |from, to| (Curve::Line(Segment { from, to }), feed);
@@ -52,16 +53,14 @@ impl Supervisor {
         stock: Length,
         longest_mm: f64,
         take: &mut dyn FnMut(Point, Point),
-    ) -> Result<(), String> {
+    ) -> Result<(), NoContour> {
         let d = line.to.minus(line.from);
         let parts = length_mm(d) / longest_mm;
         let mut count = nearest_unit(parts.ceil()).max(1);
         if self.abilities.contours == Interpolation::Independent && d.dx != 0 && d.dy != 0 {
             let room = i64::from(stock.units()) - BOX_ROUNDING;
             if room < BOX_ROOM_LEAST {
-                return Err(format!(
-                    "this controller's axes run apart, and a slanted wall needs stock for that: give a finishing pass that leaves at least {BOX_STOCK_MM} mm"
-                ));
+                return Err(NoContour::NoStock);
             }
             // The corner of a box lies so far beside its diagonal; that of the n-th part, the n-th part of it.
             let (x, y) = (f64::from(d.dx), f64::from(d.dy));
@@ -116,7 +115,7 @@ impl Supervisor {
 }
 
 /// The arc in pieces that turn by a quarter at most, and are no longer than `longest` mm.
-fn quarters(arc: &Arc, longest: f64) -> Result<Vec<Arc>, String> {
+fn quarters(arc: &Arc, longest: f64) -> Result<Vec<Arc>, NoContour> {
     let (cx, cy) = point_mm(arc.centre());
     let (x, y) = point_mm(arc.from());
     let (radius, begin) = ((x - cx).hypot(y - cy), (y - cy).atan2(x - cx));
@@ -128,13 +127,12 @@ fn quarters(arc: &Arc, longest: f64) -> Result<Vec<Arc>, String> {
     while k <= count {
         let angle = begin + sign * sweep * k / count;
         let at = (cx + radius * angle.cos(), cy + radius * angle.sin());
-        let to =
-            if k + 0.5 > count { arc.to() } else { point_from_mm(at).map_err(|error| error.to_string())? };
+        let to = if k + 0.5 > count { arc.to() } else { point_from_mm(at)? };
         // The joints are rounded to the lattice: where that puts one off the circle, a centre a unit away fits.
         let centre = (f64::from(arc.centre().x.units()), f64::from(arc.centre().y.units()));
         let piece =
             Arc::new(from, to, arc.centre(), arc.turn()).or_else(|_| fit_arc(from, to, centre, arc.turn()));
-        pieces.push(piece.map_err(|error| error.to_string())?);
+        pieces.push(piece?);
         (from, k) = (to, k + 1.0);
     }
     Ok(pieces)
@@ -165,7 +163,7 @@ const BOX_ROUNDING: i64 = 50;
 /// Where axes run apart, less room than this beside the path makes steps too short to be driven, lattice units (9.5 µm).
 const BOX_ROOM_LEAST: i64 = 950;
 /// The stock that leaves that room, mm.
-const BOX_STOCK_MM: f64 = 0.01;
+pub(super) const BOX_STOCK_MM: f64 = 0.01;
 /// Chords never leave an arc by less than this: 0.1 µm.
 const CHORD_LEAST: Length = Length::small(10);
 

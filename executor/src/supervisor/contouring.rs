@@ -1,12 +1,15 @@
 //! Touching and contouring: from the wall around the part, paused, gone on with, given up.
 
-use keepout_guard::Certification;
+use keepout_guard::{Certification, Refusal};
+use keepout_kernel::exact::arc::ArcError;
 use keepout_kernel::exact::segment::Window;
-use keepout_kernel::{Curve, Length, Point, Segment};
-use keepout_planner::job::{ContourJob, Leg, LoopNumber, Progress, resume_in_place, resume_job};
+use keepout_kernel::{Curve, LatticeError, Length, Point, Segment};
+use keepout_planner::job::{ContourJob, JobError, Leg, LoopNumber, Progress, resume_in_place, resume_job};
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::{length_up_from_mm, point_mm};
+use thiserror::Error;
 
+use super::contour_motions::BOX_STOCK_MM;
 use super::jog::{self, JogPlanner};
 use super::state::{Run, State, Touch};
 use super::{CERTIFIED_AT_ONCE, Supervisor};
@@ -59,18 +62,17 @@ impl Supervisor {
         }
     }
 
-    pub(super) fn take_job(&mut self, job: Result<ContourJob, String>) {
+    pub(super) fn take_job(&mut self, job: Result<ContourJob, JobError>) {
         if !self.wants_job() {
             return;
         }
-        let taken = job.and_then(|job| self.begin(job));
-        match taken {
+        match job.map_err(NoContour::Job).and_then(|job| self.begin(job)) {
             Ok(run) => self.state = State::Touching(Touch::Certifying(Box::new(run))),
             Err(reason) => self.give_up(&reason),
         }
     }
 
-    fn give_up(&mut self, reason: &str) {
+    fn give_up(&mut self, reason: &NoContour) {
         self.guard.withdraw_contour();
         self.note(format!("no contour: {reason}"));
         let steering = JogPlanner::default();
@@ -81,11 +83,11 @@ impl Supervisor {
         };
     }
 
-    fn begin(&mut self, job: ContourJob) -> Result<Run, String> {
+    fn begin(&mut self, job: ContourJob) -> Result<Run, NoContour> {
         if let Some(number) =
             job.legs.iter().filter_map(|leg| leg.cuts).find(|number| !number.is_of(&self.work.plan))
         {
-            return Err(format!("the plan has no {number}"));
+            return Err(NoContour::NoSuchLoop(number));
         }
         let fast = jog::feed(self.limits.speed_mm_s / 2.0);
         let of_pass = |cut: LoopNumber| self.work.plan.plan.passes[cut.pass].feed_mm_min;
@@ -100,7 +102,7 @@ impl Supervisor {
             self.as_sent(curve, feed(leg), self.stock(leg), &mut curves)?;
             sources.resize(curves.len(), source);
         }
-        self.guard.begin_contour(curves).map_err(|refusal| refusal.to_string())?;
+        self.guard.begin_contour(curves)?;
         self.unreached = job.unreached.len();
         for unreached in &job.unreached {
             self.note(format!("no way wide enough for roughing leads to finishing {unreached}"));
@@ -129,7 +131,7 @@ impl Supervisor {
                     self.state = State::Contouring(*run);
                 }
             }
-            Err(refusal) => self.give_up(&format!("contouring refused: {refusal}")),
+            Err(refusal) => self.give_up(&NoContour::Refused(refusal)),
         }
     }
 
@@ -183,6 +185,32 @@ pub struct Interrupted {
     pub(super) led_away: bool,
 }
 
+/// Why a contour does not begin.
+#[derive(Debug, Error)]
+pub(super) enum NoContour {
+    /// There is no job.
+    #[error(transparent)]
+    Job(#[from] JobError),
+    /// The job is of another plan.
+    #[error("the plan has no {0}")]
+    NoSuchLoop(LoopNumber),
+    /// A motion cannot be cut into shorter ones.
+    #[error(transparent)]
+    Motion(#[from] ArcError),
+    /// A joint of its motions leaves the lattice.
+    #[error(transparent)]
+    Lattice(#[from] LatticeError),
+    /// Independent axes need stock along a slanted wall.
+    #[error(
+        "this controller's axes run apart, and a slanted wall needs stock for that: give a finishing pass that leaves at \
+         least {BOX_STOCK_MM} mm"
+    )]
+    NoStock,
+    /// The guard refuses it.
+    #[error("contouring refused: {0}")]
+    Refused(#[from] Refusal),
+}
+
 /// A contouring job that the supervisor wants.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JobRequest {
@@ -197,24 +225,21 @@ impl JobRequest {
     ///
     /// # Errors
     /// What the operator should know when there is none.
-    pub fn work_out(&self, plan: &CertifiedPlan) -> Result<ContourJob, String> {
+    pub fn work_out(&self, plan: &CertifiedPlan) -> Result<ContourJob, JobError> {
         match &self.interrupted {
             Some(interrupted) => interrupted.go_on(plan, self.from, &self.progress),
-            None => {
-                resume_job(plan, self.from, self.within, &self.progress).map_err(|error| error.to_string())
-            }
+            None => resume_job(plan, self.from, self.within, &self.progress),
         }
     }
 }
 
 impl Interrupted {
     /// The rest of the job, for a tool that stands on it.
-    fn go_on(&self, plan: &CertifiedPlan, at: Point, done: &Progress) -> Result<ContourJob, String> {
+    fn go_on(&self, plan: &CertifiedPlan, at: Point, done: &Progress) -> Result<ContourJob, JobError> {
         let all = self.job.legs.iter().flat_map(|leg| leg.curves.iter().copied());
         let left: Vec<Curve> = all.skip(self.first).collect();
         let begun = self.end.saturating_sub(self.first);
-        let rest = resume_in_place(plan, &left, begun, at)
-            .ok_or("the tool stands where no way leads on along the contour: lead it away from the part")?;
+        let rest = resume_in_place(plan, &left, begun, at).ok_or(JobError::NoWayOn)?;
         Ok(ContourJob {
             legs: dealt(&self.job.legs, rest),
             before: done.clone(),

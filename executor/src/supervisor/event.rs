@@ -3,7 +3,8 @@
 use arrayvec::ArrayString;
 use keepout_guard::{Certified, CertifiedCancel};
 use keepout_kernel::Point;
-use keepout_planner::job::ContourJob;
+use keepout_planner::job::{ContourJob, JobError};
+use serde::{Deserialize, Serialize};
 
 use super::jog::Limits;
 
@@ -19,20 +20,22 @@ pub fn text(text: &str) -> Text {
 }
 
 /// What the operator wants, as read from a joystick, script or model.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct OperatorInput {
     /// Direction and share of full speed; the length counts up to 1.
-    pub direction: (f64, f64),
+    pub velocity: (f64, f64),
     /// How far the handwheels were turned since the last input, mm.
     pub turned_mm: (f64, f64),
     /// Touching the part starts the contour.
     pub automatic: bool,
-    /// What is asked for besides.
-    pub ask: Option<OperatorCommand>,
+    /// What is commanded for besides.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub command: Option<OperatorCommand>,
 }
 
 /// What an operator asks for besides steering. It counts when it is first said, and again after a input without it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum OperatorCommand {
     /// Stop where it is; a contour can go on later.
     FeedHold,
@@ -45,12 +48,21 @@ pub enum OperatorCommand {
 }
 
 impl OperatorInput {
+    /// The input with 0 for every number that is not finite: nothing moves for it, and logs hold numbers only.
+    #[must_use]
+    pub fn finite(self) -> Self {
+        let number = |value: f64| if value.is_finite() { value } else { 0.0 };
+        let ((x, y), (u, v)) = (self.velocity, self.turned_mm);
+        let velocity = if x.is_finite() && y.is_finite() { (x, y) } else { (0.0, 0.0) };
+        Self { velocity, turned_mm: (number(u), number(v)), ..self }
+    }
+
     /// Nothing but the end of the session.
     pub const STOP: Self = Self {
-        direction: (0.0, 0.0),
+        velocity: (0.0, 0.0),
         turned_mm: (0.0, 0.0),
         automatic: false,
-        ask: Some(OperatorCommand::Stop),
+        command: Some(OperatorCommand::Stop),
     };
 }
 
@@ -149,8 +161,8 @@ pub enum Event {
     Operator(OperatorInput),
     /// Time has passed.
     Tick,
-    /// The contouring job that was asked for.
-    Job(Box<Result<ContourJob, String>>),
+    /// The contouring job that was commanded for.
+    Job(Box<Result<ContourJob, JobError>>),
     /// The port failed.
     PortLost(Text),
     /// The port is back.

@@ -49,10 +49,10 @@ pub enum Fault {
     NotHomed,
     /// Its settings are not those that safety needs.
     #[error("controller setting {}{} must be {}", .0.name, if .0.value.is_nan() { String::new() } else { format!(" is {}, it", .0.value) }, .0.needed)]
-    DialectConfig(Unfit),
+    Unfit(Unfit),
     /// The tool stands in the part.
     #[error("the tool stands at {at}: {refusal}. Raise it, move it clear of the part, and start again.")]
-    InsideJoggingClearance {
+    InsidePart {
         /// Where it stands.
         at: Point,
         /// What the guard says.

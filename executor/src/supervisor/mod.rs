@@ -33,7 +33,6 @@ use keepout_kernel::Point;
 use keepout_kernel::exact::segment::Window;
 use keepout_planner::job::{LoopNumber, Progress};
 use keepout_planner::plan::CertifiedPlan;
-use keepout_planner::units::mm;
 pub use prepared_plan::PreparedPlan;
 use prepared_plan::rules;
 pub use state::Phase;
@@ -93,7 +92,7 @@ pub struct Supervisor {
     heard_at: Time,
     queries: VecDeque<QueryStamp>,
     asked_at: Option<Time>,
-    /// When the first query was asked that no report has come behind.
+    /// When the first query was commanded that no report has come behind.
     waits_since: Option<Time>,
     /// How long a report may take, as lately measured from there.
     patience: Duration,
@@ -110,7 +109,7 @@ pub struct Supervisor {
     queries_behind: bool,
     position: Option<Point>,
     mode: Option<Mode>,
-    /// Whether a touch starts a contour: asked for, and not yet done since.
+    /// Whether a touch starts a contour: commanded for, and not yet done since.
     armed: bool,
     unreached: usize,
     /// When the start last got on.
@@ -195,20 +194,20 @@ impl Supervisor {
     fn take_wish(&mut self, input: OperatorInput, now: Time, commands: &mut Vec<Command>) {
         // Automatic mode is armed by being chosen, and spent by a contour.
         self.armed = input.automatic && (self.armed || !self.input.automatic);
-        let asked = input.ask.filter(|_| input.ask != self.input.ask);
+        let commanded = input.command.filter(|_| input.command != self.input.command);
         self.input = input;
         self.input_at = Some(now);
         self.rested_for_stale = false;
         if let State::Manual(steering) | State::Sliding(steering) = &mut self.state {
             steering.turn(input.turned_mm);
         }
-        if let Some(ask) = asked {
-            self.asked(ask, now, commands);
+        if let Some(command) = commanded {
+            self.commanded(command, now, commands);
         }
     }
 
-    fn asked(&mut self, ask: OperatorCommand, now: Time, commands: &mut Vec<Command>) {
-        match (ask, self.phase()) {
+    fn commanded(&mut self, command: OperatorCommand, now: Time, commands: &mut Vec<Command>) {
+        match (command, self.phase()) {
             (OperatorCommand::Stop, _) => commands.extend(self.halt()),
             (OperatorCommand::FeedHold, Phase::Contouring) => self.pause(),
             (OperatorCommand::CycleStart, Phase::Holding) => self.go_on(),
@@ -405,10 +404,4 @@ impl Supervisor {
             state => state,
         };
     }
-}
-
-/// A point for the log, in mm.
-#[must_use]
-pub fn log_point(point: Point) -> String {
-    format!("{:.5},{:.5}", mm(point.x.units()), mm(point.y.units()))
 }

@@ -89,7 +89,7 @@ impl Supervisor {
         {
             return Ok(());
         }
-        self.guard.locate(at).map_err(|refusal| Fault::InsideJoggingClearance { at, refusal })?;
+        self.guard.locate(at).map_err(|refusal| Fault::InsidePart { at, refusal })?;
         // Only now: homing that was followed by a fault may have been done in part.
         self.homes = false;
         self.state = if self.guard.is_inside_jogging_clearance() {

@@ -2,6 +2,7 @@
 
 use keepout_kernel::{Curve, Point};
 use keepout_planner::job::{ContourJob, Progress};
+use serde::{Deserialize, Serialize};
 
 use super::event::Text;
 use super::fault::Fault;
@@ -116,7 +117,8 @@ impl Run {
 }
 
 /// The state's name, for the operator and the log.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Phase {
     /// Connecting, reading settings, homing: where the tool is, is not known.
     Starting,

@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 
 use keepout_guard::{Interpolation, OnCancel};
 use keepout_planner::job::ContourJob;
+use keepout_planner::job::JobError;
 use keepout_planner::machine::{ControllerProfile, MachineProfile};
 use keepout_planner::request::PlanRequest;
 use keepout_planner::units::point_from_mm;
@@ -69,12 +70,12 @@ const STATES: [Made; 15] = [
     ("Faulted", || State::Faulted { fault: Fault::PortLost(text("unplugged")), warned: false }),
 ];
 
-fn ask(ask: OperatorCommand) -> Event {
-    Event::Operator(OperatorInput { ask: Some(ask), ..OperatorInput::default() })
+fn command(command: OperatorCommand) -> Event {
+    Event::Operator(OperatorInput { command: Some(command), ..OperatorInput::default() })
 }
 
-fn input(direction: (f64, f64)) -> Event {
-    Event::Operator(OperatorInput { direction, ..OperatorInput::default() })
+fn input(velocity: (f64, f64)) -> Event {
+    Event::Operator(OperatorInput { velocity, ..OperatorInput::default() })
 }
 
 type Happens = (&'static str, fn() -> Event);
@@ -103,12 +104,12 @@ const EVENTS: [Happens; 29] = [
     ("garbled", || Event::Reply(Reply::Garbled(text("#")))),
     ("no wish", || input((0.0, 0.0))),
     ("a push", || input((-1.0, 0.0))),
-    ("ask: pause", || ask(OperatorCommand::FeedHold)),
-    ("ask: resume", || ask(OperatorCommand::CycleStart)),
-    ("ask: recover", || ask(OperatorCommand::Recover)),
-    ("ask: quit", || ask(OperatorCommand::Stop)),
+    ("ask: pause", || command(OperatorCommand::FeedHold)),
+    ("ask: resume", || command(OperatorCommand::CycleStart)),
+    ("ask: recover", || command(OperatorCommand::Recover)),
+    ("ask: quit", || command(OperatorCommand::Stop)),
     ("tick", || Event::Tick),
-    ("no job", || Event::Job(Box::new(Err("nothing here".into())))),
+    ("no job", || Event::Job(Box::new(Err(JobError::Failed)))),
     ("port lost", || Event::PortLost(text("unplugged"))),
 ];
 
@@ -211,7 +212,7 @@ fn homing_is_owed_until_the_tool_is_located() {
         step(&mut supervisor, refused());
         // Asked for twice where the tool must be raised first; the key is let go between.
         for _ in 0..2 {
-            step(&mut supervisor, ask(OperatorCommand::Recover));
+            step(&mut supervisor, command(OperatorCommand::Recover));
             step(&mut supervisor, input((0.0, 0.0)));
         }
         step(&mut supervisor, report(Mode::Idle));

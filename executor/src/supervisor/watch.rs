@@ -60,7 +60,7 @@ impl Supervisor {
             },
             Reply::NotHomed => Err(Fault::NotHomed),
             Reply::Displaced => Err(Fault::OffsetChanged),
-            Reply::Unfit(unfit) => Err(Fault::DialectConfig(unfit)),
+            Reply::Unfit(unfit) => Err(Fault::Unfit(unfit)),
             Reply::Message(text) => {
                 self.note(text.to_string());
                 Ok(())
@@ -241,7 +241,7 @@ impl Supervisor {
             }
             None => {
                 let steered = self.phase().is_steered();
-                let waits = steered && !self.guard.in_position() && self.input.direction == (0.0, 0.0);
+                let waits = steered && !self.guard.in_position() && self.input.velocity == (0.0, 0.0);
                 let pause = if waits || self.guard.awaits_reading() { QUERY_SOON } else { QUERY_PAUSE };
                 self.answered_at.after(pause.max(echo))
             }

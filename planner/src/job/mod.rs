@@ -18,27 +18,30 @@ use keepout_kernel::{Curve, FreePoint, Point};
 pub use preview::preview;
 use progress::Rest;
 pub use progress::{DONE_MM, PartialLoop, Progress, ProgressError, SNAP_MM};
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 use track::Track;
 
 use crate::plan::{CertifiedPlan, Pass};
 
 /// A stretch of a contouring job.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Leg {
     /// The finishing loop that it cuts; `None` for a way through clear space.
     pub cuts: Option<LoopNumber>,
     /// Its motions.
+    #[serde(with = "crate::stored::many")]
     pub curves: Vec<Curve>,
     /// Those of its motions that cut what of the loop was not cut before; those before and behind lead in and out, and
     /// may cut a little of the loop again. Empty for a way.
     pub on_loop: Range<usize>,
     /// Where the loop was first entered, in this job or the one that it goes on with: the cut ends there. `None` for a way.
+    #[serde(with = "crate::stored::maybe")]
     pub entry: Option<Point>,
 }
 
 /// A loop of a finishing pass, both counted from 0.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct LoopNumber {
     /// The pass.
     pub pass: usize,
@@ -61,7 +64,7 @@ impl std::fmt::Display for LoopNumber {
 }
 
 /// A contouring job and what it leaves out.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ContourJob {
     /// The legs, each beginning where the one before ends.
     pub legs: Vec<Leg>,
@@ -91,18 +94,20 @@ impl ContourJob {
 }
 
 /// Why contouring can not begin.
-#[derive(Debug, Error, PartialEq)]
+#[derive(Clone, Debug, Error, PartialEq, Serialize, Deserialize)]
 pub enum JobError {
     /// No finishing loop lies in the free space of the tool.
     #[error("no contour to finish can be reached from {from}")]
     NothingHere {
         /// Where the tool is.
+        #[serde(with = "crate::stored")]
         from: Point,
     },
     /// Every finishing loop in the free space of the tool is cut.
     #[error("every contour in the free space around {from} is finished")]
     AllFinished {
         /// Where the tool is.
+        #[serde(with = "crate::stored")]
         from: Point,
     },
     /// Nothing is left but an interrupted loop that can not be entered again.
@@ -114,14 +119,22 @@ pub enum JobError {
         /// The loop.
         number: LoopNumber,
         /// Where it was interrupted.
+        #[serde(with = "crate::stored")]
         at: Point,
     },
     /// The tool is not clear of the roughing threshold.
     #[error("the tool at {from} is nearer to the part than roughing allows")]
     NotClear {
         /// Where the tool is.
+        #[serde(with = "crate::stored")]
         from: Point,
     },
+    /// The tool stands on an interrupted contour, and no certified motion leads on along it.
+    #[error("the tool stands where no way leads on along the contour: lead it away from the part")]
+    NoWayOn,
+    /// The search for a job ended without an answer.
+    #[error("working out the contour failed. Lead the tool away from the part, and try again.")]
+    Failed,
     /// What is said to be done does not fit the plan.
     #[error(transparent)]
     Progress(#[from] ProgressError),

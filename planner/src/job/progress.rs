@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use keepout_kernel::{Curve, Point};
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::track::{Joint, PIECE_MM, Track, length_mm, share_nearest};
@@ -21,7 +22,7 @@ const ALIKE_MM: f64 = 0.005;
 const EXACT_MM: f64 = 0.000_1;
 
 /// What is done of a contouring job, by this and earlier runs.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Progress {
     /// The loops that are cut whole.
     pub finished: Vec<LoopNumber>,
@@ -31,18 +32,20 @@ pub struct Progress {
 
 /// A loop that is cut from where it was entered to where the tool was last on it, in the plan's direction of cut. One that
 /// nothing is cut of yet is none: `resume_point` at the entry means that it was cut once around.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PartialLoop {
     /// The loop.
     pub number: LoopNumber,
     /// Where it was first entered: what is left of it ends there.
+    #[serde(with = "crate::stored")]
     pub entry: Point,
     /// The last place to which it was certainly cut.
+    #[serde(with = "crate::stored")]
     pub resume_point: Point,
 }
 
 /// Why a progress does not fit a plan.
-#[derive(Clone, Debug, Error, PartialEq)]
+#[derive(Clone, Debug, Error, PartialEq, Serialize, Deserialize)]
 pub enum ProgressError {
     /// The plan has no such loop.
     #[error(
@@ -67,6 +70,7 @@ pub enum ProgressError {
         /// The loop.
         number: LoopNumber,
         /// The place.
+        #[serde(with = "crate::stored")]
         at: Point,
         /// Its distance, mm.
         away_mm: f64,
@@ -79,6 +83,7 @@ pub enum ProgressError {
         /// The loop.
         number: LoopNumber,
         /// The entry.
+        #[serde(with = "crate::stored")]
         at: Point,
     },
 }

@@ -410,7 +410,7 @@ fn one_way_out_at_a_time(place: Xy, to: Xy, other: Xy) {
     }
     let farther = (2 * to.0 - place.0, 2 * to.1 - place.1);
     for next in [other, farther, place] {
-        assert!(guard.admits_retract(at(next)).is_err(), "{place:?} {to:?} {next:?}");
+        assert!(guard.admissions().admit_retract(at(next)).is_err(), "{place:?} {to:?} {next:?}");
     }
 }
 

@@ -8,7 +8,7 @@ use keepout_guard::Time;
 
 /// A hand.
 pub(super) enum Hand {
-    /// In one direction.
+    /// In one velocity.
     Away(Away),
     /// Along the nearest wall and into it.
     Follow(Follow),
@@ -18,8 +18,8 @@ pub(super) enum Hand {
 
 /// A constant push until the tool is beyond a place, or the time is over.
 pub(super) struct Away {
-    pub(super) direction: (f64, f64),
-    /// A direction, and how far along it, mm.
+    pub(super) velocity: (f64, f64),
+    /// A velocity, and how far along it, mm.
     pub(super) beyond: ((f64, f64), f64),
     pub(super) within_s: f64,
 }
@@ -63,8 +63,8 @@ impl Pushes {
     }
 
     /// One push of `held_s`.
-    pub(super) fn once(direction: (f64, f64), held_s: f64) -> Self {
-        let plan = vec![(0.5, direction), (0.5 + held_s, (0.0, 0.0)), (6.0 + held_s, (f64::NAN, 0.0))];
+    pub(super) fn once(velocity: (f64, f64), held_s: f64) -> Self {
+        let plan = vec![(0.5, velocity), (0.5 + held_s, (0.0, 0.0)), (6.0 + held_s, (f64::NAN, 0.0))];
         Self { plan, next: 0, times: Arc::default(), keeps: Keeps::Releases, pushed: false }
     }
 
@@ -72,16 +72,16 @@ impl Pushes {
         while self.plan.get(self.next).is_some_and(|step| step.0 <= seconds) {
             self.next += 1;
         }
-        let direction = self.next.checked_sub(1).map_or((0.0, 0.0), |k| self.plan[k].1);
-        if direction.0.is_nan() {
+        let velocity = self.next.checked_sub(1).map_or((0.0, 0.0), |k| self.plan[k].1);
+        if velocity.0.is_nan() {
             return OperatorInput::STOP;
         }
-        let pushed = direction != (0.0, 0.0);
+        let pushed = velocity != (0.0, 0.0);
         if pushed != self.pushed && pushed == (self.keeps == Keeps::Pushes) {
             self.times.lock().expect("the session has one thread").push(now.elapsed().as_secs_f64());
         }
         self.pushed = pushed;
-        OperatorInput { direction, ..OperatorInput::default() }
+        OperatorInput { velocity, ..OperatorInput::default() }
     }
 }
 
@@ -105,12 +105,12 @@ impl Operator for Timed {
                 if over {
                     OperatorInput::STOP
                 } else {
-                    OperatorInput { direction: away.direction, ..OperatorInput::default() }
+                    OperatorInput { velocity: away.velocity, ..OperatorInput::default() }
                 }
             }
             Hand::Follow(follow) if seconds > follow.within_s => OperatorInput::STOP,
             Hand::Follow(follow) => {
-                OperatorInput { direction: follow.direction(view), ..OperatorInput::default() }
+                OperatorInput { velocity: follow.velocity(view), ..OperatorInput::default() }
             }
             Hand::Pushes(pushes) => pushes.input(seconds, now),
         }
@@ -118,7 +118,7 @@ impl Operator for Timed {
 }
 
 impl Follow {
-    fn direction(&self, view: &OperatorView) -> (f64, f64) {
+    fn velocity(&self, view: &OperatorView) -> (f64, f64) {
         let (Some(at), Some(wall)) = (view.position_mm, view.wall_mm) else { return (0.0, 0.0) };
         let (x, y) = (wall.0 - at.0, wall.1 - at.1);
         let (sin, cos) = self.angle.sin_cos();

@@ -54,7 +54,7 @@ pub fn straight(table: &Table, wall: f64, angle: f64, delay_ms: u64) -> Result<S
     let start = shape.start_mm(scene.limit_mm() + gap_mm);
     let commanded = table.speed_mm_s() * cos;
     let hand = Away {
-        direction: turned((cos, -sin), wall),
+        velocity: turned((cos, -sin), wall),
         beyond: (turned((1.0, 0.0), wall), -START_MM),
         within_s: 30.0 + 100.0 / table.speed_mm_s(),
     };
@@ -92,7 +92,7 @@ pub fn corner(table: &Table, delay_ms: u64) -> Result<f64, String> {
     let scene = Scene::of(table, shape, DialectName::Grbl, delay_ms)?;
     let (_, y) = shape.start_mm(scene.limit_mm() + 0.5);
     let part = std::f64::consts::FRAC_1_SQRT_2;
-    let hand = Away { direction: (part, -part), beyond: ((0.0, -1.0), 0.0), within_s: 60.0 };
+    let hand = Away { velocity: (part, -part), beyond: ((0.0, -1.0), 0.0), within_s: 60.0 };
     let trace = scene.trace((BAR_END_MM - 60.0, y), Hand::Away(hand))?;
     let before = trace.first(|at| at.0 > BAR_END_MM - 30.0).ok_or("the tool did not slide")?;
     let past = trace.first(|at| at.1 < 0.0).ok_or("the tool did not pass the corner")?;

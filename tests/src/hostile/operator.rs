@@ -14,7 +14,7 @@ use keepout_sim::operator::{Model, ModelKind};
 pub enum Style {
     /// One of the modelled people.
     Model(ModelKind),
-    /// Chooses moment and direction by what is in flight: around corners while motions are under way, back when they are
+    /// Chooses moment and velocity by what is in flight: around corners while motions are under way, back when they are
     /// acknowledged, into the wall just before they are.
     Adversarial,
     /// Turns the handwheels into the wall.
@@ -41,7 +41,7 @@ impl Style {
     ];
 }
 
-/// Steers in its style, and asks for everything that can be asked for.
+/// Steers in its style, and asks for everything that can be commanded for.
 pub struct Hostile {
     style: Style,
     model: Model,
@@ -50,8 +50,8 @@ pub struct Hostile {
     until: Time,
     turn: f64,
     automatic: bool,
-    ask: Option<OperatorCommand>,
-    /// Chance of an ask or a change of mode, for each input.
+    command: Option<OperatorCommand>,
+    /// Chance of an command or a change of mode, for each input.
     restless: f64,
 }
 
@@ -71,16 +71,16 @@ impl Hostile {
             until: Time::ZERO,
             turn: 0.0,
             automatic,
-            ask: None,
+            command: None,
             restless: [0.0, 0.0, 0.01, 0.1][random.usize(0..4)],
             random,
         }
     }
 
-    fn direction(&mut self, view: &OperatorView, now: Time) -> ((f64, f64), (f64, f64)) {
+    fn velocity(&mut self, view: &OperatorView, now: Time) -> ((f64, f64), (f64, f64)) {
         let still = (0.0, 0.0);
         match self.style {
-            Style::Model(_) => (self.model.input(view, now).direction, still),
+            Style::Model(_) => (self.model.input(view, now).velocity, still),
             Style::Adversarial => (self.against(view, now), still),
             Style::Wheels => {
                 let toward = self.toward(view, 0.0);
@@ -125,19 +125,19 @@ impl Hostile {
         turned((dx / length, dy / length), turn)
     }
 
-    fn asked(&mut self, phase: Phase) -> Option<OperatorCommand> {
-        if self.ask.take().is_some() {
+    fn commanded(&mut self, phase: Phase) -> Option<OperatorCommand> {
+        if self.command.take().is_some() {
             return None;
         }
         let chance = self.random.f64();
-        self.ask = match phase {
+        self.command = match phase {
             Phase::Faulted if chance < 0.05 => Some(OperatorCommand::Recover),
             Phase::Contouring if chance < self.restless => Some(OperatorCommand::FeedHold),
             Phase::Holding if chance < 0.05 => Some(OperatorCommand::CycleStart),
             phase if phase.is_steered() && chance < self.restless => Some(OperatorCommand::CycleStart),
             _ => None,
         };
-        self.ask
+        self.command
     }
 }
 
@@ -150,10 +150,10 @@ impl Operator for Hostile {
         if view.phase == Phase::Starting {
             return OperatorInput::default();
         }
-        let (direction, turned_mm) = self.direction(view, now);
+        let (velocity, turned_mm) = self.velocity(view, now);
         // Armed once a while: choosing automatic mode again arms it again.
         let automatic = self.automatic && now.micros() % 16_000_000 > 8_000_000;
-        OperatorInput { direction, turned_mm, automatic, ask: self.asked(view.phase) }
+        OperatorInput { velocity, turned_mm, automatic, command: self.commanded(view.phase) }
     }
 
     fn every(&self) -> Duration {

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use fastrand::Rng;
 use keepout_executor::dialect::DialectConfig;
-use keepout_executor::session::log::{Header, LogError, LogTape};
+use keepout_executor::session::log::{Header, LogError, LogWriter};
 use keepout_executor::session::port::{Port, PortError};
 use keepout_executor::session::{Clock, Ended, Engine, EventLog, Going, NoEventLog, Sample, Session};
 use keepout_executor::supervisor::{Abilities, Counts, Options, Supervisor};
@@ -277,6 +277,7 @@ impl Watcher {
 /// [`LogError`] when it can not be created.
 pub fn log(world: &World, spec: &Spec, path: &std::path::Path) -> Result<Box<dyn EventLog>, LogError> {
     let header = Header {
+        keepout_log: keepout_executor::session::log::VERSION,
         plan: String::new(),
         drawing: world.name.clone(),
         began: String::new(),
@@ -294,7 +295,7 @@ pub fn log(world: &World, spec: &Spec, path: &std::path::Path) -> Result<Box<dyn
         progress: Progress::default(),
         setting: format!("hostile session {}:{}", world.seed, spec.seed),
     };
-    Ok(Box::new(LogTape::create(path, &header)?))
+    Ok(Box::new(LogWriter::create(path, &header)?))
 }
 
 /// A job with a corner moved, a motion left out, or one turned around.

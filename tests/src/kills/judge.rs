@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use keepout_executor::session::log::{Entry, Log, LogReadError};
+use keepout_executor::session::log::{Log, LogReadError};
 use keepout_executor::session::replay::{Replay, replay};
-use keepout_executor::session::{Sample, coverage};
-use keepout_executor::supervisor::PreparedPlan;
+use keepout_executor::session::{LoggedEvent, Sample, coverage};
+use keepout_executor::supervisor::{Phase, PreparedPlan};
 use keepout_kernel::Vector;
 use keepout_planner::job::Progress;
 use keepout_planner::units::mm;
@@ -20,7 +20,7 @@ pub struct Played {
     /// What was played.
     pub replay: Replay,
     /// The last phase before a fault or the end.
-    pub phase: String,
+    pub phase: Phase,
     /// What was sent.
     pub sent: Vec<u8>,
     /// What was taken for done when the session began.
@@ -50,22 +50,23 @@ impl Played {
         if log.torn > 0 && !may_be_torn {
             return Err(format!("{}: torn though nobody killed the executor", path.display()));
         }
-        let sent = log.entries.iter().filter_map(|(_, entry)| match entry {
-            Entry::Sent(bytes) => Some(bytes.as_slice()),
+        let sent = log.entries.iter().filter_map(|entry| match &entry.event {
+            LoggedEvent::Sent(bytes) => Some(&**bytes),
             _ => None,
         });
         let sent: Vec<u8> = sent.flatten().copied().collect();
         if !follows(received, earlier, &sent) {
             return Err(format!("{}: the machine received what is not logged", path.display()));
         }
-        let mut phases = log.entries.iter().rev().filter_map(|(_, entry)| match entry {
-            Entry::Phase(phase) => phase.split(' ').next(),
+        let mut phases = log.entries.iter().rev().filter_map(|entry| match entry.event {
+            LoggedEvent::Phase { phase, .. } => Some(phase),
             _ => None,
         });
-        let phase = phases.find(|phase| !["Faulted", "Done"].contains(phase)).unwrap_or("Starting");
+        let phase =
+            phases.find(|phase| ![Phase::Faulted, Phase::Done].contains(phase)).unwrap_or(Phase::Starting);
         let replay = replay(&log, work.clone());
         let replay = replay.map_err(|error| format!("{}: {error}", path.display()))?;
-        Ok(Some(Self { replay, phase: phase.into(), sent, before: log.header.progress }))
+        Ok(Some(Self { replay, phase, sent, before: log.header.progress }))
     }
 
     /// Whether it began where the first session was ended.

@@ -39,9 +39,9 @@ impl<O: Operator, A: Attendant> Operator for Attended<O, A> {
         let mut input = self.operator.input(view, now);
         let attendant = self.attendant.input(view, now);
         if self.attendant.stopped() {
-            input = OperatorInput { direction: (0.0, 0.0), turned_mm: (0.0, 0.0), ..input };
+            input = OperatorInput { velocity: (0.0, 0.0), turned_mm: (0.0, 0.0), ..input };
         }
-        OperatorInput { ask: attendant.ask.or(input.ask), ..input }
+        OperatorInput { command: attendant.command.or(input.command), ..input }
     }
 }
 
@@ -87,21 +87,21 @@ mod tests {
 
     #[test]
     fn the_attendant_stops_and_asks_but_does_not_steer() {
-        let steered = OperatorInput { direction: (1.0, 0.0), automatic: true, ..OperatorInput::default() };
+        let steered = OperatorInput { velocity: (1.0, 0.0), automatic: true, ..OperatorInput::default() };
         let pause = OperatorInput {
-            direction: (0.0, 1.0),
-            ask: Some(OperatorCommand::FeedHold),
+            velocity: (0.0, 1.0),
+            command: Some(OperatorCommand::FeedHold),
             ..OperatorInput::default()
         };
         let with = |stopped| {
             let told = Told::new(vec![steered]);
             Attended::new(told, Watching(pause, stopped)).input(&view(Phase::Manual), Time::ZERO)
         };
-        assert_eq!(with(false), OperatorInput { ask: Some(OperatorCommand::FeedHold), ..steered });
+        assert_eq!(with(false), OperatorInput { command: Some(OperatorCommand::FeedHold), ..steered });
         assert_eq!(
             with(true),
             OperatorInput {
-                ask: Some(OperatorCommand::FeedHold),
+                command: Some(OperatorCommand::FeedHold),
                 automatic: true,
                 ..OperatorInput::default()
             }

@@ -227,8 +227,8 @@ mod tests {
         let stick = Stick::new(StickSettings::default()).unwrap();
         let panel = Panel::default();
         let mut gamepad = Gamepad::of(bench.clone(), Mapping::default(), stick, panel.clone()).unwrap();
-        let held = |input: &OperatorInput| input.direction == (1.0, 0.0);
-        let still = |input: &OperatorInput| input.direction == (0.0, 0.0);
+        let held = |input: &OperatorInput| input.velocity == (1.0, 0.0);
+        let still = |input: &OperatorInput| input.velocity == (0.0, 0.0);
         let push = || {
             let all = [
                 RawEvent::Axis { code: 0, value: 100 },

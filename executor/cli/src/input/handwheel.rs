@@ -118,7 +118,7 @@ impl Handwheel {
         self.microns[index] = (self.microns[index] + counted).clamp(-most, most);
     }
 
-    /// How far the wheels were turned since this was last asked, mm.
+    /// How far the wheels were turned since this was last commanded, mm.
     pub fn take_mm(&mut self) -> (f64, f64) {
         let [x, y] = self.microns;
         self.forget();

@@ -68,7 +68,7 @@ pub struct Keys {
     stopped: bool,
     quit: bool,
     asks: VecDeque<OperatorCommand>,
-    asked: Option<OperatorCommand>,
+    commanded: Option<OperatorCommand>,
 }
 
 impl Keys {
@@ -85,7 +85,7 @@ impl Keys {
             stopped: false,
             quit: false,
             asks: VecDeque::new(),
-            asked: None,
+            commanded: None,
         }
     }
 
@@ -108,15 +108,15 @@ impl Keys {
             return OperatorInput::STOP;
         }
         self.held.retain(|held| now < held.1);
-        let ask = self.next_ask(phase);
+        let command = self.next_ask(phase);
         if self.stopped {
-            return OperatorInput { automatic: self.automatic, ask, ..OperatorInput::default() };
+            return OperatorInput { automatic: self.automatic, command, ..OperatorInput::default() };
         }
         OperatorInput {
-            direction: self.direction(),
+            velocity: self.velocity(),
             turned_mm: self.wheel.take_mm(),
             automatic: self.automatic,
-            ask,
+            command,
         }
     }
 
@@ -143,7 +143,7 @@ impl Keys {
         status
     }
 
-    fn direction(&self) -> (f64, f64) {
+    fn velocity(&self) -> (f64, f64) {
         let sum = self.held.iter().fold((0, 0), |sum, held| (sum.0 + held.0.0, sum.1 + held.0.1));
         let (x, y) = (f64::from(sum.0.signum()), f64::from(sum.1.signum()));
         let scale = SPEEDS[self.speed] / x.hypot(y).max(1.0);
@@ -195,9 +195,9 @@ impl Keys {
             Key::Interrupt | Key::Character('q') => self.quit = true,
             Key::Character(' ') => self.stop(),
             Key::Character('a') => self.automatic = !self.automatic,
-            Key::Character('p') => self.ask(OperatorCommand::FeedHold),
-            Key::Character('r') => self.ask(OperatorCommand::CycleStart),
-            Key::Character('f') => self.ask(OperatorCommand::Recover),
+            Key::Character('p') => self.command(OperatorCommand::FeedHold),
+            Key::Character('r') => self.command(OperatorCommand::CycleStart),
+            Key::Character('f') => self.command(OperatorCommand::Recover),
             Key::Character('s') => {
                 self.stop();
                 self.stopped = false;
@@ -215,17 +215,17 @@ impl Keys {
         }
     }
 
-    fn ask(&mut self, ask: OperatorCommand) {
+    fn command(&mut self, command: OperatorCommand) {
         if self.asks.len() < ASKS_MAX {
-            self.asks.push_back(ask);
+            self.asks.push_back(command);
         }
     }
 
-    /// One ask at a time; the same one twice has a input without it between. Space stops a contour by pausing it.
+    /// One command at a time; the same one twice has a input without it between. Space stops a contour by pausing it.
     fn next_ask(&mut self, phase: Phase) -> Option<OperatorCommand> {
-        let repeated = self.asked.is_some() && self.asks.front() == self.asked.as_ref();
-        self.asked = if repeated { None } else { self.asks.pop_front() };
-        self.asked.or((self.stopped && phase == Phase::Contouring).then_some(OperatorCommand::FeedHold))
+        let repeated = self.commanded.is_some() && self.asks.front() == self.commanded.as_ref();
+        self.commanded = if repeated { None } else { self.asks.pop_front() };
+        self.commanded.or((self.stopped && phase == Phase::Contouring).then_some(OperatorCommand::FeedHold))
     }
 }
 
@@ -240,8 +240,8 @@ mod tests {
         Time::from_micros(millis * 1000)
     }
 
-    fn direction(keys: &mut Keys, at: u64) -> (f64, f64) {
-        keys.input(Phase::Manual, ms(at)).direction
+    fn velocity(keys: &mut Keys, at: u64) -> (f64, f64) {
+        keys.input(Phase::Manual, ms(at)).velocity
     }
 
     fn fast(releases: bool) -> Keys {
@@ -254,21 +254,21 @@ mod tests {
     fn a_push_outlasts_its_last_sign_by_a_moment() {
         let mut keys = fast(false);
         keys.take(RIGHT, Stroke::Down, ms(100));
-        assert_eq!(direction(&mut keys, 100), (1.0, 0.0));
-        assert_eq!(direction(&mut keys, 249), (1.0, 0.0));
-        assert_eq!(direction(&mut keys, 250), (0.0, 0.0));
+        assert_eq!(velocity(&mut keys, 100), (1.0, 0.0));
+        assert_eq!(velocity(&mut keys, 249), (1.0, 0.0));
+        assert_eq!(velocity(&mut keys, 250), (0.0, 0.0));
         for at in (300..2000).step_by(30) {
             keys.take(RIGHT, Stroke::Down, ms(at));
-            assert_eq!(direction(&mut keys, at + 29), (1.0, 0.0));
+            assert_eq!(velocity(&mut keys, at + 29), (1.0, 0.0));
         }
-        assert_eq!(direction(&mut keys, 2150), (0.0, 0.0));
+        assert_eq!(velocity(&mut keys, 2150), (0.0, 0.0));
     }
 
     #[test]
     fn a_press_that_is_read_late_does_not_move() {
         let mut keys = fast(false);
         keys.take(RIGHT, Stroke::Down, ms(100));
-        assert_eq!(direction(&mut keys, 5000), (0.0, 0.0));
+        assert_eq!(velocity(&mut keys, 5000), (0.0, 0.0));
     }
 
     #[test]
@@ -276,29 +276,29 @@ mod tests {
         let mut keys = fast(false);
         keys.take(RIGHT, Stroke::Down, ms(0));
         keys.take(UP, Stroke::Down, ms(10));
-        let (x, y) = direction(&mut keys, 20);
+        let (x, y) = velocity(&mut keys, 20);
         assert!((x.hypot(y) - 1.0).abs() < 1e-12 && x == y);
         keys.take(Key::Steer(-1, 0), Stroke::Down, ms(20));
-        assert_eq!(direction(&mut keys, 30), (0.0, 1.0));
+        assert_eq!(velocity(&mut keys, 30), (0.0, 1.0));
         keys.take(Key::Steer(1, 1), Stroke::Down, ms(400));
-        assert!((direction(&mut keys, 401).0 - 0.5_f64.sqrt()).abs() < 1e-12);
+        assert!((velocity(&mut keys, 401).0 - 0.5_f64.sqrt()).abs() < 1e-12);
     }
 
     #[test]
     fn where_releases_are_told_a_key_moves_until_its_release_or_a_missing_repeat() {
         let mut keys = fast(true);
         keys.take(RIGHT, Stroke::Down, ms(0));
-        assert_eq!(direction(&mut keys, 500), (1.0, 0.0), "before the first repeat");
+        assert_eq!(velocity(&mut keys, 500), (1.0, 0.0), "before the first repeat");
         (500..3000).step_by(30).for_each(|at| keys.take(RIGHT, Stroke::Repeat, ms(at)));
-        assert_eq!(direction(&mut keys, 3050), (1.0, 0.0));
+        assert_eq!(velocity(&mut keys, 3050), (1.0, 0.0));
         keys.take(RIGHT, Stroke::Up, ms(3060));
-        assert_eq!(direction(&mut keys, 3060), (0.0, 0.0));
+        assert_eq!(velocity(&mut keys, 3060), (0.0, 0.0));
         keys.take(RIGHT, Stroke::Repeat, ms(3070));
-        assert_eq!(direction(&mut keys, 3070), (0.0, 0.0), "a repeat presses nothing");
+        assert_eq!(velocity(&mut keys, 3070), (0.0, 0.0), "a repeat presses nothing");
         keys.take(RIGHT, Stroke::Down, ms(4000));
         keys.take(RIGHT, Stroke::Repeat, ms(4690));
-        assert_eq!(direction(&mut keys, 4830), (1.0, 0.0));
-        assert_eq!(direction(&mut keys, 4841), (0.0, 0.0), "the connection is lost");
+        assert_eq!(velocity(&mut keys, 4830), (1.0, 0.0));
+        assert_eq!(velocity(&mut keys, 4841), (0.0, 0.0), "the connection is lost");
     }
 
     #[test]
@@ -307,11 +307,11 @@ mod tests {
         keys.take(RIGHT, Stroke::Down, ms(0));
         keys.take(UP, Stroke::Down, ms(100));
         (600..2000).step_by(30).for_each(|at| keys.take(UP, Stroke::Repeat, ms(at)));
-        let (x, y) = direction(&mut keys, 2010);
+        let (x, y) = velocity(&mut keys, 2010);
         assert!(x > 0.7 && y > 0.7);
         keys.take(UP, Stroke::Up, ms(2020));
-        assert_eq!(direction(&mut keys, 2030), (1.0, 0.0));
-        assert_eq!(direction(&mut keys, 2800), (0.0, 0.0), "no sign of the keyboard for long");
+        assert_eq!(velocity(&mut keys, 2030), (1.0, 0.0));
+        assert_eq!(velocity(&mut keys, 2800), (0.0, 0.0), "no sign of the keyboard for long");
     }
 
     #[test]
@@ -324,7 +324,7 @@ mod tests {
         keys.take(RIGHT, Stroke::Down, ms(2));
         keys.take(Key::Steer(0, -1), Stroke::Down, ms(3));
         let input = keys.input(Phase::Manual, ms(10));
-        assert_eq!((input.direction, input.turned_mm), ((0.0, 0.0), (0.02, -0.01)));
+        assert_eq!((input.velocity, input.turned_mm), ((0.0, 0.0), (0.02, -0.01)));
         assert_eq!(keys.input(Phase::Manual, ms(20)).turned_mm, (0.0, 0.0));
         (0..1000).for_each(|_| keys.take(RIGHT, Stroke::Down, ms(30)));
         assert_eq!(keys.input(Phase::Manual, ms(40)).turned_mm, (0.1, 0.0));
@@ -337,13 +337,13 @@ mod tests {
             let mut keys = fast(releases);
             keys.take(RIGHT, Stroke::Down, ms(0));
             keys.take(Key::Character(' '), Stroke::Down, ms(10));
-            assert!(keys.stopped() && direction(&mut keys, 11) == (0.0, 0.0));
+            assert!(keys.stopped() && velocity(&mut keys, 11) == (0.0, 0.0));
             keys.take(RIGHT, Stroke::Repeat, ms(20));
             keys.take(RIGHT, Stroke::Up, ms(25));
-            assert!(keys.stopped() && direction(&mut keys, 26) == (0.0, 0.0));
-            assert_eq!(keys.input(Phase::Contouring, ms(27)).ask, Some(OperatorCommand::FeedHold));
+            assert!(keys.stopped() && velocity(&mut keys, 26) == (0.0, 0.0));
+            assert_eq!(keys.input(Phase::Contouring, ms(27)).command, Some(OperatorCommand::FeedHold));
             keys.take(UP, Stroke::Down, ms(30));
-            assert!(!keys.stopped() && direction(&mut keys, 31) == (0.0, 1.0));
+            assert!(!keys.stopped() && velocity(&mut keys, 31) == (0.0, 1.0));
         }
     }
 
@@ -353,7 +353,7 @@ mod tests {
         for key in ['p', 'p', 'f', 'a'] {
             keys.take(Key::Character(key), Stroke::Down, ms(0));
         }
-        let said: Vec<_> = (0..5).map(|i| keys.input(Phase::Manual, ms(10 * i)).ask).collect();
+        let said: Vec<_> = (0..5).map(|i| keys.input(Phase::Manual, ms(10 * i)).command).collect();
         assert_eq!(
             said,
             [

@@ -1,6 +1,8 @@
 //! What was said in a session, as its log has it.
 
-use keepout_executor::session::log::{Entry, Log};
+use keepout_executor::session::LoggedEvent;
+use keepout_executor::session::log::Log;
+use keepout_executor::supervisor::Phase;
 
 use super::job::Case;
 
@@ -25,14 +27,14 @@ impl Conversation {
     pub fn of(log: &Log) -> Self {
         let mut parts = vec![Part { name: "start".into(), lines: Vec::new() }];
         let mut heard = String::new();
-        for (_, entry) in &log.entries {
+        for entry in &log.entries {
             let part = parts.last_mut().unwrap();
-            match entry {
-                Entry::Sent(bytes) => {
+            match &entry.event {
+                LoggedEvent::Sent(bytes) => {
                     part.hear(&mut heard);
                     part.lines.push(format!("> {}", bytes.escape_ascii()));
                 }
-                Entry::Received(bytes) => {
+                LoggedEvent::Received(bytes) => {
                     for piece in bytes.split_inclusive(|&byte| byte == b'\n') {
                         heard += &piece.escape_ascii().to_string();
                         if piece.ends_with(b"\n") {
@@ -40,8 +42,8 @@ impl Conversation {
                         }
                     }
                 }
-                Entry::Phase(phase) if part_of(phase) != part.name => {
-                    parts.push(Part { name: part_of(phase).into(), lines: Vec::new() });
+                LoggedEvent::Phase { phase, .. } if part_of(*phase) != part.name => {
+                    parts.push(Part { name: part_of(*phase).into(), lines: Vec::new() });
                 }
                 _ => {}
             }
@@ -153,14 +155,14 @@ fn same(what: &str, ours: &Vec<String>, theirs: &Vec<String>) -> Result<(), Stri
     if ours == theirs { Ok(()) } else { Err(format!("{what}: {ours:?} and {theirs:?}")) }
 }
 
-fn part_of(phase: &str) -> &'static str {
-    match phase.split(' ').next().unwrap_or("") {
-        "Starting" => "start",
-        "Manual" | "Sliding" | "Escaping" => "by hand",
-        "Touching" => "touched",
-        "Contouring" | "Holding" => "contour",
-        "Faulted" => "fault",
-        _ => "end",
+fn part_of(phase: Phase) -> &'static str {
+    match phase {
+        Phase::Starting => "start",
+        Phase::Manual | Phase::Sliding | Phase::Escaping => "by hand",
+        Phase::Touching => "touched",
+        Phase::Contouring | Phase::Holding => "contour",
+        Phase::Faulted => "fault",
+        Phase::Stopping | Phase::Done => "end",
     }
 }
 

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use keepout_executor::session::LoggedEvent;
 use keepout_executor::session::log::{Entry, Log};
 
 use super::job::{Case, FEED_MM_MIN, Job, LATENCY_MS, ORIGIN_MM, START_MM};
@@ -62,7 +63,7 @@ pub fn session(job: &Job, case: Case) -> Result<Log, String> {
     machine.end()?;
     succeeds(&["replay", &log, "--plan", &plan])?;
     let log = Log::load(Path::new(&log)).map_err(|error| error.to_string())?;
-    let sent: Vec<u8> = log.entries.iter().flat_map(|(_, entry)| sent(entry)).copied().collect();
+    let sent: Vec<u8> = log.entries.iter().flat_map(sent).copied().collect();
     if std::fs::read(&received).map_err(|error| error.to_string())? != sent {
         return Err("the machine did not receive what is logged".into());
     }
@@ -80,5 +81,5 @@ fn succeeds(arguments: &[&str]) -> Result<(), String> {
 }
 
 fn sent(entry: &Entry) -> &[u8] {
-    if let Entry::Sent(bytes) = entry { bytes } else { &[] }
+    if let LoggedEvent::Sent(bytes) = &entry.event { bytes } else { &[] }
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use keepout_executor::dialect::{DialectConfig, DialectName};
-use keepout_executor::session::log::{Header, Log, LogTape};
+use keepout_executor::session::log::{Header, Log, LogWriter};
 use keepout_executor::session::replay::replay;
 use keepout_executor::session::{Ended, Engine, Going, Session, VirtualClock, place_on_table};
 use keepout_executor::supervisor::{Options, Supervisor};
@@ -57,7 +57,7 @@ pub fn session(job: &Job, case: Case) -> Result<Log, String> {
     let dialect = language.dialect(setting);
     let supervisor = Supervisor::new(work.clone(), options, dialect.abilities());
     let path = job.at(&format!("{}.virtual.log", case.name()));
-    let tape = LogTape::create(Path::new(&path), &header).map_err(|error| error.to_string())?;
+    let tape = LogWriter::create(Path::new(&path), &header).map_err(|error| error.to_string())?;
     let operator = Box::new(Script::parse(SCRIPT).unwrap());
     let mut session = Session::new(Engine::new(supervisor, dialect), port, operator, Box::new(tape));
     let mut monitor = CollisionMonitor::new(work.plan.part.clone(), work.plan.plan.tool_radius, place.offset);

@@ -1,35 +1,28 @@
-//! Recordings as text files: one event a line.
+//! Recordings as JSON lines: a header, and one line for each event.
 //!
 //! ```text
-//! keepout-conformance 1 dialect=grbl digit_mm=0.001 step_mm=0.0025
-//! 15200 b -100.0 -100.0 cancel of one jog, 6000 mm/min, 3 of 10
-//! 15200 s $J=G53G90G21X-107Y-100F6000\n
-//! 19873 r ok
-//! 19901 s ?
-//! 20010 p -100.0025 -100.0 jog
-//! 26230 r <Jog|MPos:-100.010,-100.000,0.000|FS:120,0>
-//! 98000 e
+//! {"keepout_conformance":2,"dialect":"grbl","digit_mm":0.001,"step_mm":0.0025}
+//! {"at_us":15200,"what":{"begin":{"name":"cancel of one jog, 6000 mm/min, 3 of 10","origin":{"x":-100.0,"y":-100.0}}}}
+//! {"at_us":15200,"what":{"sent":"$J=G53G90G21X-107Y-100F6000\n"}}
+//! {"at_us":19873,"what":{"received":"ok"}}
+//! {"at_us":20010,"what":{"tool":{"at":{"x":-100.0025,"y":-100.0},"kind":"jog"}}}
+//! {"at_us":98000,"what":"rest"}
 //! ```
 //!
-//! Times are microseconds. `b` begins a scenario, `s` and `r` are bytes sent and a line received, `p` is the true position of a
-//! simulated tool, `e` is rest.
+//! `sent` holds bytes, `received` a line without its end, `tool` the true position of a simulated tool.
 
-use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 
-use keepout_executor::session::SampleKind;
-use keepout_executor::session::log::unescaped;
 use keepout_guard::Time;
 use keepout_planner::plan_file::write_whole;
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::path::Mm2;
 use super::recording::{EVENTS_MAX, Event, Header, Recording, What};
 
-const TITLE: &str = "keepout-conformance";
-const VERSION: &str = "1";
+const VERSION: u32 = 2;
 /// Longest line that is read, bytes.
 const LINE_MAX: usize = 4096;
 
@@ -53,7 +46,7 @@ pub enum RecordingError {
     #[error("line 1: the recording has version {found}; this program reads version {VERSION}. Record again.")]
     Version {
         /// The file's version.
-        found: String,
+        found: u32,
     },
     /// A line is not an event.
     #[error("line {line}: not an event of a recording. The file is damaged; record again.")]
@@ -100,23 +93,22 @@ pub fn save(recording: &Recording, path: &Path) -> std::io::Result<()> {
     write_whole(path, write(recording).as_bytes())
 }
 
+/// The first line.
+#[derive(Serialize, Deserialize)]
+struct FirstLine {
+    keepout_conformance: u32,
+    #[serde(flatten)]
+    header: Header,
+}
+
 /// The recording as text.
 #[must_use]
 pub fn write(recording: &Recording) -> String {
-    let Header { dialect, digit_mm, step_mm } = &recording.header;
-    let mut text = format!("{TITLE} {VERSION} dialect={dialect} digit_mm={digit_mm:?} step_mm={step_mm:?}\n");
-    for event in &recording.events {
-        // Writing to a string does not fail.
-        let _ = write!(text, "{} ", event.at.micros());
-        let _ = match &event.what {
-            What::Begin { name, origin } => writeln!(text, "b {:?} {:?} {name}", origin.x, origin.y),
-            What::Sent(bytes) => writeln!(text, "s {}", bytes.escape_ascii()),
-            What::Received(line) => writeln!(text, "r {}", line.escape_ascii()),
-            What::Rest => writeln!(text, "e"),
-            What::Tool { at, kind } => writeln!(text, "p {:?} {:?} {}", at.x, at.y, word(*kind)),
-        };
-    }
-    text
+    let first = FirstLine { keepout_conformance: VERSION, header: recording.header.clone() };
+    let events = recording.events.iter().map(serde_json::to_string);
+    let lines = std::iter::once(serde_json::to_string(&first)).chain(events);
+    // Numbers, strings and enums have a form in JSON.
+    lines.map_while(Result::ok).map(|line| line + "\n").collect()
 }
 
 /// Reads a recording; the memory it takes is bounded.
@@ -131,7 +123,7 @@ pub fn read(mut from: impl BufRead) -> Result<Recording, RecordingError> {
     loop {
         number += 1;
         let Some(text) = line(&mut from, number)? else { return Ok(recording) };
-        let event = event(&text).ok_or(RecordingError::Form { line: number })?;
+        let event: Event = serde_json::from_str(&text).map_err(|_| RecordingError::Form { line: number })?;
         // A simulated tool's positions may be older than what was received after them.
         if !matches!(event.what, What::Tool { .. }) {
             if event.at < before {
@@ -161,62 +153,14 @@ fn line(from: &mut impl BufRead, number: usize) -> Result<Option<String>, Record
 }
 
 fn header(line: &str) -> Result<Header, RecordingError> {
-    let mut words = line.split(' ');
-    if words.next() != Some(TITLE) {
-        return Err(RecordingError::Title);
+    if line.starts_with("keepout-conformance 1 ") {
+        return Err(RecordingError::Version { found: 1 });
     }
-    let found = words.next().ok_or(RecordingError::Title)?;
-    if found != VERSION {
-        return Err(RecordingError::Version { found: found.escape_default().take(20).collect() });
+    let first: FirstLine = serde_json::from_str(line).map_err(|_| RecordingError::Title)?;
+    if first.keepout_conformance != VERSION {
+        return Err(RecordingError::Version { found: first.keepout_conformance });
     }
-    let mut value = |name: &str| words.next()?.strip_prefix(name)?.strip_prefix('=');
-    let mut parsed = || {
-        let dialect = value("dialect")?.to_string();
-        let digit_mm = length(value("digit_mm")?)?;
-        Some(Header { dialect, digit_mm, step_mm: length(value("step_mm")?)? })
-    };
-    parsed().ok_or(RecordingError::Form { line: 1 })
-}
-
-fn event(line: &str) -> Option<Event> {
-    let (time, rest) = line.split_once(' ')?;
-    let at = Time::from_micros(time.parse().ok()?);
-    let (letter, rest) = rest.split_once(' ').unwrap_or((rest, ""));
-    let what = match letter {
-        "b" => {
-            let mut words = rest.splitn(3, ' ');
-            let origin = place(&mut words)?;
-            What::Begin { name: words.next()?.to_string(), origin }
-        }
-        "s" => What::Sent(unescaped(rest)?),
-        "r" => What::Received(unescaped(rest)?),
-        "e" if rest.is_empty() => What::Rest,
-        "p" => {
-            let mut words = rest.splitn(3, ' ');
-            let at = place(&mut words)?;
-            let kind = [SampleKind::Rest, SampleKind::Jog, SampleKind::Run];
-            let name = words.next()?;
-            What::Tool { at, kind: kind.into_iter().find(|kind| word(*kind) == name)? }
-        }
-        _ => return None,
-    };
-    Some(Event { at, what })
-}
-
-fn place<'a>(words: &mut impl Iterator<Item = &'a str>) -> Option<Mm2> {
-    let mut number = || words.next()?.parse::<f64>().ok().filter(|value| value.is_finite());
-    Some(Mm2 { x: number()?, y: number()? })
-}
-
-/// A length of a machine, mm.
-fn length(text: &str) -> Option<f64> {
-    text.parse().ok().filter(|value| (0.0..=10.0).contains(value))
-}
-
-fn word(kind: SampleKind) -> &'static str {
-    match kind {
-        SampleKind::Rest => "rest",
-        SampleKind::Jog => "jog",
-        SampleKind::Run => "run",
-    }
+    let is_length = |value: f64| (0.0..=10.0).contains(&value);
+    let holds = is_length(first.header.digit_mm) && is_length(first.header.step_mm);
+    if holds { Ok(first.header) } else { Err(RecordingError::Form { line: 1 }) }
 }

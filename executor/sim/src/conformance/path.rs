@@ -1,7 +1,9 @@
 //! Distances in the plane, in millimetres.
 
+use serde::{Deserialize, Serialize};
+
 /// A place in the plane, mm.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Mm2 {
     /// Along x.
     pub x: f64,

@@ -1,8 +1,9 @@
 //! A recording: what went over the line and where the tool was, with times.
 
 use keepout_executor::dialect::Status;
-use keepout_executor::session::SampleKind;
+use keepout_executor::session::{SampleKind, characters, micros};
 use keepout_guard::Time;
+use serde::{Deserialize, Serialize};
 
 use super::path::Mm2;
 
@@ -10,7 +11,8 @@ use super::path::Mm2;
 pub const EVENTS_MAX: usize = 4_000_000;
 
 /// One thing that happened.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum What {
     /// A scenario began, about this place in machine coordinates.
     Begin {
@@ -20,8 +22,10 @@ pub enum What {
         origin: Mm2,
     },
     /// Bytes were sent.
+    #[serde(with = "characters")]
     Sent(Vec<u8>),
     /// A line was received, without its end.
+    #[serde(with = "characters")]
     Received(Vec<u8>),
     /// The controller was seen at rest.
     Rest,
@@ -35,9 +39,11 @@ pub enum What {
 }
 
 /// One thing that happened, and when.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Event {
     /// When.
+    #[serde(with = "micros", rename = "at_us")]
     pub at: Time,
     /// What.
     pub what: What,
@@ -61,7 +67,7 @@ impl Event {
 }
 
 /// Of what a recording is.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Header {
     /// The dialect.
     pub dialect: String,

@@ -176,13 +176,14 @@ fn recordings_survive_their_file_and_damage_is_named_by_line() {
     };
     for (index, line, expected) in [
         (0, "keepout-log 1", "not a conformance recording"),
-        (0, "keepout-conformance 9 dialect=grbl", "version 9"),
-        (0, "keepout-conformance 1 dialect=grbl digit_mm=nan step_mm=0.1", "line 1"),
-        (5, "5 z", "line 6"),
-        (5, "x s ?", "line 6"),
-        (5, "99999999 p nan 0 jog", "line 6"),
-        (5, "99999999 s \\x", "line 6"),
-        (7, "0 s ?", "line 8: its time"),
+        (0, "keepout-conformance 1 dialect=grbl digit_mm=0.1 step_mm=0.1", "version 1"),
+        (0, r#"{"keepout_conformance":9,"dialect":"grbl","digit_mm":0.1,"step_mm":0.1}"#, "version 9"),
+        (0, r#"{"keepout_conformance":2,"dialect":"grbl","digit_mm":-1.0,"step_mm":0.1}"#, "line 1"),
+        (5, r#"{"at_us":5,"what":"nothing"}"#, "line 6"),
+        (5, r#"{"at_us":-5,"what":{"sent":"?"}}"#, "line 6"),
+        (5, r#"{"at_us":99999999,"what":{"tool":{"at":{"x":null,"y":0.0},"kind":"jog"}}}"#, "line 6"),
+        (5, r#"{"at_us":99999999,"what":{"sent":"\u0100"}}"#, "line 6"),
+        (7, r#"{"at_us":0,"what":{"sent":"?"}}"#, "line 8: its time"),
     ] {
         let error = with(index, line).expect_err(line);
         assert!(error.contains(expected), "{line}: {error}");

@@ -25,7 +25,7 @@ pub enum OperatorError {
     /// Neither a model nor a file.
     #[error("no operator \"{name}\": it is none of {} and no script file", ModelKind::NAMES.join(", "))]
     Unknown {
-        /// What was asked for.
+        /// What was commanded for.
         name: String,
     },
     /// A script that can not be read.

@@ -27,7 +27,7 @@ pub enum ModelKind {
 }
 
 impl ModelKind {
-    /// The names by which models are asked for.
+    /// The names by which models are commanded for.
     pub const NAMES: [&'static str; 6] = ["calm", "random", "wall", "reversal", "jittery", "stuck"];
 
     /// The model of that name.
@@ -202,7 +202,7 @@ impl Operator for Model {
         let began = *self.began.get_or_insert(now);
         let t = now.since(began).as_secs_f64();
         if t < self.jog_s {
-            return OperatorInput { direction: self.steer(view, t), ..OperatorInput::default() };
+            return OperatorInput { velocity: self.steer(view, t), ..OperatorInput::default() };
         }
         let since = *self.automatic_since.get_or_insert(now);
         if view.contoured && view.phase.is_steered() {
@@ -221,7 +221,7 @@ impl Operator for Model {
         // A tool that stands too near, as after a contour that was interrupted, is led away first.
         let turn = if view.phase == Phase::Escaping { std::f64::consts::PI } else { 0.0 };
         let (x, y) = toward(position, wall, turn);
-        OperatorInput { direction: (x * APPROACH, y * APPROACH), automatic: true, ..OperatorInput::default() }
+        OperatorInput { velocity: (x * APPROACH, y * APPROACH), automatic: true, ..OperatorInput::default() }
     }
 }
 
@@ -238,7 +238,7 @@ mod tests {
         (0..6000)
             .map(|i| {
                 view.position_mm = Some(at);
-                let (x, y) = model.input(&view, Time::from_micros(i * 10_000)).direction;
+                let (x, y) = model.input(&view, Time::from_micros(i * 10_000)).velocity;
                 at = (at.0 + 0.5 * x, at.1 + 0.5 * y);
                 (x, y)
             })

@@ -29,7 +29,7 @@ impl Playback {
 
     /// The input at a time; no input before the first.
     ///
-    /// The direction is that of the last step. Turns of the steps since the last call are summed, and are given once.
+    /// The velocity is that of the last step. Turns of the steps since the last call are summed, and are given once.
     /// A step that asks for something else than the one before, or that changes automatic mode, is never passed over:
     /// the steps after it wait for the next call.
     pub(super) fn at(&mut self, time: Duration) -> OperatorInput {
@@ -40,7 +40,7 @@ impl Playback {
         {
             self.played += 1;
             turned_mm = (turned_mm.0 + step.turned_mm.0, turned_mm.1 + step.turned_mm.1);
-            if (step.ask, step.automatic) != (before.ask, before.automatic) {
+            if (step.command, step.automatic) != (before.command, before.automatic) {
                 break;
             }
         }
@@ -65,19 +65,19 @@ mod tests {
     #[test]
     fn turns_are_given_once_and_asks_are_not_passed_over() {
         let turn = |x| OperatorInput { turned_mm: (x, 0.0), ..OperatorInput::default() };
-        let ask = |ask| OperatorInput { ask: Some(ask), ..OperatorInput::default() };
+        let command = |command| OperatorInput { command: Some(command), ..OperatorInput::default() };
         let steps = vec![
             (ms(10), turn(1.0)),
             (ms(11), turn(2.0)),
-            (ms(12), ask(OperatorCommand::FeedHold)),
+            (ms(12), command(OperatorCommand::FeedHold)),
             (ms(13), OperatorInput::default()),
-            (ms(14), ask(OperatorCommand::FeedHold)),
+            (ms(14), command(OperatorCommand::FeedHold)),
             (ms(15), turn(4.0)),
         ];
         let mut playback = Playback::new(steps);
         assert_eq!(playback.at(ms(0)), OperatorInput::default());
         let played: Vec<OperatorInput> = (0..5).map(|_| playback.at(ms(100))).collect();
-        let asks: Vec<_> = played.iter().map(|input| input.ask).collect();
+        let asks: Vec<_> = played.iter().map(|input| input.command).collect();
         assert_eq!(
             asks,
             [Some(OperatorCommand::FeedHold), None, Some(OperatorCommand::FeedHold), None, None]

@@ -22,7 +22,7 @@ pub struct Recorder<O, W: Write = BufWriter<File>> {
     file: Option<W>,
     began: Option<Time>,
     last: Option<OperatorInput>,
-    asked: Duration,
+    commanded: Duration,
     flushed: Duration,
     lines: usize,
     panel: Panel,
@@ -48,7 +48,7 @@ impl<O, W: Write> Recorder<O, W> {
             file: Some(file),
             began: None,
             last: None,
-            asked: Duration::ZERO,
+            commanded: Duration::ZERO,
             flushed: Duration::ZERO,
             lines: 0,
             panel,
@@ -59,7 +59,7 @@ impl<O, W: Write> Recorder<O, W> {
 
     fn note(&mut self, input: &OperatorInput, now: Time) {
         let at = now.since(*self.began.get_or_insert(now));
-        self.asked = at;
+        self.commanded = at;
         // Turns are sums since the input before: the same turn again is another one.
         let changed = self.last.as_ref() != Some(input) || input.turned_mm != (0.0, 0.0);
         if changed {
@@ -104,7 +104,7 @@ impl<O: Operator, W: Write> Operator for Recorder<O, W> {
 
 impl<O, W: Write> Drop for Recorder<O, W> {
     fn drop(&mut self) {
-        let end = format!("{} end", stamp(self.asked));
+        let end = format!("{} end", stamp(self.commanded));
         self.write(&end);
         if let Some(file) = &mut self.file {
             let _ = file.flush();
@@ -115,11 +115,11 @@ impl<O, W: Write> Drop for Recorder<O, W> {
 /// The line of a input; what is no number was no input to move.
 fn line_of(at: Duration, input: &OperatorInput) -> String {
     let pair = |(x, y): (f64, f64)| if x.is_finite() && y.is_finite() { (x, y) } else { (0.0, 0.0) };
-    let ((x, y), (turned_x, turned_y)) = (pair(input.direction), pair(input.turned_mm));
+    let ((x, y), (turned_x, turned_y)) = (pair(input.velocity), pair(input.turned_mm));
     let mut line = format!("{} {x} {y} {turned_x} {turned_y} ", stamp(at));
     line.extend(input.automatic.then_some('a'));
-    line.extend(FLAGS.iter().filter(|flag| input.ask == Some(flag.1)).map(|flag| flag.0));
-    if !input.automatic && input.ask.is_none() {
+    line.extend(FLAGS.iter().filter(|flag| input.command == Some(flag.1)).map(|flag| flag.0));
+    if !input.automatic && input.command.is_none() {
         line.push('-');
     }
     line
@@ -161,10 +161,10 @@ mod tests {
         ];
         (0..500)
             .map(|_| OperatorInput {
-                direction: (number(&mut random), number(&mut random)),
+                velocity: (number(&mut random), number(&mut random)),
                 turned_mm: if random.u8(0..3) == 0 { (number(&mut random), 0.5) } else { (0.0, 0.0) },
                 automatic: random.bool(),
-                ask: asks[random.usize(0..asks.len())],
+                command: asks[random.usize(0..asks.len())],
             })
             .collect()
     }
@@ -193,7 +193,7 @@ mod tests {
     #[test]
     fn only_changes_are_written() {
         let mut file = Vec::new();
-        let still = OperatorInput { direction: (0.1, 0.0), ..OperatorInput::default() };
+        let still = OperatorInput { velocity: (0.1, 0.0), ..OperatorInput::default() };
         let mut recorder = Recorder::new(Told::new(vec![still; 300]), &mut file, Panel::default());
         for i in 0..300 {
             recorder.input(&view(Phase::Manual), Time::from_micros(i * 10_000));
@@ -215,7 +215,7 @@ mod tests {
             }
         }
         let panel = Panel::default();
-        let input = OperatorInput { direction: (1.0, 0.0), ..OperatorInput::default() };
+        let input = OperatorInput { velocity: (1.0, 0.0), ..OperatorInput::default() };
         let mut recorder = Recorder::new(Told::new(vec![input]), Full, panel.clone());
         assert_eq!(recorder.input(&view(Phase::Manual), Time::ZERO), input);
         assert!(panel.notices()[0].contains("can not be written"));

@@ -81,8 +81,8 @@ impl Operator for Rounds {
         let seen_far = x.hypot(y).max(1e-9);
         let speed_mm_s = (seen_far / SLOWS_S).clamp(LEAST_MM_S, CAREFUL_MM_S);
         let deflection = (speed_mm_s / self.speed_mm_s).clamp(LEAST_TILT, 1.0);
-        let direction = self.hand.step((x / seen_far * deflection, y / seen_far * deflection));
-        OperatorInput { direction, ..OperatorInput::default() }
+        let velocity = self.hand.step((x / seen_far * deflection, y / seen_far * deflection));
+        OperatorInput { velocity, ..OperatorInput::default() }
     }
 }
 
@@ -106,7 +106,7 @@ mod tests {
                 return;
             }
             // A wall at −20 mm.
-            at = (f64::max(at.0 + 0.2 * input.direction.0, -20.0), at.1 + 0.2 * input.direction.1);
+            at = (f64::max(at.0 + 0.2 * input.velocity.0, -20.0), at.1 + 0.2 * input.velocity.1);
             for (passed, place) in passed.iter_mut().zip([(30.0, 0.0), (30.0, 40.0), (-60.0, 40.0)]) {
                 *passed |= f64::hypot(at.0 - place.0, at.1 - place.1) < 1.5;
             }

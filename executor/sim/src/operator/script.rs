@@ -109,11 +109,11 @@ fn step(content: &str, automatic: bool) -> Option<(Duration, OperatorInput)> {
     let pair = |x: &str, y: &str| Some((number(x)?, number(y)?));
     let input = match *rest {
         ["quit"] => OperatorInput::STOP,
-        [word] => OperatorInput { automatic, ask: Some(ask(word)?), ..OperatorInput::default() },
+        [word] => OperatorInput { automatic, command: Some(command(word)?), ..OperatorInput::default() },
         ["turn", dx, dy] => OperatorInput { turned_mm: pair(dx, dy)?, automatic, ..OperatorInput::default() },
-        [x, y] => OperatorInput { direction: pair(x, y)?, ..OperatorInput::default() },
+        [x, y] => OperatorInput { velocity: pair(x, y)?, ..OperatorInput::default() },
         [x, y, "auto"] => {
-            OperatorInput { direction: pair(x, y)?, automatic: true, ..OperatorInput::default() }
+            OperatorInput { velocity: pair(x, y)?, automatic: true, ..OperatorInput::default() }
         }
         _ => return None,
     };
@@ -124,7 +124,7 @@ fn number(text: &str) -> Option<f64> {
     text.parse::<f64>().ok().filter(|value| value.is_finite())
 }
 
-fn ask(word: &str) -> Option<OperatorCommand> {
+fn command(word: &str) -> Option<OperatorCommand> {
     match word {
         "pause" => Some(OperatorCommand::FeedHold),
         "resume" => Some(OperatorCommand::CycleStart),
@@ -140,7 +140,7 @@ impl Operator for Script {
         }
         let already_over = self.playback.over();
         let input = self.playback.at(now.since(*self.began.get_or_insert(now)));
-        let said = !already_over && (input.ask.is_some() || input.turned_mm != (0.0, 0.0));
+        let said = !already_over && (input.command.is_some() || input.turned_mm != (0.0, 0.0));
         let finished = !input.automatic || view.contoured && view.phase.is_steered();
         if self.playback.over() && finished && !said { OperatorInput::STOP } else { input }
     }
@@ -181,15 +181,17 @@ mod tests {
         let input = |millis: u64, script: &mut Script| {
             script.input(&view(Phase::Manual), Time::from_micros(millis * 1000))
         };
-        assert_eq!(input(0, &mut script).direction, (0.0, 0.3));
+        assert_eq!(input(0, &mut script).velocity, (0.0, 0.3));
         let pause = input(1500, &mut script);
         assert!(
-            pause.automatic && pause.ask == Some(OperatorCommand::FeedHold) && pause.direction == (0.0, 0.0)
+            pause.automatic
+                && pause.command == Some(OperatorCommand::FeedHold)
+                && pause.velocity == (0.0, 0.0)
         );
-        assert_eq!(input(2500, &mut script).ask, Some(OperatorCommand::CycleStart));
+        assert_eq!(input(2500, &mut script).command, Some(OperatorCommand::CycleStart));
         assert_eq!(input(3000, &mut script).turned_mm, (0.05, -0.1));
         assert_eq!(input(3010, &mut script).turned_mm, (0.0, 0.0));
-        assert_eq!(input(4000, &mut script).ask, Some(OperatorCommand::Recover));
+        assert_eq!(input(4000, &mut script).command, Some(OperatorCommand::Recover));
         assert!(!input(5000, &mut script).automatic);
         assert_eq!(input(6000, &mut script), OperatorInput::STOP);
     }

@@ -131,7 +131,7 @@ impl Operator for Trace {
         let input = self.playback.at(time);
         if !self.playback.over() || time <= self.end || input.turned_mm != (0.0, 0.0) {
             input
-        } else if view.phase == Phase::Contouring && input.ask != Some(OperatorCommand::Stop) {
+        } else if view.phase == Phase::Contouring && input.command != Some(OperatorCommand::Stop) {
             OperatorInput { automatic: true, ..OperatorInput::default() }
         } else {
             OperatorInput::STOP
@@ -172,10 +172,11 @@ fn parse(line: &str, last: Option<Duration>) -> Result<Parsed, &'static str> {
         [x, y, turned_x, turned_y, flags] => {
             let wrong = "a number is missing or not finite";
             let pair = |x, y| Some((number(x)?, number(y)?));
-            let direction = pair(x, y).ok_or(wrong)?;
+            let velocity = pair(x, y).ok_or(wrong)?;
             let turned_mm = pair(turned_x, turned_y).ok_or(wrong)?;
-            let (automatic, ask) = flags_of(flags).ok_or("the flags are not - or a and one of p, r, f, q")?;
-            Ok(Parsed::Step(at, OperatorInput { direction, turned_mm, automatic, ask }))
+            let (automatic, command) =
+                flags_of(flags).ok_or("the flags are not - or a and one of p, r, f, q")?;
+            Ok(Parsed::Step(at, OperatorInput { velocity, turned_mm, automatic, command }))
         }
         _ => Err("not SECONDS X Y TURNED_X TURNED_Y FLAGS, or SECONDS end"),
     }
@@ -213,8 +214,8 @@ fn flags_of(flags: &str) -> Option<(bool, Option<OperatorCommand>)> {
     match (letters.next(), letters.next()) {
         (None, _) => automatic.then_some((true, None)),
         (Some(letter), None) => {
-            let ask = FLAGS.iter().find(|flag| flag.0 == letter)?.1;
-            Some((automatic, Some(ask)))
+            let command = FLAGS.iter().find(|flag| flag.0 == letter)?.1;
+            Some((automatic, Some(command)))
         }
         _ => None,
     }
@@ -266,7 +267,7 @@ mod tests {
         let mut trace = read("0 0 0 0 0 a\n1 end\n").unwrap();
         trace.input(&view(Phase::Manual), Time::ZERO);
         let late = Time::from_micros(5_000_000);
-        assert!(trace.input(&view(Phase::Contouring), late).ask.is_none());
+        assert!(trace.input(&view(Phase::Contouring), late).command.is_none());
         assert_eq!(trace.input(&view(Phase::Manual), late), OperatorInput::STOP);
     }
 

@@ -8,7 +8,7 @@ use thiserror::Error;
 
 use super::super::exchange::SENT_MAX;
 use super::super::scale::Scale;
-use super::file::{AcceptedName, ExchangeTable, File, RuleTable, mode_of, shape_of};
+use super::file::{AcceptedName, ExchangeTable, File, MotionTable, RuleTable, mode_of, shape_of};
 use super::template::{Slot, Template, TemplateError};
 use crate::supervisor::Mode;
 
@@ -193,24 +193,6 @@ impl Description {
             .map_err(|error| DescriptionError::Parse { reason: text_file::reason(&error) })?;
         let units = &file.units;
         let motion = &file.motion;
-        let accepted = match (motion.accepted, &motion.answer) {
-            (AcceptedName::Prompt, None) => Accepted::Prompt,
-            (AcceptedName::Query, None) => Accepted::Query,
-            (AcceptedName::Answer, Some(answer)) => Accepted::Answer(template("motion.answer", answer)?),
-            _ => {
-                return Err(value(
-                    "motion.answer",
-                    "given when motion.accepted is \"answer\", and only then",
-                ));
-            }
-        };
-        let arcs = match (&motion.arc_counterclockwise, &motion.arc_clockwise) {
-            (Some(left), Some(right)) => {
-                Some([templates("motion.arc_counterclockwise", left)?, templates("motion.arc_clockwise", right)?])
-            }
-            (None, None) => None,
-            _ => return Err(value("motion.arc_counterclockwise", "given together with motion.arc_clockwise, or neither")),
-        };
         let interpolation = shape_of(motion.interpolation);
         let errors =
             file.errors.iter().map(|each| Ok((template("errors.says", &each.says)?, each.transient)));
@@ -234,11 +216,11 @@ impl Description {
             rules: file.status.rules.iter().map(rule).collect::<Result<_, _>>()?,
             otherwise: mode_of(file.status.otherwise),
             line: templates("motion.line", &motion.line)?,
-            arcs,
+            arcs: arcs_of(motion)?,
             stop: motion.stop.as_ref().map(|stop| template("motion.stop", stop)).transpose()?,
             stop_at_once: motion.stop_at_once,
             stop_keeps_path: motion.stop_keeps_path,
-            accepted,
+            accepted: accepted_of(motion)?,
             interpolation,
             contours: motion.contours.map_or(interpolation, shape_of),
             queues: motion.queues,
@@ -348,6 +330,24 @@ impl Description {
             Test::Bits(bits) => bits.to_string(),
         });
         candidates.chain(["0".into(), "-".into()]).find(|state| self.mode(state) == Some(wanted))
+    }
+}
+
+fn accepted_of(motion: &MotionTable) -> Result<Accepted, DescriptionError> {
+    match (motion.accepted, &motion.answer) {
+        (AcceptedName::Prompt, None) => Ok(Accepted::Prompt),
+        (AcceptedName::Query, None) => Ok(Accepted::Query),
+        (AcceptedName::Answer, Some(answer)) => Ok(Accepted::Answer(template("motion.answer", answer)?)),
+        _ => Err(value("motion.answer", "given when motion.accepted is \"answer\", and only then")),
+    }
+}
+
+fn arcs_of(motion: &MotionTable) -> Result<Option<[Vec<Template>; 2]>, DescriptionError> {
+    let (first, second) = ("motion.arc_counterclockwise", "motion.arc_clockwise");
+    match (&motion.arc_counterclockwise, &motion.arc_clockwise) {
+        (Some(left), Some(right)) => Ok(Some([templates(first, left)?, templates(second, right)?])),
+        (None, None) => Ok(None),
+        _ => Err(value(first, "given together with motion.arc_clockwise, or neither")),
     }
 }
 

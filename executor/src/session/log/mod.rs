@@ -1,42 +1,45 @@
-//! The session log: one line for each thing that went into the engine or came out of it, in order, each with a checksum over
-//! itself and the line before it, after a tab.
+//! The event log of a session: JSON lines, one for each event, each with a checksum over itself and the line before it.
 //!
 //! ```text
-//! keepout-log 1 began=2026-11-21T16:50:02Z plan=e5cd… drawing=bracket.dxf dialect=grbl offset=-24500000,…   15926028
-//! 1085196 r <Idle|MPos:-1.000,-1.000,0.000|Bf:15,128|FS:0,0|WCO:-37.250,-21.500,0.000>\r\n   8bb02b2c
-//! 1085196 p Manual   47d05c69
-//! 1090000 w -0.709 -0.704 0.0 0.0 0 -   0a3e51d1
-//! 1090000 c jog 24500000 20404200 12000 {24400000 20900000, 24500000 20404200}   3470a8af
-//! 1090000 s $J=G53G90G21X0Y-5.958F12000\n   77d1a2c0
-//! 1100000 w   1c291ca3
+//! {"crc":"15926028","keepout_log":2,"began":"2026-11-21T16:50:02Z","plan":"e5cd…","drawing":"bracket.dxf","dialect":"grbl",…}
+//! {"crc":"8bb02b2c","at_us":1085196,"event":{"received":"<Idle|MPos:-1.000,-1.000,0.000|Bf:15,128|FS:0,0>\r\n"}}
+//! {"crc":"47d05c69","at_us":1085196,"event":{"phase":{"phase":"manual"}}}
+//! {"crc":"0e3a51d1","at_us":1090000,"event":{"input":{"velocity":[-0.709,-0.704],"turned_mm":[0.0,0.0],"automatic":false}}}
+//! {"crc":"3470a8af","at_us":1090000,"event":{"certificate":{"jog":{"to":[24500000,20404200],"feed_mm_min":12000,"set":[…]}}}}
+//! {"crc":"77d1a2c0","at_us":1090000,"event":{"sent":"$J=G53G90G21X0Y-5.958F12000\n"}}
+//! {"crc":"1c291ca3","at_us":1100000}
 //! ```
 //!
-//! Times are microseconds since the session began; the header has the date. A letter says what the line is:
-//!
-//! | | |
-//! |---|---|
-//! | `r` `s` | bytes received, bytes sent |
-//! | `w` | the operator's input: direction, turns in mm, automatic mode, what is asked; alone when it is as before |
-//! | `t` | time passed |
-//! | `j` | a contouring job was worked out |
-//! | `x` `o` `h` | the port failed, was found again; the session is to end |
-//! | `c` | a motion was certified: its target, feed and in-flight set, or the contour's motion, in lattice units |
-//! | `p` | the supervisor went into another state; a fault behind it |
+//! Times are microseconds since the session began; the header has the date. [`LoggedEvent`](super::LoggedEvent) lists the events.
+//! A line without an event repeats the operator's input before it. Places are in lattice units, bytes are characters of the same
+//! number.
 //!
 //! Lines are appended and never changed, and handed to the system before anything is sent. A tail without its line end is no
-//! error, a whole line that does not match is. That whole lines are missing at the end can not be seen, but that the session's
-//! end is.
+//! error, a whole line that does not match is. Whole lines that are missing at the end cannot be seen, but the missing end of
+//! the session can.
 
 mod date;
 mod header;
-mod job;
 mod line;
 mod read;
 mod write;
 
 pub use date::rfc_3339;
-pub use header::Header;
-pub(crate) use line::as_entry;
-pub use line::{Certificate, Entry, LineError, unescaped};
-pub use read::{Log, LogReadError, LogReader, LoggedEntry};
-pub use write::{LogError, LogTape};
+pub use header::{Header, VERSION};
+use keepout_guard::Time;
+pub use line::LineError;
+pub use read::{Entry, Log, LogReadError, LogReader};
+use serde::{Deserialize, Serialize};
+pub use write::{LogError, LogWriter};
+
+use super::event_log::LoggedEvent;
+
+/// A line behind the header.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct EventLine<'a> {
+    #[serde(with = "super::micros", rename = "at_us")]
+    at: Time,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    event: Option<LoggedEvent<'a>>,
+}

@@ -7,8 +7,10 @@ use std::path::{Path, PathBuf};
 use keepout_guard::Time;
 use thiserror::Error;
 
-use super::header::{self, Header};
-use super::line::{self, Entry, LineError};
+use super::header::{Header, VERSION};
+use super::line::{self, LineError};
+use super::{EventLine, LoggedEvent};
+use crate::supervisor::OperatorInput;
 
 /// Why a log can not be read.
 #[derive(Debug, Error)]
@@ -26,6 +28,14 @@ pub enum LogReadError {
     NoLog {
         /// Why not.
         reason: String,
+    },
+    /// It was written by another version.
+    #[error(
+        "the log has version {found}, this program reads version {VERSION}. Replay it with the program that wrote it."
+    )]
+    Version {
+        /// The log's version.
+        found: u32,
     },
     /// A whole line is not what was written.
     #[error(
@@ -62,12 +72,20 @@ pub struct LogReader<R> {
     lines: usize,
     sum: u32,
     torn: usize,
-    reader: line::Reader,
+    input: OperatorInput,
     last: Time,
 }
 
-/// An entry with its line, from 1, and its time.
-pub type LoggedEntry = (usize, Time, Entry);
+/// An event of a log.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entry {
+    /// Its line in the file, from 1.
+    pub line: usize,
+    /// When it happened.
+    pub at: Time,
+    /// What happened.
+    pub event: LoggedEvent<'static>,
+}
 
 impl LogReader<BufReader<File>> {
     /// Opens a log.
@@ -96,18 +114,23 @@ impl<R: BufRead> LogReader<R> {
             lines: 0,
             sum: 0,
             torn: 0,
-            reader: line::Reader::default(),
+            input: OperatorInput::default(),
             last: Time::ZERO,
         };
         let first = log.advance().map_err(|error| match error {
-            LogReadError::Damaged { .. } => no_log("its first line is none of a log's"),
+            LogReadError::Damaged { .. } if log.line.starts_with(b"keepout-log 1") => {
+                LogReadError::Version { found: 1 }
+            }
+            LogReadError::Damaged { .. } => no_log("its first line does not begin a log"),
             other => other,
         })?;
         if !first {
             return Err(no_log("it has no whole line"));
         }
-        let text = line::text_of(&log.line).unwrap_or("");
-        log.header = header::parse(text).map_err(|error| no_log(&error.to_string()))?;
+        log.header = line::read(&mut log.line).map_err(|error| no_log(&error.to_string()))?;
+        if log.header.keepout_log != VERSION {
+            return Err(LogReadError::Version { found: log.header.keepout_log });
+        }
         Ok(log)
     }
 
@@ -154,20 +177,23 @@ impl<R: BufRead> LogReader<R> {
         Ok(true)
     }
 
-    fn parse(&mut self) -> Result<LoggedEntry, LogReadError> {
+    fn parse(&mut self) -> Result<Entry, LogReadError> {
         let wrong = |source| LogReadError::Line { line: self.lines, source };
-        let text = line::text_of(&self.line).unwrap_or("");
-        let (time, entry) = self.reader.parse(text).map_err(wrong)?;
-        if time < self.last {
+        let EventLine { at, event } = line::read(&mut self.line).map_err(wrong)?;
+        if at < self.last {
             return Err(wrong(LineError::Backwards));
         }
-        self.last = time;
-        Ok((self.lines, time, entry))
+        self.last = at;
+        let event = event.unwrap_or(LoggedEvent::Input(self.input));
+        if let LoggedEvent::Input(input) = event {
+            self.input = input;
+        }
+        Ok(Entry { line: self.lines, at, event })
     }
 }
 
 impl<R: BufRead> Iterator for LogReader<R> {
-    type Item = Result<LoggedEntry, LogReadError>;
+    type Item = Result<Entry, LogReadError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         match self.advance() {
@@ -184,7 +210,7 @@ pub struct Log {
     /// What it says of its session.
     pub header: Header,
     /// What happened, in order.
-    pub entries: Vec<(Time, Entry)>,
+    pub entries: Vec<Entry>,
     /// Bytes at the end that are no whole line: the log was torn off there.
     pub torn: usize,
 }
@@ -207,11 +233,7 @@ impl Log {
     }
 
     fn collect<R: BufRead>(mut reader: LogReader<R>) -> Result<Self, LogReadError> {
-        let mut entries = Vec::new();
-        for entry in reader.by_ref() {
-            let (_, time, entry) = entry?;
-            entries.push((time, entry));
-        }
+        let entries = reader.by_ref().collect::<Result<_, _>>()?;
         Ok(Self { torn: reader.torn(), header: reader.header, entries })
     }
 }

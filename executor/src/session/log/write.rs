@@ -1,14 +1,14 @@
 //! Writing the log.
 
-use std::fmt::Write as _;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use keepout_guard::Time;
+use serde::Serialize;
 use thiserror::Error;
 
-use super::header::{self, Header};
-use super::line;
+use super::header::Header;
+use super::{EventLine, line};
 use crate::session::event_log::{EventLog, EventLogError, LoggedEvent};
 use crate::supervisor::OperatorInput;
 
@@ -33,15 +33,15 @@ pub enum LogError {
 
 /// A log that is written.
 #[derive(Debug)]
-pub struct LogTape {
+pub struct LogWriter {
     out: BufWriter<std::fs::File>,
     sum: u32,
     input: Option<OperatorInput>,
-    text: String,
+    line: Vec<u8>,
     dirty: bool,
 }
 
-impl LogTape {
+impl LogWriter {
     /// A new log at `path`.
     ///
     /// # Errors
@@ -52,32 +52,38 @@ impl LogTape {
             std::io::ErrorKind::AlreadyExists => LogError::Exists { path: path.to_path_buf() },
             _ => LogError::Create { path: path.to_path_buf(), source },
         })?;
-        let mut log =
-            Self { out: BufWriter::new(file), sum: 0, input: None, text: String::new(), dirty: false };
-        log.text = header::text(header);
-        log.end_line().and_then(|()| log.flush()).map_err(|error| LogError::Create {
+        let mut log = Self { out: BufWriter::new(file), sum: 0, input: None, line: Vec::new(), dirty: false };
+        log.write(header).and_then(|()| log.flush()).map_err(|error| LogError::Create {
             path: path.to_path_buf(),
             source: std::io::Error::other(error.to_string()),
         })?;
         Ok(log)
     }
 
-    fn end_line(&mut self) -> Result<(), EventLogError> {
-        self.sum = line::checksum(self.sum, &self.text);
-        writeln!(self.out, "{}\t{:08x}", self.text, self.sum)?;
+    fn write(&mut self, content: &impl Serialize) -> Result<(), EventLogError> {
+        self.sum = line::write(&mut self.line, self.sum, content).map_err(std::io::Error::from)?;
+        self.line.push(b'\n');
+        self.out.write_all(&self.line)?;
         self.dirty = true;
         Ok(())
     }
 }
 
-impl EventLog for LogTape {
-    fn take(&mut self, now: Time, record: &LoggedEvent<'_>) -> Result<(), EventLogError> {
-        let text = &mut self.text;
-        text.clear();
-        // Writing to a string does not fail.
-        let _ = write!(text, "{} ", now.micros());
-        line::push_record(text, record, &mut self.input);
-        self.end_line()
+/// Whether two inputs are the same to the bit: equal numbers are not, when one of them is −0.
+fn is_same(a: &OperatorInput, b: &OperatorInput) -> bool {
+    let bits = |input: &OperatorInput| {
+        let ((x, y), (u, v)) = (input.velocity, input.turned_mm);
+        [x, y, u, v].map(f64::to_bits)
+    };
+    bits(a) == bits(b) && a == b
+}
+
+impl EventLog for LogWriter {
+    fn take(&mut self, now: Time, event: &LoggedEvent<'_>) -> Result<(), EventLogError> {
+        let input = if let LoggedEvent::Input(input) = event { Some(*input) } else { None };
+        let same = input.zip(self.input).is_some_and(|(input, before)| is_same(&input, &before));
+        self.input = input.or(self.input);
+        self.write(&EventLine { at: now, event: (!same).then(|| event.clone()) })
     }
 
     fn flush(&mut self) -> Result<(), EventLogError> {
@@ -88,7 +94,7 @@ impl EventLog for LogTape {
     }
 }
 
-impl Drop for LogTape {
+impl Drop for LogWriter {
     fn drop(&mut self) {
         // What was flushed outlives the program; this makes it outlive a power cut too.
         let _ = self.out.flush();

@@ -5,7 +5,7 @@ use keepout_kernel::exact::segment::Window;
 use keepout_kernel::offset::certify_path;
 use keepout_kernel::{FreePoint, Length, Point, ProhibitedRegion};
 
-use crate::session::log::Certificate;
+use crate::session::event_log::Certificate;
 
 /// Checks what a motion was certified with. `escapes`: whether the tool may have stood so near
 /// that only ways out were allowed.
@@ -19,19 +19,21 @@ pub(super) fn check(
     escapes: bool,
 ) -> Result<(), String> {
     match certificate {
-        Certificate::Jog(target, set) if !set.contains(target) => Err("its set lacks its target".into()),
-        Certificate::Jog(target, set) => {
+        Certificate::Jog { to, set, .. } if !set.contains(to) => Err("its set lacks its target".into()),
+        Certificate::Jog { to, set, .. } => {
             let hull =
                 if rules.interpolation == Interpolation::Independent { corners(set) } else { set.clone() };
             match check_hull(part, rules.jogging_clearance, &hull) {
-                Err(_) if escapes => check_escape(part, rules.jogging_clearance, *target, set),
+                Err(_) if escapes => check_escape(part, rules.jogging_clearance, *to, set),
                 checked => checked,
             }
         }
-        Certificate::Contour(curve) => match certify_path(part, rules.finishing_clearance, &[*curve]) {
-            Ok(_) => Ok(()),
-            Err(gouge) => Err(gouge.to_string()),
-        },
+        Certificate::Contour { curve, .. } => {
+            match certify_path(part, rules.finishing_clearance, &[*curve]) {
+                Ok(_) => Ok(()),
+                Err(gouge) => Err(gouge.to_string()),
+            }
+        }
     }
 }
 

@@ -18,8 +18,8 @@ use thiserror::Error;
 pub use timeline::{PhaseTimes, Timeline, TimelineEntry};
 
 use super::engine::Engine;
-use super::event_log::{EventLog, EventLogError, LoggedEvent};
-use super::log::{Certificate, Entry, Header, Log, LogReadError, LogReader, as_entry};
+use super::event_log::{Certificate, EventLog, EventLogError, LoggedEvent};
+use super::log::{Entry, Header, Log, LogReadError, LogReader};
 use crate::dialect::{DialectConfig, DialectName, DialectNameError};
 use crate::supervisor::{Options, Phase, PreparedPlan, Supervisor};
 
@@ -96,8 +96,8 @@ pub struct Replay {
     pub counted: Counted,
     /// What happened, and where.
     pub story: Timeline,
-    /// The last phase and fault that were logged.
-    pub last_phase: String,
+    /// The last phase that was logged, and the fault behind it.
+    pub last_phase: Option<(Phase, Option<String>)>,
 }
 
 /// What was counted while a log was played.
@@ -123,17 +123,18 @@ pub enum LogEnd<'a> {
     /// By a fault.
     Faulted(&'a str),
     /// In the middle: the program was ended there, or its power.
-    Open(&'a str),
+    Open(Option<Phase>),
 }
 
 impl Replay {
     /// How the log ends.
     #[must_use]
     pub fn end(&self) -> LogEnd<'_> {
-        match self.last_phase.split_once(' ').unwrap_or((&self.last_phase, "")) {
-            ("Done", _) => LogEnd::Done,
-            ("Faulted", fault) => LogEnd::Faulted(fault),
-            (phase, _) => LogEnd::Open(phase),
+        match &self.last_phase {
+            Some((Phase::Done, _)) => LogEnd::Done,
+            Some((Phase::Faulted, fault)) => LogEnd::Faulted(fault.as_deref().unwrap_or_default()),
+            Some((phase, _)) => LogEnd::Open(Some(*phase)),
+            None => LogEnd::Open(None),
         }
     }
 }
@@ -143,8 +144,10 @@ impl std::fmt::Display for LogEnd<'_> {
         match self {
             Self::Done => write!(f, "as the operator wanted"),
             Self::Faulted(fault) => write!(f, "by a fault: {fault}"),
-            Self::Open("") => write!(f, "in the middle, before anything was known"),
-            Self::Open(phase) => write!(f, "in the middle, in phase {phase}: the program did not end it"),
+            Self::Open(None) => write!(f, "in the middle, before anything was known"),
+            Self::Open(Some(phase)) => {
+                write!(f, "in the middle, in phase {phase:?}: the program did not end it")
+            }
         }
     }
 }
@@ -152,12 +155,14 @@ impl std::fmt::Display for LogEnd<'_> {
 /// What comes out while the engine is played.
 #[derive(Default)]
 struct Outcome {
-    entries: VecDeque<Entry>,
+    events: VecDeque<LoggedEvent<'static>>,
 }
 
 impl EventLog for Outcome {
-    fn take(&mut self, _: Time, record: &LoggedEvent<'_>) -> Result<(), EventLogError> {
-        self.entries.extend(as_entry(record));
+    fn take(&mut self, _: Time, event: &LoggedEvent<'_>) -> Result<(), EventLogError> {
+        if !event.is_input() {
+            self.events.push_back(event.clone().into_owned());
+        }
         Ok(())
     }
 
@@ -172,8 +177,8 @@ impl EventLog for Outcome {
 /// [`ReplayError`] naming the line from which on it does not hold.
 pub fn replay(log: &Log, work: PreparedPlan) -> Result<Replay, ReplayError> {
     let mut player = Player::new(&log.header, work)?;
-    for (index, (time, entry)) in log.entries.iter().enumerate() {
-        player.play(index + 2, *time, entry)?;
+    for entry in &log.entries {
+        player.play(entry)?;
     }
     Ok(player.end())
 }
@@ -185,8 +190,7 @@ pub fn replay(log: &Log, work: PreparedPlan) -> Result<Replay, ReplayError> {
 pub fn replay_from<R: BufRead>(log: &mut LogReader<R>, work: PreparedPlan) -> Result<Replay, ReplayError> {
     let mut player = Player::new(log.header(), work)?;
     for entry in log {
-        let (line, time, entry) = entry?;
-        player.play(line, time, &entry)?;
+        player.play(&entry?)?;
     }
     Ok(player.end())
 }
@@ -215,7 +219,7 @@ struct Player {
     outcome: Outcome,
     counted: Counted,
     story: Timeline,
-    last_phase: String,
+    last_phase: Option<(Phase, Option<String>)>,
 }
 
 impl Player {
@@ -240,81 +244,76 @@ impl Player {
             engine: Engine::new(supervisor, dialect),
             outcome: Outcome::default(),
             counted: Counted::default(),
-            last_phase: String::new(),
+            last_phase: None,
         })
     }
 
-    fn play(&mut self, line: usize, time: Time, entry: &Entry) -> Result<(), ReplayError> {
-        self.counted.ended = time;
-        self.story.pass(self.engine.supervisor.phase(), time);
-        let tape = &mut self.outcome;
-        if entry.is_input()
-            && let Some(extra) = tape.entries.pop_front()
+    fn play(&mut self, entry: &Entry) -> Result<(), ReplayError> {
+        let at = entry.at;
+        self.counted.ended = at;
+        self.story.pass(self.engine.supervisor.phase(), at);
+        let log = &mut self.outcome;
+        if entry.event.is_input()
+            && let Some(extra) = log.events.pop_front()
         {
-            return Err(differs(line, time, "nothing", &extra));
+            return Err(differs(entry, "nothing", &told(&extra)));
         }
         let engine = &mut self.engine;
-        let fed = match entry {
-            Entry::Received(bytes) => {
+        let fed = match &entry.event {
+            LoggedEvent::Received(bytes) => {
                 self.counted.replies += bytes.iter().map(|&byte| u64::from(byte == b'\n')).sum::<u64>();
-                engine.receive(bytes, time, tape)
+                engine.receive(bytes, at, log)
             }
-            Entry::OperatorInput(input) => {
+            LoggedEvent::Input(input) => {
                 self.counted.inputs += 1;
-                engine.input(*input, time, tape)
+                engine.input(*input, at, log)
             }
-            Entry::Tick => engine.tick(time, tape),
-            Entry::Job(job) => engine.job((**job).clone(), time, tape),
-            Entry::PortLost(reason) => engine.port_lost(reason, time, tape),
-            Entry::PortFound => engine.port_found(time, tape),
-            Entry::Halt => engine.halt(time, tape),
-            Entry::Sent(_) | Entry::Certificate(_) | Entry::Phase(_) => {
-                return self.compare(line, time, entry);
+            LoggedEvent::Tick => engine.tick(at, log),
+            LoggedEvent::Job(job) => engine.job((**job).clone(), at, log),
+            LoggedEvent::PortLost(reason) => engine.port_lost(reason, at, log),
+            LoggedEvent::PortFound => engine.port_found(at, log),
+            LoggedEvent::Halt => engine.halt(at, log),
+            LoggedEvent::Sent(_) | LoggedEvent::Certificate(_) | LoggedEvent::Phase { .. } => {
+                return self.compare(entry);
             }
         };
+        fed.map_err(|error| differs(entry, "an input", &error.to_string()))?;
         engine.drain(|_| {});
-        self.story.see(&self.engine.supervisor, entry, time);
-        fed.map_err(|error| differs(line, time, &error.to_string(), entry))
+        self.story.see(&engine.supervisor, &entry.event, at);
+        Ok(())
     }
 
-    fn compare(&mut self, line: usize, time: Time, logged: &Entry) -> Result<(), ReplayError> {
-        match self.outcome.entries.pop_front() {
-            Some(played) if played == *logged => {}
-            Some(played) => return Err(differs(line, time, &told(logged), &played)),
-            None => {
-                return Err(ReplayError::Differs {
-                    line,
-                    seconds: time.elapsed().as_secs_f64(),
-                    logged: told(logged),
-                    played: "nothing".into(),
-                });
-            }
+    fn compare(&mut self, entry: &Entry) -> Result<(), ReplayError> {
+        let played = self.outcome.events.pop_front();
+        if played.as_ref() != Some(&entry.event) {
+            let played = played.as_ref().map_or("nothing".into(), told);
+            return Err(differs(entry, &told(&entry.event), &played));
         }
-        match logged {
-            Entry::Sent(_) => self.counted.commands += 1,
-            Entry::Certificate(text) => {
-                self.check(text).map_err(|reason| ReplayError::NotCertified {
-                    line,
-                    seconds: time.elapsed().as_secs_f64(),
+        match &entry.event {
+            LoggedEvent::Sent(_) => self.counted.commands += 1,
+            LoggedEvent::Certificate(certificate) => {
+                self.check(certificate).map_err(|reason| ReplayError::NotCertified {
+                    line: entry.line,
+                    seconds: entry.at.elapsed().as_secs_f64(),
                     reason,
                 })?;
                 self.counted.certificates += 1;
             }
-            Entry::Phase(phase) => self.last_phase.clone_from(phase),
+            LoggedEvent::Phase { phase, fault } => self.last_phase = Some((*phase, fault.clone())),
             _ => {}
         }
         Ok(())
     }
 
     /// Checks a certificate by itself.
-    fn check(&mut self, text: &str) -> Result<(), String> {
-        let certificate = Certificate::parse(text).ok_or("it can not be read")?;
+    fn check(&mut self, certificate: &Certificate) -> Result<(), String> {
         let supervisor = &self.engine.supervisor;
         // What was sent may belong to the phase before or behind a change, which is logged behind it.
-        let escapes = supervisor.phase() == Phase::Escaping || self.last_phase == "Escaping";
+        let before = self.last_phase.as_ref().map(|(phase, _)| *phase);
+        let escapes = supervisor.phase() == Phase::Escaping || before == Some(Phase::Escaping);
         let (part, rules) = (supervisor.work().part(), supervisor.guard().rules());
-        certificate::check(&certificate, part, rules, escapes)?;
-        if let Certificate::Contour(curve) = &certificate {
+        certificate::check(certificate, part, rules, escapes)?;
+        if let Certificate::Contour { curve, .. } = certificate {
             self.story.sent(curve);
         }
         Ok(())
@@ -333,19 +332,19 @@ impl Player {
 /// Most letters of an entry in a message.
 const TOLD: usize = 200;
 
-fn differs(line: usize, time: Time, logged: &str, played: &Entry) -> ReplayError {
+fn differs(entry: &Entry, logged: &str, played: &str) -> ReplayError {
     ReplayError::Differs {
-        line,
-        seconds: time.elapsed().as_secs_f64(),
+        line: entry.line,
+        seconds: entry.at.elapsed().as_secs_f64(),
         logged: logged.into(),
-        played: told(played),
+        played: played.into(),
     }
 }
 
 /// As much of an entry as a person wants to be told.
-fn told(entry: &Entry) -> String {
-    let whole = match entry {
-        Entry::Sent(bytes) => format!("sent \"{}\"", bytes.escape_ascii()),
+fn told(event: &LoggedEvent<'_>) -> String {
+    let whole = match event {
+        LoggedEvent::Sent(bytes) => format!("sent \"{}\"", bytes.escape_ascii()),
         other => format!("{other:?}"),
     };
     let mut letters = whole.chars();

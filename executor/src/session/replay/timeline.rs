@@ -7,8 +7,7 @@ use keepout_kernel::{Curve, Length, Point};
 use keepout_planner::job::LoopNumber;
 use keepout_planner::units::{mm, point_mm};
 
-use crate::session::log::Entry;
-use crate::session::{Sample, SampleKind};
+use crate::session::{LoggedEvent, Sample, SampleKind};
 use crate::supervisor::{Phase, Supervisor};
 
 /// Something that happened.
@@ -110,8 +109,8 @@ impl Timeline {
     }
 
     /// Looks at the supervisor after something went in.
-    pub(super) fn see(&mut self, supervisor: &Supervisor, entry: &Entry, now: Time) {
-        if matches!(entry, Entry::Received(_)) {
+    pub(super) fn see(&mut self, supervisor: &Supervisor, event: &LoggedEvent<'_>, now: Time) {
+        if matches!(event, LoggedEvent::Received(_)) {
             self.see_position(supervisor, now);
         }
         let at = supervisor.position();

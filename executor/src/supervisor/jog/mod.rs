@@ -2,24 +2,24 @@
 //!
 //! Everything here proposes a target; [`Guard::jog`] and [`Guard::retract`] decide.
 
-mod context;
 mod pace;
+mod search;
 mod slide;
 mod way;
 
 use std::time::Duration;
 
-pub use context::Contact;
-pub(super) use context::{JogContext, length_mm, standing_off};
-use context::{Push, on_grid, part_of, vector};
-use keepout_guard::{Guard, Interpolation, OnCancel, Time};
+use keepout_guard::{Certified, Guard, Interpolation, OnCancel, Time};
 use keepout_kernel::clip::longest_prefix;
 use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::{FreePoint, Point};
 use pace::LookAhead;
+pub use search::Contact;
+use search::{Proposal, Push, Search, on_grid, part_of, vector};
+pub(super) use search::{length_mm, standing_off};
 use way::Way;
 
-use super::{Command, OperatorInput};
+use super::{Abilities, Command, Counts, OperatorInput};
 
 /// What the machine can do, as far as steering needs it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,7 +68,25 @@ const WHEEL_AHEAD_MM: f64 = 10.0;
 /// Directions are alike within this (cosine): 0.8°.
 const ALIKE: f64 = 0.9999;
 
-/// What steering remembers.
+/// What the jog planner works with.
+pub(super) struct JogContext<'a> {
+    pub(super) guard: &'a mut Guard,
+    pub(super) counts: &'a mut Counts,
+    pub(super) commands: &'a mut Vec<Command>,
+    pub(super) limits: Limits,
+    pub(super) abilities: Abilities,
+    pub(super) round_trip: Duration,
+    pub(super) now: Time,
+}
+
+impl JogContext<'_> {
+    fn send(&mut self, certified: Certified) {
+        self.counts.jogs += 1;
+        self.commands.push(Command::Move(certified));
+    }
+}
+
+/// What the planner remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct JogPlanner {
     /// Direction of the last jog's input.
@@ -108,7 +126,7 @@ impl Fruitless {
 
 /// The input, or none when it is stale or no number.
 pub(super) fn fresh(input: OperatorInput, at: Option<Time>, now: Time) -> Option<(f64, f64)> {
-    let (x, y) = input.direction;
+    let (x, y) = input.velocity;
     let length = x.hypot(y);
     let recent = at.is_some_and(|at| now.since(at) <= STALE);
     if !recent || !length.is_finite() || length < DEAD_ZONE {
@@ -181,15 +199,16 @@ impl JogPlanner {
             context.counts.clipped += 1;
             return Contact::Unknown;
         }
-        let (proposal, contact) = context.reach(base, &push);
+        let search = Search::new(context.guard);
+        let (proposal, contact) = search.reach(base, &push);
+        context.counts.clipped += u64::from(contact != Contact::Free);
         self.fruitless = proposal.is_none().then_some(attempt);
         let Some(proposal) = proposal else { return contact };
-        if let Ok(certified) = context.guard.jog(proposal.target, feed(proposal.speed_mm_s)) {
-            self.heading = Some(unit);
-            self.speed_mm_s = proposal.speed_mm_s;
-            self.next_at = context.now.after(look.step());
-            context.send(certified);
-        }
+        self.heading = Some(unit);
+        self.speed_mm_s = proposal.speed_mm_s;
+        self.next_at = context.now.after(look.step());
+        let certified = search.send(proposal);
+        context.send(certified);
         contact
     }
 
@@ -209,15 +228,17 @@ impl JogPlanner {
             if context.abilities.interpolation == Interpolation::Independent { single_axis } else { (x, y) };
         let to = from.point().translated(vector(along, ESCAPE_STEP_MM));
         let Ok(to) = to else { return };
+        let admissions = context.guard.admissions();
         let mut best = None;
         longest_prefix(from.point(), to, |point| {
-            let target = on_grid(point).filter(|&target| context.guard.admits_retract(target).is_ok());
-            best = target.or(best);
-            target.is_some()
+            let admission = on_grid(point).and_then(|target| admissions.admit_retract(target).ok());
+            let admitted = admission.is_some();
+            best = admission.or(best.take());
+            admitted
         });
-        if let Some(certified) = best.and_then(|target| context.guard.retract(target, feed(speed)).ok()) {
-            context.send(certified);
-        }
+        let Some(admission) = best else { return };
+        let certified = admissions.jog(admission, feed(speed));
+        context.send(certified);
     }
 
     /// Without a push on the stick: what the wheels were turned, or rest.
@@ -243,14 +264,13 @@ impl JogPlanner {
         }
         let Some(end) = context.guard.end() else { return Contact::Unknown };
         self.turned_mm = (0.0, 0.0);
-        let target = context.prefix(&context.guard.asking(), end, step, 0.0);
-        let input = end.point().translated(step).ok().and_then(on_grid);
-        if let Some(certified) =
-            target.and_then(|target| context.guard.jog(target, feed(context.limits.speed_mm_s)).ok())
-        {
-            context.send(certified);
-        }
-        if target == input { Contact::Free } else { Contact::Wall }
+        let whole = end.point().translated(step).ok().and_then(on_grid);
+        let search = Search::new(context.guard);
+        let Some(admission) = search.prefix(end, step, 0.0) else { return Contact::Wall };
+        let contact = if Some(admission.target()) == whole { Contact::Free } else { Contact::Wall };
+        let certified = search.send(Proposal { admission, speed_mm_s: context.limits.speed_mm_s });
+        context.send(certified);
+        contact
     }
 
     /// Cancels what moves, once for each state of what was sent and acknowledged: a line that waited for room in the queue

@@ -5,7 +5,7 @@ use std::time::Duration;
 use keepout_guard::DRAIN;
 
 use super::super::watch::QUERY_PAUSE;
-use super::context::JogContext;
+use super::JogContext;
 
 /// Where motions can not be joined, each lasts up to this, s.
 const SINGLE_S: f64 = 1.0;

@@ -8,13 +8,11 @@
 //! bounds the whole in-flight set, because the hull of the set must be clear: all that the tool covers in the look-ahead and until a
 //! target is completed. The feed is the one at which the chord fits.
 
-use keepout_guard::Asking;
+use keepout_guard::Admission;
 use keepout_kernel::clip::{Wall, contact_band};
-use keepout_kernel::{FreePoint, Point, Vector};
+use keepout_kernel::{FreePoint, Vector};
 
-use super::context::{
-    CREEP, Contact, JogContext, Proposal, Push, SHORTEST_MM, length_mm, mm_of, on_grid, vector,
-};
+use super::search::{CREEP, Contact, Proposal, Push, SHORTEST_MM, Search, length_mm, mm_of, on_grid, vector};
 
 /// Height of targets above the jogging limit, mm: they are rounded to the grid.
 const HEIGHT_MM: f64 = 0.01;
@@ -101,28 +99,27 @@ fn gained(push: &Push, way: Vector) -> f64 {
 }
 
 /// The jog at the speed for which what is then ahead is the look-ahead; `None` when it is too short for that speed.
-fn limited(base: FreePoint, push: &Push, jog: Proposal) -> Option<Proposal> {
-    let length_mm = length_mm(jog.target.minus(base.point()));
+fn limited<'a>(base: FreePoint, push: &Push, jog: Proposal<'a>) -> Option<Proposal<'a>> {
+    let length_mm = length_mm(jog.admission.target().minus(base.point()));
     let speed_mm_s = push.look.speed_mm_s(push.ahead_mm + length_mm).min(jog.speed_mm_s);
     (length_mm >= push.look.least_mm(speed_mm_s)).then_some(Proposal { speed_mm_s, ..jog })
 }
 
-impl JogContext<'_> {
+impl<'a> Search<'a> {
     /// The jog for a push that meets the part or the hull before its end.
     pub(super) fn slide(
         &self,
-        asked: &Asking<'_>,
         base: FreePoint,
         push: &Push,
         input: Vector,
-    ) -> (Option<Proposal>, Contact) {
+    ) -> (Option<Proposal<'a>>, Contact) {
         let to = base.point().translated(input).unwrap_or(base.point());
-        let contact = self.guard.part().clip(base, to);
+        let contact = self.guard().part().clip(base, to);
         let gap_mm = length_mm(contact.point().minus(base.point()));
-        let wall = self.guard.part().wall(contact, contact_band());
+        let wall = self.guard().part().wall(contact, contact_band());
         let Some(slope) = wall.and_then(|wall| Slope::of(&wall, push.unit, gap_mm)) else {
             // The way is clear, and the in-flight set is in the way.
-            let target = self.prefix(asked, base, input, SHORTEST_MM);
+            let target = self.prefix(base, input, SHORTEST_MM);
             return (target.and_then(|target| limited(base, push, push.jog(target, 1.0))), Contact::Unknown);
         };
         let length_mm = push.missing_mm(push.speed_mm_s * slope.along).max(SHORTEST_MM);
@@ -130,20 +127,20 @@ impl JogContext<'_> {
         let rests = slope.along < CREEP;
         if rests || slope.height_mm > low_mm {
             let way_mm = if rests { gap_mm } else { gap_mm - HEIGHT_MM / slope.into };
-            let target = self.prefix(asked, base, vector(push.unit, way_mm), SHORTEST_MM);
+            let target = self.prefix(base, vector(push.unit, way_mm), SHORTEST_MM);
             return (target.map(|target| push.jog(target, 1.0)), Contact::Wall);
         }
-        (self.follow(asked, base, &slope, push), Contact::Wall)
+        (self.follow(base, &slope, push), Contact::Wall)
     }
 
     /// The greatest height along a curved wall: the stock to leave.
     fn highest_mm(&self) -> f64 {
-        let rules = self.guard.rules();
+        let rules = self.guard().rules();
         (mm_of(rules.jogging_clearance.units()) - mm_of(rules.finishing_clearance.units())).max(HIGHEST_MM)
     }
 
     /// The jog along a wall, no faster than its curve lets it be; as long as the guard admits.
-    fn follow(&self, asked: &Asking<'_>, base: FreePoint, slope: &Slope, push: &Push) -> Option<Proposal> {
+    fn follow(&self, base: FreePoint, slope: &Slope, push: &Push) -> Option<Proposal<'a>> {
         let wanted_mm_s = push.speed_mm_s * slope.along;
         let fit = self.fit(base, slope, push, wanted_mm_s);
         let least_mm = push.look.least_mm(fit.speed_mm_s);
@@ -156,10 +153,11 @@ impl JogContext<'_> {
         }
         let target = |mm: f64| {
             let heights = [fit.height_mm, f64::midpoint(fit.height_mm, self.highest_mm()), self.highest_mm()];
-            heights.into_iter().find_map(|height_mm| self.target(asked, base, slope, push, (mm, height_mm)))
+            heights.into_iter().find_map(|height_mm| self.target(base, slope, push, (mm, height_mm)))
         };
         let (admitted_mm, target) = longest(length_mm, target)?;
-        let jog = push.jog(target, gained(push, target.minus(base.point())));
+        let gains = gained(push, target.target().minus(base.point()));
+        let jog = push.jog(target, gains);
         let jog = Proposal { speed_mm_s: jog.speed_mm_s.min(fit.speed_mm_s), ..jog };
         if admitted_mm < missing_mm { limited(base, push, jog) } else { Some(jog) }
     }
@@ -187,22 +185,21 @@ impl JogContext<'_> {
     /// The target at this distance along the wall and this height, when it is admitted.
     fn target(
         &self,
-        asked: &Asking<'_>,
         base: FreePoint,
         slope: &Slope,
         push: &Push,
         (length_mm, height_mm): (f64, f64),
-    ) -> Option<Point> {
+    ) -> Option<Admission<'a>> {
         let (foot, _) = self.foot(base, slope, length_mm)?;
         let target = foot.point().translated(slope.offset(0.0, height_mm)).ok().and_then(on_grid)?;
         let gains = gained(push, target.minus(base.point())) > CREEP / 2.0;
-        (gains && asked.admits(target).is_ok() && self.stands_off(target)).then_some(target)
+        gains.then(|| self.admit(base, target))?
     }
 
     /// The place at the jogging limit at this distance along the tangent, and how far it is above the tool's height; `None` when
     /// the wall rises too steeply.
     fn foot(&self, base: FreePoint, slope: &Slope, length_mm: f64) -> Option<(FreePoint, f64)> {
-        let part = self.guard.part();
+        let part = self.guard().part();
         LIFTS.into_iter().find_map(|lift| {
             let above = base.point().translated(slope.offset(length_mm, lift * length_mm)).ok()?;
             let above = part.motion(base, above).ok()?;

@@ -30,9 +30,9 @@ const BAUD: u32 = 9600;
 const LIMIT_S: f64 = 60.0;
 /// No roughing takes longer.
 const SESSION: Duration = Duration::from_secs(7200);
-/// Longest silence of the controller, and ten delays of the line: what is asked waits behind motions and their answers.
+/// Longest silence of the controller, and ten delays of the line: what is commanded waits behind motions and their answers.
 const ANSWER: Duration = Duration::from_secs(5);
-/// The tool rests at the wall when it was view in one place for so long, s; and sixteen delays of the line: a change of direction
+/// The tool rests at the wall when it was view in one place for so long, s; and sixteen delays of the line: a change of velocity
 /// takes a cancel, its answer, two reports at rest, and the new motion.
 const REST_S: f64 = 1.0;
 /// Up to this speed attempts begin as near to the part as the paper's, mm/s; beyond it, up to this far, mm.
@@ -234,7 +234,7 @@ impl Operator for Insistent {
         else {
             return input;
         };
-        OperatorInput { direction: toward(at, wall, 0.0), ..input }
+        OperatorInput { velocity: toward(at, wall, 0.0), ..input }
     }
 }
 

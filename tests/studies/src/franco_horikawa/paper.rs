@@ -1,15 +1,15 @@
-//! The paper's controller (sections 5 and 6): ask where the tool is, check for an invasion with tolerance T, and then stop.
+//! The paper's controller (sections 5 and 6): command where the tool is, check for an invasion with tolerance T, and then stop.
 //!
 //! It drives the modules of this study and nothing else: it makes no command of the product's, and knows no port.
 //!
 //! ```text
-//! joystick ──> direction ──> motion of a fixed length ──────────────┐
+//! joystick ──> velocity ──> motion of a fixed length ──────────────┐
 //!    position query ── line ──> answer ── line ──> check ──> stop ── line ──> modules
 //! ```
 //!
 //! The flow chart (Fig. 7) is lost. What is read into it: one round asks for the position, checks it, and then sends either a
 //! stop or, when the stick is tilted and the controller's queue has room, one "unitary movement" (section 3.1) in the stick's
-//! direction (section 3.3: direction, no speed).
+//! velocity (section 3.3: velocity, no speed).
 
 use keepout_executor::operator::{Operator, OperatorView};
 use keepout_executor::session::{Sample, SampleKind};
@@ -250,11 +250,11 @@ impl<'a> Scene<'a> {
         self.path.push(tool);
     }
 
-    /// Round after round: ask, check, then stop or send a motion.
+    /// Round after round: command, check, then stop or send a motion.
     fn drive(&mut self, random: &mut fastrand::Rng) -> End {
         let delays = self.paper.delays;
         let limit_s = if self.going == Going::OnAfterStops { SESSION_S } else { LIMIT_S };
-        while self.seconds() < limit_s && self.input.ask.is_none() {
+        while self.seconds() < limit_s && self.input.command.is_none() {
             self.pass(delays.line_s(delays.query_bytes) + delays.controller_s);
             let (position, queued) = (self.modules.tool(), self.modules.queued());
             self.pass(delays.line_s(delays.answer_bytes));
@@ -284,10 +284,10 @@ impl<'a> Scene<'a> {
         End::Over
     }
 
-    /// Sends a motion in the stick's direction, when that is tilted, and allowed.
+    /// Sends a motion in the stick's velocity, when that is tilted, and allowed.
     fn send(&mut self, position: Mm, invades: bool) {
         let delays = self.paper.delays;
-        let stick = self.input.direction;
+        let stick = self.input.velocity;
         let tilt = distance(stick, (0.0, 0.0));
         let way = (stick.0 / tilt * delays.unit_mm, stick.1 / tilt * delays.unit_mm);
         let end = (position.0 + way.0, position.1 + way.1);

@@ -23,8 +23,8 @@ pub struct EnablingInterlock {
     /// The connection for which the stick was seen at rest.
     rested: Option<u64>,
     asks: VecDeque<OperatorCommand>,
-    /// What the last input asked for.
-    asked: Option<OperatorCommand>,
+    /// What the last input commanded for.
+    commanded: Option<OperatorCommand>,
     quit: bool,
 }
 
@@ -32,7 +32,7 @@ impl EnablingInterlock {
     /// A hand at a stick of that shape, not yet seen at rest.
     #[must_use]
     pub fn new(stick: Stick, panel: Panel) -> Self {
-        Self { stick, panel, rested: None, asks: VecDeque::new(), asked: None, quit: false }
+        Self { stick, panel, rested: None, asks: VecDeque::new(), commanded: None, quit: false }
     }
 
     /// The input for what was read `age` ago. Handwheel turns and asks must not be in the same reading twice.
@@ -48,36 +48,39 @@ impl EnablingInterlock {
             }
             self.rested = None;
             let pause = (phase == Phase::Contouring).then_some(OperatorCommand::FeedHold);
-            let ask = self.next_ask().or(pause);
-            return OperatorInput { ask, ..OperatorInput::default() };
+            let command = self.next_ask().or(pause);
+            return OperatorInput { command, ..OperatorInput::default() };
         }
         if self.stick.rests(reading.axes) && !reading.dead_man {
             self.rested = Some(reading.connection);
         }
-        let mut input =
-            OperatorInput { automatic: reading.automatic, ask: self.next_ask(), ..OperatorInput::default() };
+        let mut input = OperatorInput {
+            automatic: reading.automatic,
+            command: self.next_ask(),
+            ..OperatorInput::default()
+        };
         if self.rested == Some(reading.connection) {
-            input.direction = self.stick.deflection(reading.axes, reading.dead_man);
+            input.velocity = self.stick.deflection(reading.axes, reading.dead_man);
             input.turned_mm = reading.turned_mm;
         }
         input
     }
 
     fn keep(&mut self, asks: &[OperatorCommand]) {
-        for &ask in asks {
-            self.quit |= ask == OperatorCommand::Stop;
+        for &command in asks {
+            self.quit |= command == OperatorCommand::Stop;
             if self.asks.len() < ASKS_MAX {
-                self.asks.push_back(ask);
+                self.asks.push_back(command);
             }
         }
     }
 
-    /// One ask at a time; the same one twice has a input without it between. The input to quit stays.
+    /// One command at a time; the same one twice has a input without it between. The input to quit stays.
     fn next_ask(&mut self) -> Option<OperatorCommand> {
-        let repeated = self.asked.is_some() && self.asks.front() == self.asked.as_ref();
+        let repeated = self.commanded.is_some() && self.asks.front() == self.commanded.as_ref();
         let next = if repeated { None } else { self.asks.pop_front() };
-        self.asked = if self.quit { Some(OperatorCommand::Stop) } else { next };
-        self.asked
+        self.commanded = if self.quit { Some(OperatorCommand::Stop) } else { next };
+        self.commanded
     }
 }
 
@@ -97,8 +100,8 @@ mod tests {
         Reading { connection: 1, known: true, axes: (x, 0.0), dead_man, ..Reading::default() }
     }
 
-    fn direction(hand: &mut EnablingInterlock, reading: &Reading) -> (f64, f64) {
-        hand.input(reading, FRESH, Phase::Manual).direction
+    fn velocity(hand: &mut EnablingInterlock, reading: &Reading) -> (f64, f64) {
+        hand.input(reading, FRESH, Phase::Manual).velocity
     }
 
     #[test]
@@ -106,32 +109,28 @@ mod tests {
         let mut hand = hand();
         let turned = Reading { turned_mm: (1.0, 0.0), ..reading(1.0, true) };
         assert_eq!(hand.input(&turned, FRESH, Phase::Manual), OperatorInput::default());
-        assert_eq!(
-            direction(&mut hand, &reading(0.0, true)),
-            (0.0, 0.0),
-            "centred, but the dead-man is held"
-        );
-        assert_eq!(direction(&mut hand, &reading(1.0, true)), (0.0, 0.0));
-        assert_eq!(direction(&mut hand, &reading(1.0, false)), (0.0, 0.0), "released, but not centred");
-        assert_eq!(direction(&mut hand, &reading(1.0, true)), (0.0, 0.0));
-        assert_eq!(direction(&mut hand, &reading(0.05, false)), (0.0, 0.0));
-        assert_eq!(direction(&mut hand, &reading(1.0, true)), (1.0, 0.0));
+        assert_eq!(velocity(&mut hand, &reading(0.0, true)), (0.0, 0.0), "centred, but the dead-man is held");
+        assert_eq!(velocity(&mut hand, &reading(1.0, true)), (0.0, 0.0));
+        assert_eq!(velocity(&mut hand, &reading(1.0, false)), (0.0, 0.0), "released, but not centred");
+        assert_eq!(velocity(&mut hand, &reading(1.0, true)), (0.0, 0.0));
+        assert_eq!(velocity(&mut hand, &reading(0.05, false)), (0.0, 0.0));
+        assert_eq!(velocity(&mut hand, &reading(1.0, true)), (1.0, 0.0));
         assert_eq!(hand.input(&turned, FRESH, Phase::Manual).turned_mm, (1.0, 0.0));
         let again = Reading { connection: 2, ..reading(1.0, true) };
-        assert_eq!(direction(&mut hand, &again), (0.0, 0.0), "unplugged and plugged in between two wishes");
+        assert_eq!(velocity(&mut hand, &again), (0.0, 0.0), "unplugged and plugged in between two wishes");
     }
 
     #[test]
     fn a_held_stick_is_not_stale_but_a_silent_reader_is() {
         let mut hand = hand();
-        direction(&mut hand, &reading(0.0, false));
+        velocity(&mut hand, &reading(0.0, false));
         let held = reading(1.0, true);
         for _ in 0..10_000 {
-            assert_eq!(hand.input(&held, STALE_AFTER, Phase::Manual).direction, (1.0, 0.0));
+            assert_eq!(hand.input(&held, STALE_AFTER, Phase::Manual).velocity, (1.0, 0.0));
         }
         let late = STALE_AFTER + Duration::from_millis(1);
         assert_eq!(hand.input(&held, late, Phase::Manual), OperatorInput::default());
-        assert_eq!(direction(&mut hand, &held), (0.0, 0.0), "not again before it was at rest");
+        assert_eq!(velocity(&mut hand, &held), (0.0, 0.0), "not again before it was at rest");
     }
 
     #[test]
@@ -139,7 +138,10 @@ mod tests {
         let mut hand = hand();
         let gone = Reading { known: false, automatic: true, ..reading(1.0, true) };
         let input = hand.input(&gone, FRESH, Phase::Contouring);
-        assert_eq!(input, OperatorInput { ask: Some(OperatorCommand::FeedHold), ..OperatorInput::default() });
+        assert_eq!(
+            input,
+            OperatorInput { command: Some(OperatorCommand::FeedHold), ..OperatorInput::default() }
+        );
         assert_eq!(hand.input(&gone, FRESH, Phase::Manual), OperatorInput::default());
     }
 
@@ -148,8 +150,8 @@ mod tests {
         let mut hand = hand();
         let asks = vec![OperatorCommand::FeedHold, OperatorCommand::FeedHold, OperatorCommand::CycleStart];
         let all = Reading { asks, ..reading(0.0, false) };
-        let mut said = vec![hand.input(&all, FRESH, Phase::Manual).ask];
-        said.extend((0..4).map(|_| hand.input(&reading(0.0, false), FRESH, Phase::Manual).ask));
+        let mut said = vec![hand.input(&all, FRESH, Phase::Manual).command];
+        said.extend((0..4).map(|_| hand.input(&reading(0.0, false), FRESH, Phase::Manual).command));
         assert_eq!(
             said,
             [
@@ -162,6 +164,9 @@ mod tests {
         );
         let quit = Reading { asks: vec![OperatorCommand::Stop], ..reading(0.0, false) };
         hand.input(&quit, FRESH, Phase::Manual);
-        assert_eq!(hand.input(&reading(0.0, false), FRESH, Phase::Manual).ask, Some(OperatorCommand::Stop));
+        assert_eq!(
+            hand.input(&reading(0.0, false), FRESH, Phase::Manual).command,
+            Some(OperatorCommand::Stop)
+        );
     }
 }

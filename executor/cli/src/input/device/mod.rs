@@ -67,7 +67,7 @@ pub enum DeviceError {
         /// The device.
         path: PathBuf,
     },
-    /// The device that was asked for can not be opened.
+    /// The device that was commanded for can not be opened.
     #[error("{} can not be opened as an input device: {source}", path.display())]
     Open {
         /// The device.

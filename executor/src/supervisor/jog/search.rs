@@ -1,16 +1,12 @@
 //! Looking for a target: straight, along a wall, along the end of the travel, as far as the guard admits.
 
-use std::time::Duration;
-
-use keepout_guard::{Asking, Certified, Guard, Interpolation, Time};
+use keepout_guard::{Admission, Admissions, Certified, Guard, Interpolation};
 use keepout_kernel::clip::contact_band;
 use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::{FreePoint, Length, Point, Segment, UNITS_PER_MM, Vector};
 
-use super::super::{Command, Counts};
-use super::Limits;
+use super::feed;
 use super::pace::LookAhead;
-use crate::supervisor::Abilities;
 
 /// Jog targets lie on this grid, lattice units (1 µm): they are then written exactly with three decimals.
 const GRID: i64 = 100;
@@ -59,28 +55,21 @@ impl Push {
     }
 
     /// A jog at this share of the speed.
-    pub(super) fn jog(&self, target: Point, share: f64) -> Proposal {
-        Proposal { target, speed_mm_s: self.speed_mm_s * share }
+    pub(super) fn jog<'a>(&self, admission: Admission<'a>, share: f64) -> Proposal<'a> {
+        Proposal { admission, speed_mm_s: self.speed_mm_s * share }
     }
 }
 
-/// A jog that is proposed.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Proposal {
-    pub(super) target: Point,
+/// An admitted jog and its speed.
+#[derive(Debug)]
+pub(super) struct Proposal<'a> {
+    pub(super) admission: Admission<'a>,
     pub(super) speed_mm_s: f64,
 }
 
-/// What steering works with.
-pub(in crate::supervisor) struct JogContext<'a> {
-    pub(in crate::supervisor) guard: &'a mut Guard,
-    pub(in crate::supervisor) counts: &'a mut Counts,
-    pub(in crate::supervisor) commands: &'a mut Vec<Command>,
-    pub(in crate::supervisor) limits: Limits,
-    pub(in crate::supervisor) abilities: Abilities,
-    pub(in crate::supervisor) round_trip: Duration,
-    pub(in crate::supervisor) now: Time,
-}
+/// A search for the target of one jog. It holds the guard, so that every candidate is asked of the same in-flight set.
+#[derive(Debug)]
+pub(super) struct Search<'a>(Admissions<'a>);
 
 pub(super) fn mm_of(units: i32) -> f64 {
     f64::from(units) / f64::from(UNITS_PER_MM)
@@ -101,35 +90,40 @@ pub(super) fn part_of(v: Vector, share: f64) -> Vector {
     vector((mm_of(v.dx), mm_of(v.dy)), share)
 }
 
-impl JogContext<'_> {
-    pub(super) fn send(&mut self, certified: Certified) {
-        self.counts.jogs += 1;
-        self.commands.push(Command::Move(certified));
+impl<'a> Search<'a> {
+    pub(super) fn new(guard: &'a mut Guard) -> Self {
+        Self(guard.admissions())
     }
 
-    /// The jog that follows the push best, straight or along a wall; and what was met.
-    pub(super) fn reach(&mut self, base: FreePoint, push: &Push) -> (Option<Proposal>, Contact) {
+    pub(super) fn guard(&self) -> &Guard {
+        self.0.guard()
+    }
+
+    /// Sends the jog that was found.
+    pub(super) fn send(self, proposal: Proposal<'a>) -> Certified {
+        self.0.jog(proposal.admission, feed(proposal.speed_mm_s))
+    }
+
+    /// The jog that follows the push best, straight or along a wall, and what it met.
+    pub(super) fn reach(&self, base: FreePoint, push: &Push) -> (Option<Proposal<'a>>, Contact) {
         let missing_mm = push.missing_mm(push.speed_mm_s);
         let (input, pace) = self.within_travel(base.point(), vector(push.unit, missing_mm));
-        let asked = self.guard.asking();
-        if let Some(target) = self.whole(&asked, base, input) {
-            return (Some(push.jog(target, pace)), Contact::Free);
+        if let Some(admission) = self.whole(base, input) {
+            return (Some(push.jog(admission, pace)), Contact::Free);
         }
         let length = length_mm(input).max(1e-9);
         let unit = (mm_of(input.dx) / length, mm_of(input.dy) / length);
         let push = Push { unit, speed_mm_s: push.speed_mm_s * pace, ..*push };
-        let met = match self.abilities.interpolation {
-            Interpolation::Linear => self.slide(&asked, base, &push, input),
-            Interpolation::Independent => self.climb(&asked, base, &push, input),
-        };
-        self.counts.clipped += 1;
-        met
+        match self.guard().rules().interpolation {
+            Interpolation::Linear => self.slide(base, &push, input),
+            Interpolation::Independent => self.climb(base, &push, input),
+        }
     }
 
     /// The input up to the end of the machine's travel, or along it when the tool is there, and the share of the speed that is
     /// left.
     fn within_travel(&self, from: Point, input: Vector) -> (Vector, f64) {
-        let (x0, y0, x1, y1) = self.guard.rules().travel.corners();
+        let (x0, y0, x1, y1) = self.guard().rules().travel.corners();
         let (x, y) = (from.x.units(), from.y.units());
         let along = Vector { dx: input.dx.clamp(x0 - x, x1 - x), dy: input.dy.clamp(y0 - y, y1 - y) };
         let share =
@@ -143,17 +137,12 @@ impl JogContext<'_> {
 
     /// The jog for a push that meets the part, where the axes are not interpolated: straight, along a wall that lies along an axis, or a
     /// step of one axis.
-    fn climb(
-        &self,
-        asked: &Asking<'_>,
-        base: FreePoint,
-        push: &Push,
-        input: Vector,
-    ) -> (Option<Proposal>, Contact) {
-        let straight = self.prefix(asked, base, input, SHORTEST_MM);
-        let gained = straight.map_or(0.0, |target| length_mm(target.minus(base.point())));
-        let whole = |target| push.jog(target, 1.0);
-        let wall = self.guard.part().wall(base, contact_band());
+    fn climb(&self, base: FreePoint, push: &Push, input: Vector) -> (Option<Proposal<'a>>, Contact) {
+        let straight = self.prefix(base, input, SHORTEST_MM);
+        let way = |admission: &Admission<'_>| length_mm(admission.target().minus(base.point()));
+        let gained = straight.as_ref().map_or(0.0, way);
+        let whole = |admission| push.jog(admission, 1.0);
+        let wall = self.guard().part().wall(base, contact_band());
         let Some(wall) = wall.filter(|wall| !wall.is_left_by(input)) else {
             return (straight.map(whole), if gained > 0.0 { Contact::Unknown } else { Contact::Wall });
         };
@@ -161,49 +150,47 @@ impl JogContext<'_> {
         let Some(along) = along else { return (straight.map(whole), Contact::Wall) };
         let length = length_mm(along).max(1e-9);
         let share = (length / length_mm(input).max(1e-9)).clamp(CREEP, 1.0);
-        let mut best: Option<(f64, Point)> = None;
+        let mut best: Option<(f64, Admission<'_>)> = None;
         for way in steps_along(along).into_iter().flatten() {
-            let Some(target) = self.prefix(asked, base, way, SHORTEST_MM) else { continue };
-            let moved = target.minus(base.point());
+            let Some(admission) = self.prefix(base, way, SHORTEST_MM) else { continue };
+            let moved = admission.target().minus(base.point());
             let progress = (mm_of(moved.dx) * mm_of(along.dx) + mm_of(moved.dy) * mm_of(along.dy)) / length;
-            if progress > best.map_or(gained, |(most, _)| most) {
-                best = Some((progress, target));
+            if progress > best.as_ref().map_or(gained, |(most, _)| *most) {
+                best = Some((progress, admission));
             }
         }
-        (best.map(|(_, target)| push.jog(target, share)).or(straight.map(whole)), Contact::Wall)
+        (best.map(|(_, admission)| push.jog(admission, share)).or(straight.map(whole)), Contact::Wall)
     }
 
     /// Whether the way to `to` keeps a little more than the threshold, unless it begins nearer: places on it are still clear
     /// when they are rounded. Otherwise a tool that rests at the wall could have no certified place.
     pub(super) fn stands_off(&self, to: Point) -> bool {
-        let Some(end) = self.guard.end() else { return false };
+        let Some(end) = self.guard().end() else { return false };
         let more = standing_off(end.threshold());
-        let part = self.guard.part();
+        let part = self.guard().part();
         let way = Segment { from: end.point(), to };
         part.motion_clear(way, more).is_clear() || !part.point_clear(end.point(), more).is_clear()
     }
 
     /// The end of a motion, on the grid, when all of it is admitted.
-    fn whole(&self, asked: &Asking<'_>, from: FreePoint, input: Vector) -> Option<Point> {
-        let target = from.point().translated(input).ok().and_then(on_grid)?;
-        (target != from.point() && asked.admits(target).is_ok() && self.stands_off(target)).then_some(target)
+    fn whole(&self, from: FreePoint, input: Vector) -> Option<Admission<'a>> {
+        from.point().translated(input).ok().and_then(on_grid).and_then(|target| self.admit(from, target))
+    }
+
+    /// The target when the guard admits it, and it stands off the wall.
+    pub(super) fn admit(&self, from: FreePoint, target: Point) -> Option<Admission<'a>> {
+        if target == from.point() {
+            return None;
+        }
+        self.0.admit(target).ok().filter(|_| self.stands_off(target))
     }
 
     /// The longest admitted prefix of a motion, on the grid; `None` when that is nothing, or not longer than `least_mm`.
-    pub(super) fn prefix(
-        &self,
-        asked: &Asking<'_>,
-        from: FreePoint,
-        input: Vector,
-        least_mm: f64,
-    ) -> Option<Point> {
+    pub(super) fn prefix(&self, from: FreePoint, input: Vector, least_mm: f64) -> Option<Admission<'a>> {
         let to = from.point().translated(input).ok()?;
-        let admitted = |point: Point| {
-            let here = |&at: &Point| at != from.point() && asked.admits(at).is_ok();
-            on_grid(point).filter(here).filter(|&at| self.stands_off(at))
-        };
+        let admitted = |point: Point| on_grid(point).and_then(|at| self.admit(from, at));
         // The guard refuses what is shorter.
-        let least_mm = least_mm.max(mm_of(self.guard.rules().shortest.units()) - GRID_MM);
+        let least_mm = least_mm.max(mm_of(self.guard().rules().shortest.units()) - GRID_MM);
         // What is not longer before it is rounded is hardly so afterwards.
         let is_longer = |length_mm: f64| length_mm + GRID_MM > least_mm;
         let length = length_mm(input).max(1e-9);
@@ -213,7 +200,7 @@ impl JogContext<'_> {
         if let Some(target) = admitted(to) {
             return Some(target);
         }
-        let clipped = self.guard.part().clip(from, to).point();
+        let clipped = self.guard().part().clip(from, to).point();
         let span = clipped.minus(from.point());
         let clear_mm = length_mm(span);
         if clipped == from.point() || !is_longer(clear_mm) {

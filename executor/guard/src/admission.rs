@@ -1,0 +1,101 @@
+//! TRUSTED. Admissions: a jog is certified once, and sent as it was certified.
+//!
+//! [`Admissions`] holds the guard exclusively, so nothing can change between a question and the jog that follows. An [`Admission`]
+//! cannot outlive it: the compiler refuses a stale one. The hull of the in-flight set is built once for all questions.
+
+use core::marker::PhantomData;
+
+use keepout_kernel::{FreePoint, Point};
+
+use crate::hull::Hull;
+#[cfg(feature = "mutations")]
+use crate::mutation::Mutation;
+use crate::{Certified, Guard, Interpolation, Refusal};
+
+/// A target that the guard has admitted. [`Admissions::jog`] consumes it.
+#[derive(Debug)]
+pub struct Admission<'a> {
+    target: FreePoint,
+    /// Invariant in `'a`, so that it belongs to its [`Admissions`] alone.
+    of: PhantomData<&'a mut &'a ()>,
+}
+
+impl Admission<'_> {
+    /// The target.
+    #[must_use]
+    pub fn target(&self) -> Point {
+        self.target.point()
+    }
+}
+
+/// The guard, held for questions about jogs.
+#[derive(Debug)]
+pub struct Admissions<'a> {
+    guard: &'a mut Guard,
+    hull: Option<Hull>,
+}
+
+impl<'a> Admissions<'a> {
+    pub(crate) fn of(guard: &'a mut Guard) -> Self {
+        let linear = guard.rules.interpolation == Interpolation::Linear;
+        let hull = if linear { guard.set.hull() } else { None };
+        Self { guard, hull }
+    }
+
+    /// The guard as it is.
+    #[must_use]
+    pub fn guard(&self) -> &Guard {
+        self.guard
+    }
+
+    /// Certifies a jog to `to`: the hull of the in-flight set with it is clear.
+    ///
+    /// # Errors
+    /// [`Refusal`] saying why not.
+    pub fn admit(&self, to: Point) -> Result<Admission<'a>, Refusal> {
+        let guard = &*self.guard;
+        let confirmed = guard.ready(to)?;
+        if guard.is_inside_jogging_clearance() {
+            return Err(Refusal::InsideJoggingClearance);
+        }
+        #[cfg(feature = "mutations")]
+        if guard.mutation == Mutation::NoFans {
+            let last = guard.set.lines.back().map_or(confirmed, |line| line.target);
+            let target = guard.simplified.motion(last, to).map_err(Refusal::Blocked)?;
+            return Ok(Admission { target, of: PhantomData });
+        }
+        let target = guard.set.admit(&guard.simplified, self.hull.as_ref(), confirmed, to)?;
+        Ok(Admission { target, of: PhantomData })
+    }
+
+    /// Certifies a retract move to `to`: from rest, nearer to no edge within the jogging clearance.
+    ///
+    /// # Errors
+    /// [`Refusal`] saying why not.
+    pub fn admit_retract(&self, to: Point) -> Result<Admission<'a>, Refusal> {
+        let guard = &*self.guard;
+        let confirmed = guard.ready(to)?;
+        if !guard.is_inside_jogging_clearance() {
+            return Err(Refusal::ClearOfPart);
+        }
+        if !guard.in_position() {
+            return Err(Refusal::InMotion);
+        }
+        let way = to.minus(confirmed.point());
+        if guard.rules.interpolation == Interpolation::Independent && way.dx != 0 && way.dy != 0 {
+            return Err(Refusal::Slanted(confirmed.point()));
+        }
+        let within = guard.rules.jogging_clearance;
+        #[cfg(feature = "mutations")]
+        let within =
+            if guard.mutation == Mutation::EscapeAnywhere { keepout_kernel::Length::ZERO } else { within };
+        let target = guard.exact.retract(confirmed, to, within).map_err(Refusal::Blocked)?;
+        Ok(Admission { target, of: PhantomData })
+    }
+
+    /// Counts an admitted jog or retract move as sent.
+    #[must_use]
+    pub fn jog(self, admission: Admission<'a>, feed_mm_min: u32) -> Certified {
+        self.guard.send_jog(admission.target, feed_mm_min)
+    }
+}
