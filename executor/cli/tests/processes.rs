@@ -435,8 +435,8 @@ fn conformance_is_measured_in_the_air_and_stored() {
     assert_eq!((controller.planner_blocks, controller.receive_buffer), (Some(15), Some(128)));
     let compared = keepout(&["doctor", "--compare", &record, &record]);
     assert!(compared.status.code() == Some(0) && said(&compared).contains("no difference"));
-    std::fs::write(&record, "keepout-conformance 1 dialect=grbl digit_mm=0.001 step_mm=0.0025\n1 z\n")
-        .unwrap();
+    let header = r#"{"keepout_conformance":2,"dialect":"grbl","digit_mm":0.001,"step_mm":0.0025}"#;
+    std::fs::write(&record, format!("{header}\n1 z\n")).unwrap();
     let damaged = keepout(&["doctor", "--compare", &record, &record]);
     assert!(damaged.status.code() == Some(5) && said(&damaged).contains("line 2"), "{}", said(&damaged));
 }
