@@ -2,7 +2,7 @@
 //!
 //! Why there is a reader of our own: the crate has no HATCH, drops the frozen flag of layers, keeps only the last of several
 //! ENTITIES sections, says of entities neither where they are in the file nor which group of theirs is bad, and takes several
-//! times as long (docs/planning.md).
+//! times as long (docs/contributor/planning.md).
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -66,7 +66,7 @@ fn the_same_entities() {
 #[test]
 fn what_the_crate_panics_over_is_listed() {
     let tree = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let listed = std::fs::read_to_string(tree.join("docs/upstream.md")).unwrap();
+    let listed = std::fs::read_to_string(tree.join("docs/contributor/upstream.md")).unwrap();
     let found = std::fs::read_dir(tree.join("fuzz/corpus/dxf_import")).unwrap();
     let mut read = 0;
     for path in found.map(|file| file.unwrap().path()) {

@@ -47,7 +47,7 @@ const TRUSTED: [&str; 9] = [
     "kernel/src/index/cells.rs",
     "kernel/src/clear.rs",
     "kernel/src/probe.rs",
-    "kernel/src/coarse.rs",
+    "kernel/src/simplify.rs",
     "kernel/src/offset/certify.rs",
     "executor/guard/src",
 ];
@@ -84,7 +84,7 @@ const ARROWS: [(&str, &[&str]); 4] = [
     ("executor/src/supervisor", &["dialect", "session", "operator"]),
     ("executor/src/operator", &["dialect", "session"]),
     ("executor/src/dialect", &["session", "operator"]),
-    ("kernel/src/exact", &["index", "clear", "clip", "coarse", "curve", "offset", "probe"]),
+    ("kernel/src/exact", &["index", "clear", "clip", "curve", "offset", "probe", "simplify"]),
 ];
 
 #[test]

@@ -152,7 +152,7 @@ fn unlike(plan: &CertifiedPlan, run: &SimRun) -> Option<String> {
 /// Says so when a real machine is driven with the margin of the one that comes with the program.
 fn note_of_margin(machine: &MachineProfile) {
     let simulated = MachineProfile::simulated();
-    // A file that `servo budget` made of the simulated machine has its name still, and a source of its own.
+    // A file that `drives budget` made of the simulated machine has its name still, and a source of its own.
     if machine.name == simulated.name || machine.contour_error_source == simulated.contour_error_source {
         eprintln!(
             "note: the plan's margin and travel are of the {}, not of the machine at the port: plan with --machine-profile. \

@@ -58,7 +58,7 @@ pub struct SimulateArguments {
     /// Append the true tool positions to this file: lines "MICROSECONDS rest|jog|run X Y", machine coordinates, mm.
     #[arg(long, value_name = "FILE")]
     positions: Option<PathBuf>,
-    /// The feed drives: a profile as of `servo budget`, or `none` for a tool that is always where it is commanded to be.
+    /// The feed drives: a profile as of `drives budget`, or `none` for a tool that is always where it is commanded to be.
     #[arg(long, default_value = "simulated", value_name = "PROFILE")]
     drives: String,
     /// Watch the part of this plan. The exit code is 8 when the tool was in it.

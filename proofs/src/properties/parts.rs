@@ -13,7 +13,7 @@ use crate::oracle::{self, Big, Wide};
 use crate::property::{passed_over, properties};
 
 properties! {
-    "parts", "kernel/src/clear.rs, clip.rs, probe.rs, coarse.rs";
+    "parts", "kernel/src/clear.rs, clip.rs, probe.rs, simplify.rs";
     free_points_are_clear_and_on_the_free_side |d| if let Some(part) = part(d) { free_points_are_clear_and_on_the_free_side(&part, d.point(), d.radius()) } else { passed_over() }
         => "a free point is farther than the threshold from every edge, on the free side and in no zone; and every such point is free";
         random 40_000 kani 2 unwind 12 kissat;

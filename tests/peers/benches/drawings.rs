@@ -1,5 +1,6 @@
 //! Importing and planning beside the peers, in one process on the same files:
-//! `KEEPOUT_SHARED=... cargo bench -p keepout-planner`. With `-- --write` the result becomes `docs/planning.md`.
+//! `KEEPOUT_SHARED=... cargo bench -p keepout-peers --bench drawings`. With `-- --write` the result becomes
+//! `docs/contributor/planning.md`.
 #![allow(clippy::cast_precision_loss, missing_docs)]
 
 use std::fmt::Write as _;
@@ -40,17 +41,17 @@ fn main() {
     real.sort_by(|a, b| a.name.cmp(&b.name));
     let made = [lines(1_000), lines(100_000), polyline(100_000), splines(2_000)];
     let mut page = format!(
-        "# Importing and planning beside the peers\n\nMade by `KEEPOUT_SHARED=... cargo bench -p keepout-planner -- --write`: \
+        "# Importing and planning beside the peers\n\nMade by `KEEPOUT_SHARED=... cargo bench -p keepout-peers --bench drawings -- --write`: \
          medians of {ROUNDS} rounds, in one process on the same data, each file by each reader in turn. Machines are noisy: \
          read the ratios.\n\n"
     );
     imports(&real, &made, &mut page);
     plans(&real, &made, &mut page);
     if write {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/planning.md");
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/contributor/planning.md");
         match std::fs::write(&path, &page) {
-            Ok(()) => println!("docs/planning.md is written"),
-            Err(error) => eprintln!("docs/planning.md can not be written: {error}"),
+            Ok(()) => println!("docs/contributor/planning.md is written"),
+            Err(error) => eprintln!("docs/contributor/planning.md can not be written: {error}"),
         }
     } else {
         println!("{page}");

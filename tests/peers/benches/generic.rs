@@ -1,6 +1,6 @@
-//! What it costs that the predicates are written once over all widths: `cargo bench -p keepout-kernel --bench generic`. Beside
+//! What it costs that the predicates are written once over all widths: `cargo bench -p keepout-peers --bench generic`. Beside
 //! each runs the same predicate written by hand in `i32`, `i64` and `i128`, in the same process on the same data; with `--
-//! --write` the table becomes `docs/generic.md`.
+//! --write` the table becomes `docs/contributor/generic.md`.
 #![allow(
     missing_docs,
     clippy::arithmetic_side_effects,
@@ -181,7 +181,7 @@ fn cases(reach: i32) -> Vec<Case> {
 
 fn main() {
     let mut page = String::from(
-        "# The predicates written once, beside the same written by hand\n\nWritten by `cargo bench -p keepout-kernel --bench \
+        "# The predicates written once, beside the same written by hand\n\nWritten by `cargo bench -p keepout-peers --bench \
          generic -- --write`. Medians over rounds in which both take turns, in one process on the same cases; both are asked \
          through a pointer, so that a call is in each figure.\n\n| predicate | points within | generic, ns | by hand, ns | \
          generic / by hand |\n|---|---|---|---|---|\n",
@@ -205,7 +205,7 @@ fn main() {
     }
     print!("{page}");
     if std::env::args().any(|argument| argument == "--write") {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/generic.md");
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/contributor/generic.md");
         let part = path.with_extension("part");
         match std::fs::write(&part, page).and_then(|()| std::fs::rename(part, &path)) {
             Ok(()) => println!("\n{} is written", path.display()),

@@ -30,7 +30,7 @@ enum Command {
     /// Write the page that reproduces Koren & Lo, with its pictures.
     KorenLo {
         /// The folder that `koren-lo.md` and its pictures go to.
-        #[arg(short, long, default_value = "docs")]
+        #[arg(short, long, default_value = "docs/research")]
         output: PathBuf,
     },
     /// Franco & Horikawa's experiment with the paper's own controller, and with Keepout in its place.

@@ -1,4 +1,4 @@
-//! `docs/koren-lo.md` and its pictures are what `cargo run --release -p keepout-studies -- koren-lo` writes, to a tenth: friction and whole numbers make much of the
+//! `docs/research/koren-lo.md` and its pictures are what `cargo run --release -p keepout-studies -- koren-lo` writes, to a tenth: friction and whole numbers make much of the
 //! last digit of a sine, and that is the system's.
 
 use std::path::Path;
@@ -40,12 +40,12 @@ fn differing<'a>(kept: &'a str, made: &'a str) -> Option<(&'a str, &'a str)> {
 
 #[test]
 fn page_is_the_one_that_is_written() {
-    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs");
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/research");
     let page = page(&mut |_, _| {}).unwrap();
     let stale = "is not what `cargo run --release -p keepout-studies -- koren-lo` writes: run it, and look at what changed";
     let kept = |path: &Path| std::fs::read_to_string(path).unwrap_or_default();
     let text = kept(&docs.join("koren-lo.md"));
-    assert_eq!(differing(&text, &page.text), None, "docs/koren-lo.md {stale}");
+    assert_eq!(differing(&text, &page.text), None, "docs/research/koren-lo.md {stale}");
     assert_eq!(page.pictures.len(), 12);
     for (name, svg) in &page.pictures {
         // What is written on it, and how many curves there are.
@@ -54,7 +54,7 @@ fn page_is_the_one_that_is_written() {
             format!("{}\n{} curves", said.join("\n"), svg.matches("<polyline").count())
         };
         let (kept, made) = (words(&kept(&docs.join("koren-lo").join(name))), words(svg));
-        assert_eq!(differing(&kept, &made), None, "docs/koren-lo/{name} {stale}");
+        assert_eq!(differing(&kept, &made), None, "docs/research/koren-lo/{name} {stale}");
     }
 }
 

@@ -1,5 +1,5 @@
-//! The kernel beside its peers, in one process on the same data: `cargo bench -p keepout-kernel`. With `-- --write` the
-//! results become `docs/performance.md` and its pictures; numbers after `--` are the sizes to run.
+//! The kernel beside its peers, in one process on the same data: `cargo bench -p keepout-peers --bench peers`. With `-- --write` the
+//! results become `docs/contributor/performance.md` and its pictures; numbers after `--` are the sizes to run.
 #![allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss, missing_docs)]
 
 mod builds;
@@ -32,9 +32,9 @@ fn main() {
         sizes = vec![100, 1_000, 10_000, 100_000, 1_000_000];
     }
     let measured = measure(&sizes);
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let docs = if arguments.iter().any(|argument| argument == "--write") {
-        root.join("docs")
+        root.join("docs").join("contributor")
     } else {
         root.join("target").join("performance")
     };

@@ -1,4 +1,4 @@
-//! The results page, written from what was measured: `docs/performance.md` and its pictures.
+//! The results page, written from what was measured: `docs/contributor/performance.md` and its pictures.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -73,7 +73,7 @@ fn whole(path: &Path, text: &str) -> std::io::Result<()> {
 
 const INTRODUCTION: &str = "# Performance
 
-Written by `cargo bench -p keepout-kernel -- --write`; not by hand. The peers run in the same process on the same data, in
+Written by `cargo bench -p keepout-peers --bench peers -- --write`; not by hand. The peers run in the same process on the same data, in
 turn, round after round; a figure is the median over the rounds, in ns per query unless said. Machines differ and are noisy:
 read the ratios. Our answers are exact, the peers' are floating point; *wrong* counts answers that differ from the exact one.
 

@@ -11,7 +11,7 @@ use super::page::{FOLDER, page};
 use super::picture::{chart, paths};
 use super::results::Results;
 use super::scenario::{Scenarios, StudyError};
-use super::tables::{csv, markdown, paper_table};
+use super::tables::{markdown, paper_table};
 use crate::command::{CommandError, bar, make_folder, write};
 
 /// How the experiment is run.
@@ -23,7 +23,7 @@ pub struct ExperimentArguments {
     /// Seed of everything random.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Where the page franco-horikawa.md goes, with a folder of that name for pictures and tables.
+    /// The folder of the page franco-horikawa.md. Its pictures and results go to a folder of the same name beside it.
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
 }
@@ -67,14 +67,11 @@ pub fn experiment(arguments: &ExperimentArguments) -> Result<ExitCode, CommandEr
     Ok(if gouges == 0 { ExitCode::SUCCESS } else { ExitCode::from(8) })
 }
 
-/// Writes page, pictures and tables, each whole or not at all.
+/// Writes page, pictures and results, each whole or not at all.
 fn save(folder: &Path, scenarios: &Scenarios, results: &Results) -> Result<(), CommandError> {
     let beside = folder.join(FOLDER);
     make_folder(&beside)?;
     let put = |name: &str, text: &str| write(&beside.join(name), text.as_bytes());
-    for (name, table) in results.tables() {
-        put(&format!("{name}.csv"), &csv(&table))?;
-    }
     for (name, svg) in paths(scenarios, results.seed)? {
         put(&name, &svg)?;
     }

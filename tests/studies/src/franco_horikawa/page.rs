@@ -1,4 +1,4 @@
-//! The page `docs/franco-horikawa.md`: written from the results alone, so that a test can write it again.
+//! The page `docs/research/franco-horikawa.md`: written from the results alone, so that a test can write it again.
 
 use std::fmt::Write as _;
 
@@ -8,7 +8,7 @@ use super::results::{PaperRow, Results};
 use super::scenario::Scenarios;
 use super::tables::{markdown, paper_table, percent};
 
-/// Folder of the page's pictures and tables, beside it.
+/// Folder of the page's pictures and results, beside it.
 pub const FOLDER: &str = "franco-horikawa";
 
 /// The page.
@@ -17,7 +17,7 @@ pub fn page(scenarios: &Scenarios, results: &Results) -> String {
     let mut text = String::from(HEAD);
     let _ = writeln!(
         text,
-        "\n`cargo run --release -p keepout-studies -- franco-horikawa --attempts {} --seed {}` made this page, its pictures and tables.\n",
+        "\n`cargo run --release -p keepout-studies -- franco-horikawa --attempts {} --seed {}` made this page, its pictures and its [results](franco-horikawa/results.json).\n",
         results.attempts, results.seed
     );
     summary(&mut text, results);
@@ -87,11 +87,11 @@ system was run with T = 5 mm.
 const FINISHING: &str = "
 ## The finishing pass, single and double
 
-The modules of Table 1 as feed drives (`servo compare --machine nsk-modules`) follow the finishing path at 12 mm/s against friction and the force of the
+The modules of Table 1 as feed drives (`keepout-studies compare --machine nsk-modules`) follow the finishing path at 12 mm/s against friction and the force of the
 cut, which is that of Koren & Lo's table at 0.5 mm and grows with the thickness. A single pass takes all that roughing left: with the paper's system
 the mean under-cutting of its rows with T of 4 mm and more, with ours that of all our rows, which is less than a first pass would leave. The double pass
 of the paper's conclusions leaves 0.1 mm; the second cuts that, and what the first was off by. A first pass that is off by more than 100 µm may have cut into the
-part. Errors are without the first half second of a loop. Both controllers are of `docs/koren-lo.md`: the best
+part. Errors are without the first half second of a loop. Both controllers are of [Koren & Lo](koren-lo.md): the best
 that the paper there names, and ours.
 
 ";

@@ -5,9 +5,6 @@ use std::fmt::Write as _;
 use super::attempt::Tally;
 use super::results::{OurRow, PaperRow, Results};
 
-/// A table: file name without ending, and its rows, the first of which names the columns.
-pub type Table = (&'static str, Vec<Vec<String>>);
-
 /// A length, mm.
 fn mm(value: f64) -> String {
     if value < 1.0 { format!("{value:.3}") } else { format!("{value:.2}") }
@@ -55,20 +52,6 @@ const COUNTED: [&str; 7] =
 const FASTEST: &str = "fastest mm/s";
 
 impl Results {
-    /// Every table of the study.
-    #[must_use]
-    pub fn tables(&self) -> Vec<Table> {
-        vec![
-            ("paper", paper_table(&self.paper)),
-            ("paper-by-x", paper_table(&self.by_x)),
-            ("ours", ours_table(&self.ours)),
-            ("ours-driven", ours_table(&self.driven)),
-            ("clearing", self.clearing_table()),
-            ("finishing", self.finishing_table()),
-            ("handwheel", self.handwheel_table()),
-        ]
-    }
-
     /// Time to clear stock.
     #[must_use]
     pub fn clearing_table(&self) -> Vec<Vec<String>> {

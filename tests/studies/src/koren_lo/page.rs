@@ -1,4 +1,4 @@
-//! The page `docs/koren-lo.md`: every figure and table of the paper's section 7, as we reproduce it.
+//! The page `docs/research/koren-lo.md`: every figure and table of the paper's section 7, as we reproduce it.
 
 use std::fmt::Write as _;
 
