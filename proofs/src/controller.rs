@@ -7,7 +7,7 @@
 //! that waits in the receive buffer or for room is not forgotten, and runs from wherever the tool stopped (GRBL issues 95,
 //! 423, 837).
 //!
-//! What a line may do: see [`Trouble`]. The assumptions are those of ARCHITECTURE.md: answers arrive in the order in which they
+//! What a line may do: see [`Trouble`]. The assumptions are those of docs/safety/assumptions.md: answers arrive in the order in which they
 //! were sent and are not invented, no line both repeats and loses, or swaps twice, and one report in a while may be an old one.
 //! A report says where the tool is to [`RESOLUTION`].
 

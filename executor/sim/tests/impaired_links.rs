@@ -82,7 +82,7 @@ fn run(work: &PreparedPlan, language: &str, seed: u64) -> u64 {
 
 /// What the line does to the controller and to the host.
 fn rates(abilities: Abilities, often: f64, seed: u64) -> (Rates, Rates) {
-    // Assumed, see ARCHITECTURE.md: where contours are queued and their acknowledgements counted, no line doubles and also loses
+    // Assumed, see docs/safety/assumptions.md: where contours are queued and their acknowledgements counted, no line doubles and also loses
     // or swaps; and where an arc is given by its centre, none arrives twice.
     let doubles = abilities.checked || !abilities.queues || seed.is_multiple_of(2);
     let loses = abilities.checked || !abilities.queues || !doubles;

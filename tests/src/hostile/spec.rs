@@ -151,7 +151,7 @@ impl Spec {
             }
         };
         // Where contours are queued and acknowledgements carry no number these are counted. What is repeated and also lost or
-        // reordered within one round trip defeats that; that no line does both is assumed, see ARCHITECTURE.md.
+        // reordered within one round trip defeats that; that no line does both is assumed, see docs/safety/assumptions.md.
         let counts = checked || !queues || !self.suffers(Fault::Doubling);
         set(Fault::Delay, &mut rates.delay, 0.2);
         set(Fault::Loss, &mut rates.loss, if counts { 0.05 } else { 0.0 });
@@ -164,7 +164,7 @@ impl Spec {
         let damage = if to_host { Fault::DamageToHost } else { Fault::DamageToController };
         set(damage, &mut rates.damage, 0.005);
         rates.kind = match (checked, to_host) {
-            // Two damaged bytes can cancel in Zaber's sum, which is one byte, and then nobody can tell: see ARCHITECTURE.md.
+            // Two damaged bytes can cancel in Zaber's sum, which is one byte, and then nobody can tell: see docs/safety/assumptions.md.
             (true, _) => Damage::One,
             (false, true) => Damage::Any,
             (false, false) => Damage::Detectable,
