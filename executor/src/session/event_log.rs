@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use arrayvec::ArrayVec;
 use keepout_guard::{Certified, Guard, Motion, Time};
 use keepout_kernel::{Curve, Point};
 use keepout_planner::job::{ContourJob, JobError};
@@ -70,6 +71,9 @@ impl LoggedEvent<'_> {
     }
 }
 
+/// Most points of an in-flight set.
+pub const SET_MAX: usize = 16;
+
 /// What the guard certified a motion with, lattice units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -82,8 +86,8 @@ pub enum Certificate {
         /// Its feed, mm/min.
         feed_mm_min: u32,
         /// The in-flight set, which holds the target.
-        #[serde(with = "keepout_planner::stored::many")]
-        set: Vec<Point>,
+        #[serde(with = "in_flight_set")]
+        set: ArrayVec<Point, SET_MAX>,
     },
     /// A motion of a contour.
     Contour {
@@ -101,10 +105,32 @@ impl Certificate {
     pub fn of(certified: &Certified, guard: &Guard) -> Self {
         match *certified.motion() {
             Motion::Jog { to, feed_mm_min } => {
-                Self::Jog { to, feed_mm_min, set: guard.in_flight().collect() }
+                Self::Jog { to, feed_mm_min, set: guard.in_flight().take(SET_MAX).collect() }
             }
             Motion::Contour { curve, feed_mm_min } => Self::Contour { curve, feed_mm_min },
         }
+    }
+}
+
+/// The points of an in-flight set as a list.
+mod in_flight_set {
+    use arrayvec::ArrayVec;
+    use keepout_kernel::Point;
+    use keepout_planner::stored::many;
+    use serde::de::Error as _;
+    use serde::{Deserializer, Serializer};
+
+    use super::SET_MAX;
+
+    pub fn serialize<S: Serializer>(set: &[Point], serializer: S) -> Result<S::Ok, S::Error> {
+        many::serialize(set, serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<ArrayVec<Point, SET_MAX>, D::Error> {
+        let points = many::deserialize::<Point, D>(deserializer)?;
+        ArrayVec::try_from(points.as_slice()).map_err(D::Error::custom)
     }
 }
 

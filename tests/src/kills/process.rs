@@ -85,7 +85,7 @@ pub fn keepout_program() -> Result<PathBuf, String> {
     };
     let built = Command::new(cargo)
         .args(arguments)
-        .args(["--quiet", "-p", "keepout-executor"])
+        .args(["--quiet", "-p", "keepout"])
         .current_dir(env!("CARGO_MANIFEST_DIR"))
         .status();
     match built {

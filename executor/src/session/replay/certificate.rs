@@ -22,7 +22,7 @@ pub(super) fn check(
         Certificate::Jog { to, set, .. } if !set.contains(to) => Err("its set lacks its target".into()),
         Certificate::Jog { to, set, .. } => {
             let hull =
-                if rules.interpolation == Interpolation::Independent { corners(set) } else { set.clone() };
+                if rules.interpolation == Interpolation::Independent { corners(set) } else { set.to_vec() };
             match check_hull(part, rules.jogging_clearance, &hull) {
                 Err(_) if escapes => check_escape(part, rules.jogging_clearance, *to, set),
                 checked => checked,
