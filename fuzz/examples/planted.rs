@@ -11,7 +11,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 use std::{fs, thread};
 
-use keepout_fuzz::TARGETS;
+use keepout_fuzz::{TARGETS, corpus};
 use keepout_proofs::mutants;
 use serde::Deserialize;
 
@@ -204,7 +204,8 @@ fn finds(program: &Path, number: usize, folder: &Path, fault: &Fault) -> Outcome
     let mut command = Command::new(program);
     command.env("PLANTED", number.to_string());
     // As `fuzz/run` does: what once failed is read, too.
-    let stored = [fuzz.join("corpus").join(name), fuzz.join("../tests/fuzz").join(name)];
+    corpus::unpack_to(name, &work.join("corpus"))?;
+    let stored = [work.join("corpus"), corpus::seeds_of(name), fuzz.join("../tests/fuzz").join(name)];
     command.arg(work.join("new")).args(stored.iter().filter(|folder| folder.is_dir()));
     if dictionary.is_file() {
         command.arg(format!("-dict={}", dictionary.display()));

@@ -1,16 +1,16 @@
 //! Runs inputs without libFuzzer: `cargo run -p keepout-fuzz --example replay -- TARGET [FILE...]`. Without files, the
-//! target's corpus; without a target, the corpus of all.
+//! target's stored inputs; without a target, the stored inputs of all.
 
 use std::error::Error;
 use std::fs;
-use std::path::{Path, PathBuf};
 
+use keepout_fuzz::corpus::{self, Input};
 use keepout_fuzz::{TARGETS, Target};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let name = arguments.next();
-    let named: Vec<PathBuf> = arguments.map(PathBuf::from).collect();
+    let files: Vec<String> = arguments.collect();
     let chosen: Vec<&Target> =
         TARGETS.iter().filter(|target| name.as_ref().is_none_or(|name| name == target.name)).collect();
     if chosen.is_empty() {
@@ -18,20 +18,19 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Err(format!("there is no such target; there are {}", known.join(", ")).into());
     }
     for target in chosen {
-        let files = if named.is_empty() { corpus(target.name)? } else { named.clone() };
-        for file in &files {
-            let bytes = fs::read(file).map_err(|error| format!("{}: {error}", file.display()))?;
-            (target.holds)(&bytes);
+        let inputs = if files.is_empty() { corpus::stored(target.name)? } else { read(&files)? };
+        for input in &inputs {
+            (target.holds)(&input.bytes);
         }
-        println!("{}: {} inputs", target.name, files.len());
+        println!("{}: {} inputs", target.name, inputs.len());
     }
     Ok(())
 }
 
-fn corpus(target: &str) -> Result<Vec<PathBuf>, Box<dyn Error>> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus").join(target);
-    let entries = fs::read_dir(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    let mut files = entries.map(|entry| Ok(entry?.path())).collect::<Result<Vec<_>, std::io::Error>>()?;
-    files.sort();
-    Ok(files)
+fn read(files: &[String]) -> Result<Vec<Input>, String> {
+    let read = |file: &String| match fs::read(file) {
+        Ok(bytes) => Ok(Input { name: file.clone(), bytes }),
+        Err(error) => Err(format!("{file}: {error}")),
+    };
+    files.iter().map(read).collect()
 }

@@ -1,6 +1,6 @@
-//! Writes the seeds of the corpus that are made, not found: `cargo run -p keepout-fuzz --example seeds`.
+//! Writes the named seeds that are made, not found: `cargo run -p keepout-fuzz --example seeds`.
 //!
-//! They have names; what a campaign finds is called by its hash. The same seeds come out each time.
+//! They are files in `fuzz/seeds/TARGET`. The inputs that campaigns find are in `fuzz/corpora`. The same seeds come out each time.
 
 use std::error::Error;
 use std::fs;
@@ -28,7 +28,7 @@ const PLAN_HEAD: usize = 12 + 2 + 32;
 /// Plan files longer than this are no seeds.
 const PLAN_MAX: usize = 4_000;
 /// Bytes of a log that are kept, at most.
-const LOG_MAX: usize = 9_000;
+const LOG_MAX: usize = 14_000;
 
 fn main() -> Outcome {
     drawings()?;
@@ -40,7 +40,7 @@ fn main() -> Outcome {
 }
 
 fn write(target: &str, name: &str, bytes: &[u8]) -> Outcome {
-    let folder: PathBuf = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus").join(target);
+    let folder: PathBuf = Path::new(env!("CARGO_MANIFEST_DIR")).join("seeds").join(target);
     fs::create_dir_all(&folder)?;
     Ok(fs::write(folder.join(name), bytes)?)
 }
@@ -143,16 +143,18 @@ fn logs() -> Outcome {
         let text = fs::read_to_string(&path)?;
         fs::remove_file(&path)?;
         let mut lines = String::new();
-        for (line, _) in text.lines().filter_map(|line| line.rsplit_once('\t')) {
-            if lines.len() + line.len() < LOG_MAX {
-                lines.push_str(line);
+        // Without the checksum that each begins with.
+        for rest in text.lines().filter_map(|line| line.split_once(',').map(|(_, rest)| rest)) {
+            if lines.len() + rest.len() + 1 < LOG_MAX {
+                lines.push('{');
+                lines.push_str(rest);
                 lines.push('\n');
             }
         }
         write("session_log", name, lines.as_bytes())?;
         if name == "grbl-hand" {
             // A jog across the part that nobody certified.
-            let wrong = lines.replacen(" c jog -1000000 ", " c jog 1000000 ", 1);
+            let wrong = lines.replacen("{\"jog\":{\"to\":[-1000000,", "{\"jog\":{\"to\":[1000000,", 1);
             if wrong == lines {
                 return Err("the log has no jog to change".into());
             }
@@ -164,15 +166,15 @@ fn logs() -> Outcome {
 
 /// Text files of ours; what stands before them chooses the kind.
 fn texts() -> Outcome {
-    let tree = Path::new(env!("CARGO_MANIFEST_DIR")).join("../executor");
+    let tree = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     write("machine_profile", "simulated", MachineProfile::simulated().to_toml().as_bytes())?;
     let kinds = [
-        ("d", "dialects/nsk-style.toml"),
-        ("d", "dialects/tango.toml"),
-        ("d", "tests/described/ok-style.toml"),
-        ("d", "tests/described/one-answer.toml"),
-        ("h", "src/servo/machines/simulated.toml"),
-        ("h", "src/servo/machines/koren-lo-table-1.toml"),
+        ("d", "executor/dialects/nsk-style.toml"),
+        ("d", "executor/dialects/tango.toml"),
+        ("d", "executor/sim/tests/described/ok-style.toml"),
+        ("d", "executor/sim/tests/described/one-answer.toml"),
+        ("h", "planner/drives/src/machines/simulated.toml"),
+        ("h", "planner/drives/src/machines/koren-lo-table-1.toml"),
     ];
     for (kind, file) in kinds {
         let name = Path::new(file).file_stem().unwrap_or_default().to_string_lossy().into_owned();

@@ -94,32 +94,35 @@ pub fn certificates_of_log(bytes: &[u8]) -> usize {
     }
 }
 
-/// Lines of a log, each with the checksum over itself and the line before, and `plan=@` made the hash of the plan that
-/// [`job::work`] has.
+/// Lines of a log without their checksums, each with the checksum over itself and the line before, and the plan `@` made the hash
+/// of the plan that [`job::work`] has.
 fn summed(lines: &[u8]) -> Vec<u8> {
     let mut sum = 0_u32;
     let mut out = Vec::with_capacity(2 * lines.len());
     for line in lines.split_inclusive(|&byte| byte == b'\n') {
-        let Some((_, line)) = line.split_last().filter(|(last, _)| **last == b'\n') else {
+        let whole = line.strip_suffix(b"\n").and_then(|line| line.strip_prefix(b"{"));
+        let Some(rest) = whole else {
             out.extend(line);
             break;
         };
-        let line = named(line);
+        let rest = named(rest);
         let mut hasher = crc32fast::Hasher::new();
         hasher.update(&sum.to_le_bytes());
-        hasher.update(&line);
+        hasher.update(&rest);
         sum = hasher.finalize();
-        out.extend(&line);
-        out.extend(format!("\t{sum:08x}\n").bytes());
+        out.extend(format!("{{\"crc\":\"{sum:08x}\",").bytes());
+        out.extend(&rest);
+        out.push(b'\n');
     }
     out
 }
 
 fn named(line: &[u8]) -> Vec<u8> {
-    const PLACE: &[u8] = b" plan=@ ";
+    const PLACE: &[u8] = b"\"plan\":\"@\"";
     match line.windows(PLACE.len()).position(|window| window == PLACE) {
-        Some(at) if line.starts_with(b"keepout-log") => {
-            [&line[..at], b" plan=", job::hash().as_bytes(), b" ", &line[at + PLACE.len()..]].concat()
+        Some(at) if line.starts_with(b"\"keepout_log\"") => {
+            let plan = format!("\"plan\":\"{}\"", job::hash());
+            [&line[..at], plan.as_bytes(), &line[at + PLACE.len()..]].concat()
         }
         _ => line.to_vec(),
     }

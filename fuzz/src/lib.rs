@@ -1,9 +1,10 @@
 //! The properties that are fuzzed. Each takes any bytes and must neither panic nor believe something false.
 //!
-//! `fuzz/run dxf_import` runs one under libFuzzer; `cargo test -p keepout-fuzz` runs all over their corpus, what once failed, and
-//! random bytes. `fuzz/README.md` tells the rest.
+//! `fuzz/run dxf_import` runs one under libFuzzer; `cargo test -p keepout-fuzz` runs all over their stored inputs, what once
+//! failed, and random bytes. `fuzz/README.md` tells the rest.
 
 mod clear;
+pub mod corpus;
 mod dialects;
 mod export;
 mod field;
@@ -34,7 +35,7 @@ pub use small::{machine_profile, small_files};
 /// A property that is fuzzed.
 #[derive(Clone, Copy, Debug)]
 pub struct Target {
-    /// Its name: of the target, its corpus and its dictionary.
+    /// Its name: of the target, its pack, its seeds and its dictionary.
     pub name: &'static str,
     /// The property.
     pub holds: fn(&[u8]),

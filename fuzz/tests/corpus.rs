@@ -1,11 +1,11 @@
-//! Every target over its corpus, over what once failed, over mutations of these, and over random bytes.
+//! Every target over its stored inputs, over what once failed, over mutations of these, and over random bytes.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use arbitrary::{Arbitrary, Unstructured};
 use keepout_fuzz::sketch::Sketch;
-use keepout_fuzz::{TARGETS, Target, certificates_of_log};
+use keepout_fuzz::{TARGETS, Target, certificates_of_log, corpus};
 use keepout_planner::machine::MachineProfile;
 
 fn here() -> &'static Path {
@@ -20,13 +20,15 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     paths
 }
 
-/// Whatever is in a fuzz target's corpus, or in `tests/fuzz`, which has what once failed.
+/// A target's seeds and pack, and its folders in `tests/fuzz`, which has what once failed.
 fn inputs(name: &str) -> Vec<Vec<u8>> {
+    let stored = corpus::stored(name).unwrap_or_else(|error| panic!("{error}"));
     let failed = here().join("../tests/fuzz");
-    let folders = [here().join("corpus").join(name), failed.join(name), failed.join("slow").join(name)];
+    let folders = [failed.join(name), failed.join("slow").join(name)];
     let drawings = (name == "dxf_import").then(|| here().join("../tests/drawings"));
-    let all = folders.iter().chain(&drawings).flat_map(|folder| files(folder));
-    all.map(|path| std::fs::read(path).expect("readable")).collect()
+    let others = folders.iter().chain(&drawings).flat_map(|folder| files(folder));
+    let others = others.map(|path| std::fs::read(path).expect("readable"));
+    stored.into_iter().map(|input| input.bytes).chain(others).collect()
 }
 
 /// Some bytes flipped, replaced, cut out, doubled or taken from another input.
@@ -72,7 +74,7 @@ fn check(name: &str, rounds: usize) {
     }
 }
 
-/// What is checked of plans is checked of many: of the drawings in the corpus no less than a quarter can be planned.
+/// What is checked of plans is checked of many: of the stored drawings no less than a quarter can be planned.
 #[test]
 fn drawings_are_planned() {
     let inputs = inputs("drawing");
@@ -97,7 +99,7 @@ macro_rules! tests {
     ($($name:ident $rounds:literal),+ $(,)?) => {
         $(#[test] fn $name() { check(stringify!($name), $rounds); })+
 
-        /// No target is without a test, a libFuzzer program, or an entry in the manifest.
+        /// No target is without a test, a libFuzzer program, a pack, or an entry in the manifest.
         #[test]
         fn targets_are_all_there() {
             let listed: BTreeSet<String> = TARGETS.iter().map(|target| target.name.into()).collect();
@@ -105,6 +107,11 @@ macro_rules! tests {
             let stem = |path: PathBuf| path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
             let programs: BTreeSet<String> = files(&here().join("fuzz_targets")).into_iter().filter_map(stem).collect();
             assert_eq!(listed, programs, "programs");
+            let packs: BTreeSet<String> =
+                files(&here().join("corpora")).into_iter().filter_map(stem).map(|name| name.replace(".tar", "")).collect();
+            assert_eq!(listed, packs, "packs");
+            let seeds: BTreeSet<String> = files(&here().join("seeds")).into_iter().filter_map(stem).collect();
+            assert!(seeds.is_subset(&listed), "seeds {seeds:?}");
             let manifest = std::fs::read_to_string(here().join("Cargo.toml")).expect("readable");
             for name in &listed {
                 assert!(manifest.contains(&format!("name = \"{name}\"")), "{name} in the manifest");

@@ -61,21 +61,3 @@ fn the_same_entities() {
     assert!(differ.is_empty(), "{}", differ.join("\n"));
     assert!(same >= 60, "only {same} drawings were compared");
 }
-
-/// The crate reads what fuzzing our reader found, too. An input that it panics over is to be reported, with its name.
-#[test]
-fn what_the_crate_panics_over_is_listed() {
-    let tree = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let listed = std::fs::read_to_string(tree.join("docs/contributor/upstream.md")).unwrap();
-    let found = std::fs::read_dir(tree.join("fuzz/corpus/dxf_import")).unwrap();
-    let mut read = 0;
-    for path in found.map(|file| file.unwrap().path()) {
-        let bytes = std::fs::read(&path).unwrap();
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let load = || dxf::Drawing::load(&mut Cursor::new(&bytes)).is_ok();
-        let panics = std::panic::catch_unwind(load).is_err();
-        assert!(!panics || listed.contains(&name), "the dxf crate panics over {name}");
-        read += 1;
-    }
-    assert!(read >= 100, "only {read} inputs");
-}

@@ -98,3 +98,14 @@ fn arrows_between_rooms_run_one_way() {
         }
     }
 }
+
+/// Seeds are part of the record: they must give the same numbers in every version.
+#[test]
+fn seeds_give_the_same_numbers_as_ever() {
+    let mut random = fastrand::Rng::with_seed(20_261_125);
+    let mut order: Vec<u8> = (0..8).collect();
+    let numbers =
+        (random.u64(..), random.f64().to_bits(), random.usize(0..1000), random.i64(-5..5), random.bool());
+    random.shuffle(&mut order);
+    assert_eq!((numbers, order), ((3_864_322_368_815_853_088, 4_604_169_150_310_717_304, 451, -2, true), vec![6, 2, 0, 3, 5, 4, 7, 1]));
+}
