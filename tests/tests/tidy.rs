@@ -107,5 +107,8 @@ fn seeds_give_the_same_numbers_as_ever() {
     let numbers =
         (random.u64(..), random.f64().to_bits(), random.usize(0..1000), random.i64(-5..5), random.bool());
     random.shuffle(&mut order);
-    assert_eq!((numbers, order), ((3_864_322_368_815_853_088, 4_604_169_150_310_717_304, 451, -2, true), vec![6, 2, 0, 3, 5, 4, 7, 1]));
+    assert_eq!(
+        (numbers, order),
+        ((3_864_322_368_815_853_088, 4_604_169_150_310_717_304, 451, -2, true), vec![6, 2, 0, 3, 5, 4, 7, 1])
+    );
 }
