@@ -10,7 +10,7 @@
 //! {"crc":"1c291ca3","at_us":1100000}
 //! ```
 //!
-//! Times are microseconds since the session began; the header has the date. [`LoggedEvent`](super::LoggedEvent) lists the events.
+//! Times are microseconds since the session began; the header has the date. [`LoggedEvent`] lists the events.
 //! A line without an event repeats the operator's input before it. Places are in lattice units, bytes are characters of the same
 //! number.
 //!

@@ -1,4 +1,4 @@
-//! The P controller (section 3.1); eq. (7) recommends its gain: [`recommended_gain`](keepout_studies::koren_lo::equations::recommended_gain).
+//! The P controller (section 3.1); eq. (7) recommends its gain: `recommended_gain` of the studies.
 
 use super::Controller;
 use crate::Axes;

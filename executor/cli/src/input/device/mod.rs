@@ -4,7 +4,7 @@
 //! evdev ──> Reader (its thread) ──> Reading (shared) ──> EnablingInterlock ──> OperatorInput
 //! ```
 //!
-//! The [`Reader`] follows unplugging and plugging in, the [`Pad`] what the events mean, the
+//! The [`Reader`] follows unplugging and plugging in, the `Pad` what the events mean, the
 //! [`EnablingInterlock`] decides what of it may move the tool. All but `linux` is free of devices and clocks.
 
 mod enabling;
