@@ -4,6 +4,8 @@ mod align;
 mod conformance;
 mod display;
 mod doctor;
+#[cfg(all(test, unix))]
+mod documents;
 mod drives;
 mod error;
 mod examine;
