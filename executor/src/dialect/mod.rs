@@ -15,13 +15,13 @@ pub mod zaber;
 pub use described::{Described, Description, DescriptionError, TemplateError};
 pub use grbl::{Grbl, Status};
 pub use inspect::{Finding, Fit, Inspected, Inspector};
-use keepout_kernel::{LatticeError, Vector};
+use keepout_kernel::Vector;
 use keepout_planner::machine::MachineProfile;
 pub use language::{DialectName, DialectNameError};
 pub use venus::Venus;
 pub use zaber::Zaber;
 
-use crate::supervisor::{Abilities, Command, Reply};
+use crate::supervisor::{Abilities, Command, EncodeError, Reply};
 
 /// A controller's language: commands to bytes, bytes to replies.
 ///
@@ -34,8 +34,8 @@ pub trait Dialect: Send {
     /// Adds the bytes of a command.
     ///
     /// # Errors
-    /// [`LatticeError`] when a target leaves the lattice in machine coordinates; nothing is added then.
-    fn encode(&mut self, command: &Command, out: &mut Vec<u8>) -> Result<(), LatticeError>;
+    /// [`EncodeError`] when the language has no words for the command; nothing is added then.
+    fn encode(&mut self, command: &Command, out: &mut Vec<u8>) -> Result<(), EncodeError>;
 
     /// Takes one byte from the controller, and answers with the message that it completes. Adds bytes to send when the
     /// exchange goes on. Total: any bytes give some replies, never a panic, and memory is bounded.
@@ -71,9 +71,4 @@ impl DialectConfig {
         let MachineProfile { steps_per_mm, arc_tolerance_mm, travel_mm, .. } = *machine;
         Self { offset, steps_per_mm, arc_tolerance_mm, travel_mm: Some(travel_mm) }
     }
-}
-
-/// A motion that the dialect said it has not: encoding it fails, and the session stops.
-fn no_such_motion() -> LatticeError {
-    LatticeError { units: i64::MAX, least: 0 }
 }

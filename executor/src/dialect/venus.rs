@@ -27,13 +27,13 @@
 //! session ends ([`Reply::Restarted`]).
 
 use keepout_guard::{Interpolation, Motion, OnCancel};
-use keepout_kernel::{Curve, LatticeError, Point, Vector};
+use keepout_kernel::{Curve, Point, Vector};
 use keepout_planner::units::point_from_mm;
 
 use super::exchange::{Exchanges, Sent, sent};
 use super::lines::{Line, Lines, Sink, as_str, push_mm, push_number};
 use super::{Dialect, DialectConfig};
-use crate::supervisor::{Abilities, Command, Limits, Mode, Reply, Report, Text, Unfit, text};
+use crate::supervisor::{Abilities, Command, EncodeError, Limits, Mode, Reply, Report, Text, Unfit, text};
 
 /// What a line asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -108,14 +108,14 @@ impl Venus {
         self.exchanges.send(what, sent(line), out);
     }
 
-    fn motion(&mut self, motion: &Motion, out: &mut Vec<u8>) -> Result<(), LatticeError> {
+    fn motion(&mut self, motion: &Motion, out: &mut Vec<u8>) -> Result<(), EncodeError> {
         let (to, feed_mm_min, what) = match motion {
             Motion::Jog { to, feed_mm_min } => (*to, *feed_mm_min, What::Jog),
             Motion::Contour { curve: Curve::Line(line), feed_mm_min } => {
                 (line.to, *feed_mm_min, What::Contour)
             }
             // Never asked for: this dialect says that it knows no arcs.
-            Motion::Contour { curve: Curve::Arc(_), .. } => return Err(super::no_such_motion()),
+            Motion::Contour { curve: Curve::Arc(_), .. } => return Err(EncodeError::NoArcs),
         };
         let to = to.translated(self.setting.offset)?;
         self.target = to;
@@ -286,7 +286,7 @@ impl Dialect for Venus {
         }
     }
 
-    fn encode(&mut self, command: &Command, out: &mut Vec<u8>) -> Result<(), LatticeError> {
+    fn encode(&mut self, command: &Command, out: &mut Vec<u8>) -> Result<(), EncodeError> {
         match command {
             Command::Query => {
                 if self.exchanges.wants_query(|what| *what == What::Query, out) {

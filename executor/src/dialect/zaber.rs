@@ -17,14 +17,14 @@ mod tests;
 pub mod wire;
 
 use keepout_guard::{Interpolation, Motion, OnCancel};
-use keepout_kernel::{Curve, LatticeError, Point, Vector};
+use keepout_kernel::{Curve, Point, Vector};
 use wire::{Answer, alarm, content, framed, refusal};
 
 use super::exchange::Exchanges;
 use super::lines::{Line, Lines, as_str};
 use super::scale::Scale;
 use super::{Dialect, DialectConfig};
-use crate::supervisor::{Abilities, Command, Limits, Mode, Reply, Report, Unfit, text};
+use crate::supervisor::{Abilities, Command, EncodeError, Limits, Mode, Reply, Report, Unfit, text};
 
 /// What a line asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -122,15 +122,15 @@ impl Zaber {
         }
     }
 
-    fn motion(&mut self, motion: &Motion, out: &mut Vec<u8>) -> Result<(), LatticeError> {
+    fn motion(&mut self, motion: &Motion, out: &mut Vec<u8>) -> Result<(), EncodeError> {
         let (to, feed_mm_min, jog) = match motion {
             Motion::Jog { to, feed_mm_min } => (*to, *feed_mm_min, true),
             Motion::Contour { curve: Curve::Line(line), feed_mm_min } => (line.to, *feed_mm_min, false),
             // Never asked for: this dialect says that it knows no arcs.
-            Motion::Contour { curve: Curve::Arc(_), .. } => return Err(super::no_such_motion()),
+            Motion::Contour { curve: Curve::Arc(_), .. } => return Err(EncodeError::NoArcs),
         };
         let to = to.translated(self.setting.offset)?;
-        let zero = self.zero.ok_or_else(super::no_such_motion)?;
+        let zero = self.zero.ok_or(EncodeError::WorkOffsetUnknown)?;
         let to = [self.scale.counts(to.x.units()), self.scale.counts(to.y.units())];
         self.last = Target { to: [to[0] + zero[0], to[1] + zero[1]], jog };
         if self.feed_mm_min != feed_mm_min {
@@ -336,7 +336,7 @@ impl Dialect for Zaber {
         }
     }
 
-    fn encode(&mut self, command: &Command, out: &mut Vec<u8>) -> Result<(), LatticeError> {
+    fn encode(&mut self, command: &Command, out: &mut Vec<u8>) -> Result<(), EncodeError> {
         match command {
             Command::Query => self.query(out),
             // Not offered, so not asked for: motions run to their certified end.

@@ -3,7 +3,6 @@
 use std::borrow::Cow;
 
 use keepout_guard::Time;
-use keepout_kernel::LatticeError;
 use keepout_planner::job::{ContourJob, JobError};
 
 use super::event_log::{Certificate, EventLog, EventLogError, LoggedEvent};
@@ -175,7 +174,7 @@ impl Engine {
 
     /// Encodes the commands; when one can not be, nothing after it is, but what the supervisor then wants: to stop.
     fn send(&mut self, now: Time, tape: &mut dyn EventLog) -> Result<(), EventLogError> {
-        let mut failed: Option<LatticeError> = None;
+        let mut failed = None;
         for index in 0..self.commands.len() {
             let command = self.commands[index];
             if let Command::Move(certified) = &command {
@@ -192,8 +191,7 @@ impl Engine {
         self.commands.clear();
         let Some(error) = failed else { return Ok(()) };
         let mut last = Vec::new();
-        let reason = text(&format!("a target is off the lattice in machine coordinates: {error}"));
-        self.supervisor.step(Event::PortLost(reason), now, &mut last);
+        self.supervisor.step(Event::NotSent(error), now, &mut last);
         for command in last {
             let first = self.out.len();
             let _ = self.dialect.encode(&command, &mut self.out);

@@ -2,9 +2,10 @@
 
 use arrayvec::ArrayString;
 use keepout_guard::{Certified, CertifiedCancel};
-use keepout_kernel::Point;
+use keepout_kernel::{LatticeError, Point};
 use keepout_planner::job::{ContourJob, JobError};
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
 
 use super::jog::Limits;
 
@@ -152,6 +153,30 @@ pub enum Reply {
     Garbled(Text),
 }
 
+/// Why a command cannot be written in the controller's language. Nothing of the command is sent then.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum EncodeError {
+    /// The language has no arcs.
+    #[error("this controller has no arcs, but the contour has one: the plan and the dialect do not fit")]
+    NoArcs,
+    /// No report has carried the work offset, or the position of the axes' zero.
+    #[error(
+        "the controller has not reported its work offset: connect again, and run `keepout doctor` if this returns"
+    )]
+    WorkOffsetUnknown,
+    /// A target leaves the lattice in machine coordinates.
+    #[error(
+        "a target lies beyond ±5.37 m in machine coordinates ({0}): check the work offset and the alignment"
+    )]
+    OffLattice(#[from] LatticeError),
+    /// A line is longer than the controller's receive buffer holds for certain.
+    #[error("a line of {bytes} bytes is longer than the controller takes")]
+    LineTooLong {
+        /// Its length.
+        bytes: usize,
+    },
+}
+
 /// What happens to the supervisor.
 #[derive(Debug)]
 pub enum Event {
@@ -165,6 +190,8 @@ pub enum Event {
     Job(Box<Result<ContourJob, JobError>>),
     /// The port failed.
     PortLost(Text),
+    /// A command of the last step could not be written in the controller's language; nor was any after it.
+    NotSent(EncodeError),
     /// The port is back.
     PortFound,
 }

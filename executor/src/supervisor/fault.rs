@@ -4,7 +4,7 @@ use keepout_guard::Refusal;
 use keepout_kernel::Point;
 use thiserror::Error;
 
-use super::event::{Mode, Text, Unfit};
+use super::event::{EncodeError, Mode, Text, Unfit};
 
 /// Why a session stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
@@ -76,6 +76,9 @@ pub enum Fault {
     /// The port failed.
     #[error("the port was lost: {0}")]
     PortLost(Text),
+    /// A command cannot be written in the controller's language.
+    #[error("stopped before a motion was sent: {0}")]
+    NotSent(EncodeError),
 }
 
 impl Fault {
@@ -89,6 +92,7 @@ impl Fault {
                 | Self::Refused { .. }
                 | Self::LineLost
                 | Self::PortLost(_)
+                | Self::NotSent(_)
         )
     }
 }

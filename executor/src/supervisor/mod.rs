@@ -24,7 +24,9 @@ use std::time::Duration;
 
 pub use abilities::Abilities;
 pub use contouring::{Interrupted, JobRequest};
-pub use event::{Command, Event, Mode, OperatorCommand, OperatorInput, Reply, Report, Text, Unfit, text};
+pub use event::{
+    Command, EncodeError, Event, Mode, OperatorCommand, OperatorInput, Reply, Report, Text, Unfit, text,
+};
 pub use fault::Fault;
 pub use jog::Limits;
 use jog::{Contact, JogContext, JogPlanner};
@@ -180,6 +182,7 @@ impl Supervisor {
                 Ok(())
             }
             Event::PortLost(reason) => Err(Fault::PortLost(reason)),
+            Event::NotSent(error) => Err(Fault::NotSent(error)),
             Event::PortFound => {
                 self.heard_at = now;
                 Ok(())
@@ -245,12 +248,6 @@ impl Supervisor {
     #[must_use]
     pub fn guard(&self) -> &Guard {
         &self.guard
-    }
-
-    /// The guard, to take something out of it.
-    #[cfg(feature = "mutations")]
-    pub fn guard_mut(&mut self) -> &mut Guard {
-        &mut self.guard
     }
 
     /// The last reported position of the tool centre.

@@ -81,7 +81,7 @@ fn input(velocity: (f64, f64)) -> Event {
 type Happens = (&'static str, fn() -> Event);
 
 /// Every kind of event.
-const EVENTS: [Happens; 29] = [
+const EVENTS: [Happens; 30] = [
     ("report: idle", || report(Mode::Idle)),
     ("report: moving", || report(Mode::Moving)),
     ("report: slowing", || report(Mode::Slowing)),
@@ -111,6 +111,7 @@ const EVENTS: [Happens; 29] = [
     ("tick", || Event::Tick),
     ("no job", || Event::Job(Box::new(Err(JobError::Failed)))),
     ("port lost", || Event::PortLost(text("unplugged"))),
+    ("not sent", || Event::NotSent(EncodeError::NoArcs)),
 ];
 
 fn supervisor(work: &PreparedPlan, name: &str, state: State) -> Supervisor {

@@ -21,13 +21,13 @@ use axes::Values;
 pub use description::{Accepted, Description, DescriptionError};
 use heard::{Asked, For, Heard};
 use keepout_guard::{Interpolation, Motion};
-use keepout_kernel::{Curve, LatticeError, Point, Turn, UNITS_PER_MM};
+use keepout_kernel::{Curve, Point, Turn, UNITS_PER_MM};
 pub use template::{Slot, Template, TemplateError};
 
 use super::exchange::{Exchanges, SENT_MAX, Sent};
 use super::lines::{Line, Lines, Sink, as_str};
 use super::{Dialect, DialectConfig};
-use crate::supervisor::{Abilities, Command, Mode, Reply, text};
+use crate::supervisor::{Abilities, Command, EncodeError, Mode, Reply, text};
 
 /// Most characters whose echo is waited for.
 const ECHO_MAX: usize = 4 * SENT_MAX;
@@ -100,7 +100,7 @@ impl Described {
         }
     }
 
-    fn motion(&mut self, motion: &Motion, out: &mut Vec<u8>) -> Result<(), LatticeError> {
+    fn motion(&mut self, motion: &Motion, out: &mut Vec<u8>) -> Result<(), EncodeError> {
         let (to, feed_mm_min, purpose) = match motion {
             Motion::Jog { to, feed_mm_min } => (*to, *feed_mm_min, For::Jog),
             Motion::Contour { curve, feed_mm_min } => (curve.to(), *feed_mm_min, For::Contour),
@@ -110,7 +110,7 @@ impl Described {
         let (lines, centre) = match motion {
             Motion::Contour { curve: Curve::Arc(arc), .. } => {
                 let mirrored = description.swap ^ description.invert[0] ^ description.invert[1];
-                let [left, right] = description.arcs.as_ref().ok_or_else(super::no_such_motion)?;
+                let [left, right] = description.arcs.as_ref().ok_or(EncodeError::NoArcs)?;
                 let is_left = (arc.turn() == Turn::CounterClockwise) != mirrored;
                 (if is_left { left } else { right }, description.counts(arc.centre().minus(arc.from())))
             }
@@ -219,7 +219,7 @@ impl Described {
         self.echo.clear();
     }
 
-    fn command(&mut self, command: &Command, out: &mut Vec<u8>) -> Result<(), LatticeError> {
+    fn command(&mut self, command: &Command, out: &mut Vec<u8>) -> Result<(), EncodeError> {
         let description = Arc::clone(&self.description);
         let none = Values::default();
         match command {
@@ -263,7 +263,7 @@ impl Dialect for Described {
         }
     }
 
-    fn encode(&mut self, command: &Command, out: &mut Vec<u8>) -> Result<(), LatticeError> {
+    fn encode(&mut self, command: &Command, out: &mut Vec<u8>) -> Result<(), EncodeError> {
         let first = out.len();
         let outcome = self.command(command, out);
         self.expect_echo(out.get(first..).unwrap_or(&[]));

@@ -22,14 +22,14 @@ use buffers::Buffers;
 use identity::Identity;
 use inspect::GrblInspector;
 use keepout_guard::{Interpolation, Motion, OnCancel};
-use keepout_kernel::{Curve, LatticeError, Point, Turn, Vector};
+use keepout_kernel::{Curve, Point, Turn, Vector};
 use meaning::{alarm_text, error_text};
 use settings::{Settings, StartupBlocks, Stated, Stores};
 pub use status::Status;
 
 use super::lines::{Line, Lines, as_str, push_mm, push_number};
-use super::{Dialect, DialectConfig, Inspector, no_such_motion};
-use crate::supervisor::{Abilities, Command, Limits, Reply, Report, text};
+use super::{Dialect, DialectConfig, Inspector};
+use crate::supervisor::{Abilities, Command, EncodeError, Limits, Reply, Report, text};
 
 /// Longest line of a motion, bytes: GRBL's receive buffer holds 127, and a line may arrive twice.
 const LINE_MAX: usize = 63;
@@ -92,7 +92,7 @@ impl Grbl {
         Self { hal: true, ..Self::new(setting) }
     }
 
-    fn motion(&self, motion: &Motion, out: &mut Vec<u8>) -> Result<(), LatticeError> {
+    fn motion(&self, motion: &Motion, out: &mut Vec<u8>) -> Result<(), EncodeError> {
         let first = out.len();
         let feed = match motion {
             Motion::Jog { to, feed_mm_min } => {
@@ -121,13 +121,15 @@ impl Grbl {
         out.push(b'F');
         push_number(out, u64::from(*feed));
         out.push(b'\n');
-        if out.len() - first > LINE_MAX { Err(no_such_motion()) } else { Ok(()) }
+        let bytes = out.len() - first;
+        if bytes > LINE_MAX { Err(EncodeError::LineTooLong { bytes }) } else { Ok(()) }
     }
 
     /// In work coordinates, which nobody knows before a report had their offset.
-    fn work(&self, point: Point) -> Result<Point, LatticeError> {
-        let offset = self.work_offset.ok_or_else(no_such_motion)?;
-        point.translated(self.setting.offset)?.translated(Vector { dx: -offset.dx, dy: -offset.dy })
+    fn work(&self, point: Point) -> Result<Point, EncodeError> {
+        let offset = self.work_offset.ok_or(EncodeError::WorkOffsetUnknown)?;
+        let machine = point.translated(self.setting.offset)?;
+        Ok(machine.translated(Vector { dx: -offset.dx, dy: -offset.dy })?)
     }
 
     fn reply(&mut self, line: &str, out: &mut Vec<u8>) -> Option<Reply> {
@@ -319,7 +321,7 @@ impl Dialect for Grbl {
         }
     }
 
-    fn encode(&mut self, command: &Command, out: &mut Vec<u8>) -> Result<(), LatticeError> {
+    fn encode(&mut self, command: &Command, out: &mut Vec<u8>) -> Result<(), EncodeError> {
         match command {
             Command::Query => out.push(b'?'),
             // The guard certifies none, so this is never sent.

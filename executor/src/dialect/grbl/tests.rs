@@ -121,7 +121,8 @@ fn decode_is_total() {
 fn no_contour_is_written_before_the_work_offset_is_known() {
     let (mut grbl, mut out) = (ready(), Vec::new());
     let motion = crate::dialect::testing::contour_to(100_000, 200_000, 600);
-    assert!(grbl.encode(&motion, &mut out).is_err() && out.is_empty());
+    assert_eq!(grbl.encode(&motion, &mut out), Err(EncodeError::WorkOffsetUnknown));
+    assert!(out.is_empty());
     hear(&mut grbl, b"<Idle|MPos:0.000,0.000,0.000|Bf:15,128|WCO:1.000,2.000,0.000>\r\n");
     grbl.encode(&motion, &mut out).unwrap();
     assert_eq!(out, b"G1G21G54G90G94X-200Y0.005F600\n");
