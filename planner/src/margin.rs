@@ -13,11 +13,91 @@ use crate::machine::MachineProfile;
 use crate::text_file::shown;
 use crate::units::{length_up_from_mm, mm};
 
-/// One named term of the margin.
+/// One source of error that the margin covers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(into = "&'static str", try_from = "String")]
+pub enum TermKind {
+    /// Rounding of the drawing, the path and the arc centres to the lattice.
+    LatticeRounding,
+    /// Arcs are certified as chords.
+    ChordError,
+    /// The controller's step: the tool goes, and is found, to half a step.
+    StepResolution,
+    /// The last digit of the controller's position report.
+    ReportResolution,
+    /// The controller's 32-bit arithmetic.
+    Arithmetic,
+    /// The controller cuts arcs as chords.
+    ControllerArcs,
+    /// The drawing was turned and moved.
+    Placement,
+    /// The drives leave the path.
+    ContourError,
+    /// The machine does not return to the same place.
+    Repeatability,
+    /// The last two together, where the whole margin was given.
+    OwnErrors,
+}
+
+impl TermKind {
+    const ALL: [Self; 10] = [
+        Self::LatticeRounding,
+        Self::ChordError,
+        Self::StepResolution,
+        Self::ReportResolution,
+        Self::Arithmetic,
+        Self::ControllerArcs,
+        Self::Placement,
+        Self::ContourError,
+        Self::Repeatability,
+        Self::OwnErrors,
+    ];
+
+    /// The name, as tables and plan files have it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::LatticeRounding => "lattice rounding",
+            Self::ChordError => "chord slack",
+            Self::StepResolution => "controller resolution: step",
+            Self::ReportResolution => "controller resolution: report",
+            Self::Arithmetic => "controller arithmetic",
+            Self::ControllerArcs => "controller arcs",
+            Self::Placement => "work offset and rotation",
+            Self::ContourError => "contour error",
+            Self::Repeatability => "repeatability",
+            Self::OwnErrors => "contour error and repeatability",
+        }
+    }
+
+    /// Whether a report can be off by it.
+    #[must_use]
+    pub fn is_resolution(self) -> bool {
+        matches!(self, Self::StepResolution | Self::ReportResolution)
+    }
+}
+
+impl From<TermKind> for &'static str {
+    fn from(kind: TermKind) -> Self {
+        kind.name()
+    }
+}
+
+impl TryFrom<String> for TermKind {
+    type Error = String;
+
+    fn try_from(name: String) -> Result<Self, String> {
+        let known = Self::ALL.into_iter().find(|kind| kind.name() == name);
+        known.ok_or_else(|| format!("the margin has no term \"{}\"", shown(&name)))
+    }
+}
+
+/// One term of the margin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Term {
-    /// Its name.
-    pub name: String,
+    /// What it covers.
+    #[serde(rename = "name")]
+    pub kind: TermKind,
     /// Its size in mm.
     pub mm: f64,
     /// Where the figure comes from.
@@ -52,19 +132,17 @@ pub enum MarginError {
     },
     /// A plan's margin is not that of its machine.
     #[error(
-        "the margin's term \"{name}\" is not what the plan's machine needs: make the plan again from the drawing"
+        "the margin's term \"{}\" does not fit the plan's machine: make the plan again from the drawing",
+        kind.name()
     )]
     Foreign {
-        /// The term's name.
-        name: String,
+        /// The term.
+        kind: TermKind,
     },
 }
 
-/// The term that stands for the machine's own errors when the whole margin was asked for.
-const ORDERED: &str = "contour error and repeatability";
-const ORDERED_SOURCE: &str = "the rest of --margin-mm";
-/// How the names of the terms begin that a report can be off by.
-const RESOLUTION: &str = "controller resolution";
+/// Source of the machine's own errors when the whole margin was given.
+const GIVEN_SOURCE: &str = "the rest of --margin-mm";
 /// A drawing's point, a path's point and an arc's centre are each met to within about a lattice unit.
 const LATTICE_MM: f64 = 0.000_04;
 /// A coordinate of 1 m as a 32-bit float, in and out, on both axes.
@@ -75,8 +153,8 @@ const PLACED_MM: f64 = 0.000_01;
 /// A path's arcs are certified as chords within 0.1 µm of them.
 const CHORD_MM: f64 = 0.000_1;
 
-fn term(name: &str, mm: f64, source: &str) -> Term {
-    Term { name: name.into(), mm, source: source.into() }
+fn term(kind: TermKind, mm: f64, source: &str) -> Term {
+    Term { kind, mm, source: source.into() }
 }
 
 /// What rounding and the controller's resolution need.
@@ -85,16 +163,16 @@ fn rounding(machine: &MachineProfile, placed: bool) -> Vec<Term> {
     let steps = SQRT_2 / machine.steps_per_mm;
     let half_digit = machine.report_digit_mm * SQRT_2 / 2.0;
     let mut terms = vec![
-        term("lattice rounding", LATTICE_MM, "drawing, path and arc centres on the 10 nm lattice"),
-        term("chord slack", CHORD_MM, "arcs certified as chords"),
-        term(&format!("{RESOLUTION}: step"), steps, "half a step on both axes, commanded and reported"),
-        term(&format!("{RESOLUTION}: report"), half_digit, "half the last digit on both axes"),
-        term("controller arithmetic", FLOAT_MM, "32-bit floats on a table of a metre"),
+        term(TermKind::LatticeRounding, LATTICE_MM, "drawing, path and arc centres on the 10 nm lattice"),
+        term(TermKind::ChordError, CHORD_MM, "arcs certified as chords"),
+        term(TermKind::StepResolution, steps, "half a step on both axes, commanded and reported"),
+        term(TermKind::ReportResolution, half_digit, "half the last digit on both axes"),
+        term(TermKind::Arithmetic, FLOAT_MM, "32-bit floats on a table of a metre"),
         // GRBL rounds the number of chords down: one can turn twice the angle, and leave the arc four times as far.
-        term("controller arcs", 4.0 * machine.arc_tolerance_mm, "four times the arc tolerance ($12)"),
+        term(TermKind::ControllerArcs, 4.0 * machine.arc_tolerance_mm, "four times the arc tolerance ($12)"),
     ];
     if placed {
-        terms.push(term("work offset and rotation", PLACED_MM, "sine, cosine and sums in 64-bit floats"));
+        terms.push(term(TermKind::Placement, PLACED_MM, "sine, cosine and sums in 64-bit floats"));
     }
     terms
 }
@@ -103,8 +181,8 @@ fn rounding(machine: &MachineProfile, placed: bool) -> Vec<Term> {
 fn own_errors(machine: &MachineProfile) -> [Term; 2] {
     let source = machine.contour_error_source.as_deref().unwrap_or("machine profile");
     [
-        term("contour error", machine.contour_error_mm, source),
-        term("repeatability", machine.repeatability_mm, "machine profile"),
+        term(TermKind::ContourError, machine.contour_error_mm, source),
+        term(TermKind::Repeatability, machine.repeatability_mm, "machine profile"),
     ]
 }
 
@@ -123,27 +201,27 @@ impl Budget {
                 return Err(MarginError::NoLength { asked });
             }
             Some(asked) if asked < least => return Err(MarginError::TooSmall { asked, least }),
-            Some(asked) => terms.push(term(ORDERED, asked - least, ORDERED_SOURCE)),
+            Some(asked) => terms.push(term(TermKind::OwnErrors, asked - least, GIVEN_SOURCE)),
         }
         Ok(Self { terms })
     }
 
     /// Checks that it is one that [`Budget::of`] makes for `machine`: a plan file can say anything, and guard and executor look terms
-    /// up by their names.
+    /// up by their kind.
     ///
     /// # Errors
     /// [`MarginError::Foreign`] naming the first term that is not.
     pub fn check(&self, machine: &MachineProfile, placed: bool) -> Result<(), MarginError> {
         let mut due = rounding(machine, placed);
         match self.terms.get(due.len()) {
-            Some(last) if last.name == ORDERED && last.mm >= 0.0 => {
-                due.push(term(ORDERED, last.mm, ORDERED_SOURCE));
+            Some(last) if last.kind == TermKind::OwnErrors && last.mm >= 0.0 => {
+                due.push(term(TermKind::OwnErrors, last.mm, GIVEN_SOURCE));
             }
             _ => due.extend(own_errors(machine)),
         }
         let wrong = (0..due.len().max(self.terms.len())).find(|&i| self.terms.get(i) != due.get(i));
-        let name = wrong.and_then(|i| due.get(i).or(self.terms.get(i))).map(|term| shown(&term.name));
-        name.map_or(Ok(()), |name| Err(MarginError::Foreign { name }))
+        let kind = wrong.and_then(|i| due.get(i).or(self.terms.get(i))).map(|term| term.kind);
+        kind.map_or(Ok(()), |kind| Err(MarginError::Foreign { kind }))
     }
 
     /// The sum of the terms, rounded up to the lattice.
@@ -164,7 +242,7 @@ impl Budget {
     /// # Errors
     /// [`keepout_kernel::LatticeError`] when a term is negative, no number or too large.
     pub fn resolution(&self) -> Result<Length, keepout_kernel::LatticeError> {
-        let terms = self.terms.iter().filter(|term| term.name.starts_with(RESOLUTION));
+        let terms = self.terms.iter().filter(|term| term.kind.is_resolution());
         length_up_from_mm(terms.map(|term| term.mm).sum())
     }
 
@@ -182,7 +260,7 @@ impl Budget {
 impl std::fmt::Display for Budget {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         for term in &self.terms {
-            writeln!(f, "  {:<32} {:>9.5} mm   {}", term.name, term.mm, term.source)?;
+            writeln!(f, "  {:<32} {:>9.5} mm   {}", term.kind.name(), term.mm, term.source)?;
         }
         let total = self.total().map_or(f64::NAN, |total| mm(total.units()));
         write!(f, "  {:<32} {total:>9.5} mm", "margin M")
@@ -207,7 +285,7 @@ mod tests {
         let machine =
             MachineProfile { contour_error_source: Some(source.into()), ..MachineProfile::simulated() };
         let budget = Budget::of(&machine, None, false).unwrap();
-        let term = budget.terms.iter().find(|term| term.name == "contour error").unwrap();
+        let term = budget.terms.iter().find(|term| term.kind == TermKind::ContourError).unwrap();
         assert_eq!((term.source.as_str(), term.mm), (source, machine.contour_error_mm));
         assert!(budget.to_string().contains(source));
     }
@@ -239,7 +317,9 @@ mod tests {
                 changed(&|terms| drop(terms.remove(index)));
                 changed(&|terms| terms[index].mm = f64::NAN);
                 changed(&|terms| terms[index].mm = -1.0);
-                changed(&|terms| terms[index].name.push('s'));
+                let other = [TermKind::Placement, TermKind::Repeatability];
+                let other = if budget.terms[index].kind == other[0] { other[1] } else { other[0] };
+                changed(&|terms| terms[index].kind = other);
                 changed(&|terms| terms[index].source.push('\n'));
                 changed(&|terms| terms.insert(index, terms[index].clone()));
             }

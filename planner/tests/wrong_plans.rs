@@ -153,7 +153,7 @@ fn a_tool_of_no_size_or_a_margin_of_another_machine() {
     let error = wrong(&|plan| plan.tool_radius = Length::ZERO);
     assert!(error.contains("a tool diameter of 0 mm is no tool"), "{error}");
     let error = wrong(&|plan| plan.budget.terms.clear());
-    assert!(error.contains("\"lattice rounding\" is not what the plan's machine needs"), "{error}");
+    assert!(error.contains("\"lattice rounding\" does not fit the plan's machine"), "{error}");
     let error = wrong(&|plan| plan.budget.terms[2].mm = 0.0);
     assert!(error.contains("\"controller resolution: step\""), "{error}");
     let error = wrong(&|plan| plan.machine.report_digit_mm = 0.01);

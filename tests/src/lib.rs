@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 
 use keepout_planner::drawing::read_file;
 use keepout_planner::machine::MachineProfile;
+use keepout_planner::margin::TermKind;
 use keepout_planner::plan::{CertifiedPlan, PlanParameters};
 use keepout_planner::request::{PlanRequest, PlanRequestError};
 
@@ -46,8 +47,8 @@ pub fn plan_bytes(name: &str, bytes: &[u8], order: &PlanRequest) -> Result<Certi
 #[must_use]
 pub fn most_left_mm(plan: &CertifiedPlan) -> f64 {
     let terms = &plan.plan.budget.terms;
-    let physical = ["contour error", "repeatability", "controller resolution: step"];
-    let off = terms.iter().filter(|term| physical.contains(&term.name.as_str()));
+    let physical = [TermKind::ContourError, TermKind::Repeatability, TermKind::StepResolution];
+    let off = terms.iter().filter(|term| physical.contains(&term.kind));
     terms.iter().map(|term| term.mm).sum::<f64>() + off.map(|term| term.mm).sum::<f64>()
 }
 

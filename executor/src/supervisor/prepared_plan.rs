@@ -5,6 +5,7 @@ use std::sync::Arc;
 use keepout_guard::Rules;
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Length, ProhibitedRegion};
+use keepout_planner::margin::TermKind;
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::length_up_from_mm;
 
@@ -74,7 +75,7 @@ pub(super) fn rules(plan: &CertifiedPlan, travel: Window, abilities: Abilities) 
 /// The threshold of contours as they are sent. A controller that turns arcs into chords leaves them by a term of the margin;
 /// one that is sent chords does not, and the chords are asked without that term.
 fn finishing_as_sent(plan: &CertifiedPlan, abilities: Abilities) -> Length {
-    let term = plan.plan.budget.terms.iter().find(|term| term.name == "controller arcs");
+    let term = plan.plan.budget.terms.iter().find(|term| term.kind == TermKind::ControllerArcs);
     let units = term.filter(|_| !abilities.arcs).and_then(|term| length_up_from_mm(term.mm).ok());
     let less = units.map_or(0, |term| i64::from(term.units()) - 1).max(0);
     Length::from_units(i64::from(plan.finishing.units()) - less).unwrap_or(plan.finishing)
@@ -118,10 +119,10 @@ mod tests {
             let radius = order.job.tool_diameter_mm / 2.0;
             let terms = &plan.plan.budget.terms;
             let sum: f64 = terms.iter().map(|term| term.mm).sum();
-            let of = |name: &str| -> f64 {
-                terms.iter().filter(|term| term.name.starts_with(name)).map(|term| term.mm).sum()
+            let of = |counts: fn(TermKind) -> bool| -> f64 {
+                terms.iter().filter(|term| counts(term.kind)).map(|term| term.mm).sum()
             };
-            let of_arcs = of("controller arcs");
+            let of_arcs = of(|kind| kind == TermKind::ControllerArcs);
             assert!(terms.iter().all(|term| term.mm > 0.0) && of_arcs > 0.0);
             let close = |length: Length, least: f64| (0.0..1e-4).contains(&(mm(length.units()) - least));
             assert!(close(arcs.finishing_clearance, radius + sum), "{case}: {:?}", arcs.finishing_clearance);
@@ -137,7 +138,7 @@ mod tests {
                     "{case}: {:?} {kept}",
                     rules.jogging_clearance
                 );
-                assert!(close(rules.resolution, of("controller resolution")), "{case}");
+                assert!(close(rules.resolution, of(TermKind::is_resolution)), "{case}");
             }
         }
     }
