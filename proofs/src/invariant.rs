@@ -14,9 +14,9 @@ use std::collections::{HashSet, VecDeque};
 use std::hash::BuildHasher;
 use std::sync::Arc;
 
-use keepout_guard::proof::State as GuardState;
 use keepout_guard::{
-    Certification, DRAIN, Guard, Interpolation, OnCancel, PositionFeedback, QueryStamp, Rules, Time,
+    Certification, DRAIN, Guard, Interpolation, OnCancel, PositionFeedback, QueryStamp, Rules,
+    State as GuardState, Time,
 };
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Curve, ProhibitedRegion, Segment};
@@ -122,15 +122,8 @@ impl World {
     /// Explores all that can happen, up to so many states.
     #[must_use]
     pub fn explore(&self, most: usize) -> Explored {
-        self.explore_with(most, |_| {})
-    }
-
-    /// The same with a guard that was changed first.
-    #[must_use]
-    pub fn explore_with(&self, most: usize, change: impl Fn(&mut Guard)) -> Explored {
         let part = square::part();
-        let mut guard = self.guard(&part);
-        change(&mut guard);
+        let guard = self.guard(&part);
         let first = Node {
             inside: guard.is_inside_jogging_clearance(),
             guard,

@@ -6,7 +6,8 @@ use std::path::Path;
 
 use keepout_planner::plan_file::write_whole;
 
-use crate::mutants::{self, Mutant};
+use crate::faults::results::Fate;
+use crate::faults::{self, Engine, Fault};
 use crate::property::{Outcome, Property, Ran};
 use crate::smt::results::{self, Row};
 use crate::{properties, worlds};
@@ -41,7 +42,7 @@ const BESIDE: [(&str, &str, &str); 8] = [
     ),
     ("no order of execution of admitted lines comes near the part", "guard/", "executor: guard/tests.rs"),
     (
-        "months of hostile operation; each part of the guard taken out is noticed",
+        "months of hostile operation; seeded faults of the guard are noticed",
         "executor/",
         "tests/: bin hostile",
     ),
@@ -78,7 +79,7 @@ pub fn write(page: &Path, theorems: &Path) -> io::Result<bool> {
         properties_of(text, &mut failed)?;
         solved(text, &solved_by, &mut failed)?;
         explored(text, &mut failed)?;
-        mutated(text)?;
+        seeded(text)?;
         writeln!(text, "\n## Beside these\n\n| what | of | where |\n|---|---|---|")?;
         BESIDE.iter().try_for_each(|(what, of, place)| writeln!(text, "| {what} | {of} | {place} |"))
     };
@@ -268,27 +269,44 @@ fn explored(text: &mut String, failed: &mut Vec<String>) -> std::fmt::Result {
     Ok(())
 }
 
-fn mutated(text: &mut String) -> std::fmt::Result {
-    let results = mutants::results();
-    let list = mutants::list().unwrap_or_default();
-    let fate = |mutant: &Mutant| mutant.result(&results).map_or("not run", |result| &result.fate).to_owned();
-    let count = |which: &str| list.iter().filter(|mutant| fate(mutant) == which).count();
+fn seeded(text: &mut String) -> std::fmt::Result {
+    let rows = faults::results::read();
+    let catalogue = faults::catalogue().unwrap_or_default();
+    let fate = |fault: &Fault, engine: Engine| {
+        faults::results::row(&rows, fault, engine).map_or("not run".into(), |row| row.fate.to_string())
+    };
+    let of = |wanted: Engine| catalogue.iter().filter(move |fault| fault.engines().contains(&wanted));
+    let count =
+        |begin: &str| of(Engine::Proofs).filter(|f| fate(f, Engine::Proofs).starts_with(begin)).count();
+    let equivalent = Fate::Equivalent.to_string();
     writeln!(
         text,
-        "\n## Faults put in\n\nEach entry of `mutants.toml` puts one fault into the trusted core; a property, a world or a soak must fail. \
-         {} in the list: {} killed, {} survived, {} equivalent, {} not decided in ten minutes, {} not run.\n\n\
-         | fault | file | outcome | by |\n|---|---|---|---|",
-        list.len(),
-        count("killed"),
+        "\n## Seeded faults\n\nThe catalogue `faults.toml` has {} faults. Each goes into a copy of the tree, and somebody must notice \
+         it. {} are for the properties, soaks and worlds: {} were noticed, {} survived, {} are equivalent, {} were not decided in ten \
+         minutes, {} were not run. {} of these must be noticed by the hostile simulation, too. {} more are for the fuzz targets \
+         (`cargo run -p keepout-fuzz --example seeded`), and are not listed here.\n\n\
+         | fault | file | properties and worlds | hostile simulation |\n|---|---|---|---|",
+        catalogue.len(),
+        of(Engine::Proofs).count(),
+        count("noticed"),
         count("survived"),
-        count("equivalent"),
-        count("not decided"),
+        count(&equivalent),
+        count("undecided"),
         count("not run"),
+        of(Engine::Hostile).count(),
+        of(Engine::Fuzz).count(),
     )?;
-    for mutant in &list {
-        let by = mutant.result(&results).map_or("", |result| &result.by);
-        let by = mutant.equivalent.as_deref().filter(|_| fate(mutant) == "equivalent").unwrap_or(by);
-        writeln!(text, "| {} | `{}` | {} | {by} |", mutant.what, mutant.file.display(), fate(mutant))?;
+    for fault in of(Engine::Proofs) {
+        let proofs = fate(fault, Engine::Proofs);
+        let why = fault.equivalent.as_deref().filter(|_| proofs == equivalent);
+        let proofs = why.map_or(proofs.clone(), |why| format!("{proofs}: {why}"));
+        let hostile = if fault.engines().contains(&Engine::Hostile) {
+            fate(fault, Engine::Hostile)
+        } else {
+            "–".into()
+        };
+        let files: Vec<String> = fault.edits().map(|edit| format!("`{}`", edit.file.display())).collect();
+        writeln!(text, "| {} | {} | {proofs} | {hostile} |", fault.name, files[0])?;
     }
     Ok(())
 }

@@ -21,21 +21,3 @@ fn every_point_where_the_tool_can_be_lies_in_a_certified_set() {
         }
     });
 }
-
-/// Each part of the guard that is taken out is noticed in some world.
-#[cfg(feature = "mutations")]
-#[test]
-fn every_part_of_the_guard_is_needed() {
-    use keepout_guard::Mutation;
-    let worlds = worlds::all();
-    for mutation in Mutation::ALL {
-        // All worlds a little way first.
-        let noticed = [4_000, 40_000, 400_000].into_iter().any(|states| {
-            let notices = |world: &keepout_proofs::invariant::World| {
-                world.explore_with(states, |guard| guard.mutate(mutation)).violation.is_some()
-            };
-            worlds.iter().any(notices)
-        });
-        assert!(noticed, "nobody notices {mutation:?}");
-    }
-}

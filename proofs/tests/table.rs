@@ -3,9 +3,10 @@
 
 use std::collections::HashSet;
 
+use keepout_proofs::faults::tree;
 use keepout_proofs::smt::results;
 use keepout_proofs::theorems::THEOREMS;
-use keepout_proofs::{mutants, properties, table, worlds};
+use keepout_proofs::{faults, properties, table, worlds};
 
 #[test]
 fn no_property_lacks_an_engine_that_ran() {
@@ -23,13 +24,14 @@ fn no_property_lacks_an_engine_that_ran() {
 
 #[test]
 fn the_page_names_every_property_and_every_fault() {
-    let page = mutants::workspace().join("proofs/README.md");
+    let page = faults::workspace().join("proofs/README.md");
     let page = std::fs::read_to_string(page).expect("`table` has written it");
     for property in properties::all() {
         assert!(page.contains(&format!("| `{}` | {} |", property.name, property.claim)), "{}", property.name);
     }
-    for mutant in mutants::list().expect("the list is here") {
-        assert!(page.contains(&mutant.what), "{}", mutant.what);
+    for fault in faults::catalogue().expect("the catalogue is here") {
+        let listed = !fault.engines().contains(&faults::Engine::Fuzz);
+        assert!(!listed || page.contains(&fault.name), "{}", fault.name);
     }
     for theorem in THEOREMS {
         assert!(
@@ -48,7 +50,7 @@ fn the_page_names_every_property_and_every_fault() {
 /// Geometry that nothing rests on, and that no property holds the code to, would prove nothing of the code.
 #[test]
 fn theorems_that_run_no_code_are_tied_to_it() {
-    let rows = results::read(&mutants::workspace().join("proofs/results/theorems.tsv"))
+    let rows = results::read(&faults::workspace().join("proofs/results/theorems.tsv"))
         .expect("`prove` has written it");
     let names: Vec<&str> = rows.iter().map(|row| row.theorem.as_str()).collect();
     assert_eq!(names, THEOREMS.iter().map(|theorem| theorem.name).collect::<Vec<_>>());
@@ -65,17 +67,19 @@ fn theorems_that_run_no_code_are_tied_to_it() {
 
 #[test]
 fn every_fault_is_noticed() {
-    let results = mutants::results();
-    for mutant in mutants::list().expect("the list is here") {
-        assert!(mutant.is_settled(&results), "{}: run `mutants --left`", mutant.what);
+    let rows = faults::results::read();
+    for fault in faults::catalogue().expect("the catalogue is here") {
+        assert!(faults::results::is_settled(&rows, &fault), "{}: run `faults --left`", fault.name);
     }
 }
 
+/// Each edit finds its place once: alone, and after the other faults that share its copy.
 #[test]
-fn each_fault_has_its_place_once() {
-    for mutant in mutants::list().expect("the list is here") {
-        let text =
-            std::fs::read_to_string(mutants::workspace().join(&mutant.file)).expect("the file is here");
-        assert_eq!(text.matches(&mutant.find).count(), 1, "{}", mutant.what);
+fn faults_can_be_seeded() {
+    let catalogue = faults::catalogue().expect("the catalogue is here");
+    for fault in &catalogue {
+        tree::seeded_files(std::slice::from_ref(fault)).expect("it can be seeded alone");
     }
+    let switched: Vec<_> = catalogue.into_iter().filter(faults::Fault::is_switched).collect();
+    assert!(tree::seeded_files(&switched).expect("they can be seeded together").len() > 10);
 }

@@ -8,8 +8,6 @@ use core::marker::PhantomData;
 use keepout_kernel::{FreePoint, Point};
 
 use crate::hull::Hull;
-#[cfg(feature = "mutations")]
-use crate::mutation::Mutation;
 use crate::{Certified, Guard, Interpolation, Refusal};
 
 /// A target that the guard has admitted. [`Admissions::jog`] consumes it.
@@ -58,12 +56,6 @@ impl<'a> Admissions<'a> {
         if guard.is_inside_jogging_clearance() {
             return Err(Refusal::InsideJoggingClearance);
         }
-        #[cfg(feature = "mutations")]
-        if guard.mutation == Mutation::NoFans {
-            let last = guard.set.lines.back().map_or(confirmed, |line| line.target);
-            let target = guard.simplified.motion(last, to).map_err(Refusal::Blocked)?;
-            return Ok(Admission { target, of: PhantomData });
-        }
         let target = guard.set.admit(&guard.simplified, self.hull.as_ref(), confirmed, to)?;
         Ok(Admission { target, of: PhantomData })
     }
@@ -86,9 +78,6 @@ impl<'a> Admissions<'a> {
             return Err(Refusal::Slanted(confirmed.point()));
         }
         let within = guard.rules.jogging_clearance;
-        #[cfg(feature = "mutations")]
-        let within =
-            if guard.mutation == Mutation::EscapeAnywhere { keepout_kernel::Length::ZERO } else { within };
         let target = guard.exact.retract(confirmed, to, within).map_err(Refusal::Blocked)?;
         Ok(Admission { target, of: PhantomData })
     }

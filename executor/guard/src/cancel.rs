@@ -92,10 +92,6 @@ impl Guard {
     }
 
     fn certify_cancel(&mut self) -> Result<CertifiedCancel, Refusal> {
-        #[cfg(feature = "mutations")]
-        if self.mutation == crate::Mutation::UncertifiedCancel {
-            return Ok(CertifiedCancel::new());
-        }
         match self.rules.on_cancel {
             OnCancel::NotOffered => Err(Refusal::NoCancel),
             OnCancel::KeepsPath => Ok(CertifiedCancel::new()),

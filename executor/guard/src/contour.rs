@@ -6,8 +6,6 @@ use keepout_kernel::exact::segment::{Orientation, Window, orientation, points_wi
 use keepout_kernel::offset::{Gouge, GougeCause, certify_path, shortest_arc};
 use keepout_kernel::{Arc, Curve, FreePoint, Length, Point, Turn};
 
-#[cfg(feature = "mutations")]
-use crate::Mutation;
 use crate::in_flight::{BELIEVED, BEYOND, PositionFeedback, clear_box};
 use crate::{Certified, Guard, Interpolation, Motion, Refusal};
 
@@ -31,7 +29,6 @@ pub(crate) struct Contour {
 
 impl Contour {
     /// Everything about it that changes, but where it has come to.
-    #[cfg(feature = "proofs")]
     pub(crate) fn counts(&self) -> Counts {
         ([self.certified, self.sent, self.first], [self.rests_seen, self.stops_seen])
     }
@@ -43,7 +40,6 @@ impl Contour {
 
 /// What counts about a contour: motions certified and sent, the first on which the tool can be; reports of rest at its end and
 /// before.
-#[cfg(feature = "proofs")]
 pub(crate) type Counts = ([usize; 3], [u8; 2]);
 
 /// How far the certification of a contour has come.
@@ -108,10 +104,6 @@ impl Guard {
     }
 
     fn certify_motion(&self, index: usize, curve: &Curve, from: FreePoint) -> Result<FreePoint, Refusal> {
-        #[cfg(feature = "mutations")]
-        if self.mutation == Mutation::UncertifiedContour {
-            return self.exact.free_point(curve.to(), Length::ZERO).map_err(Refusal::Blocked);
-        }
         if curve.from() != from.point() {
             let gouge = Gouge { index, at: from.point(), cause: GougeCause::Discontinuous };
             return Err(Refusal::Gouge(gouge));
@@ -159,8 +151,6 @@ impl Guard {
     /// or cancelled: it stops because nothing more of it is sent.
     pub fn next_of_contour(&mut self) -> Option<Certified> {
         let waits = self.unacknowledged() > 0 || self.unread() > 0 || self.has_stopped_early();
-        #[cfg(feature = "mutations")]
-        let waits = waits && (self.mutation != Mutation::ContourUnacknowledged || self.unacknowledged() > 3);
         if waits {
             return None;
         }

@@ -10,7 +10,7 @@ const CORNERS_MAX: usize = 2 * POINTS_MAX + 1;
 
 /// A convex hull: its corners counter-clockwise; two for points on a line, one for a single point.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Hull {
+pub struct Hull {
     corners: [Point; CORNERS_MAX],
     count: usize,
 }
@@ -18,7 +18,8 @@ pub(crate) struct Hull {
 impl Hull {
     /// The hull of the points; `None` without points, with too many, or when it does not hold them all (which would be an
     /// error here: it is looked at again).
-    pub(crate) fn of(points: impl Iterator<Item = Point> + Clone) -> Option<Self> {
+    #[must_use]
+    pub fn of(points: impl Iterator<Item = Point> + Clone) -> Option<Self> {
         let first = points.clone().next()?;
         let mut sorted = [first; POINTS_MAX];
         let mut count = 0;
@@ -37,7 +38,8 @@ impl Hull {
     }
 
     /// The hull of this one and a point.
-    pub(crate) fn with(&self, point: Point) -> Option<Self> {
+    #[must_use]
+    pub fn with(&self, point: Point) -> Option<Self> {
         Self::of(self.corners[..self.count].iter().copied().chain(core::iter::once(point)))
     }
 
@@ -62,24 +64,26 @@ impl Hull {
     }
 
     /// The corners.
-    #[cfg(feature = "proofs")]
-    pub(crate) fn corners(&self) -> &[Point] {
+    #[must_use]
+    pub fn corners(&self) -> &[Point] {
         &self.corners[..self.count]
     }
 
-    /// The polygon.
-    pub(crate) fn polygon(&self) -> Option<Convex<'_>> {
+    /// The polygon; `None` when the corners do not turn left all round (an error here: it is checked anew).
+    #[must_use]
+    pub fn polygon(&self) -> Option<Convex<'_>> {
         Convex::check(&self.corners[..self.count])
     }
 
     /// The sides: pairs of corners; one pair for two corners and for one.
-    pub(crate) fn sides(&self) -> impl Iterator<Item = (Point, Point)> + '_ {
+    pub fn sides(&self) -> impl Iterator<Item = (Point, Point)> + '_ {
         let count = if self.count == 2 { 1 } else { self.count };
         (0..count).map(|k| (self.corners[k], self.corners[(k + 1) % self.count]))
     }
 
     /// Whether the point is in the hull, its border included.
-    pub(crate) fn holds(&self, point: Point) -> bool {
+    #[must_use]
+    pub fn holds(&self, point: Point) -> bool {
         match self.count {
             0 => false,
             1 => self.corners[0] == point,
@@ -92,7 +96,8 @@ impl Hull {
     }
 
     /// The point of the hull nearest to `point`, to a lattice unit.
-    pub(crate) fn nearest(&self, point: Point) -> Option<Point> {
+    #[must_use]
+    pub fn nearest(&self, point: Point) -> Option<Point> {
         if self.holds(point) {
             return Some(point);
         }

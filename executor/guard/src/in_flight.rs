@@ -70,8 +70,7 @@ pub(crate) const BEYOND: i64 = 4;
 pub const DRAIN: Duration = Duration::from_millis(500);
 
 /// The set. Allocates nothing after [`InFlight::new`].
-#[derive(Debug)]
-#[cfg_attr(feature = "proofs", derive(Clone))]
+#[derive(Clone, Debug)]
 pub(crate) struct InFlight {
     pub(crate) interpolation: Interpolation,
     /// How far a reported position can be from the commanded one.

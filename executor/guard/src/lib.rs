@@ -27,11 +27,8 @@ mod contour;
 mod hull;
 mod in_flight;
 mod motion;
-#[cfg(feature = "mutations")]
-mod mutation;
 mod open_space;
-#[cfg(feature = "proofs")]
-pub mod proof;
+mod state;
 #[cfg(test)]
 mod tests;
 mod time;
@@ -42,14 +39,14 @@ pub use admission::{Admission, Admissions};
 pub use cancel::OnCancel;
 pub use contour::Certification;
 use contour::Contour;
+pub use hull::Hull;
 pub use in_flight::{DRAIN, Interpolation, PositionFeedback, QueryStamp};
 use in_flight::{InFlight, LINES_MAX, Line};
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{FreePoint, Length, Point, ProhibitedRegion};
 pub use motion::{Certified, CertifiedCancel, Motion, Refusal};
-#[cfg(feature = "mutations")]
-pub use mutation::Mutation;
 pub use open_space::guard_in_open_space;
+pub use state::State;
 pub use time::Time;
 
 /// What a guard keeps to.
@@ -76,9 +73,9 @@ pub struct Rules {
     pub checked: bool,
 }
 
-/// The guard; see the module's documentation for what it promises.
-#[derive(Debug)]
-#[cfg_attr(feature = "proofs", derive(Clone))]
+/// The guard; see the module's documentation for what it promises. A copy serves exploration: two copies at one controller
+/// promise nothing.
+#[derive(Clone, Debug)]
 pub struct Guard {
     exact: Arc<ProhibitedRegion>,
     /// The part with fewer edges, and a little larger: what is clear of it is clear of the part.
@@ -92,8 +89,6 @@ pub struct Guard {
     /// Least deceleration of the axes, lattice units per s².
     deceleration: Option<u64>,
     contour: Option<Contour>,
-    #[cfg(feature = "mutations")]
-    mutation: Mutation,
 }
 
 impl Guard {
@@ -111,8 +106,6 @@ impl Guard {
             read: 0,
             deceleration: None,
             contour: None,
-            #[cfg(feature = "mutations")]
-            mutation: Mutation::None,
         }
     }
 
@@ -200,10 +193,6 @@ impl Guard {
     /// Lines sent that may still be in the controller's receive buffer. A checksum over each line keeps that from being mixed
     /// up.
     fn unread(&self) -> u64 {
-        #[cfg(feature = "mutations")]
-        if self.mutation == Mutation::AheadOfReading {
-            return 0;
-        }
         if self.rules.checked { 0 } else { self.sent - self.read }
     }
 
@@ -282,10 +271,6 @@ impl Guard {
         self.set.moving();
         self.set.fastest = self.set.fastest.max(feed_mm_min);
         let line = Line { number: self.sent, target };
-        #[cfg(feature = "mutations")]
-        if self.mutation == Mutation::ForgetInFlight {
-            return Certified { motion: Motion::Jog { to: target.point(), feed_mm_min } };
-        }
         self.set.lines.push_back(line);
         Certified { motion: Motion::Jog { to: target.point(), feed_mm_min } }
     }
@@ -356,14 +341,8 @@ impl Guard {
         if self.set.confirmed.is_none() {
             return Ok(());
         }
-        #[cfg(feature = "mutations")]
-        if self.mutate_report(feedback) {
-            return Ok(());
-        }
         let part = if self.is_inside_jogging_clearance() { &*self.exact } else { &*self.simplified };
         let in_position = self.set.reported(part, feedback, all, self.acknowledged, (stamp.at, now))?;
-        #[cfg(feature = "mutations")]
-        self.mutate_retiring(feedback);
         if in_position
             && self.is_inside_jogging_clearance()
             && let Some(confirmed) = self.set.confirmed

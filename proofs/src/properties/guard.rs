@@ -3,16 +3,13 @@
 use std::collections::VecDeque;
 use std::sync::{Arc, OnceLock};
 
-use keepout_guard::proof::hull;
+use keepout_guard::Hull;
 use keepout_guard::{
     Certification, DRAIN, Guard, Interpolation, Motion, OnCancel, PositionFeedback, Refusal, Rules, Time,
 };
-use keepout_kernel::exact::lattice::COORD_MAX;
 use keepout_kernel::exact::segment::{Orientation, Window, distance_2, orientation};
 use keepout_kernel::offset::shortest_arc;
-use keepout_kernel::{
-    Curve, FreePoint, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side, Triangle, Turn,
-};
+use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side, Triangle, Turn};
 
 use super::Xy;
 use crate::draw::Draw;
@@ -128,16 +125,6 @@ fn guard(interpolation: Interpolation, checked: bool) -> Guard {
 }
 
 /// Points far from a part that is in the corner of the lattice.
-fn free(set: &[Xy]) -> Option<Vec<FreePoint>> {
-    static FAR: OnceLock<ProhibitedRegion> = OnceLock::new();
-    let far = FAR.get_or_init(|| {
-        let (near, edge) = (i64::from(COORD_MAX) - 2, i64::from(COORD_MAX));
-        let ring = Ring::new(vec![at((near, near)), at((edge, near)), at((edge, edge))]).expect("a triangle");
-        ProhibitedRegion::new(Region::new(vec![ring]).expect("one"), Side::Outside).expect("few")
-    });
-    set.iter().map(|&p| far.free_point(at(p), Length::ZERO).ok()).collect()
-}
-
 fn in_some_triangle(set: &[Xy], p: Xy) -> bool {
     let here = Segment { from: at(p), to: at(p) };
     let holds =
@@ -146,39 +133,36 @@ fn in_some_triangle(set: &[Xy], p: Xy) -> bool {
 }
 
 fn hull_holds_its_points_and_no_others(set: &[Xy], probe: Xy) {
-    let Some(points) = free(set) else { return passed_over() };
-    let probes: Vec<Point> = set.iter().chain([&probe]).map(|&p| at(p)).collect();
-    let seen = hull(&points, &probes).expect("few points have a hull");
-    let (last, of_set) = seen.probes.split_last().expect("one probe");
-    assert!(of_set.iter().all(|(held, _)| *held), "{set:?}: {seen:?}");
-    assert_eq!(last.0, in_some_triangle(set, probe), "{set:?} {probe:?}: {seen:?}");
-    assert!(seen.corners.iter().all(|corner| set.iter().any(|&p| at(p) == *corner)));
-    let turn = |k: usize| seen.corners[k % seen.corners.len()];
-    if seen.corners.len() > 2 {
+    let hull = Hull::of(set.iter().map(|&p| at(p))).expect("few points have a hull");
+    assert!(set.iter().all(|&p| hull.holds(at(p))), "{set:?}: {hull:?}");
+    assert_eq!(hull.holds(at(probe)), in_some_triangle(set, probe), "{set:?} {probe:?}: {hull:?}");
+    let corners = hull.corners();
+    assert!(corners.iter().all(|corner| set.iter().any(|&p| at(p) == *corner)));
+    let turn = |k: usize| corners[k % corners.len()];
+    if corners.len() > 2 {
         let left = |k| orientation(turn(k), turn(k + 1), turn(k + 2)) == Orientation::Left;
-        assert!((0..seen.corners.len()).all(left), "{set:?}: {seen:?}");
+        assert!((0..corners.len()).all(left), "{set:?}: {hull:?}");
     }
     // The sides go round: with any target, the triangles over them and the hull make up the new hull.
-    let sides = if seen.corners.len() == 2 { 1 } else { seen.corners.len() };
+    let sides = if corners.len() == 2 { 1 } else { corners.len() };
     let round: Vec<(Point, Point)> = (0..sides).map(|k| (turn(k), turn(k + 1))).collect();
-    assert_eq!(seen.sides, round, "{set:?}");
+    assert_eq!(hull.sides().collect::<Vec<_>>(), round, "{set:?}");
 }
 
 fn hulls_of_more_than_fourteen_are_none(count: usize) {
     let set: Vec<Xy> = (0..30).map(|k| (k, k * k)).take(count).collect();
-    let Some(points) = free(&set) else { return passed_over() };
-    assert_eq!(hull(&points, &[]).is_some(), (1..=14).contains(&count), "{count}");
+    assert_eq!(Hull::of(set.iter().map(|&p| at(p))).is_some(), (1..=14).contains(&count), "{count}");
 }
 
 fn nearest_of_a_hull_is_nearest(set: &[Xy], probe: Xy, other: Xy) {
-    let Some(points) = free(set) else { return passed_over() };
-    let seen = hull(&points, &[at(probe), at(other)]).expect("few points have a hull");
-    let (held, Some(nearest)) = seen.probes[0] else { panic!("a hull has a nearest point") };
+    let hull = Hull::of(set.iter().map(|&p| at(p))).expect("few points have a hull");
+    let (held, nearest) =
+        (hull.holds(at(probe)), hull.nearest(at(probe)).expect("a hull has a nearest point"));
     assert!(!held || nearest == at(probe), "{set:?} {probe:?}");
     let beside =
-        seen.sides.iter().any(|&(from, to)| !Segment { from, to }.near_point(nearest, length(1)).is_clear());
+        hull.sides().any(|(from, to)| !Segment { from, to }.near_point(nearest, length(1)).is_clear());
     assert!(held || beside, "{set:?} {probe:?}: {nearest:?} is off the hull");
-    if seen.probes[1].0 {
+    if hull.holds(at(other)) {
         let away = |p: Point| i128::from(distance_2(p, at(probe)));
         let (found, better) = (away(nearest), away(at(other)));
         // |found| ≤ |better| + 1, squared: found − better − 1 ≤ 2·√better.

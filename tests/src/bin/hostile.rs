@@ -15,9 +15,7 @@ use keepout_executor::dialect::DialectName;
 use keepout_executor::session::{EventLog, NoEventLog};
 use keepout_kernel::Length;
 use keepout_tests::REAL_DRAWINGS;
-#[cfg(feature = "mutations")]
-use keepout_tests::hostile::Fault;
-use keepout_tests::hostile::{Outcome, Part, Spec, Verdict, World, Worlds, log, play, play_on, shrink};
+use keepout_tests::hostile::{Fault, Outcome, Spec, Verdict, World, Worlds, log, play, play_on, shrink};
 
 /// Hostile operators, lines and controllers against the guard.
 #[derive(Debug, Parser)]
@@ -49,14 +47,24 @@ struct Arguments {
     /// Write the log of the session that is played again.
     #[arg(long, requires = "replay")]
     log: Option<std::path::PathBuf>,
-    /// Take each part of the guard out in turn; each must be noticed. Needs the feature of that name.
-    #[cfg(feature = "mutations")]
+    /// Only sessions that suffer this fault; may be given more than once. Names are those of the menu, as `Doubling`.
+    #[arg(long, value_name = "FAULT")]
+    suffering: Vec<String>,
+    /// Only sessions in which the operator starts the contour.
     #[arg(long)]
-    mutations: bool,
-    /// Only the part of this name.
-    #[cfg(feature = "mutations")]
-    #[arg(long, requires = "mutations")]
-    part: Option<String>,
+    cycle_start: bool,
+    /// Only sessions in which the operator jogs all the time.
+    #[arg(long, conflicts_with = "cycle_start")]
+    jogging: bool,
+    /// Only controllers that may leave the path at a stop, or run away.
+    #[arg(long)]
+    stops_astray: bool,
+    /// Only lines with more delay than this each way, ms.
+    #[arg(long, value_name = "MS", default_value_t = 0)]
+    latency_above_ms: u128,
+    /// Stop at the first verdict, and do not look for a smaller session that shows it.
+    #[arg(long)]
+    first: bool,
     /// Move the tool by feed drives in every session.
     #[arg(long)]
     driven: bool,
@@ -160,9 +168,9 @@ fn main() -> ExitCode {
     if let Some(seeds) = &arguments.replay {
         return replay(&worlds, seeds, arguments.driven, arguments.log.as_deref());
     }
-    #[cfg(feature = "mutations")]
-    if arguments.mutations {
-        return mutations(&worlds, &arguments);
+    if let Some(unknown) = arguments.suffering.iter().find(|name| fault_named(name).is_none()) {
+        eprintln!("hostile: there is no fault {unknown}. The menu: {:?}", Fault::ALL);
+        return ExitCode::from(2);
     }
     hunt(&worlds, &arguments)
 }
@@ -183,16 +191,27 @@ fn worlds(arguments: &Arguments) -> Result<Worlds, String> {
     Ok(Worlds { real, languages })
 }
 
-/// The whole guard.
-#[cfg(feature = "mutations")]
-fn whole() -> Part {
-    Part::default()
+fn fault_named(name: &str) -> Option<Fault> {
+    Fault::ALL.into_iter().find(|fault| format!("{fault:?}") == name)
 }
 
-/// The whole guard.
-#[cfg(not(feature = "mutations"))]
-fn whole() -> Part {
-    Part
+impl Arguments {
+    /// Whether the arguments ask for this session.
+    fn wants(&self, spec: &Spec) -> bool {
+        let suffers = |name: &String| fault_named(name).is_some_and(|fault| spec.suffers(fault));
+        self.suffering.iter().all(suffers)
+            && (!self.cycle_start || spec.automatic)
+            && (!self.jogging || !spec.automatic)
+            && (!self.stops_astray || !spec.quirks.plain_hold || spec.quirks.stops_run_away)
+            && spec.latency.as_millis() >= self.latency_above_ms
+    }
+
+    /// The sessions of the drawing of this number, in order.
+    fn sessions(&self, number: u64) -> impl Iterator<Item = Spec> {
+        let specs = (0..).map(move |session| Spec::of(seeds(self.seed, number, session).1));
+        let wanted = specs.filter(|spec| self.wants(spec));
+        wanted.take(usize::try_from(self.per_drawing).unwrap_or(usize::MAX))
+    }
 }
 
 /// The seed of a drawing, and of a session in it.
@@ -227,10 +246,9 @@ fn hunt(worlds: &Worlds, arguments: &Arguments) -> ExitCode {
                     let (seed, _) = seeds(arguments.seed, number, 0);
                     let Some(world) = worlds.world(seed) else { continue };
                     totals.worlds.fetch_add(1, Ordering::Relaxed);
-                    for session in 0..arguments.per_drawing {
-                        let mut spec = Spec::of(seeds(arguments.seed, number, session).1);
+                    for mut spec in arguments.sessions(number) {
                         spec.driven |= arguments.driven;
-                        let outcome = play(&world, &spec, whole());
+                        let outcome = play(&world, &spec);
                         totals.add(&outcome);
                         if let Some(fault) = outcome.fault.as_ref().filter(|_| spec.faults.is_empty()) {
                             failed.store(true, Ordering::Relaxed);
@@ -243,7 +261,7 @@ fn hunt(worlds: &Worlds, arguments: &Arguments) -> ExitCode {
                         }
                         if let Some(verdict) = outcome.verdict {
                             failed.store(true, Ordering::Relaxed);
-                            tell(&world, &spec, verdict, whole());
+                            report(&world, &spec, verdict, !arguments.first);
                         }
                         if over() {
                             break;
@@ -265,7 +283,7 @@ fn hunt(worlds: &Worlds, arguments: &Arguments) -> ExitCode {
     }
 }
 
-fn tell(world: &World, spec: &Spec, verdict: Verdict, part: Part) {
+fn report(world: &World, spec: &Spec, verdict: Verdict, shrinks: bool) {
     let (Verdict::Gouging { centre, .. } | Verdict::Allowance { centre, .. }) = verdict;
     let mm = |length: Length| keepout_planner::units::mm(length.units());
     println!(
@@ -276,9 +294,11 @@ fn tell(world: &World, spec: &Spec, verdict: Verdict, part: Part) {
         mm(world.work.plan.roughing),
         world.machine
     );
-    println!("{verdict:?}\n  in {} ({}), {spec:?}", world.name, world.language.name());
+    println!("verdict: {verdict:?}\n  in {} ({}), {spec:?}", world.name, world.language.name());
     println!("  again: --replay {}:{}", world.seed, spec.seed);
-    println!("  smaller: {:?}", shrink(world, spec, part));
+    if shrinks {
+        println!("  smaller: {:?}", shrink(world, spec));
+    }
 }
 
 fn replay(worlds: &Worlds, seeds: &str, driven: bool, path: Option<&std::path::Path>) -> ExitCode {
@@ -296,9 +316,9 @@ fn replay(worlds: &Worlds, seeds: &str, driven: bool, path: Option<&std::path::P
     };
     let mut spec = Spec::of(session);
     spec.driven |= driven;
-    let tape = path.map_or(Ok(Box::new(NoEventLog) as Box<dyn EventLog>), |path| log(&world, &spec, path));
-    let outcome = match tape {
-        Ok(tape) => play_on(&world, &spec, whole(), tape),
+    let log = path.map_or(Ok(Box::new(NoEventLog) as Box<dyn EventLog>), |path| log(&world, &spec, path));
+    let outcome = match log {
+        Ok(log) => play_on(&world, &spec, log),
         Err(error) => {
             eprintln!("hostile: {error}");
             return ExitCode::from(2);
@@ -306,59 +326,6 @@ fn replay(worlds: &Worlds, seeds: &str, driven: bool, path: Option<&std::path::P
     };
     println!("{} ({})\n{spec:#?}\n{outcome:#?}", world.name, world.language.name());
     let Some(verdict) = outcome.verdict else { return ExitCode::SUCCESS };
-    tell(&world, &spec, verdict, whole());
+    report(&world, &spec, verdict, true);
     ExitCode::FAILURE
-}
-
-/// Whether a session can show that the part is missing. What is needed against one fault alone is looked for under that fault.
-#[cfg(feature = "mutations")]
-fn tries(part: Part, spec: &Spec) -> bool {
-    let refused = spec.automatic && spec.suffers(Fault::DamageToController);
-    match part {
-        Part::ContourUnacknowledged => refused,
-        Part::UncertifiedCancel => !spec.automatic && (!spec.quirks.plain_hold || spec.quirks.stops_run_away),
-        Part::AheadOfReading => refused && spec.suffers(Fault::Doubling) && spec.latency.as_millis() > 50,
-        _ => true,
-    }
-}
-
-/// Takes each part of the guard out; each must be noticed.
-#[cfg(feature = "mutations")]
-fn mutations(worlds: &Worlds, arguments: &Arguments) -> ExitCode {
-    let mut missed = 0;
-    let named = |part: &Part| arguments.part.as_ref().is_none_or(|name| format!("{part:?}") == *name);
-    for part in Part::ALL.into_iter().filter(named) {
-        let began = Instant::now();
-        let (mut played, mut found) = (0_u64, None);
-        'search: for number in 0.. {
-            let (seed, _) = seeds(arguments.seed, number, 0);
-            let Some(world) = worlds.world(seed) else { continue };
-            if part == Part::UncertifiedCancel && world.language.name() != "grblhal" {
-                continue;
-            }
-            let specs = (0..).map(|session| Spec::of(seeds(arguments.seed, number, session).1));
-            for spec in specs.filter(|spec| tries(part, spec)).take(60) {
-                played += 1;
-                if let Some(verdict) = play(&world, &spec, part).verdict {
-                    found = Some((world.name.clone(), verdict));
-                    break 'search;
-                }
-                let limit = arguments.minutes.unwrap_or(1.0) * 60.0;
-                if began.elapsed().as_secs_f64() > limit {
-                    break 'search;
-                }
-            }
-        }
-        let seconds = began.elapsed().as_secs_f64();
-        match found {
-            Some((name, verdict)) => {
-                println!("{part:?}: noticed after {played} sessions, {seconds:.1} s, in {name}: {verdict:?}");
-            }
-            None => {
-                missed += 1;
-                println!("{part:?}: NOT noticed in {played} sessions, {seconds:.1} s");
-            }
-        }
-    }
-    if missed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }

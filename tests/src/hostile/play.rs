@@ -25,14 +25,6 @@ use super::operator::Hostile;
 use super::spec::{Fault, Spec};
 use super::world::World;
 
-/// A part of the guard that is taken out, in builds that can.
-#[cfg(feature = "mutations")]
-pub type Part = keepout_guard::Mutation;
-/// Nothing is taken out of the guard.
-#[cfg(not(feature = "mutations"))]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Part;
-
 /// What came of a session.
 #[derive(Clone, Debug)]
 pub struct Outcome {
@@ -140,29 +132,28 @@ enum Happening {
     Mistune(bool),
 }
 
-/// Plays the session in the world. `part` is taken out of the guard.
+/// Plays the session in the world.
 #[must_use]
-pub fn play(world: &World, spec: &Spec, part: Part) -> Outcome {
-    play_on(world, spec, part, Box::new(NoEventLog))
+pub fn play(world: &World, spec: &Spec) -> Outcome {
+    play_on(world, spec, Box::new(NoEventLog))
 }
 
-/// As [`play`], and tells the tape.
+/// Plays the session in the world, and writes its event log.
 #[must_use]
-pub fn play_on(world: &World, spec: &Spec, part: Part, tape: Box<dyn EventLog>) -> Outcome {
+pub fn play_on(world: &World, spec: &Spec, log: Box<dyn EventLog>) -> Outcome {
     let mut random = Rng::with_seed(spec.seed ^ 0x5e55_1011);
     let dialect = world.language.dialect(setting(world));
     let machine = machine(world, spec, start_mm(world, spec, &mut random), dialect.abilities());
     let cable = Cable { machine: Rc::new(RefCell::new(machine)), ahead: Rc::new(Cell::new(Duration::ZERO)) };
-    let mut supervisor =
+    let supervisor =
         Supervisor::new(world.work.clone(), options(world, spec, &mut random), dialect.abilities());
-    take_out(&mut supervisor, part);
     let operator = Hostile::new(spec.style, spec.automatic, random.u64(..));
     let again = cable.clone();
     let reopen =
         move || if again.machine.borrow().is_connected() { Ok(again.clone()) } else { Err(unplugged()) };
     let engine = Engine::new(supervisor, dialect);
     let mut session =
-        Session::new(engine, cable.clone(), Box::new(operator), tape).recovering(Box::new(reopen));
+        Session::new(engine, cable.clone(), Box::new(operator), log).recovering(Box::new(reopen));
     if spec.suffers(Fault::Planner) {
         let mut wrong = Rng::with_seed(spec.seed ^ 0x0091_a77e);
         session = session.planned_by(Box::new(move |request, plan| {
@@ -335,14 +326,6 @@ fn move_corner(curves: &mut [Curve], index: usize, random: &mut Rng) {
         b.from = corner;
     }
 }
-
-#[cfg(feature = "mutations")]
-fn take_out(supervisor: &mut Supervisor, part: Part) {
-    supervisor.guard_mut().mutate(part);
-}
-
-#[cfg(not(feature = "mutations"))]
-fn take_out(_: &mut Supervisor, _: Part) {}
 
 fn setting(world: &World) -> DialectConfig {
     DialectConfig::of(&world.machine, world.place.offset)

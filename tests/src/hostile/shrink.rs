@@ -5,15 +5,15 @@ use std::time::Duration;
 use keepout_sim::Quirks;
 
 use super::operator::Style;
-use super::play::{Part, play};
+use super::play::play;
 use super::spec::Spec;
 use super::world::World;
 
 /// The smallest session found that still fails: without the faults that it does not need, no longer than it must be, over a
 /// plain line, with the plainest operator.
 #[must_use]
-pub fn shrink(world: &World, spec: &Spec, part: Part) -> Spec {
-    let fails = |candidate: &Spec| play(world, candidate, part).verdict.is_some();
+pub fn shrink(world: &World, spec: &Spec) -> Spec {
+    let fails = |candidate: &Spec| play(world, candidate).verdict.is_some();
     let mut best = spec.clone();
     let mut smaller = true;
     while smaller {

@@ -15,10 +15,6 @@ pub struct Explore {
     /// The most states of one world.
     #[arg(long, default_value_t = worlds::STATES)]
     states: usize,
-    /// Take out each part of the guard in turn, and name the worlds that notice. Needs the feature of that name.
-    #[cfg(feature = "mutations")]
-    #[arg(long)]
-    mutations: bool,
 }
 
 impl Explore {
@@ -32,10 +28,6 @@ impl Explore {
                 self.only
             );
             return ExitCode::from(2);
-        }
-        #[cfg(feature = "mutations")]
-        if self.mutations {
-            return self.mutate(&chosen);
         }
         let mut held = true;
         for world in chosen {
@@ -51,24 +43,5 @@ impl Explore {
             held &= explored.violation.is_none() && explored.complete;
         }
         super::code(Ok(held))
-    }
-
-    #[cfg(feature = "mutations")]
-    fn mutate(&self, worlds: &[World]) -> ExitCode {
-        use keepout_guard::Mutation;
-        let mut all = true;
-        for mutation in Mutation::ALL {
-            let mut noticed = Vec::new();
-            for world in worlds {
-                let explored = world.explore_with(self.states, |guard| guard.mutate(mutation));
-                if let Some(story) = explored.violation {
-                    noticed.push(format!("{} in {} steps", world.name, story.len() - 1));
-                }
-            }
-            all &= !noticed.is_empty();
-            let noticed = if noticed.is_empty() { "not noticed".into() } else { noticed.join("; ") };
-            println!("{mutation:?}: {noticed}");
-        }
-        super::code(Ok(all))
     }
 }

@@ -1,7 +1,7 @@
 //! `keepout-proofs`: proves, tests and explores what the trusted core promises, here and now.
 
 mod explore;
-mod kill;
+mod faults;
 mod prove;
 mod soak;
 mod write;
@@ -30,8 +30,8 @@ enum Command {
     Explore(explore::Explore),
     /// Compare predicates, queries and arcs with their definitions on random cases, for as long as one likes.
     Soak(soak::Soak),
-    /// Put faults into a copy of the trusted core, one at a time; each must be noticed.
-    Mutants(kill::Mutants),
+    /// Seed the faults of the catalogue into copies of the tree; each must be noticed.
+    Faults(faults::Faults),
     /// Run every engine and write the assurance table, `proofs/README.md`.
     Table(write::Table),
 }
@@ -41,7 +41,7 @@ fn main() -> ExitCode {
         Command::Prove(prove) => prove.run(),
         Command::Explore(explore) => explore.run(),
         Command::Soak(soak) => soak.run(),
-        Command::Mutants(mutants) => mutants.run(),
+        Command::Faults(faults) => faults.run(),
         Command::Table(table) => table.run(),
     }
 }

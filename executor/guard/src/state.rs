@@ -1,11 +1,10 @@
-//! What proofs see of the guard: copies, all of its state, its hull. Nothing here makes a [`super::Certified`].
+//! The state of the guard as one value, for exploration. Nothing here makes a [`super::Certified`].
 
 use alloc::vec::Vec;
 
 use keepout_kernel::{FreePoint, Length, Point};
 
 use crate::contour::Counts;
-use crate::hull::Hull;
 use crate::{Guard, Time};
 
 /// Everything about a guard that changes, but the edge it asks first (which only makes it refuse sooner what it would refuse
@@ -47,27 +46,4 @@ impl Guard {
             contour: self.contour.as_ref().map(|contour| (contour.counts(), contour.end().point())),
         }
     }
-}
-
-/// The hull of free points: its corners, whether it holds each probe, and the point of it nearest to each; `None` when there
-/// are too many points or none.
-#[must_use]
-pub fn hull(points: &[FreePoint], probes: &[Point]) -> Option<HullSeen> {
-    let hull = Hull::of(points.iter().map(|free| free.point()))?;
-    Some(HullSeen {
-        corners: hull.corners().to_vec(),
-        sides: hull.sides().collect(),
-        probes: probes.iter().map(|&probe| (hull.holds(probe), hull.nearest(probe))).collect(),
-    })
-}
-
-/// What a hull says of itself.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct HullSeen {
-    /// Its corners, counter-clockwise.
-    pub corners: Vec<Point>,
-    /// Its sides.
-    pub sides: Vec<(Point, Point)>,
-    /// Whether it holds each probe, and the point nearest to it.
-    pub probes: Vec<(bool, Option<Point>)>,
 }

@@ -1,0 +1,137 @@
+//! Who noticed which fault: a table that each run of the faults brings up to date.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use keepout_planner::plan_file::write_whole;
+
+use super::{Engine, Fault};
+
+/// What became of a seeded fault.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Fate {
+    /// This noticed it: a property, a world, a verdict of the collision monitor.
+    Noticed(String),
+    /// Nothing noticed it.
+    Survived,
+    /// Nothing noticed it, and nothing can.
+    Equivalent,
+    /// It was not decided in the time given.
+    Undecided,
+    /// The copy does not build: the catalogue is wrong.
+    Unbuilt(String),
+}
+
+impl Fate {
+    /// Its name in the table, and the detail.
+    fn fields(&self) -> (&str, &str) {
+        match self {
+            Self::Noticed(by) => ("noticed", by),
+            Self::Survived => ("survived", ""),
+            Self::Equivalent => ("equivalent", ""),
+            Self::Undecided => ("undecided", ""),
+            Self::Unbuilt(why) => ("does not build", why),
+        }
+    }
+
+    fn of(name: &str, detail: &str) -> Option<Self> {
+        Some(match name {
+            "noticed" => Self::Noticed(detail.into()),
+            "survived" => Self::Survived,
+            "equivalent" => Self::Equivalent,
+            "undecided" => Self::Undecided,
+            "does not build" => Self::Unbuilt(detail.into()),
+            _ => return None,
+        })
+    }
+
+    /// Whether the fault needs no more work.
+    #[must_use]
+    pub fn is_settled(&self) -> bool {
+        matches!(self, Self::Noticed(_) | Self::Equivalent)
+    }
+}
+
+impl std::fmt::Display for Fate {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.fields() {
+            (name, "") => f.write_str(name),
+            (name, detail) => write!(f, "{name}: {detail}"),
+        }
+    }
+}
+
+/// A line of the table: a fault under one engine.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// The fault's name.
+    pub name: String,
+    /// The engine's name.
+    pub engine: String,
+    /// What became of it.
+    pub fate: Fate,
+    /// Seconds until it was noticed, with its build when it was built alone.
+    pub seconds: u64,
+    /// The fault's [digest](Fault::digest).
+    pub digest: String,
+}
+
+/// The table's file.
+#[must_use]
+pub fn file() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("results/faults.tsv")
+}
+
+/// The table; empty when there is none yet.
+#[must_use]
+pub fn read() -> Vec<Row> {
+    let text = fs::read_to_string(file()).unwrap_or_default();
+    let row = |line: &str| {
+        let mut fields = line.split('\t');
+        let mut next = || fields.next();
+        let (name, engine, fate, detail) = (next()?, next()?, next()?, next()?);
+        let (seconds, digest) = (next()?.parse().ok()?, next()?.into());
+        Some(Row { name: name.into(), engine: engine.into(), fate: Fate::of(fate, detail)?, seconds, digest })
+    };
+    text.lines().filter_map(row).collect()
+}
+
+/// The row of a fault, in its present form, under an engine.
+#[must_use]
+pub fn row<'a>(rows: &'a [Row], fault: &Fault, engine: Engine) -> Option<&'a Row> {
+    let digest = fault.digest();
+    rows.iter().find(|row| row.name == fault.name && row.engine == engine.name() && row.digest == digest)
+}
+
+/// Whether every engine that must notice the fault did so, or nothing can. Fuzz targets keep no results.
+#[must_use]
+pub fn is_settled(rows: &[Row], fault: &Fault) -> bool {
+    let settled = |engine: &Engine| {
+        *engine == Engine::Fuzz || row(rows, fault, *engine).is_some_and(|row| row.fate.is_settled())
+    };
+    fault.engines().iter().all(settled)
+}
+
+/// Keeps the fate of a fault. Other runs may go on beside this one, so the table is read again first.
+///
+/// # Errors
+/// The system's.
+pub fn keep(fault: &Fault, engine: Engine, fate: &Fate, seconds: u64) -> io::Result<()> {
+    let mut rows = read();
+    rows.retain(|row| row.name != fault.name || row.engine != engine.name());
+    rows.push(Row {
+        name: fault.name.clone(),
+        engine: engine.name().into(),
+        fate: fate.clone(),
+        seconds,
+        digest: fault.digest(),
+    });
+    let line = |row: &Row| {
+        let (fate, detail) = row.fate.fields();
+        format!("{}\t{}\t{fate}\t{detail}\t{}\t{}\n", row.name, row.engine, row.seconds, row.digest)
+    };
+    let file = file();
+    fs::create_dir_all(file.parent().unwrap_or(Path::new(".")))?;
+    write_whole(&file, rows.iter().map(line).collect::<String>().as_bytes())
+}

@@ -1,0 +1,149 @@
+//! Building copies with faults in them, and running the programs that must notice.
+
+use std::io;
+use std::path::Path;
+use std::process::{Command, Output};
+use std::time::Instant;
+
+use super::results::{Fate, keep};
+use super::{Engine, Fault, tree};
+
+/// Seconds that `check` may take for one fault.
+const CHECK_S: u64 = 600;
+
+/// Where copies lie and what is built of them, and how long the hostile simulation may look for one fault.
+#[derive(Clone, Copy, Debug)]
+pub struct Workshop<'a> {
+    /// A folder for the copies.
+    pub folder: &'a Path,
+    /// Minutes of hostile simulation for one fault.
+    pub minutes: f64,
+}
+
+impl Workshop<'_> {
+    /// Runs the chosen faults of the catalogue (numbers from 1 on) under the chosen engines, prints a line for each and keeps
+    /// the results. Fuzz targets have a runner of their own, `cargo run -p keepout-fuzz --example seeded`.
+    ///
+    /// # Errors
+    /// When a tree cannot be copied, an edit's place is not there once, or a program cannot be run.
+    pub fn run(&self, catalogue: &[Fault], chosen: impl Fn(usize, Engine) -> bool) -> io::Result<()> {
+        let mut built = false;
+        for (fault, number) in catalogue.iter().zip(1..) {
+            for engine in fault.engines().into_iter().filter(|engine| *engine != Engine::Fuzz) {
+                if !chosen(number, engine) {
+                    continue;
+                }
+                if fault.is_switched() && !built {
+                    self.build_switched(catalogue)?;
+                    built = true;
+                }
+                let begin = Instant::now();
+                let fate = match engine {
+                    Engine::Hostile => self.hostile(fault, number)?,
+                    _ if fault.is_switched() => self.check(&mut self.switched_check(number), fault)?,
+                    _ => self.check_alone(fault)?,
+                };
+                let equivalent = fate == Fate::Survived && fault.equivalent.is_some();
+                let fate = if equivalent { Fate::Equivalent } else { fate };
+                let seconds = begin.elapsed().as_secs();
+                println!("{number}\t{}\t{}\t{fate}\t{seconds} s", fault.name, engine.name());
+                keep(fault, engine, &fate, seconds)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn cargo(&self, tree: &Path, arguments: &[&str]) -> io::Result<Output> {
+        let mut command = Command::new("cargo");
+        command.current_dir(tree).args(["build", "--quiet"]).args(arguments);
+        command.env("CARGO_TARGET_DIR", self.folder.join("target")).env("CARGO_INCREMENTAL", "1");
+        command.env("CARGO_PROFILE_DEV_DEBUG", "none").env("RUSTFLAGS", "--cap-lints allow").output()
+    }
+
+    /// One copy with all switched faults, and the two programs that must notice them.
+    fn build_switched(&self, catalogue: &[Fault]) -> io::Result<()> {
+        let tree = self.folder.join("switched");
+        tree::seed_switched(&tree, catalogue)?;
+        for arguments in [["keepout-proofs", "check"], ["keepout-tests", "hostile"]] {
+            let [package, program] = arguments;
+            let built = self.cargo(&tree, &["--release", "-p", package, "--bin", program])?;
+            if !built.status.success() {
+                return Err(io::Error::other(String::from_utf8_lossy(&built.stderr).into_owned()));
+            }
+        }
+        Ok(())
+    }
+
+    fn switched(&self, program: &str, number: usize) -> Command {
+        let mut command = Command::new("timeout");
+        command.arg(CHECK_S.to_string()).arg(self.folder.join("target/release").join(program));
+        command.env(tree::SWITCH, number.to_string());
+        command
+    }
+
+    fn switched_check(&self, number: usize) -> Command {
+        self.switched("check", number)
+    }
+
+    /// Builds the narrow set of proofs that can see a fault in a copy of its own, and runs it.
+    fn check_alone(&self, fault: &Fault) -> io::Result<Fate> {
+        let tree = self.folder.join("alone");
+        tree::seed_one(&tree, fault)?;
+        let features: &[&str] = if fault.is_in_kernel() { &[] } else { &["--features", "guard"] };
+        let program = ["-p", "keepout-proofs", "--bin", "check", "--no-default-features"];
+        let built = self.cargo(&tree, &[&program, features].concat())?;
+        if !built.status.success() {
+            let text = String::from_utf8_lossy(&built.stderr);
+            let why = text.lines().find(|line| line.starts_with("error")).unwrap_or("").to_string();
+            // A constant assertion that fails is a proof, too.
+            let asserted =
+                ["evaluation panicked", "evaluation of constant value failed"].map(|end| text.contains(end));
+            let noticed = asserted.contains(&true);
+            let fate =
+                if noticed { Fate::Noticed("a constant assertion".into()) } else { Fate::Unbuilt(why) };
+            return Ok(fate);
+        }
+        let mut command = Command::new("timeout");
+        command.arg(CHECK_S.to_string()).arg(self.folder.join("target/debug/check"));
+        self.check(&mut command, fault)
+    }
+
+    /// Runs `check` over the groups that can see the fault.
+    #[expect(clippy::unused_self, reason = "beside its neighbours")]
+    fn check(&self, command: &mut Command, fault: &Fault) -> io::Result<Fate> {
+        let groups = if fault.is_in_kernel() { "" } else { "guard,dialects" };
+        let ran = command.arg(groups).output()?;
+        let text = String::from_utf8_lossy(&ran.stdout);
+        let failed = text.lines().find_map(|line| line.strip_prefix("fails: "));
+        Ok(match (ran.status.success(), failed) {
+            (true, _) => Fate::Survived,
+            (false, Some(name)) => Fate::Noticed(name.into()),
+            (false, None) if ran.status.code() == Some(124) => Fate::Undecided,
+            (false, None) => Fate::Noticed("ends abnormally".into()),
+        })
+    }
+
+    /// Plays the sessions that can show the fault, up to the first verdict of the collision monitor.
+    fn hostile(&self, fault: &Fault, number: usize) -> io::Result<Fate> {
+        let mut command = self.switched("hostile", number);
+        command.args([
+            "--seed",
+            "1",
+            "--hours",
+            "1000000",
+            "--per-drawing",
+            "60",
+            "--threads",
+            "1",
+            "--first",
+        ]);
+        command.arg("--minutes").arg(self.minutes.to_string()).args(fault.hostile.iter().flatten());
+        let ran = command.output()?;
+        let text = String::from_utf8_lossy(&ran.stdout);
+        Ok(match text.lines().find_map(|line| line.strip_prefix("verdict: ")) {
+            Some(verdict) => Fate::Noticed(verdict.into()),
+            None if ran.status.success() => Fate::Survived,
+            None => Fate::Unbuilt(String::from_utf8_lossy(&ran.stderr).lines().take(1).collect()),
+        })
+    }
+}
