@@ -1,8 +1,8 @@
 //! The geometry kernel of Keepout.
 //!
-//! Everything that safety rests on lives in [`exact`]: coordinates on an integer lattice of 10 nm, predicates decided
-//! in integers, and the checks by which proposals are believed. The rest of the crate proposes (in `f64`) and asks
-//! [`exact`] for the answer.
+//! [`exact`] holds coordinates on an integer lattice of 10 nm and predicates that decide in integers. The trusted
+//! queries are built on it: [`clear`], [`probe`], `simplify`, [`index::check`], [`index::query`], [`index::cells`]
+//! and [`offset::certify_path`]. The rest of the crate proposes in `f64`; the trusted code checks each proposal.
 //!
 //! ```
 //! use keepout_kernel::{Length, Point, ProhibitedRegion, Region, Ring, Side};

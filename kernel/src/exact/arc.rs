@@ -1,4 +1,4 @@
-//! Circular arcs on the lattice, and the check that a chain of chords follows one.
+//! Circular arcs on the lattice, and the check that a chain of chords follows an arc.
 
 use alloc::vec::Vec;
 use core::fmt;
@@ -8,17 +8,19 @@ use super::predicate::{Orientation, on_ring, sagitta};
 use super::segment::{Segment, distance_2, orientation, points_within};
 use super::width::Product;
 
-/// Smallest radius of an arc, in lattice units (0.64 µm). Below it the chord_error bound of [`ArcChords::check`] is not proven.
+/// Smallest radius of an arc, in lattice units (0.64 µm). The chord-error bound of [`ArcChords::check`] is
+/// not proved below it.
 pub const RADIUS_MIN: i64 = 64;
 
-/// Rounding of an arc's ends: with ρ = ⌊|from − centre|⌋ the curve stays between ρ − 1 and ρ + 2 from the centre.
+/// Rounding of an arc's ends. With ρ = ⌊|from − centre|⌋ the curve stays between ρ − 1 and ρ + 2 from the
+/// centre.
 const ENDS: (i8, i8) = (1, 2);
-/// Rounding of its chords' corners: between ρ − 2 and ρ + 3.
+/// Rounding of the corners of its chords: they lie between ρ − 2 and ρ + 3 from the centre.
 const CORNERS: (i8, i8) = (2, 3);
-/// The most by which a radius in one of the two rings differs from one in the other.
+/// The greatest difference between a radius in one of the two rings and a radius in the other.
 const RING_WIDTH: i64 = 4;
 
-/// The direction in which an arc is run through.
+/// The direction of travel along an arc.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Turn {
     /// Counter-clockwise (G3).
@@ -47,8 +49,9 @@ impl Turn {
 
 /// A circular arc with distinct ends, about a lattice centre.
 ///
-/// It stands for *any* curve from `from` to `to` that turns about `centre` and stays between ρ − 1 and ρ + 2 lattice
-/// units from it, ρ = ⌊|from − centre|⌋; in that sense its ends and its centre need not fit to the last bit.
+/// It stands for *any* curve from `from` to `to` that turns about `centre` and stays between ρ − 1 and ρ + 2
+/// lattice units from it, with ρ = ⌊|from − centre|⌋. So its ends need not lie exactly on one circle about
+/// the centre.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Arc {
     from: Point,
@@ -58,29 +61,30 @@ pub struct Arc {
     radius: Length,
 }
 
-/// Why an arc, or a chain of chords for it, is refused.
+/// Why an arc, or a chain of chords for it, is invalid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ArcError {
-    /// The ends are the same point; a circle is two arcs.
+    /// The ends are the same point. A full circle needs two arcs.
     EndsCoincide {
-        /// That point.
+        /// The common point.
         at: Point,
     },
     /// The radius is below 0.64 µm or above 5.37 m.
     Radius {
-        /// Its square, in square lattice units.
+        /// The square of the radius, in square lattice units.
         radius_2: i64,
     },
-    /// A point is not on the circle, to 20 nm.
+    /// A point is off the arc's circle by more than the permitted rounding: 1 unit inward or 2 outward for an
+    /// end, 2 inward or 3 outward for a chord's corner, counted from ρ.
     OffCircle {
         /// The point.
         at: Point,
     },
-    /// The chain does not begin and end where the arc does.
+    /// The chain does not begin and end at the ends of the arc.
     Ends,
     /// A chord is longer than the radius or does not advance in the arc's direction.
     Chord {
-        /// Where the chord begins.
+        /// The start of the chord.
         at: Point,
     },
 }
@@ -88,14 +92,14 @@ pub enum ArcError {
 impl fmt::Display for ArcError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::EndsCoincide { at } => write!(f, "arc begins and ends at {at:?}"),
+            Self::EndsCoincide { at } => write!(f, "the arc begins and ends at {at}: split it into two arcs"),
             Self::Radius { radius_2 } => {
-                write!(f, "arc radius (square: {radius_2} lattice units) is out of range")
+                write!(f, "the arc radius is out of range: its square is {radius_2} lattice units")
             }
-            Self::OffCircle { at } => write!(f, "{at:?} is not on the arc's circle"),
-            Self::Ends => write!(f, "chords do not begin and end where the arc does"),
+            Self::OffCircle { at } => write!(f, "{at} is not on the arc's circle"),
+            Self::Ends => write!(f, "the chords do not begin and end at the ends of the arc"),
             Self::Chord { at } => {
-                write!(f, "chord from {at:?} is too long or goes against the arc's direction")
+                write!(f, "the chord from {at} is too long or runs against the arc's direction")
             }
         }
     }
@@ -107,7 +111,8 @@ impl Arc {
     /// Checks that both ends lie on one circle about `centre`.
     ///
     /// # Errors
-    /// [`ArcError`] when the ends coincide, the radius is out of range, or `to` is off the circle by more than rounding.
+    /// [`ArcError`] when the ends coincide, the radius is out of range, or `to` is off the circle by more
+    /// than rounding.
     pub fn new(from: Point, to: Point, centre: Point, turn: Turn) -> Result<Self, ArcError> {
         if from == to {
             return Err(ArcError::EndsCoincide { at: from });
@@ -121,37 +126,37 @@ impl Arc {
         if arc.has_on_circle(to, ENDS) { Ok(arc) } else { Err(ArcError::OffCircle { at: to }) }
     }
 
-    /// Where it begins.
+    /// The start point.
     #[must_use]
     pub fn from(&self) -> Point {
         self.from
     }
 
-    /// Where it ends.
+    /// The end point.
     #[must_use]
     pub fn to(&self) -> Point {
         self.to
     }
 
-    /// Its centre.
+    /// The centre.
     #[must_use]
     pub fn centre(&self) -> Point {
         self.centre
     }
 
-    /// Its direction.
+    /// The direction of travel.
     #[must_use]
     pub fn turn(&self) -> Turn {
         self.turn
     }
 
-    /// ρ, the distance from centre to beginning, rounded down, in lattice units.
+    /// ρ, the distance from the centre to the start, rounded down, in lattice units.
     #[must_use]
     pub fn radius(&self) -> Length {
         self.radius
     }
 
-    /// The same arc run through the other way.
+    /// The same arc in the opposite direction.
     ///
     /// # Errors
     /// [`ArcError::OffCircle`] when rounding makes the reversed arc miss its other end.
@@ -159,7 +164,7 @@ impl Arc {
         Self::new(self.to, self.from, self.centre, self.turn.reversed())
     }
 
-    /// Whether `to` is ahead of `from` by less than half a turn about the centre, in the arc's direction.
+    /// Whether `to` is ahead of `from` in the arc's direction, by less than half a turn about the centre.
     pub(super) fn is_ahead(&self, from: Point, to: Point) -> bool {
         self.turn.agrees_with(orientation(self.centre, from, to))
     }
@@ -169,7 +174,7 @@ impl Arc {
         self.has_on_circle(point, CORNERS)
     }
 
-    /// A point of the ring half-way between two that are less than half a turn apart; a proposal.
+    /// A point of the ring half-way between two points that are less than half a turn apart. Only a proposal.
     pub(super) fn middle(&self, from: Point, to: Point) -> Option<Point> {
         let (a, b) = (from.minus(self.centre), to.minus(self.centre));
         let sum = |p: i32, q: i32| i64::from(p).saturating_add(i64::from(q));
@@ -200,7 +205,7 @@ pub enum Curve {
 }
 
 impl Curve {
-    /// Where it begins.
+    /// The start point.
     #[must_use]
     pub fn from(&self) -> Point {
         match self {
@@ -209,7 +214,7 @@ impl Curve {
         }
     }
 
-    /// Where it ends.
+    /// The end point.
     #[must_use]
     pub fn to(&self) -> Point {
         match self {
@@ -219,7 +224,7 @@ impl Curve {
     }
 }
 
-/// A chain of chords that was checked to follow an [`Arc`] within a chord_error.
+/// A chain of chords that passed the check against an [`Arc`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ArcChords {
     points: Vec<Point>,
@@ -227,16 +232,18 @@ pub struct ArcChords {
 }
 
 impl ArcChords {
-    /// Believes `points` to follow `arc` after exact checks.
+    /// Accepts `points` as chords of `arc` after exact checks.
     ///
-    /// Each corner lies on the circle (between ρ − 2 and ρ + 3), each chord advances about the centre in the arc's
-    /// direction and is no longer than ρ, and the chain begins and ends where the arc does, so that it passes every
-    /// polar angle of the arc. With chords of length at most `L ≤ ρ` and ρ ≥ 64 the sagitta is at most `L² / 7ρ`: at
-    /// the same polar angle the chord's radius lies in [ρ − 2 − L²/7ρ, ρ + 3] and the curve's in [ρ − 1, ρ + 2], so the
-    /// chord_error is the sagitta plus 4 units.
+    /// Each corner lies between ρ − 2 and ρ + 3 from the centre. Each chord advances about the centre in the
+    /// arc's direction and is no longer than ρ. The chain begins and ends where the arc does. So it passes
+    /// every polar angle of the arc.
+    ///
+    /// With chords of length at most `L ≤ ρ` and ρ ≥ 64 the sagitta is at most `L² / 7ρ`. At the same polar
+    /// angle the radius of the chord lies in [ρ − 2 − L²/7ρ, ρ + 3] and the radius of the curve in [ρ − 1, ρ
+    /// + 2]. So the chord-error bound is the sagitta plus 4 units.
     ///
     /// # Errors
-    /// [`ArcError`] naming the point at which the claim fails.
+    /// [`ArcError`] naming the point that fails the check.
     pub fn check(arc: &Arc, points: Vec<Point>) -> Result<Self, ArcError> {
         if points.len() < 2 || points.first() != Some(&arc.from) || points.last() != Some(&arc.to) {
             return Err(ArcError::Ends);
@@ -265,7 +272,7 @@ impl ArcChords {
         &self.points
     }
 
-    /// How far the arc can leave the chain.
+    /// The chord-error bound: no point of the arc is farther from the chain.
     #[must_use]
     pub fn chord_error(&self) -> Length {
         self.chord_error
@@ -295,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn chain_that_follows_is_believed_with_a_true_slack() {
+    fn valid_chain_is_accepted_with_its_chord_error() {
         let chords = ArcChords::check(&quarter(), vec![at(1000, 0), at(707, 707), at(0, 1000)]).unwrap();
         // True sagitta of a 45° chord of radius 1000: 1000·(1 − cos 22.5°) = 76.1.
         assert!(

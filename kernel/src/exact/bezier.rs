@@ -1,4 +1,4 @@
-//! Rational Bézier curves, and the check that one follows a chain of lines and arcs.
+//! Rational Bézier curves, and the check that a curve follows a chain of lines and arcs.
 
 use alloc::vec::Vec;
 use core::fmt;
@@ -9,38 +9,40 @@ use super::segment::{Segment, points_within};
 
 /// Highest degree of a curve.
 pub const DEGREE_MAX: usize = 15;
-/// Weights lie between these: the second is 2^16 times the first, so that a weight rounded to an integer moves no point of the
-/// curve by more than 2^-24 of its size.
+/// The permitted range of weights. The upper bound is 2^16 times the lower one. So a weight rounded to an
+/// integer moves no point of the curve by more than 2^-24 of its size.
 pub const WEIGHTS: (u64, u64) = (1 << 24, 1 << 40);
 
-/// Control points of a piece that is being looked at.
+/// Most control points of a piece.
 const PLACES: usize = DEGREE_MAX + 1;
-/// Halvings of the parameter: after 30 of a curve as long as the lattice no piece is longer than a unit or two.
+/// Most halvings of the parameter. After 30 halvings of a curve as long as the lattice no piece is longer
+/// than a unit or two.
 const DEPTH_MAX: usize = 32;
-/// Pieces looked at for each curve of the chain before the check gives up.
+/// Halvings allowed per curve of the chain, and once more for the whole check.
 const PIECES_EACH: usize = 2048;
-/// Coordinates times weights are carried with this many binary places more.
+/// Extra binary places of a coordinate times a weight.
 const PLACES_MORE: u32 = 40;
 
-/// Control points of one piece, from the first control point of the whole curve: x·w, y·w and w.
+/// Control points of one piece, relative to the first control point of the whole curve: x·w, y·w and w.
 ///
-/// |x| ≤ 2^30, w ≤ 2^40 and 40 more places: less than 2^111, so that sums of two fit `i128`.
+/// With |x| ≤ 2^30, w ≤ 2^40 and 40 extra places each number is below 2^111. So the sum of two fits `i128`.
 type Row = [[i128; 3]; PLACES];
 
 /// A rational Bézier curve with control points on the lattice.
 ///
-/// It is the curve Σ Bᵢ(t)·wᵢ·pᵢ / Σ Bᵢ(t)·wᵢ, t in [0, 1], Bᵢ the Bernstein polynomials; it lies in the convex hull of its
-/// control points (Farin, Curves and Surfaces for CAGD, §13.7).
+/// The curve is Σ Bᵢ(t)·wᵢ·pᵢ / Σ Bᵢ(t)·wᵢ for t in [0, 1], with the Bernstein polynomials Bᵢ. It lies in the
+/// convex hull of its control points (Farin, Curves and Surfaces for CAGD, §13.7).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Bezier {
     control: Vec<Point>,
     weights: Vec<u64>,
 }
 
-/// Why control points and weights make no curve.
+/// Why control points and weights do not form a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BezierError {
-    /// There are fewer than two control points, more than [`DEGREE_MAX`] allows, or not as many weights.
+    /// There are fewer than two control points, more than [`DEGREE_MAX`] allows, or a different number of
+    /// weights.
     Count {
         /// The number of control points.
         points: usize,
@@ -60,11 +62,12 @@ impl fmt::Display for BezierError {
             Self::Count { points, weights } => {
                 write!(
                     f,
-                    "{points} control points and {weights} weights make no curve of a degree up to {DEGREE_MAX}"
+                    "a curve of degree 1 to {DEGREE_MAX} needs one weight per control point; \
+                     this one has {points} control points and {weights} weights"
                 )
             }
             Self::Weight { weight } => {
-                write!(f, "the weight {weight} is not in {} ..= {}", WEIGHTS.0, WEIGHTS.1)
+                write!(f, "the weight {weight} is outside the range {} to {}", WEIGHTS.0, WEIGHTS.1)
             }
         }
     }
@@ -72,7 +75,7 @@ impl fmt::Display for BezierError {
 
 impl core::error::Error for BezierError {}
 
-/// A place where a curve was not found to follow the chain.
+/// A place where the check did not find that the curve follows the chain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stray {
     /// The place.
@@ -80,10 +83,7 @@ pub struct Stray {
 }
 
 impl Bezier {
-    /// Checks counts and weights.
-    ///
-    /// # Errors
-    /// [`BezierError`].
+    /// Checks the counts and the weights.
     pub fn new(control: Vec<Point>, weights: Vec<u64>) -> Result<Self, BezierError> {
         let points = control.len();
         if !(2..=PLACES).contains(&points) || weights.len() != points {
@@ -107,20 +107,25 @@ impl Bezier {
         &self.weights
     }
 
-    /// Checks that the curve follows the chain, each curve of which begins where the one before ends, within `chord_error`.
+    /// Checks that the curve follows the chain within `chord_error`. Each curve of the chain begins where the
+    /// one before it ends.
     ///
-    /// **Claim.** The curve's parameter range falls into consecutive intervals, one for each curve of the chain in order. On its
-    /// interval every point is beside that curve: within `chord_error` of a line, or, for an arc of less than half a turn, within
-    /// `chord_error` of the circle of radius ρ about its centre and between the rays to its ends, or within `chord_error` of an end. Where
-    /// one interval ends and the next begins the point is within `chord_error` of the joint. So every point of the curve is within
-    /// `chord_error` of the chain, and, the curve being continuous, every point of the chain is within twice that of the curve.
+    /// **Claim.** The parameter range of the curve splits into consecutive intervals, one for each curve of
+    /// the chain in order. On its interval every point is beside that curve. "Beside" means within
+    /// `chord_error` of a line. For an arc of less than half a turn it means within `chord_error` of the
+    /// circle of radius ρ about its centre and between the rays to its ends, or within `chord_error` of an
+    /// end. Where one interval ends and the next begins, the point is within `chord_error` of the joint. So
+    /// every point of the curve is within `chord_error` of the chain. The curve is continuous, so every point
+    /// of the chain is within twice that of the curve.
     ///
-    /// The curve is halved until the convex hull of each piece's control points lies beside the chain's current curve, or
-    /// beside the next one with the piece's beginning near the joint. Control points of the pieces are rounded to the lattice,
-    /// by less than a unit together with the halvings, which is taken off the chord_error.
+    /// The check halves the curve until the convex hull of each piece's control points lies beside the
+    /// current curve of the chain. It may also lie beside the next curve, if the piece begins near the joint.
+    /// The check rounds the control points to the lattice. Rounding and halving together add less than a
+    /// unit, and `chord_error` is reduced by it.
     ///
     /// # Errors
-    /// [`Stray`] with a place where the curve does not follow the chain, or was not found to within the budget of pieces.
+    /// [`Stray`] with a place where the curve leaves the chain, or where the limit of halvings ended the
+    /// check.
     pub fn follows(&self, chain: &[Curve], chord_error: Length) -> Result<(), Stray> {
         let origin = self.control.first().copied().unwrap_or(Point::ORIGIN);
         let refused = Err(Stray { at: origin });
@@ -154,9 +159,9 @@ struct Search<'a> {
     chord_error: Length,
     /// Control points of each piece.
     count: usize,
-    /// Pieces that may still be looked at.
+    /// Countdown of halvings: the check gives up at zero.
     left: usize,
-    /// The curve of the chain that the last piece was beside.
+    /// The curve of the chain that was beside the last piece.
     reached: usize,
 }
 
@@ -179,7 +184,8 @@ impl Search<'_> {
         self.piece(&second, depth.saturating_add(1))
     }
 
-    /// Whether the piece is beside the current curve of the chain; or beside the next, beginning near the joint.
+    /// Whether the piece is beside the current curve of the chain, or begins near the joint and is beside the
+    /// next.
     fn goes_on(&mut self, hull: &[Point]) -> bool {
         let (Some(current), Some(&first)) = (self.chain.get(self.reached), hull.first()) else {
             return false;
@@ -197,8 +203,8 @@ impl Search<'_> {
         goes_on
     }
 
-    /// At the curve's end, curves of the chain are left only when all their joints are near it: being of less than half a
-    /// turn, they are short then.
+    /// The walk may end before the last curves of the chain only when all their joints are near the end. They
+    /// turn less than half a turn, so they are short then.
     fn finish(&self) -> Result<(), Stray> {
         let Some(end) = self.chain.last().map(Curve::to) else { return Err(Stray { at: self.origin }) };
         let left = self.chain.iter().skip(self.reached).map(Curve::to);
@@ -206,7 +212,7 @@ impl Search<'_> {
         far.next().map_or(Ok(()), |at| Err(Stray { at }))
     }
 
-    /// The control point on the lattice, rounded to the nearest.
+    /// The control point, rounded to the nearest lattice point.
     fn rounded(&self, [x, y, w]: [i128; 3]) -> Option<Point> {
         let nearest = |c: i128| {
             let doubled = c.saturating_mul(2).saturating_add(w);
@@ -221,9 +227,11 @@ impl Search<'_> {
     }
 }
 
-/// The two halves of the curve, by de Casteljau's algorithm at 1/2. Each mean is rounded down by less than one of 2^64, the
-/// least weight with its places; through all rounds of all halvings by less than 2^10, and so every quotient by less than
-/// (2^30 + 1)·2^10 / 2^64, far below a unit.
+/// The two halves of the curve, by de Casteljau's algorithm at 1/2.
+///
+/// Each mean is rounded down by less than 1. The least weight with its extra places is 2^64. All rounds of
+/// all halvings together lose less than 2^10. So every quotient loses less than (2^30 + 1)·2^10 / 2^64, far
+/// below a unit.
 fn halved(row: &Row, count: usize) -> (Row, Row) {
     let (mut first, mut second) = ([[0; 3]; PLACES], [[0; 3]; PLACES]);
     let mut means = *row;
@@ -265,7 +273,7 @@ fn is_beside(hull: &[Point], curve: &Curve, chord_error: Length) -> bool {
     }
 }
 
-/// Whether the hull lies between the rays to the arc's ends, within the chord_error of its circle.
+/// Whether the hull lies between the rays to the arc's ends, and within the chord error of its circle.
 fn is_along(hull: &[Point], arc: &Arc, chord_error: Length) -> bool {
     let (from, to, centre) = (arc.from(), arc.to(), arc.centre());
     if !arc.is_ahead(from, to) {
@@ -280,7 +288,8 @@ fn is_along(hull: &[Point], arc: &Arc, chord_error: Length) -> bool {
     }
     let inner = i64::from(arc.radius().units()).saturating_sub(i64::from(chord_error.units()));
     let Ok(inner) = Length::from_units(inner) else { return true };
-    // The hull's outline is among the segments between its points; it does not go round the wedge's tip.
+    // The outline of the hull is among the segments between its points. It does not go round the tip of the
+    // wedge.
     hull.iter().enumerate().all(|(i, &from)| {
         let others = hull.iter().skip(i);
         others.into_iter().all(|&to| Segment { from, to }.near_point(centre, inner).is_clear())
@@ -302,7 +311,7 @@ mod tests {
         Length::from_units(units).unwrap()
     }
 
-    /// A quarter of a circle of 1 mm, exactly: weights 1, 1, 2 (Farin §12.7).
+    /// A quarter circle of 1 mm radius, exact: weights 1, 1, 2 (Farin §12.7).
     fn quarter() -> Bezier {
         let w = WEIGHTS.0;
         Bezier::new(vec![at(100_000, 0), at(100_000, 100_000), at(0, 100_000)], vec![w, w, w << 1]).unwrap()
@@ -319,17 +328,19 @@ mod tests {
     }
 
     #[test]
-    fn arcs_that_are_off_by_more_than_the_slack_are_refused() {
-        // About centres moved along the bisector of its ends, arcs bend less or more: by 0.29 of the way in the middle.
+    fn arcs_off_by_more_than_the_chord_error_are_refused() {
+        // Arcs about centres moved along the bisector bend less or more. In the middle they are off by 0.29
+        // of that move.
         for (moved, wrong) in [(-60, true), (60, true), (-15, false), (15, false)] {
             let arc =
                 Arc::new(at(100_000, 0), at(0, 100_000), at(moved, moved), Turn::CounterClockwise).unwrap();
             assert_eq!(quarter().follows(&[Curve::Arc(arc)], chord_error(14)).is_err(), wrong, "{moved}");
         }
-        // The other three quarters of the circle are not beside it; nor is half a turn or more believed.
+        // The other three quarters of the circle are not beside the curve. The check also refuses half a turn
+        // or more.
         let rest = Arc::new(at(100_000, 0), at(0, 100_000), Point::ORIGIN, Turn::Clockwise).unwrap();
         assert!(quarter().follows(&[Curve::Arc(rest)], chord_error(8)).is_err());
-        // Half of it as an arc, half as a chord: the place is in the second half.
+        // One half as an arc, the other as a chord: the stray place is in the second half.
         let half =
             Arc::new(at(100_000, 0), at(70_711, 70_711), Point::ORIGIN, Turn::CounterClockwise).unwrap();
         let chord = Curve::Line(Segment { from: at(70_711, 70_711), to: at(0, 100_000) });
@@ -342,8 +353,8 @@ mod tests {
         assert!(quarter().follows(&[Curve::Arc(half)], chord_error(8)).is_err(), "it ends early");
     }
 
-    /// What lies within the chord_error of some curve of the chain need not follow it: a chain that leaves the curve through a neck
-    /// and comes back, by lines or by two arcs, is refused.
+    /// A point within the chord error of some curve of the chain is not enough. The check refuses a chain
+    /// that leaves the curve through a neck and comes back, by lines or by two arcs.
     #[test]
     fn chains_that_leave_the_curve_and_come_back_are_refused() {
         let w = WEIGHTS.1;
@@ -377,26 +388,26 @@ mod tests {
             path(&[(50_000, 0), (100_000, 0)])[0],
         ];
         assert!(line.follows(&round, chord_error(8)).is_err());
-        // One arc nearly all round, its ends beside each other.
+        // One arc of nearly a full turn, with its ends beside each other.
         let all_round =
             Arc::new(at(50_000, 0), at(50_002, 0), at(50_001, -1_000), Turn::CounterClockwise).unwrap();
         let [before, after] = [path(&[(0, 0), (50_000, 0)])[0], path(&[(50_002, 0), (100_000, 0)])[0]];
         assert!(line.follows(&[before, Curve::Arc(all_round), after], chord_error(8)).is_err());
-        // Beside every line of a Z in turn, but never near where its first two meet.
+        // Beside every line of a Z in turn, but never near the joint of its first two lines.
         let rising = Bezier::new(vec![at(0, 0), at(100_000, 30)], vec![w; 2]).unwrap();
         let zigzag = path(&[(0, 0), (60_000, 0), (40_000, 30), (100_000, 30)]);
         assert!(rising.follows(&zigzag, chord_error(17)).is_err());
         // A gap of a few units.
         assert!(line.follows(&[before, after], chord_error(8)).is_err());
-        // Backwards, twice over, and from elsewhere.
+        // Backwards, traversed twice, and from another start.
         assert!(line.follows(&path(&[(100_000, 0), (0, 0)]), chord_error(8)).is_err());
         assert!(line.follows(&path(&[(0, 0), (100_000, 0), (0, 0), (100_000, 0)]), chord_error(8)).is_err());
         assert!(line.follows(&path(&[(0, 1), (100_000, 0)]), chord_error(8)).is_err());
     }
 
     #[test]
-    fn a_loop_of_the_curve_is_not_overlooked() {
-        // Both ends on the line, the middle far from it.
+    fn loop_of_the_curve_is_detected() {
+        // Both ends are on the line, the middle is far from it.
         let w = WEIGHTS.1;
         let curve =
             Bezier::new(vec![at(0, 0), at(9_000, 8_000), at(-8_000, 8_000), at(1_000, 0)], vec![w; 4]);
@@ -405,7 +416,7 @@ mod tests {
     }
 
     #[test]
-    fn nonsense_is_refused() {
+    fn invalid_curves_and_empty_chains_are_refused() {
         assert!(Bezier::new(vec![at(0, 0)], vec![WEIGHTS.0]).is_err());
         assert!(Bezier::new(vec![at(0, 0); 17], vec![WEIGHTS.0; 17]).is_err());
         assert!(Bezier::new(vec![at(0, 0); 3], vec![WEIGHTS.0; 2]).is_err());

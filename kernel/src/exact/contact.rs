@@ -1,18 +1,18 @@
-//! The first two of many segments that meet where they should not.
+//! The search for two segments that meet, among many.
 
 use alloc::vec::Vec;
 
 use super::lattice::{COORD_MAX, Length, Point};
 use super::segment::{Segment, Window, distance_2};
 
-/// Segments in a block, and blocks under one box.
+/// Segments in a block, and blocks under one bound.
 const BLOCK: usize = 8;
 
-/// The first pair `i < j`, in the order of a divide-and-conquer walk, of which `meet` says that it meets, among the pairs
-/// that are not kept apart by what bounds them.
+/// The first pair `i < j` for which `meet` answers yes, in the order of a divide-and-conquer walk.
 ///
-/// Bounds of blocks of consecutive segments, and of blocks of those, are made here; two blocks that their bounds keep apart
-/// hold no pair that meets. Near-linear when consecutive segments lie near each other, needles or not.
+/// The function bounds blocks of consecutive segments, and blocks of those blocks. It skips two blocks that
+/// their bounds separate, because they hold no pair that meets. The time is near-linear when consecutive
+/// segments lie near each other, even for long thin shapes.
 pub fn first_contact(edges: &[Segment], meet: impl Fn(usize, usize) -> bool) -> Option<(usize, usize)> {
     let mut levels: Vec<Vec<Bound>> = Vec::new();
     let mut below: Vec<Bound> = edges.iter().map(|&edge| Bound::of(edge)).collect();
@@ -25,7 +25,7 @@ pub fn first_contact(edges: &[Segment], meet: impl Fn(usize, usize) -> bool) -> 
     search.within(search.levels.len(), 0)
 }
 
-/// What bounds a block: its box, and a segment of which all its points are within a radius.
+/// The bound of a block: a box, and a segment with every point of the block within a radius of it.
 #[derive(Clone, Copy)]
 struct Bound {
     window: Window,
@@ -38,8 +38,8 @@ impl Bound {
         Self { window: segment.bounds(), axis: segment, radius: Length::ZERO }
     }
 
-    /// The bound of a block of bounds. The axis joins two ends of axes that are far apart; what is within r of a segment is
-    /// convex, so it holds an axis when it holds both its ends.
+    /// The bound of a block of bounds. The axis joins two ends of axes that are far apart. The points within
+    /// `radius` of the axis form a convex set, so this set holds an axis when it holds both its ends.
     fn around(block: &[Self]) -> Option<Self> {
         let ends = || block.iter().flat_map(|bound| [bound.axis.from, bound.axis.to]);
         let window = block.iter().map(|bound| bound.window).reduce(Window::union)?;
@@ -53,16 +53,16 @@ impl Bound {
         Some(Self { window, axis, radius })
     }
 
-    /// Whether nothing in the two blocks can meet.
+    /// Whether no segment of one block can meet a segment of the other.
     fn apart(&self, other: &Self) -> bool {
-        // A sum beyond the lattice, or a radius that was cut off there, bounds nothing.
+        // A sum beyond the lattice, or a radius limited there, proves nothing.
         let reach = self.radius.plus(other.radius).ok().filter(|reach| reach.units() < COORD_MAX);
         !self.window.meets(other.window)
             || reach.is_some_and(|reach| self.axis.near_segment(other.axis, reach).is_clear())
     }
 }
 
-/// The distance from the segment to the point, rounded up; cut off at the largest length.
+/// The distance from the segment to the point, rounded up and limited to the largest length.
 fn reach(segment: Segment, point: Point) -> Length {
     let (mut low, mut high) = (-1_i64, i64::from(COORD_MAX));
     while high.saturating_sub(low) > 1 {
@@ -76,20 +76,21 @@ fn reach(segment: Segment, point: Point) -> Length {
 }
 
 struct Search<F> {
-    /// Bounds of single segments, of blocks, of blocks of blocks; without the one over everything.
+    /// Bounds of single segments, of blocks, of blocks of blocks. The single bound over everything is not
+    /// stored.
     levels: Vec<Vec<Bound>>,
     meet: F,
 }
 
 impl<F: Fn(usize, usize) -> bool> Search<F> {
-    /// The numbers of what is under item `index` of the level above `level`, with their bounds.
+    /// The bounds under item `index` of the level above `level`, with their numbers.
     fn under(&self, level: usize, index: usize) -> impl Iterator<Item = (usize, &Bound)> + '_ {
         let first = index.saturating_mul(BLOCK);
         let bounds = self.levels.get(level).and_then(|bounds| bounds.get(first..)).unwrap_or(&[]);
         (first..).zip(bounds).take(BLOCK)
     }
 
-    /// A pair of segments both under item `index`, `height` levels above the segments.
+    /// A pair of segments that meet, both under item `index`, `height` levels above the segments.
     fn within(&self, height: usize, index: usize) -> Option<(usize, usize)> {
         let level = height.checked_sub(1)?;
         let found = self.under(level, index).find_map(|(i, _)| self.within(level, i));
@@ -101,7 +102,7 @@ impl<F: Fn(usize, usize) -> bool> Search<F> {
         })
     }
 
-    /// A pair of segments, one under each of two different items that their bounds do not keep apart.
+    /// A pair of segments that meet, one under each of two different items that their bounds do not separate.
     fn between(&self, height: usize, i: usize, j: usize) -> Option<(usize, usize)> {
         let Some(level) = height.checked_sub(1) else {
             return (self.meet)(i, j).then_some((i, j));
@@ -118,7 +119,7 @@ impl<F: Fn(usize, usize) -> bool> Search<F> {
 mod tests {
     use super::*;
 
-    /// Every pair whose boxes meet is asked, as all pairs would be.
+    /// The oracle tests all pairs.
     #[test]
     fn no_meeting_pair_is_missed() {
         for seed in 0..300_u64 {
@@ -152,23 +153,29 @@ mod tests {
         }
         let corner = i64::from(COORD_MAX);
         let far = Segment { from: at(-corner, -corner), to: at(-corner, -corner) };
-        assert_eq!(reach(far, at(corner, corner)).units(), COORD_MAX, "cut off");
+        assert_eq!(reach(far, at(corner, corner)).units(), COORD_MAX, "limited");
     }
 
     #[test]
-    fn bounds_keep_apart_only_what_they_bound() {
+    fn blocks_are_separated_only_by_radii_on_the_lattice_or_by_boxes() {
         let window = Window::from_corners(-COORD_MAX, -COORD_MAX, COORD_MAX, COORD_MAX);
         let bound = |x, y, radius| {
             let axis = Segment { from: at(x, y), to: at(x, y) };
             Bound { window, axis, radius: Length::from_units(radius).unwrap() }
         };
-        assert!(bound(0, 0, 10).apart(&bound(30, 0, 19)), "axes are farther apart than both radii");
-        assert!(!bound(0, 0, 10).apart(&bound(30, 0, 20)), "met");
+        assert!(
+            bound(0, 0, 10).apart(&bound(30, 0, 19)),
+            "the axes are farther apart than the sum of the radii"
+        );
+        assert!(!bound(0, 0, 10).apart(&bound(30, 0, 20)), "the sum of the radii is reached");
         let corner = i64::from(COORD_MAX);
         let cut = bound(-corner, -corner, corner);
-        assert!(!cut.apart(&bound(corner, corner, 0)), "a radius that was cut off bounds nothing");
-        assert!(!cut.apart(&bound(corner, corner, 5)), "nor a sum beyond the lattice");
+        assert!(!cut.apart(&bound(corner, corner, 0)), "a radius at the limit proves nothing");
+        assert!(!cut.apart(&bound(corner, corner, 5)), "a sum beyond the lattice proves nothing");
         let beside = Bound { window: Window::from_corners(5, 5, 6, 6), ..cut };
-        assert!(beside.apart(&Bound { window: Window::from_corners(7, 5, 8, 6), ..cut }), "but boxes do");
+        assert!(
+            beside.apart(&Bound { window: Window::from_corners(7, 5, 8, 6), ..cut }),
+            "boxes still separate"
+        );
     }
 }

@@ -1,21 +1,23 @@
-//! Convex polygons of the lattice, with the threshold questions that safety asks.
+//! Convex polygons of the lattice, and their distance tests against a threshold.
 
 use super::lattice::{Length, Point};
 use super::predicate::{self, Orientation, Proximity, Site};
 use super::segment::{Segment, Window, orientation};
 use super::width::Product;
 
-/// A filled convex polygon over borrowed corners, counter-clockwise; two corners are a segment, one is a point.
+/// A filled convex polygon over borrowed corners, counter-clockwise. Two corners form a segment, one forms a
+/// point.
 ///
-/// **Invariant:** every corner lies to the left of each directed side or on its line, so the whole polygon does.
+/// **Invariant:** every corner lies to the left of each directed side or on its line. So does the whole
+/// polygon.
 #[derive(Clone, Copy, Debug)]
 pub struct Convex<'a> {
     corners: &'a [Point],
 }
 
 impl<'a> Convex<'a> {
-    /// Believes that the corners are those of a convex polygon after asking each of them of every side; `None` when they are not,
-    /// or there are none.
+    /// Accepts the corners of a convex polygon after an exact test of each corner against each side. Returns
+    /// `None` when a test fails or there are no corners.
     #[must_use]
     #[inline]
     pub fn check(corners: &'a [Point]) -> Option<Self> {
@@ -32,20 +34,20 @@ impl<'a> Convex<'a> {
         self.corners
     }
 
-    /// The sides, counter-clockwise; those of a segment are the segment there and back.
+    /// The sides, counter-clockwise. A segment has two sides: there and back.
     #[inline]
     pub fn sides(&self) -> impl Iterator<Item = Segment> + 'a {
         predicate::sides(self.corners.iter().copied()).map(|[from, to]| Segment { from, to })
     }
 
-    /// The box of the polygon; empty without corners.
+    /// The bounding box of the polygon. It is empty without corners.
     #[must_use]
     pub fn bounds(&self) -> Window {
         let boxes = self.corners.iter().copied().map(Window::of);
         boxes.reduce(Window::union).unwrap_or(Window::from_corners(1, 1, 0, 0))
     }
 
-    /// Whether the point is in the polygon, its border included.
+    /// Whether the polygon holds the point, its border included.
     #[must_use]
     #[inline]
     pub fn holds(&self, point: Point) -> bool {
@@ -76,9 +78,9 @@ mod tests {
         Point::from_units(x, y).unwrap()
     }
 
-    /// All quadrangles on a small lattice beside the triangles that cover them, from every corner.
+    /// Quadrangles on a small lattice. The oracle covers each with triangles, from every corner.
     #[test]
-    fn polygons_are_near_what_one_of_their_triangles_is_near() {
+    fn polygon_distance_agrees_with_its_triangles() {
         let points: Vec<Point> = (0..16).map(|k| at(k % 4, k / 4)).collect();
         let segments =
             [(0, 0, 0, 0), (-2, 1, 5, 1), (6, -1, 5, 7), (-3, 0, -2, 4), (1, 1, 2, 1), (5, 5, 8, 8)];
@@ -109,11 +111,11 @@ mod tests {
     }
 
     #[test]
-    fn what_turns_right_is_no_convex_polygon() {
+    fn corners_that_turn_right_or_go_round_twice_are_refused() {
         assert!(Convex::check(&[]).is_none());
         assert!(Convex::check(&[at(0, 0), at(0, 9), at(9, 0)]).is_none());
         assert!(Convex::check(&[at(0, 0), at(9, 0), at(2, 2), at(0, 9)]).is_none());
-        // All turns are to the left, but there are two rounds of them.
+        // All turns are to the left, but the corners go round twice.
         let twice = [at(0, 0), at(9, 0), at(0, 9), at(1, 1), at(8, 1), at(1, 8)];
         assert!(Convex::check(&twice).is_none());
         assert!(Convex::check(&[at(0, 0), at(9, 0), at(9, 9), at(0, 9)]).is_some());

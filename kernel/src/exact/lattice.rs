@@ -10,21 +10,25 @@ pub const UNITS_PER_MM: i32 = 100_000;
 /// Largest magnitude of a coordinate or length in lattice units: 2^29, which is 5.37 m.
 pub const COORD_MAX: i32 = 1 << COORD_BITS;
 
-/// A value that does not fit the lattice.
+/// A value outside the lattice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LatticeError {
     /// The offending value in lattice units.
     pub units: i64,
-    /// Smallest value that would have been accepted, in lattice units.
+    /// The smallest accepted value, in lattice units.
     pub least: i32,
 }
 
 impl fmt::Display for LatticeError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.units == i64::MAX {
-            return write!(f, "a coordinate or length is no number, or beyond ±5.37 m");
+            return write!(f, "a coordinate or length is not a number, or lies beyond ±5.37 m");
         }
-        write!(f, "{} lattice units of 10 nm is outside {} ..= {COORD_MAX} (5.37 m)", self.units, self.least)
+        write!(
+            f,
+            "{} lattice units of 10 nm are outside the range {} to {COORD_MAX} (5.37 m)",
+            self.units, self.least
+        )
     }
 }
 
@@ -121,7 +125,7 @@ pub struct Vector {
 pub struct Length(i32);
 
 impl Length {
-    /// No length.
+    /// The length zero.
     pub const ZERO: Self = Self(0);
 
     /// Checks that `units` is a length of the lattice.
@@ -132,14 +136,14 @@ impl Length {
         bounded(units, 0).map(Self)
     }
 
-    /// A length below 2.56 µm, for constants: every `u8` is on the lattice.
+    /// A length of at most 2.55 µm, for constants: every `u8` is on the lattice.
     #[must_use]
     #[expect(clippy::as_conversions, reason = "`From` is not const; u8 to i32 loses nothing")]
     pub const fn small(units: u8) -> Self {
         Self(units as i32)
     }
 
-    /// A length of so many millimetres, up to 255, for constants.
+    /// A length of `count` millimetres, for constants. The largest is 255 mm.
     #[must_use]
     #[expect(clippy::as_conversions, reason = "`From` is not const; u8 to i32 loses nothing")]
     pub const fn whole_mm(count: u8) -> Self {
@@ -160,7 +164,8 @@ impl Length {
         Self::from_units(i64::from(self.0).saturating_add(i64::from(other.0)))
     }
 
-    /// The sum of two lengths, cut off at the largest length. A threshold that must not be cut off takes [`Length::plus`].
+    /// The sum of two lengths, limited to the largest length. Use [`Length::plus`] for a threshold: it
+    /// reports the overflow.
     #[must_use]
     pub fn saturating_plus(self, other: Self) -> Self {
         Self(self.0.saturating_add(other.0).min(COORD_MAX))
@@ -188,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn saturated_length_blocks() {
+    fn saturating_sum_stops_at_the_largest_length() {
         let long = Length::from_units(i64::from(COORD_MAX)).unwrap();
         assert_eq!(long.saturating_plus(long), long);
         assert!(long.plus(Length::from_units(1).unwrap()).is_err());

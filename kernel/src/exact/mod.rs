@@ -1,8 +1,10 @@
 //! The trusted core: the lattice, the predicates, segments, arcs, rings and regions.
 //!
-//! A reviewer must believe what is in this folder, and nothing else of the kernel's geometry. It uses no floats, no
-//! `unsafe`, no `as`, and allocates only to hold rings. Arithmetic happens in one place, [`width`], where each
-//! operation states the bound that keeps it from overflowing.
+//! Every safety answer of the kernel rests on this folder, so a reviewer must check all of it. It uses no
+//! floats, no `unsafe` and no `as` (two constant functions excepted). It allocates only to hold rings, chains
+//! of chords and curves, and to check them. The predicates calculate only in [`width`], where each operation
+//! states the bound that rules out an overflow. The other modules use operations that cannot overflow, such
+//! as saturating and checked ones.
 #![deny(clippy::arithmetic_side_effects, clippy::as_conversions, clippy::float_arithmetic)]
 
 pub mod arc;

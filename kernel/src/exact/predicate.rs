@@ -1,7 +1,7 @@
 //! The predicates, generic over the integer width.
 //!
-//! Each function decides a statement about real geometry without rounding. "Near" is `distance ≤ r`: a threshold that
-//! is exactly met is not clear.
+//! Each function decides a statement about real geometry without rounding. "Near" means `distance ≤ r`: a
+//! distance equal to the threshold is not clear.
 
 use core::cmp::Ordering;
 
@@ -16,7 +16,7 @@ pub struct Site<L: Lattice> {
     pub y: L::Linear,
 }
 
-/// Where a point lies with respect to a directed line.
+/// The side of a directed line on which a point lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Orientation {
     /// To the left: `a, b, c` turn counter-clockwise.
@@ -27,12 +27,12 @@ pub enum Orientation {
     Right,
 }
 
-/// The answer to "is the distance greater than the threshold?".
+/// The result of a comparison of a distance with a threshold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Proximity {
     /// The distance is greater than the threshold.
     Clear,
-    /// The distance is the threshold or less.
+    /// The distance is at most the threshold.
     Near,
 }
 
@@ -63,7 +63,8 @@ fn dot<L: Lattice>(o: Site<L>, a: Site<L>, b: Site<L>) -> L::Area {
     L::sum(L::product(ax, bx), L::product(ay, by))
 }
 
-/// The side of the directed line `a → b` on which `c` lies (sign of the cross product of `b − a` and `c − a`).
+/// The side of the directed line `a → b` on which `c` lies: the sign of the cross product of `b − a` and `c −
+/// a`.
 #[inline(always)]
 pub fn orientation<L: Lattice>(a: Site<L>, b: Site<L>, c: Site<L>) -> Orientation {
     match L::compare(cross::<L>(a, b, c), L::zero()) {
@@ -79,10 +80,11 @@ pub fn point_point<L: Lattice>(p: Site<L>, q: Site<L>, r: L::Linear) -> Proximit
     Proximity::near_if(L::compare(dot::<L>(p, q, q), L::product(r, r)) != Ordering::Greater)
 }
 
-/// Whether some point of the segment `a b` is within `r` of `p`, for `r ≥ 0`.
+/// Whether some point of the segment `a b` is within `r` of `p`. Requires `r ≥ 0`.
 ///
-/// With `t = (p − a)·(b − a)`: before `a` when `t ≤ 0`, past `b` when `t ≥ |b − a|²`, else the foot of the
-/// perpendicular is inside and `cross² ≤ r²·|b − a|²` decides. A segment of zero length is its point.
+/// Let `t = (p − a)·(b − a)`. For `t ≤ 0` the nearest point is `a`, for `t ≥ |b − a|²` it is `b`. Otherwise
+/// the foot of the perpendicular lies inside, and `cross² ≤ r²·|b − a|²` decides. A segment of zero length
+/// counts as its point.
 #[inline(always)]
 pub fn point_segment<L: Lattice>(p: Site<L>, a: Site<L>, b: Site<L>, r: L::Linear) -> Proximity {
     let along = dot::<L>(a, p, b);
@@ -98,11 +100,11 @@ pub fn point_segment<L: Lattice>(p: Site<L>, a: Site<L>, b: Site<L>, r: L::Linea
     Proximity::near_if(L::compare_volumes(L::product_of_areas(off, off), reach) != Ordering::Greater)
 }
 
-/// Whether all of `points` lie to the right of the directed line `a → b`, farther than `r ≥ 0` from it; a line through
-/// `a = b` is none.
+/// Whether all of `points` lie to the right of the directed line `a → b` and farther than `r` from it.
+/// Requires `r ≥ 0`. The answer is "no" for `a = b`.
 ///
-/// The distance of `p` from the line is `|cross| / |b − a|`, and the point with the greatest cross product of those to the
-/// right, where it is negative, is the nearest: `cross² > r²·|b − a|²` decides.
+/// The distance of `p` from the line is `|cross| / |b − a|`. To the right the cross product is negative, so
+/// its greatest value belongs to the nearest point. There `cross² > r²·|b − a|²` decides.
 #[inline(always)]
 pub fn beyond<L: Lattice>([a, b]: [Site<L>; 2], points: impl Iterator<Item = Site<L>>, r: L::Linear) -> bool {
     let mut nearest = None;
@@ -133,16 +135,16 @@ pub fn crosses_properly<L: Lattice>(a: Site<L>, b: Site<L>, c: Site<L>, d: Site<
 
 /// Whether the segments `a b` and `c d` come within `r` of each other.
 ///
-/// If they do not cross properly, the distance is attained at one of the four ends (`research`: T3, Cramer and
-/// convexity), so four point–segment questions and one crossing question decide. They need not be asked where the line of one
-/// has all of the other on one side of it and [`beyond`] `r`.
+/// Segments that do not cross properly are nearest at one of their four ends (proved as `segment_ends` in
+/// `proofs/src/theorems/`). So four point–segment tests and one crossing test decide. A shortcut skips them
+/// when one segment lies wholly [`beyond`] the line of the other.
 #[inline(always)]
 pub fn segment_segment<L: Lattice>([a, b]: [Site<L>; 2], [c, d]: [Site<L>; 2], r: L::Linear) -> Proximity {
-    let told_apart = L::beyond([a, b], [c, d].into_iter(), r)
+    let separated = L::beyond([a, b], [c, d].into_iter(), r)
         || L::beyond([b, a], [c, d].into_iter(), r)
         || L::beyond([c, d], [a, b].into_iter(), r)
         || L::beyond([d, c], [a, b].into_iter(), r);
-    if told_apart {
+    if separated {
         return Proximity::Clear;
     }
     let ends_clear = L::point_segment(c, a, b, r).is_clear()
@@ -161,7 +163,8 @@ pub fn strictly_inside<L: Lattice>(p: Site<L>, a: Site<L>, b: Site<L>, c: Site<L
 
 /// Whether the filled triangle `a b c` and the segment `d e` come within `r` of each other.
 ///
-/// Either a side of the triangle does, or the segment lies wholly inside, which its end `d` then tells.
+/// Either a side of the triangle is near the segment, or the segment lies wholly inside. The end `d` then
+/// lies inside too.
 #[inline(always)]
 pub fn triangle_segment<L: Lattice>(
     [a, b, c]: [Site<L>; 3],
@@ -174,15 +177,18 @@ pub fn triangle_segment<L: Lattice>(
     Proximity::near_if(!sides_clear || L::strictly_inside(d, a, b, c))
 }
 
-/// The sides of a closed polygon, corner to corner; those of a segment are the segment there and back.
+/// The sides of a closed polygon, corner to corner. A segment has two sides: there and back.
 #[inline(always)]
 pub fn sides<T>(corners: impl Iterator<Item = T> + Clone) -> impl Iterator<Item = [T; 2]> {
     let next = corners.clone().cycle().skip(1);
     corners.zip(next).map(|(from, to)| [from, to])
 }
 
-/// Whether the filled convex polygon, border included, holds `p`: it is right of no side, nor outside the box of the corners
-/// (which tells for corners on a line). All corners lie to the left of each side or on its line.
+/// Whether the filled convex polygon holds `p`, its border included. Requires that all corners lie to the
+/// left of each side or on its line.
+///
+/// The point is right of no side and inside the box of the corners. The box decides when all corners lie on
+/// one line.
 #[inline(always)]
 pub fn convex_holds<L: Lattice>(corners: impl Iterator<Item = Site<L>> + Clone, p: Site<L>) -> bool {
     let each = || corners.clone();
@@ -193,32 +199,33 @@ pub fn convex_holds<L: Lattice>(corners: impl Iterator<Item = Site<L>> + Clone, 
         && sides(corners).all(|[a, b]| orientation::<L>(a, b, p) != Orientation::Right)
 }
 
-/// Whether the filled convex polygon and the segment `c d` come within `r` of each other. All corners lie to the left of each
-/// side or on its line.
+/// Whether the filled convex polygon and the segment `c d` come within `r` of each other. Requires that all
+/// corners lie to the left of each side or on its line.
 ///
-/// Either a side does, or the segment lies wholly inside, which its end `c` then tells. They need not be asked where a line
-/// tells the two apart: the polygon is to the left of a side's line, and the segment [`beyond`] it; or the corners, and with
-/// them what is convex over them, are beyond the line of the segment.
+/// Either a side is near the segment, or the segment lies wholly inside, and then its end `c` does too. A
+/// shortcut skips these tests when a line separates the two. It is the line of a side with the segment
+/// [`beyond`] it, or the line of the segment with all corners beyond it.
 #[inline(always)]
 pub fn convex_segment<L: Lattice>(
     corners: impl ExactSizeIterator<Item = Site<L>> + Clone,
     [c, d]: [Site<L>; 2],
     r: L::Linear,
 ) -> Proximity {
-    let told_apart = L::beyond([c, d], corners.clone(), r)
+    let separated = L::beyond([c, d], corners.clone(), r)
         || L::beyond([d, c], corners.clone(), r)
         || sides(corners.clone()).any(|side| L::beyond(side, [c, d].into_iter(), r));
-    if told_apart {
+    if separated {
         return Proximity::Clear;
     }
-    // The way back over a segment is the same.
+    // The two sides of a segment are the same.
     let count = if corners.len() == 2 { 1 } else { corners.len() };
     let near = sides(corners.clone()).take(count).any(|side| !L::segment_segment(side, [c, d], r).is_clear());
     Proximity::near_if(near || L::convex_holds(corners, c))
 }
 
-/// Whether the ray from `p` toward +x crosses the edge `a b`, counting an edge's lower end and not its upper one, so
-/// that the parity over a closed ring is odd exactly for points inside. `p` must not lie on the edge.
+/// Whether the ray from `p` toward +x crosses the edge `a b`. The lower end of an edge counts and the upper
+/// end does not. So over a closed ring the number of crossings is odd exactly for points inside. `p` must not
+/// lie on the edge.
 #[inline(always)]
 pub fn ray_crosses<L: Lattice>(p: Site<L>, a: Site<L>, b: Site<L>) -> bool {
     if (a.y > p.y) == (b.y > p.y) {
@@ -228,18 +235,19 @@ pub fn ray_crosses<L: Lattice>(p: Site<L>, a: Site<L>, b: Site<L>) -> bool {
     orientation::<L>(low, high, p) == Orientation::Left
 }
 
-/// Whether the closed box from `low` to `high` (`low ≤ high` in both coordinates) comes within `r` of `p`.
+/// Whether the closed box from `low` to `high` comes within `r` of `p`. Requires `low ≤ high` in both
+/// coordinates.
 #[inline(always)]
 pub fn box_point<L: Lattice>(low: Site<L>, high: Site<L>, p: Site<L>, r: L::Linear) -> Proximity {
-    // The nearest point of a box is found in each coordinate on its own.
+    // Each coordinate of the nearest point follows on its own.
     let foot = Site { x: p.x.clamp(low.x, high.x), y: p.y.clamp(low.y, high.y) };
     point_point::<L>(p, foot, r)
 }
 
 /// Whether the closed box from `low` to `high` and the segment `a b` come within `r` of each other.
 ///
-/// Two convex polygons that do not meet are nearest at a corner of one of them. When they meet without a corner or an
-/// end being in the other, the segment enters and leaves through two sides, and so crosses a diagonal.
+/// Two convex polygons that do not meet are nearest at a corner of one of them. If they meet with no corner
+/// or end inside the other, the segment enters and leaves through two sides, and so crosses a diagonal.
 #[inline(always)]
 pub fn box_segment<L: Lattice>(
     low: Site<L>,
@@ -259,9 +267,10 @@ pub fn box_segment<L: Lattice>(
 
 /// Whether the distance to the segment `a b` never falls on the motion `p → q`.
 ///
-/// The distance to a convex set is convex along a line: it never falls when it does not fall at the start. There the
-/// nearest point is `a`, `b` or the foot of the perpendicular, as in [`point_segment`], and the sign of the motion's
-/// component away from it decides. From a point of the segment itself every motion retract.
+/// The distance to a convex set is convex along a line, so it never falls if it does not fall at the start.
+/// There the nearest point is `a`, `b` or the foot of the perpendicular, as in [`point_segment`]. The sign of
+/// the motion's component away from that point decides. From a point of the segment itself every motion
+/// recedes.
 #[inline(always)]
 pub fn retract<L: Lattice>(p: Site<L>, q: Site<L>, a: Site<L>, b: Site<L>) -> bool {
     let along = dot::<L>(a, p, b);
@@ -280,10 +289,11 @@ pub fn retract<L: Lattice>(p: Site<L>, q: Site<L>, a: Site<L>, b: Site<L>) -> bo
     }
 }
 
-/// The side of the directed line `p → q` on which the whole box lies; [`Orientation::On`] when it is not strictly on one. Its
-/// corners may lie off the lattice.
+/// The side of the directed line `p → q` on which the whole box lies, or [`Orientation::On`] when the box is
+/// not strictly on one side. The corners may lie off the lattice.
 ///
-/// With d the motion and w from its start, `d × w` over the box is between the sums of its least and greatest terms.
+/// Let d be the motion and w a vector from its start. Over the box, `d × w` lies between the sums of the
+/// least and of the greatest terms.
 #[inline(always)]
 pub fn box_side<L: Lattice>(low: Site<L>, high: Site<L>, p: Site<L>, q: Site<L>) -> Orientation {
     let (dx, dy) = (L::difference(q.x, p.x), L::difference(q.y, p.y));
@@ -296,26 +306,29 @@ pub fn box_side<L: Lattice>(low: Site<L>, high: Site<L>, p: Site<L>, q: Site<L>)
     if L::compare(up_most, left_least) == Ordering::Less { Orientation::Right } else { Orientation::On }
 }
 
-/// Whether `p` lies between `radius − inward` and `radius + outward` from `centre`, for `radius ≥ inward`.
+/// Whether the distance of `p` from `centre` lies between `radius − inward` and `radius + outward`. Requires
+/// `radius ≥ inward`.
 #[inline(always)]
 pub fn on_ring<L: Lattice>(p: Site<L>, centre: Site<L>, radius: L::Linear, inward: i8, outward: i8) -> bool {
     let square = |r| L::product(r, r);
     let distance_2 = dot::<L>(centre, p, p);
-    // `radius + outward` as a difference, of which the width keeps the bound.
+    // The sum is written as a difference, because the width bounds differences.
     let most = L::difference(radius, L::units(outward.wrapping_neg()));
     L::compare(distance_2, square(L::difference(radius, L::units(inward)))) != Ordering::Less
         && L::compare(distance_2, square(most)) != Ordering::Greater
 }
 
-/// `⌊length_2 / 7·radius⌋ + 1`: more than an arc leaves a chord of that length squared, for `radius ≥ 64` and chords no longer
-/// than it ([`ArcChords::check`](super::arc::ArcChords::check)).
+/// `⌊length_2 / 7·radius⌋ + 1`, where `length_2` is the square of a chord's length. An arc leaves its chord
+/// by less, for `radius ≥ 64` and chords no longer than the radius
+/// ([`ArcChords::check`](super::arc::ArcChords::check)).
 #[inline(always)]
 pub fn sagitta<L: Lattice>(length_2: L::Area, radius: L::Linear) -> L::Area {
     let one = L::product(L::units(1), L::units(1));
     L::sum(L::quotient(length_2, L::product(L::units(7), radius)), one)
 }
 
-/// Whether the projection of `p` from `origin` on the direction from `a` to `b` exceeds `units`, for `units ≥ 0`: dot > units · |ab|.
+/// Whether the projection of `p − origin` on the direction from `a` to `b` exceeds `units`: dot > units ·
+/// |ab|. Requires `units ≥ 0`.
 #[inline(always)]
 pub fn ahead<L: Lattice>(origin: Site<L>, p: Site<L>, a: Site<L>, b: Site<L>, units: i8) -> bool {
     let (wx, wy) = (L::difference(p.x, origin.x), L::difference(p.y, origin.y));

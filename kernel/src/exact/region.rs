@@ -8,13 +8,13 @@ use super::lattice::Point;
 use super::ring::{Contact, Ring};
 use super::segment::{Segment, Window};
 
-/// Disjoint simple rings. A point is inside when it lies within an odd number of them.
+/// Disjoint simple rings. A point is inside when an odd number of rings encloses it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Region {
     rings: Vec<Ring>,
 }
 
-/// Two rings that touch or cross, or no ring at all.
+/// Why rings do not form a region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RegionError {
     /// There is no ring.
@@ -25,7 +25,7 @@ pub enum RegionError {
         first: usize,
         /// Index of the second ring.
         second: usize,
-        /// Where, to the lattice unit.
+        /// The point of contact, to the lattice unit.
         at: Point,
     },
 }
@@ -35,7 +35,7 @@ impl fmt::Display for RegionError {
         match self {
             Self::Empty => write!(f, "a region needs at least one ring"),
             Self::RingsTouch { first, second, at } => {
-                write!(f, "rings {first} and {second} cross or touch at {at:?}")
+                write!(f, "rings {first} and {second} cross or touch at {at}")
             }
         }
     }
@@ -46,9 +46,9 @@ impl core::error::Error for RegionError {}
 /// Where a point lies with respect to a region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Location {
-    /// Within an odd number of rings.
+    /// An odd number of rings encloses it.
     Inside,
-    /// Within an even number of rings.
+    /// An even number of rings encloses it.
     Outside,
     /// On a ring.
     Boundary,
@@ -70,7 +70,7 @@ impl Region {
             owners.resize(edges.len(), owner);
         }
         let owner = |edge: usize| owners.get(edge).copied().unwrap_or(usize::MAX);
-        // Rings are simple already: only edges of different rings are asked.
+        // Each ring is simple already, so only edges of different rings need the test.
         let meet = |i: usize, j: usize| match (edges.get(i), edges.get(j)) {
             (Some(one), Some(&other)) => owner(i) != owner(j) && one.touches(other),
             _ => false,
@@ -90,7 +90,7 @@ impl Region {
         &self.rings
     }
 
-    /// Where `point` lies.
+    /// The location of `point` relative to the region.
     #[must_use]
     pub fn locate(&self, point: Point) -> Location {
         let zero = super::lattice::Length::ZERO;
@@ -101,7 +101,8 @@ impl Region {
         if odd { Location::Inside } else { Location::Outside }
     }
 
-    /// The number of other rings around each ring: 0 for an outer ring, 1 for a hole, 2 for an island in it.
+    /// The number of other rings around each ring: 0 for an outer ring, 1 for a hole, 2 for an island in the
+    /// hole.
     #[must_use]
     pub fn depths(&self) -> Vec<usize> {
         let bounds = |ring: &Ring| ring.segments().map(Segment::bounds).reduce(Window::union);
@@ -120,7 +121,7 @@ impl Region {
         self.rings.iter().flat_map(Ring::segments)
     }
 
-    /// The least box that holds the region.
+    /// The smallest box that holds the region.
     #[must_use]
     pub fn bounds(&self) -> Window {
         let mut windows = self.segments().map(Segment::bounds);

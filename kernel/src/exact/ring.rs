@@ -13,61 +13,62 @@ use super::width::{Lattice, Product};
 /// One piece of a ring's outline.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Piece {
-    /// A straight piece; `chord_error` bounds how far the true curve leaves it (zero for a true line).
+    /// A straight piece.
     Line {
-        /// The piece.
+        /// The straight segment.
         segment: Segment,
-        /// Bound on the distance between piece and true curve.
+        /// Bound on the distance between segment and true curve; zero for a true line.
         chord_error: Length,
     },
-    /// Checked chords of an arc; `chord_error` bounds how far the true curve leaves the arc (zero for a true arc).
+    /// Checked chords of an arc.
     Arc {
         /// The chords.
         chords: ArcChords,
-        /// Bound on the distance between arc and true curve.
+        /// Bound on the distance between arc and true curve; zero for a true arc.
         chord_error: Length,
     },
 }
 
-/// A closed simple polygon; each edge carries the chord_error between chord and true curve.
+/// A closed simple polygon. Each edge carries its chord-error bound: the greatest distance between chord and
+/// true curve.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Ring {
     vertices: Vec<Point>,
     slacks: Vec<Length>,
 }
 
-/// Why a ring is refused; edge `i` runs from vertex `i` to the next.
+/// Why a ring is invalid. Edge `i` runs from vertex `i` to the next vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RingError {
     /// Fewer than three vertices.
     TooFewVertices {
-        /// How many there are.
+        /// The number of vertices.
         count: usize,
     },
     /// Two consecutive vertices are the same point.
     ZeroLengthEdge {
-        /// That point.
+        /// The repeated point.
         at: Point,
     },
-    /// A piece does not begin where the one before it ended.
+    /// A piece does not begin at the end of the piece before it.
     Gap {
-        /// Where the piece before ended.
+        /// The end of the piece before.
         from: Point,
-        /// Where the piece begins.
+        /// The start of the piece.
         to: Point,
     },
-    /// Two edges meet where they should not.
+    /// Two edges touch or cross outside a common vertex, or fold back on each other.
     Contact(Contact),
 }
 
-/// Two edges that meet where they should not.
+/// An unwanted contact of two edges: they touch, cross or fold back on each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Contact {
-    /// The first edge.
+    /// Index of the first edge.
     pub first: usize,
-    /// The second edge.
+    /// Index of the second edge.
     pub second: usize,
-    /// Where they meet, to the lattice unit.
+    /// The point of contact, to the lattice unit.
     pub at: Point,
 }
 
@@ -84,10 +85,12 @@ impl Contact {
 impl fmt::Display for RingError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::TooFewVertices { count } => write!(f, "a ring needs three vertices, this one has {count}"),
-            Self::ZeroLengthEdge { at } => write!(f, "edge of zero length at {at:?}"),
-            Self::Gap { from, to } => write!(f, "outline is open between {from:?} and {to:?}"),
-            Self::Contact(contact) => write!(f, "ring crosses or touches itself at {:?}", contact.at),
+            Self::TooFewVertices { count } => {
+                write!(f, "a ring needs at least three vertices; this one has {count}")
+            }
+            Self::ZeroLengthEdge { at } => write!(f, "the ring has an edge of zero length at {at}"),
+            Self::Gap { from, to } => write!(f, "the outline is open between {from} and {to}"),
+            Self::Contact(contact) => write!(f, "the ring crosses or touches itself at {}", contact.at),
         }
     }
 }
@@ -95,19 +98,13 @@ impl fmt::Display for RingError {
 impl core::error::Error for RingError {}
 
 impl Ring {
-    /// A ring of straight edges through `vertices`, the last joined to the first.
-    ///
-    /// # Errors
-    /// [`RingError`] with the place of the first fault.
+    /// A ring of straight edges through `vertices`. The last vertex joins the first.
     pub fn new(vertices: Vec<Point>) -> Result<Self, RingError> {
         let slacks = vertices.iter().map(|_| Length::ZERO).collect();
         Self::checked(vertices, slacks)
     }
 
-    /// A ring from consecutive pieces, the last ending where the first begins.
-    ///
-    /// # Errors
-    /// [`RingError`] with the place of the first fault.
+    /// A ring from consecutive pieces. The last piece ends where the first begins.
     pub fn from_pieces(pieces: &[Piece]) -> Result<Self, RingError> {
         let mut vertices: Vec<Point> = Vec::new();
         let mut slacks = Vec::new();
@@ -125,7 +122,8 @@ impl Ring {
                     slacks.push(*chord_error);
                 }
                 Piece::Arc { chords, chord_error } => {
-                    // Cut off at the largest length, a sum is too much for any threshold: everything is near then.
+                    // A sum that saturates exceeds the lattice with every positive threshold: every query
+                    // then answers "near".
                     let total = chords.chord_error().saturating_plus(*chord_error);
                     for chord in chords.segments() {
                         vertices.push(chord.from);
@@ -175,7 +173,7 @@ impl Ring {
         self.vertices.iter().zip(ends).map(|(&from, &to)| Segment { from, to })
     }
 
-    /// The chord_error of each edge, in the order of [`Ring::segments`].
+    /// The chord-error bound of each edge, in the order of [`Ring::segments`].
     #[must_use]
     pub fn slacks(&self) -> &[Length] {
         &self.slacks
@@ -193,8 +191,8 @@ impl Ring {
             .fold(0, i128::saturating_add)
     }
 
-    /// Whether an odd number of edges is crossed by the ray from `point` toward +x; odd means inside. The answer is
-    /// meaningless for a point on the ring.
+    /// Whether the ray from `point` toward +x crosses an odd number of edges. Odd means inside. The answer
+    /// has no meaning for a point on the ring.
     #[must_use]
     pub fn crossing_parity_is_odd(&self, point: Point) -> bool {
         self.segments().fold(false, |odd, edge| {
@@ -204,7 +202,7 @@ impl Ring {
 }
 
 impl Piece {
-    /// Where the piece begins.
+    /// The start point.
     #[must_use]
     pub fn start(&self) -> Point {
         match self {
@@ -213,7 +211,7 @@ impl Piece {
         }
     }
 
-    /// Where the piece ends.
+    /// The end point.
     #[must_use]
     pub fn end(&self) -> Point {
         match self {
@@ -223,7 +221,7 @@ impl Piece {
     }
 }
 
-/// Whether two edges that share an end share more than it.
+/// Whether two edges with a common end share more than that end.
 fn folds_back(one: Segment, other: Segment) -> bool {
     let beyond = |shared: Point, edge: Segment| if edge.from == shared { edge.to } else { edge.from };
     let shared = if one.from == other.to || one.from == other.from { one.from } else { one.to };
@@ -234,7 +232,7 @@ fn folds_back(one: Segment, other: Segment) -> bool {
             && (near(a, Segment { from: shared, to: b }) || near(b, Segment { from: shared, to: a }))
 }
 
-/// A lattice point at, or within a unit of, the meeting of two touching segments. For messages only.
+/// A lattice point within a unit of the contact of two touching segments. For messages only.
 fn meeting_point(one: Segment, other: Segment) -> Point {
     let on = |point: Point, edge: Segment| !edge.near_point(point, Length::ZERO).is_clear();
     for (point, edge) in [(one.from, other), (one.to, other), (other.from, one), (other.to, one)] {
@@ -311,7 +309,7 @@ mod tests {
         for (far, folds) in
             [((4, 0), true), ((9, 0), true), ((14, 0), true), ((-4, 0), false), ((4, 1), false)]
         {
-            // The second edge goes on where the first ended, and the other way about; in either direction.
+            // Both orders of the edges, and both directions.
             assert_eq!(folds_back(edge((9, 0), (0, 0)), edge((0, 0), far)), folds, "{far:?}");
             assert_eq!(folds_back(edge((0, 0), far), edge((9, 0), (0, 0))), folds, "{far:?}");
             assert_eq!(folds_back(edge((0, 0), (9, 0)), edge((0, 0), far)), folds, "{far:?}");

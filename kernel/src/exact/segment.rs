@@ -1,4 +1,4 @@
-//! Segments and triangles of the lattice, with the threshold questions that safety asks.
+//! Segments and triangles of the lattice, and their distance tests against a threshold.
 
 use super::lattice::{COORD_MAX, Length, Point};
 use super::predicate::{self, Site};
@@ -30,12 +30,12 @@ pub fn points_within(p: Point, q: Point, r: Length) -> Proximity {
     predicate::point_point::<Product>(p.into(), q.into(), r.units())
 }
 
-/// A straight piece between two lattice points; may have zero length.
+/// A straight line between two lattice points. Its length may be zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Segment {
-    /// Where it begins.
+    /// The start point.
     pub from: Point,
-    /// Where it ends.
+    /// The end point.
     pub to: Point,
 }
 
@@ -58,7 +58,7 @@ impl Segment {
     #[must_use]
     #[inline]
     pub fn touches(self, other: Self) -> bool {
-        // Both ends strictly on one side: most pairs that are asked.
+        // Shortcut for most pairs: both ends of `other` lie strictly on one side.
         let side = orientation(self.from, self.to, other.from);
         if side != Orientation::On && side == orientation(self.from, self.to, other.to) {
             return false;
@@ -73,7 +73,7 @@ impl Segment {
         predicate::retract::<Product>(self.from.into(), self.to.into(), wall.from.into(), wall.to.into())
     }
 
-    /// The box `[min x, min y, max x, max y]` of the segment.
+    /// The bounding box of the segment.
     #[must_use]
     #[inline]
     pub fn bounds(self) -> Window {
@@ -81,7 +81,7 @@ impl Segment {
     }
 }
 
-/// A filled triangle: what is swept when a machine is re-targeted in the middle of a motion.
+/// A filled triangle: the area that the tool can sweep when a machine takes a new target in mid-motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Triangle {
     /// The three corners, in any order; the triangle may be degenerate.
@@ -97,7 +97,7 @@ impl Triangle {
         predicate::triangle_segment::<Product>(corners, segment.into(), r.units())
     }
 
-    /// The box of the triangle.
+    /// The bounding box of the triangle.
     #[must_use]
     #[inline]
     pub fn bounds(self) -> Window {
@@ -131,14 +131,14 @@ impl Window {
         Self { min_x: x, min_y: y, max_x: x, max_y: y }
     }
 
-    /// The least box that holds this one and `point`.
+    /// The smallest box that holds this box and `point`.
     #[must_use]
     #[inline]
     pub fn including(self, point: Point) -> Self {
         self.union(Self::of(point))
     }
 
-    /// The least box that holds both.
+    /// The smallest box that holds both boxes.
     #[must_use]
     #[inline]
     pub fn union(self, other: Self) -> Self {
@@ -150,7 +150,7 @@ impl Window {
         }
     }
 
-    /// What two boxes have in common; empty when they share no point.
+    /// The intersection of two boxes. It is empty when they share no point.
     #[must_use]
     pub fn common(self, other: Self) -> Self {
         Self {
@@ -161,11 +161,12 @@ impl Window {
         }
     }
 
-    /// The box grown by `r` on every side. Nothing farther than `r` from a point outside the grown box can be in it.
+    /// The box grown by `r` on every side. A point outside the grown box is farther than `r` from every point
+    /// of the box.
     #[must_use]
     #[inline]
     pub fn grown(self, r: Length) -> Self {
-        // |c| ≤ 2^29 and r ≤ 2^29: repeated growth saturates, which only enlarges the box.
+        // |c| ≤ 2^29 and r ≤ 2^29. Repeated growth saturates at the limits of `i32`, beyond the lattice.
         Self {
             min_x: self.min_x.saturating_sub(r.units()),
             min_y: self.min_y.saturating_sub(r.units()),
@@ -174,8 +175,9 @@ impl Window {
         }
     }
 
-    /// The side of the line of `motion` on which the whole box lies; [`Orientation::On`] when it is not strictly on one. A
-    /// polygon has nothing to the right of its sides.
+    /// The side of the line of `motion` on which the whole box lies, or [`Orientation::On`] when the box is
+    /// not strictly on one side. A box to the right of a side of a counter-clockwise convex polygon lies
+    /// outside the polygon.
     #[must_use]
     #[inline(always)]
     pub fn side_of(self, motion: Segment) -> Orientation {
@@ -183,7 +185,7 @@ impl Window {
         predicate::box_side::<Product>(low, high, motion.from.into(), motion.to.into())
     }
 
-    /// Whether the box, as far as it lies on the lattice, comes within `r` of the segment.
+    /// Whether the part of the box on the lattice comes within `r` of the segment.
     #[must_use]
     #[inline]
     pub fn near_segment(self, segment: Segment, r: Length) -> Proximity {
@@ -191,8 +193,8 @@ impl Window {
         predicate::box_segment::<Product>(low, high, segment.from.into(), segment.to.into(), r.units())
     }
 
-    /// Whether every point of the box, as far as it lies on the lattice, is within `r` of the segment: its corners are,
-    /// and what is within `r` of a segment is convex.
+    /// Whether every point of the box that is on the lattice lies within `r` of the segment. Testing the
+    /// corners is enough, because the points within `r` of a segment form a convex set.
     #[must_use]
     pub fn within_reach_of(self, segment: Segment, r: Length) -> bool {
         let (from, to) = (segment.from.into(), segment.to.into());
@@ -200,8 +202,8 @@ impl Window {
         self.lattice_corners().into_iter().all(near)
     }
 
-    /// The corners of the part on the lattice, counter-clockwise from the lowest. Where the box leaves the lattice it is
-    /// cut off, so that predicates keep their widths.
+    /// The corners of the part on the lattice, counter-clockwise from the lowest. The box is clipped at the
+    /// lattice, so that the predicates keep their integer widths.
     fn lattice_corners(self) -> [Site<Product>; 4] {
         let cut = |c: i32| c.clamp(-COORD_MAX, COORD_MAX);
         let (x0, y0, x1, y1) = (cut(self.min_x), cut(self.min_y), cut(self.max_x), cut(self.max_y));
@@ -224,7 +226,7 @@ impl Window {
         self.min_x > self.max_x || self.min_y > self.max_y
     }
 
-    /// Whether every point of the other box is one of this.
+    /// Whether this box contains every point of the other box.
     #[must_use]
     #[inline]
     pub fn contains(self, other: Self) -> bool {
@@ -248,7 +250,8 @@ impl Window {
     }
 }
 
-/// Whether the projection of `point − origin` on the direction of `along` exceeds `units`, for `units ≥ 0`.
+/// Whether the projection of `point − origin` on the direction of `along` exceeds `units`. Requires `units ≥
+/// 0`.
 #[must_use]
 pub fn ahead(origin: Point, point: Point, along: Segment, units: i8) -> bool {
     predicate::ahead::<Product>(origin.into(), point.into(), along.from.into(), along.to.into(), units)
@@ -273,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn touching_is_a_distance_of_nothing() {
+    fn touching_segments_have_distance_zero() {
         let points: Vec<Point> = (0..16).map(|k| at(k % 4, k / 4)).collect();
         for (&a, &b) in points.iter().flat_map(|a| points.iter().map(move |b| (a, b))) {
             for (&c, &d) in points.iter().flat_map(|c| points.iter().map(move |d| (c, d))) {
@@ -285,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn windows_know_what_is_in_them() {
+    fn containment_and_emptiness_count_every_side() {
         let window = Window::from_corners(0, 0, 10, 20);
         assert!(window.contains(window) && !window.is_empty());
         for (x0, y0, x1, y1) in [(-1, 0, 10, 20), (0, -1, 10, 20), (0, 0, 11, 20), (0, 0, 10, 21)] {
@@ -297,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn ahead_is_beyond_so_many_units_along() {
+    fn ahead_compares_the_projection_with_the_given_units() {
         let along = Segment { from: at(7, 7), to: at(3007, 4007) };
         let by = |k: i64| at(3 * k, 4 * k);
         assert!(ahead(Point::ORIGIN, by(1), along, 4));

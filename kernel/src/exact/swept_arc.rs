@@ -1,17 +1,20 @@
-//! Whether a disc that runs along an arc stays clear of a chord.
+//! The test whether a disc that runs along an arc stays clear of a chord.
 //!
-//! As in [`super::arc`] an arc stands for any curve that turns about its centre c and stays between ρ − 1 and ρ + 2 from
-//! it. A chord is clear of the curve by more than t when one of four rules says so; each is sound, and together they decide
-//! all but the last few units:
+//! As in [`super::arc`], an arc stands for any curve that turns about its centre c and stays between ρ − 1
+//! and ρ + 2 from it. A chord is clear of the curve by more than t when one of four rules holds. Each rule is
+//! sound. Together they decide all cases but the last few units.
 //!
-//! 1. *Inside.* Both ends of the chord are within ρ − 2 − t of c. So is all of it, and the curve is t + 1 farther out.
-//! 2. *Outside.* The chord is farther than ρ + 2 + t from c, and the curve no farther than ρ + 2.
-//! 3. *Chord of the arc.* A piece of the curve between points a and b of the ring, with |ab| = L ≤ ρ, leaves the segment ab by
-//!    at most s = L²/7ρ + 5 ([`ArcChords::check`](super::arc::ArcChords::check)). The chord is farther than t + s from ab.
-//! 4. *Corner.* An end v of the chord is within 3 of c, ρ ≥ t + 13, and seen from c neither a nor b lies more than 4 ahead
-//!    along the chord's direction. A curve point P of the piece is αa + βb with α + β ≤ 1.25 for pieces of at most 60°,
-//!    so it is at most 5 ahead of c, 8 ahead of v, and |P − v| ≥ ρ − 4: from the chord's line ahead of v it is at least
-//!    √((t + 9)² − 64) > t away, and from v itself t + 9.
+//! 1. *Inside.* Both ends of the chord are within ρ − 2 − t of c, so all of it is. The curve is t + 1 farther
+//!    out.
+//! 2. *Outside.* The chord is farther than ρ + 2 + t from c, and the curve is no farther than ρ + 2.
+//! 3. *Chord of the arc.* Take a piece of the curve between points a and b of the ring, with |ab| = L ≤ ρ. It
+//!    leaves the segment ab by at most s = L²/7ρ + 5 ([`ArcChords::check`](super::arc::ArcChords::check)).
+//!    The chord is farther than t + s from ab.
+//! 4. *Corner.* An end v of the chord is within 3 of c, and ρ ≥ t + 13. Seen from c, neither a nor b lies
+//!    more than 4 ahead along the chord's direction. A curve point P of the piece is αa + βb with α + β ≤
+//!    1.25 for pieces of at most 60°. So P is at most 5 ahead of c and 8 ahead of v, and |P − v| ≥ ρ − 4. Its
+//!    distance from the chord's line ahead of v is at least √((t + 9)² − 64) > t, and its distance from v
+//!    itself is t + 9.
 
 use super::arc::{Arc, Turn};
 use super::lattice::{Length, Point};
@@ -19,12 +22,13 @@ use super::predicate::{Proximity, sagitta};
 use super::segment::{Segment, Window, ahead, distance_2, points_within};
 use super::width::Product;
 
-/// The most pieces of an arc: eighths of a turn.
+/// Most pieces of an arc: eighths of a turn.
 const PIECES: usize = 8;
-/// How often a piece is halved: 3 m by 2^24 is below a unit.
+/// Halvings of a piece. The longest piece is an eighth of a turn at the largest radius, 4.2 m. After 24
+/// halvings it is 26 units long.
 const HALVINGS: u32 = 24;
 
-/// An arc cut into pieces of at most an eighth of a turn, ready to be asked.
+/// An arc in pieces of at most an eighth of a turn, ready for distance tests.
 #[derive(Clone, Copy, Debug)]
 pub struct SweptArc {
     arc: Arc,
@@ -33,12 +37,12 @@ pub struct SweptArc {
 }
 
 impl SweptArc {
-    /// Cuts the arc; `None` when rounding does not let it, as for radii of a few units.
+    /// Cuts the arc into pieces. Returns `None` when rounding prevents it, as for very small radii.
     #[must_use]
     pub fn of(arc: &Arc) -> Option<Self> {
         let mut swept = Self { arc: *arc, corners: [arc.from(); PIECES + 1], count: 0 };
         let mut at = arc.from();
-        // Whole quarters while the end lies beyond the next one.
+        // Whole quarter turns, while the end lies beyond the next one.
         for _ in 0..4 {
             let next = quarter(arc, at)?;
             if swept.reaches_before(at, next) {
@@ -51,7 +55,8 @@ impl SweptArc {
         None
     }
 
-    /// Whether the end is met on the quarter turn from `at` to `next`: it is ahead of both `at` and the way back from `next`.
+    /// Whether the arc ends on the quarter turn from `at` to `next`: its end lies ahead of `at`, and `next`
+    /// lies ahead of its end or on it.
     fn reaches_before(&self, at: Point, next: Point) -> bool {
         let to = self.arc.to();
         self.arc.is_ahead(at, to) && (to == next || self.arc.is_ahead(to, next))
@@ -76,7 +81,7 @@ impl SweptArc {
         Some(())
     }
 
-    /// Whether the ring between the two points is a piece to which rule 3 applies.
+    /// Whether rule 3 applies to the piece between the two points.
     fn follows(&self, from: Point, to: Point) -> bool {
         let short = !points_within(from, to, self.arc.radius()).is_clear();
         short && self.arc.is_ahead(from, to) && (to == self.arc.to() || self.arc.has_corner(to))
@@ -87,7 +92,7 @@ impl SweptArc {
         corners.iter().copied().zip(corners.iter().copied().skip(1))
     }
 
-    /// A box that holds the curve: each piece is within its chord_error of its chord.
+    /// A box that holds the curve: each piece is within its chord error of its chord.
     #[must_use]
     pub fn bounds(&self) -> Window {
         let start = Window::of(self.arc.from());
@@ -97,7 +102,7 @@ impl SweptArc {
         })
     }
 
-    /// Clear when the curve is proven to be farther than `t` from the chord.
+    /// [`Proximity::Clear`] when the four rules prove that the curve is farther than `t` from the chord.
     #[must_use]
     pub fn near_chord(&self, chord: Segment, t: Length) -> Proximity {
         let (centre, radius, t_units) = (self.arc.centre(), self.arc.radius(), i64::from(t.units()));
@@ -131,7 +136,7 @@ impl SweptArc {
         })
     }
 
-    /// The chord_error of rule 3.
+    /// The bound s of rule 3.
     fn chord_error(&self, a: Point, b: Point) -> Option<Length> {
         let sagitta = sagitta::<Product>(distance_2(a, b), self.arc.radius().units());
         Length::from_units(sagitta.saturating_add(5)).ok()
@@ -146,7 +151,8 @@ impl SweptArc {
     }
 }
 
-/// The ring's point a quarter turn after `at`: exact, as both coordinates only change places.
+/// The point of the ring a quarter turn after `at`. It is exact, because the coordinates only change places
+/// and signs.
 fn quarter(arc: &Arc, at: Point) -> Option<Point> {
     let d = at.minus(arc.centre());
     let turned = match arc.turn() {
@@ -196,7 +202,7 @@ mod tests {
         assert!(near(at(0, 0), at(-9000, -1), 2980).is_clear());
         assert!(near(at(0, 0), at(-9000, 0), 2987).is_clear());
         assert!(!near(at(0, 0), at(-9000, 0), 2999).is_clear());
-        assert!(!near(at(0, 0), at(-9000, 900), 2980).is_clear(), "the arc's end is ahead");
+        assert!(!near(at(0, 0), at(-9000, 900), 2980).is_clear(), "the end of the arc is ahead");
         // The far side of the circle does not matter: only the quarter is swept.
         assert!(near(at(-3000, -10), at(-3000, 10), 2000).is_clear());
         assert!(!near(at(3000, 10), at(3100, 900), 20).is_clear());
@@ -211,7 +217,7 @@ mod tests {
         assert!(!swept.follows(at(2121, 2121), east), "backward");
         assert!(!swept.follows(east, at(2110, 2110)), "off the ring");
         assert!(!swept.follows(east, at(0, 3000)), "longer than the radius");
-        // The end need not be on the ring of corners, only on that of ends.
+        // The end of the arc passes without the ring test of corners.
         assert!(swept.follows(at(2121, 2121), arc.to()));
     }
 
@@ -225,9 +231,9 @@ mod tests {
         // Outside: the chord is 4000 from the centre.
         assert!(near(at(4000, -9), at(4000, 5000), 997).is_clear());
         assert!(!near(at(4000, -9), at(4000, 5000), 1000).is_clear());
-        // Behind a corner two units off the centre, either end first.
+        // Behind a corner two units off the centre, with either end first.
         assert!(near(at(-2, 0), at(-5000, -5000), 2987).is_clear());
         assert!(near(at(-5000, -5000), at(-2, 0), 2987).is_clear());
-        assert!(!near(at(-4, 0), at(-5000, -5000), 2996).is_clear(), "too far from the centre to tell");
+        assert!(!near(at(-4, 0), at(-5000, -5000), 2996).is_clear(), "too far from the centre for rule 4");
     }
 }

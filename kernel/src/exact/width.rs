@@ -1,7 +1,7 @@
-//! Integer widths: the one place of the trusted core where numbers are added and multiplied.
+//! Integer widths: the one place of the trusted core where the predicates add and multiply.
 //!
-//! The predicates are written once over [`Lattice`]. The product runs them at [`Product`] width; exhaustive tests and
-//! model checkers run the same source at [`Narrow`] width.
+//! The predicates are written once over [`Lattice`]. The product runs them at [`Product`] width. Exhaustive
+//! tests and model checkers run the same source at [`Narrow`] width.
 
 use core::cmp::Ordering;
 
@@ -11,7 +11,7 @@ use super::predicate::{self, Proximity, Site};
 pub const COORD_BITS: u32 = 29;
 const NARROW_COORD_BITS: u32 = 5;
 
-/// The bounds that keep every operation of [`Lattice`] from overflowing, for coordinates of `bits` bits.
+/// Whether no operation of [`Lattice`] overflows, for coordinates of `bits` bits.
 #[expect(
     clippy::arithmetic_side_effects,
     reason = "evaluated at compile time only, where overflow is an error"
@@ -26,19 +26,21 @@ const fn widths_hold(bits: u32, linear: u32, area: u32, volume: u32) -> bool {
 const _: () = assert!(widths_hold(COORD_BITS, i32::BITS, i64::BITS, i128::BITS));
 const _: () = assert!(widths_hold(NARROW_COORD_BITS, i8::BITS, i16::BITS, i32::BITS));
 
-/// The seal of [`Lattice`], open to the proofs, which run the predicates on symbolic numbers.
+/// The seal of [`Lattice`]. The feature `symbolic` opens it for the proofs, which run the predicates on
+/// symbolic numbers.
 #[cfg(feature = "symbolic")]
 pub use sealed::Sealed;
 
 mod sealed {
-    /// Numbers that this crate vouches for.
+    /// The integer widths of this crate.
     pub trait Sealed {}
 }
 
-/// A tower of integer widths over which the predicates are written. Sealed, unless the feature `symbolic` is on.
+/// A set of three integer widths for the predicates. Sealed, unless the feature `symbolic` is on.
 ///
-/// `Linear` holds coordinates and their differences, `Area` sums of two products of differences, `Volume` products of
-/// two areas. No operation overflows while coordinates and thresholds stay within the width's bound.
+/// `Linear` holds coordinates and their differences. `Area` holds sums of two products of differences.
+/// `Volume` holds products of two areas. No operation overflows while coordinates and thresholds stay within
+/// the bound of the width.
 pub trait Lattice: sealed::Sealed + Copy {
     /// Coordinates, lengths and differences of coordinates.
     type Linear: Copy + Ord;
@@ -63,44 +65,46 @@ pub trait Lattice: sealed::Sealed + Copy {
     fn compare_volumes(a: Self::Volume, b: Self::Volume) -> Ordering;
     /// The area zero.
     fn zero() -> Self::Area;
-    /// A few units.
+    /// The length of `count` units.
     fn units(count: i8) -> Self::Linear;
     /// `⌊a / b⌋` for `a ≥ 0` and `b > 0`.
     fn quotient(a: Self::Area, b: Self::Area) -> Self::Area;
-    /// `factor · (c − origin)`, where `|c| ≤ 2^31` may lie beyond the lattice: below `2^62`, and the sum of two `2^63`.
+    /// `factor · (c − origin)`, where `c` may lie beyond the lattice. With `|c| ≤ 2^31` at [`Product`] width
+    /// the result is below `2^62`, and the sum of two is below `2^63`.
     fn moment(factor: Self::Linear, c: Self::Linear, origin: Self::Linear) -> Self::Area;
 
-    /// [`predicate::point_segment`], as part of another predicate. A proof may put in place of such a part what is proved of it.
+    /// [`predicate::point_segment`], as a part of another predicate. A proof may replace such a part by the
+    /// statement that is proved for it.
     #[inline(always)]
     fn point_segment(p: Site<Self>, a: Site<Self>, b: Site<Self>, r: Self::Linear) -> Proximity {
         predicate::point_segment(p, a, b, r)
     }
-    /// [`predicate::crosses_properly`], as part of another predicate.
+    /// [`predicate::crosses_properly`], as a part of another predicate.
     #[inline(always)]
     fn crosses_properly(a: Site<Self>, b: Site<Self>, c: Site<Self>, d: Site<Self>) -> bool {
         predicate::crosses_properly(a, b, c, d)
     }
-    /// [`predicate::segment_segment`], as part of another predicate.
+    /// [`predicate::segment_segment`], as a part of another predicate.
     #[inline(always)]
     fn segment_segment(ab: [Site<Self>; 2], cd: [Site<Self>; 2], r: Self::Linear) -> Proximity {
         predicate::segment_segment(ab, cd, r)
     }
-    /// [`predicate::strictly_inside`], as part of another predicate.
+    /// [`predicate::strictly_inside`], as a part of another predicate.
     #[inline(always)]
     fn strictly_inside(p: Site<Self>, a: Site<Self>, b: Site<Self>, c: Site<Self>) -> bool {
         predicate::strictly_inside(p, a, b, c)
     }
-    /// [`predicate::box_point`], as part of another predicate.
+    /// [`predicate::box_point`], as a part of another predicate.
     #[inline(always)]
     fn box_point(low: Site<Self>, high: Site<Self>, p: Site<Self>, r: Self::Linear) -> Proximity {
         predicate::box_point(low, high, p, r)
     }
-    /// [`predicate::beyond`], as part of another predicate.
+    /// [`predicate::beyond`], as a part of another predicate.
     #[inline(always)]
     fn beyond(line: [Site<Self>; 2], points: impl Iterator<Item = Site<Self>>, r: Self::Linear) -> bool {
         predicate::beyond(line, points, r)
     }
-    /// [`predicate::convex_holds`], as part of another predicate.
+    /// [`predicate::convex_holds`], as a part of another predicate.
     #[inline(always)]
     fn convex_holds(corners: impl Iterator<Item = Site<Self>> + Clone, p: Site<Self>) -> bool {
         predicate::convex_holds(corners, p)
@@ -170,12 +174,13 @@ macro_rules! lattice {
 }
 
 lattice! {
-    /// The width that ships: 30-bit coordinates, `i64` areas, `i128` volumes.
+    /// The width of the product: coordinates up to 2^29 in `i32`, areas in `i64`, volumes in `i128`.
     Product: i32, i64, i128
 }
 
 lattice! {
-    /// A lattice of at most ±32 units, small enough to be searched exhaustively; same source as [`Product`].
+    /// A lattice of at most ±32 units, small enough for an exhaustive search. It runs the same source as
+    /// [`Product`].
     Narrow: i8, i16, i32
 }
 
