@@ -1,8 +1,8 @@
-//! Clear queries: is a point, a motion or a fan farther from the part than the threshold?
+//! Clear queries: whether a point, a motion or a swept triangle is farther from the part than a threshold.
 //!
-//! A [`FreePoint`] is a point already known to be clear and on the free side. A motion or fan that starts at free
-//! points and comes nearer to no edge than the threshold can not have changed sides, so only edges are asked: the
-//! induction is carried by the type.
+//! A [`FreePoint`] is a point that is certified clear and on the free side. Take a motion or swept triangle
+//! that starts at free points and keeps farther than the threshold from every edge. It cannot change sides.
+//! So these queries test only edges, and the type carries the induction.
 
 use alloc::vec::Vec;
 use core::fmt;
@@ -19,16 +19,16 @@ use crate::exact::swept_arc::SweptArc;
 use crate::index::cells::Answer;
 use crate::index::{CellFault, Cells, CheckedIndex, Edge, IndexFault, build, subdivide};
 
-/// Which side of the profile the tool works on.
+/// The side of the profile on which the tool works.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Side {
-    /// External machining: the part is inside the profile, the tool stays outside.
+    /// External machining: the part is inside the profile and the tool stays outside.
     Outside,
-    /// Internal machining: the part is outside the profile, the tool stays inside.
+    /// Internal machining: the part is outside the profile and the tool stays inside.
     Inside,
 }
 
-/// A point that was found clear of a region at a threshold, on its free side.
+/// A point that is certified clear of a region at a threshold, on its free side.
 ///
 /// Use it only with the [`ProhibitedRegion`] that made it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,26 +50,27 @@ impl FreePoint {
         self.threshold
     }
 
-    /// The same point, claimed at a threshold that is not higher.
+    /// The same point at a threshold that is not higher; `None` for a higher one.
     #[must_use]
     pub fn lowered(self, threshold: Length) -> Option<Self> {
         (threshold <= self.threshold).then_some(Self { threshold, ..self })
     }
 
-    /// The end of a motion from here that was found clear at this threshold: the caller vouches for that.
+    /// The end of a motion from here. The caller must have certified that motion at this threshold.
     pub(crate) fn moved(self, point: Point) -> Self {
         Self { point, ..self }
     }
 }
 
-/// Why a query is answered "no".
+/// Why a query fails.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Blocked {
-    /// An edge of the part is at the threshold or nearer.
+    /// An edge of the part or of a keep-out zone is at the threshold or nearer.
     ByEdge(Edge),
-    /// The point is on the part's side of the profile.
+    /// The point is on the part's side of the profile, or in a keep-out zone.
     OnPartSide(Point),
-    /// The starting point was certified at a lower threshold only.
+    /// The start has no certificate for this query. It may be certified at another threshold, or it is not
+    /// the start of the arc or inside the polygon.
     StartTooNear(Point),
 }
 
@@ -80,21 +81,22 @@ impl fmt::Display for Blocked {
                 write!(f, "too near the edge from {} to {}", edge.chord.from, edge.chord.to)
             }
             Self::OnPartSide(at) => write!(f, "{at} is inside the part"),
-            Self::StartTooNear(at) => write!(f, "the start {at} is nearer than the threshold"),
+            Self::StartTooNear(at) => write!(f, "the start {at} is not certified at this threshold"),
         }
     }
 }
 
 impl core::error::Error for Blocked {}
 
-/// The part, seen from the tool: a region, the side of it that is prohibited, and the queries.
+/// The prohibited region: a region, its prohibited side, keep-out zones, and the queries.
 ///
-/// Distances are to the true curves: each edge is asked with the threshold plus its chord_error. No query allocates.
+/// Distances refer to the true curves: each query adds the chord error of an edge to the threshold. No query
+/// allocates.
 #[derive(Clone, Debug)]
 pub struct ProhibitedRegion {
     region: Region,
     zones: Vec<Ring>,
-    /// The edges of each zone.
+    /// The edges of each keep-out zone.
     fences: Vec<CheckedIndex>,
     index: CheckedIndex,
     cells: Vec<Cells>,
@@ -102,7 +104,7 @@ pub struct ProhibitedRegion {
 }
 
 impl ProhibitedRegion {
-    /// The part bounded by `region`, to be machined from `side`; builds and checks the clearance index.
+    /// The part bounded by `region`, machined from `side`. Builds and checks the clearance index.
     ///
     /// # Errors
     /// [`IndexFault::TooManyEdges`] above 2^30 edges.
@@ -110,8 +112,8 @@ impl ProhibitedRegion {
         Self::with_zones(region, side, Vec::new())
     }
 
-    /// As [`ProhibitedRegion::new`], with zones that are prohibited too, each all that is within its ring: clamps, a vice.
-    /// Zones may lie on the part and on each other.
+    /// As [`ProhibitedRegion::new`], with keep-out zones such as clamps or a vice. Everything inside the ring
+    /// of a zone is prohibited. Zones may overlap the part and each other.
     ///
     /// # Errors
     /// [`IndexFault::TooManyEdges`] above 2^30 edges.
@@ -125,7 +127,7 @@ impl ProhibitedRegion {
         Ok(Self { region, zones, fences, index, cells: Vec::new(), side })
     }
 
-    /// The same part asked by another index over edges that cover its own.
+    /// The same part with another index, whose edges cover the edges of this one.
     pub(crate) fn with_index(&self, index: CheckedIndex) -> Self {
         Self {
             region: self.region.clone(),
@@ -137,11 +139,11 @@ impl ProhibitedRegion {
         }
     }
 
-    /// Builds and checks cells for `threshold`, so that points and short motions are answered faster at exactly that
-    /// threshold. Answers stay the same.
+    /// Builds and checks cells for `threshold`. Queries about points and short motions at exactly that
+    /// threshold become faster. Answers stay the same.
     ///
     /// # Errors
-    /// [`CellFault::Whole`] when what is near the part at that threshold does not fit the lattice.
+    /// [`CellFault::Whole`] when the edges, grown by the threshold, are too wide for the cells.
     pub fn prepare(&mut self, threshold: Length) -> Result<(), CellFault> {
         if self.cells_for(threshold).is_none() {
             self.cells.push(subdivide::build(&self.index, threshold, None)?);
@@ -149,7 +151,7 @@ impl ProhibitedRegion {
         Ok(())
     }
 
-    /// The cells made for `threshold`, if any.
+    /// The cells for `threshold`, if [`ProhibitedRegion::prepare`] has built them.
     #[must_use]
     #[inline]
     pub fn cells_for(&self, threshold: Length) -> Option<&Cells> {
@@ -162,7 +164,7 @@ impl ProhibitedRegion {
         &self.region
     }
 
-    /// The zones that are prohibited besides the part.
+    /// The keep-out zones.
     #[must_use]
     pub fn zones(&self) -> &[Ring] {
         &self.zones
@@ -174,22 +176,23 @@ impl ProhibitedRegion {
         &self.index
     }
 
-    /// The side the tool works on.
+    /// The side on which the tool works.
     #[must_use]
     pub fn side(&self) -> Side {
         self.side
     }
 
-    /// The edges with their slacks.
+    /// The edges of the part and of the keep-out zones, with their chord errors.
     #[must_use]
     pub fn edges(&self) -> &[Edge] {
         self.index.edges()
     }
 
-    /// Whether `point` is on the part's side of the profile, in a zone, or on the outline of either.
+    /// Whether `point` is on the part's side of the profile, in a keep-out zone, or on the outline of either.
     ///
-    /// A ray from a point outside all zones crosses the outline of each an even number of times: the number of its crossings
-    /// with all edges is odd when that with the profile is.
+    /// A ray from a point outside all zones crosses the outline of each zone an even number of times. So its
+    /// number of crossings with all edges is odd exactly when its number of crossings with the profile is
+    /// odd.
     #[must_use]
     pub fn holds(&self, point: Point) -> bool {
         if self.fences.iter().any(|fence| fence.locate(point) != Location::Outside) {
@@ -202,7 +205,7 @@ impl ProhibitedRegion {
         }
     }
 
-    /// Whether every edge is farther than `threshold` from `point`, whichever side it is on.
+    /// Whether every edge is farther than `threshold` from `point`. The side does not matter.
     #[must_use]
     #[inline]
     pub fn point_clear(&self, point: Point, threshold: Length) -> Proximity {
@@ -213,7 +216,7 @@ impl ProhibitedRegion {
         }
     }
 
-    /// Whether every edge is farther than `threshold` from the whole motion, whichever side it is on.
+    /// Whether every edge is farther than `threshold` from the whole motion. The side does not matter.
     #[must_use]
     #[inline]
     pub fn motion_clear(&self, motion: Segment, threshold: Length) -> Proximity {
@@ -223,7 +226,7 @@ impl ProhibitedRegion {
     /// Certifies that `point` is farther than `threshold` from the part and outside it.
     ///
     /// # Errors
-    /// [`Blocked`] by the first edge found, or because the point is on the part's side.
+    /// [`Blocked::ByEdge`] with the first edge found, or [`Blocked::OnPartSide`].
     pub fn free_point(&self, point: Point, threshold: Length) -> Result<FreePoint, Blocked> {
         if let Some(edge) = self.index.near_point(point, threshold) {
             return Err(Blocked::ByEdge(*edge));
@@ -244,7 +247,9 @@ impl ProhibitedRegion {
     /// Certifies that the curve of an arc that begins at a free point stays clear at that point's threshold.
     ///
     /// # Errors
-    /// [`Blocked::ByEdge`] with an edge in the way, or not proven to be out of it.
+    /// [`Blocked::ByEdge`] with an edge in the way, or with one that the test cannot prove clear.
+    /// [`Blocked::StartTooNear`] when the arc does not begin at the free point, or is too small to be cut
+    /// into pieces.
     pub fn arc(&self, from: FreePoint, arc: &Arc) -> Result<FreePoint, Blocked> {
         let threshold = from.threshold;
         let Some(swept) = SweptArc::of(arc).filter(|_| arc.from() == from.point) else {
@@ -263,10 +268,12 @@ impl ProhibitedRegion {
         near.map_or(Ok(end), |edge| Err(Blocked::ByEdge(edge)))
     }
 
-    /// Certifies the fan from the in-flight motion `a b` to the new target `to`: the whole filled triangle is clear.
+    /// Certifies the triangle that the tool can sweep when a machine on the motion `a b` takes the new target
+    /// `to`. The whole filled triangle is clear.
     ///
     /// # Errors
-    /// [`Blocked::ByEdge`] with an edge in the way; [`Blocked::StartTooNear`] when the ends carry different thresholds.
+    /// [`Blocked::ByEdge`] with an edge in the way. [`Blocked::StartTooNear`] when the two ends have
+    /// different thresholds.
     pub fn fan(&self, a: FreePoint, b: FreePoint, to: Point) -> Result<FreePoint, Blocked> {
         if a.threshold != b.threshold {
             return Err(Blocked::StartTooNear(if a.threshold < b.threshold { a.point } else { b.point }));
@@ -281,11 +288,13 @@ impl ProhibitedRegion {
         }
     }
 
-    /// Certifies that the whole filled polygon, which holds the free point `from` and `to`, is clear at that point's threshold. As
-    /// the straight way between the two lies in it, `to` is on the free side too.
+    /// Certifies that the whole filled polygon is clear at the threshold of `from`. The polygon holds the
+    /// free point `from` and the point `to`. So it holds the straight motion between them, and `to` is on the
+    /// free side too.
     ///
     /// # Errors
-    /// [`Blocked::ByEdge`] with an edge in the way; [`Blocked::StartTooNear`] when the polygon does not hold both points.
+    /// [`Blocked::ByEdge`] with an edge in the way. [`Blocked::StartTooNear`] when the polygon does not hold
+    /// both points.
     pub fn polygon(&self, from: FreePoint, polygon: Convex<'_>, to: Point) -> Result<FreePoint, Blocked> {
         if !polygon.holds(from.point) || !polygon.holds(to) {
             return Err(Blocked::StartTooNear(from.point));
@@ -296,10 +305,11 @@ impl ProhibitedRegion {
         }
     }
 
-    /// Certifies a way out: from a point that is clear only at a lower threshold, the straight motion to `to` comes
-    /// nearer to no edge that is, or comes, within `threshold`. What the tool does not touch it does not touch on the way.
+    /// Certifies a retract move: a straight motion to `to` from a point that is clear only at a lower
+    /// threshold. Each edge within `threshold` of the motion must not come nearer during the motion.
     ///
-    /// The distance to a chord never falls on such a motion, so it crosses none and ends on the free side; the answer is a
+    /// The distance to such a chord never falls, so the motion crosses no chord and ends on the free side. If
+    /// the tool does not touch the part at the start, it does not touch it on the motion. The answer is a
     /// free point at the threshold of `from`.
     ///
     /// # Errors
@@ -311,14 +321,14 @@ impl ProhibitedRegion {
         }
     }
 
-    /// A certified lower bound on the distance of `point` to the part's edges, within two units of it; `None` when the
-    /// point is on an edge or within its chord_error.
+    /// A certified lower bound on the distance of `point` to the part's edges, within two units of it.
+    /// Returns `None` when the point is on an edge or within its chord error.
     #[must_use]
     pub fn clearance(&self, point: Point) -> Option<Length> {
         self.index.clearance(point)
     }
 
-    /// Whether every edge is farther than `threshold` from the whole motion, whichever side it is on.
+    /// Checks that every edge is farther than `threshold` from the whole motion. The side does not matter.
     ///
     /// # Errors
     /// [`Blocked::ByEdge`] with an edge in the way.
@@ -338,7 +348,8 @@ impl ProhibitedRegion {
         near.map_or(Ok(()), |edge| Err(Blocked::ByEdge(*edge)))
     }
 
-    /// The edges that can come within `threshold` of `window`.
+    /// Calls `visit` with every edge that can come within `threshold` of `window`. It may pass other edges
+    /// too.
     pub fn edges_near(&self, window: Window, threshold: Length, mut visit: impl FnMut(&Edge)) {
         let _ = self.index.visit(window.grown(threshold), |_, edge| {
             visit(edge);

@@ -20,8 +20,8 @@ const HALVINGS: u32 = 20;
 
 /// The longest prefix of the motion `from → to` that `accepts` lets through, found by bisection.
 ///
-/// `accepts` must get harder along the motion for the prefix to be the longest; whatever it is, the returned end was
-/// accepted. Answers `from` when not even a lattice unit is free.
+/// `accepts` must get harder along the motion for the prefix to be the longest; whatever it is, the returned
+/// end was accepted. Answers `from` when not even a lattice unit is free.
 pub fn longest_prefix(from: Point, to: Point, mut accepts: impl FnMut(Point) -> bool) -> Point {
     if accepts(to) {
         return to;
@@ -44,10 +44,11 @@ pub fn longest_prefix(from: Point, to: Point, mut accepts: impl FnMut(Point) -> 
 }
 
 impl Probe<'_> {
-    /// The end of a certified clear prefix of the motion `from → to`, the longest to within a few lattice units. `from` is
-    /// free at the probe's threshold or more.
+    /// The end of a certified clear prefix of the motion `from → to`, the longest to within a few lattice
+    /// units. `from` is free at the probe's threshold or more.
     ///
-    /// The first contact is computed in `f64`; the end is set back from it until the exact query lets the motion pass.
+    /// The first contact is computed in `f64`; the end is set back from it until the exact query lets the
+    /// motion pass.
     #[must_use]
     pub fn clip(&mut self, from: FreePoint, to: Point) -> FreePoint {
         let motion = Segment { from: from.point(), to };
@@ -82,14 +83,15 @@ impl Probe<'_> {
 }
 
 impl ProhibitedRegion {
-    /// The end of a certified clear prefix of the motion `from → to`, the longest to within a few lattice units; see
-    /// [`Probe::clip`].
+    /// The end of a certified clear prefix of the motion `from → to`, the longest to within a few lattice
+    /// units; see [`Probe::clip`].
     #[must_use]
     pub fn clip(&self, from: FreePoint, to: Point) -> FreePoint {
         Probe::new(self, from.threshold()).clip(from, to)
     }
 
-    /// The share of the motion at which it first comes within `threshold` of an edge; `None` when no edge does.
+    /// The share of the motion at which it first comes within `threshold` of an edge; `None` when no edge
+    /// does.
     fn first_contact(&self, motion: Segment, threshold: Length) -> Option<f64> {
         let line = Line::of(motion);
         if let Some(cells) = self.cells_for(threshold) {
@@ -172,8 +174,8 @@ impl Line {
         Self { start: xy(motion.from), span, length_2: span.0 * span.0 + span.1 * span.1 }
     }
 
-    /// The share of the motion at which it first comes near the edge; `None` when `motion` (a beginning of this line)
-    /// exactly does not.
+    /// The share of the motion at which it first comes near the edge; `None` when `motion` (a beginning of
+    /// this line) exactly does not.
     fn contact_with(&self, edge: &Edge, motion: Segment, threshold: Length) -> Option<f64> {
         if edge.near_motion(motion, threshold).is_clear() {
             return None;
@@ -268,8 +270,8 @@ impl Wall {
         (x / length, y / length)
     }
 
-    /// What is left of `input` when the wall takes its part across: its projection on the wall, turned away from the
-    /// wall by the angle whose half has the tangent `1 / 2^half_turn` (0.1° for 10, 53° for 1).
+    /// What is left of `input` when the wall takes its part across: its projection on the wall, turned away
+    /// from the wall by the angle whose half has the tangent `1 / 2^half_turn` (0.1° for 10, 53° for 1).
     ///
     /// The length is that of the projection; `None` when nothing of the input runs along the wall.
     #[must_use]
@@ -294,12 +296,13 @@ impl Wall {
     }
 }
 
-/// Components of a wall's direction keep 24 bits and a half turn 12, so that the products of [`Wall::slide`], of at
-/// most 24 + 31 + 1 + 24 + 24 + 2 bits, fit `i128`.
+/// Components of a wall's direction keep 24 bits and a half turn 12, so that the products of [`Wall::slide`],
+/// of at most 24 + 31 + 1 + 24 + 24 + 2 bits, fit `i128`.
 const WALL_BITS: u32 = 24;
 const TURN_MAX: u32 = 12;
 
-/// From the nearest point of the segment to `p`, scaled by the second value; `None` when `p` is on the segment.
+/// From the nearest point of the segment to `p`, scaled by the second value; `None` when `p` is on the
+/// segment.
 fn away_from(p: Point, segment: Segment) -> Option<((i128, i128), f64)> {
     let (d, w) = (segment.to.minus(segment.from), p.minus(segment.from));
     let wide = |v: Vector| (i128::from(v.dx), i128::from(v.dy));
@@ -323,7 +326,8 @@ fn scaled_down((x, y): (i128, i128)) -> (i128, i128) {
     (x >> shift, y >> shift)
 }
 
-/// Angles tried when sliding, as `half_turn` of [`Wall::slide`]: along the wall first, then turned away from it.
+/// Angles tried when sliding, as `half_turn` of [`Wall::slide`]: along the wall first, then turned away from
+/// it.
 pub const SLIDE_TURNS: [u32; 12] = [12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1];
 
 /// How near the wall a point must be, beyond the threshold, to slide rather than to run up to it.

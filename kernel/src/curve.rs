@@ -37,8 +37,8 @@ impl Curve {
         }
     }
 
-    /// The curve as checked chords, each within `chord_error` of it; `own` is the bound its maker gives on how far the true curve
-    /// leaves it.
+    /// The curve as checked chords, each within `chord_error` of it; `own` is the bound its maker gives on
+    /// how far the true curve leaves it.
     ///
     /// # Errors
     /// [`ArcError`] when the proposed chords fail the exact check, as for a `chord_error` below 6 units.
@@ -112,7 +112,8 @@ pub fn hypot(x: f64, y: f64) -> f64 {
     sqrt(x * x + y * y)
 }
 
-/// The arc from `from` to `to` about the lattice centre near `(x, y)`, in lattice units, that fits both ends best.
+/// The arc from `from` to `to` about the lattice centre near `(x, y)`, in lattice units, that fits both ends
+/// best.
 ///
 /// # Errors
 /// [`ArcError`] when no centre within two units makes both ends lie on one circle.

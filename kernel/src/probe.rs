@@ -1,4 +1,4 @@
-//! TRUSTED: coherent questions at one threshold, answered from the square where the last one was.
+//! TRUSTED: successive nearby queries at one threshold, answered from the square of the last answer.
 
 use crate::clear::{FreePoint, ProhibitedRegion};
 use crate::exact::lattice::{Length, Point};
@@ -7,10 +7,11 @@ use crate::exact::segment::Segment;
 use crate::index::cells::{Answer, Square};
 use crate::index::{Cells, Edge};
 
-/// A part and a threshold, and the square in which the last question was answered. What is known of a closed square holds
-/// for every point in it and every motion with both ends in it, as squares are convex; anything else is looked up anew.
+/// A part, a threshold, and the square of the last answer. The claim of a closed square holds for every point
+/// in it. Squares are convex, so it also holds for every motion with both ends in it. Other queries look up a
+/// new square.
 ///
-/// Without cells for the threshold ([`ProhibitedRegion::prepare`]) every question goes to the index.
+/// Without cells for the threshold ([`ProhibitedRegion::prepare`]) every query goes to the index.
 #[derive(Clone, Copy, Debug)]
 pub struct Probe<'a> {
     part: &'a ProhibitedRegion,
@@ -50,7 +51,8 @@ impl<'a> Probe<'a> {
         }
     }
 
-    /// As [`ProhibitedRegion::motion`]: the end of a clear motion from a point that is free at the probe's threshold or more.
+    /// As [`ProhibitedRegion::motion`]: the end of a clear motion. The start must be free at the probe's
+    /// threshold or a higher one.
     #[must_use]
     #[inline]
     pub fn passes(&mut self, from: FreePoint, to: Point) -> Option<FreePoint> {
@@ -70,7 +72,8 @@ impl<'a> Probe<'a> {
         self.threshold
     }
 
-    /// The answer of the square that holds both points, found from the last one or anew; unknown when none does.
+    /// The answer of the square that holds both points: the last square, or the square at `to`.
+    /// [`Answer::Unknown`] when neither holds both.
     #[inline(always)]
     fn ask_square(&mut self, from: Point, to: Point, ask: impl Fn(&Edge) -> Proximity) -> Answer {
         let Some(cells) = self.cells else { return Answer::Unknown };

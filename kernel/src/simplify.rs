@@ -1,10 +1,12 @@
-//! TRUSTED. A part with fewer edges: runs of chords under one chord, with a chord_error that covers them.
+//! TRUSTED. The simplified outline of a part: one chord replaces a run of chords, with a chord error that
+//! covers them.
 //!
-//! **Claim.** What is clear of the simplified part at a threshold is clear of the part at it, and on the same side.
-//! Every corner of a run was found within the tolerance of its chord. What is near a segment is convex, so the run's chords
-//! are within the tolerance too, and the true curve within the tolerance and its own chord_error: that sum is the chord's chord_error.
-//! Moving each point of a run straight onto its chord never leaves that neighbourhood; so a point outside it, as every clear
-//! point is, is wound around as often by the simplified ring as by the ring.
+//! **Claim.** A shape that is clear of the simplified outline at a threshold is clear of the part at that
+//! threshold, and on the same side. Every corner of a run was found within the tolerance of its chord. The
+//! points near a segment form a convex set, so the chords of the run are within the tolerance too. The true
+//! curve is within the tolerance plus its own chord error, and that sum is the chord error of the new chord.
+//! Moving each point of a run straight onto its chord never leaves that neighbourhood. Every clear point lies
+//! outside it. So the simplified ring winds around a clear point as often as the ring does.
 
 use alloc::vec::Vec;
 
@@ -14,28 +16,29 @@ use crate::exact::ring::Ring;
 use crate::exact::segment::Segment;
 use crate::index::{Edge, IndexFault, build};
 
-/// Most edges under one chord.
+/// Most edges of a run.
 const RUN_MAX: usize = 512;
 
 impl ProhibitedRegion {
-    /// The same part with runs of edges that keep within `tolerance` of a chord under that chord. Answers are the same but
-    /// for what is within twice the tolerance of a threshold: there they are "near".
+    /// The same part with simplified outlines: one chord replaces each run of edges within `tolerance` of it.
+    /// Answers are the same, except for shapes within twice the tolerance beyond the threshold: there the
+    /// answer is "near".
     ///
     /// # Errors
-    /// [`IndexFault::TooManyEdges`] as for the part itself.
+    /// [`IndexFault::TooManyEdges`] above 2^30 edges.
     pub fn simplified(&self, tolerance: Length) -> Result<Self, IndexFault> {
         let mut edges = Vec::new();
         for ring in self.region().rings().iter().chain(self.zones()) {
-            coarsen(ring, tolerance, &mut edges);
+            simplify(ring, tolerance, &mut edges);
         }
         Ok(self.with_index(build::build(edges)?))
     }
 }
 
-fn coarsen(ring: &Ring, tolerance: Length, into: &mut Vec<Edge>) {
+fn simplify(ring: &Ring, tolerance: Length, into: &mut Vec<Edge>) {
     let chords: Vec<Segment> = ring.segments().collect();
     let slacks = ring.slacks();
-    // A ring is never less than three chords.
+    // A ring keeps at least three chords.
     let longest = RUN_MAX.min(chords.len() / 3).max(1);
     let mut first = 0;
     while first < chords.len() {
@@ -53,7 +56,7 @@ fn coarsen(ring: &Ring, tolerance: Length, into: &mut Vec<Edge>) {
     }
 }
 
-/// Whether every corner of the run is within the tolerance of the chord from its beginning to its end.
+/// Whether every corner of the run is within the tolerance of the chord from its start to its end.
 fn covers(run: &[Segment], tolerance: Length) -> bool {
     let (Some(first), Some(last)) = (run.first(), run.last()) else { return false };
     let chord = Segment { from: first.from, to: last.to };
@@ -81,7 +84,7 @@ mod tests {
         assert!(simplified.edges().len() <= 8, "{}", simplified.edges().len());
         assert_eq!(part.simplified(Length::ZERO).unwrap().edges().len(), part.edges().len());
         let threshold = Length::small(200);
-        // The chord lies on the corners at 0 or 1, and its chord_error is a unit.
+        // The chord lies on the corners at 0 or 1, and its chord error is one unit.
         assert!(part.free_point(at(50_000, -201), threshold).is_ok());
         assert!(simplified.free_point(at(50_000, -203), threshold).is_ok());
         assert!(simplified.free_point(at(50_000, -200), threshold).is_err());

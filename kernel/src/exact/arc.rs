@@ -239,8 +239,8 @@ impl ArcChords {
     /// every polar angle of the arc.
     ///
     /// With chords of length at most `L ≤ ρ` and ρ ≥ 64 the sagitta is at most `L² / 7ρ`. At the same polar
-    /// angle the radius of the chord lies in [ρ − 2 − L²/7ρ, ρ + 3] and the radius of the curve in [ρ − 1, ρ
-    /// + 2]. So the chord-error bound is the sagitta plus 4 units.
+    /// angle the radius of the chord lies in [ρ − 2 − L²/7ρ, ρ + 3] and the radius of the curve in [ρ − 1,
+    /// ρ + 2]. So the chord-error bound is the sagitta plus 4 units.
     ///
     /// # Errors
     /// [`ArcError`] naming the point that fails the check.

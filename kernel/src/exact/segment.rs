@@ -185,7 +185,7 @@ impl Window {
         predicate::box_side::<Product>(low, high, motion.from.into(), motion.to.into())
     }
 
-    /// Whether the part of the box on the lattice comes within `r` of the segment.
+    /// Whether the box, clipped at the limits of the lattice, comes within `r` of the segment.
     #[must_use]
     #[inline]
     pub fn near_segment(self, segment: Segment, r: Length) -> Proximity {
@@ -193,8 +193,8 @@ impl Window {
         predicate::box_segment::<Product>(low, high, segment.from.into(), segment.to.into(), r.units())
     }
 
-    /// Whether every point of the box that is on the lattice lies within `r` of the segment. Testing the
-    /// corners is enough, because the points within `r` of a segment form a convex set.
+    /// Whether every point of the box, clipped at the limits of the lattice, lies within `r` of the segment.
+    /// Testing the corners is enough, because the points within `r` of a segment form a convex set.
     #[must_use]
     pub fn within_reach_of(self, segment: Segment, r: Length) -> bool {
         let (from, to) = (segment.from.into(), segment.to.into());
@@ -202,8 +202,8 @@ impl Window {
         self.lattice_corners().into_iter().all(near)
     }
 
-    /// The corners of the part on the lattice, counter-clockwise from the lowest. The box is clipped at the
-    /// lattice, so that the predicates keep their integer widths.
+    /// The corners of the box clipped at the limits of the lattice, counter-clockwise from the lowest.
+    /// Clipping keeps the integer widths of the predicates.
     fn lattice_corners(self) -> [Site<Product>; 4] {
         let cut = |c: i32| c.clamp(-COORD_MAX, COORD_MAX);
         let (x0, y0, x1, y1) = (cut(self.min_x), cut(self.min_y), cut(self.max_x), cut(self.max_y));

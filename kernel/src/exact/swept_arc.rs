@@ -14,7 +14,7 @@
 //!    more than 4 ahead along the chord's direction. A curve point P of the piece is αa + βb with α + β ≤
 //!    1.25 for pieces of at most 60°. So P is at most 5 ahead of c and 8 ahead of v, and |P − v| ≥ ρ − 4. Its
 //!    distance from the chord's line ahead of v is at least √((t + 9)² − 64) > t, and its distance from v
-//!    itself is t + 9.
+//!    itself is at least t + 9.
 
 use super::arc::{Arc, Turn};
 use super::lattice::{Length, Point};

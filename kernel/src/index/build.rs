@@ -1,4 +1,4 @@
-//! Builds the boxes of the clearance index. Untrusted: [`CheckedIndex::check`] looks at everything again.
+//! Builds the boxes of the clearance index. Untrusted: [`CheckedIndex::check`] verifies everything.
 
 use alloc::vec;
 use alloc::vec::Vec;
@@ -9,13 +9,13 @@ use crate::exact::region::Region;
 use crate::exact::ring::Ring;
 use crate::exact::segment::Window;
 
-/// The edges of a region, ring by ring, with their slacks.
+/// The edges of a region, ring by ring, with their chord errors.
 #[must_use]
 pub fn edges_of(region: &Region) -> Vec<Edge> {
     edges_of_rings(region.rings())
 }
 
-/// The edges of rings, one after the other, with their slacks.
+/// The edges of rings, one ring after the other, with their chord errors.
 #[must_use]
 pub fn edges_of_rings(rings: &[Ring]) -> Vec<Edge> {
     let count = rings.iter().map(|ring| ring.vertices().len()).sum();
@@ -47,7 +47,7 @@ pub fn propose(edges: &[Edge]) -> Proposal {
     Proposal { levels }
 }
 
-/// Proposes boxes and has them checked.
+/// Proposes boxes and passes them to [`CheckedIndex::check`].
 ///
 /// # Errors
 /// [`IndexFault::TooManyEdges`] above 2^30 edges.

@@ -1,12 +1,14 @@
-//! TRUSTED: squares of the plane whose answer is known for one threshold.
+//! TRUSTED: squares of the plane with a known answer for one threshold.
 //!
-//! **Theorem.** In a checked [`Cells`] each square is one of four: *free* (no edge within the threshold of any lattice point
-//! of the closed square, edges and all), *blocked* (one edge is within the threshold of all of it), *near* (a list holds every
-//! edge that comes within the threshold of the square), or *open*, for which nothing is claimed. So a point's answer is
-//! that of its square; and a motion, which is covered by the closed squares that [`Cells::walk`] hands out, is clear
-//! exactly when every such square is free, or is near with all listed edges clear of the motion.
+//! **Theorem.** In a checked [`Cells`] each closed square, clipped at the limits of the lattice, is one of
+//! four kinds. *Free*: no edge is within the threshold of any point of the square. *Blocked*: one edge is
+//! within the threshold of every point of the square. *Near*: a list holds every edge that comes within the
+//! threshold of the square. *Open*: the cells claim nothing. So the answer for a point is the answer of its
+//! square. A motion is covered by the closed squares of [`Cells::walk`]. It is clear exactly when each of
+//! these squares is free, or is near with every listed edge clear of the motion.
 //!
-//! The claims are checked against the [`CheckedIndex`]; who proposed them ([`super::subdivide`]) need not be believed.
+//! The checker tests the claims against the [`CheckedIndex`]. Their proposer ([`super::subdivide`]) is
+//! untrusted.
 
 #![deny(clippy::arithmetic_side_effects, clippy::as_conversions, clippy::float_arithmetic)]
 
@@ -20,24 +22,25 @@ use crate::exact::lattice::{Length, Point};
 use crate::exact::predicate::Proximity;
 use crate::exact::segment::{Segment, Window};
 
-/// A square is divided into 2^DIVIDE × 2^DIVIDE.
+/// A square is divided into 2^DIVIDE × 2^DIVIDE parts.
 pub const DIVIDE: u32 = 2;
 /// Squares in a group: the parts of one divided square, row by row.
 pub const GROUP: usize = 1 << (2 * DIVIDE);
 const LAST: i32 = (1 << DIVIDE) - 1;
 
-/// What is claimed of a square.
+/// A claim about a square.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Claim {
-    /// Nothing is near.
+    /// No edge is near.
     Free,
-    /// The edge of this number reaches all of the square.
+    /// The whole square is within the threshold of the edge with this number.
     Blocked(u32),
-    /// Only the edges of the list that begins here can be near: its length, then their numbers in ascending order.
+    /// Only the edges of one list can be near. The list begins at this entry: its length, then the edge
+    /// numbers in ascending order.
     Near(u32),
     /// The square is divided; the group of its parts has this number.
     Divided(u32),
-    /// Nothing is claimed: ask the index.
+    /// No claim: use the index.
     Open,
 }
 
@@ -48,7 +51,7 @@ pub struct Packed(u32);
 const NUMBER: u32 = u32::MAX >> 2;
 
 impl Packed {
-    /// Packs a claim; a number that does not fit makes the square open.
+    /// Packs a claim. A number that does not fit makes the square open.
     #[must_use]
     pub const fn of(claim: Claim) -> Self {
         match claim {
@@ -78,33 +81,35 @@ impl Packed {
 /// A proposed division of the plane.
 #[derive(Clone, Debug)]
 pub struct Proposal {
-    /// The threshold for which it is made.
+    /// The threshold of the claims.
     pub threshold: Length,
     /// Lowest corner of the whole, in lattice units.
     pub origin: (i32, i32),
     /// The whole is a square of side 2^log_2.
     pub log_2: u32,
-    /// The groups, [`GROUP`] claims each, in the order in which a depth-first walk meets them; the first divides the whole.
+    /// The groups, [`GROUP`] claims each, in the order of a depth-first walk. The first group divides the
+    /// whole.
     pub claims: Vec<Packed>,
-    /// The lists, in the order in which the walk meets them.
+    /// The lists, in the order of the walk.
     pub lists: Vec<u32>,
 }
 
 /// Why proposed cells are rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CellFault {
-    /// The whole is too small to be divided, too large for the lattice, or does not hold everything near an edge.
+    /// The whole is too small to be divided, too large for 32-bit coordinates, or does not hold everything
+    /// near an edge.
     Whole,
-    /// Groups or lists are not in the order of the walk, missing, or left over.
+    /// A group or list is out of the order of the walk, missing, or left over.
     PlanRequest {
-        /// The first group or list entry concerned.
+        /// The first faulty group or list entry.
         at: usize,
     },
     /// The claim of a square does not hold.
     Claim {
         /// The square.
         square: Window,
-        /// What was claimed.
+        /// The claim.
         claim: Claim,
     },
 }
@@ -112,16 +117,18 @@ pub enum CellFault {
 impl fmt::Display for CellFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Whole => write!(f, "the cells do not cover what is near the part"),
+            Self::Whole => write!(f, "the cells do not cover everything near the part"),
             Self::PlanRequest { at } => write!(f, "the cells' groups or lists are out of order at {at}"),
-            Self::Claim { square, claim } => write!(f, "{claim:?} does not hold for the cell {square:?}"),
+            Self::Claim { square, claim } => {
+                write!(f, "the claim {claim:?} does not hold for the cell {square:?}")
+            }
         }
     }
 }
 
 impl core::error::Error for CellFault {}
 
-/// Checked cells for one threshold; use them only with the index that checked them.
+/// Checked cells for one threshold. Use them only with the index that checked them.
 #[derive(Clone, Debug)]
 pub struct Cells {
     threshold: Length,
@@ -131,38 +138,38 @@ pub struct Cells {
     lists: Vec<u32>,
 }
 
-/// A square met by a walk.
+/// A square on a walk.
 #[derive(Clone, Copy, Debug)]
 pub struct Square<'a> {
     /// Lowest corner, in lattice units.
     pub low: (i32, i32),
     /// Its side is 2^log_2 lattice units.
     pub log_2: u32,
-    /// What is known of it.
+    /// The checked claim.
     pub known: Known<'a>,
 }
 
 /// The answer to "is an edge within the threshold?".
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
-    /// No edge is.
+    /// No edge is near.
     Clear,
-    /// The edge of this number is.
+    /// The edge with this number is near.
     Near(u32),
-    /// The cells do not know: ask the index.
+    /// The cells do not decide: use the index.
     Unknown,
 }
 
-/// What is known of a square.
+/// The checked claim about an undivided square.
 #[derive(Clone, Copy, Debug)]
 pub enum Known<'a> {
-    /// Nothing is near.
+    /// No edge is near.
     Free,
-    /// This edge reaches all of it.
+    /// The whole square is within the threshold of this edge.
     Blocked(u32),
     /// Only these edges can be near.
     Near(&'a [u32]),
-    /// Nothing.
+    /// No claim.
     Open,
 }
 
@@ -178,8 +185,8 @@ impl Square<'_> {
 }
 
 impl Cells {
-    /// Believes the proposal after checking every square against the index, in time that grows with the number of squares and
-    /// of edges near them.
+    /// Accepts the proposal after checking every square against the index. The time grows with the number of
+    /// squares and of edges near them.
     ///
     /// # Errors
     /// [`CellFault`] with the first fault.
@@ -188,7 +195,7 @@ impl Cells {
         let whole = square(origin, log_2).ok_or(CellFault::Whole)?;
         let near = index.levels().last().and_then(|top| top.first()).map(|top| top.windows());
         let mut boxes = near.into_iter().flatten().filter(|window| !window.is_empty());
-        // Outside the whole nothing is near: it contains every box grown by the threshold, with a unit to spare.
+        // No edge is near outside the whole: it contains every box grown by the threshold and one spare unit.
         let beyond = threshold.saturating_plus(Length::small(1));
         if log_2 < DIVIDE || beyond == threshold || !boxes.all(|window| whole.contains(window.grown(beyond)))
         {
@@ -210,7 +217,7 @@ impl Cells {
         self.threshold
     }
 
-    /// How many bytes the cells take.
+    /// The memory of the cells, in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         size_of_val(self.claims.as_slice()).saturating_add(size_of_val(self.lists.as_slice()))
@@ -238,7 +245,8 @@ impl Cells {
         walked.map_or(Answer::Unknown, |_| answer)
     }
 
-    /// The answer of a square for a shape wholly in its closed box: `ask` tells whether an edge is near the shape.
+    /// The answer of a square for a shape wholly inside the closed square. `ask` decides whether an edge is
+    /// near the shape.
     #[inline(always)]
     pub fn ask(&self, index: &CheckedIndex, known: Known<'_>, ask: impl Fn(&Edge) -> Proximity) -> Answer {
         match known {
@@ -255,13 +263,14 @@ impl Cells {
         }
     }
 
-    /// OperatorSetup out, from start to end, squares whose closed boxes cover the motion, until `visit` breaks; `None` when the
-    /// motion leaves the whole.
+    /// Visits squares, from start to end, until `visit` breaks. Their closed boxes cover the motion. Returns
+    /// `None` when the motion leaves the whole.
     ///
-    /// The walk keeps the lattice unit `(x, y)` that the motion enters at the current exit: its closed square contains the point
-    /// of exit. From a square the motion leaves through the side that it meets first, which cross products of 31-bit numbers
-    /// tell. Each coordinate of the unit is one monotone function of the share of the motion (rounded down where it
-    /// rises, up and one less where it falls), and the unit is outside the square just left: the walk ends.
+    /// The motion leaves a square through the side that it meets first; cross products of 31-bit numbers
+    /// decide which. The walk then keeps the lattice unit `(x, y)` that the motion enters. The closed square
+    /// of this unit contains the exit point. Each coordinate of the unit is a monotone function of the share
+    /// of the motion: rounded down where it rises, rounded up and reduced by one where it falls. The unit
+    /// lies outside the square just left, so the walk ends.
     #[inline]
     pub fn walk<'a>(
         &'a self,
@@ -291,7 +300,8 @@ impl Cells {
     #[must_use]
     #[inline]
     pub fn square_at(&self, x: i32, y: i32) -> Option<Square<'_>> {
-        // Offsets from the origin, as unsigned numbers that are too large when the point is below it.
+        // Unsigned offsets from the origin. For a point below the origin they wrap to numbers that are too
+        // large.
         let across = x.wrapping_sub(self.origin.0).cast_unsigned();
         let up = y.wrapping_sub(self.origin.1).cast_unsigned();
         let mut log_2 = self.log_2;
@@ -334,16 +344,17 @@ impl Cells {
 
 const LAST_U: u32 = (1 << DIVIDE) - 1;
 
-/// The closed square from `low` of side 2^log_2, if it is on `i32`.
+/// The closed square from `low` of side 2^log_2, or `None` when it exceeds `i32`.
 fn square(low: (i32, i32), log_2: u32) -> Option<Window> {
     let side = 1_i32.checked_shl(log_2).filter(|&side| side > 0)?;
     Some(Window::from_corners(low.0, low.1, low.0.checked_add(side)?, low.1.checked_add(side)?))
 }
 
-/// The lattice unit in which the motion goes on after it has left the closed box from `low` to `high`.
+/// The lattice unit that the motion enters when it leaves the closed box from `low` to `high`.
 #[inline(always)]
 fn leave(from: (i32, i32), end: (i32, i32), low: (i32, i32), high: (i32, i32)) -> (i32, i32) {
-    // All differences are below 2^32 in magnitude, those of the motion at most 2^30: products fit i64.
+    // All differences are below 2^32 in magnitude, differences of the motion at most 2^30. So products fit
+    // `i64`.
     let wide = |a: i32, b: i32| i64::from(a).wrapping_sub(i64::from(b));
     let (dx, dy) = (wide(end.0, from.0), wide(end.1, from.1));
     let way_x = if dx > 0 { wide(high.0, from.0) } else { wide(from.0, low.0) };
@@ -351,8 +362,8 @@ fn leave(from: (i32, i32), end: (i32, i32), low: (i32, i32), high: (i32, i32)) -
     let (run_x, run_y) = (dx.wrapping_abs(), dy.wrapping_abs());
     let x_first = run_y == 0 || run_x != 0 && way_x.wrapping_mul(run_y) <= way_y.wrapping_mul(run_x);
     let beyond = |d: i64, low: i32, high: i32| if d > 0 { high } else { low.wrapping_sub(1) };
-    // way / run is the share of the motion at the exit; the unit that the motion enters there in the other coordinate: rounded
-    // down, or, when it falls, up and one less.
+    // way / run is the share of the motion at the exit. The other coordinate of the entered unit is rounded
+    // down, or, when it falls, rounded up and reduced by one.
     let other = |origin: i32, d: i64, way: i64, run: i64| {
         let before = i64::from(d < 0);
         let moved = d.wrapping_mul(way).wrapping_sub(before).checked_div_euclid(run).unwrap_or(0);
@@ -365,7 +376,7 @@ fn leave(from: (i32, i32), end: (i32, i32), low: (i32, i32), high: (i32, i32)) -
     }
 }
 
-/// A walk over all squares that checks their claims, and that every group and list is met exactly once.
+/// A walk over all squares. It checks their claims, and that it meets every group and list exactly once.
 struct Check<'a> {
     cells: &'a Cells,
     index: &'a CheckedIndex,

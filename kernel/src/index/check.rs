@@ -1,7 +1,8 @@
-//! TRUSTED: the checker of the clearance index, and the descent that skips only what it has checked.
+//! TRUSTED: the checker of the clearance index, and the descent that skips only checked boxes.
 //!
-//! **Theorem.** A [`CheckedIndex`] holds every edge in exactly one leaf, and each box contains everything below it. So a
-//! descent that enters every box that meets a window hands out every edge whose own box meets that window.
+//! **Theorem.** A [`CheckedIndex`] holds every edge in exactly one leaf, and each box contains everything
+//! below it. So a descent that enters every box that meets a window visits every edge whose own box meets
+//! that window.
 
 #![deny(clippy::arithmetic_side_effects, clippy::as_conversions, clippy::float_arithmetic)]
 
@@ -16,13 +17,14 @@ use crate::exact::segment::Window;
 pub const LANES: usize = 8;
 /// Edges in a leaf.
 pub const LEAF: usize = 4;
-/// Levels that 2^30 edges need: 4 · 8^10 is more.
+/// Most levels of boxes. 2^30 edges need ten levels, because 4 · 8^10 > 2^30. One level is in reserve.
 const LEVELS: usize = 11;
 
-/// The empty box runs from here to its negative: off the lattice, and differences to lattice points fit `i32`.
+/// The empty box runs from this coordinate to its negative. It lies off the lattice, and its differences to
+/// lattice points fit `i32`.
 const FAR: i32 = 1 << 30;
 
-/// Eight boxes side by side, so that one query compares them together. An unused lane has the empty box.
+/// Eight boxes side by side, so that one query compares them together. An unused lane holds the empty box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(align(64))]
 pub struct Node {
@@ -33,7 +35,7 @@ pub struct Node {
 }
 
 impl Node {
-    /// A node from its boxes; lanes without one are empty, boxes beyond the eighth are left out.
+    /// A node from its boxes. Lanes without a box are empty. Boxes beyond the eighth are ignored.
     pub fn of(boxes: impl Iterator<Item = Window>) -> Self {
         let mut node =
             Self { min_x: [FAR; LANES], min_y: [FAR; LANES], max_x: [-FAR; LANES], max_y: [-FAR; LANES] };
@@ -66,7 +68,7 @@ impl Node {
         Some(Window::from_corners(of(&self.min_x)?, of(&self.min_y)?, of(&self.max_x)?, of(&self.max_y)?))
     }
 
-    /// The lanes whose closed box shares a point with `window`, as bits.
+    /// The lanes with a closed box that shares a point with `window`, as bits.
     #[must_use]
     #[inline]
     pub fn meeting(&self, window: Window) -> u8 {
@@ -80,8 +82,8 @@ impl Node {
     }
 }
 
-/// What a builder proposes: the boxes over blocks of four consecutive edges, the boxes over eight of those, and so on;
-/// the first level is the one just above the edges, the last has one node.
+/// The proposed boxes: boxes over blocks of four consecutive edges, boxes over eight of those, and so on. The
+/// first level is just above the edges. The last level has one node.
 #[derive(Clone, Debug, Default)]
 pub struct Proposal {
     /// The levels, from the edges upward.
@@ -93,26 +95,26 @@ pub struct Proposal {
 pub enum IndexFault {
     /// More than 2^30 edges.
     TooManyEdges {
-        /// How many there are.
+        /// The number of edges.
         count: usize,
     },
     /// The number of levels does not fit the number of edges.
     Levels {
-        /// How many were proposed.
+        /// The number of proposed levels.
         count: usize,
     },
-    /// A level has the wrong number of nodes, so that something below is in no box or in two.
+    /// A level has the wrong number of nodes, so an item below it is in no box or in two.
     Nodes {
         /// The level, from the edges upward.
         level: usize,
-        /// How many nodes it has.
+        /// The number of its nodes.
         count: usize,
     },
-    /// A box does not contain what is below it.
+    /// A box does not contain everything below it.
     Box {
         /// The level, from the edges upward.
         level: usize,
-        /// Which box of the level.
+        /// The index of the box in its level.
         index: usize,
     },
 }
@@ -120,11 +122,11 @@ pub enum IndexFault {
 impl fmt::Display for IndexFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::TooManyEdges { count } => write!(f, "{count} edges are more than an index can hold"),
-            Self::Levels { count } => write!(f, "{count} levels of boxes do not fit the edges"),
-            Self::Nodes { level, count } => write!(f, "level {level} has {count} nodes, the wrong number"),
+            Self::TooManyEdges { count } => write!(f, "{count} edges exceed the index limit of 2^30 edges"),
+            Self::Levels { count } => write!(f, "{count} levels of boxes do not fit the number of edges"),
+            Self::Nodes { level, count } => write!(f, "level {level} has the wrong number of nodes: {count}"),
             Self::Box { level, index } => {
-                write!(f, "box {index} of level {level} does not contain what is below")
+                write!(f, "box {index} of level {level} does not contain everything below it")
             }
         }
     }
@@ -132,27 +134,27 @@ impl fmt::Display for IndexFault {
 
 impl core::error::Error for IndexFault {}
 
-/// Edges behind checked bounding boxes: the only index that safety queries accept.
+/// Edges behind checked bounding boxes. Safety queries accept no other index.
 #[derive(Clone, Debug)]
 pub struct CheckedIndex {
     edges: Vec<Edge>,
     levels: Vec<Vec<Node>>,
 }
 
-/// What a descent asks of a node and of an edge.
+/// The choices of a descent at each node and edge.
 pub trait Search {
-    /// The lanes of `node` to enter, as bits. A lane may be left out only when nothing in its box can matter.
+    /// The lanes of `node` to enter, as bits. It may omit a lane only when no edge in its box can matter.
     fn enter(&mut self, node: &Node) -> u8;
-    /// Looks at edge number `index`.
+    /// Tests edge number `index`.
     fn edge(&mut self, index: usize, edge: &Edge) -> ControlFlow<()>;
 }
 
 impl CheckedIndex {
-    /// Believes the proposal after exact checks, in time linear in the number of edges.
+    /// Accepts the proposal after exact checks, in time linear in the number of edges.
     ///
-    /// Edge `i` is in lane `i / 4 mod 8` of node `i / 32` of the first level, box `i` of each level in lane `i mod 8` of
-    /// node `i / 8` of the next: with the right number of nodes on every level, each edge is in exactly one leaf and
-    /// each box below exactly one other.
+    /// Edge `i` is in lane `i / 4 mod 8` of node `i / 32` of the first level. Box `i` of each level is in
+    /// lane `i mod 8` of node `i / 8` of the next level. With the right number of nodes on every level, each
+    /// edge is in exactly one leaf, and each box is under exactly one box of the next level.
     ///
     /// # Errors
     /// [`IndexFault`] with the place of the first fault.
@@ -196,7 +198,8 @@ impl CheckedIndex {
         &self.levels
     }
 
-    /// Visits, in ascending order, every edge whose box (with its chord_error) meets `window`, and others, until `visit` breaks.
+    /// Visits every edge whose box (with its chord error) meets `window`, in ascending order, until `visit`
+    /// breaks. It may visit other edges too.
     #[inline]
     pub fn visit(
         &self,
@@ -217,7 +220,8 @@ impl CheckedIndex {
         self.search(&mut InWindow(window, visit))
     }
 
-    /// Descends into the boxes that `search` enters and shows it the edges of their leaves, in ascending order.
+    /// Descends into the boxes that `search` enters and passes it the edges of their leaves, in ascending
+    /// order.
     #[inline]
     pub fn search(&self, search: &mut impl Search) -> ControlFlow<()> {
         let Some(top) = self.levels.len().checked_sub(1) else { return ControlFlow::Continue(()) };
@@ -225,13 +229,12 @@ impl CheckedIndex {
         let mut level = top;
         let mut node = 0;
         loop {
-            // Enter the node, or a block of edges below the first level.
             let mask =
                 self.levels.get(level).and_then(|nodes| nodes.get(node)).map_or(0, |n| search.enter(n));
             if let Some(step) = path.get_mut(level) {
                 *step = (node, mask);
             }
-            // Find the next box to enter: here, or above when nothing is left here.
+            // Find the next box to enter: in this node, or in the node above when this one has no more.
             loop {
                 let Some((node_here, left)) = path.get_mut(level) else { return ControlFlow::Continue(()) };
                 if *left == 0 {
@@ -266,7 +269,7 @@ impl CheckedIndex {
     }
 }
 
-/// Whether box `i` of the level contains all of the `i`-th group of windows below.
+/// Checks that box `i` of the level contains all of the `i`-th group of boxes below.
 fn check_boxes<G: Iterator<Item = Window>>(
     level: usize,
     nodes: &[Node],

@@ -1,9 +1,10 @@
-//! The clearance index: which edges a query has to look at, and what is known already for a fixed threshold.
+//! The clearance index: it finds the edges that a query must test, and stores known answers for a fixed
+//! threshold.
 //!
-//! [`build`](mod@build) proposes bounding boxes over blocks of consecutive edges, [`check`] believes them after exact comparisons
-//! and gives a [`CheckedIndex`], over which all safety queries are written. [`Cells`] is an accelerator for one
-//! threshold: squares of the plane certified free, blocked, or near to a few named edges only. [`nearest`](mod@nearest) and
-//! [`NearList`] propose, in `f64`.
+//! [`build`](mod@build) proposes bounding boxes over blocks of consecutive edges. [`check`] accepts them
+//! after exact comparisons and returns a [`CheckedIndex`]. All safety queries use a [`CheckedIndex`].
+//! [`Cells`] is an accelerator for one threshold: squares of the plane that are certified free, blocked, or
+//! near to a few named edges only. [`nearest`](mod@nearest) and [`NearList`] propose, in `f64`.
 
 pub mod build;
 pub mod cells;
@@ -23,7 +24,7 @@ use crate::exact::lattice::{Length, Point};
 use crate::exact::predicate::Proximity;
 use crate::exact::segment::{Segment, Triangle, Window};
 
-/// One edge of the profile: a chord and how far the true curve leaves it.
+/// One edge of the profile: a chord and its chord-error bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Edge {
     /// The chord.
@@ -33,55 +34,57 @@ pub struct Edge {
 }
 
 impl Edge {
-    /// The box of the chord, grown by the chord_error.
+    /// The bounding box of the chord, grown by the chord error.
     #[must_use]
     #[inline]
     pub fn bounds(&self) -> Window {
         self.chord.bounds().grown(self.chord_error)
     }
 
-    /// Whether the chord comes within `threshold` plus chord_error of `point`.
+    /// Whether the chord comes within `threshold` plus chord error of `point`.
     #[must_use]
     #[inline]
     pub fn near_point(&self, point: Point, threshold: Length) -> Proximity {
         self.at(threshold, |r| self.chord.near_point(point, r))
     }
 
-    /// Whether the chord comes within `threshold` plus chord_error of the straight motion.
+    /// Whether the chord comes within `threshold` plus chord error of the straight motion.
     #[must_use]
     #[inline]
     pub fn near_motion(&self, motion: Segment, threshold: Length) -> Proximity {
         self.at(threshold, |r| motion.near_segment(self.chord, r))
     }
 
-    /// Whether the chord comes within `threshold` plus chord_error of the filled triangle.
+    /// Whether the chord comes within `threshold` plus chord error of the filled triangle.
     #[must_use]
     #[inline]
     pub fn near_fan(&self, fan: Triangle, threshold: Length) -> Proximity {
         self.at(threshold, |r| fan.near_segment(self.chord, r))
     }
 
-    /// Whether the chord comes within `threshold` plus chord_error of the filled polygon.
+    /// Whether the chord comes within `threshold` plus chord error of the filled polygon.
     #[must_use]
     #[inline]
     pub fn near_convex(&self, polygon: Convex<'_>, threshold: Length) -> Proximity {
         self.at(threshold, |r| polygon.near_segment(self.chord, r))
     }
 
-    /// Whether the chord comes within `threshold` plus chord_error of some point of the box that is on the lattice.
+    /// Whether the chord comes within `threshold` plus chord error of the box, clipped at the limits of the
+    /// lattice.
     #[must_use]
     #[inline]
     pub fn near_box(&self, window: Window, threshold: Length) -> Proximity {
         self.at(threshold, |r| window.near_segment(self.chord, r))
     }
 
-    /// Whether every point of the box that is on the lattice is within `threshold` plus chord_error of the chord.
+    /// Whether every point of the box, clipped at the limits of the lattice, is within `threshold` plus chord
+    /// error of the chord.
     #[must_use]
     pub fn reaches_all(&self, window: Window, threshold: Length) -> bool {
         threshold.plus(self.chord_error).is_ok_and(|r| window.within_reach_of(self.chord, r))
     }
 
-    /// A threshold that leaves the lattice when the chord_error is added blocks everything.
+    /// The answer of `ask` for the threshold plus the chord error. A sum beyond the lattice counts as near.
     #[inline(always)]
     fn at(&self, threshold: Length, ask: impl Fn(Length) -> Proximity) -> Proximity {
         threshold.plus(self.chord_error).map_or(Proximity::Near, ask)

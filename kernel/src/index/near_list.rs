@@ -1,4 +1,4 @@
-//! The edges near where the tool last was, for questions about points near by.
+//! The edges near the last tool position, for queries about points close to it.
 
 use core::ops::ControlFlow;
 
@@ -8,24 +8,26 @@ use crate::curve::{round_up, xy};
 use crate::exact::lattice::{Length, Point};
 use crate::exact::segment::{Window, points_within};
 
-/// Most edges that a list holds.
+/// Most edges in a list.
 const CAPACITY: usize = 64;
-/// How far beyond the nearest edge a list looks, in lattice units: at first, at least, at most.
+/// Reach of a list beyond the nearest edge, in lattice units: initial, smallest, largest.
 const BEYOND: (i64, i64, i64) = (50_000, 5_000, 1_000_000);
-/// Questions that go straight to the index after a list did not fit; doubled with every failure in a row, this often.
+/// Queries that go straight to the index after a list did not fit. The number doubles with each failure in a
+/// row, up to this many times.
 const REST: (u32, u32) = (16, 8);
-/// Most edges that are looked at for a list.
+/// Most edges tested for one list.
 const LOOKED_AT: usize = 512;
 
-/// Every edge within a reach of an anchor point: complete, by exact tests, for points nearer to the anchor than the reach
-/// leaves over.
+/// Every edge within a reach of an anchor point. By exact tests the list is complete for a point and a
+/// threshold when the anchor is at most reach − threshold away.
 ///
-/// Coherent questions cost a pass over a few edges; after a jump the list is made anew. Where edges are so dense that
-/// no useful list fits, questions go to the index.
+/// Queries about nearby points cost a pass over a few edges. After a jump the list is built anew. Where too
+/// many edges are near for a useful list, queries go to the index.
 #[derive(Clone, Debug)]
 pub struct NearList {
     anchor: Point,
-    /// No other edge is within this (plus its chord_error) of the anchor; negative when the list is not complete.
+    /// No unlisted edge is within this (plus its chord error) of the anchor. `None` when the list is not
+    /// complete.
     reach: Option<Length>,
     edges: [u32; CAPACITY],
     count: usize,
@@ -57,7 +59,7 @@ impl NearList {
         }
     }
 
-    /// The chord nearest to `point`, as [`CheckedIndex::nearest`] finds it; a proposal.
+    /// The chord nearest to `point`, as in [`CheckedIndex::nearest`]. Only a proposal.
     pub fn nearest(&mut self, index: &CheckedIndex, point: Point) -> Option<Nearest> {
         if self.reach.is_some()
             && let Some(best) = self.best(index, point)
@@ -73,7 +75,7 @@ impl NearList {
         Some(nearest)
     }
 
-    /// Whether no edge is within `threshold` of `point`; always the exact answer.
+    /// Whether no edge is within `threshold` of `point`. The answer is always exact.
     pub fn is_clear(&mut self, index: &CheckedIndex, point: Point, threshold: Length) -> bool {
         if !self.covers(point, threshold) {
             self.refill(index, point, f64::from(threshold.units()));
@@ -85,7 +87,7 @@ impl NearList {
         near.is_none()
     }
 
-    /// Whether edges that are not listed are farther than `threshold` from `point`: the anchor is at most
+    /// Whether every unlisted edge is farther than `threshold` from `point`: the anchor is at most
     /// `reach − threshold` away.
     fn covers(&self, point: Point, threshold: Length) -> bool {
         let over = self.reach.map(|reach| i64::from(reach.units()) - i64::from(threshold.units()));

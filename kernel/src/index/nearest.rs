@@ -1,4 +1,4 @@
-//! The nearest chord, in `f64`. A proposal: safety asks thresholds only.
+//! The nearest chord, in `f64`. A proposal: safety queries use exact thresholds only.
 
 #![expect(
     clippy::cast_precision_loss,
@@ -29,14 +29,15 @@ impl Nearest {
     }
 }
 
-/// Bounds in `f32` carry a few roundings of 2^-24 of their value: less than this share.
+/// A factor below 1 that lowers a bound in `f32` by more than its few roundings of 2^-24.
 const F32_SHARE: f32 = 1.0 - 1.0 / 1_048_576.0;
-/// Coordinates below 2^30 are off by at most 32 units in `f32`, a difference of two by less than this.
+/// Bound on the rounding of a difference of two coordinates in `f32`. A coordinate below 2^30 is off by at
+/// most 32 units.
 const F32_OFF: f32 = 192.0;
 
 impl CheckedIndex {
-    /// The chord nearest to `point`; `None` without edges. A `hint`, such as the answer for a point near by, saves time
-    /// and does not change the distance found.
+    /// The chord nearest to `point`. Returns `None` without edges, or when `hint` is not an edge number. A
+    /// `hint`, such as the answer for a near point, saves time. It does not change the distance found.
     #[must_use]
     pub fn nearest(&self, point: Point, hint: Option<usize>) -> Option<Nearest> {
         let start = hint.unwrap_or(0);
@@ -47,12 +48,15 @@ impl CheckedIndex {
         Some(search.best)
     }
 
-    /// A threshold at which `point` is certified clear, as large as the search for the nearest chord finds it: a
-    /// certified lower bound on the distance to the true curves, within two units of it. `None` on a curve.
+    /// A certified lower bound on the distance from `point` to the true curves, within two units of that
+    /// distance. Returns `None` for a point on a curve.
+    ///
+    /// `point` is certified clear at this threshold. It is the largest threshold that the search for the
+    /// nearest chord finds.
     #[must_use]
     pub fn clearance(&self, point: Point) -> Option<Length> {
         let mut reach = f64::from(crate::exact::lattice::COORD_MAX);
-        // Slacks differ: an edge farther away may be nearer when its chord_error is taken off.
+        // Chord errors differ: a chord farther away can belong to a nearer true curve.
         let mut hint = None;
         for _ in 0..4 {
             let nearest = self.nearest(point, hint)?;
@@ -67,7 +71,7 @@ impl CheckedIndex {
                 }
             }
         }
-        // Many slacks: halve the interval instead.
+        // Many different chord errors: halve the interval instead.
         let (mut low, mut high) = (-1_i64, round_down(reach.max(0.0)));
         while high - low > 1 {
             let middle = i64::midpoint(low, high);
@@ -87,7 +91,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Enters the boxes of a node that are nearer than the best edge so far, the nearest first.
+    /// Enters the boxes of a node that are nearer than the best edge so far, nearest box first.
     fn descend(&mut self, level: usize, number: usize) {
         let Some(node) = self.index.levels()[level].get(number) else { return };
         let (bounds, mut lanes) = self.bounds(node);
@@ -113,7 +117,8 @@ impl Search<'_> {
         }
     }
 
-    /// Lower bounds on the squared distances to the boxes of a node, and the lanes that can be nearer than the best edge.
+    /// Lower bounds on the squared distances to the boxes of a node, and the lanes that can be nearer than
+    /// the best edge.
     #[inline(always)]
     fn bounds(&self, node: &Node) -> ([f32; LANES], u8) {
         let (x, y) = (self.at.0 as f32, self.at.1 as f32);
@@ -144,14 +149,15 @@ impl Search<'_> {
 }
 
 impl CheckedIndex {
-    /// Whether `nearest` is confirmed: its edge is as near as it says, and no edge is nearer by more than a unit.
+    /// Whether exact tests confirm `nearest`: its edge is at the stated distance, and no edge is nearer by
+    /// more than a unit.
     #[must_use]
     pub fn confirms(&self, point: Point, nearest: Nearest) -> bool {
         let Some(edge) = self.edges().get(nearest.edge) else { return false };
         let length = |units: i64| Length::from_units(units);
         let distance = round_down(nearest.distance());
         let reached = length(distance + 1).is_ok_and(|reach| !edge.chord.near_point(point, reach).is_clear());
-        // Thresholds add chord_error: an edge with chord_error within the distance is looked at without it.
+        // `Edge::near_point` would add the chord error. This test is about chords only.
         let nearer = length(distance - 1).is_ok_and(|within| {
             let window = Window::of(point).grown(within);
             self.first(window, |edge| edge.chord.near_point(point, within)).is_some()
@@ -172,7 +178,7 @@ pub fn distance_2((x, y): (f64, f64), chord: Segment) -> f64 {
     ox * ox + oy * oy
 }
 
-/// The distance of an edge's true curve from a point, at least.
+/// A lower bound on the distance from a point to the true curve of an edge.
 pub(crate) fn least_distance(point: Point, edge: &Edge) -> f64 {
     libm::sqrt(distance_2(xy(point), edge.chord)) - f64::from(edge.chord_error.units())
 }

@@ -1,9 +1,10 @@
-//! TRUSTED: the threshold questions over a checked index. Each answer is the exact one over all edges.
+//! TRUSTED: the threshold queries over a checked index. Each answer is exact over all edges.
 //!
-//! An edge that comes within a threshold T plus its chord_error of a shape has a box, grown by the chord_error, that meets the box of
-//! the shape grown by T; [`CheckedIndex::search`] leaves out no such edge. For long motions a box is also left out when
-//! it lies, grown by T, wholly on one side of the motion's line; for polygons when it lies, grown by T, wholly beyond one of
-//! their sides. (Grown by T it holds every point within T of the box, and so of what is in it.)
+//! Let an edge come within a threshold T plus its chord error of a shape. Then its box, grown by the chord
+//! error, meets the box of the shape grown by T. [`CheckedIndex::search`] omits no such edge. Two more rules
+//! skip a box, after growing it by T: for a long motion, when it lies wholly on one side of the motion's
+//! line; for a polygon, when it lies wholly beyond one of the sides. Grown by T, the box holds every point
+//! within T of the edges in it.
 
 #![deny(clippy::arithmetic_side_effects, clippy::as_conversions, clippy::float_arithmetic)]
 
@@ -19,13 +20,13 @@ use crate::exact::segment::{Segment, Triangle, Window};
 use crate::exact::width::Product;
 
 impl CheckedIndex {
-    /// An edge within `threshold` of `point`, if there is one.
+    /// An edge within `threshold` of `point`, or `None`.
     #[must_use]
     pub fn near_point(&self, point: Point, threshold: Length) -> Option<&Edge> {
         self.first(Window::of(point).grown(threshold), |edge| edge.near_point(point, threshold))
     }
 
-    /// An edge within `threshold` of the straight motion, if there is one.
+    /// An edge within `threshold` of the straight motion, or `None`.
     #[must_use]
     pub fn near_motion(&self, motion: Segment, threshold: Length) -> Option<&Edge> {
         let mut near = None;
@@ -39,13 +40,13 @@ impl CheckedIndex {
         near
     }
 
-    /// An edge within `threshold` of the filled triangle, if there is one.
+    /// An edge within `threshold` of the filled triangle, or `None`.
     #[must_use]
     pub fn near_fan(&self, fan: Triangle, threshold: Length) -> Option<&Edge> {
         self.first(fan.bounds().grown(threshold), |edge| edge.near_fan(fan, threshold))
     }
 
-    /// An edge within `threshold` of the filled convex polygon, if there is one.
+    /// An edge within `threshold` of the filled convex polygon, or `None`.
     #[must_use]
     pub fn near_convex(&self, polygon: Convex<'_>, threshold: Length) -> Option<&Edge> {
         let mut search = Around { polygon, window: polygon.bounds().grown(threshold), threshold, near: None };
@@ -53,13 +54,14 @@ impl CheckedIndex {
         search.near.and_then(|near| self.edges().get(near))
     }
 
-    /// An edge within `threshold` of the part of the box on the lattice, if there is one.
+    /// An edge within `threshold` of the box, clipped at the limits of the lattice, or `None`.
     #[must_use]
     pub fn near_box(&self, window: Window, threshold: Length) -> Option<&Edge> {
         self.first(window.grown(threshold), |edge| edge.near_box(window, threshold))
     }
 
-    /// An edge that the motion approaches: it comes within `threshold` of it, and the distance between them falls.
+    /// An edge that the motion approaches, or `None`. The motion comes within `threshold` of it, and the
+    /// distance between them falls.
     #[must_use]
     pub fn approached(&self, motion: Segment, threshold: Length) -> Option<&Edge> {
         self.first(motion.bounds().grown(threshold), |edge| {
@@ -71,7 +73,7 @@ impl CheckedIndex {
         })
     }
 
-    /// Where `point` lies: inside when the ray from it toward +x crosses an odd number of chords.
+    /// The location of `point`: inside when the ray from it toward +x crosses an odd number of chords.
     #[must_use]
     pub fn locate(&self, point: Point) -> Location {
         let (x, y, ..) = Window::of(point).corners();
@@ -90,7 +92,8 @@ impl CheckedIndex {
         }
     }
 
-    /// Visits every edge that can come within `threshold` of the motion, and others, until `visit` breaks.
+    /// Visits every edge that can come within `threshold` of the motion, until `visit` breaks. It may visit
+    /// other edges too.
     #[inline]
     pub fn along(
         &self,

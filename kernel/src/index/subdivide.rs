@@ -1,4 +1,5 @@
-//! Proposes the cells of a threshold: divides squares until they are free, blocked or near to few edges. Untrusted.
+//! Proposes the cells of a threshold: divides squares until they are free, blocked or near to few edges.
+//! Untrusted.
 
 use alloc::vec::Vec;
 use core::ops::ControlFlow;
@@ -9,29 +10,32 @@ use super::nearest::least_distance;
 use crate::exact::lattice::{Length, Point};
 use crate::exact::segment::Window;
 
-/// A square near to more edges than this is divided further.
+/// A square near to more edges than this is divided.
 const FEW: usize = 6;
-/// A list is at most this long; squares near to more stay open.
+/// Most edges in a list. A square near to more edges stays open.
 const LIST_MAX: usize = 96;
-/// Squares of this size (2^n lattice units, 0.16 mm) are not divided.
+/// Squares of this size are not divided (2^n lattice units, 0.16 mm).
 const LEAST: u32 = 14;
-/// Squares above this size (5.2 mm) are divided whenever an edge is near.
+/// Squares above this size are divided whenever an edge is near (2^n lattice units, 5.2 mm).
 const COARSE: u32 = 19;
-/// Groups of squares that are enough for any profile measured, and more for every so many edges.
+/// Default number of groups: a base, and one more per this many edges. It is enough for every measured
+/// profile.
 const GROUPS: (usize, usize) = (1 << 15, 8);
 
-/// Divides the plane for a threshold into at most so many groups of squares (64 bytes each, and their lists), by default
-/// enough for parts of the size of a machine, and has the result checked. What is left undivided stays open.
+/// Divides the plane for a threshold into at most `groups` groups of squares and checks the result. A group
+/// takes 64 bytes and its lists. The default is enough for parts of the size of a machine. Squares beyond the
+/// limit stay open.
 ///
 /// # Errors
-/// [`CellFault::Whole`] when the threshold reaches beyond the lattice.
+/// [`CellFault::Whole`] when [`propose`] returns `None`.
 pub fn build(index: &CheckedIndex, threshold: Length, groups: Option<usize>) -> Result<Cells, CellFault> {
     let groups = groups.unwrap_or(GROUPS.0 + index.edges().len() / GROUPS.1);
     let proposal = propose(index, threshold, groups).ok_or(CellFault::Whole)?;
     Cells::check(index, proposal)
 }
 
-/// Proposes cells in at most so many groups; `None` when what is near the edges does not fit the lattice.
+/// Proposes cells in at most `groups` groups. Returns `None` without edges, or when the box of the edges,
+/// grown by the threshold and two units, is wider than 2^30 units.
 #[must_use]
 pub fn propose(index: &CheckedIndex, threshold: Length, groups: usize) -> Option<Proposal> {
     let boxes = index.levels().last().and_then(|top| top.first())?.windows();
@@ -69,7 +73,7 @@ struct Builder<'a> {
 }
 
 impl Builder<'_> {
-    /// Appends the group that divides a square and answers its number.
+    /// Appends the group that divides a square and returns its number.
     fn divide(&mut self, low: (i32, i32), log_2: u32) -> u32 {
         let first = self.proposal.claims.len();
         self.proposal.claims.extend([Packed::of(Claim::Open); GROUP]);
@@ -125,7 +129,7 @@ impl Builder<'_> {
         Claim::Near(first)
     }
 
-    /// Finds the edges near the square; whether there are few enough for a list.
+    /// Collects the edges near the square. Returns whether they fit a list.
     fn gather(&mut self, square: Window) -> bool {
         let threshold = self.proposal.threshold;
         self.found.clear();
