@@ -1,4 +1,4 @@
-//! The certified offset of a part with a pocket the disc does not fit:
+//! The certified offset of a part with a pocket that is too narrow for the disc:
 //! `cargo run -p keepout-kernel --example offset`.
 
 use std::error::Error;
@@ -27,7 +27,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let outlines = [Outline { curves, free_on_left: false }];
     let part = ProhibitedRegion::new(Region::new(vec![Ring::new(vertices)?])?, Side::Outside)?;
 
-    // Proposed half a micrometre outside of what is certified: joints and arcs are rounded to the lattice.
+    // The proposal is 0.6 µm outside the certified distance, because joints and arcs are rounded to the
+    // lattice.
     let threshold = Length::from_units(300_000)?;
     let distance = f64::from(threshold.units()) + 60.0;
     let offset = propose(&outlines, distance);
@@ -42,9 +43,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let path = offset.loops.iter().flat_map(|each| &each.curves);
     certify_complete(&part, &outlines, distance, Length::small(20), path)?;
-    println!("no piece of the offset is missing");
+    println!("every piece of the offset has a loop");
     println!(
-        "the disc can not touch {:.3} mm of the profile",
+        "the disc cannot touch {:.3} mm of the profile",
         (offset.profile_length - offset.touched_length) / unit
     );
     Ok(())

@@ -1,7 +1,7 @@
-//! JogPlanner a disc of 3 mm radius around an L-shaped part: `cargo run -p keepout-kernel --example steer`.
+//! Jogs a disc of 3 mm radius around an L-shaped part: `cargo run -p keepout-kernel --example steer`.
 //!
-//! Shows the queries a controller is written over: a free point, a clipped motion, sliding along the wall, the fan for a machine
-//! that is re-targeted in the middle of a motion, and the way out for a tool that stands too near.
+//! Shows the queries that a controller needs: a free point, a clipped motion, sliding along the wall, the
+//! swept triangle of a new target in mid-motion, and the retract move of a tool inside the jogging clearance.
 
 use std::error::Error;
 
@@ -23,7 +23,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let vertices = corners.into_iter().map(|(x, y)| mm(x, y)).collect::<Result<_, _>>()?;
     let mut part = ProhibitedRegion::new(Region::new(vec![Ring::new(vertices)?])?, Side::Outside)?;
 
-    // The threshold: the tool's radius and a margin of 50 µm. Cells make questions at this threshold faster, not different.
+    // The threshold is the tool's radius and a margin of 50 µm. Cells make queries at this threshold faster
+    // and do not change the answers.
     let threshold = Length::from_units(i64::from(UNITS_PER_MM) * 305 / 100)?;
     part.prepare(threshold)?;
     let mut probe = Probe::new(&part, threshold);
@@ -31,7 +32,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let start = part.free_point(mm(-20.0, 20.0)?, threshold)?;
     show("start, certified free", start.point());
     let at_wall = probe.clip(start, mm(20.0, 30.0)?);
-    show("pushed at the wall, stops at", at_wall.point());
+    show("jogged at the wall, stops at", at_wall.point());
 
     let input = mm(20.0, 30.0)?.minus(at_wall.point());
     if let Some(wall) = part.wall(at_wall, contact_band()) {
@@ -40,25 +41,32 @@ fn main() -> Result<(), Box<dyn Error>> {
             .filter_map(|along| at_wall.point().translated(along).ok())
             .find(|&target| part.motion(at_wall, target).is_ok());
         if let Some(target) = target {
-            show("pushed on, slides along the wall to", target);
+            show("jogged on, slides along the wall to", target);
         }
     }
 
     let aside = part.motion(start, mm(-10.0, -10.0)?)?;
     match part.fan(start, aside, mm(0.0, -20.0)?) {
-        Ok(free) => show("re-targeted in mid-motion, certified to", free.point()),
-        Err(blocked) => println!("re-targeting is refused: {blocked}"),
+        Ok(free) => show("new target in mid-motion, certified to", free.point()),
+        Err(blocked) => println!("the new target is refused: {blocked}"),
     }
     if let Err(blocked) = part.fan(start, aside, mm(50.0, 20.0)?) {
         println!("another target is refused: {blocked}");
     }
 
-    // Found 1 mm from the wall at power-up: nearer than the threshold, but free. Only motions that approach nothing are allowed.
+    // The tool is 1 mm from the wall at power-up: nearer than the threshold, but free. Only a motion that
+    // approaches no edge is permitted.
     let too_near = part.free_point(mm(-1.0, 20.0)?, Length::ZERO)?;
     if let Some(clearance) = part.clearance(too_near.point()) {
-        println!("stands {:.5} mm from the part", f64::from(clearance.units()) / f64::from(UNITS_PER_MM));
+        println!(
+            "the tool is {:.5} mm from the part",
+            f64::from(clearance.units()) / f64::from(UNITS_PER_MM)
+        );
     }
-    show("the way out", part.retract(too_near, mm(-4.0, 25.0)?, threshold)?.point());
-    println!("the way in is refused: {}", part.retract(too_near, mm(-0.9, 20.0)?, threshold).is_err());
+    show("the retract move, certified to", part.retract(too_near, mm(-4.0, 25.0)?, threshold)?.point());
+    println!(
+        "a motion toward the part is refused: {}",
+        part.retract(too_near, mm(-0.9, 20.0)?, threshold).is_err()
+    );
     Ok(())
 }

@@ -1,6 +1,6 @@
-//! Clipping a input to what is certified: the longest clear prefix of a motion, and sliding along the wall.
+//! Clips a jog to its certified part: the longest clear prefix of a motion, and sliding along the wall.
 //!
-//! Everything here proposes; each answer has passed [`ProhibitedRegion::motion`].
+//! The code here only proposes. Each answer has passed [`ProhibitedRegion::motion`].
 
 use core::ops::ControlFlow;
 
@@ -12,16 +12,16 @@ use crate::index::Edge;
 use crate::index::cells::{Known, Square};
 use crate::probe::Probe;
 
-/// How far before the first contact the end of a clipped motion is tried, in lattice units.
+/// Distances before the first contact at which the end of a clipped motion is tried, in lattice units.
 const SET_BACK: [f64; 7] = [1.0, 2.0, 3.0, 5.0, 10.0, 40.0, 200.0];
 
-/// Halvings of a motion when its clear prefix is sought: a motion of 1 m is resolved to 1 µm.
+/// Halvings in the search for the clear prefix of a motion. A motion of 1 m is resolved to 1 µm.
 const HALVINGS: u32 = 20;
 
-/// The longest prefix of the motion `from → to` that `accepts` lets through, found by bisection.
+/// The end of the longest prefix of the motion `from → to` that `accepts` permits, found by bisection.
 ///
-/// `accepts` must get harder along the motion for the prefix to be the longest; whatever it is, the returned
-/// end was accepted. Answers `from` when not even a lattice unit is free.
+/// The prefix is the longest only if `accepts` never permits again after it has refused. In every case
+/// `accepts` has permitted the returned end. Returns `from` when no prefix passes, even of a lattice unit.
 pub fn longest_prefix(from: Point, to: Point, mut accepts: impl FnMut(Point) -> bool) -> Point {
     if accepts(to) {
         return to;
@@ -45,10 +45,10 @@ pub fn longest_prefix(from: Point, to: Point, mut accepts: impl FnMut(Point) -> 
 
 impl Probe<'_> {
     /// The end of a certified clear prefix of the motion `from → to`, the longest to within a few lattice
-    /// units. `from` is free at the probe's threshold or more.
+    /// units. `from` must be free at the probe's threshold or a higher one.
     ///
-    /// The first contact is computed in `f64`; the end is set back from it until the exact query lets the
-    /// motion pass.
+    /// The first contact is calculated in `f64`. The end is set back from it until the exact query permits
+    /// the motion.
     #[must_use]
     pub fn clip(&mut self, from: FreePoint, to: Point) -> FreePoint {
         let motion = Segment { from: from.point(), to };
@@ -69,7 +69,7 @@ impl Probe<'_> {
                 return free;
             }
         }
-        // A contact that the floats missed: halve.
+        // The floats missed a contact: halve the motion.
         let mut end = from;
         longest_prefix(from.point(), to, |point| match self.passes(from, point) {
             Some(free) => {
@@ -84,14 +84,14 @@ impl Probe<'_> {
 
 impl ProhibitedRegion {
     /// The end of a certified clear prefix of the motion `from → to`, the longest to within a few lattice
-    /// units; see [`Probe::clip`].
+    /// units. See [`Probe::clip`].
     #[must_use]
     pub fn clip(&self, from: FreePoint, to: Point) -> FreePoint {
         Probe::new(self, from.threshold()).clip(from, to)
     }
 
-    /// The share of the motion at which it first comes within `threshold` of an edge; `None` when no edge
-    /// does.
+    /// The share of the motion at which it first comes within `threshold` of an edge. `None` when no edge
+    /// comes that near.
     fn first_contact(&self, motion: Segment, threshold: Length) -> Option<f64> {
         let line = Line::of(motion);
         if let Some(cells) = self.cells_for(threshold) {
@@ -127,7 +127,7 @@ impl ProhibitedRegion {
 
     fn first_contact_by_index(&self, motion: Segment, line: &Line, threshold: Length) -> Option<f64> {
         let mut first: Option<f64> = None;
-        // What begins after the first contact is not looked at.
+        // Skip edges whose box begins after the first contact.
         let mut rest = motion;
         let _ = self.index().along(motion, threshold, |_, edge| {
             let reach = edge.bounds().grown(threshold);
@@ -142,7 +142,8 @@ impl ProhibitedRegion {
         first
     }
 
-    /// The wall nearest to `from`, if one is within its threshold and `band`; which is nearest is a proposal.
+    /// The wall nearest to `from`, if one lies within its threshold plus `band`. The choice of the nearest is
+    /// only a proposal.
     #[must_use]
     pub fn wall(&self, from: FreePoint, band: Length) -> Option<Wall> {
         let point = from.point();
@@ -161,7 +162,7 @@ impl ProhibitedRegion {
     }
 }
 
-/// A motion as `f64`, for the search.
+/// A motion in `f64`, for the search.
 struct Line {
     start: (f64, f64),
     span: (f64, f64),
@@ -174,8 +175,8 @@ impl Line {
         Self { start: xy(motion.from), span, length_2: span.0 * span.0 + span.1 * span.1 }
     }
 
-    /// The share of the motion at which it first comes near the edge; `None` when `motion` (a beginning of
-    /// this line) exactly does not.
+    /// The share of the motion at which it first comes near the edge. `motion` is a beginning of this line.
+    /// `None` when the exact test finds `motion` clear of the edge.
     fn contact_with(&self, edge: &Edge, motion: Segment, threshold: Length) -> Option<f64> {
         if edge.near_motion(motion, threshold).is_clear() {
             return None;
@@ -184,7 +185,7 @@ impl Line {
         Some(self.contact(edge.chord, r).unwrap_or(1.0))
     }
 
-    /// The least share in [0, 1] of the motion that is within `r` of the chord.
+    /// The smallest share of the motion, in [0, 1], that is within `r` of the chord.
     fn contact(&self, chord: Segment, r: f64) -> Option<f64> {
         let (a, b) = (xy(chord.from), xy(chord.to));
         let (ux, uy) = (b.0 - a.0, b.1 - a.1);
@@ -215,7 +216,8 @@ impl Line {
         first.is_finite().then_some(first)
     }
 
-    /// The share at which the motion enters the disc; 0 when it starts inside, infinite when it never does.
+    /// The share at which the motion enters the disc. It is 0 when the motion starts inside, and infinite
+    /// when it never enters.
     fn enters_disc(&self, centre: (f64, f64), r: f64) -> f64 {
         let (wx, wy) = (self.start.0 - centre.0, self.start.1 - centre.1);
         let toward = -(wx * self.span.0 + wy * self.span.1);
@@ -256,7 +258,7 @@ pub struct Wall {
 }
 
 impl Wall {
-    /// Whether `input` leads away from the wall, or along it.
+    /// Whether the jog input `input` leads away from the wall or along it.
     #[must_use]
     pub fn is_left_by(&self, input: Vector) -> bool {
         self.away.0 * i128::from(input.dx) + self.away.1 * i128::from(input.dy) >= 0
@@ -270,10 +272,11 @@ impl Wall {
         (x / length, y / length)
     }
 
-    /// What is left of `input` when the wall takes its part across: its projection on the wall, turned away
-    /// from the wall by the angle whose half has the tangent `1 / 2^half_turn` (0.1° for 10, 53° for 1).
+    /// The jog input `input` without its component across the wall, turned away from the wall. The angle is
+    /// twice the arctangent of `1 / 2^half_turn` (0.1° for 10, 53° for 1).
     ///
-    /// The length is that of the projection; `None` when nothing of the input runs along the wall.
+    /// The length is that of the projection on the wall. Returns `None` when the input has no component along
+    /// the wall.
     #[must_use]
     pub fn slide(&self, input: Vector, half_turn: u32) -> Option<Vector> {
         let (nx, ny) = self.away;
@@ -296,13 +299,13 @@ impl Wall {
     }
 }
 
-/// Components of a wall's direction keep 24 bits and a half turn 12, so that the products of [`Wall::slide`],
-/// of at most 24 + 31 + 1 + 24 + 24 + 2 bits, fit `i128`.
+/// Components of a wall's direction keep 24 bits and `half_turn` is at most 12. So the products of
+/// [`Wall::slide`] need at most 24 + 31 + 1 + 24 + 24 + 2 bits and fit `i128`.
 const WALL_BITS: u32 = 24;
 const TURN_MAX: u32 = 12;
 
-/// From the nearest point of the segment to `p`, scaled by the second value; `None` when `p` is on the
-/// segment.
+/// The vector from the nearest point of the segment to `p`, multiplied by the second value. `None` when `p`
+/// is on the segment.
 fn away_from(p: Point, segment: Segment) -> Option<((i128, i128), f64)> {
     let (d, w) = (segment.to.minus(segment.from), p.minus(segment.from));
     let wide = |v: Vector| (i128::from(v.dx), i128::from(v.dy));
@@ -314,23 +317,24 @@ fn away_from(p: Point, segment: Segment) -> Option<((i128, i128), f64)> {
     (away != (0, 0)).then_some((away, approximate(length_2.max(1))))
 }
 
-#[expect(clippy::cast_precision_loss, reason = "used to propose the nearest wall, nothing rests on it")]
+#[expect(clippy::cast_precision_loss, reason = "only proposes the nearest wall")]
 fn approximate(value: i128) -> f64 {
     value as f64
 }
 
-/// The same direction with components below `2^WALL_BITS`.
+/// The same direction, with components below `2^WALL_BITS`.
 fn scaled_down((x, y): (i128, i128)) -> (i128, i128) {
     let bits = i128::BITS - x.unsigned_abs().max(y.unsigned_abs()).leading_zeros();
     let shift = bits.saturating_sub(WALL_BITS);
     (x >> shift, y >> shift)
 }
 
-/// Angles tried when sliding, as `half_turn` of [`Wall::slide`]: along the wall first, then turned away from
-/// it.
+/// The angles to try when sliding, as `half_turn` of [`Wall::slide`]. They begin along the wall and turn away
+/// from it.
 pub const SLIDE_TURNS: [u32; 12] = [12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1];
 
-/// How near the wall a point must be, beyond the threshold, to slide rather than to run up to it.
+/// The width of the contact band, 0.1 mm beyond the threshold. A tool in the band slides along the wall; a
+/// tool outside it drives up to the wall.
 #[must_use]
 pub fn contact_band() -> Length {
     Length::from_units(10_000).unwrap_or(Length::ZERO)
@@ -357,7 +361,7 @@ mod tests {
         let part = square();
         let start = part.free_point(at(-5000, 500), Length::from_units(300).unwrap()).unwrap();
         let end = part.clip(start, at(5000, 500));
-        assert_eq!(end.point(), at(-301, 500), "met is not clear");
+        assert_eq!(end.point(), at(-301, 500), "a distance equal to the threshold is not clear");
         assert_eq!(part.clip(start, at(-9000, 500)).point(), at(-9000, 500));
     }
 

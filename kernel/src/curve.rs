@@ -1,4 +1,4 @@
-//! Curves of profiles and paths: straight segments and arcs, and how they become certified chords.
+//! Curves of profiles and paths: straight segments and arcs, and their conversion to certified chords.
 
 use alloc::vec;
 use alloc::vec::Vec;
@@ -13,7 +13,7 @@ use crate::exact::ring::Piece;
 use crate::exact::segment::Segment;
 
 impl Curve {
-    /// Its length in lattice units.
+    /// The length in lattice units.
     #[must_use]
     pub fn length(&self) -> f64 {
         match self {
@@ -25,7 +25,8 @@ impl Curve {
         }
     }
 
-    /// The same curve run through the other way; `None` when no lattice centre fits both ends of an arc then.
+    /// The same curve in the opposite direction. Returns `None` when no lattice centre fits both ends of the
+    /// reversed arc.
     #[must_use]
     pub fn reversed(&self) -> Option<Self> {
         match self {
@@ -37,8 +38,8 @@ impl Curve {
         }
     }
 
-    /// The curve as checked chords, each within `chord_error` of it; `own` is the bound its maker gives on
-    /// how far the true curve leaves it.
+    /// The curve as checked chords, each within `chord_error` of it. `own` bounds the distance between this
+    /// curve and the true curve.
     ///
     /// # Errors
     /// [`ArcError`] when the proposed chords fail the exact check, as for a `chord_error` below 6 units.
@@ -52,10 +53,10 @@ impl Curve {
         }
     }
 
-    /// The corners of the curve's chords within `chord_error` of it, checked; two points for a line.
+    /// The corners of checked chords within `chord_error` of the curve. A line has two.
     ///
     /// # Errors
-    /// As [`Curve::piece`], and [`ArcError::Chord`] when the checked chord_error exceeds the one asked for.
+    /// As [`Curve::piece`]. [`ArcError::Chord`] when the checked chord error exceeds `chord_error`.
     pub fn chord_points(&self, chord_error: Length) -> Result<Vec<Point>, ArcError> {
         match self.piece(chord_error, Length::ZERO)? {
             Piece::Line { segment, .. } => Ok(vec![segment.from, segment.to]),
@@ -65,28 +66,29 @@ impl Curve {
     }
 }
 
-/// The coordinates of a point as `f64`, in lattice units: exact.
+/// The coordinates of a point as `f64`, in lattice units. The conversion is exact.
 #[must_use]
 pub fn xy(point: Point) -> (f64, f64) {
     (f64::from(point.x.units()), f64::from(point.y.units()))
 }
 
-/// The point of the lattice nearest to `(x, y)`, given in lattice units.
+/// The lattice point nearest to `(x, y)`, which is in lattice units.
 ///
 /// # Errors
-/// [`LatticeError`] when a coordinate is not finite or beyond ±2^29.
+/// [`LatticeError`] when a coordinate is not finite or lies beyond ±2^29.
 pub fn nearest_point(x: f64, y: f64) -> Result<Point, LatticeError> {
     Point::from_units(nearest_unit(x), nearest_unit(y))
 }
 
-/// The integer nearest to `value`, or one off the lattice when `value` is not finite or too large.
+/// The integer nearest to `value`. Returns an integer off the lattice when `value` is not finite or too
+/// large.
 #[must_use]
 pub fn nearest_unit(value: f64) -> i64 {
     let limit = f64::from(COORD_MAX) + 1.0;
     if value.abs() <= limit { round_down(value + 0.5) } else { i64::MAX }
 }
 
-/// The greatest integer not above `value`, which is clamped to ±2^52; 0 for what is no number.
+/// The greatest integer not above `value`, which is clamped to ±2^52. Returns 0 for NaN.
 #[must_use]
 #[expect(
     clippy::cast_possible_truncation,
@@ -100,23 +102,22 @@ pub fn round_down(value: f64) -> i64 {
     truncated - i64::from(truncated as f64 > value)
 }
 
-/// The least integer not below `value`, as [`round_down`].
+/// The smallest integer not below `value`, with the limits of [`round_down`].
 #[must_use]
 pub fn round_up(value: f64) -> i64 {
     -round_down(-value)
 }
 
-/// The length of the vector `(x, y)`, in lattice units: no square overflows or vanishes there.
+/// The length of the vector `(x, y)`, in lattice units. On the lattice no square overflows or underflows.
 #[must_use]
 pub fn hypot(x: f64, y: f64) -> f64 {
     sqrt(x * x + y * y)
 }
 
-/// The arc from `from` to `to` about the lattice centre near `(x, y)`, in lattice units, that fits both ends
-/// best.
+/// The best-fitting arc from `from` to `to`, about a lattice centre near `(x, y)` in lattice units.
 ///
 /// # Errors
-/// [`ArcError`] when no centre within two units makes both ends lie on one circle.
+/// [`ArcError`] when no centre within two units puts both ends on one circle.
 pub fn fit_arc(from: Point, to: Point, (x, y): (f64, f64), turn: Turn) -> Result<Arc, ArcError> {
     let (x0, y0) = (nearest_unit(x), nearest_unit(y));
     let mut best: Option<(f64, Arc)> = None;
@@ -144,7 +145,7 @@ pub fn fit_arc(from: Point, to: Point, (x, y): (f64, f64), turn: Turn) -> Result
     best.map(|(_, arc)| arc).ok_or(refused)
 }
 
-/// The angle that the arc turns through, in (0, 2π).
+/// The angle of the arc, in (0, 2π].
 #[must_use]
 pub fn sweep(arc: &Arc) -> f64 {
     let (start, end) = (angle(arc.centre(), arc.from()), angle(arc.centre(), arc.to()));
@@ -159,7 +160,7 @@ pub fn angle(centre: Point, point: Point) -> f64 {
     atan2(f64::from(d.dy), f64::from(d.dx))
 }
 
-/// The arc's radius, from its beginning, in lattice units.
+/// The radius of the arc, measured at its start, in lattice units.
 #[must_use]
 pub fn radius(arc: &Arc) -> f64 {
     distance(arc.from(), arc.centre())
@@ -170,13 +171,13 @@ fn distance(p: Point, q: Point) -> f64 {
     hypot(f64::from(d.dx), f64::from(d.dy))
 }
 
-/// Slack that [`ArcChords::check`] adds to the sagitta: the ring's width, and one unit of rounding up.
+/// The amount that [`ArcChords::check`] adds to the sagitta: the ring's width, and one unit of rounding up.
 const RING_WIDTH: f64 = 5.0;
 
 fn propose_chords(arc: &Arc, chord_error: Length) -> Vec<Point> {
     let (rho, end_rho) = (radius(arc), distance(arc.to(), arc.centre()));
     let sagitta = (f64::from(chord_error.units()) - RING_WIDTH).max(1.0);
-    // `L² / 7ρ` is the checker's bound on the sagitta; two units of rounding are kept back from L.
+    // The checker bounds the sagitta by `L² / 7ρ`. Two units of L are reserved for rounding.
     let longest = fmin(sqrt(7.0 * rho * sagitta) - 2.0, 0.9 * rho).max(4.0);
     let (start, turned) = (angle(arc.centre(), arc.from()), sweep(arc));
     let count = ceil(turned / (2.0 * asin(fmin(longest / (2.0 * rho), 0.5)))).max(1.0);
@@ -196,7 +197,7 @@ fn propose_chords(arc: &Arc, chord_error: Length) -> Vec<Point> {
     points
 }
 
-/// Splits the turn of `sweep` radians into equal parts of at most half a circle.
+/// The number of equal parts, each at most half a circle, for a turn of `sweep` radians.
 #[must_use]
 pub fn half_circle_parts(sweep: f64) -> u8 {
     if sweep <= PI + 1e-9 {

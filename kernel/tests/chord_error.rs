@@ -1,4 +1,4 @@
-//! Slacks count: of the profile's edges in clear queries, of a path's arcs in the certificate.
+//! Chord errors count: of the profile's edges in clear queries, and of a path's arcs in the certificate.
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 use keepout_kernel::exact::ring::Piece;
@@ -9,7 +9,7 @@ fn at(x: i64, y: i64) -> Point {
     Point::from_units(x, y).unwrap()
 }
 
-/// A square of 10 mm with one upper edge that the true curve may leave by `chord_error` units.
+/// A square of 10 mm. The true curve may leave its upper edge by `chord_error` units.
 fn part(chord_error: i64) -> ProhibitedRegion {
     let corners = [at(0, 0), at(1_000_000, 0), at(1_000_000, 1_000_000), at(0, 1_000_000)];
     let piece = |i: usize| Piece::Line {
@@ -21,13 +21,16 @@ fn part(chord_error: i64) -> ProhibitedRegion {
 }
 
 #[test]
-fn every_query_adds_the_slack_of_each_edge() {
+fn every_query_adds_the_chord_error_of_each_edge() {
     let threshold = Length::from_units(300_000).unwrap();
     let height = |beyond: i64| 1_000_000 + 300_000 + beyond;
     for chord_error in [0, 10, 5_000] {
         let part = part(chord_error);
         let free = |beyond| part.free_point(at(500_000, height(beyond)), threshold);
-        assert!(free(chord_error).is_err(), "met is not clear, slack {chord_error}");
+        assert!(
+            free(chord_error).is_err(),
+            "a distance equal to the threshold is not clear, chord error {chord_error}"
+        );
         let start = free(chord_error + 1).unwrap();
         let along = |beyond| part.motion(start, at(600_000, height(beyond)));
         assert!(along(chord_error).is_err());
@@ -38,10 +41,10 @@ fn every_query_adds_the_slack_of_each_edge() {
 }
 
 #[test]
-fn certificate_counts_what_an_arc_leaves_its_chords() {
+fn certificate_includes_the_chord_error_of_arcs() {
     let part = part(0);
     let threshold = Length::from_units(300_000).unwrap();
-    // An arc that hangs down toward the upper edge: its lowest point is `beyond` units clear.
+    // An arc that bulges toward the upper edge: its lowest point is `beyond` units beyond the threshold.
     let hanging = |beyond: i64| {
         let (radius, lowest) = (800_000, 1_000_000 + 300_000 + beyond);
         let centre = at(500_000, lowest + radius);
@@ -50,5 +53,5 @@ fn certificate_counts_what_an_arc_leaves_its_chords() {
         certify_path(&part, threshold, &[Curve::Arc(arc)])
     };
     assert!(hanging(25).is_ok());
-    assert!(hanging(5).is_err(), "chords are clear by more than the arc is");
+    assert!(hanging(5).is_err(), "the chords are farther from the edge than the arc");
 }

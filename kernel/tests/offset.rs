@@ -1,4 +1,4 @@
-//! Offsets with known answers: lengths, loops, residuals; and the certificate that refuses wrong ones.
+//! Offsets with known lengths, loops and rest material, and the certificates that refuse wrong ones.
 #![expect(
     clippy::unwrap_used,
     clippy::cast_possible_truncation,
@@ -42,12 +42,12 @@ fn part_of(outlines: &[Vec<Curve>], side: Side) -> ProhibitedRegion {
     ProhibitedRegion::new(Region::new(outlines.iter().map(ring).collect()).unwrap(), side).unwrap()
 }
 
-/// Outlines given counter-clockwise, the material inside.
+/// A counter-clockwise outline with the material inside.
 fn outside(curves: Vec<Curve>) -> Outline {
     Outline { curves, free_on_left: false }
 }
 
-/// Outlines given counter-clockwise, the material outside.
+/// A counter-clockwise outline with the material outside.
 fn inside(curves: Vec<Curve>) -> Outline {
     Outline { curves, free_on_left: true }
 }
@@ -74,8 +74,8 @@ fn square_gets_round_joins_as_true_arcs() {
 }
 
 #[test]
-fn inside_corner_leaves_the_known_residual() {
-    // A right inside corner keeps r²(1 − π/4) and 2r of contour.
+fn inside_corner_leaves_the_known_rest_material() {
+    // A right-angled inside corner leaves an area of r²(1 − π/4) and 2r of contour.
     let l = polygon(&[at(0, 0), at(40, 0), at(40, 15), at(15, 15), at(15, 40), at(0, 40)]);
     let offset = propose(&[outside(l)], 3e5);
     assert_eq!(offset.loops.len(), 1);
@@ -93,7 +93,7 @@ fn hole_is_offset_inward_and_vanishes_when_too_small() {
 
 #[test]
 fn narrow_waist_splits_the_pocket_in_two() {
-    // Two rooms of 20 × 20 joined by a passage 4 wide: a 3 mm radius does not pass.
+    // Two rooms of 20 × 20 mm with a passage 4 mm wide: a tool of 3 mm radius does not pass.
     let dumbbell = polygon(&[
         at(0, 0),
         at(20, 0),
@@ -138,15 +138,15 @@ fn certificate_holds_for_the_proposal_and_refuses_a_moved_one() {
     let threshold = Length::from_units(300_000).unwrap();
     let path = &offset.loops[0].curves;
     assert!(certify_path(&part, threshold, path).unwrap().is_some());
-    // An arc replaced by its chord cuts the corner.
+    // A chord in place of an arc cuts the corner.
     let mut cut = path.clone();
     let arc = cut.iter().position(|curve| matches!(curve, Curve::Arc(_))).unwrap();
     cut[arc] = Curve::Line(Segment { from: cut[arc].from(), to: cut[arc].to() });
     assert_eq!(certify_path(&part, threshold, &cut).unwrap_err().index, arc);
-    // Two micrometres nearer is too near.
+    // An offset 1.4 µm inside the threshold is too near.
     let nearer = propose(&shape, 3e5 - 140.0);
     assert!(certify_path(&part, threshold, &nearer.loops[0].curves).is_err());
-    // A motion left out is a jump.
+    // A missing motion is a gap.
     let mut gap = path.clone();
     gap.remove(1);
     assert_eq!(certify_path(&part, threshold, &gap).unwrap_err().index, 1);
@@ -163,7 +163,8 @@ fn circles_of_all_sizes_certify() {
     }
 }
 
-/// Profiles of many kinds: whatever is proposed is certified both ways, and a loop left out is missed.
+/// Random profiles: both certificates hold for each proposal, and the certificate of coverage finds a missing
+/// loop.
 #[test]
 fn certificates_hold_both_ways_and_a_missing_loop_is_found() {
     let mut random = fastrand::Rng::with_seed(31);
@@ -227,7 +228,7 @@ fn slots_pockets_and_rounds_are_complete() {
     let shapes = [dumbbell(4), dumbbell(6), dumbbell(8), circle(at(5, 5), 9), circle(at(5, 5), 30)];
     for (case, shape) in shapes.into_iter().enumerate() {
         for (free_on_left, side) in [(false, Side::Outside), (true, Side::Inside)] {
-            // A radius of 3: the waist of 6 is exactly as wide as the tool, met from both sides.
+            // The radius is 3 mm: the waist of 6 mm is exactly as wide as the tool, met from both sides.
             for d in [299_940.0, 300_000.0, 300_060.0] {
                 let outlines = [Outline { curves: shape.clone(), free_on_left }];
                 let part = part_of(std::slice::from_ref(&shape), side);
@@ -242,9 +243,10 @@ fn slots_pockets_and_rounds_are_complete() {
     }
 }
 
-/// A profile of edges shorter than the resolution, with no loop at all, is not complete; nor is an arc whose loop is its chord.
+/// A profile of edges shorter than the resolution, without a loop, is not complete. Neither is an arc whose
+/// loop is its chord.
 #[test]
-fn short_edges_and_long_arcs_hide_nothing() {
+fn missing_loops_are_found_along_short_edges_and_long_arcs() {
     let corner = |k: u32| {
         let phi = f64::from(k) * std::f64::consts::TAU / 628.0;
         keepout_kernel::curve::nearest_point(1e5 * phi.cos(), 1e5 * phi.sin()).unwrap()
@@ -265,7 +267,7 @@ fn short_edges_and_long_arcs_hide_nothing() {
     assert!(certify_complete(&part, &round, 3e5, CHORDS, curves(&loops)).is_err());
 }
 
-/// What arcs leave their chords by in the parts made here.
+/// Chord error of the arcs in these parts.
 const CHORDS: Length = Length::small(20);
 
 fn curves(loops: &[OffsetLoop]) -> impl Iterator<Item = &Curve> {

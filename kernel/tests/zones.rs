@@ -1,10 +1,10 @@
-//! Zones besides the part: what is held, and what is clear, against each asked alone.
+//! Keep-out zones with a part: `holds` and `motion_clear`, compared with the part and each zone alone.
 
 use fastrand::Rng;
 use keepout_kernel::exact::region::Location;
 use keepout_kernel::{Length, Point, ProhibitedRegion, Region, Ring, Segment, Side};
 
-#[expect(clippy::unwrap_used, reason = "corners of ours")]
+#[expect(clippy::unwrap_used, reason = "the corners are fixed")]
 fn ring(corners: &[(i64, i64)]) -> Ring {
     Ring::new(corners.iter().map(|&(x, y)| Point::from_units(x, y).unwrap()).collect()).unwrap()
 }
@@ -19,9 +19,10 @@ fn triangle(random: &mut Rng) -> Ring {
     }
 }
 
-/// On a small lattice, so that points fall on outlines, corners and crossings of zones with the part often.
+/// The lattice is small, so points often fall on outlines, on corners, and on crossings of zones with the
+/// part.
 #[test]
-fn a_point_is_held_by_the_part_or_a_zone() {
+fn part_and_keep_out_zones_are_prohibited_together() {
     let mut random = Rng::with_seed(31);
     let plate =
         [ring(&[(-50, -40), (50, -40), (50, 40), (-50, 40)]), ring(&[(-20, -10), (20, -10), (5, 25)])];

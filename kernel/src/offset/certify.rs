@@ -1,4 +1,4 @@
-//! The certificate "no gouge": every motion of a path keeps its distance.
+//! The certificate "no gouge": every motion of a path keeps its distance from the part.
 
 use core::fmt;
 
@@ -7,36 +7,38 @@ use crate::curve::Curve;
 use crate::exact::arc::ArcError;
 use crate::exact::lattice::{Length, Point};
 
-/// An arc of a path is certified as chords within this distance of it, in lattice units (0.1 µm).
+/// Distance between an arc of a path and its chords, in lattice units (0.1 µm). [`certify_path`] adds it to
+/// the threshold.
 pub const PATH_CHORD_ERROR: i64 = 10;
 
-/// An arc whose ends are this near or nearer is given as a line: controllers that compute in 32-bit floats can take it
-/// for a full circle. 10 µm, or 20 ppm of the radius when that is more.
+/// The shortest distance between the ends of an arc: 10 µm, or 20 ppm of the radius if that is more. A path
+/// uses a line for a shorter arc, because controllers with 32-bit floats can take it for a full circle.
 #[must_use]
 pub fn shortest_arc(radius: Length) -> Length {
     let units = (i64::from(radius.units()) / 50_000).max(1_000);
     Length::from_units(units).unwrap_or(radius)
 }
 
-/// A motion of a path that could not be certified.
+/// A motion of a path that has no certificate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Gouge {
     /// Index of the curve in the path.
     pub index: usize,
-    /// Where the refused motion begins.
+    /// The start of the refused motion, or of the refused chord of an arc. For a gap: the end of the motion
+    /// before.
     pub at: Point,
-    /// Why.
+    /// The cause.
     pub cause: GougeCause,
 }
 
-/// Why a motion of a path was refused.
+/// Why a motion of a path has no certificate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GougeCause {
-    /// It comes too near the part.
+    /// The motion comes too near the part.
     Blocked(Blocked),
-    /// The curve does not begin where the one before it ended.
+    /// The curve does not begin at the end of the curve before it.
     Discontinuous,
-    /// An arc could not be turned into checked chords.
+    /// The arc has no chords that pass their check.
     Arc(ArcError),
 }
 
@@ -45,9 +47,9 @@ impl fmt::Display for Gouge {
         match &self.cause {
             GougeCause::Blocked(blocked) => write!(f, "motion {} of the path: {blocked}", self.index),
             GougeCause::Discontinuous => {
-                write!(f, "motion {} does not begin where the one before it ends", self.index)
+                write!(f, "motion {} of the path does not begin where the one before it ends", self.index)
             }
-            GougeCause::Arc(error) => write!(f, "motion {}: {error}", self.index),
+            GougeCause::Arc(error) => write!(f, "motion {} of the path: {error}", self.index),
         }
     }
 }
@@ -56,11 +58,12 @@ impl core::error::Error for Gouge {}
 
 /// Certifies that the whole path stays farther than `threshold` from the part.
 ///
-/// Arcs are asked whole; one that is not proven clear that way is taken as checked chords, asked with [`PATH_CHORD_ERROR`] more.
-/// Returns the free point at the path's end, or `None` for an empty path.
+/// All tests use `threshold` plus [`PATH_CHORD_ERROR`]. An arc is tested whole first. If that does not prove
+/// it clear, its checked chords are tested instead. Returns the free point at the end of the path, or `None`
+/// for an empty path.
 ///
 /// # Errors
-/// [`Gouge`] for the first motion that is refused.
+/// [`Gouge`] for the first motion without a certificate.
 pub fn certify_path(
     part: &ProhibitedRegion,
     threshold: Length,
@@ -85,7 +88,7 @@ pub fn certify_path(
             end = Some(swept);
             continue;
         }
-        // A line; or an arc that is not proven clear at once, whose chords tell the place.
+        // A line, or an arc that the first test did not prove clear. Its chords locate the place.
         let points =
             curve.chord_points(chord_error).map_err(|error| refuse(curve.from(), GougeCause::Arc(error)))?;
         for &point in points.iter().skip(1) {

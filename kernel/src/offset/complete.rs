@@ -1,11 +1,14 @@
-//! The certificate "none missing": every stretch of the true offset has a loop beside it.
+//! The certificate "coverage": every stretch of the true offset has a loop beside it.
 //!
-//! **Claim.** A point at distance d from the profile, on the free side, has a nearest profile point: it lies on the offset
-//! shape of that point's edge or corner. So it is enough to walk along all offset shapes. Where an edge covers a
-//! stretch, that is, comes nearer than d to all of it by exact tests, no point of the stretch is at distance d; nor where
-//! it is on the part's side. Elsewhere a loop must be within [`BESIDE`], again by an exact test. What is neither covered nor
-//! beside a loop is counted, until a loop is beside the walk again: a stretch may be made of pieces of many shapes, with what
-//! is covered between them. More than [`RESOLUTION`] is a missing piece.
+//! **Claim.** Take a point at distance d from the profile, on the free side. It has a nearest profile point,
+//! and it lies on the offset shape of that point's edge or corner. So a walk along all offset shapes meets
+//! every such point. An edge covers a stretch when it comes nearer than d to all of it, by exact tests. No
+//! point of a covered stretch is at distance d, and no point on the part's side counts. Elsewhere a loop must
+//! be within [`BESIDE`], again by an exact test.
+//!
+//! The walk adds up the length that is neither covered nor beside a loop, until a loop is beside it again.
+//! One stretch can consist of pieces of many shapes, with covered lengths between them. A total above
+//! [`RESOLUTION`] is a missing piece.
 
 use alloc::vec::Vec;
 use core::fmt;
@@ -21,24 +24,25 @@ use crate::index::{CheckedIndex, Edge, build};
 
 /// A loop is beside a place when one of its chords is this near, in lattice units (1 µm).
 pub const BESIDE: u16 = 100;
-/// The path is within this of every place between two that were found beside it, in lattice units (1.8 µm): [`BESIDE`], the
-/// chord_error of the chords, half a step or what an arc leaves between two places, and rounding.
+/// The path is within this distance of every place between two places beside it, in lattice units (1.8 µm).
+/// It is the sum of [`BESIDE`], the chord error of the loops' chords, half a step or an arc's sagitta, and
+/// rounding.
 pub const COVERAGE: f64 = 180.0;
-/// The greatest length without a loop beside it that goes unnoticed, in lattice units (20 µm): all stretches together that are
-/// walked between two places beside a loop.
+/// The greatest length without a loop beside it that the certificate permits, in lattice units (20 µm). It is
+/// the total of all stretches between two places beside a loop.
 pub const RESOLUTION: f64 = 2_000.0;
-/// Rounding of a place, of a distance, and of a sagitta, in lattice units, together.
+/// Rounding of a place, of a distance, and of a sagitta together, in lattice units.
 const ROUNDING: f64 = 4.0;
-/// Slack of the loops' chords, lattice units.
-const CHORD_SLACK: u8 = 25;
-/// What an arc leaves its own chord by between two places, lattice units.
+/// Chord error of the loops' chords, in lattice units.
+const CHORD_ERROR: u8 = 25;
+/// Largest sagitta of an arc between two tested places, in lattice units.
 const SAGITTA: f64 = 25.0;
-/// Chords of a path that are held.
+/// Most chords of a path.
 const CHORDS_MAX: usize = 16_000_000;
-/// Steps are tried at least this long, lattice units (1 µm).
+/// Shortest step of the walk, in lattice units (1 µm).
 const LEAST_STEP: f64 = 100.0;
 
-/// A stretch of the true offset that no loop is beside.
+/// A stretch of the true offset without a loop beside it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Missing {
     /// A place on it.
@@ -49,30 +53,32 @@ impl fmt::Display for Missing {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mm = |units: i32| f64::from(units) / f64::from(crate::UNITS_PER_MM);
         let (x, y) = (mm(self.at.x.units()), mm(self.at.y.units()));
-        write!(f, "a piece of the offset near ({x:.3}, {y:.3}) mm is in no loop")
+        write!(f, "no loop follows the offset near ({x:.3}, {y:.3}) mm")
     }
 }
 
 impl core::error::Error for Missing {}
 
-/// Certifies that every stretch longer than [`RESOLUTION`] of the set at distance `d` (lattice units) from the outlines,
-/// on their free side, has a curve of the path within [`BESIDE`]. `part` is the part that the outlines bound, its arcs followed
-/// by chords within `chord_slack`.
+/// Certifies that the path covers the set at distance `d` (lattice units) from the outlines, on their free
+/// side. Every stretch longer than [`RESOLUTION`] must have a curve of the path within [`BESIDE`]. `part` is
+/// the part inside the outlines. Its chords follow their arcs within `arc_chord_error`.
 ///
 /// # Errors
-/// [`Missing`] with a place of the first stretch that has none.
+/// [`Missing`] with a place of the first stretch without a loop. It names the origin when the path has no
+/// valid chords.
 pub fn certify_complete<'a>(
     part: &ProhibitedRegion,
     outlines: &[Outline],
     d: f64,
-    chord_slack: Length,
+    arc_chord_error: Length,
     path: impl Iterator<Item = &'a Curve>,
 ) -> Result<(), Missing> {
     let Some(beside) = index_of(path) else { return Err(Missing { at: Point::ORIGIN }) };
-    let mut walk = Walk { part, beside, d, nearest: None, loop_edge: None, chord_slack, unaccounted: 0.0 };
+    let mut walk =
+        Walk { part, beside, d, nearest: None, loop_edge: None, arc_chord_error, unaccounted: 0.0 };
     for outline in outlines {
         let edges = outline.shapes();
-        // A stretch can run over the place where the outline begins: it is followed on a second round.
+        // A stretch can run over the start of the outline, so a second round follows it to its end.
         for round in 0..2 {
             for (edge, next) in edges.iter().zip(edges.iter().cycle().skip(1)) {
                 if round > 0 && walk.unaccounted == 0.0 {
@@ -90,9 +96,10 @@ pub fn certify_complete<'a>(
     Ok(())
 }
 
-/// The loops' chords, behind boxes; `None` when a loop's arc can not be turned into chords.
+/// The loops' chords in an index. Returns `None` when an arc of a loop has no valid chords, or above
+/// [`CHORDS_MAX`].
 fn index_of<'a>(path: impl Iterator<Item = &'a Curve>) -> Option<CheckedIndex> {
-    let chord_error = Length::small(CHORD_SLACK);
+    let chord_error = Length::small(CHORD_ERROR);
     let mut chords = Vec::new();
     for curve in path {
         let points = curve.chord_points(chord_error).ok().filter(|_| chords.len() < CHORDS_MAX)?;
@@ -109,9 +116,9 @@ struct Walk<'a> {
     d: f64,
     nearest: Option<usize>,
     loop_edge: Option<usize>,
-    /// Bound on how far arcs of the outlines leave their chords in `part`.
-    chord_slack: Length,
-    /// The length neither covered nor beside a loop since the last place that was beside one.
+    /// Chord-error bound of the outlines' arcs in `part`.
+    arc_chord_error: Length,
+    /// The length since the last place beside a loop that is neither covered nor beside one.
     unaccounted: f64,
 }
 
@@ -120,7 +127,7 @@ impl Walk<'_> {
         let length = shape.length();
         let mut walked = 0.0;
         while walked <= length {
-            // Off the lattice no tool can be.
+            // The tool cannot be off the lattice.
             let Some(place) = nearest_on(shape, walked) else {
                 walked += beyond_lattice(shape, walked).max(LEAST_STEP);
                 continue;
@@ -148,8 +155,8 @@ impl Walk<'_> {
         Ok(())
     }
 
-    /// How far along the shape from the place an edge covers it, by exact tests: the edge that covered the last place, or
-    /// else the nearest.
+    /// The length from the place on over which an edge covers the shape, by exact tests. It tries the edge
+    /// that covered the last place, then the nearest edge.
     fn cover(&mut self, place: Point, shape: &Shape, walked: f64) -> Option<f64> {
         if let Some(step) = self.nearest.and_then(|last| self.covered_by(last, place, shape, walked)) {
             return Some(step);
@@ -159,14 +166,16 @@ impl Walk<'_> {
         self.covered_by(nearest.edge, place, shape, walked)
     }
 
-    /// How far the edge covers the shape from the place on.
+    /// The length from the place on over which the edge covers the shape.
     ///
-    /// What is within a radius of a chord is convex: a straight shape is covered between two covered places, and so is an arc
-    /// whose sagitta between them is below a unit, with [`ROUNDING`] to spare.
+    /// The points within a radius of a chord form a convex set. So a straight shape is covered between two
+    /// covered places. An arc is covered too when its sagitta between them is below a unit, because the
+    /// radius is reduced by [`ROUNDING`].
     fn covered_by(&self, edge: usize, place: Point, shape: &Shape, walked: f64) -> Option<f64> {
         let edge = self.part.edges().get(edge)?;
-        // The edge is within that of the chord; what the edge stands for is no matter here.
-        let chord_error = edge.chord_error.min(self.chord_slack);
+        // The outline lies within this of the chord. The distance from the outline to the drawn curve does
+        // not count here.
+        let chord_error = edge.chord_error.min(self.arc_chord_error);
         let radius = round_down(self.d - ROUNDING) - i64::from(chord_error.units());
         let radius = Length::from_units(radius).ok()?;
         let covers = |place: Point| !edge.chord.near_point(place, radius).is_clear();
@@ -179,7 +188,7 @@ impl Walk<'_> {
             Shape::Line { .. } => rest,
             Shape::Arc { radius, .. } => rest.min(libm::sqrt(8.0 * radius)),
         };
-        // Where a line leaves the cover is computed, and tried; else steps are doubled.
+        // For a line, calculate where it leaves the cover and test that place. Otherwise double the step.
         let exit = exit(shape, edge.chord, radius) - walked - 1.0;
         if exit > LEAST_STEP && covered_at(exit.min(farthest)) {
             return Some(exit.min(farthest));
@@ -192,8 +201,10 @@ impl Walk<'_> {
         (step >= 1.0 || step >= rest).then_some(step.max(1.0))
     }
 
-    /// How far the walk may go on where it is on the part's side: as far as no edge is near, by an exact test, everything is
-    /// on that side. A free space narrower than [`ROUNDING`] lets shapes through its far wall.
+    /// The length that the walk may skip at a place on the part's side. By an exact test no edge is within
+    /// this length, so everything within it is on the same side.
+    ///
+    /// A free space narrower than [`ROUNDING`] lets shapes pass through its far wall.
     fn beyond_wall(&self, place: Point) -> Option<f64> {
         if !self.part.holds(place) {
             return None;
@@ -203,8 +214,9 @@ impl Walk<'_> {
         (step > LEAST_STEP).then_some(step)
     }
 
-    /// How far the walk may go on beside a loop: to the end of the loop's chord, or a shorter way on an arc, when that place is
-    /// beside the chord too (what is near a chord is convex); else a small step.
+    /// The length that the walk may skip beside a loop. It reaches to the end of the loop's chord, or less on
+    /// an arc, if that place is beside the chord too: the points near a chord form a convex set. Otherwise it
+    /// is one short step.
     fn step_beside_loop(&mut self, place: Point, shape: &Shape, walked: f64) -> Option<f64> {
         let near = Length::from_units(i64::from(BESIDE)).ok()?;
         let nearest = self.beside.nearest(place, self.loop_edge)?;
@@ -220,7 +232,8 @@ impl Walk<'_> {
             let (x, y) = xy(end);
             (x - here.0) * direction.0 + (y - here.1) * direction.1
         };
-        // Between two places beside the chord a line is; an arc leaves its own chord by less than the sagitta.
+        // A line stays beside the chord between two places beside it. An arc leaves its own chord by at most
+        // [`SAGITTA`].
         let bound = match *shape {
             Shape::Line { .. } => length,
             Shape::Arc { radius, .. } => libm::sqrt(8.0 * SAGITTA * radius),
@@ -233,19 +246,20 @@ impl Walk<'_> {
     }
 }
 
-/// The lattice point nearest to the place so far along the shape.
+/// The lattice point nearest to the place at this length along the shape.
 fn nearest_on(shape: &Shape, walked: f64) -> Option<Point> {
     let (x, y) = shape.at(walked / shape.length().max(f64::MIN_POSITIVE));
     nearest_point(x, y).ok()
 }
 
-/// How far a place off the lattice is beyond it.
+/// The distance from a place off the lattice back to the lattice, along its largest coordinate.
 fn beyond_lattice(shape: &Shape, walked: f64) -> f64 {
     let (x, y) = shape.at(walked / shape.length().max(f64::MIN_POSITIVE));
     x.abs().max(y.abs()) - f64::from(COORD_MAX)
 }
 
-/// How far along a straight shape it leaves what is within the radius of the chord; 0 for other shapes.
+/// The length along a straight shape at which it leaves the capsule of this radius around the chord. It is 0
+/// for other shapes.
 fn exit(shape: &Shape, chord: Segment, radius: Length) -> f64 {
     let track = Track::of(shape);
     let wall = Wall::of(&Shape::Line { from: xy(chord.from), to: xy(chord.to) });

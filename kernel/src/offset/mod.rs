@@ -1,8 +1,9 @@
-//! The set at distance `d` from the profile on the free side, as closed loops of lines and true arcs.
+//! The offset: the set at distance `d` from the profile on the free side, as closed loops of lines and true
+//! arcs.
 //!
-//! [`propose`] searches in `f64`; [`certify_path`] believes nothing: each motion of a path is checked exactly against
-//! the part at the threshold the caller states. [`certify_complete`] looks the other way: no piece of the true offset is
-//! missing.
+//! [`propose`] searches in `f64` and is untrusted. [`certify_path`] checks each motion of a path exactly
+//! against the part, at a given threshold. [`certify_complete`] checks that the loops miss no stretch of the
+//! true offset.
 
 mod certify;
 mod complete;

@@ -45,14 +45,15 @@ pub fn left_of(a: Xy) -> Xy {
     (-a.1, a.0)
 }
 
-/// A directed line piece or arc; arcs turn by `sweep`, positive counter-clockwise.
+/// A directed line or arc. An arc turns by `sweep`, positive counter-clockwise.
 #[derive(Clone, Copy, Debug)]
 pub enum Shape {
     Line { from: Xy, to: Xy },
     Arc { centre: Xy, radius: f64, start: f64, sweep: f64 },
 }
 
-/// Cosine beyond which two shapes meet in a cusp: within about 0.26° of running back.
+/// Two shapes meet in a cusp when the cosine of their turn is below the negative of this: within 0.26° of
+/// reversal.
 const CUSP: f64 = 0.999_99;
 
 impl Shape {
@@ -63,8 +64,8 @@ impl Shape {
         }
     }
 
-    /// The arc through both ends, about the point of their perpendicular bisector nearest to `centre`: lattice ends
-    /// and centres fit each other only to a unit, and offsets must join far better than that.
+    /// The arc through both ends, about the point of their perpendicular bisector nearest to `centre`.
+    /// Lattice ends and centres fit each other only to a unit, and offsets must join much better.
     fn arc_through(from: Xy, to: Xy, centre: Xy, turn: Turn) -> Self {
         let chord = minus(to, from);
         let middle = plus(from, chord, 0.5);
@@ -120,7 +121,7 @@ impl Shape {
         }
     }
 
-    /// The shape at distance `d` to the right, if there is one.
+    /// The shape at distance `d` to the right, if it exists.
     pub fn offset_right(&self, d: f64) -> Option<Self> {
         match *self {
             Self::Line { from, to } => {
@@ -134,7 +135,8 @@ impl Shape {
         }
     }
 
-    /// Whether `next`, which runs back along this shape, lies on its left: what is between them is material then.
+    /// Whether `next`, which runs back along this shape, lies on its left. Then the material is between the
+    /// two.
     fn is_left_of_return(&self, next: &Self) -> bool {
         let away = 0.25 * self.length().min(next.length());
         let before = self.at(1.0 - away / self.length());
@@ -142,11 +144,13 @@ impl Shape {
         cross(self.direction(1.0), minus(after, before)) > 0.0
     }
 
-    /// The arc of radius `d` around the corner from this shape to the next, when that is convex on the right.
+    /// The arc of radius `d` around the corner from this shape to the next, if the corner is convex on the
+    /// right.
     pub fn corner_right(&self, next: &Self, d: f64) -> Option<Self> {
         let (incoming, outgoing) = (self.direction(1.0), next.direction(0.0));
         let (sine, cosine) = (cross(incoming, outgoing), dot(incoming, outgoing));
-        // At a cusp the directions do not tell a spike of material from a notch of no width: the shapes a little away do.
+        // At a cusp the directions cannot distinguish a spike of material from a notch of zero width. Points
+        // a little away on both shapes can.
         let cusp = cosine < -CUSP;
         let convex = if cusp { self.is_left_of_return(next) } else { sine > 0.0 };
         if !convex {
@@ -195,8 +199,8 @@ impl Shape {
         (turned <= sweep.abs()).then(|| turned / sweep.abs())
     }
 
-    /// The parameters on this shape of its meetings with the whole line or circle that carries `other`, kept when the
-    /// meeting is on this shape and near `other`.
+    /// The parameters on this shape of its intersections with the full line or circle of `other`. Keeps an
+    /// intersection that is on this shape and near `other`.
     pub fn meetings(&self, other: &Self, tolerance: f64) -> [Option<f64>; 2] {
         let points = match (self.carrier(), other.carrier()) {
             (Carrier::Line(p, d), Carrier::Line(q, e)) => {
@@ -239,7 +243,7 @@ impl Shape {
         }
     }
 
-    /// Its share in twice the signed area about `origin`.
+    /// The contribution to twice the signed area about `origin`.
     pub fn double_area(&self, origin: Xy) -> f64 {
         let (a, b) = (minus(self.at(0.0), origin), minus(self.at(1.0), origin));
         let chord = cross(a, b);

@@ -1,4 +1,5 @@
-//! Proposes offset loops: every edge's and corner's offset shape, less what other edges cover, joined end to end.
+//! Proposes offset loops. Each edge and corner has an offset shape. Shapes lose the parts that other edges
+//! cover, and the rest is joined end to end.
 
 use alloc::vec::Vec;
 use core::ops::ControlFlow;
@@ -17,9 +18,9 @@ use crate::index::{Edge, build};
 /// A closed chain of curves with the free side on its right.
 #[derive(Clone, Debug)]
 pub struct Outline {
-    /// The curves in order, each beginning where the one before ends.
+    /// The curves in order. Each begins where the one before it ends.
     pub curves: Vec<Curve>,
-    /// Whether the free side is on the left instead, so that the chain is to be run through backwards.
+    /// Whether the free side is on the left instead. The chain is then traversed backwards.
     pub free_on_left: bool,
 }
 
@@ -31,12 +32,13 @@ impl Outline {
     }
 }
 
-/// A closed loop of the offset, in path order: the part is on the left of its direction.
+/// A closed loop of the offset, in path order. The part is on the left of its direction.
 #[derive(Clone, Debug)]
 pub struct OffsetLoop {
-    /// Lines and arcs, each beginning where the one before ends, the last ending where the first begins.
+    /// Lines and arcs. Each begins where the one before it ends, and the last ends where the first begins.
     pub curves: Vec<Curve>,
-    /// The outlines that the loop touches, ascending, and the length of each that the disc touches on it, in lattice units.
+    /// The outlines that the disc touches from this loop, ascending, each with the touched length in lattice
+    /// units.
     pub outlines: Vec<(usize, f64)>,
 }
 
@@ -45,31 +47,32 @@ pub struct OffsetLoop {
 pub struct Offset {
     /// The loops.
     pub loops: Vec<OffsetLoop>,
-    /// Length of profile that the disc touches, in lattice units.
+    /// Length of the profile that the disc touches, in lattice units.
     pub touched_length: f64,
     /// Length of the profile, in lattice units.
     pub profile_length: f64,
-    /// Area that the disc can not reach and the profile does not enclose, in square lattice units.
+    /// Area of the rest material: the stock outside the profile that the disc cannot reach. In square lattice
+    /// units.
     pub residual_area: f64,
-    /// Ends that found no continuation, in lattice units. Not empty means that the proposal is not to be used.
+    /// Ends without a continuation, in lattice units. Do not use the proposal unless this is empty.
     pub loose_ends: Vec<(f64, f64)>,
 }
 
-/// A point nearer than `d` by more than this (lattice units) is covered.
+/// An edge covers a point that is nearer than `d` by more than this (lattice units).
 pub(super) const COVER: f64 = 1e-4;
-/// Pieces shorter than this (lattice units) are dropped: joints bridge them.
+/// Pieces shorter than this are dropped (lattice units). Joints bridge them.
 const LEAST: f64 = 0.5;
-/// Neighbours along the chain that are tried before the index: they cover most of what is covered.
+/// Neighbours along the chain that are tried before the index. They cover most of the covered parts.
 const NEIGHBOURS: usize = 4;
-/// Edges that are looked at in the order of the index, before nearest ones are sought.
+/// Edges tried in the order of the index, before a search for the nearest ones.
 const FEW: usize = 48;
-/// Nearest edges that are sought to cover a shape.
+/// Nearest edges tried to cover a shape.
 const NEAREST: usize = 12;
 
 /// Proposes the set at distance `d` (lattice units) from the outlines, on their free side.
 ///
-/// Each edge has a shape at distance `d` beside it, each corner that is convex to the tool an arc about it. From every
-/// shape the parts within `d` of another edge are taken away; what is left is joined end to end.
+/// Each edge has a shape at distance `d` beside it. Each corner that is convex to the tool has an arc about
+/// it. Every shape loses the parts within `d` of another edge. The remaining pieces are joined end to end.
 #[must_use]
 pub fn propose(outlines: &[Outline], d: f64) -> Offset {
     let mut edges: Vec<Shape> = Vec::new();
@@ -96,7 +99,7 @@ pub fn propose(outlines: &[Outline], d: f64) -> Offset {
     offset
 }
 
-/// The edges behind boxes: a curved edge stands in the index as chords with its sagitta as chord_error.
+/// The edges in an index. A curved edge is stored as chords with its sagitta as chord error.
 struct EdgeIndex {
     index: CheckedIndex,
     /// The edge of each chord in the index.
@@ -117,7 +120,8 @@ impl EdgeIndex {
     }
 }
 
-/// Chords of an edge, each with a chord_error that holds the edge's part between its ends; `None` off the lattice.
+/// Appends chords of an edge. The chord error of each bounds the edge's part between its ends. Returns `None`
+/// off the lattice.
 fn push_chords(edge: &Shape, chords: &mut Vec<Edge>) -> Option<()> {
     let point = |t: f64| {
         let (x, y) = edge.at(t);
@@ -142,19 +146,20 @@ fn push_chords(edge: &Shape, chords: &mut Vec<Edge>) -> Option<()> {
     Some(())
 }
 
-/// Takes from shapes what edges cover.
+/// Removes the covered parts from shapes.
 struct Cutter<'a> {
     edges: &'a [Shape],
     index: &'a EdgeIndex,
     d: f64,
-    /// Intervals of the current track that are not covered so far, ascending.
+    /// Intervals of the current track that no edge has covered so far, ascending.
     open: Vec<(f64, f64)>,
     spare: Vec<(f64, f64)>,
     hint: Option<usize>,
 }
 
 impl Cutter<'_> {
-    /// The kept pieces of a chain's offset shapes: one beside each edge, and one around each corner convex to the tool.
+    /// Collects the uncovered pieces of a chain's offset shapes: one shape beside each edge, and one around
+    /// each corner convex to the tool.
     fn cut_chain(&mut self, outline: usize, (first, end): (usize, usize), kept: &mut Vec<Kept>) {
         for i in first..end {
             let edge = self.edges[i];
@@ -170,7 +175,8 @@ impl Cutter<'_> {
         }
     }
 
-    /// Leaves in `open` what no edge covers of the shape that belongs to the edges `own` of a chain.
+    /// Leaves the uncovered intervals of the shape in `open`. The shape belongs to the edges `own` of a
+    /// chain.
     fn cut(&mut self, shape: &Shape, (first, end): (usize, usize), own: (usize, usize)) {
         let track = Track::of(shape);
         self.open.clear();
@@ -189,7 +195,7 @@ impl Cutter<'_> {
         if self.search(track, FEW) || self.open.is_empty() {
             return;
         }
-        // Many edges are near: take away what the nearest ones cover first.
+        // Many edges are near: subtract the nearest ones first.
         for _ in 0..NEAREST {
             let Some(&(p, q)) = self.open.first() else { return };
             let (x, y) = track.at(f64::midpoint(p, q));
@@ -203,14 +209,15 @@ impl Cutter<'_> {
         self.search(track, usize::MAX);
     }
 
-    /// Takes away what any edge covers, looking at so many edges at most; whether that was enough.
+    /// Subtracts all edges that cover the track, testing at most `at_most` of them. Returns whether that
+    /// limit was enough.
     fn search(&mut self, track: Track, at_most: usize) -> bool {
         let index = &self.index.index;
         let window = self.window(&track);
         index.search(&mut Cover { window, track, cutter: self, last: u32::MAX, left: at_most }).is_continue()
     }
 
-    /// Takes away what the edge covers; whether anything was.
+    /// Subtracts the part that the edge covers. Returns whether it covered anything.
     fn subtract(&mut self, track: &Track, edge: usize) -> bool {
         let r = self.d - COVER;
         let (open, spare) = (&mut self.open, &mut self.spare);
@@ -238,7 +245,7 @@ impl Cutter<'_> {
         cut
     }
 
-    /// Where edges are that can cover what is open of the track.
+    /// The box of all edges that can cover the open intervals of the track.
     fn window(&self, track: &Track) -> Window {
         let (Some(first), Some(last)) = (self.open.first(), self.open.last()) else {
             return Window::from_corners(1, 1, 0, 0);
@@ -264,7 +271,7 @@ impl Cutter<'_> {
     }
 }
 
-/// A search for what covers the rest of a track.
+/// A search for the edges that cover the rest of a track.
 struct Cover<'a, 'b> {
     window: Window,
     track: Track,

@@ -1,4 +1,4 @@
-//! Joins kept pieces of offset shapes into loops, and rounds the loops to the lattice.
+//! Joins uncovered pieces of offset shapes into loops, and rounds the loops to the lattice.
 
 use alloc::collections::BTreeMap;
 use alloc::vec;
@@ -13,30 +13,30 @@ use crate::curve::{self, Curve};
 use crate::exact::arc::Turn;
 use crate::exact::segment::Segment;
 
-/// Ends nearer than this (lattice units, 0.3 µm) belong to one joint, at least; see [`joint_width`].
+/// Smallest width of a joint: nearer ends belong together (lattice units, 0.3 µm). See [`joint_width`].
 const JOINT: f64 = 30.0;
 
-/// How far apart the ends of two shapes can be that belong to one joint. At a concave joint of a small angle θ both
-/// shapes overhang by `dθ/2` and dip below `d` by no more than `dθ²/4`; when that is less than [`COVER`] both overhangs
-/// are kept, and their ends are `dθ < 2·√(d·COVER)` apart.
+/// The greatest distance between the ends of two shapes at one joint. At a concave joint of a small angle θ
+/// both shapes overhang by `dθ/2` and dip below `d` by at most `dθ²/4`. If that is less than [`COVER`], both
+/// overhangs stay, and their ends are `dθ < 2·√(d·COVER)` apart.
 fn joint_width(d: f64) -> f64 {
     JOINT.max(6.0 * sqrt(d * COVER))
 }
 
-/// Ends that found no joint are joined up to this distance (lattice units, 20 µm), the nearest first. Where an arc is
-/// nearly tangent to its neighbour, and its ends are rounded, the places where each leaves the other's cover are that far
-/// apart; the certificates say whether the path may run between them.
+/// Greatest distance over which remaining ends are joined, nearest first (lattice units, 20 µm). Two shapes
+/// can leave each other's cover this far apart where an arc is nearly tangent to its neighbour and its ends
+/// are rounded. The certificates decide whether the path may run between them.
 const WIDE_JOINT: f64 = 2_000.0;
 
 /// A piece of an offset shape that no edge covers.
 pub struct Kept {
     pub shape: Shape,
     pub outline: usize,
-    /// The part of the profile that the disc touches on it; `None` at a corner.
+    /// The part of the profile that the disc touches from this piece. `None` at a corner.
     pub touched: Option<Shape>,
 }
 
-/// Joins kept pieces end to beginning into loops and adds their areas.
+/// Joins uncovered pieces end to start into loops, and adds up their areas.
 pub fn stitch(kept: &[Kept], d: f64, part_area: f64, offset: &mut Offset) {
     let joint = joint_width(d);
     let starts = Starts::of(kept.iter().map(|piece| piece.shape.at(0.0)), joint);
@@ -81,7 +81,7 @@ enum Next {
     Nothing,
 }
 
-/// Joins open chains end to beginning up to [`WIDE_JOINT`], the nearest first; ends that are left are noted as loose.
+/// Joins open chains end to start up to [`WIDE_JOINT`], nearest first. Records the remaining ends as loose.
 fn close_wide(kept: &[Kept], mut open: Vec<Vec<usize>>, offset: &mut Offset) -> Vec<Vec<usize>> {
     let begin = |chain: &Vec<usize>| chain.first().map(|&first| kept[first].shape.at(0.0));
     let end = |chain: &Vec<usize>| chain.last().map(|&last| kept[last].shape.at(1.0));
@@ -104,7 +104,7 @@ fn close_wide(kept: &[Kept], mut open: Vec<Vec<usize>>, offset: &mut Offset) -> 
         }
     }
     let mut closed = Vec::new();
-    // Chains that nothing leads to first: what is left then goes round.
+    // First the chains without a predecessor. The rest form loops.
     let (after, first): (Vec<usize>, Vec<usize>) = (0..open.len()).partition(|&i| taken[i]);
     for first in first.into_iter().chain(after) {
         let (mut chain, mut at) = (Vec::new(), first);
@@ -121,7 +121,8 @@ fn close_wide(kept: &[Kept], mut open: Vec<Vec<usize>>, offset: &mut Offset) -> 
     closed
 }
 
-/// What follows at `end`: the nearest unused beginning within a joint, or the loop's own beginning when that is nearer.
+/// The continuation at `end`: the nearest unused start within a joint, or the loop's own start if that is
+/// nearer.
 fn continuation(starts: &Starts, used: &[bool], end: Xy, begin: Option<Xy>, joint: f64) -> Next {
     let mut best = (joint, Next::Nothing);
     starts.near(end, |candidate, start| {
@@ -136,8 +137,9 @@ fn continuation(starts: &Starts, used: &[bool], end: Xy, begin: Option<Xy>, join
     }
 }
 
-/// The area on the left of the contour that the disc cuts when its centre runs along the chain: touched profile, and
-/// an arc about every joint at which the path turns toward the free side.
+/// The area on the left of the contour that the disc cuts while its centre runs along the chain. The contour
+/// consists of the touched profile, and of an arc around every joint at which the path turns toward the free
+/// side.
 fn cut_area_of(kept: &[Kept], chain: &[usize], d: f64) -> f64 {
     let mut contour: Vec<Shape> = Vec::new();
     for (k, &index) in chain.iter().enumerate() {
@@ -156,7 +158,8 @@ fn cut_area_of(kept: &[Kept], chain: &[usize], d: f64) -> f64 {
     contour.iter().map(|shape| shape.double_area(origin) / 2.0).sum()
 }
 
-/// Rounds a chain to the lattice: joints to points, arcs fitted through them, a line where no arc fits.
+/// Rounds a chain to the lattice: joints become points, with arcs fitted through them. A line replaces an arc
+/// that is too short. A longer arc that fits no lattice centre leaves a loose end.
 fn push_loop(kept: &[Kept], chain: &[usize], offset: &mut Offset) {
     let joint = |k: usize| {
         let (before, after) = (&kept[chain[k % chain.len()]], &kept[chain[(k + 1) % chain.len()]]);
@@ -200,10 +203,10 @@ fn push_loop(kept: &[Kept], chain: &[usize], offset: &mut Offset) {
     }
 }
 
-/// Where kept pieces begin, by cells as wide as a joint.
+/// The starts of the pieces, in cells as wide as a joint.
 struct Starts {
     width: f64,
-    /// Column and row of the cell, number of the piece, its beginning; ascending.
+    /// Column and row of the cell, number of the piece, its start; ascending.
     cells: Vec<((i64, i64), usize, Xy)>,
 }
 
@@ -215,7 +218,7 @@ impl Starts {
         Self { width, cells }
     }
 
-    /// Calls `visit` with every piece that begins within a width of `at`, and with others.
+    /// Calls `visit` with every piece that starts within a width of `at`. It may pass other pieces too.
     fn near(&self, at: Xy, mut visit: impl FnMut(usize, Xy)) {
         let (column, row) = cell(at, self.width);
         for column in column - 1..=column + 1 {

@@ -1,7 +1,7 @@
 //! An offset shape as a track with a parameter, and the part of it that an edge covers. Proposals only.
 //!
-//! A parameter grows along the track: the length on a straight track; 1 − cos θ on a bend of less than half a circle, which
-//! needs no trigonometry; the share of the sweep on any other arc.
+//! The parameter grows along the track. It is the length on a straight track, and the share of the sweep on a
+//! general arc. On a bend of less than half a circle it is 1 − cos θ, which needs no trigonometry.
 
 use core::f64::consts::{PI, TAU};
 
@@ -9,10 +9,11 @@ use libm::{acos, cos, sin, sqrt};
 
 use super::plane::{Shape, Xy, cross, dot, left_of, minus, norm, plus};
 
-/// A bend of larger radius (lattice units, 0.1 m) is cut by angles: 1 − cos θ is too simplified for small angles there.
+/// Largest radius of a bend (lattice units, 0.1 m). Above it the track uses angles, because 1 − cos θ is too
+/// inaccurate for their small values.
 const FLAT: f64 = 1e7;
 
-/// An offset shape, ready to be cut.
+/// An offset shape, ready for subtraction of its covered parts.
 #[derive(Clone, Copy, Debug)]
 pub enum Track {
     Straight { from: Xy, along: Xy, length: f64 },
@@ -20,7 +21,7 @@ pub enum Track {
     General(Shape),
 }
 
-/// A straight edge with what its capsule needs.
+/// A straight edge, with its unit direction and its length.
 #[derive(Clone, Copy, Debug)]
 pub struct Wall {
     pub from: Xy,
@@ -71,7 +72,7 @@ impl Track {
         }
     }
 
-    /// The parameter at the end; it begins at 0.
+    /// The parameter at the end of the track. It is 0 at the start.
     pub fn end(&self) -> f64 {
         match *self {
             Self::Straight { length, .. } => length,
@@ -94,7 +95,7 @@ impl Track {
         }
     }
 
-    /// The share of the whole, 0 to 1, at a parameter.
+    /// The share of the whole track, 0 to 1, at a parameter.
     pub fn share(&self, p: f64) -> f64 {
         match *self {
             Self::Straight { length, .. } => p / length,
@@ -111,7 +112,7 @@ impl Track {
         }
     }
 
-    /// The length between two parameters, roughly.
+    /// The approximate length between two parameters.
     pub fn length_between(&self, p: f64, q: f64) -> f64 {
         match *self {
             Self::Straight { .. } => q - p,
@@ -125,7 +126,7 @@ impl Track {
         let (a, b) = (self.at(p), self.at(q));
         let bulge = match *self {
             Self::Straight { .. } => 0.0,
-            // Half a chord bounds the sagitta of less than half a circle.
+            // The sagitta of less than half a circle is at most half its chord.
             Self::Bend { .. } => norm(minus(b, a)) / 2.0,
             Self::General(shape) => match shape {
                 Shape::Arc { radius, .. } => 2.0 * radius,
@@ -135,7 +136,7 @@ impl Track {
         (a.0.min(b.0) - bulge, a.1.min(b.1) - bulge, a.0.max(b.0) + bulge, a.1.max(b.1) + bulge)
     }
 
-    /// Calls `covered` with intervals of parameters whose points are within `r` of the straight edge.
+    /// Calls `covered` with the intervals of parameters whose points are within `r` of the straight edge.
     #[inline]
     pub fn covered_by_wall(&self, wall: &Wall, r: f64, mut covered: impl FnMut(f64, f64)) {
         match *self {
@@ -146,7 +147,7 @@ impl Track {
             }
             Self::Bend { centre, radius, .. } if (radius - r).abs() < 1.0 => {
                 let Some((entry, exit)) = circle_in_capsule(centre, radius, wall, r) else {
-                    // The whole circle is on one side of the capsule's outline.
+                    // The circle lies wholly inside or wholly outside the capsule.
                     if wall.distance(self.at(self.end() / 2.0)) < r {
                         covered(-2.0, 2.0);
                     }
@@ -159,7 +160,8 @@ impl Track {
                     covered(low, high);
                     return;
                 }
-                // Round the back; or a touch so short that rounding has swapped its ends, which covers nothing.
+                // The interval wraps round the back. Or the contact is so short that rounding swapped its
+                // ends, and it covers nothing.
                 let end = self.end();
                 for (a, b) in [(low, 2.0), (-2.0, high)] {
                     let middle = self.at(f64::midpoint(a.clamp(0.0, end), b.clamp(0.0, end)));
@@ -168,7 +170,7 @@ impl Track {
                     }
                 }
             }
-            // Beside an arc of the profile a circle can cross a capsule four times.
+            // A circle beside an arc of the profile can cross a capsule four times.
             Self::Bend { .. } | Self::General(_) => {
                 let edge = Shape::Line { from: wall.from, to: wall.to };
                 self.covered_by(&edge, r, covered);
@@ -176,8 +178,8 @@ impl Track {
         }
     }
 
-    /// As [`Track::covered_by_wall`] for any edge: cuts the track where it meets what lies at distance `r` from the edge, and
-    /// looks at the middle of each piece.
+    /// As [`Track::covered_by_wall`] for any edge. Cuts the track where it meets the curve at distance `r`
+    /// around the edge, and tests the middle of each piece.
     pub fn covered_by(&self, edge: &Shape, r: f64, mut covered: impl FnMut(f64, f64)) {
         let shape = self.shape();
         let circle = |centre| Shape::Arc { centre, radius: r, start: 0.0, sweep: TAU };
@@ -221,7 +223,7 @@ impl Track {
         }
     }
 
-    /// 1 − cos θ of a direction from the bend's centre, negative for directions before its start.
+    /// 1 − cos θ of a direction from the bend's centre. It is negative for directions before the start.
     fn bend_parameter(&self, u: Xy) -> f64 {
         let Self::Bend { start, turn, .. } = *self else { return 0.0 };
         let forward = cross(start, u) * turn >= 0.0;
@@ -230,7 +232,8 @@ impl Track {
     }
 }
 
-/// The parameters at which a line is in the capsule of radius `r` about the wall; the capsule is convex.
+/// The interval of parameters at which a line is in the capsule of radius `r` around the wall. The capsule is
+/// convex.
 #[inline]
 fn straight_in_capsule(from: Xy, along: Xy, wall: &Wall, r: f64) -> Option<(f64, f64)> {
     let mut low = f64::INFINITY;
@@ -248,7 +251,7 @@ fn straight_in_capsule(from: Xy, along: Xy, wall: &Wall, r: f64) -> Option<(f64,
             add(near - half, near + half);
         }
     }
-    // Beside the wall: |off| < r and the foot within it, both linear in the parameter.
+    // Beside the wall: |off| < r and the foot is within the wall. Both are linear in the parameter.
     let w = minus(from, wall.from);
     let (off, off_rate) = (cross(wall.along, w), cross(wall.along, along));
     let (foot, foot_rate) = (dot(wall.along, w), dot(wall.along, along));
@@ -261,7 +264,7 @@ fn straight_in_capsule(from: Xy, along: Xy, wall: &Wall, r: f64) -> Option<(f64,
     (low < high).then_some((low, high))
 }
 
-/// The parameters at which `value + rate · p` is between `low` and `high`.
+/// The interval of parameters at which `value + rate · p` is between `low` and `high`.
 #[inline]
 fn linear_within(value: f64, rate: f64, low: f64, high: f64) -> (f64, f64) {
     if rate.abs() < 1e-15 {
@@ -272,10 +275,12 @@ fn linear_within(value: f64, rate: f64, low: f64, high: f64) -> (f64, f64) {
     (p.min(q), p.max(q))
 }
 
-/// The directions in which a circle enters and leaves the capsule of radius `r` about the wall, counter-clockwise.
+/// The directions in which a circle enters and leaves the capsule of radius `r` around the wall,
+/// counter-clockwise.
 ///
-/// The circle is one about a corner, and the radii differ by next to nothing: the boundaries of two sums of disjoint convex
-/// sets with one disc cross at most twice. `None` when the circle is outside or inside, or touches too little to tell.
+/// The circle runs around a corner, and its radius is within 1 unit of `r`. Two sums of disjoint convex sets
+/// with one disc have boundaries that cross at most twice. Returns `None` when the circle is wholly outside
+/// or inside, or its contact is too short to decide.
 #[inline]
 fn circle_in_capsule(centre: Xy, radius: f64, wall: &Wall, r: f64) -> Option<(Xy, Xy)> {
     let w = minus(centre, wall.from);
@@ -285,8 +290,9 @@ fn circle_in_capsule(centre: Xy, radius: f64, wall: &Wall, r: f64) -> Option<(Xy
         return None;
     }
     let (mut entry, mut exit) = (None, None);
-    // In the wall's frame: x along it, y to its left, the centre at (foot, off). A direction u meets the boundary at
-    // P = centre + radius · u; it enters when the counter-clockwise tangent points against the outward normal there.
+    // In the wall's frame x runs along it and y to its left. The centre is at (foot, off). A direction u
+    // meets the boundary at P = centre + radius · u. It enters when the counter-clockwise tangent points
+    // against the outward normal there.
     let mut consider = |u: Xy, normal: Xy| {
         let tangent = left_of(u);
         *(if dot(tangent, normal) < 0.0 { &mut entry } else { &mut exit }) = Some(u);
