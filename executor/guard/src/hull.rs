@@ -1,14 +1,14 @@
-//! TRUSTED. The convex hull of a few points, exactly.
+//! TRUSTED. The exact convex hull of a few points.
 
 use keepout_kernel::exact::segment::{Orientation, Window, distance_2, orientation};
 use keepout_kernel::{Convex, Point, Segment};
 
-/// Most points.
+/// Most points of a hull.
 const POINTS_MAX: usize = 14;
-/// Corners while it is built: both chains can hold every point for a while.
+/// Most corners while the hull is built: both chains can hold every point at once.
 const CORNERS_MAX: usize = 2 * POINTS_MAX + 1;
 
-/// A convex hull: its corners counter-clockwise; two for points on a line, one for a single point.
+/// A convex hull: its corners, counter-clockwise. Points on a line have two corners, a single point has one.
 #[derive(Clone, Copy, Debug)]
 pub struct Hull {
     corners: [Point; CORNERS_MAX],
@@ -16,8 +16,8 @@ pub struct Hull {
 }
 
 impl Hull {
-    /// The hull of the points; `None` without points, with too many, or when it does not hold them all (which would be an
-    /// error here: it is looked at again).
+    /// The hull of the points. Returns `None` without points, with too many points, or when a final check
+    /// finds a point outside. The last case would be an error of this function.
     #[must_use]
     pub fn of(points: impl Iterator<Item = Point> + Clone) -> Option<Self> {
         let first = points.clone().next()?;
@@ -37,13 +37,13 @@ impl Hull {
         points.into_iter().all(|point| hull.holds(point)).then_some(hull)
     }
 
-    /// The hull of this one and a point.
+    /// The hull of this hull and one more point.
     #[must_use]
     pub fn with(&self, point: Point) -> Option<Self> {
         Self::of(self.corners[..self.count].iter().copied().chain(core::iter::once(point)))
     }
 
-    /// Adds a chain that turns left all the way, without its last point (where the next begins).
+    /// Adds a chain that turns left all the way. It omits the last point, where the next chain begins.
     fn chain(&mut self, points: impl Iterator<Item = Point>, begins: usize) -> Option<()> {
         for point in points {
             while self.count >= begins + 2 {
@@ -75,13 +75,13 @@ impl Hull {
         Convex::check(&self.corners[..self.count])
     }
 
-    /// The sides: pairs of corners; one pair for two corners and for one.
+    /// The sides, as pairs of corners. Two corners have one side, and so has a single corner.
     pub fn sides(&self) -> impl Iterator<Item = (Point, Point)> + '_ {
         let count = if self.count == 2 { 1 } else { self.count };
         (0..count).map(|k| (self.corners[k], self.corners[(k + 1) % self.count]))
     }
 
-    /// Whether the point is in the hull, its border included.
+    /// Whether the hull holds the point, its border included.
     #[must_use]
     pub fn holds(&self, point: Point) -> bool {
         match self.count {
@@ -106,7 +106,8 @@ impl Hull {
     }
 }
 
-/// The lattice point nearest to the foot of the perpendicular from `p` on the segment, or the nearer end.
+/// The lattice point nearest to the foot of the perpendicular from `p` on the segment, or the nearer end if
+/// the foot is outside.
 fn project(p: Point, segment: Segment) -> Option<Point> {
     let (d, w) = (segment.to.minus(segment.from), p.minus(segment.from));
     let product = |a: i32, b: i32| i128::from(a) * i128::from(b);
@@ -129,9 +130,9 @@ mod tests {
 
     use super::*;
 
-    /// Small lattices, so that points coincide and lie on lines often; the oracle looks at all triangles.
+    /// The lattices are small, so points often coincide and lie on lines. The oracle tests all triangles.
     #[test]
-    fn hull_is_what_the_triangles_are() {
+    fn hull_agrees_with_all_triangles_of_its_points() {
         let mut random = fastrand::Rng::with_seed(9);
         for _ in 0..4000 {
             let size = [random.i64(1..9), 1000][random.usize(0..2)];

@@ -1,11 +1,11 @@
-//! What the guard hands out, and why it refuses.
+//! Certified motions and cancels, and the reasons for a refusal.
 
 use core::fmt;
 
 use keepout_kernel::offset::Gouge;
 use keepout_kernel::{Blocked, Curve, Point};
 
-/// A motion that the guard has certified. Only the guard makes one.
+/// A certified motion. Only the guard makes one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Certified {
     pub(crate) motion: Motion,
@@ -14,18 +14,18 @@ pub struct Certified {
 /// A motion of the tool centre, in drawing coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Motion {
-    /// Straight from wherever the tool is; can be cancelled.
+    /// A jog from the current position. It can be cancelled.
     Jog {
         /// The target.
         to: Point,
-        /// Feed, mm/min.
+        /// The feed, mm/min.
         feed_mm_min: u32,
     },
     /// The next motion of a contour.
     Contour {
-        /// The line or arc, beginning where the one before ended.
+        /// The line or arc. It begins where the one before it ended.
         curve: Curve,
-        /// Feed, mm/min.
+        /// The feed, mm/min.
         feed_mm_min: u32,
     },
 }
@@ -37,7 +37,7 @@ impl Certified {
         &self.motion
     }
 
-    /// Where it ends.
+    /// The end point.
     #[must_use]
     pub fn target(&self) -> Point {
         match &self.motion {
@@ -47,7 +47,7 @@ impl Certified {
     }
 }
 
-/// A cancel that the guard has certified. Only the guard makes one.
+/// A certified cancel. Only the guard makes one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CertifiedCancel {
     certified: (),
@@ -59,7 +59,7 @@ impl CertifiedCancel {
     }
 }
 
-/// Why the guard refuses.
+/// Why the guard refuses a motion, a cancel or a reply of the controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Refusal {
     /// The part is in the way.
@@ -68,35 +68,35 @@ pub enum Refusal {
     Gouge(Gouge),
     /// The target is beyond the machine's travel.
     SoftLimit(Point),
-    /// Where the tool is, is not known.
+    /// The position of the tool is unknown, or there is no contour to run.
     PositionUnknown,
-    /// The tool stands nearer to the part than this needs.
+    /// The tool is inside the jogging clearance, and this motion or cancel needs it outside.
     InsideJoggingClearance,
-    /// The tool is clear of the part: there is nothing to retract from.
+    /// The tool is outside the jogging clearance: a retract move is not needed.
     ClearOfPart,
-    /// The tool is moving, or may be about to.
+    /// The tool moves or may still start to move, or a contour is running.
     InMotion,
-    /// More targets in flight than are tracked.
+    /// The set of motions in flight is full, or the controller may not have read the last line yet.
     Full,
-    /// Jogs can not be cancelled here.
+    /// The controller cannot cancel jogs.
     NoCancel,
-    /// A cancel was sent, and nothing shows yet that it has been executed.
+    /// A cancel is in flight: the controller has not yet confirmed its execution.
     Cancelled,
-    /// A cancel may lead the tool off its path, and how far is not known.
+    /// A cancel may lead the tool off its path, and the stopping distance is unknown.
     StoppingUnknown,
-    /// The motion is no longer than a step or two of the controller.
+    /// The motion is shorter than a step or two of the controller.
     TooShort,
-    /// The axes of this controller run apart, and the motion is not along one of them.
+    /// The controller does not interpolate its axes, and the motion is an arc or not along one axis.
     Slanted(Point),
-    /// An arc so short that a controller can take it for a full circle.
+    /// The arc is so short that a controller can take it for a full circle.
     ArcTooShort(Point),
-    /// An arc that turns by more than a quarter: the radius alone would not tell its centre well.
+    /// The arc turns by more than a quarter circle. Its radius alone would not fix its centre accurately.
     ArcTooLong(Point),
-    /// An acknowledgement that belongs to no line.
+    /// The controller acknowledged a line although no line is unacknowledged.
     UnexpectedAcknowledgement,
-    /// The reported position lies outside everything that was certified.
+    /// The position feedback lies outside every certified motion, or a contour does not begin at the tool.
     OffCertified(Point),
-    /// The controller rests short of the end of a contour's motion.
+    /// The controller stopped short of the end of a contour motion.
     Dropped(Point),
 }
 
@@ -106,31 +106,36 @@ impl fmt::Display for Refusal {
             Self::Blocked(by) => by.fmt(f),
             Self::Gouge(by) => by.fmt(f),
             Self::SoftLimit(at) => write!(f, "{at} is beyond the machine's travel"),
-            Self::PositionUnknown => f.write_str("where the tool is, is not known"),
-            Self::InsideJoggingClearance => f.write_str("the tool stands nearer to the part than that needs"),
-            Self::ClearOfPart => f.write_str("the tool is clear of the part"),
-            Self::InMotion => f.write_str("motions are still under way"),
-            Self::Full => f.write_str("too many motions are under way"),
-            Self::NoCancel => f.write_str("this controller can not cancel a jog"),
+            Self::PositionUnknown => f.write_str("the position of the tool is unknown"),
+            Self::InsideJoggingClearance => f.write_str("the tool is inside the jogging clearance"),
+            Self::ClearOfPart => f.write_str("the tool is clear of the part: a retract move is not needed"),
+            Self::InMotion => f.write_str("motions are still in progress"),
+            Self::Full => f.write_str("too many motions are in progress"),
+            Self::NoCancel => f.write_str("this controller cannot cancel a jog"),
             Self::Cancelled => f.write_str("a cancel is already on its way"),
-            Self::StoppingUnknown => f.write_str("how far the tool goes on after a cancel is not known"),
+            Self::StoppingUnknown => f.write_str("the stopping distance after a cancel is unknown"),
             Self::TooShort => f.write_str("the motion is shorter than the controller resolves"),
             Self::Slanted(at) => {
-                write!(f, "this controller's axes run apart: a motion from {at} must be along one of them")
+                write!(
+                    f,
+                    "this controller does not interpolate its axes: \
+                     the motion from {at} must be along one axis"
+                )
             }
             Self::ArcTooShort(at) => {
-                write!(f, "an arc at {at} is too short for the controller to tell from a full circle")
+                write!(f, "the arc at {at} is too short: the controller can take it for a full circle")
             }
             Self::ArcTooLong(at) => {
-                write!(f, "an arc at {at} turns by more than a quarter: send it in pieces")
+                write!(f, "the arc at {at} turns by more than a quarter circle: split it")
             }
             Self::UnexpectedAcknowledgement => {
                 f.write_str("the controller acknowledged a line that was not sent")
             }
-            Self::OffCertified(at) => write!(f, "the tool is reported at {at}, where nothing was sent to"),
+            Self::OffCertified(at) => write!(f, "position feedback {at} lies outside every certified motion"),
             Self::Dropped(at) => write!(
                 f,
-                "the tool rests at {at}, before the end of a motion of the contour: the controller dropped it"
+                "the tool stopped at {at}, short of the end of a contour motion: \
+                 the controller dropped that motion"
             ),
         }
     }

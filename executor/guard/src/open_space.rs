@@ -1,4 +1,4 @@
-//! A guard of an empty plane, for tests of dialects and of simulated controllers.
+//! A guard of an empty plane, for tests of dialects and simulated controllers.
 
 use alloc::sync::Arc;
 use alloc::vec;
@@ -9,7 +9,8 @@ use keepout_kernel::{Length, Point, ProhibitedRegion, Region, Ring, Side};
 
 use crate::{Guard, Interpolation, OnCancel, Rules};
 
-/// A guard whose part is three units large, in the farthest corner of the lattice. `None` only if no such part could be built.
+/// A guard with a part of two lattice units, in the farthest corner of the lattice. Returns `None` only if
+/// that part could not be built.
 #[must_use]
 pub fn guard_in_open_space() -> Option<Guard> {
     let far = i64::from(COORD_MAX);

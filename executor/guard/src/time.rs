@@ -1,4 +1,4 @@
-//! Time as a value: what the supervisor is told, never what it asks for.
+//! Time as a value. The caller passes it in, because the supervisor reads no clock.
 
 use core::time::Duration;
 
@@ -7,25 +7,25 @@ use core::time::Duration;
 pub struct Time(u64);
 
 impl Time {
-    /// The session's beginning.
+    /// The start of the session.
     pub const ZERO: Self = Self(0);
 
-    /// A moment that never comes.
+    /// A moment that is never reached.
     pub const NEVER: Self = Self(u64::MAX);
 
-    /// The moment `micros` microseconds after the beginning.
+    /// The moment `micros` microseconds after the start.
     #[must_use]
     pub const fn from_micros(micros: u64) -> Self {
         Self(micros)
     }
 
-    /// Microseconds since the beginning.
+    /// Microseconds since the start.
     #[must_use]
     pub const fn micros(self) -> u64 {
         self.0
     }
 
-    /// The time since the beginning.
+    /// The time since the start.
     #[must_use]
     pub const fn elapsed(self) -> Duration {
         Duration::from_micros(self.0)
@@ -37,7 +37,7 @@ impl Time {
         Self(self.0.saturating_add(u64::try_from(span.as_micros()).unwrap_or(u64::MAX)))
     }
 
-    /// How long after `earlier` this is; zero when it is not.
+    /// The time from `earlier` to this moment. It is zero when `earlier` is the later one.
     #[must_use]
     pub fn since(self, earlier: Self) -> Duration {
         Duration::from_micros(self.0.saturating_sub(earlier.0))
