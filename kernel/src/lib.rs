@@ -2,8 +2,8 @@
 //!
 //! [`exact`] holds coordinates on an integer lattice of 10 nm and predicates that decide in integers. The
 //! trusted queries build on it: [`clear`], [`probe`], `simplify`, [`index::check`], [`index::query`],
-//! [`index::cells`] and [`offset::certify_path`]. The rest of the crate proposes in `f64`, and the trusted code
-//! checks each proposal.
+//! [`index::cells`] and [`offset::certify_path`]. The rest of the crate proposes in `f64`, and the trusted
+//! code checks each proposal.
 //!
 //! ```
 //! use keepout_kernel::{Length, Point, ProhibitedRegion, Region, Ring, Side};

@@ -83,7 +83,10 @@ pub struct Stray {
 }
 
 impl Bezier {
-    /// Checks the counts and the weights.
+    /// A curve from its control points and weights, after a check of their counts and ranges.
+    ///
+    /// # Errors
+    /// [`BezierError`] when a count or a weight is out of range.
     pub fn new(control: Vec<Point>, weights: Vec<u64>) -> Result<Self, BezierError> {
         let points = control.len();
         if !(2..=PLACES).contains(&points) || weights.len() != points {

@@ -99,12 +99,18 @@ impl core::error::Error for RingError {}
 
 impl Ring {
     /// A ring of straight edges through `vertices`. The last vertex joins the first.
+    ///
+    /// # Errors
+    /// [`RingError`] with the place of the first fault.
     pub fn new(vertices: Vec<Point>) -> Result<Self, RingError> {
         let slacks = vertices.iter().map(|_| Length::ZERO).collect();
         Self::checked(vertices, slacks)
     }
 
     /// A ring from consecutive pieces. The last piece ends where the first begins.
+    ///
+    /// # Errors
+    /// [`RingError`] with the place of the first fault.
     pub fn from_pieces(pieces: &[Piece]) -> Result<Self, RingError> {
         let mut vertices: Vec<Point> = Vec::new();
         let mut slacks = Vec::new();
