@@ -63,8 +63,8 @@ fn dot<L: Lattice>(o: Site<L>, a: Site<L>, b: Site<L>) -> L::Area {
     L::sum(L::product(ax, bx), L::product(ay, by))
 }
 
-/// The side of the directed line `a → b` on which `c` lies: the sign of the cross product of `b − a` and `c −
-/// a`.
+/// The side of the directed line `a → b` on which `c` lies: the sign of the cross product of `b − a` and
+/// `c − a`.
 #[inline(always)]
 pub fn orientation<L: Lattice>(a: Site<L>, b: Site<L>, c: Site<L>) -> Orientation {
     match L::compare(cross::<L>(a, b, c), L::zero()) {

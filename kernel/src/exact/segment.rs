@@ -250,8 +250,8 @@ impl Window {
     }
 }
 
-/// Whether the projection of `point − origin` on the direction of `along` exceeds `units`. Requires `units ≥
-/// 0`.
+/// Whether the projection of `point − origin` on the direction of `along` exceeds `units`. Requires
+/// `units ≥ 0`.
 #[must_use]
 pub fn ahead(origin: Point, point: Point, along: Segment, units: i8) -> bool {
     predicate::ahead::<Product>(origin.into(), point.into(), along.from.into(), along.to.into(), units)
