@@ -4,8 +4,10 @@
 //! four kinds. *Free*: no edge is within the threshold of any point of the square. *Blocked*: one edge is
 //! within the threshold of every point of the square. *Near*: a list holds every edge that comes within the
 //! threshold of the square. *Open*: the cells claim nothing. So the answer for a point is the answer of its
-//! square. A motion is covered by the closed squares of [`Cells::walk`]. It is clear exactly when each of
-//! these squares is free, or is near with every listed edge clear of the motion.
+//! square.
+//!
+//! The closed squares of [`Cells::walk`] cover a motion. If no square among them is open, the motion is clear
+//! exactly when each is free, or is near with every listed edge clear of the motion.
 //!
 //! The checker tests the claims against the [`CheckedIndex`]. Their proposer ([`super::subdivide`]) is
 //! untrusted.
