@@ -1,4 +1,4 @@
-//! Joins curves end to end into closed loops on the lattice, and says what it had to repair and what it could not.
+//! Joins curves end to end into closed loops on the lattice, and lists the repairs and the problems.
 
 use std::collections::{HashMap, HashSet};
 use std::f64::consts::TAU;
@@ -14,22 +14,22 @@ use super::{Drawing, DrawingError, Origin, Problem, RawBezier, RawCurve, Repair,
 use crate::profile::{Profile, ProfileEdge, ProfileLoop, SourceCurve};
 use crate::units::{length_up_from_mm, point_from_mm};
 
-/// Gaps up to this are closed, in millimetres, unless the caller says otherwise.
+/// Default of the joining tolerance: the largest gap that is closed, mm.
 pub const JOIN_MM: f64 = 0.01;
 
-/// An arc of larger radius (mm) is carried as a Bézier curve: its centre would leave the lattice.
+/// Largest radius of an arc, mm. A larger arc becomes Bézier curves, because its centre would leave the lattice.
 const RADIUS_MAX_MM: f64 = 2000.0;
 
-/// Curves that were not closed.
+/// A chain of curves that does not close.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OpenChain {
     /// The curves.
     pub curves: Vec<Curve>,
-    /// The entity of the first.
+    /// The entity of the first curve.
     pub origin: Origin,
 }
 
-/// Closed loops, what was repaired on the way, and what could not be.
+/// The closed loops of a drawing, with the repairs and the remaining problems.
 #[derive(Clone, Debug, Default)]
 pub struct Chained {
     /// The loops.
@@ -40,21 +40,21 @@ pub struct Chained {
     pub repairs: Vec<Repair>,
     /// The problems.
     pub problems: Vec<Problem>,
-    /// The curves that the problems are about.
+    /// The chains that stay open.
     pub open: Vec<OpenChain>,
 }
 
 impl Chained {
-    /// The same when nothing is left open.
+    /// Returns the loops if there is no problem.
     ///
     /// # Errors
-    /// [`DrawingError::Problems`].
+    /// [`DrawingError::Problems`] with all problems.
     pub fn closed(self) -> Result<Self, DrawingError> {
         if self.problems.is_empty() { Ok(self) } else { Err(DrawingError::Problems(self.problems)) }
     }
 }
 
-/// A curve on its way to the lattice: its ends may still move.
+/// A curve between two lattice points. Repairs may still move its ends.
 #[derive(Clone, Debug)]
 pub(super) struct Piece {
     pub from: Point,
@@ -64,19 +64,20 @@ pub(super) struct Piece {
     pub origin: u32,
     /// Whether that entity is a closed contour by itself.
     pub whole: bool,
-    /// What it is joined to at its beginning and at its end.
+    /// The ends that its start and its end are joined to.
     pub joined: [Option<End>; 2],
 }
 
 #[derive(Clone, Debug)]
 pub(super) enum Bend {
     Straight,
-    /// Half a turn at most: centre in lattice units, direction, and the way from its beginning to its end as it was drawn.
+    /// An arc of at most half a turn: its centre in lattice units, its direction of turn, and the vector from
+    /// its start to its end as drawn.
     Round((f64, f64), Turn, Vector),
     Free(Box<Bezier>),
 }
 
-/// One end of a piece: 0 its beginning, 1 its end.
+/// An end of a piece: the index of the piece, and 0 for its start or 1 for its end.
 pub(super) type End = (usize, usize);
 
 impl Piece {
@@ -98,7 +99,7 @@ impl Piece {
     }
 }
 
-/// The angle from one place to the other around the centre, in the direction of the turn.
+/// The angle about the centre from one point to the other in the direction of the turn, radians.
 fn swept(centre: (f64, f64), from: Point, to: Point, turn: Turn) -> f64 {
     let angle = |p: Point| {
         let (x, y) = xy(p);
@@ -108,28 +109,31 @@ fn swept(centre: (f64, f64), from: Point, to: Point, turn: Turn) -> f64 {
     (if turn == Turn::CounterClockwise { turned } else { -turned }).rem_euclid(TAU)
 }
 
-/// Joins the drawing's curves into closed loops. Ends up to `join_mm` apart are moved together, and listed; splines and
-/// ellipses become lines and arcs within `curve_mm`.
+/// Joins the drawing's curves into closed loops.
+///
+/// Ends up to `join_mm` apart are moved together. Each gap above rounding (0.1 µm) is listed as a repair.
+/// Lines and arcs within `curve_mm` replace splines and ellipses.
 ///
 /// # Errors
-/// [`DrawingError::OffLattice`] and [`DrawingError::BadEntity`] with the entity; [`DrawingError::CurveBound`].
+/// [`DrawingError::OffLattice`] and [`DrawingError::BadEntity`] with the entity;
+/// [`DrawingError::CurveBound`].
 pub fn chain(drawing: &Drawing, join_mm: f64, curve_mm: f64) -> Result<Chained, DrawingError> {
     let bound = length_up_from_mm(curve_mm).ok().filter(|bound| (10..=100_000).contains(&bound.units()));
     let bound = bound.ok_or(DrawingError::CurveBound { curve_mm })?;
     let mut chained = Chained::default();
     let mut pieces = Vec::with_capacity(drawing.curves.len());
     let mut zero: Option<(Point, usize)> = None;
-    for run in &drawing.runs {
+    for polyline in &drawing.runs {
         let first = pieces.len();
-        for curve in &drawing.curves[run.first..run.end] {
-            lattice_pieces(curve, run.origin, drawing, &mut pieces, &mut zero)?;
+        for curve in &drawing.curves[polyline.first..polyline.end] {
+            lattice_pieces(curve, polyline.origin, drawing, &mut pieces, &mut zero)?;
         }
         let last = pieces.len().saturating_sub(1);
         for i in first..last {
             pieces[i].joined[1] = Some((i + 1, 0));
             pieces[i + 1].joined[0] = Some((i, 1));
         }
-        if run.closed && first < pieces.len() && pieces[first].from == pieces[last].to {
+        if polyline.closed && first < pieces.len() && pieces[first].from == pieces[last].to {
             pieces[first].joined[0] = Some((last, 1));
             pieces[last].joined[1] = Some((first, 0));
             pieces[first..].iter_mut().for_each(|piece| piece.whole = true);
@@ -214,7 +218,7 @@ fn lattice_pieces(
     Ok(())
 }
 
-/// What makes two pieces the same curve: the ends and the bend, whichever way it is run.
+/// The identity of a curve: its ends and its bend, equal for both directions of travel.
 type Key = ((Point, Point), Vec<i64>);
 
 fn key_of(piece: &Piece) -> Key {
@@ -222,7 +226,7 @@ fn key_of(piece: &Piece) -> Key {
     let ends = if forwards { (piece.from, piece.to) } else { (piece.to, piece.from) };
     let bend = match &piece.bend {
         Bend::Straight => Vec::new(),
-        // The same arc drawn the other way has its turn swapped, too.
+        // The same arc drawn in the other direction has the opposite turn.
         Bend::Round((x, y), turn, _) => {
             vec![nearest_unit(*x), nearest_unit(*y), i64::from((*turn == Turn::CounterClockwise) == forwards)]
         }
@@ -240,8 +244,8 @@ fn key_of(piece: &Piece) -> Key {
     (ends, bend)
 }
 
-/// Leaves out closed contours that repeat another, and other pieces that repeat a piece of another entity. Contours that
-/// are closed by themselves stay whole.
+/// Drops entities that are closed contours and repeat another such contour, and all other pieces that repeat
+/// a piece of another entity. A contour of one entity is dropped whole or not at all.
 fn drop_duplicates(pieces: &mut Vec<Piece>, repairs: &mut Vec<Repair>) {
     let keys: Vec<Key> = pieces.iter().map(key_of).collect();
     let mut doubled: HashSet<usize> = HashSet::new();
@@ -277,7 +281,7 @@ fn drop_duplicates(pieces: &mut Vec<Piece>, repairs: &mut Vec<Repair>) {
     }
 }
 
-/// Takes pieces out; what was joined to them is loose then.
+/// Removes pieces. The ends that were joined to them become loose.
 pub(super) fn remove(pieces: &mut Vec<Piece>, gone: &HashSet<usize>) {
     let mut number = vec![usize::MAX; pieces.len()];
     let mut next = 0;
@@ -299,7 +303,7 @@ pub(super) fn remove(pieces: &mut Vec<Piece>, gone: &HashSet<usize>) {
     });
 }
 
-/// Runs through the joined pieces: closed loops to the profile, the rest to the open chains.
+/// Follows the joined pieces. Closed loops go to the profile, all other chains to `open`.
 fn follow(
     joiner: &Joiner,
     bound: Length,
@@ -308,7 +312,7 @@ fn follow(
 ) -> Result<(), DrawingError> {
     let pieces = &joiner.pieces;
     let mut used = vec![false; pieces.len()];
-    // Open chains first, from their loose ends; what is left after that is closed.
+    // First the open chains, from their loose ends. All remaining pieces belong to closed loops.
     for start in joiner.loose() {
         if used[start.0] {
             continue;
@@ -331,7 +335,7 @@ fn follow(
     Ok(())
 }
 
-/// The pieces from one entered at `entry` on.
+/// The edges of a chain that is entered at the end `entry` of a piece.
 fn walk(
     pieces: &[Piece],
     mut entry: End,
@@ -349,7 +353,7 @@ fn walk(
     Ok(each)
 }
 
-/// The piece as edges run from its entry, fitted through the ends where they are now.
+/// Adds the edges of a piece in the direction of travel, fitted to its ends after the repairs.
 fn edges_of(
     piece: &Piece,
     backwards: bool,
@@ -366,10 +370,10 @@ fn edges_of(
     match &piece.bend {
         Bend::Free(curve) => {
             let Some(curve) = ending_at(curve, backwards, from, to) else {
-                return bad("its control points are no curve");
+                return bad("its control points make no curve");
             };
             let Ok(chain) = chain_along(&curve, bound) else {
-                return bad("no arcs and lines were found that follow it within --curve-mm");
+                return bad("the planner finds no lines and arcs that follow it within --curve-mm");
             };
             let first = out.edges.len();
             out.edges.extend(chain.into_iter().map(|curve| ProfileEdge { curve, chord_error: bound }));
@@ -382,7 +386,7 @@ fn edges_of(
             let Ok(arc) = fit_arc(from, to, onto_bisector(*centre, from, to), turn) else {
                 return bad("its arc has a radius below 1 µm, or its ends do not lie on one circle");
             };
-            // Through ends the other way round it would be what was missing of the circle.
+            // If a repair moved the ends past each other, the arc would cover the rest of the circle.
             let way = piece.to.minus(piece.from);
             let along = [(way.dx, drawn.dx), (way.dy, drawn.dy)].map(|(a, b)| i64::from(a) * i64::from(b));
             if along[0] + along[1] <= 0 {
@@ -394,7 +398,7 @@ fn edges_of(
     Ok(())
 }
 
-/// The curve run from one end to the other, its ends where they are now.
+/// The curve in the direction of travel, with its ends moved to `from` and `to`.
 fn ending_at(curve: &Bezier, backwards: bool, from: Point, to: Point) -> Option<Bezier> {
     let (mut control, mut weights) = (curve.control().to_vec(), curve.weights().to_vec());
     if backwards {

@@ -1,4 +1,5 @@
-//! Contours drawn twice, not quite in the same place: a ring as thin as the joining tolerance is nobody's part.
+//! Drops contours that are drawn twice, not quite in the same place. The ring between them is as thin as the
+//! joining tolerance, so it is not a wall of the part.
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -14,18 +15,21 @@ use crate::units::length_up_from_mm;
 
 type Xy = (f64, f64);
 
-/// Chords stand for arcs within this, lattice units (1 µm).
-const COARSE: Length = Length::small(100);
+/// Chord-error bound of the chords that stand for arcs (1 µm).
+const CHORD_ERROR: Length = Length::small(100);
 
-/// Leaves out every contour that stays within `join_mm` of one that is kept, all round and the other way as well, and encloses the
-/// same. Of two the one before is kept, but for one that was left out itself: contours side by side do not take each other's place
-/// in a row. A wall that is thicker than [`JOIN_MM`] is one, however wide the gaps are that are closed.
+/// Drops every contour that repeats a kept contour.
+///
+/// One contour repeats another if each stays within `join_mm` of the other over its whole length, and both
+/// enclose the same area. The first of them is kept. A contour is compared with kept contours only: in a row
+/// of near contours, a dropped contour does not cause the next to be dropped. A ring wider than [`JOIN_MM`] is
+/// a wall of the part, even if `join_mm` is larger.
 pub(super) fn drop_contours(chained: &mut Chained, join_mm: f64) {
     let Ok(reach) = length_up_from_mm(join_mm.clamp(0.0, JOIN_MM)) else { return };
-    let reach = reach.saturating_plus(COARSE).saturating_plus(COARSE);
+    let reach = reach.saturating_plus(CHORD_ERROR).saturating_plus(CHORD_ERROR);
     let loops = &chained.profile.loops;
     let mut gone = vec![false; loops.len()];
-    // Those that are kept, by their left sides.
+    // The boxes of the kept contours, ordered by their left sides.
     let mut kept: BTreeMap<(i32, usize), Window> = BTreeMap::new();
     for (i, each) in loops.iter().enumerate() {
         let Some(own) = box_of(each) else { continue };
@@ -59,22 +63,23 @@ pub(super) fn drop_contours(chained: &mut Chained, join_mm: f64) {
 }
 
 fn box_of(each: &ProfileLoop) -> Option<Window> {
-    corners(each.curves(), COARSE).into_iter().map(Window::of).reduce(Window::union)
+    corners(each.curves(), CHORD_ERROR).into_iter().map(Window::of).reduce(Window::union)
 }
 
-/// Whether the boxes differ by no more than the reach on any side.
+/// Whether the boxes differ by at most `reach` on each side.
 fn alike(one: Window, other: Window, reach: Length) -> bool {
     let ((a, b, c, d), (e, f, g, h)) = (one.corners(), other.corners());
     [(a, e), (b, f), (c, g), (d, h)].into_iter().all(|(p, q)| p.abs_diff(q) <= reach.units().unsigned_abs())
 }
 
 fn stay_near(one: &ProfileLoop, other: &ProfileLoop, reach: Length) -> bool {
-    let (one, other) = (corners(one.curves(), COARSE), corners(other.curves(), COARSE));
+    let (one, other) = (corners(one.curves(), CHORD_ERROR), corners(other.curves(), CHORD_ERROR));
     enclose_the_same(&one, &other, reach) && all_near(&one, &other, reach) && all_near(&other, &one, reach)
 }
 
-/// Whether two contours enclose the same area, up to a strip beside the longer one: there and back along a thin line is near a
-/// contour around what it leads around, too.
+/// Whether two contours enclose the same area, up to a strip along the longer one.
+///
+/// A thin C-shaped contour is near a circle over its whole length, but encloses another area.
 fn enclose_the_same(one: &[Point], other: &[Point], reach: Length) -> bool {
     let ends = |corners: &[Point]| {
         let to = corners.iter().cycle().skip(1).copied();
@@ -87,7 +92,7 @@ fn enclose_the_same(one: &[Point], other: &[Point], reach: Length) -> bool {
     (area(&one) - area(&other)).abs() <= strip
 }
 
-/// Whether one contour stays within reach of the other all along.
+/// Whether one contour stays within `reach` of the other over its whole length.
 fn all_near(corners: &[Point], other: &[Point], reach: Length) -> bool {
     let ends = other.iter().zip(other.iter().cycle().skip(1));
     let edges = ends.map(|(&from, &to)| Edge { chord: Segment { from, to }, chord_error: Length::ZERO });
@@ -98,7 +103,7 @@ fn all_near(corners: &[Point], other: &[Point], reach: Length) -> bool {
         && stretches.into_iter().all(|(&from, &to)| near.stays(Segment { from, to }))
 }
 
-/// What is within reach of a contour's edges.
+/// A contour's edges, and the largest distance from them that counts as near.
 struct Near<'a> {
     index: &'a CheckedIndex,
     reach: Length,
@@ -109,12 +114,14 @@ impl Near<'_> {
         points.into_iter().all(|point| self.shares_edge(point, point))
     }
 
-    /// Whether a stretch stays within reach whose ends do. It does where both are within reach of one edge, for the distance from
-    /// a segment is convex; one that goes from an edge to another is halved, down to a length that hides no more than chords do.
+    /// Whether a stretch stays within reach, if both its ends are within reach.
+    ///
+    /// It does if both ends are within reach of the same edge, because the distance from a segment is convex.
+    /// Any other stretch is halved, down to the length of the chord-error bound.
     fn stays(&self, stretch: Segment) -> bool {
         let Segment { from, to } = stretch;
         let d = to.minus(from);
-        if self.shares_edge(from, to) || d.dx.abs().max(d.dy.abs()) <= COARSE.units() {
+        if self.shares_edge(from, to) || d.dx.abs().max(d.dy.abs()) <= CHORD_ERROR.units() {
             return true;
         }
         let mean = |a: i32, b: i32| (i64::from(a) + i64::from(b)) / 2;
@@ -126,7 +133,7 @@ impl Near<'_> {
             && self.stays(Segment { from: middle, to })
     }
 
-    /// Whether there is an edge that both points are within reach of.
+    /// Whether both points are within reach of the same edge.
     fn shares_edge(&self, one: Point, other: Point) -> bool {
         self.index
             .visit(Window::of(one).grown(self.reach), |_, edge| {

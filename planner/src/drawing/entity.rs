@@ -1,4 +1,5 @@
-//! Entities as the file gives them, before any placing: what can bound a part, and the kinds of the rest.
+//! Entities in the coordinates of the file: the geometry of those that can bound a part, and the kind of
+//! every other.
 
 use super::tags::{Damage, FilePlace, Tag};
 
@@ -8,23 +9,23 @@ pub type Vec3 = [f64; 3];
 /// An entity.
 #[derive(Clone, Debug)]
 pub struct Entity {
-    /// Where it begins.
+    /// The place where it begins in the file.
     pub at: FilePlace,
-    /// Its handle, or 0.
+    /// Its handle, or 0 if it has no handle.
     pub handle: u64,
     /// Number of its layer's name.
     pub layer: u32,
-    /// Number of its line type's name; `None` by layer.
+    /// Number of its line type's name; `None` for the line type of its layer.
     pub line_type: Option<u32>,
     /// Whether it is in paper space, or invisible.
     pub hidden: Option<Hidden>,
     /// The normal of its own plane.
     pub normal: Vec3,
-    /// What it is.
+    /// Its geometry.
     pub shape: Shape,
 }
 
-/// Why an entity is not to be seen.
+/// Reasons why an entity is hidden.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Hidden {
     /// It is in paper space.
@@ -33,17 +34,17 @@ pub enum Hidden {
     Invisible,
 }
 
-/// The geometry of an entity. Angles in degrees, as in the file, but for the ellipse's parameters.
+/// The geometry of an entity. Angles are in degrees, as in the file; parameters of an ellipse are in radians.
 #[derive(Clone, Debug)]
 pub enum Shape {
     /// LINE.
     Line {
-        /// Where it begins.
+        /// Start point.
         from: Vec3,
-        /// Where it ends.
+        /// End point.
         to: Vec3,
     },
-    /// ARC, counter-clockwise in its own plane; CIRCLE without angles.
+    /// ARC, counter-clockwise in its own plane; a CIRCLE has no angles.
     Arc {
         /// Centre in its own plane.
         centre: Vec3,
@@ -64,18 +65,18 @@ pub enum Shape {
     Hatch(Vec<Boundary>),
     /// The corners of a SOLID or TRACE, in order around it.
     Solid(Vec<Vec3>),
-    /// Something without a profile, by what people call it.
+    /// Any entity that can not bound a part, by its common name.
     Other(&'static str),
 }
 
-/// An ellipse, or a piece of one.
+/// An ellipse, or an arc of an ellipse.
 #[derive(Clone, Copy, Debug)]
 pub struct Ellipse {
     /// Its centre.
     pub centre: Vec3,
-    /// The larger half axis.
+    /// The larger half axis, a vector from the centre.
     pub major: Vec3,
-    /// The smaller half axis over the larger.
+    /// Ratio of the smaller half axis to the larger.
     pub ratio: f64,
     /// First and last parameter, radians.
     pub range: (f64, f64),
@@ -86,11 +87,11 @@ pub struct Ellipse {
 pub struct Polyline {
     /// The vertices, and the bulge of the edge that begins at each.
     pub vertices: Vec<(Vec3, f64)>,
-    /// Whether the last is joined to the first.
+    /// Whether the last vertex joins the first.
     pub closed: bool,
     /// Whether the vertices are in the polyline's own plane.
     pub planar: bool,
-    /// Its name in the file.
+    /// The name of its entity type in the file.
     pub kind: &'static str,
 }
 
@@ -99,34 +100,34 @@ pub struct Polyline {
 pub struct Spline {
     /// The degree.
     pub degree: i64,
-    /// Whether it is said to be closed.
+    /// Whether the file states that it is closed.
     pub closed: bool,
-    /// Knots; may be missing.
+    /// Knots; may be empty.
     pub knots: Vec<f64>,
     /// Control points.
     pub control: Vec<Vec3>,
-    /// Weights; none means all one.
+    /// Weights; if empty, every weight is one.
     pub weights: Vec<f64>,
-    /// Points it goes through, when there are no control points.
+    /// Fit points, which the spline passes through. They count only without control points.
     pub fit: Vec<Vec3>,
-    /// Directions at its ends, for fit points.
+    /// Start and end tangent of a spline of fit points.
     pub tangents: (Option<Vec3>, Option<Vec3>),
 }
 
-/// A block set in.
+/// An insert of a block (a block reference).
 #[derive(Clone, Debug)]
 pub struct Insert {
     /// Number of the block's name.
     pub block: u32,
-    /// Where its base point goes.
+    /// The insertion point, where the block's base point lies.
     pub at: Vec3,
-    /// Scale along its axes.
+    /// Scale along the block's axes.
     pub scale: Vec3,
     /// Rotation, degrees.
     pub rotation: f64,
-    /// Columns and rows.
+    /// Number of columns and of rows.
     pub count: (i64, i64),
-    /// Distance of columns and of rows.
+    /// Spacing of columns and of rows.
     pub spacing: (f64, f64),
 }
 
@@ -146,20 +147,20 @@ pub struct Fields<'t, 'a> {
 }
 
 impl<'t, 'a> Fields<'t, 'a> {
-    /// The groups up to the entity's extended data and embedded objects.
+    /// The entity's groups before its extended data and embedded objects.
     #[must_use]
     pub fn new(tags: &'t [Tag<'a>]) -> Self {
         let end = tags.iter().position(|tag| tag.code >= 1000 || tag.code == 101).unwrap_or(tags.len());
         Self { tags: &tags[..end] }
     }
 
-    /// The first group with the code.
+    /// The first group of this code.
     #[must_use]
     pub fn find(&self, code: i16) -> Option<&'t Tag<'a>> {
         self.tags.iter().find(|tag| tag.code == code)
     }
 
-    /// A number.
+    /// The value of the group as a number, or the default.
     ///
     /// # Errors
     /// [`Damage::Number`].
@@ -167,7 +168,7 @@ impl<'t, 'a> Fields<'t, 'a> {
         self.find(code).map_or(Ok(default), Tag::real)
     }
 
-    /// An integer.
+    /// The value of the group as an integer, or the default.
     ///
     /// # Errors
     /// [`Damage::Number`].
@@ -175,7 +176,7 @@ impl<'t, 'a> Fields<'t, 'a> {
         self.find(code).map_or(Ok(default), Tag::integer)
     }
 
-    /// A point, from the code of its x.
+    /// The point whose x has this code; y and z have the codes 10 and 20 higher.
     ///
     /// # Errors
     /// [`Damage::Number`].
@@ -187,17 +188,17 @@ impl<'t, 'a> Fields<'t, 'a> {
         ])
     }
 
-    /// Checks that groups are there.
+    /// Checks that the entity has these groups.
     ///
     /// # Errors
-    /// [`Damage::Missing`] for the first that is not.
+    /// [`Damage::Missing`] for the first missing group.
     pub fn has(&self, codes: &[i16]) -> Result<(), Damage> {
         let missing = codes.iter().find(|code| self.find(**code).is_none());
         let at = self.tags.last().map_or(FilePlace::Line(0), |tag| tag.at);
         missing.map_or(Ok(()), |&code| Err(Damage::Missing { at, code }))
     }
 
-    /// Text.
+    /// The value of the group as text; empty without the group.
     #[must_use]
     pub fn text(&self, code: i16) -> &'a [u8] {
         self.find(code).map_or(b"", Tag::text)
@@ -207,7 +208,7 @@ impl<'t, 'a> Fields<'t, 'a> {
         self.tags.iter().filter(|tag| tag.code == code).map(Tag::real).collect()
     }
 
-    /// Points given one after the other, each beginning with its x.
+    /// A list of points; each begins with its x, which has this code.
     fn points(&self, code: i16) -> Result<Vec<Vec3>, Damage> {
         let mut points: Vec<Vec3> = Vec::new();
         for tag in self.tags {
@@ -225,7 +226,8 @@ impl<'t, 'a> Fields<'t, 'a> {
     }
 }
 
-/// The shape of an entity whose groups stand alone: everything but POLYLINE. Names of blocks are numbered by `name`.
+/// The shape of an entity that has no sub-entities: every kind except POLYLINE. `name` gives each block name
+/// a number.
 ///
 /// # Errors
 /// [`Damage`] with the place.
@@ -267,7 +269,7 @@ pub fn shape_of(
         b"HATCH" => Shape::Hatch(super::hatch::boundaries(fields.tags)?),
         b"SOLID" | b"TRACE" => {
             let corner = |code| fields.point(code, NONE);
-            // The file gives the third and fourth corner crosswise; a triangle repeats the third.
+            // The file swaps the third and the fourth corner. A triangle repeats the third.
             let fourth = if fields.find(13).is_some() { corner(13)? } else { corner(12)? };
             Shape::Solid(vec![corner(10)?, corner(11)?, fourth, corner(12)?])
         }
@@ -304,7 +306,7 @@ fn light_polyline(fields: Fields<'_, '_>) -> Result<Polyline, Damage> {
     Ok(Polyline { vertices, closed, planar: true, kind: "LWPOLYLINE" })
 }
 
-/// A polyline from its own groups and those of its vertices; `None` for meshes.
+/// A polyline from its own groups and the groups of its vertices; `None` for meshes.
 ///
 /// # Errors
 /// [`Damage::Number`].

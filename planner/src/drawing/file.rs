@@ -7,14 +7,14 @@ use encoding_rs::Encoding;
 use super::entity::{Entity, Fields, Hidden, Shape, Vec3, polyline, shape_of};
 use super::tags::{Damage, Tag, Tags};
 
-/// What a DXF file holds, as far as contours go.
+/// The parts of a DXF file that matter for contours.
 #[derive(Debug, Default)]
 pub struct DxfFile {
-    /// `$INSUNITS`, when stated.
+    /// `$INSUNITS`, if the file states it.
     pub units: Option<i64>,
     /// Layers by name, in upper case.
     pub layers: HashMap<String, Layer>,
-    /// Whether a line type, by its name in upper case, has gaps.
+    /// Whether a line type has gaps, by its name in upper case.
     pub gaps: HashMap<String, bool>,
     /// Blocks by name, in upper case.
     pub blocks: HashMap<String, Block>,
@@ -22,7 +22,7 @@ pub struct DxfFile {
     pub entities: Vec<Entity>,
     /// Names of layers, line types and blocks.
     pub names: Names,
-    /// Whether the file ends as a DXF file must.
+    /// Whether the file has its end mark (EOF).
     pub ends_well: bool,
 }
 
@@ -40,15 +40,15 @@ pub struct Layer {
 /// A block.
 #[derive(Debug, Default)]
 pub struct Block {
-    /// The point that is set on the place of insertion.
+    /// The base point: an insert puts it at the insertion point.
     pub base: Vec3,
-    /// Whether it stands for another file.
+    /// Whether the block is a reference to another file.
     pub external: bool,
     /// Its entities.
     pub entities: Vec<Entity>,
 }
 
-/// Names, numbered.
+/// The names of a file, each with a number.
 #[derive(Debug, Default)]
 pub struct Names {
     names: Vec<std::sync::Arc<str>>,
@@ -66,8 +66,8 @@ impl Names {
     /// Whether the file has the name anywhere.
     #[must_use]
     pub fn has(&self, name: &str) -> bool {
-        let asked = folded(name);
-        self.names.iter().any(|one| folded(one) == asked)
+        let wanted = folded(name);
+        self.names.iter().any(|one| folded(one) == wanted)
     }
 
     fn number(&mut self, bytes: &[u8]) -> u32 {
@@ -80,7 +80,7 @@ impl Names {
         number
     }
 
-    /// Text of the file: UTF-8 when it is, else in the code page that the header states.
+    /// Decodes text as UTF-8 if it is valid UTF-8, else by the code page that the header states.
     fn decode(&self, bytes: &[u8]) -> String {
         let text = match std::str::from_utf8(bytes) {
             Ok(text) => text.to_string(),
@@ -90,8 +90,8 @@ impl Names {
     }
 }
 
-/// The name that others are the same as: CAD systems tell names apart without regard to case. A letter that has no capital, or two
-/// for one, stays as it is.
+/// The name in capitals: CAD systems compare names without regard to case. A letter without a capital,
+/// or with a capital of two letters, stays unchanged.
 pub fn folded(name: &str) -> String {
     let capital = |letter: char| {
         let mut capitals = letter.to_uppercase();
@@ -100,7 +100,7 @@ pub fn folded(name: &str) -> String {
     name.chars().map(capital).collect()
 }
 
-/// Replaces `\U+00E4` by the character it stands for.
+/// Replaces escapes such as `\U+00E4` by their characters.
 fn escapes(text: &str) -> String {
     let mut out = String::new();
     let mut rest = text;
@@ -156,7 +156,7 @@ pub fn read(bytes: &[u8]) -> Result<DxfFile, Damage> {
 
 struct Reader<'a> {
     tags: Tags<'a>,
-    /// Groups of the entity that is being read.
+    /// Groups of the current entity.
     group: Vec<Tag<'a>>,
     file: DxfFile,
 }
@@ -169,7 +169,7 @@ impl<'a> Reader<'a> {
             b"TABLES" => self.tables(),
             b"BLOCKS" => self.blocks(),
             b"ENTITIES" => {
-                // Some writers make a section of every piece.
+                // Some writers split the entities over several sections.
                 let mut entities = std::mem::take(&mut self.file.entities);
                 let ended = self.entities(&mut entities, b"ENDSEC");
                 self.file.entities = entities;
@@ -197,7 +197,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Ends a section at this group: when it is not the section's own end, it is read again.
+    /// Ends a section at this group. If the group is not the section's own end, it is held and read again.
     fn leave(&mut self, tag: Tag<'a>) {
         if tag.text() != b"ENDSEC" {
             self.tags.hold(tag);
@@ -221,7 +221,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Reads the groups up to the next code 0 into `self.group`, and answers with that one.
+    /// Reads the groups up to the next group of code 0 into `self.group`, and returns that group.
     fn gather(&mut self, inside: &'static str) -> Result<Tag<'a>, Damage> {
         self.group.clear();
         loop {
@@ -282,7 +282,7 @@ impl<'a> Reader<'a> {
                     let end = self.entities(&mut block.entities, b"ENDBLK")?;
                     self.file.blocks.insert(name, block);
                     match end {
-                        End::Asked => head = self.gather("the blocks")?,
+                        End::Block => head = self.gather("the blocks")?,
                         End::Section => return Ok(()),
                     }
                 }
@@ -300,7 +300,7 @@ impl<'a> Reader<'a> {
         loop {
             let kind = head.text();
             if kind == end {
-                return Ok(if end == b"ENDBLK" { End::Asked } else { End::Section });
+                return Ok(if end == b"ENDBLK" { End::Block } else { End::Section });
             }
             match kind {
                 b"ENDSEC" => return Ok(End::Section),
@@ -321,7 +321,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// POLYLINE with its VERTEX entities up to SEQEND; answers with the head of the entity after it.
+    /// Reads a POLYLINE with its VERTEX entities up to SEQEND; returns the head of the next entity.
     fn old_polyline(&mut self, head: Tag<'a>, entities: &mut Vec<Entity>) -> Result<Tag<'a>, Damage> {
         let mut next = self.gather("a polyline")?;
         let own = self.group.clone();
@@ -344,10 +344,10 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// How a run of entities ended.
+/// The end of a list of entities: of a block, or of a section.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum End {
-    Asked,
+    Block,
     Section,
 }
 

@@ -1,9 +1,9 @@
-//! The boundaries of a HATCH, whose groups mean what their place says.
+//! The boundaries of a HATCH. The meaning of its groups depends on their order.
 
 use super::entity::{Boundary, Ellipse, Shape, Spline, Vec3};
 use super::tags::{Damage, Tag};
 
-/// The boundary paths among the groups of a hatch.
+/// The boundary paths of a hatch, from its groups.
 ///
 /// # Errors
 /// [`Damage::Number`].
@@ -13,7 +13,7 @@ pub fn boundaries(tags: &[Tag<'_>]) -> Result<Vec<Boundary>, Damage> {
     let mut paths = Vec::new();
     while let Some(flags) = reader.take(92) {
         paths.push(if flags.integer()? & 2 != 0 { reader.polyline()? } else { reader.edges()? });
-        // The path's source objects are named next: they are not needed.
+        // The handles of the path's source objects follow. The reader does not need them.
         while reader.tags.first().is_some_and(|tag| matches!(tag.code, 97 | 330)) {
             reader.tags = &reader.tags[1..];
         }
@@ -26,7 +26,7 @@ struct Reader<'t, 'a> {
 }
 
 impl<'t, 'a> Reader<'t, 'a> {
-    /// The next group when it has the code.
+    /// The next group, if it has this code.
     fn take(&mut self, code: i16) -> Option<&'t Tag<'a>> {
         let (tag, rest) = self.tags.split_first()?;
         (tag.code == code).then(|| {
@@ -75,7 +75,7 @@ impl<'t, 'a> Reader<'t, 'a> {
         let (centre, radius) = (self.point(10)?, self.real(40)?);
         let (start, end) = (self.real(50)?, self.real(51)?);
         let forwards = self.integer(73)? != 0;
-        // Clockwise arcs are given by their mirrored angles.
+        // The file gives the angles of clockwise arcs mirrored.
         let angles = if forwards { (start, end) } else { (-end, -start) };
         Ok(Shape::Arc { centre, radius, angles: Some(angles) })
     }
@@ -102,7 +102,8 @@ impl<'t, 'a> Reader<'t, 'a> {
                 spline.weights.push(weight.real()?);
             }
         }
-        // Newer files count fit points, often none; the count of the path's source objects may stand in its place.
+        // Newer files give the number of fit points, often 0. In other files this group may be the number of
+        // the path's source objects.
         if self.take(97).is_some() {
             while self.tags.first().is_some_and(|tag| tag.code == 11) {
                 spline.fit.push(self.point(11)?);
@@ -115,7 +116,7 @@ impl<'t, 'a> Reader<'t, 'a> {
     }
 }
 
-/// The parameter of an ellipse's point at a polar angle, in the same turn as the angle.
+/// The parameter of the point of an ellipse at a polar angle, in the same full turn as the angle.
 fn parameter(angle: f64, ratio: f64) -> f64 {
     let (sin, cos) = angle.sin_cos();
     angle + (sin / ratio).atan2(cos) - sin.atan2(cos)

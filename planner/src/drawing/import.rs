@@ -13,37 +13,39 @@ use crate::text_file;
 /// Largest file that is read, in bytes.
 pub const SIZE_MAX: u64 = 1 << 30;
 
-/// What a line type's name says about a line: these are drawn for the reader, not for the cutter.
+/// Words in the line-type names of construction lines. Such lines inform the reader; the tool does not
+/// cut along them.
 const CONSTRUCTION: [&str; 8] = ["HIDDEN", "CENTER", "CENTRE", "PHANTOM", "DASH", "DIVIDE", "DOT", "ISO"];
 
-/// What is taken from a drawing, and how.
+/// Entity filter: the layers, entity types and line types to take, and their unit and placement.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EntityFilter {
-    /// Layers to take; all visible ones when empty.
+    /// Layers to take; all visible layers if empty.
     pub layers: Vec<String>,
     /// Layers to leave out.
     pub without: Vec<String>,
     /// Unit that overrides the file's.
     pub unit: Option<String>,
-    /// Line types with gaps that are taken all the same.
+    /// Line types with gaps to take nevertheless.
     pub line_types: Vec<String>,
-    /// Whether the boundaries of hatches are taken.
+    /// Whether to take the boundaries of hatches.
     pub hatches: bool,
-    /// Whether the outlines of solids and traces are taken.
+    /// Whether to take the outlines of solids and traces.
     pub solids: bool,
-    /// How the drawing lies on the machine: turned by so many degrees about its origin, then moved by (x, y) mm.
+    /// Placement of the drawing on the machine: a rotation about its origin in degrees, then an
+    /// offset (x, y) in mm.
     pub placed: Option<(f64, (f64, f64))>,
 }
 
 impl EntityFilter {
-    /// Whether curves of the layer are taken.
+    /// Whether the filter takes curves of the layer.
     #[must_use]
     pub fn takes_layer(&self, name: &str) -> bool {
-        let has = |names: &[String]| names.iter().any(|asked| same_name(asked, name));
+        let has = |names: &[String]| names.iter().any(|one| same_name(one, name));
         (self.layers.is_empty() || has(&self.layers)) && !has(&self.without)
     }
 
-    /// Why an entity is not looked at; `None` when it is.
+    /// The reason why the filter hides an entity; `None` if it does not.
     pub(super) fn hides(
         &self,
         file: &DxfFile,
@@ -53,7 +55,7 @@ impl EntityFilter {
         is_insert: bool,
     ) -> Option<String> {
         let layer = file.layers.get(&folded(file.names.get(layer)));
-        // A layer that is only off hides what a block has on it, not the block's other layers.
+        // A frozen layer hides a whole insert. A layer that is off hides only the block's entities on it.
         let hides = layer.is_some_and(|layer| layer.frozen || layer.off && !is_insert);
         if invisible || hides {
             return Some("hidden, off or frozen".into());
@@ -65,14 +67,14 @@ impl EntityFilter {
         let own = own.filter(|name| !name.is_empty() && name != "BYLAYER");
         let by_layer = file.layers.get(&folded(file.names.get(line_layer)));
         let name = own.or_else(|| by_layer.map(|layer| layer.line_type.clone())).unwrap_or_default();
-        let wanted = self.line_types.iter().any(|asked| asked.eq_ignore_ascii_case(&name));
+        let wanted = self.line_types.iter().any(|line_type| line_type.eq_ignore_ascii_case(&name));
         let gaps = file.gaps.get(&name).copied().unwrap_or(false);
         let construction = gaps || CONSTRUCTION.iter().any(|word| name.contains(word));
         (construction && !wanted).then(|| format!("construction lines (line type {name})"))
     }
 }
 
-/// Names are told apart without regard to case, as CAD systems do.
+/// Compares two names without regard to case, as CAD systems do.
 fn same_name(one: &str, other: &str) -> bool {
     one.eq_ignore_ascii_case(other) || folded(one) == folded(other)
 }
@@ -95,22 +97,22 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>, DrawingError> {
 /// Reads DXF bytes, ASCII or binary.
 ///
 /// # Errors
-/// [`DrawingError`], naming the line, entity or layer at fault and the remedy.
-pub fn import(bytes: &[u8], choice: &EntityFilter) -> Result<Drawing, DrawingError> {
-    curves_of(&read(bytes)?, choice)
+/// [`DrawingError`], which names the line, entity or layer at fault and the remedy.
+pub fn import(bytes: &[u8], filter: &EntityFilter) -> Result<Drawing, DrawingError> {
+    curves_of(&read(bytes)?, filter)
 }
 
-/// The curves of a file that are chosen.
+/// The curves of a file that the filter takes.
 ///
 /// # Errors
 /// As [`import`].
-pub(crate) fn curves_of(file: &DxfFile, choice: &EntityFilter) -> Result<Drawing, DrawingError> {
-    let (scale, unit) = scale_of(choice.unit.as_deref(), file.units)?;
+pub(crate) fn curves_of(file: &DxfFile, filter: &EntityFilter) -> Result<Drawing, DrawingError> {
+    let (scale, unit) = scale_of(filter.unit.as_deref(), file.units)?;
     let mut placement = Placement::scaled(scale);
-    if let Some((degrees, by)) = choice.placed {
+    if let Some((degrees, by)) = filter.placed {
         placement = placement.placed(degrees, by);
     }
-    let mut flattener = Flattener::new(file, choice, unit);
+    let mut flattener = Flattener::new(file, filter, unit);
     flattener.run(placement)?;
     let mut drawing = flattener.drawing;
     if !file.ends_well {
@@ -120,14 +122,15 @@ pub(crate) fn curves_of(file: &DxfFile, choice: &EntityFilter) -> Result<Drawing
     }
     let known = |name: &String| drawing.layers.keys().any(|layer| same_name(layer, name));
     let present = || drawing.layers.keys().map(ToString::to_string).collect();
-    if let Some(missing) = choice.layers.iter().find(|name| !known(name)) {
+    if let Some(missing) = filter.layers.iter().find(|name| !known(name)) {
         return Err(DrawingError::NoLayer { asked: missing.clone(), present: present() });
     }
-    // A layer without curves can be left out, too, and every drawing has layer 0; another that is nowhere was misspelled.
-    let there = |name: &String| {
+    // The filter may also leave out a layer without curves, and layer 0, which every drawing has. Any
+    // other name that the file lacks is a spelling mistake.
+    let exists = |name: &String| {
         name == "0" || known(name) || file.layers.contains_key(&folded(name)) || file.names.has(name)
     };
-    if let Some(strange) = choice.without.iter().find(|name| !there(name)) {
+    if let Some(strange) = filter.without.iter().find(|name| !exists(name)) {
         return Err(DrawingError::StrangeLayer { asked: strange.clone(), present: present() });
     }
     if drawing.curves.is_empty() {
@@ -136,7 +139,7 @@ pub(crate) fn curves_of(file: &DxfFile, choice: &EntityFilter) -> Result<Drawing
     Ok(drawing)
 }
 
-/// How many entities of each kind that can bound a contour the file has outside blocks.
+/// Counts the entities outside blocks that can bound a contour, by kind.
 ///
 /// # Errors
 /// [`Damage`] with the place.
@@ -166,10 +169,10 @@ fn scale_of(asked: Option<&str>, stated: Option<i64>) -> Result<(f64, String), D
     if let Some(name) = asked {
         let known = UNITS.iter().find(|(unit, ..)| unit.eq_ignore_ascii_case(name));
         let (unit, scale, _) = known.ok_or_else(|| DrawingError::Unit { name: name.into() })?;
-        return Ok((*scale, format!("{unit} (as asked)")));
+        return Ok((*scale, format!("{unit} (from --units)")));
     }
     match stated {
-        None | Some(0) => Ok((1.0, "mm (assumed: the file states none; --units says otherwise)".into())),
+        None | Some(0) => Ok((1.0, "mm (assumed: the file states no unit; set another with --units)".into())),
         Some(number) => {
             let known = UNITS.iter().find(|(.., code)| *code == number);
             let (unit, scale, _) =

@@ -1,4 +1,4 @@
-//! Which ends belong together: those that coincide, then those a small gap apart.
+//! Joins the ends of pieces: first the ends that coincide, then the ends with a small gap between them.
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap, HashSet};
@@ -13,16 +13,16 @@ use super::chain::{Bend, End, Piece, remove};
 use super::{Origin, Problem, Repair};
 use crate::units::{length_up_from_mm, point_from_mm, point_mm};
 
-/// Gaps up to this, in lattice units (0.1 µm), are rounding and not worth a word.
+/// Largest gap that counts as rounding, in lattice units (0.1 µm). It is closed without a note.
 pub(super) const ROUNDING: f64 = 10.0;
-/// Nearest loose ends that are tried for a gap.
+/// Number of nearest loose ends that are candidates for the other side of a gap.
 const CANDIDATES: usize = 8;
-/// Curves this many times as long as the gap between their ends are closed there.
+/// A chain may close on itself if it is at least this many times as long as the gap between its ends.
 const LONG: f64 = 8.0;
-/// Problems whose distance to other loose ends is measured.
+/// Number of loose ends for which the distance to the nearest other loose end is measured.
 const MEASURED: usize = 200;
 
-/// Pieces, and the joints found so far.
+/// The pieces, and the joints found so far.
 pub(super) struct Joiner {
     pub pieces: Vec<Piece>,
     /// Places where more than two loose ends coincide.
@@ -36,7 +36,7 @@ impl Joiner {
         Self { pieces, crowded: Vec::new(), reach }
     }
 
-    /// Ends that are joined to nothing.
+    /// Ends without a joint.
     pub fn loose(&self) -> Vec<End> {
         let ends = (0..self.pieces.len()).flat_map(|i| [(i, 0), (i, 1)]);
         ends.filter(|&(i, which)| self.pieces[i].joined[which].is_none()).collect()
@@ -46,7 +46,7 @@ impl Joiner {
         self.crowded.iter().flatten().copied().collect()
     }
 
-    /// Loose ends that coincide with nothing.
+    /// Loose ends that coincide with no other end.
     fn alone(&self) -> Vec<End> {
         let crowded = self.crowded_ends();
         self.loose().into_iter().filter(|end| !crowded.contains(end)).collect()
@@ -61,12 +61,12 @@ impl Joiner {
         self.pieces[b.0].joined[b.1] = Some(a);
     }
 
-    /// Joins loose ends that coincide but for rounding, two and two; where more meet is noted.
+    /// Joins pairs of loose ends that coincide up to rounding. Groups of more than two go to `crowded`.
     pub fn coincident(&mut self) {
         self.crowded.clear();
         let mut ends = self.loose();
         ends.sort_by_key(|&end| self.at(end));
-        // Most ends meet at the very same point of the lattice.
+        // Most ends meet exactly, at one lattice point.
         let mut first = 0;
         let mut rest: Vec<Vec<End>> = Vec::new();
         while first < ends.len() {
@@ -93,7 +93,7 @@ impl Joiner {
         }
     }
 
-    /// Joins two ends half-way between them.
+    /// Joins two ends at the midpoint between them.
     fn meet(&mut self, a: End, b: End) -> Point {
         let (p, q) = (point_mm(self.at(a)), point_mm(self.at(b)));
         let middle = (f64::midpoint(p.0, q.0), f64::midpoint(p.1, q.1));
@@ -106,15 +106,15 @@ impl Joiner {
         middle
     }
 
-    /// Leaves out pieces no longer than rounding that stand alone: their neighbours meet without them.
+    /// Drops pieces without joints that are no longer than rounding: their neighbours meet without them.
     pub fn drop_specks(&mut self, repairs: &mut Vec<Repair>) {
         let rounding_mm = ROUNDING / f64::from(UNITS_PER_MM);
         let speck = |piece: &Piece| piece.joined == [None; 2] && piece.length_mm() <= rounding_mm;
         self.drop(repairs, |joiner, i| speck(&joiner.pieces[i]));
     }
 
-    /// Leaves out straight pieces no longer than the reach that dangle where others meet, or stand alone. It is done once: what
-    /// dangles on a piece that was left out stays, and is told of as open.
+    /// Drops straight pieces no longer than the reach that stand alone, or hang on a crowded place by one end.
+    /// There is one pass: a piece that only this pass makes loose stays, and is reported as open.
     pub fn drop_tiny(&mut self, repairs: &mut Vec<Repair>) {
         let reach_mm = self.reach / f64::from(UNITS_PER_MM);
         let crowded = self.crowded_ends();
@@ -144,7 +144,7 @@ impl Joiner {
         self.coincident();
     }
 
-    /// The end of the curves that are joined to a loose end, from it on, and how long they are.
+    /// The other end of the chain that begins at a loose end, and the length of the chain, mm.
     fn other_end(&self, loose: End) -> (End, f64) {
         let (mut at, mut length_mm) = (loose, 0.0);
         loop {
@@ -158,14 +158,14 @@ impl Joiner {
         }
     }
 
-    /// Moves loose ends together that are within reach of each other, the nearest first.
+    /// Joins loose ends that are within reach of each other, the nearest first.
     pub fn close_gaps(&mut self, repairs: &mut Vec<Repair>) {
         let ends = self.alone();
         let points: Vec<Point> = ends.iter().map(|&end| self.at(end)).collect();
         let mut pairs = BinaryHeap::new();
         let grid = Grid::of(&points, self.reach);
         for i in 0..points.len() {
-            // Curves are not bent round to their own end, but for those that lead there by themselves.
+            // A chain is not bent onto its own end, unless it is long and so almost closes by itself.
             let (far, length_mm) = self.other_end(ends[i]);
             let own = |j: usize| ends[j] == far && length_mm < LONG * distance_mm(points[i], points[j]);
             let mut near: Vec<(i64, usize)> = Vec::new();
@@ -189,7 +189,7 @@ impl Joiner {
         }
     }
 
-    /// What is loose or crowded still.
+    /// Adds a problem for each end that is still loose and each place that is still crowded.
     pub fn problems(&self, origins: &[Origin], problems: &mut Vec<Problem>) {
         let origin = |(i, _): End| Box::new(origins[self.pieces[i].origin as usize].clone());
         for group in &self.crowded {
@@ -220,7 +220,7 @@ impl Joiner {
     }
 }
 
-/// The straight pieces behind boxes.
+/// A spatial index of the straight pieces.
 pub(super) struct LineIndex {
     index: CheckedIndex,
     /// The piece of each edge.
@@ -241,7 +241,7 @@ impl LineIndex {
         Some(Self { index, pieces: lines.into_iter().map(|(.., i)| i).collect() })
     }
 
-    /// The straight pieces that come within `reach` lattice units of the point, no more than `most` of them.
+    /// The straight pieces within `reach` lattice units of the point, at most `most` of them.
     pub fn near(&self, at: Point, reach: f64, most: usize) -> Vec<usize> {
         let Ok(reach) = length_up_from_mm(reach / f64::from(UNITS_PER_MM)) else { return Vec::new() };
         let mut found = Vec::new();
@@ -254,14 +254,14 @@ impl LineIndex {
         found
     }
 
-    /// A straight piece, other than `own`, whose middle comes within `reach` of the point.
+    /// A straight piece, other than `own`, within `reach` of the point, whose ends are farther away.
     fn passing(&self, pieces: &[Piece], at: Point, reach: f64, own: usize) -> Option<usize> {
         let ends_here = |piece: &Piece| [piece.from, piece.to].iter().any(|&end| distance(end, at) <= reach);
         self.near(at, reach, usize::MAX).into_iter().find(|&i| i != own && !ends_here(&pieces[i]))
     }
 }
 
-/// Ends behind boxes.
+/// A spatial index of ends.
 pub(super) struct EndIndex {
     index: CheckedIndex,
     ends: Vec<End>,
@@ -277,7 +277,7 @@ impl EndIndex {
         Some(Self { index, ends })
     }
 
-    /// The ends in the box around two points, and beside it but for rounding.
+    /// The ends in the box around two points, grown by rounding.
     pub fn between(&self, from: Point, to: Point) -> Vec<End> {
         let Ok(rounding) = length_up_from_mm(ROUNDING / f64::from(UNITS_PER_MM)) else { return Vec::new() };
         let mut found = Vec::new();
@@ -298,7 +298,7 @@ pub(super) fn distance_mm(p: Point, q: Point) -> f64 {
     distance(p, q) / f64::from(UNITS_PER_MM)
 }
 
-/// Points by the square they lie in.
+/// A grid of square cells that holds the points of each cell.
 struct Grid {
     reach: f64,
     cells: HashMap<(i64, i64), Vec<usize>>,

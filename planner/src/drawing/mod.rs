@@ -1,7 +1,8 @@
-//! The drawing: what the DXF file says, before anything is decided about it.
+//! The drawing: the curves of a DXF file in millimetres, and the closed contours that they form.
 //!
 //! ```text
-//! bytes ── tags ── file (entities, blocks, layers) ── flatten ──> curves in mm ── chain ──> profile, repairs, problems
+//! bytes ── tags ── file (entities, blocks, layers) ── flatten ──> curves in mm
+//! curves in mm ── chain ──> profile, repairs, problems
 //! ```
 
 mod chain;
@@ -35,18 +36,18 @@ pub use repair::{Problem, Repair};
 pub use tags::{Damage, FilePlace};
 use thiserror::Error;
 
-/// Where a curve comes from in the file.
+/// The entity of the file that a curve comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Origin {
-    /// Entity type, as DXF names it.
+    /// Entity type by its DXF name.
     pub kind: &'static str,
-    /// The entity's handle, or 0 when the file gives none.
+    /// The entity's handle, or 0 if the file gives no handle.
     pub handle: u64,
-    /// Where it begins in the file.
+    /// The place where the entity begins in the file.
     pub at: FilePlace,
     /// Its layer.
     pub layer: Arc<str>,
-    /// The block it was set in with, if any.
+    /// The block that holds it, if any.
     pub block: Option<Arc<str>>,
 }
 
@@ -65,9 +66,9 @@ impl std::fmt::Display for Origin {
 pub enum RawCurve {
     /// A straight line.
     Line {
-        /// Where it begins.
+        /// Start point.
         from: (f64, f64),
-        /// Where it ends.
+        /// End point.
         to: (f64, f64),
     },
     /// A circular arc; angles in radians, `sweep` positive counter-clockwise, `|sweep| ≤ 2π`.
@@ -76,13 +77,13 @@ pub enum RawCurve {
         centre: (f64, f64),
         /// The radius, positive.
         radius: f64,
-        /// Where it begins, as the file gives it or as computed from the angle.
+        /// Start point, from the file or computed from the angle.
         from: (f64, f64),
-        /// Where it ends.
+        /// End point.
         to: (f64, f64),
-        /// Polar angle of the beginning.
+        /// Polar angle of the start point.
         start: f64,
-        /// Angle turned through.
+        /// Signed angle from the start to the end.
         sweep: f64,
     },
     /// A piece of an ellipse or spline.
@@ -94,7 +95,7 @@ pub enum RawCurve {
 pub struct RawBezier {
     /// Control points; the curve begins at the first and ends at the last.
     pub points: Vec<(f64, f64)>,
-    /// As many weights.
+    /// One weight for each control point.
     pub weights: Vec<f64>,
 }
 
@@ -111,7 +112,7 @@ impl RawBezier {
         row.first().map_or((0.0, 0.0), |[x, y, w]| (x / w, y / w))
     }
 
-    /// The curve, as a line when it has no more than two control points.
+    /// Returns the curve, or a line if it has two control points.
     #[must_use]
     fn simplified(self) -> RawCurve {
         match self.points[..] {
@@ -126,7 +127,7 @@ impl RawCurve {
         RawBezier { points, weights }.simplified()
     }
 
-    /// Where it begins.
+    /// The start point.
     #[must_use]
     pub fn from(&self) -> (f64, f64) {
         match self {
@@ -135,7 +136,7 @@ impl RawCurve {
         }
     }
 
-    /// Where it ends.
+    /// The end point.
     #[must_use]
     pub fn to(&self) -> (f64, f64) {
         match self {
@@ -177,35 +178,35 @@ impl RawCurve {
     }
 }
 
-/// Curves that one entity joins end to end.
+/// A polyline chain: curves that one entity joins end to end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PolylineChain {
-    /// The first of them, among the drawing's curves.
+    /// Index of the first curve in [`Drawing::curves`].
     pub first: usize,
-    /// One past the last.
+    /// Index after the last curve.
     pub end: usize,
-    /// Whether the last is joined to the first.
+    /// Whether the last curve joins the first.
     pub closed: bool,
-    /// The entity, among the drawing's origins.
+    /// Index of the entity in [`Drawing::origins`].
     pub origin: u32,
 }
 
-/// What was read from a DXF file.
+/// The curves of a DXF file, and the notes of the reader.
 #[derive(Clone, Debug, Default)]
 pub struct Drawing {
     /// The curves of the visible model space, in file order.
     pub curves: Vec<RawCurve>,
-    /// How entities join them.
+    /// The polyline chains that the entities form of them.
     pub runs: Vec<PolylineChain>,
-    /// The entities they come from.
+    /// The entities that the curves come from.
     pub origins: Vec<Origin>,
-    /// The file's unit, in words, and whether it was stated.
+    /// The drawing's unit and its source: the file, the user, or an assumption.
     pub unit: String,
-    /// Layers with visible curves, and how many curves were taken from each.
+    /// Layers with visible curves, and the number of curves taken from each.
     pub layers: BTreeMap<Arc<str>, usize>,
-    /// What was left out, by reason, with counts: text, dimensions, hidden layers, construction lines.
+    /// Number of entities left out for each reason: text, dimensions, hidden layers, construction lines.
     pub left_out: BTreeMap<String, usize>,
-    /// What else a person should know about the file.
+    /// Other notes on the file, for the user.
     pub remarks: Vec<String>,
 }
 
@@ -222,7 +223,7 @@ impl Drawing {
     }
 }
 
-/// Why a drawing can not be used.
+/// Reasons why a drawing can not be used.
 #[derive(Debug, Error)]
 pub enum DrawingError {
     /// The file can not be read.
@@ -230,43 +231,45 @@ pub enum DrawingError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The error of the operating system.
         source: std::io::Error,
     },
-    /// The file is larger than is read into memory.
+    /// The file is larger than [`SIZE_MAX`].
     #[error(
-        "the drawing has {bytes} bytes; at most {SIZE_MAX} are read. Purge it in the CAD system, or export only the profile."
+        "the drawing has {bytes} bytes, more than the limit of {SIZE_MAX}. Purge it in the CAD system, or \
+         export only the profile."
     )]
     TooLarge {
         /// Its size.
         bytes: u64,
     },
-    /// The file is no DXF, or a damaged one.
+    /// The file is not DXF, or it is damaged.
     #[error("not a readable DXF file: {0}. Export it again from the CAD system, as DXF R12 or later.")]
     Damaged(#[from] Damage),
-    /// The unit asked for is unknown, or the file's unit is none of a workshop's.
-    #[error("unknown unit \"{name}\". Say with --units which it is: mm, cm, m, in, ft.")]
+    /// The unit of `--units`, or the unit that the file states, is not supported.
+    #[error("unknown unit \"{name}\". Give the drawing's unit with --units: mm, cm, m, in or ft.")]
     Unit {
         /// The unit's name.
         name: String,
     },
-    /// An entity has numbers that make no curve.
+    /// The numbers of an entity define no curve.
     #[error("{origin}: {problem}. Repair it in the CAD system, or leave out its layer.")]
     BadEntity {
         /// The entity.
         origin: Box<Origin>,
-        /// What is wrong with it.
+        /// The fault.
         problem: &'static str,
     },
-    /// There are more curves than are taken.
+    /// The drawing has more than [`CURVES_MAX`] curves, or inserts its blocks too often.
     #[error(
-        "more than {CURVES_MAX} curves, or blocks set in millions of times; the last one taken is {origin}. Choose layers with --layer, or export only the profile."
+        "the drawing has more than {CURVES_MAX} curves, or inserts its blocks millions of times. The reader \
+         stopped at {origin}. Choose layers with --layer, or export only the profile."
     )]
     TooMany {
-        /// The entity reached.
+        /// The entity at which the reader stopped.
         origin: Box<Origin>,
     },
-    /// A coordinate is off the lattice.
+    /// A coordinate lies outside the lattice.
     #[error("{origin}: {source}. {}", remedy(*low, *high))]
     OffLattice {
         /// The entity.
@@ -278,7 +281,7 @@ pub enum DrawingError {
         /// Largest x and y of the drawing, mm.
         high: (f64, f64),
     },
-    /// A layer that was asked for has no curves.
+    /// A selected layer has no visible curves.
     #[error("layer \"{asked}\" has no visible curves. Layers with curves: {}.", list(present))]
     NoLayer {
         /// The layer.
@@ -286,9 +289,9 @@ pub enum DrawingError {
         /// The layers that have curves.
         present: Vec<String>,
     },
-    /// A layer that was to be left out is nowhere in the file.
+    /// A layer to leave out is not in the file.
     #[error(
-        "layer \"{asked}\", which is to be left out, is not in the drawing. Layers with curves: {}.",
+        "layer \"{asked}\" of --without-layer is not in the drawing. Layers with curves: {}.",
         list(present)
     )]
     StrangeLayer {
@@ -297,35 +300,35 @@ pub enum DrawingError {
         /// The layers that have curves.
         present: Vec<String>,
     },
-    /// There is nothing to machine.
+    /// The drawing has no curve to machine.
     #[error("there is no curve to machine. Left out: {}.", counted(left_out))]
     Empty {
-        /// What was left out.
+        /// Number of entities left out for each reason.
         left_out: BTreeMap<String, usize>,
     },
-    /// The bound for curves is none.
-    #[error("--curve-mm {curve_mm} is no bound for curves. Give one between 0.0001 and 1 mm.")]
+    /// The chord-error bound for splines and ellipses is out of range.
+    #[error("--curve-mm {curve_mm} is out of range. Give a value between 0.0001 and 1 mm.")]
     CurveBound {
-        /// What was given, mm.
+        /// The given bound, mm.
         curve_mm: f64,
     },
-    /// Contours that can not be closed.
+    /// Some contours can not be closed.
     #[error("{}", problems_text(.0))]
     Problems(Vec<Problem>),
 }
 
-/// Problems that are told one by one; more are only counted.
-const TOLD: usize = 5;
+/// Largest number of problems that the message lists; it counts the rest.
+const LISTED: usize = 5;
 
 fn problems_text(problems: &[Problem]) -> String {
-    let mut text: Vec<String> = problems.iter().take(TOLD).map(ToString::to_string).collect();
-    if problems.len() > TOLD {
-        text.push(format!("… and {} more: `keepout inspect` lists and draws them.", problems.len() - TOLD));
+    let mut text: Vec<String> = problems.iter().take(LISTED).map(ToString::to_string).collect();
+    if problems.len() > LISTED {
+        text.push(format!("… and {} more: `keepout inspect` lists and draws them.", problems.len() - LISTED));
     }
     text.join("\n")
 }
 
-/// What to do about a drawing that leaves the lattice: move it, when it is small enough.
+/// The remedy for a drawing that leaves the lattice. A drawing that is small enough can be moved.
 fn remedy(low: (f64, f64), high: (f64, f64)) -> String {
     const ROOM_MM: f64 = 5300.0;
     let (width, height) = (high.0 - low.0, high.1 - low.1);
@@ -335,11 +338,13 @@ fn remedy(low: (f64, f64), high: (f64, f64)) -> String {
     } else if width.max(height) < ROOM_MM {
         let (x, y) = ((-low.0).floor(), (-low.1).floor());
         format!(
-            "The drawing lies far from its origin: move it with --offset-mm {x:.0},{y:.0}, or check its units (--units)."
+            "The drawing lies far from its origin: move it with --offset-mm {x:.0},{y:.0}, or check its \
+             units (--units)."
         )
     } else if width.max(height) < 1e9 {
         format!(
-            "The drawing is {:.1} m × {:.1} m large: check its units (--units), or choose layers with --layer.",
+            "The drawing is {:.1} m × {:.1} m large: check its units (--units), or choose layers with \
+             --layer.",
             width / 1000.0,
             height / 1000.0
         )

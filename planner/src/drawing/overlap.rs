@@ -1,4 +1,4 @@
-//! Lines that lie partly on each other, made one where a contour can not be followed otherwise.
+//! Merges lines that overlap in part, at places where a contour can not be followed otherwise.
 
 use std::collections::{BTreeMap, HashSet};
 
@@ -9,13 +9,13 @@ use super::Repair;
 use super::chain::{Bend, End, Piece, remove};
 use super::join::{EndIndex, Joiner, LineIndex, ROUNDING, distance, distance_mm};
 
-/// Lines at one end that are looked at in a round.
+/// Largest number of lines that are compared at one end in a round.
 const NEAR_MAX: usize = 256;
-/// Rounds of merging: a merged line can uncover another overlap.
+/// Rounds of merging: a merged line can reveal another overlap.
 const ROUNDS: usize = 3;
 
-/// Merges straight pieces that overlap on one line, near ends that are loose or crowded. Closed contours that lie on
-/// others are left for the check of contours to name.
+/// Merges straight pieces that overlap on one line, at loose or crowded ends. Closed contours that lie on each
+/// other stay unchanged; the check of contours reports them.
 pub(super) fn merge(joiner: &mut Joiner, repairs: &mut Vec<Repair>) {
     for _ in 0..ROUNDS {
         let groups = overlapping(joiner);
@@ -44,7 +44,8 @@ pub(super) fn merge(joiner: &mut Joiner, repairs: &mut Vec<Repair>) {
     }
 }
 
-/// Whether a piece lies on one of those closed contours are made of: it adds nothing then. They stay as they are.
+/// Whether a piece lies on one of the given pieces of closed contours, and is therefore superfluous. Adds the
+/// repair; the contours stay unchanged.
 fn lies_on(joiner: &Joiner, i: usize, whole: &[usize], repairs: &mut Vec<Repair>) -> bool {
     let piece = &joiner.pieces[i];
     let covers = |&j: &usize| {
@@ -96,9 +97,11 @@ fn led_by(leader: &BTreeMap<usize, usize>, mut i: usize) -> usize {
     i
 }
 
-/// Those of a group that the line from their first to their last end is for: all, or else those that cover it with the longest,
-/// for what lies on one of them need not lie on the next, and what lies on it farther on leaves a gap. None when that is one
-/// alone.
+/// The members of a group that one line can replace: the line from their first to their last end is within
+/// rounding of each.
+///
+/// If not all members fit, the result is a run without a gap along the longest member. It is empty if only the
+/// longest fits. Neighbours in a group overlap, but a piece need not be near the line of every other member.
 fn on_one_line(joiner: &Joiner, group: &[usize]) -> Vec<usize> {
     let off = |line: &Line, i: usize| {
         let piece = &joiner.pieces[i];
@@ -114,7 +117,8 @@ fn on_one_line(joiner: &Joiner, group: &[usize]) -> Vec<usize> {
         return group.to_vec();
     }
     let Some(longest) = longest(joiner, group).map(Line::of) else { return Vec::new() };
-    // What is within half of it from one line is within all of it from a line between two ends of that.
+    // Pieces within half the rounding of one line are within the rounding of a line between any two of
+    // their ends.
     let runs = [ROUNDING, ROUNDING / 2.0].map(|within| {
         let near = group.iter().copied().filter(|&i| off(&longest, i) <= within).collect();
         run_of(joiner, &longest, near)
@@ -122,7 +126,7 @@ fn on_one_line(joiner: &Joiner, group: &[usize]) -> Vec<usize> {
     runs.into_iter().find(|run| is_one(run)).filter(|run| run.len() > 1).unwrap_or_default()
 }
 
-/// Of pieces along a line, those that with others lie over all of it, and farther without a gap.
+/// Of pieces along a line, the run that covers the whole line and continues without a gap.
 fn run_of(joiner: &Joiner, line: &Line, mut group: Vec<usize>) -> Vec<usize> {
     let ends = |i: usize| {
         let piece = &joiner.pieces[i];
@@ -206,7 +210,7 @@ impl Line {
     }
 }
 
-/// The lines that a group covers, cut where other pieces end on them.
+/// The lines that replace a group, split where other pieces end on them.
 fn merged(joiner: &Joiner, group: &[usize], loose: &EndIndex, repairs: &mut Vec<Repair>) -> Vec<Piece> {
     let (Some(longest), Some((first, last))) = (longest(joiner, group), span(joiner, group)) else {
         return Vec::new();
@@ -217,7 +221,7 @@ fn merged(joiner: &Joiner, group: &[usize], loose: &EndIndex, repairs: &mut Vec<
         length_mm: distance_mm(first, last),
         count: group.len(),
     });
-    // Other pieces that end between the two ends of the whole cut it there.
+    // Other pieces that end on the line split it there.
     let on_it = |&end: &End| {
         let p = joiner.at(end);
         let t = line.along(p);
@@ -244,8 +248,8 @@ mod tests {
 
     use super::super::{CURVE_MM, EntityFilter, JOIN_MM, chain, import};
 
-    /// A slot with half circles of radius `r` for ends, of short lines that each begin a little before the one before ends, and a
-    /// side that is open from x = 40 to 60 mm.
+    /// A slot of lines, with half circles of radius `r` at its ends. Each line begins a little before the
+    /// previous line ends. One side is open from x = 40 to 60 mm.
     fn open_slot(r: f64) -> String {
         let mut corners = vec![(40.0, 0.0), (0.0, 0.0)];
         let count = 1200_u16;
@@ -273,9 +277,9 @@ mod tests {
         text + "0\nENDSEC\n0\nEOF\n"
     }
 
-    /// Lines far apart on one line are not one, whatever leads from one to the other round about.
+    /// Two lines far apart on one straight line are not merged, although a chain of lines joins them.
     #[test]
-    fn an_opening_stays_open() {
+    fn opening_of_a_slot_stays_open() {
         let drawing = import(open_slot(10.0).as_bytes(), &EntityFilter::default()).unwrap();
         let chained = chain(&drawing, JOIN_MM, CURVE_MM).unwrap();
         assert!(chained.profile.loops.is_empty(), "{:?}", chained.profile);

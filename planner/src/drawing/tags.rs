@@ -1,4 +1,4 @@
-//! The scanner: DXF bytes, ASCII or binary, as a stream of group codes and values.
+//! The scanner: reads DXF bytes, ASCII or binary, as a stream of group codes and values.
 
 use thiserror::Error;
 
@@ -20,62 +20,62 @@ impl std::fmt::Display for FilePlace {
     }
 }
 
-/// Why bytes are no DXF.
+/// Faults of the bytes of a DXF file.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum Damage {
-    /// There are no group codes.
+    /// The file has no group codes.
     #[error("it has no DXF group codes")]
     NoDxf,
-    /// Where a group code belongs is something else.
-    #[error("at {at} a group code is expected, \"{found}\" is there")]
+    /// The file has other text in the place of a group code.
+    #[error("at {at} the file has \"{found}\", but a group code must be there")]
     Code {
-        /// Where.
+        /// The place.
         at: FilePlace,
-        /// What is there, shortened.
+        /// The text there, shortened.
         found: String,
     },
-    /// A value that must be a number is none, or no finite one.
-    #[error("at {at} the value of group {code} must be a finite number, \"{found}\" is there")]
+    /// A value must be a finite number, and is not.
+    #[error("at {at} the value of group {code} is \"{found}\", but it must be a finite number")]
     Number {
-        /// Where.
+        /// The place.
         at: FilePlace,
         /// Its group code.
         code: i16,
-        /// What is there, shortened.
+        /// The value there, shortened.
         found: String,
     },
     /// An entity lacks a group.
     #[error("the entity that ends at {at} lacks its group {code}")]
     Missing {
-        /// Where.
+        /// The place where the entity ends.
         at: FilePlace,
-        /// The group.
+        /// The code of the group.
         code: i16,
     },
-    /// The file ends in the middle.
+    /// The file ends too early.
     #[error("it ends at {at} inside {inside}: a piece of the file is missing")]
     EndsEarly {
-        /// Where.
+        /// The place.
         at: FilePlace,
-        /// What is not finished there.
+        /// The unfinished part of the file.
         inside: &'static str,
     },
-    /// A string of a binary file is longer than a DXF string can be.
-    #[error("at {at} a text of more than {TEXT_MAX} bytes begins")]
+    /// A text of a binary file is longer than the reader accepts.
+    #[error("the text at {at} is longer than {TEXT_MAX} bytes")]
     Text {
-        /// Where.
+        /// The place where the text begins.
         at: FilePlace,
     },
 }
 
-/// Longest text of a binary file.
+/// Longest text that the reader accepts in a binary file, bytes.
 const TEXT_MAX: usize = 1 << 16;
 const SENTINEL: &[u8] = b"AutoCAD Binary DXF\r\n\x1a\0";
 
 /// The value of a group.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Value<'a> {
-    /// Text, or a number that is still text, without blanks around it.
+    /// Text, or a number not yet parsed, without blanks around it.
     Text(&'a [u8]),
     /// An integer of a binary file.
     Integer(i64),
@@ -90,12 +90,12 @@ pub struct Tag<'a> {
     pub code: i16,
     /// The value.
     pub value: Value<'a>,
-    /// Where the value is.
+    /// The place of the value.
     pub at: FilePlace,
 }
 
 impl<'a> Tag<'a> {
-    /// The value as text; nothing for the numbers of binary files.
+    /// The value as text; empty for the numbers of binary files.
     #[must_use]
     pub fn text(&self) -> &'a [u8] {
         match self.value {
@@ -117,7 +117,7 @@ impl<'a> Tag<'a> {
         number.filter(|number| number.is_finite()).ok_or_else(|| self.no_number())
     }
 
-    /// The value as an integer; a number without a fraction will do.
+    /// The value as an integer. A real number without a fraction is valid, too.
     ///
     /// # Errors
     /// [`Damage::Number`] with the place.
@@ -152,7 +152,7 @@ fn shortened(text: &[u8]) -> String {
     String::from_utf8_lossy(text).chars().filter(|c| !c.is_control()).take(40).collect()
 }
 
-/// Reads groups one after the other; comments (code 999) are skipped.
+/// Reads groups one after the other and skips comments (code 999).
 #[derive(Clone, Debug)]
 pub struct Tags<'a> {
     rest: &'a [u8],
@@ -164,20 +164,20 @@ pub struct Tags<'a> {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Form {
-    /// Lines that end in this byte.
+    /// Text lines; each ends with this byte.
     Ascii(u8),
     /// Group codes of one byte (up to R12) or two.
     Binary { wide: bool },
 }
 
 impl<'a> Tags<'a> {
-    /// Looks at the beginning of the file.
+    /// Detects the form of the file from its beginning.
     ///
     /// # Errors
-    /// [`Damage::NoDxf`] when it is neither binary DXF nor lines of text.
+    /// [`Damage::NoDxf`] if the file is neither binary DXF nor lines of text.
     pub fn new(bytes: &'a [u8]) -> Result<Self, Damage> {
         if let Some(rest) = bytes.strip_prefix(SENTINEL) {
-            // The first group is (0, "SECTION"): with wide codes a second zero byte comes before the S.
+            // The first group is (0, "SECTION"). If codes have two bytes, a second zero byte precedes the S.
             let wide = rest.get(1) == Some(&0);
             return Ok(Self { rest, form: Form::Binary { wide }, passed: 22, held: None });
         }
@@ -220,7 +220,7 @@ impl<'a> Tags<'a> {
         }
     }
 
-    /// Gives a group back, to be read again.
+    /// Puts a group back: `next` returns it again.
     pub fn hold(&mut self, tag: Tag<'a>) {
         self.held = Some(tag);
     }
@@ -228,7 +228,7 @@ impl<'a> Tags<'a> {
     fn next_ascii(&mut self, end: u8) -> Result<Option<Tag<'a>>, Damage> {
         let code = loop {
             match self.line(end) {
-                // Blank lines at the end of a file are no group; before one they are passed over.
+                // Blank lines at the end of a file are not a group. Blank lines before a group are skipped.
                 Some([]) => {}
                 Some(line) => break line,
                 None => return Ok(None),
@@ -313,7 +313,7 @@ impl<'a> Tags<'a> {
     }
 }
 
-/// A group code: up to five digits with a sign.
+/// Parses a group code: up to five digits, and a minus sign if negative.
 fn small_integer(text: &[u8]) -> Option<i16> {
     let (sign, digits) = match text {
         [b'-', digits @ ..] => (-1, digits),
@@ -347,7 +347,7 @@ mod tests {
     }
 
     #[test]
-    fn every_line_end_and_comments() {
+    fn every_line_ending_is_read_and_comments_are_skipped() {
         let wanted = vec![(0, "LINE".to_string()), (10, "1.5".to_string())];
         for text in [
             "0\nLINE\n 10\n1.5\n",
@@ -360,7 +360,7 @@ mod tests {
     }
 
     #[test]
-    fn binary_of_both_widths() {
+    fn binary_group_codes_of_both_widths_are_read() {
         let mut narrow = SENTINEL.to_vec();
         narrow.extend(b"\0LINE\0\x0a");
         narrow.extend(1.5_f64.to_le_bytes());
@@ -386,7 +386,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_that_are_none() {
+    fn text_that_is_not_a_finite_number_is_refused() {
         for text in ["nan", "inf", "1e999", "1,5", "", "0x10"] {
             let tag = Tag { code: 40, value: Value::Text(text.as_bytes()), at: FilePlace::Line(7) };
             assert!(tag.real().unwrap_err().to_string().contains("line 7"), "{text}");
