@@ -1,6 +1,7 @@
-//! One line or arc between two points that lies beside places between them.
+//! Fits one line or one arc between two end points to sample points between them.
 //!
-//! Places are seen from the chord between the points: along it from its middle, and to its left. Lengths are in lattice units.
+//! The fit uses the frame of the chord between the end points: x along the chord from its midpoint, y to its
+//! left. Lengths are in lattice units.
 
 use keepout_kernel::curve::{fit_arc, hypot, radius, xy};
 use keepout_kernel::offset::shortest_arc;
@@ -9,27 +10,27 @@ use keepout_kernel::{Curve, Point, Segment, Turn};
 /// A point or a vector in lattice units.
 pub(crate) type Xy = (f64, f64);
 
-/// An arc turns by no more than a quarter: its height is at most this share of half the chord (tan 22.5°, and rounding).
+/// Largest height of an arc as a share of half its chord: tan 22.5° (an arc of a quarter turn), and rounding.
 const HEIGHT_MAX: f64 = 0.414_25;
-/// An arc has no larger radius (2 m): a line takes its place where that is near enough.
+/// Largest radius of an arc (2 m). A line replaces a larger arc if it is near enough.
 const RADIUS_MAX: f64 = 2e8;
-/// An arc that is not higher is a line.
+/// Smallest height of an arc. A line replaces a flatter arc.
 const FLAT: f64 = 1.0;
 /// Rounding of an arc's centre.
 const ROUNDING: f64 = 2.0;
-/// Rounds in which the height of an arc is sought.
+/// Rounds of the search for the height of an arc.
 const ROUNDS: usize = 4;
-/// A change of the height that ends the search.
-const SETTLED: f64 = 0.1;
-/// A place this near to an end of the chord, as a share, tells nothing of the height.
+/// The search ends when the height changes by less than this.
+const CHANGE_MIN: f64 = 0.1;
+/// Samples with a smaller share in the height lie too near an end of the chord to bound the height.
 const AT_END: f64 = 1e-3;
 
-/// How far to its left and to its right a curve may have places.
+/// The band beside a curve within which all samples must lie.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Band {
-    /// To the left of the curve.
+    /// Its width to the left of the curve.
     pub left: f64,
-    /// To the right of the curve.
+    /// Its width to the right of the curve.
     pub right: f64,
 }
 
@@ -48,7 +49,7 @@ pub(crate) struct Chord {
 }
 
 impl Chord {
-    /// `None` when the points are the same.
+    /// The chord from one point to the other; `None` if the points are equal.
     pub fn between(from: Point, to: Point) -> Option<Self> {
         let (p, q) = (xy(from), xy(to));
         let (dx, dy) = minus(q, p);
@@ -58,8 +59,10 @@ impl Chord {
         (from != to).then_some(Self { ends: (from, to), middle, along, half: length / 2.0 })
     }
 
-    /// The line or the arc of a quarter turn at most between the chord's ends that has all places within the band, near the
-    /// middle of what the band permits. `None` when there is none, or the places do not run forward along the chord.
+    /// The line, or the arc of at most a quarter turn, between the chord's ends that has all samples within
+    /// its band. Its height is near the middle of the permitted range.
+    ///
+    /// `None` if no such curve exists, or if the samples do not run forward along the chord.
     pub fn curve_beside(&self, places: &[Xy], band: Band) -> Option<Curve> {
         let height = self.height(places, band)?;
         let line = || Curve::Line(Segment { from: self.ends.0, to: self.ends.1 });
@@ -69,8 +72,8 @@ impl Chord {
 
     /// The height of the arc to the left of the chord.
     ///
-    /// An arc that is higher by h is higher by h·(1 − x²/half²) at x, to first order: each place bounds the height from both
-    /// sides, and a few rounds do for arcs of a quarter turn.
+    /// To first order, an arc of a height larger by h is higher by h·(1 − x²/half²) at x. So each sample
+    /// bounds the height from both sides. A few rounds suffice for arcs of up to a quarter turn.
     fn height(&self, places: &[Xy], band: Band) -> Option<f64> {
         let seen: Vec<Xy> = places.iter().map(|&p| self.seen(p)).collect();
         if seen.windows(2).any(|pair| pair[1].0 < pair[0].0 - FLAT) {
@@ -96,7 +99,7 @@ impl Chord {
                 break;
             }
             height += step;
-            if step.abs() < SETTLED {
+            if step.abs() < CHANGE_MIN {
                 break;
             }
         }
@@ -108,23 +111,23 @@ impl Chord {
         (dot(d, self.along), cross(self.along, d))
     }
 
-    /// How far a place, seen from the chord, is to the left of the arc of that height.
+    /// Signed distance of a sample, in the chord's frame, to the left of the arc of that height.
     fn above(&self, (x, y): Xy, height: f64) -> f64 {
         if height.abs() < AT_END {
             return y;
         }
         let r = self.radius(height);
-        // Without the cancellation of two large radii: D − r = (D² − r²) / (D + r).
+        // D − r = (D² − r²) / (D + r) avoids the cancellation between two large radii.
         let up = y - height;
         (x * x + up * up + 2.0 * r * up) / (hypot(x, up + r) + r.abs()) * r.signum()
     }
 
-    /// The radius of the arc of that height, negative for one to the right.
+    /// The radius of the arc of that height; negative for an arc to the right of the chord.
     fn radius(&self, height: f64) -> f64 {
         (self.half * self.half + height * height) / (2.0 * height)
     }
 
-    /// The arc of that height; `None` when a line is to be taken.
+    /// The arc of that height; `None` if a line must replace it.
     fn arc(&self, height: f64) -> Option<Curve> {
         if height.abs() < FLAT {
             return None;
@@ -137,7 +140,7 @@ impl Chord {
         (long && radius(&arc) <= RADIUS_MAX).then_some(Curve::Arc(arc))
     }
 
-    /// How far a place is to the left of a curve between the chord's ends.
+    /// Signed distance of a sample to the left of a curve between the chord's ends.
     fn to_left(&self, curve: &Curve, p: Xy) -> f64 {
         match curve {
             Curve::Line(_) => self.seen(p).1,
@@ -172,7 +175,7 @@ mod tests {
         nearest_point(x, y).unwrap()
     }
 
-    /// Places on arcs of all sizes and turns, moved to and fro by a share of the band.
+    /// Samples of an arc, moved inward and outward by up to `off`.
     fn places(radius: f64, begin: f64, turn: f64, off: f64) -> Vec<Xy> {
         let place = |k: u32| {
             let (sine, cosine) = (begin + turn * f64::from(k) / 16.0).sin_cos();
@@ -183,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn arcs_are_found_beside_their_own_places() {
+    fn arcs_are_fitted_to_their_own_samples() {
         for radius in [5e4, 1e6, 1e7, 1.9e8] {
             for turn in [-1.5, -0.3, 0.05, 1.0, 1.5] {
                 let places = places(radius, 0.7, turn, 20.0);
@@ -197,14 +200,15 @@ mod tests {
     }
 
     #[test]
-    fn bands_of_one_side_are_kept() {
+    fn one_sided_bands_are_kept() {
         let places = places(1e5, 0.0, 1.2, 0.0);
         let chord = Chord::between(at(places[0]), at(places[16])).unwrap();
         for (band, longer) in
             [(Band { left: 0.0, right: 40.0 }, false), (Band { left: 40.0, right: 0.0 }, true)]
         {
             let Some(Curve::Arc(arc)) = chord.curve_beside(&places, band) else { panic!("{band:?}") };
-            // The places lie on one side of it: they turn left, and a larger radius passes within them.
+            // All samples lie on one side of the arc. They turn left, so an arc of larger radius passes
+            // inside them.
             let far =
                 hypot(places[8].0 - xy(arc.centre()).0, places[8].1 - xy(arc.centre()).1) - radius(&arc);
             assert_eq!(far < 0.0, longer, "{band:?}: {far}");
@@ -212,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn places_that_run_back_have_no_curve() {
+    fn samples_that_run_back_have_no_curve() {
         let chord = Chord::between(at((0.0, 0.0)), at((1000.0, 0.0))).unwrap();
         let band = Band { left: 10.0, right: 10.0 };
         assert!(chord.curve_beside(&[(0.0, 0.0), (600.0, 0.0), (400.0, 0.0), (1000.0, 0.0)], band).is_none());

@@ -1,4 +1,4 @@
-//! What was understood of a drawing: layers, contours, nesting, repairs, problems.
+//! The report on a drawing: layers, contours, nesting, repairs, problems.
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -14,38 +14,38 @@ use crate::profile::{ProfileError, ProfileLoop};
 use crate::select::Outline;
 use crate::units::{mm, point_from_mm, point_mm};
 
-/// What was understood of a drawing. Lengths in mm, areas in mm².
+/// The report on a drawing. Lengths are in mm, areas in mm².
 #[derive(Clone, Debug, Serialize)]
 pub struct Inspection {
-    /// The unit the drawing was read in.
+    /// The unit of the drawing, and its source.
     pub unit: String,
-    /// Curves taken from each visible layer.
+    /// Number of curves taken from each visible layer.
     pub layers: BTreeMap<String, usize>,
-    /// Curves taken altogether.
+    /// Number of all curves taken.
     pub curves: usize,
     /// The closed contours, in file order.
     pub contours: Vec<Contour>,
-    /// Contours that lie within an even number of others.
+    /// Number of contours that lie within an even number of others.
     pub outer: usize,
-    /// Contours that lie within an odd number of others.
+    /// Number of contours that lie within an odd number of others.
     pub inner: usize,
     /// The area within an odd number of contours.
     pub area_mm2: f64,
-    /// Least x, least y, largest x, largest y of the contours; `None` without any.
+    /// Least x, least y, largest x, largest y of the contours; `None` without contours.
     pub box_mm: Option<[f64; 4]>,
-    /// Pieces of splines and ellipses, and the bound within which arcs and lines stand for them.
+    /// Number of pieces of splines and ellipses, which arcs and lines replace.
     pub free_curves: usize,
-    /// That bound.
+    /// Chord-error bound of these arcs and lines.
     pub curve_bound_mm: f64,
-    /// Chains of curves that do not close.
+    /// Number of chains of curves that do not close.
     pub open_chains: usize,
-    /// What was changed in the drawing.
+    /// The repairs of the drawing.
     pub repairs: Vec<Note>,
-    /// What keeps a plan from being made.
+    /// The problems that prevent a plan of all contours.
     pub problems: Vec<Note>,
-    /// What was left out, by reason.
+    /// Number of entities left out for each reason.
     pub left_out: BTreeMap<String, usize>,
-    /// What else to know about the file.
+    /// Other notes on the file.
     pub remarks: Vec<String>,
 }
 
@@ -54,37 +54,37 @@ pub struct Inspection {
 pub struct Contour {
     /// The layer of its first curve.
     pub layer: String,
-    /// How many contours it lies within.
+    /// Number of contours around it.
     pub depth: usize,
     /// The area within it.
     pub area_mm2: f64,
     /// Its length.
     pub length_mm: f64,
-    /// Straight edges.
+    /// Number of straight edges.
     pub lines: usize,
-    /// Arcs.
+    /// Number of arcs.
     pub arcs: usize,
     /// Least x, least y, largest x, largest y.
     pub box_mm: [f64; 4],
-    /// A point within it that `--at` selects it by, when one was found.
+    /// A point within it, for `--at`; `None` if the search found no point.
     pub inside_mm: Option<(f64, f64)>,
 }
 
-/// A place, and what is to be said of it.
+/// A note with its place.
 #[derive(Clone, Debug, Serialize)]
 pub struct Note {
-    /// Where, mm.
+    /// The place, mm.
     pub at_mm: (f64, f64),
-    /// What.
+    /// The text.
     pub text: String,
 }
 
-/// Contacts between contours that are listed.
+/// Largest number of listed contacts between contours.
 const CONTACTS_MAX: usize = 50;
-/// Straight pieces that are gone through for that: all of them for each contact.
+/// Largest number of straight pieces to compare for that list. Each contact compares all pieces.
 const PIECES_MAX: usize = 5_000_000;
 
-/// Looks at a drawing's contours.
+/// Makes the report on a drawing and its contours.
 #[must_use]
 pub fn inspect(drawing: &Drawing, chained: &Chained) -> Inspection {
     let loops = &chained.profile.loops;
@@ -103,7 +103,7 @@ pub fn inspect(drawing: &Drawing, chained: &Chained) -> Inspection {
     let mut repairs: Vec<Note> =
         chained.repairs.iter().map(|repair| note(repair.at(), repair.to_string())).collect();
     for each in loops.iter().filter(|each| each.is_flat()) {
-        let text = "a line drawn to and fro, which bounds nothing, is left out".into();
+        let text = "a line drawn there and back, which encloses no area, is left out".into();
         repairs.push(note(each.edges[0].curve.from(), text));
     }
     let mut problems: Vec<Note> =
@@ -128,7 +128,7 @@ pub fn inspect(drawing: &Drawing, chained: &Chained) -> Inspection {
     }
 }
 
-/// The least box around two.
+/// The smallest box around two boxes.
 pub(crate) fn union(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
     [a[0].min(b[0]), a[1].min(b[1]), a[2].max(b[2]), a[3].max(b[3])]
 }
@@ -149,7 +149,7 @@ fn contour(each: &ProfileLoop, outline: &Outline, layer: &str, depth: usize) -> 
     }
 }
 
-/// A point within, in the middle of the widest stretch of a horizontal line half-way up.
+/// A point within the contour: the middle of its widest stretch on the horizontal line at half its height.
 fn inside(outline: &Outline) -> Option<(f64, f64)> {
     let (low, high) = outline.bounds;
     let y = f64::midpoint(low.1, high.1);
@@ -166,9 +166,9 @@ fn inside(outline: &Outline) -> Option<(f64, f64)> {
     Some((f64::midpoint(widest[0], widest[1]), y))
 }
 
-/// How many contours each lies within, by its first corner.
+/// The number of contours around the first corner of each contour.
 fn depths(outlines: &[Outline]) -> Vec<usize> {
-    // The diagonals of their boxes, behind boxes: few outlines are asked about each corner.
+    // An index of the diagonals of the boxes leaves few outlines to test for each corner.
     let point = |p: (f64, f64)| point_from_mm(p).unwrap_or(Point::ORIGIN);
     let diagonal = |outline: &Outline| Segment { from: point(outline.bounds.0), to: point(outline.bounds.1) };
     let edge = |outline: &Outline| Edge { chord: diagonal(outline), chord_error: Length::ZERO };
@@ -185,7 +185,7 @@ fn depths(outlines: &[Outline]) -> Vec<usize> {
     outlines.iter().enumerate().map(depth).collect()
 }
 
-/// Where contours touch or cross themselves or each other, or are no shapes at all.
+/// The places where contours touch or cross themselves or each other, and the degenerate contours.
 fn contacts(loops: &[ProfileLoop]) -> Vec<(Point, String)> {
     let mut found = Vec::new();
     let mut rings: Vec<Ring> = Vec::new();
@@ -201,7 +201,7 @@ fn contacts(loops: &[ProfileLoop]) -> Vec<(Point, String)> {
         if found.len() >= CONTACTS_MAX || looked_at > PIECES_MAX {
             found.push((
                 at,
-                format!("{text} There may be more such places: look again when these are mended."),
+                format!("{text} There may be more such places: repair these, then inspect again."),
             ));
             break;
         }
@@ -270,7 +270,7 @@ impl std::fmt::Display for Inspection {
     }
 }
 
-/// Lines of a kind that are listed; more are counted.
+/// Largest number of listed lines of each kind; the report counts the rest.
 const LISTED: usize = 40;
 
 fn more(f: &mut std::fmt::Formatter<'_>, count: usize) -> std::fmt::Result {
@@ -284,8 +284,8 @@ mod tests {
     use super::*;
     use crate::request::PlanRequest;
 
-    /// What is said of so many circles that all cross each other.
-    fn said_of_circles(count: u32, radius_mm: f64) -> Vec<String> {
+    /// The problems of `count` circles that all cross each other.
+    fn problems_of_circles(count: u32, radius_mm: f64) -> Vec<String> {
         let mut dxf = "0\nSECTION\n2\nENTITIES\n".to_string();
         for x in 0..count {
             let _ = write!(dxf, "0\nCIRCLE\n10\n{x}\n20\n0\n40\n{radius_mm}\n");
@@ -296,18 +296,19 @@ mod tests {
     }
 
     #[test]
-    fn contacts_are_listed_up_to_a_bound_that_is_told() {
-        let few = said_of_circles(20, 30.0);
+    fn contacts_above_the_limit_are_reported_as_not_listed() {
+        let few = problems_of_circles(20, 30.0);
         assert!(few.len() == 19 && few.iter().all(|text| text.contains("cross or touch at")), "{few:?}");
-        let many = said_of_circles(60, 40.0);
+        let many = problems_of_circles(60, 40.0);
         assert_eq!(many.len(), CONTACTS_MAX + 1);
         assert!(many[CONTACTS_MAX].contains("There may be more") && !many[0].contains("There may be more"));
     }
 
-    /// Found by the fuzzer: a few hundred curves of half a million straight pieces were gone through fifty times.
+    /// The fuzzer found this: a few hundred curves of half a million straight pieces were compared fifty
+    /// times.
     #[test]
-    fn curves_of_many_pieces_are_not_gone_through_for_each_contact() {
-        let large = said_of_circles(60, 4500.0);
+    fn work_on_contacts_between_curves_of_many_pieces_is_bounded() {
+        let large = problems_of_circles(60, 4500.0);
         assert!(
             large.len() < 30 && large.last().is_some_and(|text| text.contains("There may be more")),
             "{large:?}"

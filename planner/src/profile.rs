@@ -9,14 +9,14 @@ use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, Region, Ring, Segme
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// How far a curve may leave its chords: 0.1 µm.
+/// Chord-error bound of the chords of a curve: 0.1 µm.
 pub const CHORD_SLACK: Length = Length::small(10);
 
-/// What arcs leave their checked chords by at most: the sagitta asked for, and what rounding adds.
+/// Chord-error bound of the checked chords of an arc, 0.2 µm: [`CHORD_SLACK`] and an allowance for rounding.
 pub const ARC_CHORD_SLACK: Length = Length::small(20);
-/// Most that edges may leave the curves they stand for by: 1 mm.
-const SLACK_MAX: Length = Length::whole_mm(1);
-/// Chords of one contour's arcs that are held.
+/// Largest chord-error bound between a spline or ellipse and its edges: 1 mm.
+const CHORD_ERROR_MAX: Length = Length::whole_mm(1);
+/// Largest number of chords of the arcs of one contour.
 const CHORDS_MAX: usize = 16_000_000;
 
 /// An edge of the profile.
@@ -25,7 +25,8 @@ pub struct ProfileEdge {
     /// The curve.
     #[serde(with = "crate::stored")]
     pub curve: Curve,
-    /// How far the drawing's curve leaves a line that stands for it; zero for true lines and arcs.
+    /// Chord-error bound: the largest distance between the edge and the spline or ellipse that it replaces.
+    /// Zero for lines and arcs of the drawing.
     #[serde(with = "crate::stored")]
     pub chord_error: Length,
 }
@@ -36,35 +37,35 @@ impl ProfileEdge {
     }
 }
 
-/// A curve of the drawing that edges stand for, within their chord_error.
+/// A spline or ellipse of the drawing that edges replace, within their chord-error bound.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SourceCurve {
     /// The curve, in the direction of the loop.
     #[serde(with = "crate::stored")]
     pub curve: Bezier,
-    /// The first of the edges.
+    /// Index of the first edge.
     pub first: usize,
-    /// One past the last.
+    /// Index after the last edge.
     pub end: usize,
 }
 
-/// A closed loop of edges, each beginning where the one before ends.
+/// A closed loop of edges. Each edge begins where the previous one ends.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ProfileLoop {
     /// The edges in order.
     pub edges: Vec<ProfileEdge>,
-    /// The splines and ellipses that some of them stand for.
+    /// The splines and ellipses that some of the edges replace.
     pub sources: Vec<SourceCurve>,
 }
 
-/// Closed loops taken from the drawing.
+/// The closed loops taken from the drawing.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Profile {
     /// The loops.
     pub loops: Vec<ProfileLoop>,
 }
 
-/// Which side of the profile is machined, as the user says it.
+/// The side of the profile that is machined, from the user's point of view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum MachinedSide {
     /// The tool stays outside: the part is inside the profile.
@@ -82,54 +83,57 @@ impl From<MachinedSide> for Side {
     }
 }
 
-/// Why loops make no part.
+/// Reasons why loops bound no part.
 #[derive(Debug, Error, PartialEq, Eq)]
 pub enum ProfileError {
     /// A contour crosses or touches itself.
     #[error("a contour crosses or touches itself at {at}. Trim the curves there in the CAD system.")]
     SelfContact {
-        /// Where.
+        /// The place.
         at: Point,
     },
     /// Two contours cross or touch.
     #[error(
-        "two contours cross or touch at {at}. Separate or join them in the CAD system, or choose layers with --layer."
+        "two contours cross or touch at {at}. Separate or join them in the CAD system, or choose layers with \
+         --layer."
     )]
     ContoursTouch {
-        /// Where.
+        /// The place.
         at: Point,
     },
-    /// Lines and arcs do not follow the spline or ellipse that they stand for.
+    /// Lines and arcs do not follow the spline or ellipse that they replace.
     #[error(
-        "near {at} the contour's lines and arcs leave the spline or ellipse they stand for by more than is stated"
+        "near {at} the contour's lines and arcs leave their spline or ellipse by more than the stated chord \
+         error. Make the plan again from the drawing."
     )]
     Curve {
-        /// Where.
+        /// The place.
         at: Point,
     },
-    /// A loop is no contour: too few edges, or collapsed.
+    /// A loop is not a contour: it has too few edges, or no width.
     #[error("a contour near {at} is no closed shape: {reason}. Remove it in the CAD system.")]
     Degenerate {
-        /// A point of it.
+        /// A point of the loop.
         at: Point,
-        /// What is wrong.
+        /// The fault.
         reason: String,
     },
-    /// More edges than can be indexed.
+    /// The drawing has more edges than the index can hold.
     #[error("the drawing is too large: {reason}. Leave out layers with --layer.")]
     TooLarge {
-        /// What is too large.
+        /// The limit that the drawing exceeds.
         reason: String,
     },
-    /// There is no loop.
+    /// The profile has no loop.
     #[error(
-        "the drawing has no closed contour. Draw one, choose other layers with --layer, or lower --join-mm when it is that small."
+        "the drawing has no closed contour. Draw one, choose other layers with --layer, or lower --join-mm \
+         if the contour is that small."
     )]
     Empty,
 }
 
 impl ProfileError {
-    /// Where, when it is anywhere.
+    /// The place of the fault, if it has one.
     #[must_use]
     pub fn at(&self) -> Option<Point> {
         match *self {
@@ -143,8 +147,10 @@ impl ProfileError {
 }
 
 impl Profile {
-    /// The part that the profile bounds, from chords checked against every arc, and arcs and lines checked against every
-    /// spline and ellipse that they stand for. What the loops of `zones` enclose is prohibited besides.
+    /// The part that the profile bounds.
+    ///
+    /// The check compares chords with every arc, and arcs and lines with every spline and ellipse that they
+    /// replace. The loops of `zones` enclose keep-out zones, which are prohibited, too.
     ///
     /// # Errors
     /// [`ProfileError`] with the place of the first fault.
@@ -159,20 +165,20 @@ impl Profile {
             .map_err(|error| ProfileError::TooLarge { reason: error.to_string() })
     }
 
-    /// The largest chord_error of an edge.
+    /// The largest chord-error bound of an edge.
     #[must_use]
     pub fn chord_error(&self) -> Length {
         let edges = self.loops.iter().flat_map(|each| &each.edges);
         edges.map(|edge| edge.chord_error).max().unwrap_or(Length::ZERO)
     }
 
-    /// The number of pieces of splines and ellipses that edges stand for.
+    /// The number of pieces of splines and ellipses that edges replace.
     #[must_use]
     pub fn source_count(&self) -> usize {
         self.loops.iter().map(|each| each.sources.len()).sum()
     }
 
-    /// The loops as outlines for offsetting, told on which side of each the tool is.
+    /// The loops as outlines for offsetting. Each states the side on which the tool is.
     #[must_use]
     pub fn outlines(&self, part: &ProhibitedRegion) -> Vec<Outline> {
         let depths = part.region().depths();
@@ -189,8 +195,8 @@ impl Profile {
     }
 }
 
-/// The outlines that bound free space, as [`keepout_kernel::offset::certify_complete`] wants them: the profile's, and the
-/// zones' from outside.
+/// The outlines that bound free space, for [`keepout_kernel::offset::certify_complete`]: those of the
+/// profile, and the outsides of the keep-out zones.
 #[must_use]
 pub fn free_outlines(profile: &Profile, zones: &Profile, part: &ProhibitedRegion) -> Vec<Outline> {
     let mut outlines = profile.outlines(part);
@@ -201,7 +207,8 @@ pub fn free_outlines(profile: &Profile, zones: &Profile, part: &ProhibitedRegion
     outlines
 }
 
-/// The corners of closed curves' chords within `chord_error` of them, each once; only the ends of a curve that has no such chords.
+/// The corners of the chords of closed curves within `chord_error`, each once. A curve without such chords
+/// has only its ends as corners.
 pub(crate) fn corners<'a>(curves: impl Iterator<Item = &'a Curve>, chord_error: Length) -> Vec<Point> {
     let mut corners = Vec::new();
     for curve in curves {
@@ -217,7 +224,7 @@ impl ProfileLoop {
         self.edges.iter().map(|edge| &edge.curve)
     }
 
-    /// The box that the loop is, when it is a rectangle along the axes.
+    /// The loop as a box, if it is a rectangle along the axes.
     #[must_use]
     pub fn rectangle(&self) -> Option<Window> {
         let corners: Vec<Point> = self.edges.iter().map(|edge| edge.curve.from()).collect();
@@ -229,7 +236,7 @@ impl ProfileLoop {
         (corners.len() == 4 && self.edges.iter().all(along)).then_some(window)
     }
 
-    /// Whether it is a line drawn to and fro, which bounds nothing.
+    /// Whether the loop is a line drawn there and back, which encloses no area.
     #[must_use]
     pub fn is_flat(&self) -> bool {
         matches!(
@@ -238,20 +245,21 @@ impl ProfileLoop {
         )
     }
 
-    /// Checks that edges stand for curves, each edge with a chord_error for exactly one, and follow them within it: the source follows
-    /// the chain of its edges within their least chord_error ([`Bezier::follows`]).
+    /// Checks that each edge with a chord-error bound replaces exactly one source curve, and that each source
+    /// curve follows the chain of its edges within the least of their bounds ([`Bezier::follows`]).
     fn check_sources(&self) -> Result<(), ProfileError> {
         let mut checked = 0;
         for source in &self.sources {
             let at = source.curve.control().first().copied().unwrap_or(Point::ORIGIN);
-            // In order and apart, so that the work is bounded by the number of edges; none between them has a chord_error.
+            // Sources are in order and do not overlap, so the number of edges bounds the work. Edges between
+            // them must be exact.
             let before = self.edges.get(checked..source.first).ok_or(ProfileError::Curve { at })?;
             let edges = self.edges.get(source.first..source.end).ok_or(ProfileError::Curve { at })?;
             let chord_error = edges
                 .iter()
                 .map(|edge| edge.chord_error)
                 .min()
-                .filter(|chord_error| *chord_error <= SLACK_MAX);
+                .filter(|chord_error| *chord_error <= CHORD_ERROR_MAX);
             let chord_error = chord_error.filter(|_| before.iter().all(ProfileEdge::is_exact));
             let chord_error = chord_error.ok_or(ProfileError::Curve { at })?;
             let chain: Vec<Curve> = edges.iter().map(|edge| edge.curve).collect();
@@ -284,7 +292,9 @@ impl ProfileLoop {
                 .map_err(|error| degenerate(error.to_string()))?;
             if let Piece::Arc { chords: arc, .. } = &piece {
                 if arc.chord_error() > ARC_CHORD_SLACK {
-                    return Err(degenerate("an arc is not followed closely by its chords".into()));
+                    return Err(degenerate(
+                        "an arc leaves its chords by more than the chord-error bound".into(),
+                    ));
                 }
                 chords += arc.points().len();
             }

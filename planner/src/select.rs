@@ -1,4 +1,4 @@
-//! Which contours of a drawing make the part.
+//! Selection of the contours of a drawing that make the part.
 
 use keepout_kernel::curve::{radius, sweep};
 use keepout_kernel::{Curve, Turn, UNITS_PER_MM};
@@ -9,37 +9,43 @@ use crate::plan::Remark;
 use crate::profile::{Profile, ProfileLoop, corners};
 use crate::units::point_mm;
 
-/// What is taken of a drawing's contours; everything by default.
+/// The user's selection among the contours of a drawing; all contours by default.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Selection {
-    /// Points, mm: of each the smallest contour around it, and the contours directly within that one.
+    /// Points, mm. Each selects the smallest contour around it, and the contours directly inside that
+    /// contour.
     pub at: Vec<(f64, f64)>,
-    /// Contours of less area are left out, mm².
+    /// Least area of a selected contour, mm².
     pub least_area_mm2: Option<f64>,
-    /// Contours of more area are left out, mm².
+    /// Largest area of a selected contour, mm².
     pub most_area_mm2: Option<f64>,
-    /// Whether open curves are left out instead of being an error.
+    /// Whether open curves are left out. Otherwise they are an error.
     pub leave_out_open: bool,
 }
 
-/// Why a selection is refused.
+/// Reasons why a selection is refused.
 #[derive(Debug, Error)]
 pub enum SelectError {
     /// Contours are open.
     #[error(transparent)]
     Open(#[from] DrawingError),
-    /// There is no contour around a point.
-    #[error("no closed contour lies around --at {:.3},{:.3} mm. `keepout inspect` lists and draws the contours.", .at.0, .at.1)]
+    /// No contour lies around a point.
+    #[error(
+        "no closed contour lies around --at {:.3},{:.3} mm. `keepout inspect` lists and draws the contours.",
+        .at.0,
+        .at.1
+    )]
     NothingAt {
         /// The point, mm.
         at: (f64, f64),
     },
-    /// No contour is left.
+    /// No contour has an area within the limits.
     #[error(
-        "of {count} closed contours none is of the area asked for: the largest has {largest_mm2:.3} mm²."
+        "none of the {count} closed contours has an area within --min-area-mm2 and --max-area-mm2: the \
+         largest has {largest_mm2:.3} mm². Change these limits."
     )]
     NothingOfArea {
-        /// How many there were.
+        /// Number of closed contours.
         count: usize,
         /// Area of the largest, mm².
         largest_mm2: f64,
@@ -47,14 +53,14 @@ pub enum SelectError {
 }
 
 impl Selection {
-    /// The contours that are taken; what is left out is told in `remarks`.
+    /// The selected contours. Adds a remark for each kind of curve that is left out.
     ///
     /// # Errors
     /// [`SelectError`].
     pub fn apply(&self, chained: Chained, remarks: &mut Vec<Remark>) -> Result<Profile, SelectError> {
-        // Whoever points at contours has said which curves matter: others may be open.
+        // If the user points at contours, other curves may be open.
         let chained = if self.leave_out_open || !self.at.is_empty() {
-            tell_open(&chained, remarks);
+            report_open(&chained, remarks);
             chained
         } else {
             chained.closed()?
@@ -63,7 +69,7 @@ impl Selection {
             chained.profile.loops.into_iter().partition(ProfileLoop::is_flat);
         let flat = flat.iter().map(|each| Remark {
             at: each.edges.first().map(|edge| edge.curve.from()),
-            text: "left out: a line drawn to and fro, which bounds nothing".into(),
+            text: "left out: a line drawn there and back, which encloses no area".into(),
         });
         remarks.extend(flat);
         let outlines: Vec<Outline> = loops.iter().map(Outline::of).collect();
@@ -88,8 +94,9 @@ impl Selection {
         Ok(Profile { loops })
     }
 
-    /// Which contours were pointed at; all, when there was no pointing. What is open within one of them is its business, an
-    /// island perhaps, and stays an error.
+    /// Marks the contours that the user points at; all contours, if the user points at none.
+    ///
+    /// An open curve inside a marked contour may be an island of it, and so stays an error.
     fn pointed_at(&self, outlines: &[Outline], problems: &[Problem]) -> Result<Vec<bool>, SelectError> {
         let mut taken = vec![self.at.is_empty(); outlines.len()];
         for &at in &self.at {
@@ -115,7 +122,7 @@ impl Selection {
     }
 }
 
-fn tell_open(chained: &Chained, remarks: &mut Vec<Remark>) {
+fn report_open(chained: &Chained, remarks: &mut Vec<Remark>) {
     if !chained.open.is_empty() {
         let chains = format!("left out: {} chains of open curves", chained.open.len());
         remarks.push(chains.into());
@@ -133,13 +140,14 @@ fn parent(outlines: &[Outline], i: usize) -> Option<usize> {
     (0..outlines.len()).filter(around).min_by(|&a, &b| outlines[a].area_mm2.total_cmp(&outlines[b].area_mm2))
 }
 
-/// A contour as a polygon, near enough to tell what lies within it.
+/// A contour as a polygon, to find the points and contours within it. Its corners have a chord error of at
+/// most 2 µm.
 pub struct Outline {
     /// Corners, mm.
     pub points: Vec<(f64, f64)>,
     /// Area, mm².
     pub area_mm2: f64,
-    /// Least and largest corner of the box around it, mm.
+    /// Lower left and upper right corner of the box around it, mm.
     pub bounds: ((f64, f64), (f64, f64)),
 }
 
@@ -158,7 +166,7 @@ impl Outline {
         Self { points, area_mm2: double.abs() / 2.0, bounds: (low, high) }
     }
 
-    /// Whether the point is within, by the crossings of a ray.
+    /// Whether the point lies within, by counting the crossings of a ray.
     #[must_use]
     pub fn holds(&self, (x, y): (f64, f64)) -> bool {
         let (low, high) = self.bounds;
@@ -175,7 +183,7 @@ impl Outline {
     }
 }
 
-/// The area between an arc and its chord, mm², positive when the arc turns to the left.
+/// The area between an arc and its chord, mm²; positive for a counter-clockwise arc.
 fn beyond_chord_mm2(curve: &Curve) -> f64 {
     let Curve::Arc(arc) = curve else { return 0.0 };
     let (r, angle) = (radius(arc) / f64::from(UNITS_PER_MM), sweep(arc));

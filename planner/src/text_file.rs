@@ -1,4 +1,4 @@
-//! Small text files that people write: profiles, setups, descriptions, scripts.
+//! Readers for small text files that people write: profiles, setups, descriptions, scripts.
 
 use std::fmt::{self, Formatter};
 use std::fs::File;
@@ -8,42 +8,43 @@ use std::path::Path;
 
 use serde::de::{Deserialize, Deserializer, Error as _, IgnoredAny, SeqAccess, Visitor};
 
-/// Most bytes that are read of such a file.
+/// Largest size of such a file, bytes.
 pub const SIZE_MAX: u64 = 1 << 20;
-/// Most letters of a reason.
+/// Largest length of a reason, bytes.
 const REASON_MAX: usize = 600;
 
-/// Reads a file up to `most` bytes and one more: a device that never ends has a length of nothing.
+/// Reads a file up to `most` bytes and one more. The limit also covers a device without end, whose stated
+/// length is 0.
 ///
 /// # Errors
-/// The system's.
+/// The errors of the operating system.
 pub fn read_up_to(path: &Path, most: u64) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     File::open(path)?.take(most.saturating_add(1)).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
-/// Text with what a terminal would not show replaced: it could hide other lines, or look like them.
+/// Replaces control characters of a text: on a terminal they could hide other lines, or imitate them.
 #[must_use]
 pub fn shown(text: &str) -> String {
     text.replace(char::is_control, "\u{fffd}")
 }
 
-/// Reads a file of at most [`SIZE_MAX`] bytes: a device that never ends is none.
+/// Reads a file of at most [`SIZE_MAX`] bytes. A device without end is an error, too.
 ///
 /// # Errors
-/// The system's, and one for a file that is larger.
+/// The errors of the operating system, and [`ErrorKind::InvalidData`] for a larger file.
 pub fn read(path: &Path) -> Result<String> {
     let mut text = String::new();
     let read = File::open(path)?.take(SIZE_MAX + 1).read_to_string(&mut text)?;
     if read as u64 > SIZE_MAX {
-        let reason = format!("it has more than {SIZE_MAX} bytes, as no file of this kind has");
+        let reason = format!("it has more than {SIZE_MAX} bytes, the limit for a file of this kind");
         return Err(Error::new(ErrorKind::InvalidData, reason));
     }
     Ok(text)
 }
 
-/// What is wrong with a TOML file, and where. The line itself is shown when it is of a line's length.
+/// The fault of a TOML file with its place. The reason quotes the line itself, unless that makes it too long.
 #[must_use]
 pub fn reason(error: &toml::de::Error) -> String {
     let shown = error.to_string();
@@ -54,10 +55,11 @@ pub fn reason(error: &toml::de::Error) -> String {
     format!("{place}: {}", error.message()).chars().take(REASON_MAX).collect()
 }
 
-/// An array of two, and of no more: serde by itself takes the first two of a longer one and leaves the rest.
+/// Reads an array of exactly two elements. By itself, serde takes the first two of a longer array and ignores
+/// the rest.
 ///
 /// # Errors
-/// The deserializer's, and one for an array of another length.
+/// The errors of the deserializer, and an error for an array of another length.
 pub fn pair<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
     source: D,
 ) -> std::result::Result<[T; 2], D::Error> {
@@ -89,9 +91,9 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for Pair<T> {
 mod tests {
     use super::*;
 
-    /// Found by the fuzzer: a file of one long line was shown whole.
+    /// The fuzzer found this: the reason quoted the whole of a very long line.
     #[test]
-    fn long_lines_are_not_shown() {
+    fn long_lines_are_not_quoted() {
         let text = format!("name = 1\n\"{}\n", "x".repeat(100_000));
         let error = toml::from_str::<toml::Table>(&text).expect_err("a quotation mark is missing");
         let reason = reason(&error);
@@ -100,13 +102,13 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_device_without_end_is_read_up_to_a_bound() {
+    fn device_without_end_is_read_up_to_the_limit() {
         assert_eq!(read_up_to(Path::new("/dev/zero"), 1000).unwrap().len(), 1001);
         assert_eq!(shown("a\nb\u{1b}[8m"), "a\u{fffd}b\u{fffd}[8m");
     }
 
     #[test]
-    fn files_without_end_are_refused() {
+    fn files_above_the_size_limit_are_refused() {
         let folder = std::env::temp_dir().join(format!("keepout-text-{}", std::process::id()));
         std::fs::write(&folder, vec![b' '; (1 << 20) + 1]).unwrap();
         assert_eq!(read(&folder).unwrap_err().kind(), ErrorKind::InvalidData);

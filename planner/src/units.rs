@@ -1,9 +1,9 @@
-//! The `f64` door: millimetres to lattice units and back.
+//! Conversions between millimetres in `f64` and lattice units.
 
 use keepout_kernel::curve::{angle, nearest_point, nearest_unit, radius, sweep};
 use keepout_kernel::{Curve, LatticeError, Length, Point, Turn, UNITS_PER_MM};
 
-/// Millimetres of a coordinate or length given in lattice units.
+/// Converts a coordinate or length in lattice units to millimetres.
 #[must_use]
 pub fn mm(units: i32) -> f64 {
     f64::from(units) / f64::from(UNITS_PER_MM)
@@ -18,18 +18,19 @@ pub fn point_mm(point: Point) -> (f64, f64) {
 /// The lattice point nearest to `(x, y)` millimetres.
 ///
 /// # Errors
-/// [`LatticeError`] when a coordinate is not finite or beyond ±5.37 m.
+/// [`LatticeError`] if a coordinate is not finite or beyond ±5.37 m.
 pub fn point_from_mm((x, y): (f64, f64)) -> Result<Point, LatticeError> {
     nearest_point(x * f64::from(UNITS_PER_MM), y * f64::from(UNITS_PER_MM))
 }
 
-/// A length in millimetres rounded *up* to the lattice: thresholds only ever grow.
+/// A length in millimetres, rounded *up* to the lattice: rounding never makes a clearance smaller.
 ///
 /// # Errors
-/// [`LatticeError`] when it is negative, not finite or beyond 5.37 m.
+/// [`LatticeError`] if it is negative, not finite or beyond 5.37 m.
 pub fn length_up_from_mm(value_mm: f64) -> Result<Length, LatticeError> {
     let units = value_mm * f64::from(UNITS_PER_MM);
-    // A decimal such as 0.1 mm is no binary fraction: what is within 1e-6 of a unit counts as that unit.
+    // A decimal such as 0.1 mm has no exact binary fraction, so a value within 1e-6 of a unit counts as that
+    // unit.
     let up = (units - 1e-6).ceil();
     Length::from_units(if up.is_finite() { nearest_unit(up) } else { i64::MAX })
 }
@@ -40,7 +41,7 @@ pub fn mm_pair((x, y): (f64, f64)) -> String {
     format!("({x:.3}, {y:.3}) mm")
 }
 
-/// The point of a curve at the share `t` in [0, 1] of its length, mm, and the unit direction of travel there.
+/// The point at the share `t` in [0, 1] of a curve's length, mm, and the unit vector of travel there.
 #[must_use]
 pub fn along_mm(curve: &Curve, t: f64) -> ((f64, f64), (f64, f64)) {
     let (a, b) = (point_mm(curve.from()), point_mm(curve.to()));
@@ -74,7 +75,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lengths_round_up_and_decimals_stay() {
+    fn lengths_are_rounded_up_and_decimals_stay_exact() {
         assert_eq!(length_up_from_mm(0.1).unwrap().units(), 10_000);
         assert_eq!(length_up_from_mm(0.100_001_2).unwrap().units(), 10_001);
         assert_eq!(length_up_from_mm(3.0).unwrap().units(), 300_000);

@@ -17,7 +17,8 @@ use crate::units::{length_up_from_mm, point_from_mm};
 /// Default of the joining tolerance: the largest gap that is closed, mm.
 pub const JOIN_MM: f64 = 0.01;
 
-/// Largest radius of an arc, mm. A larger arc becomes Bézier curves, because its centre would leave the lattice.
+/// Largest radius of an arc, mm. A larger arc becomes Bézier curves, because its centre would leave the
+/// lattice.
 const RADIUS_MAX_MM: f64 = 2000.0;
 
 /// A chain of curves that does not close.

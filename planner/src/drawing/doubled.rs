@@ -22,8 +22,8 @@ const CHORD_ERROR: Length = Length::small(100);
 ///
 /// One contour repeats another if each stays within `join_mm` of the other over its whole length, and both
 /// enclose the same area. The first of them is kept. A contour is compared with kept contours only: in a row
-/// of near contours, a dropped contour does not cause the next to be dropped. A ring wider than [`JOIN_MM`] is
-/// a wall of the part, even if `join_mm` is larger.
+/// of near contours, a dropped contour does not cause the next to be dropped. A ring wider than [`JOIN_MM`]
+/// is a wall of the part, even if `join_mm` is larger.
 pub(super) fn drop_contours(chained: &mut Chained, join_mm: f64) {
     let Ok(reach) = length_up_from_mm(join_mm.clamp(0.0, JOIN_MM)) else { return };
     let reach = reach.saturating_plus(CHORD_ERROR).saturating_plus(CHORD_ERROR);

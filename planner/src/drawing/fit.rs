@@ -1,4 +1,4 @@
-//! Curves with changing curvature to arcs and lines, within a bound that the kernel checks exactly.
+//! Replaces curves of changing curvature by lines and arcs, within a bound that the kernel checks exactly.
 
 use keepout_kernel::curve::{hypot, nearest_point, xy};
 use keepout_kernel::exact::bezier::{Bezier, Stray};
@@ -8,29 +8,29 @@ use super::RawBezier;
 use crate::chord::{Band, Chord, Xy};
 use crate::units::point_from_mm;
 
-/// How far lines and arcs may leave the curve they stand for, in millimetres, unless the caller says otherwise.
+/// Default of the chord-error bound between a curve and the lines and arcs that replace it, mm.
 pub const CURVE_MM: f64 = 0.001;
 
-/// Shares of the bound that are tried in turn for what is sampled: the exact check wants some of it for itself.
+/// Shares of the bound to try in turn as the tolerance at the samples. The exact check needs the rest.
 const SHARES: [f64; 4] = [0.85, 0.6, 0.35, 0.15];
-/// Places of a stretch at which the distance to the curve is sampled, and one more.
+/// Number of intervals between the samples of a stretch.
 const SAMPLES: u32 = 12;
-/// Below this, lattice units, rounding of the ends leaves nothing.
+/// Smallest tolerance, lattice units. Rounding of the ends uses up any smaller tolerance.
 const TOLERANCE_MIN: f64 = 2.0;
-/// The shortest step of the parameter: its stretch is taken as a line.
+/// Shortest step of the parameter. A line replaces a stretch of this length.
 const STEP_MIN: f64 = 1.0 / 16_777_216.0;
-/// A stretch is long enough when one that is longer by this share is too long.
+/// The search for the longest stretch ends when a stretch longer by this share is too long.
 const CLOSE: f64 = 0.04;
-/// Rounds in which the tolerance is narrowed as long as the number of curves stays.
+/// Rounds that narrow the tolerance while the number of curves stays the same.
 const NARROWINGS: u32 = 3;
 
 /// A parameter of the curve, and the lattice point there.
 type Place = (f64, Point);
 
-/// The curve on the lattice: control points rounded, the largest weight made 2^40.
+/// The curve on the lattice: rounded control points, and weights scaled to a largest weight of 2^40.
 ///
 /// # Errors
-/// What is wrong with it, for a person.
+/// [`BezierFault`].
 pub fn on_lattice(raw: &RawBezier) -> Result<Bezier, BezierFault> {
     let largest = raw.weights.iter().copied().fold(0.0, f64::max);
     let scaled = |weight: &f64| {
@@ -43,9 +43,9 @@ pub fn on_lattice(raw: &RawBezier) -> Result<Bezier, BezierFault> {
     Bezier::new(control, weights).map_err(|_| BezierFault::Uneven)
 }
 
-/// Why a curve can not be carried to the lattice.
+/// Reasons why a curve has no place on the lattice.
 pub enum BezierFault {
-    /// A control point is off it.
+    /// A control point lies outside the lattice.
     OffLattice(keepout_kernel::LatticeError),
     /// Its weights differ too much, or its degree is too high.
     Uneven,
@@ -56,17 +56,20 @@ fn power_of_two_40() -> f64 {
     f64::from(1_u32 << 20) * f64::from(1_u32 << 20)
 }
 
-/// Lines and arcs from the curve's beginning to its end, all of it within `bound` of them by the kernel's check.
+/// A chain of lines and arcs from the curve's start to its end. By the kernel's check the whole curve lies
+/// within `bound` of the chain.
 ///
-/// Each begins and ends on the curve, and takes the longest stretch that it is near enough to: arcs of length L that leave a
-/// curve by e, whose curvature changes by k for a unit of length, are about (125·e/k)^⅓ long, and meet at angles of 20·e/L at most.
+/// Each line or arc begins and ends on the curve, and replaces the longest stretch that its tolerance
+/// permits. If the curvature changes by k per unit of length and arcs leave the curve by e, their length L is
+/// about (125·e/k)^⅓. They meet at angles of at most 20·e/L.
 ///
 /// # Errors
-/// [`Stray`] when no chain was found that passes the check.
+/// [`Stray`] if no chain passes the check.
 pub fn chain_along(curve: &Bezier, bound: Length) -> Result<Vec<Curve>, Stray> {
     let fitter = Fitter::of(curve);
     let mut refused = Stray { at: curve.control()[0] };
-    // The longest stretches, or else halves: these meet in a cusp at the middle of the range.
+    // First the longest stretches, then halves: stretches that are halves can meet at a cusp in the middle of
+    // the range.
     let longest = SHARES.map(|share| (share, false));
     for (share, halved) in longest.into_iter().chain(SHARES.map(|share| (share, true))) {
         let tolerance = (f64::from(bound.units()) * share).max(TOLERANCE_MIN);
@@ -90,7 +93,7 @@ impl Fitter {
     fn of(curve: &Bezier) -> Self {
         let largest = power_of_two_40();
         let row = |(&p, &w): (&Point, &u64)| {
-            // Weights are at most 2^40: exact in f64.
+            // Weights are at most 2^40, so they are exact in f64.
             let w = (f64::from(u32::try_from(w >> 20).unwrap_or(u32::MAX)) * f64::from(1_u32 << 20)
                 + f64::from(u32::try_from(w & 0xf_ffff).unwrap_or(0)))
                 / largest;
@@ -119,7 +122,8 @@ impl Fitter {
         (x / w, y / w)
     }
 
-    /// The fewest curves that are found within the tolerance, and of these the nearest to the curve.
+    /// The shortest chain that the search finds within the tolerance. Of chains with as many lines and arcs,
+    /// it is the nearest to the curve.
     fn fit(&self, tolerance: f64) -> Vec<Curve> {
         let (mut low, mut high) = (0.0, tolerance);
         let mut best = self.greedy(high, usize::MAX);
@@ -135,7 +139,7 @@ impl Fitter {
         best
     }
 
-    /// The longest stretches, one after the other, until there are more than `most`.
+    /// A chain of the longest stretches, one after the other. It stops after more than `most` of them.
     fn greedy(&self, tolerance: f64, most: usize) -> Vec<Curve> {
         let mut chain = Vec::new();
         let (mut from, mut step) = ((0.0, self.ends.0), 0.5);
@@ -148,8 +152,10 @@ impl Fitter {
         chain
     }
 
-    /// The curve along the longest stretch from `from` on that it is near to, and the stretch's end. Steps are shortened until
-    /// there is one, or else lengthened until there is none, and the end is bisected between.
+    /// The line or arc for the longest stretch from `from`, and the end of the stretch.
+    ///
+    /// The search shortens the step until a line or arc fits, or lengthens it until none fits. It then
+    /// bisects between a step that fits and a step that does not.
     fn longest(&self, from: Place, step: f64, tolerance: f64) -> (Option<Curve>, Place) {
         let mut best = None;
         let (mut near, mut far, mut tried, mut growth) = (0.0, f64::INFINITY, step, 1.0 + CLOSE);
@@ -173,7 +179,7 @@ impl Fitter {
         })
     }
 
-    /// Curves over halves of the range, each halved until there is one.
+    /// A chain over halves of the range. Each half is halved again until a line or arc fits.
     fn halves(&self, tolerance: f64) -> Vec<Curve> {
         let (mut chain, mut from, mut ends) = (Vec::new(), self.place(0.0), vec![1.0]);
         while let Some(&end) = ends.last() {
@@ -190,21 +196,22 @@ impl Fitter {
         chain
     }
 
-    /// The parameter, and the lattice point there.
+    /// The parameter with its lattice point. A parameter near 1 becomes the end of the curve.
     fn place(&self, t: f64) -> Place {
         if t >= 1.0 - STEP_MIN {
             return (1.0, self.ends.1);
         }
         let (x, y) = self.at(t);
-        // Inside the hull of points of the lattice.
+        // The point lies in the convex hull of lattice points, so it has a nearest lattice point.
         (t, nearest_point(x, y).unwrap_or(self.ends.0))
     }
 
-    /// The line or arc along the stretch within the tolerance, nothing where that is a point; `None` when there is none.
+    /// The line or arc for the stretch within the tolerance, or `None` if neither fits. The inner `None`
+    /// stands for a stretch that is only a point.
     fn stretch(&self, from: Place, to: Place, tolerance: f64) -> Option<Option<Curve>> {
         let at = |k: u32| self.at(from.0 + (to.0 - from.0) * f64::from(k) / f64::from(SAMPLES));
         let places: Vec<Xy> = (0..=SAMPLES).map(at).collect();
-        // A stretch within the tolerance of its beginning has no direction worth keeping.
+        // The direction of a stretch within the tolerance of its start does not matter.
         let (x, y) = xy(from.1);
         if places.iter().all(|p| hypot(p.0 - x, p.1 - y) <= tolerance) {
             return Some(line_between(from.1, to.1));
@@ -232,7 +239,7 @@ mod tests {
         (curve, chain)
     }
 
-    /// How far two curves that follow each other turn where they meet, radians.
+    /// The angle between two successive curves at the point where they meet, radians.
     fn turn(pair: &[Curve]) -> f64 {
         let (_, a) = crate::units::along_mm(&pair[0], 1.0);
         let (_, b) = crate::units::along_mm(&pair[1], 0.0);
@@ -268,7 +275,7 @@ mod tests {
         assert!(chain.len() <= 10, "{}", chain.len());
     }
 
-    /// A cusp, loops, control points that coincide, curves as short as the bound.
+    /// Curves with a cusp or loops, with equal control points, or as short as the bound.
     #[test]
     fn degenerate_curves_have_chains() {
         let cases: [&[Xy]; 7] = [
@@ -286,8 +293,8 @@ mod tests {
         }
     }
 
-    /// Random curves of 0.1 to 100 mm: a chain is returned only when the kernel finds that the curve follows it. It finds none where
-    /// a curve turns back within the bound, as some of the smallest do.
+    /// Random curves of 0.1 to 100 mm. A chain is returned only if it passes the kernel's check. A curve that
+    /// turns back within the bound, as some of the smallest do, has no such chain.
     #[test]
     fn random_curves_have_chains() {
         let places = proptest::collection::vec((-40.0..40.0_f64, -40.0..40.0_f64, 0.1..1.0_f64), 2..7);

@@ -1,16 +1,18 @@
-//! Splines given only by points they go through: the cubic with continuous curvature, by chord length.
+//! Splines that are given by fit points alone: cubics with continuous curvature, parametrized by chord
+//! length.
 
 use super::RawCurve;
 use super::entity::Vec3;
 use super::placement::Placement;
 
-/// Cubic pieces through the points. Directions at the ends are kept when they are given; else the curvature is zero there
-/// (a natural spline), and a closed one goes on smoothly where it began.
+/// Adds the cubic pieces of the spline through the points.
 ///
-/// What is between two points follows from distances in the spline's own space: `placement`, which may stretch them, comes after.
+/// At an open end the spline has the given direction; without one, its curvature there is zero (a natural
+/// spline). A closed spline is smooth at its first point, too. Chord lengths are distances in the spline's
+/// own space. `placement`, which may stretch them, is applied to the finished pieces.
 ///
-/// Unknowns are the derivatives at the points, from the tridiagonal system of cubic Hermite interpolation with knots at
-/// the chord lengths (de Boor, A Practical Guide to Splines, ch. IV).
+/// The unknowns are the derivatives at the points. They solve the tridiagonal system of cubic Hermite
+/// interpolation with knots at the chord lengths (de Boor, A Practical Guide to Splines, ch. IV).
 pub fn through(
     points: &[Vec3],
     closed: bool,
@@ -45,7 +47,7 @@ fn length([x, y, z]: Vec3) -> f64 {
     x.hypot(y).hypot(z)
 }
 
-/// A vector by its coordinates.
+/// The vector with the coordinates `of(0)`, `of(1)`, `of(2)`.
 fn each(of: impl Fn(usize) -> f64) -> Vec3 {
     [of(0), of(1), of(2)]
 }
@@ -85,8 +87,8 @@ fn open(points: &[Vec3], steps: &[f64], directions: (Option<Vec3>, Option<Vec3>)
     solve(&rows)
 }
 
-/// The slopes of a closed spline: the first point's row couples the last two steps round the corner, which is undone by
-/// the formula of Sherman and Morrison.
+/// The slopes of a closed spline. The first and the last row have an element in a corner of the matrix. The
+/// formula of Sherman and Morrison reduces this system to tridiagonal ones.
 fn periodic(points: &[Vec3], steps: &[f64]) -> Vec<Vec3> {
     let n = steps.len();
     let row = |i: usize| {
@@ -111,7 +113,7 @@ fn periodic(points: &[Vec3], steps: &[f64]) -> Vec<Vec3> {
     slopes
 }
 
-/// Solves a tridiagonal system, diagonally dominant as all of these are (Thomas' algorithm).
+/// Solves a diagonally dominant tridiagonal system by Thomas' algorithm. All systems here are of this kind.
 fn solve(rows: &[Row]) -> Vec<Vec3> {
     let mut above = Vec::with_capacity(rows.len());
     let mut right: Vec<Vec3> = Vec::with_capacity(rows.len());
@@ -157,7 +159,7 @@ mod tests {
         out.iter().map(control).collect()
     }
 
-    /// Second derivatives by chord length at the beginning and end of a piece.
+    /// Second derivatives by chord length at the start and the end of a piece.
     fn bends(b: &[Xy]) -> (Xy, Xy) {
         let h = distance(b[0], b[3]);
         let second = |p: Xy, q: Xy, r: Xy| {
@@ -167,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn curvature_goes_on_at_every_point_and_round_a_closed_one() {
+    fn curvature_is_continuous_at_every_point_of_open_and_closed_splines() {
         let points = [(0.0, 0.0), (10.0, 3.0), (17.0, -4.0), (9.0, -12.0), (-3.0, -6.0)];
         for closed in [false, true] {
             let pieces = beziers(&points, closed);
@@ -186,9 +188,10 @@ mod tests {
         }
     }
 
-    /// A block that is set in with another scale along y stretches the spline that it has, and not the way that it is found.
+    /// An insert with another scale along y stretches the finished spline. It does not change the chord
+    /// lengths.
     #[test]
-    fn the_placement_comes_after() {
+    fn placement_applies_to_the_finished_spline() {
         let points = [(0.0, 0.0), (10.0, 6.0), (14.0, 5.0), (30.0, 9.0), (40.0, 0.0)];
         let insert = Insert {
             block: 0,
@@ -208,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn few_points() {
+    fn splines_of_two_or_three_points_have_pieces() {
         assert_eq!(beziers(&[(0.0, 0.0), (3.0, 0.0)], true).len(), 1);
         assert!(beziers(&[(0.0, 0.0), (0.0, 0.0)], false).is_empty());
         assert_eq!(beziers(&[(0.0, 0.0), (3.0, 0.0), (0.0, 3.0)], true).len(), 3);

@@ -1,4 +1,4 @@
-//! Entities to curves: blocks set in, planes turned, everything seen from above.
+//! Turns entities into curves: expands inserts of blocks, rotates planes, and projects all onto the xy plane.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -9,133 +9,139 @@ use super::import::EntityFilter;
 use super::placement::{Placement, bulge, cross, unit};
 use super::{Drawing, DrawingError, Origin, PolylineChain, RawCurve, spline};
 
-/// Blocks within blocks that are followed.
+/// Largest depth of blocks within blocks.
 const DEPTH_MAX: usize = 32;
-/// Entities looked at, blocks set in many times counted each time: nested arrays multiply. A fuzzer is after faults, and
-/// finds those at a limit behind a lower one, too.
+/// Largest number of visits to entities. Each insert of a block counts again: nested arrays multiply. The
+/// fuzzer uses lower limits, which reveal the same faults.
 const VISITS_MAX: usize = if cfg!(fuzzing) { 100_000 } else { 20_000_000 };
-/// Curves taken.
+/// Largest number of curves of a drawing.
 pub const CURVES_MAX: usize = if cfg!(fuzzing) { 10_000 } else { 2_000_000 };
 
-/// Turns entities into the curves of a drawing.
+/// Turns the entities of a file into the curves of a drawing.
 pub struct Flattener<'a> {
     file: &'a DxfFile,
-    choice: &'a EntityFilter,
-    /// The drawing that grows.
+    filter: &'a EntityFilter,
+    /// The drawing with the curves so far.
     pub drawing: Drawing,
     visits: usize,
-    /// Numbers of the names of the blocks that are being set in.
+    /// The blocks whose inserts are being expanded, by the numbers of their names.
     open: Vec<u32>,
 }
 
-/// What an entity inherits from the block it is in.
+/// The placement and the properties that an entity inherits from the insert of its block.
 #[derive(Clone)]
-struct Setting {
+struct InsertContext {
     placement: Placement,
     /// Layer and line type of the insert.
     layer: Option<u32>,
     line_type: Option<u32>,
-    /// The layer that gives the insert its line type, when it has none of its own.
+    /// The layer that gives the insert its line type, if the insert has no line type of its own.
     line_layer: Option<u32>,
     block: Option<Arc<str>>,
 }
 
 impl<'a> Flattener<'a> {
-    /// A drawing without curves yet.
+    /// A flattener whose drawing has no curves yet.
     #[must_use]
-    pub fn new(file: &'a DxfFile, choice: &'a EntityFilter, unit: String) -> Self {
+    pub fn new(file: &'a DxfFile, filter: &'a EntityFilter, unit: String) -> Self {
         let drawing = Drawing { unit, ..Drawing::default() };
-        Self { file, choice, drawing, visits: 0, open: Vec::new() }
+        Self { file, filter, drawing, visits: 0, open: Vec::new() }
     }
 
-    /// Takes all entities of the drawing.
+    /// Takes all entities of the file.
     ///
     /// # Errors
-    /// [`DrawingError`] naming the entity.
+    /// [`DrawingError`], which names the entity.
     pub fn run(&mut self, placement: Placement) -> Result<(), DrawingError> {
-        let setting = Setting { placement, layer: None, line_type: None, line_layer: None, block: None };
-        self.entities(&self.file.entities, &setting)
+        let context =
+            InsertContext { placement, layer: None, line_type: None, line_layer: None, block: None };
+        self.entities(&self.file.entities, &context)
     }
 
-    fn entities(&mut self, entities: &[Entity], setting: &Setting) -> Result<(), DrawingError> {
+    fn entities(&mut self, entities: &[Entity], context: &InsertContext) -> Result<(), DrawingError> {
         for entity in entities {
-            self.visit(entity, setting, "entity")?;
-            self.entity(entity, setting)?;
+            self.visit(entity, context, "entity")?;
+            self.entity(entity, context)?;
         }
         Ok(())
     }
 
-    /// Counts a visit.
-    fn visit(&mut self, entity: &Entity, setting: &Setting, kind: &'static str) -> Result<(), DrawingError> {
+    /// Counts a visit, and refuses it above the limits.
+    fn visit(
+        &mut self,
+        entity: &Entity,
+        context: &InsertContext,
+        kind: &'static str,
+    ) -> Result<(), DrawingError> {
         self.visits += 1;
         if self.visits <= VISITS_MAX && self.drawing.curves.len() <= CURVES_MAX {
             return Ok(());
         }
-        Err(self.too_many(entity, setting, kind))
+        Err(self.too_many(entity, context, kind))
     }
 
-    fn too_many(&self, entity: &Entity, setting: &Setting, kind: &'static str) -> DrawingError {
-        DrawingError::TooMany { origin: Box::new(self.origin(entity, setting, kind)) }
+    fn too_many(&self, entity: &Entity, context: &InsertContext, kind: &'static str) -> DrawingError {
+        DrawingError::TooMany { origin: Box::new(self.origin(entity, context, kind)) }
     }
 
     fn leave_out(&mut self, why: String) {
         *self.drawing.left_out.entry(why).or_default() += 1;
     }
 
-    fn layer_of(&self, entity: &Entity, setting: &Setting) -> u32 {
-        match setting.layer {
+    fn layer_of(&self, entity: &Entity, context: &InsertContext) -> u32 {
+        match context.layer {
             Some(outer) if &**self.file.names.get(entity.layer) == "0" => outer,
             _ => entity.layer,
         }
     }
 
-    fn origin(&self, entity: &Entity, setting: &Setting, kind: &'static str) -> Origin {
-        let layer = self.file.names.get(self.layer_of(entity, setting)).clone();
-        Origin { kind, handle: entity.handle, at: entity.at, layer, block: setting.block.clone() }
+    fn origin(&self, entity: &Entity, context: &InsertContext, kind: &'static str) -> Origin {
+        let layer = self.file.names.get(self.layer_of(entity, context)).clone();
+        Origin { kind, handle: entity.handle, at: entity.at, layer, block: context.block.clone() }
     }
 
-    fn entity(&mut self, entity: &Entity, setting: &Setting) -> Result<(), DrawingError> {
+    fn entity(&mut self, entity: &Entity, context: &InsertContext) -> Result<(), DrawingError> {
         if entity.hidden == Some(Hidden::Paper) {
             self.leave_out("in paper space".into());
             return Ok(());
         }
-        let kind = match kind_of(&entity.shape, self.choice) {
+        let kind = match kind_of(&entity.shape, self.filter) {
             Ok(kind) => kind,
             Err(why) => {
                 self.leave_out(why);
                 return Ok(());
             }
         };
-        let layer = self.layer_of(entity, setting);
+        let layer = self.layer_of(entity, context);
         let names = &self.file.names;
         let by_block = |number: u32| names.get(number).eq_ignore_ascii_case("BYBLOCK");
-        // By block, a line is drawn as the insert is.
+        // An entity of line type BYBLOCK has the line type of its insert.
         let (line_type, line_layer) = match entity.line_type {
-            Some(number) if by_block(number) => (setting.line_type, setting.line_layer.unwrap_or(layer)),
+            Some(number) if by_block(number) => (context.line_type, context.line_layer.unwrap_or(layer)),
             own => (own, layer),
         };
         let is_insert = matches!(entity.shape, Shape::Insert(_));
         let hidden = entity.hidden.is_some();
-        if let Some(why) = self.choice.hides(self.file, layer, (line_type, line_layer), hidden, is_insert) {
+        if let Some(why) = self.filter.hides(self.file, layer, (line_type, line_layer), hidden, is_insert) {
             self.leave_out(why);
             return Ok(());
         }
         if let Shape::Insert(insert) = &entity.shape {
-            return self.insert(entity, insert, (layer, line_type, line_layer), setting);
+            return self.insert(entity, insert, (layer, line_type, line_layer), context);
         }
         let name = self.file.names.get(layer);
         if !self.drawing.layers.contains_key(name) {
             self.drawing.layers.insert(name.clone(), 0);
         }
-        if !self.choice.takes_layer(name) {
-            self.leave_out("on layers not asked for".into());
+        if !self.filter.takes_layer(name) {
+            self.leave_out("on layers that are not selected".into());
             return Ok(());
         }
-        let origin = self.origin(entity, setting, kind);
+        let origin = self.origin(entity, context, kind);
         let before = self.drawing.curves.len();
         let number = u32::try_from(self.drawing.origins.len()).unwrap_or(u32::MAX);
         self.drawing.origins.push(origin);
-        self.shape(&entity.shape, entity.normal, &setting.placement, number)?;
+        self.shape(&entity.shape, entity.normal, &context.placement, number)?;
         let taken = self.drawing.curves.len() - before;
         if taken == 0 {
             self.leave_out(format!("{kind} without size"));
@@ -151,10 +157,10 @@ impl<'a> Flattener<'a> {
         entity: &Entity,
         insert: &Insert,
         (layer, line_type, line_layer): (u32, Option<u32>, u32),
-        setting: &Setting,
+        context: &InsertContext,
     ) -> Result<(), DrawingError> {
         let origin = |problem| DrawingError::BadEntity {
-            origin: Box::new(self.origin(entity, setting, "INSERT")),
+            origin: Box::new(self.origin(entity, context, "INSERT")),
             problem,
         };
         let file = self.file;
@@ -168,31 +174,31 @@ impl<'a> Flattener<'a> {
             return Ok(());
         }
         if self.open.contains(&insert.block) {
-            return Err(origin("the block it sets in contains itself"));
+            return Err(origin("the block that it inserts contains itself"));
         }
         if self.open.len() >= DEPTH_MAX {
             return Err(origin("blocks are nested more than 32 deep"));
         }
         let (columns, rows) = insert.count;
-        // Refused before it is gone through.
+        // An array that exceeds the limit is refused before it is expanded.
         let sets = usize::try_from(columns.saturating_mul(rows)).unwrap_or(usize::MAX);
         if sets.saturating_mul(1 + block.entities.len()) > VISITS_MAX.saturating_sub(self.visits) {
-            return Err(self.too_many(entity, setting, "INSERT"));
+            return Err(self.too_many(entity, context, "INSERT"));
         }
         self.open.push(insert.block);
         let (mut row, mut r) = (0, 0.0);
         while row < rows {
             let (mut column, mut c) = (0, 0.0);
             while column < columns {
-                let inner = Setting {
-                    placement: setting.placement.inserted(insert, entity.normal, block.base, (c, r)),
+                let inner = InsertContext {
+                    placement: context.placement.inserted(insert, entity.normal, block.base, (c, r)),
                     layer: Some(layer),
                     line_type,
                     line_layer: Some(line_layer),
                     block: Some(name.clone()),
                 };
-                // An empty block costs a visit too: arrays of nothing end as well.
-                self.visit(entity, setting, "INSERT")?;
+                // An empty block counts as a visit, too. So even an array of empty blocks reaches the limit.
+                self.visit(entity, context, "INSERT")?;
                 self.entities(&block.entities, &inner)?;
                 (column, c) = (column + 1, c + 1.0);
             }
@@ -226,7 +232,8 @@ impl<'a> Flattener<'a> {
                 problem = arc(&plane, *centre, *radius, *angles, out).err();
             }
             Shape::Ellipse(ellipse) => {
-                // A hatch's ellipse is in the hatch's plane, an entity's is in space: callers give the placement.
+                // The ellipse of a hatch is in the hatch's plane, that of an entity is in space. The caller
+                // passes the fitting placement.
                 problem = self::ellipse(placement, ellipse, normal, out).err();
             }
             Shape::Polyline(line) => {
@@ -263,7 +270,7 @@ impl<'a> Flattener<'a> {
         Ok(())
     }
 
-    /// Checks the curves taken since `first`, and makes a run of them.
+    /// Checks the curves from `first` on, and makes a polyline chain of them.
     fn finish(
         &mut self,
         first: usize,
@@ -274,7 +281,7 @@ impl<'a> Flattener<'a> {
         let taken = &self.drawing.curves[first..];
         let finite = taken.iter().all(RawCurve::is_finite);
         let problem = problem
-            .or_else(|| (!finite).then_some("a coordinate, radius or angle is too large or no number"));
+            .or_else(|| (!finite).then_some("a coordinate, radius or angle is too large or is not a number"));
         if let Some(problem) = problem {
             let origin = Box::new(self.drawing.origins[origin as usize].clone());
             return Err(DrawingError::BadEntity { origin, problem });
@@ -287,20 +294,20 @@ impl<'a> Flattener<'a> {
     }
 }
 
-/// The name of an entity that is taken, or why it is not.
-fn kind_of(shape: &Shape, choice: &EntityFilter) -> Result<&'static str, String> {
+/// The name of an entity that the filter takes, or the reason why it does not.
+fn kind_of(shape: &Shape, filter: &EntityFilter) -> Result<&'static str, String> {
     match shape {
-        Shape::Hatch(_) if !choice.hatches => {
+        Shape::Hatch(_) if !filter.hatches => {
             Err("hatch (its boundaries can be taken with --with hatch)".into())
         }
-        Shape::Solid(_) if !choice.solids => {
+        Shape::Solid(_) if !filter.solids => {
             Err("solid or trace (its outline can be taken with --with solid)".into())
         }
         shape => name_of(shape).map_err(|what| format!("{what} (no profile)")),
     }
 }
 
-/// The name of an entity as DXF has it, or what people call one without a profile.
+/// The DXF name of an entity, or the common name of an entity that can not bound a part.
 pub(super) fn name_of(shape: &Shape) -> Result<&'static str, &'static str> {
     Ok(match shape {
         Shape::Other(what) => return Err(what),
@@ -336,16 +343,21 @@ fn arc(
     Ok(())
 }
 
-/// The angle from `start` forward to `end`. Whole turns are written as 0 to 2π with as many digits as the writer cares for: up to
-/// 1e-4 more than one is one. What ends short of one has a gap, which is closed where others are; and what ends just behind where it
-/// began, across 0, is that short. Equal angles are nothing to some and everything to others.
+/// The angle from `start` forward to `end`, radians.
+///
+/// Exporters round 2π, so a sweep up to 1e-4 rad above a full turn counts as a full turn. A sweep below a
+/// full turn leaves a gap, which the joiner closes like any other gap. If `end` is less than `start`, the arc
+/// crosses angle 0, and a small sweep is a short arc, not a full turn.
+///
+/// # Errors
+/// Equal angles are ambiguous: some programs read a full turn, others read no arc.
 fn sweep_of(start: f64, end: f64) -> Result<f64, &'static str> {
     const ROUNDED: f64 = 1e-4;
     const EXACT: f64 = 1e-9;
     let turned = end - start;
     if turned == 0.0 {
         return Err(
-            "it begins and ends at the same angle, which is a whole turn to some programs and nothing to others",
+            "it begins and ends at the same angle: some programs read a full turn, others read no arc",
         );
     }
     let sweep = turned.rem_euclid(TAU);
@@ -365,7 +377,7 @@ fn ellipse(
     let minor = cross(normal, major).map(|c| c * ratio);
     let sweep = sweep_of(start, end)?;
     if ratio == 0.0 || major == [0.0; 3] {
-        return Err("it has no width");
+        return Err("one of its axes has no length");
     }
     placement.arc(centre, (major, minor), start, sweep, out);
     Ok(())

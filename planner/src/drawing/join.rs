@@ -113,8 +113,8 @@ impl Joiner {
         self.drop(repairs, |joiner, i| speck(&joiner.pieces[i]));
     }
 
-    /// Drops straight pieces no longer than the reach that stand alone, or hang on a crowded place by one end.
-    /// There is one pass: a piece that only this pass makes loose stays, and is reported as open.
+    /// Drops straight pieces no longer than the reach that stand alone, or hang on a crowded place by one
+    /// end. There is one pass: a piece that only this pass makes loose stays, and is reported as open.
     pub fn drop_tiny(&mut self, repairs: &mut Vec<Repair>) {
         let reach_mm = self.reach / f64::from(UNITS_PER_MM);
         let crowded = self.crowded_ends();

@@ -14,8 +14,8 @@ const NEAR_MAX: usize = 256;
 /// Rounds of merging: a merged line can reveal another overlap.
 const ROUNDS: usize = 3;
 
-/// Merges straight pieces that overlap on one line, at loose or crowded ends. Closed contours that lie on each
-/// other stay unchanged; the check of contours reports them.
+/// Merges straight pieces that overlap on one line, at loose or crowded ends. Closed contours that lie on
+/// each other stay unchanged; the check of contours reports them.
 pub(super) fn merge(joiner: &mut Joiner, repairs: &mut Vec<Repair>) {
     for _ in 0..ROUNDS {
         let groups = overlapping(joiner);
@@ -100,8 +100,9 @@ fn led_by(leader: &BTreeMap<usize, usize>, mut i: usize) -> usize {
 /// The members of a group that one line can replace: the line from their first to their last end is within
 /// rounding of each.
 ///
-/// If not all members fit, the result is a run without a gap along the longest member. It is empty if only the
-/// longest fits. Neighbours in a group overlap, but a piece need not be near the line of every other member.
+/// If not all members fit, the result is a run without a gap along the longest member. It is empty if only
+/// the longest fits. Neighbours in a group overlap, but a piece need not be near the line of every other
+/// member.
 fn on_one_line(joiner: &Joiner, group: &[usize]) -> Vec<usize> {
     let off = |line: &Line, i: usize| {
         let piece = &joiner.pieces[i];

@@ -1,4 +1,5 @@
-//! Where an entity's own coordinates lie in the drawing: an affine map of space, seen from above.
+//! The placement of an entity's own coordinates in the drawing: an affine map of space, then a projection
+//! onto the xy plane.
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,26 +8,26 @@ use keepout_kernel::curve::half_circle_parts;
 use super::RawCurve;
 use super::entity::{Insert, Vec3};
 
-/// An affine map: the images of the three axes, and of the origin.
+/// An affine map, stored as the images of the three axes and of the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
     axes: [Vec3; 3],
     origin: Vec3,
 }
 
-/// Axes of an arc's image count as equally long and square to each other up to this, relative to their length.
+/// Tolerance, relative to their length, within which the axes of an arc's image are equal and perpendicular.
 const ROUND: f64 = 1e-9;
-/// An arc flatter than this, mm (half a lattice unit), is drawn as its chord.
+/// Smallest height of an arc above its chord, mm (half a lattice unit). The chord replaces a flatter arc.
 const FLAT_MM: f64 = 5e-6;
 
 impl Placement {
-    /// Everything stays, in millimetres after `scale`.
+    /// The map that only scales, to millimetres.
     #[must_use]
     pub fn scaled(scale: f64) -> Self {
         Self { axes: [[scale, 0.0, 0.0], [0.0, scale, 0.0], [0.0, 0.0, scale]], origin: [0.0; 3] }
     }
 
-    /// The map turned by an angle about z, then moved: from the drawing to the machine.
+    /// This map, followed by a rotation about z and an offset: from the drawing to the machine.
     #[must_use]
     pub fn placed(self, degrees: f64, (x, y): (f64, f64)) -> Self {
         let turn = Self { axes: turned(degrees), origin: [x, y, 0.0] };
@@ -50,7 +51,7 @@ impl Placement {
         [0, 1, 2].map(|i| x[i] * v[0] + y[i] * v[1] + z[i] * v[2])
     }
 
-    /// The image of a point, seen from above.
+    /// The image of a point, projected onto the xy plane.
     #[must_use]
     pub fn seen(&self, p: Vec3) -> (f64, f64) {
         let [x, y, _] = self.point(p);
@@ -88,8 +89,8 @@ impl Placement {
         self.in_plane(normal).of(turn).of(step).of(scale).of(to_base)
     }
 
-    /// The image of an elliptic arc: `centre + cos t · a + sin t · b` for t from `start` over `sweep`. A circle where the
-    /// image is one, a line where it is seen edge-on.
+    /// Adds the image of the elliptic arc `centre + cos t · a + sin t · b`, for t from `start` over `sweep`.
+    /// The result is a circular arc if the image is one, and lines if the arc's plane is vertical.
     pub fn arc(&self, centre: Vec3, (a, b): (Vec3, Vec3), start: f64, sweep: f64, out: &mut Vec<RawCurve>) {
         let (c, a, b) = (self.seen(centre), self.seen_vector(a), self.seen_vector(b));
         let at = |t: f64| (c.0 + a.0 * t.cos() + b.0 * t.sin(), c.1 + a.1 * t.cos() + b.1 * t.sin());
@@ -104,7 +105,7 @@ impl Placement {
             let start = a.1.atan2(a.0) + sign * start;
             out.push(RawCurve::Arc { centre: c, radius: la, from, to, start, sweep: sign * sweep });
         } else if det.abs() <= ROUND * larger * larger {
-            // Edge-on: there and back along a line.
+            // The plane is vertical: the image runs there and back along a line.
             let parts = f64::from(half_circle_parts(sweep.abs()));
             let mut k = 0.0;
             while k < parts {
@@ -118,8 +119,10 @@ impl Placement {
     }
 }
 
-/// Rational quadratic pieces of at most the longest angle: the middle point is where the end tangents meet, its weight the
-/// cosine of half the piece's angle (Piegl & Tiller, The NURBS Book, §7.3).
+/// Adds rational quadratic pieces of an angle of at most `longest`.
+///
+/// The middle control point is the intersection of the end tangents. Its weight is the cosine of half the
+/// piece's angle (Piegl & Tiller, The NURBS Book, §7.3).
 pub(super) fn elliptic_beziers(
     at: &dyn Fn(f64) -> (f64, f64),
     centre: (f64, f64),
@@ -146,13 +149,15 @@ pub(super) fn elliptic_beziers(
     }
 }
 
-/// The curve from `from` to `to` with `bulge` = tan(sweep / 4), in the plane that `placement` maps; its chord when it is flat.
+/// Adds the arc from `from` to `to` with `bulge` = tan(sweep / 4), in the plane that `placement` maps. A flat
+/// arc becomes its chord.
 pub fn bulge(placement: &Placement, from: Vec3, to: Vec3, bulge: f64, out: &mut Vec<RawCurve>) {
     let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
     let chord = dx.hypot(dy);
     let seen = (placement.seen(from), placement.seen(to));
     let size = (seen.1.0 - seen.0.0).hypot(seen.1.1 - seen.0.1);
-    // How far the arc's middle is from its chord, as it is seen: uneven scales stretch one and not the other.
+    // Distance of the projected arc's middle from its chord: uneven scales can stretch it more than the
+    // chord.
     let height = placement.seen_vector([-dy * bulge / 2.0, dx * bulge / 2.0, 0.0]);
     let bend = (bulge.abs() * size / 2.0).max(height.0.hypot(height.1));
     if bulge == 0.0 || chord == 0.0 || bend < FLAT_MM {
@@ -161,7 +166,8 @@ pub fn bulge(placement: &Placement, from: Vec3, to: Vec3, bulge: f64, out: &mut 
         }
         return;
     }
-    // Distance from the chord's middle to the centre, to the left of the chord: chord·(1 − b²) / 4b.
+    // Distance from the chord's midpoint to the centre, positive to the left of the chord: chord·(1 − b²) /
+    // 4b.
     let to_centre = (1.0 - bulge * bulge) / (4.0 * bulge);
     let centre = [
         f64::midpoint(from[0], to[0]) - dy * to_centre,
@@ -172,7 +178,7 @@ pub fn bulge(placement: &Placement, from: Vec3, to: Vec3, bulge: f64, out: &mut 
     let start = (from[1] - centre[1]).atan2(from[0] - centre[0]);
     let first = out.len();
     placement.arc(centre, ([radius, 0.0, 0.0], [0.0, radius, 0.0]), start, 4.0 * bulge.atan(), out);
-    // The vertices themselves are where the curves meet.
+    // Curves meet exactly at the vertices.
     if let Some(curve) = out.get_mut(first) {
         curve.set_from(seen.0);
     }
@@ -202,7 +208,7 @@ pub(super) fn cross(a: Vec3, b: Vec3) -> Vec3 {
 }
 
 pub(super) fn unit(v: Vec3) -> Option<Vec3> {
-    // Scaled first: squares of very large or small numbers are none.
+    // Scaled first, because the squares of very large or very small numbers overflow or vanish.
     let largest = v.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
     let v = v.map(|c| c / largest);
     let length = v.iter().map(|c| c * c).sum::<f64>().sqrt();
@@ -233,7 +239,7 @@ mod tests {
 
     #[test]
     fn quarter_bulge_bends_to_the_right_of_the_chord() {
-        // bulge > 0 turns counter-clockwise: the arc from (0,0) to (1,1) about (0,1).
+        // A positive bulge is counter-clockwise: the arc from (0,0) to (1,1) about (0,1).
         let RawCurve::Arc { centre, .. } = bulged([0.0; 3], [1.0, 1.0, 0.0], (PI / 8.0).tan()) else {
             panic!("an arc")
         };
@@ -241,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn flat_is_what_is_seen_as_flat() {
+    fn arc_stretched_by_an_uneven_scale_is_not_flat() {
         let narrow =
             Placement { axes: [[1e-4, 0.0, 0.0], [0.0, 1e3, 0.0], [0.0, 0.0, 1.0]], origin: [0.0; 3] };
         let mut out = Vec::new();
@@ -263,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn uneven_scale_makes_an_ellipse_whose_pieces_lie_on_it() {
+    fn uneven_scale_turns_a_circle_into_pieces_on_its_ellipse() {
         let uneven =
             Placement { axes: [[2.0, 0.0, 0.0], [0.5, 1.0, 0.0], [0.0, 0.0, 1.0]], origin: [1.0, 2.0, 0.0] };
         let mut out = Vec::new();

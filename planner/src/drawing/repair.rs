@@ -1,53 +1,53 @@
-//! What was changed in a drawing to make contours of it, and what keeps others from being closed.
+//! Repairs of a drawing that make contours of it, and problems that keep contours open.
 
 use keepout_kernel::Point;
 
 use super::Origin;
 
-/// Something that was changed in the drawing to make contours of it.
+/// A change in the drawing that helps to make contours of it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Repair {
     /// Two ends were moved together.
     GapClosed {
-        /// Where, after the repair.
+        /// The place, after the repair.
         at: Point,
-        /// How far apart the ends were.
+        /// Distance between the ends before the repair.
         gap_mm: f64,
     },
     /// A piece no longer than the joining tolerance, with a loose end, was left out.
     TinyDropped {
-        /// Where it began.
+        /// The start of the piece.
         at: Point,
         /// Its length.
         length_mm: f64,
     },
     /// Pieces without length were left out.
     ZeroLength {
-        /// Where the first was.
+        /// The place of the first.
         at: Point,
-        /// How many there were.
+        /// Number of pieces.
         count: usize,
     },
     /// A curve that repeats another was left out.
     DuplicateDropped {
-        /// Where it began.
+        /// The start of the curve.
         at: Point,
         /// Its length.
         length_mm: f64,
     },
-    /// Lines that lie partly on each other were made one.
+    /// Lines that overlap were merged.
     OverlapMerged {
-        /// Where the common line begins.
+        /// The start of the merged line.
         at: Point,
         /// Its length.
         length_mm: f64,
-        /// How many lines there were.
+        /// Number of lines before the repair.
         count: usize,
     },
 }
 
 impl Repair {
-    /// Where it was made.
+    /// The place of the repair.
     #[must_use]
     pub fn at(&self) -> Point {
         match *self {
@@ -75,22 +75,22 @@ impl std::fmt::Display for Repair {
                 write!(f, "doubled curve of {length_mm:.3} mm left out at {at}")
             }
             Self::OverlapMerged { length_mm, count, .. } => {
-                write!(f, "{count} overlapping lines made one of {length_mm:.3} mm at {at}")
+                write!(f, "{count} overlapping lines merged into one of {length_mm:.3} mm at {at}")
             }
         }
     }
 }
 
-/// Something that keeps a contour from being closed.
+/// A fault of the drawing that keeps a contour open.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Problem {
-    /// A chain of curves ends with nothing to join.
+    /// A chain of curves ends without a curve to join.
     Open {
         /// The curve with the loose end.
         origin: Box<Origin>,
         /// The loose end.
         at: Point,
-        /// Distance to the nearest other loose end, if there is one.
+        /// Distance to the nearest other loose end, if there is one and it was measured.
         gap_mm: Option<f64>,
     },
     /// A chain ends on the middle of another curve.
@@ -99,22 +99,22 @@ pub enum Problem {
         origin: Box<Origin>,
         /// The curve that it ends on.
         on: Box<Origin>,
-        /// Where.
+        /// The place.
         at: Point,
     },
     /// More than two curves meet.
     Branch {
         /// One of the curves.
         origin: Box<Origin>,
-        /// Where they meet.
+        /// The place where they meet.
         at: Point,
-        /// How many ends meet.
+        /// Number of ends that meet.
         count: usize,
     },
 }
 
 impl Problem {
-    /// Where it is.
+    /// The place of the problem.
     #[must_use]
     pub fn at(&self) -> Point {
         match *self {
@@ -134,21 +134,21 @@ impl std::fmt::Display for Problem {
                 };
                 write!(
                     f,
-                    "open contour: {origin} ends at {at} with nothing to join; {other}. Close it in the CAD system, allow \
-                     the gap with --join-mm, or leave open curves out with --leave-out-open."
+                    "open contour: {origin} ends at {at} with nothing to join; {other}. Close it in the CAD \
+                     system, allow the gap with --join-mm, or leave open curves out with --leave-out-open."
                 )
             }
             Self::Tee { origin, on, .. } => write!(
                 f,
-                "{origin} ends at {at} on the middle of {on}: which way the contour goes on is not decided. Trim or \
-                 delete one of them in the CAD system, choose layers with --layer, or leave open curves out with \
-                 --leave-out-open."
+                "{origin} ends at {at} on the middle of {on}: the course of the contour is ambiguous there. \
+                 Trim or delete one of them in the CAD system, choose layers with --layer, or leave open \
+                 curves out with --leave-out-open."
             ),
             Self::Branch { origin, count, .. } => write!(
                 f,
-                "{count} curve ends meet at {at}, one of them {origin}: which contour goes on where is not decided. \
-                 Remove doubled or construction lines, choose layers with --layer, or lower --join-mm when the drawing \
-                 has details that small."
+                "{count} curve ends meet at {at}, one of them {origin}: the course of the contours is \
+                 ambiguous there. Remove doubled or construction lines, choose layers with --layer, or lower \
+                 --join-mm if the drawing has details that small."
             ),
         }
     }

@@ -1,22 +1,23 @@
-//! Splines to rational Bézier pieces.
+//! Splits splines into rational Bézier pieces.
 
 use super::entity::Spline;
 use super::placement::Placement;
 use super::{RawBezier, RawCurve};
 
-/// Highest degree that is taken.
+/// Highest degree of a spline.
 pub const DEGREE_MAX: usize = 15;
 
-/// Ends this near belong together, mm.
+/// Largest distance between ends that count as equal, mm.
 const ROUNDING_MM: f64 = 1e-6;
 
-/// The pieces of a spline, seen from above after `placement`.
+/// Adds the pieces of a spline, mapped by `placement` and projected onto the xy plane.
 ///
-/// Pieces are taken out by blossoming: control point j of the piece over [a, b] is the blossom at a repeated p − j times and
-/// b repeated j times (Ramshaw 1989; Piegl & Tiller, The NURBS Book, §5.2 and 5.3 give the same by knot insertion).
+/// The pieces come from blossoming: control point j of the piece over [a, b] is the blossom at p − j times a
+/// and j times b, where p is the degree (Ramshaw 1989). Knot insertion gives the same points (Piegl & Tiller,
+/// The NURBS Book, §5.2 and 5.3).
 ///
 /// # Errors
-/// What is wrong with the spline, for a person.
+/// The fault of the spline, in words for the user.
 pub fn pieces(spline: &Spline, placement: &Placement, out: &mut Vec<RawCurve>) -> Result<(), &'static str> {
     if spline.control.len() < 2 && spline.fit.len() >= 2 {
         super::fit_points::through(&spline.fit, spline.closed, spline.tangents, placement, out);
@@ -34,7 +35,7 @@ pub fn pieces(spline: &Spline, placement: &Placement, out: &mut Vec<RawCurve>) -
     let weights = match spline.weights.len() {
         0 => vec![1.0; count],
         n if n == count => spline.weights.clone(),
-        _ => return Err("it has not as many weights as control points"),
+        _ => return Err("its number of weights differs from its number of control points"),
     };
     if weights.iter().any(|&weight| weight <= 0.0) {
         return Err("a weight is not positive");
@@ -55,7 +56,7 @@ pub fn pieces(spline: &Spline, placement: &Placement, out: &mut Vec<RawCurve>) -
             continue;
         }
         let mut piece = piece_over(&control, &knots, degree, span);
-        // Where one piece ends the next begins, to the last bit.
+        // Each piece begins exactly at the end of the previous one.
         if let Some((x, y)) = last {
             let (u, v) = piece.points[0];
             if (u - x).hypot(v - y) > ROUNDING_MM {
@@ -67,7 +68,7 @@ pub fn pieces(spline: &Spline, placement: &Placement, out: &mut Vec<RawCurve>) -
         out.push(piece.simplified());
     }
     if last.is_none() {
-        return Err("its knots leave no curve");
+        return Err("its knots define no curve");
     }
     close_up(spline, out);
     Ok(())
@@ -75,7 +76,7 @@ pub fn pieces(spline: &Spline, placement: &Placement, out: &mut Vec<RawCurve>) -
 
 type Homogeneous = [f64; 3];
 
-/// The knots, or even ones when there are none.
+/// The knots of a spline, or uniform knots if the file gives no knots.
 fn knots_of(spline: &Spline, degree: usize) -> Result<Vec<f64>, &'static str> {
     let count = spline.control.len();
     let wanted = count + degree + 1;
@@ -91,9 +92,9 @@ fn knots_of(spline: &Spline, degree: usize) -> Result<Vec<f64>, &'static str> {
         return Ok(knots);
     }
     if spline.knots.len() != wanted {
-        return Err("it has not as many knots as its degree and control points need");
+        return Err("its number of knots does not fit its degree and its number of control points");
     }
-    // What descends by no more than rounding is made to stay.
+    // A knot that is less than its predecessor only by rounding is raised to it.
     let range = spline.knots[wanted - 1] - spline.knots[0];
     let mut knots = spline.knots.clone();
     for i in 1..wanted {
@@ -130,7 +131,7 @@ fn piece_over(control: &[Homogeneous], knots: &[f64], degree: usize, span: usize
     RawBezier { points: at, weights }
 }
 
-/// A closed spline whose ends meet but for rounding is made to meet exactly.
+/// Makes the ends of a closed spline meet exactly, if they meet up to rounding.
 fn close_up(spline: &Spline, out: &mut [RawCurve]) {
     let Some(begin) = out.first().map(RawCurve::from) else { return };
     let Some(last) = out.last_mut() else { return };
@@ -158,7 +159,7 @@ mod tests {
         }
     }
 
-    /// De Boor's algorithm, straight from the definition: the oracle.
+    /// The point of the spline by the definition of the basis functions: the oracle.
     fn de_boor(spline: &Spline, u: f64) -> (f64, f64) {
         let p = usize::try_from(spline.degree).unwrap();
         let basis = |i: usize, u: f64| basis(&spline.knots, i, p, u);
@@ -222,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn nonsense_is_named() {
+    fn invalid_splines_are_refused_with_the_reason() {
         let control = vec![[0.0; 3]; 4];
         let bad = |spline: Spline| pieces(&spline, &Placement::scaled(1.0), &mut Vec::new()).unwrap_err();
         assert!(bad(Spline { degree: 99, control: control.clone(), ..Spline::default() }).contains("degree"));
