@@ -1,7 +1,7 @@
-//! Counts the motions of finishing toolpaths, and where the short ones come from:
+//! Counts the motions of finishing toolpaths, and the causes of the short ones:
 //! `cargo run --release -p keepout-planner --example motions -- DRAWING_OR_FOLDER...`.
 //!
-//! Each drawing is planned with tools of 3 mm and 6 mm on both sides. What can not be planned is left out.
+//! Plans each drawing with tools of 3 mm and 6 mm on both sides. Leaves out combinations that have no plan.
 
 use std::collections::HashMap;
 use std::f64::consts::FRAC_PI_2;
@@ -20,25 +20,25 @@ use keepout_planner::units::{along_mm, nearest_on_mm, point_from_mm, point_mm};
 
 const TOOLS_MM: [f64; 2] = [3.0, 6.0];
 const SIDES: [MachinedSide; 2] = [MachinedSide::Outside, MachinedSide::Inside];
-/// Motions shorter than these are counted, mm.
+/// The program counts the motions shorter than each of these lengths, mm.
 const SHORT_MM: [f64; 3] = [0.2, 0.5, 1.0];
-/// An edge of the drawing shorter than this is a short chord, mm.
+/// An edge of the drawing below this length is a short chord, mm.
 const CHORD_MM: f64 = 1.0;
 
-/// Why a motion is short.
+/// The cause of a short motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Cause {
-    /// It runs beside a line or arc that was fitted to a spline or an ellipse.
+    /// The motion runs beside a line or arc that replaces a spline or an ellipse.
     Spline,
-    /// It runs beside a short line of the drawing, or around a corner of one.
+    /// The motion runs beside a short line of the drawing, or around a corner of one.
     Chord,
-    /// It is a line in place of an arc with ends too near for a controller.
+    /// The motion is a line that replaces an arc, because the arc's ends are too near for a controller.
     NearEnds,
-    /// Anything else.
+    /// Another cause.
     Other,
 }
 
-/// What is counted of one toolpath, or of many.
+/// The counts of one toolpath, or their sums over several.
 #[derive(Clone, Default)]
 struct Count {
     lines: usize,
@@ -68,7 +68,8 @@ impl Count {
         let [p, q, r] = self.shorter;
         let [splines, chords, near, other] = self.by_cause;
         println!(
-            "| {name} | {} | {} | {} | {sum:.0} | {:.3} | {:.3} | {:.3} | {p} | {q} | {r} | {splines} | {chords} | {near} | {other} | {:.0} |",
+            "| {name} | {} | {} | {} | {sum:.0} | {:.3} | {:.3} | {:.3} | {p} | {q} | {r} | {splines} \
+             | {chords} | {near} | {other} | {:.0} |",
             self.plans,
             self.lines,
             self.arcs,
@@ -85,7 +86,8 @@ fn main() {
         std::env::args().skip(1).flat_map(|path| drawings(Path::new(&path))).collect();
     files.sort();
     println!(
-        "| drawing | plans | lines | arcs | length, mm | 10 % | 50 % | 90 % | < 0.2 mm | < 0.5 | < 1 | of these: splines | chords | near ends | other | time, ms |\n\
+        "| drawing | plans | lines | arcs | length, mm | 10 % | 50 % | 90 % | < 0.2 mm | < 0.5 | < 1 \
+         | of these: splines | chords | near ends | other | time, ms |\n\
          |---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|"
     );
     let mut all = Count::default();
@@ -93,12 +95,12 @@ fn main() {
         let Ok(bytes) = read_file(&file) else { continue };
         let mut count = Count::default();
         for (tool_diameter_mm, side) in TOOLS_MM.into_iter().flat_map(|tool| SIDES.map(|side| (tool, side))) {
-            let order = PlanRequest {
+            let request = PlanRequest {
                 job: PlanParameters { tool_diameter_mm, side, ..PlanParameters::default() },
                 ..PlanRequest::default()
             };
             let begin = Instant::now();
-            let plan = order.plan("", &bytes, &MachineProfile::simulated(), &mut |_| {});
+            let plan = request.plan("", &bytes, &MachineProfile::simulated(), &mut |_| {});
             if let Ok(plan) = plan {
                 count.seconds += begin.elapsed().as_secs_f64();
                 count.add(&count_of(&plan));
@@ -112,7 +114,7 @@ fn main() {
     all.print("all");
 }
 
-/// The drawing, or those of the folder.
+/// The drawing, or the drawings in the folder.
 fn drawings(path: &Path) -> Vec<PathBuf> {
     let is_drawing = |path: &PathBuf| path.extension().is_some_and(|end| end.eq_ignore_ascii_case("dxf"));
     match std::fs::read_dir(path) {
@@ -126,7 +128,7 @@ fn count_of(plan: &CertifiedPlan) -> Count {
     let mut count = Count { plans: 1, ..Count::default() };
     for curve in plan.plan.finish().loops.iter().flat_map(|each| &each.curves) {
         let length_mm = curve.length() / f64::from(UNITS_PER_MM);
-        // The executor sends arcs in pieces of a quarter of a turn at most.
+        // The executor sends arcs in parts of at most a quarter turn.
         let pieces = match curve {
             Curve::Line(_) => 1,
             Curve::Arc(arc) => (1..4).find(|&n| sweep(arc) <= f64::from(n) * FRAC_PI_2 + 1e-9).unwrap_or(4),
@@ -146,7 +148,7 @@ fn count_of(plan: &CertifiedPlan) -> Count {
     count
 }
 
-/// The profile's edge of each chord of the part.
+/// The profile's edge for each chord of the part.
 fn edges_by_chord(plan: &CertifiedPlan) -> HashMap<(Point, Point), ProfileEdge> {
     let edges = plan.plan.profile.loops.iter().flat_map(|each| &each.edges);
     let chords = edges.flat_map(|edge| {

@@ -1,5 +1,5 @@
-//! How a workpiece lies is found again from touches of it, and refused when they do not say it.
-#![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
+//! Alignment: probe points recover the position of a workpiece; contradictory or ambiguous ones are refused.
+#![expect(clippy::unwrap_used, reason = "a test helper may panic")]
 
 use keepout_planner::align::{Alignment, AlignmentError, Part, ProbePoint, ProbePoints, align};
 use keepout_planner::profile::{MachinedSide, Profile};
@@ -8,7 +8,7 @@ use proptest::prelude::{Strategy, proptest};
 
 type Xy = (f64, f64);
 
-/// The bracket: 0 to 100 by 0 to 60 mm and more edges.
+/// The bracket: 0 to 100 by 0 to 60 mm, with further edges.
 fn part() -> Part {
     drawn(include_bytes!("../../executor/cli/drawings/bracket.dxf"))
 }
@@ -27,16 +27,17 @@ fn square() -> Part {
     };
     let lines: String = corners.windows(2).map(line).collect();
     let text = format!(
-        "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n{lines}0\nENDSEC\n0\nEOF\n"
+        "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n\
+         0\nSECTION\n2\nENTITIES\n{lines}0\nENDSEC\n0\nEOF\n"
     );
     drawn(text.as_bytes())
 }
 
-fn touches(points: Vec<ProbePoint>, edges: Vec<ProbePoint>) -> ProbePoints {
+fn probe_points(points: Vec<ProbePoint>, edges: Vec<ProbePoint>) -> ProbePoints {
     ProbePoints { points, edges, probe_diameter_mm: 6.0, probe_error_mm: 0.005, tolerance_mm: 0.05 }
 }
 
-/// How a workpiece lies in truth.
+/// The true position of a workpiece.
 #[derive(Clone, Copy, Debug)]
 struct Truth {
     degrees: f64,
@@ -53,13 +54,14 @@ impl Truth {
         ProbePoint { drawing_mm, machine_mm: self.machine(drawing_mm) }
     }
 
-    /// The probe of 6 mm is driven against the edge through `at` until it touches; the person says about where.
-    fn probed(&self, at: Xy, outward: Xy, said: Xy) -> ProbePoint {
+    /// A probe point on the edge through `at`. The probe of 6 mm touches the edge there, and the user states
+    /// the approximate place `near`.
+    fn probed(&self, at: Xy, outward: Xy, near: Xy) -> ProbePoint {
         let centre = (at.0 + 3.0 * outward.0, at.1 + 3.0 * outward.1);
-        ProbePoint { drawing_mm: said, machine_mm: self.machine(centre) }
+        ProbePoint { drawing_mm: near, machine_mm: self.machine(centre) }
     }
 
-    /// Two touches of the square's lower edge and one of its left one.
+    /// Two probe points on the square's lower edge and one on its left edge.
     fn three_edges(&self) -> Vec<ProbePoint> {
         vec![
             self.probed((15.0, 20.0), (0.0, -1.0), (16.0, 19.0)),
@@ -83,72 +85,73 @@ fn truth() -> impl Strategy<Value = Truth> {
     turned.prop_map(|(degrees, x, y)| Truth { degrees, origin: (x, y) })
 }
 
-/// Errors of six coordinates, mm, together at most 5 µm in x and y.
+/// Errors of six coordinates, mm. The x and y errors of a point together are at most 5 µm.
 fn errors() -> impl Strategy<Value = Vec<f64>> {
     proptest::collection::vec(-0.0035..0.0035_f64, 6)
 }
 
-fn disturbed(mut touches: Vec<ProbePoint>, errors: &[f64]) -> Vec<ProbePoint> {
-    for (touch, error) in touches.iter_mut().zip(errors.chunks(2)) {
-        touch.machine_mm.0 += error[0];
-        touch.machine_mm.1 += error[1];
+fn disturbed(mut points: Vec<ProbePoint>, errors: &[f64]) -> Vec<ProbePoint> {
+    for (point, error) in points.iter_mut().zip(errors.chunks(2)) {
+        point.machine_mm.0 += error[0];
+        point.machine_mm.1 += error[1];
     }
-    touches
+    points
 }
 
 proptest! {
     #[test]
-    fn points_are_found_again(truth in truth(), errors in errors()) {
+    fn alignment_from_points_is_within_its_uncertainty(truth in truth(), errors in errors()) {
         let part = part();
         let points: Vec<ProbePoint> =
             [(0.0, 0.0), (100.0, 5.0), (40.0, 60.0)].map(|point| truth.point(point)).to_vec();
-        let exact = align(&part, &touches(points.clone(), vec![])).unwrap();
+        let exact = align(&part, &probe_points(points.clone(), vec![])).unwrap();
         truth.is_met_by(&exact, &part, 0.001);
         assert!(exact.turned && exact.residual_mm() < 1e-6 && !exact.poor);
-        let found = align(&part, &touches(disturbed(points, &errors), vec![])).unwrap();
+        let found = align(&part, &probe_points(disturbed(points, &errors), vec![])).unwrap();
         truth.is_met_by(&found, &part, found.uncertainty_mm);
     }
 
     #[test]
-    fn three_touches_of_a_turned_square_are_compensated(truth in truth(), errors in errors()) {
+    fn three_edge_points_of_a_turned_square_give_its_alignment(truth in truth(), errors in errors()) {
         let part = square();
-        let exact = align(&part, &touches(vec![], truth.three_edges())).unwrap();
+        let exact = align(&part, &probe_points(vec![], truth.three_edges())).unwrap();
         truth.is_met_by(&exact, &part, 0.001);
         let off = (exact.rotation_deg - truth.degrees).rem_euclid(360.0);
         assert!(off.min(360.0 - off) < 1e-6);
-        let found = align(&part, &touches(vec![], disturbed(truth.three_edges(), &errors))).unwrap();
+        let found = align(&part, &probe_points(vec![], disturbed(truth.three_edges(), &errors))).unwrap();
         truth.is_met_by(&found, &part, found.uncertainty_mm);
     }
 
     #[test]
-    fn an_offset_needs_less(x in -400.0..400.0_f64, y in -400.0..400.0_f64) {
+    fn one_point_or_two_edges_give_an_offset(x in -400.0..400.0_f64, y in -400.0..400.0_f64) {
         let (truth, part) = (Truth { degrees: 0.0, origin: (x, y) }, square());
-        let found = align(&part, &touches(vec![truth.point((50.0, 50.0))], vec![])).unwrap();
+        let found = align(&part, &probe_points(vec![truth.point((50.0, 50.0))], vec![])).unwrap();
         truth.is_met_by(&found, &part, 0.001);
         assert!(!found.turned && found.rotation_deg == 0.0);
         let [_, lower, left] = truth.three_edges()[..] else { panic!() };
-        let found = align(&part, &touches(vec![], vec![lower, left])).unwrap();
+        let found = align(&part, &probe_points(vec![], vec![lower, left])).unwrap();
         truth.is_met_by(&found, &part, 0.001);
         assert!(!found.turned && (found.uncertainty_mm - 0.010_75).abs() < 1e-6, "{found:?}");
     }
 }
 
-/// The uncertainty is the worst there is: errors along it come as far as it says.
+/// The stated uncertainty is a bound, and not far above the worst case: some errors of 5 µm come to more than
+/// 60 % of it.
 #[test]
-fn the_uncertainty_is_reached() {
+fn errors_reach_most_of_the_stated_uncertainty() {
     let (truth, part) = (Truth { degrees: 30.0, origin: (-200.0, -100.0) }, square());
-    let stated = align(&part, &touches(vec![], truth.three_edges())).unwrap().uncertainty_mm;
+    let stated = align(&part, &probe_points(vec![], truth.three_edges())).unwrap().uncertainty_mm;
     let mut worst: f64 = 0.0;
     for signs in 0..8_u8 {
         let mut edges = truth.three_edges();
-        for (k, touch) in edges.iter_mut().enumerate() {
+        for (k, point) in edges.iter_mut().enumerate() {
             let sign = if signs >> k & 1 == 1 { 0.005 } else { -0.005 };
             let outward: Xy = if k < 2 { (0.0, -1.0) } else { (-1.0, 0.0) };
             let turned = Truth { origin: (0.0, 0.0), ..truth }.machine(outward);
-            touch.machine_mm.0 += turned.0 * sign;
-            touch.machine_mm.1 += turned.1 * sign;
+            point.machine_mm.0 += turned.0 * sign;
+            point.machine_mm.1 += turned.1 * sign;
         }
-        let found = align(&part, &touches(vec![], edges)).unwrap();
+        let found = align(&part, &probe_points(vec![], edges)).unwrap();
         for corner in part.corners_mm() {
             let (a, b) = (truth.machine(corner), found.machine_mm(corner));
             worst = worst.max((a.0 - b.0).hypot(a.1 - b.1));
@@ -158,10 +161,11 @@ fn the_uncertainty_is_reached() {
 }
 
 #[test]
-fn what_contradicts_itself_is_refused() {
+fn contradictory_or_too_few_probe_points_are_refused() {
     let (truth, part) = (Truth { degrees: -7.0, origin: (-200.0, -100.0) }, square());
-    let refused =
-        |points: Vec<ProbePoint>, edges: Vec<ProbePoint>| align(&part, &touches(points, edges)).unwrap_err();
+    let refused = |points: Vec<ProbePoint>, edges: Vec<ProbePoint>| {
+        align(&part, &probe_points(points, edges)).unwrap_err()
+    };
     let point = |x, y| truth.point((x, y));
     assert_eq!(refused(vec![], vec![]), AlignmentError::TooFew);
     assert_eq!(refused(vec![], vec![truth.three_edges()[0]]), AlignmentError::TooFew);
@@ -172,7 +176,7 @@ fn what_contradicts_itself_is_refused() {
     assert!(error.to_string().contains("steps per mm"), "{error}");
     let mut edges = truth.three_edges();
     edges.push(truth.probed((10.0, 30.0), (-1.0, 0.0), (9.0, 35.0)));
-    align(&part, &touches(vec![], edges.clone())).unwrap();
+    align(&part, &probe_points(vec![], edges.clone())).unwrap();
     edges[3].machine_mm.0 -= 0.5;
     assert!(matches!(refused(vec![], edges), AlignmentError::Residual { .. }));
     let same = vec![point(10.0, 20.0), point(10.0, 20.0)];
@@ -181,14 +185,14 @@ fn what_contradicts_itself_is_refused() {
     let error = refused(near, vec![]);
     assert!(matches!(error, AlignmentError::Degenerate { .. }), "{error}");
     assert!(error.to_string().contains("touches are 1.00 mm apart"), "{error}");
-    let fair = align(&part, &touches(vec![point(10.0, 20.0), point(25.0, 20.0)], vec![])).unwrap();
+    let fair = align(&part, &probe_points(vec![point(10.0, 20.0), point(25.0, 20.0)], vec![])).unwrap();
     assert!(fair.poor, "{fair:?}");
 }
 
 #[test]
-fn edges_that_are_not_meant_are_refused() {
+fn ambiguous_or_wrong_edge_points_are_refused() {
     let (truth, part) = (Truth { degrees: 12.0, origin: (50.0, -100.0) }, square());
-    let refused = |edges: Vec<ProbePoint>| align(&part, &touches(vec![], edges)).unwrap_err();
+    let refused = |edges: Vec<ProbePoint>| align(&part, &probe_points(vec![], edges)).unwrap_err();
     let [first, second, third] = truth.three_edges()[..] else { panic!() };
     let parallel = truth.probed((40.0, 100.0), (0.0, 1.0), (40.0, 101.0));
     assert_eq!(refused(vec![first, second, parallel]), AlignmentError::Undetermined);
@@ -197,14 +201,15 @@ fn edges_that_are_not_meant_are_refused() {
     assert!(matches!(error, AlignmentError::WhichEdge { .. }), "{error}");
     let alike = ProbePoint { drawing_mm: first.drawing_mm, ..second };
     assert!(matches!(refused(vec![first, alike, third]), AlignmentError::WhichEnd { .. }));
-    // The two ends mistaken for each other: it would lie turned about, the third touch beyond the left edge.
+    // The user confuses the two ends: the part would be turned by 180°, and the third point would lie beyond
+    // the end of the left edge.
     let swapped = vec![
         ProbePoint { drawing_mm: second.drawing_mm, ..first },
         ProbePoint { drawing_mm: first.drawing_mm, ..second },
         third,
     ];
     assert!(matches!(refused(swapped), AlignmentError::BeyondEdge { .. }));
-    let bare = ProbePoints { probe_diameter_mm: 0.0, ..touches(vec![], truth.three_edges()) };
+    let bare = ProbePoints { probe_diameter_mm: 0.0, ..probe_points(vec![], truth.three_edges()) };
     let error = align(&part, &bare).unwrap_err();
     assert!(error.to_string().contains("probe diameter"), "{error}");
 }

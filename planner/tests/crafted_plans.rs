@@ -1,4 +1,5 @@
-//! Plans that nobody's drawing makes: claims that would hold by the letter and not in the metal. Found by review.
+//! Crafted plans, which no drawing produces: their claims could pass a weak check, but not be true of the
+//! part. A review found them.
 
 use keepout_kernel::exact::bezier::Bezier;
 use keepout_kernel::{Arc, Curve, Length, Point, Segment, Turn};
@@ -10,12 +11,12 @@ use keepout_planner::plan::{
 use keepout_planner::plan_file;
 use keepout_planner::profile::{MachinedSide, Profile, ProfileEdge, ProfileError, ProfileLoop, SourceCurve};
 
-#[expect(clippy::unwrap_used, reason = "coordinates of ours")]
+#[expect(clippy::unwrap_used, reason = "the test gives valid coordinates")]
 fn at(x_mm: f64, y_mm: f64) -> Point {
     keepout_planner::units::point_from_mm((x_mm, y_mm)).unwrap()
 }
 
-#[expect(clippy::unwrap_used, reason = "slacks of ours")]
+#[expect(clippy::unwrap_used, reason = "the test gives valid chord errors")]
 fn polygon(corners: &[Point], chord_error: i64) -> ProfileLoop {
     let chord_error = Length::from_units(chord_error).unwrap();
     let ends = corners.iter().zip(corners.iter().cycle().skip(1));
@@ -39,33 +40,33 @@ fn make(
     side: MachinedSide,
     tool_diameter_mm: f64,
 ) -> Result<CertifiedPlan, PlanError> {
-    let shapes = PlanGeometry { profile: Profile { loops }, ..PlanGeometry::default() };
+    let geometry = PlanGeometry { profile: Profile { loops }, ..PlanGeometry::default() };
     let job = PlanParameters { side, tool_diameter_mm, ..PlanParameters::default() };
-    Plan::make(Provenance::default(), shapes, &job, &MachineProfile::simulated(), &mut |_| {})
+    Plan::make(Provenance::default(), geometry, &job, &MachineProfile::simulated(), &mut |_| {})
 }
 
-/// The plan as whoever is given its file believes it.
-#[expect(clippy::unwrap_used, reason = "what was written can be read")]
-fn believed(plan: &Plan) -> Result<CertifiedPlan, PlanError> {
+/// The plan after a round trip through its file, certified again.
+#[expect(clippy::unwrap_used, reason = "the test reads the file that it wrote")]
+fn certified_from_file(plan: &Plan) -> Result<CertifiedPlan, PlanError> {
     plan_file::decode(&plan_file::encode(plan).unwrap()).unwrap().certify()
 }
 
 fn refusal(plan: &Plan) -> PathRefusal {
-    match error_of(believed(plan), "a wrong plan") {
+    match error_of(certified_from_file(plan), "a wrong plan") {
         PlanError::Pass { refusal, .. } => refusal,
         other => panic!("{other}"),
     }
 }
 
-/// What is printed beside a proof must not look like one.
+/// A printed name must not imitate the line that states a proof.
 #[test]
-fn a_name_that_moves_the_cursor() {
+fn names_with_control_characters_are_refused() {
     let good = make(vec![square()], MachinedSide::Outside, 4.0).expect("a square").plan;
     let wrong = |change: &dyn Fn(&mut Plan)| {
         let mut wrong = good.clone();
         change(&mut wrong);
         plan_file::decode(&plan_file::encode(&wrong).expect("it can be written"))
-            .expect_err("it can not be shown")
+            .expect_err("a terminal can not show it")
             .to_string()
     };
     let error = wrong(&|plan| plan.provenance.name = "x\nproved  all\u{1b}[8m".into());
@@ -76,9 +77,10 @@ fn a_name_that_moves_the_cursor() {
     assert!(error.contains("name must be"), "{error}");
 }
 
-/// Holes that a CAD system has flattened: every edge's piece of the offset is shorter than what may go unnoticed.
+/// Holes that a CAD system has flattened. The offset of each edge is shorter than the longest stretch that
+/// the check may miss.
 #[test]
-fn the_loop_in_a_hole_of_many_short_edges() {
+fn missing_loop_in_a_hole_of_many_short_edges_is_refused() {
     for (radius, count) in [(3.25, 126), (3.3, 126), (3.5, 180), (4.0, 360)] {
         let mut wrong = make(vec![square(), round(radius, count)], MachinedSide::Outside, 6.0).unwrap().plan;
         let small =
@@ -94,7 +96,7 @@ fn the_loop_in_a_hole_of_many_short_edges() {
 }
 
 #[test]
-fn the_path_in_such_a_hole_farther_from_its_wall() {
+fn path_too_far_from_the_wall_of_such_a_hole_is_refused() {
     let good = make(vec![round(3.3, 126)], MachinedSide::Inside, 6.0).unwrap().plan;
     for inward in [200.0, 1_000.0, 5_000.0, 20_000.0] {
         let mut wrong = good.clone();
@@ -113,7 +115,7 @@ fn the_path_in_such_a_hole_farther_from_its_wall() {
 
 /// A disc with teeth of 10 µm all round.
 #[test]
-fn no_path_about_a_serrated_disc() {
+fn missing_path_around_a_serrated_disc_is_refused() {
     let teeth = 1_200_u32;
     let corner = |k: u32| {
         let angle = f64::from(k) * std::f64::consts::TAU / f64::from(2 * teeth);
@@ -127,7 +129,7 @@ fn no_path_about_a_serrated_disc() {
 }
 
 #[test]
-fn a_slack_that_stands_for_nothing() {
+fn chord_error_without_a_source_curve_is_refused() {
     for edge in 0..4 {
         let mut each = square();
         each.edges[edge].chord_error = Length::from_units(500).unwrap();
@@ -141,9 +143,10 @@ fn straight_source(from: Point, to: Point, first: usize, end: usize) -> SourceCu
     SourceCurve { curve, first, end }
 }
 
-/// A straight source for edges that run down a neck of 80 nm, about a pocket, and back: the pocket is metal.
+/// A straight source curve for edges that run through a neck 80 nm wide, around a pocket and back. By the
+/// source curve, the pocket is material of the part.
 #[test]
-fn a_source_that_jumps_over_the_neck_of_a_pocket() {
+fn source_curve_across_the_neck_of_a_pocket_is_refused() {
     let g = 0.000_04;
     let corners = [
         at(-40.0, 20.0),
@@ -168,7 +171,7 @@ fn a_source_that_jumps_over_the_neck_of_a_pocket() {
 }
 
 #[test]
-fn sources_that_are_points_or_overlap() {
+fn source_curves_that_are_points_or_overlap_are_refused() {
     let mut each = square();
     each.edges.iter_mut().for_each(|edge| edge.chord_error = Length::small(100));
     let corner = at(-20.0, -20.0);
@@ -186,9 +189,9 @@ fn sources_that_are_points_or_overlap() {
     }
 }
 
-/// Shallow hollows with a simplified bound for curves: nothing is missing there.
+/// Shallow hollows whose edges have a coarse chord-error bound. The path along them is complete.
 #[test]
-fn hollows_with_a_coarse_bound_are_complete() {
+fn paths_along_hollows_with_a_coarse_bound_are_complete() {
     for (degrees, chord_error) in [(2.0_f64, 100), (2.0, 200), (10.0, 1_000), (20.0, 1_000), (40.0, 1_000)] {
         let high = 20.0 * (degrees.to_radians() / 2.0).tan();
         let corners = [at(-20.0, -20.0), at(20.0, -20.0), at(20.0, high), at(0.0, 0.0), at(-20.0, high)];
@@ -198,25 +201,25 @@ fn hollows_with_a_coarse_bound_are_complete() {
             each.sources.push(straight_source(from, to, i, i + 1));
         }
         if let Err(error) = make(vec![each], MachinedSide::Outside, 6.0) {
-            panic!("{degrees}°, slack {chord_error}: {error}");
+            panic!("{degrees}°, chord error {chord_error}: {error}");
         }
     }
 }
 
 #[test]
-fn empty_loops_and_endless_passes() {
+fn empty_loops_and_too_many_passes_are_refused() {
     let good = make(vec![square()], MachinedSide::Outside, 6.0).unwrap().plan;
     let mut wrong = good.clone();
     wrong.passes[0].path.loops.push(FinishingLoop { curves: Vec::new(), component: 0 });
     assert!(matches!(refusal(&wrong), PathRefusal::OpenLoop { number: 2 }));
     let mut wrong = good;
     wrong.passes = vec![wrong.passes[0].clone(); PASSES_MAX + 1];
-    assert!(matches!(believed(&wrong), Err(PlanError::PassCount { .. })));
+    assert!(matches!(certified_from_file(&wrong), Err(PlanError::PassCount { .. })));
 }
 
-/// Arcs of metres, thousands of them: refused before their chords fill the memory.
+/// Thousands of arcs of a radius of metres. The check refuses them before their chords fill the memory.
 #[test]
-fn thousands_of_huge_arcs() {
+fn thousands_of_huge_arcs_are_refused() {
     let (a, b) = (Point::from_units(0, 270_000_000).unwrap(), Point::from_units(0, -270_000_000).unwrap());
     let half = |from, to| {
         let arc = Arc::new(from, to, Point::ORIGIN, Turn::CounterClockwise).expect("half a circle");
@@ -227,10 +230,10 @@ fn thousands_of_huge_arcs() {
     assert!(make(vec![each], MachinedSide::Outside, 6.0).is_err());
 }
 
-/// The error; what was believed is too long to print.
+/// The error. A result without an error is too long to print.
 fn error_of<T, E>(result: Result<T, E>, what: &str) -> E {
     match result {
         Err(error) => error,
-        Ok(_) => panic!("{what}: was believed"),
+        Ok(_) => panic!("{what} was accepted"),
     }
 }

@@ -1,6 +1,6 @@
-//! Merged motions: as near to the path they replace as is promised, both ways, on random loops; and certified plans of random
-//! drawings that have fewer motions than the path as it was found.
-#![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
+//! Merged motions stay within the promised distance of the path that they replace, in both directions, on
+//! random loops. Certified plans of random drawings have no more motions than the path before merging.
+#![expect(clippy::unwrap_used, reason = "a test helper may panic")]
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -17,12 +17,12 @@ use keepout_planner::units::{along_mm, mm, nearest_on_mm, point_mm};
 use proptest::prelude::{Strategy, proptest};
 use proptest::test_runner::Config;
 
-/// Places that are looked at on each motion.
+/// Number of intervals between the sample points of each motion.
 const PLACES: u32 = 40;
 /// Rounding, lattice units.
 const TOLERANCE: f64 = 5.0;
 
-/// A wavy closed line of so many places, counter-clockwise, lattice units.
+/// `count` points on a wavy closed curve, counter-clockwise, lattice units.
 fn wave(count: u32, size: f64, waves: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let place = |k: u32| {
         let a = TAU * f64::from(k) / f64::from(count);
@@ -34,7 +34,8 @@ fn wave(count: u32, size: f64, waves: &[(f64, f64)]) -> Vec<(f64, f64)> {
     (0..count).map(place).collect()
 }
 
-/// Lines between the places, every so many of them an arc through the place between two.
+/// A loop of lines between the places. At each multiple of `arcs`, an arc through three places replaces two
+/// lines.
 fn loop_through(places: &[(f64, f64)], arcs: usize) -> Vec<Curve> {
     let points: Vec<Point> = places.iter().map(|&(x, y)| nearest_point(x, y).unwrap()).collect();
     let mut curves = Vec::new();
@@ -61,13 +62,14 @@ fn arc_through(from: Point, by: Point, to: Point) -> Option<Curve> {
     fit_arc(from, to, centre, turn).ok().filter(|_| !large).map(Curve::Arc)
 }
 
-/// Places on the curve, mm, both ends among them.
+/// Sample points on the curve with both its ends, mm.
 fn places_on(curve: &Curve) -> Vec<(f64, f64)> {
     let place = |k: u32| along_mm(curve, f64::from(k) / f64::from(PLACES)).0;
     (0..=PLACES).map(place).collect()
 }
 
-/// How far a place, mm, is to the right of the curve, lattice units; where it is not beside the curve, how far from its nearer end.
+/// The distance of a place (mm) to the right of the curve, lattice units. For a place beyond the ends, the
+/// distance from the nearer end.
 fn right_of((x, y): (f64, f64), curve: &Curve) -> f64 {
     let p = (x / mm(1), y / mm(1));
     let (a, b) = (xy(curve.from()), xy(curve.to()));
@@ -82,14 +84,14 @@ fn right_of((x, y): (f64, f64), curve: &Curve) -> f64 {
         Curve::Arc(arc) => {
             let c = xy(arc.centre());
             let sign = if arc.turn() == Turn::CounterClockwise { 1.0 } else { -1.0 };
-            // Arcs of less than half a turn.
+            // All arcs here turn by less than half a turn.
             let within = sign * side(c, a) >= 0.0 && sign * side(c, b) <= 0.0;
             if within { sign * (far(c) - radius(arc)) } else { at_end }
         }
     }
 }
 
-/// How far each place is to the right of the nearest of the curves.
+/// The distance of each place to the right of the nearest curve.
 fn beside<'a>(places: &'a [(f64, f64)], curves: &'a [&Curve]) -> impl Iterator<Item = f64> + 'a {
     places.iter().map(|&p| {
         let each = curves.iter().map(|curve| right_of(p, curve));
@@ -97,7 +99,7 @@ fn beside<'a>(places: &'a [(f64, f64)], curves: &'a [&Curve]) -> impl Iterator<I
     })
 }
 
-/// Checks what is promised of a merged loop.
+/// Checks the promises of merging: a closed loop, no more motions, joints at joints of the path, distances.
 fn check(before: &[Curve], after: &[Curve]) {
     assert!(after.len() <= before.len() && after.len() >= 2.min(before.len()));
     let next = after.iter().cycle().skip(1);
@@ -132,7 +134,7 @@ proptest! {
     #![proptest_config(Config::with_cases(200))]
 
     #[test]
-    fn merged_loops_stay_beside_the_loop(
+    fn merged_loops_stay_near_the_loop_that_they_replace(
         waves in waves(),
         count in 3_u32..400,
         size in 1e3..1e7_f64,
@@ -145,7 +147,7 @@ proptest! {
         }
         let before = loop_through(&places, arcs);
         check(&before, &merged_loop(&before, &|_| true));
-        // Whatever is refused, the loop holds together.
+        // The loop stays closed, whichever merged motions the caller refuses.
         check(&before, &merged_loop(&before, &|curve| curve.from().x.units() % 3 == 0));
         assert_eq!(merged_loop(&before, &|_| false).len(), before.len());
     }
@@ -166,21 +168,21 @@ fn fine_loops_become_few_motions_and_corners_stay() {
         .chain(down().map(|y| (0.0, y)))
         .collect();
     assert_eq!(merged_loop(&loop_through(&square, usize::MAX), &|_| true).len(), 4);
-    // Chords that turn by four degrees each are corners.
-    let simplified = loop_through(&wave(90, 3e6, &[]), usize::MAX);
-    assert_eq!(merged_loop(&simplified, &|_| true), simplified);
+    // Corners between chords that turn by four degrees stay.
+    let coarse = loop_through(&wave(90, 3e6, &[]), usize::MAX);
+    assert_eq!(merged_loop(&coarse, &|_| true), coarse);
     assert_eq!(merged_loop(&[], &|_| true), []);
 }
 
 fn planned(dxf: &str, tool_diameter_mm: f64, side: MachinedSide) -> Option<CertifiedPlan> {
-    let order = PlanRequest {
+    let request = PlanRequest {
         job: PlanParameters { tool_diameter_mm, side, ..PlanParameters::default() },
         ..PlanRequest::default()
     };
-    order.plan("", dxf.as_bytes(), &MachineProfile::simulated(), &mut |_| {}).ok()
+    request.plan("", dxf.as_bytes(), &MachineProfile::simulated(), &mut |_| {}).ok()
 }
 
-/// Motions of the plan, and of the path as it was found.
+/// Number of motions of the plan, and of the path before merging.
 fn motions(plan: &CertifiedPlan) -> (usize, usize) {
     let (profile, none) = (&plan.plan.profile, Profile::default());
     let outlines = free_outlines(profile, &none, &plan.part);
@@ -191,7 +193,8 @@ fn motions(plan: &CertifiedPlan) -> (usize, usize) {
 
 fn dxf_of(entity: &str) -> String {
     format!(
-        "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n{entity}0\nENDSEC\n0\nEOF\n"
+        "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n\
+         0\nSECTION\n2\nENTITIES\n{entity}0\nENDSEC\n0\nEOF\n"
     )
 }
 
@@ -217,18 +220,18 @@ fn spline(places: &[(f64, f64)]) -> String {
 proptest! {
     #![proptest_config(Config::with_cases(40))]
 
-    /// A plan is certified when it is made: fewer motions are no less.
+    /// Each plan is certified when it is made, so merging removes motions but no part of the contour.
     #[test]
-    fn plans_of_random_drawings_have_fewer_motions(
+    fn plans_of_random_drawings_have_no_more_motions_after_merging(
         waves in waves(),
         count in 8_u32..500,
         size in 5e5..5e6_f64,
         tool_mm in 0.5..8.0_f64,
     ) {
         let places = wave(count, size, &waves);
-        let simplified = wave(count.min(40), size, &waves);
+        let control = wave(count.min(40), size, &waves);
         for side in [MachinedSide::Outside, MachinedSide::Inside] {
-            for dxf in [polyline(&places), spline(&simplified)] {
+            for dxf in [polyline(&places), spline(&control)] {
                 let Some(plan) = planned(&dxf, tool_mm, side) else { continue };
                 let (merged, found) = motions(&plan);
                 assert!(merged <= found, "{merged} of {found}");
@@ -237,7 +240,7 @@ proptest! {
     }
 }
 
-/// 1,510 chords of 0.12 mm with five decimals: cut in far fewer motions, on both sides.
+/// A contour of 1,510 chords of 0.12 mm with five decimals. Both sides take at most 100 motions.
 #[test]
 fn contours_of_short_chords_are_cut_in_few_motions() {
     let places = wave(1510, 3e6, &[(0.1, 0.3), (0.1, 2.0), (0.2, 1.0)]);
@@ -248,7 +251,7 @@ fn contours_of_short_chords_are_cut_in_few_motions() {
 }
 
 #[test]
-fn lengths_are_kept() {
+fn merging_keeps_the_path_length() {
     let plan = planned(&polyline(&wave(1510, 3e6, &[])), 3.0, MachinedSide::Outside).unwrap();
     let radius_mm = 30.0 + mm(plan.finishing.units());
     let length_mm = plan.plan.finish().length_mm();

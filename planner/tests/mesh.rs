@@ -2,7 +2,7 @@
 #![expect(
     clippy::unwrap_used,
     clippy::cast_precision_loss,
-    reason = "a helper of a test may stop it; shapes are drawn in f64"
+    reason = "a test helper may panic; it computes shapes in f64"
 )]
 
 use fastrand::Rng;
@@ -18,7 +18,7 @@ fn ring(points: &[Point]) -> Vec<Edge> {
     ends.map(|(&from, &to)| Edge { chord: Segment { from, to }, chord_error: Length::ZERO }).collect()
 }
 
-/// A radial polygon about a centre: simple, with needles when it has many corners.
+/// A star-shaped polygon about a centre. It does not cross itself; with many corners it has needles.
 fn star(random: &mut Rng, centre: (f64, f64), reach: f64, count: usize) -> Vec<Point> {
     let vertex = |k: usize| {
         let phi = std::f64::consts::TAU * k as f64 / count as f64;
@@ -40,7 +40,7 @@ fn brute(index: &CheckedIndex, p: Point) -> f64 {
 }
 
 #[test]
-fn nearest_and_pieces_agree_with_brute_force() {
+fn nearest_edges_and_components_agree_with_brute_force() {
     let mut random = Rng::with_seed(43);
     for case in 0..40 {
         let count = random.usize(3..400);
@@ -72,7 +72,7 @@ fn nearest_and_pieces_agree_with_brute_force() {
 }
 
 #[test]
-fn wrong_answers_are_not_confirmed() {
+fn wrong_nearest_edges_are_not_confirmed() {
     let at = |x, y| Point::from_units(x, y).unwrap();
     let index = build(ring(&[at(0, 0), at(900, 0), at(450, 900)])).unwrap();
     let p = at(450, -200);
@@ -102,7 +102,7 @@ fn degenerate_edges_make_a_mesh_or_are_left_out() {
     ];
     let index = build(soup).unwrap();
     let mesh = Mesh::build(&index, FRAME, false).unwrap();
-    assert!(mesh.left_out() >= 1, "edges that cross can not both be sides");
+    assert!(mesh.left_out() >= 1, "two edges that cross can not both be in the mesh");
     assert!(mesh.walk().locate(&mesh, at(450, 440)).is_some());
     assert!(mesh.walk().locate(&mesh, at(21_000_000, 0)).is_none(), "outside the frame");
     let small = Window::from_corners(-10, -10, 899, 2000);

@@ -1,5 +1,6 @@
-//! A contouring job that is interrupted anywhere, any number of times, is cut whole, and nothing twice.
-#![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
+//! A contouring job, interrupted anywhere and any number of times, cuts every loop completely. It recuts no
+//! more than each resumed job states.
+#![expect(clippy::unwrap_used, reason = "a test helper may panic")]
 
 use std::collections::BTreeMap;
 
@@ -18,7 +19,7 @@ use keepout_planner::units::{along_mm, nearest_on_mm, point_from_mm, point_mm};
 use proptest::prelude::{Strategy, any, proptest};
 use proptest::test_runner::{Config, TestRunner};
 
-/// A drawing, the side that is machined, and the tool's diameter.
+/// A drawing, the machined side, and the tool diameter, mm.
 type Case = (&'static str, MachinedSide, f64);
 
 const CASES: [Case; 11] = [
@@ -41,8 +42,8 @@ fn planned((file, side, diameter): Case, cut: Cut, passes: &[f64]) -> CertifiedP
     let pass = |&stock_to_leave_mm: &f64| PassParameters { stock_to_leave_mm, feed_mm_min: None };
     let passes = passes.iter().map(pass).collect();
     let job = PlanParameters { tool_diameter_mm: diameter, side, cut, passes, ..PlanParameters::default() };
-    let order = PlanRequest { job, ..PlanRequest::default() };
-    order.plan(file, &bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap()
+    let request = PlanRequest { job, ..PlanRequest::default() };
+    request.plan(file, &bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap()
 }
 
 fn field(plan: &CertifiedPlan) -> Window {
@@ -50,7 +51,7 @@ fn field(plan: &CertifiedPlan) -> Window {
     Window::of(low).including(high).grown(Length::from_units(6_000_000).unwrap())
 }
 
-/// A clear place beside each free space's loops.
+/// A clear start point in each free space.
 fn starts(plan: &CertifiedPlan) -> Vec<Point> {
     let jobs = keepout_planner::job::preview(plan);
     jobs.iter().map(|job| job.legs[0].curves[0].from()).collect()
@@ -60,7 +61,7 @@ fn length_mm(curves: &[Curve]) -> f64 {
     curves.iter().map(Curve::length).sum::<f64>() / f64::from(UNITS_PER_MM)
 }
 
-/// Draws numbers in [0, 1) from a list.
+/// A source of numbers in [0, 1) from a list, which it repeats.
 struct Draws(Vec<f64>, usize);
 
 impl Draws {
@@ -70,7 +71,7 @@ impl Draws {
     }
 }
 
-/// An interruption: the leg, the motion, the share of it that is done.
+/// An interruption: the leg, the motion, and the finished share of the motion.
 fn interruption(job: &ContourJob, draws: &mut Draws) -> (usize, usize, f64) {
     let whole: f64 = job.legs.iter().map(|leg| length_mm(&leg.curves)).sum();
     let mut left = draws.next() * whole;
@@ -86,7 +87,7 @@ fn interruption(job: &ContourJob, draws: &mut Draws) -> (usize, usize, f64) {
     (job.legs.len(), 0, 0.0)
 }
 
-/// What was cut of each loop, mm, and by which curves.
+/// The length cut of each loop, mm, and the curves that cut it.
 #[derive(Default)]
 struct Done {
     mm: BTreeMap<LoopNumber, f64>,
@@ -120,7 +121,8 @@ impl Done {
     }
 }
 
-/// Every motion of the job is certified, joins the one before, and no finished loop is cut.
+/// Checks that every motion of the job is certified and joins the previous one, and that no finished loop is
+/// cut again.
 fn check_job(plan: &CertifiedPlan, job: &ContourJob, from: Point) {
     let mut here = from;
     for leg in &job.legs {
@@ -137,7 +139,7 @@ fn check_job(plan: &CertifiedPlan, job: &ContourJob, from: Point) {
     assert_eq!(job.motion(count - 1), Some((last, job.legs[last].curves.len() - 1)));
 }
 
-/// How far a point is from a curve, within 1 µm.
+/// The distance of a point from a curve, mm, exact to 1 µm.
 fn away_mm(curve: &Curve, at: Point) -> f64 {
     let p = point_mm(at);
     let points: Vec<(f64, f64)> =
@@ -149,16 +151,19 @@ fn away_mm(curve: &Curve, at: Point) -> f64 {
     points.windows(2).map(away).fold(f64::INFINITY, f64::min)
 }
 
-/// A reported position: rounded to 1 µm, and a step off.
+/// A reported position: up to 2.5 µm off in x and in y, then rounded to 1 µm.
 fn reported(curve: &Curve, share: f64, draws: &mut Draws) -> Point {
     let (x, y) = along_mm(curve, share).0;
     let digit = |c: f64, d: f64| ((c + (d - 0.5) * 0.005) * 1000.0).round() / 1000.0;
     point_from_mm((digit(x, draws.next()), digit(y, draws.next()))).unwrap()
 }
 
+/// Interrupts a job `times` times and checks the result. Returns the number of loops that it had to recut
+/// from their start.
 fn interrupted_often(plan: &CertifiedPlan, start: Point, mut draws: Draws, times: usize) -> usize {
     let within = field(plan);
-    let (mut done, mut progress, mut recut, mut anew) = (Done::default(), Progress::default(), 0.0, 0);
+    let (mut done, mut progress, mut recut_mm, mut restarted) =
+        (Done::default(), Progress::default(), 0.0, 0);
     let first = contour_job(plan, start, within).unwrap();
     let loops: Vec<LoopNumber> = first.legs.iter().filter_map(|leg| leg.cuts).collect();
     let mut job = first.clone();
@@ -177,7 +182,7 @@ fn interrupted_often(plan: &CertifiedPlan, start: Point, mut draws: Draws, times
         if let Some(number) = no_way_back(&next, &progress) {
             progress.forget(number);
             done.forget(number);
-            anew += 1;
+            restarted += 1;
             next = resume_job(plan, start, within, &progress);
         }
         match next {
@@ -186,7 +191,7 @@ fn interrupted_often(plan: &CertifiedPlan, start: Point, mut draws: Draws, times
             Err(error) => panic!("{error}"),
         }
         assert_eq!(job.unreached, first.unreached, "after {progress:?}");
-        recut += job.recut_mm;
+        recut_mm += job.recut_mm;
     }
     if resume_job(plan, start, within, &progress).is_ok() {
         check_job(plan, &job, start);
@@ -199,11 +204,11 @@ fn interrupted_often(plan: &CertifiedPlan, start: Point, mut draws: Draws, times
     all.sort_unstable();
     assert_eq!(finished, all);
     assert!(progress.partial.is_empty());
-    check_whole(plan, &done, times, recut);
-    anew
+    check_whole(plan, &done, times, recut_mm);
+    restarted
 }
 
-/// An interrupted loop that nothing leads back to.
+/// An interrupted loop that no link move can reach again.
 fn no_way_back(next: &Result<ContourJob, JobError>, progress: &Progress) -> Option<LoopNumber> {
     let unreached = match next {
         Ok(job) => job.unreached.clone(),
@@ -214,14 +219,14 @@ fn no_way_back(next: &Result<ContourJob, JobError>, progress: &Progress) -> Opti
     partial.into_iter().find(|number| unreached.contains(number))
 }
 
-/// What was cut adds up to each loop's length, and every place of each loop was passed.
-fn check_whole(plan: &CertifiedPlan, done: &Done, times: usize, recut: f64) {
+/// Checks that the cuts add up to the length of each loop, and that they pass every place of each loop.
+fn check_whole(plan: &CertifiedPlan, done: &Done, times: usize, recut_mm: f64) {
     for (number, cut) in &done.mm {
         let curves = &plan.plan.passes[number.pass].path.loops[number.index].curves;
         let length = length_mm(curves);
-        let chord_error = 0.012 * (1.0 + f64::from(u32::try_from(times).unwrap()));
+        let tolerance_mm = 0.012 * (1.0 + f64::from(u32::try_from(times).unwrap()));
         assert!(
-            *cut > length - chord_error && *cut < length + recut + chord_error,
+            *cut > length - tolerance_mm && *cut < length + recut_mm + tolerance_mm,
             "{number}: {cut} of {length}"
         );
         let chords: Vec<((f64, f64), (f64, f64))> = done.curves[number]
@@ -245,8 +250,8 @@ fn check_whole(plan: &CertifiedPlan, done: &Done, times: usize, recut: f64) {
 }
 
 #[test]
-fn interrupted_anywhere_any_number_of_times() {
-    let (mut runs, begun_anew) = (0, std::cell::Cell::new(0));
+fn job_interrupted_anywhere_any_number_of_times_is_cut_completely() {
+    let (mut runs, all_restarted) = (0, std::cell::Cell::new(0));
     for case in CASES {
         for (cut, passes) in [(Cut::Conventional, &[][..]), (Cut::Climb, &[0.1, 0.0])] {
             let plan = planned(case, cut, passes);
@@ -256,10 +261,13 @@ fn interrupted_anywhere_any_number_of_times() {
                 let draws = proptest::collection::vec(0.0..1.0_f64, 40);
                 let strategy = (draws, 1_usize..7);
                 let outcome = runner.run(&strategy, |(draws, times)| {
-                    let anew = interrupted_often(&plan, start, Draws(draws, 0), times);
-                    // In a slot that the tool just passes it can not be entered anywhere.
-                    assert!(anew == 0 || case.0.contains("slot"), "{anew} loops begun anew");
-                    begun_anew.set(begun_anew.get() + anew);
+                    let restarted = interrupted_often(&plan, start, Draws(draws, 0), times);
+                    // A contour can not be entered inside a slot that is hardly wider than the tool.
+                    assert!(
+                        restarted == 0 || case.0.contains("slot"),
+                        "{restarted} loops recut from the start"
+                    );
+                    all_restarted.set(all_restarted.get() + restarted);
                     Ok(())
                 });
                 outcome.unwrap_or_else(|error| panic!("{case:?} {cut:?} from {start:?}: {error}"));
@@ -267,12 +275,12 @@ fn interrupted_anywhere_any_number_of_times() {
             }
         }
     }
-    assert!(runs >= 24 && begun_anew.get() > 0, "only {runs} free spaces");
+    assert!(runs >= 24 && all_restarted.get() > 0, "only {runs} free spaces");
 }
 
-/// With room around the part nothing is cut twice but for the joints.
+/// With room around the part, only the joints are recut: at most 0.05 mm.
 #[test]
-fn where_there_is_room_nothing_is_cut_twice() {
+fn resumed_job_with_room_recuts_only_the_joints() {
     let plan = planned(CASES[2], Cut::Conventional, &[]);
     let start = starts(&plan)[0];
     let job = contour_job(&plan, start, field(&plan)).unwrap();
@@ -283,22 +291,22 @@ fn where_there_is_room_nothing_is_cut_twice() {
             let progress = Progress::after(&job, leg, k, at);
             let Ok(rest) = resume_job(&plan, start, field(&plan), &progress) else { continue };
             assert!(rest.recut_mm <= 0.05, "{} mm at motion {k}, {share}", rest.recut_mm);
-            assert_eq!(rest.tangential, job.tangential, "led in and out along the contour");
+            assert_eq!(rest.tangential, job.tangential, "lead-in and lead-out are tangential");
         }
     }
 }
 
-/// In a slot that the tool just passes it can not be led in or out. Near the mouth what was cut before is cut again up to a
-/// tool radius.
+/// A slot hardly wider than the tool has no room for a lead-in or lead-out. Near its mouth a resumed job
+/// recuts less than a tool diameter.
 #[test]
-fn in_a_slot_no_more_is_cut_again_than_needed() {
-    let (mut again, mut again_at_entry, mut lost) = (0, 0, 0);
+fn resumed_job_in_a_slot_recuts_less_than_a_tool_diameter() {
+    let (mut recut, mut recut_at_entry, mut lost) = (0, 0, 0);
     for diameter in [5.9, 5.95] {
         let job =
             PlanParameters { tool_diameter_mm: diameter, margin_mm: Some(0.02), ..PlanParameters::default() };
-        let order = PlanRequest { job, ..PlanRequest::default() };
+        let request = PlanRequest { job, ..PlanRequest::default() };
         let slot = include_bytes!("../../tests/drawings/slot_exact.dxf");
-        let plan = order.plan("slot", slot, &MachineProfile::simulated(), &mut |_| {}).unwrap();
+        let plan = request.plan("slot", slot, &MachineProfile::simulated(), &mut |_| {}).unwrap();
         let start = starts(&plan)[0];
         let job = contour_job(&plan, start, field(&plan)).unwrap();
         let leg = job.legs.iter().position(|leg| leg.cuts.is_some()).unwrap();
@@ -313,7 +321,7 @@ fn in_a_slot_no_more_is_cut_again_than_needed() {
                     done.add(&rest, (rest.legs.len(), 0, 0.0));
                     check_whole(&plan, &done, 1, rest.recut_mm);
                     check_job(&plan, &rest, start);
-                    again += usize::from(rest.recut_mm > 0.1);
+                    recut += usize::from(rest.recut_mm > 0.1);
                     assert!(rest.recut_mm < diameter, "{}", rest.recut_mm);
                     let led: f64 = rest.legs.iter().map(|leg| length_mm(&leg.curves)).sum();
                     let on_loop = rest.legs.iter().map(|leg| length_mm(&leg.curves[leg.on_loop.clone()]));
@@ -322,7 +330,7 @@ fn in_a_slot_no_more_is_cut_again_than_needed() {
                 Err(JobError::NoWayBack { .. }) => lost += 1,
                 Err(error) => panic!("{error}"),
             }
-            // Entered there, and interrupted where there is room.
+            // The loop was entered at this point, and interrupted at a point with room.
             let longest = |a: &&Curve, b: &&Curve| a.length().total_cmp(&b.length());
             let room = job.legs[leg].curves.iter().max_by(longest).unwrap();
             let resume_point = point_from_mm(along_mm(room, 0.4).0).unwrap();
@@ -331,11 +339,11 @@ fn in_a_slot_no_more_is_cut_again_than_needed() {
             if let Ok(rest) = resume_job(&plan, start, field(&plan), &progress) {
                 check_job(&plan, &rest, start);
                 assert!(rest.recut_mm < diameter, "{}", rest.recut_mm);
-                again_at_entry += usize::from(rest.recut_mm > 0.1);
+                recut_at_entry += usize::from(rest.recut_mm > 0.1);
             }
         }
     }
-    assert!(again > 3 && again_at_entry > 3 && lost > 10, "{again}, {again_at_entry}, {lost}");
+    assert!(recut > 3 && recut_at_entry > 3 && lost > 10, "{recut}, {recut_at_entry}, {lost}");
 }
 
 #[test]
@@ -353,7 +361,7 @@ fn progress_that_does_not_fit_is_refused() {
     let elsewhere = LoopNumber { pass: 3, index: 0 };
     let none = resumed(PartialLoop { number: elsewhere, entry, resume_point: entry }).unwrap_err();
     assert!(matches!(none, JobError::Progress(ProgressError::NoSuchLoop { .. })), "{none}");
-    // At its end it is finished.
+    // A loop whose resume point is its end is finished.
     let rest = resumed(PartialLoop { number, entry, resume_point: entry });
     assert!(rest.is_err() || rest.unwrap().legs.iter().all(|leg| leg.cuts != Some(number)));
     let all: Vec<LoopNumber> = job.legs.iter().filter_map(|leg| leg.cuts).collect();
@@ -362,30 +370,34 @@ fn progress_that_does_not_fit_is_refused() {
 }
 
 #[test]
-fn what_was_seen_tells_what_is_done() {
+fn progress_follows_from_the_interrupted_motion_and_the_reported_position() {
     let plan = planned(CASES[4], Cut::Climb, &[0.1, 0.0]);
     let within = field(&plan);
     let jobs = starts(&plan).into_iter().map(|start| (start, contour_job(&plan, start, within).unwrap()));
     let (start, job) = jobs.max_by_key(|(_, job)| job.legs.len()).unwrap();
     let cuts: Vec<usize> = (0..job.legs.len()).filter(|&k| job.legs[k].cuts.is_some()).collect();
-    assert_eq!(cuts.len(), 4, "around and within a ring, two passes");
+    assert_eq!(cuts.len(), 4, "outer and inner loop of a ring, two passes");
     let leg = &job.legs[cuts[2]];
-    let seen = |curve: usize, share: f64| {
+    let interrupted_at = |curve: usize, share: f64| {
         let at = point_from_mm(along_mm(&leg.curves[curve], share).0).unwrap();
         Progress::after(&job, cuts[2], curve, at)
     };
     let two: Vec<LoopNumber> = cuts[..2].iter().filter_map(|&k| job.legs[k].cuts).collect();
-    let led_in = seen(0, 0.5);
-    assert_eq!((&led_in.finished, led_in.partial.len()), (&two, 0), "nothing is cut while led in");
-    let begun = seen(leg.on_loop.start, 0.5);
+    let led_in = interrupted_at(0, 0.5);
+    assert_eq!((&led_in.finished, led_in.partial.len()), (&two, 0), "the lead-in cuts no part of the loop");
+    let begun = interrupted_at(leg.on_loop.start, 0.5);
     let entry = leg.entry.unwrap();
     assert_eq!((&begun.finished, begun.partial[0].entry), (&two, entry));
     assert_eq!(leg.curves[leg.on_loop.end - 1].to(), entry, "the cut ends where it began");
-    assert_eq!(seen(leg.on_loop.end, 0.0).finished.len(), 3, "led out");
+    assert_eq!(interrupted_at(leg.on_loop.end, 0.0).finished.len(), 3, "lead-out");
     assert_eq!(Progress::after(&job, 99, 0, start).finished.len(), 4);
     let lost = Progress::after(&job, cuts[2], leg.on_loop.start + 1, start);
-    assert_eq!(lost.partial[0].resume_point, leg.curves[leg.on_loop.start + 1].from(), "off the curve");
-    // An interruption before the loop is taken up again changes nothing.
+    assert_eq!(
+        lost.partial[0].resume_point,
+        leg.curves[leg.on_loop.start + 1].from(),
+        "a position off the curve"
+    );
+    // An interruption before the resumed loop is reached leaves the progress unchanged.
     let rest = resume_job(&plan, start, within, &begun).unwrap();
     assert_eq!(Progress::after(&rest, 0, 0, start), begun);
 }
@@ -393,7 +405,10 @@ fn what_was_seen_tells_what_is_done() {
 proptest! {
     #![proptest_config(Config { cases: 16, failure_persistence: None, ..Config::default() })]
     #[test]
-    fn standing_on_the_path_it_goes_on_from_there(case in 0..CASES.len(), climb in any::<bool>(), sent in any::<usize>(),
+    fn tool_on_the_path_resumes_in_place(
+        case in 0..CASES.len(),
+        climb in any::<bool>(),
+        sent in any::<usize>(),
         draws in proptest::collection::vec(0.0..1.0_f64, 200).prop_map(|draws| draws)) {
         let cut = if climb { Cut::Climb } else { Cut::Conventional };
         let plan = planned(CASES[case], cut, &[]);
@@ -406,7 +421,8 @@ proptest! {
             let at = reported(&curves[first], share, &mut draws);
             let left = &curves[first..];
             let rest = resume_in_place(&plan, left, 1 + sent % left.len(), at).unwrap();
-            // Where only motions were sent that lie elsewhere, something else has brought it here.
+            // If all sent motions lie elsewhere, none of them moved the tool here: it does not resume in
+            // place.
             let near = curves[..first].iter().any(|curve| away_mm(curve, at) < 0.06);
             assert!(near || resume_in_place(&plan, &curves, first, at).is_none());
             let wanted = length_mm(&curves[first..]) - share * length_mm(&curves[first..=first]);

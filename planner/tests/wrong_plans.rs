@@ -1,4 +1,4 @@
-//! Proposals that are wrong on purpose: the checkers refuse each, and name the place.
+//! Plans that are wrong on purpose. The checkers refuse each, and name the place.
 
 use keepout_kernel::curve::fit_arc;
 use keepout_kernel::{Arc, Curve, Length, Point, Segment, Vector};
@@ -9,14 +9,14 @@ use keepout_planner::profile::{MachinedSide, ProfileError};
 use keepout_planner::request::PlanRequest;
 use keepout_planner::units::point_from_mm;
 
-/// A plate with a boss-like bow, a slot with round ends, an ellipse and a spline.
+/// A plate with a convex arc like a boss, a slot with round ends, an ellipse and a spline.
 const PLATE: &[u8] = include_bytes!("../../tests/drawings/rounded_plate.dxf");
 
-#[expect(clippy::unwrap_used, reason = "a drawing of ours")]
+#[expect(clippy::unwrap_used, reason = "our own drawing has a plan")]
 fn plan(side: MachinedSide) -> CertifiedPlan {
     let job = PlanParameters { tool_diameter_mm: 4.0, side, ..PlanParameters::default() };
-    let order = PlanRequest { job, ..PlanRequest::default() };
-    order.plan("plate", PLATE, &MachineProfile::simulated(), &mut |_| {}).unwrap()
+    let request = PlanRequest { job, ..PlanRequest::default() };
+    request.plan("plate", PLATE, &MachineProfile::simulated(), &mut |_| {}).unwrap()
 }
 
 fn moved(curve: &Curve, by: Vector) -> Curve {
@@ -40,7 +40,7 @@ fn refusal(plan: Plan) -> PathRefusal {
 const SIDES: [MachinedSide; 2] = [MachinedSide::Outside, MachinedSide::Inside];
 
 #[test]
-fn a_loop_moved_by_two_micrometres() {
+fn loop_moved_by_two_micrometres_is_refused() {
     for side in SIDES {
         let good = plan(side).plan;
         for index in 0..good.finish().loops.len() {
@@ -56,9 +56,10 @@ fn a_loop_moved_by_two_micrometres() {
     }
 }
 
-/// Found by review: figures of the residual that can not be were printed above what is proved.
+/// A review found this: the program printed impossible figures of the rest material above the proved
+/// statements.
 #[test]
-fn a_residual_that_can_not_be() {
+fn impossible_rest_material_figures_are_refused() {
     let good = plan(MachinedSide::Outside).plan;
     assert!(good.clone().certify().is_ok());
     for (residual, length, area) in [
@@ -81,9 +82,9 @@ fn a_residual_that_can_not_be() {
     }
 }
 
-/// All that keeps away from the part and leaves nothing out is not yet what was ordered.
+/// A path that is clear of the part and complete can still differ from the request.
 #[test]
-fn loops_that_are_turned_round_misplaced_or_added() {
+fn reversed_misplaced_or_added_loops_are_refused() {
     for side in SIDES {
         let good = plan(side).plan;
         for index in 0..good.finish().loops.len() {
@@ -110,14 +111,15 @@ fn loops_that_are_turned_round_misplaced_or_added() {
     assert!(matches!(refusal, PathRefusal::Elsewhere { number: found, .. } if found == number), "{refusal}");
 }
 
-/// Its sides touch the path in their middles, and their ends are as far from the part as the path's radius.
+/// The sides of the triangle touch the path at their midpoints. The distance of its corners from the part is
+/// about the path's radius.
 #[test]
-fn a_triangle_around_the_path() {
+fn added_triangle_around_the_path_is_refused() {
     let circle = b"0\nSECTION\n2\nENTITIES\n0\nCIRCLE\n10\n0\n20\n0\n40\n30\n0\nENDSEC\n0\nEOF\n";
     let job = PlanParameters { tool_diameter_mm: 4.0, ..PlanParameters::default() };
-    let order = PlanRequest { job, ..PlanRequest::default() };
+    let request = PlanRequest { job, ..PlanRequest::default() };
     let mut wrong =
-        order.plan("circle", circle, &MachineProfile::simulated(), &mut |_| {}).expect("a circle").plan;
+        request.plan("circle", circle, &MachineProfile::simulated(), &mut |_| {}).expect("a circle").plan;
     let loops = &mut wrong.passes[0].path.loops;
     let start = loops[0].curves[0].from();
     let radius = f64::from(start.x.units()).hypot(f64::from(start.y.units())) + 2.0;
@@ -132,7 +134,7 @@ fn a_triangle_around_the_path() {
 }
 
 #[test]
-fn a_feed_that_is_none() {
+fn feed_out_of_range_is_refused() {
     for mm_min in [0, 600_001, u32::MAX] {
         let mut wrong = plan(MachinedSide::Outside).plan;
         wrong.passes[0].feed_mm_min = Some(mm_min);
@@ -141,9 +143,10 @@ fn a_feed_that_is_none() {
     }
 }
 
-/// A plan file can say anything of tool and margin: a path that keeps what it says would be believed.
+/// A plan file can state any tool and any margin. Without a check of these figures, a path that fits them
+/// would be accepted.
 #[test]
-fn a_tool_of_no_size_or_a_margin_of_another_machine() {
+fn tool_of_zero_diameter_or_wrong_margin_terms_are_refused() {
     let good = plan(MachinedSide::Outside).plan;
     let wrong = |change: &dyn Fn(&mut Plan)| {
         let mut wrong = good.clone();
@@ -162,9 +165,9 @@ fn a_tool_of_no_size_or_a_margin_of_another_machine() {
     assert!(error.contains("\"controller arcs\""), "{error}");
 }
 
-/// Two micrometres farther out everywhere: nothing is gouged, and the stock left is noticed.
+/// A path 2 µm farther out everywhere: it gouges no part, but the checker finds the stock that it leaves.
 #[test]
-fn a_path_two_micrometres_too_far_out() {
+fn path_two_micrometres_too_far_out_is_refused() {
     for side in SIDES {
         let good = plan(side).plan;
         let job = PlanParameters {
@@ -173,8 +176,8 @@ fn a_path_two_micrometres_too_far_out() {
             passes: vec![PassParameters { stock_to_leave_mm: 0.002, feed_mm_min: None }],
             ..PlanParameters::default()
         };
-        let order = PlanRequest { job, ..PlanRequest::default() };
-        let farther = order.plan("plate", PLATE, &MachineProfile::simulated(), &mut |_| {}).unwrap().plan;
+        let request = PlanRequest { job, ..PlanRequest::default() };
+        let farther = request.plan("plate", PLATE, &MachineProfile::simulated(), &mut |_| {}).unwrap().plan;
         let mut wrong = good.clone();
         wrong.passes[0].path = farther.passes[0].path.clone();
         let refusal = refusal(wrong);
@@ -183,7 +186,7 @@ fn a_path_two_micrometres_too_far_out() {
 }
 
 #[test]
-fn a_loop_left_out() {
+fn missing_loop_is_refused_with_its_place() {
     for side in SIDES {
         let good = plan(side).plan;
         for index in 0..good.finish().loops.len() {
@@ -202,10 +205,10 @@ fn a_loop_left_out() {
     }
 }
 
-/// Every arc with a sagitta of more than 2 µm, as its chord: too near the part where it bends around it, too far away in
-/// hollows.
+/// The chord replaces each arc with a sagitta above 2 µm. It is too near the part where the arc runs around
+/// the part, and too far away in hollows.
 #[test]
-fn an_arc_replaced_by_its_chord() {
+fn arc_replaced_by_its_chord_is_refused() {
     let (mut gouged, mut missing) = (0, 0);
     for side in SIDES {
         let good = plan(side).plan;
@@ -234,29 +237,29 @@ fn an_arc_replaced_by_its_chord() {
 }
 
 #[test]
-fn a_loop_that_does_not_close() {
+fn open_loop_is_refused() {
     let mut wrong = plan(MachinedSide::Outside).plan;
     wrong.passes[0].path.loops[0].curves.pop();
     assert!(matches!(refusal(wrong), PathRefusal::OpenLoop { number: 1 }));
 }
 
-/// Edges that leave the spline or ellipse they stand for by more than their chord_error.
+/// Edges that leave the spline or ellipse that they replace by more than their chord-error bound.
 #[test]
-fn edges_that_do_not_follow_their_curve() {
+fn edges_that_leave_their_curve_are_refused() {
     let good = plan(MachinedSide::Outside).plan;
     let mut tampered = 0;
     for index in 0..good.profile.loops.len() {
         for source in 0..good.profile.loops[index].sources.len() {
-            // Half the chord_error is claimed.
+            // The edges claim a chord-error bound of 0.05 µm, a twentieth of the bound that they keep.
             let mut wrong = good.clone();
             let each = &mut wrong.profile.loops[index];
             let (first, end) = (each.sources[source].first, each.sources[source].end);
             for edge in &mut each.edges[first..end] {
                 edge.chord_error = keepout_kernel::Length::small(5);
             }
-            let error = error_of(wrong.certify(), "a slack that is too small");
+            let error = error_of(wrong.certify(), "a chord-error bound that is too small");
             assert!(matches!(error, PlanError::Profile(ProfileError::Curve { .. })), "{error}");
-            // An arc in the middle bends twice as much.
+            // The centre of an arc in the middle moves half-way to its chord.
             let mut wrong = good.clone();
             let each = &mut wrong.profile.loops[index];
             let edge = &mut each.edges[usize::midpoint(first, end)];
@@ -279,28 +282,29 @@ fn edges_that_do_not_follow_their_curve() {
     assert!(tampered >= 5, "only {tampered} arcs were bent");
 }
 
-/// A zone that the plan did not know of.
+/// A keep-out zone that was not part of the request when the path was planned.
 #[test]
-fn a_zone_on_the_path() {
+fn keep_out_zone_on_the_path_is_refused() {
     let clamps = include_bytes!("../../tests/drawings/clamps.dxf");
-    let mut order = PlanRequest { travel_layer: Some("TABLE".into()), ..PlanRequest::default() };
-    order.choice.without.push("CLAMPS".into());
-    let bare = order.plan("clamps", clamps, &MachineProfile::simulated(), &mut |_| {}).unwrap().plan;
-    order.choice.without.clear();
-    order.keep_out_layers.push("CLAMPS".into());
-    let clamped = order.plan("clamps", clamps, &MachineProfile::simulated(), &mut |_| {}).unwrap().plan;
+    let mut request = PlanRequest { travel_layer: Some("TABLE".into()), ..PlanRequest::default() };
+    request.choice.without.push("CLAMPS".into());
+    let bare = request.plan("clamps", clamps, &MachineProfile::simulated(), &mut |_| {}).unwrap().plan;
+    request.choice.without.clear();
+    request.keep_out_layers.push("CLAMPS".into());
+    let clamped = request.plan("clamps", clamps, &MachineProfile::simulated(), &mut |_| {}).unwrap().plan;
     let mut wrong = bare;
     wrong.zones = clamped.zones;
     assert!(matches!(refusal(wrong), PathRefusal::Gouge { .. }));
 }
 
-/// Climb milling has the part on the right, conventional milling on the left; both are led in and out along the contour.
+/// Climb milling has the part on the right, conventional milling has it on the left. Lead-in and lead-out are
+/// tangential in both.
 #[test]
-fn the_way_round() {
+fn climb_and_conventional_cuts_run_in_opposite_directions() {
     for (cut, left) in [(Cut::Conventional, true), (Cut::Climb, false)] {
         let job = PlanParameters { tool_diameter_mm: 4.0, cut, ..PlanParameters::default() };
-        let order = PlanRequest { job, ..PlanRequest::default() };
-        let plan = order.plan("plate", PLATE, &MachineProfile::simulated(), &mut |_| {}).unwrap();
+        let request = PlanRequest { job, ..PlanRequest::default() };
+        let plan = request.plan("plate", PLATE, &MachineProfile::simulated(), &mut |_| {}).unwrap();
         let (low, high) = plan.part_box();
         let field = keepout_kernel::exact::segment::Window::of(low).including(high);
         let room = keepout_kernel::Length::from_units(3_000_000).unwrap();
@@ -310,7 +314,8 @@ fn the_way_round() {
         assert_eq!((cuts.len(), job.tangential), (1, 1));
         let curves = &cuts[0].curves;
         assert!(curves.windows(2).all(|pair| pair[0].to() == pair[1].from()), "no jumps");
-        // Twice the area within the cut, which goes around the part once: positive when the part is on the left.
+        // Twice the area within the cut, which goes around the part once. It is positive if the part is on
+        // the left.
         let xy = keepout_kernel::curve::xy;
         let area: f64 = curves
             .iter()
@@ -325,7 +330,7 @@ fn the_way_round() {
             .map(|(a, b)| a.0 * b.1 - a.1 * b.0)
             .sum();
         assert_eq!(area > 0.0, left, "{cut:?}");
-        // The lead-in is a line and an arc that goes on in the direction of the contour.
+        // The lead-in is a line and an arc that ends in the direction of the contour.
         let Curve::Arc(lead) = curves[1] else { panic!("{:?}", curves[1]) };
         let (_, at_end) = keepout_planner::units::along_mm(&Curve::Arc(lead), 1.0);
         let (_, at_begin) = keepout_planner::units::along_mm(&curves[2], 0.0);
@@ -333,10 +338,10 @@ fn the_way_round() {
     }
 }
 
-/// The error; what was believed is too long to print.
+/// The error. A result without an error is too long to print.
 fn error_of<T, E>(result: Result<T, E>, what: &str) -> E {
     match result {
         Err(error) => error,
-        Ok(_) => panic!("{what}: was believed"),
+        Ok(_) => panic!("{what} was accepted"),
     }
 }
