@@ -12,7 +12,7 @@ use thiserror::Error;
 /// Chord-error bound of the chords of a curve: 0.1 µm.
 pub const CHORD_SLACK: Length = Length::small(10);
 
-/// Chord-error bound of the checked chords of an arc, 0.2 µm: [`CHORD_SLACK`] and an allowance for rounding.
+/// Chord-error bound of the checked chords of an arc, 0.2 µm: [`CHORD_SLACK`] and rounding.
 pub const ARC_CHORD_SLACK: Length = Length::small(20);
 /// Largest chord-error bound between a spline or ellipse and its edges: 1 mm.
 const CHORD_ERROR_MAX: Length = Length::whole_mm(1);

@@ -15,15 +15,17 @@ use crate::units::length_up_from_mm;
 
 type Xy = (f64, f64);
 
-/// Chord-error bound of the chords that stand for arcs (1 µm).
+/// Chord-error bound of the chords that replace arcs (1 µm).
 const CHORD_ERROR: Length = Length::small(100);
 
 /// Drops every contour that repeats a kept contour.
 ///
-/// One contour repeats another if each stays within `join_mm` of the other over its whole length, and both
-/// enclose the same area. The first of them is kept. A contour is compared with kept contours only: in a row
-/// of near contours, a dropped contour does not cause the next to be dropped. A ring wider than [`JOIN_MM`]
-/// is a wall of the part, even if `join_mm` is larger.
+/// One contour repeats another if each stays within reach of the other over its whole length, and both
+/// enclose the same area. The reach is `join_mm`, but at most [`JOIN_MM`], plus the chord errors of both
+/// contours (2 µm). So a wider ring is a wall of the part, even if `join_mm` is larger.
+///
+/// The first of two such contours is kept. A contour is compared with kept contours only: in a row of near
+/// contours, a dropped contour does not cause the next to be dropped.
 pub(super) fn drop_contours(chained: &mut Chained, join_mm: f64) {
     let Ok(reach) = length_up_from_mm(join_mm.clamp(0.0, JOIN_MM)) else { return };
     let reach = reach.saturating_plus(CHORD_ERROR).saturating_plus(CHORD_ERROR);

@@ -17,7 +17,7 @@ pub struct Entity {
     pub layer: u32,
     /// Number of its line type's name; `None` for the line type of its layer.
     pub line_type: Option<u32>,
-    /// Whether it is in paper space, or invisible.
+    /// The reason why it is hidden, if it is.
     pub hidden: Option<Hidden>,
     /// The normal of its own plane.
     pub normal: Vec3,
@@ -108,7 +108,7 @@ pub struct Spline {
     pub control: Vec<Vec3>,
     /// Weights; if empty, every weight is one.
     pub weights: Vec<f64>,
-    /// Fit points, which the spline passes through. They count only without control points.
+    /// Fit points, which the spline passes through. They are used only without control points.
     pub fit: Vec<Vec3>,
     /// Start and end tangent of a spline of fit points.
     pub tangents: (Option<Vec3>, Option<Vec3>),

@@ -90,7 +90,7 @@ pub struct Tag<'a> {
     pub code: i16,
     /// The value.
     pub value: Value<'a>,
-    /// The place of the value.
+    /// The line of the value in an ASCII file, or the first byte of the group in a binary file.
     pub at: FilePlace,
 }
 
