@@ -1,30 +1,34 @@
-//! Exchanges with a controller that takes one line at a time: the next is sent when the one before is answered.
+//! Exchanges with a controller that takes one line at a time: a line goes out when the previous one is
+//! answered.
 
 use arrayvec::ArrayVec;
 
-/// Longest line that is sent.
+/// Longest line to send, bytes.
 pub(super) const SENT_MAX: usize = 120;
-/// Most exchanges that wait.
+/// Most lines that wait for their turn.
 const WAITING_MAX: usize = 16;
-/// Most lines on the wire: one, and stops that could not wait.
+/// Most unanswered lines: one, and stops that were sent out of turn.
 const OPEN_MAX: usize = 8;
 
-/// Queries asked for again, each after a second or more, before an answer is taken to be lost.
+/// Most repeated query requests, one second or more apart, before an unanswered exchange counts as lost.
 const IN_VAIN_MAX: u8 = 1;
 
 /// A line to send.
 pub(super) type Sent = ArrayVec<u8, SENT_MAX>;
 
-/// Lines that wait for their turn, and what is unanswered. `K` says what a line is, and so what its answer is; `P` is what was
-/// heard of an answer in parts, and is forgotten with the exchange that it belongs to.
+/// The waiting lines and the unanswered exchanges.
 ///
-/// Nothing is dropped but by [`Exchanges::withdraw`], [`Exchanges::give_up`] and [`Exchanges::clear`], and lines stay in order but for stops.
+/// `K` names the purpose of a line and so the form of its answer. `P` is the received part of an answer; it
+/// is dropped together with its exchange.
+///
+/// A line is dropped when there is no room for it, and by [`Exchanges::withdraw`], [`Exchanges::give_up`] and
+/// [`Exchanges::clear`]. Lines keep their order, except stops.
 #[derive(Clone, Debug)]
 pub(super) struct Exchanges<K, P = ()> {
     open: ArrayVec<K, OPEN_MAX>,
     part: Option<P>,
     waiting: ArrayVec<(K, Sent), WAITING_MAX>,
-    /// Queries asked for since anything was answered.
+    /// Repeated query requests since the last answer.
     in_vain: u8,
 }
 
@@ -35,20 +39,21 @@ impl<K, P> Default for Exchanges<K, P> {
 }
 
 impl<K: Copy, P: Copy> Exchanges<K, P> {
-    /// Sends a line when it is its turn. Should there be no room, it is never sent, and so never answered.
+    /// Queues a line, and sends it in its turn. If the queue is full, the line is dropped and never answered.
     pub(super) fn send(&mut self, kind: K, line: Sent, out: &mut Vec<u8>) {
         let _ = self.waiting.try_push((kind, line));
         self.next(out);
     }
 
-    /// Sends a line now, before all that wait.
+    /// Sends a line now, ahead of all waiting lines. With [`OPEN_MAX`] unanswered lines it is dropped.
     pub(super) fn send_now(&mut self, kind: K, line: &[u8], out: &mut Vec<u8>) {
         if self.open.try_push(kind).is_ok() {
             out.extend(line);
         }
     }
 
-    /// Sends a line before all that wait, once what is open is answered.
+    /// Sends a line ahead of all waiting lines, as soon as the open exchanges are answered. If the queue is
+    /// full, the line is dropped.
     pub(super) fn send_next(&mut self, kind: K, line: Sent, out: &mut Vec<u8>) {
         if !self.waiting.is_full() {
             self.waiting.insert(0, (kind, line));
@@ -56,27 +61,27 @@ impl<K: Copy, P: Copy> Exchanges<K, P> {
         self.next(out);
     }
 
-    /// The oldest exchange that is unanswered.
+    /// The oldest unanswered exchange.
     pub(super) fn open(&self) -> Option<K> {
         self.open.first().copied()
     }
 
-    /// What was heard of the oldest exchange that is unanswered.
+    /// The received part of the answer to the oldest unanswered exchange.
     pub(super) fn part(&self) -> Option<P> {
         self.part
     }
 
-    /// Takes a part of the answer to the oldest exchange that is unanswered, in place of what was heard of it before.
+    /// Replaces the received part of the answer to the oldest unanswered exchange.
     pub(super) fn hear(&mut self, part: Option<P>) {
         self.part = part;
     }
 
-    /// Whether one exchange is unanswered, and no more.
+    /// Whether exactly one exchange is unanswered.
     pub(super) fn is_single(&self) -> bool {
         self.open.len() == 1
     }
 
-    /// The oldest exchange is answered: the next line is sent.
+    /// Closes the oldest exchange as answered, and sends the next line.
     pub(super) fn close(&mut self, out: &mut Vec<u8>) -> Option<K> {
         let closed = self.open.pop_at(0);
         self.part = None;
@@ -85,8 +90,9 @@ impl<K: Copy, P: Copy> Exchanges<K, P> {
         closed
     }
 
-    /// A query is asked for: whether one is to be sent. While one is under way already it is not, but when nothing at all was
-    /// answered for so long, what is unanswered is lost.
+    /// Whether a requested query must be sent. It is not sent while another query waits or is unanswered.
+    /// After more than [`IN_VAIN_MAX`] repeated requests without any answer, the unanswered exchanges count
+    /// as lost.
     pub(super) fn wants_query(&mut self, is_query: impl Fn(&K) -> bool, out: &mut Vec<u8>) -> bool {
         if !self.any(&is_query) {
             return true;
@@ -98,12 +104,13 @@ impl<K: Copy, P: Copy> Exchanges<K, P> {
         !self.any(is_query)
     }
 
-    /// Lines that wait and shall not be sent after all: what they needed was refused.
+    /// Removes waiting lines that must not be sent, because the controller rejected a line that they depend
+    /// on.
     pub(super) fn withdraw(&mut self, is: impl Fn(&K) -> bool) {
         self.waiting.retain(|(kind, _)| !is(kind));
     }
 
-    /// What is unanswered is not waited for any longer.
+    /// Gives up all unanswered exchanges, and sends the next line.
     pub(super) fn give_up(&mut self, out: &mut Vec<u8>) {
         self.open.clear();
         self.part = None;
@@ -111,12 +118,12 @@ impl<K: Copy, P: Copy> Exchanges<K, P> {
         self.next(out);
     }
 
-    /// Whether such a line waits or is unanswered.
+    /// Whether a line that satisfies `is` waits or is unanswered.
     pub(super) fn any(&self, is: impl Fn(&K) -> bool) -> bool {
         self.waiting.iter().any(|(kind, _)| is(kind)) || self.open.iter().any(is)
     }
 
-    /// Forgets everything.
+    /// Drops all exchanges, open and waiting.
     pub(super) fn clear(&mut self) {
         self.open.clear();
         self.part = None;
@@ -132,7 +139,7 @@ impl<K: Copy, P: Copy> Exchanges<K, P> {
     }
 }
 
-/// A line of these bytes, as far as they fit.
+/// A line of these bytes, cut off at the longest line.
 pub(super) fn sent(bytes: &[u8]) -> Sent {
     bytes.iter().copied().take(SENT_MAX).collect()
 }
@@ -144,7 +151,7 @@ mod tests {
     type Ends = fn(&mut Exchanges<u8, u8>, &mut Vec<u8>);
 
     #[test]
-    fn parts_of_an_answer_are_forgotten_with_their_exchange() {
+    fn partial_answer_is_dropped_with_its_exchange() {
         let ends: [Ends; 3] = [
             |exchanges, out| _ = exchanges.close(out),
             |exchanges, out| exchanges.give_up(out),
@@ -162,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn one_line_at_a_time_and_stops_first() {
+    fn lines_go_out_one_at_a_time_and_stops_go_first() {
         let (mut exchanges, mut out) = (Exchanges::<_>::default(), Vec::new());
         for (kind, line) in [(1, b"a"), (2, b"b"), (3, b"c")] {
             exchanges.send(kind, sent(line), &mut out);
@@ -176,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn queries_are_asked_once_and_given_up_when_nothing_is_answered() {
+    fn query_is_sent_once_and_given_up_without_an_answer() {
         let (mut exchanges, mut out) = (Exchanges::<_>::default(), Vec::new());
         let is_query = |kind: &i32| *kind == 7;
         assert!(exchanges.wants_query(is_query, &mut out));
@@ -185,11 +192,11 @@ mod tests {
         assert!(!exchanges.wants_query(is_query, &mut out) && out == b"m");
         exchanges.close(&mut out);
         assert!(!exchanges.wants_query(is_query, &mut out) && out == b"mq");
-        assert!(exchanges.wants_query(is_query, &mut out), "the second time in a row it is lost");
+        assert!(exchanges.wants_query(is_query, &mut out), "the second repeated request gives it up");
     }
 
     #[test]
-    fn is_bounded() {
+    fn queue_and_output_are_bounded() {
         let (mut exchanges, mut out) = (Exchanges::<_>::default(), Vec::new());
         for k in 0..1000 {
             exchanges.send(k, sent(&[b'x'; 500]), &mut out);

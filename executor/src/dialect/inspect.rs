@@ -1,50 +1,51 @@
-//! Looking at a controller without changing anything.
+//! Reads a controller's identity and settings, and changes nothing.
 
 use crate::supervisor::Limits;
 
-/// Asks a controller who it is and how it is set up. It only reads: nothing is stored, nothing moves, no mode is changed.
+/// Queries a controller's identity and settings. It only reads: the queries store no setting, start no motion
+/// and change no mode.
 pub trait Inspector: Send {
-    /// The questions, each of which is answered before the next is asked.
+    /// The queries. Each is answered before the next one is sent.
     fn questions(&self) -> &'static [&'static [u8]];
 
-    /// Takes a line; whether it is the last of the answer to the question.
+    /// Takes a received line. Returns whether it ends the answer to the query.
     fn hear(&mut self, line: &str) -> bool;
 
-    /// What was found, for motions planned with `steps_per_mm` and arcs within `arc_tolerance_mm`.
+    /// The findings for motions planned with `steps_per_mm` and arcs within `arc_tolerance_mm`.
     fn inspected(&self, steps_per_mm: f64, arc_tolerance_mm: f64) -> Inspected;
 }
 
-/// What was found at a controller.
+/// The result of an inspection.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inspected {
-    /// One thing after the other.
+    /// The findings, in the order of display.
     pub findings: Vec<Finding>,
     /// Steps per mm of the coarser axis.
     pub steps_per_mm: Option<f64>,
-    /// Last digit of a reported place, mm.
+    /// The last digit of a reported position, mm.
     pub report_digit_mm: Option<f64>,
     /// Speed and acceleration of the slower axis.
     pub limits: Limits,
 }
 
-/// One thing that was found.
+/// One inspected property of a controller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
-    /// What.
+    /// The property's name.
     pub name: String,
-    /// How it is.
+    /// Its value, as text.
     pub value: String,
-    /// Whether that is as needed.
+    /// Whether a session can work with this value.
     pub fit: Fit,
 }
 
-/// Whether something is as needed.
+/// Whether a session can work with a value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Fit {
-    /// It is.
+    /// The value is as needed.
     Good,
-    /// A session sets it, or does without it; what that means.
+    /// A session sets it, or works without it. The text states the consequence.
     Minor(&'static str),
-    /// No session can begin; what to do.
+    /// No session can begin. The text states the remedy.
     Wrong(&'static str),
 }

@@ -1,4 +1,4 @@
-//! Which language a controller speaks.
+//! The dialects by name.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use thiserror::Error;
 
 use super::{Described, Description, DescriptionError, Dialect, DialectConfig, Grbl, Venus, Zaber};
 
-/// A controller's language, as it is asked for.
+/// The dialect that a user names: a built-in one, or a file that describes one.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum DialectName {
     /// GRBL 1.1.
@@ -21,42 +21,46 @@ pub enum DialectName {
     Zaber,
     /// Venus-1 (ITK/Micos Corvus).
     Venus,
-    /// Described by a file.
+    /// A TOML file that describes the dialect.
     Described {
-        /// The file, as it was named.
+        /// The file's path, as the user gave it.
         file: String,
-        /// What it says.
+        /// The description read from the file.
         description: Arc<Description>,
     },
 }
 
-/// Why there is no such language.
+/// Why a name gives no dialect.
 #[derive(Debug, Error)]
 pub enum DialectNameError {
-    /// Neither built in nor a file.
-    #[error("no dialect \"{}\": it is none of {} and no file that describes one", shown(name), DialectName::NAMES.join(", "))]
+    /// The name is neither built in nor a file.
+    #[error(
+        "no dialect \"{}\": give one of {}, or the path of a file that describes one",
+        shown(name),
+        DialectName::NAMES.join(", ")
+    )]
     Unknown {
-        /// What was asked for.
+        /// The name.
         name: String,
     },
-    /// A file that describes none.
+    /// The file is not a valid description.
     #[error("{}: {error}", path.display())]
     Description {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The reason.
         error: DescriptionError,
     },
 }
 
 impl DialectName {
-    /// The names of the languages that are built in.
+    /// The names of the built-in dialects.
     pub const NAMES: [&'static str; 4] = ["grbl", "grblhal", "zaber", "venus"];
 
-    /// The language of that name, or described by the file of that name.
+    /// The dialect of that name, or described by the file of that name.
     ///
     /// # Errors
-    /// [`DialectNameError`] naming what is wrong.
+    /// [`DialectNameError`] if the name is unknown, or if the file is not a valid description.
     pub fn named(name: &str) -> Result<Self, DialectNameError> {
         Ok(match name {
             "grbl" => Self::Grbl,
@@ -73,7 +77,7 @@ impl DialectName {
         })
     }
 
-    /// Its name.
+    /// The dialect's name, or its file.
     #[must_use]
     pub fn name(&self) -> &str {
         match self {
@@ -85,7 +89,7 @@ impl DialectName {
         }
     }
 
-    /// SHA-256 of the text that describes it, as hexadecimal digits; empty for one that is built in.
+    /// SHA-256 of the describing text, as hexadecimal digits; empty for a built-in dialect.
     #[must_use]
     pub fn hash(&self) -> String {
         match self {

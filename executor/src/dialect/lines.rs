@@ -6,7 +6,7 @@ use keepout_planner::units::point_from_mm;
 
 use crate::supervisor::{Text, text};
 
-/// Longest line that a controller is expected to send.
+/// Longest accepted line from a controller, bytes.
 const LINE_MAX: usize = 256;
 
 /// Gathers bytes into lines.
@@ -16,7 +16,7 @@ pub(super) struct Lines {
     spoilt: bool,
 }
 
-/// A line that is complete.
+/// A complete line.
 #[derive(Clone, Debug)]
 pub(super) enum Line {
     /// Printable ASCII.
@@ -26,7 +26,7 @@ pub(super) enum Line {
 }
 
 impl Lines {
-    /// Takes a byte; a line feed completes the line. Empty lines are nothing.
+    /// Takes a byte. A line feed completes the line; empty lines are skipped.
     pub(super) fn take(&mut self, byte: u8) -> Option<Line> {
         match byte {
             b'\n' => self.complete(),
@@ -47,35 +47,35 @@ impl Lines {
         (!line.is_empty()).then_some(Line::Text(line))
     }
 
-    /// Whether this and nothing else has come since the last line.
+    /// Whether the received part of the line equals `text`.
     pub(super) fn stands_at(&self, text: &[u8]) -> bool {
         !self.spoilt && self.line.as_slice() == text
     }
 
-    /// Whether nothing but spaces has come since the last line.
+    /// Whether the received part of the line is empty or only spaces.
     pub(super) fn is_blank(&self) -> bool {
         !self.spoilt && self.line.iter().all(|&byte| byte == b' ')
     }
 
-    /// Forgets what was begun.
+    /// Drops the partial line.
     pub(super) fn clear(&mut self) {
         self.line.clear();
         self.spoilt = false;
     }
 }
 
-/// The text of printable bytes; empty when they are not.
+/// The bytes as text; empty if they are not UTF-8.
 pub(super) fn as_str(bytes: &[u8]) -> &str {
     std::str::from_utf8(bytes).unwrap_or("")
 }
 
-/// The first two of a list of mm values.
+/// The point from the first two values of a comma-separated list in mm.
 pub(super) fn plane(value: &str) -> Option<Point> {
     let mut values = value.split(',').map(|number| number.trim().parse::<f64>().ok());
     point_from_mm((values.next()??, values.next()??)).ok()
 }
 
-/// Takes bytes; those that do not fit are dropped.
+/// A destination for bytes. Bytes that do not fit are dropped.
 pub trait Sink {
     /// Takes a byte.
     fn put(&mut self, byte: u8);
@@ -93,7 +93,7 @@ impl<const N: usize> Sink for ArrayVec<u8, N> {
     }
 }
 
-/// Adds a length as decimal mm, exact, with as few digits as it takes: `1.5`, `-0.00001`.
+/// Adds a length in lattice units as exact decimal mm, with as few digits as possible: `1.5`, `-0.00001`.
 pub(super) fn push_mm(out: &mut impl Sink, units: i32) {
     if units < 0 {
         out.put(b'-');
@@ -136,7 +136,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_exact_and_short() {
+    fn written_numbers_are_exact_and_short() {
         for (units, written) in [
             (150_000, "1.5"),
             (-1, "-0.00001"),

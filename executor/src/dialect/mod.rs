@@ -1,4 +1,4 @@
-//! Controller languages, one file each.
+//! Controller dialects, one file each.
 
 pub mod described;
 mod exchange;
@@ -23,10 +23,11 @@ pub use zaber::Zaber;
 
 use crate::supervisor::{Abilities, Command, EncodeError, Reply};
 
-/// A controller's language: commands to bytes, bytes to replies.
+/// A controller dialect: encodes commands as bytes, and decodes bytes into replies.
 ///
-/// Exchanges of more than one line (reading settings, echoed characters) are the dialect's own affair: whatever it hears, it
-/// may add bytes to send. It keeps no time, no more than one line of what it hears, and few of what it has still to say.
+/// The dialect itself runs exchanges of more than one line (reading settings, echoed characters): after any
+/// received byte it may add bytes to send. It holds no clock, at most one partial input line, and a bounded
+/// output queue.
 pub trait Dialect: Send {
     /// What the controller can do.
     fn abilities(&self) -> Abilities;
@@ -37,35 +38,37 @@ pub trait Dialect: Send {
     /// [`EncodeError`] when the language has no words for the command; nothing is added then.
     fn encode(&mut self, command: &Command, out: &mut Vec<u8>) -> Result<(), EncodeError>;
 
-    /// Takes one byte from the controller, and answers with the message that it completes. Adds bytes to send when the
-    /// exchange goes on. Total: any bytes give some replies, never a panic, and memory is bounded.
+    /// Takes one byte from the controller, and returns the message that this byte completes. Adds bytes to
+    /// send when the exchange goes on. Total: every byte sequence gives some replies and no panic, and memory
+    /// is bounded.
     fn decode(&mut self, byte: u8, out: &mut Vec<u8>) -> Option<Reply>;
 
-    /// The port was opened anew: what was half received or half done is forgotten.
+    /// Forgets partial lines and open exchanges, after the port was opened again.
     fn reset(&mut self);
 
-    /// What asks the controller who it is and how it is set up, without changing anything. A dialect without such questions
-    /// has none; its settings are read when a session begins.
+    /// The queries that read a controller's identity and settings and change nothing. `None` for a dialect
+    /// without such queries: it reads its settings when a session begins.
     fn inspector(&self) -> Option<Box<dyn Inspector>> {
         None
     }
 }
 
-/// What a dialect is told of the session.
+/// The session's parameters for a dialect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DialectConfig {
     /// Machine coordinates less drawing coordinates.
     pub offset: Vector,
-    /// Steps per mm below which the controller's own figure is refused.
+    /// Least steps per mm. A controller that reports fewer is rejected.
     pub steps_per_mm: f64,
-    /// Arc tolerance, mm, that the controller is given unless its own is smaller.
+    /// Arc tolerance, mm. The dialect sets it in the controller unless the controller's own is smaller.
     pub arc_tolerance_mm: f64,
-    /// Travel of x and y, mm; `None` where a log does not say it: then no controller's is compared.
+    /// Travel of x and y, mm. `None` where a log does not state it: the dialect then does not compare the
+    /// controller's travel.
     pub travel_mm: Option<[f64; 2]>,
 }
 
 impl DialectConfig {
-    /// What a plan's machine and the place of its drawing make of it.
+    /// The parameters from the plan's machine profile and the drawing's offset.
     #[must_use]
     pub fn of(machine: &MachineProfile, offset: Vector) -> Self {
         let MachineProfile { steps_per_mm, arc_tolerance_mm, travel_mm, .. } = *machine;

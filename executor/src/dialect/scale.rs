@@ -3,17 +3,17 @@
 use keepout_kernel::UNITS_PER_MM;
 use keepout_kernel::curve::nearest_unit;
 
-/// How many counts make a mm, as a ratio.
+/// The number of counts per mm, as a ratio.
 ///
-/// A length goes out as the nearest count: half a count from what was meant at most, which the margin's step term holds for as
-/// long as a mm has no fewer counts than the machine has steps.
+/// A length goes out as the nearest count, at most half a count off. The margin's step term covers this as
+/// long as a mm has at least as many counts as the machine has steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Scale {
     counts: i64,
     mm: i64,
 }
 
-/// Counts per mm are taken to this part of one.
+/// Resolution of counts per mm: parts of one count.
 const PARTS: i64 = 1_000_000;
 /// Most counts per mm.
 const COUNTS_MAX: f64 = 1e6;
@@ -22,13 +22,13 @@ impl Scale {
     /// One count for one mm.
     pub(super) const ONE: Self = Self { counts: 1, mm: 1 };
 
-    /// So many counts for so many mm, both positive and no more than 10^12.
+    /// `counts` counts per `mm` millimetres, both from 1 to 10^12.
     pub(super) fn ratio(counts: i64, mm: i64) -> Option<Self> {
         let fits = |value: i64| (1..=1_000_000_000_000).contains(&value);
         (fits(counts) && fits(mm)).then_some(Self { counts, mm })
     }
 
-    /// So many counts per mm, to a millionth of one.
+    /// `counts` per mm, rounded to a millionth of a count.
     pub(super) fn per_mm(counts: f64) -> Option<Self> {
         let (whole, rest) = (counts.floor(), counts.fract());
         let in_range = counts > 0.0 && counts <= COUNTS_MAX;
@@ -43,26 +43,26 @@ impl Scale {
         i64::try_from(twice.div_euclid(2 * over)).unwrap_or(i64::MAX)
     }
 
-    /// The nearest lattice units to a number of counts; off the lattice when they are too many.
+    /// The nearest lattice units to a number of counts. Too many counts give a value off the lattice.
     pub(super) fn units(self, counts: i64) -> i64 {
         let over = i128::from(self.counts);
         let units = i128::from(counts) * i128::from(self.mm) * i128::from(UNITS_PER_MM);
         i64::try_from((2 * units + over).div_euclid(2 * over)).unwrap_or(i64::MAX)
     }
 
-    /// A number of mm in counts, for what safety does not rest on.
+    /// A length in mm as counts, in floating point. Safety does not rest on it.
     pub(super) fn approximate(self, mm: f64) -> f64 {
         mm * self.per_mm_f64()
     }
 
-    /// Counts in mm, as near as a float is.
-    #[expect(clippy::cast_precision_loss, reason = "a figure for comparisons")]
+    /// Counts in mm, in floating point.
+    #[expect(clippy::cast_precision_loss, reason = "used in comparisons only")]
     pub(super) fn to_mm(self, counts: i64) -> f64 {
         counts as f64 / self.per_mm_f64()
     }
 
-    /// Counts per mm, for what safety does not rest on.
-    #[expect(clippy::cast_precision_loss, reason = "a figure for comparisons")]
+    /// Counts per mm, in floating point. Safety does not rest on it.
+    #[expect(clippy::cast_precision_loss, reason = "used in comparisons only")]
     pub(super) fn per_mm_f64(self) -> f64 {
         self.counts as f64 / self.mm as f64
     }
@@ -73,7 +73,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lengths_go_out_to_half_a_count_and_come_back() {
+    fn lengths_are_rounded_to_half_a_count_and_convert_back() {
         let mut random = fastrand::Rng::with_seed(5);
         for per_mm in [1.0, 400.0, 2015.748, 1000.0, 36.5, 100_000.0, 999_999.5] {
             let scale = Scale::per_mm(per_mm).unwrap();

@@ -1,4 +1,4 @@
-//! What the tests of several dialects share.
+//! Helpers for the tests of several dialects.
 
 use keepout_guard::{Guard, guard_in_open_space};
 use keepout_kernel::{Curve, Point, Segment};
@@ -6,13 +6,13 @@ use keepout_kernel::{Curve, Point, Segment};
 use super::Dialect;
 use crate::supervisor::Command;
 
-/// A jog to lattice units.
+/// A jog to a target in lattice units.
 pub(crate) fn jog_to(x: i64, y: i64, feed_mm_min: u32) -> Command {
     let mut guard = at_origin();
     Command::Move(guard.jog(Point::from_units(x, y).unwrap(), feed_mm_min).unwrap())
 }
 
-/// A straight motion of a contour from the origin to lattice units.
+/// A straight contour motion from the origin to a target in lattice units.
 pub(crate) fn contour_to(x: i64, y: i64, feed_mm_min: u32) -> Command {
     let line = Segment { from: Point::ORIGIN, to: Point::from_units(x, y).unwrap() };
     let mut guard = at_origin();
@@ -27,7 +27,7 @@ fn at_origin() -> Guard {
     guard
 }
 
-/// Any bytes, commands between them, give some replies and bounded output.
+/// Random bytes and commands give some replies and bounded output.
 pub(super) fn decode_is_total(make: impl Fn() -> Box<dyn Dialect>, alphabet: &[u8]) {
     let mut random = fastrand::Rng::with_seed(7);
     let mut dialect = make();

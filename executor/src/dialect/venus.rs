@@ -1,30 +1,41 @@
-//! Venus-1 of the ITK/Micos Corvus, in host mode: words before a space, answers in lines.
+//! Venus-1 of the ITK/Micos Corvus, in host mode: each word ends with a space, and the controller answers in
+//! lines.
 //!
-//! Sources: the Corvus adapter of Micro-Manager and the Corvus eco manual for `st` (bit 0: busy), `p`, `move`, `abort`, `2 setdim`,
-//! `cal`, `rm`, `0 0 setpos`, `getvel`, `setvel`, `getaccel`, `1 j`, and that a second `move` locks the interpreter until the first is
-//! done; two drivers in use for `getdim`, `n getunit` (2 is mm; n = 0 is the unit of velocity), `n getcaldone` (1 after `cal`, 2 after
-//! `rm`, 3 after both) and `restore`, which puts back what was saved; from general knowledge, not yet tried on a controller: `ge` (0 is
-//! no error), that `clear` empties the stack, that `st` answered after `move` says busy, and that no status bit but the first matters here.
+//! Sources:
+//! - The Corvus adapter of Micro-Manager and the Corvus eco manual: `st` (bit 0: busy), `p`, `move`, `abort`,
+//!   `2 setdim`, `cal`, `rm`, `0 0 setpos`, `getvel`, `setvel`, `getaccel`, `1 j`. A second `move` locks the
+//!   interpreter until the first one is done.
+//! - Two drivers in use: `getdim`, `n getunit` (2 is mm; n = 0 is the unit of velocity), `n getcaldone` (1
+//!   after `cal`, 2 after `rm`, 3 after both), and `restore`, which restores the saved settings.
+//! - General knowledge, not yet tried on a controller: `ge` (0 is no error); `clear` empties the stack; an
+//!   `st` after `move` answers busy; only the first status bit matters here.
 //!
-//! Nothing is acknowledged. The interpreter reads in order, so the answer to an `st` that was sent after a motion says that
-//! the motion was read. A motion of a contour is accepted when the tool rests at its end: so none is skipped, none ever locks the
-//! interpreter, and `abort` is always heard.
+//! The controller acknowledges no line. Its interpreter reads in order, so the answer to an `st` behind a
+//! motion shows that it has read the motion. A contour motion is accepted when the tool is at rest at its
+//! end. So the controller skips no contour motion, no motion locks the interpreter, and the controller always
+//! reads `abort`.
 //!
-//! Both axes are interpolated. How `abort` slows down is not documented: a jog may leave its line and so is certified
-//! as a box; a contour is never aborted, and certified as drawn. The box holds as long as no axis takes longer to stop than
-//! it would have to its target: that `abort` brakes no softer than `move` does is taken for granted.
+//! The controller interpolates both axes. The manuals do not state how `abort` slows down, so a jog may leave
+//! its line, and the guard certifies it as a box. A contour is never aborted, and is certified as drawn. The
+//! box holds as long as each axis stops at or before its target. We assume that `abort` brakes at least as
+//! hard as `move` does.
 //!
-//! Homing ends at the far end of travel, and that becomes zero: the table lies in [−width, 0]. A controller that was homed by
-//! somebody else may count from elsewhere: that it was homed since it was switched on is asked, the rest is trusted to the operator.
+//! Homing ends at the far end of travel, and this becomes zero: the table lies in [−width, 0]. A controller
+//! that another program homed may count from elsewhere. The dialect asks whether the controller was homed
+//! since power-on, and trusts the operator for the rest.
 //!
-//! **Reset.** A controller that is reset counts from where the tool stands, in the units that were saved: a motion that was on its way
-//! must not be driven. What refuses it is the number of dimensions. The session works in two, and a controller is used only when three
-//! were saved ([`What::Saved`]): after a reset `move` needs three numbers, and every motion clears the stack and puts two on it, so
-//! that, whole or cut anywhere, it finds too few. One line only sets two dimensions, and the units behind them. It is answered before
-//! the controller is asked for its units and whether it is homed ([`What::Homed`]), and no motion goes out before. So one that was
-//! reset and then read that line, or what was left of it, has the units and is not homed, which ends the start or makes it home;
-//! and one that was reset later has three dimensions to the end of the session. It then gives three numbers for a place, and the
-//! session ends ([`Reply::Restarted`]).
+//! **Reset.** A controller that was reset counts from the tool's present place, in the saved units. It must
+//! not execute a motion that was still on its way. The number of dimensions makes it reject such a motion:
+//!
+//! - The session works in two dimensions, and uses only a controller with three saved dimensions
+//!   ([`What::Saved`]). After a reset `move` needs three numbers. Every motion clears the stack and pushes
+//!   two, so a motion line, whole or cut anywhere, gives too few.
+//! - Only one line sets two dimensions, and it sets the units after them. The controller answers it before
+//!   the dialect asks for the units and for homing ([`What::Homed`]), and no motion goes out before.
+//! - A controller that was reset and then read that line, or the rest of it, has the units and is not homed.
+//!   The start then ends, or homes it.
+//! - A controller that is reset later has three dimensions until the session ends. It then reports three
+//!   coordinates, and the session ends ([`Reply::Restarted`]).
 
 use keepout_guard::{Interpolation, Motion, OnCancel};
 use keepout_kernel::{Curve, Point, Vector};
@@ -35,24 +46,24 @@ use super::lines::{Line, Lines, Sink, as_str, push_mm, push_number};
 use super::{Dialect, DialectConfig};
 use crate::supervisor::{Abilities, Command, EncodeError, Limits, Mode, Reply, Report, Text, Unfit, text};
 
-/// What a line asks for.
+/// The purpose of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum What {
-    /// Status and position, in this order: a tool that was at rest is still there.
+    /// Status, then position: a tool that the status shows at rest is still there at the position.
     Query,
-    /// The error number, which may be an old one.
+    /// The error number, which may come from an earlier session.
     Stale,
-    /// How many dimensions it has after a reset.
+    /// The number of dimensions after a reset.
     Saved,
     /// The unit of an axis.
     Unit(u8),
     Velocity,
     Acceleration,
-    /// A status after so many words of homing.
+    /// The status after this many homing words.
     Homing(u8),
-    /// Which ends of an axis were found since it was reset.
+    /// The ends of an axis that homing found since the reset.
     Homed(u8),
-    /// A status after a jog.
+    /// The status after a jog.
     Jog,
     /// Status and position after a motion of a contour.
     Contour,
@@ -64,29 +75,29 @@ enum What {
 #[derive(Clone, Debug)]
 pub struct Venus {
     setting: DialectConfig,
-    /// With the status of a query that is half answered.
+    /// The exchanges, with the status of a half-answered query.
     exchanges: Exchanges<What, u32>,
     limits: Limits,
     feed_mm_min: u32,
-    /// Where the last motion goes, machine coordinates.
+    /// Target of the last motion, machine coordinates.
     target: Point,
-    /// Positions are of two numbers and in mm: before that they may be anything.
+    /// Positions are two numbers in mm. Before the set-up they may be anything.
     in_mm: bool,
     lines: Lines,
 }
 
-/// So often the stack is cleared before the target is put on it: numbers that a damaged line left there would be taken for a
-/// coordinate that is damaged now. With the stack empty `move` finds too little, and does nothing.
+/// Number of `clear` words before the target. A damaged line may leave numbers on the stack, and a damaged
+/// motion would take them as coordinates. On an empty stack `move` finds too few numbers, and does nothing.
 const CLEARED: u32 = 4;
-/// Dimensions of the session.
+/// Dimensions in the session.
 const DIMENSIONS: u32 = 2;
 /// The unit of length: mm.
 const MM: u32 = 2;
-/// Both ends of an axis were found.
+/// Homing found both ends of an axis.
 const BOTH_ENDS: u32 = 3;
-/// Bit 0 of the status: something moves.
+/// Bit 0 of the status: an axis moves.
 const BUSY: u32 = 1;
-/// A motion ended where it should, to so many steps.
+/// Largest distance between a motion's target and its end, in steps.
 const NEAR_STEPS: f64 = 3.0;
 
 impl Venus {
@@ -114,7 +125,7 @@ impl Venus {
             Motion::Contour { curve: Curve::Line(line), feed_mm_min } => {
                 (line.to, *feed_mm_min, What::Contour)
             }
-            // Never asked for: this dialect says that it knows no arcs.
+            // Unreachable: this dialect offers no arcs.
             Motion::Contour { curve: Curve::Arc(_), .. } => return Err(EncodeError::NoArcs),
         };
         let to = to.translated(self.setting.offset)?;
@@ -141,19 +152,19 @@ impl Venus {
 
     fn reply(&mut self, line: &str, out: &mut Vec<u8>) -> Option<Reply> {
         let Some(what) = self.exchanges.open() else {
-            // Answers that are not waited for any more.
+            // A late answer to an exchange that was given up.
             return None;
         };
         self.answer(what, line, out).unwrap_or_else(|| Some(self.garbled(text(line), out)))
     }
 
-    /// What was asked is not waited for any longer: the rest of a damaged answer must not be taken for all of it.
+    /// Gives up the oldest exchange. Otherwise the rest of a damaged answer could pass for a whole one.
     fn garbled(&mut self, line: Text, out: &mut Vec<u8>) -> Reply {
         self.exchanges.close(out);
         Reply::Garbled(line)
     }
 
-    /// `None` when the line is no answer to this.
+    /// `None` when the line is not an answer to `what`.
     fn answer(&mut self, what: What, line: &str, out: &mut Vec<u8>) -> Option<Option<Reply>> {
         if matches!(what, What::Query | What::Contour) {
             let Some(status) = self.exchanges.part() else {
@@ -205,20 +216,21 @@ impl Venus {
         })
     }
 
-    /// Three dimensions are saved; the session has two, mm and no joystick. That the units were taken is asked last.
+    /// Sets up the session: two of the three saved dimensions, mm, joystick off. Reads the units back last.
     fn set_up(&mut self, what: What, number: u32, out: &mut Vec<u8>) -> Option<Reply> {
         let unfit = |name, needed| Some(Reply::Unfit(Unfit { name, value: f64::from(number), needed }));
         match what {
             What::Stale => self.ask(What::Saved, b"restore getdim ", out),
             What::Saved if number <= DIMENSIONS => {
-                let needed = "3, so that a motion which arrives after a reset is refused: send \"3 setdim save \" once";
+                let needed = "3, so that the controller rejects a motion that arrives after a reset: \
+                              send \"3 setdim save \" once";
                 return unfit("getdim after restore", needed);
             }
             What::Saved => {
                 let words = b"2 setdim 2 0 setunit 2 1 setunit 2 2 setunit 0 j getvel ";
                 self.ask(What::Velocity, words, out);
             }
-            _ if number != MM => return unfit("getunit", "2 (mm) once it is set"),
+            _ if number != MM => return unfit("getunit", "2 (mm) after the session sets it"),
             What::Unit(1) => self.ask(What::Unit(2), b"2 getunit ", out),
             _ => {
                 self.in_mm = true;
@@ -228,7 +240,8 @@ impl Venus {
         None
     }
 
-    /// To the near end, to the far end, and zero there: each begins when the tool rests after the one before.
+    /// Homes: to the near end, to the far end, and zero there. Each word goes out when the tool rests after
+    /// the previous one.
     fn home(&mut self, done: u8, out: &mut Vec<u8>) -> Option<Reply> {
         let words: [&[u8]; 3] = [b"cal st ", b"rm st ", b"0 0 setpos st "];
         let Some(next) = words.get(usize::from(done)) else { return Some(Reply::Homed) };
@@ -251,7 +264,8 @@ impl Venus {
         None
     }
 
-    /// A motion of a contour is accepted when it is done. One that was not read would make the next one begin elsewhere.
+    /// Accepts a contour motion when the tool rests at its end. If the controller did not read the motion,
+    /// the next one would begin elsewhere.
     fn arrived(&mut self, status: u32, at: Point, out: &mut Vec<u8>) -> Option<Reply> {
         if status & BUSY != 0 {
             self.ask(What::Contour, b"st p ", out);
@@ -263,7 +277,7 @@ impl Venus {
         Some(if near { Reply::Accepted } else { Reply::Refused { code: 0, meaning, transient: false } })
     }
 
-    /// `None` when the place is not on the lattice.
+    /// `None` when the position is not on the lattice.
     fn report(&self, status: u32, at_mm: (f64, f64)) -> Option<Reply> {
         let Vector { dx, dy } = self.setting.offset;
         let back = Vector { dx: -dx, dy: -dy };
@@ -293,9 +307,9 @@ impl Dialect for Venus {
                     self.ask(What::Query, b"st p ", out);
                 }
             }
-            // It is not answered.
+            // The controller does not answer `abort`.
             Command::Cancel(_) | Command::EndHoming => out.extend(b"abort "),
-            // Not offered, so not asked for: contours run to their certified end.
+            // Unreachable: this dialect offers no hold. Contours run to their certified end.
             Command::Abort => {}
             Command::Prepare => {
                 self.exchanges.clear();
@@ -326,7 +340,7 @@ impl Dialect for Venus {
     }
 }
 
-/// Words of a line, each ended by a space. The longest line has six, far shorter than what it holds.
+/// A line of words, each ended by a space. The longest line has far fewer bytes than [`Sent`] holds.
 #[derive(Default)]
 struct Words {
     line: Sent,
@@ -355,7 +369,7 @@ impl Words {
     }
 }
 
-/// The first two of the numbers, and how many there are; `None` when there are fewer.
+/// The first two numbers, and the count of all numbers; `None` when there are fewer than two.
 fn place(line: &str) -> Option<((f64, f64), u32)> {
     let mut values = line.split_whitespace().map(figure);
     let at_mm = (values.next()??, values.next()??);
@@ -374,9 +388,9 @@ fn error_text(number: u32) -> &'static str {
     match number {
         1001 | 1002 => "a word of the wrong kind",
         1003 => "beyond the machine's travel",
-        1004 => "a word that it does not know",
+        1004 => "an unknown word",
         1008 => "too few numbers before a word",
-        1009 => "beyond the machine's travel, or a number it does not take",
+        1009 => "beyond the machine's travel, or a number out of range",
         _ => "",
     }
 }

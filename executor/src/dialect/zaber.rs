@@ -1,16 +1,19 @@
-//! Zaber ASCII with streams: lines through a live stream of axes 1 and 2 of device 1, everything under a checksum.
+//! Zaber ASCII with streams: lines go through a live stream of axes 1 and 2 of device 1, and a checksum
+//! protects every message.
 //!
-//! Sources: the protocol manual's commands as other hosts use them (`stream 1 setup live 1 2`, `stream 1 line abs`, `get pos`,
-//! `home`, `comm.checksum`, `limit.max`); from general knowledge, not yet tried on a device: the checksum (two's complement
-//! of the sum between `/` and `:`), message numbers, that speeds are in microsteps/s × 1.6384 and accelerations
-//! in microsteps/s² × 1.6384 / 10000, that a stream with something left to do is never reported `IDLE`.
+//! Sources:
+//! - The protocol manual's commands as other hosts use them: `stream 1 setup live 1 2`, `stream 1 line abs`,
+//!   `get pos`, `home`, `comm.checksum`, `limit.max`.
+//! - General knowledge, not yet tried on a device: the checksum (two's complement of the sum between `/` and
+//!   `:`), message numbers, speeds in microsteps/s × 1.6384, accelerations in microsteps/s² × 1.6384 / 10000.
+//!   A device never reports `IDLE` while its stream has motions left.
 //!
-//! A position is a whole number of microsteps counted from the near end of travel; `limit.max` is the machine's zero, as the
-//! table is taken to lie in [−width, 0]. How many make a mm no setting tells: the machine profile says it, and `limit.max` must be
-//! the profile's travel by that figure.
+//! A position is a whole number of microsteps, counted from the near end of travel. `limit.max` is the
+//! machine's zero, because we assume the table in [−width, 0]. No setting states the microsteps per mm. The
+//! machine profile states them, and `limit.max` must match the profile's travel by that figure.
 //!
-//! How a stream that is stopped midway leaves its line is not documented. So nothing is ever stopped: a jog is sent at rest
-//! and kept short, and a contour is held by not sending the rest of it.
+//! The manual does not state how a stream that is stopped midway leaves its line. So the dialect stops no
+//! motion: it sends jogs at rest and keeps them short, and holds a contour by not sending the rest of it.
 
 #[cfg(test)]
 mod tests;
@@ -26,30 +29,30 @@ use super::scale::Scale;
 use super::{Dialect, DialectConfig};
 use crate::supervisor::{Abilities, Command, EncodeError, Limits, Mode, Reply, Report, Unfit, text};
 
-/// What a line asks for.
+/// The purpose of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum What {
     Query,
-    /// Checksums on replies, from now on.
+    /// Turns on checksums in replies.
     Checksum,
     LimitMax,
     MaxSpeed,
     Acceleration,
     Home,
-    /// Whether homing is over.
+    /// The state while the machine homes.
     Homing,
     StreamOff,
     StreamLive,
     Feed,
     Jog,
     Contour,
-    /// How far the tool is from the contour's last target: the next is accepted when that is near.
+    /// The distance from the tool to the contour's last target. The next motion is accepted when it is short.
     Pace,
-    /// A little time, before a motion that found the stream full is sent again.
+    /// A query that fills the time before the dialect repeats a motion for which the stream was full.
     Again,
 }
 
-/// A line under way: its number comes back with the answer.
+/// An unanswered line. The answer carries its number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Asked {
     what: What,
@@ -70,7 +73,7 @@ pub struct Zaber {
     scale: Scale,
     exchanges: Exchanges<Asked>,
     number: u8,
-    /// Replies without a checksum are refused.
+    /// Whether replies must carry a checksum.
     checked: bool,
     /// The machine's zero, microsteps.
     zero: Option<[i64; 2]>,
@@ -80,12 +83,12 @@ pub struct Zaber {
     lines: Lines,
 }
 
-/// The next motion of a contour is accepted when the tool is within this of the one before's end, mm: the stream then always
-/// has something to do, and never much.
+/// Distance to the end of the previous contour motion, mm, below which the next one is accepted. The stream
+/// then never runs dry, and never holds much.
 const AHEAD_MM: f64 = 3.0;
-/// How far the device's travel may be from the profile's, as a share: stops are set by hand.
+/// Largest difference of the device's travel from the profile's, as a share: people set the stops by hand.
 const TRAVEL_OFF: f64 = 0.02;
-/// The unit of speeds, in parts of ten thousand.
+/// Device speed units per microstep/s, times 10 000.
 const SPEED_UNIT: i64 = 16_384;
 
 impl Zaber {
@@ -126,7 +129,7 @@ impl Zaber {
         let (to, feed_mm_min, jog) = match motion {
             Motion::Jog { to, feed_mm_min } => (*to, *feed_mm_min, true),
             Motion::Contour { curve: Curve::Line(line), feed_mm_min } => (line.to, *feed_mm_min, false),
-            // Never asked for: this dialect says that it knows no arcs.
+            // Unreachable: this dialect offers no arcs.
             Motion::Contour { curve: Curve::Arc(_), .. } => return Err(EncodeError::NoArcs),
         };
         let to = to.translated(self.setting.offset)?;
@@ -148,7 +151,7 @@ impl Zaber {
         self.ask(what, format_args!("stream 1 line abs {x} {y}"), out);
     }
 
-    /// A feed in the controller's unit of speed, at least one.
+    /// A feed in device speed units, at least one.
     fn speed(&self, feed_mm_min: u32) -> i64 {
         let counts = self.scale.counts(i32::try_from(u64::from(feed_mm_min) * 1000).unwrap_or(i32::MAX));
         // 1000 units are 1/100 mm.
@@ -177,12 +180,12 @@ impl Zaber {
 
     fn answered(&mut self, answer: &Answer<'_>, line: &str, out: &mut Vec<u8>) -> Option<Reply> {
         let asked = self.exchanges.open()?;
-        // An answer that was given up and comes after all.
+        // A late answer to an exchange that was given up.
         if answer.number != asked.number {
             return None;
         }
         if !answer.ok && asked.what == What::Feed {
-            // The supervisor hears that the motion is refused: it must not follow.
+            // The supervisor learns that the motion is rejected, so it must not follow.
             self.exchanges.withdraw(|asked| matches!(asked.what, What::Jog | What::Contour));
             self.feed_mm_min = 0;
         }
@@ -231,7 +234,7 @@ impl Zaber {
 
     fn refused(&mut self, what: What, reason: &str, out: &mut Vec<u8>) -> Option<Reply> {
         match what {
-            // Nothing was set up that could be ended.
+            // The stream was not set up, so the dialect skips its end.
             What::StreamOff => {
                 self.ask(What::StreamLive, format_args!("stream 1 setup live 1 2"), out);
                 None
@@ -246,24 +249,25 @@ impl Zaber {
             }
             _ => {
                 let (code, meaning) = refusal(reason);
-                // Only a refused motion can be taken back.
+                // The supervisor can repeat only a rejected motion.
                 let transient = reason == "STATUSBUSY" && matches!(what, What::Feed | What::Jog);
                 Some(Reply::Refused { code, meaning, transient })
             }
         }
     }
 
-    /// What is wrong when the device's travel is not the profile's. Another number of microsteps in the profile makes everything smaller
-    /// or larger, what is sent and what is reported alike: only the travel tells.
+    /// The mismatch between the device's travel and the profile's. A wrong number of microsteps in the
+    /// profile scales targets and reports alike, so only the travel reveals it.
     fn other_travel(&self, limit: [i64; 2]) -> Option<Unfit> {
         let mut travels =
             limit.map(|counts| self.scale.to_mm(counts)).into_iter().zip(self.setting.travel_mm?);
         let (value, _) = travels.find(|(found, travel)| (found / travel - 1.0).abs() > TRAVEL_OFF)?;
-        let needed = "the profile's travel_mm within 2 %; steps_per_mm or travel_mm is not this machine's";
+        let needed =
+            "the profile's travel_mm within 2 %. Correct steps_per_mm or travel_mm in the machine profile";
         Some(Unfit { name: "limit.max, in mm by the profile's steps_per_mm,", value, needed })
     }
 
-    /// `None` when the answer is no two numbers of a device's size.
+    /// `None` unless the answer is two numbers of 32 bits.
     fn setting_read(&mut self, what: What, answer: &Answer<'_>, out: &mut Vec<u8>) -> Option<Option<Reply>> {
         let values = answer.pair()?;
         let [one, other] = values.map(|value| i32::try_from(value).ok());
@@ -293,7 +297,7 @@ impl Zaber {
         })
     }
 
-    /// `None` when the answer is no position.
+    /// `None` when the answer is not a position.
     fn pace(&mut self, answer: &Answer<'_>, out: &mut Vec<u8>) -> Option<Option<Reply>> {
         let at = answer.pair()?;
         let left = (0..2).map(|k| self.last.to[k].abs_diff(at[k])).max().unwrap_or(0);
@@ -305,7 +309,7 @@ impl Zaber {
         Some(Some(Reply::Accepted))
     }
 
-    /// `None` when the answer is no position on the lattice.
+    /// `None` when the answer is not a position on the lattice.
     fn report(&self, answer: &Answer<'_>) -> Option<Reply> {
         if answer.warning == "WM" {
             return Some(Reply::Displaced);
@@ -339,7 +343,7 @@ impl Dialect for Zaber {
     fn encode(&mut self, command: &Command, out: &mut Vec<u8>) -> Result<(), EncodeError> {
         match command {
             Command::Query => self.query(out),
-            // Not offered, so not asked for: motions run to their certified end.
+            // Unreachable: this dialect offers no stop. Motions run to their certified end.
             Command::Cancel(_) | Command::EndHoming | Command::Abort => {}
             Command::Prepare => {
                 self.exchanges.clear();
@@ -367,5 +371,5 @@ impl Dialect for Zaber {
     }
 }
 
-/// Taken when the machine profile has no usable steps; it is refused before anything moves.
+/// The scale for a machine profile without usable steps per mm. The start rejects it before anything moves.
 const FALLBACK: Scale = Scale::ONE;

@@ -1,4 +1,4 @@
-//! What becomes of answers: states, places, and the steps that follow them.
+//! The handling of answers: states, positions, and the steps that follow them.
 
 use std::sync::Arc;
 
@@ -10,41 +10,44 @@ use super::{Accepted, Described, NEAR_STEPS};
 use crate::supervisor::{Limits, Mode, Reply, Report, Unfit, text};
 
 impl Described {
-    /// The oldest exchange is over.
+    /// Ends the oldest exchange with its answer.
     pub(super) fn over(&mut self, heard: Option<Heard>, out: &mut Vec<u8>) -> Option<Reply> {
         if let (Some(Asked::Say(For::Nothing)), Some(Heard::Error { .. })) = (self.exchanges.open(), heard) {
-            // The supervisor hears that all of it is refused: the rest must not follow.
+            // The supervisor learns that the whole motion is rejected, so its other lines must not follow.
             self.exchanges.withdraw(|asked| matches!(asked, Asked::Say(purpose) if *purpose != For::Stop));
         }
-        // The place is asked for right behind the state: what waits would move the tool between the two.
+        // The position query follows the state query directly: a waiting line would move the tool between the
+        // two.
         if let (Some(Asked::Status(purpose)), Some(Heard::Status(_, None))) = (self.exchanges.open(), heard) {
             self.ask_position(purpose, out);
         }
         let asked = self.exchanges.close(out)?;
         match (asked, heard) {
             (_, Some(Heard::Error { code, transient })) => {
-                // Only a refused motion can be taken back, where it is told which line was refused.
+                // The supervisor can repeat only a rejected motion, and only where the answer shows which
+                // line was rejected.
                 let motion = matches!(asked, Asked::Say(For::Nothing | For::Jog));
                 let transient = transient && motion && self.description.accepted != Accepted::Query;
                 Some(Reply::Refused { code, meaning: "", transient })
             }
-            (Asked::Say(purpose), None | Some(Heard::Accepted)) => self.said(purpose, out),
+            (Asked::Say(purpose), None | Some(Heard::Accepted)) => self.acknowledged(purpose, out),
             (Asked::Status(purpose), Some(Heard::Status(mode, place))) => {
                 self.seen(purpose, mode, place, out)
             }
             (Asked::Position(purpose), Some(Heard::Position(place))) => self.placed(purpose, place, out),
-            _ => Some(Reply::Garbled(text("no answer"))),
+            _ => Some(Reply::Garbled(text("an exchange without its answer"))),
         }
     }
 
-    fn said(&mut self, purpose: For, out: &mut Vec<u8>) -> Option<Reply> {
+    /// Continues after the answer to the last line of a purpose.
+    fn acknowledged(&mut self, purpose: For, out: &mut Vec<u8>) -> Option<Reply> {
         match purpose {
             For::Nothing | For::Stop | For::Query => None,
             For::Preparing => Some(Reply::Prepared(Limits::UNLIMITED)),
             For::Unfit => Some(Reply::Unfit(Unfit {
                 name: "units.counts_per_mm",
                 value: self.description.coordinate.scale.per_mm_f64(),
-                needed: "at least the steps per mm that the plan's margin was made for",
+                needed: "at least the steps_per_mm of the plan's machine profile",
             })),
             For::Homing(_) => {
                 self.ask_status(purpose, out);
@@ -59,7 +62,7 @@ impl Described {
         }
     }
 
-    /// Each line of homing is sent when the tool rests after the one before.
+    /// Sends the next homing line when the tool rests after the previous one.
     pub(super) fn home(&mut self, done: u8, out: &mut Vec<u8>) -> Option<Reply> {
         let description = Arc::clone(&self.description);
         match description.home.get(usize::from(done)) {
@@ -76,7 +79,7 @@ impl Described {
         }
     }
 
-    /// A state was said.
+    /// Continues after an answer with a state.
     fn seen(
         &mut self,
         purpose: For,
@@ -92,11 +95,11 @@ impl Described {
             }
             (For::Homing(done), Mode::Idle) => self.home(done, out),
             (For::Homing(_), Mode::Alarm) => Some(Reply::Alarm { code: 0, meaning: "homing failed" }),
-            _ => self.said(purpose, out),
+            _ => self.acknowledged(purpose, out),
         }
     }
 
-    /// A position was said, after the state.
+    /// Continues after an answer with a position, which follows the state.
     fn placed(&mut self, purpose: For, place: (f64, f64), out: &mut Vec<u8>) -> Option<Reply> {
         let at = self.description.point(place);
         if purpose == For::Contour {
@@ -106,11 +109,12 @@ impl Described {
         let position = at.and_then(|at| at.translated(Vector { dx: -dx, dy: -dy }).ok());
         match position {
             Some(_) => Some(Reply::Report(Report { mode: self.mode, position, queued: None, waiting: None })),
-            None => Some(Reply::Garbled(text("a position that no machine has"))),
+            None => Some(Reply::Garbled(text("a position off the lattice"))),
         }
     }
 
-    /// A motion of a contour is accepted when it is done. One that was not executed would make the next begin elsewhere.
+    /// Accepts a contour motion when the tool rests at its end. If the controller skipped the motion, the
+    /// next one would begin elsewhere.
     fn arrived(&mut self, at: Option<Point>, out: &mut Vec<u8>) -> Option<Reply> {
         if self.mode == Mode::Moving {
             self.ask_status(For::Contour, out);

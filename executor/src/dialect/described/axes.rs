@@ -1,4 +1,4 @@
-//! Places and numbers as a described controller has them: its axes, its zero, its counts.
+//! Positions and numbers in a described controller's form: its axes, its zero, its counts.
 
 use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::{Point, UNITS_PER_MM, Vector};
@@ -8,7 +8,7 @@ use super::template::{Slot, Template};
 use crate::dialect::exchange::Sent;
 use crate::dialect::lines::{Sink, push_number};
 
-/// What stands in the places of a motion's lines.
+/// The values for the slots of a motion's lines.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Values {
     pub(super) to: [i64; 2],
@@ -17,7 +17,7 @@ pub(super) struct Values {
 }
 
 impl Description {
-    /// Adds a line, ended.
+    /// Adds a line and its line end.
     pub(super) fn write(&self, template: &Template, values: &Values, sent: &mut Sent) {
         let Description { coordinate, speed, .. } = *self;
         template.write(sent, |slot, sent| match slot {
@@ -31,7 +31,7 @@ impl Description {
         self.end.iter().for_each(|&byte| sent.put(byte));
     }
 
-    /// A vector in the controller's axes, counts.
+    /// A vector along the controller's axes, counts.
     pub(super) fn counts(&self, v: Vector) -> [i64; 2] {
         let Description { coordinate, swap, invert, .. } = *self;
         let (a, b) = if swap { (v.dy, v.dx) } else { (v.dx, v.dy) };
@@ -39,7 +39,7 @@ impl Description {
         [axis(a, invert[0]), axis(b, invert[1])]
     }
 
-    /// A point of the machine from the numbers that the controller says.
+    /// The machine point from the controller's numbers.
     pub(super) fn point(&self, (a, b): (f64, f64)) -> Option<Point> {
         let Description { coordinate, swap, invert, zero, .. } = *self;
         let axis = |written: f64, zero: i64, invert: bool| {
@@ -54,7 +54,7 @@ impl Description {
     }
 }
 
-/// Writes counts as a number with the figure's decimals, exact.
+/// Writes counts as an exact number with the figure's decimals.
 pub(super) fn push_figure(out: &mut Sent, counts: i64, figure: Figure) {
     if counts < 0 {
         out.put(b'-');

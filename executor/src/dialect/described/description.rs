@@ -1,4 +1,4 @@
-//! A controller's ASCII language as a TOML file describes it.
+//! A controller's ASCII dialect, described by a TOML file.
 
 use std::path::{Path, PathBuf};
 
@@ -12,53 +12,53 @@ use super::file::{AcceptedName, ExchangeTable, File, MotionTable, RuleTable, mod
 use super::template::{Slot, Template, TemplateError};
 use crate::supervisor::Mode;
 
-/// Why a description is refused.
+/// Why a description is rejected.
 #[derive(Debug, Error)]
 pub enum DescriptionError {
-    /// The file can not be read.
+    /// The file cannot be read.
     #[error("can not read {}: {source}. Check the path.", path.display())]
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The operating system's error.
         source: std::io::Error,
     },
-    /// It is no TOML, or has keys that mean nothing.
+    /// The text is not TOML, or has unknown keys.
     #[error("{reason}")]
     Parse {
-        /// Where and what.
+        /// The place and the reason.
         reason: String,
     },
-    /// A line is no template.
+    /// A line is not a valid template.
     #[error("{key}: {error}")]
     Template {
         /// The key.
         key: &'static str,
-        /// Why.
+        /// The reason.
         error: TemplateError,
     },
-    /// A value can not be what it is.
+    /// A value is not allowed.
     #[error("{key}: {needed}")]
     Value {
         /// The key.
         key: &'static str,
-        /// What it must be.
+        /// The allowed value.
         needed: &'static str,
     },
 }
 
-/// How a line without data is answered.
+/// The answer to a line without data.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Accepted {
-    /// By the prompt.
+    /// The prompt.
     Prompt,
-    /// By a line like this.
+    /// A line of this form.
     Answer(Template),
-    /// Not at all: the state is asked behind it.
+    /// No answer: a state query follows the line.
     Query,
 }
 
-/// A number as the controller writes it: whole counts, with a decimal point so many digits from the right.
+/// A number in the controller's form: whole counts, with a decimal point `decimals` digits from the right.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Figure {
     pub(super) scale: Scale,
@@ -66,7 +66,7 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// What the last digit stands for, as a share of the number.
+    /// The number of last-digit units in one: 10^decimals.
     #[must_use]
     pub fn ten(self) -> f64 {
         10.0_f64.powi(self.decimals.into())
@@ -78,19 +78,19 @@ impl Figure {
         self.scale.per_mm_f64()
     }
 
-    /// A number of counts as it is written.
+    /// A number of counts as text, with the figure's decimals.
     #[must_use]
     pub fn written(self, counts: f64) -> String {
         format!("{:.*}", usize::from(self.decimals), counts / self.ten())
     }
 }
 
-/// A question, and what its answer looks like.
+/// A query and the form of its answer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Question {
-    /// The question as sent.
+    /// The query, as sent.
     pub send: Template,
-    /// The line that answers it.
+    /// The form of the answer.
     pub answer: Template,
 }
 
@@ -101,64 +101,64 @@ enum Test {
     Bits(u32),
 }
 
-/// An ASCII language, as described.
+/// A described ASCII dialect.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Description {
-    /// SHA-256 of the text that it was read from.
+    /// SHA-256 of the description's text.
     pub hash: [u8; 32],
-    /// Ends each line that is sent.
+    /// The end of each sent line.
     pub end: Vec<u8>,
-    /// The controller echoes each character.
+    /// Whether the controller echoes each character.
     pub echo: bool,
-    /// Ends each exchange; empty when nothing does.
+    /// The prompt that ends each exchange; empty when there is none.
     pub prompt: Vec<u8>,
-    /// Coordinates.
+    /// The form of coordinates.
     pub coordinate: Figure,
-    /// Speeds.
+    /// The form of speeds.
     pub speed: Figure,
-    /// The machine's zero, counts.
+    /// The controller's numbers at the machine's zero, counts.
     pub zero: [i64; 2],
-    /// The axes are exchanged.
+    /// Whether the axes are exchanged.
     pub swap: bool,
-    /// An axis of the controller points against the drawing's.
+    /// Whether each axis of the controller points against the drawing's.
     pub invert: [bool; 2],
-    /// Asks for the state.
+    /// The state query.
     pub status: Question,
-    /// `None` when the state's answer has the position too.
+    /// The position query. `None` when the state's answer also holds the position.
     pub position: Option<Question>,
     rules: Vec<(Test, Mode)>,
     otherwise: Mode,
-    /// A straight motion; several lines where the controller needs them.
+    /// The lines of a straight motion.
     pub line: Vec<Template>,
-    /// Arcs counter-clockwise and clockwise.
+    /// The lines of counter-clockwise and of clockwise arcs.
     pub arcs: Option<[Vec<Template>; 2]>,
-    /// Stops a jog under way.
+    /// The line that stops a jog under way.
     pub stop: Option<Template>,
-    /// The stop acts on arrival, without its turn in the queue.
+    /// Whether the stop acts on arrival, ahead of the queue.
     pub stop_at_once: bool,
-    /// A motion that is stopped stays on its line, or in its box.
+    /// Whether a stopped motion stays on its line, or in its box.
     pub stop_keeps_path: bool,
-    /// How a motion is answered.
+    /// The answer to a motion.
     pub accepted: Accepted,
-    /// How a jog is driven.
+    /// The interpolation of jogs.
     pub interpolation: Interpolation,
-    /// How the motions of a contour are driven.
+    /// The interpolation of contour motions.
     pub contours: Interpolation,
-    /// Takes motions while it moves.
+    /// Whether the controller takes motions while it moves.
     pub queues: bool,
-    /// Sent first.
+    /// The first lines of a session.
     pub prepare: Vec<Template>,
-    /// Homes the machine.
+    /// The homing lines.
     pub home: Vec<Template>,
-    /// Sent before the first motion.
+    /// The lines before the first motion.
     pub arm: Vec<Template>,
-    /// Refusals, and whether each is an alarm.
+    /// Error answers, and whether the same line can be tried again at rest.
     pub errors: Vec<(Template, bool)>,
-    /// Lines without meaning.
+    /// Lines to ignore.
     pub ignore: Vec<Template>,
 }
 
-/// Longest number that is written: a sign, ten digits, a point.
+/// Longest written number, characters: a sign, ten digits, a point.
 const NUMBER_MAX: usize = 14;
 const DECIMALS_MAX: u8 = 6;
 const PROMPT_MAX: usize = 4;
@@ -174,7 +174,7 @@ impl Description {
         Self::of(&text)
     }
 
-    /// What its stop does to a jog under way.
+    /// The effect of its stop on a jog under way.
     #[must_use]
     pub fn on_cancel(&self) -> OnCancel {
         match (&self.stop, self.stop_keeps_path) {
@@ -233,7 +233,7 @@ impl Description {
         described.checked()
     }
 
-    /// Checks what belongs together.
+    /// Checks the keys against each other.
     fn checked(self) -> Result<Self, DescriptionError> {
         let has_all = |template: &Template, slots: &[Slot]| slots.iter().all(|&slot| template.has(slot));
         let any_has = |lines: &[Template], slot| lines.iter().any(|line| line.has(slot));
@@ -263,7 +263,7 @@ impl Description {
                     [Slot::X, Slot::Y, Slot::I, Slot::J].iter().all(|&slot| any_has(lines, slot))
                 }),
                 "motion.arc_counterclockwise",
-                "lines with {x}, {y}, {i} and {j}, as motion.arc_clockwise",
+                "lines with {x}, {y}, {i} and {j}, as in motion.arc_clockwise",
             ),
             (
                 [&self.line, &self.prepare, &self.home, &self.arm]
@@ -271,7 +271,7 @@ impl Description {
                     .chain(arcs)
                     .all(|lines| fits(lines)),
                 "motion.line",
-                "shorter, as all lists of lines: together no more than 120 characters",
+                "at most 120 characters together with the state query, as in each list of lines",
             ),
         ];
         match self.line_rules().into_iter().chain(rules).find(|(right, ..)| !right) {
@@ -280,7 +280,7 @@ impl Description {
         }
     }
 
-    /// What lines, echoes and prompts need: whether it is there, the key, and what it should be.
+    /// The rules for lines, echoes and prompts: whether each holds, its key, and the allowed value.
     fn line_rules(&self) -> [(bool, &'static str, &'static str); 5] {
         [
             (!self.end.is_empty() && self.end.len() <= PROMPT_MAX, "line.end", "one to four characters"),
@@ -302,12 +302,13 @@ impl Description {
             (
                 !self.echo || self.accepted != Accepted::Query || self.stop.is_none(),
                 "motion.stop",
-                "none where line.echo is true and motion.accepted is \"query\": its echo could stand anywhere in an answer",
+                "left out where line.echo is true and motion.accepted is \"query\": the stop's echo could \
+                 stand anywhere in an answer",
             ),
         ]
     }
 
-    /// The mode that a state means; `None` when bits of it are asked for, and it is no number.
+    /// The mode that a state means. `None` when a rule tests bits, and the state is not a number.
     pub(super) fn mode(&self, status: &str) -> Option<Mode> {
         for (test, mode) in &self.rules {
             let holds = match test {
@@ -322,7 +323,8 @@ impl Description {
         Some(self.otherwise)
     }
 
-    /// What a controller in this mode says, for a simulated one; `None` when the description has no such state.
+    /// The state that a simulated controller reports in this mode. `None` when the description has no such
+    /// state.
     #[must_use]
     pub fn state(&self, wanted: Mode) -> Option<String> {
         let candidates = self.rules.iter().map(|(test, _)| match test {
@@ -338,7 +340,7 @@ fn accepted_of(motion: &MotionTable) -> Result<Accepted, DescriptionError> {
         (AcceptedName::Prompt, None) => Ok(Accepted::Prompt),
         (AcceptedName::Query, None) => Ok(Accepted::Query),
         (AcceptedName::Answer, Some(answer)) => Ok(Accepted::Answer(template("motion.answer", answer)?)),
-        _ => Err(value("motion.answer", "given when motion.accepted is \"answer\", and only then")),
+        _ => Err(value("motion.answer", "present if motion.accepted is \"answer\", and otherwise left out")),
     }
 }
 
@@ -347,7 +349,7 @@ fn arcs_of(motion: &MotionTable) -> Result<Option<[Vec<Template>; 2]>, Descripti
     match (&motion.arc_counterclockwise, &motion.arc_clockwise) {
         (Some(left), Some(right)) => Ok(Some([templates(first, left)?, templates(second, right)?])),
         (None, None) => Ok(None),
-        _ => Err(value(first, "given together with motion.arc_clockwise, or neither")),
+        _ => Err(value(first, "present together with motion.arc_clockwise, or both left out")),
     }
 }
 
@@ -368,9 +370,9 @@ fn question(
 }
 
 fn figure(key: &'static str, counts: f64, decimals: u8) -> Result<Figure, DescriptionError> {
-    let scale = Scale::per_mm(counts).ok_or(value(key, "more than 0 and no more than 1000000"))?;
+    let scale = Scale::per_mm(counts).ok_or(value(key, "more than 0 and at most 1000000"))?;
     if decimals > DECIMALS_MAX {
-        Err(value(key, "with no more than 6 decimals"))
+        Err(value(key, "at most 6 decimals"))
     } else {
         Ok(Figure { scale, decimals })
     }
@@ -382,8 +384,8 @@ fn rule(table: &RuleTable) -> Result<(Test, Mode), DescriptionError> {
         (None, Some(part), None) if !part.is_empty() => Test::Contains(part.clone()),
         (None, None, Some(bits @ 1..)) => Test::Bits(bits),
         _ => {
-            let needed =
-                "each with one of equals, contains and bits; a word has letters, and of bits one is set";
+            let needed = "each with exactly one of equals, contains and bits. The word must not be empty, \
+                          and bits must not be 0";
             return Err(value("status.rules", needed));
         }
     };

@@ -1,4 +1,4 @@
-//! The tables of a description's file, as they are read.
+//! The tables of a description file.
 
 use keepout_guard::Interpolation;
 use keepout_planner::text_file;

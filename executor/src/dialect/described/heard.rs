@@ -1,27 +1,27 @@
-//! What is asked of a described controller, and what its lines say to it.
+//! The lines sent to a described controller, and the answers to them.
 
 use super::description::{Accepted, Description};
 use super::template::{Captures, Slot};
 use crate::supervisor::Mode;
 
-/// What a line is for.
+/// The purpose of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum For {
-    /// One of several lines.
+    /// A line before the last one of several.
     Nothing,
     Stop,
     Query,
     Preparing,
-    /// The description is too simplified for the plan.
+    /// The description is too coarse for the plan.
     Unfit,
-    /// So many of the lines of homing were sent.
+    /// This many homing lines were sent.
     Homing(u8),
     Arming,
     Jog,
     Contour,
 }
 
-/// What a line is, and so what its answer looks like.
+/// The kind of a line, which decides the form of its answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Asked {
     Say(For),
@@ -29,7 +29,7 @@ pub(super) enum Asked {
     Position(For),
 }
 
-/// What was heard of the exchange under way.
+/// The received answer to the exchange under way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Heard {
     Accepted,
@@ -39,7 +39,7 @@ pub(super) enum Heard {
 }
 
 impl Description {
-    /// What a line says to what was asked; `None` when it is not of the language there.
+    /// The answer that a line gives to the open exchange. `None` when the line matches no described form.
     pub(super) fn heard(&self, asked: Option<Asked>, line: &str) -> Option<Heard> {
         let error = self.errors.iter().find_map(|(says, transient)| Some((says.read(line)?, *transient)));
         if let Some((captures, transient)) = error {

@@ -1,9 +1,10 @@
-//! A dialect that a TOML file describes: how this controller's ASCII language asks for state and position, moves, stops, refuses,
-//! echoes and prompts.
+//! A dialect that a TOML file describes: the controller's lines for state, position, motion and stop, its
+//! errors, its echo and its prompt.
 //!
-//! One line is under way at a time. It is over with the prompt, with a line that the description names, or, where a controller
-//! acknowledges nothing, with the answer to a question for its state that was sent behind it. Echoed characters must be those
-//! that were sent. Where motions can not be queued, one of a contour is accepted when the tool rests at its end.
+//! One line is under way at a time. It ends with the prompt, or with a line that the description names. A
+//! controller may acknowledge no line: then it ends with the answer to the state query behind it. Echoed
+//! characters must equal the sent ones. Where motions cannot be queued, a contour motion is accepted when the
+//! tool rests at its end.
 
 mod answered;
 mod axes;
@@ -29,9 +30,9 @@ use super::lines::{Line, Lines, Sink, as_str};
 use super::{Dialect, DialectConfig};
 use crate::supervisor::{Abilities, Command, EncodeError, Mode, Reply, text};
 
-/// Most characters whose echo is waited for.
+/// Most characters whose echo is expected.
 const ECHO_MAX: usize = 4 * SENT_MAX;
-/// A motion ended where it should, to so many steps.
+/// Largest distance between a motion's target and its end, in steps.
 const NEAR_STEPS: f64 = 3.0;
 
 /// A described dialect of one session.
@@ -39,11 +40,11 @@ const NEAR_STEPS: f64 = 3.0;
 pub struct Described {
     description: Arc<Description>,
     setting: DialectConfig,
-    /// With what was heard before the prompt.
+    /// The exchanges, with the answer received before the prompt.
     exchanges: Exchanges<Asked, Heard>,
     echo: ArrayVec<u8, ECHO_MAX>,
     mode: Mode,
-    /// Where the last motion goes, machine coordinates.
+    /// Target of the last motion, machine coordinates.
     target: Point,
     lines: Lines,
 }
@@ -63,7 +64,7 @@ impl Described {
         }
     }
 
-    /// Sends lines, the last of which is for something.
+    /// Sends lines. Only the last one carries the purpose.
     fn say(&mut self, lines: &[Template], values: &Values, purpose: For, out: &mut Vec<u8>) {
         let description = Arc::clone(&self.description);
         let acknowledged = description.accepted != Accepted::Query;
@@ -89,7 +90,7 @@ impl Described {
         self.exchanges.send(Asked::Status(purpose), sent, out);
     }
 
-    /// Asks for the place after a state that needs one, before all that wait.
+    /// Queries the position after a state that needs one, ahead of all waiting lines.
     fn ask_position(&mut self, purpose: For, out: &mut Vec<u8>) {
         let needs = purpose == For::Query || purpose == For::Contour && !self.description.queues;
         let description = Arc::clone(&self.description);
@@ -141,15 +142,15 @@ impl Described {
         }
     }
 
-    /// What was sent is echoed.
+    /// Adds sent bytes to the expected echo.
     fn expect_echo(&mut self, sent: &[u8]) {
         if self.description.echo {
-            // Beyond what fits the echo will not be as expected, and the session stops.
+            // If the buffer is full, the echo will differ from the expected one, and the session stops.
             sent.iter().for_each(|&byte| self.echo.put(byte));
         }
     }
 
-    /// Takes a byte that is no echo.
+    /// Takes a byte that is not an echo.
     fn hear(&mut self, byte: u8, out: &mut Vec<u8>) -> Option<Reply> {
         let byte = if byte == b'\r' { b'\n' } else { byte };
         match self.lines.take(byte) {
@@ -171,7 +172,7 @@ impl Described {
         if description.ignore.iter().any(|each| each.read(line).is_some()) {
             return None;
         }
-        // Data before all of a line was echoed: the line was not read as it was sent.
+        // Data came before the line was echoed completely: the controller did not read the line as sent.
         if self.exchanges.is_single() && !self.echo.is_empty() {
             self.fail(out);
             return Some(Reply::Garbled(text(line)));
@@ -179,8 +180,10 @@ impl Described {
         let open = self.exchanges.open();
         let heard = description.heard(open, line);
         match (open, heard) {
-            (None, Some(Heard::Error { code, .. })) => Some(Reply::Alarm { code, meaning: "said unasked" }),
-            // An answer that is not waited for any more.
+            (None, Some(Heard::Error { code, .. })) => {
+                Some(Reply::Alarm { code, meaning: "reported without a query" })
+            }
+            // A late answer to an exchange that was given up.
             (None, _) => None,
             (Some(_), None) => {
                 self.fail(out);
@@ -194,7 +197,7 @@ impl Described {
         }
     }
 
-    /// The exchange under way came to nothing; a prompt may still end it.
+    /// Fails the exchange under way; a prompt may still end it.
     fn fail(&mut self, out: &mut Vec<u8>) {
         self.echo.clear();
         self.exchanges.hear(None);
@@ -231,7 +234,7 @@ impl Described {
                 }
             }
             Command::Cancel(_) | Command::EndHoming => self.stop(out),
-            // No described language has a hold that somebody else could have told it.
+            // Unreachable: a described controller never reports a hold.
             Command::Abort => {}
             Command::Prepare => {
                 self.forget();
@@ -271,7 +274,7 @@ impl Dialect for Described {
     }
 
     fn decode(&mut self, byte: u8, out: &mut Vec<u8>) -> Option<Reply> {
-        // Behind the beginning of an answer nothing is an echo, but that of a stop which could not wait.
+        // After the beginning of an answer only the echo of a stop can come, because stops do not wait.
         let may_echo = self.lines.is_blank() || !self.exchanges.is_single();
         if may_echo && self.echo.first() == Some(&byte) {
             self.echo.remove(0);

@@ -1,17 +1,17 @@
-//! Lines with places for values: written one way, read the other.
+//! Line templates with slots for values. The same template writes a line and reads one.
 
 use thiserror::Error;
 
 use super::super::lines::Sink;
 
-/// What stands in a place of a template.
+/// The kind of value in a slot of a template.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Slot {
     /// First coordinate.
     X,
     /// Second coordinate.
     Y,
-    /// From an arc's start to its centre.
+    /// From an arc's start to its centre, first coordinate.
     I,
     /// As [`Slot::I`], second coordinate.
     J,
@@ -21,7 +21,7 @@ pub enum Slot {
     Status,
     /// The number of an error.
     Code,
-    /// Anything, of no interest.
+    /// Any text, ignored.
     Any,
 }
 
@@ -41,7 +41,7 @@ impl Slot {
         SLOTS.iter().position(|&(_, slot)| slot == self).unwrap_or(0)
     }
 
-    /// Whether a number stands there.
+    /// Whether the slot holds a number.
     fn is_number(self) -> bool {
         !matches!(self, Self::Status | Self::Any)
     }
@@ -53,23 +53,23 @@ enum Piece {
     Slot(Slot),
 }
 
-/// A line with places for values: `MA{x},{y}`.
+/// A line with slots for values: `MA{x},{y}`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Template {
     pieces: Vec<Piece>,
 }
 
-/// Why a line is no template.
+/// Why a line is not a valid template.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum TemplateError {
-    /// A place that nothing stands in.
-    #[error("{{{0}}} is none of {{x}}, {{y}}, {{i}}, {{j}}, {{feed}}, {{status}}, {{code}}, {{any}}")]
+    /// An unknown slot name.
+    #[error("{{{0}}} is unknown: use {{x}}, {{y}}, {{i}}, {{j}}, {{feed}}, {{status}}, {{code}} or {{any}}")]
     Unknown(String),
-    /// A brace without its other.
-    #[error("a {{ without its }}, or the other way round")]
+    /// A brace without its partner.
+    #[error("a {{ without its }}, or a }} without its {{")]
     Brace,
-    /// What is no printable ASCII can not be sent.
-    #[error("{0:?} is no printable ASCII character")]
+    /// A character that is not printable ASCII.
+    #[error("{0:?} is not a printable ASCII character")]
     Letter(char),
 }
 
@@ -97,12 +97,12 @@ impl Template {
         if stray { Err(TemplateError::Brace) } else { Ok(Self { pieces }) }
     }
 
-    /// Whether it has that place.
+    /// Whether it has that slot.
     pub(super) fn has(&self, slot: Slot) -> bool {
         self.pieces.contains(&Piece::Slot(slot))
     }
 
-    /// The most bytes that it can become, with `number` for each value.
+    /// The most bytes that it can write, with `number` bytes for each value.
     pub(super) fn longest(&self, number: usize) -> usize {
         let each = |piece: &Piece| match piece {
             Piece::Text(text) => text.len(),
@@ -111,7 +111,7 @@ impl Template {
         self.pieces.iter().map(each).sum()
     }
 
-    /// Writes it, with each value from `write`.
+    /// Writes the line, with each value from `write`.
     pub fn write<S: Sink>(&self, out: &mut S, mut write: impl FnMut(Slot, &mut S)) {
         for piece in &self.pieces {
             match piece {
@@ -121,7 +121,8 @@ impl Template {
         }
     }
 
-    /// Reads a line by it; `None` when it is not such a line. Where the template has no space the line may have some.
+    /// Reads a line of this form. `None` when the line has another form. The line may have spaces where the
+    /// template has none.
     #[must_use]
     pub fn read<'a>(&self, line: &'a str) -> Option<Captures<'a>> {
         let mut captures = Captures::default();
@@ -149,8 +150,9 @@ impl Template {
         rest.trim().is_empty().then_some(captures)
     }
 
-    /// Whether what is behind the number at `index` may belong to it: `1.0e-05` is no 1. Only a space ends a number, or what the
-    /// template has there; a code ends before anything that is no letter and no digit.
+    /// Whether the text `behind` may continue the number at `index`: `1.0e-05` is not 1. A number ends at a
+    /// space, or at the template's next text. An error code also ends before any character that is not a
+    /// letter or a digit.
     fn goes_on(&self, index: usize, slot: Slot, behind: &str) -> bool {
         let Some(letter) = behind.chars().next() else { return false };
         let ends = match self.pieces.get(index + 1) {
@@ -162,14 +164,15 @@ impl Template {
         !letter.is_whitespace() && !ends && !code
     }
 
-    /// Where the value of the place at `index` ends: numbers with their last digit, words before what follows.
+    /// The end of the value at `index`: a number ends with its last digit, a word before the template's next
+    /// text.
     fn end_of(&self, index: usize, slot: Slot, rest: &str) -> usize {
         if slot.is_number() {
             return rest.find(|c: char| !(c.is_ascii_digit() || "+-.".contains(c))).unwrap_or(rest.len());
         }
         let goes_on = index + 2 < self.pieces.len();
         let follows = match self.pieces.get(index + 1) {
-            // What begins with a blank is behind a word that may have all its letters, too.
+            // Text that begins with a space follows a word, and the word may contain the same letters.
             Some(Piece::Text(text)) if text.starts_with(' ') && !text.trim().is_empty() => {
                 let behind = rest.find(text.trim_end()).or_else(|| rest.find(text.trim()));
                 return behind.unwrap_or(rest.len());
@@ -182,20 +185,20 @@ impl Template {
     }
 }
 
-/// What stood in the places of a line.
+/// The values in the slots of a line.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Captures<'a> {
     values: [Option<&'a str>; SLOTS.len()],
 }
 
 impl<'a> Captures<'a> {
-    /// The text in that place.
+    /// The text in that slot.
     #[must_use]
     pub fn text(&self, slot: Slot) -> Option<&'a str> {
         self.values[slot.index()]
     }
 
-    /// The number in that place.
+    /// The number in that slot.
     #[must_use]
     pub fn number(&self, slot: Slot) -> Option<f64> {
         self.text(slot)?.parse().ok().filter(|number: &f64| number.is_finite())
@@ -226,9 +229,9 @@ mod tests {
         assert!(Template::of("{x} {y}").unwrap().read("12").is_none());
     }
 
-    /// Found by review: the exponent was taken for anything.
+    /// Found by review: `{any}` matched the exponent of a number.
     #[test]
-    fn a_number_ends_where_it_ends() {
+    fn number_ends_only_at_a_space_or_the_next_text() {
         for (template, line) in [
             ("{x} {y} {any}", "12.0 1.0e-05 0"),
             ("{x} {y} {any}", "12.0 1.0,5 0"),
@@ -250,9 +253,10 @@ mod tests {
         }
     }
 
-    /// Found by review: a state before a blank took the whole line, and one that has the letter behind it ended there.
+    /// Found by review: a state before a space matched the whole line, and a state ended at the first letter
+    /// of the following text.
     #[test]
-    fn a_state_is_one_word() {
+    fn state_is_one_word() {
         for (template, line, state) in [
             ("{status} {x} {y}", "I 12.000 3.000", "I"),
             ("{status} MPos:{x},{y}", "Moving MPos:12.000,3.000", "Moving"),
@@ -273,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_template_is_refused() {
+    fn invalid_templates_are_rejected() {
         assert_eq!(Template::of("{z}"), Err(TemplateError::Unknown("z".into())));
         assert_eq!(Template::of("{x"), Err(TemplateError::Brace));
         assert_eq!(Template::of("x}"), Err(TemplateError::Brace));

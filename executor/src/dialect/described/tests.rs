@@ -27,28 +27,28 @@ fn hear(dialect: &mut Described, text: &str) -> (Vec<Reply>, String) {
     (replies, String::from_utf8(out).unwrap())
 }
 
-fn said(dialect: &mut Described, command: &Command) -> String {
+fn encoded(dialect: &mut Described, command: &Command) -> String {
     let mut out = Vec::new();
     dialect.encode(command, &mut out).unwrap();
     String::from_utf8(out).unwrap()
 }
 
 #[test]
-fn echo_prompt_state_and_then_position() {
+fn query_reads_the_state_and_then_the_position() {
     let mut nsk = dialect(NSK);
-    assert_eq!(said(&mut nsk, &Command::Query), "TS\r");
+    assert_eq!(encoded(&mut nsk, &Command::Query), "TS\r");
     assert_eq!(hear(&mut nsk, "TS\r\n 1\r\n:"), (vec![], "TP\r".into()));
     let position = Some(Point::from_units(5_000_000, 2_000_000).unwrap());
     let report = Report { mode: Mode::Moving, position, queued: None, waiting: None };
     assert_eq!(hear(&mut nsk, "TP\r\n 250000,170000\r\n:").0, [Reply::Report(report)]);
 }
 
-/// A state from before a motion with a place from after it would be no report.
+/// A state from before a motion and a position from after it make no valid report.
 #[test]
-fn nothing_is_sent_between_a_state_and_its_place() {
+fn no_line_goes_out_between_a_state_and_its_position() {
     let mut nsk = dialect(NSK);
-    said(&mut nsk, &Command::Query);
-    assert_eq!(said(&mut nsk, &jog_to(5_000_049, 2_000_051, 600)), "");
+    encoded(&mut nsk, &Command::Query);
+    assert_eq!(encoded(&mut nsk, &jog_to(5_000_049, 2_000_051, 600)), "");
     assert_eq!(hear(&mut nsk, "TS\r\n 0\r\n:"), (vec![], "TP\r".into()));
     let (replies, sent) = hear(&mut nsk, "TP\r\n 250000,170000\r\n:");
     assert!(matches!(replies[..], [Reply::Report(Report { mode: Mode::Idle, .. })]), "{replies:?}");
@@ -58,10 +58,10 @@ fn nothing_is_sent_between_a_state_and_its_place() {
 #[test]
 fn jog_is_two_lines_and_stop_does_not_wait() {
     let mut nsk = dialect(NSK);
-    assert_eq!(said(&mut nsk, &jog_to(5_000_049, 2_000_051, 600)), "MV10000\r");
-    assert_eq!(said(&mut nsk, &Command::Query), "");
+    assert_eq!(encoded(&mut nsk, &jog_to(5_000_049, 2_000_051, 600)), "MV10000\r");
+    assert_eq!(encoded(&mut nsk, &Command::Query), "");
     assert_eq!(hear(&mut nsk, "MV10000\r\n:"), (vec![], "MA250000,170001\r".into()));
-    assert_eq!(said(&mut nsk, &Command::EndHoming), "MS\r");
+    assert_eq!(encoded(&mut nsk, &Command::EndHoming), "MS\r");
     assert_eq!(hear(&mut nsk, "MA250000,170001\r\n:").0, [Reply::Accepted]);
     assert_eq!(hear(&mut nsk, "MS\r\n:"), (vec![], "TS\r".into()));
 }
@@ -69,7 +69,7 @@ fn jog_is_two_lines_and_stop_does_not_wait() {
 #[test]
 fn contour_is_accepted_at_its_end_only() {
     let mut nsk = dialect(NSK);
-    said(&mut nsk, &contour_to(5_000_000, 2_000_000, 600));
+    encoded(&mut nsk, &contour_to(5_000_000, 2_000_000, 600));
     hear(&mut nsk, "MV10000\r\n:");
     assert_eq!(hear(&mut nsk, "MA250000,170000\r\n:"), (vec![], "TS\r".into()));
     assert_eq!(hear(&mut nsk, "TS\r\n 1\r\n:").1, "TP\r");
@@ -81,55 +81,58 @@ fn contour_is_accepted_at_its_end_only() {
 }
 
 #[test]
-fn damage_and_refusals_are_noticed() {
+fn damaged_lines_and_rejections_are_reported() {
     let mut nsk = dialect(NSK);
-    said(&mut nsk, &Command::Query);
+    encoded(&mut nsk, &Command::Query);
     assert!(matches!(hear(&mut nsk, "T5\r\n").0[..], [Reply::Garbled(_)]), "another echo");
     let mut nsk = dialect(NSK);
-    said(&mut nsk, &Command::Query);
+    encoded(&mut nsk, &Command::Query);
     assert!(matches!(hear(&mut nsk, "T:").0[..], [Reply::Garbled(_)] | []), "a lost echo");
     let mut nsk = dialect(NSK);
-    said(&mut nsk, &Command::Query);
+    encoded(&mut nsk, &Command::Query);
     assert!(matches!(hear(&mut nsk, "TS\r\n:").0[..], [Reply::Garbled(_)]), "no data");
     let mut nsk = dialect(NSK);
-    said(&mut nsk, &Command::Query);
+    encoded(&mut nsk, &Command::Query);
     let torn = hear(&mut nsk, "T\rS 0\r1\r\n:").0;
-    assert!(matches!(torn[..], [Reply::Garbled(_), ..]), "{torn:?}: the end of an answer is no echo");
+    assert!(matches!(torn[..], [Reply::Garbled(_), ..]), "{torn:?}: the end of an answer is not an echo");
     let mut nsk = dialect(NSK);
-    said(&mut nsk, &jog_to(0, 0, 600));
+    encoded(&mut nsk, &jog_to(0, 0, 600));
     let (replies, sent) = hear(&mut nsk, "MV10000\r\n E7 BUSY\r\n:");
     assert!(matches!(replies[..], [Reply::Refused { code: 7, transient: true, .. }]), "{replies:?}");
-    assert_eq!(sent, "", "the motion does not follow");
-    said(&mut nsk, &Command::Query);
+    assert_eq!(sent, "", "the motion does not follow its rejected feed");
+    encoded(&mut nsk, &Command::Query);
     let (replies, _) = hear(&mut nsk, "TS\r\n E7 BUSY\r\n:");
-    assert!(matches!(replies[..], [Reply::Refused { transient: false, .. }]), "no motion was refused");
+    assert!(
+        matches!(replies[..], [Reply::Refused { transient: false, .. }]),
+        "the rejected line is not a motion"
+    );
 }
 
 #[test]
 fn start_without_acknowledgements() {
     let mut tango = dialect(TANGO);
-    assert_eq!(said(&mut tango, &Command::Prepare), "!dim 2 2\r?statusaxis\r");
+    assert_eq!(encoded(&mut tango, &Command::Prepare), "!dim 2 2\r?statusaxis\r");
     assert!(matches!(hear(&mut tango, "@@-.-\r").0[..], [Reply::Prepared(..)]));
-    assert_eq!(said(&mut tango, &Command::Home), "!cal\r?statusaxis\r");
+    assert_eq!(encoded(&mut tango, &Command::Home), "!cal\r?statusaxis\r");
     assert_eq!(hear(&mut tango, "MM-.-\r").1, "?statusaxis\r");
     assert_eq!(hear(&mut tango, "@@-.-\r").1, "!rm\r?statusaxis\r");
     assert_eq!(hear(&mut tango, "@@-.-\r").0, [Reply::Homed]);
-    assert_eq!(said(&mut tango, &Command::Arm), "?statusaxis\r");
+    assert_eq!(encoded(&mut tango, &Command::Arm), "?statusaxis\r");
     assert_eq!(hear(&mut tango, "@@-.-\r").0, [Reply::Armed]);
-    let jog = said(&mut tango, &jog_to(5_000_123, 0, 600));
+    let jog = encoded(&mut tango, &jog_to(5_000_123, 0, 600));
     assert_eq!(jog, "!dim 2 2\r!vel 10.000 10.000\r!moa -149.9988 -200.0000\r?statusaxis\r");
     assert_eq!(hear(&mut tango, "M@-.-\r").0, [Reply::Accepted]);
 }
 
 #[test]
-fn too_coarse_a_language_is_refused() {
+fn coarse_counts_are_rejected() {
     let mut simplified = dialect(&NSK.replace("counts_per_mm = 1000", "counts_per_mm = 100"));
-    said(&mut simplified, &Command::Prepare);
+    encoded(&mut simplified, &Command::Prepare);
     assert!(matches!(hear(&mut simplified, "TS\r\n 0\r\n:").0[..], [Reply::Unfit(_)]));
 }
 
 #[test]
-fn descriptions_are_refused_by_key() {
+fn rejected_description_names_its_key() {
     for (from, to, says) in [
         ("end = \"\\r\"", "ende = \"\\r\"", "ende"),
         ("answer = \"{status}\"", "answer = \"{state}\"", "ask.status.answer: {state}"),
@@ -157,23 +160,23 @@ fn descriptions_are_refused_by_key() {
 }
 
 #[test]
-fn a_stop_whose_echo_can_not_be_told_is_refused() {
+fn stop_with_an_ambiguous_echo_is_rejected() {
     let asking = NSK.replace("prompt = \":\"", "prompt = \"\"").replace("\"prompt\"", "\"query\"");
     let error = Description::of(&asking).unwrap_err().to_string();
-    assert!(error.contains("motion.stop: none where line.echo"), "{error}");
+    assert!(error.contains("motion.stop: left out where line.echo"), "{error}");
     assert!(Description::of(&asking.replace("stop = \"MS\"", "")).is_ok());
 }
 
-/// A state of which bits are asked for is a number, or it says nothing.
+/// A rule of bits needs a state that is a number.
 #[test]
-fn state_that_is_no_number_is_not_rest() {
+fn state_that_is_not_a_number_is_not_taken_as_idle() {
     let bits = TANGO
         .replace("answer = \"{status}\"", "answer = \"S{status}\"")
         .replace("contains = \"M\"", "bits = 1");
     let mut tango = dialect(&bits.replace("otherwise = \"other\"", "otherwise = \"idle\""));
     for (state, believed) in [("S4", true), ("Sx", false), ("S-1", false), ("S5000000001", false)] {
         tango.reset();
-        said(&mut tango, &Command::Query);
+        encoded(&mut tango, &Command::Query);
         let (replies, next) = hear(&mut tango, &format!("{state}\r"));
         assert_eq!((replies.is_empty(), next.contains("?pos")), (believed, believed), "{state}: {replies:?}");
     }

@@ -1,12 +1,13 @@
-//! What reports say of the controller's buffers.
+//! The controller's buffers, from its status reports.
 
 use crate::supervisor::Mode;
 
-/// Free planner blocks and free bytes of the receive buffer, as one report states them.
+/// Free planner blocks and free bytes of the receive buffer, from one report.
 pub(super) type Free = (usize, usize);
 
-/// How much is free when nothing is queued. One report can be damaged into a valid one, so only two idle reports that agree state
-/// it, and a report that states more than all is no evidence.
+/// The capacity of the buffers: the free space when nothing is queued. Damage can turn one report into
+/// another valid one. So only two idle reports that agree set the capacity, and a report with more free space
+/// than the capacity is ignored.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Buffers {
     all: Option<Free>,
@@ -14,7 +15,8 @@ pub(super) struct Buffers {
 }
 
 impl Buffers {
-    /// Blocks that are queued, and whether bytes wait to be read; `None` while that is not known.
+    /// The number of queued blocks, and whether received bytes wait for the controller. `None` while the
+    /// capacity is unknown.
     pub(super) fn take(&mut self, mode: Mode, free: Free) -> Option<(usize, bool)> {
         if mode == Mode::Idle {
             let holds = |all: Free| free.0 >= all.0 && free.1 >= all.1;
@@ -37,7 +39,7 @@ mod tests {
     #[test]
     fn one_damaged_report_changes_nothing() {
         let mut buffers = Buffers::default();
-        assert_eq!(buffers.take(Mode::Idle, (15, 128)), None, "one report is no evidence");
+        assert_eq!(buffers.take(Mode::Idle, (15, 128)), None, "one report is not enough");
         assert_eq!(buffers.take(Mode::Idle, (15, 128)), Some((0, false)));
         for damaged in [(155, 128), (15, 1289), (150, 1280)] {
             assert_eq!(buffers.take(Mode::Idle, damaged), None);
@@ -45,12 +47,16 @@ mod tests {
         }
         assert_eq!(buffers.take(Mode::Moving, (12, 100)), Some((3, true)));
         assert_eq!(buffers.take(Mode::Moving, (16, 128)), None);
-        // Fewer at rest do not lower it: something may be queued.
+        // Less free space at rest does not lower the capacity: a line may be queued.
         for _ in 0..3 {
             assert_eq!(buffers.take(Mode::Idle, (14, 128)), Some((1, false)));
         }
         for expected in [None, Some((0, false))] {
-            assert_eq!(buffers.take(Mode::Idle, (35, 1023)), expected, "it is another controller");
+            assert_eq!(
+                buffers.take(Mode::Idle, (35, 1023)),
+                expected,
+                "another controller needs two reports"
+            );
         }
     }
 }

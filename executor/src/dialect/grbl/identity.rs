@@ -1,20 +1,20 @@
-//! Which firmware answers, by what it says to `$I`.
+//! The firmware's identity, from its answer to `$I`.
 
 use crate::supervisor::Unfit;
 
-/// What `$I` said.
+/// The answer to `$I`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Identity {
-    /// It names grblHAL.
+    /// Whether it names grblHAL.
     hal: bool,
-    /// It has stated its options.
+    /// Whether it states its options.
     options: bool,
-    /// It states that it does not lock after power-on until it is homed: letter `L` of its options.
+    /// Whether the controller starts unlocked after power-on, before homing: letter `L` of its options.
     wakes_unlocked: bool,
 }
 
 impl Identity {
-    /// Takes a line without its brackets.
+    /// Takes a line of the answer, without its brackets.
     pub(super) fn take(&mut self, line: &str) {
         let Some((name, value)) = line.split_once(':') else { return };
         match name {
@@ -27,21 +27,21 @@ impl Identity {
         }
     }
 
-    /// Whether it can be used by the dialect, which must be that of its firmware. A controller that wakes unlocked after a power
-    /// failure counts from where it stands, and would execute a line that was on its way from there.
+    /// Checks that this dialect suits the firmware. A controller that starts unlocked after a power failure
+    /// counts from its present place, and would execute a line that was still on its way from there.
     pub(super) fn check(self, hal: bool) -> Result<(), Unfit> {
         if self.hal && !hal {
-            let needed = "that of GRBL 1.1. This controller says that it is grblHAL: use --dialect grblhal";
+            let needed = "the answer of GRBL 1.1. This controller is grblHAL: use --dialect grblhal";
             return Err(Unfit { name: "$I", value: f64::NAN, needed });
         }
         if !self.options {
-            let needed =
-                "with its options, in a line [OPT:...]: they tell whether it locks after a power failure";
+            let needed = "answered with a line [OPT:...]: it states whether the controller locks after a \
+                          power failure";
             return Err(Unfit { name: "$I", value: f64::NAN, needed });
         }
         if self.wakes_unlocked {
-            let needed = "without the option L: after a power failure the controller must lock until it is homed. On grblHAL add 4 \
-                          to $22 (mostly $22=5)";
+            let needed = "without the option L: after a power failure the controller must lock until it is \
+                          homed. On grblHAL add 4 to $22 (mostly $22=5)";
             return Err(Unfit { name: "$I", value: f64::NAN, needed });
         }
         Ok(())
@@ -60,7 +60,7 @@ mod tests {
             identity.check(hal).is_ok()
         };
         assert!(check(&["VER:1.1h.20190830:mill", "OPT:V,15,128"], false));
-        assert!(!check(&["VER:1.1h.20190830:mill"], false), "it does not state its options");
+        assert!(!check(&["VER:1.1h.20190830:mill"], false), "without its options");
         let hal = ["VER:1.1f.20260817:", "OPT:VNM,100,1024,3,0", "FIRMWARE:grblHAL"];
         assert!(check(&hal, true) && !check(&hal, false));
         assert!(!check(&["VER:1.1f.20260817:", "OPT:VNML,100,1024,3,0", "FIRMWARE:grblHAL"], true));

@@ -1,11 +1,11 @@
-//! Looking at a GRBL 1.1 or grblHAL controller: `$I`, `$G` and `$$`, which store nothing.
+//! Inspects a GRBL 1.1 or grblHAL controller with `$I`, `$G` and `$$`, which store no setting.
 
 use std::collections::BTreeMap;
 
 use super::super::inspect::{Finding, Fit, Inspected, Inspector};
 use super::settings::limits;
 
-/// What a GRBL controller has answered.
+/// The answers of a GRBL controller.
 #[derive(Clone, Debug, Default)]
 pub(super) struct GrblInspector {
     greeting: Option<String>,
@@ -16,8 +16,8 @@ pub(super) struct GrblInspector {
     digits: Option<usize>,
 }
 
-/// The first line makes whatever the controller may have half of a line that it refuses: `$` is no letter of G-code, and ends
-/// every `$` command wrongly. Alone it asks for help.
+/// The queries. The first line spoils a partial line left in the controller's buffer: `$` is not a G-code
+/// letter, and no `$` command ends with it, so the controller rejects the line. Alone, `$` asks for help.
 const QUESTIONS: [&[u8]; 4] = [b"$\n", b"$I\n", b"$G\n", b"$$\n"];
 
 impl Inspector for GrblInspector {
@@ -48,16 +48,16 @@ impl Inspector for GrblInspector {
     }
 
     fn inspected(&self, steps_per_mm: f64, arc_tolerance_mm: f64) -> Inspected {
-        let told = |name: &str, value: &Option<String>| Finding {
+        let stated = |name: &str, value: &Option<String>| Finding {
             name: name.into(),
-            value: value.clone().unwrap_or_else(|| "not told".into()),
+            value: value.clone().unwrap_or_else(|| "not reported".into()),
             fit: Fit::Good,
         };
         let mut findings = vec![
-            told("greeting", &self.greeting),
-            told("version", &self.version),
-            told("options: planner blocks, receive buffer", &self.options),
-            told("modes", &self.modes),
+            stated("greeting", &self.greeting),
+            stated("version", &self.version),
+            stated("options: planner blocks, receive buffer", &self.options),
+            stated("modes", &self.modes),
         ];
         findings.extend(self.checked(steps_per_mm, arc_tolerance_mm));
         let both = |axes: [u16; 2]| axes.map(|axis| self.settings.get(&axis).copied());
@@ -77,31 +77,31 @@ impl Inspector for GrblInspector {
 impl GrblInspector {
     fn checked(&self, steps_per_mm: f64, arc_tolerance_mm: f64) -> Vec<Finding> {
         let finding = |&(number, name): &(u16, &str)| {
-            let told = self.settings.get(&number);
-            let fit = match told {
+            let stated = self.settings.get(&number);
+            let fit = match stated {
                 Some(&value) => fit(number, value, steps_per_mm, arc_tolerance_mm),
-                None if DISPENSABLE.contains(&number) => Fit::Minor("the controller does not tell it"),
+                None if DISPENSABLE.contains(&number) => Fit::Minor("the controller does not report it"),
                 None => Fit::Wrong("the controller must report it"),
             };
-            let value = told.map_or("not told".into(), ToString::to_string);
+            let value = stated.map_or("not reported".into(), ToString::to_string);
             Finding { name: format!("${number} {name}"), value, fit }
         };
         let mut findings: Vec<Finding> = SETTINGS.iter().map(finding).collect();
         let (value, fit) = match self.digits {
             Some(digits @ 3..) => (format!("{digits} decimals of a mm"), Fit::Good),
-            Some(digits) => (format!("{digits} decimals"), Fit::Wrong("set $13=0: places are read in mm")),
+            Some(digits) => (format!("{digits} decimals"), Fit::Wrong("set $13=0: positions must be in mm")),
             None => {
-                ("not reported".into(), Fit::Minor("a session sets $10=3: machine positions are reported"))
+                ("not reported".into(), Fit::Minor("a session sets $10=3, for machine positions in reports"))
             }
         };
-        findings.push(Finding { name: "reported place".into(), value, fit });
+        findings.push(Finding { name: "reported position".into(), value, fit });
         findings
     }
 }
 
-/// The settings that are looked at.
+/// The inspected settings.
 const SETTINGS: [(u16, &str); 14] = [
-    (10, "what reports carry"),
+    (10, "report contents"),
     (12, "arc tolerance, mm"),
     (13, "reports in inches"),
     (20, "soft limits"),
@@ -116,10 +116,10 @@ const SETTINGS: [(u16, &str); 14] = [
     (130, "travel, mm, x"),
     (131, "travel, mm, y"),
 ];
-/// Of these, settings that a session can do without.
+/// The inspected settings that a session can do without.
 const DISPENSABLE: [u16; 8] = [20, 21, 110, 111, 120, 121, 130, 131];
 
-/// Whether a setting's value is as needed.
+/// Whether a session can work with a setting's value.
 fn fit(number: u16, value: f64, steps_per_mm: f64, arc_tolerance_mm: f64) -> Fit {
     let on = value >= 1.0;
     let wrong = |good: bool, remedy: &'static str| if good { Fit::Good } else { Fit::Wrong(remedy) };
@@ -127,19 +127,19 @@ fn fit(number: u16, value: f64, steps_per_mm: f64, arc_tolerance_mm: f64) -> Fit
     match number {
         10 => minor(
             value.rem_euclid(4.0) >= 3.0,
-            "a session sets $10=3: places and planner blocks are reported",
+            "a session sets $10=3, for positions and planner blocks in reports",
         ),
         12 => minor(
             value >= 0.001 && value + 0.0005 <= arc_tolerance_mm,
             "a session sets it to the machine profile's arc tolerance",
         ),
-        13 => wrong(!on, "set $13=0: places are read in mm"),
-        20 => minor(on, "off: the controller does not keep to its travel by itself"),
+        13 => wrong(!on, "set $13=0: positions must be in mm"),
+        20 => minor(on, "off: the controller itself does not check its travel"),
         21 => minor(on, "off: limit switches do not stop the machine"),
-        22 => wrong(on, "set $22=1: without homing the place is not known"),
+        22 => wrong(on, "set $22=1: without homing the position is unknown"),
         100 | 101 => wrong(
             value >= steps_per_mm * 0.999,
-            "coarser than the machine profile says: plan with a profile of that steps_per_mm",
+            "coarser than the machine profile states: enter this steps_per_mm there, and plan again",
         ),
         _ => Fit::Good,
     }
@@ -151,7 +151,7 @@ mod tests {
     use crate::supervisor::Limits;
 
     #[test]
-    fn answers_are_read_and_judged() {
+    fn inspection_reads_settings_and_marks_unusable_ones() {
         let mut inspector = GrblInspector::default();
         let lines = [
             "Grbl 1.1h ['$' for help]",

@@ -1,8 +1,9 @@
-//! What the firmware's words and numbers mean.
+//! The meaning of the firmware's words and numbers.
 
 use crate::supervisor::Mode;
 
-/// The state, and behind a colon what kind of it, which is a number: anything else is half of something that was lost.
+/// The mode of a state word. After a colon may stand a number for the kind of state. `None` for anything
+/// else: such a state is part of a damaged report.
 pub(super) fn mode(state: &str) -> Option<Mode> {
     let (word, kind) = match state.split_once(':') {
         Some((word, kind)) => (word, Some(kind.parse::<u8>().ok()?)),

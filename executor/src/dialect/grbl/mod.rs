@@ -1,13 +1,16 @@
 //! GRBL 1.1 and grblHAL: jogs with absolute machine targets, contours in G1/G2/G3, realtime status.
 //!
-//! Drawing coordinates become machine coordinates by an offset. Targets are written from integers, digit by digit, so
-//! nothing is rounded on the way; GRBL itself holds them in 32-bit floats (below 0.03 µm on a 400 mm table).
+//! An offset turns drawing coordinates into machine coordinates. The dialect writes targets from integers,
+//! digit by digit, without rounding. GRBL itself holds them in 32-bit floats (error below 0.03 µm on a 400 mm
+//! table).
 //!
-//! Arcs are written by their radius, to 10 nm, and turn a quarter at most: the arc through the same ends leaves the certified
-//! one by less than half the difference of the radii. One that arrives twice is refused (its ends coincide).
+//! Arcs are written by their radius, to 10 nm, and sweep at most a quarter turn. The controller's arc through
+//! the same ends deviates from the certified one by less than half the difference of the radii. The
+//! controller rejects an arc line that arrives twice, because its ends coincide.
 //!
-//! Neither firmware is ever sent a feed hold or a jog cancel, because both can run away (`docs/safety/controllers.md`). grblHAL's planner
-//! has more blocks (they are counted from what it reports at rest), and it reports more (fields that are not known are skipped).
+//! The dialect never sends a feed hold or a jog cancel, because both firmwares can run away at one
+//! (`docs/safety/controllers.md`). grblHAL's planner has more blocks; the dialect counts them from its
+//! reports at rest. grblHAL reports more fields; the dialect skips unknown ones.
 
 mod buffers;
 mod identity;
@@ -31,29 +34,29 @@ use super::lines::{Line, Lines, as_str, push_mm, push_number};
 use super::{Dialect, DialectConfig, Inspector};
 use crate::supervisor::{Abilities, Command, EncodeError, Limits, Reply, Report, text};
 
-/// Longest line of a motion, bytes: GRBL's receive buffer holds 127, and a line may arrive twice.
+/// Longest motion line, bytes: GRBL's receive buffer holds 127, and a line may arrive twice.
 const LINE_MAX: usize = 63;
 
-/// What the dialect is in the middle of.
+/// The stage of the exchange with the controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Stage {
-    /// Nothing was sent yet that is answered.
+    /// No line was sent since the start or the last reset.
     Silent,
-    /// A line was sent that ends whatever the controller may have half of.
+    /// A line was sent that terminates a partial line left in the controller's buffer.
     Waking,
-    /// `$I` was sent: it states which firmware answers.
+    /// `$I` was sent. Its answer states the firmware.
     Identifying(Identity),
     Reading(Settings),
-    /// The lines that the controller runs after a reset are read.
+    /// `$N` was sent. Its answer lists the lines that the controller runs after a reset.
     ReadingBlocks(Settings, StartupBlocks),
-    /// A line that stores a setting is unanswered; these follow.
+    /// A line that stores a setting is unanswered; these stores follow.
     Storing(Stores, Limits),
     Prepared,
     Homing,
-    /// So many lines that set modes are unanswered.
+    /// This many lines that set modes are unanswered.
     Arming(u8),
     Ready,
-    /// A reset was sent, and a greeting will come.
+    /// A reset was sent, and the greeting is expected.
     Aborting,
 }
 
@@ -63,9 +66,9 @@ pub struct Grbl {
     setting: DialectConfig,
     hal: bool,
     stage: Stage,
-    /// Work coordinate offset, machine coordinates, once reported.
+    /// Work coordinate offset, machine coordinates. `None` until a report carries it.
     work_offset: Option<Vector>,
-    /// What the list of parameters says of it.
+    /// The work offset as the parameter list states it.
     stated: Stated,
     buffers: Buffers,
     lines: Lines,
@@ -86,7 +89,7 @@ impl Grbl {
         }
     }
 
-    /// The same for grblHAL.
+    /// The dialect for grblHAL.
     #[must_use]
     pub fn hal(setting: DialectConfig) -> Self {
         Self { hal: true, ..Self::new(setting) }
@@ -103,15 +106,17 @@ impl Grbl {
             }
             Motion::Contour { curve, feed_mm_min } => {
                 let to = self.work(curve.to())?;
-                // Whatever modes the controller is in, this line means the same. `G1` comes first: what a reset leaves of the
-                // line is refused, for the startup lines cancel the motion mode.
+                // The line states its modes, so it means the same in every mode of the controller. `G1` comes
+                // first: the startup lines cancel the motion mode, so after a reset the controller rejects
+                // the rest of the line.
                 out.extend(match curve {
                     Curve::Line(_) => &b"G1G21G54G90G94"[..],
                     Curve::Arc(arc) if arc.turn() == Turn::CounterClockwise => b"G3G17G21G54G90G94",
                     Curve::Arc(_) => b"G2G17G21G54G90G94",
                 });
                 words(out, &[(b'X', to.x.units()), (b'Y', to.y.units())]);
-                // By its radius: given by its centre, an arc that arrives twice would be a full circle somewhere else.
+                // An arc line that arrives twice is rejected if it gives the radius. If it gave the centre,
+                // it would cut a full circle.
                 if let Curve::Arc(arc) = curve {
                     words(out, &[(b'R', arc.radius().units())]);
                 }
@@ -125,7 +130,7 @@ impl Grbl {
         if bytes > LINE_MAX { Err(EncodeError::LineTooLong { bytes }) } else { Ok(()) }
     }
 
-    /// In work coordinates, which nobody knows before a report had their offset.
+    /// Converts to work coordinates. Fails until a report has carried the work offset.
     fn work(&self, point: Point) -> Result<Point, EncodeError> {
         let offset = self.work_offset.ok_or(EncodeError::WorkOffsetUnknown)?;
         let machine = point.translated(self.setting.offset)?;
@@ -151,7 +156,7 @@ impl Grbl {
                     }
                     None
                 }
-                // grblHAL has settings that are no numbers.
+                // grblHAL has settings that are not numbers.
                 (Ok(_), Err(_)) if matches!(self.stage, Stage::Reading(_)) => None,
                 _ if name.starts_with('N') => {
                     if let Stage::ReadingBlocks(_, blocks) = &mut self.stage {
@@ -192,7 +197,7 @@ impl Grbl {
         }
     }
 
-    /// The oldest line is accepted.
+    /// Handles `ok`: the controller accepted the oldest line.
     fn answered(&mut self, out: &mut Vec<u8>) -> Option<Reply> {
         match self.stage {
             Stage::Silent | Stage::Aborting => None,
@@ -225,7 +230,7 @@ impl Grbl {
     }
 
     fn refused(&mut self, code: u16, out: &mut Vec<u8>) -> Option<Reply> {
-        /// Not idle: a jog stream that ran dry leaves GRBL in Run for a moment.
+        /// Error 8, not idle: after a jog stream runs dry, GRBL stays in Run for a moment.
         const NOT_IDLE: u16 = 8;
         match self.stage {
             Stage::Silent | Stage::Aborting => None,
@@ -249,7 +254,7 @@ impl Grbl {
         None
     }
 
-    /// Sets what the session relies on where the controller has it otherwise.
+    /// Stores the settings that the session relies on, where the controller has other values.
     fn set_up(&mut self, settings: &Settings, blocks: StartupBlocks, out: &mut Vec<u8>) -> Option<Reply> {
         let startup = match blocks.needed() {
             Ok(startup) => startup,
@@ -264,8 +269,8 @@ impl Grbl {
         self.store(stores, settings.limits(), out)
     }
 
-    /// Stores the next setting; when none is left, the controller is prepared. GRBL loses what arrives while it writes a setting,
-    /// so each waits for the answer to the one before.
+    /// Stores the next setting. After the last one the controller is prepared. GRBL loses bytes that arrive
+    /// while it writes a setting, so each store waits for the answer to the previous one.
     fn store(&mut self, mut stores: Stores, limits: Limits, out: &mut Vec<u8>) -> Option<Reply> {
         match stores.take_next() {
             Some(line) => {
@@ -282,7 +287,7 @@ impl Grbl {
         Some(Reply::Prepared(limits))
     }
 
-    /// `None` when it is not formed as it should be: then nothing of it is believed.
+    /// `None` when the report is malformed: the dialect then uses no part of it.
     fn report(&mut self, line: &str) -> Option<Reply> {
         let Status { mode, position, free, offset, .. } = Status::parse(line)?;
         let back = Vector { dx: -self.setting.offset.dx, dy: -self.setting.offset.dy };
@@ -295,12 +300,13 @@ impl Grbl {
         }
         let (queued, waiting) = free.and_then(|free| self.buffers.take(mode, free)).unzip();
         let agreed = self.work_offset.is_some() && self.work_offset == self.stated.sum();
-        // A report without its buffers is no evidence of anything.
+        // The position is not used without the report's buffer field, or with a work offset that was not
+        // confirmed.
         let position = position.filter(|_| agreed && waiting.is_some() || self.stage != Stage::Ready);
         Some(Reply::Report(Report { mode, position, queued, waiting }))
     }
 
-    /// Takes the work offset; whether it changed while it was relied on.
+    /// Takes the reported work offset. Returns whether it changed while the session relies on it.
     fn displaced(&mut self, offset: Point) -> bool {
         let offset = offset.minus(Point::ORIGIN);
         let before = self.work_offset.replace(offset);
@@ -315,7 +321,7 @@ impl Dialect for Grbl {
             contours: Interpolation::Linear,
             arcs: true,
             queues: true,
-            // A hold or a cancel can run away, so neither is ever sent (`docs/safety/controllers.md`).
+            // A hold or a cancel can run away, so the dialect sends neither (`docs/safety/controllers.md`).
             on_cancel: OnCancel::NotOffered,
             checked: false,
         }
@@ -324,23 +330,25 @@ impl Dialect for Grbl {
     fn encode(&mut self, command: &Command, out: &mut Vec<u8>) -> Result<(), EncodeError> {
         match command {
             Command::Query => out.push(b'?'),
-            // The guard certifies none, so this is never sent.
+            // Unreachable: the guard certifies no cancel for this dialect.
             Command::Cancel(_) => out.push(0x85),
             Command::EndHoming | Command::Abort => {
                 out.push(0x18);
                 self.stage = Stage::Aborting;
             }
-            // Half a line may be left from before the cable was pulled; a mere line end would have the controller drive to
-            // half a target. With a `$` behind it every line is refused, and alone it is answered with a help text.
+            // A partial line may remain from before the cable was pulled. A bare line end would make the
+            // controller drive to the partial target. With a `$` at its end every line is rejected, and `$`
+            // alone is answered with a help text.
             Command::Prepare => {
                 out.extend(b"$\n");
                 self.stage = Stage::Waking;
-                // It may be another controller than before.
+                // It may be another controller.
                 self.buffers = Buffers::default();
             }
-            // A change of work coordinates makes the next report carry their offset; the list of parameters must agree.
+            // A change of work coordinates makes the next report carry their offset. The parameter list must
+            // agree with it.
             Command::Arm => {
-                // grblHAL scales every line, a jog's too, until somebody cancels it.
+                // Scaling in grblHAL applies to every line, also to jogs, until a G50 cancels it.
                 let scaling: &[u8] = if self.hal { b"G50" } else { b"" };
                 out.extend([b"G21G90G94G17G40G49G80", scaling, b"G55\nG54\n$#\n"].concat());
                 self.work_offset = None;

@@ -1,4 +1,4 @@
-//! What the controller is set to: its settings, what it runs after a reset, and its work coordinates.
+//! The controller's configuration: its settings, its startup lines, and its work coordinates.
 
 use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::{Point, Vector};
@@ -6,8 +6,8 @@ use keepout_kernel::{Point, Vector};
 use super::super::lines::plane;
 use crate::supervisor::{Limits, Unfit};
 
-/// The offsets that make up that of work coordinates, as the list of parameters states them: a report that was damaged on the
-/// way would send a contour elsewhere.
+/// The offsets that make up the work offset, as the parameter list states them. They confirm the reported
+/// offset: a damaged report would send a contour elsewhere.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Stated {
     g54: Option<Vector>,
@@ -31,24 +31,25 @@ impl Stated {
     }
 }
 
-/// The lines that the controller runs after each reset. One of them must cancel the motion mode: a jog whose beginning a reset
-/// swallowed is a line of axis words, and would be run as a rapid motion in work coordinates. Nothing else in them may change what
-/// later lines mean, or start anything.
+/// The startup lines, which the controller runs after each reset. One of them must cancel the motion mode: a
+/// reset can swallow the beginning of a jog line, and the controller would run the remaining axis words as a
+/// rapid motion in work coordinates. Apart from that, no startup line may change the meaning of later lines
+/// or start a motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct StartupBlocks {
-    /// Whether each was stated.
+    /// Whether the controller stated each line.
     stated: [bool; 2],
-    /// Whether each is there, and empty.
+    /// Whether each line is stated and empty.
     free: [bool; 2],
-    /// A further line was stated that is not empty.
+    /// Whether the controller stated a further line that is not empty.
     more: bool,
     cancels_motion: bool,
-    /// Whether each has a word that is not [harmless](HARMLESS).
+    /// Whether each line has a word that is not [harmless](HARMLESS).
     harms: [bool; 2],
 }
 
-/// Words that set what the controller is in after a reset anyway: motions that it takes are those that the session means. The
-/// motion mode can only be cancelled by them, so their order does not matter.
+/// Words that set modes which the controller has after a reset anyway, so later motion lines keep their
+/// meaning. Only G80 among them affects the motion mode, so their order does not matter.
 const HARMLESS: [&str; 11] = ["G17", "G21", "G40", "G49", "G54", "G80", "G90", "G94", "G91.1", "M5", "M9"];
 
 impl StartupBlocks {
@@ -66,13 +67,17 @@ impl StartupBlocks {
         }
     }
 
-    /// The line that is still to be stored, if any.
+    /// The startup line to store, if one is missing.
+    ///
+    /// # Errors
+    /// [`Unfit`] if the startup lines are not fully stated, or contain harmful words.
     pub(super) fn needed(self) -> Result<Option<&'static [u8]>, Unfit> {
-        const NEEDED: &str = "empty, or made of G17 G21 G40 G49 G54 G80 G90 G94 G91.1 M5 M9: the controller runs it after each reset, \
-                              and it changes what later lines mean. Clear it with $N0= or $N1=";
+        const NEEDED: &str = "empty, or made of G17 G21 G40 G49 G54 G80 G90 G94 G91.1 M5 M9: the controller \
+                              runs it after each reset, and it changes the meaning of later lines. Clear it \
+                              with $N0= or $N1=";
         let unfit = |name, needed| Err(Unfit { name, value: f64::NAN, needed });
         if self.stated != [true; 2] {
-            return unfit("$N", "stated by the controller: both startup lines, even when they are empty");
+            return unfit("$N", "answered with both startup lines, even empty ones");
         }
         if self.more {
             return unfit("$N2", "empty: the controller runs it after each reset");
@@ -83,12 +88,15 @@ impl StartupBlocks {
             (_, true, _) => Ok(None),
             (.., [_, true]) => Ok(Some(b"$N1=G80\n")),
             (.., [true, _]) => Ok(Some(b"$N0=G80\n")),
-            _ => unfit("$N1", "G80, or empty: after a reset the rest of a line must not be run as a motion"),
+            _ => unfit(
+                "$N1",
+                "G80, or empty: after a reset the controller must not run the rest of a line as a motion",
+            ),
         }
     }
 }
 
-/// The words of a startup line: a letter and what follows up to the next, leading zeros left out as the controller does.
+/// The words of a startup line: a letter and its digits. Leading zeros are left out, as the controller does.
 fn words(line: &str) -> Vec<String> {
     let mut words: Vec<String> = Vec::new();
     for letter in line.chars().filter(|letter| !letter.is_whitespace()) {
@@ -105,10 +113,10 @@ fn words(line: &str) -> Vec<String> {
     words
 }
 
-/// What is still to be stored.
+/// The settings still to store.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Stores {
-    /// A startup line, whole.
+    /// A complete startup line.
     pub(super) startup: Option<&'static [u8]>,
     pub(super) report_mask: Option<u16>,
     pub(super) arc_tolerance_mm: Option<f64>,
@@ -123,20 +131,20 @@ impl Stores {
         if let Some(mask) = self.report_mask.take() {
             return Some(format!("$10={mask}\n").into_bytes());
         }
-        // Down to a digit that is stated: rounded up, arcs would leave by more than the margin has for them.
+        // Rounds down to a written digit: rounded up, arcs would deviate by more than the margin allows.
         let stated = (self.arc_tolerance_mm.take()? * 1e5 + 1e-6).floor() / 1e5;
         Some(format!("$12={stated:.5}\n").into_bytes())
     }
 }
 
-/// Controller settings that safety and steering rest on.
+/// Controller settings that safety and jogging rest on.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Settings {
     report_mask: Option<f64>,
     arc_tolerance_mm: Option<f64>,
     inches: Option<f64>,
     homing: Option<f64>,
-    /// grblHAL: reports by itself, each so many ms.
+    /// grblHAL: interval of automatic reports, ms.
     auto_report_ms: Option<f64>,
     steps_per_mm: [Option<f64>; 2],
     max_rate_mm_min: [Option<f64>; 2],
@@ -161,30 +169,30 @@ impl Settings {
     pub(super) fn check(&self, steps_per_mm: f64) -> Result<(), Unfit> {
         let unfit = |name, value, needed| Unfit { name, value, needed };
         if let Some(interval) = self.auto_report_ms.filter(|interval| *interval > 0.0) {
-            let needed = "0: reports that nobody asked for are taken for answers";
+            let needed = "0: the dialect would take automatic reports for answers";
             return Err(unfit("$481", interval, needed));
         }
         let missing = |name| unfit(name, f64::NAN, "reported by the controller");
         let homing = self.homing.ok_or(missing("$22"))?;
         if homing < 1.0 {
-            return Err(unfit("$22", homing, "1: without homing the position is not known"));
+            return Err(unfit("$22", homing, "1: without homing the position is unknown"));
         }
         let inches = self.inches.ok_or(missing("$13"))?;
         if inches.abs() > 0.0 {
-            return Err(unfit("$13", inches, "0: positions are read in mm"));
+            return Err(unfit("$13", inches, "0: positions must be in mm"));
         }
         for (name, value) in [("$100", self.steps_per_mm[0]), ("$101", self.steps_per_mm[1])] {
             let value = value.ok_or(missing(name))?;
             if value.is_nan() || value < steps_per_mm * 0.999 {
-                let needed = "at least the steps per mm that the plan's margin was made for";
+                let needed = "at least the steps_per_mm of the plan's machine profile";
                 return Err(unfit(name, value, needed));
             }
         }
         Ok(())
     }
 
-    /// The report mask that is needed, where the controller has another: machine positions (bit 0) and buffers (bit 1). grblHAL
-    /// reports its work offset only with bit 5.
+    /// The report mask to store, if the controller's mask lacks machine positions (bit 0) or buffers (bit 1).
+    /// grblHAL reports its work offset only with bit 5.
     pub(super) fn report_mask_needed(&self, hal: bool) -> Option<u16> {
         let needed = if hal { 0b10_0011 } else { 0b11 };
         let mask = self.report_mask.map_or(0, |mask| u16::try_from(nearest_unit(mask)).unwrap_or(0));
@@ -192,7 +200,7 @@ impl Settings {
         (mask & needed != needed).then_some(set)
     }
 
-    /// Whether the arc tolerance is provably no more than `mm`: it is reported with three decimals.
+    /// Whether the arc tolerance is provably at most `mm`. The controller reports it with three decimals.
     pub(super) fn follows_arcs(&self, mm: f64) -> bool {
         self.arc_tolerance_mm.is_some_and(|reported| reported >= 0.001 && reported + 0.0005 <= mm)
     }
@@ -202,7 +210,7 @@ impl Settings {
     }
 }
 
-/// The lesser of each for x and y, as far as they are known; and the greater acceleration.
+/// The smaller rate and acceleration of x and y, as far as they are known, and the greater acceleration.
 pub(super) fn limits(max_rate_mm_min: [Option<f64>; 2], acceleration_mm_s2: [Option<f64>; 2]) -> Limits {
     let known = |values: [Option<f64>; 2]| values.into_iter().flatten().filter(|value| *value > 0.0);
     let rate = known(max_rate_mm_min).fold(f64::INFINITY, f64::min);

@@ -7,12 +7,12 @@ use super::buffers::Free;
 use super::meaning::mode;
 use crate::supervisor::Mode;
 
-/// What a status report of a GRBL controller states, machine coordinates.
+/// A status report of a GRBL controller, machine coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Status<'a> {
-    /// The state, in the controller's word.
+    /// The state, as the controller's word.
     pub state: &'a str,
-    /// The state, as the supervisor knows it.
+    /// The state, as the supervisor's mode.
     pub mode: Mode,
     /// The machine position.
     pub position: Option<Point>,
@@ -25,7 +25,7 @@ pub struct Status<'a> {
 }
 
 impl<'a> Status<'a> {
-    /// Reads a line `<…>`. `None` when it is not formed as it should be: then nothing of it is believed.
+    /// Reads a line `<…>`. `None` when it is malformed: then no part of it is used.
     #[must_use]
     pub fn parse(line: &'a str) -> Option<Self> {
         let inner = line.strip_prefix('<')?.strip_suffix('>')?;
@@ -37,7 +37,7 @@ impl<'a> Status<'a> {
         for field in fields {
             later.next();
             let (name, value) = field.split_once(':')?;
-            // A field that comes again shows that two reports became one: what it says belongs to neither.
+            // A repeated field shows that two reports were joined, and its values belong to neither.
             if later.clone().any(|field| field.split_once(':').is_some_and(|(again, _)| again == name)) {
                 return None;
             }

@@ -1,4 +1,4 @@
-//! The dialect, against what the firmware says.
+//! Tests of the GRBL dialect against lines of the firmware.
 
 use super::*;
 use crate::supervisor::Mode;
@@ -42,9 +42,10 @@ fn report_is_read_in_drawing_coordinates() {
 }
 
 #[test]
-fn replies_of_the_real_firmware() {
+fn lines_of_the_real_firmware_are_decoded() {
     let mut grbl = ready();
-    let text = "error:15\r\nALARM:2\r\n[MSG:Reset to continue]\r\nGrbl 1.1h ['$' for help]\r\n<Hold:1|MPos:0,0,0>\r\n";
+    let text = "error:15\r\nALARM:2\r\n[MSG:Reset to continue]\r\nGrbl 1.1h ['$' for help]\r\n\
+                <Hold:1|MPos:0,0,0>\r\n";
     let (replies, _) = hear(&mut grbl, text.as_bytes());
     assert!(
         matches!(
@@ -70,18 +71,19 @@ fn settings_are_read_checked_and_set() {
     assert_eq!(hear(&mut grbl, b"ok\r\n"), (vec![], b"$I\n".to_vec()));
     let identity = b"[VER:1.1h.20190830:]\r\n[OPT:V,15,128]\r\nok\r\n";
     assert_eq!(hear(&mut grbl, identity), (vec![], b"$$\n".to_vec()));
-    let listed = b"$10=1\r\n$12=0.002\r\n$13=0\r\n$22=1\r\n$74=name\r\n$100=400.000\r\n$101=400.000 (y)\r\n$110=6000\r\n$111=3000\r\n$120=100\r\n$121=90\r\n";
+    let listed = b"$10=1\r\n$12=0.002\r\n$13=0\r\n$22=1\r\n$74=name\r\n$100=400.000\r\n$101=400.000 (y)\r\n\
+                   $110=6000\r\n$111=3000\r\n$120=100\r\n$121=90\r\n";
     assert_eq!(hear(&mut grbl, listed), (vec![], vec![]));
     assert_eq!(hear(&mut grbl, b"ok\r\n"), (vec![], b"$N\n".to_vec()));
     let (replies, sent) = hear(&mut grbl, b"$N0=G54\r\n$N1=\r\nok\r\n");
     assert_eq!((replies, sent), (vec![], b"$N1=G80\n".to_vec()));
-    // GRBL loses what arrives while it stores.
+    // GRBL loses bytes that arrive while it stores a setting.
     assert_eq!(hear(&mut grbl, b"ok\r\n"), (vec![], b"$10=3\n".to_vec()));
     assert_eq!(hear(&mut grbl, b"ok\r\n"), (vec![], b"$12=0.00050\n".to_vec()));
     let limits = Limits { speed_mm_s: 50.0, acceleration_mm_s2: 90.0, quicker_mm_s2: 100.0 };
     assert_eq!(hear(&mut grbl, b"ok\r\n").0, [Reply::Prepared(limits)]);
-    // The margin has four times the tolerance: it is rounded down.
-    for (tolerance, said) in
+    // The margin holds for four times the tolerance, so the tolerance is rounded down.
+    for (tolerance, written) in
         [(0.000_106, "0.00010"), (0.000_1, "0.00010"), (0.000_29, "0.00029"), (0.5, "0.50000")]
     {
         let mut grbl = dialect();
@@ -93,7 +95,7 @@ fn settings_are_read_checked_and_set() {
             b"$10=3\r\n$13=0\r\n$22=1\r\n$100=400.000\r\n$101=400.000\r\n$110=6000\r\n$111=3000\r\nok\r\n",
         );
         let (_, sent) = hear(&mut grbl, b"$N0=G54\r\n$N1=G80\r\nok\r\n");
-        assert_eq!(String::from_utf8_lossy(&sent), format!("$12={said}\n"));
+        assert_eq!(String::from_utf8_lossy(&sent), format!("$12={written}\n"));
     }
     let mut unfit = dialect();
     unfit.stage = Stage::Reading(Settings::default());
@@ -116,7 +118,7 @@ fn decode_is_total() {
     }
 }
 
-/// Found by the fuzzer's round trips: it was written as if there were no offset.
+/// Found by the fuzzer's round trips: the contour was written as if the work offset were zero.
 #[test]
 fn no_contour_is_written_before_the_work_offset_is_known() {
     let (mut grbl, mut out) = (ready(), Vec::new());
@@ -128,9 +130,10 @@ fn no_contour_is_written_before_the_work_offset_is_known() {
     assert_eq!(out, b"G1G21G54G90G94X-200Y0.005F600\n");
 }
 
-/// Found by the fuzzer: bytes lost between two reports, and the state of the one was taken with the place of the other.
+/// Found by the fuzzer: bytes between two reports were lost, and the dialect combined the state of one report
+/// with the position of the other.
 #[test]
-fn reports_that_lost_something_are_none() {
+fn joined_reports_are_rejected() {
     let mut grbl = ready();
     for glued in [
         "<Idle|MPos:0.000,0.000,0.000|Bf:15,1<Jog|MPos:5.000,0.000,0.000|Bf:14,128>\r\n",
@@ -142,5 +145,5 @@ fn reports_that_lost_something_are_none() {
     ] {
         assert!(matches!(hear(&mut grbl, glued.as_bytes()).0[..], [Reply::Garbled(_)]), "{glued}");
     }
-    assert_eq!(grbl.work_offset, None, "nothing of them is believed");
+    assert_eq!(grbl.work_offset, None, "no part of them is used");
 }

@@ -19,7 +19,7 @@ fn hear(venus: &mut Venus, text: &str) -> (Vec<Reply>, String) {
     (replies, String::from_utf8(out).unwrap())
 }
 
-fn said(venus: &mut Venus, command: &Command) -> String {
+fn encoded(venus: &mut Venus, command: &Command) -> String {
     let mut out = Vec::new();
     venus.encode(command, &mut out).unwrap();
     String::from_utf8(out).unwrap()
@@ -28,45 +28,45 @@ fn said(venus: &mut Venus, command: &Command) -> String {
 #[test]
 fn report_is_status_and_then_position() {
     let mut venus = dialect();
-    assert_eq!(said(&mut venus, &Command::Query), "st p ");
+    assert_eq!(encoded(&mut venus, &Command::Query), "st p ");
     assert_eq!(hear(&mut venus, "3\r\n").0, []);
     let position = Some(Point::from_units(5_000_000, 2_000_000).unwrap());
     let report = Report { mode: Mode::Moving, position, queued: None, waiting: None };
     assert_eq!(hear(&mut venus, "-150.000000 20.005000\r\n").0, [Reply::Report(report)]);
-    said(&mut venus, &Command::Query);
+    encoded(&mut venus, &Command::Query);
     assert!(matches!(hear(&mut venus, "-150.0 20.0\r\n").0[..], [Reply::Garbled(_)]), "no status came");
-    said(&mut venus, &Command::Query);
+    encoded(&mut venus, &Command::Query);
     assert!(matches!(hear(&mut venus, "0\r\n17\r\n").0[..], [Reply::Garbled(_)]), "no position came");
-    said(&mut venus, &Command::Query);
+    encoded(&mut venus, &Command::Query);
     let broken = hear(&mut venus, "1\r\n-20.0 -12.4\u{1}\n00 -12.9\r\n").0;
-    assert!(matches!(broken[..], [Reply::Garbled(_)]), "{broken:?}: half a place is none");
+    assert!(matches!(broken[..], [Reply::Garbled(_)]), "{broken:?}: half a position is rejected");
 }
 
 #[test]
-fn half_an_answer_is_forgotten_with_its_query() {
+fn half_an_answer_is_dropped_with_its_query() {
     let mut venus = dialect();
-    said(&mut venus, &Command::Query);
+    encoded(&mut venus, &Command::Query);
     hear(&mut venus, "0\r\n");
-    said(&mut venus, &jog_to(500_123, 0, 600));
-    assert_eq!(said(&mut venus, &Command::Query), "");
-    assert!(said(&mut venus, &Command::Query).ends_with("move st "), "given up: the jog is sent");
+    encoded(&mut venus, &jog_to(500_123, 0, 600));
+    assert_eq!(encoded(&mut venus, &Command::Query), "");
+    assert!(encoded(&mut venus, &Command::Query).ends_with("move st "), "given up: the jog is sent");
     assert_eq!(hear(&mut venus, "1\r\n"), (vec![Reply::Accepted], "st p ".into()));
     let late = hear(&mut venus, "-20.0 -15.82\r\n").0;
-    assert!(matches!(late[..], [Reply::Garbled(_)]), "{late:?}: whether it moves was asked before the jog");
+    assert!(matches!(late[..], [Reply::Garbled(_)]), "{late:?}: the status is from before the jog");
 }
 
 #[test]
 fn jogs_are_accepted_when_read_and_contours_when_done() {
     let mut venus = dialect();
     assert_eq!(
-        said(&mut venus, &jog_to(500_123, 0, 600)),
+        encoded(&mut venus, &jog_to(500_123, 0, 600)),
         "10.000 setvel clear clear clear clear -194.99877 0.005 move st "
     );
-    assert_eq!(said(&mut venus, &Command::Query), "", "it waits");
-    assert_eq!(said(&mut venus, &Command::EndHoming), "abort ", "it does not");
+    assert_eq!(encoded(&mut venus, &Command::Query), "", "the query waits");
+    assert_eq!(encoded(&mut venus, &Command::EndHoming), "abort ", "the stop does not wait");
     assert_eq!(hear(&mut venus, "1\r\n"), (vec![Reply::Accepted], "st p ".into()));
     assert_eq!(hear(&mut venus, "1\r\n0 0\r\n").0.len(), 1);
-    assert_eq!(said(&mut venus, &contour_to(0, -500, 600)), "clear clear clear clear -200 0 move st p ");
+    assert_eq!(encoded(&mut venus, &contour_to(0, -500, 600)), "clear clear clear clear -200 0 move st p ");
     assert_eq!(hear(&mut venus, "1\r\n-198 0\r\n"), (vec![], "st p ".into()));
     let mut skipped = venus.clone();
     assert_eq!(hear(&mut venus, "0\r\n-200.002 0\r\n"), (vec![Reply::Accepted], String::new()));
@@ -74,9 +74,9 @@ fn jogs_are_accepted_when_read_and_contours_when_done() {
 }
 
 #[test]
-fn start_sets_units_and_reads_what_is_needed() {
+fn start_sets_units_and_reads_speed_and_acceleration() {
     let mut venus = dialect();
-    assert_eq!(said(&mut venus, &Command::Prepare), "ge ");
+    assert_eq!(encoded(&mut venus, &Command::Prepare), "ge ");
     assert_eq!(hear(&mut venus, "1009\r\n"), (vec![], "restore getdim ".into()), "an old error");
     let mut two_saved = venus.clone();
     let set = "2 setdim 2 0 setunit 2 1 setunit 2 2 setunit 0 j getvel ";
@@ -94,14 +94,14 @@ fn start_sets_units_and_reads_what_is_needed() {
 }
 
 #[test]
-fn homes_and_asks_whether_it_is_homed() {
+fn arm_asks_whether_homing_found_both_ends() {
     let mut venus = dialect();
-    assert_eq!(said(&mut venus, &Command::Home), "cal st ");
+    assert_eq!(encoded(&mut venus, &Command::Home), "cal st ");
     assert_eq!(hear(&mut venus, "1\r\n").1, "st ");
     assert_eq!(hear(&mut venus, "0\r\n").1, "rm st ");
     assert_eq!(hear(&mut venus, "0\r\n").1, "0 0 setpos st ");
     assert_eq!(hear(&mut venus, "0\r\n").0, [Reply::Homed]);
-    assert_eq!(said(&mut venus, &Command::Arm), "1 getcaldone ");
+    assert_eq!(encoded(&mut venus, &Command::Arm), "1 getcaldone ");
     let mut half = venus.clone();
     assert_eq!(hear(&mut half, "1\r\n").0, [Reply::NotHomed]);
     assert_eq!(hear(&mut venus, "3\r\n").1, "2 getcaldone ");
@@ -112,16 +112,20 @@ fn homes_and_asks_whether_it_is_homed() {
 }
 
 #[test]
-fn three_numbers_are_a_controller_that_was_reset() {
+fn position_of_three_numbers_shows_a_reset() {
     let mut venus = dialect();
     for (line, asked) in [(Command::Query, "st p "), (contour_to(0, 0, 600), "move st p ")] {
         venus.in_mm = true;
-        assert!(said(&mut venus, &line).ends_with(asked));
+        assert!(encoded(&mut venus, &line).ends_with(asked));
         assert_eq!(hear(&mut venus, "0\r\n0 0 0\r\n").0, [Reply::Restarted]);
     }
-    said(&mut venus, &Command::Query);
+    encoded(&mut venus, &Command::Query);
     let report = Report { mode: Mode::Idle, position: None, queued: None, waiting: None };
-    assert_eq!(hear(&mut venus, "0\r\n0 0 0\r\n").0, [Reply::Report(report)], "it is begun anew with");
+    assert_eq!(
+        hear(&mut venus, "0\r\n0 0 0\r\n").0,
+        [Reply::Report(report)],
+        "the dialect reads it as before the set-up"
+    );
 }
 
 #[test]

@@ -26,16 +26,16 @@ fn hear(zaber: &mut Zaber, message: &str) -> (Vec<Reply>, String) {
     (replies, String::from_utf8(out).unwrap())
 }
 
-fn said(zaber: &mut Zaber, command: &Command) -> String {
+fn encoded(zaber: &mut Zaber, command: &Command) -> String {
     let mut out = Vec::new();
     zaber.encode(command, &mut out).unwrap();
     String::from_utf8(out).unwrap()
 }
 
 #[test]
-fn report_is_read_in_drawing_coordinates_and_only_from_its_own_answer() {
+fn report_is_in_drawing_coordinates_and_only_from_its_own_answer() {
     let mut zaber = ready();
-    assert_eq!(said(&mut zaber, &Command::Query), "/1 0 01 get pos:2C\n");
+    assert_eq!(encoded(&mut zaber, &Command::Query), "/1 0 01 get pos:2C\n");
     assert_eq!(hear(&mut zaber, "@01 0 77 OK IDLE -- 1 2").0, [], "an answer to something else");
     let (replies, _) = hear(&mut zaber, "@01 0 01 OK BUSY -- 100000 148002");
     let position = Some(Point::from_units(5_000_000, 2_000_000).unwrap());
@@ -48,9 +48,9 @@ fn report_is_read_in_drawing_coordinates_and_only_from_its_own_answer() {
 }
 
 #[test]
-fn start_reads_what_is_needed() {
+fn start_reads_travel_limits_and_homes() {
     let mut zaber = dialect();
-    assert!(said(&mut zaber, &Command::Prepare).contains("set comm.checksum 1"));
+    assert!(encoded(&mut zaber, &Command::Prepare).contains("set comm.checksum 1"));
     assert!(hear(&mut zaber, "@01 0 01 OK IDLE -- 0").1.contains("get limit.max"));
     assert!(hear(&mut zaber, "@01 0 02 OK IDLE -- 160000 140000").1.contains("get maxspeed"));
     assert!(hear(&mut zaber, "@01 0 03 OK IDLE -- 131072 65536").1.contains("get accel"));
@@ -63,18 +63,19 @@ fn start_reads_what_is_needed() {
             && read.quicker_mm_s2 > 1400.0,
         "{read:?}"
     );
-    assert!(said(&mut zaber, &Command::Home).contains(" home:"));
+    assert!(encoded(&mut zaber, &Command::Home).contains(" home:"));
     assert!(hear(&mut zaber, "@01 0 05 OK BUSY WR 0").1.contains("get pos"));
     assert!(hear(&mut zaber, "@01 0 06 OK BUSY WR 0 0").1.contains("get pos"));
     assert_eq!(hear(&mut zaber, "@01 0 07 OK IDLE -- 0 0").0, [Reply::Homed]);
-    assert!(said(&mut zaber, &Command::Arm).contains("stream 1 setup disable"));
+    assert!(encoded(&mut zaber, &Command::Arm).contains("stream 1 setup disable"));
     assert!(hear(&mut zaber, "@01 0 08 RJ IDLE -- BADCOMMAND").1.contains("stream 1 setup live 1 2"));
     assert_eq!(hear(&mut zaber, "@01 0 09 OK IDLE -- 0").0, [Reply::Armed]);
 }
 
-/// With a profile of other microsteps what is sent and what is reported agree, and the part becomes smaller: its travel does, too.
+/// With wrong microsteps in the profile, targets and reports agree, and the part comes out smaller. So does
+/// the travel in mm.
 #[test]
-fn a_device_of_another_travel_is_refused() {
+fn device_with_another_travel_is_rejected() {
     for (limit, fits) in [
         ("160000 140000", true),
         ("162000 139000", true),
@@ -85,31 +86,31 @@ fn a_device_of_another_travel_is_refused() {
         ("-160000 -140000", false),
     ] {
         let mut zaber = dialect();
-        said(&mut zaber, &Command::Prepare);
+        encoded(&mut zaber, &Command::Prepare);
         hear(&mut zaber, "@01 0 01 OK IDLE -- 0");
         let (replies, sent) = hear(&mut zaber, &format!("@01 0 02 OK IDLE -- {limit}"));
         assert_eq!(sent.contains("get maxspeed"), fits, "{limit}");
         assert_eq!(matches!(replies[..], [Reply::Unfit(_)]), !fits, "{limit}: {replies:?}");
         assert_eq!(zaber.zero.is_some(), fits, "{limit}");
     }
-    // A log of before does not say its machine's travel.
+    // An older log does not state its machine's travel.
     let mut zaber = dialect();
     zaber.setting.travel_mm = None;
-    said(&mut zaber, &Command::Prepare);
+    encoded(&mut zaber, &Command::Prepare);
     hear(&mut zaber, "@01 0 01 OK IDLE -- 0");
     assert!(hear(&mut zaber, "@01 0 02 OK IDLE -- 32000 28000").1.contains("get maxspeed"));
 }
 
 #[test]
-fn motions_are_rounded_to_steps_and_accepted_when_they_should_be() {
+fn motions_are_rounded_to_steps_and_accepted_near_their_end() {
     let mut zaber = ready();
     // 5.001234 − 200 mm is −77 999.51 steps.
-    let jog = said(&mut zaber, &jog_to(500_123, 0, 600));
+    let jog = encoded(&mut zaber, &jog_to(500_123, 0, 600));
     assert!(jog.contains("stream 1 set maxspeed 6553:"), "{jog}");
     let (_, line) = hear(&mut zaber, "@01 0 01 OK IDLE -- 0");
     assert!(line.contains("stream 1 line abs 82000 140002:"), "{line}");
     assert_eq!(hear(&mut zaber, "@01 0 02 OK BUSY -- 0").0, [Reply::Accepted]);
-    let full = said(&mut zaber, &contour_to(500_123, 500_000, 600));
+    let full = encoded(&mut zaber, &contour_to(500_123, 500_000, 600));
     assert!(full.contains("stream 1 line abs 82000 142002:"), "{full}");
     let (replies, wait) = hear(&mut zaber, "@01 0 03 RJ BUSY -- AGAIN");
     assert!(replies.is_empty() && wait.contains("get pos"));
@@ -121,11 +122,11 @@ fn motions_are_rounded_to_steps_and_accepted_when_they_should_be() {
 }
 
 #[test]
-fn warnings_and_refusals() {
+fn warnings_set_the_mode_and_rejections_carry_a_code() {
     for (warning, mode) in [("WR", Mode::Alarm), ("FS", Mode::Alarm), ("NC", Mode::Other), ("NI", Mode::Idle)]
     {
         let mut zaber = ready();
-        said(&mut zaber, &Command::Query);
+        encoded(&mut zaber, &Command::Query);
         let (replies, _) = hear(&mut zaber, &format!("@01 0 01 OK IDLE {warning} 0 0"));
         assert!(
             matches!(replies[..], [Reply::Report(Report { mode: seen, .. })] if seen == mode),
@@ -134,7 +135,7 @@ fn warnings_and_refusals() {
     }
     let mut zaber = ready();
     zaber.feed_mm_min = 600;
-    said(&mut zaber, &jog_to(0, 0, 600));
+    encoded(&mut zaber, &jog_to(0, 0, 600));
     let (replies, _) = hear(&mut zaber, "@01 0 01 RJ IDLE -- BADDATA");
     assert!(matches!(replies[..], [Reply::Refused { code: 4, transient: false, .. }]), "{replies:?}");
     assert!(matches!(hear(&mut zaber, "!01 1 IDLE FS").0[..], [Reply::Alarm { code: 1, .. }]));
@@ -142,12 +143,15 @@ fn warnings_and_refusals() {
 }
 
 #[test]
-fn motion_does_not_follow_a_refused_feed() {
+fn motion_does_not_follow_a_rejected_feed() {
     let mut zaber = ready();
-    assert!(said(&mut zaber, &jog_to(0, 0, 600)).contains("maxspeed"));
+    assert!(encoded(&mut zaber, &jog_to(0, 0, 600)).contains("maxspeed"));
     let (replies, sent) = hear(&mut zaber, "@01 0 01 RJ BUSY -- STATUSBUSY");
     assert!(matches!(replies[..], [Reply::Refused { transient: true, .. }]) && sent.is_empty(), "{sent}");
-    assert!(said(&mut zaber, &jog_to(0, 0, 600)).contains("maxspeed"), "the feed is set again");
+    assert!(
+        encoded(&mut zaber, &jog_to(0, 0, 600)).contains("maxspeed"),
+        "the next motion sets the feed again"
+    );
 }
 
 #[test]
@@ -156,11 +160,11 @@ fn decode_is_total() {
     crate::dialect::testing::decode_is_total(|| Box::new(ready()), alphabet);
 }
 
-/// A travel beyond all devices was added to targets, and the sum could overflow.
+/// A travel beyond all devices once overflowed the sum of zero and target.
 #[test]
-fn a_travel_that_no_device_has_is_refused() {
+fn travel_beyond_32_bits_is_rejected() {
     let mut zaber = dialect();
-    said(&mut zaber, &Command::Prepare);
+    encoded(&mut zaber, &Command::Prepare);
     hear(&mut zaber, "@01 0 01 OK IDLE -- 0");
     let (replies, _) = hear(&mut zaber, "@01 0 02 OK IDLE -- 160000 9223372036854775807");
     assert!(matches!(replies[..], [Reply::Garbled(_)]), "{replies:?}");

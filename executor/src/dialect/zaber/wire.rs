@@ -1,14 +1,14 @@
-//! Zaber messages on the wire: frames, checksums, answers and what their flags mean.
+//! Zaber messages on the wire: frames, checksums, answers and the meaning of their flags.
 
 use std::io::Write as _;
 
 use crate::dialect::exchange::Sent;
 use crate::supervisor::{Mode, Reply};
 
-/// `/1 0 07 get pos:A3`.
+/// A framed command, such as `/1 0 07 get pos:A3`.
 pub(super) fn framed(number: u8, command: std::fmt::Arguments<'_>) -> Sent {
     let mut line = Sent::new();
-    // Commands are far shorter than a line.
+    // A command is far shorter than the longest line.
     let _ = write!(line, "/1 0 {number:02} {command}");
     let sum = checksum(&line[1..]);
     let _ = writeln!(line, ":{sum:02X}");
@@ -21,7 +21,8 @@ pub fn checksum(bytes: &[u8]) -> u8 {
     bytes.iter().fold(0_u8, |sum, &byte| sum.wrapping_add(byte)).wrapping_neg()
 }
 
-/// What stands between the first character and the checksum, which must be right, and there when it is `needed`.
+/// The text between the first character and the checksum. `None` when the checksum is wrong, or missing
+/// although `needed`.
 #[must_use]
 pub fn content(line: &str, needed: bool) -> Option<&str> {
     let rest = line.get(1..)?;
@@ -68,9 +69,9 @@ impl<'a> Answer<'a> {
     pub(super) fn mode(&self) -> Mode {
         match self.warning {
             warning if warning.starts_with('F') => Mode::Alarm,
-            // No reference, not homed, a limit where none should be.
+            // No reference, not homed, an unexpected limit switch.
             "WR" | "WH" | "WL" => Mode::Alarm,
-            // Somebody turns the knob.
+            // The operator turns the knob.
             "NC" => Mode::Other,
             _ if self.busy => Mode::Moving,
             _ => Mode::Idle,
@@ -85,9 +86,9 @@ pub(super) fn alarm(warning: &str) -> Reply {
         "FQ" => (3, "encoder"),
         "FD" => (4, "driver off"),
         "FB" => (5, "a stream left the travel"),
-        "FO" | "FP" => (6, "the path was left"),
+        "FO" | "FP" => (6, "the axis left its path"),
         "WR" | "WH" => (7, "not homed"),
-        "WL" => (8, "a limit switch where none should be"),
+        "WL" => (8, "an unexpected limit switch"),
         _ => (0, ""),
     };
     Reply::Alarm { code, meaning }
@@ -98,7 +99,7 @@ pub(super) fn refusal(reason: &str) -> (u16, &'static str) {
         "AGAIN" => (1, "the stream is full"),
         "BADAXIS" => (2, "no such axis"),
         "BADCOMMAND" => (3, "no such command"),
-        "BADDATA" => (4, "beyond the machine's travel, or no number it takes"),
+        "BADDATA" => (4, "beyond the machine's travel, or a number out of range"),
         "STATUSBUSY" => (5, "busy"),
         "FULL" => (6, "no room"),
         "NOACCESS" => (7, "no access"),
