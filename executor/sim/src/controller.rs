@@ -1,39 +1,40 @@
-//! What every simulated controller is to the line it hangs on.
+//! The interface between a simulated controller and its serial line.
 
 use keepout_executor::session::Sample;
 use keepout_guard::Time;
 
-/// Something that happens to a controller from outside.
+/// A disturbance of a controller from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Disturbance {
-    /// Somebody presses reset.
+    /// A person presses reset.
     Reset,
-    /// The power fails and returns. What the controller does then differs from a reset where its firmware keeps something across one.
+    /// The power fails and returns. This differs from a reset where the firmware keeps state across a reset.
     BrownOut,
-    /// A limit switch is touched, or a drive gives up: an alarm, dead stop, place lost.
+    /// A limit switch trips, or a drive fails: an alarm, an immediate stop, a lost position.
     Alarm,
 }
 
-/// A simulated controller. It lives in its own time, which only goes forward.
+/// A simulated controller. It keeps its own time, which only goes forward.
 pub trait Controller: Send + std::fmt::Debug {
-    /// Takes a byte from the line at its present time.
+    /// Takes a byte from the line, at the controller's present time.
     fn receive(&mut self, byte: u8);
 
-    /// Whether it acts on this byte; others are kept for later.
+    /// Whether the controller acts on this byte at once. It buffers other bytes.
     fn is_realtime(&self, byte: u8) -> bool;
 
-    /// Goes on until `now`.
+    /// Runs until `now`.
     fn advance(&mut self, now: Time);
 
-    /// When it does something by itself that a host can notice, or later.
+    /// The time of its next action that a host can notice, or a later time.
     fn next_event(&self) -> Time;
 
-    /// Bytes to send since the last call, in order.
+    /// Moves the bytes sent since the last call into `into`, in order.
     fn transmit(&mut self, into: &mut Vec<u8>);
 
-    /// The commanded positions since the last call: corners of the way, and where it is now.
+    /// Moves the commanded positions since the last call into `into`: the corners of the path, and the
+    /// present position.
     fn take_samples(&mut self, into: &mut Vec<Sample>);
 
-    /// Something happens to it.
+    /// Applies a disturbance.
     fn disturb(&mut self, disturbance: Disturbance);
 }

@@ -1,7 +1,7 @@
-//! A controller that speaks a described language: the description, read the other way.
+//! A simulated controller for a described dialect.
 //!
-//! It echoes and prompts as described, refuses lines that it does not know (1), motions while it moves where they can not be
-//! queued (2), and targets beyond the travel (3).
+//! It echoes and prompts as described. It rejects unknown lines (error 1), motions while it moves if it has
+//! no queue (2), and targets beyond the travel (3).
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -24,21 +24,21 @@ pub struct DescribedSim {
     settings: SimSettings,
     plant: Plant,
     line: String,
-    /// Lines that were received and wait for room in the queue, or for homing.
+    /// Received lines that wait for room in the queue, or for homing.
     waiting: VecDeque<String>,
     tx: Vec<u8>,
     homed: bool,
     fault: bool,
-    /// What the lines of a motion have set so far: written numbers.
+    /// The target that the lines of a motion have set so far, in written numbers.
     place: [f64; 2],
     feed: f64,
 }
 
-/// Longest line.
+/// Longest line, characters.
 const LINE_MAX: usize = 200;
-/// Motions that are queued where they can be.
+/// Capacity of the motion queue.
 const QUEUE_MAX: usize = 16;
-/// Chords leave an arc by no more than this, mm.
+/// Largest deviation of chords from an arc, mm.
 const SAGITTA: f64 = 0.0005;
 
 impl DescribedSim {
@@ -65,7 +65,7 @@ impl DescribedSim {
         self.tx.extend(space.bytes().chain(text.bytes()).chain(*b"\r\n"));
     }
 
-    /// Takes lines until one has to wait: where motions are queued, a full queue makes them.
+    /// Takes lines until one has to wait: with a motion queue, lines wait while it is full.
     fn take_on(&mut self) {
         while !self.is_full() {
             let Some(line) = self.waiting.pop_front() else { break };
@@ -100,7 +100,7 @@ impl DescribedSim {
         }
     }
 
-    /// What a line is answered with, besides that it was read.
+    /// Executes a line. Returns its answer besides the acknowledgement, or an error number.
     fn execute(&mut self, description: &Description, line: &str) -> Result<Option<String>, u8> {
         let is = |template: &Template| template.read(line).is_some();
         if line.trim().is_empty() {
@@ -163,14 +163,14 @@ impl DescribedSim {
         }
         match (centre, description.contours) {
             (Some((i, j)), _) => self.arc(to, self.machine_mm([i, j], [0, 0]), left),
-            // A controller that keeps to the line unless it is stopped drives jogs straight as well.
+            // A controller whose contour motions are linear also drives jogs straight, unless it is stopped.
             (None, Interpolation::Linear) => self.plant.push(to, self.feed),
             (None, Interpolation::Independent) => self.plant.push_apart(to, self.feed),
         }
         Ok(())
     }
 
-    /// Drives chords of an arc whose centre lies at `ij` from where the last motion ends.
+    /// Drives chords of an arc. Its centre lies at `ij` from the end of the last motion.
     fn arc(&mut self, to: (f64, f64), ij: (f64, f64), left: bool) {
         let from = self.plant.planned_end();
         let centre = (from.0 + ij.0, from.1 + ij.1);
@@ -188,7 +188,7 @@ impl DescribedSim {
         self.plant.push(to, self.feed);
     }
 
-    /// Written numbers as a place on the machine, mm.
+    /// Converts written numbers to machine coordinates, mm.
     fn machine_mm(&self, written: [f64; 2], zero: [i64; 2]) -> (f64, f64) {
         let Description { coordinate, swap, invert, .. } = *self.description;
         let axis = |k: usize| {
@@ -199,7 +199,7 @@ impl DescribedSim {
         if swap { (axis(1), axis(0)) } else { (axis(0), axis(1)) }
     }
 
-    /// Where the tool is, as it is written.
+    /// The tool's position, as written numbers.
     fn position(&self) -> [String; 2] {
         let Description { coordinate, swap, invert, zero, .. } = *self.description;
         let steps = self.settings.machine.steps_per_mm;
@@ -237,7 +237,7 @@ impl DescribedSim {
     }
 }
 
-/// A template with its places filled in.
+/// A template with its slots filled in.
 fn written(template: &Template, value: impl Fn(Slot) -> String) -> String {
     let mut bytes = Vec::new();
     template.write(&mut bytes, |slot, out: &mut Vec<u8>| out.extend(value(slot).bytes()));

@@ -1,54 +1,56 @@
-//! What a serial line does to bytes on a bad day: a source of faults, reproducible from a seed.
+//! Faults of an impaired serial line, reproducible from a seed.
 //!
-//! Each direction of a line has its own. Bytes are hurt in the pieces in which they were written: a piece can be held up,
-//! lost, doubled, swapped with the one before it while that is still on the line, or damaged.
+//! Each direction of a line has its own faults. They act on the written chunks: a chunk can be delayed, lost,
+//! duplicated, exchanged with the previous chunk while that is still on the line, or damaged.
 
 use std::time::Duration;
 
-/// How often what happens. Chances are for each piece that is written, and damage for each byte.
+/// The probabilities of faults: per written chunk, and for damage per byte.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rates {
-    /// A piece and all behind it are held up.
+    /// A chunk and all later ones are delayed.
     pub delay: f64,
-    /// For this long at most.
+    /// Longest delay.
     pub delay_max: Duration,
-    /// A piece is lost.
+    /// A chunk is lost.
     pub loss: f64,
-    /// A piece arrives twice.
+    /// A chunk arrives twice.
     pub doubling: f64,
-    /// A piece changes places with the one before it.
+    /// A chunk is exchanged with the previous one.
     pub swap: f64,
     /// A byte is damaged.
     pub damage: f64,
-    /// What a damaged byte can become.
+    /// The form of damage.
     pub kind: Damage,
-    /// Noise arrives where nothing was sent.
+    /// A noise byte arrives before a chunk.
     pub noise: f64,
-    /// A long piece is replaced by an earlier one; no two within [`LIES_APART`] pieces.
+    /// A long chunk is replaced by an earlier one (a replayed reply). At least [`LIES_APART`] long chunks lie
+    /// between two replacements.
     pub lie: f64,
 }
 
-/// Between two pieces that are replaced by earlier ones lie at least so many.
+/// Least number of long chunks between two replayed ones.
 pub const LIES_APART: u64 = 12;
-/// Pieces of at least so many bytes are replaced: reports, not acknowledgements.
+/// Least length of a replayed chunk, bytes: longer than an acknowledgement, as a report is.
 const LIE_BYTES: usize = 20;
-/// Pieces that are remembered.
+/// Chunks kept for a replay.
 const REMEMBERED: usize = 8;
 
-/// What a damaged byte becomes.
+/// The result of damage to a byte.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Damage {
-    /// A byte that the language does not have: every line that holds it is refused. What a wrong baud rate, and a line with
-    /// parity or a checksum of its own, make of damage.
+    /// A byte that no dialect uses, so the receiver rejects the line. A wrong baud rate, or a line with
+    /// parity or its own checksum, turns damage into such bytes.
     #[default]
     Detectable,
-    /// Any byte, or none: only a checksum notices.
+    /// Any byte, or a lost byte: only a checksum detects it.
     Any,
-    /// The same, but no more than one in a piece: what a sum over the piece always notices. Two damaged bytes can cancel in a sum.
+    /// As [`Damage::Any`], with at most one damaged byte per chunk: a sum over the chunk always detects it.
+    /// Two damaged bytes can cancel in a sum.
     One,
 }
 
-/// What becomes of a piece.
+/// The fate of a chunk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fate {
     /// It arrives.
@@ -57,7 +59,7 @@ pub enum Fate {
     Lost,
     /// It arrives twice.
     Doubled,
-    /// It arrives before the piece that was written before it.
+    /// It arrives before the previously written chunk.
     Swapped,
 }
 
@@ -68,11 +70,11 @@ pub struct Faults {
     random: fastrand::Rng,
     happened: u64,
     rubbish: bool,
-    /// The piece under way is damaged.
+    /// Whether the present chunk is damaged.
     hurt: bool,
-    /// The last long pieces.
+    /// The last long chunks.
     earlier: std::collections::VecDeque<Vec<u8>>,
-    /// Long pieces since one was replaced.
+    /// Long chunks since the last replay.
     since_lie: u64,
 }
 
@@ -91,18 +93,19 @@ impl Faults {
         }
     }
 
-    /// Faults that have happened.
+    /// The number of faults so far.
     #[must_use]
     pub fn happened(&self) -> u64 {
         self.happened
     }
 
-    /// The two ends are set to different rates, or no longer: every byte is damaged.
+    /// Sets the two ends to different baud rates, or back to the same. With different rates every byte is
+    /// damaged.
     pub fn rubbish(&mut self, rubbish: bool) {
         self.rubbish = rubbish;
     }
 
-    /// From here on nothing happens any more.
+    /// Ends all faults.
     pub fn end(&mut self) {
         self.rates = Rates::default();
         self.rubbish = false;
@@ -114,17 +117,17 @@ impl Faults {
         happens
     }
 
-    /// A piece begins.
+    /// Begins a chunk.
     pub fn piece(&mut self) {
         self.hurt = false;
     }
 
-    /// Whether the piece is damaged already, and is not to be once more.
+    /// Whether the present chunk is damaged and must not be damaged again.
     fn spares(&self) -> bool {
         self.hurt && self.rates.kind == Damage::One && !self.rubbish
     }
 
-    /// What becomes of the next piece.
+    /// Draws the fate of the next chunk.
     pub fn fate(&mut self) -> Fate {
         let Rates { loss, doubling, swap, .. } = self.rates;
         if self.happens(loss) {
@@ -138,10 +141,10 @@ impl Faults {
         }
     }
 
-    /// How long the line stands still before the next piece.
+    /// Draws the delay before the next chunk.
     pub fn delay(&mut self) -> Duration {
         if self.happens(self.rates.delay) {
-            // As many short ones as long ones, in each power of ten.
+            // Log-uniform over three decades: short and long delays are equally frequent.
             let share = 10.0_f64.powf(-3.0 * self.random.f64());
             self.rates.delay_max.mul_f64(share)
         } else {
@@ -149,7 +152,7 @@ impl Faults {
         }
     }
 
-    /// An earlier piece that arrives in the place of this one, if so it happens.
+    /// Draws an earlier chunk that replaces this one, if a replay happens.
     pub fn lie(&mut self, piece: &[u8]) -> Option<Vec<u8>> {
         if self.rates.lie <= 0.0 || piece.len() < LIE_BYTES {
             return None;
@@ -164,7 +167,7 @@ impl Faults {
         earlier.filter(|_| lies).inspect(|_| self.since_lie = 0)
     }
 
-    /// What a byte arrives as: itself, another, or nothing.
+    /// Draws the received form of a byte: the same, another, or `None` for a lost one.
     pub fn hurt(&mut self, byte: u8) -> Option<u8> {
         if self.spares() || !self.happens(if self.rubbish { 1.0 } else { self.rates.damage }) {
             return Some(byte);
@@ -172,7 +175,7 @@ impl Faults {
         self.hurt = true;
         match self.rates.kind {
             Damage::Detectable => Some(b"#@`{}\\"[self.random.usize(0..6)]),
-            // A digit that becomes another is what nothing but a checksum notices.
+            // Only a checksum detects a digit that becomes another digit.
             Damage::Any | Damage::One if byte.is_ascii_digit() && self.random.bool() => {
                 Some(self.random.u8(b'0'..=b'9'))
             }
@@ -185,7 +188,7 @@ impl Faults {
         }
     }
 
-    /// Noise before the next piece.
+    /// Draws noise before the next chunk.
     pub fn noise(&mut self) -> Option<u8> {
         let noise = self.rates.noise;
         if self.spares() || !self.happens(noise) {

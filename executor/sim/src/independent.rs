@@ -1,14 +1,14 @@
-//! Two axes that each run their own way: from rest to a target, or from a speed to rest.
+//! Two non-interpolated axes, each from rest to a target, or from a speed to rest.
 
-/// One axis: where it is at any time since it began.
+/// The motion of one axis over time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Axis {
     from: f64,
-    /// Signed: which way.
+    /// Direction, 1 or −1.
     sign: f64,
     length: f64,
     acceleration: f64,
-    /// Speed at the beginning, and at the top.
+    /// Speed at the beginning, and top speed.
     entry: f64,
     top: f64,
 }
@@ -21,14 +21,14 @@ impl Axis {
         Self { from, sign: (to - from).signum(), length, acceleration, entry: 0.0, top }
     }
 
-    /// To rest as soon as can be.
+    /// To rest in the shortest distance.
     fn brake(from: f64, velocity: f64, acceleration: f64) -> Self {
         let speed = velocity.abs();
         let length = speed * speed / (2.0 * acceleration);
         Self { from, sign: velocity.signum(), length, acceleration, entry: speed, top: speed }
     }
 
-    /// How long it speeds up, cruises, and slows down.
+    /// Durations of acceleration, cruise and deceleration, s.
     fn times(&self) -> (f64, f64, f64) {
         if self.top <= 0.0 {
             return (0.0, 0.0, 0.0);
@@ -65,25 +65,25 @@ impl Axis {
     }
 }
 
-/// Both axes under way.
+/// Both axes in motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Apart {
     axes: [Axis; 2],
     elapsed: f64,
 }
 
-/// The way is looked at in steps of no more than this, mm and s.
+/// Largest sampling step of the path, mm and s.
 const STEP_MM: f64 = 0.05;
 const STEP_S: f64 = 0.005;
 
 impl Apart {
-    /// Each from rest to its target, mm, mm/s, mm/s².
+    /// Moves each axis from rest to its target, mm, mm/s, mm/s².
     pub(super) fn go(from: (f64, f64), to: (f64, f64), speed: f64, acceleration: f64) -> Self {
         let axis = |from, to| Axis::go(from, to, speed, acceleration);
         Self { axes: [axis(from.0, to.0), axis(from.1, to.1)], elapsed: 0.0 }
     }
 
-    /// Each to rest.
+    /// Brakes each axis to rest.
     pub(super) fn brake(from: (f64, f64), velocity: (f64, f64), acceleration: f64) -> Self {
         let axis = |from, velocity| Axis::brake(from, velocity, acceleration);
         Self { axes: [axis(from.0, velocity.0), axis(from.1, velocity.1)], elapsed: 0.0 }
@@ -98,15 +98,15 @@ impl Apart {
         (axis(&self.axes[0]), axis(&self.axes[1]))
     }
 
-    /// Seconds until both rest.
+    /// Time until both axes rest, s.
     pub(super) fn left(&self) -> f64 {
         self.axes[0].lasts().max(self.axes[1].lasts()) - self.elapsed
     }
 
-    /// Seconds after which to look again, so that straight pieces trace the way.
+    /// Time to the next sample, s. Straight segments between the samples trace the path.
     pub(super) fn look(&self) -> f64 {
         let (x, y) = self.velocity();
-        // What is gained in the step is a fifth of what can be gained in five of them.
+        // The result is at most STEP_S / 5, so this bounds the speed gained until the next sample.
         let fastest = x.hypot(y) + self.axes[0].acceleration.hypot(self.axes[1].acceleration) * STEP_S / 5.0;
         (STEP_MM / fastest).clamp(1e-5, STEP_S / 5.0)
     }
@@ -121,7 +121,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn axes_run_apart_and_arrive() {
+    fn independent_axes_stay_in_the_box_and_arrive() {
         let mut random = fastrand::Rng::with_seed(3);
         for _ in 0..500 {
             let mut coordinate = || random.f64() * 20.0 - 10.0;

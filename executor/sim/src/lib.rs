@@ -1,7 +1,8 @@
-//! Simulated machines: controllers that speak the dialects, with their drives, behind a serial line that takes time.
+//! Simulated machines: controllers for each dialect, with their drives, behind a serial line with a baud rate
+//! and a latency.
 //!
-//! The same objects run in virtual time ([`VirtualPort`]) and behind a real pty ([`pty`]). The [`monitor`] watches the
-//! true tool position and knows only the part and the tool.
+//! The same objects run in virtual time ([`VirtualPort`]) and behind a real pty ([`pty`]). The [`monitor`]
+//! reads the true tool position and knows only the part and the tool.
 
 pub mod conformance;
 mod controller;
@@ -35,7 +36,7 @@ pub use servo_drive::{ServoConfig, ServoDrive};
 pub use venus::VenusSim;
 pub use zaber::ZaberSim;
 
-/// A simulated controller that speaks the language.
+/// A simulated controller for the dialect.
 #[must_use]
 pub fn speaking(language: &DialectName, settings: SimSettings) -> Box<dyn Controller> {
     match language {

@@ -7,10 +7,10 @@ use keepout_guard::Time;
 
 use crate::faults::{Fate, Faults};
 
-/// Most bytes on the line; what is written beyond is lost, as in a driver that is full.
+/// Most bytes on the line. Further bytes are lost, as in a full driver.
 const BYTES_MAX: usize = 65_536;
 
-/// One direction of a serial line, in order and without loss unless it is hurt.
+/// One direction of a serial line. It keeps the order and loses no byte unless it is impaired.
 #[derive(Clone, Debug)]
 pub struct Wire {
     byte: Duration,
@@ -18,13 +18,13 @@ pub struct Wire {
     free_at: Time,
     arrived_at: Time,
     under_way: VecDeque<(Time, u8)>,
-    /// Bytes of the last piece.
-    last_piece: usize,
+    /// Bytes of the last chunk.
+    last_chunk: usize,
     faults: Option<Faults>,
 }
 
 impl Wire {
-    /// A line at `baud` bits per second, ten bits a byte, that delivers `latency` later.
+    /// A line at `baud` bits per second, ten bits per byte, with a delay of `latency`.
     #[must_use]
     pub fn new(baud: u32, latency: Duration) -> Self {
         let byte = Duration::from_secs(10) / baud.max(1);
@@ -34,12 +34,12 @@ impl Wire {
             free_at: Time::ZERO,
             arrived_at: Time::ZERO,
             under_way: VecDeque::new(),
-            last_piece: 0,
+            last_chunk: 0,
             faults: None,
         }
     }
 
-    /// The same line, hurt.
+    /// Adds faults to the line.
     #[must_use]
     pub fn hurt(self, faults: Faults) -> Self {
         Self { faults: Some(faults), ..self }
@@ -50,7 +50,7 @@ impl Wire {
         self.faults.as_mut()
     }
 
-    /// Puts a piece on the line.
+    /// Puts a chunk on the line.
     pub fn send(&mut self, bytes: &[u8], now: Time) {
         let Some(mut faults) = self.faults.take() else {
             bytes.iter().for_each(|&byte| self.put(byte, now));
@@ -78,10 +78,10 @@ impl Wire {
                 }
             }
         }
-        if fate == Fate::Swapped && self.last_piece <= before {
-            self.swap(before - self.last_piece, before);
+        if fate == Fate::Swapped && self.last_chunk <= before {
+            self.swap(before - self.last_chunk, before);
         }
-        self.last_piece = self.under_way.len().saturating_sub(before);
+        self.last_chunk = self.under_way.len().saturating_sub(before);
         self.faults = Some(faults);
     }
 
@@ -93,7 +93,7 @@ impl Wire {
         }
     }
 
-    /// The bytes from `last` on arrive in the places of those from `first` on.
+    /// Exchanges the bytes from `last` on with those from `first` to `last`.
     fn swap(&mut self, first: usize, last: usize) {
         let bytes: Vec<u8> = self.under_way.iter().skip(first).map(|&(_, byte)| byte).collect();
         let turned = bytes.iter().skip(last - first).chain(bytes.iter().take(last - first));
@@ -102,7 +102,7 @@ impl Wire {
         }
     }
 
-    /// Takes the next byte that has arrived by `now`, with the moment it did.
+    /// Takes the next byte that has arrived by `now`, with its arrival time.
     pub fn receive(&mut self, now: Time) -> Option<(Time, u8)> {
         match self.under_way.front() {
             Some(&(at, _)) if at <= now => self.under_way.pop_front(),
@@ -110,29 +110,29 @@ impl Wire {
         }
     }
 
-    /// When the next byte arrives.
+    /// The arrival time of the next byte.
     #[must_use]
     pub fn next_arrival(&self) -> Option<Time> {
         self.under_way.front().map(|&(at, _)| at)
     }
 
-    /// When the next byte arrives that is minded.
+    /// The arrival time of the next realtime character.
     #[must_use]
     pub fn next_minded(&self, is_realtime: impl Fn(u8) -> bool) -> Option<Time> {
         self.under_way.iter().find(|&&(_, byte)| is_realtime(byte)).map(|&(at, _)| at)
     }
 
-    /// When the next line is complete, or the last byte that is on the way arrives.
+    /// The time when the next line is complete, or when the last byte on the line arrives.
     #[must_use]
     pub fn next_line(&self) -> Option<Time> {
         let line = self.under_way.iter().find(|&&(_, byte)| byte == b'\n');
         line.or(self.under_way.back()).map(|&(at, _)| at)
     }
 
-    /// The cable is pulled: what is on the line is gone.
+    /// Drops the bytes on the line, because the cable is pulled.
     pub fn cut(&mut self) {
         self.under_way.clear();
-        self.last_piece = 0;
+        self.last_chunk = 0;
     }
 }
 
@@ -141,28 +141,28 @@ mod tests {
     use super::*;
     use crate::faults::Rates;
 
-    fn through(rates: Rates, pieces: &[&[u8]]) -> String {
+    fn through(rates: Rates, chunks: &[&[u8]]) -> String {
         let mut wire = Wire::new(115_200, Duration::from_millis(10)).hurt(Faults::new(rates, 5));
-        pieces.iter().for_each(|piece| wire.send(piece, Time::ZERO));
+        chunks.iter().for_each(|chunk| wire.send(chunk, Time::ZERO));
         let mut text = Vec::new();
         let mut last = Time::ZERO;
         while let Some((at, byte)) = wire.receive(Time::NEVER) {
-            assert!(at >= last, "bytes arrive one after the other");
+            assert!(at >= last, "bytes arrive in order");
             (last, _) = (at, text.push(byte));
         }
         String::from_utf8(text).unwrap()
     }
 
     #[test]
-    fn pieces_are_lost_doubled_swapped_and_damaged() {
-        let pieces: [&[u8]; 3] = [b"one ", b"two ", b"three "];
+    fn chunks_are_lost_duplicated_swapped_and_damaged() {
+        let chunks: [&[u8]; 3] = [b"one ", b"two ", b"three "];
         let rates = Rates::default();
-        assert_eq!(through(rates, &pieces), "one two three ");
-        assert_eq!(through(Rates { loss: 1.0, ..rates }, &pieces), "");
-        assert_eq!(through(Rates { doubling: 1.0, ..rates }, &pieces), "one one two two three three ");
-        assert_eq!(through(Rates { swap: 1.0, ..rates }, &pieces), "two three one ");
-        assert!(!through(Rates { damage: 1.0, ..rates }, &pieces).contains(char::is_alphabetic));
+        assert_eq!(through(rates, &chunks), "one two three ");
+        assert_eq!(through(Rates { loss: 1.0, ..rates }, &chunks), "");
+        assert_eq!(through(Rates { doubling: 1.0, ..rates }, &chunks), "one one two two three three ");
+        assert_eq!(through(Rates { swap: 1.0, ..rates }, &chunks), "two three one ");
+        assert!(!through(Rates { damage: 1.0, ..rates }, &chunks).contains(char::is_alphabetic));
         let delay = Rates { delay: 1.0, delay_max: Duration::from_secs(1), ..rates };
-        assert_eq!(through(delay, &pieces), "one two three ");
+        assert_eq!(through(delay, &chunks), "one two three ");
     }
 }

@@ -1,4 +1,4 @@
-//! The simulated machine as a whole: two wires and the controller, with the tool's own error.
+//! The whole simulated machine: two wires, the controller, and the tool's positioning error.
 
 use std::time::Duration;
 
@@ -26,7 +26,7 @@ pub struct SimMachine {
     connected: bool,
 }
 
-/// How the tool's true place differs from the commanded one, within the machine's repeatability.
+/// The difference between the tool's true and commanded position, within the machine's repeatability.
 #[derive(Clone, Debug)]
 pub struct PositioningError {
     random: fastrand::Rng,
@@ -37,18 +37,18 @@ pub struct PositioningError {
     sudden: bool,
 }
 
-/// How far a wandering error moves in a sample, mm.
+/// Step of a wandering error per sample, mm.
 const DRIFT: f64 = 1e-5;
 
 impl PositioningError {
-    /// An error that wanders inside the band while the machine moves.
+    /// An error that drifts inside the band while the machine moves.
     #[must_use]
     pub fn wandering(band_mm: f64, steps_per_mm: f64, seed: u64) -> Self {
         let random = fastrand::Rng::with_seed(seed);
         Self { random, band_mm, now: (0.0, 0.0), goal: (0.0, 0.0), steps_per_mm, sudden: false }
     }
 
-    /// An error that jumps about inside the band: steps lost and found again.
+    /// An error that jumps inside the band, as when drives lose steps and regain them.
     #[must_use]
     pub fn sudden(band_mm: f64, steps_per_mm: f64, seed: u64) -> Self {
         Self { sudden: true, ..Self::wandering(band_mm, steps_per_mm, seed) }
@@ -70,13 +70,13 @@ impl PositioningError {
         self.now
     }
 
-    /// The next error to reach, uniform in the disc.
+    /// Chooses the next error to reach, uniform in the disc.
     fn choose(&mut self) {
         let (r, phi) = (self.random.f64().sqrt() * self.band_mm, self.random.f64() * std::f64::consts::TAU);
         self.goal = (r * phi.cos(), r * phi.sin());
     }
 
-    /// The true place of the tool: on a step of the drive, and off by the error.
+    /// Replaces the commanded position by the true one: on a step of the drive, plus the error.
     fn apply(&mut self, sample: &mut Sample) {
         let step = |c: f64| (c * self.steps_per_mm).round() / self.steps_per_mm;
         let (x, y) = (step(sample.position_mm.0), step(sample.position_mm.1));
@@ -108,15 +108,15 @@ impl SimMachine {
         }
     }
 
-    /// The same machine on feed drives that follow the commanded positions, in their own time; without any, the tool is where
-    /// it is commanded to be.
+    /// Adds feed drives that follow the commanded positions in their own time. Without drives, the tool is
+    /// always at its commanded position.
     #[must_use]
     pub fn driven(mut self, drives: Option<ServoDrive>) -> Self {
         self.drives = drives;
         self
     }
 
-    /// The same machine on a line that is hurt, to the controller and to the host.
+    /// Adds faults to both directions of the line.
     #[must_use]
     pub fn hurt(mut self, to_controller: Faults, to_host: Faults) -> Self {
         self.to_controller = self.to_controller.hurt(to_controller);
@@ -124,7 +124,7 @@ impl SimMachine {
         self
     }
 
-    /// The two ends of the line are set to different baud rates, or no longer.
+    /// Sets the two ends of the line to different baud rates, or back to the same.
     pub fn mistune(&mut self, wrong: bool) {
         for wire in [&mut self.to_controller, &mut self.to_host] {
             if let Some(faults) = wire.faults() {
@@ -133,7 +133,7 @@ impl SimMachine {
         }
     }
 
-    /// Faults that have happened on the line.
+    /// The number of faults so far on the line.
     pub fn faults(&mut self) -> u64 {
         let mut sum = 0;
         for wire in [&mut self.to_controller, &mut self.to_host] {
@@ -142,7 +142,7 @@ impl SimMachine {
         sum
     }
 
-    /// The cable is pulled, or put back.
+    /// Pulls the cable, or puts it back.
     pub fn connect(&mut self, connected: bool) {
         self.connected = connected;
         if !connected {
@@ -151,27 +151,27 @@ impl SimMachine {
         }
     }
 
-    /// Whether the cable is in.
+    /// Whether the cable is plugged in.
     #[must_use]
     pub fn is_connected(&self) -> bool {
         self.connected
     }
 
-    /// Something happens to the controller.
+    /// Applies a disturbance to the controller at `now`.
     pub fn disturb(&mut self, disturbance: Disturbance, now: Time) {
         self.advance(now);
         self.controller.disturb(disturbance);
         self.pass_on(now);
     }
 
-    /// Bytes that the host writes.
+    /// Takes bytes that the host writes.
     pub fn host_writes(&mut self, bytes: &[u8], now: Time) {
         if self.connected && !bytes.is_empty() {
             self.to_controller.send(bytes, now);
         }
     }
 
-    /// Bytes that have reached the host.
+    /// Moves the bytes that have reached the host into `into`.
     pub fn host_reads(&mut self, into: &mut Vec<u8>, now: Time) {
         while let Some((_, byte)) = self.to_host.receive(now) {
             into.push(byte);
@@ -193,7 +193,7 @@ impl SimMachine {
                 _ if event <= now => {
                     self.controller.advance(event);
                     self.pass_on(event);
-                    // The controller may have been there before, and have nothing to say.
+                    // The controller may have reached this time before, and then sends no sample.
                     if let Some(drives) = &mut self.drives {
                         drives.go_on(event, &mut self.moved);
                     }
@@ -208,7 +208,8 @@ impl SimMachine {
         self.pass_on(now);
     }
 
-    /// The controller takes a byte; most wait in its buffer for what follows, and need no looking at.
+    /// Passes a byte to the controller. Most bytes only wait in its buffer, so the machine advances only for
+    /// realtime characters.
     fn take(&mut self, byte: u8, at: Time) {
         if self.controller.is_realtime(byte) {
             self.controller.advance(at);
@@ -238,7 +239,7 @@ impl SimMachine {
         }
     }
 
-    /// When the machine does something that the host can notice, or later.
+    /// The time of the machine's next action that the host can notice, or a later time.
     #[must_use]
     pub fn next_event(&self) -> Time {
         let controller = self.controller.next_event();
@@ -248,7 +249,7 @@ impl SimMachine {
         controller.min(there).min(here)
     }
 
-    /// The true tool positions since the last call: straight between one and the next.
+    /// Moves the true tool positions since the last call into `into`. The tool moves straight between them.
     pub fn take_samples(&mut self, into: &mut Vec<Sample>) {
         into.append(&mut self.samples);
     }

@@ -1,25 +1,26 @@
-//! The monitor: knows only the part and the tool, and decides exactly how deep the tool went into the part.
+//! The collision monitor: it knows only the part and the tool, and decides exactly how deep the tool entered
+//! the part.
 
 use keepout_executor::session::{Sample, SampleKind};
 use keepout_guard::Time;
 use keepout_kernel::{Length, Point, ProhibitedRegion, Segment, Vector};
 use keepout_planner::units::{mm, point_from_mm};
 
-/// The deepest the tool went into the part.
+/// The deepest gouge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gouging {
-    /// How deep, mm.
+    /// Depth, mm.
     pub depth_mm: f64,
-    /// When.
+    /// Time of the sample.
     pub at: Time,
-    /// Where the tool's centre was, drawing coordinates.
+    /// The tool's centre, drawing coordinates.
     pub centre: Point,
 }
 
-/// Watches the true tool positions. Between two positions the tool is taken to move straight.
+/// Checks the true tool positions against the part. It assumes a straight motion between two positions.
 ///
-/// The part's true curves may leave their chords by the chord_error; the monitor counts that against the tool, so "no
-/// incursion" is exact, and a depth is at most 0.1 µm too large.
+/// The part's true curves may deviate from their chords by the chord-error bound. The monitor counts this
+/// bound against the tool, so a result without a gouge is exact, and a depth is at most 0.1 µm too large.
 #[derive(Debug)]
 pub struct CollisionMonitor {
     part: ProhibitedRegion,
@@ -27,7 +28,7 @@ pub struct CollisionMonitor {
     offset: Vector,
     last: Option<Point>,
     inside: bool,
-    /// Largest distance beyond the radius that has never been undercut so far.
+    /// The smallest distance so far between the tool's edge and the part, at most [`FAR`].
     closest: Length,
     closest_by_hand: Length,
     deepest: Option<Gouging>,
@@ -35,10 +36,10 @@ pub struct CollisionMonitor {
     watched: u64,
 }
 
-/// Distances between the tool's edge and the part beyond this are not measured, lattice units (5 mm): every sample is
-/// then one cheap question.
+/// Largest measured distance between the tool's edge and the part, lattice units (5 mm). A sample farther
+/// away costs one cheap query.
 const FAR: i64 = 500_000;
-/// Depths inside the part are measured up to this, lattice units (5.3 m).
+/// Largest measured depth inside the part, lattice units (5.3 m).
 const DEEP: i64 = 1 << 29;
 
 impl CollisionMonitor {
@@ -60,19 +61,20 @@ impl CollisionMonitor {
         }
     }
 
-    /// Watches the next true position.
+    /// Checks the next true position.
     pub fn watch(&mut self, sample: &Sample) {
         let back = Vector { dx: -self.offset.dx, dy: -self.offset.dy };
         let here = point_from_mm(sample.position_mm).and_then(|point| point.translated(back));
         let Ok(here) = here else {
-            // A tool that can not be followed is a tool in the part.
+            // A position off the lattice counts as a gouge.
             self.deepest = Some(Gouging { depth_mm: f64::INFINITY, at: sample.at, centre: Point::ORIGIN });
             return;
         };
         self.watched += 1;
         match self.last {
             None => self.inside = self.part.holds(here),
-            // A whole crossing between samples would be seen by the motion; being inside is looked at again there.
+            // `look` detects a crossing between two samples. After a crossing this branch tests again whether
+            // the tool is inside.
             Some(_) if self.inside => self.inside = self.part.holds(here),
             Some(_) => {}
         }
@@ -86,7 +88,7 @@ impl CollisionMonitor {
         self.last = Some(here);
     }
 
-    /// The least of `known` and the distance between the tool's edge and the part on this motion.
+    /// The smaller of `known` and the distance between the tool's edge and the part on this motion.
     fn nearer(&self, motion: Segment, known: Length) -> Length {
         let clear = |r: Length| self.part.edges_clear(motion, r).is_ok();
         if clear(self.radius.saturating_plus(known)) {
@@ -149,31 +151,33 @@ impl CollisionMonitor {
         self.deepest
     }
 
-    /// The least distance between the tool's edge and the part, mm; zero after an gouge, `None` beyond 5 mm.
+    /// The smallest distance between the tool's edge and the part, mm; zero after a gouge, `None` beyond 5
+    /// mm.
     #[must_use]
     pub fn closest_mm(&self) -> Option<f64> {
         (i64::from(self.closest.units()) < FAR).then(|| mm(self.closest.units()))
     }
 
-    /// The least distance between the tool's edge and the part while jogging, mm; `None` beyond 5 mm.
+    /// The smallest distance between the tool's edge and the part while jogging, mm; `None` beyond 5 mm.
     #[must_use]
     pub fn closest_by_hand_mm(&self) -> Option<f64> {
         (i64::from(self.closest_by_hand.units()) < FAR).then(|| mm(self.closest_by_hand.units()))
     }
 
-    /// The tool's centre while it ran programmed motions, one path for each run.
+    /// The paths of the tool's centre in programmed motions, one path for each run.
     pub fn cut_paths(&self) -> impl Iterator<Item = &[Point]> + '_ {
         self.cut.iter().filter(|path| path.len() > 1).map(Vec::as_slice)
     }
 
-    /// Positions watched.
+    /// The number of checked positions.
     #[must_use]
     pub fn watched(&self) -> u64 {
         self.watched
     }
 }
 
-/// The largest length in lattice units, up to `most`, for which `clear` holds; −1 when it does not hold even for zero.
+/// The largest length in lattice units, up to `most`, for which `clear` holds; −1 if it does not hold even
+/// for zero.
 fn largest_clear(most: i64, clear: impl Fn(Length) -> bool) -> i32 {
     let holds = |units: i64| Length::from_units(units).is_ok_and(&clear);
     let (mut low, mut high) = (-1_i64, most);
@@ -202,25 +206,25 @@ mod tests {
     }
 
     #[test]
-    fn touching_by_a_lattice_unit_is_seen() {
+    fn contact_is_found_to_a_lattice_unit() {
         let mut monitor = monitor();
         [at(-10.0, 10.0), at(-3.000_02, 10.0)].iter().for_each(|sample| monitor.watch(sample));
         assert_eq!(monitor.deepest(), None);
-        assert_eq!(monitor.closest_mm(), Some(0.000_01), "a met threshold is not clear");
+        assert_eq!(monitor.closest_mm(), Some(0.000_01), "a distance equal to the threshold is not clear");
         monitor.watch(&at(-2.999, 12.0));
         let depth = monitor.deepest().unwrap().depth_mm;
         assert!((depth - 0.001).abs() < 2e-5, "{depth}");
     }
 
     #[test]
-    fn crossing_between_samples_is_seen() {
+    fn crossing_between_samples_is_a_gouge() {
         let mut monitor = monitor();
         [at(-10.0, 15.0), at(50.0, 15.0)].iter().for_each(|sample| monitor.watch(sample));
         assert!(monitor.deepest().unwrap().depth_mm >= 3.0);
     }
 
     #[test]
-    fn inside_is_deeper_than_the_radius() {
+    fn depth_inside_the_part_adds_the_radius() {
         let mut monitor = monitor();
         [at(-10.0, 15.0), at(1.0, 15.0), at(10.0, 15.0)].iter().for_each(|sample| monitor.watch(sample));
         let depth = monitor.deepest().unwrap().depth_mm;

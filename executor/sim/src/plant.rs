@@ -1,4 +1,4 @@
-//! What moves under a simulated controller: time, drives and homing. The languages lie on top.
+//! The mechanics under a simulated controller: time, drives and homing. The dialects lie on top.
 
 use std::time::Duration;
 
@@ -13,7 +13,7 @@ use super::independent::Apart;
 pub(super) struct Plant {
     drives: Drives,
     motion: Motion,
-    /// While axes run apart.
+    /// The motion of non-interpolated axes, while one runs.
     apart: Option<Apart>,
     kind: SampleKind,
     homing: Option<Time>,
@@ -21,11 +21,11 @@ pub(super) struct Plant {
     samples: Vec<Sample>,
 }
 
-/// A block shorter than this is none, mm.
+/// Shortest block, mm. Shorter ones are skipped.
 const SHORTEST: f64 = 1e-9;
 
 impl Plant {
-    /// Its time.
+    /// Its present time.
     pub(super) fn now(&self) -> Time {
         self.now
     }
@@ -47,12 +47,12 @@ impl Plant {
         self.apart.map_or(self.motion.position(), |apart| apart.position())
     }
 
-    /// Where what is queued ends.
+    /// The end of the queued motions.
     pub(super) fn planned_end(&self) -> (f64, f64) {
         self.motion.planned_end()
     }
 
-    /// Whether anything moves, or is about to.
+    /// Whether an axis moves, or a motion is queued.
     pub(super) fn is_busy(&self) -> bool {
         !self.motion.is_resting() || self.apart.is_some() || self.homing.is_some()
     }
@@ -66,27 +66,27 @@ impl Plant {
         self.motion.queued()
     }
 
-    /// Drives to `to` after what is queued, mm and mm/s.
+    /// Queues a motion to `to`, mm and mm/s.
     pub(super) fn push(&mut self, to: (f64, f64), feed: f64) {
         self.motion.push(to, feed, SHORTEST);
         self.kind = SampleKind::Run;
     }
 
-    /// Slows down on the path, and forgets what is queued.
+    /// Slows down on the path, and drops the queued motions.
     pub(super) fn stop(&mut self) {
         if self.motion.queued() > 0 {
             self.motion.cancel();
         }
     }
 
-    /// Drives each axis to `to` by itself, from rest.
+    /// Drives each axis independently to `to`, from rest.
     pub(super) fn push_apart(&mut self, to: (f64, f64), feed: f64) {
         let speed = feed.min(self.drives.max_rate);
         self.apart = Some(Apart::go(self.position(), to, speed, self.drives.acceleration));
         self.kind = SampleKind::Run;
     }
 
-    /// Each axis slows down by itself, and what is queued is forgotten: the tool may leave its line.
+    /// Slows down each axis independently, and drops the queued motions. The tool may leave its line.
     pub(super) fn stop_apart(&mut self) {
         let velocity = self.apart.map_or(self.motion.velocity(), |apart| apart.velocity());
         if velocity != (0.0, 0.0) || self.is_busy() {
@@ -103,19 +103,19 @@ impl Plant {
         self.homing = None;
     }
 
-    /// Homing keeps it busy for so long.
+    /// Homes. The plant is busy for `lasts`.
     pub(super) fn home(&mut self, lasts: Duration) {
         self.homing = Some(self.now.after(lasts));
     }
 
-    /// When what moves has come to rest or gone on to its next block; `None` at rest.
+    /// The time when the present motion ends, or its next block begins; `None` at rest.
     pub(super) fn next_event(&self) -> Option<Time> {
         let seconds = self.apart.map(|apart| apart.left()).or(self.motion.next_event());
         let motion = seconds.map(|s| self.now.after(Duration::from_secs_f64(s + 2e-6)));
         self.homing.or(motion)
     }
 
-    /// The axes are where they are, and at rest.
+    /// Ends a motion of non-interpolated axes, and leaves the axes at rest at their present position.
     fn settle(&mut self) {
         if let Some(apart) = self.apart.take() {
             self.motion = Motion::new(self.drives, apart.position());
@@ -135,7 +135,7 @@ impl Plant {
         }
     }
 
-    /// Goes on by the time to the next thing that happens, `now` at most.
+    /// Runs until the next event, `now` at most.
     fn go_on(&mut self, now: Time) {
         if let Some(apart) = self.apart {
             self.go_on_apart(apart, now);
@@ -151,7 +151,7 @@ impl Plant {
         self.now = at;
     }
 
-    /// Goes on until `now`.
+    /// Runs until `now`.
     pub(super) fn advance(&mut self, now: Time) {
         if self.homing.is_some_and(|over| now >= over) {
             self.homing = None;

@@ -13,7 +13,7 @@ use serialport::{SerialPort, TTYPort};
 
 use super::machine::SimMachine;
 
-/// A simulated machine running in a thread of its own behind a pty; it ends when dropped.
+/// A simulated machine in its own thread behind a pty. Dropping it ends the thread.
 pub struct PtyMachine {
     name: String,
     stop: Arc<AtomicBool>,
@@ -25,13 +25,13 @@ impl PtyMachine {
     /// Starts `machine` behind a new pty.
     ///
     /// # Errors
-    /// [`PortError::Open`] when the system gives no pty.
+    /// [`PortError::Open`] if the system provides no pty.
     pub fn start(machine: SimMachine) -> Result<Self, PortError> {
         let failed = |reason: String| PortError::Open { name: "pty".into(), reason };
         let (mut host, device) = TTYPort::pair().map_err(|error| failed(error.to_string()))?;
         host.set_timeout(Duration::from_millis(1)).map_err(|error| failed(error.to_string()))?;
         let name = device.name().ok_or_else(|| failed("the pty has no name".into()))?;
-        // The device is locked while it is open here; whoever runs the session opens it by name.
+        // The device is locked while it is open here. The session's program opens it by name.
         drop(device);
         let stop = Arc::new(AtomicBool::new(false));
         let samples = Arc::new(Mutex::new(Vec::new()));
@@ -40,7 +40,7 @@ impl PtyMachine {
         Ok(Self { name, stop, samples, thread: Some(thread) })
     }
 
-    /// The name to open.
+    /// The name of the device to open.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
@@ -72,7 +72,7 @@ fn serve(mut machine: SimMachine, mut host: TTYPort, stop: &AtomicBool, samples:
             Ok(count) => machine.host_writes(&buffer[..count], now),
             Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock) => {}
             Err(error) if error.kind() == ErrorKind::Interrupted => {}
-            // Nobody has the other end open: the cable is out, the machine goes on.
+            // No program has the other end open: the cable is out, and the machine runs on.
             Err(_) => std::thread::sleep(Duration::from_millis(1)),
         }
         let now = Time::ZERO.after(began.elapsed());

@@ -1,5 +1,5 @@
-//! Feed drives under a simulated controller: the tool follows the commanded positions as a servo does, a little later and never
-//! quite on them.
+//! Feed drives under a simulated controller: the tool follows the commanded positions as a servo does, with a
+//! small delay and a small error.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -15,7 +15,7 @@ use keepout_drives::stream::Stream;
 use keepout_executor::session::{Sample, SampleKind};
 use keepout_guard::Time;
 
-/// Which drives, and what controls them.
+/// The drives and their controller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ServoConfig {
     /// The drives.
@@ -28,7 +28,7 @@ impl ServoConfig {
     /// The drives of the built-in simulated machine.
     ///
     /// # Errors
-    /// None, but for a wrong file in the source.
+    /// [`ProfileError`] if the built-in drive profile is invalid.
     pub fn simulated() -> Result<Self, ProfileError> {
         Ok(Self { profile: DriveProfile::load("simulated")?, kind: Kind::Contouring })
     }
@@ -40,26 +40,27 @@ pub struct ServoDrive {
     stream: Stream,
     plant: Plant,
     controller: Box<dyn Controller>,
-    /// Samples by which the tool is behind, so that the controller can look ahead.
+    /// Delay of the tool, samples. The controller looks this far ahead.
     preview: usize,
-    /// The last commanded position, pulses, and when that was.
+    /// The last commanded position, pulses, and its time.
     commanded: Axes,
     since: Time,
     kinds: VecDeque<SampleKind>,
-    /// Of the last command.
+    /// The kind of the last command.
     kind: SampleKind,
     pulses_per_mm: f64,
     period: Duration,
     next: Time,
-    /// Samples for which the commanded position has not changed.
+    /// Samples since the commanded position last changed.
     rested: u32,
 }
 
-/// After so many samples at rest the drives have settled, and are left as they are: hours of waiting cost nothing.
+/// Samples at rest after which the drives are in position. They are then no longer simulated, so hours of
+/// waiting cost no time.
 const SETTLED: u32 = 2000;
 
 impl ServoDrive {
-    /// Drives at rest at `start_mm`, machine coordinates. `None` where there is no such controller for them.
+    /// Drives at rest at `start_mm`, machine coordinates. `None` if the controller does not suit the drives.
     #[must_use]
     pub fn new(ServoConfig { profile, kind }: &ServoConfig, start_mm: (f64, f64)) -> Option<Self> {
         let environment = Environment::of_hand(profile);
@@ -82,25 +83,25 @@ impl ServoDrive {
         })
     }
 
-    /// When the next sample is due; never while the drives have settled.
+    /// The time of the next sample; never while the drives are in position.
     #[must_use]
     pub fn next_tick(&self) -> Time {
         if self.rested >= SETTLED { Time::NEVER } else { self.next }
     }
 
-    /// The commanded position at its time; the tool's true positions are added to `into`.
+    /// Follows a commanded position, and adds the tool's true positions to `into`.
     pub fn follow(&mut self, sample: &Sample, into: &mut Vec<Sample>) {
         let (x, y) = sample.position_mm;
         self.kind = sample.kind;
         self.lead(Axes::new(x, y) * self.pulses_per_mm, sample.at, into);
     }
 
-    /// Nothing new is commanded until `at`.
+    /// Holds the last commanded position until `at`.
     pub fn go_on(&mut self, at: Time, into: &mut Vec<Sample>) {
         self.lead(self.commanded, at, into);
     }
 
-    /// It is commanded to go straight, and steadily, from where it was commanded to be last to `to`, until `at`.
+    /// Moves the command from the last commanded position straight to `to`, at constant speed until `at`.
     fn lead(&mut self, to: Axes, at: Time, into: &mut Vec<Sample>) {
         let (from, began) = (self.commanded, self.since);
         let lasts = at.since(began).as_secs_f64();
@@ -129,7 +130,7 @@ impl ServoDrive {
         (self.commanded, self.since) = (to, at);
     }
 
-    /// The next sample is the first one after `at`.
+    /// Moves the next sample to the first one after `at`.
     fn skip_to(&mut self, at: Time) {
         if self.next > at {
             return;
@@ -139,7 +140,7 @@ impl ServoDrive {
         self.next = self.next.after(self.period * periods).after(self.period);
     }
 
-    /// A sampling period: where the tool is at its end, pulses.
+    /// Runs one sampling period. Returns the tool's position at its end, pulses.
     fn tick(&mut self) -> Axes {
         self.stream.tick(self.period.as_secs_f64());
         let samples = self.stream.samples();
@@ -155,7 +156,7 @@ impl ServoDrive {
 mod tests {
     use super::*;
 
-    fn follower() -> ServoDrive {
+    fn drive() -> ServoDrive {
         ServoDrive::new(&ServoConfig::simulated().unwrap(), (10.0, 20.0)).unwrap()
     }
 
@@ -163,14 +164,15 @@ mod tests {
         Sample { at: Time::from_micros(ms * 1000), position_mm: (x, 20.0), kind }
     }
 
-    /// The tool goes the same way, later by what the controller looks ahead, and within the machine's contour error.
+    /// The tool takes the same path, delayed by the controller's preview, and within the machine's contour
+    /// error.
     #[test]
     fn tool_follows_a_little_later() {
-        let (mut follower, mut found) = (follower(), Vec::new());
+        let (mut drive, mut found) = (drive(), Vec::new());
         let speed = 0.05;
         for ms in 0..1000_u32 {
             let way = f64::from(ms).min(600.0) * speed;
-            follower.follow(&sample(ms.into(), 10.0 + way, SampleKind::Run), &mut found);
+            drive.follow(&sample(ms.into(), 10.0 + way, SampleKind::Run), &mut found);
         }
         let last = found.last().unwrap();
         assert!((last.position_mm.0 - 40.0).abs() < 0.002, "{last:?}");
@@ -179,40 +181,40 @@ mod tests {
         assert!(found.iter().all(|sample| (sample.position_mm.1 - 20.0).abs() < 0.005));
     }
 
-    /// After a long rest it is where it was, nothing is asked for, and it starts again in time.
+    /// After a long rest the tool has not moved, no sample is due, and motion starts again on time.
     #[test]
-    fn rest_costs_nothing() {
-        let (mut follower, mut found) = (follower(), Vec::new());
+    fn drives_at_rest_produce_no_samples() {
+        let (mut drive, mut found) = (drive(), Vec::new());
         for ms in 0..5000 {
-            follower.follow(&sample(ms, 10.0, SampleKind::Rest), &mut found);
+            drive.follow(&sample(ms, 10.0, SampleKind::Rest), &mut found);
         }
         assert_eq!(found.len(), 2000);
-        assert_eq!(follower.next_tick(), Time::NEVER);
+        assert_eq!(drive.next_tick(), Time::NEVER);
         found.clear();
-        follower.follow(&sample(3_600_000, 10.0, SampleKind::Rest), &mut found);
+        drive.follow(&sample(3_600_000, 10.0, SampleKind::Rest), &mut found);
         assert!(found.is_empty());
-        follower.follow(&sample(3_600_001, 10.01, SampleKind::Jog), &mut found);
+        drive.follow(&sample(3_600_001, 10.01, SampleKind::Jog), &mut found);
         assert_eq!(found.len(), 1);
         assert_eq!(found[0].at, Time::from_micros(3_600_001_000));
     }
 
-    /// A position that comes late is gone to on the way, and not jumped to.
+    /// The tool moves to a late position at constant speed, without a jump.
     #[test]
-    fn late_positions_are_no_jumps() {
-        let (mut often, mut seldom) = (follower(), follower());
-        let (mut fine, mut simplified) = (Vec::new(), Vec::new());
+    fn late_positions_cause_no_jumps() {
+        let (mut often, mut seldom) = (drive(), drive());
+        let (mut fine, mut coarse) = (Vec::new(), Vec::new());
         for ms in 0..5000 {
             let rest = sample(ms, 10.0, SampleKind::Rest);
             often.follow(&rest, &mut fine);
-            seldom.follow(&rest, &mut simplified);
+            seldom.follow(&rest, &mut coarse);
         }
         let way = |ms: u64| 10.0 + f64::from(u32::try_from(ms).unwrap()) * 0.02;
         for ms in 1..=50 {
             often.follow(&sample(4999 + ms, way(ms), SampleKind::Jog), &mut fine);
         }
-        seldom.follow(&sample(5049, way(50), SampleKind::Jog), &mut simplified);
+        seldom.follow(&sample(5049, way(50), SampleKind::Jog), &mut coarse);
         let off = |a: &Sample, b: &Sample| (a.position_mm.0 - b.position_mm.0).abs();
-        assert_eq!(fine.len(), simplified.len());
-        assert!(fine.iter().zip(&simplified).all(|(a, b)| off(a, b) < 0.001));
+        assert_eq!(fine.len(), coarse.len());
+        assert!(fine.iter().zip(&coarse).all(|(a, b)| off(a, b) < 0.001));
     }
 }

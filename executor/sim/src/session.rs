@@ -1,4 +1,4 @@
-//! A whole session on the simulated machine, watched by the monitor.
+//! A whole session on the simulated machine, under the collision monitor.
 
 use std::time::Duration;
 
@@ -24,12 +24,12 @@ use crate::{
     PositioningError, Quirks, ServoConfig, ServoDrive, SimMachine, SimSettings, VirtualPort, speaking,
 };
 
-/// How the simulated machine is reached.
+/// The link to the simulated machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Link {
-    /// In virtual time, as fast as the computer goes.
+    /// In virtual time, as fast as the computer runs.
     Virtual,
-    /// Behind a pty opened like a serial port, in real time.
+    /// Behind a pty, opened like a serial port, in real time.
     Pty,
 }
 
@@ -38,27 +38,27 @@ pub enum Link {
 pub struct SimRun {
     /// The machine.
     pub machine: MachineProfile,
-    /// The drives that its tool is moved by; without, it is always where it is commanded to be.
+    /// The feed drives. Without them, the tool is always at its commanded position.
     pub servo: Option<ServoConfig>,
-    /// How it is reached.
+    /// The link.
     pub link: Link,
-    /// What its controller speaks.
+    /// The controller's dialect.
     pub language: DialectName,
     /// Baud rate of the line.
     pub baud: u32,
     /// Added delay each way.
     pub latency: Duration,
-    /// Seed of the tool's error.
+    /// Seed of the positioning error.
     pub seed: u64,
-    /// Feed of the contour, mm/min.
+    /// Contour feed, mm/min.
     pub feed_mm_min: u32,
-    /// Longest duration, machine time.
+    /// Longest machine time.
     pub limit: Duration,
-    /// Where the tool is let down, drawing coordinates, when it does not come from the home position.
+    /// Where the tool is lowered, drawing coordinates. `None` to come from the home position.
     pub start: Option<Point>,
-    /// Machine coordinates of the drawing's origin, mm; the middle of the table when not given.
+    /// Machine coordinates of the drawing's origin, mm; `None` for the middle of the table.
     pub origin_mm: Option<(f64, f64)>,
-    /// What an earlier session has done of the plan's contours.
+    /// The progress of earlier sessions on the plan's contours.
     pub progress: Progress,
 }
 
@@ -81,26 +81,26 @@ impl Default for SimRun {
     }
 }
 
-/// What came of a simulated run.
+/// The result of a simulated run.
 #[derive(Debug)]
 pub struct SimResult {
     /// The figures.
     pub facts: RunFacts,
-    /// The true tool positions while it moved, drawing coordinates.
+    /// The true tool positions in motion, drawing coordinates.
     pub samples: Vec<Sample>,
     /// The plan.
     pub work: PreparedPlan,
-    /// Positions that the monitor watched.
+    /// The number of positions that the monitor checked.
     pub watched: u64,
 }
 
-/// Why a simulated run could not begin or go on.
+/// Why a simulated run failed.
 #[derive(Debug, Error)]
 pub enum SimError {
-    /// The drawing does not lie on the table.
+    /// The drawing does not fit on the table, or the tool cannot start.
     #[error(transparent)]
     Place(#[from] PlaceError),
-    /// There is no pty.
+    /// The system provides no pty.
     #[error(transparent)]
     Port(#[from] PortError),
     /// The log failed.
@@ -108,30 +108,30 @@ pub enum SimError {
     EventLog(#[from] EventLogError),
 }
 
-/// Most samples that are kept for the picture; beyond it every other one is dropped.
+/// Most samples kept for the picture. Beyond this, every other one is dropped.
 const SAMPLES_MAX: usize = 2_000_000;
 
-/// After the session's end the machine is watched for this long, and the line's latency.
+/// The monitor continues for this time, plus the line's latency, after the session's end.
 const SETTLE: Duration = Duration::from_millis(2500);
 
-/// Called after every round with the supervisor, the monitor and the time.
+/// A callback after every round, with the supervisor, the monitor and the time.
 pub type Watch<'a> = dyn FnMut(&Supervisor, &CollisionMonitor, Time) -> Going + 'a;
 
 /// A simulated session before it begins.
 #[derive(Debug)]
 pub struct Scene {
-    /// What the session is set up with.
+    /// The session's options.
     pub options: Options,
-    /// What its dialect is told.
+    /// The dialect's parameters.
     pub setting: DialectConfig,
     sim: SimSettings,
 }
 
 impl Scene {
-    /// Puts the drawing on the table and the tool where it starts.
+    /// Places the drawing on the table, and the tool at its start.
     ///
     /// # Errors
-    /// [`PlaceError`] when the job does not fit, or the tool can not start where it is wanted.
+    /// [`PlaceError`] if the job does not fit, or if the tool cannot start at the given point.
     pub fn of(plan: &CertifiedPlan, run: &SimRun) -> Result<Self, PlaceError> {
         let place = place_on_table(plan, &run.machine, run.origin_mm)?;
         let home = (-1.0, -1.0);
@@ -180,10 +180,10 @@ fn check_start(plan: &CertifiedPlan, place: &Placement, at: Point) -> Result<(),
     Ok(())
 }
 
-/// Runs a whole session on the simulated machine. `prepare` may touch the supervisor before the start.
+/// Runs a whole session on the simulated machine. `prepare` may change the supervisor before the start.
 ///
 /// # Errors
-/// [`SimError`] when the job does not fit the table, there is no pty, or the log can not be written on.
+/// [`SimError`] if the job does not fit the table, the system provides no pty, or the log cannot be written.
 pub fn run_simulated(
     work: PreparedPlan,
     run: &SimRun,
@@ -196,10 +196,10 @@ pub fn run_simulated(
     run_scene(work, run, scene, operator, tape, prepare, watch)
 }
 
-/// As [`run_simulated`], of a scene that was set before.
+/// Runs a whole session, as [`run_simulated`], in a given scene.
 ///
 /// # Errors
-/// [`SimError`] when there is no pty, or the log can not be written on.
+/// [`SimError`] if the system provides no pty, or the log cannot be written.
 pub fn run_scene(
     work: PreparedPlan,
     run: &SimRun,
@@ -272,7 +272,7 @@ fn point_mm_of(v: Vector) -> (f64, f64) {
     (mm(v.dx), mm(v.dy))
 }
 
-/// Whether the tool can stand at the home position, and finds something to finish from there.
+/// Whether the tool can stand at the home position, and can reach a contour to finish from there.
 fn comes_from_home(plan: &CertifiedPlan, place: &Placement, home: (f64, f64)) -> bool {
     let back = Vector { dx: -place.offset.dx, dy: -place.offset.dy };
     let Ok(point) = keepout_planner::units::point_from_mm(home).and_then(|point| point.translated(back))
@@ -282,7 +282,7 @@ fn comes_from_home(plan: &CertifiedPlan, place: &Placement, home: (f64, f64)) ->
     plan.part.free_point(point, plan.roughing).is_ok() && contour_job(plan, point, place.travel).is_ok()
 }
 
-/// The monitor, and what is kept for the picture.
+/// The monitor, and the samples for the picture.
 struct Eye {
     monitor: CollisionMonitor,
     samples: Vec<Sample>,
@@ -332,7 +332,7 @@ fn drive<P: Port>(
         last = now;
         watch(session.supervisor(), &eye.monitor, now)
     })?;
-    // What is still under way is watched to its end: the last commands arrive, and the tool comes to rest.
+    // The monitor watches the motion to its end: the last commands arrive, and the tool comes to rest.
     let rest = last.after(run.latency + SETTLE);
     loop {
         let now = clock.now();

@@ -1,5 +1,6 @@
-//! The simulated machine as a program of its own: behind a pty that can be cut and opened anew, with what it received, where
-//! the tool truly was and where it stands written down as it happens, so that it outlives this program.
+//! The simulated machine as a separate program, behind a pty that can be cut and opened again. It writes
+//! received bytes, true tool positions and the present position to files as they occur, so the records
+//! survive the program.
 
 use std::fmt::Write as _;
 use std::fs::{File, OpenOptions};
@@ -15,41 +16,41 @@ use thiserror::Error;
 
 use super::machine::SimMachine;
 
-/// What the machine leaves behind.
+/// The files that the machine writes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Records {
-    /// A symbolic link to the pty, renewed when that is.
+    /// A symbolic link to the pty, renewed with each new pty.
     pub link: Option<PathBuf>,
     /// Every byte that arrived at the machine's end of the line.
     pub received: Option<PathBuf>,
     /// True tool positions: lines `MICROSECONDS rest|jog|run X Y`, machine coordinates, mm.
     pub positions: Option<PathBuf>,
-    /// Where the tool stands: a line `X Y`.
+    /// The tool's present position: a line `X Y`.
     pub state: Option<PathBuf>,
 }
 
-/// Why the machine can not run.
+/// Why the machine cannot run.
 #[derive(Debug, Error)]
 pub enum StandaloneError {
-    /// There is no pty.
-    #[error("the system gives no pty: {0}")]
+    /// The system provides no pty.
+    #[error("the system provides no pty: {0}")]
     Pty(#[from] serialport::Error),
-    /// A file can not be written.
+    /// A file cannot be written.
     #[error("can not write {}: {source}. Choose another place.", path.display())]
     File {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The operating system's error.
         source: std::io::Error,
     },
-    /// There is a file where the link should be.
-    #[error("{} is there already, and no link. Choose another --link.", path.display())]
+    /// A file exists at the link's path, and is not a symbolic link.
+    #[error("{} exists and is not a symbolic link. Choose another --link.", path.display())]
     NoLink {
         /// The file.
         path: PathBuf,
     },
-    /// A state or a list of positions can not be understood.
-    #[error("{}: line {line} is not formed as it should be. Was it written by another program?", path.display())]
+    /// A state file or a position list is malformed.
+    #[error("{}: line {line} is malformed. Another program may have written the file.", path.display())]
     Form {
         /// The file.
         path: PathBuf,
@@ -58,16 +59,16 @@ pub enum StandaloneError {
     },
 }
 
-/// Signals to a machine that runs.
+/// Signals to a running machine.
 #[derive(Debug, Default)]
 pub struct Signals {
-    /// It is to end.
+    /// Set to end the machine.
     pub end: AtomicBool,
-    /// The cable is to be pulled and put back: the pty is closed, and another opened.
+    /// Set to pull the cable and put it back: the machine closes the pty, and opens another.
     pub cut: AtomicBool,
 }
 
-/// The machine, running.
+/// A running machine.
 pub struct Standalone<'a> {
     machine: SimMachine,
     host: (TTYPort, String),
@@ -80,10 +81,10 @@ pub struct Standalone<'a> {
 }
 
 impl<'a> Standalone<'a> {
-    /// Opens the pty and the files; `watch` sees every true position.
+    /// Opens the pty and the files. `watch` receives every true position.
     ///
     /// # Errors
-    /// [`StandaloneError`] when there is no pty, or a file can not be written.
+    /// [`StandaloneError`] if the system provides no pty, or a file cannot be written.
     pub fn new(
         machine: SimMachine,
         records: Records,
@@ -101,10 +102,10 @@ impl<'a> Standalone<'a> {
         Ok(Self { machine, host, records, received, positions, state, watch, last: None })
     }
 
-    /// Runs until it is to end. `opened` is told the name of each pty.
+    /// Runs until [`Signals::end`] is set. `opened` receives the name of each pty.
     ///
     /// # Errors
-    /// [`StandaloneError`] when a file can not be written any more.
+    /// [`StandaloneError`] if a file can no longer be written.
     pub fn run(mut self, signals: &Signals, mut opened: impl FnMut(&str)) -> Result<(), StandaloneError> {
         opened(&self.host.1);
         let began = Instant::now();
@@ -120,7 +121,7 @@ impl<'a> Standalone<'a> {
             self.machine.advance(now());
             self.machine.host_reads(&mut out, now());
             if !out.is_empty() {
-                // What nobody is there to read is lost, as on a cable that is out.
+                // Without a reader these bytes are lost, as on an unplugged cable.
                 let _ = self.host.0.write_all(&out);
                 out.clear();
             }
@@ -141,13 +142,13 @@ impl<'a> Standalone<'a> {
             }
             Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock) => {}
             Err(error) if error.kind() == ErrorKind::Interrupted => {}
-            // Nobody has the other end open: the cable is out, the machine goes on.
+            // No program has the other end open: the cable is out, and the machine runs on.
             Err(_) => std::thread::sleep(Duration::from_millis(1)),
         }
         Ok(())
     }
 
-    /// Writes down where the tool was, each place once.
+    /// Writes the tool's positions, each one once.
     fn write_down(&mut self) -> Result<(), StandaloneError> {
         let (mut samples, mut text) = (Vec::new(), String::new());
         self.machine.take_samples(&mut samples);
@@ -169,7 +170,7 @@ impl<'a> Standalone<'a> {
         }
         append(&mut self.positions, &self.records.positions, text.as_bytes())?;
         let (Some(state), Some(last)) = (&mut self.state, self.last) else { return Ok(()) };
-        // One write of one length, so that a place is there whole whenever the program is killed.
+        // One write of fixed length: even if the program is killed, the file holds a complete position.
         let line = format!("{:+017.9} {:+017.9}\n", last.position_mm.0, last.position_mm.1);
         let written = state.seek(SeekFrom::Start(0)).and_then(|_| state.write_all(line.as_bytes()));
         written.map_err(|source| failed(&self.records.state, source))
@@ -189,12 +190,12 @@ fn file(path: &Path, options: &OpenOptions) -> Result<File, StandaloneError> {
     options.open(path).map_err(|source| StandaloneError::File { path: path.to_path_buf(), source })
 }
 
-/// A new pty, and its name; the link leads there.
+/// Opens a new pty, returns it with its name, and points the link to it.
 fn open(link: Option<&Path>) -> Result<(TTYPort, String), StandaloneError> {
     let (mut host, device) = TTYPort::pair()?;
     host.set_timeout(Duration::from_millis(1))?;
     let name = device.name().unwrap_or_default();
-    // The device is locked while it is open here; whoever runs the session opens it by name.
+    // The device is locked while it is open here. The session's program opens it by name.
     drop(device);
     if let Some(link) = link {
         relink(link, &name).map_err(|source| match source.kind() {
@@ -220,10 +221,10 @@ fn name(kind: SampleKind) -> &'static str {
     }
 }
 
-/// Where the tool stands, as a [`Records::state`] says; `None` when there is no such file yet, or it is empty.
+/// The tool's position from a [`Records::state`] file; `None` if the file is missing or empty.
 ///
 /// # Errors
-/// [`StandaloneError`] when it is not understood.
+/// [`StandaloneError`] if the file cannot be read or is malformed.
 pub fn state(path: &Path) -> Result<Option<(f64, f64)>, StandaloneError> {
     let text = match std::fs::read_to_string(path) {
         Ok(text) => text,
@@ -240,10 +241,10 @@ pub fn state(path: &Path) -> Result<Option<(f64, f64)>, StandaloneError> {
     place.map(Some).ok_or_else(|| StandaloneError::Form { path: path.to_path_buf(), line: 1 })
 }
 
-/// The true positions of a [`Records::positions`]; a last line that was not written whole is left out.
+/// The true positions from a [`Records::positions`] file. An incomplete last line is left out.
 ///
 /// # Errors
-/// [`StandaloneError`] naming the line that is not understood.
+/// [`StandaloneError`] if the file cannot be read, or naming the malformed line.
 pub fn positions(path: &Path) -> Result<Vec<Sample>, StandaloneError> {
     let text = std::fs::read_to_string(path);
     let text = text.map_err(|source| StandaloneError::File { path: path.to_path_buf(), source })?;

@@ -1,11 +1,12 @@
-//! A controller that speaks Venus-1, as far as a host can see.
+//! A simulated Venus-1 controller, as far as a host can observe it.
 //!
-//! From descriptions, not from a controller: words before spaces work on a stack of numbers; a `move` while one is under way
-//! locks the interpreter until that is done, and `abort` waits in the same line. `abort` lets each axis slow down by
-//! itself: the most that it could do to the path.
+//! It follows descriptions, not a controller. Words end with spaces and work on a stack of numbers. A `move`
+//! during another one locks the interpreter until the first is done, and `abort` then waits in the same line.
+//! `abort` slows down each axis independently, which is the largest possible deviation from the path.
 //!
-//! A reset puts back what is saved: µm, three dimensions, full speed. Where the tool stands becomes zero, and it is not calibrated. It
-//! drives all the same when it is given as many numbers as it has dimensions.
+//! A reset restores the saved settings: µm, three dimensions, full speed. The tool's present position becomes
+//! zero, and the axes are not calibrated. The controller still moves when it receives as many numbers as it
+//! has dimensions.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -26,27 +27,27 @@ pub struct VenusSim {
     rx: VecDeque<u8>,
     word: String,
     stack: Vec<f64>,
-    /// It starts up, and hears nothing.
+    /// The controller starts up and reads no byte until this time.
     deaf_until: Time,
     tx: Vec<u8>,
     memory: Memory,
     error: u16,
-    /// A target that waits for the motion under way.
+    /// A target that waits for the end of the present motion.
     locked: Option<(f64, f64)>,
     /// Machine coordinates of its zero, mm.
     zero: (f64, f64),
-    /// Which ends were found, in each axis the same: see [`NEAR`] and [`FAR`].
+    /// The ends that homing found, equal for both axes: see [`NEAR`] and [`FAR`].
     calibrated: u8,
-    /// The end that it searches.
+    /// The end that homing searches.
     searches: Option<u8>,
-    /// The end at which it stands. The simulated tool is left where it was.
+    /// The end where homing stopped. The simulated tool does not move there.
     stands: Option<(f64, f64)>,
 }
 
-/// What it can save, and has after a reset as it was saved.
+/// The settings that the controller can save and restores after a reset.
 #[derive(Clone, Copy, Debug)]
 struct Memory {
-    /// Numbers to a coordinate.
+    /// Numbers per position.
     dimensions: usize,
     /// Units of velocities and of the two axes: 1 is µm, 2 mm.
     units: [u8; 3],
@@ -55,12 +56,12 @@ struct Memory {
 }
 
 impl Memory {
-    /// As it was saved.
+    /// The saved settings.
     fn saved(settings: &SimSettings) -> Self {
         Self { dimensions: 3, units: [1; 3], feed: settings.machine.max_rate_mm_s }
     }
 
-    /// A velocity's unit, or that of an axis, mm.
+    /// The unit of velocities or of an axis, mm.
     fn unit_mm(&self, index: usize) -> f64 {
         if self.units.get(index) == Some(&2) { 1.0 } else { 0.001 }
     }
@@ -71,7 +72,7 @@ const NEAR: u8 = 1;
 /// `rm` found the far end.
 const FAR: u8 = 2;
 
-/// So long it takes to start up after a reset.
+/// Start-up time after a reset.
 const BOOT: Duration = Duration::from_millis(1500);
 /// Longest word, deepest stack, and most bytes that wait.
 const WORD_MAX: usize = 32;
@@ -127,7 +128,7 @@ impl VenusSim {
         self.tx.extend(b"\r\n");
     }
 
-    /// `None` when numbers are missing.
+    /// Executes a word. `None` when numbers are missing on the stack.
     fn execute(&mut self, word: &str) -> Option<()> {
         if let Ok(number) = word.parse::<f64>() {
             if self.stack.len() < STACK_MAX && number.is_finite() {
@@ -204,7 +205,7 @@ impl VenusSim {
         (0..4_u8).find(|&index| number == f64::from(index)).map(usize::from)
     }
 
-    /// A place from the stack, mm from zero. When numbers are missing those that are there stay.
+    /// Takes a position from the stack, mm from zero. If numbers are missing, the others stay on the stack.
     fn pop_place(&mut self) -> Option<(f64, f64)> {
         let first = self.stack.len().checked_sub(self.memory.dimensions)?;
         let numbers: Vec<f64> = self.stack.drain(first..).collect();
@@ -218,7 +219,8 @@ impl VenusSim {
         self.plant.home(self.settings.homing / 2);
     }
 
-    /// To a place in machine coordinates. Without its ends it knows of no limits: the axes stop at their switches.
+    /// Moves to a position in machine coordinates. Before both ends are found the controller has no soft
+    /// limits, and the axes stop at their switches.
     fn drive(&mut self, to: (f64, f64)) {
         let [width, height] = self.settings.machine.travel_mm;
         let within = (to.0.clamp(-width, 0.0), to.1.clamp(-height, 0.0));
@@ -245,7 +247,7 @@ impl VenusSim {
             let at = if end == NEAR { (-width, -height) } else { (0.0, 0.0) };
             self.calibrated |= end;
             self.stands = Some(at);
-            // The near end is zero.
+            // `cal` sets zero at the near end.
             self.zero = if end == NEAR { at } else { self.zero };
         }
     }
@@ -337,9 +339,9 @@ mod tests {
         venus.advance(venus.plant.now().after(Duration::from_secs(seconds)));
     }
 
-    /// Two lines, the second a copy, cut anywhere by a reset.
+    /// A reset cuts a line and its copy at every byte.
     #[test]
-    fn motion_of_two_numbers_is_not_driven_after_a_reset() {
+    fn motion_of_two_numbers_is_not_executed_after_a_reset() {
         let line = b"10.000 setvel clear clear clear clear -19.5 -31 move st ".repeat(2);
         let whole = line.len() / 2;
         for cut in 0..line.len() {
@@ -353,12 +355,16 @@ mod tests {
             hear(&mut venus, &line[cut..]);
             wait(&mut venus, 5);
             assert_eq!(venus.plant.position(), stopped, "{cut}");
-            assert_eq!(hear(&mut venus, b"p "), "0.000000 0.000000 0.000000\r\n", "it counts from there");
+            assert_eq!(
+                hear(&mut venus, b"p "),
+                "0.000000 0.000000 0.000000\r\n",
+                "the controller counts from there"
+            );
         }
     }
 
     #[test]
-    fn motion_of_three_numbers_is_driven_from_a_new_zero_after_a_reset() {
+    fn motion_of_three_numbers_is_executed_from_the_new_zero_after_a_reset() {
         let mut venus = controller();
         venus.disturb(Disturbance::Reset);
         wait(&mut venus, 2);

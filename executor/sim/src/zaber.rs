@@ -1,7 +1,8 @@
-//! A controller that speaks Zaber ASCII with streams, as far as a host can see.
+//! A simulated Zaber ASCII controller with streams, as far as a host can observe it.
 //!
-//! From the protocol's description, not from a device: messages with a wrong checksum are dropped without an answer, a full
-//! stream answers `RJ … AGAIN`, targets beyond the travel `RJ … BADDATA`, and a stream that was not set up `RJ … BADCOMMAND`.
+//! It follows the protocol's description, not a device. It drops messages with a wrong checksum without an
+//! answer. A full stream answers `RJ … AGAIN`, a target beyond the travel `RJ … BADDATA`, and a stream that
+//! was not set up `RJ … BADCOMMAND`.
 
 use std::fmt::Write as _;
 
@@ -28,11 +29,11 @@ pub struct ZaberSim {
     feed: f64,
 }
 
-/// Longest message.
+/// Longest message, bytes.
 const LINE_MAX: usize = 80;
-/// Lines that a stream holds.
+/// Capacity of a stream, lines.
 const STREAM_MAX: usize = 16;
-/// Speeds are in microsteps/s times this.
+/// Speed units per microstep/s.
 const SPEED_UNIT: f64 = 1.6384;
 
 impl ZaberSim {
@@ -63,7 +64,7 @@ impl ZaberSim {
         (self.steps(width), self.steps(height))
     }
 
-    /// A message is complete.
+    /// Handles a complete message.
     fn take(&mut self) {
         let line = std::mem::take(&mut self.line);
         let Ok(text) = std::str::from_utf8(&line) else { return };
@@ -173,7 +174,7 @@ impl Controller for ZaberSim {
                 self.line.push(byte);
             }
             0x20..0x7f if self.line.len() < LINE_MAX => self.line.push(byte),
-            // The message is dropped.
+            // Drops the message.
             _ => self.line.clear(),
         }
     }
@@ -239,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn stream_runs_lines_and_refuses_what_it_should() {
+    fn stream_runs_lines_and_rejects_bad_targets_and_overflow() {
         let mut sim = sim();
         assert_eq!(say(&mut sim, "get pos", 1), "@01 0 07 OK IDLE -- 120000 100000\r\n");
         assert_eq!(say(&mut sim, "stream 1 line abs 0 0", 1), "@01 0 07 RJ IDLE -- BADCOMMAND\r\n");

@@ -1,8 +1,8 @@
-//! A controller that speaks GRBL 1.1, as far as a host can see.
+//! A simulated GRBL 1.1 or grblHAL controller, as far as a host can observe it.
 //!
-//! Behaviour follows what was observed on the real firmware: `$J=` is acknowledged when its block is planned, a line
-//! that finds the planner full waits with its absolute target, 0x85 acts only while jogging and leaves waiting bytes
-//! alone, so that a line that waited is planned from where the tool stopped.
+//! The behaviour follows observations of the real firmware. GRBL acknowledges `$J=` when its block is
+//! planned. A line that finds the planner full waits with its absolute target. 0x85 acts only while jogging
+//! and keeps the received bytes, so GRBL plans a waiting line from the place where the tool stopped.
 
 mod program;
 
@@ -16,55 +16,57 @@ use keepout_planner::machine::MachineProfile;
 
 use super::controller::{Controller, Disturbance};
 
-/// How the simulated controller is set up.
+/// The set-up of a simulated controller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimSettings {
     /// The machine.
     pub machine: MachineProfile,
-    /// Where the tool stands at power-up, machine coordinates, mm.
+    /// The tool's position at power-up, machine coordinates, mm.
     pub start_mm: (f64, f64),
-    /// Whether it is homed already.
+    /// Whether it is already homed.
     pub homed: bool,
-    /// How long homing takes.
+    /// Duration of homing.
     pub homing: Duration,
-    /// Work offset of G54, machine coordinates, mm: programmed motions count from there.
+    /// Work offset of G54, machine coordinates, mm: the origin of programmed motions.
     pub work_offset_mm: (f64, f64),
-    /// What it does besides.
+    /// Optional behaviour.
     pub quirks: Quirks,
 }
 
-/// What controllers in use were seen to do, and need not.
+/// Behaviour that some controllers in use show, and others do not.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Quirks {
-    /// grblHAL without its fast hold: a cancel stays on the path.
+    /// grblHAL without its fast hold: a cancelled jog stays on the path.
     pub plain_hold: bool,
-    /// GRBL's `$1`: nothing is read or answered for so long after a motion, and a jog whose line came meanwhile becomes a
-    /// programmed motion, which no cancel stops.
+    /// GRBL's `$1`: after a motion the controller reads and answers no line for this time. A jog line that
+    /// arrives meanwhile becomes a programmed motion, which no cancel stops.
     pub idle_delay: Duration,
-    /// What was stored as startup lines.
+    /// The stored startup lines.
     pub startup: [String; 2],
-    /// A reset or a power failure is not announced by a greeting.
+    /// Whether the controller sends no greeting after a reset or a power failure.
     pub silent_reset: bool,
-    /// grblHAL without its lock after power-on (`$22` without 4): it wakes idle, and counts from where it stands.
+    /// grblHAL without its lock after power-on (`$22` without 4): it starts idle, and counts from its present
+    /// position.
     pub wakes_unlocked: bool,
-    /// A hold or a cancel that ends exactly where a block ends, while another is queued, can run away: 65,535 steps along that other.
+    /// Whether a hold or a cancel can run away: if it ends exactly at the end of a block while another block
+    /// is queued, the tool moves 65,535 steps along that block.
     pub stops_run_away: bool,
 }
 
-/// What GRBL 1.1 and grblHAL do differently.
+/// The differences between GRBL 1.1 and grblHAL.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Firmware {
     greeting: &'static str,
     rx_buffer: usize,
     line_max: usize,
     blocks: usize,
-    /// A hold stops a jog, as a cancel would.
+    /// Whether a hold cancels a jog.
     hold_cancels_jogs: bool,
-    /// A cancel throws away what was received.
+    /// Whether a cancel drops the received bytes.
     cancel_flushes: bool,
-    /// The steps that are left at a cancel are spread over another block.
+    /// Whether a cancel spreads the remaining steps over another block.
     cancel_strays: bool,
-    /// What reports carry besides.
+    /// Further fields of reports.
     extra: &'static str,
 }
 
@@ -92,9 +94,9 @@ const GRBL_HAL: Firmware = Firmware {
 
 /// A block leaves the planner when the last of its steps are in the segment buffer: six segments of 10 ms.
 const SEGMENTS_S: f64 = 0.06;
-/// What grblHAL's segment buffer holds: what a cancel finds there is not driven.
+/// Motion time in grblHAL's segment buffer. A cancel drops it.
 const PREPARED_S: f64 = 0.1;
-/// Reports carry the work offset every so many times.
+/// Every report whose number is a multiple of this carries the work offset.
 const OFFSET_EVERY: u32 = 30;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,11 +107,11 @@ enum Mode {
     Hold,
     Home(Time),
     Alarm,
-    /// After ALARM:2 nothing is answered until a reset.
+    /// After ALARM:2 the controller answers no line until a reset.
     Locked,
 }
 
-/// What bare axis words mean.
+/// The meaning of bare axis words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum MotionMode {
     /// G0 or G1.
@@ -120,7 +122,7 @@ enum MotionMode {
     Cancelled,
 }
 
-/// Motions of a line that still have to be planned; its `ok` comes when all are.
+/// The unplanned motions of a line. The controller sends `ok` when all are planned.
 #[derive(Clone, Debug)]
 struct Waiting {
     targets: VecDeque<(f64, f64)>,
@@ -149,17 +151,18 @@ pub struct GrblSim {
     motion_mode: MotionMode,
     startup: [String; 2],
     in_g54: bool,
-    /// G20 is in force.
+    /// Whether G20 is active.
     inches: bool,
-    /// Nothing is read or answered until then.
+    /// The controller reads and answers no line until this time.
     deaf_until: Option<Time>,
-    /// A cancel ended the last motion, or is about to.
+    /// Whether a cancel ended the last motion, or is about to end it.
     cancelled: bool,
-    /// A second cancel came just after the first had stopped the tool: reports say idle, and nothing is read until `~`.
+    /// Whether a second cancel arrived just after the first one had stopped the tool. Reports then state
+    /// idle, and the controller reads no line until `~`.
     hangs: bool,
-    /// A status query came meanwhile.
+    /// Whether a status query arrived meanwhile.
     asked_meanwhile: bool,
-    /// True position less the position that it counts, mm: zero until a power failure.
+    /// True position minus the position that the controller counts, mm: zero until a power failure.
     unknown_by: (f64, f64),
     samples: Vec<Sample>,
     lost_bytes: u64,
@@ -209,13 +212,13 @@ impl GrblSim {
         }
     }
 
-    /// Bytes that found the receive buffer full.
+    /// The number of bytes lost because the receive buffer was full.
     #[must_use]
     pub fn lost_bytes(&self) -> u64 {
         self.lost_bytes
     }
 
-    /// Goes on by the time to the next thing that happens, `now` at most.
+    /// Runs until the next event, `now` at most.
     fn go_on(&mut self, now: Time) {
         let now = self.deaf_until.map_or(now, |until| until.min(now)).max(self.now);
         let left = now.since(self.now).as_secs_f64();
@@ -244,12 +247,12 @@ impl GrblSim {
         self.process_lines();
     }
 
-    /// Whether it speaks as grblHAL.
+    /// Whether it simulates grblHAL.
     fn is_hal(&self) -> bool {
         self.firmware == GRBL_HAL
     }
 
-    /// A motion has ended: at once, or after the delay in which the main program stands still.
+    /// Handles the end of a motion: idle at once, or after the delay in which the main program stands still.
     fn come_to_idle(&mut self, at: Time) {
         if self.settings.quirks.idle_delay.is_zero() {
             self.mode = Mode::Idle;
@@ -259,7 +262,8 @@ impl GrblSim {
         }
     }
 
-    /// The delay is over. A jog that was read just before it is planned now, and started as a programmed motion.
+    /// Ends the delay. A jog line that arrived just before is planned now, and started as a programmed
+    /// motion.
     fn hear_again(&mut self) {
         self.deaf_until = None;
         self.cancelled = false;
@@ -320,7 +324,7 @@ impl GrblSim {
         self.reply(&(text + ">"));
     }
 
-    /// G54's offset as set up; G55's is zero.
+    /// The active work offset: G54's as set up, G55's zero.
     fn work_offset(&self) -> (f64, f64) {
         if self.in_g54 { self.settings.work_offset_mm } else { (0.0, 0.0) }
     }
@@ -393,8 +397,8 @@ impl GrblSim {
         }
     }
 
-    /// The power fails and returns: the motion ends dead, and the controller counts from where it stands. With homing enabled it
-    /// locks, unless it wakes unlocked.
+    /// Simulates a power failure: the motion stops at once, and the controller counts from its present
+    /// position. With homing enabled it locks, unless `wakes_unlocked` is set.
     fn brown_out(&mut self) {
         let ((x, y), by) = (self.motion.position(), self.unknown_by);
         self.motion = at_rest(&self.settings, (0.0, 0.0));
@@ -407,7 +411,7 @@ impl GrblSim {
         }
     }
 
-    /// Homing has found the reference position.
+    /// Ends homing: the position is known again.
     fn homed(&mut self) {
         let ((x, y), by) = (self.motion.position(), std::mem::take(&mut self.unknown_by));
         self.motion = at_rest(&self.settings, (x + by.0, y + by.1));
@@ -420,7 +424,7 @@ impl GrblSim {
         while self.deaf_until.is_none() && !self.hangs && self.process_line() {}
     }
 
-    /// Reads up to the end of a line; whether another may follow.
+    /// Reads one line. Returns whether another may follow.
     fn process_line(&mut self) -> bool {
         while self.waiting.is_none() && !matches!(self.mode, Mode::Home(_) | Mode::Locked | Mode::Hold) {
             let Some(byte) = self.rx.pop_front() else { break };
@@ -453,11 +457,11 @@ impl GrblSim {
         false
     }
 
-    /// Plans what is waiting, as far as the planner has room.
+    /// Plans the waiting motions, as far as the planner has room.
     fn plan_waiting(&mut self) {
         let stopping = matches!(self.mode, Mode::Hold | Mode::Alarm | Mode::Locked);
         let Some(waiting) = self.waiting.as_mut().filter(|_| !stopping) else { return };
-        // A cancel stops the main program until the tool rests; a hold does not.
+        // A cancel stops the main program until the tool is at rest; a hold does not.
         if waiting.jog && (self.mode == Mode::Run || self.motion.is_stopping()) {
             return;
         }
@@ -476,14 +480,14 @@ impl GrblSim {
     }
 }
 
-/// The drives at rest at a place, machine coordinates, mm, with GRBL's default junction deviation (`$11`).
+/// The drives at rest at a position, machine coordinates, mm, with GRBL's default junction deviation (`$11`).
 fn at_rest(settings: &SimSettings, place_mm: (f64, f64)) -> Motion {
     let motion = Motion::new(Drives::of(&settings.machine, 0.01), place_mm);
     if settings.quirks.stops_run_away { motion.with_runaway(settings.machine.steps_per_mm) } else { motion }
 }
 
 impl Controller for GrblSim {
-    /// Realtime characters act at once, others wait in the receive buffer.
+    /// Acts on realtime characters at once, and puts others into the receive buffer.
     fn receive(&mut self, byte: u8) {
         match byte {
             b'?' => self.report(),

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use super::{GrblSim, Mode, MotionMode, Waiting};
 
 impl GrblSim {
-    /// Executes a line: whether its `ok` is due now.
+    /// Executes a line. Returns whether its `ok` is due now.
     pub(super) fn execute(&mut self, line: &str) -> Result<bool, u8> {
         match line {
             "" => Ok(true),
@@ -23,7 +23,7 @@ impl GrblSim {
         }
     }
 
-    /// A setting is stored.
+    /// Stores a setting.
     fn set(&mut self, name: &str, value: &str) -> Result<(), u8> {
         match name {
             "$10" => self.report_mask = value.parse().map_err(|_| 2_u8)?,
@@ -35,7 +35,7 @@ impl GrblSim {
         Ok(())
     }
 
-    /// Something is asked for; or the alarm is unlocked.
+    /// Answers a query, or unlocks the alarm.
     fn list(&mut self, line: &str) -> Result<(), u8> {
         match line {
             "$" => self.reply("[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]"),
@@ -134,7 +134,7 @@ impl GrblSim {
                     2.0 | 3.0 => self.motion_mode = MotionMode::Arc { left: value > 2.5 },
                     80.0 => self.motion_mode = MotionMode::Cancelled,
                     90.0 | 91.0 => self.absolute = value < 90.5,
-                    // A change of work coordinates is told with the next report.
+                    // The next report carries a change of work coordinates.
                     20.0 | 21.0 => self.inches = value < 20.5,
                     54.0 => (self.in_g54, self.reports) = (true, 0),
                     55.0 => (self.in_g54, self.reports) = (false, 0),
@@ -190,8 +190,8 @@ impl GrblSim {
         if to.0.is_finite() && to.1.is_finite() { Ok(to) } else { Err(2) }
     }
 
-    /// GRBL's `mc_arc`, in 32-bit floats as there: the number of chords is rounded down, and a sweep that comes out on
-    /// the wrong side of ±5e-7 becomes a full turn.
+    /// GRBL's `mc_arc`, in 32-bit floats as in the firmware. The number of chords is rounded down. A sweep on
+    /// the wrong side of ±5e-7 rad becomes a full turn.
     #[expect(clippy::cast_possible_truncation, reason = "the firmware computes in f32")]
     fn arc_chords(
         &self,
@@ -239,7 +239,7 @@ impl GrblSim {
     }
 }
 
-/// GRBL's arc by its radius: the centre, seen from the start.
+/// The centre of an arc given by its radius, relative to the start, as GRBL computes it.
 fn centre_of(x: f32, y: f32, radius: f32, left: bool) -> Result<(f32, f32), u8> {
     if x == 0.0 && y == 0.0 {
         return Err(33);
@@ -254,13 +254,16 @@ fn centre_of(x: f32, y: f32, radius: f32, left: bool) -> Result<(f32, f32), u8> 
     Ok((0.5 * (x - y * h), 0.5 * (y + x * h)))
 }
 
-/// A coordinate as the firmware holds it.
+/// A coordinate in the firmware's precision.
 #[expect(clippy::cast_possible_truncation, reason = "the firmware computes in f32")]
 fn single(value: f64) -> f64 {
     f64::from(value as f32)
 }
 
-/// The words of a line. No value may be given twice, nor two words of one modal group.
+/// The words of a line.
+///
+/// # Errors
+/// GRBL's error number if a word is malformed or repeated, or if two words belong to one modal group.
 fn words(text: &str) -> Result<Vec<(char, f64)>, u8> {
     let mut words: Vec<(char, f64)> = Vec::new();
     let mut rest = text;
@@ -295,7 +298,7 @@ fn modal_group(value: f64) -> u8 {
         40.0 => 7,
         49.0 => 8,
         54.0..=59.0 => 12,
-        // Those that hold for one line: G4, G10, G53 and more.
+        // Words that act on one line only: G4, G10, G53 and more.
         _ => 0,
     }
 }

@@ -1,4 +1,4 @@
-//! The simulated GRBL, against what was observed on the real one.
+//! Tests of the simulated GRBL against observations of the real one.
 
 use super::*;
 
@@ -16,7 +16,7 @@ fn idle() -> GrblSim {
     sim
 }
 
-fn said(sim: &mut GrblSim) -> String {
+fn transmitted(sim: &mut GrblSim) -> String {
     let mut bytes = Vec::new();
     sim.transmit(&mut bytes);
     String::from_utf8(bytes).unwrap()
@@ -32,7 +32,7 @@ fn say(sim: &mut GrblSim, bytes: &[u8], ms: u64) -> String {
     bytes.iter().for_each(|&byte| sim.receive(byte));
     let until = sim.now.after(Duration::from_millis(ms));
     sim.advance(until);
-    said(sim)
+    transmitted(sim)
 }
 
 #[test]
@@ -45,7 +45,7 @@ fn jog_is_acknowledged_when_planned_and_ends_idle() {
 }
 
 #[test]
-fn refusals_of_the_real_firmware() {
+fn rejections_of_the_real_firmware_are_reproduced() {
     let mut sim = idle();
     assert_eq!(say(&mut sim, b"$J=G90X-90\n", 1), "error:22\r\n");
     assert_eq!(say(&mut sim, b"$J=G1X-90F100\n", 1), "error:16\r\n");
@@ -54,7 +54,7 @@ fn refusals_of_the_real_firmware() {
     assert_eq!(say(&mut sim, b"\n", 1), "error:11\r\n");
     assert_eq!(say(&mut sim, b"G2X-60Y-80I3J4F100\n", 1), "error:33\r\n");
     assert!(say(&mut sim, b"G1X35Y0F100\n", 1).starts_with("ALARM:2"));
-    assert_eq!(say(&mut sim, b"?", 5), "", "nothing answers until reset");
+    assert_eq!(say(&mut sim, b"?", 5), "", "the controller answers no query until reset");
     assert!(say(&mut sim, b"\x18", 5).contains("Grbl 1.1h"));
 }
 
@@ -67,12 +67,12 @@ fn line_that_waits_through_a_cancel_runs_from_where_the_tool_stopped() {
         let now = sim.now.after(Duration::from_millis(1));
         sim.advance(now);
     }
-    let acknowledged = said(&mut sim).matches("ok").count();
+    let acknowledged = transmitted(&mut sim).matches("ok").count();
     assert_eq!(acknowledged, 15, "the sixteenth waits for planner space");
     sim.receive(0x85);
     say(&mut sim, b"", 3000);
     let (x, _) = sim.motion.position();
-    assert!((x - -84.0).abs() < 1e-6, "it drove on to the waiting line's target: {x}");
+    assert!((x - -84.0).abs() < 1e-6, "the tool moves to the waiting line's target: {x}");
 }
 
 #[test]
@@ -85,7 +85,7 @@ fn reset_while_moving_loses_the_position() {
 }
 
 #[test]
-fn arcs_are_chords_inside_the_circle_and_work_coordinates_count() {
+fn arcs_are_chords_inside_the_circle_in_work_coordinates() {
     let mut sim = idle();
     assert_eq!(say(&mut sim, b"G21G90G17G94G55\nG54\n", 1), "ok\r\nok\r\n");
     assert!(say(&mut sim, b"?", 1).contains("WCO:-30.000,-20.000"));
@@ -105,18 +105,18 @@ fn arcs_are_chords_inside_the_circle_and_work_coordinates_count() {
 fn arc_of_almost_no_sweep_can_become_a_full_circle() {
     let mut sim = idle();
     say(&mut sim, b"G21G90G17G94\n", 1);
-    // 20 nm along a circle of 3 mm: less than single precision holds at −100 mm.
+    // 20 nm along a circle of 3 mm: below the resolution of single precision at −100 mm.
     say(&mut sim, b"G3X-69.99999998Y-80I0J3F3000\n", 3000);
     let farthest = samples(&mut sim).iter().map(|s| s.position_mm.1 + 100.0).fold(0.0_f64, f64::max);
-    assert!(farthest > 5.9, "that is why the guard refuses such arcs: {farthest}");
+    assert!(farthest > 5.9, "the guard rejects such arcs for this reason: {farthest}");
 }
 
 #[test]
-fn half_a_line_is_refused_by_what_a_session_begins_with() {
+fn first_line_of_a_session_spoils_a_partial_line() {
     for half in ["G91G1X5F600", "G0X-10", "$J=G91X5F600", "$10=", "$H"] {
         let mut sim = idle();
-        let said = say(&mut sim, format!("{half}$\n").as_bytes(), 1000);
-        assert!(said.contains("error:") && !said.contains("ok"), "{half}: {said}");
+        let answer = say(&mut sim, format!("{half}$\n").as_bytes(), 1000);
+        assert!(answer.contains("error:") && !answer.contains("ok"), "{half}: {answer}");
         assert_eq!(sim.motion.position(), (-100.0, -100.0), "{half}");
     }
 }

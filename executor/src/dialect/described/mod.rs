@@ -238,9 +238,8 @@ impl Described {
             Command::Abort => {}
             Command::Prepare => {
                 self.forget();
-                let simplified =
-                    description.coordinate.scale.per_mm_f64() < self.setting.steps_per_mm * 0.999;
-                match simplified {
+                let coarse = description.coordinate.scale.per_mm_f64() < self.setting.steps_per_mm * 0.999;
+                match coarse {
                     true => self.ask_status(For::Unfit, out),
                     false => self.say(&description.prepare, &none, For::Preparing, out),
                 }

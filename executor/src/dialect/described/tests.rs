@@ -126,9 +126,9 @@ fn start_without_acknowledgements() {
 
 #[test]
 fn coarse_counts_are_rejected() {
-    let mut simplified = dialect(&NSK.replace("counts_per_mm = 1000", "counts_per_mm = 100"));
-    encoded(&mut simplified, &Command::Prepare);
-    assert!(matches!(hear(&mut simplified, "TS\r\n 0\r\n:").0[..], [Reply::Unfit(_)]));
+    let mut coarse = dialect(&NSK.replace("counts_per_mm = 1000", "counts_per_mm = 100"));
+    encoded(&mut coarse, &Command::Prepare);
+    assert!(matches!(hear(&mut coarse, "TS\r\n 0\r\n:").0[..], [Reply::Unfit(_)]));
 }
 
 #[test]
