@@ -1,4 +1,5 @@
-//! What a dialect writes is what its controller reads: motions through both, to the resolution that the margin counts with.
+//! Round trips: a simulated controller reads each dialect's motions to the resolution that the margin
+//! assumes.
 
 use std::time::Duration;
 
@@ -11,13 +12,13 @@ use keepout_planner::units::mm;
 
 use super::{Controller, Quirks, SimSettings, speaking};
 
-/// A jog to lattice units.
+/// A jog to a target in lattice units.
 fn jog_to(x: i64, y: i64, feed_mm_min: u32) -> Command {
     let mut guard = at_origin();
     Command::Move(guard.jog(Point::from_units(x, y).unwrap(), feed_mm_min).unwrap())
 }
 
-/// A straight motion of a contour from the origin to lattice units.
+/// A straight contour motion from the origin to a target in lattice units.
 fn contour_to(x: i64, y: i64, feed_mm_min: u32) -> Command {
     let line = Segment { from: Point::ORIGIN, to: Point::from_units(x, y).unwrap() };
     let mut guard = at_origin();
@@ -55,17 +56,17 @@ impl Pair {
         Self { dialect: language.dialect(setting), sim, now: Time::ZERO, bytes: Vec::new() }
     }
 
-    /// Says a command and hears on until a reply is the wanted one.
+    /// Sends a command, and waits for the wanted reply.
     fn say(&mut self, command: &Command, wanted: impl Fn(&Reply) -> bool) -> Reply {
         self.dialect.encode(command, &mut self.bytes).unwrap();
         for _ in 0..100_000 {
             std::mem::take(&mut self.bytes).into_iter().for_each(|byte| self.sim.receive(byte));
             self.now = self.now.after(Duration::from_millis(1));
             self.sim.advance(self.now);
-            let mut heard = Vec::new();
-            self.sim.transmit(&mut heard);
+            let mut received = Vec::new();
+            self.sim.transmit(&mut received);
             let replies: Vec<Reply> =
-                heard.into_iter().filter_map(|byte| self.dialect.decode(byte, &mut self.bytes)).collect();
+                received.into_iter().filter_map(|byte| self.dialect.decode(byte, &mut self.bytes)).collect();
             for reply in replies {
                 assert!(
                     !matches!(reply, Reply::Garbled(_) | Reply::Refused { .. }),
@@ -94,7 +95,7 @@ impl Pair {
     }
 }
 
-/// Drives to places on the lattice, and looks where the machine and the report are.
+/// Moves to points of the lattice, and compares the machine's position and the report.
 fn through(language: &str) {
     let language = DialectName::named(language).unwrap();
     let mut random = fastrand::Rng::with_seed(11);

@@ -1,4 +1,4 @@
-//! Where two recordings of the same scenarios differ.
+//! The differences between two recordings of the same scenarios.
 
 use std::collections::BTreeSet;
 use std::fmt::{self, Display, Formatter, Write as _};
@@ -8,16 +8,16 @@ use super::findings::{Latency, latency};
 use super::observe::{Observed, observe};
 use super::recording::Recording;
 
-/// In what two controllers differ.
+/// The aspect in which two controllers differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Aspect {
     /// Only one recording has the scenario.
     Scenario,
     /// The largest distance from the commanded path.
     Distance,
-    /// PlanRequest and kind of replies.
+    /// The order and kind of replies.
     Replies,
-    /// The states that were passed through.
+    /// The reported states.
     States,
     /// The longest time from a query to its answer.
     Answer,
@@ -46,25 +46,26 @@ impl Display for Aspect {
 pub struct Difference {
     /// The scenario.
     pub scenario: String,
-    /// In what they differ.
+    /// The aspect.
     pub aspect: Aspect,
-    /// What the first recording shows.
+    /// The value in the first recording.
     pub first: String,
-    /// What the second shows.
+    /// The value in the second recording.
     pub second: String,
 }
 
 /// Upper bounds of the timing classes, ms.
 const CLASSES_MS: [u64; 4] = [5, 20, 100, 500];
-/// Times that differ by less than this share of the longer one are alike, whatever their classes.
+/// Times that differ by at most this share of the longer one are alike, whatever their classes.
 const ALIKE: f64 = 0.25;
-/// Distances from the path that differ by less than this factor are alike: how far a tool strays depends on the phase of the cancel.
+/// Distances from the path that differ by less than this factor are alike: the deviation depends on the phase
+/// of the cancel.
 const ALIKE_DISTANCE: f64 = 1.5;
-/// So many reports of a state show it; one report alone can be chance.
+/// Least number of reports that prove a state. A single report can be chance.
 const SHOWN: u32 = 2;
 
-/// Lists the differences, by scenario. The phases of one scenario are compared together, because a real machine does not meet
-/// them to the millisecond.
+/// Lists the differences, by scenario. The phases of one scenario are compared together, because a real
+/// machine does not reproduce them to the millisecond.
 #[must_use]
 pub fn compare(first: &Recording, second: &Recording) -> Vec<Difference> {
     let (ours, theirs) = (observe(first), observe(second));
@@ -87,13 +88,13 @@ pub fn compare(first: &Recording, second: &Recording) -> Vec<Difference> {
     differences
 }
 
-/// By how much two times may differ because of the two lines alone.
+/// The largest difference between two times that the two lines alone explain.
 fn jitter(a: Latency, b: Latency) -> Duration {
     let spread = |latency: Latency| latency.most.saturating_sub(latency.median);
     spread(a) + spread(b) + a.median.abs_diff(b.median)
 }
 
-/// The scenarios, with the phases of one of them together.
+/// The scenarios, with their phases grouped.
 fn grouped(observed: &[Observed]) -> Vec<(&str, Vec<&Observed>)> {
     let mut groups: Vec<(&str, Vec<&Observed>)> = Vec::new();
     for each in observed {
@@ -114,7 +115,7 @@ fn only(scenario: &str, [first, second]: [&str; 2]) -> Difference {
     Difference { scenario: scenario.into(), aspect: Aspect::Scenario, first, second }
 }
 
-/// Smaller differences do not count.
+/// The limits below which differences do not count.
 #[derive(Clone, Copy, Debug)]
 struct Alike {
     tolerance_mm: f64,
@@ -168,7 +169,7 @@ impl Pair<'_> {
     }
 }
 
-/// The longest of the times that the aspect names.
+/// The longest time of the aspect.
 fn longest(group: &[&Observed], aspect: Aspect) -> Duration {
     let time = |each: &&Observed| match aspect {
         Aspect::Answer => each.longest_answer(),
@@ -178,15 +179,15 @@ fn longest(group: &[&Observed], aspect: Aspect) -> Duration {
     group.iter().map(time).max().unwrap_or_default()
 }
 
-/// States of `a` that `b` was not seen in.
+/// The states of `a` that `b` does not report.
 fn missing(a: &[&Observed], b: &[&Observed]) -> String {
-    let seen = |group: &[&Observed], state: &str| -> u32 {
+    let reports = |group: &[&Observed], state: &str| -> u32 {
         let states = group.iter().flat_map(|each| &each.states);
         states.filter(|(other, _)| other == state).map(|(_, count)| count).sum()
     };
     let states: BTreeSet<&str> =
         a.iter().flat_map(|each| &each.states).map(|(state, _)| state.as_str()).collect();
-    let missing = states.into_iter().filter(|state| seen(a, state) >= SHOWN && seen(b, state) == 0);
+    let missing = states.into_iter().filter(|state| reports(a, state) >= SHOWN && reports(b, state) == 0);
     missing.collect::<Vec<_>>().join(" ")
 }
 
@@ -212,7 +213,7 @@ fn class_name(time: Duration) -> String {
     }
 }
 
-/// The differences as a table, with at most so many rows.
+/// The differences as a table, with at most `rows` rows.
 #[must_use]
 pub fn table(differences: &[Difference], [first, second]: [&str; 2], rows: usize) -> String {
     let mut text = format!("{:<56} {:<20} {first:<26} {second}\n", "scenario", "in");

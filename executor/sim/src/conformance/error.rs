@@ -1,4 +1,4 @@
-//! Why nothing can be recorded, or no more.
+//! The errors of a recording.
 
 use std::time::Duration;
 
@@ -12,10 +12,10 @@ use super::recording::EVENTS_MAX;
 /// Longest time for one step of a scenario.
 pub(super) const LIMIT: Duration = Duration::from_secs(60);
 
-/// Why nothing can be recorded, or no more.
+/// Why a recording fails.
 #[derive(Debug, Error)]
 pub enum RecordError {
-    /// The port.
+    /// The port failed.
     #[error(transparent)]
     Port(#[from] PortError),
     /// The dialect has no scenarios.
@@ -24,16 +24,16 @@ pub enum RecordError {
         /// Its name.
         name: String,
     },
-    /// Nobody answers.
+    /// The controller does not answer.
     #[error("the controller does not answer. Check cable, power, port, baud rate and dialect.")]
     Silent,
-    /// A line was not answered.
+    /// The controller did not answer a line.
     #[error("the controller does not answer the line {line:?}. Is it the dialect's controller?")]
     Unanswered {
         /// The line.
         line: String,
     },
-    /// The controller does not rest.
+    /// The controller is not at rest.
     #[error("the controller is not idle: its state is {mode:?}. Home it with --home, or bring it to rest.")]
     NotIdle {
         /// Its state.
@@ -53,23 +53,28 @@ pub enum RecordError {
     SmallTravel,
     /// The box leaves the travel.
     #[error(
-        "the box about the tool at ({:.3}, {:.3}) mm leaves the machine's travel. Move the tool to ({:.3}, {:.3}) mm, or take a smaller \
-         box with --box-mm.", at.x, at.y, inside.x, inside.y
+        "the box about the tool at ({:.3}, {:.3}) mm leaves the machine's travel. Move the tool to \
+         ({:.3}, {:.3}) mm, or take a smaller box with --box-mm.",
+        at.x, at.y, inside.x, inside.y
     )]
     BeyondTravel {
-        /// Where the tool stands.
+        /// The tool's position.
         at: Mm2,
-        /// The nearest place where the box fits.
+        /// The nearest position where the box fits.
         inside: Mm2,
     },
-    /// A scenario names a place outside the box.
-    #[error("the scenario \"{scenario}\" leaves the box. Nothing was sent for it.")]
+    /// A scenario has a target outside the box.
+    #[error("the scenario \"{scenario}\" leaves the box. No line of it was sent.")]
     OutsideBox {
         /// Its name.
         scenario: String,
     },
     /// The controller did not come to rest.
-    #[error("the controller did not come to rest within {} s in \"{scenario}\". Press the emergency stop if it still moves.", LIMIT.as_secs())]
+    #[error(
+        "the controller did not come to rest within {} s in \"{scenario}\". Press the emergency stop if it \
+         still moves.",
+        LIMIT.as_secs()
+    )]
     NoRest {
         /// The scenario.
         scenario: String,

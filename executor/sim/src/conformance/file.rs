@@ -2,14 +2,15 @@
 //!
 //! ```text
 //! {"keepout_conformance":2,"dialect":"grbl","digit_mm":0.001,"step_mm":0.0025}
-//! {"at_us":15200,"what":{"begin":{"name":"cancel of one jog, 6000 mm/min, 3 of 10","origin":{"x":-100.0,"y":-100.0}}}}
+//! {"at_us":15200,"what":{"begin":{"name":"hold in jog, 3 of 4","origin":{"x":-100.0,"y":-100.0}}}}
 //! {"at_us":15200,"what":{"sent":"$J=G53G90G21X-107Y-100F6000\n"}}
 //! {"at_us":19873,"what":{"received":"ok"}}
 //! {"at_us":20010,"what":{"tool":{"at":{"x":-100.0025,"y":-100.0},"kind":"jog"}}}
 //! {"at_us":98000,"what":"rest"}
 //! ```
 //!
-//! `sent` holds bytes, `received` a line without its end, `tool` the true position of a simulated tool.
+//! `sent` holds bytes, `received` holds a line without its end, and `tool` holds the true position of a
+//! simulated tool.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read as _};
@@ -23,21 +24,21 @@ use thiserror::Error;
 use super::recording::{EVENTS_MAX, Event, Header, Recording, What};
 
 const VERSION: u32 = 2;
-/// Longest line that is read, bytes.
+/// Longest accepted line, bytes.
 const LINE_MAX: usize = 4096;
 
-/// Why a recording can not be read.
+/// Why a recording cannot be read.
 #[derive(Debug, Error)]
 pub enum RecordingError {
-    /// The file can not be read.
+    /// The file cannot be read.
     #[error("can not read {}: {source}. Check the path.", path.display())]
     File {
         /// The file.
         path: PathBuf,
-        /// The system's reason.
+        /// The operating system's error.
         source: std::io::Error,
     },
-    /// It is not a recording.
+    /// The file is not a recording.
     #[error(
         "line 1: not a conformance recording. Record one with `keepout doctor --conformance --record FILE`."
     )]
@@ -54,9 +55,9 @@ pub enum RecordingError {
         /// The line, from 1.
         line: usize,
     },
-    /// A time is before the one of an earlier line.
+    /// A time is earlier than that of a previous line.
     #[error(
-        "line {line}: its time is earlier than that of a line before it. The file is damaged; record again."
+        "line {line}: its time is earlier than that of a previous line. The file is damaged; record again."
     )]
     Backwards {
         /// The line, from 1.
@@ -68,7 +69,7 @@ pub enum RecordingError {
         /// The line, from 1.
         line: usize,
     },
-    /// It has too many events.
+    /// The recording has too many events.
     #[error("more than {EVENTS_MAX} events. Record fewer scenarios.")]
     TooLong,
 }
@@ -76,7 +77,7 @@ pub enum RecordingError {
 /// Reads the recording at `path`.
 ///
 /// # Errors
-/// [`RecordingError`] with the line.
+/// [`RecordingError`] naming the line.
 pub fn load(path: &Path) -> Result<Recording, RecordingError> {
     let failed = |source| RecordingError::File { path: path.to_path_buf(), source };
     read(BufReader::new(File::open(path).map_err(failed)?)).map_err(|error| match error {
@@ -85,15 +86,15 @@ pub fn load(path: &Path) -> Result<Recording, RecordingError> {
     })
 }
 
-/// Writes the recording to `path`, whole or not at all.
+/// Writes the recording to `path`, completely or not at all.
 ///
 /// # Errors
-/// The system's.
+/// The operating system's error.
 pub fn save(recording: &Recording, path: &Path) -> std::io::Result<()> {
     write_whole(path, write(recording).as_bytes())
 }
 
-/// The first line.
+/// The first line of the file.
 #[derive(Serialize, Deserialize)]
 struct FirstLine {
     keepout_conformance: u32,
@@ -107,14 +108,14 @@ pub fn write(recording: &Recording) -> String {
     let first = FirstLine { keepout_conformance: VERSION, header: recording.header.clone() };
     let events = recording.events.iter().map(serde_json::to_string);
     let lines = std::iter::once(serde_json::to_string(&first)).chain(events);
-    // Numbers, strings and enums have a form in JSON.
+    // Numbers, strings and enums always serialize to JSON.
     lines.map_while(Result::ok).map(|line| line + "\n").collect()
 }
 
-/// Reads a recording; the memory it takes is bounded.
+/// Reads a recording, with bounded memory.
 ///
 /// # Errors
-/// [`RecordingError`] with the line.
+/// [`RecordingError`] naming the line.
 pub fn read(mut from: impl BufRead) -> Result<Recording, RecordingError> {
     let mut number = 1;
     let first = line(&mut from, number)?.ok_or(RecordingError::Title)?;
@@ -124,7 +125,7 @@ pub fn read(mut from: impl BufRead) -> Result<Recording, RecordingError> {
         number += 1;
         let Some(text) = line(&mut from, number)? else { return Ok(recording) };
         let event: Event = serde_json::from_str(&text).map_err(|_| RecordingError::Form { line: number })?;
-        // A simulated tool's positions may be older than what was received after them.
+        // A simulated tool's positions may be older than lines received before them.
         if !matches!(event.what, What::Tool { .. }) {
             if event.at < before {
                 return Err(RecordingError::Backwards { line: number });
@@ -147,7 +148,7 @@ fn line(from: &mut impl BufRead, number: usize) -> Result<Option<String>, Record
         None => Ok(None),
         Some(b'\n') => String::from_utf8(bytes).map(Some).map_err(|_| RecordingError::Form { line: number }),
         Some(_) if bytes.len() + 1 >= LINE_MAX => Err(RecordingError::LongLine { line: number }),
-        // The last line was not written whole.
+        // The last line is incomplete.
         Some(_) => Err(RecordingError::Form { line: number }),
     }
 }

@@ -1,4 +1,4 @@
-//! The figures of a controller that a recording shows.
+//! The figures of a controller, from a recording.
 
 use std::collections::BTreeSet;
 use std::fmt::{self, Display, Formatter};
@@ -14,49 +14,49 @@ use super::start::Known;
 /// Times from queries to their answers, without those at the end of a motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Latency {
-    /// The middle one.
+    /// The median.
     pub median: Duration,
-    /// 99 % are no longer.
+    /// The 99 % quantile.
     pub most: Duration,
     /// The longest.
     pub longest: Duration,
 }
 
-/// What a recording shows of its controller.
+/// The findings about the controller of a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Findings {
     /// Firmware and version, as the controller states them.
     pub firmware: String,
-    /// Blocks of the planner: two idle reports that agree, or else what `$I` states.
+    /// Blocks of the planner, from two agreeing idle reports, otherwise from `$I`.
     pub planner_blocks: Option<u32>,
     /// Bytes of the receive buffer, likewise.
     pub receive_buffer: Option<u32>,
-    /// How quickly status queries are answered.
+    /// The times to the answers of status queries.
     pub latency: Latency,
-    /// Longest time without an answer at the end of a motion, beyond the latency of 99 % of the others.
+    /// Longest time without an answer at the end of a motion, minus the 99 % quantile of the other answers.
     pub idle_delay: Duration,
-    /// Cancels after which the path is known.
+    /// The number of cancels with a known path after them.
     pub cancels: usize,
     /// Largest distance from the commanded path at a cancel, mm.
     pub largest_deviation_mm: f64,
-    /// The same of the true position in all scenarios; only a simulated machine has it.
+    /// The same for the true position in all scenarios. Only a simulated machine provides it.
     pub true_deviation_mm: Option<f64>,
-    /// Largest distance from the position before a cancel to rest, mm.
+    /// Largest distance from the position before a cancel to the position at rest, mm.
     pub largest_stop_mm: f64,
-    /// Smaller distances do not count, mm.
+    /// The tolerance, mm. Smaller distances do not count.
     pub tolerance_mm: f64,
-    /// Whether a cancel threw received lines away.
+    /// Whether a cancel discarded received lines.
     pub discards_lines: Option<bool>,
     /// Whether a hold stopped a jog.
     pub hold_stops_jog: Option<bool>,
-    /// States that were reported.
+    /// The reported states.
     pub states: BTreeSet<String>,
-    /// Errors and alarms that were reported.
+    /// The reported errors and alarms.
     pub errors: BTreeSet<String>,
 }
 
 impl Findings {
-    /// What the recording shows.
+    /// The findings of a recording.
     #[must_use]
     pub fn of(recording: &Recording) -> Self {
         let (known, buffers) = (known(recording), buffers(recording));
@@ -115,7 +115,7 @@ fn ms(time: Duration) -> f64 {
     time.as_secs_f64() * 1e3
 }
 
-/// What the controller states of itself before the first scenario.
+/// The identity that the controller states before the first scenario.
 fn known(recording: &Recording) -> Known {
     let mut known = Known::default();
     let before = recording.events.iter().take_while(|event| !matches!(event.what, What::Begin { .. }));
@@ -127,7 +127,7 @@ fn known(recording: &Recording) -> Known {
     known
 }
 
-/// Free blocks and bytes of the first two idle reports in a row that agree and are not surpassed.
+/// The largest free blocks and bytes that two idle reports in a row agree on.
 fn buffers(recording: &Recording) -> Option<(u32, u32)> {
     let (mut last, mut all) = (None, None);
     for event in &recording.events {
@@ -141,7 +141,7 @@ fn buffers(recording: &Recording) -> Option<(u32, u32)> {
     all
 }
 
-/// How quickly queries were answered.
+/// The distribution of the times to answers.
 pub(super) fn latency(observed: &[Observed]) -> Latency {
     let mut times: Vec<Duration> = observed.iter().flat_map(|each| &each.answers).copied().collect();
     times.sort_unstable();
@@ -155,7 +155,7 @@ impl Display for Findings {
         let mut row = |name: &str, value: String| writeln!(to, "{name:<44} {value}");
         let number = |value: Option<u32>| value.map_or("not stated".into(), |value| value.to_string());
         let answer = |value: Option<bool>, yes: &str, no: &str| {
-            value.map_or("not seen", |value| if value { yes } else { no }).to_string()
+            value.map_or("not observed", |value| if value { yes } else { no }).to_string()
         };
         row("firmware", self.firmware.clone())?;
         row("planner blocks", number(self.planner_blocks))?;
@@ -167,7 +167,7 @@ impl Display for Findings {
             format!("{median:.1} ms median, {most:.1} ms for 99 %, {longest:.1} ms longest"),
         )?;
         row("idle delay", format!("{:.1} ms", ms(self.idle_delay)))?;
-        // A machine is sent no stop.
+        // A real machine receives no stop, so it has no such rows.
         if self.cancels > 0 {
             let keeps = answer(self.keeps_path_on_cancel(), "yes", "NO");
             let (off, within) = (self.largest_deviation_mm, self.tolerance_mm);
@@ -184,7 +184,7 @@ impl Display for Findings {
             row("distance from a cancel to rest", format!("{:.2} mm at most", self.largest_stop_mm))?;
             row(
                 "lines received before a cancel",
-                answer(self.discards_lines, "thrown away", "executed after the stop"),
+                answer(self.discards_lines, "discarded", "executed after the stop"),
             )?;
             row("hold in a jog", answer(self.hold_stops_jog, "stops it", "does not stop it"))?;
         }

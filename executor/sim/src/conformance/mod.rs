@@ -1,8 +1,8 @@
-//! Model conformance: whether a controller does what its simulated model does.
+//! Model conformance: the comparison of a controller with its simulated model.
 //!
-//! A [`Recorder`] plays [`Scenario`]s over any port with any clock, and stores bytes and positions with their times in a
-//! [`Recording`]. [`Findings`] are the figures that a recording shows; [`compare`] lists the differences between two recordings of
-//! the same scenarios. Only the GRBL family has scenarios.
+//! A [`Recorder`] plays [`Scenario`]s over any port with any clock, and stores bytes and positions with their
+//! times in a [`Recording`]. [`Findings`] are the figures of a recording. [`compare`] lists the differences
+//! between two recordings of the same scenarios. Only the GRBL family has scenarios.
 //!
 //! ```text
 //! scenarios ──> recorder ──> recording ──> observed ──> findings

@@ -1,4 +1,4 @@
-//! What one scenario of a recording shows.
+//! Observations of one scenario in a recording.
 
 use std::time::Duration;
 
@@ -10,22 +10,22 @@ use super::path::Mm2;
 use super::recording::{Event, Recording, What};
 use super::scenario::{CANCEL, RESET};
 
-/// What one scenario shows.
+/// The observations of one scenario.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Observed {
     /// Its name.
     pub name: String,
     /// Replies other than status reports, in order: `ok`, `error:22`, `greeting`, …
     pub replies: Vec<String>,
-    /// States that were reported, with the number of reports, in order of first appearance.
+    /// The reported states with their number of reports, in order of first appearance.
     pub states: Vec<(String, u32)>,
     /// Largest distance of a reported position from the commanded path, mm.
     pub deviation_mm: f64,
-    /// The same of the true position; only a simulated machine has it.
+    /// The same for the true position. Only a simulated machine provides it.
     pub true_deviation_mm: Option<f64>,
-    /// Its last cancel, if the path after it is known: no line was unanswered when it was sent.
+    /// Its last cancel, if no line was unanswered when it was sent: only then is the path after it known.
     pub cancel: Option<Stop>,
-    /// Whether a cancel threw unanswered lines away; `None` without such lines.
+    /// Whether a cancel discarded unanswered lines; `None` without such lines.
     pub discards: Option<bool>,
     /// Whether a hold stopped a jog; `None` without one.
     pub hold_stops_jog: Option<bool>,
@@ -39,12 +39,12 @@ pub struct Observed {
     pub stopped: Option<Duration>,
 }
 
-/// A cancel and the rest after it.
+/// The stop after a cancel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
     /// Largest distance of a reported position from the commanded path, up to rest, mm.
     pub deviation_mm: f64,
-    /// Distance from the last position before the cancel to rest, mm.
+    /// Distance from the last position before the cancel to the position at rest, mm.
     pub distance_mm: f64,
 }
 
@@ -64,7 +64,7 @@ impl Observed {
     }
 }
 
-/// What each scenario of the recording shows.
+/// The observations of each scenario of a recording.
 #[must_use]
 pub fn observe(recording: &Recording) -> Vec<Observed> {
     let mut last = None;
@@ -77,21 +77,21 @@ pub fn observe(recording: &Recording) -> Vec<Observed> {
     recording.scenarios().map(scenario).collect()
 }
 
-/// A walk along the events of a scenario.
+/// The state of a walk along the events of a scenario.
 struct Walk {
     seen: Observed,
-    /// Where the tool was last reported.
+    /// The last reported position.
     at: Mm2,
     /// The commanded path since rest.
     path: Vec<Mm2>,
-    /// The path is known: nothing was queued behind a cancel.
+    /// Whether the path is known: no line was queued behind a cancel.
     known: bool,
     mode: Mode,
     asked: Option<Time>,
     /// Send times of unanswered lines.
     open: Vec<Time>,
     jogs: bool,
-    /// A cancel or hold is under way since this time.
+    /// Send time of a cancel or hold that has not ended.
     stop_at: Option<Time>,
     cancel: Option<Cancel>,
 }
@@ -164,12 +164,12 @@ impl Walk {
         self.open.push(at);
         let Some(to) = target(line) else { return };
         self.jogs = line.starts_with("$J=");
-        // A motion that follows a stop begins wherever the tool stops.
+        // A motion after a stop begins wherever the tool stops.
         self.known &= self.cancel.is_none() && !(self.jogs && self.stop_at.is_some());
         self.path.push(to);
     }
 
-    /// A hold ends: it stopped the jog if the tool then stands short of the target.
+    /// Handles the end of a hold. The hold stopped the jog if the tool is then short of the target.
     fn resumed(&mut self) {
         if self.jogs && self.path.len() > 1 && self.stop_at.is_some() {
             let short = self.path.last().is_some_and(|&end| self.at.distance(end) > SHORT_MM);
@@ -206,7 +206,7 @@ impl Walk {
         self.seen.replies.push(kind);
     }
 
-    /// At rest everything that was commanded is over.
+    /// At rest, all commanded motions are over.
     fn rests(&mut self) {
         if let Some(cancel) = self.cancel.take() {
             if cancel.had_open {
@@ -222,12 +222,12 @@ impl Walk {
     }
 }
 
-/// A jog that ends nearer to its target than this was not stopped, mm.
+/// Largest distance to the target at which a jog counts as completed, mm.
 const SHORT_MM: f64 = 0.05;
-/// Most kinds of states that are kept.
+/// Most stored kinds of states.
 const KINDS_MAX: usize = 32;
 
-/// The target of a motion that the recorder wrote, machine coordinates.
+/// The target of a motion line of the recorder, machine coordinates.
 fn target(line: &str) -> Option<Mm2> {
     let (_, words) = line.split_once("G53")?;
     let value = |letter: char| {
@@ -238,7 +238,7 @@ fn target(line: &str) -> Option<Mm2> {
     Some(Mm2 { x: value('X')?, y: value('Y')? })
 }
 
-/// A reply's kind: what must be the same from one controller and its model. `None` for an empty line.
+/// The kind of a reply, which a controller and its model must share. `None` for an empty line.
 fn kind(line: &str) -> Option<String> {
     let line = line.trim();
     if line.is_empty() {

@@ -1,8 +1,8 @@
-//! Distances in the plane, in millimetres.
+//! Points and distances in the plane, in millimetres.
 
 use serde::{Deserialize, Serialize};
 
-/// A place in the plane, mm.
+/// A point in the plane, mm.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Mm2 {
     /// Along x.
@@ -12,31 +12,31 @@ pub struct Mm2 {
 }
 
 impl Mm2 {
-    /// The place with these coordinates.
+    /// The point with these coordinates.
     #[must_use]
     pub const fn new(x: f64, y: f64) -> Self {
         Self { x, y }
     }
 
-    /// The place `by` farther.
+    /// The point moved by `by`.
     #[must_use]
     pub fn plus(self, by: Self) -> Self {
         Self { x: self.x + by.x, y: self.y + by.y }
     }
 
-    /// The place at `length` from here in a direction given in radians.
+    /// The point at `length` from this one, in a direction given in radians.
     #[must_use]
     pub fn toward(self, direction: f64, length: f64) -> Self {
         self.plus(Self { x: length * direction.cos(), y: length * direction.sin() })
     }
 
-    /// The distance to another place.
+    /// The distance to another point.
     #[must_use]
     pub fn distance(self, other: Self) -> f64 {
         (self.x - other.x).hypot(self.y - other.y)
     }
 
-    /// The distance to the polyline through `path`; infinite without a path.
+    /// The distance to the polyline through `path`; infinite for an empty path.
     #[must_use]
     pub fn distance_to_path(self, path: &[Self]) -> f64 {
         let ends = path.iter().map(|&end| self.distance(end)).fold(f64::INFINITY, f64::min);

@@ -1,4 +1,4 @@
-//! The recorder: plays scenarios at a port and stores what goes over the line.
+//! The recorder: plays scenarios at a port and stores the bytes on the line.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -15,14 +15,14 @@ use super::recording::{EVENTS_MAX, Event, Header, Recording, What};
 use super::scenario::{RESET, Scenario, Step};
 use super::start::{Known, Setup};
 
-/// What a recorder works at.
+/// The port and clock of a recorder.
 #[derive(Debug)]
 pub struct Bench<'a, P, C> {
     /// The controller's port.
     pub port: &'a mut P,
-    /// Where time comes from.
+    /// The source of time.
     pub clock: &'a mut C,
-    /// Takes the true tool positions from the port; nothing at a machine.
+    /// Takes the true tool positions from the port. A real machine provides none.
     pub tool: fn(&mut P, &mut Vec<Sample>),
 }
 
@@ -33,18 +33,18 @@ pub struct Recorder<'a, P, C> {
     pub(super) setup: Setup,
     pub(super) recording: Recording,
     pub(super) known: Known,
-    /// Lengths of the lines that are unanswered.
+    /// Lengths of the unanswered lines.
     pub(super) open: VecDeque<usize>,
     pub(super) seen: Option<Seen>,
-    /// Idle reports in a row that agree, of queries after the last action.
+    /// Agreeing idle reports in a row, to queries sent after the last action.
     pub(super) agreeing: u8,
-    /// When something other than a query was last sent.
+    /// Send time of the last bytes other than a query.
     acted: Time,
-    /// The last report answers a query that was sent after that.
+    /// Whether the last report answers a query sent after that.
     fresh: bool,
     /// The middle of the box.
     pub(super) origin: Mm2,
-    /// When the query was sent that is unanswered.
+    /// Send time of the unanswered query.
     asked: Option<Time>,
     query_due: Time,
     line: Vec<u8>,
@@ -54,18 +54,18 @@ pub struct Recorder<'a, P, C> {
     scenario: String,
 }
 
-/// What a report stated.
+/// The content of a report.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Seen {
     pub mode: Mode,
     pub at: Option<Mm2>,
 }
 
-/// A query is sent again after this.
+/// Time after which an unanswered query is repeated.
 const ASK_AGAIN: Duration = Duration::from_millis(500);
-/// A line that is unanswered for so long at rest was thrown away.
+/// Time at rest after which an unanswered line counts as discarded.
 const THROWN_AWAY: Duration = Duration::from_millis(300);
-/// Longest received line that is kept.
+/// Longest stored received line, bytes.
 const LINE_MAX: usize = 512;
 /// Receive buffer of a controller that does not state it.
 const RECEIVE_BUFFER: u32 = 128;
@@ -95,13 +95,13 @@ impl<'a, P: Port, C: Clock> Recorder<'a, P, C> {
         }
     }
 
-    /// What the controller states of itself.
+    /// The identity that the controller states.
     #[must_use]
     pub fn known(&self) -> &Known {
         &self.known
     }
 
-    /// Blocks of the controller's planner, as it states them.
+    /// Blocks of the controller's planner, as it states them, at least 2.
     #[must_use]
     pub fn blocks(&self) -> u32 {
         self.known.blocks.unwrap_or(BLOCKS).clamp(2, 1000)
@@ -119,10 +119,12 @@ impl<'a, P: Port, C: Clock> Recorder<'a, P, C> {
         self.recording
     }
 
-    /// Plays a scenario. After an error it sends nothing more. The queued motions end in the box.
+    /// Plays a scenario. After an error the recorder sends no further bytes, and the queued motions end in
+    /// the box.
     ///
     /// # Errors
-    /// [`RecordError`] when the port fails, the scenario leaves the box, or the controller does not come to rest.
+    /// [`RecordError`] when the port fails, the scenario leaves the box, or the controller does not come to
+    /// rest.
     pub fn play(&mut self, scenario: &Scenario) -> Result<(), RecordError> {
         self.scenario.clone_from(&scenario.name);
         let half = self.setup.box_mm / 2.0;
@@ -161,7 +163,7 @@ impl<'a, P: Port, C: Clock> Recorder<'a, P, C> {
         format!("{words}X{:.3}Y{:.3}F{feed}", at.x, at.y)
     }
 
-    /// Sends a line once the controller's receive buffer has room for it.
+    /// Sends a line as soon as the controller's receive buffer has room for it.
     pub(super) fn send_line(&mut self, line: &str) -> Result<(), RecordError> {
         let length = line.len() + 1;
         let buffer = self.known.receive_buffer.unwrap_or(RECEIVE_BUFFER);
@@ -188,12 +190,12 @@ impl<'a, P: Port, C: Clock> Recorder<'a, P, C> {
         self.push(now, What::Sent(bytes))
     }
 
-    /// Answers to queries that were sent earlier say nothing about what follows.
+    /// Marks an action. Answers to earlier queries do not describe the state after it.
     pub(super) fn act(&mut self) {
         (self.acted, self.agreeing, self.fresh) = (self.bench.clock.now(), 0, false);
     }
 
-    /// Waits for rest: two idle reports that agree, with every line answered, or thrown away by a cancel.
+    /// Waits for rest: two agreeing idle reports, with every line answered or discarded by a cancel.
     fn rest(&mut self) -> Result<(), RecordError> {
         let mut thrown_away = Time::NEVER;
         self.act();
@@ -212,7 +214,7 @@ impl<'a, P: Port, C: Clock> Recorder<'a, P, C> {
         self.push(now, What::Rest)
     }
 
-    /// Whether an alarm was reported since the last action.
+    /// Whether the controller has reported an alarm since the last action.
     fn is_locked(&self) -> bool {
         self.fresh && self.seen.is_some_and(|seen| seen.mode == Mode::Alarm)
     }
@@ -228,7 +230,7 @@ impl<'a, P: Port, C: Clock> Recorder<'a, P, C> {
         Err(RecordError::NoRest { scenario: self.scenario.clone() })
     }
 
-    /// Reads, and queries the status, until `done` or for so long; whether it was done.
+    /// Reads and queries the status until `done` or the end of `within`. Returns whether `done` held.
     pub(super) fn pump(
         &mut self,
         within: Duration,
@@ -272,7 +274,7 @@ impl<'a, P: Port, C: Clock> Recorder<'a, P, C> {
         Ok(outcome?)
     }
 
-    /// Stores the true positions, each place once.
+    /// Stores the true positions, each one once.
     fn take_tool(&mut self) -> Result<(), RecordError> {
         let mut samples = std::mem::take(&mut self.samples);
         (self.bench.tool)(self.bench.port, &mut samples);
@@ -322,5 +324,5 @@ impl<'a, P: Port, C: Clock> Recorder<'a, P, C> {
     }
 }
 
-/// Feed of the way to the middle of the box, mm/min.
+/// Feed of the move to the middle of the box, mm/min.
 const APPROACH: u32 = 300;

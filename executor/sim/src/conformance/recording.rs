@@ -1,4 +1,4 @@
-//! A recording: what went over the line and where the tool was, with times.
+//! A recording: the bytes on the line and the tool's positions, with times.
 
 use keepout_executor::dialect::Status;
 use keepout_executor::session::{SampleKind, characters, micros};
@@ -10,42 +10,42 @@ use super::path::Mm2;
 /// Most events of a recording.
 pub const EVENTS_MAX: usize = 4_000_000;
 
-/// One thing that happened.
+/// The content of an event.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum What {
-    /// A scenario began, about this place in machine coordinates.
+    /// A scenario began.
     Begin {
         /// Its name.
         name: String,
-        /// The middle of its box.
+        /// The middle of its box, machine coordinates.
         origin: Mm2,
     },
-    /// Bytes were sent.
+    /// Sent bytes.
     #[serde(with = "characters")]
     Sent(Vec<u8>),
-    /// A line was received, without its end.
+    /// A received line, without its end.
     #[serde(with = "characters")]
     Received(Vec<u8>),
-    /// The controller was seen at rest.
+    /// The controller came to rest.
     Rest,
-    /// The tool was truly here, machine coordinates. Only a simulated machine tells.
+    /// The tool's true position. Only a simulated machine provides it.
     Tool {
-        /// Where.
+        /// The position, machine coordinates.
         at: Mm2,
-        /// What the machine was doing.
+        /// The kind of motion.
         kind: SampleKind,
     },
 }
 
-/// One thing that happened, and when.
+/// An event with its time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Event {
-    /// When.
+    /// The time.
     #[serde(with = "micros", rename = "at_us")]
     pub at: Time,
-    /// What.
+    /// The content.
     pub what: What,
 }
 
@@ -66,7 +66,7 @@ impl Event {
     }
 }
 
-/// Of what a recording is.
+/// The header of a recording: dialect and resolution.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Header {
     /// The dialect.
@@ -78,7 +78,7 @@ pub struct Header {
 }
 
 impl Header {
-    /// Positions agree within this, mm: the report's digit, a step, and 2 µm for rounding.
+    /// The tolerance for equal positions, mm: the report's digit, a step, and 2 µm for rounding.
     #[must_use]
     pub fn tolerance_mm(&self) -> f64 {
         self.digit_mm + self.step_mm + 0.002
@@ -88,9 +88,9 @@ impl Header {
 /// A recording.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Recording {
-    /// Of what it is.
+    /// Dialect and resolution.
     pub header: Header,
-    /// What happened, in order.
+    /// The events, in order.
     pub events: Vec<Event>,
 }
 

@@ -1,4 +1,4 @@
-//! Scenarios as data: lines, real-time characters and waits, about the place where the tool stands.
+//! Scenarios as data: lines, real-time characters and waits, around the tool's position.
 
 use std::f64::consts::PI;
 use std::time::Duration;
@@ -10,28 +10,28 @@ use super::path::Mm2;
 /// Where a scenario may be played.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Care {
-    /// At a machine: it moves in its box, stops, resets and stores nothing.
+    /// At a machine: the scenario moves inside its box, and sends no stop, reset or stored setting.
     Harmless,
-    /// At a simulated controller: it resets, raises alarms, leaves the box, or sends a hold or a cancel. GRBL and grblHAL can run away
-    /// at either (`docs/safety/controllers.md`).
+    /// At a simulated controller only: the scenario resets, raises alarms, leaves the box, or sends a hold or
+    /// a cancel. GRBL and grblHAL can run away at either (`docs/safety/controllers.md`).
     Harmful,
 }
 
-/// One step of a scenario. Places are relative to the middle of the box.
+/// One step of a scenario. Positions are relative to the middle of the box.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Step {
-    /// Send a line; its end is added.
+    /// Send a line. The recorder adds its end.
     Line(String),
-    /// Send a jog to a place.
+    /// Send a jog.
     Jog {
-        /// Where to.
+        /// The target.
         to: Mm2,
         /// Feed, mm/min.
         feed: u32,
     },
-    /// Send a programmed motion (G1) to a place.
+    /// Send a programmed motion (G1).
     Cut {
-        /// Where to.
+        /// The target.
         to: Mm2,
         /// Feed, mm/min.
         feed: u32,
@@ -42,22 +42,22 @@ pub enum Step {
     Wait(Duration),
     /// Wait until each line is answered.
     Answered,
-    /// Wait until the controller rests.
+    /// Wait until the controller is at rest.
     Rest,
 }
 
-/// Steps with a name.
+/// A named sequence of steps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scenario {
-    /// Unique among the scenarios of a recording.
+    /// The name, unique among the scenarios of a recording.
     pub name: String,
     /// Where it may be played.
     pub care: Care,
-    /// What is done, in order.
+    /// The steps, in order.
     pub steps: Vec<Step>,
 }
 
-/// The figures that scenarios are made for.
+/// The machine figures for scenarios.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     /// Side of the box, mm.
@@ -70,14 +70,14 @@ pub struct Frame {
     pub blocks: u32,
 }
 
-/// Character that cancels a jog.
+/// The character that cancels a jog.
 pub(super) const CANCEL: u8 = 0x85;
-/// Character that holds.
+/// The character of a feed hold.
 pub(super) const HOLD: u8 = b'!';
-/// Character that resets.
+/// The character of a reset.
 pub(super) const RESET: u8 = 0x18;
 
-/// A block of a full planner lasts so long, s: longer than its line takes at the port.
+/// Duration of a block in a full planner, s: longer than its line takes at the port.
 const BLOCK_S: f64 = 0.025;
 
 /// All scenarios, harmless ones first.
@@ -113,19 +113,20 @@ fn harmful(name: String, steps: Vec<Step>) -> Scenario {
 }
 
 impl Frame {
-    /// Targets stay within this distance of the middle in each axis: a cancelled tool may leave its path.
+    /// Largest distance of targets from the middle in each axis. The rest of the box allows for a cancelled
+    /// tool that leaves its path.
     fn reach(&self) -> f64 {
         0.35 * self.box_mm
     }
 
-    /// A share of the top speed as a feed, mm/min, that a motion through the box can reach.
+    /// A share of the top speed as a feed, mm/min, limited to a speed that a motion in the box reaches.
     fn feed(&self, share: f64) -> u32 {
         let reachable = (self.acceleration_mm_s2 * self.reach()).sqrt();
         let feed = (self.max_rate_mm_s.min(reachable) * share * 60.0).clamp(10.0, 60_000.0);
         whole(feed)
     }
 
-    /// How long a motion of this length takes from rest to rest, s.
+    /// Duration of a motion of this length from rest to rest, s.
     fn seconds(&self, length_mm: f64, feed: u32) -> f64 {
         let (v, a) = (f64::from(feed) / 60.0, self.acceleration_mm_s2);
         if v * v / a > length_mm { 2.0 * (length_mm / a).sqrt() } else { length_mm / v + v / a }
@@ -136,7 +137,8 @@ impl Frame {
         vec![Step::Jog { to, feed: self.feed(0.7) }, Step::Rest]
     }
 
-    /// From the left edge, `count` segments through the box that turn by `angle`, left and right in turns.
+    /// Zigzag from the left edge through the box: `count` segments that turn by `angle`, alternately left and
+    /// right.
     fn zigzag(&self, count: u32, angle: f64) -> Vec<Mm2> {
         let length = 2.0 * self.reach() / f64::from(count);
         let mut at = Mm2::new(-self.reach(), 0.0);
@@ -181,7 +183,7 @@ impl Frame {
         }
     }
 
-    /// Cancels at equal times along one path.
+    /// Cancels at equally spaced times along one path.
     fn cancel_phases(
         &self,
         all: &mut Vec<Scenario>,
@@ -241,7 +243,8 @@ impl Frame {
         }
     }
 
-    /// The queue has run low, and the tool brakes to its end. The next jog arrives then, and a cancel just behind it.
+    /// Low queues: the tool brakes to the end of its queue. Then the next jog arrives, and a cancel directly
+    /// after it.
     fn low_queues(&self, all: &mut Vec<Scenario>) {
         let feed = self.feed(0.5);
         let ramp = f64::from(feed) / 60.0 / self.acceleration_mm_s2;
@@ -277,7 +280,7 @@ impl Frame {
         }
     }
 
-    /// Ends of motions, for the time without answers after them.
+    /// Short motions, for the time without answers at their ends.
     fn short_jogs(&self, all: &mut Vec<Scenario>) {
         let feed = self.feed(0.3);
         let mut steps = Vec::new();
@@ -301,7 +304,8 @@ impl Frame {
         all.push(harmless("feed override".into(), steps));
     }
 
-    /// A controller that takes one of these lines does not move: they name no place, or a way of no length.
+    /// Illegal lines without a target, or with a motion of length zero. A controller that accepts one does
+    /// not move.
     fn illegal_lines(&self, all: &mut Vec<Scenario>) {
         for text in ["$J=G91X0", "$J=G91G1X0F100", "$J=G91X0F", "$JX", "G1G2", "G999", "1"] {
             let steps = vec![Step::Line(text.into()), Step::Answered, Step::Rest];

@@ -1,4 +1,4 @@
-//! The same scenarios at a simulated controller, in virtual time.
+//! Scenarios at a simulated controller, in virtual time.
 
 use std::time::Duration;
 
@@ -15,22 +15,22 @@ use crate::{PositioningError, Quirks, SimMachine, SimSettings, VirtualPort, spea
 /// The simulated machine.
 #[derive(Clone, Debug)]
 pub struct SimulatedBench {
-    /// What the recording is made with.
+    /// The set-up of the recording.
     pub setup: Setup,
-    /// Where the tool stands.
+    /// The tool's start, machine coordinates.
     pub at: Mm2,
     /// Baud rate of the line.
     pub baud: u32,
-    /// What the controller does besides.
+    /// Optional behaviour of the controller.
     pub quirks: Quirks,
 }
 
-/// Delay of the line each way, with a USB adapter.
+/// Delay of the line each way, as with a USB adapter.
 const DELAY: Duration = Duration::from_millis(1);
-/// A setting is stored within this.
+/// Longest time to store a setting.
 const STORES_WITHIN: Duration = Duration::from_secs(1);
 
-/// Plays the scenarios at the simulated controller of the setup's dialect.
+/// Plays the scenarios at the simulated controller of the set-up's dialect.
 ///
 /// # Errors
 /// [`RecordError`] as at a port.

@@ -1,4 +1,5 @@
-//! The start of a recording: who answers, where the tool stands, and whether the box lies in the travel.
+//! The start of a recording: the controller's identity, the tool's position, and the place of the box in the
+//! travel.
 
 use std::time::Duration;
 
@@ -14,16 +15,17 @@ use super::record::{Bench, Recorder};
 use super::recording::Header;
 use super::scenario::Frame;
 
-/// Where the middle of the box is.
+/// The choice of the middle of the box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Start {
-    /// Where the tool stands.
+    /// The tool's present position.
     Standing,
-    /// The machine is homed first; then the tool moves to the nearest place about which the box lies in the travel.
+    /// The machine is homed first. Then the tool moves to the nearest position around which the box lies in
+    /// the travel.
     Homed,
 }
 
-/// What a recording is made with.
+/// The set-up of a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setup {
     /// The dialect.
@@ -32,28 +34,28 @@ pub struct Setup {
     pub machine: MachineProfile,
     /// Side of the box, mm.
     pub box_mm: f64,
-    /// Where the middle of the box is.
+    /// The choice of the middle of the box.
     pub start: Start,
     /// Least time between two status queries.
     pub interval: Duration,
 }
 
 impl Setup {
-    /// The usual setup for a machine: a box of 20 mm about where the tool stands.
+    /// The usual set-up for a machine: a box of 20 mm around the tool.
     #[must_use]
     pub fn of(language: DialectName, machine: MachineProfile) -> Self {
         Self { language, machine, box_mm: 20.0, start: Start::Standing, interval: Duration::from_millis(2) }
     }
 
-    /// What the scenarios are made for, with a planner of so many blocks.
+    /// The figures for scenarios, with a planner of `blocks` blocks.
     #[must_use]
     pub fn frame(&self, blocks: u32) -> Frame {
         let MachineProfile { max_rate_mm_s, acceleration_mm_s2, .. } = self.machine;
         Frame { box_mm: self.box_mm, max_rate_mm_s, acceleration_mm_s2, blocks }
     }
 
-    /// The nearest place about which the box lies in the travel, which is [−width, 0] × [−height, 0]; `None` where the box is
-    /// larger than the travel.
+    /// The nearest position around which the box lies in the travel [−width, 0] × [−height, 0]; `None` if the
+    /// box is larger than the travel.
     #[must_use]
     pub fn nearest_inside(&self, at: Mm2) -> Option<Mm2> {
         let half = self.box_mm / 2.0;
@@ -66,12 +68,12 @@ impl Setup {
     }
 }
 
-/// What a controller states of itself.
+/// The identity that a controller states.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Known {
     /// Its version.
     pub version: String,
-    /// Its firmware's name, where it states one.
+    /// The name of its firmware, if stated.
     pub firmware: String,
     /// Blocks of its planner.
     pub blocks: Option<u32>,
@@ -82,7 +84,7 @@ pub struct Known {
 }
 
 impl Known {
-    /// Takes a line that was received.
+    /// Takes a received line.
     pub(super) fn take(&mut self, line: &str) {
         let inner = |before: &str| line.strip_prefix(before)?.strip_suffix(']');
         if let Some(version) = inner("[VER:") {
@@ -105,7 +107,7 @@ impl Known {
     }
 }
 
-/// Whether the dialect has scenarios.
+/// Checks that the dialect has scenarios.
 ///
 /// # Errors
 /// [`RecordError::Dialect`] when it has none.
@@ -116,19 +118,20 @@ pub fn check_dialect(language: &DialectName) -> Result<(), RecordError> {
     }
 }
 
-/// A controller that was opened may just have been reset by that, and says nothing for so long.
+/// Longest silence after the port is opened, because opening may reset the controller.
 const WAKES_WITHIN: Duration = Duration::from_secs(4);
-/// A question is answered within this.
+/// Longest time for the answer to a query.
 const ANSWERS_WITHIN: Duration = Duration::from_secs(3);
-/// Homing ends within this.
+/// Longest duration of homing.
 const HOMES_WITHIN: Duration = Duration::from_secs(180);
 
 impl<'a, P: Port, C: Clock> Recorder<'a, P, C> {
-    /// Asks who answers and where the tool stands; homes if that is wanted. Stores nothing.
+    /// Queries the controller's identity and the tool's position, and homes if the set-up wants it. Stores no
+    /// setting.
     ///
     /// # Errors
-    /// [`RecordError`] when the dialect has no scenarios, nobody answers, the controller does not rest, its positions are not
-    /// machine positions in mm, or the box leaves the travel.
+    /// [`RecordError`] when the dialect has no scenarios, the controller does not answer or is not at rest,
+    /// its positions are not machine positions in mm, or the box leaves the travel.
     pub fn begin(bench: Bench<'a, P, C>, setup: Setup) -> Result<Self, RecordError> {
         check_dialect(&setup.language)?;
         let header = Header {
@@ -141,7 +144,7 @@ impl<'a, P: Port, C: Clock> Recorder<'a, P, C> {
         if recorder.setup.start == Start::Homed {
             recorder.ask("$H", HOMES_WITHIN)?;
         }
-        // The first line makes the controller refuse whatever it may have half of.
+        // The first line makes the controller reject a partial line left in its buffer.
         for line in ["$", "$I", "$$"] {
             recorder.ask(line, ANSWERS_WITHIN)?;
         }

@@ -1,4 +1,4 @@
-//! The simulated controllers, each quirk on and off, in virtual time.
+//! Conformance of the simulated controllers, with each quirk on and off, in virtual time.
 
 use std::sync::OnceLock;
 use std::time::Duration;
@@ -26,7 +26,7 @@ fn played(language: &DialectName, quirks: Quirks, choose: fn(&Scenario) -> bool)
     simulate(&setting(language.clone(), quirks), &scenarios).unwrap()
 }
 
-/// Everything, at GRBL and at grblHAL without quirks.
+/// All scenarios, at GRBL or at grblHAL without quirks.
 fn whole(language: &DialectName) -> &'static Recording {
     static GRBL: OnceLock<Recording> = OnceLock::new();
     static HAL: OnceLock<Recording> = OnceLock::new();
@@ -78,7 +78,7 @@ fn fast_hold_of_grblhal_is_found_and_plain_hold_keeps_the_path() {
     let differences = compare(&fast, &plain);
     println!("{}", table(&differences, ["fast hold", "plain hold"], 99));
     let strays = |each: &&Difference| each.aspect == Aspect::Distance;
-    assert_eq!(differences.iter().filter(strays).count(), 12, "each scenario with a junction");
+    assert_eq!(differences.iter().filter(strays).count(), 12, "one for each scenario with a junction");
 }
 
 #[test]
@@ -123,7 +123,7 @@ fn startup_lines_and_silent_resets_are_found() {
 }
 
 #[test]
-fn no_stop_is_played_at_a_machine() {
+fn scenarios_for_machines_contain_no_hold_or_cancel() {
     for language in [DialectName::Grbl, DialectName::GrblHal] {
         let scenarios = all(&language);
         let harmless = |each: &&Scenario| each.care == Care::Harmless;
@@ -133,7 +133,7 @@ fn no_stop_is_played_at_a_machine() {
     }
 }
 
-/// Both firmwares send 65,535 steps when a stop ends where a block ends, at some slopes of the next one.
+/// Both firmwares send 65,535 steps when a stop ends at the end of a block, at some slopes of the next one.
 #[test]
 fn stops_that_run_away_are_found() {
     let low = |scenario: &Scenario| scenario.name.starts_with("low queue");
@@ -205,10 +205,10 @@ fn recordings_survive_their_file_and_damage_is_named_by_line() {
 }
 
 #[test]
-fn nothing_moves_where_it_must_not() {
+fn scenarios_are_refused_outside_travel_box_and_dialect() {
     let refusal = |setting: &SimulatedBench| match simulate(setting, &[]) {
         Err(error) => error.to_string(),
-        Ok(_) => panic!("nothing was refused"),
+        Ok(_) => panic!("the set-up was accepted"),
     };
     let corner = SimulatedBench { at: Mm2::new(-1.0, -1.0), ..setting(DialectName::Grbl, Quirks::default()) };
     assert!(refusal(&corner).contains("leaves the machine's travel"));

@@ -1,9 +1,9 @@
-//! What stands between a person's will and the stick: the arm, reaction time, tremor, and a stick that sticks.
+//! The path from a person's intention to the stick: arm, reaction time, tremor, and a sticking stick.
 
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
 
-/// Between two inputs, s.
+/// Time between two inputs, s.
 pub(super) const DT: f64 = 0.01;
 
 /// The arm: a second-order lag, 10 rad/s, damping 0.7.
@@ -26,14 +26,14 @@ impl Lag {
     }
 }
 
-/// What was seen some inputs ago is acted on now.
+/// The reaction time: the operator acts on an earlier view.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Reaction {
     seen: VecDeque<(f64, f64)>,
 }
 
 impl Reaction {
-    /// What was seen `inputs` inputs ago; nothing before that.
+    /// The view from `inputs` inputs ago; zero before that.
     pub(super) fn step(&mut self, seen: (f64, f64), inputs: usize) -> (f64, f64) {
         self.seen.push_back(seen);
         let due = if self.seen.len() > inputs { self.seen.pop_front() } else { None };
@@ -41,7 +41,7 @@ impl Reaction {
     }
 }
 
-/// Tremor of 8 to 12 Hz whose pitch and strength wander; each axis has its own.
+/// Tremor of 8 to 12 Hz, independent in each axis, with varying frequency and amplitude.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Tremor {
     axes: [Wave; 2],
@@ -56,7 +56,7 @@ struct Wave {
 }
 
 impl Tremor {
-    /// Amplitude between a half and the whole of `most`.
+    /// The deflection of one input, with an amplitude from half of `most` to `most`.
     pub(super) fn step(&mut self, most: f64, random: &mut fastrand::Rng) -> (f64, f64) {
         let [x, y] = self.axes.each_mut().map(|wave| wave.step(random) * most);
         (x, y)
@@ -76,7 +76,8 @@ impl Wave {
     }
 }
 
-/// A stick that now and then holds its deflection for seconds, whatever the hand wants; sometimes it falls to its stop.
+/// A stick that sometimes holds its deflection for seconds, regardless of the hand. Sometimes it falls to its
+/// stop.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Sticking {
     held: Option<(f64, f64)>,
@@ -106,7 +107,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tremor_is_of_8_to_12_hertz() {
+    fn tremor_has_8_to_12_hertz() {
         let mut random = fastrand::Rng::with_seed(3);
         let mut tremor = Tremor::default();
         let waves: Vec<f64> = (0..6000).map(|_| tremor.step(0.2, &mut random).0).collect();
@@ -116,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn a_reaction_takes_its_time() {
+    fn reaction_follows_the_view_after_the_reaction_time() {
         let mut reaction = Reaction::default();
         let answers: Vec<f64> = (1..=30).map(|i| reaction.step((f64::from(i), 0.0), 20).0).collect();
         assert!(answers[..20].iter().all(|answer| *answer == 0.0));

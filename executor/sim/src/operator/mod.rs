@@ -1,7 +1,8 @@
-//! Operators without a person: models, scripts and recorded traces.
+//! Simulated operators: models, scripts and recorded traces.
 //!
-//! A model draws its own random numbers from a seed and gets the time as an argument, so that a run can be repeated. Figures are
-//! from human motor control: reaction 0.25 s, crossover 2.5 rad/s, tremor 8 to 12 Hz, arm as a second-order lag.
+//! A model draws random numbers from a seed and receives the time as an argument, so a run is reproducible.
+//! The figures are from human motor control: reaction time 0.25 s, crossover 2.5 rad/s, tremor 8 to 12 Hz,
+//! the arm as a second-order lag.
 
 mod arm;
 mod models;
@@ -19,24 +20,28 @@ pub use script::{Script, ScriptError};
 use thiserror::Error;
 pub use trace::{Trace, TraceError};
 
-/// Why there is no operator.
+/// Why a name gives no operator.
 #[derive(Debug, Error)]
 pub enum OperatorError {
-    /// Neither a model nor a file.
-    #[error("no operator \"{name}\": it is none of {} and no script file", ModelKind::NAMES.join(", "))]
+    /// The name is neither a model nor a file.
+    #[error(
+        "no operator \"{name}\": give one of {}, or the path of a script file",
+        ModelKind::NAMES.join(", ")
+    )]
     Unknown {
-        /// What was commanded for.
+        /// The name.
         name: String,
     },
-    /// A script that can not be read.
+    /// The script is not readable.
     #[error(transparent)]
     Script(#[from] ScriptError),
-    /// A trace that can not be read or recorded.
+    /// The trace is not readable, or cannot be recorded.
     #[error(transparent)]
     Trace(#[from] TraceError),
 }
 
-/// The operator of a session: a model for `jog_s` seconds and then automatic, `trace:FILE`, or a script file.
+/// The operator of a session: a model that jogs for `jog_s` seconds and then arms the cycle, a trace
+/// (`trace:FILE`), or a script file.
 ///
 /// # Errors
 /// [`OperatorError`] when `name` is neither a model nor a readable trace or script.
@@ -63,7 +68,7 @@ mod tests {
 
     use super::*;
 
-    /// What an operator sees in the middle of nowhere.
+    /// A view of the tool 20 mm from the wall.
     pub fn view(phase: Phase) -> OperatorView {
         OperatorView {
             end_mm: None,
@@ -76,16 +81,16 @@ mod tests {
         }
     }
 
-    /// An operator who inputs what it was told, one after the other; the start takes none.
-    pub struct Told(std::vec::IntoIter<OperatorInput>);
+    /// An operator with prescribed inputs, one per call. It gives no input during the start.
+    pub struct Prescribed(std::vec::IntoIter<OperatorInput>);
 
-    impl Told {
+    impl Prescribed {
         pub fn new(inputs: Vec<OperatorInput>) -> Self {
             Self(inputs.into_iter())
         }
     }
 
-    impl Operator for Told {
+    impl Operator for Prescribed {
         fn input(&mut self, view: &OperatorView, _: Time) -> OperatorInput {
             if view.phase == Phase::Starting {
                 OperatorInput::default()

@@ -8,26 +8,26 @@ use keepout_guard::Time;
 
 use super::arm::{DT, Lag, Reaction, Sticking, Tremor};
 
-/// How a model behaves while it steers.
+/// The jogging behaviour of a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ModelKind {
-    /// Goes from place to place around the part, with reaction time, arm and tremor.
+    /// Moves from place to place around the part, with reaction time, arm and tremor.
     Calm,
     /// Random directions and sudden steps.
     Random,
-    /// Full deflection straight at the nearest wall, grazing, and letting go at the last moment.
+    /// Full deflection at the nearest wall: straight, grazing, along it, and released at the last moment.
     Wall,
     /// Full reversals, timed to the wall.
     Reversal,
-    /// As calm, but quicker to react, and the hand trembles by a fifth of the throw at 8 to 12 Hz.
+    /// As calm, with a shorter reaction time, and a tremor of a fifth of the throw at 8 to 12 Hz.
     Jittery,
-    /// Goes from place to place with a stick that sticks: for seconds it holds its deflection, or falls to its stop,
-    /// while the person wants something else.
+    /// Moves from place to place with a sticking stick: for seconds it holds its deflection, or falls to its
+    /// stop, against the person's intention.
     Stuck,
 }
 
 impl ModelKind {
-    /// The names by which models are commanded for.
+    /// The names of the models.
     pub const NAMES: [&'static str; 6] = ["calm", "random", "wall", "reversal", "jittery", "stuck"];
 
     /// The model of that name.
@@ -51,12 +51,13 @@ const REACTION: usize = 25;
 const QUICK_REACTION: usize = 20;
 /// Strongest tremor of the jittery operator, share of the throw.
 const TREMOR: f64 = 0.2;
-/// In automatic mode the operator walks up to the part at this deflection.
+/// Deflection with which the operator approaches the part while the cycle is armed.
 const APPROACH: f64 = 0.25;
-/// An automatic phase that has not begun to contour after this time is given up, s.
+/// Time limit from arming the cycle to the contour start, s. Then the model stops.
 const TOUCH_WITHIN: f64 = 240.0;
 
-/// A modelled operator: steers for a while, then touches the part and lets it be contoured, then quits.
+/// A modelled operator: it jogs for some time, touches the part for a contact start, and stops after the
+/// contour.
 #[derive(Clone, Debug)]
 pub struct Model {
     kind: ModelKind,
@@ -75,7 +76,7 @@ pub struct Model {
 }
 
 impl Model {
-    /// A model that steers for `jog_s` seconds from its first manual moment.
+    /// A model that jogs for `jog_s` seconds after the start.
     #[must_use]
     pub fn new(kind: ModelKind, jog_s: f64, seed: u64) -> Self {
         Self {
@@ -124,7 +125,7 @@ impl Model {
         self.sticking.step(wanted, t, &mut self.random)
     }
 
-    /// Where the arm has the stick on the way from place to place; none while the position is not known.
+    /// The arm's stick deflection on the way from place to place; `None` while the position is unknown.
     fn go_around(&mut self, view: &OperatorView, t: f64, reaction: usize) -> Option<(f64, f64)> {
         let position = view.position_mm?;
         if t >= self.until {
@@ -134,18 +135,18 @@ impl Model {
         let error = (self.goal.0 - position.0, self.goal.1 - position.1);
         let (ex, ey) = self.reaction.step(error, reaction);
         let far = ex.hypot(ey).max(1e-9);
-        // Full use of the stick (0.6) beyond 20 mm, less when near.
+        // Full use of the stick (0.6) beyond 20 mm, less at smaller distances.
         let want = (far / 20.0).min(1.0) * 0.6;
         Some(self.hand.step((ex / far * want, ey / far * want)))
     }
 
-    /// Somewhere in the box around the part, grown by a fifth: outside it, near it, or on it.
+    /// A random place in the box around the part, grown by a fifth: outside the part, near it, or on it.
     fn place_around(&mut self, (x0, y0, x1, y1): (f64, f64, f64, f64)) -> (f64, f64) {
         let (w, h) = (x1 - x0, y1 - y0);
         (x0 + w * (1.4 * self.random.f64() - 0.2), y0 + h * (1.4 * self.random.f64() - 0.2))
     }
 
-    /// Ornstein–Uhlenbeck, 0.15 s and 0.5 of full scale, with a sudden step now and then.
+    /// An Ornstein–Uhlenbeck process, 0.15 s and 0.5 of full scale, with sudden steps.
     fn random(&mut self, t: f64) -> (f64, f64) {
         let noise = |random: &mut fastrand::Rng| (0..12).map(|_| random.f64()).sum::<f64>() - 6.0;
         let (decay, kick) = ((-DT / 0.15_f64).exp(), 0.5 * (1.0 - (-2.0 * DT / 0.15_f64).exp()).sqrt());
@@ -159,7 +160,7 @@ impl Model {
         (self.drift.0 + self.goal.0, self.drift.1 + self.goal.1)
     }
 
-    /// At the wall with everything, by turns straight, grazing by 5°, along it, and letting go for 50 ms.
+    /// Full deflection at the wall: straight, grazing by 5°, along it, and released 50 ms before each change.
     fn wall(&mut self, view: &OperatorView, t: f64) -> (f64, f64) {
         let (Some(position), Some(wall)) = (view.position_mm, view.wall_mm) else { return (0.0, 0.0) };
         if t >= self.until {
@@ -218,7 +219,8 @@ impl Operator for Model {
         let (Some(position), Some(wall)) = (view.position_mm, view.wall_mm) else {
             return OperatorInput::default();
         };
-        // A tool that stands too near, as after a contour that was interrupted, is led away first.
+        // After an interrupted contour the tool stands inside the jogging clearance: the model leads it away
+        // first.
         let turn = if view.phase == Phase::Escaping { std::f64::consts::PI } else { 0.0 };
         let (x, y) = toward(position, wall, turn);
         OperatorInput { velocity: (x * APPROACH, y * APPROACH), automatic: true, ..OperatorInput::default() }
@@ -230,7 +232,7 @@ mod tests {
     use super::*;
     use crate::operator::tests::view;
 
-    /// What a model inputs during a minute in which the tool follows it at up to 50 mm/s.
+    /// The inputs of a model during a minute. The tool follows them at up to 50 mm/s.
     fn minute(kind: ModelKind, seed: u64) -> Vec<(f64, f64)> {
         let mut model = Model::new(kind, 100.0, seed);
         let mut view = view(Phase::Manual);
@@ -246,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn a_seed_makes_the_model() {
+    fn equal_seeds_give_equal_inputs() {
         for name in ModelKind::NAMES {
             let kind = ModelKind::named(name).unwrap();
             let first = minute(kind, 7);
@@ -257,9 +259,9 @@ mod tests {
     }
 
     #[test]
-    fn the_jittery_hand_trembles_at_8_to_12_hertz_with_an_amplitude_that_matters() {
+    fn jittery_model_has_a_strong_tremor_of_8_to_12_hertz() {
         let inputs = minute(ModelKind::Jittery, 1);
-        // What is quicker than the arm: the difference to the mean of a tenth of a second around.
+        // The part faster than the arm: the difference to the mean over 0.1 s.
         let quick: Vec<f64> = inputs
             .windows(11)
             .map(|around| around[5].0 - around.iter().map(|input| input.0).sum::<f64>() / 11.0)
@@ -270,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn the_stuck_stick_holds_for_seconds_and_sometimes_at_its_stop() {
+    fn stuck_model_holds_its_deflection_for_seconds_and_sometimes_at_the_stop() {
         let inputs = minute(ModelKind::Stuck, 1);
         let mut longest = [0, 0];
         let mut same = 0;
@@ -279,6 +281,6 @@ mod tests {
             let full = usize::from((pair[1].0.hypot(pair[1].1) - 1.0).abs() < 1e-9);
             longest[full] = longest[full].max(same);
         }
-        assert!(longest[0] > 150 && longest[1] > 90, "{longest:?} wishes");
+        assert!(longest[0] > 150 && longest[1] > 90, "{longest:?} inputs");
     }
 }

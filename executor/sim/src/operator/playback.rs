@@ -1,14 +1,14 @@
-//! Plays inputs at their times, so that nothing is lost between two looks.
+//! Plays inputs at their times, and loses none between two calls.
 
 use std::time::Duration;
 
 use keepout_executor::supervisor::OperatorInput;
 
-/// Wishes, each with its time since the beginning; times do not go back.
+/// Inputs, each with its time since the beginning; times do not decrease.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Playback {
     steps: Vec<(Duration, OperatorInput)>,
-    /// How many were played.
+    /// The number of played inputs.
     played: usize,
 }
 
@@ -27,11 +27,11 @@ impl Playback {
         &self.steps
     }
 
-    /// The input at a time; no input before the first.
+    /// The input at a time; the default input before the first.
     ///
-    /// The velocity is that of the last step. Turns of the steps since the last call are summed, and are given once.
-    /// A step that asks for something else than the one before, or that changes automatic mode, is never passed over:
-    /// the steps after it wait for the next call.
+    /// The velocity is that of the last step. Turns of the steps since the last call are summed, and given
+    /// once. A step that changes the command or the armed state is never skipped: the later steps wait for
+    /// the next call.
     pub(super) fn at(&mut self, time: Duration) -> OperatorInput {
         let before = self.current();
         let mut turned_mm = (0.0, 0.0);
@@ -63,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn turns_are_given_once_and_asks_are_not_passed_over() {
+    fn turns_are_given_once_and_commands_are_not_skipped() {
         let turn = |x| OperatorInput { turned_mm: (x, 0.0), ..OperatorInput::default() };
         let command = |command| OperatorInput { command: Some(command), ..OperatorInput::default() };
         let steps = vec![
@@ -77,9 +77,9 @@ mod tests {
         let mut playback = Playback::new(steps);
         assert_eq!(playback.at(ms(0)), OperatorInput::default());
         let played: Vec<OperatorInput> = (0..5).map(|_| playback.at(ms(100))).collect();
-        let asks: Vec<_> = played.iter().map(|input| input.command).collect();
+        let commands: Vec<_> = played.iter().map(|input| input.command).collect();
         assert_eq!(
-            asks,
+            commands,
             [Some(OperatorCommand::FeedHold), None, Some(OperatorCommand::FeedHold), None, None]
         );
         let turned: Vec<f64> = played.iter().map(|input| input.turned_mm.0).collect();

@@ -11,12 +11,12 @@ use keepout_guard::Time;
 
 use super::trace::{FLAGS, HEADER, LINES_MAX, TraceError};
 
-/// Between two flushes of a recording.
+/// Time between two flushes of a recording.
 const FLUSH_EVERY: Duration = Duration::from_millis(500);
 
 /// Writes every change of another operator's input to a file. Dropping it writes the end.
 ///
-/// When the file can not be written on, recording ends with a notice; steering goes on.
+/// If a write fails, recording ends with a notice, and jogging goes on.
 pub struct Recorder<O, W: Write = BufWriter<File>> {
     operator: O,
     file: Option<W>,
@@ -32,7 +32,7 @@ impl<O: Operator> Recorder<O> {
     /// Records `operator` to a new file.
     ///
     /// # Errors
-    /// [`TraceError::Create`] when the file is there already or can not be written.
+    /// [`TraceError::Create`] when the file already exists or cannot be written.
     pub fn create(operator: O, path: &Path, panel: Panel) -> Result<Self, TraceError> {
         let file = File::create_new(path)
             .map_err(|source| TraceError::Create { path: path.to_path_buf(), source })?;
@@ -60,7 +60,7 @@ impl<O, W: Write> Recorder<O, W> {
     fn note(&mut self, input: &OperatorInput, now: Time) {
         let at = now.since(*self.began.get_or_insert(now));
         self.commanded = at;
-        // Turns are sums since the input before: the same turn again is another one.
+        // Turns are sums since the previous input, so an equal turn is a new one.
         let changed = self.last.as_ref() != Some(input) || input.turned_mm != (0.0, 0.0);
         if changed {
             self.last = Some(*input);
@@ -78,16 +78,16 @@ impl<O, W: Write> Recorder<O, W> {
         let written = writeln!(file, "{line}");
         self.lines += 1;
         self.end_when(written);
-        // The last lines are kept for the end.
+        // Leaves room for the end.
         if self.lines + 2 >= LINES_MAX && self.file.take().is_some() {
-            self.panel.say("the trace is full: it is not recorded any further");
+            self.panel.say("the trace is full: recording ends here");
         }
     }
 
     fn end_when(&mut self, written: io::Result<()>) {
         if let Err(error) = written {
             self.file = None;
-            self.panel.say(format!("the trace can not be written on ({error}): it ends here"));
+            self.panel.say(format!("the trace can not be written ({error}): recording ends here"));
         }
     }
 }
@@ -112,7 +112,7 @@ impl<O, W: Write> Drop for Recorder<O, W> {
     }
 }
 
-/// The line of a input; what is no number was no input to move.
+/// The line of an input. A velocity or turn that is not finite is written as zero.
 fn line_of(at: Duration, input: &OperatorInput) -> String {
     let pair = |(x, y): (f64, f64)| if x.is_finite() && y.is_finite() { (x, y) } else { (0.0, 0.0) };
     let ((x, y), (turned_x, turned_y)) = (pair(input.velocity), pair(input.turned_mm));
@@ -134,14 +134,14 @@ mod tests {
     use keepout_executor::supervisor::OperatorCommand;
 
     use super::*;
-    use crate::operator::tests::{Told, view};
+    use crate::operator::tests::{Prescribed, view};
     use crate::operator::trace::Trace;
 
     fn read(text: &str) -> Result<Trace, TraceError> {
         Trace::read(text.as_bytes(), Path::new("test"))
     }
 
-    /// Wishes of all kinds.
+    /// Random inputs of all kinds.
     fn inputs(seed: u64) -> Vec<OperatorInput> {
         let mut random = fastrand::Rng::with_seed(seed);
         let number = |random: &mut fastrand::Rng| match random.u8(0..6) {
@@ -151,7 +151,7 @@ mod tests {
             3 => 1e300 * random.f64(),
             _ => 2.0 * random.f64() - 1.0,
         };
-        let asks = [
+        let commands = [
             None,
             None,
             None,
@@ -164,29 +164,30 @@ mod tests {
                 velocity: (number(&mut random), number(&mut random)),
                 turned_mm: if random.u8(0..3) == 0 { (number(&mut random), 0.5) } else { (0.0, 0.0) },
                 automatic: random.bool(),
-                command: asks[random.usize(0..asks.len())],
+                command: commands[random.usize(0..commands.len())],
             })
             .collect()
     }
 
     #[test]
-    fn what_is_recorded_is_played_back_exactly() {
+    fn recorded_input_is_played_back_exactly() {
         for seed in 0..20 {
-            let told = inputs(seed);
+            let prescribed = inputs(seed);
             let mut file = Vec::new();
-            let mut recorder = Recorder::new(Told::new(told.clone()), &mut file, Panel::default());
+            let mut recorder =
+                Recorder::new(Prescribed::new(prescribed.clone()), &mut file, Panel::default());
             let time = |index: usize| Time::from_micros(12_345 + 10_000 * u64::try_from(index).unwrap());
             recorder.input(&view(Phase::Starting), Time::ZERO);
-            for index in 0..told.len() {
+            for index in 0..prescribed.len() {
                 recorder.input(&view(Phase::Manual), time(index));
             }
             drop(recorder);
             let mut trace = read(std::str::from_utf8(&file).unwrap()).unwrap();
-            for (index, input) in told.iter().enumerate() {
+            for (index, input) in prescribed.iter().enumerate() {
                 let played = trace.input(&view(Phase::Manual), time(index));
-                assert_eq!(played, *input, "seed {seed}, wish {index}");
+                assert_eq!(played, *input, "seed {seed}, input {index}");
             }
-            assert_eq!(trace.input(&view(Phase::Manual), time(told.len())), OperatorInput::STOP);
+            assert_eq!(trace.input(&view(Phase::Manual), time(prescribed.len())), OperatorInput::STOP);
         }
     }
 
@@ -194,7 +195,7 @@ mod tests {
     fn only_changes_are_written() {
         let mut file = Vec::new();
         let still = OperatorInput { velocity: (0.1, 0.0), ..OperatorInput::default() };
-        let mut recorder = Recorder::new(Told::new(vec![still; 300]), &mut file, Panel::default());
+        let mut recorder = Recorder::new(Prescribed::new(vec![still; 300]), &mut file, Panel::default());
         for i in 0..300 {
             recorder.input(&view(Phase::Manual), Time::from_micros(i * 10_000));
         }
@@ -204,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn a_full_disk_ends_the_recording_and_says_so() {
+    fn full_disk_ends_the_recording_with_a_notice() {
         struct Full;
         impl Write for Full {
             fn write(&mut self, _: &[u8]) -> io::Result<usize> {
@@ -216,7 +217,7 @@ mod tests {
         }
         let panel = Panel::default();
         let input = OperatorInput { velocity: (1.0, 0.0), ..OperatorInput::default() };
-        let mut recorder = Recorder::new(Told::new(vec![input]), Full, panel.clone());
+        let mut recorder = Recorder::new(Prescribed::new(vec![input]), Full, panel.clone());
         assert_eq!(recorder.input(&view(Phase::Manual), Time::ZERO), input);
         assert!(panel.notices()[0].contains("can not be written"));
     }

@@ -1,4 +1,4 @@
-//! Somebody who goes round the part, from place to place as he means to, and then ends the session.
+//! An operator who jogs around the part from place to place, and then ends the session.
 
 use std::time::Duration;
 
@@ -10,24 +10,25 @@ use super::arm::{Lag, Reaction};
 
 /// Reaction time, in inputs: 0.25 s.
 const REACTION: usize = 25;
-/// Somebody slows down so long before a place, s.
+/// Time before a place at which the operator slows down, s.
 const SLOWS_S: f64 = 0.8;
-/// A place is walked up to no slower, mm/s.
+/// Least speed of approach to a place, mm/s.
 const LEAST_MM_S: f64 = 1.0;
-/// A stick that is tilted by less says nothing.
+/// Least deflection of the stick.
 const LEAST_TILT: f64 = 0.04;
-/// Nobody follows a line to a few millimetres faster than this by hand, mm/s: the steering law of Accot and Zhai, with a seventh of a
-/// second for each width of 4 mm.
+/// Fastest speed at which a person follows a line to a few millimetres by hand, mm/s: the steering law of
+/// Accot and Zhai, with a seventh of a second for each width of 4 mm.
 const CAREFUL_MM_S: f64 = 28.0;
-/// Nearer by less is no progress, mm.
+/// Least approach that counts as progress, mm.
 const PROGRESS_MM: f64 = 0.2;
 
-/// Drives along places at full stick, slower where one is near. A place that can not be reached is left out.
+/// Jogs from place to place at full stick, and slows down near each place. It skips a place that the tool
+/// cannot reach.
 #[derive(Clone, Debug)]
 pub struct Rounds {
     places: Vec<(f64, f64)>,
     speed_mm_s: f64,
-    /// So near a place counts as reached, mm.
+    /// Distance at which a place counts as reached, mm.
     reach_mm: f64,
     patience: Duration,
     next: usize,
@@ -38,8 +39,8 @@ pub struct Rounds {
 }
 
 impl Rounds {
-    /// Somebody who knows that the tool goes at `speed_mm_s`, passes places within `reach_mm`, and gives one up when the tool
-    /// comes no nearer for `patience`.
+    /// An operator for a tool with a top speed of `speed_mm_s`. A place counts as reached within `reach_mm`.
+    /// The operator gives it up if the tool comes no nearer for `patience`.
     #[must_use]
     pub fn new(places: Vec<(f64, f64)>, (speed_mm_s, reach_mm): (f64, f64), patience: Duration) -> Self {
         Self {
@@ -91,9 +92,9 @@ mod tests {
     use super::super::tests::view;
     use super::*;
 
-    /// Reaches one place after the other, gives up the one that it can not get to, and ends.
+    /// The operator reaches one place after the other, gives up the unreachable one, and ends.
     #[test]
-    fn goes_from_place_to_place() {
+    fn rounds_visit_reachable_places_and_end() {
         let places = vec![(30.0, 0.0), (30.0, 40.0), (-60.0, 40.0)];
         let mut rounds = Rounds::new(places, (20.0, 1.0), Duration::from_secs(2));
         let mut view = view(Phase::Manual);
@@ -111,6 +112,6 @@ mod tests {
                 *passed |= f64::hypot(at.0 - place.0, at.1 - place.1) < 1.5;
             }
         }
-        panic!("it does not end: at {at:?}");
+        panic!("the rounds do not end: at {at:?}");
     }
 }

@@ -1,4 +1,4 @@
-//! Scripts: what a hand does, line by line.
+//! Scripts: an operator's inputs, line by line.
 //!
 //! ```text
 //! # seconds  x     y     (deflection, −1 to 1)
@@ -11,9 +11,10 @@
 //! 60.0       quit
 //! ```
 //!
-//! Each line holds until the next. `auto` lets a touch start the contour. `pause`, `resume`, `recover` (after a fault)
-//! and `turn` deflect nothing and leave `auto` as it was; a turn is given once. When its last line begins, the script
-//! quits at once, or as soon as a contour is finished when that line says `auto`; a turn or word in it is still given.
+//! Each line holds until the next. `auto` arms the cycle: a touch then starts the contour. `pause` (feed
+//! hold), `resume` (cycle start), `recover` (after a fault) and `turn` deflect no stick and keep `auto`; a
+//! turn is given once. When its last line begins, the script stops the session at once. If that line has
+//! `auto`, it stops as soon as a contour is finished. A turn or command in the last line is still given.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -26,23 +27,24 @@ use thiserror::Error;
 
 use super::playback::Playback;
 
-/// Why a script can not be used.
+/// Why a script cannot be used.
 #[derive(Debug, Error)]
 pub enum ScriptError {
-    /// It can not be read.
+    /// The file cannot be read.
     #[error("can not read script {}: {source}", path.display())]
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The operating system's error.
         source: std::io::Error,
     },
-    /// It has no line that says anything.
-    #[error("the script says nothing: give lines such as \"0 1 0\"")]
+    /// The script has no input.
+    #[error("the script is empty: give lines such as \"0 1 0\"")]
     Empty,
-    /// A line says nothing that is understood.
+    /// A line is malformed.
     #[error(
-        "script line {number}: \"{line}\" is not \"SECONDS X Y [auto]\", \"SECONDS turn DX DY\" or \"SECONDS pause\" (resume, recover, quit), with times from 0 that do not go back"
+        "script line {number}: \"{line}\" is not \"SECONDS X Y [auto]\", \"SECONDS turn DX DY\" or \"SECONDS \
+         pause\" (resume, recover, quit), with times from 0 that do not go back"
     )]
     Line {
         /// Its number, from 1.
@@ -73,7 +75,7 @@ impl Script {
     /// Reads a script from text.
     ///
     /// # Errors
-    /// [`ScriptError::Line`] naming the first line that is not understood.
+    /// [`ScriptError::Line`] naming the first malformed line; [`ScriptError::Empty`] without an input.
     pub fn parse(text: &str) -> Result<Self, ScriptError> {
         let mut steps: Vec<(Duration, OperatorInput)> = Vec::new();
         for (index, line) in text.lines().enumerate() {
@@ -96,12 +98,12 @@ impl Script {
     }
 }
 
-/// As much of a line as a person wants to be told.
+/// The beginning of a line, for a message.
 fn told(line: &str) -> String {
     line.trim().chars().take(80).collect()
 }
 
-/// A line's time and input; `automatic` is what the line before said.
+/// A line's time and input. `automatic` is the armed state of the previous line.
 fn step(content: &str, automatic: bool) -> Option<(Duration, OperatorInput)> {
     let fields: Vec<&str> = content.split_whitespace().collect();
     let (at, rest) = fields.split_first()?;
@@ -140,9 +142,9 @@ impl Operator for Script {
         }
         let already_over = self.playback.over();
         let input = self.playback.at(now.since(*self.began.get_or_insert(now)));
-        let said = !already_over && (input.command.is_some() || input.turned_mm != (0.0, 0.0));
+        let is_due = !already_over && (input.command.is_some() || input.turned_mm != (0.0, 0.0));
         let finished = !input.automatic || view.contoured && view.phase.is_steered();
-        if self.playback.over() && finished && !said { OperatorInput::STOP } else { input }
+        if self.playback.over() && finished && !is_due { OperatorInput::STOP } else { input }
     }
 }
 
@@ -152,7 +154,7 @@ mod tests {
     use crate::operator::tests::view;
 
     #[test]
-    fn lines_are_read_and_faults_named() {
+    fn lines_are_read_and_errors_name_the_line() {
         let script = Script::parse("# a comment\n0 1 0\n2.5 0 -0.5 auto # touch\n9 quit\n").unwrap();
         let steps = script.playback.steps();
         assert_eq!(steps.len(), 3);
@@ -175,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn words_and_turns_are_said_in_turn() {
+    fn commands_and_turns_are_given_in_order() {
         let text = "0 0 0.3 auto\n1 pause\n2 resume\n3 turn 0.05 -0.1\n4 recover\n5 0 0\n6 quit";
         let mut script = Script::parse(text).unwrap();
         let input = |millis: u64, script: &mut Script| {
@@ -197,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn the_last_line_is_said_before_quitting() {
+    fn last_line_is_given_before_quitting() {
         let mut script = Script::parse("0 turn 1 0").unwrap();
         assert_eq!(script.input(&view(Phase::Manual), Time::ZERO).turned_mm, (1.0, 0.0));
         assert_eq!(script.input(&view(Phase::Manual), Time::from_micros(1)), OperatorInput::STOP);

@@ -9,10 +9,10 @@
 //! 12.500000 end
 //! ```
 //!
-//! Seconds count from the first input after the start of the machine; x and y are the deflection, `turned_x` and
-//! `turned_y` what handwheels were turned since the line before, mm. Flags: `a` automatic, then at most one of
-//! `p` pause, `r` resume, `f` recover after a fault, `q` quit; `-` for none. Numbers are written so that they are read
-//! back exactly.
+//! Seconds count from the first input after the start of the machine. x and y are the deflection. `turned_x`
+//! and `turned_y` are the turns of the handwheels since the previous line, mm. Flags: `a` cycle armed, then
+//! at most one of `p` pause (feed hold), `r` resume (cycle start), `f` recover after a fault, `q` quit
+//! (stop), or `-` without flags. Numbers are written exactly.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read as _};
@@ -26,51 +26,55 @@ use thiserror::Error;
 
 use super::playback::Playback;
 
-/// Most lines of a trace: five hours of inputs that change every time.
+/// Most lines of a trace: five hours of constantly changing inputs.
 pub const LINES_MAX: usize = 2_000_000;
-/// Longest line with its end, bytes; numbers are written with up to 330.
+/// Longest line with its end, bytes. A written number has up to 330 bytes.
 const LINE_MAX: u64 = 2000;
 /// The first line of a trace.
 pub(super) const HEADER: &str = "# keepout trace 1: seconds x y turned_x turned_y flags";
 
-/// Why a trace can not be used.
+/// Why a trace cannot be used.
 #[derive(Debug, Error)]
 pub enum TraceError {
-    /// It can not be read.
+    /// The file cannot be read.
     #[error("can not read trace {}: {source}", path.display())]
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The operating system's error.
         source: io::Error,
     },
-    /// It can not be written.
-    #[error("can not record to {}: {source}. Choose another --record-trace file; an existing one is not overwritten.", path.display())]
+    /// The file cannot be written.
+    #[error(
+        "can not record to {}: {source}. Choose another --record-trace file; an existing one is not \
+         overwritten.",
+        path.display()
+    )]
     Create {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The operating system's error.
         source: io::Error,
     },
-    /// It has no line.
-    #[error("the trace holds no wish: record one with --record-trace FILE")]
+    /// The trace has no input.
+    #[error("the trace holds no input: record one with --record-trace FILE")]
     Empty,
-    /// It is too long.
+    /// The trace is too long.
     #[error("the trace has more than {LINES_MAX} lines: cut it into pieces")]
     TooLong,
-    /// A line says nothing that is understood.
+    /// A line is malformed.
     #[error("trace line {number}: {wrong}: \"{line}\"")]
     Line {
         /// Its number, from 1.
         number: usize,
-        /// What is wrong.
+        /// The reason.
         wrong: &'static str,
         /// The line.
         line: String,
     },
 }
 
-/// A recorded trace as an operator. After its end it quits, but lets a contour that is being cut be finished first.
+/// A recorded trace as an operator. After its end it stops the session, but finishes a running contour first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trace {
     playback: Playback,
@@ -88,7 +92,7 @@ impl Trace {
         Self::read(BufReader::new(File::open(path).map_err(unread)?), path)
     }
 
-    /// Reads a trace; `path` is for the message.
+    /// Reads a trace. `path` appears in the error message.
     ///
     /// # Errors
     /// [`TraceError`] naming the line.
@@ -145,15 +149,15 @@ enum Parsed {
     End(Duration),
 }
 
-/// The line without its end. What is behind the longest line would be taken for the next one.
+/// The line without its end. The bytes beyond the longest line would otherwise become the next line.
 fn line_of(bytes: &[u8]) -> Result<&str, &'static str> {
     if bytes.len() as u64 > LINE_MAX {
         return Err("the line has more than 2000 bytes");
     }
-    str::from_utf8(bytes).map(str::trim).map_err(|_| "the line is no text in UTF-8")
+    str::from_utf8(bytes).map(str::trim).map_err(|_| "the line is not text in UTF-8")
 }
 
-/// Nothing but notes may follow the end.
+/// Checks that only comments follow the end.
 fn checked(parsed: Parsed, ended: bool) -> Result<Parsed, &'static str> {
     if ended && !matches!(parsed, Parsed::Nothing) { Err("a line after the end") } else { Ok(parsed) }
 }
@@ -163,7 +167,7 @@ fn parse(line: &str, last: Option<Duration>) -> Result<Parsed, &'static str> {
         return Ok(Parsed::Nothing);
     }
     let fields: Vec<&str> = line.split_whitespace().collect();
-    let at = seconds(fields[0]).ok_or("the time is no number of seconds with at most six decimals")?;
+    let at = seconds(fields[0]).ok_or("the time is not a number of seconds with at most six decimals")?;
     if last.is_some_and(|last| at < last) {
         return Err("the time goes back");
     }
@@ -186,7 +190,7 @@ fn number(text: &str) -> Option<f64> {
     text.parse::<f64>().ok().filter(|value| value.is_finite())
 }
 
-/// Seconds with at most six decimals, exactly.
+/// Reads seconds with at most six decimals, exactly.
 fn seconds(text: &str) -> Option<Duration> {
     let (whole, decimals) = text.split_once('.').unwrap_or((text, "0"));
     let digits = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
@@ -234,9 +238,9 @@ mod tests {
     fn wrong_lines_are_named() {
         let wrong = [
             ("0 1 0 0 0", "not SECONDS"),
-            ("x 1 0 0 0 -", "the time is no number"),
-            ("-1 1 0 0 0 -", "the time is no number"),
-            ("0.1234567 1 0 0 0 -", "the time is no number"),
+            ("x 1 0 0 0 -", "the time is not a number"),
+            ("-1 1 0 0 0 -", "the time is not a number"),
+            ("0.1234567 1 0 0 0 -", "the time is not a number"),
             ("0 nan 0 0 0 -", "not finite"),
             ("0 inf 0 0 0 -", "not finite"),
             ("0 1 0 0 0 pa", "the flags"),
@@ -256,14 +260,13 @@ mod tests {
         for long in
             [format!("#{} 5 1 0 0 0 a", " ".repeat(1999)), format!("0 1 0 0 0 a{}q", " ".repeat(1989))]
         {
-            let error =
-                read(&format!("0 0 0 0 0 -\n{long}\n")).expect_err("what is behind is another line's");
+            let error = read(&format!("0 0 0 0 0 -\n{long}\n")).expect_err("the rest is another line");
             assert!(error.to_string().starts_with("trace line 2: the line has more than"), "{error}");
         }
     }
 
     #[test]
-    fn a_contour_is_finished_after_the_end() {
+    fn running_contour_is_finished_after_the_end_of_the_trace() {
         let mut trace = read("0 0 0 0 0 a\n1 end\n").unwrap();
         trace.input(&view(Phase::Manual), Time::ZERO);
         let late = Time::from_micros(5_000_000);
@@ -272,19 +275,19 @@ mod tests {
     }
 
     #[test]
-    fn no_text_breaks_it() {
+    fn reading_any_text_is_total() {
         let mut random = fastrand::Rng::with_seed(2);
-        let pieces =
+        let parts =
             ["0", "1.5", "-", "end", "a", "q", "\n", " ", "#", "e9", "nan", ".", "é", "\0", "0 0 0 0 0 a\n"];
         for _ in 0..20_000 {
             let text: String =
-                (0..random.usize(0..20)).map(|_| pieces[random.usize(0..pieces.len())]).collect();
+                (0..random.usize(0..20)).map(|_| parts[random.usize(0..parts.len())]).collect();
             if let Ok(mut trace) = read(&text) {
                 trace.input(&view(Phase::Manual), Time::ZERO);
             }
         }
-        let error =
-            Trace::read(&b"0 0 0 0 0 -\n0 1 0 \xff\xfe\n"[..], Path::new("test")).expect_err("it is no text");
-        assert!(error.to_string().starts_with("trace line 2: the line is no text"), "{error}");
+        let error = Trace::read(&b"0 0 0 0 0 -\n0 1 0 \xff\xfe\n"[..], Path::new("test"))
+            .expect_err("it is not text");
+        assert!(error.to_string().starts_with("trace line 2: the line is not text"), "{error}");
     }
 }
