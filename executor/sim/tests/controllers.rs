@@ -1,4 +1,4 @@
-//! Controllers that answer garbage, nothing, or the wrong thing: the session stops and says why.
+//! Controllers that answer garbage, wrongly or not at all: the session stops and states the reason.
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 use std::time::Duration;
@@ -72,7 +72,7 @@ fn fault_of(rule: impl FnMut(&[u8]) -> Vec<u8>, home: bool, lost_at: Option<Time
     (*session.supervisor().fault().unwrap(), written)
 }
 
-/// Answers like an idle GRBL at (x, y), but for jogs, which `jog` answers.
+/// Answers like an idle GRBL; `jog` answers the jogs.
 fn grbl(mut jog: impl FnMut(u32) -> Vec<u8>) -> impl FnMut(&[u8]) -> Vec<u8> {
     let mut jogs = 0;
     move |bytes: &[u8]| {
@@ -99,14 +99,14 @@ fn grbl(mut jog: impl FnMut(u32) -> Vec<u8>) -> impl FnMut(&[u8]) -> Vec<u8> {
 }
 
 #[test]
-fn silence() {
+fn silent_controller_stops_the_session() {
     let (fault, written) = fault_of(|_| Vec::new(), false, None);
     assert!(matches!(fault, Fault::Silent { .. }), "{fault}");
-    assert!(!written.windows(3).any(|bytes| bytes == b"$J="), "nothing moves without a position");
+    assert!(!written.windows(3).any(|bytes| bytes == b"$J="), "no jog goes out without a position");
 }
 
 #[test]
-fn garbage() {
+fn garbage_stops_the_session() {
     let mut noise = 0_u8;
     let (fault, _) = fault_of(
         move |_| {
@@ -120,19 +120,19 @@ fn garbage() {
 }
 
 #[test]
-fn garbage_while_moving() {
+fn garbage_while_moving_stops_the_session_without_a_cancel() {
     let (fault, written) = fault_of(grbl(|_| b"o\xffk\r\n".to_vec()), false, None);
     assert!(matches!(fault, Fault::Garbled { .. }), "{fault}");
     let last = written.split(|&byte| byte == b'\n').rev().find(|line| !line.is_empty());
     let last = String::from_utf8_lossy(last.unwrap());
     assert!(
         last.contains("$J="),
-        "nothing is sent behind the jog: a cancel or a hold could run away: {last}"
+        "no bytes follow the jog, because a cancel or a hold could run away: {last}"
     );
 }
 
 #[test]
-fn refusals_alarms_and_resets() {
+fn rejections_alarms_and_resets_stop_the_session() {
     let (fault, _) = fault_of(grbl(|_| b"error:15\r\n".to_vec()), false, None);
     assert!(matches!(fault, Fault::Refused { code: 15, .. }), "{fault}");
     let (fault, _) = fault_of(grbl(|_| b"ALARM:1\r\n".to_vec()), false, None);
@@ -142,7 +142,7 @@ fn refusals_alarms_and_resets() {
 }
 
 #[test]
-fn lost_acknowledgements_of_setting_up_and_of_a_jog() {
+fn lost_acknowledgements_stop_the_session() {
     let mut inner = grbl(|_| Vec::new());
     let unanswered =
         move |bytes: &[u8]| if bytes.starts_with(b"G21") { b"ok\r\n".to_vec() } else { inner(bytes) };
@@ -151,7 +151,7 @@ fn lost_acknowledgements_of_setting_up_and_of_a_jog() {
 }
 
 #[test]
-fn not_idle_is_waited_for_and_not_forever() {
+fn error_8_is_retried_a_limited_number_of_times() {
     let twice = |jog: u32| if jog <= 2 { b"error:8\r\n".to_vec() } else { b"error:15\r\n".to_vec() };
     assert!(matches!(fault_of(grbl(twice), false, None).0, Fault::Refused { code: 15, .. }));
     assert!(matches!(
@@ -161,7 +161,7 @@ fn not_idle_is_waited_for_and_not_forever() {
 }
 
 #[test]
-fn inches_and_too_few_steps_are_refused() {
+fn inches_and_too_few_steps_are_rejected() {
     for (from, to, name) in [("$13=0", "$13=1", "$13"), ("$100=400.000", "$100=80.000", "$100")] {
         let mut inner = grbl(|_| Vec::new());
         let other =
@@ -171,13 +171,13 @@ fn inches_and_too_few_steps_are_refused() {
 }
 
 #[test]
-fn acknowledgement_too_many() {
+fn surplus_acknowledgement_stops_the_session() {
     let (fault, _) = fault_of(grbl(|_| b"ok\r\nok\r\n".to_vec()), false, None);
     assert!(matches!(fault, Fault::Guard(_)), "{fault}");
 }
 
 #[test]
-fn tool_somewhere_else() {
+fn position_outside_certified_motions_stops_the_session() {
     let mut moved = false;
     let mut inner = grbl(|_| b"ok\r\n".to_vec());
     let (fault, _) = fault_of(
@@ -195,7 +195,7 @@ fn tool_somewhere_else() {
 }
 
 #[test]
-fn not_homed_no_homing_switches_and_standing_inside() {
+fn start_is_refused_unhomed_without_homing_or_inside_the_part() {
     let alarm =
         |bytes: &[u8]| if bytes == b"?" { b"<Alarm|MPos:0.000,0.000,0.000>\r\n".to_vec() } else { vec![] };
     assert_eq!(fault_of(alarm, false, None).0, Fault::NotHomed);
@@ -214,7 +214,7 @@ fn not_homed_no_homing_switches_and_standing_inside() {
 }
 
 #[test]
-fn port_lost_while_moving() {
+fn port_lost_while_moving_stops_the_session() {
     let (fault, _) = fault_of(grbl(|_| b"ok\r\n".to_vec()), false, Some(Time::from_micros(2_000_000)));
     assert!(matches!(fault, Fault::PortLost(_)), "{fault}");
 }

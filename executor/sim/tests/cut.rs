@@ -1,4 +1,4 @@
-//! What counts as cut was cut, whatever one report says and wherever the operator leads the tool.
+//! Material that counts as cut was cut, for any single damaged report and any path of the operator.
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 use std::cell::RefCell;
@@ -27,25 +27,25 @@ fn work() -> PreparedPlan {
     PreparedPlan::new(plan)
 }
 
-/// What is done to one report.
+/// The damage to one report.
 #[derive(Clone, Copy, Debug)]
-enum Harm {
-    /// It names another place, machine coordinates, mm.
+enum Damage {
+    /// It states another position, machine coordinates, mm.
     Place(f64, f64),
-    /// A line that nobody understands comes behind it.
+    /// A garbage line follows it.
     Noise,
 }
 
-/// The harm that is still to be done.
-type Harms = Rc<RefCell<Option<Harm>>>;
+/// The damage that is still to come.
+type PendingDamage = Rc<RefCell<Option<Damage>>>;
 
-/// GRBL at the end of a line that harms one report.
-struct HurtLine {
+/// GRBL at the end of a line that damages one report.
+struct ImpairedLine {
     machine: SimMachine,
-    harm: Harms,
+    damage: PendingDamage,
 }
 
-impl Port for HurtLine {
+impl Port for ImpairedLine {
     fn write(&mut self, bytes: &[u8], now: Time) -> Result<(), PortError> {
         self.machine.host_writes(bytes, now);
         Ok(())
@@ -58,11 +58,11 @@ impl Port for HurtLine {
         let mut text = String::from_utf8(bytes).unwrap();
         if let Some((begin, rest)) = text.split_once("MPos:")
             && let Some((_, rest)) = rest.split_once(",0.000")
-            && let Some(harm) = self.harm.take()
+            && let Some(damage) = self.damage.take()
         {
-            match harm {
-                Harm::Place(x, y) => text = format!("{begin}MPos:{x:.3},{y:.3},0.000{rest}"),
-                Harm::Noise => text.push_str("<#@!\r\n"),
+            match damage {
+                Damage::Place(x, y) => text = format!("{begin}MPos:{x:.3},{y:.3},0.000{rest}"),
+                Damage::Noise => text.push_str("<#@!\r\n"),
             }
         }
         into.extend(text.bytes());
@@ -74,26 +74,27 @@ impl Port for HurtLine {
     }
 }
 
-/// What one session has cut, and what it says that it has.
+/// The result of one session: the cut paths, and the progress that it reports.
 struct Cut {
     paths: Vec<Vec<Point>>,
     progress: Progress,
     finished: usize,
     phase: Phase,
-    harmed: bool,
+    damaged: bool,
     notices: Vec<String>,
 }
 
-/// When a report is harmed, seconds after the contour began, and whether by noise; otherwise it names the end of the motion that
-/// was sent last.
+/// The time of the damage, seconds after the contour began, and its kind: noise, or else a position at the
+/// end of the last sent motion.
 #[derive(Clone, Copy)]
 struct Trouble {
     after_s: f64,
     noise: bool,
 }
 
-/// Cuts along a wall; after a fault recovers, leads the tool so far along the part, mm, its left hand at it when `side` is
-/// positive, and asks to go on; where that is not granted, leads it away and asks again.
+/// An operator who starts a contour at a wall. After a fault it recovers, jogs `along_mm` along the part, and
+/// presses cycle start. The part is at its left hand when `side` is positive. If the contour does not go on,
+/// it leads the tool away and presses cycle start again.
 struct Slider {
     cuts: Box<dyn Operator + Send>,
     along_mm: f64,
@@ -147,7 +148,7 @@ impl Operator for Slider {
     }
 }
 
-/// One session at GRBL.
+/// One session with a simulated GRBL controller.
 fn session(
     work: &PreparedPlan,
     progress: Progress,
@@ -170,20 +171,20 @@ fn session(
     let slip = PositioningError::wandering(0.0, run.machine.steps_per_mm, 1);
     let machine = SimMachine::new(speaking(&DialectName::Grbl, sim), run.baud, run.latency, slip);
     let mut monitor = CollisionMonitor::new(work.plan.part.clone(), work.plan.plan.tool_radius, offset);
-    let harm = Harms::default();
+    let damage = PendingDamage::default();
     let dialect = run.language.dialect(scene.setting);
     let supervisor = Supervisor::new(work.clone(), scene.options, dialect.abilities());
-    let line = HurtLine { machine, harm: Rc::clone(&harm) };
+    let line = ImpairedLine { machine, damage: Rc::clone(&damage) };
     let mut session = Session::new(Engine::new(supervisor, dialect), line, operator, Box::new(NoEventLog));
     if trouble.is_some_and(|trouble| trouble.noise) {
         session = session.recovering(Box::new(|| unreachable!("the port stays open")));
     }
-    let (mut began, mut told, mut samples) = (None, false, Vec::new());
+    let (mut began, mut requested, mut samples) = (None, false, Vec::new());
     let limit = Duration::from_secs(200);
-    let mut watch = |session: &mut Session<'_, HurtLine>, now: Time| {
+    let mut watch = |session: &mut Session<'_, ImpairedLine>, now: Time| {
         session.port().unwrap().machine.take_samples(&mut samples);
         samples.drain(..).for_each(|sample| monitor.watch(&sample));
-        if session.supervisor().phase() == Phase::Contouring && !told {
+        if session.supervisor().phase() == Phase::Contouring && !requested {
             let began = *began.get_or_insert(now);
             let guard = session.supervisor().guard();
             let (sent, _) = guard.contour_progress().unwrap();
@@ -191,9 +192,9 @@ fn session(
             if let Some(Trouble { after_s, noise }) = trouble
                 && now.since(began).as_secs_f64() > after_s
             {
-                told = true;
+                requested = true;
                 let (x, y) = on_machine(guard.contour_left()[ahead].0.to());
-                *harm.borrow_mut() = Some(if noise { Harm::Noise } else { Harm::Place(x, y) });
+                *damage.borrow_mut() = Some(if noise { Damage::Noise } else { Damage::Place(x, y) });
             }
         }
         Going::On
@@ -209,7 +210,7 @@ fn session(
         progress: supervisor.progress(),
         finished: supervisor.finished().len(),
         phase: supervisor.phase(),
-        harmed: told && harm.borrow().is_none(),
+        damaged: requested && damage.borrow().is_none(),
         notices: supervisor.notices().to_vec(),
     }
 }
@@ -218,29 +219,30 @@ fn wall() -> Box<dyn Operator + Send> {
     operator::named("wall", 3.0, 1).unwrap()
 }
 
-/// A report on a line without a checksum can lose a digit and still name a place of the contour, far ahead of the tool. The
-/// session ends by the next one; what was not cut must not be left standing by the session that takes it up.
+/// A report on a line without a checksum can lose a digit, and still state a position on the contour, far
+/// ahead of the tool. The next report ends the session. The session that resumes must cut all the remaining
+/// contour.
 #[test]
-fn a_report_from_further_along_leaves_nothing_standing() {
+fn damaged_position_ahead_leaves_no_material_uncut() {
     let work = work();
     let mut stopped = 0;
     for tenths in 10..70_u32 {
         let trouble = Trouble { after_s: f64::from(tenths) / 10.0, noise: false };
         let first = session(&work, Progress::default(), Some(trouble), wall());
-        assert!(first.harmed, "{tenths}: no report was changed");
+        assert!(first.damaged, "{tenths}: no report was changed");
         stopped += u32::from(first.phase == Phase::Faulted);
         let second = session(&work, first.progress.clone(), None, wall());
         assert_eq!((second.phase, second.finished), (Phase::Done, 1), "{tenths}: {:?}", first.progress);
         let whole = coverage(&work.plan, first.paths.iter().chain(&second.paths).map(Vec::as_slice));
         assert!(whole.missed == 0 && whole.worst_mm < 0.03, "{tenths}: {whole:?}, {:?}", first.progress);
     }
-    assert!(stopped > 20, "only {stopped} sessions were stopped by a wrong place");
+    assert!(stopped > 20, "a wrong position stopped only {stopped} sessions");
 }
 
-/// After a fault the tool may be led along the part, clear of it by as little as the contour is: what it passes by hand is not
-/// cut, and must not count as cut where the contour goes on.
+/// After a fault the operator may jog along the part, as near as the contour is. The tool does not cut there
+/// by hand, and the jogged stretch must not count as cut where the contour resumes.
 #[test]
-fn what_is_passed_by_hand_is_not_cut() {
+fn jogging_along_the_part_does_not_count_as_cutting() {
     let work = work();
     let (mut led, mut clear) = (0, 0);
     for (along_mm, side) in [(0.0, 1.0), (9.0, 1.0), (9.0, -1.0), (0.3, 1.0), (0.3, -1.0)] {
@@ -248,7 +250,7 @@ fn what_is_passed_by_hand_is_not_cut() {
             let case = (along_mm, side, after_s);
             let trouble = Some(Trouble { after_s, noise: true });
             let cut = session(&work, Progress::default(), trouble, Slider::new(along_mm, side));
-            assert!(cut.harmed, "{case:?}: there was no noise");
+            assert!(cut.damaged, "{case:?}: there was no noise");
             assert_eq!(cut.finished, 1, "{case:?}: {:?}, {:?}", cut.phase, cut.notices);
             let whole = coverage(&work.plan, cut.paths.iter().map(Vec::as_slice));
             assert!(whole.missed == 0 && whole.worst_mm < 0.03, "{case:?}: {whole:?}, {:?}", cut.notices);
@@ -257,5 +259,5 @@ fn what_is_passed_by_hand_is_not_cut() {
             clear += u32::from(along_mm == 0.0 && !refused);
         }
     }
-    assert!(led > 8 && clear == 6, "{led} were led along the part, {clear} went on from where they stood");
+    assert!(led > 8 && clear == 6, "{led} sessions jogged along the part, {clear} resumed in place");
 }

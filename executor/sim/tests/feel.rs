@@ -1,6 +1,6 @@
-//! How steering feels, in figures: response, speed, walls, corners, letting go. On the simulated GRBL machine at 115200 baud, with
-//! a millisecond each way, 200 mm/s and 1000 mm/s². Each judgement is made of a trace, and must object to the same trace with a fault
-//! planted in it.
+//! The feel of jogging in figures: response, speed, walls, corners, release. The machine is the simulated
+//! GRBL machine at 115200 baud, with 1 ms each way, 200 mm/s and 1000 mm/s². Each judgement reads a trace,
+//! and must reject the same trace with a seeded fault.
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 use std::time::Duration;
@@ -14,28 +14,30 @@ use keepout_sim::operator::Script;
 use keepout_sim::session::{SimRun, run_simulated};
 
 /// An L of 90 × 70 mm with its inside corner at (30, 25).
-const L: &str = "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n0\nLWPOLYLINE\n8\n0\n90\n6\n70\n1\n10\n0\n20\n0\n10\n90\n20\n0\n10\n90\n20\n25\n10\n30\n20\n25\n10\n30\n20\n70\n10\n0\n20\n70\n0\nENDSEC\n0\nEOF\n";
-/// The tool's radius, stock_to_leave and margin: how near the centre may come by hand, mm.
+const L: &str = "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n0\nLWPOLYLINE\n\
+                 8\n0\n90\n6\n70\n1\n10\n0\n20\n0\n10\n90\n20\n0\n10\n90\n20\n25\n10\n30\n20\n25\n10\n30\n20\n\
+                 70\n10\n0\n20\n70\n0\nENDSEC\n0\nEOF\n";
+/// Jogging clearance, mm: tool radius, stock to leave and margin.
 const REACH: f64 = 3.2115;
 const SPEED: f64 = 200.0;
 const ACCELERATION: f64 = 1000.0;
 
-/// True places of the tool: seconds since the script began, and mm.
+/// True tool positions: seconds since the script began, and mm.
 type Trace = Vec<(f64, (f64, f64))>;
-/// What is wrong with how it felt.
+/// The verdict on a trace; an error states the defect.
 type Judgement = Result<(), String>;
 
-/// What the tool did.
+/// The trace of a script.
 fn steered(start: (f64, f64), script: &str) -> Trace {
     steered_over(115_200, start, script)
 }
 
-/// What the tool did over a line of this baud rate.
+/// The trace of a script over a line of this baud rate.
 fn steered_over(baud: u32, start: (f64, f64), script: &str) -> Trace {
     let plan =
         PlanRequest::default().plan("l", L.as_bytes(), &MachineProfile::simulated(), &mut |_| {}).unwrap();
     let machine = MachineProfile { repeatability_mm: 0.0, ..MachineProfile::simulated() };
-    // A tool that is where it is commanded to be: the feel is that of steering, not of drives.
+    // Without servo drives the tool is at its commanded position: the test measures jogging, not the drives.
     let run = SimRun {
         machine,
         baud,
@@ -67,7 +69,7 @@ fn steered_over(baud: u32, start: (f64, f64), script: &str) -> Trace {
     result.samples.iter().map(place).collect()
 }
 
-/// Where the tool was at a time: it is still where it was last seen to move.
+/// The tool's position at a time. After a pause it is the last position of a motion.
 fn at(places: &[(f64, (f64, f64))], t: f64) -> (f64, f64) {
     let after = places.partition_point(|place| place.0 <= t);
     let before = places[after.saturating_sub(1)];
@@ -113,11 +115,11 @@ fn stick_to_motion_is_quick_and_the_set_feed_is_reached_in_every_direction() {
     }
 }
 
-/// Half deflection, let go at these times.
+/// Half deflection, released at these times.
 fn stops(runs: &[(f64, Trace)]) -> Judgement {
     let speed = 0.5 * SPEED;
     let braking = speed * speed / (2.0 * ACCELERATION);
-    // Targets are sent ahead for so long besides: two queries, their pauses, and a jog.
+    // The look-ahead adds this time: two queries, their pauses, and a jog.
     let allowed = braking + speed * 0.145;
     let went = runs.iter().map(|(let_go, places)| way(at(places, *let_go), places[places.len() - 1].1));
     let went = went.fold(0.0, f64::max);
@@ -125,7 +127,7 @@ fn stops(runs: &[(f64, Trace)]) -> Judgement {
 }
 
 #[test]
-fn letting_go_stops_within_the_look_ahead() {
+fn released_stick_stops_within_the_look_ahead() {
     let run = |k: i32| {
         let let_go = 1.0 + 0.01 * f64::from(k);
         (let_go, steered((120.0, 60.0), &format!("0 0.5 0\n{let_go} 0 0\n3 quit\n")))
@@ -143,12 +145,12 @@ fn meets_the_wall(places: &[(f64, (f64, f64))]) -> Judgement {
     expect((0.0..0.02).contains(&(rest - wall)), || format!("rests {:.4} mm off the wall", rest - wall))?;
     let least = places.iter().map(|place| place.1.1).fold(f64::MAX, f64::min);
     expect(least >= wall, || format!("overran the wall by {:.4} mm", wall - least))?;
-    // The quickest there is: up to full speed, and braked by the machine's own deceleration, in 0.2 s each.
+    // The shortest possible time: acceleration to full speed and braking take 0.2 s each.
     let distance = 90.0 - wall;
     let best = distance / SPEED + SPEED / ACCELERATION;
     let arrived = places.iter().find(|place| place.1.1 - wall < 0.05).map_or(f64::MAX, |place| place.0);
     expect(arrived < best + 0.06, || format!("arrived after {arrived:.3} s, {best:.3} at best"))?;
-    // Away from the wall it goes as anywhere else.
+    // Away from the wall, motion is as free as elsewhere.
     let left = at(places, 2.5).1 - rest;
     let best = 0.5 * SPEED - SPEED * SPEED / (2.0 * ACCELERATION);
     expect(left > best - SPEED * 0.04, || format!("left {left:.1} of {best:.1} mm after half a second"))
@@ -171,13 +173,13 @@ fn full_speed_up_to_the_wall_and_away_from_it() {
     noticed("left", meets_the_wall(&slowed_from(&places, 2.0)));
 }
 
-/// Down at the wall at an angle, from above: along it by 0.5 s, toward the inside corner at x = 30.
+/// Down at the wall at an angle, from above: along the wall by 0.5 s, toward the inside corner at x = 30.
 fn slides(places: &[(f64, (f64, f64))]) -> Judgement {
     let (from, to) = (0.5, 0.75);
     let along = speed(places, from, to);
     let share = 0.4 * SPEED;
     let right = along > 0.9 * share && along < 1.5 * share;
-    expect(right, || format!("{along:.1} mm/s, wished {share:.1} along the wall"))?;
+    expect(right, || format!("{along:.1} mm/s, commanded {share:.1} along the wall"))?;
     let steps: Vec<(f64, f64)> = (0..25).map(|k| at(places, from + f64::from(k) * 0.01)).collect();
     let moves = steps.windows(2).all(|pair| pair[0].0 - pair[1].0 > 0.2);
     expect(moves, || format!("it stuck: {steps:?}"))?;
@@ -186,11 +188,11 @@ fn slides(places: &[(f64, (f64, f64))]) -> Judgement {
 }
 
 #[test]
-fn it_slides_along_a_wall_without_sticking() {
+fn tool_slides_along_a_wall_without_sticking() {
     let places = steered((95.0, 40.0), "0 -0.4 -0.4\n2.2 quit\n");
     slides(&places).unwrap();
     noticed("along the wall", slides(&slowed_from(&places, 0.5)));
-    // It stands for 30 ms, and makes up for it.
+    // The tool stops for 30 ms, and then catches up.
     let stood = at(&places, 0.6);
     let hold = |&(t, place): &(f64, (f64, f64))| (t, if (0.6..0.63).contains(&t) { stood } else { place });
     noticed("stuck", slides(&places.iter().map(hold).collect::<Trace>()));
@@ -209,7 +211,7 @@ fn rests_in_the_corner(places: &[(f64, (f64, f64))]) -> Judgement {
 }
 
 #[test]
-fn it_comes_to_rest_in_an_inside_corner_without_chatter() {
+fn tool_comes_to_rest_in_an_inside_corner_without_chatter() {
     let places = steered((60.0, 60.0), "0 -0.6 -0.6\n4 quit\n");
     rests_in_the_corner(&places).unwrap();
     let stuck: Trace = places.iter().copied().filter(|place| place.0 < 0.2).collect();
@@ -222,47 +224,47 @@ fn it_comes_to_rest_in_an_inside_corner_without_chatter() {
 }
 
 #[test]
-fn it_goes_around_an_outside_corner() {
+fn tool_goes_around_an_outside_corner() {
     // Down along the right end of the low arm, pushing at it: past the corner, and on under the part.
     let places = steered((110.0, 15.0), "0 -0.3 -0.3\n3 quit\n");
     let end = at(&places, 2.9);
-    assert!(end.0 < 80.0 && end.1 < 0.0, "it got to {end:?}");
+    assert!(end.0 < 80.0 && end.1 < 0.0, "the tool ends at {end:?}");
 }
 
 #[test]
-fn wheels_move_what_they_are_turned() {
+fn handwheels_move_the_tool_by_the_turned_distance() {
     let places =
         steered((120.0, 60.0), "0 0 0\n0.2 turn 0.1 0\n0.3 turn 0.1 0\n0.4 turn 0 -1\n1.5 0 0\n2 quit\n");
     let end = places.last().unwrap().1;
     assert!(way(end, (120.2, 59.0)) < 0.004, "{end:?}");
 }
 
-/// Over a line that is slower than the hand, nothing that was turned is lost: the tool gets there later.
+/// Over a line slower than the hand, all turns count: the tool only arrives later.
 #[test]
-fn wheels_lose_nothing_over_a_slow_line() {
+fn handwheel_turns_are_not_lost_over_a_slow_line() {
     let turns: String = (0..200).map(|k| format!("{:.3} turn 0.05 0\n", 0.2 + 0.01 * f64::from(k))).collect();
     let places = steered_over(9600, (100.0, 60.0), &format!("0 0 0\n{turns}4 0 0\n5 quit\n"));
     let end = places.last().unwrap().1;
     assert!(way(end, (110.0, 60.0)) < 0.004, "{end:?}");
 }
 
-/// The trace had a fault planted in it, and the judgement must say so.
+/// Requires that the judgement rejects a trace with a seeded fault, and names it by `words`.
 fn noticed(words: &str, judgement: Judgement) {
-    let said = judgement.expect_err(words);
-    assert!(said.contains(words), "not for {words}, but for: {said}");
+    let reason = judgement.expect_err(words);
+    assert!(reason.contains(words), "not for {words}, but for: {reason}");
 }
 
-/// A steering that answers later.
+/// The trace of a later response.
 fn late(places: &[(f64, (f64, f64))], by: f64) -> Trace {
     places.iter().map(|&(t, place)| (if t > 0.0 { t + by } else { t }, place)).collect()
 }
 
-/// A steering that sends half the speed from a moment on.
+/// The trace at half speed from a moment on.
 fn slowed_from(places: &[(f64, (f64, f64))], from: f64) -> Trace {
     places.iter().map(|&(t, place)| (if t > from { from + 2.0 * (t - from) } else { t }, place)).collect()
 }
 
-/// A start 4 mm from the end of the travel of the y axis, pushed at it aslant.
+/// A start 4 mm from the end of the y travel, jogged at it at an angle.
 fn slides_along_the_end_of_the_travel(places: &[(f64, (f64, f64))]) -> Judgement {
     let highest = places.iter().map(|place| place.1.1).fold(f64::MIN, f64::max);
     let rest = at(places, 1.4).1;

@@ -1,5 +1,5 @@
-//! Controllers of every language behind lines that lose, double, swap, delay and damage: the session may stop, the tool must not
-//! enter the part.
+//! Controllers of each dialect behind impaired lines, which lose, duplicate, swap, delay and damage chunks:
+//! the session may stop, but the tool must not enter the part.
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 use std::time::Duration;
@@ -25,7 +25,7 @@ fn workpiece() -> PreparedPlan {
     PreparedPlan::new(order.plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap())
 }
 
-/// Motions that were certified before the session ended.
+/// The number of motions certified before the session ended.
 fn run(work: &PreparedPlan, language: &str, seed: u64) -> u64 {
     let mut random = fastrand::Rng::with_seed(seed);
     let machine = MachineProfile::simulated();
@@ -40,7 +40,7 @@ fn run(work: &PreparedPlan, language: &str, seed: u64) -> u64 {
         work_offset_mm: (-37.25, -21.5),
         quirks: Quirks::default(),
     };
-    // From one fault in a hundred pieces to one in ten thousand.
+    // From one fault in a hundred chunks to one in ten thousand.
     let often = 10.0_f64.powf(-2.0 * random.f64());
     let dialect = run.language.dialect(scene.setting);
     let abilities = dialect.abilities();
@@ -70,7 +70,7 @@ fn run(work: &PreparedPlan, language: &str, seed: u64) -> u64 {
         Going::On
     });
     ended.unwrap();
-    // What is under way ends.
+    // The motion under way ends.
     let until = Time::from_micros(80_000_000);
     session.drain(until);
     session.port().unwrap().machine.take_samples(&mut samples);
@@ -80,23 +80,24 @@ fn run(work: &PreparedPlan, language: &str, seed: u64) -> u64 {
     counts.jogs + counts.contour_motions
 }
 
-/// What the line does to the controller and to the host.
+/// The fault rates toward the controller and toward the host.
 fn rates(abilities: Abilities, often: f64, seed: u64) -> (Rates, Rates) {
-    // Assumed, see docs/safety/assumptions.md: where contours are queued and their acknowledgements counted, no line doubles and also loses
-    // or swaps; and where an arc is given by its centre, none arrives twice.
-    let doubles = abilities.checked || !abilities.queues || seed.is_multiple_of(2);
-    let loses = abilities.checked || !abilities.queues || !doubles;
-    let arrives_twice = doubles && (abilities.checked || !abilities.arcs);
+    // Assumed (docs/safety/assumptions.md): where the session queues contours and counts their
+    // acknowledgements, no line both duplicates and also loses or swaps chunks. Where an arc is given by its
+    // centre, no arc arrives twice.
+    let duplicates = abilities.checked || !abilities.queues || seed.is_multiple_of(2);
+    let loses = abilities.checked || !abilities.queues || !duplicates;
+    let arrives_twice = duplicates && (abilities.checked || !abilities.arcs);
     let to_host = Rates {
         lie: 0.0,
         delay: 0.01 * often,
         delay_max: Duration::from_millis(800),
         loss: if loses { 0.003 * often } else { 0.0 },
-        doubling: if doubles { 0.005 * often } else { 0.0 },
+        doubling: if duplicates { 0.005 * often } else { 0.0 },
         swap: if loses { 0.003 * often } else { 0.0 },
         damage: 0.000_3 * often,
         noise: 0.001 * often,
-        // Only a checksum notices a byte that became another of the language.
+        // Only a checksum detects a byte that became another byte of the dialect.
         kind: if abilities.checked { Damage::Any } else { Damage::Detectable },
     };
     let to_controller = Rates { doubling: if arrives_twice { to_host.doubling } else { 0.0 }, ..to_host };
@@ -104,7 +105,7 @@ fn rates(abilities: Abilities, often: f64, seed: u64) -> (Rates, Rates) {
 }
 
 #[test]
-fn tool_stays_out_whatever_the_line_does() {
+fn tool_never_enters_the_part_on_an_impaired_link() {
     let work = workpiece();
     let file = |name: &str| format!("{}/{name}.toml", env!("CARGO_MANIFEST_DIR"));
     let described = [
@@ -117,6 +118,6 @@ fn tool_stays_out_whatever_the_line_does() {
     for language in languages {
         let motions: u64 = (0..60).map(|seed| run(&work, &language, seed)).sum();
         println!("{language}: {motions} motions");
-        assert!(motions > 300, "{language}: only {motions} motions were tried");
+        assert!(motions > 300, "{language}: only {motions} certified motions");
     }
 }

@@ -1,4 +1,4 @@
-//! Whole sessions in virtual time with controllers of every language: by hand, then the contour.
+//! Whole sessions in virtual time with a controller of each dialect: jogging, then the contour.
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 use std::time::Duration;
@@ -54,14 +54,14 @@ fn whole(language: &str, stock_mm: f64) {
         assert!(facts.ended == Ended::Done && facts.loops.0 > 0, "{language} {operator}: {facts:?}");
         assert!(facts.counts.jogs > 10, "{language} {operator}: {facts:?}");
         let coverage = facts.coverage.unwrap();
-        // Stock closes the narrow places: what is then missed, any controller misses.
+        // Stock closes the narrow places, so every controller misses the same points.
         let missed = if stock_mm > 0.0 { missed_by("grbl", operator, stock_mm, seed) } else { 0 };
         assert_eq!(coverage.missed, missed, "{language} {operator}: {coverage:?}");
         assert!(coverage.worst_mm < stock_mm + 0.03, "{language} {operator}: {coverage:?}");
     }
 }
 
-/// Reachable points of the profile that a controller of this language leaves.
+/// The number of reachable points of the profile that a controller of this dialect leaves uncut.
 fn missed_by(language: &str, operator: &str, stock_mm: f64, seed: u64) -> usize {
     let facts = run(language, operator, stock_mm, seed);
     let Some(coverage) = facts.coverage else { panic!("{language} {operator}: no contour, {facts:?}") };
@@ -78,7 +78,7 @@ fn venus() {
     whole("venus", 0.0);
 }
 
-/// A language described by a file of this package.
+/// A dialect described by a file of this package.
 fn described(file: &str) -> String {
     format!("{}/{file}.toml", env!("CARGO_MANIFEST_DIR"))
 }
@@ -103,7 +103,7 @@ fn one_answer() {
     whole(&described("tests/described/one-answer"), 0.0);
 }
 
-/// Over a line on which exchanges of several lines take a second and more each.
+/// A session over a slow line, on which exchanges of several lines take a second or more each.
 fn slow_line(language: &str) {
     let facts = run_over(9600, 150, language, "calm", 0.1, 3);
     assert_eq!(facts.deepest_mm, Some(0.0), "{language}: {facts:?}");
@@ -131,7 +131,7 @@ fn slow_tango() {
 }
 
 #[test]
-fn boxes_need_stock_and_say_so() {
+fn independent_axes_need_stock_and_a_notice_states_it() {
     let facts = run(&described("../dialects/nsk-style"), "wall", 0.0, 1);
     assert_eq!((facts.loops.0, facts.deepest_mm), (0, Some(0.0)), "{facts:?}");
     assert!(facts.notices.iter().any(|notice| notice.contains("leaves at least 0.01 mm")), "{facts:?}");

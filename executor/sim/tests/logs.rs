@@ -1,4 +1,4 @@
-//! The log of a session: it is whole, it is true, and what is changed in it is noticed.
+//! The log of a session: it is complete and true, and every change of it is detected.
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 use std::cell::RefCell;
@@ -72,7 +72,7 @@ fn logged(
     (path, result.facts.ended)
 }
 
-/// From home to the part's right edge, then automatic, with a pause.
+/// From home to the part's right edge, then with the cycle armed, and a feed hold.
 const PAUSED: &str = "0 -1 -0.9\n1.6 -0.3 -0.3 auto\n12 pause\n14 resume\n15 0 0 auto\n";
 
 fn short(name: &str) -> (PreparedPlan, Vec<u8>) {
@@ -111,38 +111,38 @@ fn sessions_replay_without_difference() {
     }
 }
 
-/// A log that claims loops which the plan has not, or one twice, would make them count as cut.
+/// Loops in a log's header that the plan lacks, or that are listed twice, would count as cut.
 #[test]
-fn progress_that_is_not_the_plans_is_refused() {
+fn progress_of_another_plan_is_refused() {
     let (work, log) = short("claims");
     let mut log = Log::parse(&log).unwrap();
     log.entries.clear();
     let number = |pass, index| LoopNumber { pass, index };
     for finished in [vec![number(9, 9)], vec![number(0, 0), number(0, 1), number(0, 0)]] {
         log.header.progress = Progress { finished, partial: Vec::new() };
-        let error = replay(&log, work.clone()).err().expect("it is not the plan's").to_string();
+        let error = replay(&log, work.clone()).err().expect("the progress is not of this plan").to_string();
         assert!(error.starts_with("line 1 of the log: "), "{error}");
     }
 }
 
 #[test]
-fn a_pause_is_replayed_and_told() {
+fn feed_hold_is_replayed_and_in_the_timeline() {
     let work = work();
     let script = Box::new(Script::parse(PAUSED).unwrap());
     let (path, ended) = logged("paused", &work, &SimRun { feed_mm_min: 1200, ..SimRun::default() }, script);
     assert_eq!(ended, Ended::Done);
     let replay = holds(&Log::load(&path).unwrap(), &work);
     assert_eq!(replay.supervisor.finished().len(), 1);
-    let told: Vec<&TimelineEntry> =
+    let timeline: Vec<&TimelineEntry> =
         replay.story.happenings.iter().map(|(_, happening, _)| happening).collect();
     assert!(
-        told.contains(&&TimelineEntry::Held) && replay.story.spent.held >= Duration::from_millis(1900),
-        "{told:?}"
+        timeline.contains(&&TimelineEntry::Held) && replay.story.spent.held >= Duration::from_millis(1900),
+        "{timeline:?}"
     );
 }
 
 #[test]
-fn a_session_that_is_over_before_its_time_ends_in_a_phase() {
+fn session_stopped_by_its_time_limit_replays() {
     let work = work();
     let run = SimRun { limit: Duration::from_secs(6), ..SimRun::default() };
     let (path, ended) = logged("limit", &work, &run, operator::named("calm", 60.0, 1).unwrap());
@@ -150,7 +150,7 @@ fn a_session_that_is_over_before_its_time_ends_in_a_phase() {
     assert_eq!(holds(&Log::load(&path).unwrap(), &work).end(), LogEnd::Done);
 }
 
-/// The machine at the end of a cable that can be pulled and opened again.
+/// The machine at the end of a cable that can be pulled and plugged in again.
 #[derive(Clone)]
 struct Cable(Rc<RefCell<SimMachine>>);
 
@@ -207,7 +207,7 @@ fn unplugged() -> PortError {
 }
 
 #[test]
-fn a_lost_port_and_recovery_replay() {
+fn lost_port_and_recovery_replay() {
     let work = work();
     let run = SimRun {
         start: Some(keepout_executor::session::start_inside(&work.plan).unwrap()),
@@ -246,13 +246,13 @@ fn a_lost_port_and_recovery_replay() {
     assert_eq!(count(|event| matches!(event, LoggedEvent::PortLost(_))), 1);
     assert_eq!(count(|event| matches!(event, LoggedEvent::PortFound)), 1);
     let replay = holds(&log, &work);
-    let told: Vec<&TimelineEntry> =
+    let timeline: Vec<&TimelineEntry> =
         replay.story.happenings.iter().map(|(_, happening, _)| happening).collect();
     assert!(
-        told.iter().any(|each| matches!(each, TimelineEntry::Fault(_)))
-            && told.contains(&&TimelineEntry::Recovered)
+        timeline.iter().any(|each| matches!(each, TimelineEntry::Fault(_)))
+            && timeline.contains(&&TimelineEntry::Recovered)
     );
-    assert_eq!(replay.supervisor.finished().len(), 1, "{told:?}");
+    assert_eq!(replay.supervisor.finished().len(), 1, "{timeline:?}");
 }
 
 #[test]
@@ -264,7 +264,7 @@ fn another_plan_or_dialect_is_refused() {
     let mut log = Log::parse(&bytes).unwrap();
     log.header.dialect = "klingon".into();
     assert!(matches!(replay(&log, work.clone()), Err(ReplayError::DialectName(_))));
-    // An intact log whose session did something else: the difference has its line.
+    // An intact log of a session that acted otherwise: the error names the line of the difference.
     let mut log = Log::parse(&bytes).unwrap();
     let first =
         log.entries.iter().position(|entry| matches!(entry.event, LoggedEvent::Certificate(_))).unwrap();
@@ -290,14 +290,14 @@ fn damaged_at(bytes: &[u8]) -> Option<usize> {
 }
 
 #[test]
-fn every_flipped_bit_is_noticed_with_its_line() {
+fn every_flipped_bit_is_detected_with_its_line() {
     let (_, bytes) = short("flipped");
     let ends: Vec<usize> = (0..bytes.len()).filter(|&index| bytes[index] == b'\n').collect();
     let line_of = |index: usize| ends.partition_point(|&end| end < index) + 1;
-    // Every bit of the first lines; and of lines anywhere.
-    let piece = &bytes[..=ends[59]];
-    let mut changed = piece.to_vec();
-    for index in 0..piece.len() - 1 {
+    // Every bit of the first lines, then random bits of all lines.
+    let first_lines = &bytes[..=ends[59]];
+    let mut changed = first_lines.to_vec();
+    for index in 0..first_lines.len() - 1 {
         for bit in 0..8 {
             changed[index] ^= 1 << bit;
             assert_eq!(damaged_at(&changed), Some(line_of(index)), "byte {index}, bit {bit}");
@@ -315,7 +315,7 @@ fn every_flipped_bit_is_noticed_with_its_line() {
 }
 
 #[test]
-fn a_tail_torn_anywhere_is_tolerated() {
+fn tail_torn_at_any_byte_is_tolerated() {
     let (work, bytes) = short("torn");
     let whole = Log::parse(&bytes).unwrap();
     let ends: Vec<usize> = (0..bytes.len()).filter(|&index| bytes[index] == b'\n').collect();
@@ -326,7 +326,7 @@ fn a_tail_torn_anywhere_is_tolerated() {
         assert_eq!(log.entries, whole.entries[..lines - 1], "{length} bytes");
         assert_eq!(log.torn, length - ends[lines - 1] - 1, "{length} bytes");
     }
-    // Wherever it ends, what there is holds.
+    // A log that ends at any line replays.
     for lines in (2..whole.entries.len()).step_by(97) {
         let log = Log::parse(&bytes[..ends[lines] + 3]).unwrap();
         assert!(log.torn == 2 || log.torn == 0);
@@ -337,7 +337,7 @@ fn a_tail_torn_anywhere_is_tolerated() {
 }
 
 #[test]
-fn lines_changed_removed_swapped_or_doubled_are_noticed() {
+fn lines_changed_removed_swapped_or_duplicated_are_detected() {
     let (_, bytes) = short("swapped");
     let lines: Vec<&[u8]> = bytes.split_inclusive(|&byte| byte == b'\n').collect();
     let mut random = fastrand::Rng::with_seed(9);
@@ -352,7 +352,7 @@ fn lines_changed_removed_swapped_or_doubled_are_noticed() {
         let mut swapped = lines.clone();
         swapped.swap(at, at + 1);
         assert_eq!(damaged_at(&swapped.concat()), Some(at + 1), "line {} swapped", at + 1);
-        // Cut off in front of its checksum, with the next line behind it.
+        // Cut off before its checksum, so that the next line follows directly.
         let mut cut = lines.clone();
         cut[at] = &lines[at][..lines[at].len() - 9];
         assert_eq!(damaged_at(&cut.concat()), Some(at + 1), "line {} cut", at + 1);
@@ -363,7 +363,7 @@ fn lines_changed_removed_swapped_or_doubled_are_noticed() {
     }
 }
 
-/// A log on a disk that is full after so many records.
+/// A log on a disk that is full after `left` events.
 struct Filling {
     log: LogWriter,
     left: usize,
@@ -381,7 +381,7 @@ impl EventLog for Filling {
 }
 
 #[test]
-fn a_full_disk_stops_the_machine_and_leaves_a_log() {
+fn full_disk_stops_the_machine_and_leaves_a_valid_log() {
     let work = work();
     let run = SimRun {
         start: Some(keepout_executor::session::start_inside(&work.plan).unwrap()),
@@ -412,7 +412,7 @@ fn a_full_disk_stops_the_machine_and_leaves_a_log() {
         let later = cable.samples(settled.after(Duration::from_secs(30)));
         assert!(
             later.windows(2).all(|pair| pair[0].position_mm == pair[1].position_mm),
-            "{left}: it moves on"
+            "{left}: the tool moves on"
         );
         assert_eq!(monitor.deepest(), None);
         let log = Log::load(&path).unwrap();
