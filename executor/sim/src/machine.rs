@@ -18,7 +18,7 @@ pub struct SimMachine {
     to_controller: Wire,
     to_host: Wire,
     drives: Option<ServoDrive>,
-    slip: PositioningError,
+    positioning_error: PositioningError,
     fresh: Vec<Sample>,
     moved: Vec<Sample>,
     samples: Vec<Sample>,
@@ -92,14 +92,14 @@ impl SimMachine {
         controller: Box<dyn Controller>,
         baud: u32,
         latency: Duration,
-        slip: PositioningError,
+        positioning_error: PositioningError,
     ) -> Self {
         Self {
             controller,
             to_controller: Wire::new(baud, latency),
             to_host: Wire::new(baud, latency),
             drives: None,
-            slip,
+            positioning_error,
             fresh: Vec::new(),
             moved: Vec::new(),
             samples: Vec::new(),
@@ -234,7 +234,7 @@ impl SimMachine {
             }
         }
         for mut sample in self.moved.drain(..) {
-            self.slip.apply(&mut sample);
+            self.positioning_error.apply(&mut sample);
             self.samples.push(sample);
         }
     }

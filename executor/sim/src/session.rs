@@ -188,12 +188,12 @@ pub fn run_simulated(
     work: PreparedPlan,
     run: &SimRun,
     operator: Box<dyn Operator + Send>,
-    tape: Box<dyn EventLog>,
+    event_log: Box<dyn EventLog>,
     prepare: impl FnOnce(&mut Supervisor),
     watch: &mut Watch<'_>,
 ) -> Result<SimResult, SimError> {
     let scene = Scene::of(&work.plan, run)?;
-    run_scene(work, run, scene, operator, tape, prepare, watch)
+    run_scene(work, run, scene, operator, event_log, prepare, watch)
 }
 
 /// Runs a whole session, as [`run_simulated`], in a given scene.
@@ -205,53 +205,56 @@ pub fn run_scene(
     run: &SimRun,
     scene: Scene,
     operator: Box<dyn Operator + Send>,
-    tape: Box<dyn EventLog>,
+    event_log: Box<dyn EventLog>,
     prepare: impl FnOnce(&mut Supervisor),
     watch: &mut Watch<'_>,
 ) -> Result<SimResult, SimError> {
     let offset = scene.setting.offset;
     let monitor = CollisionMonitor::new(work.plan.part.clone(), work.plan.plan.tool_radius, offset);
-    let mut eye = Eye { monitor, samples: Vec::new(), every: 1, seen: 0, offset: point_mm_of(offset) };
+    let mut monitored =
+        MonitoredSamples { monitor, samples: Vec::new(), every: 1, seen: 0, offset: point_mm_of(offset) };
     let dialect = run.language.dialect(scene.setting);
     let mut supervisor = Supervisor::new(work, scene.options, dialect.abilities());
     prepare(&mut supervisor);
-    let slip = PositioningError::wandering(run.machine.repeatability_mm, run.machine.steps_per_mm, run.seed);
+    let positioning_error =
+        PositioningError::wandering(run.machine.repeatability_mm, run.machine.steps_per_mm, run.seed);
     let drives = run.servo.as_ref().and_then(|servo| ServoDrive::new(servo, scene.sim.start_mm));
     let machine =
-        SimMachine::new(speaking(&run.language, scene.sim), run.baud, run.latency, slip).driven(drives);
+        SimMachine::new(speaking(&run.language, scene.sim), run.baud, run.latency, positioning_error)
+            .driven(drives);
     let engine = Engine::new(supervisor, dialect);
     let (ended, seconds, supervisor) = match run.link {
         Link::Virtual => {
-            let mut session = Session::new(engine, VirtualPort { machine }, operator, tape);
+            let mut session = Session::new(engine, VirtualPort { machine }, operator, event_log);
             let take = |session: &mut Session<'_, VirtualPort>, into: &mut Vec<Sample>| {
                 if let Some(port) = session.port() {
                     port.machine.take_samples(into);
                 }
             };
             let (ended, seconds) =
-                drive(&mut session, &mut VirtualClock::default(), run, &mut eye, take, watch)?;
+                drive(&mut session, &mut VirtualClock::default(), run, &mut monitored, take, watch)?;
             (ended, seconds, session.into_supervisor())
         }
-        Link::Pty => on_pty(engine, operator, tape, machine, run, &mut eye, watch)?,
+        Link::Pty => on_pty(engine, operator, event_log, machine, run, &mut monitored, watch)?,
     };
-    Ok(result_of(supervisor, ended, seconds, run, eye))
+    Ok(result_of(supervisor, ended, seconds, run, monitored))
 }
 
 #[cfg(unix)]
 fn on_pty(
     engine: Engine,
     operator: Box<dyn Operator + Send>,
-    tape: Box<dyn EventLog>,
+    event_log: Box<dyn EventLog>,
     machine: SimMachine,
     run: &SimRun,
-    eye: &mut Eye,
+    monitored: &mut MonitoredSamples,
     watch: &mut Watch<'_>,
 ) -> Result<(Ended, f64, Supervisor), SimError> {
     let pty = crate::pty::PtyMachine::start(machine)?;
     let port = Serial::open(pty.name(), run.baud)?;
-    let mut session = Session::new(engine, port, operator, tape);
+    let mut session = Session::new(engine, port, operator, event_log);
     let take = |_: &mut Session<'_, Serial>, into: &mut Vec<Sample>| into.append(&mut pty.take_samples());
-    let (ended, seconds) = drive(&mut session, &mut RealClock::default(), run, eye, take, watch)?;
+    let (ended, seconds) = drive(&mut session, &mut RealClock::default(), run, monitored, take, watch)?;
     Ok((ended, seconds, session.into_supervisor()))
 }
 
@@ -262,7 +265,7 @@ fn on_pty(
     _: Box<dyn EventLog>,
     _: SimMachine,
     _: &SimRun,
-    _: &mut Eye,
+    _: &mut MonitoredSamples,
     _: &mut Watch<'_>,
 ) -> Result<(Ended, f64, Supervisor), SimError> {
     Err(PortError::Open { name: "pty".into(), reason: "this system has no ptys".into() }.into())
@@ -283,7 +286,7 @@ fn comes_from_home(plan: &CertifiedPlan, place: &Placement, home: (f64, f64)) ->
 }
 
 /// The monitor, and the samples for the picture.
-struct Eye {
+struct MonitoredSamples {
     monitor: CollisionMonitor,
     samples: Vec<Sample>,
     every: usize,
@@ -291,7 +294,7 @@ struct Eye {
     offset: (f64, f64),
 }
 
-impl Eye {
+impl MonitoredSamples {
     fn take(&mut self, samples: &mut Vec<Sample>) {
         for sample in samples.drain(..) {
             self.monitor.watch(&sample);
@@ -320,7 +323,7 @@ fn drive<P: Port>(
     session: &mut Session<'_, P>,
     clock: &mut impl Clock,
     run: &SimRun,
-    eye: &mut Eye,
+    monitored: &mut MonitoredSamples,
     take: impl Fn(&mut Session<'_, P>, &mut Vec<Sample>),
     watch: &mut Watch<'_>,
 ) -> Result<(Ended, f64), EventLogError> {
@@ -328,9 +331,9 @@ fn drive<P: Port>(
     let mut samples = Vec::new();
     let ended = session.run(clock, run.limit, |session, now| {
         take(session, &mut samples);
-        eye.take(&mut samples);
+        monitored.take(&mut samples);
         last = now;
-        watch(session.supervisor(), &eye.monitor, now)
+        watch(session.supervisor(), &monitored.monitor, now)
     })?;
     // The monitor watches the motion to its end: the last commands arrive, and the tool comes to rest.
     let rest = last.after(run.latency + SETTLE);
@@ -338,7 +341,7 @@ fn drive<P: Port>(
         let now = clock.now();
         session.drain(now);
         take(session, &mut samples);
-        eye.take(&mut samples);
+        monitored.take(&mut samples);
         if now >= rest {
             return Ok((ended, last.elapsed().as_secs_f64()));
         }
@@ -346,8 +349,14 @@ fn drive<P: Port>(
     }
 }
 
-fn result_of(supervisor: Supervisor, ended: Ended, seconds: f64, run: &SimRun, eye: Eye) -> SimResult {
-    let monitor = eye.monitor;
+fn result_of(
+    supervisor: Supervisor,
+    ended: Ended,
+    seconds: f64,
+    run: &SimRun,
+    monitored: MonitoredSamples,
+) -> SimResult {
+    let monitor = monitored.monitor;
     let finished = supervisor.finished().len();
     let coverage = (finished > 0).then(|| coverage(supervisor.plan(), monitor.cut_paths()));
     let setting = format!(
@@ -375,5 +384,5 @@ fn result_of(supervisor: Supervisor, ended: Ended, seconds: f64, run: &SimRun, e
         notices: supervisor.notices().to_vec(),
     };
     let watched = monitor.watched();
-    SimResult { facts, samples: eye.samples, work: supervisor.work().clone(), watched }
+    SimResult { facts, samples: monitored.samples, work: supervisor.work().clone(), watched }
 }

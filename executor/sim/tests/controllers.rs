@@ -79,7 +79,8 @@ fn grbl(mut jog: impl FnMut(u32) -> Vec<u8>) -> impl FnMut(&[u8]) -> Vec<u8> {
         if bytes == b"?" {
             b"<Idle|MPos:-10.000,-10.000,0.000|Bf:15,128|FS:0,0|WCO:-5.000,0.000,0.000>\r\n".to_vec()
         } else if bytes == b"$$\n" {
-            b"$10=3\r\n$12=0.001\r\n$13=0\r\n$22=1\r\n$100=400.000\r\n$101=400.000\r\n$110=6000.000\r\n$111=6000.000\r\nok\r\n"
+            b"$10=3\r\n$12=0.001\r\n$13=0\r\n$22=1\r\n$100=400.000\r\n$101=400.000\r\n$110=6000.000\r\n\
+              $111=6000.000\r\nok\r\n"
                 .to_vec()
         } else if bytes.ends_with(b"$#\n") {
             b"ok\r\nok\r\n[G54:-5.000,0.000,0.000]\r\n[G92:0.000,0.000,0.000]\r\nok\r\n".to_vec()

@@ -168,8 +168,9 @@ fn session(
         work_offset_mm: (-3.0, -4.0),
         quirks: Quirks::default(),
     };
-    let slip = PositioningError::wandering(0.0, run.machine.steps_per_mm, 1);
-    let machine = SimMachine::new(speaking(&DialectName::Grbl, sim), run.baud, run.latency, slip);
+    let positioning_error = PositioningError::wandering(0.0, run.machine.steps_per_mm, 1);
+    let machine =
+        SimMachine::new(speaking(&DialectName::Grbl, sim), run.baud, run.latency, positioning_error);
     let mut monitor = CollisionMonitor::new(work.plan.part.clone(), work.plan.plan.tool_radius, offset);
     let damage = PendingDamage::default();
     let dialect = run.language.dialect(scene.setting);

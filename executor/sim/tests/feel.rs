@@ -14,9 +14,9 @@ use keepout_sim::operator::Script;
 use keepout_sim::session::{SimRun, run_simulated};
 
 /// An L of 90 × 70 mm with its inside corner at (30, 25).
-const L: &str = "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n0\nLWPOLYLINE\n\
-                 8\n0\n90\n6\n70\n1\n10\n0\n20\n0\n10\n90\n20\n0\n10\n90\n20\n25\n10\n30\n20\n25\n10\n30\n20\n\
-                 70\n10\n0\n20\n70\n0\nENDSEC\n0\nEOF\n";
+const L: &str = "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n0\n\
+                 LWPOLYLINE\n8\n0\n90\n6\n70\n1\n10\n0\n20\n0\n10\n90\n20\n0\n10\n90\n20\n25\n10\n30\n20\n\
+                 25\n10\n30\n20\n70\n10\n0\n20\n70\n0\nENDSEC\n0\nEOF\n";
 /// Jogging clearance, mm: tool radius, stock to leave and margin.
 const REACH: f64 = 3.2115;
 const SPEED: f64 = 200.0;

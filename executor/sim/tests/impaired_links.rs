@@ -18,11 +18,11 @@ use keepout_sim::{
     Disturbance, PositioningError, Quirks, SimMachine, SimSettings, VirtualPort, operator, speaking,
 };
 
-fn workpiece() -> PreparedPlan {
+fn prepared_plan() -> PreparedPlan {
     let bytes = include_bytes!("../../cli/drawings/bracket.dxf");
-    let mut order = PlanRequest::default();
-    order.job.passes = vec![PassParameters { stock_to_leave_mm: 0.05, feed_mm_min: Some(3000) }];
-    PreparedPlan::new(order.plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap())
+    let mut request = PlanRequest::default();
+    request.job.passes = vec![PassParameters { stock_to_leave_mm: 0.05, feed_mm_min: Some(3000) }];
+    PreparedPlan::new(request.plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap())
 }
 
 /// The number of motions certified before the session ended.
@@ -46,9 +46,9 @@ fn run(work: &PreparedPlan, language: &str, seed: u64) -> u64 {
     let abilities = dialect.abilities();
     let (to_controller, to_host) = rates(abilities, often, seed);
     let supervisor = Supervisor::new(work.clone(), scene.options, abilities);
-    let slip = PositioningError::wandering(machine.repeatability_mm, machine.steps_per_mm, seed);
+    let positioning_error = PositioningError::wandering(machine.repeatability_mm, machine.steps_per_mm, seed);
     let latency = Duration::from_millis(random.u64(0..40));
-    let machine = SimMachine::new(speaking(&run.language, settings), 115_200, latency, slip)
+    let machine = SimMachine::new(speaking(&run.language, settings), 115_200, latency, positioning_error)
         .hurt(Faults::new(to_controller, seed), Faults::new(to_host, seed + 1000));
     let offset = scene.setting.offset;
     let mut monitor = CollisionMonitor::new(work.plan.part.clone(), work.plan.plan.tool_radius, offset);
@@ -106,7 +106,7 @@ fn rates(abilities: Abilities, often: f64, seed: u64) -> (Rates, Rates) {
 
 #[test]
 fn tool_never_enters_the_part_on_an_impaired_link() {
-    let work = workpiece();
+    let work = prepared_plan();
     let file = |name: &str| format!("{}/{name}.toml", env!("CARGO_MANIFEST_DIR"));
     let described = [
         "../dialects/nsk-style",

@@ -15,11 +15,11 @@ use keepout_sim::session::{SimRun, run_simulated};
 /// The bracket, with one finishing pass that leaves `stock_mm`.
 fn plan(stock_mm: f64) -> CertifiedPlan {
     let bytes = include_bytes!("../../cli/drawings/bracket.dxf");
-    let mut order = PlanRequest::default();
+    let mut request = PlanRequest::default();
     if stock_mm > 0.0 {
-        order.job.passes = vec![PassParameters { stock_to_leave_mm: stock_mm, feed_mm_min: None }];
+        request.job.passes = vec![PassParameters { stock_to_leave_mm: stock_mm, feed_mm_min: None }];
     }
-    order.plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap()
+    request.plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap()
 }
 
 fn run(language: &str, operator: &str, stock_mm: f64, seed: u64) -> RunFacts {

@@ -65,9 +65,9 @@ fn logged(
 ) -> (PathBuf, Ended) {
     let path = file(name);
     let scene = Scene::of(&work.plan, run).unwrap();
-    let tape = LogWriter::create(&path, &header(work, &scene)).unwrap();
+    let event_log = LogWriter::create(&path, &header(work, &scene)).unwrap();
     let watch = &mut |_: &Supervisor, _: &CollisionMonitor, _: Time| Going::On;
-    let result = run_scene(work.clone(), run, scene, operator, Box::new(tape), |_| {}, watch).unwrap();
+    let result = run_scene(work.clone(), run, scene, operator, Box::new(event_log), |_| {}, watch).unwrap();
     assert!(result.facts.deepest_mm.unwrap() <= 0.0);
     (path, result.facts.ended)
 }
@@ -133,8 +133,7 @@ fn feed_hold_is_replayed_and_in_the_timeline() {
     assert_eq!(ended, Ended::Done);
     let replay = holds(&Log::load(&path).unwrap(), &work);
     assert_eq!(replay.supervisor.finished().len(), 1);
-    let timeline: Vec<&TimelineEntry> =
-        replay.story.happenings.iter().map(|(_, happening, _)| happening).collect();
+    let timeline: Vec<&TimelineEntry> = replay.story.happenings.iter().map(|(_, entry, _)| entry).collect();
     assert!(
         timeline.contains(&&TimelineEntry::Held) && replay.story.spent.held >= Duration::from_millis(1900),
         "{timeline:?}"
@@ -165,8 +164,8 @@ impl Cable {
             work_offset_mm: (-3.0, -4.0),
             quirks: Quirks::default(),
         };
-        let slip = PositioningError::wandering(0.0, run.machine.steps_per_mm, 1);
-        let machine = SimMachine::new(speaking(&run.language, sim), run.baud, run.latency, slip);
+        let positioning_error = PositioningError::wandering(0.0, run.machine.steps_per_mm, 1);
+        let machine = SimMachine::new(speaking(&run.language, sim), run.baud, run.latency, positioning_error);
         Self(Rc::new(RefCell::new(machine)))
     }
 
@@ -216,7 +215,7 @@ fn lost_port_and_recovery_replay() {
     let scene = Scene::of(&work.plan, &run).unwrap();
     let path = file("lost");
     let cable = Cable::to(&work, &run, &scene);
-    let tape = LogWriter::create(&path, &header(&work, &scene)).unwrap();
+    let event_log = LogWriter::create(&path, &header(&work, &scene)).unwrap();
     let dialect = run.language.dialect(scene.setting);
     let supervisor = Supervisor::new(work.clone(), scene.options, dialect.abilities());
     let script = "0 0 -0.3\n1 0 0.3 auto\n9 recover\n12 resume\n13 0 0\n90 quit\n";
@@ -224,7 +223,8 @@ fn lost_port_and_recovery_replay() {
     let again = cable.clone();
     let reopen =
         Box::new(move || if again.0.borrow().is_connected() { Ok(again.clone()) } else { Err(unplugged()) });
-    let mut session = Session::new(Engine::new(supervisor, dialect), cable.clone(), script, Box::new(tape));
+    let mut session =
+        Session::new(Engine::new(supervisor, dialect), cable.clone(), script, Box::new(event_log));
     session = session.recovering(reopen);
     let mut pulled_in = None;
     session
@@ -246,8 +246,7 @@ fn lost_port_and_recovery_replay() {
     assert_eq!(count(|event| matches!(event, LoggedEvent::PortLost(_))), 1);
     assert_eq!(count(|event| matches!(event, LoggedEvent::PortFound)), 1);
     let replay = holds(&log, &work);
-    let timeline: Vec<&TimelineEntry> =
-        replay.story.happenings.iter().map(|(_, happening, _)| happening).collect();
+    let timeline: Vec<&TimelineEntry> = replay.story.happenings.iter().map(|(_, entry, _)| entry).collect();
     assert!(
         timeline.iter().any(|each| matches!(each, TimelineEntry::Fault(_)))
             && timeline.contains(&&TimelineEntry::Recovered)
@@ -398,8 +397,8 @@ fn full_disk_stops_the_machine_and_leaves_a_valid_log() {
         let dialect = run.language.dialect(scene.setting);
         let supervisor = Supervisor::new(work.clone(), scene.options, dialect.abilities());
         let operator = operator::named("wall", 5.0, 1).unwrap();
-        let tape = Box::new(Filling { log, left });
-        let mut session = Session::new(Engine::new(supervisor, dialect), cable.clone(), operator, tape);
+        let event_log = Box::new(Filling { log, left });
+        let mut session = Session::new(Engine::new(supervisor, dialect), cable.clone(), operator, event_log);
         let mut last = Time::ZERO;
         let ended = session.run(&mut VirtualClock::default(), run.limit, |_, now| {
             last = now;

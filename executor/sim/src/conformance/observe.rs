@@ -72,14 +72,14 @@ pub fn observe(recording: &Recording) -> Vec<Observed> {
         let mut walk = Walk::new(name, *last.get_or_insert(origin));
         events.iter().for_each(|event| walk.take(event));
         last = Some(walk.at);
-        walk.seen
+        walk.observed
     };
     recording.scenarios().map(scenario).collect()
 }
 
 /// The state of a walk along the events of a scenario.
 struct Walk {
-    seen: Observed,
+    observed: Observed,
     /// The last reported position.
     at: Mm2,
     /// The commanded path since rest.
@@ -87,7 +87,7 @@ struct Walk {
     /// Whether the path is known: no line was queued behind a cancel.
     known: bool,
     mode: Mode,
-    asked: Option<Time>,
+    queried: Option<Time>,
     /// Send times of unanswered lines.
     open: Vec<Time>,
     jogs: bool,
@@ -105,12 +105,12 @@ struct Cancel {
 impl Walk {
     fn new(name: &str, at: Mm2) -> Self {
         Self {
-            seen: Observed { name: name.into(), ..Observed::default() },
+            observed: Observed { name: name.into(), ..Observed::default() },
             at,
             path: vec![at],
             known: true,
             mode: Mode::Idle,
-            asked: None,
+            queried: None,
             open: Vec::new(),
             jogs: false,
             stop_at: None,
@@ -133,8 +133,8 @@ impl Walk {
             What::Rest => self.rests(),
             What::Tool { at, .. } if self.known => {
                 let off = at.distance_to_path(&self.path);
-                let before = self.seen.true_deviation_mm.unwrap_or(0.0);
-                self.seen.true_deviation_mm = Some(before.max(off));
+                let before = self.observed.true_deviation_mm.unwrap_or(0.0);
+                self.observed.true_deviation_mm = Some(before.max(off));
             }
             What::Tool { .. } => {}
         }
@@ -142,7 +142,7 @@ impl Walk {
 
     fn sent(&mut self, bytes: &[u8], at: Time) {
         match bytes {
-            b"?" => self.asked = Some(at),
+            b"?" => self.queried = Some(at),
             [CANCEL] => {
                 let had_open = !self.open.is_empty();
                 self.known &= !had_open;
@@ -173,27 +173,27 @@ impl Walk {
     fn resumed(&mut self) {
         if self.jogs && self.path.len() > 1 && self.stop_at.is_some() {
             let short = self.path.last().is_some_and(|&end| self.at.distance(end) > SHORT_MM);
-            self.seen.hold_stops_jog = Some(short && matches!(self.mode, Mode::Idle | Mode::Held));
+            self.observed.hold_stops_jog = Some(short && matches!(self.mode, Mode::Idle | Mode::Held));
         }
     }
 
     fn reported(&mut self, state: &str, mode: Mode, at: Mm2, now: Time) {
-        if let Some(asked) = self.asked.take() {
+        if let Some(queried) = self.queried.take() {
             let ended = mode == Mode::Idle && matches!(self.mode, Mode::Moving | Mode::Slowing);
-            let times = if ended { &mut self.seen.after_motion } else { &mut self.seen.answers };
-            times.push(now.since(asked));
+            let times = if ended { &mut self.observed.after_motion } else { &mut self.observed.answers };
+            times.push(now.since(queried));
         }
-        self.seen.count(state);
+        self.observed.count(state);
         (self.mode, self.at) = (mode, at);
         if self.known {
             let off = at.distance_to_path(&self.path);
-            self.seen.deviation_mm = self.seen.deviation_mm.max(off);
+            self.observed.deviation_mm = self.observed.deviation_mm.max(off);
             if let Some(cancel) = &mut self.cancel {
                 cancel.deviation_mm = cancel.deviation_mm.max(off);
             }
         }
         if let Some(since) = self.stop_at.filter(|_| matches!(mode, Mode::Idle | Mode::Held)) {
-            self.seen.stopped.get_or_insert(now.since(since));
+            self.observed.stopped.get_or_insert(now.since(since));
         }
     }
 
@@ -201,19 +201,19 @@ impl Walk {
         let Some(kind) = kind(line) else { return };
         if (kind == "ok" || kind.starts_with("error:")) && !self.open.is_empty() {
             let waited = now.since(self.open.remove(0));
-            self.seen.acknowledged = self.seen.acknowledged.max(waited);
+            self.observed.acknowledged = self.observed.acknowledged.max(waited);
         }
-        self.seen.replies.push(kind);
+        self.observed.replies.push(kind);
     }
 
     /// At rest, all commanded motions are over.
     fn rests(&mut self) {
         if let Some(cancel) = self.cancel.take() {
             if cancel.had_open {
-                self.seen.discards = Some(!self.open.is_empty());
+                self.observed.discards = Some(!self.open.is_empty());
             } else if self.known {
                 let (deviation_mm, distance_mm) = (cancel.deviation_mm, self.at.distance(cancel.from));
-                self.seen.cancel = Some(Stop { deviation_mm, distance_mm });
+                self.observed.cancel = Some(Stop { deviation_mm, distance_mm });
             }
         }
         self.open.clear();

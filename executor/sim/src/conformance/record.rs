@@ -35,7 +35,7 @@ pub struct Recorder<'a, P, C> {
     pub(super) known: Known,
     /// Lengths of the unanswered lines.
     pub(super) open: VecDeque<usize>,
-    pub(super) seen: Option<Seen>,
+    pub(super) reported: Option<Reported>,
     /// Agreeing idle reports in a row, to queries sent after the last action.
     pub(super) agreeing: u8,
     /// Send time of the last bytes other than a query.
@@ -45,7 +45,7 @@ pub struct Recorder<'a, P, C> {
     /// The middle of the box.
     pub(super) origin: Mm2,
     /// Send time of the unanswered query.
-    asked: Option<Time>,
+    queried: Option<Time>,
     query_due: Time,
     line: Vec<u8>,
     bytes: Vec<u8>,
@@ -56,7 +56,7 @@ pub struct Recorder<'a, P, C> {
 
 /// The content of a report.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Seen {
+pub(super) struct Reported {
     pub mode: Mode,
     pub at: Option<Mm2>,
 }
@@ -80,12 +80,12 @@ impl<'a, P: Port, C: Clock> Recorder<'a, P, C> {
             recording: Recording { header, events: Vec::new() },
             known: Known::default(),
             open: VecDeque::new(),
-            seen: None,
+            reported: None,
             agreeing: 0,
             acted: Time::ZERO,
             fresh: false,
             origin: Mm2::default(),
-            asked: None,
+            queried: None,
             query_due: Time::ZERO,
             line: Vec::new(),
             bytes: Vec::new(),
@@ -178,7 +178,7 @@ impl<'a, P: Port, C: Clock> Recorder<'a, P, C> {
         self.send(vec![character])?;
         if character == RESET {
             self.open.clear();
-            self.asked = None;
+            self.queried = None;
         }
         Ok(())
     }
@@ -216,7 +216,7 @@ impl<'a, P: Port, C: Clock> Recorder<'a, P, C> {
 
     /// Whether the controller has reported an alarm since the last action.
     fn is_locked(&self) -> bool {
-        self.fresh && self.seen.is_some_and(|seen| seen.mode == Mode::Alarm)
+        self.fresh && self.reported.is_some_and(|reported| reported.mode == Mode::Alarm)
     }
 
     fn last_event(&self) -> Time {
@@ -246,10 +246,10 @@ impl<'a, P: Port, C: Clock> Recorder<'a, P, C> {
             if now >= end {
                 return Ok(false);
             }
-            let due = self.asked.map_or(self.query_due, |asked| asked.after(ASK_AGAIN));
+            let due = self.queried.map_or(self.query_due, |queried| queried.after(ASK_AGAIN));
             if now >= due {
                 self.bench.port.write(b"?", now)?;
-                (self.asked, self.query_due) = (Some(now), now.after(self.setup.interval));
+                (self.queried, self.query_due) = (Some(now), now.after(self.setup.interval));
                 self.push(now, What::Sent(b"?".to_vec()))?;
                 continue;
             }
@@ -301,18 +301,18 @@ impl<'a, P: Port, C: Clock> Recorder<'a, P, C> {
                 let (x, y) = point_mm(position);
                 Mm2::new(x, y)
             });
-            self.take_report(Seen { mode: status.mode, at });
+            self.take_report(Reported { mode: status.mode, at });
         }
         self.push(event.at, event.what)
     }
 
-    fn take_report(&mut self, seen: Seen) {
-        let asked = self.asked.take();
-        self.fresh = asked.is_some_and(|asked| asked >= self.acted);
-        let counts = seen.mode == Mode::Idle && self.fresh;
-        let agrees = self.agreeing == 0 || self.seen == Some(seen);
+    fn take_report(&mut self, reported: Reported) {
+        let queried = self.queried.take();
+        self.fresh = queried.is_some_and(|queried| queried >= self.acted);
+        let counts = reported.mode == Mode::Idle && self.fresh;
+        let agrees = self.agreeing == 0 || self.reported == Some(reported);
         self.agreeing = if counts && agrees { self.agreeing.saturating_add(1) } else { u8::from(counts) };
-        self.seen = Some(seen);
+        self.reported = Some(reported);
     }
 
     fn push(&mut self, at: Time, what: What) -> Result<(), RecordError> {

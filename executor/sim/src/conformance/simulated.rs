@@ -37,7 +37,7 @@ const STORES_WITHIN: Duration = Duration::from_secs(1);
 pub fn simulate(setting: &SimulatedBench, scenarios: &[Scenario]) -> Result<Recording, RecordError> {
     let machine = setting.setup.machine.clone();
     let setup = Setup { start: Start::Standing, ..setting.setup.clone() };
-    let slip = PositioningError::wandering(0.0, machine.steps_per_mm, 1);
+    let positioning_error = PositioningError::wandering(0.0, machine.steps_per_mm, 1);
     let settings = SimSettings {
         machine,
         start_mm: (setting.at.x, setting.at.y),
@@ -47,7 +47,8 @@ pub fn simulate(setting: &SimulatedBench, scenarios: &[Scenario]) -> Result<Reco
         quirks: setting.quirks.clone(),
     };
     let controller = speaking(&setup.language, settings);
-    let mut port = VirtualPort { machine: SimMachine::new(controller, setting.baud, DELAY, slip) };
+    let mut port =
+        VirtualPort { machine: SimMachine::new(controller, setting.baud, DELAY, positioning_error) };
     let mut clock = VirtualClock::default();
     let bench = Bench {
         port: &mut port,

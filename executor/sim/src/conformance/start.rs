@@ -153,7 +153,7 @@ impl<'a, P: Port, C: Clock> Recorder<'a, P, C> {
     }
 
     fn wake(&mut self) -> Result<(), RecordError> {
-        if self.pump(WAKES_WITHIN, |recorder| recorder.seen.is_some())? {
+        if self.pump(WAKES_WITHIN, |recorder| recorder.reported.is_some())? {
             Ok(())
         } else {
             Err(RecordError::Silent)
@@ -177,11 +177,11 @@ impl<'a, P: Port, C: Clock> Recorder<'a, P, C> {
         }
         self.act();
         self.pump(ANSWERS_WITHIN, |recorder| recorder.agreeing >= 2)?;
-        let seen = self.seen.ok_or(RecordError::Silent)?;
-        if self.agreeing < 2 || seen.mode != Mode::Idle {
-            return Err(RecordError::NotIdle { mode: seen.mode });
+        let reported = self.reported.ok_or(RecordError::Silent)?;
+        if self.agreeing < 2 || reported.mode != Mode::Idle {
+            return Err(RecordError::NotIdle { mode: reported.mode });
         }
-        let at = seen.at.ok_or(RecordError::NoPosition)?;
+        let at = reported.at.ok_or(RecordError::NoPosition)?;
         let inside = self.setup.nearest_inside(at).ok_or(RecordError::SmallTravel)?;
         if inside.distance(at) > self.recording.header.tolerance_mm() {
             if self.setup.start != Start::Homed {
