@@ -96,7 +96,7 @@ impl Plant {
         }
     }
 
-    /// Stops dead.
+    /// Stops at once, without deceleration.
     pub(super) fn kill(&mut self) {
         self.settle();
         self.motion.kill();

@@ -14,7 +14,7 @@ use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::request::PlanRequest;
 use keepout_sim::operator;
 
-/// A controller that answers each write by a rule.
+/// A controller that answers each write by `rule`.
 struct Scripted<F: FnMut(&[u8]) -> Vec<u8>> {
     rule: F,
     pending: Vec<u8>,

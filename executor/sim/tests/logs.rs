@@ -386,7 +386,7 @@ fn full_disk_stops_the_machine_and_leaves_a_valid_log() {
         start: Some(keepout_executor::session::start_inside(&work.plan).unwrap()),
         ..SimRun::default()
     };
-    // By hand, at the wall, in the contour.
+    // While jogging, at the wall, in the contour.
     for left in [5, 100, 700, 1300, 1900] {
         let scene = Scene::of(&work.plan, &run).unwrap();
         let path = file("full");

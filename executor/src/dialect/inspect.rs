@@ -1,4 +1,4 @@
-//! Reads a controller's identity and settings, and changes nothing.
+//! Inspection of a controller: it reads identity and settings, and changes no setting.
 
 use crate::supervisor::Limits;
 

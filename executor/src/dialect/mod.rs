@@ -29,13 +29,13 @@ use crate::supervisor::{Abilities, Command, EncodeError, Reply};
 /// received byte it may add bytes to send. It holds no clock, at most one partial input line, and a bounded
 /// output queue.
 pub trait Dialect: Send {
-    /// What the controller can do.
+    /// The controller's abilities.
     fn abilities(&self) -> Abilities;
 
     /// Adds the bytes of a command.
     ///
     /// # Errors
-    /// [`EncodeError`] when the language has no words for the command; nothing is added then.
+    /// [`LatticeError`] when a target leaves the lattice in machine coordinates. Then no byte is added.
     fn encode(&mut self, command: &Command, out: &mut Vec<u8>) -> Result<(), EncodeError>;
 
     /// Takes one byte from the controller, and returns the message that this byte completes. Adds bytes to
@@ -56,7 +56,7 @@ pub trait Dialect: Send {
 /// The session's parameters for a dialect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DialectConfig {
-    /// Machine coordinates less drawing coordinates.
+    /// Machine coordinates minus drawing coordinates.
     pub offset: Vector,
     /// Least steps per mm. A controller that reports fewer is rejected.
     pub steps_per_mm: f64,

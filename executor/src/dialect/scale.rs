@@ -1,4 +1,5 @@
-//! Lengths in a controller's own counts: exact going out, nearest coming in.
+//! Lengths in a controller's own counts: rounded to the nearest count for sending, and to the nearest lattice
+//! unit on receipt.
 
 use keepout_kernel::UNITS_PER_MM;
 use keepout_kernel::curve::nearest_unit;
@@ -36,7 +37,7 @@ impl Scale {
         Self::ratio(parts, PARTS).filter(|_| in_range)
     }
 
-    /// The nearest count to a length in lattice units; halves go up.
+    /// The nearest count to a length in lattice units; halves are rounded up.
     pub(super) fn counts(self, units: i32) -> i64 {
         let over = i128::from(self.mm) * i128::from(UNITS_PER_MM);
         let twice = 2 * i128::from(units) * i128::from(self.counts) + over;

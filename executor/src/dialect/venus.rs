@@ -65,7 +65,7 @@ enum What {
     Homed(u8),
     /// The status after a jog.
     Jog,
-    /// Status and position after a motion of a contour.
+    /// Status and position after a contour motion.
     Contour,
     /// The error number.
     Error,

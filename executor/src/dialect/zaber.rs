@@ -234,7 +234,7 @@ impl Zaber {
 
     fn refused(&mut self, what: What, reason: &str, out: &mut Vec<u8>) -> Option<Reply> {
         match what {
-            // The stream was not set up, so the dialect skips its end.
+            // The stream was not set up, so the dialect sets it up directly.
             What::StreamOff => {
                 self.ask(What::StreamLive, format_args!("stream 1 setup live 1 2"), out);
                 None

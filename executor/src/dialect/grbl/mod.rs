@@ -384,7 +384,7 @@ impl Dialect for Grbl {
     }
 }
 
-/// `X1.5Y-0.00001`: words in mm.
+/// Adds words in mm, such as `X1.5Y-0.00001`.
 fn words(out: &mut Vec<u8>, values: &[(u8, i32)]) {
     for &(letter, units) in values {
         out.push(letter);

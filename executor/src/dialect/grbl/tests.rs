@@ -145,5 +145,5 @@ fn joined_reports_are_rejected() {
     ] {
         assert!(matches!(hear(&mut grbl, glued.as_bytes()).0[..], [Reply::Garbled(_)]), "{glued}");
     }
-    assert_eq!(grbl.work_offset, None, "no part of them is used");
+    assert_eq!(grbl.work_offset, None, "no field of them is used");
 }

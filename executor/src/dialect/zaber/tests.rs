@@ -104,7 +104,7 @@ fn device_with_another_travel_is_rejected() {
 #[test]
 fn motions_are_rounded_to_steps_and_accepted_near_their_end() {
     let mut zaber = ready();
-    // 5.001234 − 200 mm is −77 999.51 steps.
+    // 5.00123 − 200 mm is −77 999.51 steps.
     let jog = encoded(&mut zaber, &jog_to(500_123, 0, 600));
     assert!(jog.contains("stream 1 set maxspeed 6553:"), "{jog}");
     let (_, line) = hear(&mut zaber, "@01 0 01 OK IDLE -- 0");
