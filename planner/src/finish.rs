@@ -1,4 +1,5 @@
-//! The finishing path: the tool-centre path that contours the profile, and what the tool can not reach.
+//! The finishing toolpath: the path of the tool's centre along the profile, and the rest material, which
+//! is the stock that the tool cannot reach.
 
 use keepout_kernel::curve::nearest_point;
 use keepout_kernel::exact::predicate::ray_crosses;
@@ -14,57 +15,60 @@ use thiserror::Error;
 use crate::profile::{ARC_CHORD_SLACK, Profile, corners};
 use crate::units::{along_mm, nearest_on_mm, point_from_mm, point_mm};
 
-/// Added to R + M for the path's own rounding and chords, lattice units (0.6 µm): two chord slacks of the profile, two
-/// of the path, and the rounding of joints and centres.
+/// Distance that is added to R + M, lattice units (60 units are 0.6 µm). It covers two chord-error bounds
+/// of the profile, two of the toolpath, and the rounding of joints and centres.
 pub const PATH_CLEARANCE: u8 = 60;
 
-/// A closed loop of the finishing path, the part on the left of its direction.
+/// Closed loop of the finishing toolpath, with the part on the left of its direction.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FinishingLoop {
     /// Its motions.
     #[serde(with = "crate::stored::many")]
     pub curves: Vec<Curve>,
-    /// The connected piece of free space that it lies in: 0 is the unbounded one.
+    /// Number of the connected free space that it lies in. 0 is the unbounded one; any other is the
+    /// number, from 1, of the loop that encloses it.
     pub component: usize,
 }
 
-/// The finishing path.
+/// Finishing toolpath: all loops, and the rest material that they leave.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FinishingPath {
     /// Its loops.
     pub loops: Vec<FinishingLoop>,
-    /// Length of profile that the tool can not touch, mm.
+    /// Length of profile that the tool cannot touch, mm.
     pub residual_length_mm: f64,
-    /// Area that the tool can not clear, mm²; `None` among zones, where it is not worked out.
+    /// Area of the rest material, mm². `None` with keep-out zones: the planner does not compute it then.
     pub residual_area_mm2: Option<f64>,
     /// Length of the whole profile, mm.
     pub profile_length_mm: f64,
 }
 
-/// Why there is no finishing path.
+/// Reason why the planner finds no finishing toolpath.
 #[derive(Debug, Error, PartialEq)]
 pub enum FinishError {
     /// The tool fits nowhere.
     #[error(
-        "a tool of {diameter_mm:.3} mm diameter fits nowhere on this side of the profile. Take a smaller tool, or the other --side."
+        "a tool of {diameter_mm:.3} mm diameter fits nowhere on this side of the profile. \
+         Take a smaller tool, or the other --side."
     )]
     ToolFitsNowhere {
         /// The tool's diameter, mm.
         diameter_mm: f64,
     },
-    /// The proposed path could not be closed.
+    /// The search could not close the toolpath.
     #[error(
-        "no closed path was found near {at}: {count} loose ends. This is a limit of the path search, not of the drawing: a tool diameter changed by a hundredth often helps."
+        "no closed path was found near {at}: {count} loose ends. \
+         This is a limit of the path search, not of the drawing. Change the tool diameter by 0.01 mm."
     )]
     LooseEnds {
-        /// Near the first loose end.
+        /// Place near the first loose end.
         at: Point,
-        /// How many there are.
+        /// Number of loose ends.
         count: usize,
     },
 }
 
-/// Why a finishing path is not believed.
+/// Reason why the certificate refuses a finishing toolpath.
 #[derive(Debug, Error, PartialEq)]
 pub enum PathRefusal {
     /// A motion comes too near the part.
@@ -81,55 +85,57 @@ pub enum PathRefusal {
         /// The loop, from 1.
         number: usize,
     },
-    /// A motion of a loop is not beside the part: it would cut where nothing is to be finished.
+    /// A motion of a loop does not run beside the part. It would cut where no contour needs finishing.
     #[error("loop {number}: the motion near {at} is not beside the part")]
     Elsewhere {
         /// The loop, from 1.
         number: usize,
-        /// Its place.
+        /// Place on the motion.
         at: Point,
     },
-    /// A loop has the part on its right: the tool would cut the other way round than the plan says.
+    /// A loop has the part on its right. The tool would cut in the wrong direction.
     #[error("loop {number} goes the wrong way round")]
     WrongWay {
         /// The loop, from 1.
         number: usize,
     },
-    /// A loop is said to be in a piece of free space that it is not in: it would not be cut from there.
-    #[error("loop {number} is in the free space {found}, not in {said}")]
+    /// A loop states a free space in which it does not lie. A job would look for it in the wrong free
+    /// space.
+    #[error("loop {number} lies in free space {found}, but the plan states {said}")]
     WrongSpace {
         /// The loop, from 1.
         number: usize,
-        /// The piece of free space that it is in, as [`FinishingLoop::component`].
+        /// The free space in which it lies, as [`FinishingLoop::component`].
         found: usize,
-        /// The one that it is said to be in.
+        /// The free space that the plan states.
         said: usize,
     },
-    /// A stretch of the profile that the tool can touch has no path beside it.
+    /// A part of the profile that the tool can touch has no toolpath beside it.
     #[error("{0}")]
     Incomplete(Missing),
-    /// What the path is said to leave can not be: of a contour of this length.
+    /// The stated rest material or contour length is impossible.
     #[error(
-        "a residual of {residual_mm} of {said_mm} mm{} is said, of a contour of {length_mm:.3} mm: make the plan again from the drawing",
-        area_mm2.map_or(String::new(), |area| format!(" and {area} mm²"))
+        "the plan file is inconsistent: it states {residual_mm} mm{} of rest material \
+         and {said_mm} mm of contour, and the contour is {length_mm:.3} mm long. Make the plan again from the drawing.",
+        area_mm2.map_or(String::new(), |area| format!(" ({area} mm²)"))
     )]
     Residual {
-        /// What is said to be left, mm.
+        /// Stated rest material, mm of contour.
         residual_mm: f64,
-        /// Length of contour that is said, mm.
+        /// Stated length of the contour, mm.
         said_mm: f64,
-        /// Area that is said to be left, mm².
+        /// Stated area of the rest material, mm².
         area_mm2: Option<f64>,
-        /// The contour's length, mm.
+        /// True length of the contour, mm.
         length_mm: f64,
     },
 }
 
-/// Proposes the path at distance `d` ([`centre_distance`], lattice units) from the outlines that bound free space
-/// ([`crate::profile::free_outlines`]).
+/// Proposes the finishing toolpath at distance `d` ([`centre_distance`], lattice units) from the outlines
+/// that bound free space ([`crate::profile::free_outlines`]).
 ///
 /// # Errors
-/// [`FinishError`] when the tool fits nowhere, or the search leaves loose ends.
+/// [`FinishError`] when the tool fits nowhere, or when the search leaves loose ends.
 pub fn propose(
     outlines: &[Outline],
     part: &ProhibitedRegion,
@@ -148,17 +154,19 @@ pub fn propose(
     Ok(path_of(offset))
 }
 
-/// The distance of the path from the profile for a threshold, lattice units: what the true curves may leave the profile's
-/// edges by, and [`PATH_CLEARANCE`], are added.
+/// Distance of the toolpath from the profile for the clearance `threshold`, lattice units: the clearance,
+/// [`PATH_CLEARANCE`], and the largest chord error of profile and zones.
 #[must_use]
 pub fn centre_distance(profile: &Profile, zones: &Profile, threshold: Length) -> f64 {
     let chord_error = profile.chord_error().max(zones.chord_error());
     f64::from(threshold.units()) + f64::from(PATH_CLEARANCE) + f64::from(chord_error.units())
 }
 
-/// The offset where zones may lie on the part: outlines are offset to both sides, so that all loops close, and loops within
-/// the part or a zone are left out again. How much of the profile is touched is counted on what is left; the area of the
-/// residual is not known here.
+/// Proposes the offset when keep-out zones may overlap the part. It offsets the outlines to both sides,
+/// so all loops close. It then drops the loops inside the part or a zone.
+///
+/// The remaining loops give the touched length of the profile. The area of the rest material stays
+/// unknown.
 fn among_zones(outlines: &[Outline], part: &ProhibitedRegion, d: f64) -> Offset {
     let profile_loops = part.region().rings().len();
     let other = |outline: &Outline| Outline { free_on_left: !outline.free_on_left, ..outline.clone() };
@@ -185,24 +193,30 @@ fn path_of(offset: Offset) -> FinishingPath {
     }
 }
 
-/// The piece of free space that each loop lies in, numbered like [`FinishingLoop::component`].
+/// Number of the free space in which each loop lies, as [`FinishingLoop::component`].
 fn components<'a>(loops: impl Iterator<Item = &'a [Curve]>) -> Vec<usize> {
     let outlines: Vec<LoopOutline> = loops.map(LoopOutline::new).collect();
     let component = |(i, own): (usize, &LoopOutline)| {
-        if own.is_room() { i + 1 } else { component_at(&outlines, own.points[0], Some(i)) }
+        if own.encloses_free_space() { i + 1 } else { component_at(&outlines, own.points[0], Some(i)) }
     };
     outlines.iter().enumerate().map(component).collect()
 }
 
-/// Share of a loop's length that may have the part on the right: in a slot no wider than the tool both walls are as near.
+/// Largest share of a loop's length that may have the part on its right. In a slot no wider than the
+/// tool, both walls are equally near.
 const OTHER_WAY: f64 = 0.75;
 
-/// Most places of a motion that are asked whether they are beside the part, and its beginning.
+/// Largest number of places of a motion at which [`runs_beside`] looks, besides the start.
 const PLACES_MAX: u32 = 16;
 
-/// Checks that every motion is at the distance `d` (lattice units) beside the part, up to what may be missing from the path, and
-/// that the part is on the left: at its beginning and at places not farther than `d` apart, or at [`PLACES_MAX`] of a motion that
-/// is longer. That no motion is nearer anywhere is asked elsewhere, and exactly.
+/// Checks that a loop runs beside the part, and that the part is on its left.
+///
+/// Every motion stays within `d` + [`RESOLUTION`] + [`COVERAGE`] (lattice units) and the chord error of
+/// the nearest edge. The check looks at the start of each motion and at places at most `d` apart. A
+/// longer motion has [`PLACES_MAX`] places.
+///
+/// The places after the start also give the side. The part may be on the right of at most [`OTHER_WAY`]
+/// of the length. [`certify_path`] proves the least distance separately and exactly.
 fn runs_beside(
     number: usize,
     each: &FinishingLoop,
@@ -238,20 +252,23 @@ fn runs_beside(
 }
 
 impl FinishingPath {
-    /// What the tool leaves, in words.
+    /// Text with the length and the area of the rest material.
     #[must_use]
     pub fn residual(&self) -> String {
-        let area =
-            self.residual_area_mm2.map_or("area not worked out".into(), |area| format!("{area:.3} mm²"));
+        let area = self.residual_area_mm2.map_or("area unknown".into(), |area| format!("{area:.3} mm²"));
         format!("{:.3} of {:.1} mm contour, {area}", self.residual_length_mm, self.profile_length_mm)
     }
 
-    /// Certifies that no motion comes within `threshold` of the part, that every loop closes, runs beside the part, the right way
-    /// round, and in the free space that is said, and that no stretch of the true offset of the outlines at distance `d` is
-    /// missing; answers with the number of motions.
+    /// Certifies the toolpath, and returns the number of its motions. `threshold` is the clearance, and
+    /// `d` the distance of the toolpath in lattice units. The certificate has these parts:
+    ///
+    /// - No motion comes within `threshold` of the part, and every loop closes.
+    /// - No stretch of the true offset of the outlines at `d` is missing from the toolpath.
+    /// - Every loop runs beside the part, in the right direction, in the free space that it states.
+    /// - The figures of the rest material are possible.
     ///
     /// # Errors
-    /// [`PathRefusal`] for the first claim that does not hold.
+    /// [`PathRefusal`] for the first check that fails.
     pub fn certify(
         &self,
         outlines: &[Outline],
@@ -284,8 +301,9 @@ impl FinishingPath {
         Ok(motions)
     }
 
-    /// Checks that the figures of the residual are such figures, and the contour's length its length. How much of it the tool
-    /// leaves is the planner's word: it follows from the outlines, not from the path.
+    /// Checks the figures of the rest material: the stated contour length equals the true length to a
+    /// share of 1e-6, and the rest material is at most that length. The amount itself is not certified.
+    /// It follows from the outlines, not from the toolpath.
     fn residual_can_be(&self, profile: &[Outline]) -> Result<(), PathRefusal> {
         let length: f64 = profile.iter().flat_map(|outline| &outline.curves).map(Curve::length).sum();
         let length_mm = length / f64::from(UNITS_PER_MM);
@@ -300,14 +318,14 @@ impl FinishingPath {
         Err(PathRefusal::Residual { residual_mm, said_mm, area_mm2, length_mm })
     }
 
-    /// The connected piece of free space that `point` lies in, numbered like [`FinishingLoop::component`]. The point
-    /// is expected to be clear of the part.
+    /// Number of the free space in which `point` lies, as [`FinishingLoop::component`]. The point must be
+    /// clear of the part.
     #[must_use]
     pub fn component_of(&self, point: Point) -> usize {
         self.free_spaces().component_of(point)
     }
 
-    /// The connected pieces of free space, to ask about many points.
+    /// Connected free spaces, for queries about many points.
     #[must_use]
     pub fn free_spaces(&self) -> FreeSpaces {
         FreeSpaces { outlines: self.loops.iter().map(|each| LoopOutline::new(&each.curves)).collect() }
@@ -321,20 +339,20 @@ impl FinishingPath {
     }
 }
 
-/// The connected pieces of free space, bounded by the finishing loops.
+/// Connected free spaces, bounded by the finishing loops.
 pub struct FreeSpaces {
     outlines: Vec<LoopOutline>,
 }
 
 impl FreeSpaces {
-    /// As [`FinishingPath::component_of`].
+    /// Number of the free space of a point, as [`FinishingPath::component_of`].
     #[must_use]
     pub fn component_of(&self, point: Point) -> usize {
         component_at(&self.outlines, point, None)
     }
 }
 
-/// A loop as a polygon good enough to tell what lies within.
+/// A loop as a polygon with a chord error of 2 µm. It decides which points the loop encloses.
 struct LoopOutline {
     points: Vec<Point>,
     bounds: Window,
@@ -351,8 +369,8 @@ impl LoopOutline {
         Self { bounds: bounds.unwrap_or(Window::of(Point::ORIGIN)), points, double_area }
     }
 
-    /// Whether the free space is within the loop: the part is on its left and it runs clockwise.
-    fn is_room(&self) -> bool {
+    /// Whether the loop encloses free space: it runs clockwise, with the part on its left.
+    fn encloses_free_space(&self) -> bool {
         self.double_area < 0.0
     }
 
@@ -365,12 +383,13 @@ impl LoopOutline {
     }
 }
 
-/// The smallest room around `point`, by its number from 1; 0 when no room holds it.
+/// Number, from 1, of the smallest loop that encloses free space around `point`; 0 when no such loop
+/// exists.
 fn component_at(outlines: &[LoopOutline], point: Point, except: Option<usize>) -> usize {
     outlines
         .iter()
         .enumerate()
-        .filter(|&(i, outline)| Some(i) != except && outline.is_room() && outline.holds(point))
+        .filter(|&(i, outline)| Some(i) != except && outline.encloses_free_space() && outline.holds(point))
         .min_by(|(_, a), (_, b)| a.double_area.abs().total_cmp(&b.double_area.abs()))
         .map_or(0, |(i, _)| i + 1)
 }

@@ -1,11 +1,11 @@
-//! From a drawing to a certified plan.
+//! Planner: from a drawing to a certified plan.
 //!
 //! ```text
 //! drawing (DXF) ── import ── chain ──> profile ── margin ── offset ──> plan file ──> picture
 //! ```
 //!
-//! Nothing here is trusted: a plan is believed after [`plan::Plan::certify`], which asks the kernel's exact predicates
-//! about every motion, and whoever loads a plan file does that again.
+//! No code here is trusted. [`plan::Plan::certify`] checks every motion with the kernel's exact
+//! predicates. Every reader of a plan file certifies the plan again.
 
 pub mod align;
 mod chord;

@@ -110,7 +110,7 @@ fn plans_that_lie_otherwise_are_refused() {
         (text.replace("version = 1", "version = 1\nshear_deg = 1.0"), "shear_deg"),
         (text.replace("origin_mm = [", "origin_mm = [1.0, "), "expected an array of two"),
         (text.replace("rotation_deg = 1", "rotation_deg = 9991"), "rotation_deg is 9991"),
-        (String::new(), "no setup"),
+        (String::new(), "no alignment file"),
     ];
     for (damaged, words) in damages {
         std::fs::write(&alignment, damaged).unwrap();
@@ -128,7 +128,7 @@ fn touches_that_do_not_say_it_are_refused_and_write_nothing() {
     let drawing = bracket();
     let attempt = |more: &[&str]| keepout(&[&["align", &drawing, "-o", &alignment], more].concat());
     let cases: [(&[&str], i32, &str); 8] = [
-        (&[], 2, "too few touches"),
+        (&[], 2, "too few probe points"),
         (&["--point", "here"], 2, "no touch"),
         (&["--point", "0,0=1"], 2, "two numbers"),
         (
@@ -139,7 +139,7 @@ fn touches_that_do_not_say_it_are_refused_and_write_nothing() {
         (&["--edge", "50,0=-200,-203"], 2, "--probe-diameter"),
         (&["--point", "0,0=-200,-200", "--rotate-deg", "3"], 2, "leave out --rotate-deg"),
         (&["--point", "0,0=-200,-200", "--layer", "NONE"], 3, "NONE"),
-        (&["--point", "0,0=-200,-200", "--probe-error-mm", "0"], 2, "touch error"),
+        (&["--point", "0,0=-200,-200", "--probe-error-mm", "0"], 2, "probe error"),
     ];
     for (more, wanted, words) in cases {
         let output = attempt(more);

@@ -1,4 +1,4 @@
-//! The setup file: how the workpiece lies on the machine, and how that was found.
+//! The alignment file: how the workpiece lies on the machine, and how the alignment was measured.
 
 use std::path::{Path, PathBuf};
 
@@ -9,23 +9,23 @@ use crate::plan::Plan;
 use crate::plan_file::write_whole;
 use crate::text_file;
 
-/// The version that is written, and the only one that is read.
+/// Format version of the files that this program writes. It reads no other version.
 pub const VERSION: u32 = 1;
 
-/// How a setup was found.
+/// Method by which an alignment was measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
-    /// By points of the drawing.
+    /// Points of the drawing.
     Points,
-    /// By touches of edges.
+    /// Touches of straight edges.
     Edges,
-    /// By both.
+    /// Points and edges.
     PointsAndEdges,
 }
 
-/// How the workpiece lies on the machine. The drawing is turned about its origin when it is planned, so that what is certified
-/// is as it lies; when it is run it is only moved.
+/// Alignment of the workpiece on the machine. Planning turns the drawing about its origin, so the plan is
+/// certified as the part lies. A run moves the plan, and does not turn it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AlignmentFile {
@@ -36,23 +36,23 @@ pub struct AlignmentFile {
     /// Machine coordinates of the drawing's origin, mm.
     #[serde(deserialize_with = "text_file::pair")]
     pub origin_mm: [f64; 2],
-    /// The drawing it was found with.
+    /// Name of the drawing that was aligned.
     pub drawing: String,
-    /// How it was found.
+    /// Method of the measurement.
     pub method: Method,
-    /// With how many touches.
+    /// Number of probe points.
     pub touches: usize,
-    /// Whether the rotation was measured, and not taken for 0.
+    /// Whether the rotation was measured. Otherwise it is assumed to be 0.
     pub rotation_measured: bool,
     /// The largest residual, mm.
     pub residual_mm: f64,
-    /// What each touch may be wrong by, mm.
+    /// Largest error of each probe point, mm.
     pub probe_error_mm: f64,
-    /// How far a place of the part may be off for that, mm.
+    /// Largest distance by which a place of the part may be off because of that error, mm.
     pub uncertainty_mm: f64,
 }
 
-/// Why a setup is refused.
+/// Reason why an alignment file is refused.
 #[derive(Debug, Error)]
 pub enum AlignmentFileError {
     /// The file can not be read.
@@ -60,7 +60,7 @@ pub enum AlignmentFileError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// The file can not be written.
@@ -68,19 +68,22 @@ pub enum AlignmentFileError {
     Write {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The file is no setup.
-    #[error("{} is no setup: {reason}. Make one with `keepout align`.", path.display())]
+    /// The file does not hold an alignment.
+    #[error("{} is no alignment file: {reason}. Make one with `keepout align`.", path.display())]
     Parse {
         /// The file.
         path: PathBuf,
-        /// Where and what.
+        /// Place in the file, and the fault there.
         reason: String,
     },
-    /// It was written by another version.
-    #[error("{} has version {found}, this program reads version {VERSION}. Register the workpiece again.", path.display())]
+    /// Another version of the program wrote the file.
+    #[error(
+        "{} has version {found}, this program reads version {VERSION}. Run `keepout align` again.",
+        path.display()
+    )]
     Version {
         /// The file.
         path: PathBuf,
@@ -88,50 +91,52 @@ pub enum AlignmentFileError {
         found: i64,
     },
     /// A figure is out of range.
-    #[error("setup: {field} is {value}, it must be {range}. Register the workpiece again.")]
+    #[error("alignment: {field} is {value}, it must be {range}. Run `keepout align` again.")]
     Figure {
         /// The field.
         field: &'static str,
         /// Its value.
         value: f64,
-        /// What is accepted.
+        /// Accepted range, in words.
         range: &'static str,
     },
-    /// The plan is turned otherwise.
+    /// The plan and the alignment differ in rotation.
     #[error(
-        "the plan was made for a drawing turned by {plan_deg}°, the workpiece lies turned by {setup_deg}°. Make the plan again with `keepout plan --alignment`."
+        "the plan was made for a drawing turned by {plan_deg}°, the workpiece lies turned by {setup_deg}°. \
+         Make the plan again with `keepout plan --alignment`."
     )]
     Turned {
-        /// The plan's rotation, degrees.
+        /// The rotation of the plan, degrees.
         plan_deg: f64,
-        /// The setup's.
+        /// The rotation of the alignment, degrees.
         setup_deg: f64,
     },
-    /// The plan is moved.
+    /// The plan was made with an offset.
     #[error(
-        "the plan was made with --offset-mm {},{}: the setup says where the drawing lies as it was drawn. Make the plan again with `keepout plan --alignment`, without --offset-mm.",
+        "the plan was made with --offset-mm {},{}, but the alignment holds for the drawing without an offset. \
+         Make the plan again with `keepout plan --alignment`, without --offset-mm.",
         .by_mm.0, .by_mm.1
     )]
     Moved {
-        /// What the plan is moved by, mm.
+        /// Offset of the plan, mm.
         by_mm: (f64, f64),
     },
 }
 
 impl AlignmentFile {
-    /// Reads a setup.
+    /// Reads an alignment file.
     ///
     /// # Errors
-    /// [`AlignmentFileError`] naming the file and what is wrong with it.
+    /// [`AlignmentFileError`] that names the file and its fault.
     pub fn load(path: &Path) -> Result<Self, AlignmentFileError> {
         let failed = |source| AlignmentFileError::Read { path: path.to_path_buf(), source };
         Self::parse(path, &text_file::read(path).map_err(failed)?)
     }
 
-    /// The setup that `text` holds; `path` is for messages.
+    /// The alignment that `text` holds. Messages name `path`.
     ///
     /// # Errors
-    /// [`AlignmentFileError`] naming what is wrong with it.
+    /// [`AlignmentFileError`] that names the fault.
     pub fn parse(path: &Path, text: &str) -> Result<Self, AlignmentFileError> {
         let own = || path.to_path_buf();
         let parse = |error: toml::de::Error| AlignmentFileError::Parse {
@@ -146,10 +151,10 @@ impl AlignmentFile {
         toml::from_str::<Self>(text).map_err(parse)?.checked()
     }
 
-    /// Writes it whole or not at all.
+    /// Writes the whole file, or leaves the old file unchanged.
     ///
     /// # Errors
-    /// [`AlignmentFileError`] with the system's error.
+    /// [`AlignmentFileError`] with the error of the operating system.
     pub fn save(&self, path: &Path) -> Result<(), AlignmentFileError> {
         let own = || path.to_path_buf();
         let reason =
@@ -158,10 +163,10 @@ impl AlignmentFile {
         write_whole(path, text.as_bytes()).map_err(|source| AlignmentFileError::Write { path: own(), source })
     }
 
-    /// Checks that every figure is one a workpiece can have.
+    /// Checks that every figure is possible for a workpiece.
     ///
     /// # Errors
-    /// [`AlignmentFileError::Figure`] naming the first that is not.
+    /// [`AlignmentFileError::Figure`] for the first figure that is out of range.
     pub fn checked(self) -> Result<Self, AlignmentFileError> {
         let [x, y] = self.origin_mm;
         let figures = [
@@ -178,7 +183,8 @@ impl AlignmentFile {
         }
     }
 
-    /// How a drawing is placed for planning ([`crate::drawing::EntityFilter::placed`]): turned, not moved.
+    /// Placement of the drawing for planning ([`crate::drawing::EntityFilter::placed`]): turned, not
+    /// moved.
     #[must_use]
     pub fn placed(&self) -> Option<(f64, (f64, f64))> {
         (self.rotation_deg != 0.0).then_some((self.rotation_deg, (0.0, 0.0)))
@@ -187,7 +193,7 @@ impl AlignmentFile {
     /// Machine coordinates of the plan's origin, mm.
     ///
     /// # Errors
-    /// [`AlignmentFileError`] when the plan is turned otherwise, or moved.
+    /// [`AlignmentFileError`] when the plan has another rotation, or an offset.
     pub fn origin_for(&self, plan: &Plan) -> Result<(f64, f64), AlignmentFileError> {
         let (plan_deg, by_mm) = plan.provenance.placed.unwrap_or_default();
         if by_mm != (0.0, 0.0) {
@@ -207,8 +213,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_written_is_read() {
-        let setup = AlignmentFile {
+    fn alignment_file_is_read_as_written() {
+        let alignment = AlignmentFile {
             version: VERSION,
             rotation_deg: -12.345_678_9,
             origin_mm: [-250.001, 17.5],
@@ -220,12 +226,12 @@ mod tests {
             probe_error_mm: 0.005,
             uncertainty_mm: 0.02,
         };
-        let path = std::env::temp_dir().join(format!("keepout-setup-{}.toml", std::process::id()));
-        setup.save(&path).unwrap();
+        let path = std::env::temp_dir().join(format!("keepout-alignment-{}.toml", std::process::id()));
+        alignment.save(&path).unwrap();
         let read = AlignmentFile::load(&path);
         std::fs::remove_file(&path).unwrap();
-        assert_eq!(read.unwrap(), setup);
-        assert_eq!(setup.placed(), Some((-12.345_678_9, (0.0, 0.0))));
-        assert!(AlignmentFile { residual_mm: f64::NAN, ..setup }.checked().is_err());
+        assert_eq!(read.unwrap(), alignment);
+        assert_eq!(alignment.placed(), Some((-12.345_678_9, (0.0, 0.0))));
+        assert!(AlignmentFile { residual_mm: f64::NAN, ..alignment }.checked().is_err());
     }
 }

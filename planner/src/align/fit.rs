@@ -1,14 +1,14 @@
-//! The least-squares fit of a rigid motion to touches.
+//! Least-squares fit of a rigid motion to probe points.
 
 use super::ProbePoint;
 use super::part::{Part, StraightEdge};
 
-/// A touch with what it was of.
+/// A probe point and the geometry that was touched.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Observation {
-    /// The tool's centre is on a point.
+    /// The tool's centre is on a point of the drawing.
     Point(ProbePoint),
-    /// The tool's disc touches an edge.
+    /// The tool's disc touches a straight edge.
     Edge { touch: ProbePoint, edge: StraightEdge, radius_mm: f64 },
 }
 
@@ -21,12 +21,13 @@ impl Observation {
     }
 }
 
-/// Steps of the search; it converges in three from a start within some degrees.
+/// Steps of the search. From a start within some degrees it converges in three.
 const STEPS: usize = 20;
-/// Least determinant of the equations, in mm; they are scaled by the part's size.
+/// Least determinant of the normal equations, in mm. They are scaled by the part's size.
 const DETERMINANT: f64 = 1e-9;
 
-/// An equation: what is off, mm, and how that changes with the rotation (times the part's half size) and the place.
+/// An equation: the error in mm, and its slopes over the rotation (times half the size of the part) and
+/// over the position.
 struct Row {
     off: f64,
     slope: [f64; 3],
@@ -34,7 +35,7 @@ struct Row {
 
 type Matrix = [[f64; 3]; 3];
 
-/// A motion: the drawing is turned about `middle`, which then lies at `place`.
+/// A rigid motion: it turns the drawing about `middle`, and moves `middle` to `place`.
 pub(super) struct Fit {
     /// The rotation, rad.
     pub rotation: f64,
@@ -45,8 +46,8 @@ pub(super) struct Fit {
 }
 
 impl Fit {
-    /// The motion that fits best. `start` is near its rotation, rad; without one nothing is turned. `None` when the
-    /// observations do not fix it.
+    /// The motion with the smallest squared error. `start` is an estimate of the rotation, rad. Without
+    /// it the motion has no rotation. `None` when the observations do not determine the motion.
     pub fn of(observations: &[Observation], start: Option<f64>, part: &Part) -> Option<Self> {
         let mut fit = Self {
             rotation: start.unwrap_or(0.0),
@@ -72,7 +73,7 @@ impl Fit {
         (x * cos - y * sin, x * sin + y * cos)
     }
 
-    /// A drawing's point relative to the middle, turned.
+    /// Vector from the middle to a point of the drawing, turned.
     fn arm(&self, p: (f64, f64)) -> (f64, f64) {
         self.turned((p.0 - self.middle.0, p.1 - self.middle.1))
     }
@@ -92,14 +93,14 @@ impl Fit {
                 let ((x, y), (nx, ny)) = (self.arm(edge.from_mm), self.turned(edge.outward));
                 let (dx, dy) = (touch.machine_mm.0 - self.place.0 - x, touch.machine_mm.1 - self.place.1 - y);
                 let off = nx * dx + ny * dy - radius_mm;
-                // The normal turns with the part, and so does the edge's own point.
+                // The normal and the edge's own point both turn with the part.
                 let turning = (-ny * dx + nx * dy) - (-nx * y + ny * x);
                 vec![Row { off, slope: [scaled(turning), -nx, -ny] }]
             }
         }
     }
 
-    /// The inverse of the normal equations.
+    /// Inverse of the normal equations.
     fn inverse(&self, rows: &[Row]) -> Option<Matrix> {
         let entry = |i: usize, j: usize| rows.iter().map(|row| row.slope[i] * row.slope[j]).sum::<f64>();
         let mut normal = [0, 1, 2].map(|i| [0, 1, 2].map(|j| entry(i, j)));
@@ -109,7 +110,7 @@ impl Fit {
         inverse(&normal)
     }
 
-    /// How far a touch is from where it should be, mm.
+    /// Distance of a probe point from its fitted position, mm.
     pub fn residual_mm(&self, observation: &Observation) -> f64 {
         self.rows(observation).iter().map(|row| row.off * row.off).sum::<f64>().sqrt()
     }
@@ -121,14 +122,17 @@ impl Fit {
         (dx * cos + dy * sin + self.middle.0, dy * cos - dx * sin + self.middle.1)
     }
 
-    /// Machine coordinates of the drawing's origin when it is turned by `rotation`, mm.
+    /// Machine coordinates of the drawing's origin after a turn by `rotation`, mm.
     pub fn origin(&self, rotation: f64) -> (f64, f64) {
         let ((sin, cos), (x, y)) = (rotation.sin_cos(), self.middle);
         (self.place.0 - (x * cos - y * sin), self.place.1 - (x * sin + y * cos))
     }
 
-    /// How far a place of the part's box can be off when each touch is wrong by up to `error_mm` in any direction, and at
-    /// which corner: to first order, errors adding up. What a place is off by is convex in the place, so that a corner is the worst.
+    /// Largest error of a place in the part's box, and the corner where it occurs. Each probe point may
+    /// be wrong by `error_mm` in any direction.
+    ///
+    /// The estimate is of first order, and the errors add up. The error is convex in the place, so a
+    /// corner has the largest one.
     pub fn uncertainty(&self, observations: &[Observation], error_mm: f64, part: &Part) -> (f64, (f64, f64)) {
         let rows: Vec<Vec<Row>> = observations.iter().map(|each| self.rows(each)).collect();
         let all: Vec<Row> = observations.iter().flat_map(|each| self.rows(each)).collect();
@@ -152,7 +156,7 @@ impl Fit {
     }
 }
 
-/// The largest stretch by the matrix with these columns.
+/// Spectral norm of the matrix with these columns.
 fn norm(a: (f64, f64), b: (f64, f64)) -> f64 {
     let sum = a.0 * a.0 + a.1 * a.1 + b.0 * b.0 + b.1 * b.1;
     let determinant = a.0 * b.1 - a.1 * b.0;

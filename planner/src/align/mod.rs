@@ -1,12 +1,16 @@
-//! How the workpiece lies on the machine: the rotation and offset that take drawing coordinates to machine coordinates.
+//! Alignment of the workpiece: the rotation and the offset from drawing coordinates to machine
+//! coordinates.
 //!
-//! A machine point is `R(rotation) · drawing + origin`. It is found from places of the part that the tool or a probe was
-//! brought to: points, or touches of straight edges by a disc of known diameter.
+//! A machine point is `R(rotation) · drawing + origin`. The fit uses probe points: points of the drawing
+//! to which the operator brought the tool's centre, or straight edges that a disc of known diameter
+//! touched.
 //!
-//! What it is uncertain by is **no term of the margin**: part, prohibited region and finishing path are one drawing and shift
-//! together, so the tool keeps its distance from the part that it cuts. It decides whether that part lies within its stock,
-//! and how well it meets features that were made before. It does count toward what is drawn but does not move with the
-//! part, such as clamps: draw those larger by it.
+//! The uncertainty of the alignment is **not a term of the margin**. Part, prohibited region and
+//! finishing toolpath come from one drawing and shift together, so the tool keeps its distance from the
+//! part.
+//!
+//! The uncertainty tells how far the part may sit off in its stock, and against features that were made
+//! before. Drawn clamps do not move with the part: enlarge them by the uncertainty.
 
 pub mod file;
 mod fit;
@@ -18,103 +22,116 @@ use thiserror::Error;
 
 use crate::units::mm_pair;
 
-/// A place of the part, drawing coordinates, and where the tool's centre was, machine coordinates; mm.
+/// A place of the part in drawing coordinates, and the tool's centre there in machine coordinates; mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProbePoint {
-    /// The place in the drawing; of a touched edge, a place near where it was touched.
+    /// The place in the drawing. For an edge, a place near the touched one.
     pub drawing_mm: (f64, f64),
     /// The machine coordinates of the tool's centre.
     pub machine_mm: (f64, f64),
 }
 
-/// What was touched, and how well.
+/// Probe points of one alignment, and their accuracy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProbePoints {
-    /// Points that the tool's centre was brought to.
+    /// Points to which the tool's centre was brought.
     pub points: Vec<ProbePoint>,
     /// Straight edges that the tool touched from the free side.
     pub edges: Vec<ProbePoint>,
     /// Diameter of the probe or tool that touched the edges, mm.
     pub probe_diameter_mm: f64,
-    /// How far a touch may be wrong, mm.
+    /// Largest error of a probe point, mm.
     pub probe_error_mm: f64,
-    /// How far drawing and machine may disagree, mm.
+    /// Largest permitted difference between drawing and machine, mm.
     pub tolerance_mm: f64,
 }
 
-/// A touch may be wrong by this unless told otherwise, mm.
+/// Default of [`ProbePoints::probe_error_mm`], mm.
 pub const PROBE_ERROR_MM: f64 = 0.005;
-/// Drawing and machine may disagree by this unless told otherwise, mm.
+/// Default of [`ProbePoints::tolerance_mm`], mm.
 pub const TOLERANCE_MM: f64 = 0.05;
-/// Refused when a touch error moves some place of the part by more than this many times itself.
+/// Largest permitted ratio of the part's error to the probe error. Above it the alignment is refused.
 const WORST_GAIN: f64 = 40.0;
-/// Warned about from this on.
+/// Ratio above which [`Alignment::poor`] is set.
 const POOR_GAIN: f64 = 10.0;
-/// Rotations are rounded to so many parts of a degree: 2 nm at a metre.
+/// Parts of a degree to which rotations are rounded: 2 nm at a metre.
 const DEGREE_PARTS: f64 = 1e7;
-/// Origins are rounded to 1 µm, as offsets of a machine are; what that moves a place by, mm.
+/// Largest shift of a place by rounding, mm. Origins are rounded to 1 µm, as work offsets are.
 const ROUND_MM: f64 = 0.000_75;
 
-/// How the workpiece lies, and how well that is known.
+/// Result of an alignment, and its accuracy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Alignment {
     /// Rotation of the drawing about its origin, counter-clockwise, degrees in (−180, 180].
     pub rotation_deg: f64,
     /// Machine coordinates of the drawing's origin, mm.
     pub origin_mm: (f64, f64),
-    /// Whether the rotation was measured; otherwise the drawing's axes were taken for the machine's.
+    /// Whether the rotation was measured. Otherwise the drawing's axes count as the machine's.
     pub turned: bool,
-    /// How far each touch is from where it should be, mm: the points, then the edges.
+    /// Distance of each probe point from its fitted position, mm: the points, then the edges.
     pub residuals_mm: Vec<f64>,
-    /// How far a place of the part can be off when every touch is wrong by the touch error, mm.
+    /// Largest error of a place of the part, mm, when every probe point is off by the probe error. It
+    /// includes rounding.
     pub uncertainty_mm: f64,
-    /// The corner of the part's box where that is, drawing coordinates, mm.
+    /// Corner of the part's box with that error, drawing coordinates, mm.
     pub worst_at_mm: (f64, f64),
-    /// Whether that is many times the touch error.
+    /// Whether the error is many times the probe error.
     pub poor: bool,
 }
 
-/// Why touches do not say how the workpiece lies.
+/// Reason why the probe points give no alignment.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum AlignmentError {
-    /// Too few touches.
+    /// The probe points are too few.
     #[error(
-        "too few touches: give one point, or touches of two edges that are not parallel (no rotation is measured then); two points, or two touches along one edge and one of another, to measure the rotation too"
+        "too few probe points. For the position alone, give one point, or one touch on each of two edges \
+         that are not parallel. To measure the rotation too, give two points, or two touches on one edge \
+         and one on another."
     )]
     TooFew,
-    /// A figure is no length.
-    #[error("the {what} of {value} mm is none. Give one between {least} and {most} mm.")]
+    /// A figure is out of range.
+    #[error("the {what} is {value} mm. Give a value between {least} and {most} mm.")]
     Figure {
-        /// Which figure.
+        /// Name of the figure.
         what: &'static str,
         /// Its value.
         value: f64,
-        /// The least.
+        /// Least accepted value, mm.
         least: f64,
-        /// The most.
+        /// Largest accepted value, mm.
         most: f64,
     },
-    /// There is no straight edge there.
-    #[error("the part has no straight edge near {}. Give a place on the edge that was touched.", mm_pair(*near))]
+    /// The part has no straight edge near the place.
+    #[error("the part has no straight edge near {}. Give a place on the touched edge.", mm_pair(*near))]
     NoEdge {
         /// The place, drawing coordinates.
         near: (f64, f64),
     },
-    /// Two edges are as near.
-    #[error("{} is about as near to another straight edge. Give a place nearer to the edge that was touched, away from its ends.", mm_pair(*near))]
+    /// Two edges are about equally near to the place.
+    #[error(
+        "two straight edges are about equally near to {}. \
+         Give a place nearer to the touched edge, away from its ends.",
+        mm_pair(*near)
+    )]
     WhichEdge {
         /// The place, drawing coordinates.
         near: (f64, f64),
     },
-    /// The order of two touches along an edge is not known.
-    #[error("of the two touches along the edge near {} it is not known which is which: give places as far apart along the edge in the drawing as the touches are on the machine", mm_pair(*near))]
+    /// The order of two touches along an edge is ambiguous.
+    #[error(
+        "the order of the two touches on the edge near {} is ambiguous. \
+         Give places that are as far apart in the drawing as the touches are on the machine.",
+        mm_pair(*near)
+    )]
     WhichEnd {
-        /// The place of the first in the drawing.
+        /// The place of the first touch in the drawing.
         near: (f64, f64),
     },
-    /// Distances differ.
+    /// Two points have different distances in the drawing and on the machine.
     #[error(
-        "points {first} and {second} are {drawing_mm:.4} mm apart in the drawing and {machine_mm:.4} mm on the machine, which differs by more than {tolerance_mm} mm. Check the points, the drawing's unit and the machine's steps per mm."
+        "points {first} and {second} are {drawing_mm:.4} mm apart in the drawing and {machine_mm:.4} mm \
+         on the machine. The difference is more than {tolerance_mm} mm. \
+         Check the points, the drawing's unit and the machine's steps per mm."
     )]
     Distance {
         /// The first point, from 1.
@@ -125,62 +142,68 @@ pub enum AlignmentError {
         drawing_mm: f64,
         /// Their distance on the machine, mm.
         machine_mm: f64,
-        /// What they may differ by, mm.
+        /// Largest permitted difference, mm.
         tolerance_mm: f64,
     },
-    /// A touch does not fit the others.
+    /// A probe point does not fit the others.
     #[error(
-        "{touch} is {off_mm:.4} mm from where the other touches put it, more than {tolerance_mm} mm. Touch again, and check which place of the drawing it is."
+        "{touch} lies {off_mm:.4} mm off the position that the other probe points give. \
+         At most {tolerance_mm} mm is permitted. Touch it again, and check its place in the drawing."
     )]
     Residual {
-        /// Which touch.
+        /// Name of the probe point.
         touch: String,
-        /// How far it is off, mm.
+        /// Its distance from the fitted position, mm.
         off_mm: f64,
-        /// What it may be off, mm.
+        /// Largest permitted distance, mm.
         tolerance_mm: f64,
     },
-    /// A touch lies beyond its edge.
+    /// An edge touch lies beyond the end of its edge.
     #[error(
-        "edge touch {touch} would lie {beyond_mm:.3} mm beyond the end of its edge. Check which edge of the drawing was touched, and from which side."
+        "edge touch {touch} would lie {beyond_mm:.3} mm beyond the end of its edge. \
+         Check which edge you touched, and from which side."
     )]
     BeyondEdge {
-        /// The touch, from 1.
+        /// The edge touch, from 1.
         touch: usize,
-        /// How far beyond, mm.
+        /// Distance beyond the end, mm.
         beyond_mm: f64,
     },
-    /// The touches leave something open.
+    /// The probe points do not determine the alignment.
     #[error(
-        "these touches do not fix how the part lies: points in one place, or edges that are all parallel. Touch another edge that stands square to the first, or a point far away."
+        "the probe points do not determine the alignment: the points coincide, or all edges are parallel. \
+         Touch an edge square to the first, or a point far away."
     )]
     Undetermined,
-    /// The touches are too near each other for the part.
+    /// The probe points are too near each other for the size of the part.
     #[error(
-        "a touch error of {probe_error_mm} mm could put the part off by {off_mm:.3} mm at {}: the touches are {apart_mm:.2} mm apart, the part is {size_mm:.2} mm long. Touch points farther apart, and edges that stand square to each other.",
+        "a probe error of {probe_error_mm} mm can shift the part by {off_mm:.3} mm at {}: \
+         the probe points are {apart_mm:.2} mm apart, the part is {size_mm:.2} mm long. \
+         Touch points farther apart, and edges square to each other.",
         mm_pair(*at_mm)
     )]
     Degenerate {
-        /// What each touch may be wrong by, mm.
+        /// Error of each probe point, mm.
         probe_error_mm: f64,
-        /// What that comes to, mm.
+        /// Error of the part that follows, mm.
         off_mm: f64,
-        /// Where, drawing coordinates.
+        /// Place with that error, drawing coordinates, mm.
         at_mm: (f64, f64),
-        /// Largest distance between two touches, mm.
+        /// Largest distance between two probe points, mm.
         apart_mm: f64,
-        /// The diagonal of the part's box, mm.
+        /// Diagonal of the part's box, mm.
         size_mm: f64,
     },
 }
 
-/// Finds how the part lies from touches of it: by least squares, edges compensated by the probe's radius.
+/// Fits the alignment to probe points by least squares. It offsets edge touches by the probe's radius.
 ///
-/// One point, or touches of two edges, give the offset alone. The rotation is measured with two points, or two touches along
-/// one edge and one of another; more of them are averaged.
+/// One point, or one touch on each of two edges, gives the position alone. Two points, or two touches on
+/// one edge and one on another, give the rotation too. The fit averages additional probe points.
 ///
 /// # Errors
-/// [`AlignmentError`] when the touches contradict each other or do not fix the part well enough.
+/// [`AlignmentError`] when the probe points contradict each other, or do not determine the alignment well
+/// enough.
 pub fn align(part: &Part, touches: &ProbePoints) -> Result<Alignment, AlignmentError> {
     touches.check()?;
     let observations = touches.observations(part)?;
@@ -215,7 +238,7 @@ pub fn align(part: &Part, touches: &ProbePoints) -> Result<Alignment, AlignmentE
 }
 
 impl Alignment {
-    /// Machine coordinates of a drawing's point, mm.
+    /// Machine coordinates of a point of the drawing, mm.
     #[must_use]
     pub fn machine_mm(&self, drawing_mm: (f64, f64)) -> (f64, f64) {
         let (sin, cos) = self.rotation_deg.to_radians().sin_cos();
@@ -223,7 +246,7 @@ impl Alignment {
         (x * cos - y * sin + self.origin_mm.0, x * sin + y * cos + self.origin_mm.1)
     }
 
-    /// The largest residual, mm.
+    /// Largest residual, mm.
     #[must_use]
     pub fn residual_mm(&self) -> f64 {
         self.residuals_mm.iter().copied().fold(0.0, f64::max)
@@ -235,7 +258,7 @@ impl ProbePoints {
         let least_probe = if self.edges.is_empty() { 0.0 } else { 0.001 };
         let figures = [
             ("probe diameter", self.probe_diameter_mm, least_probe, 500.0),
-            ("touch error", self.probe_error_mm, 0.000_1, 1.0),
+            ("probe error", self.probe_error_mm, 0.000_1, 1.0),
             ("tolerance", self.tolerance_mm, 0.000_1, 10.0),
         ];
         for (what, value, least, most) in figures {
@@ -279,7 +302,7 @@ impl ProbePoints {
         }
     }
 
-    /// The largest distance between two touches, mm.
+    /// Largest distance between two probe points, mm.
     fn apart_mm(&self) -> f64 {
         let all: Vec<(f64, f64)> =
             self.points.iter().chain(&self.edges).map(|touch| touch.machine_mm).collect();
@@ -287,7 +310,7 @@ impl ProbePoints {
     }
 }
 
-/// Where the search for the rotation begins, rad; `None` when the touches are too few to measure it.
+/// Start of the search for the rotation, rad; `None` when the probe points are too few to measure it.
 fn first_rotation(
     touches: &ProbePoints,
     observations: &[Observation],
@@ -329,7 +352,7 @@ fn check_ends(fit: &Fit, observations: &[Observation], touches: &ProbePoints) ->
     Ok(())
 }
 
-/// The angle by which the way between two touches is turned on the machine.
+/// Angle from the line between two points of the drawing to that line on the machine, rad.
 fn turn_between(a: &ProbePoint, b: &ProbePoint) -> f64 {
     let angle = |p: (f64, f64), q: (f64, f64)| (q.1 - p.1).atan2(q.0 - p.0);
     angle(a.machine_mm, b.machine_mm) - angle(a.drawing_mm, b.drawing_mm)
@@ -339,7 +362,7 @@ fn far(a: (f64, f64), b: (f64, f64)) -> f64 {
     (a.0 - b.0).hypot(a.1 - b.1)
 }
 
-/// The angle in (−180, 180].
+/// The angle in (−180, 180] degrees.
 fn wrapped(degrees: f64) -> f64 {
     let turned = degrees.rem_euclid(360.0);
     if turned > 180.0 { turned - 360.0 } else { turned }

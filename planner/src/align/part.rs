@@ -1,4 +1,4 @@
-//! What of a part can be touched: its straight edges.
+//! Geometry of a part for the alignment: its straight edges and its box.
 
 use keepout_kernel::{Curve, UNITS_PER_MM};
 
@@ -7,18 +7,18 @@ use crate::profile::{MachinedSide, Profile, ProfileError};
 use crate::select::Outline;
 use crate::units::{nearest_on_mm, point_mm};
 
-/// A straight edge of the part, drawing coordinates, mm.
+/// Straight edge of the part, drawing coordinates, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StraightEdge {
-    /// Where it begins.
+    /// First end.
     pub from_mm: (f64, f64),
-    /// Where it ends.
+    /// Second end.
     pub to_mm: (f64, f64),
-    /// The unit vector square to it, away from the part.
+    /// Unit normal, away from the part.
     pub outward: (f64, f64),
 }
 
-/// The straight edges of a part, and the box around it.
+/// Straight edges of a part, and the box around it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
     edges: Vec<StraightEdge>,
@@ -26,20 +26,21 @@ pub struct Part {
     high_mm: (f64, f64),
 }
 
-/// Edges shorter than this are not touched, mm.
+/// Least length of an edge for probing, mm.
 const EDGE_MIN_MM: f64 = 0.5;
-/// Edges whose lines are this near to each other's ends are one edge to whoever touches them, mm.
+/// Largest offset between two edges that count as one line for probing, mm.
 const ONE_LINE_MM: f64 = 0.001;
-/// An edge is meant when every other one is this many times farther from the place that was given, and by [`APART_MM`].
+/// The nearest edge is unambiguous when every other edge is this many times farther from the given place,
+/// and farther by [`APART_MM`].
 const CLEARLY: f64 = 2.0;
 /// See [`CLEARLY`], mm.
 const APART_MM: f64 = 0.1;
 
 impl Part {
-    /// The part that a profile bounds, as it lies in the drawing.
+    /// The part that a profile bounds, as the drawing shows it.
     ///
     /// # Errors
-    /// [`ProfileError`] when it bounds none.
+    /// [`ProfileError`] when the profile bounds no part.
     pub fn of(profile: &Profile, side: MachinedSide) -> Result<Self, ProfileError> {
         let region = profile.part(side, &Profile::default())?;
         let lines = |outline: &keepout_kernel::offset::Outline| {
@@ -54,26 +55,26 @@ impl Part {
         Ok(Self { edges, low_mm, high_mm })
     }
 
-    /// The diagonal of its box, mm.
+    /// Diagonal of its box, mm.
     #[must_use]
     pub fn size_mm(&self) -> f64 {
         (self.high_mm.0 - self.low_mm.0).hypot(self.high_mm.1 - self.low_mm.1)
     }
 
-    /// The middle of its box, mm.
+    /// Middle of its box, mm.
     #[must_use]
     pub fn middle_mm(&self) -> (f64, f64) {
         (f64::midpoint(self.low_mm.0, self.high_mm.0), f64::midpoint(self.low_mm.1, self.high_mm.1))
     }
 
-    /// The corners of its box, mm.
+    /// Corners of its box, mm.
     #[must_use]
     pub fn corners_mm(&self) -> [(f64, f64); 4] {
         let ((x0, y0), (x1, y1)) = (self.low_mm, self.high_mm);
         [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
     }
 
-    /// The straight edge that is meant by a place near it.
+    /// The straight edge to which a place near it refers.
     pub(super) fn edge_near(&self, near: (f64, f64)) -> Result<StraightEdge, AlignmentError> {
         let by_distance =
             |a: &&StraightEdge, b: &&StraightEdge| a.distance(near).total_cmp(&b.distance(near));
@@ -110,13 +111,13 @@ impl StraightEdge {
         (self.to_mm.0 - self.from_mm.0).hypot(self.to_mm.1 - self.from_mm.1)
     }
 
-    /// How far along the edge a place is, mm.
+    /// Position of a place along the edge, mm from the first end.
     pub(super) fn along(&self, (x, y): (f64, f64)) -> f64 {
         let (dx, dy) = (self.to_mm.0 - self.from_mm.0, self.to_mm.1 - self.from_mm.1);
         ((x - self.from_mm.0) * dx + (y - self.from_mm.1) * dy) / self.length()
     }
 
-    /// The place of the edge's line nearest to another, mm.
+    /// The point on the edge's line that is nearest to `p`, mm.
     pub(super) fn foot(&self, p: (f64, f64)) -> (f64, f64) {
         let off = self.off_line(p);
         (p.0 - self.outward.0 * off, p.1 - self.outward.1 * off)
@@ -126,14 +127,14 @@ impl StraightEdge {
         (x - self.from_mm.0) * self.outward.0 + (y - self.from_mm.1) * self.outward.1
     }
 
-    /// Whether the other is on the same line, with the part on the same side.
+    /// Whether the other edge is on the same line, with the part on the same side.
     pub(super) fn is_along(&self, other: &Self) -> bool {
         let same_side = self.outward.0 * other.outward.0 + self.outward.1 * other.outward.1 > 0.0;
         let on_line = |p| self.off_line(p).abs() <= ONE_LINE_MM;
         same_side && on_line(other.from_mm) && on_line(other.to_mm)
     }
 
-    /// How far a place lies beyond the edge's nearer end, mm; negative within.
+    /// Distance of a place beyond the edge's nearer end, mm; negative between the ends.
     pub(super) fn beyond(&self, p: (f64, f64)) -> f64 {
         let along = self.along(p);
         (-along).max(along - self.length())
