@@ -357,7 +357,7 @@ fn progress_that_does_not_fit_is_refused() {
     let resumed = |partial| resume_job(&plan, start, within, &with(partial));
     let off = resumed(PartialLoop { number, entry, resume_point: start }).unwrap_err();
     assert!(matches!(off, JobError::Progress(ProgressError::Off { at, .. }) if at == start), "{off}");
-    assert!(off.to_string().contains("begin anew"), "{off}");
+    assert!(off.to_string().contains("start without"), "{off}");
     let elsewhere = LoopNumber { pass: 3, index: 0 };
     let none = resumed(PartialLoop { number: elsewhere, entry, resume_point: entry }).unwrap_err();
     assert!(matches!(none, JobError::Progress(ProgressError::NoSuchLoop { .. })), "{none}");

@@ -1,41 +1,42 @@
-//! Cuts along a loop: in, around or on to where it was entered, and out.
+//! Cuts along one loop: lead-in, the loop or its remaining contour, lead-out.
 
 use keepout_kernel::curve::fit_arc;
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::offset::certify_path;
 use keepout_kernel::{Curve, FreePoint, Point, Segment, UNITS_PER_MM};
 
-use super::progress::Rest;
+use super::progress::RemainingContour;
 use super::track::{Entry, Joint, Track, length_mm};
 use super::{Leg, LoopNumber};
 use crate::plan::CertifiedPlan;
 use crate::route::route;
 use crate::units::{mm, point_mm};
 
-/// Stand-off of an approach point from the roughing threshold, mm.
+/// Distance of an approach point outside the jogging clearance, mm.
 pub(super) const STAND_OFF_MM: f64 = 0.05;
-/// A loop is cut from where the tool stands when it is this near, in tool radii.
+/// The tool enters a loop directly from its present place within this distance, in tool radii.
 const BESIDE: f64 = 4.0;
-/// Points tried on a loop for leading in.
+/// Points of a loop that are tried for the lead-in.
 pub(super) const TRIES: u32 = 64;
-/// Radii that are tried for the arcs along which a cut begins and ends, as shares of the tool's radius.
+/// Radii that are tried for the arcs of lead-in and lead-out, as shares of the tool's radius.
 const LEAD_SHARES: [f64; 5] = [1.0, 0.5, 0.25, 0.125, 0.06];
-/// Where an interrupted loop can not be entered or left, as many places are tried along a tool radius of what is cut already.
+/// Number of places along one tool radius of cut contour that are tried when the tool cannot enter or
+/// leave an interrupted loop at its resume point or its entry.
 const BACK_TRIES: u32 = 16;
 
-/// The legs of one loop, and what they come to.
+/// Legs of one loop, with their result.
 pub(super) struct LoopLegs {
-    /// The way there, if any, and the cut.
+    /// The link move to the loop, if any, and the cut.
     pub legs: Vec<Leg>,
-    /// Where the tool is then.
+    /// Place of the tool after the cut.
     pub end: FreePoint,
-    /// Whether the cut begins and ends along the contour.
+    /// Whether lead-in and lead-out are tangential to the contour.
     pub tangential: bool,
-    /// What is cut a second time, mm.
+    /// Length of contour that is recut, mm.
     pub recut_mm: f64,
 }
 
-/// Makes the cuts along one loop.
+/// Planner of the cuts along one loop.
 pub(super) struct Cutter<'a> {
     /// The plan.
     pub plan: &'a CertifiedPlan,
@@ -43,25 +44,26 @@ pub(super) struct Cutter<'a> {
     pub number: LoopNumber,
     /// The loop in the direction of the cut.
     pub track: &'a Track,
-    /// Where the tool may go.
+    /// Window in which the tool's centre must stay.
     pub within: Window,
 }
 
-/// A way onto or off the track.
+/// A lead-in or a lead-out.
 struct Lead {
     curves: Vec<Curve>,
     tangential: bool,
 }
 
 impl Cutter<'_> {
-    /// The way to the loop and once around it: in from here when that is clear, else by an approach point.
+    /// A cut once around the loop. The tool enters directly from `here` when that is near and clear, else
+    /// from an approach point.
     pub fn whole(&self, here: FreePoint) -> Option<LoopLegs> {
         let (distance, touched) = self.track.nearest(here.point());
         let from_here = || {
             let (cut, tangential) = self.around(touched, here.point())?;
             Some(LoopLegs { legs: vec![cut], end: here, tangential, recut_mm: 0.0 })
         };
-        // From farther away the tool is better not led back to where it came from.
+        // From farther away the job should not lead the tool back to its start.
         let beside = distance <= self.radius_mm() * BESIDE;
         if let Some(legs) = beside.then(from_here).flatten() {
             return Some(legs);
@@ -73,39 +75,39 @@ impl Cutter<'_> {
         let by_approach = entries.iter().find_map(|entry| {
             let end = self.approach(entry)?;
             let (cut, tangential) = self.around(*entry, end.point())?;
-            let legs = vec![self.way(here, end.point())?, cut];
+            let legs = vec![self.link_move(here, end.point())?, cut];
             Some(LoopLegs { legs, end, tangential, recut_mm: 0.0 })
         });
         by_approach.or_else(from_here)
     }
 
-    /// The way to where the loop was interrupted and along what is left of it. Where it can not be entered or left exactly
-    /// there, up to a tool radius of what is cut already is cut again.
-    pub fn rest(&self, here: FreePoint, rest: &Rest) -> Option<LoopLegs> {
-        let (begin, end) = rest.joints(self.track)?;
+    /// The cut along the remaining contour of an interrupted loop. Where the tool cannot enter or leave
+    /// it exactly at its ends, the cut recuts up to one tool radius.
+    pub fn remaining(&self, here: FreePoint, remaining: &RemainingContour) -> Option<LoopLegs> {
+        let (begin, end) = remaining.joints(self.track)?;
         let step = self.radius_mm() / f64::from(BACK_TRIES);
         let tries =
-            || (0..=BACK_TRIES).map(|k| step * f64::from(k)).take_while(|tried| *tried < rest.cut_mm());
+            || (0..=BACK_TRIES).map(|k| step * f64::from(k)).take_while(|tried| *tried < remaining.cut_mm());
         let entered = |back: f64| {
-            let first = if back > 0.0 { rest.joint_before(self.track, back)? } else { begin };
+            let first = if back > 0.0 { remaining.joint_before(self.track, back)? } else { begin };
             Some((first, self.entered(here, &first)?))
         };
-        let (first, (way, free, lead_in)) = tries().find_map(entered)?;
+        let (first, (link, free, lead_in)) = tries().find_map(entered)?;
         let left = |beyond: f64| {
-            let last = if beyond > 0.0 { rest.joint_behind(self.track, beyond)? } else { end };
+            let last = if beyond > 0.0 { remaining.joint_behind(self.track, beyond)? } else { end };
             Some((last, self.left(free, &last)?))
         };
         let (last, (free, lead_out)) = tries().find_map(left)?;
         let tangential = lead_in.tangential && lead_out.tangential;
         let (before, behind) = (self.again(&first, &begin)?, self.again(&end, &last)?);
-        let rest_of_loop = self.track.stretch(&begin, &end)?;
-        let cut_mm: f64 = [&before, &rest_of_loop, &behind].into_iter().flatten().map(length_mm).sum();
+        let remaining_curves = self.track.stretch(&begin, &end)?;
+        let cut_mm: f64 = [&before, &remaining_curves, &behind].into_iter().flatten().map(length_mm).sum();
         let into: Vec<Curve> = lead_in.curves.into_iter().chain(before).collect();
         let out: Vec<Curve> = behind.into_iter().chain(lead_out.curves).collect();
-        let cut = self.leg(into, rest_of_loop, out, end.point);
+        let cut = self.leg(into, remaining_curves, out, end.point);
         let certified = certify_path(&self.plan.part, self.plan.finishing, &cut.curves).is_ok();
-        let legs = way.into_iter().chain([cut]).collect();
-        let recut_mm = (cut_mm - rest.left_mm()).max(0.0);
+        let legs = link.into_iter().chain([cut]).collect();
+        let recut_mm = (cut_mm - remaining.left_mm()).max(0.0);
         certified.then_some(LoopLegs { legs, end: free, tangential, recut_mm })
     }
 
@@ -113,7 +115,7 @@ impl Cutter<'_> {
         mm(self.plan.plan.tool_radius.units())
     }
 
-    /// A place beside the loop that is clear for roughing.
+    /// An approach point: a place beside the loop, outside the jogging clearance.
     fn approach(&self, entry: &Entry) -> Option<FreePoint> {
         let pass = &self.plan.plan.passes[self.number.pass];
         let left_by_roughing = self.plan.plan.stock_to_leave.units() - pass.stock_to_leave.units();
@@ -121,7 +123,7 @@ impl Cutter<'_> {
         self.plan.part.free_point(place, self.plan.roughing).ok().filter(|_| self.within.holds(place))
     }
 
-    fn way(&self, here: FreePoint, to: Point) -> Option<Leg> {
+    fn link_move(&self, here: FreePoint, to: Point) -> Option<Leg> {
         let points = route(&self.plan.part, here, to, self.within)?;
         let starts = std::iter::once(here.point()).chain(points.iter().copied());
         let lines = starts.zip(&points).filter_map(|(from, &to)| line_between(from, to));
@@ -134,8 +136,8 @@ impl Cutter<'_> {
         Leg { cuts: Some(self.number), curves, on_loop: range, entry: Some(entry) }
     }
 
-    /// In from `outside`, once around from the entry, and out again; and whether it is led in and out along the contour.
-    /// `None` when no way in and out keeps clear.
+    /// The cut once around from the entry, with lead-in from `outside` and lead-out back to it, and
+    /// whether both are tangential. `None` when no lead keeps the finishing clearance.
     fn around(&self, entry: Entry, outside: Point) -> Option<(Leg, bool)> {
         let at = self.track.joint(entry)?;
         let round = self.track.stretch(&at, &at)?;
@@ -144,24 +146,25 @@ impl Cutter<'_> {
         Some((self.leg(lead_in.curves, round, lead_out.curves, at.point), tangential))
     }
 
-    /// What is cut again from one place to another.
+    /// The contour that is recut between two places.
     fn again(&self, from: &Joint, to: &Joint) -> Option<Vec<Curve>> {
         if from.point == to.point { Some(Vec::new()) } else { self.track.stretch(from, to) }
     }
 
-    /// In at a place on the track: from here when it is beside, by an approach point, or from here though it is far.
+    /// Lead-in to a place on the track: directly from `here` when it is near, from an approach point, or
+    /// directly from far away. The link move to the approach point comes first.
     fn entered(&self, here: FreePoint, at: &Joint) -> Option<(Option<Leg>, FreePoint, Lead)> {
         let direct = || Some((None, here, self.lead_in(at, here.point())?));
         let beside = at.entry.distance_mm(here.point()) <= self.radius_mm() * BESIDE;
         let by_approach = || {
             let free = self.approach(&at.entry)?;
             let lead = self.lead_in(at, free.point())?;
-            Some((Some(self.way(here, free.point())?), free, lead))
+            Some((Some(self.link_move(here, free.point())?), free, lead))
         };
         beside.then(direct).flatten().or_else(by_approach).or_else(direct)
     }
 
-    /// Out at a place on the track: to beside it, or to where the tool came in from.
+    /// Lead-out from a place on the track: to an approach point beside it, or back to `came_from`.
     fn left(&self, came_from: FreePoint, at: &Joint) -> Option<(FreePoint, Lead)> {
         let ends = self.approach(&at.entry).into_iter().chain([came_from]);
         ends.into_iter().find_map(|end| Some((end, self.lead_out(at, end.point())?)))
@@ -187,7 +190,7 @@ impl Cutter<'_> {
         self.lead(LEAD_SHARES.iter().filter_map(by_arc), || line_between(at.point, outside))
     }
 
-    /// The first clear way along the contour, or straight.
+    /// The first clear tangential lead, else the straight one.
     fn lead(
         &self,
         mut by_arc: impl Iterator<Item = Vec<Curve>>,
@@ -200,7 +203,7 @@ impl Cutter<'_> {
         self.is_clear(&curves).then_some(Lead { curves, tangential: false })
     }
 
-    /// Whether a lead is clear. It ends or begins on the path, which keeps the finishing threshold.
+    /// Whether a lead is clear. One of its ends is on the toolpath, so it keeps the finishing clearance.
     fn is_clear(&self, lead: &[Curve]) -> bool {
         let mut ends = lead.iter().flat_map(|curve| [curve.from(), curve.to()]);
         ends.all(|end| self.within.holds(end))
@@ -208,7 +211,7 @@ impl Cutter<'_> {
     }
 }
 
-/// The centre of a quarter circle that touches the track on the tool's side, lattice units.
+/// Centre of a quarter circle that touches the track on the tool's side, lattice units.
 fn centre(at: &Joint, radius_mm: f64) -> Option<(f64, f64)> {
     let (x, y) = point_mm(at.entry.aside(0.0, radius_mm)?);
     Some((x * f64::from(UNITS_PER_MM), y * f64::from(UNITS_PER_MM)))

@@ -1,7 +1,8 @@
-//! The contouring job: from the point of touch along the finishing loops and back, as one chain of motions; and what is left of
-//! one that was interrupted.
+//! The contouring job: one chain of motions from the contact start along the finishing loops, and the
+//! remaining contour of an interrupted job.
 //!
-//! It only proposes. The executor's guard certifies every motion again before the first is sent.
+//! The planner only proposes. The executor's guard certifies every motion again before it sends the first
+//! one.
 
 mod cutter;
 mod in_place;
@@ -16,7 +17,7 @@ pub use in_place::resume_in_place;
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Curve, FreePoint, Point};
 pub use preview::preview;
-use progress::Rest;
+use progress::RemainingContour;
 pub use progress::{DONE_MM, PartialLoop, Progress, ProgressError, SNAP_MM};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -24,23 +25,24 @@ use track::Track;
 
 use crate::plan::{CertifiedPlan, Pass};
 
-/// A stretch of a contouring job.
+/// Section of a contouring job: a link move, or the cut along one loop.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Leg {
-    /// The finishing loop that it cuts; `None` for a way through clear space.
+    /// The finishing loop that it cuts; `None` for a link move.
     pub cuts: Option<LoopNumber>,
     /// Its motions.
     #[serde(with = "crate::stored::many")]
     pub curves: Vec<Curve>,
-    /// Those of its motions that cut what of the loop was not cut before; those before and behind lead in and out, and
-    /// may cut a little of the loop again. Empty for a way.
+    /// Motions that cut new material. Motions before them are the lead-in, motions after them the
+    /// lead-out; these may recut a little of the loop. Empty for a link move.
     pub on_loop: Range<usize>,
-    /// Where the loop was first entered, in this job or the one that it goes on with: the cut ends there. `None` for a way.
+    /// Point where the tool first entered the loop, in this job or in the job that it continues. The cut
+    /// ends there. `None` for a link move.
     #[serde(with = "crate::stored::maybe")]
     pub entry: Option<Point>,
 }
 
-/// A loop of a finishing pass, both counted from 0.
+/// A loop of a finishing pass; both numbers count from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct LoopNumber {
     /// The pass.
@@ -63,23 +65,25 @@ impl std::fmt::Display for LoopNumber {
     }
 }
 
-/// A contouring job and what it leaves out.
+/// A contouring job, and the loops that it leaves out.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ContourJob {
-    /// The legs, each beginning where the one before ends.
+    /// The legs. Each begins at the end of the one before.
     pub legs: Vec<Leg>,
-    /// Loops of the same free space that no way was found to.
+    /// Loops of the same free space for which no certified cut was found.
     pub unreached: Vec<LoopNumber>,
-    /// Cuts that begin and end along the contour's own direction; others run straight at it.
+    /// Number of cuts with tangential lead-in and lead-out. The others approach the contour straight.
     pub tangential: usize,
-    /// What was done before it.
+    /// Progress of the job before this one.
     pub before: Progress,
-    /// What it cuts a second time, mm: where a loop could not be entered again just where it was left.
+    /// Length of contour that it recuts, mm: the tool could not enter or leave an interrupted loop
+    /// exactly where it stopped.
     pub recut_mm: f64,
 }
 
 impl ContourJob {
-    /// The leg, and the motion of that leg, that the job's motion `index` is, all counted from 0.
+    /// The leg of the job's motion `index`, and the motion's number in that leg. All numbers count from
+    /// 0.
     #[must_use]
     pub fn motion(&self, index: usize) -> Option<(usize, usize)> {
         let mut left = index;
@@ -93,69 +97,71 @@ impl ContourJob {
     }
 }
 
-/// Why contouring can not begin.
+/// Reason why contouring cannot begin.
 #[derive(Clone, Debug, Error, PartialEq, Serialize, Deserialize)]
 pub enum JobError {
     /// No finishing loop lies in the free space of the tool.
     #[error("no contour to finish can be reached from {from}")]
     NothingHere {
-        /// Where the tool is.
+        /// Position of the tool.
         #[serde(with = "crate::stored")]
         from: Point,
     },
-    /// Every finishing loop in the free space of the tool is cut.
+    /// Every finishing loop in the free space of the tool is finished.
     #[error("every contour in the free space around {from} is finished")]
     AllFinished {
-        /// Where the tool is.
+        /// Position of the tool.
         #[serde(with = "crate::stored")]
         from: Point,
     },
-    /// Nothing is left but an interrupted loop that can not be entered again.
+    /// Only an interrupted loop is left, and the tool cannot enter it again.
     #[error(
-        "no way leads back to {number} at {}, where it was interrupted, nor to the tool radius of contour before. Bring the tool near it by hand, or have that loop cut anew: `keepout run --resume LOG --recut {}:{}`.",
+        "no link move leads back to {number} at {}, where it was interrupted, nor to a place up to one \
+         tool radius before. Jog the tool near that place, or recut the loop: `keepout run --resume LOG --recut {}:{}`.",
         at, number.index + 1, number.pass + 1
     )]
     NoWayBack {
         /// The loop.
         number: LoopNumber,
-        /// Where it was interrupted.
+        /// Point where it was interrupted.
         #[serde(with = "crate::stored")]
         at: Point,
     },
-    /// The tool is not clear of the roughing threshold.
-    #[error("the tool at {from} is nearer to the part than roughing allows")]
+    /// The tool is inside the jogging clearance.
+    #[error("the tool at {from} is inside the jogging clearance. Jog it away from the part.")]
     NotClear {
-        /// Where the tool is.
+        /// Position of the tool.
         #[serde(with = "crate::stored")]
         from: Point,
     },
-    /// The tool stands on an interrupted contour, and no certified motion leads on along it.
-    #[error("the tool stands where no way leads on along the contour: lead it away from the part")]
+    /// The tool is on an interrupted contour, and no certified motion leads on along it.
+    #[error("no certified motion leads on along the contour from here. Jog the tool away from the part.")]
     NoWayOn,
     /// The search for a job ended without an answer.
-    #[error("working out the contour failed. Lead the tool away from the part, and try again.")]
+    #[error("planning the contour failed. Jog the tool away from the part, and try again.")]
     Failed,
-    /// What is said to be done does not fit the plan.
+    /// The stated progress does not fit the plan.
     #[error(transparent)]
     Progress(#[from] ProgressError),
 }
 
-/// The job that contours every finishing loop in the free space around `from`, pass by pass, in each the nearest loop
-/// first, and ends where the last loop was entered. Ways between loops keep the roughing threshold and stay inside
-/// `within`.
+/// A job that contours every finishing loop in the free space around `from`. It goes pass by pass, and in
+/// each pass takes the nearest loop first. It ends at the point from which the tool entered the last
+/// loop. Link moves keep the jogging clearance and stay inside `within`.
 ///
 /// # Errors
-/// [`JobError`] when the tool stands too near, or there is nothing to finish here.
+/// [`JobError`] when the tool is inside the jogging clearance, or when this free space holds no loop to
+/// finish.
 pub fn contour_job(plan: &CertifiedPlan, from: Point, within: Window) -> Result<ContourJob, JobError> {
     resume_job(plan, from, within, &Progress::default())
 }
 
-/// As [`contour_job`], for what `done` leaves: first what is left of loops that are cut in part, from where each was cut to
-/// (or, where it can not be entered there, up to a tool radius before) to where it was first entered; then the loops that
-/// are not begun.
+/// A job that finishes the remaining contour after `done`; otherwise as [`contour_job`]. Interrupted
+/// loops come first, each from its resume point to its entry. Where the tool cannot enter or leave a loop
+/// there, the job recuts up to one tool radius. The loops that are not begun come next.
 ///
 /// # Errors
-/// [`JobError`] as there, when everything here is finished, or when `done` does not fit the plan.
+/// As [`contour_job`]; also when everything here is finished, or when `done` does not fit the plan.
 pub fn resume_job(
     plan: &CertifiedPlan,
     from: Point,
@@ -180,7 +186,7 @@ pub fn resume_job(
     work.done(from)
 }
 
-/// A job as it is put together.
+/// A job under construction.
 struct Work<'a> {
     plan: &'a CertifiedPlan,
     within: Window,
@@ -189,7 +195,7 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
-    /// Adds what is left of a loop.
+    /// Adds the remaining contour of a loop.
     fn go_on(&mut self, partial: &PartialLoop) -> Result<(), ProgressError> {
         let number = partial.number;
         let each = &self.plan.plan.passes[number.pass].path.loops[number.index];
@@ -197,10 +203,10 @@ impl Work<'_> {
             self.job.unreached.push(number);
             return Ok(());
         };
-        match Rest::of(&track, partial)? {
+        match RemainingContour::of(&track, partial)? {
             None => self.job.before.finish(number),
-            Some(rest) => {
-                let legs = self.cutter(number, &track).rest(self.here, &rest);
+            Some(remaining) => {
+                let legs = self.cutter(number, &track).remaining(self.here, &remaining);
                 self.take(number, legs);
             }
         }
@@ -215,16 +221,16 @@ impl Work<'_> {
         };
         let loops = each.path.loops.iter().enumerate();
         let mut open = Vec::new();
-        let mut turned = Vec::new();
+        let mut unreached = Vec::new();
         for (index, each) in loops.filter(|(_, each)| each.component == component) {
             let number = LoopNumber { pass, index };
             match Track::of(each, self.plan.plan.cut) {
                 _ if begun(number) => {}
                 Some(track) => open.push((number, track)),
-                None => turned.push(number),
+                None => unreached.push(number),
             }
         }
-        self.job.unreached.extend(turned);
+        self.job.unreached.extend(unreached);
         while !open.is_empty() {
             let near = |track: &Track| track.nearest(self.here.point()).0;
             open.sort_by(|(_, a), (_, b)| near(b).total_cmp(&near(a)));

@@ -1,4 +1,4 @@
-//! The jobs of a plan for its picture.
+//! Jobs of a plan, for its picture.
 
 use super::cutter::{STAND_OFF_MM, TRIES};
 use super::track::Track;
@@ -7,10 +7,10 @@ use crate::finish::FinishingLoop;
 use crate::plan::CertifiedPlan;
 use crate::units::mm;
 
-/// Loops and edges up to which a preview is made.
+/// Largest numbers of loops and of edges for which a preview is made.
 const PREVIEW_MAX: (usize, usize) = (300, 20_000);
 
-/// The jobs as they would be run from one place of touch in each free space; empty for plans too large to draw them in.
+/// Jobs from one contact start in each free space; empty for a plan that is too large to draw them.
 #[must_use]
 pub fn preview(plan: &CertifiedPlan) -> Vec<ContourJob> {
     if plan.plan.loop_count() > PREVIEW_MAX.0 || plan.part.edges().len() > PREVIEW_MAX.1 {

@@ -1,4 +1,4 @@
-//! A finishing loop as it is cut: its curves in the direction of the cut, and places on it.
+//! A finishing loop in the direction of the cut, and places on it.
 
 use keepout_kernel::curve::{angle, fit_arc, sweep};
 use keepout_kernel::offset::shortest_arc;
@@ -8,38 +8,39 @@ use crate::finish::FinishingLoop;
 use crate::plan::Cut;
 use crate::units::{along_mm, nearest_on_mm, point_from_mm, point_mm};
 
-/// Nothing shorter than this is split off a curve, lattice units (10 µm).
+/// Least length that is split off a curve, lattice units (10 µm).
 const SHORT: i32 = 1000;
-/// Places nearer than this to a curve's end are moved there, mm.
+/// A place nearer than this to a curve's end moves to that end, mm.
 const AT_END_MM: f64 = 0.001;
-/// Nothing shorter than this is left of a curve where a loop is taken up again, mm.
+/// Least length of a curve's remainder where a loop is resumed, mm.
 pub(super) const PIECE_MM: f64 = 0.015;
 
-/// A loop in the direction of the cut.
+/// Loop in the direction of the cut.
 pub(super) struct Track {
     curves: Vec<Curve>,
-    /// Where each curve begins, and where the last ends, along the loop, mm.
+    /// Start of each curve, and the end of the last one, along the loop, mm.
     starts_mm: Vec<f64>,
     cut: Cut,
 }
 
-/// A place on a track.
+/// Place on a track.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Entry {
-    /// The curve.
+    /// Number of the curve.
     index: usize,
     /// The place, mm.
     pub at: (f64, f64),
-    /// How far along the track it is, mm.
+    /// Position along the track, mm.
     pub along_mm: f64,
-    /// The direction away from the part.
+    /// Unit vector away from the part.
     outward: (f64, f64),
-    /// The direction of travel.
+    /// Unit vector of travel.
     travel: (f64, f64),
 }
 
 impl Entry {
-    /// The lattice point so far along the direction of travel and so far away from the part, mm.
+    /// The lattice point that is `along_mm` farther in the direction of travel and `out_mm` farther from
+    /// the part.
     pub fn aside(&self, along_mm: f64, out_mm: f64) -> Option<Point> {
         let ((nx, ny), (dx, dy)) = (self.outward, self.travel);
         let (x, y) = (self.at.0 + dx * along_mm + nx * out_mm, self.at.1 + dy * along_mm + ny * out_mm);
@@ -53,7 +54,7 @@ impl Entry {
     }
 }
 
-/// A place on a track that a motion begins or ends at.
+/// Place on a track where a motion begins or ends.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Joint {
     /// The place.
@@ -63,7 +64,7 @@ pub(super) struct Joint {
 }
 
 impl Track {
-    /// The loop in the direction of the cut; `None` when an arc of it can not be turned about.
+    /// The loop in the direction of the cut; `None` when one of its arcs cannot be reversed.
     pub fn of(each: &FinishingLoop, cut: Cut) -> Option<Self> {
         let curves: Vec<Curve> = match cut {
             Cut::Conventional => each.curves.clone(),
@@ -83,7 +84,7 @@ impl Track {
         self.starts_mm.last().copied().unwrap_or(0.0)
     }
 
-    /// The way in which an arc turns that touches the track from the tool's side, in the direction of travel.
+    /// Turn of a lead arc: it touches the track from the tool's side, in the direction of travel.
     pub fn lead_turn(&self) -> Turn {
         match self.cut {
             Cut::Conventional => Turn::Clockwise,
@@ -91,7 +92,7 @@ impl Track {
         }
     }
 
-    /// The place so far along, mm, which is taken modulo the length.
+    /// The place at `along_mm`, taken modulo the length.
     pub fn at(&self, along_mm: f64) -> Entry {
         let along = along_mm.rem_euclid(self.length_mm().max(f64::MIN_POSITIVE));
         let index = self.starts_mm.partition_point(|&start| start <= along).clamp(1, self.curves.len()) - 1;
@@ -125,7 +126,7 @@ impl Track {
         nearest.unwrap_or_else(|| (f64::INFINITY, self.on(0, 0.0)))
     }
 
-    /// Where to enter at a place: there, or at the curve's end when that is near.
+    /// Joint for an entry: the place itself, or the end of the curve when that is near.
     pub fn joint(&self, entry: Entry) -> Option<Joint> {
         let point = point_from_mm(entry.at).ok()?;
         let curve = &self.curves[entry.index];
@@ -142,7 +143,8 @@ impl Track {
         }
     }
 
-    /// Where to take the track up again at `along_mm`: there, or before it, so that no piece below 15 µm is left.
+    /// Joint for resuming at `along_mm`: there, or a little before it. No remainder is shorter than 15
+    /// µm.
     pub fn joint_before(&self, along_mm: f64) -> Option<Joint> {
         let Entry { index, along_mm, .. } = self.at(along_mm);
         let length = length_mm(&self.curves[index]);
@@ -150,7 +152,7 @@ impl Track {
         self.joint_on(index, if on < PIECE_MM { 0.0 } else { on })
     }
 
-    /// Where to leave the track at `along_mm`: there, or behind it, so that no piece below 15 µm is left.
+    /// Joint for leaving at `along_mm`: there, or a little beyond it. No remainder is shorter than 15 µm.
     pub fn joint_behind(&self, along_mm: f64) -> Option<Joint> {
         let Entry { index, along_mm, .. } = self.at(along_mm);
         let length = length_mm(&self.curves[index]);
@@ -172,8 +174,8 @@ impl Track {
         Some(Joint { entry, point: point_from_mm(entry.at).ok()? })
     }
 
-    /// The curves from one place to another in the direction of travel: once around when `to` is not beyond `from` on the
-    /// same curve.
+    /// The curves from one place to another in the direction of travel. They go once around when `to` is
+    /// not beyond `from` on the same curve.
     pub fn stretch(&self, from: &Joint, to: &Joint) -> Option<Vec<Curve>> {
         let (i, j) = (from.entry.index, to.entry.index);
         if i == j && from.entry.along_mm < to.entry.along_mm {
@@ -193,7 +195,7 @@ pub(super) fn length_mm(curve: &Curve) -> f64 {
     curve.length() / f64::from(UNITS_PER_MM)
 }
 
-/// The share of the curve's length at which it is nearest to `p`, mm.
+/// Share of the curve's length at which it is nearest to `p` (mm).
 pub(super) fn share_nearest(curve: &Curve, p: (f64, f64)) -> f64 {
     let (a, b) = (point_mm(curve.from()), point_mm(curve.to()));
     let far = |p: (f64, f64), q: (f64, f64)| (q.0 - p.0).hypot(q.1 - p.1);
@@ -213,7 +215,7 @@ pub(super) fn share_nearest(curve: &Curve, p: (f64, f64)) -> f64 {
     }
 }
 
-/// The part of `curve` from one of its points to another; nothing when they are the same.
+/// The section of `curve` between two of its points; the inner `None` when the points are equal.
 pub(super) fn between(curve: &Curve, from: Point, to: Point) -> Option<Option<Curve>> {
     if from == to {
         return Some(None);
