@@ -1,7 +1,8 @@
-//! Fewer, longer motions: a run of short motions of a finishing path becomes one line or arc.
+//! Merging of motions: one line or arc replaces a run of short motions of the finishing toolpath.
 //!
-//! A run keeps both its ends. The line or arc between them comes nearer to the part than the run by [`INWARD`] at most, lies
-//! farther out by [`OUTWARD`] at most, and is kept only when the kernel certifies it.
+//! A run keeps both its ends. The line or arc between them comes nearer to the part than the run by at
+//! most [`INWARD`], and lies farther out by at most [`OUTWARD`]. It is kept only when the kernel
+//! certifies it.
 
 use keepout_kernel::curve::{angle, radius, sweep, xy};
 use keepout_kernel::offset::certify_path;
@@ -10,29 +11,31 @@ use keepout_kernel::{Curve, Length, ProhibitedRegion, Turn};
 use crate::chord::{Band, Chord, Xy, cross, dot, minus};
 use crate::finish::{FinishingLoop, FinishingPath};
 
-/// The most by which a merged motion comes nearer to the part than the run that it replaces, lattice units (0.3 µm): half of
-/// what [`crate::finish::PATH_CLEARANCE`] adds to the path's distance.
+/// Largest distance by which a merged motion comes nearer to the part than its run, lattice units (0.3
+/// µm): half of [`crate::finish::PATH_CLEARANCE`].
 pub const INWARD: f64 = 30.0;
-/// The most by which it lies farther out, lattice units (0.6 µm): with the chord_error of the chords by which a path is checked
-/// for completeness this is less than [`keepout_kernel::offset::BESIDE`].
+/// Largest distance by which a merged motion lies farther out than its run, lattice units (0.6 µm).
+/// Together with the chord error in the completeness check it is less than
+/// [`keepout_kernel::offset::BESIDE`].
 pub const OUTWARD: f64 = 60.0;
-/// Merged motions keep so much more than the threshold, lattice units: where a controller is sent parts or chords of an arc, each
-/// of these begins with [`keepout_kernel::offset::PATH_CHORD_ERROR`] to spare, on the lattice.
+/// Extra clearance of merged motions, lattice units. A controller may receive an arc in parts or chords,
+/// and each of them begins with [`keepout_kernel::offset::PATH_CHORD_ERROR`] to spare, on the lattice.
 const RESERVE: Length = Length::small(16);
-/// Where motions turn by more than this, radians (3°), the path has a corner, which stays.
+/// Turn above which a joint of two motions is a corner, radians (3°). Corners stay.
 const CORNER: f64 = 0.052;
-/// Motions not longer than this have no direction, lattice units (0.5 µm).
+/// A motion up to this length has no direction, lattice units (0.5 µm).
 const POINT: f64 = 50.0;
-/// A line longer than this stays a line, lattice units (2 mm).
+/// A line longer than this never becomes part of an arc, lattice units (2 mm).
 const LONG: f64 = 200_000.0;
-/// Places of each motion beside which a merged one is sought, its beginning among them.
+/// Places of each motion, its start among them, beside which a merged motion must lie.
 const PLACES: usize = 4;
-/// Rounds in which the bounds are narrowed as long as the number of motions stays.
+/// Rounds that narrow the band while the number of motions stays the same.
 const NARROWINGS: usize = 3;
-/// Share of the inward bound that is tried where the whole one was refused.
+/// Share of the inward bound for a second try, after the whole bound was refused.
 const CAUTIOUS: f64 = 0.3;
 
-/// The path with runs of short motions merged. What can not be certified at `threshold` stays as it is.
+/// The toolpath with runs of short motions merged. Motions whose merge cannot be certified at `threshold`
+/// stay as they are.
 #[must_use]
 pub fn merged(path: &FinishingPath, part: &ProhibitedRegion, threshold: Length) -> FinishingPath {
     let threshold = threshold.saturating_plus(RESERVE);
@@ -44,12 +47,12 @@ pub fn merged(path: &FinishingPath, part: &ProhibitedRegion, threshold: Length) 
     FinishingPath { loops: path.loops.iter().map(merge).collect(), ..path.clone() }
 }
 
-/// A closed loop, the part on its left, with runs of its motions merged where `is_clear` permits; never more motions than
-/// before.
+/// A closed loop with the part on its left, with runs of motions merged where `is_clear` permits. It
+/// never has more motions than before.
 #[must_use]
 pub fn merged_loop(curves: &[Curve], is_clear: &dyn Fn(&Curve) -> bool) -> Vec<Curve> {
     let turns = turns(curves);
-    // It begins at its sharpest joint: no run goes over that.
+    // The loop starts at its sharpest joint, so no run crosses that joint.
     let first = (0..curves.len()).max_by(|&a, &b| turns[a].total_cmp(&turns[b]).then(b.cmp(&a)));
     let first = first.unwrap_or(0);
     let mut turned = curves.to_vec();
@@ -58,11 +61,12 @@ pub fn merged_loop(curves: &[Curve], is_clear: &dyn Fn(&Curve) -> bool) -> Vec<C
     let bounds: Vec<usize> = std::iter::once(0).chain(corners).chain([turned.len()]).collect();
     let runs = bounds.windows(2).map(|pair| Run::of(&turned[pair[0]..pair[1]]));
     let merged: Vec<Curve> = runs.flat_map(|run| run.merged(INWARD, is_clear)).collect();
-    // A loop has two motions at least.
+    // A loop has at least two motions.
     if (2..curves.len()).contains(&merged.len()) { merged } else { curves.to_vec() }
 }
 
-/// How far the loop turns at the beginning of each curve, radians. Curves without a direction belong to the joint.
+/// Turn of the loop at the start of each curve, radians. A curve without a direction belongs to the
+/// joint.
 fn turns(curves: &[Curve]) -> Vec<f64> {
     let long = |curve: &&Curve| curve.length() > POINT;
     let mut before = curves.iter().rfind(long).map(|curve| directions(curve).1);
@@ -73,12 +77,12 @@ fn turns(curves: &[Curve]) -> Vec<f64> {
         turns.resize(index + 1, turn);
         before = Some(end);
     }
-    // Those at the end of the loop belong to the joint at its beginning.
+    // Such curves at the end of the loop belong to the joint at its start.
     turns.resize(curves.len(), turns.first().copied().unwrap_or(0.0));
     turns
 }
 
-/// The directions of a curve at its beginning and its end, of any length.
+/// Directions of a curve at its start and its end, not normalised.
 fn directions(curve: &Curve) -> (Xy, Xy) {
     let (from, to) = (xy(curve.from()), xy(curve.to()));
     match curve {
@@ -98,14 +102,14 @@ fn turn_sign(turn: Turn) -> f64 {
     if turn == Turn::CounterClockwise { 1.0 } else { -1.0 }
 }
 
-/// Motions without a corner between them.
+/// A run: motions without a corner between them.
 struct Run<'a> {
     curves: &'a [Curve],
     /// [`PLACES`] places of each motion, and the end of the last.
     places: Vec<Xy>,
 }
 
-/// A motion, and how many of a run it takes the place of: one that stays, of itself.
+/// A motion, and the number of motions that it replaces: 1 for a motion that stays.
 type Merged = (Curve, usize);
 
 impl<'a> Run<'a> {
@@ -118,7 +122,8 @@ impl<'a> Run<'a> {
         Self { curves, places }
     }
 
-    /// The run in as few motions as are found, evenly near to it. What is not clear is merged with more care, or stays.
+    /// The run in few motions, with an even distance to it. A motion that is not clear is merged again
+    /// within a narrower band, or stays.
     fn merged(&self, inward: f64, is_clear: &dyn Fn(&Curve) -> bool) -> Vec<Curve> {
         let mut first = 0;
         let mut result = Vec::with_capacity(self.curves.len());
@@ -136,7 +141,7 @@ impl<'a> Run<'a> {
         result
     }
 
-    /// As few motions as are found within the band, and of these the nearest to the run.
+    /// The fewest motions found within the band, and of these the ones nearest to the run.
     fn fewest(&self, band: Band) -> Vec<Merged> {
         let mut best = self.greedy(band);
         let (mut low, mut high) = (0.0, 1.0);
@@ -167,11 +172,12 @@ impl<'a> Run<'a> {
         merged
     }
 
-    /// The motion in place of the most from `first` on: their number is doubled as long as there is one, then bisected.
+    /// The motion that replaces the most motions from `first` on. The search doubles the number while it
+    /// succeeds, then bisects.
     fn longest(&self, first: usize, band: Band) -> Merged {
         let left = self.curves.len() - first;
         let single = |count| Some((self.single(first, count, band)?, count));
-        // A short motion between two can hide that all three are one.
+        // A short middle motion can hide that three motions are one.
         let found = (2..=left.min(3)).find_map(single);
         let Some(mut best) = found else { return (self.curves[first], 1) };
         let mut beyond = left + 1;
@@ -185,7 +191,7 @@ impl<'a> Run<'a> {
         best
     }
 
-    /// One motion in place of `count` from `first` on.
+    /// One motion that replaces `count` motions from `first` on.
     fn single(&self, first: usize, count: usize, band: Band) -> Option<Curve> {
         let replaced = &self.curves[first..first + count];
         let places = &self.places[first * PLACES..=(first + count) * PLACES];

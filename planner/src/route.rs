@@ -1,4 +1,4 @@
-//! Ways through clear space: a grid search whose every step the kernel certifies.
+//! Link moves: a grid search in which the kernel certifies every step.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -9,13 +9,14 @@ use keepout_kernel::{FreePoint, Point, ProhibitedRegion};
 
 use crate::units::{point_from_mm, point_mm};
 
-/// Grid cells along the longer side of the searched box, from simplified to fine.
+/// Numbers of grid cells along the longer side of the searched box, from coarse to fine.
 const CELLS: [f64; 3] = [48.0, 128.0, 320.0];
 
 type Node = (i32, i32);
 
-/// Straight motions from `from` to `to` inside `within`, each certified at the threshold of `from`; the points that
-/// follow `from`, last of them `to`. `None` when the finest grid finds none.
+/// Straight motions from `from` to `to` inside `within`, each certified at the clearance of `from`. The
+/// result holds the points after `from`; the last one is `to`. `None` when the search on the finest grid
+/// fails.
 #[must_use]
 pub fn route(part: &ProhibitedRegion, from: FreePoint, to: Point, within: Window) -> Option<Vec<Point>> {
     if part.motion(from, to).is_ok() {
@@ -43,7 +44,7 @@ impl Grid {
     }
 }
 
-/// The steps from a node, and how long each is, in cells.
+/// Steps from a node, with the length of each in cells.
 const STEPS: [(Node, f64); 8] = [
     ((-1, -1), SQRT_2),
     ((-1, 0), 1.0),
@@ -55,18 +56,18 @@ const STEPS: [(Node, f64); 8] = [
     ((1, 1), SQRT_2),
 ];
 
-/// A node that was reached.
+/// A node that the search reached.
 #[derive(Clone, Copy)]
 struct Reached {
     free: FreePoint,
-    /// The way to it, in cells.
+    /// Length of the path to it, in cells.
     cost: f64,
     before: Node,
-    /// It is not left again.
+    /// The search has expanded it.
     closed: bool,
 }
 
-/// What is known of every node of a grid.
+/// State of every node of a grid.
 struct Field {
     low: Node,
     columns: i32,
@@ -74,7 +75,7 @@ struct Field {
 }
 
 impl Field {
-    /// Nothing is known of the nodes of the grid in its window.
+    /// An empty field over the grid in its window.
     fn new(grid: &Grid) -> Self {
         let (x0, y0, x1, y1) = grid.within.corners();
         let unit_mm = f64::from(keepout_kernel::UNITS_PER_MM);
@@ -89,7 +90,7 @@ impl Field {
         Self { low, columns, nodes: vec![None; count] }
     }
 
-    /// What is known of a node; `None` for one that is beyond the grid.
+    /// State of a node; `None` for a node beyond the grid.
     fn at(&mut self, (i, j): Node) -> Option<&mut Option<Reached>> {
         let (column, line) = (i.checked_sub(self.low.0)?, j.checked_sub(self.low.1)?);
         let inside = (0..self.columns).contains(&column) && line >= 0;
@@ -114,7 +115,7 @@ impl Field {
     }
 }
 
-/// A* over the grid around `from`; every edge that is followed was certified.
+/// A* over the grid around `from`. It follows only certified edges.
 fn search(
     part: &ProhibitedRegion,
     from: FreePoint,
@@ -156,12 +157,12 @@ fn search(
     None
 }
 
-/// PlanRequest of visiting: cost so far and the straight rest, in thousandths of a cell.
+/// Priority of a node: the cost so far and the straight distance to the goal, in thousandths of a cell.
 fn rank(cost: f64, rest: f64) -> i64 {
     keepout_kernel::curve::nearest_unit((cost + rest) * 1000.0)
 }
 
-/// Leaves out every point that a certified straight motion can skip.
+/// Removes every point that a certified straight motion can skip.
 fn shortened(part: &ProhibitedRegion, from: FreePoint, points: &[Point]) -> Vec<Point> {
     let mut kept = Vec::new();
     let mut here = from;

@@ -1,4 +1,4 @@
-//! Lattice types in files: the form in which the kernel's types are written, and the checks with which they are read.
+//! Lattice types in files: the stored form of the kernel's types, and the checks of a reader.
 //!
 //! `#[serde(with = "crate::stored")]` serves one value, [`many`] a list, [`maybe`] an option.
 
@@ -11,18 +11,18 @@ use keepout_kernel::{Arc, Curve, Length, Point, Segment, Turn, Vector};
 use serde::de::{DeserializeOwned, Error as _, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// A type of the kernel with a form in files.
+/// Type of the kernel with a stored form.
 pub trait Stored: Sized {
-    /// The form.
+    /// The stored form.
     type Form: Serialize + DeserializeOwned;
 
-    /// The value as it is written.
+    /// The stored form of the value.
     fn store(&self) -> Self::Form;
 
-    /// The value behind a form.
+    /// The value of a stored form.
     ///
     /// # Errors
-    /// Why no such value has this form.
+    /// The reason why no value has this form.
     fn restore(form: Self::Form) -> Result<Self, impl Display>;
 }
 
@@ -75,15 +75,15 @@ impl Stored for Window {
     }
 }
 
-/// A curve as it is written: its ends, and for an arc its centre and sense.
+/// Stored form of a curve: its ends, and for an arc its centre and sense.
 #[derive(Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CurveForm {
     /// A line.
     Line([i32; 4]),
-    /// An arc counter-clockwise.
+    /// A counter-clockwise arc.
     Counterclockwise([i32; 4], [i32; 2]),
-    /// An arc clockwise.
+    /// A clockwise arc.
     Clockwise([i32; 4], [i32; 2]),
 }
 
@@ -130,18 +130,18 @@ impl Stored for Bezier {
     }
 }
 
-/// Writes a value in its form.
+/// Writes a value in its stored form.
 ///
 /// # Errors
-/// The serializer's.
+/// The error of the serializer.
 pub fn serialize<T: Stored, S: Serializer>(value: &T, serializer: S) -> Result<S::Ok, S::Error> {
     value.store().serialize(serializer)
 }
 
-/// Reads a value from its form.
+/// Reads a value from its stored form.
 ///
 /// # Errors
-/// The deserializer's, and one for a form that no value has.
+/// The error of the deserializer; also one for a form that no value has.
 pub fn deserialize<'de, T: Stored, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error> {
     T::restore(T::Form::deserialize(deserializer)?).map_err(D::Error::custom)
 }
@@ -150,13 +150,13 @@ pub fn deserialize<'de, T: Stored, D: Deserializer<'de>>(deserializer: D) -> Res
 pub mod many {
     use super::*;
 
-    /// Most elements that are reserved before they are read.
+    /// Largest number of elements to reserve memory for in advance.
     const RESERVED: usize = 4096;
 
     /// Writes a list.
     ///
     /// # Errors
-    /// The serializer's.
+    /// The error of the serializer.
     pub fn serialize<T: Stored, S: Serializer>(values: &[T], serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_seq(values.iter().map(Stored::store))
     }
@@ -193,7 +193,7 @@ pub mod maybe {
     /// Writes an option.
     ///
     /// # Errors
-    /// The serializer's.
+    /// The error of the serializer.
     pub fn serialize<T: Stored, S: Serializer>(value: &Option<T>, serializer: S) -> Result<S::Ok, S::Error> {
         value.as_ref().map(Stored::store).serialize(serializer)
     }

@@ -1,7 +1,9 @@
-//! Builds the mesh: points along a space-filling curve, then the chords in the profile's order, then flat arrays.
+//! Construction of the mesh: points along a space-filling curve, then the chords in the order of the
+//! profile, then flat arrays.
 //!
-//! `spade`'s bulk load of points and constraints together slows down on round outlines. Points inserted one by one along a
-//! Morton curve, each beside the one before, and constraints in ring order take near-linear time.
+//! `spade`'s bulk load of points and constraints together is slow on round outlines. Single insertion of
+//! points along a Morton curve, each beside the one before, takes near-linear time. So does the insertion
+//! of constraints in ring order.
 
 use keepout_kernel::curve::xy;
 use keepout_kernel::exact::lattice::{COORD_MAX, Point};
@@ -12,9 +14,9 @@ use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation
 
 use super::{Mesh, MeshError, NONE, Triangle};
 
-/// A square with at most this many points is not divided further when points are added.
+/// Number of points up to which a square is not divided further.
 const CROWD: usize = 3;
-/// Squares of this size (2^n lattice units, 0.1 mm) are not divided.
+/// Size of the smallest squares (2^n lattice units, 0.1 mm).
 const LEAST: u32 = 13;
 
 /// A vertex of the triangulation: a lattice point and its number in the mesh.
@@ -35,9 +37,9 @@ impl HasPosition for Vertex {
 type Triangulated = ConstrainedDelaunayTriangulation<Vertex>;
 
 impl Mesh {
-    /// The mesh over the chords of `index` in `frame`, the machine's travel or more. With `refined`, lattice points are
-    /// added in open space, one for each square of a quadtree over the points that is clear of the profile, so that
-    /// triangles are near the local feature size. Chords that cross others are left out and counted.
+    /// The mesh over the chords of `index` in `frame`, which must hold the machine's travel. With
+    /// `refined` it adds a lattice point in each square of a quadtree that is clear of the profile. The
+    /// triangles are then near the local feature size. Chords that cross others are left out and counted.
     ///
     /// # Errors
     /// [`MeshError::Frame`] when the frame does not hold the profile.
@@ -133,7 +135,7 @@ impl Mesh {
         }
     }
 
-    /// Numbers the connected pieces between walls; the one at the frame is 0.
+    /// Numbers the connected components between walls; the one at the frame is 0.
     fn number_components(&mut self) {
         let at_frame = self.triangles.iter().position(|triangle| triangle.across.contains(&NONE));
         let starts = at_frame.into_iter().chain(0..self.triangles.len());
@@ -158,7 +160,7 @@ impl Mesh {
     }
 }
 
-/// The distinct ends of all chords and the frame's corners, along a Morton curve.
+/// Distinct ends of all chords and the frame's corners, along a Morton curve.
 fn points_of(index: &CheckedIndex, frame: Window) -> Result<Vec<Point>, MeshError> {
     let (min_x, min_y, max_x, max_y) = frame.corners();
     let mut points = Vec::with_capacity(index.edges().len() + 4);
@@ -177,7 +179,7 @@ fn points_of(index: &CheckedIndex, frame: Window) -> Result<Vec<Point>, MeshErro
     Ok(points)
 }
 
-/// Inserts points along the curve, each searched for from the one before.
+/// Inserts points along the curve. The search for each starts at the one before.
 fn insert(points: &[Point]) -> Result<(Triangulated, Vec<FixedVertexHandle>), MeshError> {
     let mut triangulated = Triangulated::new();
     let mut handles: Vec<FixedVertexHandle> = Vec::with_capacity(points.len());
@@ -192,7 +194,7 @@ fn insert(points: &[Point]) -> Result<(Triangulated, Vec<FixedVertexHandle>), Me
     Ok((triangulated, handles))
 }
 
-/// Points added in the middle of squares that are clear of the profile.
+/// Points in the middle of squares that are clear of the profile.
 struct Added<'a> {
     index: &'a CheckedIndex,
     frame: Window,
@@ -201,7 +203,8 @@ struct Added<'a> {
 }
 
 impl Added<'_> {
-    /// Divides the square at `low` of side 2^log_2 that holds `points`, which are sorted along the curve.
+    /// Divides the square at `low` with side 2^`log_2`. It holds `points`, which are sorted along the
+    /// curve.
     fn divide(&mut self, points: &[Point], low: (i64, i64), log_2: u32) {
         let side = 1_i64 << log_2;
         if points.len() > CROWD && log_2 > LEAST {
@@ -228,7 +231,7 @@ impl Added<'_> {
     }
 }
 
-/// The place of a point on a Morton curve over the lattice: the bits of its coordinates, interleaved.
+/// Position of a point on a Morton curve over the lattice: the bits of its coordinates, interleaved.
 fn morton(point: Point) -> u64 {
     let spread = |c: i32| {
         let mut bits = u64::from(c.wrapping_add(COORD_MAX).cast_unsigned());

@@ -1,7 +1,9 @@
-//! The Delaunay mesh over the profile: what lies where, and next to what. Proposals only.
+//! The Delaunay mesh over the profile: which triangle holds a point, and which edges are near. It only
+//! proposes.
 //!
-//! `spade` builds the constrained Delaunay triangulation of the chords in a frame; here it is flattened into arrays along
-//! a space-filling curve. What the mesh says is nearest is believed after [`CheckedIndex::confirms`].
+//! `spade` builds the constrained Delaunay triangulation of the chords in a frame. This module flattens
+//! it into arrays along a space-filling curve. [`CheckedIndex::confirms`] checks each nearest edge that
+//! the mesh proposes.
 //!
 //! ```
 //! use keepout_kernel::index::build::build;
@@ -31,12 +33,12 @@ use keepout_kernel::exact::lattice::Point;
 use keepout_kernel::index::CheckedIndex;
 pub use walk::Walk;
 
-/// No triangle, no edge.
+/// Marker for a missing triangle or edge.
 const NONE: u32 = u32::MAX;
 
-/// A constrained Delaunay triangulation of the chords of an index and the corners of a frame.
+/// Constrained Delaunay triangulation of the chords of an index and the corners of a frame.
 ///
-/// Side `k` of a triangle runs from its corner `k` to the next, the triangle on its left.
+/// Side `k` of a triangle runs from its corner `k` to the next. The triangle is on its left.
 #[derive(Clone, Debug)]
 pub struct Mesh {
     points: Vec<Point>,
@@ -58,17 +60,17 @@ struct Triangle {
     component: u32,
 }
 
-/// Why there is no mesh.
+/// Reason why there is no mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MeshError {
     /// The frame does not hold the profile with a unit to spare, or leaves the lattice.
     Frame,
     /// More than 2^30 points.
     TooManyPoints {
-        /// How many there are.
+        /// Number of points.
         count: usize,
     },
-    /// The triangulation refused a point; lattice points are not refused.
+    /// The triangulation refused a point. It accepts every lattice point.
     Refused,
 }
 
@@ -85,37 +87,38 @@ impl fmt::Display for MeshError {
 impl std::error::Error for MeshError {}
 
 impl Mesh {
-    /// How many triangles there are.
+    /// Number of triangles.
     #[must_use]
     pub fn triangles(&self) -> usize {
         self.triangles.len()
     }
 
-    /// How many lattice points were added to avoid needles.
+    /// Number of lattice points that were added to avoid needle triangles.
     #[must_use]
     pub fn added(&self) -> usize {
         self.added
     }
 
-    /// How many edges are not sides of the mesh because they cross or overlap others.
+    /// Number of edges that are not sides of the mesh, because they cross or overlap others.
     #[must_use]
     pub fn left_out(&self) -> usize {
         self.left_out
     }
 
-    /// How many connected pieces the profile divides the frame into.
+    /// Number of connected components into which the profile divides the frame.
     #[must_use]
     pub fn components(&self) -> usize {
         self.components as usize
     }
 
-    /// A walk over the mesh, to ask about many points.
+    /// A walk over the mesh, for queries about many points.
     #[must_use]
     pub fn walk(&self) -> Walk {
         Walk::over(self)
     }
 
-    /// The edges that share an end with edge `number`, by way of the triangles around its ends; ascending.
+    /// The edges that share an end with edge `number`, found through the triangles around its ends;
+    /// ascending.
     #[must_use]
     pub fn neighbours(&self, index: &CheckedIndex, number: usize) -> Vec<usize> {
         let Some(edge) = index.edges().get(number) else { return vec![] };
@@ -131,7 +134,7 @@ impl Mesh {
         found
     }
 
-    /// The edges that end at `point`, a corner of the triangle.
+    /// Collects the edges that end at `point`, a corner of the triangle.
     fn around(&self, point: Point, start: usize, found: &mut Vec<usize>) {
         let mut stack = vec![start];
         let mut seen = vec![start];

@@ -1,4 +1,4 @@
-//! Walking over the mesh: which triangle holds a point, and which edge is nearest to it.
+//! Walk over the mesh: the triangle that holds a point, and the edge nearest to it.
 
 use keepout_kernel::curve::xy;
 use keepout_kernel::exact::lattice::Point;
@@ -9,7 +9,7 @@ use keepout_kernel::index::nearest::{Nearest, distance_2};
 
 use super::{Mesh, NONE};
 
-/// Where a walk stands, and what it needs to look around. Nothing is allocated while it walks, once its queue has grown.
+/// State of a walk. A walk allocates only while its queue grows.
 #[derive(Clone, Debug)]
 pub struct Walk {
     last: usize,
@@ -24,11 +24,11 @@ impl Walk {
         Self { last: 0, entered: vec![0; mesh.triangles.len()], search: 0, queue: Vec::new() }
     }
 
-    /// The triangle that holds `point`, found by walking from the last one; `None` outside the frame.
+    /// The triangle that holds `point`, found by a walk from the last one; `None` outside the frame.
     ///
-    /// From each triangle the walk crosses a side that has the point strictly on its other side. In a constrained
-    /// triangulation such walks could go in circles: the side tried first changes with every step, and a walk that takes longer
-    /// than there are triangles gives way to looking at all.
+    /// From each triangle the walk crosses a side that has the point strictly on its other side. In a
+    /// constrained triangulation such a walk could go in circles. The side that is tried first therefore
+    /// changes with every step. After more steps than triangles, a search through all triangles follows.
     pub fn locate(&mut self, mesh: &Mesh, point: Point) -> Option<usize> {
         let mut at = self.last.min(mesh.triangles.len().checked_sub(1)?);
         for step in 0..=mesh.triangles.len() {
@@ -46,14 +46,15 @@ impl Walk {
         (0..mesh.triangles.len()).find(|&at| (0..3).all(|side| mesh.has_on_left(at, side, point)))
     }
 
-    /// The connected piece between walls that holds `point`: 0 is the one at the frame. A point on a wall is in one of its
-    /// sides. `None` outside the frame.
+    /// The connected component between walls that holds `point`; 0 is the one at the frame. A point on a
+    /// wall belongs to one of the two sides. `None` outside the frame.
     pub fn component(&mut self, mesh: &Mesh, point: Point) -> Option<usize> {
         self.locate(mesh, point).map(|at| mesh.triangles[at].component as usize)
     }
 
-    /// The edge nearest to `point`: from the triangle that holds it outward, through sides that are no walls and nearer
-    /// than the nearest edge so far. `None` outside the frame or without edges.
+    /// The edge nearest to `point`. The search goes outward from the triangle that holds it, through
+    /// sides that are not walls and are nearer than the nearest edge so far. `None` outside the frame or
+    /// without edges.
     pub fn nearest(&mut self, mesh: &Mesh, index: &CheckedIndex, point: Point) -> Option<Nearest> {
         let start = self.locate(mesh, point)?;
         let at = xy(point);
@@ -101,7 +102,7 @@ impl Walk {
         best
     }
 
-    /// How many triangles the last search for a nearest edge entered.
+    /// Number of triangles that the last search for a nearest edge entered.
     #[must_use]
     pub fn entered(&self) -> usize {
         self.queue.len()
