@@ -116,7 +116,8 @@ pub enum PathRefusal {
     /// The stated rest material or contour length is impossible.
     #[error(
         "the plan file is inconsistent: it states {residual_mm} mm{} of rest material \
-         and {said_mm} mm of contour, and the contour is {length_mm:.3} mm long. Make the plan again from the drawing.",
+         and {said_mm} mm of contour, and the contour is {length_mm:.3} mm long. \
+         Make the plan again from the drawing.",
         area_mm2.map_or(String::new(), |area| format!(" ({area} mm²)"))
     )]
     Residual {

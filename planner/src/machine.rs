@@ -1,4 +1,4 @@
-//! Machine profiles: what a machine can do and how exactly, as data.
+//! Machine profiles: travel, dynamics and accuracy of a machine, as data.
 
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -8,58 +8,60 @@ use thiserror::Error;
 
 use crate::text_file;
 
-/// A two-axis machine and its controller. All figures are for one axis unless said otherwise.
+/// Profile of a two-axis machine and its controller. A figure holds for one axis, except where it states
+/// otherwise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MachineProfile {
-    /// What people call it.
+    /// Name of the machine.
     pub name: String,
-    /// Travel of x and y, mm: all of it, which some controllers say and are held to.
+    /// Full travel of x and y, mm. Where the controller reports its travel, a session compares the two.
     #[serde(deserialize_with = "text_file::pair")]
     pub travel_mm: [f64; 2],
-    /// Top speed, mm/s.
+    /// Rapid rate of an axis, mm/s.
     pub max_rate_mm_s: f64,
     /// Acceleration, mm/s².
     pub acceleration_mm_s2: f64,
-    /// Steps per mm; a commanded position is met to half a step.
+    /// Steps per mm. The drive meets a commanded position to half a step.
     pub steps_per_mm: f64,
     /// Last digit of a reported position, mm.
     pub report_digit_mm: f64,
-    /// Arc tolerance that the controller is given, mm (GRBL: `$12`): its chords leave an arc by up to four times this.
+    /// Arc tolerance setting of the controller, mm (GRBL: `$12`). The controller's chords leave an arc by
+    /// up to four times this.
     pub arc_tolerance_mm: f64,
-    /// Half width of the band into which positions repeat, mm.
+    /// Half width of the band in which positions repeat, mm.
     pub repeatability_mm: f64,
-    /// How far the true path leaves the commanded one while moving, mm.
+    /// Largest distance of the true path from the commanded one in motion, mm.
     pub contour_error_mm: f64,
-    /// Where that figure comes from: `keepout drives budget` writes it.
+    /// Source of that figure. `keepout drives budget` writes it.
     #[serde(default)]
     pub contour_error_source: Option<String>,
-    /// The controller, as measured: `keepout doctor --conformance --store` writes it.
+    /// Measured figures of the controller. `keepout doctor --conformance --store` writes them.
     #[serde(default)]
     pub controller: Option<ControllerProfile>,
 }
 
-/// The figures of a controller that were measured at the machine.
+/// Figures of a controller, measured at the machine.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ControllerProfile {
     /// The firmware and its version, as the controller states them.
     #[serde(default)]
     pub firmware: String,
-    /// Whether cancelled jogs stopped on their path. `false` makes a session assume that a cancel may leave the path; `true`
-    /// only records a measurement, and no session relies on it.
+    /// Whether cancelled jogs stopped on their path. `false` makes a session assume that a cancel may
+    /// leave the path. `true` only records a measurement, and no session relies on it.
     #[serde(default)]
     pub keeps_path_on_cancel: Option<bool>,
     /// Largest distance from the commanded path at a cancel, mm.
     #[serde(default)]
     pub largest_deviation_mm: Option<f64>,
-    /// Longest time without an answer after a motion, ms.
+    /// Longest time to an answer after a motion, ms.
     #[serde(default)]
     pub idle_delay_ms: Option<f64>,
-    /// Blocks of the planner.
+    /// Number of blocks in the planner buffer.
     #[serde(default)]
     pub planner_blocks: Option<u32>,
-    /// Bytes of the receive buffer.
+    /// Size of the receive buffer, bytes.
     #[serde(default)]
     pub receive_buffer: Option<u32>,
     /// Median time from a status query to its answer, ms.
@@ -68,7 +70,7 @@ pub struct ControllerProfile {
 }
 
 impl ControllerProfile {
-    /// Its numbers with their names and permitted ranges.
+    /// Names, values and permitted ranges of its numbers.
     fn figures(&self) -> [(&'static str, Option<f64>, RangeInclusive<f64>); 5] {
         [
             ("largest_deviation_mm", self.largest_deviation_mm, 0.0..=5000.0),
@@ -80,11 +82,11 @@ impl ControllerProfile {
     }
 }
 
-/// Where the simulated machine's contour error comes from; a test of the executor works it out again.
-const SIMULATED_CONTOUR: &str = "servo budget: drives of the simulated machine, contouring MPC with observer, 3600 mm/min, 12000 by \
-hand, speeding up by 1000 mm/s², gain ±5 %, time constant ±5 %";
+/// Source of the simulated machine's contour error. A test of the executor computes the figure again.
+const SIMULATED_CONTOUR: &str = "servo budget: drives of the simulated machine, contouring MPC with \
+    observer, 3600 mm/min, 12000 by hand, speeding up by 1000 mm/s², gain ±5 %, time constant ±5 %";
 
-/// Why a machine profile is refused.
+/// Reason why a machine profile is refused.
 #[derive(Debug, Error)]
 pub enum MachineError {
     /// The file can not be read.
@@ -92,19 +94,19 @@ pub enum MachineError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The file is no machine profile.
+    /// The file does not hold a machine profile.
     #[error("{} is no machine profile: {reason}", path.display())]
     Parse {
         /// The file.
         path: PathBuf,
-        /// Where and what.
+        /// Place in the file, and the fault there.
         reason: String,
     },
-    /// A text can not be shown.
-    #[error("machine profile: {field} must be of letters that can be shown, in one line")]
+    /// A text has control characters.
+    #[error("machine profile: {field} must be one line of printable characters")]
     Text {
         /// The field.
         field: &'static str,
@@ -116,13 +118,13 @@ pub enum MachineError {
         field: &'static str,
         /// Its value.
         value: f64,
-        /// What is accepted.
+        /// Accepted range.
         range: RangeInclusive<f64>,
     },
 }
 
 impl MachineProfile {
-    /// The built-in simulated machine: a 400 mm × 350 mm table under a GRBL 1.1 controller.
+    /// Built-in profile of the simulated machine: a 400 mm × 350 mm table under a GRBL 1.1 controller.
     #[must_use]
     pub fn simulated() -> Self {
         Self {
@@ -143,17 +145,17 @@ impl MachineProfile {
     /// Reads a profile from a TOML file.
     ///
     /// # Errors
-    /// [`MachineError`] naming the file and the field.
+    /// [`MachineError`] that names the file and the field.
     pub fn load(path: &Path) -> Result<Self, MachineError> {
         let text = text_file::read(path)
             .map_err(|source| MachineError::Read { path: path.to_path_buf(), source })?;
         Self::parse(path, &text)
     }
 
-    /// The profile that `text` holds; `path` is for messages.
+    /// The profile that `text` holds. Messages name `path`.
     ///
     /// # Errors
-    /// [`MachineError`] naming the field.
+    /// [`MachineError`] that names the field.
     pub fn parse(path: &Path, text: &str) -> Result<Self, MachineError> {
         let profile: Self = toml::from_str(text).map_err(|error| MachineError::Parse {
             path: path.to_path_buf(),
@@ -162,7 +164,7 @@ impl MachineProfile {
         profile.checked()
     }
 
-    /// The profile as a TOML file.
+    /// Text of the profile as a TOML file.
     ///
     /// # Panics
     /// Never: every field has a form in TOML.
@@ -171,7 +173,8 @@ impl MachineProfile {
         toml::to_string(self).expect("numbers and texts are TOML")
     }
 
-    /// The text of a profile with another `[controller]` table; the rest of the text stays as a person wrote it.
+    /// Text of a profile with a new `[controller]` table. The rest of the text stays as it is, with its
+    /// comments.
     ///
     /// # Panics
     /// Never: every field has a form in TOML.
@@ -182,10 +185,11 @@ impl MachineProfile {
         format!("{}\n\n[controller]\n{table}", before.join("\n").trim_end())
     }
 
-    /// Checks that every figure is one a machine can have.
+    /// Checks that every figure is possible for a machine.
     ///
     /// # Errors
-    /// [`MachineError::Figure`] naming the first that is not; [`MachineError::Text`] for a text that can not be shown.
+    /// [`MachineError::Figure`] for the first figure that is out of range; [`MachineError::Text`] for a
+    /// text with control characters.
     pub fn checked(self) -> Result<Self, MachineError> {
         let firmware = self.controller.as_ref().map(|controller| &controller.firmware);
         for (field, text) in [
@@ -237,9 +241,9 @@ mod tests {
         assert_eq!(toml::from_str::<MachineProfile>(&bare.to_toml()).unwrap(), bare);
     }
 
-    /// Found by the fuzzer: a step of a million kilometres was a machine's.
+    /// Found by the fuzzer: a profile with a step of a million kilometres was accepted.
     #[test]
-    fn figures_of_no_machine_are_refused() {
+    fn impossible_figures_are_refused() {
         let usual = MachineProfile::simulated().to_toml();
         for (from, to) in [
             ("steps_per_mm = 400.0", "steps_per_mm = 1e-12"),
@@ -277,16 +281,16 @@ mod tests {
         }
     }
 
-    /// It is printed beside what was proved.
+    /// The program prints the name beside its proofs: a second line could look like one.
     #[test]
-    fn a_name_of_two_lines_is_refused() {
+    fn name_with_a_line_break_is_refused() {
         let text = MachineProfile::simulated().to_toml().replace("GRBL 1.1 table", "table\\nproved  yes");
         let error = MachineProfile::parse(Path::new("two.toml"), &text).expect_err("it has two lines");
         assert!(error.to_string().contains("name must be"), "{error}");
     }
 
     #[test]
-    fn a_third_stroke_is_refused() {
+    fn third_travel_is_refused() {
         let text = MachineProfile::simulated().to_toml().replace("350.0]", "350.0, 120.0]");
         let error = MachineProfile::parse(Path::new("three.toml"), &text).expect_err("it has two axes");
         let error = error.to_string();

@@ -1,7 +1,7 @@
-//! The margin M: how far the tool can be from where the plan believes it is, term by term.
+//! The margin M: the largest distance of the tool from its planned place, as a sum of named terms.
 //!
-//! How well it is known where the workpiece lies ([`crate::align`]) is no term: path and part are one drawing, and shift
-//! together.
+//! The uncertainty of the alignment ([`crate::align`]) is not a term: path and part come from one
+//! drawing, and shift together.
 
 use std::f64::consts::SQRT_2;
 
@@ -92,45 +92,46 @@ impl TryFrom<String> for TermKind {
     }
 }
 
-/// One term of the margin.
+/// Term of the margin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Term {
     /// What it covers.
     #[serde(rename = "name")]
     pub kind: TermKind,
-    /// Its size in mm.
+    /// Its size, mm.
     pub mm: f64,
-    /// Where the figure comes from.
+    /// Source of the figure.
     pub source: String,
 }
 
-/// The margin, as the sum of its terms.
+/// The margin as the sum of its terms.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Budget {
     /// The terms.
     pub terms: Vec<Term>,
 }
 
-/// Why a margin is refused.
+/// Reason why a margin is refused.
 #[derive(Debug, Error, PartialEq)]
 pub enum MarginError {
-    /// The margin asked for is less than what rounding and the controller need.
+    /// The requested margin is less than rounding and the controller need.
     #[error(
-        "--margin-mm {asked} is less than the {least:.5} mm that rounding and the controller's resolution need. Give at least that much, plus the machine's own error."
+        "--margin-mm {asked} is less than the {least:.5} mm that rounding and the controller's \
+         resolution need. Give at least that much, plus the machine's own error."
     )]
     TooSmall {
-        /// What was asked for, mm.
+        /// The requested margin, mm.
         asked: f64,
-        /// The least that is accepted, mm.
+        /// The least accepted margin, mm.
         least: f64,
     },
-    /// It is no length.
-    #[error("--margin-mm {asked} is no length of this machine")]
+    /// The requested margin is out of range.
+    #[error("--margin-mm {asked} is out of range. Give a length below 1000 mm.")]
     NoLength {
-        /// What was asked for, mm.
+        /// The requested margin, mm.
         asked: f64,
     },
-    /// A plan's margin is not that of its machine.
+    /// A plan's margin does not fit its machine.
     #[error(
         "the margin's term \"{}\" does not fit the plan's machine: make the plan again from the drawing",
         kind.name()
@@ -143,23 +144,24 @@ pub enum MarginError {
 
 /// Source of the machine's own errors when the whole margin was given.
 const GIVEN_SOURCE: &str = "the rest of --margin-mm";
-/// A drawing's point, a path's point and an arc's centre are each met to within about a lattice unit.
+/// A drawing's point, a path's point and an arc's centre are each rounded to about a lattice unit.
 const LATTICE_MM: f64 = 0.000_04;
-/// A coordinate of 1 m as a 32-bit float, in and out, on both axes.
+/// Error of a coordinate of 1 m as a 32-bit float, in and out, on both axes.
 const FLOAT_MM: f64 = 0.000_1;
-/// A point up to 10 m from the origin, turned and moved: sine, cosine, two products and two sums round by 2^-53 of that
-/// each, together less than 1e-11 mm. One lattice unit stands for it.
+/// Error of a point up to 10 m from the origin, after rotation and translation. Sine, cosine, two
+/// products and two sums round by 2^-53 of it each, together less than 1e-11 mm. The term is one lattice
+/// unit.
 const PLACED_MM: f64 = 0.000_01;
-/// A path's arcs are certified as chords within 0.1 µm of them.
+/// Chord error of the certified arcs of a path: 0.1 µm.
 const CHORD_MM: f64 = 0.000_1;
 
 fn term(kind: TermKind, mm: f64, source: &str) -> Term {
     Term { kind, mm, source: source.into() }
 }
 
-/// What rounding and the controller's resolution need.
+/// Terms for rounding and for the controller's resolution.
 fn rounding(machine: &MachineProfile, placed: bool) -> Vec<Term> {
-    // Half a step each for where the tool goes and for where a report finds it.
+    // Half a step for the commanded position, and half a step for the reported one.
     let steps = SQRT_2 / machine.steps_per_mm;
     let half_digit = machine.report_digit_mm * SQRT_2 / 2.0;
     let mut terms = vec![
@@ -168,7 +170,8 @@ fn rounding(machine: &MachineProfile, placed: bool) -> Vec<Term> {
         term(TermKind::StepResolution, steps, "half a step on both axes, commanded and reported"),
         term(TermKind::ReportResolution, half_digit, "half the last digit on both axes"),
         term(TermKind::Arithmetic, FLOAT_MM, "32-bit floats on a table of a metre"),
-        // GRBL rounds the number of chords down: one can turn twice the angle, and leave the arc four times as far.
+        // GRBL rounds the number of chords down. A chord can then span twice the angle, and leave the arc
+        // four times as far.
         term(TermKind::ControllerArcs, 4.0 * machine.arc_tolerance_mm, "four times the arc tolerance ($12)"),
     ];
     if placed {
@@ -177,7 +180,7 @@ fn rounding(machine: &MachineProfile, placed: bool) -> Vec<Term> {
     terms
 }
 
-/// The machine's own errors.
+/// Terms for the machine's own errors.
 fn own_errors(machine: &MachineProfile) -> [Term; 2] {
     let source = machine.contour_error_source.as_deref().unwrap_or("machine profile");
     [
@@ -187,11 +190,11 @@ fn own_errors(machine: &MachineProfile) -> [Term; 2] {
 }
 
 impl Budget {
-    /// The margin of `machine`, for a drawing that was `placed` (turned and moved) or not. `total_mm` replaces the machine's
-    /// own errors by what it leaves for them.
+    /// The margin of `machine`. `placed` states that the drawing was turned or moved. `total_mm` replaces
+    /// the machine's own errors by its remainder after rounding and resolution.
     ///
     /// # Errors
-    /// [`MarginError`] when `total_mm` is no length or less than rounding and resolution.
+    /// [`MarginError`] when `total_mm` is out of range, or less than rounding and resolution.
     pub fn of(machine: &MachineProfile, total_mm: Option<f64>, placed: bool) -> Result<Self, MarginError> {
         let mut terms = rounding(machine, placed);
         let least: f64 = terms.iter().map(|term| term.mm).sum();
@@ -206,11 +209,11 @@ impl Budget {
         Ok(Self { terms })
     }
 
-    /// Checks that it is one that [`Budget::of`] makes for `machine`: a plan file can say anything, and guard and executor look terms
-    /// up by their kind.
+    /// Checks that the terms are those of [`Budget::of`] for `machine`. A plan file can state any term,
+    /// and guard and executor find terms by name.
     ///
     /// # Errors
-    /// [`MarginError::Foreign`] naming the first term that is not.
+    /// [`MarginError::Foreign`] for the first term that differs.
     pub fn check(&self, machine: &MachineProfile, placed: bool) -> Result<(), MarginError> {
         let mut due = rounding(machine, placed);
         match self.terms.get(due.len()) {
@@ -224,10 +227,10 @@ impl Budget {
         kind.map_or(Ok(()), |kind| Err(MarginError::Foreign { kind }))
     }
 
-    /// The sum of the terms, rounded up to the lattice.
+    /// Sum of the terms, rounded up to the lattice.
     ///
     /// # Errors
-    /// [`keepout_kernel::LatticeError`] when a term is negative, no number or too large.
+    /// [`keepout_kernel::LatticeError`] when a term is negative, not a number, or too large.
     pub fn total(&self) -> Result<Length, keepout_kernel::LatticeError> {
         self.terms
             .iter()
@@ -237,17 +240,17 @@ impl Budget {
 }
 
 impl Budget {
-    /// How far a reported position can be from the commanded one: the controller's resolution.
+    /// Largest distance of a reported position from the commanded one: the controller's resolution.
     ///
     /// # Errors
-    /// [`keepout_kernel::LatticeError`] when a term is negative, no number or too large.
+    /// [`keepout_kernel::LatticeError`] when a term is negative, not a number, or too large.
     pub fn resolution(&self) -> Result<Length, keepout_kernel::LatticeError> {
         let terms = self.terms.iter().filter(|term| term.kind.is_resolution());
         length_up_from_mm(terms.map(|term| term.mm).sum())
     }
 
-    /// The least that steering by hand keeps beyond the margin: where a tool stopped is known to the resolution only, and what
-    /// it is sent from there begins at that place. Twice the resolution, see the executor's guard.
+    /// Least stock to leave for jogging: twice the resolution. The place of a stopped tool is known only
+    /// to the resolution, and the next motion begins at that place; see the executor's guard.
     ///
     /// # Errors
     /// As [`Budget::resolution`].
@@ -280,7 +283,7 @@ mod tests {
     }
 
     #[test]
-    fn contour_error_names_where_it_comes_from() {
+    fn contour_error_names_its_source() {
         let source = "servo budget: these drives, 900 mm/min";
         let machine =
             MachineProfile { contour_error_source: Some(source.into()), ..MachineProfile::simulated() };
@@ -291,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn margin_asked_for_is_met_and_not_undercut() {
+    fn requested_margin_is_met_or_refused() {
         let machine = MachineProfile::simulated();
         let total = Budget::of(&machine, Some(0.05), false).unwrap().total().unwrap();
         assert!((mm(total.units()) - 0.05).abs() < 1e-4);
@@ -300,14 +303,14 @@ mod tests {
     }
 
     #[test]
-    fn a_margin_of_other_terms_is_noticed() {
+    fn changed_terms_are_refused() {
         let machine = MachineProfile::simulated();
         for (total_mm, placed) in [(None, false), (Some(0.05), false), (None, true)] {
             let budget = Budget::of(&machine, total_mm, placed).unwrap();
             assert_eq!(budget.check(&machine, placed), Ok(()));
             assert!(budget.check(&machine, !placed).is_err());
-            let simplified = MachineProfile { report_digit_mm: 0.01, ..machine.clone() };
-            assert!(budget.check(&simplified, placed).is_err());
+            let other_digit = MachineProfile { report_digit_mm: 0.01, ..machine.clone() };
+            assert!(budget.check(&other_digit, placed).is_err());
             for index in 0..budget.terms.len() {
                 let changed = |change: &dyn Fn(&mut Vec<Term>)| {
                     let mut other = budget.clone();

@@ -1,4 +1,4 @@
-//! The plan: everything the executor needs, and the certificate that it is believed on.
+//! The plan: all data that the executor needs, and the certificate of these data.
 
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::offset::Outline;
@@ -14,20 +14,20 @@ use crate::profile::{MachinedSide, Profile, ProfileError, free_outlines};
 use crate::request::Stage;
 use crate::units::{length_up_from_mm, mm};
 
-/// What the user decides about a job.
+/// Parameters of a job, as the user chooses them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlanParameters {
     /// Diameter of the tool, mm.
     pub tool_diameter_mm: f64,
-    /// Stock that roughing leaves for finishing, mm.
+    /// Stock to leave, mm: jogging leaves it for finishing.
     pub stock_to_leave_mm: f64,
-    /// Which side is machined.
+    /// Machined side of the profile.
     pub side: MachinedSide,
-    /// The whole margin, mm, in place of the machine profile's errors.
+    /// Total margin, mm, in place of the machine profile's errors.
     pub margin_mm: Option<f64>,
-    /// Finishing passes, first to last; none means one along the profile itself.
+    /// Finishing passes, first to last. An empty list means one pass along the profile itself.
     pub passes: Vec<PassParameters>,
-    /// Which way round the tool cuts.
+    /// Direction of the cut.
     pub cut: Cut,
 }
 
@@ -44,40 +44,41 @@ impl Default for PlanParameters {
     }
 }
 
-/// The smallest and the largest tool's diameter, mm.
+/// Smallest and largest diameter of a tool, mm.
 const TOOL_MIN_MM: f64 = 0.001;
 const TOOL_MAX_MM: f64 = 500.0;
-/// Feeds of contours, mm/min.
+/// Accepted feeds of contours, mm/min.
 pub const FEEDS_MM_MIN: std::ops::RangeInclusive<u32> = 1..=600_000;
-/// Most finishing passes of a plan.
+/// Largest number of finishing passes of a plan.
 pub const PASSES_MAX: usize = 16;
 
-/// A finishing pass, as it is ordered.
+/// Parameters of a finishing pass, as the user chooses them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PassParameters {
     /// Stock that the pass leaves, mm.
     pub stock_to_leave_mm: f64,
-    /// Its feed, mm/min; the run's own when none is given.
+    /// Its feed, mm/min. `None` means the feed of the run.
     pub feed_mm_min: Option<u32>,
 }
 
-/// Which way round a clockwise cutter goes about the part.
+/// Direction of the cut around the part, for a cutter that turns clockwise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Cut {
-    /// Against the feed, the part on the left: the cutter does not pull itself in where a drive has play.
+    /// Against the feed, with the part on the left. The cutter does not pull itself in where a drive has
+    /// play.
     #[default]
     Conventional,
-    /// With the feed, the part on the right: a better surface on drives without play.
+    /// With the feed, with the part on the right. Gives a better surface on drives without play.
     Climb,
 }
 
-/// Something to know about a drawing, and where.
+/// Remark about a drawing, and its place.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Remark {
-    /// The place, when it has one.
+    /// The place, if the remark has one.
     #[serde(with = "crate::stored::maybe")]
     pub at: Option<Point>,
-    /// What.
+    /// The text.
     pub text: String,
 }
 
@@ -87,29 +88,29 @@ impl From<String> for Remark {
     }
 }
 
-/// Where a plan comes from.
+/// Origin of a plan: the drawing and its treatment.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Provenance {
     /// Name of the drawing.
     pub name: String,
     /// SHA-256 of the drawing's bytes.
     pub hash: [u8; 32],
-    /// The unit the drawing was read in.
+    /// Unit in which the drawing was read.
     pub unit: String,
-    /// What was repaired in the drawing, and what was left out.
+    /// Repairs of the drawing, and entities that were left out.
     pub remarks: Vec<Remark>,
-    /// How the drawing was turned, degrees, and then moved, mm.
+    /// Placement of the drawing: rotation, degrees, then offset, mm.
     pub placed: Option<(f64, (f64, f64))>,
 }
 
-/// What a drawing says of a job.
+/// Geometry that a drawing gives for a job.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PlanGeometry {
     /// The part's contours.
     pub profile: Profile,
-    /// What the tool keeps out of besides.
+    /// Keep-out zones besides the part.
     pub zones: Profile,
-    /// Where the tool's centre may go, when the drawing says so.
+    /// Window in which the tool's centre must stay, if the drawing has one.
     pub travel: Option<Window>,
 }
 
@@ -119,43 +120,43 @@ pub struct Pass {
     /// Stock that it leaves.
     #[serde(with = "crate::stored")]
     pub stock_to_leave: Length,
-    /// Its feed, mm/min; the run's own when none is given.
+    /// Its feed, mm/min. `None` means the feed of the run.
     pub feed_mm_min: Option<u32>,
     /// Its path.
     pub path: FinishingPath,
 }
 
-/// A plan. Believe it after [`Plan::certify`].
+/// A plan. Use it only after [`Plan::certify`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
-    /// Where it comes from.
+    /// Drawing from which it was made.
     pub provenance: Provenance,
-    /// The machine the margin was made for.
+    /// Machine of the margin.
     pub machine: MachineProfile,
-    /// Which side is machined.
+    /// Machined side of the profile.
     pub side: MachinedSide,
     /// Radius R of the tool.
     #[serde(with = "crate::stored")]
     pub tool_radius: Length,
-    /// Allowance A.
+    /// Stock to leave A.
     #[serde(with = "crate::stored")]
     pub stock_to_leave: Length,
     /// The margin M.
     pub budget: Budget,
     /// The profile.
     pub profile: Profile,
-    /// Closed loops that the tool keeps out of besides: clamps, a vice.
+    /// Keep-out zones besides the part, as closed loops: clamps, a vice.
     pub zones: Profile,
-    /// Where the tool's centre may go, when the drawing says so.
+    /// Window in which the tool's centre must stay, if the drawing has one.
     #[serde(with = "crate::stored::maybe")]
     pub travel: Option<Window>,
-    /// Which way round the tool cuts.
+    /// Direction of the cut.
     pub cut: Cut,
     /// The finishing passes, first to last; there is at least one.
     pub passes: Vec<Pass>,
 }
 
-/// Why there is no plan, or a plan is not believed.
+/// Reason why planning fails, or why a plan is refused.
 #[derive(Debug, Error)]
 pub enum PlanError {
     /// The loops bound no part.
@@ -164,78 +165,83 @@ pub enum PlanError {
     /// The margin is refused.
     #[error(transparent)]
     Margin(#[from] MarginError),
-    /// There is no finishing path.
+    /// The planner finds no finishing toolpath.
     #[error(transparent)]
     Finish(#[from] FinishError),
     /// A length is off the lattice.
     #[error("{what}: {source}")]
     Length {
-        /// Which length.
+        /// Name of the length.
         what: &'static str,
-        /// Why.
+        /// The reason.
         source: LatticeError,
     },
-    /// The tool has no size.
+    /// The tool's diameter is out of range.
     #[error(
-        "a tool diameter of {diameter_mm} mm is no tool. Give one between {TOOL_MIN_MM} and {TOOL_MAX_MM} mm."
+        "a tool diameter of {diameter_mm} mm is out of range. \
+         Give one between {TOOL_MIN_MM} and {TOOL_MAX_MM} mm."
     )]
     Tool {
-        /// What was given.
+        /// The given diameter, mm.
         diameter_mm: f64,
     },
-    /// A finishing pass does not hold what it claims.
-    #[error("finishing pass {number}, {refusal}")]
+    /// A finishing pass does not hold its claims.
+    #[error("finishing pass {number}: {refusal}")]
     Pass {
         /// The pass, from 1.
         number: usize,
-        /// Why.
+        /// The reason.
         refusal: PathRefusal,
     },
-    /// Passes do not take off something each.
+    /// A pass removes no stock: it leaves as much as the pass before it, or more.
     #[error(
-        "a finishing pass leaves {stock_to_leave_mm:.4} mm: each pass must leave less than the one before, and the first no more than roughing leaves (--stock-to-leave-mm)"
+        "a finishing pass leaves {stock_to_leave_mm:.4} mm. Each pass must leave less than the one before, \
+         and the first at most the stock to leave (--stock-to-leave-mm)."
     )]
     PassOrder {
-        /// What the pass leaves, mm.
+        /// Stock that the pass leaves, mm.
         stock_to_leave_mm: f64,
     },
-    /// A finishing pass has a feed that is none.
+    /// The feed of a finishing pass is out of range.
     #[error(
-        "a finishing pass has a feed of {mm_min} mm/min, it must be between {} and {}: make the plan again from the drawing",
+        "a finishing pass has a feed of {mm_min} mm/min, it must be between {} and {}. \
+         Make the plan again from the drawing.",
         FEEDS_MM_MIN.start(), FEEDS_MM_MIN.end()
     )]
     Feed {
         /// The feed.
         mm_min: u32,
     },
-    /// There is no finishing pass, or there are too many.
+    /// The number of finishing passes is out of range.
     #[error("{count} finishing passes: a plan has at least one and at most {PASSES_MAX}")]
     PassCount {
-        /// How many there are.
+        /// Number of passes.
         count: usize,
     },
 }
 
-/// A plan whose every claim was checked, with the part it was checked against.
+/// A plan with checked claims, and the part of the check.
 #[derive(Debug)]
 pub struct CertifiedPlan {
     /// The plan.
     pub plan: Plan,
     /// The part.
     pub part: ProhibitedRegion,
-    /// Threshold of roughing, R + A + M: what manual motions keep. A counts as no less than [`Budget::stopping`].
+    /// Jogging clearance, R + A + M: jogs and link moves keep it. A counts as at least
+    /// [`Budget::stopping`].
     pub roughing: Length,
-    /// Threshold of finishing, R + M: what the finishing path keeps.
+    /// Finishing clearance, R + M: the finishing toolpath keeps it.
     pub finishing: Length,
-    /// Motions of the finishing passes that were certified.
+    /// Number of certified motions of the finishing passes.
     pub certified_motions: usize,
 }
 
 impl Plan {
-    /// Plans a job: part, margin, finishing passes; and certifies it. `stage` is told what is being done.
+    /// Plans a job: part, margin and finishing passes; then certifies the plan. It calls `stage` at the
+    /// start of each stage.
     ///
     /// # Errors
-    /// [`PlanError`] with place and remedy.
+    /// [`PlanError`] with the place and a remedy.
     pub fn make(
         provenance: Provenance,
         shapes: PlanGeometry,
@@ -250,19 +256,19 @@ impl Plan {
         let length =
             |what, value| length_up_from_mm(value).map_err(|source| PlanError::Length { what, source });
         let tool_radius = length("tool radius", diameter_mm / 2.0)?;
-        let stock_to_leave = length("allowance", job.stock_to_leave_mm)?;
+        let stock_to_leave = length("stock to leave", job.stock_to_leave_mm)?;
         let budget = Budget::of(machine, job.margin_mm, provenance.placed.is_some())?;
         let PlanGeometry { profile, zones, travel } = shapes;
         stage(Stage::Checking);
         let part = profile.part(job.side, &zones)?;
-        let finishing = finishing_threshold(tool_radius, &budget)?;
+        let finishing = finishing_clearance(tool_radius, &budget)?;
         let outlines = free_outlines(&profile, &zones, &part);
         stage(Stage::Offsetting);
         let single = [PassParameters::default()];
-        let ordered = if job.passes.is_empty() { &single[..] } else { &job.passes };
+        let wanted = if job.passes.is_empty() { &single[..] } else { &job.passes };
         let (mut passes, mut unmerged) = (Vec::new(), Vec::new());
-        for each in ordered {
-            let left = length("allowance of a pass", each.stock_to_leave_mm)?;
+        for each in wanted {
+            let left = length("stock that a pass leaves", each.stock_to_leave_mm)?;
             let threshold = plus(finishing, left)?;
             let d = centre_distance(&profile, &zones, threshold);
             let path = propose(&outlines, &part, d, diameter_mm)?;
@@ -285,7 +291,8 @@ impl Plan {
         };
         stage(Stage::Certifying);
         match plan.check_against(&part, &outlines) {
-            // Merged motions are a proposal: where they are refused, the motions as they were found are asked.
+            // Merged motions are a proposal. If the certificate refuses them, it checks the original
+            // motions.
             Err(_) if plan.passes != unmerged => {
                 plan.passes = unmerged;
                 plan.certify_against(part, &outlines)
@@ -294,26 +301,26 @@ impl Plan {
         }
     }
 
-    /// The path of the last pass, which finishes the part.
+    /// Toolpath of the last pass, which finishes the part.
     ///
     /// # Panics
-    /// Never for a plan that was made or read: it has a pass.
+    /// Never for a plan that [`Plan::make`] or the file reader returned: it has a pass.
     #[must_use]
     pub fn finish(&self) -> &FinishingPath {
         &self.passes.last().expect("a plan has a pass").path
     }
 
-    /// The number of loops of all passes.
+    /// Number of loops of all passes.
     #[must_use]
     pub fn loop_count(&self) -> usize {
         self.passes.iter().map(|pass| pass.path.loops.len()).sum()
     }
 
-    /// Certifies the plan from nothing but its own data: builds the part, and checks tool, margin, every motion and the completeness
-    /// of every pass.
+    /// Certifies the plan from its own data alone. It builds the part, then checks the tool, the margin,
+    /// every motion, and the completeness of every pass.
     ///
     /// # Errors
-    /// [`PlanError`] for the first claim that does not hold.
+    /// [`PlanError`] for the first claim that fails.
     pub fn certify(self) -> Result<CertifiedPlan, PlanError> {
         let part = self.profile.part(self.side, &self.zones)?;
         let outlines = free_outlines(&self.profile, &self.zones, &part);
@@ -334,8 +341,8 @@ impl Plan {
             return Err(PlanError::Tool { diameter_mm });
         }
         self.budget.check(&self.machine, self.provenance.placed.is_some())?;
-        let finishing = finishing_threshold(self.tool_radius, &self.budget)?;
-        let roughing = roughing_threshold(finishing, self.stock_to_leave, &self.budget)?;
+        let finishing = finishing_clearance(self.tool_radius, &self.budget)?;
+        let roughing = jogging_clearance(finishing, self.stock_to_leave, &self.budget)?;
         self.certify_order()?;
         let mut motions = 0;
         for (index, pass) in self.passes.iter().enumerate() {
@@ -347,7 +354,8 @@ impl Plan {
         Ok(Checked { roughing, finishing, motions })
     }
 
-    /// Checks that each pass leaves less than the one before, the first less than roughing does, and feeds are feeds.
+    /// Checks that each pass leaves less than the one before, that the first leaves at most the stock to
+    /// leave, and that the feeds are in range.
     fn certify_order(&self) -> Result<(), PlanError> {
         let count = self.passes.len();
         if !(1..=PASSES_MAX).contains(&count) {
@@ -372,7 +380,7 @@ impl Plan {
     }
 }
 
-/// What a plan's certificate says besides that it holds.
+/// Results of a plan's check.
 struct Checked {
     roughing: Length,
     finishing: Length,
@@ -389,11 +397,12 @@ impl Checked {
 fn plus(threshold: Length, more: Length) -> Result<Length, PlanError> {
     threshold
         .plus(more)
-        .map_err(|source| PlanError::Length { what: "roughing or finishing threshold", source })
+        .map_err(|source| PlanError::Length { what: "jogging or finishing clearance", source })
 }
 
-/// R + M + A, where A is no less than how far a tool that was stopped by hand can be from where it is taken to be.
-fn roughing_threshold(
+/// The jogging clearance R + M + A. A counts as at least the largest distance between a tool that stopped
+/// after a jog and its stated place.
+fn jogging_clearance(
     finishing: Length,
     stock_to_leave: Length,
     budget: &Budget,
@@ -402,13 +411,13 @@ fn roughing_threshold(
     plus(finishing, stock_to_leave.max(stopping))
 }
 
-fn finishing_threshold(tool_radius: Length, budget: &Budget) -> Result<Length, PlanError> {
+fn finishing_clearance(tool_radius: Length, budget: &Budget) -> Result<Length, PlanError> {
     let margin = budget.total().map_err(|source| PlanError::Length { what: "margin", source })?;
-    tool_radius.plus(margin).map_err(|source| PlanError::Length { what: "finishing threshold", source })
+    tool_radius.plus(margin).map_err(|source| PlanError::Length { what: "finishing clearance", source })
 }
 
 impl CertifiedPlan {
-    /// The corners `(low, high)` of the box around the part and the zones, on the lattice.
+    /// Corners `(low, high)` of the box around the part and the zones, on the lattice.
     #[must_use]
     pub fn part_box(&self) -> (Point, Point) {
         let segments = self.part.zones().iter().flat_map(Ring::segments);

@@ -1,7 +1,7 @@
-//! The plan file: versioned, hashed, self-contained. What is read from it is certified before use.
+//! The plan file: versioned, hashed and self-contained. A reader certifies the plan before use.
 //!
-//! Layout: the 12 bytes `KEEPOUT PLAN`, the version as `u16`, the SHA-256 of the payload, the payload (postcard).
-//! Numbers are little-endian.
+//! Layout: the 12 bytes `KEEPOUT PLAN`, the version as `u16`, the SHA-256 of the payload, the payload
+//! (postcard). Numbers are little-endian.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -13,74 +13,79 @@ use crate::plan::Plan;
 use crate::text_file;
 
 const MAGIC: &[u8; 12] = b"KEEPOUT PLAN";
-/// The version that is written, and the only one that is read.
+/// Format version of the files that this program writes. It reads no other version.
 pub const VERSION: u16 = 5;
 const HEADER: usize = MAGIC.len() + 2 + 32;
-/// Largest plan file that is read, in bytes.
+/// Largest size of a plan file, bytes.
 pub const SIZE_MAX: u64 = 1 << 30;
 
-/// Why a plan file can not be read or written.
+/// Reason why a plan file cannot be read or written.
 #[derive(Debug, Error)]
 pub enum PlanFileError {
-    /// The file can not be read.
-    #[error("can not read {}: {source}. Check the path, or make the plan with `keepout plan`.", path.display())]
+    /// The file cannot be read.
+    #[error(
+        "can not read {}: {source}. Check the path, or make the plan with `keepout plan`.",
+        path.display()
+    )]
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The file can not be written.
+    /// The file cannot be written.
     #[error("can not write {}: {source}. Nothing was changed.", path.display())]
     Write {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// It is no plan file.
+    /// The file is not a plan file.
     #[error("this is no plan file: it does not begin with \"KEEPOUT PLAN\". Make one with `keepout plan`.")]
     NoPlan,
-    /// It was written by another version.
+    /// Another version of the program wrote the file.
     #[error(
-        "the plan file has version {found}, this program reads version {VERSION}. Make the plan again from the drawing."
+        "the plan file has version {found}, this program reads version {VERSION}. \
+         Make the plan again from the drawing."
     )]
     Version {
         /// The file's version.
         found: u16,
     },
-    /// Its bytes are not those that were written.
+    /// The contents do not match the hash.
     #[error(
-        "the plan file is damaged: its contents do not match its hash. Copy it again, or make the plan again from the drawing."
+        "the plan file is damaged: its contents do not match its hash. \
+         Copy it again, or make the plan again from the drawing."
     )]
     Damaged,
-    /// It is larger than any plan.
-    #[error("the plan file has {bytes} bytes; at most {SIZE_MAX} are read")]
+    /// The file is larger than [`SIZE_MAX`].
+    #[error("the plan file has {bytes} bytes; the limit is {SIZE_MAX}")]
     TooLarge {
-        /// Its size.
+        /// Its size, bytes.
         bytes: u64,
     },
-    /// Its contents make no plan.
+    /// The contents are not a valid plan.
     #[error("the plan file holds no valid plan: {0}. Make it again from the drawing.")]
     Contents(String),
 }
 
-/// The SHA-256 of bytes, as recorded for drawings.
+/// SHA-256 of bytes, as the plan records it for the drawing.
 #[must_use]
 pub fn hash(bytes: &[u8]) -> [u8; 32] {
     Sha256::digest(bytes).into()
 }
 
-/// A hash as hexadecimal digits.
+/// Hexadecimal digits of a hash.
 #[must_use]
 pub fn hex(hash: &[u8]) -> String {
     hash.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// The plan as the bytes of a plan file.
+/// Bytes of a plan file with this plan.
 ///
 /// # Errors
-/// [`PlanFileError::Contents`] when it can not be serialised.
+/// [`PlanFileError::Contents`] when the plan cannot be serialised.
 pub fn encode(plan: &Plan) -> Result<Vec<u8>, PlanFileError> {
     let payload = postcard::to_allocvec(plan).map_err(|error| PlanFileError::Contents(error.to_string()))?;
     let mut bytes = Vec::with_capacity(HEADER + payload.len());
@@ -91,10 +96,10 @@ pub fn encode(plan: &Plan) -> Result<Vec<u8>, PlanFileError> {
     Ok(bytes)
 }
 
-/// The plan in the bytes of a plan file; it is not certified yet.
+/// The plan in the bytes of a plan file. It is not certified yet.
 ///
 /// # Errors
-/// [`PlanFileError`] saying what is wrong with the file.
+/// [`PlanFileError`] that names the fault of the file.
 pub fn decode(bytes: &[u8]) -> Result<Plan, PlanFileError> {
     let rest = bytes.strip_prefix(MAGIC).ok_or(PlanFileError::NoPlan)?;
     let (version, rest) = rest.split_first_chunk::<2>().ok_or(PlanFileError::Damaged)?;
@@ -111,20 +116,20 @@ pub fn decode(bytes: &[u8]) -> Result<Plan, PlanFileError> {
     if left.is_empty() { checked(plan) } else { Err(PlanFileError::Damaged) }
 }
 
-/// Writes the plan to `path`, by a temporary file and a rename.
+/// Writes the plan to `path` through a temporary file and a rename.
 ///
 /// # Errors
-/// [`PlanFileError::Write`]; the file at `path` is then as it was.
+/// [`PlanFileError::Write`]; the file at `path` then stays unchanged.
 pub fn save(plan: &Plan, path: &Path) -> Result<(), PlanFileError> {
     let bytes = encode(plan)?;
     write_whole(path, &bytes).map_err(|source| PlanFileError::Write { path: path.to_path_buf(), source })
 }
 
-/// Writes `bytes` to `path` whole or not at all: to a temporary file beside it, flushed, then renamed. Links are
-/// followed; what exists and is no regular file is left alone.
+/// Writes `bytes` to `path` whole or not at all: to a temporary file beside it, which is flushed and
+/// renamed. It follows links. It refuses a path that exists and is not a regular file.
 ///
 /// # Errors
-/// The system's error; the temporary file is removed.
+/// The error of the operating system. The temporary file is removed.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     let followed = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
     let path = followed.as_path();
@@ -143,10 +148,10 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     written
 }
 
-/// Reads the plan at `path`; it is not certified yet.
+/// Reads the plan at `path`. It is not certified yet.
 ///
 /// # Errors
-/// [`PlanFileError`] saying what is wrong with the file.
+/// [`PlanFileError`] that names the fault of the file.
 pub fn load(path: &Path) -> Result<Plan, PlanFileError> {
     let failed = |source| PlanFileError::Read { path: path.to_path_buf(), source };
     let bytes = std::fs::metadata(path).map_err(failed)?.len();
@@ -158,15 +163,15 @@ pub fn load(path: &Path) -> Result<Plan, PlanFileError> {
     if bytes > SIZE_MAX { Err(PlanFileError::TooLarge { bytes }) } else { decode(&read) }
 }
 
-/// What no writer of plans writes is refused before anything is certified.
+/// Refuses contents that no planner writes, before the certificate.
 fn checked(mut plan: Plan) -> Result<Plan, PlanFileError> {
     let provenance = &plan.provenance;
-    let hides = |text: &String| text.contains(char::is_control);
-    if hides(&provenance.name)
-        || hides(&provenance.unit)
-        || provenance.remarks.iter().any(|remark| hides(&remark.text))
+    let has_control = |text: &String| text.contains(char::is_control);
+    if has_control(&provenance.name)
+        || has_control(&provenance.unit)
+        || provenance.remarks.iter().any(|remark| has_control(&remark.text))
     {
-        return Err(PlanFileError::Contents("its texts hold what can not be shown".into()));
+        return Err(PlanFileError::Contents("its texts hold control characters".into()));
     }
     if plan.passes.is_empty() {
         return Err(PlanFileError::Contents("it has no finishing pass".into()));

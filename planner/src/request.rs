@@ -1,4 +1,4 @@
-//! An order: what a person decides about a drawing and a job, and the way from there to a certified plan.
+//! A plan request: the user's choices for a drawing and a job, and the steps to a certified plan.
 
 use keepout_kernel::exact::segment::Window;
 use thiserror::Error;
@@ -13,22 +13,22 @@ use crate::profile::Profile;
 use crate::select::{SelectError, Selection};
 use crate::text_file::shown;
 
-/// What a person decides.
+/// The user's choices for a plan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlanRequest {
-    /// What is taken from the drawing.
+    /// Filter of the drawing's entities.
     pub choice: EntityFilter,
-    /// Gaps up to this are closed, mm.
+    /// Largest gap that is closed, mm.
     pub join_mm: f64,
-    /// Splines and ellipses become arcs and lines within this, mm.
+    /// Largest distance of the arcs and lines from the splines and ellipses that they replace, mm.
     pub curve_mm: f64,
-    /// Which contours make the part.
+    /// Contours that make the part.
     pub selection: Selection,
-    /// Layers whose closed contours the tool keeps out of besides the part: clamps, a vice.
+    /// Layers with closed contours that are keep-out zones: clamps, a vice.
     pub keep_out_layers: Vec<String>,
-    /// The layer of a rectangle that the tool's centre stays in.
+    /// Layer with a rectangle in which the tool's centre must stay.
     pub travel_layer: Option<String>,
-    /// Tool, side, stocks_to_leave, passes.
+    /// Tool, side, stock to leave, passes.
     pub job: PlanParameters,
 }
 
@@ -46,50 +46,51 @@ impl Default for PlanRequest {
     }
 }
 
-/// Why there is no plan.
+/// Reason why a request gives no plan.
 #[derive(Debug, Error)]
 pub enum PlanRequestError {
-    /// The drawing can not be used.
+    /// The drawing cannot be used.
     #[error(transparent)]
     Drawing(#[from] DrawingError),
-    /// The selection leaves nothing.
+    /// The selection fails.
     #[error(transparent)]
     Select(#[from] SelectError),
-    /// The machine's travel is drawn as something else than a rectangle.
+    /// The layer of the machine's travel does not hold one rectangle.
     #[error(
-        "layer \"{layer}\" must hold the machine's travel and nothing else: one rectangle along the axes, after turning. It holds {count} closed contours."
+        "layer \"{layer}\" must hold the machine's travel and nothing else: one rectangle along the axes, \
+         after turning. It holds {count} closed contours."
     )]
     Stroke {
         /// The layer.
         layer: String,
-        /// Its closed contours.
+        /// Number of its closed contours.
         count: usize,
     },
-    /// No plan can be made of it.
+    /// Planning fails.
     #[error(transparent)]
     Plan(#[from] PlanError),
 }
 
-/// A stage on the way to a plan, for those who wait.
+/// A stage on the way to a plan, for a progress display.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
-    /// The file is read.
+    /// Reads the file.
     Reading,
-    /// Curves are joined.
+    /// Joins curves.
     Joining,
-    /// The part's contours are checked.
+    /// Checks the part's contours.
     Checking,
-    /// The finishing path is sought.
+    /// Computes the finishing toolpath.
     Offsetting,
-    /// The finishing path is certified.
+    /// Certifies the finishing toolpath.
     Certifying,
 }
 
 impl Stage {
-    /// The number of stages.
+    /// Number of stages.
     pub const COUNT: u64 = 5;
 
-    /// How many come before.
+    /// Number of stages before this one.
     #[must_use]
     pub fn number(self) -> u64 {
         match self {
@@ -108,14 +109,14 @@ impl std::fmt::Display for Stage {
             Self::Reading => "reading the drawing",
             Self::Joining => "joining curves to contours",
             Self::Checking => "checking the contours",
-            Self::Offsetting => "seeking the finishing path",
-            Self::Certifying => "certifying the finishing path",
+            Self::Offsetting => "computing the finishing toolpath",
+            Self::Certifying => "certifying the finishing toolpath",
         })
     }
 }
 
 impl PlanRequest {
-    /// The drawing's contours, chained and not yet selected.
+    /// Contours of the drawing, chained and not yet selected.
     ///
     /// # Errors
     /// [`DrawingError`].
@@ -125,14 +126,15 @@ impl PlanRequest {
         Ok((drawing, chained))
     }
 
-    /// What is taken for the part: not the layers that say something else.
+    /// Entity filter of the part: it leaves out the layers of zones and travel.
     fn part_choice(&self) -> EntityFilter {
         let mut choice = self.choice.clone();
         choice.without.extend(self.keep_out_layers.iter().chain(&self.travel_layer).cloned());
         choice
     }
 
-    /// The closed contours on layers that are no part's; what was repaired there is told with what they are.
+    /// Closed contours on layers that do not belong to the part. Remarks about repairs there begin with
+    /// `what`.
     fn closed_on(
         &self,
         file: &DxfFile,
@@ -150,7 +152,7 @@ impl PlanRequest {
         if self.keep_out_layers.is_empty() {
             Ok(Profile::default())
         } else {
-            self.closed_on(file, (&self.keep_out_layers, "zone"), remarks)
+            self.closed_on(file, (&self.keep_out_layers, "keep-out zone"), remarks)
         }
     }
 
@@ -165,10 +167,10 @@ impl PlanRequest {
         Ok(Some(rectangle.ok_or_else(wrong)?))
     }
 
-    /// Drawing bytes to certified plan; `stage` is told what is being done.
+    /// Makes a certified plan from the bytes of a drawing. It calls `stage` at the start of each stage.
     ///
     /// # Errors
-    /// [`PlanRequestError`] with place and remedy.
+    /// [`PlanRequestError`] with the place and a remedy.
     pub fn plan(
         &self,
         name: &str,
@@ -207,7 +209,7 @@ fn repaired(repair: &Repair) -> Remark {
     Remark { at: Some(repair.at()), text: repair.to_string() }
 }
 
-/// A remark about something else than the part.
+/// A remark about a contour that is not the part's.
 fn of(what: &str, remark: Remark) -> Remark {
     Remark { text: format!("{what}: {}", remark.text), ..remark }
 }

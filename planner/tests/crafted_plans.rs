@@ -70,9 +70,9 @@ fn names_with_control_characters_are_refused() {
             .to_string()
     };
     let error = wrong(&|plan| plan.provenance.name = "x\nproved  all\u{1b}[8m".into());
-    assert!(error.contains("what can not be shown"), "{error}");
+    assert!(error.contains("control characters"), "{error}");
     let error = wrong(&|plan| plan.provenance.remarks.push("\r".to_string().into()));
-    assert!(error.contains("what can not be shown"), "{error}");
+    assert!(error.contains("control characters"), "{error}");
     let error = wrong(&|plan| plan.machine.name.push('\n'));
     assert!(error.contains("name must be"), "{error}");
 }

@@ -154,7 +154,7 @@ fn tool_of_zero_diameter_or_wrong_margin_terms_are_refused() {
         error_of(wrong.certify(), "a wrong plan").to_string()
     };
     let error = wrong(&|plan| plan.tool_radius = Length::ZERO);
-    assert!(error.contains("a tool diameter of 0 mm is no tool"), "{error}");
+    assert!(error.contains("a tool diameter of 0 mm is out of range"), "{error}");
     let error = wrong(&|plan| plan.budget.terms.clear());
     assert!(error.contains("\"lattice rounding\" does not fit the plan's machine"), "{error}");
     let error = wrong(&|plan| plan.budget.terms[2].mm = 0.0);

@@ -119,7 +119,7 @@ fn bad_drawings_and_jobs_have_their_codes_and_write_nothing() {
         ("gap_wide.dxf", &tool, 3, "0.250 mm away"),
         ("bow_tie.dxf", &tool, 4, "(20.000, 20.000) mm"),
         ("far_away.dxf", &tool, 3, "5.37 m"),
-        ("triangle.dxf", &["--tool-diameter", "900"], 4, "no tool"),
+        ("triangle.dxf", &["--tool-diameter", "900"], 4, "is out of range"),
         ("triangle.dxf", &["--tool-diameter", "6", "--margin-mm", "0.001"], 4, "--margin-mm"),
         ("triangle.dxf", &["--tool-diameter", "6", "--units", "cubit"], 3, "unknown unit"),
     ];

@@ -113,8 +113,8 @@ pub enum AlignmentFileError {
     },
     /// The plan was made with an offset.
     #[error(
-        "the plan was made with --offset-mm {},{}, but the alignment holds for the drawing without an offset. \
-         Make the plan again with `keepout plan --alignment`, without --offset-mm.",
+        "the plan was made with --offset-mm {},{}, but the alignment holds for the drawing without \
+         an offset. Make the plan again with `keepout plan --alignment`, without --offset-mm.",
         .by_mm.0, .by_mm.1
     )]
     Moved {

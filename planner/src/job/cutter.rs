@@ -56,7 +56,7 @@ struct Lead {
 
 impl Cutter<'_> {
     /// A cut once around the loop. The tool enters directly from `here` when that is near and clear, else
-    /// from an approach point.
+    /// from an approach point, else directly from farther away.
     pub fn whole(&self, here: FreePoint) -> Option<LoopLegs> {
         let (distance, touched) = self.track.nearest(here.point());
         let from_here = || {
@@ -82,7 +82,7 @@ impl Cutter<'_> {
     }
 
     /// The cut along the remaining contour of an interrupted loop. Where the tool cannot enter or leave
-    /// it exactly at its ends, the cut recuts up to one tool radius.
+    /// it exactly, the cut recuts up to one tool radius at that end.
     pub fn remaining(&self, here: FreePoint, remaining: &RemainingContour) -> Option<LoopLegs> {
         let (begin, end) = remaining.joints(self.track)?;
         let step = self.radius_mm() / f64::from(BACK_TRIES);

@@ -117,7 +117,8 @@ pub enum JobError {
     /// Only an interrupted loop is left, and the tool cannot enter it again.
     #[error(
         "no link move leads back to {number} at {}, where it was interrupted, nor to a place up to one \
-         tool radius before. Jog the tool near that place, or recut the loop: `keepout run --resume LOG --recut {}:{}`.",
+         tool radius before. Jog the tool near that place, or recut the loop: \
+         `keepout run --resume LOG --recut {}:{}`.",
         at, number.index + 1, number.pass + 1
     )]
     NoWayBack {
@@ -158,7 +159,8 @@ pub fn contour_job(plan: &CertifiedPlan, from: Point, within: Window) -> Result<
 
 /// A job that finishes the remaining contour after `done`; otherwise as [`contour_job`]. Interrupted
 /// loops come first, each from its resume point to its entry. Where the tool cannot enter or leave a loop
-/// there, the job recuts up to one tool radius. The loops that are not begun come next.
+/// exactly there, the job recuts up to one tool radius at that end. The loops that are not begun come
+/// next.
 ///
 /// # Errors
 /// As [`contour_job`]; also when everything here is finished, or when `done` does not fit the plan.

@@ -52,7 +52,8 @@ pub struct PartialLoop {
 pub enum ProgressError {
     /// The plan has no such loop.
     #[error(
-        "the plan has no {number}: the progress belongs to another plan. Use that plan, or start without --resume."
+        "the plan has no {number}: the progress belongs to another plan. \
+         Use that plan, or start without --resume."
     )]
     NoSuchLoop {
         /// The loop.
