@@ -1,4 +1,4 @@
-//! What was planned, and what was proved, in lines for a person.
+//! Text summary of a plan and of its proof.
 
 use keepout_kernel::UNITS_PER_MM;
 use keepout_kernel::offset::{COVERAGE, RESOLUTION};
@@ -9,7 +9,7 @@ use crate::profile::MachinedSide;
 use crate::units::mm;
 
 impl CertifiedPlan {
-    /// What was planned or proved, in lines for a person.
+    /// Summary of the plan, line by line.
     #[must_use]
     pub fn summary(&self) -> String {
         let plan = &self.plan;
@@ -27,11 +27,11 @@ impl CertifiedPlan {
             ),
             format!("machined     {side}"),
             format!("tool radius  {:.5} mm", mm(plan.tool_radius.units())),
-            format!("allowance    {:.5} mm", mm(plan.stock_to_leave.units())),
+            format!("stock        {:.5} mm to leave", mm(plan.stock_to_leave.units())),
             format!("margin for   {}", plan.machine.name),
             plan.budget.to_string(),
             format!(
-                "roughing     the tool centre stays more than {:.5} mm from the part",
+                "jogging      the tool centre stays more than {:.5} mm from the part",
                 mm(self.roughing.units())
             ),
             format!(
@@ -46,42 +46,45 @@ impl CertifiedPlan {
             );
         }
         if !plan.zones.loops.is_empty() {
-            lines.push(format!(
-                "zones        {} closed loops are prohibited besides the part",
-                plan.zones.loops.len()
-            ));
+            lines.push(format!("zones        {} keep-out zones besides the part", plan.zones.loops.len()));
         }
         let sources = plan.profile.source_count();
         if sources > 0 {
             let chord_error = plan.profile.chord_error();
             lines.push(format!(
-                "curves       {sources} pieces of splines and ellipses, within {:.5} mm of their arcs and lines",
+                "curves       {sources} pieces of splines and ellipses, within {:.5} mm of \
+                 their arcs and lines",
                 mm(chord_error.units())
             ));
         }
-        let way = match plan.cut {
+        let direction = match plan.cut {
             Cut::Conventional => "conventional (part on the left)",
             Cut::Climb => "climb (part on the right)",
         };
-        lines.push(format!("cut          {way}, {} motions, every motion certified", self.certified_motions));
+        lines.push(format!(
+            "cut          {direction}, {} motions, every motion certified",
+            self.certified_motions
+        ));
         lines.extend(plan.passes.iter().enumerate().map(|(index, pass)| pass.summary(index + 1)));
         lines.extend(provenance.remarks.iter().map(|remark| format!("note         {}", remark.text)));
         lines.join("\n")
     }
 
-    /// What a successful [`crate::plan::Plan::certify`] proves, with the numbers, for a person.
+    /// Claims that a successful [`crate::plan::Plan::certify`] proves, with their numbers, line by line.
     #[must_use]
     pub fn proved(&self) -> String {
         let plan = &self.plan;
         let sources = plan.profile.source_count() + plan.zones.source_count();
         let mut lines = vec![format!(
-            "proved       the {} contours are closed, and their chords simple and apart: {} chords, checked against their arcs",
+            "proved       the {} contours are closed, and no contour touches itself or another: \
+             {} chords, checked against their arcs",
             plan.profile.loops.len(),
             self.part.edges().len()
         )];
         if sources > 0 {
             lines.push(format!(
-                "proved       each of {sources} pieces of splines and ellipses follows its arcs and lines within {:.5} mm",
+                "proved       each of {sources} pieces of splines and ellipses follows its arcs and lines \
+                 within {:.5} mm",
                 mm(plan.profile.chord_error().max(plan.zones.chord_error()).units())
             ));
         }
@@ -90,14 +93,14 @@ impl CertifiedPlan {
             let threshold = mm(at_least.units());
             let motions: usize = pass.path.loops.iter().map(|each| each.curves.len()).sum();
             lines.push(format!(
-                "proved       pass {}: no gouge: each of {motions} motions farther than {threshold:.5} mm from every chord, \
-                 and its slack more",
+                "proved       pass {}: no gouge: each of {motions} motions is farther from every chord than \
+                 {threshold:.5} mm and the chord-error bound",
                 index + 1
             ));
             lines.push(format!(
-                "proved       pass {}: coverage: walking along all edges at {:.5} mm, wherever no edge is nearer, the path is within \
-                 {:.4} mm; no more than {:.3} mm is passed before it is so again. What has no path beside it is residual: how \
-                 much that is, is not proved",
+                "proved       pass {}: coverage: along all edges at {:.5} mm, where no other edge is nearer, \
+                 the toolpath is within {:.4} mm; gaps are at most {:.3} mm. Contour without a toolpath \
+                 beside it is rest material. Its amount is not proved",
                 index + 1,
                 centre_distance(&plan.profile, &plan.zones, at_least) / f64::from(UNITS_PER_MM),
                 COVERAGE / f64::from(UNITS_PER_MM),
@@ -113,7 +116,7 @@ impl Pass {
         let feed = self.feed_mm_min.map_or(String::new(), |feed| format!(", {feed} mm/min"));
         let path = &self.path;
         format!(
-            "pass {number}       leaves {:.4} mm{feed}: {} loops, {:.1} mm; residual {}",
+            "pass {number}       leaves {:.4} mm{feed}: {} loops, {:.1} mm; rest material {}",
             mm(self.stock_to_leave.units()),
             path.loops.len(),
             path.length_mm(),

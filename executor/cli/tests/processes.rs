@@ -104,7 +104,7 @@ fn a_run_is_replayed_and_reported() {
     let text = said(&replayed);
     assert_eq!(replayed.status.code(), Some(0), "{text}");
     assert!(text.contains("as the operator wanted") && text.contains("byte by byte"), "{text}");
-    assert!(std::fs::read_to_string(shop.at("a.svg")).unwrap().contains("touched: the contour begins"));
+    assert!(std::fs::read_to_string(shop.at("a.svg")).unwrap().contains("contact start: the contour begins"));
     let reported =
         keepout(&["report", &shop.at("a.log"), "--plan", &shop.at("part.plan"), "-o", &shop.at("a.html")]);
     assert_eq!(reported.status.code(), Some(0), "{}", said(&reported));

@@ -96,7 +96,7 @@ impl RunFacts {
             }
         }
         let finish = plan.plan.finish();
-        rows.push(row("residual", finish.residual()));
+        rows.push(row("rest material", finish.residual()));
         rows.push(row(
             "margin M",
             format!("{:.5} mm", plan.plan.budget.total().map_or(f64::NAN, |m| mm(m.units()))),

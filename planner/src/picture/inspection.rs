@@ -1,8 +1,8 @@
-//! The picture of what was understood of a drawing: contours, repairs, problems.
+//! Picture of an inspected drawing: contours, repairs, problems.
 
 use std::fmt::Write as _;
 
-use super::view::{Entry, Mark, View, path_of, provenance};
+use super::view::{Entry, Mark, View, page, path_of};
 use crate::drawing::Chained;
 use crate::inspect::{Inspection, Note, union};
 use crate::units::point_mm;
@@ -11,10 +11,11 @@ const INSIDE: &str = "#d5dae1";
 const EDGE: &str = "#2b2f36";
 const OPEN: &str = "#c8102e";
 const REPAIR: &str = "#b45309";
-/// Marks that are numbered in the picture.
+/// Largest number of marks with a number.
 const NUMBERED: usize = 60;
 
-/// Contours filled by the even-odd rule, open curves, repairs and problems with their numbers in the report.
+/// SVG of the contours, filled by the even-odd rule, of open curves, and of repairs and problems with
+/// their numbers in the report.
 #[must_use]
 pub fn inspection_svg(found: &Inspection, chained: &Chained, title: &str) -> String {
     let view = view_of(found, chained);
@@ -24,13 +25,15 @@ pub fn inspection_svg(found: &Inspection, chained: &Chained, title: &str) -> Str
         loops.iter().map(|each| path_of(each.edges.iter().map(|edge| edge.curve), &view) + "Z").collect();
     let _ = writeln!(
         body,
-        "<path d=\"{outline}\" fill=\"{INSIDE}\" fill-rule=\"evenodd\" stroke=\"{EDGE}\" stroke-width=\"1.2\"/>"
+        "<path d=\"{outline}\" fill=\"{INSIDE}\" fill-rule=\"evenodd\" stroke=\"{EDGE}\" \
+         stroke-width=\"1.2\"/>"
     );
     for open in &chained.open {
         let path = path_of(open.curves.iter().copied(), &view);
         let _ = writeln!(
             body,
-            "<path d=\"{path}\" fill=\"none\" stroke=\"{OPEN}\" stroke-width=\"1.8\" stroke-dasharray=\"5 3\"/>"
+            "<path d=\"{path}\" fill=\"none\" stroke=\"{OPEN}\" stroke-width=\"1.8\" \
+             stroke-dasharray=\"5 3\"/>"
         );
     }
     marks(&mut body, &found.repairs, REPAIR, &view);
@@ -57,7 +60,7 @@ pub fn inspection_svg(found: &Inspection, chained: &Chained, title: &str) -> Str
             format!("{} problems, in the order of the report", found.problems.len()),
         ),
     ];
-    provenance(&view, title, &legend, &body)
+    page(&view, title, &legend, &body)
 }
 
 fn view_of(found: &Inspection, chained: &Chained) -> View {
@@ -73,13 +76,14 @@ fn marks(out: &mut String, notes: &[Note], colour: &str, view: &View) {
         let (x, y) = view.xy(note.at_mm);
         let _ = writeln!(
             out,
-            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"7\" fill=\"{colour}\" fill-opacity=\"0.12\" stroke=\"{colour}\" \
-             stroke-width=\"1.8\"/>"
+            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"7\" fill=\"{colour}\" fill-opacity=\"0.12\" \
+             stroke=\"{colour}\" stroke-width=\"1.8\"/>"
         );
         if k < NUMBERED {
             let _ = writeln!(
                 out,
-                "<text x=\"{:.1}\" y=\"{:.1}\" font-size=\"11\" font-weight=\"bold\" fill=\"{colour}\">{}</text>",
+                "<text x=\"{:.1}\" y=\"{:.1}\" font-size=\"11\" font-weight=\"bold\" \
+                 fill=\"{colour}\">{}</text>",
                 x + 8.0,
                 y - 6.0,
                 k + 1

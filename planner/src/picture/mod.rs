@@ -1,4 +1,4 @@
-//! SVG pictures: of what was understood of a drawing, of a plan, and of a run.
+//! SVG pictures of a drawing's contours, of a plan, and of a run.
 
 mod inspection;
 mod plan;

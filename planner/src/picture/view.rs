@@ -1,4 +1,4 @@
-//! What all pictures share: the view, paths of curves, the scale, the legend.
+//! Parts that all pictures share: the view, paths of curves, the scale, the legend.
 
 use std::fmt::Write as _;
 
@@ -19,7 +19,7 @@ pub(super) struct View {
 }
 
 impl View {
-    /// The view of a box, mm, as large as the provenance allows.
+    /// View of a box, mm, as large as the page allows.
     pub fn of((x0, y0): (f64, f64), (x1, y1): (f64, f64)) -> Self {
         let (w, h) = ((x1 - x0).max(1e-3), (y1 - y0).max(1e-3));
         let scale = ((WIDTH - 2.0 * PAD) / w).min(900.0 / h);
@@ -32,7 +32,7 @@ impl View {
     }
 }
 
-/// The SVG path of curves that join end to end.
+/// SVG path of curves that join end to end.
 pub(super) fn path_of(curves: impl Iterator<Item = Curve>, view: &View) -> String {
     let mut path = String::new();
     for curve in curves {
@@ -49,7 +49,7 @@ pub(super) fn path_of(curves: impl Iterator<Item = Curve>, view: &View) -> Strin
                 let r = keepout_kernel::curve::radius(&arc) / f64::from(keepout_kernel::UNITS_PER_MM)
                     * view.scale;
                 let large = u8::from(keepout_kernel::curve::sweep(&arc) > std::f64::consts::PI);
-                // The picture is mirrored in y: a turn to the left runs against SVG's positive angle.
+                // The picture is mirrored in y, so a counter-clockwise arc has a negative angle in SVG.
                 let sweep = u8::from(arc.turn() == Turn::Clockwise);
                 let _ = write!(path, "A{r:.3} {r:.3} 0 {large} {sweep} {x:.3} {y:.3}");
             }
@@ -78,7 +78,7 @@ fn draw_scale(out: &mut String, view: &View) {
     );
 }
 
-/// Text made safe for XML, which takes no control characters.
+/// Text escaped for XML. XML permits no control characters.
 #[must_use]
 pub fn escape(text: &str) -> String {
     let shown = |letter: char| if letter.is_control() && letter != '\n' { '\u{fffd}' } else { letter };
@@ -86,7 +86,7 @@ pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// How a legend entry is marked.
+/// Mark of a legend entry.
 #[derive(Clone, Copy)]
 pub(super) enum Mark {
     Area,
@@ -96,7 +96,7 @@ pub(super) enum Mark {
     Cross,
 }
 
-/// An entry of the legend.
+/// Entry of the legend.
 pub(super) struct Entry {
     pub colour: &'static str,
     pub mark: Mark,
@@ -111,19 +111,22 @@ impl Entry {
 
 const ROW: f64 = 24.0;
 
-/// The whole picture: `body` in the field, a scale, and below it the title and the legend in two columns.
-pub(super) fn provenance(view: &View, title: &str, legend: &[Entry], body: &str) -> String {
+/// The whole page: `body` in the field, a scale, and below it the title and the legend in two columns.
+pub(super) fn page(view: &View, title: &str, legend: &[Entry], body: &str) -> String {
     let rows = legend.len().div_ceil(2);
     let legend_height = 40.0 + ROW * f64::from(u32::try_from(rows).unwrap_or(0));
     let (width, height) = (WIDTH, view.height + legend_height + 2.0 * PAD);
     let (title, field) = (escape(title), WIDTH - 2.0 * PAD);
     let mut out = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" width=\"{width:.0}\" \
-         height=\"{height:.0}\" font-family=\"Helvetica, Arial, sans-serif\" font-size=\"13\">\n\
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" \
+         width=\"{width:.0}\" height=\"{height:.0}\" \
+         font-family=\"Helvetica, Arial, sans-serif\" font-size=\"13\">\n\
          <title>{title}</title>\n<rect width=\"100%\" height=\"100%\" fill=\"{PAPER}\"/>\n\
-         <clipPath id=\"field\"><rect x=\"{PAD}\" y=\"{PAD}\" width=\"{field:.1}\" height=\"{:.1}\"/></clipPath>\n\
+         <clipPath id=\"field\">\
+         <rect x=\"{PAD}\" y=\"{PAD}\" width=\"{field:.1}\" height=\"{:.1}\"/></clipPath>\n\
          <g clip-path=\"url(#field)\">\n{body}</g>\n\
-         <rect x=\"{PAD}\" y=\"{PAD}\" width=\"{field:.1}\" height=\"{:.1}\" fill=\"none\" stroke=\"#9aa0a8\"/>\n",
+         <rect x=\"{PAD}\" y=\"{PAD}\" width=\"{field:.1}\" height=\"{:.1}\" fill=\"none\" \
+         stroke=\"#9aa0a8\"/>\n",
         view.height, view.height
     );
     draw_scale(&mut out, view);
@@ -146,11 +149,13 @@ fn draw_entry(out: &mut String, entry: &Entry, x: f64, y: f64) {
     let colour = entry.colour;
     let mark = match entry.mark {
         Mark::Area => format!(
-            "<rect x=\"{x}\" y=\"{}\" width=\"30\" height=\"14\" fill=\"{colour}\" stroke=\"#777\" stroke-width=\"0.5\"/>",
+            "<rect x=\"{x}\" y=\"{}\" width=\"30\" height=\"14\" fill=\"{colour}\" \
+             stroke=\"#777\" stroke-width=\"0.5\"/>",
             y - 11.0
         ),
         Mark::Ring => format!(
-            "<circle cx=\"{}\" cy=\"{}\" r=\"7\" fill=\"{colour}\" fill-opacity=\"0.15\" stroke=\"{colour}\" stroke-width=\"1.5\"/>",
+            "<circle cx=\"{}\" cy=\"{}\" r=\"7\" fill=\"{colour}\" fill-opacity=\"0.15\" \
+             stroke=\"{colour}\" stroke-width=\"1.5\"/>",
             x + 15.0,
             y - 4.0
         ),
