@@ -89,7 +89,7 @@ const SIMULATED_CONTOUR: &str = "servo budget: drives of the simulated machine, 
 /// Reason why a machine profile is refused.
 #[derive(Debug, Error)]
 pub enum MachineError {
-    /// The file can not be read.
+    /// The file cannot be read.
     #[error("can not read {}: {source}. Check the path.", path.display())]
     Read {
         /// The file.
@@ -290,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn third_travel_is_refused() {
+    fn travel_of_three_axes_is_refused() {
         let text = MachineProfile::simulated().to_toml().replace("350.0]", "350.0, 120.0]");
         let error = MachineProfile::parse(Path::new("three.toml"), &text).expect_err("it has two axes");
         let error = error.to_string();

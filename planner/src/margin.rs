@@ -1,4 +1,4 @@
-//! The margin M: the largest distance of the tool from its planned place, as a sum of named terms.
+//! The margin M: the largest distance of the tool from its assumed place, as a sum of named terms.
 //!
 //! The uncertainty of the alignment ([`crate::align`]) is not a term: path and part come from one
 //! drawing, and shift together.
@@ -144,7 +144,7 @@ pub enum MarginError {
 
 /// Source of the machine's own errors when the whole margin was given.
 const GIVEN_SOURCE: &str = "the rest of --margin-mm";
-/// A drawing's point, a path's point and an arc's centre are each rounded to about a lattice unit.
+/// Rounding of a drawing's point, a path's point and an arc's centre, each to about a lattice unit.
 const LATTICE_MM: f64 = 0.000_04;
 /// Error of a coordinate of 1 m as a 32-bit float, in and out, on both axes.
 const FLOAT_MM: f64 = 0.000_1;

@@ -11,12 +11,11 @@ use keepout_kernel::{Curve, Length, ProhibitedRegion, Turn};
 use crate::chord::{Band, Chord, Xy, cross, dot, minus};
 use crate::finish::{FinishingLoop, FinishingPath};
 
-/// Largest distance by which a merged motion comes nearer to the part than its run, lattice units (0.3
-/// µm): half of [`crate::finish::PATH_CLEARANCE`].
+/// Largest inward shift of a merged motion, nearer to the part than its run, lattice units (0.3 µm). It
+/// is half of [`crate::finish::PATH_CLEARANCE`].
 pub const INWARD: f64 = 30.0;
-/// Largest distance by which a merged motion lies farther out than its run, lattice units (0.6 µm).
-/// Together with the chord error in the completeness check it is less than
-/// [`keepout_kernel::offset::BESIDE`].
+/// Largest outward shift of a merged motion, lattice units (0.6 µm). Together with the chord error of the
+/// completeness check it is less than [`keepout_kernel::offset::BESIDE`].
 pub const OUTWARD: f64 = 60.0;
 /// Extra clearance of merged motions, lattice units. A controller may receive an arc in parts or chords,
 /// and each of them begins with [`keepout_kernel::offset::PATH_CHORD_ERROR`] to spare, on the lattice.

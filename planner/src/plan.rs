@@ -64,11 +64,12 @@ pub struct PassParameters {
 /// Direction of the cut around the part, for a cutter that turns clockwise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Cut {
-    /// Against the feed, with the part on the left. The cutter does not pull itself in where a drive has
-    /// play.
+    /// The teeth move against the feed, with the part on the left. The cutter does not pull itself in
+    /// where a drive has play.
     #[default]
     Conventional,
-    /// With the feed, with the part on the right. Gives a better surface on drives without play.
+    /// The teeth move with the feed, with the part on the right. The surface is better on drives without
+    /// play.
     Climb,
 }
 
@@ -220,7 +221,7 @@ pub enum PlanError {
     },
 }
 
-/// A plan with checked claims, and the part of the check.
+/// A plan whose claims all hold, with the part that the check used.
 #[derive(Debug)]
 pub struct CertifiedPlan {
     /// The plan.
@@ -400,8 +401,8 @@ fn plus(threshold: Length, more: Length) -> Result<Length, PlanError> {
         .map_err(|source| PlanError::Length { what: "jogging or finishing clearance", source })
 }
 
-/// The jogging clearance R + M + A. A counts as at least the largest distance between a tool that stopped
-/// after a jog and its stated place.
+/// The jogging clearance R + M + A. A counts as at least [`Budget::stopping`], the largest distance of a
+/// stopped tool from its assumed place.
 fn jogging_clearance(
     finishing: Length,
     stock_to_leave: Length,

@@ -15,8 +15,8 @@ const CELLS: [f64; 3] = [48.0, 128.0, 320.0];
 type Node = (i32, i32);
 
 /// Straight motions from `from` to `to` inside `within`, each certified at the clearance of `from`. The
-/// result holds the points after `from`; the last one is `to`. `None` when the search on the finest grid
-/// fails.
+/// result holds the points after `from`; the last one is `to`. `None` when the search fails on every
+/// grid.
 #[must_use]
 pub fn route(part: &ProhibitedRegion, from: FreePoint, to: Point, within: Window) -> Option<Vec<Point>> {
     if part.motion(from, to).is_ok() {

@@ -24,8 +24,8 @@ pub enum Method {
     PointsAndEdges,
 }
 
-/// Alignment of the workpiece on the machine. Planning turns the drawing about its origin, so the plan is
-/// certified as the part lies. A run moves the plan, and does not turn it.
+/// Alignment of the workpiece on the machine. Planning turns the drawing about its origin, so the
+/// certificate holds for the part as it lies. A run moves the plan, and does not turn it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AlignmentFile {
@@ -55,7 +55,7 @@ pub struct AlignmentFile {
 /// Reason why an alignment file is refused.
 #[derive(Debug, Error)]
 pub enum AlignmentFileError {
-    /// The file can not be read.
+    /// The file cannot be read.
     #[error("can not read {}: {source}. Check the path, or make it with `keepout align`.", path.display())]
     Read {
         /// The file.
@@ -63,7 +63,7 @@ pub enum AlignmentFileError {
         /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The file can not be written.
+    /// The file cannot be written.
     #[error("can not write {}: {source}. Nothing was changed.", path.display())]
     Write {
         /// The file.

@@ -54,7 +54,7 @@ pub const TOLERANCE_MM: f64 = 0.05;
 const WORST_GAIN: f64 = 40.0;
 /// Ratio above which [`Alignment::poor`] is set.
 const POOR_GAIN: f64 = 10.0;
-/// Parts of a degree to which rotations are rounded: 2 nm at a metre.
+/// Steps per degree to which rotations are rounded. One step is 2 nm at a metre.
 const DEGREE_PARTS: f64 = 1e7;
 /// Largest shift of a place by rounding, mm. Origins are rounded to 1 µm, as work offsets are.
 const ROUND_MM: f64 = 0.000_75;
@@ -70,7 +70,7 @@ pub struct Alignment {
     pub turned: bool,
     /// Distance of each probe point from its fitted position, mm: the points, then the edges.
     pub residuals_mm: Vec<f64>,
-    /// Largest error of a place of the part, mm, when every probe point is off by the probe error. It
+    /// Largest error of a place of the part, mm, with every probe point off by the probe error. It
     /// includes rounding.
     pub uncertainty_mm: f64,
     /// Corner of the part's box with that error, drawing coordinates, mm.

@@ -151,8 +151,8 @@ impl Cutter<'_> {
         if from.point == to.point { Some(Vec::new()) } else { self.track.stretch(from, to) }
     }
 
-    /// Lead-in to a place on the track: directly from `here` when it is near, from an approach point, or
-    /// directly from far away. The link move to the approach point comes first.
+    /// Lead-in to a place on the track: directly from `here` when that is near, else from an approach
+    /// point after a link move, else directly from far away.
     fn entered(&self, here: FreePoint, at: &Joint) -> Option<(Option<Leg>, FreePoint, Lead)> {
         let direct = || Some((None, here, self.lead_in(at, here.point())?));
         let beside = at.entry.distance_mm(here.point()) <= self.radius_mm() * BESIDE;
@@ -203,7 +203,8 @@ impl Cutter<'_> {
         self.is_clear(&curves).then_some(Lead { curves, tangential: false })
     }
 
-    /// Whether a lead is clear. One of its ends is on the toolpath, so it keeps the finishing clearance.
+    /// Whether a lead keeps the finishing clearance. It cannot keep the jogging clearance, because one of
+    /// its ends is on the toolpath.
     fn is_clear(&self, lead: &[Curve]) -> bool {
         let mut ends = lead.iter().flat_map(|curve| [curve.from(), curve.to()]);
         ends.all(|end| self.within.holds(end))

@@ -76,8 +76,8 @@ pub struct ContourJob {
     pub tangential: usize,
     /// Progress of the job before this one.
     pub before: Progress,
-    /// Length of contour that it recuts, mm: the tool could not enter or leave an interrupted loop
-    /// exactly where it stopped.
+    /// Length of contour that it recuts, mm. It recuts where the tool could not enter or leave an
+    /// interrupted loop exactly.
     pub recut_mm: f64,
 }
 

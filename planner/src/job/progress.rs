@@ -11,7 +11,7 @@ use super::{ContourJob, Leg, LoopNumber};
 use crate::plan::CertifiedPlan;
 use crate::units::{along_mm, point_from_mm, point_mm};
 
-/// Largest distance of a stored place from its loop, mm. Reported positions are rounded, to a step or
+/// Largest distance of a stored or reported place from its loop, mm. Reports are rounded, to a step or
 /// two.
 pub const SNAP_MM: f64 = 0.05;
 /// A loop counts as finished when at most this length remains, mm. There the tool's disc leaves less than

@@ -143,8 +143,8 @@ impl Track {
         }
     }
 
-    /// Joint for resuming at `along_mm`: there, or a little before it. No remainder is shorter than 15
-    /// µm.
+    /// Joint for resuming at `along_mm`: there, or a little before it. No remainder is shorter than
+    /// [`PIECE_MM`].
     pub fn joint_before(&self, along_mm: f64) -> Option<Joint> {
         let Entry { index, along_mm, .. } = self.at(along_mm);
         let length = length_mm(&self.curves[index]);
@@ -152,7 +152,8 @@ impl Track {
         self.joint_on(index, if on < PIECE_MM { 0.0 } else { on })
     }
 
-    /// Joint for leaving at `along_mm`: there, or a little beyond it. No remainder is shorter than 15 µm.
+    /// Joint for leaving at `along_mm`: there, or a little beyond it. No remainder is shorter than
+    /// [`PIECE_MM`].
     pub fn joint_behind(&self, along_mm: f64) -> Option<Joint> {
         let Entry { index, along_mm, .. } = self.at(along_mm);
         let length = length_mm(&self.curves[index]);

@@ -37,7 +37,7 @@ impl HasPosition for Vertex {
 type Triangulated = ConstrainedDelaunayTriangulation<Vertex>;
 
 impl Mesh {
-    /// The mesh over the chords of `index` in `frame`, which must hold the machine's travel. With
+    /// The mesh over the chords of `index` in `frame`, which is the machine's travel or larger. With
     /// `refined` it adds a lattice point in each square of a quadtree that is clear of the profile. The
     /// triangles are then near the local feature size. Chords that cross others are left out and counted.
     ///

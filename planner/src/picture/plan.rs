@@ -202,7 +202,8 @@ fn draw_job(out: &mut String, job: &ContourJob, view: &View) {
             travel(out, &leg.curves);
             continue;
         };
-        // The leads are the first two and the last two motions: each is a line and an arc.
+        // A tangential lead is two motions, a line and an arc. A straight lead is one; the picture then
+        // draws one motion of the loop with it.
         let count = leg.curves.len();
         travel(out, &leg.curves[..count.min(2)]);
         travel(out, &leg.curves[count.saturating_sub(2)..]);
