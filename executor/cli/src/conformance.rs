@@ -1,4 +1,4 @@
-//! `doctor --conformance` and `doctor --compare`.
+//! The commands `doctor --conformance` and `doctor --compare`.
 
 use std::io::{BufRead as _, IsTerminal, Read as _, Write as _};
 use std::path::{Path, PathBuf};
@@ -21,24 +21,24 @@ use keepout_sim::conformance::{
 use super::CliError;
 use super::plan::{given, refuse_same};
 
-/// What `doctor` does beyond questions.
+/// Options of `doctor` that move the machine or compare recordings.
 #[derive(Debug, Args)]
 pub struct ConformanceArguments {
-    /// Move the tool in a small box, raised, and record what the controller does; compare it with the simulated controller. For
-    /// grbl and grblhal. No hold and no cancel is sent, because the firmware can
-    /// run away at either.
+    /// Move the raised tool in a small box, record the controller's replies, and compare them with the
+    /// simulated controller. For grbl and grblhal. Sends no hold and no cancel, because the firmware can run
+    /// away at either.
     #[arg(long, requires = "machine_profile")]
     pub conformance: bool,
     /// Side of the box, mm.
     #[arg(long, value_name = "MM", default_value = "20", value_parser = side, requires = "conformance")]
     box_mm: f64,
-    /// Home first, and move from there to the nearest place where the box lies in the travel.
+    /// Home first, then move to the nearest place where the box lies in the travel.
     #[arg(long, requires = "conformance")]
     home: bool,
-    /// Begin without a question: the tool is raised and the box is free.
+    /// Begin without a question. State that the tool is raised and the box is free.
     #[arg(long, requires = "conformance")]
     yes: bool,
-    /// Play only the scenarios whose names begin so; may be given more than once.
+    /// Play only the scenarios whose names begin with NAME. Can be repeated.
     #[arg(long, value_name = "NAME", requires = "conformance")]
     only: Vec<String>,
     /// Store the recording in this file.
@@ -52,11 +52,12 @@ pub struct ConformanceArguments {
     pub compare: Option<Vec<PathBuf>>,
 }
 
-/// Rows of a table of differences that are printed after a recording.
+/// Most differences that are printed after a recording.
 const ROWS: usize = 40;
-/// A question is answered in so many bytes.
+/// Longest answer that is read from the terminal, bytes.
 const ANSWER_MAX: u64 = 64;
 
+/// Parses the side of the box, mm.
 fn side(text: &str) -> Result<f64, String> {
     let wrong = || format!("\"{text}\" is not a side between 5 and 200 mm");
     text.parse().ok().filter(|side| (5.0..=200.0).contains(side)).ok_or_else(wrong)
@@ -87,7 +88,7 @@ pub struct AtPort<'a> {
     pub profile: &'a Path,
 }
 
-/// Records the harmless scenarios, prints the findings and the differences from the simulated controller.
+/// Records the harmless scenarios. Prints the findings and the differences from the simulated controller.
 pub fn conformance(at: AtPort<'_>, arguments: &ConformanceArguments) -> Result<ExitCode, CliError> {
     let profile = at.profile.to_path_buf();
     refuse_same(&[at.profile], &given(&[arguments.record.as_ref()]))?;
@@ -96,7 +97,7 @@ pub fn conformance(at: AtPort<'_>, arguments: &ConformanceArguments) -> Result<E
         Setup { box_mm: arguments.box_mm, start, ..Setup::of(at.language.clone(), at.machine.clone()) };
     announce(&setup);
     if !arguments.yes && !confirmed()? {
-        return Err(CliError::Argument("nothing moved: the question was not answered with yes".into()));
+        return Err(CliError::Argument("the answer was not yes, so the machine did not move".into()));
     }
     let bench = Bench { port: at.port, clock: at.clock, tool: |_, _| {} };
     let mut recorder = Recorder::begin(bench, setup.clone())?;
@@ -127,18 +128,18 @@ fn announce(setup: &Setup) {
         );
     }
     let side = setup.box_mm;
-    println!("- All targets lie in a box of {side} × {side} mm, in the plane, about the tool.");
+    println!("- All targets lie in the plane, in a box of {side} × {side} mm around the tool.");
     let count = scenarios(&setup.frame(1)).iter().filter(|each| each.care == Care::Harmless).count();
     println!("- There are {count} scenarios. They take a few minutes, and longer on a slow machine.");
     println!("- Raise the tool and stop the spindle. Keep the emergency stop at hand.");
-    println!("- Nothing is stored in the controller, and it is not reset.\n");
+    println!("- The test does not change the controller's settings, and does not reset it.\n");
 }
 
-/// Whether somebody at the terminal types yes.
+/// Whether a person at the terminal types yes.
 fn confirmed() -> Result<bool, CliError> {
     if !std::io::stdin().is_terminal() {
         return Err(CliError::Argument(
-            "nobody can be asked here: give --yes when the tool is raised".into(),
+            "the input is not a terminal, so doctor can not ask: raise the tool, and give --yes".into(),
         ));
     }
     print!("Type yes when the tool is raised and the box is free: ");
@@ -184,12 +185,12 @@ fn print_differences(first: &Recording, second: &Recording, names: [&str; 2], ro
     print!("{}", shown(&table(&differences, names, rows)));
 }
 
-/// Replies come from outside: what a terminal would not show is replaced, line by line.
+/// The text with control characters replaced, line by line. Replies come from outside.
 fn shown(text: &str) -> String {
     text.lines().map(|line| text_file::shown(line) + "\n").collect()
 }
 
-/// Writes the findings into the profile; the rest of it stays as it is.
+/// Writes the findings into the machine profile. The rest of the file does not change.
 fn store(path: &Path, controller: &ControllerProfile) -> Result<(), CliError> {
     let text =
         text_file::read(path).map_err(|source| MachineError::Read { path: path.to_path_buf(), source })?;
@@ -197,6 +198,6 @@ fn store(path: &Path, controller: &ControllerProfile) -> Result<(), CliError> {
     MachineProfile::parse(path, &text)?;
     write_whole(path, text.as_bytes())
         .map_err(|source| CliError::Write { path: path.to_path_buf(), source })?;
-    println!("stored       {}: make plans again for it to count", path.display());
+    println!("stored       {}: make your plans again with this profile", path.display());
     Ok(())
 }

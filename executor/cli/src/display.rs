@@ -1,4 +1,4 @@
-//! How a run goes, shown while it does.
+//! The display of a run while it takes place.
 
 use std::io::IsTerminal;
 
@@ -10,7 +10,7 @@ use keepout_planner::units::point_mm;
 
 use super::screen::Screen;
 
-/// The view, or a line that tells how it goes; silent when the output is no terminal.
+/// The view, or one line with the state of the run. The line is hidden if the error output is not a terminal.
 pub struct Display {
     bar: ProgressBar,
     screen: Option<Screen>,
@@ -54,7 +54,7 @@ impl Display {
     pub fn finish(self) {
         self.bar.finish_and_clear();
         drop(self.screen);
-        // The operator may live on until its session is taken apart; what is printed now needs the terminal as it was.
+        // The operator can outlive the display. The notices need the restored terminal now.
         crate::input::terminal::restore();
         for notice in self.panel.notices() {
             eprintln!("{notice}");

@@ -1,4 +1,4 @@
-//! `doctor`.
+//! The command `doctor`: examines a controller.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -17,26 +17,23 @@ use super::CliError;
 use super::conformance::{AtPort, ConformanceArguments, compare_files, conformance};
 use crate::examine::{Examination, examine, remedy};
 
-/// It sends nothing but queries and questions: the machine does not move, and nothing is stored. With --conformance it moves
-/// the tool in a small box, after a question. The exit code is 0 when
-/// nothing was found that a session could not begin with, 6 when the port or the controller does not answer, or is not set up as
-/// a session needs it.
+/// Arguments of `doctor`.
 #[derive(Debug, Args)]
 pub struct DoctorArguments {
     /// The serial port, such as /dev/ttyUSB0.
     #[arg(long, value_name = "DEVICE", required_unless_present = "compare")]
     port: Option<String>,
-    /// What the controller speaks: grbl, grblhal, zaber, venus, or a file that describes it. Settings are asked of the first two
-    /// only.
+    /// Dialect of the controller: grbl, grblhal, zaber, venus, or a file that describes another dialect.
+    /// `doctor` reads the settings of grbl and grblhal only.
     #[arg(long, value_name = "DIALECT", default_value = "grbl")]
     dialect: String,
     /// Baud rate of the port.
     #[arg(long, default_value_t = 115_200)]
     baud: u32,
-    /// The machine's figures, a TOML file. Without it the simulated machine's are used.
+    /// Machine profile, a TOML file. Without it, the figures of the simulated machine are used.
     #[arg(long, value_name = "FILE")]
     machine_profile: Option<PathBuf>,
-    /// Queries whose answers are timed.
+    /// Number of timed queries.
     #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u16).range(1..=10_000))]
     queries: u16,
     #[command(flatten)]
@@ -56,8 +53,8 @@ pub fn doctor(arguments: &DoctorArguments) -> Result<ExitCode, CliError> {
     if arguments.conformance.conformance {
         check_dialect(&language)?;
     }
-    let setting = DialectConfig::of(&machine, Vector { dx: 0, dy: 0 });
-    let mut dialect = language.dialect(setting);
+    let config = DialectConfig::of(&machine, Vector { dx: 0, dy: 0 });
+    let mut dialect = language.dialect(config);
     let mut port = Serial::open(arguments.port.as_deref().unwrap_or_default(), arguments.baud)?;
     let mut clock = RealClock::default();
     let needed = (machine.steps_per_mm, machine.arc_tolerance_mm);
@@ -75,7 +72,8 @@ pub fn doctor(arguments: &DoctorArguments) -> Result<ExitCode, CliError> {
     }
 }
 
-/// What was found; whether a session can begin, and the machine with the controller's own figures.
+/// Prints the findings. Returns whether a session can begin, and the machine profile with the controller's
+/// own figures.
 fn print_examination(
     machine: MachineProfile,
     found: &Examination,
@@ -84,7 +82,7 @@ fn print_examination(
     let mut fit = print_state(found);
     match &found.inspector {
         Some(inspected) => fit &= print_findings(inspected),
-        None => print("settings", "this dialect reads them when a session begins; nothing was asked here"),
+        None => print("settings", "not read here: this dialect reads them when a session begins"),
     }
     print_timing(found);
     let machine = as_found(machine, found);
@@ -94,8 +92,8 @@ fn print_examination(
         "\n{}",
         match (fit, &found.inspector) {
             (true, Some(_)) => "A session can begin.",
-            (true, None) => "The controller answers; what it is set to is checked when a session begins.",
-            (false, _) => "No session can begin; see above what to do.",
+            (true, None) => "The controller answers. A session checks its settings when it begins.",
+            (false, _) => "No session can begin. The lines above state the remedy.",
         }
     );
     Ok((fit, machine))
@@ -105,7 +103,7 @@ fn print(name: &str, value: &str) {
     println!("{name:<44} {value}");
 }
 
-/// The controller's state; whether a session can begin in it.
+/// Prints the controller's state. Returns whether a session can begin in it.
 fn print_state(found: &Examination) -> bool {
     let mode = found.report.mode;
     let note = remedy(mode).map_or(String::new(), |remedy| format!(": {remedy}"));
@@ -113,7 +111,7 @@ fn print_state(found: &Examination) -> bool {
     matches!(mode, Mode::Idle | Mode::Alarm | Mode::Held)
 }
 
-/// What was found; whether all of it is fit.
+/// Prints the findings. Returns whether all settings are fit for a session.
 fn print_findings(inspected: &Inspected) -> bool {
     let mut fit = true;
     for finding in &inspected.findings {
@@ -138,16 +136,18 @@ fn print_timing(found: &Examination) {
         "answer to a query",
         &format!("{least:.1} ms at least, {median:.1} ms median, {most:.1} ms for 95 % of {all}"),
     );
-    print("reports", &format!("{:.0} a second, asked for one after the other", found.reports_per_s));
+    print("reports", &format!("{:.0} a second, with one query at a time", found.reports_per_s));
     if found.unanswered > 0 {
         print("queries without an answer", &format!("{}: check cable and baud rate", found.unanswered));
     }
 }
 
-/// The machine with the controller's own figures, where it tells them.
+/// The machine profile with the controller's own figures, where the controller states them.
 fn as_found(machine: MachineProfile, found: &Examination) -> MachineProfile {
     let Some(inspected) = &found.inspector else { return machine };
-    let less = |known: f64, told: f64| if told.is_finite() && told > 0.0 { known.min(told) } else { known };
+    let less = |known: f64, stated: f64| {
+        if stated.is_finite() && stated > 0.0 { known.min(stated) } else { known }
+    };
     MachineProfile {
         steps_per_mm: inspected.steps_per_mm.unwrap_or(machine.steps_per_mm),
         report_digit_mm: inspected.report_digit_mm.unwrap_or(machine.report_digit_mm),
@@ -164,27 +164,30 @@ fn print_margin(machine: &MachineProfile) -> Result<(), CliError> {
     Ok(())
 }
 
-/// What latency and baud rate mean at the stick, and in the contour.
+/// Prints the effect of latency and baud rate on jogging and on the contour.
 fn print_feel(machine: &MachineProfile, found: &Examination, baud: u32) {
     let latency = found.round_trip(95).as_secs_f64();
     for speed in [10.0, 50.0, machine.max_rate_mm_s] {
         let speed = machine.max_rate_mm_s.min(speed);
         let braking = speed * speed / (2.0 * machine.acceleration_mm_s2);
         let value = format!(
-            "{:.2} mm: {:.2} mm until it hears of it, {braking:.2} mm braking",
+            "{:.2} mm: {:.2} mm until the stop arrives, {braking:.2} mm braking",
             speed * latency + braking,
             speed * latency
         );
-        print(&format!("from the stick let go to rest, at {speed:.0} mm/s"), &value);
+        print(&format!("travel after the stick's release, at {speed:.0} mm/s"), &value);
     }
-    // A motion of a contour goes out when the one before was acknowledged.
+    // The program sends a motion of a contour after the controller acknowledged the motion before.
     let line_s = LINE_BYTES * 10.0 / f64::from(baud.max(1));
     let rate = 1.0 / (found.round_trip(50).as_secs_f64() + line_s);
     print("motions of a contour", &format!("up to {rate:.0} a second ({LINE_BYTES:.0} bytes each)"));
     let shortest = 15.0 / rate;
     print("at 900 mm/min it keeps its feed on motions of", &format!("{shortest:.2} mm and more, on average"));
-    println!("\nNone of this bears on safety: what is sent is certified from wherever the tool may be.");
+    println!(
+        "\nThese figures do not affect safety: each command is certified from every position where the tool \
+         may be."
+    );
 }
 
-/// A motion of a contour is about so long.
+/// Approximate length of a motion of a contour, bytes.
 const LINE_BYTES: f64 = 45.0;

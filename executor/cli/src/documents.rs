@@ -1,4 +1,5 @@
-//! Every command line that README and the machinist's pages show is understood.
+//! Checks that the program accepts every command line in README and in the pages for machinists and
+//! integrators.
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +11,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// The lines of a document's code blocks for a shell.
+/// The lines of a document's shell code blocks.
 fn shell_lines(text: &str) -> Vec<&str> {
     let mut in_block = None;
     let mut lines = Vec::new();
@@ -24,7 +25,7 @@ fn shell_lines(text: &str) -> Vec<&str> {
     lines
 }
 
-/// The arguments of `keepout` in a line, or of `cargo run` without `-p`, which runs it.
+/// The arguments of `keepout` in a line. `cargo run` without `-p` also runs it.
 fn arguments(line: &str) -> Option<Vec<String>> {
     let line = line.split(" #").next().unwrap_or(line);
     let words: Vec<String> =
@@ -39,7 +40,7 @@ fn arguments(line: &str) -> Option<Vec<String>> {
     }
 }
 
-/// The command lines of a document that are not understood, each with the reason; and how many there are in all.
+/// The rejected command lines of a document, each with the reason, and the number of all its command lines.
 fn faults(name: &str, text: &str) -> (Vec<String>, usize) {
     let commands: Vec<_> = shell_lines(text).into_iter().filter_map(arguments).collect();
     let fault = |words: &Vec<String>| {
@@ -50,7 +51,7 @@ fn faults(name: &str, text: &str) -> (Vec<String>, usize) {
 }
 
 #[test]
-fn command_lines_of_documents_are_understood() {
+fn command_lines_of_documents_are_accepted() {
     let mut paths = vec![root().join("README.md")];
     for room in ["machinist", "integrator"] {
         let pages = std::fs::read_dir(root().join("docs").join(room)).expect("the room is there");
@@ -68,9 +69,9 @@ fn command_lines_of_documents_are_understood() {
 }
 
 #[test]
-fn wrong_flags_are_noticed() {
-    let page = "```sh\nkeepout plan part.dxf --tool 6 -o part.plan\nkeepout verify part.plan # again\ncargo run --release -- demo --fast\n```\n\
-                ```text\nkeepout nothing\n```\n";
+fn wrong_options_in_documents_are_rejected() {
+    let page = "```sh\nkeepout plan part.dxf --tool 6 -o part.plan\nkeepout verify part.plan # again\n\
+                cargo run --release -- demo --fast\n```\n```text\nkeepout nothing\n```\n";
     let (wrong, count) = faults("page", page);
     assert_eq!((wrong.len(), count), (2, 3), "{wrong:?}");
 }

@@ -1,4 +1,4 @@
-//! `drives`: the contour-error term of a machine's feed drives.
+//! The command `drives`: computes the contour-error term of a machine's feed drives.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -14,10 +14,11 @@ use keepout_planner::machine::MachineProfile;
 use super::CliError;
 use super::plan::{given, refuse_same, write};
 
-/// What is asked of the drives.
+/// Subcommands of `drives`.
 #[derive(Debug, Subcommand)]
 pub enum DrivesCommand {
-    /// Print the contour-error term of the margin for drives at a feed: the worst over what may be wrong with their model.
+    /// Print the contour-error term of the margin for drives at a feed: the worst case over the errors of
+    /// their model.
     Budget(BudgetArguments),
 }
 
@@ -28,16 +29,18 @@ pub struct BudgetArguments {
     /// Feed along the contour, mm/min.
     #[arg(long, value_name = "MM_MIN")]
     feed: f64,
-    /// Fastest speed by hand, mm/min. Only for profiles with an interpolator; its top speed without it.
+    /// Fastest jog, mm/min. Only for profiles with an interpolator. Without it, the interpolator's top speed
+    /// is used.
     #[arg(long, value_name = "MM_MIN")]
     by_hand: Option<f64>,
     /// The controller.
     #[arg(long, default_value = "contouring", value_name = "NAME", value_parser = kind)]
     controller: Kind,
-    /// A machine profile of `plan` to write anew with this term; the simulated machine's without it.
+    /// Machine profile that the output copies, with this term. Without it, the output copies the simulated
+    /// machine's.
     #[arg(long, value_name = "FILE", requires = "output")]
     machine_profile: Option<PathBuf>,
-    /// Where the machine profile goes.
+    /// Output file of the machine profile, TOML.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
@@ -45,7 +48,7 @@ pub struct BudgetArguments {
 fn kind(text: &str) -> Result<Kind, String> {
     Kind::named(text).ok_or_else(|| {
         let names: Vec<_> = Kind::ALL.iter().map(|kind| kind.names().0).collect();
-        format!("there is no such controller; there are: {}", names.join(", "))
+        format!("unknown controller: choose one of {}", names.join(", "))
     })
 }
 
@@ -55,7 +58,7 @@ pub fn drives(command: &DrivesCommand) -> Result<ExitCode, CliError> {
     }
 }
 
-/// A bar that is quiet where the output is no terminal.
+/// A progress bar. It is hidden if the error output is not a terminal.
 fn bar() -> ProgressBar {
     let style = ProgressStyle::with_template("{bar:30} {pos}/{len} {elapsed}");
     let bar = ProgressBar::new(0);
@@ -84,7 +87,7 @@ fn work_out(arguments: &BudgetArguments) -> Result<ExitCode, CliError> {
     let by_hand_mm_s = match (arguments.by_hand, top) {
         (Some(_), None) => {
             let reason =
-                "--by-hand needs a profile with an [interpolator]: at constant feed there is no way to steer";
+                "--by-hand needs a profile with an [interpolator]: without one the drives can not jog";
             return Err(CliError::Argument(reason.into()));
         }
         (Some(mm_min), Some(_)) => Some(speed("--by-hand", mm_min)?),
@@ -97,7 +100,11 @@ fn work_out(arguments: &BudgetArguments) -> Result<ExitCode, CliError> {
     let found = budget(&profile, &question, &mut show(&bar));
     bar.finish_and_clear();
     let Some(found) = found else {
-        let reason = format!("{} with {}: no budget, it diverges", profile.name, question.kind.names().1);
+        let reason = format!(
+            "{} with {} diverges, so it has no contour-error term: choose another controller or profile",
+            profile.name,
+            question.kind.names().1
+        );
         return Err(CliError::Argument(reason));
     };
     print!("{}", summary(&found));
@@ -110,14 +117,15 @@ fn work_out(arguments: &BudgetArguments) -> Result<ExitCode, CliError> {
         };
         if arguments.machine_profile.is_none() {
             eprintln!(
-                "note: the other figures are of the {}: give those of your machine with --machine-profile",
+                "note: the other figures are of the {}: give the figures of your machine with \
+                 --machine-profile",
                 machine.name
             );
         }
         if by_hand_mm_s.is_none() {
             eprintln!(
-                "note: the drives' profile has no [interpolator]: the term is of paths at constant feed, and not of corners, stops and \
-                 steering by hand"
+                "note: the drives' profile has no [interpolator]: the term covers paths at constant feed, \
+                 but not corners, stops and jogging"
             );
         }
         write(output, machine.checked()?.to_toml().as_bytes())?;
@@ -133,12 +141,12 @@ fn machine_of(arguments: &BudgetArguments) -> Result<MachineProfile, CliError> {
     })
 }
 
-/// The slowest that the simulated interpolator goes, mm/s.
+/// Least speed of the simulated interpolator, mm/s.
 const SLOWEST_MM_S: f64 = 0.2;
-/// Samples of a path at most.
+/// Most samples of a path.
 const MOST_SAMPLES: f64 = 1e5;
 
-/// Whether the question can be answered, and for the machine that it is asked for.
+/// Checks that the budget can be computed, and that it holds for the machine profile.
 fn suits(profile: &DriveProfile, question: &Question, arguments: &BudgetArguments) -> Result<(), CliError> {
     let refused = |reason: String| Err(CliError::Argument(reason));
     if let Some(interpolator) = &profile.interpolator {
@@ -147,7 +155,7 @@ fn suits(profile: &DriveProfile, question: &Question, arguments: &BudgetArgument
             if !(SLOWEST_MM_S..=interpolator.max_rate_mm_s).contains(&speed) {
                 let (low, high) = (SLOWEST_MM_S * 60.0, interpolator.max_rate_mm_s * 60.0);
                 return refused(format!(
-                    "{name} {:.0} is beyond the drives: {low} to {high} mm/min",
+                    "{name} {:.0} is beyond the drives: give {low} to {high} mm/min",
                     speed * 60.0
                 ));
             }
@@ -158,8 +166,8 @@ fn suits(profile: &DriveProfile, question: &Question, arguments: &BudgetArgument
                 || machine.max_rate_mm_s > interpolator.max_rate_mm_s)
         {
             return refused(format!(
-                "the machine profile has {} mm/s² and {} mm/s, the drives' [interpolator] {} and {}: the term would not hold. Make \
-                 them alike",
+                "the machine profile has {} mm/s² and {} mm/s, the drives' [interpolator] has {} and {}: the \
+                 term would not hold. Give both the same limits",
                 machine.acceleration_mm_s2,
                 machine.max_rate_mm_s,
                 interpolator.acceleration_mm_s2,
@@ -170,7 +178,8 @@ fn suits(profile: &DriveProfile, question: &Question, arguments: &BudgetArgument
     let samples = question.samples(profile);
     if samples > MOST_SAMPLES {
         return refused(format!(
-            "--feed {}: a path of the budget would take {samples:.0} samples of the profile's period_s, {MOST_SAMPLES} are the most",
+            "--feed {}: a path of the budget needs {samples:.0} samples of the profile's period_s, but \
+             at most {MOST_SAMPLES} are possible",
             arguments.feed
         ));
     }

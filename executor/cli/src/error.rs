@@ -36,7 +36,7 @@ pub enum CliError {
         /// Why.
         source: PlanRequestError,
     },
-    /// A plan file does not hold what it claims.
+    /// A claim of a plan file does not hold.
     #[error("{path}: not certified: {source}", path = path.display())]
     NotCertified {
         /// The file.
@@ -47,40 +47,40 @@ pub enum CliError {
     /// A plan file can not be read or written.
     #[error("{0}")]
     PlanFile(#[from] PlanFileError),
-    /// A machine profile is refused.
+    /// A machine profile is not valid.
     #[error(transparent)]
     Machine(#[from] MachineError),
-    /// A profile of feed drives, or scenarios, are refused.
+    /// A profile of feed drives is not valid.
     #[error(transparent)]
     Drives(#[from] ProfileError),
-    /// The touches do not say how the workpiece lies.
+    /// The probe points do not determine how the workpiece lies.
     #[error(transparent)]
     Alignment(#[from] AlignmentError),
-    /// A alignment is refused.
+    /// An alignment file is not valid, or does not fit the plan.
     #[error(transparent)]
     AlignmentFile(#[from] AlignmentFileError),
-    /// There is no operator.
+    /// The operator can not be set up.
     #[error(transparent)]
     Operator(#[from] OperatorError),
     /// No device to jog with.
     #[error(transparent)]
     Device(#[from] DeviceError),
-    /// A stick that can not be shaped so.
+    /// A stick setting is out of range.
     #[error(transparent)]
     Stick(#[from] StickError),
-    /// No terminal to jog or look with.
+    /// No terminal for the keyboard or the view.
     #[error(transparent)]
     Terminal(#[from] TerminalError),
-    /// The job does not lie on the machine.
+    /// The job does not fit on the machine.
     #[error(transparent)]
     Place(#[from] PlaceError),
-    /// The port.
+    /// The port failed.
     #[error(transparent)]
     Port(#[from] PortError),
-    /// The log.
+    /// The log can not be created.
     #[error(transparent)]
     Log(#[from] LogError),
-    /// The log could not be written on.
+    /// The log could not be continued during the run.
     #[error(transparent)]
     EventLog(#[from] EventLogError),
     /// The simulated machine can not run.
@@ -90,26 +90,27 @@ pub enum CliError {
     /// The controller could not be examined.
     #[error(transparent)]
     Examine(#[from] ExamineError),
-    /// No scenario can be recorded, or no more.
+    /// A conformance scenario could not be recorded.
     #[error(transparent)]
-    LoggedEvent(#[from] RecordError),
+    Record(#[from] RecordError),
     /// A recording can not be read.
     #[error(transparent)]
     Recording(#[from] RecordingError),
     /// A log can not be read.
     #[error(transparent)]
     LogRead(#[from] LogReadError),
-    /// A log does not hold what it claims.
+    /// The replay of a log differs from the log.
     #[error("{path}: {source}", path = path.display())]
     Replay {
         /// The log.
         path: PathBuf,
-        /// From where on.
+        /// The first difference.
         source: ReplayError,
     },
-    /// The plan of a log is not there.
+    /// The plan of a log was not found.
     #[error(
-        "the log {} is of the plan with SHA-256 {hash} of {drawing}, and none of the {seen} plan files in {} is it. Give it with --plan.",
+        "the log {} is of the plan with SHA-256 {hash} of {drawing}. \
+         None of the {seen} plan files in {} has this hash. Give the plan with --plan.",
         log.display(),
         folder.display()
     )]
@@ -120,9 +121,9 @@ pub enum CliError {
         hash: String,
         /// The drawing's name.
         drawing: String,
-        /// Where it was looked for.
+        /// The searched folder.
         folder: PathBuf,
-        /// Plan files that were found there.
+        /// Number of plan files in it.
         seen: usize,
     },
     /// An argument is out of range.
@@ -133,7 +134,7 @@ pub enum CliError {
     Write {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The system's error.
         source: std::io::Error,
     },
 }
@@ -176,7 +177,7 @@ impl CliError {
             | Self::EventLog(_) => 7,
             Self::LogRead(LogReadError::Read { .. })
             | Self::NoPlan { .. }
-            | Self::LoggedEvent(RecordError::Dialect { .. })
+            | Self::Record(RecordError::Dialect { .. })
             | Self::Recording(RecordingError::File { .. }) => 2,
             Self::Recording(_)
             | Self::PlanFile(_)
@@ -189,7 +190,7 @@ impl CliError {
             Self::Simulate(StandaloneError::File { .. }) => 7,
             #[cfg(unix)]
             Self::Simulate(_) => 2,
-            Self::Port(_) | Self::Examine(_) | Self::LoggedEvent(_) => 6,
+            Self::Port(_) | Self::Examine(_) | Self::Record(_) => 6,
         })
     }
 }

@@ -1,5 +1,4 @@
-//! Examining a controller before anything is entrusted to it: who it is, how quickly it answers, how it is set up. Only
-//! queries and questions are sent.
+//! Examines a controller before its first session: identity, answer times and settings. Sends only queries.
 
 use std::time::Duration;
 
@@ -10,23 +9,23 @@ use keepout_executor::supervisor::{Command, Mode, Reply, Report};
 use keepout_guard::Time;
 use thiserror::Error;
 
-/// What was found.
+/// Result of an examination.
 #[derive(Clone, Debug)]
 pub struct Examination {
-    /// What the controller says of itself; `None` when its dialect has no questions that change nothing.
+    /// Identity and settings of the controller. `None` when its dialect has no questions that change nothing.
     pub inspector: Option<Inspected>,
-    /// Its last report.
+    /// Last report of the controller.
     pub report: Report,
-    /// Times from a query to its answer, least first.
+    /// Times from a query to its answer, in ascending order.
     pub round_trips: Vec<Duration>,
-    /// Queries that were not answered in time.
+    /// Queries without an answer in time.
     pub unanswered: usize,
-    /// Reports per second, asked for one after the other.
+    /// Reports per second, with one query at a time.
     pub reports_per_s: f64,
 }
 
 impl Examination {
-    /// The time that this share of the answers took at most; zero without answers.
+    /// The time within which `percent` % of the answers came. Zero without answers.
     #[must_use]
     pub fn round_trip(&self, percent: usize) -> Duration {
         let last = self.round_trips.len().saturating_sub(1);
@@ -37,19 +36,19 @@ impl Examination {
 /// Why a controller could not be examined.
 #[derive(Debug, Error)]
 pub enum ExamineError {
-    /// The port.
+    /// The port failed.
     #[error(transparent)]
     Port(#[from] PortError),
-    /// Nothing that is understood came.
+    /// No report came.
     #[error(
         "the controller does not answer{}. Check cable, power, port, baud rate and dialect.",
-        if heard.is_empty() { String::new() } else { format!(" in its language, but sent {heard:?}") }
+        if garbled.is_empty() { String::new() } else { format!(" in its dialect, but sent {garbled:?}") }
     )]
     Silent {
-        /// What came instead.
-        heard: String,
+        /// The last line that the dialect could not read.
+        garbled: String,
     },
-    /// A question was not answered.
+    /// The controller did not answer a question.
     #[error("the controller does not answer {question:?}. Is it the dialect's controller?")]
     Unanswered {
         /// The question.
@@ -57,13 +56,13 @@ pub enum ExamineError {
     },
 }
 
-/// A controller that was opened may just have been reset by that, and says nothing for so long.
+/// Longest time until the first report. Opening the port can reset a controller, which then starts again.
 const WAKES_WITHIN: Duration = Duration::from_secs(4);
-/// A question is answered within this.
+/// Longest time until the answer to a question.
 const ANSWERS_WITHIN: Duration = Duration::from_secs(3);
-/// A first query is repeated after this.
+/// Time after which the first query is repeated.
 const ASK_AGAIN: Duration = Duration::from_millis(500);
-/// Longest line that is kept.
+/// Longest line that is kept, bytes.
 const LINE_MAX: usize = 256;
 
 /// A conversation with a controller.
@@ -73,16 +72,18 @@ struct Talk<'a, P, C> {
     dialect: &'a mut dyn Dialect,
     inspector: Option<Box<dyn Inspector>>,
     line: Vec<u8>,
-    heard: String,
+    garbled: String,
     report: Option<Report>,
     answered: bool,
 }
 
-/// Examines the controller at the port with `queries` queries; `steps_per_mm` and `arc_tolerance_mm` are those that a plan
-/// would be made for. Sends nothing but status queries and the questions of the dialect's [`Inspector`].
+/// Examines the controller at the port with `queries` queries.
+///
+/// `steps_per_mm` and `arc_tolerance_mm` are the values of the machine profile. Sends only status queries and
+/// the questions of the dialect's [`Inspector`].
 ///
 /// # Errors
-/// [`ExamineError`] when the port fails, or nobody answers.
+/// [`ExamineError`] when the port fails, or the controller does not answer.
 pub fn examine(
     port: impl Port,
     clock: impl Clock,
@@ -91,8 +92,8 @@ pub fn examine(
     (steps_per_mm, arc_tolerance_mm): (f64, f64),
 ) -> Result<Examination, ExamineError> {
     let inspector = dialect.inspector();
-    let (line, heard) = (Vec::new(), String::new());
-    let mut talk = Talk { port, clock, dialect, inspector, line, heard, report: None, answered: false };
+    let (line, garbled) = (Vec::new(), String::new());
+    let mut talk = Talk { port, clock, dialect, inspector, line, garbled, report: None, answered: false };
     talk.wake()?;
     talk.question()?;
     let begun = talk.clock.now();
@@ -106,7 +107,7 @@ pub fn examine(
     let seconds = talk.clock.now().since(begun).as_secs_f64().max(1e-6);
     let reports_per_s = f64::from(u32::try_from(round_trips.len()).unwrap_or(u32::MAX)) / seconds;
     round_trips.sort_unstable();
-    let silent = ExamineError::Silent { heard: talk.heard };
+    let silent = ExamineError::Silent { garbled: talk.garbled };
     Ok(Examination {
         inspector: talk.inspector.map(|inspector| inspector.inspected(steps_per_mm, arc_tolerance_mm)),
         report: talk.report.ok_or(silent)?,
@@ -117,40 +118,40 @@ pub fn examine(
 }
 
 impl<P: Port, C: Clock> Talk<'_, P, C> {
-    /// Asks until there is a first report.
+    /// Queries the controller until the first report arrives.
     fn wake(&mut self) -> Result<(), ExamineError> {
         let end = self.clock.now().after(WAKES_WITHIN);
         while self.clock.now() < end {
             if self.query(ASK_AGAIN)?.is_some() {
-                // Answers to earlier queries may still come.
+                // Answers to earlier queries may still arrive.
                 let end = self.clock.now().after(ASK_AGAIN);
                 self.listen_until(end, |_| false)?;
                 return Ok(());
             }
         }
-        Err(ExamineError::Silent { heard: std::mem::take(&mut self.heard) })
+        Err(ExamineError::Silent { garbled: std::mem::take(&mut self.garbled) })
     }
 
-    /// Asks for a report; how long it took.
+    /// Queries a report. Returns the time until it arrived, or `None` if it did not arrive within `within`.
     fn query(&mut self, within: Duration) -> Result<Option<Duration>, ExamineError> {
         let mut bytes = Vec::new();
-        // A query has no target that could be off the lattice.
+        // A query can not fail to encode: it has no target that could be off the lattice.
         let _ = self.dialect.encode(&Command::Query, &mut bytes);
         self.report = None;
-        let asked = self.clock.now();
-        self.port.write(&bytes, asked)?;
-        let came = self.listen_until(asked.after(within), |talk| talk.report.is_some())?;
-        Ok(came.then(|| self.clock.now().since(asked)))
+        let sent = self.clock.now();
+        self.port.write(&bytes, sent)?;
+        let arrived = self.listen_until(sent.after(within), |talk| talk.report.is_some())?;
+        Ok(arrived.then(|| self.clock.now().since(sent)))
     }
 
-    /// Asks the dialect's questions.
+    /// Sends the dialect's questions, and waits for each answer.
     fn question(&mut self) -> Result<(), ExamineError> {
         let questions = self.inspector.as_ref().map_or(&[][..], |inspector| inspector.questions());
         for question in questions {
             self.answered = false;
-            let asked = self.clock.now();
-            self.port.write(question, asked)?;
-            if !self.listen_until(asked.after(ANSWERS_WITHIN), |talk| talk.answered)? {
+            let sent = self.clock.now();
+            self.port.write(question, sent)?;
+            if !self.listen_until(sent.after(ANSWERS_WITHIN), |talk| talk.answered)? {
                 let question = String::from_utf8_lossy(question).trim().to_string();
                 return Err(ExamineError::Unanswered { question });
             }
@@ -158,14 +159,14 @@ impl<P: Port, C: Clock> Talk<'_, P, C> {
         Ok(())
     }
 
-    /// Listens until `done`, or the time is over; whether it was done.
+    /// Reads the port until `done`, or until `end`. Returns whether `done` held.
     fn listen_until(&mut self, end: Time, done: impl Fn(&Self) -> bool) -> Result<bool, ExamineError> {
         let mut bytes = Vec::new();
         loop {
             let now = self.clock.now();
             bytes.clear();
             self.port.read(&mut bytes, now)?;
-            bytes.iter().for_each(|&byte| self.hear(byte));
+            bytes.iter().for_each(|&byte| self.receive(byte));
             if done(self) {
                 return Ok(true);
             }
@@ -176,11 +177,12 @@ impl<P: Port, C: Clock> Talk<'_, P, C> {
         }
     }
 
-    fn hear(&mut self, byte: u8) {
-        // What the dialect would send on is left out: it might store something.
+    fn receive(&mut self, byte: u8) {
+        // Replies that the dialect would send are dropped, because they could store something in the
+        // controller.
         match self.dialect.decode(byte, &mut Vec::new()) {
             Some(Reply::Report(report)) => self.report = Some(report),
-            Some(Reply::Garbled(text)) => self.heard = text.to_string(),
+            Some(Reply::Garbled(text)) => self.garbled = text.to_string(),
             _ => {}
         }
         if byte != b'\n' {
@@ -196,14 +198,14 @@ impl<P: Port, C: Clock> Talk<'_, P, C> {
     }
 }
 
-/// Whether a session could begin in this state, or what to do.
+/// The remark on a controller's state, with the remedy if a session can not begin. `None` when it is idle.
 #[must_use]
 pub fn remedy(mode: Mode) -> Option<&'static str> {
     match mode {
         Mode::Idle => None,
         Mode::Alarm => Some("locked: run with --home, tool raised"),
-        Mode::Moving | Mode::Slowing | Mode::Homing => Some("it moves: somebody else drives it"),
-        Mode::Held => Some("held: a session takes the hold away, and forgets what is queued"),
-        Mode::Other => Some("a door is open, or it sleeps or checks: make it idle"),
+        Mode::Moving | Mode::Slowing | Mode::Homing => Some("moving: another program or person moves it"),
+        Mode::Held => Some("held: a session ends the hold, and clears the queue"),
+        Mode::Other => Some("a door is open, or the controller sleeps or is in check mode: bring it to idle"),
     }
 }

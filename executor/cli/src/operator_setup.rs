@@ -1,4 +1,4 @@
-//! Who steers a run, and who watches: the arguments' operator with what belongs around it.
+//! The operator set-up of a run: the operator of the arguments, the attendant at the keyboard, and the view.
 
 use std::io::IsTerminal;
 use std::sync::Arc;
@@ -13,35 +13,35 @@ use crate::input::device::{Mapping, Wanted};
 use crate::input::terminal::restore;
 use crate::input::{Attended, Endable, Gamepad, Keyboard, Stick, StickSettings, TerminalError};
 
-/// What the keys do where the keyboard steers.
-const STEERING_KEYS: &str = "SPACE STOP · arrows steer · q quit · 1-4 speed · s step · a auto · p r f";
-/// What the keys do where something else steers.
+/// Line that explains the keys when the keyboard jogs.
+const JOGGING_KEYS: &str = "SPACE STOP · arrows jog · q quit · 1-4 speed · s step · a arm · p r f";
+/// Line that explains the keys when another device jogs.
 const WATCHING_KEYS: &str = "SPACE STOP · p pause · q quit · r resume · f recover";
 
-/// The operator, the view if there is one, and what the operator's devices have to say.
+/// The operator, the view if there is one, and the notices of the operator's devices.
 pub struct OperatorSetup {
     pub operator: Box<dyn Operator + Send>,
     pub screen: Option<Screen>,
     pub panel: Panel,
-    /// Whether a person is there who can recover from a fault.
+    /// Whether a person operates the run, who can recover from a fault.
     pub recovers: bool,
 }
 
-/// Sets up the operator that the arguments ask for. `real_time`: whether the run waits for people.
-pub fn hands(arguments: &RunArguments, jog_s: f64, real_time: bool) -> Result<OperatorSetup, CliError> {
+/// Sets up the operator of the arguments. `real_time`: whether the run takes place in real time.
+pub fn set_up(arguments: &RunArguments, jog_s: f64, real_time: bool) -> Result<OperatorSetup, CliError> {
     let panel = Panel::default();
     let name = arguments.operator.as_str();
     let by_hand = ["keyboard", "gamepad", "handwheel"].contains(&name.split(':').next().unwrap_or(name));
     if by_hand && !real_time {
-        let reason = format!("nobody can steer in virtual time: take --machine sim for --operator {name}");
+        let reason = format!("a person can not jog in virtual time: use --machine sim for --operator {name}");
         return Err(CliError::Argument(reason));
     }
-    // Devices that are missing are told of before the terminal is changed.
+    // A missing device gives its error before the terminal changes.
     let other = if name == "keyboard" { None } else { Some(other(arguments, jog_s, &panel)?) };
     let keyboard = name == "keyboard" || arguments.view && real_time && std::io::stdin().is_terminal();
     let screen = if arguments.view && std::io::stdout().is_terminal() {
         let keys = match (name, keyboard) {
-            ("keyboard", _) => STEERING_KEYS,
+            ("keyboard", _) => JOGGING_KEYS,
             (_, true) => WATCHING_KEYS,
             _ => "",
         };
@@ -52,7 +52,8 @@ pub fn hands(arguments: &RunArguments, jog_s: f64, real_time: bool) -> Result<Op
     let operator = match (other, keyboard) {
         (None, _) => Box::new(Keyboard::open(panel.clone())?),
         (Some(other), true) => {
-            // The device's line is of more use than the speed of keys that do not steer.
+            // The keyboard gets a panel of its own, so that the status line shows the device and not the
+            // speed of keys that do not jog.
             let keys = Keyboard::open(Panel::default())?;
             Box::new(Attended::new(other, keys)) as Box<dyn Operator + Send>
         }
@@ -86,8 +87,10 @@ fn other(arguments: &RunArguments, jog_s: f64, panel: &Panel) -> Result<Box<dyn 
     Ok(Box::new(Gamepad::open(wanted, Mapping::default(), stick, panel.clone())?))
 }
 
-/// The first signal to end lets the session stop the machine and put the terminal back; the second puts the terminal back
-/// and ends at once.
+/// Ends the session at SIGINT, SIGTERM or SIGHUP.
+///
+/// At the first signal the session stops the machine and restores the terminal. At the second signal the
+/// program restores the terminal and ends at once.
 #[cfg(unix)]
 fn ended_by_signals(operator: Box<dyn Operator + Send>) -> Result<Box<dyn Operator + Send>, CliError> {
     use std::sync::atomic::Ordering;
@@ -96,7 +99,7 @@ fn ended_by_signals(operator: Box<dyn Operator + Send>) -> Result<Box<dyn Operat
     use signal_hook::iterator::Signals;
 
     let end = Arc::new(AtomicBool::new(false));
-    let mut signals = Signals::new([SIGINT, SIGTERM, SIGHUP]).map_err(TerminalError::AlignmentFile)?;
+    let mut signals = Signals::new([SIGINT, SIGTERM, SIGHUP]).map_err(TerminalError::SetUp)?;
     let raised = Arc::clone(&end);
     let wait = move || {
         for signal in signals.forever() {
@@ -106,7 +109,7 @@ fn ended_by_signals(operator: Box<dyn Operator + Send>) -> Result<Box<dyn Operat
             }
         }
     };
-    std::thread::Builder::new().name("signals".into()).spawn(wait).map_err(TerminalError::AlignmentFile)?;
+    std::thread::Builder::new().name("signals".into()).spawn(wait).map_err(TerminalError::SetUp)?;
     Ok(Box::new(Endable::new(operator, end)))
 }
 

@@ -1,4 +1,4 @@
-//! `inspect`, `plan`, `show` and `verify`.
+//! The commands `inspect`, `plan`, `show` and `verify`.
 
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
@@ -19,14 +19,16 @@ use keepout_planner::select::Selection;
 
 use super::{CertifyTime, CliError, DrawingArguments, InspectArguments, PlanArguments, ShowArguments};
 
-/// How long a drawing or plan may take unless the caller says otherwise, s.
+/// Default time limit for a drawing or a plan, s.
 pub const LIMIT_S: f64 = 900.0;
-/// What helps when it takes longer.
-const DRAWING_REMEDY: &str = "the drawing is too large or too tangled. Choose layers with --layer, export only the profile, or give \
-                              more time with --limit-s.";
+/// Remedy when a drawing takes longer.
+const DRAWING_REMEDY: &str = "the drawing is too large or too tangled. Choose layers with --layer, export \
+                              only the profile, or give more time with --limit-s.";
+/// Remedy when the proof of a plan takes longer.
 const PLAN_REMEDY: &str = "the plan is large. Give more time with --certify-limit-s.";
 
-/// A bar over the stages of planning, silent when the output is no terminal, and a limit on the time they take.
+/// A progress bar over the stages of planning, and a limit on their time. The bar is hidden without a
+/// terminal.
 struct Progress {
     bar: ProgressBar,
     stage: Arc<Mutex<Option<Stage>>>,
@@ -34,7 +36,8 @@ struct Progress {
 }
 
 impl Progress {
-    /// Begins; after `limit_s` seconds the program ends with a message and this remedy, before anything is written.
+    /// Starts the bar and the time limit. After `limit_s` seconds the program prints the remedy and ends. It
+    /// has not written a file then.
     fn new(limit_s: f64, remedy: &'static str) -> Self {
         let hidden = !std::io::stderr().is_terminal();
         let bar = if hidden { ProgressBar::hidden() } else { ProgressBar::new(Stage::COUNT) };
@@ -56,7 +59,7 @@ impl Progress {
     }
 }
 
-/// Ends the program when it is not done in time. Files are written whole after that, or not at all.
+/// Ends the program after the time limit, unless `done` is set. Files are written only after `done`.
 fn watch(limit_s: f64, remedy: &'static str, stage: Arc<Mutex<Option<Stage>>>, done: Arc<AtomicBool>) {
     let limit = Duration::try_from_secs_f64(limit_s).unwrap_or(Duration::MAX);
     std::thread::spawn(move || {
@@ -80,14 +83,14 @@ impl Drop for Progress {
     }
 }
 
-/// What is to be taken of a drawing, without a job yet.
-pub fn order_of(arguments: &DrawingArguments) -> Result<PlanRequest, CliError> {
+/// The plan request of the drawing's arguments, without the parameters of the plan.
+pub fn request_of(arguments: &DrawingArguments) -> Result<PlanRequest, CliError> {
     if !(0.0..=100.0).contains(&arguments.join_mm) {
         return Err(CliError::Argument(format!("--join-mm {} must be between 0 and 100", arguments.join_mm)));
     }
-    let mut order =
+    let mut request =
         PlanRequest { join_mm: arguments.join_mm, curve_mm: arguments.curve_mm, ..PlanRequest::default() };
-    let choice = &mut order.choice;
+    let choice = &mut request.choice;
     choice.layers.clone_from(&arguments.layer);
     choice.without.clone_from(&arguments.without_layer);
     choice.unit.clone_from(&arguments.units);
@@ -101,20 +104,20 @@ pub fn order_of(arguments: &DrawingArguments) -> Result<PlanRequest, CliError> {
     if choice.placed.is_some_and(|(degrees, _)| !(-360.0..=360.0).contains(&degrees)) {
         return Err(CliError::Argument("--rotate-deg must be between -360 and 360".into()));
     }
-    Ok(order)
+    Ok(request)
 }
 
 pub fn inspect(arguments: &InspectArguments) -> Result<ExitCode, CliError> {
     let path = &arguments.drawing.drawing;
     let wrong = |source: PlanRequestError| CliError::PlanRequest { path: path.clone(), source };
-    let order = order_of(&arguments.drawing)?;
+    let request = request_of(&arguments.drawing)?;
     if let Some(output) = &arguments.output {
         refuse_same(&[path], &[output])?;
     }
     let bytes = keepout_planner::drawing::read_file(path).map_err(|error| wrong(error.into()))?;
     let progress = Progress::new(arguments.drawing.limit_s, DRAWING_REMEDY);
     progress.show(Stage::Reading);
-    let (drawing, chained) = order.contours(&bytes).map_err(|error| wrong(error.into()))?;
+    let (drawing, chained) = request.contours(&bytes).map_err(|error| wrong(error.into()))?;
     progress.show(Stage::Checking);
     let found = look_at(&drawing, &chained);
     drop(progress);
@@ -124,7 +127,7 @@ pub fn inspect(arguments: &InspectArguments) -> Result<ExitCode, CliError> {
     }
     if arguments.json {
         let json = serde_json::to_string_pretty(&found);
-        println!("{}", json.map_err(|error| CliError::Argument(format!("no JSON can be made: {error}")))?);
+        println!("{}", json.map_err(|error| CliError::Argument(format!("can not make JSON: {error}")))?);
     } else {
         println!("{found}");
         if let Some(output) = &arguments.output {
@@ -147,19 +150,19 @@ pub fn plan(arguments: &PlanArguments) -> Result<ExitCode, CliError> {
             format!("--stock-to-leave-mm {} must be between 0 and 1000", arguments.stock_to_leave_mm);
         return Err(CliError::Argument(reason));
     }
-    let mut order = order_of(&arguments.drawing)?;
+    let mut request = request_of(&arguments.drawing)?;
     if let Some(alignment) = &arguments.alignment {
-        order.choice.placed = AlignmentFile::load(alignment)?.placed();
+        request.choice.placed = AlignmentFile::load(alignment)?.placed();
     }
-    order.selection = Selection {
+    request.selection = Selection {
         at: arguments.at.clone(),
         least_area_mm2: arguments.min_area_mm2,
         most_area_mm2: arguments.max_area_mm2,
         leave_out_open: arguments.leave_out_open,
     };
-    order.keep_out_layers.clone_from(&arguments.keep_out_layer);
-    order.travel_layer.clone_from(&arguments.travel_layer);
-    order.job = PlanParameters {
+    request.keep_out_layers.clone_from(&arguments.keep_out_layer);
+    request.travel_layer.clone_from(&arguments.travel_layer);
+    request.job = PlanParameters {
         tool_diameter_mm: arguments.tool_diameter,
         stock_to_leave_mm: arguments.stock_to_leave_mm,
         side: arguments.side.into(),
@@ -169,24 +172,24 @@ pub fn plan(arguments: &PlanArguments) -> Result<ExitCode, CliError> {
     };
     let bytes = keepout_planner::drawing::read_file(path)
         .map_err(|error| CliError::PlanRequest { path: path.clone(), source: error.into() })?;
-    let certified = make(path, &bytes, &order, &machine, arguments.drawing.limit_s)?;
+    let certified = make(path, &bytes, &request, &machine, arguments.drawing.limit_s)?;
     plan_file::save(&certified.plan, &arguments.output)?;
     println!("{}", certified.summary());
     println!("written      {}", arguments.output.display());
     Ok(ExitCode::SUCCESS)
 }
 
-/// Drawing bytes to certified plan.
+/// Makes a certified plan from the bytes of a drawing.
 pub fn make(
     path: &Path,
     bytes: &[u8],
-    order: &PlanRequest,
+    request: &PlanRequest,
     machine: &MachineProfile,
     limit_s: f64,
 ) -> Result<CertifiedPlan, CliError> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let progress = Progress::new(limit_s, DRAWING_REMEDY);
-    order
+    request
         .plan(&name, bytes, machine, &mut |stage| progress.show(stage))
         .map_err(|source| CliError::PlanRequest { path: path.to_path_buf(), source })
 }
@@ -216,16 +219,17 @@ pub fn verify(path: &Path, time: CertifyTime) -> Result<ExitCode, CliError> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Refuses an output that is read, or that another output would take the place of.
+/// Refuses an output that is also an input, or that two outputs share.
 pub fn refuse_same(inputs: &[&Path], outputs: &[&Path]) -> Result<(), CliError> {
     let read: Vec<PathBuf> = inputs.iter().filter_map(|input| std::fs::canonicalize(input).ok()).collect();
     let mut written: Vec<PathBuf> = Vec::new();
     for output in outputs {
         let place = place_of(output);
         let reason = match (read.contains(&place), written.contains(&place)) {
-            (true, _) => "is what is read: it is not overwritten. Choose another output.",
+            (true, _) => "is an input, so it is not overwritten. Choose another output.",
             (_, true) => {
-                "is given for two outputs: one would take the other's place. Choose another for one."
+                "is given for two outputs: one would overwrite the other. Choose another path for one of \
+                 them."
             }
             _ => {
                 written.push(place);
@@ -237,19 +241,19 @@ pub fn refuse_same(inputs: &[&Path], outputs: &[&Path]) -> Result<(), CliError> 
     Ok(())
 }
 
-/// The paths that were given.
+/// The paths that are present.
 pub fn given<'a>(paths: &[Option<&'a PathBuf>]) -> Vec<&'a Path> {
     paths.iter().flatten().map(|path| path.as_path()).collect()
 }
 
-/// Where a file is, or will be.
+/// The canonical path of a file that exists, or will exist.
 fn place_of(path: &Path) -> PathBuf {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let there = || Some(std::fs::canonicalize(folder).ok()?.join(path.file_name()?));
     std::fs::canonicalize(path).ok().or_else(there).unwrap_or_else(|| path.to_path_buf())
 }
 
-/// Writes a file whole or not at all.
+/// Writes a whole file. On an error, an existing file does not change.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
     plan_file::write_whole(path, bytes).map_err(|source| CliError::Write { path: path.to_path_buf(), source })
 }

@@ -1,4 +1,4 @@
-//! `replay`, and what `report` and `run --resume` have in common with it: a log with its plan, played again.
+//! The command `replay`, and the replay of a log with its plan for `report` and `run --resume`.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, IsTerminal};
@@ -20,12 +20,13 @@ use super::{CertifyTime, CliError};
 pub struct ReplayArguments {
     /// The log of a run.
     log: PathBuf,
-    /// The plan that was run. Without it, it is looked for beside the log: a *.plan file with the hash that the log names.
+    /// The plan of the run. Without it, the program searches the log's folder for a *.plan file with the
+    /// log's hash.
     #[arg(long, value_name = "FILE")]
     plan: Option<PathBuf>,
     #[command(flatten)]
     time: CertifyTime,
-    /// Draw the run as the log tells it.
+    /// Draw the run from the log.
     #[arg(short, long, value_name = "FILE.svg")]
     output: Option<PathBuf>,
 }
@@ -43,19 +44,19 @@ pub fn replay(arguments: &ReplayArguments) -> Result<ExitCode, CliError> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// A log that was played, and holds.
+/// A log whose replay agreed with it.
 pub struct Played {
     pub header: Header,
     pub replay: Replay,
-    /// Whole lines.
+    /// Number of whole lines.
     pub lines: usize,
-    /// Bytes behind them.
+    /// Bytes of an incomplete last line.
     pub torn: usize,
     pub checksum: u32,
 }
 
 impl Played {
-    /// Plays a log with its plan, neither of which may be the output.
+    /// Replays a log with its plan. Refuses an output that is the log or the plan.
     pub fn of(
         log: &Path,
         plan: Option<&Path>,
@@ -71,7 +72,7 @@ impl Played {
         Self::with(log, &mut reader, PreparedPlan::new(load(&found, time)?))
     }
 
-    /// Plays a log with a plan that is loaded.
+    /// Replays a log with a loaded plan.
     pub fn with<R: BufRead>(
         log: &Path,
         reader: &mut LogReader<R>,
@@ -94,7 +95,7 @@ impl Played {
         let counted = &self.replay.counted;
         let torn = match self.torn {
             0 => "none".into(),
-            bytes => format!("{bytes} bytes of a last line, left out: the program was ended while it wrote"),
+            bytes => format!("{bytes} bytes of a last line, left out: the program ended while it wrote them"),
         };
         vec![
             ("drawing", text_file::shown(&self.header.drawing)),
@@ -102,17 +103,17 @@ impl Played {
             ("time span", format!("{:.3} s", counted.ended.elapsed().as_secs_f64())),
             ("ended", self.replay.end().to_string()),
             ("lines, each matching the one before", self.lines.to_string()),
-            ("torn tail", torn),
-            ("wishes of the operator", counted.inputs.to_string()),
+            ("incomplete last line", torn),
+            ("operator inputs", counted.inputs.to_string()),
             ("lines from the controller", counted.replies.to_string()),
-            ("commands the same, byte by byte", counted.commands.to_string()),
-            ("certificates checked by themselves", counted.certificates.to_string()),
+            ("commands equal, byte by byte", counted.commands.to_string()),
+            ("certificates checked independently", counted.certificates.to_string()),
             ("log checksum", format!("{:08x}", self.checksum)),
         ]
     }
 }
 
-/// Opens a log; how far it is read is shown on a terminal.
+/// Opens a log. A terminal shows the progress of the reading.
 pub fn open(path: &Path) -> Result<LogReader<impl BufRead + use<>>, CliError> {
     let wrong = |source| LogReadError::Read { path: path.to_path_buf(), source };
     let file = File::open(path).map_err(wrong)?;
@@ -120,7 +121,7 @@ pub fn open(path: &Path) -> Result<LogReader<impl BufRead + use<>>, CliError> {
     let hidden = !std::io::stderr().is_terminal();
     let bar = if hidden { ProgressBar::hidden() } else { ProgressBar::new(length) };
     if let Ok(style) =
-        ProgressStyle::with_template("[{bar:20}] {bytes}/{total_bytes} {elapsed} playing the log")
+        ProgressStyle::with_template("[{bar:20}] {bytes}/{total_bytes} {elapsed} replaying the log")
     {
         bar.set_style(style.progress_chars("##-"));
     }
@@ -128,7 +129,7 @@ pub fn open(path: &Path) -> Result<LogReader<impl BufRead + use<>>, CliError> {
     Ok(LogReader::new(BufReader::with_capacity(1 << 16, file), path)?)
 }
 
-/// The plan with the log's hash in the log's folder.
+/// Searches the log's folder for the plan with the log's hash.
 fn find_plan(log: &Path, header: &Header) -> Result<PathBuf, CliError> {
     let folder = log.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let files = std::fs::read_dir(folder).map(|entries| entries.flatten().map(|entry| entry.path()));

@@ -1,4 +1,4 @@
-//! `run --resume`: what an earlier run left of the contours.
+//! The option `run --resume`: continues with the remaining contours of an earlier run.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ use super::replay::{Played, open};
 use super::run::simulated_machine;
 use super::{CliError, RunArguments};
 
-/// The progress at the end of a log, which is played again first. Loops of `recut` are forgotten.
+/// Replays a log, and returns the progress at its end. Drops the progress of the loops in `recut`.
 pub fn progress_of(
     log: &Path,
     work: &PreparedPlan,
@@ -39,11 +39,10 @@ pub fn progress_of(
     Ok((progress, played.header))
 }
 
-/// Refuses to go on with what was cut elsewhere, or by nothing but a simulated machine.
+/// Refuses to resume a run that cut at another place, or that only a simulated machine made.
 pub fn fits(header: &Header, plan: &CertifiedPlan, arguments: &RunArguments) -> Result<(), CliError> {
     if header.simulated && arguments.port.is_some() {
-        let reason =
-            "the log of --resume is of a simulated machine: nothing of it is cut. Leave out --resume";
+        let reason = "the log of --resume is of a simulated machine, which cut no part. Leave out --resume";
         return Err(CliError::Argument(reason.into()));
     }
     let machine = match arguments.port {
@@ -56,17 +55,20 @@ pub fn fits(header: &Header, plan: &CertifiedPlan, arguments: &RunArguments) -> 
     }
     let shown = |dx: i32, dy: i32| format!("{:.3},{:.3}", mm(dx), mm(dy));
     Err(CliError::Argument(format!(
-        "the run of --resume had the drawing's origin at {}, this one has it at {}: what is cut would be cut again beside it. \
-         Give the same --origin-mm or --alignment; if the workpiece was shifted, not turned, and was measured anew, give --moved",
+        "the run of --resume had the drawing's origin at {}, this run has it at {}: the contours would be \
+         cut again beside themselves. Give the same --origin-mm or --alignment. If the workpiece was \
+         shifted, not turned, and was measured again, give --moved.",
         shown(header.offset.dx, header.offset.dy),
         shown(dx, dy),
     )))
 }
 
-/// `LOOP` or `LOOP:PASS`, as loops are printed: counted from 1.
+/// Parses `LOOP` or `LOOP:PASS`. Printed numbers of loops and passes count from 1.
 pub fn number(text: &str) -> Result<LoopNumber, String> {
     let wrong = || {
-        format!("\"{text}\" is no loop: give its number as printed, such as 2, or 2:1 for loop 2 of pass 1")
+        format!(
+            "\"{text}\" is not a loop: give its number as printed, such as 2, or 2:1 for loop 2 of pass 1"
+        )
     };
     let (index, pass) = text.split_once(':').unwrap_or((text, "1"));
     let counted = |text: &str| text.parse::<usize>().ok()?.checked_sub(1);
@@ -78,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn loops_are_numbered_as_printed() {
+    fn loop_numbers_are_read_as_printed() {
         for (text, wanted) in [("1", (0, 0)), ("3", (0, 2)), ("2:4", (3, 1))] {
             let read = number(text).unwrap();
             assert_eq!((read.pass, read.index), wanted, "{text}");

@@ -1,4 +1,4 @@
-//! `run` and `demo`.
+//! The commands `run` and `demo`.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -28,7 +28,7 @@ use keepout_sim::{ServoConfig, operator};
 
 use super::align::placed;
 use super::display::Display;
-use super::operator_setup::{OperatorSetup, hands};
+use super::operator_setup::{OperatorSetup, set_up};
 use super::plan::{LIMIT_S, given, load, make, refuse_same, write};
 use super::resume::{fits, progress_of};
 use super::{CliError, MachineArgument, RunArguments};
@@ -45,10 +45,10 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, CliError> {
     let plan = load(&arguments.plan, arguments.time)?;
     let arguments = &placed(arguments, &plan)?;
     let limit = seconds("--limit-s", arguments.limit_s)?;
-    let manual = seconds("--jog-s", arguments.jog_s)?;
+    let jog = seconds("--jog-s", arguments.jog_s)?;
     let outputs = Outputs { report: arguments.report.clone(), picture: arguments.picture.clone() };
     if arguments.port.is_some() && !arguments.home && !arguments.homed {
-        let reason = "a real machine needs --home (tool raised), or --homed when it was homed since power-up";
+        let reason = "a real machine needs --home (tool raised), or --homed if it was homed since power-up";
         return Err(CliError::Argument(reason.into()));
     }
     let real_time = arguments.port.is_some() || arguments.machine == MachineArgument::Sim;
@@ -62,44 +62,48 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, CliError> {
         None => Progress::default(),
     };
     if progress.finished.len() == work.plan.plan.loop_count() {
-        println!("every contour of the plan is finished: nothing is left to do");
+        println!("every contour of the plan is finished: this run has no work");
         return Ok(ExitCode::SUCCESS);
     }
-    let hands = hands(arguments, manual.as_secs_f64(), real_time)?;
+    let setup = set_up(arguments, jog.as_secs_f64(), real_time)?;
     match &arguments.port {
-        Some(port) => on_port(work, port, arguments, limit, hands, progress, &outputs),
+        Some(port) => on_port(work, port, arguments, limit, setup, progress, &outputs),
         None => {
             let run = SimRun { progress, ..simulation(arguments, limit)? };
-            if let Some(note) = unlike(&work.plan, &run) {
+            if let Some(note) = note_of_drives(&work.plan, &run) {
                 eprintln!("note: {note}");
             }
             let machine = run.machine.name.clone();
             let (log, operator) = (arguments.log.as_deref(), arguments.operator.as_str());
-            on_simulation(work, &run, hands, &Recording { log, operator, machine, simulated: true }, &outputs)
+            on_simulation(work, &run, setup, &Recording { log, operator, machine, simulated: true }, &outputs)
         }
     }
 }
 
+/// Checks a time in seconds.
 fn seconds(name: &str, value: f64) -> Result<Duration, CliError> {
     let known = (0.0..=1e7).contains(&value);
     if known {
         Ok(Duration::from_secs_f64(value))
     } else {
-        Err(CliError::Argument(format!("{name} {value} is no time")))
+        Err(CliError::Argument(format!("{name} {value} is not between 0 and 10⁷ s")))
     }
 }
 
-/// Below half a second a healthy controller that homes or starts would be taken for gone; above a minute nobody watches.
+/// Checks the longest answer time, 0.5 to 60 s.
+///
+/// Below 0.5 s a healthy controller that homes or starts would count as silent. After 60 s the operator no
+/// longer watches.
 fn answer_within(arguments: &RunArguments) -> Result<Duration, CliError> {
     let given = arguments.answer_within_s;
     if (0.5..=60.0).contains(&given) {
         Ok(Duration::from_secs_f64(given))
     } else {
-        Err(CliError::Argument(format!("--answer-within-s {given} is not between 0.5 and 60")))
+        Err(CliError::Argument(format!("--answer-within-s {given} is not between 0.5 and 60 s")))
     }
 }
 
-/// The simulated machine, with the travel that was asked for.
+/// The simulated machine, with the travel of the arguments.
 pub fn simulated_machine(arguments: &RunArguments) -> Result<MachineProfile, CliError> {
     let machine = MachineProfile::simulated();
     match arguments.travel_mm {
@@ -129,7 +133,7 @@ fn simulation(arguments: &RunArguments, limit: Duration) -> Result<SimRun, CliEr
     })
 }
 
-/// The drives of a simulated machine: a profile, or `none`.
+/// The drives of a simulated machine, from a profile. The name `none` gives no drives.
 pub fn drives(name: &str) -> Result<Option<ServoConfig>, CliError> {
     if name == "none" {
         return Ok(None);
@@ -137,58 +141,61 @@ pub fn drives(name: &str) -> Result<Option<ServoConfig>, CliError> {
     Ok(Some(ServoConfig { profile: DriveProfile::load(name)?, kind: Kind::Contouring }))
 }
 
-/// What is to be said when the plan's margin is not that of the drives it is run on.
-fn unlike(plan: &CertifiedPlan, run: &SimRun) -> Option<String> {
+/// The note for a run whose drives are not the drives of the plan's margin.
+fn note_of_drives(plan: &CertifiedPlan, run: &SimRun) -> Option<String> {
     let name = &run.servo.as_ref()?.profile.name;
     let source = plan.plan.machine.contour_error_source.as_deref().unwrap_or("the machine profile alone");
     (!source.contains(name.as_str())).then(|| {
         format!(
-            "the contour error in the plan's margin is of {source}, and the tool is moved by \"{name}\": it may come nearer to the part \
-             than the margin says. --drives none leaves the drives out"
+            "the contour error in the plan's margin is of {source}, but the drives \"{name}\" move the tool: \
+             it may come nearer to the part than the margin allows. --drives none leaves the drives out"
         )
     })
 }
 
-/// Says so when a real machine is driven with the margin of the one that comes with the program.
+/// Prints a note when a run on a real machine uses the margin of the simulated machine.
 fn note_of_margin(machine: &MachineProfile) {
     let simulated = MachineProfile::simulated();
-    // A file that `drives budget` made of the simulated machine has its name still, and a source of its own.
+    // A profile that `drives budget` made from the simulated machine keeps its name, but has its own source.
     if machine.name == simulated.name || machine.contour_error_source == simulated.contour_error_source {
         eprintln!(
-            "note: the plan's margin and travel are of the {}, not of the machine at the port: plan with --machine-profile. \
-             `keepout doctor` prints the figures of the one at the port, `keepout drives budget` writes such a file",
+            "note: the plan's margin and travel are of the {}, not of the machine at the port: plan again \
+             with --machine-profile. `keepout doctor` prints the figures of the machine at the port. \
+             `keepout drives budget` writes a machine profile",
             simulated.name
         );
     }
 }
 
-/// Files that a run leaves.
+/// Output files of a run.
 struct Outputs {
     report: Option<PathBuf>,
     picture: Option<PathBuf>,
 }
 
-/// The dialect that was asked for.
+/// The dialect of the arguments.
 fn language(arguments: &RunArguments) -> Result<DialectName, CliError> {
     DialectName::named(&arguments.dialect).map_err(|error| CliError::Argument(error.to_string()))
 }
 
-/// The log of a session that is wanted.
+/// Facts about a session that its log states.
 struct Recording<'a> {
+    /// The log file, if the user wants one.
     log: Option<&'a Path>,
     operator: &'a str,
-    /// The machine and its port, in words.
+    /// Name of the machine and its port.
     machine: String,
     simulated: bool,
 }
 
 impl Recording<'_> {
-    fn tape(
+    /// Creates the event log, or a log that drops its events.
+    fn event_log(
         &self,
         work: &PreparedPlan,
         language: &DialectName,
         options: &Options,
-        setting: &DialectConfig,
+        config: &DialectConfig,
     ) -> Result<Box<dyn EventLog>, CliError> {
         let Some(path) = self.log else { return Ok(Box::new(NoEventLog)) };
         let header = Header {
@@ -199,8 +206,8 @@ impl Recording<'_> {
             dialect: language.name().into(),
             description: language.hash(),
             simulated: self.simulated,
-            offset: setting.offset,
-            travel_mm: setting.travel_mm,
+            offset: config.offset,
+            travel_mm: config.travel_mm,
             travel: options.travel,
             feed_mm_min: options.feed_mm_min,
             home: options.home,
@@ -217,15 +224,15 @@ impl Recording<'_> {
 fn on_simulation(
     work: PreparedPlan,
     run: &SimRun,
-    hands: OperatorSetup,
+    setup: OperatorSetup,
     recording: &Recording<'_>,
     outputs: &Outputs,
 ) -> Result<ExitCode, CliError> {
-    let mut display = Display::new(hands.screen, hands.panel);
+    let mut display = Display::new(setup.screen, setup.panel);
     let scene = Scene::of(&work.plan, run)?;
-    let tape = recording.tape(&work, &run.language, &scene.options, &scene.setting)?;
-    let operator = hands.operator;
-    let result = run_scene(work, run, scene, operator, tape, |_| {}, &mut |supervisor, monitor, now| {
+    let log = recording.event_log(&work, &run.language, &scene.options, &scene.setting)?;
+    let operator = setup.operator;
+    let result = run_scene(work, run, scene, operator, log, |_| {}, &mut |supervisor, monitor, now| {
         display.show(supervisor, monitor.closest_mm(), now);
         Going::On
     })?;
@@ -238,7 +245,7 @@ fn on_port(
     name: &str,
     arguments: &RunArguments,
     limit: Duration,
-    hands: OperatorSetup,
+    setup: OperatorSetup,
     progress: Progress,
     outputs: &Outputs,
 ) -> Result<ExitCode, CliError> {
@@ -254,20 +261,20 @@ fn on_port(
         baud: arguments.baud,
         progress,
     };
-    let setting = DialectConfig::of(&machine, place.offset);
+    let config = DialectConfig::of(&machine, place.offset);
     let loops_before = options.progress.finished.len();
     let on = format!("{} on {name}, {} baud", machine.name, arguments.baud);
     let port = Serial::open(name, arguments.baud)?;
-    let dialect = language.dialect(setting);
+    let dialect = language.dialect(config);
     let (log, operator) = (arguments.log.as_deref(), arguments.operator.as_str());
     let recording = Recording { log, operator, machine: on.clone(), simulated: false };
-    let tape = recording.tape(&work, &language, &options, &setting)?;
+    let event_log = recording.event_log(&work, &language, &options, &config)?;
     let supervisor = Supervisor::new(work, options, dialect.abilities());
-    let mut session = Session::new(Engine::new(supervisor, dialect), port, hands.operator, tape);
-    if hands.recovers {
+    let mut session = Session::new(Engine::new(supervisor, dialect), port, setup.operator, event_log);
+    if setup.recovers {
         session = session.recovering(Box::new(|| Serial::open(name, arguments.baud)));
     }
-    let mut display = Display::new(hands.screen, hands.panel);
+    let mut display = Display::new(setup.screen, setup.panel);
     let mut samples: Vec<Sample> = Vec::new();
     let mut last = Time::ZERO;
     let ended = session.run(&mut RealClock::default(), limit, |session, now| {
@@ -301,14 +308,14 @@ fn on_port(
     finish(supervisor.plan(), &facts, &samples, outputs)
 }
 
-/// Where the tool was last reported.
+/// The sample of the tool's last reported position.
 fn reported(supervisor: &Supervisor, at: Time) -> Option<Sample> {
     let contouring = supervisor.phase() == Phase::Contouring;
     let kind = if contouring { SampleKind::Run } else { SampleKind::Jog };
     Some(Sample { at, position_mm: point_mm(supervisor.position()?), kind })
 }
 
-/// Prints the table, writes what was asked for, and answers with the exit code.
+/// Prints the summary, writes the output files, and returns the exit code.
 fn finish(
     plan: &CertifiedPlan,
     facts: &RunFacts,
@@ -335,17 +342,19 @@ fn exit_code(facts: &RunFacts) -> ExitCode {
     if facts.deepest_mm.is_some_and(|depth| depth > 0.0) {
         return ExitCode::from(8);
     }
-    let nothing = facts.loops.0 == facts.loops_before;
-    let begun = facts.interrupted && facts.loops.0 < facts.loops.1;
+    let no_new_loop = facts.loops.0 == facts.loops_before;
+    let interrupted = facts.interrupted && facts.loops.0 < facts.loops.1;
     match facts.ended {
         Ended::Faulted => ExitCode::from(6),
         Ended::OutOfTime => ExitCode::from(9),
-        Ended::Done if nothing || begun || facts.partial > 0 || facts.unreached > 0 => ExitCode::from(9),
+        Ended::Done if no_new_loop || interrupted || facts.partial > 0 || facts.unreached > 0 => {
+            ExitCode::from(9)
+        }
         Ended::Done => ExitCode::SUCCESS,
     }
 }
 
-/// Removes the log that an earlier demo wrote; another's is kept: it may be needed to go on with a part.
+/// Removes the log of an earlier demo. Refuses to remove any other log, because a run may need it to resume.
 fn remove_of_demo(log: &Path, drawing: &str) -> Result<(), CliError> {
     if !log.exists() {
         return Ok(());
@@ -354,7 +363,7 @@ fn remove_of_demo(log: &Path, drawing: &str) -> Result<(), CliError> {
         .is_ok_and(|reader| reader.header().simulated && reader.header().drawing == drawing);
     if !of_demo {
         return Err(CliError::Argument(format!(
-            "{} is no log of a demo: it is not overwritten. Choose another folder with --output.",
+            "{} is not the log of a demo, so it is not overwritten. Choose another folder with --output.",
             log.display()
         )));
     }
@@ -374,15 +383,16 @@ pub fn demo(output: &Path, jog_s: f64) -> Result<ExitCode, CliError> {
     plan_file::save(&plan.plan, &output.join("bracket.plan"))?;
     write(&output.join("plan.svg"), svg(&plan, "bracket.dxf", &[]).as_bytes())?;
     println!(
-        "2. Run on the simulated machine: {jog_s:.0} s of an operator pushing at the wall at {:.0} mm/s, over 9600 baud \
-         with 150 ms added each way;\n   then the operator touches the part, and the contour is cut.\n",
+        "2. Run on the simulated machine, at 9600 baud with 150 ms of added delay each way. The operator \
+         pushes at the wall for {jog_s:.0} s,\n   at {:.0} mm/s. Then the operator touches the part, and the \
+         program cuts the contour.\n",
         machine.max_rate_mm_s
     );
     let run = SimRun { baud: 9600, latency: Duration::from_millis(150), machine, ..SimRun::default() };
     let operator = operator::named("wall", jog_s, run.seed)?;
     let outputs = Outputs { report: Some(output.join("report.html")), picture: Some(output.join("run.svg")) };
-    let hands = OperatorSetup { operator, screen: None, panel: Panel::default(), recovers: false };
+    let setup = OperatorSetup { operator, screen: None, panel: Panel::default(), recovers: false };
     let recording =
         Recording { log: Some(&log), operator: "wall", machine: run.machine.name.clone(), simulated: true };
-    on_simulation(PreparedPlan::new(plan), &run, hands, &recording, &outputs)
+    on_simulation(PreparedPlan::new(plan), &run, setup, &recording, &outputs)
 }

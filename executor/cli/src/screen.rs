@@ -1,4 +1,5 @@
-//! The view on the terminal: a thread draws, so that a slow terminal never holds up the loop.
+//! The view on the terminal. A thread of its own draws, so that a slow terminal does not delay the session
+//! loop.
 
 use std::collections::VecDeque;
 use std::io::{Write, stdout};
@@ -22,20 +23,20 @@ use super::view::{Headline, Outline, Tone, ViewFacts, draw, headline_lines};
 use crate::input::TerminalError;
 use crate::input::terminal::SecondScreen;
 
-/// Between two pictures: at most 20 a second.
+/// Least time between two pictures: at most 20 pictures per second.
 const EVERY: Duration = Duration::from_millis(50);
-/// The terminal's size is asked for this often; where the system does not know it, that starts a program.
+/// Time between two queries of the terminal's size. On some systems the query starts a program.
 const MEASURE_EVERY: Duration = Duration::from_millis(500);
-/// The wall, or the end of the travel, counts as reached within this, mm.
+/// Distance at which the tool counts as at the wall, or at the soft limit, mm.
 const AT_WALL_MM: f64 = 0.1;
-/// Points of the trail.
+/// Most points of the trail.
 const TRAIL_MAX: usize = 1500;
-/// Notices that are kept for the view.
+/// Most notices that the view keeps.
 const NOTICES_MAX: usize = 4;
-/// Over this time the speed is measured.
+/// Time over which the speed is measured.
 const SPEED_OVER: Duration = Duration::from_millis(250);
 
-/// The view; dropping it gives the terminal back.
+/// The view on the terminal. Dropping it restores the terminal.
 pub struct Screen {
     pictures: Option<SyncSender<ViewFacts>>,
     thread: Option<JoinHandle<()>>,
@@ -44,15 +45,17 @@ pub struct Screen {
     trail: Vec<(f64, f64)>,
     track: VecDeque<(Time, (f64, f64))>,
     panel: Panel,
-    /// The last notices, and how many of the panel's and the supervisor's were taken.
+    /// The last notices.
     notices: Vec<String>,
-    heard: (usize, usize),
+    /// Numbers of notices taken from the panel and from the supervisor.
+    taken: (usize, usize),
     keys: &'static str,
     _screen: SecondScreen,
 }
 
 impl Screen {
-    /// Takes the terminal; `keys` says what they do, `panel` is the operator's.
+    /// Opens the view on the terminal. `keys` is the line that explains the keys, `panel` is the operator's
+    /// panel.
     pub fn open(panel: Panel, keys: &'static str) -> Result<Self, TerminalError> {
         let screen = SecondScreen::enter()?;
         let (pictures, received) = sync_channel(1);
@@ -66,13 +69,13 @@ impl Screen {
             track: VecDeque::new(),
             panel,
             notices: Vec::new(),
-            heard: (0, 0),
+            taken: (0, 0),
             keys,
             _screen: screen,
         })
     }
 
-    /// Shows how things stand, when it is time to; a picture for which the terminal is not ready is left out.
+    /// Shows the present state, at most every [`EVERY`]. Drops the picture if the terminal is not ready.
     pub fn show(&mut self, supervisor: &Supervisor, now: Time) {
         let clock = Instant::now();
         if self.due.is_some_and(|due| clock < due) {
@@ -92,11 +95,11 @@ impl Screen {
         let outline = Arc::clone(outline);
         let position_mm = supervisor.position().map(point_mm);
         let contouring = matches!(supervisor.phase(), Phase::Contouring | Phase::Holding);
-        let threshold = if contouring { plan.finishing } else { plan.roughing };
+        let clearance = if contouring { plan.finishing } else { plan.roughing };
         let wall_mm = supervisor.position().and_then(|position| distance_to_part(plan, position));
-        let wall_mm = wall_mm.map(|distance| (distance - mm(threshold.units())).max(0.0));
+        let wall_mm = wall_mm.map(|distance| (distance - mm(clearance.units())).max(0.0));
         self.follow(position_mm, now);
-        self.hear(supervisor.notices());
+        self.take_notices(supervisor.notices());
         ViewFacts {
             headline: headline(supervisor, wall_mm),
             position_mm,
@@ -112,12 +115,12 @@ impl Screen {
         }
     }
 
-    /// Takes what was said since, by whomever.
-    fn hear(&mut self, supervisor: &[String]) {
-        let (new, said) = self.panel.since(self.heard.0);
+    /// Takes the new notices of the panel and of the supervisor.
+    fn take_notices(&mut self, supervisor: &[String]) {
+        let (new, count) = self.panel.since(self.taken.0);
         self.notices.extend(new);
-        self.notices.extend(supervisor.iter().skip(self.heard.1).cloned());
-        self.heard = (said, supervisor.len());
+        self.notices.extend(supervisor.iter().skip(self.taken.1).cloned());
+        self.taken = (count, supervisor.len());
         let old = self.notices.len().saturating_sub(NOTICES_MAX);
         self.notices.drain(..old);
     }
@@ -140,8 +143,8 @@ impl Screen {
         let ((since, _), (now, _)) = (self.track.front()?, self.track.back()?);
         let seconds = now.since(*since).as_secs_f64();
         let steps = self.track.iter().zip(self.track.iter().skip(1));
-        let way: f64 = steps.map(|(a, b)| (b.1.0 - a.1.0).hypot(b.1.1 - a.1.1)).sum();
-        (seconds > 0.0).then(|| way / seconds)
+        let length: f64 = steps.map(|(a, b)| (b.1.0 - a.1.0).hypot(b.1.1 - a.1.1)).sum();
+        (seconds > 0.0).then(|| length / seconds)
     }
 }
 
@@ -173,7 +176,7 @@ fn headline(supervisor: &Supervisor, wall_mm: Option<f64>) -> Headline {
     }
 }
 
-/// Whether the tool stands at an edge of the travel.
+/// Whether the tool stands at a soft limit.
 fn at_the_end_of_travel(supervisor: &Supervisor) -> bool {
     let Some(position) = supervisor.position() else { return false };
     let (x0, y0, x1, y1) = supervisor.guard().rules().travel.corners();
@@ -186,7 +189,7 @@ fn percent(supervisor: &Supervisor) -> Option<u8> {
     u8::try_from((sent * 100).checked_div(all)?.min(100)).ok()
 }
 
-/// The rings of the part and of what is kept out of besides.
+/// The rings of the part and of the keep-out zones.
 fn outline_of(plan: &CertifiedPlan) -> Outline {
     let rings = plan.part.region().rings().iter().chain(plan.part.zones());
     let closed = |ring: &Ring| -> Vec<(f64, f64)> {
@@ -201,26 +204,26 @@ fn distance_to_part(plan: &CertifiedPlan, position: Point) -> Option<f64> {
     Some((at.0 - wall.0).hypot(at.1 - wall.1))
 }
 
-/// The thread's work: the newest picture, as far as it differs from what is there.
+/// The drawing thread: shows each picture until the view closes, or the terminal fails.
 fn show_all(pictures: &Receiver<ViewFacts>) {
-    let mut there = There::default();
+    let mut shown = Shown::default();
     while let Ok(facts) = pictures.recv() {
-        if there.show(&facts).is_err() {
+        if shown.show(&facts).is_err() {
             return;
         }
     }
 }
 
-/// What the terminal shows.
+/// Present content of the terminal. Only lines that change are drawn again.
 #[derive(Default)]
-struct There {
+struct Shown {
     size: (u16, u16),
     measured: Option<Instant>,
     tone: Option<Tone>,
     lines: Vec<String>,
 }
 
-impl There {
+impl Shown {
     fn show(&mut self, facts: &ViewFacts) -> std::io::Result<()> {
         let clock = Instant::now();
         let known = self.measured.filter(|at| clock.duration_since(*at) < MEASURE_EVERY);

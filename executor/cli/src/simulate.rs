@@ -1,4 +1,4 @@
-//! `simulate`.
+//! The command `simulate`: a simulated machine behind a pty.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -21,14 +21,13 @@ use super::run::drives;
 use super::{CertifyTime, CliError, pair};
 use crate::input::TerminalError;
 
-/// It prints the name of the device to open, and runs until it is ended (SIGINT, SIGTERM). SIGUSR1 pulls the cable and puts it
-/// back: the device is closed and another is opened.
+/// Arguments of `simulate`.
 #[derive(Debug, Args)]
 pub struct SimulateArguments {
-    /// What the controller speaks.
+    /// Dialect of the controller: grbl, grblhal, zaber, venus, or a file that describes another dialect.
     #[arg(long, value_name = "DIALECT", default_value = "grbl")]
     dialect: String,
-    /// The machine's figures, a TOML file.
+    /// Machine profile, a TOML file. Without it, the figures of the built-in simulated machine are used.
     #[arg(long, value_name = "FILE")]
     machine_profile: Option<PathBuf>,
     /// Baud rate of the line.
@@ -37,36 +36,39 @@ pub struct SimulateArguments {
     /// Added delay each way, ms.
     #[arg(long, value_name = "MS", default_value_t = 1)]
     latency_ms: u64,
-    /// Seed of the tool's error, which wanders within the machine's repeatability.
+    /// Seed of the tool's positioning error, which varies within the machine's repeatability.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Where the tool stands at first, machine coordinates, mm.
+    /// Start position of the tool, machine coordinates, mm.
     #[arg(long, value_name = "X,Y", value_parser = pair, default_value = "-1,-1", allow_hyphen_values = true)]
     start_mm: (f64, f64),
-    /// The machine was homed already. Otherwise it is locked until it is: in place, as with a tool raised and let down again.
+    /// Start homed. Without this option the machine is locked until it homes. It homes in place, as if the
+    /// tool were raised and lowered again.
     #[arg(long)]
     homed: bool,
-    /// A symbolic link to the device, renewed when that is.
+    /// Symbolic link to the device. The program renews it with each new device.
     #[arg(long, value_name = "PATH")]
     link: Option<PathBuf>,
-    /// Keep the tool's place in this file. When it is there already, the tool stands where it says, whatever --start-mm says.
+    /// File that keeps the tool's position. If it exists, it gives the start position in place of --start-mm.
     #[arg(long, value_name = "FILE")]
     state: Option<PathBuf>,
-    /// Append every byte that arrives to this file.
+    /// Append every received byte to this file.
     #[arg(long, value_name = "FILE")]
     received: Option<PathBuf>,
-    /// Append the true tool positions to this file: lines "MICROSECONDS rest|jog|run X Y", machine coordinates, mm.
+    /// Append the true tool positions to this file: lines "MICROSECONDS rest|jog|run X Y", machine
+    /// coordinates, mm.
     #[arg(long, value_name = "FILE")]
     positions: Option<PathBuf>,
-    /// The feed drives: a profile as of `drives budget`, or `none` for a tool that is always where it is commanded to be.
+    /// Feed drives: a profile of `drives budget`, or `none`. With `none` the tool follows every command
+    /// exactly.
     #[arg(long, default_value = "simulated", value_name = "PROFILE")]
     drives: String,
-    /// Watch the part of this plan. The exit code is 8 when the tool was in it.
+    /// Watch the part of this plan. The exit code is 8 if the tool was in the part.
     #[arg(long, value_name = "PLAN")]
     monitor: Option<PathBuf>,
     #[command(flatten)]
     time: CertifyTime,
-    /// Where that part lies: machine coordinates of the drawing's origin, mm.
+    /// Machine coordinates of the drawing's origin, for --monitor, mm.
     #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true)]
     origin_mm: Option<(f64, f64)>,
 }
@@ -94,11 +96,11 @@ pub fn simulate(arguments: &SimulateArguments) -> Result<ExitCode, CliError> {
         work_offset_mm: (-37.25, -21.5),
         quirks: Quirks::default(),
     };
-    let slip = PositioningError::wandering(machine.repeatability_mm, machine.steps_per_mm, arguments.seed);
+    let error = PositioningError::wandering(machine.repeatability_mm, machine.steps_per_mm, arguments.seed);
     let latency = Duration::from_millis(arguments.latency_ms);
     let drives = drives(&arguments.drives)?.and_then(|servo| ServoDrive::new(&servo, settings.start_mm));
     let simulated =
-        SimMachine::new(speaking(&language, settings), arguments.baud, latency, slip).driven(drives);
+        SimMachine::new(speaking(&language, settings), arguments.baud, latency, error).driven(drives);
     let records = Records {
         link: arguments.link.clone(),
         received: arguments.received.clone(),
@@ -140,7 +142,7 @@ fn verdict(monitor: &CollisionMonitor) -> ExitCode {
 fn signals() -> Result<Arc<Signals>, CliError> {
     let signals = Arc::new(Signals::default());
     let raised = Arc::clone(&signals);
-    let wrong = |error| CliError::Terminal(TerminalError::AlignmentFile(error));
+    let wrong = |error| CliError::Terminal(TerminalError::SetUp(error));
     let mut waiting =
         signal_hook::iterator::Signals::new([SIGINT, SIGTERM, SIGHUP, SIGUSR1]).map_err(wrong)?;
     let wait = move || {

@@ -1,4 +1,4 @@
-//! The view of a run in a terminal: what a machinist with gloves wants to see from two metres.
+//! The view of a run in a terminal. A machinist with gloves can read it from two metres.
 
 mod canvas;
 mod letters;
@@ -8,62 +8,62 @@ use std::sync::Arc;
 
 pub use plan::Outline;
 
-/// What the machine is doing, in plain words.
+/// State of the machine, as the view's first line.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Headline {
-    /// Connecting, homing.
+    /// The session connects, reads settings or homes.
     Starting,
-    /// The hand steers.
+    /// The operator jogs.
     Manual,
-    /// The hand steers, and stands at the wall.
+    /// The operator jogs, and the tool stands at the wall.
     AtTheWall,
-    /// The hand steers, and stands at the end of the machine's travel.
+    /// The operator jogs, and the tool stands at the soft limit.
     EndOfTravel,
-    /// The contour is cut by itself.
+    /// The program cuts the contour.
     Contouring {
-        /// How much of it, if known.
+        /// Share of the contour's motions that were sent, if known.
         percent: Option<u8>,
     },
-    /// The hand steers a tool that stands too near: only away from the part.
+    /// The tool stands inside the jogging clearance: only retract moves are possible.
     Escaping,
-    /// Stands at the wall, and works out the contour.
+    /// The tool stands at the wall, and the program plans the contour.
     Touching,
-    /// The tool runs to the end of the queued motions. Then it waits to go on.
+    /// Feed hold: the tool runs to the end of the queued motions, and then waits.
     Pausing,
-    /// Waits to go on.
+    /// Feed hold: the tool is at rest, and waits for cycle start.
     Paused,
-    /// Comes to rest.
+    /// The tool comes to rest.
     Stopping,
-    /// Ended as wanted.
+    /// The session ended as the operator wanted.
     Done,
-    /// Stopped by a fault.
+    /// A fault stopped the session.
     Stopped {
-        /// What is wrong.
+        /// The cause.
         reason: String,
-        /// What to do, if it is known.
+        /// The action that the operator can take. Empty if the fault names none.
         remedy: String,
     },
 }
 
-/// How urgent a headline is.
+/// Urgency of a headline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tone {
-    /// All is well.
+    /// Normal state.
     Calm,
-    /// Look here.
+    /// The operator should look.
     Alert,
-    /// Something is wrong.
+    /// Fault.
     Alarm,
 }
 
 impl Headline {
-    /// The headline of a fault, whose message is the reason and then the remedy, each a sentence.
+    /// The headline of a fault. The fault's message is one sentence with the reason, then the remedy.
     pub fn stopped(fault: &str) -> Self {
         let (reason, remedy) = fault.split_once(". ").unwrap_or((fault, ""));
         Self::Stopped { reason: reason.trim_end_matches('.').into(), remedy: remedy.into() }
     }
 
-    /// How urgent it is.
+    /// Urgency of the headline.
     pub fn tone(&self) -> Tone {
         match self {
             Self::Stopped { .. } => Tone::Alarm,
@@ -98,41 +98,41 @@ impl Headline {
     }
 }
 
-/// What the view shows.
+/// Content of the view.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ViewFacts {
-    /// What the machine is doing.
+    /// State of the machine.
     pub headline: Headline,
     /// The tool's centre, drawing coordinates, mm.
     pub position_mm: Option<(f64, f64)>,
-    /// From the tool's centre to where the wall stops it, mm; 0 at the wall.
+    /// Distance from the tool's centre to the wall, mm. It is 0 at the wall.
     pub wall_mm: Option<f64>,
-    /// How fast the tool moves, mm/s.
+    /// Speed of the tool, mm/s.
     pub speed_mm_s: Option<f64>,
     /// The tool's radius, mm.
     pub tool_radius_mm: f64,
-    /// The part.
+    /// Outlines of the part and of the keep-out zones.
     pub outline: Arc<Outline>,
-    /// Where the tool was, oldest first, mm.
+    /// Past positions of the tool's centre, oldest first, drawing coordinates, mm.
     pub trail: Vec<(f64, f64)>,
-    /// The line of the operator's device: speed, step size.
+    /// Status line of the operator's device: speed or step size.
     pub status: String,
     /// The last notices, oldest first.
     pub notices: Vec<String>,
-    /// What the keys do.
+    /// Line that explains the keys.
     pub keys: String,
-    /// Time since the session began, s.
+    /// Time since the start of the session, s.
     pub seconds: f64,
 }
 
-/// From this size on letters are large.
+/// Smallest size of the view with large letters, columns and lines.
 const LARGE: (usize, usize) = (76, 22);
-/// Columns of the figures beside the plan, where letters are large.
+/// Columns of the figures beside the plan, in the view with large letters.
 const FIGURES: usize = 44;
-/// Columns of the figures where letters are small.
+/// Columns of the figures in the view with small letters.
 const SMALL_FIGURES: usize = 20;
 
-/// The view in `width` columns and `height` lines: exactly `height` lines, none wider than `width`.
+/// Draws the view: exactly `height` lines, each at most `width` columns wide.
 pub fn draw(facts: &ViewFacts, width: usize, height: usize) -> Vec<String> {
     let mut lines = if width >= LARGE.0 && height >= LARGE.1 {
         large_view(facts, width, height)
@@ -143,7 +143,7 @@ pub fn draw(facts: &ViewFacts, width: usize, height: usize) -> Vec<String> {
     lines.into_iter().map(|line| cut(&line, width)).collect()
 }
 
-/// How many of the first lines are the headline.
+/// Number of lines that the headline takes at the top.
 pub fn headline_lines(width: usize, height: usize) -> usize {
     if width >= LARGE.0 && height >= LARGE.1 { 3 } else { 1 }
 }
@@ -154,7 +154,7 @@ fn large_view(facts: &ViewFacts, width: usize, height: usize) -> Vec<String> {
         letters::large(&words, width).map_or(vec![words, String::new(), String::new()], Vec::from);
     lines.extend(explained(&facts.headline, width));
     lines.push("─".repeat(width));
-    // Below the figures and the plan: a rule, two notices, the keys.
+    // Four lines follow the figures and the plan: a rule, two notices, the keys.
     let body = height.saturating_sub(lines.len() + 4);
     let figures = large_figures(facts, body);
     let plan = plan_of(facts, width - FIGURES, body);
@@ -186,13 +186,13 @@ fn small_view(facts: &ViewFacts, width: usize, height: usize) -> Vec<String> {
     lines
 }
 
-/// Reason and remedy, a line or two each.
+/// Reason and remedy of a fault, in at most four lines together.
 fn explained(headline: &Headline, width: usize) -> Vec<String> {
     let Headline::Stopped { reason, remedy } = headline else { return Vec::new() };
     [reason, remedy].into_iter().flat_map(|text| wrapped(&plain(text), width)).take(4).collect()
 }
 
-/// As much as there is room for, the most important first: place, wall, then the rest on single lines.
+/// The figures in at most `room` lines, the most important first: position, wall, then single lines.
 fn large_figures(facts: &ViewFacts, room: usize) -> Vec<String> {
     let big = |label: &str, value: &str| -> Vec<String> {
         let rows = letters::large(value, FIGURES - 6).unwrap_or([String::new(), value.into(), String::new()]);
@@ -250,7 +250,7 @@ fn last_notices(facts: &ViewFacts, count: usize) -> Vec<String> {
     facts.notices[from..].iter().map(|notice| format!("• {}", plain(notice))).collect()
 }
 
-/// Two blocks of lines side by side, the second from column `at`.
+/// Puts two blocks of lines side by side. The second begins at column `at`.
 fn beside(left: &[String], right: &[String], at: usize) -> Vec<String> {
     (0..left.len().max(right.len()))
         .map(|index| {
@@ -262,7 +262,7 @@ fn beside(left: &[String], right: &[String], at: usize) -> Vec<String> {
         .collect()
 }
 
-/// The text without what a terminal would obey, and without characters wider than a column.
+/// The text with `?` in place of control characters, invisible characters and characters wider than a column.
 fn plain(text: &str) -> String {
     let narrow =
         |c: char| !c.is_control() && (u32::from(c) < 0x300 || (0x2000..0x2bff).contains(&u32::from(c)));
@@ -270,7 +270,7 @@ fn plain(text: &str) -> String {
     text.chars().map(|c| if narrow(c) && !hidden(c) { c } else { '?' }).collect()
 }
 
-/// The text in lines of at most `width` columns, broken at spaces.
+/// Breaks the text at spaces into lines of at most `width` columns. A longer word keeps its length.
 fn wrapped(text: &str, width: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
@@ -285,7 +285,7 @@ fn wrapped(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
-/// At most `width` columns of the text, with a mark where it was cut.
+/// The text in at most `width` columns. An ellipsis marks a cut.
 fn cut(text: &str, width: usize) -> String {
     let text = plain(text);
     if text.chars().count() <= width {

@@ -1,4 +1,4 @@
-//! `keepout align`, and the alignment file between it, `plan` and `run`.
+//! Tests of `keepout align`, and of the alignment file that `plan` and `run` read.
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 mod support;
@@ -8,35 +8,35 @@ use std::process::Output;
 
 use support::{bracket, code, complaint, folder, keepout};
 
-fn said(output: &Output) -> String {
+fn printed(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
-/// A point of the drawing where it lies when turned by 12° with its origin at (−250, −200).
+/// The `--point` argument of a drawing point, for a drawing turned by 12° with its origin at (−250, −200) mm.
 fn point(x: f64, y: f64) -> String {
     let (sin, cos) = 12_f64.to_radians().sin_cos();
     format!("{x},{y}={:.4},{:.4}", x * cos - y * sin - 250.0, x * sin + y * cos - 200.0)
 }
 
-fn registered(folder: &Path) -> String {
+fn aligned(folder: &Path) -> String {
     let alignment = folder.join("setup.toml").display().to_string();
     let points = [point(0.0, 0.0), point(100.0, 0.0), point(0.0, 60.0)];
     let mut arguments = vec!["align".to_owned(), bracket(), "-o".into(), alignment.clone()];
     arguments.extend(points.into_iter().flat_map(|point| ["--point".into(), point]));
     let output = keepout(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
-    let text = said(&output);
+    let text = printed(&output);
     assert_eq!(code(&output), 0, "{}", complaint(&output));
-    assert!(text.contains("rotation     1") && text.contains("no term of it"), "{text}");
+    assert!(text.contains("rotation     1") && text.contains("does not affect it"), "{text}");
     alignment
 }
 
 #[test]
-fn register_plan_and_run() {
+fn alignment_serves_plan_and_run() {
     let folder = folder("align");
-    let alignment = registered(&folder);
+    let alignment = aligned(&folder);
     let plan = folder.join("part.plan").display().to_string();
     let made = keepout(&["plan", &bracket(), "--tool-diameter", "6", "--alignment", &alignment, "-o", &plan]);
-    let text = said(&made);
+    let text = printed(&made);
     assert!(code(&made) == 0 && text.contains("placed       turned by 1"), "{text}{}", complaint(&made));
     let run = keepout(&[
         "run",
@@ -50,13 +50,13 @@ fn register_plan_and_run() {
         "--alignment",
         &alignment,
     ]);
-    let text = said(&run);
+    let text = printed(&run);
     assert!(
         code(&run) == 0 && text.contains("deepest incursion                    0.00000 mm"),
         "{text}{}",
         complaint(&run)
     );
-    // It is said when it was found with another drawing.
+    // The program prints a note if the alignment was found with another drawing.
     let text = std::fs::read_to_string(&alignment).unwrap();
     let other = folder.join("other.toml").display().to_string();
     std::fs::write(&other, text.replace("bracket.dxf", "lid.dxf")).unwrap();
@@ -65,9 +65,9 @@ fn register_plan_and_run() {
             keepout(&["run", &plan, "--machine", "sim-fast", "--limit-s", "1", "--alignment", alignment]);
         assert_eq!(complaint(&run).contains("was found with lid.dxf"), noted, "{}", complaint(&run));
     }
-    // The alignment says where it lies, so that a real machine is not asked for it again.
+    // On a real machine, the alignment file is enough: --origin-mm is not needed besides.
     let port = ["run", &plan, "--port", "/dev/no-such-port", "--home"];
-    assert_eq!(code(&keepout(&port)), 2, "unregistered");
+    assert_eq!(code(&keepout(&port)), 2, "without an origin");
     let run = keepout(&[&port[..], &["--alignment", &alignment]].concat());
     assert!(code(&run) == 6 && complaint(&run).contains("can not open port"), "{}", complaint(&run));
     assert!(complaint(&run).contains("are of the simulated GRBL 1.1 table"), "{}", complaint(&run));
@@ -76,9 +76,9 @@ fn register_plan_and_run() {
 }
 
 #[test]
-fn plans_that_lie_otherwise_are_refused() {
+fn plan_with_another_rotation_or_offset_than_the_alignment_is_refused() {
     let folder = folder("register_otherwise");
-    let alignment = registered(&folder);
+    let alignment = aligned(&folder);
     let plan = folder.join("part.plan").display().to_string();
     let planned = |more: &[&str]| {
         let mut arguments = vec!["plan", "", "--tool-diameter", "6", "-o", &plan];
@@ -122,14 +122,14 @@ fn plans_that_lie_otherwise_are_refused() {
 }
 
 #[test]
-fn touches_that_do_not_say_it_are_refused_and_write_nothing() {
+fn ambiguous_probe_points_are_refused_and_write_no_file() {
     let folder = folder("register_refused");
     let alignment = folder.join("setup.toml").display().to_string();
     let drawing = bracket();
     let attempt = |more: &[&str]| keepout(&[&["align", &drawing, "-o", &alignment], more].concat());
     let cases: [(&[&str], i32, &str); 8] = [
         (&[], 2, "too few probe points"),
-        (&["--point", "here"], 2, "no touch"),
+        (&["--point", "here"], 2, "not a probe point"),
         (&["--point", "0,0=1"], 2, "two numbers"),
         (
             &["--point", "0,0=-200,-200", "--point", "100,0=-100.5,-200"],
@@ -153,6 +153,6 @@ fn touches_that_do_not_say_it_are_refused_and_write_nothing() {
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 0);
     let edges = ["--edge", "50,0=-200,-203", "--edge", "0,30=-253,-170", "--probe-diameter", "6"];
     let output = attempt(&edges);
-    assert!(code(&output) == 0 && said(&output).contains("not measured"), "{}", complaint(&output));
-    assert!(said(&output).contains("(-250.000, -200.000) mm machine"), "{}", said(&output));
+    assert!(code(&output) == 0 && printed(&output).contains("not measured"), "{}", complaint(&output));
+    assert!(printed(&output).contains("(-250.000, -200.000) mm machine"), "{}", printed(&output));
 }

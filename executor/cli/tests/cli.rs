@@ -1,4 +1,4 @@
-//! The command line as a person meets it: results, messages, exit codes, and nothing half-written.
+//! Tests of the command line: results, messages, exit codes, and files that are whole or absent.
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 mod support;
@@ -24,7 +24,7 @@ fn planned(folder: &Path) -> String {
 }
 
 #[test]
-fn plan_verify_show_and_run() {
+fn plan_is_verified_drawn_and_run() {
     let folder = folder("whole");
     let plan = planned(&folder);
     let verified = keepout(&["verify", &plan]);
@@ -56,7 +56,7 @@ fn plan_verify_show_and_run() {
 }
 
 #[test]
-fn pty_run_is_the_same_job_in_real_time() {
+fn job_runs_over_a_pty_in_real_time() {
     let folder = folder("pty");
     let plan = planned(&folder);
     let run = keepout(&[
@@ -82,7 +82,7 @@ fn pty_run_is_the_same_job_in_real_time() {
 }
 
 #[test]
-fn script_steers_and_its_faults_are_named() {
+fn script_operates_a_run_and_its_faults_are_named() {
     let folder = folder("script");
     let plan = planned(&folder);
     let script = folder.join("hand.txt");
@@ -103,7 +103,7 @@ fn script_steers_and_its_faults_are_named() {
 }
 
 #[test]
-fn bad_drawings_and_jobs_have_their_codes_and_write_nothing() {
+fn bad_drawings_and_parameters_have_exit_codes_and_write_no_file() {
     let folder = folder("bad");
     let plan = folder.join("x.plan").display().to_string();
     let attempt = |file: &str, more: &[&str]| {
@@ -144,7 +144,7 @@ fn bad_drawings_and_jobs_have_their_codes_and_write_nothing() {
 }
 
 #[test]
-fn every_flipped_bit_of_a_plan_is_noticed() {
+fn flipped_bits_and_cut_plans_are_rejected() {
     let folder = folder("flipped");
     let plan = planned(&folder);
     let bytes = std::fs::read(&plan).unwrap();
@@ -162,12 +162,12 @@ fn every_flipped_bit_of_a_plan_is_noticed() {
 }
 
 #[test]
-fn ports_that_are_not_there_and_jobs_that_do_not_fit() {
+fn missing_ports_and_jobs_that_do_not_fit_are_refused() {
     let folder = folder("ports");
     let plan = planned(&folder);
     let run = keepout(&["run", &plan, "--port", "/dev/no-such-port", "--origin-mm", "-200,-175", "--home"]);
     assert!(code(&run) == 6 && complaint(&run).contains("can not open port"), "{}", complaint(&run));
-    assert_eq!(code(&keepout(&["run", &plan, "--port", "/dev/no-such-port"])), 2, "unregistered");
+    assert_eq!(code(&keepout(&["run", &plan, "--port", "/dev/no-such-port"])), 2, "without an origin");
     let run = keepout(&["run", &plan, "--port", "/dev/no-such-port", "--origin-mm", "-200,-175"]);
     assert!(code(&run) == 2 && complaint(&run).contains("--homed"), "{}", complaint(&run));
     for (start, words) in [("-3,20", "too near"), ("50,15", "inside the part"), ("-1000,0", "travel")] {
@@ -181,7 +181,7 @@ fn ports_that_are_not_there_and_jobs_that_do_not_fit() {
 }
 
 #[test]
-fn inspect_says_and_draws_what_was_understood() {
+fn inspect_lists_and_draws_contours_and_problems() {
     let folder = folder("inspect");
     let picture = folder.join("part.svg").display().to_string();
     let good = keepout(&["inspect", &drawing("rounded_plate.dxf"), "-o", &picture]);
@@ -202,7 +202,7 @@ fn inspect_says_and_draws_what_was_understood() {
 }
 
 #[test]
-fn passes_and_limits_that_are_none_are_named() {
+fn passes_and_limits_out_of_range_are_named() {
     let folder = folder("passes");
     let plan = folder.join("part.plan").display().to_string();
     let part = bracket();
@@ -212,8 +212,8 @@ fn passes_and_limits_that_are_none_are_named() {
         keepout(&arguments)
     };
     for (more, words) in [
-        (&["--pass", "thin"][..], "is no pass"),
-        (&["--pass", "0.1:0"], "is no pass"),
+        (&["--pass", "thin"][..], "is not a pass"),
+        (&["--pass", "0.1:0"], "is not a pass"),
         (&["--curve-mm", "1000"], "--curve-mm"),
         (&["--rotate-deg", "1000"], "--rotate-deg"),
         (&["--at", "900,900"], "--at 900.000,900.000"),
@@ -232,11 +232,11 @@ fn passes_and_limits_that_are_none_are_named() {
 }
 
 #[test]
-fn a_plan_that_takes_long_to_prove_names_what_gives_it_time() {
+fn plan_that_exceeds_its_time_limit_names_the_option_for_more_time() {
     let folder = folder("long");
     let at = |name: &str| folder.join(name).display().to_string();
     let (drawing, plan, picture) = (at("pins.dxf"), at("pins.plan"), at("pins.svg"));
-    // 400 pins: some tenths of a second.
+    // The proof of 400 pins takes some tenths of a second.
     let pin = |k: usize| format!("0\nCIRCLE\n8\n0\n10\n{}\n20\n{}\n40\n5\n", k % 20 * 30, k / 20 * 30);
     let pins: String = (0..400).map(pin).collect();
     let head = "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n";

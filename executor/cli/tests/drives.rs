@@ -1,4 +1,4 @@
-//! `keepout drives` as an engineer meets it.
+//! Tests of `keepout drives`: the budget's table, the machine profile that it writes, and its errors.
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 mod support;
@@ -8,7 +8,7 @@ use std::process::Output;
 
 use support::{bracket, code, complaint, folder, keepout};
 
-fn said(output: &Output) -> String {
+fn printed(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
@@ -25,13 +25,13 @@ fn budget_goes_into_a_machine_profile_and_a_plan_names_it() {
     let output = keepout(&budget);
     assert_eq!(code(&output), 0, "{}", complaint(&output));
     assert!(complaint(&output).contains("no [interpolator]"), "{}", complaint(&output));
-    let table = said(&output);
+    let table = printed(&output);
     let line = table.lines().find(|line| line.starts_with("contour error 0.")).unwrap().to_string();
     let plan = folder.join("part.plan").display().to_string();
     let planned =
         keepout(&["plan", &bracket(), "--tool-diameter", "6", "--machine-profile", &machine, "-o", &plan]);
     assert_eq!(code(&planned), 0, "{}", complaint(&planned));
-    let margin = said(&planned);
+    let margin = printed(&planned);
     let term =
         margin.lines().find(|line| line.trim_start().starts_with("contour error")).unwrap().to_string();
     let source = line.split_once(" mm: ").unwrap().1;
@@ -39,7 +39,7 @@ fn budget_goes_into_a_machine_profile_and_a_plan_names_it() {
     assert!(term.contains(source) && term.contains(figure), "{line}\n{term}");
     let verified = keepout(&["verify", &plan]);
     assert_eq!(code(&verified), 0, "{}", complaint(&verified));
-    // A profile that says nothing of where its figure comes from serves as ever.
+    // A profile without the source of its figure is still valid.
     let bare: String = text(Path::new(&machine))
         .lines()
         .filter(|line| !line.contains("source"))
@@ -60,27 +60,28 @@ fn budget_goes_into_a_machine_profile_and_a_plan_names_it() {
     assert_eq!(code(&planned), 0, "{}", complaint(&planned));
     assert_eq!(code(&keepout(&["verify", &plan])), 0);
     assert!(source.contains("Koren & Lo, Table 2") && source.contains("754 mm/min"), "{source}");
-    // Once more, over the profile that was written.
+    // The budget can overwrite the profile that it wrote.
     let again = keepout(&[budget.as_slice(), &["--machine-profile", &machine]].concat());
     assert_eq!(code(&again), 0, "{}", complaint(&again));
-    // Without one the other figures are not of the machine, and that is said here and at the machine.
+    // Without --machine-profile the other figures are not the machine's. `drives` prints a note, and so does
+    // `run`.
     let of_which = "the other figures are of the simulated";
     assert!(complaint(&output).contains(of_which) && !complaint(&again).contains(of_which));
     let at_the_machine = |plan: &str| {
         complaint(&keepout(&["run", plan, "--port", "/dev/null", "--homed", "--origin-mm", "0,0"]))
     };
-    let told = "margin and travel are of the simulated";
-    assert!(at_the_machine(&plan).contains(told), "{}", at_the_machine(&plan));
+    let note = "margin and travel are of the simulated";
+    assert!(at_the_machine(&plan).contains(note), "{}", at_the_machine(&plan));
     let profile = text(Path::new(&machine)).replacen("simulated GRBL 1.1 table", "mill", 1);
     std::fs::write(&machine, profile).unwrap();
     let planned =
         keepout(&["plan", &bracket(), "--tool-diameter", "6", "--machine-profile", &machine, "-o", &plan]);
     assert_eq!(code(&planned), 0, "{}", complaint(&planned));
-    assert!(!at_the_machine(&plan).contains(told), "{}", at_the_machine(&plan));
+    assert!(!at_the_machine(&plan).contains(note), "{}", at_the_machine(&plan));
 }
 
 #[test]
-fn what_is_wrong_is_named_and_nothing_is_written() {
+fn wrong_arguments_of_drives_are_named_and_write_no_file() {
     let folder = folder("drives-bad");
     let file = |name: &str, text: &str| {
         let path = folder.join(name);
@@ -99,7 +100,7 @@ fn what_is_wrong_is_named_and_nothing_is_written() {
         (&["budget", "simulated", "--feed", "900", "--machine-profile", &fast, "-o", &to], "would not hold"),
         (&["budget", "simulated", "--feed", "60000"], "beyond the drives"),
         (&["budget", &quick, "--feed", "1"], "samples of the profile"),
-        (&["budget", &quick, "--feed", "900", "-o", &quick], "is what is read"),
+        (&["budget", &quick, "--feed", "900", "-o", &quick], "is an input"),
         (&["budget", "koren-lo-table-1", "--feed", "900", "--machine-profile", &odd], "--output"),
     ];
     for (arguments, says) in cases {

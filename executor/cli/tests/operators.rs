@@ -1,5 +1,5 @@
-//! Operators as a person meets them on the command line: a trace repeats its session, the keyboard steers from a
-//! terminal and leaves it as it was, and what is missing is said with what to do.
+//! Tests of operators on the command line. A trace repeats its session. The keyboard jogs from a terminal and
+//! restores the terminal. A missing device gives an error with the remedy.
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ fn keepout(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_keepout")).args(arguments).stdin(Stdio::null()).output().unwrap()
 }
 
-/// An empty folder of this test's own, with a plan in it.
+/// Makes a folder with a plan for one test.
 fn planned(name: &str) -> (PathBuf, String) {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = std::fs::remove_dir_all(&folder);
@@ -24,7 +24,7 @@ fn planned(name: &str) -> (PathBuf, String) {
 }
 
 #[test]
-fn a_trace_repeats_the_session_it_was_recorded_in() {
+fn trace_repeats_its_recorded_session() {
     for operator in ["wall", "random"] {
         let (folder, plan) = planned(&format!("trace-{operator}"));
         let file = |name: &str| folder.join(name).display().to_string();
@@ -37,7 +37,7 @@ fn a_trace_repeats_the_session_it_was_recorded_in() {
         assert_eq!(recorded.status.code(), Some(0), "{recorded:?}");
         let played = run(&format!("trace:{trace}"), &["--log", &second, "--view"]);
         assert_eq!(played.stdout, recorded.stdout);
-        // The headers name who steered, and when.
+        // The headers differ: they state the operator and the time.
         let log = |path: &str| Log::load(Path::new(path)).unwrap();
         assert!(log(&first).entries == log(&second).entries);
         let again = run(operator, &["--record-trace", &trace]);
@@ -46,7 +46,7 @@ fn a_trace_repeats_the_session_it_was_recorded_in() {
 }
 
 #[test]
-fn who_is_missing_is_said_with_what_to_do() {
+fn missing_operators_are_named_with_the_remedy() {
     let (folder, plan) = planned("missing");
     let none = folder.join("event0").display().to_string();
     let cases: [(&[&str], &str); 5] = [
@@ -80,7 +80,7 @@ mod terminal {
         keys: TTYPort,
         child: Child,
         shown: Vec<u8>,
-        /// Keeps the terminal there when the program has gone: what it showed last can be read.
+        /// Keeps the terminal open after the program ends, so that its last output can be read.
         _end: std::fs::File,
     }
 
@@ -101,7 +101,7 @@ mod terminal {
             Self { keys, child, shown: Vec::new(), _end: end() }
         }
 
-        /// Types, answering as a plain terminal does, for a time or until the program has ended.
+        /// Types keys for a time, or until the program ends. Answers queries as a plain terminal does.
         fn type_for(&mut self, time: Duration, keys: &[u8], every: Duration) {
             let (began, mut due) = (Instant::now(), Duration::ZERO);
             while began.elapsed() < time && self.child.try_wait().unwrap().is_none() {
@@ -119,7 +119,7 @@ mod terminal {
             }
         }
 
-        /// Waits until something is shown, for a minute at most.
+        /// Waits until the program shows a text, for at most one minute.
         fn wait_for(&mut self, text: &str) {
             let began = Instant::now();
             while !String::from_utf8_lossy(&self.shown).contains(text) {
@@ -128,7 +128,8 @@ mod terminal {
             }
         }
 
-        /// Waits for the end, and reads what was shown last.
+        /// Kills the program if it still runs, and reads its last output. Returns its exit code if it ended
+        /// by itself.
         fn end(&mut self) -> Option<i32> {
             let status = self.child.try_wait().unwrap();
             let _ = self.child.kill();
@@ -142,7 +143,7 @@ mod terminal {
     }
 
     #[test]
-    fn the_keyboard_steers_and_leaves_the_terminal_as_it_was() {
+    fn keyboard_jogs_and_restores_the_terminal() {
         let (folder, plan) = planned("keyboard");
         let trace = folder.join("keys.trace").display().to_string();
         let run = ["run", &plan, "--operator", "keyboard", "--view", "--record-trace", &trace];

@@ -1,4 +1,4 @@
-//! Sessions as processes: played again, taken up again, ended by signals and by a full disk; controllers examined.
+//! Tests of sessions as processes: replay, resume, the end by signals and by a full disk, and `doctor`.
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
@@ -19,7 +19,7 @@ fn keepout(arguments: &[&str]) -> Output {
     Command::new(PROGRAM).args(arguments).output().unwrap()
 }
 
-/// A folder with a plan, and paths in it.
+/// A folder with a plan, for one test.
 struct Shop(PathBuf);
 
 impl Shop {
@@ -69,7 +69,7 @@ impl Shop {
     }
 }
 
-/// A simulated machine that does not outlive its test.
+/// A simulated machine that ends with its test.
 struct Machine(Child);
 
 impl Machine {
@@ -91,23 +91,23 @@ fn signal(child: &Child, name: &str) {
     assert!(sent.success());
 }
 
-fn said(output: &Output) -> String {
+fn printed(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
 }
 
 #[test]
-fn a_run_is_replayed_and_reported() {
+fn run_is_replayed_and_reported() {
     let shop = Shop::new("replayed");
     let run = shop.run(&["--log", &shop.at("a.log")]);
-    assert_eq!(run.status.code(), Some(0), "{}", said(&run));
+    assert_eq!(run.status.code(), Some(0), "{}", printed(&run));
     let replayed = keepout(&["replay", &shop.at("a.log"), "-o", &shop.at("a.svg")]);
-    let text = said(&replayed);
+    let text = printed(&replayed);
     assert_eq!(replayed.status.code(), Some(0), "{text}");
     assert!(text.contains("as the operator wanted") && text.contains("byte by byte"), "{text}");
     assert!(std::fs::read_to_string(shop.at("a.svg")).unwrap().contains("contact start: the contour begins"));
     let reported =
         keepout(&["report", &shop.at("a.log"), "--plan", &shop.at("part.plan"), "-o", &shop.at("a.html")]);
-    assert_eq!(reported.status.code(), Some(0), "{}", said(&reported));
+    assert_eq!(reported.status.code(), Some(0), "{}", printed(&reported));
     let page = std::fs::read_to_string(shop.at("a.html")).unwrap();
     for wanted in
         ["<svg", "loop 1 of pass 1 finished", "certificates hold", "contour held", "bracket.dxf", "T"]
@@ -115,26 +115,30 @@ fn a_run_is_replayed_and_reported() {
         assert!(page.contains(wanted), "{wanted}");
     }
     assert!(!page.contains("<script") && !page.contains("href") && !page.contains("src="));
-    // One output does not take the place of another, nor of a file that is read.
+    // An output does not overwrite another output, or an input.
     for (log, report) in [("x.log", "x.log"), ("y.log", "./y.log"), ("z.log", "part.plan")] {
         let (log, report) = (shop.at(log), shop.at(report));
         let run = shop.run(&["--log", &log, "--report", &report]);
-        assert!(run.status.code() == Some(2) && !Path::new(&log).exists(), "{}", said(&run));
+        assert!(run.status.code() == Some(2) && !Path::new(&log).exists(), "{}", printed(&run));
     }
     std::fs::write(shop.at("hand.txt"), "0 quit\n").unwrap();
     let script = shop.at("hand.txt");
     let (plan, picture) = (shop.at("part.plan"), shop.at("hand.txt"));
     let run = keepout(&["run", &plan, "--machine", "sim-fast", "--operator", &script, "--picture", &picture]);
-    assert!(run.status.code() == Some(2) && said(&run).contains("is what is read"), "{}", said(&run));
-    // Neither is written over what is read.
+    assert!(run.status.code() == Some(2) && printed(&run).contains("is an input"), "{}", printed(&run));
+    // `report` and `replay` do not overwrite their inputs.
     for (command, onto) in [("report", "a.log"), ("report", "part.plan"), ("replay", "part.plan")] {
         let onto = keepout(&[command, &shop.at("a.log"), "-o", &shop.at(onto)]);
-        assert!(onto.status.code() == Some(2) && said(&onto).contains("is what is read"), "{}", said(&onto));
+        assert!(
+            onto.status.code() == Some(2) && printed(&onto).contains("is an input"),
+            "{}",
+            printed(&onto)
+        );
     }
 }
 
 #[test]
-fn logs_that_do_not_hold_have_their_code() {
+fn damaged_logs_and_wrong_plans_have_exit_codes() {
     let shop = Shop::new("changed");
     assert_eq!(shop.run(&["--log", &shop.at("a.log")]).status.code(), Some(0));
     let whole = std::fs::read(shop.at("a.log")).unwrap();
@@ -142,12 +146,12 @@ fn logs_that_do_not_hold_have_their_code() {
         std::fs::write(shop.at("b.log"), bytes).unwrap();
         let replayed = keepout(&["replay", &shop.at("b.log")]);
         assert!(
-            replayed.status.code() == Some(code) && said(&replayed).contains(words),
+            replayed.status.code() == Some(code) && printed(&replayed).contains(words),
             "{}",
-            said(&replayed)
+            printed(&replayed)
         );
         let resumed = shop.run(&["--resume", &shop.at("b.log")]);
-        assert_eq!(resumed.status.code() == Some(5), code == 5, "{}", said(&resumed));
+        assert_eq!(resumed.status.code() == Some(5), code == 5, "{}", printed(&resumed));
     };
     check(&whole[..whole.len() - 5], 0, "bytes of a last line");
     let mut changed = whole.clone();
@@ -156,7 +160,11 @@ fn logs_that_do_not_hold_have_their_code() {
     check(b"hello\n", 5, "no keepout log");
     std::fs::rename(shop.at("part.plan"), shop.at("other")).unwrap();
     let replayed = keepout(&["replay", &shop.at("a.log")]);
-    assert!(replayed.status.code() == Some(2) && said(&replayed).contains("--plan"), "{}", said(&replayed));
+    assert!(
+        replayed.status.code() == Some(2) && printed(&replayed).contains("--plan"),
+        "{}",
+        printed(&replayed)
+    );
     let other = Shop::new("changed-other");
     let drawing =
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/drawings/triangle.dxf").display().to_string();
@@ -166,65 +174,70 @@ fn logs_that_do_not_hold_have_their_code() {
     );
     let replayed = keepout(&["replay", &shop.at("a.log"), "--plan", &other.at("t.plan")]);
     assert!(
-        replayed.status.code() == Some(5) && said(&replayed).contains("another plan"),
+        replayed.status.code() == Some(5) && printed(&replayed).contains("another plan"),
         "{}",
-        said(&replayed)
+        printed(&replayed)
     );
 }
 
 #[test]
-fn a_dialect_file_that_was_changed_is_named_and_not_the_log() {
+fn changed_dialect_file_is_named_as_the_cause() {
     let shop = Shop::new("dialect");
     let (dialect, log) = (shop.at("ours.toml"), shop.at("a.log"));
     let file = format!("{}/../dialects/nsk-style.toml", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(file).unwrap();
     std::fs::write(&dialect, &text).unwrap();
     let run = shop.run(&["--dialect", &dialect, "--log", &log, "--limit-s", "6"]);
-    assert_eq!(run.status.code(), Some(9), "{}", said(&run));
+    assert_eq!(run.status.code(), Some(9), "{}", printed(&run));
     let replayed = keepout(&["replay", &log]);
-    assert_eq!(replayed.status.code(), Some(0), "{}", said(&replayed));
+    assert_eq!(replayed.status.code(), Some(0), "{}", printed(&replayed));
     std::fs::write(&dialect, format!("{text}# serviced\n")).unwrap();
     for changed in [keepout(&["replay", &log]), shop.run(&["--dialect", &dialect, "--resume", &log])] {
         assert!(
-            changed.status.code() == Some(5) && said(&changed).contains("another text of"),
+            changed.status.code() == Some(5) && printed(&changed).contains("another text of"),
             "{}",
-            said(&changed)
+            printed(&changed)
         );
     }
     std::fs::write(&dialect, text).unwrap();
     assert_eq!(keepout(&["replay", &log]).status.code(), Some(0));
 }
 
-/// What is cut stands where it was cut: a slip of the origin would be a contour beside it, through the part.
+/// With another origin, the rest of the contour would be cut beside its first part, through the part.
 #[test]
-fn what_was_cut_elsewhere_is_not_gone_on_with() {
+fn run_with_another_origin_is_not_resumed() {
     let shop = Shop::new("elsewhere");
     let first = shop.at("1.log");
     let run = shop.run(&["--limit-s", "14", "--origin-mm", "-200,-175", "--log", &first]);
-    assert!(run.status.code() == Some(9) && said(&run).contains("1 in part"), "{}", said(&run));
+    assert!(run.status.code() == Some(9) && printed(&run).contains("1 in part"), "{}", printed(&run));
     for other in ["-200,-165", "-200.002,-175"] {
         let run = shop.run(&["--resume", &first, "--origin-mm", other]);
         assert!(
-            run.status.code() == Some(2) && said(&run).contains("origin at -200.000,-175.000"),
+            run.status.code() == Some(2) && printed(&run).contains("origin at -200.000,-175.000"),
             "{}",
-            said(&run)
+            printed(&run)
         );
     }
     let run = shop.run(&["--resume", &first]);
-    assert_eq!(run.status.code(), Some(2), "{}", said(&run));
+    assert_eq!(run.status.code(), Some(2), "{}", printed(&run));
     let run = shop.run(&["--resume", &first, "--origin-mm", "-200,-175"]);
-    assert!(run.status.code() == Some(0) && said(&run).contains("1 of 3"), "{}", said(&run));
+    assert!(run.status.code() == Some(0) && printed(&run).contains("1 of 3"), "{}", printed(&run));
     let run = shop.run(&["--resume", &first, "--origin-mm", "-200,-165", "--moved"]);
-    assert_eq!(run.status.code(), Some(0), "{}", said(&run));
+    assert_eq!(run.status.code(), Some(0), "{}", printed(&run));
     let plan = shop.at("part.plan");
     let run =
         keepout(&["run", &plan, "--resume", &first, "--port", "/dev/null", "--homed", "--origin-mm", "0,0"]);
-    assert!(run.status.code() == Some(2) && said(&run).contains("of a simulated machine"), "{}", said(&run));
+    assert!(
+        run.status.code() == Some(2) && printed(&run).contains("of a simulated machine"),
+        "{}",
+        printed(&run)
+    );
 }
 
-/// Half the microsteps in the profile: everything would be half as large, but for the tool. The device's travel tells.
+/// With half the microsteps in the profile, every motion would have half its length. The device's travel
+/// reveals it.
 #[test]
-fn a_device_of_other_microsteps_is_refused_before_it_moves() {
+fn device_with_other_microsteps_is_refused_before_it_moves() {
     let shop = Shop::new("microsteps");
     let (profile, plan) = (shop.at("machine.toml"), shop.at("half.plan"));
     let machine = MachineProfile { steps_per_mm: 200.0, ..MachineProfile::simulated() };
@@ -232,24 +245,24 @@ fn a_device_of_other_microsteps_is_refused_before_it_moves() {
     let bracket = Path::new(env!("CARGO_MANIFEST_DIR")).join("drawings/bracket.dxf").display().to_string();
     let made =
         keepout(&["plan", &bracket, "--tool-diameter", "6", "--machine-profile", &profile, "-o", &plan]);
-    assert_eq!(made.status.code(), Some(0), "{}", said(&made));
+    assert_eq!(made.status.code(), Some(0), "{}", printed(&made));
     let common = ["--machine", "sim-fast", "--dialect", "zaber", "--operator", "calm", "--jog-s", "3"];
     let run = keepout(&[&["run", &plan], &common[..]].concat());
-    assert!(run.status.code() == Some(6) && said(&run).contains("limit.max"), "{}", said(&run));
-    assert!(said(&run).contains("0 jogs, 0 contour motions"), "{}", said(&run));
+    assert!(run.status.code() == Some(6) && printed(&run).contains("limit.max"), "{}", printed(&run));
+    assert!(printed(&run).contains("0 jogs, 0 contour motions"), "{}", printed(&run));
     let run = keepout(&[&["run", &shop.at("part.plan")], &common[..]].concat());
-    assert!(run.status.code() == Some(0) && !said(&run).contains("speeds up"), "{}", said(&run));
-    // One that speeds up faster than the margin knows runs, and it is said.
+    assert!(run.status.code() == Some(0) && !printed(&run).contains("speeds up"), "{}", printed(&run));
+    // A device with more acceleration than the plan's machine runs, with a note.
     let machine = MachineProfile { acceleration_mm_s2: 500.0, ..MachineProfile::simulated() };
     std::fs::write(&profile, machine.to_toml()).unwrap();
     keepout(&["plan", &bracket, "--tool-diameter", "6", "--machine-profile", &profile, "-o", &plan]);
     let run = keepout(&[&["run", &plan], &common[..]].concat());
-    assert!(said(&run).contains("the plan's machine by 500: the contour error"), "{}", said(&run));
+    assert!(printed(&run).contains("the plan's machine by 500: the contour error"), "{}", printed(&run));
 }
 
-/// Found by review: between two loops nothing is cut in part, and the second pass is still to do.
+/// Found by review: between two passes no loop is cut in part, but the second pass remains.
 #[test]
-fn a_run_that_ends_between_two_passes_has_not_finished() {
+fn run_that_ends_between_two_passes_has_not_finished() {
     let shop = Shop::new("between");
     let (plan, script) = (shop.at("two.plan"), shop.at("script"));
     let bracket = Path::new(env!("CARGO_MANIFEST_DIR")).join("drawings/bracket.dxf").display().to_string();
@@ -262,59 +275,65 @@ fn a_run_that_ends_between_two_passes_has_not_finished() {
     for quit in (0..9).map(|k| 24.2 + 0.2 * f64::from(k)) {
         std::fs::write(&script, format!("0 -1 -1 auto\n{quit:.1} quit\n")).unwrap();
         let run = keepout(&["run", &plan, "--machine", "sim-fast", "--operator", &script]);
-        assert_eq!(run.status.code(), Some(9), "{}", said(&run));
-        between += usize::from(said(&run).contains("1 of 6") && !said(&run).contains("in part"));
+        assert_eq!(run.status.code(), Some(9), "{}", printed(&run));
+        between += usize::from(printed(&run).contains("1 of 6") && !printed(&run).contains("in part"));
     }
     assert!(between > 0, "no run ended between the passes: other times are needed");
 }
 
-/// What a simulated machine keeps takes the place of nothing that it reads, nor of each other.
+/// The output files of a simulated machine do not overwrite its inputs, or each other.
 #[test]
-fn a_simulated_machine_writes_over_nothing() {
+fn simulated_machine_does_not_overwrite_files() {
     let shop = Shop::new("simulate");
     let plan = shop.at("part.plan");
     let before = std::fs::read(&plan).unwrap();
     for (arguments, why) in [
-        (["--monitor", &plan, "--state", &plan], "is what is read"),
-        (["--monitor", &plan, "--received", &plan], "is what is read"),
+        (["--monitor", &plan, "--state", &plan], "is an input"),
+        (["--monitor", &plan, "--received", &plan], "is an input"),
         (["--positions", &shop.at("x"), "--received", &shop.at("x")], "for two outputs"),
         (["--state", &plan, "--link", &shop.at("link")], "line 1"),
     ] {
         let run = keepout(&[&["simulate"], &arguments[..]].concat());
-        assert!(!run.status.success() && said(&run).contains(why), "{arguments:?}: {}", said(&run));
+        assert!(!run.status.success() && printed(&run).contains(why), "{arguments:?}: {}", printed(&run));
     }
     assert!(std::fs::read(&plan).unwrap() == before, "the plan was written to");
 }
 
 #[test]
-fn interrupted_contours_are_taken_up_in_a_chain_of_runs() {
+fn interrupted_contour_is_resumed_in_a_chain_of_runs() {
     let shop = Shop::new("chain");
     let (first, second, third) = (shop.at("1.log"), shop.at("2.log"), shop.at("3.log"));
     let run = shop.run(&["--limit-s", "14", "--log", &first]);
-    assert!(run.status.code() == Some(9) && said(&run).contains("1 in part"), "{}", said(&run));
+    assert!(run.status.code() == Some(9) && printed(&run).contains("1 in part"), "{}", printed(&run));
     let run = shop.run(&["--limit-s", "16", "--log", &second, "--resume", &first]);
-    assert!(run.status.code() == Some(9) && said(&run).contains("1 in part"), "{}", said(&run));
+    assert!(run.status.code() == Some(9) && printed(&run).contains("1 in part"), "{}", printed(&run));
     let cut = |name: &str| replay(&shop.log(name), shop.work()).unwrap().supervisor.progress().partial[0];
     assert_eq!(cut("1.log").entry, cut("2.log").entry);
     assert_ne!(cut("1.log").resume_point, cut("2.log").resume_point);
     let run = shop.run(&["--log", &third, "--resume", &second]);
-    assert!(run.status.code() == Some(0) && said(&run).contains("1 of 3"), "{}", said(&run));
+    assert!(run.status.code() == Some(0) && printed(&run).contains("1 of 3"), "{}", printed(&run));
     let replayed = replay(&shop.log("3.log"), shop.work()).unwrap();
     assert_eq!((replayed.supervisor.finished().len(), replayed.end()), (1, LogEnd::Done));
-    // A log is never written twice, nor over the one that is taken up.
+    // A run does not overwrite a log, nor the log that it resumes.
     assert_eq!(shop.run(&["--log", &third, "--resume", &second]).status.code(), Some(7));
     assert_eq!(shop.run(&["--log", &third, "--resume", &third]).status.code(), Some(2));
-    // Nothing more is cut: that is not the whole of it.
+    // This run cuts no further contour, so the job is not finished.
     let idle = shop.run(&["--resume", &third]);
-    assert!(idle.status.code() == Some(9) && said(&idle).contains("1 of 3"), "{}", said(&idle));
+    assert!(idle.status.code() == Some(9) && printed(&idle).contains("1 of 3"), "{}", printed(&idle));
     let again = shop.run(&["--resume", &third, "--recut", "1"]);
-    assert!(again.status.code() == Some(0) && said(&again).contains("0 of 3 loops finished, 0 cut in part"));
+    assert!(
+        again.status.code() == Some(0) && printed(&again).contains("0 of 3 loops finished, 0 cut in part")
+    );
     let wrong = shop.run(&["--resume", &third, "--recut", "9"]);
-    assert!(wrong.status.code() == Some(2) && said(&wrong).contains("loop 9 of pass 1"), "{}", said(&wrong));
+    assert!(
+        wrong.status.code() == Some(2) && printed(&wrong).contains("loop 9 of pass 1"),
+        "{}",
+        printed(&wrong)
+    );
 }
 
 #[test]
-fn a_disk_that_fills_up_ends_the_run_with_its_code() {
+fn full_disk_ends_the_run_with_its_exit_code() {
     let shop = Shop::new("full");
     for blocks in ["1", "20", "60"] {
         let log = shop.at(&format!("{blocks}.log"));
@@ -325,9 +344,9 @@ fn a_disk_that_fills_up_ends_the_run_with_its_code() {
             .output()
             .unwrap();
         assert!(
-            run.status.code() == Some(7) && said(&run).contains("log could not be written"),
+            run.status.code() == Some(7) && printed(&run).contains("log could not be written"),
             "{}",
-            said(&run)
+            printed(&run)
         );
         let written = Log::load(Path::new(&log)).unwrap();
         replay(&written, shop.work()).unwrap_or_else(|error| panic!("{blocks}: {error}"));
@@ -345,7 +364,7 @@ fn signals_end_a_session_in_order() {
         let path = shop.at(&log);
         let mut arguments = vec!["run", &plan, "--log", &path, "--operator", "wall", "--jog-s", "1.5"];
         arguments.extend(["--feed-mm-min", "6000"]);
-        // By turns at the end of a port, and as the simulation behind a pty.
+        // Even rounds run at a port, odd rounds with the simulation behind a pty.
         if round % 2 == 0 {
             arguments.extend(["--port", &port, "--home", "--origin-mm", "-130,-110"]);
         }
@@ -374,12 +393,12 @@ fn signals_end_a_session_in_order() {
 }
 
 #[test]
-fn the_doctor_looks_and_touches_nothing() {
+fn doctor_sends_only_queries() {
     let shop = Shop::new("doctor");
     let (state, plan) = (shop.at("state"), shop.at("part.plan"));
     let mut machine = shop.machine(&["--state", &state, "--monitor", &plan, "--origin-mm", "-130,-110"]);
     let examined = keepout(&["doctor", "--port", &shop.at("port"), "--queries", "20"]);
-    let text = said(&examined);
+    let text = printed(&examined);
     assert!(
         examined.status.code() == Some(0) && text.contains("margin M") && text.contains("median"),
         "{text}"
@@ -390,26 +409,34 @@ fn the_doctor_looks_and_touches_nothing() {
     assert_eq!(String::from_utf8(lines).unwrap(), "$\n$I\n$G\n$$\n");
     assert!(received.len() > 20);
     let nobody = keepout(&["doctor", "--port", "/dev/no-such-port"]);
-    assert!(nobody.status.code() == Some(6) && said(&nobody).contains("can not open"), "{}", said(&nobody));
-    // A controller of coarser steps than the profile's is not fit.
+    assert!(
+        nobody.status.code() == Some(6) && printed(&nobody).contains("can not open"),
+        "{}",
+        printed(&nobody)
+    );
+    // A controller with coarser steps than the profile is not fit.
     let fine = shop.at("fine.toml");
     std::fs::write(
         &fine,
         "name = \"fine\"\ntravel_mm = [400.0, 350.0]\nmax_rate_mm_s = 100.0\nacceleration_mm_s2 = 500.0\n\
-         steps_per_mm = 1000.0\nreport_digit_mm = 0.001\narc_tolerance_mm = 0.0005\nrepeatability_mm = 0.002\n\
-         contour_error_mm = 0.001\n",
+         steps_per_mm = 1000.0\nreport_digit_mm = 0.001\narc_tolerance_mm = 0.0005\nrepeatability_mm = \
+         0.002\n contour_error_mm = 0.001\n",
     )
     .unwrap();
     let mut machine = shop.machine(&[]);
     let examined =
         keepout(&["doctor", "--port", &shop.at("port"), "--machine-profile", &fine, "--queries", "3"]);
-    assert!(examined.status.code() == Some(6) && said(&examined).contains("NOT FIT"), "{}", said(&examined));
+    assert!(
+        examined.status.code() == Some(6) && printed(&examined).contains("NOT FIT"),
+        "{}",
+        printed(&examined)
+    );
     assert_eq!(machine.end(), Some(0));
 }
 
-/// What was measured at a simulated GRBL comes into the profile, and the recording can be compared.
+/// The findings at a simulated GRBL go into the profile, and the recording can be compared.
 #[test]
-fn conformance_is_measured_in_the_air_and_stored() {
+fn conformance_findings_are_stored_in_the_profile() {
     let shop = Shop::new("conformance");
     let profile = shop.at("mill.toml");
     std::fs::write(&profile, format!("# mine\n{}", MachineProfile::simulated().to_toml())).unwrap();
@@ -419,31 +446,39 @@ fn conformance_is_measured_in_the_air_and_stored() {
     let common =
         ["doctor", "--port", &port, "--machine-profile", &profile, "--queries", "3", "--conformance"];
     let doctor = |more: &[&str]| keepout(&[&common[..], more].concat());
-    let unasked = doctor(&["--dialect", "grbl"]);
-    assert!(unasked.status.code() == Some(2) && said(&unasked).contains("--yes"), "{}", said(&unasked));
+    let refused = doctor(&["--dialect", "grbl"]);
+    assert!(refused.status.code() == Some(2) && printed(&refused).contains("--yes"), "{}", printed(&refused));
     let other = doctor(&["--dialect", "zaber", "--yes"]);
-    assert!(other.status.code() == Some(2) && said(&other).contains("no conformance"), "{}", said(&other));
+    assert!(
+        other.status.code() == Some(2) && printed(&other).contains("no conformance"),
+        "{}",
+        printed(&other)
+    );
     let only = ["--only", "junction of 90", "--only", "startup", "--record", &record, "--store"];
     let found = doctor(&[&["--dialect", "grbl", "--yes"], &only[..]].concat());
-    let text = said(&found);
+    let text = printed(&found);
     assert!(found.status.code() == Some(0) && !text.contains("on cancel"), "{text}");
     assert_eq!(machine.end(), Some(0));
     let text = std::fs::read_to_string(&profile).unwrap();
     assert!(text.starts_with("# mine\n"), "{text}");
     let controller = MachineProfile::load(Path::new(&profile)).unwrap().controller.unwrap();
-    assert_eq!(controller.keeps_path_on_cancel, None, "no cancel is sent to a machine");
+    assert_eq!(controller.keeps_path_on_cancel, None, "doctor sends no cancel to a machine");
     assert_eq!((controller.planner_blocks, controller.receive_buffer), (Some(15), Some(128)));
     let compared = keepout(&["doctor", "--compare", &record, &record]);
-    assert!(compared.status.code() == Some(0) && said(&compared).contains("no difference"));
+    assert!(compared.status.code() == Some(0) && printed(&compared).contains("no difference"));
     let header = r#"{"keepout_conformance":2,"dialect":"grbl","digit_mm":0.001,"step_mm":0.0025}"#;
     std::fs::write(&record, format!("{header}\n1 z\n")).unwrap();
     let damaged = keepout(&["doctor", "--compare", &record, &record]);
-    assert!(damaged.status.code() == Some(5) && said(&damaged).contains("line 2"), "{}", said(&damaged));
+    assert!(
+        damaged.status.code() == Some(5) && printed(&damaged).contains("line 2"),
+        "{}",
+        printed(&damaged)
+    );
 }
 
 #[test]
-fn the_simulated_witness_has_its_code() {
-    let shop = Shop::new("witness");
+fn tool_in_the_part_gives_the_exit_code_of_the_collision_monitor() {
+    let shop = Shop::new("collision-monitor");
     let plan = shop.at("part.plan");
     // The tool stands in the part.
     let more = ["--monitor", &plan, "--origin-mm", "-130,-110", "--start-mm", "-120,-100"];
@@ -452,9 +487,9 @@ fn the_simulated_witness_has_its_code() {
     assert_eq!(machine.end(), Some(8));
 }
 
-/// A demo takes the place of its own log only: another's may be needed to go on with a part.
+/// A demo overwrites only the log of a demo, because a run may need any other log to resume.
 #[test]
-fn a_demo_keeps_logs_of_others() {
+fn demo_keeps_other_logs() {
     let shop = Shop::new("demo");
     let log = shop.at("session.log");
     let folder = shop.0.display().to_string();
@@ -462,13 +497,17 @@ fn a_demo_keeps_logs_of_others() {
     for other in [&b"anything"[..], b""] {
         std::fs::write(&log, other).unwrap();
         let run = demo();
-        assert!(run.status.code() == Some(2) && said(&run).contains("no log of a demo"), "{}", said(&run));
+        assert!(
+            run.status.code() == Some(2) && printed(&run).contains("not the log of a demo"),
+            "{}",
+            printed(&run)
+        );
         assert_eq!(std::fs::read(&log).unwrap(), other);
     }
-    assert!(!Path::new(&shop.at("bracket.plan")).exists(), "it began all the same");
+    assert!(!Path::new(&shop.at("bracket.plan")).exists(), "the demo began despite the log");
     std::fs::remove_file(&log).unwrap();
     for _ in 0..2 {
         let run = demo();
-        assert_eq!(run.status.code(), Some(0), "{}", said(&run));
+        assert_eq!(run.status.code(), Some(0), "{}", printed(&run));
     }
 }

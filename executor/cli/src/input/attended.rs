@@ -1,4 +1,4 @@
-//! A second pair of hands: keys beside whatever steers, and the signal that ends the session in order.
+//! Operators around an operator: an attendant at the keyboard, and a flag that ends the session in order.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -9,9 +9,9 @@ use keepout_guard::Time;
 
 use super::terminal::Keyboard;
 
-/// Somebody who can stop what another operator does.
+/// A person who can stop the motion of another operator.
 pub trait Attendant: Operator {
-    /// Whether everything is to stand still.
+    /// Whether the attendant requests standstill.
     fn stopped(&self) -> bool;
 }
 
@@ -21,14 +21,14 @@ impl Attendant for Keyboard {
     }
 }
 
-/// An operator with an attendant, who asks and stops but does not steer.
+/// An operator with an attendant. The attendant gives commands and stops the motion, but does not jog.
 pub struct Attended<O, A> {
     operator: O,
     attendant: A,
 }
 
 impl<O: Operator, A: Attendant> Attended<O, A> {
-    /// `operator` steers, `attendant` watches.
+    /// Combines the `operator`, who jogs, with the `attendant`, who watches.
     pub fn new(operator: O, attendant: A) -> Self {
         Self { operator, attendant }
     }
@@ -45,14 +45,14 @@ impl<O: Operator, A: Attendant> Operator for Attended<O, A> {
     }
 }
 
-/// An operator who quits once a flag is up: a signal's, or another thread's.
+/// An operator who stops the session when a flag is set, by a signal or by another thread.
 pub struct Endable<O> {
     operator: O,
     end: Arc<AtomicBool>,
 }
 
 impl<O: Operator> Endable<O> {
-    /// `operator`, until `end` is up.
+    /// Passes the input of `operator` on until `end` is set.
     pub fn new(operator: O, end: Arc<AtomicBool>) -> Self {
         Self { operator, end }
     }
@@ -69,7 +69,7 @@ mod tests {
     use keepout_executor::supervisor::{OperatorCommand, Phase};
 
     use super::*;
-    use crate::input::testing::{Told, view};
+    use crate::input::testing::{Scripted, view};
 
     struct Watching(OperatorInput, bool);
 
@@ -86,18 +86,18 @@ mod tests {
     }
 
     #[test]
-    fn the_attendant_stops_and_asks_but_does_not_steer() {
-        let steered = OperatorInput { velocity: (1.0, 0.0), automatic: true, ..OperatorInput::default() };
+    fn attendant_stops_and_commands_but_does_not_jog() {
+        let jogged = OperatorInput { velocity: (1.0, 0.0), automatic: true, ..OperatorInput::default() };
         let pause = OperatorInput {
             velocity: (0.0, 1.0),
             command: Some(OperatorCommand::FeedHold),
             ..OperatorInput::default()
         };
         let with = |stopped| {
-            let told = Told::new(vec![steered]);
-            Attended::new(told, Watching(pause, stopped)).input(&view(Phase::Manual), Time::ZERO)
+            let operator = Scripted::new(vec![jogged]);
+            Attended::new(operator, Watching(pause, stopped)).input(&view(Phase::Manual), Time::ZERO)
         };
-        assert_eq!(with(false), OperatorInput { command: Some(OperatorCommand::FeedHold), ..steered });
+        assert_eq!(with(false), OperatorInput { command: Some(OperatorCommand::FeedHold), ..jogged });
         assert_eq!(
             with(true),
             OperatorInput {
@@ -109,9 +109,9 @@ mod tests {
     }
 
     #[test]
-    fn the_flag_ends_it() {
+    fn set_flag_stops_the_session() {
         let end = Arc::new(AtomicBool::new(false));
-        let mut operator = Endable::new(Told::new(vec![OperatorInput::default(); 2]), Arc::clone(&end));
+        let mut operator = Endable::new(Scripted::new(vec![OperatorInput::default(); 2]), Arc::clone(&end));
         assert_eq!(operator.input(&view(Phase::Manual), Time::ZERO), OperatorInput::default());
         end.store(true, Ordering::Relaxed);
         assert_eq!(operator.input(&view(Phase::Manual), Time::ZERO), OperatorInput::STOP);

@@ -1,4 +1,5 @@
-//! The operator at a gamepad, joystick or handwheel: a thread reads the device, the loop only looks at what it left.
+//! The operator at a gamepad, joystick or handwheel. A thread reads the device, the session loop takes its
+//! last reading.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -12,26 +13,28 @@ use keepout_guard::Time;
 use super::device::{DeviceError, Devices, EnablingInterlock, Mapping, Reader, Reading, Wanted};
 use super::stick::Stick;
 
-/// Between two looks at the device.
+/// Time between two reads of the device.
 const LOOK: Duration = Duration::from_millis(4);
-/// Asks that are kept while the loop does not take them.
-const ASKS_MAX: usize = 8;
+/// Most commands that are kept until the loop takes them.
+const COMMANDS_MAX: usize = 8;
 
-/// What the thread last read, and when.
+/// Last reading of the thread.
 #[derive(Debug)]
 struct Left {
     reading: Reading,
+    /// Time of the reading.
     at: Instant,
-    /// Whether the loop has taken it.
+    /// Whether the loop has taken the reading.
     taken: bool,
 }
 
 /// The operator at an input device. Dropping it ends its thread.
 pub struct Gamepad {
-    hand: EnablingInterlock,
-    /// What was last taken of it, for the moments in which the thread holds it.
+    interlock: EnablingInterlock,
+    /// Last reading that the loop took. It serves while the thread holds the lock.
     last: Reading,
-    heard: Instant,
+    /// Time of that reading.
+    read_at: Instant,
     left: Arc<Mutex<Left>>,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
@@ -40,10 +43,10 @@ pub struct Gamepad {
 }
 
 impl Gamepad {
-    /// Opens a device of this computer and reads it from now on; what there is to say goes to `panel`.
+    /// Opens a device of this computer and reads it from now on. Notices go to `panel`.
     ///
     /// # Errors
-    /// [`DeviceError`] when there is none, it may not be read, or this is no Linux.
+    /// [`DeviceError`] when the device is missing or may not be read, or when the system is not Linux.
     pub fn open(wanted: Wanted, mapping: Mapping, stick: Stick, panel: Panel) -> Result<Self, DeviceError> {
         #[cfg(target_os = "linux")]
         {
@@ -63,7 +66,7 @@ impl Gamepad {
     /// Opens one of `devices` and reads it from now on.
     ///
     /// # Errors
-    /// [`DeviceError`] when there is none.
+    /// [`DeviceError`] when the device is missing.
     pub fn of<D: Devices + Send + 'static>(
         devices: D,
         mapping: Mapping,
@@ -83,9 +86,9 @@ impl Gamepad {
             .spawn(move || serve(reader, began, &shared.0, &shared.1))
             .map_err(DeviceError::Thread)?;
         Ok(Self {
-            hand: EnablingInterlock::new(stick, panel.clone()),
+            interlock: EnablingInterlock::new(stick, panel.clone()),
             last: Reading::default(),
-            heard: began,
+            read_at: began,
             left,
             stop,
             thread: Some(thread),
@@ -96,19 +99,19 @@ impl Gamepad {
 }
 
 impl Gamepad {
-    /// What is held, chosen and switched on.
+    /// Status line: the dead-man button or the handwheel, and whether the cycle is armed.
     fn status(&self) -> String {
         let device = match (self.wheel, self.last.dead_man) {
             (true, _) => self.last.status.as_str(),
             (false, true) => "dead-man held",
             (false, false) => "dead-man released",
         };
-        let automatic = if self.last.automatic { ", automatic" } else { "" };
-        format!("{device}{automatic}")
+        let armed = if self.last.automatic { ", armed" } else { "" };
+        format!("{device}{armed}")
     }
 }
 
-/// The thread's work: to read, and to leave it for the loop.
+/// The reading thread: reads the device, and leaves each reading for the loop.
 fn serve<D: Devices>(mut reader: Reader<D>, began: Instant, left: &Mutex<Left>, stop: &AtomicBool) {
     while !stop.load(Ordering::Relaxed) {
         let at = Instant::now();
@@ -118,12 +121,13 @@ fn serve<D: Devices>(mut reader: Reader<D>, began: Instant, left: &Mutex<Left>, 
     }
 }
 
-/// Leaves a reading. Asks that were not taken yet stay; turns stay in the reader until the last ones were taken.
+/// Leaves a reading for the loop. Commands that the loop has not taken yet stay. The reader keeps further
+/// handwheel turns until the loop has taken the last ones.
 fn leave<D: Devices>(reader: &mut Reader<D>, mut reading: Reading, at: Instant, left: &mut Left) {
-    let mut asks = std::mem::take(&mut left.reading.asks);
-    asks.append(&mut reading.asks);
-    asks.truncate(ASKS_MAX);
-    reading.asks = asks;
+    let mut commands = std::mem::take(&mut left.reading.commands);
+    commands.append(&mut reading.commands);
+    commands.truncate(COMMANDS_MAX);
+    reading.commands = commands;
     if left.taken {
         reading.turned_mm = reader.take_turned_mm();
     } else if left.reading.connection == reading.connection {
@@ -134,17 +138,17 @@ fn leave<D: Devices>(reader: &mut Reader<D>, mut reading: Reading, at: Instant, 
 
 impl Operator for Gamepad {
     fn input(&mut self, view: &OperatorView, _: Time) -> OperatorInput {
-        self.last.asks.clear();
+        self.last.commands.clear();
         self.last.turned_mm = (0.0, 0.0);
         if let Ok(mut left) = self.left.try_lock() {
             self.last = left.reading.clone();
-            self.heard = left.at;
-            left.reading.asks.clear();
+            self.read_at = left.at;
+            left.reading.commands.clear();
             left.reading.turned_mm = (0.0, 0.0);
             left.taken = true;
         }
         self.panel.set_status(&self.status());
-        self.hand.input(&self.last, self.heard.elapsed(), view.phase)
+        self.interlock.input(&self.last, self.read_at.elapsed(), view.phase)
     }
 }
 
@@ -169,12 +173,12 @@ mod tests {
     use crate::input::stick::StickSettings;
     use crate::input::testing::view;
 
-    /// What a test does with the device, view by the reader's thread.
+    /// The simulated device, shared by the test and the reader's thread.
     #[derive(Debug, Default)]
     struct Bench {
         plugged: bool,
         asleep: bool,
-        says: Vec<RawEvent>,
+        events: Vec<RawEvent>,
     }
 
     #[derive(Clone, Default)]
@@ -204,12 +208,12 @@ mod tests {
                 std::thread::sleep(Duration::from_millis(400));
             }
             let mut bench = self.0.lock().unwrap();
-            events.append(&mut bench.says);
+            events.append(&mut bench.events);
             if bench.plugged { Ok(()) } else { Err(io::ErrorKind::NotFound.into()) }
         }
     }
 
-    /// Wishes every 2 ms until one is as wanted; fails after 5 s.
+    /// Takes an input every 2 ms until one is as wanted. Fails after 5 s.
     fn until(gamepad: &mut Gamepad, wanted: impl Fn(&OperatorInput) -> bool) {
         for _ in 0..2500 {
             if wanted(&gamepad.input(&view(Phase::Manual), Time::ZERO)) {
@@ -217,11 +221,11 @@ mod tests {
             }
             std::thread::sleep(Duration::from_millis(2));
         }
-        panic!("not within 5 s");
+        panic!("no such input within 5 s");
     }
 
     #[test]
-    fn a_silent_or_unplugged_device_stops_the_tool_and_a_held_one_does_not() {
+    fn silent_or_unplugged_device_stops_the_tool_and_a_held_one_does_not() {
         let bench = Shared::default();
         bench.0.lock().unwrap().plugged = true;
         let stick = Stick::new(StickSettings::default()).unwrap();
@@ -235,7 +239,7 @@ mod tests {
                 RawEvent::Button { code: 0x136, down: true },
                 RawEvent::Report,
             ];
-            bench.0.lock().unwrap().says.extend(all);
+            bench.0.lock().unwrap().events.extend(all);
         };
         std::thread::sleep(Duration::from_millis(30));
         until(&mut gamepad, still);

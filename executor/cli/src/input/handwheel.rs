@@ -1,4 +1,4 @@
-//! Handwheels: pulses of a manual pulse generator (MPG), as millimetres.
+//! Handwheels: converts pulses of a manual pulse generator (MPG) to millimetres.
 
 /// The axis that a handwheel turns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -10,7 +10,7 @@ pub enum WheelAxis {
     Y,
 }
 
-/// How far one pulse goes.
+/// Distance of one pulse.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum StepSize {
     /// 0.001 mm.
@@ -39,7 +39,7 @@ impl StepSize {
         }
     }
 
-    /// The size as shown, mm.
+    /// The size as the status line shows it, mm.
     #[must_use]
     pub const fn text(self) -> &'static str {
         match self {
@@ -50,7 +50,7 @@ impl StepSize {
         }
     }
 
-    /// The next larger size; after the largest the smallest.
+    /// The next larger size. The smallest size follows the largest.
     #[must_use]
     pub const fn next(self) -> Self {
         match self {
@@ -62,10 +62,12 @@ impl StepSize {
     }
 }
 
-/// A handwheel: pulses in, millimetres for [`OperatorInput::turned_mm`](keepout_executor::supervisor::OperatorInput::turned_mm) out.
+/// A handwheel: converts pulses to the millimetres of
+/// [`OperatorInput::turned_mm`](keepout_executor::supervisor::OperatorInput::turned_mm).
 ///
-/// At most [`Self::PULSES_MAX`] pulses of an axis count between two inputs; the rest is dropped, not saved up, so that
-/// the tool does not go on after the hand has stopped. Sums are whole µm: no rounding gathers.
+/// At most [`Self::PULSES_MAX`] pulses of an axis count between two inputs. Further pulses are dropped and
+/// not saved, so that the tool does not run on after the hand has stopped. Sums are whole µm, so rounding
+/// errors do not add up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Handwheel {
     axis: WheelAxis,
@@ -75,57 +77,58 @@ pub struct Handwheel {
 }
 
 impl Handwheel {
-    /// Pulses of an axis that count between two inputs: three times what a quick hand gives on a 100-pulse wheel.
+    /// Most pulses of an axis that count between two inputs: three times the rate of a quick hand on a
+    /// 100-pulse wheel.
     pub const PULSES_MAX: i32 = 10;
 
-    /// The axis that is turned.
+    /// The selected axis.
     #[must_use]
     pub fn axis(&self) -> WheelAxis {
         self.axis
     }
 
-    /// The size of a step.
+    /// The selected step size.
     #[must_use]
     pub fn step(&self) -> StepSize {
         self.step
     }
 
-    /// Turns the other axis from now on.
+    /// Selects the other axis.
     pub fn swap_axis(&mut self) {
         self.axis = if self.axis == WheelAxis::X { WheelAxis::Y } else { WheelAxis::X };
     }
 
-    /// Steps of another size from now on; what was turned before keeps its own.
+    /// Selects a step size. Earlier pulses keep the size that they had.
     pub fn set_step(&mut self, step: StepSize) {
         self.step = step;
     }
 
-    /// Pulses of the chosen axis.
+    /// Counts pulses of the selected axis.
     pub fn turn(&mut self, pulses: i32) {
         self.turn_axis(self.axis, pulses);
     }
 
-    /// Pulses of an axis.
+    /// Counts pulses of an axis.
     pub fn turn_axis(&mut self, axis: WheelAxis, pulses: i32) {
         let index = usize::from(axis == WheelAxis::Y);
         let bound = Self::PULSES_MAX;
         let before = self.pulses[index];
         let after = before.saturating_add(pulses).clamp(-bound, bound);
         self.pulses[index] = after;
-        // What counted of these pulses is at most twice the bound, so the sum stays small, whatever the sizes.
+        // At most twice the bound of these pulses count, so the product does not overflow.
         let counted = (after - before) * self.step.microns();
         let most = bound * StepSize::Millimetre.microns();
         self.microns[index] = (self.microns[index] + counted).clamp(-most, most);
     }
 
-    /// How far the wheels were turned since this was last commanded, mm.
+    /// Takes the distance that the wheels were turned since the last call, mm.
     pub fn take_mm(&mut self) -> (f64, f64) {
         let [x, y] = self.microns;
         self.forget();
         (f64::from(x) / 1000.0, f64::from(y) / 1000.0)
     }
 
-    /// Forgets pulses that were not taken.
+    /// Drops the pulses since the last call of [`Self::take_mm`].
     pub fn forget(&mut self) {
         self.pulses = [0; 2];
         self.microns = [0; 2];
@@ -151,13 +154,13 @@ mod tests {
     }
 
     #[test]
-    fn what_is_beyond_the_bound_is_dropped() {
+    fn pulses_beyond_the_bound_are_dropped() {
         let mut wheel = Handwheel::default();
         for _ in 0..100 {
             wheel.turn(i32::MAX);
         }
         assert_eq!(wheel.take_mm(), (1.0, 0.0));
-        assert_eq!(wheel.take_mm(), (0.0, 0.0), "nothing is saved up");
+        assert_eq!(wheel.take_mm(), (0.0, 0.0), "no pulse is saved");
         wheel.turn(i32::MIN);
         wheel.turn_axis(WheelAxis::Y, i32::MIN);
         assert_eq!(wheel.take_mm(), (-1.0, -1.0));
@@ -179,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn sizes_go_round() {
+    fn smallest_step_size_follows_the_largest() {
         assert!(StepSize::ALL.iter().all(|size| size.next().next().next().next() == *size));
     }
 }

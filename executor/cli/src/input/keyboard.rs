@@ -1,13 +1,13 @@
-//! The keyboard: keys that are held, steps, and words to the supervisor; free of terminals and clocks.
+//! The keyboard: held keys, steps and operator commands. Independent of terminals and clocks.
 //!
 //! | key | does |
 //! |---|---|
-//! | arrows; home, page up, end, page down | steer, straight and diagonally |
+//! | arrows; home, page up, end, page down | jog, straight and diagonally |
 //! | 1–4 | speed, or the step's size in step mode |
 //! | s | step mode: each press is one step |
 //! | space | stop at once |
-//! | a | automatic mode on or off |
-//! | p, r, f | pause, resume, recover after a fault |
+//! | a | cycle armed, on or off |
+//! | p, r, f | pause (feed hold), resume (cycle start), recover after a fault |
 //! | q, Ctrl-C | quit |
 
 use std::collections::VecDeque;
@@ -21,9 +21,9 @@ use super::handwheel::{Handwheel, StepSize, WheelAxis};
 /// A key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Key {
-    /// One of the keys that steer; −1, 0 or 1 in x and y, up is +y.
+    /// A jog key: −1, 0 or 1 in x and y. Up is +y.
     Steer(i8, i8),
-    /// A letter, digit or space; letters in lower case.
+    /// A letter, digit or space. Letters are in lower case.
     Character(char),
     /// Ctrl-C.
     Interrupt,
@@ -31,35 +31,36 @@ pub enum Key {
     Other,
 }
 
-/// What happened to a key.
+/// Event of a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stroke {
-    /// It went down; where the terminal can not tell, it repeated.
+    /// The key went down. Without release events, a repeat also counts as down.
     Down,
-    /// It is still held.
+    /// The key is still held.
     Repeat,
-    /// It went up.
+    /// The key went up.
     Up,
 }
 
-/// A push outlasts the last sign of its key by this time.
+/// Time that a push lasts after the last event of its key.
 pub const HELD: Duration = Duration::from_millis(150);
-/// A key whose release will be told is believed to be held until its first repeat is overdue.
+/// Longest time until the first repeat of a key, for terminals that report releases. After it a push ends.
 pub const FIRST_REPEAT: Duration = Duration::from_millis(700);
-/// Shares of full speed, keys 1 to 4.
+/// Shares of full speed of the keys 1 to 4.
 pub const SPEEDS: [f64; 4] = [0.05, 0.2, 0.5, 1.0];
-/// Asks that wait for their input.
-const ASKS_MAX: usize = 8;
+/// Most commands that wait for an input.
+const COMMANDS_MAX: usize = 8;
 
-/// The keys that are held, and what else was typed.
+/// State of the keyboard: held keys, selections and waiting commands.
 ///
-/// Most terminals tell no releases: a push then lasts [`HELD`] beyond the last press or repeat, and of two keys held
-/// only the later one is repeated. Where releases are told a push lasts until its release, but not beyond an overdue
-/// repeat: a lost connection must not leave a key held.
+/// Most terminals do not report releases. A push then lasts [`HELD`] beyond the last press or repeat. Of two
+/// held keys the terminal repeats only the later one. With release events, a push lasts until the release. It
+/// also ends when a repeat is overdue, because a lost connection must not leave a key held.
 #[derive(Clone, Debug)]
 pub struct Keys {
+    /// Whether the terminal reports releases.
     releases: bool,
-    /// The keys that steer and are held, each with the end of its push.
+    /// The held jog keys, each with the end of its push.
     held: Vec<((i8, i8), Time)>,
     speed: usize,
     stepping: bool,
@@ -67,12 +68,14 @@ pub struct Keys {
     automatic: bool,
     stopped: bool,
     quit: bool,
-    asks: VecDeque<OperatorCommand>,
+    commands: VecDeque<OperatorCommand>,
+    /// Command of the last input.
     commanded: Option<OperatorCommand>,
 }
 
 impl Keys {
-    /// No key held; speed 2 of 4, steps of 0.1 mm. `releases`: whether the terminal tells of releases.
+    /// A keyboard with no key held, speed 2 of 4 and steps of 0.1 mm. `releases`: whether the terminal
+    /// reports releases.
     #[must_use]
     pub fn new(releases: bool) -> Self {
         Self {
@@ -84,21 +87,21 @@ impl Keys {
             automatic: false,
             stopped: false,
             quit: false,
-            asks: VecDeque::new(),
+            commands: VecDeque::new(),
             commanded: None,
         }
     }
 
-    /// Takes a stroke that happened at `at`.
+    /// Takes a key event of the time `at`.
     pub fn take(&mut self, key: Key, stroke: Stroke, at: Time) {
         match (key, stroke) {
             (Key::Steer(x, y), Stroke::Up) => self.release((x, y), at),
             (_, Stroke::Up) => {}
             (Key::Steer(x, y), Stroke::Down) => self.press((x, y), at),
             (Key::Steer(..), Stroke::Repeat) => self.repeat(at),
-            // A character that repeats says nothing more; space holds on to its stop by itself.
+            // A repeated character has no further effect. The stop of the space key stays set without it.
             (_, Stroke::Repeat) => {}
-            (key, Stroke::Down) => self.word(key),
+            (key, Stroke::Down) => self.select(key),
         }
     }
 
@@ -108,7 +111,7 @@ impl Keys {
             return OperatorInput::STOP;
         }
         self.held.retain(|held| now < held.1);
-        let command = self.next_ask(phase);
+        let command = self.next_command(phase);
         if self.stopped {
             return OperatorInput { automatic: self.automatic, command, ..OperatorInput::default() };
         }
@@ -120,13 +123,13 @@ impl Keys {
         }
     }
 
-    /// Whether space was pressed, and nothing since.
+    /// Whether space was the last key pressed.
     #[must_use]
     pub fn stopped(&self) -> bool {
         self.stopped
     }
 
-    /// Speed or step size, and what is switched on, to be shown.
+    /// Status line: speed or step size, whether the cycle is armed, and whether space stopped the motion.
     #[must_use]
     pub fn status(&self) -> String {
         let mut status = if self.stepping {
@@ -135,7 +138,7 @@ impl Keys {
             format!("speed {:.0} %", SPEEDS[self.speed] * 100.0)
         };
         if self.automatic {
-            status += ", automatic";
+            status += ", armed";
         }
         if self.stopped {
             status += ", stopped: press a key";
@@ -165,7 +168,8 @@ impl Keys {
         }
     }
 
-    /// Only the last key repeats; that it does shows that the others' releases would have been told, too.
+    /// Extends the push of every held key. Only the last key repeats, but its repeat shows that the
+    /// connection is alive. The terminal would have reported a release of the other keys.
     fn repeat(&mut self, at: Time) {
         self.held.retain(|held| at < held.1);
         self.hold_all(at.after(HELD));
@@ -173,7 +177,7 @@ impl Keys {
 
     fn release(&mut self, towards: (i8, i8), at: Time) {
         self.held.retain(|held| held.0 != towards && at < held.1);
-        // The keys that are still held do not repeat any more: they last until that is overdue.
+        // The other held keys do not repeat any more. They last until a first repeat would be overdue.
         self.hold_all(at.after(FIRST_REPEAT));
     }
 
@@ -189,7 +193,8 @@ impl Keys {
         self.stopped = true;
     }
 
-    fn word(&mut self, key: Key) {
+    /// Acts on a key that does not jog.
+    fn select(&mut self, key: Key) {
         self.stopped = false;
         match key {
             Key::Interrupt | Key::Character('q') => self.quit = true,
@@ -216,15 +221,16 @@ impl Keys {
     }
 
     fn command(&mut self, command: OperatorCommand) {
-        if self.asks.len() < ASKS_MAX {
-            self.asks.push_back(command);
+        if self.commands.len() < COMMANDS_MAX {
+            self.commands.push_back(command);
         }
     }
 
-    /// One command at a time; the same one twice has a input without it between. Space stops a contour by pausing it.
-    fn next_ask(&mut self, phase: Phase) -> Option<OperatorCommand> {
-        let repeated = self.commanded.is_some() && self.asks.front() == self.commanded.as_ref();
-        self.commanded = if repeated { None } else { self.asks.pop_front() };
+    /// The command of this input: one at a time. Between two equal commands, one input has no command, so
+    /// that the supervisor counts both. Space stops a contour with a feed hold.
+    fn next_command(&mut self, phase: Phase) -> Option<OperatorCommand> {
+        let repeated = self.commanded.is_some() && self.commands.front() == self.commanded.as_ref();
+        self.commanded = if repeated { None } else { self.commands.pop_front() };
         self.commanded.or((self.stopped && phase == Phase::Contouring).then_some(OperatorCommand::FeedHold))
     }
 }
@@ -251,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn a_push_outlasts_its_last_sign_by_a_moment() {
+    fn push_outlasts_its_last_key_event_by_150_ms() {
         let mut keys = fast(false);
         keys.take(RIGHT, Stroke::Down, ms(100));
         assert_eq!(velocity(&mut keys, 100), (1.0, 0.0));
@@ -265,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn a_press_that_is_read_late_does_not_move() {
+    fn press_that_is_read_late_does_not_move() {
         let mut keys = fast(false);
         keys.take(RIGHT, Stroke::Down, ms(100));
         assert_eq!(velocity(&mut keys, 5000), (0.0, 0.0));
@@ -285,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn where_releases_are_told_a_key_moves_until_its_release_or_a_missing_repeat() {
+    fn with_release_events_a_key_moves_until_its_release_or_a_missing_repeat() {
         let mut keys = fast(true);
         keys.take(RIGHT, Stroke::Down, ms(0));
         assert_eq!(velocity(&mut keys, 500), (1.0, 0.0), "before the first repeat");
@@ -294,7 +300,7 @@ mod tests {
         keys.take(RIGHT, Stroke::Up, ms(3060));
         assert_eq!(velocity(&mut keys, 3060), (0.0, 0.0));
         keys.take(RIGHT, Stroke::Repeat, ms(3070));
-        assert_eq!(velocity(&mut keys, 3070), (0.0, 0.0), "a repeat presses nothing");
+        assert_eq!(velocity(&mut keys, 3070), (0.0, 0.0), "a repeat without a press does not move");
         keys.take(RIGHT, Stroke::Down, ms(4000));
         keys.take(RIGHT, Stroke::Repeat, ms(4690));
         assert_eq!(velocity(&mut keys, 4830), (1.0, 0.0));
@@ -302,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn a_key_held_below_another_goes_on_while_releases_are_told() {
+    fn with_release_events_an_earlier_held_key_keeps_moving() {
         let mut keys = fast(true);
         keys.take(RIGHT, Stroke::Down, ms(0));
         keys.take(UP, Stroke::Down, ms(100));
@@ -311,7 +317,7 @@ mod tests {
         assert!(x > 0.7 && y > 0.7);
         keys.take(UP, Stroke::Up, ms(2020));
         assert_eq!(velocity(&mut keys, 2030), (1.0, 0.0));
-        assert_eq!(velocity(&mut keys, 2800), (0.0, 0.0), "no sign of the keyboard for long");
+        assert_eq!(velocity(&mut keys, 2800), (0.0, 0.0), "no key event for too long");
     }
 
     #[test]
@@ -348,14 +354,14 @@ mod tests {
     }
 
     #[test]
-    fn words_are_asked_once_and_quit_stays() {
+    fn each_command_key_gives_one_command_and_quit_stays() {
         let mut keys = Keys::new(false);
         for key in ['p', 'p', 'f', 'a'] {
             keys.take(Key::Character(key), Stroke::Down, ms(0));
         }
-        let said: Vec<_> = (0..5).map(|i| keys.input(Phase::Manual, ms(10 * i)).command).collect();
+        let issued: Vec<_> = (0..5).map(|i| keys.input(Phase::Manual, ms(10 * i)).command).collect();
         assert_eq!(
-            said,
+            issued,
             [
                 Some(OperatorCommand::FeedHold),
                 None,

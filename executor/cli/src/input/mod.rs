@@ -1,4 +1,4 @@
-//! The operator's devices: gamepad, handwheel and keyboard, each read by a thread of its own.
+//! The operator's devices: gamepad, handwheel and keyboard. A thread of its own reads each device.
 
 mod attended;
 pub mod device;
@@ -19,7 +19,7 @@ mod testing {
     use keepout_executor::supervisor::{OperatorInput, Phase};
     use keepout_guard::Time;
 
-    /// What an operator sees in the middle of nowhere.
+    /// A view with the tool left of the part.
     pub fn view(phase: Phase) -> OperatorView {
         OperatorView {
             end_mm: None,
@@ -32,16 +32,16 @@ mod testing {
         }
     }
 
-    /// An operator who inputs what it was told, one after the other.
-    pub struct Told(std::vec::IntoIter<OperatorInput>);
+    /// An operator who gives the listed inputs, one after the other.
+    pub struct Scripted(std::vec::IntoIter<OperatorInput>);
 
-    impl Told {
+    impl Scripted {
         pub fn new(inputs: Vec<OperatorInput>) -> Self {
             Self(inputs.into_iter())
         }
     }
 
-    impl Operator for Told {
+    impl Operator for Scripted {
         fn input(&mut self, _: &OperatorView, _: Time) -> OperatorInput {
             self.0.next().unwrap_or_default()
         }

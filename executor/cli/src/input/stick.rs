@@ -1,67 +1,62 @@
-//! The shape of a stick: from what the device says to what the hand means.
+//! The response of a stick: converts raw axes to the jog velocity.
 
 use thiserror::Error;
 
-/// How a stick is shaped.
+/// Parameters of a stick's response.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StickSettings {
-    /// Radius of the dead zone, share of the full throw: 0 to 0.9.
+    /// Radius of the dead zone, as a share of the full throw: 0 to 0.9.
     pub dead_zone: f64,
-    /// Share of the cubic in the response, 0 (straight) to 1: the more, the finer near the middle.
+    /// Share of the cubic term in the response, 0 (linear) to 1. A larger share is finer near the centre.
     pub expo: f64,
-    /// Deflection at full throw, share of full speed: above 0, up to 1.
+    /// Deflection at full throw, as a share of full speed: above 0, up to 1.
     pub top: f64,
 }
 
 impl Default for StickSettings {
-    /// A dead zone that worn gamepads need, fine near the middle, full speed at full throw.
+    /// A dead zone for worn gamepads, a fine response near the centre, and full speed at full throw.
     fn default() -> Self {
         Self { dead_zone: 0.12, expo: 0.5, top: 1.0 }
     }
 }
 
-/// Why a stick can not be shaped so.
+/// A stick setting that is out of range.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum StickError {
     /// The dead zone.
-    #[error("a dead zone of {value} leaves no stick: choose 0 to 0.9 of the throw, such as 0.12")]
+    #[error("a dead zone of {value} is out of range: choose 0 to 0.9 of the throw, such as 0.12")]
     DeadZone {
-        /// What was asked for.
+        /// The given value.
         value: f64,
     },
     /// The response.
-    #[error("an expo of {value} is no share: choose 0 (straight) to 1 (cubic), such as 0.5")]
+    #[error("an expo of {value} is out of range: choose 0 (linear) to 1 (cubic), such as 0.5")]
     Expo {
-        /// What was asked for.
+        /// The given value.
         value: f64,
     },
     /// The top.
-    #[error("a top of {value} is no share of full speed: choose more than 0, up to 1")]
+    #[error("a top of {value} is out of range: choose more than 0, up to 1, as a share of full speed")]
     Top {
-        /// What was asked for.
+        /// The given value.
         value: f64,
     },
 }
 
-/// A shaped stick.
+/// A stick with its response.
 ///
-/// ```
-/// use keepout_executor::operator::{Stick, StickSettings};
-/// let stick = Stick::new(StickSettings { dead_zone: 0.5, expo: 0.0, top: 1.0 })?;
-/// assert_eq!(stick.deflection((0.75, 0.0), true), (0.5, 0.0));
-/// assert_eq!(stick.deflection((0.75, 0.0), false), (0.0, 0.0)); // the dead-man button is not held
-/// # Ok::<(), crate::input::StickError>(())
-/// ```
+/// With a dead zone of 0.5, no expo and a top of 1, the raw axes (0.75, 0) give (0.5, 0). They give (0, 0) if
+/// the operator does not hold the dead-man button.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stick {
     settings: StickSettings,
 }
 
 impl Stick {
-    /// A stick of that shape.
+    /// A stick with this response.
     ///
     /// # Errors
-    /// [`StickError`] naming the setting that is out of range.
+    /// [`StickError`] with the setting that is out of range.
     pub fn new(settings: StickSettings) -> Result<Self, StickError> {
         let StickSettings { dead_zone, expo, top } = settings;
         if !(0.0..=0.9).contains(&dead_zone) {
@@ -76,8 +71,10 @@ impl Stick {
         Ok(Self { settings })
     }
 
-    /// The deflection for raw axes in −1 to 1; zero unless the dead-man button is held. Its length is at most the top:
-    /// a square gate's corners are no faster than its sides. Axes that are no numbers count as centred.
+    /// The deflection for raw axes in −1 to 1. It is zero unless the operator holds the dead-man button.
+    ///
+    /// Its length is at most the top, so the corners of a square gate are no faster than its sides. Axes that
+    /// are not finite give zero.
     #[must_use]
     pub fn deflection(&self, raw: (f64, f64), dead_man: bool) -> (f64, f64) {
         let throw = raw.0.hypot(raw.1);
@@ -90,7 +87,7 @@ impl Stick {
         (raw.0 / throw * length, raw.1 / throw * length)
     }
 
-    /// Whether the stick stands in its dead zone.
+    /// Whether the stick is in its dead zone. False for axes that are NaN or infinite.
     #[must_use]
     pub fn rests(&self, raw: (f64, f64)) -> bool {
         let throw = raw.0.hypot(raw.1);
@@ -104,7 +101,7 @@ mod tests {
 
     use super::*;
 
-    /// Sticks of many shapes.
+    /// Sticks with many responses.
     fn sticks() -> Vec<Stick> {
         let mut all = Vec::new();
         for dead_zone in [0.0, 0.03, 0.12, 0.5, 0.9] {
@@ -122,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_odd_bounded_and_keeps_the_direction() {
+    fn response_is_odd_and_bounded_and_keeps_the_direction() {
         let mut random = fastrand::Rng::with_seed(5);
         for stick in sticks() {
             for _ in 0..500 {
@@ -138,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn it_grows_with_the_throw_from_zero_to_the_top() {
+    fn response_grows_with_the_throw_from_zero_to_the_top() {
         for stick in sticks() {
             for turn in 0..16 {
                 let phi = TAU * f64::from(turn) / 16.0;
@@ -153,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn a_diagonal_is_no_faster_than_a_side() {
+    fn diagonal_is_no_faster_than_a_side() {
         for stick in sticks() {
             let side = length(stick.deflection((1.0, 0.0), true));
             assert!(length(stick.deflection((1.0, 1.0), true)) <= side * (1.0 + 1e-12));
@@ -161,12 +158,12 @@ mod tests {
     }
 
     #[test]
-    fn nothing_moves_without_the_dead_man_or_from_no_numbers() {
+    fn tool_stays_still_without_the_dead_man_button_or_for_axes_that_are_not_finite() {
         let stick = Stick::new(StickSettings::default()).unwrap();
         assert_eq!(stick.deflection((1.0, 1.0), false), (0.0, 0.0));
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             assert_eq!(stick.deflection((bad, 0.3), true), (0.0, 0.0));
-            assert!(!stick.rests((bad, 0.0)), "what is no number has not been seen centred");
+            assert!(!stick.rests((bad, 0.0)), "an axis that is not finite does not count as centred");
         }
     }
 

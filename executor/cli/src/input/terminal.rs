@@ -1,4 +1,4 @@
-//! The terminal: raw mode and the thread that reads its keys. It is restored on every way out.
+//! The terminal: raw mode, and the thread that reads its keys. Every exit path restores the terminal.
 
 use std::collections::VecDeque;
 use std::io::{IsTerminal, Write, stdin, stdout};
@@ -19,37 +19,40 @@ use thiserror::Error;
 
 use super::keyboard::{Key, Keys, Stroke};
 
-/// Why the keyboard or the view can not be had.
+/// Why the keyboard or the view is not available.
 #[derive(Debug, Error)]
 pub enum TerminalError {
-    /// The input is none.
+    /// The input is not a terminal.
     #[error(
-        "the keyboard steers only from a terminal, and the input is none: start keepout in a terminal, without a pipe"
+        "the keyboard needs a terminal, and the input is not a terminal: start keepout in a terminal, \
+         without a pipe"
     )]
     NoKeyboard,
-    /// The output is none.
+    /// The output is not a terminal.
     #[error(
-        "the view needs a terminal, and the output is none: leave --view out, or start keepout in a terminal"
+        "the view needs a terminal, and the output is not a terminal: leave --view out, or start keepout in \
+         a terminal"
     )]
     NoScreen,
-    /// The terminal refuses.
+    /// The system's error.
     #[error(
-        "the terminal can not be set up: {0}. Use another terminal, or leave --view and --operator keyboard out."
+        "the terminal can not be set up: {0}. Use another terminal, or leave --view and --operator keyboard \
+         out."
     )]
-    AlignmentFile(#[from] std::io::Error),
+    SetUp(#[from] std::io::Error),
 }
 
-/// Key strokes that wait for the loop; more are not kept.
+/// Most key strokes that wait for the loop. Further ones are dropped.
 const STROKES_MAX: usize = 256;
-/// The thread looks for its end this often.
+/// Time between two checks of the thread's stop flag.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// What was changed in the terminal, for whoever restores it first.
+/// Changes to the terminal. The first caller of [`restore`] takes them back.
 static RAW: AtomicBool = AtomicBool::new(false);
 static RELEASES: AtomicBool = AtomicBool::new(false);
 static SCREEN: AtomicBool = AtomicBool::new(false);
 
-/// Puts the terminal back as it was; nothing when it was not changed, or was put back already.
+/// Restores the terminal. Has no effect if the terminal is unchanged or already restored.
 pub fn restore() {
     if RELEASES.swap(false, Ordering::SeqCst) {
         let _ = execute!(stdout(), PopKeyboardEnhancementFlags);
@@ -62,7 +65,7 @@ pub fn restore() {
     }
 }
 
-/// A panic's message is written to the terminal as it was before.
+/// Installs a panic hook that restores the terminal before it prints the panic's message.
 fn restore_on_panic() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
@@ -74,15 +77,15 @@ fn restore_on_panic() {
     });
 }
 
-/// A second screen, given back when dropped.
+/// The terminal's second screen. Dropping it restores the first screen.
 #[derive(Debug)]
 pub struct SecondScreen(());
 
 impl SecondScreen {
-    /// Changes to the second screen, without a cursor.
+    /// Changes to the second screen, and hides the cursor.
     ///
     /// # Errors
-    /// [`TerminalError`] when the output is no terminal, or it refuses.
+    /// [`TerminalError`] when the output is not a terminal, or when the terminal can not be set up.
     pub fn enter() -> Result<Self, TerminalError> {
         if !stdout().is_terminal() {
             return Err(TerminalError::NoScreen);
@@ -101,7 +104,7 @@ impl Drop for SecondScreen {
     }
 }
 
-/// Raw mode, ended when dropped.
+/// Raw mode of the terminal. Dropping it ends raw mode.
 #[derive(Debug)]
 struct RawMode {
     releases: bool,
@@ -116,7 +119,7 @@ impl RawMode {
         terminal::enable_raw_mode()?;
         RAW.store(true, Ordering::SeqCst);
         let mut mode = Self { releases: false };
-        // The question is answered by a terminal only; what is no terminal must not find it in its text.
+        // Only a terminal answers this query. In a file or a pipe, the query would appear in the output.
         if stdout().is_terminal() && terminal::supports_keyboard_enhancement().unwrap_or(false) {
             let flags = KeyboardEnhancementFlags::DISAMBIGUATE_ESCAPE_CODES
                 | KeyboardEnhancementFlags::REPORT_EVENT_TYPES;
@@ -140,14 +143,16 @@ impl Drop for RawMode {
     }
 }
 
-/// Key strokes with the moment they were read.
+/// Key strokes with the times at which the thread read them.
 #[derive(Debug, Default)]
 struct Typed {
     strokes: VecDeque<(Key, Stroke, Instant)>,
+    /// Whether the terminal failed.
     gone: bool,
 }
 
-/// The keyboard of the terminal, read by a thread of its own. Dropping it restores the terminal's mode.
+/// The keyboard of the terminal. A thread of its own reads the keys. Dropping it restores the terminal's
+/// mode.
 pub struct Keyboard {
     keys: Keys,
     typed: Arc<Mutex<Typed>>,
@@ -158,10 +163,10 @@ pub struct Keyboard {
 }
 
 impl Keyboard {
-    /// Takes the terminal's keys from now on; what there is to say goes to `panel`.
+    /// Takes the terminal's keys from now on. Notices go to `panel`.
     ///
     /// # Errors
-    /// [`TerminalError`] when the input is no terminal, or it refuses.
+    /// [`TerminalError`] when the input is not a terminal, or when the terminal can not be set up.
     pub fn open(panel: Panel) -> Result<Self, TerminalError> {
         let mode = RawMode::enter()?;
         let typed = Arc::new(Mutex::new(Typed::default()));
@@ -170,26 +175,26 @@ impl Keyboard {
         let thread = std::thread::Builder::new()
             .name("keyboard".into())
             .spawn(move || serve(&shared.0, &shared.1))
-            .map_err(TerminalError::AlignmentFile)?;
+            .map_err(TerminalError::SetUp)?;
         let keys = Keys::new(mode.releases);
         Ok(Self { keys, typed, stop, thread: Some(thread), panel, _mode: mode })
     }
 
-    /// Whether space was pressed, and nothing since.
+    /// Whether space was the last key pressed.
     #[must_use]
     pub fn stopped(&self) -> bool {
         self.keys.stopped()
     }
 
-    /// Takes what was typed; `now` is this moment of the session.
-    fn listen(&mut self, now: Time) {
+    /// Takes the typed key strokes. `now` is the present time of the session.
+    fn take_strokes(&mut self, now: Time) {
         let Ok(mut typed) = self.typed.try_lock() else { return };
         for (key, stroke, at) in typed.strokes.drain(..) {
             let ago = u64::try_from(at.elapsed().as_micros()).unwrap_or(u64::MAX);
             self.keys.take(key, stroke, Time::from_micros(now.micros().saturating_sub(ago)));
         }
         if typed.gone {
-            self.panel.say("the terminal is gone: the session ends");
+            self.panel.say("the terminal closed: the session ends");
             self.keys.take(Key::Interrupt, Stroke::Down, now);
         }
     }
@@ -197,7 +202,7 @@ impl Keyboard {
 
 impl Operator for Keyboard {
     fn input(&mut self, view: &OperatorView, now: Time) -> OperatorInput {
-        self.listen(now);
+        self.take_strokes(now);
         let input = self.keys.input(view.phase, now);
         self.panel.set_status(&self.keys.status());
         input
@@ -213,7 +218,7 @@ impl Drop for Keyboard {
     }
 }
 
-/// The thread's work: to note each stroke with its moment.
+/// The reading thread: notes each key stroke with its time.
 fn serve(typed: &Mutex<Typed>, stop: &AtomicBool) {
     while !stop.load(Ordering::Relaxed) {
         let event = match crossterm::event::poll(LOOK) {
@@ -224,7 +229,7 @@ fn serve(typed: &Mutex<Typed>, stop: &AtomicBool) {
         let mut typed = typed.lock().unwrap_or_else(PoisonError::into_inner);
         match event {
             Ok(Event::Key(event)) if typed.strokes.len() < STROKES_MAX => {
-                let (key, stroke) = understood(event);
+                let (key, stroke) = decoded(event);
                 typed.strokes.push_back((key, stroke, Instant::now()));
             }
             Ok(_) => {}
@@ -236,7 +241,7 @@ fn serve(typed: &Mutex<Typed>, stop: &AtomicBool) {
     }
 }
 
-fn understood(event: KeyEvent) -> (Key, Stroke) {
+fn decoded(event: KeyEvent) -> (Key, Stroke) {
     let stroke = match event.kind {
         KeyEventKind::Press => Stroke::Down,
         KeyEventKind::Repeat => Stroke::Repeat,
@@ -265,8 +270,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn keys_are_understood() {
-        let of = |code, modifiers| understood(KeyEvent::new(code, modifiers)).0;
+    fn terminal_key_events_become_keys() {
+        let of = |code, modifiers| decoded(KeyEvent::new(code, modifiers)).0;
         assert_eq!(of(KeyCode::Up, KeyModifiers::NONE), Key::Steer(0, 1));
         assert_eq!(of(KeyCode::PageDown, KeyModifiers::NONE), Key::Steer(1, -1));
         assert_eq!(of(KeyCode::Char('Q'), KeyModifiers::SHIFT), Key::Character('q'));
@@ -276,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_terminal_nothing_is_changed() {
+    fn without_a_terminal_keyboard_and_view_are_refused() {
         restore();
         if !stdin().is_terminal() {
             assert!(matches!(Keyboard::open(Panel::default()), Err(TerminalError::NoKeyboard)));

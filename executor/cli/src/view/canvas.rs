@@ -1,6 +1,6 @@
-//! A canvas of braille dots: two dots to a column, four to a line.
+//! A canvas of braille dots: two dots per column, four per line.
 
-/// Dots, drawn in character cells.
+/// Braille dots and marks in character cells.
 #[derive(Clone, Debug)]
 pub struct Canvas {
     columns: usize,
@@ -9,7 +9,7 @@ pub struct Canvas {
     marks: Vec<(usize, char)>,
 }
 
-/// The bits of a braille cell, by line and column.
+/// Bits of a braille cell, by row and column of the dot.
 const BITS: [[u8; 2]; 4] = [[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]];
 
 impl Canvas {
@@ -18,31 +18,31 @@ impl Canvas {
         Self { columns, lines, cells: vec![0; columns * lines], marks: Vec::new() }
     }
 
-    /// Its size in dots.
+    /// Width and height in dots.
     pub fn dots(&self) -> (f64, f64) {
         let count = |cells: usize, each: u32| f64::from(u32::try_from(cells).unwrap_or(0) * each);
         (count(self.columns, 2), count(self.lines, 4))
     }
 
-    /// The dot at a place in dots from the upper left; nothing outside.
+    /// Sets a dot. `at` counts dots from the upper left. A dot outside the canvas has no effect.
     pub fn dot(&mut self, at: (f64, f64)) {
         if let Some((cell, x, y)) = self.cell(at) {
             self.cells[cell] |= BITS[y][x];
         }
     }
 
-    /// Writes a character over the cell at a place in dots.
+    /// Writes a character over the cell at `at`, in dots.
     pub fn mark(&mut self, at: (f64, f64), mark: char) {
         if let Some((cell, ..)) = self.cell(at) {
             self.marks.push((cell, mark));
         }
     }
 
-    /// A straight line of dots; what is outside is left out.
+    /// Draws a straight line, clipped at the canvas.
     pub fn line(&mut self, from: (f64, f64), to: (f64, f64)) {
         let Some((from, to)) = self.clipped(from, to) else { return };
         let (dx, dy) = (to.0 - from.0, to.1 - from.1);
-        // Clipped, so at most some hundreds of dots.
+        // The line is clipped, so it has at most some hundreds of dots.
         let count = whole(dx.abs().max(dy.abs()).ceil()).max(1);
         for index in 0..=count {
             let share =
@@ -90,14 +90,14 @@ impl Canvas {
                 return None;
             }
         }
-        // The bounds again: far from the canvas the shares are not exact.
+        // Far from the canvas the shares are not exact, so the ends are clamped to the canvas.
         let at =
             |share: f64| ((from.0 + dx * share).clamp(0.0, width), (from.1 + dy * share).clamp(0.0, height));
         (begin <= end).then(|| (at(begin), at(end)))
     }
 }
 
-/// The whole part of a number from 0 to some thousands; others become 0.
+/// The integer part of a number. Negative numbers and NaN give 0.
 fn whole(value: f64) -> usize {
     usize::try_from(keepout_kernel::curve::round_down(value)).unwrap_or(0)
 }
@@ -111,7 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn dots_and_lines_are_where_they_should_be() {
+    fn lines_and_marks_appear_in_the_expected_cells() {
         let mut canvas = Canvas::new(4, 2);
         canvas.line((0.0, 0.0), (7.0, 0.0));
         canvas.line((0.0, 7.0), (7.0, 7.0));
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_beyond_any_bound_take_no_time_and_draw_what_is_seen_of_them() {
+    fn endless_lines_are_clipped_at_the_canvas() {
         let mut canvas = Canvas::new(4, 1);
         canvas.line((-1e9, 0.5), (1e9, 0.5));
         assert_eq!(canvas.text(), ["⠉⠉⠉⠉"]);

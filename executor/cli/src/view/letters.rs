@@ -1,6 +1,7 @@
-//! Letters three lines high, for eyes two metres away: 3 × 5 dots, or 5 × 5 for the wide ones, two dots to a line.
+//! Letters three lines high, readable from two metres: 3 × 5 dots, or 5 × 5 for wide letters, with two dots
+//! per line.
 
-/// The width in dots, and the dots of a character, row by row from the top, the highest bit left.
+/// Width and dots of a character: five rows from the top, with the highest bit on the left.
 fn dots(character: char) -> Option<(usize, [u32; 5])> {
     if let Some(rows) = wide(character.to_ascii_uppercase()) {
         return Some((5, [20, 15, 10, 5, 0].map(|shift| rows >> shift & 0b11111)));
@@ -49,7 +50,7 @@ fn dots(character: char) -> Option<(usize, [u32; 5])> {
     Some((3, [12, 9, 6, 3, 0].map(|shift| rows >> shift & 0b111)))
 }
 
-/// Letters that three dots do not tell apart.
+/// The letters that need five dots of width.
 fn wide(character: char) -> Option<u32> {
     match character {
         'M' => Some(0b10001_11011_10101_10001_10001),
@@ -59,8 +60,9 @@ fn wide(character: char) -> Option<u32> {
     }
 }
 
-/// The text in three lines of block characters, four columns to a character and six to a wide one; `None` when it is
-/// wider than `width` or has a character without dots.
+/// Writes the text in three lines of block characters: four columns per character, six per wide character.
+///
+/// Returns `None` if the text is wider than `width`, or has a character without dots.
 pub fn large(text: &str, width: usize) -> Option<[String; 3]> {
     let mut lines = [const { String::new() }; 3];
     let mut used = 0;
@@ -91,7 +93,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn letters_are_what_they_should_be() {
+    fn large_letters_match_their_dots_and_respect_the_width() {
         let lines = large("A1-.", 80).unwrap();
         assert_eq!(lines, ["▄▀▄ ▄█", "█▀█  █  ▀▀▀", "▀ ▀ ▀▀▀      ▀"]);
         assert!(large("AB", 7).is_some() && large("AB", 6).is_none());

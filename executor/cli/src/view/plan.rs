@@ -1,8 +1,8 @@
-//! The small plan: the part's outline, the trail and the tool.
+//! The small plan in the view: the part's outline, the trail and the tool.
 
 use super::canvas::Canvas;
 
-/// The part's outline, thinned for a screen.
+/// The part's outline, with fewer points for a screen.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outline {
     polylines: Vec<Vec<(f64, f64)>>,
@@ -10,17 +10,19 @@ pub struct Outline {
     high: (f64, f64),
 }
 
-/// Finest detail that is kept, share of the outline's size.
+/// Least distance between two kept points, as a share of the outline's size.
 const DETAIL: f64 = 1.0 / 1000.0;
-/// The picture reaches beyond the outline by this share of its size.
+/// Border around the outline, as a share of the outline's size.
 const AROUND: f64 = 0.12;
-/// The picture shows more when the tool is farther out, by steps of this factor, so that it does not swim.
+/// Factor by which the picture widens when the tool leaves it. Steps keep the picture still between two
+/// changes.
 const WIDER: f64 = 1.5;
-/// Steps up to the widest picture.
+/// Most steps of widening.
 const WIDER_MAX: u32 = 12;
 
 impl Outline {
-    /// The outline of these polylines, mm; closed ones end where they begin. Points that are no numbers are left out.
+    /// The outline of these polylines, mm. A closed polyline ends where it begins. Drops points that are not
+    /// finite.
     pub fn new(polylines: &[Vec<(f64, f64)>]) -> Self {
         let finite = |point: &&(f64, f64)| point.0.is_finite() && point.1.is_finite();
         let (mut low, mut high) = ((f64::MAX, f64::MAX), (f64::MIN, f64::MIN));
@@ -48,7 +50,7 @@ impl Outline {
         Self { polylines: polylines.iter().map(thinned).collect(), low, high }
     }
 
-    /// The box that is shown so that a place is in it, if that can be.
+    /// The box that the picture shows. It contains `place`, unless `place` lies outside the widest picture.
     fn frame(&self, place: Option<(f64, f64)>) -> ((f64, f64), (f64, f64)) {
         let size = (self.high.0 - self.low.0).max(self.high.1 - self.low.1).max(1e-3);
         let middle = (f64::midpoint(self.low.0, self.high.0), f64::midpoint(self.low.1, self.high.1));
@@ -91,7 +93,7 @@ pub fn plan(
             canvas.line(place(pair[0]), place(pair[1]));
         }
     }
-    // Every other dot: a trail is not taken for an outline.
+    // Every other dot only, so that the trail does not look like an outline.
     let mut last = (f64::MIN, f64::MIN);
     for at in trail.iter().map(|&at| place(at)) {
         if (at.0 - last.0).abs().max((at.1 - last.1).abs()) >= 2.0 {
@@ -105,7 +107,7 @@ pub fn plan(
     canvas.text()
 }
 
-/// A circle of its size where that can be seen, and its centre.
+/// Draws the tool's circle if it is large enough to see, and marks the centre.
 fn draw_tool(canvas: &mut Canvas, at: (f64, f64), radius: f64) {
     let (width, height) = canvas.dots();
     if (3.0..1000.0).contains(&radius) {
@@ -117,7 +119,7 @@ fn draw_tool(canvas: &mut Canvas, at: (f64, f64), radius: f64) {
             canvas.line(point(step), point(step + 1));
         }
     }
-    // Beyond the widest picture it stands at the edge.
+    // Outside the widest picture, the mark stands at the edge.
     let inside = |value: f64, size: f64| value.min(size - 1.0).max(0.0);
     canvas.mark((inside(at.0, width), inside(at.1, height)), '●');
 }
@@ -131,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn the_tool_is_always_in_the_picture() {
+    fn tool_is_always_in_the_picture() {
         for at in
             [(5.0, 5.0), (-3.0, 5.0), (500.0, -400.0), (1e9, 1e9), (f64::NAN, 0.0), (f64::MAX, f64::MIN)]
         {
@@ -142,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn a_large_outline_is_thinned() {
+    fn large_outline_keeps_few_points() {
         let ring: Vec<(f64, f64)> = (0..1_000_000)
             .map(|i| f64::from(i) * 1e-5)
             .map(|turn| (50.0 * turn.cos(), 50.0 * turn.sin()))

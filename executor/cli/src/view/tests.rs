@@ -13,7 +13,7 @@ fn facts() -> ViewFacts {
         trail: (0..40).map(|i| (-3.3, f64::from(i))).collect(),
         status: "speed 20 %".into(),
         notices: vec!["first".into(), "second".into(), "third".into()],
-        keys: "arrows steer · space STOP · q quit".into(),
+        keys: "arrows jog · space STOP · q quit".into(),
         seconds: 3723.9,
     }
 }
@@ -28,21 +28,21 @@ fn check(facts: &ViewFacts, width: usize, height: usize) {
 }
 
 #[test]
-fn the_large_view() {
+fn large_view_matches_its_snapshot() {
     let view = draw(&facts(), 80, 24).join("\n");
     let expected = include_str!("large.txt");
     assert_eq!(view.trim_end(), expected.trim_end(), "\n{view}");
 }
 
 #[test]
-fn the_small_view() {
+fn small_view_matches_its_snapshot() {
     let view = draw(&facts(), 40, 12).join("\n");
     let expected = include_str!("small.txt");
     assert_eq!(view.trim_end(), expected.trim_end(), "\n{view}");
 }
 
 #[test]
-fn a_fault_is_told_with_its_remedy() {
+fn view_shows_a_fault_with_its_remedy() {
     let fault = "no answer from the controller for 5.0 s. Check cable, power, port and baud rate.";
     let facts = ViewFacts { headline: Headline::stopped(fault), ..facts() };
     assert_eq!(facts.headline.tone(), Tone::Alarm);
@@ -77,7 +77,7 @@ fn every_headline_fits_80_columns_large() {
 }
 
 #[test]
-fn no_size_and_no_facts_break_it() {
+fn view_fits_every_size_with_any_facts() {
     let odd = ViewFacts {
         headline: Headline::stopped(&"a long reason \u{1b}[2J 漢字 ".repeat(40)),
         position_mm: Some((f64::NAN, f64::INFINITY)),

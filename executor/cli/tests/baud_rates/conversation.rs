@@ -1,4 +1,4 @@
-//! What was said in a session, as its log has it.
+//! The conversation of a session: the bytes that its log recorded, in both directions.
 
 use keepout_executor::session::LoggedEvent;
 use keepout_executor::session::log::Log;
@@ -6,39 +6,39 @@ use keepout_executor::supervisor::Phase;
 
 use super::job::Case;
 
-/// Lines that are written out at the beginning and at the end of each part of a session.
+/// Numbers of lines that a transcript shows at the beginning and at the end of each part of a session.
 const FIRST: usize = 44;
 const LAST: usize = 12;
 
-/// A session's parts, in order, with what was said in each.
+/// The parts of a session, in order, with their lines.
 #[derive(Debug)]
 pub struct Conversation(Vec<Part>);
 
 #[derive(Debug)]
 struct Part {
-    /// What went on.
+    /// Name of the part.
     name: String,
-    /// `> …` for each piece that was sent, `< …` for each line that was received, or for as much of it as came before the next
-    /// piece was sent.
+    /// `> …` for each sent chunk. `< …` for each received line, or for the beginning of a line that the next
+    /// sent chunk interrupts.
     lines: Vec<String>,
 }
 
 impl Conversation {
     pub fn of(log: &Log) -> Self {
         let mut parts = vec![Part { name: "start".into(), lines: Vec::new() }];
-        let mut heard = String::new();
+        let mut received = String::new();
         for entry in &log.entries {
             let part = parts.last_mut().unwrap();
             match &entry.event {
                 LoggedEvent::Sent(bytes) => {
-                    part.hear(&mut heard);
+                    part.receive(&mut received);
                     part.lines.push(format!("> {}", bytes.escape_ascii()));
                 }
                 LoggedEvent::Received(bytes) => {
-                    for piece in bytes.split_inclusive(|&byte| byte == b'\n') {
-                        heard += &piece.escape_ascii().to_string();
-                        if piece.ends_with(b"\n") {
-                            part.hear(&mut heard);
+                    for chunk in bytes.split_inclusive(|&byte| byte == b'\n') {
+                        received += &chunk.escape_ascii().to_string();
+                        if chunk.ends_with(b"\n") {
+                            part.receive(&mut received);
                         }
                     }
                 }
@@ -48,11 +48,11 @@ impl Conversation {
                 _ => {}
             }
         }
-        parts.last_mut().unwrap().hear(&mut heard);
+        parts.last_mut().unwrap().receive(&mut received);
         Self(parts)
     }
 
-    /// Reads a transcript.
+    /// Parses a transcript.
     pub fn parse(text: &str) -> Self {
         let parts = text.split("\n# ").skip(1).map(|part| {
             let mut lines = part.lines().map(str::to_string);
@@ -61,7 +61,7 @@ impl Conversation {
         Self(parts.collect())
     }
 
-    /// The transcript: of each part the beginning and the end.
+    /// The transcript: the beginning and the end of each part.
     pub fn text(&self, case: Case, how: &str) -> String {
         let mut text = format!("# {}, {how}\n", case.name());
         for part in &self.0 {
@@ -79,8 +79,8 @@ impl Conversation {
         text
     }
 
-    /// Whether it is the same session as another, as far as that does not depend on how the threads of this computer took
-    /// turns: its parts, what is sent to set the controller up and home it, and the commands of the contour.
+    /// Checks that two sessions agree in everything that does not depend on the computer's threads: the
+    /// parts, the chunks that set the controller up and home it, and the commands of the contour.
     pub fn agrees_with(&self, other: &Self) -> Result<(), String> {
         let parts = |of: &Self| of.0.iter().map(|part| part.name.clone()).collect();
         same("parts", &parts(self), &parts(other))?;
@@ -89,47 +89,49 @@ impl Conversation {
         if ours.is_empty() { Err("no contour".into()) } else { same("contour", &ours, &theirs) }
     }
 
-    /// Whether a transcript with lines left out is of such a session.
-    pub fn is_told_by(&self, kept: &Self) -> Result<(), String> {
+    /// Checks that this session agrees with a kept transcript, which leaves lines out.
+    pub fn agrees_with_transcript(&self, kept: &Self) -> Result<(), String> {
         let parts = |of: &Self| of.0.iter().map(|part| part.name.clone()).collect();
         same("kept parts", &parts(self), &parts(kept))?;
         same("kept start", &self.start(), &kept.start())?;
         let (mut ours, kept) = (self.contour().into_iter(), kept.contour());
         match kept.iter().find(|command| !ours.any(|ours| ours == **command)) {
-            Some(other) => Err(format!("kept contour: {other} is not sent")),
-            None if kept.is_empty() => Err("kept contour: nothing".into()),
+            Some(other) => Err(format!("kept contour: the session does not send {other}")),
+            None if kept.is_empty() => Err("kept contour: empty".into()),
             None => Ok(()),
         }
     }
 
-    /// What is sent while it starts, each piece once.
+    /// The chunks that are sent at the start, each chunk once.
     fn start(&self) -> Vec<String> {
-        let mut pieces = Vec::new();
-        for piece in self.0.iter().filter(|part| part.name == "start").flat_map(Part::sent) {
-            if !pieces.contains(&piece) {
-                pieces.push(piece);
+        let mut chunks = Vec::new();
+        for chunk in self.0.iter().filter(|part| part.name == "start").flat_map(Part::sent) {
+            if !chunks.contains(&chunk) {
+                chunks.push(chunk);
             }
         }
-        pieces
+        chunks
     }
 
-    /// What is sent in the contour, but for what is asked at the start, too.
+    /// The chunks that are sent in the contour, without those that are also sent at the start, such as
+    /// queries.
     fn contour(&self) -> Vec<String> {
         let start = self.start();
         let contour = self.0.iter().filter(|part| part.name == "contour").flat_map(Part::sent);
-        contour.filter(|piece| !start.contains(piece)).collect()
+        contour.filter(|chunk| !start.contains(chunk)).collect()
     }
 }
 
 impl Part {
-    /// A line feed that comes by itself, after the next question, belongs to the line before.
-    fn hear(&mut self, heard: &mut String) {
-        let heard = std::mem::take(heard);
+    /// Adds received text. A line feed that arrives alone, after the next sent chunk, belongs to the line
+    /// before.
+    fn receive(&mut self, received: &mut String) {
+        let received = std::mem::take(received);
         let before = self.lines.iter_mut().rfind(|line| line.starts_with('<'));
         match before {
-            Some(line) if heard == "\\n" && line.ends_with("\\r") => *line += &heard,
-            _ if heard.is_empty() => {}
-            _ => self.lines.push(format!("< {heard}")),
+            Some(line) if received == "\\n" && line.ends_with("\\r") => *line += &received,
+            _ if received.is_empty() => {}
+            _ => self.lines.push(format!("< {received}")),
         }
     }
 
@@ -138,12 +140,13 @@ impl Part {
     }
 }
 
-/// Without the number and the checksum that Zaber's messages carry: they count questions.
-fn unnumbered(piece: &str) -> String {
-    if !piece.starts_with('/') {
-        return piece.into();
+/// The chunk without the number and the checksum of a Zaber message. The number counts queries, so it differs
+/// between sessions.
+fn unnumbered(chunk: &str) -> String {
+    if !chunk.starts_with('/') {
+        return chunk.into();
     }
-    let text = piece.split(':').next().unwrap_or(piece);
+    let text = chunk.split(':').next().unwrap_or(chunk);
     let mut words: Vec<&str> = text.split(' ').collect();
     if words.len() > 2 {
         words.remove(2);
@@ -166,7 +169,7 @@ fn part_of(phase: Phase) -> &'static str {
     }
 }
 
-/// One or two questions that come again with the same answers, word for word, are written once.
+/// Removes repetitions: an exchange of 2 to 8 lines that comes again, word for word, appears once.
 fn folded(lines: &[String]) -> Vec<&str> {
     let mut lines: Vec<&str> = lines.iter().map(String::as_str).collect();
     for length in 2..=8 {

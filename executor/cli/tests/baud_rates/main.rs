@@ -1,12 +1,14 @@
-//! Whole sessions at 9600, 38400 and 115200 baud with controllers of every language: connect, home, steer to the wall, touch,
-//! contour, quit. In virtual time, and as the program on a serial port: `keepout run` on a pty, behind which `keepout simulate`
-//! takes and gives no more bytes than its baud rate lets through.
+//! Tests of end-to-end jobs at 9600, 38400 and 115200 baud with controllers of every dialect: connect, home,
+//! jog to the wall, touch it, cut the contour, quit. Each job runs in virtual time, and as the program on a
+//! serial port. There, `keepout run` opens a pty, and `keepout simulate` behind it keeps to the baud rate in
+//! both directions.
 //!
-//! What was said is kept in `tests/transcripts`: the beginning and the end of each part of a session. In virtual time it is the same to
-//! the byte. On a pty the questions come as the threads of the computer take turns; what sets the controller up and homes
-//! it, and the commands of the contour, must be those of the session in virtual time, and of the transcript that is kept.
+//! `tests/transcripts` keeps the conversations: the beginning and the end of each part of a session. In
+//! virtual time a conversation repeats byte by byte. On a pty the times of the queries depend on the
+//! computer's threads. There, the chunks that set the controller up and home it, and the commands of the
+//! contour, must equal those of the session in virtual time and of the kept transcript.
 //!
-//! `KEEPOUT_WRITE_TRANSCRIPTS=1` writes the files anew; look at the difference before it is kept.
+//! `KEEPOUT_WRITE_TRANSCRIPTS=1` writes the files again. Check the differences before you keep them.
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
@@ -20,7 +22,8 @@ use conversation::Conversation;
 use job::{Case, Job};
 use throttle::is_throttled;
 
-/// Every language at every rate, each case in a thread of its own; what went wrong in any.
+/// Plays every dialect at every baud rate, each case in a thread of its own. Fails with the reasons of all
+/// failed cases.
 fn every_case(job: &Job, play: impl Fn(&Job, Case) -> Result<(), String> + Sync) {
     let cases = Case::all();
     assert_eq!(cases.len(), 18);
@@ -38,31 +41,31 @@ fn every_case(job: &Job, play: impl Fn(&Job, Case) -> Result<(), String> + Sync)
 }
 
 #[test]
-fn in_virtual_time_word_for_word() {
+fn conversations_in_virtual_time_equal_the_kept_transcripts() {
     let job = Job::new("virtual");
     every_case(&job, |job, case| {
         let log = virtual_time::session(job, case)?;
         is_throttled(&log, case)?;
         if case.baud == 115_200 && is_throttled(&log, case.at(9600)).is_ok() {
-            return Err("it would pass for a session at 9600 baud".into());
+            return Err("the session at 115200 baud also fits in 9600 baud".into());
         }
-        let said = Conversation::of(&log);
-        job::compare(&job::kept("virtual", case), &said.text(case, "virtual time"))
+        let conversation = Conversation::of(&log);
+        job::compare(&job::kept("virtual", case), &conversation.text(case, "virtual time"))
     });
 }
 
 #[test]
-fn on_a_pty_as_programs() {
+fn conversations_on_a_pty_agree_with_virtual_time_and_the_kept_transcripts() {
     let job = Job::new("pty");
     every_case(&job, |job, case| {
         let model = Conversation::of(&virtual_time::session(job, case)?);
         let log = on_a_pty::session(job, case)?;
         is_throttled(&log, case)?;
-        let said = Conversation::of(&log);
-        said.agrees_with(&model)?;
+        let conversation = Conversation::of(&log);
+        conversation.agrees_with(&model)?;
         let kept = job::kept("pty", case);
-        job::write(&kept, &said.text(case, "behind a pty"))?;
+        job::write(&kept, &conversation.text(case, "behind a pty"))?;
         let kept = std::fs::read_to_string(&kept).map_err(|error| error.to_string())?;
-        said.is_told_by(&Conversation::parse(&kept))
+        conversation.agrees_with_transcript(&Conversation::parse(&kept))
     });
 }

@@ -1,4 +1,5 @@
-//! A session of programs: `keepout simulate` behind a pty, `keepout run` at the serial port, `keepout replay` after it.
+//! A session of processes: `keepout simulate` behind a pty, `keepout run` at the serial port, then `keepout
+//! replay`.
 
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
@@ -11,7 +12,7 @@ use super::job::{Case, FEED_MM_MIN, Job, LATENCY_MS, ORIGIN_MM, START_MM};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_keepout");
 
-/// A simulated machine that does not outlive its session.
+/// A simulated machine that ends with its session.
 struct Machine(Child);
 
 impl Drop for Machine {
@@ -22,7 +23,7 @@ impl Drop for Machine {
 }
 
 impl Machine {
-    /// Ends it; what it says of the tool, when that was never in the part.
+    /// Ends the machine. Fails if the tool was in the part.
     fn end(&mut self) -> Result<(), String> {
         let sent = Command::new("kill").args(["-TERM", &self.0.id().to_string()]).status();
         sent.map_err(|error| error.to_string())?;
@@ -34,7 +35,7 @@ impl Machine {
     }
 }
 
-/// Plays it; its log.
+/// Plays a case, and returns its log.
 pub fn session(job: &Job, case: Case) -> Result<Log, String> {
     let path = |end: &str| job.at(&format!("{}.{end}", case.name()));
     let (plan, dialect, baud) = (job.plan_file(case), case.dialect(), case.baud.to_string());
@@ -58,14 +59,14 @@ pub fn session(job: &Job, case: Case) -> Result<Log, String> {
     let mut arguments = vec!["run", &plan, "--port", &port, "--dialect", &dialect, "--baud", &baud];
     arguments.extend(["--home", "--origin-mm", &origin, "--operator", &script, "--log", &log]);
     arguments.extend(["--feed-mm-min", &feed, "--limit-s", "300", "--answer-within-s", "60"]);
-    // Exit code 0: it ended as the operator wanted, and the contour is finished.
+    // Exit code 0 means that the session ended as the operator wanted, with a finished contour.
     succeeds(&arguments)?;
     machine.end()?;
     succeeds(&["replay", &log, "--plan", &plan])?;
     let log = Log::load(Path::new(&log)).map_err(|error| error.to_string())?;
     let sent: Vec<u8> = log.entries.iter().flat_map(sent).copied().collect();
     if std::fs::read(&received).map_err(|error| error.to_string())? != sent {
-        return Err("the machine did not receive what is logged".into());
+        return Err("the machine did not receive the logged bytes".into());
     }
     Ok(log)
 }
@@ -73,10 +74,10 @@ pub fn session(job: &Job, case: Case) -> Result<Log, String> {
 fn succeeds(arguments: &[&str]) -> Result<(), String> {
     let Output { status, stdout, stderr } =
         Command::new(PROGRAM).args(arguments).output().map_err(|error| error.to_string())?;
-    let said = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     match status.code() {
         Some(0) => Ok(()),
-        code => Err(format!("{} ended with {code:?}: {}{}", arguments[0], said(&stdout), said(&stderr))),
+        code => Err(format!("{} ended with {code:?}: {}{}", arguments[0], text(&stdout), text(&stderr))),
     }
 }
 

@@ -1,15 +1,15 @@
-//! Whether a line carried no more than its rate lets through.
+//! The check that a serial line carried no more bytes than its baud rate allows.
 
 use keepout_executor::session::LoggedEvent;
 use keepout_executor::session::log::Log;
 
 use super::job::Case;
 
-/// Longest greeting of a controller, bytes.
+/// Longest greeting of a controller, bytes. It may wait on the line before the session begins.
 const GREETING: u128 = 100;
 
-/// Whether no more was received at any time than a line of that rate carries since the session began, and what may have waited
-/// before it.
+/// Checks at each log entry that the session received no more bytes than the baud rate carries since its
+/// beginning, plus a greeting.
 pub fn is_throttled(log: &Log, case: Case) -> Result<(), String> {
     let mut received = 0;
     for entry in &log.entries {

@@ -1,4 +1,4 @@
-//! A session in virtual time: the same to the byte whenever it is played.
+//! A session in virtual time: it repeats byte by byte.
 
 use std::path::Path;
 use std::time::Duration;
@@ -16,13 +16,13 @@ use keepout_sim::{PositioningError, Quirks, SimMachine, SimSettings, VirtualPort
 
 use super::job::{Case, FEED_MM_MIN, Job, LATENCY_MS, ORIGIN_MM, SCRIPT, START_MM};
 
-/// Plays it; its log, which holds.
+/// Plays a case, checks the replay of its log, and returns the log.
 pub fn session(job: &Job, case: Case) -> Result<Log, String> {
     let work = job.work(case);
     let machine = work.plan.plan.machine.clone();
     let language = DialectName::named(&case.dialect()).map_err(|error| error.to_string())?;
     let place = place_on_table(&work.plan, &machine, Some(ORIGIN_MM)).map_err(|error| error.to_string())?;
-    let setting = DialectConfig::of(&machine, place.offset);
+    let config = DialectConfig::of(&machine, place.offset);
     let options = Options {
         feed_mm_min: FEED_MM_MIN,
         home: true,
@@ -34,7 +34,7 @@ pub fn session(job: &Job, case: Case) -> Result<Log, String> {
     let header = Header {
         plan: plan_file::hex(&plan_file::hash(&plan_file::encode(&work.plan.plan).unwrap())),
         dialect: case.dialect(),
-        offset: setting.offset,
+        offset: config.offset,
         travel: options.travel,
         feed_mm_min: options.feed_mm_min,
         home: options.home,
@@ -43,7 +43,7 @@ pub fn session(job: &Job, case: Case) -> Result<Log, String> {
         baud: case.baud,
         ..Header::default()
     };
-    let slip = PositioningError::wandering(machine.repeatability_mm, machine.steps_per_mm, 1);
+    let error = PositioningError::wandering(machine.repeatability_mm, machine.steps_per_mm, 1);
     let sim = SimSettings {
         machine,
         start_mm: START_MM,
@@ -53,13 +53,13 @@ pub fn session(job: &Job, case: Case) -> Result<Log, String> {
         quirks: Quirks::default(),
     };
     let latency = Duration::from_millis(LATENCY_MS);
-    let port = VirtualPort { machine: SimMachine::new(speaking(&language, sim), case.baud, latency, slip) };
-    let dialect = language.dialect(setting);
+    let port = VirtualPort { machine: SimMachine::new(speaking(&language, sim), case.baud, latency, error) };
+    let dialect = language.dialect(config);
     let supervisor = Supervisor::new(work.clone(), options, dialect.abilities());
     let path = job.at(&format!("{}.virtual.log", case.name()));
-    let tape = LogWriter::create(Path::new(&path), &header).map_err(|error| error.to_string())?;
+    let log = LogWriter::create(Path::new(&path), &header).map_err(|error| error.to_string())?;
     let operator = Box::new(Script::parse(SCRIPT).unwrap());
-    let mut session = Session::new(Engine::new(supervisor, dialect), port, operator, Box::new(tape));
+    let mut session = Session::new(Engine::new(supervisor, dialect), port, operator, Box::new(log));
     let mut monitor = CollisionMonitor::new(work.plan.part.clone(), work.plan.plan.tool_radius, place.offset);
     let ended = session.run(&mut VirtualClock::default(), Duration::from_secs(120), |session, _| {
         let mut samples = Vec::new();

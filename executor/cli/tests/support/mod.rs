@@ -1,4 +1,4 @@
-//! The program as a process, for tests of the command line.
+//! Runs the program as a process, for tests of the command line.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -7,7 +7,7 @@ pub fn keepout(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_keepout")).args(arguments).output().unwrap()
 }
 
-/// An empty folder of this test's own.
+/// Makes an empty folder for one test.
 pub fn folder(name: &str) -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = std::fs::remove_dir_all(&path);

@@ -1,4 +1,4 @@
-//! Devices of Linux, by evdev.
+//! Input devices of Linux, through evdev.
 
 use std::fs::OpenOptions;
 use std::io::{self, ErrorKind};
@@ -13,9 +13,10 @@ use super::pad::{AxisRange, RawEvent, Snapshot};
 use super::reader::{Device, Devices};
 use super::{DeviceError, Wanted};
 
-/// Where Linux shows its input devices.
+/// Folder of Linux's input devices.
 const INPUT: &str = "/dev/input";
-/// Events that are taken in one round: a device that says more is not listened to for longer.
+/// Number of events after which one round stops reading. A device that sends without end does not hold up the
+/// round.
 const EVENTS_MAX: usize = 1024;
 
 /// The input devices of this computer.
@@ -27,13 +28,13 @@ pub struct EvdevDevices {
 }
 
 impl EvdevDevices {
-    /// Those that are wanted, used by that mapping.
+    /// The devices of the wanted kind, with the mapping of their axes and buttons.
     #[must_use]
     pub fn new(wanted: Wanted, mapping: Mapping) -> Self {
         Self { wanted, mapping, folder: INPUT.into() }
     }
 
-    /// The event devices' paths, in order of their numbers.
+    /// Paths of the event devices, in the order of their numbers.
     fn paths(&self) -> Result<Vec<PathBuf>, DeviceError> {
         let none = |source| DeviceError::NoInput { path: self.folder.clone(), source };
         let number = |path: &Path| {
@@ -78,7 +79,8 @@ impl EvdevDevices {
         keys.is_some_and(|keys| self.mapping.dead_men().any(|code| keys.contains(KeyCode::new(code))))
     }
 
-    /// The device, when there is something to steer with. A device with axes and no dead-man serves only as a wheel.
+    /// The device, if its stick or its wheel is usable. A device with axes but no dead-man button serves only
+    /// as a wheel.
     fn usable(&self, path: &Path, device: RawDevice) -> Result<EvdevDevice, DeviceError> {
         let steers = self.steers(&device);
         let turns = device.supported_relative_axes().is_some_and(|axes| {
@@ -95,7 +97,8 @@ impl EvdevDevices {
     }
 }
 
-/// A dial is a handwheel; a wheel without one may be a mouse's, and counts only when the device is named.
+/// Whether the device has a dial, and so is a handwheel. A device with only a wheel may be a mouse, so the
+/// user must name it.
 fn has_dial(device: &RawDevice) -> bool {
     device.supported_relative_axes().is_some_and(|axes| axes.contains(RelativeAxisCode::REL_DIAL))
 }
@@ -106,7 +109,7 @@ fn has_axes(device: &RawDevice, mapping: &Mapping) -> bool {
     axes.is_some_and(|axes| codes.iter().all(|&code| axes.contains(AbsoluteAxisCode(code))))
 }
 
-/// Opens a device so that reading it never waits.
+/// Opens a device without blocking reads.
 fn open(path: &Path) -> io::Result<RawDevice> {
     let file = OpenOptions::new().read(true).custom_flags(libc::O_NONBLOCK).open(path)?;
     RawDevice::try_from(file)
@@ -135,7 +138,7 @@ impl Devices for EvdevDevices {
 #[derive(Debug)]
 pub struct EvdevDevice {
     device: RawDevice,
-    /// The stick's axes, when it steers.
+    /// Codes of the stick's axes. `None` for a device without a usable stick.
     axes: Option<(u16, u16)>,
     path: PathBuf,
 }
@@ -166,7 +169,7 @@ impl Device for EvdevDevice {
     fn read(&mut self, events: &mut Vec<RawEvent>) -> io::Result<()> {
         while events.len() < EVENTS_MAX {
             match self.device.fetch_events() {
-                Ok(said) => events.extend(said.filter_map(understood)),
+                Ok(fetched) => events.extend(fetched.filter_map(decoded)),
                 Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok(()),
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 Err(error) => return Err(error),
@@ -176,10 +179,10 @@ impl Device for EvdevDevice {
     }
 }
 
-fn understood(event: InputEvent) -> Option<RawEvent> {
+fn decoded(event: InputEvent) -> Option<RawEvent> {
     match event.destructure() {
         EventSummary::AbsoluteAxis(_, axis, value) => Some(RawEvent::Axis { code: axis.0, value }),
-        // 2 is the auto-repeat of a key that is held.
+        // The value 2 is the auto-repeat of a held key.
         EventSummary::Key(_, key, value) => {
             (value != 2).then(|| RawEvent::Button { code: key.code(), down: value != 0 })
         }
@@ -199,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn without_devices_it_says_what_to_do() {
+    fn missing_devices_give_an_error_with_the_remedy() {
         let folder = std::env::temp_dir().join(format!("keepout-input-{}", std::process::id()));
         let missing = devices(&folder, Wanted::Stick).find().unwrap_err();
         assert!(missing.to_string().contains("no input devices"), "{missing}");
@@ -207,15 +210,15 @@ mod tests {
         std::fs::write(folder.join("event3"), b"no device").unwrap();
         std::fs::write(folder.join("mouse0"), b"no device").unwrap();
         let none = devices(&folder, Wanted::Wheel).find().unwrap_err();
-        assert!(none.to_string().contains("none of the 1 devices"), "{none}");
+        assert!(none.to_string().contains("1 other devices"), "{none}");
         let named = devices(&folder, Wanted::At(folder.join("event3"))).find().unwrap_err();
         assert!(matches!(named, DeviceError::Open { .. }), "{named}");
         std::fs::remove_dir_all(&folder).unwrap();
     }
 
     #[test]
-    fn events_are_understood() {
-        let raw = |kind, code, value| understood(InputEvent::new(kind, code, value));
+    fn evdev_events_become_raw_events() {
+        let raw = |kind, code, value| decoded(InputEvent::new(kind, code, value));
         assert_eq!(raw(0, 0, 0), Some(RawEvent::Report));
         assert_eq!(raw(0, 3, 0), Some(RawEvent::Dropped));
         assert_eq!(raw(3, 1, -5), Some(RawEvent::Axis { code: 1, value: -5 }));

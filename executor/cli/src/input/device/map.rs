@@ -1,19 +1,19 @@
-//! What the buttons and axes of a device mean.
+//! Meaning of the buttons and axes of a device.
 
 use keepout_executor::supervisor::OperatorCommand;
 
-/// What a button does.
+/// Action of a button.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
-    /// The stick counts while one of these is held.
+    /// Enables the stick while the operator holds it.
     DeadMan,
-    /// Each press turns automatic mode on or off.
+    /// Arms or disarms the cycle at each press.
     Automatic,
-    /// Asks for something.
+    /// Gives an operator command.
     OperatorCommand(OperatorCommand),
-    /// The handwheel turns the other axis.
+    /// Selects the other axis for the handwheel.
     WheelAxis,
-    /// The handwheel has the next step size.
+    /// Selects the next step size of the handwheel.
     WheelStep,
 }
 
@@ -33,14 +33,14 @@ const STICK: (u16, u16) = (0x00, 0x01);
 /// `REL_DIAL`, and `REL_WHEEL`.
 const WHEELS: [u16; 2] = [0x07, 0x08];
 
-/// The table of buttons; a device has those of its own kind only.
+/// The table of buttons. A device has only the buttons of its kind.
 ///
 /// | gamepad | joystick | pulse generator | does |
 /// |---|---|---|---|
 /// | left or right shoulder | trigger | | dead-man |
-/// | start | top | fifth button | automatic on or off |
-/// | east (B, ○) | thumb | third | pause |
-/// | south (A, ×) | second thumb | fourth | resume |
+/// | start | top | fifth button | cycle armed, on or off |
+/// | east (B, ○) | thumb | third | pause (feed hold) |
+/// | south (A, ×) | second thumb | fourth | resume (cycle start) |
 /// | north (Y, △) | second top | | recover |
 /// | mode (the logo) | seventh (base) | | quit |
 /// | select, left stick pressed | | first, second | other axis, next step of the handwheel |
@@ -74,7 +74,7 @@ impl Default for Mapping {
 }
 
 impl Mapping {
-    /// What a button does, if anything.
+    /// The action of a button, if it has one.
     #[must_use]
     pub fn action(&self, code: u16) -> Option<Action> {
         self.buttons.iter().find(|button| button.0 == code).map(|button| button.1)

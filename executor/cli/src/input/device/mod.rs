@@ -1,11 +1,13 @@
-//! Input devices: gamepads, joysticks and handwheels, as Linux (evdev) numbers their axes and buttons.
+//! Input devices: gamepads, joysticks and handwheels. The codes of axes and buttons are those of Linux
+//! (evdev).
 //!
 //! ```text
 //! evdev ──> Reader (its thread) ──> Reading (shared) ──> EnablingInterlock ──> OperatorInput
 //! ```
 //!
-//! The [`Reader`] follows unplugging and plugging in, the `Pad` what the events mean, the
-//! [`EnablingInterlock`] decides what of it may move the tool. All but `linux` is free of devices and clocks.
+//! The [`Reader`] follows the device when it is unplugged and plugged in. Its `Pad` keeps the device's state.
+//! The [`EnablingInterlock`] decides which readings may move the tool. Only `linux` uses devices; no module
+//! uses clocks.
 
 mod enabling;
 #[cfg(target_os = "linux")]
@@ -27,75 +29,84 @@ pub use reader::Device;
 pub use reader::{Devices, Reader, Reading};
 use thiserror::Error;
 
-/// What kind of device is looked for.
+/// The requested device.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Wanted {
-    /// The first gamepad or joystick: two axes and a button that the mapping calls a dead-man.
+    /// The first gamepad or joystick with two axes and a dead-man button.
     Stick,
     /// The first device with a dial.
     Wheel,
-    /// This one.
+    /// The device at this path.
     At(PathBuf),
 }
 
-/// Why there is no device.
+/// Why no device is available.
 #[derive(Debug, Error)]
 pub enum DeviceError {
-    /// None is plugged in.
+    /// No device of the requested kind is plugged in.
     #[error(
-        "no {what} is plugged in: none of the {seen} devices in /dev/input is one. Plug it in, or name it: {example}"
+        "no {what} is plugged in: /dev/input has {seen} other devices. Plug it in, or name it, such as \
+         {example}"
     )]
     None {
-        /// What was looked for.
+        /// The requested kind.
         what: &'static str,
-        /// How many devices there are.
+        /// Number of devices in `/dev/input`.
         seen: usize,
-        /// How to name it.
+        /// Option that names a device.
         example: &'static str,
     },
     /// The system has no input devices.
-    #[error("this computer shows no input devices ({}): {source}. In a container, share /dev/input with it.", path.display())]
+    #[error(
+        "this computer shows no input devices ({}): {source}. In a container, share /dev/input with it.",
+        path.display()
+    )]
     NoInput {
-        /// Where they should be.
+        /// The searched folder.
         path: PathBuf,
-        /// What the system says.
+        /// The system's error.
         source: std::io::Error,
     },
-    /// The devices may not be read.
-    #[error("{} may not be read: join the group \"input\" (sudo usermod -aG input $USER) and log in again", path.display())]
+    /// The user may not read the device.
+    #[error(
+        "{} may not be read: join the group \"input\" (sudo usermod -aG input $USER) and log in again",
+        path.display()
+    )]
     Denied {
         /// The device.
         path: PathBuf,
     },
-    /// The device that was commanded for can not be opened.
+    /// The device can not be opened.
     #[error("{} can not be opened as an input device: {source}", path.display())]
     Open {
         /// The device.
         path: PathBuf,
-        /// What the system says.
+        /// The system's error.
         source: std::io::Error,
     },
-    /// It has no dead-man button.
+    /// The device has no dead-man button.
     #[error(
-        "{} has two axes, but none of the dead-man buttons (shoulder buttons or trigger): a stick without one does not steer",
+        "{} has two axes, but no dead-man button (shoulder button or trigger): a stick needs one. Use \
+         another device.",
         path.display()
     )]
     NoDeadMan {
         /// The device.
         path: PathBuf,
     },
-    /// It has nothing to steer with.
-    #[error("{} has neither two axes with a dead-man button nor a dial or wheel", path.display())]
+    /// The device has no usable stick or wheel.
+    #[error(
+        "{} has neither two axes with a dead-man button nor a dial or wheel: use another device",
+        path.display()
+    )]
     NotUsable {
         /// The device.
         path: PathBuf,
     },
-    /// The system is no Linux.
-    #[error(
-        "joysticks and handwheels are read by Linux's evdev, which this system has not: steer by --operator keyboard"
-    )]
+    /// The system is not Linux.
+    #[error("gamepads, joysticks and handwheels work only on Linux: use --operator keyboard")]
     NotLinux,
-    /// No thread.
-    #[error("the system gives no thread to read the device: {0}")]
+    /// The system can not start the reading thread.
+    #[error("the system can not start a thread to read the device: {0}")]
     Thread(std::io::Error),
 }

@@ -7,37 +7,37 @@ use keepout_executor::supervisor::OperatorCommand;
 use super::map::{Action, Mapping};
 use crate::input::handwheel::Handwheel;
 
-/// An event, as the device says it.
+/// An event of a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RawEvent {
-    /// An absolute axis stands at a value.
+    /// An absolute axis changed its value.
     Axis {
         /// Its code.
         code: u16,
-        /// Where it stands, in the device's own units.
+        /// The new value, in the device's own units.
         value: i32,
     },
     /// A button went down or up.
     Button {
         /// Its code.
         code: u16,
-        /// Down.
+        /// Whether the button is down.
         down: bool,
     },
     /// A dial was turned.
     Turned {
         /// Its code.
         code: u16,
-        /// By so many pulses.
+        /// Number of pulses, with its sign.
         pulses: i32,
     },
-    /// What was said since the last report belongs together, and is so now (`SYN_REPORT`).
+    /// End of a report: the events since the last one take effect together (`SYN_REPORT`).
     Report,
-    /// Events were lost (`SYN_DROPPED`): nothing is known until the device is asked for its whole state.
+    /// Events were lost (`SYN_DROPPED`). The state is unknown until it is read from the device.
     Dropped,
 }
 
-/// The values that an axis takes.
+/// Range of an axis, in the device's own units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AxisRange {
     /// Least value.
@@ -47,7 +47,7 @@ pub struct AxisRange {
 }
 
 impl AxisRange {
-    /// The value as a share of the throw from the middle, −1 to 1; `None` when the range is empty.
+    /// The value as a share of the throw from the centre, −1 to 1. `None` if the range is empty.
     #[must_use]
     pub fn share(self, value: i32) -> Option<f64> {
         let (low, high) = (f64::from(self.low), f64::from(self.high));
@@ -56,32 +56,34 @@ impl AxisRange {
     }
 }
 
-/// The whole state of a device at a moment.
+/// The whole state of a device at one time.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Snapshot {
-    /// The stick's axes x and y with their ranges and values; `None` for a device without a stick.
+    /// The stick's axes x and y, with their ranges and values. `None` for a device without a stick.
     pub axes: Option<[(AxisRange, i32); 2]>,
-    /// Buttons that are down.
+    /// Codes of the buttons that are down.
     pub buttons: BTreeSet<u16>,
 }
 
-/// Asks that are kept until they are taken.
-const ASKS_MAX: usize = 8;
+/// Most commands that are kept until a reading takes them.
+const COMMANDS_MAX: usize = 8;
 
-/// What is known of a device: reports take effect as a whole; after lost events nothing is known until
-/// [`Self::resynchronise`].
+/// State of a device, from its events. Each report takes effect as a whole. After lost events the state is
+/// unknown until [`Self::resynchronise`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pad {
     mapping: Mapping,
     state: Snapshot,
+    /// Events of the unfinished report.
     open: Vec<RawEvent>,
+    /// Whether the state is known.
     in_step: bool,
     automatic: bool,
-    asks: Vec<OperatorCommand>,
+    commands: Vec<OperatorCommand>,
     wheel: Handwheel,
 }
 
-/// Events of one report that are kept; a device that says more is asked for its whole state instead.
+/// Most events of one report. If a device sends more, its whole state is read instead.
 const REPORT_MAX: usize = 256;
 
 impl Pad {
@@ -94,7 +96,7 @@ impl Pad {
             open: Vec::new(),
             in_step: false,
             automatic: false,
-            asks: Vec::new(),
+            commands: Vec::new(),
             wheel: Handwheel::default(),
         }
     }
@@ -114,7 +116,7 @@ impl Pad {
         }
     }
 
-    /// Nothing is known any more: lost events, or the device is gone. Automatic mode is off.
+    /// Marks the state as unknown, after lost events or an unplugged device. Disarms the cycle.
     pub fn lose(&mut self) {
         self.in_step = false;
         self.automatic = false;
@@ -128,38 +130,38 @@ impl Pad {
         self.in_step
     }
 
-    /// Takes the device's whole state. A button that is found down was not necessarily pressed for its action, so none
-    /// is begun.
+    /// Takes the device's whole state. A button that is already down starts no action, because the operator
+    /// may have pressed it before.
     pub fn resynchronise(&mut self, snapshot: Snapshot) {
         self.open.clear();
         self.state = snapshot;
         self.in_step = true;
     }
 
-    /// The stick's raw axes, −1 to 1, up is +y; zero when they are not known or there is no stick.
+    /// The stick's raw axes, −1 to 1. Up is +y. Zero if the state is unknown, or if the device has no stick.
     #[must_use]
     pub fn axes(&self) -> (f64, f64) {
         let Some([x, y]) = self.state.axes.filter(|_| self.in_step) else { return (0.0, 0.0) };
         let share = |(range, value): (AxisRange, i32)| range.share(value).unwrap_or(0.0);
-        // A stick pushed away says less in y; in the drawing that is up.
+        // A stick that is pushed away has a smaller y value. In the drawing this direction is +y.
         (share(x), -share(y))
     }
 
-    /// Whether a dead-man button is held, for certain.
+    /// Whether a dead-man button is held. False if the state is unknown.
     #[must_use]
     pub fn dead_man(&self) -> bool {
         self.in_step && self.mapping.dead_men().any(|code| self.state.buttons.contains(&code))
     }
 
-    /// Whether automatic mode is on.
+    /// Whether the cycle is armed.
     #[must_use]
     pub fn automatic(&self) -> bool {
         self.automatic
     }
 
-    /// What was asked for since this was last called, in order.
-    pub fn take_asks(&mut self) -> Vec<OperatorCommand> {
-        std::mem::take(&mut self.asks)
+    /// Takes the commands since the last call, in order.
+    pub fn take_commands(&mut self) -> Vec<OperatorCommand> {
+        std::mem::take(&mut self.commands)
     }
 
     /// The handwheel.
@@ -197,7 +199,9 @@ impl Pad {
         match action {
             Action::DeadMan => {}
             Action::Automatic => self.automatic = !self.automatic,
-            Action::OperatorCommand(ask) if self.asks.len() < ASKS_MAX => self.asks.push(ask),
+            Action::OperatorCommand(command) if self.commands.len() < COMMANDS_MAX => {
+                self.commands.push(command);
+            }
             Action::OperatorCommand(_) => {}
             Action::WheelAxis => self.wheel.swap_axis(),
             Action::WheelStep => self.wheel.set_step(self.wheel.step().next()),
@@ -230,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn a_report_counts_as_a_whole_and_up_is_plus_y() {
+    fn report_takes_effect_as_a_whole_and_up_is_plus_y() {
         let mut pad = pad();
         feed(&mut pad, &[RawEvent::Axis { code: 0, value: 32767 }, button(TL, true)]);
         assert!(pad.axes().0.abs() < 1e-4 && !pad.dead_man(), "not before the report");
@@ -242,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn ranges_of_all_kinds_become_shares() {
+    fn every_axis_range_becomes_a_share() {
         for (low, high) in [(0, 255), (-127, 127), (0, 1023), (i32::MIN, i32::MAX), (100, 101)] {
             let range = AxisRange { low, high };
             assert_eq!(range.share(low), Some(-1.0));
@@ -256,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn after_lost_events_nothing_is_known_until_the_state_is_read() {
+    fn after_lost_events_the_state_is_unknown_until_it_is_read() {
         let mut pad = pad();
         feed(&mut pad, &[RawEvent::Axis { code: 0, value: 32767 }, button(TL, true), button(START, true)]);
         feed(&mut pad, &[RawEvent::Report]);
@@ -264,16 +268,16 @@ mod tests {
         feed(&mut pad, &[RawEvent::Dropped]);
         assert!(!pad.in_step() && !pad.dead_man() && !pad.automatic());
         assert_eq!(pad.axes(), (0.0, 0.0));
-        // What is left of the torn report counts for nothing.
+        // The rest of the torn report has no effect.
         feed(&mut pad, &[button(TL, true), button(EAST, true), RawEvent::Report]);
-        assert!(!pad.dead_man() && pad.take_asks().is_empty());
+        assert!(!pad.dead_man() && pad.take_commands().is_empty());
         let range = AxisRange { low: 0, high: 200 };
         pad.resynchronise(Snapshot {
             axes: Some([(range, 150), (range, 100)]),
             buttons: BTreeSet::from([TL, EAST]),
         });
         assert_eq!(pad.axes(), (0.5, 0.0));
-        assert!(pad.dead_man() && pad.take_asks().is_empty());
+        assert!(pad.dead_man() && pad.take_commands().is_empty());
     }
 
     #[test]
@@ -281,18 +285,18 @@ mod tests {
         let mut pad = pad();
         let presses = [button(EAST, true), RawEvent::Report, button(EAST, true), RawEvent::Report];
         feed(&mut pad, &presses);
-        assert_eq!(pad.take_asks(), [OperatorCommand::FeedHold], "a repeated event is no second press");
+        assert_eq!(pad.take_commands(), [OperatorCommand::FeedHold], "a repeated event is no second press");
         feed(&mut pad, &[button(EAST, false), RawEvent::Report]);
         feed(&mut pad, &presses);
-        assert_eq!(pad.take_asks(), [OperatorCommand::FeedHold]);
+        assert_eq!(pad.take_commands(), [OperatorCommand::FeedHold]);
         for _ in 0..100 {
             feed(&mut pad, &[button(EAST, false), button(EAST, true), RawEvent::Report]);
         }
-        assert_eq!(pad.take_asks().len(), ASKS_MAX);
+        assert_eq!(pad.take_commands().len(), COMMANDS_MAX);
     }
 
     #[test]
-    fn the_dial_turns_the_wheel() {
+    fn dial_pulses_turn_the_handwheel() {
         let mut pad = pad();
         let turned = |pulses| RawEvent::Turned { code: 7, pulses };
         feed(&mut pad, &[turned(2), RawEvent::Report, button(0x100, true), button(0x101, true)]);
@@ -303,14 +307,14 @@ mod tests {
     }
 
     #[test]
-    fn a_device_that_never_reports_is_out_of_step_rather_than_out_of_memory() {
+    fn events_without_a_report_are_bounded_and_make_the_state_unknown() {
         let mut pad = pad();
         (0..10_000).for_each(|value| pad.take(RawEvent::Axis { code: 0, value }));
         assert!(!pad.in_step() && pad.open.is_empty());
     }
 
     #[test]
-    fn whatever_the_device_says_the_axes_are_bounded_and_a_dead_man_is_certain() {
+    fn any_events_give_bounded_axes_and_an_unknown_state_releases_the_dead_man_button() {
         let mut random = fastrand::Rng::with_seed(11);
         let mut pad = pad();
         for _ in 0..20_000 {

@@ -1,4 +1,4 @@
-//! Follows a device through unplugging and plugging in.
+//! The reader of a device: follows it when it is unplugged and plugged in.
 
 use std::io;
 use std::time::Duration;
@@ -10,62 +10,62 @@ use super::DeviceError;
 use super::map::Mapping;
 use super::pad::{Pad, RawEvent, Snapshot};
 
-/// Devices that may be plugged in.
+/// The devices that can be plugged in.
 pub trait Devices {
-    /// One of them.
+    /// An open device.
     type Device: Device;
 
-    /// Opens the device that is wanted.
+    /// Opens the requested device.
     ///
     /// # Errors
-    /// [`DeviceError`] when it is not there.
+    /// [`DeviceError`] when the device is missing.
     fn find(&mut self) -> Result<Self::Device, DeviceError>;
 }
 
-/// An open device; nothing here waits.
+/// An open device. Its calls do not wait for events.
 pub trait Device {
     /// Its name.
     fn name(&self) -> String;
 
-    /// Its whole state.
+    /// Reads its whole state.
     ///
     /// # Errors
-    /// What the system says, when it is gone.
+    /// The system's error, when the device is gone.
     fn snapshot(&mut self) -> io::Result<Snapshot>;
 
-    /// Appends the events since the last call; none is no error.
+    /// Appends the events since the last call. An empty result is not an error.
     ///
     /// # Errors
-    /// What the system says, when it is gone.
+    /// The system's error, when the device is gone.
     fn read(&mut self, events: &mut Vec<RawEvent>) -> io::Result<()>;
 }
 
-/// What is known of the device at a moment.
+/// State of the device at one time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reading {
-    /// Counts the times that the device was plugged in or lost its events: what is held across a change of it may not
-    /// move the tool.
+    /// Number of the connection. It changes when the device is plugged in or unplugged, or loses events. A
+    /// stick that is held across a change may not move the tool.
     pub connection: u64,
-    /// Whether the device is there and its state is known.
+    /// Whether the device is present and its state is known.
     pub known: bool,
-    /// The stick's raw axes, −1 to 1; up is +y.
+    /// The stick's raw axes, −1 to 1. Up is +y.
     pub axes: (f64, f64),
-    /// A dead-man button is held.
+    /// Whether a dead-man button is held.
     pub dead_man: bool,
-    /// Automatic mode is on.
+    /// Whether the cycle is armed.
     pub automatic: bool,
-    /// What was asked for since the last reading, in order.
-    pub asks: Vec<OperatorCommand>,
-    /// How far handwheels were turned since it was last taken, mm.
+    /// Commands since the last reading, in order.
+    pub commands: Vec<OperatorCommand>,
+    /// Distance that the handwheels were turned since the session loop last took it, mm.
     pub turned_mm: (f64, f64),
-    /// The handwheel's axis and step, to be shown.
+    /// Status line with the handwheel's axis and step size.
     pub status: String,
 }
 
-/// A device that is gone is looked for this often.
+/// Time between two searches for a missing device.
 pub const LOOK_EVERY: Duration = Duration::from_millis(500);
 
-/// Reads a device and follows it; time is an argument.
+/// Reads a device, and finds it again after it was unplugged. Time is an argument.
 #[derive(Debug)]
 pub struct Reader<D: Devices> {
     devices: D,
@@ -78,25 +78,27 @@ pub struct Reader<D: Devices> {
 }
 
 impl<D: Devices> Reader<D> {
-    /// A reader of the device that is there now.
+    /// Opens the requested device. A session begins only with its operator's device plugged in.
     ///
     /// # Errors
-    /// [`DeviceError`] when none is there: a session begins with its operator's device plugged in.
+    /// [`DeviceError`] when the device is missing.
     pub fn open(mut devices: D, mapping: Mapping, panel: Panel) -> Result<Self, DeviceError> {
         let device = devices.find()?;
-        panel.say(format!("steered by {}", device.name()));
+        panel.say(format!("jogging with {}", device.name()));
         let device = Some(device);
         let pad = Pad::new(mapping);
         Ok(Self { devices, device, pad, look_at: Duration::ZERO, connection: 1, panel, events: Vec::new() })
     }
 
-    /// How far handwheels were turned since this was last asked, mm; readings leave it out, so that the bound holds for
-    /// each input, however many readings there are between two.
+    /// Takes the distance that the handwheels were turned since the last call, mm.
+    ///
+    /// [`Self::round`] leaves it out of its readings. So the bound on pulses holds for each input, for any
+    /// number of readings between two inputs.
     pub fn take_turned_mm(&mut self) -> (f64, f64) {
         self.pad.wheel().take_mm()
     }
 
-    /// Takes what the device says, or looks for it; `now` since any beginning.
+    /// Reads the events of the device, or searches for a missing device. `now` counts from any fixed time.
     pub fn round(&mut self, now: Duration) -> Reading {
         match &mut self.device {
             Some(_) => {
@@ -121,7 +123,8 @@ impl<D: Devices> Reader<D> {
         if !self.pad.in_step() {
             if was_in_step {
                 self.connection += 1;
-                self.panel.say("events of the device were lost: centre the stick and let go of the dead-man");
+                self.panel
+                    .say("events of the device were lost: centre the stick, and release the dead-man button");
             }
             let snapshot = device.snapshot()?;
             self.pad.resynchronise(snapshot);
@@ -132,16 +135,17 @@ impl<D: Devices> Reader<D> {
     fn unplug(&mut self, reason: &io::Error, now: Duration) {
         let name = self.device.take().map_or(String::new(), |device| device.name());
         self.pad.lose();
-        self.pad.take_asks();
+        self.pad.take_commands();
         self.connection += 1;
         self.look_at = now + LOOK_EVERY;
-        self.panel.say(format!("{name} is unplugged ({reason}): nothing moves until it is back"));
+        self.panel.say(format!("{name} is unplugged ({reason}): plug it in again to continue"));
     }
 
     fn look(&mut self, now: Duration) {
         self.look_at = now + LOOK_EVERY;
         if let Ok(device) = self.devices.find() {
-            self.panel.say(format!("{} is back: centre the stick and let go of the dead-man", device.name()));
+            self.panel
+                .say(format!("{} is back: centre the stick, and release the dead-man button", device.name()));
             self.connection += 1;
             self.device = Some(device);
         }
@@ -156,7 +160,7 @@ impl<D: Devices> Reader<D> {
             axes: self.pad.axes(),
             dead_man: self.pad.dead_man(),
             automatic: self.pad.automatic(),
-            asks: self.pad.take_asks(),
+            commands: self.pad.take_commands(),
             turned_mm: (0.0, 0.0),
             status,
         }
@@ -172,12 +176,13 @@ pub(super) mod tests {
     use super::super::pad::AxisRange;
     use super::*;
 
-    /// A device that a test plays: what it says next, and the state it is in.
+    /// A simulated device: its next events and its state.
     #[derive(Debug, Default)]
     pub struct Played {
         pub plugged: bool,
-        pub says: VecDeque<RawEvent>,
+        pub events: VecDeque<RawEvent>,
         pub state: Snapshot,
+        /// Number of searches for the device.
         pub looked: usize,
     }
 
@@ -212,12 +217,12 @@ pub(super) mod tests {
             if !played.plugged {
                 return Err(io::ErrorKind::NotFound.into());
             }
-            events.extend(played.says.drain(..));
+            events.extend(played.events.drain(..));
             Ok(())
         }
     }
 
-    /// A stick that stands at `x` of ±100, with or without the left shoulder held.
+    /// A stick at `x` of ±100, with or without the left shoulder button held.
     pub fn standing(x: i32, dead_man: bool) -> Snapshot {
         let range = AxisRange { low: -100, high: 100 };
         let buttons = if dead_man { BTreeSet::from([0x136]) } else { BTreeSet::new() };
@@ -242,7 +247,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn an_unplugged_device_says_nothing_and_is_looked_for_twice_a_second() {
+    fn unplugged_device_gives_no_input_and_is_searched_twice_a_second() {
         let (fake, mut reader, panel) = plugged(standing(50, true));
         let first = reader.round(ms(0));
         assert!(first.known && first.dead_man && first.axes == (0.5, 0.0));
@@ -262,12 +267,12 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn lost_events_are_a_new_connection_and_the_state_is_read_anew() {
+    fn lost_events_start_a_new_connection_and_the_state_is_read_again() {
         let (fake, mut reader, _) = plugged(standing(0, false));
         let first = reader.round(ms(0));
         {
             let mut played = fake.0.borrow_mut();
-            played.says.extend([RawEvent::Dropped, RawEvent::Report]);
+            played.events.extend([RawEvent::Dropped, RawEvent::Report]);
             played.state = standing(-100, true);
         }
         let after = reader.round(ms(4));
