@@ -81,7 +81,7 @@ pub struct AtPort<'a> {
     /// The clock.
     pub clock: &'a mut RealClock,
     /// The dialect.
-    pub language: DialectName,
+    pub dialect_name: DialectName,
     /// The machine with the controller's own figures.
     pub machine: MachineProfile,
     /// The profile's file.
@@ -94,7 +94,7 @@ pub fn conformance(at: AtPort<'_>, arguments: &ConformanceArguments) -> Result<E
     refuse_same(&[at.profile], &given(&[arguments.record.as_ref()]))?;
     let start = if arguments.home { Start::Homed } else { Start::Standing };
     let setup =
-        Setup { box_mm: arguments.box_mm, start, ..Setup::of(at.language.clone(), at.machine.clone()) };
+        Setup { box_mm: arguments.box_mm, start, ..Setup::of(at.dialect_name.clone(), at.machine.clone()) };
     announce(&setup);
     if !arguments.yes && !confirmed()? {
         return Err(CliError::Argument("the answer was not yes, so the machine did not move".into()));

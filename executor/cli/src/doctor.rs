@@ -48,13 +48,13 @@ pub fn doctor(arguments: &DoctorArguments) -> Result<ExitCode, CliError> {
         Some(path) => MachineProfile::load(path)?,
         None => MachineProfile::simulated(),
     };
-    let language =
+    let dialect_name =
         DialectName::named(&arguments.dialect).map_err(|error| CliError::Argument(error.to_string()))?;
     if arguments.conformance.conformance {
-        check_dialect(&language)?;
+        check_dialect(&dialect_name)?;
     }
     let config = DialectConfig::of(&machine, Vector { dx: 0, dy: 0 });
-    let mut dialect = language.dialect(config);
+    let mut dialect = dialect_name.dialect(config);
     let mut port = Serial::open(arguments.port.as_deref().unwrap_or_default(), arguments.baud)?;
     let mut clock = RealClock::default();
     let needed = (machine.steps_per_mm, machine.arc_tolerance_mm);
@@ -64,7 +64,7 @@ pub fn doctor(arguments: &DoctorArguments) -> Result<ExitCode, CliError> {
     match (&arguments.machine_profile, fit) {
         (Some(profile), true) if arguments.conformance.conformance => {
             let baud = arguments.baud;
-            let at = AtPort { port: &mut port, baud, clock: &mut clock, language, machine, profile };
+            let at = AtPort { port: &mut port, baud, clock: &mut clock, dialect_name, machine, profile };
             conformance(at, &arguments.conformance)
         }
         (_, true) => Ok(ExitCode::SUCCESS),

@@ -87,7 +87,7 @@ fn work_out(arguments: &BudgetArguments) -> Result<ExitCode, CliError> {
     let by_hand_mm_s = match (arguments.by_hand, top) {
         (Some(_), None) => {
             let reason =
-                "--by-hand needs a profile with an [interpolator]: without one the drives can not jog";
+                "--by-hand needs a profile with an [interpolator]: without one, jogging has no speed";
             return Err(CliError::Argument(reason.into()));
         }
         (Some(mm_min), Some(_)) => Some(speed("--by-hand", mm_min)?),

@@ -51,7 +51,7 @@ enum Command {
     Inspect(InspectArguments),
     /// Find how the workpiece lies on the machine, from probe points or probed edges.
     Align(AlignArguments),
-    /// Make a plan from a DXF drawing: the keep-out zones and the finishing toolpath.
+    /// Make a plan from a DXF drawing: the part, the keep-out zones and the finishing toolpath.
     Plan(PlanArguments),
     /// Draw a plan as an SVG picture.
     Show(ShowArguments),
@@ -70,10 +70,9 @@ enum Command {
     Report(report::ReportArguments),
     /// Check a controller before the first session: its identity, its settings and its answer times.
     ///
-    /// Sends only queries: the machine does not move, and the controller stores nothing. With --conformance
-    /// it moves the tool in a small box, after you confirm. The exit code is 0 when a session can begin. It
-    /// is 6 when the port or the controller does not answer, or when a session could not begin with these
-    /// settings.
+    /// Sends only queries: the machine does not move, and no setting changes. With --conformance it moves the
+    /// tool in a small box, after you confirm. The exit code is 0 if a session can begin. It is 6 if the port
+    /// or the controller does not answer, or if its settings do not allow a session.
     Doctor(doctor::DoctorArguments),
     /// Compute the contour-error term of the margin for feed drives.
     #[command(subcommand)]

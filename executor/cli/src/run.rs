@@ -120,7 +120,7 @@ fn simulation(arguments: &RunArguments, limit: Duration) -> Result<SimRun, CliEr
     Ok(SimRun {
         machine,
         servo: drives(&arguments.drives)?,
-        language: language(arguments)?,
+        language: dialect_name(arguments)?,
         link: if arguments.machine == MachineArgument::Sim { Link::Pty } else { Link::Virtual },
         baud: arguments.baud,
         latency: Duration::from_millis(arguments.latency_ms),
@@ -174,7 +174,7 @@ struct Outputs {
 }
 
 /// The dialect of the arguments.
-fn language(arguments: &RunArguments) -> Result<DialectName, CliError> {
+fn dialect_name(arguments: &RunArguments) -> Result<DialectName, CliError> {
     DialectName::named(&arguments.dialect).map_err(|error| CliError::Argument(error.to_string()))
 }
 
@@ -193,7 +193,7 @@ impl Recording<'_> {
     fn event_log(
         &self,
         work: &PreparedPlan,
-        language: &DialectName,
+        dialect_name: &DialectName,
         options: &Options,
         config: &DialectConfig,
     ) -> Result<Box<dyn EventLog>, CliError> {
@@ -203,8 +203,8 @@ impl Recording<'_> {
             began: rfc_3339(SystemTime::now()),
             plan: plan_file::hex(&plan_file::hash(&plan_file::encode(&work.plan.plan)?)),
             drawing: work.plan.plan.provenance.name.clone(),
-            dialect: language.name().into(),
-            description: language.hash(),
+            dialect: dialect_name.name().into(),
+            description: dialect_name.hash(),
             simulated: self.simulated,
             offset: config.offset,
             travel_mm: config.travel_mm,
@@ -250,7 +250,7 @@ fn on_port(
     outputs: &Outputs,
 ) -> Result<ExitCode, CliError> {
     let machine = work.plan.plan.machine.clone();
-    let language = language(arguments)?;
+    let dialect_name = dialect_name(arguments)?;
     note_of_margin(&machine);
     let place = place_on_table(&work.plan, &machine, arguments.origin_mm)?;
     let options = Options {
@@ -265,10 +265,10 @@ fn on_port(
     let loops_before = options.progress.finished.len();
     let on = format!("{} on {name}, {} baud", machine.name, arguments.baud);
     let port = Serial::open(name, arguments.baud)?;
-    let dialect = language.dialect(config);
+    let dialect = dialect_name.dialect(config);
     let (log, operator) = (arguments.log.as_deref(), arguments.operator.as_str());
     let recording = Recording { log, operator, machine: on.clone(), simulated: false };
-    let event_log = recording.event_log(&work, &language, &options, &config)?;
+    let event_log = recording.event_log(&work, &dialect_name, &options, &config)?;
     let supervisor = Supervisor::new(work, options, dialect.abilities());
     let mut session = Session::new(Engine::new(supervisor, dialect), port, setup.operator, event_log);
     if setup.recovers {

@@ -75,7 +75,7 @@ impl Screen {
         })
     }
 
-    /// Shows the present state, at most every [`EVERY`]. Drops the picture if the terminal is not ready.
+    /// Shows the present state, at most 20 times per second. Drops the picture if the terminal is not ready.
     pub fn show(&mut self, supervisor: &Supervisor, now: Time) {
         let clock = Instant::now();
         if self.due.is_some_and(|due| clock < due) {

@@ -80,7 +80,7 @@ pub fn simulate(arguments: &SimulateArguments) -> Result<ExitCode, CliError> {
     let inputs = given(&[profile, arguments.monitor.as_ref(), described.as_ref(), driven.as_ref()]);
     let outputs = [&arguments.link, &arguments.received, &arguments.positions, &arguments.state];
     refuse_same(&inputs, &given(&outputs.map(Option::as_ref)))?;
-    let language =
+    let dialect_name =
         DialectName::named(&arguments.dialect).map_err(|error| CliError::Argument(error.to_string()))?;
     let machine = match &arguments.machine_profile {
         Some(path) => MachineProfile::load(path)?,
@@ -100,7 +100,7 @@ pub fn simulate(arguments: &SimulateArguments) -> Result<ExitCode, CliError> {
     let latency = Duration::from_millis(arguments.latency_ms);
     let drives = drives(&arguments.drives)?.and_then(|servo| ServoDrive::new(&servo, settings.start_mm));
     let simulated =
-        SimMachine::new(speaking(&language, settings), arguments.baud, latency, error).driven(drives);
+        SimMachine::new(speaking(&dialect_name, settings), arguments.baud, latency, error).driven(drives);
     let records = Records {
         link: arguments.link.clone(),
         received: arguments.received.clone(),

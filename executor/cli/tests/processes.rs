@@ -408,11 +408,11 @@ fn doctor_sends_only_queries() {
     let lines: Vec<u8> = received.iter().copied().filter(|&byte| byte != b'?').collect();
     assert_eq!(String::from_utf8(lines).unwrap(), "$\n$I\n$G\n$$\n");
     assert!(received.len() > 20);
-    let nobody = keepout(&["doctor", "--port", "/dev/no-such-port"]);
+    let missing = keepout(&["doctor", "--port", "/dev/no-such-port"]);
     assert!(
-        nobody.status.code() == Some(6) && printed(&nobody).contains("can not open"),
+        missing.status.code() == Some(6) && printed(&missing).contains("can not open"),
         "{}",
-        printed(&nobody)
+        printed(&missing)
     );
     // A controller with coarser steps than the profile is not fit.
     let fine = shop.at("fine.toml");

@@ -22,7 +22,7 @@ use super::handwheel::{Handwheel, StepSize, WheelAxis};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Key {
     /// A jog key: −1, 0 or 1 in x and y. Up is +y.
-    Steer(i8, i8),
+    Jog(i8, i8),
     /// A letter, digit or space. Letters are in lower case.
     Character(char),
     /// Ctrl-C.
@@ -95,10 +95,10 @@ impl Keys {
     /// Takes a key event of the time `at`.
     pub fn take(&mut self, key: Key, stroke: Stroke, at: Time) {
         match (key, stroke) {
-            (Key::Steer(x, y), Stroke::Up) => self.release((x, y), at),
+            (Key::Jog(x, y), Stroke::Up) => self.release((x, y), at),
             (_, Stroke::Up) => {}
-            (Key::Steer(x, y), Stroke::Down) => self.press((x, y), at),
-            (Key::Steer(..), Stroke::Repeat) => self.repeat(at),
+            (Key::Jog(x, y), Stroke::Down) => self.press((x, y), at),
+            (Key::Jog(..), Stroke::Repeat) => self.repeat(at),
             // A repeated character has no further effect. The stop of the space key stays set without it.
             (_, Stroke::Repeat) => {}
             (key, Stroke::Down) => self.select(key),
@@ -239,8 +239,8 @@ impl Keys {
 mod tests {
     use super::*;
 
-    const RIGHT: Key = Key::Steer(1, 0);
-    const UP: Key = Key::Steer(0, 1);
+    const RIGHT: Key = Key::Jog(1, 0);
+    const UP: Key = Key::Jog(0, 1);
 
     fn ms(millis: u64) -> Time {
         Time::from_micros(millis * 1000)
@@ -284,9 +284,9 @@ mod tests {
         keys.take(UP, Stroke::Down, ms(10));
         let (x, y) = velocity(&mut keys, 20);
         assert!((x.hypot(y) - 1.0).abs() < 1e-12 && x == y);
-        keys.take(Key::Steer(-1, 0), Stroke::Down, ms(20));
+        keys.take(Key::Jog(-1, 0), Stroke::Down, ms(20));
         assert_eq!(velocity(&mut keys, 30), (0.0, 1.0));
-        keys.take(Key::Steer(1, 1), Stroke::Down, ms(400));
+        keys.take(Key::Jog(1, 1), Stroke::Down, ms(400));
         assert!((velocity(&mut keys, 401).0 - 0.5_f64.sqrt()).abs() < 1e-12);
     }
 
@@ -328,7 +328,7 @@ mod tests {
         }
         keys.take(RIGHT, Stroke::Down, ms(1));
         keys.take(RIGHT, Stroke::Down, ms(2));
-        keys.take(Key::Steer(0, -1), Stroke::Down, ms(3));
+        keys.take(Key::Jog(0, -1), Stroke::Down, ms(3));
         let input = keys.input(Phase::Manual, ms(10));
         assert_eq!((input.velocity, input.turned_mm), ((0.0, 0.0), (0.02, -0.01)));
         assert_eq!(keys.input(Phase::Manual, ms(20)).turned_mm, (0.0, 0.0));

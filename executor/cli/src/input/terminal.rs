@@ -251,14 +251,14 @@ fn decoded(event: KeyEvent) -> (Key, Stroke) {
     let key = match event.code {
         KeyCode::Char('c' | 'C') if event.modifiers.contains(KeyModifiers::CONTROL) => Key::Interrupt,
         _ if command => Key::Other,
-        KeyCode::Left => Key::Steer(-1, 0),
-        KeyCode::Right => Key::Steer(1, 0),
-        KeyCode::Up => Key::Steer(0, 1),
-        KeyCode::Down => Key::Steer(0, -1),
-        KeyCode::Home => Key::Steer(-1, 1),
-        KeyCode::PageUp => Key::Steer(1, 1),
-        KeyCode::End => Key::Steer(-1, -1),
-        KeyCode::PageDown => Key::Steer(1, -1),
+        KeyCode::Left => Key::Jog(-1, 0),
+        KeyCode::Right => Key::Jog(1, 0),
+        KeyCode::Up => Key::Jog(0, 1),
+        KeyCode::Down => Key::Jog(0, -1),
+        KeyCode::Home => Key::Jog(-1, 1),
+        KeyCode::PageUp => Key::Jog(1, 1),
+        KeyCode::End => Key::Jog(-1, -1),
+        KeyCode::PageDown => Key::Jog(1, -1),
         KeyCode::Char(character) => Key::Character(character.to_ascii_lowercase()),
         _ => Key::Other,
     };
@@ -272,8 +272,8 @@ mod tests {
     #[test]
     fn terminal_key_events_become_keys() {
         let of = |code, modifiers| decoded(KeyEvent::new(code, modifiers)).0;
-        assert_eq!(of(KeyCode::Up, KeyModifiers::NONE), Key::Steer(0, 1));
-        assert_eq!(of(KeyCode::PageDown, KeyModifiers::NONE), Key::Steer(1, -1));
+        assert_eq!(of(KeyCode::Up, KeyModifiers::NONE), Key::Jog(0, 1));
+        assert_eq!(of(KeyCode::PageDown, KeyModifiers::NONE), Key::Jog(1, -1));
         assert_eq!(of(KeyCode::Char('Q'), KeyModifiers::SHIFT), Key::Character('q'));
         assert_eq!(of(KeyCode::Char('c'), KeyModifiers::CONTROL), Key::Interrupt);
         assert_eq!(of(KeyCode::Char('a'), KeyModifiers::CONTROL), Key::Other);

@@ -20,7 +20,7 @@ use super::job::{Case, FEED_MM_MIN, Job, LATENCY_MS, ORIGIN_MM, SCRIPT, START_MM
 pub fn session(job: &Job, case: Case) -> Result<Log, String> {
     let work = job.work(case);
     let machine = work.plan.plan.machine.clone();
-    let language = DialectName::named(&case.dialect()).map_err(|error| error.to_string())?;
+    let dialect_name = DialectName::named(&case.dialect()).map_err(|error| error.to_string())?;
     let place = place_on_table(&work.plan, &machine, Some(ORIGIN_MM)).map_err(|error| error.to_string())?;
     let config = DialectConfig::of(&machine, place.offset);
     let options = Options {
@@ -53,8 +53,9 @@ pub fn session(job: &Job, case: Case) -> Result<Log, String> {
         quirks: Quirks::default(),
     };
     let latency = Duration::from_millis(LATENCY_MS);
-    let port = VirtualPort { machine: SimMachine::new(speaking(&language, sim), case.baud, latency, error) };
-    let dialect = language.dialect(config);
+    let port =
+        VirtualPort { machine: SimMachine::new(speaking(&dialect_name, sim), case.baud, latency, error) };
+    let dialect = dialect_name.dialect(config);
     let supervisor = Supervisor::new(work.clone(), options, dialect.abilities());
     let path = job.at(&format!("{}.virtual.log", case.name()));
     let log = LogWriter::create(Path::new(&path), &header).map_err(|error| error.to_string())?;

@@ -67,10 +67,10 @@ impl EvdevDevices {
     }
 
     fn fits(&self, device: &RawDevice) -> bool {
-        if self.wanted == Wanted::Wheel { has_dial(device) } else { self.steers(device) }
+        if self.wanted == Wanted::Wheel { has_dial(device) } else { self.has_stick(device) }
     }
 
-    fn steers(&self, device: &RawDevice) -> bool {
+    fn has_stick(&self, device: &RawDevice) -> bool {
         has_axes(device, &self.mapping) && self.has_dead_man(device)
     }
 
@@ -82,12 +82,12 @@ impl EvdevDevices {
     /// The device, if its stick or its wheel is usable. A device with axes but no dead-man button serves only
     /// as a wheel.
     fn usable(&self, path: &Path, device: RawDevice) -> Result<EvdevDevice, DeviceError> {
-        let steers = self.steers(&device);
+        let has_stick = self.has_stick(&device);
         let turns = device.supported_relative_axes().is_some_and(|axes| {
             self.mapping.wheels.iter().any(|&code| axes.contains(RelativeAxisCode(code)))
         });
-        if steers || turns {
-            let axes = steers.then_some(self.mapping.axes);
+        if has_stick || turns {
+            let axes = has_stick.then_some(self.mapping.axes);
             Ok(EvdevDevice { device, axes, path: path.into() })
         } else if has_axes(&device, &self.mapping) {
             Err(DeviceError::NoDeadMan { path: path.into() })

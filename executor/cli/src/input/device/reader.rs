@@ -138,7 +138,7 @@ impl<D: Devices> Reader<D> {
         self.pad.take_commands();
         self.connection += 1;
         self.look_at = now + LOOK_EVERY;
-        self.panel.say(format!("{name} is unplugged ({reason}): plug it in again to continue"));
+        self.panel.say(format!("{name} is unplugged ({reason}): motion stops. Plug it in again"));
     }
 
     fn look(&mut self, now: Duration) {
