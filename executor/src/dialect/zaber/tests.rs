@@ -178,7 +178,7 @@ fn nothing_moves_after_a_reset_until_the_zero_is_read_again() {
     let mut out = Vec::new();
     assert_eq!(zaber.encode(&jog_to(0, 0, 600), &mut out), Err(EncodeError::WorkOffsetUnknown));
     assert!(out.is_empty());
-    said(&mut zaber, &Command::Query);
+    encoded(&mut zaber, &Command::Query);
     let (replies, _) = hear(&mut zaber, "@01 0 01 OK IDLE -- 100000 148002");
     let report = Report { mode: Mode::Idle, position: None, queued: None, waiting: None };
     assert_eq!(replies, [Reply::Report(report)]);
