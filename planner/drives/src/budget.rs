@@ -1,5 +1,7 @@
-//! The contour-error term of a plan's margin: the worst that drives and their controller do, over paths that a contour is made of
-//! and over what may be wrong with the model.
+//! The contour-error term of a plan's margin.
+//!
+//! It is the largest contour error of the drives and their controller, over typical parts of a contour and
+//! over the errors of the drive model.
 
 use super::Axes;
 use super::controllers::kind::Kind;
@@ -11,7 +13,8 @@ use super::reference::{Ramp, Reference};
 use super::run::{Cutting, Task};
 use crate::interpolated::interpolated;
 
-/// What may be wrong with the model: signs of the errors of gain and time constant, X and Y. None, and all sixteen corners.
+/// Signs of the model errors: gain and time constant of X, then of Y. First the exact model, then all sixteen
+/// corners.
 #[must_use]
 pub fn sign_patterns() -> [[f64; 4]; 17] {
     std::array::from_fn(|number| {
@@ -22,48 +25,49 @@ pub fn sign_patterns() -> [[f64; 4]; 17] {
     })
 }
 
-/// One path of the budget, and how far it was left, µm, at worst.
+/// The contour error on one path of the budget, µm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
-    /// What the path is.
+    /// Description of the path.
     pub path: String,
     /// RMS and largest contour error with an exact model, µm.
     pub exact: Spread,
-    /// The same with the worst model within the uncertainty, µm; each its own worst.
+    /// RMS and largest contour error over all models within the uncertainty, µm. The two may come from
+    /// different models.
     pub worst: Spread,
-    /// The signs of that model's errors: gain and time constant of X, of Y.
+    /// Signs of the model errors with the largest contour error: gain and time constant of X, then of Y.
     pub signs: [f64; 4],
 }
 
-/// The budget's term.
+/// The contour-error term and its derivation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Budget {
-    /// Every path.
+    /// The contour error on every path.
     pub findings: Vec<Finding>,
-    /// The term, mm: the worst of them all, rounded up to 0.1 µm.
+    /// The term, mm: the largest contour error of all paths, rounded up to 0.1 µm.
     pub term_mm: f64,
-    /// Where it comes from, in words for a plan.
+    /// Description of the term for a plan.
     pub source: String,
 }
 
-/// What the budget is asked for.
+/// The request for a budget.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Question {
     /// The controller.
     pub kind: Kind,
     /// Feed along the contour, mm/s.
     pub feed_mm_s: f64,
-    /// Fastest speed by hand, mm/s.
+    /// Largest jog speed, mm/s. Without it, the budget covers the finishing feed only.
     pub by_hand_mm_s: Option<f64>,
 }
 
-/// Turns of a path that stand for all, mm: sharp fillets to wide bends.
+/// Radii of the bends that represent all bends of a path, mm: sharp fillets to wide arcs.
 const RADII_MM: [f64; 5] = [0.1, 0.5, 2.0, 5.0, 20.0];
-/// A chord's sagitta, mm.
+/// Sagitta of a chord, mm.
 const SAGITTA_MM: f64 = 0.000_5;
 
 impl Question {
-    /// The samples of its longest path, about.
+    /// Approximate number of samples of the longest path.
     #[must_use]
     pub fn samples(&self, profile: &DriveProfile) -> f64 {
         let Some(interpolator) = &profile.interpolator else {
@@ -77,12 +81,14 @@ impl Question {
     }
 }
 
-/// Long enough to get to the speed and to rest again, and a little.
+/// Length of a straight leg, mm: the distance to reach the speed and stop again, and 5 mm more.
 fn leg_mm(speed_mm_s: f64, interpolator: &Interpolator) -> f64 {
     5.0 + speed_mm_s * speed_mm_s / interpolator.acceleration_mm_s2
 }
 
-/// Works the budget out; `None` where there is no such controller for these drives, or where it diverges.
+/// Computes the budget. `None` if this controller does not exist for these drives, or if it diverges.
+///
+/// Calls `progress` with the number of finished paths and the number of all paths.
 #[must_use]
 pub fn budget(
     profile: &DriveProfile,
@@ -113,7 +119,7 @@ pub fn budget(
     Some(Budget { source: source(profile, question), findings, term_mm })
 }
 
-/// The term's source, in words.
+/// The description of the term.
 fn source(profile: &DriveProfile, question: &Question) -> String {
     let by_hand = question
         .by_hand_mm_s
@@ -153,7 +159,8 @@ fn finding(profile: &DriveProfile, kind: Kind, path: String, task: &Task) -> Opt
     found
 }
 
-/// A line, a circle both ways and a corner at constant feed from the first sample on, as in the paper.
+/// A line, a circle in both directions and a corner, at constant feed from the first sample on, as in the
+/// paper.
 fn plain_tasks(profile: &DriveProfile, feed_mm_s: f64) -> Vec<(String, Task)> {
     let scale = profile.pulses_per_mm;
     let feed = feed_mm_s * scale;
@@ -172,8 +179,8 @@ fn plain_tasks(profile: &DriveProfile, feed_mm_s: f64) -> Vec<(String, Task)> {
     paths.into_iter().map(task).collect()
 }
 
-/// Straight blocks that end and turn, and bends of chords, as the interpolator runs them; those that occur by hand once more
-/// at that speed.
+/// Lines, corners and bends as the interpolator runs them. Bends consist of chords. Lines and corners also
+/// occur in jogging, so they run once more at the jog speed.
 fn interpolated_tasks(
     profile: &DriveProfile,
     interpolator: &Interpolator,
@@ -209,7 +216,7 @@ fn interpolated_tasks(
     tasks
 }
 
-/// Along X, a quarter turn to the left of this radius as chords, and on.
+/// A leg along X, a quarter turn to the left as chords, and a leg along Y.
 fn bend(leg: f64, radius: f64) -> Vec<(f64, f64)> {
     let half = (1.0 - SAGITTA_MM / radius).acos();
     let chords = (std::f64::consts::FRAC_PI_4 / half).ceil().max(2.0);
@@ -229,28 +236,28 @@ mod tests {
     use super::*;
 
     #[test]
-    fn patterns_are_all_different() {
+    fn sign_patterns_are_all_different() {
         let patterns = sign_patterns();
         for (i, one) in patterns.iter().enumerate() {
             assert!(patterns[..i].iter().all(|other| other != one));
         }
     }
 
-    /// The paper's machine, as `compare` has it: the worst of the budget is not less than what S6 shows.
+    /// On the paper's machine, the term is the largest error of all four paths, rounded up.
     #[test]
     fn budget_is_the_worst_of_its_paths() {
         let profile = DriveProfile::load("koren-lo-table-1").unwrap();
         let question = Question { kind: Kind::Ccc, feed_mm_s: 15.0, by_hand_mm_s: None };
-        let mut asked = 0;
-        let found = budget(&profile, &question, &mut |_, of| asked = of).unwrap();
-        assert_eq!((found.findings.len(), asked), (4, 4));
+        let mut total = 0;
+        let found = budget(&profile, &question, &mut |_, of| total = of).unwrap();
+        assert_eq!((found.findings.len(), total), (4, 4));
         let worst = found.findings.iter().map(|finding| finding.worst.max).fold(0.0, f64::max);
         assert!(found.term_mm * 1000.0 >= worst && found.term_mm * 1000.0 < worst + 0.11);
         assert!(found.findings.iter().all(|finding| finding.worst.max >= finding.exact.max));
     }
 
     #[test]
-    fn what_diverges_has_no_budget() {
+    fn diverging_controller_has_no_budget() {
         let mut profile = DriveProfile::load("koren-lo-table-1").unwrap();
         profile.gains.proportional = 1e6;
         let question = Question { kind: Kind::P, feed_mm_s: 15.0, by_hand_mm_s: None };

@@ -2,17 +2,18 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A drive: `tau·v' + v = K·(u − d)`, `p' = v`, with `p` in pulses, `u` and `d` in bits (Koren & Lo, section 7).
+/// A drive: `tau·v' + v = K·(u − d)`, `p' = v`, with `p` in pulses, `u` and `d` in bits (Koren & Lo, section
+/// 7).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Drive {
-    /// K, the speed that one bit comes to, pulses/(s·bit). The loop's open-loop gain with a P controller of gain 1.
+    /// K, the steady speed per bit, pulses/(s·bit). It is the open-loop gain with a P controller of gain 1.
     pub gain: f64,
     /// tau, s.
     pub time_constant_s: f64,
 }
 
-/// Where a drive is, and how fast: pulses and pulses/s.
+/// Position and speed of a drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Motion {
     /// Position, pulses.
@@ -21,23 +22,23 @@ pub struct Motion {
     pub velocity: f64,
 }
 
-/// A drive whose command is held for a sampling period, exactly: `(b0·z + b1)/((z − 1)(z − decay))`.
+/// Exact discrete model of a drive with a zero-order hold: `(b0·z + b1)/((z − 1)(z − decay))`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Held {
     /// `exp(−T/tau)`.
     pub decay: f64,
-    /// Way that a speed of 1 runs out to in a period, s.
+    /// Distance covered in a period per unit of initial speed, without a command, s.
     pub run: f64,
-    /// Speed that a bit brings about in a period, pulses/(s·bit).
+    /// Speed gained in a period per bit, pulses/(s·bit).
     pub push: f64,
-    /// Position that a bit brings about in a period, pulses/bit; the first coefficient of the numerator.
+    /// Distance covered in a period per bit, pulses/bit. First coefficient of the numerator.
     pub b0: f64,
-    /// The second coefficient of the numerator.
+    /// Second coefficient of the numerator, pulses/bit.
     pub b1: f64,
 }
 
 impl Drive {
-    /// The drive under a command that is held for `period_s`.
+    /// The discrete model for a period of `period_s`.
     #[must_use]
     pub fn held(self, period_s: f64) -> Held {
         let Self { gain, time_constant_s: tau } = self;
@@ -52,20 +53,20 @@ impl Drive {
         }
     }
 
-    /// The same drive with its gain and time constant larger by these shares.
+    /// The same drive with gain and time constant increased by these shares.
     #[must_use]
     pub fn off_by(self, gain: f64, time_constant: f64) -> Self {
         Self { gain: self.gain * (1.0 + gain), time_constant_s: self.time_constant_s * (1.0 + time_constant) }
     }
 
-    /// Where it is after `seconds` under a net command of `bits`.
+    /// The motion after `seconds` under a net command of `bits`.
     #[must_use]
     pub fn after(self, from: Motion, bits: f64, seconds: f64) -> Motion {
         let held = self.held(seconds);
         held.after(from, bits)
     }
 
-    /// Seconds until it stands still under a net command of `bits`; `None` if it never does.
+    /// Seconds until the drive stands still under a net command of `bits`. `None` if it never does.
     #[must_use]
     pub fn stands_after(self, velocity: f64, bits: f64) -> Option<f64> {
         let end = self.gain * bits;
@@ -74,7 +75,7 @@ impl Drive {
 }
 
 impl Held {
-    /// Where it is a period later, under a net command of `bits`.
+    /// The motion one period later, under a net command of `bits`.
     #[must_use]
     pub fn after(&self, from: Motion, bits: f64) -> Motion {
         Motion {
@@ -89,7 +90,7 @@ impl Held {
         [1.0, -1.0 - self.decay, self.decay]
     }
 
-    /// The drive with its loop closed by a P controller of this gain: `A(z⁻¹)` and `B(z⁻¹)` of eq. (10), with `d = 1`.
+    /// The closed loop with a P controller of this gain: `A(z⁻¹)` and `B(z⁻¹)` of eq. (10), with `d = 1`.
     #[must_use]
     pub fn closed(&self, proportional: f64) -> Loop {
         let zeros = [proportional * self.b0, proportional * self.b1];
@@ -98,7 +99,7 @@ impl Held {
     }
 }
 
-/// `z⁻¹·(b0 + b1·z⁻¹)/(a0 + a1·z⁻¹ + a2·z⁻²)`, from reference to position.
+/// Transfer function from reference to position: `z⁻¹·(b0 + b1·z⁻¹)/(a0 + a1·z⁻¹ + a2·z⁻²)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Loop {
     /// a0, a1, a2.
@@ -108,8 +109,10 @@ pub struct Loop {
 }
 
 impl Loop {
-    /// The reference that makes the loop follow `wanted` with zero phase error: `A(z⁻¹)·B(z)/B(1)²` (eq. (11), with both
-    /// zeros unacceptable). `wanted(i)` is the wanted position `i` samples ahead.
+    /// The reference that makes the loop follow `wanted` with zero phase error: `A(z⁻¹)·B(z)/B(1)²`.
+    ///
+    /// This is eq. (11), with both zeros treated as unacceptable. `wanted(i)` is the desired position `i`
+    /// samples ahead.
     #[must_use]
     pub fn zero_phase(&self, wanted: impl Fn(isize) -> f64) -> f64 {
         let [b0, b1] = self.zeros;
@@ -118,7 +121,7 @@ impl Loop {
         (a0 * smooth(0) + a1 * smooth(1) + a2 * smooth(2)) / ((b0 + b1) * (b0 + b1))
     }
 
-    /// How far it lags behind a ramp, samples.
+    /// Lag behind a ramp, samples.
     #[must_use]
     pub fn lag(&self) -> f64 {
         let [b0, b1] = self.zeros;
@@ -126,7 +129,7 @@ impl Loop {
         1.0 + b1 / (b0 + b1) - (a1 + 2.0 * a2) / (a0 + a1 + a2)
     }
 
-    /// |G(e^{jwT})| at `angle` = wT.
+    /// Magnitude |G(e^{jwT})| at `angle` = wT, rad.
     #[must_use]
     pub fn magnitude(&self, angle: f64) -> f64 {
         let at = |coefficients: &[f64]| {
@@ -147,7 +150,7 @@ mod tests {
 
     const DRIVE: Drive = Drive { gain: 10.0, time_constant_s: 0.045 };
 
-    /// The hold is exact: two half periods are one, and small Euler steps come near it.
+    /// The discrete model is exact: two half periods equal one, and small Euler steps agree closely.
     #[test]
     fn held_command_is_integrated_exactly() {
         let from = Motion { position: 3.0, velocity: -20.0 };
@@ -165,9 +168,9 @@ mod tests {
         );
     }
 
-    /// The z-domain numerator gives the same positions as the states.
+    /// The transfer function gives the same positions as the state equations.
     #[test]
-    fn coefficients_are_those_of_the_states() {
+    fn transfer_function_agrees_with_the_state_equations() {
         let held = DRIVE.held(0.004);
         let commands = [5.0, -3.0, 11.0, 0.0, 2.0, 7.0, -1.0];
         let (mut motion, mut positions) = (Motion::default(), vec![0.0]);
@@ -182,19 +185,19 @@ mod tests {
                 + held.b1 * commands[k - 2];
             assert!((by_z - positions[k]).abs() < 1e-12, "{k}");
         }
-        // The zero that makes the exact inverse useless (section 4.2: "e.g. z = -0.97").
+        // This zero makes the exact inverse useless (section 4.2: "e.g. z = -0.97").
         assert!((held.b1 / held.b0 - 0.971).abs() < 0.0005);
     }
 
     /// A P loop lags behind a ramp by 1/(Kp·K).
     #[test]
-    fn lag_is_that_of_the_gain() {
+    fn lag_is_the_inverse_of_the_open_loop_gain() {
         let lag = DRIVE.held(0.004).closed(1.3).lag();
         assert!((lag * 0.004 - 1.0 / 13.0).abs() < 1e-12, "{lag}");
     }
 
     #[test]
-    fn standstill_is_met_exactly() {
+    fn drive_stands_still_at_the_predicted_time() {
         let seconds = DRIVE.stands_after(30.0, -12.0).unwrap();
         let there = DRIVE.after(Motion { position: 0.0, velocity: 30.0 }, -12.0, seconds);
         assert!(there.velocity.abs() < 1e-12);
@@ -202,7 +205,7 @@ mod tests {
         assert_eq!(DRIVE.stands_after(30.0, 0.0), None);
     }
 
-    /// With the zero-phase reference the loop's gain is |B(e^jw)/B(1)|² (eq. (14)).
+    /// With the zero-phase reference, the gain of the loop is |B(e^jw)/B(1)|² (eq. (14)).
     #[test]
     fn zero_phase_reference_has_the_gain_of_equation_14() {
         let closed = DRIVE.held(0.004).closed(1.0);

@@ -1,4 +1,4 @@
-//! A path as a simulated controller's interpolator gives it to the drives: slower for corners, from rest to rest.
+//! A path as the simulated interpolator sends it to the drives: slower at corners, from rest to rest.
 
 use keepout_planner::machine::MachineProfile;
 
@@ -12,16 +12,16 @@ use crate::stream::Stream;
 /// A path of straight blocks, and its samples.
 #[derive(Clone, Debug)]
 pub struct Interpolated {
-    /// In pulses.
+    /// The path, in pulses.
     pub path: Path,
-    /// From rest to rest, and half a second on.
+    /// The samples from rest to rest, and [`SETTLES_S`] more.
     pub samples: Vec<Sample>,
 }
 
-/// How long the reference stays at the end of the path, s; said of [`Interpolated::samples`], too.
+/// Time for which the reference stays at the end of the path, s.
 pub const SETTLES_S: f64 = 0.5;
 
-/// Drives through `points`, mm, at `feed_mm_s`. The first is where it begins.
+/// Interpolates straight blocks through `points_mm` at `feed_mm_s`. The first point is the start.
 #[must_use]
 pub fn interpolated(
     points_mm: &[(f64, f64)],

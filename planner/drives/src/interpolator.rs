@@ -1,10 +1,10 @@
-//! A controller's interpolator: straight blocks, look-ahead, trapezoidal speed.
+//! A simulated interpolator of a controller: straight blocks, look-ahead, trapezoidal speed.
 
 use std::collections::VecDeque;
 
 use keepout_planner::machine::MachineProfile;
 
-/// What the drives can do.
+/// Limits of the drives and the look-ahead.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drives {
     /// Top speed of an axis, mm/s.
@@ -16,7 +16,7 @@ pub struct Drives {
 }
 
 impl Drives {
-    /// What the machine's drives can do, with a controller of this junction deviation.
+    /// The limits of `machine`, with a junction deviation in mm.
     pub fn of(machine: &MachineProfile, junction_deviation: f64) -> Self {
         Self { max_rate: machine.max_rate_mm_s, acceleration: machine.acceleration_mm_s2, junction_deviation }
     }
@@ -31,11 +31,11 @@ struct Block {
     acceleration: f64,
     max_entry: f64,
     entry: f64,
-    /// Its steps come out one too many when the firmware counts them from its length.
+    /// The firmware computes one step too many from the length of this block.
     rounds_up: bool,
 }
 
-/// Steps that nobody ordered: the count of steps of a block went below zero.
+/// Unwanted steps, after the firmware counted the steps of a block below zero.
 #[derive(Clone, Copy, Debug)]
 struct Runaway {
     unit: (f64, f64),
@@ -43,23 +43,23 @@ struct Runaway {
     speed: f64,
 }
 
-/// How a stop under way ends.
+/// The kind of a stop in progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stop {
-    /// Keep what is queued.
+    /// Keep the queued blocks.
     Hold,
-    /// Drop what is queued.
+    /// Drop the queued blocks.
     Flush,
 }
 
-/// What a tick of the drives brought about.
+/// The result of a time step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// Nothing to tell.
+    /// No stop ended in this step.
     Going,
-    /// A hold has come to rest.
+    /// The tool stands still after a hold.
     Held,
-    /// A cancel has come to rest, and the queue is empty.
+    /// The tool stands still after a cancel, and the queue is empty.
     Flushed,
 }
 
@@ -71,27 +71,28 @@ pub struct Motion {
     position: (f64, f64),
     speed: f64,
     stop: Option<Stop>,
-    /// Steps per mm of a firmware whose stops can run away.
+    /// Steps per mm of a firmware with the runaway defect.
     runs_away: Option<f64>,
-    /// The stop under way ends where the block under way does.
+    /// The current stop ends at the end of the current block.
     meets_end: bool,
-    /// So long the drives do not know of the block that was queued last, s.
+    /// Time for which the drives still ignore the last queued block, s.
     unaware: f64,
     runaway: Option<Runaway>,
 }
 
-/// The drives take up a new plan with the next segment, s.
+/// Duration of a motion segment, s. The drives follow a new plan from the next segment on.
 const SEGMENT_S: f64 = 0.01;
-/// Nearer than this the end of a stop and that of a block are one, mm.
+/// Largest distance at which a stop and a block count as ending together, mm.
 const MEETS: f64 = 1e-6;
-/// Steps of a 16-bit count below zero, and how fast they come, 1/s.
+/// Number of unwanted steps after a 16-bit count goes below zero.
 const RUNAWAY_STEPS: f64 = 65_535.0;
+/// Rate of the unwanted steps, 1/s.
 const RUNAWAY_RATE: f64 = 35_000.0;
-/// The slowest feed, mm/s.
+/// Slowest feed, mm/s.
 const CREEP: f64 = 0.2;
-/// Speeds are divided by no less than this, mm/s.
+/// Smallest divisor among the speeds, mm/s.
 const SLOWEST: f64 = 1e-6;
-/// Nearer than this a target counts as reached, mm.
+/// Largest distance at which a target counts as reached, mm.
 const REACHED: f64 = 1e-9;
 
 impl Motion {
@@ -111,21 +112,24 @@ impl Motion {
         }
     }
 
-    /// With the defect of GRBL 1.1h and grblHAL: a stop that ends exactly where a block ends, while another is queued, can count the
-    /// steps of that other below zero, and sends 65,535 of them. Stops meet the end of a block when the queue has run low: the tool
-    /// brakes to its end already, and the next block comes just before or during the stop.
+    /// Adds the runaway defect of GRBL 1.1h and grblHAL.
+    ///
+    /// A stop may end exactly at the end of a block while another block is queued. The firmware can then
+    /// count the steps of that other block below zero, and sends 65,535 steps. This happens when the queue
+    /// runs low: the tool already brakes to the end of its block, and the next block arrives just before or
+    /// during the stop.
     pub fn with_runaway(mut self, steps_per_mm: f64) -> Self {
         self.runs_away = Some(steps_per_mm);
         self
     }
 
-    /// Where the tool is commanded to be, mm.
+    /// Commanded position of the tool, mm.
     #[must_use]
     pub fn position(&self) -> (f64, f64) {
         self.position
     }
 
-    /// Speed along the block under way, mm/s.
+    /// Speed along the current block, mm/s.
     #[must_use]
     pub fn speed(&self) -> f64 {
         self.speed
@@ -137,13 +141,13 @@ impl Motion {
         (unit.0 * self.speed, unit.1 * self.speed)
     }
 
-    /// Blocks that are not finished.
+    /// Number of unfinished blocks.
     #[must_use]
     pub fn queued(&self) -> usize {
         self.blocks.len()
     }
 
-    /// Blocks of which more is left than what the drives were given ahead of time, for so many seconds at this speed.
+    /// Number of blocks that reach beyond the next `ahead_s` seconds at the current speed.
     pub fn queued_behind(&self, ahead_s: f64) -> usize {
         let mut given = self.speed * ahead_s;
         let wholly = self.blocks.iter().take_while(|block| {
@@ -153,18 +157,19 @@ impl Motion {
         self.blocks.len() - wholly.count()
     }
 
-    /// Whether nothing is queued and no stop is under way.
+    /// Whether the queue is empty and no stop is in progress.
     #[must_use]
     pub fn is_resting(&self) -> bool {
         self.blocks.is_empty() && self.stop.is_none()
     }
 
-    /// Where the last queued block ends.
+    /// End of the last queued block, mm.
     pub fn planned_end(&self) -> (f64, f64) {
         self.blocks.back().map_or(self.position, |block| block.to)
     }
 
-    /// Queues a straight block at `feed` mm/s; whether it was long enough to be one.
+    /// Queues a straight block to `to` at `feed` mm/s. Returns false for a block below `shortest` mm, and
+    /// drops it.
     pub fn push(&mut self, to: (f64, f64), feed: f64, shortest: f64) -> bool {
         let from = self.planned_end();
         let (dx, dy) = (to.0 - from.0, to.1 - from.1);
@@ -189,8 +194,8 @@ impl Motion {
         true
     }
 
-    /// GRBL's junction speed: the speed at which a circle that cuts the corner by the deviation would be followed. The
-    /// path itself is not left.
+    /// GRBL's junction speed, mm/s: the speed on a circle that cuts the corner by the junction deviation. The
+    /// tool itself stays on the path.
     fn junction_speed(&self, a: (f64, f64), b: (f64, f64), acceleration: f64) -> f64 {
         let cos = -(a.0 * b.0 + a.1 * b.1);
         if cos > 0.999_999 {
@@ -203,7 +208,7 @@ impl Motion {
         (acceleration * self.drives.junction_deviation * sin_half / (1.0 - sin_half)).sqrt()
     }
 
-    /// Entry speeds from which each following block can still come to rest at the end of the queue.
+    /// Sets the entry speeds, so that the tool can still stop at the end of the queue.
     fn look_ahead(&mut self) {
         let mut exit = 0.0_f64;
         for block in self.blocks.iter_mut().rev() {
@@ -212,17 +217,17 @@ impl Motion {
         }
     }
 
-    /// Whether a stop is under way.
+    /// Whether a stop is in progress.
     pub fn is_stopping(&self) -> bool {
         self.stop.is_some()
     }
 
-    /// Begins to stop, keeping the queue.
+    /// Begins to stop and keeps the queue.
     pub fn hold(&mut self) {
         self.begin_stop(Stop::Hold);
     }
 
-    /// Begins to stop, and drops the queue at rest.
+    /// Begins to stop, and drops the queue when the tool stands still.
     pub fn cancel(&mut self) {
         self.begin_stop(Stop::Flush);
     }
@@ -233,14 +238,16 @@ impl Motion {
         self.stop = Some(stop);
     }
 
-    /// Whether braking from now on ends where the block under way does.
+    /// Whether a stop that begins now ends at the end of the current block.
     fn brakes_to_end(&self) -> bool {
-        let way = |block: &Block| self.speed * self.speed / (2.0 * block.acceleration);
-        self.speed > 0.0 && self.blocks.front().is_some_and(|block| (way(block) - block.left).abs() < MEETS)
+        let braking = |block: &Block| self.speed * self.speed / (2.0 * block.acceleration);
+        self.speed > 0.0
+            && self.blocks.front().is_some_and(|block| (braking(block) - block.left).abs() < MEETS)
     }
 
-    /// Begins to stop as [`Motion::cancel`], but drops the blocks that end within the next `prepared_s` seconds. The blocks after them
-    /// begin here, so the tool drives beside their lines.
+    /// Begins to stop as [`Motion::cancel`] does, but drops the blocks that end within the next `prepared_s`
+    /// seconds. The following blocks then start at the current position, so the tool moves parallel to their
+    /// lines.
     pub fn cancel_astray(&mut self, prepared_s: f64) {
         let mut prepared = self.speed * prepared_s;
         while self.blocks.len() > 1
@@ -260,12 +267,12 @@ impl Motion {
         self.cancel();
     }
 
-    /// Goes on after a hold.
+    /// Resumes the motion after a hold.
     pub fn resume(&mut self) {
         self.stop = None;
     }
 
-    /// Stops dead and drops everything.
+    /// Stops at once, without braking, and drops the queue.
     pub fn kill(&mut self) {
         self.blocks.clear();
         self.speed = 0.0;
@@ -273,7 +280,7 @@ impl Motion {
         (self.unaware, self.runaway) = (0.0, None);
     }
 
-    /// Moves on by `dt` seconds; calls `corner` at every block end passed.
+    /// Advances the motion by `dt` seconds. Calls `corner` with the end of each block that it completes.
     pub fn advance(&mut self, dt: f64, mut corner: impl FnMut((f64, f64))) -> Outcome {
         if self.runaway.is_some() {
             return self.run_on(dt);
@@ -317,7 +324,8 @@ impl Motion {
         Outcome::Going
     }
 
-    /// Begins to run away along the block after the one that has just ended, if its steps come out wrong.
+    /// Begins a runaway along the next block, if the firmware computes one step too many for it. Returns
+    /// whether it did.
     fn runs_away(&mut self) -> bool {
         let next = self.blocks.get(1).filter(|block| block.rounds_up);
         let Some((steps_per_mm, block)) = self.runs_away.zip(next) else { return false };
@@ -340,7 +348,7 @@ impl Motion {
         self.come_to_rest()
     }
 
-    /// Seconds until the block under way ends, or the tool has come to rest; `None` at rest.
+    /// Seconds until the current block ends or the tool stops. `None` at rest.
     pub fn next_event(&self) -> Option<f64> {
         if let Some(run) = &self.runaway {
             return Some(run.left / run.speed);
@@ -351,8 +359,8 @@ impl Motion {
         }
         let a = block.acceleration;
         if self.stop.is_some() {
-            let way = self.speed * self.speed / (2.0 * a);
-            if way < block.left {
+            let braking = self.speed * self.speed / (2.0 * a);
+            if braking < block.left {
                 return Some(self.speed / a);
             }
             let end = (self.speed * self.speed - 2.0 * a * block.left).max(0.0).sqrt();
@@ -365,8 +373,8 @@ impl Motion {
         let peak_2 = a * block.left + f64::midpoint(self.speed * self.speed, exit * exit);
         let peak = peak_2.sqrt().min(block.nominal).max(self.speed).max(exit);
         let (up, down) = ((peak - self.speed) / a, (peak - exit) / a);
-        let ways = (peak * peak - self.speed * self.speed + peak * peak - exit * exit) / (2.0 * a);
-        let cruise = (block.left - ways).max(0.0) / peak.max(SLOWEST);
+        let ramps = (peak * peak - self.speed * self.speed + peak * peak - exit * exit) / (2.0 * a);
+        let cruise = (block.left - ramps).max(0.0) / peak.max(SLOWEST);
         Some(up + down + cruise)
     }
 
@@ -375,13 +383,13 @@ impl Motion {
         self.stop == Some(Stop::Hold) && self.speed <= 0.0
     }
 
-    /// The speed at which the block under way ends.
+    /// Speed at the end of the current block, mm/s.
     fn exit(&self) -> f64 {
         let next = self.blocks.get(1).filter(|_| self.unaware <= 0.0);
         next.map_or(0.0, |next| next.entry)
     }
 
-    /// The change of speed, mm/s², and how long it lasts, s.
+    /// The current acceleration, mm/s², and its duration, s. `None` at rest.
     fn phase(&self) -> Option<(f64, f64)> {
         let block = self.blocks.front()?;
         let (v, a, left) = (self.speed, block.acceleration, block.left);
@@ -394,7 +402,7 @@ impl Motion {
         let exit = self.exit();
         let braking = (v * v - exit * exit) / (2.0 * a);
         if braking >= left - REACHED && v > exit {
-            // Exactly to the exit speed at the block's end.
+            // Brake exactly to the exit speed at the end of the block.
             let time = left / f64::midpoint(v, exit).max(SLOWEST);
             let lasts = if self.unaware > 0.0 { time.min(self.unaware) } else { time };
             return Some(((exit - v) / time.max(1e-12), lasts));
@@ -418,7 +426,7 @@ impl Motion {
                 Outcome::Flushed
             }
             Some(Stop::Hold) => {
-                // What follows starts from rest.
+                // The remaining motion starts from rest.
                 if let Some(first) = self.blocks.front_mut() {
                     first.max_entry = 0.0;
                 }
@@ -429,7 +437,7 @@ impl Motion {
     }
 }
 
-/// Whether the firmware, in 32-bit floats, counts more steps from a block's length than the block has.
+/// Whether the firmware, in 32-bit floats, computes more steps from the length of a block than the block has.
 #[expect(clippy::cast_possible_truncation, reason = "the firmware computes in f32")]
 fn rounds_up(from: (f64, f64), to: (f64, f64), steps_per_mm: f64) -> bool {
     let steps = |from: f64, to: f64| ((to * steps_per_mm).round() - (from * steps_per_mm).round()) as f32;
@@ -440,7 +448,7 @@ fn rounds_up(from: (f64, f64), to: (f64, f64), steps_per_mm: f64) -> bool {
 
 fn go(block: &mut Block, position: &mut (f64, f64), step: f64) {
     block.left -= step;
-    // Measured from the end, so that rounding does not add up.
+    // Measure from the end, so that rounding errors do not add up.
     *position = (block.to.0 - block.unit.0 * block.left, block.to.1 - block.unit.1 * block.left);
 }
 
@@ -453,7 +461,7 @@ mod tests {
     }
 
     #[test]
-    fn block_is_run_to_its_end_in_trapezoid_time() {
+    fn block_takes_the_time_of_a_trapezoidal_speed_profile() {
         let mut motion = motion();
         motion.push((100.0, 0.0), 100.0, 0.001);
         let mut ticks = 0;
@@ -462,14 +470,14 @@ mod tests {
             ticks += 1;
         }
         assert!(motion.position() == (100.0, 0.0));
-        // 0.2 s up, 0.2 s down, 80 mm at 100 mm/s between.
+        // Acceleration 0.2 s, deceleration 0.2 s, and 80 mm at 100 mm/s between them.
         let seconds = f64::from(ticks) * 0.0005;
         assert!((seconds - 1.2).abs() < 0.002, "{seconds}");
     }
 
-    /// Steps of any length come to the same: ends, corners, rest, and the time that was foretold.
+    /// Time steps of any length give the same corners and the same end, at the predicted time.
     #[test]
-    fn large_steps_and_small_ones_agree() {
+    fn large_and_small_time_steps_agree() {
         let mut random = fastrand::Rng::with_seed(3);
         for _ in 0..300 {
             let mut whole = motion();
@@ -494,12 +502,15 @@ mod tests {
         }
     }
 
-    /// The queue runs low, the next block comes while the tool brakes, and a stop just behind it or before it.
+    /// The queue runs low and the tool brakes. Then the next block and a stop arrive, in either order.
     #[test]
-    fn stop_at_the_end_of_a_block_runs_away_where_the_firmware_has_that_defect() {
+    fn stop_at_the_end_of_a_block_runs_away_on_firmware_with_the_defect() {
         let slopes = (1..200).map(|k| (22.0, f64::from(k) / 80.0));
         let next = slopes.clone().find(|&to| rounds_up((20.0, 0.0), to, 80.0)).unwrap();
-        assert!(slopes.clone().filter(|&to| rounds_up((20.0, 0.0), to, 80.0)).count() < 60, "most do not");
+        assert!(
+            slopes.clone().filter(|&to| rounds_up((20.0, 0.0), to, 80.0)).count() < 60,
+            "most slopes are harmless"
+        );
         let run = |defect: bool, block_first: bool| {
             let mut motion = if defect { motion().with_runaway(80.0) } else { motion() };
             motion.push((20.0, 0.0), 50.0, 0.001);
@@ -545,7 +556,7 @@ mod tests {
         assert_eq!(outcome, Outcome::Flushed);
         assert!((after.0 * 80.0 - after.1 * 60.0).abs() < 1e-9, "on the line");
         let travelled = (after.0 - before.0).hypot(after.1 - before.1);
-        // Acceleration along the diagonal is 500 / 0.8.
+        // The acceleration along the diagonal is 500 / 0.8 mm/s².
         assert!((travelled - 100.0 * 100.0 / (2.0 * 625.0)).abs() < 0.2, "{travelled}");
     }
 }

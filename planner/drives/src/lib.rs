@@ -1,10 +1,12 @@
-//! Feed drives: models, the controllers of Koren & Lo ("Advanced controllers for feed drives", CIRP 1992) and better ones, and
-//! how far each leaves the path it should follow.
+//! Feed drives: models, controllers, and the contour error that each controller leaves on a path.
 //!
-//! Positions are in pulses of the encoder, commands and loads in bits, times in seconds, as in the paper. A controller is a value
-//! with `step(window of the reference, measured position) -> command`; nothing is allocated in a step. The trusted part of Keepout
-//! rests on none of this: what comes out of here is the contour-error term of a plan's margin, a simulated machine that
-//! moves like a real one, and a comparison for the engineer.
+//! The controllers are those of Koren & Lo ("Advanced controllers for feed drives", CIRP 1992) and better
+//! ones. Units are the paper's: positions in encoder pulses, commands and loads in bits, times in seconds. A
+//! controller is a value with `step(window of the reference, measured position) -> command`. A step allocates
+//! no memory.
+//!
+//! The trusted part of Keepout does not depend on this crate. The crate computes the contour-error term of a
+//! plan's margin, moves the simulated machine like a real one, and compares controllers for the engineer.
 
 pub mod budget;
 pub mod controllers;
@@ -19,5 +21,5 @@ pub mod reference;
 pub mod run;
 pub mod stream;
 
-/// One figure for each axis, X and Y.
+/// One value for each axis, X and Y.
 pub type Axes = nalgebra::Vector2<f64>;

@@ -1,4 +1,4 @@
-//! How well a path was followed.
+//! Measures of contour accuracy.
 
 use super::Axes;
 use super::path::Path;
@@ -9,18 +9,18 @@ use super::reference::Sample;
 pub struct Moment {
     /// Seconds since the motion began.
     pub at_s: f64,
-    /// Where the reference was, pulses.
+    /// Position of the reference, pulses.
     pub reference: Axes,
-    /// Where the table was, pulses.
+    /// Position of the table, pulses.
     pub position: Axes,
-    /// The exact distance to the path, pulses; positive to the left of its direction.
+    /// Exact distance to the path, pulses. Positive to the left of its direction.
     pub contour_error: f64,
-    /// How far the table lay beyond the end of a piece at a corner, pulses.
+    /// Distance of the table past a corner, pulses.
     pub overshoot: f64,
 }
 
 impl Moment {
-    /// What is to be known of a sample.
+    /// The measures for a table at `position` and a reference at `reference`.
     #[must_use]
     pub fn seen(at_s: f64, path: &Path, reference: &Sample, position: Axes) -> Self {
         let foot = path.nearest(position, reference.number);
@@ -44,7 +44,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Of these figures; zero for none.
+    /// The spread of `figures`. Zero for an empty sequence.
     #[must_use]
     pub fn of(figures: impl Iterator<Item = f64>) -> Self {
         let (mut sum, mut count, mut max) = (0.0, 0.0, 0.0_f64);
@@ -56,44 +56,44 @@ impl Spread {
         Self { rms: if count > 0.0 { f64::sqrt(sum / count) } else { 0.0 }, max }
     }
 
-    /// The larger figure of each kind.
+    /// The larger RMS and the larger maximum of two spreads.
     #[must_use]
     pub fn worse(self, other: Self) -> Self {
         Self { rms: larger(self.rms, other.rms), max: larger(self.max, other.max) }
     }
 
-    /// In another unit.
+    /// The spread in another unit.
     #[must_use]
     pub fn times(self, factor: f64) -> Self {
         Self { rms: self.rms * factor, max: self.max * factor }
     }
 }
 
-/// The larger of two; what is no number is larger than any.
+/// The larger of two values. NaN counts as larger than any number.
 fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
 
-/// What a run comes to. Lengths in pulses.
+/// Summary of a run. Lengths in pulses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Figures {
     /// Contour error, from the first sample on.
     pub contour: Spread,
-    /// Contour error without the first [`TRANSIENT_S`].
+    /// Contour error without the first [`TRANSIENT_S`] seconds.
     pub settled: Spread,
-    /// Largest error of an axis.
+    /// Largest error of a single axis.
     pub axial: f64,
-    /// The farthest beyond a corner.
+    /// Largest overshoot past a corner.
     pub overshoot: f64,
-    /// The share of commands that were cut off.
+    /// Share of the commands that the amplifier clipped.
     pub saturation_share: f64,
 }
 
-/// How long the start transient is taken to last, s: ten times the paper's time constants, about.
+/// Assumed duration of the start transient, s: about ten time constants of the paper.
 pub const TRANSIENT_S: f64 = 0.5;
 
 impl Figures {
-    /// Of a whole run.
+    /// Summarises all samples of a run.
     #[must_use]
     pub fn of(moments: &[Moment], saturation_share: f64) -> Self {
         let errors = |from_s: f64| {
@@ -109,7 +109,7 @@ impl Figures {
     }
 }
 
-/// A figure with about three digits.
+/// `value` as text with about three digits, or "diverges".
 #[must_use]
 pub fn figure(value: f64) -> String {
     match value.abs() {
@@ -126,7 +126,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_no_number_is_not_forgotten() {
+    fn nan_is_never_hidden() {
         let spread = Spread::of([1.0, f64::NAN, 2.0].into_iter());
         assert!(spread.max.is_nan() && spread.rms.is_nan());
         assert_eq!(Spread::of([3.0, -4.0].into_iter()), Spread { rms: 12.5_f64.sqrt(), max: 4.0 });

@@ -1,4 +1,4 @@
-//! A path in the plane, of lines and arcs, in pulses: what the tool should follow.
+//! A path in the plane, of lines and arcs, in pulses. The tool should follow it.
 
 use std::f64::consts::TAU;
 
@@ -9,43 +9,43 @@ use super::Axes;
 pub enum Piece {
     /// A straight line.
     Line {
-        /// Where it begins.
+        /// Start point.
         from: Axes,
-        /// Where it ends.
+        /// End point.
         to: Axes,
     },
     /// An arc of a circle.
     Arc {
-        /// Its centre.
+        /// Centre.
         centre: Axes,
-        /// Its radius.
+        /// Radius, pulses.
         radius: f64,
-        /// The angle at which it begins, rad.
+        /// Angle of the start point, rad.
         start: f64,
-        /// How far it turns, rad; positive is counter-clockwise. At most one turn.
+        /// Angle of the arc, rad. Positive is counter-clockwise. At most one full turn.
         sweep: f64,
     },
 }
 
-/// A place of a path, or beside it.
+/// A point of a path with its tangent and curvature.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Foot {
-    /// The point of the path.
+    /// The point.
     pub point: Axes,
-    /// Unit vector along it.
+    /// Unit vector along the path.
     pub tangent: Axes,
-    /// Signed curvature, 1/pulses: positive turns left.
+    /// Signed curvature, 1/pulses. Positive is counter-clockwise.
     pub curvature: f64,
 }
 
-/// A quarter turn to the left.
+/// `direction` turned counter-clockwise by a quarter turn.
 #[must_use]
 pub fn left_of(direction: Axes) -> Axes {
     Axes::new(-direction.y, direction.x)
 }
 
 impl Foot {
-    /// How far `from` lies from it, pulses: positive to the left.
+    /// Signed distance of `from` from this point, pulses: positive to the left of the path.
     #[must_use]
     pub fn distance(&self, from: Axes) -> f64 {
         let off = from - self.point;
@@ -55,14 +55,14 @@ impl Foot {
 }
 
 impl Piece {
-    /// The arc about `centre` from `from` through so many radians.
+    /// The arc about `centre` that starts at `from` and turns by `sweep` rad.
     #[must_use]
     pub fn arc(centre: Axes, from: Axes, sweep: f64) -> Self {
         let spoke = from - centre;
         Self::Arc { centre, radius: spoke.norm(), start: spoke.y.atan2(spoke.x), sweep }
     }
 
-    /// Its length, pulses.
+    /// Length, pulses.
     #[must_use]
     pub fn length(&self) -> f64 {
         match self {
@@ -71,13 +71,13 @@ impl Piece {
         }
     }
 
-    /// Whether it is a whole circle.
+    /// Whether the piece is a full circle.
     #[must_use]
     pub fn is_closed(&self) -> bool {
         matches!(self, Self::Arc { sweep, .. } if sweep.abs() >= TAU - ROUNDING)
     }
 
-    /// The place that is `along` pulses from its beginning.
+    /// The point at a distance of `along` pulses from the start.
     #[must_use]
     pub fn at(&self, along: f64) -> Foot {
         match *self {
@@ -92,7 +92,7 @@ impl Piece {
         }
     }
 
-    /// Its place nearest to `point`.
+    /// The nearest point of this piece to `point`.
     #[must_use]
     pub fn nearest(&self, point: Axes) -> Foot {
         match *self {
@@ -105,7 +105,7 @@ impl Piece {
                 let spoke = point - centre;
                 let turned = (spoke.y.atan2(spoke.x) - start) * sweep.signum();
                 let turned = turned.rem_euclid(TAU);
-                // Beyond its end, the end that is nearer by angle.
+                // Outside the sector of the arc, take the end that is nearer by angle.
                 let beyond = turned - sweep.abs();
                 if beyond <= 0.0 {
                     let out = spoke.norm();
@@ -123,7 +123,7 @@ impl Piece {
         }
     }
 
-    /// Where its place nearest to `point` is, pulses from its beginning.
+    /// Distance of the nearest point to `point` from the start of this piece, pulses.
     #[must_use]
     pub fn along(&self, point: Axes) -> f64 {
         match *self {
@@ -133,7 +133,7 @@ impl Piece {
             Self::Arc { centre, radius, start, sweep } => {
                 let spoke = self.nearest(point).point - centre;
                 let turned = (spoke.y.atan2(spoke.x) - start) * sweep.signum();
-                // The beginning, if rounding put it just before.
+                // Rounding may put the point just before the start. Then it is the start.
                 let turned = turned.rem_euclid(TAU);
                 let turned = if turned > sweep.abs() + ROUNDING { 0.0 } else { turned };
                 turned * radius
@@ -152,7 +152,7 @@ impl Piece {
         }
     }
 
-    /// The same piece as seen in a mirror along X.
+    /// The same piece, mirrored at the X axis.
     #[must_use]
     pub fn mirrored(&self) -> Self {
         let flip = |point: &Axes| Axes::new(point.x, -point.y);
@@ -165,7 +165,7 @@ impl Piece {
     }
 }
 
-/// Unit vector of a line; along X for one without length.
+/// Unit vector of a line. For a line without length, the X direction.
 fn direction(from: Axes, to: Axes) -> Axes {
     (to - from).try_normalize(0.0).unwrap_or(Axes::x())
 }
@@ -176,16 +176,17 @@ fn on_circle(centre: Axes, radius: f64, angle: f64, sweep: f64) -> Foot {
     Foot { point: centre + spoke * radius, tangent, curvature: sweep.signum() / radius }
 }
 
-/// Pieces one after another.
+/// A sequence of connected pieces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path {
     pieces: Vec<Piece>,
-    /// Where each begins along the path; one more for the end.
+    /// Start of each piece along the path, and the end of the path, pulses.
     starts: Vec<f64>,
 }
 
 impl Path {
-    /// The path of these pieces, each of which begins where the one before ends. Pieces without length are left out.
+    /// The path of these pieces. Each piece must begin at the end of the previous one. Pieces without length
+    /// are dropped.
     #[must_use]
     pub fn of(pieces: Vec<Piece>) -> Self {
         let pieces: Vec<_> = pieces.into_iter().filter(|piece| piece.length() > 0.0).collect();
@@ -204,7 +205,8 @@ impl Path {
         Self::of(vec![Piece::Line { from: Axes::zeros(), to }])
     }
 
-    /// Circles through the origin about (radius, 0): clockwise as the paper's, or the other way round.
+    /// A circle through the origin about (radius, 0), repeated `turns` times. The paper's circle is
+    /// clockwise.
     #[must_use]
     pub fn circle(radius: f64, clockwise: bool, turns: u32) -> Self {
         let sweep = if clockwise { -TAU } else { TAU };
@@ -212,7 +214,7 @@ impl Path {
         Self::of((0..turns).map(|_| turn).collect())
     }
 
-    /// Along X, then as far to the left, turning by `angle` rad.
+    /// Two legs of length `leg`: the first along X, the second turned to the left by `angle` rad.
     #[must_use]
     pub fn corner(leg: f64, angle: f64) -> Self {
         let tip = Axes::new(leg, 0.0);
@@ -220,8 +222,9 @@ impl Path {
         Self::of(vec![Piece::Line { from: Axes::zeros(), to: tip }, Piece::Line { from: tip, to: end }])
     }
 
-    /// Once around an ellipse through the origin, clockwise, with half axes `a` along X and `b` along Y, as arcs through
-    /// three points each: `ELLIPSE_ARCS` of them, within about 10⁻⁵ of its size.
+    /// One clockwise turn around an ellipse through the origin, with semi-axes `a` along X and `b` along Y.
+    ///
+    /// It consists of `ELLIPSE_ARCS` arcs through three points each. Their error is about 10⁻⁵ of the size.
     #[must_use]
     pub fn ellipse(a: f64, b: f64) -> Self {
         let step = TAU / f64::from(ELLIPSE_ARCS);
@@ -233,32 +236,32 @@ impl Path {
         Self::of((0..ELLIPSE_ARCS).map(arc).collect())
     }
 
-    /// The same path as seen in a mirror along X.
+    /// The same path, mirrored at the X axis.
     #[must_use]
     pub fn mirrored(&self) -> Self {
         Self { pieces: self.pieces.iter().map(Piece::mirrored).collect(), starts: self.starts.clone() }
     }
 
-    /// Its length, pulses.
+    /// Length, pulses.
     #[must_use]
     pub fn length(&self) -> f64 {
         self.starts.last().copied().unwrap_or(0.0)
     }
 
-    /// Where a piece begins along the path, pulses; its end for one that is not there.
+    /// Start of a piece along the path, pulses. For a number without a piece, the end of the path.
     #[must_use]
     pub fn begins(&self, number: usize) -> f64 {
         self.starts.get(number).copied().unwrap_or_else(|| self.length())
     }
 
-    /// Its pieces.
+    /// The pieces, in order.
     #[must_use]
     pub fn pieces(&self) -> &[Piece] {
         &self.pieces
     }
 
-    /// The place that is `along` pulses from its beginning, or the end nearest to that, and the piece it is on; `None` for a
-    /// path without length.
+    /// The point at a distance of `along` pulses from the start, with the number of its piece. `along` is
+    /// clamped to the path. `None` for a path without length.
     #[must_use]
     pub fn at(&self, along: f64) -> Option<(usize, Foot)> {
         let along = along.clamp(0.0, self.length());
@@ -267,8 +270,10 @@ impl Path {
         Some((index, self.pieces[index].at(along - self.starts[index])))
     }
 
-    /// The place nearest to `point` on the stretch around piece `near` that stays within twice the distance to it. Where
-    /// the path comes back later, that is another cut.
+    /// The nearest point to `point` on the pieces around piece `near`.
+    ///
+    /// The search goes in both directions, as long as the pieces stay within twice the distance of piece
+    /// `near`. Where the path returns later, it is a different cut, so the search ignores it.
     #[must_use]
     pub fn nearest(&self, point: Axes, near: usize) -> Foot {
         let mut best = self.pieces[near].nearest(point);
@@ -295,8 +300,10 @@ impl Path {
         best
     }
 
-    /// How far `point` lies beyond its `foot` on the path in the direction of a piece that ends in a corner, pulses; 0 where none
-    /// does. Looked at for the piece `on` and the one before.
+    /// Overshoot of `point` past a corner, pulses: its distance from `foot` in the direction of the piece
+    /// that ends there.
+    ///
+    /// Considers the ends of the piece `on` and of the piece before it. 0 without a corner or an overshoot.
     #[must_use]
     pub fn overshoot(&self, point: Axes, foot: &Foot, on: usize) -> f64 {
         let beyond = |index: usize| -> Option<f64> {
@@ -310,14 +317,14 @@ impl Path {
     }
 }
 
-/// Angles are rounded by less than this, rad.
+/// Bound on the rounding error of angles, rad.
 const ROUNDING: f64 = 1e-9;
-/// Arcs of an ellipse.
+/// Number of arcs of an ellipse.
 const ELLIPSE_ARCS: u32 = 720;
-/// Tangents that differ by more than this cosine make a corner (about 8°).
+/// Two tangents form a corner if the cosine of their angle is below this (about 8°).
 pub const CORNER_COS: f64 = 0.99;
 
-/// The arc from `from` through `by` to `to`; the line where these are straight.
+/// The arc from `from` through `by` to `to`. Points on a straight line give a line.
 fn through(from: Axes, by: Axes, to: Axes) -> Piece {
     let (u, v) = (by - from, to - from);
     let twice_area = u.perp(&v);
@@ -328,7 +335,7 @@ fn through(from: Axes, by: Axes, to: Axes) -> Piece {
     let centre = from + Axes::new(v.y * uu - u.y * vv, u.x * vv - v.x * uu) / (2.0 * twice_area);
     let (a, c) = (from - centre, to - centre);
     let turn = a.perp(&c).atan2(a.dot(&c));
-    // Left is the way round when `by` lies to the right of the chord.
+    // The arc turns counter-clockwise if `by` lies to the right of the chord.
     let sweep = if twice_area > 0.0 { turn.rem_euclid(TAU) } else { turn.rem_euclid(TAU) - TAU };
     Piece::arc(centre, from, sweep)
 }
@@ -338,7 +345,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn circle_begins_as_the_papers() {
+    fn circle_agrees_with_the_papers_formula() {
         // x = rho(1 − cos wt), y = rho·sin wt.
         let circle = Path::circle(2000.0, true, 1);
         for angle in [0.1, 1.0, 4.0] {
@@ -350,9 +357,9 @@ mod tests {
         }
     }
 
-    /// Distances are those of a search over many points.
+    /// Compares the distances with a search over many points.
     #[test]
-    fn nearest_place_is_the_nearest_of_many() {
+    fn nearest_point_agrees_with_a_brute_force_search() {
         let path = Path::of(vec![
             Piece::Line { from: Axes::zeros(), to: Axes::new(100.0, 0.0) },
             Piece::arc(Axes::new(100.0, 30.0), Axes::new(100.0, 0.0), 2.0),
@@ -375,17 +382,17 @@ mod tests {
     }
 
     #[test]
-    fn left_is_positive() {
+    fn distance_to_the_left_is_positive() {
         let foot = Path::line(Axes::new(10.0, 0.0)).nearest(Axes::new(5.0, 2.0), 0);
         assert!((foot.distance(Axes::new(5.0, 2.0)) - 2.0).abs() < 1e-12);
-        // Left of a clockwise circle is outside.
+        // The left side of a clockwise circle is the outside.
         let circle = Path::circle(20.0, true, 1);
         let point = Axes::new(-3.0, 0.1);
         assert!(circle.nearest(point, 0).distance(point) > 2.9);
     }
 
     #[test]
-    fn ellipse_is_met_by_its_arcs() {
+    fn arcs_approximate_the_ellipse() {
         let (a, b) = (2000.0, 1000.0);
         let ellipse = Path::ellipse(a, b);
         let mut worst: f64 = 0.0;
@@ -398,7 +405,7 @@ mod tests {
     }
 
     #[test]
-    fn corner_knows_what_runs_past_it() {
+    fn overshoot_past_a_corner_is_measured() {
         let past = |path: &Path, (x, y): (f64, f64), on: usize| {
             let point = Axes::new(x, y);
             path.overshoot(point, &path.nearest(point, on), on)
@@ -407,7 +414,7 @@ mod tests {
         assert!((past(&corner, (103.0, 20.0), 1) - 3.0).abs() < 1e-12);
         assert!((past(&corner, (103.0, 0.0), 0) - 3.0).abs() < 1e-12);
         assert!(past(&corner, (97.0, 0.0), 0) <= 0.0);
-        // A second leg that goes on in the first one's direction is no overshoot.
+        // The second leg also advances in the direction of the first. That is not an overshoot.
         let flat = Path::corner(100.0, std::f64::consts::FRAC_PI_4);
         assert!(past(&flat, (150.0, 50.0), 1).abs() < 1e-9);
         assert!((past(&flat, (102.0, -2.0), 0) - 2.0).abs() < 1e-9);

@@ -1,24 +1,25 @@
-//! The two-axis plant: drives, friction, saturation, whole-number encoders and commands, delay, backlash.
+//! The two-axis plant: drives, friction, saturation, whole-number encoders and commands, delay and backlash.
 
 use serde::{Deserialize, Serialize};
 
 use super::Axes;
 use super::drive::{Drive, Motion};
 
-/// What opposes the motion of an axis whatever its speed, bits.
+/// Friction of an axis, bits. It does not depend on the speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Friction {
-    /// Nothing.
+    /// No friction.
     #[default]
     None,
-    /// Against the reference's direction, as eq. (4) has it.
+    /// Friction against the direction of the reference, as in eq. (4).
     Reference(f64),
-    /// Against the axis's own motion; at rest it holds the axis up to `stiction`, which is at least `coulomb`.
+    /// Friction against the motion of the axis. At rest it holds the axis up to `stiction`, which is at least
+    /// `coulomb`.
     Stick {
-        /// While it moves.
+        /// Friction while the axis moves.
         coulomb: f64,
-        /// What breaks it away.
+        /// Command above which an axis at rest starts to move.
         stiction: f64,
     },
 }
@@ -26,26 +27,26 @@ pub enum Friction {
 /// One axis of the plant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Axis {
-    /// Its drive.
+    /// The drive.
     pub drive: Drive,
-    /// Its friction.
+    /// The friction.
     pub friction: Friction,
     /// Play between motor and table, pulses. The encoder is on the motor.
     pub backlash: f64,
 }
 
-/// What a plant is made of.
+/// The parameters of a plant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlantModel {
     /// X and Y.
     pub axes: [Axis; 2],
-    /// T, s.
+    /// T, the sampling period, s.
     pub period_s: f64,
-    /// The largest command that the amplifier takes, bits.
+    /// Largest command that the amplifier accepts, bits.
     pub limit: Option<f64>,
-    /// Encoders count whole pulses, and commands are whole bits.
+    /// Whether encoders count whole pulses and commands are whole bits.
     pub whole_numbers: bool,
-    /// Samples by which a command comes late: at most [`MOST_DELAY`].
+    /// Delay of a command, samples: at most [`MOST_DELAY`].
     pub delay_samples: usize,
 }
 
@@ -53,7 +54,7 @@ pub struct PlantModel {
 pub const MOST_DELAY: usize = 8;
 
 impl PlantModel {
-    /// Two drives without friction, saturation, rounding, delay or play.
+    /// Two drives without friction, saturation, rounding, delay or backlash.
     #[must_use]
     pub fn ideal(drives: [Drive; 2], period_s: f64) -> Self {
         let axes = drives.map(|drive| Axis { drive, friction: Friction::None, backlash: 0.0 });
@@ -67,12 +68,12 @@ impl PlantModel {
     }
 }
 
-/// What disturbs the plant during a period.
+/// The load on the plant during a period.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Load {
-    /// Of the cut, bits.
+    /// Cutting force, bits.
     pub cutting: Axes,
-    /// Speed of the reference, pulses/s: its sign is asked by [`Friction::Reference`].
+    /// Speed of the reference, pulses/s. [`Friction::Reference`] uses its sign.
     pub reference_velocity: Axes,
 }
 
@@ -102,14 +103,14 @@ impl Plant {
         }
     }
 
-    /// What the encoders count, pulses.
+    /// Position by the encoders, pulses.
     #[must_use]
     pub fn measured(&self) -> Axes {
         let exact = Axes::new(self.motors[0].position, self.motors[1].position);
         if self.model.whole_numbers { exact.map(f64::round) } else { exact }
     }
 
-    /// Where the table is, pulses.
+    /// Position of the table, pulses.
     #[must_use]
     pub fn position(&self) -> Axes {
         self.table
@@ -121,29 +122,29 @@ impl Plant {
         Axes::new(self.motors[0].velocity, self.motors[1].velocity)
     }
 
-    /// The share of commands that were cut off.
+    /// Share of the commands that the amplifier clipped at its limit.
     #[must_use]
-    #[expect(clippy::cast_precision_loss, reason = "a share")]
+    #[expect(clippy::cast_precision_loss, reason = "a share needs few digits")]
     pub fn saturation_share(&self) -> f64 {
         if self.steps == 0 { 0.0 } else { self.saturated as f64 / self.steps as f64 }
     }
 
-    /// Holds `command` for a period, bits.
+    /// Advances by one period under a constant `command`, bits.
     pub fn step(&mut self, command: Axes, load: &Load) {
-        let command = self.taken(command);
+        let command = self.acting(command);
         for (index, axis) in self.model.axes.iter().enumerate() {
             let net = command[index] - load.cutting[index];
             let motor = &mut self.motors[index];
             *motor = axis.moved(*motor, net, load.reference_velocity[index], self.model.period_s);
             let play = axis.backlash / 2.0;
-            // What has diverged is nowhere.
+            // After a divergence the bounds are not ordered, and the position is NaN.
             let (low, high) = (motor.position - play, motor.position + play);
             self.table[index] = if low <= high { self.table[index].clamp(low, high) } else { f64::NAN };
         }
     }
 
-    /// What the amplifier makes of a command, and when.
-    fn taken(&mut self, command: Axes) -> Axes {
+    /// The command that acts in this period: rounded, clipped and delayed.
+    fn acting(&mut self, command: Axes) -> Axes {
         let command = if self.model.whole_numbers { command.map(f64::round) } else { command };
         let bounded = self.model.limit.map_or(command, |limit| command.map(|u| u.clamp(-limit, limit)));
         self.steps += 1;
@@ -160,7 +161,7 @@ impl Plant {
 }
 
 impl Axis {
-    /// Where it is after `seconds` of a net command, `bits`.
+    /// The motion after `seconds` under a net command of `bits`.
     fn moved(&self, from: Motion, bits: f64, reference_velocity: f64, seconds: f64) -> Motion {
         match self.friction {
             Friction::None => self.drive.after(from, bits, seconds),
@@ -175,7 +176,8 @@ impl Axis {
         }
     }
 
-    /// As [`Axis::moved`], from standstill to standstill: at most once to rest and once away in a period.
+    /// [`Axis::moved`] with sticking friction. In one period the axis stops at most once and starts again at
+    /// most once.
     fn stuck_or_moved(
         &self,
         from: Motion,
@@ -234,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn stiction_holds_until_it_breaks() {
+    fn stiction_holds_the_axis_until_the_command_exceeds_it() {
         let mut stuck = model();
         for axis in &mut stuck.axes {
             axis.friction = Friction::Stick { coulomb: 10.0, stiction: 15.0 };
@@ -242,7 +244,7 @@ mod tests {
         assert_eq!(run(stuck, [14.9; 50]).position(), Axes::zeros());
         let moving = run(stuck, [15.1; 50]);
         assert_eq!(moving.position(), run(model(), [5.1; 50]).position());
-        // Pushed back less than friction, it comes to rest and stays.
+        // A command below the friction lets it come to rest and stay at rest.
         let mut rest = moving.clone();
         for _ in 0..200 {
             rest.step(Axes::new(2.0, -2.0), &Load::default());
@@ -252,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn friction_against_the_reference_has_its_sign() {
+    fn reference_friction_opposes_the_reference() {
         let mut model = model();
         model.axes[0].friction = Friction::Reference(4.0);
         let mut plant = Plant::at_rest(model, Axes::zeros());
@@ -262,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn backlash_is_lost_at_a_reversal() {
+    fn table_lags_by_the_backlash_after_a_reversal() {
         let mut model = model();
         model.axes[0].backlash = 0.5;
         let mut plant = Plant::at_rest(model, Axes::zeros());

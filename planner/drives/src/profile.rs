@@ -13,39 +13,40 @@ use super::controllers::selection::Environment;
 use super::drive::Drive;
 use super::plant::{Axis, Friction, MOST_DELAY, PlantModel};
 
-/// Two feed drives and what is around them.
+/// Two feed drives with their amplifiers, encoders, loads and controller gains.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DriveProfile {
-    /// What people call it.
+    /// Name of the machine.
     pub name: String,
-    /// Where its figures come from.
+    /// Origin of the values.
     pub source: String,
-    /// Encoder pulses per mm of travel (the paper's Ke; 1 BLU is one pulse).
+    /// Encoder pulses per mm of travel: Ke of the paper, where one BLU is one pulse.
     pub pulses_per_mm: f64,
     /// T, the sampling period, s.
     pub period_s: f64,
-    /// The largest command, bits; none if it is left out.
+    /// Largest command, bits. Without it, commands have no limit.
     pub limit_bits: Option<f64>,
-    /// Whether encoders count whole pulses, and commands are whole bits.
+    /// Whether encoders count whole pulses and commands are whole bits.
     #[serde(default)]
     pub whole_numbers: bool,
-    /// Samples by which commands come late.
+    /// Delay of the commands, samples.
     #[serde(default)]
     pub delay_samples: usize,
     /// The X drive.
     pub x: AxisProfile,
     /// The Y drive.
     pub y: AxisProfile,
-    /// The force of the cut.
+    /// The cutting force.
     #[serde(default)]
     pub cutting: CuttingProfile,
     /// Gains of the paper's controllers.
     pub gains: Gains,
-    /// How well gains and time constants are known.
+    /// Uncertainty of the gains and time constants.
     #[serde(default)]
     pub uncertainty: Uncertainty,
-    /// How the controller that gives the reference slows down; constant feed, as in the paper, if it is left out.
+    /// Limits of the interpolator that makes the reference. Without it, the feed is constant, as in the
+    /// paper.
     pub interpolator: Option<Interpolator>,
 }
 
@@ -60,20 +61,20 @@ pub struct AxisProfile {
     /// Coulomb friction, bits.
     #[serde(default)]
     pub coulomb_bits: f64,
-    /// What breaks it away, bits; Coulomb friction if it is left out.
+    /// Command above which an axis at rest starts to move, bits. Without it, the Coulomb friction.
     pub stiction_bits: Option<f64>,
     /// Play between motor and table, mm.
     #[serde(default)]
     pub backlash_mm: f64,
 }
 
-/// The force of a cut, as eq. (4) has it.
+/// The cutting force of eq. (4).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CuttingProfile {
-    /// Its size at the feed, bits.
+    /// Force at the programmed feed, bits.
     pub bits: f64,
-    /// Its angle with the tangent, degrees.
+    /// Angle between force and tangent, degrees.
     pub angle_deg: f64,
 }
 
@@ -83,19 +84,19 @@ pub struct CuttingProfile {
 pub struct Gains {
     /// Kp of the P controller, bits/pulse.
     pub proportional: f64,
-    /// Of the PID controller.
+    /// Gains of the PID controller.
     pub pid: PidGains,
-    /// W(z) of the cross-coupling controller.
+    /// Gains of W(z), the PID law of the cross-coupling controller.
     pub cross_coupling: PidGains,
 }
 
-/// How far drives can be from what is believed, as shares.
+/// Largest deviation of the drives from the model, as shares.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Uncertainty {
-    /// Of the gains.
+    /// Deviation of the gains.
     pub gain: f64,
-    /// Of the time constants.
+    /// Deviation of the time constants.
     pub time_constant: f64,
 }
 
@@ -114,7 +115,7 @@ impl Default for Uncertainty {
     }
 }
 
-/// A controller that slows down for corners and ends.
+/// Limits of an interpolator that slows down for corners and ends.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Interpolator {
@@ -126,10 +127,10 @@ pub struct Interpolator {
     pub junction_deviation_mm: f64,
 }
 
-/// Why a profile is refused.
+/// Reasons for which a profile is rejected.
 #[derive(Debug, Error)]
 pub enum ProfileError {
-    /// It can not be read.
+    /// The file can not be read.
     #[error(
         "can not read {}: {source}. Check the path, or take one of the built-in profiles: {}.",
         path.display(),
@@ -138,32 +139,32 @@ pub enum ProfileError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The error of the operating system.
         source: std::io::Error,
     },
-    /// It is no profile.
-    #[error("{name} is no profile of feed drives: {reason}")]
+    /// The text is not a profile.
+    #[error("{name} is not a feed-drive profile: {reason}")]
     Parse {
         /// The file.
         name: String,
-        /// Where and what.
+        /// The place and the problem.
         reason: String,
     },
-    /// A figure is out of range.
+    /// A value is out of range.
     #[error("{name}: {field} is {value}, it must be {range}")]
     Figure {
         /// The file.
         name: String,
         /// The field.
         field: &'static str,
-        /// Its value.
+        /// The value of the field.
         value: f64,
-        /// What is accepted.
+        /// The accepted range.
         range: String,
     },
 }
 
-/// The profiles that come with the program.
+/// The built-in profiles, as names and TOML texts.
 pub const BUILT_IN: [(&str, &str); 5] = [
     ("koren-lo-table-1", include_str!("machines/koren-lo-table-1.toml")),
     ("koren-lo-table-1-mismatched", include_str!("machines/koren-lo-table-1-mismatched.toml")),
@@ -173,10 +174,10 @@ pub const BUILT_IN: [(&str, &str); 5] = [
 ];
 
 impl DriveProfile {
-    /// A built-in profile by its name, or one from a TOML file.
+    /// Loads a built-in profile by its name, or a profile from a TOML file.
     ///
     /// # Errors
-    /// [`ProfileError`] naming the file and the field.
+    /// [`ProfileError`] with the file and the field.
     pub fn load(name: &str) -> Result<Self, ProfileError> {
         if let Some((_, text)) = BUILT_IN.iter().find(|(known, _)| *known == name) {
             return Self::parse(name, text);
@@ -187,10 +188,10 @@ impl DriveProfile {
         Self::parse(name, &text)
     }
 
-    /// The profile that `text` holds; `name` is for messages.
+    /// Reads a profile from `text`. Messages refer to it by `name`.
     ///
     /// # Errors
-    /// [`ProfileError`] naming the field.
+    /// [`ProfileError`] with the field.
     pub fn parse(name: &str, text: &str) -> Result<Self, ProfileError> {
         let profile: Self = toml::from_str(text)
             .map_err(|error| ProfileError::Parse { name: name.into(), reason: text_file::reason(&error) })?;
@@ -202,7 +203,7 @@ impl DriveProfile {
         }
     }
 
-    /// The first figure that no machine has.
+    /// The first value that is out of range, with its field and the accepted range.
     fn out_of_range(&self) -> Option<(&'static str, f64, String)> {
         #[expect(clippy::cast_precision_loss, reason = "a few samples")]
         let delay = self.delay_samples as f64;
@@ -259,7 +260,7 @@ impl DriveProfile {
         [self.x, self.y].map(|axis| Drive { gain: axis.gain, time_constant_s: axis.time_constant_s })
     }
 
-    /// The plant, with friction that sticks.
+    /// The plant, with sticking friction.
     #[must_use]
     pub fn plant(&self) -> PlantModel {
         let axis = |profile: AxisProfile, drive: Drive| Axis {
@@ -277,7 +278,7 @@ impl DriveProfile {
         }
     }
 
-    /// What a controller that knows it exactly believes.
+    /// The drive model of a controller that knows these drives exactly.
     #[must_use]
     pub fn belief(&self) -> Belief {
         let Self { period_s, limit_bits: limit, whole_numbers, delay_samples, .. } = *self;
@@ -285,31 +286,31 @@ impl DriveProfile {
         Belief { drives: self.drives(), period_s, limit, whole_numbers, delay_samples, load_bits }
     }
 
-    /// What a controller that knows it exactly is built from.
+    /// The settings of a controller that knows these drives exactly.
     #[must_use]
     pub fn setting(&self, environment: Environment) -> Setting {
         Setting { belief: self.belief(), gains: self.gains, environment, round: None }
     }
 
-    /// µm of a pulse.
+    /// Length of a pulse, µm.
     #[must_use]
     pub fn um(&self) -> f64 {
         1000.0 / self.pulses_per_mm
     }
 
-    /// A speed in pulses/s, of m/min.
+    /// Converts a feed from m/min to pulses/s.
     #[must_use]
     pub fn feed(&self, m_min: f64) -> f64 {
         m_min * 1000.0 / 60.0 * self.pulses_per_mm
     }
 }
 
-/// The longest delay, as a figure.
+/// [`MOST_DELAY`] as a real number.
 #[expect(clippy::cast_precision_loss, reason = "a few samples")]
 const MOST_DELAY_F: f64 = MOST_DELAY as f64;
 
 impl AxisProfile {
-    /// Friction that sticks.
+    /// The sticking friction of the axis.
     #[must_use]
     pub fn stick(&self) -> Friction {
         let stiction = self.stiction_bits.unwrap_or(self.coulomb_bits);
@@ -330,7 +331,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_profiles_name_the_field() {
+    fn out_of_range_values_are_rejected_with_their_field() {
         let text = BUILT_IN[0].1;
         for (from, to, says) in [
             ("gain = 10.0", "gain = -1.0", "x.gain is -1"),

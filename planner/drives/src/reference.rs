@@ -1,30 +1,30 @@
-//! What a controller is given: the path, sampled at the feed.
+//! The reference of a controller: the path, sampled at the feed.
 
 use serde::{Deserialize, Serialize};
 
 use super::Axes;
 use super::path::{Foot, Path, Piece};
 
-/// How the feed is reached, and left at the end of the path.
+/// The transition to the feed at the start of the path, and from the feed at its end.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Ramp {
-    /// At once, as in the paper.
+    /// A step, as in the paper.
     #[default]
     None,
-    /// By half a cosine that lasts so many seconds.
+    /// Half a period of a cosine, with its duration in s.
     RaisedCosine(f64),
-    /// With bounded acceleration, pulses/s², and jerk, pulses/s³.
+    /// A speed profile with bounded acceleration and jerk.
     LimitedJerk {
-        /// The bound of the acceleration.
+        /// Largest acceleration, pulses/s².
         acceleration: f64,
-        /// The bound of the jerk.
+        /// Largest jerk, pulses/s³.
         jerk: f64,
     },
 }
 
 impl Ramp {
-    /// How long it takes to reach `feed`, s.
+    /// Time to reach `feed`, s.
     #[must_use]
     pub fn lasts(&self, feed: f64) -> f64 {
         match *self {
@@ -41,8 +41,9 @@ impl Ramp {
         }
     }
 
-    /// The way that is gone `t` seconds after it began, pulses. The whole ramp covers half of what the feed would.
-    fn way(&self, feed: f64, t: f64) -> f64 {
+    /// Distance covered in the first `t` seconds, pulses. The whole ramp covers half the distance of the full
+    /// feed.
+    fn distance(&self, feed: f64, t: f64) -> f64 {
         let lasts = self.lasts(feed);
         if t >= lasts {
             return feed * (t - lasts / 2.0);
@@ -62,7 +63,7 @@ impl Ramp {
                     let since = t - build_up;
                     jerk * build_up.powi(3) / 6.0 + top * build_up / 2.0 * since + top * since * since / 2.0
                 } else {
-                    // It is its own picture, turned half a turn.
+                    // The speed profile is point-symmetric about its middle.
                     let left = lasts - t;
                     feed * (t - lasts / 2.0) + jerk * left * left * left / 6.0
                 }
@@ -71,20 +72,20 @@ impl Ramp {
     }
 }
 
-/// The reference at one sample.
+/// One sample of the reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// Where it is on the path.
+    /// The point on the path.
     pub foot: Foot,
-    /// The piece it is on, and its number along the path.
+    /// The piece of the path with this point.
     pub piece: Piece,
-    /// See above.
+    /// Number of that piece along the path.
     pub number: usize,
-    /// Where that piece begins along the path, pulses.
+    /// Start of that piece along the path, pulses.
     pub begins: f64,
-    /// Where the sample is along the path, pulses.
+    /// Distance of the sample from the start of the path, pulses.
     pub along: f64,
-    /// Speed along the path, pulses/s, until the next sample.
+    /// Speed along the path until the next sample, pulses/s.
     pub speed: f64,
 }
 
@@ -102,7 +103,7 @@ impl Sample {
     }
 }
 
-/// The reference around now: what a controller may look at.
+/// The part of the reference that a controller may use: the samples around the current one.
 #[derive(Clone, Copy, Debug)]
 pub struct Window<'a> {
     samples: &'a [Sample],
@@ -110,43 +111,44 @@ pub struct Window<'a> {
 }
 
 impl<'a> Window<'a> {
-    /// `samples`, of which number `now` is due. Beyond both ends the reference rests at the end.
+    /// A window on `samples`, with number `now` as the current one. Beyond its two ends the reference stands
+    /// still.
     ///
     /// # Panics
-    /// Without any samples.
+    /// If `samples` is empty.
     #[must_use]
     pub fn new(samples: &'a [Sample], now: usize) -> Self {
         assert!(!samples.is_empty(), "a window needs a sample");
         Self { samples, now }
     }
 
-    /// The sample that is due `ahead` samples from now; negative is past.
+    /// The sample `ahead` samples after the current one. Negative values are in the past.
     #[must_use]
     pub fn ahead(&self, ahead: isize) -> &'a Sample {
         let index = self.now.saturating_add_signed(ahead).min(self.samples.len() - 1);
         &self.samples[index]
     }
 
-    /// Where the reference is `ahead` samples from now.
+    /// Position of the reference `ahead` samples after the current one, pulses.
     #[must_use]
     pub fn position(&self, ahead: isize) -> Axes {
         self.ahead(ahead).position()
     }
 }
 
-/// A whole reference.
+/// The samples of a complete path.
 #[derive(Clone, Debug)]
 pub struct Reference {
-    /// Its samples; the first [`AT_REST`] are at rest at the beginning.
+    /// The samples. The first [`AT_REST`] stand still at the start.
     pub samples: Vec<Sample>,
 }
 
-/// Samples at rest before the motion begins: zero-phase filters look so far ahead.
+/// Number of samples at rest before the motion begins. Zero-phase filters look this far ahead.
 pub const AT_REST: usize = 2;
 
 impl Reference {
-    /// `path` at `feed`, pulses/s, sampled every `period_s`, from [`AT_REST`] samples before it begins to its end. Empty for a
-    /// path without length.
+    /// Samples `path` at `feed`, pulses/s, every `period_s`. The first [`AT_REST`] samples stand still at the
+    /// start. Empty for a path without length.
     #[must_use]
     #[expect(
         clippy::cast_precision_loss,
@@ -156,22 +158,22 @@ impl Reference {
     )]
     pub fn along(path: &Path, feed: f64, period_s: f64, ramp: Ramp) -> Self {
         let length = path.length();
-        // The fastest that the path leaves room for: two ramps cover one ramp's time at the feed.
+        // Two ramps cover the distance of one ramp's time at full feed. A short path needs a lower feed.
         let feed = if feed * ramp.lasts(feed) > length { slowed(length, feed, ramp) } else { feed };
         let lasts = length / feed + ramp.lasts(feed);
-        let way = |t: f64| {
+        let distance = |t: f64| {
             if t < lasts / 2.0 {
-                ramp.way(feed, t.max(0.0))
+                ramp.distance(feed, t.max(0.0))
             } else {
-                length - ramp.way(feed, (lasts - t).max(0.0))
+                length - ramp.distance(feed, (lasts - t).max(0.0))
             }
         };
         let count = (lasts / period_s).floor() as usize + 1;
         let sample = |index: usize| {
             let t = (index as f64 - AT_REST as f64) * period_s;
-            let along = way(t);
+            let along = distance(t);
             let (number, foot) = path.at(along)?;
-            let speed = (way(t + period_s) - along) / period_s;
+            let speed = (distance(t + period_s) - along) / period_s;
             Some(Sample {
                 foot,
                 piece: path.pieces()[number],
@@ -185,7 +187,7 @@ impl Reference {
     }
 }
 
-/// The feed at which two ramps just fit into `length`.
+/// The feed, pulses/s, at which two ramps exactly fit into `length`.
 fn slowed(length: f64, feed: f64, ramp: Ramp) -> f64 {
     let (mut low, mut high) = (0.0, feed);
     for _ in 0..60 {
@@ -200,7 +202,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn reference_keeps_its_feed_and_rests_first() {
+    fn reference_starts_at_rest_and_keeps_its_feed() {
         let reference = Reference::along(&Path::circle(2000.0, true, 1), 1000.0, 0.004, Ramp::None);
         assert_eq!(reference.samples[0].position(), reference.samples[AT_REST].position());
         assert_eq!(reference.samples[0].speed, 0.0);
@@ -208,7 +210,8 @@ mod tests {
         assert!((step.norm() - 4.0).abs() < 1e-5);
     }
 
-    /// Ramps go the whole way, within their bounds, and are as long as they say.
+    /// With each ramp the reference reaches the end of the path and the full feed, within the bounds of the
+    /// ramp.
     #[test]
     fn ramps_keep_their_bounds() {
         let line = Path::line(Axes::new(3000.0, 0.0));
@@ -244,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn short_path_is_gone_more_slowly() {
+    fn short_path_runs_at_a_lower_feed() {
         let line = Path::line(Axes::new(10.0, 0.0));
         let ramp = Ramp::LimitedJerk { acceleration: 2000.0, jerk: 40_000.0 };
         let reference = Reference::along(&line, 2000.0, 0.001, ramp);

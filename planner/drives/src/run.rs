@@ -1,4 +1,4 @@
-//! A controller, a plant and a path: what comes of it.
+//! Runs of a controller and a plant along a path.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,23 +9,23 @@ use super::path::{Foot, Path};
 use super::plant::{Load, Plant, PlantModel};
 use super::reference::{AT_REST, Sample, Window};
 
-/// The force of the cut (eqs. (2) to (4)).
+/// The cutting force (eqs. (2) to (4)).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Cutting {
-    /// Its size at `at_feed`, bits.
+    /// Force at the feed `at_feed`, bits.
     pub bits: f64,
-    /// The feed at which it has that size, pulses/s.
+    /// Feed at which the force is `bits`, pulses/s.
     pub at_feed: f64,
     /// phi, the angle between force and tangent, rad.
     pub angle: f64,
 }
 
-/// The exponent of the feed in eq. (2).
+/// Exponent of the feed in eq. (2).
 const FEED_EXPONENT: f64 = 0.73;
 
 impl Cutting {
-    /// Dx and Dy at a place of the reference, bits.
+    /// Dx and Dy at a point of the reference, bits.
     #[must_use]
     pub fn at(&self, foot: &Foot, speed: f64) -> Axes {
         let size = self.bits * (speed / self.at_feed).powf(FEED_EXPONENT);
@@ -35,27 +35,27 @@ impl Cutting {
     }
 }
 
-/// What is to be run.
+/// A plant, a path and a load to run a controller with.
 #[derive(Clone, Debug)]
 pub struct Task {
-    /// The plant as it is.
+    /// The true plant.
     pub plant: PlantModel,
-    /// What is to be followed.
+    /// The path to follow.
     pub path: Path,
-    /// pulses/s.
+    /// Feed along the path, pulses/s.
     pub feed: f64,
-    /// The path at the feed; empty for a path without length.
+    /// Samples of the path at the feed. Empty for a path without length.
     pub reference: Vec<Sample>,
-    /// The cut.
+    /// The cutting force, if the tool cuts.
     pub cutting: Option<Cutting>,
 }
 
-/// What came of it.
+/// The result of a run.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// Every sample from the first motion on.
     pub moments: Vec<Moment>,
-    /// What they come to.
+    /// Summary of the samples.
     pub figures: Figures,
 }
 
@@ -67,7 +67,7 @@ impl Task {
         Load { cutting, reference_velocity: sample.velocity() }
     }
 
-    /// Runs it with `controller`, from rest at the beginning of the path until the reference has come to its end.
+    /// Runs the task with `controller`, from rest at the start of the path to the end of the reference.
     #[must_use]
     pub fn run(&self, controller: &mut dyn Controller) -> Outcome {
         let samples = &self.reference;

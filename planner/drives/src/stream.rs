@@ -1,4 +1,4 @@
-//! A reference of the points that a controller's interpolator passes, of which the end is not known yet.
+//! A reference that grows with the points of an interpolator. Its end is not known yet.
 
 use super::Axes;
 use super::path::{Foot, Piece};
@@ -8,20 +8,21 @@ use super::reference::Sample;
 #[derive(Clone, Debug)]
 pub struct Stream {
     samples: Vec<Sample>,
-    /// How many are kept at least; all, if there is none.
+    /// Smallest number of samples kept. Without it, all are kept.
     keep: Option<usize>,
     from: Axes,
     at: Axes,
     number: usize,
-    /// Where the piece begins along the path, pulses.
+    /// Start of the current piece along the path, pulses.
     begins: f64,
 }
 
-/// Points this near to the line before, pulses, lie on it.
+/// Largest distance of a point that still lies on the current line, pulses.
 const STRAIGHT: f64 = 1e-6;
 
 impl Stream {
-    /// At rest at `position`, pulses, for `samples` samples. That many are kept at least, twice as many at most.
+    /// A stream that begins with `samples` samples at rest at `position`, pulses. It keeps between `samples`
+    /// and twice as many.
     #[must_use]
     pub fn at_rest(position: Axes, samples: usize) -> Self {
         let keep = samples.max(1);
@@ -34,19 +35,19 @@ impl Stream {
         stream
     }
 
-    /// The same, of which nothing is forgotten.
+    /// The same stream, which keeps all samples.
     #[must_use]
     pub fn keeping_all(self) -> Self {
         Self { keep: None, ..self }
     }
 
-    /// Goes on straight to `point`, pulses.
+    /// Extends the path by a straight line to `point`, pulses.
     pub fn pass(&mut self, point: Axes) {
-        let (before, way) = (self.at - self.from, point - self.at);
-        if way == Axes::zeros() {
+        let (before, step) = (self.at - self.from, point - self.at);
+        if step == Axes::zeros() {
             return;
         }
-        let straight = before.perp(&way).abs() <= STRAIGHT * before.norm() && before.dot(&way) >= 0.0;
+        let straight = before.perp(&step).abs() <= STRAIGHT * before.norm() && before.dot(&step) >= 0.0;
         if !straight {
             self.begins += before.norm();
             self.from = self.at;
@@ -59,7 +60,7 @@ impl Stream {
         }
     }
 
-    /// A sample where it is now, `period_s` after the one before.
+    /// Adds a sample at the current point, `period_s` after the previous sample.
     pub fn tick(&mut self, period_s: f64) {
         if let Some(keep) = self.keep.filter(|keep| self.samples.len() == 2 * keep) {
             self.samples.copy_within(keep.., 0);
@@ -87,7 +88,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn straight_ways_are_one_piece_and_corners_begin_another() {
+    fn straight_moves_form_one_piece_and_corners_begin_another() {
         let mut stream = Stream::at_rest(Axes::zeros(), 8);
         for x in 1..=5 {
             stream.pass(Axes::new(f64::from(x), 0.0));
@@ -103,7 +104,7 @@ mod tests {
         assert_eq!(last.piece, Piece::Line { from: Axes::new(6.0, 0.0), to: Axes::new(6.0, 0.5) });
         assert_eq!((last.number, before.number), (1, 0));
         assert!((samples[samples.len() - 4].speed - 2.0).abs() < 1e-12);
-        // And back again is another.
+        // A reversal begins another piece.
         stream.pass(Axes::new(6.0, 0.0));
         stream.tick(0.5);
         assert_eq!(stream.samples().last().unwrap().number, 2);

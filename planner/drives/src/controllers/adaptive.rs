@@ -1,11 +1,12 @@
-//! Adaptive ZPETC (section 6.3; Tsao & Tomizuka 1987): the loop's parameters are estimated while it runs.
+//! Adaptive ZPETC (section 6.3; Tsao & Tomizuka 1987): it estimates the parameters of the loop during the
+//! run.
 
 use super::estimator::{self, Estimator};
 use super::{Belief, Controller};
 use crate::Axes;
 use crate::reference::Window;
 
-/// ZPETC on loops that are learned.
+/// ZPETC with estimated loops.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adaptive {
     estimators: [Estimator; 2],
@@ -15,7 +16,7 @@ pub struct Adaptive {
 }
 
 impl Adaptive {
-    /// For a P controller of `gain`, bits/pulse, beginning with what is believed.
+    /// Adaptive ZPETC for a P controller of `gain`, bits/pulse. The estimates start with the model `belief`.
     #[must_use]
     pub fn new(belief: &Belief, gain: f64) -> Self {
         let estimators = estimator::of_loops(belief, gain);

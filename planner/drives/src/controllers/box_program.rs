@@ -1,25 +1,26 @@
-//! A quadratic programme with bounds, by projected Newton steps (Bertsekas 1982), without allocation.
+//! A quadratic program with bounds, solved by projected Newton steps (Bertsekas 1982) without allocation.
 
 use nalgebra::{SMatrix, SVector};
 
-/// `½·uᵀHu + fᵀu`, least within `|u| ≤ limit`.
+/// The minimisation of `½·uᵀHu + fᵀu` within `|u| ≤ limit`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoxProgram<const M: usize> {
     /// H, symmetric and positive definite.
     pub hessian: SMatrix<f64, M, M>,
-    /// f.
+    /// f, the linear term.
     pub linear: SVector<f64, M>,
-    /// The bound of every variable.
+    /// Bound of every variable.
     pub limit: Option<f64>,
 }
 
-/// Newton steps at most. Each is a proposal that lowers the cost; where it ends, the bounds hold.
+/// Largest number of Newton steps. The bounds hold after every step.
 const MOST_STEPS: usize = 12;
-/// Halvings of a step at most.
+/// Largest number of halvings of a step.
 const MOST_HALVINGS: usize = 12;
 
 impl<const M: usize> BoxProgram<M> {
-    /// Improves `start` until it is the least, or for a bounded number of steps. `None` where H is not positive definite.
+    /// Improves `start` to the minimum, or for at most [`MOST_STEPS`] steps. `None` if H is not positive
+    /// definite.
     #[must_use]
     pub fn solved(&self, start: &SVector<f64, M>) -> Option<SVector<f64, M>> {
         let Some(limit) = self.limit else {
@@ -33,19 +34,19 @@ impl<const M: usize> BoxProgram<M> {
             let held =
                 |i: usize| (u[i] >= limit && gradient[i] < 0.0) || (u[i] <= -limit && gradient[i] > 0.0);
             let free: [bool; M] = std::array::from_fn(|i| !held(i));
-            let way = self.newton(&gradient, &free)?;
-            if way.amax() <= 1e-9 * limit {
+            let step = self.newton(&gradient, &free)?;
+            if step.amax() <= 1e-9 * limit {
                 break;
             }
             let before = self.cost(&u);
             let mut share = 1.0;
-            let mut next = within(u + way);
+            let mut next = within(u + step);
             for _ in 0..MOST_HALVINGS {
                 if self.cost(&next) <= before + 1e-4 * gradient.dot(&(next - u)) {
                     break;
                 }
                 share *= 0.5;
-                next = within(u + way * share);
+                next = within(u + step * share);
             }
             let moved = (next - u).amax();
             u = next;
@@ -75,7 +76,7 @@ impl<const M: usize> BoxProgram<M> {
     }
 }
 
-/// L of `L·Lᵀ`.
+/// The Cholesky factor L of `L·Lᵀ`. `None` if the matrix is not positive definite.
 fn cholesky<const M: usize>(matrix: &SMatrix<f64, M, M>) -> Option<SMatrix<f64, M, M>> {
     let mut lower = *matrix;
     for j in 0..M {
@@ -118,9 +119,9 @@ fn solve<const M: usize>(lower: &SMatrix<f64, M, M>, right: &SVector<f64, M>) ->
 mod tests {
     use super::*;
 
-    /// The conditions of Karush, Kuhn and Tucker hold for random programmes.
+    /// Checks the Karush-Kuhn-Tucker conditions on random programs.
     #[test]
-    fn solution_is_the_least_within_bounds() {
+    fn solution_is_the_minimum_within_the_bounds() {
         let mut random = fastrand::Rng::with_seed(4);
         for case in 0..500 {
             let root = SMatrix::<f64, 8, 8>::from_fn(|_, _| random.f64() - 0.5);
@@ -130,12 +131,12 @@ mod tests {
             let u = program.solved(&SVector::zeros()).unwrap();
             let gradient = hessian * u + linear;
             for i in 0..8 {
-                let settled = match u[i] {
+                let optimal = match u[i] {
                     at if at >= 1.0 => gradient[i] <= 1e-6,
                     at if at <= -1.0 => gradient[i] >= -1e-6,
                     _ => gradient[i].abs() < 1e-6,
                 };
-                assert!(settled, "case {case}: u[{i}] = {}, gradient {}", u[i], gradient[i]);
+                assert!(optimal, "case {case}: u[{i}] = {}, gradient {}", u[i], gradient[i]);
             }
             let free = BoxProgram { limit: None, ..program };
             assert!((hessian * free.solved(&u).unwrap() + linear).amax() < 1e-6);
@@ -143,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_definite_is_refused() {
+    fn indefinite_matrix_has_no_solution() {
         let mut program =
             BoxProgram { hessian: -SMatrix::<f64, 3, 3>::identity(), linear: SVector::zeros(), limit: None };
         assert_eq!(program.solved(&SVector::zeros()), None);

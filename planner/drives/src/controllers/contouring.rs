@@ -1,10 +1,13 @@
-//! Contouring model-predictive control with a disturbance observer: the best controller here.
+//! Contouring model-predictive control with a disturbance observer: the most accurate controller here.
 //!
-//! Over a horizon it minimises the distances of the predicted positions from the *path*, their lags behind the reference *along*
-//! it, weighed less, and changes of the command; commands keep to the amplifier's limit. Path, normal and tangent at each predicted
-//! position are those where the plan of the sample before passed, and are looked for once more where the new plan passes. Lags are
-//! measured along the path, so that a sharp corner draws the tool to its tip and around it, never back. Positions, speeds and
-//! loads come from a Kalman observer of each axis.
+//! It predicts the positions over a horizon and minimises three costs: their distances from the *path*, their
+//! lags *along* the path behind the reference (with a smaller weight), and changes of the command. Commands
+//! stay within the amplifier's limit.
+//!
+//! The costs are linearised at the point of the path nearest to each predicted position. The first pass uses
+//! the plan of the previous sample, the second pass the new plan. Lags are measured along the path. At a
+//! sharp corner they draw the tool to the tip and around it, never back. A Kalman observer of each axis
+//! estimates position, speed and load.
 
 use nalgebra::{SMatrix, SVector, Vector3};
 
@@ -17,31 +20,33 @@ use crate::path::{Foot, left_of};
 use crate::plant::MOST_DELAY;
 use crate::reference::{Sample, Window};
 
-/// Samples that are looked ahead.
+/// Number of predicted samples.
 pub const HORIZON: usize = 15;
-/// How often path and normal are looked for again where the plan passes.
+/// Number of passes that search for the nearest points and solve the program.
 const LOOKS: usize = 2;
-/// Commands of both axes over the horizon.
+/// Number of commands of both axes over the horizon.
 const COMMANDS: usize = 2 * HORIZON;
-/// Pieces of the path that are looked at.
+/// Largest number of pieces of the path in the search.
 const MOST_PIECES: usize = 2 * HORIZON + MOST_DELAY + 2;
 
-/// What is weighed against what.
+/// Weights of the costs, relative to a weight of 1 for the distance from the path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weights {
-    /// Of a small lag behind the reference along the path, beside 1 of the distance from it.
+    /// Weight of a small lag behind the reference along the path.
     pub lag: f64,
-    /// From this lag on, pulses, the pull grows no more…
+    /// Lag above which the weight falls in inverse proportion to the lag, pulses.
     pub bend: f64,
-    /// … until its weight has fallen to this.
+    /// Smallest weight of a large lag.
     pub least_lag: f64,
-    /// Of the position that a change of command brings about in its first sample.
+    /// Weight of the distance that a change of command causes in its first sample.
     pub effort: f64,
 }
 
-/// Found by trying them on S1 to E3 with all sign patterns of model error, on the budgets of the built-in machines, and with a
-/// sample of delay: less effort is more accurate, and rings with that delay; a large lag, which only a limit or a jump of the feed
-/// brings about, must not pull the tool off the path.
+/// Weights found by trial: on S1 to E3 with all sign patterns of the model error, on the budgets of the
+/// built-in machines, and with a delay of one sample.
+///
+/// A smaller `effort` is more accurate, but oscillates with that delay. Only a limit or a jump of the feed
+/// causes a large lag, and such a lag must not pull the tool off the path.
 impl Default for Weights {
     fn default() -> Self {
         Self { lag: 0.3, bend: 0.5, least_lag: 0.003, effort: 2000.0 }
@@ -49,50 +54,50 @@ impl Default for Weights {
 }
 
 impl Weights {
-    /// The weight of a lag of about this size, pulses.
+    /// The weight of a lag of the size `lag`, pulses.
     fn lag_share(&self, lag: f64) -> f64 {
         (self.lag * self.bend / lag.abs()).clamp(self.least_lag, self.lag)
     }
 }
 
-/// In this time a load is taken to change by what [`Belief::load_bits`] says, s.
+/// Time in which a load is assumed to change by [`Belief::load_bits`], s.
 const LOAD_COMES_IN_S: f64 = 0.004;
 
-/// What a drive's load and speed may do in a sample.
+/// Noise of the observer's model for these drives.
 fn wander(belief: &Belief) -> Wander {
-    // An encoder that counts whole pulses is off by 1/√12 of one.
+    // The rounding to whole pulses has a standard deviation of 1/√12 pulse.
     let measurement = if belief.whole_numbers { 0.3 } else { 0.05 };
     let load = belief.load_bits * (belief.period_s / LOAD_COMES_IN_S).sqrt();
     Wander { speed: 1.0, load, measurement }
 }
 
-/// The controller.
+/// The contouring controller with its observers and its current plan.
 #[derive(Clone, Debug)]
 pub struct Contouring {
     weights: Weights,
     limit: Option<f64>,
-    /// Commands that were given and do not act yet, oldest first: as many as commands come late.
+    /// Commands that do not act yet because of the delay, oldest first. The first `delay` entries are in use.
     pending: [Axes; MOST_DELAY],
     delay: usize,
     observers: [Observer; 2],
     held: [Held; 2],
-    /// Positions brought about by a bit held for the first sample, after 1, 2, … samples.
+    /// Positions after 1, 2, … samples, for a command of one bit in the first sample.
     responses: [[f64; HORIZON]; 2],
     commands: SVector<f64, COMMANDS>,
     predicted: Option<[Axes; HORIZON]>,
     last: Axes,
-    /// Pieces before this one were left.
+    /// First piece that the plan has not passed yet.
     left: Option<usize>,
 }
 
 impl Contouring {
-    /// For drives that are believed in.
+    /// The controller for a drive model, with the default weights.
     #[must_use]
     pub fn new(belief: &Belief) -> Self {
         Self::weighed(belief, Weights::default())
     }
 
-    /// The same with other weights.
+    /// The controller for a drive model, with these weights.
     #[must_use]
     pub fn weighed(belief: &Belief, weights: Weights) -> Self {
         let observer = |drive: Drive| Observer::new(drive, belief.period_s, wander(belief));
@@ -112,7 +117,7 @@ impl Contouring {
         }
     }
 
-    /// Where the tool will be under commands of zero, once those that are pending have acted.
+    /// Predicted positions under the pending commands and then commands of zero.
     fn free(&self, known: &[Vector3<f64>; 2]) -> [Axes; HORIZON] {
         let mut states = *known;
         let mut go_on = |command: Axes| {
@@ -129,7 +134,7 @@ impl Contouring {
         std::array::from_fn(|_| go_on(Axes::zeros()))
     }
 
-    /// What acts in the coming period when `command` is given now.
+    /// Appends `command` to the pending commands, and returns the command that acts in the next period.
     fn acting(&mut self, command: Axes) -> Axes {
         if self.delay == 0 {
             return command;
@@ -140,13 +145,13 @@ impl Contouring {
         first
     }
 
-    /// Predicted position `i` is so many samples ahead.
+    /// Number of samples from now to the predicted position `i`.
     #[expect(clippy::cast_possible_wrap, reason = "at most the horizon and the longest delay")]
     fn ahead(&self, i: usize) -> isize {
         (i + 1 + self.delay) as isize
     }
 
-    /// Where it will be under the planned commands.
+    /// Predicted positions under the planned commands.
     fn planned(&self, free: &[Axes; HORIZON]) -> [Axes; HORIZON] {
         std::array::from_fn(|i| {
             let mut position = free[i];
@@ -159,7 +164,8 @@ impl Contouring {
         })
     }
 
-    /// Where the plan passes the path: never back to a piece that was left, nor on to one that the reference has not reached.
+    /// The nearest points of the path to the planned positions. They never return to a piece that the plan
+    /// has passed, and never advance to a piece that the reference has not reached.
     fn places(&mut self, window: &Window, pieces: &Pieces, planned: &[Axes; HORIZON]) -> [Place; HORIZON] {
         let mut least = self.left.unwrap_or(window.ahead(0).number);
         let places = std::array::from_fn(|i| {
@@ -172,7 +178,8 @@ impl Contouring {
         places
     }
 
-    /// The programme: distances from the path and lags along it, both linear at `places`, and changes of command.
+    /// The quadratic program: distances from the path and lags along it, both linearised at `places`, and
+    /// changes of command.
     fn program(
         &self,
         window: &Window,
@@ -231,7 +238,7 @@ impl Contouring {
         }
     }
 
-    /// The plan a sample later, its last command once more.
+    /// Moves the plan on by one sample, and repeats its last command.
     fn shift(&mut self) {
         for first in [0, HORIZON] {
             for j in first..first + HORIZON - 1 {
@@ -259,14 +266,14 @@ impl Controller for Contouring {
         let acting = self.acting(command);
         self.observers[0].go_on(acting.x);
         self.observers[1].go_on(acting.y);
-        // A sample later the first of these is now; the last is looked for where it is.
+        // In the next sample the plan starts one position later. Its last position is used twice.
         self.predicted = Some(std::array::from_fn(|i| planned[(i + 1).min(HORIZON - 1)]));
         self.shift();
         command
     }
 }
 
-/// Positions after 1, 2, … samples of a bit held for the first.
+/// Positions after 1, 2, … samples, for a command of one bit in the first sample.
 fn response(held: &Held) -> [f64; HORIZON] {
     let (mut position, mut speed) = (held.b0, held.push);
     std::array::from_fn(|_| {
@@ -277,7 +284,8 @@ fn response(held: &Held) -> [f64; HORIZON] {
     })
 }
 
-/// A place `along` a piece; of a closed one, on the side of its seam on which the reference is.
+/// The distance `along` the piece of `sample`. On a full circle, it is shifted by whole turns to the value
+/// nearest to the reference.
 fn around(sample: &Sample, along: f64) -> f64 {
     let length = sample.piece.length();
     let off = along - (sample.along - sample.begins);
@@ -285,20 +293,20 @@ fn around(sample: &Sample, along: f64) -> f64 {
     along - turns * length
 }
 
-/// A place of the path that a predicted position is nearest to.
+/// The nearest point of the path to a predicted position.
 #[derive(Clone, Copy, Debug)]
 struct Place {
     expected: Axes,
     point: Axes,
-    /// From there to the position, or across the path.
+    /// Unit vector from the point to the predicted position, or across the path.
     normal: Axes,
     tangent: Axes,
-    /// Along the path, pulses.
+    /// Distance from the start of the path, pulses.
     along: f64,
     number: usize,
 }
 
-/// The pieces of the path on which the reference is or will be, or just was.
+/// The pieces of the path around the current sample of the reference.
 struct Pieces {
     pieces: [Option<Sample>; MOST_PIECES],
     oldest: Sample,
@@ -321,18 +329,18 @@ impl Pieces {
         Self { pieces, oldest }
     }
 
-    /// The place nearest to `expected` on the pieces with these numbers; the later one of two.
+    /// The nearest point to `expected` on the pieces with these numbers. At equal distances, the later one.
     fn nearest(&self, expected: Axes, numbers: std::ops::RangeInclusive<usize>) -> Place {
         let allowed = self.pieces.iter().flatten().filter(|sample| numbers.contains(&sample.number));
         let feet = allowed.map(|sample| (sample, sample.piece.nearest(expected)));
         let distance_2 = |foot: &Foot| (foot.point - expected).norm_squared();
         let best =
             feet.reduce(|best, next| if distance_2(&next.1) <= distance_2(&best.1) { next } else { best });
-        // Where the tool fell so far behind that its piece is out of sight, the oldest one that is in sight.
+        // A tool far behind may need a piece that is no longer in the list. Then use the oldest piece.
         let oldest = self.oldest;
         let (sample, Foot { point, tangent, .. }) = best.unwrap_or((&oldest, oldest.piece.nearest(expected)));
         let off = expected - point;
-        // Past a corner, the way to it.
+        // Past a corner, the normal points from the corner to the position.
         let beside = off.dot(&tangent).abs() <= 1e-3 * off.norm();
         let normal = if beside || off.norm() < 1e-3 { left_of(tangent) } else { off.normalize() };
         let along = sample.begins + around(sample, sample.piece.along(expected));

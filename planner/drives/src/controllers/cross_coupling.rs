@@ -1,4 +1,5 @@
-//! Variable-gain cross-coupling, CCC (section 5, eqs. (15) to (17)), alone or with drive feedforward (Fig. 23).
+//! Variable-gain cross-coupling, CCC (section 5, eqs. (15) to (17)), alone or with drive feedforward (Fig.
+//! 23).
 
 use super::drive_feedforward::DriveInverse;
 use super::law::{Law, PidGains};
@@ -7,28 +8,30 @@ use crate::Axes;
 use crate::path::{Foot, Piece};
 use crate::reference::{Sample, Window};
 
-/// A contour-error model and a PID law on it, beside a P controller for each axis.
+/// A PID law on the contour error, added to a P controller for each axis.
 #[derive(Clone, Debug)]
 pub struct CrossCoupling {
     gain: f64,
     law: Law,
     feedforward: Option<DriveInverse>,
-    /// The piece that the reference left last, with its number, and the one it is on.
+    /// The piece before the current one.
     before: Option<Piece>,
+    /// The piece that the reference is on, with its number.
     on: Option<(usize, Piece)>,
 }
 
-/// The contour error by the paper's model, and how it is led to the axes.
+/// The contour error, and the gains that distribute its correction to the axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContourError {
-    /// Positive when the path lies to the left of the tool, pulses.
+    /// Contour error, pulses. Positive if the path lies to the left of the tool.
     pub error: f64,
-    /// Cx and Cy.
+    /// The gains Cx and Cy.
     pub gains: Axes,
 }
 
 impl ContourError {
-    /// Eqs. (15) to (17): `Cx = sin(theta) − Ex·kappa/2`, `Cy = cos(theta) + Ey·kappa/2`, with the signed curvature kappa.
+    /// The paper's model, eqs. (15) to (17): `Cx = sin(theta) − Ex·kappa/2`, `Cy = cos(theta) + Ey·kappa/2`,
+    /// with the signed curvature kappa.
     #[must_use]
     pub fn modelled(reference: &Foot, measured: Axes) -> Self {
         let axial = reference.point - measured;
@@ -37,7 +40,7 @@ impl ContourError {
         Self { error: -axial.x * gains.x + axial.y * gains.y, gains }
     }
 
-    /// Of a straight distance to a place on the path.
+    /// The exact distance to a point of the path.
     #[must_use]
     pub fn exact(foot: &Foot, measured: Axes) -> Self {
         Self { error: -foot.distance(measured), gains: Axes::new(foot.tangent.y, foot.tangent.x) }
@@ -45,20 +48,20 @@ impl ContourError {
 }
 
 impl CrossCoupling {
-    /// With a P controller of `gain`, bits/pulse, and the law W(z).
+    /// Cross-coupling with a P controller of `gain`, bits/pulse, and the law W(z).
     #[must_use]
     pub fn new(belief: &Belief, gain: f64, law: PidGains) -> Self {
         Self { gain, law: Law::new(law, belief.period_s), feedforward: None, before: None, on: None }
     }
 
-    /// The same with the drive's inverse beside it.
+    /// The same controller with feedforward of the drive's inverse.
     #[must_use]
     pub fn with_feedforward(self, belief: &Belief) -> Self {
         Self { feedforward: Some(DriveInverse::new(belief)), ..self }
     }
 
-    /// The contour error at the tool: of the reference's piece, or exactly of the piece before where that is nearer, as after
-    /// a corner.
+    /// The contour error at the tool. If the previous piece is nearer, as after a corner, the exact distance
+    /// to it counts.
     fn contour_error(&mut self, reference: &Sample, measured: Axes) -> ContourError {
         if let Some((number, piece)) = self.on.filter(|(number, _)| *number != reference.number) {
             self.before = (number + 1 == reference.number).then_some(piece);

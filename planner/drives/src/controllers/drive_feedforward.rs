@@ -5,17 +5,18 @@ use crate::Axes;
 use crate::drive::Loop;
 use crate::reference::Window;
 
-/// `D0⁻¹(z)` with both zeros taken as unacceptable: the command under which an exact drive follows its reference by itself.
+/// The inverse `D0⁻¹(z)`, with both zeros treated as unacceptable. Its command alone makes an exact drive
+/// follow the reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DriveInverse {
     drives: [Loop; 2],
 }
 
 impl DriveInverse {
-    /// Of the drives that are believed in.
+    /// The inverse of the drive model.
     #[must_use]
     pub fn new(belief: &Belief) -> Self {
-        // The open drive is a loop of gain 0 whose zeros count.
+        // The poles and zeros of the open drive, without feedback.
         let open = belief.drives.map(|drive| {
             let held = drive.held(belief.period_s);
             Loop { poles: held.poles(), zeros: [held.b0, held.b1] }
@@ -23,7 +24,7 @@ impl DriveInverse {
         Self { drives: open }
     }
 
-    /// The command, bits.
+    /// The feedforward command, bits.
     #[must_use]
     pub fn command(&self, window: &Window) -> Axes {
         let on = |axis: usize| self.drives[axis].zero_phase(|ahead| window.position(ahead)[axis]);
@@ -31,7 +32,7 @@ impl DriveInverse {
     }
 }
 
-/// A P controller with the drive's inverse beside it.
+/// A P controller with feedforward of the drive's inverse.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DriveFeedforward {
     inverse: DriveInverse,
@@ -39,7 +40,7 @@ pub struct DriveFeedforward {
 }
 
 impl DriveFeedforward {
-    /// With a P controller of `gain`, bits/pulse.
+    /// Feedforward with a P controller of `gain`, bits/pulse.
     #[must_use]
     pub fn new(belief: &Belief, gain: f64) -> Self {
         Self { inverse: DriveInverse::new(belief), gain }

@@ -1,4 +1,4 @@
-//! Recursive least squares on a P loop of one axis, for the adaptive controllers.
+//! A recursive least-squares estimator of the P loop of one axis, for the adaptive controllers.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -6,8 +6,10 @@ use super::{Belief, zero_phase};
 use crate::Axes;
 use crate::drive::Loop;
 
-/// The parameters of `p − p1 = a2·(p1 − p2) + b0·(r1 − p1) + b1·(r2 − p1)`, which is the loop of eq. (10) with the integrator
-/// known: p1 is a sample before p, and r the loop's reference.
+/// Estimator of the parameters of `p − p1 = a2·(p1 − p2) + b0·(r1 − p1) + b1·(r2 − p1)`.
+///
+/// This is the loop of eq. (10) with a known integrator: p1 is one sample before p, and r is the reference of
+/// the loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimator {
     parameters: Vector3<f64>,
@@ -17,17 +19,17 @@ pub struct Estimator {
     references: [f64; 2],
 }
 
-/// How well the parameters are known at the beginning, as a share.
+/// Initial uncertainty of the parameters, as a share.
 const UNSURE: f64 = 0.2;
-/// How well a sample is measured, pulses.
+/// Measurement noise, pulses.
 const NOISE: f64 = 0.01;
-/// Old samples count less by this in each sample.
+/// Factor by which the weight of old samples decreases with each sample.
 const FORGETTING: f64 = 0.9995;
-/// Parameters keep within this factor of where they began.
+/// Largest factor between a parameter and its initial value.
 const FARTHEST: f64 = 2.0;
 
 impl Estimator {
-    /// Beginning with a loop that is believed in.
+    /// An estimator that starts with the loop `begin`.
     #[must_use]
     pub fn new(begin: &Loop) -> Self {
         let began = Vector3::new(begin.poles[2], begin.zeros[0], begin.zeros[1]);
@@ -41,14 +43,14 @@ impl Estimator {
         }
     }
 
-    /// The loop as it is known.
+    /// The estimated loop.
     #[must_use]
     pub fn known(&self) -> Loop {
         let [a2, b0, b1] = [self.parameters[0], self.parameters[1], self.parameters[2]];
         Loop { poles: [1.0, b0 + b1 - 1.0 - a2, a2], zeros: [b0, b1] }
     }
 
-    /// Learns from the next position; nothing from a sample after a command that was cut off.
+    /// Updates the estimate with the next position. Ignores a sample after a clipped command.
     pub fn see(&mut self, position: f64, cut_off: bool) {
         let [first, second] = self.positions.unwrap_or([position; 2]);
         let seen = Vector3::new(first - second, self.references[0] - first, self.references[1] - first);
@@ -69,7 +71,7 @@ impl Estimator {
         let spread = (self.spread - gain * spread.transpose()) / FORGETTING;
         if near && next[0] < 1.0 && spread.iter().all(|each| each.is_finite()) {
             self.parameters = next;
-            // Where nothing is learned, forgetting would let it grow without bound.
+            // Without new information, forgetting lets the covariance grow without bound. Cap it.
             let most = unsure(&self.began);
             if (0..3).all(|i| spread[(i, i)] <= most[i] * 10.0) {
                 self.spread = spread;
@@ -77,18 +79,19 @@ impl Estimator {
         }
     }
 
-    /// The loop is given this reference for the coming period.
+    /// Records the reference of the loop for the next period.
     pub fn give(&mut self, reference: f64) {
         self.references = [reference, self.references[0]];
     }
 }
 
-/// How widely parameters spread at the beginning, beside what a sample is measured to.
+/// Initial variances of the parameters, relative to the measurement noise.
 fn unsure(began: &Vector3<f64>) -> Vector3<f64> {
     began.map(|parameter| (UNSURE * parameter / NOISE).powi(2))
 }
 
-/// Both learn from where their axes are; an axis learns nothing after a command beyond the limit.
+/// Updates both estimators with the measured positions. An axis ignores a sample after a command beyond the
+/// limit.
 pub fn see(estimators: &mut [Estimator; 2], measured: Axes, command: Axes, limit: Option<f64>) {
     for (axis, estimator) in estimators.iter_mut().enumerate() {
         let cut_off = limit.is_some_and(|limit| command[axis].abs() > limit);
@@ -96,7 +99,7 @@ pub fn see(estimators: &mut [Estimator; 2], measured: Axes, command: Axes, limit
     }
 }
 
-/// One for each axis, for P loops of `gain`.
+/// One estimator for each axis, for P loops of `gain`, bits/pulse.
 #[must_use]
 pub fn of_loops(belief: &Belief, gain: f64) -> [Estimator; 2] {
     zero_phase::loops(belief, gain).map(|each| Estimator::new(&each))
@@ -108,7 +111,7 @@ mod tests {
     use crate::drive::Drive;
 
     #[test]
-    fn loop_is_learned() {
+    fn estimate_converges_to_the_real_loop() {
         let period = 0.004;
         let drive = Drive { gain: 10.0, time_constant_s: 0.045 };
         let real = drive.held(period).closed(1.0);

@@ -1,5 +1,7 @@
-//! Feedforward of the loop's exact inverse (Fig. 5a): perfect on paper, and ringing at half the sampling frequency, since the
-//! loop's zero lies close to −1.
+//! Feedforward of the loop's exact inverse (Fig. 5a).
+//!
+//! It is perfect in theory. In practice it oscillates at half the sampling frequency, because the zero of the
+//! loop is close to −1.
 
 use super::zero_phase::loops;
 use super::{Belief, Controller};
@@ -7,7 +9,7 @@ use crate::Axes;
 use crate::drive::Loop;
 use crate::reference::Window;
 
-/// `G0⁻¹(z)` before a P loop.
+/// The exact inverse `G0⁻¹(z)` in front of a P loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExactInverse {
     loops: [Loop; 2],
@@ -16,7 +18,7 @@ pub struct ExactInverse {
 }
 
 impl ExactInverse {
-    /// For a P controller of `gain`, bits/pulse.
+    /// The inverse for a P controller of `gain`, bits/pulse.
     #[must_use]
     pub fn new(belief: &Belief, gain: f64) -> Self {
         Self { loops: loops(belief, gain), gain, before: None }

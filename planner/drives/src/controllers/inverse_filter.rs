@@ -1,5 +1,6 @@
-//! The inverse compensation filter, IKF (section 4.3): a low-pass filter before ZPETC. The paper gives no filter; two poles of
-//! 10 ms reproduce its text.
+//! The inverse compensation filter, IKF (section 4.3): a low-pass filter in front of ZPETC.
+//!
+//! The paper does not state the filter. Two poles of 10 ms reproduce its text.
 
 use super::zero_phase::ZeroPhase;
 use super::{Belief, Controller};
@@ -12,15 +13,15 @@ pub struct InverseFilter {
     zero_phase: ZeroPhase,
     share: f64,
     poles: Option<[Axes; 2]>,
-    /// Filtered references one sample ago to two ahead.
+    /// Filtered references, from one sample ago to two samples ahead.
     filtered: [Axes; 4],
 }
 
-/// The filter's poles, s.
+/// Time constant of the two poles, s.
 pub const FILTER_S: f64 = 0.010;
 
 impl InverseFilter {
-    /// For a P controller of `gain`, bits/pulse.
+    /// The filter for a P controller of `gain`, bits/pulse.
     #[must_use]
     pub fn new(belief: &Belief, gain: f64) -> Self {
         Self {
@@ -34,7 +35,7 @@ impl InverseFilter {
 
 impl Controller for InverseFilter {
     fn step(&mut self, window: &Window, measured: Axes) -> Axes {
-        // The filter runs two samples ahead of what is due.
+        // The filter runs two samples ahead of the current sample.
         let newest = window.position(2);
         let [first, second] = self.poles.get_or_insert([window.position(-1); 2]);
         if self.filtered == [Axes::zeros(); 4] {

@@ -1,4 +1,4 @@
-//! Every controller by name.
+//! The kinds of controllers and their names.
 
 use super::adaptive::Adaptive;
 use super::contouring::{self, Contouring};
@@ -22,7 +22,7 @@ use crate::profile::Gains;
 
 /// A kind of controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[expect(missing_docs, reason = "titles say what they are")]
+#[expect(missing_docs, reason = "names() describes each kind")]
 pub enum Kind {
     P,
     Pid,
@@ -46,21 +46,21 @@ pub enum Kind {
     Contouring,
 }
 
-/// What a controller is built from.
+/// The parameters of a controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setting {
-    /// What it believes of its drives.
+    /// The model of the drives.
     pub belief: Belief,
     /// Gains of the paper's controllers.
     pub gains: Gains,
-    /// What the selection rests on.
+    /// The conditions for the selection of section 8.
     pub environment: Environment,
-    /// Samples of a round, where the path repeats.
+    /// Samples per round, if the path repeats.
     pub round: Option<usize>,
 }
 
 impl Kind {
-    /// All of them, in the paper's order.
+    /// All kinds, in the paper's order.
     pub const ALL: [Self; 20] = [
         Self::P,
         Self::Pid,
@@ -84,7 +84,7 @@ impl Kind {
         Self::Contouring,
     ];
 
-    /// Its short name, and what it is.
+    /// The short name and the title.
     #[must_use]
     pub fn names(self) -> (&'static str, &'static str) {
         match self {
@@ -111,7 +111,7 @@ impl Kind {
         }
     }
 
-    /// How many samples ahead it looks.
+    /// Number of samples that the controller looks ahead.
     #[must_use]
     pub fn preview(self) -> usize {
         match self {
@@ -128,8 +128,9 @@ impl Kind {
         Self::ALL.into_iter().find(|kind| kind.names().0 == name)
     }
 
-    /// A controller of this kind at rest; `None` where there is none for this setting: a repetitive one for a path that does
-    /// not repeat, an optimum that does not exist.
+    /// A controller of this kind, at rest. `None` if it does not exist for this setting.
+    ///
+    /// A repetitive controller needs a path that repeats. An optimal controller needs an optimum.
     #[must_use]
     pub fn built(self, setting: &Setting) -> Option<Box<dyn Controller>> {
         let Setting { belief, gains: Gains { proportional, pid, cross_coupling }, .. } = *setting;
@@ -141,7 +142,7 @@ impl Kind {
             Self::Pid => in_structure(Structure::OnError),
             Self::PidB => in_structure(Structure::DerivativeOnPosition),
             Self::PidC => in_structure(Structure::IntegralOnError),
-            // Its speed loop is the derivative.
+            // The derivative gain is the gain of its speed loop, so it must not be zero.
             Self::PidD if pid.derivative == 0.0 => return None,
             Self::PidD => in_structure(Structure::Cascade),
             Self::StateFeedback => Box::new(StateFeedback::new(&belief)),
@@ -157,7 +158,7 @@ impl Kind {
             Self::AdaptiveZpetc => Box::new(Adaptive::new(&belief, proportional)),
             Self::Matching => Box::new(Matching::new(&belief, proportional)),
             Self::Repetitive => Box::new(Repetitive::new(&belief, proportional, setting.round?)),
-            // One of those above, never itself.
+            // The choice is one of the kinds above, never Selection itself.
             Self::Selection => return setting.environment.choice().built(setting),
             Self::Contouring => Box::new(Contouring::new(&belief)),
         })

@@ -1,20 +1,20 @@
-//! The PID law of eq. (8), and of the cross-coupling controller.
+//! The PID law of eq. (8). The cross-coupling controller uses it too.
 
 use serde::{Deserialize, Serialize};
 
-/// Gains of a PID law: bits/pulse, bits/(pulse·s), bits·s/pulse.
+/// Gains of a PID law.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PidGains {
-    /// Of the error.
+    /// Gain of the error, bits/pulse.
     pub proportional: f64,
-    /// Of its integral.
+    /// Gain of its integral, bits/(pulse·s).
     pub integral: f64,
-    /// Of its change.
+    /// Gain of its derivative, bits·s/pulse.
     pub derivative: f64,
 }
 
-/// `Kp + Ki·T·z/(z − 1) + Kd·(z − 1)/(T·z)` in motion: backward differences, from zero.
+/// The PID law `Kp + Ki·T·z/(z − 1) + Kd·(z − 1)/(T·z)` with its state: backward differences, from zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Law {
     gains: PidGains,
@@ -24,13 +24,13 @@ pub struct Law {
 }
 
 impl Law {
-    /// At rest.
+    /// A law at rest.
     #[must_use]
     pub fn new(gains: PidGains, period_s: f64) -> Self {
         Self { gains, period_s, sum: 0.0, before: 0.0 }
     }
 
-    /// The law's output for the next error.
+    /// The output for the next error.
     pub fn step(&mut self, error: f64) -> f64 {
         self.sum += self.period_s * error;
         let change = (error - self.before) / self.period_s;

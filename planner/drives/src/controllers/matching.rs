@@ -1,5 +1,7 @@
-//! Adaptive matching (section 6.3; Pak 1991): both axes are made to answer as the slower one does, so that a mismatch of their
-//! loops bends no path. The slower one is that which lags farther behind a ramp.
+//! Adaptive matching (section 6.3; Pak 1991): both axes respond like the slower one.
+//!
+//! A mismatch of the loops then causes no contour error. The slower axis is the one with the larger lag
+//! behind a ramp.
 
 use super::estimator::{self, Estimator};
 use super::{Belief, Controller};
@@ -7,29 +9,29 @@ use crate::Axes;
 use crate::drive::Loop;
 use crate::reference::Window;
 
-/// P loops behind zero-phase inverses of themselves, behind the slower one's model.
+/// A model of the slower loop, then a zero-phase inverse for each axis, then the P loops.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Matching {
     estimators: [Estimator; 2],
     gain: f64,
     limit: Option<f64>,
     command: Axes,
-    /// What the slower loop answers, three samples ago to two ahead, oldest first.
+    /// Responses of the slower loop, from three samples ago to two samples ahead, oldest first.
     answers: Option<[Axes; 6]>,
 }
 
-/// Where the sample that is due stands among the answers.
+/// Index of the current sample among the responses.
 const NOW: usize = 3;
 
 impl Matching {
-    /// For a P controller of `gain`, bits/pulse, beginning with what is believed.
+    /// Matching for a P controller of `gain`, bits/pulse. The estimates start with the model `belief`.
     #[must_use]
     pub fn new(belief: &Belief, gain: f64) -> Self {
         let estimators = estimator::of_loops(belief, gain);
         Self { estimators, gain, limit: belief.limit, command: Axes::zeros(), answers: None }
     }
 
-    /// What the slower loop would answer; two samples ahead of what is due.
+    /// Advances the model of the slower loop by one sample, and returns its responses.
     fn answer(&mut self, slower: &Loop, window: &Window) -> [Axes; 6] {
         let answers = self.answers.get_or_insert([window.position(-1); 6]);
         answers.rotate_left(1);

@@ -1,4 +1,4 @@
-//! The controllers of Koren & Lo, each in its own file, and better ones.
+//! The controllers of Koren & Lo, and better ones. One file per controller.
 
 pub mod adaptive;
 pub mod box_program;
@@ -28,33 +28,35 @@ use super::drive::Drive;
 use super::profile::Uncertainty;
 use super::reference::Window;
 
-/// A controller of two axes, stepped once in every sampling period.
+/// A controller of two axes. It runs once in every sampling period.
 pub trait Controller: Send + std::fmt::Debug {
-    /// The command for the coming period, bits, from the reference around now and the measured position, pulses. It is not
-    /// bounded: the amplifier does that. Nothing is allocated.
+    /// The command for the next period, bits, from the reference around now and the measured position,
+    /// pulses.
+    ///
+    /// The amplifier limits the command, so a controller need not limit it. A step allocates no memory.
     fn step(&mut self, window: &Window, measured: Axes) -> Axes;
 }
 
-/// What a controller believes of its drives, and how it samples.
+/// The model of the drives that a controller uses. The real drives may differ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Belief {
     /// X and Y.
     pub drives: [Drive; 2],
-    /// T, s.
+    /// T, the sampling period, s.
     pub period_s: f64,
-    /// The largest command that the amplifier takes, bits.
+    /// Largest command that the amplifier accepts, bits.
     pub limit: Option<f64>,
-    /// Whether its encoders count whole pulses.
+    /// Whether the encoders count whole pulses.
     pub whole_numbers: bool,
-    /// Samples by which commands come late: the contouring controller reckons with them.
+    /// Delay of the commands, samples. Only the contouring controller uses it.
     pub delay_samples: usize,
-    /// By how much loads change at once, bits: friction turns from one side to the other where an axis turns back. Twice that,
-    /// or the force of the cut, serves well.
+    /// Size of a sudden load change, bits. At a reversal the load changes by twice the friction. Twice that
+    /// change, or the cutting force, is a good value.
     pub load_bits: f64,
 }
 
 impl Belief {
-    /// The same, wrong by these shares with these signs: gain and time constant of X, of Y.
+    /// The same model with errors of these shares and signs: gain and time constant of X, then of Y.
     #[must_use]
     pub fn off_by(&self, by: Uncertainty, signs: [f64; 4]) -> Self {
         let [x, y] = self.drives;

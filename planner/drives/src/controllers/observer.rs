@@ -1,21 +1,22 @@
-//! A Kalman observer of position, speed and load of one axis.
+//! A Kalman observer of the position, speed and load of one axis.
 
 use nalgebra::{Matrix3, RowVector3, Vector3};
 
 use crate::drive::{Drive, Held};
 
-/// How much of what is seen is believed: standard deviations in a sample.
+/// Noise of the observer's model: standard deviations per sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wander {
-    /// By which the speed wanders, pulses/s.
+    /// Random change of the speed, pulses/s.
     pub speed: f64,
-    /// By which the load wanders, bits.
+    /// Random change of the load, bits.
     pub load: f64,
-    /// Of a measurement, pulses.
+    /// Noise of a measurement, pulses.
     pub measurement: f64,
 }
 
-/// What is known of an axis: position (pulses), speed (pulses/s) and load (bits), with the steady gain of a Kalman filter.
+/// Estimator of position (pulses), speed (pulses/s) and load (bits) of an axis, with the steady gain of a
+/// Kalman filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Observer {
     held: Held,
@@ -24,14 +25,15 @@ pub struct Observer {
 }
 
 impl Observer {
-    /// Of a drive whose load is a random walk.
+    /// An observer of a drive. The load is modelled as a random walk.
     #[must_use]
     pub fn new(drive: Drive, period_s: f64, wander: Wander) -> Self {
         let held = drive.held(period_s);
         Self { held, gain: steady_gain(&held, wander), state: None }
     }
 
-    /// What is known once `measured` was seen, pulses. The first measurement is believed, at rest.
+    /// Updates the estimate with a measured position, pulses, and returns it. The first measurement counts as
+    /// exact and at rest.
     pub fn see(&mut self, measured: f64) -> Vector3<f64> {
         let state = self.state.get_or_insert(Vector3::new(measured, 0.0, 0.0));
         let off = measured - state[0];
@@ -39,7 +41,7 @@ impl Observer {
         *state
     }
 
-    /// Goes on by a period under `command`, bits.
+    /// Predicts the state one period later under `command`, bits.
     pub fn go_on(&mut self, command: f64) {
         if let Some(state) = &mut self.state {
             let net = command - state[2];
@@ -50,7 +52,7 @@ impl Observer {
     }
 }
 
-/// Iterations of the Riccati equation: far more than it takes.
+/// Number of iterations of the Riccati equation. It converges much earlier.
 const RICCATI: u32 = 5000;
 
 fn steady_gain(held: &Held, wander: Wander) -> Vector3<f64> {
@@ -74,9 +76,9 @@ mod tests {
     use super::*;
     use crate::drive::Motion;
 
-    /// A steady load is found, and the state follows the drive.
+    /// The observer estimates a constant load from the positions of the drive.
     #[test]
-    fn steady_load_is_found() {
+    fn constant_load_is_estimated() {
         let drive = Drive { gain: 10.0, time_constant_s: 0.045 };
         let mut observer = Observer::new(drive, 0.004, Wander { speed: 1.0, load: 200.0, measurement: 0.05 });
         let (mut motion, held) = (Motion::default(), drive.held(0.004));

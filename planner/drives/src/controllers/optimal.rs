@@ -1,4 +1,5 @@
-//! Optimal control (section 6.1): gains that minimise a quadratic performance index, by the Riccati equation.
+//! Optimal control (section 6.1): the Riccati equation gives the gains that minimise a quadratic performance
+//! index.
 
 use nalgebra::{RowVector3, SMatrix, Vector3};
 
@@ -6,26 +7,29 @@ use super::Belief;
 use super::state_feedback::{StateFeedback, StateGains};
 use crate::drive::Held;
 
-/// What is weighed: `Σ e² + integral·(∫e)² + effort·u²`, e in pulses, u in terms of the speed it comes to.
+/// Weights of the performance index `Σ e² + integral·(∫e)² + effort·u²`.
+///
+/// The error e is in pulses. The command u is given as its steady speed, pulses/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Index {
-    /// Of the integral of the error, 1/s².
+    /// Weight of the integral of the error, 1/s².
     pub integral: f64,
-    /// Of the command, in terms of its speed: s².
+    /// Weight of the command, s².
     pub effort: f64,
 }
 
 impl Default for Index {
-    /// About as quick as the paper's PID.
+    /// Weights for a response about as fast as that of the paper's PID controller.
     fn default() -> Self {
         Self { integral: 100.0, effort: 1e-4 }
     }
 }
 
-/// Iterations of the Riccati equation, far more than it takes.
+/// Bound on the iterations of the Riccati equation. It converges much earlier.
 const RICCATI: u32 = 20_000;
 
-/// The gain K of `u = −K·x` that minimises `Σ xᵀQx + uᵀRu` under `x' = Ax + Bu`; `None` where the iteration finds none.
+/// The gain K of `u = −K·x` that minimises `Σ xᵀQx + uᵀRu` under `x' = Ax + Bu`. `None` if the iteration does
+/// not converge.
 #[must_use]
 pub fn regulator<const N: usize, const M: usize>(
     step: &SMatrix<f64, N, N>,
@@ -39,9 +43,9 @@ pub fn regulator<const N: usize, const M: usize>(
     for _ in 0..RICCATI {
         let push = input.transpose() * value;
         let next = inverse(input_cost + push * input)? * push * step;
-        let settled = (next - gain).amax() <= 1e-12 * next.amax();
+        let converged = (next - gain).amax() <= 1e-12 * next.amax();
         gain = next;
-        if settled {
+        if converged {
             return Some(gain);
         }
         let closed = step - input * gain;
@@ -50,7 +54,7 @@ pub fn regulator<const N: usize, const M: usize>(
     None
 }
 
-/// One axis with the integral of its position: position, speed, integral.
+/// The model of one axis with the states position, speed and integral of the position.
 #[must_use]
 pub(super) fn augmented(held: &Held, period_s: f64) -> (SMatrix<f64, 3, 3>, Vector3<f64>) {
     let step = SMatrix::<f64, 3, 3>::from_rows(&[
@@ -61,7 +65,8 @@ pub(super) fn augmented(held: &Held, period_s: f64) -> (SMatrix<f64, 3, 3>, Vect
     (step, Vector3::new(held.b0, held.push, 0.0))
 }
 
-/// LQ state feedback with integral action for each axis; pole placement where the index has no optimum.
+/// LQ state feedback with integral action for each axis. Without an optimum, an axis gets the gains of pole
+/// placement.
 #[must_use]
 pub fn linear_quadratic(belief: &Belief, index: Index) -> StateFeedback {
     let gains = belief.drives.map(|drive| {
@@ -84,7 +89,7 @@ mod tests {
 
     /// No other gain near the optimum costs less.
     #[test]
-    fn gain_is_the_cheapest() {
+    fn regulator_gain_has_the_least_cost() {
         let held = Drive { gain: 10.0, time_constant_s: 0.045 }.held(0.004);
         let (step, input) = augmented(&held, 0.004);
         let q = SMatrix::<f64, 3, 3>::from_diagonal(&Vector3::new(1.0, 0.0, 100.0));

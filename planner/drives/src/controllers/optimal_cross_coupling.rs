@@ -1,5 +1,7 @@
-//! Optimal cross-coupling (section 6.1; Kulkarni & Srinivasan 1989): the contour error stands in the performance index, so that
-//! the gains of both axes depend on the direction of the path. They are computed beforehand for a table of directions.
+//! Optimal cross-coupling (section 6.1; Kulkarni & Srinivasan 1989).
+//!
+//! The performance index contains the contour error, so the gains of both axes depend on the direction of the
+//! path. A table holds gains for a set of directions. It is computed once.
 
 use nalgebra::{Matrix2, SMatrix, SVector};
 
@@ -13,24 +15,24 @@ use crate::reference::Window;
 
 type Gain = SMatrix<f64, 2, 6>;
 
-/// Directions in half a turn: an index does not tell there from back.
+/// Number of directions in half a turn. The index is the same for opposite directions.
 const DIRECTIONS: usize = 48;
-/// A pulse of contour error weighs as much as so many of tracking error, squared.
+/// Weight of the squared contour error, relative to the squared tracking error.
 const CONTOUR: f64 = 25.0;
 
-/// The controller; its table is made once.
+/// State feedback of both axes, with gains from a table of path directions.
 #[derive(Clone, Debug)]
 pub struct OptimalCrossCoupling {
     gains: Box<[Gain; DIRECTIONS]>,
     period_s: f64,
     speed: Speed,
-    /// Integral of the error, carried along with the path: its part along the path stays along it.
+    /// Integral of the error. It turns with the path, so its part along the path stays along the path.
     sum: Axes,
     tangent: Option<Axes>,
 }
 
 impl OptimalCrossCoupling {
-    /// For this index, to which the contour error is added. `None` where it has no optimum.
+    /// The controller for this index plus the contour error. `None` if the index has no optimum.
     #[must_use]
     pub fn new(belief: &Belief, index: Index) -> Option<Self> {
         let mut gains = Box::new([Gain::zeros(); DIRECTIONS]);
@@ -48,7 +50,7 @@ impl OptimalCrossCoupling {
         })
     }
 
-    /// Between the two directions of the table that are next to `tangent`.
+    /// The gain for `tangent`, interpolated between the two nearest directions of the table.
     #[expect(
         clippy::cast_precision_loss,
         clippy::cast_possible_truncation,
@@ -64,7 +66,7 @@ impl OptimalCrossCoupling {
     }
 }
 
-/// The gain for a path in this direction: positions, speeds, integrals of both axes.
+/// The gain for a path in the direction `tangent`: positions, speeds, then integrals of both axes.
 fn along(belief: &Belief, index: Index, tangent: Axes) -> Option<Gain> {
     let normal = left_of(tangent);
     let weight = Matrix2::identity() + normal * normal.transpose() * CONTOUR;
@@ -87,7 +89,7 @@ fn along(belief: &Belief, index: Index, tangent: Axes) -> Option<Gain> {
     optimal::regulator(&step, &input, &state_cost, &input_cost, |m| m.try_inverse())
 }
 
-/// `vector` turned as `from` turned to `to`, both of length 1.
+/// `vector`, rotated by the rotation from `from` to `to`, which are unit vectors.
 fn turned(vector: Axes, from: Axes, to: Axes) -> Axes {
     to * vector.dot(&from) + left_of(to) * vector.dot(&left_of(from))
 }
@@ -95,7 +97,8 @@ fn turned(vector: Axes, from: Axes, to: Axes) -> Axes {
 impl Controller for OptimalCrossCoupling {
     fn step(&mut self, window: &Window, measured: Axes) -> Axes {
         let foot = &window.ahead(0).foot;
-        // Along the path the tracking error, across it the contour error of eqs. (15) to (17).
+        // The error has the tracking error along the path, and the contour error of eqs. (15) to (17) across
+        // it.
         let along = (foot.point - measured).dot(&foot.tangent);
         let across = ContourError::modelled(foot, measured).error;
         let error = foot.tangent * along + left_of(foot.tangent) * across;

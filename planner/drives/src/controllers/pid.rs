@@ -1,6 +1,8 @@
-//! PID in the structures of Fig. 4 (section 3.2). The figure is lost; (a) is "the most common structure", (b) becomes state
-//! feedback of position and velocity "without the integral action", (c) and (d) are the remaining practical ones that the paper
-//! cites: I-PD, and a P position loop around a PI velocity loop.
+//! PID in the structures of Fig. 4 (section 3.2).
+//!
+//! We do not have the figure. By the text, (a) is "the most common structure", and (b) becomes state feedback
+//! of position and velocity "without the integral action". For (c) and (d) we use the remaining practical
+//! structures that the paper cites: I-PD, and a P position loop around a PI velocity loop.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,18 +12,18 @@ use super::speed::Speed;
 use crate::Axes;
 use crate::reference::Window;
 
-/// Where the three actions stand.
+/// The input of each of the three actions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Structure {
-    /// (a) All of the error.
+    /// (a) P, I and D act on the error.
     #[default]
     OnError,
-    /// (b) P and I of the error, D of the measured position.
+    /// (b) P and I act on the error, D acts on the measured position.
     DerivativeOnPosition,
-    /// (c) I of the error, P and D of the measured position.
+    /// (c) I acts on the error, P and D act on the measured position.
     IntegralOnError,
-    /// (d) P of the position error is the wanted speed; PI of the speed's error is the command.
+    /// (d) P on the position error gives the desired speed. PI on the speed error gives the command.
     Cascade,
 }
 
@@ -34,12 +36,12 @@ pub struct Pid {
     laws: [Law; 2],
     speed: Speed,
     sum: Axes,
-    /// Where it began.
+    /// The first measured position.
     began: Option<Axes>,
 }
 
 impl Pid {
-    /// At rest.
+    /// A controller at rest.
     #[must_use]
     pub fn new(structure: Structure, gains: PidGains, period_s: f64) -> Self {
         let laws = [Law::new(gains, period_s); 2];
@@ -54,7 +56,7 @@ impl Pid {
         }
     }
 
-    /// (b) and (c): `proportion` is what P acts on.
+    /// Structures (b) and (c). P acts on `proportion`.
     fn on_position(&mut self, proportion: Axes, error: Axes, measured: Axes) -> Axes {
         let speed = self.speed.see(measured);
         self.sum += error * self.period_s;
@@ -62,8 +64,8 @@ impl Pid {
         proportion * proportional + self.sum * integral - speed * derivative
     }
 
-    /// (d): `Kd` is the gain of the speed loop, so that without its integral it is (b) without I; that integral makes up the
-    /// speed's own error at the rate of (b)'s.
+    /// Structure (d). `Kd` is the gain of the speed loop, so without the integral it equals (b) without I.
+    /// The integral removes the speed error at the same rate as in (b).
     fn cascade(&mut self, error: Axes, measured: Axes) -> Axes {
         let speed = self.speed.see(measured);
         let PidGains { proportional, integral, derivative } = self.gains;

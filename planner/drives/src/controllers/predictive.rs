@@ -1,5 +1,7 @@
-//! Generalised predictive control, GPC (section 6.2; Boucher et al. 1990): a CARIMA model of each axis, the increments of command
-//! that bring the predicted positions to the reference, of which the first is applied.
+//! Generalised predictive control, GPC (section 6.2; Boucher et al. 1990).
+//!
+//! A CARIMA model of each axis predicts the positions. GPC computes the command increments that bring them to
+//! the reference, and applies the first increment.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -8,12 +10,12 @@ use crate::Axes;
 use crate::drive::Held;
 use crate::reference::Window;
 
-/// Samples that are predicted.
+/// Number of predicted samples.
 pub const HORIZON: usize = 15;
-/// Weight of an increment, in terms of the position it brings about in a sample.
+/// Weight of an increment, in terms of the distance that it causes in one sample.
 const EFFORT: f64 = 1600.0;
 
-/// `A(z⁻¹)·Δ·p = B(z⁻¹)·Δu` of one axis in motion.
+/// The model `A(z⁻¹)·Δ·p = B(z⁻¹)·Δu` of one axis, with its state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Axis {
     /// −ã1, −ã2, −ã3 of `(1 − z⁻¹)²(1 − e·z⁻¹)`.
@@ -23,13 +25,14 @@ struct Axis {
     row: SVector<f64, HORIZON>,
     /// The last three positions, newest first.
     positions: Option<[f64; 3]>,
-    /// The last command and its increment.
+    /// The last command.
     command: f64,
+    /// The increment of the last command.
     increment: f64,
 }
 
 impl Axis {
-    /// `None` where the weights are not positive.
+    /// The axis model and its gains. `None` if the normal matrix has no inverse.
     fn new(held: &Held) -> Option<Self> {
         let [_, a1, a2] = held.poles();
         let mut axis = Self {
@@ -41,9 +44,9 @@ impl Axis {
             increment: 0.0,
         };
         // Positions after a unit increment.
-        let answer = axis.predicted([0.0; 3], [1.0, 0.0]);
+        let response = axis.predicted([0.0; 3], [1.0, 0.0]);
         let by_increments =
-            SMatrix::<f64, HORIZON, HORIZON>::from_fn(|i, j| if i >= j { answer[i - j] } else { 0.0 });
+            SMatrix::<f64, HORIZON, HORIZON>::from_fn(|i, j| if i >= j { response[i - j] } else { 0.0 });
         let mut normal = by_increments.transpose() * by_increments;
         normal += SMatrix::identity() * (EFFORT * held.b0 * held.b0);
         let inverse = normal.try_inverse()?;
@@ -51,7 +54,8 @@ impl Axis {
         Some(axis)
     }
 
-    /// The coming positions after `past` ones, newest first, under these increments now and a sample ago, and none later.
+    /// The next positions after `past`, newest first. The increments are those of now and of one sample ago,
+    /// then zero.
     fn predicted(&self, mut past: [f64; 3], [mut now, mut before]: [f64; 2]) -> SVector<f64, HORIZON> {
         SVector::from_fn(|_, _| {
             let old: f64 = self.recursion.iter().zip(past).map(|(c, p)| c * p).sum();
@@ -68,7 +72,7 @@ impl Axis {
         self.positions = Some(past);
         let free = self.predicted(past, [0.0, self.increment]);
         let off = SVector::<f64, HORIZON>::from_fn(|i, _| wanted(count(i) + 1) - free[i]);
-        // What the amplifier cuts off was no increment.
+        // The increment counts after the amplifier's limit.
         let command = (self.command + self.row.dot(&off)).clamp(-limit, limit);
         self.increment = command - self.command;
         self.command = command;
@@ -81,7 +85,7 @@ fn count(samples: usize) -> isize {
     samples as isize
 }
 
-/// GPC of each axis.
+/// GPC for each axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Predictive {
     axes: [Axis; 2],
@@ -89,7 +93,7 @@ pub struct Predictive {
 }
 
 impl Predictive {
-    /// For drives that are believed in; `None` where no gain can be computed.
+    /// GPC for the drive model `belief`. `None` if the gains can not be computed.
     #[must_use]
     pub fn new(belief: &Belief) -> Option<Self> {
         let [x, y] = belief.drives.map(|drive| Axis::new(&drive.held(belief.period_s)));

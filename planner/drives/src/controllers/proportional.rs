@@ -1,4 +1,4 @@
-//! The P controller (section 3.1); eq. (7) recommends its gain: `recommended_gain` of the studies.
+//! The P controller (section 3.1). Eq. (7) recommends its gain: see `recommended_gain` in the studies.
 
 use super::Controller;
 use crate::Axes;

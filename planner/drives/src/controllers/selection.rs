@@ -1,4 +1,5 @@
-//! The flexible selection of section 8 and Fig. 23: which controller suits the contour, the feed, the model and the amplifier.
+//! The flexible selection of section 8 and Fig. 23: the controller for a contour, a feed, a model and an
+//! amplifier.
 
 use super::kind::Kind;
 use crate::drive::Drive;
@@ -7,31 +8,31 @@ use crate::plant::Friction;
 use crate::profile::DriveProfile;
 use crate::run::Task;
 
-/// What the choice rests on.
+/// The conditions for the choice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Environment {
-    /// The share by which drives can be other than is believed.
+    /// Largest deviation of the drives from the model, as a share.
     pub model_error: f64,
-    /// The quickest turn of the path's direction on its curves, rad/s.
+    /// Fastest change of the path's direction on its curves, rad/s.
     pub turning: f64,
     /// Whether the path has corners.
     pub corners: bool,
-    /// Whether anything disturbs the axes.
+    /// Whether friction or a cutting force acts on the axes.
     pub disturbed: bool,
-    /// Whether the axes are alike, to the model error or 1 %.
+    /// Whether the axes agree within the model error or 1 %.
     pub matched: bool,
-    /// Whether an inverse of the drive asks for more than the amplifier gives when the feed comes up.
+    /// Whether the inverse of a drive exceeds the amplifier's limit at the step to the feed.
     pub saturates: bool,
 }
 
-/// Feedforward is worth its while up to this: alone, only "when the modeling error is less than 0.5%"; cross-coupling beside it
-/// leaves room for 1 %.
+/// Largest model error for feedforward. Alone it helps only "when the modeling error is less than 0.5%". With
+/// cross-coupling 1 % is acceptable.
 const WELL_KNOWN: f64 = 0.01;
-/// From here on a curve is a quick one, rad/s: 0.4 m/min on the paper's circle.
+/// Change of direction from which a curve counts as fast, rad/s: 0.4 m/min on the paper's circle.
 const QUICK: f64 = 1.0 / 3.0;
 
 impl Environment {
-    /// Of a task whose drives are known to the share `model_error`.
+    /// The conditions of a task. Its drives deviate from the model by at most the share `model_error`.
     #[must_use]
     pub fn of(task: &Task, model_error: f64) -> Self {
         let pieces = task.path.pieces();
@@ -54,7 +55,7 @@ impl Environment {
         }
     }
 
-    /// Of a machine that is steered by hand: nothing is known of the path.
+    /// The conditions of a machine in jog mode. The path is unknown, so all conditions are the worst.
     #[must_use]
     pub fn of_hand(profile: &DriveProfile) -> Self {
         let model_error = profile.uncertainty.largest();
@@ -70,10 +71,12 @@ impl Environment {
 
     /// The choice, by the rules of section 8:
     ///
-    /// 1. P "only when cutting a contour on a machine with small friction, small cutting loads, small mismatch in axial
-    ///    parameters, and conventional feedrates";
-    /// 2. the filter where corners and the amplifier's limit meet a well-known, undisturbed machine (Fig. 18);
-    /// 3. cross-coupling with feedforward where the model is well known and the contour bends at high feed (Fig. 23);
+    /// 1. P "only when cutting a contour on a machine with small friction, small cutting loads, small
+    ///    mismatch in axial parameters, and conventional feedrates";
+    /// 2. IKF for a path with corners that saturates the amplifier, if the model is accurate and no load acts
+    ///    (Fig. 18);
+    /// 3. cross-coupling with feedforward for corners and fast curves, if the model is accurate and the
+    ///    amplifier does not saturate (Fig. 23);
     /// 4. cross-coupling "under any condition".
     #[must_use]
     pub fn choice(&self) -> Kind {

@@ -1,8 +1,8 @@
-//! Speed by differences of the measured position.
+//! Speed as the difference of measured positions.
 
 use crate::Axes;
 
-/// Backward differences; the first sample is taken for rest.
+/// Backward differences of the position. The first sample counts as rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Speed {
     period_s: f64,
@@ -10,13 +10,13 @@ pub struct Speed {
 }
 
 impl Speed {
-    /// At rest.
+    /// A speed of zero.
     #[must_use]
     pub fn new(period_s: f64) -> Self {
         Self { period_s, before: None }
     }
 
-    /// The speed, pulses/s, now that `measured` was seen.
+    /// The speed after the measurement `measured`, pulses/s.
     pub fn see(&mut self, measured: Axes) -> Axes {
         let before = self.before.replace(measured).unwrap_or(measured);
         (measured - before) / self.period_s

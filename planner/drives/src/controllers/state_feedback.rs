@@ -6,22 +6,23 @@ use crate::Axes;
 use crate::drive::Drive;
 use crate::reference::Window;
 
-/// Gains of a state that is augmented by the integral of its error.
+/// Gains of the state feedback.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StateGains {
-    /// Of the position's error, bits/pulse.
+    /// Gain of the position error, bits/pulse.
     pub position: f64,
-    /// Of the speed, bits·s/pulse.
+    /// Gain of the speed, bits·s/pulse.
     pub speed: f64,
-    /// Of the integral of the error, bits/(pulse·s).
+    /// Gain of the integral of the position error, bits/(pulse·s).
     pub integral: f64,
 }
 
-/// The poles' frequency, in terms of 1/tau.
+/// Frequency of the poles, times tau.
 const QUICKNESS: f64 = 1.2;
 
 impl StateGains {
-    /// That place the poles of `tau·s³ + (1 + K·ks)s² + K·kp·s + K·ki` at `−w` and at `w` damped by 0.707.
+    /// The gains that place the poles of `tau·s³ + (1 + K·ks)s² + K·kp·s + K·ki`: one at `−w`, and a pair of
+    /// frequency `w` with a damping of 0.707.
     #[must_use]
     pub fn placing(drive: Drive) -> Self {
         let tau = drive.time_constant_s;
@@ -45,13 +46,13 @@ pub struct StateFeedback {
 }
 
 impl StateFeedback {
-    /// By pole placement.
+    /// State feedback with gains by pole placement.
     #[must_use]
     pub fn new(belief: &Belief) -> Self {
         Self::with(belief.drives.map(StateGains::placing), belief.period_s)
     }
 
-    /// With these gains for X and Y.
+    /// State feedback with these gains for X and Y.
     #[must_use]
     pub fn with(gains: [StateGains; 2], period_s: f64) -> Self {
         Self { gains, period_s, speed: Speed::new(period_s), sum: Axes::zeros() }
@@ -80,7 +81,7 @@ mod tests {
         let drive = Drive { gain: 10.0, time_constant_s: 0.045 };
         let gains = StateGains::placing(drive);
         let w = QUICKNESS / 0.045;
-        // s = −w is a root.
+        // s = −w must be a root.
         let at = |s: f64| {
             0.045 * s.powi(3)
                 + (1.0 + 10.0 * gains.speed) * s * s

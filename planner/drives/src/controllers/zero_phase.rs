@@ -5,7 +5,7 @@ use crate::Axes;
 use crate::drive::Loop;
 use crate::reference::Window;
 
-/// The reference of eq. (11) for a loop closed by a P controller.
+/// ZPETC: a P controller with the reference of eq. (11).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ZeroPhase {
     loops: [Loop; 2],
@@ -13,20 +13,20 @@ pub struct ZeroPhase {
 }
 
 impl ZeroPhase {
-    /// For a P controller of `gain`, bits/pulse.
+    /// ZPETC for a P controller of `gain`, bits/pulse.
     #[must_use]
     pub fn new(belief: &Belief, gain: f64) -> Self {
         Self { loops: loops(belief, gain), gain }
     }
 
-    /// What the P loop is given, pulses, when it should follow `wanted(samples ahead)`.
+    /// The reference, pulses, with which the P loop follows `wanted(samples ahead)`.
     #[must_use]
     pub fn reference(&self, wanted: impl Fn(isize) -> Axes) -> Axes {
         let on = |axis: usize| self.loops[axis].zero_phase(|ahead| wanted(ahead)[axis]);
         Axes::new(on(0), on(1))
     }
 
-    /// The command that makes the loop follow `wanted`.
+    /// The command, bits, with which the loop follows `wanted`.
     #[must_use]
     pub fn command(&self, wanted: impl Fn(isize) -> Axes, measured: Axes) -> Axes {
         (self.reference(wanted) - measured) * self.gain
