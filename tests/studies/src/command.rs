@@ -14,7 +14,7 @@ use crate::franco_horikawa::command::{CalibrateArguments, ExperimentArguments, e
 use crate::franco_horikawa::scenario::StudyError;
 use crate::koren_lo::command::{CompareArguments, compare, table_3, write_page};
 
-/// The papers that Keepout rests on, reproduced and compared with it.
+/// Reproduce the papers behind Keepout, and compare them with it.
 #[derive(Debug, Parser)]
 pub struct Arguments {
     #[command(subcommand)]
@@ -23,35 +23,35 @@ pub struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Compare controllers over paths and disturbances: a table, and pictures of what they leave.
+    /// Compare controllers over paths and disturbances: a table, and pictures of the contour errors.
     Compare(CompareArguments),
     /// Print the grades of Koren & Lo's Table 3 beside ours.
     Table3,
     /// Write the page that reproduces Koren & Lo, with its pictures.
     KorenLo {
-        /// The folder that `koren-lo.md` and its pictures go to.
+        /// Folder for `koren-lo.md` and its pictures.
         #[arg(short, long, default_value = "docs/research")]
         output: PathBuf,
     },
-    /// Franco & Horikawa's experiment with the paper's own controller, and with Keepout in its place.
+    /// Repeat Franco & Horikawa's experiment with the paper's controller and with Keepout.
     FrancoHorikawa(ExperimentArguments),
-    /// Find the free figures of that study's delay model on half of the paper's Table 2.
+    /// Fit the unknown delays of the paper's controller to half of the paper's Table 2.
     Calibrate(CalibrateArguments),
 }
 
-/// Why a command failed.
+/// Reasons for which a command fails.
 #[derive(Debug, Error)]
 pub enum CommandError {
-    /// A profile of feed drives, or scenarios, are refused.
+    /// A profile of feed drives or a scenario is invalid.
     #[error(transparent)]
     Drives(#[from] ProfileError),
-    /// A study can not be run.
+    /// A study can not run.
     #[error(transparent)]
     Study(#[from] StudyError),
     /// A plan file can not be read.
     #[error(transparent)]
     PlanFile(#[from] PlanFileError),
-    /// A plan file does not hold what it claims.
+    /// The certification of a plan failed.
     #[error("not certified: {0}")]
     NotCertified(#[from] PlanError),
     /// An argument is out of range.
@@ -62,7 +62,7 @@ pub enum CommandError {
     Write {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The error of the operating system.
         source: std::io::Error,
     },
 }
@@ -71,7 +71,7 @@ impl Arguments {
     /// Runs the command.
     ///
     /// # Errors
-    /// [`CommandError`] saying why it failed.
+    /// [`CommandError`] with the reason of the failure.
     pub fn execute(self) -> Result<ExitCode, CommandError> {
         match self.command {
             Command::Compare(arguments) => compare(&arguments),
@@ -83,7 +83,7 @@ impl Arguments {
     }
 }
 
-/// A progress bar, quiet where the output is no terminal.
+/// A progress bar. It shows nothing if the output is not a terminal.
 pub(crate) fn bar() -> ProgressBar {
     let bar = ProgressBar::new(1);
     if let Ok(style) = ProgressStyle::with_template("{msg:32} {bar:30} {pos}/{len} {elapsed}") {
@@ -97,7 +97,7 @@ pub(crate) fn make_folder(folder: &Path) -> Result<(), CommandError> {
         .map_err(|source| CommandError::Write { path: folder.to_path_buf(), source })
 }
 
-/// Writes a file whole or not at all.
+/// Writes a file atomically: completely or not at all.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), CommandError> {
     plan_file::write_whole(path, bytes)
         .map_err(|source| CommandError::Write { path: path.to_path_buf(), source })

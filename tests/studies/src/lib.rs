@@ -1,4 +1,6 @@
-//! Two papers, reproduced and compared with Keepout: Koren & Lo 1992 on feed drives, Franco & Horikawa 2007 on machining by hand.
+//! Reproductions of two papers, and comparisons with Keepout.
+//!
+//! The papers are Koren & Lo 1992 on feed drives, and Franco & Horikawa 2007 on machining with a joystick.
 //!
 //! `cargo run --release -p keepout-studies -- --help` lists the commands.
 

@@ -1,4 +1,4 @@
-//! The studies' commands.
+//! The command-line program of the studies.
 
 use clap::Parser;
 use keepout_studies::command::Arguments;

@@ -1,4 +1,4 @@
-//! The studies' commands as an engineer meets them.
+//! Tests of the commands of the studies, as an engineer uses them.
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ fn studies(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_keepout-studies")).args(arguments).output().unwrap()
 }
 
-/// An empty folder of this test's own.
+/// An empty folder for one test.
 fn folder(name: &str) -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = std::fs::remove_dir_all(&path);
@@ -21,11 +21,11 @@ fn folder(name: &str) -> PathBuf {
     path
 }
 
-fn said(output: &Output) -> String {
+fn printed(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
-fn complaint(output: &Output) -> String {
+fn errors(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
@@ -39,11 +39,11 @@ fn compare_writes_tables_and_pictures() {
     let to = folder.display().to_string();
     let output =
         studies(&["compare", "--scenario", "S1", "--scenario", "S6", "--model-error", "2", "-o", &to]);
-    assert!(output.status.success(), "{}", complaint(&output));
-    let table = said(&output);
+    assert!(output.status.success(), "{}", errors(&output));
+    let table = printed(&output);
     assert!(table.contains("| ZPETC | 17.8 / 25.2 |") && table.contains("**S6** corner"), "{table}");
     assert!(table.starts_with(&text(&folder.join("compare.md"))));
-    // A line for each controller but the repetitive one, for which these paths do not repeat.
+    // One line per controller. Repetitive control is missing, because these paths do not repeat.
     assert_eq!(text(&folder.join("compare.csv")).lines().count(), 1 + 2 * 19);
     for name in ["S1.svg", "S6.svg"] {
         assert!(text(&folder.join(name)).ends_with("</svg>\n"));
@@ -51,27 +51,27 @@ fn compare_writes_tables_and_pictures() {
 }
 
 #[test]
-fn finishing_path_of_a_plan_is_compared() {
+fn finishing_toolpath_of_a_plan_is_compared() {
     let folder = folder("plan");
     let plan = folder.join("part.plan").display().to_string();
     let bracket = include_bytes!("../../../executor/cli/drawings/bracket.dxf");
-    let order = PlanRequest {
+    let request = PlanRequest {
         job: PlanParameters { tool_diameter_mm: 6.0, ..PlanParameters::default() },
         ..PlanRequest::default()
     };
-    let made = order.plan("bracket.dxf", bracket, &MachineProfile::simulated(), &mut |_| {}).unwrap();
+    let made = request.plan("bracket.dxf", bracket, &MachineProfile::simulated(), &mut |_| {}).unwrap();
     plan_file::save(&made.plan, Path::new(&plan)).unwrap();
     let compare =
         ["compare", "--plan", &plan, "--controller", "p", "--controller", "contouring", "--ramp-s", "0.2"];
     let output = studies(&compare);
-    assert!(output.status.success(), "{}", complaint(&output));
-    let table = said(&output);
+    assert!(output.status.success(), "{}", errors(&output));
+    let table = printed(&output);
     let max = |name: &str| -> f64 {
         let line = table.lines().find(|line| line.starts_with(&format!("| {name} |"))).unwrap();
         let cells = line.split('|').filter_map(|cell| cell.split('/').nth(1));
         cells.map(|cell| cell.trim().parse::<f64>().unwrap()).fold(0.0, f64::max)
     };
-    // At constant feed around its corners.
+    // The feed stays constant around the corners, so P has large errors.
     assert!(max("contouring MPC with observer") < 30.0 && max("P") > 100.0, "{table}");
 }
 
@@ -79,14 +79,14 @@ fn finishing_path_of_a_plan_is_compared() {
 fn table_3_is_printed() {
     let output = studies(&["table3"]);
     assert!(
-        output.status.success() && said(&output).contains("of the paper's cells agree"),
+        output.status.success() && printed(&output).contains("of the paper's cells agree"),
         "{}",
-        said(&output)
+        printed(&output)
     );
 }
 
 #[test]
-fn refused_arguments_are_named_and_nothing_is_written() {
+fn invalid_arguments_are_named_and_no_file_is_written() {
     let folder = folder("bad");
     let file = |name: &str, text: &str| {
         let path = folder.join(name);
@@ -111,9 +111,9 @@ fn refused_arguments_are_named_and_nothing_is_written() {
     for (arguments, says) in cases {
         let output = studies(&[arguments, &["-o", &to]].concat());
         assert!(
-            !output.status.success() && complaint(&output).contains(says),
+            !output.status.success() && errors(&output).contains(says),
             "{arguments:?}: {}",
-            complaint(&output)
+            errors(&output)
         );
         assert!(!Path::new(&to).exists(), "{arguments:?}");
     }

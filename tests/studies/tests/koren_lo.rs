@@ -1,4 +1,4 @@
-//! What Koren & Lo 1992 state, and what follows from their model: the numbers to reproduce.
+//! Tests of the numbers that Koren & Lo 1992 state, and of numbers that follow from their model.
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
 use std::f64::consts::TAU;
@@ -26,7 +26,7 @@ use keepout_studies::koren_lo::equations::{
 };
 use keepout_studies::koren_lo::scenario::Scenario;
 
-/// µm of a pulse of the paper's machines.
+/// Length of a pulse of the paper's machines, µm.
 const UM: f64 = 10.0;
 const DRIVE: Drive = Drive { gain: 10.0, time_constant_s: 0.045 };
 /// m/min in pulses/s.
@@ -63,12 +63,12 @@ impl Row {
         self.figures_off(kind, 0.0, [0.0; 4])
     }
 
-    /// With a model that is wrong.
+    /// Figures with a model error.
     fn figures_off(&self, kind: Kind, by: f64, signs: [f64; 4]) -> Figures {
         self.task.run(self.controller(kind, by, signs).as_mut()).figures
     }
 
-    /// In µm.
+    /// Contour error, µm.
     fn contour(&self, kind: Kind) -> Spread {
         self.figures(kind).contour.times(UM)
     }
@@ -81,11 +81,14 @@ impl Row {
     }
 }
 
-/// The signs of the paper's "2 %", as the notes read it: K +, tau − on X, the reverse on Y.
+/// Our reading of the signs of the paper's "2 %": K +, tau − on X, the reverse on Y.
 const CROSSED: [f64; 4] = [1.0, -1.0, -1.0, 1.0];
 
-fn near(found: f64, wanted: f64, share: f64, what: &str) {
-    assert!((found - wanted).abs() <= share * wanted.abs(), "{what}: {found}, wanted {wanted} ± {share}");
+fn near(found: f64, expected: f64, share: f64, name: &str) {
+    assert!(
+        (found - expected).abs() <= share * expected.abs(),
+        "{name}: {found}, expected {expected} ± {share}"
+    );
 }
 
 fn line(plant: PlantModel, to: Axes, feed: f64) -> Task {
@@ -100,7 +103,7 @@ fn mismatched_gains_leave_the_error_of_equation_1() {
     let feed = 1.8 * M_MIN;
     let closed = mismatch_error(Axes::new(feed, feed), Axes::new(kx, ky)) * UM;
     assert!((closed - 61.79).abs() < 0.01, "{closed}");
-    // And the simulation agrees, once it has settled.
+    // The simulation agrees after the transient.
     let plant = PlantModel::ideal([DRIVE, Drive { gain: ky, ..DRIVE }], 0.01);
     let run =
         line(plant, Axes::new(1.0, 1.0) * feed * 4.0, feed.hypot(feed)).run(&mut Proportional { gain: 1.0 });
@@ -109,7 +112,7 @@ fn mismatched_gains_leave_the_error_of_equation_1() {
 }
 
 #[test]
-fn mismatched_time_constants_leave_their_transient() {
+fn mismatched_time_constants_cause_a_transient_error() {
     let slower = |tau: f64| Drive { time_constant_s: tau, ..DRIVE };
     let feed = 1.8 * M_MIN;
     let plant = PlantModel::ideal([slower(0.040), slower(0.050)], 0.01);
@@ -130,16 +133,16 @@ fn recommended_gain_is_that_of_equation_7() {
     assert!((recommended_gain(0.01, 0.045) - 10.0).abs() < 1e-12);
 }
 
-/// The printed eq. (5) is dimensionally wrong; this holds for any period and time constant.
+/// The printed eq. (5) is dimensionally wrong. The corrected one holds for any period and time constant.
 #[test]
-fn disturbed_line_is_off_by_what_eq_5_should_say() {
+fn load_on_a_line_causes_the_error_of_the_corrected_equation_5() {
     let (kp, feed) = (1.3, Axes::new(900.0, 500.0));
     let load = Axes::new(35.0, -12.0);
     for period in [0.004, 0.01] {
         for tau in [0.045, 0.02] {
             let drive = Drive { time_constant_s: tau, ..DRIVE };
             let model = PlantModel::ideal([drive, Drive { gain: 14.0, ..drive }], period);
-            // Loops of the same open-loop gain, so that eq. (1) adds nothing.
+            // Both loops have the same open-loop gain, so eq. (1) adds no error.
             let path = Path::line(feed * 8.0);
             let reference = Reference::along(&path, feed.norm(), period, Ramp::None).samples;
             let mut plant =
@@ -174,7 +177,7 @@ fn radial_error(m_min: f64, period: f64) -> f64 {
 
 #[test]
 fn p_on_a_circle_has_the_sampled_loops_gain() {
-    for (m_min, poo) in [(0.754, 3.978), (1.508, 16.277), (1.88, 25.715)] {
+    for (m_min, radial) in [(0.754, 3.978), (1.508, 16.277), (1.88, 25.715)] {
         for period in [0.004, 0.01] {
             let angle = m_min * M_MIN / 2000.0 * period;
             let gain = DRIVE.held(period).closed(1.0).magnitude(angle);
@@ -182,12 +185,12 @@ fn p_on_a_circle_has_the_sampled_loops_gain() {
             let found = radial_error(m_min, period).abs();
             assert!((found - wanted.abs()).abs() < 1e-3, "{m_min} {period}: {found} {wanted}");
         }
-        // To T → 0 in a straight line of T: eq. (6).
+        // Linear extrapolation to T → 0 gives eq. (6).
         let (one, two) = (radial_error(m_min, 0.0005).abs(), radial_error(m_min, 0.001).abs());
-        near(2.0 * one - two, poo, 0.005, "eq. (6)");
+        near(2.0 * one - two, radial, 0.005, "eq. (6)");
         let w = m_min * M_MIN / 2000.0;
         let closed = radial_error_of_6(DRIVE, w);
-        near(closed.abs() * 20_000.0, poo, 0.0005, "eq. (6) itself");
+        near(closed.abs() * 20_000.0, radial, 0.0005, "eq. (6) itself");
     }
 }
 
@@ -219,7 +222,7 @@ fn figure_13_model_error() {
     let zpetc = |by| row.figures_off(Kind::Zpetc, by, CROSSED).contour.times(UM).rms;
     assert!(zpetc(0.0) < ccc.rms);
     assert!(zpetc(0.02) > ccc.rms && zpetc(0.05) > ccc.rms);
-    // Where they cross, when the time constant of one axis alone is wrong.
+    // Find the error in the time constant of one axis at which both RMS errors are equal.
     let one = |by| row.figures_off(Kind::Zpetc, by, [0.0, 1.0, 0.0, 0.0]).contour.times(UM).rms;
     let (mut low, mut high) = (0.0, 0.02);
     for _ in 0..40 {
@@ -278,7 +281,7 @@ fn figures_19_to_21_the_milling_machine() {
     }
 }
 
-/// The same path in a mirror, gone by the same controller, is left by the same distances.
+/// The same controller leaves the same errors on the mirrored path.
 #[test]
 fn mirror_images_give_identical_errors() {
     for name in ["S1", "S4b", "S6", "S7", "E2"] {
@@ -300,7 +303,7 @@ fn mirror_images_give_identical_errors() {
     }
 }
 
-/// CCC with the curvature's size in place of its sign: some 490 µm in place of 1.3.
+/// CCC with the absolute curvature. Its RMS error is about 490 µm instead of 1.3 µm.
 #[derive(Debug)]
 struct Unsigned {
     law: Law,
@@ -325,7 +328,7 @@ fn unsigned_curvature_is_caught() {
     assert!(row.contour(Kind::Ccc).rms < unsigned.rms / 100.0);
 }
 
-/// In every row, with an exact model and all sixteen sign patterns of ±5 %.
+/// Checks every row with an exact model and all sixteen sign patterns of ±5 %.
 #[test]
 fn contouring_is_better_than_cross_coupling_everywhere() {
     for row in Scenario::built_in().unwrap() {
@@ -334,17 +337,17 @@ fn contouring_is_better_than_cross_coupling_everywhere() {
         let leeway = if row.row.name == "S7" { 1.05 } else { 1.0 };
         for signs in sign_patterns() {
             let found = row.figures_off(Kind::Contouring, 0.05, signs).contour.times(UM);
-            let (name, what) = (&row.row.name, (found, ccc));
-            assert!(found.rms <= leeway * ccc.rms, "{name} {signs:?}: RMS {what:?}");
-            assert!(found.max <= leeway * ccc.max, "{name} {signs:?}: max {what:?}");
+            let (name, both) = (&row.row.name, (found, ccc));
+            assert!(found.rms <= leeway * ccc.rms, "{name} {signs:?}: RMS {both:?}");
+            assert!(found.max <= leeway * ccc.max, "{name} {signs:?}: max {both:?}");
             if ["S4", "S4b", "S5"].contains(&name.as_str()) {
-                assert!(found.rms <= ccc.rms / 5.0, "{name} {signs:?}: {what:?}");
+                assert!(found.rms <= ccc.rms / 5.0, "{name} {signs:?}: {both:?}");
             }
         }
     }
 }
 
-/// A sample of delay that the model does not know leaves it stable: its errors do not grow along the path.
+/// With one sample of delay that the model does not contain, the errors do not grow along the path.
 #[test]
 fn contouring_is_stable_with_an_unknown_delay() {
     for row in Scenario::built_in().unwrap() {
@@ -365,9 +368,9 @@ fn contouring_is_stable_with_an_unknown_delay() {
     }
 }
 
-/// Delay that it knows costs next to nothing.
+/// With a known delay of three samples, the contouring controller is more accurate than CCC without delay.
 #[test]
-fn known_delay_is_reckoned_with() {
+fn contouring_compensates_a_known_delay() {
     let mut row = Row::named("S2");
     let ccc = row.contour(Kind::Ccc);
     row.task.plant.delay_samples = 3;
@@ -377,9 +380,9 @@ fn known_delay_is_reckoned_with() {
     assert!(found.rms < ccc.rms && found.max < ccc.max, "{found:?}, without delay CCC {ccc:?}");
 }
 
-/// gamma = 0.7: what is left of the axial error after a round is 0.3 of it, and 0.09 after two.
+/// With gamma = 0.7, 0.3 of the axial error remains after one round, and 0.09 after two.
 #[test]
-fn repetitive_control_takes_seven_tenths_off_in_each_round() {
+fn repetitive_control_removes_seven_tenths_of_the_error_in_each_round() {
     let round = 2500;
     let row = Row::named("S1");
     let path = Path::circle(2000.0, true, 5);
@@ -394,25 +397,25 @@ fn repetitive_control_takes_seven_tenths_off_in_each_round() {
         .take(5)
         .map(|round| Spread::of(round.iter().map(|moment| (moment.reference - moment.position).x)).rms)
         .collect();
-    // The first round has the start's transient, which does not repeat.
+    // The first round contains the start transient, which does not repeat.
     for pair in axial[1..].windows(2) {
         near(pair[1] / pair[0], 0.3, 0.1, &format!("{axial:?}"));
     }
 }
 
 #[test]
-fn adaptation_mends_a_wrong_model() {
+fn adaptation_corrects_a_wrong_model() {
     let row = Row::named("S2");
     let wrong = row.figures_off(Kind::Zpetc, 0.05, CROSSED).contour.times(UM);
     let learned = row.figures_off(Kind::AdaptiveZpetc, 0.05, CROSSED).contour.times(UM);
     assert!(learned.rms < wrong.rms / 5.0, "{learned:?} {wrong:?}");
-    // "It may be limited": friction is no part of the model that is estimated.
+    // "It may be limited": the estimated model does not contain friction.
     let stuck = Row::named("S4b");
     assert!(stuck.contour(Kind::AdaptiveZpetc).rms > stuck.contour(Kind::Ccc).rms * 5.0);
 }
 
 #[test]
-fn matching_makes_one_loop_of_two() {
+fn matching_removes_the_error_of_mismatched_loops() {
     let row = Row::named("S3");
     assert!(row.contour(Kind::P).rms > 50.0);
     assert!(row.contour(Kind::Matching).rms < 3.5);
@@ -431,15 +434,16 @@ fn selection_follows_section_8() {
     assert_eq!(Environment::of(&straight, 0.02).choice(), Kind::P);
 }
 
-/// An integral of the error takes a ramp's steady error away; with P on the position alone (I-PD) it is the lag that the integral
-/// needs to make up for P.
+/// The integral of the error removes the steady error on a ramp.
+///
+/// I-PD is an exception: its P acts on the position alone, so the integral needs a lag to compensate it.
 #[test]
 fn integral_action_leaves_no_steady_error() {
     let feed = Axes::new(800.0, 300.0);
     let task = line(PlantModel::ideal([DRIVE; 2], 0.004), feed * 10.0, feed.norm());
     let row = Row::named("S1");
     let lag = |kind| {
-        // Before the end of the path comes in sight.
+        // Measure before the end of the path is in the window.
         let moments = task.run(row.controller(kind, 0.0, [0.0; 4]).as_mut()).moments;
         let late = &moments[moments.len() * 9 / 10];
         (late.reference - late.position).norm()
@@ -453,7 +457,7 @@ fn integral_action_leaves_no_steady_error() {
     near(lag(Kind::PidC), feed.norm() * gains.proportional / gains.integral, 0.1, "I-PD");
 }
 
-/// An optimum of the paper's kind: the contour error in the index makes less of it than tracking alone.
+/// The index of optimal CCC contains the contour error, so its contour error is smaller than that of LQ.
 #[test]
 fn optimal_cross_coupling_leaves_less_contour_error_than_lq() {
     for name in ["S1", "S2", "S3", "S4", "S5"] {
@@ -462,7 +466,8 @@ fn optimal_cross_coupling_leaves_less_contour_error_than_lq() {
     }
 }
 
-/// A corner needs the piece nearest to the tool: by the interpolator's direction alone, CCC leaves it half as far again.
+/// At a corner, CCC must use the piece nearest to the tool. With the direction of the interpolator alone, the
+/// error is more than 1.4 times as large.
 #[test]
 fn corner_needs_the_segment_nearest_to_the_tool() {
     #[derive(Debug)]
@@ -483,7 +488,7 @@ fn corner_needs_the_segment_nearest_to_the_tool() {
     assert!(found.max > 1.4 * row.contour(Kind::Ccc).max, "{found:?}");
 }
 
-/// Table 3's corner row is graded with |U| ≤ 400.
+/// The corner row of Table 3 uses |U| ≤ 400.
 #[test]
 fn corner_overshoots_are_graded_with_a_limit() {
     let row = Row::limited("S6", 400.0);
@@ -492,7 +497,7 @@ fn corner_overshoots_are_graded_with_a_limit() {
     assert!(overshoot(Kind::Pid) > 150.0, "{}", overshoot(Kind::Pid));
 }
 
-/// The built-in simulated machine names this budget in every plan's margin.
+/// The margin of every plan for the simulated machine contains this budget.
 #[test]
 fn simulated_machine_has_the_contour_error_of_its_drives() {
     let profile = DriveProfile::load("simulated").unwrap();
@@ -503,7 +508,7 @@ fn simulated_machine_has_the_contour_error_of_its_drives() {
     let question =
         Question { kind: Kind::Contouring, feed_mm_s: 60.0, by_hand_mm_s: Some(machine.max_rate_mm_s) };
     let found = budget(&profile, &question, &mut |_, _| {}).unwrap();
-    // Friction makes much of the last digit of a sine, which is the system's.
+    // The last digit of a sine depends on the system, and friction amplifies the difference.
     assert!(found.term_mm <= machine.contour_error_mm + 0.000_3, "{}", found.term_mm);
     assert!(found.term_mm >= machine.contour_error_mm * 0.95, "{}", found.term_mm);
     assert_eq!(machine.contour_error_source.as_deref(), Some(found.source.as_str()));

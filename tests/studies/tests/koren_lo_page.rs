@@ -1,15 +1,19 @@
-//! `docs/research/koren-lo.md` and its pictures are what `cargo run --release -p keepout-studies -- koren-lo` writes, to a tenth: friction and whole numbers make much of the
-//! last digit of a sine, and that is the system's.
+//! Compares `docs/research/koren-lo.md` and its pictures with the output of
+//! `cargo run --release -p keepout-studies -- koren-lo`.
+//!
+//! Numbers may differ by a tenth. The last digit of a sine depends on the system, and friction and whole
+//! numbers amplify the difference.
 
 use std::path::Path;
 
 use keepout_studies::koren_lo::page::page;
 
-/// Figures may differ by this share, or by this much.
+/// Allowed relative difference of two numbers.
 const SHARE: f64 = 0.1;
+/// Allowed absolute difference of two numbers.
 const LEAST: f64 = 0.002;
 
-/// Runs of digits and points, and what stands between them.
+/// Splits `text` into numbers and the text between them.
 fn pieces(text: &str) -> Vec<&str> {
     let is_figure = |c: char| c.is_ascii_digit() || c == '.';
     let mut pieces = Vec::new();
@@ -23,7 +27,7 @@ fn pieces(text: &str) -> Vec<&str> {
     pieces
 }
 
-/// The first line that is not the same but for its figures, and these nearly.
+/// The first line that differs in its words, or in its numbers by more than the allowed difference.
 fn differing<'a>(kept: &'a str, made: &'a str) -> Option<(&'a str, &'a str)> {
     let near = |a: &str, b: &str| match (a.parse::<f64>(), b.parse::<f64>()) {
         (Ok(a), Ok(b)) => (a - b).abs() <= LEAST + SHARE * a.abs().max(b.abs()),
@@ -39,19 +43,20 @@ fn differing<'a>(kept: &'a str, made: &'a str) -> Option<(&'a str, &'a str)> {
 }
 
 #[test]
-fn page_is_the_one_that_is_written() {
+fn page_agrees_with_its_generator() {
     let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/research");
     let page = page(&mut |_, _| {}).unwrap();
-    let stale = "is not what `cargo run --release -p keepout-studies -- koren-lo` writes: run it, and look at what changed";
+    let stale =
+        "is out of date. Run `cargo run --release -p keepout-studies -- koren-lo`, and check the differences";
     let kept = |path: &Path| std::fs::read_to_string(path).unwrap_or_default();
     let text = kept(&docs.join("koren-lo.md"));
     assert_eq!(differing(&text, &page.text), None, "docs/research/koren-lo.md {stale}");
     assert_eq!(page.pictures.len(), 12);
     for (name, svg) in &page.pictures {
-        // What is written on it, and how many curves there are.
+        // Compare the texts and the number of curves.
         let words = |svg: &str| {
-            let said: Vec<_> = svg.lines().filter(|line| line.contains("<text")).collect();
-            format!("{}\n{} curves", said.join("\n"), svg.matches("<polyline").count())
+            let texts: Vec<_> = svg.lines().filter(|line| line.contains("<text")).collect();
+            format!("{}\n{} curves", texts.join("\n"), svg.matches("<polyline").count())
         };
         let (kept, made) = (words(&kept(&docs.join("koren-lo").join(name))), words(svg));
         assert_eq!(differing(&kept, &made), None, "docs/research/koren-lo/{name} {stale}");
@@ -59,7 +64,7 @@ fn page_is_the_one_that_is_written() {
 }
 
 #[test]
-fn figures_that_differ_are_noticed() {
+fn differing_numbers_and_words_are_detected() {
     assert_eq!(differing("| P | 2.82 / 11.9 |", "| P | 2.83 / 11.8 |"), None);
     assert!(differing("| P | 2.82 / 11.9 |", "| P | 2.82 / 14.9 |").is_some());
     assert!(differing("| P | Good |", "| P | Fair |").is_some());

@@ -1,4 +1,4 @@
-//! A step of a controller allocates nothing, and neither does the plant under it.
+//! Checks that a step of a controller and of the plant allocates no memory.
 
 use keepout_drives::controllers::kind::Kind;
 use keepout_drives::plant::Plant;
@@ -11,7 +11,7 @@ use keepout_studies::koren_lo::scenario::Scenario;
 static ALLOCATOR: dhat::Alloc = dhat::Alloc;
 
 #[test]
-fn steps_allocate_nothing() {
+fn controller_steps_allocate_no_memory() {
     let _profiler = dhat::Profiler::builder().testing().build();
     let mut steps = 0;
     for scenario in Scenario::built_in().unwrap() {
@@ -20,7 +20,8 @@ fn steps_allocate_nothing() {
             let setting = row.setting(ModelError::crossed(0.05));
             let samples = &row.task.reference;
             let mut blocks = Vec::new();
-            // All threads are counted: what the test runner's own allocates while it starts this one is not there a second time.
+            // The profiler counts all threads. The test runner may allocate during the first run, but not in
+            // every run.
             while blocks.last() != Some(&0) && blocks.len() < 3 {
                 let Some(mut controller) = kind.built(&setting) else { break };
                 let mut plant = Plant::at_rest(row.task.plant, samples[0].position());

@@ -1,4 +1,4 @@
-//! How long a step of each controller of `servo` takes, beside the sampling period.
+//! Measures the time of a step of each drive controller, and compares it with the sampling period.
 //!
 //! `cargo run --release -p keepout-studies --bin drive_steps -- --steps 1000000`
 
@@ -13,17 +13,17 @@ use keepout_drives::reference::Window;
 use keepout_studies::koren_lo::comparison::{ModelError, Row};
 use keepout_studies::koren_lo::scenario::Scenario;
 
-/// Times steps of controllers over all built-in scenarios.
+/// Measure the time of controller steps over all built-in scenarios.
 #[derive(Debug, Parser)]
 struct Arguments {
-    /// Steps of each controller.
+    /// Number of steps of each controller.
     #[arg(long, default_value_t = 1_000_000)]
     steps: usize,
-    /// One controller only.
+    /// Measure this controller only.
     #[arg(long, value_name = "NAME")]
     controller: Option<String>,
-    /// Times the same steps so often and takes the least time of each, so that what other programs of this computer took is
-    /// left out.
+    /// Number of measurements of the same steps. The shortest time of each step counts, which removes the
+    /// influence of other programs on this computer.
     #[arg(long, default_value_t = 1)]
     repeats: u32,
 }
@@ -41,7 +41,7 @@ fn main() -> ExitCode {
 fn run(arguments: &Arguments) -> Result<(), String> {
     let kinds = match &arguments.controller {
         None => Kind::ALL.to_vec(),
-        Some(name) => vec![Kind::named(name).ok_or_else(|| format!("there is no controller {name}"))?],
+        Some(name) => vec![Kind::named(name).ok_or_else(|| format!("unknown controller {name}"))?],
     };
     let mut rows = Vec::new();
     for scenario in Scenario::built_in().map_err(|error| error.to_string())? {
@@ -49,10 +49,11 @@ fn run(arguments: &Arguments) -> Result<(), String> {
         rows.push(Row::new(&scenario, &machine));
     }
     if arguments.repeats > 1 {
-        println!("The least of {} times of each step.\n", arguments.repeats);
+        println!("Shortest of {} measurements of each step.\n", arguments.repeats);
     }
     println!(
-        "| step of | steps | p50 µs | p99 µs | p99.9 µs | max µs | of the paper's 4 ms |\n|---|---|---|---|---|---|---|"
+        "| step of | steps | p50 µs | p99 µs | p99.9 µs | max µs | max / 4 ms |\n\
+         |---|---|---|---|---|---|---|"
     );
     for kind in kinds {
         let mut taken = timed(&rows, kind, arguments.steps);
@@ -83,7 +84,7 @@ fn line(kind: Kind, mut taken: Vec<u32>) -> String {
     )
 }
 
-/// Times of steps, ns, over all rows in turn until there are enough.
+/// Times of `steps` steps, ns, over all rows in turn.
 fn timed(rows: &[Row], kind: Kind, steps: usize) -> Vec<u32> {
     let mut taken = Vec::with_capacity(steps);
     while taken.len() < steps {

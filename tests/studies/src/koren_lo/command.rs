@@ -1,4 +1,4 @@
-//! `compare`, `table3` and `koren-lo`: controllers of feed drives side by side.
+//! The commands `compare`, `table3` and `koren-lo`. They compare controllers of feed drives.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -15,32 +15,33 @@ use super::scenario::{FrictionKind, Scenario, Shape};
 use super::{grades, page, picture};
 use crate::command::{CommandError, bar, make_folder, write};
 
-/// What is compared, and where the result goes.
+/// Arguments of `compare`.
 #[derive(Debug, Args)]
 pub struct CompareArguments {
-    /// The drives: a built-in profile (koren-lo-table-1, koren-lo-table-2, nsk-modules, simulated, ...) or a TOML file. Without it, each
-    /// scenario's own.
+    /// Drives: a built-in profile (koren-lo-table-1, koren-lo-table-2, nsk-modules, simulated, ...) or a TOML
+    /// file. Default: the machine of each scenario.
     #[arg(long, value_name = "PROFILE")]
     machine: Option<String>,
-    /// Scenarios to take: names of built-in ones, or a TOML file of them. All without it.
+    /// Scenario: the name of a built-in one, or a TOML file with scenarios. May be repeated. Default: all
+    /// built-in scenarios.
     #[arg(long, value_name = "NAME|FILE")]
     scenario: Vec<String>,
-    /// Follow the finishing path of this plan instead, each loop a row.
+    /// Follow the finishing toolpath of this plan instead. Each loop is a row.
     #[arg(long, value_name = "PLAN", conflicts_with = "scenario")]
     plan: Option<PathBuf>,
-    /// The feed along it where a pass has none of its own, mm/min.
+    /// Feed for the passes of the plan without their own feed, mm/min.
     #[arg(long, value_name = "MM_MIN", default_value_t = 900.0, requires = "plan")]
     feed: f64,
-    /// Reach that feed, and leave it at the end, within so many seconds (raised cosine).
+    /// Time to reach the feed at the start, and to stop at the end, s (raised cosine).
     #[arg(long, value_name = "S", default_value_t = 0.0, requires = "plan")]
     ramp_s: f64,
-    /// Controllers to take. All without it.
+    /// Controller to run. May be repeated. Default: all controllers.
     #[arg(long, value_name = "NAME", value_parser = kind)]
     controller: Vec<Kind>,
-    /// How far the controllers' models are off, in per cent: gains +, − and time constants −, + on X, Y.
+    /// Error of the controllers' models, in per cent: gains +, − and time constants −, + on X, Y.
     #[arg(long, default_value_t = 0.0, value_name = "PERCENT")]
     model_error: f64,
-    /// Where the table (Markdown, CSV) and the pictures go.
+    /// Folder for the table (Markdown, CSV) and the pictures.
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
 }
@@ -48,11 +49,11 @@ pub struct CompareArguments {
 fn kind(text: &str) -> Result<Kind, String> {
     Kind::named(text).ok_or_else(|| {
         let names: Vec<_> = Kind::ALL.iter().map(|kind| kind.names().0).collect();
-        format!("there is no such controller; there are: {}", names.join(", "))
+        format!("unknown controller. Choose one of: {}", names.join(", "))
     })
 }
 
-/// The scenarios asked for.
+/// The requested scenarios.
 fn scenarios(names: &[String]) -> Result<Vec<Scenario>, CommandError> {
     let built_in = Scenario::built_in()?;
     if names.is_empty() {
@@ -76,7 +77,7 @@ fn scenarios(names: &[String]) -> Result<Vec<Scenario>, CommandError> {
     Ok(found)
 }
 
-/// The loops of a plan as scenarios, with friction that sticks and the force of the cut.
+/// The loops of a plan as scenarios, with sticking friction and the cutting force.
 fn loops_of(plan: &Path, arguments: &CompareArguments) -> Result<Vec<Scenario>, CommandError> {
     if !(0.0..=60.0).contains(&arguments.ramp_s) {
         return Err(CommandError::Argument(format!(
@@ -88,7 +89,7 @@ fn loops_of(plan: &Path, arguments: &CompareArguments) -> Result<Vec<Scenario>, 
     let ramp = if arguments.ramp_s > 0.0 { Ramp::RaisedCosine(arguments.ramp_s) } else { Ramp::None };
     let scenario = |each: ContourPath| Scenario {
         name: each.name,
-        title: "finishing path".into(),
+        title: "finishing toolpath".into(),
         figure: None,
         machine: "simulated".into(),
         path: Shape::Given(each.pieces),
@@ -104,7 +105,7 @@ fn loops_of(plan: &Path, arguments: &CompareArguments) -> Result<Vec<Scenario>, 
 /// Compares controllers.
 ///
 /// # Errors
-/// [`CommandError`] when an argument is refused, or a file can not be written.
+/// [`CommandError`] if an argument is invalid, or a file can not be written.
 pub fn compare(arguments: &CompareArguments) -> Result<ExitCode, CommandError> {
     if !(0.0..=50.0).contains(&arguments.model_error) {
         let reason = format!("--model-error {} must be between 0 and 50 per cent", arguments.model_error);
@@ -134,15 +135,15 @@ pub fn compare(arguments: &CompareArguments) -> Result<ExitCode, CommandError> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// A scenario's name without what a file's name can not have.
+/// The name of a scenario as a file name: other characters than letters, digits, `-` and `_` become `-`.
 fn file_name(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() || "-_".contains(c) { c } else { '-' }).collect()
 }
 
-/// Prints the grades of Table 3 beside ours.
+/// Prints the grades of Table 3 and ours.
 ///
 /// # Errors
-/// [`CommandError`] when a built-in profile is wrong.
+/// [`CommandError`] if a built-in profile is invalid.
 pub fn table_3() -> Result<ExitCode, CommandError> {
     print!("{}", grades::markdown(&grades::cells()?));
     Ok(ExitCode::SUCCESS)
@@ -158,7 +159,7 @@ fn show(bar: &indicatif::ProgressBar) -> impl FnMut(usize, usize) {
 /// Writes the page and its pictures.
 ///
 /// # Errors
-/// [`CommandError`] when a file can not be written.
+/// [`CommandError`] if a file can not be written.
 pub fn write_page(folder: &Path) -> Result<ExitCode, CommandError> {
     let bar = bar();
     let page = page::page(&mut show(&bar))?;

@@ -1,4 +1,4 @@
-//! Controllers side by side: every row with every one of them, as tables.
+//! Comparison of controllers: runs every row with every controller, and writes tables.
 
 use std::fmt::Write as _;
 
@@ -10,12 +10,12 @@ use keepout_drives::run::{Outcome, Task};
 
 use super::scenario::Scenario;
 
-/// By how much a controller's model is wrong.
+/// Error of a controller's model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModelError {
-    /// As a share, of gains and time constants.
+    /// Error of gains and time constants, as a share.
     pub share: f64,
-    /// The signs: gain and time constant of X, of Y.
+    /// Signs of the errors: gain and time constant of X, then of Y.
     pub signs: [f64; 4],
 }
 
@@ -23,7 +23,8 @@ impl ModelError {
     /// An exact model.
     pub const NONE: Self = Self { share: 0.0, signs: [0.0; 4] };
 
-    /// As the paper's "2 %" is read: gains +, −, time constants −, +, so that nothing cancels.
+    /// Our reading of the paper's "2 %": gains +, −, time constants −, +. With these signs the errors do not
+    /// cancel.
     #[must_use]
     pub fn crossed(share: f64) -> Self {
         Self { share, signs: [1.0, -1.0, -1.0, 1.0] }
@@ -35,24 +36,24 @@ impl ModelError {
 pub struct Entry {
     /// The controller.
     pub kind: Kind,
-    /// What the selection chose, if it is that.
+    /// The choice, if the controller is the selection.
     pub chosen: Option<Kind>,
-    /// The share by which its model is wrong.
+    /// Error of its model, as a share.
     pub error: f64,
-    /// What came of it.
+    /// The result of the run.
     pub outcome: Outcome,
 }
 
 /// A row with all of its controllers.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// The row.
+    /// The scenario.
     pub scenario: Scenario,
-    /// The machine it was run on.
+    /// The machine of the run.
     pub machine: DriveProfile,
-    /// What was run.
+    /// The task of the run.
     pub task: Task,
-    /// The controllers, in the order they were asked for. One that there is not for the row is left out.
+    /// The controllers, in the requested order. A controller that does not exist for this row is missing.
     pub entries: Vec<Entry>,
 }
 
@@ -61,24 +62,24 @@ pub struct Row {
 pub struct Comparison {
     /// The model error of the controllers.
     pub error: ModelError,
-    /// The controllers asked for.
+    /// The requested controllers.
     pub kinds: Vec<Kind>,
     /// The rows.
     pub rows: Vec<Row>,
 }
 
-/// Samples that are kept at most, of all rows and controllers together: about 2 GB.
+/// Largest number of samples in memory, for all rows and controllers together: about 2 GB.
 const MOST_KEPT: f64 = 4e7;
 
 impl Row {
-    /// `scenario` on `machine`, with nothing run yet.
+    /// `scenario` on `machine`, without any entries.
     #[must_use]
     pub fn new(scenario: &Scenario, machine: &DriveProfile) -> Self {
         let task = scenario.task(machine);
         Self { scenario: scenario.clone(), machine: machine.clone(), task, entries: Vec::new() }
     }
 
-    /// What a controller is built from here.
+    /// The parameters of a controller for this row.
     #[must_use]
     pub fn setting(&self, error: ModelError) -> Setting {
         let mut setting = self.machine.setting(Environment::of(&self.task, error.share));
@@ -89,7 +90,7 @@ impl Row {
         setting
     }
 
-    /// What comes of a controller; `None` where there is none of this kind.
+    /// Runs a controller on this row. `None` if this kind does not exist for the row.
     #[must_use]
     pub fn entry(&self, kind: Kind, error: ModelError) -> Option<Entry> {
         let setting = self.setting(error);
@@ -98,7 +99,7 @@ impl Row {
         Some(Entry { kind, chosen, error: error.share, outcome: self.task.run(controller.as_mut()) })
     }
 
-    /// Pulses to µm.
+    /// Length of a pulse, µm.
     #[must_use]
     pub fn um(&self) -> f64 {
         self.machine.um()
@@ -106,7 +107,7 @@ impl Row {
 }
 
 impl Entry {
-    /// The controller, what it chose, and how far its model is wrong.
+    /// The title of the controller, with its choice and its model error.
     #[must_use]
     pub fn name(&self) -> String {
         let chosen = self.chosen.map_or(String::new(), |kind| format!(": {}", kind.names().1));
@@ -117,10 +118,11 @@ impl Entry {
 }
 
 impl Comparison {
-    /// Runs every row with every controller, on `machine` or on the row's own. `progress` is told runs done and all of them.
+    /// Runs every row with every controller, on `machine` or on the machine of the row. Calls `progress` with
+    /// the number of finished runs and of all runs.
     ///
     /// # Errors
-    /// [`ProfileError`] for a row whose machine is not known, or that takes more samples than are kept.
+    /// [`ProfileError`] for a row with an unknown machine, or if the runs need more memory than allowed.
     pub fn run(
         scenarios: &[Scenario],
         machine: Option<&DriveProfile>,
@@ -139,7 +141,7 @@ impl Comparison {
             samples += kept;
             if samples > MOST_KEPT {
                 let field = "the number of samples of all rows and controllers";
-                let range = format!("{MOST_KEPT} at most: take fewer at a time");
+                let range = format!("{MOST_KEPT} at most: choose fewer with --scenario and --controller");
                 return Err(ProfileError::Figure {
                     name: scenario.name.clone(),
                     field,
@@ -157,7 +159,7 @@ impl Comparison {
         Ok(Self { error, kinds: kinds.to_vec(), rows })
     }
 
-    /// Contour errors as a Markdown table: controllers below each other, rows side by side, RMS / max in µm.
+    /// Contour errors as a Markdown table, RMS / max in µm: one line per controller, one column per row.
     #[must_use]
     pub fn markdown(&self) -> String {
         let mut text = String::from("| µm, RMS / max |");
@@ -182,7 +184,7 @@ impl Comparison {
         text
     }
 
-    /// What the rows are, as a Markdown list.
+    /// Descriptions of the rows, as a Markdown list.
     #[must_use]
     pub fn legend(&self) -> String {
         let mut text = String::new();
@@ -194,11 +196,12 @@ impl Comparison {
         text
     }
 
-    /// Everything that was measured, as CSV.
+    /// All measures, as CSV.
     #[must_use]
     pub fn csv(&self) -> String {
         let mut text = String::from(
-            "row,machine,feed_m_min,controller,model_error,rms_um,max_um,settled_rms_um,settled_max_um,axial_um,overshoot_um,saturation_share\n",
+            "row,machine,feed_m_min,controller,model_error,rms_um,max_um,settled_rms_um,settled_max_um,\
+             axial_um,overshoot_um,saturation_share\n",
         );
         for row in &self.rows {
             for entry in &row.entries {
@@ -226,7 +229,7 @@ impl Comparison {
     }
 }
 
-/// A field of CSV.
+/// `text` as a CSV field, with quotes where necessary.
 fn quoted(text: &str) -> String {
     if text.contains([',', '"', '\n']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.into() }
 }
@@ -239,13 +242,13 @@ mod tests {
     fn tables_have_every_row_and_controller() {
         let rows = Scenario::built_in().unwrap();
         let kinds = [Kind::P, Kind::Repetitive, Kind::Selection];
-        let mut told = 0;
+        let mut last = 0;
         let found =
-            Comparison::run(&rows[..2], None, &kinds, ModelError::NONE, &mut |done, _| told = done).unwrap();
-        assert_eq!(told, 5);
+            Comparison::run(&rows[..2], None, &kinds, ModelError::NONE, &mut |done, _| last = done).unwrap();
+        assert_eq!(last, 5);
         let markdown = found.markdown();
         assert_eq!(markdown.lines().count(), 5);
-        // No path of these repeats.
+        // These paths do not repeat, so repetitive control has no result.
         assert!(markdown.contains("| repetitive P | – | – |"), "{markdown}");
         assert!(markdown.contains("| P | 2.82 / 11.9 | 21.5 / 74.1 |"), "{markdown}");
         assert_eq!(found.csv().lines().count(), 1 + 4);

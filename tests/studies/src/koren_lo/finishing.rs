@@ -1,4 +1,4 @@
-//! The finishing path of a plan, as paths for drives to follow.
+//! The finishing toolpath of a plan, as paths for the drives.
 
 use keepout_drives::Axes;
 use keepout_drives::path::Piece;
@@ -9,15 +9,15 @@ use keepout_planner::units::point_mm;
 /// One loop of one pass, in mm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContourPath {
-    /// Its pass and its number in it, counted from 1: "2:1"; the number alone where there is one pass.
+    /// Pass and loop, counted from 1: "2:1". With a single pass, the loop alone.
     pub name: String,
-    /// The pass's feed, if it has one of its own.
+    /// Feed of the pass, if the pass has its own feed.
     pub feed_mm_min: Option<u32>,
-    /// Its lines and arcs.
+    /// The lines and arcs.
     pub pieces: Vec<Piece>,
 }
 
-/// Every loop of every pass.
+/// All loops of all passes.
 #[must_use]
 pub fn loops(plan: &Plan) -> Vec<ContourPath> {
     let mut loops = Vec::new();
@@ -57,9 +57,9 @@ mod tests {
 
     use super::*;
 
-    /// Each loop is closed, and its pieces hang together.
+    /// In each loop, every piece begins where the previous one ends.
     #[test]
-    fn loops_hang_together() {
+    fn loops_are_closed_and_connected() {
         let bytes = include_bytes!("../../../../executor/cli/drawings/bracket.dxf");
         let plan =
             PlanRequest::default().plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap();

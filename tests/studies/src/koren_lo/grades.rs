@@ -1,4 +1,4 @@
-//! Table 3 of the paper beside ours: grades by a rule that was fitted to it.
+//! Table 3 of the paper compared with ours. Our grades follow a rule that we fitted to the paper's grades.
 
 use std::fmt::Write as _;
 
@@ -11,7 +11,7 @@ use super::scenario::Scenario;
 
 /// The paper's grades.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-#[expect(missing_docs, reason = "they say what they are")]
+#[expect(missing_docs, reason = "the names are the paper's words")]
 pub enum Grade {
     Poor,
     Fair,
@@ -22,17 +22,17 @@ pub enum Grade {
 /// One cell of the table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cell {
-    /// The table's row.
+    /// Row of the table.
     pub row: &'static str,
-    /// The controller, and the share by which its model is wrong.
+    /// The controller.
     pub kind: Kind,
-    /// See above.
+    /// Error of its model, as a share.
     pub error: f64,
-    /// What the paper gives; none for a controller that is not in it.
+    /// The paper's grade. `None` for a controller that is not in the paper.
     pub paper: Option<Grade>,
-    /// What the rule gives.
+    /// The grade by our rule.
     pub ours: Grade,
-    /// What it is given for, µm: RMS contour error, or overshoot past the corner.
+    /// The graded value, µm: the RMS contour error, or the overshoot past the corner.
     pub um: f64,
 }
 
@@ -40,12 +40,12 @@ use Grade::{Excellent, Fair, Good, Poor};
 
 type Column = (Kind, f64, Option<Grade>);
 
-/// The corner is graded with this limit, bits.
+/// Command limit for the grades of the corner, bits.
 const CORNER_LIMIT: f64 = 400.0;
 /// The paper's "2% difference between theoretical model and real system".
 const TWO_PERCENT: f64 = 0.02;
 
-/// The table's rows: its name, the scenario, and the paper's grades.
+/// The rows of the table: name, scenario and the paper's grades.
 fn rows() -> [(&'static str, &'static str, Vec<Column>); 6] {
     let paper = |p, pid, exact, wrong, ccc| {
         vec![
@@ -69,13 +69,13 @@ fn rows() -> [(&'static str, &'static str, Vec<Column>); 6] {
     ]
 }
 
-/// What the paper does not have, with models that are 2 % wrong.
+/// Controllers that are not in the paper's table. Their models have an error of 2 %.
 const BEYOND: [Kind; 4] = [Kind::CccFeedforward, Kind::OptimalCcc, Kind::Gpc, Kind::Contouring];
 
-/// Every cell.
+/// Computes every cell of the table.
 ///
 /// # Errors
-/// None, but for a wrong file in the source.
+/// Only if a built-in file is invalid.
 pub fn cells() -> Result<Vec<Cell>, ProfileError> {
     let scenarios = Scenario::built_in()?;
     let mut cells = Vec::new();
@@ -104,7 +104,7 @@ pub fn cells() -> Result<Vec<Cell>, ProfileError> {
     Ok(cells)
 }
 
-/// By RMS, beside P's and the best of the paper's controllers, µm.
+/// Grade of an RMS contour error, compared with P's and the best of the paper's controllers, µm.
 fn of_rms(um: f64, of_p: f64, best: f64) -> Grade {
     let share = um / of_p;
     if share <= 0.025 || um <= best {
@@ -118,7 +118,7 @@ fn of_rms(um: f64, of_p: f64, best: f64) -> Grade {
     }
 }
 
-/// By how far the tool runs past the corner, µm.
+/// Grade of an overshoot past the corner, µm.
 fn of_overshoot(um: f64) -> Grade {
     if um <= 40.0 {
         Excellent
@@ -129,7 +129,7 @@ fn of_overshoot(um: f64) -> Grade {
     }
 }
 
-/// The table in Markdown: paper beside ours, and how many cells agree.
+/// The table in Markdown, with the number of cells that agree with the paper.
 #[must_use]
 pub fn markdown(cells: &[Cell]) -> String {
     let mut text = String::from("| | controller | paper | ours | µm |\n|---|---|---|---|---|\n");
@@ -150,11 +150,11 @@ pub fn markdown(cells: &[Cell]) -> String {
         );
     }
     let (same, all) = agreement(cells);
-    let _ = writeln!(text, "\n{same} of {all} of the paper's cells agree; those that do not are bold.");
+    let _ = writeln!(text, "\n{same} of {all} of the paper's cells agree. Cells that differ are bold.");
     text
 }
 
-/// How many of the paper's cells agree, and how many there are.
+/// The number of the paper's cells that agree with ours, and the number of all the paper's cells.
 #[must_use]
 pub fn agreement(cells: &[Cell]) -> (usize, usize) {
     let graded = cells.iter().filter(|cell| cell.paper.is_some());
@@ -165,9 +165,10 @@ pub fn agreement(cells: &[Cell]) -> (usize, usize) {
 mod tests {
     use super::*;
 
-    /// All but one: IKF with a 2 % error, which the paper has "Fair" and no reading of its model does.
+    /// Only IKF with a 2 % error may differ. The paper grades it "Fair", but no reading of its model gives
+    /// that grade.
     #[test]
-    fn grades_are_the_papers_but_for_one() {
+    fn all_grades_but_one_agree_with_the_paper() {
         let cells = cells().unwrap();
         let differing: Vec<_> =
             cells.iter().filter(|cell| cell.paper.is_some_and(|paper| paper != cell.ours)).collect();

@@ -1,4 +1,5 @@
-//! Koren & Lo, "Advanced controllers for feed drives" (CIRP 1992), reproduced and compared with our controllers.
+//! Reproduction of Koren & Lo, "Advanced controllers for feed drives" (CIRP 1992), and a comparison with our
+//! controllers.
 
 pub mod command;
 pub mod comparison;

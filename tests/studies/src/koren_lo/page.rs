@@ -1,4 +1,4 @@
-//! The page `docs/research/koren-lo.md`: every figure and table of the paper's section 7, as we reproduce it.
+//! The page `docs/research/koren-lo.md`: our reproduction of every figure and table of the paper's section 7.
 
 use std::fmt::Write as _;
 
@@ -23,11 +23,11 @@ use super::{grades, picture};
 pub struct Page {
     /// Markdown.
     pub text: String,
-    /// File names, in the folder `koren-lo` beside the page, and SVG.
+    /// File names in the folder `koren-lo` next to the page, and the SVG texts.
     pub pictures: Vec<(String, String)>,
 }
 
-/// A controller in a figure: with an exact model, or one that is wrong by this share.
+/// A controller in a figure, and the error of its model as a share.
 type Shown = (Kind, f64);
 
 /// A figure of the paper.
@@ -35,9 +35,9 @@ struct Figure {
     number: &'static str,
     row: &'static str,
     shown: &'static [Shown],
-    /// What the paper says of it.
+    /// The paper's statement.
     says: &'static str,
-    /// What we find.
+    /// Our result.
     found: &'static str,
 }
 
@@ -52,15 +52,17 @@ const FIGURES: [Figure; 11] = [
         number: "Fig. 11",
         row: "S2",
         shown: &FEEDBACK,
-        says: "Axial errors of PID are much smaller than P's (±0.35 mm for ±3.2 mm), its contour error is larger; ZPETC is best with an \
-               exact model; CCC is far better than P and PID.",
+        says: "The axial errors of PID are much smaller than those of P (±0.35 mm instead of ±3.2 mm), but\n\
+               its contour error is larger. ZPETC is best with an exact model. CCC is far better than P and\n\
+               PID.",
         found: "Reproduced.",
     },
     Figure {
         number: "Fig. 12",
         row: "S3",
         shown: &FEEDBACK,
-        says: "With 15 % mismatch of gains and 44 % of time constants, all but P reach a very small contour error; ZPETC is best.",
+        says: "The gains differ by 15 % and the time constants by 44 %. All controllers except P reach a\n\
+               very small contour error. ZPETC is best.",
         found: "Reproduced.",
     },
     Figure {
@@ -68,28 +70,30 @@ const FIGURES: [Figure; 11] = [
         row: "S1",
         shown: &WRONG,
         says: "ZPETC is better than CCC only when the model error is less than 0.5 %.",
-        found: "Reproduced: they cross at 0.51 % of the time constant of one axis (RMS).",
+        found: "Reproduced: the RMS errors are equal at an error of 0.51 % in the time constant of one axis.",
     },
     Figure {
         number: "Fig. 14",
         row: "S7",
         shown: &FEEDBACK,
-        says: "ZPETC is strongly limited by saturation; CCC, P, and PID are usually not influenced.",
-        found: "Reproduced for ZPETC, CCC and P. PID *is* influenced, much: its integral winds up at the start.",
+        says: "Saturation strongly limits ZPETC. It usually does not influence CCC, P and PID.",
+        found: "Reproduced for ZPETC, CCC and P. **Not reproduced** for PID: its integral winds up at the\n\
+                start, and the error is large.",
     },
     Figure {
         number: "Fig. 15",
         row: "S4",
         shown: &FEEDBACK,
-        says: "CCC and PID reject friction well (CCC is the best), P and ZPETC very poorly.",
+        says: "CCC and PID reject friction well, and CCC is best. P and ZPETC reject it very poorly.",
         found: "Reproduced.",
     },
     Figure {
         number: "Fig. 16",
         row: "S5",
         shown: &FEEDBACK,
-        says: "The same for the cutting force.",
-        found: "Reproduced, with the force at 45° to the path: the paper does not say at which angle, and at 0° it does not bend the path.",
+        says: "The same holds for the cutting force.",
+        found: "Reproduced, with the force at 45° to the path. The paper does not state the angle. At 0° the\n\
+                force causes no contour error.",
     },
     Figure {
         number: "Fig. 17",
@@ -103,36 +107,39 @@ const FIGURES: [Figure; 11] = [
         row: "S6b",
         shown: &CORNERS,
         says: "With a limit ZPETC fails at the corner; IKF does not.",
-        found: "Reproduced. The paper gives neither the limit nor the filter: |U| ≤ 200 and two poles of 10 ms do it.",
+        found: "Reproduced, with |U| ≤ 200 and two poles of 10 ms.\n\
+                The paper states neither the limit nor the filter.",
     },
     Figure {
         number: "Fig. 19",
         row: "E1",
         shown: &MACHINE,
         says: "Measured. ZPETC is worst on the line, PID overshoots, CCC is best.",
-        found: "The order of CCC, PID and the rest is reproduced. Which of P and ZPETC is worse depends on the signs of the model error.",
+        found: "Reproduced: CCC is best, then PID, then P and ZPETC. Whether P or ZPETC is worse depends on\n\
+                the signs of the model error.",
     },
     Figure {
         number: "Fig. 20",
         row: "E2",
         shown: &MACHINE,
-        says: "Measured. Only CCC and PID do well, because of the friction.",
+        says: "Measured. Because of the friction, only CCC and PID have small errors.",
         found: "Reproduced.",
     },
     Figure {
         number: "Fig. 21",
         row: "E3",
         shown: &MACHINE,
-        says: "Measured. PID fails at the higher feed; ZPETC tracks better than P and PID; CCC is the only one with a small error.",
-        found: "CCC is reproduced. **Not reproduced:** that ZPETC is better than PID. With the stated friction ZPETC is bound to P's \
-                error, for both have P's feedback.",
+        says: "Measured. PID fails at the higher feed. ZPETC tracks better than P and PID.\n\
+               Only CCC has a small error.",
+        found: "Reproduced for CCC. **Not reproduced:** ZPETC is not better than PID. With the stated\n\
+                friction, ZPETC has the error of P, because both use the feedback of P.",
     },
 ];
 
-/// Makes the page. `progress` is told steps done and all of them.
+/// Makes the page. Calls `progress` with the number of finished steps and of all steps.
 ///
 /// # Errors
-/// None, but for a wrong file in the source.
+/// Only if a built-in file is invalid.
 pub fn page(progress: &mut dyn FnMut(usize, usize)) -> Result<Page, ProfileError> {
     let scenarios = Scenario::built_in()?;
     let steps = FIGURES.len() + 3;
@@ -143,7 +150,10 @@ pub fn page(progress: &mut dyn FnMut(usize, usize)) -> Result<Page, ProfileError
     tables(&mut text, &scenarios)?;
     progress(1, steps);
     let mut pictures = Vec::new();
-    text.push_str("\n## The figures\n\nEach panel has a scale of its own; the path's panel magnifies across the path.\n");
+    text.push_str(
+        "\n## The figures\n\n\
+         Each panel has its own scale. The panel of the path magnifies errors across the path.\n",
+    );
     for (number, each) in FIGURES.iter().enumerate() {
         pictures.extend(figure_of(&mut text, each, &scenarios)?);
         progress(2 + number, steps);
@@ -157,31 +167,49 @@ pub fn page(progress: &mut dyn FnMut(usize, usize)) -> Result<Page, ProfileError
 }
 
 const HEAD: &str = "# Koren & Lo 1992, reproduced\n\n\
-    Written by `cargo run --release -p keepout-studies -- koren-lo`; a test compares it. \"Advanced controllers for feed drives\", CIRP Annals 41/2. The paper's drawings \
-    are lost to us; what its text states is held against what its model gives. Figures are contour errors in µm, from the first sample on, \
-    measured as exact distances to the path: RMS / max.\n\n\
-    Readings that the text does not settle: sampling period 4 ms in section 7 (it reproduces the text; 10 ms is stated for section 2.1); \
-    the curvature in CCC is signed; at a corner CCC takes the segment nearest to the tool; \"2 %\" is gains +2 %, −2 % and time constants −2 %, \
-    +2 % on X, Y; integrals and differences begin at zero; the path is gone at full feed from the first sample on. Gains for Table 2's machine, \
-    which the paper does not give, are Table 1's for the same loop gain.\n";
+    Written by `cargo run --release -p keepout-studies -- koren-lo`; a test compares it.\n\n\
+    The paper is \"Advanced controllers for feed drives\", CIRP Annals 41/2. We do not have its drawings, so\n\
+    we compare the statements of its text with the results of its model. The values are contour errors in\n\
+    µm, RMS / max, from the first sample on. They are exact distances to the path.\n\n\
+    The text leaves some points open. We read them as follows:\n\n\
+    - The sampling period in section 7 is 4 ms, which reproduces the text. The paper states 10 ms for\n  \
+    section 2.1 only.\n\
+    - The curvature in CCC is signed.\n\
+    - At a corner, CCC uses the segment nearest to the tool.\n\
+    - A model error of \"2 %\" means gains +2 %, −2 % and time constants −2 %, +2 % on X, Y.\n\
+    - Integrals and differences begin at zero.\n\
+    - The reference moves at full feed from the first sample on.\n\
+    - The paper gives no gains for the machine of Table 2. We scale the gains of Table 1 to the same loop\n  \
+    gain.\n";
 
-const TABLE_3: &str = "Grades by a rule that was fitted to the paper's, with x the RMS contour error and r = x / P's: Excellent for r ≤ 0.025 or \
-    the best of the paper's controllers in the row, Good for r ≤ 0.27, Fair for x < 300 µm and (r ≤ 2.5 or x ≤ 20 µm), else Poor. Corners: \
-    overshoot past the corner with |U| ≤ 400, Excellent up to 40 µm, Fair up to 150. What is not in the paper's table has models that are 2 % wrong.";
+const TABLE_3: &str = "We fitted a rule to the paper's grades. x is the RMS contour error, and r is x divided\n\
+    by the x of P.\n\n\
+    | grade | rule | corners: overshoot with \\|U\\| ≤ 400 |\n|---|---|---|\n\
+    | Excellent | r ≤ 0.025, or the best of the paper's controllers in the row | up to 40 µm |\n\
+    | Good | r ≤ 0.27 | |\n\
+    | Fair | x < 300 µm and (r ≤ 2.5 or x ≤ 20 µm) | up to 150 µm |\n\
+    | Poor | all others | above 150 µm |\n\n\
+    Controllers that are not in the paper's table use models with an error of 2 %.";
 
 const BEYOND: &str = "\n## Beyond the paper\n\n\
-    *Contouring MPC with observer* minimises, over 15 samples, the predicted distances from the path and (weighed less) the lags along it, \
-    within the amplifier's limit; a Kalman observer of each axis tells position, speed and load. The worst of an exact model and all sixteen \
-    sign patterns of ±5 % in gains and time constants, and with a sample of delay that it does not know of, beside CCC with the same delay:\n\n";
+    *Contouring MPC with observer* predicts 15 samples. It minimises the distances from the path and, with a\n\
+    smaller weight, the lags along the path. Commands stay within the amplifier's limit. A Kalman observer\n\
+    of each axis estimates position, speed and load.\n\n\
+    \"Worst of ±5 %\" is the worst of an exact model and all sixteen sign patterns of ±5 % in gains and time\n\
+    constants. \"Unknown delay\" is a delay of one sample that the controller does not know. CCC with the\n\
+    same delay is in the last column.\n\n";
 
 const NOT_REPRODUCED: &str = "\n## What is not reproduced\n\n\
-    - Eq. (5) as printed is dimensionally wrong. The simulation agrees with (fy·Dx − fx·Dy)/(Kp·f) to 10⁻⁶, at any period and time constant.\n\
+    - Eq. (5) as printed is dimensionally wrong. The simulation agrees with (fy·Dx − fx·Dy)/(Kp·f) to 10⁻⁶,\n  \
+    at any period and time constant.\n\
     - The time constants of 40 and 50 \"s\" in section 2.1 are ms.\n\
-    - Fig. 21: ZPETC better than PID. See there.\n\
-    - \"PID … usually not influenced by the saturation constraints\" does not hold near the limit (Fig. 14).\n\
-    - Table 3: IKF \"Fair\" at corners with a 2 % model error.\n\
-    - Section 8: \"a combined algorithm of the CCC and the feedforward controller can reject all the error sources\" does not hold: with an exact \
-    model and no limit it is far better than CCC, on friction no better, on saturated circles worse.\n";
+    - Fig. 21: ZPETC is not better than PID. The reason is given there.\n\
+    - \"PID … usually not influenced by the saturation constraints\" does not hold near the limit\n  \
+    (Fig. 14).\n\
+    - Table 3: IKF is not \"Fair\" at corners with a 2 % model error.\n\
+    - Section 8: \"a combined algorithm of the CCC and the feedforward controller can reject all the error\n  \
+    sources\" does not hold. The combination is far better than CCC with an exact model and no limit. It is\n  \
+    no better against friction, and worse on saturated circles.\n";
 
 fn equations(text: &mut String) {
     let feed = 1.8 * 1e5 / 60.0;
@@ -208,7 +236,7 @@ fn equations(text: &mut String) {
     }
 }
 
-/// The largest error on a line, µm, when time constants of 40 and 50 ms meet.
+/// The largest contour error on a line, µm, with time constants of 40 and 50 ms.
 fn transient() -> f64 {
     let drive = |time_constant_s| Drive { gain: 10.0, time_constant_s };
     let plant = PlantModel::ideal([drive(0.040), drive(0.050)], 0.01);
@@ -222,7 +250,11 @@ fn transient() -> f64 {
 }
 
 fn machines(text: &mut String) -> Result<(), ProfileError> {
-    text.push_str("\n## The machines\n\n| profile | pulses/mm | T | K of X, Y | tau of X, Y | friction of X, Y | limit |\n|---|---|---|---|---|---|---|\n");
+    text.push_str(
+        "\n## The machines\n\n\
+         | profile | pulses/mm | T | K of X, Y | tau of X, Y | friction of X, Y | limit |\n\
+         |---|---|---|---|---|---|---|\n",
+    );
     for (name, _) in BUILT_IN {
         let machine = DriveProfile::load(name)?;
         let DriveProfile { pulses_per_mm, period_s, x, y, limit_bits, .. } = &machine;
@@ -255,7 +287,8 @@ fn tables(text: &mut String, scenarios: &[Scenario]) -> Result<(), ProfileError>
         let wrong = Comparison::run(scenarios, None, &MODELLED, ModelError::crossed(share), &mut |_, _| {})?;
         let _ = write!(
             text,
-            "\nWith models that are {} % wrong (those that have one; gains +, −, time constants −, +):\n\n{}",
+            "\nControllers that use a model, with a model error of {} % \
+             (gains +, −, time constants −, +):\n\n{}",
             share * 100.0,
             wrong.markdown()
         );
@@ -301,7 +334,9 @@ fn figure_of(
     let Scenario { title, feed_m_min, .. } = &row.scenario;
     let _ = write!(
         text,
-        "\n### {}: {title}, {feed_m_min} m/min ({})\n\nPaper: {}\n\nOurs: {}\n\n| | RMS | max | largest axial | past the corner | commands cut off |\n|---|---|---|---|---|---|\n",
+        "\n### {}: {title}, {feed_m_min} m/min ({})\n\nPaper: {}\n\nOurs: {}\n\n\
+         | | RMS | max | largest axial error | overshoot at the corner | clipped commands |\n\
+         |---|---|---|---|---|---|\n",
         each.number, each.row, each.says, each.found
     );
     for &(kind, error) in each.shown {
@@ -326,7 +361,10 @@ fn figure_of(
 }
 
 fn beyond(text: &mut String, scenarios: &[Scenario]) -> Result<Option<(String, String)>, ProfileError> {
-    text.push_str("| | CCC | contouring, exact | worst of ±5 % | unknown delay | CCC, the same delay |\n|---|---|---|---|---|---|\n");
+    text.push_str(
+        "| | CCC | contouring, exact | worst of ±5 % | unknown delay | CCC, the same delay |\n\
+         |---|---|---|---|---|---|\n",
+    );
     for scenario in scenarios {
         let Some(row) = row_of(scenarios, &scenario.name)? else { continue };
         let mut late = row.clone();
@@ -355,13 +393,16 @@ fn beyond(text: &mut String, scenarios: &[Scenario]) -> Result<Option<(String, S
     rounds(text, scenarios)
 }
 
-/// What repetition learns, round by round, and its picture.
+/// The axial errors of repetitive control per round, and their picture.
 fn rounds(text: &mut String, scenarios: &[Scenario]) -> Result<Option<(String, String)>, ProfileError> {
     let Some(mut row) = row_of(scenarios, "R1")? else { return Ok(None) };
     let round = row.scenario.round(&row.machine).unwrap_or(1);
     let kinds = [Kind::P, Kind::Repetitive];
     row.entries = kinds.into_iter().filter_map(|kind| row.entry(kind, ModelError::NONE)).collect();
-    text.push_str("\n*Repetitive control* (γ = 0.7) takes seven tenths of the axial error off in each round. RMS of the axial error of X on R1, µm, round by round:\n\n");
+    text.push_str(
+        "\n*Repetitive control* (γ = 0.7) removes seven tenths of the axial error in each round.\n\
+         RMS of the axial error of X on R1, µm, per round:\n\n",
+    );
     for entry in &row.entries {
         let axial = |moments: &[keepout_drives::metrics::Moment]| {
             figure(

@@ -1,4 +1,5 @@
-//! SVG pictures in the manner of the paper's Figs. 11 to 21: contour error over time, and magnified around circles and corners.
+//! SVG pictures like the paper's Figs. 11 to 21: contour error over time, and magnified around circles and
+//! corners.
 
 use std::fmt::Write as _;
 
@@ -9,18 +10,20 @@ use keepout_planner::picture::escape;
 use super::comparison::{Entry, Row};
 use super::scenario::Shape;
 
-/// A panel's side, and what is left around it.
+/// Side of a panel.
 const SIDE: f64 = 190.0;
+/// Space between panels.
 const GAP: f64 = 26.0;
+/// Height of the text above a panel.
 const HEAD: f64 = 34.0;
-/// Panels side by side.
+/// Number of panels side by side.
 const COLUMNS: usize = 6;
-/// Points of a curve at most.
+/// Approximate largest number of points of a curve.
 const POINTS: usize = 700;
 /// Height of a panel of errors over time.
 const TIME_HEIGHT: f64 = 90.0;
 
-/// A row of the comparison: a panel for each controller, with its own scale. Runs that diverge are left out.
+/// Picture of a row: one panel per controller, each with its own scale. Runs that diverge are missing.
 #[must_use]
 pub fn svg(row: &Row) -> String {
     let shown: Vec<&Entry> =
@@ -39,7 +42,8 @@ pub fn svg(row: &Row) -> String {
     }
     let title = format!("{}: {}, {} m/min", row.scenario.name, row.scenario.title, row.scenario.feed_m_min);
     format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" font-family=\"sans-serif\" font-size=\"11\">\n\
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" \
+         font-family=\"sans-serif\" font-size=\"11\">\n\
          <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n\
          <text x=\"{GAP}\" y=\"26\" font-size=\"15\">{}</text>\n{body}</svg>\n",
         escape(&title)
@@ -75,13 +79,13 @@ fn panel(body: &mut String, row: &Row, entry: &Entry, (x, y): (f64, f64), with_p
     body.push_str("</g>\n");
 }
 
-/// 1, 2 or 5 times a power of ten, of which one or a few hold the error, µm.
+/// Smallest of 1, 2, 5 or 10 times a power of ten that is not below the error, µm.
 fn division(max: f64) -> f64 {
     let size = 10_f64.powf(max.max(1e-4).log10().floor());
     [1.0, 2.0, 5.0, 10.0].map(|step| step * size).into_iter().find(|&step| max <= step).unwrap_or(max)
 }
 
-/// Every so many moments, so that a curve has points enough and no more.
+/// Every nth moment, so that a curve has about [`POINTS`] points.
 fn thinned(moments: &[Moment]) -> impl Iterator<Item = &Moment> {
     moments.iter().step_by(moments.len().div_ceil(POINTS).max(1))
 }
@@ -97,7 +101,7 @@ fn polyline(body: &mut String, points: impl Iterator<Item = (f64, f64)>, style: 
 const CURVE: &str = "stroke=\"#b03020\" stroke-width=\"1.1\"";
 const PATH: &str = "stroke=\"#888\" stroke-width=\"0.8\"";
 
-/// Contour error over time.
+/// Draws the contour error over time.
 fn over_time(body: &mut String, moments: &[Moment], um: f64, division: f64) {
     let (top, middle) = (HEAD, HEAD + TIME_HEIGHT / 2.0);
     let last = moments.last().map_or(1.0, |moment| moment.at_s.max(1e-9));
@@ -115,13 +119,13 @@ fn over_time(body: &mut String, moments: &[Moment], um: f64, division: f64) {
     polyline(body, thinned(moments).map(at), CURVE);
 }
 
-/// A figure without needless zeros.
+/// `value` without trailing zeros.
 fn plain(value: f64) -> String {
     let text = format!("{value:.4}");
     text.trim_end_matches('0').trim_end_matches('.').into()
 }
 
-/// Around a closed path, errors magnified across it.
+/// Draws a closed path, with the errors magnified across it.
 fn magnified(body: &mut String, row: &Row, moments: &[Moment], division: f64) {
     let path = &row.task.path;
     let length = path.length();
@@ -132,7 +136,7 @@ fn magnified(body: &mut String, row: &Row, moments: &[Moment], division: f64) {
             (low.inf(point), high.sup(point))
         });
     let size = (high - low).max().max(1.0);
-    // The outline takes two thirds of the panel; a division of error a tenth.
+    // The outline takes two thirds of the panel. One division of the error takes 14 % of it.
     let scale = SIDE * 0.66 / size;
     let centre = (low + high) / 2.0;
     let place = |point: Axes| {
@@ -154,7 +158,7 @@ fn magnified(body: &mut String, row: &Row, moments: &[Moment], division: f64) {
     );
 }
 
-/// The piece that the reference is on.
+/// Number of the piece that the reference is on.
 fn nearest_piece(row: &Row, moment: &Moment, first: usize) -> usize {
     let pieces = row.task.path.pieces();
     let distance =
@@ -165,12 +169,12 @@ fn nearest_piece(row: &Row, moment: &Moment, first: usize) -> usize {
     (0..pieces.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(first)
 }
 
-/// The corner itself, as large as what is left of it asks for.
+/// Draws the corner, at a scale that fits the error.
 fn at_corner(body: &mut String, row: &Row, moments: &[Moment]) {
     let Some(tip) = row.task.path.pieces().get(1).map(|piece| piece.at(0.0).point) else { return };
     let worst =
         moments.iter().map(|moment| moment.contour_error.abs().max(moment.overshoot)).fold(0.0, f64::max);
-    // Half the panel is three times the error.
+    // Half the panel shows three times the error.
     let reach = (3.0 * worst).max(1.0);
     let scale = SIDE / 2.0 / reach;
     let place = |point: Axes| {
@@ -181,7 +185,8 @@ fn at_corner(body: &mut String, row: &Row, moments: &[Moment]) {
     let _ = write!(
         body,
         "<clipPath id=\"{clip}\"><rect width=\"{SIDE}\" height=\"{SIDE}\"/></clipPath>\n\
-         <rect width=\"{SIDE}\" height=\"{SIDE}\" fill=\"none\" stroke=\"#ccc\"/>\n<g clip-path=\"url(#{clip})\">\n"
+         <rect width=\"{SIDE}\" height=\"{SIDE}\" fill=\"none\" stroke=\"#ccc\"/>\n\
+         <g clip-path=\"url(#{clip})\">\n"
     );
     let ends = row.task.path.pieces().iter().flat_map(|piece| [piece.at(0.0), piece.at(piece.length())]);
     polyline(body, ends.map(|foot| place(foot.point)), PATH);
@@ -204,7 +209,7 @@ mod tests {
     use crate::koren_lo::comparison::ModelError;
     use crate::koren_lo::scenario::Scenario;
 
-    /// Every shape is drawn, with a panel for each controller and no figure that is none.
+    /// Each shape gives a picture with one panel per controller, and without NaN or infinity.
     #[test]
     fn pictures_have_a_panel_for_each_controller() {
         for name in ["S1", "S6", "E1"] {
@@ -221,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn divisions_are_round_and_hold_the_error() {
+    fn divisions_are_round_and_not_below_the_error() {
         assert_eq!([0.032, 2.8, 11.9, 566.0].map(|max| plain(division(max))), ["0.05", "5", "20", "1000"]);
     }
 }

@@ -1,4 +1,4 @@
-//! Scenarios: which machine follows which path, at which feed, against what. As data.
+//! Scenarios as data: machine, path, feed and disturbances.
 
 use keepout_drives::Axes;
 use keepout_drives::path::{Path, Piece};
@@ -15,26 +15,26 @@ use serde::Deserialize;
 pub struct Scenario {
     /// Short name.
     pub name: String,
-    /// What it shows.
+    /// Description.
     pub title: String,
-    /// The paper's figure.
+    /// Figure of the paper.
     pub figure: Option<String>,
-    /// The machine's profile.
+    /// Profile of the machine.
     pub machine: String,
-    /// What is followed.
+    /// The path to follow.
     pub path: Shape,
     /// Feed, m/min.
     pub feed_m_min: f64,
-    /// How the feed is reached.
+    /// Transition to the feed.
     #[serde(default)]
     pub ramp: Ramp,
-    /// What of the machine's friction counts.
+    /// Model of the machine's friction.
     #[serde(default)]
     pub friction: FrictionKind,
-    /// Whether it cuts.
+    /// Whether the cutting force acts.
     #[serde(default)]
     pub cutting: bool,
-    /// The largest command, bits, in place of the machine's.
+    /// Largest command, bits. It replaces the limit of the machine.
     pub limit_bits: Option<f64>,
 }
 
@@ -44,35 +44,35 @@ pub struct Scenario {
 pub enum Shape {
     /// A straight line from the origin.
     Line {
-        /// Its end.
+        /// End point.
         #[serde(deserialize_with = "text_file::pair")]
         to_mm: [f64; 2],
     },
     /// A circle through the origin about (radius, 0).
     Circle {
-        /// Its radius.
+        /// Radius.
         radius_mm: f64,
-        /// The other way round than the paper's.
+        /// Counter-clockwise. The paper's circle is clockwise.
         #[serde(default)]
         counter_clockwise: bool,
-        /// How often it is gone around.
+        /// Number of turns.
         #[serde(default = "once")]
         turns: u32,
     },
     /// Two equal legs.
     Corner {
-        /// Their length.
+        /// Length of a leg.
         leg_mm: f64,
-        /// How far the path turns to the left.
+        /// Turn of the path to the left, degrees.
         angle_deg: f64,
     },
     /// An ellipse through the origin.
     Ellipse {
-        /// Half axes along X and Y.
+        /// Semi-axes along X and Y.
         #[serde(deserialize_with = "text_file::pair")]
         half_axes_mm: [f64; 2],
     },
-    /// Lines and arcs, in mm: a plan's finishing path.
+    /// Lines and arcs, in mm: the finishing toolpath of a plan.
     #[serde(skip)]
     Given(Vec<Piece>),
 }
@@ -101,22 +101,22 @@ impl Shape {
     }
 }
 
-/// What of the machine's friction counts.
+/// Model of the machine's friction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FrictionKind {
-    /// None.
+    /// No friction.
     #[default]
     None,
-    /// Against the direction of the reference.
+    /// Friction against the direction of the reference.
     Reference,
-    /// Against the axis's motion, and it sticks.
+    /// Friction against the motion of the axis, with sticking.
     Stick,
 }
 
-/// The longest run, s; ten million samples of a millisecond.
+/// Longest run, s: ten million samples of 1 ms.
 const LONGEST_S: f64 = 1e4;
-/// The most samples of a run.
+/// Largest number of samples of a run.
 const MOST_SAMPLES: f64 = 1e7;
 
 #[derive(Deserialize)]
@@ -126,18 +126,18 @@ struct Rows {
 }
 
 impl Scenario {
-    /// The built-in rows: S1 to E3 of the paper, and some beyond it.
+    /// The built-in rows: S1 to E3 of the paper, and some rows of ours.
     ///
     /// # Errors
-    /// None, but for a wrong file in the source.
+    /// Only if the built-in file is invalid.
     pub fn built_in() -> Result<Vec<Self>, ProfileError> {
         Self::parse("scenarios.toml", include_str!("scenarios.toml"))
     }
 
-    /// The rows that a TOML file holds; `name` is for messages.
+    /// Reads the rows of a TOML file. Messages refer to it by `name`.
     ///
     /// # Errors
-    /// [`ProfileError`] naming the row and the field.
+    /// [`ProfileError`] with the row and the field.
     pub fn parse(name: &str, text: &str) -> Result<Vec<Self>, ProfileError> {
         let rows: Rows = toml::from_str(text)
             .map_err(|error| ProfileError::Parse { name: name.into(), reason: error.to_string() })?;
@@ -154,7 +154,7 @@ impl Scenario {
         Ok(rows.scenario)
     }
 
-    /// The first figure that no run can have.
+    /// The first value that is out of range, with its field and the accepted range.
     fn out_of_range(&self) -> Option<(&'static str, f64, String)> {
         let length = match &self.path {
             Shape::Line { to_mm: [x, y] } => x.hypot(*y),
@@ -164,7 +164,7 @@ impl Scenario {
                 return Some(("angle_deg", *angle_deg, "between -180 and 180".into()));
             }
             Shape::Ellipse { half_axes_mm } => {
-                // A least of the two would pass over what is no number.
+                // Check each axis, because min() ignores NaN.
                 let wrong = half_axes_mm.iter().find(|axis| !(1e-3..=1e5).contains(*axis));
                 if let Some(&axis) = wrong {
                     return Some(("half_axes_mm", axis, "between 0.001 and 100000".into()));
@@ -184,13 +184,13 @@ impl Scenario {
             ("the path's length, mm,", length, (1e-3, 1e5)),
             ("feed_m_min", self.feed_m_min, (1e-3, 1e3)),
             ("limit_bits", self.limit_bits.unwrap_or(1.0), (1e-6, 1e9)),
-            ("the time it takes, s,", length / (self.feed_m_min / 0.06), (0.0, LONGEST_S)),
+            ("the duration, s,", length / (self.feed_m_min / 0.06), (0.0, LONGEST_S)),
         ];
         let wrong = figures.into_iter().find(|(_, value, (least, most))| !(least..=most).contains(&value));
         wrong.map(|(field, value, (least, most))| (field, value, format!("between {least} and {most}")))
     }
 
-    /// How many samples it takes on `machine`, about.
+    /// Approximate number of samples on `machine`.
     #[must_use]
     pub fn samples(&self, machine: &DriveProfile) -> f64 {
         let feed = machine.feed(self.feed_m_min);
@@ -198,10 +198,10 @@ impl Scenario {
         seconds / machine.period_s
     }
 
-    /// Says so when it would take more samples on `machine` than are kept in memory.
+    /// Checks that the values are in range, and that a run on `machine` has at most ten million samples.
     ///
     /// # Errors
-    /// [`ProfileError`] naming the row.
+    /// [`ProfileError`] with the row and the field.
     pub fn checked(&self, machine: &DriveProfile) -> Result<(), ProfileError> {
         let samples = self.samples(machine);
         let wrong = match self.out_of_range() {
@@ -216,7 +216,7 @@ impl Scenario {
         })
     }
 
-    /// Samples of a round on `machine`, where the path goes around more than once.
+    /// Samples per round on `machine`, if the path is a circle of more than one turn.
     #[must_use]
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a checked count of samples")]
     pub fn round(&self, machine: &DriveProfile) -> Option<usize> {
@@ -225,7 +225,7 @@ impl Scenario {
         Some((seconds / machine.period_s).round() as usize)
     }
 
-    /// The task for its machine, or for another.
+    /// The task for `machine`, which need not be the machine of the scenario.
     #[must_use]
     pub fn task(&self, machine: &DriveProfile) -> Task {
         let mut plant = machine.plant();
@@ -261,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_rows_are_named() {
+    fn invalid_rows_are_rejected_with_their_field() {
         let text = include_str!("scenarios.toml");
         for (from, to, says) in [
             ("feed_m_min = 0.754", "feed_m_min = 0", "S1: feed_m_min is 0"),
