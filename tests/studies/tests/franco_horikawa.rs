@@ -1,4 +1,5 @@
-//! The study of Franco & Horikawa's experiment: what it must show, and that `docs/research/franco-horikawa.md` is what it wrote.
+//! Tests of the Franco & Horikawa study: its required results, and the agreement of
+//! `docs/research/franco-horikawa.md` with its generator.
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 use std::path::{Path, PathBuf};
@@ -27,19 +28,20 @@ fn kept_results() -> Results {
 }
 
 #[test]
-fn the_page_is_written_from_the_results() {
+fn page_agrees_with_its_results_and_generator() {
     let (scenarios, results) = (Scenarios::built_in().unwrap(), kept_results());
     assert_eq!(
         results.delays, scenarios.delays,
-        "the delay model changed: run `cargo run --release -p keepout-studies -- franco-horikawa -o docs/research`"
+        "the delay model changed. \
+         Run `cargo run --release -p keepout-studies -- franco-horikawa -o docs/research`."
     );
     assert_eq!(kept(&docs().join("franco-horikawa.md")), page(&scenarios, &results));
     assert_eq!(kept(&docs().join(FOLDER).join("success.svg")), chart(&results));
 }
 
-/// What the study is there to show, with at least as many attempts as it must have.
+/// Checks the required results of the study, and the required number of attempts.
 #[test]
-fn the_results_show_what_they_must() {
+fn results_meet_the_requirements() {
     let results = kept_results();
     let ours = results.ours_together();
     assert!(ours.attempts >= 100_000 && ours.successes == ours.attempts, "{ours:?}");
@@ -57,13 +59,13 @@ fn the_results_show_what_they_must() {
         assert_eq!(row.released, row.found.attempts, "{row:?}");
         assert!(row.system == "paper" || row.found.successes == row.found.attempts, "{row:?}");
     }
-    // What the page says of x intervals alone: internal machining fails more often.
+    // With x intervals alone, internal machining fails more often, as the page states.
     let success = |rows: &[PaperRow]| {
         let internal = rows.iter().filter(|row| row.reported.table == "2 (b)");
         internal.map(|row| row.found.success()).sum::<f64>()
     };
     assert!(success(&results.by_x) < success(&results.paper) - 0.1);
-    // That both feeds do alike, and under-cutting grows with T.
+    // Both feeds have a similar success, and the under-cutting grows with T.
     let triangle: Vec<_> = results.paper.iter().filter(|row| row.reported.table == "2 (a)").collect();
     let (slow, quick) = triangle.split_at(triangle.len() / 2);
     for (slow, quick) in slow.iter().zip(quick) {
@@ -75,10 +77,10 @@ fn the_results_show_what_they_must() {
     }
 }
 
-/// The page's figures are not made up: the attempts of a row of the paper's, played again, come out as it says. Sines of another
-/// system may differ in the last digit, and an attempt with them.
+/// Repeats the attempts of some rows, and compares them with the stored results. The last digit of a sine
+/// depends on the system, so a few attempts may differ.
 #[test]
-fn a_row_of_the_paper_comes_out_again() {
+fn stored_results_of_paper_rows_are_reproducible() {
     let (scenarios, results) = (Scenarios::built_in().unwrap(), kept_results());
     for number in [1, 2, 9] {
         let tried = paper_attempts(&scenarios, number, (results.attempts, results.seed)).unwrap();
@@ -90,7 +92,7 @@ fn a_row_of_the_paper_comes_out_again() {
 }
 
 #[test]
-fn a_seed_makes_the_tables() {
+fn tables_depend_only_on_the_seed() {
     let scenarios = Scenarios::built_in().unwrap();
     let made = |seed| {
         let paper = paper_rows(&scenarios, (4, seed), &|_, _| {}).unwrap();
@@ -102,9 +104,10 @@ fn a_seed_makes_the_tables() {
     assert_ne!(first, made(6));
 }
 
-/// Every profile, speed and delay, with seeds that the page has not: never in the part, and never far from it.
+/// Checks every profile, speed and delay with other seeds than the page: the tool never enters the part, and
+/// stops close to it.
 #[test]
-fn ours_is_never_in_the_part_and_stops_at_it() {
+fn keepout_never_enters_the_part_and_stops_close_to_it() {
     let scenarios = Scenarios::built_in().unwrap();
     let rows = our_rows(&scenarios, (6, 77), &|_, _| {}).unwrap();
     assert_eq!(
@@ -117,9 +120,9 @@ fn ours_is_never_in_the_part_and_stops_at_it() {
     }
 }
 
-/// A bound on how far delays let the tool go is what an attempt is decided by: without them T need not be wide.
+/// The delays cause the invasions of the paper's system. Almost without delays, a small T is sufficient.
 #[test]
-fn it_is_the_delays_that_invade() {
+fn delays_cause_the_invasions() {
     let mut scenarios = Scenarios::built_in().unwrap();
     scenarios.delays.compute_s = 0.0;
     scenarios.delays.inertia_s = 0.0;
@@ -131,7 +134,7 @@ fn it_is_the_delays_that_invade() {
 }
 
 #[test]
-fn the_misfit_is_least_where_found_is_as_reported() {
+fn misfit_is_smallest_at_the_reported_values() {
     let scenarios = Scenarios::built_in().unwrap();
     let row = &scenarios.row[2];
     let with = |successes: u64, mean_mm: f64| {
@@ -147,9 +150,9 @@ fn the_misfit_is_least_where_found_is_as_reported() {
     }
 }
 
-/// The machine of the study names this budget in its margin.
+/// The margin of the study's machine contains this budget.
 #[test]
-fn the_modules_contour_error_is_that_of_their_drives() {
+fn contour_error_of_the_modules_agrees_with_their_drives() {
     let machine = machine(1200.0).unwrap();
     let profile = DriveProfile::load("nsk-modules").unwrap();
     let interpolator = profile.interpolator.unwrap();
@@ -157,14 +160,14 @@ fn the_modules_contour_error_is_that_of_their_drives() {
     assert!(machine.max_rate_mm_s <= interpolator.max_rate_mm_s);
     let question = Question { kind: Kind::Contouring, feed_mm_s: 60.0, by_hand_mm_s: Some(1200.0) };
     let found = budget(&profile, &question, &mut |_, _| {}).unwrap();
-    // Friction makes much of the last digit of a sine, which is the system's.
+    // The last digit of a sine depends on the system, and friction amplifies the difference.
     assert!(found.term_mm <= machine.contour_error_mm + 0.000_3, "{}", found.term_mm);
     assert!(found.term_mm >= machine.contour_error_mm * 0.95, "{}", found.term_mm);
     assert_eq!(machine.contour_error_source.as_ref(), Some(&found.source));
 }
 
 #[test]
-fn scenarios_that_are_wrong_are_refused() {
+fn invalid_scenarios_are_rejected() {
     let text = include_str!("../src/franco_horikawa/scenarios.toml");
     let unknown = text.replace("profile = \"triangle\"", "profile = \"square\"");
     assert!(Scenarios::parse(&unknown).unwrap_err().to_string().contains("\"square\""));
@@ -173,7 +176,7 @@ fn scenarios_that_are_wrong_are_refused() {
 }
 
 #[test]
-fn attempts_have_streams_and_operators_of_their_own() {
+fn attempts_have_different_seeds_and_operators() {
     let mut seeds: Vec<u64> = (0..20).flat_map(|row| (0..50).map(move |n| seed_of(1, row, n))).collect();
     seeds.sort_unstable();
     seeds.dedup();

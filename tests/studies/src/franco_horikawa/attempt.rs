@@ -1,4 +1,4 @@
-//! Attempts: somebody drives the tool at the part until the system keeps it from going on.
+//! Attempts: an operator moves the tool toward the part until the system stops it.
 
 use std::borrow::Borrow;
 
@@ -7,27 +7,28 @@ use serde::{Deserialize, Serialize};
 
 use super::scenario::Mm;
 
-/// What came of an attempt.
+/// Result of an attempt.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attempt {
-    /// How deep the tool was in the part, mm; zero is a success.
+    /// Largest depth of the tool in the part, mm. Zero is a success.
     pub depth_mm: f64,
-    /// The least distance between the tool's edge and the part, mm: the under-cutting of a success.
+    /// Smallest distance between the tool's edge and the part, mm. In a success, this is the under-cutting.
     pub closest_mm: f64,
-    /// How long it took, s.
+    /// Duration, s.
     pub seconds: f64,
-    /// The way of the tool's centre, drawing coordinates, mm.
+    /// Path of the tool's centre, drawing coordinates, mm.
     pub path: Vec<Mm>,
-    /// Stops before it that nothing called for.
+    /// Number of earlier false stops.
     pub false_alarms: u64,
-    /// The fastest that the tool went, mm/s, where drives moved it.
+    /// Highest speed of the tool, mm/s. Only for runs with simulated drives.
     pub fastest_mm_s: Option<f64>,
 }
 
-/// Models of people who steer at the part: they drive the paper's system. The stick of the last sticks at times.
+/// Models of people who jog toward the part. They operate the paper's system. The stick of the last one
+/// sticks at times.
 pub const PEOPLE: [ModelKind; 4] = [ModelKind::Calm, ModelKind::Wall, ModelKind::Jittery, ModelKind::Stuck];
 
-/// Every model: besides people, random directions, and reversals timed to the wall. They drive the product.
+/// All models: people, random directions, and reversals timed to the wall. They operate Keepout.
 pub const ALL: [ModelKind; 6] = [
     ModelKind::Calm,
     ModelKind::Wall,
@@ -37,39 +38,39 @@ pub const ALL: [ModelKind; 6] = [
     ModelKind::Reversal,
 ];
 
-/// The operator of an attempt: each of them in turn.
+/// The operator of an attempt. The operators take turns.
 ///
 /// # Panics
-/// When there is none.
+/// If `operators` is empty.
 #[must_use]
 pub fn operator_of(operators: &[ModelKind], attempt: u64) -> ModelKind {
     let index = usize::try_from(attempt % operators.len() as u64);
-    operators[index.expect("less than there are")]
+    operators[index.expect("the index is less than the number of operators")]
 }
 
-/// Attempts of a row.
+/// Statistics of the attempts of a row.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tally {
-    /// All of them.
+    /// Number of attempts.
     pub attempts: u64,
-    /// Those in which the tool was never in the part.
+    /// Number of attempts in which the tool never entered the part.
     pub successes: u64,
-    /// Mean least distance of the tool to the part in a success, mm; none without success.
+    /// Mean under-cutting of the successes, mm. `None` without a success.
     pub mean_mm: Option<f64>,
-    /// The largest of these, mm.
+    /// Largest under-cutting of the successes, mm.
     pub worst_mm: Option<f64>,
-    /// The deepest the tool was in the part, mm.
+    /// Largest depth of the tool in the part, mm.
     pub deepest_mm: f64,
     /// Mean duration, s.
     pub seconds: f64,
-    /// Stops that nothing called for.
+    /// Number of false stops.
     pub false_alarms: u64,
-    /// The fastest that the tool went, mm/s, where drives moved it.
+    /// Highest speed of the tool, mm/s. Only for runs with simulated drives.
     pub fastest_mm_s: Option<f64>,
 }
 
 impl Tally {
-    /// Adds attempts up, in their order.
+    /// Computes the statistics of `attempts`.
     pub fn of<A: Borrow<Attempt>>(attempts: impl IntoIterator<Item = A>) -> Self {
         let mut tally = Self::default();
         let (mut sum, mut worst, mut seconds) = (0.0, 0.0_f64, 0.0);
@@ -95,7 +96,7 @@ impl Tally {
         tally
     }
 
-    /// Several tallies as one.
+    /// Combines several tallies.
     #[must_use]
     pub fn together(tallies: &[Self]) -> Self {
         let sum = |of: fn(&Self) -> u64| tallies.iter().map(of).sum::<u64>();
@@ -114,7 +115,7 @@ impl Tally {
         }
     }
 
-    /// Share of attempts without an gouge.
+    /// Share of attempts without a gouge.
     #[must_use]
     pub fn success(&self) -> f64 {
         real(self.successes) / real(self.attempts.max(1))
@@ -126,21 +127,22 @@ fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
 }
 
 impl FromIterator<Attempt> for Tally {
-    /// Attempts added up as they come: none is kept.
+    /// Computes the statistics without storing the attempts.
     fn from_iter<I: IntoIterator<Item = Attempt>>(attempts: I) -> Self {
         Self::of(attempts)
     }
 }
 
-/// A count as a number to reckon with.
+/// A count as a real number.
 #[expect(clippy::cast_precision_loss, reason = "counts of attempts are below 2^52")]
 #[must_use]
 pub fn real(count: u64) -> f64 {
     count as f64
 }
 
-/// The seed of an attempt: of the study's seed, the row and the number, so that neighbours give unrelated streams (Steele, Lea and
-/// Flood's mixer).
+/// The seed of an attempt, from the seed of the study, the row and the number of the attempt.
+///
+/// The mixer of Steele, Lea and Flood gives neighbouring attempts unrelated random streams.
 #[must_use]
 pub fn seed_of(study: u64, row: u64, attempt: u64) -> u64 {
     [study, row, attempt].into_iter().fold(0, |so_far: u64, value| {

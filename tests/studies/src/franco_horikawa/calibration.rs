@@ -1,4 +1,4 @@
-//! The free figures of the delay model, found on half of Table 2's rows.
+//! Calibration: fits the free values of the delay model to half of the rows of Table 2.
 
 use super::attempt::{Tally, real};
 use super::delays::{Delays, Looked};
@@ -6,15 +6,16 @@ use super::paper::{Ground, Paper};
 use super::parallel::{Progress, parallel};
 use super::scenario::{Reported, Scenarios, StudyError};
 
-/// A mean under-cutting is believed to this, mm: the rows of one setting at two feeds differ as much.
+/// Uncertainty of a mean under-cutting, mm. Rows with equal settings differ by this much at the two feeds.
 const SPREAD_MM: f64 = 0.25;
 
-/// Delay figures, and how badly they fit.
+/// A delay model and its misfit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
     /// The model.
     pub delays: Delays,
-    /// The misfit: binomial deviance of the successes, and squared errors of the mean under-cutting in units of 0.25 mm.
+    /// Sum of the binomial deviance of the successes and the squared errors of the mean under-cutting in
+    /// units of 0.25 mm.
     pub misfit: f64,
 }
 
@@ -22,7 +23,7 @@ pub struct Fit {
 #[must_use]
 pub fn misfit(row: &Reported, found: &Tally) -> f64 {
     let (attempts, successes) = (f64::from(row.attempts), f64::from(row.successes));
-    // Half an attempt each way: a share found in 300 attempts is never quite 0 or 1.
+    // Add half an attempt to both counts, so that the share is never exactly 0 or 1.
     let share = (real(found.successes) + 0.5) / (real(found.attempts) + 1.0);
     let term = |count: f64, share: f64| {
         if count > 0.0 { 2.0 * count * (count / attempts / share).ln() } else { 0.0 }
@@ -32,25 +33,31 @@ pub fn misfit(row: &Reported, found: &Tally) -> f64 {
     deviance + under_cutting.map_or(0.0, |(reported, found)| ((reported - found) / SPREAD_MM).powi(2))
 }
 
-/// Of the simplified search so many are refined, with so many times the attempts; of these so many are rated once more, with so many times.
+/// Number of models of the coarse search that the fine search refines.
 const REFINED: usize = 4;
+/// Factor on the attempts in the fine search.
 const REFINED_ATTEMPTS: u64 = 8;
+/// Number of models of the fine search in the final rating.
 const RATED: usize = 8;
+/// Factor on the attempts in the final rating.
 const RATED_ATTEMPTS: u64 = 40;
 
-/// Tries every combination of a simplified grid on the rows that calibrate, a fine one around the best, and the best of that with more
-/// attempts of another seed, so that the best is not the luckiest; best first.
+/// Searches the delay model in three steps, and returns the best models first.
+///
+/// 1. Rate every combination of a coarse grid on the rows marked `calibrates`.
+/// 2. Rate a fine grid around the best models.
+/// 3. Rate the best of these again, with more attempts and another seed. Otherwise a lucky model could win.
 ///
 /// # Errors
-/// [`StudyError`].
+/// [`StudyError`] if an attempt can not run.
 pub fn calibrate(
     scenarios: &Scenarios,
     (attempts, seed): (u64, u64),
     progress: &Progress<'_>,
 ) -> Result<Vec<Fit>, StudyError> {
-    let simplified = rate(scenarios, grid(scenarios.delays), (attempts, seed), progress)?;
+    let coarse = rate(scenarios, grid(scenarios.delays), (attempts, seed), progress)?;
     let mut fine: Vec<Delays> = Vec::new();
-    for around in simplified.iter().take(REFINED).flat_map(|fit| around(fit.delays)) {
+    for around in coarse.iter().take(REFINED).flat_map(|fit| around(fit.delays)) {
         if !fine.contains(&around) {
             fine.push(around);
         }
@@ -60,7 +67,7 @@ pub fn calibrate(
     rate(scenarios, best, (attempts * RATED_ATTEMPTS, seed + 1), progress)
 }
 
-/// Figures near to these.
+/// The fine grid around a model.
 fn around(delays: Delays) -> Vec<Delays> {
     let mut near = Vec::new();
     let thousandths = |value: f64| (value.max(0.0) * 1000.0).round() / 1000.0;
@@ -79,10 +86,10 @@ fn around(delays: Delays) -> Vec<Delays> {
     near
 }
 
-/// Rates sets of figures on the rows that calibrate, best first.
+/// Rates models on the rows marked `calibrates`, and returns the best models first.
 ///
 /// # Errors
-/// [`StudyError`].
+/// [`StudyError`] if an attempt can not run.
 pub fn rate(
     scenarios: &Scenarios,
     grid: Vec<Delays>,
@@ -112,7 +119,7 @@ pub fn rate(
     Ok(fits)
 }
 
-/// What is tried.
+/// The coarse grid.
 fn grid(fixed: Delays) -> Vec<Delays> {
     let mut grid = Vec::new();
     for classified in [Looked::ByX, Looked::ByXOrY] {

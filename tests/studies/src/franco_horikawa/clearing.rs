@@ -1,4 +1,4 @@
-//! Clearing stock: how long it takes to mill the same stock away by hand, and what is left of what lies nearer.
+//! Clearing stock: the time to mill the same stock away by jogging, and the stock that remains near the part.
 
 use std::time::Duration;
 
@@ -12,37 +12,40 @@ use super::ours::Ours;
 use super::paper::Paper;
 use super::scenario::{Mm, Shape, StudyError};
 
-/// Stock that everybody can clear: so far from the profile, mm.
+/// Far stock: distances from the profile, mm. Both systems can clear it.
 pub const FAR_MM: (f64, f64) = (8.0, 20.0);
-/// Stock that only who may go to the profile can clear, mm.
+/// Near stock: distances from the profile, mm. Only a system that lets the tool go to the profile can clear
+/// it.
 pub const NEAR_MM: (f64, f64) = (0.2, 8.0);
-/// The tool's edge goes round the part at these distances for the far stock, mm: overlapping, with 6 mm of tool.
+/// Distances of the tool's edge from the part in the rounds for the far stock, mm. With a tool of 6 mm the
+/// rounds overlap.
 const FAR_ROUNDS_MM: [f64; 3] = [15.0, 11.0, 7.4];
-/// And at these for the near: along the wall at last, which is leant on.
+/// The same for the near stock. In the last round the operator pushes against the wall.
 const NEAR_ROUNDS_MM: [f64; 2] = [3.6, -0.5];
-/// A place counts as reached so near, mm, and is given up when the tool comes no nearer for so long.
+/// Distance at which a place counts as reached, mm.
 const REACH_MM: f64 = 1.5;
+/// Time without progress after which the operator gives a place up.
 const PATIENCE: Duration = Duration::from_secs(3);
-/// Stock is looked at in squares of this side, mm.
+/// Side of the squares that represent the stock, mm.
 const CELL_MM: f64 = 0.5;
 
-/// What came of clearing.
+/// Result of a clearing run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cleared {
-    /// Time, s.
+    /// Duration, s.
     pub seconds: f64,
-    /// Share of the far stock that was cleared.
+    /// Cleared share of the far stock.
     pub far: f64,
     /// Area of the far stock, mm².
     pub far_mm2: f64,
-    /// Share of the near stock that was cleared.
+    /// Cleared share of the near stock.
     pub near: f64,
-    /// The deepest the tool was in the part, mm.
+    /// Largest depth of the tool in the part, mm.
     pub deepest_mm: f64,
 }
 
 impl Cleared {
-    /// The mean of several runs, and the deepest of all.
+    /// The mean of several runs. The depth is the largest of all runs.
     #[must_use]
     pub fn mean(runs: &[Self]) -> Self {
         let mean = |of: fn(&Self) -> f64| runs.iter().map(of).sum::<f64>() / real(runs.len().max(1));
@@ -56,10 +59,10 @@ impl Cleared {
     }
 }
 
-/// Goes round with the paper's controller: the far stock only.
+/// Clears the far stock with the paper's controller.
 ///
 /// # Errors
-/// [`StudyError`].
+/// [`StudyError`] if the rounds can not be constructed.
 pub fn with_paper(paper: &Paper<'_>, seed: u64) -> Result<Cleared, StudyError> {
     let shape = paper.ground.shape;
     let places = rounds(shape, paper.ground.radius_mm(), &FAR_ROUNDS_MM)?;
@@ -69,10 +72,10 @@ pub fn with_paper(paper: &Paper<'_>, seed: u64) -> Result<Cleared, StudyError> {
     Ok(cleared(shape, paper.ground.radius_mm(), &run.path, (run.seconds, run.depth_mm)))
 }
 
-/// Goes round with the product: the far stock, and the near when `all`.
+/// Clears the far stock with Keepout, and the near stock too if `all` is set.
 ///
 /// # Errors
-/// [`StudyError`].
+/// [`StudyError`] if the rounds can not be constructed, or the session fails.
 pub fn with_ours(
     ours: &Ours<'_>,
     all: bool,
@@ -89,7 +92,8 @@ pub fn with_ours(
     Ok(cleared(ours.shape, ours.radius_mm(), &run.path, (run.seconds, run.depth_mm)))
 }
 
-/// Places along the profile at these distances of the tool's edge, round by round.
+/// Places of the tool's centre, round by round. `levels_mm` are the distances of the tool's edge from the
+/// profile.
 fn rounds(shape: &Shape, radius_mm: f64, levels_mm: &[f64]) -> Result<Vec<Mm>, StudyError> {
     let mut places = Vec::new();
     for level in levels_mm {
@@ -112,7 +116,7 @@ fn cleared(shape: &Shape, radius_mm: f64, path: &[Mm], (seconds, deepest_mm): (f
     }
 }
 
-/// Squares of stock: how far each is from the profile, and whether the tool was over its middle.
+/// Squares of stock: the distance of each from the profile, and whether the tool covered its centre.
 struct Stock {
     squares: Vec<(f64, bool)>,
 }
@@ -145,14 +149,14 @@ impl Stock {
         Self { squares }
     }
 
-    /// The area of what lies between these distances from the profile, mm².
+    /// Area of the stock between these distances from the profile, mm².
     fn area_mm2(&self, (from, to): (f64, f64)) -> f64 {
         let between = self.squares.iter().filter(|(far, _)| (from..to).contains(far));
         real(between.count()) * CELL_MM * CELL_MM
     }
 
-    /// The share that was cleared of what lies between these distances from the profile, and can be: the tool does not get into
-    /// sharp inside corners.
+    /// Cleared share of the stock between these distances from the profile. It includes sharp inside corners,
+    /// which the tool can not reach.
     fn share(&self, (from, to): (f64, f64)) -> f64 {
         let between = self.squares.iter().filter(|(far, _)| (from..to).contains(far));
         let (all, gone) =
@@ -161,7 +165,7 @@ impl Stock {
     }
 }
 
-/// The path with places in between, half a square apart at most.
+/// The path with intermediate points. Neighbours are at most half a square apart.
 fn strides(path: &[Mm]) -> impl Iterator<Item = Mm> + '_ {
     path.windows(2).flat_map(|pair| {
         let (from, to) = (pair[0], pair[1]);
@@ -177,12 +181,8 @@ fn real(count: usize) -> f64 {
     number(count as u64)
 }
 
-/// A count, from below zero too: none.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "of a table's size, and not negative"
-)]
+/// `value` as a count. Negative values give zero.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the size of a table")]
 fn index(value: f64) -> usize {
     value.clamp(0.0, 1e6) as usize
 }
@@ -191,13 +191,14 @@ fn index(value: f64) -> usize {
 mod tests {
     use super::*;
 
-    /// A tool that goes along one side of the bar clears that side's stock, and nothing of the others'.
+    /// A tool that moves along one side of the bar clears the stock of that side only.
     #[test]
     fn stock_is_cleared_where_the_tool_was() {
         let bar = Shape::bar();
         let (radius_mm, side) = (3.0, [(-3.0, 0.0), (-3.0, 60.0)]);
         let stock = Stock::of(&bar, radius_mm, &side);
-        // Of the stock up to 3 mm around a bar of 40 by 60, a side has 60 of 200 mm of length, and corners.
+        // The bar is 40 by 60 mm. One long side has 60 of 200 mm of the stock up to 3 mm, without the
+        // corners.
         let share = stock.share((0.0, 3.0));
         assert!((0.28..0.34).contains(&share), "{share}");
         assert_eq!(stock.share((8.0, 20.0)), 0.0);
@@ -207,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn rounds_lie_where_they_are_to() {
+    fn rounds_have_the_given_distance_from_the_part() {
         let bar = Shape::bar();
         let places = rounds(&bar, 3.0, &[10.0]).unwrap();
         assert_eq!(places.len(), 5);

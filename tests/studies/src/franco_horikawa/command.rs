@@ -1,4 +1,4 @@
-//! `franco-horikawa` and `calibrate`: the experiment of the paper.
+//! The commands `franco-horikawa` and `calibrate`.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -14,28 +14,28 @@ use super::scenario::{Scenarios, StudyError};
 use super::tables::{markdown, paper_table};
 use crate::command::{CommandError, bar, make_folder, write};
 
-/// How the experiment is run.
+/// Arguments of `franco-horikawa`.
 #[derive(Debug, Args)]
 pub struct ExperimentArguments {
-    /// Attempts of each row.
+    /// Attempts per row.
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     attempts: u64,
-    /// Seed of everything random.
+    /// Seed of all random numbers.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// The folder of the page franco-horikawa.md. Its pictures and results go to a folder of the same name beside it.
+    /// Folder for the page franco-horikawa.md. Its pictures and results go to the subfolder franco-horikawa.
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
 }
 
-/// How the delay figures are sought.
+/// Arguments of `calibrate`.
 #[derive(Debug, Args)]
 pub struct CalibrateArguments {
-    /// Attempts of each row for each set of figures of the simplified search; eight times as many for those near the best, and forty times
-    /// for the best of these.
+    /// Attempts per row for each model of the coarse search. The fine search uses eight times as many, the
+    /// final rating forty times as many.
     #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     attempts: u64,
-    /// Seed of everything random.
+    /// Seed of all random numbers.
     #[arg(long, default_value_t = 1)]
     seed: u64,
 }
@@ -48,7 +48,7 @@ fn shown(bar: &ProgressBar, done: u64, all: u64) {
 /// Runs the experiment.
 ///
 /// # Errors
-/// [`CommandError`] when an attempt can not be run, or a file can not be written.
+/// [`CommandError`] if an attempt can not run, or a file can not be written.
 pub fn experiment(arguments: &ExperimentArguments) -> Result<ExitCode, CommandError> {
     let scenarios = Scenarios::built_in()?;
     let bar = bar();
@@ -63,11 +63,11 @@ pub fn experiment(arguments: &ExperimentArguments) -> Result<ExitCode, CommandEr
     }
     let ours = results.ours_together();
     let gouges = ours.attempts - ours.successes;
-    println!("{} attempts with Keepout, {gouges} incursions", ours.attempts);
+    println!("{} attempts with Keepout, {gouges} gouges", ours.attempts);
     Ok(if gouges == 0 { ExitCode::SUCCESS } else { ExitCode::from(8) })
 }
 
-/// Writes page, pictures and results, each whole or not at all.
+/// Writes the page, pictures and results. Each file is written completely or not at all.
 fn save(folder: &Path, scenarios: &Scenarios, results: &Results) -> Result<(), CommandError> {
     let beside = folder.join(FOLDER);
     make_folder(&beside)?;
@@ -83,14 +83,14 @@ fn save(folder: &Path, scenarios: &Scenarios, results: &Results) -> Result<(), C
     Ok(())
 }
 
-/// Finds the free figures of the delay model.
+/// Fits the free values of the delay model, and prints the best models.
 ///
 /// # Errors
-/// [`CommandError`] when an attempt can not be run.
+/// [`CommandError`] if an attempt can not run.
 pub fn find_delays(arguments: &CalibrateArguments) -> Result<ExitCode, CommandError> {
     let scenarios = Scenarios::built_in()?;
     let bar = bar();
-    bar.set_message("delay figures");
+    bar.set_message("delay model");
     let fits =
         calibrate(&scenarios, (arguments.attempts, arguments.seed), &|done, all| shown(&bar, done, all))?;
     bar.finish_and_clear();

@@ -1,15 +1,18 @@
-//! What delays the paper's system: "the time spent since the moment in which a command is sent by the control algorithm to the NC
-//! controller, asking for the position, until the moment in which the stop command is sent" (section 7), and what runs on.
+//! Delays of the paper's system.
+//!
+//! The paper names "the time spent since the moment in which a command is sent by the control algorithm to
+//! the NC controller, asking for the position, until the moment in which the stop command is sent" (section
+//! 7). The motion that continues after the stop adds to it.
 
 use serde::{Deserialize, Serialize};
 
 use super::invasion::Classified;
 
-/// The delay model. Five of its figures are free, and found by [`super::calibration`].
+/// The delay model. [`super::calibration`] finds its five free values.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Delays {
-    /// Bits per second; ten for each byte.
+    /// Bits per second. Each byte takes ten bits.
     pub baud: f64,
     /// Bytes of a position query.
     pub query_bytes: f64,
@@ -19,23 +22,25 @@ pub struct Delays {
     pub motion_bytes: f64,
     /// Bytes of a stop.
     pub stop_bytes: f64,
-    /// The controller's own time for a line, s.
+    /// Processing time of the controller for a line, s.
     pub controller_s: f64,
-    /// Whether a stop cuts the motion that runs; otherwise that is run to its end, and what was sent ahead is not.
+    /// Whether a stop ends the current motion. If not, the motion runs to its end, and the stop removes only
+    /// queued motions.
     pub stop_cuts: bool,
-    /// Free: length of one direction motion, mm.
+    /// Free: length of one joystick motion, mm.
     pub unit_mm: f64,
-    /// Free: which intervals a segment is looked up by.
+    /// Free: intervals by which the third check selects segments.
     pub classified: Looked,
-    /// Free: motions sent ahead of the one that runs.
+    /// Free: number of motions queued behind the current one.
     pub ahead: u32,
     /// Free: mean time of one round of the computation, s.
     pub compute_s: f64,
-    /// Free: time constant with which the table follows, s.
+    /// Free: time constant of the table, s.
     pub inertia_s: f64,
 }
 
-/// Which intervals the third method looks segments up by: its text names x, what leads to it both.
+/// Intervals by which the third method selects segments. The text of the method names x. Its introduction
+/// names x and y.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Looked {
@@ -55,13 +60,14 @@ impl From<Looked> for Classified {
 }
 
 impl Delays {
-    /// Time on the line, s.
+    /// Transmission time of `bytes`, s.
     #[must_use]
     pub fn line_s(&self, bytes: f64) -> f64 {
         bytes * 10.0 / self.baud
     }
 
-    /// The time of one round of the computation, s: half of the mean at least, the rest exponentially distributed.
+    /// Random time of one round of the computation, s: half of the mean, plus an exponentially distributed
+    /// part.
     pub fn computation_s(&self, random: &mut fastrand::Rng) -> f64 {
         self.compute_s * 0.5 * (1.0 - (1.0 - random.f64()).ln())
     }
@@ -72,7 +78,7 @@ mod tests {
     use super::super::scenario::Scenarios;
 
     #[test]
-    fn lines_and_computations_take_what_they_say() {
+    fn lines_and_computations_take_the_modelled_times() {
         let delays = Scenarios::built_in().unwrap().delays;
         assert!((delays.line_s(96.0) - 0.1).abs() < 1e-12);
         let mut random = fastrand::Rng::with_seed(1);

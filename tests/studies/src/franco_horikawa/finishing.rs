@@ -1,5 +1,5 @@
-//! The finishing pass, single and double ("double path", section 7): how far drives leave the contour while they cut what roughing
-//! left.
+//! The contour error of single and double finishing passes ("double path", section 7), which cut the stock
+//! that roughing left.
 
 use keepout_drives::controllers::kind::Kind;
 use keepout_drives::controllers::selection::Environment;
@@ -15,50 +15,54 @@ use serde::{Deserialize, Serialize};
 
 use super::scenario::{Mm, Shape, StudyError, machine};
 
-/// The force of the drives' profile is that of a cut so thick, mm; it grows with the thickness.
+/// Thickness of the cut for the force in the drive profile, mm. The force is proportional to the thickness.
 pub const THICKNESS_MM: f64 = 0.5;
-/// What the first of two passes leaves, mm.
+/// Stock to leave in the first of two passes, mm.
 pub const LEFT_MM: f64 = 0.1;
-/// Feed of the finishing pass, mm/s: the slower of the paper's.
+/// Feed of the finishing pass, mm/s: the slower feed of the paper.
 pub const FEED_MM_S: f64 = 12.0;
 
 /// A finishing pass.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Finished {
-    /// The profile's name.
+    /// Name of the profile.
     pub profile: String,
-    /// Who controls the drives.
+    /// The drive controller.
     pub controller: String,
-    /// What roughing left, mm.
+    /// Stock left by roughing, mm.
     pub stock_mm: f64,
-    /// How often the contour is gone around.
+    /// Number of passes.
     pub passes: u32,
-    /// The largest contour error of the first of two passes, mm.
+    /// Largest contour error of the first of two passes, mm.
     pub first_max_mm: Option<f64>,
-    /// RMS of the contour error of the last pass, mm.
+    /// RMS contour error of the last pass, mm.
     pub rms_mm: f64,
-    /// Its largest, mm.
+    /// Largest contour error of the last pass, mm.
     pub max_mm: f64,
 }
 
-/// The controllers that are compared: the best of the paper of Koren & Lo, and the one that the margin budget counts on. With gains of
-/// Table 1 there, scaled to these slow drives, PID and cross-coupling are mm off under such a cut.
+/// The compared controllers: the best one in the paper of Koren & Lo, and the one that the margin budget
+/// assumes.
+///
+/// PID and cross-coupling are missing. With the gains of Koren & Lo's Table 1, scaled to these slow drives,
+/// their errors are millimetres under such a cut.
 pub const CONTROLLERS: [Kind; 2] = [Kind::Gpc, Kind::Contouring];
 
-/// Finishes a profile of which roughing left `stock_mm`, in `passes` of one or two. The second of two cuts what the first was to leave,
-/// and what that was off by.
+/// Simulates the finishing of a profile with `stock_mm` of stock, in one or two `passes`.
+///
+/// The second pass cuts the stock to leave of the first pass, plus the contour error of the first pass.
 ///
 /// # Errors
-/// [`StudyError`] when there is no plan, or no such controller for the drives.
+/// [`StudyError`] if no plan can be made, or the controller does not exist for these drives.
 pub fn finish(
     shape: &Shape,
     tool_diameter_mm: f64,
     (stock_mm, passes): (f64, u32),
     kind: Kind,
 ) -> Result<Finished, StudyError> {
-    let ordered = |stock_to_leave_mm| PassParameters { stock_to_leave_mm, feed_mm_min: None };
-    let ordered = if passes == 2 { vec![ordered(LEFT_MM), ordered(0.0)] } else { vec![ordered(0.0)] };
-    let job = PlanParameters { tool_diameter_mm, passes: ordered, ..PlanParameters::default() };
+    let pass = |stock_to_leave_mm| PassParameters { stock_to_leave_mm, feed_mm_min: None };
+    let requested = if passes == 2 { vec![pass(LEFT_MM), pass(0.0)] } else { vec![pass(0.0)] };
+    let job = PlanParameters { tool_diameter_mm, passes: requested, ..PlanParameters::default() };
     let plan = shape.plan(&machine(FEED_MM_S)?, job)?.plan;
     let drives = DriveProfile::load("nsk-modules")?;
     let mut thickness_mm = stock_mm;
@@ -80,7 +84,7 @@ pub fn finish(
     })
 }
 
-/// The contour error along a pass, mm, without the first half second of each loop.
+/// Contour error along a pass, mm, without the first half second of each loop.
 fn off(
     path: &FinishingPath,
     thickness_mm: f64,

@@ -1,5 +1,7 @@
-//! The one-dimensional system (sections 2 and 3.1): a manual pulse generator whose pulses reach the motor only while the table stays
-//! outside a barrier, "released only if the operator tries to move the table backward".
+//! The one-dimensional system of sections 2 and 3.1: a handwheel and a barrier.
+//!
+//! The pulses of the handwheel reach the motor only while the table is in front of the barrier. Behind it,
+//! they are "released only if the operator tries to move the table backward".
 
 use std::time::Duration;
 
@@ -15,13 +17,13 @@ use super::ours::Ours;
 use super::parallel::{Progress, parallel};
 use super::scenario::{Mm, Shape, StudyError};
 
-/// The table moves so far for a pulse, mm.
+/// Distance that the table moves per pulse, mm.
 const PULSE_MM: f64 = 0.01;
-/// The wheel is turned forward from so far before the barrier, mm; and further than the barrier by as much.
+/// Distance of the start from the barrier, mm. The wheel turns forward by twice this distance.
 const RUN_UP_MM: f64 = 15.0;
-/// And then back by so much, mm.
+/// Distance by which the wheel then turns back, mm.
 const BACK_MM: f64 = 5.0;
-/// Speeds at which the wheel is turned, mm/s of the table.
+/// Speeds of the wheel, mm/s of the table.
 pub const SPEEDS_MM_S: [f64; 4] = [1.0, 5.0, 12.0, 18.0];
 /// Tolerances of the paper's system, mm.
 pub const TOLERANCES_MM: [f64; 3] = [1.0, 3.0, 5.0];
@@ -29,39 +31,40 @@ pub const TOLERANCES_MM: [f64; 3] = [1.0, 3.0, 5.0];
 /// The paper's gate between handwheel and motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Barrier {
-    /// Where the prohibited region begins; it lies beyond, mm.
+    /// Start of the prohibited region, mm.
     pub at_mm: f64,
     /// Width of the band in front of it, mm.
     pub tolerance_mm: f64,
 }
 
 impl Barrier {
-    /// Whether a pulse by this much passes while the table is view there: all do outside the band; within it, backward ones.
+    /// Whether a pulse passes while the table is at `table_mm`. In front of the band all pulses pass, within
+    /// it only backward pulses.
     #[must_use]
     pub fn passes(&self, table_mm: f64, pulse_mm: f64) -> bool {
         pulse_mm < 0.0 || table_mm < self.at_mm - self.tolerance_mm
     }
 }
 
-/// Rows of the one-dimensional system.
+/// A row of the one-dimensional system.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WheelRow {
-    /// Whose.
+    /// The system: "paper" or "ours".
     pub system: String,
-    /// How fast the wheel is turned, mm/s.
+    /// Speed of the wheel, mm/s.
     pub speed_mm_s: f64,
-    /// T, mm.
+    /// Tolerance T, mm.
     pub tolerance_mm: f64,
-    /// What came of it.
+    /// Statistics of the attempts.
     pub found: Tally,
-    /// Attempts in which the table came back when the wheel was turned back.
+    /// Number of attempts in which the table followed the wheel back.
     pub released: u64,
 }
 
-/// Turns the wheel against the barrier and back.
+/// Runs all rows: the wheel turns beyond the barrier and back.
 ///
 /// # Errors
-/// [`StudyError`].
+/// [`StudyError`] if a session can not run.
 pub fn rows(
     tool_diameter_mm: f64,
     delays: Delays,
@@ -94,7 +97,8 @@ pub fn rows(
     })
 }
 
-/// The paper's: the sensor is read once a round of the computation, and the gate stands as it was set until the next.
+/// One attempt with the paper's system. It reads the sensor once per round of the computation. The gate stays
+/// unchanged until the next round.
 fn paper(speed_mm_s: f64, tolerance_mm: f64, delays: Delays, seed: u64) -> (Attempt, bool) {
     let mut random = fastrand::Rng::with_seed(seed);
     let barrier = Barrier { at_mm: RUN_UP_MM, tolerance_mm };
@@ -139,7 +143,7 @@ fn paper(speed_mm_s: f64, tolerance_mm: f64, delays: Delays, seed: u64) -> (Atte
     (Attempt { depth_mm, closest_mm, seconds, path, false_alarms: 0, fastest_mm_s: None }, released)
 }
 
-/// Ours: the pulses are inputs of the supervisor's handwheel.
+/// One attempt with Keepout. The pulses are handwheel inputs of the supervisor.
 fn turned(ours: &Ours<'_>, speed_mm_s: f64, seed: u64) -> Result<(Attempt, bool), StudyError> {
     let mut random = fastrand::Rng::with_seed(seed);
     let start = (-ours.radius_mm() - RUN_UP_MM, 20.0 + 20.0 * random.f64());
@@ -153,14 +157,14 @@ fn turned(ours: &Ours<'_>, speed_mm_s: f64, seed: u64) -> Result<(Attempt, bool)
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Turning {
     Forward,
-    /// The hand rests.
+    /// The operator pauses.
     Rest,
     Back,
-    /// The table follows.
+    /// The operator waits until the table has followed.
     Last,
 }
 
-/// Somebody who turns the x wheel forward well beyond the barrier, rests, and turns it back.
+/// An operator who turns the x wheel far beyond the barrier, pauses, and turns it back.
 struct Wheel {
     speed_mm_s: f64,
     turned_mm: f64,
@@ -168,9 +172,9 @@ struct Wheel {
     phase: Turning,
 }
 
-/// Between two inputs, s.
-const WISH_S: f64 = 0.01;
-/// The hand rests so long, s.
+/// Time between two inputs, s.
+const INPUT_S: f64 = 0.01;
+/// Duration of a pause, s.
 const PAUSE_S: f64 = 1.0;
 
 impl Operator for Wheel {
@@ -178,7 +182,7 @@ impl Operator for Wheel {
         if matches!(view.phase, Phase::Starting) {
             return OperatorInput::default();
         }
-        let turn = self.speed_mm_s * WISH_S;
+        let turn = self.speed_mm_s * INPUT_S;
         match self.phase {
             Turning::Forward | Turning::Back => {
                 let all = if self.phase == Turning::Forward { 2.0 * RUN_UP_MM } else { BACK_MM };
@@ -191,7 +195,7 @@ impl Operator for Wheel {
                 OperatorInput { turned_mm: (dx, 0.0), ..OperatorInput::default() }
             }
             Turning::Rest | Turning::Last => {
-                self.rest_s += WISH_S;
+                self.rest_s += INPUT_S;
                 if self.rest_s >= PAUSE_S && self.phase == Turning::Last {
                     return OperatorInput::STOP;
                 }
@@ -209,7 +213,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn barrier_lets_pass_what_stays_outside_and_what_leads_back() {
+    fn barrier_passes_pulses_in_front_of_the_band_and_backward_pulses() {
         let barrier = Barrier { at_mm: 20.0, tolerance_mm: 2.0 };
         for (table, pulse, passes) in [
             (0.0, 0.01, true),
@@ -223,9 +227,10 @@ mod tests {
         }
     }
 
-    /// What runs on: the pulses of at most one round, and the table's lag, both of which end before the barrier when T is wide.
+    /// Pulses of one round still pass after the table enters the band. With a narrow T the table enters the
+    /// region. With a wide T it stops before the barrier.
     #[test]
-    fn table_stops_late_by_a_round_and_comes_back() {
+    fn table_stops_late_by_one_round_and_follows_the_wheel_back() {
         let delays =
             Delays { inertia_s: 0.0, ..super::super::scenario::Scenarios::built_in().unwrap().delays };
         for seed in 0..50 {

@@ -1,4 +1,5 @@
-//! The experiment of Franco & Horikawa 2007, section 6, run again: their controller, and this one in its place.
+//! Reproduction of the experiment of Franco & Horikawa 2007, section 6, with their controller and with
+//! Keepout.
 
 pub mod attempt;
 pub mod calibration;

@@ -1,12 +1,12 @@
-//! The paper's modules: a controller that runs linear motions one after the other, and tables that follow late.
+//! The paper's modules: a controller that runs linear motions in sequence, and tables that follow with a lag.
 
 use std::collections::VecDeque;
 
 use super::scenario::Mm;
 
-/// Step of the simulation, s.
+/// Time step of the simulation, s.
 pub const STEP_S: f64 = 0.001;
-/// Nearer than this the table has arrived, mm.
+/// Distance from the target at which the table counts as in position, mm.
 const ARRIVED_MM: f64 = 1e-4;
 
 /// Two modules and their controller.
@@ -16,48 +16,49 @@ pub struct Modules {
     tool: Mm,
     targets: VecDeque<Mm>,
     feed_mm_s: f64,
-    /// Share of the way to the commanded place that is made in a step.
+    /// Share of the remaining distance that the table covers in a step.
     follows: f64,
 }
 
 impl Modules {
-    /// At rest.
+    /// Modules at rest.
     #[must_use]
     pub fn new(at: Mm, feed_mm_s: f64, inertia_s: f64) -> Self {
         let follows = follows(inertia_s);
         Self { commanded: at, tool: at, targets: VecDeque::new(), feed_mm_s, follows }
     }
 
-    /// Where the tool is, mm.
+    /// Position of the tool, mm.
     #[must_use]
     pub fn tool(&self) -> Mm {
         self.tool
     }
 
-    /// Motions that are not done.
+    /// Number of unfinished motions.
     #[must_use]
     pub fn queued(&self) -> usize {
         self.targets.len()
     }
 
-    /// Whether nothing moves.
+    /// Whether the table is in position and the queue is empty.
     #[must_use]
     pub fn rests(&self) -> bool {
         self.targets.is_empty() && distance(self.tool, self.commanded) < ARRIVED_MM
     }
 
-    /// Takes a motion by `way` from where the last one ends.
-    pub fn go(&mut self, way: Mm) {
+    /// Queues a motion by `by` from the end of the last motion, mm.
+    pub fn go(&mut self, by: Mm) {
         let from = self.targets.back().copied().unwrap_or(self.commanded);
-        self.targets.push_back((from.0 + way.0, from.1 + way.1));
+        self.targets.push_back((from.0 + by.0, from.1 + by.1));
     }
 
-    /// Forgets what is queued, and ends what moves: at once when the stop `cuts`, otherwise where its motion ends.
+    /// Drops the queued motions. The current motion ends at once if the stop `cuts` it, otherwise at its
+    /// target.
     pub fn stop(&mut self, cuts: bool) {
         self.targets.truncate(usize::from(!cuts));
     }
 
-    /// One step of time.
+    /// Advances by one time step.
     pub fn step(&mut self) {
         let mut left = self.feed_mm_s * STEP_S;
         while let Some(&target) = self.targets.front() {
@@ -77,7 +78,7 @@ impl Modules {
     }
 }
 
-/// The share of the way to the commanded place that a table with this time constant makes in a step.
+/// Share of the remaining distance that a table with this time constant covers in a step.
 #[must_use]
 pub fn follows(inertia_s: f64) -> f64 {
     if inertia_s > 0.0 { 1.0 - (-STEP_S / inertia_s).exp() } else { 1.0 }
@@ -98,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn motions_are_run_one_after_the_other_at_the_feed() {
+    fn motions_run_in_sequence_at_the_feed() {
         let mut modules = Modules::new((0.0, 0.0), 12.0, 0.0);
         modules.go((3.0, 0.0));
         modules.go((0.0, 4.0));
@@ -109,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stop_cuts_or_lets_the_motion_end() {
+    fn stop_cuts_the_current_motion_or_lets_it_end() {
         for (cuts, end) in [(true, 1.2), (false, 3.0)] {
             let mut modules = Modules::new((0.0, 0.0), 12.0, 0.0);
             (0..3).for_each(|_| modules.go((3.0, 0.0)));
@@ -120,9 +121,9 @@ mod tests {
         }
     }
 
-    /// In motion the table is behind by the feed times the time constant.
+    /// In motion, the lag is the feed times the time constant.
     #[test]
-    fn the_table_follows_late() {
+    fn table_follows_with_a_lag() {
         let mut modules = Modules::new((0.0, 0.0), 10.0, 0.05);
         modules.go((10.0, 0.0));
         steps(&mut modules, 900);

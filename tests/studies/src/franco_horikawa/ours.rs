@@ -1,4 +1,5 @@
-//! The product in the paper's place: a session of the supervisor over a line as slow as the paper's, to the modules of its Table 1.
+//! Keepout in the paper's experiment: sessions of the supervisor with the modules of the paper's Table 1,
+//! over a serial line with the paper's baud rate.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -22,43 +23,48 @@ use super::modules::distance;
 use super::paper::{BEGINNINGS, START_MM};
 use super::scenario::{Mm, Shape, StudyError, machine};
 
-/// No tool is farther from a part on this machine, mm.
+/// Upper bound on the distance between tool and part on this machine, mm.
 const FARTHEST_MM: f64 = 1000.0;
-/// The line of the paper's prototype, bits per second.
+/// Baud rate of the paper's prototype, bits per second.
 const BAUD: u32 = 9600;
-/// Nobody drives longer without coming to the part, s; and a hundred delays of the line.
+/// Longest time of a trial without contact, s. A hundred delays of the line are added.
 const LIMIT_S: f64 = 60.0;
-/// No roughing takes longer.
+/// Longest duration of roughing.
 const SESSION: Duration = Duration::from_secs(7200);
-/// Longest silence of the controller, and ten delays of the line: what is commanded waits behind motions and their answers.
+/// Longest silence of the controller. Ten delays of the line are added, because commands wait behind motions
+/// and their answers.
 const ANSWER: Duration = Duration::from_secs(5);
-/// The tool rests at the wall when it was view in one place for so long, s; and sixteen delays of the line: a change of velocity
-/// takes a cancel, its answer, two reports at rest, and the new motion.
+/// Time without motion after which the tool counts as at rest at the wall, s. Sixteen delays of the line are
+/// added: a change of velocity takes a cancel, its answer, two reports at rest, and the new motion.
 const REST_S: f64 = 1.0;
-/// Up to this speed attempts begin as near to the part as the paper's, mm/s; beyond it, up to this far, mm.
+/// Speed up to which attempts begin as near to the part as the paper's, mm/s.
 const NEAR_MM_S: f64 = 20.0;
+/// Largest start distance at higher speeds, mm.
 const FAR_START_MM: f64 = 90.0;
-/// Once the wall has first shortened a input the model steers on for so long, s, and four delays of the line; then it leans.
+/// Time for which the model continues after the guard first clips a jog, s: a random time in this range. Four
+/// delays of the line are added. Then the model pushes against the wall.
 const HAND_S: (f64, f64) = (1.0, 6.0);
-/// Positions this near to each other are one place, lattice units (10 µm).
+/// Largest difference of two positions that count as equal, lattice units (10 µm).
 const STILL: i32 = 1000;
 
-/// The supervisor over a profile.
+/// The supervisor with the plan of a profile.
 #[derive(Debug)]
 pub struct Ours<'a> {
     /// The profile.
     pub shape: &'a Shape,
-    /// What is worked on.
+    /// The plan, ready for a session.
     pub work: PreparedPlan,
     machine: MachineProfile,
 }
 
 impl<'a> Ours<'a> {
-    /// Plans the profile for the modules, that go at `speed_mm_s`. The stock_to_leave is the least there is: by hand the tool is kept
-    /// out of the part grown by the margin budget and that.
+    /// Plans the profile for the modules at a top speed of `speed_mm_s`.
+    ///
+    /// The plan has the smallest possible stock to leave. In jog mode the tool stays out of the part by the
+    /// margin budget plus this stock.
     ///
     /// # Errors
-    /// [`StudyError`] when no plan can be made.
+    /// [`StudyError`] if no plan can be made.
     pub fn new(shape: &'a Shape, tool_diameter_mm: f64, speed_mm_s: f64) -> Result<Self, StudyError> {
         let machine = machine(speed_mm_s)?;
         let job = PlanParameters { tool_diameter_mm, stock_to_leave_mm: 0.0, ..PlanParameters::default() };
@@ -66,7 +72,8 @@ impl<'a> Ours<'a> {
         Ok(Self { shape, work, machine })
     }
 
-    /// What the tool's edge is kept from the part by hand, mm: the margin budget, and the least stock_to_leave.
+    /// Distance that jogging keeps between the tool's edge and the part, mm: the margin budget and the
+    /// smallest stock to leave.
     #[must_use]
     pub fn tolerance_mm(&self) -> f64 {
         let plan = &self.work.plan;
@@ -85,10 +92,10 @@ impl<'a> Ours<'a> {
         self.machine.max_rate_mm_s
     }
 
-    /// The finishing contour as the tool cuts it by itself after some steering by hand, drawing coordinates, mm.
+    /// Path of the tool in the automatic finishing contour after some jogging, drawing coordinates, mm.
     ///
     /// # Errors
-    /// [`StudyError`] when the session ends otherwise.
+    /// [`StudyError`] if the session ends with a fault.
     pub fn contour(&self, seed: u64) -> Result<Vec<Mm>, StudyError> {
         let mut random = fastrand::Rng::with_seed(seed);
         let start = self.shape.start(self.radius_mm(), START_MM, &mut random)?;
@@ -99,10 +106,10 @@ impl<'a> Ours<'a> {
         Ok(cut.map(|sample| sample.position_mm).collect())
     }
 
-    /// Roughing until the operator inputs to end.
+    /// Runs roughing until the operator ends the session.
     ///
     /// # Errors
-    /// [`StudyError`] when the session ends otherwise.
+    /// [`StudyError`] if the session ends for another reason.
     pub fn session(
         &self,
         start: Mm,
@@ -118,10 +125,11 @@ impl<'a> Ours<'a> {
         Ok(self.attempt_of(&result, false, result.facts.seconds))
     }
 
-    /// One attempt over a line with this delay each way. Whoever does not come to the part begins anew from another place.
+    /// Runs one attempt over a line with the delay `latency` each way. An operator who does not reach the
+    /// part starts again from another place.
     ///
     /// # Errors
-    /// [`StudyError`] when the tool fits nowhere, or a session ends with a fault.
+    /// [`StudyError`] if no start is free, a session ends with a fault, or no operator reaches the part.
     pub fn attempt(
         &self,
         kind: ModelKind,
@@ -144,15 +152,19 @@ impl<'a> Ours<'a> {
             }
         }
         let what = format!("{}, {kind:?}, {latency:?}, seed {seed}", self.shape.name);
-        Err(StudyError::Ended { what, reason: format!("not at the part in {BEGINNINGS} beginnings") })
+        Err(StudyError::Ended {
+            what,
+            reason: format!("the tool did not reach the part in {BEGINNINGS} starts"),
+        })
     }
 
-    /// What the monitor saw. A distance beyond those that it measures is that of the nearest sample.
+    /// The attempt by the results of the collision monitor. The monitor does not measure large distances.
+    /// Then the nearest sample gives the distance.
     fn attempt_of(&self, result: &SimResult, driven: bool, seconds: f64) -> Attempt {
         let jogs = result.samples.iter().filter(|sample| sample.kind == SampleKind::Jog);
         let path: Vec<Mm> = jogs.map(|sample| sample.position_mm).collect();
         let clearance = |at: &Mm| self.shape.clearance(*at) - self.radius_mm();
-        // A tool that is always where it is commanded to be, to the repeatability, jumps from sample to sample.
+        // Without simulated drives the tool jumps from sample to sample, so its speed has no meaning.
         let fastest_mm_s = driven.then(|| fastest(&result.samples));
         let nearest = || path.iter().map(clearance).fold(FARTHEST_MM, f64::min);
         Attempt {
@@ -183,12 +195,12 @@ impl<'a> Ours<'a> {
         Ok(result)
     }
 
-    /// How far from the part an attempt begins, mm: as with the paper's system, and farther where the tool is fast enough for it.
+    /// Range of the start distances from the part, mm: as in the paper's system, and larger for a fast tool.
     fn start_mm(&self) -> (f64, f64) {
         if self.speed_mm_s() > NEAR_MM_S { (START_MM.0, FAR_START_MM) } else { START_MM }
     }
 
-    /// A session that begins at `start`, over the paper's line.
+    /// The settings of a session that begins at `start`, at the paper's baud rate.
     fn run(&self, start: Mm, latency: Duration, seed: u64, servo: Option<&ServoConfig>) -> SimRun {
         SimRun {
             machine: self.machine.clone(),
@@ -204,7 +216,7 @@ impl<'a> Ours<'a> {
     }
 }
 
-/// The fastest that the tool went by hand, over a hundredth of a second at least, mm/s.
+/// Highest jog speed of the tool, mm/s, over intervals of at least 0.01 s.
 fn fastest(samples: &[Sample]) -> f64 {
     let mut fastest = 0.0_f64;
     let Some(mut since) = samples.first() else { return fastest };
@@ -220,7 +232,7 @@ fn fastest(samples: &[Sample]) -> f64 {
     fastest
 }
 
-/// A model that leans on the wall when it has steered there for a while.
+/// A model that pushes against the wall after it has jogged there for a while.
 struct Insistent {
     model: Model,
     at_wall: Arc<AtomicBool>,
@@ -238,7 +250,7 @@ impl Operator for Insistent {
     }
 }
 
-/// Says when to lean on the wall, and sees when the tool rests although the stick is held there.
+/// Decides when the operator pushes against the wall, and detects when the tool is at rest there.
 struct Rest {
     at_wall: Arc<AtomicBool>,
     on_s: f64,
@@ -274,8 +286,8 @@ impl Rest {
         self.at_wall.store(true, Ordering::Relaxed);
         let here = supervisor.position();
         let moved = self.at.zip(here).is_none_or(|(before, here)| {
-            let way = here.minus(before);
-            way.dx.abs().max(way.dy.abs()) > STILL
+            let step = here.minus(before);
+            step.dx.abs().max(step.dy.abs()) > STILL
         });
         if moved {
             (self.at, self.since) = (here, now);

@@ -1,4 +1,5 @@
-//! The page `docs/research/franco-horikawa.md`: written from the results alone, so that a test can write it again.
+//! The page `docs/research/franco-horikawa.md`. It depends only on the scenarios and the results, so a test
+//! can generate it again.
 
 use std::fmt::Write as _;
 
@@ -8,16 +9,17 @@ use super::results::{PaperRow, Results};
 use super::scenario::Scenarios;
 use super::tables::{markdown, paper_table, percent};
 
-/// Folder of the page's pictures and results, beside it.
+/// Folder of the pictures and results, next to the page.
 pub const FOLDER: &str = "franco-horikawa";
 
-/// The page.
+/// The text of the page.
 #[must_use]
 pub fn page(scenarios: &Scenarios, results: &Results) -> String {
     let mut text = String::from(HEAD);
     let _ = writeln!(
         text,
-        "\n`cargo run --release -p keepout-studies -- franco-horikawa --attempts {} --seed {}` made this page, its pictures and its [results](franco-horikawa/results.json).\n",
+        "\n`cargo run --release -p keepout-studies -- franco-horikawa --attempts {} --seed {}`\n\
+         made this page, its pictures and its [results](franco-horikawa/results.json).\n",
         results.attempts, results.seed
     );
     summary(&mut text, results);
@@ -44,86 +46,127 @@ pub fn page(scenarios: &Scenarios, results: &Results) -> String {
 
 const HEAD: &str = "# The experiment of Franco & Horikawa, and the same with Keepout
 
-L. N. Franco García and O. Horikawa, *Manual and servo assisted, hybrid system for position control in machine tools*, COBEM 2007, had
-operators steer a tool at a part's outline with a joystick. Their computer asked the drives' controller where the tool is, compared, and
-sent a stop. They counted how often the tool stayed out of the part, and how far from it it was stopped (Tables 2 and 3).
+The paper is: L. N. Franco García and O. Horikawa, *Manual and servo assisted, hybrid system for position
+control in machine tools*, COBEM 2007. Its operators moved a tool toward the outline of a part with a
+joystick. A computer queried the position from the drives' controller, checked it, and sent a stop. The
+authors counted how often the tool stayed out of the part, and measured the remaining distance (Tables 2 and
+3).
 ";
 
-const SETTING: &str = "## What was set up
+const SETTING: &str = "## The set-up
 
-The paper's controller is a policy of this study (`tests/studies/src/franco_horikawa/paper.rs`): it drives two modelled modules and can not be chosen for
-a port. It asks for the position, checks it against the profile that is grown by the tool's radius (eqs. (3) to (13)), by the
-distance to the segments whose interval holds the tool (eq. (2)), and then sends a stop, or one motion in the direction of the stick. The flow chart
-(Fig. 7) is lost; a round of it is read as: query, answer, computation, and one line. The other two checks, point matrix (eq. (1)) and
-sum of angles, stand beside it in `tests/studies/src/franco_horikawa/invasion/`, with tests that show how each fails: points between samples, distances to the infinite
-line, acute and inside corners, no side.
+**The paper's controller** exists only in this study (`tests/studies/src/franco_horikawa/paper.rs`). It drives
+two simulated modules and can not be selected for a port. We do not have the flow chart (Fig. 7). We read one
+round as follows:
 
-With the paper's system an attempt begins 8 to 30 mm from the part, a model of an operator steers, and the first stop ends it, once nothing moves. With
-ours it begins there too (at more than 20 mm/s up to 90 mm away), and once the wall first shortens a wish the model steers on for 1 to 6 s and four delays of the
-line; then the stick is leant on the wall until the tool rests. An operator who does not come to the part in a minute (and a hundred delays) begins anew, unless
-the tool was in the part. The exact witness of the simulated machine decides whether it was, and how near it came at the least: the under-cutting of a
-success.
+1. Query the position.
+2. Check the position against the profile, which is enlarged by the tool radius (eqs. (3) to (13)). The check
+   selects the segments with the tool in their interval, and computes the distance to them (eq. (2)).
+3. Send a stop, or one motion in the direction of the stick.
 
-What differs besides the controller: the paper's system is steered by models of people (calm, jittery, straight at the wall, with a stick that sticks), ours by
-these and by random directions and reversals timed to the wall. The paper's modules follow with a lag and are at their feed at once; ours speed up by 600 mm/s²
-(what the thrust of Table 1 leaves at top speed) and repeat to ±10 µm. The paper's line speaks like an NSK controller, ours GRBL; both run at 9600
-baud, ours with a delay besides.
+The other two checks of the paper are the point matrix (eq. (1)) and the sum of angles. They are in
+`tests/studies/src/franco_horikawa/invasion/`. Tests show the defects of each check: gaps between points,
+distances to the infinite line, acute and inside corners, and the missing side.
 
-The paper gives no sizes, and of shapes the number of sides. These are ours (`tests/studies/src/franco_horikawa/scenarios.toml`):
+**An attempt with the paper's system** begins 8 to 30 mm from the part. A model of an operator jogs. The first
+stop ends the attempt, after all motion has ended.
+
+**An attempt with Keepout** begins at the same distances. At more than 20 mm/s it begins up to 90 mm away.
+After the guard first clips a jog, the model jogs on for 1 to 6 s and four delays of the line. Then the stick
+points at the wall until the tool is at rest.
+
+**Trials without contact.** An operator who does not reach the part in a minute (plus a hundred delays) starts
+again, unless the tool was in the part.
+
+**The result.** The exact collision monitor of the simulated machine decides whether the tool entered the
+part. It also measures the smallest distance, which is the under-cutting of a success.
+
+The two systems also differ in other points:
+
+| | paper's system | Keepout |
+|---|---|---|
+| operators | models of people: calm, jittery, straight at the wall, with a stick that sticks \
+| the same, random directions, and reversals timed to the wall |
+| modules | they follow with a lag and reach their feed at once \
+| they accelerate at 600 mm/s² (the thrust of Table 1 at top speed) and repeat to ±10 µm |
+| line | like an NSK controller, 9600 baud | GRBL, 9600 baud, with an added delay |
+
+The paper states the number of sides, but no sizes. We chose these shapes
+(`tests/studies/src/franco_horikawa/scenarios.toml`):
 
 ";
 
 const CLEARING: &str = "
 ## Time to clear the same stock
 
-Somebody goes round the part in three rounds and clears what lies 8 to 20 mm from the profile, which both systems allow; then, with ours, in two
-more, down to the wall, which is leant on. He follows a line at 28 mm/s at most (steering law), whatever the modules can do (at 1200 mm/s the least tilt of the stick is 48 mm/s), and gives a place
-up that he comes no nearer to for 3 s: false alarms keep the paper's tool from some. Means of four runs. What is missing lies in corners that rounds
-cut short, where the hand strays, and in inside corners where the tool does not fit: compare the area of the far stock that a second clears. The paper's
-system was run with T = 5 mm.
+An operator goes around the part in three rounds and clears the stock from 8 to 20 mm from the profile. Both
+systems allow this. With Keepout the operator then goes around in two more rounds, down to the wall. In the
+last round the operator pushes against the wall.
+
+- The operator follows a line at 28 mm/s at most (steering law), also with faster modules. At 1200 mm/s the
+  smallest tilt of the stick gives 48 mm/s.
+- The operator gives a place up if the tool comes no nearer to it for 3 s. False alarms keep the paper's tool
+  away from some places.
+- The values are means of four runs. The paper's system uses T = 5 mm.
+- The missing stock is at corners that the rounds cut short, where the hand deviates, and in inside corners
+  that are too small for the tool. Therefore compare the cleared area of far stock per second.
 
 ";
 
 const FINISHING: &str = "
 ## The finishing pass, single and double
 
-The modules of Table 1 as feed drives (`keepout-studies compare --machine nsk-modules`) follow the finishing path at 12 mm/s against friction and the force of the
-cut, which is that of Koren & Lo's table at 0.5 mm and grows with the thickness. A single pass takes all that roughing left: with the paper's system
-the mean under-cutting of its rows with T of 4 mm and more, with ours that of all our rows, which is less than a first pass would leave. The double pass
-of the paper's conclusions leaves 0.1 mm; the second cuts that, and what the first was off by. A first pass that is off by more than 100 µm may have cut into the
-part. Errors are without the first half second of a loop. Both controllers are of [Koren & Lo](koren-lo.md): the best
-that the paper there names, and ours.
+The modules of Table 1 follow the finishing toolpath at 12 mm/s, as feed drives with friction and a cutting
+force (`keepout-studies compare --machine nsk-modules`). The force at a thickness of 0.5 mm is that of Koren &
+Lo's table. It is proportional to the thickness.
+
+- A single pass cuts all the stock that roughing left. For the paper's system this is the mean under-cutting
+  of its rows with T of 4 mm and more. For Keepout it is the mean under-cutting of all rows, which is less
+  than the stock that a first pass would leave.
+- In the double pass of the paper's conclusions, the first pass leaves 0.1 mm. The second pass cuts this stock
+  and the contour error of the first pass.
+- A first pass with an error above 100 µm may have cut into the part.
+- The errors do not include the first half second of a loop.
+
+Both controllers are described in [Koren & Lo](koren-lo.md): the best one of that paper, and ours.
 
 ";
 
 const HANDWHEEL: &str = "
 ## One dimension: the handwheel
 
-Sections 2 and 3.1: pulses of a handwheel reach the motor only while the table is outside the band T before the barrier; within it, only those
-that lead back. The sensor is wired to the computer, so a round is the computation alone. The wheel is turned 15 mm beyond the barrier, and 5 mm back.
-Ours are the supervisor's wheels, over the serial line. *Released* are attempts in which the table came back with the wheel.
+This is the system of sections 2 and 3.1. The pulses of a handwheel reach the motor only while the table is in
+front of the band T before the barrier. Within the band, only backward pulses pass. The sensor is wired to the
+computer, so a round takes only the time of the computation. The wheel turns to 15 mm beyond the barrier, and
+then back by 5 mm. Keepout uses the handwheel inputs of its supervisor, over the serial line. *Released*
+counts the attempts in which the table followed the wheel back.
 
 ";
 
 const LIMITS: &str = "
-## What was reproduced, and what was not
+## Results that are reproduced, and results that are not
 
-- **Reproduced:** success rises with T from seldom to nearly always, at both feeds alike, and under-cutting grows with T. Errors that do
-  not grow with the feed are no delay of the motion that runs: they are what motions of a fixed length (the \"unitary movement\" of section 3.1), one for each
-  round of the computation, leave under way. With these, one set of figures does for both feeds.
-- **Not told apart:** `cargo run --release -p keepout-studies -- calibrate` lists sets of figures that fit nearly as well. All fitted rows of Table 2 (b) are at
-  12 mm/s. The words of the third check name x intervals alone; the fit prefers x or y. By x alone the system is blind to steep sides:
+- **Reproduced:** The success rises with T from rare to nearly always, at both feeds alike. The under-cutting
+  grows with T. The errors do not grow with the feed, so a delay of the current motion can not be their cause.
+  Motions of a fixed length, one per round of the computation, explain them (the \"unitary movement\" of
+  section 3.1). With such motions, one set of values fits both feeds.
+- **Not distinguishable:** `cargo run --release -p keepout-studies -- calibrate` lists other sets of values
+  that fit nearly as well. All fitted rows of Table 2 (b) are at 12 mm/s. The text of the third check names x
+  intervals alone, but the fit prefers x or y intervals. With x intervals alone, the system does not see steep
+  sides:
 
 ";
 
 const LIMITS_ON: &str = "
-- **False alarms:** the distance to the infinite line stops the tool where nothing is near. The paper does not speak of them; here
-  such a stop is counted beside, and the attempt begins anew, unless the tool was in the part.
-- **Not reproduced:** the least under-cuttings (0.15 mm at T = 2 mm), which are means of one to four successes. That under-cutting falls when the feed
-  rises: it does not in theirs at 5 mm either. Shapes, sizes and operators of that day are not known.
-- The modules of Table 1 are allowed 1200 mm/s, and do not get there from so near: the table of attempts through drives has the fastest that the tool
-  went by hand.
-- Lines, drives and operators are models. What ours is proved to do does not rest on them: `proofs/README.md`.
+- **False alarms:** The distance to the infinite line stops the tool at places without a segment. The paper
+  does not mention such stops. We count them separately, and the attempt starts again, unless the tool was in
+  the part.
+- **Not reproduced:** The smallest under-cutting (0.15 mm at T = 2 mm). Such values are means of one to four
+  successes. We also do not reproduce that the under-cutting falls at the higher feed. In the paper it does
+  not fall at T = 5 mm either. The original shapes, sizes and operators are unknown.
+- The modules of Table 1 may reach 1200 mm/s, but the attempts begin too near to the part for this speed. The
+  table of the attempts with drives states the highest jog speed.
+- Lines, drives and operators are models. The proofs of Keepout do not depend on them: see `proofs/README.md`.
 ";
 
 /// Rows of the external triangle at a tolerance, mm.
@@ -148,8 +191,10 @@ fn summary(text: &mut String, results: &Results) {
     let _ = writeln!(
         text,
         "| | paper, reported | paper's controller, simulated | Keepout, simulated |\n|---|---|---|---|\n\
-         | without invasion | triangle: {} % (T = 1 mm), {} % (2 mm), {} % (5 mm) | {} %, {} %, {} % | {} % of {} attempts: all profiles, delays to {} s each way |\n\
-         | mean under-cutting | {left_reported:.2} mm at T = 5 mm | {left_found:.2} mm at T = 5 mm | {:.3} mm, at most {:.3} mm |\n\n\
+         | without invasion | triangle: {} % (T = 1 mm), {} % (2 mm), {} % (5 mm) | {} %, {} %, {} % \
+         | {} % of {} attempts: all profiles, delays up to {} s each way |\n\
+         | mean under-cutting | {left_reported:.2} mm at T = 5 mm | {left_found:.2} mm at T = 5 mm \
+         | {:.3} mm, at most {:.3} mm |\n\n\
          ![success over tolerance]({FOLDER}/success.svg)\n",
         reported(1.0),
         reported(2.0),
@@ -166,7 +211,7 @@ fn summary(text: &mut String, results: &Results) {
 }
 
 fn shapes(text: &mut String, scenarios: &Scenarios) {
-    let mut table = vec![vec!["profile".to_string(), "what".into(), "corners, mm".into()]];
+    let mut table = vec![vec!["profile".to_string(), "description".into(), "corners, mm".into()]];
     for shape in &scenarios.profile {
         let corners: Vec<String> = shape.corners.iter().map(|(x, y)| format!("({x}, {y})")).collect();
         table.push(vec![shape.name.clone(), shape.title.clone(), corners.join(" ")]);
@@ -176,7 +221,8 @@ fn shapes(text: &mut String, scenarios: &Scenarios) {
 
 fn delays(text: &mut String, results: &Results) {
     let delays = &results.delays;
-    let cuts = if delays.stop_cuts { "cut by a stop" } else { "run to its end after a stop" };
+    let cuts =
+        if delays.stop_cuts { "ends the current motion" } else { "lets the current motion run to its end" };
     let looked = match delays.classified {
         Looked::ByX => "by x intervals",
         Looked::ByXOrY => "by x or y intervals",
@@ -184,14 +230,18 @@ fn delays(text: &mut String, results: &Results) {
     let _ = writeln!(
         text,
         "\n## The delay model\n\n\
-         Known: {} baud; a query has {} bytes, its answer {}, a motion {}, a stop {} (about those of `executor/dialects/nsk-style.toml`); the controller takes {} ms for \
-         a line; the motion that runs is {cuts}.\n\n\
-         Free, and found once by `cargo run --release -p keepout-studies -- calibrate` on the rows marked *fitted* (every other row of Table 2), by the deviance of successes and \
-         the mean under-cutting (to 0.25 mm):\n\n\
-         - a direction motion is **{} mm** long, and up to {} are sent ahead of the one that runs;\n\
-         - a round of the computation takes **{} ms** in the mean, half of it at least, the rest exponentially distributed;\n\
-         - the table follows with a time constant of **{} ms**;\n\
-         - segments are looked up {looked}.\n",
+         Known values:\n\n\
+         - The line has {} baud. A query has {} bytes, its answer {}, a motion {}, a stop {}.\n  \
+         They are about those of `executor/dialects/nsk-style.toml`.\n\
+         - The controller takes {} ms for a line. A stop {cuts}.\n\n\
+         Free values, found once by `cargo run --release -p keepout-studies -- calibrate` on the rows\n\
+         marked *fitted* (every second row of Table 2). The fit uses the deviance of the successes and the\n\
+         mean under-cutting (to 0.25 mm):\n\n\
+         - A joystick motion is **{} mm** long. Up to {} are queued behind the current one.\n\
+         - A round of the computation takes **{} ms** on average. Half of it is constant, the rest\n  \
+         exponentially distributed.\n\
+         - The table follows with a time constant of **{} ms**.\n\
+         - The check selects segments {looked}.\n",
         delays.baud,
         delays.query_bytes,
         delays.answer_bytes,
@@ -205,7 +255,8 @@ fn delays(text: &mut String, results: &Results) {
     );
 }
 
-/// Of rows: how many, how many of these within chance, and mean absolute errors of success, percentage points, and under-cutting, mm.
+/// Cells for a group of rows: their number, the number within chance, and the mean absolute errors of the
+/// success (percentage points) and of the under-cutting (mm).
 fn errors(rows: &[&PaperRow]) -> [String; 4] {
     let success = mean(rows.iter().map(|row| row.success_error().abs()));
     let under_cutting = mean(rows.iter().filter_map(|row| Some(row.under_cutting_error()?.abs())));
@@ -216,9 +267,11 @@ fn errors(rows: &[&PaperRow]) -> [String; 4] {
 fn prediction(text: &mut String, results: &Results) {
     *text += "## Tables 2 and 3, reported and found\n\n";
     *text += &markdown(&paper_table(&results.paper));
-    *text += "\n*Within chance*: were the share found the true one, so many successes as reported, or fewer, and so many or more, would each have a chance \
-              of 2.5 % at least. Mean absolute errors:\n\n";
-    let names = ["rows", "count", "within chance", "success, points", "under-cutting, mm"];
+    *text += "\n*Within chance*: take the success of our simulation as the true share. Then both the\n\
+              reported number of successes or fewer, and this number or more, have a probability of at\n\
+              least 2.5 %.\n\n\
+              Mean absolute errors:\n\n";
+    let names = ["rows", "count", "within chance", "success, percentage points", "under-cutting, mm"];
     let mut table = vec![names.map(String::from).to_vec()];
     type Which = fn(&PaperRow) -> bool;
     let kinds: [(&str, Which); 3] = [
@@ -239,20 +292,21 @@ fn ours(text: &mut String, results: &Results) {
     let together = results.ours_together();
     let _ = writeln!(
         text,
-        "\n## Keepout in the same place\n\n\
-         T is the margin budget of the machine (repeatability ±10 µm, contour error of its drives, resolution, \
-         rounding) and the least allowance. {} attempts, **{} incursions**.\n",
+        "\n## The experiment with Keepout\n\n\
+         T is the margin budget of the machine (repeatability ±10 µm, contour error of its drives,\n\
+         resolution, rounding) plus the smallest stock to leave. {} attempts, **{} gouges**.\n",
         together.attempts,
         together.attempts - together.successes
     );
     *text += &markdown(&results.ours_by_speed());
-    *text += "\nBy the delay of the line:\n\n";
+    *text += "\nThe same attempts by the delay of the line:\n\n";
     *text += &markdown(&results.ours_by_latency());
     let driven: u64 = results.driven.iter().map(|row| row.found.attempts).sum();
     let _ = write!(
         text,
-        "\nThe tool is where the modules' repeatability puts it. In {driven} attempts, at the shortest delay, it is besides moved by their feed drives, \
-         with the controller that the budget counts on:\n\n"
+        "\nThe simulated tool deviates from its command by the repeatability of the modules. In {driven}\n\
+         of the attempts, at the shortest delay, simulated feed drives also move it, with the controller\n\
+         that the budget assumes:\n\n"
     );
     let mut driven = results.clone();
     driven.ours.clone_from(&results.driven);
@@ -260,8 +314,11 @@ fn ours(text: &mut String, results: &Results) {
 }
 
 fn pictures(text: &mut String, scenarios: &Scenarios) {
-    *text += "\n## Pictures, in the manner of Fig. 8\n\nBlue: 24 approaches by hand. Green: the planned finishing path, and orange, with Keepout: the one that \
-              was cut (\"a\" in Fig. 8). Dark: the profile (\"b\"), which it leaves within the margin.\n\n| paper's controller | Keepout |\n|---|---|\n";
+    *text += "\n## Pictures like Fig. 8\n\n\
+              Blue: 24 jogged approaches. Green: the planned finishing toolpath. Orange, with Keepout\n\
+              only: the path of the tool in finishing (\"a\" in Fig. 8). Dark: the profile (\"b\").\n\
+              The finished contour agrees with it within the margin.\n\n\
+              | paper's controller | Keepout |\n|---|---|\n";
     for shape in &scenarios.profile {
         let name = &shape.name;
         let _ = writeln!(

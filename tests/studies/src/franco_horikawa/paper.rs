@@ -1,15 +1,17 @@
-//! The paper's controller (sections 5 and 6): command where the tool is, check for an invasion with tolerance T, and then stop.
+//! The paper's controller (sections 5 and 6): query the position, check for an invasion with tolerance T, and
+//! then stop.
 //!
-//! It drives the modules of this study and nothing else: it makes no command of the product's, and knows no port.
+//! It drives the simulated modules of this study only. It makes no command of Keepout and has no access to a
+//! port.
 //!
 //! ```text
-//! joystick ──> velocity ──> motion of a fixed length ──────────────┐
+//! joystick ──> direction ──> motion of a fixed length ─────────────┐
 //!    position query ── line ──> answer ── line ──> check ──> stop ── line ──> modules
 //! ```
 //!
-//! The flow chart (Fig. 7) is lost. What is read into it: one round asks for the position, checks it, and then sends either a
-//! stop or, when the stick is tilted and the controller's queue has room, one "unitary movement" (section 3.1) in the stick's
-//! velocity (section 3.3: velocity, no speed).
+//! We do not have the flow chart (Fig. 7). We read one round as follows: query the position, check it, then
+//! send a stop. If no stop is necessary, the stick is tilted and the controller's queue has room, send one
+//! "unitary movement" (section 3.1) in the direction of the stick (section 3.3: a direction, no speed).
 
 use keepout_executor::operator::{Operator, OperatorView};
 use keepout_executor::session::{Sample, SampleKind};
@@ -28,43 +30,45 @@ use super::invasion::{Classified, Intervals, prohibited};
 use super::modules::{Modules, STEP_S, distance};
 use super::scenario::{Mm, Shape, StudyError};
 
-/// The tool starts with its edge so far from the part, mm.
+/// Range of distances between the tool's edge and the part at the start, mm.
 pub const START_MM: (f64, f64) = (8.0, 30.0);
-/// An attempt is begun anew so often at most.
+/// Largest number of starts of an attempt.
 pub const BEGINNINGS: u32 = 1000;
-/// A stick tilted by less says nothing.
+/// Tilt above which the stick gives a direction.
 const TILTED: f64 = 0.3;
 /// Steps between two inputs of the operator.
-const WISH_STEPS: u64 = 10;
-/// Steps between two looks of the monitor.
+const INPUT_STEPS: u64 = 10;
+/// Steps between two samples of the collision monitor.
 const LOOK_STEPS: u64 = 5;
-/// The same where the tool is farther from the part than this, mm.
+/// Steps between two samples if the tool is farther from the part than [`FAR_MM`].
 const LOOK_STEPS_FAR: u64 = 50;
+/// Distance for the lower sample rate of the collision monitor, mm.
 const FAR_MM: f64 = 8.0;
-/// Nobody drives longer without coming to the part, s.
+/// Longest time of a trial without contact, s.
 const LIMIT_S: f64 = 60.0;
-/// No roughing takes longer, s.
+/// Longest duration of roughing, s.
 const SESSION_S: f64 = 7200.0;
-/// The modules rest within this, s.
+/// Longest time that the modules take to stop, s.
 const REST_S: f64 = 20.0;
 
-/// A profile as the paper's controller knows it, and the part as the monitor does.
+/// A profile in the form for the paper's controller, and the part for the collision monitor.
 #[derive(Debug)]
 pub struct Ground<'a> {
     /// The profile.
     pub shape: &'a Shape,
     part: ProhibitedRegion,
     radius_mm: f64,
-    /// The profile grown by the radius, as the paper makes it.
+    /// The profile enlarged by the radius, with the paper's construction.
     polygon: Vec<Mm>,
     check: Intervals,
 }
 
 impl<'a> Ground<'a> {
-    /// The profile grown by the tool's radius (section 5.3), and its segments in intervals (section 5.2).
+    /// Enlarges the profile by the tool's radius (section 5.3), and sorts its segments by intervals (section
+    /// 5.2).
     ///
     /// # Errors
-    /// [`StudyError`] when the construction fails, or the part is none.
+    /// [`StudyError`] if the construction fails, or the part is invalid.
     pub fn new(shape: &'a Shape, tool_diameter_mm: f64, classified: Classified) -> Result<Self, StudyError> {
         let radius_mm = tool_diameter_mm / 2.0;
         let polygon = prohibited(&shape.corners, radius_mm, shape.side())
@@ -81,14 +85,15 @@ impl<'a> Ground<'a> {
         self.radius_mm
     }
 
-    /// Whether the check has an invasion where there is none: by the prolongation of a segment.
+    /// Whether an invasion at `at` is a false alarm, caused by the extension of a segment: all segments are
+    /// farther than the tolerance.
     fn is_false_alarm(&self, at: Mm, tolerance_mm: f64) -> bool {
         let closed = self.polygon.iter().copied().zip(self.polygon.iter().copied().cycle().skip(1));
         let mut far = closed.map(|(from, to)| distance(at, nearest_on_mm(at, from, to)));
         far.all(|far| far > tolerance_mm)
     }
 
-    /// How far the tool's edge is from the part, mm; negative within.
+    /// Distance of the tool's edge from the part, mm. Negative in the part.
     fn clearance(&self, at: Mm) -> f64 {
         self.shape.clearance(at) - self.radius_mm
     }
@@ -103,15 +108,16 @@ pub struct Paper<'a> {
     pub feed_mm_s: f64,
     /// Tolerance T, mm.
     pub tolerance_mm: f64,
-    /// What delays it.
+    /// Delay model.
     pub delays: Delays,
 }
 
 impl<'a> Paper<'a> {
-    /// One attempt. An operator who is stopped by a false alarm, or does not come to the part, begins anew from another place.
+    /// Runs one attempt. After a false alarm, or if the operator does not reach the part, the operator starts
+    /// again from another place.
     ///
     /// # Errors
-    /// [`StudyError`] when the tool fits nowhere, or nobody ever comes to the part.
+    /// [`StudyError`] if no start is free, or no operator reaches the part.
     pub fn attempt(&self, kind: ModelKind, seed: u64) -> Result<Attempt, StudyError> {
         let mut random = fastrand::Rng::with_seed(seed);
         let mut false_alarms = 0;
@@ -126,10 +132,13 @@ impl<'a> Paper<'a> {
             }
         }
         let what = format!("{}, the paper's controller, {kind:?}, seed {seed}", self.ground.shape.name);
-        Err(StudyError::Ended { what, reason: format!("not at the part in {BEGINNINGS} beginnings") })
+        Err(StudyError::Ended {
+            what,
+            reason: format!("the tool did not reach the part in {BEGINNINGS} starts"),
+        })
     }
 
-    /// Attempts of people, from the stream of a row.
+    /// Attempts with models of people. The row selects the random stream.
     pub fn attempts(
         self,
         (row, attempts, study): (u64, u64, u64),
@@ -138,7 +147,8 @@ impl<'a> Paper<'a> {
             .map(move |number| self.attempt(operator_of(&PEOPLE, number), seed_of(study, row, number)))
     }
 
-    /// Roughing until the operator inputs to end. After a stop only motions that lead away from the segment are sent.
+    /// Runs roughing until the operator ends it. After a stop, the controller sends only motions away from
+    /// the segment.
     #[must_use]
     pub fn session(&self, start: Mm, operator: Box<dyn Operator>, seed: u64) -> Attempt {
         let mut scene = Scene::new(self, start, operator, Going::OnAfterStops);
@@ -147,24 +157,24 @@ impl<'a> Paper<'a> {
     }
 }
 
-/// How long a scene is played.
+/// When a scene ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Going {
     ToTheFirstStop,
     OnAfterStops,
 }
 
-/// How it ended.
+/// How a scene ended.
 enum End {
-    /// By a stop, or in the part.
+    /// A stop ended it, or the tool entered the part.
     Stopped,
-    /// By a stop that was not called for.
+    /// A false stop ended it.
     FalseAlarm,
-    /// The operator had enough.
+    /// The operator or the time limit ended it.
     Over,
 }
 
-/// An attempt under way.
+/// The state of an attempt.
 struct Scene<'a> {
     paper: &'a Paper<'a>,
     modules: Modules,
@@ -173,12 +183,13 @@ struct Scene<'a> {
     seen: OperatorView,
     input: OperatorInput,
     monitor: CollisionMonitor,
-    /// At the last look, and the least of all, mm.
+    /// Distance from the part at the last sample, mm.
     clearance_mm: f64,
+    /// Smallest distance from the part, mm.
     closest_mm: f64,
     path: Vec<Mm>,
     steps: u64,
-    /// Time that has not been stepped yet, s.
+    /// Elapsed time that is not simulated yet, s.
     owed_s: f64,
 }
 
@@ -221,12 +232,12 @@ impl<'a> Scene<'a> {
         self.now().elapsed().as_secs_f64()
     }
 
-    /// Lets time pass.
+    /// Simulates the next `seconds`.
     fn pass(&mut self, seconds: f64) {
         self.owed_s += seconds;
         while self.owed_s >= STEP_S {
             self.owed_s -= STEP_S;
-            if self.steps.is_multiple_of(WISH_STEPS) {
+            if self.steps.is_multiple_of(INPUT_STEPS) {
                 self.input = self.operator.input(&self.seen, self.now());
             }
             self.modules.step();
@@ -250,7 +261,7 @@ impl<'a> Scene<'a> {
         self.path.push(tool);
     }
 
-    /// Round after round: command, check, then stop or send a motion.
+    /// Runs rounds: query, check, then stop or send a motion.
     fn drive(&mut self, random: &mut fastrand::Rng) -> End {
         let delays = self.paper.delays;
         let limit_s = if self.going == Going::OnAfterStops { SESSION_S } else { LIMIT_S };
@@ -274,7 +285,7 @@ impl<'a> Scene<'a> {
                 continue;
             }
             if self.going == Going::ToTheFirstStop && self.monitor.deepest().is_some() {
-                // Past the band and unnoticed: the tool is in the part.
+                // The check did not detect the tool in the band, and the tool is in the part.
                 return End::Stopped;
             }
             if queued <= usize::try_from(delays.ahead).unwrap_or(usize::MAX) {
@@ -284,17 +295,17 @@ impl<'a> Scene<'a> {
         End::Over
     }
 
-    /// Sends a motion in the stick's velocity, when that is tilted, and allowed.
+    /// Sends a motion in the direction of the stick, if the stick is tilted and the motion is allowed.
     fn send(&mut self, position: Mm, invades: bool) {
         let delays = self.paper.delays;
         let stick = self.input.velocity;
         let tilt = distance(stick, (0.0, 0.0));
-        let way = (stick.0 / tilt * delays.unit_mm, stick.1 / tilt * delays.unit_mm);
-        let end = (position.0 + way.0, position.1 + way.1);
+        let motion = (stick.0 / tilt * delays.unit_mm, stick.1 / tilt * delays.unit_mm);
+        let end = (position.0 + motion.0, position.1 + motion.1);
         let far = |at: Mm| self.paper.ground.check.nearest(at).map_or(f64::INFINITY, |(_, far)| far);
         if tilt > TILTED && !(invades && far(end) <= far(position)) {
             self.pass(delays.line_s(delays.motion_bytes) + delays.controller_s);
-            self.modules.go(way);
+            self.modules.go(motion);
         }
     }
 

@@ -1,17 +1,18 @@
-//! Many independent things at once, in order.
+//! Parallel execution of independent tasks, with the results in order.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 
 use super::scenario::StudyError;
 
-/// Told how many of all are done.
+/// A callback with the number of finished tasks and the number of all tasks.
 pub type Progress<'a> = dyn Fn(u64, u64) + Sync + 'a;
 
-/// Does `work` for 0 to `count`, on all processors, and gives what comes of it in that order; `progress` is told how many are done.
+/// Runs `work` for the numbers below `count` on all processors, and returns the results in the order of the
+/// numbers.
 ///
 /// # Errors
-/// That of the first number that fails.
+/// The error of the smallest number that failed.
 pub fn parallel<T: Send>(
     count: usize,
     progress: &Progress<'_>,

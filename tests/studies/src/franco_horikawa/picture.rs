@@ -1,4 +1,4 @@
-//! The study's pictures: roughing paths in the manner of Fig. 8, and success over tolerance.
+//! The pictures of the study: roughing paths like Fig. 8, and success over tolerance.
 
 use std::cmp::Ordering;
 use std::fmt::Write as _;
@@ -10,31 +10,33 @@ use super::ours::Ours;
 use super::results::{PaperRow, Results, our_attempts, paper_attempts};
 use super::scenario::{Reported, Scenarios, StudyError};
 
-/// Attempts in a picture.
+/// Number of attempts in a picture.
 const DRAWN: u64 = 24;
-/// Of a path, points this far apart are drawn, mm.
+/// Smallest distance of two drawn points of a path, mm.
 const APART_MM: f64 = 0.25;
-/// The chart's size and margins.
+/// Width of the chart.
 const WIDTH: f64 = 560.0;
+/// Height of the chart.
 const HEIGHT: f64 = 300.0;
+/// Margin of the chart.
 const MARGIN: f64 = 46.0;
-/// The widest tolerance in the chart, mm.
+/// Largest tolerance in the chart, mm.
 const WIDEST_MM: f64 = 5.5;
 
-/// A picture's file name, and what it shows.
+/// The file name of a picture, and its SVG text.
 pub type Picture = (String, String);
 
-/// Roughing paths at every profile: with the paper's controller, and with ours.
+/// Draws roughing paths at every profile, with the paper's controller and with Keepout.
 ///
 /// # Errors
-/// [`StudyError`].
+/// [`StudyError`] if an attempt can not run.
 pub fn paths(scenarios: &Scenarios, seed: u64) -> Result<Vec<Picture>, StudyError> {
     let mut pictures = Vec::new();
     for (number, shape) in scenarios.profile.iter().enumerate() {
         let reported = scenarios.row.iter().enumerate().filter(|(_, row)| row.profile == shape.name);
         let ours = Ours::new(shape, scenarios.tool_diameter_mm, scenarios.ours_mm_s[0])?;
         let plan = &ours.work.plan;
-        // The widest tolerance that the paper reports for the profile, at the slower feed.
+        // Take the largest tolerance that the paper reports for the profile, at the slower feed.
         let order = |row: &Reported| (-row.tolerance_mm, row.feed_mm_s);
         let widest = reported.min_by(|a, b| order(a.1).partial_cmp(&order(b.1)).unwrap_or(Ordering::Equal));
         if let Some((row, reported)) = widest {
@@ -69,7 +71,7 @@ fn traces(attempts: &[Attempt]) -> Vec<Trace> {
     attempts.iter().map(thin).collect()
 }
 
-/// Success over tolerance on the external triangle: reported, found, and ours.
+/// Draws the success over the tolerance on the external triangle: reported, simulated, and with Keepout.
 #[must_use]
 pub fn chart(results: &Results) -> String {
     let x = |tolerance: f64| MARGIN + (WIDTH - 2.0 * MARGIN) * tolerance / WIDEST_MM;
@@ -78,7 +80,8 @@ pub fn chart(results: &Results) -> String {
     for tenth in [0.0, 0.25, 0.5, 0.75, 1.0] {
         let _ = writeln!(
             body,
-            "<path d=\"M{:.1} {:.1}H{:.1}\" stroke=\"#ddd\"/><text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{:.0} %</text>",
+            "<path d=\"M{:.1} {:.1}H{:.1}\" stroke=\"#ddd\"/>\
+             <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{:.0} %</text>",
             x(0.0),
             y(tenth),
             x(WIDEST_MM),
@@ -102,18 +105,22 @@ pub fn chart(results: &Results) -> String {
     let ours = results.ours.first().map_or(0.0, |row| row.tolerance_mm);
     let _ = writeln!(
         body,
-        "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"9\" height=\"9\" fill=\"#0b7a3b\"/><text x=\"{:.1}\" y=\"{:.1}\" \
-         fill=\"#0b7a3b\">Keepout, T = {ours:.3} mm, 12 to 1200 mm/s</text>",
+        "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"9\" height=\"9\" fill=\"#0b7a3b\"/>\
+         <text x=\"{:.1}\" y=\"{:.1}\" fill=\"#0b7a3b\">Keepout, T = {ours:.3} mm, 12 to 1200 mm/s</text>",
         x(ours) - 4.5,
         y(results.ours_together().success()) - 4.5,
         x(ours) + 10.0,
         y(1.0) - 8.0,
     );
     format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" font-family=\"sans-serif\" \
-         font-size=\"11\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n<text x=\"{MARGIN}\" y=\"18\" font-size=\"13\">Attempts \
-         without invasion, external triangle, over tolerance T in mm</text>\n{body}<text x=\"{:.1}\" y=\"{:.1}\" fill=\"#2c6fd1\">12 \
-         mm/s: line found, dots reported (full: fitted)</text>\n<text x=\"{:.1}\" y=\"{:.1}\" fill=\"#d97a00\">18 mm/s</text>\n</svg>\n",
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" \
+         font-family=\"sans-serif\" font-size=\"11\">\n\
+         <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n\
+         <text x=\"{MARGIN}\" y=\"18\" font-size=\"13\">Attempts without invasion, external triangle, \
+         over tolerance T in mm</text>\n{body}\
+         <text x=\"{:.1}\" y=\"{:.1}\" fill=\"#2c6fd1\">\
+         12 mm/s: line found, dots reported (full: fitted)</text>\n\
+         <text x=\"{:.1}\" y=\"{:.1}\" fill=\"#d97a00\">18 mm/s</text>\n</svg>\n",
         x(2.6),
         y(0.2),
         x(2.6),
@@ -121,7 +128,7 @@ pub fn chart(results: &Results) -> String {
     )
 }
 
-/// Success at a feed on the external triangle: a line as found, dots as reported.
+/// Draws the success at a feed on the external triangle: a line for our simulation, dots for the paper.
 fn curve(results: &Results, feed: f64, colour: &str, place: &dyn Fn(f64, f64) -> (f64, f64)) -> String {
     let mut body = String::new();
     let rows =
@@ -142,7 +149,8 @@ fn curve(results: &Results, feed: f64, colour: &str, place: &dyn Fn(f64, f64) ->
         let fill = if row.reported.calibrates { colour } else { "#fff" };
         let _ = writeln!(
             body,
-            "<circle cx=\"{cx:.1}\" cy=\"{cy:.1}\" r=\"4\" fill=\"{fill}\" stroke=\"{colour}\" stroke-width=\"1.5\"/>"
+            "<circle cx=\"{cx:.1}\" cy=\"{cy:.1}\" r=\"4\" \
+             fill=\"{fill}\" stroke=\"{colour}\" stroke-width=\"1.5\"/>"
         );
     }
     body

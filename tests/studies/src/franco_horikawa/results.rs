@@ -1,4 +1,4 @@
-//! The whole study, and what came of it.
+//! Runs of the complete study, and its results.
 
 use std::time::Duration;
 
@@ -17,22 +17,22 @@ use super::paper::{Ground, Paper};
 use super::parallel::{Progress, parallel};
 use super::scenario::{Reported, Scenarios, StudyError};
 
-/// What came of the study.
+/// Results of the study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Results {
-    /// Its seed.
+    /// Seed of the study.
     pub seed: u64,
-    /// Attempts of each row.
+    /// Attempts per row.
     pub attempts: u64,
     /// The delay model.
     pub delays: Delays,
     /// Rows of the paper's tables.
     pub paper: Vec<PaperRow>,
-    /// The same with segments looked up by x intervals alone.
+    /// The same rows, with segments selected by x intervals alone.
     pub by_x: Vec<PaperRow>,
-    /// The product's rows.
+    /// Rows of Keepout.
     pub ours: Vec<OurRow>,
-    /// Some of the product's attempts, with the tool moved by drives.
+    /// Rows of Keepout with simulated feed drives.
     pub driven: Vec<OurRow>,
     /// Time to clear stock.
     pub clearing: Vec<ClearRow>,
@@ -42,81 +42,84 @@ pub struct Results {
     pub handwheel: Vec<WheelRow>,
 }
 
-/// A row of the paper's tables, as reported and as found.
+/// A row of the paper's tables, with our result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PaperRow {
-    /// As reported.
+    /// The paper's values.
     pub reported: Reported,
-    /// As found.
+    /// Our simulation of the paper's controller.
     pub found: Tally,
 }
 
-/// A row of the product's.
+/// A row of Keepout.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OurRow {
-    /// The profile's name.
+    /// Name of the profile.
     pub profile: String,
     /// Top speed, mm/s.
     pub speed_mm_s: f64,
     /// Delay of the line each way, ms.
     pub latency_ms: u64,
-    /// What the tool is kept from the part by hand, mm.
+    /// Distance that jogging keeps from the part, mm.
     pub tolerance_mm: f64,
-    /// What came of it.
+    /// Statistics of the attempts.
     pub found: Tally,
 }
 
-/// A row of clearing.
+/// A row of the clearing runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClearRow {
-    /// The profile's name.
+    /// Name of the profile.
     pub profile: String,
-    /// Whose: the paper's or ours.
+    /// The system: "paper" or "ours".
     pub system: String,
     /// Top speed, mm/s.
     pub speed_mm_s: f64,
-    /// T, mm.
+    /// Tolerance T, mm.
     pub tolerance_mm: f64,
-    /// Whether the near stock was to be cleared, too.
+    /// Whether the operator also clears the near stock.
     pub all: bool,
-    /// The mean of several runs; the deepest of all.
+    /// Mean of several runs. The depth is the largest of all runs.
     pub found: Cleared,
 }
 
-/// Runs of a row of clearing.
+/// Number of runs of a clearing row.
 const CLEARINGS: u64 = 4;
-/// T of the paper's system when it clears, mm: the widest of Table 2.
+/// T of the paper's system in clearing, mm: the largest of Table 2.
 const CLEARING_T_MM: f64 = 5.0;
-/// Of so many attempts one is driven.
+/// Number of attempts for each attempt with simulated drives.
 const DRIVEN_SHARE: u64 = 50;
-/// Seeds of the tables begin here.
+/// First random stream of the rows of Keepout.
 const OURS_FROM: u64 = 1000;
+/// First random stream of the rows with simulated drives.
 const DRIVEN_FROM: u64 = 2000;
+/// First random stream of the clearing rows.
 const CLEARING_FROM: u64 = 3000;
 
 impl Results {
-    /// Runs everything. `progress` is told what is done, and how far it is.
+    /// Runs the complete study. Calls `progress` with the name of the part, its finished rows and all its
+    /// rows.
     ///
     /// # Errors
-    /// [`StudyError`].
+    /// [`StudyError`] if an attempt can not run.
     pub fn of(
         scenarios: &Scenarios,
         (attempts, seed): (u64, u64),
         progress: &(dyn Fn(&str, u64, u64) + Sync),
     ) -> Result<Self, StudyError> {
-        let told = |what: &'static str| move |done: u64, all: u64| progress(what, done, all);
-        let paper = paper_rows(scenarios, (attempts, seed), &told("the paper's tables"))?;
+        let named = |part: &'static str| move |done: u64, all: u64| progress(part, done, all);
+        let paper = paper_rows(scenarios, (attempts, seed), &named("the paper's tables"))?;
         let mut literal = scenarios.clone();
         literal.delays.classified = Looked::ByX;
-        let by_x = paper_rows(&literal, (attempts, seed), &told("the paper's tables by x alone"))?;
-        let ours = our_rows(scenarios, (attempts, seed), &told("the product"))?;
+        let by_x = paper_rows(&literal, (attempts, seed), &named("the paper's tables, x alone"))?;
+        let ours = our_rows(scenarios, (attempts, seed), &named("Keepout"))?;
         let driven = attempts.div_ceil(DRIVEN_SHARE);
-        let driven = driven_rows(scenarios, (driven, seed), &told("the product, through drives"))?;
-        let clearing = clear_rows(scenarios, seed, &told("clearing stock"))?;
-        let finishing = finish_rows(scenarios, &paper, &ours, &told("finishing passes"))?;
+        let driven = driven_rows(scenarios, (driven, seed), &named("Keepout with drives"))?;
+        let clearing = clear_rows(scenarios, seed, &named("clearing stock"))?;
+        let finishing = finish_rows(scenarios, &paper, &ours, &named("finishing passes"))?;
         let wheel = (attempts, seed);
         let handwheel =
-            handwheel::rows(scenarios.tool_diameter_mm, scenarios.delays, wheel, &told("the handwheel"))?;
+            handwheel::rows(scenarios.tool_diameter_mm, scenarios.delays, wheel, &named("handwheel"))?;
         Ok(Self {
             seed,
             attempts,
@@ -132,10 +135,10 @@ impl Results {
     }
 }
 
-/// The rows of the paper's tables.
+/// Simulates the rows of the paper's tables.
 ///
 /// # Errors
-/// [`StudyError`].
+/// [`StudyError`] if an attempt can not run.
 pub fn paper_rows(
     scenarios: &Scenarios,
     (attempts, seed): (u64, u64),
@@ -155,16 +158,16 @@ fn ground<'a>(scenarios: &'a Scenarios, profile: &str) -> Result<Ground<'a>, Stu
     Ground::new(shape, scenarios.tool_diameter_mm, scenarios.delays.classified.into())
 }
 
-/// The paper's controller as it was set for a row.
+/// The paper's controller with the settings of a row.
 fn on<'a>(scenarios: &Scenarios, ground: &'a Ground<'a>, row: &Reported) -> Paper<'a> {
     let delays = scenarios.delays;
     Paper { ground, feed_mm_s: row.feed_mm_s, tolerance_mm: row.tolerance_mm, delays }
 }
 
-/// The first attempts of a row of the paper's tables.
+/// Simulates the first attempts of a row of the paper's tables.
 ///
 /// # Errors
-/// [`StudyError`].
+/// [`StudyError`] if an attempt can not run.
 pub fn paper_attempts(
     scenarios: &Scenarios,
     number: usize,
@@ -175,7 +178,7 @@ pub fn paper_attempts(
     on(scenarios, &ground, row).attempts((number as u64, attempts, seed)).collect()
 }
 
-/// Profile, speed and delay of each of the product's rows.
+/// Profile, speed and delay of each row of Keepout.
 fn settings(scenarios: &Scenarios) -> Vec<(usize, f64, u64)> {
     let mut settings = Vec::new();
     for profile in 0..scenarios.profile.len() {
@@ -186,10 +189,10 @@ fn settings(scenarios: &Scenarios) -> Vec<(usize, f64, u64)> {
     settings
 }
 
-/// The product's rows.
+/// Runs the rows of Keepout.
 ///
 /// # Errors
-/// [`StudyError`].
+/// [`StudyError`] if an attempt can not run.
 pub fn our_rows(
     scenarios: &Scenarios,
     (attempts, seed): (u64, u64),
@@ -201,7 +204,7 @@ pub fn our_rows(
     })
 }
 
-/// The same through drives, at the shortest delay.
+/// Runs the rows of Keepout with simulated drives, at the shortest delay.
 fn driven_rows(
     scenarios: &Scenarios,
     (attempts, seed): (u64, u64),
@@ -239,10 +242,10 @@ fn our_row(
     })
 }
 
-/// Attempts of people with the product at a profile, at a speed and a delay of 1 ms: for a picture.
+/// Runs attempts with Keepout and models of people, at a delay of 1 ms, for a picture.
 ///
 /// # Errors
-/// [`StudyError`].
+/// [`StudyError`] if an attempt can not run.
 pub fn our_attempts(
     scenarios: &Scenarios,
     (profile, speed_mm_s): (usize, f64),
@@ -257,10 +260,10 @@ pub fn our_attempts(
     tried.collect()
 }
 
-/// Time to clear stock.
+/// Runs the clearing rows.
 ///
 /// # Errors
-/// [`StudyError`].
+/// [`StudyError`] if a run fails.
 pub fn clear_rows(
     scenarios: &Scenarios,
     seed: u64,
@@ -295,10 +298,10 @@ pub fn clear_rows(
     })
 }
 
-/// Single and double passes over what each system left, with each controller.
+/// Simulates single and double finishing passes over the stock that each system left, with each controller.
 ///
 /// # Errors
-/// [`StudyError`].
+/// [`StudyError`] if no plan can be made, or a controller does not exist.
 pub fn finish_rows(
     scenarios: &Scenarios,
     paper: &[PaperRow],
@@ -311,7 +314,7 @@ pub fn finish_rows(
     };
     let mut settings = Vec::new();
     for (number, shape) in scenarios.profile.iter().enumerate() {
-        // Rows that the paper would have worked with: 4 mm and more.
+        // Only tolerances of 4 mm and more are usable in practice with the paper's system.
         let theirs =
             paper.iter().filter(|row| row.reported.profile == shape.name && row.reported.tolerance_mm >= 4.0);
         let theirs = mean(&mut theirs.map(|row| &row.found));

@@ -1,4 +1,4 @@
-//! The study's scenarios, as data: profiles, the rows of the paper's tables, the delay model.
+//! The scenarios of the study as data: profiles, rows of the paper's tables, and the delay model.
 
 use std::fmt::Write as _;
 
@@ -14,21 +14,21 @@ use super::delays::Delays;
 /// A point, mm.
 pub type Mm = (f64, f64);
 
-/// Everything the study is about.
+/// All settings of the study.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scenarios {
     /// Diameter of the tool, mm.
     pub tool_diameter_mm: f64,
-    /// Speeds of the product's rows, mm/s.
+    /// Speeds of the rows of Keepout, mm/s.
     pub ours_mm_s: Vec<f64>,
-    /// Delays of the line in the product's rows, ms each way.
+    /// Delays of the line in the rows of Keepout, ms each way.
     pub latencies_ms: Vec<u64>,
-    /// The paper's system.
+    /// Delay model of the paper's system.
     pub delays: Delays,
     /// The profiles.
     pub profile: Vec<Shape>,
-    /// The rows of Tables 2 and 3, in their order.
+    /// The rows of Tables 2 and 3, in the paper's order.
     pub row: Vec<Reported>,
 }
 
@@ -38,9 +38,9 @@ pub struct Scenarios {
 pub struct Shape {
     /// Short name.
     pub name: String,
-    /// What people call it.
+    /// Description.
     pub title: String,
-    /// Where the tool is.
+    /// Side of the tool.
     side: ShapeSide,
     /// Corners of the closed profile, drawing coordinates, mm.
     pub corners: Vec<Mm>,
@@ -59,15 +59,15 @@ enum ShapeSide {
 pub struct Reported {
     /// The table: "2 (a)".
     pub table: String,
-    /// The profile's name.
+    /// Name of the profile.
     pub profile: String,
     /// Feed V, mm/s.
     pub feed_mm_s: f64,
     /// Tolerance T, mm.
     pub tolerance_mm: f64,
-    /// Attempts.
+    /// Number of attempts.
     pub attempts: u32,
-    /// Attempts without an invasion.
+    /// Number of attempts without an invasion.
     pub successes: u32,
     /// Mean under-cutting of the successes, mm.
     pub under_cutting_mm: Option<f64>,
@@ -84,22 +84,22 @@ impl Reported {
     }
 }
 
-/// Why there are no scenarios, or nothing can be run for them.
+/// Reasons for which the study can not run.
 #[derive(Debug, Error)]
 pub enum StudyError {
-    /// They are not understood.
+    /// The scenarios can not be parsed.
     #[error("scenarios of the study: {reason}")]
     Parse {
-        /// Where and what.
+        /// The place and the problem.
         reason: String,
     },
-    /// A row names a profile that there is not.
-    #[error("scenarios of the study: a row names the profile \"{name}\", which there is not")]
+    /// A row names an unknown profile.
+    #[error("scenarios of the study: a row names the unknown profile \"{name}\". Correct the name.")]
     Profile {
         /// The name.
         name: String,
     },
-    /// The machine is refused.
+    /// The machine profile is invalid.
     #[error(transparent)]
     Machine(#[from] MachineError),
     /// No plan can be made.
@@ -107,66 +107,66 @@ pub enum StudyError {
     Plan {
         /// The profile.
         name: String,
-        /// Why.
+        /// The reason.
         source: PlanRequestError,
     },
-    /// The paper's construction fails.
+    /// The construction of the paper fails.
     #[error("profile \"{name}\": {source}")]
     Radius {
         /// The profile.
         name: String,
-        /// Why.
+        /// The reason.
         source: super::invasion::RadiusError,
     },
-    /// The tool fits nowhere.
-    #[error("profile \"{name}\": no free place to start from")]
+    /// No start for the tool is free.
+    #[error("profile \"{name}\": no start for the tool is free")]
     NoStart {
         /// The profile.
         name: String,
     },
-    /// The drives are refused.
+    /// The drive profile is invalid.
     #[error(transparent)]
     Drives(#[from] keepout_drives::profile::ProfileError),
-    /// The profile does not lie on the machine.
+    /// The profile does not fit into the travel of the machine.
     #[error(transparent)]
     Place(#[from] keepout_executor::session::PlaceError),
-    /// A session can not be run.
+    /// A session can not run.
     #[error(transparent)]
     Session(#[from] keepout_sim::session::SimError),
-    /// The drives have no such controller, or no interpolator.
+    /// The drive profile has no interpolator, or the controller does not exist for it.
     #[error("{drives}: no {missing} for the finishing pass")]
     Finishing {
         /// The drives.
         drives: String,
-        /// What is missing.
+        /// The missing item.
         missing: String,
     },
     /// The results can not be written.
     #[error("the study's results: {0}")]
     Results(#[from] serde_json::Error),
-    /// A session ended as none may.
+    /// A session ended in an unexpected way.
     #[error("{what}: {reason}")]
     Ended {
         /// The attempt.
         what: String,
-        /// How.
+        /// The end.
         reason: String,
     },
 }
 
 impl Scenarios {
-    /// The study that comes with the program.
+    /// The built-in scenarios.
     ///
     /// # Errors
-    /// None, but for a wrong file in the source.
+    /// Only if the built-in file is invalid.
     pub fn built_in() -> Result<Self, StudyError> {
         Self::parse(include_str!("scenarios.toml"))
     }
 
-    /// Scenarios of a TOML text.
+    /// Reads scenarios from a TOML text.
     ///
     /// # Errors
-    /// [`StudyError`] with the place.
+    /// [`StudyError`] with the place of the problem, or the name of an unknown profile.
     pub fn parse(text: &str) -> Result<Self, StudyError> {
         let scenarios: Self =
             toml::from_str(text).map_err(|error| StudyError::Parse { reason: error.to_string() })?;
@@ -174,10 +174,10 @@ impl Scenarios {
         Ok(scenarios)
     }
 
-    /// The profile of that name.
+    /// The profile with the name `name`.
     ///
     /// # Errors
-    /// [`StudyError::Profile`] when there is none.
+    /// [`StudyError::Profile`] if it does not exist.
     pub fn shape(&self, name: &str) -> Result<&Shape, StudyError> {
         let found = self.profile.iter().find(|shape| shape.name == name);
         found.ok_or_else(|| StudyError::Profile { name: name.into() })
@@ -185,14 +185,14 @@ impl Scenarios {
 }
 
 impl Shape {
-    /// A bar, whose left side is the barrier of the one-dimensional system.
+    /// A bar of 40 by 60 mm. Its left side is the barrier of the one-dimensional system.
     #[must_use]
     pub fn bar() -> Self {
         let corners = vec![(0.0, 0.0), (40.0, 0.0), (40.0, 60.0), (0.0, 60.0)];
         Self { name: "bar".into(), title: "bar".into(), side: ShapeSide::Outside, corners }
     }
 
-    /// Where the tool is.
+    /// Side of the tool.
     #[must_use]
     pub fn side(&self) -> MachinedSide {
         match self.side {
@@ -201,13 +201,13 @@ impl Shape {
         }
     }
 
-    /// The profile's edges.
+    /// The edges of the profile.
     pub fn edges(&self) -> impl Iterator<Item = (Mm, Mm)> + '_ {
         let next = self.corners.iter().cycle().skip(1);
         self.corners.iter().copied().zip(next.copied())
     }
 
-    /// The box around it, `(min x, min y, max x, max y)`, mm.
+    /// Bounding box of the profile, `(min x, min y, max x, max y)`, mm.
     #[must_use]
     pub fn box_mm(&self) -> (f64, f64, f64, f64) {
         let none = (f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY);
@@ -224,7 +224,7 @@ impl Shape {
         feet.min_by(|a, b| far(*a).total_cmp(&far(*b))).unwrap_or(p)
     }
 
-    /// The distance to the profile, mm: positive on the tool's side.
+    /// Signed distance to the profile, mm. Positive on the side of the tool.
     #[must_use]
     pub fn clearance(&self, p: Mm) -> f64 {
         let foot = self.nearest(p);
@@ -247,21 +247,21 @@ impl Shape {
         text + "0\nENDSEC\n0\nEOF\n"
     }
 
-    /// The plan for it, from its drawing.
+    /// Makes a plan from the drawing of the profile.
     ///
     /// # Errors
-    /// [`StudyError::Plan`] when none can be made.
+    /// [`StudyError::Plan`] if no plan can be made.
     pub fn plan(&self, machine: &MachineProfile, job: PlanParameters) -> Result<CertifiedPlan, StudyError> {
-        let order =
+        let request =
             PlanRequest { job: PlanParameters { side: self.side(), ..job }, ..PlanRequest::default() };
-        let plan = order.plan(&self.name, self.dxf().as_bytes(), machine, &mut |_| {});
+        let plan = request.plan(&self.name, self.dxf().as_bytes(), machine, &mut |_| {});
         plan.map_err(|source| StudyError::Plan { name: self.name.clone(), source })
     }
 
-    /// A place where the tool starts: its edge `from_mm` to `to_mm` from the profile.
+    /// A random start of the tool. Its edge is `from_mm` to `to_mm` from the profile.
     ///
     /// # Errors
-    /// [`StudyError::NoStart`] when none is found.
+    /// [`StudyError::NoStart`] if none of the 100 000 tried places is free.
     pub fn start(
         &self,
         radius_mm: f64,
@@ -280,13 +280,13 @@ impl Shape {
     }
 }
 
-/// Places tried for a start.
+/// Number of places tried for a start.
 const TRIES: u32 = 100_000;
 
-/// The machine of the paper's Table 1, that goes no faster than this by hand and in contours.
+/// The machine of the paper's Table 1, with a top speed of `max_rate_mm_s`.
 ///
 /// # Errors
-/// None, but for a wrong file in the source.
+/// [`StudyError`] if the built-in file or the speed is invalid.
 pub fn machine(max_rate_mm_s: f64) -> Result<MachineProfile, StudyError> {
     let text = include_str!("nsk-modules.toml");
     let machine: MachineProfile =
@@ -299,7 +299,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn clearance_has_the_side_of_the_tool() {
+    fn clearance_is_positive_on_the_side_of_the_tool() {
         let bar = Shape::bar();
         let pocket = Shape { side: ShapeSide::Inside, ..Shape::bar() };
         for (at, clearance) in
@@ -310,9 +310,9 @@ mod tests {
         }
     }
 
-    /// Profile, plan and exact part agree on which side is which, and starts are where they are wanted.
+    /// Profile, plan and exact part agree on the sides, and starts have the requested distance.
     #[test]
-    fn starts_are_free() {
+    fn starts_are_free_and_at_the_requested_distance() {
         let scenarios = Scenarios::built_in().unwrap();
         let mut random = fastrand::Rng::with_seed(4);
         for shape in &scenarios.profile {

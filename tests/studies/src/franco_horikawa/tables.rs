@@ -1,11 +1,11 @@
-//! The study's tables, as CSV and as Markdown.
+//! The tables of the study, as CSV and as Markdown.
 
 use std::fmt::Write as _;
 
 use super::attempt::Tally;
 use super::results::{OurRow, PaperRow, Results};
 
-/// A length, mm.
+/// A length as text, mm.
 fn mm(value: f64) -> String {
     if value < 1.0 { format!("{value:.3}") } else { format!("{value:.2}") }
 }
@@ -14,7 +14,7 @@ fn maybe(value: Option<f64>) -> String {
     value.map_or("-".into(), mm)
 }
 
-/// A share, per cent.
+/// A share as text, per cent.
 #[must_use]
 pub fn percent(share: f64) -> String {
     format!("{:.1}", 100.0 * share)
@@ -32,7 +32,7 @@ fn fastest(tally: &Tally) -> String {
     tally.fastest_mm_s.map_or("-".into(), |fastest| format!("{fastest:.0}"))
 }
 
-/// Attempts, successes and so on.
+/// Cells for the columns [`COUNTED`].
 fn counted(tally: &Tally) -> Vec<String> {
     row([
         tally.attempts.to_string(),
@@ -48,11 +48,11 @@ fn counted(tally: &Tally) -> Vec<String> {
 const COUNTED: [&str; 7] =
     ["attempts", "successes", "success %", "mean under-cutting mm", "worst mm", "deepest mm", "mean time s"];
 
-/// The fastest that the tool went.
+/// Column of the highest speed of the tool.
 const FASTEST: &str = "fastest mm/s";
 
 impl Results {
-    /// Time to clear stock.
+    /// Table of the clearing runs.
     #[must_use]
     pub fn clearing_table(&self) -> Vec<Vec<String>> {
         let names = named([
@@ -62,9 +62,9 @@ impl Results {
             "T mm",
             "cleared to",
             "time s",
-            "of 8 to 20 mm %",
-            "of it mm²/s",
-            "of 0.2 to 8 mm %",
+            "far stock (8 to 20 mm) cleared %",
+            "far stock cleared mm²/s",
+            "near stock (0.2 to 8 mm) cleared %",
             "deepest mm",
         ]);
         let rows = self.clearing.iter().map(|each| {
@@ -84,7 +84,7 @@ impl Results {
         std::iter::once(names).chain(rows).collect()
     }
 
-    /// Finishing passes.
+    /// Table of the finishing passes.
     #[must_use]
     pub fn finishing_table(&self) -> Vec<Vec<String>> {
         let names = named([
@@ -110,7 +110,7 @@ impl Results {
         std::iter::once(names).chain(rows).collect()
     }
 
-    /// The one-dimensional system.
+    /// Table of the one-dimensional system.
     #[must_use]
     pub fn handwheel_table(&self) -> Vec<Vec<String>> {
         let mut names = named(["system", "wheel mm/s", "T mm", "released"]);
@@ -128,14 +128,14 @@ impl Results {
         std::iter::once(names).chain(rows).collect()
     }
 
-    /// All of the product's attempts together.
+    /// Statistics of all attempts with Keepout.
     #[must_use]
     pub fn ours_together(&self) -> Tally {
         let tallies: Vec<Tally> = self.ours.iter().chain(&self.driven).map(|row| row.found).collect();
         Tally::together(&tallies)
     }
 
-    /// The product by profile and speed, all delays of the line together.
+    /// Table of Keepout by profile and speed, over all delays of the line.
     #[must_use]
     pub fn ours_by_speed(&self) -> Vec<Vec<String>> {
         let mut names = named(["profile", "V mm/s", "T mm"]);
@@ -154,7 +154,7 @@ impl Results {
         table
     }
 
-    /// The product by delay of the line, all profiles and speeds together.
+    /// Table of Keepout by delay of the line, over all profiles and speeds.
     #[must_use]
     pub fn ours_by_latency(&self) -> Vec<Vec<String>> {
         let mut latencies: Vec<u64> = self.ours.iter().map(|row| row.latency_ms).collect();
@@ -174,7 +174,7 @@ impl Results {
     }
 }
 
-/// Rows of the product.
+/// Table of the rows of Keepout.
 #[must_use]
 pub fn ours_table(rows: &[OurRow]) -> Vec<Vec<String>> {
     let mut names = named(["profile", "V mm/s", "delay each way ms", "T mm"]);
@@ -194,7 +194,7 @@ pub fn ours_table(rows: &[OurRow]) -> Vec<Vec<String>> {
     std::iter::once(names).chain(rows).collect()
 }
 
-/// Rows of Tables 2 and 3, as reported and as found.
+/// Table of the rows of Tables 2 and 3: the reported values and ours.
 #[must_use]
 pub fn paper_table(rows: &[PaperRow]) -> Vec<Vec<String>> {
     let mut names = named([
@@ -209,7 +209,7 @@ pub fn paper_table(rows: &[PaperRow]) -> Vec<Vec<String>> {
     ]);
     names.extend(COUNTED.map(String::from));
     names.extend(
-        ["false alarms", "success off by points", "under-cutting off by mm", "within chance"]
+        ["false alarms", "success error, percentage points", "under-cutting error mm", "within chance"]
             .map(String::from),
     );
     let rows = rows.iter().map(|each| {
@@ -236,23 +236,26 @@ pub fn paper_table(rows: &[PaperRow]) -> Vec<Vec<String>> {
 }
 
 impl PaperRow {
-    /// How far the success is off that reported, percentage points.
+    /// Difference between our success and the reported success, percentage points.
     #[must_use]
     pub fn success_error(&self) -> f64 {
         100.0 * (self.found.success() - self.reported.success())
     }
 
-    /// How far the mean under-cutting is off that reported, mm; none where either has none.
+    /// Difference between our mean under-cutting and the reported one, mm. `None` if one of them is missing.
     #[must_use]
     pub fn under_cutting_error(&self) -> Option<f64> {
         Some(self.found.mean_mm? - self.reported.under_cutting_mm?)
     }
 
-    /// Whether so many or fewer successes, and so many or more, each have a chance of 2.5 % at least, were the share found the true one.
+    /// Whether the reported number of successes agrees with our success as the true share.
+    ///
+    /// It agrees if both the reported number or fewer, and the reported number or more, have a probability of
+    /// at least 2.5 %.
     #[must_use]
     pub fn is_within_chance(&self) -> bool {
         let (share, attempts) = (self.found.success(), self.reported.attempts);
-        // Of all or none only all or none is a sample, and the terms are no numbers.
+        // With a share of 0 or 1, only the same share agrees. The terms below would be NaN.
         if share <= 0.0 || share >= 1.0 {
             return (self.reported.success() - share).abs() < 1e-9;
         }
@@ -267,7 +270,7 @@ impl PaperRow {
     }
 }
 
-/// A table as CSV. No cell has a comma.
+/// A table as CSV. The cells must not contain commas.
 #[must_use]
 pub fn csv(table: &[Vec<String>]) -> String {
     table.iter().fold(String::new(), |text, row| text + &row.join(",") + "\n")

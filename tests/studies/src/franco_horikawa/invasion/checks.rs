@@ -1,41 +1,45 @@
-//! The three invasion checks of section 5.2: a matrix of points, the sum of angles, the distance to classified segments.
+//! The three invasion checks of section 5.2: a matrix of points, the sum of angles, the distance to
+//! classified segments.
 
 use thiserror::Error;
 
 use super::{PointMm, cross, dot, length, segments, vector};
 
-/// Most points that a matrix holds.
+/// Largest number of points of a matrix.
 const POINTS_MAX: f64 = 16_000_000.0;
-/// A sum of angles counts as 360° from this much below: three arctangents round by less than 1e-12° together.
+/// Largest amount by which a sum of angles may be below 360° and count as 360°. Three arctangents round by
+/// less than 1e-12° together.
 const ROUNDING_DEG: f64 = 1e-9;
 
-/// Why no matrix of points is made.
+/// Reasons for which a matrix of points can not be made.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum MatrixError {
-    /// The separation is no length, or the points would be too many.
+    /// The separation is not positive and finite, the profile is not finite, or the number of points is too
+    /// large.
     #[error(
-        "points {spacing_mm} mm apart can not be laid along this profile: it needs a finite profile, a separation above zero and at most {POINTS_MAX} points. Give a larger separation."
+        "a separation of {spacing_mm} mm does not fit this profile: the profile must be finite, the \
+         separation above zero, and the number of points at most {POINTS_MAX}. Give a larger separation."
     )]
     Spacing {
-        /// The separation asked for, mm.
+        /// The requested separation, mm.
         spacing_mm: f64,
     },
 }
 
-/// The first method: points P(j) along the profile's segments, their separation E.
+/// The first method: points P(j) along the segments of the profile, with the separation E.
 ///
-/// Between two points the profile is not there: with a tolerance below E/2 a tool passes across it unnoticed. A query costs
-/// a distance for each point.
+/// The check does not see the profile between two points. With a tolerance below E/2, a tool crosses it
+/// undetected. A query computes the distance to every point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointMatrix {
     points: Vec<PointMm>,
 }
 
 impl PointMatrix {
-    /// The points of `profile`, from each corner `spacing_mm` apart along the segment that begins there.
+    /// The points of `profile`: along each segment from its first corner, `spacing_mm` apart.
     ///
     /// # Errors
-    /// [`MatrixError`] when the separation is no length above zero, or makes more than 16 million points.
+    /// [`MatrixError`] if the separation is not above zero, or gives more than 16 million points.
     pub fn new(profile: &[PointMm], spacing_mm: f64) -> Result<Self, MatrixError> {
         let count: f64 = segments(profile).map(|(a, b)| length(vector(a, b)) / spacing_mm + 1.0).sum();
         if !(spacing_mm.is_finite() && spacing_mm > 0.0 && count.is_finite() && count <= POINTS_MAX) {
@@ -45,32 +49,32 @@ impl PointMatrix {
         Ok(Self { points })
     }
 
-    /// The number of points, which is the number of distances that a query takes.
+    /// Number of points. A query computes this many distances.
     #[must_use]
     pub fn len(&self) -> usize {
         self.points.len()
     }
 
-    /// Whether there is no point.
+    /// Whether the matrix has no points.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.points.is_empty()
     }
 
-    /// The distance from `p` to the nearest point of the matrix, mm; infinite when there is none.
+    /// Distance from `p` to the nearest point of the matrix, mm. Infinite for an empty matrix.
     #[must_use]
     pub fn distance_mm(&self, p: PointMm) -> f64 {
         self.points.iter().map(|&point| length(vector(p, point))).fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether a tool at `p` invades: it is within the tolerance T of a point, eq. (1).
+    /// Whether a tool at `p` invades, by eq. (1): its distance to a point is at most the tolerance T.
     #[must_use]
     pub fn invades(&self, p: PointMm, tolerance_mm: f64) -> bool {
         self.distance_mm(p) <= tolerance_mm
     }
 }
 
-/// The points of a segment, from `a` on and without `b`; none of a segment of no length.
+/// The points of a segment, with `a` and without `b`. A segment without length has no points.
 fn points_along(a: PointMm, b: PointMm, spacing_mm: f64) -> impl Iterator<Item = PointMm> {
     let (along, whole) = (vector(a, b), length(vector(a, b)));
     let distances = (0_u32..).map(move |j| f64::from(j) * spacing_mm).take_while(move |s| *s < whole);
@@ -79,7 +83,8 @@ fn points_along(a: PointMm, b: PointMm, spacing_mm: f64) -> impl Iterator<Item =
 
 /// The second method: the sum β + Φ + δ of the angles that the triangle's sides subtend at `p`, in degrees.
 ///
-/// 360° inside, less outside. At a corner two of the angles do not exist and count as zero.
+/// It is 360° inside the triangle and less outside. At a corner two of the angles do not exist and count as
+/// zero.
 #[must_use]
 pub fn angle_sum_deg(p: PointMm, triangle: [PointMm; 3]) -> f64 {
     let subtended = |(a, b)| {
@@ -89,17 +94,19 @@ pub fn angle_sum_deg(p: PointMm, triangle: [PointMm; 3]) -> f64 {
     segments(&triangle).map(subtended).sum()
 }
 
-/// Whether `p` is external to the triangle: its sum of angles is below 360°, by more than 1e-9° for rounding.
+/// Whether `p` is external to the triangle: the sum of angles is below 360° by more than 1e-9°, the rounding
+/// tolerance.
 #[must_use]
 pub fn is_external(p: PointMm, triangle: [PointMm; 3]) -> bool {
     angle_sum_deg(p, triangle) < 360.0 - ROUNDING_DEG
 }
 
-/// Whether a tool outside of a part invades it at `p` by the sum of angles, as the paper uses it on a polygon.
+/// Whether a tool at `p` invades a polygonal part from outside, by the sum of angles.
 ///
-/// Of the segments whose x interval or y interval holds `p` the nearest by eq. (2) is taken, with the corner that follows
-/// it as P3. The paper says no more than that; it is right where the part near the segment is that triangle, hence for
-/// triangles. There is no tolerance: only a tool that is in the part already is noticed.
+/// The paper selects the segments with `p` in their x interval or y interval, and takes the nearest one by
+/// eq. (2). P3 is the corner after it. The paper states no more. The check is correct if the part near the
+/// segment is this triangle, so it is correct for triangles. It has no tolerance, so it detects a tool only
+/// inside the part.
 #[must_use]
 pub fn angle_sum_invades(profile: &[PointMm], p: PointMm) -> bool {
     let nearest = Intervals::new(profile, Classified::ByXOrY).nearest(p);
@@ -109,16 +116,18 @@ pub fn angle_sum_invades(profile: &[PointMm], p: PointMm) -> bool {
     })
 }
 
-/// Which interval of a segment has to hold the tool for its distance to be asked.
+/// Interval of a segment that must contain the tool before the check computes the distance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Classified {
-    /// Its x interval: the third method as it is written, "only in the interval of x coordinates where Pf belongs".
+    /// The x interval. This is the text of the third method: "only in the interval of x coordinates where Pf
+    /// belongs".
     ByX,
-    /// Its x interval or its y interval: as the paper introduces the intervals ("Xp1-Xp2, …, Yp1-Yp2, …").
+    /// The x interval or the y interval. The paper introduces the intervals in this way ("Xp1-Xp2, …,
+    /// Yp1-Yp2, …").
     ByXOrY,
 }
 
-/// A segment of the profile, and which it is in the route.
+/// A segment of the profile, with its number in the route.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Segment {
     index: usize,
@@ -139,26 +148,27 @@ impl Segment {
         self.from.1.min(self.to.1) <= p.1 && p.1 <= self.from.1.max(self.to.1)
     }
 
-    /// Eq. (2): the distance to the infinite line through the segment, mm.
+    /// Distance to the infinite line through the segment, eq. (2), mm.
     fn line_distance_mm(&self, p: PointMm) -> f64 {
         let along = vector(self.from, self.to);
         (cross(vector(self.from, p), along) / length(along)).abs()
     }
 }
 
-/// The third method, which the paper's machine ran: segments by their intervals, and the distance of eq. (2).
+/// The third method, which the paper's machine used: segments selected by intervals, and the distance of eq.
+/// (2).
 ///
-/// The distance has no sign and is that to a line without ends. Beyond a corner no interval holds the tool; by x alone a
-/// vertical segment's holds it nowhere but on its line.
+/// The distance has no sign, and its line has no ends. Past a corner no interval contains the tool. With x
+/// intervals alone, the interval of a vertical segment contains the tool only on its line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Intervals {
-    /// In the order of their least x.
+    /// Segments in the order of their smallest x.
     segments: Vec<Segment>,
     classified: Classified,
 }
 
 impl Intervals {
-    /// The segments of `profile`, sorted by their x intervals. Those of no length are left out.
+    /// The segments of `profile`, sorted by their x intervals. Segments without length are dropped.
     #[must_use]
     pub fn new(profile: &[PointMm], classified: Classified) -> Self {
         let mut sorted: Vec<Segment> = segments(profile)
@@ -170,14 +180,16 @@ impl Intervals {
         Self { segments: sorted, classified }
     }
 
-    /// The nearest of the segments whose interval holds `p`, by its place in the route, and the distance of eq. (2) in mm.
+    /// The nearest segment with `p` in its interval: its number in the route, and the distance of eq. (2) in
+    /// mm.
     #[must_use]
     pub fn nearest(&self, p: PointMm) -> Option<(usize, f64)> {
         let distances = self.candidates(p).map(|segment| (segment.index, segment.line_distance_mm(p)));
         distances.min_by(|one, other| one.1.total_cmp(&other.1))
     }
 
-    /// Whether a tool at `p` invades: a segment whose interval holds it is within the tolerance T by eq. (2).
+    /// Whether a tool at `p` invades: the nearest segment with `p` in its interval is within the tolerance T
+    /// by eq. (2).
     #[must_use]
     pub fn invades(&self, p: PointMm, tolerance_mm: f64) -> bool {
         self.nearest(p).is_some_and(|(_, distance_mm)| distance_mm <= tolerance_mm)

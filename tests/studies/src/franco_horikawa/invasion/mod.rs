@@ -1,9 +1,10 @@
-//! The paper's own invasion checks and tool-radius construction (5.2 and 5.3), for comparison only.
+//! The paper's invasion checks and tool-radius construction (sections 5.2 and 5.3), for comparison only.
 //!
-//! Nothing of the product relies on this module: it is in `f64`, and it has the paper's defects on purpose. The tests show
-//! each of them on a drawing of a few lines. What the product does instead is in [`keepout_kernel`].
+//! Keepout does not use this module. It computes in `f64`, and it keeps the defects of the paper on purpose.
+//! A test shows each defect on a drawing of a few lines. The predicates of Keepout are in [`keepout_kernel`].
 //!
-//! A profile is a closed polygon, its corners in the order of its route; the last is joined to the first.
+//! A profile is a closed polygon. Its corners are in the order of the route, and the last corner connects to
+//! the first.
 
 mod checks;
 mod radius;
@@ -16,7 +17,7 @@ pub use radius::{RadiusError, filter_very_close, is_above, prohibited, setback_m
 /// `(x, y)` in mm.
 pub type PointMm = (f64, f64);
 
-/// The segments of a closed profile in route order: P1P2, P2P3, and at last that to P1.
+/// The segments of a closed profile in route order: P1P2, P2P3, and last the segment back to P1.
 fn segments(profile: &[PointMm]) -> impl Iterator<Item = (PointMm, PointMm)> {
     profile.iter().copied().zip(profile.iter().copied().cycle().skip(1))
 }

@@ -1,4 +1,4 @@
-//! The prohibited profile and tool path for a tool of radius R, section 5.3.
+//! Construction of the prohibited profile and the tool path for a tool of radius R (section 5.3).
 
 use keepout_planner::profile::MachinedSide;
 use keepout_planner::units::mm_pair;
@@ -6,51 +6,52 @@ use thiserror::Error;
 
 use super::{PointMm, cross, dot, length, segments, vector};
 
-/// Why no prohibited profile is constructed.
+/// Reasons for which a prohibited profile can not be constructed.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum RadiusError {
-    /// The radius is no length.
-    #[error("a tool radius of {radius_mm} mm is no length. Give a finite radius above zero.")]
+    /// The radius is not a finite length above zero.
+    #[error("the tool radius {radius_mm} mm is invalid. Give a finite radius above zero.")]
     Radius {
-        /// The radius asked for, mm.
+        /// The requested radius, mm.
         radius_mm: f64,
     },
-    /// A corner has a coordinate that is no number.
-    #[error("corner {index} of the profile, ({}, {}) mm, is no place. Give finite coordinates.", at.0, at.1)]
+    /// A corner has a coordinate that is not finite.
+    #[error("corner {index} of the profile, ({}, {}) mm, is invalid. Give finite coordinates.", at.0, at.1)]
     NotFinite {
-        /// Which corner, from 0.
+        /// Number of the corner, from 0.
         index: usize,
         /// Its coordinates, mm.
         at: PointMm,
     },
-    /// A corner lies where the one before lies.
-    #[error("corner {index} of the profile, {}, repeats the one before. Leave it out.", mm_pair(*at))]
+    /// A corner has the same coordinates as the previous one.
+    #[error("corner {index} of the profile, {}, repeats the previous corner. Remove it.", mm_pair(*at))]
     Repeats {
-        /// Which corner, from 0.
+        /// Number of the corner, from 0.
         index: usize,
         /// Its coordinates, mm.
         at: PointMm,
     },
-    /// Too few corners are left for a polygon.
+    /// Too few corners remain for a polygon.
     #[error(
-        "{left} corners of the profile are left for a tool radius of {radius_mm} mm, and a polygon needs three. Take a smaller tool."
+        "a tool radius of {radius_mm} mm leaves {left} corners of the profile, but a polygon needs three. \
+         Use a smaller tool."
     )]
     TooFew {
-        /// How many the filter left.
+        /// Number of corners after the filter.
         left: usize,
         /// The radius, mm.
         radius_mm: f64,
     },
 }
 
-/// Eq. (4): the angle φ by which the route turns at `b`, in [0, π]; NaN when `b` repeats a neighbour.
+/// Eq. (4): the angle φ by which the route turns at `b`, in [0, π]. NaN if `b` repeats a neighbour.
 #[must_use]
 pub fn turn_rad(a: PointMm, b: PointMm, c: PointMm) -> f64 {
     let (ab, bc) = (vector(a, b), vector(b, c));
     (dot(ab, bc) / (length(ab) * length(bc))).clamp(-1.0, 1.0).acos()
 }
 
-/// Eq. (3): d = R tan(φ/2), how far along the segment the path's corner lies from the profile's, mm.
+/// Eq. (3): d = R tan(φ/2), the distance along the segment between the corners of path and profile, mm.
 #[must_use]
 pub fn setback_mm(radius_mm: f64, turn_rad: f64) -> f64 {
     radius_mm * (turn_rad / 2.0).tan()
@@ -58,11 +59,12 @@ pub fn setback_mm(radius_mm: f64, turn_rad: f64) -> f64 {
 
 /// Step 1: the profile without the points that are "very close" for a tool of this radius.
 ///
-/// For consecutive points A, B, C along the route, B is removed when d > |AB|, and C when d > |BC|. The paper does not say
-/// in what order. Read here: go along the route from the first triple, remove the first point that is to go, and begin
-/// again, until none is or fewer than three are left. A point that repeats the one before is removed as well.
+/// For consecutive points A, B, C along the route, the paper removes B if d > |AB|, and C if d > |BC|. It
+/// does not state the order. We go along the route from the first triple, remove the first such point, and
+/// start again. We end if no point is left to remove, or fewer than three points remain. We also remove a
+/// point that repeats the previous one.
 ///
-/// This knows nothing of which side is machined: it removes convex corners of the part as well as concave ones.
+/// The filter ignores the machined side, so it removes convex corners of the part as well as concave ones.
 #[must_use]
 pub fn filter_very_close(profile: &[PointMm], radius_mm: f64) -> Vec<PointMm> {
     let mut kept = profile.to_vec();
@@ -94,24 +96,25 @@ fn triples(profile: &[PointMm]) -> impl Iterator<Item = [PointMm; 3]> {
     (0..profile.len()).map(move |i| [corner(i), corner(i + 1), corner(i + 2)])
 }
 
-/// Eq. (5): whether B lies above AC, on the tool's side of it.
+/// Eq. (5): whether B lies above AC, on the tool's side.
 ///
-/// V is AB's part across AC. The paper does not define H; read here as AC's perpendicular (−y, x), the way that eq. (8)
-/// shifts. V·H > 0 is then: `b` lies left of AC, and the route turns right at it. On AC is not above.
+/// V is the component of AB across AC. The paper does not define H. We use the perpendicular (−y, x) of AC,
+/// the direction of the shift in eq. (8). Then V·H > 0 means that `b` lies to the left of AC, and the route
+/// turns right at `b`. A point on AC is not above.
 #[must_use]
 pub fn is_above(a: PointMm, b: PointMm, c: PointMm) -> bool {
     cross(vector(a, c), vector(a, b)) > 0.0
 }
 
-/// Steps 1 and 2: the polygon that the tool's centre is kept out of, eqs. (6) to (13).
+/// Steps 1 and 2: the polygon that the tool's centre must not enter, eqs. (6) to (13).
 ///
-/// The route is reversed when needed so that the perpendicular (−y, x) points to the tool, then filtered, and a corner B'
-/// made for each that is left, beginning with the second. Where nothing is filtered it is the offset polygon with mitred
-/// corners.
+/// The construction reverses the route if necessary, so that the perpendicular (−y, x) points to the tool. It
+/// filters the corners, and makes a corner B' for each remaining one, starting with the second. If the filter
+/// removes no corner, the result is the offset polygon with mitred corners.
 ///
 /// # Errors
-/// [`RadiusError`] when the radius is no length above zero, a corner is not finite or repeats the one before, or fewer than
-/// three are left by the filter.
+/// [`RadiusError`] if the radius is not above zero, a corner is not finite or repeats the previous one, or
+/// fewer than three corners remain after the filter.
 pub fn prohibited(
     profile: &[PointMm],
     radius_mm: f64,

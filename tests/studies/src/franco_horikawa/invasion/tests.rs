@@ -15,7 +15,7 @@ fn near(a: f64, b: f64, within: f64) -> bool {
     (a - b).abs() <= within
 }
 
-/// Places 0.01 mm apart from `a` to `b`, none of them on a whole coordinate.
+/// Points 0.01 mm apart from `a` to `b`, which avoid whole coordinates.
 fn travel(a: PointMm, b: PointMm) -> impl Iterator<Item = PointMm> {
     let steps = (length(vector(a, b)) * 100.0).round();
     let shares = (0_u32..).map(f64::from).take_while(move |i| *i < steps).map(move |i| (i + 0.5) / steps);
@@ -26,7 +26,7 @@ mod matrix {
     use super::*;
 
     #[test]
-    fn distance_is_true_to_half_the_separation() {
+    fn distance_is_accurate_to_half_the_separation() {
         let matrix = PointMatrix::new(&TRIANGLE, 0.5).unwrap();
         for p in [(50.0, -3.0), (12.0, 8.0), (-4.0, 21.0)] {
             let excess = matrix.distance_mm(p) - true_distance_mm(&TRIANGLE, p);
@@ -36,7 +36,7 @@ mod matrix {
     }
 
     #[test]
-    fn separation_is_a_length_and_bounded() {
+    fn invalid_separations_are_rejected() {
         for bad in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-6] {
             assert!(PointMatrix::new(&SQUARE, bad).is_err(), "{bad}");
         }
@@ -53,7 +53,7 @@ mod matrix {
     }
 
     #[test]
-    fn defect_cost_grows_as_resolution() {
+    fn defect_cost_grows_with_resolution() {
         let points = |spacing_mm| PointMatrix::new(&SQUARE, spacing_mm).unwrap().len();
         assert_eq!((points(1.0), points(0.1), points(0.01)), (160, 1600, 16_000));
     }
@@ -71,7 +71,7 @@ mod angles {
     }
 
     #[test]
-    fn defect_an_invasion_is_noticed_when_it_has_happened() {
+    fn defect_an_invasion_is_detected_only_after_it_happened() {
         assert!(!angle_sum_invades(&TRIANGLE, (15.0, -0.001)));
         assert!(angle_sum_invades(&TRIANGLE, (15.0, 0.001)));
     }
@@ -81,7 +81,7 @@ mod angles {
         let sums = || (1_u32..4000).map(|i| angle_sum_deg((f64::from(i) * 0.01, 0.0), TRIANGLE));
         assert!(sums().all(|sum| near(sum, 360.0, 1e-12)));
         assert!(sums().any(|sum| sum < 360.0) && sums().any(|sum| sum >= 360.0));
-        // A corner is a place of the boundary too, and has one angle left of three.
+        // A corner is on the boundary too, but only one of its three angles exists.
         assert!(near(angle_sum_deg((0.0, 0.0), TRIANGLE), 3.0_f64.atan().to_degrees(), 1e-9));
         assert!(is_external((0.0, 0.0), TRIANGLE));
     }
@@ -111,7 +111,7 @@ mod intervals {
     const BOTH: [Classified; 2] = [Classified::ByX, Classified::ByXOrY];
 
     #[test]
-    fn distance_is_true_beside_a_segment() {
+    fn distance_is_exact_beside_a_segment() {
         for classified in BOTH {
             let intervals = Intervals::new(&TRIANGLE, classified);
             let (segment, distance_mm) = intervals.nearest((28.0, 15.0)).unwrap();
@@ -124,7 +124,7 @@ mod intervals {
     }
 
     #[test]
-    fn defect_by_x_a_vertical_segment_is_never_seen() {
+    fn defect_by_x_a_vertical_segment_is_never_detected() {
         let through = || travel((-10.0, 20.0), (50.0, 20.0));
         let by_x = Intervals::new(&SQUARE, Classified::ByX);
         assert!(through().all(|p| !by_x.invades(p, 5.0)));
@@ -141,13 +141,13 @@ mod intervals {
         assert_eq!(segment, 0);
         assert!(near(distance_mm, 0.6, 1e-3), "{distance_mm}");
         assert!(near(true_distance_mm(&wedge, beyond), 50.0, 1e-3));
-        // The same by x, upright.
+        // The same wedge with x and y exchanged, by x intervals.
         let upright = wedge.map(|(x, y)| (y, x));
         assert!(Intervals::new(&upright, Classified::ByX).invades((0.9, 150.0), 1.0));
     }
 
     #[test]
-    fn defect_beyond_a_corner_no_interval_holds_the_tool() {
+    fn defect_beyond_a_corner_no_interval_contains_the_tool() {
         let tip = [(0.0, 0.0), (30.0, 10.0), (10.0, 30.0)];
         let beyond = (-0.01, -0.01);
         for classified in BOTH {
@@ -157,7 +157,7 @@ mod intervals {
     }
 
     #[test]
-    fn defect_no_sign_a_tool_past_the_band_is_seen_no_more() {
+    fn defect_no_sign_a_tool_past_the_band_is_not_detected() {
         for classified in BOTH {
             let intervals = Intervals::new(&SQUARE, classified);
             let queries = [(20.0, -5.1), (20.0, 5.1), (20.0, 20.0)];
@@ -184,7 +184,7 @@ mod tool_radius {
     ];
 
     #[test]
-    fn turn_and_setback_are_those_of_known_angles() {
+    fn turn_and_setback_agree_with_known_angles() {
         let quarter = turn_rad((0.0, 0.0), (10.0, 0.0), (10.0, -7.0));
         assert!(near(quarter, std::f64::consts::FRAC_PI_2, 1e-12));
         assert!(near(setback_mm(3.0, quarter), 3.0, 1e-12));
@@ -194,7 +194,8 @@ mod tool_radius {
         assert!(!is_above((0.0, 0.0), (5.0, 0.0), (10.0, 0.0)));
     }
 
-    /// Each corner of the result is R from the lines of the profile's two segments there, away from the part when it has to be.
+    /// Checks that each corner of the result has the distance R from the lines of the two segments there, on
+    /// the correct side.
     fn assert_mitred(profile: &[PointMm], radius_mm: f64, side: MachinedSide) {
         let result = prohibited(profile, radius_mm, side).unwrap();
         assert_eq!(result.len(), profile.len());
@@ -210,19 +211,19 @@ mod tool_radius {
     }
 
     #[test]
-    fn result_is_the_mitred_offset_whichever_way_the_route_goes() {
+    fn result_is_the_mitred_offset_for_both_route_directions() {
         let reversed = |profile: &[PointMm]| profile.iter().rev().copied().collect::<Vec<_>>();
         assert_mitred(&TRIANGLE, 4.0, MachinedSide::Outside);
         assert_mitred(&reversed(&TRIANGLE), 4.0, MachinedSide::Outside);
         assert_mitred(&QUADRILATERAL, 4.0, MachinedSide::Inside);
         assert_mitred(&reversed(&QUADRILATERAL), 4.0, MachinedSide::Inside);
-        // A concave corner from outside: eq. (13).
+        // A concave corner, machined from outside, uses eq. (13).
         let notched = [(0.0, 0.0), (40.0, 0.0), (40.0, 40.0), (20.0, 10.0), (0.0, 40.0)];
         assert_mitred(&notched, 2.0, MachinedSide::Outside);
     }
 
     #[test]
-    fn filter_takes_what_is_closer_than_the_setback() {
+    fn filter_removes_corners_closer_than_the_setback() {
         assert_eq!(filter_very_close(&STEPPED, 2.9), STEPPED);
         assert_eq!(filter_very_close(&SQUARE, 40.0), SQUARE);
         assert_eq!(filter_very_close(&SQUARE, 40.1).len(), 2);
@@ -231,21 +232,21 @@ mod tool_radius {
     }
 
     #[test]
-    fn bad_profiles_are_refused() {
-        let refused = |profile: &[PointMm], radius_mm| {
+    fn invalid_profiles_are_rejected() {
+        let rejected = |profile: &[PointMm], radius_mm| {
             prohibited(profile, radius_mm, MachinedSide::Outside).unwrap_err()
         };
-        assert_eq!(refused(&SQUARE, 0.0), RadiusError::Radius { radius_mm: 0.0 });
-        assert_eq!(refused(&SQUARE, 50.0), RadiusError::TooFew { left: 2, radius_mm: 50.0 });
-        assert_eq!(refused(&[], 1.0), RadiusError::TooFew { left: 0, radius_mm: 1.0 });
+        assert_eq!(rejected(&SQUARE, 0.0), RadiusError::Radius { radius_mm: 0.0 });
+        assert_eq!(rejected(&SQUARE, 50.0), RadiusError::TooFew { left: 2, radius_mm: 50.0 });
+        assert_eq!(rejected(&[], 1.0), RadiusError::TooFew { left: 0, radius_mm: 1.0 });
         let repeated = [(0.0, 0.0), (4.0, 0.0), (4.0, 0.0), (0.0, 4.0)];
-        assert_eq!(refused(&repeated, 1.0), RadiusError::Repeats { index: 2, at: (4.0, 0.0) });
+        assert_eq!(rejected(&repeated, 1.0), RadiusError::Repeats { index: 2, at: (4.0, 0.0) });
         let closed = [(0.0, 0.0), (4.0, 0.0), (0.0, 4.0), (0.0, 0.0)];
-        assert_eq!(refused(&closed, 1.0), RadiusError::Repeats { index: 0, at: (0.0, 0.0) });
-        let error = refused(&[(0.0, 0.0), (f64::INFINITY, 0.0), (0.0, 4.0)], 1.0);
+        assert_eq!(rejected(&closed, 1.0), RadiusError::Repeats { index: 0, at: (0.0, 0.0) });
+        let error = rejected(&[(0.0, 0.0), (f64::INFINITY, 0.0), (0.0, 4.0)], 1.0);
         assert!(matches!(error, RadiusError::NotFinite { index: 1, .. }));
         let line = [(0.0, 0.0), (4.0, 0.0), (9.0, 0.0)];
-        assert!(matches!(refused(&line, 1.0), RadiusError::TooFew { .. }));
+        assert!(matches!(rejected(&line, 1.0), RadiusError::TooFew { .. }));
     }
 
     #[test]
@@ -259,17 +260,17 @@ mod tool_radius {
     }
 
     #[test]
-    fn defect_the_filter_takes_corners_of_the_part_and_the_path_cuts_it() {
+    fn defect_the_filter_removes_corners_of_the_part_and_the_path_cuts_it() {
         let path = prohibited(&STEPPED, 4.0, MachinedSide::Outside).unwrap();
         let step = [(33.0, 43.0), (30.0, 43.0)];
         let kept = filter_very_close(&STEPPED, 4.0);
         assert!(step.iter().all(|corner| !kept.contains(corner)) && kept.len() == 6);
-        // All of the step's 3 mm are cut off: the tool's centre goes 1 mm above it.
+        // The tool cuts the whole step of 3 mm off: its centre passes 1 mm above the step.
         for corner in step {
             let depth_mm = 4.0 - true_distance_mm(&path, corner);
             assert!(near(depth_mm, 3.0, 1e-9), "{depth_mm}");
         }
-        // With a smaller tool nothing is removed, and nothing is cut.
+        // With a smaller tool the filter removes no corner, and the tool does not cut the part.
         let unfiltered = prohibited(&STEPPED, 2.9, MachinedSide::Outside).unwrap();
         assert!(STEPPED.iter().all(|&corner| true_distance_mm(&unfiltered, corner) >= 2.9 - 1e-9));
     }
