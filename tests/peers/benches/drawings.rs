@@ -1,6 +1,7 @@
-//! Importing and planning beside the peers, in one process on the same files:
-//! `KEEPOUT_SHARED=... cargo bench -p keepout-peers --bench drawings`. With `-- --write` the result becomes
-//! `docs/contributor/planning.md`.
+//! Comparison of import and planning with the peers, in one process on the same files:
+//! `KEEPOUT_SHARED=... cargo bench -p keepout-peers --bench drawings`.
+//!
+//! With `-- --write` the benchmark writes `docs/contributor/planning.md`.
 #![allow(clippy::cast_precision_loss, missing_docs)]
 
 use std::fmt::Write as _;
@@ -25,9 +26,9 @@ use keepout_planner::units::point_mm;
 
 const ROUNDS: usize = 9;
 const RADIUS_MM: f64 = 1.5;
-/// Flattening that peers without arcs are allowed, mm.
+/// Allowed flattening error of peers without arcs, mm.
 const FLAT_MM: f64 = 0.001;
-/// Nothing of a peer is awaited longer than this for one file.
+/// Time limit of a peer for one file, s.
 const PATIENCE_S: f64 = 20.0;
 
 struct File {
@@ -41,9 +42,10 @@ fn main() {
     real.sort_by(|a, b| a.name.cmp(&b.name));
     let made = [lines(1_000), lines(100_000), polyline(100_000), splines(2_000)];
     let mut page = format!(
-        "# Importing and planning beside the peers\n\nMade by `KEEPOUT_SHARED=... cargo bench -p keepout-peers --bench drawings -- --write`: \
-         medians of {ROUNDS} rounds, in one process on the same data, each file by each reader in turn. Machines are noisy: \
-         read the ratios.\n\n"
+        "# Import and planning compared with the peers\n\n\
+         Written by `KEEPOUT_SHARED=... cargo bench -p keepout-peers --bench drawings -- --write`.\n\n\
+         The values are medians of {ROUNDS} rounds, in one process on the same data. The readers take\n\
+         turns on each file. Machines are noisy, so read the ratios.\n\n"
     );
     imports(&real, &made, &mut page);
     plans(&real, &made, &mut page);
@@ -60,7 +62,7 @@ fn main() {
 
 fn real_files() -> Vec<File> {
     let Some(shared) = std::env::var_os("KEEPOUT_SHARED").map(PathBuf::from) else {
-        eprintln!("no KEEPOUT_SHARED: only files made here are measured");
+        eprintln!("KEEPOUT_SHARED is not set. The benchmark uses its own files only.");
         return Vec::new();
     };
     let Ok(folder) = std::fs::read_dir(shared.join("dxf/dev")) else { return Vec::new() };
@@ -71,7 +73,7 @@ fn real_files() -> Vec<File> {
     folder.filter_map(Result::ok).filter_map(read).collect()
 }
 
-/// A wavy outline of so many separate lines.
+/// A wavy outline of `count` separate lines.
 fn lines(count: u32) -> File {
     let mut text = String::from("0\nSECTION\n2\nENTITIES\n");
     for k in 0..count {
@@ -95,7 +97,7 @@ fn polyline(count: u32) -> File {
     File { name: format!("one polyline of {count} vertices"), bytes: text.into_bytes() }
 }
 
-/// A closed cubic spline with so many control points.
+/// A closed cubic spline with `count` spans.
 fn splines(count: u32) -> File {
     let mut text = String::from("0\nSECTION\n2\nENTITIES\n0\nSPLINE\n8\n0\n70\n3\n71\n3\n");
     for k in 0..count + 7 {
@@ -126,7 +128,7 @@ fn median(mut values: Vec<f64>) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-/// Reads a file with the `dxf` crate; whether it could.
+/// Reads a file with the `dxf` crate. Returns whether it succeeds.
 fn by_dxf(bytes: &[u8]) -> bool {
     let load = || dxf::Drawing::load(&mut Cursor::new(bytes)).is_ok();
     std::panic::catch_unwind(load).unwrap_or(false)
@@ -134,8 +136,10 @@ fn by_dxf(bytes: &[u8]) -> bool {
 
 fn imports(real: &[File], made: &[File], page: &mut String) {
     page.push_str(
-        "## Importing\n\nOurs reads the file, sets blocks in, turns planes and splits splines into Bézier pieces; the `dxf` \
-         crate 0.6 reads it. The sum of the real drawings is over those both can read.\n\n\
+        "## Import\n\n\
+         Ours reads the file, inserts blocks, rotates planes and splits splines into Bézier curves. The\n\
+         `dxf` crate 0.6 only reads the file. The row of the real drawings is the sum over the files that both\n\
+         can read.\n\n\
          | file | size | ours, ms | dxf, ms | ratio |\n|---|---|---|---|---|\n",
     );
     let (mut ours_all, mut dxf_all, mut count, mut ratios, mut size) = (0.0, 0.0, 0, Vec::new(), 0);
@@ -186,7 +190,7 @@ fn import_times(bytes: &[u8]) -> (f64, f64) {
     (median(ours), median(peer))
 }
 
-/// Times of one drawing, s.
+/// Planning times of one drawing, s.
 struct Planned {
     name: String,
     edges: usize,
@@ -200,10 +204,16 @@ fn plans(real: &[File], made: &[File], page: &mut String) {
     let planned: Vec<Planned> = real.iter().chain(made).filter_map(planned).collect();
     let _ = write!(
         page,
-        "\n## Planning\n\nA tool of {:.0} mm outside. Ours, whole: contours checked, index built and checked, path sought, both \
-         certificates, among them that splines are followed. The peers offset only: `cavalier_contours` 0.9 keeps arcs, \
-         `i_overlay` 9 gets them flattened to 1 µm and does not keep them. A dash: it panicked, or took longer than {PATIENCE_S:.0} s.\n\n\
-         | drawing | edges | ours whole, ms | of it seeking | cavalier, ms | i_overlay, ms | cavalier / ours whole | cavalier / seeking |\n\
+        "\n## Planning\n\n\
+         A tool of {:.0} mm cuts outside.\n\n\
+         - *Ours, total* checks the contours, builds and checks the index, searches the path, and computes\n  \
+         both certificates. They also prove that the path follows the splines.\n\
+         - *Search* is the search of the path alone.\n\
+         - The peers only compute the offset. `cavalier_contours` 0.9 keeps arcs. `i_overlay` 9 gets arcs\n  \
+         flattened to 1 µm, and returns lines.\n\
+         - A dash means that the peer panicked or took longer than {PATIENCE_S:.0} s.\n\n\
+         | drawing | edges | ours total, ms | search, ms | cavalier, ms | i_overlay, ms \
+         | cavalier / ours total | cavalier / search |\n\
          |---|---|---|---|---|---|---|---|\n",
         2.0 * RADIUS_MM
     );
@@ -230,7 +240,8 @@ fn plans(real: &[File], made: &[File], page: &mut String) {
         planned.iter().filter_map(|each| Some(each.i_overlay? / each.whole)).collect();
     let _ = writeln!(
         page,
-        "\nMedians of the ratios: cavalier / ours whole {:.2}, cavalier / seeking {:.2}, i_overlay / ours whole {:.2}.",
+        "\nMedians of the ratios: cavalier / ours total {:.2}, cavalier / search {:.2}, \
+         i_overlay / ours total {:.2}.",
         median(ratios(|each| each.whole)),
         median(ratios(|each| each.proposing)),
         median(against_flat)
@@ -239,8 +250,8 @@ fn plans(real: &[File], made: &[File], page: &mut String) {
 
 fn planned(file: &File) -> Option<Planned> {
     let job = PlanParameters { tool_diameter_mm: 2.0 * RADIUS_MM, ..PlanParameters::default() };
-    let order = PlanRequest { job: job.clone(), ..PlanRequest::default() };
-    let (_, chained) = order.contours(&file.bytes).ok()?;
+    let request = PlanRequest { job: job.clone(), ..PlanRequest::default() };
+    let (_, chained) = request.contours(&file.bytes).ok()?;
     let profile = chained.closed().ok()?.profile;
     let machine = MachineProfile::simulated();
     let make = || {
@@ -285,7 +296,7 @@ fn planned(file: &File) -> Option<Planned> {
     })
 }
 
-/// The profile as polylines with bulges: outer ones counter-clockwise, holes clockwise.
+/// The profile as polylines with bulges. Outer contours are counter-clockwise, holes clockwise.
 fn plines(profile: &Profile, part: &keepout_kernel::ProhibitedRegion) -> Vec<Polyline<f64>> {
     let outlines = profile.outlines(part);
     let pline = |outline: &keepout_kernel::offset::Outline| {
@@ -310,7 +321,7 @@ fn plines(profile: &Profile, part: &keepout_kernel::ProhibitedRegion) -> Vec<Pol
     outlines.iter().map(pline).collect()
 }
 
-/// The profile flattened to 1 µm, outer contours counter-clockwise, holes clockwise.
+/// The profile as points, flattened to 1 µm. Outer contours are counter-clockwise, holes clockwise.
 fn contours(profile: &Profile, part: &keepout_kernel::ProhibitedRegion) -> Vec<Vec<[f64; 2]>> {
     let chord_error = Length::from_units(100).unwrap_or(Length::ZERO);
     let contour = |outline: keepout_kernel::offset::Outline| {

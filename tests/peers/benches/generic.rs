@@ -1,11 +1,14 @@
-//! What it costs that the predicates are written once over all widths: `cargo bench -p keepout-peers --bench generic`. Beside
-//! each runs the same predicate written by hand in `i32`, `i64` and `i128`, in the same process on the same data; with `--
-//! --write` the table becomes `docs/contributor/generic.md`.
+//! The cost of predicates that are generic over the integer widths:
+//! `cargo bench -p keepout-peers --bench generic`.
+//!
+//! Each generic predicate competes with the same predicate written for `i32`, `i64` and `i128`, in the same
+//! process on the same data. With `-- --write` the benchmark writes the table to
+//! `docs/contributor/generic.md`.
 #![allow(
     missing_docs,
     clippy::arithmetic_side_effects,
     clippy::cast_precision_loss,
-    reason = "a benchmark; the widths are those that `exact/width.rs` asserts"
+    reason = "a benchmark; `exact/width.rs` asserts the widths"
 )]
 
 use std::fmt::Write as _;
@@ -17,15 +20,15 @@ use keepout_kernel::exact::width::Product;
 use timing::{Rival, race};
 
 #[path = "peers/timing.rs"]
-#[expect(dead_code, reason = "the peers measure more")]
+#[expect(dead_code, reason = "the benchmark `peers` uses the other functions")]
 mod timing;
 
 const CASES: usize = 4_096;
 const ROUNDS: usize = 401;
-/// Questions in a round: each case is asked eight times.
+/// Queries in a round: eight per case.
 const QUERIES: usize = 8 * CASES;
 
-/// Five points and a threshold: as much as the largest predicate takes.
+/// Five points and a threshold: the arguments of the largest predicate.
 #[derive(Clone, Copy)]
 struct Case {
     points: [(i32, i32); 5],
@@ -36,7 +39,7 @@ fn site((x, y): (i32, i32)) -> Site<Product> {
     Site { x, y }
 }
 
-/// The predicates without the trait, as one would write them for this width alone.
+/// The predicates without the trait, written for one width only.
 mod plain {
     type Xy = (i32, i32);
 
@@ -117,10 +120,10 @@ mod plain {
     }
 }
 
-/// A predicate over cases, out of line, so that both forms are called alike.
-type Asked = fn(&Case) -> bool;
+/// A predicate over cases. It is not inlined, so both forms have the same call overhead.
+type Predicate = fn(&Case) -> bool;
 
-const RACES: [(&str, Asked, Asked); 4] = [
+const RACES: [(&str, Predicate, Predicate); 4] = [
     (
         "`orientation`",
         |case| {
@@ -167,7 +170,8 @@ const RACES: [(&str, Asked, Asked); 4] = [
     ),
 ];
 
-/// Points within `reach` of each other, anywhere on the lattice; some thresholds reach, and some do not.
+/// Groups of points within `reach` of a random place on the lattice, with random thresholds: some reach, some
+/// do not.
 fn cases(reach: i32) -> Vec<Case> {
     let mut random = fastrand::Rng::with_seed(2026);
     let corner = (1 << 29) - reach;
@@ -181,22 +185,24 @@ fn cases(reach: i32) -> Vec<Case> {
 
 fn main() {
     let mut page = String::from(
-        "# The predicates written once, beside the same written by hand\n\nWritten by `cargo bench -p keepout-peers --bench \
-         generic -- --write`. Medians over rounds in which both take turns, in one process on the same cases; both are asked \
-         through a pointer, so that a call is in each figure.\n\n| predicate | points within | generic, ns | by hand, ns | \
-         generic / by hand |\n|---|---|---|---|---|\n",
+        "# Generic predicates compared with predicates for one width\n\n\
+         Written by `cargo bench -p keepout-peers --bench generic -- --write`.\n\n\
+         The values are medians over rounds. Both forms take turns, in one process on the same cases. The\n\
+         benchmark calls both forms through a pointer, so each value includes a call.\n\n\
+         | predicate | points within | generic, ns | one width, ns | generic / one width |\n\
+         |---|---|---|---|---|\n",
     );
     for reach in [1 << 10, 1 << 20, 1 << 28] {
         let cases = cases(reach);
-        for (name, generic, by_hand) in RACES {
+        for (name, generic, single) in RACES {
             let cases = &cases;
-            let rival = |name, form: Asked| {
+            let rival = |name, form: Predicate| {
                 let form = black_box(form);
                 Rival::new(name, QUERIES, move |i| f64::from(u8::from(form(&cases[i % CASES]))))
             };
-            let timed = race(vec![rival("generic", generic), rival("by hand", by_hand)], QUERIES, ROUNDS);
+            let timed = race(vec![rival("generic", generic), rival("one width", single)], QUERIES, ROUNDS);
             let [ours, theirs] = &timed[..] else { unreachable!("two rivals") };
-            assert_eq!(ours.answers, theirs.answers, "{name} answers otherwise than written by hand");
+            assert_eq!(ours.answers, theirs.answers, "the two forms of {name} disagree");
             let (ours, theirs) = (ours.ns, theirs.ns);
             let ratio = ours / theirs;
             writeln!(page, "| {name} | {reach} units | {ours:.2} | {theirs:.2} | {ratio:.2} |")

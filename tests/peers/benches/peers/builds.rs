@@ -1,4 +1,4 @@
-//! Building: indices, their memory, cells, meshes.
+//! Build times of indices, cells and meshes, and the memory of the indices.
 
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::index::{build, subdivide};
@@ -11,7 +11,7 @@ use crate::profiles::{Family, edges, mm};
 use crate::rivals::{BvhTree, Parry, Rstar, Static, Xy};
 use crate::timing::{median, resident, seconds};
 
-/// Milliseconds to build, by name.
+/// Build times by name, ms.
 pub struct Built {
     pub family: Family,
     pub edges: usize,
@@ -23,10 +23,10 @@ type Spade = ConstrainedDelaunayTriangulation<Point2<f64>>;
 
 pub const FRAME: Window = Window::from_corners(-400_000_000, -400_000_000, 400_000_000, 400_000_000);
 
-/// A name and what it does: seconds of its own work.
+/// A name, and a build that returns its duration in s.
 type Work = (&'static str, Box<dyn FnMut() -> f64>);
 
-/// Builds everything once per round and takes medians.
+/// Builds all structures once per round, and takes the medians.
 pub fn run(family: Family, count: usize, rounds: usize) -> Built {
     let rings = family.rings(count);
     let chords = edges(&rings);
@@ -39,7 +39,7 @@ pub fn run(family: Family, count: usize, rounds: usize) -> Built {
             times.push(work() * 1e3);
         }
     }
-    // Spade's bulk load takes most of a minute on a round outline of a million edges: once is enough.
+    // The bulk load of spade takes almost a minute on a star outline of a million edges, so it runs once.
     let spade_rounds = if count > 200_000 { 1 } else { rounds };
     let mut spade: Vec<f64> = (0..spade_rounds).map(|_| bulk_load(&rings) * 1e3).collect();
     let named = works.iter().zip(&mut times);
@@ -77,7 +77,7 @@ fn ours(rings: &[Vec<Point>], chords: &[Edge], index: &CheckedIndex) -> Vec<Work
             }),
         ),
     ];
-    // Refining a million needles asks for a million far nearest edges: minutes.
+    // The refinement of a million needles takes minutes, because it searches a million far nearest edges.
     let meshes = [("mesh", false), ("mesh, refined", true)];
     for (name, refined) in meshes.into_iter().filter(|(_, refined)| !refined || index.edges().len() < 200_000)
     {
@@ -121,14 +121,14 @@ fn bulk_load(rings: &[Vec<keepout_kernel::Point>]) -> f64 {
     time
 }
 
-/// Bytes by which this process grows when it builds the named index; run in a process of its own.
+/// Bytes by which this process grows when it builds the named index. Run it in a separate process.
 pub fn memory(name: &str, count: usize) -> Option<f64> {
     let rings = Family::Maze.rings(count);
     let chords = edges(&rings);
     let segments: Vec<(Xy, Xy)> =
         chords.iter().map(|edge| (mm(edge.chord.from), mm(edge.chord.to))).collect();
     let before = resident()?;
-    // The kernel's index keeps its edges, so they are its own; the peers keep copies of the segments too.
+    // The index of the kernel stores its edges, so they count. The peers also store copies of the segments.
     let after = match name {
         "index, checked" => {
             let index = build::build(chords.clone()).ok()?;
@@ -151,5 +151,5 @@ fn keep<T>(made: T) -> Option<f64> {
     after
 }
 
-/// The names that [`memory`] knows.
+/// The index names that [`memory`] accepts.
 pub const KEEPERS: [&str; 5] = ["index, checked", "parry2d", "rstar", "bvh", "static_aabb2d_index"];

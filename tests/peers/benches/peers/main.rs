@@ -1,5 +1,8 @@
-//! The kernel beside its peers, in one process on the same data: `cargo bench -p keepout-peers --bench peers`. With `-- --write` the
-//! results become `docs/contributor/performance.md` and its pictures; numbers after `--` are the sizes to run.
+//! Comparison of the kernel with its peers, in one process on the same data:
+//! `cargo bench -p keepout-peers --bench peers`.
+//!
+//! With `-- --write` the benchmark writes `docs/contributor/performance.md` and its pictures. Numbers after
+//! `--` are the sizes to run.
 #![allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss, missing_docs)]
 
 mod builds;

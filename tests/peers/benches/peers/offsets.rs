@@ -1,4 +1,4 @@
-//! Offsets with their certificates beside the peers' without.
+//! Offsets with certificates, compared with the peers' offsets without certificates.
 
 use cavalier_contours::polyline::{PlineSource, PlineSourceMut, Polyline};
 use clipper2_rust::core::{PathD, PathsD, PointD};
@@ -13,11 +13,12 @@ use crate::profiles::{Family, MM, mm};
 use crate::rivals::Xy;
 use crate::timing::{median, seconds};
 
-/// Flattening that the peers are allowed, mm.
+/// Allowed flattening error of the peers, mm.
 const FLAT_MM: f64 = 0.001;
-/// A peer that took longer than this at one size is not run at the next.
+/// Time limit, s. A peer that exceeds it at one size does not run at the next sizes.
 const PATIENCE_S: f64 = 12.0;
-/// Ours keeps this much more than the radius, as the planner does: its loops are certified at the radius.
+/// Extra distance of our offset, lattice units, as in the planner. The certificate checks the loops at the
+/// radius.
 const PATH_CLEARANCE: f64 = 60.0;
 
 /// One offsetter on one profile.
@@ -26,7 +27,7 @@ pub struct Run {
     pub ms: f64,
     pub loops: usize,
     pub pieces: usize,
-    /// The least distance between the result and the profile, mm.
+    /// Smallest distance between the result and the profile, mm.
     pub least_mm: f64,
 }
 
@@ -36,9 +37,11 @@ pub struct Offsets {
     pub edges: usize,
     pub outside: bool,
     pub runs: Vec<Run>,
-    /// Of ours: milliseconds for the certificate, for the one that nothing is missing, and loops refused by either.
+    /// Time of our certificate, ms.
     pub certificate_ms: f64,
+    /// Time of our second certificate, that no piece is missing, ms.
     pub complete_ms: f64,
+    /// Number of our loops that a certificate rejects, plus loose ends.
     pub refused: usize,
 }
 
@@ -47,7 +50,7 @@ type Loops = Vec<Vec<Xy>>;
 
 type Offsetter = fn(&[Xy], f64) -> (f64, Loops, usize);
 
-/// Runs all offsetters that are not too slow; `slow` remembers those that are.
+/// Runs all offsetters that are not in `slow`, and adds those that exceed the time limit to it.
 pub fn run(family: Family, count: usize, outside: bool, slow: &mut Vec<&'static str>) -> Offsets {
     let vertices = family.rings(count).swap_remove(0);
     let rounds = if count <= 1_000 {
@@ -96,7 +99,7 @@ pub fn run(family: Family, count: usize, outside: bool, slow: &mut Vec<&'static 
     offsets
 }
 
-/// Proposes and certifies, so many times.
+/// Proposes and certifies our offset `rounds` times.
 fn ours(vertices: &[Point], part: &ProhibitedRegion, rounds: usize, offsets: &mut Offsets) {
     let threshold = Length::from_units((RADIUS_MM * MM).round() as i64).expect("a length");
     let next = vertices.iter().cycle().skip(1);
@@ -144,7 +147,7 @@ fn measured(name: &'static str, ms: f64, pieces: usize, loops: &Loops, part: &Pr
     Run { name, ms, loops: loops.len(), pieces, least_mm }
 }
 
-/// Points along a curve, dense enough that chords between them leave an arc by next to nothing.
+/// Points along a curve. The chords between them deviate from an arc by at most 0.07 µm.
 fn sampled(curve: &Curve) -> Vec<Xy> {
     let chord_error = Length::from_units(7).expect("a length");
     let points = curve.chord_points(chord_error).unwrap_or_else(|_| vec![curve.from(), curve.to()]);
@@ -152,7 +155,8 @@ fn sampled(curve: &Curve) -> Vec<Xy> {
     points[..points.len() - 1].iter().map(in_mm).collect()
 }
 
-/// Each peer answers the seconds of its own work, input and output conversions left out, its loops and its pieces.
+/// Offset by `cavalier_contours`. Like the other peers, it returns the time of its work, s, without the
+/// conversion of input and output, then its loops and the number of its pieces.
 fn cavalier(points: &[Xy], distance: f64) -> (f64, Loops, usize) {
     let mut polyline = Polyline::<f64>::new_closed();
     for &(x, y) in points {

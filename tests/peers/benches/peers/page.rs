@@ -1,4 +1,4 @@
-//! The results page, written from what was measured: `docs/contributor/performance.md` and its pictures.
+//! The results page `docs/contributor/performance.md` and its pictures.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -10,7 +10,7 @@ use crate::profiles::Family;
 use crate::queries::{self, Question};
 use crate::timing::Timed;
 
-/// Everything that was measured.
+/// All measurements.
 pub struct Measured {
     pub queries: Vec<queries::Result>,
     pub builds: Vec<Built>,
@@ -19,7 +19,7 @@ pub struct Measured {
     pub offsets: Vec<Offsets>,
 }
 
-/// What the kernel's own entries are called.
+/// Names of the kernel's own entries.
 const OURS: [&str; 12] = [
     "probe",
     "cells",
@@ -28,7 +28,7 @@ const OURS: [&str; 12] = [
     "index, hint",
     "mesh",
     "mesh, refined",
-    "fan",
+    "swept triangle",
     "its motion alone",
     "index, checked",
     "cells, proposed and checked",
@@ -73,18 +73,31 @@ fn whole(path: &Path, text: &str) -> std::io::Result<()> {
 
 const INTRODUCTION: &str = "# Performance
 
-Written by `cargo bench -p keepout-peers --bench peers -- --write`; not by hand. The peers run in the same process on the same data, in
-turn, round after round; a figure is the median over the rounds, in ns per query unless said. Machines differ and are noisy:
-read the ratios. Our answers are exact, the peers' are floating point; *wrong* counts answers that differ from the exact one.
+Written by `cargo bench -p keepout-peers --bench peers -- --write`. Do not edit it by hand.
 
-Profiles in 400 × 350 mm: **star**, a radial random polygon (its triangles are needles); **maze**, a band that winds
-through the field in rows. **studs**: eight-sided studs of 4 mm in a field that grows with their number, everywhere the same.
-Tool radius 3 mm and margin 50 µm. *approach*: along the wall, swinging between the threshold and 4 mm more, in steps of 50 µm;
-*contact*: within 20 µm of the threshold, in steps of 50 µm; *random*: anywhere in the field, motions of any length.
+The peers take turns in the same process on the same data. A value is the median over the rounds, in ns per
+query unless another unit is given. Machines differ and are noisy, so read the ratios. Our answers are exact,
+those of the peers are floating point. *wrong* counts answers that differ from the exact one.
 
-*probe* and *cells* answer from the squares certified for the threshold, the probe from the last square first; *index alone* is the
-checked bounding-box index, which safety rests on and which answers any threshold; *near list* is the list of edges near the last
-point. The *goal* is a ratio: the fastest peer's time over ours.
+| profile | description |
+|---|---|
+| star | a radial random polygon in 400 × 350 mm; its triangles are needles |
+| maze | a band that winds through 400 × 350 mm in rows |
+| studs | eight-sided studs of 4 mm at a constant distance; the field grows with their number |
+
+| path | description |
+|---|---|
+| approach | along the wall, between the threshold and 4 mm more, in steps of 50 µm |
+| contact | within 20 µm of the threshold, in steps of 50 µm |
+| random | anywhere in the field, motions of any length |
+
+The tool radius is 3 mm and the margin 50 µm.
+
+- *probe* and *cells* answer from the squares that are certified for the threshold. The probe tries the last
+  square first.
+- *index alone* is the checked bounding-box index. Safety depends on it, and it answers any threshold.
+- *near list* is the list of edges near the last point.
+- *goal* is a ratio: the time of the fastest peer divided by ours.
 
 ";
 
@@ -154,34 +167,34 @@ fn section(page: &mut String, question: Question, measured: &Measured) {
     }
 }
 
-/// Why goals are missed, where they are.
+/// Reasons for the missed goals of a query.
 fn why(question: Question) -> &'static str {
     match question {
         Question::Point => {
-            "Why: where the way leads through open space every index answers from its topmost boxes, \
-             the fastest in some 15 ns, and the probe has a floor of 5 to 10; a field of 10⁵ studs \
-             has more wall than the squares' budget covers, and what is left open goes to the index."
+            "Reason: in open space every index answers from its topmost boxes, the fastest in about\n\
+             15 ns. The probe needs at least 5 to 10 ns. A field of 10⁵ studs has more wall than the\n\
+             budget of the squares covers, so the index answers for the undecided squares."
         }
         Question::Motion => {
-            "Why: a motion asks each listed edge four exact point–segment questions and one of \
-             crossing, where `static_aabb2d_index` with our own floating-point test stops at its \
-             boxes; that test is not among the peers' own, whose shape casts are below."
+            "Reason: a motion needs four exact point–segment tests and one crossing test for each listed\n\
+             edge. `static_aabb2d_index`, with our own floating-point test, stops at its boxes. The peers\n\
+             have no such test of their own. Their shape casts are below."
         }
         Question::Clip => {
-            "Why: long random motions walk through many squares one by one, or, where squares are \
-             open, through the index in its own order and not front to back."
+            "Reason: long random motions walk through many squares one by one. Where squares are undecided,\n\
+             they search the index in its own order, not from front to back."
         }
         Question::Nearest => {
-            "Why: this is floating point on both sides. Boxes over consecutive edges take a tenth of \
-             the time to build and a third of the memory, but overlap more than the ones bvh chooses \
-             by surface area; the near list is the answer for coherent paths over few edges and loses \
-             where a list of 64 edges spans less than a step or two."
+            "Reason: both sides use floating point. Our boxes over consecutive edges take a tenth of the\n\
+             time to build and a third of the memory, but overlap more than the boxes of bvh, which it\n\
+             chooses by surface area. The near list is fast on coherent paths over few edges. It is slow\n\
+             if a list of 64 edges spans less than a step or two."
         }
         Question::Fan => "",
     }
 }
 
-/// Ours against parry2d's f64 cast, from 10^3 edges up: the goal is 25.
+/// Ratios of the f64 cast of parry2d to ours, from 10³ edges up. The goal is 25.
 fn casts(page: &mut String, measured: &Measured) {
     let mut ratios = Vec::new();
     for result in &measured.queries {
@@ -194,12 +207,17 @@ fn casts(page: &mut String, measured: &Measured) {
             ratios.push(format!("{place} {:.0}", cast / ours));
         }
     }
-    let _ =
-        writeln!(page, "Against the `f64` shape cast (goal 25 from 10³ edges up): {}.\n", ratios.join("; "));
+    let _ = writeln!(
+        page,
+        "Ratio of the `f64` shape cast to ours (goal 25 from 10³ edges up): {}.\n",
+        ratios.join("; ")
+    );
 }
 
 fn mesh_section(page: &mut String, measured: &Measured) {
-    page.push_str("## Nearest by mesh, index or list\n\nThe curves, approach path (star, maze, studs):\n\n");
+    page.push_str(
+        "## Nearest by mesh, index or list\n\nThe curves for the approach path (star, maze, studs):\n\n",
+    );
     for family in Family::ALL {
         let _ = writeln!(page, "![nearest, {0}](performance/nearest-{0}.svg)\n", family.name());
     }
@@ -210,12 +228,14 @@ fn mesh_section(page: &mut String, measured: &Measured) {
         }
     }
     let wins: Vec<String> = wins.iter().map(|(name, wins)| format!("{name} {wins}")).collect();
-    let _ = writeln!(page, "Fastest of ours, by number of rows above: {}.\n", wins.join(", "));
+    let _ =
+        writeln!(page, "Number of rows above in which each of ours is the fastest: {}.\n", wins.join(", "));
 }
 
 fn growth_section(page: &mut String) {
     page.push_str(
-        "## Growth at fixed local density\n\nclear(point) over the studs, whose field grows with their number:\n\n\
+        "## Growth at fixed local density\n\n\
+         clear(point) over the studs. Their field grows with their number:\n\n\
          ![approach](performance/growth-approach.svg)\n\n![contact](performance/growth-contact.svg)\n\n",
     );
 }
@@ -252,7 +272,8 @@ fn builds_section(page: &mut String, measured: &Measured) {
     if !measured.memory.is_empty() {
         let _ = writeln!(
             page,
-            "\nResident memory that an index adds to a process of its own, maze of {} edges, segments included, MB: {}.",
+            "\nResident memory that an index adds to its own process, with the segments, for a maze of\n\
+             {} edges, MB: {}.",
             measured.memory_edges,
             measured
                 .memory
@@ -267,17 +288,23 @@ fn builds_section(page: &mut String, measured: &Measured) {
 
 fn offsets_section(page: &mut String, measured: &Measured) {
     page.push_str(
-        "## Offset by 3.05 mm, ms\n\nOurs is proposed and certified in the time given; the certificate's share is given, plus the time of the \
-         second certificate, that no piece is missing, which the total leaves out. It runs 0.6 µm outside, as the planner's does. The peers carry no certificate; those without arcs may flatten by 1 µm. *least* is the smallest distance \
-         found between result and profile, mm. geo-buf, a mitre offsetter, can not be linked beside the current geo.\n\n\
-         | profile | edges | side | offsetter | ms | certificate | loops | pieces | least | ratio |\n|---|---|---|---|---|---|---|---|---|---|\n",
+        "## Offset by 3.05 mm, ms\n\n\
+         - *ms* of ours is the time to propose and certify the offset.\n\
+         - *certificate* is the time of this certificate, plus the time of the second certificate, which\n  \
+         proves that no piece is missing. *ms* does not include the second certificate.\n\
+         - Our offset is 0.6 µm larger, as in the planner.\n\
+         - The peers have no certificate. Those without arcs may flatten by 1 µm.\n\
+         - *least* is the smallest distance found between result and profile, mm.\n\
+         - geo-buf, a mitre offsetter, is missing. It can not be linked together with the current geo.\n\n\
+         | profile | edges | side | offsetter | ms | certificate | loops | pieces | least | ratio |\n\
+         |---|---|---|---|---|---|---|---|---|---|\n",
     );
     for each in &measured.offsets {
         let side = if each.outside { "outside" } else { "inside" };
         let ours = each.runs.first().map_or(f64::NAN, |run| run.ms);
         for (i, run) in each.runs.iter().enumerate() {
             let certificate = if i == 0 {
-                format!("{:.3} + {:.3}, {} refused", each.certificate_ms, each.complete_ms, each.refused)
+                format!("{:.3} + {:.3}, {} rejected", each.certificate_ms, each.complete_ms, each.refused)
             } else {
                 "–".into()
             };
@@ -296,9 +323,9 @@ fn offsets_section(page: &mut String, measured: &Measured) {
         }
     }
     page.push_str(
-        "\nCavalier is faster below some 10³ edges: ours evaluates sines and arcus tangents without the standard library, and \
-         rounds and checks every arc on the lattice. The second certificate asks for the nearest edge along every offset shape, and \
-         costs more than the rest.\n",
+        "\nCavalier is faster below about 10³ edges. Ours evaluates sines and arctangents without the\n\
+         standard library, and rounds and checks every arc on the lattice. The second certificate searches the\n\
+         nearest edge along every offset shape, and takes more time than all other steps.\n",
     );
 }
 
@@ -317,7 +344,7 @@ fn up(ns: f64) -> f64 {
     HEIGHT - 50.0 - (ns.max(1.0).log10() / 4.6) * (HEIGHT - 90.0)
 }
 
-/// ns per query against the number of edges, both logarithmic.
+/// Draws ns per query over the number of edges, both logarithmic.
 fn growth(measured: &Measured, question: Question, family: Family, motion: Motion) -> String {
     let chosen =
         |each: &&queries::Result| each.question == question && each.family == family && each.motion == motion;
@@ -331,8 +358,10 @@ fn growth(measured: &Measured, question: Question, family: Family, motion: Motio
 
 fn axes(title: &str) -> String {
     let mut svg = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" font-family=\"sans-serif\" font-size=\"12\">\n\
-         <rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n<text x=\"60\" y=\"22\" font-size=\"15\">{title}</text>\n"
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" \
+         font-family=\"sans-serif\" font-size=\"12\">\n\
+         <rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n\
+         <text x=\"60\" y=\"22\" font-size=\"15\">{title}</text>\n"
     );
     for decade in 2..=6 {
         let at = across(10_usize.pow(decade));
@@ -383,7 +412,7 @@ fn curves(svg: &mut String, results: &[&queries::Result]) {
             labels.push((last.1, k));
         }
     }
-    // Labels beside the ends, pushed apart.
+    // Place the labels at the ends of the curves, without overlap.
     labels.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut below = f64::NEG_INFINITY;
     for (at, k) in labels {

@@ -1,4 +1,4 @@
-//! Where the tool goes: the queries that every index is asked.
+//! The paths of the tool, which give the query points for every index.
 
 use keepout_kernel::index::CheckedIndex;
 use keepout_kernel::{Length, Point};
@@ -15,14 +15,14 @@ pub fn threshold() -> Length {
     Length::from_units((RADIUS_MM * MM).round() as i64).expect("3.05 mm is a length")
 }
 
-/// How the tool moves.
+/// Kind of path of the tool.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motion {
-    /// Along the wall, swinging between the threshold and 4 mm beyond it.
+    /// Along the wall, between the threshold and 4 mm more.
     Approach,
-    /// In sliding contact: within 20 µm of the threshold.
+    /// In sliding contact, within 20 µm of the threshold.
     Contact,
-    /// Anywhere in the field.
+    /// Random points in the field.
     Random,
 }
 
@@ -60,7 +60,7 @@ impl Motion {
     }
 }
 
-/// A step along the curve at `distance` from the profile, the profile on the left.
+/// One step along the curve at `distance` from the profile. The profile is on the left.
 fn follow(index: &CheckedIndex, (x, y): (f64, f64), distance: f64) -> (f64, f64) {
     let away = |p: (f64, f64)| {
         let nearest = index.nearest(at(p.0, p.1), None).expect("there are edges");

@@ -10,13 +10,13 @@ pub const MM: f64 = UNITS_PER_MM as f64;
 /// A family of profiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
-    /// A radial random polygon: vertex `k` of N at the angle 2πk/N, at a random share of 0.55 to 1 of an ellipse of
-    /// 195 × 170 mm. Its triangles are needles.
+    /// A radial random polygon. Vertex `k` of N is at the angle 2πk/N, at a random share of 0.55 to 1 of an
+    /// ellipse with semi-axes of 195 and 170 mm. Its triangles are needles.
     Star,
-    /// A band that winds through the field in rows, its edges as long as the rows are apart, each vertex moved by up to a
-    /// sixth of that: dense and even.
+    /// A band that winds through the field in rows: dense and even. Its edges are half as long as the rows are
+    /// apart. Each vertex is moved at random by up to a twelfth of the row distance.
     Maze,
-    /// Eight-sided studs of 4 mm, 12 mm apart: the more edges the larger the field, the same everywhere.
+    /// Eight-sided studs of 4 mm, 12 mm apart. More edges give a larger field with the same density.
     Studs,
 }
 
@@ -96,7 +96,7 @@ fn maze(count: usize) -> Vec<Point> {
     for row in 0..rows {
         let y = -175.0 + pitch * (row as f64 + 0.5);
         let sign = if row % 2 == 0 { 1.0 } else { -1.0 };
-        // OperatorView along the row: the inner side of a turn is cut short by the width of the band.
+        // Seen along the row, the inner side of a turn is shorter by the width of the band.
         let short = 2.0 * quarter;
         let entry = |inner: bool| -200.0 + if inner && row > 0 { short } else { 0.0 };
         let exit = |inner: bool| 200.0 - if inner && row + 1 < rows { short } else { 0.0 };
@@ -106,8 +106,8 @@ fn maze(count: usize) -> Vec<Point> {
                 points.push(at(sign * along + wobble(), y + across + wobble()));
             }
         };
-        // The side on the right hand leaves around the next turn and came in around the inside of the last, or the
-        // other way about: turns alternate.
+        // Turns alternate. In even rows the right side enters on the inside of the last turn and leaves on
+        // the outside of the next one. In odd rows it is the reverse.
         let (right_inner_at_entry, right_inner_at_exit) = (row % 2 == 0, row % 2 == 1);
         side(entry(right_inner_at_entry), exit(right_inner_at_exit), -sign * quarter, &mut right_hand);
         side(entry(!right_inner_at_entry), exit(!right_inner_at_exit), sign * quarter, &mut left_hand);
@@ -117,12 +117,12 @@ fn maze(count: usize) -> Vec<Point> {
     right_hand
 }
 
-/// The point at millimetres.
+/// The lattice point nearest to (`x`, `y`), mm.
 pub fn at(x: f64, y: f64) -> Point {
     keepout_kernel::curve::nearest_point(x * MM, y * MM).expect("profiles lie in the field")
 }
 
-/// The closed polygons' edges, without chord_error.
+/// The edges of the closed polygons, with a chord-error bound of zero.
 pub fn edges(rings: &[Vec<Point>]) -> Vec<Edge> {
     let of = |ring: &Vec<Point>| -> Vec<Edge> {
         let next = ring.iter().cycle().skip(1);
@@ -132,7 +132,7 @@ pub fn edges(rings: &[Vec<Point>]) -> Vec<Edge> {
     rings.iter().flat_map(of).collect()
 }
 
-/// Millimetres of a point.
+/// Coordinates of a point, mm.
 pub fn mm(point: Point) -> (f64, f64) {
     (f64::from(point.x.units()) / MM, f64::from(point.y.units()) / MM)
 }

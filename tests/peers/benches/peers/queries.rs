@@ -1,4 +1,4 @@
-//! Clear, clip and nearest beside the peers.
+//! The queries clear, clip and nearest, compared with the peers.
 
 use keepout_kernel::{
     CheckedIndex, FreePoint, NearList, Point, Probe, ProhibitedRegion, Region, Ring, Segment, Side,
@@ -10,7 +10,7 @@ use crate::profiles::{Family, edges, mm};
 use crate::rivals::{BvhTree, Geo, Parry, Parry32, Rstar, Segments, Static, Xy};
 use crate::timing::{Rival, Timed, race};
 
-/// What was asked.
+/// Kind of a query.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Question {
     Point,
@@ -28,13 +28,13 @@ impl Question {
             Self::Point => "clear(point)",
             Self::Motion => "clear(motion)",
             Self::Clip => "clip",
-            Self::Fan => "clear(fan)",
+            Self::Fan => "clear(swept triangle)",
             Self::Nearest => "nearest",
         }
     }
 }
 
-/// One race.
+/// Result of one race.
 pub struct Result {
     pub question: Question,
     pub family: Family,
@@ -43,7 +43,7 @@ pub struct Result {
     pub timed: Vec<Timed>,
 }
 
-/// Everything that is asked on one profile.
+/// Runs all queries on one profile, and appends the results.
 pub fn run(family: Family, count: usize, rounds: usize, results: &mut Vec<Result>) {
     let rings = family.rings(count);
     let segments: Vec<(Xy, Xy)> =
@@ -149,7 +149,7 @@ fn nearest_race(index: &CheckedIndex, peers: &Peers, points: &[Point], rounds: u
         }),
         Rival::new("parry2d", n, |i| peers.parry.nearest(at[i])),
         Rival::new("parry2d bounded", n, |i| {
-            // The last distance and the way from there bound the next.
+            // The last distance plus the distance moved since then bounds the next distance.
             let bound =
                 last.map_or(f64::MAX, |((x, y), d)| d + (x - at[i].0).hypot(y - at[i].1) + STEP_MM / 1e6);
             let found = peers.parry.nearest_within(at[i], bound).unwrap_or(f64::NAN);
@@ -219,24 +219,25 @@ fn clips_race(
     }
     let mut timed = race(rivals, n, rounds);
     for cast in timed.iter_mut().filter(|each| each.name.contains("cast")) {
-        // How often the exact query refuses the end: the disc is let in.
-        let refused = |(&(from, to), t): (&(FreePoint, Point), &f64)| {
+        // Count the ends that the exact query rejects: there the cast lets the disc into the part.
+        let rejected = |(&(from, to), t): (&(FreePoint, Point), &f64)| {
             let ((ax, ay), (bx, by)) = (mm(from.point()), mm(to));
             let end = crate::profiles::at(ax + (bx - ax) * t, ay + (by - ay) * t);
             !part.motion_clear(Segment { from: from.point(), to: end }, lowered()).is_clear()
         };
-        cast.wrong = Some(moves.iter().zip(&cast.answers).filter(|&each| refused(each)).count());
+        cast.wrong = Some(moves.iter().zip(&cast.answers).filter(|&each| rejected(each)).count());
     }
     timed
 }
 
-/// The threshold less a tenth of a micrometre: a peer is not blamed for its rounding.
+/// The threshold less 0.1 µm. The rounding of a peer does not count as an error.
 fn lowered() -> keepout_kernel::Length {
     keepout_kernel::Length::from_units(i64::from(threshold().units()) - 10).expect("a length")
 }
 
 fn fans_race(part: &ProhibitedRegion, moves: &[(FreePoint, Point)], rounds: usize) -> Vec<Timed> {
-    // The fan from one motion's ends to the next target, as when the machine is re-targeted in its middle.
+    // The triangle of the start and end of one motion and the next target. It covers a change of target
+    // during the motion.
     let fans: Vec<(FreePoint, FreePoint, Point)> = moves
         .iter()
         .zip(moves.iter().skip(1))
@@ -250,13 +251,13 @@ fn fans_race(part: &ProhibitedRegion, moves: &[(FreePoint, Point)], rounds: usiz
     let yes = |clear: bool| f64::from(u8::from(clear));
     let segments = |i: usize| Segment { from: fans[i].0.point(), to: fans[i].2 };
     let rivals = vec![
-        Rival::new("fan", n, |i| yes(part.fan(fans[i].0, fans[i].1, fans[i].2).is_ok())),
+        Rival::new("swept triangle", n, |i| yes(part.fan(fans[i].0, fans[i].1, fans[i].2).is_ok())),
         Rival::new("its motion alone", n, |i| yes(part.motion_clear(segments(i), threshold()).is_clear())),
     ];
     race(rivals, n, rounds)
 }
 
-/// Counts the answers that differ from the first rival's, which is ours.
+/// Counts the answers that differ from those of the first rival, which is ours.
 fn differing(mut timed: Vec<Timed>) -> Vec<Timed> {
     let truth = timed.first().map(|first| first.answers.clone()).unwrap_or_default();
     for each in &mut timed {

@@ -1,4 +1,5 @@
-//! The peers, each built as its documentation says and asked for the same things, in `f64` millimetres unless said.
+//! The peers. Each is built as its documentation recommends, and answers the same queries, in `f64`
+//! millimetres unless stated.
 
 use bvh::aabb::{Aabb, Bounded};
 use bvh::bounding_hierarchy::BHShape;
@@ -26,7 +27,7 @@ fn dot(a: Xy, b: Xy) -> f64 {
     a.0 * b.0 + a.1 * b.1
 }
 
-/// The square of the distance from a point to a segment.
+/// Squared distance from a point to a segment.
 pub fn distance_2(p: Xy, (a, b): (Xy, Xy)) -> f64 {
     let (d, w) = (minus(b, a), minus(p, a));
     let t = (dot(w, d) / dot(d, d)).clamp(0.0, 1.0);
@@ -69,7 +70,7 @@ impl Parry {
         parry2d_f64::query::intersection_test(&Pose::IDENTITY, &self.0, &Pose::IDENTITY, &capsule)
             .is_ok_and(|i| i.intersecting)
     }
-    /// The share of the motion until the disc meets something.
+    /// Share of the motion until the disc meets a segment. 1 without a contact.
     pub fn cast(&self, (a, b): (Xy, Xy), r: f64) -> f64 {
         let from = Pose::from_translation(Vector::new(a.0, a.1));
         let velocity = Vector::new(b.0 - a.0, b.1 - a.1);
@@ -110,7 +111,7 @@ impl Parry32 {
     }
 }
 
-/// Vertices and index pairs of rings given as consecutive segments.
+/// Vertices and index pairs of rings. The rings are consecutive segments.
 fn joined(segments: &Segments) -> (Vec<Xy>, Vec<[u32; 2]>) {
     let points: Vec<Xy> = segments.iter().map(|segment| segment.0).collect();
     let mut indices = Vec::with_capacity(points.len());
@@ -182,7 +183,7 @@ impl BvhTree {
     }
 }
 
-/// `static_aabb2d_index`, with the segments beside it.
+/// `static_aabb2d_index`, together with the segments.
 pub struct Static(StaticAABB2DIndex<f64>, Vec<(Xy, Xy)>);
 
 impl Static {
@@ -214,7 +215,7 @@ impl Static {
     }
 }
 
-/// geo, all segments.
+/// geo, which searches all segments.
 pub struct Geo(geo::MultiLineString<f64>);
 
 impl Geo {
