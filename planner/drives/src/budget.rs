@@ -121,9 +121,8 @@ pub fn budget(
 
 /// The description of the term.
 fn source(profile: &DriveProfile, question: &Question) -> String {
-    let by_hand = question
-        .by_hand_mm_s
-        .map_or(", nothing by hand".into(), |speed| format!(", {:.0} by hand", speed * 60.0));
+    let by_hand =
+        question.by_hand_mm_s.map_or(", no jogging".into(), |speed| format!(", {:.0} by hand", speed * 60.0));
     let how = profile.interpolator.map_or(", at once".into(), |interpolator| {
         format!(", speeding up by {} mm/s²", interpolator.acceleration_mm_s2)
     });
@@ -192,7 +191,7 @@ fn interpolated_tasks(
         let (plant, feed) = (profile.plant(), speed * profile.pulses_per_mm);
         tasks.push((name, Task { plant, path: found.path, feed, reference: found.samples, cutting: None }));
     };
-    let by_hand = question.by_hand_mm_s.map(|speed| (speed, " by hand"));
+    let by_hand = question.by_hand_mm_s.map(|speed| (speed, " at jog speed"));
     for (speed, how) in [(question.feed_mm_s, "")].into_iter().chain(by_hand) {
         let leg = leg_mm(speed, interpolator);
         add(

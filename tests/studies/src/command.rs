@@ -25,7 +25,7 @@ pub struct Arguments {
 enum Command {
     /// Compare controllers over paths and disturbances: a table, and pictures of the contour errors.
     Compare(CompareArguments),
-    /// Print the grades of Koren & Lo's Table 3 beside ours.
+    /// Print the grades of Koren & Lo's Table 3, and ours.
     Table3,
     /// Write the page that reproduces Koren & Lo, with its pictures.
     KorenLo {

@@ -19,7 +19,7 @@ const MOST_STEPS: usize = 12;
 const MOST_HALVINGS: usize = 12;
 
 impl<const M: usize> BoxProgram<M> {
-    /// Improves `start` to the minimum, or for at most [`MOST_STEPS`] steps. `None` if H is not positive
+    /// Improves `start` to the minimum, or for at most `MOST_STEPS` steps. `None` if H is not positive
     /// definite.
     #[must_use]
     pub fn solved(&self, start: &SVector<f64, M>) -> Option<SVector<f64, M>> {
