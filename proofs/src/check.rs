@@ -1,4 +1,4 @@
-//! All engines in one run, the quick ones first, up to the first failure: what a mutant has to survive.
+//! Runs all engines, the quick ones first, up to the first failure. The runner of seeded faults uses it.
 
 use std::sync::mpsc;
 use std::time::Duration;
@@ -9,7 +9,11 @@ use crate::families::Family;
 use crate::property::{Property, Ran};
 use crate::{properties, soak};
 
-/// Runs the properties whose group's name holds the word, then the soaks and worlds that belong to it; answers what failed.
+/// Runs the properties of the chosen groups, then the soaks and worlds. Returns the name of the first
+/// failure.
+///
+/// `word` is a comma-separated list of parts of group names. An empty one chooses everything. The soaks
+/// belong to `index`, the worlds to `guard`.
 #[must_use]
 pub fn first_failure(word: &str) -> Option<String> {
     std::panic::set_hook(Box::new(|_| {}));
@@ -30,7 +34,8 @@ pub fn first_failure(word: &str) -> Option<String> {
     quickly.or_else(by_property).or_else(|| soaked(word)).or_else(|| explored(word))
 }
 
-/// A tenth of the random cases takes no longer; a fault that makes a loop endless is noticed by this.
+/// Time limit of [`quick`]. A tenth of the random cases takes less. The limit finds faults that make a loop
+/// endless.
 const PATIENCE: Duration = Duration::from_secs(100);
 
 fn quick(property: &'static Property) -> Option<String> {
@@ -66,7 +71,7 @@ fn soaked(word: &str) -> Option<String> {
 
 #[cfg(feature = "guard")]
 fn explored(word: &str) -> Option<String> {
-    /// The most states of one world; a fault shows early.
+    /// Largest number of states per world. Faults show early.
     const STATES: usize = 400_000;
     if !word.is_empty() && !word.contains("guard") {
         return None;

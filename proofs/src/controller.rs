@@ -1,120 +1,126 @@
-//! A model of a controller and of the line to it, over a tiny lattice, small enough that all it can do is looked at.
+//! A model of a controller and of the link to it, over a tiny lattice. It is small enough to explore all
+//! its states.
 //!
-//! What it has: lines and queries on the way to it, a receive buffer, one line that was read and waits for room in the
-//! planner, the planner's blocks, and blocks that have left the planner and are being executed. What it may do next is a list
-//! ([`Plant::moves`]), in any order and as late as it likes, but for one bound: what has left the planner is executed within
-//! `DRAIN`. A cancel stops the tool anywhere between where it is and where it was going, and forgets planned blocks; a line
-//! that waits in the receive buffer or for room is not forgotten, and runs from wherever the tool stopped (GRBL issues 95,
-//! 423, 837).
+//! The model holds messages in transit, a receive buffer, one line that was read and waits for room in the
+//! planner, the planner's blocks, and blocks that have left the planner and are being executed.
+//! [`Plant::moves`] lists the possible next events. They occur in any order and with any delay, with one
+//! bound: the machine executes a block within `DRAIN` after it has left the planner.
 //!
-//! What a line may do: see [`Trouble`]. The assumptions are those of docs/safety/assumptions.md: answers arrive in the order in which they
-//! were sent and are not invented, no line both repeats and loses, or swaps twice, and one report in a while may be an old one.
-//! A report says where the tool is to [`RESOLUTION`].
+//! A cancel stops the tool anywhere between its position and its target, and discards planned blocks. It
+//! does not discard a line that waits in the receive buffer or for room. Such a line runs from the place
+//! where the tool stopped (GRBL issues 95, 423, 837).
+//!
+//! [`Trouble`] lists the faults of the link. The assumptions are those of docs/safety/assumptions.md:
+//! answers arrive in the order of sending and are not invented. No line both repeats and loses messages, or
+//! swaps twice. From time to time a report may be an old one. A report gives the tool's position to within
+//! [`RESOLUTION`].
 
 use std::collections::VecDeque;
 
 use crate::properties::Xy;
 use crate::wire::{Answer, Report, Sent};
 
-/// Lines that the receive buffer holds: one more is mixed up with the last. Two of 63 bytes fit GRBL's 127.
+/// Lines that the receive buffer holds. The next line is merged with the last one. GRBL's 127 bytes hold
+/// two lines of 63 bytes.
 pub const BUFFER: usize = 2;
 /// Blocks that the planner holds.
 const PLANNER: usize = 2;
-/// Blocks that have left the planner and are not yet executed.
+/// Largest number of blocks that have left the planner and are not yet executed.
 const STEPPER: usize = 2;
 
-/// How far a report is from the tool at most, in units.
+/// Largest distance between a report and the tool, lattice units.
 pub const RESOLUTION: i64 = 4;
-/// How far the tool goes after a cancel at most where it may leave its path, in units: 150 ms at 1 mm/min, and no time to brake.
+/// Largest distance that the tool moves after a cancel if it may leave its path, lattice units: 150 ms at 1
+/// mm/min, with no time to brake.
 pub const STRAY: i64 = 250;
-/// Where it comes to rest then, from where the cancel found it.
+/// Rest positions after such a cancel, relative to the tool's position at the cancel.
 const STRAYS: [Xy; 5] = [(0, 0), (STRAY, 0), (-STRAY, 0), (0, STRAY), (0, -STRAY)];
 
-/// Where a report finds the tool, from where it is.
+/// Errors of a report, relative to the tool's position.
 const ERRORS: [Xy; 5] = [(0, 0), (RESOLUTION, 0), (-RESOLUTION, 0), (0, RESOLUTION), (0, -RESOLUTION)];
 
-/// How often what can go wrong, in one run.
+/// How often each fault may occur in one run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Trouble {
-    /// Pieces lost, either way.
+    /// Messages lost, in either direction.
     pub lost: u8,
-    /// Pieces that arrive twice, either way.
+    /// Messages that arrive twice, in either direction.
     pub doubled: u8,
-    /// Pieces that change places with the one before, either way.
+    /// Messages that change places with the one before, in either direction.
     pub swapped: u8,
     /// Reports replaced by an earlier one.
     pub lies: u8,
-    /// Lines that are refused instead of being planned.
+    /// Lines that the controller rejects instead of planning them.
     pub refused: u8,
-    /// Resets that nobody hears of: all that is held is forgotten, the tool stops.
+    /// Resets without a message: the controller discards all lines and blocks, and the tool stops.
     pub resets: u8,
-    /// Holds that somebody else tells it, and then to go on.
+    /// Feed holds by somebody else, who later commands cycle start.
     pub holds: u8,
     /// Jumps of the clock by `DRAIN`.
     pub jumps: u8,
 }
 
-/// How the machine drives.
+/// How the machine moves, and how it handles a cancel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Drive {
-    /// Each axis by itself, in any order.
+    /// Non-interpolated axes: each axis moves by itself, in any order.
     pub apart: bool,
-    /// A cancel also forgets what was received (grblHAL).
+    /// A cancel also discards received lines (grblHAL).
     pub flushes: bool,
-    /// A cancel stops motions (jogs); contours know none.
+    /// A cancel stops the motion. True for jogs, false for contours.
     pub cancels: bool,
-    /// A motion that is cancelled may leave its path, by [`STRAY`] at most, before the tool rests.
+    /// A cancelled motion may leave its path before the tool is at rest, by at most [`STRAY`].
     pub strays: bool,
-    /// Reports are off by the resolution, or not.
+    /// Reports may be off by [`RESOLUTION`].
     pub errs: bool,
-    /// How often it can be found between the ends of motions before it comes to the next end.
+    /// Largest number of positions between two ends of motions where the tool can be found.
     pub halves: u8,
 }
 
-/// The controller, the line and the tool.
+/// The controller, the link and the tool.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Plant {
-    /// How it drives.
+    /// The machine's behaviour.
     pub drive: Drive,
-    /// Where the tool is.
+    /// Position of the tool.
     pub tool: Xy,
-    /// How often the tool was found where no motion began or ended, since one did.
+    /// Number of positions between ends of motions since the last end.
     between: u8,
-    /// On the way to it.
+    /// Messages in transit to the controller.
     pub wire: VecDeque<Sent>,
-    /// Received and not read.
+    /// Received lines that the controller has not read.
     pub received: VecDeque<Xy>,
-    /// Read, waiting for room.
+    /// The line that was read and waits for room.
     pub read: Option<Xy>,
-    /// Planned.
+    /// Planned blocks.
     pub planner: VecDeque<Xy>,
-    /// Left the planner, so many half `DRAIN`s ago.
+    /// Blocks that have left the planner, each with its age in halves of `DRAIN`.
     pub stepper: VecDeque<(Xy, u8)>,
-    /// It holds: nothing moves, and nothing is read.
+    /// A feed hold: the machine neither moves nor reads lines.
     held: bool,
-    /// It brakes after a cancel, and may leave its path.
+    /// The tool brakes after a cancel and may leave its path.
     straying: bool,
-    /// On the way back.
+    /// Messages in transit to the host.
     pub answers: VecDeque<Answer>,
-    /// The reports it has made, as far as a lie may repeat them.
+    /// Past reports. A false reply may repeat one.
     reported: Vec<Report>,
-    /// What may still go wrong.
+    /// The faults that may still occur.
     pub trouble: Trouble,
 }
 
-/// Something that happens.
+/// An event in the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Happening {
-    /// What was sent first arrives; a report that it asks for is off by so much.
+    /// The oldest message to the controller arrives. A report that it causes has this error.
     Arrives {
-        /// Which of the errors.
+        /// Index of the error.
         error: u8,
     },
-    /// What was sent first is lost.
+    /// The oldest message to the controller is lost.
     LostThere,
-    /// What was sent first arrives twice.
+    /// The oldest message to the controller arrives twice.
     DoubledThere,
-    /// What was sent second arrives first.
+    /// The second-oldest message to the controller arrives first.
     SwappedThere,
     /// The next answer is lost.
     LostBack,
@@ -122,37 +128,37 @@ pub enum Happening {
     DoubledBack,
     /// The next two answers change places.
     SwappedBack,
-    /// The next answer is replaced by an earlier one.
+    /// An earlier report replaces the next answer.
     Lie {
-        /// Which.
+        /// Index of the earlier report.
         report: u8,
     },
-    /// A line is read.
+    /// The controller reads a line.
     Reads,
-    /// A line is read and refused.
+    /// The controller reads a line and rejects it.
     Refuses,
     /// A block leaves the planner.
     Fetches,
-    /// The tool drives to the end of its motion; where axes run apart, around by x first or by y first.
+    /// The tool moves to the end of its motion. Non-interpolated axes move x first or y first.
     Drives {
-        /// The corner that it goes around by: 0 straight, 1 x first, 2 y first.
+        /// The route: 0 straight, 1 x first, 2 y first.
         around: u8,
     },
-    /// The tool drives half of its motion, or to a corner of its box.
+    /// The tool moves to the middle of its motion, or to a corner of the motion's box.
     DrivesHalf {
-        /// As above.
+        /// The route, as above.
         around: u8,
     },
-    /// It comes to rest after a cancel, beside its path.
+    /// The tool comes to rest beside its path after a cancel.
     Strays {
-        /// Which of the places.
+        /// Index of the rest position.
         to: u8,
     },
-    /// It is reset, and nobody hears of it.
+    /// The controller resets without a message.
     Reset,
-    /// Somebody else tells it to hold.
+    /// Somebody else commands a feed hold.
     Holds,
-    /// Somebody else tells it to go on.
+    /// Somebody else commands cycle start.
     GoesOn,
 }
 
@@ -177,12 +183,12 @@ impl Plant {
         }
     }
 
-    /// Whether it moves, or is about to.
+    /// Whether the machine moves or has planned motions.
     fn in_motion(&self) -> bool {
         !self.planner.is_empty() || !self.stepper.is_empty() || self.straying
     }
 
-    /// All targets that it holds, or that are on the way to it.
+    /// All targets in the controller and in transit to it.
     pub fn targets(&self) -> impl Iterator<Item = Xy> + '_ {
         let on_wire = self.wire.iter().filter_map(|sent| match sent {
             Sent::Line(to) => Some(*to),
@@ -192,7 +198,7 @@ impl Plant {
         on_wire.chain(held).chain(self.stepper.iter().map(|&(to, _)| to))
     }
 
-    /// What may happen next, but for the host's doing and the passing of time.
+    /// Appends the possible next events, without the host's actions and the passing of time.
     pub fn moves(&self, into: &mut Vec<Happening>) {
         let Trouble { lost, doubled, swapped, resets, holds, .. } = self.trouble;
         let mut may = |allowed: bool, happening| {
@@ -214,10 +220,10 @@ impl Plant {
             Happening::SwappedBack,
         );
         if self.trouble.lies > 0
-            && let Some(Answer::Report(told)) = self.answers.front()
+            && let Some(Answer::Report(next)) = self.answers.front()
         {
             for (old, report) in self.reported.iter().zip(0..) {
-                may(old != told, Happening::Lie { report });
+                may(old != next, Happening::Lie { report });
             }
         }
         may(self.held, Happening::GoesOn);
@@ -249,7 +255,7 @@ impl Plant {
         );
     }
 
-    /// Lets it happen. Answers the way on which the tool moved.
+    /// Applies the event and returns the path of the tool.
     pub fn happens(&mut self, happening: Happening) -> Vec<Xy> {
         let from = self.tool;
         match happening {
@@ -281,7 +287,7 @@ impl Plant {
         vec![from, self.tool]
     }
 
-    /// Something goes wrong on the line, or with the controller.
+    /// Applies a fault of the link or of the controller.
     fn suffers(&mut self, fault: Happening) {
         match fault {
             Happening::LostThere => {
@@ -329,7 +335,7 @@ impl Plant {
             }
             Happening::Reset => {
                 self.trouble.resets -= 1;
-                self.forgets();
+                self.discards_all();
             }
             Happening::Holds => {
                 self.trouble.holds -= 1;
@@ -340,7 +346,7 @@ impl Plant {
         }
     }
 
-    fn forgets(&mut self) {
+    fn discards_all(&mut self) {
         self.received.clear();
         self.read = None;
         self.planner.clear();
@@ -384,7 +390,8 @@ impl Plant {
         }
     }
 
-    /// A line is planned and acknowledged when there is room, and waits otherwise. One that leads nowhere makes no block.
+    /// Plans and acknowledges a line if there is room. Otherwise the line waits. A line without motion
+    /// makes no block.
     fn reads(&mut self) {
         let Some(to) = self.read.take().or_else(|| self.received.pop_front()) else { return };
         let end =
@@ -399,8 +406,8 @@ impl Plant {
         }
     }
 
-    /// Half of `DRAIN` passes; `false` when something should have been executed before. A held machine executes nothing, and
-    /// grows no older.
+    /// Lets half of `DRAIN` pass. Returns `false` when a block is overdue, or when the tool has yet to come
+    /// to rest after a cancel. During a feed hold the machine executes nothing, and blocks do not age.
     pub fn passes(&mut self) -> bool {
         if self.held {
             return true;

@@ -1,4 +1,4 @@
-//! Where the inputs of a property come from: every case of a small lattice, random ones, bytes, or a model checker.
+//! Sources of a property's inputs: every case of a small lattice, random cases, bytes, or a model checker.
 
 use std::collections::VecDeque;
 
@@ -8,9 +8,9 @@ use keepout_kernel::exact::width::{Narrow, Product};
 
 use crate::properties::{FromPlain, Xy};
 
-/// A source of inputs. A property draws what it needs, and holds for whatever it is given.
+/// A source of inputs. A property draws its inputs from it, and must hold for all of them.
 pub trait Draw {
-    /// The width at which generic predicates are asked.
+    /// The width at which generic predicates run.
     type Width: FromPlain;
 
     /// A whole number from `low` to `high`, both included.
@@ -19,7 +19,7 @@ pub trait Draw {
     /// A coordinate of this case's field.
     fn coordinate(&mut self) -> i64;
 
-    /// A length from nothing to the size of this case's field.
+    /// A length from zero to the size of this case's field.
     fn radius(&mut self) -> i64;
 
     /// A point of this case's field.
@@ -27,28 +27,30 @@ pub trait Draw {
         (self.coordinate(), self.coordinate())
     }
 
-    /// A threshold, often at or beside the distance of two points.
+    /// A threshold, often equal or close to the distance of `p` and `q`.
     fn threshold(&mut self, _p: Xy, _q: Xy) -> i64 {
         self.radius()
     }
 
-    /// One of so many.
+    /// An index below `count`.
     fn one_of(&mut self, count: usize) -> usize {
         let last = i64::try_from(count).unwrap_or(1) - 1;
         usize::try_from(self.int(0, last.max(0))).unwrap_or(0)
     }
 
-    /// Yes or no.
+    /// A boolean.
     fn coin(&mut self) -> bool {
         self.int(0, 1) == 1
     }
 }
 
-/// Every case, one after the other: coordinates from `low` to `low + side`, lengths up to twice the side.
+/// Every case, one after the other. Coordinates run from `-side / 2` to `side - side / 2`, lengths from 0
+/// to `side`.
 #[derive(Debug)]
 pub struct Every {
     side: i64,
-    /// What was drawn in this case, and how many there are of each, counted from the least.
+    /// The values drawn in this case and the largest value of each, both relative to the lower bound of the
+    /// draw.
     drawn: Vec<(i64, i64)>,
     next: usize,
 }
@@ -60,7 +62,7 @@ impl Every {
         Self { side, drawn: Vec::new(), next: 0 }
     }
 
-    /// Goes on to the next case; `false` after the last.
+    /// Moves on to the next case; `false` after the last.
     pub fn advance(&mut self) -> bool {
         self.next = 0;
         while let Some((value, last)) = self.drawn.pop() {
@@ -95,8 +97,8 @@ impl Draw for Every {
     }
 }
 
-/// Random cases over the whole lattice, reproducible from a seed: fields from a few units, where things coincide, to all of
-/// it, and its extremes.
+/// Random cases over the whole lattice, reproducible from a seed. The field's size varies from a few units,
+/// where points coincide, to the whole lattice with its extremes.
 #[derive(Debug)]
 pub struct Chance {
     random: Rng,
@@ -181,7 +183,7 @@ impl Draw for Chance {
     }
 }
 
-/// Cases from a fuzzer's bytes. Bytes that are not there are zero.
+/// A case from a fuzzer's bytes. Missing bytes count as zero.
 #[derive(Debug)]
 pub struct Bytes {
     left: VecDeque<u8>,
@@ -189,7 +191,7 @@ pub struct Bytes {
 }
 
 impl Bytes {
-    /// The case of these bytes: the first says how large the field is.
+    /// The case of these bytes. The first byte sets the size of the field.
     #[must_use]
     pub fn of(bytes: &[u8]) -> Self {
         let mut left: VecDeque<u8> = bytes.iter().copied().collect();
@@ -221,7 +223,7 @@ impl Draw for Bytes {
     }
 }
 
-/// All cases at once: coordinates within `HALF`, for Kani.
+/// All cases at once, for Kani. Coordinates run from `-HALF` to `HALF`.
 #[cfg(kani)]
 #[derive(Debug)]
 pub struct Symbolic<const HALF: i8>;

@@ -1,4 +1,4 @@
-//! Degenerate profiles, family by family: edges as no drawing should have them.
+//! Degenerate profiles by family: sets of edges that no drawing should contain.
 
 use fastrand::Rng;
 use keepout_kernel::exact::lattice::COORD_MAX;
@@ -6,20 +6,20 @@ use keepout_kernel::{Edge, Length, Point, Segment};
 
 use crate::properties::Xy;
 
-/// What is degenerate about a set of edges.
+/// The kind of degeneracy of a set of edges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
-    /// Nothing: edges anywhere in a field.
+    /// No degeneracy: edges anywhere in a field.
     Scattered,
-    /// Edges that are there twice, some backwards.
+    /// Edges that occur twice, some of them reversed.
     Duplicates,
-    /// Overlapping pieces of a few lines.
+    /// Overlapping segments of one line.
     Overlapping,
     /// A straight run of many collinear edges.
     Collinear,
     /// Edges that end in the middle of others.
     TJunctions,
-    /// Fans of edges from a few vertices.
+    /// Many edges that leave a few vertices.
     SharedVertices,
     /// Edges of zero length among others.
     ZeroLength,
@@ -29,13 +29,13 @@ pub enum Family {
     Slot,
     /// Coordinates at both extremes of the lattice.
     Extremes,
-    /// A lattice-aligned grid, thresholds being exact distances.
+    /// Vertices on a square grid. Thresholds are exact distances of the grid.
     Grid,
     /// Many edges in a few units.
     Crowded,
     /// A part much smaller than the threshold.
     TinyPart,
-    /// Edges with slacks from nothing to more than the threshold.
+    /// Edges with chord-error bounds from zero to more than the threshold.
     Slacks,
 }
 
@@ -58,7 +58,7 @@ impl Family {
         Self::Slacks,
     ];
 
-    /// Edges of the family, and the threshold at which they are to be asked.
+    /// Random edges of the family, with the threshold for queries.
     pub fn profile(self, random: &mut Rng) -> Profile {
         let count = random.usize(1..=120);
         let mut profile = Profile { edges: Vec::new(), threshold: random.i64(0..=400) };
@@ -105,7 +105,7 @@ impl Family {
         }
     }
 
-    /// Short edges anywhere in the field, with what the family adds.
+    /// Short edges anywhere in the field, with the family's degeneracy.
     fn scatter(self, profile: &mut Profile, count: usize, random: &mut Rng) {
         for k in 0..count {
             let (a, b) = (anywhere(random), anywhere(random));
@@ -126,7 +126,7 @@ impl Family {
         }
     }
 
-    /// Pieces of one line, end to end or anyhow.
+    /// Segments of one line: end to end for `Collinear`, otherwise anywhere on the line.
     fn line(self, profile: &mut Profile, count: usize, random: &mut Rng) {
         let (origin, (dx, dy)) = (anywhere(random), (random.i64(-9..=9), random.i64(-9..=9)));
         let along = |k: i64| (origin.0 + dx * k, origin.1 + dy * k);
@@ -138,7 +138,7 @@ impl Family {
         }
     }
 
-    /// Edges that share points in the family's way.
+    /// Edges that share points as the family prescribes.
     fn join(self, profile: &mut Profile, count: usize, random: &mut Rng) {
         let hubs: Vec<Xy> = (0..4).map(|_| anywhere(random)).collect();
         for k in 0..count {
@@ -186,7 +186,7 @@ impl Profile {
         }
     }
 
-    /// A point worth asking about: near an edge's end, at the threshold from one, on one, or anywhere around.
+    /// A query point: near the end of an edge, at the threshold from the edge, or anywhere around it.
     pub fn query(&self, random: &mut Rng) -> Xy {
         let edge = &self.edges[random.usize(..self.edges.len())];
         let end = if random.bool() { edge.chord.from } else { edge.chord.to };
@@ -209,14 +209,14 @@ impl Profile {
     }
 }
 
-/// The lattice point of plain coordinates, moved onto the lattice when it is off.
+/// The lattice point of plain coordinates, clamped to the lattice.
 #[must_use]
 pub fn at((x, y): Xy) -> Point {
     let limit = i64::from(COORD_MAX);
     Point::from_units(x.clamp(-limit, limit), y.clamp(-limit, limit)).unwrap_or(Point::ORIGIN)
 }
 
-/// The length, moved onto the lattice when it is off.
+/// The length, clamped to the lattice.
 #[must_use]
 pub fn length(units: i64) -> Length {
     Length::from_units(units.clamp(0, i64::from(COORD_MAX))).unwrap_or(Length::ZERO)

@@ -1,13 +1,19 @@
-//! The supervisor's inductive invariant: *in every reachable state, every point where the tool can be lies in a certified
-//! set, whatever is delayed, lost, repeated or cancelled*.
+//! The guard's inductive invariant: *in every reachable state, every point where the tool can be lies in a
+//! certified set, whatever is delayed, lost, repeated or cancelled*.
 //!
-//! The product of the real guard with the model of the controller is explored breadth first, every state once, until
-//! nothing new is found. In each state the hull of the guard's set is clear of the part by hand's threshold; every target that the
-//! controller holds or that is on the way to it lies in the hull, and so does the tool, or within three resolutions where reports
-//! err; and every stretch that the tool moves is as clear. As the hull is convex, a tool in it that drives to targets in it
-//! stays in it. Where nothing goes wrong the session goes on.
+//! The exploration runs the real guard with the model of the controller, breadth first. It visits every
+//! state once, until it finds no new one. In each state it checks:
 //!
-//! The host sends whatever the guard allows, at any time: it is as free as the supervisor and freer.
+//! - The hull of the in-flight set keeps the jogging clearance.
+//! - Every target in the controller or in transit lies in the hull.
+//! - The tool lies in the hull. Where reports have errors, it lies within three resolutions of the hull.
+//! - Every motion of the tool keeps the same clearance.
+//!
+//! The hull is convex, so a tool in it that drives to targets in it stays in it. In a world without faults
+//! the session must not end.
+//!
+//! The host sends whatever the guard allows, at any time. It has all the freedom of the supervisor, and
+//! more.
 
 use std::collections::hash_map::RandomState;
 use std::collections::{HashSet, VecDeque};
@@ -27,32 +33,32 @@ use crate::properties::Xy;
 use crate::square::{self, FINISHING, MANUAL, approaches, certified, off_box, off_hull, plain};
 use crate::wire::{Answer, Report, Sent};
 
-/// What is explored: a machine, what can go wrong, and how much the host does.
+/// A world to explore: a machine, its faults, and the host's budget.
 #[derive(Clone, Debug)]
 pub struct World {
     /// Its name.
     pub name: &'static str,
-    /// Where the tool begins.
+    /// Start position of the tool.
     pub start: Xy,
-    /// Where the host may want to go.
+    /// Targets of the host's jogs.
     pub targets: &'static [Xy],
-    /// A contour that it may run; empty for none.
+    /// A contour that the host may run. Without points there is none.
     pub contour: &'static [Xy],
-    /// Motions, queries, cancels and half `DRAIN`s, at most.
+    /// Largest numbers of motions, queries, cancels and halves of `DRAIN`.
     pub budget: [u8; 4],
-    /// Queries that can be open at once.
+    /// Largest number of open queries.
     pub open: usize,
-    /// What can go wrong.
+    /// The faults.
     pub trouble: Trouble,
-    /// How the machine drives.
+    /// The behaviour of the machine.
     pub drive: Drive,
     /// A checksum protects the line.
     pub checked: bool,
-    /// By how much the part that is asked while a person steers is larger than the part, in units.
+    /// Enlargement of the simplified outline that jogging asks, lattice units.
     pub coarser: i64,
 }
 
-/// The host, as much of it as counts.
+/// A state: the guard, the controller model, and the host's variables.
 #[derive(Clone, Debug)]
 struct Node {
     guard: Guard,
@@ -60,31 +66,31 @@ struct Node {
     queries: VecDeque<QueryStamp>,
     now: u8,
     budget: [u8; 4],
-    /// The session has ended: nothing is sent any more.
+    /// The session has ended. The host sends no more messages.
     ended: bool,
-    /// The tool began nearer than the manual threshold and has not arrived elsewhere.
+    /// The tool began inside the jogging clearance and has not left it yet.
     inside: bool,
 }
 
 #[derive(Hash)]
 struct Key<'a>(GuardState, &'a Plant, &'a VecDeque<QueryStamp>, u8, [u8; 4], [bool; 2]);
 
-/// Something that is done or happens.
+/// An action of the host, or an event.
 #[derive(Clone, Copy, Debug)]
 enum Step {
     Jog(Xy),
-    Escape(Xy),
+    Retract(Xy),
     Contour,
     Next,
     Query,
     Cancel,
-    Hears,
+    Receives,
     Passes,
     Jumps,
     Happens(Happening),
 }
 
-/// What came of an exploration.
+/// The outcome of an exploration.
 #[derive(Clone, Debug)]
 pub struct Explored {
     /// States found.
@@ -93,9 +99,9 @@ pub struct Explored {
     pub steps: usize,
     /// Steps from the beginning to the farthest state.
     pub depth: usize,
-    /// Nothing new was left.
+    /// The exploration reached every state.
     pub complete: bool,
-    /// The shortest way to a state in which the invariant does not hold.
+    /// The shortest sequence of steps to a state that violates the invariant.
     pub violation: Option<Vec<String>>,
 }
 
@@ -119,7 +125,7 @@ impl World {
         guard
     }
 
-    /// Explores all that can happen, up to so many states.
+    /// Explores all reachable states, up to `most` of them.
     #[must_use]
     pub fn explore(&self, most: usize) -> Explored {
         let part = square::part();
@@ -149,11 +155,11 @@ impl World {
                 explored.steps += 1;
                 let fault = next.fault(self, &part, &way);
                 if let Some(fault) = fault {
-                    let mut story = told(&ways, number);
-                    story.extend([format!("{step:?}"), fault]);
+                    let mut sequence = steps_to(&ways, number);
+                    sequence.extend([format!("{step:?}"), fault]);
                     return Explored {
                         states: known.len(),
-                        violation: Some(story),
+                        violation: Some(sequence),
                         complete: false,
                         ..explored
                     };
@@ -171,14 +177,14 @@ impl World {
 }
 
 /// The steps to a state.
-fn told(ways: &[(usize, Option<Step>)], mut number: usize) -> Vec<String> {
-    let mut story = Vec::new();
+fn steps_to(ways: &[(usize, Option<Step>)], mut number: usize) -> Vec<String> {
+    let mut sequence = Vec::new();
     while let (before, Some(step)) = ways[number] {
-        story.push(format!("{step:?}"));
+        sequence.push(format!("{step:?}"));
         number = before;
     }
-    story.reverse();
-    story
+    sequence.reverse();
+    sequence
 }
 
 impl Node {
@@ -200,14 +206,14 @@ impl Node {
         Time::ZERO.after(DRAIN / 2 * self.now.into())
     }
 
-    /// All that can be done, or happen.
+    /// Appends all possible actions and events.
     fn steps(&self, world: &World, into: &mut Vec<Step>) {
         let [motions, queries, cancels, passes] = self.budget;
         if !self.ended {
             if motions > 0 {
                 let inside = self.guard.is_inside_jogging_clearance();
                 into.extend(
-                    world.targets.iter().map(|&to| if inside { Step::Escape(to) } else { Step::Jog(to) }),
+                    world.targets.iter().map(|&to| if inside { Step::Retract(to) } else { Step::Jog(to) }),
                 );
                 if !world.contour.is_empty() && self.guard.contour_progress().is_none() {
                     into.push(Step::Contour);
@@ -218,7 +224,7 @@ impl Node {
             }
             into.extend((queries > 0 && self.queries.len() < world.open).then_some(Step::Query));
             into.extend((cancels > 0).then_some(Step::Cancel));
-            into.extend((!self.plant.answers.is_empty()).then_some(Step::Hears));
+            into.extend((!self.plant.answers.is_empty()).then_some(Step::Receives));
             into.extend((passes > 0).then_some(Step::Passes));
             into.extend((self.plant.trouble.jumps > 0).then_some(Step::Jumps));
         }
@@ -227,7 +233,7 @@ impl Node {
         into.extend(happenings.into_iter().map(Step::Happens));
     }
 
-    /// Takes the step; `None` when it can not be taken. Answers the way on which the tool moved.
+    /// Takes the step and returns the path of the tool. Returns `None` if the step is not possible.
     fn takes(&mut self, world: &World, step: Step) -> Option<Vec<Xy>> {
         let here = vec![self.plant.tool];
         match step {
@@ -235,7 +241,7 @@ impl Node {
                 self.guard.jog(at(to), world.feed()).ok()?;
                 self.send(to);
             }
-            Step::Escape(to) => {
+            Step::Retract(to) => {
                 self.guard.retract(at(to), world.feed()).ok()?;
                 self.send(to);
             }
@@ -262,7 +268,7 @@ impl Node {
                 }
                 self.plant.wire.push_back(Sent::Cancel);
             }
-            Step::Hears => while self.hears() {},
+            Step::Receives => while self.receives() {},
             Step::Passes => {
                 self.budget[3] -= 1;
                 self.now += 1;
@@ -284,8 +290,8 @@ impl Node {
         self.plant.wire.push_back(Sent::Line(to));
     }
 
-    /// Takes the next answer; whether the next one follows at once.
-    fn hears(&mut self) -> bool {
+    /// Gives the next answer to the guard. Returns whether a copy of it follows at once.
+    fn receives(&mut self) -> bool {
         match self.plant.answers.pop_front() {
             None => false,
             Some(Answer::Accepted) => {
@@ -311,16 +317,16 @@ impl Node {
         }
     }
 
-    /// What does not hold here, after the tool moved on this way.
+    /// The condition that this state violates, after the tool moved along `way`.
     fn fault(&self, world: &World, part: &ProhibitedRegion, way: &[Xy]) -> Option<String> {
         if self.ended && world.trouble == Trouble::default() {
-            return Some("a fault where nothing was wrong".into());
+            return Some("the session ended in a world without faults".into());
         }
         for pair in way.windows(2) {
             let motion = Segment { from: at(pair[0]), to: at(pair[1]) };
             if self.inside {
                 if approaches(part, pair[0], pair[1]) {
-                    return Some(format!("a way out comes nearer to the part: {pair:?}"));
+                    return Some(format!("a retract move comes nearer to the part: {pair:?}"));
                 }
             } else if !part.motion_clear(motion, length(world.kept())).is_clear() {
                 return Some(format!("the tool comes too near the part: {pair:?}"));
@@ -367,21 +373,24 @@ impl Node {
     }
 }
 
-/// A deceleration at which the tool stops at once, in units per s².
+/// Deceleration that stops the tool almost at once, lattice units per s².
 const QUICK: u64 = 1_000_000_000;
 
 impl World {
-    /// Feed of jogs, mm/min: where the tool goes on after a cancel, so slow that the part is large beside that way.
+    /// Feed of jogs, mm/min. If a cancel may leave the path, the feed is so low that the stopping distance
+    /// is small beside the part.
     fn feed(&self) -> u32 {
         if self.drive.strays { 1 } else { 600 }
     }
 
-    /// How far the tool can be from the set: it is reported to a resolution, and believed at two.
+    /// Largest distance of the tool from the set. A report errs by one resolution, and the guard accepts it
+    /// up to two resolutions from the hull.
     fn off(&self) -> i64 {
         if self.drive.errs { 3 * RESOLUTION } else { 0 }
     }
 
-    /// How near the tool comes to the part at most. Places of the set are rounded to whole units.
+    /// Smallest distance between tool and part. One unit covers the rounding of the set's points to whole
+    /// units.
     fn kept(&self) -> i64 {
         let threshold = if self.contour.is_empty() { MANUAL } else { FINISHING - RESOLUTION };
         threshold - self.off() - 1

@@ -1,5 +1,6 @@
-//! No model checker. It has the names of Kani that the harnesses use, so that they can be type-checked where Kani is not:
-//! `cargo rustc -p keepout-proofs --lib -- --cfg kani --cfg kani_shim`. Whoever runs a harness over it gets a panic.
+//! Stand-in for Kani, without a model checker. It defines the names of Kani that the harnesses use, so that
+//! the compiler can check them without Kani: `cargo rustc -p keepout-proofs --lib -- --cfg kani --cfg
+//! kani_shim`. A harness that runs on it panics.
 
 /// Stands for Kani's `any`: any value of a type.
 ///

@@ -1,16 +1,17 @@
-//! The mathematical definitions, in exact rational arithmetic: on big integers, and where inputs are small on plain ones.
+//! The mathematical definitions in exact rational arithmetic: on big integers, or on plain integers where
+//! inputs are small.
 
 use std::ops::{Add, Mul, Sub};
 
 /// Whole numbers of any size.
 #[cfg(not(kani))]
 pub use num_bigint::BigInt as Wide;
-/// A model checker can not read big integers; its cases are small.
+/// Kani cannot handle big integers. Its cases are small.
 #[cfg(kani)]
 pub type Wide = i128;
 
-/// Whole numbers that do not overflow where they are used: big integers anywhere, `i64` for coordinates up to 16, `i128` for
-/// coordinates up to 2^13.
+/// Whole numbers that do not overflow in their use: big integers anywhere, `i64` for coordinates up to 16,
+/// `i128` for coordinates up to 2^13.
 pub trait Whole:
     Clone + Ord + From<i64> + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self>
 {
@@ -76,8 +77,8 @@ pub fn area_sign<N: Whole>(a: &Place<N>, b: &Place<N>, c: &Place<N>) -> i8 {
     i8::from(area > zero()) - i8::from(area < zero())
 }
 
-/// Whether the least of `|p − a − t(b − a)|²` over `t` in [0, 1] is at most `r²`: the quadratic is minimised at its
-/// vertex, moved into [0, 1], and its value there compared as a fraction.
+/// Whether the least of `|p − a − t(b − a)|²` over `t` in [0, 1] is at most `r²`. The quadratic is least at
+/// its vertex, clamped to [0, 1]. The value there is compared as a fraction.
 #[must_use]
 pub fn point_segment_within<N: Whole>(p: &Place<N>, a: &Place<N>, b: &Place<N>, r: i64) -> bool {
     let (d, w) = (b.minus(a), p.minus(a));
@@ -90,9 +91,9 @@ pub fn point_segment_within<N: Whole>(p: &Place<N>, a: &Place<N>, b: &Place<N>, 
     off.dot(&off) <= times(&(denominator.clone() * N::from(r)), &(denominator * N::from(r)))
 }
 
-/// Whether the least of `|a + s(b − a) − c − t(d − c)|²` over the unit square is at most `r²`. The function is convex:
-/// its minimum is the zero of the difference, when that lies in the square, or lies on the square's boundary, whose
-/// four sides are point–segment problems.
+/// Whether the least of `|a + s(b − a) − c − t(d − c)|²` over the unit square is at most `r²`. The function
+/// is convex. Its minimum is the zero of the difference if that lies in the square. Otherwise the minimum
+/// lies on the square's boundary, whose four sides are point–segment problems.
 #[must_use]
 pub fn segment_segment_within<N: Whole>(
     a: &Place<N>,
@@ -118,8 +119,8 @@ pub fn segment_segment_within<N: Whole>(
         || point_segment_within(d, a, b, r)
 }
 
-/// Whether `p` is a convex combination of `a`, `b`, `c`, by barycentric coordinates; degenerate triangles are their
-/// sides.
+/// Whether `p` is a convex combination of `a`, `b`, `c`, by barycentric coordinates. A degenerate triangle
+/// is the union of its sides.
 #[must_use]
 pub fn in_triangle<N: Whole>(p: &Place<N>, a: &Place<N>, b: &Place<N>, c: &Place<N>) -> bool {
     let whole = b.minus(a).cross(&c.minus(a));
@@ -144,8 +145,8 @@ pub fn triangle_segment_within<N: Whole>(
         || [(a, b), (b, c), (c, a)].into_iter().any(|(p, q)| segment_segment_within(p, q, d, e, r))
 }
 
-/// Whether `p` is strictly inside the polygon, by the winding number summed over quadrants' worth of signed crossings
-/// of both rays from `p`; `None` for a point on the polygon.
+/// Whether `p` is strictly inside the polygon: the winding number, summed over signed crossings of the ray
+/// toward −x, is odd. `None` for a point on the polygon.
 #[must_use]
 pub fn inside_polygon<N: Whole>(p: &Place<N>, polygon: &[Place<N>]) -> Option<bool> {
     let mut winding = 0;
@@ -177,9 +178,10 @@ pub fn point_segment_distance_2<N: Whole>(p: &Place<N>, a: &Place<N>, b: &Place<
     (off.dot(&off), times(&denominator, &denominator))
 }
 
-/// Whether no point of the motion `p q` is nearer to the segment `a b` than `p` is. Distance to a convex set is convex
-/// along a line, so this is what "the distance never falls" means. When `p q` crosses `a b` away from `p`, or some end is
-/// nearer, it falls; else the least distance is at `p`.
+/// Whether no point of the motion `p q` is nearer to the segment `a b` than `p` is. The distance to a
+/// convex set is convex along a line, so this means that the distance never falls. It falls if the motion
+/// meets `a b` away from `p`, or if `q` is nearer than `p` or an end of `a b` is that near to the motion.
+/// Otherwise the least distance is at `p`.
 #[must_use]
 pub fn never_nearer<N: Whole>(p: &Place<N>, q: &Place<N>, a: &Place<N>, b: &Place<N>) -> bool {
     let start = point_segment_distance_2(p, a, b);
@@ -197,7 +199,7 @@ pub fn never_nearer<N: Whole>(p: &Place<N>, q: &Place<N>, a: &Place<N>, b: &Plac
     others.iter().all(|other| times(&other.0, &start.1) >= times(&start.0, &other.1))
 }
 
-/// Whether the closed box and the segment come within `r`: the box is two triangles.
+/// Whether the closed box and the segment come within `r`. The box is two triangles.
 #[must_use]
 pub fn box_segment_within<N: Whole>(
     low: &Place<N>,
@@ -212,9 +214,9 @@ pub fn box_segment_within<N: Whole>(
         || triangle_segment_within([low, high, &left], a, b, r)
 }
 
-/// Answers in `f64` that are certain, for speed: `None` means "ask the exact definition". Coordinates are below 2^30, so a
-/// distance computed through the nearest point carries an error far below a thousandth of a unit, and squares far below
-/// a unit of their last place times a few.
+/// Fast answers in `f64`. `None` means uncertain: use the exact definition. Coordinates are below 2^30. The
+/// error of a distance through the nearest point is then far below a thousandth of a unit, and the error of
+/// a square is a few units of its last place.
 pub mod quick {
     /// A point or vector.
     pub type Xy = (f64, f64);
@@ -234,13 +236,14 @@ pub mod quick {
         (w.0 - t * d.0).hypot(w.1 - t * d.1)
     }
 
-    /// Whether they come within `r`.
+    /// Whether the point and the segment come within `r`.
     #[must_use]
     pub fn point_segment_within(p: Xy, a: Xy, b: Xy, r: f64) -> Option<bool> {
         decide(point_segment(p, a, b), r)
     }
 
-    /// The sign of the turn a, b, c; `None` when rounding could have made it. Differences below 2^26 multiply exactly.
+    /// Twice the signed area of `a b c`; `None` when rounding could have changed its sign. Differences
+    /// below 2^26 multiply exactly.
     fn turn(a: Xy, b: Xy, c: Xy) -> Option<f64> {
         let (u, v) = ((b.0 - a.0, b.1 - a.1), (c.0 - a.0, c.1 - a.1));
         let area = u.0 * v.1 - u.1 * v.0;
@@ -248,7 +251,7 @@ pub mod quick {
         (exact || area.abs() > 4096.0).then_some(area)
     }
 
-    /// Whether the segments cross at a point inside both.
+    /// Whether the segments cross at a point interior to both.
     fn crosses(a: Xy, b: Xy, c: Xy, d: Xy) -> Option<bool> {
         Some(turn(a, b, c)? * turn(a, b, d)? < 0.0 && turn(c, d, a)? * turn(c, d, b)? < 0.0)
     }
@@ -260,7 +263,7 @@ pub mod quick {
         Some(if crosses(a, b, c, d)? { 0.0 } else { ends.into_iter().fold(f64::INFINITY, f64::min) })
     }
 
-    /// Whether they come within `r`.
+    /// Whether the two segments come within `r`.
     #[must_use]
     pub fn segment_segment_within(a: Xy, b: Xy, c: Xy, d: Xy, r: f64) -> Option<bool> {
         decide(segment_segment(a, b, c, d)?, r)

@@ -12,22 +12,22 @@ pub const SEED: u64 = 20_261_122;
 /// The bound of an engine, and the run of one case.
 pub type Engine<B, S> = (B, fn(&mut S));
 
-/// A promise of the trusted core as an asserting function, with the engines that run it.
+/// A property of the trusted core: an asserting function, and the engines that run it.
 #[derive(Clone, Copy, Debug)]
 pub struct Property {
-    /// What it is about.
+    /// The topic.
     pub group: &'static str,
     /// The function's name.
     pub name: &'static str,
-    /// What it says.
+    /// The claim, as the assurance table shows it.
     pub claim: &'static str,
-    /// The code that it is about.
+    /// The code under test.
     pub source: &'static str,
-    /// Every case of a small lattice: its side, and the run.
+    /// Every case of a small lattice: the lattice's side, and the run of one case.
     pub every: Option<Engine<i64, Every>>,
-    /// Random cases over the full range: how many, and the run.
+    /// Random cases over the full range: their number, and the run of one case.
     pub random: Option<Engine<u64, Chance>>,
-    /// A case from bytes.
+    /// Runs the case that the bytes encode.
     pub bytes: fn(&mut Bytes),
     /// The Kani harness of the same name.
     pub kani: Option<Harness>,
@@ -36,31 +36,31 @@ pub struct Property {
 /// The bounds of a Kani harness.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Harness {
-    /// Coordinates are within this.
+    /// Largest magnitude of a coordinate, lattice units.
     pub half: i8,
-    /// Loops are unwound so often.
+    /// How often loops are unwound.
     pub unwind: u32,
     /// The solver.
     pub solver: &'static str,
 }
 
-/// What a run looked at.
+/// The extent of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Ran {
     /// Cases drawn.
     pub cases: u64,
-    /// Those of them that met the property's premise: the others say nothing.
+    /// Cases that met the property's premise. The other cases prove nothing.
     pub asked: u64,
     /// The largest magnitude that was drawn.
     pub reach: i64,
 }
 
-/// What came of a run.
+/// The outcome of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct Outcome {
-    /// What it looked at; `None` when the property failed.
+    /// The extent of the run, or `None` when the property failed.
     pub ran: Option<Ran>,
-    /// How long it took.
+    /// The time that the run took.
     pub time: Duration,
 }
 
@@ -73,7 +73,7 @@ pub fn passed_over() {
     PASSED_OVER.set(PASSED_OVER.get() + 1);
 }
 
-/// A property asks at least one in so many of its cases, or this many: else it would say little.
+/// At least one in four cases must meet the premise, or 400 cases in all. A run with fewer shows little.
 const ASKED: (u64, u64) = (4, 400);
 
 impl Property {
@@ -104,7 +104,7 @@ impl Property {
         self.run_some(1)
     }
 
-    /// Runs one in so many of the random cases.
+    /// Runs one in `share` of the random cases.
     fn run_some(&self, share: u64) -> Option<Ran> {
         let (cases, run) = self.random?;
         let cases = cases / share;
@@ -117,10 +117,10 @@ impl Property {
         Some(Ran { cases, asked: cases - PASSED_OVER.get(), reach: chance.reach() })
     }
 
-    /// Runs all engines that run here.
+    /// Runs the engines that need no other tool: every case, and random cases.
     ///
     /// # Panics
-    /// When the property does not hold, no engine ran, or hardly any case met its premise.
+    /// When the property does not hold, has neither engine, or too few cases met its premise.
     pub fn check(&self) {
         let (every, random) = (self.run_every(), self.run_random());
         assert!(every.is_some() || random.is_some(), "{} lacks an engine that runs here", self.name);
@@ -131,7 +131,7 @@ impl Property {
         }
     }
 
-    /// Runs a tenth of the random cases: what a gross fault does not survive.
+    /// Runs a tenth of the random cases. This finds gross faults.
     ///
     /// # Panics
     /// When the property does not hold.
@@ -140,7 +140,7 @@ impl Property {
         self.run_some(10)
     }
 
-    /// Runs an engine and tells what came of it.
+    /// Runs an engine and returns the outcome. A panic counts as a failure.
     #[must_use]
     pub fn observed(&self, engine: fn(&Self) -> Option<Ran>) -> Option<Outcome> {
         let begin = Instant::now();
@@ -153,13 +153,14 @@ impl Property {
     }
 }
 
-/// Lists properties: name, how its inputs are drawn, what it says, and the engines with their bounds. Makes of each a
-/// [`Property`], a test and a Kani harness.
+/// Lists properties: name, drawing of the inputs, claim, and engines with their bounds. Each entry becomes
+/// a [`Property`], a test and a Kani harness.
 macro_rules! properties {
     (
         $group:literal, $source:literal;
         $( $name:ident |$d:ident| $call:expr => $claim:literal;
-            $(every $side:literal)? $(random $cases:literal)? $(kani $half:literal unwind $unwind:literal $solver:ident)?; )+
+            $(every $side:literal)? $(random $cases:literal)?
+            $(kani $half:literal unwind $unwind:literal $solver:ident)?; )+
     ) => {
         /// The properties of this file.
         pub const ALL: &[crate::property::Property] = &[ $( crate::property::Property {
@@ -167,10 +168,18 @@ macro_rules! properties {
             name: stringify!($name),
             claim: $claim,
             source: $source,
-            every: crate::property::first(&[$(($side, crate::property::drawn!($d, $call, crate::draw::Every) as fn(&mut crate::draw::Every)))?]),
-            random: crate::property::first(&[$(($cases, crate::property::drawn!($d, $call, crate::draw::Chance) as fn(&mut crate::draw::Chance)))?]),
+            every: crate::property::first(&[$((
+                $side,
+                crate::property::drawn!($d, $call, crate::draw::Every) as fn(&mut crate::draw::Every)
+            ))?]),
+            random: crate::property::first(&[$((
+                $cases,
+                crate::property::drawn!($d, $call, crate::draw::Chance) as fn(&mut crate::draw::Chance)
+            ))?]),
             bytes: crate::property::drawn!($d, $call, crate::draw::Bytes),
-            kani: crate::property::first(&[$(crate::property::Harness { half: $half, unwind: $unwind, solver: stringify!($solver) })?]),
+            kani: crate::property::first(&[$(
+                crate::property::Harness { half: $half, unwind: $unwind, solver: stringify!($solver) }
+            )?]),
         } ),+ ];
 
         #[cfg(test)]
@@ -187,13 +196,15 @@ macro_rules! properties {
                 use super::super::*;
                 #[cfg_attr(not(kani_shim), kani::proof, kani::unwind($unwind), kani::solver($solver))]
                 #[cfg_attr(kani_shim, expect(dead_code, reason = "only Kani calls harnesses"))]
-                fn holds() { crate::property::drawn!($d, $call, crate::draw::Symbolic<$half>)(&mut crate::draw::Symbolic); }
+                fn holds() {
+                    crate::property::drawn!($d, $call, crate::draw::Symbolic<$half>)(&mut crate::draw::Symbolic);
+                }
             } )? )+
         }
     };
 }
 
-/// The function that draws from one source and asks.
+/// The function that draws the inputs from one source and runs the property.
 macro_rules! drawn {
     ($d:ident, $call:expr, $source:ty) => {{
         fn run<D: crate::draw::Draw>($d: &mut D) {
@@ -203,7 +214,7 @@ macro_rules! drawn {
     }};
 }
 
-/// The first of none or one.
+/// The element of a slice of at most one element.
 pub(crate) const fn first<T: Copy>(of: &[T]) -> Option<T> {
     match of {
         [one, ..] => Some(*one),

@@ -1,4 +1,5 @@
-//! Differential soaks: answers beside the definitions, as long as one likes, reproducibly from a seed.
+//! Differential soaks: they compare answers with the definitions for any number of cases, reproducibly from
+//! a seed.
 
 use fastrand::Rng;
 use keepout_kernel::exact::arc::{Arc, Turn};
@@ -33,21 +34,21 @@ fn units(r: i64) -> f64 {
     r as f64
 }
 
-/// The definition of point–segment, through certain floats where they are certain.
+/// The definition of point–segment. It uses floats where their answer is certain.
 #[must_use]
 pub fn point_within(p: Xy, a: Xy, b: Xy, r: i64) -> bool {
     quick::point_segment_within(float(p), float(a), float(b), units(r))
         .unwrap_or_else(|| oracle::point_segment_within(&big(p), &big(a), &big(b), r))
 }
 
-/// The definition of segment–segment.
+/// The definition of segment–segment, with floats as in [`point_within`].
 #[must_use]
 pub fn segments_within(a: Xy, b: Xy, c: Xy, d: Xy, r: i64) -> bool {
     quick::segment_segment_within(float(a), float(b), float(c), float(d), units(r))
         .unwrap_or_else(|| oracle::segment_segment_within(&big(a), &big(b), &big(c), &big(d), r))
 }
 
-/// The definition of triangle–segment.
+/// The definition of triangle–segment, with floats as in [`point_within`].
 #[must_use]
 pub fn triangle_within(corners: [Xy; 3], d: Xy, e: Xy, r: i64) -> bool {
     quick::triangle_segment_within(corners.map(float), float(d), float(e), units(r)).unwrap_or_else(|| {
@@ -56,7 +57,7 @@ pub fn triangle_within(corners: [Xy; 3], d: Xy, e: Xy, r: i64) -> bool {
     })
 }
 
-/// Runs so many predicate cases, random and degenerate, at product width; each is one answer compared.
+/// Runs `cases` random and degenerate predicate cases at product width. One compared answer is one case.
 ///
 /// # Panics
 /// At the first difference, with the case.
@@ -64,7 +65,7 @@ pub fn predicates(random: &mut Rng, cases: u64) {
     let limit = i64::from(COORD_MAX);
     let mut done = 0;
     while done < cases {
-        // Boxes from a few units to the whole lattice; small ones make coincidences.
+        // Boxes from a few units to the whole lattice. In small ones points coincide.
         let half = 1_i64 << random.u32(2..=29);
         let origin = (random.i64(-(limit - half)..=limit - half), random.i64(-(limit - half)..=limit - half));
         let mut point = || (origin.0 + random.i64(-half..=half), origin.1 + random.i64(-half..=half));
@@ -90,13 +91,14 @@ pub fn predicates(random: &mut Rng, cases: u64) {
         assert_eq!(
             near,
             triangle_within([p, c, d], a, b, r),
-            "fan {p:?} {c:?} {d:?}, {a:?} {b:?} within {r}"
+            "triangle {p:?} {c:?} {d:?}, {a:?} {b:?} within {r}"
         );
         done += 4;
     }
 }
 
-/// Runs so many queries over indices and cells of all families; each is one answer compared with all edges.
+/// Runs `cases` queries over indices and cells of all families. One answer compared with all edges is one
+/// case.
 ///
 /// # Panics
 /// At the first difference, with the family and the case.
@@ -109,7 +111,7 @@ pub fn queries(random: &mut Rng, cases: u64) {
     }
 }
 
-/// A profile of the family and a few hundred queries of it; answers how many answers were compared.
+/// Queries a random profile of the family a few hundred times. Returns the number of compared answers.
 ///
 /// # Panics
 /// At the first difference.
@@ -151,7 +153,7 @@ pub fn family_queries(family: Family, random: &mut Rng) -> u64 {
 fn brute(index: &CheckedIndex, r: i64, within: impl Fn(Xy, Xy, i64) -> bool) -> bool {
     index.edges().iter().any(|edge: &Edge| {
         let reach = r + i64::from(edge.chord_error.units());
-        // Beyond the lattice everything is blocked.
+        // A threshold beyond the lattice blocks everything.
         reach > i64::from(COORD_MAX) || within(plain(edge.chord.from), plain(edge.chord.to), reach)
     })
 }
@@ -172,7 +174,8 @@ struct Ask<'a> {
 impl Ask<'_> {
     fn compare(&self, p: Xy, q: Xy, s: Xy, near_by: Xy, list: &mut NearList, context: &str) -> u64 {
         let (index, r, threshold) = (self.index, self.r, length(self.r));
-        // An edge whose chord_error takes the threshold beyond the lattice is found only near its box.
+        // The index finds an edge whose chord-error bound takes the threshold beyond the lattice only near
+        // the edge's box.
         let whole =
             index.edges().iter().all(|edge| r + i64::from(edge.chord_error.units()) <= i64::from(COORD_MAX));
         if !whole {
@@ -201,10 +204,10 @@ impl Ask<'_> {
             });
             assert_eq!(index.approached(motion, threshold).is_some(), approached, "receding, {context}");
         }
-        let fan = Triangle { corners: [at(p), at(q), at(s)] };
+        let swept = Triangle { corners: [at(p), at(q), at(s)] };
         let near_fan = brute(index, r, |a, b, r| triangle_within([p, q, s], a, b, r));
-        assert_eq!(index.near_fan(fan, threshold).is_some(), near_fan, "fan, {context}");
-        let mut corners = fan.corners;
+        assert_eq!(index.near_fan(swept, threshold).is_some(), near_fan, "swept triangle, {context}");
+        let mut corners = swept.corners;
         if Convex::check(&corners).is_none() {
             corners.swap(1, 2);
         }
@@ -223,7 +226,7 @@ impl Ask<'_> {
         if let Some(clearance) = index.clearance(at(p)) {
             let c = i64::from(clearance.units());
             assert!(!near_point(index, p, c), "clearance {c}, {context}");
-            // It is cut off at the largest length.
+            // Clearance ends at the largest length.
             let tight = c >= i64::from(COORD_MAX) - 3 || near_point(index, p, c + 3);
             assert!(tight, "clearance {c} is not tight, {context}");
         } else {
@@ -233,8 +236,9 @@ impl Ask<'_> {
     }
 }
 
-/// Runs so many arcs against chords: what is said to be clear is clear for curves along both sides of the ring, at many
-/// places; and what is clear by more than a few units is said to be.
+/// Compares `cases` swept arcs with chords. A chord reported clear must be clear of curves along both sides
+/// of the ring, at 201 angles. A chord that keeps 16 units more than `t`, besides half a sampling step,
+/// must be reported clear.
 ///
 /// # Panics
 /// At the first difference.
@@ -276,9 +280,9 @@ pub fn arcs(random: &mut Rng, cases: u64) {
         }
         let clear = swept.near_chord(Segment { from: at(a), to: at(b) }, length(t)).is_clear();
         let case = format!("{arc:?}, chord {a:?} {b:?}, t {t}: sampled distance {least}");
-        assert!(!clear || least > units(t) - 1e-6, "said to be clear: {case}");
+        assert!(!clear || least > units(t) - 1e-6, "reported clear, but is near: {case}");
         let step = rho_true * turned / 200.0;
-        assert!(clear || least - step / 2.0 < units(t) + 16.0, "not found clear: {case}");
+        assert!(clear || least - step / 2.0 < units(t) + 16.0, "clear, but reported near: {case}");
     }
 }
 

@@ -1,4 +1,4 @@
-//! The part of the worlds, a square, and what the invariant asks of it and of the guard's set.
+//! The part of all worlds, a square, and the invariant's checks on it and on the in-flight set.
 
 use std::sync::Arc;
 
@@ -10,11 +10,11 @@ use crate::families::{at, length};
 use crate::oracle::quick;
 use crate::properties::Xy;
 
-/// Of motions by hand, in units.
+/// Jogging clearance, lattice units.
 pub const MANUAL: i64 = 100;
-/// Of contours, in units.
+/// Finishing clearance, lattice units.
 pub const FINISHING: i64 = 96;
-/// The part: a square.
+/// Corners of the part, a square.
 pub const PART: [Xy; 4] = [(0, 0), (400, 0), (400, 400), (0, 400)];
 
 /// The part.
@@ -26,10 +26,10 @@ pub fn part() -> Arc<ProhibitedRegion> {
     grown(0)
 }
 
-/// The part, larger by so many units on each side: what is asked while a person steers.
+/// The part, enlarged by `by` lattice units on each side: the simplified outline that jogging asks.
 ///
 /// # Panics
-/// When a square so large is none of the lattice.
+/// When the enlarged square leaves the lattice.
 #[must_use]
 pub fn grown(by: i64) -> Arc<ProhibitedRegion> {
     let out = |c: i64| if c > 0 { c + by } else { c - by };
@@ -43,8 +43,8 @@ pub fn plain(point: keepout_kernel::Point) -> Xy {
     (i64::from(point.x.units()), i64::from(point.y.units()))
 }
 
-/// Whether the hull of the set, or its box, is clear of the part by hand's threshold when the tool may be `stray` beside it, but for
-/// a unit of rounding.
+/// Whether the hull of the set keeps the jogging clearance plus `stray`, less a unit of rounding. With
+/// non-interpolated axes (`apart`) the box around the set replaces the hull.
 #[must_use]
 pub fn certified(part: &ProhibitedRegion, set: &[Xy], apart: bool, stray: i64) -> bool {
     let kept = length(MANUAL + stray - 1);
@@ -57,7 +57,8 @@ pub fn certified(part: &ProhibitedRegion, set: &[Xy], apart: bool, stray: i64) -
     ways.all(|way| part.motion_clear(way, kept).is_clear()) && off_hull(set, PART[0]) > 0
 }
 
-/// Whether the motion comes nearer to an edge that is, or comes, within the manual threshold.
+/// Whether the motion comes nearer to an edge than it begins, by more than a unit, and within the jogging
+/// clearance of it. The distance is sampled at 65 points of the motion.
 #[must_use]
 pub fn approaches(part: &ProhibitedRegion, p: Xy, q: Xy) -> bool {
     let float =
@@ -76,7 +77,7 @@ pub fn approaches(part: &ProhibitedRegion, p: Xy, q: Xy) -> bool {
     })
 }
 
-/// How far the point is from the box of the set, at most.
+/// The larger of the point's distances from the box of the set along x and along y.
 #[must_use]
 pub fn off_box(set: &[Xy], (x, y): Xy) -> i64 {
     let off = |c: i64, all: &dyn Fn(&Xy) -> i64| {
@@ -86,7 +87,9 @@ pub fn off_box(set: &[Xy], (x, y): Xy) -> i64 {
     off(x, &|p| p.0).max(off(y, &|p| p.1))
 }
 
-/// How far the point is from the convex hull of the set, rounded up: it is in the hull when it is in some triangle of points.
+/// Distance of the point from the convex hull of the set, rounded up. The point is in the hull when it is
+/// in some triangle of set points. Beyond the largest distance that the invariant allows, the result is
+/// `i64::MAX`.
 #[must_use]
 pub fn off_hull(set: &[Xy], p: Xy) -> i64 {
     let side = |a: Xy, b: Xy, c: Xy| (b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0);

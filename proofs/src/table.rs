@@ -1,4 +1,4 @@
-//! The assurance table: runs the engines, and writes what is proved, what is tested and what is not.
+//! The assurance table: it runs the engines, and lists proofs, tests and gaps.
 
 use std::fmt::Write as _;
 use std::io;
@@ -12,7 +12,7 @@ use crate::property::{Outcome, Property, Ran};
 use crate::smt::results::{self, Row};
 use crate::{properties, worlds};
 
-/// Checks that are not lists of drawn inputs: what they say, of which code, where they are.
+/// Checks without drawn inputs: the check, the code, and where the check is.
 const BESIDE: [(&str, &str, &str); 8] = [
     (
         "predicates at product width on every small case, against the definitions",
@@ -20,7 +20,8 @@ const BESIDE: [(&str, &str, &str); 8] = [
         "tests/exhaustive.rs",
     ),
     (
-        "predicates, rings and sides, with thresholds at and beside the exact distance; `robust` agrees",
+        "predicates, rings and sides, with thresholds at and near the exact distance; the crate `robust` \
+         agrees",
         "exact/",
         "tests/random.rs",
     ),
@@ -31,24 +32,28 @@ const BESIDE: [(&str, &str, &str); 8] = [
     ),
     ("a million edges in a millimetre", "index/", "tests/soak.rs"),
     (
-        "curves of all degrees beside chains of lines and arcs, both ways, at 400 places",
+        "curves of degree 1 to 6 against chains of lines and arcs, both ways, at 400 points",
         "exact/bezier.rs",
         "tests/bezier.rs",
     ),
     (
-        "disturbed cells are refused or harmless; every walk over a small field ends with the right answer",
+        "modified cells are refused or harmless; every walk over a small field ends with the right answer",
         "index/cells.rs",
         "tests/checkers.rs",
     ),
-    ("no order of execution of admitted lines comes near the part", "guard/", "executor: guard/tests.rs"),
     (
-        "months of hostile operation; seeded faults of the guard are noticed",
+        "admitted lines keep away from the part in every order of execution",
+        "guard/",
+        "executor: guard/tests.rs",
+    ),
+    (
+        "months of simulated hostile operation; the run detects seeded faults of the guard",
         "executor/",
         "tests/: bin hostile",
     ),
 ];
 
-/// Theorems that run no code, and the properties that hold the code to them.
+/// Theorems that run no code, each with the properties that test the code against it.
 pub const TIED: &[(&str, &[&str])] = &[
     ("pruning", &["grown_windows_meet_whenever_shapes_are_near", "queries_are_those_over_all_edges"]),
     ("polygon_pruning", &["queries_are_those_over_all_edges"]),
@@ -65,10 +70,11 @@ pub const TIED: &[(&str, &[&str])] = &[
     ("hull_is_one_polygon", &["hull_holds_its_points_and_no_others", "admitted_jogs_keep_the_hull_clear"]),
 ];
 
-/// Runs all but the solvers and writes the page; `theorems` is what `prove --results` wrote. Answers whether everything holds.
+/// Runs all engines except the solvers, and writes the page. `theorems` is the file that `prove --results`
+/// wrote. Returns whether everything holds.
 ///
 /// # Errors
-/// When a file can not be read or written.
+/// When a file cannot be read or written.
 pub fn write(page: &Path, theorems: &Path) -> io::Result<bool> {
     let solved_by = results::read(theorems).map_err(|error| {
         io::Error::other(format!("{}: {error}. Make it with `prove --results {0}`.", theorems.display()))
@@ -80,8 +86,8 @@ pub fn write(page: &Path, theorems: &Path) -> io::Result<bool> {
         solved(text, &solved_by, &mut failed)?;
         explored(text, &mut failed)?;
         seeded(text)?;
-        writeln!(text, "\n## Beside these\n\n| what | of | where |\n|---|---|---|")?;
-        BESIDE.iter().try_for_each(|(what, of, place)| writeln!(text, "| {what} | {of} | {place} |"))
+        writeln!(text, "\n## Other checks\n\n| check | code | where |\n|---|---|---|")?;
+        BESIDE.iter().try_for_each(|(check, code, place)| writeln!(text, "| {check} | {code} | {place} |"))
     };
     fill(&mut text).map_err(io::Error::other)?;
     write_whole(page, text.as_bytes())?;
@@ -91,13 +97,13 @@ pub fn write(page: &Path, theorems: &Path) -> io::Result<bool> {
     Ok(failed.is_empty())
 }
 
-fn told(outcome: Option<&Outcome>, of: impl Fn(i64) -> String) -> String {
+fn outcome_cell(outcome: Option<&Outcome>, of: impl Fn(i64) -> String) -> String {
     match outcome {
         None => "–".into(),
         Some(Outcome { ran: None, .. }) => "**fails**".into(),
         Some(Outcome { ran: Some(Ran { cases, asked, reach }), time }) => {
             let asked =
-                if asked < cases { format!(", {} of them asked", grouped(*asked)) } else { String::new() };
+                if asked < cases { format!(", premise met in {}", grouped(*asked)) } else { String::new() };
             format!("{}: {}{asked}, {:.1} s", of(*reach), grouped(*cases), time.as_secs_f64())
         }
     }
@@ -127,12 +133,15 @@ fn properties_of(text: &mut String, failed: &mut Vec<String>) -> std::fmt::Resul
     let harnesses = all.iter().filter(|property| property.kani.is_some()).count();
     writeln!(
         text,
-        "## Properties\n\n{} properties, {harnesses} of them with a Kani harness (**not run here**, only type-checked: its bounds were \
-         never tried). *Every* is every case whose points lie on a lattice of so many units each way, at narrow width for predicates. \
-         *Random* is from a fixed seed, at the width that ships; ± is the largest magnitude that was drawn (2^29 is all of the \
-         lattice). Cases that are not *asked* do not meet the property's premise: they say nothing. *Kani*: points within so many \
-         units of the origin, other numbers in the property's own range; loops unwound so often. All hold on the machine on which \
-         this was written, in the given time.",
+        "## Properties\n\n{} properties. {harnesses} of them have a Kani harness (**not run here**, only \
+         type-checked: its bounds are untested).\n\n\
+         - *Every*: every case whose points lie on a lattice of n × n points. Predicates run at narrow width.\n\
+         - *Random*: cases from a fixed seed, at the width that ships. ± is the largest magnitude drawn; 2^29 is the \
+         whole lattice.\n\
+         - *Premise met in*: the cases that meet the property's premise. The other cases prove nothing.\n\
+         - *Kani*: points lie within so many units of the origin. Other numbers lie in the property's own range. \
+         *Unwind* limits the iterations of loops.\n\n\
+         All properties hold on the machine that wrote this page, in the stated time.",
         all.len()
     )?;
     let mut group = "";
@@ -141,7 +150,8 @@ fn properties_of(text: &mut String, failed: &mut Vec<String>) -> std::fmt::Resul
             group = property.group;
             writeln!(
                 text,
-                "\n### {group}: `{}`\n\n| property | says | every | random | Kani harness |\n|---|---|---|---|---|",
+                "\n### {group}: `{}`\n\n| property | claim | every | random | Kani harness |\n\
+                 |---|---|---|---|---|",
                 property.source
             )?;
         }
@@ -153,29 +163,32 @@ fn properties_of(text: &mut String, failed: &mut Vec<String>) -> std::fmt::Resul
         let kani = property
             .kani
             .map_or("–".into(), |kani| format!("±{}, unwind {}, {}", kani.half, kani.unwind, kani.solver));
-        let every = told(every.as_ref(), |side| format!("{0} × {0}", side + 1));
-        let random = told(random.as_ref(), magnitude);
+        let every = outcome_cell(every.as_ref(), |side| format!("{0} × {0}", side + 1));
+        let random = outcome_cell(random.as_ref(), magnitude);
         writeln!(text, "| `{}` | {} | {every} | {random} | {kani} |", property.name, property.claim)?;
     }
     Ok(())
 }
 
-/// What the solvers said.
+/// The solvers' results.
 fn solved(text: &mut String, rows: &[Row], failed: &mut Vec<String>) -> std::fmt::Result {
     let (solver, second) = rows.first().map_or(("no solver", ""), |row| (&row.solver, &row.second));
     let (run, plane): (Vec<&Row>, Vec<&Row>) = rows.iter().partition(|row| row.paths > 0);
     writeln!(
         text,
-        "\n## Theorems over all numbers\n\n{} theorems. Every question that they raise was answered as it must be by {solver}: a \
-         negation refuted, or a condition shown to be possible. Asked beside it: {second}, which may leave a question undecided, and \
-         contradicted nothing. Every variable is any real number, and the points of the lattice are among them; only `no_overflow` \
-         speaks of whole numbers within bounds: coordinates up to ±2^29 and lengths up to 2^29, the width that ships.",
+        "\n## Theorems over all numbers\n\n{} theorems. {solver} gave the expected answer to every question: \
+         it refuted the negation, or it showed that a condition is possible. The second solver is {second}. \
+         It may leave a question undecided, and it contradicted no answer.\n\n\
+         Every variable is any real number, and the points of the lattice are among them. Only \
+         `no_overflow` is about whole numbers within bounds: coordinates up to ±2^29 and lengths up to \
+         2^29, the width that ships.",
         rows.len(),
     )?;
     writeln!(
         text,
-        "\n### Of the code\n\n{} of them run the function that ships on symbolic numbers, path by path: what is proved is proved of all \
-         that it can do.\n\n| theorem | says | of | rests on | paths | questions, time | second: agreed, undecided | result |\n\
+        "\n### Theorems about the code\n\n{} theorems run the function that ships on symbolic numbers, path \
+         by path. They hold for every path of the function.\n\n\
+         | theorem | claim | code | rests on | paths | questions, time | second: agreed, undecided | result |\n\
          |---|---|---|---|---|---|---|---|",
         run.len(),
     )?;
@@ -202,9 +215,11 @@ fn solved(text: &mut String, rows: &[Row], failed: &mut Vec<String>) -> std::fmt
     }
     writeln!(
         text,
-        "\n### Of the plane\n\n{} are geometry: they say why the code is as it is, and run none of it. A theorem above rests on them, or the \
-         code is held to them by the properties that are named.\n\n\
-         | theorem | says | used by | rests on | questions, time | second: agreed, undecided | result |\n|---|---|---|---|---|---|---|",
+        "\n### Theorems about the plane\n\n{} theorems are geometry. They give the reasons for the code, and \
+         do not run it. The column *used by* names the theorems that rest on them, or the properties that \
+         test the code against them.\n\n\
+         | theorem | claim | used by | rests on | questions, time | second: agreed, undecided | result |\n\
+         |---|---|---|---|---|---|---|",
         plane.len(),
     )?;
     for row in plane {
@@ -213,7 +228,7 @@ fn solved(text: &mut String, rows: &[Row], failed: &mut Vec<String>) -> std::fmt
     Ok(())
 }
 
-/// The theorems that rest on this one, and the properties that hold the code to it.
+/// The theorems that rest on this one, and the properties that test the code against it.
 #[must_use]
 pub fn used_by(theorem: &str, rows: &[Row]) -> Vec<String> {
     let rests = |row: &&Row| row.rests_on.split(", ").any(|other| other == theorem);
@@ -225,17 +240,19 @@ pub fn used_by(theorem: &str, rows: &[Row]) -> Vec<String> {
 fn explored(text: &mut String, failed: &mut Vec<String>) -> std::fmt::Result {
     writeln!(
         text,
-        "\n## The invariant\n\n*In every reachable state, every point where the tool can be lies in a certified set, whatever is delayed, \
-         lost, repeated or cancelled.* The guard is the one that ships, the controller is the model in `src/controller.rs`. Every state was \
-         looked at once, from the shortest way on; bounds are motions, queries, cancels, and halves of 500 ms.\n\n\
+        "\n## The invariant\n\n*In every reachable state, every point where the tool can be lies in a \
+         certified set, whatever is delayed, lost, repeated or cancelled.* The guard is the one that ships. \
+         The controller is the model in `src/controller.rs`. The exploration visited every state once, by a \
+         shortest sequence of steps. The bounds are the numbers of motions, queries, cancels, and halves of \
+         500 ms.\n\n\
          | world | bounds | faults | states | steps | longest | outcome |\n|---|---|---|---|---|---|---|"
     )?;
     for world in worlds::all() {
         let seen = world.explore(worlds::STATES);
         let outcome = match (&seen.violation, seen.complete) {
             (Some(_), _) => "**does not hold**",
-            (None, true) => "holds in all",
-            (None, false) => "holds in these; there are more",
+            (None, true) => "holds in all states",
+            (None, false) => "holds in these states; there are more",
         };
         if seen.violation.is_some() {
             failed.push(world.name.into());
@@ -255,14 +272,15 @@ fn explored(text: &mut String, failed: &mut Vec<String>) -> std::fmt::Result {
         let faults: Vec<String> = counted
             .iter()
             .filter(|(count, _)| *count > 0)
-            .map(|(count, what)| format!("{count} {what}"))
+            .map(|(count, fault)| format!("{count} {fault}"))
             .collect();
         let faults =
             if faults.is_empty() { "delays".into() } else { format!("delays, {}", faults.join(", ")) };
         let (states, steps) = (grouped(seen.states as u64), grouped(seen.steps as u64));
         writeln!(
             text,
-            "| {} | {motions}, {queries}, {cancels}, {halves} | {faults} | {states} | {steps} | {} | {outcome} |",
+            "| {} | {motions}, {queries}, {cancels}, {halves} | {faults} | {states} | {steps} | {} | \
+             {outcome} |",
             world.name, seen.depth
         )?;
     }

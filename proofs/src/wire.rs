@@ -1,24 +1,24 @@
-//! What goes over the line between the host and the model of a controller.
+//! Messages between the host and the controller model.
 
 use crate::properties::Xy;
 
-/// What is on the way to the controller.
+/// A message to the controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Sent {
     /// A motion.
     Line(Xy),
     /// A status query.
     Query,
-    /// Stop, and forget what is planned.
+    /// Stop, and discard planned motions.
     Cancel,
 }
 
-/// What is on the way back.
+/// A message to the host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Answer {
-    /// The oldest line is accepted.
+    /// The controller accepted the oldest line.
     Accepted,
-    /// The oldest line is refused.
+    /// The controller rejected the oldest line.
     Refused,
     /// A status report.
     Report(Report),
@@ -27,14 +27,14 @@ pub enum Answer {
 /// A status report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Report {
-    /// Where the tool is.
+    /// Position of the tool.
     pub place: Xy,
-    /// Nothing moves.
+    /// The machine is at rest.
     pub in_position: bool,
     /// Blocks in the planner.
     pub queued: usize,
-    /// Something is in the receive buffer.
+    /// The receive buffer holds a line.
     pub waiting: bool,
-    /// Not the only copy: the next one follows at once.
+    /// A copy of this report follows at once.
     pub doubled: bool,
 }

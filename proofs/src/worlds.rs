@@ -1,25 +1,26 @@
-//! The worlds that are explored, with their bounds.
+//! The worlds that the exploration visits, with their bounds.
 
 use crate::controller::{Drive, Trouble};
 use crate::invariant::World;
 use crate::properties::Xy;
 
-/// More states than any world has: what is explored up to here is explored to the end.
+/// Largest number of explored states per world. Every world has fewer, so its exploration is complete.
 pub const STATES: usize = 4_000_000;
 
-/// South, west and north of the part: between two neighbours it is free, across it is not.
+/// Points south, west and north of the part. A straight motion between two neighbours is clear. From south
+/// to north it is not.
 const SOUTH: Xy = (200, -600);
 const WEST: Xy = (-600, 200);
 const NORTH: Xy = (200, 1000);
-/// From the south on: a cancel is clear on the way to the first two, and not to the third.
+/// Targets from the south. A cancel is clear on the way to the first two, and not on the way to the third.
 const BESIDE: &[Xy] = &[(-600, -600), (900, -700), (-160, 200)];
-/// Half-way from south to west: motions lead back over each other.
+/// Halfway from south to west, so that motions lead back over each other.
 const MIDDLE: Xy = (-200, -200);
-/// Nearer than the threshold, by less than the margin.
+/// Inside the jogging clearance, by less than the margin.
 const NEAR: Xy = (-97, 200);
-/// The nearest place beyond it.
+/// The nearest point outside the jogging clearance.
 const CLEAR: Xy = (-101, 200);
-/// There and back.
+/// Targets that lead out and back.
 const BACK: &[Xy] = &[WEST, MIDDLE];
 const ACROSS: &[Xy] = &[SOUTH, WEST, NORTH];
 const AROUND: &[Xy] = &[SOUTH, WEST, NORTH, MIDDLE];
@@ -44,7 +45,7 @@ const JOGS: World = World {
     coarser: 0,
 };
 
-/// A contour along the part: skipping its corner cuts through the part.
+/// A contour along the part. A tool that skips one of its corners cuts through the part.
 const CONTOUR: World = World {
     name: "contour",
     start: (-108, -108),
@@ -68,7 +69,7 @@ fn with(name: &'static str, budget: [u8; 4], trouble: Trouble) -> World {
     World { name, budget, trouble, ..JOGS }
 }
 
-/// Worlds that are steered by hand, over lines that fail.
+/// Worlds with jogs over an impaired link.
 fn lines() -> Vec<World> {
     vec![
         JOGS,
@@ -100,7 +101,7 @@ fn lines() -> Vec<World> {
     ]
 }
 
-/// Worlds in which time passes, as it should or not.
+/// Worlds in which time passes or the clock jumps.
 fn times() -> Vec<World> {
     vec![
         World { targets: BACK, open: 1, ..with("targets leave the set: time passes", [2, 4, 0, 2], QUIET) },
@@ -115,7 +116,8 @@ fn times() -> Vec<World> {
             checked: true,
             ..with("a clock that jumps, no motion leading back", [2, 3, 0, 0], Trouble { jumps: 1, ..QUIET })
         },
-        // The clock jumps by `DRAIN` while a motion that has left the planner is still under way, and the next leads back over it.
+        // The clock jumps by `DRAIN` while a motion that has left the planner still runs. The next motion
+        // leads back over it.
         World {
             targets: &[MIDDLE, WEST],
             ..with("a clock that jumps", [2, 5, 0, 0], Trouble { jumps: 1, ..QUIET })
@@ -128,7 +130,7 @@ fn times() -> Vec<World> {
     ]
 }
 
-/// Worlds with other machines, and with other places to begin and to go to.
+/// Worlds with other machines, start positions and targets.
 fn machines() -> Vec<World> {
     let flushing = Drive { flushes: true, ..STRAIGHT };
     vec![
@@ -177,7 +179,7 @@ fn machines() -> Vec<World> {
             targets: &[(-300, 200), (-60, 600), (-97, -40), WEST],
             ..with("ways out", [2, 4, 1, 0], QUIET)
         },
-        // From where only the larger part is too near.
+        // At this start only the simplified outline is too near.
         World {
             start: (-104, 200),
             coarser: 8,
@@ -187,7 +189,7 @@ fn machines() -> Vec<World> {
     ]
 }
 
-/// Worlds in which reports are off by the resolution.
+/// Worlds in which reports have errors of up to the resolution.
 fn errors() -> Vec<World> {
     let erring = |name, targets, budget| World { drive: ERRING, targets, ..with(name, budget, QUIET) };
     vec![
@@ -198,7 +200,7 @@ fn errors() -> Vec<World> {
     ]
 }
 
-/// Worlds in which a contour is cut.
+/// Worlds in which the host cuts a contour.
 fn contours() -> Vec<World> {
     vec![
         CONTOUR,

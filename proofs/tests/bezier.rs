@@ -1,4 +1,4 @@
-//! The check that a Bézier curve follows a chain, against points of both computed from their definitions.
+//! The check that a Bézier curve follows a chain, compared with points of both from their definitions.
 
 use fastrand::Rng;
 use keepout_kernel::curve::{fit_arc, xy};
@@ -7,7 +7,7 @@ use keepout_kernel::{Curve, Length, Point, Segment, Turn};
 
 type Xy = (f64, f64);
 
-/// The curve by the sum over Bernstein polynomials, in units.
+/// A point of the curve by the sum over Bernstein polynomials, lattice units.
 fn at(curve: &Bezier, t: f64) -> Xy {
     let degree = curve.control().len() - 1;
     let mut sum = [0.0; 3];
@@ -64,7 +64,8 @@ fn any_curve(random: &mut Rng, size: i64) -> Bezier {
     Bezier::new(control, weights).expect("weights in range")
 }
 
-/// A chain along the curve: lines, and arcs through three points of it, its inner joints moved a little.
+/// A chain along the curve, of lines and of arcs through three points of the curve. Its inner joints are
+/// moved a little.
 fn chain_along(curve: &Bezier, random: &mut Rng, count: u32, moved: i64) -> Option<Vec<Curve>> {
     let mut joints = vec![curve.control()[0]];
     for k in 1..count {
@@ -97,10 +98,10 @@ fn through(from: Point, (mx, my): Xy, to: Point) -> Option<Curve> {
     fit_arc(from, to, centre, turn).ok().map(Curve::Arc)
 }
 
-/// Whatever is said to follow does: every point of the curve is within the chord_error of the chain, every point of the chain within
-/// twice that of the curve.
+/// If the check accepts a chain, every point of the curve is within the chord-error bound of the chain, and
+/// every point of the chain is within twice the bound of the curve.
 #[test]
-fn what_follows_is_near_both_ways() {
+fn accepted_chain_and_curve_are_near_each_other() {
     const PLACES: u32 = 400;
     let mut random = Rng::with_seed(20_261_121);
     let (mut followed, mut refused) = (0, 0);
@@ -119,9 +120,9 @@ fn what_follows_is_near_both_ways() {
         let places: Vec<Xy> = (0..=PLACES).map(|k| at(&curve, f64::from(k) / f64::from(PLACES))).collect();
         for &place in &places {
             let off = chain.iter().map(|each| distance(each, place)).fold(f64::INFINITY, f64::min);
-            assert!(off <= allowed + 1e-3, "{curve:?} is {off} off {chain:?}, slack {allowed}");
+            assert!(off <= allowed + 1e-3, "{curve:?} is {off} off {chain:?}, bound {allowed}");
         }
-        // Between two places the curve is near its chord: by the longest step, and a little.
+        // Between two sampled points the curve is near its chord, by the longest step and a little.
         let step = places.windows(2).map(|p| (p[0].0 - p[1].0).hypot(p[0].1 - p[1].1)).fold(0.0, f64::max);
         for each in &chain {
             let (a, b) = (xy(each.from()), xy(each.to()));
@@ -136,9 +137,9 @@ fn what_follows_is_near_both_ways() {
     assert!(followed > 300 && refused > 300, "{followed} followed, {refused} refused");
 }
 
-/// What is off by more than the chord_error somewhere is never said to follow.
+/// The check refuses every chain from which the curve is off by more than the chord-error bound somewhere.
 #[test]
-fn what_is_off_is_refused() {
+fn chain_off_the_curve_is_refused() {
     let mut random = Rng::with_seed(7);
     let mut off_somewhere = 0;
     for _ in 0..6_000 {
@@ -154,7 +155,7 @@ fn what_is_off_is_refused() {
         off_somewhere += 1;
         assert!(
             curve.follows(&chain, chord_error).is_err(),
-            "{curve:?} is {off} off {chain:?}, slack {chord_error:?}"
+            "{curve:?} is {off} off {chain:?}, bound {chord_error:?}"
         );
     }
     assert!(off_somewhere > 3_000, "{off_somewhere}");

@@ -1,4 +1,4 @@
-//! Wrong arrays given to the checkers: rejected, or harmless; never a panic.
+//! The checkers on wrong arrays: an array is rejected or harmless, and no checker panics.
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 use fastrand::Rng;
@@ -13,7 +13,7 @@ fn profile(random: &mut Rng) -> Profile {
     let family = Family::ALL[random.usize(..Family::ALL.len())];
     let mut profile = family.profile(random);
     if random.bool() {
-        // Several levels.
+        // Enough edges for several levels.
         while profile.edges.len() < 700 {
             profile.edges.extend(Family::Scattered.profile(random).edges);
         }
@@ -25,7 +25,7 @@ fn near(edges: &[Edge], point: Point, r: Length) -> bool {
     edges.iter().any(|edge| !edge.near_point(point, r).is_clear())
 }
 
-/// One box of one node moved, grown, shrunk or emptied.
+/// The node with one box moved, grown, shrunk or emptied.
 fn disturb(node: &Node, random: &mut Rng) -> Node {
     let mut windows: Vec<Window> = node.windows().collect();
     let lane = random.usize(..windows.len());
@@ -76,7 +76,7 @@ fn wrong_boxes_are_rejected_or_harmless() {
 }
 
 #[test]
-fn a_box_a_unit_too_small_is_rejected_on_every_side_and_level() {
+fn box_one_unit_too_small_is_rejected_on_every_side_and_level() {
     let edges: Vec<Edge> = (0..300)
         .map(|k| {
             let corner = |d| Point::from_units(k * 10, (k * k) % 97 + d).unwrap();
@@ -192,13 +192,13 @@ fn wrong_cells_are_rejected_or_harmless() {
 }
 
 #[test]
-fn the_whole_must_hold_everything_near_by_a_unit() {
+fn covered_square_must_exceed_all_near_points_by_a_unit() {
     let edge = Edge {
         chord: Segment { from: Point::from_units(0, 0).unwrap(), to: Point::from_units(50, 30).unwrap() },
         chord_error: Length::small(2),
     };
     let index = build::build(vec![edge]).unwrap();
-    // What is near lies from −2 − 10 to 52 + 10 in x: with the unit to spare, 76 wide.
+    // Near points lie from −2 − 10 to 52 + 10 in x. With the spare units the square must be 76 wide.
     let whole = |x: i32, y: i32, log_2| cells::Proposal {
         threshold: Length::small(10),
         origin: (x, y),
@@ -223,13 +223,13 @@ fn the_whole_must_hold_everything_near_by_a_unit() {
 }
 
 #[test]
-fn lists_must_be_complete_and_known_and_nothing_left_over() {
+fn lists_must_be_complete_and_leave_nothing_over() {
     let edge = |x: i64| Edge {
         chord: Segment { from: Point::from_units(x, 0).unwrap(), to: Point::from_units(x, 9).unwrap() },
         chord_error: Length::ZERO,
     };
     let index = build::build(vec![edge(0), edge(20)]).unwrap();
-    // One group over everything; its squares are 64 wide, and the one that holds both edges has the list.
+    // One group covers everything. Its squares are 64 wide, and the one that holds both edges has the list.
     let with = |claims: usize, lists: Vec<u32>| {
         let mut all = vec![Packed::of(Claim::Open); claims];
         all[GROUP / 2 + 2] = Packed::of(Claim::Near(0));
@@ -264,15 +264,15 @@ fn lists_must_be_complete_and_known_and_nothing_left_over() {
         log_2: 30,
         ..with(GROUP, vec![])
     };
-    assert_eq!(check(whole.clone()), Err(CellFault::Whole), "a threshold that can not be exceeded");
-    // Even where the whole would just hold the boxes grown by it.
+    assert_eq!(check(whole.clone()), Err(CellFault::Whole), "a threshold that no length exceeds");
+    // The same holds where the square would just hold the boxes grown by the threshold.
     let dot = Edge { chord: Segment { from: Point::ORIGIN, to: Point::ORIGIN }, chord_error: Length::ZERO };
     let dot = build::build(vec![dot]).unwrap();
     assert_eq!(Cells::check(&dot, whole).map(|_| ()), Err(CellFault::Whole));
 }
 
-/// Every motion between the points of a small field, over squares of several sizes: walks end, also through corners and
-/// along borders, and answer as the index does.
+/// Every motion between the points of a small field, over squares of several sizes. Each walk ends, also
+/// through corners and along borders, and answers as the index does.
 #[test]
 fn every_walk_over_a_small_field_ends_with_the_right_answer() {
     let mut random = Rng::with_seed(47);
@@ -285,7 +285,7 @@ fn every_walk_over_a_small_field_ends_with_the_right_answer() {
         };
         let index = build::build((0..3).map(|_| edge(&mut random)).collect()).unwrap();
         let threshold = length(random.i64(0..=5));
-        // Squares divided at random, claimed free or near as they are.
+        // Squares are divided at random. Their claims, free or near, are right.
         let cells = random_cells(&index, threshold, &mut random);
         let points: Vec<Point> = (0..81).map(|k| at((4 * (k % 9) - 16, 4 * (k / 9) - 16))).collect();
         for &p in &points {
@@ -303,7 +303,7 @@ fn every_walk_over_a_small_field_ends_with_the_right_answer() {
     assert_eq!(asked, 12 * 81 * 81);
 }
 
-/// Cells over −32 … 32 whose squares, down to the unit, are divided by the toss of a coin.
+/// Cells over −32 … 32. Their squares, down to the smallest, are divided with a chance of one in three.
 fn random_cells(index: &CheckedIndex, threshold: Length, random: &mut Rng) -> Cells {
     struct Toss<'a>(&'a CheckedIndex, Length, Vec<Packed>, Vec<u32>);
     fn group(toss: &mut Toss<'_>, low: (i32, i32), log_2: u32, random: &mut Rng) -> u32 {

@@ -41,7 +41,8 @@ fn point_segment() {
 
 #[test]
 fn segment_segment() {
-    // 16 points, all quadruples; one point suffices per translation class, so the lattice is 4 × 4.
+    // All quadruples of 16 points. The answer does not change with a translation, so a lattice of 4 × 4 is
+    // enough.
     let points: Vec<Xy> = (0..4).flat_map(|x| (0..4).map(move |y| (x, y))).collect();
     for &a in &points {
         for &b in &points {
@@ -58,7 +59,7 @@ fn segment_segment() {
 }
 
 #[test]
-fn triangle_segment_and_fan() {
+fn triangle_segment_and_retargeted_motion() {
     let points = points(1);
     for &a in &points {
         for &b in &points {
@@ -114,8 +115,8 @@ fn boxes() {
     }
 }
 
-/// All triangles of an 8 × 8 lattice, flat ones too, against all its points and every threshold that can matter: as a
-/// filled fan, and as three edges behind a checked index and cells.
+/// All triangles of an 8 × 8 lattice, flat ones too, against all its points and every threshold that can
+/// matter: as a filled triangle, and as three edges behind a checked index.
 #[test]
 fn every_triangle_of_a_lattice_against_every_point_and_threshold() {
     let points: Vec<Xy> = (0..8).flat_map(|x| (0..8).map(move |y| (x, y))).collect();
@@ -144,12 +145,12 @@ fn every_triangle_of_a_lattice_against_every_point_and_threshold() {
                             near,
                             "{a:?} {b:?} {c:?} {p:?} {r}"
                         );
-                        let fan = triangle_segment::<Product>(
+                        let swept = triangle_segment::<Product>(
                             [a, b, c].map(site),
                             [p, p].map(site),
                             Product::linear(r),
                         );
-                        assert_eq!(!fan.is_clear(), near || inside, "{a:?} {b:?} {c:?} {p:?} {r}");
+                        assert_eq!(!swept.is_clear(), near || inside, "{a:?} {b:?} {c:?} {p:?} {r}");
                     }
                 }
             }
@@ -161,7 +162,8 @@ fn site((x, y): Xy) -> Site<Product> {
     Product::site((x, y))
 }
 
-/// The square of the distance from `p` to the segment as a fraction, in plain integers: coordinates are below 8.
+/// The square of the distance from `p` to the segment as a fraction, in plain integers. Coordinates are
+/// below 8.
 fn distance_2_small(p: Xy, a: Xy, b: Xy) -> (i64, i64) {
     let (dx, dy, wx, wy) = (b.0 - a.0, b.1 - a.1, p.0 - a.0, p.1 - a.1);
     let length_2 = dx * dx + dy * dy;

@@ -1,4 +1,4 @@
-//! The supervisor's invariant, explored in every world.
+//! The guard's invariant, explored in every world.
 #![cfg(feature = "guard")]
 
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -15,7 +15,7 @@ fn every_point_where_the_tool_can_be_lies_in_a_certified_set() {
                 while let Some(world) = worlds.get(next.fetch_add(1, Ordering::Relaxed)) {
                     let explored = world.explore(worlds::STATES);
                     assert!(explored.violation.is_none(), "{}: {:#?}", world.name, explored.violation);
-                    assert!(explored.complete, "{}: not all states were seen", world.name);
+                    assert!(explored.complete, "{}: the limit of states was reached", world.name);
                 }
             });
         }

@@ -1,4 +1,4 @@
-//! The prover itself: what is false is not proved, and a solver that does not answer proves nothing.
+//! Tests of the prover: it does not prove false claims, and a solver without an answer proves nothing.
 
 use std::time::Duration;
 
@@ -29,7 +29,7 @@ fn report(settings: &Settings, proof: impl Fn(&mut Prover<'_>)) -> Report {
     prover.report()
 }
 
-/// `point_point` with a fault: a threshold that is met counts as clear, or a coordinate is left out.
+/// `point_point` with a fault: a threshold that is met counts as clear, or a square has a wrong factor.
 fn wrong_point_point<L: Lattice>(p: Site<L>, q: Site<L>, r: L::Linear, strict: bool) -> Proximity {
     let (dx, dy) = (L::difference(p.x, q.x), L::difference(p.y, q.y));
     let y_2 = if strict { L::product(dy, dy) } else { L::product(dy, dx) };
@@ -39,7 +39,7 @@ fn wrong_point_point<L: Lattice>(p: Site<L>, q: Site<L>, r: L::Linear, strict: b
 }
 
 #[test]
-fn wrong_predicates_are_found_out() {
+fn wrong_predicates_are_not_proved() {
     let Some(settings) = settings() else { return };
     for strict in [true, false] {
         let report = report(&settings, |prover| {
@@ -60,7 +60,7 @@ fn wrong_predicates_are_found_out() {
 }
 
 #[test]
-fn false_claims_and_empty_ones_are_no_theorems() {
+fn false_and_empty_claims_are_not_proved() {
     let Some(settings) = settings() else { return };
     let of = |proof: fn(&mut Prover<'_>)| report(&settings, proof).failures.len();
     let [true_claim, strict, empty]: [fn(&mut Prover<'_>); 3] = [
@@ -95,7 +95,7 @@ const CIRCULAR: Contract<1, 0> =
     Contract { theorem: "circular", name: "itself", statement: |_, [x], []| claim([], less(whole(0), x)) };
 
 #[test]
-fn nothing_rests_on_what_was_not_proved() {
+fn theorem_on_an_unproved_contract_fails() {
     let Some(settings) = settings() else { return };
     let theorem = |name, proof| Theorem { name, source: "", claim: "", proof };
     let theorems = [
@@ -124,7 +124,7 @@ fn nothing_rests_on_what_was_not_proved() {
 }
 
 #[test]
-fn a_solver_without_an_answer_proves_nothing() {
+fn solver_without_an_answer_proves_nothing() {
     for says in [
         "cat > /dev/null; echo unknown",
         "cat > /dev/null; echo sat",
@@ -152,7 +152,7 @@ fn quick_theorems_hold() {
 }
 
 #[test]
-fn theorems_have_names_of_their_own() {
+fn theorem_names_are_unique() {
     let mut names: Vec<&str> = THEOREMS.iter().map(|theorem| theorem.name).collect();
     names.sort_unstable();
     names.dedup();

@@ -1,8 +1,8 @@
-//! Random inputs over the full lattice, with thresholds at and beside the exact distance.
+//! Random inputs over the full lattice, with thresholds at and near the exact distance.
 #![expect(
     clippy::cast_precision_loss,
     clippy::cast_possible_truncation,
-    reason = "shapes are drawn in f64 and rounded; the robust predicate takes f64, which holds 30 bits exactly"
+    reason = "shapes are drawn in f64 and rounded; `robust` takes f64, which holds 30 bits exactly"
 )]
 
 use keepout_kernel::exact::lattice::COORD_MAX;
@@ -52,7 +52,7 @@ proptest! {
     #[test]
     fn point_segment(p in point(), a in point(), b in point(), pick in 0_i64..8, any in 0..=LIMIT) {
         properties::point_segment_is_exact::<Product>(p, a, b, threshold(p, a, pick, any));
-        // The segment's foot at a lattice distance: an axis-parallel segment.
+        // An axis-parallel segment, so that the foot lies at a lattice distance.
         let flat = (b.0, a.1);
         properties::point_segment_is_exact::<Product>(p, a, flat, (p.1 - a.1).abs().min(LIMIT));
     }
@@ -63,9 +63,12 @@ proptest! {
     }
 
     #[test]
-    fn triangle_segment(a in point(), b in point(), c in point(), d in point(), e in point(), pick in 0_i64..8, any in 0..=LIMIT) {
+    fn triangle_segment(
+        a in point(), b in point(), c in point(), d in point(), e in point(), pick in 0_i64..8, any in 0..=LIMIT,
+    ) {
         properties::triangle_segment_is_exact::<Product>([a, b, c], d, e, threshold(c, d, pick, any));
-        properties::fan_covers_every_retargeted_motion::<Product>([a, b, c], (1, 2), d, e, threshold(c, d, pick, any));
+        let r = threshold(c, d, pick, any);
+        properties::fan_covers_every_retargeted_motion::<Product>([a, b, c], (1, 2), d, e, r);
     }
 }
 
@@ -75,7 +78,7 @@ proptest! {
     #[test]
     fn receding(p in point(), q in point(), a in point(), b in point()) {
         properties::receding_never_comes_nearer::<Product>(p, q, a, b);
-        // From beside the segment, straight away and straight along.
+        // The motion begins beside the segment, and leads straight away from it or along it.
         properties::receding_never_comes_nearer::<Product>(p, (p.0, q.1), a, (b.0, a.1));
         properties::receding_never_comes_nearer::<Product>(p, (q.0, p.1), a, (b.0, a.1));
     }
@@ -86,7 +89,7 @@ proptest! {
     }
 }
 
-/// A star-shaped ring about the origin from radii: simple whatever the radii are.
+/// A star-shaped ring about the origin. It is simple for all radii.
 fn star(radii: &[i64]) -> Option<Vec<Point>> {
     let n = radii.len() as f64;
     let vertex = |(k, &r): (usize, &i64)| {
@@ -135,7 +138,8 @@ proptest! {
         prop_assert_eq!(motion.is_ok(), motion_clear);
         let clipped = part.clip(free, at(b));
         let end = big(clipped.point());
-        prop_assert!(edges.iter().all(|(p, q)| !segment_segment_within(&ba, &end, p, q, r)), "prefix is clear");
+        let clear = edges.iter().all(|(p, q)| !segment_segment_within(&ba, &end, p, q, r));
+        prop_assert!(clear, "prefix is clear");
         if motion_clear {
             prop_assert_eq!(clipped.point(), at(b));
         }
@@ -163,7 +167,7 @@ proptest! {
         prop_assert_eq!(seen, part.edges().iter().filter(|edge| edge.bounds().meets(window)).count());
     }
 
-    /// Every point of a true arc lies within the chord_error of the checked chords.
+    /// Every point of a true arc lies within the chord-error bound of the checked chords.
     #[test]
     fn chords_stay_within_their_slack(
         radius in 100_i64..50_000_000,

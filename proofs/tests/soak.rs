@@ -1,4 +1,4 @@
-//! Short runs of the differential soaks, and the degenerate profiles that are too large for them.
+//! Short runs of the differential soaks, and a degenerate profile that is too large for them.
 
 use fastrand::Rng;
 use keepout_kernel::index::build::build;
@@ -27,7 +27,7 @@ fn every_family() {
     }
 }
 
-/// A million edges in a millimetre: answers stay those of all edges, and cells stay within their bounds.
+/// A million edges in a millimetre: answers agree with all edges, and cells stay within their bounds.
 #[test]
 fn a_million_edges_in_a_millimetre() {
     let mut random = Rng::with_seed(19);

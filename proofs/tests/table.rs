@@ -1,4 +1,4 @@
-//! Nothing is promised without an engine that runs here, and the page knows of everything.
+//! Every property has an engine that runs here, and the page lists everything.
 #![cfg(all(feature = "guard", feature = "tools", feature = "solvers"))]
 
 use std::collections::HashSet;
@@ -9,10 +9,10 @@ use keepout_proofs::theorems::THEOREMS;
 use keepout_proofs::{faults, properties, table, worlds};
 
 #[test]
-fn no_property_lacks_an_engine_that_ran() {
+fn every_property_has_an_engine() {
     let all = properties::all();
     let names: HashSet<&str> = all.iter().map(|property| property.name).collect();
-    assert_eq!(names.len(), all.len(), "names are told apart");
+    assert_eq!(names.len(), all.len(), "names are unique");
     for property in &all {
         let every = property.every.is_some_and(|(side, _)| side >= 0);
         let random = property.random.is_some_and(|(cases, _)| cases > 0);
@@ -47,7 +47,8 @@ fn the_page_names_every_property_and_every_fault() {
     assert!(page.contains("**Kani itself was not run here**"));
 }
 
-/// Geometry that nothing rests on, and that no property holds the code to, would prove nothing of the code.
+/// Another theorem must rest on each theorem that runs no code, or a property must test the code against
+/// it. Otherwise it proves nothing about the code.
 #[test]
 fn theorems_that_run_no_code_are_tied_to_it() {
     let rows = results::read(&faults::workspace().join("proofs/results/theorems.tsv"))

@@ -1,4 +1,4 @@
-//! Runs all engines up to the first failure: `check [groups]`. Says what failed, and ends with 1.
+//! Runs all engines up to the first failure: `check [groups]`. Prints the failure and exits with 1.
 
 fn main() {
     let word = std::env::args().nth(1).unwrap_or_default();

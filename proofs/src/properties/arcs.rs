@@ -1,5 +1,5 @@
-//! Arcs, their chords, discs that run along them, and Bézier curves, in whole numbers: every lattice point of the ring that an
-//! arc stands for is looked at.
+//! Arcs, their chords, swept arcs and Bézier curves, in whole numbers. The checks visit every lattice point
+//! of the ring that an arc stands for.
 
 use keepout_kernel::exact::arc::{ArcChords, ArcError, RADIUS_MIN};
 use keepout_kernel::exact::bezier::{Bezier, WEIGHTS};
@@ -15,14 +15,26 @@ use crate::property::{passed_over, properties};
 
 properties! {
     "arcs and curves", "kernel/src/exact/arc.rs, swept_arc.rs, bezier.rs";
-    arcs_are_believed_exactly_when_their_ends_fit |d| { let [from, to] = around(d); arcs_are_believed_exactly_when_their_ends_fit(from, to, d.coin()) }
-        => "an arc is believed exactly when its ends differ, its radius is in range and its end lies between ρ − 1 and ρ + 2 from the centre";
+    arcs_are_believed_exactly_when_their_ends_fit |d| {
+        let [from, to] = around(d);
+        arcs_are_believed_exactly_when_their_ends_fit(from, to, d.coin())
+    }
+        => "an arc is accepted exactly when its ends differ, its radius is in range and its end lies \
+            between ρ − 1 and ρ + 2 from the centre";
         random 200_000 kani 3 unwind 40 cadical;
-    chords_leave_their_arc_by_no_more_than_the_slack |d| { let [from, middle, to] = around(d); chords_leave_their_arc_by_no_more_than_the_slack(from, middle, to, d.coin()) }
-        => "chain slack: every point of the ring ρ − 1 … ρ + 2 seen between a chord's ends is within the slack of the chord";
+    chords_leave_their_arc_by_no_more_than_the_slack |d| {
+        let [from, middle, to] = around(d);
+        chords_leave_their_arc_by_no_more_than_the_slack(from, middle, to, d.coin())
+    }
+        => "chord-error bound of a chain: every point of the ring ρ − 1 … ρ + 2 between the rays to a \
+            chord's ends is within the bound of the chord";
         random 600_000;
-    chords_go_forward_and_are_short |d| { let [from, middle, to] = around(d); chords_go_forward_and_are_short(from, middle, to, d.coin()) }
-        => "a chain is believed only when it begins and ends with the arc and each chord is on the circle, forward and no longer than ρ";
+    chords_go_forward_and_are_short |d| {
+        let [from, middle, to] = around(d);
+        chords_go_forward_and_are_short(from, middle, to, d.coin())
+    }
+        => "a chain is accepted exactly when it begins and ends with the arc, and each chord ends on the \
+            circle, leads forward and is no longer than ρ";
         random 200_000 kani 3 unwind 40 kissat;
     what_is_clear_of_a_swept_arc_is_clear_of_its_ring |d| {
         let ([from, to], chord) = (around(d), [near(d), near(d)]);
@@ -30,17 +42,27 @@ properties! {
         let t = if d.coin() { d.int(0, 200) } else { ((square(from).isqrt() - far).abs() + d.int(-6, 6)).max(0) };
         what_is_clear_of_a_swept_arc_is_clear_of_its_ring(from, to, d.coin(), chord, t)
     }
-        => "a chord said to be clear of an arc is farther than t from every point of the arc's ring; the arc's box holds them";
+        => "a chord that is reported clear of an arc is farther than t from every point of the arc's \
+            ring; the arc's box holds these points";
         random 10_000;
-    weights_and_counts_are_checked |d| weights_and_counts_are_checked(d.int(0, 20), d.int(0, 20), (1 << d.int(0, 41)) + d.int(-1, 1))
-        => "control points and weights make a curve exactly when there are 2 to 16 and weights are in range";
+    weights_and_counts_are_checked |d|
+        weights_and_counts_are_checked(d.int(0, 20), d.int(0, 20), (1 << d.int(0, 41)) + d.int(-1, 1))
+        => "control points and weights make a curve exactly when there are 2 to 16 of each and the \
+            weights are in range";
         random 20_000 kani 3 unwind 22 cadical;
-    what_follows_a_line_is_within_the_slack |d| what_follows_a_line_is_within_the_slack([small(d), small(d), small(d)], [d.int(0, 16), d.int(0, 16), d.int(0, 16)], d.int(0, 60))
-        => "a quadratic that is said to follow a line is within the slack of it at sixteenths of its range, exactly";
+    what_follows_a_line_is_within_the_slack |d|
+        what_follows_a_line_is_within_the_slack(
+            [small(d), small(d), small(d)],
+            [d.int(0, 16), d.int(0, 16), d.int(0, 16)],
+            d.int(0, 60),
+        )
+        => "a quadratic curve that is reported to follow a line is within the chord-error bound of it at \
+            sixteenths of its range, exactly";
         random 20_000;
 }
 
-/// So many points about the origin, mostly on one circle of 64 to 86 units, where an arc can be.
+/// `N` points about the origin, mostly on one circle. Its radius is 64 to 86 units, the smallest radii of
+/// arcs.
 fn around<D: Draw, const N: usize>(d: &mut D) -> [Xy; N] {
     let r = RADIUS_MIN + d.int(0, 22);
     std::array::from_fn(|_| {
@@ -85,7 +107,7 @@ fn arcs_are_believed_exactly_when_their_ends_fit(from: Xy, to: Xy, left: bool) {
     }
 }
 
-/// Points of the ring from ρ − 1 to ρ + 2 that are seen between two points less than half a turn apart.
+/// Points of the ring from ρ − 1 to ρ + 2 between the rays to two points less than half a turn apart.
 fn ring_between(rho: i64, a: Xy, b: Xy, left: bool) -> impl Iterator<Item = Xy> {
     let ahead = move |p: Xy, q: Xy| {
         let side = p.0 * q.1 - p.1 * q.0;
@@ -107,7 +129,7 @@ fn chords_leave_their_arc_by_no_more_than_the_slack(from: Xy, middle: Xy, to: Xy
     let Ok(chords) = ArcChords::check(&arc, vec![at(from), at(middle), at(to)]) else { return passed_over() };
     let rho = i64::from(arc.radius().units());
     let chord_error = i64::from(chords.chord_error().units());
-    // True sagitta: the chord_error is no more than it, and the rounding, ask for.
+    // A coarse upper bound: the chord-error bound never exceeds ρ.
     assert!(chord_error <= rho, "{from:?} {middle:?} {to:?}");
     for (a, b) in [(from, middle), (middle, to)] {
         let chord = Segment { from: at(a), to: at(b) };
@@ -147,7 +169,7 @@ fn what_is_clear_of_a_swept_arc_is_clear_of_its_ring(from: Xy, to: Xy, left: boo
     let chord = Segment { from: at(chord[0]), to: at(chord[1]) };
     let clear = swept.near_chord(chord, length(t)).is_clear();
     let (rho, box_of) = (i64::from(arc.radius().units()), swept.bounds());
-    // Arcs of half a turn and more are seen in quarters from their beginning.
+    // The arc is split into quarter turns from its beginning.
     let mut at_point = from;
     let ahead = |p: Xy, q: Xy| if left { p.0 * q.1 - p.1 * q.0 > 0 } else { p.0 * q.1 - p.1 * q.0 < 0 };
     for _ in 0..4 {
@@ -189,7 +211,7 @@ fn what_follows_a_line_is_within_the_slack(control: [Xy; 3], bits: [i64; 3], cho
         let all: Wide = mass.iter().sum();
         let sum =
             |of: fn(Xy) -> i64| mass.iter().zip(control).map(|(m, p)| m * Wide::from(of(p))).sum::<Wide>();
-        // Everything times the sum of weights, so that the curve's point is whole.
+        // All coordinates are multiplied by the sum of weights, so that the curve's point is whole.
         let place = Big { x: sum(|p| p.0), y: sum(|p| p.1) };
         let end = |p: Xy| Big { x: &all * Wide::from(p.0), y: &all * Wide::from(p.1) };
         let reach = &all * Wide::from(chord_error);

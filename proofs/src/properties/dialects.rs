@@ -1,4 +1,4 @@
-//! The dialects: any bytes are taken, and what is written and read is what was meant.
+//! Dialects: decoding accepts any bytes, and reads and writes exactly.
 
 use std::sync::{Arc, OnceLock};
 
@@ -14,28 +14,53 @@ use crate::property::properties;
 
 properties! {
     "dialects", "executor/src/dialect/";
-    short_byte_strings_are_decoded |d| { let (which, begin) = (d.one_of(LANGUAGES), d.one_of(BEGINNINGS.len())); let bytes: Vec<u8> = (0..2).map(|_| byte(d)).collect(); bytes_are_decoded(which, begin, &bytes) }
-        => "decode is total: every string of two bytes after each beginning of an exchange, in each language: no panic, bounded output";
+    short_byte_strings_are_decoded |d| {
+        let (which, begin) = (d.one_of(DIALECTS), d.one_of(BEGINNINGS.len()));
+        let bytes: Vec<u8> = (0..2).map(|_| byte(d)).collect();
+        bytes_are_decoded(which, begin, &bytes)
+    }
+        => "decoding takes every string of two bytes after each beginning of an exchange, in each \
+            dialect: no panic, bounded output";
         every 1 random 20_000 kani 2 unwind 90 cadical;
-    strings_of_telling_bytes_are_decoded |d| { let (which, begin) = (d.one_of(LANGUAGES), d.one_of(BEGINNINGS.len())); let bytes: Vec<u8> = (0..3).map(|_| TELLING[d.one_of(TELLING.len())]).collect(); bytes_are_decoded(which, begin, &bytes) }
-        => "the same for every string of three bytes that mean something in some language";
+    strings_of_telling_bytes_are_decoded |d| {
+        let (which, begin) = (d.one_of(DIALECTS), d.one_of(BEGINNINGS.len()));
+        let bytes: Vec<u8> = (0..3).map(|_| TELLING[d.one_of(TELLING.len())]).collect();
+        bytes_are_decoded(which, begin, &bytes)
+    }
+        => "the same for every string of three bytes that mean something in some dialect";
         every 1 random 20_000;
-    long_byte_strings_are_decoded |d| { let (which, begin, count) = (d.one_of(LANGUAGES), d.one_of(BEGINNINGS.len()), d.one_of(600)); let bytes: Vec<u8> = (0..count).map(|_| if d.one_of(4) == 0 { byte(d) } else { TELLING[d.one_of(TELLING.len())] }).collect(); bytes_are_decoded(which, begin, &bytes) }
-        => "the same for strings up to 600 bytes, longer than any line";
+    long_byte_strings_are_decoded |d| {
+        let (which, begin, count) = (d.one_of(DIALECTS), d.one_of(BEGINNINGS.len()), d.one_of(600));
+        let bytes: Vec<u8> = (0..count)
+            .map(|_| if d.one_of(4) == 0 { byte(d) } else { TELLING[d.one_of(TELLING.len())] })
+            .collect();
+        bytes_are_decoded(which, begin, &bytes)
+    }
+        => "the same for strings of up to 599 bytes, longer than any line";
         random 20_000;
-    only_ok_accepts |d| { let bytes: Vec<u8> = (0..3).map(|_| [b'o', b'k', b' ', b'O', b'\r', b'x', b'0'][d.one_of(7)]).collect(); only_ok_accepts(&bytes) }
-        => "GRBL: a line is taken for an acknowledgement exactly when it says ok and nothing else";
+    only_ok_accepts |d| {
+        let bytes: Vec<u8> =
+            (0..3).map(|_| [b'o', b'k', b' ', b'O', b'\r', b'x', b'0'][d.one_of(7)]).collect();
+        only_ok_accepts(&bytes)
+    }
+        => "GRBL: a line counts as an acknowledgement exactly when its text is `ok`";
         every 1 random 5_000 kani 2 unwind 40 cadical;
-    jogs_are_written_exactly |d| jogs_are_written_exactly((d.int(-(1 << 28), 1 << 28), d.int(-(1 << 28), 1 << 28)), [d.int(-(1 << 28), 1 << 28), d.int(-(1 << 28), 1 << 28)])
-        => "GRBL: a jog's target on the wire is the certified one in machine coordinates, to the last unit, in no more bytes than half of the smallest receive buffer";
+    jogs_are_written_exactly |d|
+        jogs_are_written_exactly(
+            (d.int(-(1 << 28), 1 << 28), d.int(-(1 << 28), 1 << 28)),
+            [d.int(-(1 << 28), 1 << 28), d.int(-(1 << 28), 1 << 28)],
+        )
+        => "GRBL: a jog's target is written as the certified one in machine coordinates, to the last \
+            unit; the line is shorter than half of the smallest receive buffer";
         random 50_000;
-    positions_are_read_exactly |d| positions_are_read_exactly((d.int(-4_000_000, 4_000_000), d.int(-4_000_000, 4_000_000)))
-        => "GRBL: a reported position is read as it is written, in drawing coordinates";
+    positions_are_read_exactly |d|
+        positions_are_read_exactly((d.int(-4_000_000, 4_000_000), d.int(-4_000_000, 4_000_000)))
+        => "GRBL: a reported position is read exactly, and converted to drawing coordinates";
         random 50_000;
 }
 
-const LANGUAGES: usize = 5;
-/// Beginnings of answers, each after the command that is sent first.
+const DIALECTS: usize = 5;
+/// Beginnings of answers, each with the number of the command that is sent first.
 const BEGINNINGS: [(usize, &[u8]); 9] = [
     (0, b""),
     (0, b"<Idle|MPos:1.000,2.0"),
@@ -53,7 +78,7 @@ fn byte<D: Draw>(d: &mut D) -> u8 {
     u8::try_from(d.int(0, 255)).unwrap_or(0)
 }
 
-fn setting() -> DialectConfig {
+fn config() -> DialectConfig {
     DialectConfig {
         offset: Vector { dx: -12_345_600, dy: 700 },
         steps_per_mm: 400.0,
@@ -65,15 +90,15 @@ fn setting() -> DialectConfig {
 fn dialect(which: usize) -> Box<dyn Dialect> {
     static DESCRIPTION: OnceLock<Arc<Description>> = OnceLock::new();
     match which {
-        0 => Box::new(Grbl::new(setting())),
-        1 => Box::new(Grbl::hal(setting())),
-        2 => Box::new(Zaber::new(setting())),
-        3 => Box::new(Venus::new(setting())),
+        0 => Box::new(Grbl::new(config())),
+        1 => Box::new(Grbl::hal(config())),
+        2 => Box::new(Zaber::new(config())),
+        3 => Box::new(Venus::new(config())),
         _ => {
             let text = include_str!("../../../executor/dialects/nsk-style.toml");
             let description =
                 DESCRIPTION.get_or_init(|| Arc::new(Description::of(text).expect("it is described")));
-            Box::new(Described::new(Arc::clone(description), setting()))
+            Box::new(Described::new(Arc::clone(description), config()))
         }
     }
 }
@@ -87,7 +112,7 @@ fn bytes_are_decoded(which: usize, beginning: usize, bytes: &[u8]) {
     for &byte in first.iter().chain(bytes) {
         let before = out.len();
         let _ = dialect.decode(byte, &mut out);
-        assert!(out.len() - before < 1000, "{which} {beginning} {bytes:?}: it talks without end");
+        assert!(out.len() - before < 1000, "{which} {beginning} {bytes:?}: unbounded output");
     }
     dialect.reset();
     let _ = dialect.decode(b'\n', &mut out);
@@ -95,15 +120,20 @@ fn bytes_are_decoded(which: usize, beginning: usize, bytes: &[u8]) {
 
 /// A GRBL dialect that is ready for motions.
 fn ready() -> Grbl {
-    let mut grbl = Grbl::new(setting());
+    let mut grbl = Grbl::new(config());
     let mut out = Vec::new();
     for command in [Command::Prepare, Command::Arm] {
-        grbl.encode(&command, &mut out).expect("it moves nothing");
+        grbl.encode(&command, &mut out).expect("the command moves no axis");
         let answer: &[u8] = match command {
             Command::Prepare => {
-                b"ok\r\n[VER:1.1h.20190830:]\r\n[OPT:V,15,128]\r\nok\r\n$10=3\r\n$12=0.001\r\n$13=0\r\n$22=1\r\n$100=400\r\n$101=400\r\nok\r\n$N0=\r\n$N1=G80\r\nok\r\nok\r\n"
+                b"ok\r\n[VER:1.1h.20190830:]\r\n[OPT:V,15,128]\r\nok\r\n$10=3\r\n$12=0.001\r\n$13=0\r\n\
+                  $22=1\r\n$100=400\r\n$101=400\r\nok\r\n$N0=\r\n$N1=G80\r\nok\r\nok\r\n"
             }
-            _ => b"ok\r\nok\r\n[G54:0.000,0.000,0.000]\r\n[G92:0.000,0.000,0.000]\r\nok\r\n<Idle|MPos:0.000,0.000,0.000|Bf:15,128|WCO:0.000,0.000,0.000>\r\n<Idle|MPos:0.000,0.000,0.000|Bf:15,128>\r\n",
+            _ => {
+                b"ok\r\nok\r\n[G54:0.000,0.000,0.000]\r\n[G92:0.000,0.000,0.000]\r\nok\r\n\
+                  <Idle|MPos:0.000,0.000,0.000|Bf:15,128|WCO:0.000,0.000,0.000>\r\n\
+                  <Idle|MPos:0.000,0.000,0.000|Bf:15,128>\r\n"
+            }
         };
         let replies: Vec<Reply> = answer.iter().filter_map(|&byte| grbl.decode(byte, &mut out)).collect();
         assert!(matches!(replies[0], Reply::Prepared(_) | Reply::Armed), "{replies:?}");
@@ -134,7 +164,7 @@ fn units(text: &str) -> i64 {
 fn jogs_are_written_exactly(to: Xy, offset: [i64; 2]) {
     let narrow = |c: i64| i32::try_from(c).unwrap_or(0);
     let offset = Vector { dx: narrow(offset[0]), dy: narrow(offset[1]) };
-    let mut grbl = Grbl::new(DialectConfig { offset, ..setting() });
+    let mut grbl = Grbl::new(DialectConfig { offset, ..config() });
     let mut guard = guard_in_open_space().expect("a triangle is a region");
     guard.locate(at((0, 0))).expect("it is clear");
     let certified = guard.jog(at(to), 6000).expect("it is clear");
@@ -161,7 +191,7 @@ fn positions_are_read_exactly(thousandths: Xy) {
     let replies: Vec<Reply> = line.bytes().filter_map(|byte| grbl.decode(byte, &mut out)).collect();
     let [Reply::Report(report)] = replies[..] else { panic!("{line}: {replies:?}") };
     assert!(report.mode == Mode::Moving && report.waiting == Some(false), "{line}: {report:?}");
-    let offset = setting().offset;
+    let offset = config().offset;
     let place = (thousandths.0 * 100 - i64::from(offset.dx), thousandths.1 * 100 - i64::from(offset.dy));
     assert_eq!(report.position, Some(at(place)), "{line}");
 }

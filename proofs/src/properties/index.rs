@@ -1,4 +1,4 @@
-//! The clearance index, its checker and descent, cells, near lists: nothing near is overlooked.
+//! The clearance index, its checker and search, cells, near lists: they miss no near edge.
 
 use std::ops::ControlFlow;
 
@@ -18,47 +18,104 @@ use crate::property::{passed_over, properties};
 
 properties! {
     "index", "kernel/src/index/check.rs, query.rs, cells.rs, near_list.rs";
-    accepted_index_overlooks_no_edge |d| { let edges = edges(d, 2); accepted_index_overlooks_no_edge(&edges, proposal(d, &edges), window(d)) }
-        => "whatever boxes are proposed: if they are accepted, every edge whose box meets a window is visited, once and in order";
+    accepted_index_overlooks_no_edge |d| {
+        let edges = edges(d, 2);
+        accepted_index_overlooks_no_edge(&edges, proposal(d, &edges), window(d))
+    }
+        => "proposed boxes may be arbitrary: if the check accepts them, a search visits every edge whose \
+            box meets the window, once and in order";
         every 1 random 60_000 kani 2 unwind 12 cadical;
-    disturbed_indices_are_refused_or_overlook_nothing |d| { let count = 1 + d.one_of(90); let edges = edges(d, count); let proposal = disturbed(d, &edges); accepted_index_overlooks_no_edge(&edges, proposal, window(d)) }
-        => "a disturbed tree of one, two or three levels is refused, or overlooks nothing all the same";
+    disturbed_indices_are_refused_or_overlook_nothing |d| {
+        let count = 1 + d.one_of(90);
+        let edges = edges(d, count);
+        let proposal = disturbed(d, &edges);
+        accepted_index_overlooks_no_edge(&edges, proposal, window(d))
+    }
+        => "a modified tree of one, two or three levels is refused, or a search still misses no edge";
         random 60_000;
-    shrunken_boxes_are_refused |d| { let count = 1 + d.one_of(300); let edges = edges(d, count); let which = d.int(0, 1 << 20); shrunken_boxes_are_refused(&edges, which, d.int(0, 3)) }
-        => "a box that is a unit too small on one side is refused, on every level";
+    shrunken_boxes_are_refused |d| {
+        let count = 1 + d.one_of(300);
+        let edges = edges(d, count);
+        let which = d.int(0, 1 << 20);
+        shrunken_boxes_are_refused(&edges, which, d.int(0, 3))
+    }
+        => "a box that is one unit too small on one side is refused, on every level";
         random 20_000;
-    misshapen_trees_are_refused |d| { let count = d.one_of(70); let edges = edges(d, count); misshapen_trees_are_refused(&edges, d.int(0, 4)) }
-        => "too many or too few levels or nodes are refused";
+    misshapen_trees_are_refused |d| {
+        let count = d.one_of(70);
+        let edges = edges(d, count);
+        misshapen_trees_are_refused(&edges, d.int(0, 4))
+    }
+        => "a tree with too many or too few levels or nodes is refused";
         random 5_000;
-    boxes_of_a_node_meet_as_windows_do |d| { let boxes: Vec<Window> = (0..8).map(|_| window(d)).collect(); let lanes = d.one_of(9); boxes_of_a_node_meet_as_windows_do(&boxes[..lanes], window(d)) }
-        => "a node of eight boxes answers as its boxes do one by one; an empty lane meets nothing";
+    boxes_of_a_node_meet_as_windows_do |d| {
+        let boxes: Vec<Window> = (0..8).map(|_| window(d)).collect();
+        let lanes = d.one_of(9);
+        boxes_of_a_node_meet_as_windows_do(&boxes[..lanes], window(d))
+    }
+        => "a node of eight boxes answers as its boxes do one by one; an empty lane meets no window";
         random 60_000 kani 2 unwind 10 cadical;
-    queries_are_those_over_all_edges |d| { let count = 1 + d.one_of(60); let edges = edges(d, count); queries_are_those_over_all_edges(&edges, [d.point(), d.point(), d.point()], d.radius()) }
-        => "near point, motion, fan, polygon, box, approached and side: the answer over all edges, whatever boxes were skipped";
+    queries_are_those_over_all_edges |d| {
+        let count = 1 + d.one_of(60);
+        let edges = edges(d, count);
+        queries_are_those_over_all_edges(&edges, [d.point(), d.point(), d.point()], d.radius())
+    }
+        => "queries for point, motion, swept triangle, polygon, box, approached edge and side answer as \
+            all edges do, whichever boxes they skip";
         random 30_000;
-    few_queries_are_those_over_all_edges |d| { let edges = edges(d, 1); queries_are_those_over_all_edges(&edges, [d.point(), d.point(), d.point()], d.radius()) }
+    few_queries_are_those_over_all_edges |d| {
+        let edges = edges(d, 1);
+        queries_are_those_over_all_edges(&edges, [d.point(), d.point(), d.point()], d.radius())
+    }
         => "the same for every single edge";
         every 1 random 1_000 kani 2 unwind 12 kissat;
-    long_motions_skip_only_what_is_beside |d| { let count = 1 + d.one_of(60); let edges = edges(d, count); long_motions_skip_only_what_is_beside(&edges, [d.point(), d.point()], d.radius()) }
-        => "a descent along a motion hands out every edge that comes within the threshold of it";
+    long_motions_skip_only_what_is_beside |d| {
+        let count = 1 + d.one_of(60);
+        let edges = edges(d, count);
+        long_motions_skip_only_what_is_beside(&edges, [d.point(), d.point()], d.radius())
+    }
+        => "a search along a motion visits every edge within the threshold of it";
         random 30_000;
     claims_survive_packing |d| claims_survive_packing(d.one_of(5), d.int(0, i64::from(u32::MAX)))
-        => "a claim in 32 bits is the claim, or open when its number does not fit";
+        => "a claim packed into 32 bits is read back unchanged, or as open when its number does not fit";
         random 50_000 kani 2 unwind 2 cadical;
-    cells_answer_as_the_index |d| { let count = 1 + d.one_of(12); let edges = edges(d, count); cells_answer_as_the_index(&edges, d.radius(), 1 + d.one_of(60), [d.point(), d.point()]) }
-        => "checked cells answer as the index does, for points and motions";
+    cells_answer_as_the_index |d| {
+        let count = 1 + d.one_of(12);
+        let edges = edges(d, count);
+        cells_answer_as_the_index(&edges, d.radius(), 1 + d.one_of(60), [d.point(), d.point()])
+    }
+        => "checked cells answer as the index does, for points and motions, or leave the question open";
         random 8_000;
-    disturbed_cells_are_refused_or_harmless |d| { let count = 1 + d.one_of(8); let edges = edges(d, count); let disturb = (d.int(0, 1 << 20), d.one_of(8), d.int(0, 40)); disturbed_cells_are_refused_or_harmless(&edges, d.radius(), disturb, [d.point(), d.point()]) }
-        => "cells with a wrong claim, list or whole are refused, or answer as the index does all the same";
+    disturbed_cells_are_refused_or_harmless |d| {
+        let count = 1 + d.one_of(8);
+        let edges = edges(d, count);
+        let disturb = (d.int(0, 1 << 20), d.one_of(8), d.int(0, 40));
+        disturbed_cells_are_refused_or_harmless(&edges, d.radius(), disturb, [d.point(), d.point()])
+    }
+        => "cells with a modified claim, list or covered square are refused, or answer as checked cells \
+            do";
         random 60_000;
-    what_is_near_lies_in_the_whole |d| { let edges = edges(d, 1); let rim = d.int(-3, 6); what_is_near_lies_in_the_whole(&edges, d.radius(), rim) }
-        => "cells whose whole does not hold every place near an edge are refused: outside of it nothing is near";
+    what_is_near_lies_in_the_whole |d| {
+        let edges = edges(d, 1);
+        let rim = d.int(-3, 6);
+        what_is_near_lies_in_the_whole(&edges, d.radius(), rim)
+    }
+        => "cells whose covered square does not hold every point near an edge are refused, so no edge is \
+            near outside of it";
         random 20_000;
-    walks_cover_their_motion |d| { let edges = edges(d, 3); walks_cover_their_motion(&edges, d.radius(), 1 + d.one_of(60), [d.point(), d.point()], d.int(0, 64)) }
-        => "the squares handed out along a motion cover it: also every place between";
+    walks_cover_their_motion |d| {
+        let edges = edges(d, 3);
+        walks_cover_their_motion(&edges, d.radius(), 1 + d.one_of(60), [d.point(), d.point()], d.int(0, 64))
+    }
+        => "the squares that a walk visits along a motion cover all of the motion";
         random 8_000;
-    near_lists_answer_as_the_index |d| { let count = 1 + d.one_of(90); let edges = edges(d, count); let way: Vec<(Xy, i64)> = (0..8).map(|_| (d.point(), d.radius())).collect(); near_lists_answer_as_the_index(&edges, &way, 1 << d.one_of(12)) }
-        => "a near list, anywhere within its validity radius and beyond, answers as the index does";
+    near_lists_answer_as_the_index |d| {
+        let count = 1 + d.one_of(90);
+        let edges = edges(d, count);
+        let way: Vec<(Xy, i64)> = (0..8).map(|_| (d.point(), d.radius())).collect();
+        near_lists_answer_as_the_index(&edges, &way, 1 << d.one_of(12))
+    }
+        => "a near list answers as the index does, within its validity radius and beyond";
         random 8_000;
 }
 
@@ -66,7 +123,7 @@ fn edges<D: Draw>(d: &mut D, count: usize) -> Vec<Edge> {
     (0..count)
         .map(|_| {
             let (a, b) = (d.point(), d.point());
-            // Mostly short: what is far is to be skipped.
+            // Mostly short edges, so that searches can skip the far ones.
             let part = [1, 8, 64][if count > 2 { d.one_of(3) } else { 0 }];
             let b = (a.0 + (b.0 - a.0) / part, a.1 + (b.1 - a.1) / part);
             let chord_error = if count > 2 && d.one_of(4) == 0 { d.radius() / 16 } else { 0 };
@@ -88,7 +145,7 @@ fn proposal<D: Draw>(d: &mut D, edges: &[Edge]) -> Proposal {
     Proposal { levels: vec![vec![Node::of([first].into_iter().chain(second))]] }
 }
 
-/// Proposed boxes, one of them replaced, or a node or level lost or doubled.
+/// Proposed boxes, with one box replaced, or a node or level removed or duplicated.
 fn disturbed<D: Draw>(d: &mut D, edges: &[Edge]) -> Proposal {
     let mut proposal = propose(edges);
     let level = d.one_of(proposal.levels.len());
@@ -129,7 +186,7 @@ fn accepted_index_overlooks_no_edge(edges: &[Edge], proposal: Proposal, window: 
     assert!(visited.windows(2).all(|pair| pair[0] < pair[1]), "once and in order: {visited:?}");
     for (number, edge) in edges.iter().enumerate() {
         let seen = visited.contains(&number);
-        assert!(seen || !edge.bounds().meets(window), "{edges:?} {window:?}: {number} is overlooked");
+        assert!(seen || !edge.bounds().meets(window), "{edges:?} {window:?}: the search misses {number}");
     }
 }
 
@@ -186,13 +243,14 @@ fn boxes_of_a_node_meet_as_windows_do(boxes: &[Window], window: Window) {
 fn queries_are_those_over_all_edges(edges: &[Edge], [p, q, s]: [Xy; 3], r: i64) {
     let index = build(edges.to_vec()).expect("few edges");
     let (a, b, c, t) = (at(p), at(q), at(s), length(r));
-    // A threshold that leaves the lattice with the chord_error is found only near its box.
+    // The index finds an edge whose chord-error bound takes the threshold off the lattice only near the
+    // edge's box.
     if edges.iter().any(|edge| t.plus(edge.chord_error).is_err()) {
         return passed_over();
     }
     let any = |near: &dyn Fn(&Edge) -> bool| edges.iter().any(near);
     let case = format!("{edges:?} {p:?} {q:?} {s:?} {r}");
-    let (motion, fan) = (Segment { from: a, to: b }, Triangle { corners: [a, b, c] });
+    let (motion, swept) = (Segment { from: a, to: b }, Triangle { corners: [a, b, c] });
     let window = Window::of(a).including(b);
     assert_eq!(
         index.near_point(a, t).is_some(),
@@ -206,16 +264,16 @@ fn queries_are_those_over_all_edges(edges: &[Edge], [p, q, s]: [Xy; 3], r: i64) 
     );
     let turned = [a, c, b];
     let polygon =
-        Convex::check(&fan.corners).or_else(|| Convex::check(&turned)).expect("one way it turns left");
+        Convex::check(&swept.corners).or_else(|| Convex::check(&turned)).expect("one way it turns left");
     assert_eq!(
         index.near_convex(polygon, t).is_some(),
         any(&|edge| !edge.near_convex(polygon, t).is_clear()),
         "polygon {case}"
     );
     assert_eq!(
-        index.near_fan(fan, t).is_some(),
-        any(&|edge| !edge.near_fan(fan, t).is_clear()),
-        "fan {case}"
+        index.near_fan(swept, t).is_some(),
+        any(&|edge| !edge.near_fan(swept, t).is_clear()),
+        "swept triangle {case}"
     );
     assert_eq!(
         index.near_box(window, t).is_some(),
@@ -285,7 +343,8 @@ fn cells_answer_as_the_index(edges: &[Edge], r: i64, groups: usize, [p, q]: [Xy;
     }
 }
 
-/// The whole ends `rim` units below the place that lies the threshold below and left of the edge, and claims nothing.
+/// The covered square begins `rim` units below and left of the points that lie the threshold below and left
+/// of the edge. All its claims are open.
 fn what_is_near_lies_in_the_whole(edges: &[Edge], r: i64, rim: i64) {
     let index = build(edges.to_vec()).expect("one edge");
     let (x0, y0, x1, y1) = edges[0].bounds().corners();
@@ -298,7 +357,7 @@ fn what_is_near_lies_in_the_whole(edges: &[Edge], r: i64, rim: i64) {
     let claims = vec![Packed::of(Claim::Open); GROUP];
     let proposal = cells::Proposal { threshold: length(r), origin: (x, y), log_2, claims, lists: Vec::new() };
     let Ok(cells) = Cells::check(&index, proposal) else {
-        // A unit is kept beside, and the whole lies on the lattice.
+        // The check requires one spare unit on each side, and a square on the lattice.
         let room = i64::from(COORD_MAX) - (1 << log_2.min(40)) - r - 10;
         assert!(rim < 1 || x0.abs().max(y0.abs()) >= room, "{edges:?} {r} {rim}");
         return;
@@ -329,13 +388,13 @@ fn disturbed_cells_are_refused_or_harmless(
         3 => proposal.claims[at_claim] = Packed::of(Claim::Near(other)),
         4 if !proposal.lists.is_empty() => proposal.lists[at_list] = other % 9,
         5 => {
-            // The whole, moved off what is near.
+            // Moves the covered square off the near points.
             let side = 1_i32 << proposal.log_2.min(29);
             proposal.origin.0 =
                 proposal.origin.0.saturating_add(side / 4 * i32::try_from(number % 5).unwrap_or(0));
         }
         6 if !proposal.lists.is_empty() => {
-            // An edge fewer: the list's length and its last number.
+            // Removes one edge: the list's length and its last number.
             let count = proposal.lists[0];
             if count > 0 && proposal.lists.len() > usize::try_from(count).unwrap_or(0) {
                 proposal.lists.remove(usize::try_from(count).unwrap_or(0));
@@ -346,7 +405,7 @@ fn disturbed_cells_are_refused_or_harmless(
     }
     let Ok(cells) = Cells::check(&index, proposal) else { return };
     let motion = Segment { from: at(p), to: at(q) };
-    // Also at a vertex, and beside it at the threshold.
+    // Also a vertex, and a point at the threshold from it.
     let (x, y) = (edges[0].chord.from.x.units(), edges[0].chord.from.y.units());
     let beside = at((i64::from(x) + r, i64::from(y)));
     let points = [at(p), edges[0].chord.from, beside];
@@ -366,7 +425,7 @@ fn walks_cover_their_motion(edges: &[Edge], r: i64, groups: usize, [p, q]: [Xy; 
     let index = build(edges.to_vec()).expect("few edges");
     let Ok(cells) = subdivide::build(&index, length(r), Some(groups)) else { return passed_over() };
     let motion = Segment { from: at(p), to: at(q) };
-    // The place at so many 64ths of the way, times 64, is in some closed square handed out.
+    // The point at `share` 64ths of the motion, times 64, lies in some closed square that the walk visits.
     let place = |from: i64, to: i64| from * 64 + (to - from) * share;
     let (x, y) = (place(p.0, q.0), place(p.1, q.1));
     let (mut covered, mut first, mut last) = (false, None, None);
@@ -388,7 +447,7 @@ fn near_lists_answer_as_the_index(edges: &[Edge], way: &[(Xy, i64)], closer: i64
     let mut list = NearList::new();
     let mut before = way[0].0;
     for &(p, r) in way {
-        // Steps of all sizes, so that the list is asked within its reach, at its border and beyond.
+        // Steps of all sizes, so that the list is queried within its reach, at its border and beyond.
         let p = (before.0 + (p.0 - before.0) / closer, before.1 + (p.1 - before.1) / closer);
         before = p;
         let t = length(r / closer);

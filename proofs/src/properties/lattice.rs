@@ -1,4 +1,4 @@
-//! Coordinates, lengths and windows: what is taken in is what it says, and nothing wraps.
+//! Coordinates, lengths and windows: the values are exact, and no operation overflows.
 
 use keepout_kernel::exact::lattice::{COORD_MAX, LatticeError};
 use keepout_kernel::exact::segment::{Window, ahead, distance_2};
@@ -13,44 +13,65 @@ use crate::property::{passed_over, properties};
 properties! {
     "lattice", "kernel/src/exact/lattice.rs, segment.rs";
     coordinates_are_those_within_the_bound |d| coordinates_are_those_within_the_bound(any(d))
-        => "a coordinate, and a length, is made exactly of a number within its bound, and is that number";
+        => "a coordinate or a length accepts exactly the numbers within its bound, and keeps the number";
         random 200_000 kani 4 unwind 8 cadical;
     points_move_by_vectors_or_say_so |d| points_move_by_vectors_or_say_so(d.point(), (any(d), any(d)))
-        => "a moved point is where the vector leads, or an error when that is off the lattice";
+        => "a moved point lies at the end of the vector; an end off the lattice is an error";
         random 200_000 kani 8 unwind 8 cadical;
     differences_are_exact |d| differences_are_exact(d.point(), d.point())
-        => "the difference of two points leads from one to the other; its square is the square of their distance";
+        => "the difference of two points leads from one to the other; its square is the square of their \
+            distance";
         every 5 random 200_000 kani 8 unwind 8 cadical;
     sums_of_lengths_are_exact_or_errors |d| sums_of_lengths_are_exact_or_errors(any(d), any(d))
-        => "the sum of two lengths is exact or an error; the saturating sum is cut off at the largest length";
+        => "the sum of two lengths is exact or an error; the saturating sum ends at the largest length";
         random 200_000 kani 4 unwind 8 cadical;
     small_lengths_are_what_they_say |d| small_lengths_are_what_they_say(d.int(0, 255))
-        => "lengths for constants are so many units, or so many millimetres";
+        => "lengths for constants have the stated number of units, or of millimetres";
         every 1 random 1_000 kani 4 unwind 8 cadical;
-    grown_windows_hold_what_is_within_reach |d| grown_windows_hold_what_is_within_reach([d.point(), d.point()], d.point(), d.radius())
+    grown_windows_hold_what_is_within_reach |d|
+        grown_windows_hold_what_is_within_reach([d.point(), d.point()], d.point(), d.radius())
         => "a window grown by r holds exactly the points within r of it in both coordinates";
         every 2 random 100_000 kani 8 unwind 8 cadical;
-    windows_meet_when_they_share_a_point |d| windows_meet_when_they_share_a_point([d.point(), d.point()], [d.point(), d.point()], d.point())
-        => "windows meet exactly when their common part is not empty; union, common and contains are those of point sets";
+    windows_meet_when_they_share_a_point |d|
+        windows_meet_when_they_share_a_point([d.point(), d.point()], [d.point(), d.point()], d.point())
+        => "windows meet exactly when their common part is not empty; union, common and contains agree \
+            with sets of points";
         every 1 random 100_000 kani 8 unwind 8 cadical;
-    grown_windows_meet_whenever_shapes_are_near |d| { let p = d.point(); grown_windows_meet_whenever_shapes_are_near([p, d.point()], [d.point(), d.point()], d.threshold(p, (0, 0))) }
+    grown_windows_meet_whenever_shapes_are_near |d| {
+        let p = d.point();
+        grown_windows_meet_whenever_shapes_are_near(
+            [p, d.point()],
+            [d.point(), d.point()],
+            d.threshold(p, (0, 0)),
+        )
+    }
         => "pruning: segments within r of each other have boxes that meet when one is grown by r";
         every 2 random 100_000 kani 4 unwind 8 kissat;
-    window_near_segment_is_of_its_part_on_the_lattice |d| window_near_segment_is_of_its_part_on_the_lattice([(any(d), any(d)), (any(d), any(d))], [d.point(), d.point()], d.radius())
-        => "a window, also one that leaves the lattice, is near a segment exactly when its part on the lattice is";
+    window_near_segment_is_of_its_part_on_the_lattice |d|
+        window_near_segment_is_of_its_part_on_the_lattice(
+            [(any(d), any(d)), (any(d), any(d))],
+            [d.point(), d.point()],
+            d.radius(),
+        )
+        => "a window, also one that leaves the lattice, is near a segment exactly when its part on the \
+            lattice is near";
         random 60_000 kani 4 unwind 8 kissat;
-    within_reach_is_every_point |d| within_reach_is_every_point([d.point(), d.point()], [d.point(), d.point()], d.point(), d.radius())
-        => "a window within reach of a segment has all its points within reach; one with a corner that is not, is not";
+    within_reach_is_every_point |d|
+        within_reach_is_every_point([d.point(), d.point()], [d.point(), d.point()], d.point(), d.radius())
+        => "a window is within reach of a segment exactly when its four corners are; then all its points \
+            are";
         every 1 random 100_000 kani 4 unwind 8 kissat;
-    touching_is_a_distance_of_nothing |d| touching_is_a_distance_of_nothing([d.point(), d.point()], [d.point(), d.point()])
+    touching_is_a_distance_of_nothing |d|
+        touching_is_a_distance_of_nothing([d.point(), d.point()], [d.point(), d.point()])
         => "segments touch exactly when they share a point";
         every 3 random 100_000 kani 5 unwind 8 cadical;
     ahead_is_the_projection |d| ahead_is_the_projection(d.point(), d.point(), d.point(), d.int(0, 127))
-        => "a point is ahead exactly when its projection on the direction exceeds so many units";
+        => "a point is ahead exactly when its projection on the direction exceeds the given number of \
+            units";
         random 200_000 kani 6 unwind 8 cadical;
 }
 
-/// Any number: of 64 bits, or near the bounds.
+/// Any number: of up to 64 bits, or near the bounds.
 fn any<D: Draw>(d: &mut D) -> i64 {
     let limit = i64::from(COORD_MAX);
     match d.one_of(6) {

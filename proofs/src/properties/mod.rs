@@ -1,4 +1,5 @@
-//! The properties, by topic. Each is a plain asserting function; the lists say which engines run it, with what bounds.
+//! The properties, by topic. Each is a plain asserting function. The lists name its engines and their
+//! bounds.
 
 pub mod arcs;
 #[cfg(feature = "guard")]
@@ -41,7 +42,7 @@ pub type Xy = (i64, i64);
 
 /// Makes points at a width from plain numbers.
 pub trait FromPlain: Lattice<Linear: Ord> {
-    /// What the definitions are computed in.
+    /// The numbers of the definitions.
     type Number: Whole;
 
     /// The linear value of a plain number that fits.

@@ -1,4 +1,5 @@
-//! The part as the tool sees it: free points, motions, fans, ways out, clipping, probes, and the simplified part.
+//! The prohibited region: free points, motions, swept triangles, retract moves, clipping, probes, and the
+//! simplified outline.
 
 use keepout_kernel::clip::longest_prefix;
 use keepout_kernel::exact::segment::distance_2;
@@ -14,39 +15,101 @@ use crate::property::{passed_over, properties};
 
 properties! {
     "parts", "kernel/src/clear.rs, clip.rs, probe.rs, simplify.rs";
-    free_points_are_clear_and_on_the_free_side |d| if let Some(part) = part(d) { free_points_are_clear_and_on_the_free_side(&part, d.point(), d.radius()) } else { passed_over() }
-        => "a free point is farther than the threshold from every edge, on the free side and in no zone; and every such point is free";
+    free_points_are_clear_and_on_the_free_side |d|
+        if let Some(part) = part(d) {
+            free_points_are_clear_and_on_the_free_side(&part, d.point(), d.radius())
+        } else {
+            passed_over()
+        }
+        => "a point is free exactly when it is farther than the threshold from every edge, on the free \
+            side and in no keep-out zone";
         random 40_000 kani 2 unwind 12 kissat;
-    clear_motions_and_fans_stay_free |d| if let Some(part) = part(d) { clear_motions_and_fans_stay_free(&part, [d.point(), d.point(), d.point()], d.radius() / 4, [d.int(0, 16), d.int(0, 16)]) } else { passed_over() }
-        => "motions and fans from free points: every place in them is free, at the same threshold";
+    clear_motions_and_fans_stay_free |d|
+        if let Some(part) = part(d) {
+            clear_motions_and_fans_stay_free(
+                &part,
+                [d.point(), d.point(), d.point()],
+                d.radius() / 4,
+                [d.int(0, 16), d.int(0, 16)],
+            )
+        } else {
+            passed_over()
+        }
+        => "every point of an accepted motion or swept triangle from free points is free, at the same \
+            threshold";
         random 40_000 kani 2 unwind 12 kissat;
-    ways_out_come_nearer_to_nothing |d| if let Some(part) = part(d) { ways_out_come_nearer_to_nothing(&part, [d.point(), d.point()], d.radius(), d.int(0, 16)) } else { passed_over() }
-        => "a way out comes nearer to no edge that is, or comes, within the threshold, and stays on the free side";
+    ways_out_come_nearer_to_nothing |d|
+        if let Some(part) = part(d) {
+            ways_out_come_nearer_to_nothing(&part, [d.point(), d.point()], d.radius(), d.int(0, 16))
+        } else {
+            passed_over()
+        }
+        => "a retract move stays on the free side, and no edge within the threshold of one of its points \
+            is nearer there than at its start";
         random 40_000;
-    clipped_motions_are_clear_prefixes |d| if let Some(part) = part(d) { let cells = d.coin(); clipped_motions_are_clear_prefixes(part, [d.point(), d.point()], d.radius() / 4, cells) } else { passed_over() }
-        => "a clipped motion is clear, its end is beside the wish, and it is the wish where that is clear";
+    clipped_motions_are_clear_prefixes |d|
+        if let Some(part) = part(d) {
+            let cells = d.coin();
+            clipped_motions_are_clear_prefixes(part, [d.point(), d.point()], d.radius() / 4, cells)
+        } else {
+            passed_over()
+        }
+        => "a clipped motion is clear, ends within a unit of the requested motion, and is the requested \
+            motion where that is clear";
         random 20_000;
     prefixes_were_accepted |d| prefixes_were_accepted(d.point(), d.point(), d.int(0, 1 << 20))
-        => "the end of a prefix is the start, or was accepted; the wish itself when that was";
+        => "the end of the longest prefix is the start or an accepted point; it is the target if the \
+            target is accepted";
         random 20_000;
-    slides_keep_away_from_the_wall |d| if let Some(part) = part(d) { slides_keep_away_from_the_wall(&part, d.point(), d.radius(), d.point(), d.int(0, 12)) } else { passed_over() }
-        => "what is left of a wish along a wall does not lead into the wall, and is no longer than the wish";
+    slides_keep_away_from_the_wall |d|
+        if let Some(part) = part(d) {
+            slides_keep_away_from_the_wall(&part, d.point(), d.radius(), d.point(), d.int(0, 12))
+        } else {
+            passed_over()
+        }
+        => "the part of a jog input along a wall does not lead into the wall, and is no longer than the \
+            input";
         random 20_000;
-    probes_answer_as_the_part |d| if let Some(part) = part(d) { let way: Vec<Xy> = (0..6).map(|_| d.point()).collect(); probes_answer_as_the_part(part, &way, d.radius() / 4, 1 << d.one_of(10)) } else { passed_over() }
-        => "a probe, from whatever square it was left in, answers as the part";
+    probes_answer_as_the_part |d|
+        if let Some(part) = part(d) {
+            let way: Vec<Xy> = (0..6).map(|_| d.point()).collect();
+            probes_answer_as_the_part(part, &way, d.radius() / 4, 1 << d.one_of(10))
+        } else {
+            passed_over()
+        }
+        => "a probe answers as the part does, from any square in which it stopped before";
         random 10_000;
-    clearance_is_below_the_distance |d| if let Some(part) = part(d) { clearance_is_below_the_distance(&part, d.point()) } else { passed_over() }
+    clearance_is_below_the_distance |d|
+        if let Some(part) = part(d) {
+            clearance_is_below_the_distance(&part, d.point())
+        } else {
+            passed_over()
+        }
         => "clearance is a lower bound on the distance to every edge, within three units";
         random 20_000;
-    what_is_clear_of_the_coarse_part_is_clear_of_the_part |d| if let Some(part) = wavy(d) { let tolerance = d.int(0, 30); what_is_clear_of_the_coarse_part_is_clear_of_the_part(&part, tolerance, [beside(d, &part), beside(d, &part), beside(d, &part)], d.int(0, 60)) }
-        => "coarse: what is free of the coarse part is free of the part at the same threshold: points, motions, fans; and its sides agree";
+    what_is_clear_of_the_coarse_part_is_clear_of_the_part |d|
+        if let Some(part) = wavy(d) {
+            let tolerance = d.int(0, 30);
+            what_is_clear_of_the_coarse_part_is_clear_of_the_part(
+                &part,
+                tolerance,
+                [beside(d, &part), beside(d, &part), beside(d, &part)],
+                d.int(0, 60),
+            )
+        }
+        => "points, motions and swept triangles that are free of the simplified outline are free of the \
+            part at the same threshold; clear points have the same side in both";
         random 30_000;
-    coarse_chords_cover_their_runs |d| if let Some(part) = wavy(d) { coarse_chords_cover_their_runs(&part, d.int(0, 30)) }
-        => "coarse: every edge of the part, with its slack, lies within the slack of one coarse chord that runs from vertex to vertex";
+    coarse_chords_cover_their_runs |d|
+        if let Some(part) = wavy(d) {
+            coarse_chords_cover_their_runs(&part, d.int(0, 30))
+        }
+        => "every edge of the part, with its chord-error bound, lies within the bound of one chord of the \
+            simplified outline; the chord runs from vertex to vertex";
         random 30_000;
 }
 
-/// A triangle or quadrangle, perhaps with a zone; either side of it.
+/// A triangle or quadrangle with either side prohibited, sometimes with a keep-out zone.
 fn part<D: Draw>(d: &mut D) -> Option<ProhibitedRegion> {
     let count = 3 + d.one_of(2);
     let ring = Ring::new((0..count).map(|_| at(d.point())).collect()).ok()?;
@@ -55,7 +118,7 @@ fn part<D: Draw>(d: &mut D) -> Option<ProhibitedRegion> {
     ProhibitedRegion::with_zones(Region::new(vec![ring]).ok()?, side, zones.into_iter().collect()).ok()
 }
 
-/// A ring with long runs that are nearly straight, so that there is something to be simplified; perhaps with a zone.
+/// A ring with long runs that are nearly straight and can be simplified, sometimes with a keep-out zone.
 fn wavy<D: Draw>(d: &mut D) -> Option<ProhibitedRegion> {
     let (sides, each) = (3 + d.one_of(3), 3 + d.one_of(7));
     let wave = d.int(0, 25);
@@ -90,7 +153,8 @@ fn clear_of_all(part: &ProhibitedRegion, p: Xy, r: i64) -> bool {
     })
 }
 
-/// On the part's side of the profile or in a zone, by the definition; `None` on an outline.
+/// Whether the point is on the part's side of the profile or in a keep-out zone, by the definition; `None`
+/// on an outline.
 fn held(part: &ProhibitedRegion, p: Xy) -> Option<bool> {
     let big = |point: &Point| Big::new(point.x.units().into(), point.y.units().into());
     let within = |ring: &Ring| {
@@ -116,7 +180,7 @@ fn free_points_are_clear_and_on_the_free_side(part: &ProhibitedRegion, p: Xy, r:
     }
 }
 
-/// The lattice point nearest to a place in the triangle, and whether it is exactly there.
+/// A place in the triangle, rounded down to the lattice, and whether it is exact.
 fn place([a, b, c]: [Xy; 3], [s, t]: [i64; 2]) -> (Xy, bool) {
     let of = |a: i64, b: i64, c: i64| 256 * a + 16 * s * (b - a) + s * t * (c - b);
     let (x, y) = (of(a.0, b.0, c.0), of(a.1, b.1, c.1));
@@ -180,10 +244,10 @@ fn clipped_motions_are_clear_prefixes(mut part: ProhibitedRegion, [p, q]: [Xy; 2
     let input = Segment { from: at(p), to: at(q) };
     assert!(
         !input.near_point(end.point(), Length::small(1)).is_clear(),
-        "beside the wish: {p:?} {q:?} {end:?}"
+        "beside the requested motion: {p:?} {q:?} {end:?}"
     );
     if part.motion(from, at(q)).is_ok() {
-        assert_eq!(end.point(), at(q), "the wish is clear");
+        assert_eq!(end.point(), at(q), "the requested motion is clear");
     }
 }
 
@@ -275,20 +339,20 @@ fn what_is_clear_of_the_coarse_part_is_clear_of_the_part(
             assert_eq!(simplified.holds(point), part.holds(point), "sides: {}", case());
         }
     }
-    let (motion, fan) = (Segment { from: a, to: b }, Triangle { corners: [a, b, c] });
+    let (motion, swept) = (Segment { from: a, to: b }, Triangle { corners: [a, b, c] });
     if simplified.motion_clear(motion, t).is_clear() {
         assert!(part.motion_clear(motion, t).is_clear(), "{}", case());
     }
-    if simplified.index().near_fan(fan, t).is_none() {
-        assert!(part.index().near_fan(fan, t).is_none(), "{}", case());
+    if simplified.index().near_fan(swept, t).is_none() {
+        assert!(part.index().near_fan(swept, t).is_none(), "{}", case());
     }
-    // Coarse answers are "near" more often only within twice the tolerance.
+    // The simplified outline adds "near" answers only within twice the tolerance.
     let wide = length(r + 2 * tolerance);
     if part.point_clear(a, wide).is_clear() {
         assert!(simplified.point_clear(a, t).is_clear(), "{}", case());
     }
     let exact: Result<FreePoint, _> = part.simplified(length(0)).expect("the same edges").free_point(a, t);
-    assert_eq!(exact.is_ok(), part.free_point(a, t).is_ok(), "tolerance of nothing: {}", case());
+    assert_eq!(exact.is_ok(), part.free_point(a, t).is_ok(), "tolerance zero: {}", case());
 }
 
 fn coarse_chords_cover_their_runs(part: &ProhibitedRegion, tolerance: i64) {

@@ -11,51 +11,100 @@ use crate::property::{passed_over, properties};
 
 properties! {
     "predicates", "kernel/src/exact/predicate.rs";
-    orientation_is_the_sign_of_the_area |d| orientation_is_the_sign_of_the_area::<D::Width>(d.point(), d.point(), d.point())
-        => "orientation is the sign of the area; it changes sign with a swap and none with a rotation";
+    orientation_is_the_sign_of_the_area |d|
+        orientation_is_the_sign_of_the_area::<D::Width>(d.point(), d.point(), d.point())
+        => "orientation is the sign of the area; a swap changes the sign, a rotation does not";
         every 5 random 300_000 kani 8 unwind 8 cadical;
-    point_point_is_exact |d| { let (p, q) = (d.point(), d.point()); point_point_is_exact::<D::Width>(p, q, d.threshold(p, q)) }
+    point_point_is_exact |d| {
+        let (p, q) = (d.point(), d.point());
+        point_point_is_exact::<D::Width>(p, q, d.threshold(p, q))
+    }
         => "point–point: near exactly when the distance is r or less";
         every 6 random 200_000 kani 8 unwind 8 cadical;
-    point_segment_is_exact |d| { let (p, a) = (d.point(), d.point()); point_segment_is_exact::<D::Width>(p, a, d.point(), d.threshold(p, a)) }
+    point_segment_is_exact |d| {
+        let (p, a) = (d.point(), d.point());
+        point_segment_is_exact::<D::Width>(p, a, d.point(), d.threshold(p, a))
+    }
         => "point–segment: near exactly when some point of the segment is within r";
         every 4 random 200_000 kani 4 unwind 8 cadical;
-    segment_segment_is_exact |d| { let (a, c) = (d.point(), d.point()); segment_segment_is_exact::<D::Width>(a, d.point(), c, d.point(), d.threshold(a, c)) }
-        => "segment–segment: near exactly when some two points are within r; the same from both sides";
+    segment_segment_is_exact |d| {
+        let (a, c) = (d.point(), d.point());
+        segment_segment_is_exact::<D::Width>(a, d.point(), c, d.point(), d.threshold(a, c))
+    }
+        => "segment–segment: near exactly when a point of one is within r of a point of the other; the \
+            order of the segments does not matter";
         every 3 random 200_000 kani 4 unwind 8 kissat;
-    triangle_segment_is_exact |d| { let (a, e) = (d.point(), d.point()); triangle_segment_is_exact::<D::Width>([a, d.point(), d.point()], e, d.point(), d.threshold(a, e)) }
-        => "fan–segment: near exactly when some point of the filled triangle is within r";
+    triangle_segment_is_exact |d| {
+        let (a, e) = (d.point(), d.point());
+        triangle_segment_is_exact::<D::Width>([a, d.point(), d.point()], e, d.point(), d.threshold(a, e))
+    }
+        => "triangle–segment: near exactly when some point of the filled triangle is within r of the \
+            segment";
         every 2 random 200_000 kani 3 unwind 8 kissat;
-    convex_segment_is_exact |d| { let (a, e) = (d.point(), d.point()); convex_segment_is_exact::<D::Width>([a, d.point(), d.point(), d.point()], e, d.point(), d.threshold(a, e)) }
-        => "polygon–segment: near exactly when some triangle over the corners is; a polygon holds what some triangle holds";
+    convex_segment_is_exact |d| {
+        let (a, e) = (d.point(), d.point());
+        convex_segment_is_exact::<D::Width>(
+            [a, d.point(), d.point(), d.point()],
+            e,
+            d.point(),
+            d.threshold(a, e),
+        )
+    }
+        => "polygon–segment: near exactly when some triangle of its corners is; the polygon holds a point \
+            exactly when some triangle does";
         every 1 random 200_000 kani 2 unwind 8 kissat;
-    beyond_is_exact |d| { let (a, p) = (d.point(), d.point()); beyond_is_exact::<D::Width>([a, d.point()], [p, d.point()], d.threshold(a, p)) }
-        => "beyond a line: every point is on its right, and farther than r from all of the line";
+    beyond_is_exact |d| {
+        let (a, p) = (d.point(), d.point());
+        beyond_is_exact::<D::Width>([a, d.point()], [p, d.point()], d.threshold(a, p))
+    }
+        => "beyond a line: every point is right of the line, and farther than r from it";
         every 2 random 200_000 kani 3 unwind 8 kissat;
-    strictly_inside_is_inside_and_on_no_side |d| strictly_inside_is_inside_and_on_no_side::<D::Width>(d.point(), [d.point(), d.point(), d.point()])
-        => "strictly inside a triangle: inside by its definition, and on none of its sides";
+    strictly_inside_is_inside_and_on_no_side |d|
+        strictly_inside_is_inside_and_on_no_side::<D::Width>(d.point(), [d.point(), d.point(), d.point()])
+        => "strictly inside a triangle: inside by the definition, and on no side";
         every 3 random 100_000 kani 4 unwind 8 cadical;
-    crossing_properly_is_one_point_inside_both |d| crossing_properly_is_one_point_inside_both::<D::Width>(d.point(), d.point(), d.point(), d.point())
-        => "segments cross properly exactly when they share a point and no end is on the other";
+    crossing_properly_is_one_point_inside_both |d|
+        crossing_properly_is_one_point_inside_both::<D::Width>(d.point(), d.point(), d.point(), d.point())
+        => "segments cross properly exactly when they share a point and no end of one is on the other";
         every 3 random 200_000 kani 5 unwind 8 cadical;
-    fan_covers_every_retargeted_motion |d| fan_covers_every_retargeted_motion::<D::Width>([d.point(), d.point(), d.point()], (d.int(0, 4), 4), d.point(), d.point(), d.radius())
-        => "what is near a motion from anywhere on the old motion to the new target is near the fan";
+    fan_covers_every_retargeted_motion |d|
+        fan_covers_every_retargeted_motion::<D::Width>(
+            [d.point(), d.point(), d.point()],
+            (d.int(0, 4), 4),
+            d.point(),
+            d.point(),
+            d.radius(),
+        )
+        => "a segment near a motion from any point of the old motion to the new target is near the swept \
+            triangle";
         every 1 random 100_000 kani 4 unwind 8 kissat;
-    receding_never_comes_nearer |d| receding_never_comes_nearer::<D::Width>(d.point(), d.point(), d.point(), d.point())
+    receding_never_comes_nearer |d|
+        receding_never_comes_nearer::<D::Width>(d.point(), d.point(), d.point(), d.point())
         => "a motion recedes exactly when no point of it is nearer than its start";
         every 3 random 200_000 kani 4 unwind 8 kissat;
-    box_segment_is_exact |d| { let (p, a) = (d.point(), d.point()); box_segment_is_exact::<D::Width>(p, d.point(), a, d.point(), d.threshold(p, a)) }
+    box_segment_is_exact |d| {
+        let (p, a) = (d.point(), d.point());
+        box_segment_is_exact::<D::Width>(p, d.point(), a, d.point(), d.threshold(p, a))
+    }
         => "box–segment and box–point: near exactly when some point of the filled box is within r";
         every 2 random 100_000 kani 4 unwind 8 kissat;
-    parity_of_a_triangle_is_its_inside |d| parity_of_a_triangle_is_its_inside::<D::Width>(d.point(), [d.point(), d.point(), d.point()])
-        => "an odd number of a triangle's sides is crossed by the ray exactly when the point is inside";
+    parity_of_a_triangle_is_its_inside |d|
+        parity_of_a_triangle_is_its_inside::<D::Width>(d.point(), [d.point(), d.point(), d.point()])
+        => "the ray crosses an odd number of a triangle's sides exactly when the point is inside";
         every 3 random 100_000 kani 5 unwind 8 cadical;
-    a_unit_more_covers_rounding_by_a_unit |d| a_unit_more_covers_rounding_by_a_unit::<D::Width>([d.point(), d.point(), d.point()], d.int(0, 80), [d.point(), d.point()], d.radius())
-        => "what is clear at r + 2 stays clear at r when each corner moves by a unit in x and in y: points, motions, fans";
+    a_unit_more_covers_rounding_by_a_unit |d|
+        a_unit_more_covers_rounding_by_a_unit::<D::Width>(
+            [d.point(), d.point(), d.point()],
+            d.int(0, 80),
+            [d.point(), d.point()],
+            d.radius(),
+        )
+        => "points, motions and swept triangles that are clear at r + 2 stay clear at r when each corner \
+            moves by a unit in x and in y";
         random 200_000 kani 2 unwind 8 kissat;
 }
 
-/// Orientation is the sign of the area, changes sign with a swap and none with a rotation.
+/// Orientation is the sign of the area. A swap changes the sign, a rotation does not.
 ///
 /// # Panics
 /// When the property does not hold.
@@ -92,7 +141,8 @@ pub fn point_segment_is_exact<L: FromPlain>(p: Xy, a: Xy, b: Xy, r: i64) {
     }
 }
 
-/// Segment–segment: near exactly when some two points are within r; the same from both sides.
+/// Segment–segment: near exactly when a point of one is within r of a point of the other. The order of the
+/// segments does not matter.
 ///
 /// # Panics
 /// When the property does not hold.
@@ -123,7 +173,8 @@ pub fn triangle_segment_is_exact<L: FromPlain>(corners: [Xy; 3], d: Xy, e: Xy, r
     }
 }
 
-/// Polygon–segment: near exactly when some triangle over the corners is, and so with what it holds.
+/// Polygon–segment: near exactly when some triangle of its corners is. The polygon holds a point exactly
+/// when some triangle does.
 ///
 /// # Panics
 /// When the property does not hold.
@@ -168,7 +219,7 @@ fn hull(mut points: Vec<Xy>) -> Vec<Xy> {
     corners
 }
 
-/// Beyond a line: on its right, and farther from it than r.
+/// Beyond a line: right of the line, and farther than r from it.
 ///
 /// # Panics
 /// When the property does not hold.
@@ -191,7 +242,8 @@ pub fn beyond_is_exact<L: FromPlain>([a, b]: [Xy; 2], points: [Xy; 2], r: i64) {
     assert!(!says(&[]));
 }
 
-/// A fan covers every motion from the old motion to the new target: what is near a chord of it is near the fan.
+/// A swept triangle covers every motion from the old motion to the new target: a segment near such a motion
+/// is near the triangle.
 ///
 /// # Panics
 /// When the property does not hold.
@@ -204,7 +256,7 @@ pub fn fan_covers_every_retargeted_motion<L: FromPlain>(
 ) {
     let [(ax, ay), (bx, by), target] = corners;
     let (k, n) = share;
-    // A lattice point of the side a b, when there is one at k / n.
+    // The lattice point of the side a b at k / n, if there is one.
     let (dx, dy) = ((bx - ax) * k, (by - ay) * k);
     if dx % n != 0 || dy % n != 0 {
         return passed_over();
@@ -214,12 +266,12 @@ pub fn fan_covers_every_retargeted_motion<L: FromPlain>(
         !segment_segment::<L>(sites.map(L::site), [d, e].map(L::site), L::linear(r)).is_clear()
     };
     if near([from, target]) {
-        let fan = triangle_segment::<L>(corners.map(L::site), [d, e].map(L::site), L::linear(r));
-        assert!(!fan.is_clear(), "{corners:?} {from:?} {d:?} {e:?} {r}");
+        let swept = triangle_segment::<L>(corners.map(L::site), [d, e].map(L::site), L::linear(r));
+        assert!(!swept.is_clear(), "{corners:?} {from:?} {d:?} {e:?} {r}");
     }
 }
 
-/// A motion retract from a segment exactly when no point of it is nearer than its start.
+/// A motion recedes from a segment exactly when no point of it is nearer than its start.
 ///
 /// # Panics
 /// When the property does not hold.
@@ -262,7 +314,7 @@ pub fn point_point_is_exact<L: FromPlain>(p: Xy, q: Xy, r: i64) {
     assert_eq!(near, dx * dx + dy * dy <= i128::from(r) * i128::from(r), "{p:?} {q:?} {r}");
 }
 
-/// Strictly inside a triangle: inside by its definition, and on none of its sides.
+/// Strictly inside a triangle: inside by the definition, and on no side.
 ///
 /// # Panics
 /// When the property does not hold.
@@ -288,7 +340,7 @@ pub fn crossing_properly_is_one_point_inside_both<L: FromPlain>(a: Xy, b: Xy, c:
     assert_eq!(answer, meet && !by_an_end, "{a:?} {b:?} {c:?} {d:?}");
 }
 
-/// An odd number of a triangle's sides is crossed by the ray exactly when the point is inside.
+/// The ray crosses an odd number of a triangle's sides exactly when the point is inside.
 ///
 /// # Panics
 /// When the property does not hold.
@@ -303,8 +355,8 @@ pub fn parity_of_a_triangle_is_its_inside<L: FromPlain>(p: Xy, corners: [Xy; 3])
     assert_eq!(odd, oracle::in_triangle(&at, &a, &b, &c), "{p:?} {corners:?}");
 }
 
-/// What is clear at r + 2 stays clear at r when each corner moves by a unit in x and in y (by less than 1.5): a point, a
-/// motion, a fan. `steps` chooses the nine moves of two corners.
+/// Points, motions and swept triangles that are clear at r + 2 stay clear at r when each corner moves by a
+/// unit in x and in y, which is less than 1.5. The four base-3 digits of `steps` choose the moves.
 ///
 /// # Panics
 /// When the property does not hold.
@@ -335,7 +387,7 @@ pub fn a_unit_more_covers_rounding_by_a_unit<L: FromPlain>(
         );
     }
     if triangle_segment::<L>(corners.map(site), [d, e], more).is_clear() {
-        let fan = triangle_segment::<L>([a2, b2, c2].map(site), [d, e], less);
-        assert!(fan.is_clear(), "{corners:?} {steps} {edge:?} {r}");
+        let swept = triangle_segment::<L>([a2, b2, c2].map(site), [d, e], less);
+        assert!(swept.is_clear(), "{corners:?} {steps} {edge:?} {r}");
     }
 }

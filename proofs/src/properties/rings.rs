@@ -13,26 +13,40 @@ use crate::property::{passed_over, properties};
 
 properties! {
     "rings and regions", "kernel/src/exact/ring.rs, region.rs, contact.rs";
-    triangles_and_quadrangles_are_rings_exactly_when_simple |d| { let count = 3 + d.one_of(2); ring_is_believed_exactly_when_simple(&polygon(d, count)) }
-        => "three or four vertices make a ring exactly when no edge is nothing, no two edges meet, and neighbours meet in their vertex only";
+    triangles_and_quadrangles_are_rings_exactly_when_simple |d| {
+        let count = 3 + d.one_of(2);
+        ring_is_believed_exactly_when_simple(&polygon(d, count))
+    }
+        => "three or four vertices make a ring exactly when every edge has a length, neighbours meet only \
+            in their vertex, and other edges do not meet";
         every 2 random 30_000 kani 2 unwind 12 kissat;
-    polygons_are_rings_exactly_when_simple |d| { let count = d.one_of(9); ring_is_believed_exactly_when_simple(&polygon(d, count)) }
-        => "any polygon is believed exactly when it is simple";
+    polygons_are_rings_exactly_when_simple |d| {
+        let count = d.one_of(9);
+        ring_is_believed_exactly_when_simple(&polygon(d, count))
+    }
+        => "a polygon of up to eight vertices makes a ring exactly when it is simple";
         random 60_000;
     inside_is_the_winding |d| inside_is_the_winding(&polygon(d, 4), d.point())
-        => "the side of a point is that of the winding number of its ring, also where rays pass through vertices";
+        => "the side of a point agrees with the winding number of its ring, also where rays pass through \
+            vertices";
         every 2 random 60_000 kani 2 unwind 12 kissat;
     area_is_the_shoelace |d| area_is_the_shoelace(&polygon(d, 4))
-        => "twice the area is the shoelace sum; its sign is the direction";
+        => "the doubled area is the shoelace sum; its sign gives the direction";
         every 2 random 30_000 kani 3 unwind 12 cadical;
-    contacts_are_found_when_there_are_any |d| { let count = d.one_of(40); contacts_are_found_when_there_are_any(&segments(d, count)) }
-        => "a pair that meets is found exactly when there is one, over one, two and three levels of blocks";
+    contacts_are_found_when_there_are_any |d| {
+        let count = d.one_of(40);
+        contacts_are_found_when_there_are_any(&segments(d, count))
+    }
+        => "the search finds a pair of segments that meet exactly when there is one, over one, two and \
+            three levels of blocks";
         random 30_000;
     few_contacts_are_found |d| few_contacts_are_found(&segments(d, 3))
-        => "among three segments a pair that meets is found exactly when there is one";
+        => "among three segments, the search finds a pair that meets exactly when there is one";
         every 1 random 10_000 kani 2 unwind 12 kissat;
-    regions_are_believed_exactly_when_rings_do_not_touch |d| regions_are_believed_exactly_when_rings_do_not_touch([polygon(d, 3), polygon(d, 3)], d.point())
-        => "two rings make a region exactly when they do not touch; inside is inside an odd number of them";
+    regions_are_believed_exactly_when_rings_do_not_touch |d|
+        regions_are_believed_exactly_when_rings_do_not_touch([polygon(d, 3), polygon(d, 3)], d.point())
+        => "two rings make a region exactly when they do not touch; a point inside an odd number of them \
+            is inside";
         random 60_000 kani 2 unwind 12 kissat;
 }
 
@@ -52,7 +66,7 @@ fn sides(polygon: &[Xy]) -> Vec<(Xy, Xy)> {
     polygon.iter().copied().zip(polygon.iter().copied().cycle().skip(1)).collect()
 }
 
-/// Two edges meet only where neighbours share a vertex: tried on definitions in plain numbers.
+/// Whether edges meet only where neighbours share a vertex, by the definitions.
 fn is_simple(polygon: &[Xy]) -> bool {
     let edges = sides(polygon);
     let big = |(x, y): Xy| Big::new(x, y);
@@ -121,7 +135,7 @@ fn area_is_the_shoelace(polygon: &[Xy]) {
 }
 
 fn contacts_are_found_when_there_are_any(edges: &[Segment]) {
-    // Short pieces, so that often nothing meets.
+    // Short segments, so that often no two meet.
     let short: Vec<Segment> = edges
         .iter()
         .map(|edge| {

@@ -1,8 +1,8 @@
-//! Runs a predicate once for each way through it.
+//! Runs a predicate once for each path through it.
 //!
-//! The predicate runs on symbolic numbers. Where it compares two of them the explorer answers, remembers the answer as a
-//! condition of the path, and runs the predicate again until every answer has been given. What is known of a comparison is
-//! never contradicted on the same path.
+//! The predicate runs on symbolic numbers. When it compares two of them, the explorer chooses the answer
+//! and records it as a condition of the path. It repeats the run until it has given every answer. On one
+//! path, the answer to a comparison never contradicts an earlier one about the same two numbers.
 
 use std::cell::RefCell;
 use std::cmp::Ordering;
@@ -11,16 +11,17 @@ use std::collections::{BTreeSet, HashMap};
 use super::fact::{Fact, all, any, at_most, equal, less, not};
 use super::term::Term;
 
-/// One way through a predicate.
+/// One path through a predicate.
 #[derive(Clone, Debug)]
 pub struct Path<T> {
-    /// The comparisons and answers on the way.
+    /// The comparisons and answers on the path.
     pub conditions: Vec<Fact>,
-    /// What the predicate answered.
+    /// The predicate's answer.
     pub outcome: T,
 }
 
-/// Predicates that are not looked into where they are part of another.
+/// A predicate that can be closed where it is part of another: the explorer chooses its answer, and its
+/// code does not run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Part {
     /// `point_segment`.
@@ -49,7 +50,7 @@ const GREATER: Possible = 4;
 struct Explorer {
     running: bool,
     parts: BTreeSet<Part>,
-    /// For each decision so far which option is taken, and how many there are.
+    /// For each decision so far, the chosen option and the number of options.
     choices: Vec<(usize, usize)>,
     next: usize,
     possible: HashMap<(Term, Term), Possible>,
@@ -61,7 +62,8 @@ thread_local! {
     static EXPLORER: RefCell<Explorer> = RefCell::default();
 }
 
-/// Runs `predicate` along every path. `ordered` are pairs known not to be the other way round; `parts` are not looked into.
+/// Runs `predicate` along every path. Each pair `(a, b)` of `ordered` satisfies a ≤ b. The predicates in
+/// `parts` are closed.
 pub fn explore<T>(ordered: &[(Term, Term)], parts: &[Part], predicate: impl Fn() -> T) -> Vec<Path<T>> {
     let mut paths = Vec::new();
     let mut choices = Vec::new();
@@ -95,7 +97,7 @@ impl Explorer {
             self.choices.push((0, count));
         }
         let (taken, before) = self.choices[self.next];
-        assert_eq!(count, before, "a predicate took another way under the same answers");
+        assert_eq!(count, before, "a predicate took another path under the same answers");
         self.next += 1;
         taken
     }
@@ -110,7 +112,7 @@ impl Explorer {
         self.possible.insert((b, a), swapped);
     }
 
-    /// Decides among the groups of orderings, and answers which.
+    /// Chooses one of the groups of orderings, and returns its index.
     fn decide(&mut self, a: Term, b: Term, groups: &[Possible]) -> usize {
         let known = self.possible(a, b);
         let open: Vec<usize> = (0..groups.len()).filter(|&i| groups[i] & known != 0).collect();
@@ -147,30 +149,30 @@ fn comparison(a: Term, b: Term, possible: Possible) -> Fact {
     }
 }
 
-/// Which of less, equal and greater; the paths part here.
+/// The ordering of `a` and `b`. The path branches here.
 pub fn order(a: Term, b: Term) -> Ordering {
     let groups = [LESS, EQUAL, GREATER];
     let taken = EXPLORER.with_borrow_mut(|explorer| explorer.decide(a, b, &groups));
     [Ordering::Less, Ordering::Equal, Ordering::Greater][taken]
 }
 
-/// Whether `a < b`; the paths part here.
+/// Whether `a < b`. The path branches here.
 pub fn is_less(a: Term, b: Term) -> bool {
     EXPLORER.with_borrow_mut(|explorer| explorer.decide(a, b, &[LESS, EQUAL | GREATER])) == 0
 }
 
-/// Whether a part is not looked into.
+/// Whether a part is closed.
 pub fn is_closed(part: Part) -> bool {
     EXPLORER.with_borrow(|explorer| explorer.parts.contains(&part))
 }
 
-/// The answer of a part that is not looked into; the paths part here.
+/// The answer of a closed part. The path branches here.
 pub fn ask(part: Part, arguments: &[Term]) -> bool {
     let name = answer_name(part, arguments);
     EXPLORER.with_borrow_mut(|explorer| explorer.ask(&name))
 }
 
-/// The answer of a part as a fact: "near", or "yes".
+/// The answer of a closed part as a fact: "near", or "yes".
 #[must_use]
 pub fn answer(part: Part, arguments: &[Term]) -> Fact {
     Fact::Answer(answer_name(part, arguments))
@@ -181,7 +183,7 @@ fn answer_name(part: Part, arguments: &[Term]) -> String {
     format!("{part:?}({})", numbers.join(","))
 }
 
-/// On some path with this outcome.
+/// The fact that the run took a path with this outcome.
 pub fn outcome_is<T: PartialEq>(paths: &[Path<T>], outcome: &T) -> Fact {
     any(paths.iter().filter(|path| path.outcome == *outcome).map(|path| all(path.conditions.clone())))
 }

@@ -13,7 +13,7 @@ pub enum Relation {
     Equal,
 }
 
-/// A statement. Made by the functions below, which leave out what is trivial.
+/// A statement. The functions below make it, and leave out trivial parts.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Fact {
     /// True.
@@ -22,13 +22,13 @@ pub enum Fact {
     False,
     /// A comparison.
     Compare(Relation, Term, Term),
-    /// The answer of a predicate that is not looked into, by its name.
+    /// The answer of a closed predicate, by its name.
     Answer(String),
     /// Not.
     Not(Box<Fact>),
     /// All of them.
     All(Vec<Fact>),
-    /// One of them at least.
+    /// At least one of them.
     Any(Vec<Fact>),
 }
 
@@ -111,7 +111,7 @@ pub fn all(facts: impl IntoIterator<Item = Fact>) -> Fact {
     }
 }
 
-/// One of them at least.
+/// At least one of them.
 #[must_use]
 pub fn any(facts: impl IntoIterator<Item = Fact>) -> Fact {
     not(all(facts.into_iter().map(not)))
@@ -135,12 +135,12 @@ pub fn between(low: Term, a: Term, high: Term) -> Fact {
     all([at_most(low, a), at_most(a, high)])
 }
 
-/// A statement with what it needs, so that it can be asked whether that can be met.
+/// A statement with its premises. The prover checks that the premises can be met.
 #[derive(Clone, Debug)]
 pub struct Claim {
-    /// What is needed.
+    /// The premises.
     pub given: Vec<Fact>,
-    /// What follows.
+    /// The conclusion.
     pub then: Fact,
 }
 

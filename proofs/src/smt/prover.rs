@@ -1,4 +1,4 @@
-//! Proves theorems query by query: what is taken for granted in a step was refuted to be false in one before.
+//! Proves theorems query by query. A step may use only statements that an earlier step proved.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -10,33 +10,33 @@ use super::script::{Arithmetic, script};
 use super::solver::{Answer, Solver};
 use super::term::{Node, Term, whole};
 
-/// Who is asked, and where the questions are written to.
+/// The solvers, and the folder for the questions.
 #[derive(Clone, Debug)]
 pub struct Settings {
-    /// Whose answers count.
+    /// The solver whose answers count.
     pub solver: Solver,
-    /// Who must not contradict it.
+    /// The solver that must not contradict the first.
     pub second: Option<Solver>,
-    /// Where every question is written to, for a reader's own solver.
+    /// Folder for a copy of every question, for a reader's own solver.
     pub dump: Option<PathBuf>,
 }
 
-/// What came of a theorem.
+/// The outcome of a theorem.
 #[derive(Clone, Debug, Default)]
 pub struct Report {
-    /// Ways through the predicates that were run.
+    /// Number of paths through the predicates that were run.
     pub paths: usize,
-    /// Questions that had to be refuted, or met.
+    /// Number of questions: negations to refute, and conditions to meet.
     pub queries: usize,
-    /// Questions in which the second solver agreed.
+    /// Number of questions in which the second solver agreed.
     pub agreed: usize,
-    /// Questions to which it had no answer.
+    /// Number of questions that the second solver left undecided.
     pub undecided: usize,
-    /// What went wrong, in order.
+    /// The failures, in order.
     pub failures: Vec<String>,
     /// Contracts that were proved: theorem and name.
     pub proves: BTreeSet<(&'static str, &'static str)>,
-    /// Contracts that are used.
+    /// Contracts that were used: theorem and name.
     pub rests_on: BTreeSet<(&'static str, &'static str)>,
     /// Time with the first solver.
     pub time: Duration,
@@ -44,7 +44,7 @@ pub struct Report {
     pub second_time: Duration,
 }
 
-/// All that a theorem proves, in place of one of its contracts.
+/// Stands for all that a theorem proves, in place of the name of a contract.
 pub const WHOLE: &str = "all of it";
 
 /// Proves one theorem.
@@ -55,24 +55,25 @@ pub struct Prover<'a> {
     report: Report,
 }
 
-/// Something proved for all values of its `N` numbers.
+/// A statement that was proved for all values of its `N` numbers.
 #[derive(Clone, Copy, Debug)]
 pub struct Lemma<const N: usize> {
     statement: fn([Term; N]) -> Claim,
 }
 
-/// What a theorem says of the answer of a predicate: for all values of `N` numbers, and some values of `M` more.
+/// A theorem's statement about the answer of a predicate: for all values of `N` numbers there are values of
+/// `M` more.
 #[derive(Clone, Copy, Debug)]
 pub struct Contract<const N: usize, const M: usize> {
     /// The theorem that proves it.
     pub theorem: &'static str,
-    /// Which of the theorem's contracts.
+    /// The name of the contract within its theorem.
     pub name: &'static str,
-    /// What it says, given the predicate's answer (near, or yes).
+    /// The statement, given the predicate's answer (near, or yes).
     pub statement: fn(Fact, [Term; N], [Term; M]) -> Claim,
 }
 
-/// A proved statement for particular numbers: the only thing that a step may take for granted.
+/// A proved statement for particular numbers. A step may assume nothing else.
 #[derive(Clone, Debug)]
 pub struct Instance(Fact);
 
@@ -91,13 +92,13 @@ impl<'a> Prover<'a> {
         Self { settings, theorem, report: Report::default() }
     }
 
-    /// What came of it.
+    /// The outcome.
     #[must_use]
     pub fn report(self) -> Report {
         self.report
     }
 
-    /// Counts paths that were run for something else than [`Prover::on_paths`].
+    /// Counts paths that were run outside of [`Prover::on_paths`].
     pub fn ran(&mut self, paths: usize) {
         self.report.paths += paths;
     }
@@ -115,46 +116,48 @@ impl<'a> Prover<'a> {
         self.refute(name, &claim.given, &claim.then, Arithmetic::Whole);
     }
 
-    /// As [`Prover::prove`], from what was proved before: sums only, and products as they stand.
+    /// As [`Prover::prove`], from proved instances. The solver sees sums only, and each product as an
+    /// unknown number.
     pub fn glue(&mut self, name: &str, using: &[Instance], claim: &Claim) {
         self.can_be_met(name, &claim.given);
         self.chain(name, using, claim);
     }
 
-    /// Proves a claim about particular unknowns, to be used.
+    /// Proves a claim about particular unknowns, and returns it as an instance.
     pub fn fact(&mut self, name: &str, claim: &Claim) -> Instance {
         self.prove(name, claim);
         Instance(claim.fact())
     }
 
-    /// As [`Prover::fact`], from what was proved before, with products understood.
+    /// As [`Prover::fact`], from proved instances, with the full arithmetic of products.
     pub fn follows(&mut self, name: &str, using: &[Instance], claim: &Claim) -> Instance {
         self.can_be_met(name, &claim.given);
         self.join(name, using, claim);
         Instance(claim.fact())
     }
 
-    /// As [`Prover::fact`], from what was proved before, as [`Prover::glue`] does.
+    /// As [`Prover::fact`], from proved instances, with sums only as in [`Prover::glue`].
     pub fn glued(&mut self, name: &str, using: &[Instance], claim: &Claim) -> Instance {
         self.glue(name, using, claim);
         Instance(claim.fact())
     }
 
-    /// As [`Prover::glue`] for a claim whose conditions are not asked to be possible: one of several cases.
+    /// As [`Prover::glue`], without the check that the claim's premises can be met: for one of several
+    /// cases.
     pub fn chain(&mut self, name: &str, using: &[Instance], claim: &Claim) {
         let mut facts: Vec<Fact> = using.iter().map(|instance| instance.0.clone()).collect();
         facts.extend(claim.given.iter().cloned());
         self.refute(name, &facts, &claim.then, Arithmetic::Sums);
     }
 
-    /// As [`Prover::chain`], with products understood.
+    /// As [`Prover::chain`], with the full arithmetic of products.
     pub fn join(&mut self, name: &str, using: &[Instance], claim: &Claim) {
         let mut facts: Vec<Fact> = using.iter().map(|instance| instance.0.clone()).collect();
         facts.extend(claim.given.iter().cloned());
         self.refute(name, &facts, &claim.then, Arithmetic::Whole);
     }
 
-    /// Proves on every path what `says` makes of the path's outcome.
+    /// Proves on every path the claim that `says` makes of the path's outcome.
     pub fn on_paths<T>(&mut self, name: &str, paths: &[Path<T>], says: impl Fn(&T) -> Claim) {
         self.report.paths += paths.len();
         let mut possible = Vec::new();
@@ -170,7 +173,7 @@ impl<'a> Prover<'a> {
         self.can_be_met(name, &[any(possible)]);
     }
 
-    /// As [`Prover::on_paths`], from what was proved before too.
+    /// As [`Prover::on_paths`], and also from proved instances.
     pub fn on_paths_by<T>(
         &mut self,
         name: &str,
@@ -185,20 +188,20 @@ impl<'a> Prover<'a> {
         });
     }
 
-    /// As [`Prover::contract`] for a predicate whose parts are not looked into: from what is proved of them, as
+    /// As [`Prover::contract`] for a predicate with closed parts: from the contracts of the parts, as
     /// [`Prover::glue`] does.
     pub fn by_parts<const N: usize, const M: usize>(
         &mut self,
         contract: &Contract<N, M>,
         paths: &[Path<bool>],
         numbers: [Term; N],
-        (monitor, using): ([Term; M], &[Instance]),
+        (values, using): ([Term; M], &[Instance]),
     ) {
         self.proves(contract, &numbers);
         self.report.paths += paths.len();
         let answers: BTreeSet<bool> = paths.iter().map(|path| path.outcome).collect();
         for answer in answers {
-            let claim = (contract.statement)(answer.into(), numbers, monitor);
+            let claim = (contract.statement)(answer.into(), numbers, values);
             if claim.then == Fact::True || claim.given.contains(&Fact::False) {
                 continue;
             }
@@ -215,13 +218,13 @@ impl<'a> Prover<'a> {
         contract: &Contract<N, M>,
         paths: &[Path<bool>],
         numbers: [Term; N],
-        (monitor, using): ([Term; M], &[Instance]),
+        (values, using): ([Term; M], &[Instance]),
     ) {
         self.proves(contract, &numbers);
         for answer in [false, true] {
             let outcome = |path: &&Path<bool>| path.outcome == answer;
             let paths: Vec<Path<bool>> = paths.iter().filter(outcome).cloned().collect();
-            let Claim { mut given, then } = (contract.statement)(answer.into(), numbers, monitor);
+            let Claim { mut given, then } = (contract.statement)(answer.into(), numbers, values);
             if then == Fact::True || given.contains(&Fact::False) {
                 self.report.paths += paths.len();
                 continue;
@@ -231,16 +234,16 @@ impl<'a> Prover<'a> {
         }
     }
 
-    /// Proves a contract from what was proved before, as [`Prover::glue`] does.
+    /// Proves a contract from proved instances, as [`Prover::glue`] does.
     pub fn establish<const N: usize, const M: usize>(
         &mut self,
         contract: &Contract<N, M>,
         answer: Fact,
         numbers: [Term; N],
-        (monitor, using): ([Term; M], &[Instance]),
+        (values, using): ([Term; M], &[Instance]),
     ) {
         self.proves(contract, &numbers);
-        self.glue(contract.name, using, &(contract.statement)(answer, numbers, monitor));
+        self.glue(contract.name, using, &(contract.statement)(answer, numbers, values));
     }
 
     fn proves<const N: usize, const M: usize>(&mut self, contract: &Contract<N, M>, numbers: &[Term; N]) {
@@ -249,7 +252,7 @@ impl<'a> Prover<'a> {
         self.report.proves.insert((contract.theorem, contract.name));
     }
 
-    /// What a contract says for these numbers, and the numbers that it says there are.
+    /// The contract's statement for these numbers, and the numbers whose existence it states.
     pub fn by<const N: usize, const M: usize>(
         &mut self,
         contract: &Contract<N, M>,
@@ -263,17 +266,18 @@ impl<'a> Prover<'a> {
                 .push(format!("rests on its own \"{}\" before that is proved", contract.name));
         }
         self.report.rests_on.insert(own);
-        let monitor = std::array::from_fn(|_| Term::fresh("w"));
-        (Instance((contract.statement)(answer, numbers, monitor).fact()), monitor)
+        let values = std::array::from_fn(|_| Term::fresh("w"));
+        (Instance((contract.statement)(answer, numbers, values).fact()), values)
     }
 
-    /// The written part of this proof rests on the lemmas of that theorem.
+    /// Records that the written part of this proof rests on the lemmas of `theorem`.
     pub fn needs(&mut self, theorem: &'static str) {
         self.report.rests_on.insert((theorem, WHOLE));
     }
 
-    /// A new number that is `dividend / divisor` in the case whose guard holds, after proving that no two guards hold together
-    /// and that no divisor is zero. So such a number exists, whatever the other numbers are.
+    /// Defines a new number: `dividend / divisor` in the case whose guard holds. It first proves that no
+    /// two guards hold together, and that no divisor is zero. So such a number exists for all values of the
+    /// other numbers.
     pub fn define(&mut self, name: &str, cases: &[(Fact, Term, Term)]) -> (Term, Vec<Instance>) {
         let number = Term::fresh(name);
         let mut definition = Vec::new();
@@ -296,7 +300,7 @@ impl<'a> Prover<'a> {
         (number, definition)
     }
 
-    /// The root of a number that is proved not to be negative.
+    /// The square root of a number, after a proof that the number is not negative.
     pub fn root(&mut self, name: &str, given: &[Fact], of: Term) -> (Term, Vec<Instance>) {
         self.refute(&format!("{name} is defined"), given, &at_most(whole(0), of), Arithmetic::Whole);
         let number = Term::fresh(name);
@@ -311,7 +315,7 @@ impl<'a> Prover<'a> {
         self.refute(name, given, &then, Arithmetic::Whole);
     }
 
-    /// Expects a false statement to be refuted by an example: the solver can tell.
+    /// Expects the solver to refute a false statement by an example. This shows that the solver can tell.
     pub fn is_false(&mut self, name: &str, claim: &Claim) {
         let mut facts = claim.given.clone();
         facts.push(not(claim.then.clone()));
@@ -362,8 +366,8 @@ impl<'a> Prover<'a> {
     }
 }
 
-/// Whether the numbers can have all values together: each is an unknown of its own, or the sum of another and such one. (A term
-/// is no part of itself, so that the others can be chosen first.)
+/// Whether the numbers can take all values together. Each is an unknown of its own, or the sum of another
+/// number and such an unknown. (A term is no part of itself, so the others can be chosen first.)
 fn are_free(numbers: &[Term]) -> bool {
     let mut unknowns = BTreeSet::new();
     numbers.iter().all(|&number| {

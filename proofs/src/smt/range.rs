@@ -1,8 +1,9 @@
-//! That no operation overflows at the product's width.
+//! Proof that no operation overflows at the product's width.
 //!
-//! From the magnitudes of a function's inputs the magnitude of every result is computed, operation by operation; the solver
-//! confirms each step: with operands of at most the magnitudes found, the result has at most the magnitude claimed, and that
-//! fits the width. Magnitudes found for parts hold whatever path led there.
+//! The magnitude of every result is computed from the magnitudes of a function's inputs, operation by
+//! operation. The solver confirms each step: operands within their magnitudes give a result within the
+//! claimed magnitude, and that magnitude fits the width. The magnitude of a part holds on every path that
+//! leads there.
 
 use std::collections::HashMap;
 
@@ -11,14 +12,14 @@ use super::prover::Prover;
 use super::symbolic::Width;
 use super::term::{Node, Term, whole};
 
-/// The magnitudes of the unknowns.
+/// The largest magnitudes of the unknowns.
 #[derive(Clone, Debug, Default)]
 pub struct Ranges {
     most: HashMap<Term, i128>,
 }
 
 impl Ranges {
-    /// Says that the magnitude of an unknown is at most this.
+    /// Sets the largest magnitude of an unknown.
     pub fn set(&mut self, unknown: Term, most: i128) {
         self.most.insert(unknown, most);
     }
@@ -63,7 +64,7 @@ impl Ranges {
             Node::Sum(..) => ("+", x + y),
             Node::Difference(..) => ("-", x - y),
             Node::Product(..) => ("·", x * y),
-            // Of what `quotient` asks for: a ≥ 0 and b > 0, and b is whole.
+            // `quotient` requires a ≥ 0 and b > 0, and b is whole.
             Node::Quotient(..) => return self.quotient(prover, (a, b), width),
             _ => return,
         };

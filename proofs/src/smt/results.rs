@@ -1,4 +1,4 @@
-//! The results as a file: one line a theorem, fields parted by tabs, names in the first line.
+//! The results file: one line per theorem, fields separated by tabs, names of the fields in the first line.
 
 use std::path::Path;
 use std::{fs, io};
@@ -23,36 +23,36 @@ pub const FIELDS: [&str; 14] = [
     "detail",
 ];
 
-/// One line.
+/// One line of the results file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
     /// Name of the theorem.
     pub theorem: String,
-    /// The functions that it speaks about.
+    /// The functions that the theorem is about.
     pub source: String,
     /// `proved`, or `failed`.
     pub result: String,
-    /// Ways through the predicates that were run.
+    /// Number of paths through the predicates that were run.
     pub paths: usize,
-    /// Questions to the solver.
+    /// Number of questions to the solver.
     pub queries: usize,
     /// The solver and its version.
     pub solver: String,
-    /// How long it took.
+    /// Time of the first solver, seconds.
     pub seconds: f64,
-    /// The second solver and its version, or nothing.
+    /// The second solver and its version, or empty.
     pub second: String,
-    /// Questions in which it agreed.
+    /// Number of questions in which the second solver agreed.
     pub agreed: usize,
-    /// Questions to which it had no answer.
+    /// Number of questions that the second solver left undecided.
     pub undecided: usize,
-    /// How long it took.
+    /// Time of the second solver, seconds.
     pub second_seconds: f64,
-    /// Theorems used.
+    /// The theorems that this one rests on.
     pub rests_on: String,
-    /// What is proved.
+    /// The claim.
     pub claim: String,
-    /// What failed first.
+    /// The first failure.
     pub detail: String,
 }
 
@@ -121,7 +121,7 @@ impl Row {
     }
 }
 
-/// Writes the rows, whole or not at all.
+/// Writes all rows, or leaves the file as it was.
 ///
 /// # Errors
 /// Those of the file system.
@@ -133,16 +133,17 @@ pub fn write(path: &Path, rows: &[Row]) -> io::Result<()> {
     write_whole(path, text.as_bytes())
 }
 
-/// Reads them back.
+/// Reads the rows of a results file.
 ///
 /// # Errors
-/// Those of the file system, and [`io::ErrorKind::InvalidData`] naming a line that is no row.
+/// Those of the file system, and [`io::ErrorKind::InvalidData`] with the number of a line that is not a
+/// row.
 pub fn read(path: &Path) -> io::Result<Vec<Row>> {
     let text = fs::read_to_string(path)?;
     let rows = text.lines().enumerate().skip(1);
     rows.map(|(number, line)| {
         let wrong =
-            || io::Error::new(io::ErrorKind::InvalidData, format!("line {} is no result", number + 1));
+            || io::Error::new(io::ErrorKind::InvalidData, format!("line {} is not a result", number + 1));
         Row::parse(line).ok_or_else(wrong)
     })
     .collect()
@@ -153,7 +154,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rows_come_back() {
+    fn written_rows_are_read_back() {
         let row = Row {
             theorem: "a".into(),
             source: "b".into(),

@@ -1,4 +1,4 @@
-//! Runs theorems on all cores, and judges.
+//! Runs theorems on all cores, and checks what they rest on.
 
 use std::collections::BTreeSet;
 use std::sync::Mutex;
@@ -8,32 +8,32 @@ use super::prover::{Prover, Report, Settings, WHOLE};
 use super::results::Row;
 use super::term;
 
-/// Something to prove.
+/// A theorem: a claim and its proof.
 #[derive(Clone, Copy, Debug)]
 pub struct Theorem {
     /// Its name.
     pub name: &'static str,
-    /// The functions that it speaks about.
+    /// The functions that it is about.
     pub source: &'static str,
-    /// What it says.
+    /// The claim.
     pub claim: &'static str,
     /// The proof.
     pub proof: fn(&mut Prover<'_>),
 }
 
-/// What came of one.
+/// A theorem and its outcome.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// The theorem.
     pub theorem: Theorem,
-    /// What came of it.
+    /// The outcome.
     pub report: Report,
 }
 
-/// Proves the theorems, one on each core at a time; `done` sees each when it is through.
+/// Proves the theorems, one on each core at a time. Calls `done` with each outcome when it is ready.
 ///
 /// # Panics
-/// When a proof does.
+/// When a proof panics.
 pub fn run(theorems: &[Theorem], settings: &Settings, done: impl Fn(&Outcome) + Sync) -> Vec<Outcome> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let next = AtomicUsize::new(0);
@@ -52,7 +52,7 @@ pub fn run(theorems: &[Theorem], settings: &Settings, done: impl Fn(&Outcome) + 
     let mut outcomes = outcomes.into_inner().expect("no thread panics with the lock");
     let place = |name: &str| theorems.iter().position(|theorem| theorem.name == name);
     outcomes.sort_by_key(|outcome| place(outcome.theorem.name));
-    judge(&mut outcomes);
+    check_dependencies(&mut outcomes);
     outcomes
 }
 
@@ -62,13 +62,13 @@ fn prove(theorem: Theorem, settings: &Settings) -> Outcome {
     (theorem.proof)(&mut prover);
     let mut report = prover.report();
     if report.queries == 0 {
-        report.failures.push("nothing was asked".to_owned());
+        report.failures.push("the proof asked no question".to_owned());
     }
     Outcome { theorem, report }
 }
 
-/// A theorem fails when it rests on a contract that was not proved, by itself or by one before it in the list.
-fn judge(outcomes: &mut [Outcome]) {
+/// Fails every theorem that rests on a contract which neither the theorem itself nor an earlier one proved.
+fn check_dependencies(outcomes: &mut [Outcome]) {
     let mut proved = BTreeSet::new();
     for outcome in outcomes {
         let report = &mut outcome.report;

@@ -11,7 +11,8 @@ use super::term::{Node, Term};
 pub enum Arithmetic {
     /// All of it: polynomials over the reals.
     Whole,
-    /// Sums only: every product of two unknowns is a number of which nothing is known. What is refuted so is refuted.
+    /// Sums only: every product of two unknowns is a new unknown. A refutation of this weaker question is
+    /// valid.
     Sums,
 }
 
@@ -48,7 +49,7 @@ pub fn script(title: &str, facts: &[Fact], arithmetic: Arithmetic) -> String {
     text
 }
 
-/// The terms that are needed, parts before wholes.
+/// The terms that the facts need, parts first.
 fn terms_of(facts: &[Fact], arithmetic: Arithmetic) -> Vec<Term> {
     let mut seen = HashSet::new();
     let mut open = Vec::new();
@@ -94,7 +95,8 @@ fn declare(text: &mut String, term: Term, arithmetic: Arithmetic, side: &mut Vec
             let (a, b) = (self::name(a), self::name(b));
             let _ = writeln!(text, "(declare-const {name} Real)");
             side.push(format!(
-                "(=> (and (>= {a} 0.0) (> {b} 0.0)) (and (<= 0.0 {name}) (<= (* {name} {b}) {a}) (< {a} (* (+ {name} 1.0) {b}))))"
+                "(=> (and (>= {a} 0.0) (> {b} 0.0)) \
+                 (and (<= 0.0 {name}) (<= (* {name} {b}) {a}) (< {a} (* (+ {name} 1.0) {b}))))"
             ));
         }
     }

@@ -1,11 +1,11 @@
-//! Solvers as processes: a question goes in as SMT-LIB text, one process each, with a time limit.
+//! Solvers as processes. Each question is SMT-LIB text for a process of its own, with a time limit.
 
 use std::fmt;
 use std::io::{Read, Write};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// The solvers that are known.
+/// A known solver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Kind {
     /// Z3.
@@ -23,14 +23,15 @@ impl fmt::Display for Kind {
     }
 }
 
-/// What a solver said.
+/// A solver's answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Answer {
     /// The facts can hold together.
     Satisfiable,
-    /// They can not.
+    /// The facts cannot hold together.
     Unsatisfiable,
-    /// Anything else: unknown, an error, or nothing within the time limit. Never taken for a proof.
+    /// Any other outcome: unknown, an error, or no answer within the time limit. It never counts as a
+    /// proof.
     None(String),
 }
 
@@ -44,10 +45,11 @@ impl fmt::Display for Answer {
     }
 }
 
-/// No such solver here.
+/// The solver was not found.
 #[derive(Clone, Copy, Debug, thiserror::Error)]
 #[error(
-    "{kind} was not found. Install both solvers with `python3 -m pip install z3-solver cvc5`, or name a program in {}.",
+    "{kind} was not found. Install both solvers with `python3 -m pip install z3-solver cvc5`, \
+     or name a program in {}.",
     variable(*kind)
 )]
 pub struct Missing {
@@ -57,16 +59,17 @@ pub struct Missing {
 /// A solver that can be started.
 #[derive(Clone, Debug)]
 pub struct Solver {
-    /// Which.
+    /// The kind of solver.
     pub kind: Kind,
-    /// Its version, as it says.
+    /// Its version, as it reports it.
     pub version: String,
-    /// How long it may take for a question.
+    /// Time limit for one question.
     pub limit: Duration,
     command: Vec<String>,
 }
 
-/// The packages for Python bring the solvers as modules; the programs among them need not be on the path.
+/// Programs for the Python packages. These bring the solvers as modules, and their executables need not be
+/// on the path.
 const CVC5_MODULE: &str = "
 import sys, cvc5
 solver = cvc5.Solver()
@@ -88,7 +91,7 @@ fn variable(kind: Kind) -> &'static str {
     }
 }
 
-/// How the solver can be started, and asked for its version, the best way first.
+/// Commands that run the solver, and that print its version, the preferred ones first.
 fn ways(kind: Kind) -> Vec<[Vec<String>; 2]> {
     let words = |words: &[&str]| words.iter().map(|&word| word.to_owned()).collect::<Vec<_>>();
     let named = std::env::var(variable(kind)).ok();
@@ -135,7 +138,7 @@ impl Solver {
         Err(Missing { kind })
     }
 
-    /// A solver that is started so, whatever it is.
+    /// A solver that this command starts, of unknown version.
     #[must_use]
     pub fn of_command(kind: Kind, command: &[&str], limit: Duration) -> Self {
         let command = command.iter().map(|&word| word.to_owned()).collect();
@@ -145,7 +148,7 @@ impl Solver {
     /// Asks one question.
     #[must_use]
     pub fn ask(&self, script: &str) -> Answer {
-        self.run(script).unwrap_or_else(|error| Answer::None(format!("could not be asked: {error}")))
+        self.run(script).unwrap_or_else(|error| Answer::None(format!("could not be run: {error}")))
     }
 
     fn run(&self, script: &str) -> std::io::Result<Answer> {
@@ -156,7 +159,7 @@ impl Solver {
             .stderr(Stdio::null())
             .spawn()?;
         if let Some(mut stdin) = child.stdin.take() {
-            // A solver that ends before it has read everything is judged by what it said.
+            // A solver may end before it has read everything. Its output counts.
             let _ = stdin.write_all(script.as_bytes());
         }
         if !ends_within(&mut child, self.limit)? {

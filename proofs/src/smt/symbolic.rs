@@ -1,4 +1,4 @@
-//! The predicates' arithmetic on terms: a [`Lattice`] of which no number is known.
+//! The predicates' arithmetic on terms: a [`Lattice`] of unknown numbers.
 
 use std::cell::RefCell;
 use std::cmp::Ordering;
@@ -32,7 +32,7 @@ thread_local! {
     static OPERATIONS: RefCell<Vec<(Term, Width)>> = RefCell::default();
 }
 
-/// The results of all operations since this was last asked, each once.
+/// The results of all operations since the last call, each once.
 #[must_use]
 pub fn operations() -> Vec<(Term, Width)> {
     let mut operations = OPERATIONS.take();

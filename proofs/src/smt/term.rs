@@ -1,14 +1,14 @@
-//! Terms over the reals: numbers that are indices into an arena of the thread, so that they can be copied.
+//! Terms over the reals. A term is an index into an arena of the thread, so it can be copied.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// A number not known yet. Equal terms have equal indices.
+/// A symbolic number. Equal terms have equal indices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Term(u32);
 
-/// What a term is.
+/// The structure of a term.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Node {
     /// A variable, by its name.
@@ -40,7 +40,7 @@ impl Term {
     /// The term of this node, the same for equal nodes.
     ///
     /// # Panics
-    /// At 2^32 terms.
+    /// When the arena holds 2^32 terms.
     #[must_use]
     pub fn of(node: Node) -> Self {
         ARENA.with_borrow_mut(|arena| {
@@ -54,7 +54,7 @@ impl Term {
         })
     }
 
-    /// A variable that is none of those before, with a name that begins like this.
+    /// A new variable. Its name begins with `name`.
     #[must_use]
     pub fn fresh(name: &str) -> Self {
         let number = ARENA.with_borrow_mut(|arena| {
@@ -64,19 +64,19 @@ impl Term {
         Self::of(Node::Variable(format!("{name}.{number}")))
     }
 
-    /// What the term is.
+    /// The structure of the term.
     #[must_use]
     pub fn node(self) -> Node {
         ARENA.with_borrow(|arena| arena.nodes[self.0 as usize].clone())
     }
 
-    /// Its number in the arena; that of its parts is smaller.
+    /// Its index in the arena. Its parts have smaller indices.
     #[must_use]
     pub fn number(self) -> u32 {
         self.0
     }
 
-    /// The terms that it is made of.
+    /// Its operands.
     #[must_use]
     pub fn parts(self) -> Vec<Term> {
         match self.node() {

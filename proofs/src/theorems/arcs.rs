@@ -1,4 +1,4 @@
-//! Arcs: rings, the chord_error of chords, and the rules by which a swept arc is clear of a chord.
+//! Arcs: rings, the chord-error bound of chords, and the rules by which a swept arc is clear of a chord.
 
 use keepout_kernel::exact::predicate::{ahead, on_ring, sagitta};
 
@@ -11,7 +11,7 @@ use crate::smt::run::Theorem;
 use crate::smt::symbolic::{Scalar, Symbolic};
 use crate::smt::term::{Term, square, whole};
 
-/// Rounding of an arc's ends and of its chords' corners, as in `arc.rs`: inward, outward.
+/// Rounding of an arc's ends and of its chords' corners, inward and outward, as in `arc.rs`.
 const ENDS: (i8, i8) = (1, 2);
 const CORNERS: (i8, i8) = (2, 3);
 
@@ -28,7 +28,7 @@ fn in_ring(square_of: Term, rho: Term, (inward, outward): (i8, i8)) -> Fact {
     all([at_most(square(least), square_of), at_most(square_of, square(most))])
 }
 
-/// Rings.
+/// The theorem about rings.
 pub const ON_RING: Theorem = Theorem {
     name: "on_ring",
     source: "predicate::on_ring, Arc::has_on_circle",
@@ -49,11 +49,11 @@ pub const ON_RING: Theorem = Theorem {
     },
 };
 
-/// The sagitta's quotient.
+/// The theorem about the sagitta's quotient.
 pub const SAGITTA: Theorem = Theorem {
     name: "sagitta",
     source: "predicate::sagitta",
-    claim: "is more than L² / 7ρ, for ρ ≥ 64",
+    claim: "the answer is more than L² / 7ρ, for ρ ≥ 64",
     proof: |prover| {
         let [length_2, rho] = ["L2", "rho"].map(Term::fresh);
         let paths = explore(&[], &[], || sagitta::<Symbolic>(length_2, Scalar(rho)));
@@ -64,13 +64,14 @@ pub const SAGITTA: Theorem = Theorem {
     },
 };
 
-/// What a chord of an arc fulfils: corners in the ring, no longer than ρ, ρ ≥ 64. The centre is the origin.
+/// The conditions on a chord of an arc: corners in the ring, no longer than ρ, ρ ≥ 64. The centre is the
+/// origin.
 fn is_chord(a: V, b: V, rho: Term) -> Fact {
     let corners = [a, b].map(|corner| in_ring(corner.norm_2(), rho, CORNERS));
     all(corners.into_iter().chain([at_most((b - a).norm_2(), square(rho)), at_most(whole(64), rho)]))
 }
 
-/// How far a chord is from the centre at least.
+/// The least distance of a chord from the centre.
 const CHORD_DISTANCE: Contract<6, 0> = Contract {
     theorem: SLACK,
     name: "four times the square of a chord point's distance is at least 4(ρ − 2)² − L²",
@@ -86,11 +87,12 @@ const CHORD_DISTANCE: Contract<6, 0> = Contract {
     },
 };
 
-/// The chord_error of chords.
+/// The theorem about the chord-error bound of chords.
 pub const CHORD_SLACK: Theorem = Theorem {
     name: SLACK,
-    source: "ArcChords::check, SweptArc::slack",
-    claim: "a point of the curve at the polar angle of a point of the chord is within sagitta + 4 of it: ⌊L² / 7ρ⌋ + 1 + 4",
+    source: "ArcChords::check, SweptArc::chord_error",
+    claim: "a point of the curve at the polar angle of a point of the chord is within sagitta + 4 of that \
+            point: ⌊L² / 7ρ⌋ + 1 + 4",
     proof: |prover| {
         let [a, b] = ["a", "b"].map(V::unknown);
         let [rho, m, k, sigma] = ["rho", "m", "k", "sigma"].map(Term::fresh);
@@ -102,7 +104,7 @@ pub const CHORD_SLACK: Theorem = Theorem {
             let mean = (rest * a.norm_2() + m * b.norm_2()) - (m * rest) * (b - a).norm_2();
             claim([], equal((a + (b - a).times(m)).norm_2(), mean))
         });
-        let bounds = prover.lemma("of which the parts are bounded", |[a_2, b_2, length_2, rho, m]| {
+        let bounds = prover.lemma("whose parts are bounded", |[a_2, b_2, length_2, rho, m]| {
             let rest = whole(1) - m;
             let mean = (rest * a_2 + m * b_2) - (m * rest) * length_2;
             let given =
@@ -121,7 +123,7 @@ pub const CHORD_SLACK: Theorem = Theorem {
         let (y, mut using) = prover.root("y", &[], y_2);
         using.push(prover.by(&CHORD_DISTANCE, Fact::True, [a.x, a.y, b.x, b.y, rho, m]).0);
         using.push(squares.at([(b - a).x, (b - a).y]));
-        // σ is at least L² / 7ρ: the chord leaves the ring of its corners by no more.
+        // σ is at least L² / 7ρ. The chord leaves the ring of its corners by no more than σ.
         let depth = prover.lemma("the sagitta", |[length_2, rho, sigma]| {
             let given = [
                 at_most(whole(64), rho),
@@ -172,16 +174,17 @@ pub const CHORD_SLACK: Theorem = Theorem {
             at_most(length_2, sigma * (whole(7) * rho)),
         ];
         let then = at_most((curve - on_chord).norm_2(), square(chord_error));
-        prover.glue("the slack", &using, &claim(given, then));
+        prover.glue("the chord-error bound", &using, &claim(given, then));
     },
 };
 
-/// Rules of swept arcs.
+/// The theorem about the rules of swept arcs.
 pub const SWEPT_RULES: Theorem = Theorem {
     name: "swept_arc_rules",
     source: "SweptArc::near_chord, piece_clear",
-    claim: "a chord inside by ρ − 2 − t, outside by ρ + 2 + t, or farther than t + slack from a chord of the arc is farther than \
-            t from the curve",
+    claim: "let s be the chord-error bound of a chord of the arc: a chord within ρ − 2 − t of the centre, \
+            beyond ρ + 2 + t from it, or farther than t + s from that chord of the arc is farther than t \
+            from the curve",
     proof: |prover| {
         let [curve, chord, foot] = ["curve", "chord", "foot"].map(V::unknown);
         let [rho, t, chord_error] = ["rho", "t", "slack"].map(Term::fresh);
@@ -196,7 +199,7 @@ pub const SWEPT_RULES: Theorem = Theorem {
         let squares = prover.lemma("squares keep the order", |[a, b]| {
             claim([at_least_zero(a), less(a, b)], less(square(a), square(b)))
         });
-        // Inside: its ends, and so all of the chord, within ρ − 2 − t.
+        // Inside: the ends, and so all of the chord, lie within ρ − 2 − t of the centre.
         let reach = (rho - whole(2)) - t;
         let step = prover.by(&LONGER, Fact::True, numbers(curve, chord, rho - whole(1), reach)).0;
         let gap = (rho - whole(1)) - reach;
@@ -208,8 +211,7 @@ pub const SWEPT_RULES: Theorem = Theorem {
         // Outside.
         let reach = (rho + whole(2)) + t;
         let step = prover.by(&FARTHER, Fact::True, numbers(chord, curve, reach, rho + whole(2))).0;
-        let left =
-            prover.fact("what is left", &claim([], equal(square(reach - (rho + whole(2))), square(t))));
+        let left = prover.fact("the rest", &claim([], equal(square(reach - (rho + whole(2))), square(t))));
         let [one, two] = sizes.clone();
         let given = [one, two, on_curve, less(square(reach), chord.norm_2())];
         prover.glue("outside", &[step, left, turned.clone()], &claim(given, far.clone()));
@@ -217,7 +219,7 @@ pub const SWEPT_RULES: Theorem = Theorem {
         let reach = t + chord_error;
         let (from_foot, to_curve) = (chord - foot, curve - foot);
         let step = prover.by(&FARTHER, Fact::True, numbers(from_foot, to_curve, reach, chord_error)).0;
-        let left = prover.fact("what is left", &claim([], equal(square(reach - chord_error), square(t))));
+        let left = prover.fact("the rest", &claim([], equal(square(reach - chord_error), square(t))));
         let whole_way = prover.fact(
             "by way of the foot",
             &claim([], equal((from_foot - to_curve).norm_2(), (chord - curve).norm_2())),
@@ -232,11 +234,12 @@ pub const SWEPT_RULES: Theorem = Theorem {
     },
 };
 
-/// Behind a corner.
+/// The theorem about chords behind a corner.
 pub const SWEPT_CORNER: Theorem = Theorem {
     name: CORNER,
     source: "predicate::ahead, SweptArc::behind_corner",
-    claim: "a chord that leaves the centre away from a piece of the arc is farther than t from it, for ρ ≥ t + 13",
+    claim: "a chord that begins at the centre, to 3 units, and leads away from a piece of the arc is \
+            farther than t from that piece, for ρ ≥ t + 13",
     proof: |prover| {
         // `ahead`, with the direction's length.
         let origin = V::unknown("origin");
@@ -308,7 +311,7 @@ pub const SWEPT_CORNER: Theorem = Theorem {
     },
 };
 
-/// A line of direction e that is at most 8 ahead of q is passed at more than t, when q is at least t + 9 away.
+/// A line of direction e passes q at more than t, if q is at most 8 ahead and at least t + 9 away.
 fn passed(prover: &mut Prover<'_>, (q, e): (V, V), [length, way, t]: [Term; 3]) -> [Instance; 3] {
     let expanded = prover.lemma("the square of a difference", |[x, y, ex, ey, length, way]| {
         let (q, e) = (v(x, y), v(ex, ey));
@@ -356,7 +359,7 @@ fn at_most_five_quarters(
     });
     using.push(ray.at(terms(&[a, b], &[alpha, beta, m])));
     let curve = (a.times(alpha) + b.times(beta)).norm_2();
-    let bound = prover.lemma("so far out it can not be", |[y_2, curve, sum, rho, length_2]| {
+    let bound = prover.lemma("the point cannot be farther out", |[y_2, curve, sum, rho, length_2]| {
         let given = [
             at_most(whole(64), rho),
             at_least_zero(sum),

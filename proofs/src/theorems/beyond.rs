@@ -1,4 +1,4 @@
-//! Told apart by a line.
+//! Points beyond a line, and separation by a line.
 
 use keepout_kernel::exact::predicate::beyond;
 
@@ -11,10 +11,10 @@ use crate::smt::symbolic::{Scalar, Symbolic};
 use crate::smt::term::{Term, square, whole};
 
 const NAME: &str = "beyond";
-/// The predicate is run with up to so many points; the step to more is by induction.
+/// The predicate is run with up to so many points. The step to more is by induction.
 const POINTS_MAX: usize = 5;
 
-/// How far left of the line `p` is, times the length of `a b`.
+/// Distance of `p` to the left of the line, times the length of `a b`.
 pub(super) fn off([a, b]: [V; 2], p: V) -> Term {
     (b - a).cross(p - a)
 }
@@ -35,10 +35,10 @@ pub const BOTH: Contract<9, 0> = Contract {
     },
 };
 
-/// What is beyond is convex.
+/// The set of points beyond a line is convex.
 pub const MEAN: Contract<10, 0> = Contract {
     theorem: NAME,
-    name: "what lies between two points beyond is beyond",
+    name: "every point between two points beyond is beyond",
     statement: |_, [ax, ay, bx, by, px, py, qx, qy, r, t], []| {
         let (line, p, q) = ([v(ax, ay), v(bx, by)], v(px, py), v(qx, qy));
         let given = [at_least_zero(r), share(t), is_beyond(line, p, r), is_beyond(line, q, r)];
@@ -46,7 +46,7 @@ pub const MEAN: Contract<10, 0> = Contract {
     },
 };
 
-/// A point beyond and one that is not to the right of the line.
+/// A point beyond the line, and one that is not right of it.
 pub const APART: Contract<9, 0> = Contract {
     theorem: NAME,
     name: "a point beyond is farther than r from every point on the line or left of it",
@@ -61,9 +61,10 @@ pub const APART: Contract<9, 0> = Contract {
 pub const BEYOND: Theorem = Theorem {
     name: NAME,
     source: "predicate::beyond",
-    claim: "yes exactly when there are points, and each is right of the line and farther than r from it; then so is all of their \
-            hull, and more than r from every point on the line or left of it, for r ≥ 0 (run with up to 5 points; for more by \
-            induction: what the loop keeps of the points before is the one with the greatest product)",
+    claim: "for r ≥ 0: yes exactly when there are points, and each is right of the line and farther than \
+            r from it. Then so is every point of their hull, and it is farther than r from every point on \
+            the line or left of it (run with up to 5 points; for more by induction: the loop keeps the \
+            point with the greatest product)",
     proof: |prover| {
         let a = V::unknown("a");
         let line = [a, a.other("b")];
@@ -74,7 +75,7 @@ pub const BEYOND: Theorem = Theorem {
         }
         let none =
             explore(&[], &[], || beyond::<Symbolic>(line.map(V::place), std::iter::empty(), Scalar(r)));
-        assert!(none.iter().all(|path| !path.outcome), "no points are not beyond");
+        assert!(none.iter().all(|path| !path.outcome), "without points the answer is no");
         half_plane(prover, line, r);
     },
 };
@@ -111,7 +112,7 @@ pub(super) fn some(paths: &[Path<bool>], answer: bool) -> Fact {
     any(paths.iter().filter(|path| path.outcome == answer).map(|path| all(path.conditions.clone())))
 }
 
-/// What is beyond is an open half-plane, as far from the line as is said.
+/// The points beyond a line form an open half-plane, at the stated distance from the line.
 fn half_plane(prover: &mut Prover<'_>, line: [V; 2], r: Term) {
     let [a, b] = line;
     let [p, q] = ["p", "q"].map(|name| a.other(name));
@@ -149,7 +150,7 @@ fn half_plane(prover: &mut Prover<'_>, line: [V; 2], r: Term) {
         let (u, w) = (v(ux, uy), v(wx, wy));
         claim([], at_most(square(u.cross(w)), u.norm_2() * w.norm_2()))
     });
-    let wide = prover.lemma("so the way is longer", |[product, r, length, length_2, way_2]| {
+    let wide = prover.lemma("so the vector is longer", |[product, r, length, length_2, way_2]| {
         let given = [
             at_least_zero(r),
             at_least_zero(length),
@@ -160,7 +161,7 @@ fn half_plane(prover: &mut Prover<'_>, line: [V; 2], r: Term) {
         claim(given, less(square(r), way_2))
     });
     let same = Claim { given: Vec::new(), then: equal((q - p).norm_2(), (p - q).norm_2()) };
-    let same = prover.fact("there as back", &same);
+    let same = prover.fact("same distance both ways", &same);
     using.push(difference);
     using.push(cauchy.at(terms(&[u, q - p], &[])));
     using.push(wide.at([u.cross(q - p), r, length, u.norm_2(), (q - p).norm_2()]));

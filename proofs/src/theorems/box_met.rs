@@ -1,4 +1,4 @@
-//! Boxes that a segment meets, or slides along.
+//! Boxes that a segment meets, and points of both that move together.
 
 use super::crossing::{NOT_CROSSING, coordinates};
 use super::plane::{V, between_segments, share, terms, to_segment, v};
@@ -11,7 +11,7 @@ use crate::smt::term::{Term, whole};
 const MET: &str = "box_met";
 const SLIDE: &str = "box_slide";
 
-/// The corners, counter-clockwise from the lowest.
+/// The corners, counter-clockwise from the lowest one.
 pub(super) fn corners(low: V, high: V) -> [V; 4] {
     [low, v(high.x, low.y), high, v(low.x, high.y)]
 }
@@ -29,7 +29,8 @@ pub(super) fn is_ordered(low: V, high: V) -> Fact {
     all([at_most(low.x, high.x), at_most(low.y, high.y)])
 }
 
-/// A segment with a point in the box that crosses no diagonal: an end is in the box, or a corner is on the segment.
+/// If a segment has a point in the box and crosses no diagonal, an end is in the box or a corner is on the
+/// segment.
 pub(super) const MEETS: Contract<9, 1> = Contract {
     theorem: MET,
     name: "no diagonal crossed: an end in the box, or a corner on the segment",
@@ -42,11 +43,12 @@ pub(super) const MEETS: Contract<9, 1> = Contract {
     },
 };
 
-/// A box met.
+/// The theorem about a segment that meets a box.
 pub const BOX_MET: Theorem = Theorem {
     name: MET,
     source: "predicate::box_segment",
-    claim: "a segment that meets a box has an end in it, a corner of the box on it, or crosses a diagonal properly",
+    claim: "if a segment meets a box, one of its ends is in the box, a corner of the box is on it, or it \
+            crosses a diagonal properly",
     proof: |prover| {
         let low = V::unknown("low");
         let [high, a] = ["high", "a"].map(|name| low.other(name));
@@ -94,7 +96,8 @@ pub const BOX_MET: Theorem = Theorem {
             claim([equal(u.norm_2(), whole(0))], all([u.is_zero(), (a + u.times(t)).is(a)]))
         });
         using.push(still.at([a.x, a.y, u.x, u.y, t]));
-        // No corner on the line: not all lie on one side, so those of a diagonal lie on different ones.
+        // No corner is on the line. The corners do not all lie on one side, so the ends of one diagonal lie
+        // on different sides.
         let level = prover.lemma("the sides of the corners", |[lx, ly, hx, hy, ax, ay, ux, uy, t]| {
             let (low, high, a, u) = (v(lx, ly), v(hx, hy), v(ax, ay), v(ux, uy));
             let sides = corners(low, high).map(|corner| u.cross(corner - a));
@@ -168,10 +171,11 @@ pub const BOX_MET: Theorem = Theorem {
     },
 };
 
-/// A point of a box and one of a segment can be moved alike until one is an end, or on a side of the box.
+/// A point of a box and one of a segment move by the same vector until one is an end, or on a side of the
+/// box.
 pub(super) const SLIDES: Contract<11, 3> = Contract {
     theorem: SLIDE,
-    name: "moved alike until the beginning, or a side",
+    name: "moved together until the beginning, or a side",
     statement: |_, [lx, ly, hx, hy, ax, ay, bx, by, qx, qy, t], [mx, my, m]| {
         let (low, high, a, b) = (v(lx, ly), v(hx, hy), v(ax, ay), v(bx, by));
         let (q, moved) = (v(qx, qy), v(mx, my));
@@ -183,18 +187,19 @@ pub(super) const SLIDES: Contract<11, 3> = Contract {
     },
 };
 
-/// Sliding.
+/// The theorem about points that move together.
 pub const BOX_SLIDE: Theorem = Theorem {
     name: SLIDE,
     source: "predicate::box_segment",
-    claim: "a point of a box and one of a segment, moved alike, come to the segment's beginning or to a side of the box",
+    claim: "a point of a box and one of a segment, moved by the same vector, reach the segment's \
+            beginning or a side of the box",
     proof: |prover| {
         let low = V::unknown("low");
         let [high, a, q] = ["high", "a", "q"].map(|name| low.other(name));
         let (b, t) = (a.other("b"), Term::fresh("t"));
         let u = b - a;
         let mut using = Vec::new();
-        // How far both can be moved back along the segment until a coordinate reaches its bound.
+        // The distance by which both can move back along the segment until a coordinate reaches its bound.
         let room = |u: Term, q: Term, low: Term, high: Term| {
             let zero = whole(0);
             [(less(zero, u), q - low, u), (less(u, zero), q - high, u), (equal(u, zero), whole(1), whole(1))]
@@ -245,7 +250,7 @@ pub const BOX_SLIDE: Theorem = Theorem {
             ]);
             claim([between(low, q, high), is_room], at_least_zero(room))
         });
-        let alike = prover.lemma("moved alike", |[a, u, q, way, t]| {
+        let alike = prover.lemma("moved together", |[a, u, q, way, t]| {
             let apart = |q: Term, t: Term| q - (a + t * u);
             claim([], equal(apart(q - way * u, t - way), apart(q, t)))
         });

@@ -1,4 +1,4 @@
-//! Box–segment.
+//! The theorem about box–segment.
 
 use keepout_kernel::exact::predicate::box_segment;
 
@@ -29,7 +29,7 @@ const CLEAR: Contract<12, 0> = Contract {
     },
 };
 
-/// Near: some point of the box is.
+/// Near: some point of the box is within r of a point of the segment.
 const NEAR: Contract<9, 3> = Contract {
     theorem: BOX,
     name: "near: some point of the box is within r of a point of the segment",
@@ -111,7 +111,7 @@ impl BoxQuestion {
         using.push(prover.by(&point_segment::CLEAR, question, numbers).0);
     }
 
-    /// The points that the parts found near: one of the box, and the share of one of the segment.
+    /// The near points of the parts: one of the box, and the share of one of the segment.
     fn found(&self, prover: &mut Prover<'_>) -> ([Term; 3], Vec<Instance>) {
         let Self { low, high, a, b, r } = *self;
         let places = corners(low, high);
@@ -171,8 +171,8 @@ impl BoxQuestion {
         ([x, y, t], using)
     }
 
-    /// The moved point lies on this side of the box, at a share `s`: an end of the side or of the segment is as near, or they
-    /// cross, and then the segment meets the box.
+    /// The moved point lies on this side of the box, at a share `s`. An end of the side or of the segment
+    /// is as near, or the two cross. If they cross, the segment meets the box.
     fn side(
         &self,
         prover: &mut Prover<'_>,
@@ -234,7 +234,8 @@ impl BoxQuestion {
         self.crossed(prover, [f, g], [s2, t2], using);
     }
 
-    /// The segment crosses this side, and so meets the box: an end is in it, or a corner on the segment.
+    /// The segment crosses this side, so it meets the box: an end is in the box, or a corner is on the
+    /// segment.
     fn crossed(
         &self,
         prover: &mut Prover<'_>,
@@ -250,8 +251,9 @@ impl BoxQuestion {
         let [one, other] = diagonals(low, high, a, b);
         let (meets, [s3]) = prover.by(&MEETS, any([one, other]), terms(&[low, high, a, b], &[t2]));
         using.push(meets);
-        let nothing =
-            prover.lemma("no way", |[x, y]| claim([v(x, y).is_zero()], equal(v(x, y).norm_2(), whole(0))));
+        let nothing = prover.lemma("no vector, no distance", |[x, y]| {
+            claim([v(x, y).is_zero()], equal(v(x, y).norm_2(), whole(0)))
+        });
         for corner in corners(low, high) {
             self.corner(prover, corner, s3, using);
             let way = to_segment(corner, a, b, s3);

@@ -1,4 +1,4 @@
-//! Boxes: box–point, what is beside a line, and what of an index may be left out.
+//! Boxes: box–point, boxes beside a line, and the boxes that an index may skip.
 
 use keepout_kernel::exact::predicate::{Orientation, box_point, box_side};
 
@@ -23,7 +23,7 @@ pub const CLEAR: Contract<9, 0> = Contract {
     },
 };
 
-/// Near: some point of the box is.
+/// Near: some point of the box is within r.
 pub const NEAR: Contract<7, 2> = Contract {
     theorem: BOX_POINT_NAME,
     name: "near: some point of the box is within r",
@@ -82,17 +82,17 @@ pub const RIGHT: Contract<10, 0> = Contract {
     },
 };
 
-/// Beside a line.
+/// The theorem about boxes on one side of a line.
 pub const BOX_SIDE: Theorem = Theorem {
     name: SIDE,
     source: "predicate::box_side, Window::side_of, index::query (boxes left out along a motion)",
-    claim: "left or right only when the whole box lies strictly on that side of the line; so nothing within T of the line is in a \
-            box that, grown by T, is on one side of it",
+    claim: "left or right only when the whole box lies strictly on that side of the line; so a box that, \
+            grown by T, is on one side of the line holds no point within T of it",
     proof: |prover| {
         let low = V::unknown("low");
         let [high, p, q, x] = ["high", "p", "q", "x"].map(|name| low.other(name));
         let side = || box_side::<Symbolic>(low.place(), high.place(), p.place(), q.place());
-        // Products of a component with what lies between.
+        // Products of a component with a value between bounds.
         let term = prover.lemma("a product is between those of the bounds", |[d, low, c, high]| {
             let least = any([at_most(d * low, d * c), at_most(d * high, d * c)]);
             let most = any([at_most(d * c, d * low), at_most(d * c, d * high)]);
@@ -115,7 +115,7 @@ pub const BOX_SIDE: Theorem = Theorem {
         });
         let right = explore(&[], &[], || side() == Orientation::Right);
         prover.contract(&RIGHT, &right, terms(&[low, high, p, q, x], &[]), ([], &using));
-        prover.lemma("what is within T of a box is in the box grown by T", |[x, y, t, dx, dy, lx, hx]| {
+        prover.lemma("a point within T of a box is in the box grown by T", |[x, y, t, dx, dy, lx, hx]| {
             let given = [
                 between(lx, x, hx),
                 at_least_zero(t),
@@ -132,14 +132,16 @@ pub const BOX_SIDE: Theorem = Theorem {
     },
 };
 
-/// What may be left out.
+/// The theorem about boxes that a query may skip.
 pub const PRUNING: Theorem = Theorem {
     name: "pruning",
     source: "Window::of, including, grown, meets; CheckedIndex::search, visit",
-    claim: "a chord within T + slack of a point of a shape has a box that, grown by the slack, meets the shape's box grown \
-            by T; so a box that does not meet it holds no such chord",
+    claim: "let s be the chord-error bound of a chord within T + s of a point of a shape: the chord's \
+            box, grown by s, meets the shape's box grown by T. So a box that does not meet that one holds \
+            no such chord",
     proof: |prover| {
-        // In each coordinate: a chord's point c between ends a and b, a shape's point x in its box from low to high.
+        // In each coordinate: a point c of a chord between its ends a and b, and a point x of a shape in
+        // its box from low to high.
         prover.lemma("a distance bounds its components", |[dx, dy, r]| {
             let given = [at_least_zero(r), at_most(v(dx, dy).norm_2(), square(r))];
             claim(given, all([between(-r, dx, r), between(-r, dy, r)]))
@@ -162,11 +164,14 @@ pub const PRUNING: Theorem = Theorem {
             let of_chord = [(at_most(a, b), meets(a, b)), (less(b, a), meets(b, a))];
             claim(given, all(of_chord.map(|(order, meets)| any([not(order), meets]))))
         });
-        prover.lemma("what meets a part of a box meets the box", |[low, high, inner, upper, least, most]| {
-            let given =
-                [at_most(low, inner), at_most(upper, high), at_most(inner, most), at_most(least, upper)];
-            claim(given, all([at_most(low, most), at_most(least, high)]))
-        });
+        prover.lemma(
+            "a box that meets a part of another meets the other",
+            |[low, high, inner, upper, least, most]| {
+                let given =
+                    [at_most(low, inner), at_most(upper, high), at_most(inner, most), at_most(least, upper)];
+                claim(given, all([at_most(low, most), at_most(least, high)]))
+            },
+        );
         prover.lemma("a triangle's point is in its box", |[a, b, c, p, q, r, low, high]| {
             let bounds = all([a, b, c].map(|corner| between(low, corner, high)));
             let weights =
@@ -176,11 +181,12 @@ pub const PRUNING: Theorem = Theorem {
     },
 };
 
-/// What is near a segment is convex.
+/// The theorem that the points near a segment form a convex set.
 pub const CONVEX: Theorem = Theorem {
     name: "near_is_convex",
-    source: "Window::within_reach_of, index::cells (blocked squares), coarse::coarsened",
-    claim: "what is within r of a segment is convex: with its corners a square, with its ends a chord",
+    source: "Window::within_reach_of, index::cells (blocked squares), simplify::coarsen",
+    claim: "the points within r of a segment form a convex set: it holds a square with the square's \
+            corners, and a chord with the chord's ends",
     proof: |prover| {
         let mean = prover.lemma("a mean of two short vectors is short", |[x, y, z, w, r, m]| {
             let (a, b) = (v(x, y), v(z, w));

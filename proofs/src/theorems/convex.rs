@@ -1,23 +1,29 @@
-//! The convex polygon: what it holds, and what comes near it. Corners are never right of a side.
+//! The convex polygon: the points that it holds, and the shapes near it. Corners are never right of a side.
 //!
-//! Solvers prove the lemmas, for any numbers; the code is run for polygons of few corners. That the lemmas make up the theorems for
-//! any number of corners is written here:
+//! Solvers prove the lemmas for any numbers. The code is run for polygons of few corners. This is the
+//! written proof that the lemmas make up the theorems for any number of corners:
 //!
-//! 1. *A point of the hull is held.* It is a mean of corners, and so a mean of two means of fewer. No corner is right of a side or
-//!    outside the box, so by "a mean of points not right of a side is not" neither is the point.
-//! 2. *What is held is of the hull.* Let Z be held and C a corner other than Z. The sides add up to nothing, and so do their
-//!    products with Z − C ("products add up as sides do"): some product is negative, or all are zero, and then the corners lie
-//!    on a line (next). Go from C through Z. The first side with a negative product that is reached is reached at Z or after it, and
-//!    up to there nothing is passed: the place is right of no side. It is on that side's line, and by `convex_exit`'s lemmas of
-//!    places on a line it is on a side. Z lies between C and it: a mean of three corners.
-//! 3. *Corners on a line*: what is right of no side is on that line, and in the box between two corners; walking the corners from
-//!    one to the other passes it on a side.
-//! 4. *Leaving* (`convex_exit`): from a point that is held to one that is not, take the first side that is reached. Up to it nothing
-//!    is passed, so the place is held and on that side's line: on a side, as in 2.
-//! 5. *Near exactly when*: told apart, every point of the polygon is farther than r ("the polygon beyond the segment", "the
-//!    segment beyond a side"). Not told apart, and all sides clear: take P of the polygon and X of the segment. If X is not held, the
-//!    way from P to X leaves through a side, and P is farther than that side is. If X is held and the end C is not, the way from X to C
-//!    leaves through a side, which then is near: it is not. If C is held the code says near, and is right.
+//! 1. *A point of the hull is held.* It is a mean of corners, and so a mean of two means of fewer corners.
+//!    No corner is right of a side or outside the box. By "a mean of points not right of a side is not",
+//!    neither is the point.
+//! 2. *A held point is in the hull.* Let Z be held, and C a corner other than Z. The sides add up to zero,
+//!    and so do their products with Z − C ("products add up as sides do"). Either some product is negative,
+//!    or all are zero. If all are zero, the corners lie on a line (3). Otherwise go from C through Z. The
+//!    way reaches the first side with a negative product at Z or after it. Up to there it passes no side,
+//!    so the place is right of no side. The place is on that side's line. By the lemmas of `convex_exit`
+//!    about places on a line it is on a side. Z lies between C and the place: it is a mean of three
+//!    corners.
+//! 3. *Corners on a line.* A point right of no side is on that line, and in the box between two corners.
+//!    The walk along the corners from one to the other passes the point on a side.
+//! 4. *Leaving* (`convex_exit`). From a held point to one that is not held, take the first side that the
+//!    way reaches. Up to it the way passes no side, so the place is held and on that side's line. It is on
+//!    a side, as in 2.
+//! 5. *Near exactly when.* If a line separates the two, every point of the polygon is farther than r ("the
+//!    polygon beyond the segment", "the segment beyond a side"). Otherwise let all sides be clear, P a
+//!    point of the polygon and X one of the segment. If X is not held, the way from P to X leaves through a
+//!    side, and P is farther from X than that side is. If X is held and the end C is not, the way from X to
+//!    C leaves through a side. That side would be near, which is a contradiction. If C is held, the code
+//!    answers near, and this is right.
 
 use keepout_kernel::exact::predicate::{convex_holds, convex_segment, sides};
 
@@ -31,20 +37,21 @@ use crate::smt::run::Theorem;
 use crate::smt::symbolic::{Scalar, Symbolic};
 use crate::smt::term::{Term, square, whole};
 
-/// The predicates are run for polygons of up to so many corners; the step to more is by induction.
+/// The predicates are run for polygons of up to so many corners. The step to more is by induction.
 const HOLDS_MAX: usize = 3;
 const SEGMENT_MAX: usize = 6;
 
-/// What a polygon holds.
+/// The theorem about the points that a polygon holds.
 pub const CONVEX_HOLDS: Theorem = Theorem {
     name: "convex_holds",
     source: "predicate::convex_holds, Convex::holds",
-    claim: "yes exactly for points of the hull of the corners, when no corner is right of a side (run for up to 3 corners; for more \
-            by induction over corners: a hull point is a mean of means; of sides that add up to nothing one falls along any way; \
-            the first that is passed is met)",
+    claim: "yes exactly for points of the hull of the corners, when no corner is right of a side (run for \
+            up to 3 corners; for more by induction over the corners: a point of the hull is a mean of \
+            means; the sides add up to zero, so one falls along any direction; the way meets the first \
+            side that it passes)",
     proof: |prover| {
         for count in 1..=HOLDS_MAX {
-            holds_asks_all_sides(prover, count);
+            holds_checks_all_sides(prover, count);
         }
         // A point of the hull is held.
         prover.lemma("a mean of points not right of a side is not", |[ax, ay, bx, by, px, py, qx, qy, t]| {
@@ -64,8 +71,8 @@ pub const CONVEX_HOLDS: Theorem = Theorem {
     },
 };
 
-/// The predicate asks whether the point is right of no side, and between corners in both coordinates.
-fn holds_asks_all_sides(prover: &mut Prover<'_>, count: usize) {
+/// The predicate checks that the point is right of no side, and between corners in both coordinates.
+fn holds_checks_all_sides(prover: &mut Prover<'_>, count: usize) {
     let p = V::unknown("p");
     let corners: Vec<V> = (0..count).map(|_| p.other("c")).collect();
     let places = corners.iter().map(|c| c.place());
@@ -84,7 +91,8 @@ fn holds_asks_all_sides(prover: &mut Prover<'_>, count: usize) {
     prover.chain(&format!("no, {count} corners"), &[], &claim([some(&paths, false)], not(held)));
 }
 
-/// Corners not all on a line, Z ≠ C right of no side: the product of some side with Z − C is negative.
+/// For corners not all on a line, and Z ≠ C right of no side: the product of some side with Z − C is
+/// negative.
 fn some_side_falls(prover: &mut Prover<'_>) {
     prover.lemma("products add up as sides do, to nothing", |[ux, uy, sx, sy, wx, wy]| {
         let (u, sum, w) = (v(ux, uy), v(sx, sy), v(wx, wy));
@@ -104,7 +112,7 @@ fn some_side_falls(prover: &mut Prover<'_>) {
     });
 }
 
-/// From a corner C through Z on to the first side that is passed: Z is between them.
+/// From a corner C through Z to the first side that the way passes: Z lies between them.
 fn beyond_the_point(prover: &mut Prover<'_>) {
     prover.lemma("a side that falls is reached at Z or after it", |[ax, ay, ux, uy, cx, cy, wx, wy, way]| {
         // C + w = Z. `way`: where the side's product is zero.
@@ -142,10 +150,10 @@ fn beyond_the_point(prover: &mut Prover<'_>) {
     );
 }
 
-/// Corners on a line: a point of the line in their box is between two of them, and on a side.
+/// Corners on a line: a point of the line in their box lies between two of them, and on a side.
 fn corners_on_a_line(prover: &mut Prover<'_>) {
     prover.lemma(
-        "sides there and back: what is right of neither is on the line",
+        "sides there and back: a point right of neither is on the line",
         |[ux, uy, k, wx, wy, z]| {
             // From a corner: one side is along u, another from w = z·u along −k·u.
             let (u, w, p) = (v(ux, uy), v(ux, uy).times(z), v(wx, wy));
@@ -170,7 +178,7 @@ fn corners_on_a_line(prover: &mut Prover<'_>) {
         claim([p.is_in(c, c)], p.is(c))
     });
     prover.lemma("from one to the other the corners pass it on a side", |[from, to, z]| {
-        // Walked from a corner before z: either the next is past it, or it is one before z again.
+        // On the walk from a corner before z, the next corner is past z, or it is before z again.
         claim([at_most(from, z)], any([all([at_most(from, z), at_most(z, to)]), at_most(to, z)]))
     });
     let [from, to, z] = ["from", "to", "z"].map(Term::fresh);
@@ -183,15 +191,17 @@ fn corners_on_a_line(prover: &mut Prover<'_>) {
     );
 }
 
-/// Leaving a polygon.
+/// The theorem about leaving a polygon.
 pub const CONVEX_EXIT: Theorem = Theorem {
     name: "convex_exit",
     source: "predicate::convex_segment",
-    claim: "a way from a point of the polygon to one that it does not hold meets a side (by induction over the sides: the first that \
-            is reached is met; along the corners of a straight part: some side of it is)",
+    claim: "a straight way from a point of the polygon to a point outside meets a side (by induction over \
+            the sides: it meets the first side that it reaches; where corners lie on a straight part it \
+            meets some side of that part)",
     proof: |prover| {
         prover.needs(CONVEX_HOLDS.name);
-        // From a point Y of the polygon to X outside: `f` is the product of a side, not negative inside.
+        // From a point Y of the polygon to X outside. `f` is the product of a side. It is not negative
+        // inside.
         prover.lemma("orientation is affine along a line", |[ax, ay, bx, by, yx, yy, xx, xy, way]| {
             let (side, inside, outside) = ([v(ax, ay), v(bx, by)], v(yx, yy), v(xx, xy));
             let f = |p: V| off(side, p);
@@ -210,7 +220,7 @@ pub const CONVEX_EXIT: Theorem = Theorem {
                 all([share(way), equal(y + way * (x - y), whole(0))]),
             )
         });
-        prover.lemma("and has a place of its own", |[y, x]| {
+        prover.lemma("the place of that side exists", |[y, x]| {
             claim([at_least_zero(y), less(x, whole(0))], not(equal(y - x, whole(0))))
         });
         prover.lemma("a side that is passed has a length", |[ax, ay, bx, by, xx, xy]| {
@@ -228,7 +238,7 @@ pub const CONVEX_EXIT: Theorem = Theorem {
     },
 };
 
-/// The side a, b = a + u has the point a + s·u on its line, which is right of no side.
+/// The point a + s·u lies on the line of the side from a to b = a + u, and right of no side.
 fn on_the_line_on_a_side(prover: &mut Prover<'_>) {
     prover.lemma("past the end the next corner is on the line", |[ux, uy, hx, hy, s]| {
         // The next corner: b + h. It is not right of a b, and the point not right of b, b + h.
@@ -250,15 +260,15 @@ fn on_the_line_on_a_side(prover: &mut Prover<'_>) {
         let given = [less(whole(1), s), less(whole(0), k), equal(rest * k, s - whole(1))];
         claim(given, any([share(rest), less(whole(1), rest)]))
     });
-    prover.lemma("a corner back: all corners are on the line", |[ux, uy, k, cx, cy]| {
+    prover.lemma("a corner that turns back: all corners are on the line", |[ux, uy, k, cx, cy]| {
         // The side from b to b − k·u, and a corner b + c.
         let (u, c) = (v(ux, uy), v(cx, cy));
         let given = [less(whole(0), k), at_least_zero(u.cross(c)), at_least_zero(u.times(-k).cross(c))];
         claim(given, equal(u.cross(c), whole(0)))
     });
-    // Going on and on without a corner back ends nowhere, but the corners come around. On a line the point where the way
-    // begins is on a side already: it is of the hull of the corners (`convex_holds`).
-    prover.lemma("farther on and on: never at a corner that was", |[at, k]| {
+    // A walk that never turns back cannot end, but the corners come around. On a line, the point where the
+    // way begins is on a side already: it is in the hull of the corners (`convex_holds`).
+    prover.lemma("a walk that goes on never returns to a corner", |[at, k]| {
         claim([less(whole(0), k)], less(at, at + k))
     });
 }
@@ -267,24 +277,25 @@ fn on_the_line_on_a_side(prover: &mut Prover<'_>) {
 pub const CONVEX_NEAR_SEGMENT: Theorem = Theorem {
     name: "convex_near_segment",
     source: "predicate::convex_segment, Convex::near_segment, Edge::near_convex",
-    claim: "near exactly when a point of the filled polygon is within r of a point of the segment, for r ≥ 0, when no corner is right \
-            of a side (what is asked: run for up to 6 corners. That a polygon which no line tells apart from the segment, and whose sides \
-            are clear, is clear joins these lemmas with those of `convex_exit` and `convex_holds` by a written proof, in \
+    claim: "near exactly when a point of the filled polygon is within r of a point of the segment, for r \
+            ≥ 0, when no corner is right of a side (run for up to 6 corners. That a polygon is clear if \
+            no line separates it from the segment, all sides are clear and the end is not held follows \
+            from these lemmas and those of `convex_exit` and `convex_holds`, by a written proof in \
             `theorems/convex.rs`)",
     proof: |prover| {
         prover.needs(CONVEX_HOLDS.name);
         prover.needs(CONVEX_EXIT.name);
         for count in 1..=SEGMENT_MAX {
-            asks_sides_and_an_end(prover, count);
+            checks_sides_and_an_end(prover, count);
         }
-        told_apart(prover);
+        separated(prover);
         not_clear_of_a_side(prover);
         points_that_are_near(prover);
     },
 };
 
-/// Clear exactly when some line tells the two apart, or all sides are clear and the end is not held.
-fn asks_sides_and_an_end(prover: &mut Prover<'_>, count: usize) {
+/// Clear exactly when some line separates the two, or all sides are clear and the end is not held.
+fn checks_sides_and_an_end(prover: &mut Prover<'_>, count: usize) {
     let c = V::unknown("c");
     let (d, r) = (c.other("d"), Term::fresh("r"));
     let corners: Vec<V> = (0..count).map(|_| c.other("p")).collect();
@@ -299,7 +310,7 @@ fn asks_sides_and_an_end(prover: &mut Prover<'_>, count: usize) {
     };
     let beyond = |line: [V; 2], points: &[V]| answer(Part::Beyond, &numbers(&[&line, points].concat(), &[r]));
     let all_sides: Vec<[V; 2]> = sides(corners.iter().copied()).collect();
-    // The way back over the side of a segment is the same: see `points_that_are_near`.
+    // The reversed side of a segment gives the same answer: see `points_that_are_near`.
     let asked = if count == 2 { &all_sides[..1] } else { &all_sides[..] };
     let by_line = all_sides.iter().map(|&side| beyond(side, &[c, d]));
     let apart = any(by_line.chain([beyond([c, d], &corners), beyond([d, c], &corners)]));
@@ -311,14 +322,14 @@ fn asks_sides_and_an_end(prover: &mut Prover<'_>, count: usize) {
     prover.chain(&format!("clear, {count} corners"), &[], &claim([some(&paths, false)], not(near)));
 }
 
-/// A point of the polygon and one of the segment, where a line tells them apart.
-fn told_apart(prover: &mut Prover<'_>) {
+/// A point of the polygon and one of the segment, separated by a line.
+fn separated(prover: &mut Prover<'_>) {
     let c = V::unknown("c");
     let [d, a, b, p] = ["d", "a", "b", "p"].map(|name| c.other(name));
     let [r, t] = ["r", "t"].map(Term::fresh);
     let x = c + (d - c).times(t);
     let then = || less(square(r), (p - x).norm_2());
-    // By the line of the segment: the corners are beyond it, and so is what lies between them (`beyond`).
+    // By the line of the segment: the corners are beyond it, and so is every point between them (`beyond`).
     let on_line = prover.lemma("a point of a segment is on its line", |[ax, ay, bx, by, t]| {
         let (a, b) = (v(ax, ay), v(bx, by));
         let there = a + (b - a).times(t);
@@ -344,8 +355,8 @@ fn told_apart(prover: &mut Prover<'_>) {
     prover.glue("the segment beyond a side", &using, &claim(given, then()));
 }
 
-/// All sides are clear. The way from a point P of the polygon to a point X of the segment, or on from there to its end C when X
-/// is held, meets a side (`convex_exit`).
+/// All sides are clear. The way from a point P of the polygon to a point X of the segment meets a side. If
+/// X is held, the way on from X to the segment's end C meets one (`convex_exit`).
 fn not_clear_of_a_side(prover: &mut Prover<'_>) {
     let c = V::unknown("c");
     let [d, a, b, p] = ["d", "a", "b", "p"].map(|name| c.other(name));
@@ -398,12 +409,12 @@ fn not_clear_of_a_side(prover: &mut Prover<'_>) {
         touch.at(terms(&[a, b, c, d], &[s, at])),
         squares.at([r]),
     ];
-    // Of a side that is clear this can not be: so X is not held.
+    // This cannot be for a clear side, so X is not held.
     let given = [at_least_zero(r), share(t), share(way), share(s), met(back)];
     prover.glue("X is held, C is not: a side is near", &using, &claim(given, near));
 }
 
-/// Near a side, or with its end in the polygon: there is a point of the polygon within r.
+/// The segment is near a side, or its end is in the polygon: then some point of the polygon is within r.
 fn points_that_are_near(prover: &mut Prover<'_>) {
     let c = V::unknown("c");
     let [d, a, b] = ["d", "a", "b"].map(|name| c.other(name));

@@ -1,4 +1,4 @@
-//! Crossing.
+//! Proper crossing of two segments.
 
 use keepout_kernel::exact::predicate::crosses_properly;
 
@@ -61,7 +61,7 @@ pub const NOT_CROSSING: Contract<10, 0> = Contract {
     },
 };
 
-/// The parameters of the common point of two lines, when they are not parallel.
+/// The parameters of the common point of two lines that are not parallel.
 pub(super) fn meeting(prover: &mut Prover<'_>, [ab, cd]: [[V; 2]; 2]) -> ([Term; 2], Vec<Instance>) {
     let (w, u, v) = (ab[0] - cd[0], ab[1] - ab[0], cd[1] - cd[0]);
     let determinant = u.cross(v);
@@ -72,7 +72,7 @@ pub(super) fn meeting(prover: &mut Prover<'_>, [ab, cd]: [[V; 2]; 2]) -> ([Term;
     ([s, t], definition)
 }
 
-/// Crossing.
+/// The theorem about proper crossings.
 pub const CROSSES_PROPERLY: Theorem = Theorem {
     name: CROSSES,
     source: "predicate::crosses_properly",

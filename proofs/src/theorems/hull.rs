@@ -1,4 +1,4 @@
-//! The guard's in-flight set: motions within a hull, and the hull asked as one polygon.
+//! The guard's in-flight set: motions within a hull, and the hull as one polygon.
 
 use super::beyond::off;
 use super::convex::{CONVEX_HOLDS, CONVEX_NEAR_SEGMENT};
@@ -8,19 +8,19 @@ use crate::smt::prover::at_least_zero;
 use crate::smt::run::Theorem;
 use crate::smt::term::{Term, whole};
 
-/// Most points of the in-flight set, as in the guard's `hull.rs`.
+/// Largest number of points of the in-flight set, as in the guard's `hull.rs`.
 const POINTS_MAX: usize = 14;
 
 fn total(numbers: &[Term]) -> Term {
     numbers.iter().skip(1).fold(numbers[0], |sum, &number| sum + number)
 }
 
-/// Convexity of the in-flight set.
+/// The theorem about the convexity of the in-flight set.
 pub const CONVEX_SET: Theorem = Theorem {
     name: "in_flight_is_convex",
     source: "executor: guard::in_flight (both shapes of motion)",
-    claim: "a straight motion from a point of the hull of up to 14 points to one of them stays in the hull; and one whose axes run \
-            apart stays in their box",
+    claim: "a straight motion from a point of the hull of up to 14 points to one of the points stays in \
+            the hull; a motion of non-interpolated axes stays in their box",
     proof: |prover| {
         let unknowns = |name: &str| -> Vec<Term> { (0..POINTS_MAX).map(|_| Term::fresh(name)).collect() };
         let (from, to, places) = (unknowns("from"), unknowns("to"), unknowns("place"));
@@ -46,16 +46,19 @@ pub const CONVEX_SET: Theorem = Theorem {
     },
 };
 
-/// The new hull is asked as one polygon.
+/// The theorem that one polygon query covers the new hull.
 pub const HULL_POLYGON: Theorem = Theorem {
     name: "hull_is_one_polygon",
     source: "executor: guard::in_flight::admit_line, guard::hull::Hull::holds; ProhibitedRegion::polygon",
-    claim: "what the hull says that it holds the polygon holds, and every way between two such points; so a polygon that holds the \
-            set and the target, and that no edge is near (`convex_near_segment`), holds all that can be driven, on the tail's side",
+    claim: "the polygon holds every point that the hull reports as held, and the straight way between two \
+            such points; so a polygon that holds the set and the target, and to which no edge is near \
+            (`convex_near_segment`), holds every motion that the machine can make, on the side of the \
+            confirmed position",
     proof: |prover| {
         prover.needs(CONVEX_HOLDS.name);
         prover.needs(CONVEX_NEAR_SEGMENT.name);
-        // Three corners or more turn left at each: no box need be asked (`convex_holds`, corners not on a line).
+        // Three corners or more turn left at each, so the box check is not needed (`convex_holds`, corners
+        // not on a line).
         prover.lemma("corners that turn left are on no line", |[ux, uy, hx, hy, wx, wy]| {
             let (u, h, w) = (v(ux, uy), v(hx, hy), v(wx, wy));
             let on_line = all([equal(u.cross(w), whole(0)), equal(h.cross(w), whole(0))]);
@@ -79,7 +82,8 @@ pub const HULL_POLYGON: Theorem = Theorem {
             let given = [share(way), between(low, p, high), between(low, q, high)];
             claim(given, between(low, p + way * (q - p), high))
         });
-        // The ways from the old corners to the target, of which the last edge in the way is asked first.
+        // The guard first checks the edge that blocked last, against the ways from the old corners to the
+        // target.
         prover.lemma("a way to the target is a way between points that are held", |[p, q, way]| {
             let there = p + way * (q - p);
             claim([], equal(there, (whole(1) - way) * p + way * q))

@@ -1,4 +1,4 @@
-//! Strictly inside a triangle.
+//! Points strictly inside a triangle.
 
 use keepout_kernel::exact::predicate::strictly_inside;
 
@@ -17,7 +17,7 @@ pub(super) fn weighted([a, b, c]: [V; 3], [p, q, r]: [Term; 3]) -> V {
     a.times(p) + b.times(q) + c.times(r)
 }
 
-/// Weights of a point of the triangle.
+/// Whether the numbers are weights of a point of the triangle.
 pub(super) fn are_weights([p, q, r]: [Term; 3]) -> Fact {
     all([at_least_zero(p), at_least_zero(q), at_least_zero(r), sum_is_one([p, q, r])])
 }
@@ -54,7 +54,7 @@ pub const NOT_INSIDE: Contract<11, 0> = Contract {
     },
 };
 
-/// The weights of a point, when the triangle is not flat.
+/// The weights of a point in a triangle that is not flat.
 pub(super) fn weights_of(prover: &mut Prover<'_>, p: V, [a, b, c]: [V; 3]) -> ([Term; 3], Vec<Instance>) {
     let some = not(equal(area([a, b, c]), whole(0)));
     let mut using = Vec::new();
@@ -81,11 +81,12 @@ pub(super) fn unknown_corners() -> [V; 3] {
     [a, a.other("b"), a.other("c")]
 }
 
-/// Strictly inside.
+/// The theorem about points strictly inside.
 pub const STRICTLY_INSIDE: Theorem = Theorem {
     name: INSIDE,
     source: "predicate::strictly_inside",
-    claim: "yes exactly when the point is a mean of the corners with positive weights, and the triangle is not flat",
+    claim: "yes exactly when the point is a mean of the corners with positive weights, and the triangle \
+            is not flat",
     proof: |prover| {
         let corners = unknown_corners();
         let [a, b, c] = corners;
@@ -94,7 +95,7 @@ pub const STRICTLY_INSIDE: Theorem = Theorem {
             explore(&[], &[], || strictly_inside::<Symbolic>(p.place(), a.place(), b.place(), c.place()));
         let (weights, definition) = weights_of(prover, p, corners);
         prover.contract(&IS_INSIDE, &paths, terms(&[p, a, b, c], &[]), (weights, &definition));
-        // Any weights of the point: it is where they put it.
+        // For any weights of the point: the point is where they put it.
         let free = [Term::fresh("q"), Term::fresh("r"), Term::fresh("s")];
         prover.contract(&NOT_INSIDE, &paths, terms(&[p, a, b, c], &free), ([], &[]));
     },

@@ -1,4 +1,4 @@
-//! What is proved of the trusted core by solvers.
+//! The theorems about the trusted core. Solvers prove them.
 
 mod arcs;
 mod beyond;
@@ -28,7 +28,7 @@ pub use overflow::prove as no_overflow_up_to;
 
 use crate::smt::run::Theorem;
 
-/// All theorems; each rests only on those before it.
+/// All theorems. Each rests only on those before it.
 pub const THEOREMS: &[Theorem] = &[
     orientation::ORIENTATION,
     orientation::POINT_POINT,

@@ -1,4 +1,4 @@
-//! Distances added: rounding, the near list, and prefixes of motions.
+//! Sums of distances: rounding, the near list, and prefixes of motions.
 
 use super::plane::{V, between_segments, share, terms, v};
 use super::segments;
@@ -50,7 +50,7 @@ pub const LONGER: Contract<6, 0> = Contract {
 pub const TRIANGLE_INEQUALITY: Theorem = Theorem {
     name: INEQUALITY,
     source: "(plane geometry)",
-    claim: "a vector longer than p and one of at most z are more than p − z apart",
+    claim: "a vector longer than p and one of length z or less are more than p − z apart, for z ≤ p",
     proof: |prover| {
         let [long, short] = ["p", "z"].map(V::unknown);
         let [p, z] = ["p", "z"].map(Term::fresh);
@@ -104,12 +104,12 @@ pub const TRIANGLE_INEQUALITY: Theorem = Theorem {
     },
 };
 
-/// Rounding toward safety.
+/// The theorem about rounding toward safety.
 pub const ROUNDING: Theorem = Theorem {
     name: "rounding",
     source: "margin: lattice rounding",
-    claim: "what is clear by r + 1 of a rounded point, motion or fan is clear by r of the true one, when rounding moves ends by at \
-            most 1",
+    claim: "if a rounded point, motion or swept triangle is clear by r + 1, the true one is clear by r, \
+            when rounding moves ends by at most 1",
     proof: |prover| {
         prover.lemma("rounding to the nearest moves a point by less than 1", |[dx, dy]| {
             let half = |d: Term| all([at_most(whole(-1), whole(2) * d), at_most(whole(2) * d, whole(1))]);
@@ -153,13 +153,13 @@ pub const ROUNDING: Theorem = Theorem {
         let weights = all([at_least_zero(p), at_least_zero(q), at_least_zero(r), equal(p + q + r, whole(1))]);
         let short = all(shifts.map(|shift| at_most(squares(shift), whole(1))));
         let moved = claim([weights, short], at_most(square(mean.x) + square(mean.y), whole(1)));
-        prover.glue("every point of a fan, a motion or a point moves by at most 1", &using, &moved);
-        // Then it is as far from anything as the rounded one, less 1.
+        prover.glue("every point of a triangle, a motion or a point moves by at most 1", &using, &moved);
+        // Then its distance from anything is that of the rounded one, less 1 at most.
         let [point, shift] = ["point", "shift"].map(V::unknown);
         let r = Term::fresh("r");
         let reach = r + whole(1);
         let step = prover.by(&FARTHER, Fact::True, terms(&[point, shift], &[reach, whole(1)])).0;
-        let left = prover.fact("what is left", &claim([], equal(square(reach - whole(1)), square(r))));
+        let left = prover.fact("the rest", &claim([], equal(square(reach - whole(1)), square(r))));
         let one = prover.fact("one", &claim([], equal(square(whole(1)), whole(1))));
         let given =
             [at_least_zero(r), less(square(reach), point.norm_2()), at_most(shift.norm_2(), whole(1))];
@@ -171,11 +171,12 @@ pub const ROUNDING: Theorem = Theorem {
     },
 };
 
-/// The near list.
+/// The theorem about the near list.
 pub const NEAR_LIST: Theorem = Theorem {
     name: "near_list",
     source: "NearList::covers",
-    claim: "what is farther than reach + slack from the anchor is farther than T + slack from points within reach − T of it",
+    claim: "let s be the chord-error bound of an edge: a point of it farther than reach + s from the \
+            anchor is farther than T + s from every point within reach − T of the anchor",
     proof: |prover| {
         let [anchor, point, place] = ["anchor", "point", "place"].map(V::unknown);
         let [reach, threshold, chord_error] = ["reach", "T", "slack"].map(Term::fresh);
@@ -183,7 +184,7 @@ pub const NEAR_LIST: Theorem = Theorem {
         let over = reach - threshold;
         let step = prover.by(&FARTHER, Fact::True, terms(&[far, near], &[reach + chord_error, over])).0;
         let left = claim([], equal(square((reach + chord_error) - over), square(threshold + chord_error)));
-        let left = prover.fact("what is left", &left);
+        let left = prover.fact("the rest", &left);
         let same = prover
             .fact("by way of the anchor", &claim([], equal(difference(far, near), difference(place, point))));
         let given = [
@@ -198,11 +199,12 @@ pub const NEAR_LIST: Theorem = Theorem {
     },
 };
 
-/// Prefixes.
+/// The theorem about prefixes of motions.
 pub const CLIP: Theorem = Theorem {
     name: "clip_prefix",
     source: "Probe::clip, longest_prefix",
-    claim: "a prefix of a clear motion is clear: `segment_segment` of a part of a motion is near only when that of the motion is",
+    claim: "a prefix of a clear motion is clear: `segment_segment` is near for a part of a motion only if \
+            it is near for the whole",
     proof: |prover: &mut Prover<'_>| {
         let c = V::unknown("c");
         let [a, d] = ["a", "d"].map(|name| c.other(name));

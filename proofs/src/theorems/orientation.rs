@@ -14,7 +14,7 @@ use crate::smt::term::{Term, square, whole};
 pub const ORIENTATION: Theorem = Theorem {
     name: "orientation",
     source: "predicate::orientation",
-    claim: "is the sign of the area of a, b, c; changes with a swap, and not with a rotation",
+    claim: "the answer is the sign of the area of a, b, c; a swap changes the sign, a rotation does not",
     proof: |prover| {
         let [a, b, c] = ["a", "b", "c"].map(V::unknown);
         let of =

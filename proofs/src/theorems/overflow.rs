@@ -1,4 +1,4 @@
-//! That nothing overflows at the product's width.
+//! Proof that no operation overflows at the product's width.
 
 use keepout_kernel::exact::lattice::COORD_MAX;
 use keepout_kernel::exact::predicate::{
@@ -15,15 +15,15 @@ use crate::smt::run::Theorem;
 use crate::smt::symbolic::{Scalar, Symbolic, operations};
 use crate::smt::term::Term;
 
-/// Largest magnitude of the corners that `box_side` is asked with.
+/// Largest magnitude of the corners that `box_side` takes.
 const FAR: i128 = 1 << 31;
 
-/// No overflow.
+/// The theorem that no operation overflows.
 pub const OVERFLOW: Theorem = Theorem {
     name: "no_overflow",
     source: "all of predicate.rs, at the width Product",
-    claim: "with coordinates of at most 2^29 and lengths from 0 to 2^29 every difference fits i32, every sum of products i64, every \
-            product of areas i128",
+    claim: "with coordinates of at most 2^29 and lengths from 0 to 2^29, every difference fits i32, every \
+            sum of products fits i64, and every product of areas fits i128",
     proof: |prover| prove(prover, COORD_MAX.into()),
 };
 
@@ -66,7 +66,7 @@ pub fn prove(prover: &mut Prover<'_>, limit: i128) {
     count += explore(&ordered, &[], || box_point::<Symbolic>(a, b, c, r)).len();
     count += explore(&[], &[], || beyond::<Symbolic>([a, b], [c, d].into_iter(), r)).len();
     count += explore(&[], &[], || convex_holds::<Symbolic>([a, b].into_iter(), c)).len();
-    // Parts of these are asked about the same points, and were run above.
+    // The parts of these predicates take the same points, and were run above.
     count += explore(&[], &parts, || segment_segment::<Symbolic>([a, b], [c, d], r)).len();
     count += explore(&[], &parts, || triangle_segment::<Symbolic>([a, b, c], [d, e], r)).len();
     count += explore(&[], &parts, || convex_segment::<Symbolic>([a, b, c].into_iter(), [d, e], r)).len();

@@ -1,4 +1,4 @@
-//! That the pieces of a swept arc cover it.
+//! Proof that the pieces of a swept arc cover it.
 
 use super::plane::{V, v};
 use crate::smt::fact::{all, any, at_most, claim, equal};
@@ -6,14 +6,15 @@ use crate::smt::prover::{at_least_zero, positive};
 use crate::smt::run::Theorem;
 use crate::smt::term::whole;
 
-/// Pieces.
+/// The theorem about the pieces of a swept arc.
 pub const SWEPT_PIECES: Theorem = Theorem {
     name: "swept_arc_pieces",
     source: "SweptArc::reaches_before, push_halves, follows; ArcChords::check",
-    claim: "the rays between two corners less than half a turn apart are those between the first and the middle and those between \
-            the middle and the second; an end that is ahead of a corner, and behind the next quarter, lies between them",
+    claim: "let two corners be less than half a turn apart: a ray between them lies between the first and \
+            a middle corner, or between the middle and the second. An end ahead of a corner and behind \
+            the next quarter turn lies between the two",
     proof: |prover| {
-        // All for left turns about the origin; right turns are their mirror image.
+        // All lemmas are for left turns about the origin. Right turns are their mirror image.
         prover.lemma("between two rays is where orientations say", |[ax, ay, bx, by, x, y, k, m]| {
             let (a, b, p) = (v(ax, ay), v(bx, by), v(x, y));
             let turn = a.cross(b);

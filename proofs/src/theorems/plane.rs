@@ -18,12 +18,13 @@ pub struct V {
 }
 
 impl V {
-    /// One of which nothing is known.
+    /// A point with unknown coordinates.
     pub fn unknown(name: &str) -> Self {
         Self { x: Term::fresh(&format!("{name}x")), y: Term::fresh(&format!("{name}y")) }
     }
 
-    /// Any point, given by how far it is from this: solvers need not find out that only differences matter.
+    /// Any point, given by its difference to this one: so solvers need not find out that only differences
+    /// matter.
     pub fn other(self, name: &str) -> Self {
         self + Self::unknown(name)
     }
@@ -63,7 +64,7 @@ impl V {
         all([between(low.x, self.x, high.x), between(low.y, self.y, high.y)])
     }
 
-    /// As the predicates take it.
+    /// The point as the predicates take it.
     pub fn place(self) -> Place {
         Site { x: Scalar(self.x), y: Scalar(self.y) }
     }
@@ -93,17 +94,18 @@ pub fn share(t: Term) -> Fact {
     between(whole(0), t, whole(1))
 }
 
-/// From `p` to the point of the segment `a b` at `t`.
+/// The vector from `p` to the point of the segment `a b` at `t`.
 pub fn to_segment(p: V, a: V, b: V, t: Term) -> V {
     (a - p) + (b - a).times(t)
 }
 
-/// From the point of `c d` at `t` to that of `a b` at `s`, of `w = a − c`, `u = b − a` and `v = d − c`.
+/// The vector from the point of `c d` at `t` to that of `a b` at `s`, with `w = a − c`, `u = b − a` and `v
+/// = d − c`.
 pub fn between_lines(w: V, u: V, v: V, s: Term, t: Term) -> V {
     (w + u.times(s)) - v.times(t)
 }
 
-/// From the point of `c d` at `t` to that of `a b` at `s`.
+/// The vector from the point of `c d` at `t` to that of `a b` at `s`.
 pub fn between_segments([a, b]: [V; 2], [c, d]: [V; 2], s: Term, t: Term) -> V {
     between_lines(a - c, b - a, d - c, s, t)
 }
@@ -111,5 +113,5 @@ pub fn between_segments([a, b]: [V; 2], [c, d]: [V; 2], s: Term, t: Term) -> V {
 /// The coordinates of the points, and more numbers.
 pub fn terms<const N: usize>(points: &[V], more: &[Term]) -> [Term; N] {
     let all: Vec<Term> = points.iter().flat_map(|p| [p.x, p.y]).chain(more.iter().copied()).collect();
-    all.try_into().expect("as many numbers as are asked for")
+    all.try_into().expect("the caller wants as many numbers")
 }

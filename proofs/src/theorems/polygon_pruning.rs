@@ -1,4 +1,4 @@
-//! What an index leaves out around a polygon.
+//! The boxes that an index skips around a polygon.
 
 use super::beyond::off;
 use super::boxes;
@@ -8,12 +8,13 @@ use crate::smt::prover::at_least_zero;
 use crate::smt::run::Theorem;
 use crate::smt::term::{Term, square};
 
-/// What may be left out around a polygon.
+/// The theorem about boxes that a query around a polygon may skip.
 pub const POLYGON_PRUNING: Theorem = Theorem {
     name: "polygon_pruning",
     source: "index::query (Around), Window::grown, side_of",
-    claim: "a box that, grown by T, is wholly right of a side's line holds nothing within T of a polygon that is not: and as boxes hold \
-            chords grown by their slack, no chord within T + slack",
+    claim: "let a polygon not lie right of a side's line: a box that, grown by T, is wholly right of that \
+            line holds no point within T of the polygon. Boxes hold chords grown by their chord-error \
+            bound s, so such a box holds no chord within T + s",
     proof: |prover| {
         let low = V::unknown("low");
         let [high, a, b, x] = ["high", "a", "b", "x"].map(|name| low.other(name));
@@ -39,6 +40,6 @@ pub const POLYGON_PRUNING: Theorem = Theorem {
             right,
         ];
         let then = less(square(t + chord_error), way.norm_2());
-        prover.glue("a chord's point in the box, slack from its border", &using, &Claim { given, then });
+        prover.glue("a chord's point in the box, the bound from its border", &using, &Claim { given, then });
     },
 };

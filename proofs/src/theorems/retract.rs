@@ -1,4 +1,4 @@
-//! Receding.
+//! Motions that recede from a segment.
 
 use keepout_kernel::exact::predicate::retract;
 
@@ -10,12 +10,12 @@ use crate::smt::run::Theorem;
 use crate::smt::symbolic::Symbolic;
 use crate::smt::term::{Term, whole};
 
-/// Receding.
+/// The theorem about receding motions.
 pub const RECEDES: Theorem = Theorem {
     name: "recedes",
-    source: "predicate::recedes",
-    claim: "yes: no point of the motion is nearer to any point of the segment than its start is to the segment; no: some \
-            point of the motion is nearer to the segment than its start",
+    source: "predicate::retract",
+    claim: "yes: no point of the motion is nearer to any point of the segment than its start is to the \
+            segment; no: some point of the motion is nearer to the segment than its start is",
     proof: |prover| {
         let p = V::unknown("p");
         let [q, a] = ["q", "a"].map(|name| p.other(name));

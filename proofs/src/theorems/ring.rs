@@ -1,4 +1,4 @@
-//! Rings of chords: what is asked of pairs of edges.
+//! Rings of chords: the checks on pairs of edges.
 
 use super::plane::{V, share, v};
 use crate::smt::fact::{Claim, all, any, at_most, claim, equal, less, not};
@@ -6,12 +6,12 @@ use crate::smt::prover::positive;
 use crate::smt::run::Theorem;
 use crate::smt::term::{Term, whole};
 
-/// The short cut of `touches`.
+/// The theorem about the short cut of `touches`.
 pub const TOUCHES: Theorem = Theorem {
     name: "touches",
     source: "Segment::touches",
-    claim: "segments of which one lies strictly on one side of the other's line have no common point; else the answer is that of \
-            `segment_segment` at 0",
+    claim: "segments have no common point if one lies strictly on one side of the other's line; else the \
+            answer is that of `segment_segment` at 0",
     proof: |prover| {
         prover.lemma(
             "a point strictly on one side is not on the line",
@@ -35,7 +35,8 @@ pub const TOUCHES: Theorem = Theorem {
 pub const FOLDS_BACK: Theorem = Theorem {
     name: "folds_back",
     source: "ring::folds_back",
-    claim: "edges from a shared end have a second point in common only when they are parallel and the end of one lies on the other",
+    claim: "edges from a shared end have a second common point only if they are parallel and the end of \
+            one lies on the other",
     proof: |prover| {
         let [u, w] = ["u", "w"].map(V::unknown);
         let [s, t] = ["s", "t"].map(Term::fresh);

@@ -10,7 +10,8 @@ use crate::smt::term::{Term, whole};
 
 const ENDS: &str = "segment_ends";
 
-/// Whatever two points of segments that do not cross properly: two others are no farther apart, one of which is an end.
+/// For any two points of segments that do not cross properly, two others are no farther apart, and one of
+/// these is an end.
 pub const END_IS_NEARER: Contract<10, 2> = Contract {
     theorem: ENDS,
     name: "not crossing: an end of one is as near to the other as any two points are",
@@ -23,7 +24,8 @@ pub const END_IS_NEARER: Contract<10, 2> = Contract {
     },
 };
 
-/// What holds of `way`, the share of the way from `s` to `s0` after which [0, 1] is left; 1 when `s0` lies inside.
+/// The cases of `way`, the share of the way from `s` to `s0` at which it leaves [0, 1]. It is 1 when `s0`
+/// lies inside.
 fn exit_cases(s: Term, s0: Term) -> [(Fact, Term, Term); 5] {
     let (zero, one) = (whole(0), whole(1));
     [
@@ -46,7 +48,7 @@ fn moved(s: Term, s0: Term, way: Term) -> Term {
     s + way * (s0 - s)
 }
 
-/// Ends decide.
+/// The theorem that an end decides.
 pub const SEGMENT_ENDS: Theorem = Theorem {
     name: ENDS,
     source: "predicate::segment_segment",
@@ -80,7 +82,8 @@ pub const SEGMENT_ENDS: Theorem = Theorem {
     },
 };
 
-/// Lines that meet: from (s, t) straight toward where they meet, until an end is reached. The distance shrinks.
+/// Lines that meet: the parameters move from (s, t) straight toward the common point, until one is at an
+/// end. The distance shrinks.
 fn toward_meeting(
     prover: &mut Prover<'_>,
     (w, u, v): (V, V, V),
@@ -97,12 +100,12 @@ fn toward_meeting(
     using.push(cramer.at([w.x, w.y, u.x, u.y, v.x, v.y, s0, t0]));
     let mut ways = Vec::new();
     let bounds = prover
-        .lemma("the way out is a share", |[s, s0, way]| claim([share(s), is_exit([s, s0, way])], share(way)));
-    let stays = prover.lemma("before the way out one is inside", |[s, s0, way, part]| {
+        .lemma("the exit is a share", |[s, s0, way]| claim([share(s), is_exit([s, s0, way])], share(way)));
+    let stays = prover.lemma("before the exit the point is inside", |[s, s0, way, part]| {
         let given = [share(s), is_exit([s, s0, way]), at_most(whole(0), part), at_most(part, way)];
         claim(given, share(moved(s, s0, part)))
     });
-    let leaves = prover.lemma("at the way out is an end", |[s, s0, way, part]| {
+    let leaves = prover.lemma("at the exit is an end", |[s, s0, way, part]| {
         let given = [share(s), is_exit([s, s0, way]), not(inner(s0)), equal(part, way)];
         let end = moved(s, s0, part);
         claim(given, any([equal(end, whole(0)), equal(end, whole(1))]))
@@ -140,7 +143,7 @@ fn toward_meeting(
     end
 }
 
-/// Parallels: both points are moved by the same vector until one is an end. The difference stays.
+/// Parallel lines: both points move by the same vector until one is an end. Their difference stays.
 fn along_parallels(
     prover: &mut Prover<'_>,
     (w, u, v): (V, V, V),
@@ -152,7 +155,7 @@ fn along_parallels(
     let point = equal(length_2, zero);
     let (k, definition) = prover.define("k", &[(not(point.clone()), u.dot(v), length_2)]);
     using.extend(definition);
-    // b − a is to be run through k times for d − c; s − k·t stays.
+    // d − c is k times b − a. The value s − k·t stays.
     let rest = s - k * t;
     let turns = not(equal(k, zero));
     let before = all([not(point.clone()), less(rest, zero), turns.clone()]);
@@ -179,8 +182,9 @@ fn along_parallels(
 }
 
 fn shares_after_sliding(prover: &mut Prover<'_>, [k, s, t, t1]: [Term; 4], using: &mut Vec<Instance>) {
-    let product = prover
-        .lemma("nothing slides nothing", |[k, t1]| claim([equal(t1, whole(0))], equal(k * t1, whole(0))));
+    let product = prover.lemma("no slide of t, no slide of s", |[k, t1]| {
+        claim([equal(t1, whole(0))], equal(k * t1, whole(0)))
+    });
     using.push(product.at([k, t1]));
     let turned = prover.lemma("product turned", |[k, t1]| claim([], equal(k * t1, t1 * k)));
     using.push(turned.at([k, t1]));

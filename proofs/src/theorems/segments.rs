@@ -57,7 +57,8 @@ pub const SEGMENT_SEGMENT: Theorem = Theorem {
         let (crossing, [s2, t2]) = prover.by(&CROSSING, crosses.clone(), coordinates([ab, cd]));
         let (mut clear, mut near) = (vec![nearer], vec![crossing]);
         let mut candidates = vec![(crosses, s2, t2)];
-        // Each end: the point, the segment, and the shares at which the segments' difference is from one to the other.
+        // For each end: the point, the segment, and the shares at which the difference of the segments
+        // leads from one to the other.
         for (p, [q, e], at, is_first) in
             [(c, ab, 0, true), (d, ab, 1, true), (a, cd, 0, false), (b, cd, 1, false)]
         {
@@ -79,11 +80,11 @@ pub const SEGMENT_SEGMENT: Theorem = Theorem {
             }
             candidates.push((question, s2, t2));
         }
-        // An end's share is 0 or 1: the distance is that with the number put in.
+        // An end's share is 0 or 1. The distance is the one with that number.
         for (s0, t0) in [(s1, whole(0)), (s1, whole(1)), (whole(0), t1), (whole(1), t1)] {
             clear.push(substituted(prover, [ab, cd], [s1, t1], [s0, t0]));
         }
-        clear.extend(told_apart(prover, [ab, cd], [r, s, t]));
+        clear.extend(separated(prover, [ab, cd], [r, s, t]));
         prover.by_parts(&CLEAR, &paths, numbers([ab, cd], &[r, s, t]), ([], &clear));
         let cases = |i: usize| -> Vec<(Fact, Term, Term)> {
             let mut before: Vec<Fact> = Vec::new();
@@ -107,8 +108,8 @@ pub const SEGMENT_SEGMENT: Theorem = Theorem {
     },
 };
 
-/// What follows of the points at `s` and `t` when the line of one has the other beyond it.
-fn told_apart(prover: &mut Prover<'_>, [ab, cd]: [[V; 2]; 2], [r, s, t]: [Term; 3]) -> Vec<Instance> {
+/// Facts about the points at `s` and `t` when a line of one segment has the other beyond it.
+fn separated(prover: &mut Prover<'_>, [ab, cd]: [[V; 2]; 2], [r, s, t]: [Term; 3]) -> Vec<Instance> {
     let mut using = Vec::new();
     let on_line = prover.lemma("a point of a segment is on its line", |[ax, ay, bx, by, t]| {
         let (a, b) = (v(ax, ay), v(bx, by));

@@ -46,7 +46,8 @@ pub const NEAR: Contract<11, 4> = Contract {
 pub const TRIANGLE_SEGMENT: Theorem = Theorem {
     name: TRIANGLE,
     source: "predicate::triangle_segment",
-    claim: "near exactly when a point of the filled triangle is within r of a point of the segment, for r ≥ 0",
+    claim: "near exactly when a point of the filled triangle is within r of a point of the segment, for r \
+            ≥ 0",
     proof: |prover| {
         let corners = unknown_corners();
         let [d, e] = ["d", "e"].map(|name| corners[0].other(name));
@@ -64,7 +65,8 @@ pub const TRIANGLE_SEGMENT: Theorem = Theorem {
             |p: V| answer(Part::StrictlyInside, &terms::<8>(&[p, corners[0], corners[1], corners[2]], &[]));
         let triple = |p: V| [p, corners[0], corners[1], corners[2]];
 
-        // Clear. From a point of the triangle toward one of the segment, and from there toward its beginning.
+        // Clear: from a point of the triangle toward one of the segment, and from there toward the
+        // segment's beginning.
         let other = d + (e - d).times(t);
         let from = weighted(corners, weights);
         let (first, [way, s]) = prover.by(&LEAVES, is_inside(other), terms(&triple(other), &weights));
@@ -129,7 +131,7 @@ pub const TRIANGLE_SEGMENT: Theorem = Theorem {
             terms(&[corners[0], corners[1], corners[2], d, e], &[r, weights[0], weights[1], weights[2], t]);
         prover.by_parts(&CLEAR, &paths, numbers, ([], &using));
 
-        // Near. A point of a side, or the beginning of the segment.
+        // Near: a point of a side, or the beginning of the segment.
         let mut using = Vec::new();
         let mut candidates = Vec::new();
         for i in 0..3 {

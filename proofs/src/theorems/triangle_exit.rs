@@ -1,4 +1,4 @@
-//! Leaving a triangle.
+//! Straight ways that leave a triangle.
 
 use super::inside::{NOT_INSIDE, are_weights, area, sum_is_one, unknown_corners, weighted, weights_of};
 use super::plane::{V, share, terms, v};
@@ -10,7 +10,7 @@ use crate::smt::term::{Term, whole};
 
 const EXIT: &str = "triangle_exit";
 
-/// On the way from a point of the triangle to one that is not strictly inside is a point of a side.
+/// The straight way from a point of the triangle to one that is not strictly inside has a point of a side.
 pub const LEAVES: Contract<11, 2> = Contract {
     theorem: EXIT,
     name: "the way to a point that is not strictly inside meets a side",
@@ -23,7 +23,8 @@ pub const LEAVES: Contract<11, 2> = Contract {
     },
 };
 
-/// What holds of the share of the way from weight `p` to weight `z` after which it is zero; 1 when `z` is positive.
+/// The cases of the share of the way from weight `p` to weight `z` at which the weight is zero. It is 1
+/// when `z` is positive.
 fn exit_cases(p: Term, z: Term) -> [(Fact, Term, Term); 3] {
     let zero = whole(0);
     [
@@ -40,11 +41,12 @@ fn is_exit(p: Term, z: Term, way: Term) -> Fact {
     }))
 }
 
-/// Leaving a triangle.
+/// The theorem about leaving a triangle.
 pub const TRIANGLE_EXIT: Theorem = Theorem {
     name: EXIT,
     source: "predicate::triangle_segment",
-    claim: "a way from a point of the filled triangle to one that is not strictly inside meets a side",
+    claim: "a straight way from a point of the filled triangle to one that is not strictly inside meets a \
+            side",
     proof: |prover| {
         let corners = unknown_corners();
         let target = corners[0].other("target");
@@ -91,7 +93,7 @@ pub const TRIANGLE_EXIT: Theorem = Theorem {
     },
 };
 
-/// A triangle that is not flat: the weights run straight to those of the target until one is zero.
+/// A triangle that is not flat: the weights change linearly to those of the target until one is zero.
 fn until_a_side(
     prover: &mut Prover<'_>,
     corners: [V; 3],
@@ -182,7 +184,7 @@ fn on_the_side_met(
     s
 }
 
-/// A flat triangle is the union of its sides: the share on that side where the point lies.
+/// A flat triangle is the union of its sides. Returns the share on the side where the point lies.
 fn on_a_side(
     prover: &mut Prover<'_>,
     corners: [V; 3],

@@ -1,4 +1,4 @@
-//! Sides: crossings of a ray, the triangle, and why a clear motion changes no side.
+//! Sides: crossings of a ray, the triangle, and the reason why a clear motion does not change sides.
 
 use keepout_kernel::exact::predicate::{crosses_properly, ray_crosses, strictly_inside};
 
@@ -20,7 +20,7 @@ fn odd(a: Fact, b: Fact) -> Fact {
     not(same(&a, &b))
 }
 
-/// Whether `x` is a point of the segment, as its position tells.
+/// Whether `x` is a point of the segment, by its position.
 fn is_on(x: V, a: V, b: V) -> Fact {
     let between = at_most_zero((x - a).dot(x - b));
     all([equal((b - a).cross(x - a), whole(0)), between])
@@ -30,11 +30,12 @@ fn at_most_zero(a: Term) -> Fact {
     not(less(whole(0), a))
 }
 
-/// Triangle.
+/// The theorem about the parity of a triangle.
 pub const TRIANGLE_PARITY: Theorem = Theorem {
     name: "ray_crosses_triangle",
     source: "predicate::ray_crosses, Ring::crossing_parity_is_odd",
-    claim: "for a point on no side of a triangle the number of sides that its ray crosses is odd exactly when it is inside",
+    claim: "for a point on no side of a triangle, its ray crosses an odd number of sides exactly when the \
+            point is inside",
     proof: |prover: &mut Prover<'_>| {
         let p = V::unknown("p");
         let [a, b, c] = ["a", "b", "c"].map(|name| p.other(name));
@@ -50,12 +51,13 @@ pub const TRIANGLE_PARITY: Theorem = Theorem {
     },
 };
 
-/// A ring.
+/// The theorem about the parity of a ring.
 pub const RING_PARITY: Theorem = Theorem {
     name: "ray_crosses_ring",
     source: "predicate::ray_crosses, Ring::crossing_parity_is_odd, CheckedIndex::locate, FreePoint",
-    claim: "a motion that touches no edge of a ring changes no parity: edge by edge, a crossing more or less is a corner that the \
-            ray swept over, and around a closed ring corners come in pairs. Far to the right no edge is crossed",
+    claim: "a motion that touches no edge of a ring does not change the parity: an edge's crossing \
+            changes only when the ray sweeps over exactly one of its corners, and in a closed ring every \
+            corner belongs to two edges. A ray that begins far to the right crosses no edge",
     proof: |prover| {
         let p = V::unknown("p");
         let [q, a, b] = ["q", "a", "b"].map(|name| p.other(name));
@@ -78,7 +80,7 @@ pub const RING_PARITY: Theorem = Theorem {
         let right = [less(a.x, p.x), less(b.x, p.x)];
         let at_right = crosses(prover, p, a, b);
         prover.prove("to the right of an edge", &claim(right, not(at_right)));
-        // Where segments touch they have a common point, and the distance is not more than any r.
+        // Segments that touch have a common point, so their distance is not more than any r.
         let (x, u) = (q, b - a);
         let (foot, definition) =
             prover.define("foot", &[(not(equal(u.norm_2(), whole(0))), (x - a).dot(u), u.norm_2())]);
@@ -96,7 +98,8 @@ pub const RING_PARITY: Theorem = Theorem {
     },
 };
 
-/// Whether two segments have a common point, as orientations tell: an end of one on the other, or ends on either side.
+/// Whether two segments have a common point, by orientations: an end of one is on the other, or the ends
+/// lie on both sides.
 fn touching(p: V, q: V, a: V, b: V) -> Fact {
     any([is_on(a, p, q), is_on(b, p, q), is_on(p, a, b), is_on(q, a, b), crossing(p, q, a, b)])
 }

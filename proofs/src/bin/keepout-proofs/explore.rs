@@ -1,4 +1,4 @@
-//! `explore`: the worlds of the guard's invariant.
+//! `explore`: explores the worlds of the guard's invariant.
 
 use std::process::ExitCode;
 use std::time::Instant;
@@ -6,19 +6,22 @@ use std::time::Instant;
 use keepout_proofs::invariant::World;
 use keepout_proofs::worlds;
 
-/// Which worlds to explore, and how far.
+/// The worlds to explore, and the limit.
 #[derive(Debug, clap::Args)]
 pub struct Explore {
-    /// Only worlds with this in their name.
+    /// Explore only worlds whose name contains this text.
     #[arg(long, value_name = "NAME", default_value = "")]
     only: String,
-    /// The most states of one world.
+    /// Largest number of states per world.
     #[arg(long, default_value_t = worlds::STATES)]
     states: usize,
+    /// Remove each part of the guard in turn, and name the worlds that detect it. Needs the feature of that
+    /// name.
 }
 
 impl Explore {
-    /// Explores, prints a line for each world, and says by the exit code whether all hold and were seen to the last state.
+    /// Explores the worlds and prints a line for each. The exit code is 0 if every world holds and was
+    /// explored completely.
     pub fn run(&self) -> ExitCode {
         let chosen: Vec<World> =
             worlds::all().into_iter().filter(|world| world.name.contains(&self.only)).collect();
@@ -37,8 +40,8 @@ impl Explore {
             let all = if explored.complete { "all" } else { "not all" };
             let seconds = begin.elapsed().as_secs_f64();
             println!("{}: {states} states ({all}), {steps} steps, depth {depth}, {seconds:.1} s", world.name);
-            if let Some(story) = &explored.violation {
-                println!("{story:#?}");
+            if let Some(sequence) = &explored.violation {
+                println!("{sequence:#?}");
             }
             held &= explored.violation.is_none() && explored.complete;
         }

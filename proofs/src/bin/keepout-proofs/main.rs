@@ -1,4 +1,4 @@
-//! `keepout-proofs`: proves, tests and explores what the trusted core promises, here and now.
+//! `keepout-proofs`: proves, tests and explores the properties of the trusted core.
 
 mod explore;
 mod faults;
@@ -15,7 +15,7 @@ use clap::{Parser, Subcommand};
 #[command(
     name = "keepout-proofs",
     version,
-    after_help = "Exit codes: 0 all holds · 1 something does not · 2 it could not be tried"
+    after_help = "Exit codes: 0 everything holds · 1 something does not hold · 2 the check could not run"
 )]
 struct Arguments {
     #[command(subcommand)]
@@ -26,13 +26,13 @@ struct Arguments {
 enum Command {
     /// Prove all theorems with SMT solvers.
     Prove(prove::Prove),
-    /// Explore the guard beside a model of the controller, in every world to the last state.
+    /// Explore all states of the guard with a model of the controller, in every world.
     Explore(explore::Explore),
-    /// Compare predicates, queries and arcs with their definitions on random cases, for as long as one likes.
+    /// Compare predicates, queries and arcs with their definitions on random cases.
     Soak(soak::Soak),
-    /// Seed the faults of the catalogue into copies of the tree; each must be noticed.
+    /// Put faults into a copy of the trusted core, one at a time; each must be noticed.
     Faults(faults::Faults),
-    /// Run every engine and write the assurance table, `proofs/README.md`.
+    /// Run all engines except the solvers, and write the assurance table, `proofs/README.md`.
     Table(write::Table),
 }
 
@@ -46,7 +46,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// The exit code of what may have come to no end.
+/// The exit code of a check, or of its error.
 fn code(outcome: std::io::Result<bool>) -> ExitCode {
     match outcome {
         Ok(true) => ExitCode::SUCCESS,

@@ -1,4 +1,4 @@
-//! `prove`: runs the theorems and prints a line for each.
+//! `prove`: proves the theorems and prints a line for each.
 
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
@@ -12,25 +12,25 @@ use keepout_proofs::smt::run::{Outcome, Theorem, run};
 use keepout_proofs::smt::solver::{Kind, Missing, Solver};
 use keepout_proofs::theorems::THEOREMS;
 
-/// What to prove, and with what.
+/// The theorems and the solvers.
 #[derive(Debug, clap::Args)]
 pub struct Prove {
     /// The solver whose answers count.
     #[arg(long, value_enum, default_value = "z3")]
     solver: Kind,
-    /// OperatorCommand both solvers; they must not contradict each other. The default where both are found.
+    /// Ask both solvers; they must not contradict each other. The default if both are installed.
     #[arg(long)]
     cross: bool,
-    /// OperatorCommand one solver only.
+    /// Ask one solver only.
     #[arg(long, conflicts_with = "cross")]
     single: bool,
-    /// Only theorems whose name begins so, and those that they rest on.
+    /// Prove only theorems whose name begins with this text, and those that they rest on.
     #[arg(long, value_name = "NAME")]
     only: Option<String>,
-    /// Longest time for a question, in seconds.
+    /// Time limit for a question, in seconds.
     #[arg(long, default_value_t = 60, value_name = "SECONDS")]
     limit: u64,
-    /// Longest time for a question to the second solver, in seconds.
+    /// Time limit for a question to the second solver, in seconds.
     #[arg(long, default_value_t = 5, value_name = "SECONDS")]
     second_limit: u64,
     /// Write every question to a file in this folder.
@@ -52,7 +52,8 @@ enum ProveError {
 }
 
 impl Prove {
-    /// Proves, prints, and says by the exit code whether everything was proved: 0 yes, 1 no, 2 not tried.
+    /// Proves the theorems and prints the results. Exit code: 0 everything was proved, 1 something was not,
+    /// 2 the proof could not run.
     pub fn run(&self) -> ExitCode {
         match self.prove() {
             Ok(true) => ExitCode::SUCCESS,
@@ -76,7 +77,7 @@ impl Prove {
         if chosen.is_empty() {
             return Err(ProveError::NoTheorem(self.only.clone().unwrap_or_default()));
         }
-        // What a theorem rests on is known once it was run.
+        // A theorem's dependencies are known only after it was run.
         let outcomes = loop {
             let theorems: Vec<Theorem> =
                 THEOREMS.iter().filter(|each| chosen.contains(&each.name)).copied().collect();

@@ -1,4 +1,4 @@
-//! `soak`: random cases beside their definitions.
+//! `soak`: compares random cases with their definitions.
 
 use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
@@ -8,19 +8,19 @@ use std::time::Instant;
 use fastrand::Rng;
 use keepout_proofs::soak;
 
-/// How much to compare. A difference ends the run with a panic that names the case.
+/// The number of comparisons. A difference ends the run with a panic that names the case.
 #[derive(Debug, clap::Args)]
 pub struct Soak {
-    /// Seed of the cases.
+    /// Seed of the random cases.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Cases of predicates.
+    /// Number of predicate cases.
     #[arg(long, default_value_t = 10_000_000)]
     predicates: u64,
-    /// Queries of the index and the cells.
+    /// Number of queries of the index and the cells.
     #[arg(long, default_value_t = 200_000)]
     queries: u64,
-    /// Arcs.
+    /// Number of arcs.
     #[arg(long, default_value_t = 200_000)]
     arcs: u64,
 }
@@ -28,7 +28,7 @@ pub struct Soak {
 const CHUNK: u64 = 20_000;
 
 impl Soak {
-    /// Compares, on two threads.
+    /// Compares on two threads.
     pub fn run(&self) -> ExitCode {
         let begin = Instant::now();
         compare("predicate cases", self.seed, self.predicates, soak::predicates);

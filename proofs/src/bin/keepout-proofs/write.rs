@@ -1,12 +1,12 @@
-//! `table`: the assurance table.
+//! `table`: writes the assurance table.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Where the table's figures come from, and where it goes.
+/// The input and the output of the table.
 #[derive(Debug, clap::Args)]
 pub struct Table {
-    /// The results that `prove --results FILE` wrote; default: those that are kept in the repository.
+    /// The results file of `prove --results FILE`; default: the one in the repository.
     #[arg(long, value_name = "FILE")]
     theorems: Option<PathBuf>,
     /// The page to write; default: proofs/README.md.
@@ -15,7 +15,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// Runs all but the solvers, and writes the page. Says by the exit code whether everything holds.
+    /// Runs all engines except the solvers, and writes the page. The exit code is 0 if everything holds.
     pub fn run(&self) -> ExitCode {
         let here = Path::new(env!("CARGO_MANIFEST_DIR"));
         let page = self.output.clone().unwrap_or_else(|| here.join("README.md"));
