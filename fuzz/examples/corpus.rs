@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let count = match command.as_str() {
         "unpack" => corpus::unpack_to(target, Path::new(folder))?,
         "pack" => corpus::pack_from(target, Path::new(folder))?,
-        other => return Err(format!("there is no command {other}: there are unpack and pack").into()),
+        other => return Err(format!("there is no command {other}. The commands are unpack and pack").into()),
     };
     println!("{count}");
     Ok(())

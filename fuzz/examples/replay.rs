@@ -1,5 +1,5 @@
-//! Runs inputs without libFuzzer: `cargo run -p keepout-fuzz --example replay -- TARGET [FILE...]`. Without files, the
-//! target's stored inputs; without a target, the stored inputs of all.
+//! Runs inputs without libFuzzer: `cargo run -p keepout-fuzz --example replay -- TARGET [FILE...]`. Without
+//! files it runs the target's stored inputs; without a target, the stored inputs of all targets.
 
 use std::error::Error;
 use std::fs;
@@ -15,7 +15,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         TARGETS.iter().filter(|target| name.as_ref().is_none_or(|name| name == target.name)).collect();
     if chosen.is_empty() {
         let known: Vec<&str> = TARGETS.iter().map(|target| target.name).collect();
-        return Err(format!("there is no such target; there are {}", known.join(", ")).into());
+        return Err(format!("there is no such target. The targets are: {}", known.join(", ")).into());
     }
     for target in chosen {
         let inputs = if files.is_empty() { corpus::stored(target.name)? } else { read(&files)? };

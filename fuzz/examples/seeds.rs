@@ -1,6 +1,7 @@
-//! Writes the named seeds that are made, not found: `cargo run -p keepout-fuzz --example seeds`.
+//! Writes the generated seeds: `cargo run -p keepout-fuzz --example seeds`.
 //!
-//! They are files in `fuzz/seeds/TARGET`. The inputs that campaigns find are in `fuzz/corpora`. The same seeds come out each time.
+//! They are files in `fuzz/seeds/TARGET`. The inputs that campaigns find are in `fuzz/corpora`. Every run
+//! writes the same seeds.
 
 use std::error::Error;
 use std::fs;
@@ -23,11 +24,11 @@ use keepout_sim::session::{Scene, SimRun, run_scene};
 
 type Outcome = Result<(), Box<dyn Error>>;
 
-/// What a plan file has before its payload: magic, version, hash.
+/// Length of a plan file's head before its payload: magic, version, hash.
 const PLAN_HEAD: usize = 12 + 2 + 32;
-/// Plan files longer than this are no seeds.
+/// Longer plan files are not used as seeds.
 const PLAN_MAX: usize = 4_000;
-/// Bytes of a log that are kept, at most.
+/// Largest number of bytes of a log in a seed.
 const LOG_MAX: usize = 14_000;
 
 fn main() -> Outcome {
@@ -45,8 +46,8 @@ fn write(target: &str, name: &str, bytes: &[u8]) -> Outcome {
     Ok(fs::write(folder.join(name), bytes)?)
 }
 
-/// For each family the shortest drawing, of many random ones, that is degenerate in just that way and can be planned all the same,
-/// and the shortest that can not; as bytes, as DXF and as a plan.
+/// For each family, the shortest of many random drawings that has just this fault and can be planned, and
+/// the shortest that cannot. Each is written as bytes, as DXF and as a plan.
 fn drawings() -> Outcome {
     let mut random = fastrand::Rng::with_seed(9);
     let machine = MachineProfile::simulated();
@@ -78,8 +79,8 @@ fn drawings() -> Outcome {
     Ok(())
 }
 
-/// Plans that are refused for one reason only: of a machine that leaves its contour by 0.8 µm more than the one that the path was
-/// made for, and of one that is coarser than the whole margin.
+/// Plans that are refused for one reason only. One machine leaves its contour by 0.8 µm more than the one
+/// that the path was made for. The other is coarser than the whole margin.
 fn wrong_plans() -> Outcome {
     let planned = |machine: &MachineProfile| -> Result<Plan, Box<dyn Error>> {
         let certified = PlanRequest::default().plan("plate", PLATE.as_bytes(), machine, &mut |_| {})?;
@@ -101,7 +102,7 @@ fn wrong_plans() -> Outcome {
     Ok(())
 }
 
-/// Beginnings of sessions on the plate: without checksums and the plan's hash, which the target adds.
+/// Beginnings of sessions on the plate, without checksums and the plan's hash. The target adds these.
 fn logs() -> Outcome {
     let hand = "0 0 0.2\n0.2 0.3 0\n0.5 pause\n0.6 quit\n";
     // At the wall, so that a contour begins soon.
@@ -143,7 +144,7 @@ fn logs() -> Outcome {
         let text = fs::read_to_string(&path)?;
         fs::remove_file(&path)?;
         let mut lines = String::new();
-        // Without the checksum that each begins with.
+        // Without the checksum at the beginning of each line.
         for rest in text.lines().filter_map(|line| line.split_once(',').map(|(_, rest)| rest)) {
             if lines.len() + rest.len() + 1 < LOG_MAX {
                 lines.push('{');
@@ -153,7 +154,7 @@ fn logs() -> Outcome {
         }
         write("session_log", name, lines.as_bytes())?;
         if name == "grbl-hand" {
-            // A jog across the part that nobody certified.
+            // A jog across the part without a certificate.
             let wrong = lines.replacen("{\"jog\":{\"to\":[-1000000,", "{\"jog\":{\"to\":[1000000,", 1);
             if wrong == lines {
                 return Err("the log has no jog to change".into());
@@ -164,7 +165,7 @@ fn logs() -> Outcome {
     Ok(())
 }
 
-/// Text files of ours; what stands before them chooses the kind.
+/// Shipped text files. The byte before them chooses the kind.
 fn texts() -> Outcome {
     let tree = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     write("machine_profile", "simulated", MachineProfile::simulated().to_toml().as_bytes())?;
@@ -180,17 +181,19 @@ fn texts() -> Outcome {
         let name = Path::new(file).file_stem().unwrap_or_default().to_string_lossy().into_owned();
         write("small_files", &name, format!("{kind}{}", fs::read_to_string(tree.join(file))?).as_bytes())?;
     }
-    let setup = "eversion = 1\nrotation_deg = 12.0\norigin_mm = [-250.0, -200.0]\ndrawing = \"part.dxf\"\nmethod = \"points\"\n\
-touches = 2\nrotation_measured = true\nresidual_mm = 0.0\nprobe_error_mm = 0.01\nuncertainty_mm = 0.02\n";
+    let setup = "eversion = 1\nrotation_deg = 12.0\norigin_mm = [-250.0, -200.0]\ndrawing = \"part.dxf\"\n\
+        method = \"points\"\ntouches = 2\nrotation_measured = true\nresidual_mm = 0.0\n\
+        probe_error_mm = 0.01\nuncertainty_mm = 0.02\n";
     write("small_files", "setup", setup.as_bytes())?;
-    let script = "f# a hand\n0.0 1.0 0.0\n2.5 0.0 -0.5\n6 0 0.3 auto\n20 pause\n25 resume\n50 turn 0.05 -0.1\n60 quit\n";
+    let script = "f# a hand\n0.0 1.0 0.0\n2.5 0.0 -0.5\n6 0 0.3 auto\n20 pause\n25 resume\n\
+        50 turn 0.05 -0.1\n60 quit\n";
     write("small_files", "script", script.as_bytes())?;
     let trace = "g# keepout trace 1: seconds x y turned_x turned_y flags\n0.000000 0 0 0 0 -\n\
-0.010000 0.35 -0.125 0 0 -\n4.120000 0 0 0.01 0 a\n9.000000 0 0 0 0 ap\n12.500000 end\n";
+        0.010000 0.35 -0.125 0 0 -\n4.120000 0 0 0.01 0 a\n9.000000 0 0 0 0 ap\n12.500000 end\n";
     write("small_files", "trace", trace.as_bytes())
 }
 
-/// What each controller says in a session of the tests, and a byte for each command before it.
+/// The output of each controller in a session of the tests, with a byte for each command before it.
 fn transcripts() -> Outcome {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../executor/cli/tests/transcripts/virtual");
     let files: [(&str, &[u8], &str, [&str; 4]); 5] = [
@@ -215,7 +218,7 @@ fn transcripts() -> Outcome {
         }
         bytes.truncate(6000);
         write(target, file, &bytes)?;
-        // And then all that goes wrong, each from the same beginning.
+        // Then each fault, after the same beginning.
         for (number, trouble) in troubles(target).into_iter().enumerate() {
             write(target, &format!("{file}-trouble-{number}"), &[&bytes, &trouble[..]].concat())?;
         }
@@ -223,7 +226,8 @@ fn transcripts() -> Outcome {
     Ok(())
 }
 
-/// An error of each description and an answered query of two, short, so that much can be made of them.
+/// An error of each description, and an answered query of two. They are short, so that mutations can build
+/// on them.
 fn errors() -> Outcome {
     for (which, said) in [(2, &["<Idle>", "X1 Y2"][..]), (3, &["S0 A100 B200"])] {
         let name = format!("query-{which}");
@@ -244,7 +248,7 @@ fn lines(lines: &[&str]) -> Vec<u8> {
     lines.iter().flat_map(|line| [line.as_bytes(), b"\r\n"].concat()).collect()
 }
 
-/// What a controller says when something is wrong, behind the commands that it says it to.
+/// The output of a controller in each fault, after the commands that it answers.
 fn troubles(target: &str) -> Vec<Vec<u8>> {
     match target {
         "grbl_decode" => grbl_troubles(),

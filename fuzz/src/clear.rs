@@ -1,4 +1,4 @@
-//! Parts, motions and fans, beside big integers.
+//! Parts, motions and swept triangles, compared with big integers.
 
 use arbitrary::{Arbitrary, Result, Unstructured};
 use keepout_kernel::curve::{nearest_unit, xy};
@@ -13,14 +13,15 @@ use keepout_proofs::soak::{point_within, segments_within, triangle_within};
 use keepout_proofs::square::plain;
 
 use crate::field::{Field, segment};
-use crate::import::told;
+use crate::import::check_message;
 use crate::offset::bent;
 use crate::oracle::{places, to_chord};
 
-/// Any bytes as a part and motions beside it: point, motion, fan and clip are what big integers say over all edges.
+/// Reads a part and motions beside it from any bytes. Point, motion, swept triangle and clip must agree
+/// with big integers over all edges.
 ///
 /// # Panics
-/// When one is not.
+/// When an answer differs.
 pub fn clear(bytes: &[u8]) {
     let _ = clear_of(&mut Unstructured::new(bytes));
 }
@@ -47,7 +48,7 @@ fn clear_of(u: &mut Unstructured<'_>) -> Result<()> {
         asked.push(places);
     }
     ask(&part, &truth, drawn.corners_around(), threshold);
-    // The same once more among zones, and where curves may leave their chords.
+    // The same again with keep-out zones, and with edges whose curves leave their chords.
     for (_, chord_error) in drawn.outlines.iter_mut().flatten() {
         *chord_error = slack_of(u)?;
     }
@@ -72,7 +73,7 @@ fn clear_of(u: &mut Unstructured<'_>) -> Result<()> {
     Ok(())
 }
 
-/// Squares are claimed for the threshold, which takes long, in one of eight parts.
+/// Prepares the cells for the threshold in one of eight cases, because it takes long.
 fn prepare(part: &mut ProhibitedRegion, threshold: i64, u: &mut Unstructured<'_>) -> Result<()> {
     if u.int_in_range(0..=7_u8)? == 7 {
         let _ = part.prepare(length(threshold));
@@ -80,7 +81,7 @@ fn prepare(part: &mut ProhibitedRegion, threshold: i64, u: &mut Unstructured<'_>
     Ok(())
 }
 
-/// Most that a curve leaves its chord by, lattice units.
+/// Largest chord-error bound, lattice units.
 const SLACK_MAX: i64 = 1 << 17;
 
 fn slack_of(u: &mut Unstructured<'_>) -> Result<i64> {
@@ -91,15 +92,15 @@ fn slack_of(u: &mut Unstructured<'_>) -> Result<i64> {
     })
 }
 
-/// Onto the lattice, as [`at`] does.
+/// The point clamped to the lattice, as [`at`] does.
 fn clamped(p: Xy) -> Xy {
     plain(at(p))
 }
 
-/// Corners, each with what the curve may leave the edge by that begins there.
+/// Corners, each with the chord-error bound of the edge that begins there.
 type Loop = Vec<(Xy, i64)>;
 
-/// A part as it was drawn, not as the kernel keeps it.
+/// A part as it was drawn, independent of the kernel.
 struct Drawn {
     outlines: Vec<Loop>,
     zones: Vec<Loop>,
@@ -107,7 +108,7 @@ struct Drawn {
 }
 
 impl Drawn {
-    /// Corners of a triangle around all of it, as far as the lattice goes.
+    /// Corners of a triangle around all of the part, as far as the lattice allows.
     fn corners_around(&self) -> [Xy; 3] {
         let corners = || self.outlines.iter().chain(&self.zones).flatten().map(|&(p, _)| p);
         let ends = |of: fn(&Xy) -> i64| {
@@ -119,20 +120,20 @@ impl Drawn {
         [(x0 - off, y0 - off), (x1 + off, y0 - off), (i64::midpoint(x0, x1), y1 + 2 * off)].map(clamped)
     }
 
-    /// The kernel's; a drawing that is none has an error with a text.
+    /// The kernel's region. A drawing that is not a region gives an error with a text.
     fn part(&self) -> Option<ProhibitedRegion> {
         let rings =
             |loops: &[Loop]| match loops.iter().map(ring_of).collect::<std::result::Result<Vec<_>, _>>() {
                 Ok(rings) => Some(rings),
                 Err(error) => {
-                    told(&error.to_string());
+                    check_message(&error.to_string());
                     None
                 }
             };
         let region = match Region::new(rings(&self.outlines)?) {
             Ok(region) => region,
             Err(error) => {
-                told(&error.to_string());
+                check_message(&error.to_string());
                 return None;
             }
         };
@@ -152,7 +153,7 @@ fn edges_of(each: &Loop) -> impl Iterator<Item = ((Xy, Xy), i64)> + '_ {
     each.iter().zip(each.iter().cycle().skip(1)).map(|(&(a, chord_error), &(b, _))| ((a, b), chord_error))
 }
 
-/// What big integers say of it.
+/// The part for queries in big integers.
 #[derive(Debug)]
 struct Truth {
     walls: Vec<((Xy, Xy), i64)>,
@@ -172,7 +173,7 @@ impl Truth {
         }
     }
 
-    /// Whether a point that is on no wall is where the tool may be.
+    /// Whether the tool may be at a point that is on no wall.
     fn is_free(&self, (x, y): Xy) -> bool {
         let at = Big::new(x, y);
         let around = |polygon: &&Vec<Big>| inside_polygon(&at, polygon) == Some(true);
@@ -184,7 +185,7 @@ impl Truth {
         self.walls.iter().any(|&((a, b), chord_error)| point_within(p, a, b, r + chord_error))
     }
 
-    /// How far places on the curve are from every wall, less what that may leave its chord by.
+    /// The least distance of points on the curve from the walls, less the walls' chord-error bounds.
     #[expect(clippy::cast_precision_loss, reason = "slacks have 17 bits")]
     fn kept_by(&self, curve: &Curve) -> f64 {
         let left = |place| {
@@ -204,7 +205,7 @@ impl Truth {
         self.walls.iter().any(|&((a, b), chord_error)| triangle_within(corners, a, b, r + chord_error))
     }
 
-    /// Whether the motion comes within `r` of a wall that it also comes nearer to than it began.
+    /// Whether the motion comes within `r` of a wall, and nearer to that wall than at its start.
     fn approaches(&self, p: Xy, q: Xy, r: i64) -> bool {
         let big = |(x, y): Xy| Big::new(x, y);
         self.walls.iter().any(|&((a, b), chord_error)| {
@@ -243,21 +244,21 @@ fn ask(part: &ProhibitedRegion, truth: &Truth, [p, q, s]: [Xy; 3], r: i64) {
     }
 }
 
-/// Lattice units beyond rounding.
+/// Lattice units above the rounding error.
 const MORE: i64 = 5;
 
-/// What else is asked.
+/// Inputs of the further queries.
 #[derive(Debug)]
 struct More {
     /// One more corner of a polygon.
     corner: Xy,
-    /// The threshold that a way out is asked at.
+    /// The threshold of a retract move.
     higher: i64,
-    /// Of an arc.
+    /// The bulge of an arc.
     bulge: f64,
 }
 
-/// Filled polygons, ways out and arcs from a free point.
+/// Filled polygons, retract moves and arcs from a free point.
 fn ask_more(part: &ProhibitedRegion, truth: &Truth, [p, q, s]: [Xy; 3], r: i64, more: &More) {
     let case = || format!("{p:?} {q:?} {s:?} within {r}, {more:?} of {truth:?}");
     let holds = part.holds(at(p));
@@ -268,7 +269,7 @@ fn ask_more(part: &ProhibitedRegion, truth: &Truth, [p, q, s]: [Xy; 3], r: i64, 
     for corners in [vec![p, q], vec![p, q, s], vec![p, s, q], vec![p, q, s, o], vec![p, o, s, q]] {
         let points: Vec<Point> = corners.iter().map(|&corner| at(corner)).collect();
         let Some(polygon) = Convex::check(&points) else { continue };
-        // Fans from its first corner are all of it.
+        // The triangles from its first corner cover all of it.
         let fans = corners[1..].windows(2).map(|pair| [p, pair[0], pair[1]]);
         let near = truth.near_motion(p, corners[1], r) || fans.into_iter().any(|fan| truth.near_fan(fan, r));
         let end = part.polygon(start, polygon, at(q));
@@ -279,7 +280,7 @@ fn ask_more(part: &ProhibitedRegion, truth: &Truth, [p, q, s]: [Xy; 3], r: i64, 
     let Some(curve) = bent(at(p), at(q), more.bulge) else { return };
     let Curve::Arc(arc) = &curve else { return };
     let kept = truth.kept_by(&curve);
-    // As it was asked, and for more than it keeps.
+    // At the query's threshold, and at more than the arc keeps.
     for asked in [r, nearest_unit(kept).saturating_add(MORE).max(0)] {
         let start = i64::from(COORD_MAX) - SLACK_MAX >= asked;
         let start = start.then(|| part.free_point(at(p), length(asked)).ok()).flatten();
@@ -290,7 +291,7 @@ fn ask_more(part: &ProhibitedRegion, truth: &Truth, [p, q, s]: [Xy; 3], r: i64, 
     }
 }
 
-/// What is free of the part with fewer edges is free of the part.
+/// Points, motions and swept triangles that are free of the simplified outline are free of the part.
 fn ask_coarse(part: &ProhibitedRegion, truth: &Truth, [p, q, s]: [Xy; 3], r: i64, tolerance: i64) {
     let case = || format!("{p:?} {q:?} {s:?} within {r} of {truth:?}, coarse by {tolerance}");
     let simplified = part.simplified(length(tolerance)).expect("fewer edges");

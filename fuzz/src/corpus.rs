@@ -1,7 +1,9 @@
-//! The stored inputs of a target: seeds, which are files with names, and the pack of the inputs that campaigns have found.
+//! The stored inputs of a target: seeds, which are named files, and the pack of the inputs that campaigns
+//! found.
 //!
-//! A pack is a tar archive under gzip, `corpora/TARGET.tar.gz`. It holds each input once, in the order of the bytes, under a
-//! number, without dates and owners. Packing the same inputs again therefore gives the same file, whatever order they come in.
+//! A pack is a tar archive under gzip, `corpora/TARGET.tar.gz`. It holds each input once, in the order of
+//! the bytes, under a number, without dates and owners. So the same inputs always give the same file, in
+//! any order.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -17,7 +19,7 @@ use thiserror::Error;
 /// A stored input.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Input {
-    /// Where it is: the file of a seed, or the pack and the input's number in it.
+    /// Its place: the file of a seed, or the pack and the input's number in it.
     pub name: String,
     /// The input itself.
     pub bytes: Vec<u8>,
@@ -27,7 +29,8 @@ pub struct Input {
 #[derive(Debug, Error)]
 pub enum CorpusError {
     /// A file or folder cannot be read.
-    #[error("cannot read {}: {source}. If it is missing, restore it: git checkout -- {}", path.display(), path.display())]
+    #[error("cannot read {}: {source}. If it is missing, restore it: git checkout -- {}",
+        path.display(), path.display())]
     Read {
         /// The file or folder.
         path: PathBuf,
@@ -35,15 +38,17 @@ pub enum CorpusError {
         source: io::Error,
     },
     /// A pack is not complete or not intact.
-    #[error("the pack {} is damaged: {source}. Restore it: git checkout -- {}", path.display(), path.display())]
+    #[error("the pack {} is damaged: {source}. Restore it: git checkout -- {}",
+        path.display(), path.display())]
     Damaged {
         /// The pack.
         path: PathBuf,
-        /// What does not fit.
+        /// The defect.
         source: io::Error,
     },
     /// A file or folder cannot be written.
-    #[error("cannot write {}: {source}. Check the permissions and the free space, then repeat the command.", path.display())]
+    #[error("cannot write {}: {source}. Check the permissions and the free space, then repeat the command.",
+        path.display())]
     Write {
         /// The file or folder.
         path: PathBuf,
@@ -103,7 +108,7 @@ pub fn packed(target: &str) -> Result<Vec<Vec<u8>>, CorpusError> {
     }
 }
 
-/// Writes the inputs of a target's pack to an empty or new folder, one file each; answers how many there are.
+/// Writes the inputs of a target's pack to an empty or new folder, one file each. Returns their number.
 ///
 /// # Errors
 /// [`CorpusError`] naming the pack or the folder.
@@ -122,7 +127,8 @@ pub fn unpack_to(target: &str, folder: &Path) -> Result<usize, CorpusError> {
     Ok(inputs.len())
 }
 
-/// Makes the files of a folder a target's pack, except copies of its seeds; answers how many inputs the pack has.
+/// Makes a target's pack from the files of a folder, without copies of its seeds. Returns the number of
+/// inputs in the pack.
 ///
 /// # Errors
 /// [`CorpusError`] naming the file or the folder. The old pack is then unchanged.
@@ -143,7 +149,7 @@ pub fn pack_from(target: &str, folder: &Path) -> Result<usize, CorpusError> {
 /// The bytes of a pack with these inputs.
 ///
 /// # Errors
-/// None of memory; the signature is the writers'.
+/// Packing in memory does not fail. The signature is that of the writers.
 pub fn pack(inputs: impl IntoIterator<Item = Vec<u8>>) -> io::Result<Vec<u8>> {
     let inputs: BTreeSet<Vec<u8>> = inputs.into_iter().collect();
     let gzip: GzEncoder<Vec<u8>> = GzBuilder::new().mtime(0).write(Vec::new(), Compression::best());
@@ -168,12 +174,12 @@ pub fn pack(inputs: impl IntoIterator<Item = Vec<u8>>) -> io::Result<Vec<u8>> {
 /// The inputs in the bytes of a pack, in order.
 ///
 /// # Errors
-/// The bytes are not a whole and intact pack.
+/// When the bytes are not a whole and intact pack.
 pub fn unpack(pack: &[u8]) -> io::Result<Vec<Vec<u8>>> {
     let damaged = |reason: &str| io::Error::new(io::ErrorKind::InvalidData, reason);
     let mut archive = Vec::new();
     let mut gzip = GzDecoder::new(pack);
-    // The checksum is at the end, so all is read before any of it is used.
+    // The checksum is at the end, so the code reads all bytes before it uses any.
     gzip.read_to_end(&mut archive)?;
     if !gzip.into_inner().is_empty() {
         return Err(damaged("bytes follow its end"));
@@ -241,7 +247,7 @@ mod tests {
         for at in 0..whole.len() {
             let mut changed = whole.clone();
             changed[at] ^= 1;
-            // The date and the system in gzip's header mean nothing.
+            // The date and the system in gzip's header have no effect.
             assert!(unpack(&changed).map_or(true, |read| read == content), "byte {at}");
         }
     }

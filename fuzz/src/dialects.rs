@@ -1,4 +1,4 @@
-//! Controllers' languages: any bytes heard, and motions there and back.
+//! Dialects: decoding of any bytes, and motions there and back.
 
 mod says;
 
@@ -24,16 +24,16 @@ use crate::oracle::{self, UNIT};
 pub const COMMANDS: [Command; 6] =
     [Command::Query, Command::Prepare, Command::Home, Command::Arm, Command::EndHoming, Command::Abort];
 
-/// Bytes from here on stand for commands, the others for what the controller says.
+/// Bytes from this one on stand for commands, the others for the controller's output.
 const FIRST_COMMAND: u8 = 0xf0;
-/// A stop is said.
+/// The byte for a stop command.
 const STOP: u8 = 0xf4;
-/// The port is opened anew.
+/// The byte for opening the port again.
 const RESET: u8 = 0xf8;
-/// Bytes that one byte heard may make a dialect say.
-const SAID_MAX: usize = 1000;
+/// Largest number of bytes that a dialect may send for one received byte.
+const SENT_MAX: usize = 1000;
 
-/// The descriptions that are tried: ours, and those of the tests.
+/// The descriptions under test: the shipped ones, and those of the tests.
 const DESCRIPTIONS: [&str; 4] = [
     include_str!("../../executor/dialects/nsk-style.toml"),
     include_str!("../../executor/dialects/tango.toml"),
@@ -41,17 +41,17 @@ const DESCRIPTIONS: [&str; 4] = [
     include_str!("../../executor/sim/tests/described/one-answer.toml"),
 ];
 
-/// Travel of the machine of [`setting`], mm.
-pub const STROKE_MM: [f64; 2] = [400.0, 350.0];
+/// Travel of the machine of [`dialect_config`], mm.
+pub const TRAVEL_MM: [f64; 2] = [400.0, 350.0];
 
-/// What dialects are told here.
+/// The configuration of the dialects in these tests.
 #[must_use]
-pub fn setting() -> DialectConfig {
+pub fn dialect_config() -> DialectConfig {
     DialectConfig {
         offset: Vector { dx: -12_345_600, dy: 700 },
         steps_per_mm: 400.0,
         arc_tolerance_mm: 0.0005,
-        travel_mm: Some(STROKE_MM),
+        travel_mm: Some(TRAVEL_MM),
     }
 }
 
@@ -62,14 +62,15 @@ fn description(which: usize) -> Shared<Description> {
     Shared::clone(&all[which % all.len()])
 }
 
-/// Any bytes from a GRBL or grblHAL controller, at any stage of a session, commands between them: bounded output, nothing
-/// believed that the line does not say, and a line that is understood after a reset whatever came before.
+/// Decodes any bytes from a GRBL or grblHAL controller, at any stage of a session, with commands between
+/// them. The output is bounded. Every reply is justified by its line. After a reset the dialect understands
+/// a line, whatever came before.
 ///
 /// # Panics
 /// When one of these does not hold.
 pub fn grbl_decode(bytes: &[u8]) {
     let Some((hal, rest)) = bytes.split_first() else { return };
-    let grbl = if hal & 1 == 0 { Grbl::new(setting()) } else { Grbl::hal(setting()) };
+    let grbl = if hal & 1 == 0 { Grbl::new(dialect_config()) } else { Grbl::hal(dialect_config()) };
     let mut grbl = talk(grbl, rest, says::Grbl::default(), false);
     inspects(&grbl, rest);
     grbl.reset();
@@ -79,27 +80,29 @@ pub fn grbl_decode(bytes: &[u8]) {
     assert_eq!(report.position, Some(Point::ORIGIN));
 }
 
-/// Somebody who only looks hears the same lines.
+/// Gives the same lines to the inspector.
 fn inspects(dialect: &dyn Dialect, bytes: &[u8]) {
     let Some(mut inspector) = dialect.inspector() else { return };
-    assert!(inspector.questions().iter().all(|question| question.len() < SAID_MAX));
+    assert!(inspector.questions().iter().all(|question| question.len() < SENT_MAX));
     for line in bytes.split(|&byte| byte == b'\n') {
         let text = String::from_utf8_lossy(line);
         let _ = inspector.hear(text.trim_end());
     }
-    let DialectConfig { steps_per_mm, arc_tolerance_mm, .. } = setting();
+    let DialectConfig { steps_per_mm, arc_tolerance_mm, .. } = dialect_config();
     let found = inspector.inspected(steps_per_mm, arc_tolerance_mm);
     assert!(found.findings.iter().all(|finding| !finding.name.is_empty() && finding.value.len() < 4000));
 }
 
-/// Any bytes from a Zaber controller: bounded output, nothing believed behind a wrong checksum, or without one once it is agreed
-/// on, and places that are those of the line. `0xEE` stands for the number of the line that was said last, `0xEF` for the
-/// right checksum and the line's end: nobody would guess them.
+/// Decodes any bytes from a Zaber controller. The output is bounded. The dialect accepts no line with a
+/// wrong checksum, or without one once checksums are agreed. Positions are those of the line.
+///
+/// The fuzzer cannot guess message numbers and checksums. So `0xEE` stands for the number of the last line
+/// sent, and `0xEF` for the right checksum and the line's end.
 ///
 /// # Panics
 /// When one of these does not hold.
 pub fn zaber_decode(bytes: &[u8]) {
-    let mut talk = Talk::new(Zaber::new(setting()), says::Zaber::default());
+    let mut talk = Talk::new(Zaber::new(dialect_config()), says::Zaber::default());
     for &byte in bytes {
         match byte {
             0xee => {
@@ -116,26 +119,28 @@ pub fn zaber_decode(bytes: &[u8]) {
     }
 }
 
-/// Any bytes from a Venus-1 controller: bounded output, places that are those of the line, and rest where the status says so.
+/// Decodes any bytes from a Venus-1 controller. The output is bounded. Positions are those of the line, and
+/// the machine is at rest where the status states it.
 ///
 /// # Panics
 /// When one of these does not hold.
 pub fn venus_decode(bytes: &[u8]) {
-    talk(Venus::new(setting()), bytes, says::venus, false);
+    talk(Venus::new(dialect_config()), bytes, says::venus, false);
 }
 
-/// Any bytes from a controller that a file describes; the first chooses the file: bounded output, places and rest as some line
-/// since the last report says.
+/// Decodes any bytes from a controller that a file describes. The first byte chooses the file. The output
+/// is bounded. Some line since the last report states the position and the rest.
 ///
 /// # Panics
 /// When one of these does not hold.
 pub fn described_decode(bytes: &[u8]) {
     let Some((&which, rest)) = bytes.split_first() else { return };
-    let dialect = Described::new(description(which.into()), setting());
+    let dialect = Described::new(description(which.into()), dialect_config());
     talk(dialect, rest, says::DESCRIBED[usize::from(which) % says::DESCRIBED.len()], true);
 }
 
-/// Hears and says in turn; carriage returns end lines, or are nothing.
+/// Receives bytes and sends commands in turn. Carriage returns end lines if `returns` is set, otherwise
+/// they are ignored.
 fn talk<D: Dialect>(dialect: D, bytes: &[u8], says: impl Says, returns: bool) -> D {
     let mut talk = Talk::new(dialect, says);
     talk.heard.returns = returns;
@@ -143,7 +148,7 @@ fn talk<D: Dialect>(dialect: D, bytes: &[u8], says: impl Says, returns: bool) ->
     talk.dialect
 }
 
-/// What was said, and what is heard.
+/// A dialect with the bytes sent and received.
 struct Talk<D, S> {
     dialect: D,
     says: S,
@@ -156,7 +161,7 @@ impl<D: Dialect, S: Says> Talk<D, S> {
         Self { dialect, says, out: Vec::new(), heard: Heard::default() }
     }
 
-    /// Takes a byte of the controller's, or says a command.
+    /// Takes a byte from the controller, or sends a command.
     fn takes(&mut self, byte: u8) {
         if byte >= FIRST_COMMAND {
             let before = self.out.len();
@@ -173,7 +178,7 @@ impl<D: Dialect, S: Says> Talk<D, S> {
         let before = self.out.len();
         let reply = self.dialect.decode(byte, &mut self.out);
         let said = &self.out[before..];
-        assert!(said.len() < SAID_MAX, "it talks without end");
+        assert!(said.len() < SENT_MAX, "unbounded output");
         self.says.said(&self.heard, ended, said);
         if let Some(reply) = &reply {
             self.says.is_right(&self.heard, reply);
@@ -190,11 +195,11 @@ fn say(dialect: &mut dyn Dialect, which: u8, out: &mut Vec<u8>) {
         None => Command::Move(moves()[usize::from(which) % 3]),
     };
     if dialect.encode(&command, out).is_err() {
-        assert_eq!(out.len(), before, "half a command was said");
+        assert_eq!(out.len(), before, "half a command was sent");
     }
 }
 
-/// A jog, a straight motion of a contour and a bend: to be said again and again.
+/// A jog, a straight motion of a contour and an arc, made once and sent again and again.
 fn moves() -> &'static [Certified; 3] {
     static MOVES: OnceLock<[Certified; 3]> = OnceLock::new();
     MOVES.get_or_init(|| {
@@ -232,7 +237,8 @@ fn contour(curve: Curve, feed_mm_min: u32) -> Certified {
     guard.next_of_contour().expect("it is the first")
 }
 
-/// About a quarter of a circle that begins and ends there, turned the one way or the other: its centre is beside the middle.
+/// About a quarter of a circle from `from` to `to`, with the centre beside the middle. `left` chooses the
+/// direction.
 fn bend_to(from: Point, to: Point, left: bool) -> Option<Arc> {
     let (a, b) = (xy(from), xy(to));
     let (dx, dy) = ((b.0 - a.0) / 2.0, (b.1 - a.1) / 2.0);
@@ -246,25 +252,25 @@ fn bend_to(from: Point, to: Point, left: bool) -> Option<Arc> {
     .ok()
 }
 
-/// A language, a place of the table, rubbish before the session, and motions: each arrives where it was sent, and is reported
-/// there.
+/// Reads a dialect, a position on the table, garbage before the session, and motions. Each motion arrives
+/// at its target, and the controller reports that position.
 ///
 /// # Panics
-/// When one does not.
+/// When a motion arrives elsewhere, or a report differs.
 pub fn round_trip(bytes: &[u8]) {
     let _ = round_trip_of(&mut Unstructured::new(bytes));
 }
 
 fn round_trip_of(u: &mut Unstructured<'_>) -> Result<()> {
-    let language = match u.int_in_range(0..=7_usize)? {
+    let name = match u.int_in_range(0..=7_usize)? {
         which @ 0..=3 => DialectName::named(DialectName::NAMES[which]).expect("it is built in"),
         other => DialectName::Described { file: "described".into(), description: description(other) },
     };
     let reach = 15_000_000;
     let offset = Vector { dx: -u.int_in_range(reach..=2 * reach)?, dy: -u.int_in_range(reach..=2 * reach)? };
-    let mut trip = Trip::begin(&language, offset);
+    let mut trip = Trip::begin(&name, offset);
     for _ in 0..u.int_in_range(0..=12_u8)? {
-        trip.hears_rubbish(u8::arbitrary(u)?);
+        trip.receives_garbage(u8::arbitrary(u)?);
     }
     trip.sets_out();
     let mut from = Point::ORIGIN;
@@ -275,7 +281,7 @@ fn round_trip_of(u: &mut Unstructured<'_>) -> Result<()> {
         if way.dx.abs().max(way.dy.abs()) < 2000 {
             continue;
         }
-        // The lowest bit says whether it is a jog; the two above that make one of four others a bend.
+        // The lowest bit makes a jog. The two bits above make one in four of the other motions an arc.
         let kind = u8::arbitrary(u)?;
         let bent = (kind & 7 == 2).then(|| bend_to(from, to, kind & 8 == 0)).flatten();
         let bent = bent.filter(|_| trip.dialect.abilities().arcs);
@@ -290,7 +296,7 @@ fn round_trip_of(u: &mut Unstructured<'_>) -> Result<()> {
     Ok(())
 }
 
-/// A dialect and the simulated controller that speaks it, without a line between them.
+/// A dialect and the simulated controller that speaks it, with a perfect link.
 struct Trip {
     dialect: Box<dyn Dialect>,
     controller: Box<dyn Controller>,
@@ -299,9 +305,9 @@ struct Trip {
 }
 
 impl Trip {
-    fn begin(language: &DialectName, offset: Vector) -> Self {
+    fn begin(name: &DialectName, offset: Vector) -> Self {
         let machine = MachineProfile::simulated();
-        let setting = DialectConfig::of(&machine, offset);
+        let config = DialectConfig::of(&machine, offset);
         let settings = SimSettings {
             machine,
             start_mm: (mm(offset.dx), mm(offset.dy)),
@@ -310,13 +316,13 @@ impl Trip {
             work_offset_mm: (-30.0, -20.0),
             quirks: Quirks::default(),
         };
-        let controller = speaking(language, settings);
-        let dialect = language.dialect(setting);
+        let controller = speaking(name, settings);
+        let dialect = name.dialect(config);
         Self { dialect, controller, now: Time::ZERO, bytes: Vec::new() }
     }
 
-    /// Something that nobody said, before the session; what it makes the dialect say is lost.
-    fn hears_rubbish(&mut self, byte: u8) {
+    /// Decodes a garbage byte before the session. The output that it causes is lost.
+    fn receives_garbage(&mut self, byte: u8) {
         let _ = self.dialect.decode(byte, &mut Vec::new());
     }
 
@@ -331,7 +337,7 @@ impl Trip {
                 return;
             }
         }
-        panic!("nobody says where the tool is");
+        panic!("no report states the position of the tool");
     }
 
     fn goes(&mut self, certified: Certified, to: Point, offset: Vector, bent: Option<Arc>) {
@@ -351,7 +357,7 @@ impl Trip {
         assert!(off <= half_step_mm, "{off} mm from {to:?} by {:?}", self.controller);
         if let Some(arc) = bent {
             let arc = Curve::Arc(arc);
-            // What the margin has for it.
+            // The margin's share for arcs.
             let most_mm = 4.0 * MachineProfile::simulated().arc_tolerance_mm + 2.0 * half_step_mm;
             for (x, y) in samples.iter().map(|sample| sample.position_mm) {
                 let place = ((x - mm(offset.dx)) * UNIT, (y - mm(offset.dy)) * UNIT);
@@ -364,7 +370,7 @@ impl Trip {
         assert!(off <= 4.0 * half_step_mm, "reported {off} mm from {to:?}");
     }
 
-    /// Says a command and hears on until a reply is the wanted one.
+    /// Sends a command and decodes replies until the wanted one.
     fn say(&mut self, command: &Command, wanted: impl Fn(&Reply) -> bool) -> Reply {
         self.dialect.encode(command, &mut self.bytes).expect("it is on the lattice");
         for _ in 0..200_000 {

@@ -1,4 +1,4 @@
-//! A profile as a drawing: what is read from it must be the profile.
+//! A profile as a drawing. The importer must read the same profile from it.
 
 use std::fmt::Write as _;
 
@@ -8,8 +8,9 @@ use keepout_kernel::{Curve, Point, Turn};
 use keepout_planner::profile::{Profile, ProfileEdge, ProfileLoop};
 use keepout_planner::units::mm;
 
-/// The profile as DXF text, in millimetres with all digits: each run of lines and arcs an LWPOLYLINE, closed when it is all of
-/// a loop, each curve that edges stand for a SPLINE of one piece, in the order of the loops.
+/// The profile as DXF text, in millimetres with all digits. Each run of lines and arcs becomes an
+/// LWPOLYLINE, closed if it is a whole loop. Each curve that edges stand for becomes a SPLINE of one
+/// segment. The order is that of the loops.
 #[must_use]
 pub fn dxf(profile: &Profile) -> String {
     let mut text =
@@ -21,7 +22,7 @@ pub fn dxf(profile: &Profile) -> String {
     text
 }
 
-/// The runs of lines and arcs between the curves that others stand for.
+/// The runs of lines and arcs between the curves that edges stand for.
 pub fn runs(each: &ProfileLoop) -> impl Iterator<Item = &[ProfileEdge]> {
     let ends = each.sources.iter().map(|source| source.end);
     let begins = each.sources.iter().map(|source| source.first).chain([each.edges.len()]);

@@ -1,14 +1,14 @@
-//! Where the kernel's structures are asked: corners and places, on grids on which they coincide.
+//! Inputs for queries of the kernel: corners and points, on grids on which they coincide.
 
 use arbitrary::{Arbitrary, Result, Unstructured};
 use keepout_kernel::Segment;
 use keepout_proofs::families::at;
 use keepout_proofs::properties::Xy;
 
-/// Most corners of a ring, and edges of a soup.
+/// Largest number of corners of a ring, and of edges of a soup.
 pub const CORNERS_MAX: usize = 40;
 
-/// A field of coordinates: half its side, and the grid that they lie on, so that things coincide.
+/// A field of coordinates: half its side, and the grid of the coordinates, so that points coincide.
 #[derive(Clone, Copy, Debug)]
 pub struct Field {
     /// Half its side.
@@ -52,7 +52,7 @@ impl Field {
             return (0..count).map(|_| self.point(u)).collect();
         }
         let centre = self.point(u)?;
-        // Now and then small beside what is asked, so that motions and fans go round all of it.
+        // Sometimes small compared with the queries, so that motions and triangles go round all of it.
         let widest = if count % 4 == 3 { self.half >> 4 } else { self.half };
         let radius = |u: &mut Unstructured<'_>| Ok(widest * i64::from(u.int_in_range(1..=64_u8)?) / 64);
         (0..count).map(|k| Ok(around(centre, k, count, radius(u)?))).collect()
@@ -66,7 +66,7 @@ fn around((x, y): Xy, k: usize, count: usize, radius: i64) -> Xy {
     (x + unit(cosine), y + unit(sine))
 }
 
-/// From one to the other.
+/// The segment from `a` to `b`.
 pub fn segment(a: Xy, b: Xy) -> Segment {
     Segment { from: at(a), to: at(b) }
 }

@@ -1,4 +1,4 @@
-//! Plans and logs.
+//! Plan files and session logs.
 
 use keepout_executor::session::log::{Log, LogReadError};
 use keepout_executor::session::replay::replay;
@@ -8,20 +8,21 @@ use keepout_planner::plan_file;
 use keepout_proofs::properties::Xy;
 use keepout_proofs::square::plain;
 
-use crate::import::{CURVES_MAX, edges, told};
+use crate::import::{CURVES_MAX, check_message, edges};
 use crate::session::watch::{ROUNDING, comes_near, ends_of_edges, keep_away, triangles};
 use crate::{job, oracle};
 
-/// Any bytes as a plan file, or as what one holds behind its hash: a typed error, or a plan, which certification refuses or
-/// believes; what it believes keeps the tool out of the part, by another's eyes, and its texts can be printed.
+/// Reads any bytes as a plan file, or as its content after the hash. The result is a typed error or a plan.
+/// Certification refuses the plan or accepts it. An accepted plan keeps the tool out of the part by an
+/// independent check, and its texts can be printed.
 ///
 /// # Panics
-/// When it believes what does not, or when a plan changes on its way to a file and back.
+/// When certification accepts a plan that is wrong, or when a plan changes on its way to a file and back.
 pub fn plan_file(bytes: &[u8]) {
     let whole = if bytes.starts_with(b"KEEPOUT PLAN") { bytes.to_vec() } else { sealed(bytes) };
     let plan = match plan_file::decode(&whole) {
         Ok(plan) => plan,
-        Err(error) => return told(&error.to_string()),
+        Err(error) => return check_message(&error.to_string()),
     };
     let stored = plan_file::encode(&plan).expect("a plan in memory can be written");
     let again = plan_file::decode(&stored).expect("what was written can be read");
@@ -40,11 +41,11 @@ pub fn plan_file(bytes: &[u8]) {
             assert!(lines.is_empty(), "printed beside what was proved: {lines:?}");
             oracle::watch(&certified, None);
         }
-        Err(error) => told(&error.to_string()),
+        Err(error) => check_message(&error.to_string()),
     }
 }
 
-/// The bytes behind the head and the hash of a plan file.
+/// A plan file with these bytes after the head and the hash.
 fn sealed(payload: &[u8]) -> Vec<u8> {
     let mut bytes = b"KEEPOUT PLAN".to_vec();
     bytes.extend(plan_file::VERSION.to_le_bytes());
@@ -53,8 +54,9 @@ fn sealed(payload: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// Any bytes as a log, and as a log's lines without their checksums, which are added: a typed error with the line, or a session
-/// that is played again. What it says was sent is certified, by another's eyes, and no bit of it can be changed unnoticed.
+/// Reads any bytes as a log, and as a log's lines without their checksums, which the target adds. The
+/// result is a typed error with the line, or a session that replays. An independent check confirms every
+/// logged certificate, and no bit of the log can change unnoticed.
 ///
 /// # Panics
 /// When one of these does not hold.
@@ -62,40 +64,40 @@ pub fn session_log(bytes: &[u8]) {
     let _ = certificates_of_log(bytes);
 }
 
-/// What [`session_log`] looks at: how many certificates a log has that plays again.
+/// The check of [`session_log`]. Returns the number of certificates of a log that replays.
 ///
 /// # Panics
 /// As [`session_log`].
 #[must_use]
 pub fn certificates_of_log(bytes: &[u8]) -> usize {
     if let Err(error) = Log::parse(bytes) {
-        told(&error.to_string());
+        check_message(&error.to_string());
     }
     let summed = summed(bytes);
     let log = match Log::parse(&summed) {
         Ok(log) => log,
         Err(error) => {
-            told(&error.to_string());
+            check_message(&error.to_string());
             return 0;
         }
     };
     is_not_changed_unnoticed(&summed, bytes.len());
     match replay(&log, job::work()) {
         Ok(played) => {
-            told(&played.end().to_string());
+            check_message(&played.end().to_string());
             assert!(picture_of_log(&log.header, &played).starts_with("<svg"));
             assert!(page_of_log(&log.header, &played, "fuzz.log", 0).contains("<html"));
             watch(&log)
         }
         Err(error) => {
-            told(&error.to_string());
+            check_message(&error.to_string());
             0
         }
     }
 }
 
-/// Lines of a log without their checksums, each with the checksum over itself and the line before, and the plan `@` made the hash
-/// of the plan that [`job::work`] has.
+/// Lines of a log without their checksums. Each gets the checksum over itself and the line before, and the
+/// plan `@` becomes the hash of the plan of [`job::work`].
 fn summed(lines: &[u8]) -> Vec<u8> {
     let mut sum = 0_u32;
     let mut out = Vec::with_capacity(2 * lines.len());
@@ -137,8 +139,9 @@ fn is_not_changed_unnoticed(log: &[u8], which: usize) {
     assert!(!matches!(error, LogReadError::Read { .. }), "{error}");
 }
 
-/// What was certified is clear of the part: all that could be executed with a jog, and each motion of a contour. Ways out of the part's
-/// threshold come nearer to nothing, which is looked at elsewhere; they stay out of the part. How many there are.
+/// Checks that every certified motion is clear of the part: the whole in-flight set with a jog, and each
+/// motion of a contour. Retract moves stay out of the part. Another target checks that they come nearer to
+/// no edge. Returns the number of certificates.
 fn watch(log: &Log) -> usize {
     let plan = &job::work().plan;
     let walls = ends_of_edges(&plan.part);
@@ -146,7 +149,7 @@ fn watch(log: &Log) -> usize {
         LoggedEvent::Phase { phase, .. } => Some(*phase == Phase::Escaping),
         _ => None,
     };
-    // What was sent is of the phase that is logged last, or of the next.
+    // A motion belongs to the last logged phase, or to the next.
     let (mut last, mut count) = (false, 0);
     for (at, entry) in log.entries.iter().enumerate() {
         let mut next = log.entries[at..].iter().filter_map(|entry| is_way_out(&entry.event));

@@ -1,4 +1,4 @@
-//! Bytes as a drawing.
+//! Import of drawings from bytes.
 
 use keepout_kernel::{Curve, Length, Point};
 use keepout_planner::drawing::{Chained, Drawing, DrawingError, EntityFilter, census, import};
@@ -11,33 +11,34 @@ use keepout_planner::request::{PlanRequest, PlanRequestError};
 
 use crate::{export, oracle, small};
 
-/// Drawings with more curves than this are imported and not planned: the fuzzer is after faults, not after work.
+/// Drawings with more curves than this are imported and not planned. This saves time for other inputs.
 pub(crate) const CURVES_MAX: usize = 400;
-/// How far the centre of an arc may be from where it was before it was written and read, lattice units: it is put on the
-/// lattice each time.
+/// Largest distance of an arc's centre from its place before writing and reading, lattice units. Each step
+/// puts it on the lattice.
 const CENTRE_MAX: i64 = 4;
 
-/// Any bytes as a drawing: a typed error, or contours that are valid or named as not; valid ones come back from a drawing that is
-/// made of them; and what is planned over them holds its certificates, also after it was stored, and by another's eyes.
+/// Reads any bytes as a drawing. The result is a typed error, or contours that are valid or reported as
+/// invalid. Valid contours come back from a drawing made of them. A plan over them holds its certificates,
+/// also after storage, and by an independent check.
 ///
 /// # Panics
 /// When one of these does not hold.
 pub fn dxf_import(bytes: &[u8]) {
-    ordered(bytes, &PlanRequest::default());
-    if bytes.len() < ORDERED_TWICE {
-        ordered(bytes, &particular(bytes));
-        // What can not be read can not be counted, either.
+    check_request(bytes, &PlanRequest::default());
+    if bytes.len() < TWO_REQUESTS_BELOW {
+        check_request(bytes, &particular(bytes));
+        // A drawing that cannot be read cannot be counted, either.
         let read = !matches!(import(bytes, &EntityFilter::default()), Err(DrawingError::Damaged(_)));
         assert_eq!(census(bytes).is_ok(), read, "counted and not read, or the other way");
     }
 }
 
-/// Longer drawings are ordered in one way only.
-const ORDERED_TWICE: usize = 4_000;
+/// Longer drawings get one plan request only.
+const TWO_REQUESTS_BELOW: usize = 4_000;
 
-/// An order that asks for much besides.
+/// A plan request with many options.
 fn particular(bytes: &[u8]) -> PlanRequest {
-    // A layer that is asked for must be there.
+    // A requested layer must be in the drawing.
     let has =
         |layer: &&str| bytes.windows(layer.len() + 2).any(|part| part == format!("8\n{layer}").as_bytes());
     let choice = EntityFilter {
@@ -54,50 +55,56 @@ fn particular(bytes: &[u8]) -> PlanRequest {
     PlanRequest { choice, keep_out_layers, travel_layer, ..PlanRequest::default() }
 }
 
-/// The same under an order; answers what was read of the part and of the zones, if it was, and was not too much.
+/// Runs [`dxf_import`] with a plan request. Returns the part and the zones, if the importer read them and
+/// they are not too large.
 ///
 /// # Panics
 /// As [`dxf_import`].
-pub fn ordered(bytes: &[u8], order: &PlanRequest) -> Option<(Chained, Chained)> {
-    let (drawing, chained) = match order.contours(bytes) {
+pub fn check_request(bytes: &[u8], request: &PlanRequest) -> Option<(Chained, Chained)> {
+    let (drawing, chained) = match request.contours(bytes) {
         Ok(read) => read,
         Err(error) => {
-            told(&error.to_string());
+            check_message(&error.to_string());
             return None;
         }
     };
-    let zones = zones(bytes, order)?;
+    let zones = zones(bytes, request)?;
     if drawing.curves.len().max(edges(&chained.profile)).max(edges(&zones.profile)) > CURVES_MAX {
         return None;
     }
     tells_all(&drawing, &chained);
     for read in [&chained, &zones] {
-        is_valid(read, order);
+        is_valid(read, request);
     }
-    plans(bytes, order);
+    plans(bytes, request);
     Some((chained, zones))
 }
 
-/// Contours bound a part and come back, or what is wrong with them is named; what stands for a curve always follows it.
-fn is_valid(read: &Chained, order: &PlanRequest) {
+/// Checks that contours bound a part and come back, or that the errors are named. Edges that stand for a
+/// curve always follow it.
+fn is_valid(read: &Chained, request: &PlanRequest) {
     match read.profile.part(MachinedSide::Outside, &Profile::default()) {
-        Ok(_) if read.problems.is_empty() => comes_back(&read.profile, order),
+        Ok(_) if read.problems.is_empty() => comes_back(&read.profile, request),
         Ok(_) => {}
         Err(error) => {
             assert!(!matches!(error, ProfileError::Curve { .. }), "{error}");
-            told(&error.to_string());
+            check_message(&error.to_string());
         }
     }
 }
 
-/// What is on the layers of zones; nothing when none are ordered.
-fn zones(bytes: &[u8], order: &PlanRequest) -> Option<Chained> {
-    if order.keep_out_layers.is_empty() {
+/// The contours on the keep-out layers; empty without such layers.
+fn zones(bytes: &[u8], request: &PlanRequest) -> Option<Chained> {
+    if request.keep_out_layers.is_empty() {
         return Some(Chained::default());
     }
-    let choice = EntityFilter { layers: order.keep_out_layers.clone(), ..order.choice.clone() };
-    let zones =
-        PlanRequest { choice, join_mm: order.join_mm, curve_mm: order.curve_mm, ..PlanRequest::default() };
+    let choice = EntityFilter { layers: request.keep_out_layers.clone(), ..request.choice.clone() };
+    let zones = PlanRequest {
+        choice,
+        join_mm: request.join_mm,
+        curve_mm: request.curve_mm,
+        ..PlanRequest::default()
+    };
     zones.contours(bytes).ok().map(|(_, zones)| zones)
 }
 
@@ -106,24 +113,24 @@ pub(crate) fn edges(profile: &Profile) -> usize {
     profile.loops.iter().map(|each| each.edges.len()).sum()
 }
 
-/// A message for a person says something, and not too much.
-pub(crate) fn told(message: &str) {
+/// Checks that a message for a person is neither empty nor too long.
+pub(crate) fn check_message(message: &str) {
     assert!(!message.is_empty() && message.len() < 4000, "{} bytes: {message:.200}", message.len());
 }
 
 fn tells_all(drawing: &Drawing, chained: &Chained) {
-    chained.repairs.iter().for_each(|repair| told(&repair.to_string()));
-    chained.problems.iter().for_each(|problem| told(&problem.to_string()));
+    chained.repairs.iter().for_each(|repair| check_message(&repair.to_string()));
+    chained.problems.iter().for_each(|problem| check_message(&problem.to_string()));
     let inspection = keepout_planner::inspect::inspect(drawing, chained);
     assert_eq!(inspection.contours.len(), chained.profile.loops.len());
 }
 
-/// What stands alone and is no longer than rounding (10 units) is left out by whoever reads it, and ends so near are joined.
+/// Readers drop an isolated entity no longer than rounding (10 units), and join ends that near.
 const ROUNDING: f64 = 12.0;
 
-/// Whether the profile's entities can be told apart when they are read: ends of different ones are the same, or farther apart
-/// than rounding, and none is shorter. Polylines that are closed by themselves always can.
-fn is_told_apart(profile: &Profile) -> bool {
+/// Whether a reader can distinguish the profile's entities. Ends of different ones are equal or farther
+/// apart than rounding, and no entity is shorter. Closed polylines can always be distinguished.
+fn is_distinguishable(profile: &Profile) -> bool {
     let mixed = || profile.loops.iter().filter(|each| !each.sources.is_empty());
     let runs = mixed().flat_map(export::runs);
     let of_sources =
@@ -144,12 +151,12 @@ fn is_told_apart(profile: &Profile) -> bool {
     entities.iter().all(|entity| length(entity) > ROUNDING) && ends.iter().enumerate().all(apart)
 }
 
-fn comes_back(profile: &Profile, order: &PlanRequest) {
-    if !is_told_apart(profile) {
+fn comes_back(profile: &Profile, request: &PlanRequest) {
+    if !is_distinguishable(profile) {
         return;
     }
     let text = export::dxf(profile);
-    let again = PlanRequest { join_mm: 0.0, curve_mm: order.curve_mm, ..PlanRequest::default() };
+    let again = PlanRequest { join_mm: 0.0, curve_mm: request.curve_mm, ..PlanRequest::default() };
     let (_, chained) = again.contours(text.as_bytes()).unwrap_or_else(|error| panic!("{error}\n{text}"));
     let (found, problems) = (&chained.profile, &chained.problems);
     assert!(problems.is_empty(), "{problems:?}\n{text}");
@@ -160,8 +167,8 @@ fn comes_back(profile: &Profile, order: &PlanRequest) {
     }
 }
 
-/// Whether two loops are the same but for the rounding of centres. An arc of half a circle may have become two, and one that is
-/// flatter than the lattice a line.
+/// Whether two loops are the same except for rounded centres. An arc of half a circle may have become two
+/// arcs. An arc that is flatter than the lattice may have become a line.
 fn same_loop(found: &ProfileLoop, given: &ProfileLoop) -> bool {
     let mut curves: Vec<_> = found.sources.iter().map(|source| &source.curve).collect();
     let same_sources = given.sources.iter().all(|source| {
@@ -171,7 +178,7 @@ fn same_loop(found: &ProfileLoop, given: &ProfileLoop) -> bool {
     same_sources && curves.is_empty() && (0..found.edges.len()).any(|first| same_from(found, first, given))
 }
 
-/// Whether the edges are the same when those that were found are read from one on.
+/// Whether the edges are the same when reading of the found loop begins at `first`.
 fn same_from(found: &ProfileLoop, first: usize, given: &ProfileLoop) -> bool {
     let mut left = found.edges.iter().cycle().skip(first).take(found.edges.len()).peekable();
     let same = given.edges.iter().all(|edge| {
@@ -207,22 +214,23 @@ fn near(one: Point, other: Point) -> bool {
     i64::from(apart.dx).abs().max(i64::from(apart.dy).abs()) <= CENTRE_MAX
 }
 
-/// A path that is proposed may come too near or leave something out, which is a limit that is told; it is never elsewhere.
+/// Whether a proposed path is in a wrong place. It may come too near or leave something out, which is a
+/// reported limit. It must never be elsewhere.
 fn is_misplaced(error: &PlanRequestError) -> bool {
     let PlanRequestError::Plan(PlanError::Pass { refusal, .. }) = error else { return false };
     matches!(refusal, Elsewhere { .. } | WrongWay { .. } | WrongSpace { .. })
 }
 
-fn plans(bytes: &[u8], order: &PlanRequest) {
-    let certified = match order.plan("fuzz", bytes, &MachineProfile::simulated(), &mut |_| {}) {
+fn plans(bytes: &[u8], request: &PlanRequest) {
+    let certified = match request.plan("fuzz", bytes, &MachineProfile::simulated(), &mut |_| {}) {
         Ok(certified) => certified,
         Err(error) => {
             assert!(!is_misplaced(&error), "what was proposed is refused: {error}");
-            return told(&error.to_string());
+            return check_message(&error.to_string());
         }
     };
-    oracle::watch(&certified, Some(&order.job));
-    small::adds_up(&certified.plan.machine, &certified.plan.budget, order.job.margin_mm);
+    oracle::watch(&certified, Some(&request.job));
+    small::adds_up(&certified.plan.machine, &certified.plan.budget, request.job.margin_mm);
     let stored = plan_file::encode(&certified.plan).expect("a plan in memory can be written");
     let again = plan_file::decode(&stored).expect("what was written can be read");
     assert_eq!(again, certified.plan, "the plan changed in its file");

@@ -1,4 +1,4 @@
-//! The clearance index and its checker, beside all edges.
+//! The clearance index and its checker, compared with all edges.
 
 use std::ops::ControlFlow;
 
@@ -10,12 +10,12 @@ use keepout_kernel::{CheckedIndex, Edge};
 use keepout_proofs::families::{at, length};
 
 use crate::field::{Field, segment};
-use crate::import::told;
+use crate::import::check_message;
 
-/// Any bytes as edges and questions: index, cells and near list answer as all edges do.
+/// Reads edges and queries from any bytes. Index, cells and near list must answer as all edges do.
 ///
 /// # Panics
-/// When one does not.
+/// When an answer differs.
 pub fn index(bytes: &[u8]) {
     const PROPERTIES: [&str; 6] = [
         "queries_are_those_over_all_edges",
@@ -28,10 +28,11 @@ pub fn index(bytes: &[u8]) {
     keepout_proofs::named_of_bytes(&PROPERTIES, bytes);
 }
 
-/// Any bytes as edges and a tree over them that is changed: it is refused, or overlooks nothing.
+/// Reads edges and a modified tree over them from any bytes. The checker refuses the tree, or the tree
+/// overlooks no edge.
 ///
 /// # Panics
-/// When a tree is believed that overlooks an edge.
+/// When the checker accepts a tree that overlooks an edge.
 pub fn index_check(bytes: &[u8]) {
     const PROPERTIES: [&str; 7] = [
         "accepted_index_overlooks_no_edge",
@@ -49,7 +50,7 @@ pub fn index_check(bytes: &[u8]) {
     }
 }
 
-/// Edges in a tree of up to three levels, of which boxes, nodes and levels are changed.
+/// Edges in a tree of up to three levels, with changed boxes, nodes and levels.
 fn mutated(u: &mut Unstructured<'_>) -> Result<()> {
     let field = Field::arbitrary(u)?;
     let (own, copies) = (u.int_in_range(0..=40_usize)?, u.int_in_range(1..=16_i64)?);
@@ -66,10 +67,10 @@ fn mutated(u: &mut Unstructured<'_>) -> Result<()> {
         mutate(&mut proposal, field, u)?;
     }
     match CheckedIndex::check(edges.clone(), proposal) {
-        Err(fault) => told(&fault.to_string()),
+        Err(fault) => check_message(&fault.to_string()),
         Ok(index) => {
             for (number, edge) in edges.iter().enumerate() {
-                // All of the edge's box, and what just touches it on each side.
+                // All of the edge's box, and windows that just touch it on each side.
                 let whole = edge.bounds();
                 let (x0, y0, x1, y1) = whole.corners();
                 let rims = [(x0, y0, x0, y1), (x1, y0, x1, y1), (x0, y0, x1, y0), (x0, y1, x1, y1)];

@@ -1,4 +1,4 @@
-//! The small job that logs and sessions are about.
+//! The small plan for logs and sessions.
 
 use std::sync::OnceLock;
 
@@ -8,9 +8,10 @@ use keepout_planner::plan_file;
 use keepout_planner::request::PlanRequest;
 
 /// A plate of 24 × 16 mm with a slot that the tool enters and a step.
-pub const PLATE: &str = "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n0\nLWPOLYLINE\n8\n0\n90\n10\n70\n1\n\
-10\n0\n20\n0\n10\n24\n20\n0\n10\n24\n20\n10\n10\n18\n20\n16\n10\n14\n20\n16\n10\n14\n20\n8\n10\n6\n20\n8\n10\n6\n20\n16\n10\n3\n20\n16\n10\n0\n20\n12\n\
-0\nENDSEC\n0\nEOF\n";
+pub const PLATE: &str = "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n\
+    0\nLWPOLYLINE\n8\n0\n90\n10\n70\n1\n10\n0\n20\n0\n10\n24\n20\n0\n10\n24\n20\n10\n10\n18\n20\n16\n10\n\
+    14\n20\n16\n10\n14\n20\n8\n10\n6\n20\n8\n10\n6\n20\n16\n10\n3\n20\n16\n10\n0\n20\n12\n0\nENDSEC\n0\n\
+    EOF\n";
 
 /// The plate, planned for a tool of 6 mm on the simulated machine.
 ///

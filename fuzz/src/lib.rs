@@ -1,7 +1,7 @@
-//! The properties that are fuzzed. Each takes any bytes and must neither panic nor believe something false.
+//! The fuzz targets. Each takes any bytes, and must neither panic nor accept anything false.
 //!
-//! `fuzz/run dxf_import` runs one under libFuzzer; `cargo test -p keepout-fuzz` runs all over their stored inputs, what once
-//! failed, and random bytes. `fuzz/README.md` tells the rest.
+//! `fuzz/run dxf_import` runs one under libFuzzer. `cargo test -p keepout-fuzz` runs all over their stored
+//! inputs, over inputs that once failed, and over random bytes. See `fuzz/README.md`.
 
 mod clear;
 pub mod corpus;
@@ -32,12 +32,12 @@ pub use session::supervisor;
 pub use sketch::drawing;
 pub use small::{machine_profile, small_files};
 
-/// A property that is fuzzed.
+/// A fuzz target.
 #[derive(Clone, Copy, Debug)]
 pub struct Target {
-    /// Its name: of the target, its pack, its seeds and its dictionary.
+    /// Its name, and the name of its pack, its seeds and its dictionary.
     pub name: &'static str,
-    /// The property.
+    /// The property that holds for all bytes.
     pub holds: fn(&[u8]),
 }
 

@@ -1,4 +1,4 @@
-//! The Delaunay mesh beside brute force.
+//! The Delaunay mesh, compared with brute force.
 
 use arbitrary::{Arbitrary, Result, Unstructured};
 use keepout_kernel::curve::xy;
@@ -15,11 +15,11 @@ use keepout_proofs::square::plain;
 use crate::field::{CORNERS_MAX, Field, segment};
 use crate::oracle::to_chord;
 
-/// Any bytes as edges: a mesh that finds what is nearest, and what lies where, as brute force does; or one that is not
-/// confirmed.
+/// Reads edges from any bytes. The mesh finds the nearest edge and the location of a point as brute force
+/// does, or the index does not confirm its answer.
 ///
 /// # Panics
-/// When a wrong answer is confirmed, or a mesh with all edges gives one.
+/// When the index confirms a wrong answer, or a mesh with all edges gives one.
 pub fn mesh(bytes: &[u8]) {
     let _ = mesh_of(&mut Unstructured::new(bytes));
 }
@@ -47,7 +47,7 @@ fn mesh_of(u: &mut Unstructured<'_>) -> Result<()> {
     for _ in 0..u.int_in_range(1..=8_u8)? {
         let p = at(field.beside(&corners, u)?);
         let Some(nearest) = walk.nearest(&mesh, &index, p) else {
-            assert!(!frame.holds(p), "nothing is nearest to {p:?} of {:?}", index.edges());
+            assert!(!frame.holds(p), "no edge is nearest to {p:?} of {:?}", index.edges());
             continue;
         };
         let truth = brute(&index, p);
@@ -60,7 +60,7 @@ fn mesh_of(u: &mut Unstructured<'_>) -> Result<()> {
         assert!(right || mesh.left_out() > 0, "{case}");
         refuses_others(&index, p, nearest, truth, u)?;
         if !soup && mesh.left_out() == 0 && frame.holds(p) && index.locate(p) != Location::Boundary {
-            // What is outside of all rings is one piece with the frame's corner.
+            // The outside of all rings is connected to the frame's corner.
             let outside = walk.component(&mesh, p) == Some(0);
             assert!(!outside || index.locate(p) == Location::Outside, "{case}");
         }
@@ -68,7 +68,7 @@ fn mesh_of(u: &mut Unstructured<'_>) -> Result<()> {
     Ok(())
 }
 
-/// An answer that is off by more than rounding is not confirmed.
+/// Checks that the index does not confirm an answer that is off by more than rounding.
 fn refuses_others(
     index: &CheckedIndex,
     p: Point,
@@ -91,7 +91,7 @@ fn soup_of(field: Field, u: &mut Unstructured<'_>) -> Result<(Vec<Edge>, Vec<Xy>
     let mut corners: Vec<Xy> = Vec::new();
     let mut edges = Vec::new();
     for _ in 0..count {
-        // Ends are shared now and then.
+        // Some edges share an end.
         let a =
             if corners.is_empty() || bool::arbitrary(u)? { field.point(u)? } else { *u.choose(&corners)? };
         let b = field.point(u)?;

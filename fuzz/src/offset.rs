@@ -1,4 +1,4 @@
-//! Offsets and their certificates, beside places looked at in `f64`.
+//! Offsets and their certificates, compared with points computed in `f64`.
 
 use arbitrary::{Arbitrary, Result, Unstructured};
 use keepout_kernel::curve::xy;
@@ -7,18 +7,21 @@ use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, Region, Ring, Segme
 
 use crate::oracle::{PATH_CLEARANCE, distance, places, winds};
 
-/// Distances from here on, 0.2 mm, are those of tools: around a plain outline they must be kept without doubt.
+/// Tool distances begin here, at 0.2 mm. Certification must accept the offset of a plain outline at such a
+/// distance.
 const PLAIN_MIN: u32 = 20_000;
-/// Loops on the other side that are asked for.
+/// Largest number of loops to try on the other side.
 const OTHER_MAX: usize = 2;
-/// What is a unit or two of rounding in `f64`.
+/// A unit or two of rounding in `f64`.
 const ROUNDING: f64 = 3.0;
 
-/// Any bytes as an outline of lines and arcs and a distance: a path that is proposed for it, or a changed one, is refused, or
-/// keeps its distance; of loops that are believed none can be left out; and a plain outline has a path that is believed.
+/// Reads an outline of lines and arcs, and a distance, from any bytes. Certification refuses a proposed or
+/// modified path, or the path keeps its distance. It notices when a loop is left out. A plain outline has a
+/// path that it accepts.
 ///
 /// # Panics
-/// When a path is believed that does not keep its distance, or that leaves out a loop, or one around a plain outline is not.
+/// When certification accepts a path that does not keep its distance or leaves out a loop, or refuses the
+/// path around a plain outline.
 pub fn offset(bytes: &[u8]) {
     let _ = offset_of(&mut Unstructured::new(bytes));
 }
@@ -47,7 +50,7 @@ fn offset_of(u: &mut Unstructured<'_>) -> Result<()> {
         assert!(!plain, "loose ends: {outlines:?} {centre}");
         return Ok(());
     }
-    // What would be a path on the other side is on the part's.
+    // A path for the other side lies on the part's side.
     let other = [Outline { free_on_left: !free_on_left, ..outlines[0].clone() }];
     for each in propose(&other, centre).loops.iter().take(OTHER_MAX) {
         if let Ok(Some(_)) = certify_path(&part, threshold, &each.curves) {
@@ -67,7 +70,7 @@ fn offset_of(u: &mut Unstructured<'_>) -> Result<()> {
         !plain || all && whole.is_ok(),
         "{whole:?}: a plain outline has an offset: {outlines:?} {centre}"
     );
-    // A loop on the part's side is refused, and nobody misses it.
+    // A loop on the part's side was refused, and completeness does not need it.
     if whole.is_ok() && !believed.is_empty() {
         let mut left = proposed.loops.clone();
         let gone = left.remove(*u.choose(&believed)?);
@@ -84,7 +87,8 @@ fn offset_of(u: &mut Unstructured<'_>) -> Result<()> {
     Ok(())
 }
 
-/// A convex polygon whose edges are long, and turn clearly at each corner: its offset is beyond doubt.
+/// Whether the outline is a convex polygon with long edges and a clear turn at each corner. Its offset is
+/// beyond doubt.
 fn is_plain(curves: &[Curve]) -> bool {
     let ways: Vec<(f64, f64)> = curves.iter().map(|curve| way(xy(curve.from()), xy(curve.to()))).collect();
     let turns = ways.iter().zip(ways.iter().cycle().skip(1)).all(|(a, b)| {
@@ -95,7 +99,8 @@ fn is_plain(curves: &[Curve]) -> bool {
     turns && long && curves.iter().all(|curve| matches!(curve, Curve::Line(_)))
 }
 
-/// The polygon through the corners' directions on the circle through the farthest.
+/// The polygon whose corners lie in the directions of the outline's corners, on the circle through the
+/// farthest one.
 fn around(curves: &[Curve]) -> Option<Vec<Curve>> {
     let places: Vec<(f64, f64)> = curves.iter().map(|curve| xy(curve.from())).collect();
     let r = places.iter().map(|place| place.0.hypot(place.1)).fold(0.0, f64::max);
@@ -108,7 +113,7 @@ fn around(curves: &[Curve]) -> Option<Vec<Curve>> {
     Some(corners.iter().zip(next).map(|(&from, &to)| Curve::Line(Segment { from, to })).collect())
 }
 
-/// Whether the distance leaves room around the origin, which the outline is around.
+/// Whether the distance leaves room around the origin, which the outline surrounds.
 fn reaches(curves: &[Curve], d: f64) -> bool {
     distance((0.0, 0.0), curves.iter()) > 1.1 * d + 10.0 * RESOLUTION
 }
@@ -117,8 +122,8 @@ fn way(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
     (b.0 - a.0, b.1 - a.1)
 }
 
-/// A path that is believed has no jump, is on the free side, and keeps its distance: places on it from the outline, and the
-/// outline's corners from it.
+/// Checks an accepted path: it has no jump, is on the free side, and keeps its distance. Points of the path
+/// are measured from the outline, and the outline's corners from the path.
 fn keeps(path: &[Curve], outline: &Outline, side: Side, threshold: f64) {
     let walls = &outline.curves;
     let ends = path.iter().zip(path.iter().skip(1)).all(|(one, next)| one.to() == next.from());
@@ -143,10 +148,10 @@ fn keeps(path: &[Curve], outline: &Outline, side: Side, threshold: f64) {
     }
 }
 
-/// A path that is complete is not when one of its loops is left out.
+/// Checks that a complete path is not complete without one of its loops.
 fn misses(part: &ProhibitedRegion, outlines: &[Outline], d: f64, left: &[OffsetLoop], gone: &OffsetLoop) {
     let length: f64 = gone.curves.iter().map(Curve::length).sum();
-    // What is beside another loop, or shorter than the resolution, is not missed.
+    // Certification may miss a loop that lies beside another, or that is shorter than the resolution.
     let beside = |place| distance(place, curves_of(left)) < 10.0 * RESOLUTION;
     let alone = gone.curves.iter().flat_map(places).all(|place| !beside(place));
     let noticed = certify_complete(part, outlines, d, Length::small(20), curves_of(left)).is_err();
@@ -160,7 +165,7 @@ fn curves_of(loops: &[OffsetLoop]) -> impl Iterator<Item = &Curve> {
     loops.iter().flat_map(|each| &each.curves)
 }
 
-/// A curve left out, moved, turned round, straightened or bent.
+/// Removes, moves, reverses, straightens or bends a curve.
 fn change(path: &mut Vec<Curve>, u: &mut Unstructured<'_>) -> Result<()> {
     let k = u.choose_index(path.len())?;
     let by = (i64::from(i16::arbitrary(u)?), i64::from(i8::arbitrary(u)?));
@@ -179,7 +184,7 @@ fn change(path: &mut Vec<Curve>, u: &mut Unstructured<'_>) -> Result<()> {
             }
         }
         _ => {
-            // A corner moved, with both curves that meet there straightened.
+            // Moves a corner, and straightens both curves that meet there.
             let next = (k + 1) % path.len();
             let corner = moved(path[k].to());
             let (from, to) = (path[k].from(), path[next].to());
@@ -190,7 +195,7 @@ fn change(path: &mut Vec<Curve>, u: &mut Unstructured<'_>) -> Result<()> {
     Ok(())
 }
 
-/// A closed chain of lines and arcs around the origin, millimetres to decimetres across.
+/// A closed chain of lines and arcs around the origin, with a size of millimetres to decimetres.
 fn outline(u: &mut Unstructured<'_>) -> Result<Vec<Curve>> {
     let count = u.int_in_range(2..=16_usize)?;
     let size = 10_f64.powi(i32::from(u.int_in_range(4..=7_u8)?));
@@ -212,7 +217,7 @@ fn outline(u: &mut Unstructured<'_>) -> Result<Vec<Curve>> {
     Ok(curves)
 }
 
-/// The arc of that bulge; none when it is nearly straight.
+/// The arc of that bulge; `None` if it is nearly straight.
 pub fn bent(from: Point, to: Point, bulge: f64) -> Option<Curve> {
     if bulge.abs() < 0.01 {
         return None;

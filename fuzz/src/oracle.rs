@@ -1,6 +1,7 @@
-//! What a finishing path does to a part, from the definitions and in `f64`: thresholds from the job and the machine, the side that
-//! the part is on by winding numbers, distances to lines, arcs and splines. Straight motions along straight edges are
-//! asked by big integers wherever floats are in doubt.
+//! An independent check of finishing toolpaths, from the definitions and in `f64`. It takes thresholds from
+//! the parameters and the machine, finds the part's side by winding numbers, and measures distances to
+//! lines, arcs and splines. Straight motions along straight edges are checked with big integers where
+//! floats are in doubt.
 
 use std::f64::consts::{PI, SQRT_2, TAU};
 
@@ -16,26 +17,27 @@ use keepout_proofs::square::plain;
 
 pub type Xy = (f64, f64);
 
-/// Places looked at on each curve.
+/// Number of sampled points on each curve.
 const PLACES: u32 = 7;
 /// Rounding: of arcs' radii, of places on them, in lattice units.
 const ROUNDING: f64 = 3.0;
-/// How much farther than it must be a path may be, lattice units: for its own rounding.
+/// How much farther than necessary a path may be, for its own rounding, lattice units.
 pub const PATH_CLEARANCE: f64 = 60.0;
-/// How much more than tool, stock and errors may be kept, lattice units: the plan names more terms, and each is rounded up.
+/// How much more clearance than tool, stock and errors a plan may have, lattice units. The plan has more
+/// terms, and rounds up each.
 const KEPT_MORE: f64 = 10.0;
-/// How far beside a motion is looked where the part is, lattice units.
+/// Distance from a motion at which the check looks for the part, lattice units.
 const ASIDE: f64 = 500.0;
 /// Lattice units in a millimetre.
 pub const UNIT: f64 = 1e5;
-/// The path's chords, and rounding of the drawing, the path and a controller's floats, mm.
+/// The path's chord-error bound, and rounding of the drawing, the path and a controller's floats, mm.
 const LATTICE_MM: f64 = 0.000_2;
 
-/// Looks at places on the path of every pass, and at places where a pass has to be. Without the job, which is not in a plan's
-/// file, tool, stock and errors are what the plan says.
+/// Checks points on the path of every pass, and points where a pass must be. A plan file has no parameters.
+/// Without them, tool, stock and errors are those of the plan.
 ///
 /// # Panics
-/// When the tool would enter the part, or leave out what it can reach.
+/// When the tool would enter the part, or leaves out a place that it can reach.
 pub fn watch(plan: &CertifiedPlan, job: Option<&PlanParameters>) {
     follows_sources(plan);
     let by_hand = f64::from(plan.roughing.units()) - f64::from(plan.finishing.units());
@@ -68,24 +70,25 @@ pub fn watch(plan: &CertifiedPlan, job: Option<&PlanParameters>) {
     }
 }
 
-/// Radius, what the pass leaves, and the margin: as ordered, or what it must cover.
+/// Radius, stock to leave, and margin: the requested one, or the one that the errors need.
 fn needed_mm(plan: &CertifiedPlan, job: &PlanParameters, pass: usize) -> f64 {
     let left_mm = job.passes.get(pass).map_or(0.0, |pass| pass.stock_to_leave_mm);
     let margin_mm = job.margin_mm.unwrap_or_else(|| least_margin_mm(&plan.plan.machine));
     job.tool_diameter_mm / 2.0 + left_mm + margin_mm
 }
 
-/// The errors of a machine, and the rounding, that a margin must cover, mm.
+/// The errors of a machine and the rounding that a margin must cover, mm.
 pub fn least_margin_mm(machine: &MachineProfile) -> f64 {
     machine.repeatability_mm + machine.contour_error_mm + rounding_mm(machine)
 }
 
-/// What no order can do without, mm: chords that turn twice the angle, the controller's resolution, rounding.
+/// The terms that every plan needs, mm: chords that turn twice the angle, the controller's resolution,
+/// rounding.
 fn rounding_mm(machine: &MachineProfile) -> f64 {
     4.0 * machine.arc_tolerance_mm + resolution_mm(machine) + LATTICE_MM
 }
 
-/// Half a step on both axes where it goes, and where it is reported; half the last digit; mm.
+/// Half a step on both axes for the motion and for the report, and half the last digit, mm.
 fn resolution_mm(machine: &MachineProfile) -> f64 {
     SQRT_2 / machine.steps_per_mm + SQRT_2 / 2.0 * machine.report_digit_mm
 }
@@ -105,7 +108,7 @@ fn keeps_away(plan: &CertifiedPlan, pass: &Pass, threshold: f64) {
     }
 }
 
-/// Straight motions are clear of straight edges, by big integers.
+/// Checks with big integers that straight motions are clear of straight edges.
 fn lines_keep_away(plan: &CertifiedPlan, pass: &Pass, threshold: i64) {
     let straight = |curve: &Curve| match *curve {
         Curve::Line(line) => Some(line),
@@ -119,7 +122,7 @@ fn lines_keep_away(plan: &CertifiedPlan, pass: &Pass, threshold: i64) {
     }
 }
 
-/// Each curve begins where the one before it ends, the first at the end of the last.
+/// Checks that each curve begins at the end of the one before, and the first at the end of the last.
 fn closes(pass: &Pass) {
     for each in &pass.path.loops {
         let next = each.curves.iter().cycle().skip(1);
@@ -128,8 +131,8 @@ fn closes(pass: &Pass) {
     }
 }
 
-/// The part is on the left of most of each loop: from the middle of a motion it is nearer on that side. In a slot as wide as the tool it
-/// is as near on both.
+/// Checks that the part is on the left of most of each loop: from the middle of a motion it is nearer on
+/// that side. In a slot as wide as the tool it is as near on both sides.
 fn goes_round(plan: &CertifiedPlan, pass: &Pass) {
     const MIDDLE: usize = PLACES as usize / 2;
     for each in &pass.path.loops {
@@ -147,13 +150,14 @@ fn goes_round(plan: &CertifiedPlan, pass: &Pass) {
     }
 }
 
-/// A place beside an edge at the path's distance, and at no smaller one from any other edge, is on the true offset.
+/// Checks that the path is complete. A point at the path's distance from an edge, and no nearer to any
+/// other edge, is on the true offset.
 fn reaches_all(plan: &CertifiedPlan, pass: &Pass) {
     let threshold = plan.finishing.plus(pass.stock_to_leave).expect("it was certified");
     let loops = plan.plan.profile.loops.iter().chain(&plan.plan.zones.loops);
     let room = loops.flat_map(|each| &each.edges).map(|edge| edge.chord_error.units()).max().unwrap_or(0);
     let d = f64::from(threshold.units()) + PATH_CLEARANCE + f64::from(room);
-    // Edges that stand for splines may leave them; what is nearly a corner is no place to ask at.
+    // Edges that stand for splines may leave them. A point near a corner is not suitable for the check.
     let apart = 2.0 * (ROUNDING + f64::from(room));
     for curve in walls(plan) {
         for (place, normal) in places(curve).into_iter().zip(normals(curve)) {
@@ -178,7 +182,7 @@ fn reaches_all(plan: &CertifiedPlan, pass: &Pass) {
     }
 }
 
-/// Splines and ellipses are no farther from the edges that stand for them than these say.
+/// Checks that splines and ellipses stay within the stated bounds of the edges that stand for them.
 fn follows_sources(plan: &CertifiedPlan) {
     for (each, source) in sources(plan) {
         let edges = &each.edges[source.first..source.end];
@@ -198,7 +202,7 @@ fn sources(plan: &CertifiedPlan) -> impl Iterator<Item = (&ProfileLoop, &SourceC
     loops.flat_map(|each| each.sources.iter().map(move |source| (each, source)))
 }
 
-/// Places on a rational Bézier curve, its ends among them (de Casteljau, in homogeneous coordinates).
+/// Points on a rational Bézier curve, with its ends (de Casteljau, in homogeneous coordinates).
 #[expect(clippy::cast_precision_loss, reason = "weights have 41 bits")]
 fn points_of(source: &SourceCurve) -> impl Iterator<Item = Xy> {
     let curve: &Bezier = &source.curve;
@@ -216,7 +220,8 @@ fn points_of(source: &SourceCurve) -> impl Iterator<Item = Xy> {
     })
 }
 
-/// Whether a place is in the part or a zone: loops are counted that wind around it. It is off every edge.
+/// Whether a place off every edge is in the part or in a keep-out zone, by the number of loops that wind
+/// around it.
 fn is_in_part(plan: &CertifiedPlan, place: Xy) -> bool {
     let winds = |each: &ProfileLoop| winds(each.edges.iter().map(|edge| &edge.curve), place);
     let around = |each: &&ProfileLoop| winds(each);
@@ -225,16 +230,17 @@ fn is_in_part(plan: &CertifiedPlan, place: Xy) -> bool {
     part || plan.plan.zones.loops.iter().any(winds)
 }
 
-/// Whether a loop goes round the place, once one way or the other: the angles that its curves turn through as seen from there.
+/// Whether a loop goes once round the place, in either direction: the sum of the angles that its curves
+/// turn through, seen from there.
 pub fn winds<'a>(curves: impl Iterator<Item = &'a Curve>, place: Xy) -> bool {
     let angle = |curve: &Curve| {
         let seen = |end: Xy| (end.0 - place.0, end.1 - place.1);
         let (a, b) = (seen(xy(curve.from())), seen(xy(curve.to())));
-        // On the chord's line counts as left of it; -0 would be the other half-turn.
+        // A place on the chord's line counts as left of it. −0 would give the other half-turn.
         let across = a.0 * b.1 - a.1 * b.0 + 0.0;
         let chord = across.atan2(a.0 * b.0 + a.1 * b.1);
         let Curve::Arc(arc) = curve else { return chord };
-        // Between the chord and the arc it is once more.
+        // Between the chord and the arc, the loop winds once more.
         let left = arc.turn() == Turn::CounterClockwise;
         let whole = arc.from() == arc.to();
         let inside = between(place, xy(arc.centre())) < radius(arc, xy(arc.from()));
@@ -253,12 +259,12 @@ pub fn between(a: Xy, b: Xy) -> f64 {
     (a.0 - b.0).hypot(a.1 - b.1)
 }
 
-/// The place at a share of the way.
+/// The point at a share of the straight way.
 pub fn on_the_way(a: Xy, b: Xy, share: f64) -> Xy {
     (a.0 + (b.0 - a.0) * share, a.1 + (b.1 - a.1) * share)
 }
 
-/// The curves of the part and the zones.
+/// The curves of the part and of the keep-out zones.
 pub fn walls(plan: &CertifiedPlan) -> impl Iterator<Item = &Curve> {
     let loops = plan.plan.profile.loops.iter().chain(&plan.plan.zones.loops);
     loops.flat_map(|each| each.edges.iter().map(|edge| &edge.curve))
@@ -300,7 +306,7 @@ fn radius(arc: &Arc, end: Xy) -> f64 {
     between(xy(arc.centre()), end)
 }
 
-/// From the beginning of the arc to the angle, in its direction, in [0, 2π).
+/// The angle from the beginning of the arc to `angle`, in the arc's direction, in [0, 2π).
 fn turned(arc: &Arc, angle: f64) -> f64 {
     let (centre, from) = (xy(arc.centre()), xy(arc.from()));
     let start = (from.1 - centre.1).atan2(from.0 - centre.0);
@@ -321,7 +327,7 @@ pub fn places(curve: &Curve) -> Vec<Xy> {
     places_along(curve, PLACES)
 }
 
-/// So many places along the curve.
+/// `count` points along the curve.
 pub fn places_along(curve: &Curve, count: u32) -> Vec<Xy> {
     let (a, b) = (xy(curve.from()), xy(curve.to()));
     let on = |share: f64| match curve {

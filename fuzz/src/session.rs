@@ -1,5 +1,6 @@
-//! The supervisor beside a machine that does what it is told, late, in part or twice, or says what it likes; with the oracle of
-//! the guard's invariant: whatever may still be executed leads nowhere near the part, and the tool never comes there.
+//! The supervisor with a machine that executes its commands late, in part or twice, or that sends false
+//! replies. The check is the guard's invariant: no motion that may still be executed leads near the part,
+//! and the tool never comes near it.
 
 mod machine;
 pub mod watch;
@@ -20,28 +21,28 @@ use machine::{Machine, Make};
 
 use crate::job;
 
-/// Most steps of one session.
+/// Largest number of steps of one session.
 const STEPS_MAX: usize = 400;
-/// Commands that one step may give.
+/// Largest number of commands from one step.
 const COMMANDS_MAX: usize = 64;
 
-/// What goes wrong with the line or the controller.
+/// The fault of the link or the controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Arbitrary)]
 enum Trouble {
-    /// Nothing, but that the cable is pulled and put back.
+    /// No fault, except that the cable is pulled and plugged in again.
     None,
     /// Lines and answers are lost.
     Loses,
-    /// Lines and answers come twice.
-    Doubles,
-    /// It says what it likes.
-    Lies,
+    /// Lines and answers arrive twice.
+    Duplicates,
+    /// The controller sends false replies.
+    FalseReplies,
 }
 
-/// Any bytes as a session: what the operator inputs, what the machine does and when, what goes wrong.
+/// Reads a session from any bytes: the operator's input, the machine's actions and times, and the faults.
 ///
 /// # Panics
-/// When something is sent that is not certified, or the tool comes too near the part.
+/// When the supervisor sends a motion that is not certified, or the tool comes too near the part.
 pub fn supervisor(bytes: &[u8]) {
     let _ = session(&mut Unstructured::new(bytes));
 }
@@ -64,7 +65,7 @@ fn session(u: &mut Unstructured<'_>) -> Result<()> {
     Ok(())
 }
 
-/// One of the kinds that dialects stand for, or one that a file could describe.
+/// A kind of controller: one of the dialects', or one that a file could describe.
 fn make(u: &mut Unstructured<'_>) -> Result<Make> {
     let grbl = Abilities {
         interpolation: Interpolation::Linear,
@@ -99,26 +100,27 @@ fn make(u: &mut Unstructured<'_>) -> Result<Make> {
     Ok(Make { abilities, replaces, y_first: bool::arbitrary(u)? })
 }
 
-/// Both sides, and what is known of the tool.
+/// The supervisor and the machine, and facts about the tool.
 struct Play {
     supervisor: Supervisor,
     machine: Machine,
     trouble: Trouble,
     now: Time,
     walls: Vec<(Xy, Xy)>,
-    /// The tool was, or was taken to be, nearer than roughing allows: it may stand where a contour led it.
+    /// The tool was, or was reported, inside the jogging clearance. It may be there because a contour led
+    /// to it.
     near: bool,
     input: OperatorInput,
-    /// The ways that the tool went on contours.
+    /// The motions of the tool on contours.
     cut: Vec<[Xy; 2]>,
-    /// The last place that counted as cut.
+    /// The last resume point.
     resume_point: Option<Point>,
-    /// Nothing is sent and nothing heard: the cable is pulled.
+    /// The cable is pulled, so no message arrives in either direction.
     pulled: bool,
 }
 
 impl Play {
-    /// A session, and whether nothing goes wrong before the tool is steered.
+    /// A session, and whether it has no fault before the operator can jog.
     fn begin(trouble: Trouble, make: Make, u: &mut Unstructured<'_>) -> Result<(Self, bool)> {
         const STARTS_MM: [(i64, i64); 5] = [(-10, -10), (10, 40), (10, 30), (40, 5), (-4, 8)];
         let work = job::work();
@@ -126,10 +128,10 @@ impl Play {
         let place =
             place_on_table(&work.plan, &work.plan.plan.machine, None).expect("the plate lies on the table");
         let between = work.plan.roughing.units().midpoint(work.plan.finishing.units());
-        // Of eight sessions four begin with homing, and two in trouble.
+        // Of eight sessions, four begin with homing, and two begin with a fault.
         let start = u.int_in_range(0..=55_u8)?;
         let tool = match start % 7 {
-            // Where only ways out are allowed: beside the left edge, or in the slot's mouth.
+            // Where only retract moves are allowed: beside the left edge, or in the slot's mouth.
             5 => (-i64::from(between), 800_000),
             6 => (600_000 + i64::from(between), 1_500_000),
             start => {
@@ -162,28 +164,28 @@ impl Play {
         Ok((play, start / 7 < 6))
     }
 
-    /// Until the tool is steered.
+    /// Runs until the operator can jog.
     fn starts(&mut self) {
         for _ in 0..40 {
             if self.supervisor.phase().is_steered() {
                 return;
             }
             self.passes(Duration::from_millis(100));
-            self.hears_all();
+            self.delivers_all();
         }
     }
 
-    fn hears_all(&mut self) {
+    fn delivers_all(&mut self) {
         while !self.machine.wire.is_empty() {
-            self.machine.hears();
+            self.machine.receives();
         }
         while !self.machine.answers.is_empty() {
-            self.is_told();
+            self.receives_answer();
         }
     }
 
-    /// The next answer arrives, but over a pulled cable.
-    fn is_told(&mut self) {
+    /// Delivers the next answer, unless the cable is pulled.
+    fn receives_answer(&mut self) {
         if let Some(reply) = self.machine.answers.pop_front().filter(|_| !self.pulled) {
             self.step(Event::Reply(reply));
         }
@@ -191,9 +193,9 @@ impl Play {
 
     fn goes_on(&mut self, u: &mut Unstructured<'_>) -> Result<()> {
         match u.int_in_range(0..=15_u8)? {
-            0 | 1 => self.machine.hears(),
+            0 | 1 => self.machine.receives(),
             2 | 3 => self.moves(f64::from(u8::arbitrary(u)?) / 128.0),
-            4 | 5 => self.is_told(),
+            4 | 5 => self.receives_answer(),
             6 | 7 => {
                 self.input = input(u)?;
                 self.step(Event::Operator(self.input));
@@ -203,19 +205,19 @@ impl Play {
             10 => {
                 if let Some(wanted) = self.supervisor.wanted_job() {
                     let mut worked_out = wanted.work_out(&job::work().plan);
-                    if self.trouble == Trouble::Lies {
+                    if self.trouble == Trouble::FalseReplies {
                         forge(&mut worked_out, u)?;
                     }
                     self.step(Event::Job(Box::new(worked_out)));
                 }
             }
-            // As it goes when nothing is late, for a while.
+            // A normal sequence without delays, for a while.
             rounds => {
                 for _ in 10..rounds {
                     self.step(Event::Operator(self.input));
                     self.passes(Duration::from_millis(50));
                     self.moves(0.6);
-                    self.hears_all();
+                    self.delivers_all();
                 }
             }
         }
@@ -237,13 +239,13 @@ impl Play {
             self.watch(&command, inside);
             self.machine.wire.extend(Some(command).filter(|_| !self.pulled));
         }
-        if self.trouble != Trouble::Lies {
+        if self.trouble != Trouble::FalseReplies {
             self.watch_hull();
         }
         self.watch_cut();
     }
 
-    /// The tool moves on; where nobody lied it comes nowhere near the part.
+    /// Moves the tool on. Without false replies it comes nowhere near the part.
     fn moves(&mut self, share: f64) {
         let rules = self.supervisor.guard().rules();
         let off = 3 * i64::from(rules.resolution.units()) + 4;
@@ -259,11 +261,11 @@ impl Play {
             let to = self.machine.tool;
             self.cut.extend(cuts.then_some([from, to]));
             assert!(
-                !near || self.trouble == Trouble::Lies,
+                !near || self.trouble == Trouble::FalseReplies,
                 "the tool comes nearer than {kept}: {from:?} to {to:?}"
             );
         }
-        if self.trouble != Trouble::Lies {
+        if self.trouble != Trouble::FalseReplies {
             self.watch_hull();
         }
     }
@@ -279,7 +281,7 @@ impl Play {
             Trouble::None => {
                 self.pulled = true;
                 machine.answers.clear();
-                // What was sent before may still arrive.
+                // Earlier messages may still arrive.
                 if bool::arbitrary(u)? {
                     machine.wire.clear();
                 }
@@ -287,16 +289,16 @@ impl Play {
             }
             Trouble::Loses if there => drop(machine.wire.pop_front()),
             Trouble::Loses => drop(machine.answers.pop_front()),
-            Trouble::Doubles if there => {
+            Trouble::Duplicates if there => {
                 machine.wire.extend(machine.wire.front().copied().filter(|_| machine.wire.len() == 1))
             }
-            Trouble::Doubles => {
+            Trouble::Duplicates => {
                 if let Some(&reply) = machine.answers.front() {
                     machine.answers.push_front(reply);
                 }
             }
-            Trouble::Lies => {
-                let event = lie(u)?;
+            Trouble::FalseReplies => {
+                let event = false_event(u)?;
                 self.step(event);
             }
         }
@@ -305,7 +307,7 @@ impl Play {
 }
 
 fn input(u: &mut Unstructured<'_>) -> Result<OperatorInput> {
-    // The ends of the range are what no stick or wheel gives.
+    // No stick or wheel gives the values at the ends of the range.
     let share = |u: &mut Unstructured<'_>| {
         Ok(match i8::arbitrary(u)? {
             i8::MIN => f64::NAN,
@@ -327,7 +329,7 @@ fn input(u: &mut Unstructured<'_>) -> Result<OperatorInput> {
     Ok(OperatorInput { velocity, turned_mm: turned, automatic: u.int_in_range(0..=2_u8)? == 0, command })
 }
 
-/// Changes a job: none, a motion somewhere else, one left out, or nothing.
+/// Changes a contour job: an error, a motion to another place, a motion left out, or no change.
 fn forge(job: &mut std::result::Result<ContourJob, JobError>, u: &mut Unstructured<'_>) -> Result<()> {
     let what = u.int_in_range(0..=7_u8)?;
     let Ok(legs) = job.as_mut().map(|job| &mut job.legs) else { return Ok(()) };
@@ -346,7 +348,7 @@ fn forge(job: &mut std::result::Result<ContourJob, JobError>, u: &mut Unstructur
             let (dx, dy) = (i32::from(i16::arbitrary(u)?) << 6, i32::from(i16::arbitrary(u)?) << 6);
             let Ok(to) = from.translated(Vector { dx, dy }) else { return Ok(()) };
             curves[at] = Curve::Line(Segment { from, to });
-            // And what follows goes on from there, or comes no more.
+            // The following motions go on from there, or are left out.
             if what == 3 {
                 curves.truncate(at + 1);
             }
@@ -356,8 +358,8 @@ fn forge(job: &mut std::result::Result<ContourJob, JobError>, u: &mut Unstructur
     Ok(())
 }
 
-/// Anything that a controller may say, or a port do.
-fn lie(u: &mut Unstructured<'_>) -> Result<Event> {
+/// Any event that a controller's reply or the port can cause.
+fn false_event(u: &mut Unstructured<'_>) -> Result<Event> {
     const MODES: [Mode; 7] =
         [Mode::Idle, Mode::Moving, Mode::Slowing, Mode::Held, Mode::Homing, Mode::Alarm, Mode::Other];
     let reply = match u.int_in_range(0..=39_u8)? {

@@ -1,4 +1,5 @@
-//! The small files: profiles, setups, scripts, traces, descriptions. What they say is what is used, and nothing else.
+//! The small files: profiles, alignments, scripts, traces, descriptions. The program uses exactly the
+//! content of the file.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -17,16 +18,17 @@ use keepout_sim::operator::{Recorder, Script, Trace};
 use serde::Serialize;
 use toml::Value;
 
-use crate::dialects::{COMMANDS, setting};
-use crate::import::told;
+use crate::dialects::{COMMANDS, dialect_config};
+use crate::import::check_message;
 use crate::oracle;
 use crate::sketch::number;
 
-/// Looks at what an operator from a file inputs.
+/// Largest number of inputs taken from an operator's file.
 const LOOKS: usize = 200;
 
-/// Any bytes as a machine profile, or, behind a zero, as its figures: a typed error, or figures that a machine can have, which are
-/// those of the file, come back from another, and make a margin of their sum.
+/// Reads any bytes as a machine profile or, after a zero byte, as the figures of one. The result is a typed
+/// error, or figures that a machine can have. They are the file's, survive writing and reading, and give a
+/// margin that is their sum.
 ///
 /// # Panics
 /// When one of these does not hold.
@@ -39,7 +41,7 @@ pub fn machine_profile(bytes: &[u8]) {
     }
 }
 
-/// A profile that has all its keys, and any numbers.
+/// A profile with all its keys and any numbers.
 fn with_figures(u: &mut Unstructured<'_>) -> arbitrary::Result<String> {
     const KEYS: [&str; 7] = [
         "max_rate_mm_s",
@@ -54,38 +56,39 @@ fn with_figures(u: &mut Unstructured<'_>) -> arbitrary::Result<String> {
     let mut text = "name = \"any\"\n".to_string();
     let usual = MachineProfile::simulated().to_toml();
     for key in KEYS {
-        // Most figures are usual ones, so that it comes to the others.
+        // Most figures are usual ones, so that the parser also reaches the others.
         let line = usual.lines().find(|line| line.starts_with(key)).unwrap_or_default();
         let any = if bool::arbitrary(u)? { Some(number(u)?) } else { None };
         text.push_str(&any.map_or_else(|| line.to_string(), |any| format!("{key} = {any:?}")));
         text.push('\n');
     }
-    // Inputs that end before have any strokes.
-    let strokes = match u.int_in_range(0..=3_u8)? {
+    // Older inputs end here, and so have any travel.
+    let travel = match u.int_in_range(0..=3_u8)? {
         0 => two.to_vec(),
         1 => vec![400.0, 350.0],
         2 => vec![400.0, 350.0, two[0]],
         _ => vec![400.0],
     };
-    text.push_str(&format!("travel_mm = {strokes:?}\n"));
+    text.push_str(&format!("travel_mm = {travel:?}\n"));
     Ok(text)
 }
 
 fn profile_of(text: &str) {
     let profile = match MachineProfile::parse(Path::new("fuzz"), text) {
         Ok(profile) => profile,
-        Err(error) => return told(&error.to_string()),
+        Err(error) => return check_message(&error.to_string()),
     };
     let again = MachineProfile::parse(Path::new("fuzz"), &profile.to_toml()).expect("it was written as TOML");
     assert_eq!(again, profile);
     is_used(text, &profile);
     match Budget::of(&profile, None, false) {
         Ok(budget) => adds_up(&profile, &budget, None),
-        Err(error) => told(&error.to_string()),
+        Err(error) => check_message(&error.to_string()),
     }
 }
 
-/// The terms cover what the machine needs, or are what was ordered; and their sum is the margin.
+/// Checks that the terms cover the machine's errors or the requested margin, and that their sum is the
+/// margin.
 pub(crate) fn adds_up(profile: &MachineProfile, budget: &Budget, ordered_mm: Option<f64>) {
     let sum: f64 = budget.terms.iter().map(|term| term.mm).sum();
     let least = ordered_mm.unwrap_or_else(|| oracle::least_margin_mm(profile)) - 1e-9;
@@ -105,9 +108,10 @@ pub(crate) fn adds_up(profile: &MachineProfile, budget: &Budget, ordered_mm: Opt
     }
 }
 
-/// Any bytes as one of the small files, which the first chooses: a controller's description, a setup, a script, a trace, drives.
-/// A typed error, or what the file says: all of it is in what was read of it, notes and blanks change nothing, what a script or a
-/// trace inputs can be recorded and comes back, and a description that is read makes a dialect that hears the rest.
+/// Reads any bytes as one of the small files: a controller's description, an alignment, a script, a trace,
+/// drives. The first byte chooses. The result is a typed error, or all of the file's content. Comments and
+/// blanks change nothing. The inputs of a script or a trace come back from a recording. A dialect from a
+/// description takes the rest of the bytes.
 ///
 /// # Panics
 /// When one of these does not hold.
@@ -115,20 +119,20 @@ pub fn small_files(bytes: &[u8]) {
     let Some((which, rest)) = bytes.split_first() else { return };
     let path = Path::new("fuzz");
     let Ok(text) = std::str::from_utf8(rest) else {
-        // Only traces are read as bytes.
-        return told(&Trace::read(rest, path).expect_err("it is no text").to_string());
+        // Only traces may be other than text.
+        return check_message(&Trace::read(rest, path).expect_err("it is no text").to_string());
     };
     match which % 5 {
         0 => match Description::of(text) {
-            Ok(description) => hears(description, rest),
-            Err(error) => told(&error.to_string()),
+            Ok(description) => decodes(description, rest),
+            Err(error) => check_message(&error.to_string()),
         },
         1 => match AlignmentFile::parse(path, text) {
             Ok(setup) => {
                 assert!(setup.placed().is_none_or(|(degrees, _)| degrees.is_finite()));
                 is_used(text, &setup);
             }
-            Err(error) => told(&error.to_string()),
+            Err(error) => check_message(&error.to_string()),
         },
         2 => match Script::parse(text) {
             Ok(script) => {
@@ -136,7 +140,7 @@ pub fn small_files(bytes: &[u8]) {
                 assert_eq!(Script::parse(&bare).expect("it was read before"), script, "{bare}");
                 is_recorded(script, rest);
             }
-            Err(error) => told(&error.to_string()),
+            Err(error) => check_message(&error.to_string()),
         },
         3 => match Trace::read(rest, path) {
             Ok(trace) => {
@@ -145,26 +149,26 @@ pub fn small_files(bytes: &[u8]) {
                 assert_eq!(again, trace, "{bare}");
                 is_recorded(trace, rest);
             }
-            Err(error) => told(&error.to_string()),
+            Err(error) => check_message(&error.to_string()),
         },
         _ => match DriveProfile::parse("fuzz", text) {
             Ok(drives) => is_used(text, &drives),
-            Err(error) => told(&error.to_string()),
+            Err(error) => check_message(&error.to_string()),
         },
     }
 }
 
-/// Lines without what says nothing.
+/// The lines without comments and blanks.
 fn bare<'a>(lines: impl Iterator<Item = &'a str>) -> String {
     let words = lines.map(|line| line.split_whitespace().collect::<Vec<_>>().join(" "));
     words.filter(|line| !line.is_empty()).map(|line| line + "\n").collect()
 }
 
-/// All that a file says is in what was read of it.
+/// Checks that all of the file's content was read.
 fn is_used(text: &str, read: &impl Serialize) {
-    let said = Value::Table(toml::from_str(text).expect("it was read before"));
+    let stated = Value::Table(toml::from_str(text).expect("it was read before"));
     let used = Value::try_from(read).expect("it has a form in TOML");
-    assert!(is_in(&said, &used), "{said} was read as {used}");
+    assert!(is_in(&stated, &used), "{stated} was read as {used}");
 }
 
 #[expect(clippy::cast_precision_loss, reason = "as it is when an integer is read where a number is expected")]
@@ -181,7 +185,7 @@ fn is_in(said: &Value, used: &Value) -> bool {
     }
 }
 
-/// What an operator inputs is recorded, and input again at the same times by who plays the recording.
+/// Checks that the recording of an operator's inputs gives the same inputs at the same times.
 fn is_recorded(operator: impl Operator, looks: &[u8]) {
     let seen = OperatorView {
         position_mm: None,
@@ -203,7 +207,7 @@ fn is_recorded(operator: impl Operator, looks: &[u8]) {
     let inputs: Vec<OperatorInput> = times.iter().map(|&time| recorder.input(&seen, time)).collect();
     drop(recorder);
     let mut again = Trace::read(&file[..], Path::new("recorded")).expect("a recording can be read");
-    // Turns add up; what is beyond all numbers is none.
+    // Turns add up. Infinite values count as zero.
     let finite = |(x, y): (f64, f64)| if x.is_finite() && y.is_finite() { (x, y) } else { (0.0, 0.0) };
     for (time, input) in times.into_iter().zip(inputs) {
         let input =
@@ -212,15 +216,15 @@ fn is_recorded(operator: impl Operator, looks: &[u8]) {
     }
 }
 
-fn hears(description: Description, bytes: &[u8]) {
-    let mut dialect = Described::new(Arc::new(description), setting());
+fn decodes(description: Description, bytes: &[u8]) {
+    let mut dialect = Described::new(Arc::new(description), dialect_config());
     let mut out = Vec::new();
     for command in COMMANDS {
         let _ = dialect.encode(&command, &mut out);
         for &byte in bytes.iter().take(500) {
             let before = out.len();
             let _ = dialect.decode(byte, &mut out);
-            assert!(out.len() - before < 3000, "it talks without end");
+            assert!(out.len() - before < 3000, "unbounded output");
         }
     }
 }

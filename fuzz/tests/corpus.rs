@@ -1,4 +1,4 @@
-//! Every target over its stored inputs, over what once failed, over mutations of these, and over random bytes.
+//! Every target over its stored inputs, inputs that once failed, mutations of these, and random bytes.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ fn here() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The files of a folder in order; none when there is no folder.
+/// The files of a folder in order. A missing folder counts as empty.
 fn files(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).into_iter().flatten();
     let mut paths: Vec<PathBuf> = entries.map(|entry| entry.expect("readable").path()).collect();
@@ -20,7 +20,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     paths
 }
 
-/// A target's seeds and pack, and its folders in `tests/fuzz`, which has what once failed.
+/// A target's seeds and pack, and its folders in `tests/fuzz`, which hold inputs that once failed.
 fn inputs(name: &str) -> Vec<Vec<u8>> {
     let stored = corpus::stored(name).unwrap_or_else(|error| panic!("{error}"));
     let failed = here().join("../tests/fuzz");
@@ -31,7 +31,7 @@ fn inputs(name: &str) -> Vec<Vec<u8>> {
     stored.into_iter().map(|input| input.bytes).chain(others).collect()
 }
 
-/// Some bytes flipped, replaced, cut out, doubled or taken from another input.
+/// The input with some bytes flipped, replaced, cut out, duplicated or taken from another input.
 fn mutated(bytes: &[u8], others: &[Vec<u8>], random: &mut fastrand::Rng) -> Vec<u8> {
     let mut bytes = bytes.to_vec();
     for _ in 0..random.usize(1..5) {
@@ -74,9 +74,9 @@ fn check(name: &str, rounds: usize) {
     }
 }
 
-/// What is checked of plans is checked of many: of the stored drawings no less than a quarter can be planned.
+/// At least a quarter of the stored drawings can be planned, so that the checks of plans see many of them.
 #[test]
-fn drawings_are_planned() {
+fn a_quarter_of_the_drawings_can_be_planned() {
     let inputs = inputs("drawing");
     let machine = MachineProfile::simulated();
     let planned = |bytes: &&Vec<u8>| {
@@ -87,9 +87,9 @@ fn drawings_are_planned() {
     assert!(4 * count >= inputs.len(), "{count} of {}", inputs.len());
 }
 
-/// What is checked of logs that play again is checked of many, and of certificates.
+/// Enough stored logs replay with certificates, so that the checks of logs see many of them.
 #[test]
-fn logs_play_again() {
+fn stored_logs_replay_with_certificates() {
     let counts: Vec<usize> = inputs("session_log").iter().map(|bytes| certificates_of_log(bytes)).collect();
     let certified = counts.iter().filter(|count| **count > 0).count();
     assert!(certified >= 4, "{certified} of {} have certificates", counts.len());
@@ -99,16 +99,17 @@ macro_rules! tests {
     ($($name:ident $rounds:literal),+ $(,)?) => {
         $(#[test] fn $name() { check(stringify!($name), $rounds); })+
 
-        /// No target is without a test, a libFuzzer program, a pack, or an entry in the manifest.
+        /// Every target has a test, a libFuzzer program, a pack, and an entry in the manifest.
         #[test]
-        fn targets_are_all_there() {
+        fn every_target_is_complete() {
             let listed: BTreeSet<String> = TARGETS.iter().map(|target| target.name.into()).collect();
             assert_eq!(listed, BTreeSet::from([$(stringify!($name).to_string()),+]), "tests");
             let stem = |path: PathBuf| path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
-            let programs: BTreeSet<String> = files(&here().join("fuzz_targets")).into_iter().filter_map(stem).collect();
+            let programs: BTreeSet<String> =
+                files(&here().join("fuzz_targets")).into_iter().filter_map(stem).collect();
             assert_eq!(listed, programs, "programs");
-            let packs: BTreeSet<String> =
-                files(&here().join("corpora")).into_iter().filter_map(stem).map(|name| name.replace(".tar", "")).collect();
+            let packs = files(&here().join("corpora")).into_iter().filter_map(stem);
+            let packs: BTreeSet<String> = packs.map(|name| name.replace(".tar", "")).collect();
             assert_eq!(listed, packs, "packs");
             let seeds: BTreeSet<String> = files(&here().join("seeds")).into_iter().filter_map(stem).collect();
             assert!(seeds.is_subset(&listed), "seeds {seeds:?}");

@@ -1,11 +1,12 @@
-//! The dxf crate on what fuzzing our reader found.
+//! The dxf crate on the inputs that fuzzing found for our reader.
 
 use std::io::Cursor;
 use std::path::Path;
 
 use keepout_fuzz::corpus;
 
-/// An input that the crate panics over is to be reported, and listed with the beginning of its bytes.
+/// An input that makes the crate panic must be on the page of upstream faults, with the beginning of its
+/// bytes.
 #[test]
 fn panics_of_the_dxf_crate_are_listed() {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/contributor/upstream.md");

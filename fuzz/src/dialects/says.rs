@@ -1,26 +1,27 @@
-//! What a line of each language says, read once more and in another way.
+//! The content of a line of each dialect, read a second time and in another way.
 
 use keepout_executor::supervisor::{Mode, Reply, Report};
 use keepout_kernel::Point;
 use keepout_planner::units::mm;
 
-use super::{STROKE_MM, setting};
+use super::{TRAVEL_MM, dialect_config};
 
-/// What was heard.
+/// The received lines.
 #[derive(Default)]
 pub struct Heard {
-    /// The line as far as it was heard, without its end.
+    /// The current line, without its end.
     pub line: Vec<u8>,
-    /// Lines before it, since the last report; not empty ones.
+    /// The non-empty lines before it since the last report.
     pub before: Vec<Vec<u8>>,
-    /// A stop was said since then: it waits for nothing, and its echo may stand anywhere.
+    /// A stop was sent since then. It waits for no answer, so its echo may stand anywhere.
     pub stopped: bool,
-    /// Carriage returns end lines, too; else they are nothing, wherever they stand.
+    /// Carriage returns end lines, too. Otherwise they are ignored everywhere.
     pub returns: bool,
 }
 
 impl Heard {
-    /// Whether the byte ends a line; another is taken into it, but for carriage returns.
+    /// Takes a byte and returns whether it ends the line. Other bytes join the line, except carriage
+    /// returns.
     pub fn takes(&mut self, byte: u8) -> bool {
         let ends = byte == b'\n' || self.returns && byte == b'\r';
         if !ends && byte != b'\r' {
@@ -29,7 +30,7 @@ impl Heard {
         ends
     }
 
-    /// After a byte was judged.
+    /// Updates the lines after a byte was checked.
     pub fn goes_on(&mut self, ended: bool, reply: Option<&Reply>) {
         if matches!(reply, Some(Reply::Report(_))) {
             self.before.clear();
@@ -50,15 +51,15 @@ impl Heard {
     }
 }
 
-/// Somebody who judges replies.
+/// A check of replies.
 pub trait Says {
-    /// The port was opened anew.
+    /// The port was opened again.
     fn forget(&mut self) {}
 
-    /// What the dialect said to the last byte, which ended the line or did not.
+    /// Takes the bytes that the dialect sent after the last byte, and whether that byte ended the line.
     fn said(&mut self, _heard: &Heard, _ended: bool, _said: &[u8]) {}
 
-    /// Looks at a reply.
+    /// Checks a reply.
     fn is_right(&mut self, heard: &Heard, reply: &Reply);
 }
 
@@ -68,13 +69,14 @@ impl<F: FnMut(&Heard, &Reply)> Says for F {
     }
 }
 
-/// GRBL: every reply is that of its line, and what is queued or waits is what is missing from what two reports in a row stated as
-/// free at rest.
+/// GRBL: every reply agrees with its line. The queued and waiting numbers are the difference to the free
+/// buffers that two reports at rest in a row stated.
 #[derive(Default)]
 pub struct Grbl {
-    /// Blocks and bytes that the last report at rest stated as free.
+    /// Free blocks and bytes of the last report at rest.
     last: Option<[u64; 2]>,
-    /// What two in a row stated, at any time: a session that begins anew learns it anew.
+    /// Free blocks and bytes that two reports in a row stated, at any time. A new session learns them
+    /// again.
     agreed: Vec<[u64; 2]>,
 }
 
@@ -127,16 +129,16 @@ pub fn zaber_sum(bytes: &[u8]) -> u8 {
     bytes.iter().fold(0_u8, |sum, &byte| sum.wrapping_add(byte)).wrapping_neg()
 }
 
-/// Zaber: what is known of the controller.
+/// Zaber: facts about the controller.
 #[derive(Default)]
 pub struct Zaber {
     /// Answers carry a checksum.
     checked: bool,
-    /// The number of the line that asks for the machine's zero, as long as that is not answered.
+    /// The number of the line that queries the machine's zero, until the answer.
     asked: Option<u8>,
     /// The machine's zero, microsteps.
     zero: Option<[f64; 2]>,
-    /// What both were before this line, if it answered that.
+    /// Both values before this line, if the line answered the query.
     before: Option<(u8, Option<[f64; 2]>)>,
 }
 
@@ -157,10 +159,10 @@ impl Says for Zaber {
             self.zero = zaber_counts(&text).filter(|_| status == "OK").or(self.zero);
             self.asked = None;
         }
-        // One line is under way at a time: another one that is said means that this one is answered or given up.
+        // One line is in transit at a time. Another line sent means that this one was answered or given up.
         for line in String::from_utf8_lossy(said).lines() {
             let number = line.split_once(" get limit.max").map(|(head, _)| head.replace("/1 0 ", ""));
-            // It is asked once the controller has agreed to checksums.
+            // The dialect queries it once the controller has agreed to checksums.
             self.checked |= number.is_some();
             self.asked = number.and_then(|number| number.parse().ok());
         }
@@ -183,7 +185,7 @@ impl Says for Zaber {
         assert_eq!(stated, Some(zaber_sum(&line[1..colon])), "{reply:?} from {text:?}");
         if matches!(reply, Reply::Prepared(..)) {
             let zero = self.zero.unwrap_or_else(|| panic!("fit without a travel, at {text:?}"));
-            let off = |k: usize| zero[k] / setting().steps_per_mm / STROKE_MM[k] - 1.0;
+            let off = |k: usize| zero[k] / dialect_config().steps_per_mm / TRAVEL_MM[k] - 1.0;
             assert!(off(0).abs().max(off(1).abs()) < 0.020_1, "fit with a travel of {zero:?} microsteps");
         }
         let Reply::Report(report) = reply else { return };
@@ -191,12 +193,12 @@ impl Says for Zaber {
         let Some(at) = report.position else { return };
         let counts = zaber_counts(&text).unwrap_or_else(|| panic!("a place from {text:?}"));
         let zero = self.zero.unwrap_or_else(|| panic!("a place without a zero, from {text:?}"));
-        let axis = |k: usize| (counts[k] - zero[k]) / setting().steps_per_mm;
+        let axis = |k: usize| (counts[k] - zero[k]) / dialect_config().steps_per_mm;
         is_there(at, [axis(0), axis(1)], &text);
     }
 }
 
-/// The two numbers behind the warning of `@01 0 07 OK IDLE -- 12345 678:8F`.
+/// The two numbers after the warning of `@01 0 07 OK IDLE -- 12345 678:8F`.
 fn zaber_counts(text: &str) -> Option<[f64; 2]> {
     let (content, _) = text.rsplit_once(':').unwrap_or((text, ""));
     let data = content.splitn(7, ' ').last()?.trim();
@@ -204,7 +206,7 @@ fn zaber_counts(text: &str) -> Option<[f64; 2]> {
     Some([words.next()??, words.next()??])
 }
 
-/// Venus-1: the place is the line's, and it rests where the last number before it is even.
+/// Venus-1: the position is the line's. The machine is at rest if the last number before it is even.
 pub fn venus(heard: &Heard, reply: &Reply) {
     let text = heard.text();
     let Reply::Report(report) = reply else { return };
@@ -217,27 +219,28 @@ pub fn venus(heard: &Heard, reply: &Reply) {
     }
 }
 
-/// A description's own reading: what a line says of rest, if anything, and where the tool is by two numbers, mm.
+/// A second reading of a description's lines: whether a line states rest, and the position in mm from two
+/// numbers.
 struct Reading {
     rests: fn(&str) -> Option<bool>,
     place_mm: fn(f64, f64) -> [f64; 2],
     place_in: PlaceIn,
-    /// Letters that may stand right behind a number.
+    /// Letters that may follow a number directly.
     letters: &'static str,
 }
 
-/// Where the place stands.
+/// The line that holds the position.
 #[derive(Clone, Copy, PartialEq)]
 enum PlaceIn {
     /// In the line of the state.
     State,
     /// In a later line.
     Later,
-    /// In some other line: echoes and prompts may be torn into any.
+    /// In some other line. Echoes and prompts may be torn into any line.
     Other,
 }
 
-/// For each description, in order.
+/// The checks of the descriptions, in order.
 pub const DESCRIBED: [fn(&Heard, &Reply); 4] = [
     |heard, reply| {
         let rests = |line: &str| line.parse::<u32>().ok().map(|status| status == 0 && line == "0");
@@ -266,7 +269,7 @@ pub const DESCRIBED: [fn(&Heard, &Reply); 4] = [
     |heard, reply| {
         let rests =
             |line: &str| numbers(line, "AB").first().map(|status| status % 2.0 == 0.0 && status % 16.0 < 8.0);
-        // Its second axis is our x, its first, turned round, our y.
+        // Its second axis is our x. Its first axis, reversed, is our y.
         let place_mm = |a: f64, b: f64| [(b - 7000.0) / 1250.0, -(a + 2000.0) / 1250.0];
         described(heard, reply, &Reading { rests, place_mm, place_in: PlaceIn::State, letters: "AB" });
     },
@@ -292,7 +295,7 @@ fn described(heard: &Heard, reply: &Reply, reading: &Reading) {
     assert!(said, "{report:?} from {lines:?}");
 }
 
-/// All numbers of a line; one that a letter follows, but one of `letters`, goes on, and is none.
+/// All numbers of a line. A number that a letter follows does not count, except one of `letters`.
 fn numbers(text: &str, letters: &str) -> Vec<f64> {
     let ends = |letter: char| !(letter.is_ascii_digit() || "+-.".contains(letter));
     let goes_on = |letter: char| letter.is_alphabetic() && !letters.contains(letter);
@@ -306,13 +309,13 @@ fn two(text: &str, between: char) -> Option<[f64; 2]> {
     Some([numbers.next()?.trim().parse().ok()?, numbers.next()?.trim().parse().ok()?])
 }
 
-/// The place is what the line says in machine coordinates.
+/// The position is the line's, in machine coordinates.
 fn is_there(at: Point, [x, y]: [f64; 2], text: &str) {
     assert!(off(at, [x, y]) < 2e-5, "{at:?} from {text:?}, not {x} {y}");
 }
 
-/// How far the place is from one in machine coordinates, mm, on either axis.
+/// Distance of the position from one in machine coordinates, mm, on the farther axis.
 fn off(at: Point, [x, y]: [f64; 2]) -> f64 {
-    let machine = at.translated(setting().offset).expect("it came from there");
+    let machine = at.translated(dialect_config().offset).expect("it came from there");
     (mm(machine.x.units()) - x).abs().max((mm(machine.y.units()) - y).abs())
 }

@@ -1,4 +1,4 @@
-//! A controller that takes lines and drives to where they say, straight or each axis by itself.
+//! A controller that executes lines, with linear or non-interpolated motion.
 
 use std::collections::VecDeque;
 
@@ -11,41 +11,41 @@ use keepout_proofs::square::plain;
 
 use crate::oracle;
 
-/// Lines that the controller's receive buffer holds; what arrives beyond them is lost.
+/// Lines that the receive buffer holds. Further lines are lost.
 const BUFFER: usize = 3;
-/// Motions that it plans.
+/// Motions that the planner holds.
 const PLANNED: usize = 15;
 /// The last digit of a report, lattice units.
 const DIGIT: i64 = 100;
 
-/// What it is made like.
+/// The kind of controller.
 #[derive(Clone, Copy)]
 pub struct Make {
-    /// What it can do.
+    /// Its abilities.
     pub abilities: Abilities,
-    /// A jog takes the place of what it is at; else it comes after.
+    /// A jog replaces the current motion. Otherwise it follows it.
     pub replaces: bool,
-    /// Where its axes run apart, y first.
+    /// Non-interpolated axes move y first.
     pub y_first: bool,
 }
 
-/// Lines on their way, received and planned, and the tool.
+/// Lines in transit, received and planned, and the tool.
 pub struct Machine {
     make: Make,
-    /// Where the tool is.
+    /// Position of the tool.
     pub tool: Xy,
-    /// Where the tool was when it began the motion that it is at, and how much of that is done.
+    /// Position of the tool at the beginning of its motion, and the completed share of the motion.
     begun: (Xy, f64),
-    /// Lines that were sent and not heard.
+    /// Lines in transit to the controller.
     pub wire: VecDeque<Command>,
     received: VecDeque<Motion>,
     planner: VecDeque<Motion>,
-    /// What it said and nobody heard.
+    /// Answers in transit to the supervisor.
     pub answers: VecDeque<Reply>,
 }
 
 impl Machine {
-    /// One that stands still.
+    /// A machine at rest.
     pub fn new(make: Make, tool: Xy) -> Self {
         Self {
             make,
@@ -58,7 +58,7 @@ impl Machine {
         }
     }
 
-    /// What it can do.
+    /// Its abilities.
     pub fn abilities(&self) -> Abilities {
         self.make.abilities
     }
@@ -72,13 +72,13 @@ impl Machine {
         self.planner.iter().chain(&self.received).chain(sent)
     }
 
-    /// It is at a motion of a contour.
+    /// Whether the current motion belongs to a contour.
     pub fn is_contouring(&self) -> bool {
         matches!(self.planner.front(), Some(Motion::Contour { .. }))
     }
 
-    /// The next line arrives.
-    pub fn hears(&mut self) {
+    /// Receives the next line.
+    pub fn receives(&mut self) {
         let Some(command) = self.wire.pop_front() else { return };
         match command {
             Command::Query => {
@@ -112,7 +112,7 @@ impl Machine {
             }
             Command::Move(_) => {}
         }
-        // What was received is planned as long as there is room.
+        // Received lines are planned as long as there is room.
         while self.planner.len() < PLANNED {
             let Some(motion) = self.received.pop_front() else { break };
             if self.begins_elsewhere(&motion) {
@@ -128,7 +128,8 @@ impl Machine {
         }
     }
 
-    /// An arc is given by its radius: where it does not begin at the end of what is planned, it is refused.
+    /// Whether an arc does not begin at the end of the planned motions. A controller takes an arc by its
+    /// radius, and rejects such an arc.
     fn begins_elsewhere(&self, motion: &Motion) -> bool {
         let Motion::Contour { curve: Curve::Arc(arc), .. } = motion else { return false };
         let end = self.planner.back().map_or(self.tool, |last| match last {
@@ -150,12 +151,12 @@ impl Machine {
         }
     }
 
-    /// Drives a share of its motion, or what is left of it; answers how much that was.
+    /// Executes a share of the current motion, at most its remainder. Returns the executed share.
     pub fn moves(&mut self, share: f64) -> Option<f64> {
         let motion = *self.planner.front()?;
         let (from, done) = self.begun;
         let most = self.corner(&motion).map_or(1.0, |corner| if done < corner { corner - done } else { 1.0 });
-        // So little of an arc that its chord is the arc, to a unit or two.
+        // A part of an arc so short that its chord is the arc, to a unit or two.
         let most = if matches!(motion, Motion::Contour { curve: Curve::Arc(_), .. }) { 0.005 } else { most };
         let used = share.min(1.0 - done).min(most).max(0.0);
         let at = done + used;
@@ -175,7 +176,7 @@ impl Machine {
         Some(used.max(1e-3))
     }
 
-    /// Where one axis has arrived and the other begins, as a share of the motion.
+    /// The share of the motion at which the second axis begins to move.
     fn corner(&self, motion: &Motion) -> Option<f64> {
         let Abilities { interpolation, contours, .. } = self.make.abilities;
         let interpolation = if matches!(motion, Motion::Jog { .. }) { interpolation } else { contours };

@@ -1,4 +1,4 @@
-//! What is watched of a session: the guard's invariant, by other means than the guard's.
+//! Checks of a session: the guard's invariant, by means other than the guard's.
 
 use keepout_executor::supervisor::{Command, Phase};
 use keepout_guard::{Interpolation, Motion};
@@ -15,15 +15,17 @@ use crate::{job, oracle};
 
 /// Rounding of places in `f64`, and of nearest points, lattice units.
 pub const ROUNDING: f64 = 4.0;
-/// How near the tool comes to a place of a contour that it cuts: reported places are looked for within 50 µm.
+/// Largest distance of the tool from a cut point of a contour. The program finds reported positions within
+/// 50 µm.
 const CUT: f64 = 6_000.0;
-/// Places looked at on a way out.
+/// Number of sampled points on a retract move.
 const PLACES: u32 = 16;
-/// Places looked at along each curve of a contour that counts as cut: none of the plate's is longer than 24 mm.
+/// Number of sampled points on each curve of a completed contour. No curve of the plate is longer than 24
+/// mm.
 const PLACES_CUT: u32 = 96;
 
 impl Play {
-    /// Looks at what is said to the controller.
+    /// Checks a command to the controller.
     pub(super) fn watch(&self, command: &Command, inside: bool) {
         let abilities = self.machine.abilities();
         match command {
@@ -32,7 +34,7 @@ impl Play {
                 Motion::Jog { .. } => self.watch_set(),
                 Motion::Contour { curve, .. } => self.watch_contour(curve),
             },
-            Command::Cancel(_) => assert!(abilities.cancels(), "it can not be stopped"),
+            Command::Cancel(_) => assert!(abilities.cancels(), "the controller has no cancel"),
             _ => {}
         }
     }
@@ -41,7 +43,8 @@ impl Play {
         self.walls.iter().any(|&(d, e)| comes_near(corners, d, e, r))
     }
 
-    /// All that may be executed is clear of the part: each triangle of it, or the whole box, by big integers over all edges.
+    /// Checks that all motions that may be executed are clear of the part: each triangle of the in-flight
+    /// set, or the whole box, by big integers over all edges.
     fn watch_set(&self) {
         let guard = self.supervisor.guard();
         let kept = i64::from(guard.rules().jogging_clearance.units()) - 1;
@@ -55,7 +58,8 @@ impl Play {
         }
     }
 
-    /// A way out comes nearer to no edge within the threshold by hand, and goes along an axis where axes run apart.
+    /// Checks a retract move: it comes nearer to no edge within the jogging clearance, and non-interpolated
+    /// axes move one at a time.
     fn watch_way_out(&self, to: Point) {
         let guard = self.supervisor.guard();
         let from = guard.confirmed().expect("it stands inside").point();
@@ -88,7 +92,7 @@ impl Play {
         keep_away(curve, &places, kept);
     }
 
-    /// The tool and the targets under way are in the hull of what the guard takes to be under way.
+    /// Checks that the tool and the targets in transit are in the hull of the guard's in-flight set.
     pub(super) fn watch_hull(&self) {
         let guard = self.supervisor.guard();
         let by_hand = matches!(self.supervisor.phase(), Phase::Manual | Phase::Sliding | Phase::Escaping);
@@ -110,9 +114,10 @@ impl Play {
         }
     }
 
-    /// The tool was where a contour counts as cut to. One lie is not believed, but several that fit together are.
+    /// Checks that the tool was at the resume point. The supervisor does not accept one false report, but
+    /// it accepts several consistent ones.
     pub(super) fn watch_cut(&mut self) {
-        if self.trouble == Trouble::Lies
+        if self.trouble == Trouble::FalseReplies
             || !matches!(self.supervisor.phase(), Phase::Contouring | Phase::Holding)
         {
             return;
@@ -124,10 +129,10 @@ impl Play {
         }
     }
 
-    /// The tool was everywhere where contours count as cut.
+    /// Checks that the tool was at every point of the completed contours.
     pub(super) fn watch_progress(&self) {
         let progress = self.supervisor.progress();
-        if self.trouble == Trouble::Lies {
+        if self.trouble == Trouble::FalseReplies {
             return;
         }
         let plan = &job::work().plan.plan;
@@ -144,7 +149,7 @@ impl Play {
                 let away = |k: &usize| oracle::between(places[*k], xy(to));
                 (0..places.len()).min_by(|a, b| away(a).total_cmp(&away(b))).expect("a loop has places")
             };
-            // From the place behind the one by the entry to the one before that by the end.
+            // From the point after the entry to the point before the end.
             let (entry, resume_point) = (nearest(partial.entry), nearest(partial.resume_point));
             let count = (resume_point + places.len() - entry) % places.len();
             let whole = partial.entry == partial.resume_point;
@@ -163,7 +168,7 @@ impl Play {
     }
 }
 
-/// Places of a motion of a contour are farther from the part.
+/// Checks that points of a contour's motion are farther from the part than `kept`.
 pub fn keep_away(curve: &Curve, places: &[oracle::Xy], kept: f64) {
     for &place in places {
         let left = oracle::distance(place, oracle::walls(&job::work().plan));
@@ -183,13 +188,14 @@ fn corners(points: &[Xy]) -> Vec<Xy> {
     vec![(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
 }
 
-/// All triangles of the points, also those that are flat: together they are the convex hull.
+/// All triangles of the points, also flat ones. Together they are the convex hull.
 pub fn triangles(set: &[Xy]) -> impl Iterator<Item = [Xy; 3]> {
     let from = |i: usize| set[i..].iter().enumerate().map(move |(k, &point)| (i + k, point));
     from(0).flat_map(move |(i, a)| from(i).flat_map(move |(j, b)| set[j..].iter().map(move |&c| [a, b, c])))
 }
 
-/// Whether the triangle comes so near to the line from `d` to `e`, by big integers where floats are in doubt.
+/// Whether the triangle comes so near to the segment from `d` to `e`, by big integers where floats are in
+/// doubt.
 pub fn comes_near([a, b, c]: [Xy; 3], d: Xy, e: Xy, r: i64) -> bool {
     if b == c { segments_within(a, b, d, e, r) } else { triangle_within([a, b, c], d, e, r) }
 }

@@ -1,4 +1,5 @@
-//! Structured drawings: outlines of many shapes, each perhaps degenerate in one of the ways of real files, and an order for them.
+//! Structured drawings: outlines of many shapes, with the faults of real files, and a plan request for
+//! them.
 
 mod shape;
 mod spoil;
@@ -16,39 +17,39 @@ use crate::import;
 
 /// The layer of clamps.
 const ZONES: &str = "CLAMPS";
-/// Most outlines of a drawing.
+/// Largest number of outlines of a drawing.
 const OUTLINES_MAX: u32 = 4;
 
-/// A drawing and what is ordered of it.
+/// A drawing and a plan request for it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sketch {
     /// The value of `$INSUNITS`, when it is stated.
     pub units: Option<u8>,
     /// The outlines.
     pub outlines: Vec<Figure>,
-    /// The order.
+    /// The plan request.
     pub order: PlanRequest,
 }
 
-/// An outline, what is wrong with it, and how it stands in the file.
+/// An outline, its faults, and its form in the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
-    /// What it is before it is spoilt.
+    /// The outline without faults.
     pub outline: Outline,
-    /// What is wrong with it, and where.
+    /// Its faults: family, place and size.
     pub spoilt: Vec<(Family, u8, f64)>,
-    /// Entities of its own for each edge, in another order, some backwards; else one polyline.
+    /// Separate entities for the edges, in another order, some backwards. Otherwise one polyline.
     pub loose: bool,
     /// Blocks around it.
     pub nest: Vec<Nest>,
-    /// It is a clamp, not the part.
+    /// The outline is a clamp and not the part.
     pub zone: bool,
 }
 
-/// A block set in.
+/// A block insertion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nest {
-    /// Where.
+    /// The insertion point.
     pub at: (f64, f64),
     /// Scale along x and y; negative ones mirror.
     pub scale: (f64, f64),
@@ -65,7 +66,7 @@ impl Sketch {
         write::dxf(self)
     }
 
-    /// What is wrong with it.
+    /// The families of its faults.
     pub fn families(&self) -> impl Iterator<Item = Family> + '_ {
         let nested = self.outlines.iter().any(|figure| !figure.nest.is_empty());
         let spoilt = self.outlines.iter().flat_map(|figure| figure.spoilt.iter().map(|each| each.0));
@@ -73,14 +74,14 @@ impl Sketch {
     }
 }
 
-/// Any bytes as a structured drawing and an order: a typed error, or contours that are where they were drawn, and a plan whose
-/// certificates hold.
+/// Reads a structured drawing and a plan request from any bytes. The result is a typed error, or contours
+/// at the places where they were drawn, and a plan whose certificates hold.
 ///
 /// # Panics
-/// As [`import::dxf_import`], and when a curve is elsewhere than it was drawn.
+/// As [`import::dxf_import`], and when a curve lies elsewhere than it was drawn.
 pub fn drawing(bytes: &[u8]) {
     let Ok(sketch) = Sketch::arbitrary(&mut Unstructured::new(bytes)) else { return };
-    if let Some((part, zones)) = import::ordered(sketch.dxf().as_bytes(), &sketch.order) {
+    if let Some((part, zones)) = import::check_request(sketch.dxf().as_bytes(), &sketch.order) {
         truth::compare(&sketch, false, &part);
         truth::compare(&sketch, true, &zones);
     }
@@ -92,7 +93,7 @@ impl<'a> Arbitrary<'a> for Sketch {
         let count = u.int_in_range(1..=OUTLINES_MAX)?;
         let mut order = order(u)?;
         let mut outlines = (0..count).map(|_| Figure::arbitrary(u)).collect::<Result<Vec<_>>>()?;
-        // Last, so that older inputs stay what they were.
+        // Read last, so that older inputs keep their meaning.
         for figure in &mut outlines {
             figure.zone = u.int_in_range(0..=7_u8)? == 7;
         }
@@ -126,7 +127,7 @@ impl<'a> Arbitrary<'a> for Nest {
     }
 }
 
-/// A number as drawings have them: mostly of a part's size and with few digits, now and then anything.
+/// A number as in drawings: mostly of a part's size and with few digits, sometimes any number.
 pub(crate) fn number(u: &mut Unstructured<'_>) -> Result<f64> {
     const SIZES: [f64; 8] = [1.0, 0.01, 0.01, 0.1, 0.001, 1e-6, 100.0, 1e-9];
     let kind = u.int_in_range(0..=15_u8)?;

@@ -1,4 +1,4 @@
-//! The shapes that outlines begin as.
+//! The shapes of outlines, before faults.
 
 use std::f64::consts::{PI, TAU};
 
@@ -6,10 +6,10 @@ use arbitrary::{Arbitrary, Result, Unstructured};
 
 use super::number;
 
-/// Most corners of an outline.
+/// Largest number of corners of an outline.
 const CORNERS_MAX: usize = 24;
 
-/// What an outline begins as.
+/// The shape of an outline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
     /// Corners around a centre, at any distance.
@@ -43,7 +43,8 @@ impl Shape {
     ];
 }
 
-/// A corner and the bulge of the edge behind it: tan of a quarter of the angle it turns through.
+/// A corner, and the bulge of the edge that begins there: the tangent of a quarter of the angle that the
+/// edge turns through.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Corner {
     /// x and y.
@@ -57,13 +58,14 @@ pub struct Corner {
 pub enum Outline {
     /// Edges from corner to corner, and back to the first.
     Corners(Vec<Corner>),
-    /// A circle or ellipse: the centre, the half axis, the ratio of the other, beginning and end as parameters.
+    /// A circle or ellipse: centre, half axis, ratio of the other half axis, and parameters of beginning
+    /// and end.
     Round {
         /// The centre.
         centre: (f64, f64),
         /// The half axis from it.
         axis: (f64, f64),
-        /// How long the other half axis is by this one.
+        /// Length of the other half axis divided by this one.
         ratio: f64,
         /// Begin and end, radians.
         range: (f64, f64),
@@ -78,7 +80,7 @@ pub enum Outline {
         knots: Vec<f64>,
         /// The control points.
         points: Vec<(f64, f64)>,
-        /// Their weights; none for a plain one.
+        /// Their weights. A plain spline has no weights.
         weights: Vec<f64>,
     },
 }
@@ -101,7 +103,7 @@ impl<'a> Arbitrary<'a> for Outline {
     }
 }
 
-/// Where an outline stands, and half its size.
+/// The centre of an outline, and half its size.
 #[derive(Clone, Copy)]
 struct Frame {
     centre: (f64, f64),
@@ -184,7 +186,7 @@ fn on_circle(k: usize, count: usize, r: f64) -> (f64, f64) {
     (r * angle.cos(), r * angle.sin())
 }
 
-/// A clamped spline that ends where it began, its inner knots now and then repeated.
+/// A clamped spline that ends where it began. Some of its inner knots are repeated.
 fn spline(u: &mut Unstructured<'_>, centre: (f64, f64), h: f64) -> Result<Outline> {
     let degree = *u.choose(&[3_u8, 2, 3, 1, 4, 5, 9])?;
     let count = usize::from(degree) + 1 + u.int_in_range(1..=7_usize)?;

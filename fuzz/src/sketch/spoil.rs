@@ -1,18 +1,18 @@
-//! The ways in which drawings are degenerate.
+//! The faults of drawings.
 
 use super::shape::{Corner, Outline};
 use crate::oracle::on_the_way;
 
-/// What is wrong with an outline.
+/// A fault of an outline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Family {
     /// An edge ends before the next begins.
     Gap,
     /// An edge runs back over the one before.
     Overlap,
-    /// An edge is there twice.
+    /// An edge occurs twice.
     Duplicate,
-    /// The whole outline is there twice.
+    /// The whole outline occurs twice.
     Twice,
     /// A line ends on the middle of an edge.
     TJunction,
@@ -20,13 +20,13 @@ pub enum Family {
     SelfTouch,
     /// A needle stands out of an edge.
     Needle,
-    /// Edges without length, or nearly.
+    /// Edges of no length, or nearly none.
     Tiny,
-    /// It is as large as a hall.
+    /// The outline is as large as a hall.
     Huge,
-    /// It is smaller than a hair.
+    /// The outline is smaller than a hair.
     Small,
-    /// Bulges near nothing.
+    /// Bulges near zero.
     Flat,
     /// Bulges near infinity.
     Full,
@@ -34,14 +34,14 @@ pub enum Family {
     Knots,
     /// An edge is missing.
     Open,
-    /// An edge has a number that is none.
+    /// An edge has a value that is not a number.
     NoNumber,
-    /// It stands in blocks in blocks.
+    /// The outline is in nested blocks.
     Blocks,
 }
 
 impl Family {
-    /// All that an outline can have by itself.
+    /// All faults that a single outline can have.
     pub const OF_OUTLINES: [Self; 15] = [
         Self::Gap,
         Self::Overlap,
@@ -60,14 +60,14 @@ impl Family {
         Self::NoNumber,
     ];
 
-    /// The name of a file of it.
+    /// The name of a file with this fault.
     #[must_use]
     pub fn name(self) -> String {
         format!("{self:?}").to_lowercase()
     }
 }
 
-/// An edge, or more than one, on the way to the file.
+/// An edge on its way to the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Edge {
     /// Where it begins.
@@ -76,16 +76,16 @@ pub struct Edge {
     pub to: (f64, f64),
 }
 
-/// What an outline becomes: its edges, each from where it begins to where it ends, which need not be the same as the next's
-/// beginning; or a round one or a spline, as often as said.
+/// An outline with faults: edges, each with its beginning and end, or whole curves with their number. An
+/// edge need not end where the next begins.
 pub enum Spoilt {
     /// Edges.
     Edges(Vec<Edge>),
-    /// A whole curve, so often.
+    /// A whole curve, and how often it occurs.
     Whole(Outline, usize),
 }
 
-/// Spoils the outline.
+/// Adds the faults to the outline.
 pub fn spoilt(outline: &Outline, wrong: &[(Family, u8, f64)]) -> Spoilt {
     match outline {
         Outline::Corners(corners) => {
@@ -112,7 +112,7 @@ fn edges_of(corners: &[Corner]) -> Vec<Edge> {
     corners.iter().zip(next).map(|(&from, to)| Edge { from, to: to.at }).collect()
 }
 
-/// A length as gaps have it: from less than a unit of the lattice to millimetres.
+/// A length of gaps: from less than a lattice unit to millimetres.
 fn small(at: usize) -> f64 {
     const SIZES: [f64; 10] = [0.0, 4e-6, 6e-6, 1e-5, 0.0009, 0.005, 0.009_99, 0.010_01, 0.05, 2.0];
     SIZES[at % SIZES.len()]

@@ -1,4 +1,5 @@
-//! Where a sketch's curves are, worked out anew: what is read from its DXF must lie on them, and leave none out.
+//! The curves of a sketch, computed independently. The curves that the importer reads must lie on them and
+//! leave out no curve.
 
 use std::f64::consts::TAU;
 
@@ -11,28 +12,30 @@ use super::spoil::{Edge, Spoilt, spoilt};
 use super::{Figure, Nest, Sketch};
 use crate::oracle::{self, UNIT, Xy, between, on_the_way, to_chord};
 
-/// What is read may be off by this, lattice units: ends this near are joined without a word, and curves this flat are lines.
+/// Allowed deviation of the curves read, lattice units. The importer joins ends this near without a note,
+/// and reads curves this flat as lines.
 const ROUNDING: f64 = 15.0;
-/// Chords that stand for an edge, or for a span of a spline.
+/// Number of chords for an edge, or for a span of a spline.
 const CHORDS: u32 = 64;
-/// Chords that stand for a circle or an ellipse.
+/// Number of chords for a circle or an ellipse.
 const ROUND: u32 = 1024;
-/// Places that are asked for on either side, at most.
+/// Largest number of points compared on either side.
 const PLACES_MAX: usize = 400;
-/// Distances that are worked out, at most.
+/// Largest number of computed distances.
 const DISTANCES_MAX: usize = 1_000_000;
-/// A contour that is no farther from another than gaps may be, and twice this, is left out: chords stand for its arcs.
+/// The importer leaves out a contour this near to another, beyond the gap tolerance. The value is doubled,
+/// because chords stand for the contour's arcs.
 const COARSE: f64 = 200.0;
-/// Bulges, when there is one, in size: beyond these, rounding moves the arc.
+/// Range of the size of bulges. Outside of it, rounding moves the arc.
 const BULGES: std::ops::Range<f64> = 1e-5..8.0;
-/// Coordinates beyond this, mm, in blocks or out, are off the lattice or lose their last digits.
+/// Coordinates beyond this, mm, inside or outside of blocks, are off the lattice or lose their last digits.
 const FAR_MM: f64 = 1e6;
 
 /// The curves of the figures on one layer, each as points along it, lattice units.
 struct Truth<'a> {
     sketch: &'a Sketch,
     curves: Vec<Along>,
-    /// All curves are known.
+    /// The positions of all curves are known.
     whole: bool,
     bent: bool,
 }
@@ -40,14 +43,14 @@ struct Truth<'a> {
 /// A curve as points along it.
 struct Along {
     points: Vec<Xy>,
-    /// How far the chords between them may leave it.
+    /// Largest distance between the chords and the curve.
     sagitta: f64,
 }
 
-/// Compares what was read of the part, or of the zones, with the sketch.
+/// Compares the curves read for the part, or for the keep-out zones, with the sketch.
 ///
 /// # Panics
-/// When there is a curve that was not drawn, or one that was drawn is missing.
+/// When a curve was not drawn, or a drawn curve is missing.
 pub fn compare(sketch: &Sketch, zones: bool, chained: &Chained) {
     let truth = Truth::of(sketch, zones);
     let gap_mm = chained.repairs.iter().filter_map(|repair| match repair {
@@ -56,7 +59,7 @@ pub fn compare(sketch: &Sketch, zones: bool, chained: &Chained) {
     });
     let gap = gap_mm.fold(0.0, f64::max) * UNIT;
     if gap > 0.0 && truth.bent {
-        // An arc whose end is moved is another arc.
+        // A moved end changes the whole arc.
         return;
     }
     let off = (sketch.order.curve_mm * UNIT).max(gap) + ROUNDING;
@@ -97,9 +100,10 @@ impl<'a> Truth<'a> {
             let (a, b) = (three[0], three[2]);
             between(three[1], (f64::midpoint(a.0, b.0), f64::midpoint(a.1, b.1)))
         };
-        // That of a chord over two stretches is four times that over one where they are even: half of it is enough.
+        // The sagitta of a chord over two even stretches is four times that over one. Half of it is a safe
+        // value.
         let sagitta = curve.windows(3).map(middle).fold(0.0, f64::max) / 2.0;
-        // Where the points are too far apart to stand for the curve nothing is known.
+        // If the points are too far apart to stand for the curve, its position is unknown.
         if sagitta > 0.01 * length(&curve) {
             self.whole = false;
         } else {
@@ -107,7 +111,7 @@ impl<'a> Truth<'a> {
         }
     }
 
-    /// What was read lies on what was drawn.
+    /// Checks that the curves read lie on the drawn curves.
     fn is_all(&self, profile: &Profile, off: f64) {
         if !self.whole {
             return;
@@ -128,7 +132,7 @@ impl<'a> Truth<'a> {
         }
     }
 
-    /// What was drawn was read; pieces that are no longer than `short` may have been left out.
+    /// Checks that the drawn curves were read. Curves no longer than `short` may be left out.
     fn is_there(&self, profile: &Profile, off: f64, short: f64) {
         let long = self.curves.iter().filter(|curve| length(&curve.points) > short);
         let drawn: Vec<Xy> = long.flat_map(|curve| &curve.points).copied().collect();
@@ -143,7 +147,7 @@ impl<'a> Truth<'a> {
     }
 }
 
-/// How many places are passed over for one that is asked, so that each can be compared with so many others.
+/// The step between compared points that keeps the number of comparisons in its limits.
 fn step(places: usize, others: usize) -> usize {
     places / PLACES_MAX.min(DISTANCES_MAX / (others + 1)).max(1) + 1
 }
@@ -169,17 +173,17 @@ impl Drawn {
     }
 }
 
-/// Points along an edge; none when rounding could move it.
+/// Points along an edge; `None` if rounding could move it.
 fn points_of(edge: &Edge) -> Option<Vec<Xy>> {
     let (a, b, bulge) = (edge.from.at, edge.to, edge.from.bulge);
     if bulge == 0.0 {
-        // Not the middle, where an edge of another contour with the same corners may cross.
+        // The middle is left out, because an edge of another contour with the same corners may cross there.
         return Some((0..=5_u8).map(|k| on_the_way(a, b, f64::from(k) / 5.0)).collect());
     }
     if !BULGES.contains(&bulge.abs()) {
         return None;
     }
-    // Turned about a point of the bisector, by four times the angle that the bulge is the tangent of.
+    // The edge turns about a point of the bisector, by four times the angle whose tangent is the bulge.
     let sweep = 4.0 * bulge.atan();
     let off = 0.5 / (sweep / 2.0).tan();
     let middle = on_the_way(a, b, 0.5);
@@ -192,7 +196,7 @@ fn points_of(edge: &Edge) -> Option<Vec<Xy>> {
     Some((0..=CHORDS).map(at).collect())
 }
 
-/// Points along a circle or ellipse all round, or a spline.
+/// Points along a full circle or ellipse, or a spline.
 fn whole(outline: &Outline) -> Option<Vec<Xy>> {
     match outline {
         Outline::Corners(_) => None,
@@ -214,8 +218,8 @@ fn whole(outline: &Outline) -> Option<Vec<Xy>> {
     }
 }
 
-/// Points along a NURBS curve, span by span, by the definition of its basis (Piegl & Tiller, The NURBS Book, eq. 2.5 and 4.1). None
-/// where knots are not in order, or nearly the same.
+/// Points along a NURBS curve, span by span, by the definition of its basis (Piegl & Tiller, The NURBS
+/// Book, eq. 2.5 and 4.1). `None` if knots are out of order or nearly equal.
 fn spline(degree: usize, knots: &[f64], points: &[Xy], weights: &[f64]) -> Option<Vec<Xy>> {
     let (first, last) = (*knots.get(degree)?, *knots.get(points.len())?);
     let clear = |pair: &[f64]| pair[1] == pair[0] || pair[1] - pair[0] > 1e-3;
@@ -231,7 +235,8 @@ fn spline(degree: usize, knots: &[f64], points: &[Xy], weights: &[f64]) -> Optio
             let u = u0 + (u1 - u0) * f64::from(k) / f64::from(CHORDS);
             let mut basis = vec![0.0; degree + 1];
             basis[degree] = 1.0;
-            // Basis functions that are not nought on the span, of degree after degree: index i stands for span - degree + i.
+            // The basis functions that are not zero on the span, degree by degree. Index i stands for span
+            // − degree + i.
             for p in 1..=degree {
                 for i in degree - p..=degree {
                     let knot = span + i - degree;
@@ -258,7 +263,7 @@ fn spline(degree: usize, knots: &[f64], points: &[Xy], weights: &[f64]) -> Optio
     Some(out)
 }
 
-/// Where a figure is set in; none when it is seen edge-on, or its blocks are no place that is known.
+/// The placements of a figure; `None` if it is seen edge-on or its blocks have an unknown place.
 fn places(figure: &Figure) -> Option<Vec<Place>> {
     let mut all = vec![Place { axes: [(1.0, 0.0), (0.0, 1.0)], origin: (0.0, 0.0) }];
     for nest in &figure.nest {

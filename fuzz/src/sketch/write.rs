@@ -6,7 +6,7 @@ use super::shape::{Corner, Outline};
 use super::spoil::{Edge, Spoilt, spoilt};
 use super::{Figure, Nest, Sketch, ZONES};
 
-/// The drawing; outlines in blocks stand in a block of their own for each level.
+/// The drawing. An outline in blocks has a block of its own for each level.
 pub fn dxf(sketch: &Sketch) -> String {
     let mut text = String::from("0\nSECTION\n2\nHEADER\n9\n$ACADVER\n1\nAC1015\n");
     if let Some(units) = sketch.units {
@@ -48,7 +48,7 @@ fn entities(figure: &Figure, text: &mut String) {
     let layer = if figure.zone { ZONES } else { "0" };
     match spoilt(&figure.outline, &figure.spoilt) {
         Spoilt::Edges(edges) if figure.loose => {
-            // Neither in order nor all one way.
+            // The edges are out of order, and not all in one direction.
             let count = edges.len();
             let step = if count.is_multiple_of(7) { 1 } else { 7 };
             (0..count).for_each(|k| single(&edges[k * step % count], layer, text));
@@ -58,7 +58,8 @@ fn entities(figure: &Figure, text: &mut String) {
     }
 }
 
-/// A line or an arc of its own; every other one backwards.
+/// A line or an arc as a separate entity. A line runs toward greater x, and an arc counter-clockwise, so
+/// some edges run backwards.
 fn single(edge: &Edge, layer: &str, text: &mut String) {
     let (a, b) = (edge.from.at, edge.to);
     if edge.from.bulge == 0.0 {
@@ -85,7 +86,8 @@ fn arc(centre: (f64, f64), radius: f64, range: Option<(f64, f64)>, layer: &str, 
     }
 }
 
-/// Runs of edges that follow on each other, each as a polyline; the first kind for an even number of edges, the old kind else.
+/// Writes runs of connected edges as polylines. A run with an even number of edges becomes an LWPOLYLINE,
+/// any other run a POLYLINE.
 fn polylines(edges: &[Edge], layer: &str, text: &mut String) {
     for run in edges.chunk_by(|one, next| one.to == next.from.at) {
         let closed = run.last().map(|last| last.to) == run.first().map(|first| first.from.at);
