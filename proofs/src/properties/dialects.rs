@@ -152,7 +152,7 @@ fn only_ok_accepts(bytes: &[u8]) {
     assert_eq!(accepted, text == b"ok", "{bytes:?}");
 }
 
-/// Units of 10 nm written as mm, read digit by digit.
+/// Lattice units from text in mm, read digit by digit.
 fn units(text: &str) -> i64 {
     let (sign, text) = text.strip_prefix('-').map_or((1, text), |rest| (-1, rest));
     let (whole, fraction) = text.split_once('.').unwrap_or((text, ""));

@@ -130,7 +130,7 @@ const CORNERS: [Xy; 6] = [(0, 0), (9000, 0), (9000, 2500), (3000, 2500), (3000, 
 
 fn field<D: Draw>(d: &mut D) -> Xy {
     match d.one_of(4) {
-        // Beside the threshold.
+        // Near the jogging clearance.
         0 => (d.int(-320, -280), d.int(-320, 7320)),
         1 => (d.int(-320, 9320), d.int(-320, -280)),
         _ => (d.int(-4000, 13_000), d.int(-4000, 11_000)),

@@ -195,7 +195,7 @@ fn clear_motions_and_fans_stay_free(part: &ProhibitedRegion, corners: [Xy; 3], r
     let Ok(second) = part.motion(first, at(b)) else { return passed_over() };
     let case = || format!("{part:?} {corners:?} {r} {shares:?}");
     assert!(second.point() == at(b) && second.threshold() == t && free(b, r), "{}", case());
-    // Rounding the place moves it by less than a unit and a half.
+    // Rounding moves the place by less than 1.5 units.
     let (on_way, exact) = place([a, b, b], [shares[0], 0]);
     assert!(r < 2 && !exact || free(on_way, if exact { r } else { r - 2 }), "{}", case());
     let Ok(third) = part.fan(first, second, at(c)) else { return };

@@ -318,7 +318,7 @@ fn passed(prover: &mut Prover<'_>, (q, e): (V, V), [length, way, t]: [Term; 3]) 
         let squares = (q.norm_2() - whole(2) * (way * q.dot(e))) + square(way * length);
         claim([equal(length * length, e.norm_2())], equal((q - e.times(way)).norm_2(), squares))
     });
-    let ahead = prover.lemma("so many lengths ahead", |[way, along, length]| {
+    let ahead = prover.lemma("at most 8 lengths ahead", |[way, along, length]| {
         let given = [at_least_zero(way), at_most(along, whole(8) * length)];
         claim(given, at_most(way * along, whole(8) * (way * length)))
     });

@@ -94,12 +94,12 @@ fn holds_checks_all_sides(prover: &mut Prover<'_>, count: usize) {
 /// For corners not all on a line, and Z ≠ C right of no side: the product of some side with Z − C is
 /// negative.
 fn some_side_falls(prover: &mut Prover<'_>) {
-    prover.lemma("products add up as sides do, to nothing", |[ux, uy, sx, sy, wx, wy]| {
+    prover.lemma("products add up as sides do, to zero", |[ux, uy, sx, sy, wx, wy]| {
         let (u, sum, w) = (v(ux, uy), v(sx, sy), v(wx, wy));
         let then = equal((sum + u).cross(w), sum.cross(w) + u.cross(w));
         claim([], all([then, equal(v(whole(0), whole(0)).cross(w), whole(0))]))
     });
-    prover.lemma("if none is negative all are zero", |[sum, product]| {
+    prover.lemma("if no term of a zero sum is negative, all are zero", |[sum, product]| {
         let given = [at_least_zero(sum), at_least_zero(product), equal(sum + product, whole(0))];
         claim(given, all([equal(sum, whole(0)), equal(product, whole(0))]))
     });
@@ -126,7 +126,7 @@ fn beyond_the_point(prover: &mut Prover<'_>) {
         ];
         claim(given, all([at_most(whole(1), way), equal(f(c + w.times(way)), whole(0))]))
     });
-    prover.lemma("up to the first such place nothing is passed", |[f, fall, way, first]| {
+    prover.lemma("up to the first such place the way passes no side", |[f, fall, way, first]| {
         let reached = any([at_least_zero(fall), all([equal(way * fall, -f), at_most(first, way)])]);
         claim([at_least_zero(f), at_least_zero(first), reached], at_least_zero(f + first * fall))
     });
@@ -208,12 +208,16 @@ pub const CONVEX_EXIT: Theorem = Theorem {
             let there = inside + (outside - inside).times(way);
             claim([], equal(f(there), f(inside) + way * (f(outside) - f(inside))))
         });
-        prover.lemma("at the first side that is reached no other was passed", |[y, x, way, first]| {
-            // `way`: where this side is reached, when X is beyond it; `first`: the least of them all.
-            let reached = any([not(less(x, whole(0))), all([equal(way * (y - x), y), at_most(first, way)])]);
-            let given = [at_least_zero(y), share(first), reached];
-            claim(given, at_least_zero(y + first * (x - y)))
-        });
+        prover.lemma(
+            "at the first side that the way reaches it has passed no other",
+            |[y, x, way, first]| {
+                // `way`: where this side is reached, when X is beyond it; `first`: the least of them all.
+                let reached =
+                    any([not(less(x, whole(0))), all([equal(way * (y - x), y), at_most(first, way)])]);
+                let given = [at_least_zero(y), share(first), reached];
+                claim(given, at_least_zero(y + first * (x - y)))
+            },
+        );
         prover.lemma("a side that is passed is reached on the way", |[y, x, way]| {
             claim(
                 [at_least_zero(y), less(x, whole(0)), equal(way * (y - x), y)],
@@ -247,7 +251,7 @@ fn on_the_line_on_a_side(prover: &mut Prover<'_>) {
             [less(whole(1), s), at_least_zero(u.cross(h)), at_least_zero(h.cross(u.times(s - whole(1))))];
         claim(given, equal(u.cross(h), whole(0)))
     });
-    prover.lemma("before the beginning the corner before is", |[ux, uy, gx, gy, s]| {
+    prover.lemma("before the beginning the previous corner is on the line", |[ux, uy, gx, gy, s]| {
         // The corner before: a + g. It is not right of a b, and the point not right of a + g, a.
         let (u, g) = (v(ux, uy), v(gx, gy));
         let origin = v(whole(0), whole(0));
@@ -344,7 +348,7 @@ fn separated(prover: &mut Prover<'_>) {
     // By the line of a side.
     let arguments = terms::<9>(&[a, b, c, d], &[r]);
     let beyond = answer(Part::Beyond, &arguments);
-    let same = prover.fact("there as back", &claim([], equal((x - p).norm_2(), (p - x).norm_2())));
+    let same = prover.fact("same distance both ways", &claim([], equal((x - p).norm_2(), (p - x).norm_2())));
     let using = [
         prover.by(&BOTH, beyond.clone(), arguments).0,
         prover.by(&MEAN, Fact::True, terms(&[a, b, c, d], &[r, t])).0,

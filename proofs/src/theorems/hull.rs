@@ -59,17 +59,20 @@ pub const HULL_POLYGON: Theorem = Theorem {
         prover.needs(CONVEX_NEAR_SEGMENT.name);
         // Three corners or more turn left at each, so the box check is not needed (`convex_holds`, corners
         // not on a line).
-        prover.lemma("corners that turn left are on no line", |[ux, uy, hx, hy, wx, wy]| {
+        prover.lemma("corners that turn left are not on a line", |[ux, uy, hx, hy, wx, wy]| {
             let (u, h, w) = (v(ux, uy), v(hx, hy), v(wx, wy));
             let on_line = all([equal(u.cross(w), whole(0)), equal(h.cross(w), whole(0))]);
             claim([less(whole(0), u.cross(h)), not(w.is_zero())], not(on_line))
         });
-        prover.lemma("of two corners: right of neither side is on the line", |[ax, ay, bx, by, px, py]| {
-            let (a, b, p) = (v(ax, ay), v(bx, by), v(px, py));
-            let [there, back] = [off([a, b], p), off([b, a], p)];
-            let neither = all([at_least_zero(there), at_least_zero(back)]);
-            claim([], same(&neither, &equal(there, whole(0))))
-        });
+        prover.lemma(
+            "two corners: a point right of neither side is on the line",
+            |[ax, ay, bx, by, px, py]| {
+                let (a, b, p) = (v(ax, ay), v(bx, by), v(px, py));
+                let [there, back] = [off([a, b], p), off([b, a], p)];
+                let neither = all([at_least_zero(there), at_least_zero(back)]);
+                claim([], same(&neither, &equal(there, whole(0))))
+            },
+        );
         prover.lemma(
             "a way between points that are held is right of no side",
             |[ax, ay, bx, by, px, py, qx, qy, way]| {

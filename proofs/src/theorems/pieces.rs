@@ -15,17 +15,20 @@ pub const SWEPT_PIECES: Theorem = Theorem {
             the next quarter turn lies between the two",
     proof: |prover| {
         // All lemmas are for left turns about the origin. Right turns are their mirror image.
-        prover.lemma("between two rays is where orientations say", |[ax, ay, bx, by, x, y, k, m]| {
-            let (a, b, p) = (v(ax, ay), v(bx, by), v(x, y));
-            let turn = a.cross(b);
-            let given = [
-                positive(turn),
-                all([at_least_zero(a.cross(p)), at_least_zero(p.cross(b))]),
-                all([equal(k * turn, p.cross(b)), equal(m * turn, a.cross(p))]),
-            ];
-            let mean = (a.times(k) + b.times(m)).is(p);
-            claim(given, all([mean, at_least_zero(k), at_least_zero(m)]))
-        });
+        prover.lemma(
+            "orientations tell whether a point is between two rays",
+            |[ax, ay, bx, by, x, y, k, m]| {
+                let (a, b, p) = (v(ax, ay), v(bx, by), v(x, y));
+                let turn = a.cross(b);
+                let given = [
+                    positive(turn),
+                    all([at_least_zero(a.cross(p)), at_least_zero(p.cross(b))]),
+                    all([equal(k * turn, p.cross(b)), equal(m * turn, a.cross(p))]),
+                ];
+                let mean = (a.times(k) + b.times(m)).is(p);
+                claim(given, all([mean, at_least_zero(k), at_least_zero(m)]))
+            },
+        );
         prover.lemma("a mean of two rays lies between them", |[ax, ay, bx, by, k, m]| {
             let (a, b) = (v(ax, ay), v(bx, by));
             let p = a.times(k) + b.times(m);

@@ -51,8 +51,8 @@ pub const RECEDES: Theorem = Theorem {
         let any_point = a + (b - a).times(s);
         let z = there - any_point;
         let split = claim([], equal(n.dot(z), (n.norm_2() + t * rate) - n.dot((b - a).times(s - foot))));
-        using = vec![obtuse, prover.fact("the way apart along n", &split)];
-        let product = prover.lemma("products of what is not negative", |[t, rate]| {
+        using = vec![obtuse, prover.fact("the difference along n", &split)];
+        let product = prover.lemma("products of numbers that are not negative", |[t, rate]| {
             claim([at_least_zero(t), at_least_zero(rate)], at_least_zero(t * rate))
         });
         using.push(product.at([t, rate]));

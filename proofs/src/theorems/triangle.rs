@@ -27,7 +27,7 @@ pub const CLEAR: Contract<15, 0> = Contract {
     },
 };
 
-/// Near: some point of it is.
+/// Near: some point of the filled triangle is within r of the segment.
 pub const NEAR: Contract<11, 4> = Contract {
     theorem: TRIANGLE,
     name: "near: some point of the triangle is within r of a point of the segment",
@@ -89,7 +89,7 @@ pub const TRIANGLE_SEGMENT: Theorem = Theorem {
         for i in 0..3 {
             let pair = |s: Term, t: Term| -> [Term; 11] {
                 let all: Vec<Term> = sides[i].into_iter().chain([s, t]).collect();
-                all.try_into().expect("nine and two")
+                all.try_into().expect("nine numbers and two")
             };
             using.push(prover.by(&segments::CLEAR, near_side(i), pair(s, t)).0);
             using.push(prover.by(&segments::CLEAR, near_side(i), pair(s2, t2)).0);

@@ -94,7 +94,7 @@ pub const RING_PARITY: Theorem = Theorem {
             crosses_properly::<Symbolic>(p, q, a, b)
         });
         let is_crossing = same(&outcome_is(&paths, &true), &crossing(p, q, a, b));
-        prover.prove("crossing is what `crosses_properly` says", &claim([], is_crossing));
+        prover.prove("the crossing agrees with `crosses_properly`", &claim([], is_crossing));
     },
 };
 
