@@ -1,4 +1,4 @@
-//! What judges killed sessions objects to faults that are planted: in logs, in how a session is taken up, and in where the tool was.
+//! What judges killed sessions objects to faults that are seeded: in logs, in how a session is taken up, and in where the tool was.
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 use std::path::{Path, PathBuf};
@@ -70,7 +70,7 @@ fn to_logs_that_lack_what_was_sent_or_were_changed() {
     session(&work, 6, Progress::default(), &path);
     let received = Played::of(&path, &[], &[], false, &work).unwrap().unwrap().sent;
     let judged = |bytes: &[u8], may_be_torn: bool| {
-        let path = folder.join("planted.log");
+        let path = folder.join("seeded.log");
         std::fs::write(&path, bytes).unwrap();
         Played::of(&path, &received, &[], may_be_torn, &work)
     };

@@ -15,8 +15,6 @@ pub struct Explore {
     /// Largest number of states per world.
     #[arg(long, default_value_t = worlds::STATES)]
     states: usize,
-    /// Remove each part of the guard in turn, and name the worlds that detect it. Needs the feature of that
-    /// name.
 }
 
 impl Explore {
