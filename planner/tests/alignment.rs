@@ -184,7 +184,7 @@ fn contradictory_or_too_few_probe_points_are_refused() {
     let near = vec![point(10.0, 20.0), point(11.0, 20.0)];
     let error = refused(near, vec![]);
     assert!(matches!(error, AlignmentError::Degenerate { .. }), "{error}");
-    assert!(error.to_string().contains("touches are 1.00 mm apart"), "{error}");
+    assert!(error.to_string().contains("probe points are 1.00 mm apart"), "{error}");
     let fair = align(&part, &probe_points(vec![point(10.0, 20.0), point(25.0, 20.0)], vec![])).unwrap();
     assert!(fair.poor, "{fair:?}");
 }
