@@ -197,8 +197,12 @@ impl Play {
             2 | 3 => self.moves(f64::from(u8::arbitrary(u)?) / 128.0),
             4 | 5 => self.receives_answer(),
             6 | 7 => {
-                self.input = input(u)?;
-                self.step(Event::Operator(self.input));
+                let (input, command) = input(u)?;
+                self.input = input;
+                if let Some(command) = command {
+                    self.step(Event::Command(command));
+                }
+                self.step(Event::Input(self.input));
             }
             8 => self.passes(Duration::from_millis(u64::from(u16::arbitrary(u)?) / 16)),
             9 => self.suffers(u)?,
@@ -214,7 +218,7 @@ impl Play {
             // A normal sequence without delays, for a while.
             rounds => {
                 for _ in 10..rounds {
-                    self.step(Event::Operator(self.input));
+                    self.step(Event::Input(self.input));
                     self.passes(Duration::from_millis(50));
                     self.moves(0.6);
                     self.delivers_all();
@@ -306,7 +310,7 @@ impl Play {
     }
 }
 
-fn input(u: &mut Unstructured<'_>) -> Result<OperatorInput> {
+fn input(u: &mut Unstructured<'_>) -> Result<(OperatorInput, Option<OperatorCommand>)> {
     // No stick or wheel gives the values at the ends of the range.
     let share = |u: &mut Unstructured<'_>| {
         Ok(match i8::arbitrary(u)? {
@@ -326,7 +330,8 @@ fn input(u: &mut Unstructured<'_>) -> Result<OperatorInput> {
         4 => Some(OperatorCommand::Stop),
         _ => None,
     };
-    Ok(OperatorInput { velocity, turned_mm: turned, automatic: u.int_in_range(0..=2_u8)? == 0, command })
+    let armed = u.int_in_range(0..=2_u8)? == 0;
+    Ok((OperatorInput { velocity, turned_mm: turned, armed }, command))
 }
 
 /// Changes a contour job: an error, a motion to another place, a motion left out, or no change.

@@ -9,7 +9,7 @@ use arbitrary::{Arbitrary, Unstructured};
 use keepout_drives::profile::DriveProfile;
 use keepout_executor::dialect::{Described, Description, Dialect};
 use keepout_executor::operator::{Operator, OperatorView, Panel};
-use keepout_executor::supervisor::{OperatorInput, Phase};
+use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
 use keepout_guard::Time;
 use keepout_planner::align::file::AlignmentFile;
 use keepout_planner::machine::MachineProfile;
@@ -204,15 +204,16 @@ fn is_recorded(operator: impl Operator, looks: &[u8]) {
     let times: Vec<Time> = looks.iter().take(LOOKS).map(|&look| later(look.into())).collect();
     let mut file = Vec::new();
     let mut recorder = Recorder::new(operator, &mut file, Panel::default());
-    let inputs: Vec<OperatorInput> = times.iter().map(|&time| recorder.input(&seen, time)).collect();
+    let steps: Vec<(OperatorInput, Option<OperatorCommand>)> =
+        times.iter().map(|&time| (recorder.input(&seen, time), recorder.command())).collect();
     drop(recorder);
     let mut again = Trace::read(&file[..], Path::new("recorded")).expect("a recording can be read");
     // Turns add up. Infinite values count as zero.
     let finite = |(x, y): (f64, f64)| if x.is_finite() && y.is_finite() { (x, y) } else { (0.0, 0.0) };
-    for (time, input) in times.into_iter().zip(inputs) {
+    for (time, (input, command)) in times.into_iter().zip(steps) {
         let input =
             OperatorInput { velocity: finite(input.velocity), turned_mm: finite(input.turned_mm), ..input };
-        assert_eq!(again.input(&seen, time), input, "at {time:?}");
+        assert_eq!((again.input(&seen, time), again.command()), (input, command), "at {time:?}");
     }
 }
 

@@ -125,8 +125,13 @@ impl Decisions {
         if now >= self.input_due {
             let input = self.input();
             self.input_due = now.after(self.operator.every());
-            let engine = &mut self.engine;
-            decide(Cause::OperatorInput, &mut || drop(engine.input(input, now, &mut NoEventLog)));
+            let (engine, operator) = (&mut self.engine, &mut self.operator);
+            decide(Cause::OperatorInput, &mut || {
+                if let Some(command) = operator.command() {
+                    drop(engine.command(command, now, &mut NoEventLog));
+                }
+                drop(engine.input(input, now, &mut NoEventLog));
+            });
         }
         let engine = &mut self.engine;
         if now >= engine.supervisor.due() {

@@ -8,6 +8,7 @@ use keepout_executor::session::log::{LogError, LogReadError};
 use keepout_executor::session::port::PortError;
 use keepout_executor::session::replay::ReplayError;
 use keepout_executor::session::{EventLogError, PlaceError};
+use keepout_executor::supervisor::StickError;
 use keepout_planner::align::AlignmentError;
 use keepout_planner::align::file::AlignmentFileError;
 use keepout_planner::machine::MachineError;
@@ -22,8 +23,8 @@ use keepout_sim::standalone::StandaloneError;
 use thiserror::Error;
 
 use crate::examine::ExamineError;
+use crate::input::TerminalError;
 use crate::input::device::DeviceError;
-use crate::input::{StickError, TerminalError};
 
 /// Why a command failed.
 #[derive(Debug, Error)]

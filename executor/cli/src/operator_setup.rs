@@ -5,13 +5,14 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use keepout_executor::operator::{Operator, Panel};
+use keepout_executor::supervisor::{Stick, StickSettings};
 use keepout_sim::operator::{OperatorError, Recorder, named};
 
 use super::screen::Screen;
 use super::{CliError, RunArguments};
 use crate::input::device::{Mapping, Wanted};
 use crate::input::terminal::restore;
-use crate::input::{Attended, Endable, Gamepad, Keyboard, Stick, StickSettings, TerminalError};
+use crate::input::{Attended, Endable, Gamepad, Keyboard, TerminalError};
 
 /// Line that explains the keys when the keyboard jogs.
 const JOGGING_KEYS: &str = "SPACE STOP · arrows jog · q quit · 1-4 speed · s step · a arm · p r f";

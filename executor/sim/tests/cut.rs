@@ -101,19 +101,23 @@ struct Slider {
     side: f64,
     began: Option<(Time, (f64, f64))>,
     commanded: Option<Time>,
+    command: Option<OperatorCommand>,
 }
 
 impl Slider {
     fn new(along_mm: f64, side: f64) -> Box<Self> {
         let cuts = operator::named("wall", 3.0, 1).unwrap();
-        Box::new(Self { cuts, along_mm, side, began: None, commanded: None })
+        Box::new(Self { cuts, along_mm, side, began: None, commanded: None, command: None })
     }
 }
 
 impl Operator for Slider {
     fn input(&mut self, view: &OperatorView, now: Time) -> OperatorInput {
-        let command =
-            |command| OperatorInput { command: Some(command), automatic: true, ..OperatorInput::default() };
+        let armed = OperatorInput { armed: true, ..OperatorInput::default() };
+        let mut command = |command| {
+            self.command = Some(command);
+            armed
+        };
         let push = |x: f64, y: f64| OperatorInput { velocity: (x, y), ..OperatorInput::default() };
         let past = |since: Time, seconds: f64| now.since(since).as_secs_f64() > seconds;
         match (view.phase, view.position_mm, view.wall_mm) {
@@ -140,11 +144,13 @@ impl Operator for Slider {
                     OperatorInput::default()
                 }
             }
-            (Phase::Touching | Phase::Contouring, ..) if self.commanded.is_some() => {
-                OperatorInput { automatic: true, ..OperatorInput::default() }
-            }
+            (Phase::Touching | Phase::Contouring, ..) if self.commanded.is_some() => armed,
             _ => self.cuts.input(view, now),
         }
+    }
+
+    fn command(&mut self) -> Option<OperatorCommand> {
+        self.command.take().or_else(|| self.cuts.command())
     }
 }
 

@@ -5,7 +5,7 @@ mod panel;
 use keepout_guard::Time;
 pub use panel::Panel;
 
-use crate::supervisor::{OperatorInput, Phase};
+use crate::supervisor::{OperatorCommand, OperatorInput, Phase};
 
 /// What the operator sees.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,8 +28,14 @@ pub struct OperatorView {
 
 /// Somebody who steers.
 pub trait Operator {
-    /// The input of this moment.
+    /// The jog input of this moment.
     fn input(&mut self, view: &OperatorView, now: Time) -> OperatorInput;
+
+    /// The next command that the operator gave since the last call. The session asks for it after each input,
+    /// and acts on the commands before the input.
+    fn command(&mut self) -> Option<OperatorCommand> {
+        None
+    }
 
     /// Time between two inputs.
     fn every(&self) -> std::time::Duration {
@@ -40,5 +46,9 @@ pub trait Operator {
 impl<O: Operator + ?Sized> Operator for Box<O> {
     fn input(&mut self, view: &OperatorView, now: Time) -> OperatorInput {
         (**self).input(view, now)
+    }
+
+    fn command(&mut self) -> Option<OperatorCommand> {
+        (**self).command()
     }
 }

@@ -7,7 +7,9 @@ use keepout_planner::job::{ContourJob, JobError};
 
 use super::event_log::{Certificate, EventLog, EventLogError, LoggedEvent};
 use crate::dialect::Dialect;
-use crate::supervisor::{Command, Event, JobRequest, OperatorInput, Phase, Supervisor, text};
+use crate::supervisor::{
+    Command, Event, JobRequest, OperatorCommand, OperatorInput, Phase, Supervisor, text,
+};
 
 /// Supervisor and dialect. Everything that goes in, and everything that comes out, is told to a [`EventLog`]: played again, it
 /// must come out the same.
@@ -69,7 +71,21 @@ impl Engine {
     ) -> Result<(), EventLogError> {
         let input = input.finite();
         tape.take(now, &LoggedEvent::Input(input))?;
-        self.feed(Event::Operator(input), now, tape)
+        self.feed(Event::Input(input), now, tape)
+    }
+
+    /// Takes an operator command.
+    ///
+    /// # Errors
+    /// As [`Engine::receive`].
+    pub fn command(
+        &mut self,
+        command: OperatorCommand,
+        now: Time,
+        tape: &mut dyn EventLog,
+    ) -> Result<(), EventLogError> {
+        tape.take(now, &LoggedEvent::Command(command))?;
+        self.feed(Event::Command(command), now, tape)
     }
 
     /// Time has passed.

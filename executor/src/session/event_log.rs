@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::characters;
-use crate::supervisor::{OperatorInput, Phase};
+use crate::supervisor::{OperatorCommand, OperatorInput, Phase};
 
 /// An event of a session.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -19,8 +19,10 @@ pub enum LoggedEvent<'a> {
     /// Bytes came from the controller.
     #[serde(with = "characters")]
     Received(Cow<'a, [u8]>),
-    /// The operator's input.
+    /// The jog input.
     Input(OperatorInput),
+    /// An operator command.
+    Command(OperatorCommand),
     /// Time passed.
     Tick,
     /// The planner answered the request for a contouring job.
@@ -59,6 +61,7 @@ impl LoggedEvent<'_> {
         match self {
             Self::Received(bytes) => LoggedEvent::Received(Cow::Owned(bytes.into_owned())),
             Self::Input(input) => LoggedEvent::Input(input),
+            Self::Command(command) => LoggedEvent::Command(command),
             Self::Tick => LoggedEvent::Tick,
             Self::Job(job) => LoggedEvent::Job(Cow::Owned(job.into_owned())),
             Self::PortLost(reason) => LoggedEvent::PortLost(Cow::Owned(reason.into_owned())),

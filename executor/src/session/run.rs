@@ -14,7 +14,7 @@ use super::engine::Engine;
 use super::event_log::{EventLog, EventLogError};
 use crate::operator::{Operator, OperatorView};
 use crate::session::port::{Port, PortError};
-use crate::supervisor::{JobRequest, Phase, Supervisor};
+use crate::supervisor::{JobRequest, OperatorCommand, Phase, Supervisor};
 
 /// Where time comes from.
 pub trait Clock {
@@ -93,6 +93,9 @@ const REST_WITHIN: Duration = Duration::from_secs(10);
 const FLUSH_EVERY: Duration = Duration::from_millis(500);
 /// Time between two attempts to open a lost port again.
 const REOPEN_EVERY: Duration = Duration::from_secs(1);
+
+/// Most operator commands that one round takes.
+const COMMANDS_MAX: usize = 8;
 
 /// How a session ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -265,6 +268,13 @@ impl<'a, P: Port> Session<'a, P> {
             self.input_due = now.after(self.operator.every());
             let seen = self.seen();
             let input = self.operator.input(&seen, now);
+            for _ in 0..COMMANDS_MAX {
+                let Some(command) = self.operator.command() else { break };
+                self.engine.command(command, now, self.tape.as_mut())?;
+                if command == OperatorCommand::Stop {
+                    break;
+                }
+            }
             self.engine.input(input, now, self.tape.as_mut())?;
         }
         if now >= self.engine.supervisor.due() {

@@ -4,9 +4,9 @@ use arrayvec::ArrayString;
 use keepout_guard::{Certified, CertifiedCancel};
 use keepout_kernel::{LatticeError, Point};
 use keepout_planner::job::{ContourJob, JobError};
-use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use super::input::{OperatorCommand, OperatorInput};
 use super::jog::Limits;
 
 /// A line of text of bounded length: what does not fit is cut off.
@@ -18,53 +18,6 @@ pub fn text(text: &str) -> Text {
     let mut short = Text::new();
     text.chars().take_while(|&letter| short.try_push(letter).is_ok()).for_each(drop);
     short
-}
-
-/// What the operator wants, as read from a joystick, script or model.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct OperatorInput {
-    /// Direction and share of full speed; the length counts up to 1.
-    pub velocity: (f64, f64),
-    /// How far the handwheels were turned since the last input, mm.
-    pub turned_mm: (f64, f64),
-    /// Touching the part starts the contour.
-    pub automatic: bool,
-    /// What is commanded for besides.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub command: Option<OperatorCommand>,
-}
-
-/// What an operator asks for besides steering. It counts when it is first said, and again after a input without it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum OperatorCommand {
-    /// Stop where it is; a contour can go on later.
-    FeedHold,
-    /// Go on with what was paused.
-    CycleStart,
-    /// Begin anew with the controller after a fault, and know where the contour was.
-    Recover,
-    /// Stop and end the session.
-    Stop,
-}
-
-impl OperatorInput {
-    /// The input with 0 for every number that is not finite: nothing moves for it, and logs hold numbers only.
-    #[must_use]
-    pub fn finite(self) -> Self {
-        let number = |value: f64| if value.is_finite() { value } else { 0.0 };
-        let ((x, y), (u, v)) = (self.velocity, self.turned_mm);
-        let velocity = if x.is_finite() && y.is_finite() { (x, y) } else { (0.0, 0.0) };
-        Self { velocity, turned_mm: (number(u), number(v)), ..self }
-    }
-
-    /// Nothing but the end of the session.
-    pub const STOP: Self = Self {
-        velocity: (0.0, 0.0),
-        turned_mm: (0.0, 0.0),
-        automatic: false,
-        command: Some(OperatorCommand::Stop),
-    };
 }
 
 /// The controller's state, as far as the supervisor needs it.
@@ -182,11 +135,13 @@ pub enum EncodeError {
 pub enum Event {
     /// A message from the controller.
     Reply(Reply),
-    /// The operator's input of this moment.
-    Operator(OperatorInput),
+    /// The jog input of this moment.
+    Input(OperatorInput),
+    /// An operator command.
+    Command(OperatorCommand),
     /// Time has passed.
     Tick,
-    /// The contouring job that was commanded for.
+    /// The contouring job that the supervisor wanted.
     Job(Box<Result<ContourJob, JobError>>),
     /// The port failed.
     PortLost(Text),
@@ -199,7 +154,7 @@ pub enum Event {
 /// What the supervisor wants done.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Command {
-    /// OperatorCommand for a status report.
+    /// Asks for a status report.
     Query,
     /// Stop jogging, and forget jogs that are queued.
     Cancel(CertifiedCancel),

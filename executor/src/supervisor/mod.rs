@@ -9,6 +9,7 @@ mod contour_motions;
 mod contouring;
 mod event;
 mod fault;
+mod input;
 mod jog;
 mod prepared_plan;
 mod start;
@@ -24,10 +25,12 @@ use std::time::Duration;
 
 pub use abilities::Abilities;
 pub use contouring::{Interrupted, JobRequest};
-pub use event::{
-    Command, EncodeError, Event, Mode, OperatorCommand, OperatorInput, Reply, Report, Text, Unfit, text,
-};
+pub use event::{Command, EncodeError, Event, Mode, Reply, Report, Text, Unfit, text};
 pub use fault::Fault;
+use input::Aged;
+pub use input::{
+    INPUT_STALE, OperatorCommand, OperatorInput, READING_STALE, Stick, StickError, StickSettings,
+};
 pub use jog::Limits;
 use jog::{Contact, JogContext, JogPlanner};
 use keepout_guard::{Guard, QueryStamp, Time};
@@ -87,9 +90,8 @@ pub struct Supervisor {
     options: Options,
     abilities: Abilities,
     state: State,
-    input: OperatorInput,
-    input_at: Option<Time>,
-    /// When the input went stale, steering was told so.
+    input: Aged,
+    /// Jogging already stopped because the input is stale.
     rested_for_stale: bool,
     heard_at: Time,
     queries: VecDeque<QueryStamp>,
@@ -138,8 +140,7 @@ impl Supervisor {
             homes: options.home,
             abilities,
             state: State::Connecting { garbled: None },
-            input: OperatorInput::default(),
-            input_at: None,
+            input: Aged::default(),
             rested_for_stale: false,
             heard_at: Time::ZERO,
             queries: VecDeque::with_capacity(QUERIES_MAX),
@@ -169,11 +170,15 @@ impl Supervisor {
     /// Takes one event, and adds the commands to send, in order.
     pub fn step(&mut self, event: Event, now: Time, commands: &mut Vec<Command>) {
         let first = commands.len();
-        let tick = matches!(event, Event::Tick);
+        let jogs = !matches!(event, Event::Tick | Event::Command(_));
         let outcome = match event {
             Event::Reply(reply) => self.hear(reply, now, commands),
-            Event::Operator(input) => {
-                self.take_wish(input, now, commands);
+            Event::Input(input) => {
+                self.take_input(input, now);
+                Ok(())
+            }
+            Event::Command(command) => {
+                self.commanded(command, now, commands);
                 Ok(())
             }
             Event::Tick => self.check_silence(now),
@@ -188,24 +193,19 @@ impl Supervisor {
                 Ok(())
             }
         };
-        let outcome = outcome.and_then(|()| self.act(tick, now, commands));
+        let outcome = outcome.and_then(|()| self.act(jogs, now, commands));
         if let Err(fault) = outcome {
             self.stop(fault, first, commands);
         }
     }
 
-    fn take_wish(&mut self, input: OperatorInput, now: Time, commands: &mut Vec<Command>) {
-        // Automatic mode is armed by being chosen, and spent by a contour.
-        self.armed = input.automatic && (self.armed || !self.input.automatic);
-        let commanded = input.command.filter(|_| input.command != self.input.command);
-        self.input = input;
-        self.input_at = Some(now);
+    fn take_input(&mut self, input: OperatorInput, now: Time) {
+        let before = self.input.replace(input, now);
+        // The operator arms the cycle, and a contour disarms it.
+        self.armed = input.armed && (self.armed || !before.armed);
         self.rested_for_stale = false;
         if let State::Manual(steering) | State::Sliding(steering) = &mut self.state {
             steering.turn(input.turned_mm);
-        }
-        if let Some(command) = commanded {
-            self.commanded(command, now, commands);
         }
     }
 
@@ -304,19 +304,18 @@ impl Supervisor {
         }
     }
 
-    /// What the state wants done now. A mere tick steers only when the operator has fallen silent.
-    fn act(&mut self, tick: bool, now: Time, commands: &mut Vec<Command>) -> Result<(), Fault> {
+    /// Does what the state needs now. Without `jogs`, a jog follows only when the input becomes stale.
+    fn act(&mut self, jogs: bool, now: Time, commands: &mut Vec<Command>) -> Result<(), Fault> {
         if self.wants_query(now) {
             self.query(now, commands);
         }
         let motions = self.guard.sent();
         match &mut self.state {
             State::Manual(_) | State::Sliding(_) | State::Escaping(_) => {
-                let input = jog::fresh(self.input, self.input_at, now);
-                let silent = self.is_stale(now);
-                if !tick || silent && !self.rested_for_stale {
-                    self.rested_for_stale = silent;
-                    self.touch_or_steer(input, now, commands);
+                let stale = self.input.is_stale(now);
+                if jogs || stale && !self.rested_for_stale {
+                    self.rested_for_stale = stale;
+                    self.touch_or_steer(self.input.jog_velocity(now), now, commands);
                 }
             }
             State::Touching(Touch::Certifying(_)) => self.certify_on(),
@@ -331,10 +330,6 @@ impl Supervisor {
             self.query(now, commands);
         }
         Ok(())
-    }
-
-    fn is_stale(&self, now: Time) -> bool {
-        self.input_at.is_none_or(|at| now.since(at) > jog::STALE)
     }
 
     fn touch_or_steer(&mut self, input: Option<(f64, f64)>, now: Time, commands: &mut Vec<Command>) {

@@ -71,11 +71,11 @@ const STATES: [Made; 15] = [
 ];
 
 fn command(command: OperatorCommand) -> Event {
-    Event::Operator(OperatorInput { command: Some(command), ..OperatorInput::default() })
+    Event::Command(command)
 }
 
 fn input(velocity: (f64, f64)) -> Event {
-    Event::Operator(OperatorInput { velocity, ..OperatorInput::default() })
+    Event::Input(OperatorInput { velocity, ..OperatorInput::default() })
 }
 
 type Happens = (&'static str, fn() -> Event);
@@ -132,7 +132,7 @@ fn supervisor(work: &PreparedPlan, name: &str, state: State) -> Supervisor {
     supervisor.heard_at = NOW;
     supervisor.answered_at = NOW;
     supervisor.progress_at = NOW;
-    supervisor.input_at = Some(NOW);
+    supervisor.input.replace(OperatorInput::default(), NOW);
     // The report that comes answers a query.
     supervisor.query(NOW, &mut Vec::new());
     supervisor

@@ -241,7 +241,7 @@ impl Supervisor {
             }
             None => {
                 let steered = self.phase().is_steered();
-                let waits = steered && !self.guard.in_position() && self.input.velocity == (0.0, 0.0);
+                let waits = steered && !self.guard.in_position() && self.input.is_centred();
                 let pause = if waits || self.guard.awaits_reading() { QUERY_SOON } else { QUERY_PAUSE };
                 self.answered_at.after(pause.max(echo))
             }
@@ -277,10 +277,8 @@ impl Supervisor {
         if self.asks() && self.queries.len() < QUERIES_MAX {
             due = due.min(self.query_due());
         }
-        match self.input_at {
-            Some(at) if self.phase().is_steered() && !self.rested_for_stale => {
-                due.min(at.after(super::jog::STALE).after(step))
-            }
+        match self.input.stale_at() {
+            Some(at) if self.phase().is_steered() && !self.rested_for_stale => due.min(at.after(step)),
             _ => due,
         }
     }

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex};
 
 use keepout_executor::operator::{Operator, OperatorView};
-use keepout_executor::supervisor::OperatorInput;
+use keepout_executor::supervisor::{OperatorCommand, OperatorInput};
 use keepout_guard::Time;
 
 /// A hand.
@@ -68,20 +68,21 @@ impl Pushes {
         Self { plan, next: 0, times: Arc::default(), keeps: Keeps::Releases, pushed: false }
     }
 
-    fn input(&mut self, seconds: f64, now: Time) -> OperatorInput {
+    /// The input; `None` after the last push.
+    fn input(&mut self, seconds: f64, now: Time) -> Option<OperatorInput> {
         while self.plan.get(self.next).is_some_and(|step| step.0 <= seconds) {
             self.next += 1;
         }
         let velocity = self.next.checked_sub(1).map_or((0.0, 0.0), |k| self.plan[k].1);
         if velocity.0.is_nan() {
-            return OperatorInput::STOP;
+            return None;
         }
         let pushed = velocity != (0.0, 0.0);
         if pushed != self.pushed && pushed == (self.keeps == Keeps::Pushes) {
             self.times.lock().expect("the session has one thread").push(now.elapsed().as_secs_f64());
         }
         self.pushed = pushed;
-        OperatorInput { velocity, ..OperatorInput::default() }
+        Some(OperatorInput { velocity, ..OperatorInput::default() })
     }
 }
 
@@ -89,6 +90,7 @@ impl Pushes {
 pub(super) struct Timed {
     pub(super) hand: Hand,
     pub(super) began: Option<Time>,
+    pub(super) over: bool,
 }
 
 impl Operator for Timed {
@@ -97,23 +99,22 @@ impl Operator for Timed {
             return OperatorInput::default();
         }
         let seconds = now.since(*self.began.get_or_insert(now)).as_secs_f64();
-        match &mut self.hand {
+        let jog = |velocity| OperatorInput { velocity, ..OperatorInput::default() };
+        let input = match &mut self.hand {
             Hand::Away(away) => {
                 let (along, limit) = away.beyond;
                 let beyond = view.position_mm.is_some_and(|at| at.0 * along.0 + at.1 * along.1 > limit);
-                let over = beyond || seconds > away.within_s;
-                if over {
-                    OperatorInput::STOP
-                } else {
-                    OperatorInput { velocity: away.velocity, ..OperatorInput::default() }
-                }
+                (!beyond && seconds <= away.within_s).then(|| jog(away.velocity))
             }
-            Hand::Follow(follow) if seconds > follow.within_s => OperatorInput::STOP,
-            Hand::Follow(follow) => {
-                OperatorInput { velocity: follow.velocity(view), ..OperatorInput::default() }
-            }
+            Hand::Follow(follow) => (seconds <= follow.within_s).then(|| jog(follow.velocity(view))),
             Hand::Pushes(pushes) => pushes.input(seconds, now),
-        }
+        };
+        self.over = input.is_none();
+        input.unwrap_or_default()
+    }
+
+    fn command(&mut self) -> Option<OperatorCommand> {
+        self.over.then_some(OperatorCommand::Stop)
     }
 }
 

@@ -185,7 +185,7 @@ impl Scene {
     pub(super) fn trace(&self, start: (f64, f64), hand: Hand) -> Result<Trace, String> {
         let start = point_from_mm(start).map_err(|error| error.to_string())?;
         let run = SimRun { start: Some(start), ..self.run.clone() };
-        let operator = Box::new(Timed { hand, began: None });
+        let operator = Box::new(Timed { hand, began: None, over: false });
         let work = self.work.clone();
         let result =
             run_simulated(work, &run, operator, Box::new(NoEventLog), |_| {}, &mut |_, _, _| Going::On);

@@ -51,6 +51,8 @@ pub struct Hostile {
     turn: f64,
     automatic: bool,
     command: Option<OperatorCommand>,
+    /// Command of this input, until the session takes it.
+    given: Option<OperatorCommand>,
     /// Chance of an command or a change of mode, for each input.
     restless: f64,
 }
@@ -72,6 +74,7 @@ impl Hostile {
             turn: 0.0,
             automatic,
             command: None,
+            given: None,
             restless: [0.0, 0.0, 0.01, 0.1][random.usize(0..4)],
             random,
         }
@@ -151,9 +154,14 @@ impl Operator for Hostile {
             return OperatorInput::default();
         }
         let (velocity, turned_mm) = self.velocity(view, now);
-        // Armed once a while: choosing automatic mode again arms it again.
-        let automatic = self.automatic && now.micros() % 16_000_000 > 8_000_000;
-        OperatorInput { velocity, turned_mm, automatic, command: self.commanded(view.phase) }
+        // The operator arms the cycle again and again.
+        let armed = self.automatic && now.micros() % 16_000_000 > 8_000_000;
+        self.given = self.commanded(view.phase);
+        OperatorInput { velocity, turned_mm, armed }
+    }
+
+    fn command(&mut self) -> Option<OperatorCommand> {
+        self.given.take()
     }
 
     fn every(&self) -> Duration {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use keepout_executor::operator::{Operator, OperatorView};
-use keepout_executor::supervisor::OperatorInput;
+use keepout_executor::supervisor::{OperatorCommand, OperatorInput};
 use keepout_guard::Time;
 
 use super::terminal::Keyboard;
@@ -36,12 +36,17 @@ impl<O: Operator, A: Attendant> Attended<O, A> {
 
 impl<O: Operator, A: Attendant> Operator for Attended<O, A> {
     fn input(&mut self, view: &OperatorView, now: Time) -> OperatorInput {
-        let mut input = self.operator.input(view, now);
-        let attendant = self.attendant.input(view, now);
+        let input = self.operator.input(view, now);
+        self.attendant.input(view, now);
         if self.attendant.stopped() {
-            input = OperatorInput { velocity: (0.0, 0.0), turned_mm: (0.0, 0.0), ..input };
+            OperatorInput { armed: input.armed, ..OperatorInput::default() }
+        } else {
+            input
         }
-        OperatorInput { command: attendant.command.or(input.command), ..input }
+    }
+
+    fn command(&mut self) -> Option<OperatorCommand> {
+        self.attendant.command().or_else(|| self.operator.command())
     }
 }
 
@@ -60,60 +65,63 @@ impl<O: Operator> Endable<O> {
 
 impl<O: Operator> Operator for Endable<O> {
     fn input(&mut self, view: &OperatorView, now: Time) -> OperatorInput {
-        if self.end.load(Ordering::Relaxed) { OperatorInput::STOP } else { self.operator.input(view, now) }
+        let input = self.operator.input(view, now);
+        if self.end.load(Ordering::Relaxed) { OperatorInput::default() } else { input }
+    }
+
+    fn command(&mut self) -> Option<OperatorCommand> {
+        if self.end.load(Ordering::Relaxed) { Some(OperatorCommand::Stop) } else { self.operator.command() }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use keepout_executor::supervisor::{OperatorCommand, Phase};
+    use keepout_executor::supervisor::Phase;
 
     use super::*;
     use crate::input::testing::{Scripted, view};
 
-    struct Watching(OperatorInput, bool);
+    /// An attendant who gives a feed hold at each input.
+    struct Watching {
+        stopped: bool,
+    }
 
     impl Operator for Watching {
         fn input(&mut self, _: &OperatorView, _: Time) -> OperatorInput {
-            self.0
+            OperatorInput { velocity: (0.0, 1.0), ..OperatorInput::default() }
+        }
+
+        fn command(&mut self) -> Option<OperatorCommand> {
+            Some(OperatorCommand::FeedHold)
         }
     }
 
     impl Attendant for Watching {
         fn stopped(&self) -> bool {
-            self.1
+            self.stopped
         }
     }
 
     #[test]
     fn attendant_stops_and_commands_but_does_not_jog() {
-        let jogged = OperatorInput { velocity: (1.0, 0.0), automatic: true, ..OperatorInput::default() };
-        let pause = OperatorInput {
-            velocity: (0.0, 1.0),
-            command: Some(OperatorCommand::FeedHold),
-            ..OperatorInput::default()
-        };
+        let jogged = OperatorInput { velocity: (1.0, 0.0), armed: true, ..OperatorInput::default() };
         let with = |stopped| {
-            let operator = Scripted::new(vec![jogged]);
-            Attended::new(operator, Watching(pause, stopped)).input(&view(Phase::Manual), Time::ZERO)
+            let mut both = Attended::new(Scripted::new(vec![jogged]), Watching { stopped });
+            (both.input(&view(Phase::Manual), Time::ZERO), both.command())
         };
-        assert_eq!(with(false), OperatorInput { command: Some(OperatorCommand::FeedHold), ..jogged });
-        assert_eq!(
-            with(true),
-            OperatorInput {
-                command: Some(OperatorCommand::FeedHold),
-                automatic: true,
-                ..OperatorInput::default()
-            }
-        );
+        assert_eq!(with(false), (jogged, Some(OperatorCommand::FeedHold)));
+        let still = OperatorInput { armed: true, ..OperatorInput::default() };
+        assert_eq!(with(true), (still, Some(OperatorCommand::FeedHold)));
     }
 
     #[test]
     fn set_flag_stops_the_session() {
         let end = Arc::new(AtomicBool::new(false));
         let mut operator = Endable::new(Scripted::new(vec![OperatorInput::default(); 2]), Arc::clone(&end));
-        assert_eq!(operator.input(&view(Phase::Manual), Time::ZERO), OperatorInput::default());
+        operator.input(&view(Phase::Manual), Time::ZERO);
+        assert_eq!(operator.command(), None);
         end.store(true, Ordering::Relaxed);
-        assert_eq!(operator.input(&view(Phase::Manual), Time::ZERO), OperatorInput::STOP);
+        operator.input(&view(Phase::Manual), Time::ZERO);
+        assert_eq!(operator.command(), Some(OperatorCommand::Stop));
     }
 }

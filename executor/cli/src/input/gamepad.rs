@@ -1,27 +1,28 @@
 //! The operator at a gamepad, joystick or handwheel. A thread reads the device, the session loop takes its
 //! last reading.
 
+use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use keepout_executor::operator::{Operator, OperatorView, Panel};
-use keepout_executor::supervisor::OperatorInput;
+use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase, Stick};
 use keepout_guard::Time;
 
 use super::device::{DeviceError, Devices, EnablingInterlock, Mapping, Reader, Reading, Wanted};
-use super::stick::Stick;
 
 /// Time between two reads of the device.
 const LOOK: Duration = Duration::from_millis(4);
 /// Most commands that are kept until the loop takes them.
 const COMMANDS_MAX: usize = 8;
 
-/// Last reading of the thread.
+/// Last reading of the thread, and the commands that the loop has not taken.
 #[derive(Debug)]
 struct Left {
     reading: Reading,
+    commands: VecDeque<OperatorCommand>,
     /// Time of the reading.
     at: Instant,
     /// Whether the loop has taken the reading.
@@ -35,6 +36,8 @@ pub struct Gamepad {
     last: Reading,
     /// Time of that reading.
     read_at: Instant,
+    /// A contour runs, and the operator could not stop it: the device is gone or silent.
+    holds: bool,
     left: Arc<Mutex<Left>>,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
@@ -78,7 +81,12 @@ impl Gamepad {
     {
         let reader = Reader::open(devices, mapping, panel.clone())?;
         let began = Instant::now();
-        let left = Arc::new(Mutex::new(Left { reading: Reading::default(), at: began, taken: true }));
+        let left = Arc::new(Mutex::new(Left {
+            reading: Reading::default(),
+            commands: VecDeque::new(),
+            at: began,
+            taken: true,
+        }));
         let stop = Arc::new(AtomicBool::new(false));
         let shared = (Arc::clone(&left), Arc::clone(&stop));
         let thread = std::thread::Builder::new()
@@ -89,6 +97,7 @@ impl Gamepad {
             interlock: EnablingInterlock::new(stick, panel.clone()),
             last: Reading::default(),
             read_at: began,
+            holds: false,
             left,
             stop,
             thread: Some(thread),
@@ -106,7 +115,7 @@ impl Gamepad {
             (false, true) => "dead-man held",
             (false, false) => "dead-man released",
         };
-        let armed = if self.last.automatic { ", armed" } else { "" };
+        let armed = if self.last.armed { ", armed" } else { "" };
         format!("{device}{armed}")
     }
 }
@@ -121,34 +130,43 @@ fn serve<D: Devices>(mut reader: Reader<D>, began: Instant, left: &Mutex<Left>, 
     }
 }
 
-/// Leaves a reading for the loop. Commands that the loop has not taken yet stay. The reader keeps further
-/// handwheel turns until the loop has taken the last ones.
+/// Leaves a reading for the loop. The reader keeps further handwheel turns until the loop has taken the last
+/// ones.
 fn leave<D: Devices>(reader: &mut Reader<D>, mut reading: Reading, at: Instant, left: &mut Left) {
-    let mut commands = std::mem::take(&mut left.reading.commands);
-    commands.append(&mut reading.commands);
-    commands.truncate(COMMANDS_MAX);
-    reading.commands = commands;
+    for command in std::mem::take(&mut reading.commands) {
+        if left.commands.len() >= COMMANDS_MAX && command == OperatorCommand::Stop {
+            left.commands.pop_back();
+        }
+        if left.commands.len() < COMMANDS_MAX {
+            left.commands.push_back(command);
+        }
+    }
     if left.taken {
         reading.turned_mm = reader.take_turned_mm();
     } else if left.reading.connection == reading.connection {
         reading.turned_mm = left.reading.turned_mm;
     }
-    *left = Left { reading, at, taken: false };
+    (left.reading, left.at, left.taken) = (reading, at, false);
 }
 
 impl Operator for Gamepad {
     fn input(&mut self, view: &OperatorView, _: Time) -> OperatorInput {
-        self.last.commands.clear();
         self.last.turned_mm = (0.0, 0.0);
         if let Ok(mut left) = self.left.try_lock() {
             self.last = left.reading.clone();
             self.read_at = left.at;
-            left.reading.commands.clear();
             left.reading.turned_mm = (0.0, 0.0);
             left.taken = true;
         }
         self.panel.set_status(&self.status());
-        self.interlock.input(&self.last, self.read_at.elapsed(), view.phase)
+        let input = self.interlock.input(&self.last, self.read_at.elapsed());
+        self.holds = input.is_none() && view.phase == Phase::Contouring;
+        input.unwrap_or_default()
+    }
+
+    fn command(&mut self) -> Option<OperatorCommand> {
+        let given = self.left.try_lock().ok().and_then(|mut left| left.commands.pop_front());
+        given.or_else(|| std::mem::take(&mut self.holds).then_some(OperatorCommand::FeedHold))
     }
 }
 
@@ -166,11 +184,10 @@ mod tests {
     use std::collections::BTreeSet;
     use std::io;
 
-    use keepout_executor::supervisor::Phase;
+    use keepout_executor::supervisor::StickSettings;
 
     use super::*;
     use crate::input::device::{AxisRange, Device, RawEvent, Snapshot};
-    use crate::input::stick::StickSettings;
     use crate::input::testing::view;
 
     /// The simulated device, shared by the test and the reader's thread.

@@ -65,12 +65,9 @@ pub struct Keys {
     speed: usize,
     stepping: bool,
     wheel: Handwheel,
-    automatic: bool,
+    armed: bool,
     stopped: bool,
-    quit: bool,
     commands: VecDeque<OperatorCommand>,
-    /// Command of the last input.
-    commanded: Option<OperatorCommand>,
 }
 
 impl Keys {
@@ -84,11 +81,9 @@ impl Keys {
             speed: 1,
             stepping: false,
             wheel: Handwheel::default(),
-            automatic: false,
+            armed: false,
             stopped: false,
-            quit: false,
             commands: VecDeque::new(),
-            commanded: None,
         }
     }
 
@@ -107,20 +102,20 @@ impl Keys {
 
     /// The input at `now`.
     pub fn input(&mut self, phase: Phase, now: Time) -> OperatorInput {
-        if self.quit {
-            return OperatorInput::STOP;
-        }
         self.held.retain(|held| now < held.1);
-        let command = self.next_command(phase);
         if self.stopped {
-            return OperatorInput { automatic: self.automatic, command, ..OperatorInput::default() };
+            // Space stops a contour with a feed hold.
+            if phase == Phase::Contouring && self.commands.is_empty() {
+                self.commands.push_back(OperatorCommand::FeedHold);
+            }
+            return OperatorInput { armed: self.armed, ..OperatorInput::default() };
         }
-        OperatorInput {
-            velocity: self.velocity(),
-            turned_mm: self.wheel.take_mm(),
-            automatic: self.automatic,
-            command,
-        }
+        OperatorInput { velocity: self.velocity(), turned_mm: self.wheel.take_mm(), armed: self.armed }
+    }
+
+    /// Takes the next command that the operator gave.
+    pub fn command(&mut self) -> Option<OperatorCommand> {
+        self.commands.pop_front()
     }
 
     /// Whether space was the last key pressed.
@@ -137,7 +132,7 @@ impl Keys {
         } else {
             format!("speed {:.0} %", SPEEDS[self.speed] * 100.0)
         };
-        if self.automatic {
+        if self.armed {
             status += ", armed";
         }
         if self.stopped {
@@ -197,12 +192,12 @@ impl Keys {
     fn select(&mut self, key: Key) {
         self.stopped = false;
         match key {
-            Key::Interrupt | Key::Character('q') => self.quit = true,
+            Key::Interrupt | Key::Character('q') => self.give(OperatorCommand::Stop),
             Key::Character(' ') => self.stop(),
-            Key::Character('a') => self.automatic = !self.automatic,
-            Key::Character('p') => self.command(OperatorCommand::FeedHold),
-            Key::Character('r') => self.command(OperatorCommand::CycleStart),
-            Key::Character('f') => self.command(OperatorCommand::Recover),
+            Key::Character('a') => self.armed = !self.armed,
+            Key::Character('p') => self.give(OperatorCommand::FeedHold),
+            Key::Character('r') => self.give(OperatorCommand::CycleStart),
+            Key::Character('f') => self.give(OperatorCommand::Recover),
             Key::Character('s') => {
                 self.stop();
                 self.stopped = false;
@@ -220,18 +215,12 @@ impl Keys {
         }
     }
 
-    fn command(&mut self, command: OperatorCommand) {
-        if self.commands.len() < COMMANDS_MAX {
+    /// Keeps a command until the session takes it. Stop is never dropped.
+    fn give(&mut self, command: OperatorCommand) {
+        if self.commands.len() < COMMANDS_MAX || command == OperatorCommand::Stop {
+            self.commands.truncate(COMMANDS_MAX - 1);
             self.commands.push_back(command);
         }
-    }
-
-    /// The command of this input: one at a time. Between two equal commands, one input has no command, so
-    /// that the supervisor counts both. Space stops a contour with a feed hold.
-    fn next_command(&mut self, phase: Phase) -> Option<OperatorCommand> {
-        let repeated = self.commanded.is_some() && self.commands.front() == self.commanded.as_ref();
-        self.commanded = if repeated { None } else { self.commands.pop_front() };
-        self.commanded.or((self.stopped && phase == Phase::Contouring).then_some(OperatorCommand::FeedHold))
     }
 }
 
@@ -347,32 +336,27 @@ mod tests {
             keys.take(RIGHT, Stroke::Repeat, ms(20));
             keys.take(RIGHT, Stroke::Up, ms(25));
             assert!(keys.stopped() && velocity(&mut keys, 26) == (0.0, 0.0));
-            assert_eq!(keys.input(Phase::Contouring, ms(27)).command, Some(OperatorCommand::FeedHold));
+            assert_eq!(keys.command(), None);
+            keys.input(Phase::Contouring, ms(27));
+            assert_eq!(keys.command(), Some(OperatorCommand::FeedHold));
             keys.take(UP, Stroke::Down, ms(30));
             assert!(!keys.stopped() && velocity(&mut keys, 31) == (0.0, 1.0));
         }
     }
 
     #[test]
-    fn each_command_key_gives_one_command_and_quit_stays() {
+    fn each_command_key_gives_one_command_and_quit_is_never_dropped() {
         let mut keys = Keys::new(false);
         for key in ['p', 'p', 'f', 'a'] {
             keys.take(Key::Character(key), Stroke::Down, ms(0));
         }
-        let issued: Vec<_> = (0..5).map(|i| keys.input(Phase::Manual, ms(10 * i)).command).collect();
-        assert_eq!(
-            issued,
-            [
-                Some(OperatorCommand::FeedHold),
-                None,
-                Some(OperatorCommand::FeedHold),
-                Some(OperatorCommand::Recover),
-                None
-            ]
-        );
-        assert!(keys.input(Phase::Manual, ms(60)).automatic);
+        let given: Vec<_> = (0..4).map(|_| keys.command()).collect();
+        let (hold, recover) = (Some(OperatorCommand::FeedHold), Some(OperatorCommand::Recover));
+        assert_eq!(given, [hold, hold, recover, None]);
+        assert!(keys.input(Phase::Manual, ms(60)).armed);
+        (0..100).for_each(|_| keys.take(Key::Character('p'), Stroke::Down, ms(65)));
         keys.take(Key::Interrupt, Stroke::Down, ms(70));
-        assert_eq!(keys.input(Phase::Manual, ms(80)), OperatorInput::STOP);
-        assert_eq!(keys.input(Phase::Manual, ms(90)), OperatorInput::STOP);
+        let given: Vec<_> = std::iter::from_fn(|| keys.command()).collect();
+        assert_eq!((given.len(), given.last()), (COMMANDS_MAX, Some(&OperatorCommand::Stop)));
     }
 }

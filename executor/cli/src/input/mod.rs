@@ -5,12 +5,10 @@ pub mod device;
 mod gamepad;
 pub mod handwheel;
 pub mod keyboard;
-mod stick;
 pub mod terminal;
 
 pub use attended::{Attended, Endable};
 pub use gamepad::Gamepad;
-pub use stick::{Stick, StickError, StickSettings};
 pub use terminal::{Keyboard, TerminalError};
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ use crossterm::event::{
 };
 use crossterm::{cursor, execute, terminal};
 use keepout_executor::operator::{Operator, OperatorView, Panel};
-use keepout_executor::supervisor::OperatorInput;
+use keepout_executor::supervisor::{OperatorCommand, OperatorInput};
 use keepout_guard::Time;
 use thiserror::Error;
 
@@ -206,6 +206,10 @@ impl Operator for Keyboard {
         let input = self.keys.input(view.phase, now);
         self.panel.set_status(&self.keys.status());
         input
+    }
+
+    fn command(&mut self) -> Option<OperatorCommand> {
+        self.keys.command()
     }
 }
 

@@ -63,7 +63,7 @@ pub fn named(name: &str, jog_s: f64, seed: u64) -> Result<Box<dyn Operator + Sen
 #[cfg(test)]
 mod tests {
     use keepout_executor::operator::OperatorView;
-    use keepout_executor::supervisor::{OperatorInput, Phase};
+    use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
     use keepout_guard::Time;
 
     use super::*;
@@ -81,22 +81,30 @@ mod tests {
         }
     }
 
-    /// An operator with prescribed inputs, one per call. It gives no input during the start.
-    pub struct Prescribed(std::vec::IntoIter<OperatorInput>);
+    /// An operator with prescribed inputs and commands, one per call. It gives no input during the start.
+    pub struct Prescribed {
+        steps: std::vec::IntoIter<(OperatorInput, Option<OperatorCommand>)>,
+        command: Option<OperatorCommand>,
+    }
 
     impl Prescribed {
-        pub fn new(inputs: Vec<OperatorInput>) -> Self {
-            Self(inputs.into_iter())
+        pub fn new(steps: Vec<(OperatorInput, Option<OperatorCommand>)>) -> Self {
+            Self { steps: steps.into_iter(), command: None }
         }
     }
 
     impl Operator for Prescribed {
         fn input(&mut self, view: &OperatorView, _: Time) -> OperatorInput {
             if view.phase == Phase::Starting {
-                OperatorInput::default()
-            } else {
-                self.0.next().unwrap_or_default()
+                return OperatorInput::default();
             }
+            let (input, command) = self.steps.next().unwrap_or_default();
+            self.command = command;
+            input
+        }
+
+        fn command(&mut self) -> Option<OperatorCommand> {
+            self.command.take()
         }
     }
 

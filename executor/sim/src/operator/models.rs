@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use keepout_executor::operator::{Operator, OperatorView};
-use keepout_executor::supervisor::{OperatorInput, Phase};
+use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
 use keepout_guard::Time;
 
 use super::arm::{DT, Lag, Reaction, Sticking, Tremor};
@@ -64,7 +64,8 @@ pub struct Model {
     jog_s: f64,
     random: fastrand::Rng,
     began: Option<Time>,
-    automatic_since: Option<Time>,
+    armed_since: Option<Time>,
+    over: bool,
     goal: (f64, f64),
     until: f64,
     variant: f64,
@@ -84,7 +85,8 @@ impl Model {
             jog_s,
             random: fastrand::Rng::with_seed(seed),
             began: None,
-            automatic_since: None,
+            armed_since: None,
+            over: false,
             goal: (0.0, 0.0),
             until: 0.0,
             variant: 0.0,
@@ -205,16 +207,14 @@ impl Operator for Model {
         if t < self.jog_s {
             return OperatorInput { velocity: self.steer(view, t), ..OperatorInput::default() };
         }
-        let since = *self.automatic_since.get_or_insert(now);
-        if view.contoured && view.phase.is_steered() {
-            return OperatorInput::STOP;
-        }
+        let since = *self.armed_since.get_or_insert(now);
         if matches!(view.phase, Phase::Contouring | Phase::Touching) {
-            return OperatorInput { automatic: true, ..OperatorInput::default() };
+            return OperatorInput { armed: true, ..OperatorInput::default() };
         }
         let waited = now.since(since).as_secs_f64();
-        if waited > TOUCH_WITHIN {
-            return OperatorInput::STOP;
+        self.over = waited > TOUCH_WITHIN || view.contoured && view.phase.is_steered();
+        if self.over {
+            return OperatorInput::default();
         }
         let (Some(position), Some(wall)) = (view.position_mm, view.wall_mm) else {
             return OperatorInput::default();
@@ -223,7 +223,11 @@ impl Operator for Model {
         // first.
         let turn = if view.phase == Phase::Escaping { std::f64::consts::PI } else { 0.0 };
         let (x, y) = toward(position, wall, turn);
-        OperatorInput { velocity: (x * APPROACH, y * APPROACH), automatic: true, ..OperatorInput::default() }
+        OperatorInput { velocity: (x * APPROACH, y * APPROACH), armed: true, ..OperatorInput::default() }
+    }
+
+    fn command(&mut self) -> Option<OperatorCommand> {
+        self.over.then_some(OperatorCommand::Stop)
     }
 }
 

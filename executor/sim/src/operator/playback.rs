@@ -2,60 +2,88 @@
 
 use std::time::Duration;
 
-use keepout_executor::supervisor::OperatorInput;
+use keepout_executor::supervisor::{OperatorCommand, OperatorInput};
 
-/// Inputs, each with its time since the beginning; times do not decrease.
+/// An input, and a command that the operator gives with it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Step {
+    /// Time since the beginning.
+    pub(super) at: Duration,
+    pub(super) input: OperatorInput,
+    pub(super) command: Option<OperatorCommand>,
+}
+
+/// The steps of an operator; their times do not decrease.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Playback {
-    steps: Vec<(Duration, OperatorInput)>,
-    /// The number of played inputs.
+    steps: Vec<Step>,
+    /// The number of played steps.
     played: usize,
+    /// Command of the last played step, until it is taken.
+    command: Option<OperatorCommand>,
 }
 
 impl Playback {
-    pub(super) fn new(steps: Vec<(Duration, OperatorInput)>) -> Self {
-        Self { steps, played: 0 }
+    pub(super) fn new(steps: Vec<Step>) -> Self {
+        Self { steps, played: 0, command: None }
     }
 
-    /// Whether every input was played.
+    /// Whether every step was played.
     pub(super) fn over(&self) -> bool {
         self.played == self.steps.len()
     }
 
     #[cfg(test)]
-    pub(super) fn steps(&self) -> &[(Duration, OperatorInput)] {
+    pub(super) fn steps(&self) -> &[Step] {
         &self.steps
     }
 
     /// The input at a time; the default input before the first.
     ///
     /// The velocity is that of the last step. Turns of the steps since the last call are summed, and given
-    /// once. A step that changes the command or the armed state is never skipped: the later steps wait for
-    /// the next call.
+    /// once. A step with a command, or one that changes the armed state, is never skipped: the later steps
+    /// wait for the next call.
     pub(super) fn at(&mut self, time: Duration) -> OperatorInput {
         let before = self.current();
         let mut turned_mm = (0.0, 0.0);
-        while let Some(&(at, step)) = self.steps.get(self.played)
+        while let Some(&Step { at, input, command }) = self.steps.get(self.played)
             && at <= time
         {
             self.played += 1;
-            turned_mm = (turned_mm.0 + step.turned_mm.0, turned_mm.1 + step.turned_mm.1);
-            if (step.command, step.automatic) != (before.command, before.automatic) {
+            turned_mm = (turned_mm.0 + input.turned_mm.0, turned_mm.1 + input.turned_mm.1);
+            self.command = command;
+            let next = self.steps.get(self.played);
+            let command_follows = next.is_some_and(|next| next.at == at && next.command.is_some());
+            if command.is_some() || input.armed != before.armed && !command_follows {
                 break;
             }
         }
         OperatorInput { turned_mm, ..self.current() }
     }
 
+    /// Whether a command waits.
+    pub(super) fn has_command(&self) -> bool {
+        self.command.is_some()
+    }
+
+    /// Takes the command of the last played step.
+    pub(super) fn command(&mut self) -> Option<OperatorCommand> {
+        self.command.take()
+    }
+
+    /// Stops the session.
+    pub(super) fn stop(&mut self) -> OperatorInput {
+        self.command = Some(OperatorCommand::Stop);
+        OperatorInput::default()
+    }
+
     fn current(&self) -> OperatorInput {
-        self.played.checked_sub(1).map_or(OperatorInput::default(), |last| self.steps[last].1)
+        self.played.checked_sub(1).map_or(OperatorInput::default(), |last| self.steps[last].input)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use keepout_executor::supervisor::OperatorCommand;
-
     use super::*;
 
     fn ms(millis: u64) -> Duration {
@@ -64,26 +92,22 @@ mod tests {
 
     #[test]
     fn turns_are_given_once_and_commands_are_not_skipped() {
-        let turn = |x| OperatorInput { turned_mm: (x, 0.0), ..OperatorInput::default() };
-        let command = |command| OperatorInput { command: Some(command), ..OperatorInput::default() };
+        let turn = |at, x| {
+            let input = OperatorInput { turned_mm: (x, 0.0), ..OperatorInput::default() };
+            Step { at: ms(at), input, command: None }
+        };
+        let hold = Some(OperatorCommand::FeedHold);
         let steps = vec![
-            (ms(10), turn(1.0)),
-            (ms(11), turn(2.0)),
-            (ms(12), command(OperatorCommand::FeedHold)),
-            (ms(13), OperatorInput::default()),
-            (ms(14), command(OperatorCommand::FeedHold)),
-            (ms(15), turn(4.0)),
+            turn(10, 1.0),
+            turn(11, 2.0),
+            Step { command: hold, ..turn(12, 0.0) },
+            Step { command: hold, ..turn(14, 0.0) },
+            turn(15, 4.0),
         ];
         let mut playback = Playback::new(steps);
         assert_eq!(playback.at(ms(0)), OperatorInput::default());
-        let played: Vec<OperatorInput> = (0..5).map(|_| playback.at(ms(100))).collect();
-        let commands: Vec<_> = played.iter().map(|input| input.command).collect();
-        assert_eq!(
-            commands,
-            [Some(OperatorCommand::FeedHold), None, Some(OperatorCommand::FeedHold), None, None]
-        );
-        let turned: Vec<f64> = played.iter().map(|input| input.turned_mm.0).collect();
-        assert_eq!(turned, [3.0, 0.0, 0.0, 4.0, 0.0]);
+        let played: Vec<_> = (0..4).map(|_| (playback.at(ms(100)).turned_mm.0, playback.command())).collect();
+        assert_eq!(played, [(3.0, hold), (0.0, hold), (4.0, None), (0.0, None)]);
         assert!(playback.over());
     }
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use keepout_executor::operator::{Operator, OperatorView, Panel};
-use keepout_executor::supervisor::{OperatorInput, Phase};
+use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
 use keepout_guard::Time;
 
 use super::trace::{FLAGS, HEADER, LINES_MAX, TraceError};
@@ -22,7 +22,8 @@ pub struct Recorder<O, W: Write = BufWriter<File>> {
     file: Option<W>,
     began: Option<Time>,
     last: Option<OperatorInput>,
-    commanded: Duration,
+    /// Time of the last input.
+    noted: Duration,
     flushed: Duration,
     lines: usize,
     panel: Panel,
@@ -48,7 +49,7 @@ impl<O, W: Write> Recorder<O, W> {
             file: Some(file),
             began: None,
             last: None,
-            commanded: Duration::ZERO,
+            noted: Duration::ZERO,
             flushed: Duration::ZERO,
             lines: 0,
             panel,
@@ -59,12 +60,12 @@ impl<O, W: Write> Recorder<O, W> {
 
     fn note(&mut self, input: &OperatorInput, now: Time) {
         let at = now.since(*self.began.get_or_insert(now));
-        self.commanded = at;
+        self.noted = at;
         // Turns are sums since the previous input, so an equal turn is a new one.
         let changed = self.last.as_ref() != Some(input) || input.turned_mm != (0.0, 0.0);
         if changed {
             self.last = Some(*input);
-            self.write(&line_of(at, input));
+            self.write(&line_of(at, input, None));
         }
         if at - self.flushed.min(at) >= FLUSH_EVERY {
             self.flushed = at;
@@ -100,11 +101,20 @@ impl<O: Operator, W: Write> Operator for Recorder<O, W> {
         }
         input
     }
+
+    fn command(&mut self) -> Option<OperatorCommand> {
+        let command = self.operator.command()?;
+        if let Some(last) = self.last {
+            let still = OperatorInput { turned_mm: (0.0, 0.0), ..last };
+            self.write(&line_of(self.noted, &still, Some(command)));
+        }
+        Some(command)
+    }
 }
 
 impl<O, W: Write> Drop for Recorder<O, W> {
     fn drop(&mut self) {
-        let end = format!("{} end", stamp(self.commanded));
+        let end = format!("{} end", stamp(self.noted));
         self.write(&end);
         if let Some(file) = &mut self.file {
             let _ = file.flush();
@@ -112,14 +122,14 @@ impl<O, W: Write> Drop for Recorder<O, W> {
     }
 }
 
-/// The line of an input. A velocity or turn that is not finite is written as zero.
-fn line_of(at: Duration, input: &OperatorInput) -> String {
+/// The line of an input and a command. A velocity or turn that is not finite is written as zero.
+fn line_of(at: Duration, input: &OperatorInput, command: Option<OperatorCommand>) -> String {
     let pair = |(x, y): (f64, f64)| if x.is_finite() && y.is_finite() { (x, y) } else { (0.0, 0.0) };
     let ((x, y), (turned_x, turned_y)) = (pair(input.velocity), pair(input.turned_mm));
     let mut line = format!("{} {x} {y} {turned_x} {turned_y} ", stamp(at));
-    line.extend(input.automatic.then_some('a'));
-    line.extend(FLAGS.iter().filter(|flag| input.command == Some(flag.1)).map(|flag| flag.0));
-    if !input.automatic && input.command.is_none() {
+    line.extend(input.armed.then_some('a'));
+    line.extend(FLAGS.iter().filter(|flag| command == Some(flag.1)).map(|flag| flag.0));
+    if !input.armed && command.is_none() {
         line.push('-');
     }
     line
@@ -131,8 +141,6 @@ fn stamp(at: Duration) -> String {
 
 #[cfg(test)]
 mod tests {
-    use keepout_executor::supervisor::OperatorCommand;
-
     use super::*;
     use crate::operator::tests::{Prescribed, view};
     use crate::operator::trace::Trace;
@@ -141,8 +149,8 @@ mod tests {
         Trace::read(text.as_bytes(), Path::new("test"))
     }
 
-    /// Random inputs of all kinds.
-    fn inputs(seed: u64) -> Vec<OperatorInput> {
+    /// Random inputs and commands of all kinds.
+    fn steps(seed: u64) -> Vec<(OperatorInput, Option<OperatorCommand>)> {
         let mut random = fastrand::Rng::with_seed(seed);
         let number = |random: &mut fastrand::Rng| match random.u8(0..6) {
             0 => 0.0,
@@ -160,11 +168,13 @@ mod tests {
             Some(OperatorCommand::Recover),
         ];
         (0..500)
-            .map(|_| OperatorInput {
-                velocity: (number(&mut random), number(&mut random)),
-                turned_mm: if random.u8(0..3) == 0 { (number(&mut random), 0.5) } else { (0.0, 0.0) },
-                automatic: random.bool(),
-                command: commands[random.usize(0..commands.len())],
+            .map(|_| {
+                let input = OperatorInput {
+                    velocity: (number(&mut random), number(&mut random)),
+                    turned_mm: if random.u8(0..3) == 0 { (number(&mut random), 0.5) } else { (0.0, 0.0) },
+                    armed: random.bool(),
+                };
+                (input, commands[random.usize(0..commands.len())])
             })
             .collect()
     }
@@ -172,7 +182,7 @@ mod tests {
     #[test]
     fn recorded_input_is_played_back_exactly() {
         for seed in 0..20 {
-            let prescribed = inputs(seed);
+            let prescribed = steps(seed);
             let mut file = Vec::new();
             let mut recorder =
                 Recorder::new(Prescribed::new(prescribed.clone()), &mut file, Panel::default());
@@ -180,14 +190,16 @@ mod tests {
             recorder.input(&view(Phase::Starting), Time::ZERO);
             for index in 0..prescribed.len() {
                 recorder.input(&view(Phase::Manual), time(index));
+                recorder.command();
             }
             drop(recorder);
             let mut trace = read(std::str::from_utf8(&file).unwrap()).unwrap();
-            for (index, input) in prescribed.iter().enumerate() {
-                let played = trace.input(&view(Phase::Manual), time(index));
-                assert_eq!(played, *input, "seed {seed}, input {index}");
+            for (index, step) in prescribed.iter().enumerate() {
+                let played = (trace.input(&view(Phase::Manual), time(index)), trace.command());
+                assert_eq!(played, *step, "seed {seed}, input {index}");
             }
-            assert_eq!(trace.input(&view(Phase::Manual), time(prescribed.len())), OperatorInput::STOP);
+            trace.input(&view(Phase::Manual), time(prescribed.len()));
+            assert_eq!(trace.command(), Some(OperatorCommand::Stop));
         }
     }
 
@@ -195,7 +207,8 @@ mod tests {
     fn only_changes_are_written() {
         let mut file = Vec::new();
         let still = OperatorInput { velocity: (0.1, 0.0), ..OperatorInput::default() };
-        let mut recorder = Recorder::new(Prescribed::new(vec![still; 300]), &mut file, Panel::default());
+        let mut recorder =
+            Recorder::new(Prescribed::new(vec![(still, None); 300]), &mut file, Panel::default());
         for i in 0..300 {
             recorder.input(&view(Phase::Manual), Time::from_micros(i * 10_000));
         }
@@ -217,7 +230,7 @@ mod tests {
         }
         let panel = Panel::default();
         let input = OperatorInput { velocity: (1.0, 0.0), ..OperatorInput::default() };
-        let mut recorder = Recorder::new(Prescribed::new(vec![input]), Full, panel.clone());
+        let mut recorder = Recorder::new(Prescribed::new(vec![(input, None)]), Full, panel.clone());
         assert_eq!(recorder.input(&view(Phase::Manual), Time::ZERO), input);
         assert!(panel.notices()[0].contains("can not be written"));
     }

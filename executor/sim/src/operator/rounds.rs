@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use keepout_executor::operator::{Operator, OperatorView};
-use keepout_executor::supervisor::{OperatorInput, Phase};
+use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
 use keepout_guard::Time;
 
 use super::arm::{Lag, Reaction};
@@ -69,7 +69,7 @@ impl Operator for Rounds {
             self.since = now;
             return OperatorInput::default();
         };
-        let Some(place) = self.places.get(self.next).copied() else { return OperatorInput::STOP };
+        let Some(place) = self.places.get(self.next).copied() else { return OperatorInput::default() };
         let way = (place.0 - position.0, place.1 - position.1);
         let far = way.0.hypot(way.1);
         if far < self.nearest_mm - PROGRESS_MM {
@@ -84,6 +84,10 @@ impl Operator for Rounds {
         let deflection = (speed_mm_s / self.speed_mm_s).clamp(LEAST_TILT, 1.0);
         let velocity = self.hand.step((x / seen_far * deflection, y / seen_far * deflection));
         OperatorInput { velocity, ..OperatorInput::default() }
+    }
+
+    fn command(&mut self) -> Option<OperatorCommand> {
+        (self.next >= self.places.len()).then_some(OperatorCommand::Stop)
     }
 }
 
@@ -102,7 +106,7 @@ mod tests {
         for tick in 0..4000_u64 {
             view.position_mm = Some(at);
             let input = rounds.input(&view, Time::from_micros(tick * 10_000));
-            if input == OperatorInput::STOP {
+            if rounds.command().is_some() {
                 assert_eq!(passed, [true, true, false]);
                 return;
             }

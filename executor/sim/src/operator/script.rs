@@ -25,7 +25,7 @@ use keepout_guard::Time;
 use keepout_planner::text_file;
 use thiserror::Error;
 
-use super::playback::Playback;
+use super::playback::{Playback, Step};
 
 /// Why a script cannot be used.
 #[derive(Debug, Error)]
@@ -77,19 +77,19 @@ impl Script {
     /// # Errors
     /// [`ScriptError::Line`] naming the first malformed line; [`ScriptError::Empty`] without an input.
     pub fn parse(text: &str) -> Result<Self, ScriptError> {
-        let mut steps: Vec<(Duration, OperatorInput)> = Vec::new();
+        let mut steps: Vec<Step> = Vec::new();
         for (index, line) in text.lines().enumerate() {
             let content = line.split('#').next().unwrap_or("").trim();
             if content.is_empty() {
                 continue;
             }
             let bad = || ScriptError::Line { number: index + 1, line: told(line) };
-            let automatic = steps.last().is_some_and(|last| last.1.automatic);
-            let (at, input) = step(content, automatic).ok_or_else(bad)?;
-            if steps.last().is_some_and(|last| last.0 > at) {
+            let armed = steps.last().is_some_and(|last| last.input.armed);
+            let step = step(content, armed).ok_or_else(bad)?;
+            if steps.last().is_some_and(|last| last.at > step.at) {
                 return Err(bad());
             }
-            steps.push((at, input));
+            steps.push(step);
         }
         if steps.is_empty() {
             return Err(ScriptError::Empty);
@@ -103,23 +103,22 @@ fn told(line: &str) -> String {
     line.trim().chars().take(80).collect()
 }
 
-/// A line's time and input. `automatic` is the armed state of the previous line.
-fn step(content: &str, automatic: bool) -> Option<(Duration, OperatorInput)> {
+/// The step of a line. `armed` is the armed state of the previous line.
+fn step(content: &str, armed: bool) -> Option<Step> {
     let fields: Vec<&str> = content.split_whitespace().collect();
     let (at, rest) = fields.split_first()?;
     let at = number(at).and_then(|seconds| Duration::try_from_secs_f64(seconds).ok())?;
     let pair = |x: &str, y: &str| Some((number(x)?, number(y)?));
-    let input = match *rest {
-        ["quit"] => OperatorInput::STOP,
-        [word] => OperatorInput { automatic, command: Some(command(word)?), ..OperatorInput::default() },
-        ["turn", dx, dy] => OperatorInput { turned_mm: pair(dx, dy)?, automatic, ..OperatorInput::default() },
-        [x, y] => OperatorInput { velocity: pair(x, y)?, ..OperatorInput::default() },
-        [x, y, "auto"] => {
-            OperatorInput { velocity: pair(x, y)?, automatic: true, ..OperatorInput::default() }
-        }
+    let still = OperatorInput { armed, ..OperatorInput::default() };
+    let (input, command) = match *rest {
+        ["quit"] => (OperatorInput::default(), Some(OperatorCommand::Stop)),
+        [word] => (still, Some(command(word)?)),
+        ["turn", dx, dy] => (OperatorInput { turned_mm: pair(dx, dy)?, ..still }, None),
+        [x, y] => (OperatorInput { velocity: pair(x, y)?, ..OperatorInput::default() }, None),
+        [x, y, "auto"] => (OperatorInput { velocity: pair(x, y)?, armed: true, turned_mm: (0.0, 0.0) }, None),
         _ => return None,
     };
-    Some((at, input))
+    Some(Step { at, input, command })
 }
 
 fn number(text: &str) -> Option<f64> {
@@ -142,9 +141,13 @@ impl Operator for Script {
         }
         let already_over = self.playback.over();
         let input = self.playback.at(now.since(*self.began.get_or_insert(now)));
-        let is_due = !already_over && (input.command.is_some() || input.turned_mm != (0.0, 0.0));
-        let finished = !input.automatic || view.contoured && view.phase.is_steered();
-        if self.playback.over() && finished && !is_due { OperatorInput::STOP } else { input }
+        let is_due = !already_over && (self.playback.has_command() || input.turned_mm != (0.0, 0.0));
+        let finished = !input.armed || view.contoured && view.phase.is_steered();
+        if self.playback.over() && finished && !is_due { self.playback.stop() } else { input }
+    }
+
+    fn command(&mut self) -> Option<OperatorCommand> {
+        self.playback.command()
     }
 }
 
@@ -158,7 +161,7 @@ mod tests {
         let script = Script::parse("# a comment\n0 1 0\n2.5 0 -0.5 auto # touch\n9 quit\n").unwrap();
         let steps = script.playback.steps();
         assert_eq!(steps.len(), 3);
-        assert!(steps[1].1.automatic && steps[2].1 == OperatorInput::STOP);
+        assert!(steps[1].input.armed && steps[2].command == Some(OperatorCommand::Stop));
         assert!(matches!(Script::parse("# nothing\n\n"), Err(ScriptError::Empty)));
         let wrong = [
             "0 1",
@@ -180,28 +183,28 @@ mod tests {
     fn commands_and_turns_are_given_in_order() {
         let text = "0 0 0.3 auto\n1 pause\n2 resume\n3 turn 0.05 -0.1\n4 recover\n5 0 0\n6 quit";
         let mut script = Script::parse(text).unwrap();
-        let input = |millis: u64, script: &mut Script| {
-            script.input(&view(Phase::Manual), Time::from_micros(millis * 1000))
+        let given = |millis: u64, script: &mut Script| {
+            let input = script.input(&view(Phase::Manual), Time::from_micros(millis * 1000));
+            (input, script.command())
         };
-        assert_eq!(input(0, &mut script).velocity, (0.0, 0.3));
-        let pause = input(1500, &mut script);
-        assert!(
-            pause.automatic
-                && pause.command == Some(OperatorCommand::FeedHold)
-                && pause.velocity == (0.0, 0.0)
-        );
-        assert_eq!(input(2500, &mut script).command, Some(OperatorCommand::CycleStart));
-        assert_eq!(input(3000, &mut script).turned_mm, (0.05, -0.1));
-        assert_eq!(input(3010, &mut script).turned_mm, (0.0, 0.0));
-        assert_eq!(input(4000, &mut script).command, Some(OperatorCommand::Recover));
-        assert!(!input(5000, &mut script).automatic);
-        assert_eq!(input(6000, &mut script), OperatorInput::STOP);
+        assert_eq!(given(0, &mut script).0.velocity, (0.0, 0.3));
+        let (input, command) = given(1500, &mut script);
+        assert!(input.armed && input.velocity == (0.0, 0.0) && command == Some(OperatorCommand::FeedHold));
+        assert_eq!(given(1510, &mut script).1, None, "once");
+        assert_eq!(given(2500, &mut script).1, Some(OperatorCommand::CycleStart));
+        assert_eq!(given(3000, &mut script).0.turned_mm, (0.05, -0.1));
+        assert_eq!(given(3010, &mut script).0.turned_mm, (0.0, 0.0));
+        assert_eq!(given(4000, &mut script).1, Some(OperatorCommand::Recover));
+        assert!(!given(5000, &mut script).0.armed);
+        assert_eq!(given(6000, &mut script), (OperatorInput::default(), Some(OperatorCommand::Stop)));
     }
 
     #[test]
     fn last_line_is_given_before_quitting() {
         let mut script = Script::parse("0 turn 1 0").unwrap();
         assert_eq!(script.input(&view(Phase::Manual), Time::ZERO).turned_mm, (1.0, 0.0));
-        assert_eq!(script.input(&view(Phase::Manual), Time::from_micros(1)), OperatorInput::STOP);
+        assert_eq!(script.command(), None);
+        script.input(&view(Phase::Manual), Time::from_micros(1));
+        assert_eq!(script.command(), Some(OperatorCommand::Stop));
     }
 }

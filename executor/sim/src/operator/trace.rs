@@ -24,7 +24,7 @@ use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
 use keepout_guard::Time;
 use thiserror::Error;
 
-use super::playback::Playback;
+use super::playback::{Playback, Step};
 
 /// Most lines of a trace: five hours of constantly changing inputs.
 pub const LINES_MAX: usize = 2_000_000;
@@ -97,7 +97,7 @@ impl Trace {
     /// # Errors
     /// [`TraceError`] naming the line.
     pub fn read(mut source: impl BufRead, path: &Path) -> Result<Self, TraceError> {
-        let mut steps: Vec<(Duration, OperatorInput)> = Vec::new();
+        let mut steps: Vec<Step> = Vec::new();
         let mut end = None;
         let mut bytes = Vec::new();
         for number in 1.. {
@@ -106,11 +106,11 @@ impl Trace {
             if read.map_err(|source| TraceError::Read { path: path.to_path_buf(), source })? == 0 {
                 break;
             }
-            let last = end.or(steps.last().map(|step| step.0));
+            let last = end.or(steps.last().map(|step| step.at));
             let parsed = line_of(&bytes).and_then(|line| parse(line, last));
             match parsed.and_then(|parsed| checked(parsed, end.is_some())) {
                 Ok(Parsed::Nothing) => {}
-                Ok(Parsed::Step(at, input)) => steps.push((at, input)),
+                Ok(Parsed::Step(step)) => steps.push(step),
                 Ok(Parsed::End(at)) => end = Some(at),
                 Err(wrong) => {
                     let line = String::from_utf8_lossy(&bytes).trim().chars().take(80).collect();
@@ -121,7 +121,7 @@ impl Trace {
                 return Err(TraceError::TooLong);
             }
         }
-        let last = steps.last().ok_or(TraceError::Empty)?.0;
+        let last = steps.last().ok_or(TraceError::Empty)?.at;
         Ok(Self { playback: Playback::new(steps), end: end.unwrap_or(last), began: None })
     }
 }
@@ -135,17 +135,21 @@ impl Operator for Trace {
         let input = self.playback.at(time);
         if !self.playback.over() || time <= self.end || input.turned_mm != (0.0, 0.0) {
             input
-        } else if view.phase == Phase::Contouring && input.command != Some(OperatorCommand::Stop) {
-            OperatorInput { automatic: true, ..OperatorInput::default() }
+        } else if view.phase == Phase::Contouring && !self.playback.has_command() {
+            OperatorInput { armed: true, ..OperatorInput::default() }
         } else {
-            OperatorInput::STOP
+            self.playback.stop()
         }
+    }
+
+    fn command(&mut self) -> Option<OperatorCommand> {
+        self.playback.command()
     }
 }
 
 enum Parsed {
     Nothing,
-    Step(Duration, OperatorInput),
+    Step(Step),
     End(Duration),
 }
 
@@ -178,9 +182,8 @@ fn parse(line: &str, last: Option<Duration>) -> Result<Parsed, &'static str> {
             let pair = |x, y| Some((number(x)?, number(y)?));
             let velocity = pair(x, y).ok_or(wrong)?;
             let turned_mm = pair(turned_x, turned_y).ok_or(wrong)?;
-            let (automatic, command) =
-                flags_of(flags).ok_or("the flags are not - or a and one of p, r, f, q")?;
-            Ok(Parsed::Step(at, OperatorInput { velocity, turned_mm, automatic, command }))
+            let (armed, command) = flags_of(flags).ok_or("the flags are not - or a and one of p, r, f, q")?;
+            Ok(Parsed::Step(Step { at, input: OperatorInput { velocity, turned_mm, armed }, command }))
         }
         _ => Err("not SECONDS X Y TURNED_X TURNED_Y FLAGS, or SECONDS end"),
     }
@@ -213,13 +216,13 @@ fn flags_of(flags: &str) -> Option<(bool, Option<OperatorCommand>)> {
         return Some((false, None));
     }
     let rest = flags.strip_prefix('a');
-    let (automatic, rest) = (rest.is_some(), rest.unwrap_or(flags));
+    let (armed, rest) = (rest.is_some(), rest.unwrap_or(flags));
     let mut letters = rest.chars();
     match (letters.next(), letters.next()) {
-        (None, _) => automatic.then_some((true, None)),
+        (None, _) => armed.then_some((true, None)),
         (Some(letter), None) => {
             let command = FLAGS.iter().find(|flag| flag.0 == letter)?.1;
-            Some((automatic, Some(command)))
+            Some((armed, Some(command)))
         }
         _ => None,
     }
@@ -270,8 +273,10 @@ mod tests {
         let mut trace = read("0 0 0 0 0 a\n1 end\n").unwrap();
         trace.input(&view(Phase::Manual), Time::ZERO);
         let late = Time::from_micros(5_000_000);
-        assert!(trace.input(&view(Phase::Contouring), late).command.is_none());
-        assert_eq!(trace.input(&view(Phase::Manual), late), OperatorInput::STOP);
+        trace.input(&view(Phase::Contouring), late);
+        assert_eq!(trace.command(), None);
+        trace.input(&view(Phase::Manual), late);
+        assert_eq!(trace.command(), Some(OperatorCommand::Stop));
     }
 
     #[test]

@@ -6,7 +6,7 @@ use keepout_planner::job::Progress;
 use serde::{Deserialize, Serialize};
 
 /// The version that is written, and the only one that is read.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 /// What a log says of its session: enough to play it again.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,10 +1,10 @@
 //! The event log of a session: JSON lines, one for each event, each with a checksum over itself and the line before it.
 //!
 //! ```text
-//! {"crc":"15926028","keepout_log":2,"began":"2026-11-21T16:50:02Z","plan":"e5cd…","drawing":"bracket.dxf","dialect":"grbl",…}
+//! {"crc":"15926028","keepout_log":3,"began":"2026-11-21T16:50:02Z","plan":"e5cd…","drawing":"bracket.dxf","dialect":"grbl",…}
 //! {"crc":"8bb02b2c","at_us":1085196,"event":{"received":"<Idle|MPos:-1.000,-1.000,0.000|Bf:15,128|FS:0,0>\r\n"}}
 //! {"crc":"47d05c69","at_us":1085196,"event":{"phase":{"phase":"manual"}}}
-//! {"crc":"0e3a51d1","at_us":1090000,"event":{"input":{"velocity":[-0.709,-0.704],"turned_mm":[0.0,0.0],"automatic":false}}}
+//! {"crc":"0e3a51d1","at_us":1090000,"event":{"input":{"velocity":[-0.709,-0.704],"turned_mm":[0.0,0.0],"armed":false}}}
 //! {"crc":"3470a8af","at_us":1090000,"event":{"certificate":{"jog":{"to":[24500000,20404200],"feed_mm_min":12000,"set":[…]}}}}
 //! {"crc":"77d1a2c0","at_us":1090000,"event":{"sent":"$J=G53G90G21X0Y-5.958F12000\n"}}
 //! {"crc":"1c291ca3","at_us":1100000}

@@ -268,6 +268,7 @@ impl Player {
                 self.counted.inputs += 1;
                 engine.input(*input, at, log)
             }
+            LoggedEvent::Command(command) => engine.command(*command, at, log),
             LoggedEvent::Tick => engine.tick(at, log),
             LoggedEvent::Job(job) => engine.job((**job).clone(), at, log),
             LoggedEvent::PortLost(reason) => engine.port_lost(reason, at, log),

@@ -19,7 +19,7 @@ use search::{Proposal, Push, Search, on_grid, part_of, vector};
 pub(super) use search::{length_mm, standing_off};
 use way::Way;
 
-use super::{Abilities, Command, Counts, OperatorInput};
+use super::{Abilities, Command, Counts};
 
 /// What the machine can do, as far as steering needs it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,10 +53,6 @@ impl Limits {
     }
 }
 
-/// A input older than this counts as none: the device is gone, or the program behind it.
-pub(super) const STALE: Duration = Duration::from_millis(250);
-/// Below this deflection nothing moves.
-const DEAD_ZONE: f64 = 0.03;
 /// A input that turns by more than this (cosine) cancels what is in flight.
 const TURNED: f64 = 0.7;
 /// The same where the queue is not added to while it runs.
@@ -122,18 +118,6 @@ impl Fruitless {
         let same = (self.base, self.tail, self.set) == (other.base, other.tail, other.set);
         same && self.unit.0 * other.unit.0 + self.unit.1 * other.unit.1 > ALIKE
     }
-}
-
-/// The input, or none when it is stale or no number.
-pub(super) fn fresh(input: OperatorInput, at: Option<Time>, now: Time) -> Option<(f64, f64)> {
-    let (x, y) = input.velocity;
-    let length = x.hypot(y);
-    let recent = at.is_some_and(|at| now.since(at) <= STALE);
-    if !recent || !length.is_finite() || length < DEAD_ZONE {
-        return None;
-    }
-    let scale = 1.0 / length.max(1.0);
-    Some((x * scale, y * scale))
 }
 
 /// A feed word for a speed, mm/min. Not below 60: slower steps would outlast [`keepout_guard::DRAIN`].

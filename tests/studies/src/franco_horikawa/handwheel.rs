@@ -6,7 +6,7 @@
 use std::time::Duration;
 
 use keepout_executor::operator::{Operator, OperatorView};
-use keepout_executor::supervisor::{OperatorInput, Phase};
+use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
 use keepout_guard::Time;
 use serde::{Deserialize, Serialize};
 
@@ -147,7 +147,7 @@ fn paper(speed_mm_s: f64, tolerance_mm: f64, delays: Delays, seed: u64) -> (Atte
 fn turned(ours: &Ours<'_>, speed_mm_s: f64, seed: u64) -> Result<(Attempt, bool), StudyError> {
     let mut random = fastrand::Rng::with_seed(seed);
     let start = (-ours.radius_mm() - RUN_UP_MM, 20.0 + 20.0 * random.f64());
-    let wheel = Wheel { speed_mm_s, turned_mm: 0.0, rest_s: 0.0, phase: Turning::Forward };
+    let wheel = Wheel { speed_mm_s, turned_mm: 0.0, rest_s: 0.0, phase: Turning::Forward, over: false };
     let attempt = ours.session(start, Box::new(wheel), (seed, Duration::from_millis(1)))?;
     let farthest = attempt.path.iter().map(|at| at.0).fold(f64::NEG_INFINITY, f64::max);
     let released = attempt.path.last().is_some_and(|last: &Mm| last.0 < farthest - 0.8 * BACK_MM);
@@ -170,6 +170,7 @@ struct Wheel {
     turned_mm: f64,
     rest_s: f64,
     phase: Turning,
+    over: bool,
 }
 
 /// Time between two inputs, s.
@@ -197,14 +198,18 @@ impl Operator for Wheel {
             Turning::Rest | Turning::Last => {
                 self.rest_s += INPUT_S;
                 if self.rest_s >= PAUSE_S && self.phase == Turning::Last {
-                    return OperatorInput::STOP;
+                    self.over = true;
                 }
-                if self.rest_s >= PAUSE_S {
+                if self.rest_s >= PAUSE_S && self.phase == Turning::Rest {
                     self.phase = Turning::Back;
                 }
                 OperatorInput::default()
             }
         }
+    }
+
+    fn command(&mut self) -> Option<OperatorCommand> {
+        self.over.then_some(OperatorCommand::Stop)
     }
 }
 

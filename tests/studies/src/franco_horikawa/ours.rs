@@ -8,7 +8,7 @@ use std::time::Duration;
 use keepout_executor::dialect::DialectName;
 use keepout_executor::operator::{Operator, OperatorView};
 use keepout_executor::session::{Ended, Going, NoEventLog, Sample, SampleKind};
-use keepout_executor::supervisor::{OperatorInput, PreparedPlan, Supervisor};
+use keepout_executor::supervisor::{OperatorCommand, OperatorInput, PreparedPlan, Supervisor};
 use keepout_guard::Time;
 use keepout_kernel::Point;
 use keepout_planner::machine::MachineProfile;
@@ -247,6 +247,10 @@ impl Operator for Insistent {
             return input;
         };
         OperatorInput { velocity: toward(at, wall, 0.0), ..input }
+    }
+
+    fn command(&mut self) -> Option<OperatorCommand> {
+        self.model.command()
     }
 }
 

@@ -182,6 +182,8 @@ struct Scene<'a> {
     going: Going,
     seen: OperatorView,
     input: OperatorInput,
+    /// Whether the operator ended the session.
+    over: bool,
     monitor: CollisionMonitor,
     /// Distance from the part at the last sample, mm.
     clearance_mm: f64,
@@ -213,6 +215,7 @@ impl<'a> Scene<'a> {
                 contoured: false,
             },
             input: OperatorInput::default(),
+            over: false,
             monitor: CollisionMonitor::new(paper.ground.part.clone(), radius, offset),
             clearance_mm: 0.0,
             closest_mm: f64::INFINITY,
@@ -239,6 +242,7 @@ impl<'a> Scene<'a> {
             self.owed_s -= STEP_S;
             if self.steps.is_multiple_of(INPUT_STEPS) {
                 self.input = self.operator.input(&self.seen, self.now());
+                self.over |= self.operator.command().is_some();
             }
             self.modules.step();
             self.steps += 1;
@@ -265,7 +269,7 @@ impl<'a> Scene<'a> {
     fn drive(&mut self, random: &mut fastrand::Rng) -> End {
         let delays = self.paper.delays;
         let limit_s = if self.going == Going::OnAfterStops { SESSION_S } else { LIMIT_S };
-        while self.seconds() < limit_s && self.input.command.is_none() {
+        while self.seconds() < limit_s && !self.over {
             self.pass(delays.line_s(delays.query_bytes) + delays.controller_s);
             let (position, queued) = (self.modules.tool(), self.modules.queued());
             self.pass(delays.line_s(delays.answer_bytes));

@@ -1,19 +1,11 @@
 //! The enabling interlock: decides which part of a device's reading may move the tool.
 
-use std::collections::VecDeque;
 use std::time::Duration;
 
 use keepout_executor::operator::Panel;
-use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
+use keepout_executor::supervisor::{OperatorInput, READING_STALE, Stick};
 
 use super::reader::Reading;
-use crate::input::stick::Stick;
-
-/// Greatest age of a reading. An older reading does not count, because the thread that reads the device
-/// hangs.
-pub const STALE_AFTER: Duration = Duration::from_millis(100);
-/// Most commands that wait for an input.
-const COMMANDS_MAX: usize = 8;
 
 /// Converts readings of a device to operator inputs.
 ///
@@ -26,27 +18,20 @@ pub struct EnablingInterlock {
     panel: Panel,
     /// The connection in which the stick was at rest. `None` if it was not.
     rested: Option<u64>,
-    commands: VecDeque<OperatorCommand>,
-    /// Command of the last input.
-    commanded: Option<OperatorCommand>,
-    quit: bool,
 }
 
 impl EnablingInterlock {
     /// An interlock for a stick that was not at rest yet.
     #[must_use]
     pub fn new(stick: Stick, panel: Panel) -> Self {
-        Self { stick, panel, rested: None, commands: VecDeque::new(), commanded: None, quit: false }
+        Self { stick, panel, rested: None }
     }
 
-    /// The operator input for a reading of the given `age`. A caller that passes a reading again must clear
-    /// its handwheel turns and its commands first.
-    ///
-    /// Without a device the tool does not move. A contour gets a feed hold, because the operator could not
-    /// stop it.
-    pub fn input(&mut self, reading: &Reading, age: Duration, phase: Phase) -> OperatorInput {
-        self.keep(&reading.commands);
-        let stale = age > STALE_AFTER;
+    /// The operator input for a reading of the given `age`. `None` without a device, or if it is silent: the
+    /// operator could not stop the tool. A caller that passes a reading again must clear its handwheel turns
+    /// first.
+    pub fn input(&mut self, reading: &Reading, age: Duration) -> Option<OperatorInput> {
+        let stale = age > READING_STALE;
         if stale || !reading.known {
             if stale && self.rested.is_some() {
                 self.panel.say(
@@ -54,48 +39,25 @@ impl EnablingInterlock {
                 );
             }
             self.rested = None;
-            let pause = (phase == Phase::Contouring).then_some(OperatorCommand::FeedHold);
-            let command = self.next_command().or(pause);
-            return OperatorInput { command, ..OperatorInput::default() };
+            return None;
         }
         if self.stick.rests(reading.axes) && !reading.dead_man {
             self.rested = Some(reading.connection);
         }
-        let mut input = OperatorInput {
-            automatic: reading.automatic,
-            command: self.next_command(),
-            ..OperatorInput::default()
-        };
+        let mut input = OperatorInput { armed: reading.armed, ..OperatorInput::default() };
         if self.rested == Some(reading.connection) {
             input.velocity = self.stick.deflection(reading.axes, reading.dead_man);
             input.turned_mm = reading.turned_mm;
         }
-        input
-    }
-
-    fn keep(&mut self, commands: &[OperatorCommand]) {
-        for &command in commands {
-            self.quit |= command == OperatorCommand::Stop;
-            if self.commands.len() < COMMANDS_MAX {
-                self.commands.push_back(command);
-            }
-        }
-    }
-
-    /// The command of this input: one at a time. Between two equal commands, one input has no command, so
-    /// that the supervisor counts both. The stop command stays.
-    fn next_command(&mut self) -> Option<OperatorCommand> {
-        let repeated = self.commanded.is_some() && self.commands.front() == self.commanded.as_ref();
-        let next = if repeated { None } else { self.commands.pop_front() };
-        self.commanded = if self.quit { Some(OperatorCommand::Stop) } else { next };
-        self.commanded
+        Some(input)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use keepout_executor::supervisor::StickSettings;
+
     use super::*;
-    use crate::input::stick::StickSettings;
 
     const FRESH: Duration = Duration::from_millis(5);
 
@@ -109,14 +71,14 @@ mod tests {
     }
 
     fn velocity(interlock: &mut EnablingInterlock, reading: &Reading) -> (f64, f64) {
-        interlock.input(reading, FRESH, Phase::Manual).velocity
+        interlock.input(reading, FRESH).unwrap().velocity
     }
 
     #[test]
     fn stick_held_while_plugged_in_does_not_move_the_tool_until_it_was_at_rest() {
         let mut interlock = interlock();
         let turned = Reading { turned_mm: (1.0, 0.0), ..reading(1.0, true) };
-        assert_eq!(interlock.input(&turned, FRESH, Phase::Manual), OperatorInput::default());
+        assert_eq!(interlock.input(&turned, FRESH), Some(OperatorInput::default()));
         assert_eq!(
             velocity(&mut interlock, &reading(0.0, true)),
             (0.0, 0.0),
@@ -127,7 +89,7 @@ mod tests {
         assert_eq!(velocity(&mut interlock, &reading(1.0, true)), (0.0, 0.0));
         assert_eq!(velocity(&mut interlock, &reading(0.05, false)), (0.0, 0.0));
         assert_eq!(velocity(&mut interlock, &reading(1.0, true)), (1.0, 0.0));
-        assert_eq!(interlock.input(&turned, FRESH, Phase::Manual).turned_mm, (1.0, 0.0));
+        assert_eq!(interlock.input(&turned, FRESH).unwrap().turned_mm, (1.0, 0.0));
         let again = Reading { connection: 2, ..reading(1.0, true) };
         assert_eq!(
             velocity(&mut interlock, &again),
@@ -142,48 +104,17 @@ mod tests {
         velocity(&mut interlock, &reading(0.0, false));
         let held = reading(1.0, true);
         for _ in 0..10_000 {
-            assert_eq!(interlock.input(&held, STALE_AFTER, Phase::Manual).velocity, (1.0, 0.0));
+            assert_eq!(interlock.input(&held, READING_STALE).unwrap().velocity, (1.0, 0.0));
         }
-        let late = STALE_AFTER + Duration::from_millis(1);
-        assert_eq!(interlock.input(&held, late, Phase::Manual), OperatorInput::default());
+        let late = READING_STALE + Duration::from_millis(1);
+        assert_eq!(interlock.input(&held, late), None);
         assert_eq!(velocity(&mut interlock, &held), (0.0, 0.0), "no motion before it was at rest again");
     }
 
     #[test]
-    fn without_a_device_a_contour_gets_a_feed_hold() {
+    fn without_a_device_there_is_no_input() {
         let mut interlock = interlock();
-        let gone = Reading { known: false, automatic: true, ..reading(1.0, true) };
-        let input = interlock.input(&gone, FRESH, Phase::Contouring);
-        assert_eq!(
-            input,
-            OperatorInput { command: Some(OperatorCommand::FeedHold), ..OperatorInput::default() }
-        );
-        assert_eq!(interlock.input(&gone, FRESH, Phase::Manual), OperatorInput::default());
-    }
-
-    #[test]
-    fn commands_come_one_by_one_and_stop_stays() {
-        let mut interlock = interlock();
-        let commands =
-            vec![OperatorCommand::FeedHold, OperatorCommand::FeedHold, OperatorCommand::CycleStart];
-        let all = Reading { commands, ..reading(0.0, false) };
-        let mut issued = vec![interlock.input(&all, FRESH, Phase::Manual).command];
-        issued.extend((0..4).map(|_| interlock.input(&reading(0.0, false), FRESH, Phase::Manual).command));
-        assert_eq!(
-            issued,
-            [
-                Some(OperatorCommand::FeedHold),
-                None,
-                Some(OperatorCommand::FeedHold),
-                Some(OperatorCommand::CycleStart),
-                None
-            ]
-        );
-        let quit = Reading { commands: vec![OperatorCommand::Stop], ..reading(0.0, false) };
-        interlock.input(&quit, FRESH, Phase::Manual);
-        assert_eq!(
-            interlock.input(&reading(0.0, false), FRESH, Phase::Manual).command,
-            Some(OperatorCommand::Stop)
-        );
+        let gone = Reading { known: false, armed: true, ..reading(1.0, true) };
+        assert_eq!(interlock.input(&gone, FRESH), None);
     }
 }

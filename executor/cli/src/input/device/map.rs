@@ -8,7 +8,7 @@ pub enum Action {
     /// Enables the stick while the operator holds it.
     DeadMan,
     /// Arms or disarms the cycle at each press.
-    Automatic,
+    Arm,
     /// Gives an operator command.
     OperatorCommand(OperatorCommand),
     /// Selects the other axis for the handwheel.
@@ -47,7 +47,7 @@ const WHEELS: [u16; 2] = [0x07, 0x08];
 const BUTTONS: [(u16, Action); 20] = [
     (0x136, Action::DeadMan),                                      // BTN_TL
     (0x137, Action::DeadMan),                                      // BTN_TR
-    (0x13b, Action::Automatic),                                    // BTN_START
+    (0x13b, Action::Arm),                                          // BTN_START
     (0x131, Action::OperatorCommand(OperatorCommand::FeedHold)),   // BTN_EAST
     (0x130, Action::OperatorCommand(OperatorCommand::CycleStart)), // BTN_SOUTH
     (0x133, Action::OperatorCommand(OperatorCommand::Recover)),    // BTN_NORTH
@@ -55,7 +55,7 @@ const BUTTONS: [(u16, Action); 20] = [
     (0x13a, Action::WheelAxis),                                    // BTN_SELECT
     (0x13d, Action::WheelStep),                                    // BTN_THUMBL
     (0x120, Action::DeadMan),                                      // BTN_TRIGGER
-    (0x123, Action::Automatic),                                    // BTN_TOP
+    (0x123, Action::Arm),                                          // BTN_TOP
     (0x121, Action::OperatorCommand(OperatorCommand::FeedHold)),   // BTN_THUMB
     (0x122, Action::OperatorCommand(OperatorCommand::CycleStart)), // BTN_THUMB2
     (0x124, Action::OperatorCommand(OperatorCommand::Recover)),    // BTN_TOP2
@@ -64,7 +64,7 @@ const BUTTONS: [(u16, Action); 20] = [
     (0x101, Action::WheelStep),                                    // BTN_1
     (0x102, Action::OperatorCommand(OperatorCommand::FeedHold)),   // BTN_2
     (0x103, Action::OperatorCommand(OperatorCommand::CycleStart)), // BTN_3
-    (0x104, Action::Automatic),                                    // BTN_4
+    (0x104, Action::Arm),                                          // BTN_4
 ];
 
 impl Default for Mapping {

@@ -78,7 +78,7 @@ pub struct Pad {
     open: Vec<RawEvent>,
     /// Whether the state is known.
     in_step: bool,
-    automatic: bool,
+    armed: bool,
     commands: Vec<OperatorCommand>,
     wheel: Handwheel,
 }
@@ -95,7 +95,7 @@ impl Pad {
             state: Snapshot::default(),
             open: Vec::new(),
             in_step: false,
-            automatic: false,
+            armed: false,
             commands: Vec::new(),
             wheel: Handwheel::default(),
         }
@@ -119,7 +119,7 @@ impl Pad {
     /// Marks the state as unknown, after lost events or an unplugged device. Disarms the cycle.
     pub fn lose(&mut self) {
         self.in_step = false;
-        self.automatic = false;
+        self.armed = false;
         self.open.clear();
         self.wheel.forget();
     }
@@ -155,8 +155,8 @@ impl Pad {
 
     /// Whether the cycle is armed.
     #[must_use]
-    pub fn automatic(&self) -> bool {
-        self.automatic
+    pub fn armed(&self) -> bool {
+        self.armed
     }
 
     /// Takes the commands since the last call, in order.
@@ -198,7 +198,7 @@ impl Pad {
     fn press(&mut self, action: Action) {
         match action {
             Action::DeadMan => {}
-            Action::Automatic => self.automatic = !self.automatic,
+            Action::Arm => self.armed = !self.armed,
             Action::OperatorCommand(command) if self.commands.len() < COMMANDS_MAX => {
                 self.commands.push(command);
             }
@@ -264,9 +264,9 @@ mod tests {
         let mut pad = pad();
         feed(&mut pad, &[RawEvent::Axis { code: 0, value: 32767 }, button(TL, true), button(START, true)]);
         feed(&mut pad, &[RawEvent::Report]);
-        assert!(pad.dead_man() && pad.automatic());
+        assert!(pad.dead_man() && pad.armed());
         feed(&mut pad, &[RawEvent::Dropped]);
-        assert!(!pad.in_step() && !pad.dead_man() && !pad.automatic());
+        assert!(!pad.in_step() && !pad.dead_man() && !pad.armed());
         assert_eq!(pad.axes(), (0.0, 0.0));
         // The rest of the torn report has no effect.
         feed(&mut pad, &[button(TL, true), button(EAST, true), RawEvent::Report]);
@@ -327,7 +327,7 @@ mod tests {
             });
             let (x, y) = pad.axes();
             assert!(x.abs() <= 1.0 && y.abs() <= 1.0);
-            assert!(pad.in_step() || !pad.dead_man() && !pad.automatic() && (x, y) == (0.0, 0.0));
+            assert!(pad.in_step() || !pad.dead_man() && !pad.armed() && (x, y) == (0.0, 0.0));
             let (dx, dy) = pad.wheel().take_mm();
             assert!(dx.abs() <= 10.0 && dy.abs() <= 10.0);
             if !pad.in_step() && random.u8(0..5) == 0 {

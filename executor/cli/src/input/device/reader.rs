@@ -53,7 +53,7 @@ pub struct Reading {
     /// Whether a dead-man button is held.
     pub dead_man: bool,
     /// Whether the cycle is armed.
-    pub automatic: bool,
+    pub armed: bool,
     /// Commands since the last reading, in order.
     pub commands: Vec<OperatorCommand>,
     /// Distance that the handwheels were turned since the session loop last took it, mm.
@@ -159,7 +159,7 @@ impl<D: Devices> Reader<D> {
             known: self.device.is_some() && self.pad.in_step(),
             axes: self.pad.axes(),
             dead_man: self.pad.dead_man(),
-            automatic: self.pad.automatic(),
+            armed: self.pad.armed(),
             commands: self.pad.take_commands(),
             turned_mm: (0.0, 0.0),
             status,
