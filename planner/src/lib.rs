@@ -10,6 +10,7 @@
 pub mod align;
 mod chord;
 pub mod drawing;
+pub mod file;
 pub mod finish;
 pub mod inspect;
 pub mod job;

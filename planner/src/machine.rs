@@ -6,7 +6,11 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::file::{FileError, FileKind};
 use crate::text_file;
+
+/// The file of a machine profile.
+pub static MACHINE_PROFILE: FileKind = FileKind::new("machine profile");
 
 /// Profile of a two-axis machine and its controller. A figure holds for one axis, except where it states
 /// otherwise.
@@ -90,13 +94,8 @@ const SIMULATED_CONTOUR: &str = "servo budget: drives of the simulated machine, 
 #[derive(Debug, Error)]
 pub enum MachineError {
     /// The file cannot be read.
-    #[error("can not read {}: {source}. Check the path.", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// Error of the operating system.
-        source: std::io::Error,
-    },
+    #[error(transparent)]
+    File(#[from] FileError),
     /// The file does not hold a machine profile.
     #[error("{} is no machine profile: {reason}", path.display())]
     Parse {
@@ -147,9 +146,7 @@ impl MachineProfile {
     /// # Errors
     /// [`MachineError`] that names the file and the field.
     pub fn load(path: &Path) -> Result<Self, MachineError> {
-        let text = text_file::read(path)
-            .map_err(|source| MachineError::Read { path: path.to_path_buf(), source })?;
-        Self::parse(path, &text)
+        Self::parse(path, &MACHINE_PROFILE.read_text(path)?)
     }
 
     /// The profile that `text` holds. Messages name `path`.

@@ -3,14 +3,13 @@
 //! Layout: the 12 bytes `KEEPOUT PLAN`, the version as `u16`, the SHA-256 of the payload, the payload
 //! (postcard). Numbers are little-endian.
 
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 
+use crate::file::{FileError, FileKind};
 use crate::plan::Plan;
-use crate::text_file;
 
 const MAGIC: &[u8; 12] = b"KEEPOUT PLAN";
 /// Format version of the files that this program writes. It reads no other version.
@@ -18,29 +17,19 @@ pub const VERSION: u16 = 5;
 const HEADER: usize = MAGIC.len() + 2 + 32;
 /// Largest size of a plan file, bytes.
 pub const SIZE_MAX: u64 = 1 << 30;
+/// The kind of this file.
+pub static PLAN_FILE: FileKind = FileKind {
+    unreadable: "Check the path, or make the plan with `keepout plan`.",
+    too_large: "Check the path, or make the plan with `keepout plan`.",
+    ..FileKind::new("plan file")
+};
 
 /// Reason why a plan file cannot be read or written.
 #[derive(Debug, Error)]
 pub enum PlanFileError {
-    /// The file cannot be read.
-    #[error(
-        "can not read {}: {source}. Check the path, or make the plan with `keepout plan`.",
-        path.display()
-    )]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// Error of the operating system.
-        source: std::io::Error,
-    },
-    /// The file cannot be written.
-    #[error("can not write {}: {source}. Nothing was changed.", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// Error of the operating system.
-        source: std::io::Error,
-    },
+    /// The file cannot be read or written.
+    #[error(transparent)]
+    File(#[from] FileError),
     /// The file is not a plan file.
     #[error("this is no plan file: it does not begin with \"KEEPOUT PLAN\". Make one with `keepout plan`.")]
     NoPlan,
@@ -59,12 +48,6 @@ pub enum PlanFileError {
          Copy it again, or make the plan again from the drawing."
     )]
     Damaged,
-    /// The file is larger than [`SIZE_MAX`].
-    #[error("the plan file has {bytes} bytes; the limit is {SIZE_MAX}")]
-    TooLarge {
-        /// Its size, bytes.
-        bytes: u64,
-    },
     /// The contents are not a valid plan.
     #[error("the plan file holds no valid plan: {0}. Make it again from the drawing.")]
     Contents(String),
@@ -119,33 +102,9 @@ pub fn decode(bytes: &[u8]) -> Result<Plan, PlanFileError> {
 /// Writes the plan to `path` through a temporary file and a rename.
 ///
 /// # Errors
-/// [`PlanFileError::Write`]; the file at `path` then stays unchanged.
+/// [`PlanFileError::File`]; the file at `path` then stays unchanged. [`PlanFileError::Contents`] as [`encode`].
 pub fn save(plan: &Plan, path: &Path) -> Result<(), PlanFileError> {
-    let bytes = encode(plan)?;
-    write_whole(path, &bytes).map_err(|source| PlanFileError::Write { path: path.to_path_buf(), source })
-}
-
-/// Writes `bytes` to `path` whole or not at all: to a temporary file beside it, which is flushed and
-/// renamed. It follows links. It refuses a path that exists and is not a regular file.
-///
-/// # Errors
-/// The error of the operating system. The temporary file is removed.
-pub fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let followed = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-    let path = followed.as_path();
-    if std::fs::metadata(path).is_ok_and(|found| !found.is_file()) {
-        return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, "it is not a regular file"));
-    }
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(format!(".{}.tmp", std::process::id()));
-    let temporary = path.with_file_name(name);
-    let written = std::fs::File::create(&temporary)
-        .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
-        .and_then(|()| std::fs::rename(&temporary, path));
-    if written.is_err() {
-        let _ = std::fs::remove_file(&temporary);
-    }
-    written
+    Ok(PLAN_FILE.write(path, &encode(plan)?)?)
 }
 
 /// Reads the plan at `path`. It is not certified yet.
@@ -153,14 +112,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
 /// # Errors
 /// [`PlanFileError`] that names the fault of the file.
 pub fn load(path: &Path) -> Result<Plan, PlanFileError> {
-    let failed = |source| PlanFileError::Read { path: path.to_path_buf(), source };
-    let bytes = std::fs::metadata(path).map_err(failed)?.len();
-    if bytes > SIZE_MAX {
-        return Err(PlanFileError::TooLarge { bytes });
-    }
-    let read = text_file::read_up_to(path, SIZE_MAX).map_err(failed)?;
-    let bytes = read.len() as u64;
-    if bytes > SIZE_MAX { Err(PlanFileError::TooLarge { bytes }) } else { decode(&read) }
+    decode(&PLAN_FILE.read(path, SIZE_MAX)?)
 }
 
 /// Refuses contents that no planner writes, before the certificate.

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::io;
 use std::path::Path;
 
-use keepout_planner::plan_file::write_whole;
+use keepout_planner::file::write_whole;
 
 use crate::faults::results::Fate;
 use crate::faults::{self, Engine, Fault};

@@ -52,7 +52,7 @@ fn part_of(arguments: &AlignArguments) -> Result<Part, CliError> {
     let path = &arguments.drawing.drawing;
     let wrong = |source: PlanRequestError| CliError::PlanRequest { path: path.clone(), source };
     let request = request_of(&arguments.drawing)?;
-    let bytes = keepout_planner::drawing::read_file(path).map_err(|error| wrong(error.into()))?;
+    let bytes = keepout_planner::drawing::read_file(path).map_err(CliError::Drawing)?;
     let (_, chained) = request.contours(&bytes).map_err(|error| wrong(error.into()))?;
     let loops = chained.profile.loops.into_iter().filter(|each| !each.is_flat()).collect();
     Part::of(&Profile { loops }, arguments.side.into()).map_err(|error| wrong(PlanError::from(error).into()))

@@ -9,8 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use keepout_executor::dialect::DialectName;
 use keepout_executor::session::RealClock;
 use keepout_executor::session::serial::Serial;
-use keepout_planner::machine::{ControllerProfile, MachineError, MachineProfile};
-use keepout_planner::plan_file::write_whole;
+use keepout_planner::machine::{ControllerProfile, MACHINE_PROFILE, MachineProfile};
 use keepout_planner::text_file;
 use keepout_sim::Quirks;
 use keepout_sim::conformance::{
@@ -105,7 +104,7 @@ pub fn conformance(at: AtPort<'_>, arguments: &ConformanceArguments) -> Result<E
     let played = play(&mut recorder, &chosen);
     let recording = recorder.finish();
     if let Some(path) = &arguments.record {
-        save(&recording, path).map_err(|source| CliError::Write { path: path.clone(), source })?;
+        save(&recording, path)?;
         println!("recorded     {}", path.display());
     }
     played?;
@@ -192,12 +191,9 @@ fn shown(text: &str) -> String {
 
 /// Writes the findings into the machine profile. The rest of the file does not change.
 fn store(path: &Path, controller: &ControllerProfile) -> Result<(), CliError> {
-    let text =
-        text_file::read(path).map_err(|source| MachineError::Read { path: path.to_path_buf(), source })?;
-    let text = MachineProfile::text_with_controller(&text, controller);
+    let text = MachineProfile::text_with_controller(&MACHINE_PROFILE.read_text(path)?, controller);
     MachineProfile::parse(path, &text)?;
-    write_whole(path, text.as_bytes())
-        .map_err(|source| CliError::Write { path: path.to_path_buf(), source })?;
+    MACHINE_PROFILE.write(path, text.as_bytes())?;
     println!("stored       {}: make your plans again with this profile", path.display());
     Ok(())
 }

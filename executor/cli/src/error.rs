@@ -11,6 +11,7 @@ use keepout_executor::session::{EventLogError, PlaceError};
 use keepout_executor::supervisor::StickError;
 use keepout_planner::align::AlignmentError;
 use keepout_planner::align::file::AlignmentFileError;
+use keepout_planner::file::FileError;
 use keepout_planner::machine::MachineError;
 use keepout_planner::plan::PlanError;
 use keepout_planner::plan_file::PlanFileError;
@@ -29,6 +30,9 @@ use crate::input::device::DeviceError;
 /// Why a command failed.
 #[derive(Debug, Error)]
 pub enum CliError {
+    /// The drawing cannot be read.
+    #[error(transparent)]
+    Drawing(FileError),
     /// The drawing can not be used, or no plan can be made of it.
     #[error("{path}: {source}", path = path.display())]
     PlanRequest {
@@ -130,14 +134,9 @@ pub enum CliError {
     /// An argument is out of range.
     #[error("{0}")]
     Argument(String),
-    /// A file can not be written.
-    #[error("can not write {}: {source}. Nothing was changed.", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// The system's error.
-        source: std::io::Error,
-    },
+    /// A file cannot be read or written.
+    #[error(transparent)]
+    File(#[from] FileError),
 }
 
 impl From<SimError> for CliError {
@@ -156,7 +155,11 @@ impl CliError {
     pub fn exit_code(&self) -> ExitCode {
         ExitCode::from(match self {
             Self::AlignmentFile(AlignmentFileError::Turned { .. } | AlignmentFileError::Moved { .. }) => 4,
-            Self::AlignmentFile(AlignmentFileError::Write { .. }) => 7,
+            Self::File(FileError::Write { .. })
+            | Self::AlignmentFile(AlignmentFileError::File(FileError::Write { .. }))
+            | Self::PlanFile(PlanFileError::File(FileError::Write { .. }))
+            | Self::Log(_)
+            | Self::EventLog(_) => 7,
             Self::Argument(_)
             | Self::Operator(_)
             | Self::Device(_)
@@ -165,21 +168,19 @@ impl CliError {
             | Self::Machine(_)
             | Self::Drives(_)
             | Self::Alignment(_)
-            | Self::AlignmentFile(_) => 2,
-            Self::PlanRequest {
+            | Self::AlignmentFile(_)
+            | Self::File(_) => 2,
+            Self::Drawing(_)
+            | Self::PlanRequest {
                 source:
                     PlanRequestError::Drawing(_) | PlanRequestError::Select(_) | PlanRequestError::Stroke { .. },
                 ..
             } => 3,
             Self::PlanRequest { .. } | Self::Place(_) => 4,
-            Self::PlanFile(PlanFileError::Write { .. })
-            | Self::Write { .. }
-            | Self::Log(_)
-            | Self::EventLog(_) => 7,
-            Self::LogRead(LogReadError::Read { .. })
+            Self::LogRead(LogReadError::File(_))
             | Self::NoPlan { .. }
             | Self::Record(RecordError::Dialect { .. })
-            | Self::Recording(RecordingError::File { .. }) => 2,
+            | Self::Recording(RecordingError::File(_)) => 2,
             Self::Recording(_)
             | Self::PlanFile(_)
             | Self::NotCertified { .. }
@@ -188,7 +189,7 @@ impl CliError {
             #[cfg(unix)]
             Self::Simulate(StandaloneError::Pty(_)) => 6,
             #[cfg(unix)]
-            Self::Simulate(StandaloneError::File { .. }) => 7,
+            Self::Simulate(StandaloneError::File(_)) => 7,
             #[cfg(unix)]
             Self::Simulate(_) => 2,
             Self::Port(_) | Self::Examine(_) | Self::Record(_) => 6,

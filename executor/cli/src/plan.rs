@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use keepout_planner::align::file::AlignmentFile;
+use keepout_planner::file::OUTPUT;
 use keepout_planner::inspect::inspect as look_at;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::picture::{inspection_svg, svg};
@@ -114,7 +115,7 @@ pub fn inspect(arguments: &InspectArguments) -> Result<ExitCode, CliError> {
     if let Some(output) = &arguments.output {
         refuse_same(&[path], &[output])?;
     }
-    let bytes = keepout_planner::drawing::read_file(path).map_err(|error| wrong(error.into()))?;
+    let bytes = keepout_planner::drawing::read_file(path).map_err(CliError::Drawing)?;
     let progress = Progress::new(arguments.drawing.limit_s, DRAWING_REMEDY);
     progress.show(Stage::Reading);
     let (drawing, chained) = request.contours(&bytes).map_err(|error| wrong(error.into()))?;
@@ -170,8 +171,7 @@ pub fn plan(arguments: &PlanArguments) -> Result<ExitCode, CliError> {
         passes: arguments.pass.clone(),
         cut: arguments.cut.into(),
     };
-    let bytes = keepout_planner::drawing::read_file(path)
-        .map_err(|error| CliError::PlanRequest { path: path.clone(), source: error.into() })?;
+    let bytes = keepout_planner::drawing::read_file(path).map_err(CliError::Drawing)?;
     let certified = make(path, &bytes, &request, &machine, arguments.drawing.limit_s)?;
     plan_file::save(&certified.plan, &arguments.output)?;
     println!("{}", certified.summary());
@@ -255,5 +255,5 @@ fn place_of(path: &Path) -> PathBuf {
 
 /// Writes a whole file. On an error, an existing file does not change.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
-    plan_file::write_whole(path, bytes).map_err(|source| CliError::Write { path: path.to_path_buf(), source })
+    Ok(OUTPUT.write(path, bytes)?)
 }

@@ -1,16 +1,16 @@
 //! The command `replay`, and the replay of a log with its plan for `report` and `run --resume`.
 
-use std::fs::File;
 use std::io::{BufRead, BufReader, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use keepout_executor::session::log::{Header, LogReadError, LogReader};
+use keepout_executor::session::log::{Header, LOG, LogReader};
 use keepout_executor::session::picture_of_log;
 use keepout_executor::session::replay::{Replay, ReplayError, replay_from};
 use keepout_executor::supervisor::PreparedPlan;
+use keepout_planner::plan_file::PLAN_FILE;
 use keepout_planner::{plan_file, text_file};
 
 use super::plan::{load, refuse_same, write};
@@ -115,9 +115,8 @@ impl Played {
 
 /// Opens a log. A terminal shows the progress of the reading.
 pub fn open(path: &Path) -> Result<LogReader<impl BufRead + use<>>, CliError> {
-    let wrong = |source| LogReadError::Read { path: path.to_path_buf(), source };
-    let file = File::open(path).map_err(wrong)?;
-    let length = file.metadata().map_err(wrong)?.len();
+    let file = LOG.open(path)?;
+    let length = file.metadata().map_err(LOG.read_error(path))?.len();
     let hidden = !std::io::stderr().is_terminal();
     let bar = if hidden { ProgressBar::hidden() } else { ProgressBar::new(length) };
     if let Ok(style) =
@@ -140,8 +139,8 @@ fn find_plan(log: &Path, header: &Header) -> Result<PathBuf, CliError> {
             continue;
         }
         seen += 1;
-        let hash = text_file::read_up_to(&path, plan_file::SIZE_MAX)
-            .map(|bytes| plan_file::hex(&plan_file::hash(&bytes)));
+        let hash =
+            PLAN_FILE.read(&path, plan_file::SIZE_MAX).map(|bytes| plan_file::hex(&plan_file::hash(&bytes)));
         if hash.is_ok_and(|hash| hash == header.plan) {
             return Ok(path);
         }

@@ -16,6 +16,7 @@ use keepout_executor::session::{
 };
 use keepout_executor::supervisor::{Options, Phase, PreparedPlan, Supervisor};
 use keepout_guard::Time;
+use keepout_planner::file::OUTPUT;
 use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::picture::svg;
@@ -367,13 +368,12 @@ fn remove_of_demo(log: &Path, drawing: &str) -> Result<(), CliError> {
             log.display()
         )));
     }
-    std::fs::remove_file(log).map_err(|source| CliError::Write { path: log.to_path_buf(), source })
+    Ok(std::fs::remove_file(log).map_err(OUTPUT.write_error(log))?)
 }
 
 pub fn demo(output: &Path, jog_s: f64) -> Result<ExitCode, CliError> {
     let jog_s = seconds("--jog-s", jog_s)?.as_secs_f64();
-    std::fs::create_dir_all(output)
-        .map_err(|source| CliError::Write { path: output.to_path_buf(), source })?;
+    std::fs::create_dir_all(output).map_err(OUTPUT.write_error(output))?;
     let machine = MachineProfile::simulated();
     println!("1. Plan: a bracket with holes, arcs and an inside corner, 6 mm cutter.\n");
     let plan = make(Path::new("bracket.dxf"), BRACKET, &PlanRequest::default(), &machine, LIMIT_S)?;

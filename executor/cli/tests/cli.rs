@@ -114,7 +114,7 @@ fn bad_drawings_and_parameters_have_exit_codes_and_write_no_file() {
     };
     let tool = ["--tool-diameter", "6"];
     let cases: [(&str, &[&str], i32, &str); 8] = [
-        ("missing.dxf", &tool, 3, "can not read"),
+        ("missing.dxf", &tool, 3, "cannot read the drawing"),
         ("binary_noise.dxf", &tool, 3, "not a readable DXF"),
         ("gap_wide.dxf", &tool, 3, "0.250 mm away"),
         ("bow_tie.dxf", &tool, 4, "(20.000, 20.000) mm"),

@@ -53,7 +53,7 @@ fn missing_operators_are_named_with_the_remedy() {
         (&["--operator", "keyboard"], "start keepout in a terminal"),
         (&["--operator", "keyboard", "--machine", "sim-fast"], "--machine sim"),
         (&["--operator", &format!("gamepad:{none}")], "event0"),
-        (&["--operator", &format!("trace:{none}")], "can not read trace"),
+        (&["--operator", &format!("trace:{none}")], "cannot read the trace"),
         (&["--operator", "gamepad", "--dead-zone", "2"], "choose 0 to 0.9"),
     ];
     for (arguments, wanted) in cases {

@@ -11,10 +11,13 @@ use std::time::{Duration, Instant};
 
 use keepout_executor::session::{Sample, SampleKind};
 use keepout_guard::Time;
+use keepout_planner::file::{FileError, FileKind};
 use serialport::{SerialPort, TTYPort};
 use thiserror::Error;
 
 use super::machine::SimMachine;
+
+static RECORD: FileKind = FileKind { unwritable: "Choose another place.", ..FileKind::new("machine record") };
 
 /// The files that the machine writes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -35,14 +38,9 @@ pub enum StandaloneError {
     /// The system provides no pty.
     #[error("the system provides no pty: {0}")]
     Pty(#[from] serialport::Error),
-    /// A file cannot be written.
-    #[error("can not write {}: {source}. Choose another place.", path.display())]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// The operating system's error.
-        source: std::io::Error,
-    },
+    /// A file cannot be read or written.
+    #[error(transparent)]
+    File(#[from] FileError),
     /// A file exists at the link's path, and is not a symbolic link.
     #[error("{} exists and is not a symbolic link. Choose another --link.", path.display())]
     NoLink {
@@ -183,11 +181,11 @@ fn append(file: &mut Option<File>, path: &Option<PathBuf>, bytes: &[u8]) -> Resu
 }
 
 fn failed(path: &Option<PathBuf>, source: std::io::Error) -> StandaloneError {
-    StandaloneError::File { path: path.clone().unwrap_or_default(), source }
+    RECORD.write_error(path.as_deref().unwrap_or(Path::new("")))(source).into()
 }
 
 fn file(path: &Path, options: &OpenOptions) -> Result<File, StandaloneError> {
-    options.open(path).map_err(|source| StandaloneError::File { path: path.to_path_buf(), source })
+    Ok(options.open(path).map_err(RECORD.write_error(path))?)
 }
 
 /// Opens a new pty, returns it with its name, and points the link to it.
@@ -200,7 +198,7 @@ fn open(link: Option<&Path>) -> Result<(TTYPort, String), StandaloneError> {
     if let Some(link) = link {
         relink(link, &name).map_err(|source| match source.kind() {
             ErrorKind::AlreadyExists => StandaloneError::NoLink { path: link.to_path_buf() },
-            _ => StandaloneError::File { path: link.to_path_buf(), source },
+            _ => RECORD.write_error(link)(source).into(),
         })?;
     }
     Ok((host, name))
@@ -232,7 +230,7 @@ pub fn state(path: &Path) -> Result<Option<(f64, f64)>, StandaloneError> {
         Err(error) if error.kind() == std::io::ErrorKind::InvalidData => {
             return Err(StandaloneError::Form { path: path.to_path_buf(), line: 1 });
         }
-        Err(source) => return Err(StandaloneError::File { path: path.to_path_buf(), source }),
+        Err(source) => return Err(RECORD.read_error(path)(source).into()),
     };
     if text.is_empty() {
         return Ok(None);
@@ -246,8 +244,7 @@ pub fn state(path: &Path) -> Result<Option<(f64, f64)>, StandaloneError> {
 /// # Errors
 /// [`StandaloneError`] if the file cannot be read, or naming the malformed line.
 pub fn positions(path: &Path) -> Result<Vec<Sample>, StandaloneError> {
-    let text = std::fs::read_to_string(path);
-    let text = text.map_err(|source| StandaloneError::File { path: path.to_path_buf(), source })?;
+    let text = std::fs::read_to_string(path).map_err(RECORD.read_error(path))?;
     let whole = text.rfind('\n').map_or("", |end| &text[..=end]);
     let read = |(index, line)| {
         sample(line).ok_or_else(|| StandaloneError::Form { path: path.to_path_buf(), line: index + 1 })

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use keepout_planner::file::{FileError, FileKind};
 use keepout_planner::plan_file;
 use keepout_planner::text_file::shown;
 use thiserror::Error;
@@ -30,6 +31,8 @@ pub enum DialectName {
     },
 }
 
+static DIALECT_DESCRIPTION: FileKind = FileKind::new("dialect description");
+
 /// Why a name gives no dialect.
 #[derive(Debug, Error)]
 pub enum DialectNameError {
@@ -43,6 +46,9 @@ pub enum DialectNameError {
         /// The name.
         name: String,
     },
+    /// The file cannot be read.
+    #[error(transparent)]
+    File(#[from] FileError),
     /// The file is not a valid description.
     #[error("{}: {error}", path.display())]
     Description {
@@ -69,7 +75,7 @@ impl DialectName {
             "venus" => Self::Venus,
             _ if Path::new(name).is_file() => {
                 let path = Path::new(name);
-                let description = Description::load(path)
+                let description = Description::of(&DIALECT_DESCRIPTION.read_text(path)?)
                     .map_err(|error| DialectNameError::Description { path: path.to_path_buf(), error })?;
                 Self::Described { file: name.into(), description: Arc::new(description) }
             }

@@ -1,7 +1,8 @@
 //! Machine profiles of feed drives, as TOML.
 
-use std::path::{Path as FilePath, PathBuf};
+use std::path::Path as FilePath;
 
+use keepout_planner::file::{FileError, FileKind};
 use keepout_planner::text_file;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -130,18 +131,9 @@ pub struct Interpolator {
 /// Reasons for which a profile is rejected.
 #[derive(Debug, Error)]
 pub enum ProfileError {
-    /// The file can not be read.
-    #[error(
-        "can not read {}: {source}. Check the path, or take one of the built-in profiles: {}.",
-        path.display(),
-        BUILT_IN.map(|(name, _)| name).join(", ")
-    )]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// The error of the operating system.
-        source: std::io::Error,
-    },
+    /// The file cannot be read.
+    #[error(transparent)]
+    File(#[from] FileError),
     /// The text is not a profile.
     #[error("{name} is not a feed-drive profile: {reason}")]
     Parse {
@@ -164,6 +156,12 @@ pub enum ProfileError {
     },
 }
 
+static DRIVE_PROFILE: FileKind = FileKind {
+    unreadable: "Check the path, or take one of the built-in profiles: koren-lo-table-1, \
+                 koren-lo-table-1-mismatched, koren-lo-table-2, nsk-modules, simulated.",
+    ..FileKind::new("drive profile")
+};
+
 /// The built-in profiles, as names and TOML texts.
 pub const BUILT_IN: [(&str, &str); 5] = [
     ("koren-lo-table-1", include_str!("machines/koren-lo-table-1.toml")),
@@ -182,10 +180,7 @@ impl DriveProfile {
         if let Some((_, text)) = BUILT_IN.iter().find(|(known, _)| *known == name) {
             return Self::parse(name, text);
         }
-        let path = FilePath::new(name);
-        let text = text_file::read(path)
-            .map_err(|source| ProfileError::Read { path: path.to_path_buf(), source })?;
-        Self::parse(name, &text)
+        Self::parse(name, &DRIVE_PROFILE.read_text(FilePath::new(name))?)
     }
 
     /// Reads a profile from `text`. Messages refer to it by `name`.
@@ -344,6 +339,12 @@ mod tests {
             let error = DriveProfile::parse("x.toml", &text.replacen(from, to, 1)).unwrap_err().to_string();
             assert!(error.contains(says) && error.contains("x.toml"), "{error}");
         }
-        assert!(DriveProfile::load("/none/at/all").unwrap_err().to_string().contains("koren-lo-table-1"));
+    }
+
+    #[test]
+    fn missing_profile_is_refused_with_all_built_in_names() {
+        let error = DriveProfile::load("/none/at/all").unwrap_err().to_string();
+        let names = error.rsplit_once(": ").map(|(_, names)| names);
+        assert_eq!(names, Some(&*format!("{}.", BUILT_IN.map(|(name, _)| name).join(", "))));
     }
 }

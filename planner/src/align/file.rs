@@ -5,12 +5,16 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::file::{FileError, FileKind};
 use crate::plan::Plan;
-use crate::plan_file::write_whole;
 use crate::text_file;
 
 /// Format version of the files that this program writes. It reads no other version.
 pub const VERSION: u32 = 1;
+static ALIGNMENT_FILE: FileKind = FileKind {
+    unreadable: "Check the path, or make it with `keepout align`.",
+    ..FileKind::new("alignment file")
+};
 
 /// Method by which an alignment was measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -55,22 +59,9 @@ pub struct AlignmentFile {
 /// Reason why an alignment file is refused.
 #[derive(Debug, Error)]
 pub enum AlignmentFileError {
-    /// The file cannot be read.
-    #[error("can not read {}: {source}. Check the path, or make it with `keepout align`.", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// Error of the operating system.
-        source: std::io::Error,
-    },
-    /// The file cannot be written.
-    #[error("can not write {}: {source}. Nothing was changed.", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// Error of the operating system.
-        source: std::io::Error,
-    },
+    /// The file cannot be read or written.
+    #[error(transparent)]
+    File(#[from] FileError),
     /// The file does not hold an alignment.
     #[error("{} is no alignment file: {reason}. Make one with `keepout align`.", path.display())]
     Parse {
@@ -129,8 +120,7 @@ impl AlignmentFile {
     /// # Errors
     /// [`AlignmentFileError`] that names the file and its fault.
     pub fn load(path: &Path) -> Result<Self, AlignmentFileError> {
-        let failed = |source| AlignmentFileError::Read { path: path.to_path_buf(), source };
-        Self::parse(path, &text_file::read(path).map_err(failed)?)
+        Self::parse(path, &ALIGNMENT_FILE.read_text(path)?)
     }
 
     /// The alignment that `text` holds. Messages name `path`.
@@ -156,11 +146,11 @@ impl AlignmentFile {
     /// # Errors
     /// [`AlignmentFileError`] with the error of the operating system.
     pub fn save(&self, path: &Path) -> Result<(), AlignmentFileError> {
-        let own = || path.to_path_buf();
-        let reason =
-            |error: toml::ser::Error| AlignmentFileError::Parse { path: own(), reason: error.to_string() };
-        let text = toml::to_string(self).map_err(reason)?;
-        write_whole(path, text.as_bytes()).map_err(|source| AlignmentFileError::Write { path: own(), source })
+        let text = toml::to_string(self).map_err(|error| AlignmentFileError::Parse {
+            path: path.to_path_buf(),
+            reason: error.to_string(),
+        })?;
+        Ok(ALIGNMENT_FILE.write(path, text.as_bytes())?)
     }
 
     /// Checks that every figure is possible for a workpiece.

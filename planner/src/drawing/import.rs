@@ -8,10 +8,15 @@ use super::flatten::{Flattener, name_of};
 use super::placement::Placement;
 use super::tags::Damage;
 use super::{Drawing, DrawingError};
-use crate::text_file;
+use crate::file::{FileError, FileKind};
 
 /// Largest file that is read, in bytes.
 pub const SIZE_MAX: u64 = 1 << 30;
+static DRAWING: FileKind = FileKind {
+    unreadable: "Check the path and the permissions.",
+    too_large: "Purge it in the CAD system, or export only the profile.",
+    ..FileKind::new("drawing")
+};
 
 /// Words in the line-type names of construction lines. Such lines inform the reader; the tool does not
 /// cut along them.
@@ -82,16 +87,9 @@ fn same_name(one: &str, other: &str) -> bool {
 /// Reads the bytes of the drawing at `path`.
 ///
 /// # Errors
-/// [`DrawingError::Read`] and [`DrawingError::TooLarge`].
-pub fn read_file(path: &Path) -> Result<Vec<u8>, DrawingError> {
-    let failed = |source| DrawingError::Read { path: path.to_path_buf(), source };
-    let bytes = std::fs::metadata(path).map_err(failed)?.len();
-    if bytes > SIZE_MAX {
-        return Err(DrawingError::TooLarge { bytes });
-    }
-    let read = text_file::read_up_to(path, SIZE_MAX).map_err(failed)?;
-    let bytes = read.len() as u64;
-    if bytes > SIZE_MAX { Err(DrawingError::TooLarge { bytes }) } else { Ok(read) }
+/// [`FileError`] of a drawing that cannot be read, or has more than [`SIZE_MAX`] bytes.
+pub fn read_file(path: &Path) -> Result<Vec<u8>, FileError> {
+    DRAWING.read(path, SIZE_MAX)
 }
 
 /// Reads DXF bytes, ASCII or binary.

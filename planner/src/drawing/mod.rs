@@ -22,7 +22,6 @@ mod spline;
 mod tags;
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 use std::sync::Arc;
 
 pub use chain::{Chained, JOIN_MM, OpenChain, chain};
@@ -226,23 +225,6 @@ impl Drawing {
 /// Reasons why a drawing can not be used.
 #[derive(Debug, Error)]
 pub enum DrawingError {
-    /// The file can not be read.
-    #[error("can not read {}: {source}. Check the path and the permissions.", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// The error of the operating system.
-        source: std::io::Error,
-    },
-    /// The file is larger than [`SIZE_MAX`].
-    #[error(
-        "the drawing has {bytes} bytes, more than the limit of {SIZE_MAX}. Purge it in the CAD system, or \
-         export only the profile."
-    )]
-    TooLarge {
-        /// Its size.
-        bytes: u64,
-    },
     /// The file is not DXF, or it is damaged.
     #[error("not a readable DXF file: {0}. Export it again from the CAD system, as DXF R12 or later.")]
     Damaged(#[from] Damage),

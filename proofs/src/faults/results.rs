@@ -4,7 +4,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use keepout_planner::plan_file::write_whole;
+use keepout_planner::file::write_whole;
 
 use super::{Engine, Fault};
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::{fs, io};
 
-use keepout_planner::plan_file::write_whole;
+use keepout_planner::file::write_whole;
 
 /// Names of the fields, in order.
 pub const FIELDS: [&str; 14] = [

@@ -11,6 +11,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Parser;
 use keepout_planner::drawing::read_file;
+use keepout_planner::file::OUTPUT;
 use keepout_planner::inspect::{Inspection, inspect};
 use keepout_planner::plan::PlanError;
 use keepout_planner::profile::MachinedSide;
@@ -87,8 +88,8 @@ fn main() -> ExitCode {
     let faults: usize = rows.iter().map(|row| row.faults.len()).sum();
     match &arguments.write {
         Some(path) => {
-            if let Err(error) = keepout_planner::plan_file::write_whole(path, page.as_bytes()) {
-                eprintln!("{}: {error}", path.display());
+            if let Err(error) = OUTPUT.write(path, page.as_bytes()) {
+                eprintln!("{error}");
                 return ExitCode::from(2);
             }
         }
@@ -120,10 +121,10 @@ fn make_lines(count: &str, file: &Path) -> ExitCode {
         );
     }
     text.push_str("0\nENDSEC\n0\nEOF\n");
-    match keepout_planner::plan_file::write_whole(file, text.as_bytes()) {
+    match OUTPUT.write(file, text.as_bytes()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("{}: {error}", file.display());
+            eprintln!("{error}");
             ExitCode::from(2)
         }
     }

@@ -42,7 +42,7 @@ impl Played {
     ) -> Result<Option<Self>, String> {
         let log = match Log::load(path) {
             Ok(log) => log,
-            Err(LogReadError::Read { .. } | LogReadError::NoLog { .. }) if received.is_empty() => {
+            Err(LogReadError::File(_) | LogReadError::NoLog { .. }) if received.is_empty() => {
                 return Ok(None);
             }
             Err(error) => return Err(format!("{}: {error}", path.display())),

@@ -6,8 +6,9 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
 use keepout_drives::profile::ProfileError;
+use keepout_planner::file::{FileError, OUTPUT};
 use keepout_planner::plan::PlanError;
-use keepout_planner::plan_file::{self, PlanFileError};
+use keepout_planner::plan_file::PlanFileError;
 use thiserror::Error;
 
 use crate::franco_horikawa::command::{CalibrateArguments, ExperimentArguments, experiment, find_delays};
@@ -57,14 +58,9 @@ pub enum CommandError {
     /// An argument is out of range.
     #[error("{0}")]
     Argument(String),
-    /// A file can not be written.
-    #[error("can not write {}: {source}. Nothing was changed.", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// The error of the operating system.
-        source: std::io::Error,
-    },
+    /// A file cannot be written.
+    #[error(transparent)]
+    File(#[from] FileError),
 }
 
 impl Arguments {
@@ -93,12 +89,10 @@ pub(crate) fn bar() -> ProgressBar {
 }
 
 pub(crate) fn make_folder(folder: &Path) -> Result<(), CommandError> {
-    std::fs::create_dir_all(folder)
-        .map_err(|source| CommandError::Write { path: folder.to_path_buf(), source })
+    Ok(std::fs::create_dir_all(folder).map_err(OUTPUT.write_error(folder))?)
 }
 
 /// Writes a file atomically: completely or not at all.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), CommandError> {
-    plan_file::write_whole(path, bytes)
-        .map_err(|source| CommandError::Write { path: path.to_path_buf(), source })
+    Ok(OUTPUT.write(path, bytes)?)
 }

@@ -12,12 +12,11 @@
 //! `sent` holds bytes, `received` holds a line without its end, and `tool` holds the true position of a
 //! simulated tool.
 
-use std::fs::File;
 use std::io::{BufRead, BufReader, Read as _};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use keepout_guard::Time;
-use keepout_planner::plan_file::write_whole;
+use keepout_planner::file::{FileError, FileKind};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -26,18 +25,14 @@ use super::recording::{EVENTS_MAX, Event, Header, Recording, What};
 const VERSION: u32 = 2;
 /// Longest accepted line, bytes.
 const LINE_MAX: usize = 4096;
+static RECORDING: FileKind = FileKind::new("recording");
 
 /// Why a recording cannot be read.
 #[derive(Debug, Error)]
 pub enum RecordingError {
     /// The file cannot be read.
-    #[error("can not read {}: {source}. Check the path.", path.display())]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// The operating system's error.
-        source: std::io::Error,
-    },
+    #[error(transparent)]
+    File(#[from] FileError),
     /// The file is not a recording.
     #[error(
         "line 1: not a conformance recording. Record one with `keepout doctor --conformance --record FILE`."
@@ -79,19 +74,15 @@ pub enum RecordingError {
 /// # Errors
 /// [`RecordingError`] naming the line.
 pub fn load(path: &Path) -> Result<Recording, RecordingError> {
-    let failed = |source| RecordingError::File { path: path.to_path_buf(), source };
-    read(BufReader::new(File::open(path).map_err(failed)?)).map_err(|error| match error {
-        RecordingError::File { source, .. } => failed(source),
-        other => other,
-    })
+    read(BufReader::new(RECORDING.open(path)?), path)
 }
 
 /// Writes the recording to `path`, completely or not at all.
 ///
 /// # Errors
-/// The operating system's error.
-pub fn save(recording: &Recording, path: &Path) -> std::io::Result<()> {
-    write_whole(path, write(recording).as_bytes())
+/// [`FileError::Write`].
+pub fn save(recording: &Recording, path: &Path) -> Result<(), FileError> {
+    RECORDING.write(path, write(recording).as_bytes())
 }
 
 /// The first line of the file.
@@ -112,18 +103,18 @@ pub fn write(recording: &Recording) -> String {
     lines.map_while(Result::ok).map(|line| line + "\n").collect()
 }
 
-/// Reads a recording, with bounded memory.
+/// Reads a recording, with bounded memory. `path` appears in the error message.
 ///
 /// # Errors
 /// [`RecordingError`] naming the line.
-pub fn read(mut from: impl BufRead) -> Result<Recording, RecordingError> {
+pub fn read(mut from: impl BufRead, path: &Path) -> Result<Recording, RecordingError> {
     let mut number = 1;
-    let first = line(&mut from, number)?.ok_or(RecordingError::Title)?;
+    let first = line(&mut from, number, path)?.ok_or(RecordingError::Title)?;
     let mut recording = Recording { header: header(&first)?, events: Vec::new() };
     let mut before = Time::ZERO;
     loop {
         number += 1;
-        let Some(text) = line(&mut from, number)? else { return Ok(recording) };
+        let Some(text) = line(&mut from, number, path)? else { return Ok(recording) };
         let event: Event = serde_json::from_str(&text).map_err(|_| RecordingError::Form { line: number })?;
         // A simulated tool's positions may be older than lines received before them.
         if !matches!(event.what, What::Tool { .. }) {
@@ -140,10 +131,10 @@ pub fn read(mut from: impl BufRead) -> Result<Recording, RecordingError> {
 }
 
 /// The next line without its end; `None` at the end of the file.
-fn line(from: &mut impl BufRead, number: usize) -> Result<Option<String>, RecordingError> {
+fn line(from: &mut impl BufRead, number: usize, path: &Path) -> Result<Option<String>, RecordingError> {
     let mut bytes = Vec::new();
-    let failed = |source| RecordingError::File { path: PathBuf::new(), source };
-    from.by_ref().take(LINE_MAX as u64).read_until(b'\n', &mut bytes).map_err(failed)?;
+    let read = from.by_ref().take(LINE_MAX as u64).read_until(b'\n', &mut bytes);
+    read.map_err(RECORDING.read_error(path))?;
     match bytes.pop() {
         None => Ok(None),
         Some(b'\n') => String::from_utf8(bytes).map(Some).map_err(|_| RecordingError::Form { line: number }),

@@ -1,5 +1,6 @@
 //! Conformance of the simulated controllers, with each quirk on and off, in virtual time.
 
+use std::path::Path;
 use std::sync::OnceLock;
 use std::time::Duration;
 
@@ -167,12 +168,12 @@ fn models_of_grbl_and_grblhal_differ_as_documented() {
 fn recordings_survive_their_file_and_damage_is_named_by_line() {
     let recording = played(&DialectName::Grbl, Quirks::default(), cancels);
     let text = write(&recording);
-    assert_eq!(read(text.as_bytes()).unwrap(), recording);
+    assert_eq!(read(text.as_bytes(), Path::new("test")).unwrap(), recording);
     let lines: Vec<&str> = text.lines().collect();
     let with = |index: usize, line: &str| {
         let mut lines = lines.clone();
         lines[index] = line;
-        read((lines.join("\n") + "\n").as_bytes()).map_err(|error| error.to_string())
+        read((lines.join("\n") + "\n").as_bytes(), Path::new("test")).map_err(|error| error.to_string())
     };
     for (index, line, expected) in [
         (0, "keepout-log 1", "not a conformance recording"),
@@ -198,7 +199,7 @@ fn recordings_survive_their_file_and_damage_is_named_by_line() {
             let at = random.usize(0..bytes.len());
             bytes[at] = random.u8(..);
         }
-        if let Ok(read) = read(bytes.as_slice()) {
+        if let Ok(read) = read(bytes.as_slice(), Path::new("test")) {
             let _ = (Findings::of(&read), compare(&read, &recording));
         }
     }

@@ -9,7 +9,7 @@ use keepout_executor::operator::{Operator, OperatorView, Panel};
 use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
 use keepout_guard::Time;
 
-use super::trace::{FLAGS, HEADER, LINES_MAX, TraceError};
+use super::trace::{FLAGS, HEADER, LINES_MAX, TRACE, TraceError};
 
 /// Time between two flushes of a recording.
 const FLUSH_EVERY: Duration = Duration::from_millis(500);
@@ -33,10 +33,9 @@ impl<O: Operator> Recorder<O> {
     /// Records `operator` to a new file.
     ///
     /// # Errors
-    /// [`TraceError::Create`] when the file already exists or cannot be written.
+    /// [`TraceError::File`] when the file already exists or cannot be written.
     pub fn create(operator: O, path: &Path, panel: Panel) -> Result<Self, TraceError> {
-        let file = File::create_new(path)
-            .map_err(|source| TraceError::Create { path: path.to_path_buf(), source })?;
+        let file = File::create_new(path).map_err(TRACE.write_error(path))?;
         Ok(Self::new(operator, BufWriter::new(file), panel))
     }
 }
@@ -88,7 +87,7 @@ impl<O, W: Write> Recorder<O, W> {
     fn end_when(&mut self, written: io::Result<()>) {
         if let Err(error) = written {
             self.file = None;
-            self.panel.say(format!("the trace can not be written ({error}): recording ends here"));
+            self.panel.say(format!("the trace cannot be written ({error}): recording ends here"));
         }
     }
 }
@@ -232,6 +231,6 @@ mod tests {
         let input = OperatorInput { velocity: (1.0, 0.0), ..OperatorInput::default() };
         let mut recorder = Recorder::new(Prescribed::new(vec![(input, None)]), Full, panel.clone());
         assert_eq!(recorder.input(&view(Phase::Manual), Time::ZERO), input);
-        assert!(panel.notices()[0].contains("can not be written"));
+        assert!(panel.notices()[0].contains("cannot be written"));
     }
 }

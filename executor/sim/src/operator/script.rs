@@ -16,28 +16,25 @@
 //! turn is given once. When its last line begins, the script stops the session at once. If that line has
 //! `auto`, it stops as soon as a contour is finished. A turn or command in the last line is still given.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
 use keepout_executor::operator::{Operator, OperatorView};
 use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
 use keepout_guard::Time;
-use keepout_planner::text_file;
+use keepout_planner::file::{FileError, FileKind};
 use thiserror::Error;
 
 use super::playback::{Playback, Step};
+
+static SCRIPT: FileKind = FileKind::new("script");
 
 /// Why a script cannot be used.
 #[derive(Debug, Error)]
 pub enum ScriptError {
     /// The file cannot be read.
-    #[error("can not read script {}: {source}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// The operating system's error.
-        source: std::io::Error,
-    },
+    #[error(transparent)]
+    File(#[from] FileError),
     /// The script has no input.
     #[error("the script is empty: give lines such as \"0 1 0\"")]
     Empty,
@@ -67,9 +64,7 @@ impl Script {
     /// # Errors
     /// [`ScriptError`] naming the file or the line.
     pub fn load(path: &Path) -> Result<Self, ScriptError> {
-        let text =
-            text_file::read(path).map_err(|source| ScriptError::Read { path: path.to_path_buf(), source })?;
-        Self::parse(&text)
+        Self::parse(&SCRIPT.read_text(path)?)
     }
 
     /// Reads a script from text.

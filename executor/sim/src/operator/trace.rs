@@ -14,14 +14,14 @@
 //! at most one of `p` pause (feed hold), `r` resume (cycle start), `f` recover after a fault, `q` quit
 //! (stop), or `-` without flags. Numbers are written exactly.
 
-use std::fs::File;
-use std::io::{self, BufRead, BufReader, Read as _};
-use std::path::{Path, PathBuf};
+use std::io::{BufRead, BufReader, Read as _};
+use std::path::Path;
 use std::time::Duration;
 
 use keepout_executor::operator::{Operator, OperatorView};
 use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
 use keepout_guard::Time;
+use keepout_planner::file::{FileError, FileKind};
 use thiserror::Error;
 
 use super::playback::{Playback, Step};
@@ -33,29 +33,18 @@ const LINE_MAX: u64 = 2000;
 /// The first line of a trace.
 pub(super) const HEADER: &str = "# keepout trace 1: seconds x y turned_x turned_y flags";
 
+/// The file of a trace.
+pub(super) static TRACE: FileKind = FileKind {
+    unwritable: "Choose another --record-trace file; an existing one is not overwritten.",
+    ..FileKind::new("trace")
+};
+
 /// Why a trace cannot be used.
 #[derive(Debug, Error)]
 pub enum TraceError {
-    /// The file cannot be read.
-    #[error("can not read trace {}: {source}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// The operating system's error.
-        source: io::Error,
-    },
-    /// The file cannot be written.
-    #[error(
-        "can not record to {}: {source}. Choose another --record-trace file; an existing one is not \
-         overwritten.",
-        path.display()
-    )]
-    Create {
-        /// The file.
-        path: PathBuf,
-        /// The operating system's error.
-        source: io::Error,
-    },
+    /// The file cannot be read or written.
+    #[error(transparent)]
+    File(#[from] FileError),
     /// The trace has no input.
     #[error("the trace holds no input: record one with --record-trace FILE")]
     Empty,
@@ -88,8 +77,7 @@ impl Trace {
     /// # Errors
     /// [`TraceError`] naming the file or the line.
     pub fn load(path: &Path) -> Result<Self, TraceError> {
-        let unread = |source| TraceError::Read { path: path.to_path_buf(), source };
-        Self::read(BufReader::new(File::open(path).map_err(unread)?), path)
+        Self::read(BufReader::new(TRACE.open(path)?), path)
     }
 
     /// Reads a trace. `path` appears in the error message.
@@ -103,7 +91,7 @@ impl Trace {
         for number in 1.. {
             bytes.clear();
             let read = source.by_ref().take(LINE_MAX + 1).read_until(b'\n', &mut bytes);
-            if read.map_err(|source| TraceError::Read { path: path.to_path_buf(), source })? == 0 {
+            if read.map_err(TRACE.read_error(path))? == 0 {
                 break;
             }
             let last = end.or(steps.last().map(|step| step.at));

@@ -1,7 +1,5 @@
 //! A controller's ASCII dialect, described by a TOML file.
 
-use std::path::{Path, PathBuf};
-
 use keepout_guard::{Interpolation, OnCancel};
 use keepout_planner::{plan_file, text_file};
 use thiserror::Error;
@@ -15,14 +13,6 @@ use crate::supervisor::Mode;
 /// Why a description is rejected.
 #[derive(Debug, Error)]
 pub enum DescriptionError {
-    /// The file cannot be read.
-    #[error("can not read {}: {source}. Check the path.", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// The operating system's error.
-        source: std::io::Error,
-    },
     /// The text is not TOML, or has unknown keys.
     #[error("{reason}")]
     Parse {
@@ -164,16 +154,6 @@ const DECIMALS_MAX: u8 = 6;
 const PROMPT_MAX: usize = 4;
 
 impl Description {
-    /// Reads a description from a TOML file.
-    ///
-    /// # Errors
-    /// [`DescriptionError`] naming the key.
-    pub fn load(path: &Path) -> Result<Self, DescriptionError> {
-        let text = text_file::read(path)
-            .map_err(|source| DescriptionError::Read { path: path.to_path_buf(), source })?;
-        Self::of(&text)
-    }
-
     /// The effect of its stop on a jog under way.
     #[must_use]
     pub fn on_cancel(&self) -> OnCancel {

@@ -27,12 +27,17 @@ mod write;
 pub use date::rfc_3339;
 pub use header::{Header, VERSION};
 use keepout_guard::Time;
+use keepout_planner::file::FileKind;
 pub use line::LineError;
 pub use read::{Entry, Log, LogReadError, LogReader};
 use serde::{Deserialize, Serialize};
 pub use write::{LogError, LogWriter};
 
 use super::event_log::LoggedEvent;
+
+/// The file of a log.
+pub static LOG: FileKind =
+    FileKind { unwritable: "Choose another place with --log.", ..FileKind::new("log") };
 
 /// A line behind the header.
 #[derive(Serialize, Deserialize)]

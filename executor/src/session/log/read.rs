@@ -5,24 +5,20 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use keepout_guard::Time;
+use keepout_planner::file::FileError;
 use thiserror::Error;
 
 use super::header::{Header, VERSION};
 use super::line::{self, LineError};
-use super::{EventLine, LoggedEvent};
+use super::{EventLine, LOG, LoggedEvent};
 use crate::supervisor::OperatorInput;
 
 /// Why a log can not be read.
 #[derive(Debug, Error)]
 pub enum LogReadError {
-    /// The file can not be read.
-    #[error("can not read the log {}: {source}. Check the path.", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
-    },
+    /// The file cannot be read.
+    #[error(transparent)]
+    File(#[from] FileError),
     /// It is no log.
     #[error("this is no keepout log: {reason}")]
     NoLog {
@@ -93,9 +89,7 @@ impl LogReader<BufReader<File>> {
     /// # Errors
     /// [`LogReadError`] when the file can not be read or is no log.
     pub fn open(path: &Path) -> Result<Self, LogReadError> {
-        let file =
-            File::open(path).map_err(|source| LogReadError::Read { path: path.to_path_buf(), source })?;
-        Self::new(BufReader::new(file), path)
+        Self::new(BufReader::new(LOG.open(path)?), path)
     }
 }
 
@@ -163,7 +157,7 @@ impl<R: BufRead> LogReader<R> {
         self.line.clear();
         let damaged = LogReadError::Damaged { line: self.lines + 1 };
         let read = self.source.by_ref().take(LINE_MAX).read_until(b'\n', &mut self.line);
-        let count = read.map_err(|source| LogReadError::Read { path: self.path.clone(), source })?;
+        let count = read.map_err(LOG.read_error(&self.path))?;
         if self.line.pop_if(|last| *last == b'\n').is_none() {
             self.torn = count;
             return if self.line.len() < usize::try_from(LINE_MAX).unwrap_or(usize::MAX) {

@@ -4,25 +4,21 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use keepout_guard::Time;
+use keepout_planner::file::FileError;
 use serde::Serialize;
 use thiserror::Error;
 
 use super::header::Header;
-use super::{EventLine, line};
+use super::{EventLine, LOG, line};
 use crate::session::event_log::{EventLog, EventLogError, LoggedEvent};
 use crate::supervisor::OperatorInput;
 
 /// Why a log can not be written.
 #[derive(Debug, Error)]
 pub enum LogError {
-    /// It can not be created.
-    #[error("can not write the log {}: {source}. Choose another place with --log.", path.display())]
-    Create {
-        /// The file.
-        path: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
-    },
+    /// The file cannot be written.
+    #[error(transparent)]
+    File(#[from] FileError),
     /// There is something there already.
     #[error("the log {} exists already: a log is written once and never changed. Choose another name, or move it away.", path.display())]
     Exists {
@@ -50,18 +46,15 @@ impl LogWriter {
         let file = std::fs::OpenOptions::new().create_new(true).append(true).open(path);
         let file = file.map_err(|source| match source.kind() {
             std::io::ErrorKind::AlreadyExists => LogError::Exists { path: path.to_path_buf() },
-            _ => LogError::Create { path: path.to_path_buf(), source },
+            _ => LOG.write_error(path)(source).into(),
         })?;
         let mut log = Self { out: BufWriter::new(file), sum: 0, input: None, line: Vec::new(), dirty: false };
-        log.write(header).and_then(|()| log.flush()).map_err(|error| LogError::Create {
-            path: path.to_path_buf(),
-            source: std::io::Error::other(error.to_string()),
-        })?;
+        log.write(header).and_then(|()| log.out.flush()).map_err(LOG.write_error(path))?;
         Ok(log)
     }
 
-    fn write(&mut self, content: &impl Serialize) -> Result<(), EventLogError> {
-        self.sum = line::write(&mut self.line, self.sum, content).map_err(std::io::Error::from)?;
+    fn write(&mut self, content: &impl Serialize) -> std::io::Result<()> {
+        self.sum = line::write(&mut self.line, self.sum, content)?;
         self.line.push(b'\n');
         self.out.write_all(&self.line)?;
         self.dirty = true;
@@ -83,7 +76,7 @@ impl EventLog for LogWriter {
         let input = if let LoggedEvent::Input(input) = event { Some(*input) } else { None };
         let same = input.zip(self.input).is_some_and(|(input, before)| is_same(&input, &before));
         self.input = input.or(self.input);
-        self.write(&EventLine { at: now, event: (!same).then(|| event.clone()) })
+        Ok(self.write(&EventLine { at: now, event: (!same).then(|| event.clone()) })?)
     }
 
     fn flush(&mut self) -> Result<(), EventLogError> {

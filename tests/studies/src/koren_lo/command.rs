@@ -7,7 +7,8 @@ use clap::Args;
 use keepout_drives::controllers::kind::Kind;
 use keepout_drives::profile::DriveProfile;
 use keepout_drives::reference::Ramp;
-use keepout_planner::{plan_file, text_file};
+use keepout_planner::file::FileKind;
+use keepout_planner::plan_file;
 
 use super::comparison::{Comparison, ModelError};
 use super::finishing::{self, ContourPath};
@@ -53,6 +54,8 @@ fn kind(text: &str) -> Result<Kind, String> {
     })
 }
 
+static SCENARIO: FileKind = FileKind::new("scenario");
+
 /// The requested scenarios.
 fn scenarios(names: &[String]) -> Result<Vec<Scenario>, CommandError> {
     let built_in = Scenario::built_in()?;
@@ -65,7 +68,7 @@ fn scenarios(names: &[String]) -> Result<Vec<Scenario>, CommandError> {
             found.push(scenario.clone());
             continue;
         }
-        let text = text_file::read(Path::new(name)).map_err(|error| {
+        let text = SCENARIO.read_text(Path::new(name)).map_err(|error| {
             let known: Vec<_> = built_in.iter().map(|scenario| scenario.name.as_str()).collect();
             CommandError::Argument(format!(
                 "{name} is neither a scenario ({}) nor a file: {error}",
