@@ -4,7 +4,7 @@ use keepout_executor::session::log::{Log, LogReadError};
 use keepout_executor::session::replay::replay;
 use keepout_executor::session::{Certificate, LoggedEvent, page_of_log, picture_of_log};
 use keepout_executor::supervisor::Phase;
-use keepout_planner::plan_file;
+use keepout_planner::{plan_file, sha256};
 use keepout_proofs::properties::Xy;
 use keepout_proofs::square::plain;
 
@@ -49,7 +49,7 @@ pub fn plan_file(bytes: &[u8]) {
 fn sealed(payload: &[u8]) -> Vec<u8> {
     let mut bytes = b"KEEPOUT PLAN".to_vec();
     bytes.extend(plan_file::VERSION.to_le_bytes());
-    bytes.extend(plan_file::hash(payload));
+    bytes.extend(sha256::hash(payload));
     bytes.extend(payload);
     bytes
 }

@@ -4,8 +4,8 @@ use std::sync::OnceLock;
 
 use keepout_executor::supervisor::PreparedPlan;
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::plan_file;
 use keepout_planner::request::PlanRequest;
+use keepout_planner::{plan_file, sha256};
 
 /// A plate of 24 × 16 mm with a slot that the tool enters and a step.
 pub const PLATE: &str = "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n\
@@ -37,6 +37,6 @@ pub fn hash() -> &'static str {
     static HASH: OnceLock<String> = OnceLock::new();
     HASH.get_or_init(|| {
         let bytes = plan_file::encode(&work().plan.plan).expect("a plan in memory can be written");
-        plan_file::hex(&plan_file::hash(&bytes))
+        sha256::hex(&sha256::hash(&bytes))
     })
 }

@@ -25,6 +25,7 @@ pub mod profile;
 pub mod request;
 pub mod route;
 pub mod select;
+pub mod sha256;
 pub mod stored;
 mod summary;
 pub mod text_file;

@@ -5,11 +5,11 @@
 
 use std::path::Path;
 
-use sha2::{Digest, Sha256};
 use thiserror::Error;
 
 use crate::file::{FileError, FileKind};
 use crate::plan::Plan;
+use crate::sha256::hash;
 
 const MAGIC: &[u8; 12] = b"KEEPOUT PLAN";
 /// Format version of the files that this program writes. It reads no other version.
@@ -51,18 +51,6 @@ pub enum PlanFileError {
     /// The contents are not a valid plan.
     #[error("the plan file holds no valid plan: {0}. Make it again from the drawing.")]
     Contents(String),
-}
-
-/// SHA-256 of bytes, as the plan records it for the drawing.
-#[must_use]
-pub fn hash(bytes: &[u8]) -> [u8; 32] {
-    Sha256::digest(bytes).into()
-}
-
-/// Hexadecimal digits of a hash.
-#[must_use]
-pub fn hex(hash: &[u8]) -> String {
-    hash.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// Bytes of a plan file with this plan.

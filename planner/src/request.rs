@@ -8,9 +8,9 @@ use crate::drawing::{
 };
 use crate::machine::MachineProfile;
 use crate::plan::{CertifiedPlan, Plan, PlanError, PlanGeometry, PlanParameters, Provenance, Remark};
-use crate::plan_file;
 use crate::profile::Profile;
 use crate::select::{SelectError, Selection};
+use crate::sha256;
 use crate::text_file::shown;
 
 /// The user's choices for a plan.
@@ -196,7 +196,7 @@ impl PlanRequest {
         }
         let provenance = Provenance {
             name: shown(name),
-            hash: plan_file::hash(bytes),
+            hash: sha256::hash(bytes),
             unit: shown(&drawing.unit),
             remarks,
             placed: self.choice.placed,

@@ -10,8 +10,8 @@ use keepout_executor::supervisor::{Phase, PreparedPlan};
 use keepout_kernel::Vector;
 use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::plan_file;
 use keepout_planner::request::PlanRequest;
+use keepout_planner::{plan_file, sha256};
 use keepout_sim::operator;
 use keepout_sim::session::{Scene, SimRun, run_scene};
 use keepout_tests::kills::{Played, Watched};
@@ -39,7 +39,7 @@ fn session(work: &PreparedPlan, limit_s: u64, progress: Progress, log: &Path) ->
     let scene = Scene::of(&work.plan, &run).unwrap();
     let header = Header {
         keepout_log: keepout_executor::session::log::VERSION,
-        plan: plan_file::hex(&plan_file::hash(&plan_file::encode(&work.plan.plan).unwrap())),
+        plan: sha256::hex(&sha256::hash(&plan_file::encode(&work.plan.plan).unwrap())),
         dialect: "grbl".into(),
         offset: scene.setting.offset,
         travel: scene.options.travel,

@@ -14,9 +14,9 @@ use keepout_planner::inspect::inspect as look_at;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::picture::{inspection_svg, svg};
 use keepout_planner::plan::{CertifiedPlan, PlanParameters};
-use keepout_planner::plan_file;
 use keepout_planner::request::{PlanRequest, PlanRequestError, Stage};
 use keepout_planner::select::Selection;
+use keepout_planner::{plan_file, sha256};
 
 use super::{CertifyTime, CliError, DrawingArguments, InspectArguments, PlanArguments, ShowArguments};
 
@@ -214,7 +214,7 @@ pub fn show(arguments: &ShowArguments) -> Result<ExitCode, CliError> {
 pub fn verify(path: &Path, time: CertifyTime) -> Result<ExitCode, CliError> {
     let certified = load(path, time)?;
     println!("{}", certified.summary());
-    println!("drawing hash {}", plan_file::hex(&certified.plan.provenance.hash));
+    println!("drawing hash {}", sha256::hex(&certified.plan.provenance.hash));
     println!("{}", certified.proved());
     Ok(ExitCode::SUCCESS)
 }

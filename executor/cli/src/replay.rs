@@ -11,7 +11,7 @@ use keepout_executor::session::picture_of_log;
 use keepout_executor::session::replay::{Replay, ReplayError, replay_from};
 use keepout_executor::supervisor::PreparedPlan;
 use keepout_planner::plan_file::PLAN_FILE;
-use keepout_planner::{plan_file, text_file};
+use keepout_planner::{plan_file, sha256, text_file};
 
 use super::plan::{load, refuse_same, write};
 use super::{CertifyTime, CliError};
@@ -139,8 +139,7 @@ fn find_plan(log: &Path, header: &Header) -> Result<PathBuf, CliError> {
             continue;
         }
         seen += 1;
-        let hash =
-            PLAN_FILE.read(&path, plan_file::SIZE_MAX).map(|bytes| plan_file::hex(&plan_file::hash(&bytes)));
+        let hash = PLAN_FILE.read(&path, plan_file::SIZE_MAX).map(|bytes| sha256::hex(&sha256::hash(&bytes)));
         if hash.is_ok_and(|hash| hash == header.plan) {
             return Ok(path);
         }

@@ -21,9 +21,9 @@ use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::picture::svg;
 use keepout_planner::plan::CertifiedPlan;
-use keepout_planner::plan_file;
 use keepout_planner::request::PlanRequest;
 use keepout_planner::units::{point_from_mm, point_mm};
+use keepout_planner::{plan_file, sha256};
 use keepout_sim::session::{Link, Scene, SimRun, run_scene};
 use keepout_sim::{ServoConfig, operator};
 
@@ -202,7 +202,7 @@ impl Recording<'_> {
         let header = Header {
             keepout_log: keepout_executor::session::log::VERSION,
             began: rfc_3339(SystemTime::now()),
-            plan: plan_file::hex(&plan_file::hash(&plan_file::encode(&work.plan.plan)?)),
+            plan: sha256::hex(&sha256::hash(&plan_file::encode(&work.plan.plan)?)),
             drawing: work.plan.plan.provenance.name.clone(),
             dialect: dialect_name.name().into(),
             description: dialect_name.hash(),

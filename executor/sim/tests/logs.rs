@@ -18,8 +18,8 @@ use keepout_executor::supervisor::{Phase, PreparedPlan, Supervisor};
 use keepout_guard::Time;
 use keepout_planner::job::{LoopNumber, Progress};
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::plan_file;
 use keepout_planner::request::PlanRequest;
+use keepout_planner::{plan_file, sha256};
 use keepout_sim::monitor::CollisionMonitor;
 use keepout_sim::operator::Script;
 use keepout_sim::session::{Scene, SimRun, run_scene};
@@ -41,7 +41,7 @@ fn file(name: &str) -> PathBuf {
 fn header(work: &PreparedPlan, scene: &Scene) -> Header {
     Header {
         keepout_log: VERSION,
-        plan: plan_file::hex(&plan_file::hash(&plan_file::encode(&work.plan.plan).unwrap())),
+        plan: sha256::hex(&sha256::hash(&plan_file::encode(&work.plan.plan).unwrap())),
         dialect: DialectName::Grbl.name().into(),
         offset: scene.setting.offset,
         travel: scene.options.travel,

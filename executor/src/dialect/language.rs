@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use keepout_planner::file::{FileError, FileKind};
-use keepout_planner::plan_file;
+use keepout_planner::sha256;
 use keepout_planner::text_file::shown;
 use thiserror::Error;
 
@@ -99,7 +99,7 @@ impl DialectName {
     #[must_use]
     pub fn hash(&self) -> String {
         match self {
-            Self::Described { description, .. } => plan_file::hex(&description.hash),
+            Self::Described { description, .. } => sha256::hex(&description.hash),
             _ => String::new(),
         }
     }

@@ -147,7 +147,7 @@ pub fn html(plan: &CertifiedPlan, facts: &RunFacts, picture: &str) -> String {
         "{}\n{picture}\n<h2>The plan</h2>\n<pre>{}</pre>\n<p>drawing SHA-256 {}</p>\n",
         table(&facts.rows(plan)),
         escape(&plan.summary()),
-        keepout_planner::plan_file::hex(&plan.plan.provenance.hash),
+        keepout_planner::sha256::hex(&plan.plan.provenance.hash),
     );
     page(&format!("Keepout: {}", plan.plan.provenance.name), &body)
 }

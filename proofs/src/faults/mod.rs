@@ -9,7 +9,7 @@ pub mod tree;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-use keepout_planner::plan_file::{hash, hex};
+use keepout_planner::sha256::{hash, hex};
 use serde::Deserialize;
 
 /// The word in a replacement that reads "it is this fault's turn", see [`Fault::is_switched`].

@@ -9,7 +9,7 @@ use keepout_executor::session::replay::replay;
 use keepout_executor::session::{Ended, Engine, Going, Session, VirtualClock, place_on_table};
 use keepout_executor::supervisor::{Options, Supervisor};
 use keepout_planner::job::Progress;
-use keepout_planner::plan_file;
+use keepout_planner::{plan_file, sha256};
 use keepout_sim::monitor::CollisionMonitor;
 use keepout_sim::operator::Script;
 use keepout_sim::{PositioningError, Quirks, SimMachine, SimSettings, VirtualPort, speaking};
@@ -32,7 +32,7 @@ pub fn session(job: &Job, case: Case) -> Result<Log, String> {
         progress: Progress::default(),
     };
     let header = Header {
-        plan: plan_file::hex(&plan_file::hash(&plan_file::encode(&work.plan.plan).unwrap())),
+        plan: sha256::hex(&sha256::hash(&plan_file::encode(&work.plan.plan).unwrap())),
         dialect: case.dialect(),
         offset: config.offset,
         travel: options.travel,

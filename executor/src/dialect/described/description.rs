@@ -1,7 +1,7 @@
 //! A controller's ASCII dialect, described by a TOML file.
 
 use keepout_guard::{Interpolation, OnCancel};
-use keepout_planner::{plan_file, text_file};
+use keepout_planner::{sha256, text_file};
 use thiserror::Error;
 
 use super::super::exchange::SENT_MAX;
@@ -177,7 +177,7 @@ impl Description {
         let errors =
             file.errors.iter().map(|each| Ok((template("errors.says", &each.says)?, each.transient)));
         let described = Self {
-            hash: plan_file::hash(text.as_bytes()),
+            hash: sha256::hash(text.as_bytes()),
             end: file.line.end.clone().into_bytes(),
             echo: file.line.echo,
             prompt: file.line.prompt.clone().into_bytes(),

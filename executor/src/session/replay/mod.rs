@@ -13,7 +13,7 @@ use std::time::Duration;
 
 use keepout_guard::Time;
 use keepout_planner::job::ProgressError;
-use keepout_planner::{plan_file, text_file};
+use keepout_planner::{plan_file, sha256, text_file};
 use thiserror::Error;
 pub use timeline::{PhaseTimes, Timeline, TimelineEntry};
 
@@ -196,7 +196,7 @@ pub fn replay_from<R: BufRead>(log: &mut LogReader<R>, work: PreparedPlan) -> Re
 }
 
 fn check_plan(header: &Header, work: &PreparedPlan) -> Result<(), ReplayError> {
-    let given = plan_file::hex(&plan_file::hash(&plan_file::encode(&work.plan.plan)?));
+    let given = sha256::hex(&sha256::hash(&plan_file::encode(&work.plan.plan)?));
     if header.plan == given {
         return Ok(());
     }
