@@ -144,6 +144,30 @@ fn bad_drawings_and_parameters_have_exit_codes_and_write_no_file() {
 }
 
 #[test]
+fn file_faults_name_the_kind_of_file_and_have_exit_codes() {
+    let folder = folder("files");
+    let plan = planned(&folder);
+    let none = folder.join("none/x").display().to_string();
+    let cases: [(&[&str], i32, &str); 10] = [
+        (&["inspect", &none], 3, "cannot read the drawing"),
+        (&["verify", &none], 5, "cannot read the plan file"),
+        (&["replay", &none], 2, "cannot read the log"),
+        (&["doctor", "--compare", &none, &none], 2, "cannot read the recording"),
+        (&["run", &plan, "--alignment", &none], 2, "cannot read the alignment file"),
+        (&["run", &plan, "--operator", &format!("trace:{none}")], 2, "cannot read the trace"),
+        (&["plan", &bracket(), "--tool-diameter", "6", "-o", &none], 7, "cannot write the plan file"),
+        (&["show", &plan, "-o", &none], 7, "cannot write the output"),
+        (&["run", &plan, "--log", &none], 7, "cannot write the log"),
+        (&["demo", "--output", &plan], 7, "cannot write the output"),
+    ];
+    for (arguments, wanted, words) in cases {
+        let output = keepout(arguments);
+        let complaint = complaint(&output);
+        assert!(code(&output) == wanted && complaint.contains(words), "{arguments:?}: {complaint}");
+    }
+}
+
+#[test]
 fn flipped_bits_and_cut_plans_are_rejected() {
     let folder = folder("flipped");
     let plan = planned(&folder);
