@@ -117,30 +117,25 @@ fn logs() -> Outcome {
     for (name, language, script, (x, y)) in scenes {
         let work = keepout_fuzz::work();
         let run = SimRun {
-            language: DialectName::named(language)?,
+            dialect: DialectName::named(language)?,
             servo: None,
             limit: Duration::from_secs(6),
             start: Some(Point::from_units(x * 100_000, y * 100_000)?),
             ..SimRun::default()
         };
-        let scene = Scene::of(&work.plan, &run)?;
+        let scene = Scene::of(work, &run)?;
         let header = Header {
-            keepout_log: keepout_executor::session::log::VERSION,
             plan: "@".into(),
             drawing: "plate".into(),
-            dialect: language.into(),
-            offset: scene.setting.offset,
-            travel: scene.options.travel,
-            feed_mm_min: run.feed_mm_min,
             travel_mm: None,
             simulated: true,
             answer_within_ms: 5000,
-            ..Header::default()
+            ..scene.setup.header()?
         };
         let path = std::env::temp_dir().join(format!("keepout-seed-{name}-{}.log", std::process::id()));
         let tape = Box::new(LogWriter::create(&path, &header)?);
         let operator = Box::new(Script::parse(script)?);
-        run_scene(work, &run, scene, operator, tape, |_| {}, &mut |_, _, _| Going::On)?;
+        run_scene(&run, scene, operator, tape, &mut |_, _, _| Going::On)?;
         let text = fs::read_to_string(&path)?;
         fs::remove_file(&path)?;
         let mut lines = String::new();

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use keepout_executor::dialect::{DialectConfig, DialectName};
 use keepout_executor::operator::{Operator, OperatorView};
-use keepout_executor::session::{Engine, NoEventLog, Sample, nearest_wall, place_on_table};
+use keepout_executor::session::{Engine, NoEventLog, Sample, SessionSetup, nearest_wall, place_on_table};
 use keepout_executor::supervisor::{OperatorInput, Options, Phase, PreparedPlan, Supervisor};
 use keepout_guard::Time;
 use keepout_kernel::Point;
@@ -72,13 +72,12 @@ impl Decisions {
             baud: 115_200,
             progress: Progress::default(),
         };
-        let dialect = DialectName::Grbl.dialect(setting);
-        let supervisor = Supervisor::new(work, options, dialect.abilities());
+        let setup = SessionSetup { work, options, dialect: DialectName::Grbl, config: setting };
         let slip = PositioningError::wandering(0.0, machine.steps_per_mm, 1);
         let machine =
             SimMachine::new(speaking(&DialectName::Grbl, settings), 115_200, Duration::from_millis(1), slip);
         Ok(Self {
-            engine: Engine::new(supervisor, dialect),
+            engine: setup.engine(),
             machine,
             operator,
             now: Time::ZERO,

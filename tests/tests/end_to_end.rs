@@ -26,15 +26,11 @@ fn run(drawing: &str, order: &PlanRequest, operator: &str) -> Result<(), String>
         ..SimRun::default()
     };
     let operator = operator::named(operator, 15.0, 7).map_err(|error| error.to_string())?;
-    let result = run_simulated(
-        PreparedPlan::new(plan),
-        &run,
-        operator,
-        Box::new(NoEventLog),
-        |_| {},
-        &mut |_, _, _| Going::On,
-    )
-    .map_err(|error| error.to_string())?;
+    let result =
+        run_simulated(PreparedPlan::new(plan), &run, operator, Box::new(NoEventLog), &mut |_, _, _| {
+            Going::On
+        })
+        .map_err(|error| error.to_string())?;
     let facts = result.facts;
     let coverage = facts.coverage.ok_or(format!("nothing was contoured: {facts:?}"))?;
     let whole = facts.ended == Ended::Done && facts.unreached == 0 && facts.loops.1 == loops;

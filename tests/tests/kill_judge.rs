@@ -11,7 +11,6 @@ use keepout_kernel::Vector;
 use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::request::PlanRequest;
-use keepout_planner::{plan_file, sha256};
 use keepout_sim::operator;
 use keepout_sim::session::{Scene, SimRun, run_scene};
 use keepout_tests::kills::{Played, Watched};
@@ -36,26 +35,12 @@ fn work() -> PreparedPlan {
 fn session(work: &PreparedPlan, limit_s: u64, progress: Progress, log: &Path) -> Vec<Sample> {
     let limit = Duration::from_secs(limit_s);
     let run = SimRun { limit, progress, feed_mm_min: 3000, ..SimRun::default() };
-    let scene = Scene::of(&work.plan, &run).unwrap();
-    let header = Header {
-        keepout_log: keepout_executor::session::log::VERSION,
-        plan: sha256::hex(&sha256::hash(&plan_file::encode(&work.plan.plan).unwrap())),
-        dialect: "grbl".into(),
-        offset: scene.setting.offset,
-        travel: scene.options.travel,
-        feed_mm_min: scene.options.feed_mm_min,
-        home: scene.options.home,
-        travel_mm: scene.setting.travel_mm,
-        simulated: true,
-        answer_within_ms: u64::try_from(scene.options.answer_within.as_millis()).unwrap(),
-        baud: scene.options.baud,
-        progress: scene.options.progress.clone(),
-        ..Header::default()
-    };
+    let scene = Scene::of(work.clone(), &run).unwrap();
+    let header = Header { simulated: true, ..scene.setup.header().unwrap() };
     let tape = Box::new(LogWriter::create(log, &header).unwrap());
     let operator = operator::named("calm", 2.0, 1).unwrap();
     let watch = &mut |_: &_, _: &_, _| Going::On;
-    run_scene(work.clone(), &run, scene, operator, tape, |_| {}, watch).unwrap().samples
+    run_scene(&run, scene, operator, tape, watch).unwrap().samples
 }
 
 fn objects<T>(words: &str, judgement: Result<T, String>) {

@@ -71,15 +71,11 @@ fn whole_job(path: &Path, operator: &str) -> Result<(), String> {
     };
     run.machine.travel_mm = [480.0, 440.0];
     let operator = operator::named(operator, 20.0, 5).map_err(|error| error.to_string())?;
-    let result = run_simulated(
-        PreparedPlan::new(plan),
-        &run,
-        operator,
-        Box::new(NoEventLog),
-        |_| {},
-        &mut |_, _, _| Going::On,
-    )
-    .map_err(|error| error.to_string())?;
+    let result =
+        run_simulated(PreparedPlan::new(plan), &run, operator, Box::new(NoEventLog), &mut |_, _, _| {
+            Going::On
+        })
+        .map_err(|error| error.to_string())?;
     let facts = &result.facts;
     let coverage = facts.coverage.ok_or(format!("nothing was contoured: {facts:?}"))?;
     if facts.deepest_mm != Some(0.0) {

@@ -11,7 +11,7 @@ use keepout_executor::operator::Panel;
 use keepout_executor::session::log::{Header, LogReader, LogWriter, rfc_3339};
 use keepout_executor::session::serial::Serial;
 use keepout_executor::session::{
-    Ended, Engine, EventLog, Going, NoEventLog, RealClock, RunFacts, Sample, SampleKind, Session, html,
+    Ended, EventLog, Going, NoEventLog, RealClock, RunFacts, Sample, SampleKind, SessionSetup, html,
     picture_of_run, place_on_table,
 };
 use keepout_executor::supervisor::{Options, Phase, PreparedPlan, Supervisor};
@@ -21,9 +21,9 @@ use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::picture::svg;
 use keepout_planner::plan::CertifiedPlan;
+use keepout_planner::plan_file;
 use keepout_planner::request::PlanRequest;
 use keepout_planner::units::{point_from_mm, point_mm};
-use keepout_planner::{plan_file, sha256};
 use keepout_sim::session::{Link, Scene, SimRun, run_scene};
 use keepout_sim::{ServoConfig, operator};
 
@@ -121,7 +121,7 @@ fn simulation(arguments: &RunArguments, limit: Duration) -> Result<SimRun, CliEr
     Ok(SimRun {
         machine,
         servo: drives(&arguments.drives)?,
-        language: dialect_name(arguments)?,
+        dialect: dialect_name(arguments)?,
         link: if arguments.machine == MachineArgument::Sim { Link::Pty } else { Link::Virtual },
         baud: arguments.baud,
         latency: Duration::from_millis(arguments.latency_ms),
@@ -191,32 +191,14 @@ struct Recording<'a> {
 
 impl Recording<'_> {
     /// Creates the event log, or a log that drops its events.
-    fn event_log(
-        &self,
-        work: &PreparedPlan,
-        dialect_name: &DialectName,
-        options: &Options,
-        config: &DialectConfig,
-    ) -> Result<Box<dyn EventLog>, CliError> {
+    fn event_log(&self, setup: &SessionSetup) -> Result<Box<dyn EventLog>, CliError> {
         let Some(path) = self.log else { return Ok(Box::new(NoEventLog)) };
         let header = Header {
-            keepout_log: keepout_executor::session::log::VERSION,
             began: rfc_3339(SystemTime::now()),
-            plan: sha256::hex(&sha256::hash(&plan_file::encode(&work.plan.plan)?)),
-            drawing: work.plan.plan.provenance.name.clone(),
-            dialect: dialect_name.name().into(),
-            description: dialect_name.hash(),
             simulated: self.simulated,
-            offset: config.offset,
-            travel_mm: config.travel_mm,
-            travel: options.travel,
-            feed_mm_min: options.feed_mm_min,
-            home: options.home,
-            answer_within_ms: u64::try_from(options.answer_within.as_millis()).unwrap_or(u64::MAX),
-            baud: options.baud,
-            progress: options.progress.clone(),
             operator: self.operator.into(),
             setting: self.machine.clone(),
+            ..setup.header()?
         };
         Ok(Box::new(LogWriter::create(path, &header)?))
     }
@@ -230,10 +212,10 @@ fn on_simulation(
     outputs: &Outputs,
 ) -> Result<ExitCode, CliError> {
     let mut display = Display::new(setup.screen, setup.panel);
-    let scene = Scene::of(&work.plan, run)?;
-    let log = recording.event_log(&work, &run.language, &scene.options, &scene.setting)?;
+    let scene = Scene::of(work, run)?;
+    let log = recording.event_log(&scene.setup)?;
     let operator = setup.operator;
-    let result = run_scene(work, run, scene, operator, log, |_| {}, &mut |supervisor, monitor, now| {
+    let result = run_scene(run, scene, operator, log, &mut |supervisor, monitor, now| {
         display.show(supervisor, monitor.closest_mm(), now);
         Going::On
     })?;
@@ -263,15 +245,13 @@ fn on_port(
         progress,
     };
     let config = DialectConfig::of(&machine, place.offset);
-    let loops_before = options.progress.finished.len();
+    let session_setup = SessionSetup { work, options, dialect: dialect_name, config };
     let on = format!("{} on {name}, {} baud", machine.name, arguments.baud);
     let port = Serial::open(name, arguments.baud)?;
-    let dialect = dialect_name.dialect(config);
     let (log, operator) = (arguments.log.as_deref(), arguments.operator.as_str());
     let recording = Recording { log, operator, machine: on.clone(), simulated: false };
-    let event_log = recording.event_log(&work, &dialect_name, &options, &config)?;
-    let supervisor = Supervisor::new(work, options, dialect.abilities());
-    let mut session = Session::new(Engine::new(supervisor, dialect), port, setup.operator, event_log);
+    let event_log = recording.event_log(&session_setup)?;
+    let mut session = session_setup.session(port, setup.operator, event_log);
     if setup.recovers {
         session = session.recovering(Box::new(|| Serial::open(name, arguments.baud)));
     }
@@ -290,21 +270,8 @@ fn on_port(
     display.finish();
     let supervisor = session.into_supervisor();
     let facts = RunFacts {
-        ended,
-        fault: supervisor.fault().map(ToString::to_string),
-        seconds: last.elapsed().as_secs_f64(),
-        counts: supervisor.counts(),
-        loops: (supervisor.finished().len(), supervisor.plan().plan.loop_count()),
-        loops_before,
-        partial: supervisor.progress().partial.len(),
-        unreached: supervisor.unreached(),
-        interrupted: supervisor.is_interrupted(),
-        deepest_mm: None,
-        closest_mm: None,
-        closest_by_hand_mm: None,
-        coverage: None,
         setting: format!("{on}; positions as reported"),
-        notices: supervisor.notices().to_vec(),
+        ..RunFacts::of(&supervisor, ended, last.elapsed().as_secs_f64())
     };
     finish(supervisor.plan(), &facts, &samples, outputs)
 }

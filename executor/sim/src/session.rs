@@ -7,8 +7,8 @@ use keepout_executor::operator::Operator;
 use keepout_executor::session::port::{Port, PortError};
 use keepout_executor::session::serial::Serial;
 use keepout_executor::session::{
-    Clock, Ended, Engine, EventLog, EventLogError, Going, PlaceError, Placement, RealClock, RunFacts, Sample,
-    SampleKind, Session, VirtualClock, coverage, place_on_table, start_inside,
+    Clock, Ended, EventLog, EventLogError, Going, PlaceError, Placement, RealClock, RunFacts, Sample,
+    SampleKind, Session, SessionSetup, VirtualClock, coverage, place_on_table, start_inside,
 };
 use keepout_executor::supervisor::{Options, PreparedPlan, Supervisor};
 use keepout_guard::Time;
@@ -43,7 +43,7 @@ pub struct SimRun {
     /// The link.
     pub link: Link,
     /// The controller's dialect.
-    pub language: DialectName,
+    pub dialect: DialectName,
     /// Baud rate of the line.
     pub baud: u32,
     /// Added delay each way.
@@ -68,7 +68,7 @@ impl Default for SimRun {
             machine: MachineProfile::simulated(),
             servo: ServoConfig::simulated().ok(),
             link: Link::Virtual,
-            language: DialectName::Grbl,
+            dialect: DialectName::Grbl,
             baud: 115_200,
             latency: Duration::from_millis(1),
             seed: 1,
@@ -118,13 +118,12 @@ const SETTLE: Duration = Duration::from_millis(2500);
 pub type Watch<'a> = dyn FnMut(&Supervisor, &CollisionMonitor, Time) -> Going + 'a;
 
 /// A simulated session before it begins.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Scene {
-    /// The session's options.
-    pub options: Options,
-    /// The dialect's parameters.
-    pub setting: DialectConfig,
-    sim: SimSettings,
+    /// The session.
+    pub setup: SessionSetup,
+    /// The machine.
+    pub sim: SimSettings,
 }
 
 impl Scene {
@@ -132,7 +131,8 @@ impl Scene {
     ///
     /// # Errors
     /// [`PlaceError`] if the job does not fit, or if the tool cannot start at the given point.
-    pub fn of(plan: &CertifiedPlan, run: &SimRun) -> Result<Self, PlaceError> {
+    pub fn of(work: PreparedPlan, run: &SimRun) -> Result<Self, PlaceError> {
+        let plan = &*work.plan;
         let place = place_on_table(plan, &run.machine, run.origin_mm)?;
         let home = (-1.0, -1.0);
         let start = match run.start {
@@ -163,11 +163,35 @@ impl Scene {
             baud: run.baud,
             progress: run.progress.clone(),
         };
-        let setting = DialectConfig {
+        let config = DialectConfig {
             travel_mm: Some(run.machine.travel_mm),
             ..DialectConfig::of(&plan.plan.machine, place.offset)
         };
-        Ok(Self { options, setting, sim })
+        let setup = SessionSetup { work, options, dialect: run.dialect.clone(), config };
+        Ok(Self { setup, sim })
+    }
+
+    /// The machine coordinates of the drawing's origin.
+    #[must_use]
+    pub fn offset(&self) -> Vector {
+        self.setup.config.offset
+    }
+
+    /// The simulated machine of the run. Its positioning error follows from the run's seed.
+    #[must_use]
+    pub fn machine(&self, run: &SimRun) -> SimMachine {
+        let error =
+            PositioningError::wandering(run.machine.repeatability_mm, run.machine.steps_per_mm, run.seed);
+        let drives = run.servo.as_ref().and_then(|servo| ServoDrive::new(servo, self.sim.start_mm));
+        let controller = speaking(&run.dialect, self.sim.clone());
+        SimMachine::new(controller, run.baud, run.latency, error).driven(drives)
+    }
+
+    /// A collision monitor for the part and the tool.
+    #[must_use]
+    pub fn monitor(&self) -> CollisionMonitor {
+        let plan = &self.setup.work.plan;
+        CollisionMonitor::new(plan.part.clone(), plan.plan.tool_radius, self.offset())
     }
 }
 
@@ -180,7 +204,7 @@ fn check_start(plan: &CertifiedPlan, place: &Placement, at: Point) -> Result<(),
     Ok(())
 }
 
-/// Runs a whole session on the simulated machine. `prepare` may change the supervisor before the start.
+/// Runs a whole session on the simulated machine.
 ///
 /// # Errors
 /// [`SimError`] if the job does not fit the table, the system provides no pty, or the log cannot be written.
@@ -189,11 +213,9 @@ pub fn run_simulated(
     run: &SimRun,
     operator: Box<dyn Operator + Send>,
     event_log: Box<dyn EventLog>,
-    prepare: impl FnOnce(&mut Supervisor),
     watch: &mut Watch<'_>,
 ) -> Result<SimResult, SimError> {
-    let scene = Scene::of(&work.plan, run)?;
-    run_scene(work, run, scene, operator, event_log, prepare, watch)
+    run_scene(run, Scene::of(work, run)?, operator, event_log, watch)
 }
 
 /// Runs a whole session, as [`run_simulated`], in a given scene.
@@ -201,31 +223,20 @@ pub fn run_simulated(
 /// # Errors
 /// [`SimError`] if the system provides no pty, or the log cannot be written.
 pub fn run_scene(
-    work: PreparedPlan,
     run: &SimRun,
     scene: Scene,
     operator: Box<dyn Operator + Send>,
     event_log: Box<dyn EventLog>,
-    prepare: impl FnOnce(&mut Supervisor),
     watch: &mut Watch<'_>,
 ) -> Result<SimResult, SimError> {
-    let offset = scene.setting.offset;
-    let monitor = CollisionMonitor::new(work.plan.part.clone(), work.plan.plan.tool_radius, offset);
+    let offset = point_mm_of(scene.offset());
     let mut monitored =
-        MonitoredSamples { monitor, samples: Vec::new(), every: 1, seen: 0, offset: point_mm_of(offset) };
-    let dialect = run.language.dialect(scene.setting);
-    let mut supervisor = Supervisor::new(work, scene.options, dialect.abilities());
-    prepare(&mut supervisor);
-    let positioning_error =
-        PositioningError::wandering(run.machine.repeatability_mm, run.machine.steps_per_mm, run.seed);
-    let drives = run.servo.as_ref().and_then(|servo| ServoDrive::new(servo, scene.sim.start_mm));
-    let machine =
-        SimMachine::new(speaking(&run.language, scene.sim), run.baud, run.latency, positioning_error)
-            .driven(drives);
-    let engine = Engine::new(supervisor, dialect);
+        MonitoredSamples { monitor: scene.monitor(), samples: Vec::new(), every: 1, seen: 0, offset };
+    let machine = scene.machine(run);
+    let setup = scene.setup;
     let (ended, seconds, supervisor) = match run.link {
         Link::Virtual => {
-            let mut session = Session::new(engine, VirtualPort { machine }, operator, event_log);
+            let mut session = setup.session(VirtualPort { machine }, operator, event_log);
             let take = |session: &mut Session<'_, VirtualPort>, into: &mut Vec<Sample>| {
                 if let Some(port) = session.port() {
                     port.machine.take_samples(into);
@@ -235,14 +246,14 @@ pub fn run_scene(
                 drive(&mut session, &mut VirtualClock::default(), run, &mut monitored, take, watch)?;
             (ended, seconds, session.into_supervisor())
         }
-        Link::Pty => on_pty(engine, operator, event_log, machine, run, &mut monitored, watch)?,
+        Link::Pty => on_pty(setup, operator, event_log, machine, run, &mut monitored, watch)?,
     };
     Ok(result_of(supervisor, ended, seconds, run, monitored))
 }
 
 #[cfg(unix)]
 fn on_pty(
-    engine: Engine,
+    setup: SessionSetup,
     operator: Box<dyn Operator + Send>,
     event_log: Box<dyn EventLog>,
     machine: SimMachine,
@@ -252,7 +263,7 @@ fn on_pty(
 ) -> Result<(Ended, f64, Supervisor), SimError> {
     let pty = crate::pty::PtyMachine::start(machine)?;
     let port = Serial::open(pty.name(), run.baud)?;
-    let mut session = Session::new(engine, port, operator, event_log);
+    let mut session = setup.session(port, operator, event_log);
     let take = |_: &mut Session<'_, Serial>, into: &mut Vec<Sample>| into.append(&mut pty.take_samples());
     let (ended, seconds) = drive(&mut session, &mut RealClock::default(), run, monitored, take, watch)?;
     Ok((ended, seconds, session.into_supervisor()))
@@ -260,7 +271,7 @@ fn on_pty(
 
 #[cfg(not(unix))]
 fn on_pty(
-    _: Engine,
+    _: SessionSetup,
     _: Box<dyn Operator + Send>,
     _: Box<dyn EventLog>,
     _: SimMachine,
@@ -357,8 +368,8 @@ fn result_of(
     monitored: MonitoredSamples,
 ) -> SimResult {
     let monitor = monitored.monitor;
-    let finished = supervisor.finished().len();
-    let coverage = (finished > 0).then(|| coverage(supervisor.plan(), monitor.cut_paths()));
+    let finished = !supervisor.finished().is_empty();
+    let coverage = finished.then(|| coverage(supervisor.plan(), monitor.cut_paths()));
     let setting = format!(
         "{}, {} baud, {} ms added each way, {}",
         run.machine.name,
@@ -367,21 +378,12 @@ fn result_of(
         if run.link == Link::Pty { "pty" } else { "virtual time" }
     );
     let facts = RunFacts {
-        ended,
-        fault: supervisor.fault().map(ToString::to_string),
-        seconds,
-        counts: supervisor.counts(),
-        loops: (finished, supervisor.plan().plan.loop_count()),
-        loops_before: run.progress.finished.len(),
-        partial: supervisor.progress().partial.len(),
-        unreached: supervisor.unreached(),
-        interrupted: supervisor.is_interrupted(),
         deepest_mm: Some(monitor.deepest().map_or(0.0, |gouge| gouge.depth_mm)),
         closest_mm: monitor.closest_mm(),
         closest_by_hand_mm: monitor.closest_by_hand_mm(),
         coverage,
         setting,
-        notices: supervisor.notices().to_vec(),
+        ..RunFacts::of(&supervisor, ended, seconds)
     };
     let watched = monitor.watched();
     SimResult { facts, samples: monitored.samples, work: supervisor.work().clone(), watched }

@@ -3,10 +3,10 @@
 
 use std::time::Duration;
 
-use keepout_executor::dialect::{Dialect, DialectConfig, Grbl};
+use keepout_executor::dialect::{DialectConfig, DialectName};
 use keepout_executor::session::port::{Port, PortError};
-use keepout_executor::session::{Ended, Engine, Going, NoEventLog, Session, VirtualClock, place_on_table};
-use keepout_executor::supervisor::{Fault, Options, PreparedPlan, Supervisor};
+use keepout_executor::session::{Ended, Going, NoEventLog, SessionSetup, VirtualClock, place_on_table};
+use keepout_executor::supervisor::{Fault, Options, PreparedPlan};
 use keepout_guard::Time;
 use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
@@ -54,17 +54,16 @@ fn fault_of(rule: impl FnMut(&[u8]) -> Vec<u8>, home: bool, lost_at: Option<Time
         baud: 115_200,
         progress: Progress::default(),
     };
-    let dialect = Grbl::new(DialectConfig {
+    let config = DialectConfig {
         offset: place.offset,
         steps_per_mm: 400.0,
         arc_tolerance_mm: 0.0005,
         travel_mm: Some([400.0, 350.0]),
-    });
-    let supervisor = Supervisor::new(PreparedPlan::new(plan), options, dialect.abilities());
+    };
+    let setup = SessionSetup { work: PreparedPlan::new(plan), options, dialect: DialectName::Grbl, config };
     let port = Scripted { rule, pending: Vec::new(), written: Vec::new(), lost_at };
     let operator = operator::named("wall", 60.0, 1).unwrap();
-    let engine = Engine::new(supervisor, Box::new(dialect));
-    let mut session = Session::new(engine, port, operator, Box::new(NoEventLog));
+    let mut session = setup.session(port, operator, Box::new(NoEventLog));
     let ended =
         session.run(&mut VirtualClock::default(), Duration::from_secs(300), |_, _| Going::On).unwrap();
     assert_eq!(ended, Ended::Faulted);

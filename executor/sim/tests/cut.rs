@@ -8,8 +8,8 @@ use std::time::Duration;
 use keepout_executor::dialect::DialectName;
 use keepout_executor::operator::{Operator, OperatorView};
 use keepout_executor::session::port::{Port, PortError};
-use keepout_executor::session::{Engine, Going, NoEventLog, Session, VirtualClock, coverage, start_inside};
-use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase, PreparedPlan, Supervisor};
+use keepout_executor::session::{Going, NoEventLog, Session, VirtualClock, coverage, start_inside};
+use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase, PreparedPlan};
 use keepout_guard::Time;
 use keepout_kernel::Point;
 use keepout_planner::job::Progress;
@@ -163,8 +163,8 @@ fn session(
 ) -> Cut {
     let start = start_inside(&work.plan).unwrap();
     let run = SimRun { start: Some(start), progress, feed_mm_min: 3000, ..SimRun::default() };
-    let scene = Scene::of(&work.plan, &run).unwrap();
-    let offset = scene.setting.offset;
+    let scene = Scene::of(work.clone(), &run).unwrap();
+    let offset = scene.offset();
     let on_machine = |point: Point| point_mm(point.translated(offset).unwrap());
     let sim = SimSettings {
         machine: run.machine.clone(),
@@ -179,10 +179,8 @@ fn session(
         SimMachine::new(speaking(&DialectName::Grbl, sim), run.baud, run.latency, positioning_error);
     let mut monitor = CollisionMonitor::new(work.plan.part.clone(), work.plan.plan.tool_radius, offset);
     let damage = PendingDamage::default();
-    let dialect = run.language.dialect(scene.setting);
-    let supervisor = Supervisor::new(work.clone(), scene.options, dialect.abilities());
     let line = ImpairedLine { machine, damage: Rc::clone(&damage) };
-    let mut session = Session::new(Engine::new(supervisor, dialect), line, operator, Box::new(NoEventLog));
+    let mut session = scene.setup.session(line, operator, Box::new(NoEventLog));
     if trouble.is_some_and(|trouble| trouble.noise) {
         session = session.recovering(Box::new(|| unreachable!("the port stays open")));
     }

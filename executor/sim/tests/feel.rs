@@ -53,7 +53,6 @@ fn steered_over(baud: u32, start: (f64, f64), script: &str) -> Trace {
         &run,
         operator,
         Box::new(NoEventLog),
-        |_| {},
         &mut |supervisor, _, now| {
             if began.is_none() && supervisor.phase().is_steered() {
                 began = Some(now.elapsed().as_secs_f64());

@@ -5,8 +5,8 @@
 use std::time::Duration;
 
 use keepout_executor::dialect::DialectName;
-use keepout_executor::session::{Engine, Going, NoEventLog, Session, VirtualClock};
-use keepout_executor::supervisor::{Abilities, PreparedPlan, Supervisor};
+use keepout_executor::session::{Going, NoEventLog, VirtualClock};
+use keepout_executor::supervisor::{Abilities, PreparedPlan};
 use keepout_guard::Time;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::PassParameters;
@@ -29,9 +29,9 @@ fn prepared_plan() -> PreparedPlan {
 fn run(work: &PreparedPlan, language: &str, seed: u64) -> u64 {
     let mut random = fastrand::Rng::with_seed(seed);
     let machine = MachineProfile::simulated();
-    let run = SimRun { language: DialectName::named(language).unwrap(), seed, ..SimRun::default() };
-    let mut scene = Scene::of(&work.plan, &run).unwrap();
-    scene.options.home = false;
+    let run = SimRun { dialect: DialectName::named(language).unwrap(), seed, ..SimRun::default() };
+    let mut scene = Scene::of(work.clone(), &run).unwrap();
+    scene.setup.options.home = false;
     let settings = SimSettings {
         machine: machine.clone(),
         start_mm: (-1.0, -1.0),
@@ -42,19 +42,16 @@ fn run(work: &PreparedPlan, language: &str, seed: u64) -> u64 {
     };
     // From one fault in a hundred chunks to one in ten thousand.
     let often = 10.0_f64.powf(-2.0 * random.f64());
-    let dialect = run.language.dialect(scene.setting);
-    let abilities = dialect.abilities();
+    let abilities = run.dialect.dialect(scene.setup.config).abilities();
     let (to_controller, to_host) = rates(abilities, often, seed);
-    let supervisor = Supervisor::new(work.clone(), scene.options, abilities);
     let positioning_error = PositioningError::wandering(machine.repeatability_mm, machine.steps_per_mm, seed);
     let latency = Duration::from_millis(random.u64(0..40));
-    let machine = SimMachine::new(speaking(&run.language, settings), 115_200, latency, positioning_error)
+    let machine = SimMachine::new(speaking(&run.dialect, settings), 115_200, latency, positioning_error)
         .hurt(Faults::new(to_controller, seed), Faults::new(to_host, seed + 1000));
-    let offset = scene.setting.offset;
+    let offset = scene.offset();
     let mut monitor = CollisionMonitor::new(work.plan.part.clone(), work.plan.plan.tool_radius, offset);
     let operator = operator::named(["wall", "random", "reversal"][random.usize(0..3)], 8.0, seed).unwrap();
-    let engine = Engine::new(supervisor, dialect);
-    let mut session = Session::new(engine, VirtualPort { machine }, operator, Box::new(NoEventLog));
+    let mut session = scene.setup.session(VirtualPort { machine }, operator, Box::new(NoEventLog));
     let mut samples = Vec::new();
     let disturbed = Time::from_micros(random.u64(0..60_000_000));
     let disturbance = if random.bool() { Disturbance::Reset } else { Disturbance::Alarm };

@@ -36,7 +36,7 @@ fn run_over(
     seed: u64,
 ) -> RunFacts {
     let run = SimRun {
-        language: DialectName::named(language).unwrap(),
+        dialect: DialectName::named(language).unwrap(),
         feed_mm_min: 3000,
         baud,
         latency: Duration::from_millis(latency_ms),
@@ -45,7 +45,7 @@ fn run_over(
     };
     let operator = operator::named(operator, 20.0, seed).unwrap();
     let work = PreparedPlan::new(plan(stock_mm));
-    run_simulated(work, &run, operator, Box::new(NoEventLog), |_| {}, &mut |_, _, _| Going::On).unwrap().facts
+    run_simulated(work, &run, operator, Box::new(NoEventLog), &mut |_, _, _| Going::On).unwrap().facts
 }
 
 fn whole(language: &str, stock_mm: f64) {

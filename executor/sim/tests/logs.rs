@@ -6,20 +6,16 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::Duration;
 
-use keepout_executor::dialect::DialectName;
 use keepout_executor::operator::Operator;
-use keepout_executor::session::log::{Header, Log, LogReadError, LogWriter, VERSION};
+use keepout_executor::session::log::{Header, Log, LogReadError, LogWriter};
 use keepout_executor::session::port::{Port, PortError};
 use keepout_executor::session::replay::{LogEnd, Replay, ReplayError, TimelineEntry, replay};
-use keepout_executor::session::{
-    Ended, Engine, EventLog, EventLogError, Going, LoggedEvent, Session, VirtualClock,
-};
+use keepout_executor::session::{Ended, EventLog, EventLogError, Going, LoggedEvent, VirtualClock};
 use keepout_executor::supervisor::{Phase, PreparedPlan, Supervisor};
 use keepout_guard::Time;
 use keepout_planner::job::{LoopNumber, Progress};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::request::PlanRequest;
-use keepout_planner::{plan_file, sha256};
 use keepout_sim::monitor::CollisionMonitor;
 use keepout_sim::operator::Script;
 use keepout_sim::session::{Scene, SimRun, run_scene};
@@ -38,22 +34,8 @@ fn file(name: &str) -> PathBuf {
     path
 }
 
-fn header(work: &PreparedPlan, scene: &Scene) -> Header {
-    Header {
-        keepout_log: VERSION,
-        plan: sha256::hex(&sha256::hash(&plan_file::encode(&work.plan.plan).unwrap())),
-        dialect: DialectName::Grbl.name().into(),
-        offset: scene.setting.offset,
-        travel: scene.options.travel,
-        feed_mm_min: scene.options.feed_mm_min,
-        home: scene.options.home,
-        travel_mm: scene.setting.travel_mm,
-        simulated: true,
-        answer_within_ms: u64::try_from(scene.options.answer_within.as_millis()).unwrap(),
-        baud: scene.options.baud,
-        progress: scene.options.progress.clone(),
-        ..Header::default()
-    }
+fn header(scene: &Scene) -> Header {
+    Header { simulated: true, ..scene.setup.header().unwrap() }
 }
 
 /// The log of a session on the simulated machine.
@@ -64,10 +46,10 @@ fn logged(
     operator: Box<dyn Operator + Send>,
 ) -> (PathBuf, Ended) {
     let path = file(name);
-    let scene = Scene::of(&work.plan, run).unwrap();
-    let event_log = LogWriter::create(&path, &header(work, &scene)).unwrap();
+    let scene = Scene::of(work.clone(), run).unwrap();
+    let event_log = LogWriter::create(&path, &header(&scene)).unwrap();
     let watch = &mut |_: &Supervisor, _: &CollisionMonitor, _: Time| Going::On;
-    let result = run_scene(work.clone(), run, scene, operator, Box::new(event_log), |_| {}, watch).unwrap();
+    let result = run_scene(run, scene, operator, Box::new(event_log), watch).unwrap();
     assert!(result.facts.deepest_mm.unwrap() <= 0.0);
     (path, result.facts.ended)
 }
@@ -165,7 +147,7 @@ impl Cable {
             quirks: Quirks::default(),
         };
         let positioning_error = PositioningError::wandering(0.0, run.machine.steps_per_mm, 1);
-        let machine = SimMachine::new(speaking(&run.language, sim), run.baud, run.latency, positioning_error);
+        let machine = SimMachine::new(speaking(&run.dialect, sim), run.baud, run.latency, positioning_error);
         Self(Rc::new(RefCell::new(machine)))
     }
 
@@ -179,7 +161,7 @@ impl Cable {
 
 fn point_on_machine(work: &PreparedPlan, scene: &Scene) -> (f64, f64) {
     let start = keepout_executor::session::start_inside(&work.plan).unwrap();
-    keepout_planner::units::point_mm(start.translated(scene.setting.offset).unwrap())
+    keepout_planner::units::point_mm(start.translated(scene.offset()).unwrap())
 }
 
 impl Port for Cable {
@@ -212,20 +194,16 @@ fn lost_port_and_recovery_replay() {
         start: Some(keepout_executor::session::start_inside(&work.plan).unwrap()),
         ..SimRun::default()
     };
-    let scene = Scene::of(&work.plan, &run).unwrap();
+    let scene = Scene::of(work.clone(), &run).unwrap();
     let path = file("lost");
     let cable = Cable::to(&work, &run, &scene);
-    let event_log = LogWriter::create(&path, &header(&work, &scene)).unwrap();
-    let dialect = run.language.dialect(scene.setting);
-    let supervisor = Supervisor::new(work.clone(), scene.options, dialect.abilities());
+    let event_log = LogWriter::create(&path, &header(&scene)).unwrap();
     let script = "0 0 -0.3\n1 0 0.3 auto\n9 recover\n12 resume\n13 0 0\n90 quit\n";
     let script = Box::new(Script::parse(script).unwrap());
     let again = cable.clone();
     let reopen =
         Box::new(move || if again.0.borrow().is_connected() { Ok(again.clone()) } else { Err(unplugged()) });
-    let mut session =
-        Session::new(Engine::new(supervisor, dialect), cable.clone(), script, Box::new(event_log));
-    session = session.recovering(reopen);
+    let mut session = scene.setup.session(cable.clone(), script, Box::new(event_log)).recovering(reopen);
     let mut pulled_in = None;
     session
         .run(&mut VirtualClock::default(), Duration::from_secs(200), |session, now| {
@@ -388,17 +366,15 @@ fn full_disk_stops_the_machine_and_leaves_a_valid_log() {
     };
     // While jogging, at the wall, in the contour.
     for left in [5, 100, 700, 1300, 1900] {
-        let scene = Scene::of(&work.plan, &run).unwrap();
+        let scene = Scene::of(work.clone(), &run).unwrap();
         let path = file("full");
         let cable = Cable::to(&work, &run, &scene);
         let mut monitor =
-            CollisionMonitor::new(work.plan.part.clone(), work.plan.plan.tool_radius, scene.setting.offset);
-        let log = LogWriter::create(&path, &header(&work, &scene)).unwrap();
-        let dialect = run.language.dialect(scene.setting);
-        let supervisor = Supervisor::new(work.clone(), scene.options, dialect.abilities());
+            CollisionMonitor::new(work.plan.part.clone(), work.plan.plan.tool_radius, scene.offset());
+        let log = LogWriter::create(&path, &header(&scene)).unwrap();
         let operator = operator::named("wall", 5.0, 1).unwrap();
         let event_log = Box::new(Filling { log, left });
-        let mut session = Session::new(Engine::new(supervisor, dialect), cable.clone(), operator, event_log);
+        let mut session = scene.setup.session(cable.clone(), operator, event_log);
         let mut last = Time::ZERO;
         let ended = session.run(&mut VirtualClock::default(), run.limit, |_, now| {
             last = now;

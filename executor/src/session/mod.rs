@@ -14,6 +14,7 @@ mod report;
 mod run;
 mod sample;
 pub mod serial;
+mod setup;
 
 pub use coverage::{Coverage, coverage};
 pub use engine::Engine;
@@ -23,3 +24,4 @@ pub use place::{PlaceError, Placement, place_on_table, start_inside};
 pub use report::{RunFacts, html, picture_of_run};
 pub use run::{Clock, Ended, Going, RealClock, Reopen, Session, VirtualClock, nearest_wall};
 pub use sample::{Sample, SampleKind};
+pub use setup::SessionSetup;

@@ -9,7 +9,7 @@ use keepout_planner::units::mm;
 use super::coverage::Coverage;
 use super::run::Ended;
 use crate::session::{Sample, SampleKind};
-use crate::supervisor::Counts;
+use crate::supervisor::{Counts, Supervisor};
 
 /// The figures of a run.
 #[derive(Clone, Debug)]
@@ -47,6 +47,29 @@ pub struct RunFacts {
 }
 
 impl RunFacts {
+    /// The figures that the supervisor knows after a session of `seconds`. The collision monitor's figures are
+    /// missing.
+    #[must_use]
+    pub fn of(supervisor: &Supervisor, ended: Ended, seconds: f64) -> Self {
+        Self {
+            ended,
+            fault: supervisor.fault().map(ToString::to_string),
+            seconds,
+            counts: supervisor.counts(),
+            loops: (supervisor.finished().len(), supervisor.plan().plan.loop_count()),
+            loops_before: supervisor.finished_before(),
+            partial: supervisor.progress().partial.len(),
+            unreached: supervisor.unreached(),
+            interrupted: supervisor.is_interrupted(),
+            deepest_mm: None,
+            closest_mm: None,
+            closest_by_hand_mm: None,
+            coverage: None,
+            setting: String::new(),
+            notices: supervisor.notices().to_vec(),
+        }
+    }
+
     /// The rows of the table: what, and how much.
     #[must_use]
     pub fn rows(&self, plan: &CertifiedPlan) -> Vec<(String, String)> {

@@ -131,8 +131,6 @@ pub struct Session<'a, P: Port> {
     part_box_mm: (f64, f64, f64, f64),
     /// A fault does not end the session: the operator can recover from it.
     recovers: bool,
-    /// Loops that were finished before.
-    finished_before: usize,
 }
 
 impl<'a, P: Port> Session<'a, P> {
@@ -147,7 +145,6 @@ impl<'a, P: Port> Session<'a, P> {
         let ((x0, y0), (x1, y1)) = (point_mm(low), point_mm(high));
         Self {
             part_box_mm: (x0, y0, x1, y1),
-            finished_before: engine.supervisor.finished().len(),
             engine,
             port: Some(port),
             reopen: None,
@@ -377,7 +374,7 @@ impl<'a, P: Port> Session<'a, P> {
             end_mm: supervisor.guard().end().map(|end| point_mm(end.point())),
             unacknowledged: supervisor.guard().unacknowledged(),
             phase: supervisor.phase(),
-            contoured: supervisor.finished().len() > self.finished_before,
+            contoured: supervisor.finished().len() > supervisor.finished_before(),
         }
     }
 }

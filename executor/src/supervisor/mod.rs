@@ -262,6 +262,12 @@ impl Supervisor {
         matches!(self.mode, Some(Mode::Idle | Mode::Held))
     }
 
+    /// Number of finishing loops that earlier sessions had finished.
+    #[must_use]
+    pub fn finished_before(&self) -> usize {
+        self.options.progress.finished.len()
+    }
+
     /// Finishing loops contoured so far.
     #[must_use]
     pub fn finished(&self) -> &[LoopNumber] {

@@ -136,7 +136,7 @@ impl Case<'_> {
         let run = SimRun {
             machine: machine(),
             servo: None,
-            language: self.language.clone(),
+            dialect: self.language.clone(),
             latency: self.delay,
             feed_mm_min: self.feed_mm_min,
             limit: Duration::from_secs(20_000),
@@ -152,7 +152,6 @@ impl Case<'_> {
             &run,
             operator,
             Box::new(lines.clone()),
-            |_| {},
             &mut |supervisor, _, now| {
                 if supervisor.phase() == Phase::Contouring {
                     begins.get_or_insert(now);

@@ -103,15 +103,11 @@ fn one(path: &std::path::Path, name: &str, arguments: &Arguments) -> (bool, Stri
         };
         run.machine.travel_mm = [480.0, 440.0];
         let operator = operator::named(name, arguments.jog_s, arguments.seed).map_err(|e| e.to_string())?;
-        let result = run_simulated(
-            PreparedPlan::new(plan),
-            &run,
-            operator,
-            Box::new(NoEventLog),
-            |_| {},
-            &mut |_, _, _| Going::On,
-        )
-        .map_err(|error| error.to_string())?;
+        let result =
+            run_simulated(PreparedPlan::new(plan), &run, operator, Box::new(NoEventLog), &mut |_, _, _| {
+                Going::On
+            })
+            .map_err(|error| error.to_string())?;
         let facts = result.facts;
         let coverage = facts.coverage.unwrap_or_default();
         let good = facts.ended == Ended::Done

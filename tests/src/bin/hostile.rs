@@ -12,10 +12,9 @@ use std::time::{Duration, Instant};
 
 use clap::Parser;
 use keepout_executor::dialect::DialectName;
-use keepout_executor::session::{EventLog, NoEventLog};
 use keepout_kernel::Length;
 use keepout_tests::REAL_DRAWINGS;
-use keepout_tests::hostile::{Fault, Outcome, Spec, Verdict, World, Worlds, log, play, play_on, shrink};
+use keepout_tests::hostile::{Fault, Outcome, Spec, Verdict, World, Worlds, play, play_logged, shrink};
 
 /// Hostile operators, lines and controllers against the guard.
 #[derive(Debug, Parser)]
@@ -316,9 +315,9 @@ fn replay(worlds: &Worlds, seeds: &str, driven: bool, path: Option<&std::path::P
     };
     let mut spec = Spec::of(session);
     spec.driven |= driven;
-    let log = path.map_or(Ok(Box::new(NoEventLog) as Box<dyn EventLog>), |path| log(&world, &spec, path));
-    let outcome = match log {
-        Ok(log) => play_on(&world, &spec, log),
+    let outcome = match path.map_or_else(|| Ok(play(&world, &spec)), |path| play_logged(&world, &spec, path))
+    {
+        Ok(outcome) => outcome,
         Err(error) => {
             eprintln!("hostile: {error}");
             return ExitCode::from(2);

@@ -162,7 +162,7 @@ impl Scene {
         let run = SimRun {
             machine,
             servo: None,
-            language,
+            dialect: language,
             latency: Duration::from_millis(delay_ms),
             limit: Duration::from_secs(900),
             ..SimRun::default()
@@ -187,8 +187,7 @@ impl Scene {
         let run = SimRun { start: Some(start), ..self.run.clone() };
         let operator = Box::new(Timed { hand, began: None, over: false });
         let work = self.work.clone();
-        let result =
-            run_simulated(work, &run, operator, Box::new(NoEventLog), |_| {}, &mut |_, _, _| Going::On);
+        let result = run_simulated(work, &run, operator, Box::new(NoEventLog), &mut |_, _, _| Going::On);
         let result = result.map_err(|error| error.to_string())?;
         if let Some(fault) = result.facts.fault {
             return Err(fault);

@@ -12,7 +12,7 @@ mod world;
 pub use drawing::random_drawing;
 pub use judge::{Judge, Verdict};
 pub use operator::{Hostile, Style};
-pub use play::{Outcome, log, play, play_on};
+pub use play::{Outcome, play, play_logged};
 pub use shrink::shrink;
 pub use spec::{Fault, Spec};
 pub use world::{World, Worlds};

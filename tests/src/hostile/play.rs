@@ -1,6 +1,8 @@
 //! Playing one session.
 
 use std::cell::{Cell, RefCell};
+use std::convert::Infallible;
+use std::path::Path;
 use std::rc::Rc;
 use std::time::Duration;
 
@@ -8,7 +10,7 @@ use fastrand::Rng;
 use keepout_executor::dialect::DialectConfig;
 use keepout_executor::session::log::{Header, LogError, LogWriter};
 use keepout_executor::session::port::{Port, PortError};
-use keepout_executor::session::{Clock, Ended, Engine, EventLog, Going, NoEventLog, Sample, Session};
+use keepout_executor::session::{Clock, Ended, EventLog, Going, NoEventLog, Sample, SessionSetup};
 use keepout_executor::supervisor::{Abilities, Counts, Options, Supervisor};
 use keepout_guard::Time;
 use keepout_kernel::{Curve, Segment, Vector};
@@ -135,25 +137,51 @@ enum Happening {
 /// Plays the session in the world.
 #[must_use]
 pub fn play(world: &World, spec: &Spec) -> Outcome {
-    play_on(world, spec, Box::new(NoEventLog))
+    let none: Result<_, Infallible> = play_with(world, spec, |_| Ok(Box::new(NoEventLog)));
+    match none {
+        Ok(outcome) => outcome,
+        Err(never) => match never {},
+    }
 }
 
 /// Plays the session in the world, and writes its event log.
-#[must_use]
-pub fn play_on(world: &World, spec: &Spec, log: Box<dyn EventLog>) -> Outcome {
+///
+/// # Errors
+/// [`LogError`] when the log cannot be created.
+pub fn play_logged(world: &World, spec: &Spec, path: &Path) -> Result<Outcome, LogError> {
+    play_with(world, spec, |setup| {
+        let header = Header {
+            drawing: world.name.clone(),
+            operator: format!("{:?}", spec.style),
+            simulated: true,
+            setting: format!("hostile session {}:{}", world.seed, spec.seed),
+            ..setup.header().unwrap_or_default()
+        };
+        Ok(Box::new(LogWriter::create(path, &header)?))
+    })
+}
+
+fn play_with<E>(
+    world: &World,
+    spec: &Spec,
+    log: impl FnOnce(&SessionSetup) -> Result<Box<dyn EventLog>, E>,
+) -> Result<Outcome, E> {
     let mut random = Rng::with_seed(spec.seed ^ 0x5e55_1011);
-    let dialect = world.language.dialect(setting(world));
-    let machine = machine(world, spec, start_mm(world, spec, &mut random), dialect.abilities());
+    let abilities = world.language.dialect(config(world)).abilities();
+    let machine = machine(world, spec, start_mm(world, spec, &mut random), abilities);
     let cable = Cable { machine: Rc::new(RefCell::new(machine)), ahead: Rc::new(Cell::new(Duration::ZERO)) };
-    let supervisor =
-        Supervisor::new(world.work.clone(), options(world, spec, &mut random), dialect.abilities());
+    let setup = SessionSetup {
+        work: world.work.clone(),
+        options: options(world, spec, &mut random),
+        dialect: world.language.clone(),
+        config: config(world),
+    };
+    let log = log(&setup)?;
     let operator = Hostile::new(spec.style, spec.automatic, random.u64(..));
     let again = cable.clone();
     let reopen =
         move || if again.machine.borrow().is_connected() { Ok(again.clone()) } else { Err(unplugged()) };
-    let engine = Engine::new(supervisor, dialect);
-    let mut session =
-        Session::new(engine, cable.clone(), Box::new(operator), log).recovering(Box::new(reopen));
+    let mut session = setup.session(cable.clone(), Box::new(operator), log).recovering(Box::new(reopen));
     if spec.suffers(Fault::Planner) {
         let mut wrong = Rng::with_seed(spec.seed ^ 0x0091_a77e);
         session = session.planned_by(Box::new(move |request, plan| {
@@ -168,7 +196,7 @@ pub fn play_on(world: &World, spec: &Spec, log: Box<dyn EventLog>) -> Outcome {
     };
     let mut watcher = Watcher::new(world, spec, cable, &mut random);
     let ended = session.run(&mut clock, spec.limit, |session, now| watcher.watch(session.supervisor(), now));
-    watcher.outcome(session.supervisor(), ended.ok(), spec)
+    Ok(watcher.outcome(session.supervisor(), ended.ok(), spec))
 }
 
 fn options(world: &World, spec: &Spec, random: &mut Rng) -> Options {
@@ -262,33 +290,6 @@ impl Watcher {
     }
 }
 
-/// A log for a session in the world.
-///
-/// # Errors
-/// [`LogError`] when it can not be created.
-pub fn log(world: &World, spec: &Spec, path: &std::path::Path) -> Result<Box<dyn EventLog>, LogError> {
-    let header = Header {
-        keepout_log: keepout_executor::session::log::VERSION,
-        plan: String::new(),
-        drawing: world.name.clone(),
-        began: String::new(),
-        operator: format!("{:?}", spec.style),
-        dialect: world.language.name().into(),
-        description: world.language.hash(),
-        offset: world.place.offset,
-        travel: world.place.travel,
-        feed_mm_min: 900,
-        home: false,
-        travel_mm: Some(world.machine.travel_mm),
-        simulated: true,
-        answer_within_ms: 5000,
-        baud: spec.baud,
-        progress: Progress::default(),
-        setting: format!("hostile session {}:{}", world.seed, spec.seed),
-    };
-    Ok(Box::new(LogWriter::create(path, &header)?))
-}
-
 /// A job with a corner moved, a motion left out, or one turned around.
 fn spoilt(mut job: ContourJob, random: &mut Rng) -> ContourJob {
     let count = job.legs.len().max(1);
@@ -327,7 +328,7 @@ fn move_corner(curves: &mut [Curve], index: usize, random: &mut Rng) {
     }
 }
 
-fn setting(world: &World) -> DialectConfig {
+fn config(world: &World) -> DialectConfig {
     DialectConfig::of(&world.machine, world.place.offset)
 }
 

@@ -6,10 +6,9 @@ use std::time::Duration;
 use keepout_executor::dialect::{DialectConfig, DialectName};
 use keepout_executor::session::log::{Header, Log, LogWriter};
 use keepout_executor::session::replay::replay;
-use keepout_executor::session::{Ended, Engine, Going, Session, VirtualClock, place_on_table};
-use keepout_executor::supervisor::{Options, Supervisor};
+use keepout_executor::session::{Ended, Going, SessionSetup, VirtualClock, place_on_table};
+use keepout_executor::supervisor::Options;
 use keepout_planner::job::Progress;
-use keepout_planner::{plan_file, sha256};
 use keepout_sim::monitor::CollisionMonitor;
 use keepout_sim::operator::Script;
 use keepout_sim::{PositioningError, Quirks, SimMachine, SimSettings, VirtualPort, speaking};
@@ -31,18 +30,8 @@ pub fn session(job: &Job, case: Case) -> Result<Log, String> {
         baud: case.baud,
         progress: Progress::default(),
     };
-    let header = Header {
-        plan: sha256::hex(&sha256::hash(&plan_file::encode(&work.plan.plan).unwrap())),
-        dialect: case.dialect(),
-        offset: config.offset,
-        travel: options.travel,
-        feed_mm_min: options.feed_mm_min,
-        home: options.home,
-        simulated: true,
-        answer_within_ms: 5000,
-        baud: case.baud,
-        ..Header::default()
-    };
+    let setup = SessionSetup { work: work.clone(), options, dialect: dialect_name.clone(), config };
+    let header = Header { simulated: true, ..setup.header().map_err(|error| error.to_string())? };
     let error = PositioningError::wandering(machine.repeatability_mm, machine.steps_per_mm, 1);
     let sim = SimSettings {
         machine,
@@ -55,12 +44,10 @@ pub fn session(job: &Job, case: Case) -> Result<Log, String> {
     let latency = Duration::from_millis(LATENCY_MS);
     let port =
         VirtualPort { machine: SimMachine::new(speaking(&dialect_name, sim), case.baud, latency, error) };
-    let dialect = dialect_name.dialect(config);
-    let supervisor = Supervisor::new(work.clone(), options, dialect.abilities());
     let path = job.at(&format!("{}.virtual.log", case.name()));
     let log = LogWriter::create(Path::new(&path), &header).map_err(|error| error.to_string())?;
     let operator = Box::new(Script::parse(SCRIPT).unwrap());
-    let mut session = Session::new(Engine::new(supervisor, dialect), port, operator, Box::new(log));
+    let mut session = setup.session(port, operator, Box::new(log));
     let mut monitor = CollisionMonitor::new(work.plan.part.clone(), work.plan.plan.tool_radius, place.offset);
     let ended = session.run(&mut VirtualClock::default(), Duration::from_secs(120), |session, _| {
         let mut samples = Vec::new();

@@ -21,6 +21,7 @@ use super::engine::Engine;
 use super::event_log::{Certificate, EventLog, EventLogError, LoggedEvent};
 use super::log::{Entry, Header, Log, LogReadError, LogReader};
 use crate::dialect::{DialectConfig, DialectName, DialectNameError};
+use crate::session::SessionSetup;
 use crate::supervisor::{Options, Phase, PreparedPlan, Supervisor};
 
 /// Why a log does not hold what it claims.
@@ -237,11 +238,11 @@ impl Player {
             baud: header.baud,
             progress: header.progress.clone(),
         };
-        let dialect = language_of(header)?.dialect(setting);
-        let supervisor = Supervisor::new(work, options, dialect.abilities());
+        let dialect = language_of(header)?;
+        let engine = SessionSetup { work, options, dialect, config: setting }.engine();
         Ok(Self {
-            story: Timeline::of(&supervisor),
-            engine: Engine::new(supervisor, dialect),
+            story: Timeline::of(&engine.supervisor),
+            engine,
             outcome: Outcome::default(),
             counted: Counted::default(),
             last_phase: None,

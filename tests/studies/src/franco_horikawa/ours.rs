@@ -183,10 +183,10 @@ impl<'a> Ours<'a> {
         operator: Box<dyn Operator + Send>,
         watch: &mut Watch<'_>,
     ) -> Result<SimResult, StudyError> {
-        let mut scene = Scene::of(&self.work.plan, run)?;
-        scene.options.answer_within = ANSWER + run.latency * 10;
-        let work = self.work.clone();
-        let result = run_scene(work, run, scene, operator, Box::new(NoEventLog), |_| {}, watch)?;
+        let mut scene = Scene::of(self.work.clone(), run)?;
+        scene.setup.options.answer_within = ANSWER + run.latency * 10;
+        let _work = self.work.clone();
+        let result = run_scene(run, scene, operator, Box::new(NoEventLog), watch)?;
         if result.facts.ended == Ended::Faulted {
             let what = format!("{}, {:?}, seed {}", self.shape.name, run.latency, run.seed);
             let reason = result.facts.fault.unwrap_or_default();
@@ -205,7 +205,7 @@ impl<'a> Ours<'a> {
         SimRun {
             machine: self.machine.clone(),
             servo: servo.cloned(),
-            language: DialectName::Grbl,
+            dialect: DialectName::Grbl,
             baud: BAUD,
             latency,
             seed,
