@@ -110,7 +110,7 @@ impl Supervisor {
         let behind: f64 =
             queued.map(|(curve, feed)| curve.length() / f64::from(UNITS_PER_MM) / mm_s(*feed)).sum();
         let braking = mm_s(*feed) / self.limits.acceleration_mm_s2;
-        first + behind < 2.0 * self.round_trip.as_secs_f64() + braking + LOOK_AHEAD_S
+        first + behind < 2.0 * self.polling.round_trip.as_secs_f64() + braking + LOOK_AHEAD_S
     }
 }
 

@@ -34,8 +34,8 @@ impl Supervisor {
         Some(JobRequest {
             from,
             within: self.guard.rules().travel,
-            progress: self.progress.clone(),
-            interrupted: self.interrupted.clone().filter(|_| in_place),
+            progress: self.contours.progress.clone(),
+            interrupted: self.contours.interrupted.clone().filter(|_| in_place),
         })
     }
 
@@ -46,7 +46,7 @@ impl Supervisor {
     /// Goes on with what is left of the contour: from where the tool stands on it, or from clear space.
     pub(super) fn resume(&mut self) {
         let in_place = self.guard.is_inside_jogging_clearance();
-        let begun = match &self.interrupted {
+        let begun = match &self.contours.interrupted {
             Some(interrupted) if in_place && interrupted.led_away => {
                 let (x, y) = point_mm(self.guard.end().map_or(Point::ORIGIN, |end| end.point()));
                 self.note(format!(
@@ -55,7 +55,7 @@ impl Supervisor {
                 false
             }
             interrupted if in_place => interrupted.is_some(),
-            _ => self.progress != Progress::default(),
+            _ => self.contours.progress != Progress::default(),
         };
         if self.guard.in_position() && begun {
             self.state = State::Touching(Touch::Asked { in_place });
@@ -103,7 +103,7 @@ impl Supervisor {
             sources.resize(curves.len(), source);
         }
         self.guard.begin_contour(curves)?;
-        self.unreached = job.unreached.len();
+        self.contours.unreached = job.unreached.len();
         for unreached in &job.unreached {
             self.note(format!("no way wide enough for roughing leads to finishing {unreached}"));
         }
@@ -157,18 +157,18 @@ impl Supervisor {
             State::Contouring(run) | State::Holding(run) => run.progress(),
             _ => None,
         };
-        under_way.unwrap_or_else(|| self.progress.clone())
+        under_way.unwrap_or_else(|| self.contours.progress.clone())
     }
 
     /// Keeps what is needed to go on with a contour that ends here unfinished.
     pub(super) fn interrupt(&mut self) {
-        self.progress = self.progress();
+        self.contours.progress = self.progress();
         if let State::Contouring(run) | State::Holding(run) = &mut self.state {
             let first = run.source();
             let sent = self.guard.contour_progress().map_or(0, |(sent, _)| sent);
             let end = sent.checked_sub(1).and_then(|last| run.sources.get(last)).map_or(0, |last| last + 1);
             let job = std::mem::take(&mut run.job);
-            self.interrupted = Some(Interrupted { job, first, end, led_away: false });
+            self.contours.interrupted = Some(Interrupted { job, first, end, led_away: false });
         }
     }
 }

@@ -11,6 +11,7 @@ mod event;
 mod fault;
 mod input;
 mod jog;
+mod polling;
 mod prepared_plan;
 mod start;
 mod state;
@@ -19,7 +20,6 @@ mod stopping;
 mod transitions;
 mod watch;
 
-use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -33,11 +33,12 @@ pub use input::{
 };
 pub use jog::Limits;
 use jog::{Contact, JogContext, JogPlanner};
-use keepout_guard::{Guard, QueryStamp, Time};
+use keepout_guard::{Guard, Time};
 use keepout_kernel::Point;
 use keepout_kernel::exact::segment::Window;
 use keepout_planner::job::{LoopNumber, Progress};
 use keepout_planner::plan::CertifiedPlan;
+use polling::Polling;
 pub use prepared_plan::PreparedPlan;
 use prepared_plan::rules;
 pub use state::Phase;
@@ -75,8 +76,6 @@ pub struct Counts {
     pub queries: u64,
 }
 
-/// Most queries without an answer.
-const QUERIES_MAX: usize = 64;
 /// Most notices kept.
 const NOTICES_MAX: usize = 64;
 /// Motions of a contour that are certified in one step.
@@ -90,40 +89,41 @@ pub struct Supervisor {
     options: Options,
     abilities: Abilities,
     state: State,
-    input: Aged,
-    /// Jogging already stopped because the input is stale.
-    rested_for_stale: bool,
-    heard_at: Time,
-    queries: VecDeque<QueryStamp>,
-    asked_at: Option<Time>,
-    /// When the first query was commanded that no report has come behind.
-    waits_since: Option<Time>,
-    /// How long a report may take, as lately measured from there.
-    patience: Duration,
-    answered_at: Time,
-    round_trip: Duration,
-    last_trip: Duration,
+    polling: Polling,
+    operation: Operation,
+    contours: Contours,
     limits: Limits,
-    /// What is done of the plan's contours, but for the one under way.
-    progress: Progress,
-    interrupted: Option<Interrupted>,
     notices: Vec<String>,
     counts: Counts,
-    /// A motion was sent, and no query since.
-    queries_behind: bool,
+    /// Position feedback: the last reported position, and the mode of the last report.
     position: Option<Point>,
     mode: Option<Mode>,
-    /// Whether a touch starts a contour: commanded for, and not yet done since.
-    armed: bool,
-    unreached: usize,
-    /// When the start last got on.
-    progress_at: Time,
-    /// Since when the controller rests although a line is unanswered.
-    unanswered_since: Option<Time>,
-    /// Jogs refused because the controller was still running, in a row.
-    refused: u8,
-    /// Home the machine before it is located.
+    /// Time of the last step of the start.
+    start_step_at: Time,
+    /// Whether the machine is homed before the tool is located.
     homes: bool,
+}
+
+/// The operator's side: the jog input, the armed cycle, and jogs that the controller rejected.
+#[derive(Debug, Default)]
+struct Operation {
+    input: Aged,
+    /// Jogging already stopped because the input is stale.
+    stopped_for_stale: bool,
+    /// The cycle is armed: a contact starts the contour.
+    armed: bool,
+    /// Rejected jogs in a row, because the controller was still in motion.
+    rejected: u8,
+}
+
+/// The contours: what is cut of them, and what is left of an interrupted one.
+#[derive(Debug)]
+struct Contours {
+    /// The progress without the contour under way.
+    progress: Progress,
+    interrupted: Option<Interrupted>,
+    /// Loops of the last job that no link move reaches.
+    unreached: usize,
 }
 
 impl Supervisor {
@@ -140,29 +140,15 @@ impl Supervisor {
             homes: options.home,
             abilities,
             state: State::Connecting { garbled: None },
-            input: Aged::default(),
-            rested_for_stale: false,
-            heard_at: Time::ZERO,
-            queries: VecDeque::with_capacity(QUERIES_MAX),
-            asked_at: None,
-            waits_since: None,
-            patience: Duration::ZERO,
-            answered_at: Time::ZERO,
-            round_trip: Duration::from_millis(100),
-            last_trip: Duration::ZERO,
+            polling: Polling::default(),
+            operation: Operation::default(),
+            contours: Contours { progress: options.progress.clone(), interrupted: None, unreached: 0 },
             limits,
-            progress: options.progress.clone(),
-            interrupted: None,
             notices: Vec::new(),
             counts: Counts::default(),
-            queries_behind: false,
             position: None,
             mode: None,
-            armed: false,
-            unreached: 0,
-            progress_at: Time::ZERO,
-            unanswered_since: None,
-            refused: 0,
+            start_step_at: Time::ZERO,
             options,
         }
     }
@@ -189,7 +175,7 @@ impl Supervisor {
             Event::PortLost(reason) => Err(Fault::PortLost(reason)),
             Event::NotSent(error) => Err(Fault::NotSent(error)),
             Event::PortFound => {
-                self.heard_at = now;
+                self.polling.heard_at = now;
                 Ok(())
             }
         };
@@ -200,10 +186,10 @@ impl Supervisor {
     }
 
     fn take_input(&mut self, input: OperatorInput, now: Time) {
-        let before = self.input.replace(input, now);
+        let before = self.operation.input.replace(input, now);
         // The operator arms the cycle, and a contour disarms it.
-        self.armed = input.armed && (self.armed || !before.armed);
-        self.rested_for_stale = false;
+        self.operation.armed = input.armed && (self.operation.armed || !before.armed);
+        self.operation.stopped_for_stale = false;
         if let State::Manual(steering) | State::Sliding(steering) = &mut self.state {
             steering.turn(input.turned_mm);
         }
@@ -271,19 +257,19 @@ impl Supervisor {
     /// Finishing loops contoured so far.
     #[must_use]
     pub fn finished(&self) -> &[LoopNumber] {
-        &self.progress.finished
+        &self.contours.progress.finished
     }
 
     /// Finishing loops of the last contour's free space that no way was found to.
     #[must_use]
     pub fn unreached(&self) -> usize {
-        self.unreached
+        self.contours.unreached
     }
 
     /// Whether a contour was begun and is not done.
     #[must_use]
     pub fn is_interrupted(&self) -> bool {
-        self.interrupted.is_some()
+        self.contours.interrupted.is_some()
     }
 
     /// Things the operator should know.
@@ -301,7 +287,7 @@ impl Supervisor {
     /// The time from a query to its answer, as lately measured.
     #[must_use]
     pub fn round_trip(&self) -> Duration {
-        self.round_trip
+        self.polling.round_trip
     }
 
     fn note(&mut self, notice: String) {
@@ -318,10 +304,10 @@ impl Supervisor {
         let motions = self.guard.sent();
         match &mut self.state {
             State::Manual(_) | State::Sliding(_) | State::Escaping(_) => {
-                let stale = self.input.is_stale(now);
-                if jogs || stale && !self.rested_for_stale {
-                    self.rested_for_stale = stale;
-                    self.touch_or_steer(self.input.jog_velocity(now), now, commands);
+                let stale = self.operation.input.is_stale(now);
+                if jogs || stale && !self.operation.stopped_for_stale {
+                    self.operation.stopped_for_stale = stale;
+                    self.touch_or_steer(self.operation.input.jog_velocity(now), now, commands);
                 }
             }
             State::Touching(Touch::Certifying(_)) => self.certify_on(),
@@ -330,21 +316,21 @@ impl Supervisor {
             _ => {}
         }
         if self.guard.sent() > motions {
-            self.queries_behind = self.abilities.queues && !self.abilities.checked;
+            self.polling.owed = self.abilities.queues && !self.abilities.checked;
         }
-        if self.queries_behind && self.wants_query(now) {
+        if self.polling.owed && self.wants_query(now) {
             self.query(now, commands);
         }
         Ok(())
     }
 
     fn touch_or_steer(&mut self, input: Option<(f64, f64)>, now: Time, commands: &mut Vec<Command>) {
-        if self.armed
+        if self.operation.armed
             && self.guard.in_position()
             && !self.guard.is_inside_jogging_clearance()
             && self.touches()
         {
-            self.armed = false;
+            self.operation.armed = false;
             self.state = State::Touching(Touch::Asked { in_place: false });
             return;
         }
@@ -355,7 +341,7 @@ impl Supervisor {
             commands,
             limits: self.limits,
             abilities: self.abilities,
-            round_trip: self.round_trip,
+            round_trip: self.polling.round_trip,
             now,
         };
         let contact = match &mut self.state {
@@ -366,7 +352,7 @@ impl Supervisor {
             }
             _ => return,
         };
-        if let Some(interrupted) = self.interrupted.as_mut().filter(|_| self.counts.jogs > jogs) {
+        if let Some(interrupted) = self.contours.interrupted.as_mut().filter(|_| self.counts.jogs > jogs) {
             interrupted.led_away = true;
         }
         self.state = match (std::mem::replace(&mut self.state, State::Done), contact) {
@@ -394,8 +380,8 @@ impl Supervisor {
                 State::Escaping(steering)
             }
             State::Contouring(run) | State::Holding(run) => {
-                self.progress = run.done;
-                self.interrupted = None;
+                self.contours.progress = run.done;
+                self.contours.interrupted = None;
                 State::Manual(JogPlanner::default())
             }
             State::Stopping { .. } => State::Done,

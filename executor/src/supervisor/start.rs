@@ -29,7 +29,7 @@ impl Supervisor {
             mode => return Err(Fault::Unexpected { mode }),
         }
         commands.push(Command::Prepare);
-        self.progress_at = now;
+        self.start_step_at = now;
         self.state = State::Preparing;
         Ok(())
     }
@@ -115,12 +115,9 @@ impl Supervisor {
         }
         self.homes = homes;
         self.guard.forget();
-        self.queries.clear();
-        (self.asked_at, self.waits_since) = (None, None);
-        self.unanswered_since = None;
-        self.refused = 0;
-        self.heard_at = now;
-        self.armed = false;
+        self.operation.rejected = 0;
+        self.polling.restart(now);
+        self.operation.armed = false;
         self.state = State::Connecting { garbled: None };
     }
 }

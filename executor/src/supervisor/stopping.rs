@@ -7,7 +7,7 @@ use super::{Fault, Supervisor};
 impl Supervisor {
     /// Brings the machine to rest and ends the session.
     pub fn halt(&mut self) -> Option<Command> {
-        let stopping = State::Stopping { aborted: false, rested: false, stale: self.queries.len() };
+        let stopping = State::Stopping { aborted: false, rested: false, stale: self.polling.open() };
         match self.phase() {
             Phase::Stopping | Phase::Done => None,
             Phase::Faulted | Phase::Starting => {
@@ -72,7 +72,7 @@ impl Supervisor {
         });
         self.interrupt();
         self.guard.forget();
-        self.queries.clear();
+        self.polling.drop_queries();
         self.state = State::Faulted { fault, warned: false };
     }
 }

@@ -129,10 +129,9 @@ fn supervisor(work: &PreparedPlan, name: &str, state: State) -> Supervisor {
         supervisor.guard.locate(at(if name == "Escaping" { NEAR } else { CLEAR })).unwrap();
     }
     supervisor.state = state;
-    supervisor.heard_at = NOW;
-    supervisor.answered_at = NOW;
-    supervisor.progress_at = NOW;
-    supervisor.input.replace(OperatorInput::default(), NOW);
+    supervisor.polling.answer_now(NOW);
+    supervisor.start_step_at = NOW;
+    supervisor.operation.input.replace(OperatorInput::default(), NOW);
     // The report that comes answers a query.
     supervisor.query(NOW, &mut Vec::new());
     supervisor

@@ -6,16 +6,8 @@ use keepout_guard::{PositionFeedback, QueryStamp, Time};
 
 use super::event::{Command, Mode, Reply, Report};
 use super::state::{Phase, State};
-use super::{Fault, QUERIES_MAX, Supervisor};
+use super::{Fault, Supervisor};
 
-/// A status query without an answer is repeated so often in the longest silence that is allowed.
-const QUERIES_IN_SILENCE: u32 = 5;
-/// Time between an answer and the next query.
-pub(super) const QUERY_PAUSE: Duration = Duration::from_millis(20);
-/// The same while a tool that was stopped is waited for, or a motion of a contour to be read.
-const QUERY_SOON: Duration = Duration::from_millis(10);
-/// An answer that comes twice comes within the time of so many bits: 140 bytes.
-const ECHO_BITS: u64 = 1400;
 /// Homing may keep the controller silent for this long.
 const HOMING_MAX: Duration = Duration::from_secs(90);
 /// Each step of the start is done within this, or something was lost.
@@ -29,7 +21,7 @@ impl Supervisor {
     pub(super) fn hear(&mut self, reply: Reply, now: Time, commands: &mut Vec<Command>) -> Result<(), Fault> {
         // Noise is no sign of life.
         if !matches!(reply, Reply::Garbled(_)) {
-            self.heard_at = now;
+            self.polling.heard_at = now;
         }
         match reply {
             Reply::Report(report) => self.take_report(&report, now, commands),
@@ -37,11 +29,8 @@ impl Supervisor {
             Reply::Accepted if matches!(self.state, State::Connecting { .. }) => Ok(()),
             Reply::Accepted => {
                 self.guard.acknowledged()?;
-                self.refused = 0;
-                self.unanswered_since = None;
-                // An answer to a query that left before this line would have come before this acknowledgement.
-                let guard = &self.guard;
-                self.queries.retain(|stamp| !guard.is_outdated(stamp));
+                self.operation.rejected = 0;
+                self.polling.acknowledged(&self.guard);
                 Ok(())
             }
             Reply::Refused { code, meaning, transient } => self.refused(code, meaning, transient),
@@ -66,7 +55,7 @@ impl Supervisor {
                 Ok(())
             }
             Reply::Prepared(..) | Reply::Homed | Reply::Armed => {
-                self.progress_at = now;
+                self.start_step_at = now;
                 self.start_on(&reply, commands);
                 Ok(())
             }
@@ -74,7 +63,7 @@ impl Supervisor {
     }
 
     fn refused(&mut self, code: u16, meaning: &'static str, transient: bool) -> Result<(), Fault> {
-        let again = transient && self.refused < REFUSED_MAX;
+        let again = transient && self.operation.rejected < REFUSED_MAX;
         match &mut self.state {
             State::Connecting { .. } => Ok(()),
             // A jog that was on its way when the session was asked to end.
@@ -82,7 +71,7 @@ impl Supervisor {
             State::Manual(steering) | State::Sliding(steering) | State::Escaping(steering)
                 if again && self.guard.refused() =>
             {
-                self.refused += 1;
+                self.operation.rejected += 1;
                 steering.wait_for_rest();
                 Ok(())
             }
@@ -93,20 +82,7 @@ impl Supervisor {
     fn take_report(&mut self, report: &Report, now: Time, commands: &mut Vec<Command>) -> Result<(), Fault> {
         self.position = report.position.or(self.position);
         self.mode = Some(report.mode);
-        if let Some(asked) = self.asked_at.take() {
-            let measured = now.since(asked);
-            self.last_trip = measured;
-            self.round_trip = smoothed(self.round_trip, measured);
-        }
-        if let Some(since) = self.waits_since.take() {
-            let waited = now.since(since).min(self.options.answer_within / 3);
-            self.patience = smoothed(self.patience, waited);
-        }
-        let stamp = self.queries.pop_front();
-        // A report that nobody asked for does not put off the next query.
-        if stamp.is_some() {
-            self.answered_at = now;
-        }
+        let stamp = self.polling.answered(now, self.options.answer_within);
         match &self.state {
             State::Connecting { .. } => self.connected(report, now, commands),
             State::Locating { .. } => self.take_place(report),
@@ -179,12 +155,8 @@ impl Supervisor {
     /// A line is lost when the controller rests with an empty queue for long, and has not answered it.
     fn check_answers(&mut self, feedback: &PositionFeedback, now: Time) -> Result<(), Fault> {
         let open = self.guard.unacknowledged() > 0;
-        if !(open && feedback.in_position && feedback.queued.is_none_or(|queued| queued == 0)) {
-            self.unanswered_since = None;
-            return Ok(());
-        }
-        let since = *self.unanswered_since.get_or_insert(now);
-        if now.since(since) <= self.options.answer_within {
+        let idle = open && feedback.in_position && feedback.queued.is_none_or(|queued| queued == 0);
+        if self.polling.unacknowledged_for(idle, now) <= self.options.answer_within {
             return Ok(());
         }
         // A line that was lost as the session ends is none to complain of.
@@ -211,10 +183,10 @@ impl Supervisor {
     }
 
     pub(super) fn check_silence(&self, now: Time) -> Result<(), Fault> {
-        let silent = now.since(self.heard_at);
+        let silent = now.since(self.polling.heard_at);
         let over = matches!(self.state, State::Done | State::Faulted { .. });
         let starts = matches!(self.state, State::Preparing | State::Arming | State::Locating { .. });
-        if starts && now.since(self.progress_at) > self.start_within() {
+        if starts && now.since(self.start_step_at) > self.start_within() {
             return Err(Fault::LineLost);
         }
         if silent <= self.allowed() || over {
@@ -232,31 +204,18 @@ impl Supervisor {
 
     /// When the next query is due.
     fn query_due(&self) -> Time {
-        // An answer that comes twice must not be taken for the answer to a later query.
-        let echo = self.last_trip.min(Duration::from_secs(ECHO_BITS) / self.options.baud.max(1));
-        match self.asked_at {
-            Some(asked) => {
-                let again = self.options.answer_within / QUERIES_IN_SILENCE;
-                asked.after(again.max(self.round_trip.max(self.patience) * 2))
-            }
-            None => {
-                let steered = self.phase().is_steered();
-                let waits = steered && !self.guard.in_position() && self.input.is_centred();
-                let pause = if waits || self.guard.awaits_reading() { QUERY_SOON } else { QUERY_PAUSE };
-                self.answered_at.after(pause.max(echo))
-            }
-        }
+        let stops =
+            self.phase().is_steered() && !self.guard.in_position() && self.operation.input.is_centred();
+        let soon = stops || self.guard.awaits_reading();
+        self.polling.due(self.options.answer_within, self.options.baud, soon)
     }
 
     pub(super) fn wants_query(&self, now: Time) -> bool {
-        self.asks() && now >= self.query_due() && self.queries.len() < QUERIES_MAX
+        self.asks() && now >= self.query_due() && self.polling.has_room()
     }
 
     pub(super) fn query(&mut self, now: Time, commands: &mut Vec<Command>) {
-        self.queries_behind = false;
-        self.asked_at = Some(now);
-        self.waits_since.get_or_insert(now);
-        self.queries.push_back(self.guard.stamp(now));
+        self.polling.ask(self.guard.stamp(now), now);
         self.counts.queries += 1;
         commands.push(Command::Query);
     }
@@ -268,23 +227,20 @@ impl Supervisor {
         if self.phase() == Phase::Touching && !self.wants_job() {
             return Time::ZERO;
         }
-        let silence = self.heard_at.after(self.allowed()).after(step);
+        let silence = self.polling.heard_at.after(self.allowed()).after(step);
         let over = matches!(self.state, State::Done | State::Faulted { .. });
         let mut due = if over { Time::NEVER } else { silence };
         if matches!(self.state, State::Preparing | State::Arming | State::Locating { .. }) {
-            due = due.min(self.progress_at.after(self.start_within()).after(step));
+            due = due.min(self.start_step_at.after(self.start_within()).after(step));
         }
-        if self.asks() && self.queries.len() < QUERIES_MAX {
+        if self.asks() && self.polling.has_room() {
             due = due.min(self.query_due());
         }
-        match self.input.stale_at() {
-            Some(at) if self.phase().is_steered() && !self.rested_for_stale => due.min(at.after(step)),
+        match self.operation.input.stale_at() {
+            Some(at) if self.phase().is_steered() && !self.operation.stopped_for_stale => {
+                due.min(at.after(step))
+            }
             _ => due,
         }
     }
-}
-
-/// A time as lately measured: quick to grow, slow to shrink.
-fn smoothed(before: Duration, measured: Duration) -> Duration {
-    if measured > before { measured } else { (before * 7 + measured) / 8 }
 }

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use keepout_guard::DRAIN;
 
-use super::super::watch::QUERY_PAUSE;
+use super::super::polling::QUERY_PAUSE;
 use super::JogContext;
 
 /// Where motions can not be joined, each lasts up to this, s.
