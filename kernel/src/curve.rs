@@ -4,13 +4,15 @@ use alloc::vec;
 use alloc::vec::Vec;
 use core::f64::consts::{PI, TAU};
 
-use libm::{asin, atan2, ceil, cos, fmin, sin, sqrt};
+use libm::{asin, ceil, fmin, sqrt};
 
+use crate::arc_view::ArcView;
 pub use crate::exact::arc::Curve;
 use crate::exact::arc::{Arc, ArcChords, ArcError, Turn};
 use crate::exact::lattice::{COORD_MAX, LatticeError, Length, Point};
 use crate::exact::ring::Piece;
 use crate::exact::segment::Segment;
+use crate::offset::shortest_arc;
 
 impl Curve {
     /// The length in lattice units.
@@ -21,8 +23,18 @@ impl Curve {
                 let d = segment.to.minus(segment.from);
                 hypot(f64::from(d.dx), f64::from(d.dy))
             }
-            Self::Arc(arc) => sweep(arc) * radius(arc),
+            Self::Arc(arc) => ArcView::of(arc).length(),
         }
+    }
+
+    /// The best-fitting arc, as by [`fit_arc`], or a line where the arc is shorter than [`shortest_arc`].
+    ///
+    /// # Errors
+    /// As [`fit_arc`].
+    pub fn fitted(from: Point, to: Point, centre: (f64, f64), turn: Turn) -> Result<Self, ArcError> {
+        let (arc, line) = (fit_arc(from, to, centre, turn)?, Self::Line(Segment { from, to }));
+        let short = line.length() <= f64::from(shortest_arc(arc.radius()).units());
+        Ok(if short { line } else { Self::Arc(arc) })
     }
 
     /// The same curve in the opposite direction. Returns `None` when no lattice centre fits both ends of the
@@ -148,16 +160,7 @@ pub fn fit_arc(from: Point, to: Point, (x, y): (f64, f64), turn: Turn) -> Result
 /// The angle of the arc, in (0, 2π].
 #[must_use]
 pub fn sweep(arc: &Arc) -> f64 {
-    let (start, end) = (angle(arc.centre(), arc.from()), angle(arc.centre(), arc.to()));
-    let turned = if arc.turn() == Turn::CounterClockwise { end - start } else { start - end };
-    if turned <= 0.0 { turned + TAU } else { turned }
-}
-
-/// The polar angle of `point` about `centre`, in (−π, π].
-#[must_use]
-pub fn angle(centre: Point, point: Point) -> f64 {
-    let d = point.minus(centre);
-    atan2(f64::from(d.dy), f64::from(d.dx))
+    ArcView::of(arc).sweep.abs()
 }
 
 /// The radius of the arc, measured at its start, in lattice units.
@@ -179,16 +182,15 @@ fn propose_chords(arc: &Arc, chord_error: Length) -> Vec<Point> {
     let sagitta = (f64::from(chord_error.units()) - RING_WIDTH).max(1.0);
     // The checker bounds the sagitta by `L² / 7ρ`. Two units of L are reserved for rounding.
     let longest = fmin(sqrt(7.0 * rho * sagitta) - 2.0, 0.9 * rho).max(4.0);
-    let (start, turned) = (angle(arc.centre(), arc.from()), sweep(arc));
-    let count = ceil(turned / (2.0 * asin(fmin(longest / (2.0 * rho), 0.5)))).max(1.0);
-    let step = if arc.turn() == Turn::CounterClockwise { turned / count } else { -turned / count };
-    let (cx, cy) = (f64::from(arc.centre().x.units()), f64::from(arc.centre().y.units()));
+    let view = ArcView::of(arc);
+    let count = ceil(view.sweep.abs() / (2.0 * asin(fmin(longest / (2.0 * rho), 0.5)))).max(1.0);
+    let step = view.sweep / count;
     let mut points = vec![arc.from()];
     let mut k = 1.0;
     while k < count {
-        let r = rho + (end_rho - rho) * (k / count);
-        let phi = start + step * k;
-        if let Ok(point) = nearest_point(cx + r * cos(phi), cy + r * sin(phi)) {
+        let radius = rho + (end_rho - rho) * (k / count);
+        let (x, y) = ArcView { radius, ..view }.at_angle(view.start + step * k);
+        if let Ok(point) = nearest_point(x, y) {
             points.push(point);
         }
         k += 1.0;

@@ -22,6 +22,7 @@
 
 extern crate alloc;
 
+pub mod arc_view;
 pub mod clear;
 pub mod clip;
 pub mod curve;
@@ -31,6 +32,7 @@ pub mod offset;
 pub mod probe;
 mod simplify;
 
+pub use arc_view::ArcView;
 pub use clear::{Blocked, FreePoint, ProhibitedRegion, Side};
 pub use curve::Curve;
 pub use exact::arc::{Arc, Turn};

@@ -186,7 +186,7 @@ impl Walk<'_> {
         let covered_at = |step: f64| nearest_on(shape, walked + step).is_some_and(covers);
         let farthest = match *shape {
             Shape::Line { .. } => rest,
-            Shape::Arc { radius, .. } => rest.min(libm::sqrt(8.0 * radius)),
+            Shape::Arc(arc) => rest.min(arc.chord_length(1.0)),
         };
         // For a line, calculate where it leaves the cover and test that place. Otherwise double the step.
         let exit = exit(shape, edge.chord, radius) - walked - 1.0;
@@ -236,7 +236,7 @@ impl Walk<'_> {
         // [`SAGITTA`].
         let bound = match *shape {
             Shape::Line { .. } => length,
-            Shape::Arc { radius, .. } => libm::sqrt(8.0 * SAGITTA * radius),
+            Shape::Arc(arc) => arc.chord_length(SAGITTA),
         };
         let far = ahead(chord.from).max(ahead(chord.to)).min(length - walked).min(bound);
         let stays_beside = |step: f64| {

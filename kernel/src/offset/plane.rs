@@ -1,11 +1,9 @@
 //! Plane geometry in `f64` for the search: vectors, curves, intersections. Proposals only.
 
-use core::f64::consts::TAU;
+use libm::{atan2, sqrt};
 
-use libm::{atan2, cos, fmod, sin, sqrt};
-
+use crate::arc_view::{ArcView, onto_bisector};
 use crate::curve::{Curve, hypot, xy};
-use crate::exact::arc::Turn;
 
 /// A point or vector, in lattice units.
 pub type Xy = (f64, f64);
@@ -45,11 +43,11 @@ pub fn left_of(a: Xy) -> Xy {
     (-a.1, a.0)
 }
 
-/// A directed line or arc. An arc turns by `sweep`, positive counter-clockwise.
+/// A directed line or arc.
 #[derive(Clone, Copy, Debug)]
 pub enum Shape {
     Line { from: Xy, to: Xy },
-    Arc { centre: Xy, radius: f64, start: f64, sweep: f64 },
+    Arc(ArcView),
 }
 
 /// Two shapes meet in a cusp when the cosine of their turn is below the negative of this: within 0.26° of
@@ -60,41 +58,26 @@ impl Shape {
     pub fn of(curve: &Curve) -> Self {
         match curve {
             Curve::Line(segment) => Self::Line { from: xy(segment.from), to: xy(segment.to) },
-            Curve::Arc(arc) => Self::arc_through(xy(arc.from()), xy(arc.to()), xy(arc.centre()), arc.turn()),
+            // Offsets must join much better than to a unit.
+            Curve::Arc(arc) => {
+                let (from, to) = (xy(arc.from()), xy(arc.to()));
+                let centre = onto_bisector(xy(arc.centre()), from, to);
+                Self::Arc(ArcView::between(from, to, centre, arc.turn()))
+            }
         }
-    }
-
-    /// The arc through both ends, about the point of their perpendicular bisector nearest to `centre`.
-    /// Lattice ends and centres fit each other only to a unit, and offsets must join much better.
-    fn arc_through(from: Xy, to: Xy, centre: Xy, turn: Turn) -> Self {
-        let chord = minus(to, from);
-        let middle = plus(from, chord, 0.5);
-        let off = dot(minus(centre, middle), chord) / dot(chord, chord);
-        let centre = plus(centre, chord, -off);
-        let polar = |p: Xy| {
-            let w = minus(p, centre);
-            atan2(w.1, w.0)
-        };
-        let (start, end) = (polar(from), polar(to));
-        let turned = if turn == Turn::CounterClockwise { end - start } else { start - end };
-        let turned = if turned <= 0.0 { turned + TAU } else { turned };
-        let sweep = if turn == Turn::CounterClockwise { turned } else { -turned };
-        Self::Arc { centre, radius: norm(minus(from, centre)), start, sweep }
     }
 
     pub fn reversed(self) -> Self {
         match self {
             Self::Line { from, to } => Self::Line { from: to, to: from },
-            Self::Arc { centre, radius, start, sweep } => {
-                Self::Arc { centre, radius, start: start + sweep, sweep: -sweep }
-            }
+            Self::Arc(arc) => Self::Arc(arc.reversed()),
         }
     }
 
     pub fn length(&self) -> f64 {
         match *self {
             Self::Line { from, to } => norm(minus(to, from)),
-            Self::Arc { radius, sweep, .. } => radius * sweep.abs(),
+            Self::Arc(arc) => arc.length(),
         }
     }
 
@@ -102,10 +85,7 @@ impl Shape {
     pub fn at(&self, t: f64) -> Xy {
         match *self {
             Self::Line { from, to } => plus(from, minus(to, from), t),
-            Self::Arc { centre, radius, start, sweep } => {
-                let phi = start + sweep * t;
-                (centre.0 + radius * cos(phi), centre.1 + radius * sin(phi))
-            }
+            Self::Arc(arc) => arc.at(t),
         }
     }
 
@@ -113,11 +93,7 @@ impl Shape {
     pub fn direction(&self, t: f64) -> Xy {
         match *self {
             Self::Line { from, to } => unit(minus(to, from)),
-            Self::Arc { start, sweep, .. } => {
-                let phi = start + sweep * t;
-                let sign = if sweep > 0.0 { 1.0 } else { -1.0 };
-                (-sin(phi) * sign, cos(phi) * sign)
-            }
+            Self::Arc(arc) => arc.direction(t),
         }
     }
 
@@ -128,9 +104,9 @@ impl Shape {
                 let normal = right_of(unit(minus(to, from)));
                 Some(Self::Line { from: plus(from, normal, d), to: plus(to, normal, d) })
             }
-            Self::Arc { centre, radius, start, sweep } => {
-                let radius = if sweep > 0.0 { radius + d } else { radius - d };
-                (radius > 1.0).then_some(Self::Arc { centre, radius, start, sweep })
+            Self::Arc(arc) => {
+                let beside = arc.offset_right(d);
+                (beside.radius > 1.0).then_some(Self::Arc(beside))
             }
         }
     }
@@ -159,15 +135,14 @@ impl Shape {
         let turned = if cusp { core::f64::consts::PI } else { atan2(sine, cosine) };
         let normal = right_of(incoming);
         let start = atan2(normal.1, normal.0);
-        (turned * d > 1.0).then_some(Self::Arc { centre: self.at(1.0), radius: d, start, sweep: turned })
+        let arc = ArcView { centre: self.at(1.0), radius: d, start, sweep: turned };
+        (turned * d > 1.0).then_some(Self::Arc(arc))
     }
 
     pub fn part(&self, t0: f64, t1: f64) -> Self {
         match *self {
             Self::Line { .. } => Self::Line { from: self.at(t0), to: self.at(t1) },
-            Self::Arc { centre, radius, start, sweep } => {
-                Self::Arc { centre, radius, start: start + sweep * t0, sweep: sweep * (t1 - t0) }
-            }
+            Self::Arc(arc) => Self::Arc(arc.part(t0, t1)),
         }
     }
 
@@ -181,22 +156,11 @@ impl Shape {
                     if length_2 > 0.0 { (dot(minus(p, from), d) / length_2).clamp(0.0, 1.0) } else { 0.0 };
                 norm(minus(p, plus(from, d, t)))
             }
-            Self::Arc { centre, radius, .. } => {
-                let w = minus(p, centre);
-                match self.parameter_of_angle(atan2(w.1, w.0)) {
-                    Some(_) => (norm(w) - radius).abs(),
-                    None => norm(minus(p, self.at(0.0))).min(norm(minus(p, self.at(1.0)))),
-                }
-            }
+            Self::Arc(arc) => match arc.share_beside(p) {
+                Some(_) => (norm(minus(p, arc.centre)) - arc.radius).abs(),
+                None => norm(minus(p, arc.at(0.0))).min(norm(minus(p, arc.at(1.0)))),
+            },
         }
-    }
-
-    fn parameter_of_angle(&self, phi: f64) -> Option<f64> {
-        let Self::Arc { start, sweep, .. } = *self else { return None };
-        let turned = if sweep > 0.0 { phi - start } else { start - phi };
-        let turned = fmod(turned, TAU);
-        let turned = if turned < 0.0 { turned + TAU } else { turned };
-        (turned <= sweep.abs()).then(|| turned / sweep.abs())
     }
 
     /// The parameters on this shape of its intersections with the full line or circle of `other`. Keeps an
@@ -229,17 +193,14 @@ impl Shape {
                 let t = dot(minus(p, from), d) / dot(d, d);
                 (0.0..=1.0).contains(&t).then_some(t)
             }
-            Self::Arc { centre, .. } => {
-                let w = minus(p, centre);
-                self.parameter_of_angle(atan2(w.1, w.0))
-            }
+            Self::Arc(arc) => arc.share_beside(p),
         }
     }
 
     fn carrier(&self) -> Carrier {
         match *self {
             Self::Line { from, to } => Carrier::Line(from, unit(minus(to, from))),
-            Self::Arc { centre, radius, .. } => Carrier::Circle(centre, radius),
+            Self::Arc(arc) => Carrier::Circle(arc.centre, arc.radius),
         }
     }
 
@@ -249,7 +210,7 @@ impl Shape {
         let chord = cross(a, b);
         match *self {
             Self::Line { .. } => chord,
-            Self::Arc { radius, sweep, .. } => chord + radius * radius * (sweep - sin(sweep)),
+            Self::Arc(arc) => chord + arc.double_segment_area(),
         }
     }
 }

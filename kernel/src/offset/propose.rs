@@ -4,7 +4,7 @@
 use alloc::vec::Vec;
 use core::ops::ControlFlow;
 
-use libm::{ceil, cos};
+use libm::ceil;
 
 use super::plane::Shape;
 use super::stitch::{Kept, stitch};
@@ -129,9 +129,9 @@ fn push_chords(edge: &Shape, chords: &mut Vec<Edge>) -> Option<()> {
     };
     let (count, sagitta) = match *edge {
         Shape::Line { .. } => (1.0, 0.0),
-        Shape::Arc { radius, sweep, .. } => {
-            let count = ceil(sweep.abs() * 4.0).max(1.0);
-            (count, radius * (1.0 - cos(sweep.abs() / count / 2.0)))
+        Shape::Arc(arc) => {
+            let count = ceil(arc.sweep.abs() * 4.0).max(1.0);
+            (count, arc.sagitta(count))
         }
     };
     let chord_error = Length::from_units(curve::round_up(sagitta) + 2).ok()?;

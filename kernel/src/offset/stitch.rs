@@ -6,11 +6,10 @@ use alloc::vec::Vec;
 
 use libm::{atan2, sqrt};
 
-use super::certify::shortest_arc;
 use super::plane::{Shape, Xy, cross, dot, minus, norm, plus, right_of};
 use super::propose::{COVER, Offset, OffsetLoop};
+use crate::arc_view::ArcView;
 use crate::curve::{self, Curve};
-use crate::exact::arc::Turn;
 use crate::exact::segment::Segment;
 
 /// Smallest width of a joint: nearer ends belong together (lattice units, 0.3 µm). See [`joint_width`].
@@ -151,7 +150,7 @@ fn cut_area_of(kept: &[Kept], chain: &[usize], d: f64) -> f64 {
         if turned < 0.0 {
             let toward_part = right_of(incoming);
             let start = atan2(-toward_part.1, -toward_part.0);
-            contour.push(Shape::Arc { centre: joint, radius: d, start, sweep: turned });
+            contour.push(Shape::Arc(ArcView { centre: joint, radius: d, start, sweep: turned }));
         }
     }
     let origin = contour.first().map_or((0.0, 0.0), |shape| shape.at(0.0));
@@ -181,20 +180,14 @@ fn push_loop(kept: &[Kept], chain: &[usize], offset: &mut Offset) {
         let line = Curve::Line(Segment { from, to });
         curves.push(match kept[index].shape {
             Shape::Line { .. } => line,
-            Shape::Arc { centre, sweep, .. } => {
-                let turn = if sweep > 0.0 { Turn::CounterClockwise } else { Turn::Clockwise };
-                match curve::fit_arc(from, to, centre, turn) {
-                    Ok(arc) if line.length() > f64::from(shortest_arc(arc.radius()).units()) => {
-                        Curve::Arc(arc)
-                    }
-                    Ok(_) => line,
-                    Err(_) if line.length() < JOINT => line,
-                    Err(_) => {
-                        offset.loose_ends.push(kept[index].shape.at(1.0));
-                        return;
-                    }
+            Shape::Arc(arc) => match Curve::fitted(from, to, arc.centre, arc.turn()) {
+                Ok(curve) => curve,
+                Err(_) if line.length() < JOINT => line,
+                Err(_) => {
+                    offset.loose_ends.push(kept[index].shape.at(1.0));
+                    return;
                 }
-            }
+            },
         });
     }
     let outlines = outlines.into_iter().collect();

@@ -5,9 +5,10 @@
 
 use core::f64::consts::{PI, TAU};
 
-use libm::{acos, cos, sin, sqrt};
+use libm::{acos, atan2, cos, sin, sqrt};
 
 use super::plane::{Shape, Xy, cross, dot, left_of, minus, norm, plus};
+use crate::arc_view::ArcView;
 
 /// Largest radius of a bend (lattice units, 0.1 m). Above it the track uses angles, because 1 − cos θ is too
 /// inaccurate for their small values.
@@ -16,8 +17,13 @@ const FLAT: f64 = 1e7;
 /// An offset shape, ready for subtraction of its covered parts.
 #[derive(Clone, Copy, Debug)]
 pub enum Track {
-    Straight { from: Xy, along: Xy, length: f64 },
-    Bend { centre: Xy, radius: f64, start: Xy, turn: f64, sweep: f64 },
+    Straight {
+        from: Xy,
+        along: Xy,
+        length: f64,
+    },
+    /// The arc, and the unit vector from its centre to its start.
+    Bend(ArcView, Xy),
     General(Shape),
 }
 
@@ -38,7 +44,7 @@ impl Wall {
                 let length = sqrt(dot(d, d));
                 (length > 0.0).then(|| Self { from, to, along: (d.0 / length, d.1 / length), length })
             }
-            Shape::Arc { .. } => None,
+            Shape::Arc(_) => None,
         }
     }
 }
@@ -59,16 +65,10 @@ impl Track {
                 let length = sqrt(dot(d, d)).max(f64::MIN_POSITIVE);
                 Self::Straight { from, along: (d.0 / length, d.1 / length), length }
             }
-            Shape::Arc { centre, radius, start, sweep } if sweep.abs() < 0.99 * PI && radius < FLAT => {
-                Self::Bend {
-                    centre,
-                    radius,
-                    start: (cos(start), sin(start)),
-                    turn: if sweep > 0.0 { 1.0 } else { -1.0 },
-                    sweep: sweep.abs(),
-                }
+            Shape::Arc(arc) if arc.sweep.abs() < 0.99 * PI && arc.radius < FLAT => {
+                Self::Bend(arc, (cos(arc.start), sin(arc.start)))
             }
-            Shape::Arc { .. } => Self::General(*shape),
+            Shape::Arc(_) => Self::General(*shape),
         }
     }
 
@@ -76,7 +76,7 @@ impl Track {
     pub fn end(&self) -> f64 {
         match *self {
             Self::Straight { length, .. } => length,
-            Self::Bend { sweep, .. } => 1.0 - cos(sweep),
+            Self::Bend(arc, _) => 1.0 - cos(arc.sweep.abs()),
             Self::General(_) => 1.0,
         }
     }
@@ -85,11 +85,11 @@ impl Track {
     pub fn at(&self, p: f64) -> Xy {
         match *self {
             Self::Straight { from, along, .. } => plus(from, along, p),
-            Self::Bend { centre, radius, start, turn, .. } => {
-                let (c, s) = (1.0 - p, sqrt((p * (2.0 - p)).max(0.0)));
+            Self::Bend(arc, start) => {
+                let (turn, (c, s)) = (arc.sign(), (1.0 - p, sqrt((p * (2.0 - p)).max(0.0))));
                 let across = left_of(start);
                 let u = (start.0 * c + across.0 * s * turn, start.1 * c + across.1 * s * turn);
-                plus(centre, u, radius)
+                plus(arc.centre, u, arc.radius)
             }
             Self::General(shape) => shape.at(p),
         }
@@ -99,7 +99,7 @@ impl Track {
     pub fn share(&self, p: f64) -> f64 {
         match *self {
             Self::Straight { length, .. } => p / length,
-            Self::Bend { sweep, .. } => acos((1.0 - p).clamp(-1.0, 1.0)) / sweep,
+            Self::Bend(arc, _) => acos((1.0 - p).clamp(-1.0, 1.0)) / arc.sweep.abs(),
             Self::General(_) => p,
         }
     }
@@ -107,7 +107,7 @@ impl Track {
     fn parameter(&self, share: f64) -> f64 {
         match *self {
             Self::Straight { length, .. } => share * length,
-            Self::Bend { sweep, .. } => 1.0 - cos(share * sweep),
+            Self::Bend(arc, _) => 1.0 - cos(share * arc.sweep.abs()),
             Self::General(_) => share,
         }
     }
@@ -116,7 +116,7 @@ impl Track {
     pub fn length_between(&self, p: f64, q: f64) -> f64 {
         match *self {
             Self::Straight { .. } => q - p,
-            Self::Bend { .. } => norm(minus(self.at(q), self.at(p))),
+            Self::Bend(..) => norm(minus(self.at(q), self.at(p))),
             Self::General(shape) => (q - p) * shape.length(),
         }
     }
@@ -127,9 +127,9 @@ impl Track {
         let bulge = match *self {
             Self::Straight { .. } => 0.0,
             // The sagitta of less than half a circle is at most half its chord.
-            Self::Bend { .. } => norm(minus(b, a)) / 2.0,
+            Self::Bend(..) => norm(minus(b, a)) / 2.0,
             Self::General(shape) => match shape {
-                Shape::Arc { radius, .. } => 2.0 * radius,
+                Shape::Arc(arc) => 2.0 * arc.radius,
                 Shape::Line { .. } => 0.0,
             },
         };
@@ -145,17 +145,17 @@ impl Track {
                     covered(low, high);
                 }
             }
-            Self::Bend { centre, radius, .. } if (radius - r).abs() < 1.0 => {
-                let Some((entry, exit)) = circle_in_capsule(centre, radius, wall, r) else {
+            Self::Bend(arc, start) if (arc.radius - r).abs() < 1.0 => {
+                let Some((entry, exit)) = circle_in_capsule(arc.centre, arc.radius, wall, r) else {
                     // The circle lies wholly inside or wholly outside the capsule.
                     if wall.distance(self.at(self.end() / 2.0)) < r {
                         covered(-2.0, 2.0);
                     }
                     return;
                 };
-                let (low, high) = (self.bend_parameter(entry), self.bend_parameter(exit));
-                let turn = self.turn();
-                let (low, high) = if turn > 0.0 { (low, high) } else { (high, low) };
+                let parameter = |u: Xy| bend_parameter(start, arc.sign(), u);
+                let (low, high) = (parameter(entry), parameter(exit));
+                let (low, high) = if arc.sweep > 0.0 { (low, high) } else { (high, low) };
                 if low <= high {
                     covered(low, high);
                     return;
@@ -171,7 +171,7 @@ impl Track {
                 }
             }
             // A circle beside an arc of the profile can cross a capsule four times.
-            Self::Bend { .. } | Self::General(_) => {
+            Self::Bend(..) | Self::General(_) => {
                 let edge = Shape::Line { from: wall.from, to: wall.to };
                 self.covered_by(&edge, r, covered);
             }
@@ -182,7 +182,7 @@ impl Track {
     /// around the edge, and tests the middle of each piece.
     pub fn covered_by(&self, edge: &Shape, r: f64, mut covered: impl FnMut(f64, f64)) {
         let shape = self.shape();
-        let circle = |centre| Shape::Arc { centre, radius: r, start: 0.0, sweep: TAU };
+        let circle = |centre| Shape::Arc(ArcView { centre, radius: r, start: 0.0, sweep: TAU });
         let around = [
             edge.offset_right(r),
             edge.reversed().offset_right(r),
@@ -209,27 +209,17 @@ impl Track {
     fn shape(&self) -> Shape {
         match *self {
             Self::Straight { from, along, length } => Shape::Line { from, to: plus(from, along, length) },
-            Self::Bend { centre, radius, start, turn, sweep } => {
-                Shape::Arc { centre, radius, start: libm::atan2(start.1, start.0), sweep: sweep * turn }
-            }
+            Self::Bend(arc, start) => Shape::Arc(ArcView { start: atan2(start.1, start.0), ..arc }),
             Self::General(shape) => shape,
         }
     }
+}
 
-    fn turn(&self) -> f64 {
-        match *self {
-            Self::Bend { turn, .. } => turn,
-            _ => 1.0,
-        }
-    }
-
-    /// 1 − cos θ of a direction from the bend's centre. It is negative for directions before the start.
-    fn bend_parameter(&self, u: Xy) -> f64 {
-        let Self::Bend { start, turn, .. } = *self else { return 0.0 };
-        let forward = cross(start, u) * turn >= 0.0;
-        let p = 1.0 - dot(start, u);
-        if forward { p } else { -p }
-    }
+/// 1 − cos θ of a direction from a bend's centre. It is negative for directions before the start.
+fn bend_parameter(start: Xy, turn: f64, u: Xy) -> f64 {
+    let forward = cross(start, u) * turn >= 0.0;
+    let p = 1.0 - dot(start, u);
+    if forward { p } else { -p }
 }
 
 /// The interval of parameters at which a line is in the capsule of radius `r` around the wall. The capsule is

@@ -1,0 +1,215 @@
+//! Circular arcs in `f64`, for proposals and for display. Nothing here is trusted.
+
+use core::f64::consts::TAU;
+
+use libm::{atan2, cos, fmod, sin, sqrt};
+
+use crate::curve::{hypot, xy};
+use crate::exact::arc::{Arc, Turn};
+
+/// Bound on the rounding error of an angle, radians.
+const ANGLE_ROUNDING: f64 = 1e-9;
+
+/// A circular arc in `f64`: what an exact [`Arc`] looks like. Use it for proposals and for display only.
+///
+/// Angles are in radians. Lengths are in lattice units, or in the unit of the numbers that made the arc. The
+/// functions of `libm` give the same numbers on every platform.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ArcView {
+    /// The centre.
+    pub centre: (f64, f64),
+    /// The radius.
+    pub radius: f64,
+    /// The polar angle of the start about the centre.
+    pub start: f64,
+    /// The angle from the start to the end: positive is counter-clockwise.
+    pub sweep: f64,
+}
+
+impl ArcView {
+    /// The view of an exact arc, in lattice units. The radius is measured at its start.
+    #[must_use]
+    pub fn of(arc: &Arc) -> Self {
+        Self::between(xy(arc.from()), xy(arc.to()), xy(arc.centre()), arc.turn())
+    }
+
+    /// The arc about `centre` from one point to the direction of another. Equal directions make a full
+    /// circle.
+    #[must_use]
+    pub fn between(from: (f64, f64), to: (f64, f64), centre: (f64, f64), turn: Turn) -> Self {
+        let arc = Self::starting_at(from, centre, 0.0);
+        let (start, end) = (arc.start, polar_angle(centre, to));
+        let sweep = match turn {
+            Turn::CounterClockwise => one_turn(end - start),
+            Turn::Clockwise => -one_turn(start - end),
+        };
+        Self { sweep, ..arc }
+    }
+
+    /// The arc about `centre` that starts at `from` and turns by `sweep`.
+    #[must_use]
+    pub fn starting_at(from: (f64, f64), centre: (f64, f64), sweep: f64) -> Self {
+        let radius = hypot(from.0 - centre.0, from.1 - centre.1);
+        Self { centre, radius, start: polar_angle(centre, from), sweep }
+    }
+
+    /// The arc from one point through a second to a third. `None` if they lie on a straight line.
+    #[must_use]
+    pub fn through(from: (f64, f64), by: (f64, f64), to: (f64, f64)) -> Option<Self> {
+        let (u, v) = ((by.0 - from.0, by.1 - from.1), (to.0 - from.0, to.1 - from.1));
+        let twice_area = u.0 * v.1 - u.1 * v.0;
+        let (uu, vv) = (u.0 * u.0 + u.1 * u.1, v.0 * v.0 + v.1 * v.1);
+        if twice_area.abs() < 1e-12 * vv {
+            return None;
+        }
+        let scale = 2.0 * twice_area;
+        let centre = (from.0 + (v.1 * uu - u.1 * vv) / scale, from.1 + (u.0 * vv - v.0 * uu) / scale);
+        // The arc turns counter-clockwise if the second point lies to the right of the chord.
+        let turn = if twice_area > 0.0 { Turn::CounterClockwise } else { Turn::Clockwise };
+        Some(Self::between(from, to, centre, turn))
+    }
+
+    /// The same arc in a unit that is `factor` times as large.
+    #[must_use]
+    pub fn in_unit(&self, factor: f64) -> Self {
+        let centre = (self.centre.0 / factor, self.centre.1 / factor);
+        Self { centre, radius: self.radius / factor, ..*self }
+    }
+
+    /// The direction of travel.
+    #[must_use]
+    pub fn turn(&self) -> Turn {
+        if self.sweep > 0.0 { Turn::CounterClockwise } else { Turn::Clockwise }
+    }
+
+    /// 1 for a counter-clockwise arc, −1 for a clockwise one.
+    #[must_use]
+    pub fn sign(&self) -> f64 {
+        if self.sweep > 0.0 { 1.0 } else { -1.0 }
+    }
+
+    /// The length.
+    #[must_use]
+    pub fn length(&self) -> f64 {
+        self.radius * self.sweep.abs()
+    }
+
+    /// Whether the arc is a full circle, up to rounding.
+    #[must_use]
+    pub fn is_full(&self) -> bool {
+        self.sweep.abs() >= TAU - ANGLE_ROUNDING
+    }
+
+    /// The polar angle at a share of the arc, 0 to 1.
+    #[must_use]
+    pub fn angle(&self, share: f64) -> f64 {
+        self.start + self.sweep * share
+    }
+
+    /// The point at a share of the arc, 0 to 1.
+    #[must_use]
+    pub fn at(&self, share: f64) -> (f64, f64) {
+        self.at_angle(self.angle(share))
+    }
+
+    /// The unit vector of travel at a share of the arc, 0 to 1.
+    #[must_use]
+    pub fn direction(&self, share: f64) -> (f64, f64) {
+        self.direction_at_angle(self.angle(share))
+    }
+
+    /// The point of the circle at a polar angle.
+    #[must_use]
+    pub fn at_angle(&self, angle: f64) -> (f64, f64) {
+        (self.centre.0 + self.radius * cos(angle), self.centre.1 + self.radius * sin(angle))
+    }
+
+    /// The unit vector of travel at a polar angle.
+    #[must_use]
+    pub fn direction_at_angle(&self, angle: f64) -> (f64, f64) {
+        let sign = self.sign();
+        (-sin(angle) * sign, cos(angle) * sign)
+    }
+
+    /// The direction of travel beside a point, as long as the point's distance from the centre. It needs no
+    /// trigonometry.
+    #[must_use]
+    pub fn direction_beside(&self, point: (f64, f64)) -> (f64, f64) {
+        let (x, y) = (point.0 - self.centre.0, point.1 - self.centre.1);
+        let sign = self.sign();
+        (-y * sign, x * sign)
+    }
+
+    /// The angle from the start forward to the direction of a point, in [0, 2π).
+    #[must_use]
+    pub fn angle_to(&self, point: (f64, f64)) -> f64 {
+        let angle = polar_angle(self.centre, point);
+        let turned = if self.sweep > 0.0 { angle - self.start } else { self.start - angle };
+        let turned = fmod(turned, TAU);
+        if turned < 0.0 { turned + TAU } else { turned }
+    }
+
+    /// The share of the arc at the direction of a point. `None` if the arc does not pass that direction.
+    #[must_use]
+    pub fn share_beside(&self, point: (f64, f64)) -> Option<f64> {
+        let turned = self.angle_to(point);
+        (turned <= self.sweep.abs()).then(|| turned / self.sweep.abs())
+    }
+
+    /// The same arc in the opposite direction.
+    #[must_use]
+    pub fn reversed(&self) -> Self {
+        Self { start: self.start + self.sweep, sweep: -self.sweep, ..*self }
+    }
+
+    /// The section between two shares of the arc.
+    #[must_use]
+    pub fn part(&self, from: f64, to: f64) -> Self {
+        Self { start: self.angle(from), sweep: self.sweep * (to - from), ..*self }
+    }
+
+    /// The arc at distance `d` to the right, with the same centre. Its radius is negative if there is none.
+    #[must_use]
+    pub fn offset_right(&self, d: f64) -> Self {
+        Self { radius: if self.sweep > 0.0 { self.radius + d } else { self.radius - d }, ..*self }
+    }
+
+    /// Twice the signed area between the arc and its chord: positive for a counter-clockwise arc.
+    #[must_use]
+    pub fn double_segment_area(&self) -> f64 {
+        self.radius * self.radius * (self.sweep - sin(self.sweep))
+    }
+
+    /// The distance between the arc and its chords, if it has `count` equal ones.
+    #[must_use]
+    pub fn sagitta(&self, count: f64) -> f64 {
+        self.radius * (1.0 - cos(self.sweep.abs() / count / 2.0))
+    }
+
+    /// The length of a chord with this sagitta, to first order.
+    #[must_use]
+    pub fn chord_length(&self, sagitta: f64) -> f64 {
+        sqrt(8.0 * sagitta * self.radius)
+    }
+}
+
+/// The point on the perpendicular bisector of two points that is nearest to `centre`.
+///
+/// Ends and centres on the lattice fit each other only to a unit. About this point they fit exactly.
+#[must_use]
+pub fn onto_bisector(centre: (f64, f64), from: (f64, f64), to: (f64, f64)) -> (f64, f64) {
+    let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+    let middle = (f64::midpoint(from.0, to.0), f64::midpoint(from.1, to.1));
+    let off = ((centre.0 - middle.0) * dx + (centre.1 - middle.1) * dy) / (dx * dx + dy * dy);
+    (centre.0 - dx * off, centre.1 - dy * off)
+}
+
+/// The polar angle of a point about the centre, in [−π, π].
+fn polar_angle(centre: (f64, f64), point: (f64, f64)) -> f64 {
+    atan2(point.1 - centre.1, point.0 - centre.0)
+}
+
+/// The angle in (0, 2π] that differs from this difference of two polar angles by full turns.
+fn one_turn(turned: f64) -> f64 {
+    if turned <= 0.0 { turned + TAU } else { turned }
+}
