@@ -69,6 +69,20 @@ impl ArcView {
         Some(Self::between(from, to, centre, turn))
     }
 
+    /// The same arc with all its lengths multiplied by `factor`.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        let centre = (self.centre.0 * factor, self.centre.1 * factor);
+        Self { centre, radius: self.radius * factor, ..*self }
+    }
+
+    /// The same arc, mirrored at the x axis.
+    #[must_use]
+    pub fn mirrored(&self) -> Self {
+        let centre = (self.centre.0, -self.centre.1);
+        Self { centre, radius: self.radius, start: -self.start, sweep: -self.sweep }
+    }
+
     /// The same arc in a unit that is `factor` times as large.
     #[must_use]
     pub fn in_unit(&self, factor: f64) -> Self {
@@ -86,6 +100,12 @@ impl ArcView {
     #[must_use]
     pub fn sign(&self) -> f64 {
         if self.sweep > 0.0 { 1.0 } else { -1.0 }
+    }
+
+    /// The signed curvature: positive for a counter-clockwise arc.
+    #[must_use]
+    pub fn curvature(&self) -> f64 {
+        self.sign() / self.radius
     }
 
     /// The length.

@@ -3,8 +3,7 @@
 //! The fit uses the frame of the chord between the end points: x along the chord from its midpoint, y to its
 //! left. Lengths are in lattice units.
 
-use keepout_kernel::curve::{fit_arc, hypot, radius, xy};
-use keepout_kernel::offset::shortest_arc;
+use keepout_kernel::curve::{hypot, radius, xy};
 use keepout_kernel::{Curve, Point, Segment, Turn};
 
 /// A point or a vector in lattice units.
@@ -135,9 +134,8 @@ impl Chord {
         let up = height - self.radius(height);
         let centre = (self.middle.0 - self.along.1 * up, self.middle.1 + self.along.0 * up);
         let turn = if height > 0.0 { Turn::Clockwise } else { Turn::CounterClockwise };
-        let arc = fit_arc(self.ends.0, self.ends.1, centre, turn).ok()?;
-        let long = 2.0 * self.half > f64::from(shortest_arc(arc.radius()).units());
-        (long && radius(&arc) <= RADIUS_MAX).then_some(Curve::Arc(arc))
+        let fitted = Curve::fitted(self.ends.0, self.ends.1, centre, turn).ok();
+        fitted.filter(|curve| matches!(curve, Curve::Arc(arc) if radius(arc) <= RADIUS_MAX))
     }
 
     /// Signed distance of a sample to the left of a curve between the chord's ends.

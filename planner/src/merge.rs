@@ -4,9 +4,9 @@
 //! most [`INWARD`], and lies farther out by at most [`OUTWARD`]. It is kept only when the kernel
 //! certifies it.
 
-use keepout_kernel::curve::{angle, radius, sweep, xy};
+use keepout_kernel::curve::xy;
 use keepout_kernel::offset::certify_path;
-use keepout_kernel::{Curve, Length, ProhibitedRegion, Turn};
+use keepout_kernel::{ArcView, Curve, Length, ProhibitedRegion};
 
 use crate::chord::{Band, Chord, Xy, cross, dot, minus};
 use crate::finish::{FinishingLoop, FinishingPath};
@@ -87,18 +87,10 @@ fn directions(curve: &Curve) -> (Xy, Xy) {
     match curve {
         Curve::Line(_) => (minus(to, from), minus(to, from)),
         Curve::Arc(arc) => {
-            let sign = turn_sign(arc.turn());
-            let tangent = |p: Xy| {
-                let (x, y) = minus(p, xy(arc.centre()));
-                (-y * sign, x * sign)
-            };
-            (tangent(from), tangent(to))
+            let arc = ArcView::of(arc);
+            (arc.direction_beside(from), arc.direction_beside(to))
         }
     }
-}
-
-fn turn_sign(turn: Turn) -> f64 {
-    if turn == Turn::CounterClockwise { 1.0 } else { -1.0 }
 }
 
 /// A run: motions without a corner between them.
@@ -212,12 +204,8 @@ fn push_places(curve: &Curve, places: &mut Vec<Xy>) {
             places.extend(between.map(|t| (from.0 + dx * t, from.1 + dy * t)));
         }
         Curve::Arc(arc) => {
-            let (begin, turn) = (angle(arc.centre(), arc.from()), turn_sign(arc.turn()) * sweep(arc));
-            let (centre, radius) = (xy(arc.centre()), radius(arc));
-            places.extend(between.map(|t| {
-                let (sine, cosine) = (begin + turn * t).sin_cos();
-                (centre.0 + radius * cosine, centre.1 + radius * sine)
-            }));
+            let arc = ArcView::of(arc);
+            places.extend(between.map(|t| arc.at(t)));
         }
     }
 }

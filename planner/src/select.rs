@@ -1,13 +1,12 @@
 //! Selection of the contours of a drawing that make the part.
 
-use keepout_kernel::curve::{radius, sweep};
-use keepout_kernel::{Curve, Turn, UNITS_PER_MM};
+use keepout_kernel::Curve;
 use thiserror::Error;
 
 use crate::drawing::{Chained, DrawingError, Problem};
 use crate::plan::Remark;
 use crate::profile::{Profile, ProfileLoop, corners};
-use crate::units::point_mm;
+use crate::units::{arc_mm, point_mm};
 
 /// The user's selection among the contours of a drawing; all contours by default.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -159,8 +158,10 @@ impl Outline {
         let points: Vec<(f64, f64)> = points.into_iter().map(point_mm).collect();
         let ends: Vec<(f64, f64)> = each.edges.iter().map(|edge| point_mm(edge.curve.from())).collect();
         let next = ends.iter().cycle().skip(1);
-        let bulges: f64 = each.edges.iter().map(|edge| beyond_chord_mm2(&edge.curve)).sum();
-        let double = ends.iter().zip(next).map(|(a, b)| a.0 * b.1 - a.1 * b.0).sum::<f64>() + 2.0 * bulges;
+        let arcs =
+            each.curves().filter_map(|curve| if let Curve::Arc(arc) = curve { Some(arc) } else { None });
+        let bulges: f64 = arcs.map(|arc| arc_mm(arc).double_segment_area()).sum();
+        let double = ends.iter().zip(next).map(|(a, b)| a.0 * b.1 - a.1 * b.0).sum::<f64>() + bulges;
         let low = points.iter().fold((f64::MAX, f64::MAX), |a, p| (a.0.min(p.0), a.1.min(p.1)));
         let high = points.iter().fold((f64::MIN, f64::MIN), |a, p| (a.0.max(p.0), a.1.max(p.1)));
         Self { points, area_mm2: double.abs() / 2.0, bounds: (low, high) }
@@ -181,12 +182,4 @@ impl Outline {
             .filter(|&(a, b)| (a.1 > y) != (b.1 > y) && x < a.0 + (b.0 - a.0) * (y - a.1) / (b.1 - a.1));
         crossings.count() % 2 == 1
     }
-}
-
-/// The area between an arc and its chord, mm²; positive for a counter-clockwise arc.
-fn beyond_chord_mm2(curve: &Curve) -> f64 {
-    let Curve::Arc(arc) = curve else { return 0.0 };
-    let (r, angle) = (radius(arc) / f64::from(UNITS_PER_MM), sweep(arc));
-    let area = r * r * (angle - angle.sin()) / 2.0;
-    if arc.turn() == Turn::CounterClockwise { area } else { -area }
 }

@@ -1,7 +1,7 @@
 //! Conversions between millimetres in `f64` and lattice units.
 
-use keepout_kernel::curve::{angle, nearest_point, nearest_unit, radius, sweep};
-use keepout_kernel::{Curve, LatticeError, Length, Point, Turn, UNITS_PER_MM};
+use keepout_kernel::curve::{nearest_point, nearest_unit};
+use keepout_kernel::{Arc, ArcView, Curve, LatticeError, Length, Point, UNITS_PER_MM};
 
 /// Converts a coordinate or length in lattice units to millimetres.
 #[must_use]
@@ -13,6 +13,12 @@ pub fn mm(units: i32) -> f64 {
 #[must_use]
 pub fn point_mm(point: Point) -> (f64, f64) {
     (mm(point.x.units()), mm(point.y.units()))
+}
+
+/// The view of an exact arc, in millimetres.
+#[must_use]
+pub fn arc_mm(arc: &Arc) -> ArcView {
+    ArcView::of(arc).in_unit(f64::from(UNITS_PER_MM))
 }
 
 /// The lattice point nearest to `(x, y)` millimetres.
@@ -52,10 +58,8 @@ pub fn along_mm(curve: &Curve, t: f64) -> ((f64, f64), (f64, f64)) {
             ((a.0 + dx * t, a.1 + dy * t), (dx / length, dy / length))
         }
         Curve::Arc(arc) => {
-            let sign = if arc.turn() == Turn::CounterClockwise { 1.0 } else { -1.0 };
-            let phi = angle(arc.centre(), arc.from()) + sign * sweep(arc) * t;
-            let (c, r) = (point_mm(arc.centre()), radius(arc) / f64::from(UNITS_PER_MM));
-            ((c.0 + r * phi.cos(), c.1 + r * phi.sin()), (-phi.sin() * sign, phi.cos() * sign))
+            let arc = arc_mm(arc);
+            (arc.at(t), arc.direction(t))
         }
     }
 }

@@ -3,9 +3,9 @@
 use std::f64::consts::FRAC_PI_2;
 
 use keepout_guard::Interpolation;
-use keepout_kernel::curve::{fit_arc, nearest_unit, sweep};
-use keepout_kernel::{Arc, Curve, Length, Point, Segment, Turn, UNITS_PER_MM};
-use keepout_planner::units::{point_from_mm, point_mm};
+use keepout_kernel::curve::{fit_arc, nearest_unit, xy};
+use keepout_kernel::{Arc, Curve, Length, Point, Segment, UNITS_PER_MM};
+use keepout_planner::units::{arc_mm, point_from_mm};
 
 use super::Supervisor;
 use super::contouring::NoContour;
@@ -116,23 +116,15 @@ impl Supervisor {
 
 /// The arc in pieces that turn by a quarter at most, and are no longer than `longest` mm.
 fn quarters(arc: &Arc, longest: f64) -> Result<Vec<Arc>, NoContour> {
-    let (cx, cy) = point_mm(arc.centre());
-    let (x, y) = point_mm(arc.from());
-    let (radius, begin) = ((x - cx).hypot(y - cy), (y - cy).atan2(x - cx));
-    let sweep = sweep(arc);
-    let count = (sweep / FRAC_PI_2).max(sweep * radius / longest).ceil().max(1.0);
-    let sign = if arc.turn() == Turn::CounterClockwise { 1.0 } else { -1.0 };
+    let view = arc_mm(arc);
+    let count = (view.sweep.abs() / FRAC_PI_2).max(view.length() / longest).ceil().max(1.0);
     let mut pieces = Vec::new();
     let (mut from, mut k) = (arc.from(), 1.0);
     while k <= count {
-        let angle = begin + sign * sweep * k / count;
-        let at = (cx + radius * angle.cos(), cy + radius * angle.sin());
-        let to = if k + 0.5 > count { arc.to() } else { point_from_mm(at)? };
+        let to = if k + 0.5 > count { arc.to() } else { point_from_mm(view.at(k / count))? };
         // The joints are rounded to the lattice: where that puts one off the circle, a centre a unit away fits.
-        let centre = (f64::from(arc.centre().x.units()), f64::from(arc.centre().y.units()));
-        let piece =
-            Arc::new(from, to, arc.centre(), arc.turn()).or_else(|_| fit_arc(from, to, centre, arc.turn()));
-        pieces.push(piece?);
+        let again = || fit_arc(from, to, xy(arc.centre()), arc.turn());
+        pieces.push(Arc::new(from, to, arc.centre(), arc.turn()).or_else(|_| again())?);
         (from, k) = (to, k + 1.0);
     }
     Ok(pieces)
@@ -169,6 +161,9 @@ const CHORD_LEAST: Length = Length::small(10);
 
 #[cfg(test)]
 mod tests {
+    use keepout_kernel::Turn;
+    use keepout_kernel::curve::sweep;
+
     use super::*;
 
     #[test]

@@ -2,6 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use keepout_kernel::ArcView;
+
 use super::Axes;
 
 /// One line or arc.
@@ -14,17 +16,8 @@ pub enum Piece {
         /// End point.
         to: Axes,
     },
-    /// An arc of a circle.
-    Arc {
-        /// Centre.
-        centre: Axes,
-        /// Radius, pulses.
-        radius: f64,
-        /// Angle of the start point, rad.
-        start: f64,
-        /// Angle of the arc, rad. Positive is counter-clockwise. At most one full turn.
-        sweep: f64,
-    },
+    /// An arc of a circle, of at most one turn.
+    Arc(ArcView),
 }
 
 /// A point of a path with its tangent and curvature.
@@ -58,8 +51,7 @@ impl Piece {
     /// The arc about `centre` that starts at `from` and turns by `sweep` rad.
     #[must_use]
     pub fn arc(centre: Axes, from: Axes, sweep: f64) -> Self {
-        let spoke = from - centre;
-        Self::Arc { centre, radius: spoke.norm(), start: spoke.y.atan2(spoke.x), sweep }
+        Self::Arc(ArcView::starting_at((from.x, from.y), (centre.x, centre.y), sweep))
     }
 
     /// Length, pulses.
@@ -67,14 +59,14 @@ impl Piece {
     pub fn length(&self) -> f64 {
         match self {
             Self::Line { from, to } => (to - from).norm(),
-            Self::Arc { radius, sweep, .. } => radius * sweep.abs(),
+            Self::Arc(arc) => arc.length(),
         }
     }
 
     /// Whether the piece is a full circle.
     #[must_use]
     pub fn is_closed(&self) -> bool {
-        matches!(self, Self::Arc { sweep, .. } if sweep.abs() >= TAU - ROUNDING)
+        matches!(self, Self::Arc(arc) if arc.is_full())
     }
 
     /// The point at a distance of `along` pulses from the start.
@@ -85,10 +77,7 @@ impl Piece {
                 let tangent = direction(from, to);
                 Foot { point: from + tangent * along, tangent, curvature: 0.0 }
             }
-            Self::Arc { centre, radius, start, sweep } => {
-                let turned = along / radius * sweep.signum();
-                on_circle(centre, radius, start + turned, sweep)
-            }
+            Self::Arc(arc) => on_circle(&arc, arc.start + along / arc.radius * arc.sign()),
         }
     }
 
@@ -101,24 +90,22 @@ impl Piece {
                 let along = (point - from).dot(&tangent).clamp(0.0, (to - from).norm());
                 Foot { point: from + tangent * along, tangent, curvature: 0.0 }
             }
-            Self::Arc { centre, radius, start, sweep } => {
-                let spoke = point - centre;
-                let turned = (spoke.y.atan2(spoke.x) - start) * sweep.signum();
-                let turned = turned.rem_euclid(TAU);
+            Self::Arc(arc) => {
+                let turned = arc.angle_to((point.x, point.y));
                 // Outside the sector of the arc, take the end that is nearer by angle.
-                let beyond = turned - sweep.abs();
-                if beyond <= 0.0 {
-                    let out = spoke.norm();
-                    let spoke = if out > 0.0 { spoke / out } else { Axes::new(start.cos(), start.sin()) };
-                    let tangent = left_of(spoke) * sweep.signum();
-                    return Foot {
-                        point: centre + spoke * radius,
-                        tangent,
-                        curvature: sweep.signum() / radius,
-                    };
+                let beyond = turned - arc.sweep.abs();
+                if beyond > 0.0 {
+                    return on_circle(&arc, arc.angle(if beyond < TAU - turned { 1.0 } else { 0.0 }));
                 }
-                let turned = if beyond < TAU - turned { sweep } else { 0.0 };
-                on_circle(centre, radius, start + turned, sweep)
+                let centre = Axes::new(arc.centre.0, arc.centre.1);
+                let Some(spoke) = (point - centre).try_normalize(0.0) else {
+                    return on_circle(&arc, arc.start);
+                };
+                Foot {
+                    point: centre + spoke * arc.radius,
+                    tangent: left_of(spoke) * arc.sign(),
+                    curvature: arc.curvature(),
+                }
             }
         }
     }
@@ -130,13 +117,12 @@ impl Piece {
             Self::Line { from, to } => {
                 (point - from).dot(&direction(from, to)).clamp(0.0, (to - from).norm())
             }
-            Self::Arc { centre, radius, start, sweep } => {
-                let spoke = self.nearest(point).point - centre;
-                let turned = (spoke.y.atan2(spoke.x) - start) * sweep.signum();
+            Self::Arc(arc) => {
+                let foot = self.nearest(point).point;
+                let turned = arc.angle_to((foot.x, foot.y));
                 // Rounding may put the point just before the start. Then it is the start.
-                let turned = turned.rem_euclid(TAU);
-                let turned = if turned > sweep.abs() + ROUNDING { 0.0 } else { turned };
-                turned * radius
+                let turned = if turned > arc.sweep.abs() + ROUNDING { 0.0 } else { turned };
+                turned * arc.radius
             }
         }
     }
@@ -146,9 +132,7 @@ impl Piece {
     pub fn scaled(&self, factor: f64) -> Self {
         match *self {
             Self::Line { from, to } => Self::Line { from: from * factor, to: to * factor },
-            Self::Arc { centre, radius, start, sweep } => {
-                Self::Arc { centre: centre * factor, radius: radius * factor, start, sweep }
-            }
+            Self::Arc(arc) => Self::Arc(arc.scaled(factor)),
         }
     }
 
@@ -158,9 +142,7 @@ impl Piece {
         let flip = |point: &Axes| Axes::new(point.x, -point.y);
         match self {
             Self::Line { from, to } => Self::Line { from: flip(from), to: flip(to) },
-            Self::Arc { centre, radius, start, sweep } => {
-                Self::Arc { centre: flip(centre), radius: *radius, start: -start, sweep: -sweep }
-            }
+            Self::Arc(arc) => Self::Arc(arc.mirrored()),
         }
     }
 }
@@ -170,10 +152,10 @@ fn direction(from: Axes, to: Axes) -> Axes {
     (to - from).try_normalize(0.0).unwrap_or(Axes::x())
 }
 
-fn on_circle(centre: Axes, radius: f64, angle: f64, sweep: f64) -> Foot {
-    let spoke = Axes::new(angle.cos(), angle.sin());
-    let tangent = left_of(spoke) * sweep.signum();
-    Foot { point: centre + spoke * radius, tangent, curvature: sweep.signum() / radius }
+/// The point of the arc's circle at a polar angle.
+fn on_circle(arc: &ArcView, angle: f64) -> Foot {
+    let ((x, y), tangent) = (arc.at_angle(angle), arc.direction_at_angle(angle));
+    Foot { point: Axes::new(x, y), tangent: Axes::new(tangent.0, tangent.1), curvature: arc.curvature() }
 }
 
 /// A sequence of connected pieces.
@@ -326,18 +308,8 @@ pub const CORNER_COS: f64 = 0.99;
 
 /// The arc from `from` through `by` to `to`. Points on a straight line give a line.
 fn through(from: Axes, by: Axes, to: Axes) -> Piece {
-    let (u, v) = (by - from, to - from);
-    let twice_area = u.perp(&v);
-    if twice_area.abs() < 1e-12 * v.norm_squared() {
-        return Piece::Line { from, to };
-    }
-    let (uu, vv) = (u.norm_squared(), v.norm_squared());
-    let centre = from + Axes::new(v.y * uu - u.y * vv, u.x * vv - v.x * uu) / (2.0 * twice_area);
-    let (a, c) = (from - centre, to - centre);
-    let turn = a.perp(&c).atan2(a.dot(&c));
-    // The arc turns counter-clockwise if `by` lies to the right of the chord.
-    let sweep = if twice_area > 0.0 { turn.rem_euclid(TAU) } else { turn.rem_euclid(TAU) - TAU };
-    Piece::arc(centre, from, sweep)
+    let arc = ArcView::through((from.x, from.y), (by.x, by.y), (to.x, to.y));
+    arc.map_or(Piece::Line { from, to }, Piece::Arc)
 }
 
 #[cfg(test)]

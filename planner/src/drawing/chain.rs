@@ -3,9 +3,10 @@
 use std::collections::{HashMap, HashSet};
 use std::f64::consts::TAU;
 
+use keepout_kernel::arc_view::onto_bisector;
 use keepout_kernel::curve::{fit_arc, half_circle_parts, nearest_unit, xy};
 use keepout_kernel::exact::bezier::Bezier;
-use keepout_kernel::{Curve, Length, Point, Segment, Turn, UNITS_PER_MM, Vector};
+use keepout_kernel::{ArcView, Curve, Length, Point, Segment, Turn, UNITS_PER_MM, Vector};
 
 use super::fit::{BezierFault, chain_along, on_lattice};
 use super::join::{Joiner, distance_mm};
@@ -91,23 +92,13 @@ impl Piece {
         match &self.bend {
             Bend::Straight => chord,
             Bend::Round(centre, turn, _) => {
-                let (x, y) = xy(self.from);
-                let sweep = swept(*centre, self.from, self.to, *turn);
-                (x - centre.0).hypot(y - centre.1) / f64::from(UNITS_PER_MM) * sweep
+                let arc = ArcView::between(xy(self.from), xy(self.to), *centre, *turn);
+                // A repair may have joined both ends. Such an arc has no length.
+                arc.radius / f64::from(UNITS_PER_MM) * arc.angle_to(xy(self.to))
             }
             Bend::Free(curve) => curve.control().windows(2).map(|pair| distance_mm(pair[0], pair[1])).sum(),
         }
     }
-}
-
-/// The angle about the centre from one point to the other in the direction of the turn, radians.
-fn swept(centre: (f64, f64), from: Point, to: Point, turn: Turn) -> f64 {
-    let angle = |p: Point| {
-        let (x, y) = xy(p);
-        (y - centre.1).atan2(x - centre.0)
-    };
-    let turned = angle(to) - angle(from);
-    (if turn == Turn::CounterClockwise { turned } else { -turned }).rem_euclid(TAU)
 }
 
 /// Joins the drawing's curves into closed loops.
@@ -188,26 +179,25 @@ fn lattice_pieces(
     };
     match curve {
         RawCurve::Line { from, to } => push(on_lattice_point(*from)?, on_lattice_point(*to)?, Bend::Straight),
-        &RawCurve::Arc { centre, radius, from, to, start, sweep } => {
-            let at = |phi: f64| (centre.0 + radius * phi.cos(), centre.1 + radius * phi.sin());
-            if radius > RADIUS_MAX_MM || point_from_mm(centre).is_err() {
+        &RawCurve::Arc { arc, from, to } => {
+            if arc.radius > RADIUS_MAX_MM || point_from_mm(arc.centre).is_err() {
                 let mut flat = Vec::new();
-                elliptic_beziers(&at, centre, (start, sweep), TAU / 8.0, &mut flat);
+                let at = |angle| arc.at_angle(angle);
+                elliptic_beziers(&at, arc.centre, (arc.start, arc.sweep), TAU / 8.0, &mut flat);
                 flat.first_mut().into_iter().for_each(|first| first.set_from(from));
                 flat.last_mut().into_iter().for_each(|last| last.set_to(to));
                 return flat
                     .iter()
                     .try_for_each(|piece| lattice_pieces(piece, origin, drawing, pieces, zero));
             }
-            let turn = if sweep > 0.0 { Turn::CounterClockwise } else { Turn::Clockwise };
-            let count = half_circle_parts(sweep.abs());
-            let step = sweep / f64::from(count);
+            let count = half_circle_parts(arc.sweep.abs());
             let scale = f64::from(UNITS_PER_MM);
+            let centre = (arc.centre.0 * scale, arc.centre.1 * scale);
             let mut begin = from;
             for k in 1..=count {
-                let end = if k == count { to } else { at(start + step * f64::from(k)) };
+                let end = if k == count { to } else { arc.at(f64::from(k) / f64::from(count)) };
                 let (a, b) = (on_lattice_point(begin)?, on_lattice_point(end)?);
-                push(a, b, Bend::Round((centre.0 * scale, centre.1 * scale), turn, b.minus(a)));
+                push(a, b, Bend::Round(centre, arc.turn(), b.minus(a)));
                 begin = end;
             }
         }
@@ -384,7 +374,7 @@ fn edges_of(
         Bend::Straight => out.edges.push(exact(Curve::Line(Segment { from, to }))),
         Bend::Round(centre, turn, drawn) => {
             let turn = if backwards { turn.reversed() } else { *turn };
-            let Ok(arc) = fit_arc(from, to, onto_bisector(*centre, from, to), turn) else {
+            let Ok(arc) = fit_arc(from, to, onto_bisector(*centre, xy(from), xy(to)), turn) else {
                 return bad("its arc has a radius below 1 µm, or its ends do not lie on one circle");
             };
             // If a repair moved the ends past each other, the arc would cover the rest of the circle.
@@ -409,13 +399,4 @@ fn ending_at(curve: &Bezier, backwards: bool, from: Point, to: Point) -> Option<
     *control.first_mut()? = from;
     *control.last_mut()? = to;
     Bezier::new(control, weights).ok()
-}
-
-/// The point on the perpendicular bisector of the ends that is nearest to `centre`.
-fn onto_bisector(centre: (f64, f64), from: Point, to: Point) -> (f64, f64) {
-    let (a, b) = (xy(from), xy(to));
-    let (dx, dy) = (b.0 - a.0, b.1 - a.1);
-    let (mx, my) = (f64::midpoint(a.0, b.0), f64::midpoint(a.1, b.1));
-    let off = ((centre.0 - mx) * dx + (centre.1 - my) * dy) / (dx * dx + dy * dy);
-    (centre.0 - dx * off, centre.1 - dy * off)
 }

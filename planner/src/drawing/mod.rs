@@ -30,7 +30,7 @@ pub use fit::CURVE_MM;
 pub use flatten::CURVES_MAX;
 pub(crate) use import::curves_of;
 pub use import::{EntityFilter, SIZE_MAX, census, import, read_file};
-use keepout_kernel::LatticeError;
+use keepout_kernel::{ArcView, LatticeError};
 pub use repair::{Problem, Repair};
 pub use tags::{Damage, FilePlace};
 use thiserror::Error;
@@ -70,20 +70,14 @@ pub enum RawCurve {
         /// End point.
         to: (f64, f64),
     },
-    /// A circular arc; angles in radians, `sweep` positive counter-clockwise, `|sweep| ≤ 2π`.
+    /// A circular arc of at most one turn.
     Arc {
-        /// The centre.
-        centre: (f64, f64),
-        /// The radius, positive.
-        radius: f64,
+        /// The arc.
+        arc: ArcView,
         /// Start point, from the file or computed from the angle.
         from: (f64, f64),
         /// End point.
         to: (f64, f64),
-        /// Polar angle of the start point.
-        start: f64,
-        /// Signed angle from the start to the end.
-        sweep: f64,
     },
     /// A piece of an ellipse or spline.
     Bezier(Box<RawBezier>),
@@ -166,9 +160,9 @@ impl RawCurve {
         let finite = |p: &(f64, f64)| p.0.is_finite() && p.1.is_finite();
         match self {
             Self::Line { from, to } => finite(from) && finite(to),
-            Self::Arc { centre, radius, from, to, start, sweep } => {
-                [centre, from, to].into_iter().all(finite)
-                    && [radius, start, sweep].into_iter().all(|value| value.is_finite())
+            Self::Arc { arc, from, to } => {
+                [&arc.centre, from, to].into_iter().all(finite)
+                    && [arc.radius, arc.start, arc.sweep].into_iter().all(f64::is_finite)
             }
             Self::Bezier(bezier) => {
                 bezier.points.iter().all(finite) && bezier.weights.iter().all(|w| w.is_finite() && *w > 0.0)

@@ -3,6 +3,7 @@
 
 use std::f64::consts::{PI, TAU};
 
+use keepout_kernel::ArcView;
 use keepout_kernel::curve::half_circle_parts;
 
 use super::RawCurve;
@@ -103,7 +104,8 @@ impl Placement {
         if (la - lb).abs() <= ROUND * larger && (a.0 * b.0 + a.1 * b.1).abs() <= ROUND * larger * larger {
             let sign = if det < 0.0 { -1.0 } else { 1.0 };
             let start = a.1.atan2(a.0) + sign * start;
-            out.push(RawCurve::Arc { centre: c, radius: la, from, to, start, sweep: sign * sweep });
+            let arc = ArcView { centre: c, radius: la, start, sweep: sign * sweep };
+            out.push(RawCurve::Arc { arc, from, to });
         } else if det.abs() <= ROUND * larger * larger {
             // The plane is vertical: the image runs there and back along a line.
             let parts = f64::from(half_circle_parts(sweep.abs()));
@@ -230,20 +232,21 @@ mod tests {
 
     #[test]
     fn bulge_of_a_semicircle() {
-        let RawCurve::Arc { centre, radius, sweep, .. } = bulged([0.0; 3], [10.0, 0.0, 0.0], 1.0) else {
+        let RawCurve::Arc { arc, .. } = bulged([0.0; 3], [10.0, 0.0, 0.0], 1.0) else {
             panic!("a bulge of one is an arc")
         };
-        assert!((centre.0 - 5.0).abs() < 1e-12 && centre.1.abs() < 1e-12 && (radius - 5.0).abs() < 1e-12);
-        assert!((sweep - PI).abs() < 1e-12);
+        let centre = arc.centre;
+        assert!((centre.0 - 5.0).abs() < 1e-12 && centre.1.abs() < 1e-12 && (arc.radius - 5.0).abs() < 1e-12);
+        assert!((arc.sweep - PI).abs() < 1e-12);
     }
 
     #[test]
     fn quarter_bulge_bends_to_the_right_of_the_chord() {
         // A positive bulge is counter-clockwise: the arc from (0,0) to (1,1) about (0,1).
-        let RawCurve::Arc { centre, .. } = bulged([0.0; 3], [1.0, 1.0, 0.0], (PI / 8.0).tan()) else {
+        let RawCurve::Arc { arc, .. } = bulged([0.0; 3], [1.0, 1.0, 0.0], (PI / 8.0).tan()) else {
             panic!("an arc")
         };
-        assert!((centre.0).abs() < 1e-12 && (centre.1 - 1.0).abs() < 1e-12, "{centre:?}");
+        assert!((arc.centre.0).abs() < 1e-12 && (arc.centre.1 - 1.0).abs() < 1e-12, "{arc:?}");
     }
 
     #[test]
@@ -263,9 +266,9 @@ mod tests {
         assert_eq!(placement.seen([3.0, 2.0, 0.0]), (-3.0, 2.0));
         let mut out = Vec::new();
         placement.arc([5.0, 0.0, 0.0], ([2.0, 0.0, 0.0], [0.0, 2.0, 0.0]), 0.0, PI / 2.0, &mut out);
-        let RawCurve::Arc { centre, from, to, sweep, .. } = out[0] else { panic!("an arc") };
-        assert_eq!(centre, (-5.0, 0.0));
-        assert!((from.0 + 7.0).abs() < 1e-12 && (to.1 - 2.0).abs() < 1e-12 && sweep < 0.0);
+        let RawCurve::Arc { arc, from, to } = out[0] else { panic!("an arc") };
+        assert_eq!(arc.centre, (-5.0, 0.0));
+        assert!((from.0 + 7.0).abs() < 1e-12 && (to.1 - 2.0).abs() < 1e-12 && arc.sweep < 0.0);
     }
 
     #[test]

@@ -1,12 +1,11 @@
 //! A finishing loop in the direction of the cut, and places on it.
 
-use keepout_kernel::curve::{angle, fit_arc, sweep};
-use keepout_kernel::offset::shortest_arc;
+use keepout_kernel::curve::xy;
 use keepout_kernel::{Curve, Point, Segment, Turn, UNITS_PER_MM};
 
 use crate::finish::FinishingLoop;
 use crate::plan::Cut;
-use crate::units::{along_mm, nearest_on_mm, point_from_mm, point_mm};
+use crate::units::{along_mm, arc_mm, nearest_on_mm, point_from_mm, point_mm};
 
 /// Least length that is split off a curve, lattice units (10 µm).
 const SHORT: i32 = 1000;
@@ -203,15 +202,8 @@ pub(super) fn share_nearest(curve: &Curve, p: (f64, f64)) -> f64 {
     match curve {
         Curve::Line(_) => far(a, nearest_on_mm(p, a, b)) / far(a, b).max(f64::MIN_POSITIVE),
         Curve::Arc(arc) => {
-            let c = point_mm(arc.centre());
-            let sign = if arc.turn() == Turn::CounterClockwise { 1.0 } else { -1.0 };
-            let turned = sign * ((p.1 - c.1).atan2(p.0 - c.0) - angle(arc.centre(), arc.from()));
-            let share = turned.rem_euclid(std::f64::consts::TAU) / sweep(arc);
-            match share {
-                share if share <= 1.0 => share,
-                _ if far(a, p) <= far(b, p) => 0.0,
-                _ => 1.0,
-            }
+            let nearer_end = || if far(a, p) <= far(b, p) { 0.0 } else { 1.0 };
+            arc_mm(arc).share_beside(p).unwrap_or_else(nearer_end)
         }
     }
 }
@@ -224,12 +216,6 @@ pub(super) fn between(curve: &Curve, from: Point, to: Point) -> Option<Option<Cu
     match curve {
         Curve::Line(_) => Some(Some(Curve::Line(Segment { from, to }))),
         Curve::Arc(arc) if from == arc.from() && to == arc.to() => Some(Some(*curve)),
-        Curve::Arc(arc) => {
-            let centre = (f64::from(arc.centre().x.units()), f64::from(arc.centre().y.units()));
-            let part = fit_arc(from, to, centre, arc.turn()).ok()?;
-            let line = Curve::Line(Segment { from, to });
-            let short = line.length() <= f64::from(shortest_arc(part.radius()).units());
-            Some(Some(if short { line } else { Curve::Arc(part) }))
-        }
+        Curve::Arc(arc) => Curve::fitted(from, to, xy(arc.centre()), arc.turn()).ok().map(Some),
     }
 }

@@ -2,7 +2,7 @@
 
 use keepout_drives::Axes;
 use keepout_drives::path::Piece;
-use keepout_kernel::exact::arc::{Curve, Turn};
+use keepout_kernel::{ArcView, Curve};
 use keepout_planner::plan::Plan;
 use keepout_planner::units::point_mm;
 
@@ -42,11 +42,7 @@ fn piece(curve: &Curve) -> Piece {
     };
     match curve {
         Curve::Line(segment) => Piece::Line { from: at(segment.from), to: at(segment.to) },
-        Curve::Arc(arc) => {
-            let sweep = keepout_kernel::curve::sweep(arc);
-            let signed = if arc.turn() == Turn::CounterClockwise { sweep } else { -sweep };
-            Piece::arc(at(arc.centre()), at(curve.from()), signed)
-        }
+        Curve::Arc(arc) => Piece::arc(at(arc.centre()), at(curve.from()), ArcView::of(arc).sweep),
     }
 }
 
