@@ -233,3 +233,54 @@ fn polar_angle(centre: (f64, f64), point: (f64, f64)) -> f64 {
 fn one_turn(turned: f64) -> f64 {
     if turned <= 0.0 { turned + TAU } else { turned }
 }
+
+#[cfg(test)]
+mod tests {
+    use core::f64::consts::FRAC_PI_2;
+
+    use super::*;
+    use crate::exact::lattice::Point;
+
+    fn near(a: (f64, f64), b: (f64, f64)) -> bool {
+        hypot(a.0 - b.0, a.1 - b.1) < 1e-9
+    }
+
+    #[test]
+    fn view_of_an_exact_arc_passes_its_ends() {
+        let at = |x, y| Point::from_units(x, y).unwrap();
+        for (turn, sweep) in [(Turn::CounterClockwise, FRAC_PI_2), (Turn::Clockwise, -3.0 * FRAC_PI_2)] {
+            let exact = Arc::new(at(1007, 9), at(7, 1009), at(7, 9), turn).unwrap();
+            let arc = ArcView::of(&exact);
+            assert!((arc.sweep - sweep).abs() < 1e-12 && arc.turn() == turn && !arc.is_full());
+            assert!(near(arc.at(0.0), (1007.0, 9.0)) && near(arc.at(1.0), (7.0, 1009.0)));
+            assert!(near(arc.direction(0.0), (0.0, arc.sign())));
+            let beside = arc.direction_beside(arc.at(0.3));
+            assert!(near((beside.0 / 1000.0, beside.1 / 1000.0), arc.direction(0.3)));
+            let back = arc.reversed();
+            assert!(near(back.at(0.3), arc.at(0.7)) && back.turn() == turn.reversed());
+            assert!(near(arc.part(0.2, 0.6).at(0.5), arc.at(0.4)));
+        }
+    }
+
+    #[test]
+    fn shares_are_found_again_on_the_arc_only() {
+        for sweep in [-6.0, -1.0, 0.5, 4.0] {
+            let arc = ArcView { centre: (3.0, -2.0), radius: 5.0, start: 2.5, sweep };
+            for share in [0.1, 0.5, 0.9] {
+                assert!((arc.share_beside(arc.at(share)).unwrap() - share).abs() < 1e-9);
+            }
+            assert_eq!(arc.share_beside(arc.at(1.02)), None);
+        }
+    }
+
+    /// The expected arcs are known: (0, 5), (5, 0), (−5, 0) and the like lie on a circle about the origin.
+    #[test]
+    fn arcs_are_found_from_points() {
+        let arc = ArcView::through((0.0, 5.0), (5.0, 0.0), (-5.0, 0.0)).unwrap();
+        assert!(near(arc.centre, (0.0, 0.0)) && (arc.sweep + 3.0 * FRAC_PI_2).abs() < 1e-12);
+        assert_eq!(ArcView::through((0.0, 0.0), (1.0, 1.0), (3.0, 3.0)), None);
+        assert_eq!(onto_bisector((1.0, 7.0), (0.0, 0.0), (4.0, 0.0)), (2.0, 7.0));
+        let full = ArcView::between((5.0, 0.0), (5.0, 0.0), (0.0, 0.0), Turn::Clockwise);
+        assert!(full.is_full() && (full.length() - 5.0 * TAU).abs() < 1e-12);
+    }
+}

@@ -80,6 +80,15 @@ fn trusted_crates_name_no_float() {
     }
 }
 
+#[test]
+fn trusted_files_name_no_arc_view() {
+    for (name, text) in TRUSTED.into_iter().flat_map(sources) {
+        for word in ["ArcView", "arc_view"] {
+            assert!(!names(&text, word), "{name} names {word}");
+        }
+    }
+}
+
 /// A room of the executor, and the rooms that it may not name.
 const ARROWS: [(&str, &[&str]); 4] = [
     ("executor/src/supervisor", &["dialect", "session", "operator"]),
