@@ -12,17 +12,16 @@ use keepout_proofs::families::{at, length};
 use crate::field::{Field, segment};
 use crate::import::check_message;
 
-/// Reads edges and queries from any bytes. Index, cells and near list must answer as all edges do.
+/// Reads edges and queries from any bytes. Index and cells must answer as all edges do.
 ///
 /// # Panics
 /// When an answer differs.
 pub fn index(bytes: &[u8]) {
-    const PROPERTIES: [&str; 6] = [
+    const PROPERTIES: [&str; 5] = [
         "queries_are_those_over_all_edges",
         "long_motions_skip_only_what_is_beside",
         "cells_answer_as_the_index",
         "walks_cover_their_motion",
-        "near_lists_answer_as_the_index",
         "probes_answer_as_the_part",
     ];
     keepout_proofs::named_of_bytes(&PROPERTIES, bytes);

@@ -6,7 +6,7 @@
 use std::error::Error;
 
 use keepout_kernel::clip::{SLIDE_TURNS, contact_band};
-use keepout_kernel::{Length, Point, Probe, ProhibitedRegion, Region, Ring, Side, UNITS_PER_MM};
+use keepout_kernel::{Length, Point, ProhibitedRegion, Region, Ring, Side, UNITS_PER_MM};
 
 fn mm(x: f64, y: f64) -> Result<Point, Box<dyn Error>> {
     let unit = f64::from(UNITS_PER_MM);
@@ -27,11 +27,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     // and do not change the answers.
     let threshold = Length::from_units(i64::from(UNITS_PER_MM) * 305 / 100)?;
     part.prepare(threshold)?;
-    let mut probe = Probe::new(&part, threshold);
 
     let start = part.free_point(mm(-20.0, 20.0)?, threshold)?;
     show("start, certified free", start.point());
-    let at_wall = probe.clip(start, mm(20.0, 30.0)?);
+    let at_wall = part.clip(start, mm(20.0, 30.0)?);
     show("jogged at the wall, stops at", at_wall.point());
 
     let input = mm(20.0, 30.0)?.minus(at_wall.point());

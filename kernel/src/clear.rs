@@ -55,11 +55,6 @@ impl FreePoint {
     pub fn lowered(self, threshold: Length) -> Option<Self> {
         (threshold <= self.threshold).then_some(Self { threshold, ..self })
     }
-
-    /// The end of a motion from here. The caller must have certified that motion at this threshold.
-    pub(crate) fn moved(self, point: Point) -> Self {
-        Self { point, ..self }
-    }
 }
 
 /// Why a query fails.

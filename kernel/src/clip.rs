@@ -10,7 +10,6 @@ use crate::exact::lattice::{Length, Point, Vector};
 use crate::exact::segment::{Segment, Window};
 use crate::index::Edge;
 use crate::index::cells::{Known, Square};
-use crate::probe::Probe;
 
 /// Distances before the first contact at which the end of a clipped motion is tried, in lattice units.
 const SET_BACK: [f64; 7] = [1.0, 2.0, 3.0, 5.0, 10.0, 40.0, 200.0];
@@ -43,19 +42,19 @@ pub fn longest_prefix(from: Point, to: Point, mut accepts: impl FnMut(Point) -> 
     best
 }
 
-impl Probe<'_> {
+impl ProhibitedRegion {
     /// The end of a certified clear prefix of the motion `from → to`, the longest to within a few lattice
-    /// units. `from` must be free at the probe's threshold or a higher one.
+    /// units.
     ///
     /// The first contact is calculated in `f64`. The end is set back from it until the exact query permits
     /// the motion.
     #[must_use]
-    pub fn clip(&mut self, from: FreePoint, to: Point) -> FreePoint {
-        let motion = Segment { from: from.point(), to };
-        if let Some(free) = self.passes(from, to) {
+    pub fn clip(&self, from: FreePoint, to: Point) -> FreePoint {
+        if let Ok(free) = self.motion(from, to) {
             return free;
         }
-        let contact = self.part().first_contact(motion, self.threshold()).unwrap_or(1.0);
+        let motion = Segment { from: from.point(), to };
+        let contact = self.first_contact(motion, from.threshold()).unwrap_or(1.0);
         let span = xy_of(to.minus(motion.from));
         let length = crate::curve::hypot(span.0, span.1);
         let start = xy(motion.from);
@@ -65,29 +64,20 @@ impl Probe<'_> {
                 return from;
             }
             let end = crate::curve::nearest_point(start.0 + span.0 * t, start.1 + span.1 * t);
-            if let Some(free) = end.ok().and_then(|end| self.passes(from, end)) {
+            if let Some(free) = end.ok().and_then(|end| self.motion(from, end).ok()) {
                 return free;
             }
         }
         // The floats missed a contact: halve the motion.
         let mut end = from;
-        longest_prefix(from.point(), to, |point| match self.passes(from, point) {
-            Some(free) => {
+        longest_prefix(from.point(), to, |point| match self.motion(from, point) {
+            Ok(free) => {
                 end = free;
                 true
             }
-            None => false,
+            Err(_) => false,
         });
         end
-    }
-}
-
-impl ProhibitedRegion {
-    /// The end of a certified clear prefix of the motion `from → to`, the longest to within a few lattice
-    /// units. See [`Probe::clip`].
-    #[must_use]
-    pub fn clip(&self, from: FreePoint, to: Point) -> FreePoint {
-        Probe::new(self, from.threshold()).clip(from, to)
     }
 
     /// The share of the motion at which it first comes within `threshold` of an edge. `None` when no edge

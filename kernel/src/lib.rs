@@ -1,7 +1,7 @@
 //! The geometry kernel of Keepout.
 //!
 //! [`exact`] holds coordinates on an integer lattice of 10 nm and predicates that decide in integers. The
-//! trusted queries build on it: [`clear`], [`probe`], `simplify`, [`index::check`], [`index::query`],
+//! trusted queries build on it: [`clear`], `simplify`, [`index::check`], [`index::query`],
 //! [`index::cells`] and [`offset::certify_path`]. The rest of the crate proposes in `f64`, and the trusted
 //! code checks each proposal.
 //!
@@ -29,7 +29,6 @@ pub mod curve;
 pub mod exact;
 pub mod index;
 pub mod offset;
-pub mod probe;
 mod simplify;
 
 pub use arc_view::ArcView;
@@ -41,5 +40,4 @@ pub use exact::lattice::{Coord, LatticeError, Length, Point, UNITS_PER_MM, Vecto
 pub use exact::region::Region;
 pub use exact::ring::Ring;
 pub use exact::segment::{Proximity, Segment, Triangle};
-pub use index::{Cells, CheckedIndex, Edge, NearList, Nearest};
-pub use probe::Probe;
+pub use index::{Cells, CheckedIndex, Edge, Nearest};

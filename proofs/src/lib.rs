@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | every case | [`property`], `cargo test` | every input on a small lattice, predicates at [`Narrow`] width |
 //! | random, full range | [`property`], `tests/random.rs` | from a fixed seed, with thresholds at and near the exact distance |
-//! | soak, degenerate families | `tests/soak.rs`, `keepout-proofs soak` | predicates, index, cells, near list and arcs against the definitions over all edges |
+//! | soak, degenerate families | `tests/soak.rs`, `keepout-proofs soak` | predicates, index, cells and arcs against the definitions over all edges |
 //! | exploration | `invariant`, `tests/invariant.rs`, `keepout-proofs explore` | the guard with a model of the controller: every state |
 //! | bytes | the fuzz target `property` | any bytes, as the inputs of any property |
 //! | seeded faults | `faults.toml`, `keepout-proofs faults` | faults in copies of the tree, each of which must be noticed |

@@ -10,7 +10,7 @@ use keepout_kernel::exact::width::Product;
 use keepout_kernel::index::build::build;
 use keepout_kernel::index::cells::Answer;
 use keepout_kernel::index::{CheckedIndex, Edge, subdivide};
-use keepout_kernel::{Convex, NearList, Point, Segment, Triangle};
+use keepout_kernel::{Convex, Point, Segment, Triangle};
 
 use crate::families::{Family, at, length};
 use crate::oracle::{self, Big, quick};
@@ -119,7 +119,6 @@ pub fn family_queries(family: Family, random: &mut Rng) -> u64 {
     let profile = family.profile(random);
     let index = build(profile.edges.clone()).expect("few edges");
     let cells = subdivide::build(&index, length(profile.threshold), Some(random.usize(0..300))).ok();
-    let mut list = NearList::new();
     let mut done = 0;
     for _ in 0..40 {
         let (p, q, s) = (profile.query(random), profile.query(random), profile.query(random));
@@ -128,7 +127,7 @@ pub fn family_queries(family: Family, random: &mut Rng) -> u64 {
         for r in [profile.threshold, random.i64(0..=2 * profile.threshold.min(i64::from(COORD_MAX) / 2))] {
             let context = format!("{family:?} {p:?} {q:?} {s:?} within {r}");
             let ask = Ask { index: &index, r };
-            done += ask.compare(p, q, s, near_by, &mut list, &context);
+            done += ask.compare(p, q, s, near_by, &context);
         }
         if let Some(cells) = &cells {
             let r = profile.threshold;
@@ -172,7 +171,7 @@ struct Ask<'a> {
 }
 
 impl Ask<'_> {
-    fn compare(&self, p: Xy, q: Xy, s: Xy, near_by: Xy, list: &mut NearList, context: &str) -> u64 {
+    fn compare(&self, p: Xy, q: Xy, s: Xy, near_by: Xy, context: &str) -> u64 {
         let (index, r, threshold) = (self.index, self.r, length(self.r));
         // The index finds an edge whose chord-error bound takes the threshold beyond the lattice only near
         // the edge's box.
@@ -183,12 +182,6 @@ impl Ask<'_> {
         }
         let near = near_point(index, p, r);
         assert_eq!(index.near_point(at(p), threshold).is_some(), near, "point, {context}");
-        assert_eq!(!list.is_clear(index, at(p), threshold), near, "near list, {context}");
-        assert_eq!(
-            !list.is_clear(index, at(near_by), threshold),
-            near_point(index, near_by, r),
-            "again, {context}"
-        );
         for to in [q, near_by] {
             let motion = Segment { from: at(p), to: at(to) };
             assert_eq!(

@@ -26,7 +26,7 @@ const BESIDE: [(&str, &str, &str); 8] = [
         "tests/random.rs",
     ),
     (
-        "degenerate families of edges: index, cells, near list, clearance against all edges",
+        "degenerate families of edges: index, cells, clearance against all edges",
         "index/",
         "tests/soak.rs, `keepout-proofs soak`",
     ),
@@ -64,7 +64,6 @@ pub const TIED: &[(&str, &[&str])] = &[
     ("swept_arc_pieces", &["what_is_clear_of_a_swept_arc_is_clear_of_its_ring"]),
     ("swept_arc_rules", &["what_is_clear_of_a_swept_arc_is_clear_of_its_ring"]),
     ("rounding", &["a_unit_more_covers_rounding_by_a_unit"]),
-    ("near_list", &["near_lists_answer_as_the_index"]),
     ("clip_prefix", &["clipped_motions_are_clear_prefixes", "prefixes_were_accepted"]),
     ("in_flight_is_convex", &["admitted_jogs_keep_the_hull_clear"]),
     ("hull_is_one_polygon", &["hull_holds_its_points_and_no_others", "admitted_jogs_keep_the_hull_clear"]),

@@ -40,13 +40,12 @@ fn names(text: &str, word: &str) -> bool {
 }
 
 /// What every certified motion rests on. The mesh, the offsets' proposals and the indexes' proposals are not here: they are checked.
-const TRUSTED: [&str; 9] = [
+const TRUSTED: [&str; 8] = [
     "kernel/src/exact",
     "kernel/src/index/check.rs",
     "kernel/src/index/query.rs",
     "kernel/src/index/cells.rs",
     "kernel/src/clear.rs",
-    "kernel/src/probe.rs",
     "kernel/src/simplify.rs",
     "kernel/src/offset/certify.rs",
     "executor/guard/src",
@@ -94,7 +93,7 @@ const ARROWS: [(&str, &[&str]); 4] = [
     ("executor/src/supervisor", &["dialect", "session", "operator"]),
     ("executor/src/operator", &["dialect", "session"]),
     ("executor/src/dialect", &["session", "operator"]),
-    ("kernel/src/exact", &["index", "clear", "clip", "curve", "offset", "probe", "simplify"]),
+    ("kernel/src/exact", &["index", "clear", "clip", "curve", "offset", "simplify"]),
 ];
 
 #[test]

@@ -4,19 +4,17 @@
 //! [`build`](mod@build) proposes bounding boxes over blocks of consecutive edges. [`check`] accepts them
 //! after exact comparisons and returns a [`CheckedIndex`]. All safety queries use a [`CheckedIndex`].
 //! [`Cells`] is an accelerator for one threshold: squares of the plane that are certified free, blocked, or
-//! near to a few named edges only. [`nearest`](mod@nearest) and [`NearList`] propose, in `f64`.
+//! near to a few named edges only. [`nearest`](mod@nearest) proposes, in `f64`.
 
 pub mod build;
 pub mod cells;
 pub mod check;
-pub mod near_list;
 pub mod nearest;
 pub mod query;
 pub mod subdivide;
 
 pub use cells::{CellFault, Cells};
 pub use check::{CheckedIndex, IndexFault};
-pub use near_list::NearList;
 pub use nearest::Nearest;
 
 use crate::exact::convex::Convex;

@@ -1,4 +1,4 @@
-//! The clearance index, its checker and search, cells, near lists: they miss no near edge.
+//! The clearance index, its checker and search, cells: they miss no near edge.
 
 use std::ops::ControlFlow;
 
@@ -9,7 +9,7 @@ use keepout_kernel::index::build::{build, propose};
 use keepout_kernel::index::cells::{self, Answer, Claim, GROUP, Packed};
 use keepout_kernel::index::check::{Node, Proposal};
 use keepout_kernel::index::{CheckedIndex, subdivide};
-use keepout_kernel::{Cells, Convex, Edge, NearList, Point, Segment, Triangle};
+use keepout_kernel::{Cells, Convex, Edge, Point, Segment, Triangle};
 
 use super::Xy;
 use crate::draw::Draw;
@@ -17,7 +17,7 @@ use crate::families::{at, length};
 use crate::property::{passed_over, properties};
 
 properties! {
-    "index", "kernel/src/index/check.rs, query.rs, cells.rs, near_list.rs";
+    "index", "kernel/src/index/check.rs, query.rs, cells.rs";
     accepted_index_overlooks_no_edge |d| {
         let edges = edges(d, 2);
         accepted_index_overlooks_no_edge(&edges, proposal(d, &edges), window(d))
@@ -108,14 +108,6 @@ properties! {
         walks_cover_their_motion(&edges, d.radius(), 1 + d.one_of(60), [d.point(), d.point()], d.int(0, 64))
     }
         => "the squares that a walk visits along a motion cover all of the motion";
-        random 8_000;
-    near_lists_answer_as_the_index |d| {
-        let count = 1 + d.one_of(90);
-        let edges = edges(d, count);
-        let way: Vec<(Xy, i64)> = (0..8).map(|_| (d.point(), d.radius())).collect();
-        near_lists_answer_as_the_index(&edges, &way, 1 << d.one_of(12))
-    }
-        => "a near list answers as the index does, within its validity radius and beyond";
         random 8_000;
 }
 
@@ -439,23 +431,5 @@ fn walks_cover_their_motion(edges: &[Edge], r: i64, groups: usize, [p, q]: [Xy; 
     });
     if walked.is_some() {
         assert!(covered && first == Some(true) && last == Some(true), "{motion:?} {share} {edges:?} {r}");
-    }
-}
-
-fn near_lists_answer_as_the_index(edges: &[Edge], way: &[(Xy, i64)], closer: i64) {
-    let index = build(edges.to_vec()).expect("few edges");
-    let mut list = NearList::new();
-    let mut before = way[0].0;
-    for &(p, r) in way {
-        // Steps of all sizes, so that the list is queried within its reach, at its border and beyond.
-        let p = (before.0 + (p.0 - before.0) / closer, before.1 + (p.1 - before.1) / closer);
-        before = p;
-        let t = length(r / closer);
-        if edges.iter().any(|edge| t.plus(edge.chord_error).is_err()) {
-            continue;
-        }
-        let clear = edges.iter().all(|edge| edge.near_point(at(p), t).is_clear());
-        assert_eq!(list.is_clear(&index, at(p), t), clear, "{edges:?} {way:?} {closer}");
-        let _ = list.nearest(&index, at(p));
     }
 }

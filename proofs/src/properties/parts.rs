@@ -4,7 +4,7 @@
 use keepout_kernel::clip::longest_prefix;
 use keepout_kernel::exact::segment::distance_2;
 use keepout_kernel::{
-    Edge, FreePoint, Length, Point, Probe, ProhibitedRegion, Region, Ring, Segment, Side, Triangle, Vector,
+    Edge, FreePoint, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side, Triangle, Vector,
 };
 
 use super::Xy;
@@ -14,7 +14,7 @@ use crate::oracle::{self, Big, Wide};
 use crate::property::{passed_over, properties};
 
 properties! {
-    "parts", "kernel/src/clear.rs, clip.rs, probe.rs, simplify.rs";
+    "parts", "kernel/src/clear.rs, clip.rs, simplify.rs";
     free_points_are_clear_and_on_the_free_side |d|
         if let Some(part) = part(d) {
             free_points_are_clear_and_on_the_free_side(&part, d.point(), d.radius())
@@ -70,10 +70,10 @@ properties! {
         => "the part of a jog input along a wall does not lead into the wall, and is no longer than the \
             input";
         random 20_000;
-    probes_answer_as_the_part |d|
+    prepared_parts_answer_as_their_index |d|
         if let Some(part) = part(d) {
             let way: Vec<Xy> = (0..6).map(|_| d.point()).collect();
-            probes_answer_as_the_part(part, &way, d.radius() / 4, 1 << d.one_of(10))
+            prepared_parts_answer_as_their_index(part, &way, d.radius() / 4, 1 << d.one_of(10))
         } else {
             passed_over()
         }
@@ -278,32 +278,20 @@ fn slides_keep_away_from_the_wall(part: &ProhibitedRegion, p: Xy, r: i64, input:
     assert!(!long || wall.is_left_by(slid) || !wall.is_left_by(backward), "{input:?} {slid:?}");
 }
 
-fn probes_answer_as_the_part(mut part: ProhibitedRegion, way: &[Xy], r: i64, closer: i64) {
+fn prepared_parts_answer_as_their_index(mut part: ProhibitedRegion, way: &[Xy], r: i64, closer: i64) {
     let t = length(r);
     let _ = part.prepare(t);
-    let mut probe = Probe::new(&part, t);
     let mut before = way[0];
     for &p in way {
         let p = (before.0 + (p.0 - before.0) / closer, before.1 + (p.1 - before.1) / closer);
         let motion = Segment { from: at(before), to: at(p) };
         let (point_near, motion_near) =
             (part.index().near_point(at(p), t), part.index().near_motion(motion, t));
-        assert_eq!(
-            probe.point_clear(at(p)).is_clear(),
-            point_near.is_none(),
-            "{part:?} {way:?} {r} {closer}"
-        );
-        assert_eq!(
-            probe.motion_clear(motion).is_clear(),
-            motion_near.is_none(),
-            "{part:?} {way:?} {r} {closer}"
-        );
-        assert_eq!(part.motion_clear(motion, t).is_clear(), motion_near.is_none());
-        assert_eq!(part.point_clear(at(p), t).is_clear(), point_near.is_none());
+        let context = || format!("{part:?} {way:?} {r} {closer}");
+        assert_eq!(part.motion_clear(motion, t).is_clear(), motion_near.is_none(), "{}", context());
+        assert_eq!(part.point_clear(at(p), t).is_clear(), point_near.is_none(), "{}", context());
         if let Ok(free) = part.free_point(at(before), t) {
-            assert_eq!(probe.passes(free, at(p)).is_some(), motion_near.is_none());
-            let lower = (r > 0).then(|| free.lowered(length(r / 2))).flatten();
-            assert!(lower.is_none_or(|lower| probe.passes(lower, at(p)).is_none()), "{part:?} {r}");
+            assert_eq!(part.motion(free, at(p)).is_ok(), motion_near.is_none(), "{}", context());
         }
         before = p;
     }

@@ -64,7 +64,6 @@ pub const THEOREMS: &[Theorem] = &[
     arcs::SWEPT_RULES,
     arcs::SWEPT_CORNER,
     near::ROUNDING,
-    near::NEAR_LIST,
     near::CLIP,
     hull::CONVEX_SET,
     hull::HULL_POLYGON,

@@ -1,4 +1,4 @@
-//! Sums of distances: rounding, the near list, and prefixes of motions.
+//! Sums of distances: rounding, and prefixes of motions.
 
 use super::plane::{V, between_segments, share, terms, v};
 use super::segments;
@@ -171,38 +171,10 @@ pub const ROUNDING: Theorem = Theorem {
     },
 };
 
-/// The theorem about the near list.
-pub const NEAR_LIST: Theorem = Theorem {
-    name: "near_list",
-    source: "NearList::covers",
-    claim: "let s be the chord-error bound of an edge: a point of it farther than reach + s from the \
-            anchor is farther than T + s from every point within reach − T of the anchor",
-    proof: |prover| {
-        let [anchor, point, place] = ["anchor", "point", "place"].map(V::unknown);
-        let [reach, threshold, chord_error] = ["reach", "T", "slack"].map(Term::fresh);
-        let (far, near) = (place - anchor, point - anchor);
-        let over = reach - threshold;
-        let step = prover.by(&FARTHER, Fact::True, terms(&[far, near], &[reach + chord_error, over])).0;
-        let left = claim([], equal(square((reach + chord_error) - over), square(threshold + chord_error)));
-        let left = prover.fact("the rest", &left);
-        let same = prover
-            .fact("by way of the anchor", &claim([], equal(difference(far, near), difference(place, point))));
-        let given = [
-            at_least_zero(over),
-            at_least_zero(threshold),
-            at_least_zero(chord_error),
-            less(square(reach + chord_error), far.norm_2()),
-            at_most(near.norm_2(), square(over)),
-        ];
-        let then = less(square(threshold + chord_error), difference(place, point));
-        prover.glue("beyond the threshold", &[step, left, same], &claim(given, then));
-    },
-};
-
 /// The theorem about prefixes of motions.
 pub const CLIP: Theorem = Theorem {
     name: "clip_prefix",
-    source: "Probe::clip, longest_prefix",
+    source: "ProhibitedRegion::clip, longest_prefix",
     claim: "a prefix of a clear motion is clear: `segment_segment` is near for a part of a motion only if \
             it is near for the whole",
     proof: |prover: &mut Prover<'_>| {

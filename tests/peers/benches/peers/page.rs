@@ -20,11 +20,9 @@ pub struct Measured {
 }
 
 /// Names of the kernel's own entries.
-const OURS: [&str; 12] = [
-    "probe",
+const OURS: [&str; 10] = [
     "cells",
     "index alone",
-    "near list",
     "index, hint",
     "mesh",
     "mesh, refined",
@@ -93,10 +91,8 @@ those of the peers are floating point. *wrong* counts answers that differ from t
 
 The tool radius is 3 mm and the margin 50 µm.
 
-- *probe* and *cells* answer from the squares that are certified for the threshold. The probe tries the last
-  square first.
+- *cells* answer from the squares that are certified for the threshold.
 - *index alone* is the checked bounding-box index. Safety depends on it, and it answers any threshold.
-- *near list* is the list of edges near the last point.
 - *goal* is a ratio: the time of the fastest peer divided by ours.
 
 ";
@@ -172,8 +168,8 @@ fn why(question: Question) -> &'static str {
     match question {
         Question::Point => {
             "Reason: in open space every index answers from its topmost boxes, the fastest in about\n\
-             15 ns. The probe needs at least 5 to 10 ns. A field of 10⁵ studs has more wall than the\n\
-             budget of the squares covers, so the index answers for the undecided squares."
+             15 ns. A field of 10⁵ studs has more wall than the budget of the squares covers, so the index\n\
+             answers for the undecided squares."
         }
         Question::Motion => {
             "Reason: a motion needs four exact point–segment tests and one crossing test for each listed\n\
@@ -187,8 +183,7 @@ fn why(question: Question) -> &'static str {
         Question::Nearest => {
             "Reason: both sides use floating point. Our boxes over consecutive edges take a tenth of the\n\
              time to build and a third of the memory, but overlap more than the boxes of bvh, which it\n\
-             chooses by surface area. The near list is fast on coherent paths over few edges. It is slow\n\
-             if a list of 64 edges spans less than a step or two."
+             chooses by surface area."
         }
         Question::Fan => "",
     }
@@ -200,7 +195,7 @@ fn casts(page: &mut String, measured: &Measured) {
     for result in &measured.queries {
         let of = |name: &str| result.timed.iter().find(|each| each.name == name).map(|each| each.ns);
         if let (Question::Clip, Some(ours), Some(cast)) =
-            (result.question, of("probe"), of("parry2d f64 cast"))
+            (result.question, of("cells"), of("parry2d f64 cast"))
             && result.edges >= 900
         {
             let place = format!("{} {} {}", result.family.name(), result.edges, result.motion.name());
@@ -215,9 +210,7 @@ fn casts(page: &mut String, measured: &Measured) {
 }
 
 fn mesh_section(page: &mut String, measured: &Measured) {
-    page.push_str(
-        "## Nearest by mesh, index or list\n\nThe curves for the approach path (star, maze, studs):\n\n",
-    );
+    page.push_str("## Nearest by mesh or index\n\nThe curves for the approach path (star, maze, studs):\n\n");
     for family in Family::ALL {
         let _ = writeln!(page, "![nearest, {0}](performance/nearest-{0}.svg)\n", family.name());
     }

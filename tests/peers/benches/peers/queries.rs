@@ -1,8 +1,6 @@
 //! The queries clear, clip and nearest, compared with the peers.
 
-use keepout_kernel::{
-    CheckedIndex, FreePoint, NearList, Point, Probe, ProhibitedRegion, Region, Ring, Segment, Side,
-};
+use keepout_kernel::{CheckedIndex, FreePoint, Point, ProhibitedRegion, Region, Ring, Segment, Side};
 use keepout_planner::mesh::Mesh;
 
 use crate::paths::{Motion, RADIUS_MM, STEP_MM, threshold};
@@ -107,13 +105,9 @@ fn points_race(
     let at: Vec<Xy> = points.iter().map(|&point| mm(point)).collect();
     let (n, r, t) = (points.len(), RADIUS_MM, threshold());
     let yes = |clear: bool| f64::from(u8::from(clear));
-    let mut list = NearList::new();
-    let mut probe = Probe::new(part, t);
     let rivals = vec![
-        Rival::new("probe", n, |i| yes(probe.point_clear(points[i]).is_clear())),
         Rival::new("cells", n, |i| yes(part.point_clear(points[i], t).is_clear())),
         Rival::new("index alone", n, |i| yes(plain.point_clear(points[i], t).is_clear())),
-        Rival::new("near list", n, |i| yes(list.is_clear(plain.index(), points[i], t))),
         Rival::new("parry2d bounded", n, |i| yes(peers.parry.nearest_within(at[i], r).is_none())),
         Rival::new("parry2d intersection", n, |i| yes(!peers.parry.meets_ball(at[i], r))),
         Rival::new("rstar", n, |i| yes(peers.rstar.is_clear(at[i], r))),
@@ -125,7 +119,7 @@ fn points_race(
 fn nearest_race(index: &CheckedIndex, peers: &Peers, points: &[Point], rounds: usize) -> Vec<Timed> {
     let at: Vec<Xy> = points.iter().map(|&point| mm(point)).collect();
     let n = points.len();
-    let (mut list, mut hint) = (NearList::new(), None);
+    let mut hint = None;
     let in_mm = |nearest: Option<keepout_kernel::Nearest>| {
         nearest.map_or(f64::NAN, |nearest| nearest.distance() / 1e5)
     };
@@ -141,7 +135,6 @@ fn nearest_race(index: &CheckedIndex, peers: &Peers, points: &[Point], rounds: u
         small.then(|| Mesh::build(index, frame, refined).expect("the frame is larger than the field"))
     });
     let mut rivals = vec![
-        Rival::new("near list", n, |i| in_mm(list.nearest(index, points[i]))),
         Rival::new("index, hint", n, |i| {
             let nearest = index.nearest(points[i], hint);
             hint = nearest.map(|nearest| nearest.edge);
@@ -186,9 +179,7 @@ fn motions_race(
     let at = ends_mm(moves);
     let (n, r) = (moves.len(), RADIUS_MM);
     let yes = |clear: bool| f64::from(u8::from(clear));
-    let mut probe = Probe::new(part, threshold());
     let rivals = vec![
-        Rival::new("probe", n, |i| yes(probe.passes(moves[i].0, moves[i].1).is_some())),
         Rival::new("cells", n, |i| yes(part.motion(moves[i].0, moves[i].1).is_ok())),
         Rival::new("index alone", n, |i| yes(plain.motion(moves[i].0, moves[i].1).is_ok())),
         Rival::new("parry2d intersection", n, |i| yes(!peers.parry.meets_capsule(at[i], r))),
@@ -207,9 +198,7 @@ fn clips_race(
     let at = ends_mm(moves);
     let (n, r) = (moves.len(), RADIUS_MM);
     let x = |end: FreePoint| f64::from(end.point().x.units());
-    let mut probe = Probe::new(part, threshold());
     let mut rivals = vec![
-        Rival::new("probe", n, |i| x(probe.clip(moves[i].0, moves[i].1))),
         Rival::new("cells", n, |i| x(part.clip(moves[i].0, moves[i].1))),
         Rival::new("index alone", n, |i| x(plain.clip(moves[i].0, moves[i].1))),
     ];
