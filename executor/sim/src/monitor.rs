@@ -1,6 +1,8 @@
 //! The collision monitor: it knows only the part and the tool, and decides exactly how deep the tool entered
 //! the part.
 
+use std::sync::Arc;
+
 use keepout_executor::session::{Sample, SampleKind};
 use keepout_guard::Time;
 use keepout_kernel::{Length, Point, ProhibitedRegion, Segment, Vector};
@@ -17,16 +19,53 @@ pub struct Gouging {
     pub centre: Point,
 }
 
+/// The first thing that the tool must not do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Verdict {
+    /// The tool was in the part.
+    Gouge {
+        /// Time of the sample.
+        at: Time,
+        /// The tool's centre, drawing coordinates.
+        centre: Point,
+    },
+    /// While jogging, the tool came nearer than the stock to leave.
+    StockToLeave {
+        /// Time of the sample.
+        at: Time,
+        /// The tool's centre, drawing coordinates.
+        centre: Point,
+    },
+}
+
+/// What the tool keeps while jogging.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JoggingRule {
+    /// The distance of the tool's centre from the part.
+    pub clearance: Length,
+    /// Beyond this distance the tool is outside for certain, wherever the machine believes it is.
+    pub outside: Length,
+}
+
 /// Checks the true tool positions against the part. It assumes a straight motion between two positions.
 ///
 /// The part's true curves may deviate from their chords by the chord-error bound. The monitor counts this
 /// bound against the tool, so a result without a gouge is exact, and a depth is at most 0.1 µm too large.
+///
+/// Without a [`JoggingRule`] the monitor measures depths and distances. With one it decides by thresholds
+/// alone, which is quick.
 #[derive(Debug)]
 pub struct CollisionMonitor {
-    part: ProhibitedRegion,
+    part: Arc<ProhibitedRegion>,
     radius: Length,
     offset: Vector,
+    rule: Option<JoggingRule>,
+    verdict: Option<Verdict>,
+    /// The tool stands nearer than the rule permits for a reason, and may leave: a contour ended there, or the
+    /// session began there.
+    excused: bool,
     last: Option<Point>,
+    way_mm: f64,
     inside: bool,
     /// The smallest distance so far between the tool's edge and the part, at most [`FAR`].
     closest: Length,
@@ -45,12 +84,16 @@ const DEEP: i64 = 1 << 29;
 impl CollisionMonitor {
     /// A monitor for a tool of `radius` at a part placed at `offset` on the machine.
     #[must_use]
-    pub fn new(part: ProhibitedRegion, radius: Length, offset: Vector) -> Self {
+    pub fn new(part: impl Into<Arc<ProhibitedRegion>>, radius: Length, offset: Vector) -> Self {
         let closest = Length::from_units(FAR).unwrap_or(Length::ZERO);
         Self {
-            part,
+            part: part.into(),
             radius,
             offset,
+            rule: None,
+            verdict: None,
+            excused: true,
+            way_mm: 0.0,
             last: None,
             inside: false,
             closest,
@@ -68,24 +111,63 @@ impl CollisionMonitor {
         let Ok(here) = here else {
             // A position off the lattice counts as a gouge.
             self.deepest = Some(Gouging { depth_mm: f64::INFINITY, at: sample.at, centre: Point::ORIGIN });
+            self.find(Verdict::Gouge { at: sample.at, centre: Point::ORIGIN });
             return;
         };
         self.watched += 1;
-        match self.last {
-            None => self.inside = self.part.holds(here),
-            // `look` detects a crossing between two samples. After a crossing this branch tests again whether
-            // the tool is inside.
-            Some(_) if self.inside => self.inside = self.part.holds(here),
-            Some(_) => {}
-        }
-        let from = self.last.unwrap_or(here);
+        let from = self.last.replace(here).unwrap_or(here);
         let motion = Segment { from, to: here };
+        let step = here.minus(from);
+        self.way_mm += mm(step.dx).hypot(mm(step.dy));
+        match self.rule {
+            Some(_) if from == here && self.watched > 1 => {}
+            Some(rule) => self.decide(rule, motion, sample),
+            None => self.measure(motion, sample),
+        }
+    }
+
+    /// The same monitor, which decides by thresholds whether jogs keep the rule. The part is best prepared for
+    /// the distances of the rule.
+    #[must_use]
+    pub fn with_rule(self, rule: JoggingRule) -> Self {
+        Self { rule: Some(rule), ..self }
+    }
+
+    fn decide(&mut self, rule: JoggingRule, motion: Segment, sample: &Sample) {
+        let (at, centre) = (sample.at, motion.to);
+        if self.part.motion_clear(motion, rule.clearance).is_clear() {
+            // A contour can end between the two distances. Then the tool may already be too near by the
+            // machine's own count, and its next motion is a retract move, however large the positioning error.
+            let outside = self.part.motion_clear(motion, rule.outside).is_clear();
+            self.excused = !outside && (self.excused || sample.kind == SampleKind::Run);
+        } else if !self.part.motion_clear(motion, self.radius).is_clear() || self.part.holds(centre) {
+            self.find(Verdict::Gouge { at, centre });
+        } else if sample.kind == SampleKind::Jog && !self.excused {
+            self.find(Verdict::StockToLeave { at, centre });
+        } else {
+            self.excused = true;
+        }
+    }
+
+    /// Keeps the first verdict; a gouge replaces another verdict.
+    fn find(&mut self, verdict: Verdict) {
+        let gouge = matches!(verdict, Verdict::Gouge { .. });
+        if self.verdict.is_none_or(|known| gouge && !matches!(known, Verdict::Gouge { .. })) {
+            self.verdict = Some(verdict);
+        }
+    }
+
+    fn measure(&mut self, motion: Segment, sample: &Sample) {
+        // `look` detects a crossing between two samples. At the start, and after a crossing, this tests whether
+        // the tool is inside.
+        if self.inside || self.watched == 1 {
+            self.inside = self.part.holds(motion.to);
+        }
         self.look(motion, sample.at);
         if sample.kind == SampleKind::Jog {
             self.closest_by_hand = self.nearer(motion, self.closest_by_hand);
         }
-        self.remember_cut(sample.kind, from, here);
-        self.last = Some(here);
+        self.remember_cut(sample.kind, motion.from, motion.to);
     }
 
     /// The smaller of `known` and the distance between the tool's edge and the part on this motion.
@@ -167,6 +249,18 @@ impl CollisionMonitor {
     /// The paths of the tool's centre in programmed motions, one path for each run.
     pub fn cut_paths(&self) -> impl Iterator<Item = &[Point]> + '_ {
         self.cut.iter().filter(|path| path.len() > 1).map(Vec::as_slice)
+    }
+
+    /// The verdict under a [`JoggingRule`].
+    #[must_use]
+    pub fn verdict(&self) -> Option<Verdict> {
+        self.verdict
+    }
+
+    /// The way that the tool has gone, mm.
+    #[must_use]
+    pub fn way_mm(&self) -> f64 {
+        self.way_mm
     }
 
     /// The number of checked positions.

@@ -283,7 +283,7 @@ fn hunt(worlds: &Worlds, arguments: &Arguments) -> ExitCode {
 }
 
 fn report(world: &World, spec: &Spec, verdict: Verdict, shrinks: bool) {
-    let (Verdict::Gouging { centre, .. } | Verdict::Allowance { centre, .. }) = verdict;
+    let (Verdict::Gouge { centre, .. } | Verdict::StockToLeave { centre, .. }) = verdict;
     let mm = |length: Length| keepout_planner::units::mm(length.units());
     println!(
         "  clearance {:?} mm, tool {} mm, by hand {} mm, roughing threshold {} mm, {:?}",

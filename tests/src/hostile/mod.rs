@@ -2,7 +2,6 @@
 //! drawings random and real. An exact judge decides whether the tool was in the part. Everything follows from a seed.
 
 mod drawing;
-mod judge;
 mod operator;
 mod play;
 mod shrink;
@@ -10,7 +9,7 @@ mod spec;
 mod world;
 
 pub use drawing::random_drawing;
-pub use judge::{Judge, Verdict};
+pub use keepout_sim::monitor::Verdict;
 pub use operator::{Hostile, Style};
 pub use play::{Outcome, play, play_logged};
 pub use shrink::shrink;

@@ -18,11 +18,11 @@ use keepout_planner::job::{ContourJob, Progress};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::units::point_mm;
 use keepout_sim::faults::Faults;
+use keepout_sim::monitor::{CollisionMonitor, JoggingRule, Verdict};
 use keepout_sim::{
     Disturbance, PositioningError, ServoConfig, ServoDrive, SimMachine, SimSettings, speaking,
 };
 
-use super::judge::{Judge, Verdict};
 use super::operator::Hostile;
 use super::spec::{Fault, Spec};
 use super::world::World;
@@ -222,7 +222,7 @@ fn start_mm(world: &World, spec: &Spec, random: &mut Rng) -> (f64, f64) {
 /// What watches the machine while a session is played, and lets things happen to it.
 struct Watcher {
     cable: Cable,
-    judge: Judge,
+    monitor: CollisionMonitor,
     happenings: Vec<(Time, Happening)>,
     samples: Vec<Sample>,
     calm: bool,
@@ -236,9 +236,10 @@ impl Watcher {
     fn new(world: &World, spec: &Spec, cable: Cable, random: &mut Rng) -> Self {
         let radius = world.work.plan.plan.tool_radius;
         let part = std::sync::Arc::clone(&world.part);
+        let rule = JoggingRule { clearance: world.by_hand, outside: world.outside };
         Self {
             cable,
-            judge: Judge::new(part, world.place.offset, radius, (world.by_hand, world.outside)),
+            monitor: CollisionMonitor::new(part, radius, world.place.offset).with_rule(rule),
             happenings: happenings(spec, random),
             samples: Vec::new(),
             calm: spec.faults.is_empty(),
@@ -260,13 +261,13 @@ impl Watcher {
         let faulted = supervisor.fault().is_some();
         self.recoveries += u64::from(self.faulted && !faulted);
         self.faulted = faulted;
-        let over = self.judge.verdict().is_some() || faulted && self.calm;
+        let over = self.monitor.verdict().is_some() || faulted && self.calm;
         if over { Going::Halt } else { Going::On }
     }
 
     fn look(&mut self) {
         self.cable.machine.borrow_mut().take_samples(&mut self.samples);
-        self.samples.drain(..).for_each(|sample| self.judge.watch(&sample));
+        self.samples.drain(..).for_each(|sample| self.monitor.watch(&sample));
     }
 
     /// What came of it, once all that is still under way was watched to its end.
@@ -276,13 +277,13 @@ impl Watcher {
         self.cable.machine.borrow_mut().advance(rest);
         self.look();
         Outcome {
-            verdict: self.judge.verdict(),
+            verdict: self.monitor.verdict(),
             ended,
             fault: supervisor.fault().map(ToString::to_string),
             seconds: self.last.elapsed().as_secs_f64(),
             counts: supervisor.counts(),
             contoured: supervisor.finished().len(),
-            way_mm: self.judge.way_mm(),
+            way_mm: self.monitor.way_mm(),
             faults: self.cable.machine.borrow_mut().faults(),
             rounds: self.rounds,
             recoveries: self.recoveries,
