@@ -1,8 +1,9 @@
 //! Whether the targets find seeded faults: `cargo run -p keepout-fuzz --example seeded [TARGET...]`.
 //!
-//! All switched faults of `proofs/faults.toml` go into a copy of the tree. The program of a fault's target gets the fault's number,
-//! reads the corpus and the inputs that once failed, and then has a minute on one core. The fault counts as found when an
-//! input fails with the expected text, and passes without the fault.
+//! All switched faults of `proofs/faults.toml` go into a copy of the tree. The program of a fault's
+//! target gets the fault's number, reads the corpus and the inputs that once failed, and then has a
+//! minute on one core. The fault counts as found when an input fails with the expected text, and passes
+//! without the fault.
 
 use std::collections::BTreeSet;
 use std::error::Error;

@@ -298,10 +298,11 @@ fn seeded(text: &mut String) -> std::fmt::Result {
     let equivalent = Fate::Equivalent.to_string();
     writeln!(
         text,
-        "\n## Seeded faults\n\nThe catalogue `faults.toml` has {} faults. Each goes into a copy of the tree, and somebody must notice \
-         it. {} are for the properties, soaks and worlds: {} were noticed, {} survived, {} are equivalent, {} were not decided in ten \
-         minutes, {} were not run. {} of these must be noticed by the hostile simulation, too. {} more are for the fuzz targets \
-         (`cargo run -p keepout-fuzz --example seeded`), and are not listed here.\n\n\
+        "\n## Seeded faults\n\nThe catalogue `faults.toml` has {} faults. Each goes into a copy of the \
+         tree, and somebody must notice it. {} are for the properties, soaks and worlds: {} were noticed, {} \
+         survived, {} are equivalent, {} were not decided in ten minutes, {} were not run. {} of these must be \
+         noticed by the hostile simulation, too. {} more are for the fuzz targets (`cargo run -p keepout-fuzz \
+         --example seeded`), and are not listed here.\n\n\
          | fault | file | properties and worlds | hostile simulation |\n|---|---|---|---|",
         catalogue.len(),
         of(Engine::Proofs).count(),

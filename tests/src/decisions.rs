@@ -108,8 +108,9 @@ impl Decisions {
         &self.engine.supervisor
     }
 
-    /// Goes on to the next moment at which something is to be decided, and has each decision taken by `decide`: input in,
-    /// bytes to send out. A contouring job that is wanted is worked out outside of it.
+    /// Goes on to the next moment at which something is to be decided, and has each decision taken by
+    /// `decide`: input in, bytes to send out. A contouring job that is wanted is worked out outside of
+    /// it.
     pub fn step(&mut self, mut decide: impl FnMut(Cause, &mut dyn FnMut())) {
         let due = self.engine.supervisor.due().min(self.input_due).min(self.machine.next_event());
         self.now = due.max(self.now.after(Duration::from_micros(1)));

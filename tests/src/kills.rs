@@ -1,9 +1,9 @@
 //! Sessions that are killed at some moment, and taken up again: what was logged, what was sent, and what was cut.
 //!
-//! Each moment is a session of its own, of separate processes: `keepout simulate` is the machine, `keepout run` the
-//! executor. One of them is killed, or the cable between them is pulled; then the log is read, compared with what the machine
-//! received, and played again, and `keepout run --resume` finishes the contour. A monitor looks at every true position of
-//! the tool, before and after.
+//! Each moment is a session of its own, of separate processes: `keepout simulate` is the machine,
+//! `keepout run` the executor. One of them is killed, or the cable between them is pulled; then the log
+//! is read, compared with what the machine received, and played again, and `keepout run --resume`
+//! finishes the contour. A monitor looks at every true position of the tool, before and after.
 
 mod judge;
 mod process;

@@ -42,8 +42,8 @@ pub fn plan_bytes(name: &str, bytes: &[u8], order: &PlanRequest) -> Result<Certi
     order.plan(name, bytes, &MachineProfile::simulated(), &mut |_| {})
 }
 
-/// How much a finishing path may leave on the part, mm: the margin, and what the tool may be off by beside it, by the plan's own
-/// terms.
+/// How much a finishing path may leave on the part, mm: the margin, and what the tool may be off by
+/// beside it, by the plan's own terms.
 #[must_use]
 pub fn most_left_mm(plan: &CertifiedPlan) -> f64 {
     let terms = &plan.plan.budget.terms;

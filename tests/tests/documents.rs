@@ -183,9 +183,11 @@ fn every_page_is_linked() {
 #[test]
 fn broken_links_and_missing_files_are_noticed() {
     let path = root().join("docs/safety/README.md");
-    let wrong = "# One\n\nSee [a](argument.md), [b](nowhere.md), [c](#two), [d](argument.md#no-such-heading) and `kernel/src/none.rs`.\n";
+    let wrong = "# One\n\nSee [a](argument.md), [b](nowhere.md), [c](#two), [d](argument.md#no-such-heading) \
+                 and `kernel/src/none.rs`.\n";
     let found = faults(&path, wrong);
     assert_eq!(found.len(), 4, "{found:?}");
-    let right = "# One\n\n## What is `this`?\n\nSee [a](#what-is-this), [b](https://example.org/x) and `kernel/src/lib.rs`, `fuzz/artifacts/TARGET`.\n\n```text\n[c](nowhere.md)\n```\n";
+    let right = "# One\n\n## What is `this`?\n\nSee [a](#what-is-this), [b](https://example.org/x) \
+                 and `kernel/src/lib.rs`, `fuzz/artifacts/TARGET`.\n\n```text\n[c](nowhere.md)\n```\n";
     assert_eq!(faults(&path, right), [""; 0]);
 }

@@ -1,4 +1,5 @@
-//! What judges killed sessions objects to faults that are seeded: in logs, in how a session is taken up, and in where the tool was.
+//! What judges killed sessions objects to faults that are seeded: in logs, in how a session is taken up,
+//! and in where the tool was.
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 use std::path::{Path, PathBuf};

@@ -1,5 +1,5 @@
-//! Sessions that are killed leave a log that holds, and are finished from there. `cargo run --release -p keepout-tests --bin
-//! kills` goes through as many moments as you like.
+//! Sessions that are killed leave a log that holds, and are finished from there. `cargo run --release -p
+//! keepout-tests --bin kills` goes through as many moments as you like.
 #![cfg(unix)]
 
 use std::path::Path;

@@ -11,8 +11,8 @@ use keepout_sim::operator;
 use keepout_sim::session::{Link, SimRun, run_simulated};
 use keepout_tests::{REAL_DRAWINGS, most_left_mm, oracle, order, plan_bytes, plan_of, shared};
 
-/// Every drawing is understood as the independent reading has it, or there is a message; those without a defect all agree,
-/// and those without a problem all give a plan.
+/// Every drawing is understood as the independent reading has it, or there is a message; those without a
+/// defect all agree, and those without a problem all give a plan.
 #[test]
 fn every_drawing_is_understood_or_explained() {
     let Some(shared) = shared() else { return };

@@ -21,8 +21,9 @@ pub struct Workshop<'a> {
 }
 
 impl Workshop<'_> {
-    /// Runs the chosen faults of the catalogue (numbers from 1 on) under the chosen engines, prints a line for each and keeps
-    /// the results. Fuzz targets have a runner of their own, `cargo run -p keepout-fuzz --example seeded`.
+    /// Runs the chosen faults of the catalogue (numbers from 1 on) under the chosen engines, prints a
+    /// line for each and keeps the results. Fuzz targets have a runner of their own, `cargo run -p
+    /// keepout-fuzz --example seeded`.
     ///
     /// # Errors
     /// When a tree cannot be copied, an edit's place is not there once, or a program cannot be run.

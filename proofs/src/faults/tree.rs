@@ -31,8 +31,8 @@ pub fn seed_one(tree: &Path, fault: &Fault) -> io::Result<()> {
     copy_with(tree, edited([(fault, Switch::Always)].into_iter())?)
 }
 
-/// Brings the copy under `tree` up to the workspace, with all switched faults in it. A fault's number is its place in the
-/// catalogue, from 1 on.
+/// Brings the copy under `tree` up to the workspace, with all switched faults in it. A fault's number is
+/// its place in the catalogue, from 1 on.
 ///
 /// # Errors
 /// When the tree cannot be copied, or an edit's place is not there once.
@@ -96,8 +96,8 @@ fn replace(text: &str, fault: &Fault, edit: &Edit, switch: &str) -> io::Result<S
     Ok(text.replacen(&edit.find, &edit.with.replace(SEEDED, switch), 1))
 }
 
-/// Copies the files that are missing or differ, so that little is built again, and removes those that the source lacks. Leaves
-/// the files of the copy that are `kept`.
+/// Copies the files that are missing or differ, so that little is built again, and removes those that
+/// the source lacks. Leaves the files of the copy that are `kept`.
 fn copy_but(from: &Path, to: &Path, kept: &BTreeSet<PathBuf>) -> io::Result<()> {
     fs::create_dir_all(to)?;
     for entry in fs::read_dir(to)? {

@@ -2,8 +2,9 @@
 //!
 //! `KEEPOUT_SHARED=... cargo run --release -p keepout-tests --bin contour_times`
 //!
-//! The peer is a sender with character counting: it keeps the controller's receive buffer full, whatever becomes of a line. Both
-//! run over the same line and the same controller. Times are of machine time, so they are the same on every computer.
+//! The peer is a sender with character counting: it keeps the controller's receive buffer full, whatever
+//! becomes of a line. Both run over the same line and the same controller. Times are of machine time, so
+//! they are the same on every computer.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -232,7 +233,8 @@ impl Case<'_> {
 /// An egg of 900 chords of 0.2 mm: what CAM programs and converters make of a curve.
 fn egg() -> Vec<u8> {
     let mut text = String::from(
-        "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n0\nLWPOLYLINE\n8\n0\n90\n900\n70\n1\n",
+        "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n\
+         0\nLWPOLYLINE\n8\n0\n90\n900\n70\n1\n",
     );
     for k in 0..900 {
         let phi = f64::from(k) / 900.0 * std::f64::consts::TAU;
@@ -266,7 +268,8 @@ fn main() -> ExitCode {
         return ExitCode::from(2);
     };
     println!(
-        "| drawing | feed mm/min | delay ms | motions | mm | streamed s | ours / streamed | stops ours, streamed | dips per m ours, streamed |"
+        "| drawing | feed mm/min | delay ms | motions | mm | streamed s | ours / streamed | stops ours, \
+         streamed | dips per m ours, streamed |"
     );
     println!("|---|---|---|---|---|---|---|---|---|");
     for (name, bytes) in drawings(&arguments.only) {

@@ -24,8 +24,8 @@ struct Arguments {
     /// Decisions that are timed.
     #[arg(long, default_value_t = 10_000_000)]
     decisions: u64,
-    /// Times the same run so often and takes the least time of each decision, so that what other programs of this computer
-    /// took is left out.
+    /// Times the same run so often and takes the least time of each decision, so that what other
+    /// programs of this computer took is left out.
     #[arg(long, default_value_t = 1)]
     repeats: u32,
 }

@@ -75,7 +75,8 @@ fn main() -> ExitCode {
         }
     });
     println!(
-        "| drawing | exporter | operator | jogs | contour motions | time s | deepest mm | closest mm | cut to profile mm | result |"
+        "| drawing | exporter | operator | jogs | contour motions | time s | deepest mm | closest mm \
+         | cut to profile mm | result |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|");
     for row in rows.lock().map(|rows| rows.clone()).unwrap_or_default() {

@@ -53,7 +53,8 @@ fn straight() -> Result<(), String> {
 
 fn curved() -> Result<(), String> {
     println!(
-        "Sliding along a smooth wall, pushed {CURVE_PUSH}° into it: speed, dips below 40 % of it per metre, height (p90), full stops.\n"
+        "Sliding along a smooth wall, pushed {CURVE_PUSH}° into it: speed, dips below 40 % of it per metre, height \
+         (p90), full stops.\n"
     );
     header("| wall | A, 1 ms | A, 50 ms | B, 1 ms | C, 1 ms | K, 1 ms |");
     for shape in Shape::CURVES {

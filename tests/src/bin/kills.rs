@@ -1,5 +1,5 @@
-//! Kills sessions at random moments, takes them up again, and prints what came of it. The exit code is 1 when anything is not
-//! as wanted.
+//! Kills sessions at random moments, takes them up again, and prints what came of it. The exit code is 1
+//! when anything is not as wanted.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -95,7 +95,8 @@ fn enter(rows: &Mutex<Rows>, moment: Moment, outcome: &Outcome) {
 
 fn print(rows: &Rows, wrong: usize) {
     println!(
-        "| killed | in phase | moments | taken up again | commands replayed | positions watched | closest, mm | cut to profile, mm |"
+        "| killed | in phase | moments | taken up again | commands replayed | positions watched \
+         | closest, mm | cut to profile, mm |"
     );
     println!("|---|---|--:|--:|--:|--:|--:|--:|");
     for ((victim, phase), row) in rows {

@@ -239,10 +239,11 @@ fn page(rows: &[Row]) -> String {
     let faults: Vec<&String> = rows.iter().flat_map(|row| &row.faults).collect();
     let mut out = format!(
         "# Real drawings\n\nMade by `KEEPOUT_SHARED=... cargo run --release -p keepout-tests --bin survey -- --write \
-         docs/research/drawings.md`.\n\n{} drawings of many exporters, read as they are, without options; compared with an \
-         independent reading (made with other libraries) in the number of closed contours, their area by the even-odd \
-         rule within 0.1 %, and the box around them within 0.02 mm. Each is then planned with tools of 1, 3, 6 and 12 mm on \
-         both sides; every plan is certified, written, read and certified again.\n\n\
+         docs/research/drawings.md`.\n\n{} drawings of many exporters, read as they are, without options; \
+         compared with an independent reading (made with other libraries) in the number of closed contours, their \
+         area by the even-odd rule within 0.1 %, and the box around them within 0.02 mm. Each is then planned \
+         with tools of 1, 3, 6 and 12 mm on both sides; every plan is certified, written, read and certified \
+         again.\n\n\
          - Drawings without a defect by the independent reading: {} of {} agree.\n\
          - All drawings: {} of {} agree.\n- Plans certified: {plans}; plans that failed where none should: {}.\n\n\
          | drawing | exporter | version | defects by the independent reading | understood as | compared | plans |\n\

@@ -39,10 +39,11 @@ pub struct Slide {
     pub length_mm: f64,
 }
 
-/// Pushes into a straight wall that lies at the angle `wall`, at `angle` into it, both in degrees, over a line that delays by `delay_ms` each way.
+/// Pushes into a straight wall that lies at the angle `wall`, at `angle` into it, both in degrees, over
+/// a line that delays by `delay_ms` each way.
 ///
-/// Heights count from when the tool is at the wall, speeds from when it has reached its speed or has had time to accelerate from rest,
-/// both up to where it must brake for the end of the bar.
+/// Heights count from when the tool is at the wall, speeds from when it has reached its speed or has had
+/// time to accelerate from rest, both up to where it must brake for the end of the bar.
 ///
 /// # Errors
 /// What kept the session from running.
@@ -82,8 +83,8 @@ pub fn curved(table: &Table, shape: Shape, delay_ms: u64) -> Result<Slide, Strin
     Ok(trace.slide(&scene, (settled, settled, None), commanded, |_, mean| mean))
 }
 
-/// Seconds from where the tool slides, 30 mm before the end of the bar, to beside its end, past the outside corner; pushed at 45° into the
-/// wall.
+/// Seconds from where the tool slides, 30 mm before the end of the bar, to beside its end, past the
+/// outside corner; pushed at 45° into the wall.
 ///
 /// # Errors
 /// What kept the session from running.

@@ -139,7 +139,8 @@ impl Shape {
             Self::EllipticHole(a, b) => plate() + &ellipse(a, b),
         };
         format!(
-            "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n{entities}0\nENDSEC\n0\nEOF\n"
+            "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n{entities}0\nENDSEC\n\
+             0\nEOF\n"
         )
     }
 }

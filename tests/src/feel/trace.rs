@@ -56,8 +56,8 @@ impl Trace {
         times.find(|&at| way(self.at(at - WINDOW_S), self.at(at)) >= speed_mm_s * WINDOW_S)
     }
 
-    /// The slide, with heights from the first of the times on, and speeds from the second on, up to the third. Dips are below a share of what `whole`
-    /// makes of the commanded and the mean speed.
+    /// The slide, with heights from the first of the times on, and speeds from the second on, up to the
+    /// third. Dips are below a share of what `whole` makes of the commanded and the mean speed.
     pub(super) fn slide(
         &self,
         scene: &Scene,
@@ -95,7 +95,8 @@ impl Trace {
         }
     }
 
-    /// Seconds from `t`, when the tool rested, to its first step: worked out from where it was seen first, with the acceleration.
+    /// Seconds from `t`, when the tool rested, to its first step: worked out from where it was seen
+    /// first, with the acceleration.
     pub(super) fn first_step_after(&self, t: f64, acceleration_mm_s2: f64) -> Option<f64> {
         let rest = self.at(t);
         let moved = self.samples.iter().find(|sample| sample.0 > t && way(sample.1, rest) > STILL_MM)?;

@@ -28,8 +28,8 @@ pub struct Played {
 }
 
 impl Played {
-    /// Reads a log, compares it with what the machine received, and plays it again; none when the session was ended before
-    /// its first line. `earlier` was sent by a session before.
+    /// Reads a log, compares it with what the machine received, and plays it again; none when the
+    /// session was ended before its first line. `earlier` was sent by a session before.
     ///
     /// # Errors
     /// What does not hold.
@@ -82,16 +82,17 @@ impl Played {
     }
 }
 
-/// Whether a machine can have received this from two sessions: of each a beginning. What the first had written when it was
-/// killed may arrive when the second opens the port.
+/// Whether a machine can have received this from two sessions: of each a beginning. What the first had
+/// written when it was killed may arrive when the second opens the port.
 fn follows(received: &[u8], first: &[u8], second: &[u8]) -> bool {
     let of_first = received.iter().zip(first).take_while(|(a, b)| a == b).count();
     (0..=of_first).rev().any(|count| second.starts_with(&received[count..]))
 }
 
-/// What a controller that is switched off while it cuts may leave besides, mm. Its reports have the commanded position, which the drives
-/// are behind by as many samples as their controller looks ahead: the contour is taken up again from there, and so much of the path
-/// is not gone. What stands between two discs that far apart is their ridge.
+/// What a controller that is switched off while it cuts may leave besides, mm. Its reports have the
+/// commanded position, which the drives are behind by as many samples as their controller looks ahead:
+/// the contour is taken up again from there, and so much of the path is not gone. What stands between
+/// two discs that far apart is their ridge.
 fn ridge_mm(work: &PreparedPlan) -> f64 {
     let Ok(servo) = ServoConfig::simulated() else { return 0.0 };
     let samples = u32::try_from(servo.kind.preview() + 1).unwrap_or(u32::MAX);
