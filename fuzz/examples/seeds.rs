@@ -13,7 +13,7 @@ use keepout_executor::dialect::DialectName;
 use keepout_executor::session::Going;
 use keepout_executor::session::log::{Header, LogWriter};
 use keepout_fuzz::PLATE;
-use keepout_fuzz::sketch::{Family, Sketch};
+use keepout_fuzz::sketch::{OutlineFault, Sketch};
 use keepout_kernel::Point;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::Plan;
@@ -52,7 +52,7 @@ fn drawings() -> Outcome {
     let mut random = fastrand::Rng::with_seed(9);
     let machine = MachineProfile::simulated();
     let plan = |sketch: &Sketch| sketch.order.plan("seed", sketch.dxf().as_bytes(), &machine, &mut |_| {});
-    for family in Family::OF_OUTLINES.into_iter().chain([Family::Blocks]) {
+    for family in OutlineFault::OF_OUTLINES.into_iter().chain([OutlineFault::Blocks]) {
         for planned in [true, false] {
             let mut best: Option<(usize, Vec<u8>, Sketch)> = None;
             for _ in 0..6_000 {

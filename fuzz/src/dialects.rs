@@ -15,7 +15,7 @@ use keepout_kernel::curve::{fit_arc, xy};
 use keepout_kernel::{Arc, Curve, Point, Segment, Turn, Vector};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::units::mm;
-use keepout_sim::{Controller, Quirks, SimSettings, speaking};
+use keepout_sim::{Quirks, SimSettings, SimulatedController, speaking};
 use says::{Heard, Says};
 
 use crate::oracle::{self, UNIT};
@@ -71,7 +71,7 @@ fn description(which: usize) -> Shared<Description> {
 pub fn grbl_decode(bytes: &[u8]) {
     let Some((hal, rest)) = bytes.split_first() else { return };
     let grbl = if hal & 1 == 0 { Grbl::new(dialect_config()) } else { Grbl::hal(dialect_config()) };
-    let mut grbl = talk(grbl, rest, says::Grbl::default(), false);
+    let mut grbl = talk(grbl, rest, says::GrblCheck::default(), false);
     inspects(&grbl, rest);
     grbl.reset();
     let (report, mut out) = (b"<Idle|MPos:-123.456,0.007,0.000>\r\n", Vec::new());
@@ -102,7 +102,7 @@ fn inspects(dialect: &dyn Dialect, bytes: &[u8]) {
 /// # Panics
 /// When one of these does not hold.
 pub fn zaber_decode(bytes: &[u8]) {
-    let mut talk = Talk::new(Zaber::new(dialect_config()), says::Zaber::default());
+    let mut talk = Talk::new(Zaber::new(dialect_config()), says::ZaberCheck::default());
     for &byte in bytes {
         match byte {
             0xee => {
@@ -299,7 +299,7 @@ fn round_trip_of(u: &mut Unstructured<'_>) -> Result<()> {
 /// A dialect and the simulated controller that speaks it, with a perfect link.
 struct Trip {
     dialect: Box<dyn Dialect>,
-    controller: Box<dyn Controller>,
+    controller: Box<dyn SimulatedController>,
     now: Time,
     bytes: Vec<u8>,
 }

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use arbitrary::{Arbitrary, Result, Unstructured};
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::index::build::propose;
-use keepout_kernel::index::check::{Node, Proposal};
+use keepout_kernel::index::check::{BoxProposal, Node};
 use keepout_kernel::{CheckedIndex, Edge};
 use keepout_proofs::families::{at, length};
 
@@ -88,7 +88,7 @@ fn mutated(u: &mut Unstructured<'_>) -> Result<()> {
     Ok(())
 }
 
-fn mutate(proposal: &mut Proposal, field: Field, u: &mut Unstructured<'_>) -> Result<()> {
+fn mutate(proposal: &mut BoxProposal, field: Field, u: &mut Unstructured<'_>) -> Result<()> {
     if proposal.levels.is_empty() {
         proposal.levels.push(vec![Node::of(std::iter::empty())]);
         return Ok(());

@@ -14,7 +14,7 @@ use keepout_guard::Time;
 use keepout_planner::align::file::AlignmentFile;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::margin::Budget;
-use keepout_sim::operator::{Recorder, Script, Trace};
+use keepout_sim::operator::{Recorder, Script, TraceOperator};
 use serde::Serialize;
 use toml::Value;
 
@@ -120,7 +120,7 @@ pub fn small_files(bytes: &[u8]) {
     let path = Path::new("fuzz");
     let Ok(text) = std::str::from_utf8(rest) else {
         // Only traces may be other than text.
-        return check_message(&Trace::read(rest, path).expect_err("it is no text").to_string());
+        return check_message(&TraceOperator::read(rest, path).expect_err("it is no text").to_string());
     };
     match which % 5 {
         0 => match Description::of(text) {
@@ -142,10 +142,10 @@ pub fn small_files(bytes: &[u8]) {
             }
             Err(error) => check_message(&error.to_string()),
         },
-        3 => match Trace::read(rest, path) {
+        3 => match TraceOperator::read(rest, path) {
             Ok(trace) => {
                 let bare = bare(text.split('\n').filter(|line| !line.trim().starts_with('#')));
-                let again = Trace::read(bare.as_bytes(), path).expect("it was read before");
+                let again = TraceOperator::read(bare.as_bytes(), path).expect("it was read before");
                 assert_eq!(again, trace, "{bare}");
                 is_recorded(trace, rest);
             }
@@ -207,7 +207,7 @@ fn is_recorded(operator: impl Operator, looks: &[u8]) {
     let steps: Vec<(OperatorInput, Option<OperatorCommand>)> =
         times.iter().map(|&time| (recorder.input(&seen, time), recorder.command())).collect();
     drop(recorder);
-    let mut again = Trace::read(&file[..], Path::new("recorded")).expect("a recording can be read");
+    let mut again = TraceOperator::read(&file[..], Path::new("recorded")).expect("a recording can be read");
     // Turns add up. Infinite values count as zero.
     let finite = |(x, y): (f64, f64)| if x.is_finite() && y.is_finite() { (x, y) } else { (0.0, 0.0) };
     for (time, (input, command)) in times.into_iter().zip(steps) {

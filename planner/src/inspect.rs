@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::drawing::{Chained, Drawing};
 use crate::profile::{ProfileError, ProfileLoop};
-use crate::select::Outline;
+use crate::select::ContourPolygon;
 use crate::units::{mm, point_from_mm, point_mm};
 
 /// The report on a drawing. Lengths are in mm, areas in mm².
@@ -88,9 +88,9 @@ const PIECES_MAX: usize = 5_000_000;
 #[must_use]
 pub fn inspect(drawing: &Drawing, chained: &Chained) -> Inspection {
     let loops = &chained.profile.loops;
-    let outlines: Vec<Outline> = loops.iter().map(Outline::of).collect();
+    let outlines: Vec<ContourPolygon> = loops.iter().map(ContourPolygon::of).collect();
     let depths = depths(&outlines);
-    let signed = |(outline, depth): (&Outline, &usize)| {
+    let signed = |(outline, depth): (&ContourPolygon, &usize)| {
         if depth % 2 == 0 { outline.area_mm2 } else { -outline.area_mm2 }
     };
     let contours: Vec<Contour> = loops
@@ -133,7 +133,7 @@ pub(crate) fn union(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
     [a[0].min(b[0]), a[1].min(b[1]), a[2].max(b[2]), a[3].max(b[3])]
 }
 
-fn contour(each: &ProfileLoop, outline: &Outline, layer: &str, depth: usize) -> Contour {
+fn contour(each: &ProfileLoop, outline: &ContourPolygon, layer: &str, depth: usize) -> Contour {
     let length: f64 = each.edges.iter().map(|edge| edge.curve.length()).sum();
     let lines = each.edges.iter().filter(|edge| matches!(edge.curve, Curve::Line(_))).count();
     let (low, high) = outline.bounds;
@@ -150,7 +150,7 @@ fn contour(each: &ProfileLoop, outline: &Outline, layer: &str, depth: usize) -> 
 }
 
 /// A point within the contour: the middle of its widest stretch on the horizontal line at half its height.
-fn inside(outline: &Outline) -> Option<(f64, f64)> {
+fn inside(outline: &ContourPolygon) -> Option<(f64, f64)> {
     let (low, high) = outline.bounds;
     let y = f64::midpoint(low.1, high.1);
     let next = outline.points.iter().cycle().skip(1);
@@ -167,13 +167,14 @@ fn inside(outline: &Outline) -> Option<(f64, f64)> {
 }
 
 /// The number of contours around the first corner of each contour.
-fn depths(outlines: &[Outline]) -> Vec<usize> {
+fn depths(outlines: &[ContourPolygon]) -> Vec<usize> {
     // An index of the diagonals of the boxes leaves few outlines to test for each corner.
     let point = |p: (f64, f64)| point_from_mm(p).unwrap_or(Point::ORIGIN);
-    let diagonal = |outline: &Outline| Segment { from: point(outline.bounds.0), to: point(outline.bounds.1) };
-    let edge = |outline: &Outline| Edge { chord: diagonal(outline), chord_error: Length::ZERO };
+    let diagonal =
+        |outline: &ContourPolygon| Segment { from: point(outline.bounds.0), to: point(outline.bounds.1) };
+    let edge = |outline: &ContourPolygon| Edge { chord: diagonal(outline), chord_error: Length::ZERO };
     let Ok(index) = build::build(outlines.iter().map(edge).collect()) else { return vec![0; outlines.len()] };
-    let depth = |(i, outline): (usize, &Outline)| {
+    let depth = |(i, outline): (usize, &ContourPolygon)| {
         let Some(&corner) = outline.points.first().filter(|_| outline.area_mm2 > 0.0) else { return 0 };
         let mut around = 0;
         let _ = index.visit(Window::of(point(corner)), |j, _| {

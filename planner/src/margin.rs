@@ -94,7 +94,7 @@ impl TryFrom<String> for TermKind {
 
 /// Term of the margin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Term {
+pub struct MarginTerm {
     /// What it covers.
     #[serde(rename = "name")]
     pub kind: TermKind,
@@ -108,7 +108,7 @@ pub struct Term {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Budget {
     /// The terms.
-    pub terms: Vec<Term>,
+    pub terms: Vec<MarginTerm>,
 }
 
 /// Reason why a margin is refused.
@@ -155,12 +155,12 @@ const PLACED_MM: f64 = 0.000_01;
 /// Chord error of the certified arcs of a path: 0.1 µm.
 const CHORD_MM: f64 = 0.000_1;
 
-fn term(kind: TermKind, mm: f64, source: &str) -> Term {
-    Term { kind, mm, source: source.into() }
+fn term(kind: TermKind, mm: f64, source: &str) -> MarginTerm {
+    MarginTerm { kind, mm, source: source.into() }
 }
 
 /// Terms for rounding and for the controller's resolution.
-fn rounding(machine: &MachineProfile, placed: bool) -> Vec<Term> {
+fn rounding(machine: &MachineProfile, placed: bool) -> Vec<MarginTerm> {
     // Half a step for the commanded position, and half a step for the reported one.
     let steps = SQRT_2 / machine.steps_per_mm;
     let half_digit = machine.report_digit_mm * SQRT_2 / 2.0;
@@ -181,7 +181,7 @@ fn rounding(machine: &MachineProfile, placed: bool) -> Vec<Term> {
 }
 
 /// Terms for the machine's own errors.
-fn own_errors(machine: &MachineProfile) -> [Term; 2] {
+fn own_errors(machine: &MachineProfile) -> [MarginTerm; 2] {
     let source = machine.contour_error_source.as_deref().unwrap_or("machine profile");
     [
         term(TermKind::ContourError, machine.contour_error_mm, source),
@@ -312,7 +312,7 @@ mod tests {
             let other_digit = MachineProfile { report_digit_mm: 0.01, ..machine.clone() };
             assert!(budget.check(&other_digit, placed).is_err());
             for index in 0..budget.terms.len() {
-                let changed = |change: &dyn Fn(&mut Vec<Term>)| {
+                let changed = |change: &dyn Fn(&mut Vec<MarginTerm>)| {
                     let mut other = budget.clone();
                     change(&mut other.terms);
                     assert!(other.check(&machine, placed).is_err(), "{other}");

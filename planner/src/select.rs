@@ -71,10 +71,10 @@ impl Selection {
             text: "left out: a line drawn there and back, which encloses no area".into(),
         });
         remarks.extend(flat);
-        let outlines: Vec<Outline> = loops.iter().map(Outline::of).collect();
+        let outlines: Vec<ContourPolygon> = loops.iter().map(ContourPolygon::of).collect();
         let taken = self.pointed_at(&outlines, &chained.problems)?;
         let largest_mm2 = outlines.iter().map(|outline| outline.area_mm2).fold(0.0, f64::max);
-        let fits = |outline: &Outline| {
+        let fits = |outline: &ContourPolygon| {
             self.least_area_mm2.is_none_or(|least| outline.area_mm2 >= least)
                 && self.most_area_mm2.is_none_or(|most| outline.area_mm2 <= most)
         };
@@ -96,7 +96,11 @@ impl Selection {
     /// Marks the contours that the user points at; all contours, if the user points at none.
     ///
     /// An open curve inside a marked contour may be an island of it, and so stays an error.
-    fn pointed_at(&self, outlines: &[Outline], problems: &[Problem]) -> Result<Vec<bool>, SelectError> {
+    fn pointed_at(
+        &self,
+        outlines: &[ContourPolygon],
+        problems: &[Problem],
+    ) -> Result<Vec<bool>, SelectError> {
         let mut taken = vec![self.at.is_empty(); outlines.len()];
         for &at in &self.at {
             let around = |i: &usize| outlines[*i].holds(at);
@@ -132,7 +136,7 @@ fn report_open(chained: &Chained, remarks: &mut Vec<Remark>) {
 }
 
 /// The smallest contour around another.
-fn parent(outlines: &[Outline], i: usize) -> Option<usize> {
+fn parent(outlines: &[ContourPolygon], i: usize) -> Option<usize> {
     let &inner = outlines[i].points.first()?;
     let around =
         |&j: &usize| j != i && outlines[j].area_mm2 > outlines[i].area_mm2 && outlines[j].holds(inner);
@@ -141,7 +145,7 @@ fn parent(outlines: &[Outline], i: usize) -> Option<usize> {
 
 /// A contour as a polygon, to find the points and contours within it. Its corners have a chord error of at
 /// most 2 µm.
-pub struct Outline {
+pub struct ContourPolygon {
     /// Corners, mm.
     pub points: Vec<(f64, f64)>,
     /// Area, mm².
@@ -150,7 +154,7 @@ pub struct Outline {
     pub bounds: ((f64, f64), (f64, f64)),
 }
 
-impl Outline {
+impl ContourPolygon {
     /// The outline of a loop.
     #[must_use]
     pub fn of(each: &ProfileLoop) -> Self {

@@ -1,7 +1,7 @@
 //! Alignment: probe points recover the position of a workpiece; contradictory or ambiguous ones are refused.
 #![expect(clippy::unwrap_used, reason = "a test helper may panic")]
 
-use keepout_planner::align::{Alignment, AlignmentError, Part, ProbePoint, ProbePoints, align};
+use keepout_planner::align::{Alignment, AlignmentError, PartEdges, ProbePoint, ProbePoints, align};
 use keepout_planner::profile::{MachinedSide, Profile};
 use keepout_planner::request::PlanRequest;
 use proptest::prelude::{Strategy, proptest};
@@ -9,17 +9,17 @@ use proptest::prelude::{Strategy, proptest};
 type Xy = (f64, f64);
 
 /// The bracket: 0 to 100 by 0 to 60 mm, with further edges.
-fn part() -> Part {
+fn part() -> PartEdges {
     drawn(include_bytes!("../../executor/cli/drawings/bracket.dxf"))
 }
 
-fn drawn(bytes: &[u8]) -> Part {
+fn drawn(bytes: &[u8]) -> PartEdges {
     let (_, chained) = PlanRequest::default().contours(bytes).unwrap();
-    Part::of(&Profile { loops: chained.profile.loops }, MachinedSide::Outside).unwrap()
+    PartEdges::of(&Profile { loops: chained.profile.loops }, MachinedSide::Outside).unwrap()
 }
 
 /// A square of 80 mm, one corner at (10, 20), drawn as R10 lines.
-fn square() -> Part {
+fn square() -> PartEdges {
     let corners = [(10, 20), (90, 20), (90, 100), (10, 100), (10, 20)];
     let line = |pair: &[(i32, i32)]| {
         let ((x0, y0), (x1, y1)) = (pair[0], pair[1]);
@@ -70,7 +70,7 @@ impl Truth {
         ]
     }
 
-    fn is_met_by(&self, found: &Alignment, part: &Part, within: f64) {
+    fn is_met_by(&self, found: &Alignment, part: &PartEdges, within: f64) {
         for corner in part.corners_mm() {
             let (a, b) = (self.machine(corner), found.machine_mm(corner));
             let off = (a.0 - b.0).hypot(a.1 - b.1);

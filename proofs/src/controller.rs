@@ -3,8 +3,8 @@
 //!
 //! The model holds messages in transit, a receive buffer, one line that was read and waits for room in the
 //! planner, the planner's blocks, and blocks that have left the planner and are being executed.
-//! [`Plant::moves`] lists the possible next events. They occur in any order and with any delay, with one
-//! bound: the machine executes a block within `DRAIN` after it has left the planner.
+//! [`MachineModel::moves`] lists the possible next events. They occur in any order and with any delay, with
+//! one bound: the machine executes a block within `DRAIN` after it has left the planner.
 //!
 //! A cancel stops the tool anywhere between its position and its target, and discards planned blocks. It
 //! does not discard a line that waits in the receive buffer or for room. Such a line runs from the place
@@ -18,7 +18,7 @@
 use std::collections::VecDeque;
 
 use crate::properties::Xy;
-use crate::wire::{Answer, Report, Sent};
+use crate::wire::{HostMessage, Sent, StatusReport};
 
 /// Lines that the receive buffer holds. The next line is merged with the last one. GRBL's 127 bytes hold
 /// two lines of 63 bytes.
@@ -62,7 +62,7 @@ pub struct Trouble {
 
 /// How the machine moves, and how it handles a cancel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Drive {
+pub struct MotionModel {
     /// Non-interpolated axes: each axis moves by itself, in any order.
     pub apart: bool,
     /// A cancel also discards received lines (grblHAL).
@@ -79,9 +79,9 @@ pub struct Drive {
 
 /// The controller, the link and the tool.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub struct Plant {
+pub struct MachineModel {
     /// The machine's behaviour.
-    pub drive: Drive,
+    pub drive: MotionModel,
     /// Position of the tool.
     pub tool: Xy,
     /// Number of positions between ends of motions since the last end.
@@ -101,9 +101,9 @@ pub struct Plant {
     /// The tool brakes after a cancel and may leave its path.
     straying: bool,
     /// Messages in transit to the host.
-    pub answers: VecDeque<Answer>,
+    pub answers: VecDeque<HostMessage>,
     /// Past reports. A false reply may repeat one.
-    reported: Vec<Report>,
+    reported: Vec<StatusReport>,
     /// The faults that may still occur.
     pub trouble: Trouble,
 }
@@ -162,10 +162,10 @@ pub enum Happening {
     GoesOn,
 }
 
-impl Plant {
+impl MachineModel {
     /// A machine at rest.
     #[must_use]
-    pub fn new(tool: Xy, drive: Drive, trouble: Trouble) -> Self {
+    pub fn new(tool: Xy, drive: MotionModel, trouble: Trouble) -> Self {
         Self {
             drive,
             tool,
@@ -220,7 +220,7 @@ impl Plant {
             Happening::SwappedBack,
         );
         if self.trouble.lies > 0
-            && let Some(Answer::Report(next)) = self.answers.front()
+            && let Some(HostMessage::Report(next)) = self.answers.front()
         {
             for (old, report) in self.reported.iter().zip(0..) {
                 may(old != next, Happening::Lie { report });
@@ -311,7 +311,7 @@ impl Plant {
             Happening::DoubledBack => {
                 self.trouble.doubled -= 1;
                 let copy = self.answers[0];
-                if let Answer::Report(first) = &mut self.answers[0] {
+                if let HostMessage::Report(first) = &mut self.answers[0] {
                     first.doubled = true;
                 }
                 self.answers.insert(1, copy);
@@ -325,13 +325,13 @@ impl Plant {
                 if let (Some(&old), Some(answer)) =
                     (self.reported.get(usize::from(report)), self.answers.front_mut())
                 {
-                    *answer = Answer::Report(old);
+                    *answer = HostMessage::Report(old);
                 }
             }
             Happening::Refuses => {
                 self.trouble.refused -= 1;
                 self.received.pop_front();
-                self.answers.push_back(Answer::Refused);
+                self.answers.push_back(HostMessage::Refused);
             }
             Happening::Reset => {
                 self.trouble.resets -= 1;
@@ -365,7 +365,7 @@ impl Plant {
                 }
             }
             Some(Sent::Query) => {
-                let report = Report {
+                let report = StatusReport {
                     place: (self.tool.0 + error.0, self.tool.1 + error.1),
                     in_position: !self.in_motion() && !self.held,
                     queued: self.planner.len(),
@@ -375,7 +375,7 @@ impl Plant {
                 if self.trouble.lies > 0 && !self.reported.contains(&report) {
                     self.reported.push(report);
                 }
-                self.answers.push_back(Answer::Report(report));
+                self.answers.push_back(HostMessage::Report(report));
             }
             Some(Sent::Cancel) if self.in_motion() && self.drive.cancels => {
                 self.straying = self.drive.strays;
@@ -397,10 +397,10 @@ impl Plant {
         let end =
             self.planner.back().copied().or(self.stepper.back().map(|&(to, _)| to)).unwrap_or(self.tool);
         if to == end {
-            self.answers.push_back(Answer::Accepted);
+            self.answers.push_back(HostMessage::Accepted);
         } else if self.planner.len() < PLANNER {
             self.planner.push_back(to);
-            self.answers.push_back(Answer::Accepted);
+            self.answers.push_back(HostMessage::Accepted);
         } else {
             self.read = Some(to);
         }

@@ -226,10 +226,10 @@ impl Draw for Bytes {
 /// All cases at once, for Kani. Coordinates run from `-HALF` to `HALF`.
 #[cfg(kani)]
 #[derive(Debug)]
-pub struct Symbolic<const HALF: i8>;
+pub struct KaniCases<const HALF: i8>;
 
 #[cfg(kani)]
-impl<const HALF: i8> Draw for Symbolic<HALF> {
+impl<const HALF: i8> Draw for KaniCases<HALF> {
     type Width = Narrow;
 
     fn int(&mut self, low: i64, high: i64) -> i64 {

@@ -59,9 +59,9 @@ impl Family {
     ];
 
     /// Random edges of the family, with the threshold for queries.
-    pub fn profile(self, random: &mut Rng) -> Profile {
+    pub fn profile(self, random: &mut Rng) -> ProfileCase {
         let count = random.usize(1..=120);
-        let mut profile = Profile { edges: Vec::new(), threshold: random.i64(0..=400) };
+        let mut profile = ProfileCase { edges: Vec::new(), threshold: random.i64(0..=400) };
         self.fill(&mut profile, count, random);
         if profile.edges.is_empty() {
             profile.push((0, 0), (1, 0));
@@ -69,7 +69,7 @@ impl Family {
         profile
     }
 
-    fn fill(self, profile: &mut Profile, count: usize, random: &mut Rng) {
+    fn fill(self, profile: &mut ProfileCase, count: usize, random: &mut Rng) {
         match self {
             Self::Scattered | Self::Duplicates | Self::ZeroLength | Self::Slacks => {
                 self.scatter(profile, count, random);
@@ -106,7 +106,7 @@ impl Family {
     }
 
     /// Short edges anywhere in the field, with the family's degeneracy.
-    fn scatter(self, profile: &mut Profile, count: usize, random: &mut Rng) {
+    fn scatter(self, profile: &mut ProfileCase, count: usize, random: &mut Rng) {
         for k in 0..count {
             let (a, b) = (anywhere(random), anywhere(random));
             let b = (a.0 + b.0 / 20, a.1 + b.1 / 20);
@@ -127,7 +127,7 @@ impl Family {
     }
 
     /// Segments of one line: end to end for `Collinear`, otherwise anywhere on the line.
-    fn line(self, profile: &mut Profile, count: usize, random: &mut Rng) {
+    fn line(self, profile: &mut ProfileCase, count: usize, random: &mut Rng) {
         let (origin, (dx, dy)) = (anywhere(random), (random.i64(-9..=9), random.i64(-9..=9)));
         let along = |k: i64| (origin.0 + dx * k, origin.1 + dy * k);
         let mut k = 0;
@@ -139,7 +139,7 @@ impl Family {
     }
 
     /// Edges that share points as the family prescribes.
-    fn join(self, profile: &mut Profile, count: usize, random: &mut Rng) {
+    fn join(self, profile: &mut ProfileCase, count: usize, random: &mut Rng) {
         let hubs: Vec<Xy> = (0..4).map(|_| anywhere(random)).collect();
         for k in 0..count {
             let (a, b) = (anywhere(random), anywhere(random));
@@ -166,14 +166,14 @@ fn anywhere(random: &mut Rng) -> Xy {
 
 /// Edges, and a threshold in lattice units.
 #[derive(Clone, Debug)]
-pub struct Profile {
+pub struct ProfileCase {
     /// The edges.
     pub edges: Vec<Edge>,
     /// The threshold.
     pub threshold: i64,
 }
 
-impl Profile {
+impl ProfileCase {
     fn push(&mut self, a: Xy, b: Xy) {
         self.edges.push(Edge { chord: Segment { from: at(a), to: at(b) }, chord_error: Length::ZERO });
     }

@@ -27,11 +27,11 @@ use keepout_guard::{
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Curve, ProhibitedRegion, Segment};
 
-use crate::controller::{Drive, Happening, Plant, RESOLUTION, Trouble};
+use crate::controller::{Happening, MachineModel, MotionModel, RESOLUTION, Trouble};
 use crate::families::{at, length};
 use crate::properties::Xy;
 use crate::square::{self, FINISHING, MANUAL, approaches, certified, off_box, off_hull, plain};
-use crate::wire::{Answer, Report, Sent};
+use crate::wire::{HostMessage, Sent, StatusReport};
 
 /// A world to explore: a machine, its faults, and the host's budget.
 #[derive(Clone, Debug)]
@@ -51,7 +51,7 @@ pub struct World {
     /// The faults.
     pub trouble: Trouble,
     /// The behaviour of the machine.
-    pub drive: Drive,
+    pub drive: MotionModel,
     /// A checksum protects the line.
     pub checked: bool,
     /// Enlargement of the simplified outline that jogging asks, lattice units.
@@ -62,7 +62,7 @@ pub struct World {
 #[derive(Clone, Debug)]
 struct Node {
     guard: Guard,
-    plant: Plant,
+    plant: MachineModel,
     queries: VecDeque<QueryStamp>,
     now: u8,
     budget: [u8; 4],
@@ -73,7 +73,7 @@ struct Node {
 }
 
 #[derive(Hash)]
-struct Key<'a>(GuardState, &'a Plant, &'a VecDeque<QueryStamp>, u8, [u8; 4], [bool; 2]);
+struct Key<'a>(GuardState, &'a MachineModel, &'a VecDeque<QueryStamp>, u8, [u8; 4], [bool; 2]);
 
 /// An action of the host, or an event.
 #[derive(Clone, Copy, Debug)]
@@ -133,7 +133,7 @@ impl World {
         let first = Node {
             inside: guard.is_inside_jogging_clearance(),
             guard,
-            plant: Plant::new(self.start, self.drive, self.trouble),
+            plant: MachineModel::new(self.start, self.drive, self.trouble),
             queries: VecDeque::new(),
             now: 0,
             budget: self.budget,
@@ -294,18 +294,18 @@ impl Node {
     fn receives(&mut self) -> bool {
         match self.plant.answers.pop_front() {
             None => false,
-            Some(Answer::Accepted) => {
+            Some(HostMessage::Accepted) => {
                 self.ended |= self.guard.acknowledged().is_err();
                 let guard = &self.guard;
                 self.queries.retain(|stamp| !guard.is_outdated(stamp));
                 false
             }
-            Some(Answer::Refused) => {
+            Some(HostMessage::Refused) => {
                 self.ended |= !self.guard.refused();
                 false
             }
-            Some(Answer::Report(report)) => {
-                let Report { place, in_position, queued, waiting, doubled } = report;
+            Some(HostMessage::Report(report)) => {
+                let StatusReport { place, in_position, queued, waiting, doubled } = report;
                 if let Some(stamp) = self.queries.pop_front() {
                     let feedback =
                         PositionFeedback { position: at(place), in_position, queued: Some(queued), waiting };

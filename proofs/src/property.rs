@@ -10,7 +10,7 @@ use crate::draw::{Bytes, Chance, Every};
 pub const SEED: u64 = 20_261_122;
 
 /// The bound of an engine, and the run of one case.
-pub type Engine<B, S> = (B, fn(&mut S));
+pub type CaseEngine<B, S> = (B, fn(&mut S));
 
 /// A property of the trusted core: an asserting function, and the engines that run it.
 #[derive(Clone, Copy, Debug)]
@@ -24,9 +24,9 @@ pub struct Property {
     /// The code under test.
     pub source: &'static str,
     /// Every case of a small lattice: the lattice's side, and the run of one case.
-    pub every: Option<Engine<i64, Every>>,
+    pub every: Option<CaseEngine<i64, Every>>,
     /// Random cases over the full range: their number, and the run of one case.
-    pub random: Option<Engine<u64, Chance>>,
+    pub random: Option<CaseEngine<u64, Chance>>,
     /// Runs the case that the bytes encode.
     pub bytes: fn(&mut Bytes),
     /// The Kani harness of the same name.
@@ -57,7 +57,7 @@ pub struct Ran {
 
 /// The outcome of a run.
 #[derive(Clone, Copy, Debug)]
-pub struct Outcome {
+pub struct PropertyOutcome {
     /// The extent of the run, or `None` when the property failed.
     pub ran: Option<Ran>,
     /// The time that the run took.
@@ -142,13 +142,13 @@ impl Property {
 
     /// Runs an engine and returns the outcome. A panic counts as a failure.
     #[must_use]
-    pub fn observed(&self, engine: fn(&Self) -> Option<Ran>) -> Option<Outcome> {
+    pub fn observed(&self, engine: fn(&Self) -> Option<Ran>) -> Option<PropertyOutcome> {
         let begin = Instant::now();
         let outcome = catch_unwind(AssertUnwindSafe(|| engine(self)));
         let time = begin.elapsed();
         match outcome {
-            Ok(ran) => ran.map(|ran| Outcome { ran: Some(ran), time }),
-            Err(_) => Some(Outcome { ran: None, time }),
+            Ok(ran) => ran.map(|ran| PropertyOutcome { ran: Some(ran), time }),
+            Err(_) => Some(PropertyOutcome { ran: None, time }),
         }
     }
 }
@@ -197,7 +197,8 @@ macro_rules! properties {
                 #[cfg_attr(not(kani_shim), kani::proof, kani::unwind($unwind), kani::solver($solver))]
                 #[cfg_attr(kani_shim, expect(dead_code, reason = "only Kani calls harnesses"))]
                 fn holds() {
-                    crate::property::drawn!($d, $call, crate::draw::Symbolic<$half>)(&mut crate::draw::Symbolic);
+                    let cases = &mut crate::draw::KaniCases;
+                    crate::property::drawn!($d, $call, crate::draw::KaniCases<$half>)(cases);
                 }
             } )? )+
         }

@@ -6,10 +6,10 @@ use std::path::Path;
 
 use keepout_planner::file::write_whole;
 
-use crate::faults::results::Fate;
-use crate::faults::{self, Engine, Fault};
-use crate::property::{Outcome, Property, Ran};
-use crate::smt::results::{self, Row};
+use crate::faults::results::FaultFate;
+use crate::faults::{self, FaultEngine, SeededFault};
+use crate::property::{Property, PropertyOutcome, Ran};
+use crate::smt::results::{self, TheoremRow};
 use crate::{properties, worlds};
 
 /// Checks without drawn inputs: the check, the code, and where the check is.
@@ -96,11 +96,11 @@ pub fn write(page: &Path, theorems: &Path) -> io::Result<bool> {
     Ok(failed.is_empty())
 }
 
-fn outcome_cell(outcome: Option<&Outcome>, of: impl Fn(i64) -> String) -> String {
+fn outcome_cell(outcome: Option<&PropertyOutcome>, of: impl Fn(i64) -> String) -> String {
     match outcome {
         None => "–".into(),
-        Some(Outcome { ran: None, .. }) => "**fails**".into(),
-        Some(Outcome { ran: Some(Ran { cases, asked, reach }), time }) => {
+        Some(PropertyOutcome { ran: None, .. }) => "**fails**".into(),
+        Some(PropertyOutcome { ran: Some(Ran { cases, asked, reach }), time }) => {
             let asked =
                 if asked < cases { format!(", premise met in {}", grouped(*asked)) } else { String::new() };
             format!("{}: {}{asked}, {:.1} s", of(*reach), grouped(*cases), time.as_secs_f64())
@@ -170,9 +170,9 @@ fn properties_of(text: &mut String, failed: &mut Vec<String>) -> std::fmt::Resul
 }
 
 /// The solvers' results.
-fn solved(text: &mut String, rows: &[Row], failed: &mut Vec<String>) -> std::fmt::Result {
+fn solved(text: &mut String, rows: &[TheoremRow], failed: &mut Vec<String>) -> std::fmt::Result {
     let (solver, second) = rows.first().map_or(("no solver", ""), |row| (&row.solver, &row.second));
-    let (run, plane): (Vec<&Row>, Vec<&Row>) = rows.iter().partition(|row| row.paths > 0);
+    let (run, plane): (Vec<&TheoremRow>, Vec<&TheoremRow>) = rows.iter().partition(|row| row.paths > 0);
     writeln!(
         text,
         "\n## Theorems over all numbers\n\n{} theorems. {solver} gave the expected answer to every question: \
@@ -191,7 +191,7 @@ fn solved(text: &mut String, rows: &[Row], failed: &mut Vec<String>) -> std::fmt
          |---|---|---|---|---|---|---|---|",
         run.len(),
     )?;
-    let mut line = |text: &mut String, row: &Row, place: &str, more: &str| {
+    let mut line = |text: &mut String, row: &TheoremRow, place: &str, more: &str| {
         let proved = row.result == "proved";
         if !proved {
             failed.push(row.theorem.clone());
@@ -229,8 +229,8 @@ fn solved(text: &mut String, rows: &[Row], failed: &mut Vec<String>) -> std::fmt
 
 /// The theorems that rest on this one, and the properties that test the code against it.
 #[must_use]
-pub fn used_by(theorem: &str, rows: &[Row]) -> Vec<String> {
-    let rests = |row: &&Row| row.rests_on.split(", ").any(|other| other == theorem);
+pub fn used_by(theorem: &str, rows: &[TheoremRow]) -> Vec<String> {
+    let rests = |row: &&TheoremRow| row.rests_on.split(", ").any(|other| other == theorem);
     let tied = TIED.iter().find(|(name, _)| *name == theorem).map_or(&[][..], |(_, properties)| properties);
     let above = rows.iter().filter(rests).map(|row| format!("`{}`", row.theorem));
     above.chain(tied.iter().map(|property| format!("property `{property}`"))).collect()
@@ -289,13 +289,14 @@ fn explored(text: &mut String, failed: &mut Vec<String>) -> std::fmt::Result {
 fn seeded(text: &mut String) -> std::fmt::Result {
     let rows = faults::results::read();
     let catalogue = faults::catalogue().unwrap_or_default();
-    let fate = |fault: &Fault, engine: Engine| {
+    let fate = |fault: &SeededFault, engine: FaultEngine| {
         faults::results::row(&rows, fault, engine).map_or("not run".into(), |row| row.fate.to_string())
     };
-    let of = |wanted: Engine| catalogue.iter().filter(move |fault| fault.engines().contains(&wanted));
-    let count =
-        |begin: &str| of(Engine::Proofs).filter(|f| fate(f, Engine::Proofs).starts_with(begin)).count();
-    let equivalent = Fate::Equivalent.to_string();
+    let of = |wanted: FaultEngine| catalogue.iter().filter(move |fault| fault.engines().contains(&wanted));
+    let count = |begin: &str| {
+        of(FaultEngine::Proofs).filter(|f| fate(f, FaultEngine::Proofs).starts_with(begin)).count()
+    };
+    let equivalent = FaultFate::Equivalent.to_string();
     writeln!(
         text,
         "\n## Seeded faults\n\nThe catalogue `faults.toml` has {} faults. Each goes into a copy of the \
@@ -305,21 +306,21 @@ fn seeded(text: &mut String) -> std::fmt::Result {
          --example seeded`), and are not listed here.\n\n\
          | fault | file | properties and worlds | hostile simulation |\n|---|---|---|---|",
         catalogue.len(),
-        of(Engine::Proofs).count(),
+        of(FaultEngine::Proofs).count(),
         count("noticed"),
         count("survived"),
         count(&equivalent),
         count("undecided"),
         count("not run"),
-        of(Engine::Hostile).count(),
-        of(Engine::Fuzz).count(),
+        of(FaultEngine::Hostile).count(),
+        of(FaultEngine::Fuzz).count(),
     )?;
-    for fault in of(Engine::Proofs) {
-        let proofs = fate(fault, Engine::Proofs);
+    for fault in of(FaultEngine::Proofs) {
+        let proofs = fate(fault, FaultEngine::Proofs);
         let why = fault.equivalent.as_deref().filter(|_| proofs == equivalent);
         let proofs = why.map_or(proofs.clone(), |why| format!("{proofs}: {why}"));
-        let hostile = if fault.engines().contains(&Engine::Hostile) {
-            fate(fault, Engine::Hostile)
+        let hostile = if fault.engines().contains(&FaultEngine::Hostile) {
+            fate(fault, FaultEngine::Hostile)
         } else {
             "–".into()
         };

@@ -15,18 +15,18 @@ pub enum Sent {
 
 /// A message to the host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Answer {
+pub enum HostMessage {
     /// The controller accepted the oldest line.
     Accepted,
     /// The controller rejected the oldest line.
     Refused,
     /// A status report.
-    Report(Report),
+    Report(StatusReport),
 }
 
 /// A status report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Report {
+pub struct StatusReport {
     /// Position of the tool.
     pub place: Xy,
     /// The machine is at rest.

@@ -1,6 +1,6 @@
 //! The worlds that the exploration visits, with their bounds.
 
-use crate::controller::{Drive, Trouble};
+use crate::controller::{MotionModel, Trouble};
 use crate::invariant::World;
 use crate::properties::Xy;
 
@@ -25,9 +25,9 @@ const BACK: &[Xy] = &[WEST, MIDDLE];
 const ACROSS: &[Xy] = &[SOUTH, WEST, NORTH];
 const AROUND: &[Xy] = &[SOUTH, WEST, NORTH, MIDDLE];
 
-const STRAIGHT: Drive =
-    Drive { apart: false, flushes: false, cancels: true, strays: false, errs: false, halves: 1 };
-const ERRING: Drive = Drive { errs: true, ..STRAIGHT };
+const STRAIGHT: MotionModel =
+    MotionModel { apart: false, flushes: false, cancels: true, strays: false, errs: false, halves: 1 };
+const ERRING: MotionModel = MotionModel { errs: true, ..STRAIGHT };
 const QUIET: Trouble =
     Trouble { lost: 0, doubled: 0, swapped: 0, lies: 0, refused: 0, resets: 0, holds: 0, jumps: 0 };
 
@@ -54,7 +54,7 @@ const CONTOUR: World = World {
     budget: [1, 3, 0, 0],
     open: 2,
     trouble: QUIET,
-    drive: Drive { cancels: false, ..STRAIGHT },
+    drive: MotionModel { cancels: false, ..STRAIGHT },
     checked: false,
     coarser: 0,
 };
@@ -132,7 +132,7 @@ fn times() -> Vec<World> {
 
 /// Worlds with other machines, start positions and targets.
 fn machines() -> Vec<World> {
-    let flushing = Drive { flushes: true, ..STRAIGHT };
+    let flushing = MotionModel { flushes: true, ..STRAIGHT };
     vec![
         World { drive: flushing, ..with("cancels that flush", [2, 3, 2, 0], QUIET) },
         World {
@@ -141,26 +141,26 @@ fn machines() -> Vec<World> {
             ..with("cancels that flush, three lines", [3, 2, 1, 0], QUIET)
         },
         World {
-            drive: Drive { halves: 2, ..STRAIGHT },
+            drive: MotionModel { halves: 2, ..STRAIGHT },
             ..with("cancels in more places", [3, 2, 1, 0], QUIET)
         },
         World {
-            drive: Drive { apart: true, ..STRAIGHT },
+            drive: MotionModel { apart: true, ..STRAIGHT },
             targets: &[SOUTH, (-600, -600), WEST, (-600, 1000)],
             ..with("axes that run apart", [3, 4, 1, 0], QUIET)
         },
         World {
-            drive: Drive { strays: true, ..STRAIGHT },
+            drive: MotionModel { strays: true, ..STRAIGHT },
             targets: BESIDE,
             ..with("cancels that leave the path", [2, 4, 1, 0], QUIET)
         },
         World {
-            drive: Drive { strays: true, errs: true, ..STRAIGHT },
+            drive: MotionModel { strays: true, errs: true, ..STRAIGHT },
             targets: BESIDE,
             ..with("cancels that leave the path, reports that err", [1, 3, 1, 0], QUIET)
         },
         World {
-            drive: Drive { strays: true, flushes: true, ..STRAIGHT },
+            drive: MotionModel { strays: true, flushes: true, ..STRAIGHT },
             targets: BESIDE,
             ..with(
                 "cancels that leave the path and flush, a line lost",
@@ -169,7 +169,7 @@ fn machines() -> Vec<World> {
             )
         },
         World {
-            drive: Drive { strays: true, apart: true, ..STRAIGHT },
+            drive: MotionModel { strays: true, apart: true, ..STRAIGHT },
             targets: BESIDE,
             ..with("cancels that leave the box", [2, 3, 1, 0], QUIET)
         },
@@ -212,7 +212,11 @@ fn contours() -> Vec<World> {
             trouble: Trouble { holds: 1, lost: 1, ..QUIET },
             ..CONTOUR
         },
-        World { name: "contour, reports that err", drive: Drive { errs: true, ..CONTOUR.drive }, ..CONTOUR },
+        World {
+            name: "contour, reports that err",
+            drive: MotionModel { errs: true, ..CONTOUR.drive },
+            ..CONTOUR
+        },
         World {
             name: "contour through the part",
             contour: &[(-108, -108), (508, 508), (600, 508)],

@@ -4,12 +4,12 @@
 use fastrand::Rng;
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::index::cells::{self, Answer, Cells, Claim, GROUP, Packed};
-use keepout_kernel::index::check::{CheckedIndex, IndexFault, Node, Proposal};
+use keepout_kernel::index::check::{BoxProposal, CheckedIndex, IndexFault, Node};
 use keepout_kernel::index::{CellFault, build, subdivide};
 use keepout_kernel::{Edge, Length, Point, Segment};
-use keepout_proofs::families::{Family, Profile, at, length};
+use keepout_proofs::families::{Family, ProfileCase, at, length};
 
-fn profile(random: &mut Rng) -> Profile {
+fn profile(random: &mut Rng) -> ProfileCase {
     let family = Family::ALL[random.usize(..Family::ALL.len())];
     let mut profile = family.profile(random);
     if random.bool() {
@@ -105,10 +105,10 @@ fn box_one_unit_too_small_is_rejected_on_every_side_and_level() {
         ([&right.levels[..], &right.levels[2..]].concat(), IndexFault::Levels { count: 4 }),
         (right.levels[1..].to_vec(), IndexFault::Nodes { level: 0, count: 2 }),
     ] {
-        assert_eq!(CheckedIndex::check(edges.clone(), Proposal { levels }).unwrap_err(), fault);
+        assert_eq!(CheckedIndex::check(edges.clone(), BoxProposal { levels }).unwrap_err(), fault);
     }
     assert!(
-        CheckedIndex::check(vec![], Proposal::default())
+        CheckedIndex::check(vec![], BoxProposal::default())
             .unwrap()
             .near_point(Point::ORIGIN, length(9))
             .is_none()
@@ -132,7 +132,7 @@ fn claims_survive_packing_and_numbers_that_do_not_fit_are_open() {
     }
 }
 
-fn disturb_cells(proposal: &mut cells::Proposal, random: &mut Rng) {
+fn disturb_cells(proposal: &mut cells::CellProposal, random: &mut Rng) {
     let at = random.usize(..proposal.claims.len());
     let number = match proposal.claims[at].claim() {
         Claim::Blocked(n) | Claim::Near(n) | Claim::Divided(n) => n,
@@ -199,7 +199,7 @@ fn covered_square_must_exceed_all_near_points_by_a_unit() {
     };
     let index = build::build(vec![edge]).unwrap();
     // Near points lie from −2 − 10 to 52 + 10 in x. With the spare units the square must be 76 wide.
-    let whole = |x: i32, y: i32, log_2| cells::Proposal {
+    let whole = |x: i32, y: i32, log_2| cells::CellProposal {
         threshold: Length::small(10),
         origin: (x, y),
         log_2,
@@ -233,7 +233,13 @@ fn lists_must_be_complete_and_leave_nothing_over() {
     let with = |claims: usize, lists: Vec<u32>| {
         let mut all = vec![Packed::of(Claim::Open); claims];
         all[GROUP / 2 + 2] = Packed::of(Claim::Near(0));
-        cells::Proposal { threshold: Length::small(3), origin: (-128, -128), log_2: 8, claims: all, lists }
+        cells::CellProposal {
+            threshold: Length::small(3),
+            origin: (-128, -128),
+            log_2: 8,
+            claims: all,
+            lists,
+        }
     };
     let check = |proposal| Cells::check(&index, proposal).map(|_| ());
     assert_eq!(check(with(GROUP, vec![2, 0, 1])), Ok(()));
@@ -258,7 +264,7 @@ fn lists_must_be_complete_and_leave_nothing_over() {
         "a list beyond the end"
     );
     let largest = length(i64::from(keepout_kernel::exact::lattice::COORD_MAX));
-    let whole = cells::Proposal {
+    let whole = cells::CellProposal {
         threshold: largest,
         origin: (-(1 << 29), -(1 << 29)),
         log_2: 30,
@@ -335,6 +341,7 @@ fn random_cells(index: &CheckedIndex, threshold: Length, random: &mut Rng) -> Ce
     }
     let mut toss = Toss(index, threshold, Vec::new(), Vec::new());
     group(&mut toss, (-32, -32), 6, random);
-    let proposal = cells::Proposal { threshold, origin: (-32, -32), log_2: 6, claims: toss.2, lists: toss.3 };
+    let proposal =
+        cells::CellProposal { threshold, origin: (-32, -32), log_2: 6, claims: toss.2, lists: toss.3 };
     Cells::check(index, proposal).unwrap()
 }

@@ -6,15 +6,15 @@ use keepout_kernel::exact::predicate::{Proximity, Site};
 use keepout_kernel::exact::width::Lattice;
 use keepout_proofs::smt::explore::explore;
 use keepout_proofs::smt::fact::{Fact, at_most, claim, equal, less, not};
-use keepout_proofs::smt::prover::{Contract, Prover, Report, Settings, at_least_zero};
+use keepout_proofs::smt::prover::{Contract, Prover, Settings, TheoremReport, at_least_zero};
 use keepout_proofs::smt::run::{Theorem, run};
-use keepout_proofs::smt::solver::{Kind, Solver};
-use keepout_proofs::smt::symbolic::{Place, Scalar, Symbolic};
+use keepout_proofs::smt::solver::{Solver, SolverKind};
+use keepout_proofs::smt::symbolic::{Scalar, Symbolic, SymbolicPoint};
 use keepout_proofs::smt::term::{Term, square, whole};
 use keepout_proofs::theorems::{THEOREMS, no_overflow_up_to};
 
 fn settings() -> Option<Settings> {
-    match Solver::find(Kind::Z3, Duration::from_secs(60)) {
+    match Solver::find(SolverKind::Z3, Duration::from_secs(60)) {
         Ok(solver) => Some(Settings { solver, second: None, dump: None }),
         Err(_) => {
             println!("skipped: no z3");
@@ -23,7 +23,7 @@ fn settings() -> Option<Settings> {
     }
 }
 
-fn report(settings: &Settings, proof: impl Fn(&mut Prover<'_>)) -> Report {
+fn report(settings: &Settings, proof: impl Fn(&mut Prover<'_>)) -> TheoremReport {
     let mut prover = Prover::new(settings, "test");
     proof(&mut prover);
     prover.report()
@@ -44,7 +44,7 @@ fn wrong_predicates_are_not_proved() {
     for strict in [true, false] {
         let report = report(&settings, |prover| {
             let [px, py, qx, qy, r] = ["px", "py", "qx", "qy", "r"].map(Term::fresh);
-            let place = |x, y| -> Place { Site { x: Scalar(x), y: Scalar(y) } };
+            let place = |x, y| -> SymbolicPoint { Site { x: Scalar(x), y: Scalar(y) } };
             let paths = explore(&[], &[], || {
                 wrong_point_point::<Symbolic>(place(px, py), place(qx, qy), Scalar(r), strict).is_clear()
             });
@@ -132,7 +132,7 @@ fn solver_without_an_answer_proves_nothing() {
         "echo unsat; echo '(error)'",
         "sleep 5",
     ] {
-        let solver = Solver::of_command(Kind::Z3, &["sh", "-c", says], Duration::from_millis(300));
+        let solver = Solver::of_command(SolverKind::Z3, &["sh", "-c", says], Duration::from_millis(300));
         let settings = Settings { solver, second: None, dump: None };
         let failures = report(&settings, |prover| {
             prover.lemma("true", |[x]| claim([], not(less(x, x))));

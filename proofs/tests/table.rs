@@ -30,7 +30,7 @@ fn the_page_names_every_property_and_every_fault() {
         assert!(page.contains(&format!("| `{}` | {} |", property.name, property.claim)), "{}", property.name);
     }
     for fault in faults::catalogue().expect("the catalogue is here") {
-        let listed = !fault.engines().contains(&faults::Engine::Fuzz);
+        let listed = !fault.engines().contains(&faults::FaultEngine::Fuzz);
         assert!(!listed || page.contains(&fault.name), "{}", fault.name);
     }
     for theorem in THEOREMS {
@@ -81,6 +81,6 @@ fn faults_can_be_seeded() {
     for fault in &catalogue {
         tree::seeded_files(std::slice::from_ref(fault)).expect("it can be seeded alone");
     }
-    let switched: Vec<_> = catalogue.into_iter().filter(faults::Fault::is_switched).collect();
+    let switched: Vec<_> = catalogue.into_iter().filter(faults::SeededFault::is_switched).collect();
     assert!(tree::seeded_files(&switched).expect("they can be seeded together").len() > 10);
 }

@@ -11,7 +11,7 @@ mod process;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-pub use judge::{Played, Watched};
+pub use judge::{JudgedLog, Watched};
 use keepout_executor::session::place_on_table;
 use keepout_executor::supervisor::PreparedPlan;
 use keepout_kernel::Vector;
@@ -34,7 +34,7 @@ pub enum Victim {
 
 /// A moment at which a session is ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Moment {
+pub struct KillMoment {
     /// Its number, and the seed of all that is random in it.
     pub number: u64,
     /// What is killed.
@@ -43,7 +43,7 @@ pub struct Moment {
     pub after: Duration,
 }
 
-impl Moment {
+impl KillMoment {
     /// The moment of a number: the victims take turns, the times are random within the session.
     #[must_use]
     pub fn of(number: u64) -> Self {
@@ -70,7 +70,7 @@ const RESUMED_WITHIN: Duration = Duration::from_secs(90);
 
 /// What came of a moment in which all was as wanted.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Outcome {
+pub struct KillOutcome {
     /// The phase in which the session was ended.
     pub phase: String,
     /// Whether there was something left to be taken up.
@@ -127,7 +127,7 @@ impl Trials {
     ///
     /// # Errors
     /// What was not as wanted, and where the files are.
-    pub fn go(&self, moment: Moment) -> Result<Outcome, String> {
+    pub fn go(&self, moment: KillMoment) -> Result<KillOutcome, String> {
         let folder = self.folder.join(format!("{:05}", moment.number));
         std::fs::create_dir_all(&folder).map_err(|error| error.to_string())?;
         let trial = Trial { trials: self, folder: folder.clone(), moment };
@@ -146,11 +146,11 @@ impl Trials {
 struct Trial<'a> {
     trials: &'a Trials,
     folder: PathBuf,
-    moment: Moment,
+    moment: KillMoment,
 }
 
 impl Trial<'_> {
-    fn go(&self) -> Result<Outcome, String> {
+    fn go(&self) -> Result<KillOutcome, String> {
         let mut machine = self.machine(1)?;
         let mut executor = self.executor(&self.operator()?, &["--home"], "first.log")?;
         std::thread::sleep(self.moment.after);
@@ -249,13 +249,13 @@ impl Trial<'_> {
     }
 
     /// Reads a log that holds, of a session with a machine that received this.
-    fn log(&self, log: &str, received: &[u8], earlier: &[u8]) -> Result<Option<Played>, String> {
+    fn log(&self, log: &str, received: &[u8], earlier: &[u8]) -> Result<Option<JudgedLog>, String> {
         let may_be_torn = self.moment.victim == Victim::Executor;
-        Played::of(&self.folder.join(log), received, earlier, may_be_torn, &self.trials.work)
+        JudgedLog::of(&self.folder.join(log), received, earlier, may_be_torn, &self.trials.work)
     }
 
     /// Takes the contour up again and finishes it; how many commands that took.
-    fn finish(&self, first: Option<&Played>, phase: &str) -> Result<u64, String> {
+    fn finish(&self, first: Option<&JudgedLog>, phase: &str) -> Result<u64, String> {
         let log = self.path("first.log");
         let homed = self.moment.victim != Victim::Controller && !["", "Starting"].contains(&phase);
         let home = if homed { "--homed" } else { "--home" };
@@ -280,7 +280,7 @@ impl Trial<'_> {
     }
 
     /// Looks at the true positions of the tool.
-    fn judge(&self, phase: String, resumed: bool, commands: u64) -> Result<Outcome, String> {
+    fn judge(&self, phase: String, resumed: bool, commands: u64) -> Result<KillOutcome, String> {
         let mut machines = Vec::new();
         for number in 1..=2 {
             let path = self.folder.join(format!("positions.{number}"));
@@ -290,6 +290,6 @@ impl Trial<'_> {
         }
         let Watched { positions: watched, closest_mm, worst_mm } =
             Watched::of(&machines, &self.trials.work, self.trials.offset)?;
-        Ok(Outcome { phase, resumed, commands, watched, closest_mm, worst_mm })
+        Ok(KillOutcome { phase, resumed, commands, watched, closest_mm, worst_mm })
     }
 }

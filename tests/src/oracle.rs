@@ -15,11 +15,11 @@ pub struct Oracle {
     /// What is wrong with it.
     pub defects: Vec<String>,
     /// Closed loops, their even-odd area with its tolerance, and the box around them; `None` when it could not be read.
-    pub reading: Option<Reading>,
+    pub reading: Option<OracleReading>,
 }
 
 /// Closed loops and what they enclose.
-pub struct Reading {
+pub struct OracleReading {
     /// Closed loops.
     pub loops: usize,
     /// Their area by the even-odd rule, mm².
@@ -52,7 +52,7 @@ fn oracle(entry: &Value) -> Oracle {
     }
 }
 
-fn reading(entry: &Value) -> Option<Reading> {
+fn reading(entry: &Value) -> Option<OracleReading> {
     let reference = &entry["ref"];
     // Millimetres of the file's unit, as `$INSUNITS` numbers it.
     let scale = match entry["insunits"].as_u64() {
@@ -61,7 +61,7 @@ fn reading(entry: &Value) -> Option<Reading> {
         _ => 1.0,
     };
     let corners: Option<Vec<f64>> = reference["bbox_loops"].as_array()?.iter().map(Value::as_f64).collect();
-    Some(Reading {
+    Some(OracleReading {
         loops: usize::try_from(reference["loops"].as_u64()?).ok()?,
         area: reference["area_evenodd"].as_f64()? * scale * scale,
         area_tolerance: reference["area_tolerance"].as_f64().unwrap_or(0.0) * scale * scale,
@@ -69,7 +69,7 @@ fn reading(entry: &Value) -> Option<Reading> {
     })
 }
 
-impl Reading {
+impl OracleReading {
     /// Whether ours is the same: loops, area within 0.1 %, box within 0.02 mm.
     ///
     /// # Errors

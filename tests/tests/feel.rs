@@ -1,7 +1,7 @@
 //! The feel of jogging, held to goals: first step, sliding along straight and curved walls, release.
 
 use keepout_executor::dialect::DialectName;
-use keepout_tests::feel::{self, AT_WALL_MM, Shape, Table, Wall, median_and_p99};
+use keepout_tests::feel::{self, AT_WALL_MM, MachineTable, ReleasePlace, WallShape, median_and_p99};
 
 /// Angles at which the straight wall lies, degrees.
 const WALLS: [f64; 2] = [0.0, 17.0];
@@ -12,7 +12,7 @@ const STOCK_MM: f64 = 0.21;
 
 #[test]
 fn tool_slides_along_straight_wall_at_the_commanded_component() {
-    for table in &Table::ALL {
+    for table in &MachineTable::ALL {
         for (delay, wall) in DELAYS_MS.into_iter().flat_map(|delay| WALLS.map(|wall| (delay, wall))) {
             for angle in [0.0, 15.0, 30.0, 45.0, 60.0, 75.0] {
                 let slide = feel::straight(table, wall, angle, delay).unwrap();
@@ -28,9 +28,9 @@ fn tool_slides_along_straight_wall_at_the_commanded_component() {
 
 #[test]
 fn tool_does_not_stop_on_smooth_curve_and_stays_within_the_stock() {
-    for table in &Table::ALL {
+    for table in &MachineTable::ALL {
         for (delay, shape) in
-            DELAYS_MS.into_iter().flat_map(|delay| Shape::CURVES.map(|shape| (delay, shape)))
+            DELAYS_MS.into_iter().flat_map(|delay| WallShape::CURVES.map(|shape| (delay, shape)))
         {
             let slide = feel::curved(table, shape, delay).unwrap();
             let case = format!("{}, {delay} ms, {shape:?}: {slide:?}", table.name);
@@ -42,7 +42,7 @@ fn tool_does_not_stop_on_smooth_curve_and_stays_within_the_stock() {
 
 #[test]
 fn first_step_comes_within_30_ms_and_the_latency_of_the_line() {
-    for table in &Table::ALL {
+    for table in &MachineTable::ALL {
         for delay in DELAYS_MS {
             let waited = feel::first_steps(table, delay, 100).unwrap();
             assert_eq!(waited.len(), 100);
@@ -57,10 +57,10 @@ fn first_step_comes_within_30_ms_and_the_latency_of_the_line() {
 /// No cancel is sent, and the tool goes on to the end of its look-ahead.
 #[test]
 fn tool_rests_at_the_end_of_a_short_look_ahead() {
-    for table in &Table::ALL {
+    for table in &MachineTable::ALL {
         for (delay, allowed_s) in [(1, 0.2), (50, 0.45)] {
             for language in [DialectName::Grbl, DialectName::GrblHal] {
-                let released = feel::release(table, language.clone(), delay, Wall::Sliding).unwrap();
+                let released = feel::release(table, language.clone(), delay, ReleasePlace::Sliding).unwrap();
                 let braking_s = table.feed_mm_min / 60.0 / table.acceleration_mm_s2;
                 let case = format!("{}, {delay} ms: {released:?}", table.name);
                 assert!(released.seconds < braking_s + allowed_s, "{case}");

@@ -14,7 +14,7 @@ use keepout_planner::machine::MachineProfile;
 use keepout_planner::request::PlanRequest;
 use keepout_sim::operator;
 use keepout_sim::session::{Scene, SimRun, run_scene};
-use keepout_tests::kills::{Played, Watched};
+use keepout_tests::kills::{JudgedLog, Watched};
 
 /// Where no drawing is moved: samples are in drawing coordinates.
 const HERE: Vector = Vector { dx: 0, dy: 0 };
@@ -54,11 +54,11 @@ fn to_logs_that_lack_what_was_sent_or_were_changed() {
     let (work, folder) = (work(), folder("logs"));
     let path = folder.join("whole.log");
     session(&work, 6, Progress::default(), &path);
-    let received = Played::of(&path, &[], &[], false, &work).unwrap().unwrap().sent;
+    let received = JudgedLog::of(&path, &[], &[], false, &work).unwrap().unwrap().sent;
     let judged = |bytes: &[u8], may_be_torn: bool| {
         let path = folder.join("seeded.log");
         std::fs::write(&path, bytes).unwrap();
-        Played::of(&path, &received, &[], may_be_torn, &work)
+        JudgedLog::of(&path, &received, &[], may_be_torn, &work)
     };
     let whole = std::fs::read(&path).unwrap();
     judged(&whole, false).unwrap().unwrap();
@@ -86,7 +86,7 @@ fn to_sessions_that_are_taken_up_without_the_log() {
     let run = |name: &str, limit_s, progress| {
         let path = folder.join(name);
         session(&work, limit_s, progress, &path);
-        Played::of(&path, &[], &[], false, &work).unwrap().unwrap()
+        JudgedLog::of(&path, &[], &[], false, &work).unwrap().unwrap()
     };
     let first = run("first.log", 9, Progress::default());
     let left = first.replay.supervisor.progress();

@@ -5,7 +5,7 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use keepout_tests::kills::{Moment, Trials, keepout_program};
+use keepout_tests::kills::{KillMoment, Trials, keepout_program};
 
 #[test]
 fn killed_sessions_are_taken_up_again_and_finished() {
@@ -20,7 +20,7 @@ fn killed_sessions_are_taken_up_again_and_finished() {
                     let numbers =
                         || Some(next.fetch_add(1, Ordering::Relaxed)).filter(|number| *number <= 12);
                     std::iter::from_fn(numbers)
-                        .filter_map(|number| trials.go(Moment::of(number)).err())
+                        .filter_map(|number| trials.go(KillMoment::of(number)).err())
                         .collect()
                 })
             })

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use keepout_planner::align::file::{AlignmentFile, Method, VERSION};
-use keepout_planner::align::{Alignment, Part, ProbePoint, ProbePoints, align as aligned};
+use keepout_planner::align::{Alignment, PartEdges, ProbePoint, ProbePoints, align as aligned};
 use keepout_planner::plan::{CertifiedPlan, PlanError};
 use keepout_planner::profile::Profile;
 use keepout_planner::request::PlanRequestError;
@@ -48,14 +48,15 @@ pub fn align(arguments: &AlignArguments) -> Result<ExitCode, CliError> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn part_of(arguments: &AlignArguments) -> Result<Part, CliError> {
+fn part_of(arguments: &AlignArguments) -> Result<PartEdges, CliError> {
     let path = &arguments.drawing.drawing;
     let wrong = |source: PlanRequestError| CliError::PlanRequest { path: path.clone(), source };
     let request = request_of(&arguments.drawing)?;
     let bytes = keepout_planner::drawing::read_file(path).map_err(CliError::Drawing)?;
     let (_, chained) = request.contours(&bytes).map_err(|error| wrong(error.into()))?;
     let loops = chained.profile.loops.into_iter().filter(|each| !each.is_flat()).collect();
-    Part::of(&Profile { loops }, arguments.side.into()).map_err(|error| wrong(PlanError::from(error).into()))
+    PartEdges::of(&Profile { loops }, arguments.side.into())
+        .map_err(|error| wrong(PlanError::from(error).into()))
 }
 
 fn file_of(found: &Alignment, probe_points: &ProbePoints, drawing: &str) -> AlignmentFile {

@@ -13,8 +13,8 @@ use keepout_planner::machine::{ControllerProfile, MACHINE_PROFILE, MachineProfil
 use keepout_planner::text_file;
 use keepout_sim::Quirks;
 use keepout_sim::conformance::{
-    Bench, Care, Findings, RecordError, Recorder, Recording, Scenario, Setup, SimulatedBench, Start, compare,
-    load, save, scenarios, simulate, table,
+    Bench, Care, Findings, RecordError, Recording, Scenario, ScenarioRecorder, Setup, SimulatedBench, Start,
+    compare, load, save, scenarios, simulate, table,
 };
 
 use super::CliError;
@@ -99,7 +99,7 @@ pub fn conformance(at: AtPort<'_>, arguments: &ConformanceArguments) -> Result<E
         return Err(CliError::Argument("the answer was not yes, so the machine did not move".into()));
     }
     let bench = Bench { port: at.port, clock: at.clock, tool: |_, _| {} };
-    let mut recorder = Recorder::begin(bench, setup.clone())?;
+    let mut recorder = ScenarioRecorder::begin(bench, setup.clone())?;
     let (chosen, origin) = (choose(&setup, recorder.blocks(), &arguments.only)?, recorder.origin());
     let played = play(&mut recorder, &chosen);
     let recording = recorder.finish();
@@ -159,7 +159,10 @@ fn choose(setup: &Setup, blocks: u32, only: &[String]) -> Result<Vec<Scenario>, 
     Ok(chosen)
 }
 
-fn play(recorder: &mut Recorder<'_, Serial, RealClock>, chosen: &[Scenario]) -> Result<(), RecordError> {
+fn play(
+    recorder: &mut ScenarioRecorder<'_, Serial, RealClock>,
+    chosen: &[Scenario],
+) -> Result<(), RecordError> {
     let hidden = !std::io::stderr().is_terminal();
     let bar = if hidden { ProgressBar::hidden() } else { ProgressBar::new(chosen.len() as u64) };
     if let Ok(style) = ProgressStyle::with_template("[{bar:20}] {pos}/{len} {elapsed} {msg}") {

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
-use keepout_drives::budget::{Budget, Question, budget};
+use keepout_drives::budget::{BudgetRequest, ContourErrorBudget, budget};
 use keepout_drives::controllers::kind::Kind;
 use keepout_drives::metrics::figure;
 use keepout_drives::profile::DriveProfile;
@@ -93,8 +93,11 @@ fn work_out(arguments: &BudgetArguments) -> Result<ExitCode, CliError> {
         (Some(mm_min), Some(_)) => Some(speed("--by-hand", mm_min)?),
         (None, top) => top,
     };
-    let question =
-        Question { kind: arguments.controller, feed_mm_s: speed("--feed", arguments.feed)?, by_hand_mm_s };
+    let question = BudgetRequest {
+        kind: arguments.controller,
+        feed_mm_s: speed("--feed", arguments.feed)?,
+        by_hand_mm_s,
+    };
     suits(&profile, &question, arguments)?;
     let bar = bar();
     let found = budget(&profile, &question, &mut show(&bar));
@@ -147,7 +150,11 @@ const SLOWEST_MM_S: f64 = 0.2;
 const MOST_SAMPLES: f64 = 1e5;
 
 /// Checks that the budget can be computed, and that it holds for the machine profile.
-fn suits(profile: &DriveProfile, question: &Question, arguments: &BudgetArguments) -> Result<(), CliError> {
+fn suits(
+    profile: &DriveProfile,
+    question: &BudgetRequest,
+    arguments: &BudgetArguments,
+) -> Result<(), CliError> {
     let refused = |reason: String| Err(CliError::Argument(reason));
     if let Some(interpolator) = &profile.interpolator {
         let speeds = [("--feed", Some(question.feed_mm_s)), ("--by-hand", question.by_hand_mm_s)];
@@ -186,7 +193,7 @@ fn suits(profile: &DriveProfile, question: &Question, arguments: &BudgetArgument
     Ok(())
 }
 
-fn summary(found: &Budget) -> String {
+fn summary(found: &ContourErrorBudget) -> String {
     let mut lines =
         vec![format!("{:<36} {:>9} {:>9}   signs of the worst", "contour error, µm, max", "exact", "worst")];
     for finding in &found.findings {

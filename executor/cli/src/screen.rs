@@ -19,7 +19,7 @@ use keepout_kernel::exact::ring::Ring;
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::{mm, point_mm};
 
-use super::view::{Headline, Outline, Tone, ViewFacts, draw, headline_lines};
+use super::view::{Headline, ScreenOutline, Tone, ViewFacts, draw, headline_lines};
 use crate::input::TerminalError;
 use crate::input::terminal::SecondScreen;
 
@@ -41,7 +41,7 @@ pub struct Screen {
     pictures: Option<SyncSender<ViewFacts>>,
     thread: Option<JoinHandle<()>>,
     due: Option<Instant>,
-    outline: Option<Arc<Outline>>,
+    outline: Option<Arc<ScreenOutline>>,
     trail: Vec<(f64, f64)>,
     track: VecDeque<(Time, (f64, f64))>,
     panel: Panel,
@@ -190,13 +190,13 @@ fn percent(supervisor: &Supervisor) -> Option<u8> {
 }
 
 /// The rings of the part and of the keep-out zones.
-fn outline_of(plan: &CertifiedPlan) -> Outline {
+fn outline_of(plan: &CertifiedPlan) -> ScreenOutline {
     let rings = plan.part.region().rings().iter().chain(plan.part.zones());
     let closed = |ring: &Ring| -> Vec<(f64, f64)> {
         let corners = ring.vertices();
         corners.iter().chain(corners.first()).copied().map(point_mm).collect()
     };
-    Outline::new(&rings.map(closed).collect::<Vec<_>>())
+    ScreenOutline::new(&rings.map(closed).collect::<Vec<_>>())
 }
 
 fn distance_to_part(plan: &CertifiedPlan, position: Point) -> Option<f64> {

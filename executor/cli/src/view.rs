@@ -6,7 +6,7 @@ mod plan;
 
 use std::sync::Arc;
 
-pub use plan::Outline;
+pub use plan::ScreenOutline;
 
 /// State of the machine, as the view's first line.
 #[derive(Clone, Debug, PartialEq)]
@@ -112,7 +112,7 @@ pub struct ViewFacts {
     /// The tool's radius, mm.
     pub tool_radius_mm: f64,
     /// Outlines of the part and of the keep-out zones.
-    pub outline: Arc<Outline>,
+    pub outline: Arc<ScreenOutline>,
     /// Past positions of the tool's centre, oldest first, drawing coordinates, mm.
     pub trail: Vec<(f64, f64)>,
     /// Status line of the operator's device: speed or step size.

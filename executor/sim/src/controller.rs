@@ -15,7 +15,7 @@ pub enum Disturbance {
 }
 
 /// A simulated controller. It keeps its own time, which only goes forward.
-pub trait Controller: Send + std::fmt::Debug {
+pub trait SimulatedController: Send + std::fmt::Debug {
     /// Takes a byte from the line, at the controller's present time.
     fn receive(&mut self, byte: u8);
 

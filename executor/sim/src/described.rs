@@ -13,7 +13,7 @@ use keepout_executor::session::Sample;
 use keepout_executor::supervisor::Mode;
 use keepout_guard::{Interpolation, Time};
 
-use super::controller::{Controller, Disturbance};
+use super::controller::{Disturbance, SimulatedController};
 use super::grbl::SimSettings;
 use super::plant::Plant;
 
@@ -244,7 +244,7 @@ fn written(template: &Template, value: impl Fn(Slot) -> String) -> String {
     bytes.into_iter().map(char::from).collect()
 }
 
-impl Controller for DescribedSim {
+impl SimulatedController for DescribedSim {
     fn receive(&mut self, byte: u8) {
         if self.description.echo {
             self.tx.push(byte);

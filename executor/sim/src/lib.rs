@@ -26,7 +26,7 @@ pub mod standalone;
 mod venus;
 mod zaber;
 
-pub use controller::{Controller, Disturbance};
+pub use controller::{Disturbance, SimulatedController};
 pub use described::DescribedSim;
 pub use grbl::{GrblSim, Quirks, SimSettings};
 use keepout_executor::dialect::DialectName;
@@ -38,7 +38,7 @@ pub use zaber::ZaberSim;
 
 /// A simulated controller for the dialect.
 #[must_use]
-pub fn speaking(language: &DialectName, settings: SimSettings) -> Box<dyn Controller> {
+pub fn speaking(language: &DialectName, settings: SimSettings) -> Box<dyn SimulatedController> {
     match language {
         DialectName::Grbl => Box::new(GrblSim::new(settings)),
         DialectName::GrblHal => Box::new(GrblSim::hal(settings)),

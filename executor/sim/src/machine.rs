@@ -6,7 +6,7 @@ use keepout_executor::session::port::{Port, PortError};
 use keepout_executor::session::{Sample, SampleKind};
 use keepout_guard::Time;
 
-use super::controller::{Controller, Disturbance};
+use super::controller::{Disturbance, SimulatedController};
 use super::line::Wire;
 use super::servo_drive::ServoDrive;
 use crate::faults::Faults;
@@ -14,7 +14,7 @@ use crate::faults::Faults;
 /// A machine at the end of a serial line.
 #[derive(Debug)]
 pub struct SimMachine {
-    controller: Box<dyn Controller>,
+    controller: Box<dyn SimulatedController>,
     to_controller: Wire,
     to_host: Wire,
     drives: Option<ServoDrive>,
@@ -89,7 +89,7 @@ impl SimMachine {
     /// A machine behind a line of `baud` that delays each byte by `latency` each way.
     #[must_use]
     pub fn new(
-        controller: Box<dyn Controller>,
+        controller: Box<dyn SimulatedController>,
         baud: u32,
         latency: Duration,
         positioning_error: PositioningError,

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use keepout_drives::interpolator::{Drives, Motion};
+use keepout_drives::interpolator::{Drives, QueuedMotion};
 use keepout_executor::session::{Sample, SampleKind};
 use keepout_guard::Time;
 
@@ -12,7 +12,7 @@ use super::independent::Apart;
 #[derive(Clone, Debug)]
 pub(super) struct Plant {
     drives: Drives,
-    motion: Motion,
+    motion: QueuedMotion,
     /// The motion of non-interpolated axes, while one runs.
     apart: Option<Apart>,
     kind: SampleKind,
@@ -33,7 +33,7 @@ impl Plant {
     /// Drives at rest at `start_mm`, machine coordinates.
     pub(super) fn new(drives: Drives, start_mm: (f64, f64)) -> Self {
         Self {
-            motion: Motion::new(drives, start_mm),
+            motion: QueuedMotion::new(drives, start_mm),
             drives,
             apart: None,
             kind: SampleKind::Rest,
@@ -91,7 +91,7 @@ impl Plant {
         let velocity = self.apart.map_or(self.motion.velocity(), |apart| apart.velocity());
         if velocity != (0.0, 0.0) || self.is_busy() {
             let at = self.position();
-            self.motion = Motion::new(self.drives, at);
+            self.motion = QueuedMotion::new(self.drives, at);
             self.apart = Some(Apart::brake(at, velocity, self.drives.acceleration));
         }
     }
@@ -118,7 +118,7 @@ impl Plant {
     /// Ends a motion of non-interpolated axes, and leaves the axes at rest at their present position.
     fn settle(&mut self) {
         if let Some(apart) = self.apart.take() {
-            self.motion = Motion::new(self.drives, apart.position());
+            self.motion = QueuedMotion::new(self.drives, apart.position());
         }
     }
 

@@ -10,7 +10,7 @@ use keepout_kernel::{Curve, Point, Segment, Vector};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::units::mm;
 
-use super::{Controller, Quirks, SimSettings, speaking};
+use super::{Quirks, SimSettings, SimulatedController, speaking};
 
 /// A jog to a target in lattice units.
 fn jog_to(x: i64, y: i64, feed_mm_min: u32) -> Command {
@@ -35,7 +35,7 @@ fn at_origin() -> Guard {
 
 struct Pair {
     dialect: Box<dyn Dialect>,
-    sim: Box<dyn Controller>,
+    sim: Box<dyn SimulatedController>,
     now: Time,
     bytes: Vec<u8>,
 }

@@ -10,7 +10,7 @@ use keepout_drives::controllers::kind::Kind;
 use keepout_drives::controllers::selection::Environment;
 use keepout_drives::plant::{Load, Plant};
 use keepout_drives::profile::{DriveProfile, ProfileError};
-use keepout_drives::reference::Window;
+use keepout_drives::reference::ReferenceWindow;
 use keepout_drives::stream::Stream;
 use keepout_executor::session::{Sample, SampleKind};
 use keepout_guard::Time;
@@ -144,7 +144,7 @@ impl ServoDrive {
     fn tick(&mut self) -> Axes {
         self.stream.tick(self.period.as_secs_f64());
         let samples = self.stream.samples();
-        let window = Window::new(samples, samples.len().saturating_sub(1 + self.preview));
+        let window = ReferenceWindow::new(samples, samples.len().saturating_sub(1 + self.preview));
         let command = self.controller.step(&window, self.plant.measured());
         let load = Load { reference_velocity: window.ahead(0).velocity(), ..Load::default() };
         self.plant.step(command, &load);

@@ -15,7 +15,7 @@ use keepout_drives::interpolator::Drives;
 use keepout_executor::session::Sample;
 use keepout_guard::Time;
 
-use super::controller::{Controller, Disturbance};
+use super::controller::{Disturbance, SimulatedController};
 use super::grbl::SimSettings;
 use super::plant::Plant;
 
@@ -253,7 +253,7 @@ impl VenusSim {
     }
 }
 
-impl Controller for VenusSim {
+impl SimulatedController for VenusSim {
     fn receive(&mut self, byte: u8) {
         if self.rx.len() < RX_MAX && self.plant.now() >= self.deaf_until {
             self.rx.push_back(byte);

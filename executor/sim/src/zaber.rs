@@ -11,7 +11,7 @@ use keepout_executor::dialect::zaber::wire::{checksum, content};
 use keepout_executor::session::Sample;
 use keepout_guard::Time;
 
-use super::controller::{Controller, Disturbance};
+use super::controller::{Disturbance, SimulatedController};
 use super::grbl::SimSettings;
 use super::plant::Plant;
 
@@ -164,7 +164,7 @@ impl ZaberSim {
     }
 }
 
-impl Controller for ZaberSim {
+impl SimulatedController for ZaberSim {
     fn receive(&mut self, byte: u8) {
         match byte {
             b'\n' | b'\r' if self.line.is_empty() => {}

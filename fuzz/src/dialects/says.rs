@@ -72,7 +72,7 @@ impl<F: FnMut(&Heard, &Reply)> Says for F {
 /// GRBL: every reply agrees with its line. The queued and waiting numbers are the difference to the free
 /// buffers that two reports at rest in a row stated.
 #[derive(Default)]
-pub struct Grbl {
+pub struct GrblCheck {
     /// Free blocks and bytes of the last report at rest.
     last: Option<[u64; 2]>,
     /// Free blocks and bytes that two reports in a row stated, at any time. A new session learns them
@@ -80,7 +80,7 @@ pub struct Grbl {
     agreed: Vec<[u64; 2]>,
 }
 
-impl Says for Grbl {
+impl Says for GrblCheck {
     fn is_right(&mut self, heard: &Heard, reply: &Reply) {
         let text = String::from_utf8_lossy(&heard.line);
         let text = text.as_ref();
@@ -94,7 +94,7 @@ impl Says for Grbl {
     }
 }
 
-impl Grbl {
+impl GrblCheck {
     fn reported(&mut self, report: &Report, text: &str) {
         let rests = text.split(['|', ':', '>']).next() == Some("<Idle");
         assert_eq!(report.mode == Mode::Idle, rests, "{report:?} from {text:?}");
@@ -131,7 +131,7 @@ pub fn zaber_sum(bytes: &[u8]) -> u8 {
 
 /// Zaber: facts about the controller.
 #[derive(Default)]
-pub struct Zaber {
+pub struct ZaberCheck {
     /// Answers carry a checksum.
     checked: bool,
     /// The number of the line that queries the machine's zero, until the answer.
@@ -142,7 +142,7 @@ pub struct Zaber {
     before: Option<(u8, Option<[f64; 2]>)>,
 }
 
-impl Says for Zaber {
+impl Says for ZaberCheck {
     fn forget(&mut self) {
         *self = Self::default();
     }

@@ -10,8 +10,8 @@ use arbitrary::{Arbitrary, Result, Unstructured};
 use keepout_planner::plan::{Cut, PassParameters, PlanParameters};
 use keepout_planner::profile::MachinedSide;
 use keepout_planner::request::PlanRequest;
-pub use shape::{Outline, Shape};
-pub use spoil::Family;
+pub use shape::{OutlineShape, SketchOutline};
+pub use spoil::OutlineFault;
 
 use crate::import;
 
@@ -26,18 +26,18 @@ pub struct Sketch {
     /// The value of `$INSUNITS`, when it is stated.
     pub units: Option<u8>,
     /// The outlines.
-    pub outlines: Vec<Figure>,
+    pub outlines: Vec<SketchFigure>,
     /// The plan request.
     pub order: PlanRequest,
 }
 
 /// An outline, its faults, and its form in the file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Figure {
+pub struct SketchFigure {
     /// The outline without faults.
-    pub outline: Outline,
+    pub outline: SketchOutline,
     /// Its faults: family, place and size.
-    pub spoilt: Vec<(Family, u8, f64)>,
+    pub spoilt: Vec<(OutlineFault, u8, f64)>,
     /// Separate entities for the edges, in another order, some backwards. Otherwise one polyline.
     pub loose: bool,
     /// Blocks around it.
@@ -67,10 +67,10 @@ impl Sketch {
     }
 
     /// The families of its faults.
-    pub fn families(&self) -> impl Iterator<Item = Family> + '_ {
+    pub fn families(&self) -> impl Iterator<Item = OutlineFault> + '_ {
         let nested = self.outlines.iter().any(|figure| !figure.nest.is_empty());
         let spoilt = self.outlines.iter().flat_map(|figure| figure.spoilt.iter().map(|each| each.0));
-        spoilt.chain(nested.then_some(Family::Blocks))
+        spoilt.chain(nested.then_some(OutlineFault::Blocks))
     }
 }
 
@@ -92,7 +92,7 @@ impl<'a> Arbitrary<'a> for Sketch {
         let units = *u.choose(&[Some(4), Some(4), Some(4), None, Some(1), Some(6), Some(20)])?;
         let count = u.int_in_range(1..=OUTLINES_MAX)?;
         let mut order = order(u)?;
-        let mut outlines = (0..count).map(|_| Figure::arbitrary(u)).collect::<Result<Vec<_>>>()?;
+        let mut outlines = (0..count).map(|_| SketchFigure::arbitrary(u)).collect::<Result<Vec<_>>>()?;
         // Read last, so that older inputs keep their meaning.
         for figure in &mut outlines {
             figure.zone = u.int_in_range(0..=7_u8)? == 7;
@@ -103,13 +103,13 @@ impl<'a> Arbitrary<'a> for Sketch {
     }
 }
 
-impl<'a> Arbitrary<'a> for Figure {
+impl<'a> Arbitrary<'a> for SketchFigure {
     fn arbitrary(u: &mut Unstructured<'a>) -> Result<Self> {
         let (loose, wrong) = (bool::arbitrary(u)?, u.int_in_range(0..=3_u8)?);
         let depth = *u.choose(&[0, 0, 0, 0, 1, 1, 2, 3])?;
-        let outline = Outline::arbitrary(u)?;
+        let outline = SketchOutline::arbitrary(u)?;
         let spoilt = (0..wrong)
-            .map(|_| Ok((*u.choose(&Family::OF_OUTLINES)?, u8::arbitrary(u)?, number(u)?)))
+            .map(|_| Ok((*u.choose(&OutlineFault::OF_OUTLINES)?, u8::arbitrary(u)?, number(u)?)))
             .collect::<Result<_>>()?;
         let nest = (0..depth).map(|_| Nest::arbitrary(u)).collect::<Result<_>>()?;
         Ok(Self { outline, spoilt, loose, nest, zone: false })

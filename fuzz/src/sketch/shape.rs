@@ -11,7 +11,7 @@ const CORNERS_MAX: usize = 24;
 
 /// The shape of an outline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shape {
+pub enum OutlineShape {
     /// Corners around a centre, at any distance.
     Star,
     /// Corners anywhere.
@@ -30,7 +30,7 @@ pub enum Shape {
     Spline,
 }
 
-impl Shape {
+impl OutlineShape {
     const ALL: [Self; 8] = [
         Self::Star,
         Self::Free,
@@ -55,7 +55,7 @@ pub struct Corner {
 
 /// A closed outline.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Outline {
+pub enum SketchOutline {
     /// Edges from corner to corner, and back to the first.
     Corners(Vec<Corner>),
     /// A circle or ellipse: centre, half axis, ratio of the other half axis, and parameters of beginning
@@ -85,20 +85,20 @@ pub enum Outline {
     },
 }
 
-impl<'a> Arbitrary<'a> for Outline {
+impl<'a> Arbitrary<'a> for SketchOutline {
     fn arbitrary(u: &mut Unstructured<'a>) -> Result<Self> {
-        let shape = *u.choose(&Shape::ALL)?;
+        let shape = *u.choose(&OutlineShape::ALL)?;
         let centre = if u.int_in_range(0..=3_u8)? == 0 { (number(u)?, number(u)?) } else { (0.0, 0.0) };
         let size = *u.choose(&[40.0, 40.0, 10.0, 100.0, 0.05, 1.0, 1200.0, 5000.0])?;
         let frame = Frame { centre, half: size / 2.0 };
         match shape {
-            Shape::Star => frame.star(u),
-            Shape::Free => frame.free(u),
-            Shape::Rounded => frame.rounded(u),
-            Shape::Comb => frame.comb(u),
-            Shape::Blob => frame.blob(u),
-            Shape::Circle | Shape::Ellipse => frame.round(shape == Shape::Circle, u),
-            Shape::Spline => spline(u, centre, frame.half),
+            OutlineShape::Star => frame.star(u),
+            OutlineShape::Free => frame.free(u),
+            OutlineShape::Rounded => frame.rounded(u),
+            OutlineShape::Comb => frame.comb(u),
+            OutlineShape::Blob => frame.blob(u),
+            OutlineShape::Circle | OutlineShape::Ellipse => frame.round(shape == OutlineShape::Circle, u),
+            OutlineShape::Spline => spline(u, centre, frame.half),
         }
     }
 }
@@ -115,31 +115,33 @@ impl Frame {
         Corner { at: (self.centre.0 + x, self.centre.1 + y), bulge }
     }
 
-    fn star(self, u: &mut Unstructured<'_>) -> Result<Outline> {
+    fn star(self, u: &mut Unstructured<'_>) -> Result<SketchOutline> {
         let count = u.int_in_range(3..=CORNERS_MAX)?;
         let each = |k| {
             let (x, y) = on_circle(k, count, self.half * share(u)?);
             Ok(self.corner(x, y, 0.0))
         };
-        Ok(Outline::Corners((0..count).map(each).collect::<Result<_>>()?))
+        Ok(SketchOutline::Corners((0..count).map(each).collect::<Result<_>>()?))
     }
 
-    fn free(self, u: &mut Unstructured<'_>) -> Result<Outline> {
+    fn free(self, u: &mut Unstructured<'_>) -> Result<SketchOutline> {
         let count = u.int_in_range(2..=CORNERS_MAX / 2)?;
         let each = |_| Ok(self.corner(number(u)?, number(u)?, 0.0));
-        Ok(Outline::Corners((0..count).map(each).collect::<Result<_>>()?))
+        Ok(SketchOutline::Corners((0..count).map(each).collect::<Result<_>>()?))
     }
 
-    fn rounded(self, u: &mut Unstructured<'_>) -> Result<Outline> {
+    fn rounded(self, u: &mut Unstructured<'_>) -> Result<SketchOutline> {
         let h = self.half;
         let r = h * share(u)? * 0.9;
         let bulge = (PI / 8.0).tan() * if bool::arbitrary(u)? { 1.0 } else { -1.0 };
         let (i, sides) = (h - r, [0.0, bulge].into_iter().cycle());
         let places = [(-i, -h), (i, -h), (h, -i), (h, i), (i, h), (-i, h), (-h, i), (-h, -i)];
-        Ok(Outline::Corners(places.into_iter().zip(sides).map(|((x, y), b)| self.corner(x, y, b)).collect()))
+        Ok(SketchOutline::Corners(
+            places.into_iter().zip(sides).map(|((x, y), b)| self.corner(x, y, b)).collect(),
+        ))
     }
 
-    fn comb(self, u: &mut Unstructured<'_>) -> Result<Outline> {
+    fn comb(self, u: &mut Unstructured<'_>) -> Result<SketchOutline> {
         let h = self.half;
         let (slots, wide, deep) = (u.int_in_range(1..=4_u8)?, share(u)?, 2.0 * h * share(u)?);
         let bulge = *u.choose(&[0.0, 1.0, -1.0, 0.3])?;
@@ -153,25 +155,25 @@ impl Frame {
             corners.extend(slot.into_iter().map(|(x, y, bulge)| self.corner(x, y, bulge)));
         }
         corners.push(self.corner(-h, h, 0.0));
-        Ok(Outline::Corners(corners))
+        Ok(SketchOutline::Corners(corners))
     }
 
-    fn blob(self, u: &mut Unstructured<'_>) -> Result<Outline> {
+    fn blob(self, u: &mut Unstructured<'_>) -> Result<SketchOutline> {
         let count = u.int_in_range(2..=CORNERS_MAX / 2)?;
         let each = |k| {
             let (x, y) = on_circle(k, count, self.half * (0.6 + 0.4 * share(u)?));
             Ok(self.corner(x, y, share(u)? - 0.4))
         };
-        Ok(Outline::Corners((0..count).map(each).collect::<Result<_>>()?))
+        Ok(SketchOutline::Corners((0..count).map(each).collect::<Result<_>>()?))
     }
 
-    fn round(self, circle: bool, u: &mut Unstructured<'_>) -> Result<Outline> {
+    fn round(self, circle: bool, u: &mut Unstructured<'_>) -> Result<SketchOutline> {
         let ratio = if circle { 1.0 } else { *u.choose(&[0.5, 0.9, 1.0, 0.01, 1e-6, 2.0, 0.0])? };
         let part = u.int_in_range(0..=7_u8)? == 0;
         let range = if part { (number(u)?, number(u)?) } else { (0.0, TAU) };
         let (sine, cosine) = (TAU * share(u)?).sin_cos();
         let axis = if circle { (self.half, 0.0) } else { (self.half * cosine, self.half * sine) };
-        Ok(Outline::Round { centre: self.centre, axis, ratio, range, circle })
+        Ok(SketchOutline::Round { centre: self.centre, axis, ratio, range, circle })
     }
 }
 
@@ -187,7 +189,7 @@ fn on_circle(k: usize, count: usize, r: f64) -> (f64, f64) {
 }
 
 /// A clamped spline that ends where it began. Some of its inner knots are repeated.
-fn spline(u: &mut Unstructured<'_>, centre: (f64, f64), h: f64) -> Result<Outline> {
+fn spline(u: &mut Unstructured<'_>, centre: (f64, f64), h: f64) -> Result<SketchOutline> {
     let degree = *u.choose(&[3_u8, 2, 3, 1, 4, 5, 9])?;
     let count = usize::from(degree) + 1 + u.int_in_range(1..=7_usize)?;
     let mut points = (0..count - 1)
@@ -210,5 +212,5 @@ fn spline(u: &mut Unstructured<'_>, centre: (f64, f64), h: f64) -> Result<Outlin
     } else {
         vec![]
     };
-    Ok(Outline::Spline { degree, knots, points, weights })
+    Ok(SketchOutline::Spline { degree, knots, points, weights })
 }

@@ -1,11 +1,11 @@
 //! The faults of drawings.
 
-use super::shape::{Corner, Outline};
+use super::shape::{Corner, SketchOutline};
 use crate::oracle::on_the_way;
 
 /// A fault of an outline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Family {
+pub enum OutlineFault {
     /// An edge ends before the next begins.
     Gap,
     /// An edge runs back over the one before.
@@ -40,7 +40,7 @@ pub enum Family {
     Blocks,
 }
 
-impl Family {
+impl OutlineFault {
     /// All faults that a single outline can have.
     pub const OF_OUTLINES: [Self; 15] = [
         Self::Gap,
@@ -69,7 +69,7 @@ impl Family {
 
 /// An edge on its way to the file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Edge {
+pub struct SpoiltEdge {
     /// Where it begins.
     pub from: Corner,
     /// Where it ends.
@@ -80,15 +80,15 @@ pub struct Edge {
 /// edge need not end where the next begins.
 pub enum Spoilt {
     /// Edges.
-    Edges(Vec<Edge>),
+    Edges(Vec<SpoiltEdge>),
     /// A whole curve, and how often it occurs.
-    Whole(Outline, usize),
+    Whole(SketchOutline, usize),
 }
 
 /// Adds the faults to the outline.
-pub fn spoilt(outline: &Outline, wrong: &[(Family, u8, f64)]) -> Spoilt {
+pub fn spoilt(outline: &SketchOutline, wrong: &[(OutlineFault, u8, f64)]) -> Spoilt {
     match outline {
-        Outline::Corners(corners) => {
+        SketchOutline::Corners(corners) => {
             let mut corners = corners.clone();
             wrong
                 .iter()
@@ -100,16 +100,18 @@ pub fn spoilt(outline: &Outline, wrong: &[(Family, u8, f64)]) -> Spoilt {
         whole => {
             let mut whole = whole.clone();
             wrong.iter().for_each(|&(family, at, by)| spoil_whole(&mut whole, family, usize::from(at), by));
-            let twice =
-                wrong.iter().filter(|each| matches!(each.0, Family::Twice | Family::Duplicate)).count();
+            let twice = wrong
+                .iter()
+                .filter(|each| matches!(each.0, OutlineFault::Twice | OutlineFault::Duplicate))
+                .count();
             Spoilt::Whole(whole, 1 + twice)
         }
     }
 }
 
-fn edges_of(corners: &[Corner]) -> Vec<Edge> {
+fn edges_of(corners: &[Corner]) -> Vec<SpoiltEdge> {
     let next = corners.iter().cycle().skip(1);
-    corners.iter().zip(next).map(|(&from, to)| Edge { from, to: to.at }).collect()
+    corners.iter().zip(next).map(|(&from, to)| SpoiltEdge { from, to: to.at }).collect()
 }
 
 /// A length of gaps: from less than a lattice unit to millimetres.
@@ -118,17 +120,17 @@ fn small(at: usize) -> f64 {
     SIZES[at % SIZES.len()]
 }
 
-fn spoil_corners(corners: &mut Vec<Corner>, family: Family, at: usize, by: f64) {
+fn spoil_corners(corners: &mut Vec<Corner>, family: OutlineFault, at: usize, by: f64) {
     let count = corners.len();
     let (k, next, far) = (at % count, (at + 1) % count, (at + count / 2) % count);
     let (here, there) = (corners[k].at, corners[next].at);
     match family {
-        Family::SelfTouch => {
+        OutlineFault::SelfTouch => {
             let opposite = (corners[far].at, corners[(far + 1) % count].at);
             corners[k].at =
                 if at.is_multiple_of(2) { opposite.0 } else { on_the_way(opposite.0, opposite.1, 0.5) };
         }
-        Family::Needle => {
+        OutlineFault::Needle => {
             let foot = on_the_way(here, there, 0.5);
             let tip = (foot.0 - (there.1 - here.1), foot.1 + (there.0 - here.0));
             let beside = on_the_way(foot, there, small(at).min(0.4));
@@ -136,15 +138,15 @@ fn spoil_corners(corners: &mut Vec<Corner>, family: Family, at: usize, by: f64) 
             corners[k].bulge = 0.0;
             corners.splice(next.max(1)..next.max(1), [corner(foot), corner(tip), corner(beside)]);
         }
-        Family::Tiny => {
+        OutlineFault::Tiny => {
             let close = (here.0 + small(at), here.1 + small(at / 3));
             corners.insert(k + 1, Corner { at: close, bulge: corners[k].bulge });
         }
-        Family::Huge => scale(corners, 10.0_f64.powi(i32::try_from(at % 12).unwrap_or(0))),
-        Family::Small => scale(corners, 0.1_f64.powi(i32::try_from(at % 12).unwrap_or(0))),
-        Family::Flat => corners[k].bulge = [1e-3, 1e-6, 1e-9, 1e-12, 1e-300, -1e-5, 5e-324][at % 7],
-        Family::Full => corners[k].bulge = [10.0, 1e3, 1e6, 1e12, -1e9, 1e300, -30.0][at % 7],
-        Family::NoNumber => corners[k].bulge = by,
+        OutlineFault::Huge => scale(corners, 10.0_f64.powi(i32::try_from(at % 12).unwrap_or(0))),
+        OutlineFault::Small => scale(corners, 0.1_f64.powi(i32::try_from(at % 12).unwrap_or(0))),
+        OutlineFault::Flat => corners[k].bulge = [1e-3, 1e-6, 1e-9, 1e-12, 1e-300, -1e-5, 5e-324][at % 7],
+        OutlineFault::Full => corners[k].bulge = [10.0, 1e3, 1e6, 1e12, -1e9, 1e300, -30.0][at % 7],
+        OutlineFault::NoNumber => corners[k].bulge = by,
         _ => {}
     }
 }
@@ -153,14 +155,14 @@ fn scale(corners: &mut [Corner], by: f64) {
     corners.iter_mut().for_each(|corner| corner.at = (corner.at.0 * by, corner.at.1 * by));
 }
 
-fn spoil_edges(edges: &mut Vec<Edge>, family: Family, at: usize, by: f64) {
+fn spoil_edges(edges: &mut Vec<SpoiltEdge>, family: OutlineFault, at: usize, by: f64) {
     let k = at % edges.len();
     let edge = edges[k].clone();
     match family {
-        Family::Gap => edges[k].to = (edge.to.0 + small(at / 2), edge.to.1 - small(at / 5)),
-        Family::Overlap => {
+        OutlineFault::Gap => edges[k].to = (edge.to.0 + small(at / 2), edge.to.1 - small(at / 5)),
+        OutlineFault::Overlap => {
             let from = Corner { at: on_the_way(edge.from.at, edge.to, 0.3), bulge: 0.0 };
-            edges.push(Edge {
+            edges.push(SpoiltEdge {
                 from,
                 to: on_the_way(
                     edge.from.at,
@@ -169,59 +171,61 @@ fn spoil_edges(edges: &mut Vec<Edge>, family: Family, at: usize, by: f64) {
                 ),
             });
         }
-        Family::Duplicate => {
-            let back = Edge { from: Corner { at: edge.to, bulge: -edge.from.bulge }, to: edge.from.at };
+        OutlineFault::Duplicate => {
+            let back = SpoiltEdge { from: Corner { at: edge.to, bulge: -edge.from.bulge }, to: edge.from.at };
             edges.push(if at.is_multiple_of(2) { edge } else { back });
         }
-        Family::Twice => edges.extend_from_within(..),
-        Family::TJunction => {
+        OutlineFault::Twice => edges.extend_from_within(..),
+        OutlineFault::TJunction => {
             let from = Corner { at: on_the_way(edge.from.at, edge.to, 0.5), bulge: 0.0 };
-            edges.push(Edge { from, to: (by, by) });
+            edges.push(SpoiltEdge { from, to: (by, by) });
         }
-        Family::Open => drop(edges.remove(k)),
+        OutlineFault::Open => drop(edges.remove(k)),
         _ => {}
     }
     if edges.is_empty() {
-        edges.push(Edge { from: Corner { at: (0.0, 0.0), bulge: 0.0 }, to: (by, 0.0) });
+        edges.push(SpoiltEdge { from: Corner { at: (0.0, 0.0), bulge: 0.0 }, to: (by, 0.0) });
     }
 }
 
-fn spoil_whole(outline: &mut Outline, family: Family, at: usize, by: f64) {
+fn spoil_whole(outline: &mut SketchOutline, family: OutlineFault, at: usize, by: f64) {
     match outline {
-        Outline::Corners(_) => {}
-        Outline::Round { centre, axis, ratio, range, .. } => match family {
-            Family::Gap | Family::Open => range.1 -= small(at).max(1e-7),
-            Family::Overlap => range.1 += small(at),
-            Family::Huge => *axis = (axis.0 * 1e3, axis.1 * 1e3),
-            Family::Small => *axis = (axis.0 * 1e-6, axis.1 * 1e-6),
-            Family::Flat | Family::Needle => *ratio = [1e-3, 1e-6, 1e-12, 0.0, -0.5][at % 5],
-            Family::NoNumber => centre.0 = by,
-            Family::Tiny => range.1 = range.0 + small(at),
+        SketchOutline::Corners(_) => {}
+        SketchOutline::Round { centre, axis, ratio, range, .. } => match family {
+            OutlineFault::Gap | OutlineFault::Open => range.1 -= small(at).max(1e-7),
+            OutlineFault::Overlap => range.1 += small(at),
+            OutlineFault::Huge => *axis = (axis.0 * 1e3, axis.1 * 1e3),
+            OutlineFault::Small => *axis = (axis.0 * 1e-6, axis.1 * 1e-6),
+            OutlineFault::Flat | OutlineFault::Needle => *ratio = [1e-3, 1e-6, 1e-12, 0.0, -0.5][at % 5],
+            OutlineFault::NoNumber => centre.0 = by,
+            OutlineFault::Tiny => range.1 = range.0 + small(at),
             _ => {}
         },
-        Outline::Spline { knots, points, weights, .. } => {
+        SketchOutline::Spline { knots, points, weights, .. } => {
             let (k, p) = (at % knots.len(), at % points.len());
             match family {
-                Family::Gap | Family::Open => {
+                OutlineFault::Gap | OutlineFault::Open => {
                     let last = points.len() - 1;
                     points[last] = (points[last].0 + small(at), points[last].1);
                 }
-                Family::Knots => {
+                OutlineFault::Knots => {
                     knots[k] = if at.is_multiple_of(2) { knots[(k + 1) % knots.len()] } else { by }
                 }
-                Family::SelfTouch | Family::Duplicate => points[p] = points[0],
-                Family::Needle => points[p] = (points[p].0 + by, points[p].1),
-                Family::Huge => points.iter_mut().for_each(|point| *point = (point.0 * 1e3, point.1 * 1e3)),
-                Family::Small => {
+                OutlineFault::SelfTouch | OutlineFault::Duplicate => points[p] = points[0],
+                OutlineFault::Needle => points[p] = (points[p].0 + by, points[p].1),
+                OutlineFault::Huge => {
+                    points.iter_mut().for_each(|point| *point = (point.0 * 1e3, point.1 * 1e3))
+                }
+                OutlineFault::Small => {
                     points.iter_mut().for_each(|point| *point = (point.0 * 1e-5, point.1 * 1e-5))
                 }
-                Family::NoNumber => points[p].1 = by,
-                Family::Full | Family::Flat => {
+                OutlineFault::NoNumber => points[p].1 = by,
+                OutlineFault::Full | OutlineFault::Flat => {
                     if let Some(weight) = weights.get_mut(p) {
                         *weight = by;
                     }
                 }
-                Family::Overlap => drop(points.pop()),
+                OutlineFault::Overlap => drop(points.pop()),
                 _ => {}
             }
         }

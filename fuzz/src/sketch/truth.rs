@@ -7,9 +7,9 @@ use keepout_kernel::Curve;
 use keepout_planner::drawing::{Chained, Repair};
 use keepout_planner::profile::Profile;
 
-use super::shape::Outline;
-use super::spoil::{Edge, Spoilt, spoilt};
-use super::{Figure, Nest, Sketch};
+use super::shape::SketchOutline;
+use super::spoil::{Spoilt, SpoiltEdge, spoilt};
+use super::{Nest, Sketch, SketchFigure};
 use crate::oracle::{self, UNIT, Xy, between, on_the_way, to_chord};
 
 /// Allowed deviation of the curves read, lattice units. The importer joins ends this near without a note,
@@ -160,7 +160,7 @@ struct Drawn {
 }
 
 impl Drawn {
-    fn of(figure: &Figure) -> Self {
+    fn of(figure: &SketchFigure) -> Self {
         let (curves, bent): (Vec<Option<Vec<Xy>>>, bool) = match spoilt(&figure.outline, &figure.spoilt) {
             Spoilt::Edges(edges) => {
                 let bent = edges.iter().any(|edge| edge.from.bulge != 0.0);
@@ -174,7 +174,7 @@ impl Drawn {
 }
 
 /// Points along an edge; `None` if rounding could move it.
-fn points_of(edge: &Edge) -> Option<Vec<Xy>> {
+fn points_of(edge: &SpoiltEdge) -> Option<Vec<Xy>> {
     let (a, b, bulge) = (edge.from.at, edge.to, edge.from.bulge);
     if bulge == 0.0 {
         // The middle is left out, because an edge of another contour with the same corners may cross there.
@@ -197,10 +197,10 @@ fn points_of(edge: &Edge) -> Option<Vec<Xy>> {
 }
 
 /// Points along a full circle or ellipse, or a spline.
-fn whole(outline: &Outline) -> Option<Vec<Xy>> {
+fn whole(outline: &SketchOutline) -> Option<Vec<Xy>> {
     match outline {
-        Outline::Corners(_) => None,
-        Outline::Round { centre, axis, ratio, range, circle } => {
+        SketchOutline::Corners(_) => None,
+        SketchOutline::Round { centre, axis, ratio, range, circle } => {
             let ratio = if *circle { 1.0 } else { *ratio };
             if *range != (0.0, TAU) || !(1e-3..=1.0).contains(&ratio) {
                 return None;
@@ -212,7 +212,7 @@ fn whole(outline: &Outline) -> Option<Vec<Xy>> {
             };
             Some((0..=ROUND).map(at).collect())
         }
-        Outline::Spline { degree, knots, points, weights } => {
+        SketchOutline::Spline { degree, knots, points, weights } => {
             spline(usize::from(*degree), knots, points, weights)
         }
     }
@@ -264,7 +264,7 @@ fn spline(degree: usize, knots: &[f64], points: &[Xy], weights: &[f64]) -> Optio
 }
 
 /// The placements of a figure; `None` if it is seen edge-on or its blocks have an unknown place.
-fn places(figure: &Figure) -> Option<Vec<Place>> {
+fn places(figure: &SketchFigure) -> Option<Vec<Place>> {
     let mut all = vec![Place { axes: [(1.0, 0.0), (0.0, 1.0)], origin: (0.0, 0.0) }];
     for nest in &figure.nest {
         all = copies(nest)?.iter().flat_map(|copy| all.iter().map(|below| copy.after(below))).collect();

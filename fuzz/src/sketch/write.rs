@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use super::shape::{Corner, Outline};
-use super::spoil::{Edge, Spoilt, spoilt};
-use super::{Figure, Nest, Sketch, ZONES};
+use super::shape::{Corner, SketchOutline};
+use super::spoil::{Spoilt, SpoiltEdge, spoilt};
+use super::{Nest, Sketch, SketchFigure, ZONES};
 
 /// The drawing. An outline in blocks has a block of its own for each level.
 pub fn dxf(sketch: &Sketch) -> String {
@@ -44,7 +44,7 @@ fn insert(nest: &Nest, name: &str, text: &mut String) {
     let _ = write!(text, "50\n{degrees:?}\n70\n{columns}\n71\n{rows}\n44\n{spacing:?}\n45\n{spacing:?}\n");
 }
 
-fn entities(figure: &Figure, text: &mut String) {
+fn entities(figure: &SketchFigure, text: &mut String) {
     let layer = if figure.zone { ZONES } else { "0" };
     match spoilt(&figure.outline, &figure.spoilt) {
         Spoilt::Edges(edges) if figure.loose => {
@@ -60,7 +60,7 @@ fn entities(figure: &Figure, text: &mut String) {
 
 /// A line or an arc as a separate entity. A line runs toward greater x, and an arc counter-clockwise, so
 /// some edges run backwards.
-fn single(edge: &Edge, layer: &str, text: &mut String) {
+fn single(edge: &SpoiltEdge, layer: &str, text: &mut String) {
     let (a, b) = (edge.from.at, edge.to);
     if edge.from.bulge == 0.0 {
         let (a, b) = if a.0 < b.0 { (a, b) } else { (b, a) };
@@ -88,7 +88,7 @@ fn arc(centre: (f64, f64), radius: f64, range: Option<(f64, f64)>, layer: &str, 
 
 /// Writes runs of connected edges as polylines. A run with an even number of edges becomes an LWPOLYLINE,
 /// any other run a POLYLINE.
-fn polylines(edges: &[Edge], layer: &str, text: &mut String) {
+fn polylines(edges: &[SpoiltEdge], layer: &str, text: &mut String) {
     for run in edges.chunk_by(|one, next| one.to == next.from.at) {
         let closed = run.last().map(|last| last.to) == run.first().map(|first| first.from.at);
         let end = run.last().map(|last| Corner { at: last.to, bulge: 0.0 });
@@ -110,15 +110,15 @@ fn polylines(edges: &[Edge], layer: &str, text: &mut String) {
     }
 }
 
-fn whole(outline: &Outline, layer: &str, text: &mut String) {
+fn whole(outline: &SketchOutline, layer: &str, text: &mut String) {
     match outline {
-        Outline::Corners(_) => {}
-        Outline::Round { centre, axis, range, circle: true, .. } => {
+        SketchOutline::Corners(_) => {}
+        SketchOutline::Round { centre, axis, range, circle: true, .. } => {
             let full = (range.1 - range.0 - std::f64::consts::TAU).abs() < 1e-12;
             let degrees = (range.0.to_degrees(), range.1.to_degrees());
             arc(*centre, axis.0, (!full).then_some(degrees), layer, text);
         }
-        Outline::Round { centre, axis, ratio, range, .. } => {
+        SketchOutline::Round { centre, axis, ratio, range, .. } => {
             let _ = write!(
                 text,
                 "0\nELLIPSE\n8\n{layer}\n10\n{:?}\n20\n{:?}\n11\n{:?}\n21\n{:?}\n",
@@ -126,7 +126,7 @@ fn whole(outline: &Outline, layer: &str, text: &mut String) {
             );
             let _ = write!(text, "40\n{ratio:?}\n41\n{:?}\n42\n{:?}\n", range.0, range.1);
         }
-        Outline::Spline { degree, knots, points, weights } => {
+        SketchOutline::Spline { degree, knots, points, weights } => {
             let (k, p) = (knots.len(), points.len());
             let _ = write!(text, "0\nSPLINE\n8\n{layer}\n70\n0\n71\n{degree}\n72\n{k}\n73\n{p}\n74\n0\n");
             knots.iter().for_each(|knot| _ = write!(text, "40\n{knot:?}\n"));

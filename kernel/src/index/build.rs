@@ -4,7 +4,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use super::Edge;
-use super::check::{CheckedIndex, IndexFault, LANES, LEAF, Node, Proposal};
+use super::check::{BoxProposal, CheckedIndex, IndexFault, LANES, LEAF, Node};
 use crate::exact::region::Region;
 use crate::exact::ring::Ring;
 use crate::exact::segment::Window;
@@ -30,7 +30,7 @@ pub fn edges_of_rings(rings: &[Ring]) -> Vec<Edge> {
 
 /// Proposes the boxes over `edges`.
 #[must_use]
-pub fn propose(edges: &[Edge]) -> Proposal {
+pub fn propose(edges: &[Edge]) -> BoxProposal {
     let mut levels = Vec::new();
     let mut boxes: Vec<Window> =
         edges.chunks(LEAF).filter_map(|block| block.iter().map(Edge::bounds).reduce(Window::union)).collect();
@@ -44,7 +44,7 @@ pub fn propose(edges: &[Edge]) -> Proposal {
         };
         levels.push(nodes);
     }
-    Proposal { levels }
+    BoxProposal { levels }
 }
 
 /// Proposes boxes and passes them to [`CheckedIndex::check`].

@@ -82,7 +82,7 @@ impl Packed {
 
 /// A proposed division of the plane.
 #[derive(Clone, Debug)]
-pub struct Proposal {
+pub struct CellProposal {
     /// The threshold of the claims.
     pub threshold: Length,
     /// Lowest corner of the whole, in lattice units.
@@ -192,8 +192,8 @@ impl Cells {
     ///
     /// # Errors
     /// [`CellFault`] with the first fault.
-    pub fn check(index: &CheckedIndex, proposal: Proposal) -> Result<Self, CellFault> {
-        let Proposal { threshold, origin, log_2, claims, lists } = proposal;
+    pub fn check(index: &CheckedIndex, proposal: CellProposal) -> Result<Self, CellFault> {
+        let CellProposal { threshold, origin, log_2, claims, lists } = proposal;
         let whole = square(origin, log_2).ok_or(CellFault::Whole)?;
         let near = index.levels().last().and_then(|top| top.first()).map(|top| top.windows());
         let mut boxes = near.into_iter().flatten().filter(|window| !window.is_empty());

@@ -85,7 +85,7 @@ impl Node {
 /// The proposed boxes: boxes over blocks of four consecutive edges, boxes over eight of those, and so on. The
 /// first level is just above the edges. The last level has one node.
 #[derive(Clone, Debug, Default)]
-pub struct Proposal {
+pub struct BoxProposal {
     /// The levels, from the edges upward.
     pub levels: Vec<Vec<Node>>,
 }
@@ -158,7 +158,7 @@ impl CheckedIndex {
     ///
     /// # Errors
     /// [`IndexFault`] with the place of the first fault.
-    pub fn check(edges: Vec<Edge>, proposal: Proposal) -> Result<Self, IndexFault> {
+    pub fn check(edges: Vec<Edge>, proposal: BoxProposal) -> Result<Self, IndexFault> {
         if edges.len() > 1 << 30_u32 {
             return Err(IndexFault::TooManyEdges { count: edges.len() });
         }

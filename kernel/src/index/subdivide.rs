@@ -4,7 +4,7 @@
 use alloc::vec::Vec;
 use core::ops::ControlFlow;
 
-use super::cells::{CellFault, Cells, Claim, DIVIDE, GROUP, Packed, Proposal};
+use super::cells::{CellFault, CellProposal, Cells, Claim, DIVIDE, GROUP, Packed};
 use super::check::CheckedIndex;
 use super::nearest::least_distance;
 use crate::exact::lattice::{Length, Point};
@@ -37,7 +37,7 @@ pub fn build(index: &CheckedIndex, threshold: Length, groups: Option<usize>) -> 
 /// Proposes cells in at most `groups` groups. Returns `None` without edges, or when the box of the edges,
 /// grown by the threshold and two units, is wider than 2^30 units.
 #[must_use]
-pub fn propose(index: &CheckedIndex, threshold: Length, groups: usize) -> Option<Proposal> {
+pub fn propose(index: &CheckedIndex, threshold: Length, groups: usize) -> Option<CellProposal> {
     let boxes = index.levels().last().and_then(|top| top.first())?.windows();
     let window = boxes.filter(|window| !window.is_empty()).reduce(Window::union)?;
     let beyond = threshold.plus(Length::small(2)).ok()?;
@@ -57,7 +57,7 @@ pub fn propose(index: &CheckedIndex, threshold: Length, groups: usize) -> Option
         index,
         groups,
         hint: None,
-        proposal: Proposal { threshold, origin, log_2, claims: Vec::new(), lists: Vec::new() },
+        proposal: CellProposal { threshold, origin, log_2, claims: Vec::new(), lists: Vec::new() },
         found: Vec::new(),
     };
     builder.divide(origin, log_2);
@@ -68,7 +68,7 @@ struct Builder<'a> {
     index: &'a CheckedIndex,
     groups: usize,
     hint: Option<usize>,
-    proposal: Proposal,
+    proposal: CellProposal,
     found: Vec<u32>,
 }
 

@@ -13,9 +13,9 @@
 use alloc::vec::Vec;
 use core::fmt;
 
-use super::plane::Shape;
+use super::plane::PlaneCurve;
 use super::propose::Outline;
-use super::track::{Track, Wall};
+use super::track::{StraightWall, Track};
 use crate::clear::ProhibitedRegion;
 use crate::curve::{Curve, nearest_point, round_down, xy};
 use crate::exact::lattice::{COORD_MAX, Length, Point};
@@ -123,7 +123,7 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    fn along(&mut self, shape: &Shape) -> Result<(), Missing> {
+    fn along(&mut self, shape: &PlaneCurve) -> Result<(), Missing> {
         let length = shape.length();
         let mut walked = 0.0;
         while walked <= length {
@@ -157,7 +157,7 @@ impl Walk<'_> {
 
     /// The length from the place on over which an edge covers the shape, by exact tests. It tries the edge
     /// that covered the last place, then the nearest edge.
-    fn cover(&mut self, place: Point, shape: &Shape, walked: f64) -> Option<f64> {
+    fn cover(&mut self, place: Point, shape: &PlaneCurve, walked: f64) -> Option<f64> {
         if let Some(step) = self.nearest.and_then(|last| self.covered_by(last, place, shape, walked)) {
             return Some(step);
         }
@@ -171,7 +171,7 @@ impl Walk<'_> {
     /// The points within a radius of a chord form a convex set. So a straight shape is covered between two
     /// covered places. An arc is covered too when its sagitta between them is below a unit, because the
     /// radius is reduced by [`ROUNDING`].
-    fn covered_by(&self, edge: usize, place: Point, shape: &Shape, walked: f64) -> Option<f64> {
+    fn covered_by(&self, edge: usize, place: Point, shape: &PlaneCurve, walked: f64) -> Option<f64> {
         let edge = self.part.edges().get(edge)?;
         // The outline lies within this of the chord. The distance from the outline to the drawn curve does
         // not count here.
@@ -185,8 +185,8 @@ impl Walk<'_> {
         let rest = shape.length() - walked;
         let covered_at = |step: f64| nearest_on(shape, walked + step).is_some_and(covers);
         let farthest = match *shape {
-            Shape::Line { .. } => rest,
-            Shape::Arc(arc) => rest.min(arc.chord_length(1.0)),
+            PlaneCurve::Line { .. } => rest,
+            PlaneCurve::Arc(arc) => rest.min(arc.chord_length(1.0)),
         };
         // For a line, calculate where it leaves the cover and test that place. Otherwise double the step.
         let exit = exit(shape, edge.chord, radius) - walked - 1.0;
@@ -217,7 +217,7 @@ impl Walk<'_> {
     /// The length that the walk may skip beside a loop. It reaches to the end of the loop's chord, or less on
     /// an arc, if that place is beside the chord too: the points near a chord form a convex set. Otherwise it
     /// is one short step.
-    fn step_beside_loop(&mut self, place: Point, shape: &Shape, walked: f64) -> Option<f64> {
+    fn step_beside_loop(&mut self, place: Point, shape: &PlaneCurve, walked: f64) -> Option<f64> {
         let near = Length::from_units(i64::from(BESIDE)).ok()?;
         let nearest = self.beside.nearest(place, self.loop_edge)?;
         self.loop_edge = Some(nearest.edge);
@@ -235,8 +235,8 @@ impl Walk<'_> {
         // A line stays beside the chord between two places beside it. An arc leaves its own chord by at most
         // [`SAGITTA`].
         let bound = match *shape {
-            Shape::Line { .. } => length,
-            Shape::Arc(arc) => arc.chord_length(SAGITTA),
+            PlaneCurve::Line { .. } => length,
+            PlaneCurve::Arc(arc) => arc.chord_length(SAGITTA),
         };
         let far = ahead(chord.from).max(ahead(chord.to)).min(length - walked).min(bound);
         let stays_beside = |step: f64| {
@@ -247,22 +247,22 @@ impl Walk<'_> {
 }
 
 /// The lattice point nearest to the place at this length along the shape.
-fn nearest_on(shape: &Shape, walked: f64) -> Option<Point> {
+fn nearest_on(shape: &PlaneCurve, walked: f64) -> Option<Point> {
     let (x, y) = shape.at(walked / shape.length().max(f64::MIN_POSITIVE));
     nearest_point(x, y).ok()
 }
 
 /// The distance from a place off the lattice back to the lattice, along its largest coordinate.
-fn beyond_lattice(shape: &Shape, walked: f64) -> f64 {
+fn beyond_lattice(shape: &PlaneCurve, walked: f64) -> f64 {
     let (x, y) = shape.at(walked / shape.length().max(f64::MIN_POSITIVE));
     x.abs().max(y.abs()) - f64::from(COORD_MAX)
 }
 
 /// The length along a straight shape at which it leaves the capsule of this radius around the chord. It is 0
 /// for other shapes.
-fn exit(shape: &Shape, chord: Segment, radius: Length) -> f64 {
+fn exit(shape: &PlaneCurve, chord: Segment, radius: Length) -> f64 {
     let track = Track::of(shape);
-    let wall = Wall::of(&Shape::Line { from: xy(chord.from), to: xy(chord.to) });
+    let wall = StraightWall::of(&PlaneCurve::Line { from: xy(chord.from), to: xy(chord.to) });
     let (Track::Straight { .. }, Some(wall)) = (track, wall) else { return 0.0 };
     let mut exit = 0.0;
     track.covered_by_wall(&wall, f64::from(radius.units()), |_, high| exit = high);

@@ -45,7 +45,7 @@ pub fn left_of(a: Xy) -> Xy {
 
 /// A directed line or arc.
 #[derive(Clone, Copy, Debug)]
-pub enum Shape {
+pub enum PlaneCurve {
     Line { from: Xy, to: Xy },
     Arc(ArcView),
 }
@@ -54,7 +54,7 @@ pub enum Shape {
 /// reversal.
 const CUSP: f64 = 0.999_99;
 
-impl Shape {
+impl PlaneCurve {
     pub fn of(curve: &Curve) -> Self {
         match curve {
             Curve::Line(segment) => Self::Line { from: xy(segment.from), to: xy(segment.to) },

@@ -6,9 +6,9 @@ use core::ops::ControlFlow;
 
 use libm::ceil;
 
-use super::plane::Shape;
+use super::plane::PlaneCurve;
 use super::stitch::{Kept, stitch};
-use super::track::{Track, Wall};
+use super::track::{StraightWall, Track};
 use crate::curve::{self, Curve};
 use crate::exact::lattice::{COORD_MAX, Length};
 use crate::exact::segment::{Segment, Window};
@@ -26,9 +26,9 @@ pub struct Outline {
 
 impl Outline {
     /// The curves in the direction that has the free side on the right.
-    pub(super) fn shapes(&self) -> Vec<Shape> {
-        let shapes = self.curves.iter().map(Shape::of);
-        if self.free_on_left { shapes.rev().map(Shape::reversed).collect() } else { shapes.collect() }
+    pub(super) fn shapes(&self) -> Vec<PlaneCurve> {
+        let shapes = self.curves.iter().map(PlaneCurve::of);
+        if self.free_on_left { shapes.rev().map(PlaneCurve::reversed).collect() } else { shapes.collect() }
     }
 }
 
@@ -75,14 +75,15 @@ const NEAREST: usize = 12;
 /// it. Every shape loses the parts within `d` of another edge. The remaining pieces are joined end to end.
 #[must_use]
 pub fn propose(outlines: &[Outline], d: f64) -> Offset {
-    let mut edges: Vec<Shape> = Vec::new();
+    let mut edges: Vec<PlaneCurve> = Vec::new();
     let mut chains: Vec<(usize, usize)> = Vec::new();
     for outline in outlines {
         let first = edges.len();
         edges.extend(outline.shapes());
         chains.push((first, edges.len()));
     }
-    let mut offset = Offset { profile_length: edges.iter().map(Shape::length).sum(), ..Offset::default() };
+    let mut offset =
+        Offset { profile_length: edges.iter().map(PlaneCurve::length).sum(), ..Offset::default() };
     let Some(index) = EdgeIndex::of(&edges) else {
         offset.loose_ends.push((0.0, 0.0));
         return offset;
@@ -104,11 +105,11 @@ struct EdgeIndex {
     index: CheckedIndex,
     /// The edge of each chord in the index.
     owners: Vec<u32>,
-    walls: Vec<Option<Wall>>,
+    walls: Vec<Option<StraightWall>>,
 }
 
 impl EdgeIndex {
-    fn of(edges: &[Shape]) -> Option<Self> {
+    fn of(edges: &[PlaneCurve]) -> Option<Self> {
         let mut chords = Vec::with_capacity(edges.len());
         let mut owners = Vec::with_capacity(edges.len());
         for (owner, edge) in edges.iter().enumerate() {
@@ -116,20 +117,20 @@ impl EdgeIndex {
             owners.resize(chords.len(), u32::try_from(owner).ok()?);
         }
         let index = build::build(chords).ok()?;
-        Some(Self { index, owners, walls: edges.iter().map(Wall::of).collect() })
+        Some(Self { index, owners, walls: edges.iter().map(StraightWall::of).collect() })
     }
 }
 
 /// Appends chords of an edge. The chord error of each bounds the edge's part between its ends. Returns `None`
 /// off the lattice.
-fn push_chords(edge: &Shape, chords: &mut Vec<Edge>) -> Option<()> {
+fn push_chords(edge: &PlaneCurve, chords: &mut Vec<Edge>) -> Option<()> {
     let point = |t: f64| {
         let (x, y) = edge.at(t);
         curve::nearest_point(x, y).ok()
     };
     let (count, sagitta) = match *edge {
-        Shape::Line { .. } => (1.0, 0.0),
-        Shape::Arc(arc) => {
+        PlaneCurve::Line { .. } => (1.0, 0.0),
+        PlaneCurve::Arc(arc) => {
             let count = ceil(arc.sweep.abs() * 4.0).max(1.0);
             (count, arc.sagitta(count))
         }
@@ -148,7 +149,7 @@ fn push_chords(edge: &Shape, chords: &mut Vec<Edge>) -> Option<()> {
 
 /// Removes the covered parts from shapes.
 struct Cutter<'a> {
-    edges: &'a [Shape],
+    edges: &'a [PlaneCurve],
     index: &'a EdgeIndex,
     d: f64,
     /// Intervals of the current track that no edge has covered so far, ascending.
@@ -177,7 +178,7 @@ impl Cutter<'_> {
 
     /// Leaves the uncovered intervals of the shape in `open`. The shape belongs to the edges `own` of a
     /// chain.
-    fn cut(&mut self, shape: &Shape, (first, end): (usize, usize), own: (usize, usize)) {
+    fn cut(&mut self, shape: &PlaneCurve, (first, end): (usize, usize), own: (usize, usize)) {
         let track = Track::of(shape);
         self.open.clear();
         self.open.push((0.0, track.end()));
@@ -259,7 +260,7 @@ impl Cutter<'_> {
         Window::from_corners(down(x0 - r), down(y0 - r), up(x1 + r), up(y1 + r))
     }
 
-    fn keep(&self, shape: &Shape, outline: usize, edge: Option<Shape>, kept: &mut Vec<Kept>) {
+    fn keep(&self, shape: &PlaneCurve, outline: usize, edge: Option<PlaneCurve>, kept: &mut Vec<Kept>) {
         let track = Track::of(shape);
         for &(p, q) in &self.open {
             let (from, to) = (track.share(p), track.share(q));

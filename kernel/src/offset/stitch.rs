@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 
 use libm::{atan2, sqrt};
 
-use super::plane::{Shape, Xy, cross, dot, minus, norm, plus, right_of};
+use super::plane::{PlaneCurve, Xy, cross, dot, minus, norm, plus, right_of};
 use super::propose::{COVER, Offset, OffsetLoop};
 use crate::arc_view::ArcView;
 use crate::curve::{self, Curve};
@@ -29,10 +29,10 @@ const WIDE_JOINT: f64 = 2_000.0;
 
 /// A piece of an offset shape that no edge covers.
 pub struct Kept {
-    pub shape: Shape,
+    pub shape: PlaneCurve,
     pub outline: usize,
     /// The part of the profile that the disc touches from this piece. `None` at a corner.
-    pub touched: Option<Shape>,
+    pub touched: Option<PlaneCurve>,
 }
 
 /// Joins uncovered pieces end to start into loops, and adds up their areas.
@@ -140,7 +140,7 @@ fn continuation(starts: &Starts, used: &[bool], end: Xy, begin: Option<Xy>, join
 /// consists of the touched profile, and of an arc around every joint at which the path turns toward the free
 /// side.
 fn cut_area_of(kept: &[Kept], chain: &[usize], d: f64) -> f64 {
-    let mut contour: Vec<Shape> = Vec::new();
+    let mut contour: Vec<PlaneCurve> = Vec::new();
     for (k, &index) in chain.iter().enumerate() {
         contour.extend(kept[index].touched);
         let next = &kept[chain[(k + 1) % chain.len()]].shape;
@@ -150,7 +150,7 @@ fn cut_area_of(kept: &[Kept], chain: &[usize], d: f64) -> f64 {
         if turned < 0.0 {
             let toward_part = right_of(incoming);
             let start = atan2(-toward_part.1, -toward_part.0);
-            contour.push(Shape::Arc(ArcView { centre: joint, radius: d, start, sweep: turned }));
+            contour.push(PlaneCurve::Arc(ArcView { centre: joint, radius: d, start, sweep: turned }));
         }
     }
     let origin = contour.first().map_or((0.0, 0.0), |shape| shape.at(0.0));
@@ -179,8 +179,8 @@ fn push_loop(kept: &[Kept], chain: &[usize], offset: &mut Offset) {
         }
         let line = Curve::Line(Segment { from, to });
         curves.push(match kept[index].shape {
-            Shape::Line { .. } => line,
-            Shape::Arc(arc) => match Curve::fitted(from, to, arc.centre, arc.turn()) {
+            PlaneCurve::Line { .. } => line,
+            PlaneCurve::Arc(arc) => match Curve::fitted(from, to, arc.centre, arc.turn()) {
                 Ok(curve) => curve,
                 Err(_) if line.length() < JOINT => line,
                 Err(_) => {

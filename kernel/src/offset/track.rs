@@ -7,7 +7,7 @@ use core::f64::consts::{PI, TAU};
 
 use libm::{acos, atan2, cos, sin, sqrt};
 
-use super::plane::{Shape, Xy, cross, dot, left_of, minus, norm, plus};
+use super::plane::{PlaneCurve, Xy, cross, dot, left_of, minus, norm, plus};
 use crate::arc_view::ArcView;
 
 /// Largest radius of a bend (lattice units, 0.1 m). Above it the track uses angles, because 1 − cos θ is too
@@ -24,32 +24,32 @@ pub enum Track {
     },
     /// The arc, and the unit vector from its centre to its start.
     Bend(ArcView, Xy),
-    General(Shape),
+    General(PlaneCurve),
 }
 
 /// A straight edge, with its unit direction and its length.
 #[derive(Clone, Copy, Debug)]
-pub struct Wall {
+pub struct StraightWall {
     pub from: Xy,
     pub to: Xy,
     pub along: Xy,
     pub length: f64,
 }
 
-impl Wall {
-    pub fn of(shape: &Shape) -> Option<Self> {
+impl StraightWall {
+    pub fn of(shape: &PlaneCurve) -> Option<Self> {
         match *shape {
-            Shape::Line { from, to } => {
+            PlaneCurve::Line { from, to } => {
                 let d = minus(to, from);
                 let length = sqrt(dot(d, d));
                 (length > 0.0).then(|| Self { from, to, along: (d.0 / length, d.1 / length), length })
             }
-            Shape::Arc(_) => None,
+            PlaneCurve::Arc(_) => None,
         }
     }
 }
 
-impl Wall {
+impl StraightWall {
     fn distance(&self, p: Xy) -> f64 {
         let w = minus(p, self.from);
         let foot = dot(w, self.along).clamp(0.0, self.length);
@@ -58,17 +58,17 @@ impl Wall {
 }
 
 impl Track {
-    pub fn of(shape: &Shape) -> Self {
+    pub fn of(shape: &PlaneCurve) -> Self {
         match *shape {
-            Shape::Line { from, to } => {
+            PlaneCurve::Line { from, to } => {
                 let d = minus(to, from);
                 let length = sqrt(dot(d, d)).max(f64::MIN_POSITIVE);
                 Self::Straight { from, along: (d.0 / length, d.1 / length), length }
             }
-            Shape::Arc(arc) if arc.sweep.abs() < 0.99 * PI && arc.radius < FLAT => {
+            PlaneCurve::Arc(arc) if arc.sweep.abs() < 0.99 * PI && arc.radius < FLAT => {
                 Self::Bend(arc, (cos(arc.start), sin(arc.start)))
             }
-            Shape::Arc(_) => Self::General(*shape),
+            PlaneCurve::Arc(_) => Self::General(*shape),
         }
     }
 
@@ -129,8 +129,8 @@ impl Track {
             // The sagitta of less than half a circle is at most half its chord.
             Self::Bend(..) => norm(minus(b, a)) / 2.0,
             Self::General(shape) => match shape {
-                Shape::Arc(arc) => 2.0 * arc.radius,
-                Shape::Line { .. } => 0.0,
+                PlaneCurve::Arc(arc) => 2.0 * arc.radius,
+                PlaneCurve::Line { .. } => 0.0,
             },
         };
         (a.0.min(b.0) - bulge, a.1.min(b.1) - bulge, a.0.max(b.0) + bulge, a.1.max(b.1) + bulge)
@@ -138,7 +138,7 @@ impl Track {
 
     /// Calls `covered` with the intervals of parameters whose points are within `r` of the straight edge.
     #[inline]
-    pub fn covered_by_wall(&self, wall: &Wall, r: f64, mut covered: impl FnMut(f64, f64)) {
+    pub fn covered_by_wall(&self, wall: &StraightWall, r: f64, mut covered: impl FnMut(f64, f64)) {
         match *self {
             Self::Straight { from, along, .. } => {
                 if let Some((low, high)) = straight_in_capsule(from, along, wall, r) {
@@ -172,7 +172,7 @@ impl Track {
             }
             // A circle beside an arc of the profile can cross a capsule four times.
             Self::Bend(..) | Self::General(_) => {
-                let edge = Shape::Line { from: wall.from, to: wall.to };
+                let edge = PlaneCurve::Line { from: wall.from, to: wall.to };
                 self.covered_by(&edge, r, covered);
             }
         }
@@ -180,9 +180,9 @@ impl Track {
 
     /// As [`Track::covered_by_wall`] for any edge. Cuts the track where it meets the curve at distance `r`
     /// around the edge, and tests the middle of each piece.
-    pub fn covered_by(&self, edge: &Shape, r: f64, mut covered: impl FnMut(f64, f64)) {
+    pub fn covered_by(&self, edge: &PlaneCurve, r: f64, mut covered: impl FnMut(f64, f64)) {
         let shape = self.shape();
-        let circle = |centre| Shape::Arc(ArcView { centre, radius: r, start: 0.0, sweep: TAU });
+        let circle = |centre| PlaneCurve::Arc(ArcView { centre, radius: r, start: 0.0, sweep: TAU });
         let around = [
             edge.offset_right(r),
             edge.reversed().offset_right(r),
@@ -206,10 +206,10 @@ impl Track {
         }
     }
 
-    fn shape(&self) -> Shape {
+    fn shape(&self) -> PlaneCurve {
         match *self {
-            Self::Straight { from, along, length } => Shape::Line { from, to: plus(from, along, length) },
-            Self::Bend(arc, start) => Shape::Arc(ArcView { start: atan2(start.1, start.0), ..arc }),
+            Self::Straight { from, along, length } => PlaneCurve::Line { from, to: plus(from, along, length) },
+            Self::Bend(arc, start) => PlaneCurve::Arc(ArcView { start: atan2(start.1, start.0), ..arc }),
             Self::General(shape) => shape,
         }
     }
@@ -225,7 +225,7 @@ fn bend_parameter(start: Xy, turn: f64, u: Xy) -> f64 {
 /// The interval of parameters at which a line is in the capsule of radius `r` around the wall. The capsule is
 /// convex.
 #[inline]
-fn straight_in_capsule(from: Xy, along: Xy, wall: &Wall, r: f64) -> Option<(f64, f64)> {
+fn straight_in_capsule(from: Xy, along: Xy, wall: &StraightWall, r: f64) -> Option<(f64, f64)> {
     let mut low = f64::INFINITY;
     let mut high = f64::NEG_INFINITY;
     let mut add = |a: f64, b: f64| {
@@ -272,7 +272,7 @@ fn linear_within(value: f64, rate: f64, low: f64, high: f64) -> (f64, f64) {
 /// with one disc have boundaries that cross at most twice. Returns `None` when the circle is wholly outside
 /// or inside, or its contact is too short to decide.
 #[inline]
-fn circle_in_capsule(centre: Xy, radius: f64, wall: &Wall, r: f64) -> Option<(Xy, Xy)> {
+fn circle_in_capsule(centre: Xy, radius: f64, wall: &StraightWall, r: f64) -> Option<(Xy, Xy)> {
     let w = minus(centre, wall.from);
     let (foot, off) = (dot(wall.along, w), cross(wall.along, w));
     let beyond = (-foot).max(foot - wall.length).max(0.0);

@@ -27,7 +27,7 @@ pub fn sign_patterns() -> [[f64; 4]; 17] {
 
 /// The contour error on one path of the budget, µm.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Finding {
+pub struct PathFinding {
     /// Description of the path.
     pub path: String,
     /// RMS and largest contour error with an exact model, µm.
@@ -41,9 +41,9 @@ pub struct Finding {
 
 /// The contour-error term and its derivation.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Budget {
+pub struct ContourErrorBudget {
     /// The contour error on every path.
-    pub findings: Vec<Finding>,
+    pub findings: Vec<PathFinding>,
     /// The term, mm: the largest contour error of all paths, rounded up to 0.1 µm.
     pub term_mm: f64,
     /// Description of the term for a plan.
@@ -52,7 +52,7 @@ pub struct Budget {
 
 /// The request for a budget.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Question {
+pub struct BudgetRequest {
     /// The controller.
     pub kind: Kind,
     /// Feed along the contour, mm/s.
@@ -66,7 +66,7 @@ const RADII_MM: [f64; 5] = [0.1, 0.5, 2.0, 5.0, 20.0];
 /// Sagitta of a chord, mm.
 const SAGITTA_MM: f64 = 0.000_5;
 
-impl Question {
+impl BudgetRequest {
     /// Approximate number of samples of the longest path.
     #[must_use]
     pub fn samples(&self, profile: &DriveProfile) -> f64 {
@@ -92,9 +92,9 @@ fn leg_mm(speed_mm_s: f64, interpolator: &Interpolator) -> f64 {
 #[must_use]
 pub fn budget(
     profile: &DriveProfile,
-    question: &Question,
+    question: &BudgetRequest,
     progress: &mut dyn FnMut(usize, usize),
-) -> Option<Budget> {
+) -> Option<ContourErrorBudget> {
     let mut tasks = match &profile.interpolator {
         Some(interpolator) => interpolated_tasks(profile, interpolator, question),
         None => plain_tasks(profile, question.feed_mm_s),
@@ -116,11 +116,11 @@ pub fn budget(
     }
     let worst = findings.iter().map(|finding| finding.worst.max).fold(0.0, f64::max);
     let term_mm = (worst * 10.0).ceil() / 10_000.0;
-    Some(Budget { source: source(profile, question), findings, term_mm })
+    Some(ContourErrorBudget { source: source(profile, question), findings, term_mm })
 }
 
 /// The description of the term.
-fn source(profile: &DriveProfile, question: &Question) -> String {
+fn source(profile: &DriveProfile, question: &BudgetRequest) -> String {
     let by_hand =
         question.by_hand_mm_s.map_or(", no jogging".into(), |speed| format!(", {:.0} by hand", speed * 60.0));
     let how = profile.interpolator.map_or(", at once".into(), |interpolator| {
@@ -136,15 +136,15 @@ fn source(profile: &DriveProfile, question: &Question) -> String {
     )
 }
 
-fn finding(profile: &DriveProfile, kind: Kind, path: String, task: &Task) -> Option<Finding> {
+fn finding(profile: &DriveProfile, kind: Kind, path: String, task: &Task) -> Option<PathFinding> {
     let environment = Environment::of(task, profile.uncertainty.largest());
-    let mut found: Option<Finding> = None;
+    let mut found: Option<PathFinding> = None;
     for signs in sign_patterns() {
         let mut setting = profile.setting(environment);
         setting.belief = setting.belief.off_by(profile.uncertainty, signs);
         let mut controller = kind.built(&setting)?;
         let contour = task.run(controller.as_mut()).figures.contour.times(profile.um());
-        let best = found.get_or_insert_with(|| Finding {
+        let best = found.get_or_insert_with(|| PathFinding {
             path: path.clone(),
             exact: contour,
             worst: contour,
@@ -183,7 +183,7 @@ fn plain_tasks(profile: &DriveProfile, feed_mm_s: f64) -> Vec<(String, Task)> {
 fn interpolated_tasks(
     profile: &DriveProfile,
     interpolator: &Interpolator,
-    question: &Question,
+    question: &BudgetRequest,
 ) -> Vec<(String, Task)> {
     let mut tasks = Vec::new();
     let mut add = |name: String, points: &[(f64, f64)], speed: f64| {
@@ -246,7 +246,7 @@ mod tests {
     #[test]
     fn budget_is_the_worst_of_its_paths() {
         let profile = DriveProfile::load("koren-lo-table-1").unwrap();
-        let question = Question { kind: Kind::Ccc, feed_mm_s: 15.0, by_hand_mm_s: None };
+        let question = BudgetRequest { kind: Kind::Ccc, feed_mm_s: 15.0, by_hand_mm_s: None };
         let mut total = 0;
         let found = budget(&profile, &question, &mut |_, of| total = of).unwrap();
         assert_eq!((found.findings.len(), total), (4, 4));
@@ -259,7 +259,7 @@ mod tests {
     fn diverging_controller_has_no_budget() {
         let mut profile = DriveProfile::load("koren-lo-table-1").unwrap();
         profile.gains.proportional = 1e6;
-        let question = Question { kind: Kind::P, feed_mm_s: 15.0, by_hand_mm_s: None };
+        let question = BudgetRequest { kind: Kind::P, feed_mm_s: 15.0, by_hand_mm_s: None };
         assert_eq!(budget(&profile, &question, &mut |_, _| {}), None);
     }
 }

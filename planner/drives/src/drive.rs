@@ -15,7 +15,7 @@ pub struct Drive {
 
 /// Position and speed of a drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Motion {
+pub struct DriveMotion {
     /// Position, pulses.
     pub position: f64,
     /// Speed, pulses/s.
@@ -61,7 +61,7 @@ impl Drive {
 
     /// The motion after `seconds` under a net command of `bits`.
     #[must_use]
-    pub fn after(self, from: Motion, bits: f64, seconds: f64) -> Motion {
+    pub fn after(self, from: DriveMotion, bits: f64, seconds: f64) -> DriveMotion {
         let held = self.held(seconds);
         held.after(from, bits)
     }
@@ -77,8 +77,8 @@ impl Drive {
 impl Held {
     /// The motion one period later, under a net command of `bits`.
     #[must_use]
-    pub fn after(&self, from: Motion, bits: f64) -> Motion {
-        Motion {
+    pub fn after(&self, from: DriveMotion, bits: f64) -> DriveMotion {
+        DriveMotion {
             position: from.position + self.run * from.velocity + self.b0 * bits,
             velocity: self.decay * from.velocity + self.push * bits,
         }
@@ -153,7 +153,7 @@ mod tests {
     /// The discrete model is exact: two half periods equal one, and small Euler steps agree closely.
     #[test]
     fn held_command_is_integrated_exactly() {
-        let from = Motion { position: 3.0, velocity: -20.0 };
+        let from = DriveMotion { position: 3.0, velocity: -20.0 };
         let whole = DRIVE.after(from, 17.0, 0.004);
         let halves = DRIVE.after(DRIVE.after(from, 17.0, 0.002), 17.0, 0.002);
         assert!((whole.position - halves.position).abs() < 1e-12);
@@ -173,7 +173,7 @@ mod tests {
     fn transfer_function_agrees_with_the_state_equations() {
         let held = DRIVE.held(0.004);
         let commands = [5.0, -3.0, 11.0, 0.0, 2.0, 7.0, -1.0];
-        let (mut motion, mut positions) = (Motion::default(), vec![0.0]);
+        let (mut motion, mut positions) = (DriveMotion::default(), vec![0.0]);
         for u in commands {
             motion = held.after(motion, u);
             positions.push(motion.position);
@@ -199,7 +199,7 @@ mod tests {
     #[test]
     fn drive_stands_still_at_the_predicted_time() {
         let seconds = DRIVE.stands_after(30.0, -12.0).unwrap();
-        let there = DRIVE.after(Motion { position: 0.0, velocity: 30.0 }, -12.0, seconds);
+        let there = DRIVE.after(DriveMotion { position: 0.0, velocity: 30.0 }, -12.0, seconds);
         assert!(there.velocity.abs() < 1e-12);
         assert_eq!(DRIVE.stands_after(30.0, 12.0), None);
         assert_eq!(DRIVE.stands_after(30.0, 0.0), None);

@@ -3,10 +3,10 @@
 use keepout_planner::machine::MachineProfile;
 
 use crate::Axes;
-use crate::interpolator::{Drives, Motion};
-use crate::path::{Path, Piece};
+use crate::interpolator::{Drives, QueuedMotion};
+use crate::path::{Path, PathPiece};
 use crate::profile::{DriveProfile, Interpolator};
-use crate::reference::{AT_REST, Sample};
+use crate::reference::{AT_REST, ReferenceSample};
 use crate::stream::Stream;
 
 /// A path of straight blocks, and its samples.
@@ -15,7 +15,7 @@ pub struct Interpolated {
     /// The path, in pulses.
     pub path: Path,
     /// The samples from rest to rest, and [`SETTLES_S`] more.
-    pub samples: Vec<Sample>,
+    pub samples: Vec<ReferenceSample>,
 }
 
 /// Time for which the reference stays at the end of the path, s.
@@ -36,7 +36,7 @@ pub fn interpolated(
         acceleration_mm_s2: interpolator.acceleration_mm_s2,
         ..MachineProfile::simulated()
     };
-    let mut motion = Motion::new(Drives::of(&machine, interpolator.junction_deviation_mm), start);
+    let mut motion = QueuedMotion::new(Drives::of(&machine, interpolator.junction_deviation_mm), start);
     for &point in points_mm.iter().skip(1) {
         motion.push(point, feed_mm_s, 1e-9);
     }
@@ -51,6 +51,7 @@ pub fn interpolated(
         stream.tick(profile.period_s);
         rests += profile.period_s;
     }
-    let lines = points_mm.windows(2).map(|pair| Piece::Line { from: pulses(pair[0]), to: pulses(pair[1]) });
+    let lines =
+        points_mm.windows(2).map(|pair| PathPiece::Line { from: pulses(pair[0]), to: pulses(pair[1]) });
     Interpolated { path: Path::of(lines.collect()), samples: stream.samples().to_vec() }
 }

@@ -54,7 +54,7 @@ enum Stop {
 
 /// The result of a time step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
+pub enum StepOutcome {
     /// No stop ended in this step.
     Going,
     /// The tool stands still after a hold.
@@ -65,7 +65,7 @@ pub enum Outcome {
 
 /// The planner queue and the tool's motion along it.
 #[derive(Clone, Debug)]
-pub struct Motion {
+pub struct QueuedMotion {
     drives: Drives,
     blocks: VecDeque<Block>,
     position: (f64, f64),
@@ -95,7 +95,7 @@ const SLOWEST: f64 = 1e-6;
 /// Largest distance at which a target counts as reached, mm.
 const REACHED: f64 = 1e-9;
 
-impl Motion {
+impl QueuedMotion {
     /// Drives at rest at `position`, mm.
     #[must_use]
     pub fn new(drives: Drives, position: (f64, f64)) -> Self {
@@ -245,7 +245,7 @@ impl Motion {
             && self.blocks.front().is_some_and(|block| (braking(block) - block.left).abs() < MEETS)
     }
 
-    /// Begins to stop as [`Motion::cancel`] does, but drops the blocks that end within the next `prepared_s`
+    /// Begins to stop as [`QueuedMotion::cancel`] does, but drops the blocks that end within the next `prepared_s`
     /// seconds. The following blocks then start at the current position, so the tool moves parallel to their
     /// lines.
     pub fn cancel_astray(&mut self, prepared_s: f64) {
@@ -281,7 +281,7 @@ impl Motion {
     }
 
     /// Advances the motion by `dt` seconds. Calls `corner` with the end of each block that it completes.
-    pub fn advance(&mut self, dt: f64, mut corner: impl FnMut((f64, f64))) -> Outcome {
+    pub fn advance(&mut self, dt: f64, mut corner: impl FnMut((f64, f64))) -> StepOutcome {
         if self.runaway.is_some() {
             return self.run_on(dt);
         }
@@ -321,7 +321,7 @@ impl Motion {
                 return self.come_to_rest();
             }
         }
-        Outcome::Going
+        StepOutcome::Going
     }
 
     /// Begins a runaway along the next block, if the firmware computes one step too many for it. Returns
@@ -335,13 +335,13 @@ impl Motion {
         true
     }
 
-    fn run_on(&mut self, dt: f64) -> Outcome {
-        let Some(run) = &mut self.runaway else { return Outcome::Going };
+    fn run_on(&mut self, dt: f64) -> StepOutcome {
+        let Some(run) = &mut self.runaway else { return StepOutcome::Going };
         let step = (run.speed * dt).min(run.left);
         run.left -= step;
         self.position = (self.position.0 + run.unit.0 * step, self.position.1 + run.unit.1 * step);
         if run.left > 0.0 {
-            return Outcome::Going;
+            return StepOutcome::Going;
         }
         self.runaway = None;
         self.blocks.clear();
@@ -418,21 +418,21 @@ impl Motion {
         Some((0.0, cruise.max(1e-9)))
     }
 
-    fn come_to_rest(&mut self) -> Outcome {
+    fn come_to_rest(&mut self) -> StepOutcome {
         match self.stop {
             Some(Stop::Flush) => {
                 self.blocks.clear();
                 self.stop = None;
-                Outcome::Flushed
+                StepOutcome::Flushed
             }
             Some(Stop::Hold) => {
                 // The remaining motion starts from rest.
                 if let Some(first) = self.blocks.front_mut() {
                     first.max_entry = 0.0;
                 }
-                Outcome::Held
+                StepOutcome::Held
             }
-            None => Outcome::Going,
+            None => StepOutcome::Going,
         }
     }
 }
@@ -456,8 +456,11 @@ fn go(block: &mut Block, position: &mut (f64, f64), step: f64) {
 mod tests {
     use super::*;
 
-    fn motion() -> Motion {
-        Motion::new(Drives { max_rate: 200.0, acceleration: 500.0, junction_deviation: 0.01 }, (0.0, 0.0))
+    fn motion() -> QueuedMotion {
+        QueuedMotion::new(
+            Drives { max_rate: 200.0, acceleration: 500.0, junction_deviation: 0.01 },
+            (0.0, 0.0),
+        )
     }
 
     #[test]
@@ -545,15 +548,15 @@ mod tests {
         }
         let before = motion.position();
         motion.cancel();
-        let mut outcome = Outcome::Going;
+        let mut outcome = StepOutcome::Going;
         for _ in 0..1000 {
             outcome = motion.advance(0.0005, |_| {});
-            if outcome == Outcome::Flushed {
+            if outcome == StepOutcome::Flushed {
                 break;
             }
         }
         let after = motion.position();
-        assert_eq!(outcome, Outcome::Flushed);
+        assert_eq!(outcome, StepOutcome::Flushed);
         assert!((after.0 * 80.0 - after.1 * 60.0).abs() < 1e-9, "on the line");
         let travelled = (after.0 - before.0).hypot(after.1 - before.1);
         // The acceleration along the diagonal is 500 / 0.8 mm/s².

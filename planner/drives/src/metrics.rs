@@ -2,7 +2,7 @@
 
 use super::Axes;
 use super::path::Path;
-use super::reference::Sample;
+use super::reference::ReferenceSample;
 
 /// One sample of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,7 +22,7 @@ pub struct Moment {
 impl Moment {
     /// The measures for a table at `position` and a reference at `reference`.
     #[must_use]
-    pub fn seen(at_s: f64, path: &Path, reference: &Sample, position: Axes) -> Self {
+    pub fn seen(at_s: f64, path: &Path, reference: &ReferenceSample, position: Axes) -> Self {
         let foot = path.nearest(position, reference.number);
         Self {
             at_s,

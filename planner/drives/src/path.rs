@@ -8,7 +8,7 @@ use super::Axes;
 
 /// One line or arc.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Piece {
+pub enum PathPiece {
     /// A straight line.
     Line {
         /// Start point.
@@ -47,7 +47,7 @@ impl Foot {
     }
 }
 
-impl Piece {
+impl PathPiece {
     /// The arc about `centre` that starts at `from` and turns by `sweep` rad.
     #[must_use]
     pub fn arc(centre: Axes, from: Axes, sweep: f64) -> Self {
@@ -161,7 +161,7 @@ fn on_circle(arc: &ArcView, angle: f64) -> Foot {
 /// A sequence of connected pieces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path {
-    pieces: Vec<Piece>,
+    pieces: Vec<PathPiece>,
     /// Start of each piece along the path, and the end of the path, pulses.
     starts: Vec<f64>,
 }
@@ -170,7 +170,7 @@ impl Path {
     /// The path of these pieces. Each piece must begin at the end of the previous one. Pieces without length
     /// are dropped.
     #[must_use]
-    pub fn of(pieces: Vec<Piece>) -> Self {
+    pub fn of(pieces: Vec<PathPiece>) -> Self {
         let pieces: Vec<_> = pieces.into_iter().filter(|piece| piece.length() > 0.0).collect();
         let mut starts = vec![0.0];
         let mut sum = 0.0;
@@ -184,7 +184,7 @@ impl Path {
     /// A straight line from the origin.
     #[must_use]
     pub fn line(to: Axes) -> Self {
-        Self::of(vec![Piece::Line { from: Axes::zeros(), to }])
+        Self::of(vec![PathPiece::Line { from: Axes::zeros(), to }])
     }
 
     /// A circle through the origin about (radius, 0), repeated `turns` times. The paper's circle is
@@ -192,7 +192,7 @@ impl Path {
     #[must_use]
     pub fn circle(radius: f64, clockwise: bool, turns: u32) -> Self {
         let sweep = if clockwise { -TAU } else { TAU };
-        let turn = Piece::arc(Axes::new(radius, 0.0), Axes::zeros(), sweep);
+        let turn = PathPiece::arc(Axes::new(radius, 0.0), Axes::zeros(), sweep);
         Self::of((0..turns).map(|_| turn).collect())
     }
 
@@ -201,7 +201,10 @@ impl Path {
     pub fn corner(leg: f64, angle: f64) -> Self {
         let tip = Axes::new(leg, 0.0);
         let end = tip + Axes::new(angle.cos(), angle.sin()) * leg;
-        Self::of(vec![Piece::Line { from: Axes::zeros(), to: tip }, Piece::Line { from: tip, to: end }])
+        Self::of(vec![
+            PathPiece::Line { from: Axes::zeros(), to: tip },
+            PathPiece::Line { from: tip, to: end },
+        ])
     }
 
     /// One clockwise turn around an ellipse through the origin, with semi-axes `a` along X and `b` along Y.
@@ -221,7 +224,7 @@ impl Path {
     /// The same path, mirrored at the X axis.
     #[must_use]
     pub fn mirrored(&self) -> Self {
-        Self { pieces: self.pieces.iter().map(Piece::mirrored).collect(), starts: self.starts.clone() }
+        Self { pieces: self.pieces.iter().map(PathPiece::mirrored).collect(), starts: self.starts.clone() }
     }
 
     /// Length, pulses.
@@ -238,7 +241,7 @@ impl Path {
 
     /// The pieces, in order.
     #[must_use]
-    pub fn pieces(&self) -> &[Piece] {
+    pub fn pieces(&self) -> &[PathPiece] {
         &self.pieces
     }
 
@@ -307,9 +310,9 @@ const ELLIPSE_ARCS: u32 = 720;
 pub const CORNER_COS: f64 = 0.99;
 
 /// The arc from `from` through `by` to `to`. Points on a straight line give a line.
-fn through(from: Axes, by: Axes, to: Axes) -> Piece {
+fn through(from: Axes, by: Axes, to: Axes) -> PathPiece {
     let arc = ArcView::through((from.x, from.y), (by.x, by.y), (to.x, to.y));
-    arc.map_or(Piece::Line { from, to }, Piece::Arc)
+    arc.map_or(PathPiece::Line { from, to }, PathPiece::Arc)
 }
 
 #[cfg(test)]
@@ -333,9 +336,9 @@ mod tests {
     #[test]
     fn nearest_point_agrees_with_a_brute_force_search() {
         let path = Path::of(vec![
-            Piece::Line { from: Axes::zeros(), to: Axes::new(100.0, 0.0) },
-            Piece::arc(Axes::new(100.0, 30.0), Axes::new(100.0, 0.0), 2.0),
-            Piece::arc(Axes::new(200.0, 30.0), Axes::new(180.0, 30.0), -1.0),
+            PathPiece::Line { from: Axes::zeros(), to: Axes::new(100.0, 0.0) },
+            PathPiece::arc(Axes::new(100.0, 30.0), Axes::new(100.0, 0.0), 2.0),
+            PathPiece::arc(Axes::new(200.0, 30.0), Axes::new(180.0, 30.0), -1.0),
         ]);
         let mut random = fastrand::Rng::with_seed(1);
         for _ in 0..300 {

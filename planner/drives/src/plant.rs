@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Axes;
-use super::drive::{Drive, Motion};
+use super::drive::{Drive, DriveMotion};
 
 /// Friction of an axis, bits. It does not depend on the speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -81,7 +81,7 @@ pub struct Load {
 #[derive(Clone, Debug)]
 pub struct Plant {
     model: PlantModel,
-    motors: [Motion; 2],
+    motors: [DriveMotion; 2],
     table: Axes,
     late: [Axes; MOST_DELAY],
     steps: u64,
@@ -92,7 +92,7 @@ impl Plant {
     /// A plant at rest at `position`, pulses.
     #[must_use]
     pub fn at_rest(model: PlantModel, position: Axes) -> Self {
-        let motor = |position| Motion { position, velocity: 0.0 };
+        let motor = |position| DriveMotion { position, velocity: 0.0 };
         Self {
             model,
             motors: [motor(position.x), motor(position.y)],
@@ -162,7 +162,7 @@ impl Plant {
 
 impl Axis {
     /// The motion after `seconds` under a net command of `bits`.
-    fn moved(&self, from: Motion, bits: f64, reference_velocity: f64, seconds: f64) -> Motion {
+    fn moved(&self, from: DriveMotion, bits: f64, reference_velocity: f64, seconds: f64) -> DriveMotion {
         match self.friction {
             Friction::None => self.drive.after(from, bits, seconds),
             Friction::Reference(level) => {
@@ -180,18 +180,18 @@ impl Axis {
     /// most once.
     fn stuck_or_moved(
         &self,
-        from: Motion,
+        from: DriveMotion,
         bits: f64,
         (coulomb, stiction): (f64, f64),
         seconds: f64,
-    ) -> Motion {
+    ) -> DriveMotion {
         let (mut motion, mut left) = (from, seconds);
         if motion.velocity != 0.0 {
             let net = bits - coulomb * motion.velocity.signum();
             match self.drive.stands_after(motion.velocity, net).filter(|&after| after < left) {
                 None => return self.drive.after(motion, net, left),
                 Some(after) => {
-                    motion = Motion { velocity: 0.0, ..self.drive.after(motion, net, after) };
+                    motion = DriveMotion { velocity: 0.0, ..self.drive.after(motion, net, after) };
                     left -= after;
                 }
             }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Axes;
-use super::path::{Foot, Path, Piece};
+use super::path::{Foot, Path, PathPiece};
 
 /// The transition to the feed at the start of the path, and from the feed at its end.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -74,11 +74,11 @@ impl Ramp {
 
 /// One sample of the reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample {
+pub struct ReferenceSample {
     /// The point on the path.
     pub foot: Foot,
     /// The piece of the path with this point.
-    pub piece: Piece,
+    pub piece: PathPiece,
     /// Number of that piece along the path.
     pub number: usize,
     /// Start of that piece along the path, pulses.
@@ -89,7 +89,7 @@ pub struct Sample {
     pub speed: f64,
 }
 
-impl Sample {
+impl ReferenceSample {
     /// The position, pulses.
     #[must_use]
     pub fn position(&self) -> Axes {
@@ -105,26 +105,26 @@ impl Sample {
 
 /// The part of the reference that a controller may use: the samples around the current one.
 #[derive(Clone, Copy, Debug)]
-pub struct Window<'a> {
-    samples: &'a [Sample],
+pub struct ReferenceWindow<'a> {
+    samples: &'a [ReferenceSample],
     now: usize,
 }
 
-impl<'a> Window<'a> {
+impl<'a> ReferenceWindow<'a> {
     /// A window on `samples`, with number `now` as the current one. Beyond its two ends the reference stands
     /// still.
     ///
     /// # Panics
     /// If `samples` is empty.
     #[must_use]
-    pub fn new(samples: &'a [Sample], now: usize) -> Self {
+    pub fn new(samples: &'a [ReferenceSample], now: usize) -> Self {
         assert!(!samples.is_empty(), "a window needs a sample");
         Self { samples, now }
     }
 
     /// The sample `ahead` samples after the current one. Negative values are in the past.
     #[must_use]
-    pub fn ahead(&self, ahead: isize) -> &'a Sample {
+    pub fn ahead(&self, ahead: isize) -> &'a ReferenceSample {
         let index = self.now.saturating_add_signed(ahead).min(self.samples.len() - 1);
         &self.samples[index]
     }
@@ -140,7 +140,7 @@ impl<'a> Window<'a> {
 #[derive(Clone, Debug)]
 pub struct Reference {
     /// The samples. The first [`AT_REST`] stand still at the start.
-    pub samples: Vec<Sample>,
+    pub samples: Vec<ReferenceSample>,
 }
 
 /// Number of samples at rest before the motion begins. Zero-phase filters look this far ahead.
@@ -174,7 +174,7 @@ impl Reference {
             let along = distance(t);
             let (number, foot) = path.at(along)?;
             let speed = (distance(t + period_s) - along) / period_s;
-            Some(Sample {
+            Some(ReferenceSample {
                 foot,
                 piece: path.pieces()[number],
                 number,

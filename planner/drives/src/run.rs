@@ -7,7 +7,7 @@ use super::controllers::Controller;
 use super::metrics::{Figures, Moment};
 use super::path::{Foot, Path};
 use super::plant::{Load, Plant, PlantModel};
-use super::reference::{AT_REST, Sample, Window};
+use super::reference::{AT_REST, ReferenceSample, ReferenceWindow};
 
 /// The cutting force (eqs. (2) to (4)).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -45,14 +45,14 @@ pub struct Task {
     /// Feed along the path, pulses/s.
     pub feed: f64,
     /// Samples of the path at the feed. Empty for a path without length.
-    pub reference: Vec<Sample>,
+    pub reference: Vec<ReferenceSample>,
     /// The cutting force, if the tool cuts.
     pub cutting: Option<Cutting>,
 }
 
 /// The result of a run.
 #[derive(Clone, Debug)]
-pub struct Outcome {
+pub struct RunOutcome {
     /// Every sample from the first motion on.
     pub moments: Vec<Moment>,
     /// Summary of the samples.
@@ -62,16 +62,16 @@ pub struct Outcome {
 impl Task {
     /// The load at a sample.
     #[must_use]
-    pub fn load(&self, sample: &Sample) -> Load {
+    pub fn load(&self, sample: &ReferenceSample) -> Load {
         let cutting = self.cutting.map_or(Axes::zeros(), |cutting| cutting.at(&sample.foot, sample.speed));
         Load { cutting, reference_velocity: sample.velocity() }
     }
 
     /// Runs the task with `controller`, from rest at the start of the path to the end of the reference.
     #[must_use]
-    pub fn run(&self, controller: &mut dyn Controller) -> Outcome {
+    pub fn run(&self, controller: &mut dyn Controller) -> RunOutcome {
         let samples = &self.reference;
-        let start = samples.first().map_or(Axes::zeros(), Sample::position);
+        let start = samples.first().map_or(Axes::zeros(), ReferenceSample::position);
         let mut plant = Plant::at_rest(self.plant, start);
         let mut moments = Vec::with_capacity(samples.len());
         let mut at_s = 0.0;
@@ -80,10 +80,10 @@ impl Task {
                 moments.push(Moment::seen(at_s, &self.path, sample, plant.position()));
                 at_s += self.plant.period_s;
             }
-            let command = controller.step(&Window::new(samples, now), plant.measured());
+            let command = controller.step(&ReferenceWindow::new(samples, now), plant.measured());
             plant.step(command, &self.load(sample));
         }
         let figures = Figures::of(&moments, plant.saturation_share());
-        Outcome { moments, figures }
+        RunOutcome { moments, figures }
     }
 }

@@ -1,13 +1,13 @@
 //! A reference that grows with the points of an interpolator. Its end is not known yet.
 
 use super::Axes;
-use super::path::{Foot, Piece};
-use super::reference::Sample;
+use super::path::{Foot, PathPiece};
+use super::reference::ReferenceSample;
 
 /// The path so far as straight lines, and samples of it.
 #[derive(Clone, Debug)]
 pub struct Stream {
-    samples: Vec<Sample>,
+    samples: Vec<ReferenceSample>,
     /// Smallest number of samples kept. Without it, all are kept.
     keep: Option<usize>,
     from: Axes,
@@ -54,7 +54,7 @@ impl Stream {
             self.number += 1;
         }
         self.at = point;
-        let piece = Piece::Line { from: self.from, to: self.at };
+        let piece = PathPiece::Line { from: self.from, to: self.at };
         for sample in self.samples.iter_mut().rev().take_while(|sample| sample.number == self.number) {
             sample.piece = piece;
         }
@@ -69,16 +69,16 @@ impl Stream {
         if let Some(last) = self.samples.last_mut() {
             last.speed = (self.at - last.foot.point).norm() / period_s;
         }
-        let piece = Piece::Line { from: self.from, to: self.at };
+        let piece = PathPiece::Line { from: self.from, to: self.at };
         let foot = Foot { point: self.at, ..piece.nearest(self.at) };
         let along = self.begins + (self.at - self.from).norm();
         let Self { number, begins, .. } = *self;
-        self.samples.push(Sample { foot, piece, number, begins, along, speed: 0.0 });
+        self.samples.push(ReferenceSample { foot, piece, number, begins, along, speed: 0.0 });
     }
 
     /// The samples, oldest first.
     #[must_use]
-    pub fn samples(&self) -> &[Sample] {
+    pub fn samples(&self) -> &[ReferenceSample] {
         &self.samples
     }
 }
@@ -100,8 +100,8 @@ mod tests {
         let samples = stream.samples();
         let last = samples[samples.len() - 1];
         let before = samples[samples.len() - 2];
-        assert_eq!(before.piece, Piece::Line { from: Axes::zeros(), to: Axes::new(6.0, 0.0) });
-        assert_eq!(last.piece, Piece::Line { from: Axes::new(6.0, 0.0), to: Axes::new(6.0, 0.5) });
+        assert_eq!(before.piece, PathPiece::Line { from: Axes::zeros(), to: Axes::new(6.0, 0.0) });
+        assert_eq!(last.piece, PathPiece::Line { from: Axes::new(6.0, 0.0), to: Axes::new(6.0, 0.5) });
         assert_eq!((last.number, before.number), (1, 0));
         assert!((samples[samples.len() - 4].speed - 2.0).abs() < 1e-12);
         // A reversal begins another piece.

@@ -1,7 +1,7 @@
 //! Least-squares fit of a rigid motion to probe points.
 
 use super::ProbePoint;
-use super::part::{Part, StraightEdge};
+use super::part::{PartEdges, StraightEdge};
 
 /// A probe point and the geometry that was touched.
 #[derive(Clone, Copy, Debug)]
@@ -48,7 +48,7 @@ pub(super) struct Fit {
 impl Fit {
     /// The motion with the smallest squared error. `start` is an estimate of the rotation, rad. Without
     /// it the motion has no rotation. `None` when the observations do not determine the motion.
-    pub fn of(observations: &[Observation], start: Option<f64>, part: &Part) -> Option<Self> {
+    pub fn of(observations: &[Observation], start: Option<f64>, part: &PartEdges) -> Option<Self> {
         let mut fit = Self {
             rotation: start.unwrap_or(0.0),
             place: (0.0, 0.0),
@@ -133,7 +133,12 @@ impl Fit {
     ///
     /// The estimate is of first order, and the errors add up. The error is convex in the place, so a
     /// corner has the largest one.
-    pub fn uncertainty(&self, observations: &[Observation], error_mm: f64, part: &Part) -> (f64, (f64, f64)) {
+    pub fn uncertainty(
+        &self,
+        observations: &[Observation],
+        error_mm: f64,
+        part: &PartEdges,
+    ) -> (f64, (f64, f64)) {
         let rows: Vec<Vec<Row>> = observations.iter().map(|each| self.rows(each)).collect();
         let all: Vec<Row> = observations.iter().flat_map(|each| self.rows(each)).collect();
         let Some(inverse) = self.inverse(&all) else { return (f64::INFINITY, part.middle_mm()) };

@@ -17,7 +17,7 @@ mod fit;
 mod part;
 
 use fit::{Fit, Observation};
-pub use part::{Part, StraightEdge};
+pub use part::{PartEdges, StraightEdge};
 use thiserror::Error;
 
 use crate::units::mm_pair;
@@ -204,7 +204,7 @@ pub enum AlignmentError {
 /// # Errors
 /// [`AlignmentError`] when the probe points contradict each other, or do not determine the alignment well
 /// enough.
-pub fn align(part: &Part, touches: &ProbePoints) -> Result<Alignment, AlignmentError> {
+pub fn align(part: &PartEdges, touches: &ProbePoints) -> Result<Alignment, AlignmentError> {
     touches.check()?;
     let observations = touches.observations(part)?;
     let start = first_rotation(touches, &observations)?;
@@ -279,7 +279,7 @@ impl ProbePoints {
         Ok(())
     }
 
-    fn observations(&self, part: &Part) -> Result<Vec<Observation>, AlignmentError> {
+    fn observations(&self, part: &PartEdges) -> Result<Vec<Observation>, AlignmentError> {
         let points = self.points.iter().map(|&touch| Ok(Observation::Point(touch)));
         let edges = self.edges.iter().map(|&touch| {
             let edge = part.edge_near(touch.drawing_mm)?;

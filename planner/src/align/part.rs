@@ -4,7 +4,7 @@ use keepout_kernel::{Curve, UNITS_PER_MM};
 
 use super::AlignmentError;
 use crate::profile::{MachinedSide, Profile, ProfileError};
-use crate::select::Outline;
+use crate::select::ContourPolygon;
 use crate::units::{nearest_on_mm, point_mm};
 
 /// Straight edge of the part, drawing coordinates, mm.
@@ -20,7 +20,7 @@ pub struct StraightEdge {
 
 /// Straight edges of a part, and the box around it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Part {
+pub struct PartEdges {
     edges: Vec<StraightEdge>,
     low_mm: (f64, f64),
     high_mm: (f64, f64),
@@ -36,7 +36,7 @@ const CLEARLY: f64 = 2.0;
 /// See [`CLEARLY`], mm.
 const APART_MM: f64 = 0.1;
 
-impl Part {
+impl PartEdges {
     /// The part that a profile bounds, as the drawing shows it.
     ///
     /// # Errors
@@ -49,7 +49,7 @@ impl Part {
             outline.curves.iter().filter_map(straight).collect::<Vec<_>>()
         };
         let edges = profile.outlines(&region).iter().flat_map(lines).collect();
-        let boxes: Vec<_> = profile.loops.iter().map(|each| Outline::of(each).bounds).collect();
+        let boxes: Vec<_> = profile.loops.iter().map(|each| ContourPolygon::of(each).bounds).collect();
         let low_mm = boxes.iter().fold((f64::MAX, f64::MAX), |a, (b, _)| (a.0.min(b.0), a.1.min(b.1)));
         let high_mm = boxes.iter().fold((f64::MIN, f64::MIN), |a, (_, b)| (a.0.max(b.0), a.1.max(b.1)));
         Ok(Self { edges, low_mm, high_mm })

@@ -12,13 +12,13 @@ use std::{fs, io};
 use keepout_planner::sha256::{hash, hex};
 use serde::Deserialize;
 
-/// The word in a replacement that reads "it is this fault's turn", see [`Fault::is_switched`].
+/// The word in a replacement that reads "it is this fault's turn", see [`SeededFault::is_switched`].
 const SEEDED: &str = "seeded";
 
 /// A seeded fault.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Fault {
+pub struct SeededFault {
     /// What is wrong.
     pub name: String,
     /// The first edit's file.
@@ -62,7 +62,7 @@ pub struct Fuzz {
 
 /// Who must notice a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Engine {
+pub enum FaultEngine {
     /// Properties, soaks and worlds: the program `check`.
     Proofs,
     /// The hostile simulation.
@@ -71,7 +71,7 @@ pub enum Engine {
     Fuzz,
 }
 
-impl Engine {
+impl FaultEngine {
     /// Its name in the results.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -83,7 +83,7 @@ impl Engine {
     }
 }
 
-impl Fault {
+impl SeededFault {
     /// All edits, in order.
     pub fn edits(&self) -> impl Iterator<Item = Edit> + '_ {
         let first = Edit { file: self.file.clone(), find: self.find.clone(), with: self.with.clone() };
@@ -98,11 +98,11 @@ impl Fault {
 
     /// Who must notice it.
     #[must_use]
-    pub fn engines(&self) -> Vec<Engine> {
+    pub fn engines(&self) -> Vec<FaultEngine> {
         match (&self.fuzz, &self.hostile) {
-            (Some(_), _) => vec![Engine::Fuzz],
-            (None, Some(_)) => vec![Engine::Proofs, Engine::Hostile],
-            (None, None) => vec![Engine::Proofs],
+            (Some(_), _) => vec![FaultEngine::Fuzz],
+            (None, Some(_)) => vec![FaultEngine::Proofs, FaultEngine::Hostile],
+            (None, None) => vec![FaultEngine::Proofs],
         }
     }
 
@@ -131,10 +131,10 @@ pub fn workspace() -> PathBuf {
 ///
 /// # Errors
 /// When the file cannot be read, or two faults have one name.
-pub fn catalogue() -> io::Result<Vec<Fault>> {
+pub fn catalogue() -> io::Result<Vec<SeededFault>> {
     #[derive(Deserialize)]
     struct Catalogue {
-        fault: Vec<Fault>,
+        fault: Vec<SeededFault>,
     }
     let text = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("faults.toml"))?;
     let Catalogue { fault: faults } = toml::from_str(&text).map_err(io::Error::other)?;

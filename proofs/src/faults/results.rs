@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 
 use keepout_planner::file::write_whole;
 
-use super::{Engine, Fault};
+use super::{FaultEngine, SeededFault};
 
 /// What became of a seeded fault.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Fate {
+pub enum FaultFate {
     /// This noticed it: a property, a world, a verdict of the collision monitor.
     Noticed(String),
     /// Nothing noticed it.
@@ -23,7 +23,7 @@ pub enum Fate {
     Unbuilt(String),
 }
 
-impl Fate {
+impl FaultFate {
     /// Its name in the table, and the detail.
     fn fields(&self) -> (&str, &str) {
         match self {
@@ -53,7 +53,7 @@ impl Fate {
     }
 }
 
-impl std::fmt::Display for Fate {
+impl std::fmt::Display for FaultFate {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self.fields() {
             (name, "") => f.write_str(name),
@@ -64,16 +64,16 @@ impl std::fmt::Display for Fate {
 
 /// A line of the table: a fault under one engine.
 #[derive(Clone, Debug)]
-pub struct Row {
+pub struct FaultRow {
     /// The fault's name.
     pub name: String,
     /// The engine's name.
     pub engine: String,
     /// What became of it.
-    pub fate: Fate,
+    pub fate: FaultFate,
     /// Seconds until it was noticed, with its build when it was built alone.
     pub seconds: u64,
-    /// The fault's [digest](Fault::digest).
+    /// The fault's [digest](SeededFault::digest).
     pub digest: String,
 }
 
@@ -85,30 +85,36 @@ pub fn file() -> PathBuf {
 
 /// The table; empty when there is none yet.
 #[must_use]
-pub fn read() -> Vec<Row> {
+pub fn read() -> Vec<FaultRow> {
     let text = fs::read_to_string(file()).unwrap_or_default();
     let row = |line: &str| {
         let mut fields = line.split('\t');
         let mut next = || fields.next();
         let (name, engine, fate, detail) = (next()?, next()?, next()?, next()?);
         let (seconds, digest) = (next()?.parse().ok()?, next()?.into());
-        Some(Row { name: name.into(), engine: engine.into(), fate: Fate::of(fate, detail)?, seconds, digest })
+        Some(FaultRow {
+            name: name.into(),
+            engine: engine.into(),
+            fate: FaultFate::of(fate, detail)?,
+            seconds,
+            digest,
+        })
     };
     text.lines().filter_map(row).collect()
 }
 
 /// The row of a fault, in its present form, under an engine.
 #[must_use]
-pub fn row<'a>(rows: &'a [Row], fault: &Fault, engine: Engine) -> Option<&'a Row> {
+pub fn row<'a>(rows: &'a [FaultRow], fault: &SeededFault, engine: FaultEngine) -> Option<&'a FaultRow> {
     let digest = fault.digest();
     rows.iter().find(|row| row.name == fault.name && row.engine == engine.name() && row.digest == digest)
 }
 
 /// Whether every engine that must notice the fault did so, or nothing can. Fuzz targets keep no results.
 #[must_use]
-pub fn is_settled(rows: &[Row], fault: &Fault) -> bool {
-    let settled = |engine: &Engine| {
-        *engine == Engine::Fuzz || row(rows, fault, *engine).is_some_and(|row| row.fate.is_settled())
+pub fn is_settled(rows: &[FaultRow], fault: &SeededFault) -> bool {
+    let settled = |engine: &FaultEngine| {
+        *engine == FaultEngine::Fuzz || row(rows, fault, *engine).is_some_and(|row| row.fate.is_settled())
     };
     fault.engines().iter().all(settled)
 }
@@ -117,17 +123,17 @@ pub fn is_settled(rows: &[Row], fault: &Fault) -> bool {
 ///
 /// # Errors
 /// The system's.
-pub fn keep(fault: &Fault, engine: Engine, fate: &Fate, seconds: u64) -> io::Result<()> {
+pub fn keep(fault: &SeededFault, engine: FaultEngine, fate: &FaultFate, seconds: u64) -> io::Result<()> {
     let mut rows = read();
     rows.retain(|row| row.name != fault.name || row.engine != engine.name());
-    rows.push(Row {
+    rows.push(FaultRow {
         name: fault.name.clone(),
         engine: engine.name().into(),
         fate: fate.clone(),
         seconds,
         digest: fault.digest(),
     });
-    let line = |row: &Row| {
+    let line = |row: &FaultRow| {
         let (fate, detail) = row.fate.fields();
         format!("{}\t{}\t{fate}\t{detail}\t{}\t{}\n", row.name, row.engine, row.seconds, row.digest)
     };

@@ -5,8 +5,8 @@ use std::path::Path;
 use std::process::{Command, Output};
 use std::time::Instant;
 
-use super::results::{Fate, keep};
-use super::{Engine, Fault, tree};
+use super::results::{FaultFate, keep};
+use super::{FaultEngine, SeededFault, tree};
 
 /// Seconds that `check` may take for one fault.
 const CHECK_S: u64 = 600;
@@ -27,10 +27,14 @@ impl Workshop<'_> {
     ///
     /// # Errors
     /// When a tree cannot be copied, an edit's place is not there once, or a program cannot be run.
-    pub fn run(&self, catalogue: &[Fault], chosen: impl Fn(usize, Engine) -> bool) -> io::Result<()> {
+    pub fn run(
+        &self,
+        catalogue: &[SeededFault],
+        chosen: impl Fn(usize, FaultEngine) -> bool,
+    ) -> io::Result<()> {
         let mut built = false;
         for (fault, number) in catalogue.iter().zip(1..) {
-            for engine in fault.engines().into_iter().filter(|engine| *engine != Engine::Fuzz) {
+            for engine in fault.engines().into_iter().filter(|engine| *engine != FaultEngine::Fuzz) {
                 if !chosen(number, engine) {
                     continue;
                 }
@@ -40,12 +44,12 @@ impl Workshop<'_> {
                 }
                 let begin = Instant::now();
                 let fate = match engine {
-                    Engine::Hostile => self.hostile(fault, number)?,
+                    FaultEngine::Hostile => self.hostile(fault, number)?,
                     _ if fault.is_switched() => self.check(&mut self.switched_check(number), fault)?,
                     _ => self.check_alone(fault)?,
                 };
-                let equivalent = fate == Fate::Survived && fault.equivalent.is_some();
-                let fate = if equivalent { Fate::Equivalent } else { fate };
+                let equivalent = fate == FaultFate::Survived && fault.equivalent.is_some();
+                let fate = if equivalent { FaultFate::Equivalent } else { fate };
                 let seconds = begin.elapsed().as_secs();
                 println!("{number}\t{}\t{}\t{fate}\t{seconds} s", fault.name, engine.name());
                 keep(fault, engine, &fate, seconds)?;
@@ -62,7 +66,7 @@ impl Workshop<'_> {
     }
 
     /// One copy with all switched faults, and the two programs that must notice them.
-    fn build_switched(&self, catalogue: &[Fault]) -> io::Result<()> {
+    fn build_switched(&self, catalogue: &[SeededFault]) -> io::Result<()> {
         let tree = self.folder.join("switched");
         tree::seed_switched(&tree, catalogue)?;
         for arguments in [["keepout-proofs", "check"], ["keepout-tests", "hostile"]] {
@@ -87,7 +91,7 @@ impl Workshop<'_> {
     }
 
     /// Builds the narrow set of proofs that can see a fault in a copy of its own, and runs it.
-    fn check_alone(&self, fault: &Fault) -> io::Result<Fate> {
+    fn check_alone(&self, fault: &SeededFault) -> io::Result<FaultFate> {
         let tree = self.folder.join("alone");
         tree::seed_one(&tree, fault)?;
         let features: &[&str] = if fault.is_in_kernel() { &[] } else { &["--features", "guard"] };
@@ -100,8 +104,11 @@ impl Workshop<'_> {
             let asserted =
                 ["evaluation panicked", "evaluation of constant value failed"].map(|end| text.contains(end));
             let noticed = asserted.contains(&true);
-            let fate =
-                if noticed { Fate::Noticed("a constant assertion".into()) } else { Fate::Unbuilt(why) };
+            let fate = if noticed {
+                FaultFate::Noticed("a constant assertion".into())
+            } else {
+                FaultFate::Unbuilt(why)
+            };
             return Ok(fate);
         }
         let mut command = Command::new("timeout");
@@ -111,21 +118,21 @@ impl Workshop<'_> {
 
     /// Runs `check` over the groups that can see the fault.
     #[expect(clippy::unused_self, reason = "beside its neighbours")]
-    fn check(&self, command: &mut Command, fault: &Fault) -> io::Result<Fate> {
+    fn check(&self, command: &mut Command, fault: &SeededFault) -> io::Result<FaultFate> {
         let groups = if fault.is_in_kernel() { "" } else { "guard,dialects" };
         let ran = command.arg(groups).output()?;
         let text = String::from_utf8_lossy(&ran.stdout);
         let failed = text.lines().find_map(|line| line.strip_prefix("fails: "));
         Ok(match (ran.status.success(), failed) {
-            (true, _) => Fate::Survived,
-            (false, Some(name)) => Fate::Noticed(name.into()),
-            (false, None) if ran.status.code() == Some(124) => Fate::Undecided,
-            (false, None) => Fate::Noticed("ends abnormally".into()),
+            (true, _) => FaultFate::Survived,
+            (false, Some(name)) => FaultFate::Noticed(name.into()),
+            (false, None) if ran.status.code() == Some(124) => FaultFate::Undecided,
+            (false, None) => FaultFate::Noticed("ends abnormally".into()),
         })
     }
 
     /// Plays the sessions that can show the fault, up to the first verdict of the collision monitor.
-    fn hostile(&self, fault: &Fault, number: usize) -> io::Result<Fate> {
+    fn hostile(&self, fault: &SeededFault, number: usize) -> io::Result<FaultFate> {
         let mut command = self.switched("hostile", number);
         command.args([
             "--seed",
@@ -142,9 +149,9 @@ impl Workshop<'_> {
         let ran = command.output()?;
         let text = String::from_utf8_lossy(&ran.stdout);
         Ok(match text.lines().find_map(|line| line.strip_prefix("verdict: ")) {
-            Some(verdict) => Fate::Noticed(verdict.into()),
-            None if ran.status.success() => Fate::Survived,
-            None => Fate::Unbuilt(String::from_utf8_lossy(&ran.stderr).lines().take(1).collect()),
+            Some(verdict) => FaultFate::Noticed(verdict.into()),
+            None if ran.status.success() => FaultFate::Survived,
+            None => FaultFate::Unbuilt(String::from_utf8_lossy(&ran.stderr).lines().take(1).collect()),
         })
     }
 }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-use super::{Edit, Fault, SEEDED, workspace};
+use super::{Edit, SEEDED, SeededFault, workspace};
 
 /// The variable that holds the number of the seeded fault, from 1 on; without it no fault is seeded.
 pub const SWITCH: &str = "KEEPOUT_SEEDED_FAULT";
@@ -27,7 +27,7 @@ pub fn seeded(number: usize) -> bool {
 ///
 /// # Errors
 /// When the tree cannot be copied, or an edit's place is not there once.
-pub fn seed_one(tree: &Path, fault: &Fault) -> io::Result<()> {
+pub fn seed_one(tree: &Path, fault: &SeededFault) -> io::Result<()> {
     copy_with(tree, edited([(fault, Switch::Always)].into_iter())?)
 }
 
@@ -36,7 +36,7 @@ pub fn seed_one(tree: &Path, fault: &Fault) -> io::Result<()> {
 ///
 /// # Errors
 /// When the tree cannot be copied, or an edit's place is not there once.
-pub fn seed_switched(tree: &Path, catalogue: &[Fault]) -> io::Result<()> {
+pub fn seed_switched(tree: &Path, catalogue: &[SeededFault]) -> io::Result<()> {
     let numbered = catalogue.iter().zip((1..).map(Switch::Number));
     let mut files = edited(numbered.filter(|(fault, _)| fault.is_switched()))?;
     let kernel = PathBuf::from("kernel/src/lib.rs");
@@ -49,7 +49,7 @@ pub fn seed_switched(tree: &Path, catalogue: &[Fault]) -> io::Result<()> {
 ///
 /// # Errors
 /// When a file cannot be read, or an edit's place is not there once.
-pub fn seeded_files(faults: &[Fault]) -> io::Result<BTreeMap<PathBuf, String>> {
+pub fn seeded_files(faults: &[SeededFault]) -> io::Result<BTreeMap<PathBuf, String>> {
     edited(faults.iter().map(|fault| (fault, Switch::Always)))
 }
 
@@ -61,7 +61,9 @@ enum Switch {
     Number(usize),
 }
 
-fn edited<'a>(faults: impl Iterator<Item = (&'a Fault, Switch)>) -> io::Result<BTreeMap<PathBuf, String>> {
+fn edited<'a>(
+    faults: impl Iterator<Item = (&'a SeededFault, Switch)>,
+) -> io::Result<BTreeMap<PathBuf, String>> {
     let mut files: BTreeMap<PathBuf, String> = BTreeMap::new();
     for (fault, switch) in faults {
         for edit in fault.edits() {
@@ -88,7 +90,7 @@ fn copy_with(tree: &Path, files: BTreeMap<PathBuf, String>) -> io::Result<()> {
 }
 
 /// The text with one edit made, in which `seeded` reads `switch`.
-fn replace(text: &str, fault: &Fault, edit: &Edit, switch: &str) -> io::Result<String> {
+fn replace(text: &str, fault: &SeededFault, edit: &Edit, switch: &str) -> io::Result<String> {
     if text.matches(&edit.find).count() != 1 {
         let file = edit.file.display();
         return Err(io::Error::other(format!("{}: its place in {file} is not there once", fault.name)));

@@ -7,7 +7,7 @@ use keepout_kernel::exact::region::Location;
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::index::build::{build, propose};
 use keepout_kernel::index::cells::{self, Answer, Claim, GROUP, Packed};
-use keepout_kernel::index::check::{Node, Proposal};
+use keepout_kernel::index::check::{BoxProposal, Node};
 use keepout_kernel::index::{CheckedIndex, subdivide};
 use keepout_kernel::{Cells, Convex, Edge, Point, Segment, Triangle};
 
@@ -129,16 +129,16 @@ fn window<D: Draw>(d: &mut D) -> Window {
 }
 
 /// One node over up to four edges whose first box is drawn.
-fn proposal<D: Draw>(d: &mut D, edges: &[Edge]) -> Proposal {
+fn proposal<D: Draw>(d: &mut D, edges: &[Edge]) -> BoxProposal {
     let drawn = window(d);
     let whole = edges.iter().map(Edge::bounds).reduce(Window::union);
     let first = if d.coin() { drawn } else { whole.unwrap_or(drawn) };
     let second = d.coin().then_some(drawn);
-    Proposal { levels: vec![vec![Node::of([first].into_iter().chain(second))]] }
+    BoxProposal { levels: vec![vec![Node::of([first].into_iter().chain(second))]] }
 }
 
 /// Proposed boxes, with one box replaced, or a node or level removed or duplicated.
-fn disturbed<D: Draw>(d: &mut D, edges: &[Edge]) -> Proposal {
+fn disturbed<D: Draw>(d: &mut D, edges: &[Edge]) -> BoxProposal {
     let mut proposal = propose(edges);
     let level = d.one_of(proposal.levels.len());
     let node = d.one_of(proposal.levels[level].len());
@@ -171,7 +171,7 @@ fn visited(index: &CheckedIndex, window: Window) -> Vec<usize> {
     visited
 }
 
-fn accepted_index_overlooks_no_edge(edges: &[Edge], proposal: Proposal, window: Window) {
+fn accepted_index_overlooks_no_edge(edges: &[Edge], proposal: BoxProposal, window: Window) {
     let Ok(index) = CheckedIndex::check(edges.to_vec(), proposal) else { return };
     assert_eq!(index.edges(), edges);
     let visited = visited(&index, window);
@@ -347,7 +347,8 @@ fn what_is_near_lies_in_the_whole(edges: &[Edge], r: i64, rim: i64) {
         return passed_over();
     };
     let claims = vec![Packed::of(Claim::Open); GROUP];
-    let proposal = cells::Proposal { threshold: length(r), origin: (x, y), log_2, claims, lists: Vec::new() };
+    let proposal =
+        cells::CellProposal { threshold: length(r), origin: (x, y), log_2, claims, lists: Vec::new() };
     let Ok(cells) = Cells::check(&index, proposal) else {
         // The check requires one spare unit on each side, and a square on the lattice.
         let room = i64::from(COORD_MAX) - (1 << log_2.min(40)) - r - 10;

@@ -13,7 +13,7 @@ use super::term::Term;
 
 /// One path through a predicate.
 #[derive(Clone, Debug)]
-pub struct Path<T> {
+pub struct PredicatePath<T> {
     /// The comparisons and answers on the path.
     pub conditions: Vec<Fact>,
     /// The predicate's answer.
@@ -64,7 +64,11 @@ thread_local! {
 
 /// Runs `predicate` along every path. Each pair `(a, b)` of `ordered` satisfies a ≤ b. The predicates in
 /// `parts` are closed.
-pub fn explore<T>(ordered: &[(Term, Term)], parts: &[Part], predicate: impl Fn() -> T) -> Vec<Path<T>> {
+pub fn explore<T>(
+    ordered: &[(Term, Term)],
+    parts: &[Part],
+    predicate: impl Fn() -> T,
+) -> Vec<PredicatePath<T>> {
     let mut paths = Vec::new();
     let mut choices = Vec::new();
     loop {
@@ -78,7 +82,7 @@ pub fn explore<T>(ordered: &[(Term, Term)], parts: &[Part], predicate: impl Fn()
         let outcome = predicate();
         let explorer = EXPLORER.take();
         let ordered = ordered.iter().map(|&(a, b)| at_most(a, b));
-        paths.push(Path { conditions: ordered.chain(explorer.conditions).collect(), outcome });
+        paths.push(PredicatePath { conditions: ordered.chain(explorer.conditions).collect(), outcome });
         choices = explorer.choices;
         while choices.last().is_some_and(|&(taken, count)| taken + 1 == count) {
             choices.pop();
@@ -184,7 +188,7 @@ fn answer_name(part: Part, arguments: &[Term]) -> String {
 }
 
 /// The fact that the run took a path with this outcome.
-pub fn outcome_is<T: PartialEq>(paths: &[Path<T>], outcome: &T) -> Fact {
+pub fn outcome_is<T: PartialEq>(paths: &[PredicatePath<T>], outcome: &T) -> Fact {
     any(paths.iter().filter(|path| path.outcome == *outcome).map(|path| all(path.conditions.clone())))
 }
 

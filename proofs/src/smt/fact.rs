@@ -137,14 +137,14 @@ pub fn between(low: Term, a: Term, high: Term) -> Fact {
 
 /// A statement with its premises. The prover checks that the premises can be met.
 #[derive(Clone, Debug)]
-pub struct Claim {
+pub struct Implication {
     /// The premises.
     pub given: Vec<Fact>,
     /// The conclusion.
     pub then: Fact,
 }
 
-impl Claim {
+impl Implication {
     /// The claim as one statement.
     #[must_use]
     pub fn fact(&self) -> Fact {
@@ -154,8 +154,8 @@ impl Claim {
 
 /// The claim that `then` follows from `given`.
 #[must_use]
-pub fn claim<const N: usize>(given: [Fact; N], then: Fact) -> Claim {
-    Claim { given: given.into(), then }
+pub fn claim<const N: usize>(given: [Fact; N], then: Fact) -> Implication {
+    Implication { given: given.into(), then }
 }
 
 #[cfg(test)]

@@ -4,11 +4,11 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use super::explore::Path;
-use super::fact::{Claim, Fact, all, any, at_most, equal, less, not};
+use super::explore::PredicatePath;
+use super::fact::{Fact, Implication, all, any, at_most, equal, less, not};
 use super::script::{Arithmetic, script};
-use super::solver::{Answer, Solver};
-use super::term::{Node, Term, whole};
+use super::solver::{Solver, SolverAnswer};
+use super::term::{Term, TermNode, whole};
 
 /// The solvers, and the folder for the questions.
 #[derive(Clone, Debug)]
@@ -23,7 +23,7 @@ pub struct Settings {
 
 /// The outcome of a theorem.
 #[derive(Clone, Debug, Default)]
-pub struct Report {
+pub struct TheoremReport {
     /// Number of paths through the predicates that were run.
     pub paths: usize,
     /// Number of questions: negations to refute, and conditions to meet.
@@ -52,13 +52,13 @@ pub const WHOLE: &str = "all of it";
 pub struct Prover<'a> {
     settings: &'a Settings,
     theorem: &'static str,
-    report: Report,
+    report: TheoremReport,
 }
 
 /// A statement that was proved for all values of its `N` numbers.
 #[derive(Clone, Copy, Debug)]
 pub struct Lemma<const N: usize> {
-    statement: fn([Term; N]) -> Claim,
+    statement: fn([Term; N]) -> Implication,
 }
 
 /// A theorem's statement about the answer of a predicate: for all values of `N` numbers there are values of
@@ -70,7 +70,7 @@ pub struct Contract<const N: usize, const M: usize> {
     /// The name of the contract within its theorem.
     pub name: &'static str,
     /// The statement, given the predicate's answer (near, or yes).
-    pub statement: fn(Fact, [Term; N], [Term; M]) -> Claim,
+    pub statement: fn(Fact, [Term; N], [Term; M]) -> Implication,
 }
 
 /// A proved statement for particular numbers. A step may assume nothing else.
@@ -89,12 +89,12 @@ impl<'a> Prover<'a> {
     /// A prover of the theorem of this name.
     #[must_use]
     pub fn new(settings: &'a Settings, theorem: &'static str) -> Self {
-        Self { settings, theorem, report: Report::default() }
+        Self { settings, theorem, report: TheoremReport::default() }
     }
 
     /// The outcome.
     #[must_use]
-    pub fn report(self) -> Report {
+    pub fn report(self) -> TheoremReport {
         self.report
     }
 
@@ -104,65 +104,65 @@ impl<'a> Prover<'a> {
     }
 
     /// Proves a statement for all values of its numbers.
-    pub fn lemma<const N: usize>(&mut self, name: &str, statement: fn([Term; N]) -> Claim) -> Lemma<N> {
+    pub fn lemma<const N: usize>(&mut self, name: &str, statement: fn([Term; N]) -> Implication) -> Lemma<N> {
         let numbers = std::array::from_fn(|_| Term::fresh("n"));
         self.prove(name, &statement(numbers));
         Lemma { statement }
     }
 
     /// Proves a claim about particular unknowns.
-    pub fn prove(&mut self, name: &str, claim: &Claim) {
+    pub fn prove(&mut self, name: &str, claim: &Implication) {
         self.can_be_met(name, &claim.given);
         self.refute(name, &claim.given, &claim.then, Arithmetic::Whole);
     }
 
     /// As [`Prover::prove`], from proved instances. The solver sees sums only, and each product as an
     /// unknown number.
-    pub fn glue(&mut self, name: &str, using: &[Instance], claim: &Claim) {
+    pub fn glue(&mut self, name: &str, using: &[Instance], claim: &Implication) {
         self.can_be_met(name, &claim.given);
         self.chain(name, using, claim);
     }
 
     /// Proves a claim about particular unknowns, and returns it as an instance.
-    pub fn fact(&mut self, name: &str, claim: &Claim) -> Instance {
+    pub fn fact(&mut self, name: &str, claim: &Implication) -> Instance {
         self.prove(name, claim);
         Instance(claim.fact())
     }
 
     /// As [`Prover::fact`], from proved instances, with the full arithmetic of products.
-    pub fn follows(&mut self, name: &str, using: &[Instance], claim: &Claim) -> Instance {
+    pub fn follows(&mut self, name: &str, using: &[Instance], claim: &Implication) -> Instance {
         self.can_be_met(name, &claim.given);
         self.join(name, using, claim);
         Instance(claim.fact())
     }
 
     /// As [`Prover::fact`], from proved instances, with sums only as in [`Prover::glue`].
-    pub fn glued(&mut self, name: &str, using: &[Instance], claim: &Claim) -> Instance {
+    pub fn glued(&mut self, name: &str, using: &[Instance], claim: &Implication) -> Instance {
         self.glue(name, using, claim);
         Instance(claim.fact())
     }
 
     /// As [`Prover::glue`], without the check that the claim's premises can be met: for one of several
     /// cases.
-    pub fn chain(&mut self, name: &str, using: &[Instance], claim: &Claim) {
+    pub fn chain(&mut self, name: &str, using: &[Instance], claim: &Implication) {
         let mut facts: Vec<Fact> = using.iter().map(|instance| instance.0.clone()).collect();
         facts.extend(claim.given.iter().cloned());
         self.refute(name, &facts, &claim.then, Arithmetic::Sums);
     }
 
     /// As [`Prover::chain`], with the full arithmetic of products.
-    pub fn join(&mut self, name: &str, using: &[Instance], claim: &Claim) {
+    pub fn join(&mut self, name: &str, using: &[Instance], claim: &Implication) {
         let mut facts: Vec<Fact> = using.iter().map(|instance| instance.0.clone()).collect();
         facts.extend(claim.given.iter().cloned());
         self.refute(name, &facts, &claim.then, Arithmetic::Whole);
     }
 
     /// Proves on every path the claim that `says` makes of the path's outcome.
-    pub fn on_paths<T>(&mut self, name: &str, paths: &[Path<T>], says: impl Fn(&T) -> Claim) {
+    pub fn on_paths<T>(&mut self, name: &str, paths: &[PredicatePath<T>], says: impl Fn(&T) -> Implication) {
         self.report.paths += paths.len();
         let mut possible = Vec::new();
         for (number, path) in paths.iter().enumerate() {
-            let Claim { mut given, then } = says(&path.outcome);
+            let Implication { mut given, then } = says(&path.outcome);
             if then == Fact::True || given.contains(&Fact::False) {
                 continue;
             }
@@ -177,9 +177,9 @@ impl<'a> Prover<'a> {
     pub fn on_paths_by<T>(
         &mut self,
         name: &str,
-        paths: &[Path<T>],
+        paths: &[PredicatePath<T>],
         using: &[Instance],
-        says: impl Fn(&T) -> Claim,
+        says: impl Fn(&T) -> Implication,
     ) {
         self.on_paths(name, paths, |outcome| {
             let mut claim = says(outcome);
@@ -193,7 +193,7 @@ impl<'a> Prover<'a> {
     pub fn by_parts<const N: usize, const M: usize>(
         &mut self,
         contract: &Contract<N, M>,
-        paths: &[Path<bool>],
+        paths: &[PredicatePath<bool>],
         numbers: [Term; N],
         (values, using): ([Term; M], &[Instance]),
     ) {
@@ -208,7 +208,7 @@ impl<'a> Prover<'a> {
             let paths = paths.iter().filter(|path| path.outcome == answer);
             let some = any(paths.map(|path| all(path.conditions.clone())));
             let given = claim.given.into_iter().chain([some]).collect();
-            self.glue(contract.name, using, &Claim { given, then: claim.then });
+            self.glue(contract.name, using, &Implication { given, then: claim.then });
         }
     }
 
@@ -216,21 +216,24 @@ impl<'a> Prover<'a> {
     pub fn contract<const N: usize, const M: usize>(
         &mut self,
         contract: &Contract<N, M>,
-        paths: &[Path<bool>],
+        paths: &[PredicatePath<bool>],
         numbers: [Term; N],
         (values, using): ([Term; M], &[Instance]),
     ) {
         self.proves(contract, &numbers);
         for answer in [false, true] {
-            let outcome = |path: &&Path<bool>| path.outcome == answer;
-            let paths: Vec<Path<bool>> = paths.iter().filter(outcome).cloned().collect();
-            let Claim { mut given, then } = (contract.statement)(answer.into(), numbers, values);
+            let outcome = |path: &&PredicatePath<bool>| path.outcome == answer;
+            let paths: Vec<PredicatePath<bool>> = paths.iter().filter(outcome).cloned().collect();
+            let Implication { mut given, then } = (contract.statement)(answer.into(), numbers, values);
             if then == Fact::True || given.contains(&Fact::False) {
                 self.report.paths += paths.len();
                 continue;
             }
             given.extend(using.iter().map(|instance| instance.0.clone()));
-            self.on_paths(contract.name, &paths, |_| Claim { given: given.clone(), then: then.clone() });
+            self.on_paths(contract.name, &paths, |_| Implication {
+                given: given.clone(),
+                then: then.clone(),
+            });
         }
     }
 
@@ -316,25 +319,25 @@ impl<'a> Prover<'a> {
     }
 
     /// Expects the solver to refute a false statement by an example. This shows that the solver can tell.
-    pub fn is_false(&mut self, name: &str, claim: &Claim) {
+    pub fn is_false(&mut self, name: &str, claim: &Implication) {
         let mut facts = claim.given.clone();
         facts.push(not(claim.then.clone()));
-        self.ask(name, &facts, Arithmetic::Whole, &Answer::Satisfiable);
+        self.ask(name, &facts, Arithmetic::Whole, &SolverAnswer::Satisfiable);
     }
 
     fn can_be_met(&mut self, name: &str, facts: &[Fact]) {
         if !facts.is_empty() {
-            self.ask(&format!("{name}: can be met"), facts, Arithmetic::Whole, &Answer::Satisfiable);
+            self.ask(&format!("{name}: can be met"), facts, Arithmetic::Whole, &SolverAnswer::Satisfiable);
         }
     }
 
     fn refute(&mut self, name: &str, given: &[Fact], then: &Fact, arithmetic: Arithmetic) {
         let mut facts = given.to_vec();
         facts.push(not(then.clone()));
-        self.ask(name, &facts, arithmetic, &Answer::Unsatisfiable);
+        self.ask(name, &facts, arithmetic, &SolverAnswer::Unsatisfiable);
     }
 
-    fn ask(&mut self, name: &str, facts: &[Fact], arithmetic: Arithmetic, expected: &Answer) {
+    fn ask(&mut self, name: &str, facts: &[Fact], arithmetic: Arithmetic, expected: &SolverAnswer) {
         self.report.queries += 1;
         let title = format!("{}: {name}\nexpected: {expected}", self.theorem);
         let text = script(&title, facts, arithmetic);
@@ -353,7 +356,7 @@ impl<'a> Prover<'a> {
         if let Some(second) = &self.settings.second {
             let begin = Instant::now();
             match second.ask(&text) {
-                Answer::None(_) => self.report.undecided += 1,
+                SolverAnswer::None(_) => self.report.undecided += 1,
                 opinion if opinion == *expected => self.report.agreed += 1,
                 opinion => {
                     self.report
@@ -372,10 +375,10 @@ fn are_free(numbers: &[Term]) -> bool {
     let mut unknowns = BTreeSet::new();
     numbers.iter().all(|&number| {
         let unknown = match number.node() {
-            Node::Sum(a, b) if numbers.contains(&a) => b,
+            TermNode::Sum(a, b) if numbers.contains(&a) => b,
             _ => number,
         };
-        matches!(unknown.node(), Node::Variable(_)) && unknowns.insert(unknown)
+        matches!(unknown.node(), TermNode::Variable(_)) && unknowns.insert(unknown)
     })
 }
 

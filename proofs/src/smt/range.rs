@@ -10,7 +10,7 @@ use std::collections::HashMap;
 use super::fact::between;
 use super::prover::Prover;
 use super::symbolic::Width;
-use super::term::{Node, Term, whole};
+use super::term::{Term, TermNode, whole};
 
 /// The largest magnitudes of the unknowns.
 #[derive(Clone, Debug, Default)]
@@ -48,11 +48,11 @@ impl Ranges {
             return most;
         }
         let most = match term.node() {
-            Node::Variable(name) => unreachable!("{name} has no range"),
-            Node::Whole(value) => value.saturating_abs(),
-            Node::Sum(a, b) | Node::Difference(a, b) => self.magnitude(a) + self.magnitude(b),
-            Node::Product(a, b) => self.magnitude(a) * self.magnitude(b),
-            Node::Quotient(a, _) => self.magnitude(a),
+            TermNode::Variable(name) => unreachable!("{name} has no range"),
+            TermNode::Whole(value) => value.saturating_abs(),
+            TermNode::Sum(a, b) | TermNode::Difference(a, b) => self.magnitude(a) + self.magnitude(b),
+            TermNode::Product(a, b) => self.magnitude(a) * self.magnitude(b),
+            TermNode::Quotient(a, _) => self.magnitude(a),
         };
         self.most.insert(term, most);
         most
@@ -61,11 +61,11 @@ impl Ranges {
     fn step(&mut self, prover: &mut Prover<'_>, term: Term, (a, b): (i128, i128), width: Width) {
         let (x, y) = (Term::fresh("x"), Term::fresh("y"));
         let (sign, result) = match term.node() {
-            Node::Sum(..) => ("+", x + y),
-            Node::Difference(..) => ("-", x - y),
-            Node::Product(..) => ("·", x * y),
+            TermNode::Sum(..) => ("+", x + y),
+            TermNode::Difference(..) => ("-", x - y),
+            TermNode::Product(..) => ("·", x * y),
             // `quotient` requires a ≥ 0 and b > 0, and b is whole.
-            Node::Quotient(..) => return self.quotient(prover, (a, b), width),
+            TermNode::Quotient(..) => return self.quotient(prover, (a, b), width),
             _ => return,
         };
         let given = [between(whole(-a), x, whole(a)), between(whole(-b), y, whole(b))];
@@ -82,7 +82,7 @@ impl Ranges {
     fn quotient(&mut self, prover: &mut Prover<'_>, (a, b): (i128, i128), width: Width) {
         let (x, y) = (Term::fresh("x"), Term::fresh("y"));
         let given = [between(whole(0), x, whole(a)), between(whole(1), y, whole(b))];
-        let result = Term::of(Node::Quotient(x, y));
+        let result = Term::of(TermNode::Quotient(x, y));
         prover.bounded(&format!("{a} / {b} is at most {a}"), &given, result, a);
         prover.bounded(&format!("{a} fits {width:?}"), &given, x, limit(width));
     }

@@ -25,7 +25,7 @@ pub const FIELDS: [&str; 14] = [
 
 /// One line of the results file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row {
+pub struct TheoremRow {
     /// Name of the theorem.
     pub theorem: String,
     /// The functions that the theorem is about.
@@ -56,7 +56,7 @@ pub struct Row {
     pub detail: String,
 }
 
-impl Row {
+impl TheoremRow {
     fn line(&self) -> String {
         let numbers = [self.paths, self.queries, self.agreed, self.undecided].map(|count| count.to_string());
         let [paths, queries, agreed, undecided] = numbers;
@@ -125,7 +125,7 @@ impl Row {
 ///
 /// # Errors
 /// Those of the file system.
-pub fn write(path: &Path, rows: &[Row]) -> io::Result<()> {
+pub fn write(path: &Path, rows: &[TheoremRow]) -> io::Result<()> {
     let mut text = FIELDS.join("\t") + "\n";
     for row in rows {
         text += &(row.line() + "\n");
@@ -138,13 +138,13 @@ pub fn write(path: &Path, rows: &[Row]) -> io::Result<()> {
 /// # Errors
 /// Those of the file system, and [`io::ErrorKind::InvalidData`] with the number of a line that is not a
 /// row.
-pub fn read(path: &Path) -> io::Result<Vec<Row>> {
+pub fn read(path: &Path) -> io::Result<Vec<TheoremRow>> {
     let text = fs::read_to_string(path)?;
     let rows = text.lines().enumerate().skip(1);
     rows.map(|(number, line)| {
         let wrong =
             || io::Error::new(io::ErrorKind::InvalidData, format!("line {} is not a result", number + 1));
-        Row::parse(line).ok_or_else(wrong)
+        TheoremRow::parse(line).ok_or_else(wrong)
     })
     .collect()
 }
@@ -155,7 +155,7 @@ mod tests {
 
     #[test]
     fn written_rows_are_read_back() {
-        let row = Row {
+        let row = TheoremRow {
             theorem: "a".into(),
             source: "b".into(),
             result: "proved".into(),

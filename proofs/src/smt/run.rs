@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use super::prover::{Prover, Report, Settings, WHOLE};
-use super::results::Row;
+use super::prover::{Prover, Settings, TheoremReport, WHOLE};
+use super::results::TheoremRow;
 use super::term;
 
 /// A theorem: a claim and its proof.
@@ -23,18 +23,22 @@ pub struct Theorem {
 
 /// A theorem and its outcome.
 #[derive(Clone, Debug)]
-pub struct Outcome {
+pub struct TheoremOutcome {
     /// The theorem.
     pub theorem: Theorem,
     /// The outcome.
-    pub report: Report,
+    pub report: TheoremReport,
 }
 
 /// Proves the theorems, one on each core at a time. Calls `done` with each outcome when it is ready.
 ///
 /// # Panics
 /// When a proof panics.
-pub fn run(theorems: &[Theorem], settings: &Settings, done: impl Fn(&Outcome) + Sync) -> Vec<Outcome> {
+pub fn run(
+    theorems: &[Theorem],
+    settings: &Settings,
+    done: impl Fn(&TheoremOutcome) + Sync,
+) -> Vec<TheoremOutcome> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let next = AtomicUsize::new(0);
     let outcomes = Mutex::new(Vec::new());
@@ -56,7 +60,7 @@ pub fn run(theorems: &[Theorem], settings: &Settings, done: impl Fn(&Outcome) + 
     outcomes
 }
 
-fn prove(theorem: Theorem, settings: &Settings) -> Outcome {
+fn prove(theorem: Theorem, settings: &Settings) -> TheoremOutcome {
     term::forget();
     let mut prover = Prover::new(settings, theorem.name);
     (theorem.proof)(&mut prover);
@@ -64,11 +68,11 @@ fn prove(theorem: Theorem, settings: &Settings) -> Outcome {
     if report.queries == 0 {
         report.failures.push("the proof asked no question".to_owned());
     }
-    Outcome { theorem, report }
+    TheoremOutcome { theorem, report }
 }
 
 /// Fails every theorem that rests on a contract which neither the theorem itself nor an earlier one proved.
-fn check_dependencies(outcomes: &mut [Outcome]) {
+fn check_dependencies(outcomes: &mut [TheoremOutcome]) {
     let mut proved = BTreeSet::new();
     for outcome in outcomes {
         let report = &mut outcome.report;
@@ -84,7 +88,7 @@ fn check_dependencies(outcomes: &mut [Outcome]) {
     }
 }
 
-impl Report {
+impl TheoremReport {
     /// The other theorems that this one rests on.
     #[must_use]
     pub fn theorems(&self, own: &str) -> BTreeSet<&'static str> {
@@ -92,13 +96,13 @@ impl Report {
     }
 }
 
-impl Outcome {
+impl TheoremOutcome {
     /// The outcome as a line of results.
     #[must_use]
-    pub fn row(&self, settings: &Settings) -> Row {
+    pub fn row(&self, settings: &Settings) -> TheoremRow {
         let name = |solver: &super::solver::Solver| format!("{} {}", solver.kind, solver.version);
         let report = &self.report;
-        Row {
+        TheoremRow {
             theorem: self.theorem.name.to_owned(),
             source: self.theorem.source.to_owned(),
             result: if report.failures.is_empty() { "proved" } else { "failed" }.to_owned(),

@@ -4,7 +4,7 @@ use std::collections::{BTreeSet, HashSet};
 use std::fmt::Write;
 
 use super::fact::{Fact, Relation};
-use super::term::{Node, Term};
+use super::term::{Term, TermNode};
 
 /// How much of the arithmetic the solver sees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,10 +67,10 @@ fn terms_of(facts: &[Fact], arithmetic: Arithmetic) -> Vec<Term> {
 }
 
 fn is_unknown_product(term: Term) -> bool {
-    let is_number = |term: Term| matches!(term.node(), Node::Whole(_));
+    let is_number = |term: Term| matches!(term.node(), TermNode::Whole(_));
     match term.node() {
-        Node::Product(a, b) => !is_number(a) && !is_number(b),
-        Node::Quotient(..) => true,
+        TermNode::Product(a, b) => !is_number(a) && !is_number(b),
+        TermNode::Quotient(..) => true,
         _ => false,
     }
 }
@@ -81,17 +81,17 @@ fn declare(text: &mut String, term: Term, arithmetic: Arithmetic, side: &mut Vec
         let _ = writeln!(text, "(define-fun {name} () Real {body})");
     };
     match term.node() {
-        Node::Whole(_) => {}
-        Node::Variable(_) => {
+        TermNode::Whole(_) => {}
+        TermNode::Variable(_) => {
             let _ = writeln!(text, "(declare-const {name} Real)");
         }
         _ if arithmetic == Arithmetic::Sums && is_unknown_product(term) => {
             let _ = writeln!(text, "(declare-const {name} Real)");
         }
-        Node::Sum(a, b) => define(format!("(+ {} {})", self::name(a), self::name(b))),
-        Node::Difference(a, b) => define(format!("(- {} {})", self::name(a), self::name(b))),
-        Node::Product(a, b) => define(format!("(* {} {})", self::name(a), self::name(b))),
-        Node::Quotient(a, b) => {
+        TermNode::Sum(a, b) => define(format!("(+ {} {})", self::name(a), self::name(b))),
+        TermNode::Difference(a, b) => define(format!("(- {} {})", self::name(a), self::name(b))),
+        TermNode::Product(a, b) => define(format!("(* {} {})", self::name(a), self::name(b))),
+        TermNode::Quotient(a, b) => {
             let (a, b) = (self::name(a), self::name(b));
             let _ = writeln!(text, "(declare-const {name} Real)");
             side.push(format!(
@@ -104,9 +104,9 @@ fn declare(text: &mut String, term: Term, arithmetic: Arithmetic, side: &mut Vec
 
 fn name(term: Term) -> String {
     match term.node() {
-        Node::Variable(name) => format!("|{name}|"),
-        Node::Whole(value) if value < 0 => format!("(- {}.0)", value.unsigned_abs()),
-        Node::Whole(value) => format!("{value}.0"),
+        TermNode::Variable(name) => format!("|{name}|"),
+        TermNode::Whole(value) if value < 0 => format!("(- {}.0)", value.unsigned_abs()),
+        TermNode::Whole(value) => format!("{value}.0"),
         _ => format!("t{}", term.number()),
     }
 }

@@ -7,14 +7,14 @@ use std::time::{Duration, Instant};
 
 /// A known solver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Kind {
+pub enum SolverKind {
     /// Z3.
     Z3,
     /// cvc5.
     Cvc5,
 }
 
-impl fmt::Display for Kind {
+impl fmt::Display for SolverKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
             Self::Z3 => "z3",
@@ -25,7 +25,7 @@ impl fmt::Display for Kind {
 
 /// A solver's answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Answer {
+pub enum SolverAnswer {
     /// The facts can hold together.
     Satisfiable,
     /// The facts cannot hold together.
@@ -35,7 +35,7 @@ pub enum Answer {
     None(String),
 }
 
-impl fmt::Display for Answer {
+impl fmt::Display for SolverAnswer {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Satisfiable => f.write_str("sat"),
@@ -52,15 +52,15 @@ impl fmt::Display for Answer {
      or name a program in {}.",
     variable(*kind)
 )]
-pub struct Missing {
-    kind: Kind,
+pub struct MissingSolver {
+    kind: SolverKind,
 }
 
 /// A solver that can be started.
 #[derive(Clone, Debug)]
 pub struct Solver {
     /// The kind of solver.
-    pub kind: Kind,
+    pub kind: SolverKind,
     /// Its version, as it reports it.
     pub version: String,
     /// Time limit for one question.
@@ -84,30 +84,30 @@ import sys, z3
 print(z3.Z3_eval_smtlib2_string(z3.main_ctx().ref(), sys.stdin.read()), end='')
 ";
 
-fn variable(kind: Kind) -> &'static str {
+fn variable(kind: SolverKind) -> &'static str {
     match kind {
-        Kind::Z3 => "KEEPOUT_Z3",
-        Kind::Cvc5 => "KEEPOUT_CVC5",
+        SolverKind::Z3 => "KEEPOUT_Z3",
+        SolverKind::Cvc5 => "KEEPOUT_CVC5",
     }
 }
 
 /// Commands that run the solver, and that print its version, the preferred ones first.
-fn ways(kind: Kind) -> Vec<[Vec<String>; 2]> {
+fn ways(kind: SolverKind) -> Vec<[Vec<String>; 2]> {
     let words = |words: &[&str]| words.iter().map(|&word| word.to_owned()).collect::<Vec<_>>();
     let named = std::env::var(variable(kind)).ok();
     let program = |name: &str| {
         let run = match kind {
-            Kind::Z3 => words(&[name, "-smt2", "-in"]),
-            Kind::Cvc5 => words(&[name, "--lang", "smt2", "--quiet", "-"]),
+            SolverKind::Z3 => words(&[name, "-smt2", "-in"]),
+            SolverKind::Cvc5 => words(&[name, "--lang", "smt2", "--quiet", "-"]),
         };
         [run, words(&[name, "--version"])]
     };
     let module = match kind {
-        Kind::Z3 => [
+        SolverKind::Z3 => [
             words(&["python3", "-c", Z3_MODULE]),
             words(&["python3", "-c", "import z3; print(z3.get_version_string())"]),
         ],
-        Kind::Cvc5 => [
+        SolverKind::Cvc5 => [
             words(&["python3", "-c", CVC5_MODULE]),
             words(&["python3", "-c", "import cvc5; print(cvc5.__version__)"]),
         ],
@@ -115,9 +115,9 @@ fn ways(kind: Kind) -> Vec<[Vec<String>; 2]> {
     let by_path = program(&kind.to_string());
     match (named, kind) {
         (Some(name), _) => vec![program(&name)],
-        (None, Kind::Z3) => vec![by_path, module],
+        (None, SolverKind::Z3) => vec![by_path, module],
         // Debian's cvc5 is built without the library that it needs for polynomials.
-        (None, Kind::Cvc5) => vec![module, by_path],
+        (None, SolverKind::Cvc5) => vec![module, by_path],
     }
 }
 
@@ -125,8 +125,8 @@ impl Solver {
     /// Finds the solver.
     ///
     /// # Errors
-    /// [`Missing`] with what to install.
-    pub fn find(kind: Kind, limit: Duration) -> Result<Self, Missing> {
+    /// [`MissingSolver`] with what to install.
+    pub fn find(kind: SolverKind, limit: Duration) -> Result<Self, MissingSolver> {
         for [command, version] in ways(kind) {
             let output = Command::new(&version[0]).args(&version[1..]).stderr(Stdio::null()).output();
             let Some(output) = output.ok().filter(|output| output.status.success()) else { continue };
@@ -135,23 +135,23 @@ impl Solver {
             let version = text.split_whitespace().find(|&word| number(word)).unwrap_or("unknown").to_owned();
             return Ok(Self { kind, version, limit, command });
         }
-        Err(Missing { kind })
+        Err(MissingSolver { kind })
     }
 
     /// A solver that this command starts, of unknown version.
     #[must_use]
-    pub fn of_command(kind: Kind, command: &[&str], limit: Duration) -> Self {
+    pub fn of_command(kind: SolverKind, command: &[&str], limit: Duration) -> Self {
         let command = command.iter().map(|&word| word.to_owned()).collect();
         Self { kind, version: "unknown".to_owned(), limit, command }
     }
 
     /// Asks one question.
     #[must_use]
-    pub fn ask(&self, script: &str) -> Answer {
-        self.run(script).unwrap_or_else(|error| Answer::None(format!("could not be run: {error}")))
+    pub fn ask(&self, script: &str) -> SolverAnswer {
+        self.run(script).unwrap_or_else(|error| SolverAnswer::None(format!("could not be run: {error}")))
     }
 
-    fn run(&self, script: &str) -> std::io::Result<Answer> {
+    fn run(&self, script: &str) -> std::io::Result<SolverAnswer> {
         let mut child = Command::new(&self.command[0])
             .args(&self.command[1..])
             .stdin(Stdio::piped())
@@ -165,16 +165,16 @@ impl Solver {
         if !ends_within(&mut child, self.limit)? {
             child.kill()?;
             child.wait()?;
-            return Ok(Answer::None(format!("no answer in {} s", self.limit.as_secs())));
+            return Ok(SolverAnswer::None(format!("no answer in {} s", self.limit.as_secs())));
         }
         let mut text = String::new();
         if let Some(mut stdout) = child.stdout.take() {
             stdout.read_to_string(&mut text)?;
         }
         Ok(match text.trim() {
-            "sat" => Answer::Satisfiable,
-            "unsat" => Answer::Unsatisfiable,
-            other => Answer::None(format!("answered {:?}", other.lines().next().unwrap_or("nothing"))),
+            "sat" => SolverAnswer::Satisfiable,
+            "unsat" => SolverAnswer::Unsatisfiable,
+            other => SolverAnswer::None(format!("answered {:?}", other.lines().next().unwrap_or("nothing"))),
         })
     }
 }

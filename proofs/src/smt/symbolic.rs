@@ -7,7 +7,7 @@ use keepout_kernel::exact::predicate::{self, Proximity, Site};
 use keepout_kernel::exact::width::{Lattice, Sealed};
 
 use super::explore::{Part, ask, is_closed, is_less, order};
-use super::term::{Node, Term, whole};
+use super::term::{Term, TermNode, whole};
 
 /// The symbolic width.
 #[derive(Clone, Copy, Debug)]
@@ -79,9 +79,9 @@ impl Ord for Scalar {
 }
 
 /// A point of unknown coordinates.
-pub type Place = Site<Symbolic>;
+pub type SymbolicPoint = Site<Symbolic>;
 
-fn arguments(places: impl IntoIterator<Item = Place>, r: Option<Scalar>) -> Vec<Term> {
+fn arguments(places: impl IntoIterator<Item = SymbolicPoint>, r: Option<Scalar>) -> Vec<Term> {
     places.into_iter().flat_map(|place| [place.x.0, place.y.0]).chain(r.map(|r| r.0)).collect()
 }
 
@@ -124,49 +124,49 @@ impl Lattice for Symbolic {
         Scalar(whole(count.into()))
     }
     fn quotient(a: Term, b: Term) -> Term {
-        record(Term::of(Node::Quotient(a, b)), Width::Area)
+        record(Term::of(TermNode::Quotient(a, b)), Width::Area)
     }
     fn moment(factor: Scalar, c: Scalar, origin: Scalar) -> Term {
         record(factor.0 * record(c.0 - origin.0, Width::Area), Width::Area)
     }
 
-    fn point_segment(p: Place, a: Place, b: Place, r: Scalar) -> Proximity {
+    fn point_segment(p: SymbolicPoint, a: SymbolicPoint, b: SymbolicPoint, r: Scalar) -> Proximity {
         if is_closed(Part::PointSegment) {
             return proximity(ask(Part::PointSegment, &arguments([p, a, b], Some(r))));
         }
         predicate::point_segment(p, a, b, r)
     }
-    fn crosses_properly(a: Place, b: Place, c: Place, d: Place) -> bool {
+    fn crosses_properly(a: SymbolicPoint, b: SymbolicPoint, c: SymbolicPoint, d: SymbolicPoint) -> bool {
         if is_closed(Part::CrossesProperly) {
             return ask(Part::CrossesProperly, &arguments([a, b, c, d], None));
         }
         predicate::crosses_properly(a, b, c, d)
     }
-    fn segment_segment([a, b]: [Place; 2], [c, d]: [Place; 2], r: Scalar) -> Proximity {
+    fn segment_segment([a, b]: [SymbolicPoint; 2], [c, d]: [SymbolicPoint; 2], r: Scalar) -> Proximity {
         if is_closed(Part::SegmentSegment) {
             return proximity(ask(Part::SegmentSegment, &arguments([a, b, c, d], Some(r))));
         }
         predicate::segment_segment([a, b], [c, d], r)
     }
-    fn strictly_inside(p: Place, a: Place, b: Place, c: Place) -> bool {
+    fn strictly_inside(p: SymbolicPoint, a: SymbolicPoint, b: SymbolicPoint, c: SymbolicPoint) -> bool {
         if is_closed(Part::StrictlyInside) {
             return ask(Part::StrictlyInside, &arguments([p, a, b, c], None));
         }
         predicate::strictly_inside(p, a, b, c)
     }
-    fn box_point(low: Place, high: Place, p: Place, r: Scalar) -> Proximity {
+    fn box_point(low: SymbolicPoint, high: SymbolicPoint, p: SymbolicPoint, r: Scalar) -> Proximity {
         if is_closed(Part::BoxPoint) {
             return proximity(ask(Part::BoxPoint, &arguments([low, high, p], Some(r))));
         }
         predicate::box_point(low, high, p, r)
     }
-    fn beyond(line: [Place; 2], points: impl Iterator<Item = Place>, r: Scalar) -> bool {
+    fn beyond(line: [SymbolicPoint; 2], points: impl Iterator<Item = SymbolicPoint>, r: Scalar) -> bool {
         if is_closed(Part::Beyond) {
             return ask(Part::Beyond, &arguments(line.into_iter().chain(points), Some(r)));
         }
         predicate::beyond(line, points, r)
     }
-    fn convex_holds(corners: impl Iterator<Item = Place> + Clone, p: Place) -> bool {
+    fn convex_holds(corners: impl Iterator<Item = SymbolicPoint> + Clone, p: SymbolicPoint) -> bool {
         if is_closed(Part::ConvexHolds) {
             return ask(Part::ConvexHolds, &arguments(corners.chain([p]), None));
         }
@@ -179,7 +179,7 @@ mod tests {
     use super::super::explore::explore;
     use super::*;
 
-    fn place(name: &str) -> Place {
+    fn place(name: &str) -> SymbolicPoint {
         Site { x: Scalar(Term::fresh(name)), y: Scalar(Term::fresh(name)) }
     }
 

@@ -10,7 +10,7 @@ pub struct Term(u32);
 
 /// The structure of a term.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub enum Node {
+pub enum TermNode {
     /// A variable, by its name.
     Variable(String),
     /// A whole number.
@@ -27,8 +27,8 @@ pub enum Node {
 
 #[derive(Default)]
 struct Arena {
-    nodes: Vec<Node>,
-    known: HashMap<Node, Term>,
+    nodes: Vec<TermNode>,
+    known: HashMap<TermNode, Term>,
     fresh: u32,
 }
 
@@ -42,7 +42,7 @@ impl Term {
     /// # Panics
     /// When the arena holds 2^32 terms.
     #[must_use]
-    pub fn of(node: Node) -> Self {
+    pub fn of(node: TermNode) -> Self {
         ARENA.with_borrow_mut(|arena| {
             if let Some(&term) = arena.known.get(&node) {
                 return term;
@@ -61,12 +61,12 @@ impl Term {
             arena.fresh += 1;
             arena.fresh
         });
-        Self::of(Node::Variable(format!("{name}.{number}")))
+        Self::of(TermNode::Variable(format!("{name}.{number}")))
     }
 
     /// The structure of the term.
     #[must_use]
-    pub fn node(self) -> Node {
+    pub fn node(self) -> TermNode {
         ARENA.with_borrow(|arena| arena.nodes[self.0 as usize].clone())
     }
 
@@ -80,8 +80,11 @@ impl Term {
     #[must_use]
     pub fn parts(self) -> Vec<Term> {
         match self.node() {
-            Node::Variable(_) | Node::Whole(_) => Vec::new(),
-            Node::Sum(a, b) | Node::Difference(a, b) | Node::Product(a, b) | Node::Quotient(a, b) => {
+            TermNode::Variable(_) | TermNode::Whole(_) => Vec::new(),
+            TermNode::Sum(a, b)
+            | TermNode::Difference(a, b)
+            | TermNode::Product(a, b)
+            | TermNode::Quotient(a, b) => {
                 vec![a, b]
             }
         }
@@ -95,28 +98,28 @@ pub fn forget() {
 
 impl From<i128> for Term {
     fn from(value: i128) -> Self {
-        Self::of(Node::Whole(value))
+        Self::of(TermNode::Whole(value))
     }
 }
 
 impl Add for Term {
     type Output = Self;
     fn add(self, other: Self) -> Self {
-        Self::of(Node::Sum(self, other))
+        Self::of(TermNode::Sum(self, other))
     }
 }
 
 impl Sub for Term {
     type Output = Self;
     fn sub(self, other: Self) -> Self {
-        Self::of(Node::Difference(self, other))
+        Self::of(TermNode::Difference(self, other))
     }
 }
 
 impl Mul for Term {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
-        Self::of(Node::Product(self, other))
+        Self::of(TermNode::Product(self, other))
     }
 }
 

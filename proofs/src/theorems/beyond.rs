@@ -3,8 +3,8 @@
 use keepout_kernel::exact::predicate::beyond;
 
 use super::plane::{V, share, terms, v};
-use crate::smt::explore::{Path, explore};
-use crate::smt::fact::{Claim, Fact, all, any, at_most, claim, equal, less, not};
+use crate::smt::explore::{PredicatePath, explore};
+use crate::smt::fact::{Fact, Implication, all, any, at_most, claim, equal, less, not};
 use crate::smt::prover::{Contract, Prover, at_least_zero};
 use crate::smt::run::Theorem;
 use crate::smt::symbolic::{Scalar, Symbolic};
@@ -108,7 +108,7 @@ fn each_is_beyond(prover: &mut Prover<'_>, line: [V; 2], points: &[V], r: Term) 
 }
 
 /// On a path with this answer.
-pub(super) fn some(paths: &[Path<bool>], answer: bool) -> Fact {
+pub(super) fn some(paths: &[PredicatePath<bool>], answer: bool) -> Fact {
     any(paths.iter().filter(|path| path.outcome == answer).map(|path| all(path.conditions.clone())))
 }
 
@@ -160,7 +160,7 @@ fn half_plane(prover: &mut Prover<'_>, line: [V; 2], r: Term) {
         ];
         claim(given, less(square(r), way_2))
     });
-    let same = Claim { given: Vec::new(), then: equal((q - p).norm_2(), (p - q).norm_2()) };
+    let same = Implication { given: Vec::new(), then: equal((q - p).norm_2(), (p - q).norm_2()) };
     let same = prover.fact("same distance both ways", &same);
     using.push(difference);
     using.push(cauchy.at(terms(&[u, q - p], &[])));

@@ -3,7 +3,7 @@
 use super::beyond::off;
 use super::convex::{CONVEX_HOLDS, CONVEX_NEAR_SEGMENT};
 use super::plane::{share, v};
-use crate::smt::fact::{Claim, all, between, claim, equal, less, not, same};
+use crate::smt::fact::{Implication, all, between, claim, equal, less, not, same};
 use crate::smt::prover::at_least_zero;
 use crate::smt::run::Theorem;
 use crate::smt::term::{Term, whole};
@@ -31,7 +31,7 @@ pub const CONVEX_SET: Theorem = Theorem {
         });
         let one = |weights: &[Term]| equal(total(weights), whole(1));
         let given = vec![one(&from), one(&to)];
-        prover.prove("and add up to one", &Claim { given, then: one(&mixed) });
+        prover.prove("and add up to one", &Implication { given, then: one(&mixed) });
         let at = |weights: &[Term]| {
             let parts: Vec<Term> =
                 weights.iter().zip(&places).map(|(&weight, &place)| weight * place).collect();

@@ -3,7 +3,7 @@
 use super::plane::{V, between_segments, share, terms, v};
 use super::segments;
 use crate::smt::explore::{Part, answer};
-use crate::smt::fact::{Claim, Fact, all, at_most, claim, equal, less, not};
+use crate::smt::fact::{Fact, Implication, all, at_most, claim, equal, less, not};
 use crate::smt::prover::{Contract, Instance, Prover, at_least_zero};
 use crate::smt::run::Theorem;
 use crate::smt::term::{Term, square, whole};
@@ -197,6 +197,6 @@ pub const CLIP: Theorem = Theorem {
         let using: [Instance; 4] =
             [found, clear, same.at(terms(&[a, b, c, d], &[part, s, t])), stays.at([part, s])];
         let given = vec![at_least_zero(r), share(part), not(question(b))];
-        prover.glue("no prefix is near", &using, &Claim { given, then: not(question(end)) });
+        prover.glue("no prefix is near", &using, &Implication { given, then: not(question(end)) });
     },
 };

@@ -4,7 +4,7 @@ use keepout_kernel::exact::predicate::{Orientation, orientation, point_point};
 
 use super::plane::V;
 use crate::smt::explore::{explore, outcome_is};
-use crate::smt::fact::{Claim, at_most, claim, equal, less, same};
+use crate::smt::fact::{Implication, at_most, claim, equal, less, same};
 use crate::smt::prover::{Prover, at_least_zero};
 use crate::smt::run::Theorem;
 use crate::smt::symbolic::{Scalar, Symbolic};
@@ -58,7 +58,7 @@ pub const POINT_POINT: Theorem = Theorem {
         let paths = explore(&[], &[], || point_point::<Symbolic>(p.place(), q.place(), Scalar(r)).is_clear());
         let given =
             vec![at_least_zero(r), at_least_zero(distance), equal(square(distance), (p - q).norm_2())];
-        prover.on_paths("distance", &paths, |&clear| Claim {
+        prover.on_paths("distance", &paths, |&clear| Implication {
             given: given.clone(),
             then: if clear { less(r, distance) } else { at_most(distance, r) },
         });

@@ -5,7 +5,7 @@ use std::ops::{Add, Sub};
 use keepout_kernel::exact::predicate::Site;
 
 use crate::smt::fact::{Fact, all, between, equal};
-use crate::smt::symbolic::{Place, Scalar};
+use crate::smt::symbolic::{Scalar, SymbolicPoint};
 use crate::smt::term::{Term, whole};
 
 /// A point or vector.
@@ -65,7 +65,7 @@ impl V {
     }
 
     /// The point as the predicates take it.
-    pub fn place(self) -> Place {
+    pub fn place(self) -> SymbolicPoint {
         Site { x: Scalar(self.x), y: Scalar(self.y) }
     }
 }

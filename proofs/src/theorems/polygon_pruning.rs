@@ -3,7 +3,7 @@
 use super::beyond::off;
 use super::boxes;
 use super::plane::{V, terms, v};
-use crate::smt::fact::{Claim, Fact, all, at_most, claim, less};
+use crate::smt::fact::{Fact, Implication, all, at_most, claim, less};
 use crate::smt::prover::at_least_zero;
 use crate::smt::run::Theorem;
 use crate::smt::term::{Term, square};
@@ -40,6 +40,10 @@ pub const POLYGON_PRUNING: Theorem = Theorem {
             right,
         ];
         let then = less(square(t + chord_error), way.norm_2());
-        prover.glue("a chord's point in the box, the bound from its border", &using, &Claim { given, then });
+        prover.glue(
+            "a chord's point in the box, the bound from its border",
+            &using,
+            &Implication { given, then },
+        );
     },
 };

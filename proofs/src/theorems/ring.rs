@@ -1,7 +1,7 @@
 //! Rings of chords: the checks on pairs of edges.
 
 use super::plane::{V, share, v};
-use crate::smt::fact::{Claim, all, any, at_most, claim, equal, less, not};
+use crate::smt::fact::{Implication, all, any, at_most, claim, equal, less, not};
 use crate::smt::prover::positive;
 use crate::smt::run::Theorem;
 use crate::smt::term::{Term, whole};
@@ -45,7 +45,7 @@ pub const FOLDS_BACK: Theorem = Theorem {
         let mut given = vec![common.clone()];
         given.extend(one.clone());
         let parallel = equal(u.cross(w), whole(0));
-        prover.prove("parallel", &Claim { given, then: parallel });
+        prover.prove("parallel", &Implication { given, then: parallel });
         for (name, near, far, p, q) in [("first", s, t, u, w), ("second", t, s, w, u)] {
             // The end of the edge that the common point is farther along lies on the other.
             let (k, using) = prover.define("k", &[(positive(near), far, near)]);
@@ -53,7 +53,7 @@ pub const FOLDS_BACK: Theorem = Theorem {
             let mut given = vec![common.clone(), at_most(far, near)];
             given.extend(one.clone());
             let title = format!("the end of the {name} lies on the other");
-            prover.follows(&title, &using, &Claim { given, then });
+            prover.follows(&title, &using, &Implication { given, then });
         }
     },
 };

@@ -171,7 +171,7 @@ pub const TRIANGLE_SEGMENT: Theorem = Theorem {
             let given = vec![weights[0], weights[1], weights[2], t].into_iter().zip([w[0], w[1], w[2], *t0]);
             let equal_numbers: Vec<Fact> = given.map(|(a, b)| equal(a, b)).collect();
             let then = equal(distance_2(weights, t), distance_2(*w, *t0));
-            let same = crate::smt::fact::Claim { given: equal_numbers, then };
+            let same = crate::smt::fact::Implication { given: equal_numbers, then };
             using.push(prover.fact("equal weights, equal distances", &same));
         }
         let numbers = terms(&[corners[0], corners[1], corners[2], d, e], &[r]);

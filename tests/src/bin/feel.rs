@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use keepout_executor::dialect::DialectName;
-use keepout_tests::feel::{self, CURVE_PUSH, Shape, Table, Wall, median_and_p99};
+use keepout_tests::feel::{self, CURVE_PUSH, MachineTable, ReleasePlace, WallShape, median_and_p99};
 
 /// Push angles into the straight wall, degrees.
 const ANGLES: [f64; 6] = [0.0, 15.0, 30.0, 45.0, 60.0, 75.0];
@@ -33,7 +33,7 @@ fn straight() -> Result<(), String> {
         "Sliding along a straight wall: share of the commanded component, dips per metre, height (p90), full stops.\n"
     );
     header("| table | delay | wall | 0° | 15° | 30° | 45° | 60° | 75° |");
-    for table in &Table::ALL {
+    for table in &MachineTable::ALL {
         for (delay, wall) in DELAYS_MS.into_iter().flat_map(|delay| WALLS.map(|wall| (delay, wall))) {
             print!("| {} | {delay} ms | {wall}° |", table.name);
             for angle in ANGLES {
@@ -57,9 +57,9 @@ fn curved() -> Result<(), String> {
          (p90), full stops.\n"
     );
     header("| wall | A, 1 ms | A, 50 ms | B, 1 ms | C, 1 ms | K, 1 ms |");
-    for shape in Shape::CURVES {
+    for shape in WallShape::CURVES {
         print!("| {shape:?} |");
-        let [a, b, c, k] = &Table::ALL;
+        let [a, b, c, k] = &MachineTable::ALL;
         for (table, delay) in [(a, 1), (a, 50), (b, 1), (c, 1), (k, 1)] {
             let slide = feel::curved(table, shape, delay)?;
             let (speed, dips) = (slide.speed_mm_s, slide.dips_per_m);
@@ -76,7 +76,7 @@ fn corners() -> Result<(), String> {
         "Past an outside corner, pushed 45° into the wall: from 30 mm before it to beside the end of the bar.\n"
     );
     header("| table | 1 ms | 50 ms |");
-    for table in &Table::ALL {
+    for table in &MachineTable::ALL {
         let seconds = [feel::corner(table, 1)?, feel::corner(table, 50)?];
         println!("| {} | {:.2} s | {:.2} s |", table.name, seconds[0], seconds[1]);
     }
@@ -87,7 +87,7 @@ fn corners() -> Result<(), String> {
 fn first_steps() -> Result<(), String> {
     println!("First step after a push from rest, {PUSHES} pushes: median and 99th percentile.\n");
     header("| table | delay | median | p99 |");
-    for table in &Table::ALL {
+    for table in &MachineTable::ALL {
         for delay in DELAYS_MS {
             let (median, p99) = median_and_p99(&feel::first_steps(table, delay, PUSHES)?);
             println!("| {} | {delay} ms | {:.0} ms | {:.0} ms |", table.name, 1e3 * median, 1e3 * p99);
@@ -100,10 +100,10 @@ fn first_steps() -> Result<(), String> {
 fn releases() -> Result<(), String> {
     println!("From release to rest, at full deflection and 45°: time and distance.\n");
     header("| table | delay | grbl, far | grblhal, far | grbl, sliding | grblhal, sliding |");
-    for table in &Table::ALL {
+    for table in &MachineTable::ALL {
         for delay in DELAYS_MS {
             print!("| {} | {delay} ms |", table.name);
-            for wall in [Wall::Far, Wall::Sliding] {
+            for wall in [ReleasePlace::Far, ReleasePlace::Sliding] {
                 for language in [DialectName::Grbl, DialectName::GrblHal] {
                     let release = feel::release(table, language, delay, wall)?;
                     print!(" {:.0} ms, {:.1} mm |", 1e3 * release.seconds, release.distance_mm);

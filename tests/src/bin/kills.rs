@@ -8,7 +8,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use clap::Parser;
-use keepout_tests::kills::{Moment, Outcome, Trials, keepout_program};
+use keepout_tests::kills::{KillMoment, KillOutcome, Trials, keepout_program};
 
 /// Kills executor, controller or cable at random moments, and takes the session up again.
 #[derive(Debug, Parser)]
@@ -63,7 +63,7 @@ fn main() -> ExitCode {
                     if number >= end {
                         break;
                     }
-                    let moment = Moment::of(number);
+                    let moment = KillMoment::of(number);
                     match trials.go(moment) {
                         Ok(outcome) => enter(&rows, moment, &outcome),
                         Err(reason) => {
@@ -80,7 +80,7 @@ fn main() -> ExitCode {
     if wrong.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-fn enter(rows: &Mutex<Rows>, moment: Moment, outcome: &Outcome) {
+fn enter(rows: &Mutex<Rows>, moment: KillMoment, outcome: &KillOutcome) {
     let phase = if outcome.phase.is_empty() { "before the log" } else { &outcome.phase };
     let key = (format!("{:?}", moment.victim), phase.to_string());
     let mut rows = rows.lock().unwrap_or_else(std::sync::PoisonError::into_inner);

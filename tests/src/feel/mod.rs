@@ -11,7 +11,7 @@ use std::time::Duration;
 use hand::{Away, Follow, Hand, Pushes};
 use keepout_executor::dialect::DialectName;
 use scene::{BAR_END_MM, START_MM, Scene, turned};
-pub use scene::{Shape, Table, Wall};
+pub use scene::{MachineTable, ReleasePlace, WallShape};
 pub use trace::median_and_p99;
 
 /// Slower than this share of the commanded speed is a dip.
@@ -47,8 +47,8 @@ pub struct Slide {
 ///
 /// # Errors
 /// What kept the session from running.
-pub fn straight(table: &Table, wall: f64, angle: f64, delay_ms: u64) -> Result<Slide, String> {
-    let shape = Shape::Bar(wall);
+pub fn straight(table: &MachineTable, wall: f64, angle: f64, delay_ms: u64) -> Result<Slide, String> {
+    let shape = WallShape::Bar(wall);
     let scene = Scene::of(table, shape, DialectName::Grbl, delay_ms)?;
     let (sin, cos) = angle.to_radians().sin_cos();
     let gap_mm = if angle == 0.0 { 0.01 } else { (10.0 * angle.to_radians().tan()).clamp(0.5, 10.0) };
@@ -72,7 +72,7 @@ pub fn straight(table: &Table, wall: f64, angle: f64, delay_ms: u64) -> Result<S
 ///
 /// # Errors
 /// What kept the session from running.
-pub fn curved(table: &Table, shape: Shape, delay_ms: u64) -> Result<Slide, String> {
+pub fn curved(table: &MachineTable, shape: WallShape, delay_ms: u64) -> Result<Slide, String> {
     let scene = Scene::of(table, shape, DialectName::Grbl, delay_ms)?;
     let start = shape.start_mm(scene.limit_mm() + 0.5);
     let commanded = table.speed_mm_s() * CURVE_PUSH.to_radians().cos();
@@ -88,8 +88,8 @@ pub fn curved(table: &Table, shape: Shape, delay_ms: u64) -> Result<Slide, Strin
 ///
 /// # Errors
 /// What kept the session from running.
-pub fn corner(table: &Table, delay_ms: u64) -> Result<f64, String> {
-    let shape = Shape::Bar(0.0);
+pub fn corner(table: &MachineTable, delay_ms: u64) -> Result<f64, String> {
+    let shape = WallShape::Bar(0.0);
     let scene = Scene::of(table, shape, DialectName::Grbl, delay_ms)?;
     let (_, y) = shape.start_mm(scene.limit_mm() + 0.5);
     let part = std::f64::consts::FRAC_1_SQRT_2;
@@ -104,8 +104,8 @@ pub fn corner(table: &Table, delay_ms: u64) -> Result<f64, String> {
 ///
 /// # Errors
 /// What kept the session from running.
-pub fn first_steps(table: &Table, delay_ms: u64, count: usize) -> Result<Vec<f64>, String> {
-    let scene = Scene::of(table, Shape::Bar(0.0), DialectName::Grbl, delay_ms)?;
+pub fn first_steps(table: &MachineTable, delay_ms: u64, count: usize) -> Result<Vec<f64>, String> {
+    let scene = Scene::of(table, WallShape::Bar(0.0), DialectName::Grbl, delay_ms)?;
     let hand = Pushes::new(count, 0.6 + 4.0 * Duration::from_millis(delay_ms).as_secs_f64());
     let (trace, pushed) = scene.trace_of_pushes((0.0, 60.0), hand)?;
     let mut waited: Vec<f64> =
@@ -127,13 +127,18 @@ pub struct Release {
 ///
 /// # Errors
 /// What kept the session from running.
-pub fn release(table: &Table, language: DialectName, delay_ms: u64, wall: Wall) -> Result<Release, String> {
-    let shape = Shape::Bar(0.0);
+pub fn release(
+    table: &MachineTable,
+    language: DialectName,
+    delay_ms: u64,
+    wall: ReleasePlace,
+) -> Result<Release, String> {
+    let shape = WallShape::Bar(0.0);
     let scene = Scene::of(table, shape, language, delay_ms)?;
     let part = std::f64::consts::FRAC_1_SQRT_2;
     let (gap_mm, direction) = match wall {
-        Wall::Sliding => (2.0, (part, -part)),
-        Wall::Far => (30.0, (part, part)),
+        ReleasePlace::Sliding => (2.0, (part, -part)),
+        ReleasePlace::Far => (30.0, (part, part)),
     };
     let start = shape.start_mm(scene.limit_mm() + gap_mm);
     let held_s = (table.speed_mm_s() / table.acceleration_mm_s2 + 0.5).min(70.0 / table.speed_mm_s() + 0.5);

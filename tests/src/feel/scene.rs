@@ -30,7 +30,7 @@ pub(super) fn turned((x, y): (f64, f64), degrees: f64) -> (f64, f64) {
 
 /// A machine table of 300 mm × 300 mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Table {
+pub struct MachineTable {
     /// Its name.
     pub name: &'static str,
     /// Top speed of an axis, mm/min.
@@ -39,7 +39,7 @@ pub struct Table {
     pub acceleration_mm_s2: f64,
 }
 
-impl Table {
+impl MachineTable {
     /// All tables.
     pub const ALL: [Self; 4] = [
         Self { name: "A", feed_mm_min: 5000.0, acceleration_mm_s2: 500.0 },
@@ -67,7 +67,7 @@ impl Table {
 
 /// Where the tool is when the stick is released.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Wall {
+pub enum ReleasePlace {
     /// Sliding along the wall.
     Sliding,
     /// Far from any.
@@ -76,7 +76,7 @@ pub enum Wall {
 
 /// A part with a smooth wall. Radii are those of the tool centre's way at the jogging limit, about, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Shape {
+pub enum WallShape {
     /// A straight bar at this angle, degrees.
     Bar(f64),
     /// A disc: a convex wall.
@@ -89,7 +89,7 @@ pub enum Shape {
     EllipticHole(f64, f64),
 }
 
-impl Shape {
+impl WallShape {
     /// Curved walls.
     pub const CURVES: [Self; 8] = [
         Self::Convex(10.0),
@@ -153,8 +153,8 @@ pub(super) struct Scene {
 
 impl Scene {
     pub(super) fn of(
-        table: &Table,
-        shape: Shape,
+        table: &MachineTable,
+        shape: WallShape,
         language: DialectName,
         delay_ms: u64,
     ) -> Result<Self, String> {

@@ -16,7 +16,7 @@ use super::FEED_MM_MIN;
 use crate::most_left_mm;
 
 /// A log that holds.
-pub struct Played {
+pub struct JudgedLog {
     /// What was played.
     pub replay: Replay,
     /// The last phase before a fault or the end.
@@ -27,7 +27,7 @@ pub struct Played {
     pub before: Progress,
 }
 
-impl Played {
+impl JudgedLog {
     /// Reads a log, compares it with what the machine received, and plays it again; none when the
     /// session was ended before its first line. `earlier` was sent by a session before.
     ///

@@ -17,7 +17,7 @@ use crate::koren_lo::command::{CompareArguments, compare, table_3, write_page};
 
 /// Reproduce the papers behind Keepout, and compare them with it.
 #[derive(Debug, Parser)]
-pub struct Arguments {
+pub struct StudyArguments {
     #[command(subcommand)]
     command: Command,
 }
@@ -63,7 +63,7 @@ pub enum CommandError {
     File(#[from] FileError),
 }
 
-impl Arguments {
+impl StudyArguments {
     /// Runs the command.
     ///
     /// # Errors

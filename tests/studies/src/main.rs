@@ -1,10 +1,10 @@
 //! The command-line program of the studies.
 
 use clap::Parser;
-use keepout_studies::command::Arguments;
+use keepout_studies::command::StudyArguments;
 
 fn main() -> std::process::ExitCode {
-    match Arguments::parse().execute() {
+    match StudyArguments::parse().execute() {
         Ok(code) => code,
         Err(error) => {
             eprintln!("keepout-studies: {error}");

@@ -4,7 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
-use keepout_drives::budget::{Question, budget};
+use keepout_drives::budget::{BudgetRequest, budget};
 use keepout_drives::controllers::kind::Kind;
 use keepout_drives::profile::DriveProfile;
 use keepout_studies::franco_horikawa::attempt::{Tally, operator_of, seed_of};
@@ -162,7 +162,7 @@ fn contour_error_of_the_modules_agrees_with_their_drives() {
     let interpolator = profile.interpolator.unwrap();
     assert!(machine.acceleration_mm_s2 <= interpolator.acceleration_mm_s2);
     assert!(machine.max_rate_mm_s <= interpolator.max_rate_mm_s);
-    let question = Question { kind: Kind::Contouring, feed_mm_s: 60.0, by_hand_mm_s: Some(1200.0) };
+    let question = BudgetRequest { kind: Kind::Contouring, feed_mm_s: 60.0, by_hand_mm_s: Some(1200.0) };
     let found = budget(&profile, &question, &mut |_, _| {}).unwrap();
     // The last digit of a sine depends on the system, and friction amplifies the difference.
     assert!(found.term_mm <= machine.contour_error_mm + 0.000_3, "{}", found.term_mm);

@@ -4,7 +4,7 @@
 use std::f64::consts::TAU;
 
 use keepout_drives::Axes;
-use keepout_drives::budget::{Question, budget, sign_patterns};
+use keepout_drives::budget::{BudgetRequest, budget, sign_patterns};
 use keepout_drives::controllers::Controller;
 use keepout_drives::controllers::contouring::Contouring;
 use keepout_drives::controllers::cross_coupling::ContourError;
@@ -18,13 +18,13 @@ use keepout_drives::metrics::{Figures, Moment, Spread};
 use keepout_drives::path::Path;
 use keepout_drives::plant::{Axis, Friction, Load, Plant, PlantModel};
 use keepout_drives::profile::{DriveProfile, Uncertainty};
-use keepout_drives::reference::{Ramp, Reference, Window};
+use keepout_drives::reference::{Ramp, Reference, ReferenceWindow};
 use keepout_drives::run::{Cutting, Task};
 use keepout_planner::machine::MachineProfile;
 use keepout_studies::koren_lo::equations::{
     load_error, mismatch_error, radial_error as radial_error_of_6, recommended_gain,
 };
-use keepout_studies::koren_lo::scenario::Scenario;
+use keepout_studies::koren_lo::scenario::DriveScenario;
 
 /// Length of a pulse of the paper's machines, µm.
 const UM: f64 = 10.0;
@@ -33,14 +33,14 @@ const DRIVE: Drive = Drive { gain: 10.0, time_constant_s: 0.045 };
 const M_MIN: f64 = 1e5 / 60.0;
 
 struct Row {
-    row: Scenario,
+    row: DriveScenario,
     machine: DriveProfile,
     task: Task,
 }
 
 impl Row {
     fn named(name: &str) -> Self {
-        let rows = Scenario::built_in().unwrap();
+        let rows = DriveScenario::built_in().unwrap();
         let row = rows.into_iter().find(|row| row.name == name).unwrap();
         let machine = DriveProfile::load(&row.machine).unwrap();
         let task = row.task(&machine);
@@ -151,7 +151,7 @@ fn load_on_a_line_causes_the_error_of_the_corrected_equation_5() {
             let mut last = 0.0;
             for (now, sample) in reference.iter().enumerate() {
                 last = path.nearest(plant.position(), 0).distance(plant.position());
-                let command = controller.step(&Window::new(&reference, now), plant.measured());
+                let command = controller.step(&ReferenceWindow::new(&reference, now), plant.measured());
                 plant.step(command, &Load { cutting: load, reference_velocity: sample.velocity() });
             }
             let wanted = load_error(feed, load, kp);
@@ -310,7 +310,7 @@ struct Unsigned {
 }
 
 impl Controller for Unsigned {
-    fn step(&mut self, window: &Window, measured: Axes) -> Axes {
+    fn step(&mut self, window: &ReferenceWindow, measured: Axes) -> Axes {
         let mut foot = window.ahead(0).foot;
         foot.curvature = foot.curvature.abs();
         let ContourError { error, gains } = ContourError::modelled(&foot, measured);
@@ -331,7 +331,7 @@ fn unsigned_curvature_is_caught() {
 /// Checks every row with an exact model and all sixteen sign patterns of ±5 %.
 #[test]
 fn contouring_is_better_than_cross_coupling_everywhere() {
-    for row in Scenario::built_in().unwrap() {
+    for row in DriveScenario::built_in().unwrap() {
         let row = Row::named(&row.name);
         let ccc = row.contour(Kind::Ccc);
         let leeway = if row.row.name == "S7" { 1.05 } else { 1.0 };
@@ -350,7 +350,7 @@ fn contouring_is_better_than_cross_coupling_everywhere() {
 /// With one sample of delay that the model does not contain, the errors do not grow along the path.
 #[test]
 fn contouring_is_stable_with_an_unknown_delay() {
-    for row in Scenario::built_in().unwrap() {
+    for row in DriveScenario::built_in().unwrap() {
         let mut row = Row::named(&row.name);
         let prompt = row.contour(Kind::Ccc);
         row.task.plant.delay_samples = 1;
@@ -475,7 +475,7 @@ fn corner_needs_the_segment_nearest_to_the_tool() {
         law: Law,
     }
     impl Controller for ByReference {
-        fn step(&mut self, window: &Window, measured: Axes) -> Axes {
+        fn step(&mut self, window: &ReferenceWindow, measured: Axes) -> Axes {
             let foot = &window.ahead(0).foot;
             let ContourError { error, gains } = ContourError::modelled(foot, measured);
             let correction = self.law.step(error);
@@ -506,7 +506,7 @@ fn simulated_machine_has_the_contour_error_of_its_drives() {
     assert_eq!(interpolator.acceleration_mm_s2, machine.acceleration_mm_s2);
     assert_eq!(interpolator.max_rate_mm_s, machine.max_rate_mm_s);
     let question =
-        Question { kind: Kind::Contouring, feed_mm_s: 60.0, by_hand_mm_s: Some(machine.max_rate_mm_s) };
+        BudgetRequest { kind: Kind::Contouring, feed_mm_s: 60.0, by_hand_mm_s: Some(machine.max_rate_mm_s) };
     let found = budget(&profile, &question, &mut |_, _| {}).unwrap();
     // The last digit of a sine depends on the system, and friction amplifies the difference.
     assert!(found.term_mm <= machine.contour_error_mm + 0.000_3, "{}", found.term_mm);

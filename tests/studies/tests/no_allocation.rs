@@ -3,9 +3,9 @@
 use keepout_drives::controllers::kind::Kind;
 use keepout_drives::plant::Plant;
 use keepout_drives::profile::DriveProfile;
-use keepout_drives::reference::Window;
+use keepout_drives::reference::ReferenceWindow;
 use keepout_studies::koren_lo::comparison::{ModelError, Row};
-use keepout_studies::koren_lo::scenario::Scenario;
+use keepout_studies::koren_lo::scenario::DriveScenario;
 
 #[global_allocator]
 static ALLOCATOR: dhat::Alloc = dhat::Alloc;
@@ -14,7 +14,7 @@ static ALLOCATOR: dhat::Alloc = dhat::Alloc;
 fn controller_steps_allocate_no_memory() {
     let _profiler = dhat::Profiler::builder().testing().build();
     let mut steps = 0;
-    for scenario in Scenario::built_in().unwrap() {
+    for scenario in DriveScenario::built_in().unwrap() {
         let row = Row::new(&scenario, &DriveProfile::load(&scenario.machine).unwrap());
         for kind in Kind::ALL {
             let setting = row.setting(ModelError::crossed(0.05));
@@ -27,7 +27,7 @@ fn controller_steps_allocate_no_memory() {
                 let mut plant = Plant::at_rest(row.task.plant, samples[0].position());
                 let before = dhat::HeapStats::get().total_blocks;
                 for (now, sample) in samples.iter().enumerate().take(1500) {
-                    let command = controller.step(&Window::new(samples, now), plant.measured());
+                    let command = controller.step(&ReferenceWindow::new(samples, now), plant.measured());
                     plant.step(command, &row.task.load(sample));
                     steps += 1;
                 }

@@ -4,7 +4,7 @@ use super::canvas::Canvas;
 
 /// The part's outline, with fewer points for a screen.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Outline {
+pub struct ScreenOutline {
     polylines: Vec<Vec<(f64, f64)>>,
     low: (f64, f64),
     high: (f64, f64),
@@ -20,7 +20,7 @@ const WIDER: f64 = 1.5;
 /// Most steps of widening.
 const WIDER_MAX: u32 = 12;
 
-impl Outline {
+impl ScreenOutline {
     /// The outline of these polylines, mm. A closed polyline ends where it begins. Drops points that are not
     /// finite.
     pub fn new(polylines: &[Vec<(f64, f64)>]) -> Self {
@@ -75,7 +75,7 @@ impl Outline {
 
 /// Draws outline, trail and tool into `columns` × `lines` characters.
 pub fn plan(
-    outline: &Outline,
+    outline: &ScreenOutline,
     trail: &[(f64, f64)],
     tool: Option<((f64, f64), f64)>,
     columns: usize,
@@ -128,8 +128,8 @@ fn draw_tool(canvas: &mut Canvas, at: (f64, f64), radius: f64) {
 mod tests {
     use super::*;
 
-    fn square() -> Outline {
-        Outline::new(&[vec![(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0), (0.0, 0.0)]])
+    fn square() -> ScreenOutline {
+        ScreenOutline::new(&[vec![(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0), (0.0, 0.0)]])
     }
 
     #[test]
@@ -149,9 +149,9 @@ mod tests {
             .map(|i| f64::from(i) * 1e-5)
             .map(|turn| (50.0 * turn.cos(), 50.0 * turn.sin()))
             .collect();
-        let outline = Outline::new(&[ring, vec![(f64::NAN, 0.0), (0.0, f64::INFINITY)], Vec::new()]);
+        let outline = ScreenOutline::new(&[ring, vec![(f64::NAN, 0.0), (0.0, f64::INFINITY)], Vec::new()]);
         assert!(outline.polylines[0].len() < 6000);
-        assert!(Outline::new(&[]) == Outline::default());
-        assert_eq!(plan(&Outline::default(), &[(0.0, 0.0)], None, 3, 2).len(), 2);
+        assert!(ScreenOutline::new(&[]) == ScreenOutline::default());
+        assert_eq!(plan(&ScreenOutline::default(), &[(0.0, 0.0)], None, 3, 2).len(), 2);
     }
 }

@@ -20,7 +20,7 @@ use keepout_planner::file::{FileError, FileKind};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::recording::{EVENTS_MAX, Event, Header, Recording, What};
+use super::recording::{EVENTS_MAX, RecordedEvent, Recording, RecordingHeader, What};
 
 const VERSION: u32 = 2;
 /// Longest accepted line, bytes.
@@ -90,7 +90,7 @@ pub fn save(recording: &Recording, path: &Path) -> Result<(), FileError> {
 struct FirstLine {
     keepout_conformance: u32,
     #[serde(flatten)]
-    header: Header,
+    header: RecordingHeader,
 }
 
 /// The recording as text.
@@ -115,7 +115,7 @@ pub fn read(mut from: impl BufRead, path: &Path) -> Result<Recording, RecordingE
     loop {
         number += 1;
         let Some(text) = line(&mut from, number, path)? else { return Ok(recording) };
-        let event: Event = serde_json::from_str(&text).map_err(|_| RecordingError::Form { line: number })?;
+        let event: RecordedEvent = serde_json::from_str(&text).map_err(|_| RecordingError::Form { line: number })?;
         // A simulated tool's positions may be older than lines received before them.
         if !matches!(event.what, What::Tool { .. }) {
             if event.at < before {
@@ -144,7 +144,7 @@ fn line(from: &mut impl BufRead, number: usize, path: &Path) -> Result<Option<St
     }
 }
 
-fn header(line: &str) -> Result<Header, RecordingError> {
+fn header(line: &str) -> Result<RecordingHeader, RecordingError> {
     if line.starts_with("keepout-conformance 1 ") {
         return Err(RecordingError::Version { found: 1 });
     }

@@ -9,7 +9,7 @@ use keepout_planner::machine::ControllerProfile;
 
 use super::observe::{Observed, Stop, observe};
 use super::recording::{Recording, What};
-use super::start::Known;
+use super::start::StatedIdentity;
 
 /// Times from queries to their answers, without those at the end of a motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -116,8 +116,8 @@ fn ms(time: Duration) -> f64 {
 }
 
 /// The identity that the controller states before the first scenario.
-fn known(recording: &Recording) -> Known {
-    let mut known = Known::default();
+fn known(recording: &Recording) -> StatedIdentity {
+    let mut known = StatedIdentity::default();
     let before = recording.events.iter().take_while(|event| !matches!(event.what, What::Begin { .. }));
     for event in before {
         if let What::Received(line) = &event.what {

@@ -1,8 +1,8 @@
 //! Model conformance: the comparison of a controller with its simulated model.
 //!
-//! A [`Recorder`] plays [`Scenario`]s over any port with any clock, and stores bytes and positions with their
-//! times in a [`Recording`]. [`Findings`] are the figures of a recording. [`compare`] lists the differences
-//! between two recordings of the same scenarios. Only the GRBL family has scenarios.
+//! A [`ScenarioRecorder`] plays [`Scenario`]s over any port with any clock, and stores bytes and positions
+//! with their times in a [`Recording`]. [`Findings`] are the figures of a recording. [`compare`] lists the
+//! differences between two recordings of the same scenarios. Only the GRBL family has scenarios.
 //!
 //! ```text
 //! scenarios ──> recorder ──> recording ──> observed ──> findings
@@ -30,8 +30,8 @@ pub use file::{RecordingError, load, read, save, write};
 pub use findings::{Findings, Latency};
 pub use observe::{Observed, Stop, observe};
 pub use path::Mm2;
-pub use record::{Bench, Recorder};
-pub use recording::{Event, Header, Recording, What};
+pub use record::{Bench, ScenarioRecorder};
+pub use recording::{RecordedEvent, Recording, RecordingHeader, What};
 pub use scenario::{Care, Frame, Scenario, Step, scenarios};
 pub use simulated::{SimulatedBench, simulate};
-pub use start::{Known, Setup, Start, check_dialect};
+pub use start::{Setup, Start, StatedIdentity, check_dialect};

@@ -7,7 +7,7 @@ use keepout_guard::Time;
 use keepout_planner::units::point_mm;
 
 use super::path::Mm2;
-use super::recording::{Event, Recording, What};
+use super::recording::{RecordedEvent, Recording, What};
 use super::scenario::{CANCEL, RESET};
 
 /// The observations of one scenario.
@@ -68,7 +68,7 @@ impl Observed {
 #[must_use]
 pub fn observe(recording: &Recording) -> Vec<Observed> {
     let mut last = None;
-    let scenario = |(name, origin, events): (&str, Mm2, &[Event])| {
+    let scenario = |(name, origin, events): (&str, Mm2, &[RecordedEvent])| {
         let mut walk = Walk::new(name, *last.get_or_insert(origin));
         events.iter().for_each(|event| walk.take(event));
         last = Some(walk.at);
@@ -118,7 +118,7 @@ impl Walk {
         }
     }
 
-    fn take(&mut self, event: &Event) {
+    fn take(&mut self, event: &RecordedEvent) {
         match &event.what {
             What::Begin { .. } => {}
             What::Sent(bytes) => self.sent(bytes, event.at),

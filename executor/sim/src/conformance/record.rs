@@ -11,9 +11,9 @@ use keepout_planner::units::point_mm;
 
 use super::error::{LIMIT, RecordError};
 use super::path::Mm2;
-use super::recording::{EVENTS_MAX, Event, Header, Recording, What};
+use super::recording::{EVENTS_MAX, RecordedEvent, Recording, RecordingHeader, What};
 use super::scenario::{RESET, Scenario, Step};
-use super::start::{Known, Setup};
+use super::start::{Setup, StatedIdentity};
 
 /// The port and clock of a recorder.
 #[derive(Debug)]
@@ -28,11 +28,11 @@ pub struct Bench<'a, P, C> {
 
 /// A recording under way.
 #[derive(Debug)]
-pub struct Recorder<'a, P, C> {
+pub struct ScenarioRecorder<'a, P, C> {
     pub(super) bench: Bench<'a, P, C>,
     pub(super) setup: Setup,
     pub(super) recording: Recording,
-    pub(super) known: Known,
+    pub(super) known: StatedIdentity,
     /// Lengths of the unanswered lines.
     pub(super) open: VecDeque<usize>,
     pub(super) reported: Option<Reported>,
@@ -72,13 +72,13 @@ const RECEIVE_BUFFER: u32 = 128;
 /// Planner blocks of a controller that does not state them.
 const BLOCKS: u32 = 15;
 
-impl<'a, P: Port, C: Clock> Recorder<'a, P, C> {
-    pub(super) fn new(bench: Bench<'a, P, C>, setup: Setup, header: Header) -> Self {
+impl<'a, P: Port, C: Clock> ScenarioRecorder<'a, P, C> {
+    pub(super) fn new(bench: Bench<'a, P, C>, setup: Setup, header: RecordingHeader) -> Self {
         Self {
             bench,
             setup,
             recording: Recording { header, events: Vec::new() },
-            known: Known::default(),
+            known: StatedIdentity::default(),
             open: VecDeque::new(),
             reported: None,
             agreeing: 0,
@@ -97,7 +97,7 @@ impl<'a, P: Port, C: Clock> Recorder<'a, P, C> {
 
     /// The identity that the controller states.
     #[must_use]
-    pub fn known(&self) -> &Known {
+    pub fn known(&self) -> &StatedIdentity {
         &self.known
     }
 
@@ -295,7 +295,7 @@ impl<'a, P: Port, C: Clock> Recorder<'a, P, C> {
             self.open.pop_front();
         }
         self.known.take(&text);
-        let event = Event { at: now, what: What::Received(line) };
+        let event = RecordedEvent { at: now, what: What::Received(line) };
         if let Some(status) = event.status() {
             let at = status.position.map(|position| {
                 let (x, y) = point_mm(position);
@@ -319,7 +319,7 @@ impl<'a, P: Port, C: Clock> Recorder<'a, P, C> {
         if self.recording.events.len() >= EVENTS_MAX {
             return Err(RecordError::TooLong);
         }
-        self.recording.events.push(Event { at, what });
+        self.recording.events.push(RecordedEvent { at, what });
         Ok(())
     }
 }

@@ -41,7 +41,7 @@ pub enum What {
 /// An event with its time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Event {
+pub struct RecordedEvent {
     /// The time.
     #[serde(with = "micros", rename = "at_us")]
     pub at: Time,
@@ -49,7 +49,7 @@ pub struct Event {
     pub what: What,
 }
 
-impl Event {
+impl RecordedEvent {
     /// The status report in a received line.
     #[must_use]
     pub fn status(&self) -> Option<Status<'_>> {
@@ -68,7 +68,7 @@ impl Event {
 
 /// The header of a recording: dialect and resolution.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Header {
+pub struct RecordingHeader {
     /// The dialect.
     pub dialect: String,
     /// Last digit of a reported position, mm.
@@ -77,7 +77,7 @@ pub struct Header {
     pub step_mm: f64,
 }
 
-impl Header {
+impl RecordingHeader {
     /// The tolerance for equal positions, mm: the report's digit, a step, and 2 µm for rounding.
     #[must_use]
     pub fn tolerance_mm(&self) -> f64 {
@@ -89,14 +89,14 @@ impl Header {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Recording {
     /// Dialect and resolution.
-    pub header: Header,
+    pub header: RecordingHeader,
     /// The events, in order.
-    pub events: Vec<Event>,
+    pub events: Vec<RecordedEvent>,
 }
 
 impl Recording {
     /// The events of each scenario, with its name and the middle of its box.
-    pub fn scenarios(&self) -> impl Iterator<Item = (&str, Mm2, &[Event])> {
+    pub fn scenarios(&self) -> impl Iterator<Item = (&str, Mm2, &[RecordedEvent])> {
         let mut rest = self.events.as_slice();
         std::iter::from_fn(move || {
             loop {
@@ -105,7 +105,7 @@ impl Recording {
                     rest = after;
                     continue;
                 };
-                let begins = |event: &Event| matches!(event.what, What::Begin { .. });
+                let begins = |event: &RecordedEvent| matches!(event.what, What::Begin { .. });
                 let (events, next) = after.split_at(after.iter().position(begins).unwrap_or(after.len()));
                 rest = next;
                 return Some((name.as_str(), *origin, events));

@@ -6,7 +6,7 @@ use keepout_executor::session::VirtualClock;
 
 use super::error::RecordError;
 use super::path::Mm2;
-use super::record::{Bench, Recorder};
+use super::record::{Bench, ScenarioRecorder};
 use super::recording::Recording;
 use super::scenario::Scenario;
 use super::start::{Setup, Start};
@@ -55,7 +55,7 @@ pub fn simulate(setting: &SimulatedBench, scenarios: &[Scenario]) -> Result<Reco
         clock: &mut clock,
         tool: |port: &mut VirtualPort, into| port.machine.take_samples(into),
     };
-    let mut recorder = Recorder::begin(bench, setup)?;
+    let mut recorder = ScenarioRecorder::begin(bench, setup)?;
     recorder.ask("$10=3", STORES_WITHIN)?;
     scenarios.iter().try_for_each(|scenario| recorder.play(scenario))?;
     Ok(recorder.finish())

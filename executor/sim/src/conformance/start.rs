@@ -11,8 +11,8 @@ use keepout_planner::machine::MachineProfile;
 
 use super::error::RecordError;
 use super::path::Mm2;
-use super::record::{Bench, Recorder};
-use super::recording::Header;
+use super::record::{Bench, ScenarioRecorder};
+use super::recording::RecordingHeader;
 use super::scenario::Frame;
 
 /// The choice of the middle of the box.
@@ -70,7 +70,7 @@ impl Setup {
 
 /// The identity that a controller states.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Known {
+pub struct StatedIdentity {
     /// Its version.
     pub version: String,
     /// The name of its firmware, if stated.
@@ -83,7 +83,7 @@ pub struct Known {
     pub inches: Option<bool>,
 }
 
-impl Known {
+impl StatedIdentity {
     /// Takes a received line.
     pub(super) fn take(&mut self, line: &str) {
         let inner = |before: &str| line.strip_prefix(before)?.strip_suffix(']');
@@ -125,7 +125,7 @@ const ANSWERS_WITHIN: Duration = Duration::from_secs(3);
 /// Longest duration of homing.
 const HOMES_WITHIN: Duration = Duration::from_secs(180);
 
-impl<'a, P: Port, C: Clock> Recorder<'a, P, C> {
+impl<'a, P: Port, C: Clock> ScenarioRecorder<'a, P, C> {
     /// Queries the controller's identity and the tool's position, and homes if the set-up wants it. Stores no
     /// setting.
     ///
@@ -134,7 +134,7 @@ impl<'a, P: Port, C: Clock> Recorder<'a, P, C> {
     /// its positions are not machine positions in mm, or the box leaves the travel.
     pub fn begin(bench: Bench<'a, P, C>, setup: Setup) -> Result<Self, RecordError> {
         check_dialect(&setup.language)?;
-        let header = Header {
+        let header = RecordingHeader {
             dialect: setup.language.name().into(),
             digit_mm: setup.machine.report_digit_mm,
             step_mm: 1.0 / setup.machine.steps_per_mm,

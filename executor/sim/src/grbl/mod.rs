@@ -9,12 +9,12 @@ mod program;
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use keepout_drives::interpolator::{Drives, Motion, Outcome};
+use keepout_drives::interpolator::{Drives, QueuedMotion, StepOutcome};
 use keepout_executor::session::{Sample, SampleKind};
 use keepout_guard::Time;
 use keepout_planner::machine::MachineProfile;
 
-use super::controller::{Controller, Disturbance};
+use super::controller::{Disturbance, SimulatedController};
 
 /// The set-up of a simulated controller.
 #[derive(Clone, Debug, PartialEq)]
@@ -135,7 +135,7 @@ struct Waiting {
 pub struct GrblSim {
     firmware: Firmware,
     settings: SimSettings,
-    motion: Motion,
+    motion: QueuedMotion,
     mode: Mode,
     rx: VecDeque<u8>,
     line: Vec<u8>,
@@ -230,12 +230,12 @@ impl GrblSim {
             samples.push(Sample { at, position_mm: (x + by.0, y + by.1), kind });
         });
         match outcome {
-            Outcome::Held => self.mode = Mode::Hold,
-            Outcome::Flushed => self.come_to_idle(at),
-            Outcome::Going if self.motion.is_resting() && matches!(self.mode, Mode::Jog | Mode::Run) => {
+            StepOutcome::Held => self.mode = Mode::Hold,
+            StepOutcome::Flushed => self.come_to_idle(at),
+            StepOutcome::Going if self.motion.is_resting() && matches!(self.mode, Mode::Jog | Mode::Run) => {
                 self.come_to_idle(at);
             }
-            Outcome::Going => {}
+            StepOutcome::Going => {}
         }
         let (x, y) = self.motion.position();
         self.samples.push(Sample { at, position_mm: (x + by.0, y + by.1), kind });
@@ -481,12 +481,12 @@ impl GrblSim {
 }
 
 /// The drives at rest at a position, machine coordinates, mm, with GRBL's default junction deviation (`$11`).
-fn at_rest(settings: &SimSettings, place_mm: (f64, f64)) -> Motion {
-    let motion = Motion::new(Drives::of(&settings.machine, 0.01), place_mm);
+fn at_rest(settings: &SimSettings, place_mm: (f64, f64)) -> QueuedMotion {
+    let motion = QueuedMotion::new(Drives::of(&settings.machine, 0.01), place_mm);
     if settings.quirks.stops_run_away { motion.with_runaway(settings.machine.steps_per_mm) } else { motion }
 }
 
-impl Controller for GrblSim {
+impl SimulatedController for GrblSim {
     /// Acts on realtime characters at once, and puts others into the receive buffer.
     fn receive(&mut self, byte: u8) {
         match byte {

@@ -18,7 +18,7 @@ pub use recorder::Recorder;
 pub use rounds::Rounds;
 pub use script::{Script, ScriptError};
 use thiserror::Error;
-pub use trace::{Trace, TraceError};
+pub use trace::{TraceError, TraceOperator};
 
 /// Why a name gives no operator.
 #[derive(Debug, Error)]
@@ -50,7 +50,7 @@ pub fn named(name: &str, jog_s: f64, seed: u64) -> Result<Box<dyn Operator + Sen
         return Ok(Box::new(Model::new(kind, jog_s, seed)));
     }
     if let Some(file) = name.strip_prefix("trace:") {
-        return Ok(Box::new(Trace::load(std::path::Path::new(file))?));
+        return Ok(Box::new(TraceOperator::load(std::path::Path::new(file))?));
     }
     let path = std::path::Path::new(name);
     if path.exists() {

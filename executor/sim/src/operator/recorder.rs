@@ -142,10 +142,10 @@ fn stamp(at: Duration) -> String {
 mod tests {
     use super::*;
     use crate::operator::tests::{Prescribed, view};
-    use crate::operator::trace::Trace;
+    use crate::operator::trace::TraceOperator;
 
-    fn read(text: &str) -> Result<Trace, TraceError> {
-        Trace::read(text.as_bytes(), Path::new("test"))
+    fn read(text: &str) -> Result<TraceOperator, TraceError> {
+        TraceOperator::read(text.as_bytes(), Path::new("test"))
     }
 
     /// Random inputs and commands of all kinds.

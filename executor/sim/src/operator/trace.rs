@@ -65,13 +65,13 @@ pub enum TraceError {
 
 /// A recorded trace as an operator. After its end it stops the session, but finishes a running contour first.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Trace {
+pub struct TraceOperator {
     playback: Playback,
     end: Duration,
     began: Option<Time>,
 }
 
-impl Trace {
+impl TraceOperator {
     /// Reads a trace from a file.
     ///
     /// # Errors
@@ -114,7 +114,7 @@ impl Trace {
     }
 }
 
-impl Operator for Trace {
+impl Operator for TraceOperator {
     fn input(&mut self, view: &OperatorView, now: Time) -> OperatorInput {
         if view.phase == Phase::Starting {
             return OperatorInput::default();
@@ -221,8 +221,8 @@ mod tests {
     use super::*;
     use crate::operator::tests::view;
 
-    fn read(text: &str) -> Result<Trace, TraceError> {
-        Trace::read(text.as_bytes(), Path::new("test"))
+    fn read(text: &str) -> Result<TraceOperator, TraceError> {
+        TraceOperator::read(text.as_bytes(), Path::new("test"))
     }
 
     #[test]
@@ -279,7 +279,7 @@ mod tests {
                 trace.input(&view(Phase::Manual), Time::ZERO);
             }
         }
-        let error = Trace::read(&b"0 0 0 0 0 -\n0 1 0 \xff\xfe\n"[..], Path::new("test"))
+        let error = TraceOperator::read(&b"0 0 0 0 0 -\n0 1 0 \xff\xfe\n"[..], Path::new("test"))
             .expect_err("it is not text");
         assert!(error.to_string().starts_with("trace line 2: the line is not text"), "{error}");
     }

@@ -4,7 +4,7 @@
 use super::estimator::{self, Estimator};
 use super::{Belief, Controller};
 use crate::Axes;
-use crate::reference::Window;
+use crate::reference::ReferenceWindow;
 
 /// ZPETC with estimated loops.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,7 +25,7 @@ impl Adaptive {
 }
 
 impl Controller for Adaptive {
-    fn step(&mut self, window: &Window, measured: Axes) -> Axes {
+    fn step(&mut self, window: &ReferenceWindow, measured: Axes) -> Axes {
         estimator::see(&mut self.estimators, measured, self.command, self.limit);
         let mut reference = Axes::zeros();
         for (axis, estimator) in self.estimators.iter_mut().enumerate() {

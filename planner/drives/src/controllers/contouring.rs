@@ -18,7 +18,7 @@ use crate::Axes;
 use crate::drive::{Drive, Held};
 use crate::path::{Foot, left_of};
 use crate::plant::MOST_DELAY;
-use crate::reference::{Sample, Window};
+use crate::reference::{ReferenceSample, ReferenceWindow};
 
 /// Number of predicted samples.
 pub const HORIZON: usize = 15;
@@ -166,7 +166,12 @@ impl Contouring {
 
     /// The nearest points of the path to the planned positions. They never return to a piece that the plan
     /// has passed, and never advance to a piece that the reference has not reached.
-    fn places(&mut self, window: &Window, pieces: &Pieces, planned: &[Axes; HORIZON]) -> [Place; HORIZON] {
+    fn places(
+        &mut self,
+        window: &ReferenceWindow,
+        pieces: &Pieces,
+        planned: &[Axes; HORIZON],
+    ) -> [Place; HORIZON] {
         let mut least = self.left.unwrap_or(window.ahead(0).number);
         let places = std::array::from_fn(|i| {
             let most = window.ahead(self.ahead(i)).number;
@@ -182,7 +187,7 @@ impl Contouring {
     /// changes of command.
     fn program(
         &self,
-        window: &Window,
+        window: &ReferenceWindow,
         free: &[Axes; HORIZON],
         places: &[Place; HORIZON],
     ) -> BoxProgram<COMMANDS> {
@@ -249,7 +254,7 @@ impl Contouring {
 }
 
 impl Controller for Contouring {
-    fn step(&mut self, window: &Window, measured: Axes) -> Axes {
+    fn step(&mut self, window: &ReferenceWindow, measured: Axes) -> Axes {
         let known = [self.observers[0].see(measured.x), self.observers[1].see(measured.y)];
         let free = self.free(&known);
         let pieces = Pieces::around(window);
@@ -286,7 +291,7 @@ fn response(held: &Held) -> [f64; HORIZON] {
 
 /// The distance `along` the piece of `sample`. On a full circle, it is shifted by whole turns to the value
 /// nearest to the reference.
-fn around(sample: &Sample, along: f64) -> f64 {
+fn around(sample: &ReferenceSample, along: f64) -> f64 {
     let length = sample.piece.length();
     let off = along - (sample.along - sample.begins);
     let turns = if sample.piece.is_closed() { (off / length).round() } else { 0.0 };
@@ -308,12 +313,12 @@ struct Place {
 
 /// The pieces of the path around the current sample of the reference.
 struct Pieces {
-    pieces: [Option<Sample>; MOST_PIECES],
-    oldest: Sample,
+    pieces: [Option<ReferenceSample>; MOST_PIECES],
+    oldest: ReferenceSample,
 }
 
 impl Pieces {
-    fn around(window: &Window) -> Self {
+    fn around(window: &ReferenceWindow) -> Self {
         let mut pieces = [None; MOST_PIECES];
         let (mut found, mut last) = (0, None);
         for i in 0..=2 * HORIZON + MOST_DELAY {

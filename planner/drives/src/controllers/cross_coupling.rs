@@ -5,8 +5,8 @@ use super::drive_feedforward::DriveInverse;
 use super::law::{Law, PidGains};
 use super::{Belief, Controller};
 use crate::Axes;
-use crate::path::{Foot, Piece};
-use crate::reference::{Sample, Window};
+use crate::path::{Foot, PathPiece};
+use crate::reference::{ReferenceSample, ReferenceWindow};
 
 /// A PID law on the contour error, added to a P controller for each axis.
 #[derive(Clone, Debug)]
@@ -15,9 +15,9 @@ pub struct CrossCoupling {
     law: Law,
     feedforward: Option<DriveInverse>,
     /// The piece before the current one.
-    before: Option<Piece>,
+    before: Option<PathPiece>,
     /// The piece that the reference is on, with its number.
-    on: Option<(usize, Piece)>,
+    on: Option<(usize, PathPiece)>,
 }
 
 /// The contour error, and the gains that distribute its correction to the axes.
@@ -62,7 +62,7 @@ impl CrossCoupling {
 
     /// The contour error at the tool. If the previous piece is nearer, as after a corner, the exact distance
     /// to it counts.
-    fn contour_error(&mut self, reference: &Sample, measured: Axes) -> ContourError {
+    fn contour_error(&mut self, reference: &ReferenceSample, measured: Axes) -> ContourError {
         if let Some((number, piece)) = self.on.filter(|(number, _)| *number != reference.number) {
             self.before = (number + 1 == reference.number).then_some(piece);
         }
@@ -77,7 +77,7 @@ impl CrossCoupling {
     }
 
     /// The command without feedforward.
-    pub(super) fn feedback(&mut self, window: &Window, measured: Axes) -> Axes {
+    pub(super) fn feedback(&mut self, window: &ReferenceWindow, measured: Axes) -> Axes {
         let reference = window.ahead(0);
         let ContourError { error, gains } = self.contour_error(reference, measured);
         let correction = self.law.step(error);
@@ -87,7 +87,7 @@ impl CrossCoupling {
 }
 
 impl Controller for CrossCoupling {
-    fn step(&mut self, window: &Window, measured: Axes) -> Axes {
+    fn step(&mut self, window: &ReferenceWindow, measured: Axes) -> Axes {
         let ahead = self.feedforward.map_or(Axes::zeros(), |inverse| inverse.command(window));
         ahead + self.feedback(window, measured)
     }

@@ -3,7 +3,7 @@
 use super::{Belief, Controller};
 use crate::Axes;
 use crate::drive::Loop;
-use crate::reference::Window;
+use crate::reference::ReferenceWindow;
 
 /// The inverse `D0⁻¹(z)`, with both zeros treated as unacceptable. Its command alone makes an exact drive
 /// follow the reference.
@@ -26,7 +26,7 @@ impl DriveInverse {
 
     /// The feedforward command, bits.
     #[must_use]
-    pub fn command(&self, window: &Window) -> Axes {
+    pub fn command(&self, window: &ReferenceWindow) -> Axes {
         let on = |axis: usize| self.drives[axis].zero_phase(|ahead| window.position(ahead)[axis]);
         Axes::new(on(0), on(1))
     }
@@ -48,7 +48,7 @@ impl DriveFeedforward {
 }
 
 impl Controller for DriveFeedforward {
-    fn step(&mut self, window: &Window, measured: Axes) -> Axes {
+    fn step(&mut self, window: &ReferenceWindow, measured: Axes) -> Axes {
         self.inverse.command(window) + (window.position(0) - measured) * self.gain
     }
 }

@@ -7,7 +7,7 @@ use super::zero_phase::loops;
 use super::{Belief, Controller};
 use crate::Axes;
 use crate::drive::Loop;
-use crate::reference::Window;
+use crate::reference::ReferenceWindow;
 
 /// The exact inverse `G0⁻¹(z)` in front of a P loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,7 +26,7 @@ impl ExactInverse {
 }
 
 impl Controller for ExactInverse {
-    fn step(&mut self, window: &Window, measured: Axes) -> Axes {
+    fn step(&mut self, window: &ReferenceWindow, measured: Axes) -> Axes {
         let before = self.before.unwrap_or(window.position(-1));
         let on = |axis: usize| {
             let Loop { poles: [a0, a1, a2], zeros: [b0, b1] } = self.loops[axis];

@@ -5,7 +5,7 @@
 use super::zero_phase::ZeroPhase;
 use super::{Belief, Controller};
 use crate::Axes;
-use crate::reference::Window;
+use crate::reference::ReferenceWindow;
 
 /// ZPETC behind a low-pass filter of two equal poles.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,7 +34,7 @@ impl InverseFilter {
 }
 
 impl Controller for InverseFilter {
-    fn step(&mut self, window: &Window, measured: Axes) -> Axes {
+    fn step(&mut self, window: &ReferenceWindow, measured: Axes) -> Axes {
         // The filter runs two samples ahead of the current sample.
         let newest = window.position(2);
         let [first, second] = self.poles.get_or_insert([window.position(-1); 2]);

@@ -7,7 +7,7 @@ use super::estimator::{self, Estimator};
 use super::{Belief, Controller};
 use crate::Axes;
 use crate::drive::Loop;
-use crate::reference::Window;
+use crate::reference::ReferenceWindow;
 
 /// A model of the slower loop, then a zero-phase inverse for each axis, then the P loops.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,7 +32,7 @@ impl Matching {
     }
 
     /// Advances the model of the slower loop by one sample, and returns its responses.
-    fn answer(&mut self, slower: &Loop, window: &Window) -> [Axes; 6] {
+    fn answer(&mut self, slower: &Loop, window: &ReferenceWindow) -> [Axes; 6] {
         let answers = self.answers.get_or_insert([window.position(-1); 6]);
         answers.rotate_left(1);
         let Loop { poles: [_, a1, a2], zeros: [b0, b1] } = *slower;
@@ -43,7 +43,7 @@ impl Matching {
 }
 
 impl Controller for Matching {
-    fn step(&mut self, window: &Window, measured: Axes) -> Axes {
+    fn step(&mut self, window: &ReferenceWindow, measured: Axes) -> Axes {
         estimator::see(&mut self.estimators, measured, self.command, self.limit);
         let [x, y] = self.estimators.map(|estimator| estimator.known());
         let slower = if x.lag() >= y.lag() { x } else { y };

@@ -26,7 +26,7 @@ pub mod zero_phase;
 use super::Axes;
 use super::drive::Drive;
 use super::profile::Uncertainty;
-use super::reference::Window;
+use super::reference::ReferenceWindow;
 
 /// A controller of two axes. It runs once in every sampling period.
 pub trait Controller: Send + std::fmt::Debug {
@@ -34,7 +34,7 @@ pub trait Controller: Send + std::fmt::Debug {
     /// pulses.
     ///
     /// The amplifier limits the command, so a controller need not limit it. A step allocates no memory.
-    fn step(&mut self, window: &Window, measured: Axes) -> Axes;
+    fn step(&mut self, window: &ReferenceWindow, measured: Axes) -> Axes;
 }
 
 /// The model of the drives that a controller uses. The real drives may differ.

@@ -74,14 +74,14 @@ fn steady_gain(held: &Held, wander: Wander) -> Vector3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::drive::Motion;
+    use crate::drive::DriveMotion;
 
     /// The observer estimates a constant load from the positions of the drive.
     #[test]
     fn constant_load_is_estimated() {
         let drive = Drive { gain: 10.0, time_constant_s: 0.045 };
         let mut observer = Observer::new(drive, 0.004, Wander { speed: 1.0, load: 200.0, measurement: 0.05 });
-        let (mut motion, held) = (Motion::default(), drive.held(0.004));
+        let (mut motion, held) = (DriveMotion::default(), drive.held(0.004));
         let mut known = Vector3::zeros();
         for k in 0..200 {
             known = observer.see(motion.position);

@@ -11,7 +11,7 @@ use super::speed::Speed;
 use super::{Belief, Controller, optimal};
 use crate::Axes;
 use crate::path::left_of;
-use crate::reference::Window;
+use crate::reference::ReferenceWindow;
 
 type Gain = SMatrix<f64, 2, 6>;
 
@@ -95,7 +95,7 @@ fn turned(vector: Axes, from: Axes, to: Axes) -> Axes {
 }
 
 impl Controller for OptimalCrossCoupling {
-    fn step(&mut self, window: &Window, measured: Axes) -> Axes {
+    fn step(&mut self, window: &ReferenceWindow, measured: Axes) -> Axes {
         let foot = &window.ahead(0).foot;
         // The error has the tracking error along the path, and the contour error of eqs. (15) to (17) across
         // it.

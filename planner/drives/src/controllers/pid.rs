@@ -10,7 +10,7 @@ use super::Controller;
 use super::law::{Law, PidGains};
 use super::speed::Speed;
 use crate::Axes;
-use crate::reference::Window;
+use crate::reference::ReferenceWindow;
 
 /// The input of each of the three actions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -77,7 +77,7 @@ impl Pid {
 }
 
 impl Controller for Pid {
-    fn step(&mut self, window: &Window, measured: Axes) -> Axes {
+    fn step(&mut self, window: &ReferenceWindow, measured: Axes) -> Axes {
         let error = window.position(0) - measured;
         match self.structure {
             Structure::OnError => Axes::new(self.laws[0].step(error.x), self.laws[1].step(error.y)),

@@ -8,7 +8,7 @@ use nalgebra::{SMatrix, SVector};
 use super::{Belief, Controller};
 use crate::Axes;
 use crate::drive::Held;
-use crate::reference::Window;
+use crate::reference::ReferenceWindow;
 
 /// Number of predicted samples.
 pub const HORIZON: usize = 15;
@@ -102,7 +102,7 @@ impl Predictive {
 }
 
 impl Controller for Predictive {
-    fn step(&mut self, window: &Window, measured: Axes) -> Axes {
+    fn step(&mut self, window: &ReferenceWindow, measured: Axes) -> Axes {
         let [x, y] = &mut self.axes;
         Axes::new(
             x.step(|ahead| window.position(ahead).x, measured.x, self.limit),

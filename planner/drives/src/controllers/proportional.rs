@@ -2,7 +2,7 @@
 
 use super::Controller;
 use crate::Axes;
-use crate::reference::Window;
+use crate::reference::ReferenceWindow;
 
 /// `U = Kp·E` on each axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,7 +12,7 @@ pub struct Proportional {
 }
 
 impl Controller for Proportional {
-    fn step(&mut self, window: &Window, measured: Axes) -> Axes {
+    fn step(&mut self, window: &ReferenceWindow, measured: Axes) -> Axes {
         (window.position(0) - measured) * self.gain
     }
 }

@@ -6,7 +6,7 @@ use super::zero_phase::loops;
 use super::{Belief, Controller};
 use crate::Axes;
 use crate::drive::Loop;
-use crate::reference::Window;
+use crate::reference::ReferenceWindow;
 
 /// Share of the error of a round that the next round corrects.
 pub const LEARNING: f64 = 0.7;
@@ -40,7 +40,7 @@ impl Repetitive {
 }
 
 impl Controller for Repetitive {
-    fn step(&mut self, window: &Window, measured: Axes) -> Axes {
+    fn step(&mut self, window: &ReferenceWindow, measured: Axes) -> Axes {
         let error = window.position(0) - measured;
         self.errors = [error, self.errors[0], self.errors[1], self.errors[2]];
         let errors = self.errors;

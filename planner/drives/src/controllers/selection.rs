@@ -3,7 +3,7 @@
 
 use super::kind::Kind;
 use crate::drive::Drive;
-use crate::path::{CORNER_COS, Piece};
+use crate::path::{CORNER_COS, PathPiece};
 use crate::plant::Friction;
 use crate::profile::DriveProfile;
 use crate::run::Task;
@@ -38,8 +38,9 @@ impl Environment {
         let pieces = task.path.pieces();
         let turning =
             pieces.iter().map(|piece| piece.at(0.0).curvature.abs() * task.feed).fold(0.0, f64::max);
-        let turns =
-            |pair: &[Piece]| pair[0].at(pair[0].length()).tangent.dot(&pair[1].at(0.0).tangent) < CORNER_COS;
+        let turns = |pair: &[PathPiece]| {
+            pair[0].at(pair[0].length()).tangent.dot(&pair[1].at(0.0).tangent) < CORNER_COS
+        };
         let [x, y] = task.plant.drives();
         let alike = |a: f64, b: f64| (a - b).abs() <= model_error.max(0.01) * a.max(b);
         let jump =

@@ -4,7 +4,7 @@ use super::speed::Speed;
 use super::{Belief, Controller};
 use crate::Axes;
 use crate::drive::Drive;
-use crate::reference::Window;
+use crate::reference::ReferenceWindow;
 
 /// Gains of the state feedback.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,7 +60,7 @@ impl StateFeedback {
 }
 
 impl Controller for StateFeedback {
-    fn step(&mut self, window: &Window, measured: Axes) -> Axes {
+    fn step(&mut self, window: &ReferenceWindow, measured: Axes) -> Axes {
         let error = window.position(0) - measured;
         let speed = self.speed.see(measured);
         self.sum += error * self.period_s;

@@ -3,7 +3,7 @@
 use super::{Belief, Controller};
 use crate::Axes;
 use crate::drive::Loop;
-use crate::reference::Window;
+use crate::reference::ReferenceWindow;
 
 /// ZPETC: a P controller with the reference of eq. (11).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,7 +40,7 @@ pub fn loops(belief: &Belief, gain: f64) -> [Loop; 2] {
 }
 
 impl Controller for ZeroPhase {
-    fn step(&mut self, window: &Window, measured: Axes) -> Axes {
+    fn step(&mut self, window: &ReferenceWindow, measured: Axes) -> Axes {
         self.command(|ahead| window.position(ahead), measured)
     }
 }

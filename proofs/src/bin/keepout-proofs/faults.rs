@@ -4,11 +4,11 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use keepout_proofs::faults::run::Workshop;
-use keepout_proofs::faults::{self, Engine, results};
+use keepout_proofs::faults::{self, FaultEngine, results};
 
 /// Which faults to seed, and where the copies lie.
 #[derive(Debug, clap::Args)]
-pub struct Faults {
+pub struct SeededFaults {
     /// The folder of the copies and their builds; default: a folder for temporary files.
     folder: Option<PathBuf>,
     /// Only the fault of this number, from 1 on.
@@ -31,7 +31,7 @@ pub struct Faults {
     minutes: f64,
 }
 
-impl Faults {
+impl SeededFaults {
     /// Runs them and prints a line for each. The exit code says whether all faults of the catalogue are settled.
     pub fn run(&self) -> ExitCode {
         super::code(self.try_run())
@@ -44,7 +44,7 @@ impl Faults {
         workshop.run(&catalogue, |number, engine| {
             let fault = &catalogue[number - 1];
             let settled = results::row(&known, fault, engine).is_some_and(|row| row.fate.is_settled());
-            engine != Engine::Fuzz
+            engine != FaultEngine::Fuzz
                 && self.only.is_none_or(|only| only == number)
                 && self.from.is_none_or(|from| number >= from)
                 && (!self.left || !settled)

@@ -31,7 +31,7 @@ enum Command {
     /// Compare predicates, queries and arcs with their definitions on random cases.
     Soak(soak::Soak),
     /// Put faults into a copy of the trusted core, one at a time; each must be noticed.
-    Faults(faults::Faults),
+    Faults(faults::SeededFaults),
     /// Run all engines except the solvers, and write the assurance table, `proofs/README.md`.
     Table(write::Table),
 }

@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 
 use keepout_proofs::smt::prover::Settings;
 use keepout_proofs::smt::results;
-use keepout_proofs::smt::run::{Outcome, Theorem, run};
-use keepout_proofs::smt::solver::{Kind, Missing, Solver};
+use keepout_proofs::smt::run::{Theorem, TheoremOutcome, run};
+use keepout_proofs::smt::solver::{MissingSolver, Solver, SolverKind};
 use keepout_proofs::theorems::THEOREMS;
 
 /// The theorems and the solvers.
@@ -17,7 +17,7 @@ use keepout_proofs::theorems::THEOREMS;
 pub struct Prove {
     /// The solver whose answers count.
     #[arg(long, value_enum, default_value = "z3")]
-    solver: Kind,
+    solver: SolverKind,
     /// Ask both solvers; they must not contradict each other. The default if both are installed.
     #[arg(long)]
     cross: bool,
@@ -44,7 +44,7 @@ pub struct Prove {
 #[derive(Debug, thiserror::Error)]
 enum ProveError {
     #[error(transparent)]
-    Missing(#[from] Missing),
+    Missing(#[from] MissingSolver),
     #[error("No theorem's name begins with \"{0}\". Run `prove` without --only to see them all.")]
     NoTheorem(String),
     #[error("{}: {source}", .path.display())]
@@ -106,7 +106,7 @@ impl Prove {
 
     fn settings(&self) -> Result<Settings, ProveError> {
         let solver = Solver::find(self.solver, Duration::from_secs(self.limit))?;
-        let other = if self.solver == Kind::Z3 { Kind::Cvc5 } else { Kind::Z3 };
+        let other = if self.solver == SolverKind::Z3 { SolverKind::Cvc5 } else { SolverKind::Z3 };
         let second = match Solver::find(other, Duration::from_secs(self.second_limit)) {
             _ if self.single => None,
             Err(missing) if self.cross => return Err(missing.into()),
@@ -120,7 +120,7 @@ impl Prove {
     }
 }
 
-fn progress(theorems: &[Theorem], settings: &Settings) -> Vec<Outcome> {
+fn progress(theorems: &[Theorem], settings: &Settings) -> Vec<TheoremOutcome> {
     let show = std::io::stderr().is_terminal();
     let count = AtomicUsize::new(0);
     let outcomes = run(theorems, settings, |outcome| {
@@ -136,7 +136,7 @@ fn progress(theorems: &[Theorem], settings: &Settings) -> Vec<Outcome> {
     outcomes
 }
 
-fn print(outcomes: &[Outcome], settings: &Settings) {
+fn print(outcomes: &[TheoremOutcome], settings: &Settings) {
     let name = |solver: &Solver| format!("{} {}", solver.kind, solver.version);
     let second = settings.second.as_ref().map_or("no second solver".to_owned(), name);
     println!("{}, and {second}", name(&settings.solver));
@@ -144,7 +144,7 @@ fn print(outcomes: &[Outcome], settings: &Settings) {
         "{:24} {:>6} {:>8} {:>8} {:>7} {:>8} {:>9}  result",
         "theorem", "paths", "queries", "time", "agreed", "undecided", "time"
     );
-    for Outcome { theorem, report } in outcomes {
+    for TheoremOutcome { theorem, report } in outcomes {
         let result = if report.failures.is_empty() { "proved" } else { "FAILED" };
         println!(
             "{:24} {:>6} {:>8} {:>6.2} s {:>7} {:>9} {:>6.2} s  {result}: {} ({})",

@@ -7,13 +7,13 @@ use keepout_planner::mesh::Mesh;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 
 use crate::paths::threshold;
-use crate::profiles::{Family, edges, mm};
+use crate::profiles::{ProfileFamily, edges, mm};
 use crate::rivals::{BvhTree, Parry, Rstar, Static, Xy};
 use crate::timing::{median, resident, seconds};
 
 /// Build times by name, ms.
 pub struct Built {
-    pub family: Family,
+    pub family: ProfileFamily,
     pub edges: usize,
     pub ms: Vec<(&'static str, f64)>,
     pub notes: Vec<(&'static str, f64)>,
@@ -27,7 +27,7 @@ pub const FRAME: Window = Window::from_corners(-400_000_000, -400_000_000, 400_0
 type Work = (&'static str, Box<dyn FnMut() -> f64>);
 
 /// Builds all structures once per round, and takes the medians.
-pub fn run(family: Family, count: usize, rounds: usize) -> Built {
+pub fn run(family: ProfileFamily, count: usize, rounds: usize) -> Built {
     let rings = family.rings(count);
     let chords = edges(&rings);
     let index = build::build(chords.clone()).expect("few edges");
@@ -123,7 +123,7 @@ fn bulk_load(rings: &[Vec<keepout_kernel::Point>]) -> f64 {
 
 /// Bytes by which this process grows when it builds the named index. Run it in a separate process.
 pub fn memory(name: &str, count: usize) -> Option<f64> {
-    let rings = Family::Maze.rings(count);
+    let rings = ProfileFamily::Maze.rings(count);
     let chords = edges(&rings);
     let segments: Vec<(Xy, Xy)> =
         chords.iter().map(|edge| (mm(edge.chord.from), mm(edge.chord.to))).collect();

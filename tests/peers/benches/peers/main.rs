@@ -18,7 +18,7 @@ use std::path::Path;
 use std::process::Command;
 
 use page::Measured;
-use profiles::Family;
+use profiles::ProfileFamily;
 
 const ROUNDS: usize = 7;
 
@@ -56,13 +56,13 @@ fn measure(sizes: &[usize]) -> Measured {
         memory_edges: largest,
         offsets: Vec::new(),
     };
-    for family in Family::ALL {
+    for family in ProfileFamily::ALL {
         for &size in sizes {
             eprintln!("queries: {} {size}", family.name());
             queries::run(family, size, ROUNDS, &mut measured.queries);
         }
     }
-    for family in [Family::Star, Family::Maze] {
+    for family in [ProfileFamily::Star, ProfileFamily::Maze] {
         for &size in sizes {
             eprintln!("builds: {} {size}", family.name());
             measured.builds.push(builds::run(family, size, if size > 200_000 { 3 } else { ROUNDS }));

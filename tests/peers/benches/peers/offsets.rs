@@ -9,7 +9,7 @@ use keepout_kernel::offset::{self, Outline};
 use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side};
 
 use crate::paths::RADIUS_MM;
-use crate::profiles::{Family, MM, mm};
+use crate::profiles::{MM, ProfileFamily, mm};
 use crate::rivals::Xy;
 use crate::timing::{median, seconds};
 
@@ -33,7 +33,7 @@ pub struct Run {
 
 /// All offsetters on one profile and side.
 pub struct Offsets {
-    pub family: Family,
+    pub family: ProfileFamily,
     pub edges: usize,
     pub outside: bool,
     pub runs: Vec<Run>,
@@ -51,7 +51,7 @@ type Loops = Vec<Vec<Xy>>;
 type Offsetter = fn(&[Xy], f64) -> (f64, Loops, usize);
 
 /// Runs all offsetters that are not in `slow`, and adds those that exceed the time limit to it.
-pub fn run(family: Family, count: usize, outside: bool, slow: &mut Vec<&'static str>) -> Offsets {
+pub fn run(family: ProfileFamily, count: usize, outside: bool, slow: &mut Vec<&'static str>) -> Offsets {
     let vertices = family.rings(count).swap_remove(0);
     let rounds = if count <= 1_000 {
         15

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use crate::builds::Built;
 use crate::offsets::Offsets;
-use crate::paths::Motion;
-use crate::profiles::Family;
-use crate::queries::{self, Question};
+use crate::paths::PathKind;
+use crate::profiles::ProfileFamily;
+use crate::queries::{self, QueryKind};
 use crate::timing::Timed;
 
 /// All measurements.
@@ -41,7 +41,7 @@ fn is_ours(name: &str) -> bool {
 pub fn write(docs: &Path, measured: &Measured) -> std::io::Result<()> {
     std::fs::create_dir_all(docs.join("performance"))?;
     let mut page = String::from(INTRODUCTION);
-    for question in Question::ALL {
+    for question in QueryKind::ALL {
         section(&mut page, question, measured);
     }
     mesh_section(&mut page, measured);
@@ -49,15 +49,17 @@ pub fn write(docs: &Path, measured: &Measured) -> std::io::Result<()> {
     builds_section(&mut page, measured);
     offsets_section(&mut page, measured);
     whole(&docs.join("performance.md"), &page)?;
-    for (family, motion) in [(Family::Studs, Motion::Contact), (Family::Studs, Motion::Approach)] {
+    for (family, motion) in
+        [(ProfileFamily::Studs, PathKind::Contact), (ProfileFamily::Studs, PathKind::Approach)]
+    {
         let name = format!("growth-{}.svg", motion.name());
-        whole(&docs.join("performance").join(name), &growth(measured, Question::Point, family, motion))?;
+        whole(&docs.join("performance").join(name), &growth(measured, QueryKind::Point, family, motion))?;
     }
-    for family in Family::ALL {
+    for family in ProfileFamily::ALL {
         let name = format!("nearest-{}.svg", family.name());
         whole(
             &docs.join("performance").join(name),
-            &growth(measured, Question::Nearest, family, Motion::Approach),
+            &growth(measured, QueryKind::Nearest, family, PathKind::Approach),
         )?;
     }
     Ok(())
@@ -97,14 +99,14 @@ The tool radius is 3 mm and the margin 50 µm.
 
 ";
 
-fn goal(question: Question, motion: Motion, edges: usize) -> Option<f64> {
+fn goal(question: QueryKind, motion: PathKind, edges: usize) -> Option<f64> {
     match (question, motion) {
-        (Question::Point, Motion::Approach) => Some(5.0),
-        (Question::Point, Motion::Contact) => Some(3.0),
-        (Question::Point, Motion::Random) => Some(1.0),
-        (Question::Motion | Question::Clip, _) if edges >= 900 => Some(4.0),
-        (Question::Nearest, Motion::Random) => Some(2.0),
-        (Question::Nearest, _) => Some(3.0),
+        (QueryKind::Point, PathKind::Approach) => Some(5.0),
+        (QueryKind::Point, PathKind::Contact) => Some(3.0),
+        (QueryKind::Point, PathKind::Random) => Some(1.0),
+        (QueryKind::Motion | QueryKind::Clip, _) if edges >= 900 => Some(4.0),
+        (QueryKind::Nearest, PathKind::Random) => Some(2.0),
+        (QueryKind::Nearest, _) => Some(3.0),
         _ => None,
     }
 }
@@ -114,7 +116,7 @@ fn fastest(timed: &[Timed], ours: bool) -> Option<&Timed> {
     chosen.min_by(|a, b| a.ns.total_cmp(&b.ns))
 }
 
-fn section(page: &mut String, question: Question, measured: &Measured) {
+fn section(page: &mut String, question: QueryKind, measured: &Measured) {
     let _ = writeln!(page, "## {}\n", question.name());
     let mut names: Vec<&str> = Vec::new();
     for result in measured.queries.iter().filter(|result| result.question == question) {
@@ -155,7 +157,7 @@ fn section(page: &mut String, question: Question, measured: &Measured) {
         let _ = writeln!(page, "| {place} | {} | {ratio} | {met} |", cells.join(" | "));
     }
     page.push('\n');
-    if question == Question::Clip {
+    if question == QueryKind::Clip {
         casts(page, measured);
     }
     if !missed.is_empty() {
@@ -164,28 +166,28 @@ fn section(page: &mut String, question: Question, measured: &Measured) {
 }
 
 /// Reasons for the missed goals of a query.
-fn why(question: Question) -> &'static str {
+fn why(question: QueryKind) -> &'static str {
     match question {
-        Question::Point => {
+        QueryKind::Point => {
             "Reason: in open space every index answers from its topmost boxes, the fastest in about\n\
              15 ns. A field of 10⁵ studs has more wall than the budget of the squares covers, so the index\n\
              answers for the undecided squares."
         }
-        Question::Motion => {
+        QueryKind::Motion => {
             "Reason: a motion needs four exact point–segment tests and one crossing test for each listed\n\
              edge. `static_aabb2d_index`, with our own floating-point test, stops at its boxes. The peers\n\
              have no such test of their own. Their shape casts are below."
         }
-        Question::Clip => {
+        QueryKind::Clip => {
             "Reason: long random motions walk through many squares one by one. Where squares are undecided,\n\
              they search the index in its own order, not from front to back."
         }
-        Question::Nearest => {
+        QueryKind::Nearest => {
             "Reason: both sides use floating point. Our boxes over consecutive edges take a tenth of the\n\
              time to build and a third of the memory, but overlap more than the boxes of bvh, which it\n\
              chooses by surface area."
         }
-        Question::Fan => "",
+        QueryKind::Fan => "",
     }
 }
 
@@ -194,7 +196,7 @@ fn casts(page: &mut String, measured: &Measured) {
     let mut ratios = Vec::new();
     for result in &measured.queries {
         let of = |name: &str| result.timed.iter().find(|each| each.name == name).map(|each| each.ns);
-        if let (Question::Clip, Some(ours), Some(cast)) =
+        if let (QueryKind::Clip, Some(ours), Some(cast)) =
             (result.question, of("cells"), of("parry2d f64 cast"))
             && result.edges >= 900
         {
@@ -211,11 +213,11 @@ fn casts(page: &mut String, measured: &Measured) {
 
 fn mesh_section(page: &mut String, measured: &Measured) {
     page.push_str("## Nearest by mesh or index\n\nThe curves for the approach path (star, maze, studs):\n\n");
-    for family in Family::ALL {
+    for family in ProfileFamily::ALL {
         let _ = writeln!(page, "![nearest, {0}](performance/nearest-{0}.svg)\n", family.name());
     }
     let mut wins = std::collections::BTreeMap::<&str, usize>::new();
-    for result in measured.queries.iter().filter(|result| result.question == Question::Nearest) {
+    for result in measured.queries.iter().filter(|result| result.question == QueryKind::Nearest) {
         if let Some(best) = fastest(&result.timed, true) {
             *wins.entry(best.name).or_default() += 1;
         }
@@ -338,7 +340,7 @@ fn up(ns: f64) -> f64 {
 }
 
 /// Draws ns per query over the number of edges, both logarithmic.
-fn growth(measured: &Measured, question: Question, family: Family, motion: Motion) -> String {
+fn growth(measured: &Measured, question: QueryKind, family: ProfileFamily, motion: PathKind) -> String {
     let chosen =
         |each: &&queries::Result| each.question == question && each.family == family && each.motion == motion;
     let results: Vec<&queries::Result> = measured.queries.iter().filter(chosen).collect();

@@ -17,7 +17,7 @@ pub fn threshold() -> Length {
 
 /// Kind of path of the tool.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Motion {
+pub enum PathKind {
     /// Along the wall, between the threshold and 4 mm more.
     Approach,
     /// In sliding contact, within 20 µm of the threshold.
@@ -26,7 +26,7 @@ pub enum Motion {
     Random,
 }
 
-impl Motion {
+impl PathKind {
     pub const ALL: [Self; 3] = [Self::Approach, Self::Contact, Self::Random];
 
     pub fn name(self) -> &'static str {

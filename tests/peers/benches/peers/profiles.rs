@@ -9,7 +9,7 @@ pub const MM: f64 = UNITS_PER_MM as f64;
 
 /// A family of profiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Family {
+pub enum ProfileFamily {
     /// A radial random polygon. Vertex `k` of N is at the angle 2πk/N, at a random share of 0.55 to 1 of an
     /// ellipse with semi-axes of 195 and 170 mm. Its triangles are needles.
     Star,
@@ -20,7 +20,7 @@ pub enum Family {
     Studs,
 }
 
-impl Family {
+impl ProfileFamily {
     pub const ALL: [Self; 3] = [Self::Star, Self::Maze, Self::Studs];
 
     pub fn name(self) -> &'static str {

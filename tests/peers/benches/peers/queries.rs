@@ -3,14 +3,14 @@
 use keepout_kernel::{CheckedIndex, FreePoint, Point, ProhibitedRegion, Region, Ring, Segment, Side};
 use keepout_planner::mesh::Mesh;
 
-use crate::paths::{Motion, RADIUS_MM, STEP_MM, threshold};
-use crate::profiles::{Family, edges, mm};
+use crate::paths::{PathKind, RADIUS_MM, STEP_MM, threshold};
+use crate::profiles::{ProfileFamily, edges, mm};
 use crate::rivals::{BvhTree, Geo, Parry, Parry32, Rstar, Segments, Static, Xy};
 use crate::timing::{Rival, Timed, race};
 
 /// Kind of a query.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Question {
+pub enum QueryKind {
     Point,
     Motion,
     Clip,
@@ -18,7 +18,7 @@ pub enum Question {
     Nearest,
 }
 
-impl Question {
+impl QueryKind {
     pub const ALL: [Self; 5] = [Self::Point, Self::Motion, Self::Clip, Self::Fan, Self::Nearest];
 
     pub fn name(self) -> &'static str {
@@ -34,15 +34,15 @@ impl Question {
 
 /// Result of one race.
 pub struct Result {
-    pub question: Question,
-    pub family: Family,
+    pub question: QueryKind,
+    pub family: ProfileFamily,
     pub edges: usize,
-    pub motion: Motion,
+    pub motion: PathKind,
     pub timed: Vec<Timed>,
 }
 
 /// Runs all queries on one profile, and appends the results.
-pub fn run(family: Family, count: usize, rounds: usize, results: &mut Vec<Result>) {
+pub fn run(family: ProfileFamily, count: usize, rounds: usize, results: &mut Vec<Result>) {
     let rings = family.rings(count);
     let segments: Vec<(Xy, Xy)> =
         edges(&rings).iter().map(|edge| (mm(edge.chord.from), mm(edge.chord.to))).collect();
@@ -53,20 +53,20 @@ pub fn run(family: Family, count: usize, rounds: usize, results: &mut Vec<Result
     part.prepare(threshold()).expect("the field is on the lattice");
     let peers = Peers::build(&segments);
     let queries = if segments.len() > 200_000 { 800 } else { 4_000 };
-    for motion in Motion::ALL {
+    for motion in PathKind::ALL {
         let points = motion.points(part.index(), family.field(count), queries);
         let mut push = |question, timed| {
             results.push(Result { question, family, edges: segments.len(), motion, timed });
         };
-        push(Question::Point, points_race(&part, &plain, &peers, &points, rounds));
-        push(Question::Nearest, nearest_race(part.index(), &peers, &points, rounds));
+        push(QueryKind::Point, points_race(&part, &plain, &peers, &points, rounds));
+        push(QueryKind::Nearest, nearest_race(part.index(), &peers, &points, rounds));
         let ends = points.iter().zip(points.iter().skip(1));
         let free = ends.filter_map(|(&p, &q)| Some((part.free_point(p, threshold()).ok()?, q)));
         let moves: Vec<(FreePoint, Point)> = free.take(queries / 2).collect();
         if moves.len() >= 20 {
-            push(Question::Motion, motions_race(&part, &plain, &peers, &moves, rounds));
-            push(Question::Clip, clips_race(&part, &plain, &peers, &moves, rounds));
-            push(Question::Fan, fans_race(&part, &moves, rounds));
+            push(QueryKind::Motion, motions_race(&part, &plain, &peers, &moves, rounds));
+            push(QueryKind::Clip, clips_race(&part, &plain, &peers, &moves, rounds));
+            push(QueryKind::Fan, fans_race(&part, &moves, rounds));
         }
     }
 }

@@ -9,9 +9,9 @@ use clap::Parser;
 use keepout_drives::controllers::kind::Kind;
 use keepout_drives::plant::Plant;
 use keepout_drives::profile::DriveProfile;
-use keepout_drives::reference::Window;
+use keepout_drives::reference::ReferenceWindow;
 use keepout_studies::koren_lo::comparison::{ModelError, Row};
-use keepout_studies::koren_lo::scenario::Scenario;
+use keepout_studies::koren_lo::scenario::DriveScenario;
 
 /// Measure the time of controller steps over all built-in scenarios.
 #[derive(Debug, Parser)]
@@ -44,7 +44,7 @@ fn run(arguments: &Arguments) -> Result<(), String> {
         Some(name) => vec![Kind::named(name).ok_or_else(|| format!("unknown controller {name}"))?],
     };
     let mut rows = Vec::new();
-    for scenario in Scenario::built_in().map_err(|error| error.to_string())? {
+    for scenario in DriveScenario::built_in().map_err(|error| error.to_string())? {
         let machine = DriveProfile::load(&scenario.machine).map_err(|error| error.to_string())?;
         rows.push(Row::new(&scenario, &machine));
     }
@@ -94,7 +94,7 @@ fn timed(rows: &[Row], kind: Kind, steps: usize) -> Vec<u32> {
             let samples = &row.task.reference;
             let mut plant = Plant::at_rest(row.task.plant, samples[0].position());
             for (now, sample) in samples.iter().enumerate().take(steps - taken.len()) {
-                let (window, measured) = (Window::new(samples, now), plant.measured());
+                let (window, measured) = (ReferenceWindow::new(samples, now), plant.measured());
                 let start = Instant::now();
                 let command = controller.step(&window, measured);
                 let ns = start.elapsed().as_nanos();

@@ -3,7 +3,7 @@
 use super::attempt::{Tally, real};
 use super::delays::{Delays, Looked};
 use super::paper::{Ground, Paper};
-use super::parallel::{Progress, parallel};
+use super::parallel::{ProgressCallback, parallel};
 use super::scenario::{Reported, Scenarios, StudyError};
 
 /// Uncertainty of a mean under-cutting, mm. Rows with equal settings differ by this much at the two feeds.
@@ -11,7 +11,7 @@ const SPREAD_MM: f64 = 0.25;
 
 /// A delay model and its misfit.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Fit {
+pub struct DelayFit {
     /// The model.
     pub delays: Delays,
     /// Sum of the binomial deviance of the successes and the squared errors of the mean under-cutting in
@@ -53,8 +53,8 @@ const RATED_ATTEMPTS: u64 = 40;
 pub fn calibrate(
     scenarios: &Scenarios,
     (attempts, seed): (u64, u64),
-    progress: &Progress<'_>,
-) -> Result<Vec<Fit>, StudyError> {
+    progress: &ProgressCallback<'_>,
+) -> Result<Vec<DelayFit>, StudyError> {
     let coarse = rate(scenarios, grid(scenarios.delays), (attempts, seed), progress)?;
     let mut fine: Vec<Delays> = Vec::new();
     for around in coarse.iter().take(REFINED).flat_map(|fit| around(fit.delays)) {
@@ -94,8 +94,8 @@ pub fn rate(
     scenarios: &Scenarios,
     grid: Vec<Delays>,
     (attempts, seed): (u64, u64),
-    progress: &Progress<'_>,
-) -> Result<Vec<Fit>, StudyError> {
+    progress: &ProgressCallback<'_>,
+) -> Result<Vec<DelayFit>, StudyError> {
     let rows: Vec<(u64, &Reported)> = (0..).zip(&scenarios.row).filter(|(_, row)| row.calibrates).collect();
     let ground = |looked: Looked| {
         let grounds = rows.iter().map(|(_, row)| {
@@ -113,9 +113,9 @@ pub fn rate(
             Ok(misfit(row, &found))
         });
         let misfit = misfits.sum::<Result<f64, StudyError>>()?;
-        Ok(Fit { delays, misfit })
+        Ok(DelayFit { delays, misfit })
     })?;
-    fits.sort_by(|a: &Fit, b| a.misfit.total_cmp(&b.misfit));
+    fits.sort_by(|a: &DelayFit, b| a.misfit.total_cmp(&b.misfit));
     Ok(fits)
 }
 

@@ -10,7 +10,7 @@ use super::invasion::prohibited;
 use super::modules::distance;
 use super::ours::Ours;
 use super::paper::Paper;
-use super::scenario::{Mm, Shape, StudyError};
+use super::scenario::{MachinedProfile, Mm, StudyError};
 
 /// Far stock: distances from the profile, mm. Both systems can clear it.
 pub const FAR_MM: (f64, f64) = (8.0, 20.0);
@@ -94,7 +94,7 @@ pub fn with_ours(
 
 /// Places of the tool's centre, round by round. `levels_mm` are the distances of the tool's edge from the
 /// profile.
-fn rounds(shape: &Shape, radius_mm: f64, levels_mm: &[f64]) -> Result<Vec<Mm>, StudyError> {
+fn rounds(shape: &MachinedProfile, radius_mm: f64, levels_mm: &[f64]) -> Result<Vec<Mm>, StudyError> {
     let mut places = Vec::new();
     for level in levels_mm {
         let ring = prohibited(&shape.corners, radius_mm + level, shape.side())
@@ -105,7 +105,12 @@ fn rounds(shape: &Shape, radius_mm: f64, levels_mm: &[f64]) -> Result<Vec<Mm>, S
     Ok(places)
 }
 
-fn cleared(shape: &Shape, radius_mm: f64, path: &[Mm], (seconds, deepest_mm): (f64, f64)) -> Cleared {
+fn cleared(
+    shape: &MachinedProfile,
+    radius_mm: f64,
+    path: &[Mm],
+    (seconds, deepest_mm): (f64, f64),
+) -> Cleared {
     let stock = Stock::of(shape, radius_mm, path);
     Cleared {
         seconds,
@@ -122,7 +127,7 @@ struct Stock {
 }
 
 impl Stock {
-    fn of(shape: &Shape, radius_mm: f64, path: &[Mm]) -> Self {
+    fn of(shape: &MachinedProfile, radius_mm: f64, path: &[Mm]) -> Self {
         let (x0, y0, x1, y1) = shape.box_mm();
         let grown = FAR_MM.1 + CELL_MM;
         let (left, low) = (x0 - grown, y0 - grown);
@@ -194,7 +199,7 @@ mod tests {
     /// A tool that moves along one side of the bar clears the stock of that side only.
     #[test]
     fn stock_is_cleared_where_the_tool_was() {
-        let bar = Shape::bar();
+        let bar = MachinedProfile::bar();
         let (radius_mm, side) = (3.0, [(-3.0, 0.0), (-3.0, 60.0)]);
         let stock = Stock::of(&bar, radius_mm, &side);
         // The bar is 40 by 60 mm. One long side has 60 of 200 mm of the stock up to 3 mm, without the
@@ -209,7 +214,7 @@ mod tests {
 
     #[test]
     fn rounds_have_the_given_distance_from_the_part() {
-        let bar = Shape::bar();
+        let bar = MachinedProfile::bar();
         let places = rounds(&bar, 3.0, &[10.0]).unwrap();
         assert_eq!(places.len(), 5);
         assert!(

@@ -13,7 +13,7 @@ use keepout_planner::plan::{PassParameters, PlanParameters};
 use keepout_planner::units::point_mm;
 use serde::{Deserialize, Serialize};
 
-use super::scenario::{Mm, Shape, StudyError, machine};
+use super::scenario::{MachinedProfile, Mm, StudyError, machine};
 
 /// Thickness of the cut for the force in the drive profile, mm. The force is proportional to the thickness.
 pub const THICKNESS_MM: f64 = 0.5;
@@ -55,7 +55,7 @@ pub const CONTROLLERS: [Kind; 2] = [Kind::Gpc, Kind::Contouring];
 /// # Errors
 /// [`StudyError`] if no plan can be made, or the controller does not exist for these drives.
 pub fn finish(
-    shape: &Shape,
+    shape: &MachinedProfile,
     tool_diameter_mm: f64,
     (stock_mm, passes): (f64, u32),
     kind: Kind,

@@ -14,8 +14,8 @@ use super::attempt::{Attempt, Tally, seed_of};
 use super::delays::Delays;
 use super::modules::{STEP_S, follows};
 use super::ours::Ours;
-use super::parallel::{Progress, parallel};
-use super::scenario::{Mm, Shape, StudyError};
+use super::parallel::{ProgressCallback, parallel};
+use super::scenario::{MachinedProfile, Mm, StudyError};
 
 /// Distance that the table moves per pulse, mm.
 const PULSE_MM: f64 = 0.01;
@@ -69,7 +69,7 @@ pub fn rows(
     tool_diameter_mm: f64,
     delays: Delays,
     (attempts, seed): (u64, u64),
-    progress: &Progress<'_>,
+    progress: &ProgressCallback<'_>,
 ) -> Result<Vec<WheelRow>, StudyError> {
     let mut settings: Vec<(f64, Option<f64>)> = Vec::new();
     for speed in SPEEDS_MM_S {
@@ -79,7 +79,7 @@ pub fn rows(
     parallel(settings.len(), progress, |number| {
         let (speed_mm_s, tolerance_mm) = settings[number];
         let seeds = (0..attempts).map(|attempt| seed_of(seed, 10_000 + number as u64, attempt));
-        let bar = Shape::bar();
+        let bar = MachinedProfile::bar();
         let (system, tolerance_mm, tried) = match tolerance_mm {
             Some(tolerance_mm) => {
                 let tried = seeds.map(|seed| paper(speed_mm_s, tolerance_mm, delays, seed));

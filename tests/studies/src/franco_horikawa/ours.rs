@@ -21,7 +21,7 @@ use keepout_sim::session::{Scene, SimResult, SimRun, Watch, run_scene};
 use super::attempt::Attempt;
 use super::modules::distance;
 use super::paper::{BEGINNINGS, START_MM};
-use super::scenario::{Mm, Shape, StudyError, machine};
+use super::scenario::{MachinedProfile, Mm, StudyError, machine};
 
 /// Upper bound on the distance between tool and part on this machine, mm.
 const FARTHEST_MM: f64 = 1000.0;
@@ -51,7 +51,7 @@ const STILL: i32 = 1000;
 #[derive(Debug)]
 pub struct Ours<'a> {
     /// The profile.
-    pub shape: &'a Shape,
+    pub shape: &'a MachinedProfile,
     /// The plan, ready for a session.
     pub work: PreparedPlan,
     machine: MachineProfile,
@@ -65,7 +65,11 @@ impl<'a> Ours<'a> {
     ///
     /// # Errors
     /// [`StudyError`] if no plan can be made.
-    pub fn new(shape: &'a Shape, tool_diameter_mm: f64, speed_mm_s: f64) -> Result<Self, StudyError> {
+    pub fn new(
+        shape: &'a MachinedProfile,
+        tool_diameter_mm: f64,
+        speed_mm_s: f64,
+    ) -> Result<Self, StudyError> {
         let machine = machine(speed_mm_s)?;
         let job = PlanParameters { tool_diameter_mm, stock_to_leave_mm: 0.0, ..PlanParameters::default() };
         let work = PreparedPlan::new(shape.plan(&machine, job)?);

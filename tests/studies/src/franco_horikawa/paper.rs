@@ -28,7 +28,7 @@ use super::attempt::{Attempt, PEOPLE, operator_of, seed_of};
 use super::delays::Delays;
 use super::invasion::{Classified, Intervals, prohibited};
 use super::modules::{Modules, STEP_S, distance};
-use super::scenario::{Mm, Shape, StudyError};
+use super::scenario::{MachinedProfile, Mm, StudyError};
 
 /// Range of distances between the tool's edge and the part at the start, mm.
 pub const START_MM: (f64, f64) = (8.0, 30.0);
@@ -55,7 +55,7 @@ const REST_S: f64 = 20.0;
 #[derive(Debug)]
 pub struct Ground<'a> {
     /// The profile.
-    pub shape: &'a Shape,
+    pub shape: &'a MachinedProfile,
     part: ProhibitedRegion,
     radius_mm: f64,
     /// The profile enlarged by the radius, with the paper's construction.
@@ -69,7 +69,11 @@ impl<'a> Ground<'a> {
     ///
     /// # Errors
     /// [`StudyError`] if the construction fails, or the part is invalid.
-    pub fn new(shape: &'a Shape, tool_diameter_mm: f64, classified: Classified) -> Result<Self, StudyError> {
+    pub fn new(
+        shape: &'a MachinedProfile,
+        tool_diameter_mm: f64,
+        classified: Classified,
+    ) -> Result<Self, StudyError> {
         let radius_mm = tool_diameter_mm / 2.0;
         let polygon = prohibited(&shape.corners, radius_mm, shape.side())
             .map_err(|source| StudyError::Radius { name: shape.name.clone(), source })?;

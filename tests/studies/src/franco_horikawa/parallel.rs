@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use super::scenario::StudyError;
 
 /// A callback with the number of finished tasks and the number of all tasks.
-pub type Progress<'a> = dyn Fn(u64, u64) + Sync + 'a;
+pub type ProgressCallback<'a> = dyn Fn(u64, u64) + Sync + 'a;
 
 /// Runs `work` for the numbers below `count` on all processors, and returns the results in the order of the
 /// numbers.
@@ -15,7 +15,7 @@ pub type Progress<'a> = dyn Fn(u64, u64) + Sync + 'a;
 /// The error of the smallest number that failed.
 pub fn parallel<T: Send>(
     count: usize,
-    progress: &Progress<'_>,
+    progress: &ProgressCallback<'_>,
     work: impl Fn(usize) -> Result<T, StudyError> + Sync,
 ) -> Result<Vec<T>, StudyError> {
     let (next, done, failed) = (AtomicUsize::new(0), AtomicU64::new(0), AtomicBool::new(false));

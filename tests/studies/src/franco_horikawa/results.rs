@@ -14,7 +14,7 @@ use super::finishing::{CONTROLLERS, Finished, finish};
 use super::handwheel::{self, WheelRow};
 use super::ours::Ours;
 use super::paper::{Ground, Paper};
-use super::parallel::{Progress, parallel};
+use super::parallel::{ProgressCallback, parallel};
 use super::scenario::{Reported, Scenarios, StudyError};
 
 /// Results of the study.
@@ -142,7 +142,7 @@ impl Results {
 pub fn paper_rows(
     scenarios: &Scenarios,
     (attempts, seed): (u64, u64),
-    progress: &Progress<'_>,
+    progress: &ProgressCallback<'_>,
 ) -> Result<Vec<PaperRow>, StudyError> {
     parallel(scenarios.row.len(), progress, |number| {
         let reported = scenarios.row[number].clone();
@@ -196,7 +196,7 @@ fn settings(scenarios: &Scenarios) -> Vec<(usize, f64, u64)> {
 pub fn our_rows(
     scenarios: &Scenarios,
     (attempts, seed): (u64, u64),
-    progress: &Progress<'_>,
+    progress: &ProgressCallback<'_>,
 ) -> Result<Vec<OurRow>, StudyError> {
     let settings = settings(scenarios);
     parallel(settings.len(), progress, |number| {
@@ -208,7 +208,7 @@ pub fn our_rows(
 fn driven_rows(
     scenarios: &Scenarios,
     (attempts, seed): (u64, u64),
-    progress: &Progress<'_>,
+    progress: &ProgressCallback<'_>,
 ) -> Result<Vec<OurRow>, StudyError> {
     let first = scenarios.latencies_ms.iter().copied().min().unwrap_or_default();
     let settings: Vec<_> =
@@ -267,7 +267,7 @@ pub fn our_attempts(
 pub fn clear_rows(
     scenarios: &Scenarios,
     seed: u64,
-    progress: &Progress<'_>,
+    progress: &ProgressCallback<'_>,
 ) -> Result<Vec<ClearRow>, StudyError> {
     let mut settings = Vec::new();
     for profile in 0..scenarios.profile.len() {
@@ -306,7 +306,7 @@ pub fn finish_rows(
     scenarios: &Scenarios,
     paper: &[PaperRow],
     ours: &[OurRow],
-    progress: &Progress<'_>,
+    progress: &ProgressCallback<'_>,
 ) -> Result<Vec<Finished>, StudyError> {
     let mean = |tallies: &mut dyn Iterator<Item = &Tally>| {
         let means: Vec<f64> = tallies.filter_map(|tally| tally.mean_mm).collect();

@@ -27,7 +27,7 @@ pub struct Scenarios {
     /// Delay model of the paper's system.
     pub delays: Delays,
     /// The profiles.
-    pub profile: Vec<Shape>,
+    pub profile: Vec<MachinedProfile>,
     /// The rows of Tables 2 and 3, in the paper's order.
     pub row: Vec<Reported>,
 }
@@ -35,7 +35,7 @@ pub struct Scenarios {
 /// A profile, and the side on which it is machined.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Shape {
+pub struct MachinedProfile {
     /// Short name.
     pub name: String,
     /// Description.
@@ -178,13 +178,13 @@ impl Scenarios {
     ///
     /// # Errors
     /// [`StudyError::Profile`] if it does not exist.
-    pub fn shape(&self, name: &str) -> Result<&Shape, StudyError> {
+    pub fn shape(&self, name: &str) -> Result<&MachinedProfile, StudyError> {
         let found = self.profile.iter().find(|shape| shape.name == name);
         found.ok_or_else(|| StudyError::Profile { name: name.into() })
     }
 }
 
-impl Shape {
+impl MachinedProfile {
     /// A bar of 40 by 60 mm. Its left side is the barrier of the one-dimensional system.
     #[must_use]
     pub fn bar() -> Self {
@@ -300,8 +300,8 @@ mod tests {
 
     #[test]
     fn clearance_is_positive_on_the_side_of_the_tool() {
-        let bar = Shape::bar();
-        let pocket = Shape { side: ShapeSide::Inside, ..Shape::bar() };
+        let bar = MachinedProfile::bar();
+        let pocket = MachinedProfile { side: ShapeSide::Inside, ..MachinedProfile::bar() };
         for (at, clearance) in
             [((-5.0, 10.0), 5.0), ((3.0, 30.0), -3.0), ((-3.0, -4.0), 5.0), ((20.0, 58.0), -2.0)]
         {

@@ -12,7 +12,7 @@ use keepout_planner::plan_file;
 
 use super::comparison::{Comparison, ModelError};
 use super::finishing::{self, ContourPath};
-use super::scenario::{FrictionKind, Scenario, Shape};
+use super::scenario::{DriveScenario, FrictionKind, PathShape};
 use super::{grades, page, picture};
 use crate::command::{CommandError, bar, make_folder, write};
 
@@ -57,8 +57,8 @@ fn kind(text: &str) -> Result<Kind, String> {
 static SCENARIO: FileKind = FileKind::new("scenario");
 
 /// The requested scenarios.
-fn scenarios(names: &[String]) -> Result<Vec<Scenario>, CommandError> {
-    let built_in = Scenario::built_in()?;
+fn scenarios(names: &[String]) -> Result<Vec<DriveScenario>, CommandError> {
+    let built_in = DriveScenario::built_in()?;
     if names.is_empty() {
         return Ok(built_in);
     }
@@ -75,13 +75,13 @@ fn scenarios(names: &[String]) -> Result<Vec<Scenario>, CommandError> {
                 known.join(", ")
             ))
         })?;
-        found.extend(Scenario::parse(name, &text)?);
+        found.extend(DriveScenario::parse(name, &text)?);
     }
     Ok(found)
 }
 
 /// The loops of a plan as scenarios, with sticking friction and the cutting force.
-fn loops_of(plan: &Path, arguments: &CompareArguments) -> Result<Vec<Scenario>, CommandError> {
+fn loops_of(plan: &Path, arguments: &CompareArguments) -> Result<Vec<DriveScenario>, CommandError> {
     if !(0.0..=60.0).contains(&arguments.ramp_s) {
         return Err(CommandError::Argument(format!(
             "--ramp-s {} must be between 0 and 60 s",
@@ -90,12 +90,12 @@ fn loops_of(plan: &Path, arguments: &CompareArguments) -> Result<Vec<Scenario>, 
     }
     let loops = finishing::loops(&plan_file::load(plan)?.certify()?.plan);
     let ramp = if arguments.ramp_s > 0.0 { Ramp::RaisedCosine(arguments.ramp_s) } else { Ramp::None };
-    let scenario = |each: ContourPath| Scenario {
+    let scenario = |each: ContourPath| DriveScenario {
         name: each.name,
         title: "finishing toolpath".into(),
         figure: None,
         machine: "simulated".into(),
-        path: Shape::Given(each.pieces),
+        path: PathShape::Given(each.pieces),
         feed_m_min: each.feed_mm_min.map_or(arguments.feed, f64::from) / 1000.0,
         ramp,
         friction: FrictionKind::Stick,

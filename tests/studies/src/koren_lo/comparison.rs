@@ -6,9 +6,9 @@ use keepout_drives::controllers::kind::{Kind, Setting};
 use keepout_drives::controllers::selection::Environment;
 use keepout_drives::metrics::figure;
 use keepout_drives::profile::{DriveProfile, ProfileError, Uncertainty};
-use keepout_drives::run::{Outcome, Task};
+use keepout_drives::run::{RunOutcome, Task};
 
-use super::scenario::Scenario;
+use super::scenario::DriveScenario;
 
 /// Error of a controller's model.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,7 +33,7 @@ impl ModelError {
 
 /// One controller on one row.
 #[derive(Clone, Debug)]
-pub struct Entry {
+pub struct ControllerEntry {
     /// The controller.
     pub kind: Kind,
     /// The choice, if the controller is the selection.
@@ -41,20 +41,20 @@ pub struct Entry {
     /// Error of its model, as a share.
     pub error: f64,
     /// The result of the run.
-    pub outcome: Outcome,
+    pub outcome: RunOutcome,
 }
 
 /// A row with all of its controllers.
 #[derive(Clone, Debug)]
 pub struct Row {
     /// The scenario.
-    pub scenario: Scenario,
+    pub scenario: DriveScenario,
     /// The machine of the run.
     pub machine: DriveProfile,
     /// The task of the run.
     pub task: Task,
     /// The controllers, in the requested order. A controller that does not exist for this row is missing.
-    pub entries: Vec<Entry>,
+    pub entries: Vec<ControllerEntry>,
 }
 
 /// Rows and controllers.
@@ -74,7 +74,7 @@ const MOST_KEPT: f64 = 4e7;
 impl Row {
     /// `scenario` on `machine`, without any entries.
     #[must_use]
-    pub fn new(scenario: &Scenario, machine: &DriveProfile) -> Self {
+    pub fn new(scenario: &DriveScenario, machine: &DriveProfile) -> Self {
         let task = scenario.task(machine);
         Self { scenario: scenario.clone(), machine: machine.clone(), task, entries: Vec::new() }
     }
@@ -92,11 +92,16 @@ impl Row {
 
     /// Runs a controller on this row. `None` if this kind does not exist for the row.
     #[must_use]
-    pub fn entry(&self, kind: Kind, error: ModelError) -> Option<Entry> {
+    pub fn entry(&self, kind: Kind, error: ModelError) -> Option<ControllerEntry> {
         let setting = self.setting(error);
         let mut controller = kind.built(&setting)?;
         let chosen = (kind == Kind::Selection).then(|| setting.environment.choice());
-        Some(Entry { kind, chosen, error: error.share, outcome: self.task.run(controller.as_mut()) })
+        Some(ControllerEntry {
+            kind,
+            chosen,
+            error: error.share,
+            outcome: self.task.run(controller.as_mut()),
+        })
     }
 
     /// Length of a pulse, µm.
@@ -106,7 +111,7 @@ impl Row {
     }
 }
 
-impl Entry {
+impl ControllerEntry {
     /// The title of the controller, with its choice and its model error.
     #[must_use]
     pub fn name(&self) -> String {
@@ -124,7 +129,7 @@ impl Comparison {
     /// # Errors
     /// [`ProfileError`] for a row with an unknown machine, or if the runs need more memory than allowed.
     pub fn run(
-        scenarios: &[Scenario],
+        scenarios: &[DriveScenario],
         machine: Option<&DriveProfile>,
         kinds: &[Kind],
         error: ModelError,
@@ -189,7 +194,7 @@ impl Comparison {
     pub fn legend(&self) -> String {
         let mut text = String::new();
         for row in &self.rows {
-            let Scenario { name, title, figure, feed_m_min, .. } = &row.scenario;
+            let DriveScenario { name, title, figure, feed_m_min, .. } = &row.scenario;
             let figure = figure.as_ref().map_or(String::new(), |figure| format!(" ({figure})"));
             let _ = writeln!(text, "- **{name}** {title}, {feed_m_min} m/min{figure}: {}", row.machine.name);
         }
@@ -240,7 +245,7 @@ mod tests {
 
     #[test]
     fn tables_have_every_row_and_controller() {
-        let rows = Scenario::built_in().unwrap();
+        let rows = DriveScenario::built_in().unwrap();
         let kinds = [Kind::P, Kind::Repetitive, Kind::Selection];
         let mut last = 0;
         let found =

@@ -1,7 +1,7 @@
 //! The finishing toolpath of a plan, as paths for the drives.
 
 use keepout_drives::Axes;
-use keepout_drives::path::Piece;
+use keepout_drives::path::PathPiece;
 use keepout_kernel::{ArcView, Curve};
 use keepout_planner::plan::Plan;
 use keepout_planner::units::point_mm;
@@ -14,7 +14,7 @@ pub struct ContourPath {
     /// Feed of the pass, if the pass has its own feed.
     pub feed_mm_min: Option<u32>,
     /// The lines and arcs.
-    pub pieces: Vec<Piece>,
+    pub pieces: Vec<PathPiece>,
 }
 
 /// All loops of all passes.
@@ -35,14 +35,14 @@ pub fn loops(plan: &Plan) -> Vec<ContourPath> {
     loops
 }
 
-fn piece(curve: &Curve) -> Piece {
+fn piece(curve: &Curve) -> PathPiece {
     let at = |point| {
         let (x, y) = point_mm(point);
         Axes::new(x, y)
     };
     match curve {
-        Curve::Line(segment) => Piece::Line { from: at(segment.from), to: at(segment.to) },
-        Curve::Arc(arc) => Piece::arc(at(arc.centre()), at(curve.from()), ArcView::of(arc).sweep),
+        Curve::Line(segment) => PathPiece::Line { from: at(segment.from), to: at(segment.to) },
+        Curve::Arc(arc) => PathPiece::arc(at(arc.centre()), at(curve.from()), ArcView::of(arc).sweep),
     }
 }
 

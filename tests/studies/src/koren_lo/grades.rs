@@ -7,7 +7,7 @@ use keepout_drives::metrics::figure;
 use keepout_drives::profile::{DriveProfile, ProfileError};
 
 use super::comparison::{ModelError, Row};
-use super::scenario::Scenario;
+use super::scenario::DriveScenario;
 
 /// The paper's grades.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -77,7 +77,7 @@ const BEYOND: [Kind; 4] = [Kind::CccFeedforward, Kind::OptimalCcc, Kind::Gpc, Ki
 /// # Errors
 /// Only if a built-in file is invalid.
 pub fn cells() -> Result<Vec<Cell>, ProfileError> {
-    let scenarios = Scenario::built_in()?;
+    let scenarios = DriveScenario::built_in()?;
     let mut cells = Vec::new();
     for (name, scenario, mut columns) in rows() {
         columns.extend(BEYOND.map(|kind| (kind, TWO_PERCENT, None)));

@@ -15,7 +15,7 @@ use keepout_drives::run::Task;
 
 use super::comparison::{Comparison, ModelError, Row};
 use super::equations::{mismatch_error, radial_error, recommended_gain};
-use super::scenario::Scenario;
+use super::scenario::DriveScenario;
 use super::{grades, picture};
 
 /// The page and its pictures.
@@ -141,7 +141,7 @@ const FIGURES: [Figure; 11] = [
 /// # Errors
 /// Only if a built-in file is invalid.
 pub fn page(progress: &mut dyn FnMut(usize, usize)) -> Result<Page, ProfileError> {
-    let scenarios = Scenario::built_in()?;
+    let scenarios = DriveScenario::built_in()?;
     let steps = FIGURES.len() + 3;
     let mut text = String::from(HEAD);
     equations(&mut text);
@@ -274,7 +274,7 @@ fn machines(text: &mut String) -> Result<(), ProfileError> {
     Ok(())
 }
 
-fn tables(text: &mut String, scenarios: &[Scenario]) -> Result<(), ProfileError> {
+fn tables(text: &mut String, scenarios: &[DriveScenario]) -> Result<(), ProfileError> {
     let exact = Comparison::run(scenarios, None, &Kind::ALL, ModelError::NONE, &mut |_, _| {})?;
     let _ = write!(
         text,
@@ -320,7 +320,7 @@ fn choices(comparison: &Comparison) -> String {
     chosen.collect::<Vec<_>>().join(",")
 }
 
-fn row_of(scenarios: &[Scenario], name: &str) -> Result<Option<Row>, ProfileError> {
+fn row_of(scenarios: &[DriveScenario], name: &str) -> Result<Option<Row>, ProfileError> {
     let Some(scenario) = scenarios.iter().find(|row| row.name == name) else { return Ok(None) };
     Ok(Some(Row::new(scenario, &DriveProfile::load(&scenario.machine)?)))
 }
@@ -328,10 +328,10 @@ fn row_of(scenarios: &[Scenario], name: &str) -> Result<Option<Row>, ProfileErro
 fn figure_of(
     text: &mut String,
     each: &Figure,
-    scenarios: &[Scenario],
+    scenarios: &[DriveScenario],
 ) -> Result<Option<(String, String)>, ProfileError> {
     let Some(mut row) = row_of(scenarios, each.row)? else { return Ok(None) };
-    let Scenario { title, feed_m_min, .. } = &row.scenario;
+    let DriveScenario { title, feed_m_min, .. } = &row.scenario;
     let _ = write!(
         text,
         "\n### {}: {title}, {feed_m_min} m/min ({})\n\nPaper: {}\n\nOurs: {}\n\n\
@@ -360,7 +360,7 @@ fn figure_of(
     Ok(Some((name, picture::svg(&row))))
 }
 
-fn beyond(text: &mut String, scenarios: &[Scenario]) -> Result<Option<(String, String)>, ProfileError> {
+fn beyond(text: &mut String, scenarios: &[DriveScenario]) -> Result<Option<(String, String)>, ProfileError> {
     text.push_str(
         "| | CCC | contouring, exact | worst of ±5 % | unknown delay | CCC, the same delay |\n\
          |---|---|---|---|---|---|\n",
@@ -394,7 +394,7 @@ fn beyond(text: &mut String, scenarios: &[Scenario]) -> Result<Option<(String, S
 }
 
 /// The axial errors of repetitive control per round, and their picture.
-fn rounds(text: &mut String, scenarios: &[Scenario]) -> Result<Option<(String, String)>, ProfileError> {
+fn rounds(text: &mut String, scenarios: &[DriveScenario]) -> Result<Option<(String, String)>, ProfileError> {
     let Some(mut row) = row_of(scenarios, "R1")? else { return Ok(None) };
     let round = row.scenario.round(&row.machine).unwrap_or(1);
     let kinds = [Kind::P, Kind::Repetitive];

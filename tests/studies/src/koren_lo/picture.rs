@@ -7,8 +7,8 @@ use keepout_drives::Axes;
 use keepout_drives::metrics::{Moment, figure};
 use keepout_planner::picture::escape;
 
-use super::comparison::{Entry, Row};
-use super::scenario::Shape;
+use super::comparison::{ControllerEntry, Row};
+use super::scenario::PathShape;
 
 /// Side of a panel.
 const SIDE: f64 = 190.0;
@@ -26,10 +26,10 @@ const TIME_HEIGHT: f64 = 90.0;
 /// Picture of a row: one panel per controller, each with its own scale. Runs that diverge are missing.
 #[must_use]
 pub fn svg(row: &Row) -> String {
-    let shown: Vec<&Entry> =
+    let shown: Vec<&ControllerEntry> =
         row.entries.iter().filter(|entry| entry.outcome.figures.contour.max < 1e6).collect();
     let columns = shown.len().clamp(1, COLUMNS);
-    let with_path = !matches!(row.scenario.path, Shape::Line { .. });
+    let with_path = !matches!(row.scenario.path, PathShape::Line { .. });
     let panel_height = HEAD + TIME_HEIGHT + if with_path { SIDE + 8.0 } else { 0.0 };
     let lines = shown.len().div_ceil(COLUMNS).max(1);
     let (width, height) =
@@ -55,7 +55,7 @@ fn count(number: usize) -> f64 {
     number as f64
 }
 
-fn panel(body: &mut String, row: &Row, entry: &Entry, (x, y): (f64, f64), with_path: bool) {
+fn panel(body: &mut String, row: &Row, entry: &ControllerEntry, (x, y): (f64, f64), with_path: bool) {
     let contour = entry.outcome.figures.contour.times(row.um());
     let _ = write!(
         body,
@@ -71,7 +71,7 @@ fn panel(body: &mut String, row: &Row, entry: &Entry, (x, y): (f64, f64), with_p
     if with_path {
         let _ = writeln!(body, "<g transform=\"translate(0 {:.1})\">", HEAD + TIME_HEIGHT + 8.0);
         match row.scenario.path {
-            Shape::Corner { .. } => at_corner(body, row, moments),
+            PathShape::Corner { .. } => at_corner(body, row, moments),
             _ => magnified(body, row, moments, division),
         }
         body.push_str("</g>\n");
@@ -207,13 +207,13 @@ mod tests {
 
     use super::*;
     use crate::koren_lo::comparison::ModelError;
-    use crate::koren_lo::scenario::Scenario;
+    use crate::koren_lo::scenario::DriveScenario;
 
     /// Each shape gives a picture with one panel per controller, and without NaN or infinity.
     #[test]
     fn pictures_have_a_panel_for_each_controller() {
         for name in ["S1", "S6", "E1"] {
-            let rows = Scenario::built_in().unwrap();
+            let rows = DriveScenario::built_in().unwrap();
             let scenario = rows.iter().find(|row| row.name == name).unwrap();
             let mut row = Row::new(scenario, &DriveProfile::load(&scenario.machine).unwrap());
             let kinds = [Kind::P, Kind::Pid, Kind::Ccc];

@@ -1,7 +1,7 @@
 //! Scenarios as data: machine, path, feed and disturbances.
 
 use keepout_drives::Axes;
-use keepout_drives::path::{Path, Piece};
+use keepout_drives::path::{Path, PathPiece};
 use keepout_drives::plant::Friction;
 use keepout_drives::profile::{DriveProfile, ProfileError};
 use keepout_drives::reference::{Ramp, Reference};
@@ -12,7 +12,7 @@ use serde::Deserialize;
 /// One row of the comparison.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Scenario {
+pub struct DriveScenario {
     /// Short name.
     pub name: String,
     /// Description.
@@ -22,7 +22,7 @@ pub struct Scenario {
     /// Profile of the machine.
     pub machine: String,
     /// The path to follow.
-    pub path: Shape,
+    pub path: PathShape,
     /// Feed, m/min.
     pub feed_m_min: f64,
     /// Transition to the feed.
@@ -41,7 +41,7 @@ pub struct Scenario {
 /// A path, in mm.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Shape {
+pub enum PathShape {
     /// A straight line from the origin.
     Line {
         /// End point.
@@ -74,14 +74,14 @@ pub enum Shape {
     },
     /// Lines and arcs, in mm: the finishing toolpath of a plan.
     #[serde(skip)]
-    Given(Vec<Piece>),
+    Given(Vec<PathPiece>),
 }
 
 fn once() -> u32 {
     1
 }
 
-impl Shape {
+impl PathShape {
     /// The path in pulses.
     #[must_use]
     pub fn path(&self, pulses_per_mm: f64) -> Path {
@@ -122,10 +122,10 @@ const MOST_SAMPLES: f64 = 1e7;
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Rows {
-    scenario: Vec<Scenario>,
+    scenario: Vec<DriveScenario>,
 }
 
-impl Scenario {
+impl DriveScenario {
     /// The built-in rows: S1 to E3 of the paper, and some rows of ours.
     ///
     /// # Errors
@@ -157,13 +157,13 @@ impl Scenario {
     /// The first value that is out of range, with its field and the accepted range.
     fn out_of_range(&self) -> Option<(&'static str, f64, String)> {
         let length = match &self.path {
-            Shape::Line { to_mm: [x, y] } => x.hypot(*y),
-            Shape::Circle { radius_mm, turns, .. } => radius_mm * 6.3 * f64::from(*turns),
-            Shape::Corner { leg_mm, angle_deg } if angle_deg.abs() <= 180.0 => *leg_mm,
-            Shape::Corner { angle_deg, .. } => {
+            PathShape::Line { to_mm: [x, y] } => x.hypot(*y),
+            PathShape::Circle { radius_mm, turns, .. } => radius_mm * 6.3 * f64::from(*turns),
+            PathShape::Corner { leg_mm, angle_deg } if angle_deg.abs() <= 180.0 => *leg_mm,
+            PathShape::Corner { angle_deg, .. } => {
                 return Some(("angle_deg", *angle_deg, "between -180 and 180".into()));
             }
-            Shape::Ellipse { half_axes_mm } => {
+            PathShape::Ellipse { half_axes_mm } => {
                 // Check each axis, because min() ignores NaN.
                 let wrong = half_axes_mm.iter().find(|axis| !(1e-3..=1e5).contains(*axis));
                 if let Some(&axis) = wrong {
@@ -171,7 +171,7 @@ impl Scenario {
                 }
                 half_axes_mm[0].min(half_axes_mm[1])
             }
-            Shape::Given(pieces) => pieces.iter().map(Piece::length).sum(),
+            PathShape::Given(pieces) => pieces.iter().map(PathPiece::length).sum(),
         };
         let ramp = match self.ramp {
             Ramp::None => [1.0; 2],
@@ -220,7 +220,7 @@ impl Scenario {
     #[must_use]
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a checked count of samples")]
     pub fn round(&self, machine: &DriveProfile) -> Option<usize> {
-        let Shape::Circle { radius_mm, turns: 2.., .. } = self.path else { return None };
+        let PathShape::Circle { radius_mm, turns: 2.., .. } = self.path else { return None };
         let seconds = std::f64::consts::TAU * radius_mm / (self.feed_m_min / 0.06);
         Some((seconds / machine.period_s).round() as usize)
     }
@@ -252,7 +252,7 @@ mod tests {
 
     #[test]
     fn built_in_rows_are_read() {
-        let rows = Scenario::built_in().unwrap();
+        let rows = DriveScenario::built_in().unwrap();
         assert_eq!(rows.len(), 17);
         for row in rows {
             let machine = DriveProfile::load(&row.machine).unwrap();
@@ -294,7 +294,8 @@ mod tests {
                 "jerk",
             ),
         ] {
-            let error = Scenario::parse("rows.toml", &text.replacen(from, to, 1)).unwrap_err().to_string();
+            let error =
+                DriveScenario::parse("rows.toml", &text.replacen(from, to, 1)).unwrap_err().to_string();
             assert!(error.contains(says), "{error}");
         }
     }
