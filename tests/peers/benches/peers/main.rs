@@ -6,6 +6,7 @@
 #![allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss, missing_docs)]
 
 mod builds;
+mod growth;
 mod offsets;
 mod page;
 mod paths;

@@ -4,6 +4,7 @@
 pub mod command;
 pub mod comparison;
 pub mod equations;
+mod figures;
 pub mod finishing;
 pub mod grades;
 pub mod page;

@@ -15,6 +15,7 @@ use keepout_drives::run::Task;
 
 use super::comparison::{Comparison, ModelError, Row};
 use super::equations::{mismatch_error, radial_error, recommended_gain};
+use super::figures::{FIGURES, PaperFigure};
 use super::scenario::DriveScenario;
 use super::{grades, picture};
 
@@ -26,115 +27,6 @@ pub struct Page {
     /// File names in the folder `koren-lo` next to the page, and the SVG texts.
     pub pictures: Vec<(String, String)>,
 }
-
-/// A controller in a figure, and the error of its model as a share.
-type Shown = (Kind, f64);
-
-/// A figure of the paper.
-struct Figure {
-    number: &'static str,
-    row: &'static str,
-    shown: &'static [Shown],
-    /// The paper's statement.
-    says: &'static str,
-    /// Our result.
-    found: &'static str,
-}
-
-const FEEDBACK: [Shown; 4] = [(Kind::P, 0.0), (Kind::Pid, 0.0), (Kind::Zpetc, 0.0), (Kind::Ccc, 0.0)];
-const CORNERS: [Shown; 5] =
-    [(Kind::P, 0.0), (Kind::Pid, 0.0), (Kind::Zpetc, 0.0), (Kind::Ikf, 0.0), (Kind::Ccc, 0.0)];
-const WRONG: [Shown; 4] = [(Kind::Zpetc, 0.0), (Kind::Zpetc, 0.02), (Kind::Zpetc, 0.05), (Kind::Ccc, 0.0)];
-const MACHINE: [Shown; 4] = [(Kind::P, 0.0), (Kind::Pid, 0.0), (Kind::Zpetc, 0.02), (Kind::Ccc, 0.0)];
-
-const FIGURES: [Figure; 11] = [
-    Figure {
-        number: "Fig. 11",
-        row: "S2",
-        shown: &FEEDBACK,
-        says: "The axial errors of PID are much smaller than those of P (±0.35 mm instead of ±3.2 mm), but\n\
-               its contour error is larger. ZPETC is best with an exact model. CCC is far better than P and\n\
-               PID.",
-        found: "Reproduced.",
-    },
-    Figure {
-        number: "Fig. 12",
-        row: "S3",
-        shown: &FEEDBACK,
-        says: "The gains differ by 15 % and the time constants by 44 %. All controllers except P reach a\n\
-               very small contour error. ZPETC is best.",
-        found: "Reproduced.",
-    },
-    Figure {
-        number: "Fig. 13",
-        row: "S1",
-        shown: &WRONG,
-        says: "ZPETC is better than CCC only when the model error is less than 0.5 %.",
-        found: "Reproduced: the RMS errors are equal at an error of 0.51 % in the time constant of one axis.",
-    },
-    Figure {
-        number: "Fig. 14",
-        row: "S7",
-        shown: &FEEDBACK,
-        says: "Saturation strongly limits ZPETC. It usually does not influence CCC, P and PID.",
-        found: "Reproduced for ZPETC, CCC and P. **Not reproduced** for PID: its integral winds up at the\n\
-                start, and the error is large.",
-    },
-    Figure {
-        number: "Fig. 15",
-        row: "S4",
-        shown: &FEEDBACK,
-        says: "CCC and PID reject friction well, and CCC is best. P and ZPETC reject it very poorly.",
-        found: "Reproduced.",
-    },
-    Figure {
-        number: "Fig. 16",
-        row: "S5",
-        shown: &FEEDBACK,
-        says: "The same holds for the cutting force.",
-        found: "Reproduced, with the force at 45° to the path. The paper does not state the angle. At 0° the\n\
-                force causes no contour error.",
-    },
-    Figure {
-        number: "Fig. 17",
-        row: "S6",
-        shown: &CORNERS,
-        says: "P is average, PID overshoots, ZPETC and CCC are accurate.",
-        found: "Reproduced.",
-    },
-    Figure {
-        number: "Fig. 18",
-        row: "S6b",
-        shown: &CORNERS,
-        says: "With a limit ZPETC fails at the corner; IKF does not.",
-        found: "Reproduced, with |U| ≤ 200 and two poles of 10 ms.\n\
-                The paper states neither the limit nor the filter.",
-    },
-    Figure {
-        number: "Fig. 19",
-        row: "E1",
-        shown: &MACHINE,
-        says: "Measured. ZPETC is worst on the line, PID overshoots, CCC is best.",
-        found: "Reproduced: CCC is best, then PID, then P and ZPETC. Whether P or ZPETC is worse depends on\n\
-                the signs of the model error.",
-    },
-    Figure {
-        number: "Fig. 20",
-        row: "E2",
-        shown: &MACHINE,
-        says: "Measured. Because of the friction, only CCC and PID have small errors.",
-        found: "Reproduced.",
-    },
-    Figure {
-        number: "Fig. 21",
-        row: "E3",
-        shown: &MACHINE,
-        says: "Measured. PID fails at the higher feed. ZPETC tracks better than P and PID.\n\
-               Only CCC has a small error.",
-        found: "Reproduced for CCC. **Not reproduced:** ZPETC is not better than PID. With the stated\n\
-                friction, ZPETC has the error of P, because both use the feedback of P.",
-    },
-];
 
 /// Makes the page. Calls `progress` with the number of finished steps and of all steps.
 ///
@@ -327,7 +219,7 @@ fn row_of(scenarios: &[DriveScenario], name: &str) -> Result<Option<Row>, Profil
 
 fn figure_of(
     text: &mut String,
-    each: &Figure,
+    each: &PaperFigure,
     scenarios: &[DriveScenario],
 ) -> Result<Option<(String, String)>, ProfileError> {
     let Some(mut row) = row_of(scenarios, each.row)? else { return Ok(None) };

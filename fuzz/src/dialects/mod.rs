@@ -35,10 +35,10 @@ const SENT_MAX: usize = 1000;
 
 /// The descriptions under test: the shipped ones, and those of the tests.
 const DESCRIPTIONS: [&str; 4] = [
-    include_str!("../../executor/dialects/nsk-style.toml"),
-    include_str!("../../executor/dialects/tango.toml"),
-    include_str!("../../executor/sim/tests/described/ok-style.toml"),
-    include_str!("../../executor/sim/tests/described/one-answer.toml"),
+    include_str!("../../../executor/dialects/nsk-style.toml"),
+    include_str!("../../../executor/dialects/tango.toml"),
+    include_str!("../../../executor/sim/tests/described/ok-style.toml"),
+    include_str!("../../../executor/sim/tests/described/one-answer.toml"),
 ];
 
 /// Travel of the machine of [`dialect_config`], mm.

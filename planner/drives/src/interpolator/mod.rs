@@ -1,8 +1,13 @@
 //! A simulated interpolator of a controller: straight blocks, look-ahead, trapezoidal speed.
 
+mod stop;
+#[cfg(test)]
+mod tests;
+
 use std::collections::VecDeque;
 
 use keepout_planner::machine::MachineProfile;
+use stop::Stop;
 
 /// Limits of the drives and the look-ahead.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,15 +46,6 @@ struct Runaway {
     unit: (f64, f64),
     left: f64,
     speed: f64,
-}
-
-/// The kind of a stop in progress.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Stop {
-    /// Keep the queued blocks.
-    Hold,
-    /// Drop the queued blocks.
-    Flush,
 }
 
 /// The result of a time step.
@@ -215,69 +211,6 @@ impl QueuedMotion {
             block.entry = (exit * exit + 2.0 * block.acceleration * block.left).sqrt().min(block.max_entry);
             exit = block.entry;
         }
-    }
-
-    /// Whether a stop is in progress.
-    pub fn is_stopping(&self) -> bool {
-        self.stop.is_some()
-    }
-
-    /// Begins to stop and keeps the queue.
-    pub fn hold(&mut self) {
-        self.begin_stop(Stop::Hold);
-    }
-
-    /// Begins to stop, and drops the queue when the tool stands still.
-    pub fn cancel(&mut self) {
-        self.begin_stop(Stop::Flush);
-    }
-
-    fn begin_stop(&mut self, stop: Stop) {
-        self.meets_end = self.brakes_to_end();
-        self.unaware = 0.0;
-        self.stop = Some(stop);
-    }
-
-    /// Whether a stop that begins now ends at the end of the current block.
-    fn brakes_to_end(&self) -> bool {
-        let braking = |block: &Block| self.speed * self.speed / (2.0 * block.acceleration);
-        self.speed > 0.0
-            && self.blocks.front().is_some_and(|block| (braking(block) - block.left).abs() < MEETS)
-    }
-
-    /// Begins to stop as [`QueuedMotion::cancel`] does, but drops the blocks that end within the next `prepared_s`
-    /// seconds. The following blocks then start at the current position, so the tool moves parallel to their
-    /// lines.
-    pub fn cancel_astray(&mut self, prepared_s: f64) {
-        let mut prepared = self.speed * prepared_s;
-        while self.blocks.len() > 1
-            && let Some(first) = self.blocks.front()
-            && first.left < prepared
-        {
-            prepared -= first.left;
-            self.blocks.pop_front();
-        }
-        if let Some(first) = self.blocks.front() {
-            let begins = (first.to.0 - first.unit.0 * first.left, first.to.1 - first.unit.1 * first.left);
-            let shift = (self.position.0 - begins.0, self.position.1 - begins.1);
-            for block in &mut self.blocks {
-                block.to = (block.to.0 + shift.0, block.to.1 + shift.1);
-            }
-        }
-        self.cancel();
-    }
-
-    /// Resumes the motion after a hold.
-    pub fn resume(&mut self) {
-        self.stop = None;
-    }
-
-    /// Stops at once, without braking, and drops the queue.
-    pub fn kill(&mut self) {
-        self.blocks.clear();
-        self.speed = 0.0;
-        self.stop = None;
-        (self.unaware, self.runaway) = (0.0, None);
     }
 
     /// Advances the motion by `dt` seconds. Calls `corner` with the end of each block that it completes.
@@ -450,116 +383,4 @@ fn go(block: &mut Block, position: &mut (f64, f64), step: f64) {
     block.left -= step;
     // Measure from the end, so that rounding errors do not add up.
     *position = (block.to.0 - block.unit.0 * block.left, block.to.1 - block.unit.1 * block.left);
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn motion() -> QueuedMotion {
-        QueuedMotion::new(
-            Drives { max_rate: 200.0, acceleration: 500.0, junction_deviation: 0.01 },
-            (0.0, 0.0),
-        )
-    }
-
-    #[test]
-    fn block_takes_the_time_of_a_trapezoidal_speed_profile() {
-        let mut motion = motion();
-        motion.push((100.0, 0.0), 100.0, 0.001);
-        let mut ticks = 0;
-        while motion.queued() > 0 {
-            motion.advance(0.0005, |_| {});
-            ticks += 1;
-        }
-        assert!(motion.position() == (100.0, 0.0));
-        // Acceleration 0.2 s, deceleration 0.2 s, and 80 mm at 100 mm/s between them.
-        let seconds = f64::from(ticks) * 0.0005;
-        assert!((seconds - 1.2).abs() < 0.002, "{seconds}");
-    }
-
-    /// Time steps of any length give the same corners and the same end, at the predicted time.
-    #[test]
-    fn large_and_small_time_steps_agree() {
-        let mut random = fastrand::Rng::with_seed(3);
-        for _ in 0..300 {
-            let mut whole = motion();
-            for _ in 0..random.usize(1..6) {
-                let to = (random.f64() * 40.0, random.f64() * 40.0);
-                whole.push(to, 5.0 + random.f64() * 150.0, 0.001);
-            }
-            let mut fine = whole.clone();
-            let (mut corners, mut seconds) = (Vec::new(), 0.0);
-            while let Some(step) = whole.next_event() {
-                seconds += step;
-                whole.advance(step, |at| corners.push(at));
-                whole.advance(1e-7, |at| corners.push(at));
-                seconds += 1e-7;
-            }
-            let mut seen = Vec::new();
-            for _ in 0..200 {
-                fine.advance((seconds + 0.001) / 200.0, |at| seen.push(at));
-            }
-            assert_eq!(corners, seen);
-            assert!(fine.queued() == 0 && whole.position() == fine.position());
-        }
-    }
-
-    /// The queue runs low and the tool brakes. Then the next block and a stop arrive, in either order.
-    #[test]
-    fn stop_at_the_end_of_a_block_runs_away_on_firmware_with_the_defect() {
-        let slopes = (1..200).map(|k| (22.0, f64::from(k) / 80.0));
-        let next = slopes.clone().find(|&to| rounds_up((20.0, 0.0), to, 80.0)).unwrap();
-        assert!(
-            slopes.clone().filter(|&to| rounds_up((20.0, 0.0), to, 80.0)).count() < 60,
-            "most slopes are harmless"
-        );
-        let run = |defect: bool, block_first: bool| {
-            let mut motion = if defect { motion().with_runaway(80.0) } else { motion() };
-            motion.push((20.0, 0.0), 50.0, 0.001);
-            while !motion.brakes_to_end() {
-                motion.advance(1e-4, |_| {});
-            }
-            if block_first {
-                motion.push(next, 50.0, 0.001);
-                motion.advance(0.005, |_| {});
-                motion.hold();
-            } else {
-                motion.hold();
-                motion.advance(0.005, |_| {});
-                motion.push(next, 50.0, 0.001);
-            }
-            for _ in 0..100_000 {
-                motion.advance(1e-4, |_| {});
-            }
-            motion.position().0
-        };
-        for block_first in [false, true] {
-            assert!((run(false, block_first) - 20.0).abs() < 0.3 && run(true, block_first) > 700.0);
-        }
-    }
-
-    #[test]
-    fn cancel_stops_on_the_path_within_the_braking_distance() {
-        let mut motion = motion();
-        motion.push((60.0, 80.0), 100.0, 0.001);
-        for _ in 0..1000 {
-            motion.advance(0.0005, |_| {});
-        }
-        let before = motion.position();
-        motion.cancel();
-        let mut outcome = StepOutcome::Going;
-        for _ in 0..1000 {
-            outcome = motion.advance(0.0005, |_| {});
-            if outcome == StepOutcome::Flushed {
-                break;
-            }
-        }
-        let after = motion.position();
-        assert_eq!(outcome, StepOutcome::Flushed);
-        assert!((after.0 * 80.0 - after.1 * 60.0).abs() < 1e-9, "on the line");
-        let travelled = (after.0 - before.0).hypot(after.1 - before.1);
-        // The acceleration along the diagonal is 500 / 0.8 mm/s².
-        assert!((travelled - 100.0 * 100.0 / (2.0 * 625.0)).abs() < 0.2, "{travelled}");
-    }
 }

@@ -1,14 +1,14 @@
 //! The log of a session: it is complete and true, and every change of it is detected.
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
-use std::cell::RefCell;
+mod cable;
+
 use std::path::{Path, PathBuf};
-use std::rc::Rc;
 use std::time::Duration;
 
+use cable::{Cable, unplugged};
 use keepout_executor::operator::Operator;
 use keepout_executor::session::log::{Header, Log, LogReadError, LogWriter};
-use keepout_executor::session::port::{Port, PortError};
 use keepout_executor::session::replay::{LogEnd, Replay, ReplayError, TimelineEntry, replay};
 use keepout_executor::session::{Ended, EventLog, EventLogError, Going, LoggedEvent, VirtualClock};
 use keepout_executor::supervisor::{Phase, PreparedPlan, Supervisor};
@@ -17,12 +17,11 @@ use keepout_planner::job::{LoopNumber, Progress};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::request::PlanRequest;
 use keepout_sim::monitor::CollisionMonitor;
-use keepout_sim::operator::Script;
+use keepout_sim::operator::{self, Script};
 use keepout_sim::session::{Scene, SimRun, run_scene};
-use keepout_sim::{PositioningError, Quirks, SimMachine, SimSettings, operator, speaking};
 
 fn work() -> PreparedPlan {
-    let bytes = include_bytes!("../../cli/drawings/bracket.dxf");
+    let bytes = include_bytes!("../../../cli/drawings/bracket.dxf");
     let plan =
         PlanRequest::default().plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap();
     PreparedPlan::new(plan)
@@ -129,62 +128,6 @@ fn session_stopped_by_its_time_limit_replays() {
     let (path, ended) = logged("limit", &work, &run, operator::named("calm", 60.0, 1).unwrap());
     assert_eq!(ended, Ended::OutOfTime);
     assert_eq!(holds(&Log::load(&path).unwrap(), &work).end(), LogEnd::Done);
-}
-
-/// The machine at the end of a cable that can be pulled and plugged in again.
-#[derive(Clone)]
-struct Cable(Rc<RefCell<SimMachine>>);
-
-impl Cable {
-    fn to(work: &PreparedPlan, run: &SimRun, scene: &Scene) -> Self {
-        let start = point_on_machine(work, scene);
-        let sim = SimSettings {
-            machine: run.machine.clone(),
-            start_mm: start,
-            homed: true,
-            homing: Duration::from_secs(1),
-            work_offset_mm: (-3.0, -4.0),
-            quirks: Quirks::default(),
-        };
-        let positioning_error = PositioningError::wandering(0.0, run.machine.steps_per_mm, 1);
-        let machine = SimMachine::new(speaking(&run.dialect, sim), run.baud, run.latency, positioning_error);
-        Self(Rc::new(RefCell::new(machine)))
-    }
-
-    fn samples(&self, now: Time) -> Vec<keepout_executor::session::Sample> {
-        let mut samples = Vec::new();
-        self.0.borrow_mut().advance(now);
-        self.0.borrow_mut().take_samples(&mut samples);
-        samples
-    }
-}
-
-fn point_on_machine(work: &PreparedPlan, scene: &Scene) -> (f64, f64) {
-    let start = keepout_executor::session::start_inside(&work.plan).unwrap();
-    keepout_planner::units::point_mm(start.translated(scene.offset()).unwrap())
-}
-
-impl Port for Cable {
-    fn write(&mut self, bytes: &[u8], now: Time) -> Result<(), PortError> {
-        let mut machine = self.0.borrow_mut();
-        machine.host_writes(bytes, now);
-        if machine.is_connected() { Ok(()) } else { Err(unplugged()) }
-    }
-
-    fn read(&mut self, into: &mut Vec<u8>, now: Time) -> Result<(), PortError> {
-        let mut machine = self.0.borrow_mut();
-        machine.advance(now);
-        machine.host_reads(into, now);
-        if machine.is_connected() { Ok(()) } else { Err(unplugged()) }
-    }
-
-    fn next_event(&self) -> Time {
-        self.0.borrow().next_event()
-    }
-}
-
-fn unplugged() -> PortError {
-    PortError::Lost { name: "test".into(), reason: "unplugged".into() }
 }
 
 #[test]
