@@ -1,0 +1,64 @@
+//! One name, one type.
+
+use std::collections::BTreeMap;
+
+use crate::source::{Exceptions, Offender, judge, product, sources};
+
+/// Names of more than one type.
+const SHARED: &Exceptions = &[
+    ("Contact", "owed: of two edges, and of a jog with a wall"),
+    ("Contour", "owed: the guard's, and the drawing's"),
+    ("Counts", "owed: the guard's, and the supervisor's"),
+    ("Damage", "owed: of a file, and of a byte on a line"),
+    ("Fault", "owed: of a session, and of a hostile simulation"),
+    ("Placement", "owed: on a machine, and of a block in a drawing"),
+    ("ProfileError", "owed: of a drive profile, and of a part's profile"),
+    ("World", "owed: of the proofs, and of the hostile simulation"),
+    ("Xy", "a pair of plain numbers, each for one module or test crate"),
+];
+
+/// The public type that a line declares. A `pub(super)` type belongs to its folder alone and does not count.
+fn declared(line: &str) -> Option<&str> {
+    let line = line.trim_start();
+    let line = line.strip_prefix("pub ").or_else(|| line.strip_prefix("pub(crate) "))?;
+    let name = ["struct ", "enum ", "trait ", "type "].iter().find_map(|kind| line.strip_prefix(kind))?;
+    name.split(|c: char| !(c.is_alphanumeric() || c == '_')).next()
+}
+
+#[test]
+fn public_types_have_different_names() {
+    let sources = sources("");
+    // The files that declare a name, each with the line of the first declaration.
+    let mut places: BTreeMap<&str, BTreeMap<&str, usize>> = BTreeMap::new();
+    for (file, text) in &sources {
+        for (line, name) in
+            product(text).into_iter().filter_map(|(number, line)| Some((number, declared(line)?)))
+        {
+            places.entry(name).or_default().entry(file).or_insert(line);
+        }
+    }
+    assert!(places.len() > 300, "only {} types were found", places.len());
+    let shared = places.into_iter().filter(|(_, files)| files.len() > 1);
+    let offender = |(name, files): (&str, BTreeMap<&str, usize>)| {
+        let files: Vec<_> = files.iter().map(|(file, line)| format!("{file}:{line}")).collect();
+        Offender { subject: name.into(), fault: format!("{name}: {}", files.join(", ")) }
+    };
+    let offenders: Vec<_> = shared.map(offender).collect();
+    judge("No two public types have the same name", &offenders, SHARED);
+}
+
+#[test]
+fn declarations_of_public_types_are_noticed() {
+    let lines = [
+        ("pub struct Point(i32);", Some("Point")),
+        ("    pub(crate) enum Side {", Some("Side")),
+        ("pub trait Draw: Sized {", Some("Draw")),
+        ("pub type Pair<T> = (T, T);", Some("Pair")),
+        ("pub(super) struct Room;", None),
+        ("struct Own;", None),
+        ("pub fn struct_of() {}", None),
+    ];
+    for (line, name) in lines {
+        assert_eq!(declared(line), name);
+    }
+}
