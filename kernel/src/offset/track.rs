@@ -208,7 +208,9 @@ impl Track {
 
     fn shape(&self) -> PlaneCurve {
         match *self {
-            Self::Straight { from, along, length } => PlaneCurve::Line { from, to: plus(from, along, length) },
+            Self::Straight { from, along, length } => {
+                PlaneCurve::Line { from, to: plus(from, along, length) }
+            }
             Self::Bend(arc, start) => PlaneCurve::Arc(ArcView { start: atan2(start.1, start.0), ..arc }),
             Self::General(shape) => shape,
         }

@@ -14,7 +14,7 @@ const ARROWS: [(&str, &[&str]); 4] = [
     ("executor/src/supervisor", &["dialect", "session", "operator"]),
     ("executor/src/operator", &["dialect", "session"]),
     ("executor/src/dialect", &["session", "operator"]),
-    ("kernel/src/exact", &["index", "clear", "clip", "curve", "offset", "probe", "simplify"]),
+    ("kernel/src/exact", &["index", "clear", "clip", "curve", "offset", "simplify"]),
 ];
 
 #[test]

@@ -4,13 +4,12 @@ use crate::source::{Exceptions, Offender, judge, product, sources};
 
 /// What every certified motion rests on. The mesh, the offsets' proposals and the indexes' proposals are not
 /// here: they are checked.
-const TRUSTED: [&str; 9] = [
+const TRUSTED: [&str; 8] = [
     "kernel/src/exact",
     "kernel/src/index/check.rs",
     "kernel/src/index/query.rs",
     "kernel/src/index/cells.rs",
     "kernel/src/clear.rs",
-    "kernel/src/probe.rs",
     "kernel/src/simplify.rs",
     "kernel/src/offset/certify.rs",
     "executor/guard/src",
@@ -54,6 +53,18 @@ fn trusted_crates_name_no_float() {
         }
     }
     judge("The exact geometry and the guard name no float", &offenders, &[]);
+}
+
+#[test]
+fn trusted_files_name_no_arc_view() {
+    let mut offenders = Vec::new();
+    for (file, text) in trusted(&TRUSTED) {
+        for (number, line) in product(&text) {
+            let found = ["ArcView", "arc_view"].into_iter().filter(|word| names(line, word));
+            offenders.extend(found.map(|word| Offender::at(&file, number, format_args!("names {word}"))));
+        }
+    }
+    judge("Trusted files do not rest on the view of arcs in f64", &offenders, &[]);
 }
 
 /// A public function of the trusted code.

@@ -115,7 +115,8 @@ pub fn read(mut from: impl BufRead, path: &Path) -> Result<Recording, RecordingE
     loop {
         number += 1;
         let Some(text) = line(&mut from, number, path)? else { return Ok(recording) };
-        let event: RecordedEvent = serde_json::from_str(&text).map_err(|_| RecordingError::Form { line: number })?;
+        let event: RecordedEvent =
+            serde_json::from_str(&text).map_err(|_| RecordingError::Form { line: number })?;
         // A simulated tool's positions may be older than lines received before them.
         if !matches!(event.what, What::Tool { .. }) {
             if event.at < before {

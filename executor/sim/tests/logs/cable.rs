@@ -27,7 +27,7 @@ impl Cable {
             quirks: Quirks::default(),
         };
         let positioning_error = PositioningError::wandering(0.0, run.machine.steps_per_mm, 1);
-        let machine = SimMachine::new(speaking(&run.language, sim), run.baud, run.latency, positioning_error);
+        let machine = SimMachine::new(speaking(&run.dialect, sim), run.baud, run.latency, positioning_error);
         Self(Rc::new(RefCell::new(machine)))
     }
 
@@ -41,7 +41,7 @@ impl Cable {
 
 fn point_on_machine(work: &PreparedPlan, scene: &Scene) -> (f64, f64) {
     let start = keepout_executor::session::start_inside(&work.plan).unwrap();
-    keepout_planner::units::point_mm(start.translated(scene.setting.offset).unwrap())
+    keepout_planner::units::point_mm(start.translated(scene.offset()).unwrap())
 }
 
 impl Port for Cable {
