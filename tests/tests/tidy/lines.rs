@@ -10,7 +10,6 @@ const LINES: usize = 400;
 /// Pages that programs write, and promises.
 const LONG_LINES: &Exceptions = &[
     ("docs/research/drawings.md", "written by `keepout-tests --bin survey`"),
-    ("docs/research/franco-horikawa.md", "written by `keepout-studies franco-horikawa`"),
     ("docs/research/koren-lo.md", "written by `keepout-studies koren-lo`"),
     ("docs/contributor/performance.md", "written by `cargo bench --bench peers`"),
     ("docs/contributor/planning.md", "written by `cargo bench --bench drawings`"),
