@@ -18,10 +18,10 @@ pub mod machine;
 pub mod margin;
 pub mod merge;
 pub mod mesh;
-pub mod picture;
 pub mod plan;
 pub mod plan_file;
 pub mod profile;
+pub mod report;
 pub mod request;
 pub mod route;
 pub mod select;
@@ -30,3 +30,7 @@ pub mod stored;
 mod summary;
 pub mod text_file;
 pub mod units;
+
+/// Former name of [`report`], for `executor/cli/src/run.rs`.
+#[doc(hidden)]
+pub use report as picture;

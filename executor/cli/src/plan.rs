@@ -12,7 +12,7 @@ use keepout_planner::align::file::AlignmentFile;
 use keepout_planner::file::OUTPUT;
 use keepout_planner::inspect::inspect as look_at;
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::picture::{inspection_svg, svg};
+use keepout_planner::report::{inspection_svg, svg};
 use keepout_planner::plan::{CertifiedPlan, PlanParameters};
 use keepout_planner::request::{PlanRequest, PlanRequestError, Stage};
 use keepout_planner::select::Selection;

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use keepout_guard::Time;
 use keepout_kernel::{Point, Segment};
-use keepout_planner::picture::{Spot, SpotKind, Trace, TraceKind, escape, svg_of_run};
+use keepout_planner::report::{Spot, SpotKind, Trace, TraceKind, escape, svg_of_run};
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::sha256::hex;
 use keepout_planner::units::{mm, point_from_mm, point_mm};

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use keepout_planner::picture::{Trace, TraceKind, escape, svg};
+use keepout_planner::report::{Trace, TraceKind, escape, svg};
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::mm;
 

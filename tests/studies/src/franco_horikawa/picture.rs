@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::fmt::Write as _;
 
-use keepout_planner::picture::{Trace, TraceKind, svg};
+use keepout_planner::report::{Trace, TraceKind, svg};
 
 use super::attempt::Attempt;
 use super::ours::Ours;

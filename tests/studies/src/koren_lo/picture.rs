@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use keepout_drives::Axes;
 use keepout_drives::metrics::{Moment, figure};
-use keepout_planner::picture::escape;
+use keepout_planner::report::escape;
 
 use super::comparison::{ControllerEntry, Row};
 use super::scenario::PathShape;
