@@ -1,18 +1,19 @@
 //! The page and the picture that a shop keeps with the part: what the log of its run proves, and what happened in it.
 
-use std::fmt::Write as _;
 use std::time::Duration;
 
 use keepout_guard::Time;
 use keepout_kernel::{Point, Segment};
-use keepout_planner::report::{Spot, SpotKind, Trace, TraceKind, escape, svg_of_run};
 use keepout_planner::plan::CertifiedPlan;
+use keepout_planner::report::element::Element;
+use keepout_planner::report::html::{page, table};
+use keepout_planner::report::{Spot, SpotKind, Trace, TraceKind, svg_of_run};
 use keepout_planner::sha256::hex;
 use keepout_planner::units::{mm, point_from_mm, point_mm};
 
 use super::log::Header;
 use super::replay::{PhaseTimes, Replay, TimelineEntry};
-use super::report::{page, table, traces};
+use super::report::{count_rows, traces};
 use crate::session::{Sample, SampleKind};
 
 /// The picture of a run as its log tells it, with touches and stops: by hand from position to position as reported, the contour
@@ -62,14 +63,14 @@ pub fn page_of_log(header: &Header, replay: &Replay, file: &str, checksum: u32) 
     let mut rows = job_rows(header, plan);
     rows.extend(run_rows(header, replay));
     rows.extend(proof_rows(replay, file, checksum));
-    let body = format!(
-        "{}\n{}\n<h2>What happened</h2>\n{}\n<h2>The plan</h2>\n<pre>{}</pre>\n",
-        table(&rows),
-        picture_of_log(header, replay),
-        happenings(replay),
-        escape(&plan.summary()),
-    );
-    page(&format!("Keepout: {}, {}", header.drawing, header.began), &body)
+    let further = [
+        Element::new("h2").text("What happened"),
+        table(happenings(replay)),
+        Element::new("h2").text("The plan"),
+        Element::new("pre").text(plan.summary()),
+    ];
+    let title = format!("Keepout: {}, {}", header.drawing, header.began);
+    page(&title, rows, &picture_of_log(header, replay), &further)
 }
 
 fn row(name: &str, value: impl Into<String>) -> (String, String) {
@@ -100,7 +101,6 @@ fn job_rows(header: &Header, plan: &CertifiedPlan) -> Vec<(String, String)> {
 fn run_rows(header: &Header, replay: &Replay) -> Vec<(String, String)> {
     let PhaseTimes { starting, by_hand, touching, contouring, held, stopped } = replay.story.spent;
     let supervisor = &replay.supervisor;
-    let counts = supervisor.counts();
     let progress = supervisor.progress();
     let closest = replay.story.closest_mm().map_or("no position was reported".into(), |(mm, at)| {
         format!("{mm:.4} mm at {}, of the positions that the controller reported", clock(at))
@@ -117,7 +117,7 @@ fn run_rows(header: &Header, replay: &Replay) -> Vec<(String, String)> {
             format!("; {} in part", progress.partial.len())
         },
     );
-    vec![
+    let mut rows = vec![
         row("began", &header.began),
         row("time span", format!("{} after it began", clock(replay.counted.ended))),
         row("ended", replay.end().to_string()),
@@ -129,15 +129,9 @@ fn run_rows(header: &Header, replay: &Replay) -> Vec<(String, String)> {
         row("stopped, ending", span(stopped)),
         row("finishing loops contoured", finished),
         row("closest approach of tool and part", closest),
-        row(
-            "commands sent",
-            format!(
-                "{} jogs, {} contour motions, {} cancels, {} queries",
-                counts.jogs, counts.contour_motions, counts.cancels, counts.queries
-            ),
-        ),
-        row("wishes cut short at the wall", counts.clipped.to_string()),
-    ]
+    ];
+    rows.extend(count_rows(&supervisor.counts()));
+    rows
 }
 
 /// What was proved for this page.
@@ -157,9 +151,8 @@ fn proof_rows(replay: &Replay, file: &str, checksum: u32) -> Vec<(String, String
 }
 
 /// What happened, with times and places.
-fn happenings(replay: &Replay) -> String {
-    let mut table = String::from("<table>\n");
-    for (at, happening, place) in &replay.story.happenings {
+fn happenings(replay: &Replay) -> impl Iterator<Item = [String; 3]> {
+    replay.story.happenings.iter().map(|(at, happening, place)| {
         let what = match happening {
             TimelineEntry::Touched => "contour asked for, worked out and certified".into(),
             TimelineEntry::Contouring => "contouring".into(),
@@ -170,16 +163,8 @@ fn happenings(replay: &Replay) -> String {
             TimelineEntry::Recovered => "begun anew with the controller".into(),
             TimelineEntry::Ended => "the session ended".into(),
         };
-        let place = place.map_or(String::new(), |at| at.to_string());
-        let _ = writeln!(
-            table,
-            "<tr><th>{}</th><td>{}</td><td>{}</td></tr>",
-            clock(*at),
-            escape(&what),
-            escape(&place)
-        );
-    }
-    table + "</table>"
+        [clock(*at), what, place.map_or(String::new(), |at| at.to_string())]
+    })
 }
 
 /// Minutes and seconds since the beginning.

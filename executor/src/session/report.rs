@@ -1,9 +1,10 @@
 //! The page and the picture that remain of a run.
 
-use std::fmt::Write as _;
-
-use keepout_planner::report::{Trace, TraceKind, escape, svg};
 use keepout_planner::plan::CertifiedPlan;
+use keepout_planner::report::element::Element;
+use keepout_planner::report::html::page;
+use keepout_planner::report::{Trace, TraceKind, svg};
+use keepout_planner::sha256::hex;
 use keepout_planner::units::mm;
 
 use super::coverage::Coverage;
@@ -78,15 +79,8 @@ impl RunFacts {
             row("ended", self.fault.clone().unwrap_or_else(|| format!("{:?}", self.ended))),
             row("setting", self.setting.clone()),
             row("time", format!("{:.1} s", self.seconds)),
-            row(
-                "commands sent",
-                format!(
-                    "{} jogs, {} contour motions, {} cancels, {} queries",
-                    self.counts.jogs, self.counts.contour_motions, self.counts.cancels, self.counts.queries
-                ),
-            ),
-            row("wishes cut short at the wall", self.counts.clipped.to_string()),
         ];
+        rows.extend(count_rows(&self.counts));
         if let Some(deepest) = self.deepest_mm {
             rows.push(row("deepest incursion", format!("{deepest:.5} mm")));
         }
@@ -129,6 +123,14 @@ impl RunFacts {
     }
 }
 
+/// The rows of the supervisor's counters.
+pub(super) fn count_rows(counts: &Counts) -> [(String, String); 2] {
+    let Counts { jogs, contour_motions, cancels, queries, clipped } = counts;
+    let sent =
+        format!("{jogs} jogs, {contour_motions} contour motions, {cancels} cancels, {queries} queries");
+    [("commands sent".into(), sent), ("wishes cut short at the wall".into(), clipped.to_string())]
+}
+
 /// Most points of a trace that are drawn.
 const DRAWN: usize = 40_000;
 
@@ -166,34 +168,10 @@ pub(super) fn traces(samples: &[Sample]) -> Vec<Trace> {
 /// A self-contained page: picture and table.
 #[must_use]
 pub fn html(plan: &CertifiedPlan, facts: &RunFacts, picture: &str) -> String {
-    let body = format!(
-        "{}\n{picture}\n<h2>The plan</h2>\n<pre>{}</pre>\n<p>drawing SHA-256 {}</p>\n",
-        table(&facts.rows(plan)),
-        escape(&plan.summary()),
-        keepout_planner::sha256::hex(&plan.plan.provenance.hash),
-    );
-    page(&format!("Keepout: {}", plan.plan.provenance.name), &body)
-}
-
-/// A table of names and values.
-pub(super) fn table(rows: &[(String, String)]) -> String {
-    let mut table = String::from("<table>\n");
-    for (name, value) in rows {
-        let _ = writeln!(table, "<tr><th>{}</th><td>{}</td></tr>", escape(name), escape(value));
-    }
-    table + "</table>"
-}
-
-/// A page that needs nothing but itself: no scripts, nothing from elsewhere.
-pub(super) fn page(title: &str, body: &str) -> String {
-    format!(
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{title}</title>\n<style>\
-         body{{font-family:Helvetica,Arial,sans-serif;max-width:1120px;margin:1.5em auto;padding:0 1em;color:#1d2025}}\
-         table{{border-collapse:collapse;margin:1em 0}}th{{text-align:left;font-weight:600;padding:.25em 1.5em .25em 0;\
-         vertical-align:top;white-space:nowrap}}td{{padding:.25em 1.5em .25em 0;overflow-wrap:anywhere}}\
-         tr{{border-bottom:1px solid #dde1e6}}pre{{background:#f4f6f8;\
-         padding:1em;overflow:auto}}svg{{width:100%;height:auto}}</style></head>\n<body><h1>{title}</h1>\n\
-         {body}</body></html>\n",
-        title = escape(title),
-    )
+    let further = [
+        Element::new("h2").text("The plan"),
+        Element::new("pre").text(plan.summary()),
+        Element::new("p").text(format_args!("drawing SHA-256 {}", hex(&plan.plan.provenance.hash))),
+    ];
+    page(&format!("Keepout: {}", plan.plan.provenance.name), facts.rows(plan), picture, &further)
 }

@@ -1,8 +1,7 @@
 //! Picture of an inspected drawing: contours, repairs, problems.
 
-use std::fmt::Write as _;
-
-use super::view::{Entry, Mark, View, page, path_of};
+use super::element::{Lines, circle, path, text};
+use super::view::{Entry, Mark, View, outlines, page, path_of};
 use crate::drawing::Chained;
 use crate::inspect::{Inspection, Note, union};
 use crate::units::point_mm;
@@ -19,22 +18,12 @@ const NUMBERED: usize = 60;
 #[must_use]
 pub fn inspection_svg(found: &Inspection, chained: &Chained, title: &str) -> String {
     let view = view_of(found, chained);
-    let mut body = String::new();
-    let loops = &chained.profile.loops;
-    let outline: String =
-        loops.iter().map(|each| path_of(each.edges.iter().map(|edge| edge.curve), &view) + "Z").collect();
-    let _ = writeln!(
-        body,
-        "<path d=\"{outline}\" fill=\"{INSIDE}\" fill-rule=\"evenodd\" stroke=\"{EDGE}\" \
-         stroke-width=\"1.2\"/>"
-    );
+    let mut body = Lines::default();
+    let outline = outlines(&chained.profile.loops, &view);
+    body.draw(&[path(outline).fill(INSIDE).set("fill-rule", "evenodd").stroke(EDGE, 1.2)]);
     for open in &chained.open {
-        let path = path_of(open.curves.iter().copied(), &view);
-        let _ = writeln!(
-            body,
-            "<path d=\"{path}\" fill=\"none\" stroke=\"{OPEN}\" stroke-width=\"1.8\" \
-             stroke-dasharray=\"5 3\"/>"
-        );
+        let curves = path_of(open.curves.iter().copied(), &view);
+        body.draw(&[path(curves).outline(OPEN, 1.8).set("stroke-dasharray", "5 3")]);
     }
     marks(&mut body, &found.repairs, REPAIR, &view);
     marks(&mut body, &found.problems, OPEN, &view);
@@ -71,23 +60,12 @@ fn view_of(found: &Inspection, chained: &Chained) -> View {
     View::of((x0 - room, y0 - room), (x1 + room, y1 + room))
 }
 
-fn marks(out: &mut String, notes: &[Note], colour: &str, view: &View) {
+fn marks(out: &mut Lines, notes: &[Note], colour: &str, view: &View) {
     for (k, note) in notes.iter().enumerate() {
         let (x, y) = view.xy(note.at_mm);
-        let _ = writeln!(
-            out,
-            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"7\" fill=\"{colour}\" fill-opacity=\"0.12\" \
-             stroke=\"{colour}\" stroke-width=\"1.8\"/>"
-        );
+        out.draw(&[circle((x, y), 1, 7).fill(colour).set("fill-opacity", 0.12).stroke(colour, 1.8)]);
         if k < NUMBERED {
-            let _ = writeln!(
-                out,
-                "<text x=\"{:.1}\" y=\"{:.1}\" font-size=\"11\" font-weight=\"bold\" \
-                 fill=\"{colour}\">{}</text>",
-                x + 8.0,
-                y - 6.0,
-                k + 1
-            );
+            out.draw(&[text((x + 8.0, y - 6.0), 1, k + 1).bold(11).fill(colour)]);
         }
     }
 }

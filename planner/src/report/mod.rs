@@ -1,9 +1,11 @@
-//! SVG pictures of a drawing's contours, of a plan, and of a run.
+//! The one place that draws: SVG pictures and charts, HTML pages, tables.
 
+pub mod chart;
+pub mod element;
+pub mod html;
 mod inspection;
 mod plan;
 mod view;
 
 pub use inspection::inspection_svg;
 pub use plan::{Spot, SpotKind, Trace, TraceKind, svg, svg_of_run};
-pub use view::escape;

@@ -1,14 +1,12 @@
 //! Picture of a plan, with the traces of a run if there are any.
 
-use std::fmt::Write as _;
-
 use keepout_kernel::{Curve, Side, UNITS_PER_MM};
 
-use super::view::{Entry, Mark, PAD, View, WIDTH, page, path_of};
+use super::element::{Element, Lines, circle, path, points, polyline, text};
+use super::view::{Entry, Mark, PAD, View, WIDTH, outlines, page, path_of};
 use crate::finish::centre_distance;
 use crate::job::{ContourJob, preview};
 use crate::plan::CertifiedPlan;
-use crate::profile::ProfileLoop;
 use crate::units::{mm, point_mm};
 
 /// A series of tool-centre positions, mm.
@@ -73,9 +71,8 @@ pub fn svg(plan: &CertifiedPlan, title: &str, traces: &[Trace]) -> String {
 #[must_use]
 pub fn svg_of_run(plan: &CertifiedPlan, title: &str, traces: &[Trace], spots: &[Spot]) -> String {
     let view = view_of(plan, traces);
-    let mut body = String::new();
+    let mut body = Lines::default();
     draw_part(&mut body, plan, &view);
-    draw_zones(&mut body, plan, &view);
     for trace in traces {
         draw_trace(&mut body, trace, &view);
     }
@@ -87,12 +84,7 @@ pub fn svg_of_run(plan: &CertifiedPlan, title: &str, traces: &[Trace], spots: &[
     }
     for remark in &plan.plan.provenance.remarks {
         if let Some(at) = remark.at {
-            let (x, y) = view.xy(point_mm(at));
-            let _ = writeln!(
-                body,
-                "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"6\" fill=\"none\" \
-                 stroke=\"{REPAIR}\" stroke-width=\"2\"/>"
-            );
+            body.draw(&[circle(view.xy(point_mm(at)), 1, 6).outline(REPAIR, 2)]);
         }
     }
     if let Some(last) = traces.last().and_then(|trace| trace.points_mm.last()) {
@@ -117,43 +109,29 @@ fn view_of(plan: &CertifiedPlan, traces: &[Trace]) -> View {
     View::of((x0, y0), (x1, y1))
 }
 
-fn draw_part(out: &mut String, plan: &CertifiedPlan, view: &View) {
-    let each = |ring: &ProfileLoop| path_of(ring.edges.iter().map(|edge| edge.curve), view) + "Z";
-    let outline: String = plan.plan.profile.loops.iter().map(each).collect();
-    let zones: String = plan.plan.zones.loops.iter().map(each).collect();
+/// Draws the part and the keep-out zones, with their clearances.
+fn draw_part(out: &mut Lines, plan: &CertifiedPlan, view: &View) {
+    let outline = outlines(&plan.plan.profile.loops, view);
+    let zones = outlines(&plan.plan.zones.loops, view);
     for (threshold, colour) in [(plan.roughing, KEEP_OUT), (plan.finishing, KEEP_OUT_FINISH)] {
         let width = 2.0 * mm(threshold.units()) * view.scale;
-        let _ = writeln!(
-            out,
-            "<path d=\"{outline}{zones}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width:.2}\" \
-             stroke-linejoin=\"round\"/>"
-        );
+        let both = path(format_args!("{outline}{zones}"));
+        out.draw(&[both.outline(colour, format_args!("{width:.2}")).set("stroke-linejoin", "round")]);
     }
     draw_rest_material(out, plan, view);
     let around = match plan.part.side() {
         Side::Outside => String::new(),
         Side::Inside => format!("M0 0H{WIDTH}V{:.1}H0Z", view.height + 2.0 * PAD),
     };
-    let _ = writeln!(
-        out,
-        "<path d=\"{around}{outline}\" fill=\"{PART}\" fill-rule=\"evenodd\" stroke=\"{PART_EDGE}\" \
-         stroke-width=\"1.3\"/>"
-    );
-}
-
-fn draw_zones(out: &mut String, plan: &CertifiedPlan, view: &View) {
-    let each = |ring: &ProfileLoop| path_of(ring.edges.iter().map(|edge| edge.curve), view) + "Z";
-    let zones: String = plan.plan.zones.loops.iter().map(each).collect();
+    let part = path(format_args!("{around}{outline}"));
+    out.draw(&[part.fill(PART).set("fill-rule", "evenodd").stroke(PART_EDGE, 1.3)]);
     if !zones.is_empty() {
-        let _ = writeln!(
-            out,
-            "<path d=\"{zones}\" fill=\"{ZONE}\" stroke=\"{PART_EDGE}\" stroke-width=\"1.3\"/>"
-        );
+        out.draw(&[path(zones).fill(ZONE).stroke(PART_EDGE, 1.3)]);
     }
 }
 
 /// Draws the rest material: the area outside the part that no tool disc with a clear centre covers.
-fn draw_rest_material(out: &mut String, plan: &CertifiedPlan, view: &View) {
+fn draw_rest_material(out: &mut Lines, plan: &CertifiedPlan, view: &View) {
     let loops = &plan.plan.finish().loops;
     let free: String = loops.iter().map(|each| path_of(each.curves.iter().copied(), view) + "Z").collect();
     // The clear centres are outside the loops when the part is inside them, else inside.
@@ -163,40 +141,32 @@ fn draw_rest_material(out: &mut String, plan: &CertifiedPlan, view: &View) {
     };
     let touching =
         centre_distance(&plan.plan.profile, &plan.plan.zones, plan.finishing) / f64::from(UNITS_PER_MM);
-    let _ = writeln!(
-        out,
-        "<mask id=\"left\" maskUnits=\"userSpaceOnUse\" x=\"0\" y=\"0\" \
-         width=\"{WIDTH}\" height=\"{height:.1}\">\
-         <rect width=\"{WIDTH}\" height=\"{height:.1}\" fill=\"#fff\"/>\
-         <path d=\"{around}{free}\" fill=\"#000\" fill-rule=\"evenodd\" stroke=\"none\"/>\
-         <path d=\"{free}\" fill=\"none\" stroke=\"#000\" stroke-width=\"{:.3}\" \
-         stroke-linejoin=\"round\"/></mask>\n\
-         <rect width=\"{WIDTH}\" height=\"{height:.1}\" fill=\"{REST_MATERIAL}\" mask=\"url(#left)\"/>",
-        2.0 * touching * view.scale,
-        height = view.height + 2.0 * PAD
-    );
+    let sized = |element: Element| element.set("width", WIDTH).fixed("height", view.height + 2.0 * PAD, 1);
+    let all = || sized(Element::new("rect"));
+    let width = 2.0 * touching * view.scale;
+    let centres =
+        path(format_args!("{around}{free}")).fill("#000").set("fill-rule", "evenodd").set("stroke", "none");
+    let tool = path(free).outline("#000", format_args!("{width:.3}")).set("stroke-linejoin", "round");
+    let mask = Element::new("mask").set("id", "left").set("maskUnits", "userSpaceOnUse");
+    let mask = sized(mask.set("x", 0).set("y", 0)).with(&all().fill("#fff")).with(&centres).with(&tool);
+    out.draw(&[mask]);
+    out.draw(&[all().fill(REST_MATERIAL).set("mask", "url(#left)")]);
 }
 
-fn draw_finish(out: &mut String, plan: &CertifiedPlan, view: &View) {
+fn draw_finish(out: &mut Lines, plan: &CertifiedPlan, view: &View) {
     for each in plan.plan.passes.iter().flat_map(|pass| &pass.path.loops) {
-        let path = path_of(each.curves.iter().copied(), view) + "Z";
-        let _ = writeln!(
-            out,
-            "<path d=\"{path}\" fill=\"none\" stroke=\"{FINISH}\" stroke-width=\"1.6\" \
-             stroke-dasharray=\"7 3\"/>"
-        );
+        let toolpath = path_of(each.curves.iter().copied(), view) + "Z";
+        out.draw(&[path(toolpath).outline(FINISH, 1.6).set("stroke-dasharray", "7 3")]);
     }
 }
 
 /// Draws link moves and leads of a contouring job, with the order and direction of its cuts.
-fn draw_job(out: &mut String, job: &ContourJob, view: &View) {
+fn draw_job(out: &mut Lines, job: &ContourJob, view: &View) {
     let mut number = 0;
     for leg in &job.legs {
         let colour = if leg.cuts.is_some() { FINISH } else { LINK };
-        let travel = |out: &mut String, curves: &[Curve]| {
-            let path = path_of(curves.iter().copied(), view);
-            let _ =
-                writeln!(out, "<path d=\"{path}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.2\"/>");
+        let travel = |out: &mut Lines, curves: &[Curve]| {
+            out.draw(&[path(path_of(curves.iter().copied(), view)).outline(colour, 1.2)]);
         };
         let Some(cut) = leg.cuts else {
             travel(out, &leg.curves);
@@ -219,68 +189,45 @@ fn draw_job(out: &mut String, job: &ContourJob, view: &View) {
 }
 
 /// Draws an arrow head in a direction of the drawing, with the number of the cut beside it.
-fn arrow(out: &mut String, (x, y): (f64, f64), (dx, dy): (f64, f64), number: u32) {
+fn arrow(out: &mut Lines, (x, y): (f64, f64), (dx, dy): (f64, f64), number: u32) {
     let (ux, uy) = (dx, -dy);
-    let _ = writeln!(
-        out,
-        "<path d=\"M{:.1} {:.1}L{:.1} {:.1}L{:.1} {:.1}Z\" fill=\"{FINISH}\"/>\
-         <text x=\"{:.1}\" y=\"{:.1}\" font-size=\"12\" font-weight=\"bold\" fill=\"{FINISH}\" \
-         stroke=\"#fff\" stroke-width=\"3\" paint-order=\"stroke\">{number}</text>",
+    let head = path(format_args!(
+        "M{:.1} {:.1}L{:.1} {:.1}L{:.1} {:.1}Z",
         x + 7.0 * ux,
         y + 7.0 * uy,
         x - 5.0 * ux - 5.0 * uy,
         y - 5.0 * uy + 5.0 * ux,
         x - 5.0 * ux + 5.0 * uy,
         y - 5.0 * uy - 5.0 * ux,
-        x - 14.0 * uy - 4.0,
-        y + 14.0 * ux + 4.0,
-    );
+    ));
+    let beside = text((x - 14.0 * uy - 4.0, y + 14.0 * ux + 4.0), 1, number).bold(12).fill(FINISH);
+    out.draw(&[head.fill(FINISH), beside.stroke("#fff", 3).set("paint-order", "stroke")]);
 }
 
-fn draw_trace(out: &mut String, trace: &Trace, view: &View) {
+fn draw_trace(out: &mut Lines, trace: &Trace, view: &View) {
     let (colour, width) = match trace.kind {
         TraceKind::Manual => (JOGGING, 0.8),
         TraceKind::Contour => (CONTOUR, 2.4),
     };
-    let mut points = String::new();
-    for &point in &trace.points_mm {
-        let (x, y) = view.xy(point);
-        let _ = write!(points, "{x:.2},{y:.2} ");
-    }
-    let _ = writeln!(
-        out,
-        "<polyline points=\"{points}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\" \
-         stroke-linejoin=\"round\"/>"
-    );
+    let positions = points(trace.points_mm.iter().map(|&point| view.xy(point)), 2);
+    out.draw(&[polyline(&positions).outline(colour, width).set("stroke-linejoin", "round")]);
 }
 
-fn draw_tool(out: &mut String, at: (f64, f64), radius_mm: f64, view: &View) {
-    let ((x, y), r) = (view.xy(at), radius_mm * view.scale);
-    let _ = writeln!(
-        out,
-        "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{r:.2}\" fill=\"{TOOL}\" fill-opacity=\"0.15\" \
-         stroke=\"{TOOL}\" stroke-width=\"1.5\"/>\
-         <circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"2\" fill=\"{TOOL}\"/>"
-    );
+fn draw_tool(out: &mut Lines, at: (f64, f64), radius_mm: f64, view: &View) {
+    let (centre, r) = (view.xy(at), radius_mm * view.scale);
+    let tool = circle(centre, 2, format_args!("{r:.2}")).fill(TOOL).set("fill-opacity", 0.15);
+    out.draw(&[tool.stroke(TOOL, 1.5), circle(centre, 2, 2).fill(TOOL)]);
 }
 
 /// Draws a ring for a contact start, a cross for a stop.
-fn draw_spot(out: &mut String, spot: &Spot, view: &View) {
+fn draw_spot(out: &mut Lines, spot: &Spot, view: &View) {
     let (x, y) = view.xy(spot.at_mm);
-    let _ = match spot.kind {
-        SpotKind::ProbePoint => writeln!(
-            out,
-            "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"7\" fill=\"none\" stroke=\"{TOUCH}\" \
-             stroke-width=\"2.5\"/>"
-        ),
-        SpotKind::Stop => writeln!(
-            out,
-            "<path d=\"M{:.2} {:.2}l12 12m0 -12l-12 12\" fill=\"none\" stroke=\"{STOP}\" \
-             stroke-width=\"2.5\"/>",
-            x - 6.0,
-            y - 6.0
-        ),
-    };
+    out.draw(&[match spot.kind {
+        SpotKind::ProbePoint => circle((x, y), 2, 7).outline(TOUCH, 2.5),
+        SpotKind::Stop => {
+            path(format_args!("M{:.2} {:.2}l12 12m0 -12l-12 12", x - 6.0, y - 6.0)).outline(STOP, 2.5)
+        }
+    }]);
 }
 
 fn legend(plan: &CertifiedPlan, traces: &[Trace], spots: &[Spot]) -> Vec<Entry> {

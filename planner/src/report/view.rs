@@ -4,6 +4,9 @@ use std::fmt::Write as _;
 
 use keepout_kernel::{Curve, Turn};
 
+use super::chart::round_steps;
+use super::element::{Element, Lines, background, document, path, text};
+use crate::profile::ProfileLoop;
 use crate::units::point_mm;
 
 pub(super) const WIDTH: f64 = 1100.0;
@@ -32,6 +35,11 @@ impl View {
     }
 }
 
+/// SVG path of closed loops.
+pub(super) fn outlines(loops: &[ProfileLoop], view: &View) -> String {
+    loops.iter().map(|each| path_of(each.edges.iter().map(|edge| edge.curve), view) + "Z").collect()
+}
+
 /// SVG path of curves that join end to end.
 pub(super) fn path_of(curves: impl Iterator<Item = Curve>, view: &View) -> String {
     let mut path = String::new();
@@ -58,32 +66,15 @@ pub(super) fn path_of(curves: impl Iterator<Item = Curve>, view: &View) -> Strin
     path
 }
 
-fn draw_scale(out: &mut String, view: &View) {
+fn draw_scale(out: &mut Lines, view: &View) {
     let wanted = 160.0 / view.scale;
-    let decade = 10_f64.powf(wanted.log10().floor());
-    let step =
-        [1.0, 2.0, 5.0].into_iter().rev().map(|k| k * decade).find(|&step| step <= wanted).unwrap_or(decade);
+    let step = round_steps(wanted).into_iter().rfind(|&step| step <= wanted).unwrap_or(wanted);
     let (x, y, w) = (PAD + 16.0, PAD + view.height - 18.0, step * view.scale);
-    let _ = writeln!(
-        out,
-        "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"26\" fill=\"{PAPER}\" fill-opacity=\"0.8\"/>\
-         <path d=\"M{x} {}v10M{x} {y}h{w:.2}m0 -5v10\" stroke=\"#111\" stroke-width=\"1.5\" fill=\"none\"/>\
-         <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{step} mm</text>",
-        x - 6.0,
-        y - 19.0,
-        w + 12.0,
-        y - 5.0,
-        x + w / 2.0,
-        y - 6.0
-    );
-}
-
-/// Text escaped for XML. XML permits no control characters.
-#[must_use]
-pub fn escape(text: &str) -> String {
-    let shown = |letter: char| if letter.is_control() && letter != '\n' { '\u{fffd}' } else { letter };
-    let text: String = text.chars().map(shown).collect();
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    let behind = Element::new("rect").fixed("x", x - 6.0, 1).fixed("y", y - 19.0, 1);
+    let behind = behind.fixed("width", w + 12.0, 1).set("height", 26);
+    let bar = path(format_args!("M{x} {}v10M{x} {y}h{w:.2}m0 -5v10", y - 5.0)).stroke("#111", 1.5);
+    let length = text((x + w / 2.0, y - 6.0), 1, format_args!("{step} mm")).set("text-anchor", "middle");
+    out.draw(&[behind.fill(PAPER).set("fill-opacity", 0.8), bar.fill("none"), length]);
 }
 
 /// Mark of a legend entry.
@@ -112,62 +103,49 @@ impl Entry {
 const ROW: f64 = 24.0;
 
 /// The whole page: `body` in the field, a scale, and below it the title and the legend in two columns.
-pub(super) fn page(view: &View, title: &str, legend: &[Entry], body: &str) -> String {
+pub(super) fn page(view: &View, title: &str, legend: &[Entry], body: &Lines) -> String {
     let rows = legend.len().div_ceil(2);
     let legend_height = 40.0 + ROW * f64::from(u32::try_from(rows).unwrap_or(0));
     let (width, height) = (WIDTH, view.height + legend_height + 2.0 * PAD);
-    let (title, field) = (escape(title), WIDTH - 2.0 * PAD);
-    let mut out = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" \
-         width=\"{width:.0}\" height=\"{height:.0}\" \
-         font-family=\"Helvetica, Arial, sans-serif\" font-size=\"13\">\n\
-         <title>{title}</title>\n<rect width=\"100%\" height=\"100%\" fill=\"{PAPER}\"/>\n\
-         <clipPath id=\"field\">\
-         <rect x=\"{PAD}\" y=\"{PAD}\" width=\"{field:.1}\" height=\"{:.1}\"/></clipPath>\n\
-         <g clip-path=\"url(#field)\">\n{body}</g>\n\
-         <rect x=\"{PAD}\" y=\"{PAD}\" width=\"{field:.1}\" height=\"{:.1}\" fill=\"none\" \
-         stroke=\"#9aa0a8\"/>\n",
-        view.height, view.height
-    );
+    let field = || {
+        let corner = Element::new("rect").set("x", PAD).set("y", PAD);
+        corner.fixed("width", WIDTH - 2.0 * PAD, 1).fixed("height", view.height, 1)
+    };
+    let mut out = Lines::default();
+    out.draw(&[Element::new("title").text(title)]);
+    out.draw(&[background(PAPER)]);
+    out.draw(&[Element::new("clipPath").set("id", "field").with(&field())]);
+    out.draw(&[Element::new("g").set("clip-path", "url(#field)").lines(body)]);
+    out.draw(&[field().fill("none").set("stroke", "#9aa0a8")]);
     draw_scale(&mut out, view);
     let top = view.height + 2.0 * PAD;
-    let _ = writeln!(
-        out,
-        "<text x=\"{PAD}\" y=\"{:.1}\" font-size=\"17\" font-weight=\"bold\">{title}</text>",
-        top + 8.0
-    );
+    out.draw(&[Element::new("text").set("x", PAD).fixed("y", top + 8.0, 1).bold(17).text(title)]);
     for (k, entry) in legend.iter().enumerate() {
         let column = f64::from(u8::from(k >= rows));
         let row = f64::from(u32::try_from(k % rows.max(1)).unwrap_or(0));
         draw_entry(&mut out, entry, PAD + column * 520.0, top + 32.0 + ROW * row);
     }
-    out.push_str("</svg>\n");
-    out
+    let page = document((width, height)).fixed("width", width, 0).fixed("height", height, 0);
+    let page = page.set("font-family", "Helvetica, Arial, sans-serif").set("font-size", 13);
+    format!("{}\n", page.lines(&out))
 }
 
-fn draw_entry(out: &mut String, entry: &Entry, x: f64, y: f64) {
+fn draw_entry(out: &mut Lines, entry: &Entry, x: f64, y: f64) {
     let colour = entry.colour;
     let mark = match entry.mark {
-        Mark::Area => format!(
-            "<rect x=\"{x}\" y=\"{}\" width=\"30\" height=\"14\" fill=\"{colour}\" \
-             stroke=\"#777\" stroke-width=\"0.5\"/>",
-            y - 11.0
-        ),
-        Mark::Ring => format!(
-            "<circle cx=\"{}\" cy=\"{}\" r=\"7\" fill=\"{colour}\" fill-opacity=\"0.15\" \
-             stroke=\"{colour}\" stroke-width=\"1.5\"/>",
-            x + 15.0,
-            y - 4.0
-        ),
-        Mark::Cross => format!(
-            "<path d=\"M{} {}l12 12m0 -12l-12 12\" stroke=\"{colour}\" stroke-width=\"2.5\"/>",
-            x + 9.0,
-            y - 10.0
-        ),
-        Mark::Line | Mark::Dash => {
-            let dash = if matches!(entry.mark, Mark::Dash) { " stroke-dasharray=\"7 3\"" } else { "" };
-            format!("<path d=\"M{x} {}h30\" stroke=\"{colour}\" stroke-width=\"2\"{dash}/>", y - 4.0)
+        Mark::Area => {
+            let area = Element::new("rect").set("x", x).set("y", y - 11.0);
+            area.set("width", 30).set("height", 14).fill(colour).stroke("#777", 0.5)
+        }
+        Mark::Ring => {
+            let ring = Element::new("circle").set("cx", x + 15.0).set("cy", y - 4.0).set("r", 7);
+            ring.fill(colour).set("fill-opacity", 0.15).stroke(colour, 1.5)
+        }
+        Mark::Cross => path(format_args!("M{} {}l12 12m0 -12l-12 12", x + 9.0, y - 10.0)).stroke(colour, 2.5),
+        Mark::Line => path(format_args!("M{x} {}h30", y - 4.0)).stroke(colour, 2),
+        Mark::Dash => {
+            path(format_args!("M{x} {}h30", y - 4.0)).stroke(colour, 2).set("stroke-dasharray", "7 3")
         }
     };
-    let _ = writeln!(out, "{mark}<text x=\"{}\" y=\"{y:.1}\">{}</text>", x + 40.0, escape(&entry.text));
+    out.draw(&[mark, Element::new("text").set("x", x + 40.0).fixed("y", y, 1).text(&entry.text)]);
 }

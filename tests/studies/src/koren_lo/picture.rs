@@ -1,11 +1,10 @@
 //! SVG pictures like the paper's Figs. 11 to 21: contour error over time, and magnified around circles and
 //! corners.
 
-use std::fmt::Write as _;
-
 use keepout_drives::Axes;
 use keepout_drives::metrics::{Moment, figure};
-use keepout_planner::report::escape;
+use keepout_planner::report::chart::{round_steps, sheet};
+use keepout_planner::report::element::{Element, Lines, background, points, polyline, text};
 
 use super::comparison::{ControllerEntry, Row};
 use super::scenario::PathShape;
@@ -34,20 +33,17 @@ pub fn svg(row: &Row) -> String {
     let lines = shown.len().div_ceil(COLUMNS).max(1);
     let (width, height) =
         (count(columns) * (SIDE + GAP) + GAP, count(lines) * (panel_height + GAP) + GAP + 22.0);
-    let mut body = String::new();
+    let title = format!("{}: {}, {} m/min", row.scenario.name, row.scenario.title, row.scenario.feed_m_min);
+    let mut body = Lines::default();
+    body.draw(&[background("#fff")]);
+    body.draw(&[text((GAP, 26.0), 0, title).set("font-size", 15)]);
     for (number, entry) in shown.into_iter().enumerate() {
         let x = GAP + count(number % COLUMNS) * (SIDE + GAP);
         let y = GAP + 22.0 + count(number / COLUMNS) * (panel_height + GAP);
-        panel(&mut body, row, entry, (x, y), with_path);
+        let place = format_args!("translate({x:.1} {y:.1})");
+        body.draw(&[Element::new("g").set("transform", place).lines(&panel(row, entry, with_path))]);
     }
-    let title = format!("{}: {}, {} m/min", row.scenario.name, row.scenario.title, row.scenario.feed_m_min);
-    format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" \
-         font-family=\"sans-serif\" font-size=\"11\">\n\
-         <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n\
-         <text x=\"{GAP}\" y=\"26\" font-size=\"15\">{}</text>\n{body}</svg>\n",
-        escape(&title)
-    )
+    sheet((width, height), 11, &body)
 }
 
 #[expect(clippy::cast_precision_loss, reason = "a count of panels or points")]
@@ -55,34 +51,29 @@ fn count(number: usize) -> f64 {
     number as f64
 }
 
-fn panel(body: &mut String, row: &Row, entry: &ControllerEntry, (x, y): (f64, f64), with_path: bool) {
+fn panel(row: &Row, entry: &ControllerEntry, with_path: bool) -> Lines {
     let contour = entry.outcome.figures.contour.times(row.um());
-    let _ = write!(
-        body,
-        "<g transform=\"translate({x:.1} {y:.1})\">\n<text y=\"11\">{}</text>\n\
-         <text y=\"25\" fill=\"#555\">RMS {} · max {} µm</text>\n",
-        escape(&entry.name()),
-        figure(contour.rms),
-        figure(contour.max)
-    );
+    let errors = format!("RMS {} · max {} µm", figure(contour.rms), figure(contour.max));
+    let mut body = Lines::default();
+    body.draw(&[Element::new("text").set("y", 11).text(entry.name())]);
+    body.draw(&[Element::new("text").set("y", 25).fill("#555").text(errors)]);
     let moments = &entry.outcome.moments;
     let division = division(contour.max);
-    over_time(body, moments, row.um(), division);
+    over_time(&mut body, moments, row.um(), division);
     if with_path {
-        let _ = writeln!(body, "<g transform=\"translate(0 {:.1})\">", HEAD + TIME_HEIGHT + 8.0);
-        match row.scenario.path {
-            PathShape::Corner { .. } => at_corner(body, row, moments),
-            _ => magnified(body, row, moments, division),
-        }
-        body.push_str("</g>\n");
+        let drawn = match row.scenario.path {
+            PathShape::Corner { .. } => at_corner(row, moments),
+            _ => magnified(row, moments, division),
+        };
+        let place = format_args!("translate(0 {:.1})", HEAD + TIME_HEIGHT + 8.0);
+        body.draw(&[Element::new("g").set("transform", place).lines(&drawn)]);
     }
-    body.push_str("</g>\n");
+    body
 }
 
-/// Smallest of 1, 2, 5 or 10 times a power of ten that is not below the error, µm.
+/// Smallest round step that is not below the error, µm.
 fn division(max: f64) -> f64 {
-    let size = 10_f64.powf(max.max(1e-4).log10().floor());
-    [1.0, 2.0, 5.0, 10.0].map(|step| step * size).into_iter().find(|&step| max <= step).unwrap_or(max)
+    round_steps(max.max(1e-4)).into_iter().find(|&step| max <= step).unwrap_or(max)
 }
 
 /// Every nth moment, so that a curve has about [`POINTS`] points.
@@ -90,33 +81,33 @@ fn thinned(moments: &[Moment]) -> impl Iterator<Item = &Moment> {
     moments.iter().step_by(moments.len().div_ceil(POINTS).max(1))
 }
 
-fn polyline(body: &mut String, points: impl Iterator<Item = (f64, f64)>, style: &str) {
-    body.push_str("<polyline points=\"");
-    for (x, y) in points {
-        let _ = write!(body, "{x:.1},{y:.1} ");
-    }
-    let _ = writeln!(body, "\" fill=\"none\" {style}/>");
+fn curve(at: impl Iterator<Item = (f64, f64)>, (colour, width): (&str, f64)) -> Element {
+    polyline(&points(at, 1)).outline(colour, width)
 }
 
-const CURVE: &str = "stroke=\"#b03020\" stroke-width=\"1.1\"";
-const PATH: &str = "stroke=\"#888\" stroke-width=\"0.8\"";
+/// Note at the left side of a panel, `y` pixels below its upper edge.
+fn note(y: f64, words: &str) -> Element {
+    Element::new("text").set("x", 3).fixed("y", y, 1).fill("#555").set("font-size", 9).text(words)
+}
+
+/// Colour and width of the line of a curve.
+const CURVE: (&str, f64) = ("#b03020", 1.1);
+/// Colour and width of the line of a path.
+const PATH: (&str, f64) = ("#888", 0.8);
 
 /// Draws the contour error over time.
-fn over_time(body: &mut String, moments: &[Moment], um: f64, division: f64) {
+fn over_time(body: &mut Lines, moments: &[Moment], um: f64, division: f64) {
     let (top, middle) = (HEAD, HEAD + TIME_HEIGHT / 2.0);
     let last = moments.last().map_or(1.0, |moment| moment.at_s.max(1e-9));
-    let _ = write!(
-        body,
-        "<rect y=\"{top}\" width=\"{SIDE}\" height=\"{TIME_HEIGHT}\" fill=\"none\" stroke=\"#ccc\"/>\n\
-         <line y1=\"{middle}\" x2=\"{SIDE}\" y2=\"{middle}\" {PATH}/>\n\
-         <text x=\"3\" y=\"{:.1}\" fill=\"#555\" font-size=\"9\">±{} µm over {last:.2} s</text>\n",
-        top + 10.0,
-        plain(division)
-    );
+    let axis = Element::new("line").set("y1", middle).set("x2", SIDE).set("y2", middle);
+    let frame = Element::new("rect").set("y", top).set("width", SIDE).set("height", TIME_HEIGHT);
+    body.draw(&[frame.fill("none").set("stroke", "#ccc")]);
+    body.draw(&[axis.stroke(PATH.0, PATH.1)]);
+    body.draw(&[note(top + 10.0, &format!("±{} µm over {last:.2} s", plain(division)))]);
     let at = |moment: &Moment| {
         (moment.at_s / last * SIDE, middle - moment.contour_error * um / division * TIME_HEIGHT / 2.0 * 0.95)
     };
-    polyline(body, thinned(moments).map(at), CURVE);
+    body.draw(&[curve(thinned(moments).map(at), CURVE)]);
 }
 
 /// `value` without trailing zeros.
@@ -126,7 +117,7 @@ fn plain(value: f64) -> String {
 }
 
 /// Draws a closed path, with the errors magnified across it.
-fn magnified(body: &mut String, row: &Row, moments: &[Moment], division: f64) {
+fn magnified(row: &Row, moments: &[Moment], division: f64) -> Lines {
     let path = &row.task.path;
     let length = path.length();
     let along = |share: f64| path.at(share * length).map(|(_, foot)| foot.point);
@@ -143,19 +134,17 @@ fn magnified(body: &mut String, row: &Row, moments: &[Moment], division: f64) {
         let off = (point - centre) * scale;
         (SIDE / 2.0 + off.x, SIDE / 2.0 - off.y)
     };
-    polyline(body, outline.iter().map(|&point| place(point)), PATH);
+    let mut body = Lines::default();
+    body.draw(&[curve(outline.iter().map(|&point| place(point)), PATH)]);
     let across = SIDE * 0.14 / (division / row.um()) / scale;
     let shown = thinned(moments).map(|moment| {
         let number = path.at(0.0).map_or(0, |(number, _)| number);
         let foot = path.nearest(moment.position, nearest_piece(row, moment, number));
         place(foot.point + keepout_drives::path::left_of(foot.tangent) * moment.contour_error * across)
     });
-    polyline(body, shown, CURVE);
-    let _ = writeln!(
-        body,
-        "<text x=\"3\" y=\"{:.1}\" fill=\"#555\" font-size=\"9\">across the path × {across:.0}</text>",
-        SIDE - 3.0
-    );
+    body.draw(&[curve(shown, CURVE)]);
+    body.draw(&[note(SIDE - 3.0, &format!("across the path × {across:.0}"))]);
+    body
 }
 
 /// Number of the piece that the reference is on.
@@ -170,8 +159,9 @@ fn nearest_piece(row: &Row, moment: &Moment, first: usize) -> usize {
 }
 
 /// Draws the corner, at a scale that fits the error.
-fn at_corner(body: &mut String, row: &Row, moments: &[Moment]) {
-    let Some(tip) = row.task.path.pieces().get(1).map(|piece| piece.at(0.0).point) else { return };
+fn at_corner(row: &Row, moments: &[Moment]) -> Lines {
+    let mut body = Lines::default();
+    let Some(tip) = row.task.path.pieces().get(1).map(|piece| piece.at(0.0).point) else { return body };
     let worst =
         moments.iter().map(|moment| moment.contour_error.abs().max(moment.overshoot)).fold(0.0, f64::max);
     // Half the panel shows three times the error.
@@ -182,22 +172,17 @@ fn at_corner(body: &mut String, row: &Row, moments: &[Moment]) {
         (SIDE / 2.0 + off.x, SIDE / 2.0 - off.y)
     };
     let clip = format!("corner-{}-{:.0}", row.scenario.name, worst * 1e6);
-    let _ = write!(
-        body,
-        "<clipPath id=\"{clip}\"><rect width=\"{SIDE}\" height=\"{SIDE}\"/></clipPath>\n\
-         <rect width=\"{SIDE}\" height=\"{SIDE}\" fill=\"none\" stroke=\"#ccc\"/>\n\
-         <g clip-path=\"url(#{clip})\">\n"
-    );
+    let frame = Element::new("rect").set("width", SIDE).set("height", SIDE);
+    body.draw(&[Element::new("clipPath").set("id", &clip).with(&frame)]);
+    body.draw(&[frame.fill("none").set("stroke", "#ccc")]);
+    let mut curves = Lines::default();
     let ends = row.task.path.pieces().iter().flat_map(|piece| [piece.at(0.0), piece.at(piece.length())]);
-    polyline(body, ends.map(|foot| place(foot.point)), PATH);
+    curves.draw(&[curve(ends.map(|foot| place(foot.point)), PATH)]);
     let near = moments.iter().filter(|moment| (moment.position - tip).amax() <= 2.0 * reach);
-    polyline(body, near.map(|moment| place(moment.position)), CURVE);
-    let _ = writeln!(
-        body,
-        "</g>\n<text x=\"3\" y=\"{:.1}\" fill=\"#555\" font-size=\"9\">{} µm from edge to edge</text>",
-        SIDE - 3.0,
-        figure(2.0 * reach * row.um())
-    );
+    curves.draw(&[curve(near.map(|moment| place(moment.position)), CURVE)]);
+    body.draw(&[Element::new("g").set("clip-path", format_args!("url(#{clip})")).lines(&curves)]);
+    body.draw(&[note(SIDE - 3.0, &format!("{} µm from edge to edge", figure(2.0 * reach * row.um())))]);
+    body
 }
 
 #[cfg(test)]
