@@ -1,8 +1,9 @@
 //! The pictures of the study: roughing paths like Fig. 8, and success over tolerance.
 
 use std::cmp::Ordering;
-use std::fmt::Write as _;
 
+use keepout_planner::report::chart::sheet;
+use keepout_planner::report::element::{Element, Lines, background, circle, path, points, polyline, text};
 use keepout_planner::report::{Trace, TraceKind, svg};
 
 use super::attempt::Attempt;
@@ -22,6 +23,9 @@ const HEIGHT: f64 = 300.0;
 const MARGIN: f64 = 46.0;
 /// Largest tolerance in the chart, mm.
 const WIDEST_MM: f64 = 5.5;
+const SLOW: &str = "#2c6fd1";
+const QUICK: &str = "#d97a00";
+const OURS: &str = "#0b7a3b";
 
 /// The file name of a picture, and its SVG text.
 pub type Picture = (String, String);
@@ -76,82 +80,43 @@ fn traces(attempts: &[Attempt]) -> Vec<Trace> {
 pub fn chart(results: &Results) -> String {
     let x = |tolerance: f64| MARGIN + (WIDTH - 2.0 * MARGIN) * tolerance / WIDEST_MM;
     let y = |share: f64| HEIGHT - MARGIN - (HEIGHT - 2.0 * MARGIN) * share;
-    let mut body = String::new();
+    let mut body = Lines::default();
+    body.draw(&[background("#fff")]);
+    let title = "Attempts without invasion, external triangle, over tolerance T in mm";
+    body.draw(&[text((MARGIN, 18.0), 0, title).set("font-size", 13)]);
     for tenth in [0.0, 0.25, 0.5, 0.75, 1.0] {
-        let _ = writeln!(
-            body,
-            "<path d=\"M{:.1} {:.1}H{:.1}\" stroke=\"#ddd\"/>\
-             <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{:.0} %</text>",
-            x(0.0),
-            y(tenth),
-            x(WIDEST_MM),
-            x(0.0) - 6.0,
-            y(tenth) + 4.0,
-            100.0 * tenth,
-        );
+        let grid = path(format_args!("M{:.1} {:.1}H{:.1}", x(0.0), y(tenth), x(WIDEST_MM)));
+        let share = text((x(0.0) - 6.0, y(tenth) + 4.0), 1, format_args!("{:.0} %", 100.0 * tenth));
+        body.draw(&[grid.set("stroke", "#ddd"), share.set("text-anchor", "end")]);
     }
     for tolerance in 0..=5_u8 {
-        let _ = writeln!(
-            body,
-            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{tolerance}</text>",
-            x(tolerance.into()),
-            y(0.0) + 16.0
-        );
+        body.draw(&[text((x(tolerance.into()), y(0.0) + 16.0), 1, tolerance).set("text-anchor", "middle")]);
     }
     let place = |tolerance: f64, share: f64| (x(tolerance), y(share));
-    for (feed, colour) in [(12.0, "#2c6fd1"), (18.0, "#d97a00")] {
-        body += &curve(results, feed, colour, &place);
+    for (feed, colour) in [(12.0, SLOW), (18.0, QUICK)] {
+        let of_triangle = |row: &&PaperRow| row.reported.table == "2 (a)" && row.reported.feed_mm_s == feed;
+        let rows: Vec<&PaperRow> = results.paper.iter().filter(of_triangle).collect();
+        curve(&mut body, &rows, colour, place);
     }
     let ours = results.ours.first().map_or(0.0, |row| row.tolerance_mm);
-    let _ = writeln!(
-        body,
-        "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"9\" height=\"9\" fill=\"#0b7a3b\"/>\
-         <text x=\"{:.1}\" y=\"{:.1}\" fill=\"#0b7a3b\">Keepout, T = {ours:.3} mm, 12 to 1200 mm/s</text>",
-        x(ours) - 4.5,
-        y(results.ours_together().success()) - 4.5,
-        x(ours) + 10.0,
-        y(1.0) - 8.0,
-    );
-    format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" \
-         font-family=\"sans-serif\" font-size=\"11\">\n\
-         <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n\
-         <text x=\"{MARGIN}\" y=\"18\" font-size=\"13\">Attempts without invasion, external triangle, \
-         over tolerance T in mm</text>\n{body}\
-         <text x=\"{:.1}\" y=\"{:.1}\" fill=\"#2c6fd1\">\
-         12 mm/s: line found, dots reported (full: fitted)</text>\n\
-         <text x=\"{:.1}\" y=\"{:.1}\" fill=\"#d97a00\">18 mm/s</text>\n</svg>\n",
-        x(2.6),
-        y(0.2),
-        x(2.6),
-        y(0.2) + 15.0
-    )
+    let mark = Element::new("rect").fixed("x", x(ours) - 4.5, 1);
+    let mark = mark.fixed("y", y(results.ours_together().success()) - 4.5, 1);
+    let named = format_args!("Keepout, T = {ours:.3} mm, 12 to 1200 mm/s");
+    let named = text((x(ours) + 10.0, y(1.0) - 8.0), 1, named);
+    body.draw(&[mark.set("width", 9).set("height", 9).fill(OURS), named.fill(OURS)]);
+    let slow = text((x(2.6), y(0.2)), 1, "12 mm/s: line found, dots reported (full: fitted)");
+    body.draw(&[slow.fill(SLOW)]);
+    body.draw(&[text((x(2.6), y(0.2) + 15.0), 1, "18 mm/s").fill(QUICK)]);
+    sheet((WIDTH, HEIGHT), 11, &body)
 }
 
-/// Draws the success at a feed on the external triangle: a line for our simulation, dots for the paper.
-fn curve(results: &Results, feed: f64, colour: &str, place: &dyn Fn(f64, f64) -> (f64, f64)) -> String {
-    let mut body = String::new();
-    let rows =
-        results.paper.iter().filter(|row| row.reported.table == "2 (a)" && row.reported.feed_mm_s == feed);
-    let rows: Vec<&PaperRow> = rows.collect();
-    let point = |row: &&PaperRow| {
-        let (x, y) = place(row.reported.tolerance_mm, row.found.success());
-        format!("{x:.1},{y:.1}")
-    };
-    let line: Vec<String> = rows.iter().map(point).collect();
-    let _ = writeln!(
-        body,
-        "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"/>",
-        line.join(" ")
-    );
+/// Draws the success at a feed: a line for our simulation, dots for the paper.
+fn curve(body: &mut Lines, rows: &[&PaperRow], colour: &str, place: impl Fn(f64, f64) -> (f64, f64)) {
+    let found = points(rows.iter().map(|row| place(row.reported.tolerance_mm, row.found.success())), 1);
+    body.draw(&[polyline(found.trim_end()).outline(colour, 2)]);
     for row in rows {
-        let (cx, cy) = place(row.reported.tolerance_mm, row.reported.success());
         let fill = if row.reported.calibrates { colour } else { "#fff" };
-        let _ = writeln!(
-            body,
-            "<circle cx=\"{cx:.1}\" cy=\"{cy:.1}\" r=\"4\" \
-             fill=\"{fill}\" stroke=\"{colour}\" stroke-width=\"1.5\"/>"
-        );
+        let at = place(row.reported.tolerance_mm, row.reported.success());
+        body.draw(&[circle(at, 1, 4).fill(fill).stroke(colour, 1.5)]);
     }
-    body
 }
