@@ -5,6 +5,7 @@ pub mod element;
 pub mod html;
 mod inspection;
 mod plan;
+pub mod table;
 mod view;
 
 pub use inspection::inspection_svg;

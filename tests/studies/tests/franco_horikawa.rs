@@ -13,7 +13,7 @@ use keepout_studies::franco_horikawa::page::{FOLDER, page};
 use keepout_studies::franco_horikawa::picture::chart;
 use keepout_studies::franco_horikawa::results::{PaperRow, Results, our_rows, paper_attempts, paper_rows};
 use keepout_studies::franco_horikawa::scenario::{Scenarios, machine};
-use keepout_studies::franco_horikawa::tables::{csv, ours_table, paper_table};
+use keepout_studies::franco_horikawa::tables::{ours_table, paper_table};
 
 fn docs() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/research")
@@ -101,7 +101,7 @@ fn tables_depend_only_on_the_seed() {
     let made = |seed| {
         let paper = paper_rows(&scenarios, (4, seed), &|_, _| {}).unwrap();
         let ours = our_rows(&scenarios, (2, seed), &|_, _| {}).unwrap();
-        [csv(&paper_table(&paper)), csv(&ours_table(&ours))]
+        [paper_table(&paper), ours_table(&ours)]
     };
     let first = made(5);
     assert_eq!(first, made(5));

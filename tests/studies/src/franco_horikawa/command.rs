@@ -5,13 +5,14 @@ use std::process::ExitCode;
 
 use clap::Args;
 use indicatif::ProgressBar;
+use keepout_planner::report::table::markdown;
 
 use super::calibration::calibrate;
 use super::page::{FOLDER, page};
 use super::picture::{chart, paths};
 use super::results::Results;
 use super::scenario::{Scenarios, StudyError};
-use super::tables::{markdown, paper_table};
+use super::tables::paper_table;
 use crate::command::{CommandError, bar, make_folder, write};
 
 /// Arguments of `franco-horikawa`.

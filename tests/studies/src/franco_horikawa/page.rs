@@ -3,11 +3,13 @@
 
 use std::fmt::Write as _;
 
+use keepout_planner::report::table::markdown;
+
 use super::attempt::real;
 use super::delays::Looked;
 use super::results::{PaperRow, Results};
 use super::scenario::Scenarios;
-use super::tables::{markdown, paper_table, percent};
+use super::tables::{paper_table, percent};
 
 /// Folder of the pictures and results, next to the page.
 pub const FOLDER: &str = "franco-horikawa";

@@ -1,6 +1,4 @@
-//! The tables of the study, as CSV and as Markdown.
-
-use std::fmt::Write as _;
+//! The tables of the study.
 
 use super::attempt::Tally;
 use super::results::{OurRow, PaperRow, Results};
@@ -268,23 +266,4 @@ impl PaperRow {
         }
         fewer >= 0.025 && more >= 0.025
     }
-}
-
-/// A table as CSV. The cells must not contain commas.
-#[must_use]
-pub fn csv(table: &[Vec<String>]) -> String {
-    table.iter().fold(String::new(), |text, row| text + &row.join(",") + "\n")
-}
-
-/// A table as Markdown.
-#[must_use]
-pub fn markdown(table: &[Vec<String>]) -> String {
-    let mut text = String::new();
-    for (number, row) in table.iter().enumerate() {
-        let _ = writeln!(text, "| {} |", row.join(" | "));
-        if number == 0 {
-            let _ = writeln!(text, "|{}", "---|".repeat(row.len()));
-        }
-    }
-    text
 }

@@ -7,6 +7,7 @@ use keepout_drives::controllers::selection::Environment;
 use keepout_drives::metrics::figure;
 use keepout_drives::profile::{DriveProfile, ProfileError, Uncertainty};
 use keepout_drives::run::{RunOutcome, Task};
+use keepout_planner::report::table::markdown;
 
 use super::scenario::DriveScenario;
 
@@ -167,26 +168,19 @@ impl Comparison {
     /// Contour errors as a Markdown table, RMS / max in µm: one line per controller, one column per row.
     #[must_use]
     pub fn markdown(&self) -> String {
-        let mut text = String::from("| µm, RMS / max |");
-        for row in &self.rows {
-            let _ = write!(text, " {} |", row.scenario.name);
-        }
-        text.push_str("\n|---|");
-        text.push_str(&"---|".repeat(self.rows.len()));
-        text.push('\n');
+        let names = self.rows.iter().map(|row| row.scenario.name.clone());
+        let mut table = vec![std::iter::once("µm, RMS / max".into()).chain(names).collect()];
         for &kind in &self.kinds {
-            let _ = write!(text, "| {} |", kind.names().1);
-            for row in &self.rows {
+            let cell = |row: &Row| {
                 let found = row.entries.iter().find(|entry| entry.kind == kind);
-                let cell = found.map_or("–".into(), |entry| {
+                found.map_or("–".into(), |entry| {
                     let contour = entry.outcome.figures.contour.times(row.um());
                     format!("{} / {}", figure(contour.rms), figure(contour.max))
-                });
-                let _ = write!(text, " {cell} |");
-            }
-            text.push('\n');
+                })
+            };
+            table.push(std::iter::once(kind.names().1.into()).chain(self.rows.iter().map(cell)).collect());
         }
-        text
+        markdown(&table)
     }
 
     /// Descriptions of the rows, as a Markdown list.
