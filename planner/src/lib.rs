@@ -30,7 +30,3 @@ pub mod stored;
 mod summary;
 pub mod text_file;
 pub mod units;
-
-/// Former name of [`report`], for `executor/cli/src/run.rs`.
-#[doc(hidden)]
-pub use report as picture;

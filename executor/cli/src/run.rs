@@ -19,7 +19,7 @@ use keepout_guard::Time;
 use keepout_planner::file::OUTPUT;
 use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::picture::svg;
+use keepout_planner::report::svg;
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::plan_file;
 use keepout_planner::request::PlanRequest;

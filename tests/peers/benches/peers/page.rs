@@ -3,6 +3,8 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use keepout_planner::report::table::markdown;
+
 use crate::builds::Built;
 use crate::growth::growth;
 use crate::offsets::Offsets;
@@ -118,18 +120,23 @@ fn fastest(timed: &[Timed], ours: bool) -> Option<&Timed> {
     chosen.min_by(|a, b| a.ns.total_cmp(&b.ns))
 }
 
+/// The names in the order of their first appearance.
+pub fn distinct<'a>(timed: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+    let mut names = Vec::new();
+    timed.for_each(|name| {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    });
+    names
+}
+
 fn section(page: &mut String, question: QueryKind, measured: &Measured) {
     let _ = writeln!(page, "## {}\n", question.name());
-    let mut names: Vec<&str> = Vec::new();
-    for result in measured.queries.iter().filter(|result| result.question == question) {
-        for each in &result.timed {
-            if !names.contains(&each.name) {
-                names.push(each.name);
-            }
-        }
-    }
-    let _ = writeln!(page, "| profile | edges | path | {} | ratio | goal |", names.join(" | "));
-    let _ = writeln!(page, "|---|---|---|{}---|---|", "---|".repeat(names.len()));
+    let asked = measured.queries.iter().filter(|result| result.question == question);
+    let names = distinct(asked.flat_map(|result| &result.timed).map(|each| each.name));
+    let head = [&["profile", "edges", "path"], &names[..], &["ratio", "goal"]].concat();
+    let mut table = vec![head.into_iter().map(String::from).collect()];
     let mut missed = Vec::new();
     for result in measured.queries.iter().filter(|result| result.question == question) {
         let cell = |name: &&str| {
@@ -139,7 +146,6 @@ fn section(page: &mut String, question: QueryKind, measured: &Measured) {
                 _ => format!("{:.0}", each.ns),
             })
         };
-        let cells: Vec<String> = names.iter().map(cell).collect();
         let ratio = match (fastest(&result.timed, true), fastest(&result.timed, false)) {
             (Some(ours), Some(peer)) => Some(peer.ns / ours.ns),
             _ => None,
@@ -155,10 +161,10 @@ fn section(page: &mut String, question: QueryKind, measured: &Measured) {
             _ => "–".into(),
         };
         let ratio = ratio.map_or("–".into(), |ratio| format!("{ratio:.1}"));
-        let place = format!("{} | {} | {}", result.family.name(), result.edges, result.motion.name());
-        let _ = writeln!(page, "| {place} | {} | {ratio} | {met} |", cells.join(" | "));
+        let place = [result.family.name().into(), result.edges.to_string(), result.motion.name().into()];
+        table.push(place.into_iter().chain(names.iter().map(cell)).chain([ratio, met]).collect());
     }
-    page.push('\n');
+    let _ = writeln!(page, "{}", markdown(&table));
     if question == QueryKind::Clip {
         casts(page, measured);
     }
@@ -239,16 +245,9 @@ fn growth_section(page: &mut String) {
 
 fn builds_section(page: &mut String, measured: &Measured) {
     page.push_str("## Building, ms\n\n");
-    let mut names: Vec<&str> = Vec::new();
-    for built in &measured.builds {
-        for (name, _) in &built.ms {
-            if !names.contains(name) {
-                names.push(name);
-            }
-        }
-    }
-    let _ = writeln!(page, "| profile | edges | {} |", names.join(" | "));
-    let _ = writeln!(page, "|---|---|{}", "---|".repeat(names.len()));
+    let names = distinct(measured.builds.iter().flat_map(|built| &built.ms).map(|(name, _)| *name));
+    let head = [&["profile", "edges"], &names[..]].concat();
+    let mut table = vec![head.into_iter().map(String::from).collect()];
     for built in &measured.builds {
         let cell = |name: &&str| {
             let found = built.ms.iter().find(|(other, _)| other == name);
@@ -257,10 +256,10 @@ fn builds_section(page: &mut String, measured: &Measured) {
                 |(_, ms)| if *ms < 10.0 { format!("{ms:.3}") } else { format!("{ms:.0}") },
             )
         };
-        let cells: Vec<String> = names.iter().map(cell).collect();
-        let _ = writeln!(page, "| {} | {} | {} |", built.family.name(), built.edges, cells.join(" | "));
+        let place = [built.family.name().into(), built.edges.to_string()];
+        table.push(place.into_iter().chain(names.iter().map(cell)).collect());
     }
-    page.push('\n');
+    let _ = writeln!(page, "{}", markdown(&table));
     for built in &measured.builds {
         let notes: Vec<String> =
             built.notes.iter().map(|(what, value)| format!("{what} {value:.0}")).collect();
