@@ -22,7 +22,7 @@ pub fn index(bytes: &[u8]) {
         "long_motions_skip_only_what_is_beside",
         "cells_answer_as_the_index",
         "walks_cover_their_motion",
-        "probes_answer_as_the_part",
+        "prepared_parts_answer_as_their_index",
     ];
     keepout_proofs::named_of_bytes(&PROPERTIES, bytes);
 }

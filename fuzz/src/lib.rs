@@ -2,6 +2,12 @@
 //!
 //! `fuzz/run dxf_import` runs one under libFuzzer. `cargo test -p keepout-fuzz` runs all over their stored
 //! inputs, over inputs that once failed, and over random bytes. See `fuzz/README.md`.
+//!
+//! ```
+//! for target in keepout_fuzz::TARGETS {
+//!     (target.holds)(b"");
+//! }
+//! ```
 
 mod clear;
 pub mod corpus;

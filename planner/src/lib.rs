@@ -6,6 +6,16 @@
 //!
 //! No code here is trusted. [`plan::Plan::certify`] checks every motion with the kernel's exact
 //! predicates. Every reader of a plan file certifies the plan again.
+//!
+//! ```
+//! use keepout_planner::machine::MachineProfile;
+//! use keepout_planner::request::PlanRequest;
+//!
+//! let drawing = include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../executor/cli/drawings/bracket.dxf"));
+//! let machine = MachineProfile::simulated();
+//! let plan = PlanRequest::default().plan("bracket", drawing, &machine, &mut |_| {}).unwrap();
+//! assert!(plan.plan.certify().is_ok());
+//! ```
 
 pub mod align;
 mod chord;

@@ -18,6 +18,11 @@
 //! code with the kernel.
 //!
 //! [`Narrow`]: keepout_kernel::exact::width::Narrow
+//!
+//! ```
+//! // The first two bytes choose a property, the others are its inputs.
+//! keepout_proofs::property_of_bytes(&[0, 0, 1, 2, 3, 4, 5, 6, 7, 8]);
+//! ```
 
 pub mod check;
 #[cfg(feature = "guard")]

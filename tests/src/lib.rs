@@ -1,4 +1,8 @@
 //! What the end-to-end tests share: making plans from drawings, and finding the shared test data.
+//!
+//! ```
+//! assert_eq!(keepout_tests::order(3.0).job.tool_diameter_mm, 3.0);
+//! ```
 
 pub mod decisions;
 pub mod feel;

@@ -3,6 +3,25 @@
 //!
 //! The same objects run in virtual time ([`VirtualPort`]) and behind a real pty ([`pty`]). The [`monitor`]
 //! reads the true tool position and knows only the part and the tool.
+//!
+//! ```
+//! use keepout_executor::session::{Going, NoEventLog};
+//! use keepout_executor::supervisor::PreparedPlan;
+//! use keepout_planner::machine::MachineProfile;
+//! use keepout_planner::request::PlanRequest;
+//! use keepout_sim::operator;
+//! use keepout_sim::session::{SimRun, run_simulated};
+//!
+//! let drawing = include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../executor/cli/drawings/bracket.dxf"));
+//! let machine = MachineProfile::simulated();
+//! let plan = PlanRequest::default().plan("bracket", drawing, &machine, &mut |_| {}).unwrap();
+//! // The operator pushes at the wall for a second, and then touches the part.
+//! let operator = operator::named("wall", 1.0, 1).unwrap();
+//! let run = SimRun { servo: None, ..SimRun::default() };
+//! let watch = &mut |_: &_, _: &_, _| Going::On;
+//! let result = run_simulated(PreparedPlan::new(plan), &run, operator, Box::new(NoEventLog), watch);
+//! assert_eq!(result.unwrap().facts.deepest_mm, Some(0.0));
+//! ```
 
 pub mod conformance;
 mod controller;

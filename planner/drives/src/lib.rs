@@ -7,6 +7,13 @@
 //!
 //! The trusted part of Keepout does not depend on this crate. The crate computes the contour-error term of a
 //! plan's margin, moves the simulated machine like a real one, and compares controllers for the engineer.
+//!
+//! ```
+//! use keepout_drives::profile::DriveProfile;
+//!
+//! let drives = DriveProfile::load("simulated").unwrap();
+//! assert!(drives.period_s > 0.0);
+//! ```
 
 pub mod budget;
 pub mod controllers;
