@@ -132,7 +132,7 @@ fn monitor(
 
 fn verdict(monitor: &CollisionMonitor) -> ExitCode {
     let deepest = monitor.deepest().map_or(0.0, |gouge| gouge.depth_mm);
-    println!("{:<36} {deepest:.5} mm", "deepest incursion");
+    println!("{:<36} {deepest:.5} mm", "deepest gouge");
     if let Some(closest) = monitor.closest_mm() {
         println!("{:<36} {closest:.5} mm", "closest approach of tool and part");
     }

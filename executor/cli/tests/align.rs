@@ -52,7 +52,7 @@ fn alignment_serves_plan_and_run() {
     ]);
     let text = printed(&run);
     assert!(
-        code(&run) == 0 && text.contains("deepest incursion                    0.00000 mm"),
+        code(&run) == 0 && text.contains("deepest gouge                        0.00000 mm"),
         "{text}{}",
         complaint(&run)
     );

@@ -49,7 +49,7 @@ fn plan_is_verified_drawn_and_run() {
         &report.display().to_string(),
     ]);
     let text = String::from_utf8_lossy(&run.stdout).into_owned();
-    assert!(code(&run) == 0 && text.contains("deepest incursion                    0.00000 mm"), "{text}");
+    assert!(code(&run) == 0 && text.contains("deepest gouge                        0.00000 mm"), "{text}");
     let page = std::fs::read_to_string(report).unwrap();
     assert!(page.contains("<svg") && page.contains("closest approach"));
     assert!(std::fs::read_to_string(log).unwrap().lines().count() > 50);
@@ -76,7 +76,7 @@ fn job_runs_over_a_pty_in_real_time() {
     let text = String::from_utf8_lossy(&run.stdout).into_owned();
     assert!(code(&run) == 0, "{text}{}", complaint(&run));
     assert!(
-        text.contains("pty") && text.contains("deepest incursion                    0.00000 mm"),
+        text.contains("pty") && text.contains("deepest gouge                        0.00000 mm"),
         "{text}"
     );
 }
@@ -90,7 +90,7 @@ fn script_operates_a_run_and_its_faults_are_named() {
     let script = script.display().to_string();
     let run = keepout(&["run", &plan, "--machine", "sim-fast", "--operator", &script, "--limit-s", "120"]);
     assert!([0, 9].contains(&code(&run)), "{}", complaint(&run));
-    assert!(String::from_utf8_lossy(&run.stdout).contains("deepest incursion                    0.00000 mm"));
+    assert!(String::from_utf8_lossy(&run.stdout).contains("deepest gouge                        0.00000 mm"));
     std::fs::write(&script, "0 -1\n").unwrap();
     let run = keepout(&["run", &plan, "--machine", "sim-fast", "--operator", &script]);
     assert!(code(&run) == 2 && complaint(&run).contains("script line 1"), "{}", complaint(&run));

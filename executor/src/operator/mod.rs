@@ -1,4 +1,4 @@
-//! The operator's side of a session: what an operator sees, and what they command for.
+//! The operator's side of a session: the view, the jog input and the commands.
 
 mod panel;
 
@@ -7,7 +7,7 @@ pub use panel::Panel;
 
 use crate::supervisor::{OperatorCommand, OperatorInput, Phase};
 
-/// What the operator sees.
+/// The state of the session that the operator's display shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OperatorView {
     /// The tool centre as displayed, drawing coordinates, mm.
@@ -16,23 +16,23 @@ pub struct OperatorView {
     pub wall_mm: Option<(f64, f64)>,
     /// The box around the part, `(min x, min y, max x, max y)`, mm.
     pub part_box_mm: (f64, f64, f64, f64),
-    /// Where the tool will be once all that is in flight is executed, drawing coordinates, mm.
+    /// The tool centre after the last motion in flight, drawing coordinates, mm.
     pub end_mm: Option<(f64, f64)>,
-    /// Motions sent and not acknowledged.
+    /// Motions that the controller has not yet acknowledged.
     pub unacknowledged: u64,
-    /// What the supervisor is doing.
+    /// The supervisor's phase.
     pub phase: Phase,
-    /// Whether a contour was finished.
+    /// Whether this session finished a contour.
     pub contoured: bool,
 }
 
-/// Somebody who steers.
+/// A source of jog inputs and operator commands: a person, a device or a model.
 pub trait Operator {
-    /// The jog input of this moment.
+    /// The jog input at time `now`.
     fn input(&mut self, view: &OperatorView, now: Time) -> OperatorInput;
 
-    /// The next command that the operator gave since the last call. The session asks for it after each input,
-    /// and acts on the commands before the input.
+    /// The next command since the last call. After each input the session takes the commands, and executes
+    /// them before the input.
     fn command(&mut self) -> Option<OperatorCommand> {
         None
     }

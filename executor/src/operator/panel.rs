@@ -1,24 +1,26 @@
-//! What the operator's device has to tell the person: notices, and a line about its own state.
+//! The panel of an operator's device: notices, and one status line.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Notices that are kept; older ones are forgotten.
+/// Most notices that the panel keeps. It drops the oldest one first.
 const NOTICES_MAX: usize = 32;
 
-/// Shared between the operator, the threads that read its devices, and the view. Locks are held for a copy at most.
+/// The panel, shared by the operator, the threads that read its devices, and the view. A lock lasts for one
+/// copy at most.
 #[derive(Clone, Debug, Default)]
 pub struct Panel(Arc<Mutex<Lines>>);
 
 #[derive(Debug, Default)]
 struct Lines {
     notices: VecDeque<String>,
-    said: usize,
+    /// Notices since the beginning, the dropped ones included.
+    count: usize,
     status: String,
 }
 
 impl Panel {
-    /// Tells the person something; what was said last is not said again.
+    /// Adds a notice. A repetition of the last notice is ignored.
     pub fn say(&self, notice: impl Into<String>) {
         let (mut lines, notice) = (self.lines(), notice.into());
         if lines.notices.back() == Some(&notice) {
@@ -28,10 +30,10 @@ impl Panel {
             lines.notices.pop_front();
         }
         lines.notices.push_back(notice);
-        lines.said += 1;
+        lines.count += 1;
     }
 
-    /// Sets the line about the device's state, such as its step size.
+    /// Sets the status line of the device, such as its step size.
     pub fn set_status(&self, status: &str) {
         let mut lines = self.lines();
         if lines.status != status {
@@ -39,7 +41,7 @@ impl Panel {
         }
     }
 
-    /// The line about the device's state.
+    /// The status line of the device.
     #[must_use]
     pub fn status(&self) -> String {
         self.lines().status.clone()
@@ -51,12 +53,12 @@ impl Panel {
         self.lines().notices.iter().cloned().collect()
     }
 
-    /// The notices after the first `heard`, as far as they are kept, and how many were said in all.
+    /// The kept notices after the first `known`, and the count of all notices.
     #[must_use]
-    pub fn since(&self, heard: usize) -> (Vec<String>, usize) {
+    pub fn since(&self, known: usize) -> (Vec<String>, usize) {
         let lines = self.lines();
-        let new = lines.said.saturating_sub(heard).min(lines.notices.len());
-        (lines.notices.range(lines.notices.len() - new..).cloned().collect(), lines.said)
+        let new = lines.count.saturating_sub(known).min(lines.notices.len());
+        (lines.notices.range(lines.notices.len() - new..).cloned().collect(), lines.count)
     }
 
     fn lines(&self) -> MutexGuard<'_, Lines> {

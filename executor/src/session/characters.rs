@@ -1,4 +1,4 @@
-//! Bytes of a serial line in JSON: a character of the same number for each byte.
+//! Bytes of a serial line in JSON: each byte is the character with the same number.
 
 use std::fmt::{self, Display, Formatter, Write as _};
 
@@ -24,7 +24,7 @@ pub fn serialize<S: Serializer>(bytes: &[u8], serializer: S) -> Result<S::Ok, S:
 /// Reads bytes from a string.
 ///
 /// # Errors
-/// The deserializer's, and one for a character above 255.
+/// The deserializer's, and an error for a character above 255.
 pub fn deserialize<'de, T: From<Vec<u8>>, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error> {
     let text = String::deserialize(deserializer)?;
     let bytes = text.chars().map(|character| u8::try_from(u32::from(character)).map_err(D::Error::custom));

@@ -1,4 +1,4 @@
-//! How near the cut contour comes to the profile: the machinist's question after finishing.
+//! The distance between the cut contour and the profile, for the report after finishing.
 
 use std::collections::BTreeMap;
 
@@ -8,32 +8,32 @@ use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::profile::ProfileLoop;
 use keepout_planner::units::{along_mm, length_up_from_mm, mm, nearest_on_mm, point_from_mm, point_mm};
 
-/// What the cut contour is like.
+/// The comparison of the cut contour with the profile.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Coverage {
-    /// Points of the profile that were looked at.
+    /// Sampled points of the profile.
     pub points: usize,
-    /// Of these, points that the tool can touch from the free space it was in.
+    /// Of these, points that the tool can touch from the free space in which it cut.
     pub reachable: usize,
-    /// Of these, points that no cut came near: their contour was not run.
+    /// Of these, points without a cut near them: their contour was not run.
     pub missed: usize,
-    /// Largest distance from another reachable point to the cut contour, mm.
+    /// Largest distance from one of the other reachable points to the cut contour, mm.
     pub worst_mm: f64,
     /// Mean of those distances, mm.
     pub mean_mm: f64,
-    /// Where the largest is, mm.
+    /// The point with the largest distance, mm.
     pub worst_at: (f64, f64),
 }
 
-/// Points of the profile are looked at this far apart, mm.
+/// Distance between two sampled points of the profile, mm.
 const STEP_MM: f64 = 0.2;
-/// Where the tool could stand to touch a point, it must be clear but for this, mm.
+/// Tolerance of the clearance check for the tool that touches the profile, mm.
 const TOUCHING_MM: f64 = 0.000_5;
 
-/// Measures the paths that the tool's centre really took while cutting against the profile.
+/// Compares the true paths of the tool's centre while cutting with the profile.
 ///
-/// A point of the profile counts as reachable when the tool fits against it at R + M, decided exactly, in the same
-/// connected piece of free space as the cut.
+/// A point of the profile is reachable if the tool fits against it at R + M, in the same connected component
+/// of the free space as the cut. The check is exact.
 #[must_use]
 pub fn coverage<'a>(plan: &CertifiedPlan, cut: impl Iterator<Item = &'a [Point]>) -> Coverage {
     let radius = mm(plan.plan.tool_radius.units());
@@ -71,16 +71,17 @@ pub fn coverage<'a>(plan: &CertifiedPlan, cut: impl Iterator<Item = &'a [Point]>
     result
 }
 
-/// A point farther than the margin and this from every cut was not cut at all, mm.
+/// A reachable point farther than R + M and this distance from every cut was not cut, mm.
 const MISSED_MM: f64 = 0.5;
-/// Farther out than the chords by which loops are told apart leave their arcs, mm.
+/// Offset of the component lookup from the toolpath, mm. It exceeds the chord error of the loops in that
+/// lookup.
 const ASIDE_MM: f64 = 0.01;
 
-/// Where the centre of a tool is that touches the profile.
+/// The centre of a tool that touches the profile.
 struct Touching {
     /// Distance of the path from the profile, mm.
     path_mm: f64,
-    /// What the centre is clear at; edges are asked with their chord_error on top.
+    /// Least clearance of the centre. The check adds the chord-error bound of each edge.
     threshold: Length,
 }
 
@@ -94,10 +95,10 @@ impl Touching {
         }
     }
 
-    /// The free space from which the tool touches the profile at `at`, if it fits there.
+    /// The component of free space from which the tool touches the profile at `at`, if it fits there.
     ///
-    /// No edge nearer to that centre than the profile's own point means that nothing lies between them: the centre is on
-    /// the side that the normal points to, unless it is in a zone that lies over the profile.
+    /// If no edge is nearer to the centre than the profile's own point, no edge lies between them. The centre
+    /// is then on the side of the normal, unless it is in a keep-out zone that overlaps the profile.
     fn component(
         &self,
         plan: &CertifiedPlan,
@@ -109,14 +110,15 @@ impl Touching {
             point_from_mm((at.0 + normal.0 * distance_mm, at.1 + normal.1 * distance_mm)).ok()
         };
         plan.part.free_point(off(self.path_mm)?, self.threshold).ok()?;
-        // Looked at from a little farther out: the place itself lies on the loop that bounds the free space.
+        // The lookup is a little farther out, because the centre itself lies on the loop that bounds the free
+        // space.
         Some(spaces.component_of(off(self.path_mm + ASIDE_MM)?))
     }
 }
 
 type Station = ((f64, f64), (f64, f64));
 
-/// Points along a loop with the direction toward the free side, both ends of every curve among them.
+/// Points along a loop, each with the direction toward the free side. Both ends of every curve are included.
 fn stations(each: &ProfileLoop, free_on_left: bool) -> Vec<Station> {
     let sign = if free_on_left { -1.0 } else { 1.0 };
     let mut stations = Vec::new();
@@ -133,29 +135,29 @@ fn stations(each: &ProfileLoop, free_on_left: bool) -> Vec<Station> {
     stations
 }
 
-/// The centre's paths in cells, to find the nearest piece.
+/// The paths of the tool's centre in a grid of cells, for the search of the nearest segment.
 struct CentrePaths {
     cell: f64,
     cells: BTreeMap<(i64, i64), Vec<usize>>,
-    pieces: Vec<((f64, f64), (f64, f64))>,
+    segments: Vec<((f64, f64), (f64, f64))>,
     firsts: Vec<Point>,
 }
 
 impl CentrePaths {
     fn new<'a>(cut: impl Iterator<Item = &'a [Point]>, cell: f64) -> Self {
-        let mut paths = Self { cell, cells: BTreeMap::new(), pieces: Vec::new(), firsts: Vec::new() };
+        let mut paths = Self { cell, cells: BTreeMap::new(), segments: Vec::new(), firsts: Vec::new() };
         for path in cut {
             paths.firsts.extend(path.first());
             for pair in path.windows(2) {
-                let piece = (point_mm(pair[0]), point_mm(pair[1]));
-                let index = paths.pieces.len();
-                let (a, b) = (paths.key(piece.0), paths.key(piece.1));
+                let segment = (point_mm(pair[0]), point_mm(pair[1]));
+                let index = paths.segments.len();
+                let (a, b) = (paths.key(segment.0), paths.key(segment.1));
                 for x in a.0.min(b.0)..=a.0.max(b.0) {
                     for y in a.1.min(b.1)..=a.1.max(b.1) {
                         paths.cells.entry((x, y)).or_default().push(index);
                     }
                 }
-                paths.pieces.push(piece);
+                paths.segments.push(segment);
             }
         }
         paths
@@ -166,15 +168,15 @@ impl CentrePaths {
         (index(x), index(y))
     }
 
-    /// The distance from `p` to the nearest piece, if it is within a cell; infinite otherwise.
+    /// The distance from `p` to the nearest segment, if it is within one cell width. Otherwise infinite.
     fn distance(&self, p: (f64, f64)) -> f64 {
-        let to_piece = |(a, b)| {
+        let to_segment = |(a, b)| {
             let foot = nearest_on_mm(p, a, b);
             (p.0 - foot.0).hypot(p.1 - foot.1)
         };
         let (i, j) = self.key(p);
         let near = (i - 1..=i + 1).flat_map(|x| (j - 1..=j + 1).map(move |y| (x, y)));
-        let pieces = near.filter_map(|key| self.cells.get(&key)).flatten();
-        pieces.map(|&index| to_piece(self.pieces[index])).fold(f64::INFINITY, f64::min)
+        let segments = near.filter_map(|key| self.cells.get(&key)).flatten();
+        segments.map(|&index| to_segment(self.segments[index])).fold(f64::INFINITY, f64::min)
     }
 }

@@ -1,4 +1,4 @@
-//! The engine: supervisor and dialect, from bytes and inputs to bytes. No clock, no port, no file.
+//! The engine: supervisor and dialect. It turns bytes and inputs into bytes, without clock, port or file.
 
 use std::borrow::Cow;
 
@@ -11,23 +11,23 @@ use crate::supervisor::{
     Command, Event, JobRequest, OperatorCommand, OperatorInput, Phase, Supervisor, text,
 };
 
-/// Supervisor and dialect. Everything that goes in, and everything that comes out, is told to a [`EventLog`]: played again, it
-/// must come out the same.
+/// The supervisor and its dialect. The engine writes every input and every output into an [`EventLog`]. A
+/// replay of the inputs must give the same outputs.
 pub struct Engine {
     /// The supervisor.
     pub supervisor: Supervisor,
     dialect: Box<dyn Dialect>,
     commands: Vec<Command>,
     out: Vec<u8>,
-    /// Where each piece of `out` ends.
+    /// The end of each chunk of `out`.
     ends: Vec<usize>,
 }
 
-/// Bytes that one step is expected to send at most; more is allowed, and allocates.
+/// Bytes that one step sends at most, as expected. A longer output is allowed, and allocates memory.
 const OUT: usize = 1024;
 
 impl Engine {
-    /// An engine.
+    /// Builds an engine.
     #[must_use]
     pub fn new(supervisor: Supervisor, dialect: Box<dyn Dialect>) -> Self {
         Self {
@@ -42,18 +42,23 @@ impl Engine {
     /// Takes bytes from the controller.
     ///
     /// # Errors
-    /// [`EventLogError`] when the tape can not be written on; then nothing must be sent.
-    pub fn receive(&mut self, bytes: &[u8], now: Time, tape: &mut dyn EventLog) -> Result<(), EventLogError> {
+    /// [`EventLogError`] if the event log cannot take the event. The caller must then send no further bytes.
+    pub fn receive(
+        &mut self,
+        bytes: &[u8],
+        now: Time,
+        event_log: &mut dyn EventLog,
+    ) -> Result<(), EventLogError> {
         if bytes.is_empty() {
             return Ok(());
         }
-        tape.take(now, &LoggedEvent::Received(bytes.into()))?;
+        event_log.take(now, &LoggedEvent::Received(bytes.into()))?;
         for &byte in bytes {
             let first = self.out.len();
             let reply = self.dialect.decode(byte, &mut self.out);
-            self.piece(first, now, tape)?;
+            self.chunk(first, now, event_log)?;
             if let Some(reply) = reply {
-                self.feed(Event::Reply(reply), now, tape)?;
+                self.feed(Event::Reply(reply), now, event_log)?;
             }
         }
         Ok(())
@@ -67,11 +72,11 @@ impl Engine {
         &mut self,
         input: OperatorInput,
         now: Time,
-        tape: &mut dyn EventLog,
+        event_log: &mut dyn EventLog,
     ) -> Result<(), EventLogError> {
         let input = input.finite();
-        tape.take(now, &LoggedEvent::Input(input))?;
-        self.feed(Event::Input(input), now, tape)
+        event_log.take(now, &LoggedEvent::Input(input))?;
+        self.feed(Event::Input(input), now, event_log)
     }
 
     /// Takes an operator command.
@@ -82,22 +87,22 @@ impl Engine {
         &mut self,
         command: OperatorCommand,
         now: Time,
-        tape: &mut dyn EventLog,
+        event_log: &mut dyn EventLog,
     ) -> Result<(), EventLogError> {
-        tape.take(now, &LoggedEvent::Command(command))?;
-        self.feed(Event::Command(command), now, tape)
+        event_log.take(now, &LoggedEvent::Command(command))?;
+        self.feed(Event::Command(command), now, event_log)
     }
 
-    /// Time has passed.
+    /// Passes the time `now` to the supervisor.
     ///
     /// # Errors
     /// As [`Engine::receive`].
-    pub fn tick(&mut self, now: Time, tape: &mut dyn EventLog) -> Result<(), EventLogError> {
-        tape.take(now, &LoggedEvent::Tick)?;
-        self.feed(Event::Tick, now, tape)
+    pub fn tick(&mut self, now: Time, event_log: &mut dyn EventLog) -> Result<(), EventLogError> {
+        event_log.take(now, &LoggedEvent::Tick)?;
+        self.feed(Event::Tick, now, event_log)
     }
 
-    /// Takes a contouring job that was wanted.
+    /// Takes the planner's answer to [`Engine::wanted_job`].
     ///
     /// # Errors
     /// As [`Engine::receive`].
@@ -105,13 +110,13 @@ impl Engine {
         &mut self,
         job: Result<ContourJob, JobError>,
         now: Time,
-        tape: &mut dyn EventLog,
+        event_log: &mut dyn EventLog,
     ) -> Result<(), EventLogError> {
-        tape.take(now, &LoggedEvent::Job(Cow::Borrowed(&job)))?;
-        self.feed(Event::Job(Box::new(job)), now, tape)
+        event_log.take(now, &LoggedEvent::Job(Cow::Borrowed(&job)))?;
+        self.feed(Event::Job(Box::new(job)), now, event_log)
     }
 
-    /// The port failed.
+    /// Takes the failure of the port.
     ///
     /// # Errors
     /// As [`Engine::receive`].
@@ -119,42 +124,42 @@ impl Engine {
         &mut self,
         reason: &str,
         now: Time,
-        tape: &mut dyn EventLog,
+        event_log: &mut dyn EventLog,
     ) -> Result<(), EventLogError> {
-        tape.take(now, &LoggedEvent::PortLost(reason.into()))?;
-        self.feed(Event::PortLost(text(reason)), now, tape)
+        event_log.take(now, &LoggedEvent::PortLost(reason.into()))?;
+        self.feed(Event::PortLost(text(reason)), now, event_log)
     }
 
-    /// The port is back.
+    /// Takes the return of the port.
     ///
     /// # Errors
     /// As [`Engine::receive`].
-    pub fn port_found(&mut self, now: Time, tape: &mut dyn EventLog) -> Result<(), EventLogError> {
-        tape.take(now, &LoggedEvent::PortFound)?;
+    pub fn port_found(&mut self, now: Time, event_log: &mut dyn EventLog) -> Result<(), EventLogError> {
+        event_log.take(now, &LoggedEvent::PortFound)?;
         self.dialect.reset();
-        self.feed(Event::PortFound, now, tape)
+        self.feed(Event::PortFound, now, event_log)
     }
 
     /// Brings the machine to rest and ends the session.
     ///
     /// # Errors
     /// As [`Engine::receive`].
-    pub fn halt(&mut self, now: Time, tape: &mut dyn EventLog) -> Result<(), EventLogError> {
-        tape.take(now, &LoggedEvent::Halt)?;
+    pub fn halt(&mut self, now: Time, event_log: &mut dyn EventLog) -> Result<(), EventLogError> {
+        event_log.take(now, &LoggedEvent::Halt)?;
         let before = self.supervisor.phase();
         self.commands.extend(self.supervisor.halt());
-        self.send(now, tape)?;
+        self.send(now, event_log)?;
         let after = self.supervisor.phase();
-        if after != before { self.tell(after, now, tape) } else { Ok(()) }
+        if after != before { self.log_phase(after, now, event_log) } else { Ok(()) }
     }
 
-    /// The contouring job that is wanted.
+    /// The contouring job that the supervisor waits for.
     #[must_use]
     pub fn wanted_job(&self) -> Option<JobRequest> {
         self.supervisor.wanted_job()
     }
 
-    /// Bytes to write, piece by piece in order; they count as written.
+    /// Hands the bytes to `write`, one chunk after the other. They then count as written.
     pub fn drain(&mut self, mut write: impl FnMut(&[u8])) {
         let mut first = 0;
         for &end in &self.ends {
@@ -165,8 +170,10 @@ impl Engine {
         self.ends.clear();
     }
 
-    /// The bytes that stop whatever moves, should nothing else work any more: as far as the controller then stays where it was
-    /// certified. What can not be stopped so ends at its certified target.
+    /// The bytes of the last stop, for a session that can no longer use its event log.
+    ///
+    /// They cancel the jogs if the guard certifies the cancel. Without it the jogs end at their certified
+    /// targets. A contour runs to the end of its queued motions.
     pub fn stop_bytes(&mut self) -> Vec<u8> {
         let mut bytes = Vec::new();
         if let Some(command) = self.supervisor.last_stop() {
@@ -175,34 +182,40 @@ impl Engine {
         bytes
     }
 
-    fn feed(&mut self, event: Event, now: Time, tape: &mut dyn EventLog) -> Result<(), EventLogError> {
+    fn feed(&mut self, event: Event, now: Time, event_log: &mut dyn EventLog) -> Result<(), EventLogError> {
         let before = self.supervisor.phase();
         self.supervisor.step(event, now, &mut self.commands);
-        self.send(now, tape)?;
+        self.send(now, event_log)?;
         let after = self.supervisor.phase();
-        if after != before { self.tell(after, now, tape) } else { Ok(()) }
+        if after != before { self.log_phase(after, now, event_log) } else { Ok(()) }
     }
 
-    fn tell(&mut self, phase: Phase, now: Time, tape: &mut dyn EventLog) -> Result<(), EventLogError> {
+    fn log_phase(
+        &mut self,
+        phase: Phase,
+        now: Time,
+        event_log: &mut dyn EventLog,
+    ) -> Result<(), EventLogError> {
         let fault = self.supervisor.fault().map(ToString::to_string);
-        tape.take(now, &LoggedEvent::Phase { phase, fault })
+        event_log.take(now, &LoggedEvent::Phase { phase, fault })
     }
 
-    /// Encodes the commands; when one can not be, nothing after it is, but what the supervisor then wants: to stop.
-    fn send(&mut self, now: Time, tape: &mut dyn EventLog) -> Result<(), EventLogError> {
+    /// Encodes the commands. If one cannot be encoded, it drops the rest, and encodes the supervisor's stop
+    /// instead.
+    fn send(&mut self, now: Time, event_log: &mut dyn EventLog) -> Result<(), EventLogError> {
         let mut failed = None;
         for index in 0..self.commands.len() {
             let command = self.commands[index];
             if let Command::Move(certified) = &command {
                 let certificate = Certificate::of(certified, self.supervisor.guard());
-                tape.take(now, &LoggedEvent::Certificate(certificate))?;
+                event_log.take(now, &LoggedEvent::Certificate(certificate))?;
             }
             let first = self.out.len();
             if let Err(error) = self.dialect.encode(&command, &mut self.out) {
                 failed = Some(error);
                 break;
             }
-            self.piece(first, now, tape)?;
+            self.chunk(first, now, event_log)?;
         }
         self.commands.clear();
         let Some(error) = failed else { return Ok(()) };
@@ -211,16 +224,16 @@ impl Engine {
         for command in last {
             let first = self.out.len();
             let _ = self.dialect.encode(&command, &mut self.out);
-            self.piece(first, now, tape)?;
+            self.chunk(first, now, event_log)?;
         }
         Ok(())
     }
 
-    /// What was added since `first` is a piece of its own.
-    fn piece(&mut self, first: usize, now: Time, tape: &mut dyn EventLog) -> Result<(), EventLogError> {
+    /// Closes the chunk of the bytes from `first` on.
+    fn chunk(&mut self, first: usize, now: Time, event_log: &mut dyn EventLog) -> Result<(), EventLogError> {
         if self.out.len() > first {
             self.ends.push(self.out.len());
-            tape.take(now, &LoggedEvent::Sent(self.out[first..].into()))?;
+            event_log.take(now, &LoggedEvent::Sent(self.out[first..].into()))?;
         }
         Ok(())
     }

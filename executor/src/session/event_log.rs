@@ -1,4 +1,4 @@
-//! What a session writes into its event log: everything that goes into the engine, and everything that comes out.
+//! The event log of a session: every input and every output of the engine.
 
 use std::borrow::Cow;
 
@@ -16,14 +16,14 @@ use crate::supervisor::{OperatorCommand, OperatorInput, Phase};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LoggedEvent<'a> {
-    /// Bytes came from the controller.
+    /// The controller sent bytes.
     #[serde(with = "characters")]
     Received(Cow<'a, [u8]>),
-    /// The jog input.
+    /// The operator's jog input.
     Input(OperatorInput),
     /// An operator command.
     Command(OperatorCommand),
-    /// Time passed.
+    /// The supervisor's timer was due.
     Tick,
     /// The planner answered the request for a contouring job.
     Job(Cow<'a, Result<ContourJob, JobError>>),
@@ -31,31 +31,31 @@ pub enum LoggedEvent<'a> {
     PortLost(Cow<'a, str>),
     /// The port is back.
     PortFound,
-    /// The session is to end.
+    /// The session began its end.
     Halt,
     /// The guard certified the motion that follows.
     Certificate(Certificate),
-    /// Bytes go to the controller.
+    /// The engine sent bytes to the controller.
     #[serde(with = "characters")]
     Sent(Cow<'a, [u8]>),
-    /// The supervisor entered another state.
+    /// The supervisor entered another phase.
     Phase {
-        /// The state.
+        /// The phase.
         phase: Phase,
-        /// The fault behind it.
+        /// The fault that caused it.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         fault: Option<String>,
     },
 }
 
 impl LoggedEvent<'_> {
-    /// Whether it went into the engine, and did not come out of it.
+    /// Whether the event is an input of the engine. The others are outputs.
     #[must_use]
     pub fn is_input(&self) -> bool {
         !matches!(self, Self::Sent(_) | Self::Certificate(_) | Self::Phase { .. })
     }
 
-    /// The event with its own copy of everything.
+    /// The event with owned data.
     #[must_use]
     pub fn into_owned(self) -> LoggedEvent<'static> {
         match self {
@@ -77,7 +77,7 @@ impl LoggedEvent<'_> {
 /// Most points of an in-flight set.
 pub const SET_MAX: usize = 16;
 
-/// What the guard certified a motion with, lattice units.
+/// The facts by which the guard certified a motion, in lattice units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Certificate {
@@ -88,7 +88,7 @@ pub enum Certificate {
         to: Point,
         /// Its feed, mm/min.
         feed_mm_min: u32,
-        /// The in-flight set, which holds the target.
+        /// The in-flight set. It contains the target.
         #[serde(with = "in_flight_set")]
         set: ArrayVec<Point, SET_MAX>,
     },
@@ -103,7 +103,7 @@ pub enum Certificate {
 }
 
 impl Certificate {
-    /// The certificate of a motion that the guard has just handed out.
+    /// The certificate of a motion. Call it before the guard admits the next one: it reads the in-flight set.
     #[must_use]
     pub fn of(certified: &Certified, guard: &Guard) -> Self {
         match *certified.motion() {
@@ -137,33 +137,34 @@ mod in_flight_set {
     }
 }
 
-/// Why an event log takes nothing more.
+/// An error that ends an event log.
 #[derive(Debug, Error)]
 pub enum EventLogError {
-    /// It can not be written.
+    /// The log file cannot be written.
     #[error("the log could not be written on: {0}. The machine was stopped.")]
     Write(#[from] std::io::Error),
-    /// What comes out is not what came out before.
+    /// An output differs from the logged output.
     #[error("{0}")]
     Differs(String),
 }
 
-/// Something that takes every event.
+/// A receiver of every event of a session.
 pub trait EventLog {
     /// Takes an event.
     ///
     /// # Errors
-    /// [`EventLogError`] when it can not be kept; the session must stop then.
+    /// [`EventLogError`] if the log cannot keep the event. The session must then stop.
     fn take(&mut self, now: Time, event: &LoggedEvent<'_>) -> Result<(), EventLogError>;
 
-    /// Hands everything to the system that is to outlive this program. The engine calls it before anything is sent.
+    /// Hands all events to the operating system, so that they outlive this program. The session calls it
+    /// before it sends bytes.
     ///
     /// # Errors
     /// As [`EventLog::take`].
     fn flush(&mut self) -> Result<(), EventLogError>;
 }
 
-/// No event log.
+/// An event log that drops every event.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoEventLog;
 

@@ -1,4 +1,5 @@
-//! The page and the picture that a shop keeps with the part: what the log of its run proves, and what happened in it.
+//! The page and the picture that a shop keeps with the part. They show the facts that the log proves, and the
+//! timeline.
 
 use std::time::Duration;
 
@@ -16,11 +17,11 @@ use super::replay::{PhaseTimes, Replay, TimelineEntry};
 use super::report::{count_rows, traces};
 use crate::session::{Sample, SampleKind};
 
-/// The picture of a run as its log tells it, with touches and stops: by hand from position to position as reported, the contour
-/// as it was sent.
+/// The picture of a run from its log, with contact starts and stops. It shows jogging from one reported
+/// position to the next, and the contour as sent.
 #[must_use]
 pub fn picture_of_log(header: &Header, replay: &Replay) -> String {
-    let story = &replay.story;
+    let timeline = &replay.timeline;
     let spot = |(_, happening, at): &(Time, TimelineEntry, Option<Point>)| {
         let kind = match happening {
             TimelineEntry::Touched => SpotKind::ProbePoint,
@@ -29,21 +30,24 @@ pub fn picture_of_log(header: &Header, replay: &Replay) -> String {
         };
         Some(Spot { kind, at_mm: point_mm((*at)?) })
     };
-    let spots: Vec<Spot> = story.happenings.iter().filter_map(spot).collect();
+    let spots: Vec<Spot> = timeline.happenings.iter().filter_map(spot).collect();
     let plan = replay.supervisor.plan();
-    let mut drawn = traces_by_hand(plan, &story.samples);
-    let contours = story.contours.iter().cloned();
+    let mut drawn = traces_by_hand(plan, &timeline.samples);
+    let contours = timeline.contours.iter().cloned();
     drawn.extend(contours.map(|points_mm| Trace { kind: TraceKind::Contour, points_mm }));
     // The tool is drawn where the last trace ends.
     drawn.extend(
-        story.samples.last().map(|last| Trace { kind: TraceKind::Manual, points_mm: vec![last.position_mm] }),
+        timeline
+            .samples
+            .last()
+            .map(|last| Trace { kind: TraceKind::Manual, points_mm: vec![last.position_mm] }),
     );
-    let title = format!("{}, {}: by hand as reported, contour as sent", header.drawing, header.began);
+    let title = format!("{}, {}: jogging as reported, contour as sent", header.drawing, header.began);
     svg_of_run(plan, &title, &drawn, &spots)
 }
 
-/// The way by hand, from report to report. Where reports lie so far apart that the straight line between them would cut the part, the
-/// tool was elsewhere, and nothing is drawn.
+/// The jogging traces, from one reported position to the next. If the straight line between two positions
+/// would cut the part, the tool took another path, and the picture leaves the line out.
 fn traces_by_hand(plan: &CertifiedPlan, samples: &[Sample]) -> Vec<Trace> {
     let clear = |a: &Sample, b: &Sample| {
         let (Ok(from), Ok(to)) = (point_from_mm(a.position_mm), point_from_mm(b.position_mm)) else {
@@ -56,7 +60,7 @@ fn traces_by_hand(plan: &CertifiedPlan, samples: &[Sample]) -> Vec<Trace> {
     stretches.flat_map(traces).filter(|trace| trace.kind == TraceKind::Manual).collect()
 }
 
-/// The page: picture, table, what happened, and the plan. `file` says which log it is.
+/// The page: table, picture, timeline and plan. `file` names the log.
 #[must_use]
 pub fn page_of_log(header: &Header, replay: &Replay, file: &str, checksum: u32) -> String {
     let plan = replay.supervisor.plan();
@@ -77,7 +81,7 @@ fn row(name: &str, value: impl Into<String>) -> (String, String) {
     (name.into(), value.into())
 }
 
-/// What was to be made, and with what.
+/// The rows about the job: part, plan, tool and machine.
 fn job_rows(header: &Header, plan: &CertifiedPlan) -> Vec<(String, String)> {
     let budget = &plan.plan.budget;
     vec![
@@ -85,10 +89,10 @@ fn job_rows(header: &Header, plan: &CertifiedPlan) -> Vec<(String, String)> {
         row("drawing SHA-256", hex(&plan.plan.provenance.hash)),
         row("plan SHA-256", &header.plan),
         row("tool", format!("{:.3} mm diameter", 2.0 * mm(plan.plan.tool_radius.units()))),
-        row("stock left by roughing", format!("{:.3} mm", mm(plan.plan.stock_to_leave.units()))),
+        row("stock to leave", format!("{:.3} mm", mm(plan.plan.stock_to_leave.units()))),
         row("margin M", format!("{:.5} mm", budget.total().map_or(f64::NAN, |m| mm(m.units())))),
         row("machine", &header.setting),
-        row("controller's language", &header.dialect),
+        row("dialect", &header.dialect),
         row(
             "drawing's origin on the machine",
             format!("({:.3}, {:.3}) mm", mm(header.offset.dx), mm(header.offset.dy)),
@@ -97,12 +101,12 @@ fn job_rows(header: &Header, plan: &CertifiedPlan) -> Vec<(String, String)> {
     ]
 }
 
-/// How it went.
+/// The rows about the run: times, contours, commands.
 fn run_rows(header: &Header, replay: &Replay) -> Vec<(String, String)> {
-    let PhaseTimes { starting, by_hand, touching, contouring, held, stopped } = replay.story.spent;
+    let PhaseTimes { starting, by_hand, touching, contouring, held, stopped } = replay.timeline.spent;
     let supervisor = &replay.supervisor;
     let progress = supervisor.progress();
-    let closest = replay.story.closest_mm().map_or("no position was reported".into(), |(mm, at)| {
+    let closest = replay.timeline.closest_mm().map_or("no position was reported".into(), |(mm, at)| {
         format!("{mm:.4} mm at {}, of the positions that the controller reported", clock(at))
     });
     let earlier = header.progress.finished.len();
@@ -122,10 +126,10 @@ fn run_rows(header: &Header, replay: &Replay) -> Vec<(String, String)> {
         row("time span", format!("{} after it began", clock(replay.counted.ended))),
         row("ended", replay.end().to_string()),
         row("starting, homing", span(starting)),
-        row("steered by hand", span(by_hand)),
-        row("touching, working the contour out", span(touching)),
+        row("jogging", span(by_hand)),
+        row("contact, planning the contour", span(touching)),
         row("contouring", span(contouring)),
-        row("contour held", span(held)),
+        row("feed hold", span(held)),
         row("stopped, ending", span(stopped)),
         row("finishing loops contoured", finished),
         row("closest approach of tool and part", closest),
@@ -134,7 +138,7 @@ fn run_rows(header: &Header, replay: &Replay) -> Vec<(String, String)> {
     rows
 }
 
-/// What was proved for this page.
+/// The rows about the proof behind this page.
 fn proof_rows(replay: &Replay, file: &str, checksum: u32) -> Vec<(String, String)> {
     let counted = &replay.counted;
     vec![
@@ -143,31 +147,31 @@ fn proof_rows(replay: &Replay, file: &str, checksum: u32) -> Vec<(String, String
         row(
             "certified again for this page",
             format!(
-                "{} pieces sent came out the same, byte by byte; {} certificates hold by themselves",
+                "{} sent chunks match byte by byte, {} certificates hold by themselves",
                 counted.commands, counted.certificates
             ),
         ),
     ]
 }
 
-/// What happened, with times and places.
+/// The rows of the timeline: time, entry, position.
 fn happenings(replay: &Replay) -> impl Iterator<Item = [String; 3]> {
-    replay.story.happenings.iter().map(|(at, happening, place)| {
+    replay.timeline.happenings.iter().map(|(at, happening, place)| {
         let what = match happening {
-            TimelineEntry::Touched => "contour asked for, worked out and certified".into(),
+            TimelineEntry::Touched => "contour requested".into(),
             TimelineEntry::Contouring => "contouring".into(),
-            TimelineEntry::Held => "contour held".into(),
+            TimelineEntry::Held => "feed hold".into(),
             TimelineEntry::Finished(number) => format!("{number} finished"),
             TimelineEntry::Told(notice) => format!("note: {notice}"),
             TimelineEntry::Fault(fault) => format!("stopped: {fault}"),
-            TimelineEntry::Recovered => "begun anew with the controller".into(),
+            TimelineEntry::Recovered => "recovered: the session begins again with the controller".into(),
             TimelineEntry::Ended => "the session ended".into(),
         };
         [clock(*at), what, place.map_or(String::new(), |at| at.to_string())]
     })
 }
 
-/// Minutes and seconds since the beginning.
+/// Minutes and seconds since the session began.
 fn clock(at: Time) -> String {
     span(Duration::from_micros(at.micros()))
 }

@@ -1,9 +1,9 @@
-//! Moments in JSON: microseconds since the session began.
+//! Times in JSON: microseconds since the session began.
 
 use keepout_guard::Time;
 use serde::{Deserialize as _, Deserializer, Serializer};
 
-/// Writes a moment.
+/// Writes a time.
 ///
 /// # Errors
 /// The serializer's.
@@ -11,7 +11,7 @@ pub fn serialize<S: Serializer>(time: &Time, serializer: S) -> Result<S::Ok, S::
     serializer.serialize_u64(time.micros())
 }
 
-/// Reads a moment.
+/// Reads a time.
 ///
 /// # Errors
 /// The deserializer's.

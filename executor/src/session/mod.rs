@@ -1,4 +1,4 @@
-//! A session: engine, port, operator and log, run together against a clock; and what remains of it.
+//! A session: engine, port, operator, log and clock. Also the replay of its log, and the report.
 
 pub mod characters;
 mod coverage;

@@ -1,4 +1,4 @@
-//! Where the drawing lies on the machine, and where the tool starts.
+//! The place of the drawing on the machine, and the start place of the tool.
 
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Length, Point, Vector};
@@ -7,21 +7,22 @@ use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::{length_up_from_mm, mm, point_from_mm, point_mm};
 use thiserror::Error;
 
-/// A drawing placed on a machine.
+/// The place of a drawing on a machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
-    /// Machine coordinates less drawing coordinates.
+    /// Machine coordinates minus drawing coordinates.
     pub offset: Vector,
     /// The machine's travel, drawing coordinates.
     pub travel: Window,
 }
 
-/// Why a drawing can not be placed.
+/// An error in the placement of a drawing.
 #[derive(Debug, Error)]
 pub enum PlaceError {
     /// The machine is too small.
     #[error(
-        "the job needs {needed_x:.1} × {needed_y:.1} mm of travel, {machine} has {has_x:.1} × {has_y:.1} mm. Turn the drawing, or use a larger machine (--travel-mm for the simulated one)."
+        "the job needs {needed_x:.1} × {needed_y:.1} mm of travel, {machine} has {has_x:.1} × {has_y:.1} mm. \
+         Turn the drawing, or use a larger machine (--travel-mm for the simulated one)."
     )]
     TooLarge {
         /// Travel needed in x, mm.
@@ -36,44 +37,50 @@ pub enum PlaceError {
         has_y: f64,
     },
     /// The drawing lies beyond the travel.
-    #[error("with its origin there the drawing lies beyond the machine's travel: --origin-mm may be {:.1} to {:.1} in x and {:.1} to {:.1} in y", x.0, x.1, y.0, y.1)]
+    #[error(
+        "with its origin there the drawing lies beyond the machine's travel: \
+         --origin-mm may be {:.1} to {:.1} in x and {:.1} to {:.1} in y",
+        x.0, x.1, y.0, y.1
+    )]
     Misplaced {
-        /// Least and largest place of the origin in x, machine coordinates, mm.
+        /// Least and largest x of the origin, machine coordinates, mm.
         x: (f64, f64),
-        /// The same in y.
+        /// Least and largest y of the origin, machine coordinates, mm.
         y: (f64, f64),
     },
-    /// The tool can not be let down there.
+    /// The tool cannot start there.
     #[error("the tool can not start at {at}: {reason}. Choose another --start-mm.")]
     Start {
         /// The place.
         at: Point,
-        /// Why not.
+        /// The reason.
         reason: String,
     },
-    /// The offset is off the lattice.
+    /// The offset lies outside the lattice.
     #[error(
-        "the drawing lies too far from its origin for this machine: {0}. Move it nearer to its origin in the CAD system."
+        "the drawing lies too far from its origin for this machine: {0}. \
+         Move it nearer to its origin in the CAD system."
     )]
     OffLattice(#[from] keepout_kernel::LatticeError),
-    /// No clear place to start from.
+    /// No clear start place was found.
     #[error(
-        "the tool fits nowhere clear of the part with the roughing allowance. Lower --stock-to-leave-mm, or take a smaller tool."
+        "the tool fits nowhere clear of the part with the stock to leave. \
+         Lower --stock-to-leave-mm, or take a smaller tool."
     )]
     NoStart,
 }
 
-/// Offsets are multiples of this, lattice units (1 µm): jog targets are then written with three decimals.
+/// Grid of the offset, in lattice units: 1 µm. Jog targets then need three decimals in mm.
 const GRID: i32 = 100;
 
-/// Travel kept free at the table's edges, mm: the home position lies there.
+/// Travel that stays free at the table's edges, mm. The home position lies there.
 const EDGE_MM: f64 = 2.0;
 
-/// Places the drawing's origin at `origin_mm` (machine coordinates), or the job in the middle of the travel, which is
-/// [−width, 0] × [−height, 0].
+/// Places the drawing's origin at `origin_mm` (machine coordinates), or the job in the middle of the travel.
+/// The travel is [−width, 0] × [−height, 0].
 ///
 /// # Errors
-/// [`PlaceError`] when the finishing path leaves the travel.
+/// [`PlaceError`] if the finishing toolpath, grown by the stock to leave, does not fit the travel.
 pub fn place_on_table(
     plan: &CertifiedPlan,
     machine: &MachineProfile,
@@ -83,7 +90,7 @@ pub fn place_on_table(
     let [width, height] = machine.travel_mm;
     let (x0, y0) = point_mm(low);
     let (x1, y1) = point_mm(high);
-    // In the middle of the travel; travel that is drawn lies with its own middle there.
+    // A drawn travel is centred in the machine's travel. Without it the job is centred.
     let drawn = plan.plan.travel.map(|travel| {
         let (x0, y0, x1, y1) = travel.corners();
         (mm(x0), mm(y0), mm(x1), mm(y1))
@@ -112,7 +119,7 @@ pub fn place_on_table(
     Ok(Placement { offset, travel })
 }
 
-/// The box of the finishing path, grown by the stock_to_leave: roughing goes around it too.
+/// The box of the finishing toolpath, grown by the stock to leave, because roughing goes around it too.
 fn path_box(plan: &CertifiedPlan) -> Result<(Point, Point), PlaceError> {
     let chord_error = Length::small(200);
     let points =
@@ -125,15 +132,16 @@ fn path_box(plan: &CertifiedPlan) -> Result<(Point, Point), PlaceError> {
     Ok((Point::from_units(x0.into(), y0.into())?, Point::from_units(x1.into(), y1.into())?))
 }
 
-/// A clear place beside the longest finishing loops: where the tool is let down when it can not come in from outside.
+/// A clear start place beside the longest finishing loop that has one. The tool starts there if it cannot
+/// come in from outside.
 ///
 /// # Errors
-/// [`PlaceError::NoStart`] when no such place is found.
+/// [`PlaceError::NoStart`] if the search finds no such place.
 pub fn start_inside(plan: &CertifiedPlan) -> Result<Point, PlaceError> {
     [0.1, 0.02, 0.004].into_iter().find_map(|beyond| start_beside(plan, beyond)).ok_or(PlaceError::NoStart)
 }
 
-/// A clear place `beyond` mm outside the roughing threshold, beside the longest finishing loops.
+/// A clear place `beyond` mm outside the jogging clearance, beside the longest curve that has one.
 fn start_beside(plan: &CertifiedPlan, beyond: f64) -> Option<Point> {
     let beyond = mm(plan.plan.stock_to_leave.units()) + beyond;
     let mut curves: Vec<_> = plan.plan.finish().loops.iter().flat_map(|each| &each.curves).collect();

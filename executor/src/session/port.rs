@@ -3,44 +3,45 @@
 use keepout_guard::Time;
 use thiserror::Error;
 
-/// Why a port can not be used.
+/// An error of a port.
 #[derive(Debug, Error)]
 pub enum PortError {
-    /// It can not be opened.
+    /// The port cannot be opened.
     #[error(
-        "can not open port {name}: {reason}. Check that the device is plugged in, that its name is right, and that you may use it (group dialout)."
+        "can not open port {name}: {reason}. \
+         Check that the device is plugged in, that its name is right, and that you may use it (group dialout)."
     )]
     Open {
         /// The port's name.
         name: String,
-        /// What the system says.
+        /// The system's reason.
         reason: String,
     },
-    /// It failed while in use.
+    /// The port failed while in use.
     #[error("port {name}: {reason}")]
     Lost {
         /// The port's name.
         name: String,
-        /// What the system says.
+        /// The system's reason.
         reason: String,
     },
 }
 
-/// A byte stream to a controller. Nothing blocks for longer than a few milliseconds.
+/// A byte stream to a controller. No call blocks for longer than a few milliseconds.
 pub trait Port {
     /// Sends bytes.
     ///
     /// # Errors
-    /// [`PortError::Lost`] when the port is gone.
+    /// [`PortError::Lost`] if the port is gone.
     fn write(&mut self, bytes: &[u8], now: Time) -> Result<(), PortError>;
 
-    /// Appends what has arrived.
+    /// Appends the bytes that have arrived.
     ///
     /// # Errors
-    /// [`PortError::Lost`] when the port is gone.
+    /// [`PortError::Lost`] if the port is gone.
     fn read(&mut self, into: &mut Vec<u8>, now: Time) -> Result<(), PortError>;
 
-    /// When there may be something to read; now and then for ports that can not tell.
+    /// The time at which the next bytes may arrive. A port that does not know it returns [`Time::ZERO`].
     fn next_event(&self) -> Time {
         Time::ZERO
     }

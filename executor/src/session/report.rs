@@ -1,4 +1,4 @@
-//! The page and the picture that remain of a run.
+//! The page and the picture of a run, from the session itself.
 
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::report::element::Element;
@@ -15,7 +15,7 @@ use crate::supervisor::{Counts, Supervisor};
 /// The figures of a run.
 #[derive(Clone, Debug)]
 pub struct RunFacts {
-    /// How it ended.
+    /// The end of the session.
     pub ended: Ended,
     /// The fault, in words.
     pub fault: Option<String>,
@@ -23,33 +23,33 @@ pub struct RunFacts {
     pub seconds: f64,
     /// The supervisor's counters.
     pub counts: Counts,
-    /// Finishing loops contoured, and in all; those in other free space can only be done from there.
+    /// Finishing loops contoured, and finishing loops in all. A loop in another free space can be cut only
+    /// from there.
     pub loops: (usize, usize),
-    /// Finishing loops that earlier runs had contoured.
+    /// Finishing loops that earlier sessions contoured.
     pub loops_before: usize,
     /// Finishing loops that are cut in part.
     pub partial: usize,
-    /// Finishing loops in the same free space that no way was found to.
+    /// Finishing loops in the same free space without a link move to them.
     pub unreached: usize,
-    /// A contour was begun and is not done: it ended between two loops, too.
+    /// Whether a contour began and is not done. An end between two loops counts, too.
     pub interrupted: bool,
     /// Deepest gouge by the monitor, mm; `None` without a monitor.
     pub deepest_mm: Option<f64>,
     /// Least distance between tool and part by the monitor, mm.
     pub closest_mm: Option<f64>,
-    /// The same while steered by hand, mm.
+    /// Least distance between tool and part while jogging, by the monitor, mm.
     pub closest_by_hand_mm: Option<f64>,
     /// The cut contour by the monitor.
     pub coverage: Option<Coverage>,
     /// Operator, machine and port, in words.
     pub setting: String,
-    /// What the operator was told.
+    /// The notices that the session showed to the operator.
     pub notices: Vec<String>,
 }
 
 impl RunFacts {
-    /// The figures that the supervisor knows after a session of `seconds`. The collision monitor's figures are
-    /// missing.
+    /// The supervisor's figures after a session of `seconds`, without the collision monitor's figures.
     #[must_use]
     pub fn of(supervisor: &Supervisor, ended: Ended, seconds: f64) -> Self {
         Self {
@@ -71,7 +71,7 @@ impl RunFacts {
         }
     }
 
-    /// The rows of the table: what, and how much.
+    /// The rows of the table: name and value.
     #[must_use]
     pub fn rows(&self, plan: &CertifiedPlan) -> Vec<(String, String)> {
         let row = |name: &str, value: String| (name.to_string(), value);
@@ -82,13 +82,13 @@ impl RunFacts {
         ];
         rows.extend(count_rows(&self.counts));
         if let Some(deepest) = self.deepest_mm {
-            rows.push(row("deepest incursion", format!("{deepest:.5} mm")));
+            rows.push(row("deepest gouge", format!("{deepest:.5} mm")));
         }
         if let Some(closest) = self.closest_mm {
             rows.push(row("closest approach of tool and part", format!("{closest:.5} mm")));
         }
         if let Some(closest) = self.closest_by_hand_mm {
-            rows.push(row("closest approach by hand", format!("{closest:.5} mm")));
+            rows.push(row("closest approach while jogging", format!("{closest:.5} mm")));
         }
         let in_part = match self.partial {
             0 => String::new(),
@@ -128,10 +128,10 @@ pub(super) fn count_rows(counts: &Counts) -> [(String, String); 2] {
     let Counts { jogs, contour_motions, cancels, queries, clipped } = counts;
     let sent =
         format!("{jogs} jogs, {contour_motions} contour motions, {cancels} cancels, {queries} queries");
-    [("commands sent".into(), sent), ("wishes cut short at the wall".into(), clipped.to_string())]
+    [("commands sent".into(), sent), ("jogs clipped by the guard".into(), clipped.to_string())]
 }
 
-/// Most points of a trace that are drawn.
+/// Most drawn points of a run, about.
 const DRAWN: usize = 40_000;
 
 /// The picture of a run from the true positions, in drawing coordinates.
@@ -140,7 +140,7 @@ pub fn picture_of_run(plan: &CertifiedPlan, title: &str, samples: &[Sample]) -> 
     svg(plan, title, &traces(samples))
 }
 
-/// The stretches of one kind, thinned out when there are very many points.
+/// The traces of a run, one for each stretch of one kind. Long runs are thinned out.
 pub(super) fn traces(samples: &[Sample]) -> Vec<Trace> {
     let mut traces: Vec<Trace> = Vec::new();
     let every = (samples.len() / DRAWN).max(1);

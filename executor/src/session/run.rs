@@ -1,4 +1,4 @@
-//! The loop that feeds the engine.
+//! The session loop: it feeds the engine from port, operator and clock.
 
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -16,17 +16,17 @@ use crate::operator::{Operator, OperatorView};
 use crate::session::port::{Port, PortError};
 use crate::supervisor::{JobRequest, OperatorCommand, Phase, Supervisor};
 
-/// Where time comes from.
+/// A source of time.
 pub trait Clock {
     /// The time now.
     fn now(&mut self) -> Time;
-    /// Waits until something may be due: `until` at the latest.
+    /// Waits for the next event, until `until` at the latest.
     fn wait(&mut self, until: Time);
-    /// Whether work that takes long must be done elsewhere.
+    /// Whether this is real time. The session then runs the planner in a thread of its own.
     fn is_real(&self) -> bool;
 }
 
-/// The machine's clock.
+/// The computer's monotonic clock.
 #[derive(Debug)]
 pub struct RealClock {
     began: Instant,
@@ -53,7 +53,7 @@ impl Clock for RealClock {
     }
 }
 
-/// A clock that moves only when waited for.
+/// A clock that advances only in [`Clock::wait`].
 #[derive(Debug, Default)]
 pub struct VirtualClock {
     now: Time,
@@ -87,14 +87,14 @@ impl<C: Clock> Clock for &mut C {
     }
 }
 
-/// After the time is over, the machine comes to rest within this.
+/// Longest time from the end of the session's time limit to standstill.
 const REST_WITHIN: Duration = Duration::from_secs(10);
 /// Time between two flushes of the log.
 const FLUSH_EVERY: Duration = Duration::from_millis(500);
-/// Time between two attempts to open a lost port again.
+/// Time between two attempts to reopen a lost port.
 const REOPEN_EVERY: Duration = Duration::from_secs(1);
 
-/// Most operator commands that one round takes.
+/// Most operator commands in one round.
 const COMMANDS_MAX: usize = 8;
 
 /// How a session ended.
@@ -102,44 +102,44 @@ const COMMANDS_MAX: usize = 8;
 pub enum Ended {
     /// As the operator wanted.
     Done,
-    /// By a fault; the supervisor says which.
+    /// By a fault. The supervisor names it.
     Faulted,
-    /// The time that was allowed is over.
+    /// The time limit is over.
     OutOfTime,
 }
 
-/// Works out contouring jobs.
+/// A planner of contouring jobs.
 pub type Planner<'a> = Box<dyn FnMut(&JobRequest, &CertifiedPlan) -> Result<ContourJob, JobError> + 'a>;
 
-/// Opens a port again.
+/// Reopens a lost port.
 pub type Reopen<'a, P> = Box<dyn FnMut() -> Result<P, PortError> + 'a>;
 
-/// A session under way.
+/// A running session.
 pub struct Session<'a, P: Port> {
     engine: Engine,
     port: Option<P>,
     reopen: Option<Reopen<'a, P>>,
     operator: Box<dyn Operator + Send + 'a>,
-    tape: Box<dyn EventLog + 'a>,
+    event_log: Box<dyn EventLog + 'a>,
     input_due: Time,
     flush_due: Time,
     reopen_due: Time,
     bytes: Vec<u8>,
     job: Option<JoinHandle<Result<ContourJob, JobError>>>,
-    /// In virtual time, instead of the planner.
+    /// Replaces the product's planner, in virtual time only.
     planner: Option<Planner<'a>>,
     part_box_mm: (f64, f64, f64, f64),
-    /// A fault does not end the session: the operator can recover from it.
+    /// Whether the operator can recover from a fault. A fault then does not end the session.
     recovers: bool,
 }
 
 impl<'a, P: Port> Session<'a, P> {
-    /// Puts a session together.
+    /// Builds a session.
     pub fn new(
         engine: Engine,
         port: P,
         operator: Box<dyn Operator + Send + 'a>,
-        tape: Box<dyn EventLog + 'a>,
+        event_log: Box<dyn EventLog + 'a>,
     ) -> Self {
         let (low, high) = engine.supervisor.plan().part_box();
         let ((x0, y0), (x1, y1)) = (point_mm(low), point_mm(high));
@@ -149,7 +149,7 @@ impl<'a, P: Port> Session<'a, P> {
             port: Some(port),
             reopen: None,
             operator,
-            tape,
+            event_log,
             input_due: Time::ZERO,
             flush_due: Time::ZERO,
             reopen_due: Time::ZERO,
@@ -160,13 +160,14 @@ impl<'a, P: Port> Session<'a, P> {
         }
     }
 
-    /// The same session, from whose faults the operator can recover; a lost port is opened again by `reopen`.
+    /// The same session with recovery: the operator can recover from a fault, and `reopen` opens a lost port
+    /// again.
     #[must_use]
     pub fn recovering(self, reopen: Reopen<'a, P>) -> Self {
         Self { reopen: Some(reopen), recovers: true, ..self }
     }
 
-    /// The same session with another planner, in virtual time: what it proposes is certified all the same.
+    /// The same session with another planner, in virtual time. The guard certifies its motions all the same.
     #[must_use]
     pub fn planned_by(self, planner: Planner<'a>) -> Self {
         Self { planner: Some(planner), ..self }
@@ -178,7 +179,7 @@ impl<'a, P: Port> Session<'a, P> {
         &self.engine.supervisor
     }
 
-    /// Gives the supervisor back.
+    /// Ends the session and returns the supervisor.
     #[must_use]
     pub fn into_supervisor(self) -> Supervisor {
         self.engine.supervisor
@@ -189,7 +190,7 @@ impl<'a, P: Port> Session<'a, P> {
         self.port.as_mut()
     }
 
-    /// Reads and forgets what the machine still says.
+    /// Reads and drops the bytes that the machine still sends.
     pub fn drain(&mut self, now: Time) {
         self.bytes.clear();
         if let Some(port) = &mut self.port {
@@ -197,11 +198,12 @@ impl<'a, P: Port> Session<'a, P> {
         }
     }
 
-    /// Runs until the end; after `limit` the machine is brought to rest. `watch` is called after every round, and may end
-    /// the session.
+    /// Runs the session to its end. After `limit` it brings the machine to rest. It calls `watch` after every
+    /// round, and `watch` may end the session.
     ///
     /// # Errors
-    /// [`EventLogError`] when the log can not be written on. Nothing more is sent then, and the queued motions run to their certified ends.
+    /// [`EventLogError`] if the log cannot be written. The session then sends [`Engine::stop_bytes`] only.
+    /// Motions that these do not cancel run to their certified ends.
     pub fn run(
         &mut self,
         clock: &mut impl Clock,
@@ -214,12 +216,12 @@ impl<'a, P: Port> Session<'a, P> {
             let now = clock.now();
             if over.is_none() && (halted || now >= Time::ZERO.after(limit)) {
                 over = Some(now);
-                self.guarded(now, |session| session.engine.halt(now, session.tape.as_mut()))?;
+                self.guarded(now, |session| session.engine.halt(now, session.event_log.as_mut()))?;
             }
             self.guarded(now, |session| session.round(now, clock.is_real()))?;
             halted |= watch(self, now) == Going::Halt;
             if let Some(ended) = self.ended(over.filter(|_| !halted), over, now) {
-                self.tape.flush()?;
+                self.event_log.flush()?;
                 return Ok(ended);
             }
             clock.wait(self.due(limit, over));
@@ -236,14 +238,15 @@ impl<'a, P: Port> Session<'a, P> {
         }
     }
 
-    /// When something is due.
+    /// The time of the next event.
     fn due(&self, limit: Duration, over: Option<Time>) -> Time {
         let port = self.port.as_ref().map_or(self.reopen_due, Port::next_event);
         let end = over.map_or(Time::ZERO.after(limit), |over| over.after(REST_WITHIN).after(FLUSH_EVERY));
         self.engine.supervisor.due().min(self.input_due).min(self.flush_due).min(port).min(end)
     }
 
-    /// Without a log nothing may go on: what is in flight ends at its certified target, or sooner.
+    /// Acts, and writes the engine's output. If the log fails, it sends the stop bytes only: the motions in
+    /// flight end at their certified targets, or sooner.
     fn guarded(
         &mut self,
         now: Time,
@@ -258,7 +261,7 @@ impl<'a, P: Port> Session<'a, P> {
         })
     }
 
-    /// One round: replies in, the operator's input, a tick; commands out.
+    /// One round: it reads replies, the operator's commands and input, and the timer.
     fn round(&mut self, now: Time, real: bool) -> Result<(), EventLogError> {
         self.read(now)?;
         if now >= self.input_due {
@@ -267,20 +270,20 @@ impl<'a, P: Port> Session<'a, P> {
             let input = self.operator.input(&seen, now);
             for _ in 0..COMMANDS_MAX {
                 let Some(command) = self.operator.command() else { break };
-                self.engine.command(command, now, self.tape.as_mut())?;
+                self.engine.command(command, now, self.event_log.as_mut())?;
                 if command == OperatorCommand::Stop {
                     break;
                 }
             }
-            self.engine.input(input, now, self.tape.as_mut())?;
+            self.engine.input(input, now, self.event_log.as_mut())?;
         }
         if now >= self.engine.supervisor.due() {
-            self.engine.tick(now, self.tape.as_mut())?;
+            self.engine.tick(now, self.event_log.as_mut())?;
         }
         self.work_out(now, real)?;
         if now >= self.flush_due {
             self.flush_due = now.after(FLUSH_EVERY);
-            self.tape.flush()?;
+            self.event_log.flush()?;
         }
         Ok(())
     }
@@ -289,7 +292,7 @@ impl<'a, P: Port> Session<'a, P> {
         self.bytes.clear();
         let Some(port) = &mut self.port else { return self.find_port(now) };
         let outcome = port.read(&mut self.bytes, now);
-        self.engine.receive(&self.bytes, now, self.tape.as_mut())?;
+        self.engine.receive(&self.bytes, now, self.event_log.as_mut())?;
         match outcome {
             Ok(()) => Ok(()),
             Err(error) => self.lose_port(&error, now),
@@ -301,7 +304,7 @@ impl<'a, P: Port> Session<'a, P> {
             self.port = None;
             self.reopen_due = now.after(REOPEN_EVERY);
         }
-        self.engine.port_lost(&error.to_string(), now, self.tape.as_mut())
+        self.engine.port_lost(&error.to_string(), now, self.event_log.as_mut())
     }
 
     fn find_port(&mut self, now: Time) -> Result<(), EventLogError> {
@@ -309,16 +312,16 @@ impl<'a, P: Port> Session<'a, P> {
         self.reopen_due = now.after(REOPEN_EVERY);
         if let Ok(port) = reopen() {
             self.port = Some(port);
-            self.engine.port_found(now, self.tape.as_mut())?;
+            self.engine.port_found(now, self.event_log.as_mut())?;
         }
         Ok(())
     }
 
-    /// Works out a contouring job that is wanted: in a thread when time is real.
+    /// Computes the contouring job that the supervisor waits for. In real time a thread does it.
     fn work_out(&mut self, now: Time, real: bool) -> Result<(), EventLogError> {
         if let Some(thread) = self.job.take_if(|thread| thread.is_finished()) {
             let job = thread.join().unwrap_or(Err(JobError::Failed));
-            return self.engine.job(job, now, self.tape.as_mut());
+            return self.engine.job(job, now, self.event_log.as_mut());
         }
         if self.job.is_some() {
             return Ok(());
@@ -333,26 +336,26 @@ impl<'a, P: Port> Session<'a, P> {
             Some(planner) => planner(&request, &plan),
             None => request.work_out(&plan),
         };
-        self.engine.job(job, now, self.tape.as_mut())
+        self.engine.job(job, now, self.event_log.as_mut())
     }
 
-    /// Writes what the engine wants sent, after the log has been handed to the system.
+    /// Writes the engine's output to the port, after a flush of the log.
     fn write(&mut self, now: Time) -> Result<(), EventLogError> {
         let mut lost = None;
         for _ in 0..2 {
             self.bytes.clear();
-            let mut pieces = 0;
+            let mut chunks = 0;
             let (bytes, port) = (&mut self.bytes, &mut self.port);
-            let tape = &mut self.tape;
+            let event_log = &mut self.event_log;
             let mut flushed = Ok(());
-            self.engine.drain(|piece| {
-                if pieces == 0 {
-                    flushed = tape.flush();
+            self.engine.drain(|chunk| {
+                if chunks == 0 {
+                    flushed = event_log.flush();
                 }
-                pieces += 1;
+                chunks += 1;
                 let Some(port) = port.as_mut().filter(|_| flushed.is_ok() && lost.is_none()) else { return };
-                lost = port.write(piece, now).err();
-                bytes.extend(piece);
+                lost = port.write(chunk, now).err();
+                bytes.extend(chunk);
             });
             flushed?;
             match lost.take() {
@@ -379,16 +382,16 @@ impl<'a, P: Port> Session<'a, P> {
     }
 }
 
-/// Whether a session goes on.
+/// The choice of `watch` after a round.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Going {
-    /// It does.
+    /// The session goes on.
     On,
-    /// The machine is to be brought to rest, and the session ends.
+    /// The session brings the machine to rest, and ends.
     Halt,
 }
 
-/// The nearest point of the part, for the operator's eye.
+/// The point of the part that is nearest to the tool, for display, mm.
 #[must_use]
 pub fn nearest_wall(plan: &CertifiedPlan, position: Point) -> Option<(f64, f64)> {
     let nearest = plan.part.index().nearest(position, None)?;

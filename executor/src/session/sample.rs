@@ -3,7 +3,7 @@
 use keepout_guard::Time;
 use serde::{Deserialize, Serialize};
 
-/// What the machine was doing at a sample.
+/// The machine's motion at a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SampleKind {
@@ -15,13 +15,13 @@ pub enum SampleKind {
     Run,
 }
 
-/// A true tool position: between two samples the tool moves straight.
+/// A true tool position. Between two samples the tool moves straight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// When.
+    /// The time of the sample.
     pub at: Time,
-    /// Where, machine coordinates, mm.
+    /// The tool centre, machine coordinates, mm.
     pub position_mm: (f64, f64),
-    /// What the machine was doing.
+    /// The machine's motion.
     pub kind: SampleKind,
 }

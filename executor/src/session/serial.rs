@@ -18,13 +18,13 @@ impl Serial {
     /// Opens the port by its system name.
     ///
     /// # Errors
-    /// [`PortError::Open`] with the remedy.
+    /// [`PortError::Open`], which names the remedy.
     pub fn open(name: &str, baud: u32) -> Result<Self, PortError> {
         let port = serialport::new(name, baud)
             .timeout(Duration::from_millis(2))
             .open()
             .map_err(|error| PortError::Open { name: name.into(), reason: error.to_string() })?;
-        // What came before is no answer to what this session will ask: it may be left of one that was killed.
+        // Bytes in the buffer may be replies to an earlier session that was killed.
         port.clear(ClearBuffer::Input)
             .map_err(|error| PortError::Open { name: name.into(), reason: error.to_string() })?;
         Ok(Self { name: name.into(), port })
@@ -35,7 +35,7 @@ impl Serial {
     }
 }
 
-/// A write that finds the driver's buffer full is repeated for this long.
+/// Most retries of one write while the driver's buffer is full. Each waits for the port's timeout at most.
 const WRITE_TRIES: u32 = 500;
 
 impl Port for Serial {
@@ -76,22 +76,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_came_before_it_was_opened_is_not_read() {
+    fn bytes_from_before_the_opening_are_dropped() {
         let (mut host, device) = TTYPort::pair().unwrap();
         let name = device.name().unwrap();
         drop(device);
-        // The one before was ended while this was on its way.
+        // An earlier session ends while these replies are on their way.
         let before = Serial::open(&name, 115_200).unwrap();
         host.write_all(b"<Idle|MPos:0.000,0.000,0.000>\r\nok\r\n").unwrap();
         std::thread::sleep(Duration::from_millis(20));
         drop(before);
         let mut port = Serial::open(&name, 115_200).unwrap();
-        let mut heard = Vec::new();
-        port.read(&mut heard, Time::ZERO).unwrap();
-        assert_eq!(heard, b"");
+        let mut received = Vec::new();
+        port.read(&mut received, Time::ZERO).unwrap();
+        assert_eq!(received, b"");
         host.write_all(b"ok\r\n").unwrap();
         std::thread::sleep(Duration::from_millis(20));
-        port.read(&mut heard, Time::ZERO).unwrap();
-        assert_eq!(heard, b"ok\r\n");
+        port.read(&mut received, Time::ZERO).unwrap();
+        assert_eq!(received, b"ok\r\n");
     }
 }

@@ -1,4 +1,4 @@
-//! The one builder of sessions: the plan, the options and the dialect, before a port is opened.
+//! The one builder of sessions: plan, options and dialect, before the port is open.
 
 use keepout_planner::plan_file::{self, PlanFileError};
 use keepout_planner::sha256;
@@ -12,7 +12,7 @@ use crate::dialect::{DialectConfig, DialectName};
 use crate::operator::Operator;
 use crate::supervisor::{Options, PreparedPlan, Supervisor};
 
-/// The parts of a session. Real ports, ptys and simulated machines in virtual time start from it.
+/// The parts of a session. Sessions on real ports, on ptys and in virtual time all start from it.
 #[derive(Clone, Debug)]
 pub struct SessionSetup {
     /// The plan.
@@ -43,11 +43,11 @@ impl SessionSetup {
         Session::new(self.engine(), port, operator, event_log)
     }
 
-    /// The header of the session's log. The caller adds the date, the operator and the machine in words, and
+    /// The header of the session's log. The caller adds the date, the operator, the machine in words, and
     /// whether the machine is simulated.
     ///
     /// # Errors
-    /// [`PlanFileError`] when the plan cannot be encoded for its hash.
+    /// [`PlanFileError`] if the plan cannot be encoded for its hash.
     pub fn header(&self) -> Result<Header, PlanFileError> {
         let Self { work, options, dialect, config } = self;
         Ok(Header {

@@ -1,11 +1,12 @@
-//! The date and time of a session's beginning.
+//! The date and time at which a session began.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Seconds of a day.
+/// Seconds in a day.
 const DAY_S: u64 = 86_400;
 
-/// Date and time, UTC, as RFC 3339 writes them: `2026-11-21T16:38:20Z`. A clock before 1970 gives the beginning of 1970.
+/// Date and time in UTC, in the form of RFC 3339: `2026-11-21T16:38:20Z`. A clock before 1970 gives the
+/// beginning of 1970.
 #[must_use]
 pub fn rfc_3339(at: SystemTime) -> String {
     let seconds = at.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
@@ -14,8 +15,10 @@ pub fn rfc_3339(at: SystemTime) -> String {
     format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}Z")
 }
 
-/// Year, month and day of a day counted from 1970-01-01, by Howard Hinnant's `civil_from_days`: years begin in March, so that
-/// the leap day is their last, in eras of 400 years.
+/// Year, month and day of a day number, counted from 1970-01-01.
+///
+/// Source: Howard Hinnant's `civil_from_days`. It counts eras of 400 years, and years that begin in March,
+/// because the leap day is then the last day of the year.
 fn civil(days: u64) -> (u64, u64, u64) {
     let days = days + 719_468;
     let (era, of_era) = (days / 146_097, days % 146_097);
@@ -34,7 +37,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn dates_are_those_of_the_calendar() {
+    fn known_dates_match_the_calendar() {
         for (seconds, written) in [
             (0, "1970-01-01T00:00:00Z"),
             (951_782_399, "2000-02-28T23:59:59Z"),
@@ -48,7 +51,7 @@ mod tests {
     }
 
     #[test]
-    fn every_day_follows_the_one_before() {
+    fn every_day_follows_the_day_before() {
         let mut last = civil(0);
         for days in 1..200_000 {
             let next = civil(days);

@@ -1,37 +1,37 @@
-//! The first line of a log: what its session was set up with.
+//! The first line of a log: the set-up of its session.
 
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Point, Vector};
 use keepout_planner::job::Progress;
 use serde::{Deserialize, Serialize};
 
-/// The version that is written, and the only one that is read.
+/// The log version that this program writes, and the only one that it reads.
 pub const VERSION: u32 = 3;
 
-/// What a log says of its session: enough to play it again.
+/// The set-up of a session. It is complete enough for a replay.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Header {
     /// [`VERSION`].
     pub keepout_log: u32,
-    /// When the session began by the computer's clock: date and time, UTC, as RFC 3339 writes them.
+    /// The beginning of the session by the computer's clock: UTC, in the form of RFC 3339.
     pub began: String,
     /// SHA-256 of the plan file's content.
     pub plan: String,
     /// Name of the drawing.
     pub drawing: String,
-    /// The dialect, as it is asked for on the command line.
+    /// The dialect, as the command line names it.
     pub dialect: String,
-    /// SHA-256 of the text that describes it; empty for one that is built in.
+    /// SHA-256 of the dialect's file. Empty for a built-in dialect.
     pub description: String,
-    /// Whether nothing but a simulated machine moved.
+    /// Whether the machine is simulated.
     pub simulated: bool,
-    /// Machine coordinates less drawing coordinates.
+    /// Machine coordinates minus drawing coordinates.
     #[serde(with = "keepout_planner::stored")]
     pub offset: Vector,
     /// The machine's travel in x and y, mm.
     pub travel_mm: Option<[f64; 2]>,
-    /// Where the tool may go of that, drawing coordinates.
+    /// The soft limit of the session within that travel, drawing coordinates.
     #[serde(with = "keepout_planner::stored")]
     pub travel: Window,
     /// Feed of the contour, mm/min.
@@ -42,9 +42,9 @@ pub struct Header {
     pub answer_within_ms: u64,
     /// Baud rate of the line.
     pub baud: u32,
-    /// What an earlier session had done of the plan's contours.
+    /// The progress of earlier sessions on the plan's contours.
     pub progress: Progress,
-    /// Who steers, as asked for on the command line.
+    /// The operator, as the command line names it.
     pub operator: String,
     /// The machine and its port, in words.
     pub setting: String,

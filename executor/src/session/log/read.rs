@@ -1,4 +1,4 @@
-//! Reading a log, line by line.
+//! The reader of a log, line by line.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
@@ -13,52 +13,54 @@ use super::line::{self, LineError};
 use super::{EventLine, LOG, LoggedEvent};
 use crate::supervisor::OperatorInput;
 
-/// Why a log can not be read.
+/// An error in a log.
 #[derive(Debug, Error)]
 pub enum LogReadError {
     /// The file cannot be read.
     #[error(transparent)]
     File(#[from] FileError),
-    /// It is no log.
+    /// The file is no log.
     #[error("this is no keepout log: {reason}")]
     NoLog {
-        /// Why not.
+        /// The reason.
         reason: String,
     },
-    /// It was written by another version.
+    /// Another version of the program wrote the log.
     #[error(
-        "the log has version {found}, this program reads version {VERSION}. Replay it with the program that wrote it."
+        "the log has version {found}, this program reads version {VERSION}. \
+         Replay it with the program that wrote it."
     )]
     Version {
         /// The log's version.
         found: u32,
     },
-    /// A whole line is not what was written.
+    /// A complete line does not match its checksum.
     #[error(
-        "line {line} of the log does not match its checksum and the line before: the log was damaged or changed. Nothing from that line on can be relied on."
+        "line {line} of the log does not match its checksum and the line before: \
+         the log was damaged or changed. Do not rely on anything from that line on."
     )]
     Damaged {
         /// The line, from 1.
         line: usize,
     },
-    /// A line that is intact says nothing that is understood.
+    /// An intact line has a content that this program does not understand.
     #[error("line {line} of the log: {source}. Was it written by another version?")]
     Line {
         /// The line, from 1.
         line: usize,
-        /// Why.
+        /// The error in the line.
         source: LineError,
     },
 }
 
-/// Longest line that is read, bytes.
+/// Longest line, bytes.
 const LINE_MAX: u64 = 1 << 28;
 
-/// A log that is read line by line, each checked against the line before; it keeps one line at a time.
+/// A reader of a log. It checks each line against the line before, and keeps one line at a time.
 ///
-/// A line ends with a line feed and is written whole before the next, so what a dying program or a full disk leaves is a
-/// beginning of the log: whole lines, and behind them less than one. That is no error, see [`LogReader::torn`]. A whole line
-/// that does not match is one.
+/// A line ends with a line feed, and the program writes it whole before the next. So a killed program or a
+/// full disk leaves complete lines, and at most one incomplete line after them. An incomplete line is no
+/// error, see [`LogReader::torn`]. A complete line with a wrong checksum is an error.
 #[derive(Debug)]
 pub struct LogReader<R> {
     source: R,
@@ -77,9 +79,9 @@ pub struct LogReader<R> {
 pub struct Entry {
     /// Its line in the file, from 1.
     pub line: usize,
-    /// When it happened.
+    /// The time of the event.
     pub at: Time,
-    /// What happened.
+    /// The event.
     pub event: LoggedEvent<'static>,
 }
 
@@ -87,17 +89,17 @@ impl LogReader<BufReader<File>> {
     /// Opens a log.
     ///
     /// # Errors
-    /// [`LogReadError`] when the file can not be read or is no log.
+    /// [`LogReadError`] if the file cannot be read or is no log.
     pub fn open(path: &Path) -> Result<Self, LogReadError> {
         Self::new(BufReader::new(LOG.open(path)?), path)
     }
 }
 
 impl<R: BufRead> LogReader<R> {
-    /// Reads the header of a log; `path` is for messages.
+    /// Reads the header of a log. `path` appears in messages only.
     ///
     /// # Errors
-    /// [`LogReadError`] when it is no log.
+    /// [`LogReadError`] if it is no log.
     pub fn new(source: R, path: &Path) -> Result<Self, LogReadError> {
         let no_log = |reason: &str| LogReadError::NoLog { reason: reason.into() };
         let mut log = Self {
@@ -115,11 +117,11 @@ impl<R: BufRead> LogReader<R> {
             LogReadError::Damaged { .. } if log.line.starts_with(b"keepout-log 1") => {
                 LogReadError::Version { found: 1 }
             }
-            LogReadError::Damaged { .. } => no_log("its first line does not begin a log"),
+            LogReadError::Damaged { .. } => no_log("its first line is not the first line of a log"),
             other => other,
         })?;
         if !first {
-            return Err(no_log("it has no whole line"));
+            return Err(no_log("it has no complete line"));
         }
         log.header = line::read(&mut log.line).map_err(|error| no_log(&error.to_string()))?;
         if log.header.keepout_log != VERSION {
@@ -128,31 +130,32 @@ impl<R: BufRead> LogReader<R> {
         Ok(log)
     }
 
-    /// What the log says of its session.
+    /// The set-up of the session.
     #[must_use]
     pub fn header(&self) -> &Header {
         &self.header
     }
 
-    /// Whole lines read so far, the header among them.
+    /// Complete lines read so far, with the header.
     #[must_use]
     pub fn lines(&self) -> usize {
         self.lines
     }
 
-    /// The checksum of the last whole line: over all that was read.
+    /// The checksum of the last complete line. It covers all lines up to there.
     #[must_use]
     pub fn checksum(&self) -> u32 {
         self.sum
     }
 
-    /// Once all was read: bytes at the end that are no whole line. The log was torn off there.
+    /// Bytes of the incomplete line at the end, once the reader has reached it. Zero if the log ends with a
+    /// complete line.
     #[must_use]
     pub fn torn(&self) -> usize {
         self.torn
     }
 
-    /// Reads the next line, without its end, and checks it; whether there was a whole one.
+    /// Reads the next line without its line end, and checks it. Returns whether there was a complete line.
     fn advance(&mut self) -> Result<bool, LogReadError> {
         self.line.clear();
         let damaged = LogReadError::Damaged { line: self.lines + 1 };
@@ -198,14 +201,14 @@ impl<R: BufRead> Iterator for LogReader<R> {
     }
 }
 
-/// A log that was read whole. [`LogReader`] is for long ones.
+/// A complete log in memory. Use [`LogReader`] for a long log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Log {
-    /// What it says of its session.
+    /// The set-up of the session.
     pub header: Header,
-    /// What happened, in order.
+    /// The events in order.
     pub entries: Vec<Entry>,
-    /// Bytes at the end that are no whole line: the log was torn off there.
+    /// Bytes of the incomplete line at the end.
     pub torn: usize,
 }
 
@@ -213,7 +216,7 @@ impl Log {
     /// Reads a log from a file.
     ///
     /// # Errors
-    /// [`LogReadError`] naming the line.
+    /// [`LogReadError`], which names the line.
     pub fn load(path: &Path) -> Result<Self, LogReadError> {
         Self::collect(LogReader::open(path)?)
     }
@@ -221,7 +224,7 @@ impl Log {
     /// Reads a log from its bytes.
     ///
     /// # Errors
-    /// [`LogReadError`] naming the line.
+    /// [`LogReadError`], which names the line.
     pub fn parse(bytes: &[u8]) -> Result<Self, LogReadError> {
         Self::collect(LogReader::new(bytes, Path::new("in memory"))?)
     }

@@ -1,4 +1,4 @@
-//! Writing the log.
+//! The writer of a log.
 
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -13,21 +13,25 @@ use super::{EventLine, LOG, line};
 use crate::session::event_log::{EventLog, EventLogError, LoggedEvent};
 use crate::supervisor::OperatorInput;
 
-/// Why a log can not be written.
+/// An error of a log writer.
 #[derive(Debug, Error)]
 pub enum LogError {
     /// The file cannot be written.
     #[error(transparent)]
     File(#[from] FileError),
-    /// There is something there already.
-    #[error("the log {} exists already: a log is written once and never changed. Choose another name, or move it away.", path.display())]
+    /// A file exists at that path.
+    #[error(
+        "the log {} exists already: Keepout writes a log once and never changes it. \
+         Choose another name, or move it away.",
+        path.display()
+    )]
     Exists {
         /// The file.
         path: PathBuf,
     },
 }
 
-/// A log that is written.
+/// A log file under way.
 #[derive(Debug)]
 pub struct LogWriter {
     out: BufWriter<std::fs::File>,
@@ -38,10 +42,10 @@ pub struct LogWriter {
 }
 
 impl LogWriter {
-    /// A new log at `path`.
+    /// Creates a log at `path`.
     ///
     /// # Errors
-    /// [`LogError`] when there is one already, or it can not be created.
+    /// [`LogError`] if a file exists there, or if the log cannot be created.
     pub fn create(path: &Path, header: &Header) -> Result<Self, LogError> {
         let file = std::fs::OpenOptions::new().create_new(true).append(true).open(path);
         let file = file.map_err(|source| match source.kind() {
@@ -62,7 +66,7 @@ impl LogWriter {
     }
 }
 
-/// Whether two inputs are the same to the bit: equal numbers are not, when one of them is −0.
+/// Whether two inputs are the same bit for bit. So 0 and −0 differ.
 fn is_same(a: &OperatorInput, b: &OperatorInput) -> bool {
     let bits = |input: &OperatorInput| {
         let ((x, y), (u, v)) = (input.velocity, input.turned_mm);
@@ -89,7 +93,7 @@ impl EventLog for LogWriter {
 
 impl Drop for LogWriter {
     fn drop(&mut self) {
-        // What was flushed outlives the program; this makes it outlive a power cut too.
+        // Flushed lines outlive the program. After the sync they outlive a power cut, too.
         let _ = self.out.flush();
         let _ = self.out.get_ref().sync_data();
     }

@@ -1,4 +1,4 @@
-//! Certificates checked by themselves, without the guard.
+//! The check of a logged certificate by itself, without the guard.
 
 use keepout_guard::{Interpolation, Rules};
 use keepout_kernel::exact::segment::Window;
@@ -7,24 +7,26 @@ use keepout_kernel::{FreePoint, Length, Point, ProhibitedRegion};
 
 use crate::session::event_log::Certificate;
 
-/// Checks what a motion was certified with. `escapes`: whether the tool may have stood so near
-/// that only ways out were allowed.
+/// Checks a certificate. `retracts` says whether the tool may stand inside the jogging clearance: a jog may
+/// then be a retract move.
 ///
 /// # Errors
-/// Why it does not hold.
+/// The reason why the certificate does not hold.
 pub(super) fn check(
     certificate: &Certificate,
     part: &ProhibitedRegion,
     rules: &Rules,
-    escapes: bool,
+    retracts: bool,
 ) -> Result<(), String> {
     match certificate {
-        Certificate::Jog { to, set, .. } if !set.contains(to) => Err("its set lacks its target".into()),
+        Certificate::Jog { to, set, .. } if !set.contains(to) => {
+            Err("the in-flight set lacks the target".into())
+        }
         Certificate::Jog { to, set, .. } => {
             let hull =
                 if rules.interpolation == Interpolation::Independent { corners(set) } else { set.to_vec() };
             match check_hull(part, rules.jogging_clearance, &hull) {
-                Err(_) if escapes => check_escape(part, rules.jogging_clearance, *to, set),
+                Err(_) if retracts => check_retract(part, rules.jogging_clearance, *to, set),
                 checked => checked,
             }
         }
@@ -37,7 +39,8 @@ pub(super) fn check(
     }
 }
 
-/// The hull of the points is clear, and on the free side: every triangle of them is, from a point that is free.
+/// Checks that the convex hull of the points is clear, and on the free side. Swept triangles of the points
+/// cover the hull, and each begins at a free point.
 fn check_hull(part: &ProhibitedRegion, threshold: Length, set: &[Point]) -> Result<(), String> {
     let free: Vec<FreePoint> = set
         .iter()
@@ -54,7 +57,7 @@ fn check_hull(part: &ProhibitedRegion, threshold: Length, set: &[Point]) -> Resu
     Ok(())
 }
 
-/// The corners of the box around the points.
+/// The corners of the box around the points: non-interpolated axes can reach all of it.
 fn corners(set: &[Point]) -> Vec<Point> {
     let window = set.iter().map(|&point| Window::of(point));
     let Some(window) = window.reduce(Window::union) else {
@@ -65,15 +68,15 @@ fn corners(set: &[Point]) -> Vec<Point> {
     [(x0, y0), (x1, y0), (x1, y1), (x0, y1)].into_iter().filter_map(|(x, y)| corner(x, y)).collect()
 }
 
-/// The way out comes nearer to nothing.
-fn check_escape(
+/// Checks that the retract move comes nearer to no edge of the part.
+fn check_retract(
     part: &ProhibitedRegion,
     threshold: Length,
     target: Point,
     set: &[Point],
 ) -> Result<(), String> {
     let from = set.iter().copied().find(|&point| point != target).unwrap_or(target);
-    let clearance = part.clearance(from).ok_or("it begins in the part")?;
+    let clearance = part.clearance(from).ok_or("the retract move begins in the part")?;
     let from = part.free_point(from, clearance).map_err(|blocked| blocked.to_string())?;
     part.retract(from, target, threshold).map(|_| ()).map_err(|blocked| blocked.to_string())
 }

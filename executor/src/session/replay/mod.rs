@@ -1,8 +1,8 @@
-//! Playing a log again: every command that was sent is certified again, and must come out the same.
+//! The replay of a log: the guard certifies every command again, and the output must be the same.
 //!
-//! Two checks, one behind the other. The engine is given what went in, and must give what came out, byte by byte. And each
-//! certificate is checked by itself, without the guard: the triangles over the logged in-flight set, or the motion of the
-//! contour, against the part.
+//! There are two checks. First, the engine receives the logged inputs, and must give the logged outputs, byte
+//! by byte. Second, a check without the guard tests each certificate against the part: the swept triangles
+//! over the logged in-flight set, or the motion of the contour.
 
 mod certificate;
 mod timeline;
@@ -24,34 +24,35 @@ use crate::dialect::{DialectConfig, DialectName, DialectNameError};
 use crate::session::SessionSetup;
 use crate::supervisor::{Options, Phase, PreparedPlan, Supervisor};
 
-/// Why a log does not hold what it claims.
+/// An error that a replay finds in a log.
 #[derive(Debug, Error)]
 pub enum ReplayError {
-    /// It can not be read.
+    /// The log cannot be read.
     #[error(transparent)]
     Log(#[from] LogReadError),
-    /// It was made with another plan.
+    /// The log belongs to another plan.
     #[error(
         "the log is of another plan: it names {logged}, this one is {given}. Give the plan that was run."
     )]
     OtherPlan {
         /// The plan's hash, as logged.
         logged: String,
-        /// The hash of the plan that was given.
+        /// The hash of the given plan.
         given: String,
     },
-    /// What it says that earlier runs had done does not fit the plan.
+    /// The logged progress of earlier sessions does not fit the plan.
     #[error("line 1 of the log: {0}")]
     Progress(#[from] ProgressError),
-    /// The plan can not be written as a file is.
+    /// The plan cannot be encoded for its hash.
     #[error(transparent)]
     Plan(#[from] keepout_planner::plan_file::PlanFileError),
     /// The dialect is not known.
     #[error(transparent)]
     DialectName(#[from] DialectNameError),
-    /// The file that describes the dialect has changed.
+    /// The dialect's file has changed.
     #[error(
-        "the log was written with another text of {file}: it names {logged}, this one is {given}. Put that file back as it was when the part was cut."
+        "the log was written with another text of {file}: it names {logged}, this one is {given}. \
+         Put that file back as it was when the part was cut."
     )]
     OtherDialect {
         /// The file.
@@ -61,74 +62,73 @@ pub enum ReplayError {
         /// The hash of its text now.
         given: String,
     },
-    /// Something else came out.
+    /// An output differs from the logged output.
     #[error(
-        "line {line} of the log, {seconds:.3} s: logged {logged}, played again {played}. The log was changed, or written by another version of this program."
+        "line {line} of the log, {seconds:.3} s: logged {logged}, played again {played}. \
+         The log was changed, or another version of this program wrote it."
     )]
     Differs {
         /// The line of the log, from 1.
         line: usize,
         /// Its time, s.
         seconds: f64,
-        /// What is logged.
+        /// The logged output.
         logged: String,
-        /// What came out.
+        /// The output of the replay.
         played: String,
     },
     /// A certificate does not hold.
-    #[error(
-        "line {line} of the log, {seconds:.3} s: the motion is not certified by what is logged: {reason}"
-    )]
+    #[error("line {line} of the log, {seconds:.3} s: the logged certificate does not hold: {reason}")]
     NotCertified {
         /// The line of the log, from 1.
         line: usize,
         /// Its time, s.
         seconds: f64,
-        /// Why not.
+        /// The reason.
         reason: String,
     },
 }
 
-/// What a log holds.
+/// The result of a replay.
 pub struct Replay {
-    /// The supervisor as it was when the log ended.
+    /// The supervisor at the end of the log.
     pub supervisor: Supervisor,
-    /// What was counted.
+    /// The counts of the replay.
     pub counted: Counted,
-    /// What happened, and where.
-    pub story: Timeline,
-    /// The last phase that was logged, and the fault behind it.
+    /// The timeline of the session.
+    pub timeline: Timeline,
+    /// The last logged phase, and the fault that caused it.
     pub last_phase: Option<(Phase, Option<String>)>,
 }
 
-/// What was counted while a log was played.
+/// The counts of a replay.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counted {
-    /// The last moment that was logged.
+    /// The time of the last entry.
     pub ended: Time,
-    /// Pieces of bytes to the controller that came out the same, byte by byte.
+    /// Chunks of bytes to the controller that match the log byte by byte.
     pub commands: u64,
-    /// Certificates that were checked by themselves.
+    /// Certificates that hold by themselves.
     pub certificates: u64,
-    /// Wishes of the operator.
+    /// Jog inputs.
     pub inputs: u64,
     /// Lines from the controller.
     pub replies: u64,
 }
 
-/// How a log ends.
+/// The end of a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LogEnd<'a> {
     /// As the operator wanted.
     Done,
     /// By a fault.
     Faulted(&'a str),
-    /// In the middle: the program was ended there, or its power.
+    /// In the middle: the program or the computer stopped there.
     Open(Option<Phase>),
 }
 
 impl Replay {
-    /// How the log ends.
+    /// The end of the log.
     #[must_use]
     pub fn end(&self) -> LogEnd<'_> {
         match &self.last_phase {
@@ -145,7 +145,7 @@ impl std::fmt::Display for LogEnd<'_> {
         match self {
             Self::Done => write!(f, "as the operator wanted"),
             Self::Faulted(fault) => write!(f, "by a fault: {fault}"),
-            Self::Open(None) => write!(f, "in the middle, before anything was known"),
+            Self::Open(None) => write!(f, "in the middle, before the first phase"),
             Self::Open(Some(phase)) => {
                 write!(f, "in the middle, in phase {phase:?}: the program did not end it")
             }
@@ -153,7 +153,7 @@ impl std::fmt::Display for LogEnd<'_> {
     }
 }
 
-/// What comes out while the engine is played.
+/// The outputs of the engine during a replay.
 #[derive(Default)]
 struct Outcome {
     events: VecDeque<LoggedEvent<'static>>,
@@ -172,10 +172,10 @@ impl EventLog for Outcome {
     }
 }
 
-/// Plays a log again.
+/// Replays a log.
 ///
 /// # Errors
-/// [`ReplayError`] naming the line from which on it does not hold.
+/// [`ReplayError`], which names the first line that does not hold.
 pub fn replay(log: &Log, work: PreparedPlan) -> Result<Replay, ReplayError> {
     let mut player = Player::new(&log.header, work)?;
     for entry in &log.entries {
@@ -184,10 +184,10 @@ pub fn replay(log: &Log, work: PreparedPlan) -> Result<Replay, ReplayError> {
     Ok(player.end())
 }
 
-/// Plays a log again while it is read.
+/// Replays a log while it reads it.
 ///
 /// # Errors
-/// [`ReplayError`] naming the line from which on it does not hold.
+/// [`ReplayError`], which names the first line that does not hold.
 pub fn replay_from<R: BufRead>(log: &mut LogReader<R>, work: PreparedPlan) -> Result<Replay, ReplayError> {
     let mut player = Player::new(log.header(), work)?;
     for entry in log {
@@ -204,12 +204,12 @@ fn check_plan(header: &Header, work: &PreparedPlan) -> Result<(), ReplayError> {
     Err(ReplayError::OtherPlan { logged: text_file::shown(&header.plan), given })
 }
 
-/// The language that a log was written in.
-fn language_of(header: &Header) -> Result<DialectName, ReplayError> {
-    let language = DialectName::named(&header.dialect)?;
-    let (given, logged) = (language.hash(), &header.description);
+/// The dialect of a log's session.
+fn dialect_of(header: &Header) -> Result<DialectName, ReplayError> {
+    let dialect = DialectName::named(&header.dialect)?;
+    let (given, logged) = (dialect.hash(), &header.description);
     if logged.is_empty() || *logged == given {
-        return Ok(language);
+        return Ok(dialect);
     }
     let shown = text_file::shown;
     Err(ReplayError::OtherDialect { file: shown(&header.dialect), logged: shown(logged), given })
@@ -219,7 +219,7 @@ struct Player {
     engine: Engine,
     outcome: Outcome,
     counted: Counted,
-    story: Timeline,
+    timeline: Timeline,
     last_phase: Option<(Phase, Option<String>)>,
 }
 
@@ -228,7 +228,7 @@ impl Player {
         check_plan(header, &work)?;
         header.progress.check(&work.plan)?;
         let machine = &work.plan.plan.machine;
-        let setting =
+        let config =
             DialectConfig { travel_mm: header.travel_mm, ..DialectConfig::of(machine, header.offset) };
         let options = Options {
             feed_mm_min: header.feed_mm_min,
@@ -238,10 +238,10 @@ impl Player {
             baud: header.baud,
             progress: header.progress.clone(),
         };
-        let dialect = language_of(header)?;
-        let engine = SessionSetup { work, options, dialect, config: setting }.engine();
+        let dialect = dialect_of(header)?;
+        let engine = SessionSetup { work, options, dialect, config }.engine();
         Ok(Self {
-            story: Timeline::of(&engine.supervisor),
+            timeline: Timeline::of(&engine.supervisor),
             engine,
             outcome: Outcome::default(),
             counted: Counted::default(),
@@ -252,12 +252,12 @@ impl Player {
     fn play(&mut self, entry: &Entry) -> Result<(), ReplayError> {
         let at = entry.at;
         self.counted.ended = at;
-        self.story.pass(self.engine.supervisor.phase(), at);
+        self.timeline.pass(self.engine.supervisor.phase(), at);
         let log = &mut self.outcome;
         if entry.event.is_input()
             && let Some(extra) = log.events.pop_front()
         {
-            return Err(differs(entry, "nothing", &told(&extra)));
+            return Err(differs(entry, "nothing", &brief(&extra)));
         }
         let engine = &mut self.engine;
         let fed = match &entry.event {
@@ -281,15 +281,15 @@ impl Player {
         };
         fed.map_err(|error| differs(entry, "an input", &error.to_string()))?;
         engine.drain(|_| {});
-        self.story.see(&engine.supervisor, &entry.event, at);
+        self.timeline.see(&engine.supervisor, &entry.event, at);
         Ok(())
     }
 
     fn compare(&mut self, entry: &Entry) -> Result<(), ReplayError> {
         let played = self.outcome.events.pop_front();
         if played.as_ref() != Some(&entry.event) {
-            let played = played.as_ref().map_or("nothing".into(), told);
-            return Err(differs(entry, &told(&entry.event), &played));
+            let played = played.as_ref().map_or("nothing".into(), brief);
+            return Err(differs(entry, &brief(&entry.event), &played));
         }
         match &entry.event {
             LoggedEvent::Sent(_) => self.counted.commands += 1,
@@ -310,13 +310,14 @@ impl Player {
     /// Checks a certificate by itself.
     fn check(&mut self, certificate: &Certificate) -> Result<(), String> {
         let supervisor = &self.engine.supervisor;
-        // What was sent may belong to the phase before or behind a change, which is logged behind it.
+        // The log has a change of phase after the bytes of that step. So the motion may belong to either
+        // phase.
         let before = self.last_phase.as_ref().map(|(phase, _)| *phase);
-        let escapes = supervisor.phase() == Phase::Escaping || before == Some(Phase::Escaping);
+        let retracts = supervisor.phase() == Phase::Escaping || before == Some(Phase::Escaping);
         let (part, rules) = (supervisor.work().part(), supervisor.guard().rules());
-        certificate::check(certificate, part, rules, escapes)?;
+        certificate::check(certificate, part, rules, retracts)?;
         if let Certificate::Contour { curve, .. } = certificate {
-            self.story.sent(curve);
+            self.timeline.sent(curve);
         }
         Ok(())
     }
@@ -324,15 +325,15 @@ impl Player {
     fn end(self) -> Replay {
         Replay {
             counted: self.counted,
-            story: self.story,
+            timeline: self.timeline,
             last_phase: self.last_phase,
             supervisor: self.engine.supervisor,
         }
     }
 }
 
-/// Most letters of an entry in a message.
-const TOLD: usize = 200;
+/// Most characters of an event in a message.
+const BRIEF: usize = 200;
 
 fn differs(entry: &Entry, logged: &str, played: &str) -> ReplayError {
     ReplayError::Differs {
@@ -343,16 +344,16 @@ fn differs(entry: &Entry, logged: &str, played: &str) -> ReplayError {
     }
 }
 
-/// As much of an entry as a person wants to be told.
-fn told(event: &LoggedEvent<'_>) -> String {
+/// The beginning of an event's text, for a message.
+fn brief(event: &LoggedEvent<'_>) -> String {
     let whole = match event {
         LoggedEvent::Sent(bytes) => format!("sent \"{}\"", bytes.escape_ascii()),
         other => format!("{other:?}"),
     };
-    let mut letters = whole.chars();
-    let mut told: String = letters.by_ref().take(TOLD).collect();
-    if letters.next().is_some() {
-        told.push('…');
+    let mut characters = whole.chars();
+    let mut brief: String = characters.by_ref().take(BRIEF).collect();
+    if characters.next().is_some() {
+        brief.push('…');
     }
-    told
+    brief
 }

@@ -1,4 +1,4 @@
-//! What happened in a session, as its log tells: when, and where the tool was reported.
+//! The timeline of a session from its log: events, times, and reported positions of the tool.
 
 use std::time::Duration;
 
@@ -10,69 +10,69 @@ use keepout_planner::units::{mm, point_mm};
 use crate::session::{LoggedEvent, Sample, SampleKind};
 use crate::supervisor::{Phase, Supervisor};
 
-/// Something that happened.
+/// An entry of the timeline.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TimelineEntry {
-    /// The wall was touched, or the contour was asked for again.
+    /// The tool made contact with the part, or the operator requested the contour again.
     Touched,
     /// The contour began, or went on.
     Contouring,
-    /// The contour was held.
+    /// A feed hold paused the contour.
     Held,
-    /// A finishing loop was finished.
+    /// The machine finished a finishing loop.
     Finished(LoopNumber),
-    /// The operator was told something.
+    /// The session showed a notice to the operator.
     Told(String),
-    /// The machine was stopped by a fault.
+    /// A fault stopped the session.
     Fault(String),
-    /// The controller was begun with anew.
+    /// The session began again with the controller after a fault.
     Recovered,
-    /// The session was brought to its end.
+    /// The session ended.
     Ended,
 }
 
-/// How long the session was in what.
+/// Time per phase.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PhaseTimes {
     /// Connecting, reading settings, homing.
     pub starting: Duration,
-    /// Steered by hand.
+    /// Jogging.
     pub by_hand: Duration,
-    /// At the wall, while the contour was worked out and certified.
+    /// At the contact point, during planning and certification of the contour.
     pub touching: Duration,
     /// Contouring.
     pub contouring: Duration,
-    /// A contour was held.
+    /// A contour in feed hold.
     pub held: Duration,
-    /// After a fault, or coming to rest for the end.
+    /// After a fault, or while the machine stops for the end.
     pub stopped: Duration,
 }
 
-/// What happened, in order, and the way of the tool as the controller reported it.
+/// The timeline of a session, with the tool positions that the controller reported.
 #[derive(Clone, Debug)]
 pub struct Timeline {
-    /// What happened, when, and where the tool was last reported then, drawing coordinates.
+    /// The entries in order: time, entry, and the last reported position in drawing coordinates.
     pub happenings: Vec<(Time, TimelineEntry, Option<Point>)>,
-    /// How long the session was in what.
+    /// Time per phase.
     pub spent: PhaseTimes,
-    /// Where the tool was reported while it moved, drawing coordinates.
+    /// The reported positions, each different from the one before, drawing coordinates.
     pub samples: Vec<Sample>,
-    /// The motions of contours as they were sent: chains of points, drawing coordinates, mm.
+    /// The contour motions as sent: chains of points, drawing coordinates, mm.
     pub contours: Vec<Vec<(f64, f64)>>,
-    /// Of the reported positions, the nearest to the part: its distance and time.
+    /// The reported position nearest to the part: its clearance and its time.
     closest: Option<(Length, Time)>,
     radius: Length,
     phase: Phase,
     finished: usize,
-    told: usize,
+    notices: usize,
     last: Time,
 }
 
-/// Chords leave the arcs that they are drawn for by less than this: 1 µm.
+/// Chord-error bound of the drawn arcs: 1 µm.
 const CHORD: Length = Length::small(100);
 
 impl Timeline {
-    /// Before anything happened.
+    /// The empty timeline of a session.
     pub(super) fn of(supervisor: &Supervisor) -> Self {
         Self {
             happenings: Vec::new(),
@@ -83,18 +83,19 @@ impl Timeline {
             radius: supervisor.plan().plan.tool_radius,
             phase: supervisor.phase(),
             finished: supervisor.finished().len(),
-            told: supervisor.notices().len(),
+            notices: supervisor.notices().len(),
             last: Time::ZERO,
         }
     }
 
-    /// Least distance of the tool's edge from the part at a reported position, mm, and when; negative in the part.
+    /// The least distance between the tool's edge and the part over all reported positions, mm, and its time.
+    /// The distance is negative if the tool was in the part.
     #[must_use]
     pub fn closest_mm(&self) -> Option<(f64, Time)> {
         self.closest.map(|(closest, at)| (mm(closest.units()) - mm(self.radius.units()), at))
     }
 
-    /// Time passes in a phase.
+    /// Adds the time since the last call to `phase`.
     pub(super) fn pass(&mut self, phase: Phase, now: Time) {
         let spent = match phase {
             Phase::Starting => &mut self.spent.starting,
@@ -108,7 +109,7 @@ impl Timeline {
         self.last = self.last.max(now);
     }
 
-    /// Looks at the supervisor after something went in.
+    /// Adds the entries that the supervisor's last step caused.
     pub(super) fn see(&mut self, supervisor: &Supervisor, event: &LoggedEvent<'_>, now: Time) {
         if matches!(event, LoggedEvent::Received(_)) {
             self.see_position(supervisor, now);
@@ -116,9 +117,13 @@ impl Timeline {
         let at = supervisor.position();
         let mut add = |happening| self.happenings.push((now, happening, at));
         supervisor.finished().iter().skip(self.finished).for_each(|each| add(TimelineEntry::Finished(*each)));
-        supervisor.notices().iter().skip(self.told).for_each(|each| add(TimelineEntry::Told(each.clone())));
+        supervisor
+            .notices()
+            .iter()
+            .skip(self.notices)
+            .for_each(|each| add(TimelineEntry::Told(each.clone())));
         self.finished = supervisor.finished().len();
-        self.told = supervisor.notices().len();
+        self.notices = supervisor.notices().len();
         let (before, after) = (self.phase, supervisor.phase());
         self.phase = after;
         if before == after {
@@ -138,7 +143,7 @@ impl Timeline {
         self.happenings.push((now, happening, at));
     }
 
-    /// A motion of a contour was sent.
+    /// Adds a contour motion that the engine sent.
     pub(super) fn sent(&mut self, curve: &Curve) {
         let points = curve.chord_points(CHORD).unwrap_or_else(|_| vec![curve.from(), curve.to()]);
         let from = point_mm(curve.from());
@@ -162,7 +167,7 @@ impl Timeline {
             return;
         }
         self.samples.push(Sample { at, position_mm, kind });
-        // While the machine starts, the tool may be raised, and where it is, is not known yet.
+        // While the machine starts, the tool may be raised, and its position is not yet known.
         if kind == SampleKind::Rest {
             return;
         }
