@@ -1,4 +1,5 @@
-//! An engine against the simulated machine in virtual time, one decision at a time: for what is measured of a decision.
+//! An engine on the simulated machine in virtual time, one decision at a time. Benchmarks measure each
+//! decision.
 
 use std::time::Duration;
 
@@ -13,14 +14,14 @@ use keepout_planner::machine::MachineProfile;
 use keepout_planner::units::{mm, point_from_mm, point_mm};
 use keepout_sim::{PositioningError, Quirks, SimMachine, SimSettings, speaking};
 
-/// What a decision is taken on.
+/// The cause of a decision.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cause {
     /// Bytes from the controller.
     Reply,
-    /// A input of the operator.
+    /// A jog input of the operator.
     OperatorInput,
-    /// Time that has passed.
+    /// A tick of the clock.
     Tick,
 }
 
@@ -38,14 +39,15 @@ pub struct Decisions {
     part_box_mm: (f64, f64, f64, f64),
 }
 
-/// The wall nearest to the tool is looked for every so many inputs: a person's eye is no quicker.
+/// Inputs from one search of the nearest wall to the next: a person's eye is not faster.
 const LOOK_EVERY: u32 = 10;
 
 impl Decisions {
-    /// An engine for the workpiece on a simulated GRBL machine, with the tool a tool's width off the part.
+    /// Builds an engine for the plan on a simulated GRBL machine. The tool starts outside the part's box, by
+    /// twice the jogging clearance in x and y.
     ///
     /// # Errors
-    /// What does not fit, in words.
+    /// The reason why the plan does not fit the machine.
     pub fn new(work: PreparedPlan, operator: Box<dyn Operator>) -> Result<Self, String> {
         let mut machine = MachineProfile::simulated();
         machine.travel_mm = [1000.0, 1000.0];
@@ -63,7 +65,7 @@ impl Decisions {
             work_offset_mm: (0.0, 0.0),
             quirks: Quirks::default(),
         };
-        let setting = DialectConfig::of(&machine, place.offset);
+        let config = DialectConfig::of(&machine, place.offset);
         let options = Options {
             feed_mm_min: 6000,
             home: false,
@@ -72,10 +74,10 @@ impl Decisions {
             baud: 115_200,
             progress: Progress::default(),
         };
-        let setup = SessionSetup { work, options, dialect: DialectName::Grbl, config: setting };
-        let slip = PositioningError::wandering(0.0, machine.steps_per_mm, 1);
+        let setup = SessionSetup { work, options, dialect: DialectName::Grbl, config };
+        let error = PositioningError::wandering(0.0, machine.steps_per_mm, 1);
         let machine =
-            SimMachine::new(speaking(&DialectName::Grbl, settings), 115_200, Duration::from_millis(1), slip);
+            SimMachine::new(speaking(&DialectName::Grbl, settings), 115_200, Duration::from_millis(1), error);
         Ok(Self {
             engine: setup.engine(),
             machine,
@@ -90,7 +92,7 @@ impl Decisions {
         })
     }
 
-    /// What the supervisor is doing.
+    /// The supervisor's phase.
     #[must_use]
     pub fn phase(&self) -> Phase {
         self.engine.supervisor.phase()
@@ -108,9 +110,9 @@ impl Decisions {
         &self.engine.supervisor
     }
 
-    /// Goes on to the next moment at which something is to be decided, and has each decision taken by
-    /// `decide`: input in, bytes to send out. A contouring job that is wanted is worked out outside of
-    /// it.
+    /// Advances to the next decisions, and passes each to `decide`, which must call it. A decision takes an
+    /// input, and gives the bytes to send. The planner's computation of a contouring job happens outside of
+    /// `decide`.
     pub fn step(&mut self, mut decide: impl FnMut(Cause, &mut dyn FnMut())) {
         let due = self.engine.supervisor.due().min(self.input_due).min(self.machine.next_event());
         self.now = due.max(self.now.after(Duration::from_micros(1)));
@@ -142,7 +144,7 @@ impl Decisions {
             let _ = self.engine.job(job, now, &mut NoEventLog);
         }
         let machine = &mut self.machine;
-        self.engine.drain(|piece| machine.host_writes(piece, now));
+        self.engine.drain(|chunk| machine.host_writes(chunk, now));
         self.machine.take_samples(&mut self.samples);
         self.samples.clear();
     }

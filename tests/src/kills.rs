@@ -1,9 +1,10 @@
-//! Sessions that are killed at some moment, and taken up again: what was logged, what was sent, and what was cut.
+//! Sessions that the test kills at a random moment, and resumes. It checks the log, the sent bytes and the
+//! cut.
 //!
-//! Each moment is a session of its own, of separate processes: `keepout simulate` is the machine,
-//! `keepout run` the executor. One of them is killed, or the cable between them is pulled; then the log
-//! is read, compared with what the machine received, and played again, and `keepout run --resume`
-//! finishes the contour. A monitor looks at every true position of the tool, before and after.
+//! Each moment is a session of its own, in separate processes: `keepout simulate` is the machine, `keepout
+//! run` is the executor. The test kills one of them, or pulls the cable between them. Then it compares the
+//! log with the bytes that the machine received, and replays the log. `keepout run --resume` finishes the
+//! contour. A collision monitor checks every true position of the tool, before and after.
 
 mod judge;
 mod process;
@@ -21,30 +22,31 @@ use keepout_planner::request::PlanRequest;
 use keepout_sim::standalone::{positions, state};
 pub use process::{Process, keepout_program};
 
-/// What is killed.
+/// The part of the set-up that fails.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Victim {
-    /// The executor's process.
+    /// The test kills the executor's process.
     Executor,
-    /// The controller's process; another one is switched on, unhomed, with the tool where it stood.
+    /// The test kills the controller's process. It starts another one, unhomed, with the tool at the same
+    /// place.
     Controller,
-    /// The cable is pulled and put back.
+    /// The test pulls the cable, and puts it back.
     Cable,
 }
 
-/// A moment at which a session is ended.
+/// A moment at which the test ends a session.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KillMoment {
-    /// Its number, and the seed of all that is random in it.
+    /// Its number. It is the seed of the whole moment.
     pub number: u64,
-    /// What is killed.
+    /// The part that fails.
     pub victim: Victim,
-    /// When, after the executor was started.
+    /// The time since the start of the executor.
     pub after: Duration,
 }
 
 impl KillMoment {
-    /// The moment of a number: the victims take turns, the times are random within the session.
+    /// The moment of a number. The victims take turns, and the times are random within the session.
     #[must_use]
     pub fn of(number: u64) -> Self {
         let mut random = fastrand::Rng::with_seed(number);
@@ -59,25 +61,25 @@ impl KillMoment {
 
 /// Feed of the contour, mm/min.
 pub const FEED_MM_MIN: u32 = 6000;
-/// A session takes about so long, s.
+/// Duration of a session, about, s.
 const SESSION_S: f64 = 8.0;
-/// The machine comes to the end of what it was sent within this.
+/// Longest time until the machine has executed all received motions.
 const REST_WITHIN: Duration = Duration::from_secs(30);
-/// A tool whose place has not changed for this long is at rest.
+/// A tool that has not moved for this time is in position.
 const AT_REST: Duration = Duration::from_millis(400);
-/// A session that was taken up again is over within this.
+/// Longest duration of a resumed session.
 const RESUMED_WITHIN: Duration = Duration::from_secs(90);
 
-/// What came of a moment in which all was as wanted.
+/// The figures of a moment that passed all checks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KillOutcome {
-    /// The phase in which the session was ended.
+    /// The phase in which the session ended.
     pub phase: String,
-    /// Whether there was something left to be taken up.
+    /// Whether a second session resumed the contour.
     pub resumed: bool,
-    /// Commands of both sessions that came out the same when played again.
+    /// Commands of both sessions that match in the replay.
     pub commands: u64,
-    /// Positions that the monitor watched.
+    /// Positions that the collision monitor checked.
     pub watched: u64,
     /// Least distance of tool and part, mm.
     pub closest_mm: f64,
@@ -85,7 +87,7 @@ pub struct KillOutcome {
     pub worst_mm: f64,
 }
 
-/// The plan and the program, prepared once.
+/// The plan and the program, which all moments share.
 #[derive(Debug)]
 pub struct Trials {
     program: PathBuf,
@@ -95,15 +97,15 @@ pub struct Trials {
     offset: Vector,
 }
 
-/// Where the drawing lies, machine coordinates, mm: near the home position.
+/// The drawing's origin, machine coordinates, mm: near the home position.
 const ORIGIN: &str = "-130,-110";
 const ORIGIN_MM: (f64, f64) = (-130.0, -110.0);
 
 impl Trials {
-    /// Makes the plan, in an empty folder, for sessions of `program`: `keepout`.
+    /// Makes the plan in an emptied folder, for sessions of `program`, which is `keepout`.
     ///
     /// # Errors
-    /// What a person would read.
+    /// The message for the operator.
     pub fn new(folder: &Path, program: PathBuf) -> Result<Self, String> {
         let _ = std::fs::remove_dir_all(folder);
         std::fs::create_dir_all(folder).map_err(|error| error.to_string())?;
@@ -123,10 +125,10 @@ impl Trials {
         })
     }
 
-    /// Goes through a moment. Its files are removed when all was as wanted.
+    /// Runs a moment. It removes the moment's files if all checks pass.
     ///
     /// # Errors
-    /// What was not as wanted, and where the files are.
+    /// The failed check, and the folder of the files.
     pub fn go(&self, moment: KillMoment) -> Result<KillOutcome, String> {
         let folder = self.folder.join(format!("{:05}", moment.number));
         std::fs::create_dir_all(&folder).map_err(|error| error.to_string())?;
@@ -142,7 +144,7 @@ impl Trials {
     }
 }
 
-/// One moment under way.
+/// A moment that runs.
 struct Trial<'a> {
     trials: &'a Trials,
     folder: PathBuf,
@@ -179,7 +181,7 @@ impl Trial<'_> {
         self.judge(phase, left, commands)
     }
 
-    /// The machine, as a process.
+    /// Starts the simulated machine as a process.
     fn machine(&self, number: u32) -> Result<Process, String> {
         let (seed, path) = (self.moment.number.to_string(), |name: &str| self.path(name));
         let (link, state) = (path("port"), path("state"));
@@ -210,7 +212,7 @@ impl Trial<'_> {
         Process::start(&self.trials.program, &arguments, &self.folder.join("executor.txt"))
     }
 
-    /// By turns a model, and a script that pauses the contour.
+    /// The operator: a model and a script with a feed hold, in turns.
     fn operator(&self) -> Result<String, String> {
         let turn = self.moment.number / 3;
         if turn.is_multiple_of(2) {
@@ -248,13 +250,13 @@ impl Trial<'_> {
         std::fs::read(self.folder.join(format!("received.{machine}"))).map_err(|error| error.to_string())
     }
 
-    /// Reads a log that holds, of a session with a machine that received this.
+    /// Reads and checks a log. `received` are the bytes that the machine received.
     fn log(&self, log: &str, received: &[u8], earlier: &[u8]) -> Result<Option<JudgedLog>, String> {
         let may_be_torn = self.moment.victim == Victim::Executor;
         JudgedLog::of(&self.folder.join(log), received, earlier, may_be_torn, &self.trials.work)
     }
 
-    /// Takes the contour up again and finishes it; how many commands that took.
+    /// Resumes the contour and finishes it. Returns the count of commands.
     fn finish(&self, first: Option<&JudgedLog>, phase: &str) -> Result<u64, String> {
         let log = self.path("first.log");
         let homed = self.moment.victim != Victim::Controller && !["", "Starting"].contains(&phase);
@@ -266,9 +268,9 @@ impl Trial<'_> {
         let mut executor = self.executor("calm", &more, "second.log")?;
         let code = executor.wait(RESUMED_WITHIN)?;
         if code != Some(0) {
-            return Err(format!("taken up again, it ended with exit code {code:?}"));
+            return Err(format!("the resumed session ended with exit code {code:?}"));
         }
-        // Another machine has received nothing of the first session.
+        // A new machine has received no bytes of the first session.
         let (machine, earlier) = match (self.moment.victim, first) {
             (Victim::Controller, _) => (2, &[][..]),
             (_, first) => (1, first.map_or(&[][..], |first| &first.sent)),
@@ -279,7 +281,7 @@ impl Trial<'_> {
         Ok(second.replay.counted.commands)
     }
 
-    /// Looks at the true positions of the tool.
+    /// Checks the true positions of the tool.
     fn judge(&self, phase: String, resumed: bool, commands: u64) -> Result<KillOutcome, String> {
         let mut machines = Vec::new();
         for number in 1..=2 {

@@ -1,8 +1,4 @@
-//! What the end-to-end tests share: making plans from drawings, and finding the shared test data.
-//!
-//! ```
-//! assert_eq!(keepout_tests::order(3.0).job.tool_diameter_mm, 3.0);
-//! ```
+//! Helpers of the end-to-end tests: plans from drawings, and the folder of shared test data.
 
 pub mod decisions;
 pub mod feel;
@@ -19,7 +15,7 @@ use keepout_planner::margin::TermKind;
 use keepout_planner::plan::{CertifiedPlan, PlanParameters};
 use keepout_planner::request::{PlanRequest, PlanRequestError};
 
-/// An order for a tool of the diameter, all else by default.
+/// A plan request for a tool of this diameter, mm. All other parameters have their defaults.
 #[must_use]
 pub fn order(tool_diameter_mm: f64) -> PlanRequest {
     PlanRequest {
@@ -28,26 +24,30 @@ pub fn order(tool_diameter_mm: f64) -> PlanRequest {
     }
 }
 
-/// Drawing file to certified plan for the simulated machine.
+/// The certified plan of a drawing file, for the simulated machine.
 ///
 /// # Errors
-/// The message that a person would read.
-pub fn plan_of(path: &Path, order: &PlanRequest) -> Result<CertifiedPlan, String> {
+/// The message for the operator.
+pub fn plan_of(path: &Path, request: &PlanRequest) -> Result<CertifiedPlan, String> {
     let bytes = read_file(path).map_err(|error| error.to_string())?;
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    plan_bytes(&name, &bytes, order).map_err(|error| error.to_string())
+    plan_bytes(&name, &bytes, request).map_err(|error| error.to_string())
 }
 
-/// Drawing bytes to certified plan for the simulated machine.
+/// The certified plan of a drawing's bytes, for the simulated machine.
 ///
 /// # Errors
 /// [`PlanRequestError`].
-pub fn plan_bytes(name: &str, bytes: &[u8], order: &PlanRequest) -> Result<CertifiedPlan, PlanRequestError> {
-    order.plan(name, bytes, &MachineProfile::simulated(), &mut |_| {})
+pub fn plan_bytes(
+    name: &str,
+    bytes: &[u8],
+    request: &PlanRequest,
+) -> Result<CertifiedPlan, PlanRequestError> {
+    request.plan(name, bytes, &MachineProfile::simulated(), &mut |_| {})
 }
 
-/// How much a finishing path may leave on the part, mm: the margin, and what the tool may be off by
-/// beside it, by the plan's own terms.
+/// The most material that a finishing toolpath may leave on the part, mm. It is the margin plus the machine's
+/// own error terms in the plan, because the tool may be off by these to the other side, too.
 #[must_use]
 pub fn most_left_mm(plan: &CertifiedPlan) -> f64 {
     let terms = &plan.plan.budget.terms;
@@ -74,7 +74,8 @@ fn approximate(value: u64) -> f64 {
     value as f64
 }
 
-/// The folder of shared test data, from `KEEPOUT_SHARED`; says on standard error when a test is skipped without it.
+/// The folder of shared test data, from `KEEPOUT_SHARED`. Without it, it prints on standard error that the
+/// test is skipped.
 #[must_use]
 pub fn shared() -> Option<PathBuf> {
     let folder = std::env::var_os("KEEPOUT_SHARED").map(PathBuf::from);
@@ -84,7 +85,7 @@ pub fn shared() -> Option<PathBuf> {
     folder
 }
 
-/// Drawings of the shared set that the whole job is run on: file, exporter.
+/// The drawings of the shared set for the end-to-end job: file, exporter.
 pub const REAL_DRAWINGS: [(&str, &str); 16] = [
     ("gen__dev_cq_plate.dxf", "ezdxf (CadQuery)"),
     ("gen__dev_fc_plate_r14.dxf", "FreeCAD"),

@@ -1,4 +1,4 @@
-//! What an independent reading found in the shared drawings, and how ours compares.
+//! The independent reading of the shared drawings, and the comparison with ours.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -6,34 +6,35 @@ use std::path::Path;
 use keepout_planner::inspect::Inspection;
 use serde_json::Value;
 
-/// What an independent reading found in a drawing, in mm.
+/// The independent reading of a drawing, in mm.
 pub struct Oracle {
-    /// Who wrote the file.
+    /// The program that wrote the file.
     pub exporter: String,
     /// Its DXF version.
     pub version: String,
-    /// What is wrong with it.
+    /// The defects of the file.
     pub defects: Vec<String>,
-    /// Closed loops, their even-odd area with its tolerance, and the box around them; `None` when it could not be read.
+    /// Closed loops, their even-odd area with its tolerance, and the box around them. `None` if the reading
+    /// failed.
     pub reading: Option<OracleReading>,
 }
 
-/// Closed loops and what they enclose.
+/// The closed loops of a drawing and their area.
 pub struct OracleReading {
-    /// Closed loops.
+    /// Count of closed loops.
     pub loops: usize,
     /// Their area by the even-odd rule, mm².
     pub area: f64,
-    /// How exactly the oracle knows it.
+    /// Tolerance of that area, mm².
     pub area_tolerance: f64,
-    /// The box around them, mm; `None` without loops.
+    /// The box around the loops, mm. `None` without loops.
     pub bounds: Option<[f64; 4]>,
 }
 
-/// The oracle's entries by file name under `dxf/`.
+/// Reads the oracle's entries, by file name under `dxf/`.
 ///
 /// # Errors
-/// What is wrong with the file.
+/// The fault of the oracle's file.
 pub fn read(shared: &Path) -> Result<BTreeMap<String, Oracle>, String> {
     let path = shared.join("dxf/oracle_dev.json");
     let text = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
@@ -54,7 +55,7 @@ fn oracle(entry: &Value) -> Oracle {
 
 fn reading(entry: &Value) -> Option<OracleReading> {
     let reference = &entry["ref"];
-    // Millimetres of the file's unit, as `$INSUNITS` numbers it.
+    // Millimetres per unit of the file. `$INSUNITS` 1 is inches, 6 is metres.
     let scale = match entry["insunits"].as_u64() {
         Some(1) => 25.4,
         Some(6) => 1000.0,
@@ -70,7 +71,8 @@ fn reading(entry: &Value) -> Option<OracleReading> {
 }
 
 impl OracleReading {
-    /// Whether ours is the same: loops, area within 0.1 %, box within 0.02 mm.
+    /// Compares our reading: the same loops, the area within 0.1 % and the oracle's tolerance, the box within
+    /// 0.02 mm.
     ///
     /// # Errors
     /// The first difference.

@@ -1,10 +1,10 @@
-//! How long contours take beside the same G-code streamed plainly, on the simulated controller, as a table.
+//! Compares contour times with plain streaming of the same G-code on the simulated controller, as a table.
 //!
 //! `KEEPOUT_SHARED=... cargo run --release -p keepout-tests --bin contour_times`
 //!
-//! The peer is a sender with character counting: it keeps the controller's receive buffer full, whatever
-//! becomes of a line. Both run over the same line and the same controller. Times are of machine time, so
-//! they are the same on every computer.
+//! The peer is a sender with character counting: it keeps the controller's receive buffer full, and does not
+//! check the result of a line. Both use the same serial line and the same controller. Times are machine
+//! times, so they are the same on every computer.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -26,7 +26,7 @@ use keepout_sim::session::{SimRun, run_simulated};
 use keepout_sim::{PositioningError, Quirks, SimMachine, SimSettings, operator, speaking};
 use keepout_tests::{REAL_DRAWINGS, order, plan_bytes};
 
-/// Contour time beside plain streaming.
+/// Compares contour times with plain streaming.
 #[derive(Debug, Parser)]
 struct Arguments {
     /// Feeds, mm/min.
@@ -38,7 +38,7 @@ struct Arguments {
     /// Tool diameter, mm.
     #[arg(long, default_value_t = 3.0)]
     tool_mm: f64,
-    /// What the controller speaks: grbl or grblhal.
+    /// Dialect of the controller: grbl or grblhal.
     #[arg(long, default_value = "grbl")]
     dialect: String,
     /// Only drawings whose name contains this.
@@ -46,21 +46,21 @@ struct Arguments {
     only: String,
 }
 
-/// A true position and when, s and mm.
+/// A time, s, and the true position at it, mm.
 type Place = (f64, (f64, f64));
 
-/// What is measured of a run along a contour.
+/// The figures of a run along a contour.
 #[derive(Clone, Copy, Debug, Default)]
 struct Measured {
     seconds: f64,
     length_mm: f64,
-    /// Times at rest under way.
+    /// Count of stops, without the one at the end.
     stops: usize,
-    /// Times below 40 % of the feed under way.
+    /// Count of falls below 40 % of the feed, without the one at the end.
     dips: usize,
 }
 
-/// Time between two places that are compared, s.
+/// Time between two compared positions, s.
 const BIN_S: f64 = 0.010;
 
 fn measure(places: &[Place], feed_mm_min: u32) -> Measured {
@@ -84,20 +84,20 @@ fn measure(places: &[Place], feed_mm_min: u32) -> Measured {
     measured
 }
 
-/// How often the speed falls below a level after it was above it; the end does not count.
+/// Counts how often the speed falls below a level. The fall at the end does not count.
 fn falls_below(speeds: &[f64], level: f64) -> usize {
     let falls = speeds.windows(2).filter(|pair| pair[0] >= level && pair[1] < level).count();
     let ends_below = speeds.last().is_some_and(|&last| last < level);
     falls - usize::from(ends_below && falls > 0)
 }
 
-/// Takes the lines of the contour from what is sent.
+/// An event log that keeps the sent lines of the contour.
 #[derive(Clone, Default)]
 struct Lines(Rc<RefCell<Vec<String>>>);
 
 impl EventLog for Lines {
-    fn take(&mut self, _: Time, record: &LoggedEvent<'_>) -> Result<(), EventLogError> {
-        if let LoggedEvent::Sent(bytes) = record {
+    fn take(&mut self, _: Time, event: &LoggedEvent<'_>) -> Result<(), EventLogError> {
+        if let LoggedEvent::Sent(bytes) = event {
             let text = String::from_utf8_lossy(bytes);
             let lines = text.lines().filter(|line| ["G1G", "G2G", "G3G"].iter().any(|g| line.starts_with(g)));
             self.0.borrow_mut().extend(lines.map(plain));
@@ -110,7 +110,7 @@ impl EventLog for Lines {
     }
 }
 
-/// The line as a plain sender has it: without the modes that were set before.
+/// The line of a plain sender: without the modal words.
 fn plain(line: &str) -> String {
     let words = line.find('X').unwrap_or(0);
     format!("{}{}", &line[..2], &line[words..])
@@ -123,16 +123,16 @@ struct Case<'a> {
     delay: Duration,
 }
 
-/// What the product made of a contour: its figures, its lines, and where it began in machine coordinates.
+/// The product's contour: its figures, its lines, and its first position in machine coordinates, mm.
 type Cut = (Measured, Vec<String>, (f64, f64));
 
-/// As long as the table and as wide as the drawings need.
+/// A machine with travel for every drawing.
 fn machine() -> MachineProfile {
     MachineProfile { travel_mm: [900.0, 900.0], repeatability_mm: 0.0, ..MachineProfile::simulated() }
 }
 
 impl Case<'_> {
-    /// The product: contact, and the whole contour. Answers the lines of it, and where it began in machine coordinates.
+    /// Runs the product: contact start, and the whole contour.
     fn ours(&self) -> Result<Cut, String> {
         let run = SimRun {
             machine: machine(),
@@ -177,7 +177,7 @@ impl Case<'_> {
         Ok((measure(&places, self.feed_mm_min), lines, at))
     }
 
-    /// The same lines from a sender with character counting.
+    /// Streams the same lines from a sender with character counting.
     fn streamed(&self, lines: &[String], start_mm: (f64, f64)) -> Measured {
         let settings = SimSettings {
             machine: machine(),
@@ -196,11 +196,11 @@ impl Case<'_> {
             PositioningError::wandering(0.0, machine().steps_per_mm, 1),
         );
         let (mut now, step) = (Time::ZERO, Duration::from_micros(500));
-        let (mut open, mut bytes, mut samples, mut heard) =
+        let (mut open, mut bytes, mut samples, mut received) =
             (VecDeque::new(), Vec::new(), Vec::new(), Vec::new());
         let mut left: VecDeque<String> = lines.iter().map(|line| format!("{line}\n")).collect();
         let mut rest = 0;
-        // At rest for half a minute at the end.
+        // It ends after half a minute without an open line.
         while rest < 60_000 {
             while let Some(line) = left.pop_front_if(|line| open.iter().sum::<usize>() + line.len() <= buffer)
             {
@@ -211,9 +211,9 @@ impl Case<'_> {
             machine.advance(now);
             bytes.clear();
             machine.host_reads(&mut bytes, now);
-            heard.extend(&bytes);
-            while let Some(end) = heard.iter().position(|&byte| byte == b'\n') {
-                if heard.drain(..=end).collect::<Vec<u8>>().starts_with(b"ok") {
+            received.extend(&bytes);
+            while let Some(end) = received.iter().position(|&byte| byte == b'\n') {
+                if received.drain(..=end).collect::<Vec<u8>>().starts_with(b"ok") {
                     open.pop_front();
                 }
             }
@@ -230,11 +230,11 @@ impl Case<'_> {
     }
 }
 
-/// An egg of 900 chords of 0.2 mm: what CAM programs and converters make of a curve.
+/// An egg of 900 chords of 0.2 mm, as CAM programs and converters export a curve.
 fn egg() -> Vec<u8> {
     let mut text = String::from(
-        "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n\
-         0\nLWPOLYLINE\n8\n0\n90\n900\n70\n1\n",
+        "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n\
+         0\nSECTION\n2\nENTITIES\n0\nLWPOLYLINE\n8\n0\n90\n900\n70\n1\n",
     );
     for k in 0..900 {
         let phi = f64::from(k) / 900.0 * std::f64::consts::TAU;
@@ -268,8 +268,8 @@ fn main() -> ExitCode {
         return ExitCode::from(2);
     };
     println!(
-        "| drawing | feed mm/min | delay ms | motions | mm | streamed s | ours / streamed | stops ours, \
-         streamed | dips per m ours, streamed |"
+        "| drawing | feed mm/min | delay ms | motions | mm | streamed s | ours / streamed \
+         | stops ours, streamed | dips per m ours, streamed |"
     );
     println!("|---|---|---|---|---|---|---|---|---|");
     for (name, bytes) in drawings(&arguments.only) {

@@ -1,4 +1,4 @@
-//! How long a decision takes: operator input or reply in, command bytes out.
+//! Measures the time of a decision: from an operator's input or a reply to the command bytes.
 //!
 //! `cargo run --release -p keepout-tests --bin decisions -- --segments 100000 --decisions 10000000`
 
@@ -15,22 +15,22 @@ use keepout_tests::decisions::{Cause, Decisions};
 use keepout_tests::hostile::{Hostile, Style};
 use keepout_tests::{order, plan_bytes};
 
-/// Times decisions on a large plan.
+/// Measures the time of decisions on a large plan.
 #[derive(Debug, Parser)]
 struct Arguments {
     /// Segments of the drawing.
     #[arg(long, default_value_t = 100_000)]
     segments: u32,
-    /// Decisions that are timed.
+    /// Count of decisions.
     #[arg(long, default_value_t = 10_000_000)]
     decisions: u64,
-    /// Times the same run so often and takes the least time of each decision, so that what other
-    /// programs of this computer took is left out.
+    /// Repeat the same run, and take the least time of each decision. This leaves out the time of other
+    /// programs.
     #[arg(long, default_value_t = 1)]
     repeats: u32,
 }
 
-/// Times in classes of a sixteenth of a power of two, in ns.
+/// Counts of times, in ns. Each power of two has 16 classes.
 struct Histogram {
     classes: [u64; 16 * 40],
     count: u64,
@@ -54,7 +54,7 @@ impl Histogram {
         self.max = self.max.max(ns);
     }
 
-    /// The upper end of the class in which the share `(numerator / denominator)` of all times is reached, µs.
+    /// The upper end of the class that contains the quantile `numerator / denominator`, µs.
     fn quantile(&self, numerator: u64, denominator: u64) -> f64 {
         let wanted = (self.count * numerator).div_ceil(denominator);
         let mut sum = 0;
@@ -100,7 +100,8 @@ fn run(arguments: &Arguments) -> Result<(), String> {
         }
     }
     println!(
-        "| decisions on | count | p50 µs | p99 µs | p99.9 µs | p99.99 µs | max µs |\n|---|---|---|---|---|---|---|"
+        "| decisions on | count | p50 µs | p99 µs | p99.9 µs | p99.99 µs | max µs |\n\
+         |---|---|---|---|---|---|---|"
     );
     row("all", taken.iter());
     for cause in [Cause::Reply, Cause::OperatorInput, Cause::Tick] {
@@ -113,14 +114,14 @@ fn run(arguments: &Arguments) -> Result<(), String> {
     Ok(())
 }
 
-/// A decision that was timed.
+/// The time of one decision.
 struct Taken {
     ns: u32,
     cause: Cause,
     phase: Phase,
 }
 
-/// What the operators got of their inputs.
+/// The motion that the operators' inputs caused.
 #[derive(Default)]
 struct Travelled {
     way_mm: f64,
@@ -135,7 +136,7 @@ impl std::fmt::Display for Travelled {
         let Self { way_mm, hours, jogs, cancels, clipped } = self;
         write!(
             f,
-            "{:.0} m travelled in {hours:.2} h, {jogs} jogs, {cancels} cancels, {clipped} wishes clipped",
+            "{:.0} m travelled in {hours:.2} h, {jogs} jogs, {cancels} cancels, {clipped} jogs clipped",
             way_mm / 1000.0
         )
     }
@@ -206,7 +207,7 @@ fn row<'a>(name: &str, decisions: impl Iterator<Item = &'a Taken>) {
     );
 }
 
-/// A wavy outline of so many lines, 300 mm across.
+/// A wavy outline of `segments` lines, about 300 mm across, as DXF.
 fn wavy(segments: u32) -> String {
     let mut text =
         String::from("0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n");

@@ -1,4 +1,4 @@
-//! Runs the whole job on real drawings of the shared set, with three operators each, and prints a table.
+//! Runs the end-to-end job on real drawings of the shared set, with three operators each, and prints a table.
 //!
 //! `KEEPOUT_SHARED=... cargo run --release -p keepout-tests --bin drawings -- --link pty`
 
@@ -20,13 +20,13 @@ enum LinkArgument {
     Virtual,
 }
 
-/// The whole job on real drawings: hostile, calm and random operator, slow line.
+/// The end-to-end job on real drawings: hostile, calm and random operator, slow line.
 #[derive(Debug, Parser)]
 struct Arguments {
-    /// How the simulated machine is reached.
+    /// The link to the simulated machine.
     #[arg(long, value_enum, default_value = "virtual")]
     link: LinkArgument,
-    /// Seconds that each operator steers.
+    /// Seconds that each operator jogs.
     #[arg(long, default_value_t = 60.0)]
     jog_s: f64,
     /// Added delay each way, ms.
@@ -83,7 +83,7 @@ fn main() -> ExitCode {
         println!("{row}");
     }
     let bad = bad.into_inner();
-    println!("\n{} runs, {bad} not as wanted", jobs.len());
+    println!("\n{} runs, {bad} failed", jobs.len());
     if bad == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 

@@ -1,4 +1,4 @@
-//! How jogging feels, as tables in Markdown: `cargo run --release -p keepout-tests --bin feel`.
+//! Prints the feel of jogging as Markdown tables: `cargo run --release -p keepout-tests --bin feel`.
 
 use std::process::ExitCode;
 
@@ -7,7 +7,7 @@ use keepout_tests::feel::{self, CURVE_PUSH, MachineTable, ReleasePlace, WallShap
 
 /// Push angles into the straight wall, degrees.
 const ANGLES: [f64; 6] = [0.0, 15.0, 30.0, 45.0, 60.0, 75.0];
-/// Angles at which the straight wall lies, degrees.
+/// Angles of the straight wall, degrees.
 const WALLS: [f64; 2] = [0.0, 17.0];
 /// Delays of the line, ms each way.
 const DELAYS_MS: [u64; 2] = [1, 50];
@@ -30,7 +30,8 @@ fn header(columns: &str) {
 
 fn straight() -> Result<(), String> {
     println!(
-        "Sliding along a straight wall: share of the commanded component, dips per metre, height (p90), full stops.\n"
+        "Sliding along a straight wall: share of the commanded component, dips per metre, height (p90), \
+         full stops.\n"
     );
     header("| table | delay | wall | 0° | 15° | 30° | 45° | 60° | 75° |");
     for table in &MachineTable::ALL {
@@ -53,8 +54,8 @@ fn straight() -> Result<(), String> {
 
 fn curved() -> Result<(), String> {
     println!(
-        "Sliding along a smooth wall, pushed {CURVE_PUSH}° into it: speed, dips below 40 % of it per metre, height \
-         (p90), full stops.\n"
+        "Sliding along a smooth wall, pushed {CURVE_PUSH}° into it: speed, dips below 40 % of it per metre, \
+         height (p90), full stops.\n"
     );
     header("| wall | A, 1 ms | A, 50 ms | B, 1 ms | C, 1 ms | K, 1 ms |");
     for shape in WallShape::CURVES {
@@ -73,7 +74,8 @@ fn curved() -> Result<(), String> {
 
 fn corners() -> Result<(), String> {
     println!(
-        "Past an outside corner, pushed 45° into the wall: from 30 mm before it to beside the end of the bar.\n"
+        "Past an outside corner, pushed 45° into the wall: from 30 mm before it to beside the end of the \
+         bar.\n"
     );
     header("| table | 1 ms | 50 ms |");
     for table in &MachineTable::ALL {

@@ -1,8 +1,9 @@
-//! Hostile simulation: sessions by the thousand, each from a seed; the judge decides exactly.
+//! Hostile simulation: thousands of sessions, each from a seed. The collision monitor decides exactly.
 //!
 //! `cargo run --release -p keepout-tests --bin hostile -- --seed 1 --hours 100`
 //!
-//! A session that fails is printed with the seeds that play it again, made smaller, and ends the run with a failure.
+//! If a session fails, the program prints its seeds for `--replay` and a smaller session that fails, too. The
+//! run then ends with a failure.
 
 use std::collections::BTreeMap;
 use std::process::ExitCode;
@@ -22,31 +23,31 @@ struct Arguments {
     /// Seed of the whole run.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Simulated hours at least.
+    /// Least simulated hours.
     #[arg(long, default_value_t = 1.0)]
     hours: f64,
-    /// Sessions at least.
+    /// Least count of sessions.
     #[arg(long, default_value_t = 0)]
     sessions: u64,
-    /// Stop after so many minutes of real time, whatever was reached.
+    /// Stop after this real time, min.
     #[arg(long)]
     minutes: Option<f64>,
-    /// Sessions played in each drawing.
+    /// Sessions in each drawing.
     #[arg(long, default_value_t = 200)]
     per_drawing: u64,
     /// Threads.
     #[arg(long, default_value_t = 2)]
     threads: usize,
-    /// What controllers speak; may be given more than once.
+    /// Dialect of the controllers. Give it more than once for several dialects.
     #[arg(long)]
     dialect: Vec<String>,
-    /// Play one session again, by the seeds of its drawing and its own: WORLD:SESSION.
+    /// Replay one session, by the seeds of its drawing and its own: WORLD:SESSION.
     #[arg(long)]
     replay: Option<String>,
-    /// Write the log of the session that is played again.
+    /// Write the log of the replayed session.
     #[arg(long, requires = "replay")]
     log: Option<std::path::PathBuf>,
-    /// Only sessions that suffer this fault; may be given more than once. Names are those of the menu, as `Doubling`.
+    /// Only sessions with this fault, such as `Doubling`. Give it more than once for several faults.
     #[arg(long, value_name = "FAULT")]
     suffering: Vec<String>,
     /// Only sessions in which the operator starts the contour.
@@ -55,19 +56,19 @@ struct Arguments {
     /// Only sessions in which the operator jogs all the time.
     #[arg(long, conflicts_with = "cycle_start")]
     jogging: bool,
-    /// Only controllers that may leave the path at a stop, or run away.
+    /// Only controllers that may leave the path, or run away, at a stop.
     #[arg(long)]
     stops_astray: bool,
     /// Only lines with more delay than this each way, ms.
     #[arg(long, value_name = "MS", default_value_t = 0)]
     latency_above_ms: u128,
-    /// Stop at the first verdict, and do not look for a smaller session that shows it.
+    /// Stop at the first verdict, without the search for a smaller session.
     #[arg(long)]
     first: bool,
-    /// Move the tool by feed drives in every session.
+    /// Simulate the feed drives in every session.
     #[arg(long)]
     driven: bool,
-    /// Name the sessions that were not played to their end.
+    /// Name the sessions that did not reach their end.
     #[arg(long)]
     verbose: bool,
 }
@@ -112,7 +113,7 @@ impl Totals {
             .fault
             .as_deref()
             .map_or("ended without a fault", |fault| fault.split([':', '.', '(']).next().unwrap_or(fault));
-        // What is no language comes in a thousand forms.
+        // Garbage has many forms: count all of it in one row.
         let garbled = end.starts_with("the controller sent");
         let end = if garbled { "the controller sent what is not its language" } else { end };
         let end: String = end.chars().filter(|letter| !letter.is_ascii_digit()).take(60).collect();
@@ -134,7 +135,7 @@ impl Totals {
             get(&self.worlds)
         );
         println!(
-            "{} jogs, {} cancels, {} contour motions, {} loops contoured, {:.1} km of way",
+            "{} jogs, {} cancels, {} contour motions, {} loops contoured, {:.1} km travelled",
             get(&self.jogs),
             get(&self.cancels),
             get(&self.contour_motions),
@@ -142,7 +143,7 @@ impl Totals {
             Duration::from_micros(get(&self.way_m)).as_secs_f64() / 1000.0
         );
         println!(
-            "{} decisions, {} faults of the line, {} recoveries",
+            "{} decisions, {} line faults, {} recoveries",
             get(&self.rounds),
             get(&self.faults),
             get(&self.recoveries)
@@ -168,7 +169,7 @@ fn main() -> ExitCode {
         return replay(&worlds, seeds, arguments.driven, arguments.log.as_deref());
     }
     if let Some(unknown) = arguments.suffering.iter().find(|name| fault_named(name).is_none()) {
-        eprintln!("hostile: there is no fault {unknown}. The menu: {:?}", Fault::ALL);
+        eprintln!("hostile: there is no fault {unknown}. Choose one of {:?}", Fault::ALL);
         return ExitCode::from(2);
     }
     hunt(&worlds, &arguments)
@@ -216,7 +217,7 @@ impl Arguments {
 /// The seed of a drawing, and of a session in it.
 fn seeds(run: u64, world: u64, session: u64) -> (u64, u64) {
     let mix = |value: u64| {
-        // Steele, Lea and Flood's mixer, so that neighbouring numbers give unrelated streams.
+        // Steele, Lea and Flood's mixer: neighbouring numbers give unrelated streams.
         let value = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let value = (value ^ value >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         let value = (value ^ value >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -252,7 +253,7 @@ fn hunt(worlds: &Worlds, arguments: &Arguments) -> ExitCode {
                         if let Some(fault) = outcome.fault.as_ref().filter(|_| spec.faults.is_empty()) {
                             failed.store(true, Ordering::Relaxed);
                             println!(
-                                "a fault where nothing was wrong: {fault}\n  in {} ({}), {spec:?}",
+                                "a fault in a session without faults: {fault}\n  in {} ({}), {spec:?}",
                                 world.name,
                                 world.language.name()
                             );
@@ -274,10 +275,10 @@ fn hunt(worlds: &Worlds, arguments: &Arguments) -> ExitCode {
     println!("{:.0} s of real time on {} threads", began.elapsed().as_secs_f64(), arguments.threads);
     let broken = totals.broken.load(Ordering::Relaxed);
     if failed.load(Ordering::Relaxed) || broken > 0 {
-        println!("FAILED: the guard let something through, or the program failed ({broken} sessions)");
+        println!("FAILED: a session has a verdict or a fault, or did not reach its end ({broken} sessions)");
         ExitCode::FAILURE
     } else {
-        println!("0 incursions, the allowance kept by hand");
+        println!("0 gouges, the stock to leave kept while jogging");
         ExitCode::SUCCESS
     }
 }
@@ -286,7 +287,7 @@ fn report(world: &World, spec: &Spec, verdict: Verdict, shrinks: bool) {
     let (Verdict::Gouge { centre, .. } | Verdict::StockToLeave { centre, .. }) = verdict;
     let mm = |length: Length| keepout_planner::units::mm(length.units());
     println!(
-        "  clearance {:?} mm, tool {} mm, by hand {} mm, roughing threshold {} mm, {:?}",
+        "  clearance {:?} mm, tool radius {} mm, least while jogging {} mm, jogging clearance {} mm, {:?}",
         world.part.clearance(centre).map(mm),
         mm(world.work.plan.plan.tool_radius),
         mm(world.by_hand),
@@ -309,7 +310,7 @@ fn replay(worlds: &Worlds, seeds: &str, driven: bool, path: Option<&std::path::P
     };
     let Some(world) = worlds.world(world) else {
         eprintln!(
-            "hostile: no plan can be made of that drawing (with these dialects, and with the real drawings at hand)"
+            "hostile: that drawing gives no plan. Give the dialects of the first run, and the real drawings"
         );
         return ExitCode::from(2);
     };

@@ -1,5 +1,5 @@
-//! Kills sessions at random moments, takes them up again, and prints what came of it. The exit code is 1
-//! when anything is not as wanted.
+//! Kills sessions at random moments, resumes them, and prints the results. The exit code is 1 if a check
+//! fails.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -10,22 +10,22 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use clap::Parser;
 use keepout_tests::kills::{KillMoment, KillOutcome, Trials, keepout_program};
 
-/// Kills executor, controller or cable at random moments, and takes the session up again.
+/// Kills the executor or the controller, or pulls the cable, at random moments, and resumes the session.
 #[derive(Debug, Parser)]
 struct Arguments {
-    /// How many moments.
+    /// Count of moments.
     #[arg(long, default_value_t = 60)]
     moments: u64,
-    /// The first moment's number: it is the seed of all that is random in it.
+    /// Number of the first moment. The number is the seed of the moment.
     #[arg(long, default_value_t = 1)]
     first: u64,
     /// Sessions at the same time.
     #[arg(long, default_value_t = 4)]
     parallel: usize,
-    /// Where the files of moments go that are not as wanted.
+    /// Folder for the files of failed moments.
     #[arg(long, default_value = "target/kills")]
     output: PathBuf,
-    /// The keepout program; the one beside this, built anew, when not given.
+    /// The keepout program. Without this option Cargo builds the one in this program's folder.
     #[arg(long)]
     program: Option<PathBuf>,
 }
@@ -95,8 +95,8 @@ fn enter(rows: &Mutex<Rows>, moment: KillMoment, outcome: &KillOutcome) {
 
 fn print(rows: &Rows, wrong: usize) {
     println!(
-        "| killed | in phase | moments | taken up again | commands replayed | positions watched \
-         | closest, mm | cut to profile, mm |"
+        "| killed | in phase | moments | resumed | commands replayed | positions checked | closest, mm \
+         | cut to profile, mm |"
     );
     println!("|---|---|--:|--:|--:|--:|--:|--:|");
     for ((victim, phase), row) in rows {
@@ -106,5 +106,5 @@ fn print(rows: &Rows, wrong: usize) {
         );
     }
     let all: u64 = rows.values().map(|row| row.moments).sum();
-    println!("\n{all} moments as wanted, {wrong} not; no incursion in any that is as wanted.");
+    println!("\n{all} moments passed, {wrong} failed. No gouge in any moment that passed.");
 }

@@ -1,6 +1,8 @@
-//! Reads and plans every drawing of the shared set, compares with the independent reading, and prints a table.
+//! Reads and plans every drawing of the shared set, compares it with the independent reading, and prints a
+//! table.
 //!
-//! `KEEPOUT_SHARED=... cargo run --release -p keepout-tests --bin survey -- --write docs/research/drawings.md`
+//! `KEEPOUT_SHARED=... cargo run --release -p keepout-tests --bin survey -- --write
+//! docs/research/drawings.md`
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -20,13 +22,13 @@ use keepout_tests::oracle::{self, Oracle};
 use keepout_tests::{order, plan_bytes, shared};
 use serde::Deserialize;
 
-/// Every drawing of the shared set: read, compared, planned with four tools on both sides.
+/// Reads, compares and plans every drawing of the shared set, with four tools on both sides.
 #[derive(Debug, Parser)]
 struct Arguments {
-    /// Where the page goes; printed when not given.
+    /// File for the page. Without it the program prints the page.
     #[arg(long, value_name = "FILE")]
     write: Option<PathBuf>,
-    /// Write a drawing of so many lines to this file instead, to see how large drawings fare.
+    /// Write a drawing with this count of lines to this file instead, for tests of large drawings.
     #[arg(long, num_args = 2, value_names = ["COUNT", "FILE"])]
     make_lines: Option<Vec<String>>,
 }
@@ -35,13 +37,13 @@ const TOOLS_MM: [f64; 4] = [1.0, 3.0, 6.0, 12.0];
 const SIDES: [(MachinedSide, &str); 2] =
     [(MachinedSide::Outside, "outside"), (MachinedSide::Inside, "inside")];
 
-/// Why we differ from the oracle, by file name.
+/// Reasons for our differences from the oracle, by file name.
 #[derive(Deserialize)]
 struct Explained {
     reason: BTreeMap<String, String>,
 }
 
-/// What became of one drawing.
+/// The results of one drawing.
 struct Row {
     name: String,
     clean: bool,
@@ -98,10 +100,10 @@ fn main() -> ExitCode {
     ExitCode::from(u8::from(faults > 0))
 }
 
-/// A wavy outline of separate lines, with noise of 0.3 µm.
+/// Writes a wavy outline of separate lines, with noise of ±0.3 µm.
 fn make_lines(count: &str, file: &Path) -> ExitCode {
     let Some(count) = count.parse::<u32>().ok().filter(|count| (3..=2_000_000).contains(count)) else {
-        eprintln!("{count} is no number of lines between 3 and 2000000");
+        eprintln!("{count} is not a count of lines: give 3 to 2000000");
         return ExitCode::from(2);
     };
     let mut random = fastrand::Rng::with_seed(5);
@@ -185,7 +187,8 @@ fn look_at(path: &Path, name: &str, oracle: &Oracle) -> Row {
     row
 }
 
-/// Plans with every tool on both sides: a certified plan that is believed again from its file, or a message.
+/// Plans with every tool on both sides. Each plan must certify again from its file, or give an expected
+/// message.
 fn plan_all(file: &str, bytes: &[u8], found: &Inspection, row: &mut Row) {
     for tool_mm in TOOLS_MM {
         for (side, side_name) in SIDES {
@@ -238,15 +241,17 @@ fn page(rows: &[Row]) -> String {
     let plans: usize = rows.iter().map(|row| row.plans).sum();
     let faults: Vec<&String> = rows.iter().flat_map(|row| &row.faults).collect();
     let mut out = format!(
-        "# Real drawings\n\nMade by `KEEPOUT_SHARED=... cargo run --release -p keepout-tests --bin survey -- --write \
-         docs/research/drawings.md`.\n\n{} drawings of many exporters, read as they are, without options; \
-         compared with an independent reading (made with other libraries) in the number of closed contours, their \
-         area by the even-odd rule within 0.1 %, and the box around them within 0.02 mm. Each is then planned \
-         with tools of 1, 3, 6 and 12 mm on both sides; every plan is certified, written, read and certified \
-         again.\n\n\
+        "# Real drawings\n\nMade by `KEEPOUT_SHARED=... cargo run --release -p keepout-tests --bin survey -- \
+         --write docs/research/drawings.md`.\n\n\
+         The survey reads {} drawings of many exporters, without options. It compares each with an independent\n\
+         reading, which other libraries made: the number of closed contours, their area by the even-odd rule\n\
+         within 0.1 %, and the box around them within 0.02 mm. It plans each with tools of 1, 3, 6 and 12 mm on\n\
+         both sides. It certifies every plan, writes it, reads it, and certifies it again.\n\n\
          - Drawings without a defect by the independent reading: {} of {} agree.\n\
-         - All drawings: {} of {} agree.\n- Plans certified: {plans}; plans that failed where none should: {}.\n\n\
-         | drawing | exporter | version | defects by the independent reading | understood as | compared | plans |\n\
+         - All drawings: {} of {} agree.\n\
+         - Plans certified: {plans}. Plans that failed unexpectedly: {}.\n\n\
+         | drawing | exporter | version | defects by the independent reading | our reading | compared \
+         | plans |\n\
          |---|---|---|---|---|---|---|\n",
         rows.len(),
         agree(&clean),
@@ -258,14 +263,14 @@ fn page(rows: &[Row]) -> String {
     for row in rows {
         let _ = writeln!(out, "{}", row.text);
     }
-    out.push_str("\n## Where we differ\n\n");
+    out.push_str("\n## Differences\n\n");
     for row in rows {
         if let Some(Err(difference)) = &row.agrees {
             let why = explained.reason.get(&row.name).map_or("not explained", String::as_str);
             let _ = writeln!(out, "- **{}**: {difference}. {why}", row.name);
         }
     }
-    out.push_str("\n## What a person is told\n\n");
+    out.push_str("\n## Messages\n\n");
     for row in rows {
         for note in &row.notes {
             let _ = writeln!(out, "- **{}**: {}", row.name, note.lines().next().unwrap_or(""));

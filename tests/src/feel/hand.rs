@@ -1,4 +1,4 @@
-//! OperatorSetup that push in ways that can be measured.
+//! Operator models whose pushes give measurable motions.
 
 use std::sync::{Arc, Mutex};
 
@@ -6,35 +6,35 @@ use keepout_executor::operator::{Operator, OperatorView};
 use keepout_executor::supervisor::{OperatorCommand, OperatorInput};
 use keepout_guard::Time;
 
-/// A hand.
+/// The pushes of an operator model.
 pub(super) enum Hand {
-    /// In one velocity.
+    /// One constant velocity.
     Away(Away),
-    /// Along the nearest wall and into it.
+    /// A push along the nearest wall and into it.
     Follow(Follow),
-    /// Pushes and releases.
+    /// Separate pushes and releases.
     Pushes(Pushes),
 }
 
-/// A constant push until the tool is beyond a place, or the time is over.
+/// A constant push until the tool is beyond a line, or the time is over.
 pub(super) struct Away {
     pub(super) velocity: (f64, f64),
-    /// A velocity, and how far along it, mm.
+    /// The direction, and the distance from the origin along it, mm.
     pub(super) beyond: ((f64, f64), f64),
     pub(super) within_s: f64,
 }
 
-/// A push at an angle into the nearest wall, with the wall on the right.
+/// A push at an angle into the nearest wall, rad, with the wall on the right.
 pub(super) struct Follow {
     pub(super) angle: f64,
     pub(super) within_s: f64,
 }
 
-/// Pushes with rests between them; keeps the times.
+/// Pushes with rests between them. It records the times.
 pub(super) struct Pushes {
     plan: Vec<(f64, (f64, f64))>,
     next: usize,
-    /// Times at which the push began, or ended when it is a single one.
+    /// Times at which the pushes began. For a single push, the time at which it ended.
     pub(super) times: Arc<Mutex<Vec<f64>>>,
     keeps: Keeps,
     pushed: bool,
@@ -47,7 +47,7 @@ enum Keeps {
 }
 
 impl Pushes {
-    /// So many pushes of 0.2 s from rest, each followed by a rest of `rest_s` and a little more.
+    /// `count` pushes of 0.2 s from rest. After each comes a rest of `rest_s` and up to 0.2 s more.
     pub(super) fn new(count: usize, rest_s: f64) -> Self {
         let directions = [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)];
         let mut random = fastrand::Rng::with_seed(4);
@@ -68,7 +68,7 @@ impl Pushes {
         Self { plan, next: 0, times: Arc::default(), keeps: Keeps::Releases, pushed: false }
     }
 
-    /// The input; `None` after the last push.
+    /// The jog input. `None` after the last push.
     fn input(&mut self, seconds: f64, now: Time) -> Option<OperatorInput> {
         while self.plan.get(self.next).is_some_and(|step| step.0 <= seconds) {
             self.next += 1;
@@ -86,7 +86,7 @@ impl Pushes {
     }
 }
 
-/// A hand with the time at which jogging was first possible.
+/// An operator model whose time begins when jogging is first possible.
 pub(super) struct Timed {
     pub(super) hand: Hand,
     pub(super) began: Option<Time>,

@@ -1,6 +1,8 @@
-//! How jogging feels, in figures: sliding along walls, the first step after a push, rest after a release.
+//! The feel of jogging in figures: sliding along walls, the first step after a push, the stop after a
+//! release.
 //!
-//! On simulated controllers in virtual time at 115200 baud. The true tool position is watched, not what is reported.
+//! The controllers are simulated, in virtual time, at 115200 baud. The figures come from the true tool
+//! position, not from the reported one.
 
 mod hand;
 mod scene;
@@ -14,24 +16,24 @@ use scene::{BAR_END_MM, START_MM, Scene, turned};
 pub use scene::{MachineTable, ReleasePlace, WallShape};
 pub use trace::median_and_p99;
 
-/// Slower than this share of the commanded speed is a dip.
+/// Share of the commanded speed below which a slowdown counts as a dip.
 pub const DIP: f64 = 0.4;
-/// Nearer to the jogging limit than this, the tool is at the wall, mm.
+/// Largest height above the jogging clearance at which the tool is at the wall, mm.
 pub const AT_WALL_MM: f64 = 0.05;
 /// Push angle into curved walls, degrees.
 pub const CURVE_PUSH: f64 = 45.0;
 
-/// How the tool slid along a wall.
+/// The figures of a slide along a wall.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Slide {
-    /// Mean speed along the wall, as a share of the commanded component. Of curved walls: of the commanded component at
-    /// [`CURVE_PUSH`].
+    /// Mean speed along the wall, as a share of the commanded component. On curved walls the component is
+    /// that of [`CURVE_PUSH`].
     pub share: f64,
     /// Mean speed, mm/s.
     pub speed_mm_s: f64,
     /// Dips below [`DIP`] of the commanded component, or of the mean speed on curved walls, per metre.
     pub dips_per_m: f64,
-    /// Height above the jogging limit, 90th percentile, mm.
+    /// Height above the jogging clearance, 90th percentile, mm.
     pub height_mm: f64,
     /// Full stops.
     pub stops: usize,
@@ -39,14 +41,14 @@ pub struct Slide {
     pub length_mm: f64,
 }
 
-/// Pushes into a straight wall that lies at the angle `wall`, at `angle` into it, both in degrees, over
-/// a line that delays by `delay_ms` each way.
+/// Pushes the tool into a straight wall. The wall lies at the angle `wall`, and the push goes at `angle` into
+/// it, both in degrees. The line delays by `delay_ms` each way.
 ///
-/// Heights count from when the tool is at the wall, speeds from when it has reached its speed or has had
-/// time to accelerate from rest, both up to where it must brake for the end of the bar.
+/// Heights count once the tool is at the wall. Speeds count once the tool has reached its speed, or has had
+/// time to accelerate from rest. Both count up to the place where the tool must brake for the end of the bar.
 ///
 /// # Errors
-/// What kept the session from running.
+/// The fault that ended the session.
 pub fn straight(table: &MachineTable, wall: f64, angle: f64, delay_ms: u64) -> Result<Slide, String> {
     let shape = WallShape::Bar(wall);
     let scene = Scene::of(table, shape, DialectName::Grbl, delay_ms)?;
@@ -68,10 +70,10 @@ pub fn straight(table: &MachineTable, wall: f64, angle: f64, delay_ms: u64) -> R
     Ok(trace.slide(&scene, (arrived, settled, end), commanded, |speed, _| speed))
 }
 
-/// Slides along a curved wall for some seconds, pushed at [`CURVE_PUSH`] into it.
+/// Slides along a curved wall for 12 s, with a push at [`CURVE_PUSH`] into it.
 ///
 /// # Errors
-/// What kept the session from running.
+/// The fault that ended the session.
 pub fn curved(table: &MachineTable, shape: WallShape, delay_ms: u64) -> Result<Slide, String> {
     let scene = Scene::of(table, shape, DialectName::Grbl, delay_ms)?;
     let start = shape.start_mm(scene.limit_mm() + 0.5);
@@ -83,11 +85,11 @@ pub fn curved(table: &MachineTable, shape: WallShape, delay_ms: u64) -> Result<S
     Ok(trace.slide(&scene, (settled, settled, None), commanded, |_, mean| mean))
 }
 
-/// Seconds from where the tool slides, 30 mm before the end of the bar, to beside its end, past the
-/// outside corner; pushed at 45° into the wall.
+/// Measures the time around an outside corner, s, with a push at 45° into the wall. It counts from 30 mm
+/// before the end of the bar to beside its end.
 ///
 /// # Errors
-/// What kept the session from running.
+/// The fault that ended the session.
 pub fn corner(table: &MachineTable, delay_ms: u64) -> Result<f64, String> {
     let shape = WallShape::Bar(0.0);
     let scene = Scene::of(table, shape, DialectName::Grbl, delay_ms)?;
@@ -100,10 +102,11 @@ pub fn corner(table: &MachineTable, delay_ms: u64) -> Result<f64, String> {
     Ok(past - before)
 }
 
-/// Seconds from a push to the first step, of many pushes from rest at times that follow no rhythm, ascending.
+/// Measures the seconds from a push to the first step, ascending. The `count` pushes start from rest, at
+/// irregular times.
 ///
 /// # Errors
-/// What kept the session from running.
+/// The fault that ended the session.
 pub fn first_steps(table: &MachineTable, delay_ms: u64, count: usize) -> Result<Vec<f64>, String> {
     let scene = Scene::of(table, WallShape::Bar(0.0), DialectName::Grbl, delay_ms)?;
     let hand = Pushes::new(count, 0.6 + 4.0 * Duration::from_millis(delay_ms).as_secs_f64());
@@ -114,19 +117,20 @@ pub fn first_steps(table: &MachineTable, delay_ms: u64, count: usize) -> Result<
     Ok(waited)
 }
 
-/// How the tool came to rest: seconds and mm from the release.
+/// The stop of the tool after a release.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Release {
-    /// Time to rest, s.
+    /// Time from release to standstill, s.
     pub seconds: f64,
-    /// Distance to rest, mm.
+    /// Distance from release to standstill, mm.
     pub distance_mm: f64,
 }
 
-/// Releases the stick, while sliding along a straight wall or far from any, pushed at 45° at full deflection.
+/// Releases the stick from full deflection at 45°, while the tool slides along a straight wall, or far from
+/// any wall.
 ///
 /// # Errors
-/// What kept the session from running.
+/// The fault that ended the session.
 pub fn release(
     table: &MachineTable,
     language: DialectName,
@@ -143,5 +147,5 @@ pub fn release(
     let start = shape.start_mm(scene.limit_mm() + gap_mm);
     let held_s = (table.speed_mm_s() / table.acceleration_mm_s2 + 0.5).min(70.0 / table.speed_mm_s() + 0.5);
     let (trace, released) = scene.trace_of_pushes(start, Pushes::once(direction, held_s))?;
-    released.first().map(|&at| trace.rest_after(at)).ok_or_else(|| "nothing was released".into())
+    released.first().map(|&at| trace.rest_after(at)).ok_or_else(|| "the stick was not released".into())
 }

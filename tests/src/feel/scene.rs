@@ -1,4 +1,4 @@
-//! Tables, drawings and sessions.
+//! Machine tables, drawings and sessions.
 
 use std::time::Duration;
 
@@ -17,9 +17,9 @@ use super::trace::Trace;
 const BAR_MM: f64 = 10.0;
 /// Half of the bar's length, mm.
 pub(super) const BAR_END_MM: f64 = 130.0;
-/// Where along the bar the tool starts, mm.
+/// Start of the tool along the bar, mm.
 pub(super) const START_MM: f64 = -110.0;
-/// About the jogging clearance of the default tool, mm.
+/// Jogging clearance of the default tool, about, mm.
 const TOOL_MM: f64 = 3.2;
 
 /// A vector turned by an angle in degrees.
@@ -65,16 +65,17 @@ impl MachineTable {
     }
 }
 
-/// Where the tool is when the stick is released.
+/// The place of the tool at the release of the stick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ReleasePlace {
     /// Sliding along the wall.
     Sliding,
-    /// Far from any.
+    /// Far from any wall.
     Far,
 }
 
-/// A part with a smooth wall. Radii are those of the tool centre's way at the jogging limit, about, mm.
+/// A part with a smooth wall. The radii are those of the tool centre's path at the jogging clearance, about,
+/// mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum WallShape {
     /// A straight bar at this angle, degrees.
@@ -83,7 +84,7 @@ pub enum WallShape {
     Convex(f64),
     /// A round hole in a plate: a concave wall.
     Concave(f64),
-    /// An ellipse of these half axes, as a spline would be: convex, of a curvature that changes.
+    /// An ellipse of these half axes: convex, and of changing curvature, like a spline.
     Ellipse(f64, f64),
     /// An elliptic hole.
     EllipticHole(f64, f64),
@@ -102,7 +103,7 @@ impl WallShape {
         Self::EllipticHole(60.0, 25.0),
     ];
 
-    /// A place at this height over the wall.
+    /// A place at this height above the wall.
     pub(super) fn start_mm(self, height_mm: f64) -> (f64, f64) {
         match self {
             Self::Bar(angle) => turned((START_MM, BAR_MM / 2.0 + height_mm), angle),
@@ -139,13 +140,13 @@ impl WallShape {
             Self::EllipticHole(a, b) => plate() + &ellipse(a, b),
         };
         format!(
-            "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n{entities}0\nENDSEC\n\
-             0\nEOF\n"
+            "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n\
+             0\nSECTION\n2\nENTITIES\n{entities}0\nENDSEC\n0\nEOF\n"
         )
     }
 }
 
-/// A part on a table behind a line.
+/// A part on a machine table, and the serial line to it.
 pub(super) struct Scene {
     work: PreparedPlan,
     run: SimRun,
@@ -176,13 +177,13 @@ impl Scene {
         mm(self.work.plan.roughing.units())
     }
 
-    /// Height above the jogging limit, mm.
+    /// Height above the jogging clearance, mm.
     pub(super) fn height_mm(&self, at: (f64, f64)) -> f64 {
         let wall = point_from_mm(at).ok().and_then(|point| nearest_wall(&self.work.plan, point));
         wall.map_or(f64::INFINITY, |wall| (wall.0 - at.0).hypot(wall.1 - at.1) - self.limit_mm())
     }
 
-    /// What the tool does.
+    /// Runs a session, and returns the true positions of the tool.
     pub(super) fn trace(&self, start: (f64, f64), hand: Hand) -> Result<Trace, String> {
         let start = point_from_mm(start).map_err(|error| error.to_string())?;
         let run = SimRun { start: Some(start), ..self.run.clone() };
@@ -199,7 +200,7 @@ impl Scene {
         }
     }
 
-    /// What the tool does, and the times of the pushes or releases.
+    /// Runs a session, and returns the true positions and the times of the pushes or releases.
     pub(super) fn trace_of_pushes(
         &self,
         start: (f64, f64),

@@ -1,15 +1,15 @@
-//! True tool positions over time, and what is read from them.
+//! True tool positions over time, and the figures from them.
 
 use keepout_executor::session::Sample;
 
 use super::scene::Scene;
 use super::{DIP, Release, Slide};
 
-/// Positions are compared so far apart, s.
+/// Time between two compared positions, s.
 const WINDOW_S: f64 = 0.02;
-/// Between samples farther apart than this the tool stood still, s.
+/// The tool stood still between two samples that are farther apart than this, s.
 const GAP_S: f64 = 0.025;
-/// A tool that moves no farther than this in a window stands still, mm: less than a step.
+/// A tool stands still if it moves no farther than this in a window, mm. It is less than a step.
 const STILL_MM: f64 = 0.002;
 
 /// True tool positions.
@@ -17,7 +17,7 @@ pub(super) struct Trace {
     samples: Vec<(f64, (f64, f64))>,
 }
 
-fn way(a: (f64, f64), b: (f64, f64)) -> f64 {
+fn distance(a: (f64, f64), b: (f64, f64)) -> f64 {
     (a.0 - b.0).hypot(a.1 - b.1)
 }
 
@@ -27,7 +27,7 @@ impl Trace {
         Self { samples: samples.iter().map(place).collect() }
     }
 
-    /// Where the tool was.
+    /// The position of the tool at time `t`, interpolated.
     fn at(&self, t: f64) -> (f64, f64) {
         let after = self.samples.partition_point(|sample| sample.0 <= t);
         let before = self.samples[after.saturating_sub(1)];
@@ -45,19 +45,20 @@ impl Trace {
         self.samples.last().map_or(0.0, |sample| sample.0)
     }
 
-    /// When the tool was first at such a place.
+    /// The time of the first sample with such a position.
     pub(super) fn first(&self, is: impl Fn((f64, f64)) -> bool) -> Option<f64> {
         self.samples.iter().find(|sample| is(sample.1)).map(|sample| sample.0)
     }
 
-    /// When the tool was first this fast after `t`.
+    /// The first time after `t` at which the tool was this fast.
     pub(super) fn first_speed_after(&self, t: f64, speed_mm_s: f64) -> Option<f64> {
         let mut times = self.samples.iter().map(|sample| sample.0).filter(|&at| at > t);
-        times.find(|&at| way(self.at(at - WINDOW_S), self.at(at)) >= speed_mm_s * WINDOW_S)
+        times.find(|&at| distance(self.at(at - WINDOW_S), self.at(at)) >= speed_mm_s * WINDOW_S)
     }
 
-    /// The slide, with heights from the first of the times on, and speeds from the second on, up to the
-    /// third. Dips are below a share of what `whole` makes of the commanded and the mean speed.
+    /// The figures of a slide. Heights count from the first of the times, speeds from the second, both up to
+    /// the third. `whole` chooses from commanded and mean speed. A dip is below the share [`DIP`] of that
+    /// choice.
     pub(super) fn slide(
         &self,
         scene: &Scene,
@@ -65,7 +66,7 @@ impl Trace {
         commanded: f64,
         whole: impl Fn(f64, f64) -> f64,
     ) -> Slide {
-        // The session ends with the tool being brought to rest.
+        // At its end the session brings the tool to rest: that part does not count.
         let last = self.end() - 1.0_f64.min((self.end() - arrived) / 4.0);
         let end = end.unwrap_or(f64::INFINITY).min(last);
         let times = |from: f64| {
@@ -77,39 +78,39 @@ impl Trace {
         };
         let mut heights: Vec<f64> = times(arrived).map(|t| scene.height_mm(self.at(t))).collect();
         heights.sort_by(f64::total_cmp);
-        let ways: Vec<f64> = times(settled).map(|t| way(self.at(t - WINDOW_S), self.at(t))).collect();
-        let length_mm: f64 = ways.iter().sum();
-        let mean = length_mm / (number(ways.len()).max(1.0) * WINDOW_S);
+        let steps: Vec<f64> = times(settled).map(|t| distance(self.at(t - WINDOW_S), self.at(t))).collect();
+        let length_mm: f64 = steps.iter().sum();
+        let mean = length_mm / (number(steps.len()).max(1.0) * WINDOW_S);
         let least = DIP * whole(commanded, mean) * WINDOW_S;
         let entered = |below: &dyn Fn(f64) -> bool| {
             let mut was = false;
-            ways.iter().filter(|&&way| !std::mem::replace(&mut was, below(way)) && was).count()
+            steps.iter().filter(|&&step| !std::mem::replace(&mut was, below(step)) && was).count()
         };
         Slide {
             share: mean / commanded,
             speed_mm_s: mean,
-            dips_per_m: number(entered(&|way| way < least)) / (length_mm / 1000.0).max(1e-3),
+            dips_per_m: number(entered(&|step| step < least)) / (length_mm / 1000.0).max(1e-3),
             height_mm: percentile(&heights, 90),
-            stops: entered(&|way| way < STILL_MM),
+            stops: entered(&|step| step < STILL_MM),
             length_mm,
         }
     }
 
-    /// Seconds from `t`, when the tool rested, to its first step: worked out from where it was seen
-    /// first, with the acceleration.
+    /// Seconds from `t`, with the tool at rest, to its first step. The computation goes back from the first
+    /// moved sample with the acceleration.
     pub(super) fn first_step_after(&self, t: f64, acceleration_mm_s2: f64) -> Option<f64> {
         let rest = self.at(t);
-        let moved = self.samples.iter().find(|sample| sample.0 > t && way(sample.1, rest) > STILL_MM)?;
+        let moved = self.samples.iter().find(|sample| sample.0 > t && distance(sample.1, rest) > STILL_MM)?;
         let since = |mm: f64| (2.0 * mm / acceleration_mm_s2).sqrt();
-        Some(moved.0 - since(way(moved.1, rest)) + since(STILL_MM) - t)
+        Some(moved.0 - since(distance(moved.1, rest)) + since(STILL_MM) - t)
     }
 
-    /// How the tool came to rest after `t`.
+    /// The stop of the tool after `t`.
     pub(super) fn rest_after(&self, t: f64) -> Release {
         let end = self.samples.last().map_or((0.0, 0.0), |sample| sample.1);
-        let rest = self.samples.iter().rev().find(|sample| way(sample.1, end) > STILL_MM);
+        let rest = self.samples.iter().rev().find(|sample| distance(sample.1, end) > STILL_MM);
         let seconds = rest.map_or(0.0, |sample| (sample.0 - t).max(0.0));
-        Release { seconds, distance_mm: way(self.at(t), end) }
+        Release { seconds, distance_mm: distance(self.at(t), end) }
     }
 }
 

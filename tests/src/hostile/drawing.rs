@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use fastrand::Rng;
 
-/// A drawing as DXF text: an outline of some kind, now and then with holes, 15 to 120 mm across.
+/// A random drawing as DXF text: an outline, 15 to 120 mm across, in some cases with a hole.
 #[must_use]
 pub fn random_drawing(random: &mut Rng) -> String {
     let size = 15.0 * 8.0_f64.powf(random.f64());
@@ -28,7 +28,7 @@ pub fn random_drawing(random: &mut Rng) -> String {
     text
 }
 
-/// A corner and the bulge of the edge behind it.
+/// A corner (x, y), mm, and the bulge of the edge after it.
 type Corner = (f64, f64, f64);
 
 fn polyline(text: &mut String, corners: &[Corner]) {
@@ -38,7 +38,7 @@ fn polyline(text: &mut String, corners: &[Corner]) {
     }
 }
 
-/// A circle around the outline's middle, for outlines that are wide there.
+/// Adds a circle around the outline's middle, if the outline is wide there.
 fn hole(random: &mut Rng, text: &mut String, outline: &[Corner]) {
     let near = outline.iter().map(|(x, y, _)| x.hypot(*y)).fold(f64::INFINITY, f64::min);
     let radius = near * (0.2 + 0.4 * random.f64());
@@ -60,7 +60,7 @@ fn star(random: &mut Rng, size: f64) -> Vec<Corner> {
         .collect()
 }
 
-/// A rectangle with slots from above: narrow ways in, square or round at the bottom.
+/// A rectangle with narrow slots from above, square or round at the bottom.
 fn comb(random: &mut Rng, size: f64) -> Vec<Corner> {
     let slots = random.u32(1..5);
     let pitch = size / f64::from(slots);
@@ -95,7 +95,7 @@ fn rounded(random: &mut Rng, size: f64) -> Vec<Corner> {
     ]
 }
 
-/// An arm that winds inwards.
+/// A spiral arm.
 fn spiral(random: &mut Rng, size: f64) -> Vec<Corner> {
     let steps = random.u32(12..40);
     let turns = 0.6 + 0.8 * random.f64();
@@ -124,7 +124,7 @@ fn gear(random: &mut Rng, size: f64) -> Vec<Corner> {
         .collect()
 }
 
-/// Sharp corners, inside and outside.
+/// An outline with sharp corners, convex and concave.
 fn wedge(random: &mut Rng, size: f64) -> Vec<Corner> {
     let h = size / 2.0;
     let tip = size * (0.02 + 0.2 * random.f64());

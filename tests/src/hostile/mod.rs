@@ -1,5 +1,6 @@
-//! Hostile simulation: the whole stack from operator to simulated controller in virtual time, with faults from a menu, on
-//! drawings random and real. An exact judge decides whether the tool was in the part. Everything follows from a seed.
+//! Hostile simulation: all layers from operator to simulated controller in virtual time, with injected
+//! faults, on random and real drawings. An exact collision monitor decides whether the tool was in the part.
+//! A seed determines each session.
 
 mod drawing;
 mod operator;

@@ -1,4 +1,4 @@
-//! Operators that mean it.
+//! Hostile operators: models that try to drive the tool into the part.
 
 use std::f64::consts::{PI, TAU};
 use std::time::Duration;
@@ -9,24 +9,23 @@ use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
 use keepout_guard::Time;
 use keepout_sim::operator::{Model, ModelKind};
 
-/// How a hostile operator steers.
+/// The style of a hostile operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Style {
-    /// One of the modelled people.
+    /// One of the simulator's operator models.
     Model(ModelKind),
-    /// Chooses moment and velocity by what is in flight: around corners while motions are under way, back when they are
-    /// acknowledged, into the wall just before they are.
+    /// Chooses time and velocity by the motions in flight: around corners, back, or into the wall.
     Adversarial,
     /// Turns the handwheels into the wall.
     Wheels,
-    /// Turns them there and back and around corners while motions are under way: nothing cancels these.
+    /// Turns the handwheels as [`Style::Adversarial`] moves the stick. No cancel stops these motions.
     WheelsAround,
-    /// Lets go, falls silent, comes back.
+    /// Pushes for 1.5 s, and releases for 1.5 s.
     Stale,
 }
 
 impl Style {
-    /// All of them.
+    /// All styles.
     pub const ALL: [Self; 10] = [
         Self::Model(ModelKind::Calm),
         Self::Model(ModelKind::Jittery),
@@ -41,7 +40,7 @@ impl Style {
     ];
 }
 
-/// Steers in its style, and asks for everything that can be commanded for.
+/// A hostile operator. It jogs in its style, and gives operator commands at random.
 pub struct Hostile {
     style: Style,
     model: Model,
@@ -53,15 +52,15 @@ pub struct Hostile {
     command: Option<OperatorCommand>,
     /// Command of this input, until the session takes it.
     given: Option<OperatorCommand>,
-    /// Chance of an command or a change of mode, for each input.
+    /// Chance of a feed hold or cycle start, for each input.
     restless: f64,
 }
 
-/// Longer than any session by hand.
+/// Longer than any session, s.
 const FOREVER_S: f64 = 1e6;
 
 impl Hostile {
-    /// An operator of the style; `automatic` ones let the contour be cut.
+    /// Builds an operator of the style. If it is `automatic`, it arms the cycle from time to time.
     #[must_use]
     pub fn new(style: Style, automatic: bool, seed: u64) -> Self {
         let mut random = Rng::with_seed(seed);
@@ -91,9 +90,9 @@ impl Hostile {
                 (still, (toward.0 * step, toward.1 * step))
             }
             Style::WheelsAround => {
-                let way = self.against(view, now);
+                let direction = self.against(view, now);
                 let step = [0.3, 1.0, 3.0, 9.0][self.random.usize(0..4)];
-                (still, (way.0 * step, way.1 * step))
+                (still, (direction.0 * step, direction.1 * step))
             }
             Style::Stale => {
                 let phase = now.elapsed().as_secs_f64() % 3.0;
@@ -102,7 +101,8 @@ impl Hostile {
         }
     }
 
-    /// Where the motions in flight end decides: the next is input around the corner from there.
+    /// A direction relative to the wall, seen from the end of the motions in flight. It changes at random
+    /// times, often when all motions are acknowledged.
     fn against(&mut self, view: &OperatorView, now: Time) -> (f64, f64) {
         if now >= self.until || view.unacknowledged == 0 && self.random.u8(0..4) == 0 {
             self.until = now.after(Duration::from_millis(self.random.u64(20..800)));
@@ -154,7 +154,7 @@ impl Operator for Hostile {
             return OperatorInput::default();
         }
         let (velocity, turned_mm) = self.velocity(view, now);
-        // The operator arms the cycle again and again.
+        // The operator arms the cycle for 8 s of every 16 s.
         let armed = self.automatic && now.micros() % 16_000_000 > 8_000_000;
         self.given = self.commanded(view.phase);
         OperatorInput { velocity, turned_mm, armed }

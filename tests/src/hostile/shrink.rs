@@ -1,4 +1,4 @@
-//! Making a session that fails smaller.
+//! The search for a smaller session that still fails.
 
 use std::time::Duration;
 
@@ -9,8 +9,8 @@ use super::play::play;
 use super::spec::Spec;
 use super::world::World;
 
-/// The smallest session found that still fails: without the faults that it does not need, no longer than it must be, over a
-/// plain line, with the plainest operator.
+/// The smallest failing session that the search finds: fewer faults, a shorter time, a plain line, a plain
+/// operator.
 #[must_use]
 pub fn shrink(world: &World, spec: &Spec) -> Spec {
     let fails = |candidate: &Spec| play(world, candidate).verdict.is_some();

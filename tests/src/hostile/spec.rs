@@ -1,4 +1,4 @@
-//! What a session is made of, from a seed.
+//! The specification of a session, from a seed.
 
 use std::time::Duration;
 
@@ -9,45 +9,46 @@ use keepout_sim::faults::{Damage, Rates};
 
 use super::operator::Style;
 
-/// Something that goes wrong.
+/// A fault that the simulation injects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Fault {
-    /// Pieces are held up, up to 10 s.
+    /// The line delays chunks by up to 10 s.
     Delay,
-    /// Pieces are lost.
+    /// The line loses chunks.
     Loss,
-    /// Pieces arrive twice.
+    /// The line delivers chunks twice.
     Doubling,
-    /// Pieces change places.
+    /// The line changes the order of chunks.
     Swap,
-    /// Bytes to the host are damaged, into anything.
+    /// The line damages bytes to the host. Any byte can result.
     DamageToHost,
-    /// Bytes to the controller are damaged: into anything behind a checksum, else into what the controller refuses.
+    /// The line damages bytes to the controller. A checksum, or else the controller itself, can detect the
+    /// damage.
     DamageToController,
-    /// Noise.
+    /// The line adds noise.
     Noise,
-    /// An answer is replaced by an earlier one, now and then.
+    /// The line replaces some replies by earlier ones.
     Lie,
-    /// The controller is reset.
+    /// The controller resets.
     Reset,
     /// The controller raises an alarm.
     Alarm,
-    /// Steps are lost, within the margin.
+    /// The drives lose steps, within the margin.
     LostSteps,
-    /// The cable is pulled and put back.
+    /// Someone pulls the cable and puts it back.
     PortLoss,
     /// The program stands still for a while.
     Stall,
     /// The clock jumps ahead.
     Clock,
-    /// The planner proposes contours that are wrong.
+    /// The planner proposes wrong contours.
     Planner,
-    /// The wrong baud rate for a while: nothing but rubbish.
+    /// The baud rate is wrong for a while: only garbage arrives.
     Baud,
 }
 
 impl Fault {
-    /// The whole menu.
+    /// All faults.
     pub const ALL: [Self; 16] = [
         Self::Delay,
         Self::Loss,
@@ -68,31 +69,32 @@ impl Fault {
     ];
 }
 
-/// A session: everything about it follows from its seed and what was left out of it.
+/// A session. Its seed determines all of it, unless the search for a smaller session removes parts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spec {
-    /// The seed of all but the drawing.
+    /// The seed of the session. The drawing has another seed.
     pub seed: u64,
-    /// What goes wrong in it.
+    /// The injected faults.
     pub faults: Vec<Fault>,
-    /// How the operator steers.
+    /// The operator's style of jogging.
     pub style: Style,
-    /// Whether the operator lets the contour be cut.
+    /// Whether the operator arms the cycle.
     pub automatic: bool,
-    /// How long it lasts.
+    /// Duration of the session.
     pub limit: Duration,
     /// Baud rate.
     pub baud: u32,
-    /// Delay each way.
+    /// Delay of the line each way.
     pub latency: Duration,
-    /// Whether the tool begins nearer than roughing allows.
+    /// Whether the tool begins inside the jogging clearance.
     pub begins_inside: bool,
-    /// Whether the tool is moved by feed drives, which follow late and never quite. They cost a thousand times what the rest
-    /// does: one session in a thousand has them, and `--driven` gives them to all.
+    /// Whether the session simulates the feed drives, which follow late and with an error. They take a
+    /// thousand times the time of the rest. So one session in a thousand has them, and `--driven` gives them
+    /// to all.
     pub driven: bool,
-    /// What the controller does that controllers in use were seen to do.
+    /// Behaviour of the controller that real controllers show, too.
     pub quirks: Quirks,
-    /// Resets are power failures.
+    /// Whether resets are power failures.
     pub power_fails: bool,
 }
 
@@ -107,7 +109,7 @@ impl Spec {
         faults.truncate(count);
         let automatic = random.u8(0..3) == 0;
         let limit = if automatic { random.u64(20..80) } else { random.u64(6..40) };
-        // From 1 ms to 3 s, as many short ones as long.
+        // From 1 ms to 3 s. The distribution favours short delays.
         let mut other = Rng::with_seed(seed ^ 0x9012_c5a1);
         let (quirks, power_fails) = (quirks(&faults, &mut other), other.bool());
         let latency = Duration::from_secs_f64(0.001 * 3000.0_f64.powf(random.f64() * random.f64()));
@@ -130,18 +132,18 @@ impl Spec {
         self.faults.contains(&fault)
     }
 
-    /// Whether the fault is in it.
+    /// Whether the session has the fault.
     #[must_use]
     pub fn suffers(&self, fault: Fault) -> bool {
         self.has(fault)
     }
 
-    /// The rates of one direction's faults.
+    /// The fault rates of one direction of the line.
     #[must_use]
     pub fn rates(&self, to_host: bool, abilities: Abilities) -> Rates {
         let Abilities { checked, queues, .. } = abilities;
         let mut random = Rng::with_seed(self.seed ^ if to_host { 0x51 } else { 0xa7 });
-        // From rare to often.
+        // Logarithmic, over a factor of about 300.
         let mut chance = |most: f64| most * 10.0_f64.powf(-2.5 * random.f64());
         let mut rates = Rates::default();
         let mut set = |fault, rate: &mut f64, most| {
@@ -150,8 +152,9 @@ impl Spec {
                 *rate = value;
             }
         };
-        // Where contours are queued and acknowledgements carry no number these are counted. What is repeated and also lost or
-        // reordered within one round trip defeats that; that no line does both is assumed, see docs/safety/assumptions.md.
+        // On a controller with a queue and unnumbered acknowledgements, Keepout counts the acknowledgements.
+        // A line that duplicates, and also loses or reorders, within one round trip defeats the count. We
+        // assume that no line does both, see docs/safety/assumptions.md.
         let counts = checked || !queues || !self.suffers(Fault::Doubling);
         set(Fault::Delay, &mut rates.delay, 0.2);
         set(Fault::Loss, &mut rates.loss, if counts { 0.05 } else { 0.0 });
@@ -164,7 +167,8 @@ impl Spec {
         let damage = if to_host { Fault::DamageToHost } else { Fault::DamageToController };
         set(damage, &mut rates.damage, 0.005);
         rates.kind = match (checked, to_host) {
-            // Two damaged bytes can cancel in Zaber's sum, which is one byte, and then nobody can tell: see docs/safety/assumptions.md.
+            // Zaber's checksum has one byte. Two damaged bytes can cancel in it, without detection: see
+            // docs/safety/assumptions.md.
             (true, _) => Damage::One,
             (false, true) => Damage::Any,
             (false, false) => Damage::Detectable,
@@ -174,11 +178,12 @@ impl Spec {
     }
 }
 
-/// Startup lines that a session refuses, each of which would change what later lines mean or start something; one that it does not.
+/// Startup lines of the controller. A session refuses lines that change the meaning of later lines, or start
+/// a motion. It accepts the last pair.
 const STARTUP: [[&str; 2]; 6] =
     [["G20", ""], ["G91", ""], ["G55", "G80"], ["G80", "G1F500"], ["", "G92X1"], ["G17G21", "G80"]];
 
-/// How the controller differs from the plainest one. A session in which nothing goes wrong has no quirk that ends it.
+/// The controller's deviations from the plainest one. A session without faults has no quirk that ends it.
 fn quirks(faults: &[Fault], random: &mut Rng) -> Quirks {
     let startup = if faults.contains(&Fault::Reset) && random.u8(0..4) == 0 {
         STARTUP[random.usize(0..STARTUP.len())]

@@ -1,4 +1,4 @@
-//! The worlds that sessions are set in: a drawing, a tool, a machine, a certified plan.
+//! The worlds of the sessions: a drawing, a tool, a machine, a certified plan.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -16,48 +16,48 @@ use keepout_planner::units::{length_up_from_mm, mm, point_from_mm, point_mm};
 
 use super::drawing::random_drawing;
 
-/// A plan and everything that sessions in it share.
+/// A plan, and the data that all sessions in it share.
 pub struct World {
     /// Its seed.
     pub seed: u64,
     /// The drawing's name.
     pub name: String,
-    /// The language that its controller speaks.
+    /// The controller's dialect.
     pub language: DialectName,
     /// The machine.
     pub machine: MachineProfile,
     /// The plan.
     pub work: PreparedPlan,
-    /// The part, prepared for the judge's questions.
+    /// The part, with its index prepared for the collision monitor.
     pub part: Arc<ProhibitedRegion>,
-    /// Where the drawing lies.
+    /// The place of the drawing on the machine.
     pub place: Placement,
-    /// Threshold of the judge while the tool is steered.
+    /// The monitor's least clearance while jogging: tool radius plus stock to leave.
     pub by_hand: Length,
-    /// Beyond this the tool has left the stock_to_leave for certain.
+    /// A tool with more clearance than this has left the stock to leave for certain.
     pub outside: Length,
-    /// Places where the tool can begin.
+    /// Start places outside the jogging clearance.
     pub starts: Vec<Point>,
-    /// Places nearer than roughing allows, and not in the part.
+    /// Start places inside the jogging clearance, but not in the part.
     pub inside: Vec<Point>,
 }
 
-/// Where drawings come from.
+/// The source of the worlds.
 #[derive(Clone, Debug, Default)]
 pub struct Worlds {
-    /// Real drawings; random ones are made besides.
+    /// Real drawings. The other worlds have random drawings.
     pub real: Vec<PathBuf>,
-    /// The languages that controllers speak.
+    /// The dialects of the controllers.
     pub languages: Vec<DialectName>,
 }
 
-/// Share of real drawings, where there are some: one in so many.
+/// One world in this many has a real drawing, if there are real drawings.
 const REAL_EVERY: u64 = 8;
-/// Places looked for.
+/// Count of start places that the search wants.
 const PLACES: usize = 24;
 
 impl Worlds {
-    /// The world of this seed; `None` when no plan can be made of its drawing, or it does not fit its machine.
+    /// The world of this seed. `None` if its drawing gives no plan, or does not fit its machine.
     #[must_use]
     pub fn world(&self, seed: u64) -> Option<World> {
         let mut random = Rng::with_seed(seed);
@@ -70,9 +70,9 @@ impl Worlds {
             (format!("random {seed}"), random_drawing(&mut random).into_bytes())
         };
         let machine = machine(&mut random);
-        let order = order(&mut random);
-        let plan = order.plan(&name, &bytes, &machine, &mut |_| {}).ok()?;
-        // Sessions are many: a huge drawing would take all the time.
+        let request = request(&mut random);
+        let plan = request.plan(&name, &bytes, &machine, &mut |_| {}).ok()?;
+        // A huge drawing would take the time of many sessions.
         if plan.part.edges().len() > 20_000 {
             return None;
         }
@@ -106,7 +106,7 @@ impl Worlds {
 }
 
 impl World {
-    /// Looks for places around and in the part's box.
+    /// Searches start places in the part's box and around it.
     fn look_for_places(&mut self, random: &mut Rng) {
         let plan = &self.work.plan;
         let (low, high) = plan.part_box();
@@ -145,11 +145,11 @@ fn machine(random: &mut Rng) -> MachineProfile {
     }
 }
 
-fn order(random: &mut Rng) -> PlanRequest {
+fn request(random: &mut Rng) -> PlanRequest {
     let tool_diameter_mm = [1.0, 2.0, 3.0, 6.0, 10.0][random.usize(0..5)];
     let passes = match random.u8(0..4) {
         0 => vec![PassParameters { stock_to_leave_mm: 0.1, feed_mm_min: None }, PassParameters::default()],
-        // Axes that run apart can not follow slanted walls closer than this.
+        // Non-interpolated axes cannot follow slanted walls closer than this.
         1 => vec![PassParameters { stock_to_leave_mm: 0.05, feed_mm_min: None }],
         _ => Vec::new(),
     };

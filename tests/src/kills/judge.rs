@@ -1,4 +1,4 @@
-//! What is asked of a session that was killed: of its log, of the session that took it up, and of where the tool was.
+//! The checks of a killed session: its log, the session that resumes it, and the true positions of the tool.
 
 use std::path::Path;
 
@@ -15,24 +15,24 @@ use keepout_sim::monitor::CollisionMonitor;
 use super::FEED_MM_MIN;
 use crate::most_left_mm;
 
-/// A log that holds.
+/// A log that passed its checks.
 pub struct JudgedLog {
-    /// What was played.
+    /// The replay of the log.
     pub replay: Replay,
     /// The last phase before a fault or the end.
     pub phase: Phase,
-    /// What was sent.
+    /// The bytes that the session sent.
     pub sent: Vec<u8>,
-    /// What was taken for done when the session began.
+    /// The progress at the beginning of the session.
     pub before: Progress,
 }
 
 impl JudgedLog {
-    /// Reads a log, compares it with what the machine received, and plays it again; none when the
-    /// session was ended before its first line. `earlier` was sent by a session before.
+    /// Reads a log, compares it with the bytes that the machine received, and replays it. An earlier session
+    /// sent the bytes `earlier`. Returns `None` if the session ended before its first line.
     ///
     /// # Errors
-    /// What does not hold.
+    /// The failed check.
     pub fn of(
         path: &Path,
         received: &[u8],
@@ -48,7 +48,10 @@ impl JudgedLog {
             Err(error) => return Err(format!("{}: {error}", path.display())),
         };
         if log.torn > 0 && !may_be_torn {
-            return Err(format!("{}: torn though nobody killed the executor", path.display()));
+            return Err(format!(
+                "{}: an incomplete last line, but the executor was not killed",
+                path.display()
+            ));
         }
         let sent = log.entries.iter().filter_map(|entry| match &entry.event {
             LoggedEvent::Sent(bytes) => Some(&**bytes),
@@ -56,7 +59,7 @@ impl JudgedLog {
         });
         let sent: Vec<u8> = sent.flatten().copied().collect();
         if !follows(received, earlier, &sent) {
-            return Err(format!("{}: the machine received what is not logged", path.display()));
+            return Err(format!("{}: the machine received bytes that are not in the log", path.display()));
         }
         let mut phases = log.entries.iter().rev().filter_map(|entry| match entry.event {
             LoggedEvent::Phase { phase, .. } => Some(phase),
@@ -69,30 +72,31 @@ impl JudgedLog {
         Ok(Some(Self { replay, phase, sent, before: log.header.progress }))
     }
 
-    /// Whether it began where the first session was ended.
+    /// Checks that the session began with the progress of the first session.
     ///
     /// # Errors
-    /// When it began with anything else.
+    /// Both, if they differ.
     pub fn goes_on_from(&self, first: Option<&Self>) -> Result<(), String> {
         let left = first.map_or_else(Progress::default, |first| first.replay.supervisor.progress());
         if self.before == left {
             return Ok(());
         }
-        Err(format!("taken up with {:?}, but the first session was ended with {left:?}", self.before))
+        Err(format!("resumed with {:?}, but the first session ended with {left:?}", self.before))
     }
 }
 
-/// Whether a machine can have received this from two sessions: of each a beginning. What the first had
-/// written when it was killed may arrive when the second opens the port.
+/// Whether `received` can come from two sessions: a beginning of the first, then a beginning of the second.
+/// Bytes of the killed session may still arrive when the second one opens the port.
 fn follows(received: &[u8], first: &[u8], second: &[u8]) -> bool {
     let of_first = received.iter().zip(first).take_while(|(a, b)| a == b).count();
     (0..=of_first).rev().any(|count| second.starts_with(&received[count..]))
 }
 
-/// What a controller that is switched off while it cuts may leave besides, mm. Its reports have the
-/// commanded position, which the drives are behind by as many samples as their controller looks ahead:
-/// the contour is taken up again from there, and so much of the path is not gone. What stands between
-/// two discs that far apart is their ridge.
+/// Extra material that may stay where the controller was switched off during a cut, mm.
+///
+/// The controller reports the commanded position. The drives lag behind it by the samples of their preview.
+/// The second session resumes at the commanded position, so the tool skips the path of that lag. The material
+/// is the ridge between two discs at that distance.
 fn ridge_mm(work: &PreparedPlan) -> f64 {
     let Ok(servo) = ServoConfig::simulated() else { return 0.0 };
     let samples = u32::try_from(servo.kind.preview() + 1).unwrap_or(u32::MAX);
@@ -101,10 +105,10 @@ fn ridge_mm(work: &PreparedPlan) -> f64 {
     radius_mm.hypot(behind_mm / 2.0) - radius_mm
 }
 
-/// What a monitor saw, when that is as wanted.
+/// The collision monitor's figures of a tool that passed its checks.
 #[derive(Clone, Copy, Debug)]
 pub struct Watched {
-    /// Positions that it watched.
+    /// Positions that the monitor checked.
     pub positions: u64,
     /// Least distance of tool and part, mm.
     pub closest_mm: f64,
@@ -113,10 +117,10 @@ pub struct Watched {
 }
 
 impl Watched {
-    /// Looks at the true positions of the tool, of each machine that was switched on.
+    /// Checks the true positions of the tool, on each machine of the moment.
     ///
     /// # Errors
-    /// When it was in the part, or the contour is not cut.
+    /// The gouge if the tool was in the part, or the coverage if the contour is not cut.
     pub fn of(machines: &[Vec<Sample>], work: &PreparedPlan, offset: Vector) -> Result<Self, String> {
         let mut cut = Vec::new();
         let (mut watched, mut closest_mm) = (0, f64::INFINITY);

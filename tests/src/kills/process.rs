@@ -1,40 +1,40 @@
-//! Processes of the program, which do not outlive who started them.
+//! Processes of the program. They end with the test that started them.
 
 use std::fs::OpenOptions;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// A process; it is killed when dropped.
+/// A process. The drop kills it.
 #[derive(Debug)]
 pub struct Process(Child);
 
 impl Process {
-    /// Starts the program; what it says is appended to a file.
+    /// Starts the program. Its output goes to the end of the file `output`.
     ///
     /// # Errors
-    /// What the system says.
-    pub fn start(program: &Path, arguments: &[&str], says: &Path) -> Result<Self, String> {
-        let file = OpenOptions::new().append(true).create(true).open(says);
-        let file = file.map_err(|error| format!("{}: {error}", says.display()))?;
+    /// The system's error.
+    pub fn start(program: &Path, arguments: &[&str], output: &Path) -> Result<Self, String> {
+        let file = OpenOptions::new().append(true).create(true).open(output);
+        let file = file.map_err(|error| format!("{}: {error}", output.display()))?;
         let errors = file.try_clone().map_err(|error| error.to_string())?;
         let child =
             Command::new(program).args(arguments).stdin(Stdio::null()).stdout(file).stderr(errors).spawn();
         child.map(Self).map_err(|error| format!("{}: {error}", program.display()))
     }
 
-    /// Kills it: it gets no chance to do anything.
+    /// Kills the process at once, and waits for its end.
     ///
     /// # Errors
-    /// What the system says.
+    /// The system's error.
     pub fn kill(&mut self) -> Result<(), String> {
         self.0.kill().and_then(|()| self.0.wait()).map(|_| ()).map_err(|error| error.to_string())
     }
 
-    /// Sends it a signal, by name.
+    /// Sends a signal, such as `TERM`, to the process.
     ///
     /// # Errors
-    /// When it can not be sent.
+    /// The reason why the signal was not sent.
     pub fn signal(&self, name: &str) -> Result<(), String> {
         let sent = Command::new("kill").args([format!("-{name}"), self.0.id().to_string()]).status();
         match sent {
@@ -43,10 +43,10 @@ impl Process {
         }
     }
 
-    /// Waits for its end; the exit code, none when it was killed.
+    /// Waits for the end of the process, and returns the exit code. A killed process has no exit code.
     ///
     /// # Errors
-    /// When it does not end in time.
+    /// The process number if the process does not end within `within`, or the system's error.
     pub fn wait(&mut self, within: Duration) -> Result<Option<i32>, String> {
         let begun = Instant::now();
         loop {
@@ -67,17 +67,17 @@ impl Drop for Process {
     }
 }
 
-/// The `keepout` program beside this one, built if it is not up to date.
+/// The `keepout` program in the folder of this program. Cargo builds it if it is not up to date.
 ///
 /// # Errors
-/// When it can not be built.
+/// The reason why the build failed.
 pub fn keepout_program() -> Result<PathBuf, String> {
     let own = std::env::current_exe().map_err(|error| error.to_string())?;
     let folder = own.ancestors().skip(1).find(|folder| !folder.ends_with("deps"));
-    let folder = folder.ok_or("this program lies nowhere")?;
+    let folder = folder.ok_or("this program lies in no build folder")?;
     let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
     let release = folder.ends_with("release");
-    // As a test of the executor needs it, so that nothing is built twice.
+    // A debug build is the one that the executor's tests use, so that Cargo does not build it twice.
     let arguments: &[&str] = if release {
         &["build", "--release", "--bin", "keepout"]
     } else {
