@@ -1,4 +1,4 @@
-//! Our own drawings, as data: `cases/*.toml` and `drawings/*.dxf`.
+//! Cases on our own drawings, as data: `cases/*.toml` and `drawings/*.dxf`.
 
 use std::path::Path;
 
@@ -78,7 +78,7 @@ struct Case {
 }
 
 impl Case {
-    fn order(&self) -> Result<PlanRequest, String> {
+    fn request(&self) -> Result<PlanRequest, String> {
         let mut wanted = order(self.tool.unwrap_or(3.0));
         wanted.job.side = match self.side.as_deref() {
             Some("inside") => MachinedSide::Inside,
@@ -111,7 +111,7 @@ impl Case {
 
 fn check(case: &Case) -> Result<(), String> {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let wanted = case.order()?;
+    let wanted = case.request()?;
     let made = plan_of(&here.join("drawings").join(&case.drawing), &wanted);
     let plan = match made {
         Err(message) if case.error.is_empty() => return Err(message),
@@ -145,7 +145,7 @@ fn check(case: &Case) -> Result<(), String> {
     if let Some(most) = case.most_motions.filter(|most| plan.certified_motions > *most) {
         return Err(format!("{} motions, {most} at most wanted", plan.certified_motions));
     }
-    // The plan survives its file, and is believed again from nothing but that.
+    // The plan file gives the same plan, and the plan certifies again from the file alone.
     let bytes = plan_file::encode(&plan.plan).map_err(|error| error.to_string())?;
     let again = plan_file::decode(&bytes).map_err(|error| error.to_string())?;
     if again != plan.plan {
@@ -155,7 +155,7 @@ fn check(case: &Case) -> Result<(), String> {
 }
 
 #[test]
-fn every_case_of_ours() {
+fn every_case_gives_the_expected_plan_or_error() {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut count = 0;
     let mut failures = Vec::new();

@@ -1,4 +1,4 @@
-//! Links, headings and files that the documents name exist.
+//! Checks that the links, headings and files in the documents exist.
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 use std::collections::HashMap;
@@ -57,7 +57,7 @@ fn links(line: &str) -> Vec<&str> {
     behind.filter_map(|rest| rest.split_once(')')).map(|(target, _)| target).collect()
 }
 
-/// The anchors of a document's headings, as the hosting site makes them.
+/// The anchors of a document's headings, as GitHub builds them.
 fn anchors(text: &str) -> Vec<String> {
     let mut seen: HashMap<String, usize> = HashMap::new();
     let mut anchors = Vec::new();
@@ -75,7 +75,7 @@ fn anchors(text: &str) -> Vec<String> {
     anchors
 }
 
-/// What is wrong with a link of the document at `path`.
+/// The fault of a link in the document at `path`, if it has one.
 fn broken_link(path: &Path, text: &str, target: &str) -> Option<String> {
     if target.contains("://") || target.starts_with("mailto:") {
         return None;
@@ -91,15 +91,16 @@ fn broken_link(path: &Path, text: &str, target: &str) -> Option<String> {
     missing.then(|| format!("{target}: no such heading"))
 }
 
-/// The folders of the repository that documents name files in.
+/// The folders whose files documents name.
 const FOLDERS: [&str; 9] =
     ["kernel/", "planner/", "executor/", "proofs/", "fuzz/", "tests/", "docs/", ".ci/", ".cargo/"];
 
-/// Whether a code span names a file or folder that is not there, from the root or from a folder above the document.
+/// Whether a code span names a missing file or folder. Names count from the root, or from a folder above the
+/// document.
 fn is_missing(path: &Path, span: &str) -> bool {
     let name = span.split([' ', ',', ':']).next().unwrap_or(span);
     let named = FOLDERS.iter().any(|folder| name.starts_with(folder) && name.len() > folder.len());
-    // `TARGET` and the like stand for names.
+    // Upper-case parts, such as `TARGET`, are placeholders.
     let stands_for = name.contains(['*', '{', '<', '…'])
         || name.split('/').any(|part| part == part.to_uppercase() && part.len() > 1);
     let places = path.ancestors().skip(1).take_while(|place| place.starts_with(root()));
@@ -152,7 +153,7 @@ fn documents_that_code_names_exist() {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
-/// Every page of the rooms is reached from README.
+/// Links from README lead to every page in `docs/`.
 #[test]
 fn every_page_is_linked() {
     let documents = files(&[".md"]);
@@ -181,13 +182,13 @@ fn every_page_is_linked() {
 }
 
 #[test]
-fn broken_links_and_missing_files_are_noticed() {
+fn broken_links_and_missing_files_are_reported() {
     let path = root().join("docs/safety/README.md");
-    let wrong = "# One\n\nSee [a](argument.md), [b](nowhere.md), [c](#two), [d](argument.md#no-such-heading) \
-                 and `kernel/src/none.rs`.\n";
+    let wrong = "# One\n\nSee [a](argument.md), [b](nowhere.md), [c](#two), \
+                 [d](argument.md#no-such-heading) and `kernel/src/none.rs`.\n";
     let found = faults(&path, wrong);
     assert_eq!(found.len(), 4, "{found:?}");
-    let right = "# One\n\n## What is `this`?\n\nSee [a](#what-is-this), [b](https://example.org/x) \
-                 and `kernel/src/lib.rs`, `fuzz/artifacts/TARGET`.\n\n```text\n[c](nowhere.md)\n```\n";
+    let right = "# One\n\n## What is `this`?\n\nSee [a](#what-is-this), [b](https://example.org/x) and \
+                 `kernel/src/lib.rs`, `fuzz/artifacts/TARGET`.\n\n```text\n[c](nowhere.md)\n```\n";
     assert_eq!(faults(&path, right), [""; 0]);
 }

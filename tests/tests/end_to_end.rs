@@ -1,4 +1,4 @@
-//! The whole job on drawings of ours, with everything a plan can say: passes, climb milling, clamps, a turned drawing.
+//! The end-to-end job on our own drawings: passes, climb milling, clamps, a turned drawing.
 
 use std::path::Path;
 use std::time::Duration;
@@ -12,10 +12,10 @@ use keepout_sim::operator;
 use keepout_sim::session::{Link, SimRun, run_simulated};
 use keepout_tests::{most_left_mm, order, plan_of};
 
-/// Runs the job with an operator over a slow line, and says what is wrong with the outcome.
-fn run(drawing: &str, order: &PlanRequest, operator: &str) -> Result<(), String> {
+/// Runs the job with an operator over a slow line. The error is the failed outcome.
+fn run(drawing: &str, request: &PlanRequest, operator: &str) -> Result<(), String> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("drawings");
-    let plan = plan_of(&folder.join(drawing), order)?;
+    let plan = plan_of(&folder.join(drawing), request)?;
     let loops = plan.plan.loop_count();
     let most_left_mm = most_left_mm(&plan);
     let run = SimRun {
@@ -42,7 +42,7 @@ fn run(drawing: &str, order: &PlanRequest, operator: &str) -> Result<(), String>
 }
 
 #[test]
-fn double_pass_and_climb_milling_around_splines() {
+fn splines_are_cut_in_two_passes_climb_and_conventional() {
     let mut wanted = order(4.0);
     wanted.job.passes = vec![
         PassParameters { stock_to_leave_mm: 0.1, feed_mm_min: Some(3000) },
@@ -55,7 +55,7 @@ fn double_pass_and_climb_milling_around_splines() {
 }
 
 #[test]
-fn clamps_are_kept_out_of_and_gone_around() {
+fn tool_keeps_out_of_clamps_and_goes_around_them() {
     let mut wanted = order(6.0);
     wanted.keep_out_layers = vec!["CLAMPS".into()];
     wanted.travel_layer = Some("TABLE".into());
@@ -69,7 +69,7 @@ fn clamps_are_kept_out_of_and_gone_around() {
 }
 
 #[test]
-fn a_drawing_turned_on_the_table() {
+fn turned_drawing_is_cut() {
     let mut wanted = order(4.0);
     wanted.choice.placed = Some((33.3, (12.5, -7.25)));
     run("rounded_plate.dxf", &wanted, "reversal").unwrap_or_else(|reason| panic!("{reason}"));

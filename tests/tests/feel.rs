@@ -1,13 +1,13 @@
-//! The feel of jogging, held to goals: first step, sliding along straight and curved walls, release.
+//! Limits for the feel of jogging: first step, sliding along straight and curved walls, release.
 
 use keepout_executor::dialect::DialectName;
 use keepout_tests::feel::{self, AT_WALL_MM, MachineTable, ReleasePlace, WallShape, median_and_p99};
 
-/// Angles at which the straight wall lies, degrees.
+/// Angles of the straight wall, degrees.
 const WALLS: [f64; 2] = [0.0, 17.0];
 /// Delays of the line, ms each way.
 const DELAYS_MS: [u64; 2] = [1, 50];
-/// The stock to leave by default, and what the position feedback resolves, mm.
+/// The default stock to leave plus the resolution of the position feedback, mm.
 const STOCK_MM: f64 = 0.21;
 
 #[test]
@@ -54,7 +54,7 @@ fn first_step_comes_within_30_ms_and_the_latency_of_the_line() {
     }
 }
 
-/// No cancel is sent, and the tool goes on to the end of its look-ahead.
+/// Keepout sends no cancel here, and the tool goes on to the end of its look-ahead.
 #[test]
 fn tool_rests_at_the_end_of_a_short_look_ahead() {
     for table in &MachineTable::ALL {

@@ -1,5 +1,4 @@
-//! What judges killed sessions objects to faults that are seeded: in logs, in how a session is taken up,
-//! and in where the tool was.
+//! The checks of killed sessions report seeded faults: in logs, in resumed sessions, and in tool positions.
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 use std::path::{Path, PathBuf};
@@ -16,7 +15,7 @@ use keepout_sim::operator;
 use keepout_sim::session::{Scene, SimRun, run_scene};
 use keepout_tests::kills::{JudgedLog, Watched};
 
-/// Where no drawing is moved: samples are in drawing coordinates.
+/// No offset: the samples are in drawing coordinates.
 const HERE: Vector = Vector { dx: 0, dy: 0 };
 
 fn folder(name: &str) -> PathBuf {
@@ -32,25 +31,25 @@ fn work() -> PreparedPlan {
     PreparedPlan::new(PlanRequest::default().plan("bracket.dxf", bytes, &machine, &mut |_| {}).unwrap())
 }
 
-/// A session in virtual time that ends after a while at the latest; where the tool truly was.
+/// Runs a session in virtual time for at most `limit_s`, and returns the true positions of the tool.
 fn session(work: &PreparedPlan, limit_s: u64, progress: Progress, log: &Path) -> Vec<Sample> {
     let limit = Duration::from_secs(limit_s);
     let run = SimRun { limit, progress, feed_mm_min: 3000, ..SimRun::default() };
     let scene = Scene::of(work.clone(), &run).unwrap();
     let header = Header { simulated: true, ..scene.setup.header().unwrap() };
-    let tape = Box::new(LogWriter::create(log, &header).unwrap());
+    let event_log = Box::new(LogWriter::create(log, &header).unwrap());
     let operator = operator::named("calm", 2.0, 1).unwrap();
     let watch = &mut |_: &_, _: &_, _| Going::On;
-    run_scene(&run, scene, operator, tape, watch).unwrap().samples
+    run_scene(&run, scene, operator, event_log, watch).unwrap().samples
 }
 
 fn objects<T>(words: &str, judgement: Result<T, String>) {
-    let said = judgement.err().unwrap_or_else(|| panic!("nobody noticed: {words}"));
-    assert!(said.contains(words), "not for {words}, but for: {said}");
+    let message = judgement.err().unwrap_or_else(|| panic!("no check reported: {words}"));
+    assert!(message.contains(words), "expected {words}, found: {message}");
 }
 
 #[test]
-fn to_logs_that_lack_what_was_sent_or_were_changed() {
+fn incomplete_and_changed_logs_are_reported() {
     let (work, folder) = (work(), folder("logs"));
     let path = folder.join("whole.log");
     session(&work, 6, Progress::default(), &path);
@@ -62,27 +61,27 @@ fn to_logs_that_lack_what_was_sent_or_were_changed() {
     };
     let whole = std::fs::read(&path).unwrap();
     judged(&whole, false).unwrap().unwrap();
-    // The last record that was flushed before something was sent is not there.
+    // The log lacks its end, from the last sent bytes on.
     let lines: Vec<&[u8]> = whole.split_inclusive(|&byte| byte == b'\n').collect();
     let is_sent = |line: &&[u8]| line.windows(16).any(|part| part == br#""event":{"sent":"#);
     let last = lines.iter().rposition(is_sent).unwrap();
-    objects("received what is not logged", judged(&lines[..last].concat(), true));
-    // One in the middle is not there, or another.
+    objects("received bytes that are not in the log", judged(&lines[..last].concat(), true));
+    // The log lacks a line in the middle, or has a changed byte.
     let middle = lines[..last].iter().rposition(is_sent).unwrap();
     let without = [&lines[..middle], &lines[middle + 1..]].concat().concat();
     objects("does not match its checksum", judged(&without, true));
     let mut changed = whole.clone();
     changed[whole.len() / 2] ^= 1;
     objects("line ", judged(&changed, true));
-    // A tail that only a kill can leave.
-    objects("torn though nobody killed", judged(&whole[..whole.len() - 3], false));
+    // Only a kill can leave an incomplete last line.
+    objects("the executor was not killed", judged(&whole[..whole.len() - 3], false));
     judged(&whole[..whole.len() - 3], true).unwrap().unwrap();
     objects("no keepout log", judged(b"", true));
 }
 
 #[test]
-fn to_sessions_that_are_taken_up_without_the_log() {
-    let (work, folder) = (work(), folder("taken-up"));
+fn session_resumed_without_the_log_is_reported() {
+    let (work, folder) = (work(), folder("resumed"));
     let run = |name: &str, limit_s, progress| {
         let path = folder.join(name);
         session(&work, limit_s, progress, &path);
@@ -93,13 +92,13 @@ fn to_sessions_that_are_taken_up_without_the_log() {
     assert_eq!((first.phase, left.partial.len()), (Phase::Stopping, 1));
     run("second.log", 60, left).goes_on_from(Some(&first)).unwrap();
     let anew = run("anew.log", 60, Progress::default());
-    objects("taken up with", anew.goes_on_from(Some(&first)));
+    objects("resumed with", anew.goes_on_from(Some(&first)));
     anew.goes_on_from(None).unwrap();
-    objects("taken up with", run("more.log", 60, first.replay.supervisor.progress()).goes_on_from(None));
+    objects("resumed with", run("more.log", 60, first.replay.supervisor.progress()).goes_on_from(None));
 }
 
 #[test]
-fn to_a_tool_in_the_part_and_to_a_contour_that_is_not_cut() {
+fn collision_monitor_reports_gouge_and_uncut_contour() {
     let (work, folder) = (work(), folder("positions"));
     let samples = session(&work, 60, Progress::default(), &folder.join("session.log"));
     let judged = |samples: Vec<Sample>| Watched::of(&[samples], &work, HERE);
@@ -107,11 +106,12 @@ fn to_a_tool_in_the_part_and_to_a_contour_that_is_not_cut() {
     let cuts: Vec<usize> =
         (0..samples.len()).filter(|&index| samples[index].kind == SampleKind::Run).collect();
     let (from, to) = (cuts[cuts.len() / 3], cuts[cuts.len() / 2]);
-    // A stretch is not cut: the tool is moved there by hand instead.
+    // The samples of a stretch become jogging, so that the contour is not cut there.
     let mut by_hand = samples.clone();
     by_hand[from..to].iter_mut().for_each(|sample| sample.kind = SampleKind::Jog);
     objects("the contour is not cut", judged(by_hand));
-    // Once off toward the middle of the part: by a tenth of a millimetre or less, and half-way.
+    // One sample moves toward the middle of the part: by 0.2 % of the distance (0.1 mm or less), and by half
+    // of it.
     for share in [0.002, 0.5] {
         let mut inside = samples.clone();
         let ((low_x, low_y), (high_x, high_y)) = box_of(&samples);

@@ -1,5 +1,5 @@
-//! Sessions that are killed leave a log that holds, and are finished from there. `cargo run --release -p
-//! keepout-tests --bin kills` goes through as many moments as you like.
+//! Killed sessions leave a correct log, and a second session finishes the contour from it. For more moments:
+//! `cargo run --release -p keepout-tests --bin kills`.
 #![cfg(unix)]
 
 use std::path::Path;
@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use keepout_tests::kills::{KillMoment, Trials, keepout_program};
 
 #[test]
-fn killed_sessions_are_taken_up_again_and_finished() {
+fn killed_sessions_are_resumed_and_finished() {
     let trials =
         Trials::new(&Path::new(env!("CARGO_TARGET_TMPDIR")).join("kills"), keepout_program().unwrap())
             .unwrap();

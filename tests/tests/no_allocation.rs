@@ -1,4 +1,4 @@
-//! After the start a decision allocates nothing: operator input or reply in, command bytes out.
+//! After the start no decision allocates memory, from an operator's input or a reply to the command bytes.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use keepout_tests::{order, plan_of};
 static ALLOCATOR: dhat::Alloc = dhat::Alloc;
 
 #[test]
-fn decisions_allocate_nothing_after_the_start() {
+fn decisions_allocate_no_memory_after_the_start() {
     let _profiler = dhat::Profiler::builder().testing().build();
     let drawing = Path::new(env!("CARGO_MANIFEST_DIR")).join("../executor/cli/drawings/bracket.dxf");
     let mut jogs = 0;
@@ -28,7 +28,7 @@ fn decisions_allocate_nothing_after_the_start() {
                 let before = dhat::HeapStats::get().total_blocks;
                 take();
                 let blocks = dhat::HeapStats::get().total_blocks - before;
-                // Working a contour out and certifying it comes before its start.
+                // Before a contour starts, its planning and certification may allocate memory.
                 let starts = matches!(phase, Phase::Touching | Phase::Starting | Phase::Faulted);
                 if !starts && blocks > 0 {
                     worst = worst.max(blocks);

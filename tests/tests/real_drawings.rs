@@ -1,4 +1,5 @@
-//! Real drawings of many exporters, from `KEEPOUT_SHARED`: what is understood of them, and the whole job on some.
+//! Real drawings of many exporters, from `KEEPOUT_SHARED`: the reading of all, and the end-to-end job on
+//! some.
 
 use std::path::Path;
 use std::time::Duration;
@@ -11,10 +12,10 @@ use keepout_sim::operator;
 use keepout_sim::session::{Link, SimRun, run_simulated};
 use keepout_tests::{REAL_DRAWINGS, most_left_mm, oracle, order, plan_bytes, plan_of, shared};
 
-/// Every drawing is understood as the independent reading has it, or there is a message; those without a
-/// defect all agree, and those without a problem all give a plan.
+/// Every drawing without a defect gives the same contours as the independent reading. Every drawing without a
+/// problem gives a plan. Every other drawing gives a plan or a message.
 #[test]
-fn every_drawing_is_understood_or_explained() {
+fn every_drawing_agrees_with_the_independent_reading_or_is_explained() {
     let Some(shared) = shared() else { return };
     let entries = oracle::read(&shared).unwrap();
     assert!(entries.len() >= 71, "the shared set has {} drawings", entries.len());
@@ -48,18 +49,18 @@ fn every_drawing_is_understood_or_explained() {
     assert!(agree >= 56 && planned >= 44, "{agree} agree, {planned} were planned");
 }
 
-/// The whole job in virtual time: 20 s of each operator over a slow line, then the contour.
+/// The end-to-end job in virtual time: 20 s of jogging by one operator over a slow line, then the contour.
 #[test]
-fn whole_job_on_real_drawings() {
+fn end_to_end_job_succeeds_on_real_drawings() {
     let Some(shared) = shared() else { return };
     for (index, (name, exporter)) in REAL_DRAWINGS.iter().enumerate() {
         let operator = ["wall", "calm", "random"][index % 3];
-        whole_job(&shared.join("dxf/dev").join(name), operator)
+        end_to_end(&shared.join("dxf/dev").join(name), operator)
             .unwrap_or_else(|reason| panic!("{name} ({exporter}), {operator}: {reason}"));
     }
 }
 
-fn whole_job(path: &Path, operator: &str) -> Result<(), String> {
+fn end_to_end(path: &Path, operator: &str) -> Result<(), String> {
     let plan = plan_of(path, &order(3.0))?;
     let most_left_mm = most_left_mm(&plan);
     let mut run = SimRun {
@@ -82,7 +83,7 @@ fn whole_job(path: &Path, operator: &str) -> Result<(), String> {
         return Err(format!("the tool went into the part: {facts:?}"));
     }
     if facts.closest_by_hand_mm.is_none_or(|closest| closest <= 0.2) {
-        return Err(format!("by hand the allowance was not kept: {facts:?}"));
+        return Err(format!("the tool entered the stock to leave while jogging: {facts:?}"));
     }
     if facts.ended != Ended::Done
         || facts.unreached > 0
