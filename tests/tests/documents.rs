@@ -53,8 +53,8 @@ fn code_spans(line: &str) -> (Vec<&str>, String) {
 
 /// The targets of a line's links and pictures.
 fn links(line: &str) -> Vec<&str> {
-    let behind = line.split("](").skip(1);
-    behind.filter_map(|rest| rest.split_once(')')).map(|(target, _)| target).collect()
+    let after = line.split("](").skip(1);
+    after.filter_map(|rest| rest.split_once(')')).map(|(target, _)| target).collect()
 }
 
 /// The anchors of a document's headings, as GitHub builds them.

@@ -32,7 +32,7 @@ fn run(drawing: &str, request: &PlanRequest, operator: &str) -> Result<(), Strin
         })
         .map_err(|error| error.to_string())?;
     let facts = result.facts;
-    let coverage = facts.coverage.ok_or(format!("nothing was contoured: {facts:?}"))?;
+    let coverage = facts.coverage.ok_or(format!("no contour was cut: {facts:?}"))?;
     let whole = facts.ended == Ended::Done && facts.unreached == 0 && facts.loops.1 == loops;
     let good = facts.deepest_mm == Some(0.0)
         && facts.closest_by_hand_mm.is_some_and(|closest| closest > 0.2)

@@ -91,9 +91,9 @@ fn session_resumed_without_the_log_is_reported() {
     let left = first.replay.supervisor.progress();
     assert_eq!((first.phase, left.partial.len()), (Phase::Stopping, 1));
     run("second.log", 60, left).goes_on_from(Some(&first)).unwrap();
-    let anew = run("anew.log", 60, Progress::default());
-    objects("resumed with", anew.goes_on_from(Some(&first)));
-    anew.goes_on_from(None).unwrap();
+    let fresh = run("fresh.log", 60, Progress::default());
+    objects("resumed with", fresh.goes_on_from(Some(&first)));
+    fresh.goes_on_from(None).unwrap();
     objects("resumed with", run("more.log", 60, first.replay.supervisor.progress()).goes_on_from(None));
 }
 

@@ -78,7 +78,7 @@ fn end_to_end(path: &Path, operator: &str) -> Result<(), String> {
         })
         .map_err(|error| error.to_string())?;
     let facts = &result.facts;
-    let coverage = facts.coverage.ok_or(format!("nothing was contoured: {facts:?}"))?;
+    let coverage = facts.coverage.ok_or(format!("no contour was cut: {facts:?}"))?;
     if facts.deepest_mm != Some(0.0) {
         return Err(format!("the tool went into the part: {facts:?}"));
     }

@@ -110,7 +110,7 @@ fn run_is_replayed_and_reported() {
     assert_eq!(reported.status.code(), Some(0), "{}", printed(&reported));
     let page = std::fs::read_to_string(shop.at("a.html")).unwrap();
     for wanted in
-        ["<svg", "loop 1 of pass 1 finished", "certificates hold", "contour held", "bracket.dxf", "T"]
+        ["<svg", "loop 1 of pass 1 finished", "certificates hold", "feed hold", "bracket.dxf", "T"]
     {
         assert!(page.contains(wanted), "{wanted}");
     }

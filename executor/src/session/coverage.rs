@@ -82,16 +82,16 @@ struct Touching {
     /// Distance of the path from the profile, mm.
     path_mm: f64,
     /// Least clearance of the centre. The check adds the chord-error bound of each edge.
-    threshold: Length,
+    clearance: Length,
 }
 
 impl Touching {
     fn of(plan: &CertifiedPlan) -> Self {
         let path = centre_distance(&plan.plan.profile, &plan.plan.zones, plan.finishing);
-        let threshold = mm(plan.finishing.units()) + mm(i32::from(PATH_CLEARANCE)) - TOUCHING_MM;
+        let clearance = mm(plan.finishing.units()) + mm(i32::from(PATH_CLEARANCE)) - TOUCHING_MM;
         Self {
             path_mm: path / f64::from(UNITS_PER_MM),
-            threshold: length_up_from_mm(threshold).unwrap_or(plan.finishing),
+            clearance: length_up_from_mm(clearance).unwrap_or(plan.finishing),
         }
     }
 
@@ -109,7 +109,7 @@ impl Touching {
         let off = |distance_mm: f64| {
             point_from_mm((at.0 + normal.0 * distance_mm, at.1 + normal.1 * distance_mm)).ok()
         };
-        plan.part.free_point(off(self.path_mm)?, self.threshold).ok()?;
+        plan.part.free_point(off(self.path_mm)?, self.clearance).ok()?;
         // The lookup is a little farther out, because the centre itself lies on the loop that bounds the free
         // space.
         Some(spaces.component_of(off(self.path_mm + ASIDE_MM)?))

@@ -23,7 +23,8 @@ pub struct Engine {
     ends: Vec<usize>,
 }
 
-/// Bytes that one step sends at most, as expected. A longer output is allowed, and allocates memory.
+/// Initial capacity of the output, bytes. The output of one step fits in general. A longer one allocates
+/// memory.
 const OUT: usize = 1024;
 
 impl Engine {
@@ -42,7 +43,8 @@ impl Engine {
     /// Takes bytes from the controller.
     ///
     /// # Errors
-    /// [`EventLogError`] if the event log cannot take the event. The caller must then send no further bytes.
+    /// [`EventLogError`] if the event log cannot take the event. The caller may then send only
+    /// [`Engine::stop_bytes`].
     pub fn receive(
         &mut self,
         bytes: &[u8],

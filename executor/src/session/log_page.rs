@@ -35,7 +35,7 @@ pub fn picture_of_log(header: &Header, replay: &Replay) -> String {
     let mut drawn = traces_by_hand(plan, &timeline.samples);
     let contours = timeline.contours.iter().cloned();
     drawn.extend(contours.map(|points_mm| Trace { kind: TraceKind::Contour, points_mm }));
-    // The tool is drawn where the last trace ends.
+    // The picture shows the tool at the end of the last trace.
     drawn.extend(
         timeline
             .samples

@@ -92,7 +92,7 @@ fn follows(received: &[u8], first: &[u8], second: &[u8]) -> bool {
     (0..=of_first).rev().any(|count| second.starts_with(&received[count..]))
 }
 
-/// Extra material that may stay where the controller was switched off during a cut, mm.
+/// Extra material that a controller may leave on the part if it loses power during a cut, mm.
 ///
 /// The controller reports the commanded position. The drives lag behind it by the samples of their preview.
 /// The second session resumes at the commanded position, so the tool skips the path of that lag. The material

@@ -77,7 +77,7 @@ pub fn keepout_program() -> Result<PathBuf, String> {
     let folder = folder.ok_or("this program lies in no build folder")?;
     let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
     let release = folder.ends_with("release");
-    // A debug build is the one that the executor's tests use, so that Cargo does not build it twice.
+    // The executor's tests use the same debug build. So Cargo does not build it twice.
     let arguments: &[&str] = if release {
         &["build", "--release", "--bin", "keepout"]
     } else {

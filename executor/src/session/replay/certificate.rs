@@ -41,10 +41,10 @@ pub(super) fn check(
 
 /// Checks that the convex hull of the points is clear, and on the free side. Swept triangles of the points
 /// cover the hull, and each begins at a free point.
-fn check_hull(part: &ProhibitedRegion, threshold: Length, set: &[Point]) -> Result<(), String> {
+fn check_hull(part: &ProhibitedRegion, jogging_clearance: Length, set: &[Point]) -> Result<(), String> {
     let free: Vec<FreePoint> = set
         .iter()
-        .map(|&point| part.free_point(point, threshold))
+        .map(|&point| part.free_point(point, jogging_clearance))
         .collect::<Result<_, _>>()
         .map_err(|blocked| blocked.to_string())?;
     for (i, &a) in free.iter().enumerate() {
@@ -71,12 +71,12 @@ fn corners(set: &[Point]) -> Vec<Point> {
 /// Checks that the retract move comes nearer to no edge of the part.
 fn check_retract(
     part: &ProhibitedRegion,
-    threshold: Length,
+    jogging_clearance: Length,
     target: Point,
     set: &[Point],
 ) -> Result<(), String> {
     let from = set.iter().copied().find(|&point| point != target).unwrap_or(target);
     let clearance = part.clearance(from).ok_or("the retract move begins in the part")?;
     let from = part.free_point(from, clearance).map_err(|blocked| blocked.to_string())?;
-    part.retract(from, target, threshold).map(|_| ()).map_err(|blocked| blocked.to_string())
+    part.retract(from, target, jogging_clearance).map(|_| ()).map_err(|blocked| blocked.to_string())
 }
