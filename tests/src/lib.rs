@@ -47,7 +47,7 @@ pub fn plan_bytes(
 }
 
 /// The most material that a finishing toolpath may leave on the part, mm. It is the margin plus the machine's
-/// own error terms in the plan, because the tool may be off by these to the other side, too.
+/// own error terms in the plan: the tool may be off by these to the other side, too.
 #[must_use]
 pub fn most_left_mm(plan: &CertifiedPlan) -> f64 {
     let terms = &plan.plan.budget.terms;

@@ -109,8 +109,7 @@ fn run_is_replayed_and_reported() {
         keepout(&["report", &shop.at("a.log"), "--plan", &shop.at("part.plan"), "-o", &shop.at("a.html")]);
     assert_eq!(reported.status.code(), Some(0), "{}", printed(&reported));
     let page = std::fs::read_to_string(shop.at("a.html")).unwrap();
-    for wanted in
-        ["<svg", "loop 1 of pass 1 finished", "certificates hold", "feed hold", "bracket.dxf", "T"]
+    for wanted in ["<svg", "loop 1 of pass 1 finished", "certificates hold", "feed hold", "bracket.dxf", "T"]
     {
         assert!(page.contains(wanted), "{wanted}");
     }

@@ -32,8 +32,8 @@ const TOUCHING_MM: f64 = 0.000_5;
 
 /// Compares the true paths of the tool's centre while cutting with the profile.
 ///
-/// A point of the profile is reachable if the tool fits against it at R + M, in the same connected component
-/// of the free space as the cut. The check is exact.
+/// A point of the profile is reachable if the tool fits against it at R + M, in the connected component of free
+/// space that holds the cut. The check is exact.
 #[must_use]
 pub fn coverage<'a>(plan: &CertifiedPlan, cut: impl Iterator<Item = &'a [Point]>) -> Coverage {
     let radius = mm(plan.plan.tool_radius.units());

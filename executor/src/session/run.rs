@@ -87,7 +87,7 @@ impl<C: Clock> Clock for &mut C {
     }
 }
 
-/// Longest time from the end of the session's time limit to standstill.
+/// Longest time from the halt of a session to standstill.
 const REST_WITHIN: Duration = Duration::from_secs(10);
 /// Time between two flushes of the log.
 const FLUSH_EVERY: Duration = Duration::from_millis(500);

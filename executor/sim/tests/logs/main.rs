@@ -86,9 +86,9 @@ fn sessions_replay_without_difference() {
         assert_eq!(log.header.home, !homed);
         let replay = holds(&log, &work);
         assert_eq!((replay.end(), replay.supervisor.finished().len()), (LogEnd::Done, 1));
-        let spent = replay.story.spent;
+        let spent = replay.timeline.spent;
         assert!(spent.by_hand >= Duration::from_secs(8) && spent.contouring > Duration::from_secs(5));
-        assert!(replay.story.closest_mm().unwrap().0 > 0.0);
+        assert!(replay.timeline.closest_mm().unwrap().0 > 0.0);
     }
 }
 
@@ -114,9 +114,10 @@ fn feed_hold_is_replayed_and_in_the_timeline() {
     assert_eq!(ended, Ended::Done);
     let replay = holds(&Log::load(&path).unwrap(), &work);
     assert_eq!(replay.supervisor.finished().len(), 1);
-    let timeline: Vec<&TimelineEntry> = replay.story.happenings.iter().map(|(_, entry, _)| entry).collect();
+    let timeline: Vec<&TimelineEntry> =
+        replay.timeline.happenings.iter().map(|(_, entry, _)| entry).collect();
     assert!(
-        timeline.contains(&&TimelineEntry::Held) && replay.story.spent.held >= Duration::from_millis(1900),
+        timeline.contains(&&TimelineEntry::Held) && replay.timeline.spent.held >= Duration::from_millis(1900),
         "{timeline:?}"
     );
 }
@@ -167,7 +168,8 @@ fn lost_port_and_recovery_replay() {
     assert_eq!(count(|event| matches!(event, LoggedEvent::PortLost(_))), 1);
     assert_eq!(count(|event| matches!(event, LoggedEvent::PortFound)), 1);
     let replay = holds(&log, &work);
-    let timeline: Vec<&TimelineEntry> = replay.story.happenings.iter().map(|(_, entry, _)| entry).collect();
+    let timeline: Vec<&TimelineEntry> =
+        replay.timeline.happenings.iter().map(|(_, entry, _)| entry).collect();
     assert!(
         timeline.iter().any(|each| matches!(each, TimelineEntry::Fault(_)))
             && timeline.contains(&&TimelineEntry::Recovered)
