@@ -1,21 +1,28 @@
-//! TRUSTED. The guard: the in-flight set, and the only maker of [`Certified`] motions.
+//! TRUSTED. The guard: it keeps the in-flight set, and it alone makes [`Certified`] motions.
 //!
-//! A new target is admitted only if the hull of the in-flight set (`in_flight.rs`) with it stays clear of the part at the jogging_clearance
-//! threshold. Straight motions from a point of a convex set to a target in the set stay in the set: lines lost, repeated,
-//! reordered, cancelled half-way and planned from wherever the tool stopped are such motions, however long each takes. So
-//! nothing here depends on latency. A target leaves the set only by evidence, see [`Guard::reported`].
+//! **Jogging.** The in-flight set holds every point where the tool may be, and every target that the
+//! controller may still execute (`in_flight.rs`). The guard admits a new target only if the hull of the set
+//! and the target is clear of the part at the jogging clearance. A straight motion from a point of a convex
+//! set to a target in the set stays in the set. The line can lose, repeat or reorder commands, and a cancel
+//! can stop a jog half-way. Each later motion then starts wherever the tool stopped, and still ends at a
+//! target in the set. It takes any time it needs, so this argument does not depend on latency. A target
+//! leaves the set only by evidence: see [`Guard::reported`].
 //!
-//! **Contouring** is different: its motions run along the part, and hulls would cut through it. There each motion
-//! begins where the one before it ended, and is sent only after the one before it was acknowledged and a query that left
-//! behind it was answered (acknowledgements can come twice), so none can be skipped. The whole path is certified before the first is
-//! sent. A contour is never held or cancelled.
+//! **Contouring.** A contour runs along the part, and the hull of its motions would cut into the part. So
+//! each motion begins where the motion before it ended. The guard certifies the whole contour before it hands
+//! out the first motion. It hands out the next motion only when the controller acknowledged the motion before
+//! it and, without a checksum, answered a query that left after that motion. Two proofs are necessary,
+//! because an acknowledgement can arrive twice. So the controller skips no motion. A contour is never held or
+//! cancelled.
 //!
-//! **Reading:** a controller whose receive buffer is full drops bytes, and takes the head of one line and the confirmed of another
-//! for a third. So no line is sent before it has read the one before for certain, whatever was acknowledged: one line of at most
-//! 63 bytes fits the smallest buffer, GRBL's 127, even when it arrives twice. The dialect refuses to write a longer one.
+//! **Reading.** A controller drops bytes when its receive buffer is full. It then takes the head of one line
+//! and the tail of another for a third line. So, without a checksum, the guard waits until the controller has
+//! read each line before it hands out the next one. An acknowledgement alone does not prove that the line was
+//! read. The smallest buffer is GRBL's: 127 bytes. It holds a line of at most 63 bytes, even if the line
+//! arrives twice. The dialect refuses to write a longer line.
 //!
-//! **Escaping:** a tool that stands nearer than the jogging_clearance threshold, but not in the part, is admitted single motions on
-//! which it comes nearer to no edge within that threshold.
+//! **Retracting.** When the tool is inside the jogging clearance but not in the part, the guard admits single
+//! retract moves. On a retract move the tool comes nearer to no edge within the jogging clearance.
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
@@ -49,36 +56,39 @@ pub use open_space::guard_in_open_space;
 pub use state::State;
 pub use time::Time;
 
-/// What a guard keeps to.
+/// Rules that the guard applies to every motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rules {
-    /// Where the tool's centre may go: the machine's travel.
+    /// Permitted window of the tool centre: the machine's travel.
     pub travel: Window,
-    /// Threshold of motions by hand.
+    /// Jogging clearance: the guard certifies jogs at this distance from the part.
     pub jogging_clearance: Length,
-    /// Threshold of contours, as they are sent.
+    /// Finishing clearance: the guard certifies contours at this distance, in the motions that are sent.
     pub finishing_clearance: Length,
-    /// How far a reported position can be from the commanded one.
+    /// Greatest distance of a reported position from the commanded position.
     pub resolution: Length,
-    /// A jog shorter than this on both axes might be no motion to the controller, and spoil the counting of its queue: at
-    /// least two steps.
+    /// Least length of a jog along one of the axes: at least two steps. The controller might not queue a
+    /// shorter jog, and the count of its queue would then be wrong.
     pub shortest: Length,
-    /// How the controller drives to a jog's target, wherever the jog is cancelled.
+    /// How the controller drives to the target of a jog, cancelled or not.
     pub interpolation: Interpolation,
-    /// What a cancel does.
+    /// What the tool does when a jog is cancelled.
     pub on_cancel: OnCancel,
-    /// How it drives the motions of a contour: they are never cancelled, so this may be straighter.
+    /// How the controller drives the motions of a contour. The guard never cancels them, so they can be
+    /// linear although `interpolation` is independent.
     pub contours: Interpolation,
-    /// Whether a checksum protects the line both ways.
+    /// Whether a checksum protects the line in both directions.
     pub checked: bool,
 }
 
-/// The guard; see the module's documentation for what it promises. A copy serves exploration: two copies at one controller
-/// promise nothing.
+/// The guard of one controller. The documentation of this crate states its guarantees.
+///
+/// The guarantees hold only if one guard commands the controller. A copy is for state exploration only.
 #[derive(Clone, Debug)]
 pub struct Guard {
     exact: Arc<ProhibitedRegion>,
-    /// The part with fewer edges, and a little larger: what is clear of it is clear of the part.
+    /// Simplified outline: fewer edges, and a little larger. A motion that is clear of it is clear of the
+    /// part.
     simplified: Arc<ProhibitedRegion>,
     rules: Rules,
     set: InFlight,
@@ -92,8 +102,10 @@ pub struct Guard {
 }
 
 impl Guard {
-    /// A guard for `part`. `simplified` is the part itself, or [simplified](ProhibitedRegion::simplified): steering by
-    /// hand is certified against it, contours and ways out against the part.
+    /// A guard for `part`. `simplified` is the part or its [simplified
+    /// outline](ProhibitedRegion::simplified).
+    ///
+    /// The guard certifies jogs against `simplified`. It certifies contours and retract moves against `part`.
     #[must_use]
     pub fn new(part: Arc<ProhibitedRegion>, simplified: Arc<ProhibitedRegion>, rules: Rules) -> Self {
         Self {
@@ -109,30 +121,33 @@ impl Guard {
         }
     }
 
-    /// The part as steering by hand sees it.
+    /// The part for jogs: the simplified outline.
     #[must_use]
     pub fn part(&self) -> &ProhibitedRegion {
         &self.simplified
     }
 
-    /// What it keeps to.
+    /// The rules of this guard.
     #[must_use]
     pub fn rules(&self) -> &Rules {
         &self.rules
     }
 
-    /// Forgets where the tool is: nothing is admitted until [`Guard::locate`].
+    /// Forgets the position of the tool. The guard then admits no motion until [`Guard::locate`] succeeds.
     pub fn forget(&mut self) {
         self.set.place(None);
         self.contour = None;
         (self.acknowledged, self.read) = (self.sent, self.sent);
     }
 
-    /// Takes the position of a machine that stands still with nothing under way, after connecting or homing. Nearer than the
-    /// jogging_clearance threshold only [`Guard::retract`] and [`Guard::begin_contour`] lead on.
+    /// Takes the position of a machine at rest with an empty queue, after connecting or homing.
+    ///
+    /// Inside the jogging clearance, only [`Guard::retract`] and [`Guard::begin_contour`] then lead to a
+    /// motion.
     ///
     /// # Errors
-    /// [`Refusal::Blocked`] when the tool stands in the part itself, [`Refusal::InMotion`] with lines in flight.
+    /// [`Refusal::Blocked`] when the tool is in the part, [`Refusal::InMotion`] with lines in flight or a
+    /// contour.
     pub fn locate(&mut self, position: Point) -> Result<(), Refusal> {
         if !self.set.lines.is_empty() || self.contour.is_some() {
             return Err(Refusal::InMotion);
@@ -142,7 +157,8 @@ impl Guard {
         Ok(())
     }
 
-    /// The point as free at the jogging_clearance threshold, or else at whatever distance the part is.
+    /// The point as a free point at the jogging clearance. A point nearer to the part gets its own distance
+    /// from the part as the threshold.
     fn free_place(&self, position: Point) -> Result<FreePoint, Refusal> {
         self.simplified.free_point(position, self.rules.jogging_clearance).or_else(|blocked| {
             let clearance = self.exact.clearance(position).ok_or(Refusal::Blocked(blocked))?;
@@ -152,7 +168,8 @@ impl Guard {
         })
     }
 
-    /// Where the tool is or will be once all lines are executed.
+    /// The last certified target: the end of the certified motions of the contour, or the target of the last
+    /// jog. It is the confirmed position when neither is in flight.
     #[must_use]
     pub fn end(&self) -> Option<FreePoint> {
         if let Some(contour) = &self.contour {
@@ -161,54 +178,55 @@ impl Guard {
         self.set.lines.back().map(|line| line.target).or(self.set.confirmed)
     }
 
-    /// Where the tool was last known to be.
+    /// The confirmed position of the tool. `None` while the position is unknown.
     #[must_use]
     pub fn confirmed(&self) -> Option<FreePoint> {
         self.set.confirmed
     }
 
-    /// The in-flight set: where the tool was last known to be, and the targets in flight, in order.
+    /// The in-flight set: the confirmed position, then the targets in flight, in order. Without a checksum,
+    /// the confirmed position before it can come first.
     pub fn in_flight(&self) -> impl Iterator<Item = Point> + '_ {
         self.set.points().map(FreePoint::point)
     }
 
-    /// Where the tool was last known to be, and the targets in flight of lines sent after the one of this number, in order.
+    /// The confirmed position, then the targets in flight of the lines after line `number`, in order.
     pub fn way_after(&self, number: u64) -> impl Iterator<Item = Point> + '_ {
         let lines = self.set.lines.iter().filter(move |line| line.number > number);
         self.set.confirmed.into_iter().chain(lines.map(|line| line.target)).map(FreePoint::point)
     }
 
-    /// Lines sent, ever.
+    /// Number of lines sent since the guard was made.
     #[must_use]
     pub fn sent(&self) -> u64 {
         self.sent
     }
 
-    /// Lines sent and not acknowledged.
+    /// Number of lines sent and not acknowledged.
     #[must_use]
     pub fn unacknowledged(&self) -> u64 {
         self.sent - self.acknowledged
     }
 
-    /// Lines sent that may still be in the controller's receive buffer. A checksum over each line keeps that from being mixed
-    /// up.
+    /// Number of lines that the controller's receive buffer may still hold. It is zero with a checksum,
+    /// because the checksum keeps the controller from mixing two lines.
     fn unread(&self) -> u64 {
         if self.rules.checked { 0 } else { self.sent - self.read }
     }
 
-    /// Whether another line could be sent now.
+    /// Whether the guard can hand out another line now.
     #[must_use]
     pub fn takes_lines(&self) -> bool {
         self.set.lines.len() < LINES_MAX && self.unread() == 0
     }
 
-    /// Whether the next line waits for nothing but the answer to a query.
+    /// Whether the next line waits only for the answer to a query.
     #[must_use]
     pub fn awaits_reading(&self) -> bool {
         self.unacknowledged() == 0 && (self.unread() > 0 || self.has_stopped_early())
     }
 
-    /// Whether the tool stands still at a known place with nothing under way.
+    /// Whether the tool is at rest at a known position, with no line in flight and no contour.
     #[must_use]
     pub fn in_position(&self) -> bool {
         self.set.confirmed.is_some()
@@ -217,19 +235,19 @@ impl Guard {
             && self.contour.is_none()
     }
 
-    /// Whether the tool stands nearer to the part than the jogging_clearance threshold.
+    /// Whether the confirmed position is inside the jogging clearance.
     #[must_use]
     pub fn is_inside_jogging_clearance(&self) -> bool {
         self.set.confirmed.is_some_and(|confirmed| confirmed.threshold() < self.rules.jogging_clearance)
     }
 
-    /// Holds the guard for questions about jogs, and for the jog that follows.
+    /// Borrows the guard to try targets of a jog, and to send the jog.
     #[must_use]
     pub fn admissions(&mut self) -> Admissions<'_> {
         Admissions::of(self)
     }
 
-    /// The confirmed position, when the guard can consider a motion to `to`.
+    /// The confirmed position, if the guard can consider a jog to `to`.
     fn ready(&self, to: Point) -> Result<FreePoint, Refusal> {
         if self.contour.is_some() || self.set.stray > Length::ZERO {
             return Err(Refusal::InMotion);
@@ -249,7 +267,7 @@ impl Guard {
     /// Certifies a jog to `to` and counts it as sent.
     ///
     /// # Errors
-    /// [`Refusal`] saying why it may not be sent.
+    /// [`Refusal`] with the reason. The jog must not be sent.
     pub fn jog(&mut self, to: Point, feed_mm_min: u32) -> Result<Certified, Refusal> {
         let admissions = self.admissions();
         let admission = admissions.admit(to)?;
@@ -259,7 +277,7 @@ impl Guard {
     /// Certifies a retract move to `to` and counts it as sent.
     ///
     /// # Errors
-    /// [`Refusal`] saying why it may not be sent.
+    /// [`Refusal`] with the reason. The retract move must not be sent.
     pub fn retract(&mut self, to: Point, feed_mm_min: u32) -> Result<Certified, Refusal> {
         let admissions = self.admissions();
         let admission = admissions.admit_retract(to)?;
@@ -278,7 +296,7 @@ impl Guard {
     /// Counts an acknowledgement of the oldest line.
     ///
     /// # Errors
-    /// [`Refusal::UnexpectedAcknowledgement`] when none is outstanding.
+    /// [`Refusal::UnexpectedAcknowledgement`] when no line is unacknowledged.
     pub fn acknowledged(&mut self) -> Result<(), Refusal> {
         if self.unacknowledged() == 0 {
             return Err(Refusal::UnexpectedAcknowledgement);
@@ -287,8 +305,11 @@ impl Guard {
         Ok(())
     }
 
-    /// Takes the answer that the only unacknowledged jog was refused, and answers whether there was one. Its target stays in the
-    /// set until the controller rests: a line that arrives twice may be refused once.
+    /// Takes the reply that the controller rejected the only unacknowledged jog. Returns whether there was
+    /// one.
+    ///
+    /// The target stays in the set. If the line arrived twice, the controller can reject one copy and accept
+    /// the other.
     pub fn refused(&mut self) -> bool {
         if self.unacknowledged() != 1
             || self.contour.is_some()
@@ -301,7 +322,8 @@ impl Guard {
         true
     }
 
-    /// Whether the query of this stamp left before the newest acknowledged line: its answer can not be still to come.
+    /// Whether the query of this stamp left before the newest acknowledged line. Its answer can no longer
+    /// arrive.
     #[must_use]
     pub fn is_outdated(&self, stamp: &QueryStamp) -> bool {
         stamp.sent < self.acknowledged
@@ -313,18 +335,24 @@ impl Guard {
         QueryStamp { sent: self.sent, acknowledged: self.acknowledged, at: now }
     }
 
-    /// Takes a report as evidence. `stamp` is that of the query it answers, or of an earlier one.
+    /// Takes a report as evidence. `stamp` belongs to the query that the report answers, or to an earlier
+    /// query.
     ///
-    /// *Reading:* nothing waits in the receive buffer: lines that left before the query have been read.
+    /// *Read lines.* When no input waits in the controller, it has read all lines that left before the query.
     ///
-    /// *Settling:* the controller rests with an empty queue, every line ever sent was acknowledged before the query left,
-    /// and two such reports agree (one at the last target, over a line with a checksum). Then only the confirmed remains.
+    /// *In position.* The controller is at rest with an empty queue, and it acknowledged every line before
+    /// the query left. Two such reports must agree. With a checksum, one report at the last target is enough.
+    /// Then only the confirmed position remains in the set.
     ///
-    /// *Retiring:* with `q` motions in the queue, all acknowledged lines but the last `q` have left it. Lines that
-    /// had left it at a report that arrived [`DRAIN`] before this query left are executed, and leave the set.
+    /// *Completed lines.* With `q` motions in the queue, all acknowledged lines but the last `q` have left
+    /// it. A line is executed if it had left the queue at a report that arrived [`DRAIN`] before this query
+    /// left. It leaves the set when the tool is also reported where it can be only after a later line has
+    /// begun.
     ///
     /// # Errors
-    /// [`Refusal::OffCertified`] when the position is outside the certified set by more than the resolution.
+    /// [`Refusal::OffCertified`] when the position is too far from every certified motion: more than twice
+    /// the resolution for jogs, once for contours, with the additions that `in_flight.rs`, `cancel.rs` and
+    /// `contour.rs` state. [`Refusal::Dropped`] when the tool stopped short of the end of a contour motion.
     pub fn reported(
         &mut self,
         feedback: &PositionFeedback,
@@ -352,7 +380,7 @@ impl Guard {
         Ok(())
     }
 
-    /// Whether every line ever sent was acknowledged before the query left.
+    /// Whether the controller acknowledged every line before the query left.
     fn all_acknowledged(&self, stamp: QueryStamp) -> bool {
         stamp.acknowledged == self.sent
     }
