@@ -1,15 +1,20 @@
-//! TRUSTED. The in-flight set: every point where the tool may still be, and every target it may still execute.
+//! TRUSTED. The in-flight set: the confirmed position of the tool, and every target that the controller may
+//! still execute.
 //!
-//! **Invariant:** the set's hull is clear of the part at the threshold of its points. For a controller that drives straight
-//! ([`Interpolation::Linear`]) the hull is the convex hull; for one whose axes run apart ([`Interpolation::Independent`]) it is the smallest
-//! box along the axes. Either way a motion from a point of the hull to a target in the set stays in the hull.
+//! **Invariant.** The hull of the set is clear of the part at the threshold of its points. For a controller
+//! that drives straight ([`Interpolation::Linear`]) it is the convex hull. For one with non-interpolated axes
+//! ([`Interpolation::Independent`]) it is the smallest box along the axes. In both cases a motion from a
+//! point of the hull to a target in the set stays in the hull.
 //!
-//! **Where the tool is.** Let e be the resolution: a report is no farther than that from where the tool was commanded to be. It
-//! is believed up to 2e from the hull, and the nearest point of the hull becomes the confirmed: no farther than 3e from the tool.
-//! Motions to targets in the set begin there, and bring it no farther from the hull. At rest the report itself becomes the
-//! confirmed, e from the tool, where that is free: so errors do not add up. The margin counts e; the rest comes from what steering
-//! by hand keeps beyond it, which is 2e at least. Nearest points are rounded, by less than a unit each time: where distances
-//! are compared a unit is added for each, and the margin has its term for the lattice.
+//! **Position error.** Let e be the resolution: the greatest distance of a report from the commanded position
+//! of the tool. The guard believes a report up to 2e from the hull. The nearest point of the hull becomes the
+//! confirmed position, which is then at most 3e from the tool. The next motion begins at the tool and leads
+//! to a target in the set, so it brings the tool no farther from the hull. At rest, the report itself becomes
+//! the confirmed position if it is free. It is at most e from the tool, so errors do not add up.
+//!
+//! The margin M covers e. The distance that jogs keep beyond M covers the other 2e, because it is at least
+//! 2e. Rounding to the lattice moves a nearest point by less than a unit. Each comparison of distances adds a
+//! unit for each rounding, and the margin has a term for the lattice.
 
 use alloc::collections::VecDeque;
 use core::cell::Cell;
@@ -24,26 +29,26 @@ use crate::{Refusal, Time};
 /// How a controller drives to a target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
-    /// Straight.
+    /// Interpolated axes: the tool drives straight to the target.
     Linear,
-    /// Each axis by itself: anywhere in the box between start and target.
+    /// Non-interpolated axes: the tool can be anywhere in the box between start and target.
     Independent,
 }
 
-/// What a status report says, as far as the guard is concerned.
+/// The contents of a status report that the guard uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PositionFeedback {
     /// The reported position.
     pub position: Point,
-    /// The controller says that it stands still and waits for commands.
+    /// Whether the controller reports that it is at rest and waits for commands.
     pub in_position: bool,
-    /// Motions in the controller's queue; `None` when the report does not say.
+    /// Number of motions in the controller's queue. `None` when the report does not state it.
     pub queued: Option<usize>,
-    /// Whether it has received something that it has not acted on.
+    /// Whether the controller has received input that it has not acted on.
     pub waiting: bool,
 }
 
-/// How many lines had been sent and acknowledged when a query left.
+/// Number of lines sent and acknowledged when a query left, and the time when it left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct QueryStamp {
     pub(crate) sent: u64,
@@ -57,48 +62,58 @@ pub(crate) struct Line {
     pub(crate) target: FreePoint,
 }
 
-/// Most lines in flight at once.
+/// Greatest number of lines in flight.
 pub(crate) const LINES_MAX: usize = 12;
-/// Reports that are remembered while lines wait to be retired.
+/// Greatest number of reports kept while lines wait for their completion.
 const SEEN_MAX: usize = 64;
-/// How far from the hull a report is believed, in resolutions: that of the report, and that of the one the confirmed came from.
+/// Greatest distance from the hull at which the guard believes a report, in resolutions. One is for this
+/// report, and one for the report that gave the confirmed position.
 pub(crate) const BELIEVED: i64 = 2;
-/// A tool that has begun no later line is reported no farther than this from the places up to there, in resolutions.
+/// Greatest distance of a report from the hull of the first lines while the tool has begun no later line, in
+/// resolutions.
 pub(crate) const BEYOND: i64 = 4;
-/// A block that has left the planner is executed within this time: six segments of 10 ms, or of a step each when that
-/// is longer; at 1 mm/s and 20 steps/mm, 300 ms (GRBL's stepper buffer).
+/// Time within which the controller executes a block that has left its planner queue.
+///
+/// GRBL's stepper buffer holds six segments. A segment lasts 10 ms, or one step when a step takes longer. At
+/// 1 mm/s and 20 steps/mm the six segments last 300 ms.
 pub const DRAIN: Duration = Duration::from_millis(500);
 
-/// The set. Allocates nothing after [`InFlight::new`].
+/// The in-flight set. It allocates no memory after [`InFlight::new`].
 #[derive(Clone, Debug)]
 pub(crate) struct InFlight {
     pub(crate) interpolation: Interpolation,
-    /// How far a reported position can be from the commanded one.
+    /// Greatest distance of a reported position from the commanded position.
     pub(crate) resolution: Length,
-    /// Reports are protected by a checksum: one is evidence. Otherwise two are needed, so that one that was damaged into a
-    /// valid one does no harm.
+    /// Whether a checksum protects reports. One report is then evidence. Without a checksum the guard needs
+    /// two, because damage can turn a report into another valid report.
     pub(crate) checked: bool,
-    /// Where the tool was at the last report, and at the one before it when one report is no evidence.
+    /// The confirmed position: where the tool was at the last report. `None` while the position is unknown.
     pub(crate) confirmed: Option<FreePoint>,
+    /// The confirmed position before that one. `None` with a checksum, because one report is then evidence.
     pub(crate) before: Option<FreePoint>,
     pub(crate) lines: VecDeque<Line>,
-    /// Lines up to this number had left the queue when the report at this time arrived; both ascending.
+    /// Lines up to this number had left the queue when a report arrived at this time. Both ascend.
     pub(crate) left_queue: VecDeque<(u64, Time)>,
-    /// What the last report said had left the queue.
+    /// Lines up to this number had left the queue by the last report.
     pub(crate) left_before: u64,
-    /// Lines up to this number were executed when the last report was asked for.
+    /// Lines up to this number were executed when the query of the last report left.
     pub(crate) executed: u64,
-    /// Lines of the set that were refused: they were never in the queue, as far as that answer went.
+    /// Number of rejected lines. A duplicate of one may still arrive and be accepted.
     pub(crate) refused: u64,
+    /// Number of reports at rest in a row that agree.
     pub(crate) rests_seen: u8,
+    /// Position of the last report at rest. `None` after a motion.
     pub(crate) rested_at: Option<Point>,
-    /// The highest feed of a line since the tool rested, mm/min.
+    /// Highest feed of a line since the tool was last in position, mm/min.
     pub(crate) fastest: u32,
-    /// Lines sent when a cancel was last sent since the tool rested.
+    /// Number of lines sent when the last cancel left. `None` without a cancel since the tool was last in
+    /// position.
     pub(crate) cancelled: Option<u64>,
-    /// How far the tool may be beside the hull, since a cancel may have led it off its path; zero else.
+    /// Greatest distance of the tool from the hull after a cancel that may have led it off its path.
+    /// Otherwise zero.
     pub(crate) stray: Length,
-    /// The edge that was last in the way: mostly it still is, and is asked first.
+    /// The edge that blocked the last refused target. The guard checks it first, because it mostly blocks
+    /// again.
     in_the_way: Cell<Option<Edge>>,
 }
 
@@ -128,7 +143,7 @@ impl InFlight {
         self.points_up_to(self.lines.len())
     }
 
-    /// Where the tool was last seen and the targets of the first `count` lines.
+    /// The confirmed positions and the targets of the first `count` lines.
     fn points_up_to(&self, count: usize) -> impl Iterator<Item = FreePoint> + Clone + '_ {
         let lines = self.lines.iter().take(count).map(|line| line.target);
         self.before.into_iter().chain(self.confirmed).chain(lines)
@@ -147,18 +162,18 @@ impl InFlight {
         self.moving();
     }
 
-    /// A line was sent: what was seen at rest is no evidence any more.
+    /// Drops the reports at rest. They are no evidence after a new line or a report in motion.
     pub(crate) fn moving(&mut self) {
         self.rests_seen = 0;
         self.rested_at = None;
     }
 
-    /// The convex hull of the set; `None` without points.
+    /// The convex hull of the set. `None` without points, and when [`Hull::of`] fails.
     pub(crate) fn hull(&self) -> Option<Hull> {
         Hull::of(self.points().map(FreePoint::point))
     }
 
-    /// Certifies that the hull stays clear when `to` is taken into the set. `hull` is that of the set as it is.
+    /// Certifies that the hull of the set and `to` is clear. `hull` is the hull of the present set.
     pub(crate) fn admit(
         &self,
         part: &ProhibitedRegion,
@@ -180,8 +195,8 @@ impl InFlight {
         outcome.map_err(Refusal::Blocked)
     }
 
-    /// The new hull, that of the old one and the new target, is clear, all of it. The points carry one threshold: that of the
-    /// confirmed.
+    /// Certifies the hull of the old hull and the new target, all of it. The points of the set must have one
+    /// threshold: that of the confirmed position.
     fn admit_line(
         &self,
         part: &ProhibitedRegion,
@@ -195,7 +210,8 @@ impl InFlight {
         }
         let unknown = Blocked::StartTooNear(confirmed.point());
         let hull = hull.ok_or(unknown)?;
-        // What was last in the way mostly still is: the ways from the old corners to the target lie in the new hull.
+        // The last blocking edge mostly blocks again. The motions from the old corners to the target lie in
+        // the new hull, so an edge near one of them blocks the hull.
         let near = |edge: &Edge, from: Point| !edge.near_motion(Segment { from, to }, threshold).is_clear();
         let still = |edge: &Edge| hull.sides().any(|(from, _)| near(edge, from));
         if let Some(edge) = self.in_the_way.get().filter(still) {
@@ -205,14 +221,14 @@ impl InFlight {
         part.polygon(confirmed, hull.polygon().ok_or(unknown)?, to)
     }
 
-    /// The point of the hull nearest to the reported position, as a certified confirmed.
+    /// The point of the hull nearest to the reported position, certified as the new confirmed position.
     fn snap(&self, part: &ProhibitedRegion, position: Point) -> Snap {
         let Some(foot) = self.nearest_in_set(position) else { return Snap::Off };
         let believed = self.resolutions(BELIEVED).saturating_plus(Length::small(1));
         if points_within(foot, position, believed).is_clear() {
             return Snap::Off;
         }
-        // The foot may be rounded into the threshold: its neighbours are as good.
+        // Rounding can put the foot inside the threshold. A neighbour on the lattice then serves as well.
         let around = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| Vector { dx, dy }));
         let tries = core::iter::once(Vector { dx: 0, dy: 0 }).chain(around);
         let mut places = tries.filter_map(|step| foot.translated(step).ok());
@@ -223,12 +239,12 @@ impl InFlight {
         Length::from_units(i64::from(self.resolution.units()) * count).unwrap_or(self.resolution)
     }
 
-    /// The place of the set nearest to `position`.
+    /// The point of the hull nearest to `position`.
     pub(crate) fn nearest_in_set(&self, position: Point) -> Option<Point> {
         self.nearest(position, self.lines.len())
     }
 
-    /// The place nearest to `position` in the hull of these.
+    /// The point nearest to `position` in the hull of the confirmed positions and the first `count` targets.
     fn nearest(&self, position: Point, count: usize) -> Option<Point> {
         match self.interpolation {
             Interpolation::Linear => {
@@ -243,14 +259,19 @@ impl InFlight {
         self.points_up_to(count).map(|free| Window::of(free.point())).reduce(Window::union)
     }
 
-    /// The place as a free point, when the way to it from one of the points is clear. One way is enough: which one the tool
-    /// took was certified before. A confirmed that was rounded can have lost its way to a far target by a unit.
+    /// The place as a free point, if the motion to it from one point of the set is clear.
+    ///
+    /// One clear motion is enough, because the motion that the tool made was certified before. Rounding can
+    /// block the motion from the confirmed position to a far target by a unit.
     pub(crate) fn reached(&self, part: &ProhibitedRegion, place: Point) -> Option<FreePoint> {
         self.points().find_map(|point| part.motion(point, place).ok())
     }
 
-    /// Takes a report as evidence; `all` says whether all lines ever sent were acknowledged before the query left. Answers
-    /// whether the tool is known to rest at the confirmed, with nothing else in the set.
+    /// Takes a report as evidence. `all` states whether the controller acknowledged every line before the
+    /// query left.
+    ///
+    /// Returns whether the tool is certainly at rest at the confirmed position. The set then holds only that
+    /// position.
     pub(crate) fn reported(
         &mut self,
         part: &ProhibitedRegion,
@@ -297,7 +318,8 @@ impl InFlight {
         enough
     }
 
-    /// Counts a report at rest; whether the one before it was at rest at the same place, to the resolution.
+    /// Counts a report at rest. Returns whether the report before it was at rest at the same place, to the
+    /// resolution.
     pub(crate) fn rests_again(&mut self, position: Point) -> bool {
         let near = |other: Point| !points_within(other, position, self.resolution).is_clear();
         let again = self.rested_at.is_some_and(near);
@@ -306,9 +328,12 @@ impl InFlight {
         self.rests_seen >= 2
     }
 
-    /// The last of the lines that are executed: with `q` motions in the queue, all acknowledged lines but the last `q` have left
-    /// it; those that had left it at a report that arrived [`DRAIN`] before this query left have ended. And, should the clock
-    /// have jumped meanwhile, they stay until the tool is seen where it can not be before a later line was begun.
+    /// Number of the last completed line, or zero.
+    ///
+    /// With `q` motions in the queue, all acknowledged lines but the last `q` have left it. A line is
+    /// executed if it had left the queue at a report that arrived [`DRAIN`] before this query left. The clock
+    /// may have jumped in that time. So the line stays until the tool is reported where it can be only after
+    /// a later line has begun.
     fn passed(&mut self, position: Point, asked: Time) -> u64 {
         let before = self.executed;
         while let Some(&(number, arrived)) = self.left_queue.front()
@@ -317,21 +342,23 @@ impl InFlight {
             self.executed = number;
             self.left_queue.pop_front();
         }
-        // Without a checksum the line stays until both places that are remembered were reported after it was executed.
+        // Without a checksum, the line stays until both confirmed positions were reported after its
+        // execution.
         let certain = if self.checked { self.executed } else { before };
         let count = self.lines.iter().take_while(|line| line.number <= certain).count();
         let passed = (0..count).take_while(|&last| self.is_beyond(position, last + 1)).last();
         passed.map_or(0, |last| self.lines[last].number)
     }
 
-    /// Whether the tool is where it can not be before a line behind the first `count` was begun.
+    /// Whether the tool is where it can be only after a line behind the first `count` has begun.
     fn is_beyond(&self, position: Point, count: usize) -> bool {
         let reach = self.resolutions(BEYOND).saturating_plus(Length::small(2));
         let nearest = self.nearest(position, count);
         nearest.is_some_and(|place| points_within(place, position, reach).is_clear())
     }
 
-    /// What a report says of the queue. A line that was refused, and yet is in the queue, is not one of those that left it.
+    /// Takes the queue length from a report. A rejected line does not count as one that left the queue,
+    /// because its duplicate may be in the queue.
     fn take_count(&mut self, feedback: &PositionFeedback, acknowledged: u64, now: Time) {
         let Some(queued) = feedback.queued else { return };
         let kept = u64::try_from(queued).unwrap_or(u64::MAX).saturating_add(self.refused);
@@ -346,20 +373,22 @@ impl InFlight {
 }
 
 impl PositionFeedback {
-    /// At rest, with nothing left to do.
+    /// Whether the controller is at rest, with an empty queue and no waiting input. A report without a queue
+    /// length counts as an empty queue.
     #[must_use]
     pub fn rests(&self) -> bool {
         self.in_position && !self.waiting && self.queued.is_none_or(|queued| queued == 0)
     }
 }
 
-/// What becomes of the confirmed when a position is reported.
+/// The effect of a report on the confirmed position.
 enum Snap {
-    /// It is here.
+    /// The confirmed position moves to this point.
     At(FreePoint),
-    /// The position is in the set, but no clear lattice point was found for it: the confirmed stays where it was.
+    /// The confirmed position stays. The reported position is near enough to the hull, but no lattice point
+    /// there is clear.
     Keep,
-    /// The position is outside the set.
+    /// The reported position is too far from the hull.
     Off,
 }
 
@@ -369,8 +398,8 @@ fn nearest_in(window: Window, position: Point) -> Option<Point> {
     Point::from_units(x.into(), y.into()).ok()
 }
 
-/// Certifies that a box is clear, at the threshold of a free point in it: no edge comes near it, so all of it is on that
-/// point's side.
+/// Certifies that a box is clear at the threshold of a free point in it. No edge comes near the box, so the
+/// whole box is on that point's side.
 pub(crate) fn clear_box(part: &ProhibitedRegion, from: FreePoint, window: Window) -> Result<(), Blocked> {
     if !window.holds(from.point()) {
         return Err(Blocked::StartTooNear(from.point()));

@@ -1,12 +1,12 @@
 //! TRUSTED. The guard: it keeps the in-flight set, and it alone makes [`Certified`] motions.
 //!
-//! **Jogging.** The in-flight set holds every point where the tool may be, and every target that the
+//! **Jogging.** The in-flight set holds the confirmed position of the tool and every target that the
 //! controller may still execute (`in_flight.rs`). The guard admits a new target only if the hull of the set
-//! and the target is clear of the part at the jogging clearance. A straight motion from a point of a convex
-//! set to a target in the set stays in the set. The line can lose, repeat or reorder commands, and a cancel
-//! can stop a jog half-way. Each later motion then starts wherever the tool stopped, and still ends at a
-//! target in the set. It takes any time it needs, so this argument does not depend on latency. A target
-//! leaves the set only by evidence: see [`Guard::reported`].
+//! and the target is clear of the part at the jogging clearance. The hull is convex: a straight motion from a
+//! point of the hull to a target in it stays in the hull. Lines can be lost, repeated or reordered, and a
+//! cancel can stop a jog half-way. The next motion still begins in the hull and leads to a target in it,
+//! however long each motion takes. So this argument does not depend on latency. A target leaves the set only
+//! by evidence: see [`Guard::reported`].
 //!
 //! **Contouring.** A contour runs along the part, and the hull of its motions would cut into the part. So
 //! each motion begins where the motion before it ended. The guard certifies the whole contour before it hands
