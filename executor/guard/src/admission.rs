@@ -1,7 +1,8 @@
-//! TRUSTED. Admissions: a jog is certified once, and sent as it was certified.
+//! TRUSTED. Admissions: the guard certifies a jog once, and sends it as certified.
 //!
-//! [`Admissions`] holds the guard exclusively, so nothing can change between a question and the jog that follows. An [`Admission`]
-//! cannot outlive it: the compiler refuses a stale one. The hull of the in-flight set is built once for all questions.
+//! [`Admissions`] borrows the guard exclusively. So the in-flight set cannot change between the certification
+//! of a target and its jog. An [`Admission`] cannot outlive it: the compiler rejects a stale one. The guard
+//! builds the hull of the in-flight set once for all targets that are tried.
 
 use core::marker::PhantomData;
 
@@ -14,7 +15,7 @@ use crate::{Certified, Guard, Interpolation, Refusal};
 #[derive(Debug)]
 pub struct Admission<'a> {
     target: FreePoint,
-    /// Invariant in `'a`, so that it belongs to its [`Admissions`] alone.
+    /// Makes `'a` invariant, so that the admission belongs to its own [`Admissions`].
     of: PhantomData<&'a mut &'a ()>,
 }
 
@@ -26,7 +27,7 @@ impl Admission<'_> {
     }
 }
 
-/// The guard, held for questions about jogs.
+/// Exclusive access to the guard, to try targets of a jog and then send it.
 #[derive(Debug)]
 pub struct Admissions<'a> {
     guard: &'a mut Guard,
@@ -40,16 +41,16 @@ impl<'a> Admissions<'a> {
         Self { guard, hull }
     }
 
-    /// The guard as it is.
+    /// The guard.
     #[must_use]
     pub fn guard(&self) -> &Guard {
         self.guard
     }
 
-    /// Certifies a jog to `to`: the hull of the in-flight set with it is clear.
+    /// Certifies a jog to `to`: the hull of the in-flight set and `to` is clear.
     ///
     /// # Errors
-    /// [`Refusal`] saying why not.
+    /// [`Refusal`] with the reason.
     pub fn admit(&self, to: Point) -> Result<Admission<'a>, Refusal> {
         let guard = &*self.guard;
         let confirmed = guard.ready(to)?;
@@ -60,10 +61,11 @@ impl<'a> Admissions<'a> {
         Ok(Admission { target, of: PhantomData })
     }
 
-    /// Certifies a retract move to `to`: from rest, nearer to no edge within the jogging clearance.
+    /// Certifies a retract move to `to`. It begins at rest, and comes nearer to no edge within the jogging
+    /// clearance.
     ///
     /// # Errors
-    /// [`Refusal`] saying why not.
+    /// [`Refusal`] with the reason.
     pub fn admit_retract(&self, to: Point) -> Result<Admission<'a>, Refusal> {
         let guard = &*self.guard;
         let confirmed = guard.ready(to)?;

@@ -1,21 +1,26 @@
-//! TRUSTED. Cancels: a cancel is certified like a motion.
+//! TRUSTED. Cancels: the guard certifies a cancel like a motion.
 //!
-//! Three arguments hold a cancelled jog away from the part. What is known of the controller decides which one applies.
+//! Three arguments keep a cancelled jog away from the part. The known properties of the controller decide
+//! which one applies.
 //!
-//! *Path-keeping.* The controller brakes along the path that it has planned, so the tool stays in the hull of the in-flight set.
-//! A cancel needs no certificate of its own. A described controller does so when its file says so.
+//! *Path-keeping.* The controller brakes along the path that it has planned, so the tool stays in the hull of
+//! the in-flight set. A cancel needs no certificate of its own. A described controller counts as path-keeping
+//! if its file states so.
 //!
-//! *Not path-keeping.* The controller may leave its path while it brakes. The tool stops within its stopping distance of where
-//! the cancel reached it, in any direction. A cancel is admitted only if the hull, grown by that distance, is clear. The set keeps
-//! the growth until the tool rests, and admits no jog before. A cancel that is refused is not sent: the jogs run to their
-//! certified targets, which are a short way ahead. This is assumed of described controllers, unless their file says otherwise.
+//! *Not path-keeping.* The controller may leave its path while it brakes. The tool stops within its stopping
+//! distance of where the cancel reached it, in any direction. A cancel is admitted only if the hull, grown by
+//! that distance, is clear. The set keeps the growth until the tool rests, and admits no jog before. A
+//! refused cancel is not sent: the jogs run to their certified targets, a short way ahead. A described
+//! controller belongs here unless its file states otherwise.
 //!
-//! *No cancel.* A cancel is never sent, and the operator's release stops the tool by the short look-ahead. GRBL and grblHAL need
-//! this argument. A stop that ends exactly where a block ends can make both send 65,535 steps that nobody ordered, so no stopping
-//! distance holds. Besides, grblHAL's fast hold drives beside the path (`docs/safety/controllers.md`).
+//! *No cancel.* A cancel is never sent. When the operator releases the stick, the tool stops soon, because
+//! the look-ahead is short. GRBL and grblHAL need this argument. A stop that ends exactly at the end of a
+//! block can make both output 65,535 uncommanded steps, so no stopping distance holds. Also, the fast hold of
+//! grblHAL leaves the path (`docs/safety/controllers.md`).
 //!
-//! A cancel is refused after another until the tool was seen at rest, or a line that was sent after the other was acknowledged:
-//! one firmware was seen to hang on a second cancel just after the first had stopped it.
+//! After a cancel, the guard refuses a second one until the tool is in position, or until the controller
+//! acknowledges a line that was sent after the first. One firmware hung on a second cancel just after the
+//! first had stopped it.
 
 use keepout_kernel::exact::segment::{Window, points_within};
 use keepout_kernel::{FreePoint, Length, Point, ProhibitedRegion};
@@ -24,27 +29,28 @@ use crate::in_flight::{BELIEVED, InFlight, clear_box};
 use crate::motion::CertifiedCancel;
 use crate::{Guard, Interpolation, Refusal};
 
-/// What the tool does when a jog under way is cancelled.
+/// Behaviour of the tool when a jog is cancelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OnCancel {
-    /// Nothing: jogs can not be cancelled and run to their targets.
+    /// No cancel is sent: jogs run to their targets.
     NotOffered,
-    /// It stops on its certified path; where axes are not interpolated, in the certified box.
+    /// The tool stops on its certified path, or in the certified box with non-interpolated axes.
     KeepsPath,
-    /// It stops within its stopping distance, in any direction.
+    /// The tool stops within its stopping distance, in any direction.
     MayStray,
 }
 
 /// Lattice units per second in one mm/min, as a fraction: 100,000 units per mm, 60 s per minute.
 const UNITS_PER_S: (u128, u128) = (100_000, 60);
-/// Time for which a controller may go on at full speed before it brakes, in ms: what its stepper buffer holds (grblHAL prepares
-/// segments for 100 ms at most), and half as much again.
+/// Greatest time at full speed before the controller brakes, ms. It is 1.5 times the longest stepper buffer:
+/// grblHAL prepares segments for at most 100 ms.
 const BUFFERED_MS: u128 = 150;
-/// Rounding of the places that the distance is measured between, lattice units.
+/// Rounding of the two points between which a distance is measured, lattice units.
 const ROUNDING: i64 = 4;
 
-/// How far a tool at `feed_mm_min` goes on after a cancel: v·t + v²/2a, rounded up, with v in units/s, t what is buffered and a
-/// the least deceleration in units/s². `None` when that is beyond the lattice.
+/// Stopping distance of a tool at `feed_mm_min` after a cancel: v·t + v²/2a, rounded up. v is in units/s, t
+/// is the buffered time, and a is the least deceleration in units/s². `None` when the distance exceeds the
+/// lattice.
 pub(crate) fn stopping_distance(feed_mm_min: u32, deceleration: u64) -> Option<Length> {
     let (numerator, denominator) = UNITS_PER_S;
     let speed = (u128::from(feed_mm_min) * numerator).div_ceil(denominator);
@@ -54,19 +60,21 @@ pub(crate) fn stopping_distance(feed_mm_min: u32, deceleration: u64) -> Option<L
 }
 
 impl Guard {
-    /// Takes what is known of the controller: what a cancel does, and the least deceleration of its axes in lattice units per s².
+    /// Takes the known properties of the controller: the behaviour on a cancel, and the least deceleration of
+    /// its axes in lattice units per s².
     pub fn learn_of_cancels(&mut self, on_cancel: OnCancel, deceleration: Option<u64>) {
         self.rules.on_cancel = on_cancel;
         self.deceleration = deceleration;
     }
 
-    /// What a cancel is taken to do.
+    /// The assumed behaviour of the tool on a cancel.
     #[must_use]
     pub fn on_cancel(&self) -> OnCancel {
         self.rules.on_cancel
     }
 
-    /// Whether a cancel may have led the tool off its path: no jog is admitted before it rests.
+    /// Whether a cancel may have led the tool off its path. The guard then admits no jog until the tool is at
+    /// rest.
     #[must_use]
     pub fn may_have_strayed(&self) -> bool {
         self.set.stray > Length::ZERO
@@ -75,7 +83,7 @@ impl Guard {
     /// Certifies a cancel of the jogs in flight.
     ///
     /// # Errors
-    /// [`Refusal`] saying why it may not be sent; the jogs then run to their targets.
+    /// [`Refusal`] with the reason. The cancel must not be sent, and the jogs run to their targets.
     pub fn cancel(&mut self) -> Result<CertifiedCancel, Refusal> {
         if self.contour.is_some() {
             return Err(Refusal::InMotion);
@@ -113,8 +121,9 @@ impl Guard {
 }
 
 impl InFlight {
-    /// Certifies that the hull of the set, or its box, stays clear when the tool may leave it by `stray`. Reports are believed
-    /// to twice the resolution beyond that, so as much more is clear.
+    /// Certifies that the hull or box of the set is clear for a tool that may be up to `stray` outside it.
+    /// The guard believes reports up to twice the resolution beyond that, so the certificate includes this
+    /// distance.
     fn admit_stray(&self, part: &ProhibitedRegion, stray: Length) -> Result<(), Refusal> {
         let confirmed = self.confirmed.ok_or(Refusal::PositionUnknown)?;
         let reach = self.believed(stray).saturating_plus(confirmed.threshold());
@@ -133,14 +142,16 @@ impl InFlight {
         clear.map_err(Refusal::Blocked)
     }
 
-    /// How far from the hull a report is believed when the tool may have left it by `stray`.
+    /// Greatest distance from the hull at which the guard believes a report, if the tool may be up to `stray`
+    /// outside.
     fn believed(&self, stray: Length) -> Length {
         let rounding = Length::from_units(ROUNDING).unwrap_or(Length::ZERO);
         self.resolutions(BELIEVED).saturating_plus(rounding).saturating_plus(stray)
     }
 
-    /// Takes a report after a cancel that may have strayed. The set stays as it is until two reports at rest agree; then the tool
-    /// is where it is reported. Answers whether it rests there.
+    /// Takes a report after a cancel that may have led the tool off its path. The set stays unchanged until
+    /// two reports at rest agree. Then it holds only the reported position. Returns whether the tool is at
+    /// rest there.
     pub(crate) fn reported_after_cancel(
         &mut self,
         part: &ProhibitedRegion,

@@ -1,4 +1,4 @@
-//! TRUSTED. Contours: certified whole, handed out one by one.
+//! TRUSTED. Contours: the guard certifies a contour whole, and hands out its motions one by one.
 
 use alloc::vec::Vec;
 
@@ -9,26 +9,26 @@ use keepout_kernel::{Arc, Curve, FreePoint, Length, Point, Turn};
 use crate::in_flight::{BELIEVED, BEYOND, PositionFeedback, clear_box};
 use crate::{Certified, Guard, Interpolation, Motion, Refusal};
 
-/// A contour, being certified and then executed.
+/// A contour that the guard certifies and then hands out.
 #[derive(Clone, Debug)]
 pub(crate) struct Contour {
     curves: Vec<(Curve, u32)>,
-    /// Motions found clear, from the first.
+    /// Number of certified motions, from the first.
     certified: usize,
-    /// The end of these.
+    /// End of the certified motions.
     reached: FreePoint,
-    /// Motions handed out.
+    /// Number of motions handed out.
     sent: usize,
-    /// The first motion on which the tool can still be.
+    /// Index of the first motion on which the tool can still be.
     first: usize,
-    /// How often in a row the tool was seen at rest at its end.
+    /// Number of reports in a row that show the tool at rest at the end of the contour.
     rests_seen: u8,
-    /// How often in a row it was seen at rest before the end of what was sent.
+    /// Number of reports in a row that show the tool at rest short of the end of the last motion sent.
     stops_seen: u8,
 }
 
 impl Contour {
-    /// Everything about it that changes, but where it has come to.
+    /// The changing parts of the contour, except the end of the certified motions.
     pub(crate) fn counts(&self) -> Counts {
         ([self.certified, self.sent, self.first], [self.rests_seen, self.stops_seen])
     }
@@ -38,30 +38,31 @@ impl Contour {
     }
 }
 
-/// What counts about a contour: motions certified and sent, the first on which the tool can be; reports of rest at its end and
-/// before.
+/// Counters of a contour: motions certified, motions sent, and the first motion on which the tool can be.
+/// Then the reports at rest at its end, and short of the end of the last motion sent.
 pub(crate) type Counts = ([usize; 3], [u8; 2]);
 
-/// How far the certification of a contour has come.
+/// Progress of the certification of a contour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Certification {
-    /// So many motions of so many are certified.
+    /// The certification is not complete.
     Under {
-        /// Motions certified.
+        /// Number of certified motions.
         done: usize,
-        /// Motions in all.
+        /// Number of all motions.
         all: usize,
     },
-    /// All are: the contour can be run.
+    /// All motions are certified: the contour can run.
     Done,
 }
 
 impl Guard {
-    /// Takes up a contour, to be certified by [`Guard::certify_contour`] before anything of it is handed out. It begins where
-    /// the tool rests, to the resolution.
+    /// Takes a contour. It begins where the tool is at rest, to the resolution.
+    ///
+    /// [`Guard::certify_contour`] must certify the whole contour before the guard hands out its first motion.
     ///
     /// # Errors
-    /// [`Refusal`]; nothing is taken up then.
+    /// [`Refusal`] with the reason. The guard then takes no contour.
     pub fn begin_contour(&mut self, curves: Vec<(Curve, u32)>) -> Result<(), Refusal> {
         if !self.in_position() {
             return Err(Refusal::InMotion);
@@ -79,10 +80,12 @@ impl Guard {
         Ok(())
     }
 
-    /// Certifies up to `count` more motions of the contour. The contour must end clear at the jogging_clearance threshold.
+    /// Certifies up to `count` more motions of the contour. The contour must end outside the jogging
+    /// clearance.
     ///
     /// # Errors
-    /// [`Refusal`] naming the motion that is not clear; the contour is dropped then, and nothing of it was handed out.
+    /// [`Refusal`] with the motion or point that is not clear. The guard then drops the contour, before it
+    /// has handed out a motion of it.
     pub fn certify_contour(&mut self, count: usize) -> Result<Certification, Refusal> {
         let Some(mut contour) = self.contour.take() else { return Err(Refusal::PositionUnknown) };
         let all = contour.curves.len();
@@ -108,7 +111,7 @@ impl Guard {
             let gouge = Gouge { index, at: from.point(), cause: GougeCause::Discontinuous };
             return Err(Refusal::Gouge(gouge));
         }
-        self.within_stroke(curve)?;
+        self.within_travel(curve)?;
         match (self.rules.contours, curve) {
             (Interpolation::Linear, Curve::Arc(arc)) if is_too_short(arc) => {
                 return Err(Refusal::ArcTooShort(arc.from()));
@@ -128,13 +131,14 @@ impl Guard {
         end.and_then(|end| end.lowered(self.rules.finishing_clearance)).ok_or(Refusal::PositionUnknown)
     }
 
-    fn within_stroke(&self, curve: &Curve) -> Result<(), Refusal> {
+    fn within_travel(&self, curve: &Curve) -> Result<(), Refusal> {
         let travel = self.rules.travel;
         let beyond = |point: Point| (!travel.holds(point)).then_some(Refusal::SoftLimit(point));
         let inside = match curve {
             Curve::Line(_) => None,
             Curve::Arc(arc) => match curve.chord_points(Length::small(200)) {
-                // An arc near the travel's edge is looked at chord by chord.
+                // The ends of the chords of an arc must lie in the travel. The chords leave the arc by at
+                // most 2 µm.
                 Ok(points) => points.into_iter().find_map(beyond),
                 Err(_) => Some(Refusal::SoftLimit(arc.from())),
             },
@@ -142,13 +146,15 @@ impl Guard {
         [curve.from(), curve.to()].into_iter().find_map(beyond).or(inside).map_or(Ok(()), Err)
     }
 
-    /// Whether the last report of a contour showed rest before the end of what was sent.
+    /// Whether the last report showed the tool at rest short of the end of the last motion sent.
     pub(crate) fn has_stopped_early(&self) -> bool {
         self.contour.as_ref().is_some_and(|contour| contour.stops_seen > 0)
     }
 
-    /// The next motion of the contour, once the one before is acknowledged and read; counts it as sent. A contour is never held
-    /// or cancelled: it stops because nothing more of it is sent.
+    /// The next motion of the contour, counted as sent. `None` until the controller has acknowledged and read
+    /// the motion before it.
+    ///
+    /// A contour is never held or cancelled. It stops when the supervisor requests no more motions.
     pub fn next_of_contour(&mut self) -> Option<Certified> {
         let waits = self.unacknowledged() > 0 || self.unread() > 0 || self.has_stopped_early();
         if waits {
@@ -166,25 +172,25 @@ impl Guard {
         Some(Certified { motion: Motion::Contour { curve, feed_mm_min } })
     }
 
-    /// Motions of the contour sent, and in all.
+    /// Number of motions of the contour that were sent, and number of all its motions.
     #[must_use]
     pub fn contour_progress(&self) -> Option<(usize, usize)> {
         self.contour.as_ref().map(|contour| (contour.sent, contour.curves.len()))
     }
 
-    /// The first motion of the contour on which the tool can still be.
+    /// Index of the first motion of the contour on which the tool can still be.
     #[must_use]
     pub fn contour_at(&self) -> Option<usize> {
         self.contour.as_ref().map(|contour| contour.first)
     }
 
-    /// The part of the contour that was not executed for certain, from the motion under way on.
+    /// The motions of the contour whose execution is not certain, from the motion under way on.
     #[must_use]
     pub fn contour_left(&self) -> &[(Curve, u32)] {
         self.contour.as_ref().map_or(&[], |contour| contour.curves.get(contour.first..).unwrap_or(&[]))
     }
 
-    /// Takes a report of a machine that runs the contour.
+    /// Takes a report while the machine executes the contour.
     pub(crate) fn reported_in_contour(
         &mut self,
         feedback: &PositionFeedback,
@@ -196,7 +202,8 @@ impl Guard {
             return Ok(());
         }
         let last = contour.sent.max(contour.first + 1).min(contour.curves.len());
-        // The first motion begins where the tool was reported to rest, the others where the one before it ended.
+        // The first motion begins where the tool was reported at rest, so its tolerance is larger. Each other
+        // motion begins where the motion before it ended.
         let tolerance = |k: usize| if k == 0 { self.set.resolutions(BELIEVED) } else { resolution };
         let on = (contour.first..last)
             .find(|&k| lies_on(feedback.position, &contour.curves[k].0, tolerance(k), interpolation));
@@ -224,19 +231,19 @@ impl Guard {
         Ok(())
     }
 
-    /// Takes back a contour of which nothing was handed out.
+    /// Drops a contour if the guard has handed out no motion of it.
     pub fn withdraw_contour(&mut self) {
         self.contour = self.contour.take().filter(|contour| contour.sent > 0);
     }
 }
 
-/// Whether the ends of an arc are so near that a controller computing in 32-bit floats can mistake its sweep for a full
-/// turn: GRBL adds one when the angle comes out below 5e-7.
+/// Whether the ends of an arc are too near each other. A controller that computes in 32-bit floats can then
+/// mistake the sweep for a full turn: GRBL adds a turn when the computed angle is below 5e-7.
 fn is_too_short(arc: &Arc) -> bool {
     !points_within(arc.from(), arc.to(), shortest_arc(arc.radius())).is_clear()
 }
 
-/// Whether an arc turns by more than about a quarter (97°): its ends, seen from the centre, are more than that apart.
+/// Whether an arc turns by more than about a quarter circle: 97°, where the cosine is −1/8.
 fn is_too_long(arc: &Arc) -> bool {
     let (c, from, to) = (arc.centre(), arc.from(), arc.to());
     let ahead = if arc.turn() == Turn::CounterClockwise { Orientation::Left } else { Orientation::Right };
@@ -247,11 +254,11 @@ fn is_too_long(arc: &Arc) -> bool {
     orientation(c, from, to) != ahead || 8 * cosine < -radius_2
 }
 
-/// How far a controller's chords may leave an arc, lattice units (2 µm).
+/// Greatest distance of a controller's chords from an arc, lattice units (2 µm).
 const CHORDED: Length = Length::small(200);
 
-/// Whether `p` lies where the tool can be on its way along the curve, to `tolerance`: on it, or where axes run apart anywhere in
-/// the box that was certified for it. An arc may be driven as chords within 2 µm.
+/// Whether the tool can be at `p` while it follows the curve, to `tolerance`. The tool is then on the curve,
+/// or in its certified box with non-interpolated axes. A controller may drive an arc as chords within 2 µm.
 fn lies_on(p: Point, curve: &Curve, tolerance: Length, interpolation: Interpolation) -> bool {
     match curve {
         Curve::Line(line) if interpolation == Interpolation::Independent => {
@@ -274,7 +281,7 @@ fn lies_on_arc(p: Point, arc: &Arc, reach: Length) -> bool {
     ring && in_wedge(p, arc)
 }
 
-/// Whether `p` lies within the sector of the arc, seen from its centre.
+/// Whether `p` lies in the sector between the centre and the arc.
 fn in_wedge(p: Point, arc: &Arc) -> bool {
     let (c, from, to) = (arc.centre(), arc.from(), arc.to());
     let (first, last) = if arc.turn() == Turn::CounterClockwise { (from, to) } else { (to, from) };
@@ -294,7 +301,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn arcs_are_told_from_the_rest_of_their_circles() {
+    fn only_points_near_an_arc_lie_on_it() {
         let at = |x, y| Point::from_units(x, y).unwrap();
         let three_quarters =
             Arc::new(at(100_000, 0), at(0, -100_000), at(0, 0), Turn::CounterClockwise).unwrap();

@@ -3,9 +3,9 @@
 use keepout_kernel::exact::segment::{Orientation, Window, distance_2, orientation};
 use keepout_kernel::{Convex, Point, Segment};
 
-/// Most points of a hull.
+/// Greatest number of points of a hull.
 const POINTS_MAX: usize = 14;
-/// Most corners while the hull is built: both chains can hold every point at once.
+/// Greatest number of corners during construction: both chains can hold every point at once.
 const CORNERS_MAX: usize = 2 * POINTS_MAX + 1;
 
 /// A convex hull: its corners, counter-clockwise. Points on a line have two corners, a single point has one.
@@ -69,19 +69,21 @@ impl Hull {
         &self.corners[..self.count]
     }
 
-    /// The polygon; `None` when the corners do not turn left all round (an error here: it is checked anew).
+    /// The hull as a polygon. `None` when the corners do not turn left all round. The kernel checks this
+    /// again: `None` would be an error of this file.
     #[must_use]
     pub fn polygon(&self) -> Option<Convex<'_>> {
         Convex::check(&self.corners[..self.count])
     }
 
-    /// The sides, as pairs of corners. Two corners have one side, and so has a single corner.
+    /// The sides, as pairs of corners. Two corners have one side. A single corner has one side of length
+    /// zero.
     pub fn sides(&self) -> impl Iterator<Item = (Point, Point)> + '_ {
         let count = if self.count == 2 { 1 } else { self.count };
         (0..count).map(|k| (self.corners[k], self.corners[(k + 1) % self.count]))
     }
 
-    /// Whether the hull holds the point, its border included.
+    /// Whether the hull holds the point. The border belongs to the hull.
     #[must_use]
     pub fn holds(&self, point: Point) -> bool {
         match self.count {
@@ -95,7 +97,7 @@ impl Hull {
         }
     }
 
-    /// The point of the hull nearest to `point`, to a lattice unit.
+    /// The point of the hull nearest to `point`, rounded to the lattice.
     #[must_use]
     pub fn nearest(&self, point: Point) -> Option<Point> {
         if self.holds(point) {
@@ -130,7 +132,7 @@ mod tests {
 
     use super::*;
 
-    /// The lattices are small, so points often coincide and lie on lines. The oracle tests all triangles.
+    /// The grids are small, so points often coincide or lie on one line. The oracle tests all triangles.
     #[test]
     fn hull_agrees_with_all_triangles_of_its_points() {
         let mut random = fastrand::Rng::with_seed(9);

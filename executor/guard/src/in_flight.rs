@@ -98,7 +98,8 @@ pub(crate) struct InFlight {
     pub(crate) left_before: u64,
     /// Lines up to this number were executed when the query of the last report left.
     pub(crate) executed: u64,
-    /// Number of rejected lines. A duplicate of one may still arrive and be accepted.
+    /// Number of rejected lines since the tool was last in position. A duplicate of one may still arrive and
+    /// be accepted.
     pub(crate) refused: u64,
     /// Number of reports at rest in a row that agree.
     pub(crate) rests_seen: u8,

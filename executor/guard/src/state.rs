@@ -1,4 +1,4 @@
-//! The state of the guard as one value, for exploration. Nothing here makes a [`super::Certified`].
+//! The state of the guard as one value, for state exploration. This file makes no [`super::Certified`].
 
 use alloc::vec::Vec;
 
@@ -7,8 +7,8 @@ use keepout_kernel::{FreePoint, Length, Point};
 use crate::contour::Counts;
 use crate::{Guard, Time};
 
-/// Everything about a guard that changes, but the edge it asks first (which only makes it refuse sooner what it would refuse
-/// anyway).
+/// All changing parts of a guard, except the edge that it checks first. That edge only makes a refusal
+/// faster.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct State {
     confirmed: Option<(Point, i32)>,
@@ -23,13 +23,13 @@ pub struct State {
 }
 
 impl Guard {
-    /// How far the tool may be beside the hull.
+    /// Greatest distance of the tool from the hull after a cancel.
     #[must_use]
     pub fn stray(&self) -> Length {
         self.set.stray
     }
 
-    /// All of its state.
+    /// The state of the guard.
     #[must_use]
     pub fn state(&self) -> State {
         let set = &self.set;

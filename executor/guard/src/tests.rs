@@ -223,8 +223,9 @@ fn contour_is_certified_whole_and_handed_out_one_by_one() {
     assert_eq!(guard.end().unwrap().point(), r);
 }
 
-/// The confirmed was rounded, and lost its straight way to the last target by a unit, as happens in sliding contact. At
-/// rest at the target the set must become the target all the same, or the tool could never move again.
+/// The confirmed was rounded, and lost its straight way to the last target by a unit, as happens in sliding
+/// contact. At rest at the target the set must become the target all the same, or the tool could never move
+/// again.
 #[test]
 fn rest_at_a_target_is_settled_whatever_the_tail_sees() {
     let mut guard = guard();
@@ -280,8 +281,8 @@ fn jogs_can_be_boxes_and_contours_lines() {
     }
 }
 
-/// A report that was damaged, or is an old one, says that the tool rests where it was sent to; truly it is half-way, beyond
-/// the part. Where a checksum rules that out one report is enough, and this would go wrong.
+/// A report that was damaged, or is an old one, says that the tool rests where it was sent to; truly it is
+/// half-way, beyond the part. Where a checksum rules that out one report is enough, and this would go wrong.
 #[test]
 fn one_report_of_rest_is_not_believed_without_a_checksum() {
     for checked in [false, true] {
@@ -340,7 +341,8 @@ fn lines_go_out_only_as_the_controller_reads_them() {
     assert!(!guard.awaits_reading() && guard.next_of_contour().is_some());
 }
 
-/// The clock jumps while the tool has yet to drive there and back: seen on the way there, it is not on its way back.
+/// The clock jumps while the tool has yet to drive there and back: seen on the way there, it is not on its
+/// way back.
 #[test]
 fn a_clock_that_jumps_retires_nothing() {
     for checked in [false, true] {
@@ -376,8 +378,8 @@ fn a_clock_that_jumps_retires_nothing() {
     }
 }
 
-/// A tool that stops short again and again, each time ahead of where it is reported, and turns a little: the errors do not
-/// add up.
+/// A tool that stops short again and again, each time ahead of where it is reported, and turns a little: the
+/// errors do not add up.
 #[test]
 fn errors_of_reports_do_not_add_up() {
     // An error of 4, rounded to the lattice, is less than the resolution of 5.
@@ -410,7 +412,8 @@ fn errors_of_reports_do_not_add_up() {
     }
 }
 
-/// A reset drops what a controller holds, without an alarm: nothing more of a contour goes out when it rests too early.
+/// A reset drops what a controller holds, without an alarm: nothing more of a contour goes out when it rests
+/// too early.
 #[test]
 fn nothing_of_a_contour_goes_out_while_the_controller_rests_too_early() {
     let mut guard = guard();
