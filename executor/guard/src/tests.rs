@@ -1,4 +1,4 @@
-//! The guard, against hand-made cases and an adversary.
+//! Tests of the guard, with hand-made cases and an adversary.
 
 use alloc::sync::Arc;
 
@@ -12,7 +12,7 @@ fn at(x: i64, y: i64) -> Point {
     Point::from_units(x, y).unwrap()
 }
 
-/// An L, in lattice units, and a guard that keeps 300 units from it.
+/// A guard that keeps 300 lattice units from an L-shaped part.
 fn guard_of(interpolation: Interpolation, checked: bool) -> Guard {
     let corners = [(0, 0), (9000, 0), (9000, 2500), (3000, 2500), (3000, 7000), (0, 7000)];
     let ring = Ring::new(corners.iter().map(|&(x, y)| at(x, y)).collect()).unwrap();
@@ -37,7 +37,7 @@ fn guard() -> Guard {
     guard_of(Interpolation::Linear, true)
 }
 
-/// The adversary executes lines in any order, any number of times, each only as far as it likes.
+/// The adversary executes lines in any order and any number of times, each up to any point.
 #[test]
 fn no_execution_of_admitted_lines_comes_near_the_part() {
     let mut random = fastrand::Rng::with_seed(11);
@@ -59,7 +59,7 @@ fn no_execution_of_admitted_lines_comes_near_the_part() {
                 let d = to.minus(tool);
                 let part = |d: i32| i64::from(d) * share / 16;
                 let next = at(i64::from(tool.x.units()) + part(d.dx), i64::from(tool.y.units()) + part(d.dy));
-                // Rounding to the lattice moves the tool by a unit and more with every step.
+                // Rounding to the lattice moves the tool by a unit or more at every step.
                 let threshold = Length::from_units(300 - 12).unwrap();
                 let motion = Segment { from: tool, to: next };
                 guard.part().edges_clear(motion, threshold).unwrap();
@@ -74,7 +74,7 @@ fn no_execution_of_admitted_lines_comes_near_the_part() {
 }
 
 #[test]
-fn without_a_position_nothing_is_admitted() {
+fn guard_admits_no_jog_without_a_position() {
     let mut guard = guard();
     assert_eq!(guard.jog(at(-1000, 0), 600), Err(Refusal::PositionUnknown));
     assert!(matches!(guard.locate(at(100, 100)), Err(Refusal::Blocked(_))));
@@ -92,13 +92,14 @@ fn without_a_position_nothing_is_admitted() {
 }
 
 #[test]
-fn a_refused_line_may_arrive_once_more() {
+fn rejected_line_stays_in_the_set_for_its_duplicate() {
     let mut guard = guard_of(Interpolation::Linear, false);
     guard.locate(at(-1000, 0)).unwrap();
     guard.jog(at(-1000, 2000), 600).unwrap();
     assert!(guard.refused());
     assert_eq!(guard.jog(at(-1000, 3000), 600), Err(Refusal::Full), "it may still be unread");
-    // Its second copy was accepted: it is in the queue, and the line after it is not the one that has left.
+    // The controller accepted the duplicate, so it is in the queue. The line after it must not count as one
+    // that left the queue.
     sees(&mut guard, &feedback(at(-1000, 100), false, 1), 0);
     guard.jog(at(-1000, 3000), 600).unwrap();
     guard.acknowledged().unwrap();
@@ -113,7 +114,7 @@ fn a_refused_line_may_arrive_once_more() {
 }
 
 #[test]
-fn a_refused_line_is_none_that_left_the_queue() {
+fn rejected_line_is_not_counted_as_completed() {
     let mut guard = guard_of(Interpolation::Linear, false);
     guard.locate(at(-1000, 0)).unwrap();
     guard.jog(at(-1000, 2000), 600).unwrap();
@@ -121,7 +122,7 @@ fn a_refused_line_is_none_that_left_the_queue() {
     sees(&mut guard, &feedback(at(-1000, 0), false, 1), 0);
     guard.jog(at(-3000, 2000), 600).unwrap();
     assert!(guard.refused());
-    // One motion in the queue of two lines that were answered; and the tool is seen off its way.
+    // The controller answered two lines and has one motion in its queue. The tool is reported off its path.
     for (x, y, ms) in [(-1050, 1000, 20), (-1200, 1100, 600), (-1400, 1210, 1200), (-1600, 1320, 1800)] {
         sees(&mut guard, &feedback(at(x, y), false, 1), ms);
         assert!(guard.in_flight().any(|target| target == at(-1000, 2000)), "{ms}");
@@ -136,7 +137,7 @@ fn time(ms: u64) -> Time {
     Time::from_micros(ms * 1000)
 }
 
-/// A query leaves, and its answer arrives a little later.
+/// Takes a report whose query leaves at `ms`, and which arrives 5 ms later.
 fn sees(guard: &mut Guard, feedback: &PositionFeedback, ms: u64) {
     let stamp = guard.stamp(time(ms));
     guard.reported(feedback, stamp, time(ms + 5)).unwrap();
@@ -148,7 +149,7 @@ fn targets_leave_only_by_evidence() {
     guard.locate(at(-1000, 0)).unwrap();
     let before = guard.stamp(time(0));
     guard.jog(at(-1000, 2000), 600).unwrap();
-    // Reports at rest that were asked for before the line, or before its acknowledgement, prove nothing.
+    // A report at rest is no evidence if its query left before the line or before its acknowledgement.
     for _ in 0..3 {
         guard.reported(&feedback(at(-1000, 0), true, 0), before, time(50)).unwrap();
         assert_eq!(guard.in_flight().count(), 2);
@@ -160,7 +161,7 @@ fn targets_leave_only_by_evidence() {
     assert_eq!(guard.acknowledged(), Err(Refusal::UnexpectedAcknowledgement));
     guard.jog(at(-1000, 4000), 600).unwrap();
     guard.acknowledged().unwrap();
-    // The first block has left the planner; it is executed for sure only after the drain time.
+    // The first block has left the planner queue. Its execution is certain only after the drain time.
     let stamp = guard.stamp(time(100));
     guard.reported(&feedback(at(-1000, 1500), false, 1), stamp, time(120)).unwrap();
     assert_eq!(guard.in_flight().count(), 3);
@@ -170,7 +171,7 @@ fn targets_leave_only_by_evidence() {
     let stamp = guard.stamp(time(700));
     guard.reported(&feedback(at(-1000, 2500), false, 1), stamp, time(720)).unwrap();
     assert_eq!(guard.in_flight().collect::<Vec<_>>(), [at(-1000, 2500), at(-1000, 4000)]);
-    // At rest short of the target: once may be a report between two motions, twice is a stop.
+    // At rest short of the target: one report can fall between two motions, two reports show a stop.
     let stamp = guard.stamp(time(800));
     guard.reported(&feedback(at(-1000, 3000), true, 0), stamp, time(820)).unwrap();
     assert!(!guard.in_position());
@@ -223,17 +224,18 @@ fn contour_is_certified_whole_and_handed_out_one_by_one() {
     assert_eq!(guard.end().unwrap().point(), r);
 }
 
-/// The confirmed was rounded, and lost its straight way to the last target by a unit, as happens in sliding
-/// contact. At rest at the target the set must become the target all the same, or the tool could never move
+/// Rounding has blocked the straight motion from the confirmed position to the last target by a unit, as
+/// happens in sliding contact. A tool at rest at the target must still be in position, or it could never move
 /// again.
 #[test]
-fn rest_at_a_target_is_settled_whatever_the_tail_sees() {
+fn tool_at_rest_at_its_target_is_in_position_although_the_motion_to_it_is_blocked() {
     let mut guard = guard();
     let time = time(1);
     guard.locate(at(-301, -500)).unwrap();
     guard.jog(at(-301, 7200), 600).unwrap();
     guard.acknowledged().unwrap();
-    // Rounded toward the wall, beyond the corner's reach: free, but the way along the wall is blocked.
+    // Rounded toward the wall, beyond the reach of the corner. The point is free, but the motion along the
+    // wall is blocked.
     guard.set.confirmed =
         Some(guard.part().free_point(at(-280, -120), Length::from_units(300).unwrap()).unwrap());
     let confirmed = guard.set.confirmed.unwrap();
@@ -246,9 +248,9 @@ fn rest_at_a_target_is_settled_whatever_the_tail_sees() {
     guard.jog(at(-900, 7200), 600).unwrap();
 }
 
-/// Jogs of which a cancel may leave the line, and contours that keep to it.
+/// A cancelled jog may leave its line, while a contour keeps to it.
 #[test]
-fn jogs_can_be_boxes_and_contours_lines() {
+fn jogs_can_be_certified_as_boxes_and_contours_as_lines() {
     let slanted = Curve::Line(Segment { from: at(-1000, 2000), to: at(-400, 2600) });
     let certify = |interpolation, contours, to: Point| {
         let mut guard = guard_of(interpolation, true);
@@ -281,10 +283,11 @@ fn jogs_can_be_boxes_and_contours_lines() {
     }
 }
 
-/// A report that was damaged, or is an old one, says that the tool rests where it was sent to; truly it is
-/// half-way, beyond the part. Where a checksum rules that out one report is enough, and this would go wrong.
+/// A damaged or old report states that the tool is at rest at its target. In truth the tool is half-way,
+/// beyond the part. A checksum excludes this case, so one report is then enough. Without a checksum, two
+/// reports must agree.
 #[test]
-fn one_report_of_rest_is_not_believed_without_a_checksum() {
+fn one_report_at_rest_is_no_evidence_without_a_checksum() {
     for checked in [false, true] {
         let mut guard = guard_of(Interpolation::Linear, checked);
         let time = time(1);
@@ -299,18 +302,18 @@ fn one_report_of_rest_is_not_believed_without_a_checksum() {
         let stamp = guard.stamp(time);
         guard.reported(&feedback(home, true, 0), stamp, time).unwrap();
         assert_eq!(guard.in_position(), checked);
-        // From home it is clear; from where the tool may be it leads through the part.
+        // The motion is clear from home. From the true place of the tool it leads through the part.
         assert_eq!(guard.jog(across, 600).is_ok(), checked);
         let true_way = Segment { from: far, to: across };
         assert!(guard.part().edges_clear(true_way, Length::ZERO).is_err());
         if !checked {
             guard.reported(&feedback(home, true, 0), stamp, time).unwrap();
-            assert!(guard.in_position(), "two that agree are believed");
+            assert!(guard.in_position(), "two reports that agree are evidence");
         }
     }
 }
 
-/// Acknowledgements that come twice let nothing be sent ahead of what the controller has read.
+/// A repeated acknowledgement does not release a line before the controller has read the line before it.
 #[test]
 fn lines_go_out_only_as_the_controller_reads_them() {
     let mut guard = guard_of(Interpolation::Linear, false);
@@ -341,10 +344,10 @@ fn lines_go_out_only_as_the_controller_reads_them() {
     assert!(!guard.awaits_reading() && guard.next_of_contour().is_some());
 }
 
-/// The clock jumps while the tool has yet to drive there and back: seen on the way there, it is not on its
-/// way back.
+/// The clock jumps while the tool still has to drive to the first target and back. A report on the way there
+/// must not count as one on the way back.
 #[test]
-fn a_clock_that_jumps_retires_nothing() {
+fn clock_jump_completes_no_line() {
     for checked in [false, true] {
         for interpolation in [Interpolation::Linear, Interpolation::Independent] {
             let mut guard = guard_of(interpolation, checked);
@@ -366,7 +369,7 @@ fn a_clock_that_jumps_retires_nothing() {
                 guard.jog(at(9900, -1000), 600).is_err(),
                 "{checked} {interpolation:?}: through the part"
             );
-            // OperatorView farther on, and on the way back, it has been there.
+            // Reports farther on and on the way back show that the tool has reached the first target.
             let mut now = Time::ZERO.after(20 * DRAIN);
             for y in [2000, 6000, 5000, 4000, 3000, 2000] {
                 let stamp = guard.stamp(now);
@@ -378,8 +381,8 @@ fn a_clock_that_jumps_retires_nothing() {
     }
 }
 
-/// A tool that stops short again and again, each time ahead of where it is reported, and turns a little: the
-/// errors do not add up.
+/// A tool stops short of 200 targets, and turns a little each time. It is always ahead of its reported
+/// position. The errors do not add up.
 #[test]
 fn errors_of_reports_do_not_add_up() {
     // An error of 4, rounded to the lattice, is less than the resolution of 5.
@@ -412,10 +415,10 @@ fn errors_of_reports_do_not_add_up() {
     }
 }
 
-/// A reset drops what a controller holds, without an alarm: nothing more of a contour goes out when it rests
-/// too early.
+/// A reset drops the queue of the controller without an alarm. If the tool is at rest short of the end of the
+/// last motion, the guard hands out no further motion of the contour.
 #[test]
-fn nothing_of_a_contour_goes_out_while_the_controller_rests_too_early() {
+fn contour_does_not_go_on_while_the_tool_is_at_rest_too_early() {
     let mut guard = guard();
     guard.locate(at(-310, 0)).unwrap();
     let line = |a, b| (Curve::Line(Segment { from: a, to: b }), 300);
@@ -426,7 +429,7 @@ fn nothing_of_a_contour_goes_out_while_the_controller_rests_too_early() {
     guard.acknowledged().unwrap();
     let (stamp, moving) = (guard.stamp(Time::ZERO), feedback(at(-310, 1000), false, 0));
     let rests = feedback(at(-310, 1000), true, 0);
-    // Asked for before the motion was acknowledged, this says nothing of it.
+    // The query left before the acknowledgement, so this report is no evidence about the motion.
     guard.reported(&rests, unacknowledged, Time::ZERO).unwrap();
     guard.reported(&rests, stamp, Time::ZERO).unwrap();
     assert!(guard.awaits_reading() && guard.next_of_contour().is_none());
