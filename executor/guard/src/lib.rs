@@ -72,7 +72,7 @@ pub struct Rules {
     pub shortest: Length,
     /// How the controller drives to the target of a jog, cancelled or not.
     pub interpolation: Interpolation,
-    /// What the tool does when a jog is cancelled.
+    /// Behaviour of the tool when a jog is cancelled.
     pub on_cancel: OnCancel,
     /// How the controller drives the motions of a contour. The guard never cancels them, so they can be
     /// linear although `interpolation` is independent.

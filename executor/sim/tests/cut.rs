@@ -259,7 +259,7 @@ fn jogging_along_the_part_does_not_count_as_cutting() {
             assert_eq!(cut.finished, 1, "{case:?}: {:?}, {:?}", cut.phase, cut.notices);
             let whole = coverage(&work.plan, cut.paths.iter().map(Vec::as_slice));
             assert!(whole.missed == 0 && whole.worst_mm < 0.03, "{case:?}: {whole:?}, {:?}", cut.notices);
-            let refused = cut.notices.iter().any(|notice| notice.contains("led there by hand"));
+            let refused = cut.notices.iter().any(|notice| notice.contains("you jogged the tool there"));
             led += u32::from(refused);
             clear += u32::from(along_mm == 0.0 && !refused);
         }

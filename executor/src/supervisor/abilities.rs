@@ -1,26 +1,26 @@
-//! What a controller can do.
+//! The abilities of a controller.
 
 use keepout_guard::{Interpolation, OnCancel};
 
-/// What a dialect's controller can do, as far as the supervisor needs it.
+/// The abilities of a dialect's controller that matter to the supervisor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Abilities {
-    /// How it drives to a jog's target, cancelled under way or not.
+    /// How the controller drives to the target of a jog, cancelled or not.
     pub interpolation: Interpolation,
-    /// How it drives the motions of a contour, which are never cancelled.
+    /// How the controller drives the motions of a contour, which are never cancelled.
     pub contours: Interpolation,
-    /// It drives arcs.
+    /// Whether the controller drives arcs.
     pub arcs: bool,
-    /// It takes motions while it moves, and joins them.
+    /// Whether the controller takes motions while it moves, and joins them.
     pub queues: bool,
-    /// What a cancel does to a jog under way, as long as nothing more is known of the controller.
+    /// The behaviour on a cancel that the dialect states. A measurement of the controller can weaken it.
     pub on_cancel: OnCancel,
-    /// A checksum protects the line both ways.
+    /// Whether a checksum protects the line in both directions.
     pub checked: bool,
 }
 
 impl Abilities {
-    /// Whether jogs can be stopped under way.
+    /// Whether a jog can be cancelled.
     #[must_use]
     pub fn cancels(&self) -> bool {
         self.on_cancel != OnCancel::NotOffered

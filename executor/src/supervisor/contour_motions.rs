@@ -1,4 +1,4 @@
-//! The motions that a contour is sent in, and how far ahead of the tool they are sent.
+//! The motions of a contour as they are sent, and their look-ahead.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -13,8 +13,8 @@ use super::event::{Command, Mode};
 use super::jog::length_mm;
 
 impl Supervisor {
-    /// The motions that the controller is sent for a curve: itself in pieces, or lines where it knows no arcs, in steps where
-    /// its axes run apart.
+    /// The motions that the controller gets for a curve: the curve in pieces, lines for a controller without
+    /// arcs, or short steps for non-interpolated axes.
     pub(super) fn as_sent(
         &self,
         curve: &Curve,
@@ -30,7 +30,7 @@ impl Supervisor {
             into.extend(quarters(arc, longest_mm)?.into_iter().map(|piece| (Curve::Arc(piece), feed)));
             return Ok(());
         }
-        let points = curve.chord_points(self.chord_slack())?;
+        let points = curve.chord_points(self.chord_error_bound())?;
         for pair in points.windows(2) {
             let line = Segment { from: pair[0], to: pair[1] };
             let step = |from, to| (Curve::Line(Segment { from, to }), feed);
@@ -39,14 +39,15 @@ impl Supervisor {
         Ok(())
     }
 
-    /// How far chords may leave an arc: what the certified threshold leaves for it.
-    fn chord_slack(&self) -> Length {
+    /// Chord-error bound for arcs: the difference between the finishing clearances of the plan and of the
+    /// guard.
+    fn chord_error_bound(&self) -> Length {
         let left = self.plan().finishing.units() - self.guard.rules().finishing_clearance.units();
         Length::from_units(i64::from(left) - 2).unwrap_or(CHORD_LEAST).max(CHORD_LEAST)
     }
 
-    /// Cuts a line into steps: short enough to stop after, and where the axes run apart so short that the box of each stays
-    /// within the stock.
+    /// Cuts a line into steps that are short enough to stop after each. With non-interpolated axes, the box
+    /// of each step stays within the stock.
     fn steps(
         &self,
         line: Segment,
@@ -62,7 +63,8 @@ impl Supervisor {
             if room < BOX_ROOM_LEAST {
                 return Err(NoContour::NoStock);
             }
-            // The corner of a box lies so far beside its diagonal; that of the n-th part, the n-th part of it.
+            // Distance of a corner of the box from its diagonal. With n steps, the distance is n times
+            // smaller.
             let (x, y) = (f64::from(d.dx), f64::from(d.dy));
             let beside = nearest_unit((x * y).abs() / x.hypot(y));
             count = count.max(beside.div_euclid(room) + 1);
@@ -80,7 +82,8 @@ impl Supervisor {
         Ok(())
     }
 
-    /// Sends what the look-ahead lets go out: no more than the tool needs to keep its speed, so that a pause takes effect soon.
+    /// Sends the motions within the look-ahead. The look-ahead is only long enough for the tool to keep its
+    /// speed, so that a feed hold takes effect soon.
     pub(super) fn contour_on(&mut self, commands: &mut Vec<Command>) {
         while self.runs_low() {
             let Some(certified) = self.guard.next_of_contour() else { break };
@@ -89,14 +92,15 @@ impl Supervisor {
         }
     }
 
-    /// Whether the queued motions of the contour last for less than the look-ahead. The place of the tool is as old as the last
-    /// report, and the next motion has to be acknowledged: the look-ahead includes a round trip for each.
+    /// Whether the queued motions of the contour last for less than the look-ahead. The known place of the
+    /// tool is as old as the last report, and the controller must acknowledge the next motion. So the
+    /// look-ahead includes a round trip for each.
     fn runs_low(&self) -> bool {
-        // On a path that runs back over itself the guard may take the tool for farther back than it is.
+        // On a path that runs back over itself, the guard may place the tool too far back.
         if self.mode == Some(Mode::Idle) {
             return true;
         }
-        // Somebody holds the controller. A motion that arrives during a hold can make it run away.
+        // Someone holds the controller. A motion that arrives during a hold can make it run away.
         if matches!(self.mode, Some(Mode::Held | Mode::Slowing)) {
             return false;
         }
@@ -114,7 +118,7 @@ impl Supervisor {
     }
 }
 
-/// The arc in pieces that turn by a quarter at most, and are no longer than `longest` mm.
+/// The arc in pieces. Each turns by at most a quarter circle, and is at most `longest` mm long.
 fn quarters(arc: &Arc, longest: f64) -> Result<Vec<Arc>, NoContour> {
     let view = arc_mm(arc);
     let count = (view.sweep.abs() / FRAC_PI_2).max(view.length() / longest).ceil().max(1.0);
@@ -122,7 +126,8 @@ fn quarters(arc: &Arc, longest: f64) -> Result<Vec<Arc>, NoContour> {
     let (mut from, mut k) = (arc.from(), 1.0);
     while k <= count {
         let to = if k + 0.5 > count { arc.to() } else { point_from_mm(view.at(k / count))? };
-        // The joints are rounded to the lattice: where that puts one off the circle, a centre a unit away fits.
+        // The joints are rounded to the lattice. If rounding puts a joint off the circle, a centre one unit
+        // away fits.
         let again = || fit_arc(from, to, xy(arc.centre()), arc.turn());
         pieces.push(Arc::new(from, to, arc.centre(), arc.turn()).or_else(|_| again())?);
         (from, k) = (to, k + 1.0);
@@ -141,22 +146,25 @@ fn mm_s(feed: u32) -> f64 {
     f64::from(feed) / 60.0
 }
 
-/// Least duration of the motions that were sent ahead of the tool, s, besides braking and two round trips.
+/// Least duration of the motions ahead of the tool, s. Braking and two round trips are added to it.
 const LOOK_AHEAD_S: f64 = 0.15;
-/// Longest duration of one motion, s: a pause takes effect soon. Over a line with a longer round trip the tool stops between motions.
-/// It does not depend on the round trip that was measured, so that a contour is the same each time.
+/// Longest duration of one motion, s, so that a feed hold takes effect soon. With a longer round trip, the
+/// tool stops between motions. The duration does not depend on the measured round trip, so a contour has the
+/// same motions each time.
 const MOTION_S: f64 = 0.3;
-/// Motions need not be shorter than this, mm, as long as they last no longer than [`SLOW_S`]. None is shorter than [`LEAST_MM`].
+/// The longest permitted length is at least this, mm, if such a motion lasts at most [`SLOW_S`]. It is always
+/// at least [`LEAST_MM`].
 const MOTION_MM: f64 = 2.0;
 const SLOW_S: f64 = 1.0;
 const LEAST_MM: f64 = 0.05;
 /// Rounding of steps and of the chords of arcs, lattice units (0.5 µm).
 const BOX_ROUNDING: i64 = 50;
-/// Where axes run apart, less room than this beside the path makes steps too short to be driven, lattice units (9.5 µm).
+/// Least room beside the path for the steps of non-interpolated axes, lattice units (9.5 µm). With less room,
+/// the steps are too short to drive.
 const BOX_ROOM_LEAST: i64 = 950;
-/// The stock that leaves that room, mm.
+/// The stock that gives this room, mm.
 pub(super) const BOX_STOCK_MM: f64 = 0.01;
-/// Chords never leave an arc by less than this: 0.1 µm.
+/// Least chord-error bound (0.1 µm).
 const CHORD_LEAST: Length = Length::small(10);
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Touching and contouring: from the wall around the part, paused, gone on with, given up.
+//! Contact start and contouring: start at the wall, feed hold, cycle start and interruption.
 
 use keepout_guard::{Certification, Refusal};
 use keepout_kernel::exact::arc::ArcError;
@@ -14,11 +14,11 @@ use super::jog::{self, JogPlanner};
 use super::state::{Run, State, Touch};
 use super::{CERTIFIED_AT_ONCE, Supervisor};
 
-/// The wall counts as touched within this distance beyond the roughing threshold, mm.
+/// The tool is in contact with the wall within this distance beyond the jogging clearance, mm.
 const TOUCH_MM: f64 = 0.1;
 
 impl Supervisor {
-    /// Whether the tool stands at the wall.
+    /// Whether the tool is in contact with the wall.
     pub(super) fn touches(&self) -> bool {
         let Some(at) = self.guard.end() else { return false };
         let Ok(band) = length_up_from_mm(TOUCH_MM) else { return false };
@@ -26,7 +26,7 @@ impl Supervisor {
         self.work.simplified().edges_clear(here, at.threshold().saturating_plus(band)).is_err()
     }
 
-    /// The contouring job that is wanted. It is worked out elsewhere, and comes as an event.
+    /// The contouring job that the supervisor requests. The session computes it and returns it as an event.
     #[must_use]
     pub fn wanted_job(&self) -> Option<JobRequest> {
         let State::Touching(Touch::Asked { in_place }) = self.state else { return None };
@@ -43,14 +43,16 @@ impl Supervisor {
         matches!(self.state, State::Touching(Touch::Asked { .. }))
     }
 
-    /// Goes on with what is left of the contour: from where the tool stands on it, or from clear space.
+    /// Goes on with the remaining contour: from the place of the tool on it, or from outside the jogging
+    /// clearance.
     pub(super) fn resume(&mut self) {
         let in_place = self.guard.is_inside_jogging_clearance();
         let begun = match &self.contours.interrupted {
             Some(interrupted) if in_place && interrupted.led_away => {
                 let (x, y) = point_mm(self.guard.end().map_or(Point::ORIGIN, |end| end.point()));
                 self.note(format!(
-                    "at {x:.3},{y:.3} mm the contour does not go on, for the tool was led there by hand: lead it farther from the part, and ask again"
+                    "at {x:.3},{y:.3} mm the contour does not go on, because you jogged the tool there: \
+                     jog it farther from the part, then resume again"
                 ));
                 false
             }
@@ -105,22 +107,25 @@ impl Supervisor {
         self.guard.begin_contour(curves)?;
         self.contours.unreached = job.unreached.len();
         for unreached in &job.unreached {
-            self.note(format!("no way wide enough for roughing leads to finishing {unreached}"));
+            self.note(format!("no link move outside the jogging clearance reaches finishing {unreached}"));
         }
         if job.recut_mm > 0.0 {
-            self.note(format!("{:.2} mm are cut again, to enter where it was left", job.recut_mm));
+            self.note(format!(
+                "{:.2} mm are recut, because the contour enters before the resume point",
+                job.recut_mm
+            ));
         }
         let done = Progress::after(&job, job.legs.len(), 0, Point::ORIGIN);
         Ok(Run::new(job, sources, done))
     }
 
-    /// What a leg leaves on the part beyond what its contour may touch.
+    /// The stock that a leg leaves on the part.
     fn stock(&self, leg: &Leg) -> Length {
         let plan = &self.work.plan.plan;
         leg.cuts.map_or(plan.stock_to_leave, |cut| plan.passes[cut.pass].stock_to_leave)
     }
 
-    /// Certifies a little more of the contour.
+    /// Certifies a few more motions of the contour.
     pub(super) fn certify_on(&mut self) {
         match self.guard.certify_contour(CERTIFIED_AT_ONCE) {
             Ok(Certification::Under { .. }) => {}
@@ -135,22 +140,22 @@ impl Supervisor {
         }
     }
 
-    /// Pauses the contour: nothing more of it is sent, and the tool stops where that ends. A feed hold would be quicker, and can run
-    /// away (`docs/safety/controllers.md`).
+    /// Feed hold: sends no more motions of the contour, and the tool stops at the end of the queued motions.
+    /// The feed hold of the controller would be faster, but it can run away (`docs/safety/controllers.md`).
     pub(super) fn pause(&mut self) {
         if let State::Contouring(run) = std::mem::replace(&mut self.state, State::Done) {
             self.state = State::Holding(run);
         }
     }
 
-    /// Goes on with a contour that was paused.
+    /// Cycle start: goes on with a contour on feed hold.
     pub(super) fn go_on(&mut self) {
         if let State::Holding(run) = std::mem::replace(&mut self.state, State::Done) {
             self.state = State::Contouring(run);
         }
     }
 
-    /// What is done of the contours of this plan, now.
+    /// The present progress of the contours of this plan.
     #[must_use]
     pub fn progress(&self) -> Progress {
         let under_way = match &self.state {
@@ -160,7 +165,7 @@ impl Supervisor {
         under_way.unwrap_or_else(|| self.contours.progress.clone())
     }
 
-    /// Keeps what is needed to go on with a contour that ends here unfinished.
+    /// Keeps the data to go on with a contour that ends here unfinished.
     pub(super) fn interrupt(&mut self) {
         self.contours.progress = self.progress();
         if let State::Contouring(run) | State::Holding(run) = &mut self.state {
@@ -177,41 +182,41 @@ impl Supervisor {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Interrupted {
     job: ContourJob,
-    /// The first of its motions that may not be done.
+    /// Index of the first of its motions that may be incomplete.
     first: usize,
-    /// The first of its motions that was not sent.
+    /// Index of the first of its motions that was not sent.
     end: usize,
-    /// Whether the operator has moved the tool since: what lies on that way was not cut.
+    /// Whether the operator has jogged since. The contour beside such a jog was not cut.
     pub(super) led_away: bool,
 }
 
-/// Why a contour does not begin.
+/// The reason why a contour does not begin.
 #[derive(Debug, Error)]
 pub(super) enum NoContour {
-    /// There is no job.
+    /// The planner found no job.
     #[error(transparent)]
     Job(#[from] JobError),
-    /// The job is of another plan.
+    /// The job belongs to another plan.
     #[error("the plan has no {0}")]
     NoSuchLoop(LoopNumber),
-    /// A motion cannot be cut into shorter ones.
+    /// A motion cannot be split into shorter motions.
     #[error(transparent)]
     Motion(#[from] ArcError),
     /// A joint of its motions leaves the lattice.
     #[error(transparent)]
     Lattice(#[from] LatticeError),
-    /// Independent axes need stock along a slanted wall.
+    /// Non-interpolated axes need stock along a slanted wall.
     #[error(
-        "this controller's axes run apart, and a slanted wall needs stock for that: give a finishing pass that leaves at \
-         least {BOX_STOCK_MM} mm"
+        "this controller does not interpolate its axes, and a slanted wall then needs stock: \
+         plan a finishing pass that leaves at least {BOX_STOCK_MM} mm"
     )]
     NoStock,
-    /// The guard refuses it.
+    /// The guard refuses the contour.
     #[error("contouring refused: {0}")]
     Refused(#[from] Refusal),
 }
 
-/// A contouring job that the supervisor wants.
+/// A contouring job that the supervisor requests.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JobRequest {
     from: Point,
@@ -221,10 +226,10 @@ pub struct JobRequest {
 }
 
 impl JobRequest {
-    /// Works the job out. May take long.
+    /// Computes the job. This may take long.
     ///
     /// # Errors
-    /// What the operator should know when there is none.
+    /// [`JobError`] with the reason why there is no job, for the operator.
     pub fn work_out(&self, plan: &CertifiedPlan) -> Result<ContourJob, JobError> {
         match &self.interrupted {
             Some(interrupted) => interrupted.go_on(plan, self.from, &self.progress),
@@ -234,7 +239,7 @@ impl JobRequest {
 }
 
 impl Interrupted {
-    /// The rest of the job, for a tool that stands on it.
+    /// The rest of the job, for a tool that stands on its contour.
     fn go_on(&self, plan: &CertifiedPlan, at: Point, done: &Progress) -> Result<ContourJob, JobError> {
         let all = self.job.legs.iter().flat_map(|leg| leg.curves.iter().copied());
         let left: Vec<Curve> = all.skip(self.first).collect();
@@ -249,7 +254,8 @@ impl Interrupted {
     }
 }
 
-/// The legs with the motions of `rest`, dealt from the last leg backwards: what is left of the first is led onto.
+/// The legs with the motions of `rest`, distributed from the last leg backwards. The first leg takes the
+/// remaining motions, with the lead-in.
 fn dealt(legs: &[Leg], mut rest: Vec<Curve>) -> Vec<Leg> {
     let mut result = Vec::new();
     for leg in legs.iter().rev() {

@@ -1,4 +1,4 @@
-//! What goes in and out of the supervisor: events, replies, commands.
+//! Input and output of the supervisor: events, replies, commands.
 
 use arrayvec::ArrayString;
 use keepout_guard::{Certified, CertifiedCancel};
@@ -9,10 +9,10 @@ use thiserror::Error;
 use super::input::{OperatorCommand, OperatorInput};
 use super::jog::Limits;
 
-/// A line of text of bounded length: what does not fit is cut off.
+/// A line of text of bounded length. The rest of a longer line is cut off.
 pub type Text = ArrayString<80>;
 
-/// The beginning of `text`, as far as it fits.
+/// The beginning of `text` that fits.
 #[must_use]
 pub fn text(text: &str) -> Text {
     let mut short = Text::new();
@@ -20,22 +20,22 @@ pub fn text(text: &str) -> Text {
     short
 }
 
-/// The controller's state, as far as the supervisor needs it.
+/// The controller's state, in the terms of the supervisor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
-    /// Stands still, waits for commands.
+    /// At rest, ready for commands.
     Idle,
-    /// Moves: jogging, or running a contour.
+    /// In motion: a jog or a contour.
     Moving,
-    /// Slowing down for a hold.
+    /// Decelerating for a hold.
     Slowing,
-    /// Stands still, held.
+    /// At rest in a hold.
     Held,
     /// Homing.
     Homing,
-    /// Locked by an alarm: homing or unlocking needed.
+    /// Locked by an alarm. It needs homing or unlocking.
     Alarm,
-    /// Something else: door, check, sleep.
+    /// Another state: door, check, sleep.
     Other,
 }
 
@@ -44,69 +44,71 @@ pub enum Mode {
 pub struct Report {
     /// The controller's state.
     pub mode: Mode,
-    /// The tool centre, drawing coordinates; `None` when it is not reported, or the coordinates are not known yet.
+    /// The tool centre in drawing coordinates. `None` when the report does not state it, or the coordinates
+    /// are not known yet.
     pub position: Option<Point>,
-    /// Motions in the controller's queue; `None` when the report does not say.
+    /// Number of motions in the controller's queue. `None` when the report does not state it.
     pub queued: Option<usize>,
-    /// Whether the controller has received something that it has not acted on; `None` when the report does not say.
+    /// Whether the controller has received input that it has not acted on. `None` when the report does not
+    /// state it.
     pub waiting: Option<bool>,
 }
 
-/// What a controller needs to be, and is not.
+/// A controller setting with an unsuitable value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unfit {
-    /// Its name for the setting.
+    /// The controller's name for the setting.
     pub name: &'static str,
-    /// The setting's value.
+    /// The value of the setting.
     pub value: f64,
-    /// What is needed.
+    /// The required value.
     pub needed: &'static str,
 }
 
 /// A decoded message from the controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reply {
-    /// The oldest motion is accepted.
+    /// The controller accepted the oldest motion.
     Accepted,
-    /// The oldest line is refused.
+    /// The controller rejected the oldest line.
     Refused {
-        /// The controller's number for it.
+        /// The controller's number of the error or alarm.
         code: u16,
-        /// What that number means; empty when it is not known.
+        /// Meaning of the number. Empty when it is unknown.
         meaning: &'static str,
-        /// It can be tried again at rest.
+        /// Whether the controller can accept a jog again at rest.
         transient: bool,
     },
-    /// An alarm.
+    /// The controller raised an alarm.
     Alarm {
-        /// The controller's number for it.
+        /// The controller's number of the error or alarm.
         code: u16,
-        /// What that number means; empty when it is not known.
+        /// Meaning of the number. Empty when it is unknown.
         meaning: &'static str,
     },
     /// A status report.
     Report(Report),
-    /// The controller is set up; what it says it can do.
+    /// The controller is set up. It states these limits.
     Prepared(Limits),
-    /// The controller can not be used as it is.
+    /// The controller cannot be used with this setting.
     Unfit(Unfit),
     /// The reference position was found.
     Homed,
     /// The modes that motions rely on are set.
     Armed,
-    /// It was reset, or switched on.
+    /// The controller was reset or switched on.
     Restarted,
-    /// It does not know where its axes are.
+    /// The controller does not know the position of its axes.
     NotHomed,
-    /// Its coordinates were changed by somebody.
+    /// Someone changed the coordinates of the controller.
     Displaced,
-    /// A message worth keeping, nothing to act on.
+    /// A message for the operator. It requires no action.
     Message(Text),
-    /// Not of this controller's language.
+    /// A line that is not in the controller's language.
     Garbled(Text),
 }
 
-/// Why a command cannot be written in the controller's language. Nothing of the command is sent then.
+/// Reason why a command cannot be written in the controller's language. No part of the command is then sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum EncodeError {
     /// The language has no arcs.
@@ -114,7 +116,8 @@ pub enum EncodeError {
     NoArcs,
     /// No report has carried the work offset, or the position of the axes' zero.
     #[error(
-        "the controller has not reported its work offset: connect again, and run `keepout doctor` if this returns"
+        "the controller has not reported its work offset: \
+         connect again, and run `keepout doctor` if this returns"
     )]
     WorkOffsetUnknown,
     /// A target leaves the lattice in machine coordinates.
@@ -122,15 +125,15 @@ pub enum EncodeError {
         "a target lies beyond ±5.37 m in machine coordinates ({0}): check the work offset and the alignment"
     )]
     OffLattice(#[from] LatticeError),
-    /// A line is longer than the controller's receive buffer holds for certain.
+    /// A line is longer than the length that certainly fits the controller's receive buffer.
     #[error("a line of {bytes} bytes is longer than the controller takes")]
     LineTooLong {
-        /// Its length.
+        /// Length of the line.
         bytes: usize,
     },
 }
 
-/// What happens to the supervisor.
+/// An event for the supervisor.
 #[derive(Debug)]
 pub enum Event {
     /// A message from the controller.
@@ -141,28 +144,28 @@ pub enum Event {
     Command(OperatorCommand),
     /// Time has passed.
     Tick,
-    /// The contouring job that the supervisor wanted.
+    /// The contouring job that the supervisor requested.
     Job(Box<Result<ContourJob, JobError>>),
     /// The port failed.
     PortLost(Text),
-    /// A command of the last step could not be written in the controller's language; nor was any after it.
+    /// The dialect could not write a command of the last step. It wrote no later command of that step either.
     NotSent(EncodeError),
     /// The port is back.
     PortFound,
 }
 
-/// What the supervisor wants done.
+/// A command to the controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Command {
-    /// Asks for a status report.
+    /// Request a status report.
     Query,
-    /// Stop jogging, and forget jogs that are queued.
+    /// Stop jogging, and drop the queued jogs.
     Cancel(CertifiedCancel),
-    /// Stop homing: the machine seeks its switches, and no motion of that is certified.
+    /// Stop homing. The guard does not certify the motions of homing.
     EndHoming,
-    /// Drop the queued motions. It is sent only to a controller that somebody else has put on hold.
+    /// Drop the queued motions. It is sent only to a controller that someone else has put on hold.
     Abort,
-    /// Read the controller's settings, and set those that the session relies on.
+    /// Read the controller's settings, and set the settings that the session relies on.
     Prepare,
     /// Find the reference position.
     Home,

@@ -1,4 +1,4 @@
-//! Why a session stops.
+//! The faults that stop a session.
 
 use keepout_guard::Refusal;
 use keepout_kernel::Point;
@@ -6,71 +6,85 @@ use thiserror::Error;
 
 use super::event::{EncodeError, Mode, Text, Unfit};
 
-/// Why a session stopped.
+/// The reason why a session stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum Fault {
     /// The controller does not answer.
     #[error("no answer from the controller for {seconds:.1} s. Check cable, power, port and baud rate.")]
     Silent {
-        /// How long.
+        /// Duration of the silence, s.
         seconds: f64,
     },
-    /// It answered something that is not its language.
+    /// The controller sent a line that is not in its language.
     #[error(
-        "the controller sent {line:?}, which is not its language. Check the dialect, the baud rate and the cable."
+        "the controller sent {line:?}, which is not its language. \
+         Check the dialect, the baud rate and the cable."
     )]
     Garbled {
         /// The line.
         line: Text,
     },
-    /// It refused a line.
-    #[error("the controller refused a line with error {code}{}{meaning}. The machine stops at its last certified target.", if meaning.is_empty() { "" } else { ": " })]
+    /// The controller rejected a line.
+    #[error(
+        "the controller refused a line with error {code}{}{meaning}. \
+         The machine stops at its last certified target.",
+        if meaning.is_empty() { "" } else { ": " }
+    )]
     Refused {
-        /// Its error number.
+        /// The controller's error number.
         code: u16,
-        /// What that means.
+        /// Meaning of the number. Empty when it is unknown.
         meaning: &'static str,
     },
-    /// It raised an alarm.
-    #[error("the controller raised alarm {code}{}{meaning}. Find the cause, then home the machine again.", if meaning.is_empty() { "" } else { ": " })]
+    /// The controller raised an alarm.
+    #[error(
+        "the controller raised alarm {code}{}{meaning}. Find the cause, then home the machine again.",
+        if meaning.is_empty() { "" } else { ": " }
+    )]
     Alarm {
-        /// Its alarm number.
+        /// The controller's alarm number.
         code: u16,
-        /// What that means.
+        /// Meaning of the number. Empty when it is unknown.
         meaning: &'static str,
     },
-    /// It was reset under way.
+    /// The controller was reset during the session.
     #[error("the controller was reset. Its position may be lost: home it and start again.")]
     WasReset,
-    /// It is locked and homing was not asked for.
+    /// The controller is locked, and the session does not home it.
     #[error(
-        "the machine is not homed: where the tool is, is not known. Start with --home, with the tool raised."
+        "the machine is not homed, so the position of the tool is unknown. \
+         Raise the tool, and start with --home."
     )]
     NotHomed,
-    /// Its settings are not those that safety needs.
-    #[error("controller setting {}{} must be {}", .0.name, if .0.value.is_nan() { String::new() } else { format!(" is {}, it", .0.value) }, .0.needed)]
+    /// A setting does not have the value that safety requires.
+    #[error(
+        "controller setting {}{} must be {}",
+        .0.name,
+        if .0.value.is_nan() { String::new() } else { format!(" is {}, it", .0.value) },
+        .0.needed
+    )]
     Unfit(Unfit),
     /// The tool stands in the part.
     #[error("the tool stands at {at}: {refusal}. Raise it, move it clear of the part, and start again.")]
     InsidePart {
-        /// Where it stands.
+        /// Position of the tool.
         at: Point,
-        /// What the guard says.
+        /// Refusal of the guard.
         refusal: Refusal,
     },
-    /// A line was neither accepted nor refused.
+    /// The controller neither accepted nor rejected a line.
     #[error("a line was lost on the way to the controller. Check cable and baud rate.")]
     LineLost,
-    /// Its work offset changed under way.
-    #[error("the controller's work offset changed while the session ran: somebody set it there")]
+    /// The work offset of the controller changed during the session.
+    #[error("the controller's work offset changed while the session ran: someone set it at the controller")]
     OffsetChanged,
-    /// The guard found something that can not be.
+    /// The guard refused a reply of the controller.
     #[error("stopped: {0}")]
     Guard(#[from] Refusal),
-    /// It entered a state that it was not sent to.
-    #[error("the controller went into {mode:?} by itself: somebody pressed a button there, or a door opened")]
+    /// The controller entered a state without a command.
+    #[error("the controller went into {mode:?} by itself: someone pressed a button there, or a door opened")]
     Unexpected {
-        /// The state.
+        /// The new state.
         mode: Mode,
     },
     /// The port failed.
@@ -82,7 +96,7 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// Whether the controller may have lost where the tool is: it must be homed again.
+    /// Whether the controller may have lost the position of the tool. The machine must then be homed again.
     #[must_use]
     pub fn loses_position(&self) -> bool {
         !matches!(

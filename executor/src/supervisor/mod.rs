@@ -1,8 +1,8 @@
 //! The supervisor: a pure state machine between operator, guard and controller.
 //!
-//! `step(event, now, commands)` takes one event and the time, and adds the commands to send; it reads no clock, touches
-//! no port and draws no random numbers. Motions come only from the [`keepout_guard`]. After the start it allocates nothing while it
-//! steers.
+//! `step(event, now, commands)` takes one event and the time, and appends the commands to send. It reads no
+//! clock, accesses no port and uses no random numbers. Motions come only from the [`keepout_guard`]. After
+//! the start, the supervisor allocates no memory during jogging.
 
 mod abilities;
 mod contour_motions;
@@ -44,7 +44,7 @@ use prepared_plan::rules;
 pub use state::Phase;
 use state::{State, Touch};
 
-/// What the session was set up with.
+/// Options of a session.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
     /// Feed of the finishing contour, mm/min.
@@ -53,11 +53,11 @@ pub struct Options {
     pub home: bool,
     /// The machine's travel, drawing coordinates.
     pub travel: Window,
-    /// Longest silence of the controller.
+    /// Longest permitted silence of the controller.
     pub answer_within: Duration,
     /// Baud rate of the line.
     pub baud: u32,
-    /// What an earlier session has done of the plan's contours.
+    /// Progress of the plan's contours in earlier sessions.
     pub progress: Progress,
 }
 
@@ -70,18 +70,18 @@ pub struct Counts {
     pub contour_motions: u64,
     /// Jogs cancelled.
     pub cancels: u64,
-    /// Wishes that the wall shortened or turned.
+    /// Jog inputs that were shortened or turned, or found no admissible target.
     pub clipped: u64,
     /// Queries sent.
     pub queries: u64,
 }
 
-/// Most notices kept.
+/// Greatest number of notices kept.
 const NOTICES_MAX: usize = 64;
-/// Motions of a contour that are certified in one step.
+/// Number of contour motions that one step certifies.
 const CERTIFIED_AT_ONCE: usize = 32;
 
-/// The supervisor; see the module's documentation.
+/// The supervisor of one session. See the documentation of this module.
 #[derive(Debug)]
 pub struct Supervisor {
     work: PreparedPlan,
@@ -116,7 +116,7 @@ struct Operation {
     rejected: u8,
 }
 
-/// The contours: what is cut of them, and what is left of an interrupted one.
+/// The progress of the contours, and the rest of an interrupted contour.
 #[derive(Debug)]
 struct Contours {
     /// The progress without the contour under way.
@@ -153,7 +153,7 @@ impl Supervisor {
         }
     }
 
-    /// Takes one event, and adds the commands to send, in order.
+    /// Takes one event, and appends the commands to send, in order.
     pub fn step(&mut self, event: Event, now: Time, commands: &mut Vec<Command>) {
         let first = commands.len();
         let jogs = !matches!(event, Event::Tick | Event::Command(_));
@@ -206,7 +206,7 @@ impl Supervisor {
         }
     }
 
-    /// What the supervisor is doing.
+    /// The phase of the session.
     #[must_use]
     pub fn phase(&self) -> Phase {
         self.state.phase()
@@ -230,7 +230,7 @@ impl Supervisor {
         &self.work.plan
     }
 
-    /// The guard, to look at.
+    /// The guard.
     #[must_use]
     pub fn guard(&self) -> &Guard {
         &self.guard
@@ -260,19 +260,19 @@ impl Supervisor {
         &self.contours.progress.finished
     }
 
-    /// Finishing loops of the last contour's free space that no way was found to.
+    /// Number of finishing loops of the last contouring job that no link move reaches.
     #[must_use]
     pub fn unreached(&self) -> usize {
         self.contours.unreached
     }
 
-    /// Whether a contour was begun and is not done.
+    /// Whether a contour was interrupted and is not finished.
     #[must_use]
     pub fn is_interrupted(&self) -> bool {
         self.contours.interrupted.is_some()
     }
 
-    /// Things the operator should know.
+    /// Notices for the operator.
     #[must_use]
     pub fn notices(&self) -> &[String] {
         &self.notices
@@ -284,7 +284,7 @@ impl Supervisor {
         self.counts
     }
 
-    /// The time from a query to its answer, as lately measured.
+    /// Recent time from a query to its answer.
     #[must_use]
     pub fn round_trip(&self) -> Duration {
         self.polling.round_trip
@@ -296,7 +296,7 @@ impl Supervisor {
         }
     }
 
-    /// Does what the state needs now. Without `jogs`, a jog follows only when the input becomes stale.
+    /// Acts as the state requires. Without `jogs`, the jog planner runs only when the input becomes stale.
     fn act(&mut self, jogs: bool, now: Time, commands: &mut Vec<Command>) -> Result<(), Fault> {
         if self.wants_query(now) {
             self.query(now, commands);
@@ -362,7 +362,7 @@ impl Supervisor {
         };
     }
 
-    /// Where a tool that has come to rest goes on.
+    /// Changes the state after the tool has come to rest.
     fn at_rest(&mut self) {
         let inside = self.guard.is_inside_jogging_clearance();
         self.state = match std::mem::replace(&mut self.state, State::Done) {

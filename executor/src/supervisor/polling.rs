@@ -5,15 +5,16 @@ use std::time::Duration;
 
 use keepout_guard::{Guard, QueryStamp, Time};
 
-/// Most queries without an answer.
+/// Greatest number of queries without an answer.
 const QUERIES_MAX: usize = 64;
-/// A query without an answer is repeated so often within the longest permitted silence.
+/// Number of repetitions of an unanswered query within the longest permitted silence.
 const QUERIES_IN_SILENCE: u32 = 5;
 /// Time between an answer and the next query.
 pub(super) const QUERY_PAUSE: Duration = Duration::from_millis(20);
-/// The same while the supervisor waits for a tool that stops, or for the controller to read a contour motion.
+/// The same while the supervisor waits until the tool stops, or until the controller has read a contour
+/// motion.
 const QUERY_SOON: Duration = Duration::from_millis(10);
-/// A repeated answer arrives within the time of so many bits: 140 bytes.
+/// A repeated answer arrives within the time of this number of bits: 140 bytes.
 const ECHO_BITS: u64 = 1400;
 
 /// The state of the polling.
@@ -27,17 +28,17 @@ pub(super) struct Polling {
     asked_at: Option<Time>,
     /// Send time of the oldest query since the last report.
     waits_since: Option<Time>,
-    /// Recent time from there to the report.
+    /// Recent time from the oldest such query to the report.
     patience: Duration,
     /// Time of the last answer.
     answered_at: Time,
     /// Recent time from a query to its answer.
     pub(super) round_trip: Duration,
-    /// The same for the last query.
+    /// Time from the last query to its answer.
     last_trip: Duration,
-    /// A motion was sent since the last query.
+    /// Whether a motion was sent since the last query.
     pub(super) owed: bool,
-    /// The controller is idle with a line unacknowledged since this time.
+    /// Start of the time in which the controller is idle with a line unacknowledged.
     unacknowledged_since: Option<Time>,
 }
 
@@ -77,7 +78,7 @@ impl Polling {
         self.queries.push_back(stamp);
     }
 
-    /// Takes note of a report. Answers the stamp of the query that it answers, if any is open.
+    /// Takes note of a report. Returns the stamp of the query that it answers, if a query is open.
     pub(super) fn answered(&mut self, now: Time, answer_within: Duration) -> Option<QueryStamp> {
         if let Some(asked) = self.asked_at.take() {
             self.last_trip = now.since(asked);
@@ -94,20 +95,21 @@ impl Polling {
         stamp
     }
 
-    /// Takes note of an acknowledged line. The answer to a query that left before this line would have arrived
-    /// before the acknowledgement, so older queries are dropped.
+    /// Takes note of an acknowledged line. The answer to a query that left before this line would have
+    /// arrived before the acknowledgement, so older queries are dropped.
     pub(super) fn acknowledged(&mut self, guard: &Guard) {
         self.unacknowledged_since = None;
         self.queries.retain(|stamp| !guard.is_outdated(stamp));
     }
 
-    /// Takes note of whether the controller is idle with a line unacknowledged. Answers for how long it is.
+    /// Takes note of whether the controller is idle with a line unacknowledged. Returns the duration of this
+    /// state.
     pub(super) fn unacknowledged_for(&mut self, idle: bool, now: Time) -> Duration {
         self.unacknowledged_since = if idle { self.unacknowledged_since.or(Some(now)) } else { None };
         self.unacknowledged_since.map_or(Duration::ZERO, |since| now.since(since))
     }
 
-    /// When the next query is due. `soon`: an event is expected that only a report shows.
+    /// Time of the next query. `soon`: the supervisor waits for an event that only a report shows.
     pub(super) fn due(&self, answer_within: Duration, baud: u32, soon: bool) -> Time {
         let Some(asked) = self.asked_at else {
             // A repeated answer must not count as the answer to a later query.
@@ -124,7 +126,7 @@ impl Polling {
         self.queries.clear();
     }
 
-    /// Begins again, with the controller heard now.
+    /// Begins again, as after a message from the controller.
     pub(super) fn restart(&mut self, now: Time) {
         self.queries.clear();
         (self.asked_at, self.waits_since, self.unacknowledged_since) = (None, None, None);

@@ -1,4 +1,4 @@
-//! What is worked on: the plan, its part prepared for steering, and what the guard is to keep to for it.
+//! The loaded plan: its part prepared for jogging, and the rules of the guard for it.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use keepout_planner::units::length_up_from_mm;
 use super::jog::standing_off;
 use crate::supervisor::Abilities;
 
-/// A certified plan, and its part prepared for steering. Cheap to clone.
+/// A certified plan with its part prepared for jogging. Cheap to clone.
 #[derive(Clone, Debug)]
 pub struct PreparedPlan {
     /// The plan.
@@ -21,9 +21,10 @@ pub struct PreparedPlan {
     pub(super) simplified: Arc<ProhibitedRegion>,
 }
 
-/// Runs of edges are under one chord while the tool is steered by hand, as many short edges would make decisions slow: as far
-/// as they keep within this share of the stock_to_leave of it, and within 5 µm.
+/// Divisor of the stock to leave that gives the tolerance of the simplified outline. One chord replaces a run
+/// of edges within this tolerance, because many short edges would make jogging slow.
 const COARSE_SHARE: i64 = 40;
+/// Greatest tolerance of the simplified outline, lattice units (5 µm).
 const COARSE_MAX: i64 = 500;
 
 impl PreparedPlan {
@@ -33,15 +34,15 @@ impl PreparedPlan {
         let tolerance = (i64::from(plan.plan.stock_to_leave.units()) / COARSE_SHARE).min(COARSE_MAX);
         let tolerance = Length::from_units(tolerance).unwrap_or(Length::ZERO);
         let mut simplified = plan.part.simplified(tolerance).unwrap_or_else(|_| plan.part.clone());
-        // Cells only make answers at the roughing threshold and where ways stand off it
-        // faster; a part too large for them is asked by its index.
+        // Cells only speed up the queries at the jogging clearance and a little beyond it. For a part too
+        // large for cells, the queries use its index.
         let _ = simplified.prepare(plan.roughing);
         let _ = simplified.prepare(standing_off(plan.roughing));
         let part = Arc::new(plan.part.clone());
         Self { plan: Arc::new(plan), part, simplified: Arc::new(simplified) }
     }
 
-    /// The part as steering by hand sees it: up to 10 µm larger.
+    /// The simplified outline for jogs: up to 10 µm larger than the part.
     #[must_use]
     pub fn simplified(&self) -> &ProhibitedRegion {
         &self.simplified
@@ -54,10 +55,10 @@ impl PreparedPlan {
     }
 }
 
-/// What the guard keeps to.
+/// The rules of the guard for this plan.
 pub(super) fn rules(plan: &CertifiedPlan, travel: Window, abilities: Abilities) -> Rules {
     let machine = &plan.plan.machine;
-    // Two steps and a little: the controller may have up to as few steps per mm as the profile says.
+    // Two steps and a reserve. The controller has at least as many steps per mm as the profile states.
     let shortest = length_up_from_mm(2.2 / machine.steps_per_mm).unwrap_or(Length::small(u8::MAX));
     Rules {
         travel,
@@ -72,8 +73,8 @@ pub(super) fn rules(plan: &CertifiedPlan, travel: Window, abilities: Abilities) 
     }
 }
 
-/// The threshold of contours as they are sent. A controller that turns arcs into chords leaves them by a term of the margin;
-/// one that is sent chords does not, and the chords are asked without that term.
+/// The finishing clearance of contours as they are sent. A controller that turns arcs into chords leaves the
+/// arcs, and the margin has a term for this. A controller that gets chords does not, so the term is left out.
 fn finishing_as_sent(plan: &CertifiedPlan, abilities: Abilities) -> Length {
     let term = plan.plan.budget.terms.iter().find(|term| term.kind == TermKind::ControllerArcs);
     let units = term.filter(|_| !abilities.arcs).and_then(|term| length_up_from_mm(term.mm).ok());
@@ -92,8 +93,9 @@ mod tests {
     use super::super::transitions::ABILITIES;
     use super::*;
 
-    /// R + A + M by hand and R + M in the contour, with all of M: but for the arcs that the controller does not turn into chords,
-    /// when it is sent chords. By hand at least twice the resolution is kept beyond M.
+    /// The jogging clearance is R + A + M, and the finishing clearance is R + M. For a controller that gets
+    /// chords, the finishing clearance leaves out the term for its arcs. Jogs keep at least twice the
+    /// resolution beyond M.
     #[test]
     fn thresholds_contain_the_radius_and_each_term_of_the_margin() {
         let bytes = include_bytes!("../../cli/drawings/bracket.dxf");

@@ -1,4 +1,5 @@
-//! The start of a session: connecting, settings, homing, finding the place; and beginning anew after a fault.
+//! The start of a session: connection, settings, homing and location of the tool. Also the recovery after a
+//! fault.
 
 use keepout_guard::{OnCancel, Time};
 use keepout_kernel::UNITS_PER_MM;
@@ -20,7 +21,7 @@ impl Supervisor {
             Mode::Idle => {}
             Mode::Alarm if self.homes => {}
             Mode::Alarm => return Err(Fault::NotHomed),
-            // After a fault it may still run to its last certified target. Or somebody holds it.
+            // After a fault, the controller may still run to its last certified target, or someone holds it.
             Mode::Moving | Mode::Slowing => return Ok(()),
             Mode::Held => {
                 commands.push(Command::Abort);
@@ -34,7 +35,7 @@ impl Supervisor {
         Ok(())
     }
 
-    /// Takes the answer to a step of the start, and makes the next.
+    /// Takes the answer to a step of the start, and begins the next step.
     pub(super) fn start_on(&mut self, reply: &Reply, commands: &mut Vec<Command>) {
         match (&self.state, reply) {
             (State::Preparing, Reply::Prepared(limits)) => {
@@ -59,8 +60,8 @@ impl Supervisor {
         }
     }
 
-    /// What a cancel does, as the dialect and the machine profile have it: a measured departure from the path overrules the dialect,
-    /// and a measurement without one proves nothing.
+    /// The behaviour on a cancel, from the dialect and the machine profile. A measured departure from the
+    /// path overrides the dialect. A measurement without a departure proves nothing.
     fn on_cancel(&self) -> OnCancel {
         let stated = self.abilities.on_cancel;
         let controller = self.work.plan.plan.machine.controller.as_ref();
@@ -70,13 +71,15 @@ impl Supervisor {
         }
     }
 
-    /// The contour error in the margin is of the profile's acceleration: drives that are asked for more leave the path farther.
+    /// Notes an acceleration above that of the machine profile. The margin holds the contour error at the
+    /// profile's acceleration, and drives leave the path farther at a higher one.
     fn note_of_acceleration(&mut self, controller: Limits) {
         let (theirs, ours) = (controller.quicker_mm_s2, self.work.plan.plan.machine.acceleration_mm_s2);
         if theirs.is_finite() && theirs > 1.05 * ours {
             self.note(format!(
-                "the controller speeds up by {theirs:.0} mm/s², the plan's machine by {ours:.0}: the contour error in the margin is the \
-                 latter's. Set the controller to it, or plan with a profile of the controller's"
+                "the controller accelerates at {theirs:.0} mm/s², the plan's machine at {ours:.0} mm/s²: \
+                 the margin holds the contour error of the plan's machine only. \
+                 Set the controller to {ours:.0} mm/s², or plan with the acceleration of the controller"
             ));
         }
     }
@@ -90,12 +93,10 @@ impl Supervisor {
             return Ok(());
         }
         self.guard.locate(at).map_err(|refusal| Fault::InsidePart { at, refusal })?;
-        // Only now: homing that was followed by a fault may have been done in part.
+        // Only here: a fault before this point may have left homing incomplete.
         self.homes = false;
         self.state = if self.guard.is_inside_jogging_clearance() {
-            self.note(
-                "the tool stands nearer to the part than roughing allows: only ways out are allowed".into(),
-            );
+            self.note("the tool is inside the jogging clearance: only retract moves are possible".into());
             State::Escaping(JogPlanner::default())
         } else {
             State::Manual(JogPlanner::default())
@@ -103,14 +104,14 @@ impl Supervisor {
         Ok(())
     }
 
-    /// Begins anew after a fault. When the controller may have lost its place, or homing came to no end, the machine is homed,
-    /// and that is asked for twice: the tool must be raised first.
+    /// Begins again after a fault. The machine is homed if the controller may have lost its position, or if
+    /// homing is incomplete. The operator then commands it twice, because the tool must be raised first.
     pub(super) fn recover(&mut self, now: Time) {
         let State::Faulted { fault, warned } = &mut self.state else { return };
         let homes = self.homes || fault.loses_position();
         if homes && !*warned {
             *warned = true;
-            self.note("raise the tool: the machine will be homed. Ask again when it is raised.".into());
+            self.note("raise the tool, because the machine will be homed. Then recover again.".into());
             return;
         }
         self.homes = homes;
@@ -122,7 +123,7 @@ impl Supervisor {
     }
 }
 
-/// An acceleration on the lattice, units per s², rounded down; `None` when it is not known.
+/// A deceleration in lattice units per s², rounded down. `None` when it is unknown.
 fn deceleration(mm_s2: f64) -> Option<u64> {
     let units = mm_s2 * f64::from(UNITS_PER_MM);
     (units >= 1.0 && units.is_finite()).then(|| u64::try_from(nearest_unit(units.floor())).unwrap_or(0))

@@ -1,4 +1,4 @@
-//! What the supervisor is doing.
+//! The states of the supervisor.
 
 use keepout_kernel::{Curve, Point};
 use keepout_planner::job::{ContourJob, Progress};
@@ -8,37 +8,37 @@ use super::event::Text;
 use super::fault::Fault;
 use super::jog::JogPlanner;
 
-/// What the supervisor is doing; each state carries only its own data.
+/// A state of the supervisor. Each state carries only its own data.
 #[derive(Debug)]
 pub(super) enum State {
-    /// Waiting for a first report; what came instead is kept for the message.
+    /// Waiting for the first report. `garbled` is the last unreadable line, for the message.
     Connecting {
         garbled: Option<Text>,
     },
-    /// Waiting for the controller to be read and set up.
+    /// Waiting until the dialect has read and set up the controller.
     Preparing,
     Homing,
-    /// Waiting for the modes that motions rely on.
+    /// Waiting until the controller has set the modes that motions rely on.
     Arming,
-    /// Waiting for a report at rest, with the coordinates known; and for another that agrees, where one may be damaged.
+    /// Waiting for a report at rest with a position. Without a checksum, a second report must agree.
     Locating {
         seen: Option<Point>,
     },
     Manual(JogPlanner),
-    /// As by hand, along the wall.
+    /// Jogging along the wall.
     Sliding(JogPlanner),
-    /// The tool stands nearer than the manual threshold: only ways out.
+    /// The tool is inside the jogging clearance: only retract moves.
     Escaping(JogPlanner),
     Touching(Touch),
     Contouring(Run),
-    /// No more of a contour is sent, and it can go on.
+    /// Feed hold: the supervisor sends no more motions of the contour, and it can go on.
     Holding(Run),
-    /// Coming to rest for the end, or for giving up a contour.
+    /// Coming to rest at the end of the session, or after a contour was given up.
     Stopping {
         aborted: bool,
-        /// The last report showed rest, with nothing left to do.
+        /// The last report showed the machine at rest, with an empty queue.
         rested: bool,
-        /// So many reports are still to come that were asked for before.
+        /// Number of reports still to come whose queries left before the stop.
         stale: usize,
     },
     Done,
@@ -51,31 +51,31 @@ pub(super) enum State {
 /// A contour before its first motion.
 #[derive(Debug)]
 pub(super) enum Touch {
-    /// The job was asked for; in place, when the tool stands on a contour that was interrupted.
+    /// The supervisor requests the job. `in_place`: the tool stands on an interrupted contour.
     Asked { in_place: bool },
-    /// It is being certified.
+    /// The guard certifies the contour.
     Certifying(Box<Run>),
 }
 
 /// A contour under way.
 #[derive(Debug)]
 pub(super) struct Run {
-    /// What it cuts.
+    /// The contouring job.
     pub(super) job: ContourJob,
-    /// For each motion that is sent, which of the job's motions it is of.
+    /// For each motion as sent, the index of its motion in the job.
     pub(super) sources: Vec<usize>,
-    /// What is done when all of it is: worked out before it begins.
+    /// Progress after the whole job, computed before the job begins.
     pub(super) done: Progress,
-    /// Where the tool was by the last two reports, the later one behind.
+    /// Places of the tool in the last two reports, the later one last.
     seen: [Option<Seen>; 2],
 }
 
 /// A place of the tool on a contour.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Seen {
-    /// The motion that was sent.
+    /// Index of the motion as sent.
     motion: usize,
-    /// The square of its distance from where that motion begins, lattice units.
+    /// Square of the distance from the start of that motion, lattice units.
     gone_2: u64,
     at: Point,
 }
@@ -85,27 +85,29 @@ impl Run {
         Self { job, sources, done, seen: [None; 2] }
     }
 
-    /// Takes a place where the tool was reported, on the sent motion of this number.
+    /// Takes a reported place of the tool, on the motion with this index.
     pub(super) fn see(&mut self, at: Point, motion: usize, curve: &Curve) {
         let gone = at.minus(curve.from());
         let square = |d: i32| u64::from(d.unsigned_abs()).pow(2);
         self.seen = [self.seen[1], Some(Seen { motion, gone_2: square(gone.dx) + square(gone.dy), at })];
     }
 
-    /// The place that the tool has reached for certain. A report that lost a digit may name one that is still to come, and be
-    /// believed: what no second one bears out does not count, here as in [`keepout_guard::Guard::reported`].
+    /// The place that the tool has certainly reached: the less advanced of the last two reported places.
+    ///
+    /// A report that lost a digit can name a place still ahead, and the guard can accept it. So one report
+    /// alone does not count, as in [`keepout_guard::Guard::reported`].
     fn reached(&self) -> Option<Seen> {
         let [Some(before), Some(last)] = self.seen else { return None };
         let way = |seen: &Seen| (seen.motion, seen.gone_2);
         Some(if way(&last) < way(&before) { last } else { before })
     }
 
-    /// Which of the job's motions the tool has come to for certain.
+    /// Index of the motion in the job that the tool has certainly reached.
     pub(super) fn source(&self) -> usize {
         self.reached().and_then(|seen| self.sources.get(seen.motion).copied()).unwrap_or(0)
     }
 
-    /// What is done for certain; `None` when that is what was done before.
+    /// The certain progress. `None` before two reports from this contour: the earlier progress then holds.
     pub(super) fn progress(&self) -> Option<Progress> {
         let seen = self.reached()?;
         let source = self.sources.get(seen.motion).copied();
@@ -120,30 +122,31 @@ impl Run {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Phase {
-    /// Connecting, reading settings, homing: where the tool is, is not known.
+    /// Connecting, reading settings, homing. The position of the tool is unknown.
     Starting,
-    /// Steered by the operator.
+    /// The operator jogs.
     Manual,
-    /// Steered by the operator, along the wall.
+    /// The operator jogs along the wall.
     Sliding,
-    /// Standing too near: only ways out are allowed.
+    /// The tool is inside the jogging clearance: only retract moves are possible.
     Escaping,
-    /// Standing at the wall while the contour is worked out and certified.
+    /// The tool stands at the wall, while Keepout computes and certifies the contour.
     Touching,
-    /// Contouring by itself.
+    /// The supervisor runs a contour.
     Contouring,
-    /// No more of a contour is sent, and it can go on. The tool may still run to the end of the queued motions.
+    /// Feed hold: the supervisor sends no more motions of the contour, and it can go on. The tool may still
+    /// run to the end of the queued motions.
     Holding,
     /// Coming to rest before the end.
     Stopping,
-    /// Ended as wanted.
+    /// Ended without a fault.
     Done,
     /// Stopped by a fault.
     Faulted,
 }
 
 impl Phase {
-    /// Whether the operator's hand moves the tool.
+    /// Whether the operator moves the tool in this phase.
     #[must_use]
     pub fn is_steered(self) -> bool {
         matches!(self, Self::Manual | Self::Sliding | Self::Escaping)

@@ -1,4 +1,4 @@
-//! Coming to an end: as wanted, or on a fault.
+//! The end of a session: on a command, or on a fault.
 
 use super::event::Command;
 use super::state::{Phase, State};
@@ -36,24 +36,25 @@ impl Supervisor {
         }
     }
 
-    /// A cancel of the jogs in flight, where the guard certifies one; else they run to their targets.
+    /// A cancel of the jogs in flight, if the guard certifies one. Otherwise they run to their targets.
     fn cancel(&mut self) -> Option<Command> {
         self.guard.cancel().ok().map(Command::Cancel)
     }
 
-    /// What stops whatever moves, should nothing else work any more, as far as the tool then stays where it was certified. A contour
-    /// runs to the end of its queued motions.
+    /// The last command of a session that cannot continue: a certified cancel of the jogs in flight. `None`
+    /// for a contour, which runs to the end of its queued motions.
     pub fn last_stop(&mut self) -> Option<Command> {
         if self.guard.contour_progress().is_some() { None } else { self.cancel() }
     }
 
-    /// What ends a search for the reference position: it would go on by itself.
+    /// The command that ends homing. Without it the controller would go on with the search for its reference
+    /// position.
     fn stops_homing(&self) -> Option<Command> {
         matches!(self.state, State::Homing).then_some(Command::EndHoming)
     }
 
-    /// Stops on a fault: motions that were about to be sent are not, and what moves is stopped where that keeps it on its
-    /// certified way.
+    /// Stops on a fault. The motions of this step are not sent. Jogs in flight are cancelled if the guard
+    /// certifies the cancel.
     pub(super) fn stop(&mut self, fault: Fault, first: usize, commands: &mut Vec<Command>) {
         if matches!(self.phase(), Phase::Faulted | Phase::Done) {
             return;
@@ -66,7 +67,7 @@ impl Supervisor {
         commands.extend(match self.phase() {
             Phase::Contouring | Phase::Holding => None,
             Phase::Stopping => self.last_stop(),
-            // What was sent before an earlier fault may still be on its way: a contour must not be cancelled.
+            // Motions from before an earlier fault may still run. A contour among them must not be cancelled.
             Phase::Starting => self.stops_homing(),
             _ => self.cancel(),
         });

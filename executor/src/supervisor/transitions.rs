@@ -1,6 +1,7 @@
 //! The whole transition table: every state, every kind of event, what becomes of it and what is sent.
 //!
-//! Compared with `transitions.txt`; `KEEPOUT_WRITE_TRANSITIONS=1` writes it anew, to be read before it is committed.
+//! Compared with `transitions.txt`; `KEEPOUT_WRITE_TRANSITIONS=1` writes it anew, to be read before it is
+//! committed.
 
 use std::fmt::Write as _;
 
@@ -222,7 +223,8 @@ fn homing_is_owed_until_the_tool_is_located() {
     }
 }
 
-/// A measured departure from the path counts more than what the dialect states; a measurement without one counts nothing.
+/// A measured departure from the path counts more than what the dialect states; a measurement without one
+/// counts nothing.
 #[test]
 fn profile_weakens_what_a_cancel_does_and_never_strengthens_it() {
     for (measured, stated, assumed) in [

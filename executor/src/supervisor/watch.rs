@@ -1,4 +1,4 @@
-//! What comes from the controller: replies, reports, silence.
+//! Replies, reports and silence of the controller.
 
 use std::time::Duration;
 
@@ -8,24 +8,25 @@ use super::event::{Command, Mode, Reply, Report};
 use super::state::{Phase, State};
 use super::{Fault, Supervisor};
 
-/// Homing may keep the controller silent for this long.
+/// Longest permitted silence during homing.
 const HOMING_MAX: Duration = Duration::from_secs(90);
-/// Each step of the start is done within this, or something was lost.
+/// Longest time for a step of the start. A slower step counts as a lost line.
 const START_WITHIN: Duration = Duration::from_secs(20);
-/// Exchanges in a step of the start: GRBL is woken, identified, read, and given up to three settings, one after the other.
+/// Number of exchanges in a step of the start. The dialect wakes GRBL, identifies it, reads it, and sets up
+/// to three settings, one after the other.
 const START_EXCHANGES: u32 = 8;
-/// Refusals in a row after which the session ends.
+/// Rejections in a row after which the session ends.
 const REFUSED_MAX: u8 = 20;
 
 impl Supervisor {
     pub(super) fn hear(&mut self, reply: Reply, now: Time, commands: &mut Vec<Command>) -> Result<(), Fault> {
-        // Noise is no sign of life.
+        // An unreadable line does not end the silence.
         if !matches!(reply, Reply::Garbled(_)) {
             self.polling.heard_at = now;
         }
         match reply {
             Reply::Report(report) => self.take_report(&report, now, commands),
-            // The answer to a line from before a fault.
+            // This answers a line from before a fault.
             Reply::Accepted if matches!(self.state, State::Connecting { .. }) => Ok(()),
             Reply::Accepted => {
                 self.guard.acknowledged()?;
@@ -36,7 +37,7 @@ impl Supervisor {
             Reply::Refused { code, meaning, transient } => self.refused(code, meaning, transient),
             Reply::Alarm { code, meaning } => Err(Fault::Alarm { code, meaning }),
             Reply::Garbled(line) => match &mut self.state {
-                // What is left in the line from before the connection is not held against the controller.
+                // Bytes from before the connection may arrive first. They are not a fault.
                 State::Connecting { garbled } => {
                     *garbled = Some(line);
                     Ok(())
@@ -66,7 +67,7 @@ impl Supervisor {
         let again = transient && self.operation.rejected < REFUSED_MAX;
         match &mut self.state {
             State::Connecting { .. } => Ok(()),
-            // A jog that was on its way when the session was asked to end.
+            // A jog that was in flight when the session began to stop.
             State::Stopping { .. } if again && self.guard.refused() => Ok(()),
             State::Manual(steering) | State::Sliding(steering) | State::Escaping(steering)
                 if again && self.guard.refused() =>
@@ -132,12 +133,12 @@ impl Supervisor {
         if let State::Stopping { stale: stale @ 1.., .. } = &mut self.state {
             *stale -= 1;
         } else if let State::Stopping { aborted, rested, .. } = &mut self.state {
-            // One report may have been damaged or come twice.
+            // One report may be damaged or repeated, so two must agree.
             let rests = feedback.rests() && self.guard.unacknowledged() == 0;
             let agreed = rests && *rested;
             *rested = rests;
             match report.mode {
-                // Somebody holds it: what is queued behind that is forgotten, so that nobody starts it later.
+                // Someone else holds the controller. Drop its queue, so that the motions cannot start later.
                 Mode::Held if !*aborted => {
                     *aborted = true;
                     commands.push(Command::Abort);
@@ -152,14 +153,14 @@ impl Supervisor {
         Ok(())
     }
 
-    /// A line is lost when the controller rests with an empty queue for long, and has not answered it.
+    /// Detects a lost line: the controller stays at rest with an empty queue, and a line is unacknowledged.
     fn check_answers(&mut self, feedback: &PositionFeedback, now: Time) -> Result<(), Fault> {
         let open = self.guard.unacknowledged() > 0;
         let idle = open && feedback.in_position && feedback.queued.is_none_or(|queued| queued == 0);
         if self.polling.unacknowledged_for(idle, now) <= self.options.answer_within {
             return Ok(());
         }
-        // A line that was lost as the session ends is none to complain of.
+        // A line that is lost at the end of the session is not a fault.
         if let State::Stopping { .. } = self.state {
             self.state = State::Done;
             return Ok(());
@@ -167,7 +168,7 @@ impl Supervisor {
         Err(Fault::LineLost)
     }
 
-    /// How long the controller may be silent.
+    /// Longest permitted silence of the controller in this state.
     fn allowed(&self) -> Duration {
         match self.state {
             State::Homing => HOMING_MAX,
@@ -177,7 +178,7 @@ impl Supervisor {
         }
     }
 
-    /// How long a step of the start may take.
+    /// Longest time for a step of the start.
     fn start_within(&self) -> Duration {
         START_WITHIN.max(self.options.answer_within * START_EXCHANGES / 2)
     }
@@ -220,7 +221,7 @@ impl Supervisor {
         commands.push(Command::Query);
     }
 
-    /// When the supervisor wants a tick, at the latest.
+    /// Latest time of the next tick.
     #[must_use]
     pub fn due(&self) -> Time {
         let step = Duration::from_micros(1);

@@ -1,7 +1,8 @@
 //! The operator's input: the one place that normalises it, applies dead zones and limits its age.
 //!
 //! A device gives raw axes. [`Stick`] turns them into a jog velocity with the dead zone and the response that
-//! fit the device. [`OperatorInput::normalised`] bounds every input, from any source. [`Aged`] forgets the last input when no newer one arrives.
+//! fit the device. [`OperatorInput::normalised`] bounds every input, from any source. [`Aged`] ignores the
+//! last input when it is too old.
 //!
 //! [`OperatorCommand`]s are events: each counts once.
 
@@ -13,10 +14,10 @@ use keepout_guard::Time;
 use serde::{Deserialize, Serialize};
 pub use stick::{Stick, StickError, StickSettings};
 
-/// Greatest age of a device's reading. An older reading does not count: the thread that reads the device
-/// hangs.
+/// Greatest age of a device's reading. An older reading does not count, because the thread that reads the
+/// device hangs.
 pub const READING_STALE: Duration = Duration::from_millis(100);
-/// Greatest age of an input. Without a newer one jogging stops: the program that gives inputs hangs.
+/// Greatest age of an input. Jogging stops on an older input, because the program that gives inputs hangs.
 pub const INPUT_STALE: Duration = Duration::from_millis(250);
 /// Least deflection that moves the tool, from any source.
 const LEAST_DEFLECTION: f64 = 0.03;
@@ -78,7 +79,7 @@ pub(super) struct Aged {
 }
 
 impl Aged {
-    /// Takes an input, normalised. Answers the input before it.
+    /// Takes an input and normalises it. Returns the input before it.
     pub(super) fn replace(&mut self, input: OperatorInput, now: Time) -> OperatorInput {
         self.at = Some(now);
         std::mem::replace(&mut self.input, input.normalised())
@@ -94,7 +95,7 @@ impl Aged {
         self.at.is_none_or(|at| now.since(at) > INPUT_STALE)
     }
 
-    /// When the input becomes stale. `None` without an input.
+    /// Time at which the input becomes stale. `None` without an input.
     pub(super) fn stale_at(&self) -> Option<Time> {
         self.at.map(|at| at.after(INPUT_STALE))
     }

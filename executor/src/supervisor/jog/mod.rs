@@ -28,7 +28,8 @@ pub struct Limits {
     pub speed_mm_s: f64,
     /// Acceleration, mm/s².
     pub acceleration_mm_s2: f64,
-    /// Acceleration of the quicker axis, mm/s²; not known where it is not finite. JogPlanner asks for no more than the other.
+    /// Acceleration of the quicker axis, mm/s²; not known where it is not finite. JogPlanner asks for no more
+    /// than the other.
     pub quicker_mm_s2: f64,
 }
 
@@ -93,7 +94,8 @@ pub struct JogPlanner {
     cancelled: Option<(u64, u64)>,
     /// Nothing is sent until the tool has settled.
     resting: bool,
-    /// From where, with the tool where, and in which direction nothing was admitted last: asked again it would not be.
+    /// From where, with the tool where, and in which direction nothing was admitted last: asked again it
+    /// would not be.
     fruitless: Option<Fruitless>,
     /// Speed of the last jog.
     speed_mm_s: f64,
@@ -257,11 +259,12 @@ impl JogPlanner {
         contact
     }
 
-    /// Cancels what moves, once for each state of what was sent and acknowledged: a line that waited for room in the queue
-    /// runs after a cancel, and needs another.
+    /// Cancels what moves, once for each state of what was sent and acknowledged: a line that waited for room
+    /// in the queue runs after a cancel, and needs another.
     pub(super) fn cancel(&mut self, context: &mut JogContext<'_>) {
         let counts = (context.guard.sent(), context.guard.unacknowledged());
-        // A controller that nobody has examined may also throw away what it has not read: it would never be acknowledged.
+        // A controller that nobody has examined may also throw away what it has not read: it would never be
+        // acknowledged.
         let may_flush = context.guard.rules().on_cancel == OnCancel::MayStray && context.abilities.queues;
         let waits = may_flush && context.guard.unacknowledged() > 0;
         if context.guard.in_position() || self.asked_to_cancel == Some(counts) || waits {

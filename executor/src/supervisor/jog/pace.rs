@@ -18,7 +18,8 @@ const TARGETS: f64 = 9.0;
 /// Longest time between two jogs, s: over a slower line the next one waits for status reports anyway.
 const STEP_MAX_S: f64 = 0.3;
 
-/// How far ahead targets are wanted at a speed: enough to brake, and to bridge the time until the next target can arrive.
+/// How far ahead targets are wanted at a speed: enough to brake, and to bridge the time until the next target
+/// can arrive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LookAhead {
     acceleration_mm_s2: f64,
@@ -33,8 +34,9 @@ pub(super) struct LookAhead {
 impl LookAhead {
     /// The look-ahead of jogs at full deflection up to `speed_mm_s`.
     ///
-    /// A target stays in the in-flight set from when it is sent until [`DRAIN`] after it was reached, and until status reports say
-    /// so. The set holds only so many targets, so jogs are at least that time over their number apart.
+    /// A target stays in the in-flight set from when it is sent until [`DRAIN`] after it was reached, and
+    /// until status reports say so. The set holds only so many targets, so jogs are at least that time over
+    /// their number apart.
     pub(super) fn of(context: &JogContext<'_>, speed_mm_s: f64) -> Self {
         let trip_s = context.round_trip.as_secs_f64();
         let pause_s = QUERY_PAUSE.as_secs_f64();

@@ -67,7 +67,8 @@ pub(super) struct Proposal<'a> {
     pub(super) speed_mm_s: f64,
 }
 
-/// A search for the target of one jog. It holds the guard, so that every candidate is asked of the same in-flight set.
+/// A search for the target of one jog. It holds the guard, so that every candidate is asked of the same
+/// in-flight set.
 #[derive(Debug)]
 pub(super) struct Search<'a>(Admissions<'a>);
 
@@ -120,8 +121,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The input up to the end of the machine's travel, or along it when the tool is there, and the share of the speed that is
-    /// left.
+    /// The input up to the end of the machine's travel, or along it when the tool is there, and the share of
+    /// the speed that is left.
     fn within_travel(&self, from: Point, input: Vector) -> (Vector, f64) {
         let (x0, y0, x1, y1) = self.guard().rules().travel.corners();
         let (x, y) = (from.x.units(), from.y.units());
@@ -135,8 +136,8 @@ impl<'a> Search<'a> {
         (along, (length_mm(along) / length_mm(input).max(1e-9)).clamp(CREEP, 1.0))
     }
 
-    /// The jog for a push that meets the part, where the axes are not interpolated: straight, along a wall that lies along an axis, or a
-    /// step of one axis.
+    /// The jog for a push that meets the part, where the axes are not interpolated: straight, along a wall
+    /// that lies along an axis, or a step of one axis.
     fn climb(&self, base: FreePoint, push: &Push, input: Vector) -> (Option<Proposal<'a>>, Contact) {
         let straight = self.prefix(base, input, SHORTEST_MM);
         let way = |admission: &Admission<'_>| length_mm(admission.target().minus(base.point()));
@@ -162,8 +163,9 @@ impl<'a> Search<'a> {
         (best.map(|(_, admission)| push.jog(admission, share)).or(straight.map(whole)), Contact::Wall)
     }
 
-    /// Whether the way to `to` keeps a little more than the threshold, unless it begins nearer: places on it are still clear
-    /// when they are rounded. Otherwise a tool that rests at the wall could have no certified place.
+    /// Whether the way to `to` keeps a little more than the threshold, unless it begins nearer: places on it
+    /// are still clear when they are rounded. Otherwise a tool that rests at the wall could have no certified
+    /// place.
     pub(super) fn stands_off(&self, to: Point) -> bool {
         let Some(end) = self.guard().end() else { return false };
         let more = standing_off(end.threshold());
@@ -185,7 +187,8 @@ impl<'a> Search<'a> {
         self.0.admit(target).ok().filter(|_| self.stands_off(target))
     }
 
-    /// The longest admitted prefix of a motion, on the grid; `None` when that is nothing, or not longer than `least_mm`.
+    /// The longest admitted prefix of a motion, on the grid; `None` when that is nothing, or not longer than
+    /// `least_mm`.
     pub(super) fn prefix(&self, from: FreePoint, input: Vector, least_mm: f64) -> Option<Admission<'a>> {
         let to = from.point().translated(input).ok()?;
         let admitted = |point: Point| on_grid(point).and_then(|at| self.admit(from, at));
@@ -228,7 +231,8 @@ impl<'a> Search<'a> {
     }
 }
 
-/// The motions to try along a wall where the axes are not interpolated: along it when it lies along an axis, or a step of either.
+/// The motions to try along a wall where the axes are not interpolated: along it when it lies along an axis,
+/// or a step of either.
 fn steps_along(along: Vector) -> [Option<Vector>; 3] {
     let length = length_mm(along).max(1e-9);
     let scale = STAIR_MM.min(length) / length;

@@ -1,12 +1,14 @@
 //! Sliding: targets along a wall, at a small height above the jogging limit.
 //!
-//! The jog velocity is projected on the tangent of the wall, and the tool follows the wall. Along a straight wall all targets lie on one
-//! line beside it, so the hull of the in-flight set is thin and clear, however long it is.
+//! The jog velocity is projected on the tangent of the wall, and the tool follows the wall. Along a straight
+//! wall all targets lie on one line beside it, so the hull of the in-flight set is thin and clear, however
+//! long it is.
 //!
-//! Along a curved wall of radius r a chord of length L leaves the wall by its sagitta, L²/8r. Heights above the jogging limit are kept
-//! below the stock to leave h, so a chord is no longer than √(8·r·h). Along a concave wall that bounds each jog. Along a convex wall it
-//! bounds the whole in-flight set, because the hull of the set must be clear: all that the tool covers in the look-ahead and until a
-//! target is completed. The feed is the one at which the chord fits.
+//! Along a curved wall of radius r a chord of length L leaves the wall by its sagitta, L²/8r. Heights above
+//! the jogging limit are kept below the stock to leave h, so a chord is no longer than √(8·r·h). Along a
+//! concave wall that bounds each jog. Along a convex wall it bounds the whole in-flight set, because the hull
+//! of the set must be clear: all that the tool covers in the look-ahead and until a target is completed. The
+//! feed is the one at which the chord fits.
 
 use keepout_guard::Admission;
 use keepout_kernel::clip::{Wall, contact_band};
@@ -18,16 +20,17 @@ use super::search::{CREEP, Contact, Proposal, Push, SHORTEST_MM, Search, length_
 const HEIGHT_MM: f64 = 0.01;
 /// The greatest height along a curved wall, mm, where less stock is left than that.
 const HIGHEST_MM: f64 = 0.05;
-/// What a wall may bend away from its tangent, in heights: a chord of a circle has a quarter of that as sagitta. A little less,
-/// because times vary.
+/// What a wall may bend away from its tangent, in heights: a chord of a circle has a quarter of that as
+/// sagitta. A little less, because times vary.
 const BEND: f64 = 2.8;
-/// The curve of a wall is judged over no less than this, mm, and less bend than this is that of the chords it is made of, mm.
+/// The curve of a wall is judged over no less than this, mm, and less bend than this is that of the chords it
+/// is made of, mm.
 const NEXT_MM: f64 = 3.0;
 const ROUGH_MM: f64 = 0.01;
 /// How far a place ahead is lifted off the tangent when the wall is concave, as shares of its distance.
 const LIFTS: [f64; 7] = [0.0, 0.015_625, 0.031_25, 0.0625, 0.125, 0.25, 0.5];
-/// A tool no higher above the wall than this share of its way along it (14°), and than this height, lands on it aslant. A higher one
-/// approaches as it is pushed.
+/// A tool no higher above the wall than this share of its way along it (14°), and than this height, lands on
+/// it aslant. A higher one approaches as it is pushed.
 const SHALLOW: f64 = 0.25;
 const SHALLOW_MM: f64 = 3.0;
 /// How often a length is halved, and then searched between one that will do and one that will not.
@@ -49,7 +52,8 @@ struct Slope {
 }
 
 impl Slope {
-    /// The slope of a wall that is met after `gap_mm` under a push in this direction; `None` when the push does not lead into it.
+    /// The slope of a wall that is met after `gap_mm` under a push in this direction; `None` when the push
+    /// does not lead into it.
     fn of(wall: &Wall, (x, y): (f64, f64), gap_mm: f64) -> Option<Self> {
         let (nx, ny) = wall.normal();
         let into = -(x * nx + y * ny);
@@ -75,7 +79,8 @@ struct Fit {
     height_mm: f64,
 }
 
-/// The longest length up to `most_mm` that will do, with what it gives; all below one that will do are taken to do.
+/// The longest length up to `most_mm` that will do, with what it gives; all below one that will do are taken
+/// to do.
 fn longest<T>(most_mm: f64, will_do: impl Fn(f64) -> Option<T>) -> Option<(f64, T)> {
     if let Some(all) = will_do(most_mm) {
         return Some((most_mm, all));
@@ -98,7 +103,8 @@ fn gained(push: &Push, way: Vector) -> f64 {
     (mm_of(way.dx) * push.unit.0 + mm_of(way.dy) * push.unit.1) / length_mm(way).max(1e-9)
 }
 
-/// The jog at the speed for which what is then ahead is the look-ahead; `None` when it is too short for that speed.
+/// The jog at the speed for which what is then ahead is the look-ahead; `None` when it is too short for that
+/// speed.
 fn limited<'a>(base: FreePoint, push: &Push, jog: Proposal<'a>) -> Option<Proposal<'a>> {
     let length_mm = length_mm(jog.admission.target().minus(base.point()));
     let speed_mm_s = push.look.speed_mm_s(push.ahead_mm + length_mm).min(jog.speed_mm_s);
@@ -146,7 +152,8 @@ impl<'a> Search<'a> {
         let least_mm = push.look.least_mm(fit.speed_mm_s);
         let missing_mm = push.missing_mm(fit.speed_mm_s);
         let slowed = fit.speed_mm_s < wanted_mm_s;
-        // A tool that is to slow down has more ahead of it than the lower speed needs: the curve must still go on.
+        // A tool that is to slow down has more ahead of it than the lower speed needs: the curve must still
+        // go on.
         let length_mm = if slowed { missing_mm.max(least_mm) } else { missing_mm }.min(fit.chord_mm);
         if length_mm < least_mm {
             return None;
@@ -162,7 +169,8 @@ impl<'a> Search<'a> {
         if admitted_mm < missing_mm { limited(base, push, jog) } else { Some(jog) }
     }
 
-    /// What fits the curve of the wall up to the wanted speed. The curve is that of the next jog, and is taken to go on.
+    /// What fits the curve of the wall up to the wanted speed. The curve is that of the next jog, and is
+    /// taken to go on.
     fn fit(&self, base: FreePoint, slope: &Slope, push: &Push, wanted_mm_s: f64) -> Fit {
         let straight = Fit { speed_mm_s: wanted_mm_s, chord_mm: f64::INFINITY, height_mm: HEIGHT_MM };
         let next_mm = (2.0 * push.look.least_mm(wanted_mm_s)).max(NEXT_MM);
@@ -196,8 +204,8 @@ impl<'a> Search<'a> {
         gains.then(|| self.admit(base, target))?
     }
 
-    /// The place at the jogging limit at this distance along the tangent, and how far it is above the tool's height; `None` when
-    /// the wall rises too steeply.
+    /// The place at the jogging limit at this distance along the tangent, and how far it is above the tool's
+    /// height; `None` when the wall rises too steeply.
     fn foot(&self, base: FreePoint, slope: &Slope, length_mm: f64) -> Option<(FreePoint, f64)> {
         let part = self.guard().part();
         LIFTS.into_iter().find_map(|lift| {

@@ -4,8 +4,8 @@ use keepout_guard::Guard;
 use keepout_kernel::{Length, Point, Segment};
 use keepout_planner::units::length_up_from_mm;
 
-/// The way ahead of the tool: from where it is along the targets that it has not passed. Targets stay in the in-flight set for a
-/// while after they were.
+/// The way ahead of the tool: from where it is along the targets that it has not passed. Targets stay in the
+/// in-flight set for a while after they were.
 pub(super) struct Way {
     points: [Point; WAY_MAX],
     first: usize,
