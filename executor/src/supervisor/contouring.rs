@@ -255,7 +255,7 @@ impl Interrupted {
 }
 
 /// The legs with the motions of `rest`, distributed from the last leg backwards. The first leg takes the
-/// remaining motions, with the lead-in.
+/// remaining motions, with those that lead onto it.
 fn dealt(legs: &[Leg], mut rest: Vec<Curve>) -> Vec<Leg> {
     let mut result = Vec::new();
     for leg in legs.iter().rev() {

@@ -1,7 +1,7 @@
-//! The whole transition table: every state, every kind of event, what becomes of it and what is sent.
+//! The whole transition table: for every state and every kind of event, the next phase and the commands.
 //!
-//! Compared with `transitions.txt`; `KEEPOUT_WRITE_TRANSITIONS=1` writes it anew, to be read before it is
-//! committed.
+//! A test compares the table with `transitions.txt`. `KEEPOUT_WRITE_TRANSITIONS=1` writes that file again.
+//! Read the file before you commit it.
 
 use std::fmt::Write as _;
 
@@ -23,7 +23,7 @@ pub(super) const ABILITIES: Abilities = Abilities {
     on_cancel: OnCancel::KeepsPath,
     checked: true,
 };
-/// Clear of the bracket, and nearer to it than roughing allows, mm.
+/// Points outside and inside the jogging clearance of the bracket, mm.
 const CLEAR: (f64, f64) = (-30.0, -30.0);
 const NEAR: (f64, f64) = (-3.1, 20.0);
 const NOW: Time = Time::from_micros(10_000_000);
@@ -52,7 +52,7 @@ fn run() -> Run {
 
 type Made = (&'static str, fn() -> State);
 
-/// Every state; the tool stands clear, but where it escapes.
+/// Every state. The tool is outside the jogging clearance, except in Escaping.
 const STATES: [Made; 15] = [
     ("Connecting", || State::Connecting { garbled: None }),
     ("Preparing", || State::Preparing),
@@ -133,7 +133,7 @@ fn supervisor(work: &PreparedPlan, name: &str, state: State) -> Supervisor {
     supervisor.polling.answer_now(NOW);
     supervisor.start_step_at = NOW;
     supervisor.operation.input.replace(OperatorInput::default(), NOW);
-    // The report that comes answers a query.
+    // The next report answers this query.
     supervisor.query(NOW, &mut Vec::new());
     supervisor
 }
@@ -151,7 +151,7 @@ fn sent(commands: &[Command]) -> String {
 }
 
 #[test]
-fn the_whole_table() {
+fn transition_table_agrees_with_its_snapshot() {
     let work = work();
     let mut table = String::new();
     for (name, state) in STATES {
@@ -174,12 +174,11 @@ fn the_whole_table() {
         std::fs::write(path, &table).unwrap();
     }
     let known = std::fs::read_to_string(path).unwrap();
-    assert_eq!(table, known, "the table changed: KEEPOUT_WRITE_TRANSITIONS=1 writes it anew");
+    assert_eq!(table, known, "the table changed: KEEPOUT_WRITE_TRANSITIONS=1 writes it again");
 }
 
-/// Silence ends every state that waits for the controller.
 #[test]
-fn silence_is_a_fault_wherever_something_is_waited_for() {
+fn silence_is_a_fault_in_every_state_that_waits_for_the_controller() {
     let work = work();
     for (name, state) in STATES {
         let mut supervisor = supervisor(&work, name, state());
@@ -190,7 +189,7 @@ fn silence_is_a_fault_wherever_something_is_waited_for() {
     }
 }
 
-/// A machine that was homed only in part must be homed again, whatever the fault was that came between.
+/// A machine with incomplete homing must be homed again after any fault.
 #[test]
 fn homing_is_owed_until_the_tool_is_located() {
     let work = work();
@@ -211,7 +210,8 @@ fn homing_is_owed_until_the_tool_is_located() {
         let located = supervisor.phase() == Phase::Manual;
         assert_eq!(located, steps == start.len());
         step(&mut supervisor, refused());
-        // Asked for twice where the tool must be raised first; the key is let go between.
+        // The operator commands it twice, because the tool must be raised first, and releases the key in
+        // between.
         for _ in 0..2 {
             step(&mut supervisor, command(OperatorCommand::Recover));
             step(&mut supervisor, input((0.0, 0.0)));
@@ -223,8 +223,7 @@ fn homing_is_owed_until_the_tool_is_located() {
     }
 }
 
-/// A measured departure from the path counts more than what the dialect states; a measurement without one
-/// counts nothing.
+/// A measured departure from the path overrides the dialect. A measurement without a departure has no effect.
 #[test]
 fn profile_weakens_what_a_cancel_does_and_never_strengthens_it() {
     for (measured, stated, assumed) in [

@@ -1,6 +1,6 @@
-//! JogPlanner by hand: from the operator's input to certified jogs.
+//! The jog planner: from the operator's input to certified jogs.
 //!
-//! Everything here proposes a target; [`Guard::jog`] and [`Guard::retract`] decide.
+//! The planner only proposes targets. [`Guard::jog`] and [`Guard::retract`] decide.
 
 mod pace;
 mod search;
@@ -21,29 +21,29 @@ use way::Way;
 
 use super::{Abilities, Command, Counts};
 
-/// What the machine can do, as far as steering needs it.
+/// Limits of the machine for jogging.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
     /// Top speed along one axis, mm/s.
     pub speed_mm_s: f64,
     /// Acceleration, mm/s².
     pub acceleration_mm_s2: f64,
-    /// Acceleration of the quicker axis, mm/s²; not known where it is not finite. JogPlanner asks for no more
-    /// than the other.
+    /// Acceleration of the quicker axis, mm/s². Not finite when it is unknown. The jog planner uses only the
+    /// other acceleration.
     pub quicker_mm_s2: f64,
 }
 
 impl Limits {
-    /// The limits of a machine that speeds up alike along all axes.
+    /// The limits of a machine with the same acceleration on all axes.
     #[must_use]
     pub const fn of(speed_mm_s: f64, acceleration_mm_s2: f64) -> Self {
         Self { speed_mm_s, acceleration_mm_s2, quicker_mm_s2: acceleration_mm_s2 }
     }
 
-    /// No limits are known.
+    /// The limits of an unknown machine: infinite.
     pub const UNLIMITED: Self = Self::of(f64::INFINITY, f64::INFINITY);
 
-    /// The lesser of both in each.
+    /// The lesser value of both limits in each field.
     #[must_use]
     pub fn least(self, other: Self) -> Self {
         Self {
@@ -54,18 +54,18 @@ impl Limits {
     }
 }
 
-/// A input that turns by more than this (cosine) cancels what is in flight.
+/// A jog input that turns by more than this (cosine) cancels the jogs in flight.
 const TURNED: f64 = 0.7;
-/// The same where the queue is not added to while it runs.
+/// The same for a controller that takes no motions while it moves.
 const TURNED_SINGLE: f64 = 0.995;
-/// In-flight motion shorter than this is left to end by itself, mm.
+/// The planner does not cancel a motion in flight that is shorter than this, mm.
 const SHORT_QUEUE_MM: f64 = 1.0;
-/// Handwheels are at most this far ahead of the tool, mm.
+/// Greatest distance of the handwheels ahead of the tool, mm.
 const WHEEL_AHEAD_MM: f64 = 10.0;
-/// Directions are alike within this (cosine): 0.8°.
+/// Two directions count as equal within this (cosine): 0.8°.
 const ALIKE: f64 = 0.9999;
 
-/// What the jog planner works with.
+/// The context of the jog planner in one step.
 pub(super) struct JogContext<'a> {
     pub(super) guard: &'a mut Guard,
     pub(super) counts: &'a mut Counts,
@@ -83,64 +83,64 @@ impl JogContext<'_> {
     }
 }
 
-/// What the planner remembers.
+/// The memory of the jog planner.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct JogPlanner {
     /// Direction of the last jog's input.
     heading: Option<(f64, f64)>,
-    /// Lines sent and acknowledged when a cancel was last asked of the guard.
+    /// Lines sent and lines unacknowledged at the last request for a cancel.
     asked_to_cancel: Option<(u64, u64)>,
-    /// The same when the last cancel left.
+    /// The same at the last cancel that was sent.
     cancelled: Option<(u64, u64)>,
-    /// Nothing is sent until the tool has settled.
+    /// No jog is sent until the tool is in position.
     resting: bool,
-    /// From where, with the tool where, and in which direction nothing was admitted last: asked again it
-    /// would not be.
+    /// The last jog that found no admissible target. An equal request is skipped.
     fruitless: Option<Fruitless>,
     /// Speed of the last jog.
     speed_mm_s: f64,
-    /// When the next jog may be sent: the in-flight set holds only so many.
+    /// Earliest time of the next jog. The in-flight set holds a limited number of targets.
     next_at: Time,
-    /// What handwheels were turned and the tool has not followed yet, mm.
+    /// Turns of the handwheels that the tool has not followed yet, mm.
     turned_mm: (f64, f64),
 }
 
-/// An attempt that nothing came of.
+/// A jog that found no admissible target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Fruitless {
     base: Point,
-    tail: Option<Point>,
-    /// Points of the in-flight set.
+    confirmed: Option<Point>,
+    /// Number of points of the in-flight set.
     set: usize,
     unit: (f64, f64),
 }
 
 impl Fruitless {
     fn is_alike(&self, other: &Self) -> bool {
-        let same = (self.base, self.tail, self.set) == (other.base, other.tail, other.set);
+        let same = (self.base, self.confirmed, self.set) == (other.base, other.confirmed, other.set);
         same && self.unit.0 * other.unit.0 + self.unit.1 * other.unit.1 > ALIKE
     }
 }
 
-/// A feed word for a speed, mm/min. Not below 60: slower steps would outlast [`keepout_guard::DRAIN`].
+/// Feed word for a speed, mm/min. It is at least 60, because slower steps would outlast
+/// [`keepout_guard::DRAIN`].
 pub(super) fn feed(speed_mm_s: f64) -> u32 {
     u32::try_from(nearest_unit((speed_mm_s * 60.0).floor())).unwrap_or(1).max(60)
 }
 
 impl JogPlanner {
-    /// The tool has come to rest with nothing in flight.
+    /// Takes note that the tool is in position.
     pub(super) fn settle(&mut self) {
         self.resting = false;
         self.asked_to_cancel = None;
         self.cancelled = None;
     }
 
-    /// Nothing is sent until the tool has settled.
+    /// Sends no jog until the tool is in position.
     pub(super) fn wait_for_rest(&mut self) {
         self.resting = true;
     }
 
-    /// Handwheels were turned.
+    /// Takes turns of the handwheels, mm.
     pub(super) fn turn(&mut self, (x, y): (f64, f64)) {
         let sum = |a: f64, b: f64| {
             let sum = a + b;
@@ -149,7 +149,8 @@ impl JogPlanner {
         self.turned_mm = (sum(self.turned_mm.0, x), sum(self.turned_mm.1, y));
     }
 
-    /// Sends what the input asks for, as far as it is certified and not already under way.
+    /// Sends the jog that the input requests, as far as the guard certifies it and it is not in flight
+    /// already.
     pub(super) fn steer(&mut self, input: Option<(f64, f64)>, context: &mut JogContext<'_>) -> Contact {
         let Some((x, y)) = input else { return self.turn_wheels(context) };
         self.turned_mm = (0.0, 0.0);
@@ -179,8 +180,9 @@ impl JogPlanner {
             return Contact::Unknown;
         }
         let Some(base) = self.base(context) else { return Contact::Unknown };
-        let tail = context.guard.confirmed().map(FreePoint::point);
-        let attempt = Fruitless { base: base.point(), tail, set: context.guard.in_flight().count(), unit };
+        let confirmed = context.guard.confirmed().map(FreePoint::point);
+        let attempt =
+            Fruitless { base: base.point(), confirmed, set: context.guard.in_flight().count(), unit };
         if self.fruitless.is_some_and(|before| before.is_alike(&attempt)) {
             context.counts.clipped += 1;
             return Contact::Unknown;
@@ -198,7 +200,8 @@ impl JogPlanner {
         contact
     }
 
-    /// Sends a way out where the input leads: nearer to no edge that is too near.
+    /// Sends a retract move in the direction of the input. It comes nearer to no edge within the jogging
+    /// clearance.
     pub(super) fn retract(&mut self, input: Option<(f64, f64)>, context: &mut JogContext<'_>) {
         let Some((x, y)) = input else {
             self.cancel(context);
@@ -227,7 +230,7 @@ impl JogPlanner {
         context.send(certified);
     }
 
-    /// Without a push on the stick: what the wheels were turned, or rest.
+    /// Follows the handwheels while the stick is centred, or cancels the jogs of the stick.
     fn turn_wheels(&mut self, context: &mut JogContext<'_>) -> Contact {
         let step = vector(self.turned_mm, 1.0);
         let short = step.dx.abs().max(step.dy.abs()) < context.guard.rules().shortest.units();
@@ -238,7 +241,7 @@ impl JogPlanner {
             return Contact::Unknown;
         }
         if self.heading.is_some() {
-            // The stick was let go before the wheel was turned: rest first.
+            // The operator released the stick before turning the wheel: stop first.
             self.cancel(context);
             self.heading = if context.guard.in_position() { None } else { self.heading };
         }
@@ -259,19 +262,18 @@ impl JogPlanner {
         contact
     }
 
-    /// Cancels what moves, once for each state of what was sent and acknowledged: a line that waited for room
-    /// in the queue runs after a cancel, and needs another.
+    /// Cancels the jogs in flight, once for each count of lines sent and unacknowledged. A line that waited
+    /// for room in the queue runs after a cancel, and needs another one.
     pub(super) fn cancel(&mut self, context: &mut JogContext<'_>) {
         let counts = (context.guard.sent(), context.guard.unacknowledged());
-        // A controller that nobody has examined may also throw away what it has not read: it would never be
-        // acknowledged.
+        // An unexamined controller may also drop lines that it has not read. It would never acknowledge them.
         let may_flush = context.guard.rules().on_cancel == OnCancel::MayStray && context.abilities.queues;
         let waits = may_flush && context.guard.unacknowledged() > 0;
         if context.guard.in_position() || self.asked_to_cancel == Some(counts) || waits {
             return;
         }
         self.asked_to_cancel = Some(counts);
-        // What may not be cancelled runs to its targets, a short way ahead.
+        // If the guard refuses the cancel, the jogs run to their targets, a short way ahead.
         let Ok(certified) = context.guard.cancel() else { return };
         self.resting |= context.guard.may_have_strayed();
         self.cancelled = Some(counts);
@@ -280,23 +282,23 @@ impl JogPlanner {
         context.commands.push(Command::Cancel(certified));
     }
 
-    /// The way still ahead of the tool, mm: along the targets that no cancel has struck out.
+    /// Length of the path ahead of the tool, mm, along the targets that no cancel has dropped.
     fn ahead_mm(&self, guard: &Guard) -> f64 {
         let struck = self.cancelled.map_or(0, |(sent, _)| sent);
         let way = Way::of(guard, struck);
         way.points().windows(2).map(|pair| length_mm(pair[1].minus(pair[0]))).sum()
     }
 
-    /// Where the next motion begins: at the last target, or after a cancel where the tool will stand.
+    /// Start of the next motion: the last target, or after a cancel the expected place of the tool.
     fn base(&self, context: &JogContext<'_>) -> Option<FreePoint> {
         if self.cancelled.is_none_or(|(sent, _)| sent != context.guard.sent()) {
             return context.guard.end();
         }
-        let tail = context.guard.confirmed()?;
+        let confirmed = context.guard.confirmed()?;
         let speed = context.limits.speed_mm_s;
         let mut left = speed * speed / (2.0 * context.limits.acceleration_mm_s2)
             + speed * context.round_trip.as_secs_f64() / 2.0;
-        let mut at = tail.point();
+        let mut at = confirmed.point();
         for &next in Way::of(context.guard, 0).points().iter().skip(1) {
             let step = next.minus(at);
             let length = length_mm(step);
@@ -307,11 +309,11 @@ impl JogPlanner {
                 break;
             }
         }
-        context.guard.part().motion(tail, at).ok().or(Some(tail))
+        context.guard.part().motion(confirmed, at).ok().or(Some(confirmed))
     }
 }
 
-/// Fastest way out, mm/s.
+/// Greatest speed of a retract move, mm/s.
 const ESCAPE_MM_S: f64 = 5.0;
-/// Longest single way out, mm.
+/// Greatest length of a retract move, mm.
 const ESCAPE_STEP_MM: f64 = 2.0;

@@ -1,4 +1,4 @@
-//! Feed planning: how far ahead of the tool targets are wanted, and how often.
+//! The look-ahead of jogs: distance of the targets ahead of the tool, and time between jogs.
 
 use std::time::Duration;
 
@@ -7,19 +7,18 @@ use keepout_guard::DRAIN;
 use super::super::polling::QUERY_PAUSE;
 use super::JogContext;
 
-/// Where motions can not be joined, each lasts up to this, s.
+/// Longest duration of a jog when the controller cannot join jogs, s.
 const SINGLE_S: f64 = 1.0;
-/// The same where they can not be cancelled either: the hand is not followed for that long, s.
+/// The same when jogs cannot be cancelled either, s. The tool does not follow the operator during this time.
 const UNSTOPPABLE_S: f64 = 0.25;
-/// Status queries that it takes to complete a target, and one that may be late.
+/// Number of status queries that complete a target, with one that may be late.
 const QUERIES: f64 = 4.0;
-/// Targets of the in-flight set that the planner counts on.
+/// Number of targets in the in-flight set that the planner uses.
 const TARGETS: f64 = 9.0;
-/// Longest time between two jogs, s: over a slower line the next one waits for status reports anyway.
+/// Longest time between two jogs, s. Over a slower line, the next jog waits for status reports anyway.
 const STEP_MAX_S: f64 = 0.3;
 
-/// How far ahead targets are wanted at a speed: enough to brake, and to bridge the time until the next target
-/// can arrive.
+/// The look-ahead of jogs: far enough to brake, and to bridge the time until the next target can arrive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LookAhead {
     acceleration_mm_s2: f64,
@@ -32,15 +31,14 @@ pub(super) struct LookAhead {
 }
 
 impl LookAhead {
-    /// The look-ahead of jogs at full deflection up to `speed_mm_s`.
-    ///
-    /// A target stays in the in-flight set from when it is sent until [`DRAIN`] after it was reached, and
-    /// until status reports say so. The set holds only so many targets, so jogs are at least that time over
-    /// their number apart.
+    /// The look-ahead of jogs at full deflection up to `speed_mm_s`. A target enters the in-flight set when
+    /// it is sent. It leaves the set when status reports show that the tool reached it [`DRAIN`] before. The
+    /// set holds a limited number of targets, so the time between two jogs is at least this time divided by
+    /// that number.
     pub(super) fn of(context: &JogContext<'_>, speed_mm_s: f64) -> Self {
         let trip_s = context.round_trip.as_secs_f64();
         let pause_s = QUERY_PAUSE.as_secs_f64();
-        // The known position is as old as a status query takes, and the pause before it.
+        // The known position is as old as a status query and the pause before it.
         let latency_s = (trip_s * 2.5 + 2.0 * pause_s).clamp(0.06, 2.5);
         let braking_s = speed_mm_s / (2.0 * context.limits.acceleration_mm_s2);
         let completing_s = DRAIN.as_secs_f64() + QUERIES * (trip_s + trip_s.max(pause_s));
@@ -61,12 +59,12 @@ impl LookAhead {
         Duration::from_secs_f64(self.step_s)
     }
 
-    /// The speed at which the in-flight set is no longer than this, mm/s.
+    /// Speed at which the in-flight set has this length, mm/s.
     pub(super) fn speed_of_set_mm_s(&self, length_mm: f64) -> f64 {
         length_mm / self.span_s
     }
 
-    /// The speed at which jogs are no longer than this, mm/s.
+    /// Speed at which a jog has this length, mm/s.
     pub(super) fn speed_of_steps_mm_s(&self, length_mm: f64) -> f64 {
         length_mm / self.step_s
     }
@@ -76,12 +74,12 @@ impl LookAhead {
         speed_mm_s * self.step_s / 2.0
     }
 
-    /// How far ahead targets are wanted at this speed, mm: v²/2a + v·t.
+    /// Look-ahead distance at this speed, mm: v²/2a + v·t.
     pub(super) fn distance_mm(&self, speed_mm_s: f64) -> f64 {
         speed_mm_s * speed_mm_s / (2.0 * self.acceleration_mm_s2) + speed_mm_s * self.horizon_s
     }
 
-    /// The speed at which targets are wanted this far ahead, mm/s: the inverse of [`LookAhead::distance_mm`].
+    /// Speed with this look-ahead distance, mm/s: the inverse of [`LookAhead::distance_mm`].
     pub(super) fn speed_mm_s(&self, distance_mm: f64) -> f64 {
         let (a, t) = (self.acceleration_mm_s2, self.horizon_s);
         // 2d / (t + √(t² + 2d/a)) keeps its digits for any a.

@@ -1,4 +1,4 @@
-//! Looking for a target: straight, along a wall, along the end of the travel, as far as the guard admits.
+//! The search for a jog target: straight, along a wall or along a soft limit, as far as the guard admits.
 
 use keepout_guard::{Admission, Admissions, Certified, Guard, Interpolation};
 use keepout_kernel::clip::contact_band;
@@ -8,47 +8,49 @@ use keepout_kernel::{FreePoint, Length, Point, Segment, UNITS_PER_MM, Vector};
 use super::feed;
 use super::pace::LookAhead;
 
-/// Jog targets lie on this grid, lattice units (1 µm): they are then written exactly with three decimals.
+/// Grid of jog targets, lattice units (1 µm). Three decimals in mm write such a target exactly.
 const GRID: i64 = 100;
 /// The same, mm.
 const GRID_MM: f64 = 0.001;
-/// Jogs shorter than this are not worth sending, mm.
+/// Shortest jog worth sending, mm.
 pub(super) const SHORTEST_MM: f64 = 0.01;
-/// Step along a wall where axes run apart, mm.
+/// Step along a wall with non-interpolated axes, mm.
 const STAIR_MM: f64 = 0.5;
-/// How finely a motion is cut short where something in flight is in its way: to one part in 64.
+/// Number of halvings of a motion that the in-flight set blocks: down to one part in 64.
 const HALVINGS: u32 = 6;
-/// What ways keep beyond the threshold, so that places on them can be rounded (1 µm).
+/// Distance that jogs keep beyond the jogging clearance, so that places on them can be rounded (1 µm).
 const ROUNDING: Length = Length::small(100);
-/// Nothing slides more slowly than this share of the input: one straight at the wall (to 3°) rests there.
+/// Least share of the input speed for sliding. With an input straight at the wall (within 3°), the tool rests
+/// there.
 pub(super) const CREEP: f64 = 0.05;
 
-/// What a proposal ran into.
+/// The contact of a proposed jog with the wall.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Contact {
-    /// Nothing new was proposed.
+    /// Unknown: no jog was proposed, or the jog ends short of a wall.
     Unknown,
-    /// Nothing: the tool goes where it is input.
+    /// No contact: the tool goes where the input leads.
     Free,
-    /// The wall: the motion was cut short, or runs along it.
+    /// Contact: the wall shortens the jog, or the jog runs along the wall.
     Wall,
 }
 
-/// A push of the stick, and how far the tool has targets already.
+/// A push of the stick, and the path already ahead of the tool.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Push {
-    /// Its direction.
+    /// Direction of the push, a unit vector.
     pub(super) unit: (f64, f64),
-    /// The speed that it asks for.
+    /// Requested speed.
     pub(super) speed_mm_s: f64,
-    /// Way that is ahead of the tool, and the speed at which it ends.
+    /// Length of the path ahead of the tool, and the speed at its end.
     pub(super) ahead_mm: f64,
     pub(super) ahead_mm_s: f64,
     pub(super) look: LookAhead,
 }
 
 impl Push {
-    /// How much farther targets are wanted at a speed, mm. What is ahead at a higher speed lasts for less.
+    /// Missing part of the look-ahead distance at a speed, mm. A path ahead at a higher speed takes less
+    /// time, so it counts for less.
     pub(super) fn missing_mm(&self, speed_mm_s: f64) -> f64 {
         let lasts = (speed_mm_s / self.ahead_mm_s).min(1.0);
         self.look.distance_mm(speed_mm_s) - self.ahead_mm * lasts
@@ -67,7 +69,7 @@ pub(super) struct Proposal<'a> {
     pub(super) speed_mm_s: f64,
 }
 
-/// A search for the target of one jog. It holds the guard, so that every candidate is asked of the same
+/// A search for the target of one jog. It borrows the guard, so it tries all candidates against the same
 /// in-flight set.
 #[derive(Debug)]
 pub(super) struct Search<'a>(Admissions<'a>);
@@ -105,7 +107,7 @@ impl<'a> Search<'a> {
         self.0.jog(proposal.admission, feed(proposal.speed_mm_s))
     }
 
-    /// The jog that follows the push best, straight or along a wall, and what it met.
+    /// The jog that follows the push best, straight or along a wall, and its contact.
     pub(super) fn reach(&self, base: FreePoint, push: &Push) -> (Option<Proposal<'a>>, Contact) {
         let missing_mm = push.missing_mm(push.speed_mm_s);
         let (input, pace) = self.within_travel(base.point(), vector(push.unit, missing_mm));
@@ -121,8 +123,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The input up to the end of the machine's travel, or along it when the tool is there, and the share of
-    /// the speed that is left.
+    /// The input up to the soft limit, or along it when the tool is there, and the remaining share of the
+    /// speed.
     fn within_travel(&self, from: Point, input: Vector) -> (Vector, f64) {
         let (x0, y0, x1, y1) = self.guard().rules().travel.corners();
         let (x, y) = (from.x.units(), from.y.units());
@@ -136,8 +138,8 @@ impl<'a> Search<'a> {
         (along, (length_mm(along) / length_mm(input).max(1e-9)).clamp(CREEP, 1.0))
     }
 
-    /// The jog for a push that meets the part, where the axes are not interpolated: straight, along a wall
-    /// that lies along an axis, or a step of one axis.
+    /// The jog for a push that meets the part, with non-interpolated axes: straight, along a wall parallel to
+    /// an axis, or a step of one axis.
     fn climb(&self, base: FreePoint, push: &Push, input: Vector) -> (Option<Proposal<'a>>, Contact) {
         let straight = self.prefix(base, input, SHORTEST_MM);
         let way = |admission: &Admission<'_>| length_mm(admission.target().minus(base.point()));
@@ -163,9 +165,9 @@ impl<'a> Search<'a> {
         (best.map(|(_, admission)| push.jog(admission, share)).or(straight.map(whole)), Contact::Wall)
     }
 
-    /// Whether the way to `to` keeps a little more than the threshold, unless it begins nearer: places on it
-    /// are still clear when they are rounded. Otherwise a tool that rests at the wall could have no certified
-    /// place.
+    /// Whether the motion to `to` keeps a little more than the jogging clearance, unless it begins nearer.
+    /// Rounded places on it are then still clear. Without this, a tool at rest at the wall might have no
+    /// certified position.
     pub(super) fn stands_off(&self, to: Point) -> bool {
         let Some(end) = self.guard().end() else { return false };
         let more = standing_off(end.threshold());
@@ -174,12 +176,12 @@ impl<'a> Search<'a> {
         part.motion_clear(way, more).is_clear() || !part.point_clear(end.point(), more).is_clear()
     }
 
-    /// The end of a motion, on the grid, when all of it is admitted.
+    /// The end of a motion, on the grid, if the guard admits the whole motion.
     fn whole(&self, from: FreePoint, input: Vector) -> Option<Admission<'a>> {
         from.point().translated(input).ok().and_then(on_grid).and_then(|target| self.admit(from, target))
     }
 
-    /// The target when the guard admits it, and it stands off the wall.
+    /// The target, if the guard admits it and the motion stands off the wall.
     pub(super) fn admit(&self, from: FreePoint, target: Point) -> Option<Admission<'a>> {
         if target == from.point() {
             return None;
@@ -187,14 +189,14 @@ impl<'a> Search<'a> {
         self.0.admit(target).ok().filter(|_| self.stands_off(target))
     }
 
-    /// The longest admitted prefix of a motion, on the grid; `None` when that is nothing, or not longer than
-    /// `least_mm`.
+    /// The longest admitted prefix of a motion, on the grid. `None` when the search finds no prefix longer
+    /// than `least_mm`.
     pub(super) fn prefix(&self, from: FreePoint, input: Vector, least_mm: f64) -> Option<Admission<'a>> {
         let to = from.point().translated(input).ok()?;
         let admitted = |point: Point| on_grid(point).and_then(|at| self.admit(from, at));
-        // The guard refuses what is shorter.
+        // The guard refuses a shorter jog.
         let least_mm = least_mm.max(mm_of(self.guard().rules().shortest.units()) - GRID_MM);
-        // What is not longer before it is rounded is hardly so afterwards.
+        // Rounding to the grid hardly makes a motion longer than this.
         let is_longer = |length_mm: f64| length_mm + GRID_MM > least_mm;
         let length = length_mm(input).max(1e-9);
         if !is_longer(length) {
@@ -215,7 +217,7 @@ impl<'a> Search<'a> {
                 return Some(target);
             }
         }
-        // The way is clear, and something in flight is in the way of the fan: halve.
+        // The motion is clear, but its hull with the in-flight set is not: halve the motion.
         let at = |share: f64| from.point().translated(part_of(span, share)).ok().and_then(admitted);
         let mut share = 1.0;
         for _ in 0..HALVINGS {
@@ -231,8 +233,8 @@ impl<'a> Search<'a> {
     }
 }
 
-/// The motions to try along a wall where the axes are not interpolated: along it when it lies along an axis,
-/// or a step of either.
+/// The motions to try along a wall with non-interpolated axes: along a wall parallel to an axis, or a step of
+/// one axis.
 fn steps_along(along: Vector) -> [Option<Vector>; 3] {
     let length = length_mm(along).max(1e-9);
     let scale = STAIR_MM.min(length) / length;
@@ -246,7 +248,7 @@ pub(super) fn on_grid(point: Point) -> Option<Point> {
     Point::from_units(round(point.x.units()), round(point.y.units())).ok()
 }
 
-/// The threshold that ways keep, so that places on them can be rounded.
+/// The threshold that jogs keep, so that places on them can be rounded.
 pub(in crate::supervisor) fn standing_off(threshold: Length) -> Length {
     threshold.saturating_plus(ROUNDING)
 }

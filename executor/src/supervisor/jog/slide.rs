@@ -1,14 +1,14 @@
 //! Sliding: targets along a wall, at a small height above the jogging limit.
 //!
-//! The jog velocity is projected on the tangent of the wall, and the tool follows the wall. Along a straight
-//! wall all targets lie on one line beside it, so the hull of the in-flight set is thin and clear, however
-//! long it is.
+//! The planner projects the jog velocity on the tangent of the wall, and the tool follows the wall. Along a
+//! straight wall all targets lie on one line beside it. So the hull of the in-flight set is thin and clear,
+//! however long it is.
 //!
-//! Along a curved wall of radius r a chord of length L leaves the wall by its sagitta, L²/8r. Heights above
-//! the jogging limit are kept below the stock to leave h, so a chord is no longer than √(8·r·h). Along a
-//! concave wall that bounds each jog. Along a convex wall it bounds the whole in-flight set, because the hull
-//! of the set must be clear: all that the tool covers in the look-ahead and until a target is completed. The
-//! feed is the one at which the chord fits.
+//! Along a curved wall of radius r, a chord of length L leaves the wall by its sagitta, L²/8r. The planner
+//! keeps heights above the jogging limit below the stock to leave h, so a chord is at most √(8·r·h) long.
+//! Along a concave wall, this bounds each jog. Along a convex wall, it bounds the whole in-flight set,
+//! because the hull of the set must be clear. The set spans the look-ahead and the path until a target is
+//! completed. The planner takes the feed at which the chord fits.
 
 use keepout_guard::Admission;
 use keepout_kernel::clip::{Wall, contact_band};
@@ -16,32 +16,34 @@ use keepout_kernel::{FreePoint, Vector};
 
 use super::search::{CREEP, Contact, Proposal, Push, SHORTEST_MM, Search, length_mm, mm_of, on_grid, vector};
 
-/// Height of targets above the jogging limit, mm: they are rounded to the grid.
+/// Height of targets above the jogging limit, mm, because they are rounded to the grid.
 const HEIGHT_MM: f64 = 0.01;
-/// The greatest height along a curved wall, mm, where less stock is left than that.
+/// Greatest height along a curved wall when the stock to leave is less than this, mm.
 const HIGHEST_MM: f64 = 0.05;
-/// What a wall may bend away from its tangent, in heights: a chord of a circle has a quarter of that as
-/// sagitta. A little less, because times vary.
+/// Greatest bend of a wall from its tangent, in heights. The sagitta of a chord is a quarter of the bend, so
+/// the limit would be 4. It is lower, because times vary.
 const BEND: f64 = 2.8;
-/// The curve of a wall is judged over no less than this, mm, and less bend than this is that of the chords it
-/// is made of, mm.
+/// Least length over which the planner measures the curve of a wall, mm.
 const NEXT_MM: f64 = 3.0;
+/// Greatest bend that comes from the chords of the wall alone, mm.
 const ROUGH_MM: f64 = 0.01;
-/// How far a place ahead is lifted off the tangent when the wall is concave, as shares of its distance.
+/// Heights above the tangent at which a place ahead is tried, as shares of its distance. A concave wall needs
+/// them.
 const LIFTS: [f64; 7] = [0.0, 0.015_625, 0.031_25, 0.0625, 0.125, 0.25, 0.5];
-/// A tool no higher above the wall than this share of its way along it (14°), and than this height, lands on
-/// it aslant. A higher one approaches as it is pushed.
+/// A tool lands on the wall obliquely if its height above the wall is at most this share of the motion along
+/// it (14°), and at most [`SHALLOW_MM`]. A higher tool approaches in the direction of the push.
 const SHALLOW: f64 = 0.25;
 const SHALLOW_MM: f64 = 3.0;
-/// How often a length is halved, and then searched between one that will do and one that will not.
+/// Greatest number of halvings of a length until one is accepted.
 const HALVINGS: u32 = 9;
+/// Number of bisections between an accepted length and a rejected one.
 const REFINEMENTS: u32 = 4;
 
 /// A wall as the tool sees it.
 struct Slope {
     /// Unit vector away from the wall.
     normal: (f64, f64),
-    /// Unit vector along the wall, the way the tool is pushed.
+    /// Unit vector along the wall, in the direction of the push.
     tangent: (f64, f64),
     /// Component of the push along the wall.
     along: f64,
@@ -52,8 +54,8 @@ struct Slope {
 }
 
 impl Slope {
-    /// The slope of a wall that is met after `gap_mm` under a push in this direction; `None` when the push
-    /// does not lead into it.
+    /// The slope of a wall that the tool meets after `gap_mm` under a push in this direction. `None` when the
+    /// push does not lead into the wall.
     fn of(wall: &Wall, (x, y): (f64, f64), gap_mm: f64) -> Option<Self> {
         let (nx, ny) = wall.normal();
         let into = -(x * nx + y * ny);
@@ -70,7 +72,7 @@ impl Slope {
     }
 }
 
-/// What fits the curve of a wall.
+/// Speed, chord and height that fit the curve of a wall.
 struct Fit {
     speed_mm_s: f64,
     /// The longest chord.
@@ -79,8 +81,8 @@ struct Fit {
     height_mm: f64,
 }
 
-/// The longest length up to `most_mm` that will do, with what it gives; all below one that will do are taken
-/// to do.
+/// The longest accepted length up to `most_mm`, with the value that `will_do` returns for it. The search
+/// assumes that `will_do` accepts every shorter length as well.
 fn longest<T>(most_mm: f64, will_do: impl Fn(f64) -> Option<T>) -> Option<(f64, T)> {
     if let Some(all) = will_do(most_mm) {
         return Some((most_mm, all));
@@ -98,13 +100,13 @@ fn longest<T>(most_mm: f64, will_do: impl Fn(f64) -> Option<T>) -> Option<(f64, 
     Some(best)
 }
 
-/// Share of a way that leads where the push does.
+/// Share of a motion that leads in the direction of the push.
 fn gained(push: &Push, way: Vector) -> f64 {
     (mm_of(way.dx) * push.unit.0 + mm_of(way.dy) * push.unit.1) / length_mm(way).max(1e-9)
 }
 
-/// The jog at the speed for which what is then ahead is the look-ahead; `None` when it is too short for that
-/// speed.
+/// The jog at the speed whose look-ahead distance is the path ahead with this jog. `None` when the jog is too
+/// short for that speed.
 fn limited<'a>(base: FreePoint, push: &Push, jog: Proposal<'a>) -> Option<Proposal<'a>> {
     let length_mm = length_mm(jog.admission.target().minus(base.point()));
     let speed_mm_s = push.look.speed_mm_s(push.ahead_mm + length_mm).min(jog.speed_mm_s);
@@ -112,7 +114,7 @@ fn limited<'a>(base: FreePoint, push: &Push, jog: Proposal<'a>) -> Option<Propos
 }
 
 impl<'a> Search<'a> {
-    /// The jog for a push that meets the part or the hull before its end.
+    /// The jog for a push that the part or the hull of the in-flight set blocks before its end.
     pub(super) fn slide(
         &self,
         base: FreePoint,
@@ -124,7 +126,7 @@ impl<'a> Search<'a> {
         let gap_mm = length_mm(contact.point().minus(base.point()));
         let wall = self.guard().part().wall(contact, contact_band());
         let Some(slope) = wall.and_then(|wall| Slope::of(&wall, push.unit, gap_mm)) else {
-            // The way is clear, and the in-flight set is in the way.
+            // The motion is clear, but its hull with the in-flight set is not.
             let target = self.prefix(base, input, SHORTEST_MM);
             return (target.and_then(|target| limited(base, push, push.jog(target, 1.0))), Contact::Unknown);
         };
@@ -139,21 +141,21 @@ impl<'a> Search<'a> {
         (self.follow(base, &slope, push), Contact::Wall)
     }
 
-    /// The greatest height along a curved wall: the stock to leave.
+    /// The greatest height along a curved wall: the stock to leave, and at least [`HIGHEST_MM`].
     fn highest_mm(&self) -> f64 {
         let rules = self.guard().rules();
         (mm_of(rules.jogging_clearance.units()) - mm_of(rules.finishing_clearance.units())).max(HIGHEST_MM)
     }
 
-    /// The jog along a wall, no faster than its curve lets it be; as long as the guard admits.
+    /// The longest admitted jog along a wall, no faster than the curve of the wall permits.
     fn follow(&self, base: FreePoint, slope: &Slope, push: &Push) -> Option<Proposal<'a>> {
         let wanted_mm_s = push.speed_mm_s * slope.along;
         let fit = self.fit(base, slope, push, wanted_mm_s);
         let least_mm = push.look.least_mm(fit.speed_mm_s);
         let missing_mm = push.missing_mm(fit.speed_mm_s);
         let slowed = fit.speed_mm_s < wanted_mm_s;
-        // A tool that is to slow down has more ahead of it than the lower speed needs: the curve must still
-        // go on.
+        // A tool that must slow down has more path ahead than the lower speed needs. It still needs a jog
+        // along the curve.
         let length_mm = if slowed { missing_mm.max(least_mm) } else { missing_mm }.min(fit.chord_mm);
         if length_mm < least_mm {
             return None;
@@ -169,8 +171,8 @@ impl<'a> Search<'a> {
         if admitted_mm < missing_mm { limited(base, push, jog) } else { Some(jog) }
     }
 
-    /// What fits the curve of the wall up to the wanted speed. The curve is that of the next jog, and is
-    /// taken to go on.
+    /// Speed, chord and height that fit the curve of the wall, up to the wanted speed. The curve is measured
+    /// over the next jog, and is assumed to continue.
     fn fit(&self, base: FreePoint, slope: &Slope, push: &Push, wanted_mm_s: f64) -> Fit {
         let straight = Fit { speed_mm_s: wanted_mm_s, chord_mm: f64::INFINITY, height_mm: HEIGHT_MM };
         let next_mm = (2.0 * push.look.least_mm(wanted_mm_s)).max(NEXT_MM);
@@ -190,7 +192,7 @@ impl<'a> Search<'a> {
         Fit { speed_mm_s, chord_mm, height_mm: (self.highest_mm() * share * share).max(HEIGHT_MM) }
     }
 
-    /// The target at this distance along the wall and this height, when it is admitted.
+    /// The target at this distance along the wall and this height, if the guard admits it.
     fn target(
         &self,
         base: FreePoint,
@@ -204,8 +206,8 @@ impl<'a> Search<'a> {
         gains.then(|| self.admit(base, target))?
     }
 
-    /// The place at the jogging limit at this distance along the tangent, and how far it is above the tool's
-    /// height; `None` when the wall rises too steeply.
+    /// The place at the jogging limit at this distance along the tangent, and its height above the tool.
+    /// `None` when the wall rises too steeply.
     fn foot(&self, base: FreePoint, slope: &Slope, length_mm: f64) -> Option<(FreePoint, f64)> {
         let part = self.guard().part();
         LIFTS.into_iter().find_map(|lift| {
