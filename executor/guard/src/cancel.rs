@@ -8,19 +8,19 @@
 //! if its file states so.
 //!
 //! *Not path-keeping.* The controller may leave its path while it brakes. The tool stops within its stopping
-//! distance of where the cancel reached it, in any direction. A cancel is admitted only if the hull, grown by
-//! that distance, is clear. The set keeps the growth until the tool rests, and admits no jog before. A
-//! refused cancel is not sent: the jogs run to their certified targets, a short way ahead. A described
-//! controller belongs here unless its file states otherwise.
+//! distance of where the cancel reached it, in any direction. The guard admits a cancel only if the hull,
+//! grown by that distance, is clear. The set keeps the growth, and the guard admits no jog, until the tool is
+//! at rest. A refused cancel is not sent: the jogs run to their certified targets, a short way ahead. A
+//! described controller belongs here unless its file states otherwise.
 //!
 //! *No cancel.* A cancel is never sent. When the operator releases the stick, the tool stops soon, because
 //! the look-ahead is short. GRBL and grblHAL need this argument. A stop that ends exactly at the end of a
 //! block can make both output 65,535 uncommanded steps, so no stopping distance holds. Also, the fast hold of
 //! grblHAL leaves the path (`docs/safety/controllers.md`).
 //!
-//! After a cancel, the guard refuses a second one until the tool is in position, or until the controller
-//! acknowledges a line that was sent after the first. One firmware hung on a second cancel just after the
-//! first had stopped it.
+//! After a cancel, the guard refuses a second one until the tool is in position. It also accepts a second one
+//! when the controller has acknowledged a line that was sent after the first. One firmware hung on a second
+//! cancel just after the first had stopped it.
 
 use keepout_kernel::exact::segment::{Window, points_within};
 use keepout_kernel::{FreePoint, Length, Point, ProhibitedRegion};
@@ -48,9 +48,9 @@ const BUFFERED_MS: u128 = 150;
 /// Rounding of the two points between which a distance is measured, lattice units.
 const ROUNDING: i64 = 4;
 
-/// Stopping distance of a tool at `feed_mm_min` after a cancel: v·t + v²/2a, rounded up. v is in units/s, t
-/// is the buffered time, and a is the least deceleration in units/s². `None` when the distance exceeds the
-/// lattice.
+/// Stopping distance of a tool at `feed_mm_min` after a cancel: v·t + v²/2a, rounded up. Here v is in
+/// units/s, t is the buffered time, and a is the least deceleration in units/s². `None` when the distance
+/// exceeds the lattice.
 pub(crate) fn stopping_distance(feed_mm_min: u32, deceleration: u64) -> Option<Length> {
     let (numerator, denominator) = UNITS_PER_S;
     let speed = (u128::from(feed_mm_min) * numerator).div_ceil(denominator);

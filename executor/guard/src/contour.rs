@@ -238,7 +238,7 @@ impl Guard {
 }
 
 /// Whether the ends of an arc are too near each other. A controller that computes in 32-bit floats can then
-/// mistake the sweep for a full turn: GRBL adds a turn when the computed angle is below 5e-7.
+/// mistake the sweep for a full turn. GRBL adds a turn when the computed angle is below 5e-7.
 fn is_too_short(arc: &Arc) -> bool {
     !points_within(arc.from(), arc.to(), shortest_arc(arc.radius())).is_clear()
 }

@@ -4,16 +4,16 @@
 //! controller may still execute (`in_flight.rs`). The guard admits a new target only if the hull of the set
 //! and the target is clear of the part at the jogging clearance. The hull is convex: a straight motion from a
 //! point of the hull to a target in it stays in the hull. Lines can be lost, repeated or reordered, and a
-//! cancel can stop a jog half-way. The next motion still begins in the hull and leads to a target in it,
-//! however long each motion takes. So this argument does not depend on latency. A target leaves the set only
-//! by evidence: see [`Guard::reported`].
+//! cancel can stop a jog half-way (`cancel.rs`). The next motion still begins in the hull and leads to a
+//! target in it, however long each motion takes. So this argument does not depend on latency. A target leaves
+//! the set only by evidence: see [`Guard::reported`].
 //!
 //! **Contouring.** A contour runs along the part, and the hull of its motions would cut into the part. So
 //! each motion begins where the motion before it ended. The guard certifies the whole contour before it hands
-//! out the first motion. It hands out the next motion only when the controller acknowledged the motion before
-//! it and, without a checksum, answered a query that left after that motion. Two proofs are necessary,
-//! because an acknowledgement can arrive twice. So the controller skips no motion. A contour is never held or
-//! cancelled.
+//! out the first motion. It hands out the next motion only after the controller has acknowledged the motion
+//! before it. Without a checksum, an acknowledgement can arrive twice. The guard then also waits for the
+//! answer to a query that left after that motion. So the controller skips no motion. A contour is never held
+//! or cancelled.
 //!
 //! **Reading.** A controller drops bytes when its receive buffer is full. It then takes the head of one line
 //! and the tail of another for a third line. So, without a checksum, the guard waits until the controller has
@@ -350,9 +350,10 @@ impl Guard {
     /// begun.
     ///
     /// # Errors
-    /// [`Refusal::OffCertified`] when the position is too far from every certified motion: more than twice
-    /// the resolution for jogs, once for contours, with the additions that `in_flight.rs`, `cancel.rs` and
-    /// `contour.rs` state. [`Refusal::Dropped`] when the tool stopped short of the end of a contour motion.
+    /// [`Refusal::OffCertified`] when the position is too far from every certified motion. The bound is twice
+    /// the resolution for jogs, and once for contours. `in_flight.rs`, `cancel.rs` and `contour.rs` state
+    /// additions for rounding, stopping and chords. [`Refusal::Dropped`] when the tool stopped short of the
+    /// end of a contour motion.
     pub fn reported(
         &mut self,
         feedback: &PositionFeedback,

@@ -138,8 +138,8 @@ impl<'a> Search<'a> {
         (along, (length_mm(along) / length_mm(input).max(1e-9)).clamp(CREEP, 1.0))
     }
 
-    /// The jog for a push that meets the part, with non-interpolated axes: straight, along a wall parallel to
-    /// an axis, or a step of one axis.
+    /// The jog for a push that meets the part, with non-interpolated axes. It is straight, along a wall
+    /// parallel to an axis, or a step of one axis.
     fn climb(&self, base: FreePoint, push: &Push, input: Vector) -> (Option<Proposal<'a>>, Contact) {
         let straight = self.prefix(base, input, SHORTEST_MM);
         let way = |admission: &Admission<'_>| length_mm(admission.target().minus(base.point()));

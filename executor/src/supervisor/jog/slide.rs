@@ -30,8 +30,9 @@ const ROUGH_MM: f64 = 0.01;
 /// Heights above the tangent at which a place ahead is tried, as shares of its distance. A concave wall needs
 /// them.
 const LIFTS: [f64; 7] = [0.0, 0.015_625, 0.031_25, 0.0625, 0.125, 0.25, 0.5];
-/// A tool lands on the wall obliquely if its height above the wall is at most this share of the motion along
-/// it (14°), and at most [`SHALLOW_MM`]. A higher tool approaches in the direction of the push.
+/// A tool that is low above the wall lands on it obliquely. Its height is then at most this share of the
+/// motion along the wall (14°), and at most [`SHALLOW_MM`]. A higher tool approaches in the direction of the
+/// push.
 const SHALLOW: f64 = 0.25;
 const SHALLOW_MM: f64 = 3.0;
 /// Greatest number of halvings of a length until one is accepted.
