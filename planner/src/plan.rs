@@ -1,5 +1,7 @@
 //! The plan: all data that the executor needs, and the certificate of these data.
 
+use std::sync::OnceLock;
+
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::offset::Outline;
 use keepout_kernel::{LatticeError, Length, Point, ProhibitedRegion, Ring, Segment};
@@ -10,6 +12,7 @@ use crate::finish::{FinishError, FinishingPath, PathRefusal, centre_distance, pr
 use crate::machine::MachineProfile;
 use crate::margin::{Budget, MarginError};
 use crate::merge::merged;
+use crate::mesh::Mesh;
 use crate::profile::{MachinedSide, Profile, ProfileError, free_outlines};
 use crate::request::Stage;
 use crate::units::{length_up_from_mm, mm};
@@ -235,6 +238,7 @@ pub struct CertifiedPlan {
     pub finishing: Length,
     /// Number of certified motions of the finishing passes.
     pub certified_motions: usize,
+    mesh: OnceLock<Option<Mesh>>,
 }
 
 impl Plan {
@@ -391,7 +395,7 @@ struct Checked {
 impl Checked {
     fn plan(self, plan: Plan, part: ProhibitedRegion) -> CertifiedPlan {
         let Self { roughing, finishing, motions } = self;
-        CertifiedPlan { plan, part, roughing, finishing, certified_motions: motions }
+        CertifiedPlan { plan, part, roughing, finishing, certified_motions: motions, mesh: OnceLock::new() }
     }
 }
 
@@ -418,6 +422,13 @@ fn finishing_clearance(tool_radius: Length, budget: &Budget) -> Result<Length, P
 }
 
 impl CertifiedPlan {
+    /// The mesh over the part and its keep-out zones. The first call builds it. `None` when the part
+    /// reaches the limit of the lattice.
+    #[must_use]
+    pub fn mesh(&self) -> Option<&Mesh> {
+        self.mesh.get_or_init(|| Mesh::of(&self.part).ok()).as_ref()
+    }
+
     /// Corners `(low, high)` of the box around the part and the zones, on the lattice.
     #[must_use]
     pub fn part_box(&self) -> (Point, Point) {

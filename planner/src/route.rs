@@ -1,178 +1,131 @@
-//! Link moves: a grid search in which the kernel certifies every step.
+//! Link moves: a search through the mesh proposes, and the kernel certifies every motion.
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
-use std::f64::consts::SQRT_2;
-
+use keepout_kernel::curve::{nearest_point, xy};
 use keepout_kernel::exact::segment::Window;
-use keepout_kernel::{FreePoint, Point, ProhibitedRegion};
+use keepout_kernel::{Blocked, FreePoint, Point, ProhibitedRegion, Segment};
 
-use crate::units::{point_from_mm, point_mm};
+use crate::mesh::{ChannelSearch, Mesh, taut};
+use crate::plan::CertifiedPlan;
+use crate::units::nearest_on_mm;
 
-/// Numbers of grid cells along the longer side of the searched box, from coarse to fine.
-const CELLS: [f64; 3] = [48.0, 128.0, 320.0];
-
-type Node = (i32, i32);
+/// Clearances of a proposed path beyond the least, lattice units, each with the largest angle between two
+/// motions around a corner, radians. The first ones give few motions; the last ones fit narrow channels.
+const FITS: [(f64, f64); 3] = [(2000.0, 0.8), (200.0, 0.2), (20.0, 0.05)];
+/// Number of channels that are tried.
+const CHANNELS: usize = 12;
+/// Number of times that a motion is divided at a point beside the edge that blocks it.
+const DIVISIONS: u32 = 4;
 
 /// Straight motions from `from` to `to` inside `within`, each certified at the clearance of `from`. The
-/// result holds the points after `from`; the last one is `to`. `None` when the search fails on every
-/// grid.
+/// result holds the points after `from`; the last one is `to`. `None` when the search finds no way.
 #[must_use]
-pub fn route(part: &ProhibitedRegion, from: FreePoint, to: Point, within: Window) -> Option<Vec<Point>> {
-    if part.motion(from, to).is_ok() {
+pub fn route(plan: &CertifiedPlan, from: FreePoint, to: Point, within: Window) -> Option<Vec<Point>> {
+    if plan.part.motion(from, to).is_ok() {
         return Some(vec![to]);
     }
-    let found = CELLS.iter().find_map(|&cells| search(part, from, to, within, cells))?;
-    Some(shortened(part, from, &found))
+    around(&plan.part, plan.mesh()?, (from, to), within)
 }
 
-struct Grid {
-    origin: (f64, f64),
-    cell: f64,
-    within: Window,
-}
-
-impl Grid {
-    fn point(&self, (i, j): Node) -> Option<Point> {
-        let at = (self.origin.0 + f64::from(i) * self.cell, self.origin.1 + f64::from(j) * self.cell);
-        point_from_mm(at).ok().filter(|&point| self.within.holds(point))
-    }
-
-    fn steps_to(&self, (i, j): Node, goal: (f64, f64)) -> f64 {
-        let (x, y) = (self.origin.0 + f64::from(i) * self.cell, self.origin.1 + f64::from(j) * self.cell);
-        (x - goal.0).hypot(y - goal.1) / self.cell
-    }
-}
-
-/// Steps from a node, with the length of each in cells.
-const STEPS: [(Node, f64); 8] = [
-    ((-1, -1), SQRT_2),
-    ((-1, 0), 1.0),
-    ((-1, 1), SQRT_2),
-    ((0, -1), 1.0),
-    ((0, 1), 1.0),
-    ((1, -1), SQRT_2),
-    ((1, 0), 1.0),
-    ((1, 1), SQRT_2),
-];
-
-/// A node that the search reached.
-#[derive(Clone, Copy)]
-struct Reached {
-    free: FreePoint,
-    /// Length of the path to it, in cells.
-    cost: f64,
-    before: Node,
-    /// The search has expanded it.
-    closed: bool,
-}
-
-/// State of every node of a grid.
-struct Field {
-    low: Node,
-    columns: i32,
-    nodes: Vec<Option<Reached>>,
-}
-
-impl Field {
-    /// An empty field over the grid in its window.
-    fn new(grid: &Grid) -> Self {
-        let (x0, y0, x1, y1) = grid.within.corners();
-        let unit_mm = f64::from(keepout_kernel::UNITS_PER_MM);
-        let index = |c: i32, origin: f64| {
-            let steps = ((f64::from(c) / unit_mm - origin) / grid.cell).floor();
-            i32::try_from(keepout_kernel::curve::nearest_unit(steps)).unwrap_or(0)
-        };
-        let low = (index(x0, grid.origin.0) - 1, index(y0, grid.origin.1) - 1);
-        let high = (index(x1, grid.origin.0) + 2, index(y1, grid.origin.1) + 2);
-        let (columns, lines) = (high.0 - low.0 + 1, high.1 - low.1 + 1);
-        let count = usize::try_from(i64::from(columns.max(0)) * i64::from(lines.max(0))).unwrap_or(0);
-        Self { low, columns, nodes: vec![None; count] }
-    }
-
-    /// State of a node; `None` for a node beyond the grid.
-    fn at(&mut self, (i, j): Node) -> Option<&mut Option<Reached>> {
-        let (column, line) = (i.checked_sub(self.low.0)?, j.checked_sub(self.low.1)?);
-        let inside = (0..self.columns).contains(&column) && line >= 0;
-        let index = i64::from(line) * i64::from(self.columns) + i64::from(column);
-        self.nodes.get_mut(usize::try_from(index).ok().filter(|_| inside)?)
-    }
-
-    fn reached(&mut self, node: Node) -> Option<&mut Reached> {
-        self.at(node)?.as_mut()
-    }
-
-    fn walk_back(&mut self, last: Node, to: Point) -> Vec<Point> {
-        let mut points = vec![to];
-        let mut node = last;
-        while let Some(&mut Reached { before, free, .. }) = self.reached(node).filter(|at| at.before != node)
-        {
-            points.push(free.point());
-            node = before;
-        }
-        points.reverse();
-        points
-    }
-}
-
-/// A* over the grid around `from`. It follows only certified edges.
-fn search(
+/// As [`route`], for a part and its mesh. It does not try the straight motion.
+#[must_use]
+pub fn around(
     part: &ProhibitedRegion,
-    from: FreePoint,
-    to: Point,
+    mesh: &Mesh,
+    (from, to): (FreePoint, Point),
     within: Window,
-    cells: f64,
 ) -> Option<Vec<Point>> {
-    let (x0, y0, x1, y1) = within.corners();
-    let span = f64::from(x1.saturating_sub(x0)).max(f64::from(y1.saturating_sub(y0)));
-    let cell = span / cells / f64::from(keepout_kernel::UNITS_PER_MM);
-    let grid = Grid { origin: point_mm(from.point()), cell, within };
-    let goal = point_mm(to);
-    let mut field = Field::new(&grid);
-    *field.at((0, 0))? = Some(Reached { free: from, cost: 0.0, before: (0, 0), closed: false });
-    let mut open = BinaryHeap::new();
-    open.push((Reverse(rank(0.0, grid.steps_to((0, 0), goal))), (0, 0)));
-    while let Some((_, node)) = open.pop() {
-        let here = field.reached(node)?;
-        if std::mem::replace(&mut here.closed, true) {
-            continue;
-        }
-        let Reached { free, cost, .. } = *here;
-        if grid.steps_to(node, goal) < 3.0 && part.motion(free, to).is_ok() {
-            return Some(field.walk_back(node, to));
-        }
-        for ((di, dj), length) in STEPS {
-            let next = (node.0 + di, node.1 + dj);
-            let cost = cost + length;
-            let Some(known) = field.at(next) else { continue };
-            if known.is_some_and(|known| known.closed || known.cost <= cost + 1e-9) {
-                continue;
+    let clearance = f64::from(from.threshold().units()) + mesh.chord_error() + 2.0;
+    let mut search = ChannelSearch::new(mesh, (from.point(), to), clearance, within)?;
+    for _ in 0..CHANNELS {
+        let channel = search.channel()?;
+        let mut refused_at = xy(from.point());
+        for (more, turn) in FITS {
+            let proposed = taut(from.point(), to, &channel, clearance + more, turn);
+            match certified(part, from, &proposed, (clearance + more, within)) {
+                Ok(path) => return Some(shortened(part, from, &path)),
+                Err(at) => refused_at = at,
             }
-            if let Some(free) = grid.point(next).and_then(|point| part.motion(free, point).ok()) {
-                *known = Some(Reached { free, cost, before: node, closed: false });
-                open.push((Reverse(rank(cost, grid.steps_to(next, goal))), next));
-            }
+        }
+        if !search.refuse(&channel, refused_at) {
+            return None;
         }
     }
     None
 }
 
-/// Priority of a node: the cost so far and the straight distance to the goal, in thousandths of a cell.
-fn rank(cost: f64, rest: f64) -> i64 {
-    keepout_kernel::curve::nearest_unit((cost + rest) * 1000.0)
+/// The proposed points, with points that were added where an edge blocks a motion. The error is the place
+/// of a motion that stays blocked.
+fn certified(
+    part: &ProhibitedRegion,
+    from: FreePoint,
+    proposed: &[Point],
+    (clearance, within): (f64, Window),
+) -> Result<Vec<Point>, (f64, f64)> {
+    let mut path = Vec::with_capacity(proposed.len());
+    let mut here = from;
+    // Points still to reach, the next one last, with the divisions that led to them.
+    let mut ahead: Vec<(Point, u32)> = proposed.iter().rev().map(|&to| (into(within, to), 0)).collect();
+    while let Some((to, divisions)) = ahead.pop() {
+        match part.motion(here, to) {
+            Ok(free) => {
+                path.push(to);
+                here = free;
+            }
+            Err(blocked) => {
+                let beside = beside(Segment { from: here.point(), to }, blocked, clearance);
+                let beside = beside.filter(|_| divisions < DIVISIONS).ok_or(xy(here.point()))?;
+                ahead.extend([(to, divisions + 1), (into(within, beside), divisions + 1)]);
+            }
+        }
+    }
+    Ok(path)
 }
 
-/// Removes every point that a certified straight motion can skip.
+/// The point of the window that is nearest to `point`.
+fn into(within: Window, point: Point) -> Point {
+    let (x0, y0, x1, y1) = within.corners();
+    let clamped = |c: i32, low: i32, high: i32| i64::from(c.max(low).min(high));
+    let (x, y) = (clamped(point.x.units(), x0, x1), clamped(point.y.units(), y0, y1));
+    Point::from_units(x, y).unwrap_or(point)
+}
+
+/// The point of a motion that is nearest to the edge that blocks it, pushed away to `clearance`.
+fn beside(motion: Segment, blocked: Blocked, clearance: f64) -> Option<Point> {
+    let Blocked::ByEdge(edge) = blocked else { return None };
+    let (a, b, c, d) = (xy(motion.from), xy(motion.to), xy(edge.chord.from), xy(edge.chord.to));
+    let pairs = [
+        (a, nearest_on_mm(a, c, d)),
+        (b, nearest_on_mm(b, c, d)),
+        (nearest_on_mm(c, a, b), c),
+        (nearest_on_mm(d, a, b), d),
+    ];
+    let far = |((x, y), (u, v)): ((f64, f64), (f64, f64))| (x - u).hypot(y - v);
+    let (on, wall) = pairs.into_iter().min_by(|p, q| far(*p).total_cmp(&far(*q)))?;
+    let share = clearance / far((on, wall)).max(1.0);
+    nearest_point(wall.0 + (on.0 - wall.0) * share, wall.1 + (on.1 - wall.1) * share).ok()
+}
+
+/// Removes points that a certified straight motion can skip.
 fn shortened(part: &ProhibitedRegion, from: FreePoint, points: &[Point]) -> Vec<Point> {
     let mut kept = Vec::new();
     let mut here = from;
     let mut next = 0;
-    while next < points.len() {
-        let farthest =
-            (next..points.len()).rev().find_map(|k| part.motion(here, points[k]).ok().map(|free| (k, free)));
-        let Some((k, free)) = farthest else { return points.to_vec() };
-        kept.push(points[k]);
-        (here, next) = (free, k + 1);
+    while let Some(&point) = points.get(next) {
+        let Ok(mut reached) = part.motion(here, point) else { return points.to_vec() };
+        // Twice as far each time, then half as far: a path can have thousands of points.
+        let mut step = 1;
+        while step > 0 {
+            let farther = points.get(next + step).and_then(|&to| part.motion(here, to).ok());
+            match farther {
+                Some(free) => {
+                    (reached, next) = (free, next + step);
+                    step *= 2;
+                }
+                None => step /= 2,
+            }
+        }
+        kept.push(reached.point());
+        (here, next) = (reached, next + 1);
     }
     kept
 }

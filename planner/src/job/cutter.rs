@@ -124,7 +124,7 @@ impl Cutter<'_> {
     }
 
     fn link_move(&self, here: FreePoint, to: Point) -> Option<Leg> {
-        let points = route(&self.plan.part, here, to, self.within)?;
+        let points = route(self.plan, here, to, self.within)?;
         let starts = std::iter::once(here.point()).chain(points.iter().copied());
         let lines = starts.zip(&points).filter_map(|(from, &to)| line_between(from, to));
         Some(Leg { cuts: None, curves: lines.collect(), on_loop: 0..0, entry: None })

@@ -5,6 +5,7 @@
 //! points along a Morton curve, each beside the one before, takes near-linear time. So does the insertion
 //! of constraints in ring order.
 
+use keepout_kernel::ProhibitedRegion;
 use keepout_kernel::curve::xy;
 use keepout_kernel::exact::lattice::{COORD_MAX, Point};
 use keepout_kernel::exact::segment::Window;
@@ -37,6 +38,15 @@ impl HasPosition for Vertex {
 type Triangulated = ConstrainedDelaunayTriangulation<Vertex>;
 
 impl Mesh {
+    /// The mesh over all edges of a part and its keep-out zones, in the largest frame.
+    ///
+    /// # Errors
+    /// [`MeshError::Frame`] when the part reaches the limit of the lattice.
+    pub fn of(part: &ProhibitedRegion) -> Result<Self, MeshError> {
+        let frame = Window::from_corners(-COORD_MAX, -COORD_MAX, COORD_MAX, COORD_MAX);
+        Self::build(part.index(), frame, false)
+    }
+
     /// The mesh over the chords of `index` in `frame`, which is the machine's travel or larger. With
     /// `refined` it adds a lattice point in each square of a quadtree that is clear of the profile. The
     /// triangles are then near the local feature size. Chords that cross others are left out and counted.
@@ -67,6 +77,7 @@ impl Mesh {
             components: 0,
             added,
             left_out: 0,
+            chord_error: 0.0,
         };
         mesh.constrain(index, triangulated, &handles);
         mesh.number_components();
@@ -85,6 +96,7 @@ impl Mesh {
             points.binary_search_by_key(&morton(point), |&other| morton(other)).ok()
         };
         for (edge, owner) in index.edges().iter().zip(0_u32..) {
+            self.chord_error = self.chord_error.max(f64::from(edge.chord_error.units()));
             let (Some(from), Some(to)) =
                 (number(&self.points, edge.chord.from), number(&self.points, edge.chord.to))
             else {

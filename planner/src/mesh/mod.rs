@@ -25,12 +25,18 @@
 //! ```
 
 mod build;
+mod channel;
+mod disc;
+mod taut;
 mod walk;
 
 use std::fmt;
 
+pub use channel::{ChannelSearch, Portal};
+pub use disc::Disc;
 use keepout_kernel::exact::lattice::Point;
 use keepout_kernel::index::CheckedIndex;
+pub use taut::taut;
 pub use walk::Walk;
 
 /// Marker for a missing triangle or edge.
@@ -48,6 +54,7 @@ pub struct Mesh {
     components: u32,
     added: usize,
     left_out: usize,
+    chord_error: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -103,6 +110,12 @@ impl Mesh {
     #[must_use]
     pub fn left_out(&self) -> usize {
         self.left_out
+    }
+
+    /// The largest chord error of an edge, lattice units.
+    #[must_use]
+    pub fn chord_error(&self) -> f64 {
+        self.chord_error
     }
 
     /// Number of connected components into which the profile divides the frame.

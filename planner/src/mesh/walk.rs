@@ -110,7 +110,7 @@ impl Walk {
 }
 
 impl Mesh {
-    fn side(&self, triangle: usize, side: usize) -> Segment {
+    pub(super) fn side(&self, triangle: usize, side: usize) -> Segment {
         let corners = self.triangles[triangle].corners;
         let corner = |k: usize| self.points[corners[k % 3] as usize];
         Segment { from: corner(side), to: corner(side + 1) }

@@ -1,0 +1,224 @@
+//! Channels: sequences of triangles through which a disc can pass, found by A*.
+//!
+//! A disc passes a side of a triangle when the side is at least as long as its diameter. It passes around
+//! a corner when no wall across that corner is nearer than its diameter. Source: D. Demyen and M. Buro,
+//! "Efficient Triangulation-Based Pathfinding", AAAI 2006, sections 3 and 4.
+
+use std::cmp::Reverse;
+use std::collections::{BinaryHeap, HashMap, HashSet};
+
+use keepout_kernel::Point;
+use keepout_kernel::curve::{nearest_unit, xy};
+use keepout_kernel::exact::segment::Window;
+
+use super::{Mesh, NONE, Triangle};
+
+/// A point or a vector, lattice units.
+pub(super) type Xy = (f64, f64);
+
+/// Side of a triangle that a channel crosses. In the direction of travel, one end is on the left and one
+/// on the right.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Portal {
+    /// The end on the left.
+    pub left: Point,
+    /// The end on the right.
+    pub right: Point,
+}
+
+/// Search for the channel of a disc between two points.
+pub struct ChannelSearch<'a> {
+    mesh: &'a Mesh,
+    /// Radius of the disc, lattice units.
+    radius: f64,
+    within: Window,
+    from: (Xy, usize),
+    to: (Xy, usize),
+    /// Sides that the search does not cross, as pairs of their ends.
+    refused: HashSet<(u32, u32)>,
+}
+
+/// Entry into a triangle: three times the triangle's number, plus the number of the side.
+type Entry = u32;
+
+/// An entry that the search reached.
+struct Reached {
+    /// Point of the side at which the proposed path crosses it.
+    at: Xy,
+    /// Length of the path so far.
+    cost: f64,
+    /// The entry before; [`NONE`] in the first triangle.
+    before: Entry,
+    closed: bool,
+}
+
+impl<'a> ChannelSearch<'a> {
+    /// A search for discs of `radius` lattice units, whose centre stays in `within`. `None` when the mesh
+    /// does not hold both points.
+    #[must_use]
+    pub fn new(mesh: &'a Mesh, (from, to): (Point, Point), radius: f64, within: Window) -> Option<Self> {
+        let mut walk = mesh.walk();
+        let from = (xy(from), walk.locate(mesh, from)?);
+        let to = (xy(to), walk.locate(mesh, to)?);
+        Some(Self { mesh, radius, within, from, to, refused: HashSet::new() })
+    }
+
+    /// The sides that a short path crosses in order. No side when both points are in one triangle. `None`
+    /// when no channel is wide enough.
+    #[must_use]
+    pub fn channel(&self) -> Option<Vec<Portal>> {
+        if self.from.1 == self.to.1 {
+            return Some(Vec::new());
+        }
+        let mut reached: HashMap<Entry, Reached> = HashMap::new();
+        let mut open = BinaryHeap::new();
+        for side in 0..3 {
+            self.cross((self.from.1, side), (self.from.0, 0.0, NONE), &mut reached, &mut open);
+        }
+        while let Some((_, entry)) = open.pop() {
+            let here = reached.get_mut(&entry)?;
+            if std::mem::replace(&mut here.closed, true) {
+                continue;
+            }
+            let (number, entered) = place(entry);
+            if number == self.to.1 {
+                return Some(self.portals(entry, &reached));
+            }
+            let so_far = (here.at, here.cost, entry);
+            // Around the corner at the end of the side, then around the corner at its start.
+            for (side, pivot) in [((entered + 1) % 3, (entered + 1) % 3), ((entered + 2) % 3, entered)] {
+                if self.passes_around(number, pivot) {
+                    self.cross((number, side), so_far, &mut reached, &mut open);
+                }
+            }
+        }
+        None
+    }
+
+    /// Refuses the portal of `channel` that is nearest to `at`, for later calls of
+    /// [`ChannelSearch::channel`]. Returns `false` when there is no portal.
+    pub fn refuse(&mut self, channel: &[Portal], at: Xy) -> bool {
+        let far = |portal: &Portal| to_segment_2(at, xy(portal.left), xy(portal.right));
+        let nearest = channel.iter().min_by(|a, b| far(a).total_cmp(&far(b)));
+        let number = |point| self.mesh.points.iter().position(|&other| other == point);
+        let ends = nearest.and_then(|portal| Some((number(portal.left)?, number(portal.right)?)));
+        let ends = ends.and_then(|(a, b)| Some((u32::try_from(a).ok()?, u32::try_from(b).ok()?)));
+        ends.is_some_and(|(a, b)| self.refused.insert((a.min(b), a.max(b))))
+    }
+
+    /// Enters the triangle across a side, when the disc passes that side.
+    fn cross(
+        &self,
+        (number, side): (usize, usize),
+        (at, cost, before): (Xy, f64, Entry),
+        reached: &mut HashMap<Entry, Reached>,
+        open: &mut BinaryHeap<(Reverse<i64>, Entry)>,
+    ) {
+        let Triangle { corners, across, walls, .. } = self.mesh.triangles[number];
+        let (a, b) = (corners[side], corners[(side + 1) % 3]);
+        if walls[side] != NONE || across[side] == NONE || self.refused.contains(&(a.min(b), a.max(b))) {
+            return;
+        }
+        let Some(next) = self.crossing(self.mesh.corner(a), self.mesh.corner(b), at) else { return };
+        let beyond = self.mesh.triangles[across[side] as usize];
+        let Some(entered) = (0_u32..3).find(|&k| beyond.corners[k as usize] == b) else { return };
+        let entry = 3 * across[side] + entered;
+        let cost = cost + distance(at, next);
+        if reached.get(&entry).is_some_and(|known| known.closed || known.cost <= cost) {
+            return;
+        }
+        reached.insert(entry, Reached { at: next, cost, before, closed: false });
+        open.push((Reverse(nearest_unit(cost + distance(next, self.to.0))), entry));
+    }
+
+    /// The point of the side `a b`, as far as the disc's centre can be there, on the shortest way from
+    /// `at` to the goal.
+    fn crossing(&self, a: Xy, b: Xy, at: Xy) -> Option<Xy> {
+        let length = distance(a, b);
+        if length < 2.0 * self.radius {
+            return None;
+        }
+        let (dx, dy) = ((b.0 - a.0) / length, (b.1 - a.1) / length);
+        let (mut low, mut high) = (self.radius, length - self.radius);
+        let (x0, y0, x1, y1) = self.within.corners();
+        for (start, slope, least, most) in [(a.0, dx, x0, x1), (a.1, dy, y0, y1)] {
+            let (least, most) = (f64::from(least) - start, f64::from(most) - start);
+            if slope == 0.0 {
+                if least > 0.0 || most < 0.0 {
+                    return None;
+                }
+                continue;
+            }
+            let (p, q) = (least / slope, most / slope);
+            (low, high) = (low.max(p.min(q)), high.min(p.max(q)));
+        }
+        if low > high {
+            return None;
+        }
+        let along = |p: Xy| (p.0 - a.0) * dx + (p.1 - a.1) * dy;
+        let aside = |p: Xy| ((p.1 - a.1) * dx - (p.0 - a.0) * dy).abs();
+        // The goal, reflected to the other side where needed, is straight ahead there.
+        let (near, far) = (aside(at), aside(self.to.0));
+        let straight = (along(at) * far + along(self.to.0) * near) / (near + far).max(f64::MIN_POSITIVE);
+        let t = straight.clamp(low, high);
+        Some((a.0 + dx * t, a.1 + dy * t))
+    }
+
+    /// Whether the disc passes between the corner and all that is across it.
+    fn passes_around(&self, number: usize, corner: usize) -> bool {
+        let pivot = self.mesh.corner(self.mesh.triangles[number].corners[corner]);
+        let mut stack = vec![(number, (corner + 1) % 3)];
+        while let Some((number, side)) = stack.pop() {
+            let Triangle { corners, across, walls, .. } = self.mesh.triangles[number];
+            let (a, b) = (self.mesh.corner(corners[side]), self.mesh.corner(corners[(side + 1) % 3]));
+            let (dx, dy) = (b.0 - a.0, b.1 - a.1);
+            let obtuse = (pivot.0 - a.0) * dx + (pivot.1 - a.1) * dy <= 0.0
+                || (pivot.0 - b.0) * dx + (pivot.1 - b.1) * dy >= 0.0;
+            let aside = ((pivot.0 - a.0) * dy - (pivot.1 - a.1) * dx).abs() / dx.hypot(dy);
+            if obtuse || aside >= 2.0 * self.radius {
+                continue;
+            }
+            if walls[side] != NONE || across[side] == NONE {
+                return false;
+            }
+            let beyond = &self.mesh.triangles[across[side] as usize];
+            let entered = (0..3).find(|&k| beyond.corners[k] == corners[(side + 1) % 3]).unwrap_or(0);
+            stack.extend([1, 2].map(|k| (across[side] as usize, (entered + k) % 3)));
+        }
+        true
+    }
+
+    fn portals(&self, last: Entry, reached: &HashMap<Entry, Reached>) -> Vec<Portal> {
+        let mut portals = Vec::new();
+        let mut entry = last;
+        while let Some(Reached { before, .. }) = reached.get(&entry) {
+            let (number, side) = place(entry);
+            // Seen from the triangle that it leads into, a side runs from left to right.
+            let side = self.mesh.side(number, side);
+            portals.push(Portal { left: side.from, right: side.to });
+            entry = *before;
+        }
+        portals.reverse();
+        portals
+    }
+}
+
+/// Triangle and side of an entry.
+fn place(entry: Entry) -> (usize, usize) {
+    ((entry / 3) as usize, (entry % 3) as usize)
+}
+
+impl Mesh {
+    pub(super) fn corner(&self, number: u32) -> Xy {
+        xy(self.points[number as usize])
+    }
+}
+
+pub(super) fn distance(a: Xy, b: Xy) -> f64 {
+    (b.0 - a.0).hypot(b.1 - a.1)
+}
+
+fn to_segment_2(p: Xy, a: Xy, b: Xy) -> f64 {
+    let foot = crate::units::nearest_on_mm(p, a, b);
+    (p.0 - foot.0) * (p.0 - foot.0) + (p.1 - foot.1) * (p.1 - foot.1)
+}
